@@ -34,7 +34,7 @@ scan.period = "10ms"
 scan.watchdog = "30s"
 operator.socket = "s"
 """
-# A time without viewers that is longer than `VIEWED` of src/web/follow.rs.
+# A time without viewers that is longer than `VIEWED` of crates/web/src/follow.rs.
 NOBODY_S = 12
 
 FIRST = """new MutationObserver((_, self) => {

@@ -107,7 +107,7 @@ fn main() {
     let (path, text) = (folder.join("large.toml"), ladder());
     std::fs::write(&path, &text).expect("a file");
     let (connection, server) = Connection::memory();
-    std::thread::spawn(move || rungd::editor::serve(&server));
+    std::thread::spawn(move || rungd_lsp::serve(&server));
     let uri = format!("file://{}", path.canonicalize().expect("a path").display());
     let mut editor = Editor { connection, number: 0, version: 1, uri };
     editor.ask("initialize", json!({ "capabilities": {} }));
@@ -124,7 +124,8 @@ fn main() {
     let place = (line, 12);
     let load = || {
         let began = Instant::now();
-        let loaded = rungd::load::ladder_files(std::slice::from_ref(&path)).expect("it loads");
+        let loaded =
+            rungd_config::load::ladder_files(std::slice::from_ref(&path)).expect("it loads");
         drop(loaded);
         began.elapsed()
     };

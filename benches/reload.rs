@@ -8,12 +8,12 @@
 use std::fmt::Write as _;
 use std::time::Instant;
 
-use rungd::calendar::LocalTime;
-use rungd::engine::{Engine, ScanTimes};
-use rungd::lower::{Symbols, lower};
-use rungd::reload::{ReloadPlan, Side};
-use rungd::resolve::{LoadOptions, load_ladders};
-use rungd::source::span::SourceFile;
+use rungd_base::calendar::LocalTime;
+use rungd_engine::{Engine, ScanTimes};
+use rungd_language::lower::{Symbols, lower};
+use rungd_language::resolve::{LoadOptions, load_ladders};
+use rungd_language::source::span::SourceFile;
+use rungd_state::reload::{ReloadPlan, Side};
 
 const SWAPS: usize = 1000;
 
@@ -31,7 +31,7 @@ fn main() {
 fn row(name: &str, rungs: usize, edit: impl Fn(usize) -> Option<usize>) {
     let old = program(rungs, |_| Some(0));
     let new = program(rungs, edit);
-    fn side((program, symbols): &(rungd::engine::Program, Symbols)) -> Side<'_> {
+    fn side((program, symbols): &(rungd_engine::Program, Symbols)) -> Side<'_> {
         Side { program, symbols }
     }
     let plan = ReloadPlan::new(side(&old), side(&new));
@@ -77,7 +77,7 @@ fn row(name: &str, rungs: usize, edit: impl Fn(usize) -> Option<usize>) {
 fn program(
     rungs: usize,
     edit: impl Fn(usize) -> Option<usize>,
-) -> (rungd::engine::Program, Symbols) {
+) -> (rungd_engine::Program, Symbols) {
     let mut text = String::from("[[program]]\nname = \"Main\"\nrung = [\n");
     for n in 0..rungs {
         let Some(more) = edit(n) else { continue };
@@ -100,7 +100,7 @@ fn program(
         };
     }
     text += "]\n";
-    let sizes = rungd::isa::MemorySizes {
+    let sizes = rungd_engine::isa::MemorySizes {
         ct: rungs as u32,
         t: rungs as u32,
         c: 2 * rungs as u32 + 2048,

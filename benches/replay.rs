@@ -9,16 +9,16 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::process::Command;
 
-use rungd::engine::{Engine, ScanTimes};
-use rungd::isa::{Word, WordSpace};
-use rungd::load::recorded_files;
-use rungd::lower::lower;
-use rungd::record::{
+use rungd_config::load::recorded_files;
+use rungd_engine::isa::{Word, WordSpace};
+use rungd_engine::{Engine, ScanTimes};
+use rungd_history::record::{
     RecordBlock, RecordedFile, RecordedProgram, Recorder, SegmentStart, TapeClock,
 };
-use rungd::runtime::exchange::Mode;
-use rungd::runtime::{Machine, ScanStart, tape};
-use rungd::source::span::SourceFile;
+use rungd_language::lower::lower;
+use rungd_language::source::span::SourceFile;
+use rungd_runtime::exchange::Mode;
+use rungd_runtime::{Machine, ScanStart, tape};
 
 const SCANS: u64 = 100_000;
 const PERIOD_NS: u64 = 10_000_000;

@@ -7,16 +7,16 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use rungd::isa::{BitSpace, MemorySizes, Space};
-use rungd::lower;
-use rungd::resolve::range::Range;
-use rungd::resolve::{LoadOptions, load_ladders};
-use rungd::retain::RetainPlan;
-use rungd::retain::format::{Stamp, put_slot};
-use rungd::runtime::command::Forces;
-use rungd::runtime::exchange::Mode;
-use rungd::runtime::{Facts, Safe, Shape, link};
-use rungd::source::span::{FileId, SourceFile, Span};
+use rungd_engine::isa::{BitSpace, MemorySizes, Space};
+use rungd_language::lower;
+use rungd_language::resolve::range::Range;
+use rungd_language::resolve::{LoadOptions, load_ladders};
+use rungd_language::source::span::{FileId, SourceFile, Span};
+use rungd_runtime::command::Forces;
+use rungd_runtime::exchange::Mode;
+use rungd_runtime::{Facts, Safe, Shape, link};
+use rungd_state::retain::RetainPlan;
+use rungd_state::retain::format::{Stamp, put_slot};
 
 const ROUNDS: usize = 20_000;
 
@@ -36,8 +36,8 @@ fn main() {
     let whole = |space, last| Range { space, first: 0, last, span, of_tag: false };
     let ranges = [
         whole(Space::Bit(BitSpace::C), 2047),
-        whole(Space::Word(rungd::isa::WordSpace::D), 4095),
-        whole(Space::Word(rungd::isa::WordSpace::V), 3071),
+        whole(Space::Word(rungd_engine::isa::WordSpace::D), 4095),
+        whole(Space::Word(rungd_engine::isa::WordSpace::V), 3071),
         whole(Space::Counter, 127),
     ];
     let plan = RetainPlan::new(&ranges, &program, &symbols);

@@ -7,12 +7,12 @@
 
 use std::time::Instant;
 
-use rungd::engine::{Engine, EngineState, ScanTimes};
-use rungd::isa::MemorySizes;
-use rungd::lower::lower;
-use rungd::resolve::{LoadOptions, load_ladders};
-use rungd::runtime::{Machine, ScanStart, Taped, tape};
-use rungd::source::span::SourceFile;
+use rungd_engine::isa::MemorySizes;
+use rungd_engine::{Engine, EngineState, ScanTimes};
+use rungd_language::lower::lower;
+use rungd_language::resolve::{LoadOptions, load_ladders};
+use rungd_language::source::span::SourceFile;
+use rungd_runtime::{Machine, ScanStart, Taped, tape};
 
 const SCANS: u64 = 20_000;
 const PERIOD_NS: u64 = 10_000_000;
@@ -26,7 +26,7 @@ fn main() {
     state();
 }
 
-fn program() -> rungd::engine::Program {
+fn program() -> rungd_engine::Program {
     let text = "[[program]]\nname = \"Main\"\nrung = [ { when = [\"X0\"], do = [\"OUT Y0\"] } ]\n";
     let file = SourceFile { name: "bench.toml".into(), text: text.into() };
     let options = LoadOptions { sizes: MemorySizes::default(), ..LoadOptions::default() };

@@ -8,11 +8,11 @@ use std::fmt::Write as _;
 use std::hint::black_box;
 use std::time::Instant;
 
-use rungd::check::{Around, check};
-use rungd::isa::MemorySizes;
-use rungd::lower::lower;
-use rungd::resolve::{LoadOptions, load_ladders};
-use rungd::source::span::SourceFile;
+use rungd_engine::isa::MemorySizes;
+use rungd_language::check::{Around, check};
+use rungd_language::lower::lower;
+use rungd_language::resolve::{LoadOptions, load_ladders};
+use rungd_language::source::span::SourceFile;
 
 const ROUNDS: usize = 20;
 

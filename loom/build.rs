@@ -74,7 +74,7 @@ const MODULES: &[Module] = &[
 ];
 
 fn main() {
-    let sources = Path::new(&env::var("CARGO_MANIFEST_DIR").unwrap()).join("../src/runtime");
+    let sources = Path::new(&env::var("CARGO_MANIFEST_DIR").unwrap()).join("../crates/runtime/src");
     let out = env::var("OUT_DIR").unwrap();
     let mut all = String::new();
     for Module { name, mutants } in MODULES {

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# The mutation check of src/engine: cargo mutants changes the engine in one place at a time, and the
+# The mutation check of crates/engine/src: cargo mutants changes the engine in one place at a time, and the
 # tests of the engine and of the semantics must notice. Each mutant builds the crate (without the
 # optional features) and runs these tests: one or two minutes a mutant, so choose a part:
 #
 #   tests/mutants.sh --shard 0/100
-#   tests/mutants.sh --file src/engine/counters.rs
+#   tests/mutants.sh --file crates/engine/src/counters.rs
 #
 # Needs: cargo install --locked cargo-mutants
 set -euo pipefail

@@ -8,6 +8,8 @@
 //! The scanner runs on the test's own thread with a simulated clock. The allocator counts the calls
 //! on that thread between the beginning and the end of a step.
 
+#![allow(unsafe_code, clippy::wildcard_enum_match_arm)]
+
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::fmt::Write as _;
@@ -15,26 +17,26 @@ use std::path::Path;
 use std::rc::Rc;
 use std::sync::atomic::Ordering;
 
-use rungd::calendar::LocalTime;
-use rungd::engine::{Cell as MemoryCell, Engine};
-use rungd::io::device::Opener;
-use rungd::io::gpio::Gpio;
-use rungd::io::gpio::settings::{Chip as ChipName, Gpio as GpioLines, GpioLine, LineId, Setting};
-use rungd::isa::{Bit, BitSpace, MemorySizes, Word, WordSpace};
-use rungd::lower::{Symbols, lower};
-use rungd::reload::{ReloadPlan, Side};
-use rungd::resolve::program::Program;
-use rungd::resolve::{LoadOptions, load_ladders};
-use rungd::runtime::command::Command;
-use rungd::runtime::exchange::{Mode, Port, Snapshot, StopReason, Tempo, Write};
-use rungd::runtime::pacing::Clock;
-use rungd::runtime::wiring::{Source, Wiring, WiringTarget};
-use rungd::runtime::{
+use rungd_base::calendar::LocalTime;
+use rungd_engine::isa::{Bit, BitSpace, MemorySizes, Word, WordSpace};
+use rungd_engine::{Cell as MemoryCell, Engine};
+use rungd_io::device::Opener;
+use rungd_io::gpio::Gpio;
+use rungd_io::gpio::settings::{Chip as ChipName, Gpio as GpioLines, GpioLine, LineId, Setting};
+use rungd_language::lower::{Symbols, lower};
+use rungd_language::resolve::program::Program;
+use rungd_language::resolve::{LoadOptions, load_ladders};
+use rungd_language::source::span::SourceFile;
+use rungd_runtime::command::Command;
+use rungd_runtime::exchange::{Mode, Port, Snapshot, StopReason, Tempo, Write};
+use rungd_runtime::pacing::Clock;
+use rungd_runtime::wiring::{Source, Wiring, WiringTarget};
+use rungd_runtime::{
     Carried, Contents, Memory, Observer, Pace, Package, Posture, Record, Safe, Settings,
     Statistics, Taped, Watched, Whole, assemble, assemble_reloadable, assemble_whole, tape,
     tape_of,
 };
-use rungd::source::span::SourceFile;
+use rungd_state::reload::{ReloadPlan, Side};
 
 #[path = "support/fake_chip.rs"]
 mod fake_chip;
@@ -111,7 +113,7 @@ impl Observer for Deaf {
     fn record(&mut self, _: &Record) {}
     fn statistics(&mut self, _: &Statistics) {}
     fn dropped(&mut self, _: u64) {}
-    fn tripped(&mut self, _: rungd::runtime::exchange::FaultReason, _: u64) {}
+    fn tripped(&mut self, _: rungd_runtime::exchange::FaultReason, _: u64) {}
     fn turn(&mut self, _: &Snapshot, _: u64) {}
 
     fn ended(&mut self, _: u64) {}
@@ -436,7 +438,7 @@ fn every_shipped_ladder() {
     let paths = entries.map(|entry| entry.expect("an entry").path());
     // Loads the controller file, because it also names the library's files.
     for path in paths.filter(|path| path.extension().is_some_and(|e| e == "toml")) {
-        let loaded = rungd::load::controller_file(&path).expect("readable");
+        let loaded = rungd_config::load::controller_file(&path).expect("readable");
         let program = loaded.program.expect("a program");
         assert_no_allocation(&path.display().to_string(), &program, 1000);
     }
@@ -450,7 +452,7 @@ fn the_counter_counts() {
 
 #[test]
 fn the_scan_threads_sources_name_nothing_that_waits() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/runtime");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/runtime/src");
     let forbidden = [
         "Mutex", "RwLock", "Condvar", "println!", "tracing", "std::fs", "std::net", "std::io",
         "format!", ".recv(", "vec!", "Box::new", "String",

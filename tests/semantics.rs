@@ -1,6 +1,8 @@
 //! Runs the cases of `tests/semantics/*.toml`, each as a named test: `cargo test --test semantics
 //! cnt-` runs those whose names contain `cnt-`. `tests/README.md` describes the form of a case.
 
+#![allow(unsafe_code, clippy::wildcard_enum_match_arm)]
+
 #[allow(dead_code)]
 #[path = "support"]
 mod support {

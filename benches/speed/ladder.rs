@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use rungd::isa::MemorySizes;
+use rungd_engine::isa::MemorySizes;
 
 use super::workload::{Contact, Input, Kind, Rung, STAGED_COILS, STAGES, Shape, Stage, Workload};
 

@@ -16,7 +16,7 @@ mod workload;
 use clap::{Parser, ValueEnum};
 use native::Native;
 use rounds::Sides;
-use rungd::lower::schedule::WINDOW;
+use rungd_language::lower::schedule::WINDOW;
 use scanned::Scanned;
 use workload::{Name, Workload};
 

@@ -7,7 +7,7 @@
 
 use std::fmt::Write;
 
-use rungd::isa::MemorySizes;
+use rungd_engine::isa::MemorySizes;
 
 use super::native::{Formulas, thread_time_s};
 use super::scanned::Scanned;

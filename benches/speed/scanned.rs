@@ -1,14 +1,14 @@
 //! The engine's side: the same workload, loaded from its ladder text as the daemon does.
 
 use anyhow::bail;
-use rungd::calendar::LocalTime;
-use rungd::engine::{self, Engine, ScanTimes, WordCell};
-use rungd::isa::{Bit, BitSpace, MemorySizes, Word, WordSpace};
-use rungd::lower;
-use rungd::resolve::program::Program;
-use rungd::resolve::{LoadOptions, load_ladders};
-use rungd::source::finding::Severity;
-use rungd::source::span::SourceFile;
+use rungd_base::calendar::LocalTime;
+use rungd_engine::isa::{Bit, BitSpace, MemorySizes, Word, WordSpace};
+use rungd_engine::{self as engine, Engine, ScanTimes, WordCell};
+use rungd_language::lower;
+use rungd_language::resolve::program::Program;
+use rungd_language::resolve::{LoadOptions, load_ladders};
+use rungd_language::source::finding::Severity;
+use rungd_language::source::span::SourceFile;
 
 use super::ladder;
 use super::workload::{INPUTS, Outside, Workload};

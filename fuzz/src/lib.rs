@@ -9,34 +9,34 @@ use std::net::{IpAddr, Ipv4Addr};
 use std::path::Path;
 use std::sync::LazyLock;
 
-use rungd::calendar::LocalTime;
-use rungd::controller::{self, Controller, resolve_controller};
-use rungd::engine::{Engine, ScanTimes};
-use rungd::fleet::{FleetLimits, FleetView, HeardMessage};
-use rungd::io::modbus::Map;
-use rungd::io::modbus::answer::{Answer, answer, refused, written};
-use rungd::io::modbus::frame::{self, FRAME_BYTES_MAX, Split};
-use rungd::io::modbus::map::Asker;
-use rungd::io::modbus::number::{ByteOrder, NumberOrder, NumberType, WordOrder};
-use rungd::io::modbus_client as client;
-use rungd::io::scaling::Scaling;
-use rungd::isa::{MemorySizes, address_text, duration};
-use rungd::load::decode;
-use rungd::lower::{Symbols, lower};
-use rungd::operator::names::Names;
-use rungd::operator::protocol::{GivenValue, Request};
-use rungd::record::{RecordedProgram, Recording, SectionBody, SegmentStart, read_program};
-use rungd::resolve::program::Program;
-use rungd::resolve::{LoadOptions, load_ladders};
-use rungd::retain::Storage;
-use rungd::retain::format::{Stamp, put_slot, read_slot};
-use rungd::runtime::command::Forces;
-use rungd::runtime::exchange::{Mode, Snapshot};
-use rungd::sim::stimulus::{Stimulus, StimulusTarget};
-use rungd::source::finding::{Finding, Severity};
-use rungd::source::render::{Style, render};
-use rungd::source::span::{FileId, SourceFile, Span};
-use rungd::source::{contact_parser, instruction};
+use rungd_base::calendar::LocalTime;
+use rungd_config::controller::{self, Controller, resolve_controller};
+use rungd_engine::{Engine, ScanTimes};
+use rungd_fleet::fleet::{FleetLimits, FleetView, HeardMessage};
+use rungd_io::modbus::Map;
+use rungd_io::modbus::answer::{Answer, answer, refused, written};
+use rungd_io::modbus::frame::{self, FRAME_BYTES_MAX, Split};
+use rungd_io::modbus::map::Asker;
+use rungd_io::modbus::number::{ByteOrder, NumberOrder, NumberType, WordOrder};
+use rungd_io::modbus_client as client;
+use rungd_io::scaling::Scaling;
+use rungd_engine::isa::{MemorySizes, address_text, duration};
+use rungd_config::load::decode;
+use rungd_language::lower::{Symbols, lower};
+use rungd_client::operator::names::Names;
+use rungd_client::operator::protocol::{GivenValue, Request};
+use rungd_history::record::{RecordedProgram, Recording, SectionBody, SegmentStart, read_program};
+use rungd_language::resolve::program::Program;
+use rungd_language::resolve::{LoadOptions, load_ladders};
+use rungd_state::retain::Storage;
+use rungd_state::retain::format::{Stamp, put_slot, read_slot};
+use rungd_runtime::command::Forces;
+use rungd_runtime::exchange::{Mode, Snapshot};
+use rungd_lab::sim::stimulus::{Stimulus, StimulusTarget};
+use rungd_language::source::finding::{Finding, Severity};
+use rungd_language::source::render::{Style, render};
+use rungd_language::source::span::{FileId, SourceFile, Span};
+use rungd_language::source::{contact_parser, instruction};
 
 const LADDER: &str = include_str!("../../tests/io/oracle/ladder.toml");
 const CONTROLLER: &str = include_str!("../../tests/io/oracle/controller.toml");
@@ -79,7 +79,7 @@ pub fn ladder(bytes: &[u8]) {
     let (program, found) = load_ladders(&files, &LoadOptions::default());
     findings.extend(found);
     if let Some(program) = program {
-        findings.extend(rungd::check::check(&program, rungd::check::Around::of(&[])));
+        findings.extend(rungd_language::check::check(&program, rungd_language::check::Around::of(&[])));
         if findings.iter().all(|finding| finding.severity() != Severity::Error) {
             let _ = lower(&program);
         }
@@ -119,7 +119,7 @@ pub fn controller_file(bytes: &[u8]) {
     let (file, mut findings) = file(bytes);
     let (written, found) = controller::read(&file.text, FileId(0));
     findings.extend(found);
-    rungd::source::file_kind::is_controller(&file.text);
+    rungd_language::source::file_kind::is_controller(&file.text);
     if let Some(written) = written {
         let (settings, found) = resolve_controller(&written, &KNOWN.program);
         let error =
@@ -347,7 +347,7 @@ pub fn operator(bytes: &[u8]) {
 
 /// A connection to `rungd web`: it ends, and gives no session to a client that has not signed in.
 pub fn web(bytes: &[u8]) {
-    let answer = rungd::web::conversation(bytes);
+    let answer = rungd_web::conversation(bytes);
     let has = |word: &[u8]| answer.windows(word.len()).any(|part| part == word);
     assert!(!has(b"set-cookie:") && !has(b"\"csrf\""), "it lets in");
 }
@@ -355,7 +355,7 @@ pub fn web(bytes: &[u8]) {
 /// The packets of an MQTT broker: none causes a panic, and the client's answers and memory stay in
 /// proportion to the packets.
 pub fn mqtt(bytes: &[u8]) {
-    rungd::mqtt::conversation(bytes);
+    rungd_net::mqtt::conversation(bytes);
 }
 
 /// A stimulus for the simulator.
@@ -364,8 +364,8 @@ pub fn stimulus(bytes: &[u8]) {
     let lookup = |name: &str| {
         let operand = KNOWN.names.find_one(name).map_err(|refusal| refusal.message)?;
         Ok(match operand.cell {
-            rungd::engine::Cell::Bit(cell) => StimulusTarget::Bit(cell),
-            rungd::engine::Cell::Word(cell) => StimulusTarget::Word(cell, (-5, 70_000)),
+            rungd_engine::Cell::Bit(cell) => StimulusTarget::Bit(cell),
+            rungd_engine::Cell::Word(cell) => StimulusTarget::Word(cell, (-5, 70_000)),
         })
     };
     let _ = Stimulus::parse(text, &lookup);
@@ -375,16 +375,16 @@ pub fn stimulus(bytes: &[u8]) {
 pub fn test_file(bytes: &[u8]) {
     let (file, found) = file(bytes);
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/suites/fuzzed.test.toml");
-    let read = rungd::testing::read_text(&path, file, found.into_iter().next());
+    let read = rungd_lab::testing::read_text(&path, file, found.into_iter().next());
     let _ = render(&read.findings, &read.files, Style::default());
 }
 
 /// A file of retentive memory: shows it, and searches for its newest image.
 pub fn retain(bytes: &[u8]) {
     let mut disk = Disk(bytes.to_vec());
-    let _ = rungd::retain::show::show(&mut disk);
-    let _ = rungd::retain::slots::survey(&mut disk);
-    if let Some(content) = rungd::retain::content::read(bytes) {
+    let _ = rungd_state::retain::show::show(&mut disk);
+    let _ = rungd_state::retain::slots::survey(&mut disk);
+    if let Some(content) = rungd_state::retain::content::read(bytes) {
         let _ = format!("{content:?}");
     }
     // Every slot is read as it was written.

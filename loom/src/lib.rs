@@ -1,7 +1,7 @@
 //! Models of what threads share without locks: loom executes every order of the accesses, and every
 //! value that the memory orders allow a load to see.
 //!
-//! `build.rs` copies the modules of `src/runtime` on loom's atomics, and makes mutants of them. Each
+//! `build.rs` copies the modules of `crates/runtime/src` on loom's atomics, and makes mutants of them. Each
 //! model must hold for the module, and fail for each of its mutants: tests on a processor that keeps
 //! more order than the language promises would see neither. Halves of an `AcqRel` that only forbid a
 //! load to see a later store have no mutant: loom executes no such load.

@@ -7,7 +7,7 @@ use clap_complete::engine::ArgValueCompleter;
 use super::exit::Exit;
 use super::operator::{OperatorArgs, complete_alarms};
 use super::terminal::{one_line, say};
-use crate::operator::protocol::{AckList, AckedAlarm, AlarmState, Request};
+use rungd_client::operator::protocol::{AckList, AckedAlarm, AlarmState, Request};
 
 /// Acknowledges alarms of a running controller: records that somebody has noticed them
 ///

@@ -11,10 +11,12 @@ use super::operator::OperatorArgs;
 use super::recording::{RecordedPast, subject};
 use super::terminal::{one_line, say_line};
 use super::when::LocalClock;
-use crate::duration_text::duration_text;
-use crate::observe::{At, Limits, Subject};
-use crate::operator::protocol::{Alarm, AlarmList, AlarmState, AlarmTime, RecordingBytes, Request};
-use crate::record::Recording;
+use rungd_base::duration_text::duration_text;
+use rungd_client::operator::protocol::{
+    Alarm, AlarmList, AlarmState, AlarmTime, RecordingBytes, Request,
+};
+use rungd_history::observe::{At, Limits, Subject};
+use rungd_history::record::Recording;
 
 /// The maximum number of alarms that are explained: the first of an episode explain the others.
 const EXPLAINED_MAX: usize = 8;

@@ -8,10 +8,10 @@ use clap::{Args, ValueEnum};
 
 use super::exit::Exit;
 use super::terminal::{print, say_findings};
-use crate::load::{self, InputFile, Loaded};
-use crate::resolve::places::TagPlace;
-use crate::resolve::program::Program;
-use crate::source::render::{Style, refuses, render};
+use rungd_config::load::{self, InputFile, Loaded};
+use rungd_language::resolve::places::TagPlace;
+use rungd_language::resolve::program::Program;
+use rungd_language::source::render::{Style, refuses, render};
 
 /// Checks ladder files and controller files, and prints all findings
 #[derive(Args, Debug)]

@@ -11,12 +11,12 @@ use super::exit::CommandLine;
 use super::recorded_plant::{RecordedPlant, RecordedPlants};
 use super::recorded_trace::{content, seconds};
 use super::when::LocalClock;
-use crate::engine::{Cell, Image};
-use crate::isa::{Address, Bit, BitSpace, Real};
-use crate::record::ReplayedScan;
-use crate::resolve::program::{Program, TagMeaning};
-use crate::sim::trace::Watched;
-use crate::source::wording::{counted, thousands};
+use rungd_engine::isa::{Address, Bit, BitSpace, Real};
+use rungd_engine::{Cell, Image};
+use rungd_history::record::ReplayedScan;
+use rungd_lab::sim::trace::Watched;
+use rungd_language::resolve::program::{Program, TagMeaning};
+use rungd_language::source::wording::{counted, thousands};
 
 /// The maximum number of elements of an array that count as outputs.
 const ELEMENTS_MAX: usize = 2048;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 
 use super::exit::CommandLine;
-use crate::load;
+use rungd_config::load;
 
 /// The controller file of the service.
 const OF_SERVICE: &str = "/etc/rungd/controller.toml";

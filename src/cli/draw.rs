@@ -8,12 +8,12 @@ use clap::Args;
 use super::exit::{CommandLine, Exit};
 use super::terminal::print;
 use super::xref::ProgramArgs;
-use crate::draw::coverage::CoverageMarks;
-use crate::draw::ladder::Picture;
-use crate::draw::listing::listing;
-use crate::draw::page::{page, picture};
-use crate::draw::text::WireStyle;
-use crate::load::read_bytes;
+use rungd_config::load::read_bytes;
+use rungd_lab::draw::coverage::CoverageMarks;
+use rungd_lab::draw::ladder::Picture;
+use rungd_lab::draw::listing::listing;
+use rungd_lab::draw::page::{page, picture};
+use rungd_lab::draw::text::WireStyle;
 
 /// Draws a ladder: contacts, branches, coils and boxes
 ///

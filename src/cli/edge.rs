@@ -8,9 +8,9 @@ use clap::Args;
 use super::check::style;
 use super::exit::Exit;
 use super::terminal::say_findings;
-use crate::edge::{read_edge, run};
-use crate::load::read_bytes;
-use crate::source::render::render;
+use rungd_config::load::read_bytes;
+use rungd_fleet::edge::{read_edge, run};
+use rungd_language::source::render::render;
 
 /// Publishes the tags of a running controller to an MQTT broker, as a Sparkplug B edge node
 ///

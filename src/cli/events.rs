@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::exit::Exit;
 use super::terminal;
-use crate::events::{self, GROUPS};
+use rungd_runtime::events::{self, GROUPS};
 
 /// Lists the events of the log, with their codes; `rungd explain NAME` explains one
 #[derive(Args, Debug)]

@@ -3,7 +3,7 @@
 
 use std::{fmt, io};
 
-use crate::variants::all_variants;
+use rungd_base::variants::all_variants;
 
 /// The exit code of the process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,7 +2,7 @@
 //! finding from its page, or an event of the log from the catalogue; prints a file of the library
 //! below its page.
 //!
-//! [`crate::explain`] has the texts; this module finds them by name, and lists the names.
+//! [`rungd_config::explain`] has the texts; this module finds them by name, and lists the names.
 
 use std::fmt::Write as _;
 
@@ -13,15 +13,15 @@ use clap_complete::engine::{ArgValueCandidates, CompletionCandidate};
 use super::exit::Exit;
 use super::terminal::{print, say};
 use super::xref::ProgramArgs;
-use crate::draw::xref;
-use crate::events;
-use crate::explain::{explanation, of_library};
-use crate::isa::function::FUNCTIONS;
-use crate::isa::instruction;
-use crate::load::library;
-use crate::source::file_kind::LIBRARY;
-use crate::source::finding::{self, Severity};
-use crate::source::nearest::did_you_mean;
+use rungd_config::explain::{explanation, of_library};
+use rungd_config::load::library;
+use rungd_engine::isa::function::FUNCTIONS;
+use rungd_engine::isa::instruction;
+use rungd_lab::draw::xref;
+use rungd_language::source::file_kind::LIBRARY;
+use rungd_language::source::finding::{self, Severity};
+use rungd_language::source::nearest::did_you_mean;
+use rungd_runtime::events;
 
 /// Explains an instruction (`CNT`), a function (`sqrt`), a finding (`missing-leg`) or an event
 /// (`alarm-on`)

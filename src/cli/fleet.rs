@@ -17,9 +17,9 @@ use super::fleet_broker::BrokerArgs;
 use super::fleet_page::{alarms_page, change_line, status_page};
 use super::terminal::{plain_json, print, say_line};
 use super::when::LocalClock;
-use crate::fleet::{ExpectedLadders, FleetHeard, FleetWord, WatchedMetrics, listen};
-use crate::isa::duration;
-use crate::wall_clock::now_ms;
+use rungd_base::wall_clock::now_ms;
+use rungd_engine::isa::duration;
+use rungd_fleet::fleet::{ExpectedLadders, FleetHeard, FleetWord, WatchedMetrics, listen};
 
 /// Shows the controllers behind an MQTT broker, from the Sparkplug B messages of their edge nodes
 ///

@@ -8,12 +8,12 @@ use clap::{Args, ValueEnum};
 
 use super::exit::Exit;
 use super::terminal::say_line;
-use crate::fleet::{FleetHeard, FleetOptions};
-use crate::mqtt::{
+use rungd_base::wall_clock::now_ms;
+use rungd_fleet::fleet::{FleetHeard, FleetOptions};
+use rungd_net::mqtt::{
     BrokerAddress, BrokerLogin, BrokerSettings, MqttCause, MqttFailure, MqttVersion, TlsFiles,
 };
-use crate::sparkplug::check_name;
-use crate::wall_clock::now_ms;
+use rungd_net::sparkplug::check_name;
 
 /// The codes of MQTT 3.1.1 and 5 for a bad login and for missing authorization.
 const NOT_PERMITTED: [(MqttVersion, u8); 4] =

@@ -7,8 +7,8 @@ use std::time::Duration;
 use super::alarms::facts;
 use super::terminal::one_line;
 use super::when::LocalClock;
-use crate::duration_text::duration_text;
-use crate::fleet::{
+use rungd_base::duration_text::duration_text;
+use rungd_fleet::fleet::{
     CutAlarms, FleetAlarmList, FleetChange, FleetNews, FleetReport, LadderVerdict, NodeReport,
     shown,
 };
@@ -290,8 +290,8 @@ fn columns(rows: Vec<[String; 8]>) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fleet::report::ControllerReport;
-    use crate::fleet::{FleetView, HeardMessage, NodeName};
+    use rungd_fleet::fleet::report::ControllerReport;
+    use rungd_fleet::fleet::{FleetView, HeardMessage, NodeName};
 
     fn node(name: &str, state: &'static str, age_ms: u64) -> NodeReport {
         let name = NodeName { group: "plant".to_owned(), node: name.to_owned() };

@@ -1,7 +1,7 @@
 //! `rungd fmt`: writes ladder files, controller files and test files in one layout, or lists the
 //! files that are not in it.
 //!
-//! [`crate::format`] has the layout. This module finds the files; [`super::fmt_file`] writes a
+//! [`rungd_language::format`] has the layout. This module finds the files; [`super::fmt_file`] writes a
 //! file.
 
 use std::io::{self, Read, Write};
@@ -15,13 +15,13 @@ use super::exit::{CommandLine, Exit, is_broken_pipe};
 use super::fmt_file;
 use super::folders::search_on;
 use super::terminal::{one_line, print, say_findings, say_line};
-use crate::format::formatted;
-use crate::load::decode;
-use crate::load::files::read_bytes;
-use crate::source::file_kind;
-use crate::source::finding::Finding;
-use crate::source::render::render;
-use crate::source::span::{FileId, SourceFile};
+use rungd_config::load::decode;
+use rungd_config::load::files::read_bytes;
+use rungd_language::format::formatted;
+use rungd_language::source::file_kind;
+use rungd_language::source::finding::Finding;
+use rungd_language::source::render::render;
+use rungd_language::source::span::{FileId, SourceFile};
 
 /// Writes ladder files, controller files and test files in one layout
 ///

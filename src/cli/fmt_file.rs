@@ -10,7 +10,7 @@ use std::os::unix::fs::{MetadataExt, fchown};
 use std::path::Path;
 
 use super::terminal::one_line;
-use crate::load::files::read_bytes;
+use rungd_config::load::files::read_bytes;
 
 /// The maximum number of lines of a difference that are shown from each text.
 const SHOWN_LINES_MAX: usize = 8;

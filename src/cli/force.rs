@@ -8,7 +8,7 @@ use super::exit::Exit;
 use super::operator::{New, OperatorArgs, complete};
 use super::read::table;
 use super::terminal::say;
-use crate::operator::protocol::{Request, Values};
+use rungd_client::operator::protocol::{Request, Values};
 
 /// Forces a bit or word of a running controller: it keeps this value until `unforce`
 ///

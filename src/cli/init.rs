@@ -15,7 +15,7 @@ use clap::Args;
 use super::exit::Exit;
 use super::folders::has_text_path;
 use super::terminal::{one_line, print};
-use crate::source::wording::shell_word;
+use rungd_language::source::wording::shell_word;
 
 /// Writes a first project: a controller file, a ladder with its tests, a simulated device
 #[derive(Args, Debug)]

@@ -5,8 +5,8 @@ use clap::Args;
 
 use super::exit::Exit;
 use super::operator::OperatorArgs;
-use crate::events::Level;
-use crate::operator::protocol::{LevelChange, Request};
+use rungd_client::operator::protocol::{LevelChange, Request};
+use rungd_runtime::events::Level;
 
 /// Sets the level of a running controller's log
 #[derive(Args, Debug)]

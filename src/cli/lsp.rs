@@ -5,7 +5,7 @@ use anyhow::Result;
 use clap::Args;
 
 use super::exit::Exit;
-use crate::editor::{self, EditorEnd, Wire};
+use rungd_lsp::{self as editor, EditorEnd, Wire};
 
 /// Serves an editor: findings as one types, completion, hover, go to definition, rename
 ///

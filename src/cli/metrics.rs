@@ -10,10 +10,10 @@ use clap::Args;
 
 use super::exit::Exit;
 use super::operator::{exit_of, say_failure};
-use crate::isa::duration::{self, not_a_duration};
-use crate::metrics;
-use crate::operator::SOCKET_VARIABLE;
-use crate::operator::client::CallFailure;
+use rungd_client::operator::SOCKET_VARIABLE;
+use rungd_client::operator::client::CallFailure;
+use rungd_engine::isa::duration::{self, not_a_duration};
+use rungd_fleet::metrics;
 
 const EVERY_LEAST: Duration = Duration::from_secs(1);
 

@@ -78,7 +78,7 @@ use clap_complete::CompleteEnv;
 use exit::Exit;
 use terminal::say;
 
-use crate::source::wording::is_obeyed;
+use rungd_language::source::wording::is_obeyed;
 
 /// A soft-PLC for Linux: ladder programs in TOML, scanned at a fixed period.
 #[derive(Parser, Debug)]

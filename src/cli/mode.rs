@@ -6,7 +6,7 @@ use clap::Args;
 use super::exit::Exit;
 use super::operator::OperatorArgs;
 use super::terminal::{one_line, say_line};
-use crate::operator::protocol::{ModeChange, ModeWanted, Request};
+use rungd_client::operator::protocol::{ModeChange, ModeWanted, Request};
 
 /// Sets a controller from STOP or FAULT to RUN, or stops its scan in an orderly way
 #[derive(Args, Debug)]

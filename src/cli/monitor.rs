@@ -10,8 +10,8 @@ use clap_complete::engine::ArgValueCompleter;
 use super::exit::Exit;
 use super::operator::{complete, exit_of, say_failure};
 use super::terminal::say;
-use crate::monitor::{MonitorSetup, run};
-use crate::operator::{SOCKET_VARIABLE, search};
+use rungd_client::operator::{SOCKET_VARIABLE, search};
+use rungd_monitor::{MonitorSetup, run};
 
 /// Shows a running controller on a page in the terminal: its state, a watch list, the ladder
 ///

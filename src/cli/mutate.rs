@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use super::exit::{CommandLine, Exit};
 use super::terminal::{one_line, plain_json, print, say};
 use super::test::{OpenSuite, Progress, find, jobs, open, refused};
-use crate::testing::{self, JudgedMutant, MutantKind, MutateOptions, Suite};
+use rungd_lab::testing::{self, JudgedMutant, MutantKind, MutateOptions, Suite};
 
 /// Makes small changes to a ladder, and reports which of them its tests detect
 #[derive(Args, Debug)]

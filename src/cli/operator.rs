@@ -15,13 +15,13 @@ use super::exit::Exit;
 use super::terminal::{
     one_line, plain, plain_json, print, say, say_findings, say_line, with_own_lines,
 };
-use crate::operator::client::{self, CallFailure};
-use crate::operator::protocol::{
+use rungd_client::operator::client::{self, CallFailure};
+use rungd_client::operator::protocol::{
     Alarm, AlarmList, AlarmState, Change, GivenValue, Name, NameList, Refusal, RefusalKind, Request,
 };
-use crate::operator::search::{self, running_instead};
-use crate::operator::search_failure::SearchFailure;
-use crate::operator::{SOCKET_VARIABLE, socket_of_environment};
+use rungd_client::operator::search::{self, running_instead};
+use rungd_client::operator::search_failure::SearchFailure;
+use rungd_client::operator::{SOCKET_VARIABLE, socket_of_environment};
 
 /// The socket of the controller, and the form of its printed answer.
 #[derive(Args, Clone, Debug)]

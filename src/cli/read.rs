@@ -7,7 +7,7 @@ use clap_complete::engine::ArgValueCompleter;
 use super::exit::Exit;
 use super::operator::{OperatorArgs, complete};
 use super::terminal::one_line;
-use crate::operator::protocol::{Request, ShownValue, Values};
+use rungd_client::operator::protocol::{Request, ShownValue, Values};
 
 /// Prints the values of a running controller's operands
 #[derive(Args, Debug)]

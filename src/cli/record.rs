@@ -19,9 +19,9 @@ use super::replay;
 use super::replay_args::ReplayArgs;
 use super::terminal::{one_line, plain_json, print, say_line};
 use super::when::{LocalClock, Moment, When};
-use crate::record::{Recording, Verified};
-use crate::runtime::TapeSection;
-use crate::testing::{ScenarioOf, scenario};
+use rungd_history::record::{Recording, Verified};
+use rungd_lab::testing::{ScenarioOf, scenario};
+use rungd_runtime::TapeSection;
 
 /// Lists, verifies and cuts recordings of the scan log
 #[derive(Args, Debug)]

@@ -10,11 +10,11 @@ use super::recorded_trace::seconds;
 use super::recording::{self, stretches};
 use super::terminal::one_line;
 use super::when::LocalClock;
-use crate::engine::EngineCall;
-use crate::record::{RecordedProgram, Recording};
-use crate::runtime::TapeEntry;
-use crate::runtime::exchange::Mode;
-use crate::source::wording::{counted, thousands};
+use rungd_engine::EngineCall;
+use rungd_history::record::{RecordedProgram, Recording};
+use rungd_language::source::wording::{counted, thousands};
+use rungd_runtime::TapeEntry;
+use rungd_runtime::exchange::Mode;
 
 /// The maximum number of changes, and of gaps, that the text lists.
 const LISTED_MAX: usize = 12;

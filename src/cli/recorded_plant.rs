@@ -6,12 +6,12 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::recording;
-use crate::engine::{self, Cell, Engine, Layout};
-use crate::load::Loaded;
-use crate::lower::{Symbols, lower};
-use crate::record::{RecordedProgram, Recording};
-use crate::resolve::program::Program;
-use crate::resolve::scope::Scope;
+use rungd_config::load::Loaded;
+use rungd_engine::{self as engine, Cell, Engine, Layout};
+use rungd_history::record::{RecordedProgram, Recording};
+use rungd_language::lower::{Symbols, lower};
+use rungd_language::resolve::program::Program;
+use rungd_language::resolve::scope::Scope;
 
 /// A program that can be executed, with its names.
 pub(super) struct RecordedPlant {

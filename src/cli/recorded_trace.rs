@@ -13,9 +13,9 @@ use super::recorded_plant::RecordedPlant;
 use super::terminal::one_line;
 use super::trace_file::TraceFile;
 use super::when::LocalClock;
-use crate::engine::{Cell, Image, Layout};
-use crate::record::ReplayedScan;
-use crate::sim::trace::{RowName, ValueTrace, Watched};
+use rungd_engine::{Cell, Image, Layout};
+use rungd_history::record::ReplayedScan;
+use rungd_lab::sim::trace::{RowName, ValueTrace, Watched};
 
 /// The maximum number of alarm stretches that are listed.
 const ALARMS_MAX: usize = 30;

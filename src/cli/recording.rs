@@ -12,10 +12,10 @@ use super::exit::Exit;
 use super::operator::OperatorArgs;
 use super::terminal::say_line;
 use super::when::Moment;
-use crate::operator::protocol::{Present, RecordingBytes, Request};
-pub(super) use crate::playback::{RecordedPast, loaded, run_of, subject};
-use crate::record::Recording;
-use crate::runtime::{NumberedCall, scan_begins};
+use rungd_client::operator::protocol::{Present, RecordingBytes, Request};
+pub(super) use rungd_history::playback::{RecordedPast, loaded, run_of, subject};
+use rungd_history::record::Recording;
+use rungd_runtime::{NumberedCall, scan_begins};
 
 /// The recording of the last minute of a running controller, and what it does at present. `Err` is
 /// the exit code of a refusal, which has been printed.

@@ -12,11 +12,11 @@ use super::exit::Exit;
 use super::operator::OperatorArgs;
 use super::terminal::{one_line, say, say_line};
 use crate::daemon::config;
-use crate::operator::client::{self, CallFailure};
-use crate::operator::protocol::{Refusal, RefusalKind, Reloaded, Request, is_run};
-use crate::operator::socket_place::{SocketPlace, operator_socket};
-use crate::progress::Progress;
-use crate::source::render::Style;
+use rungd_base::progress::Progress;
+use rungd_client::operator::client::{self, CallFailure};
+use rungd_client::operator::protocol::{Refusal, RefusalKind, Reloaded, Request, is_run};
+use rungd_client::operator::socket_place::{SocketPlace, operator_socket};
+use rungd_language::source::render::Style;
 
 /// Makes the running controller read its files again and continue with the program in them
 ///

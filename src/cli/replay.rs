@@ -19,8 +19,8 @@ use super::terminal::say_line;
 use super::trace_file;
 use super::when::LocalClock;
 use super::{recording, watched_operands};
-use crate::record::{RecordedProgram, Recording, Replay, Verified};
-use crate::source::wording::{counted, thousands};
+use rungd_history::record::{RecordedProgram, Recording, Replay, Verified};
+use rungd_language::source::wording::{counted, thousands};
 
 /// Replays a recording.
 ///

@@ -11,8 +11,8 @@ use super::recorded_plant::RecordedPlants;
 use super::replay_window::ReplayWindow;
 use super::terminal::{print, say_line};
 use super::when::{LocalClock, When};
-use crate::record::Recording;
-use crate::source::wording::thousands;
+use rungd_history::record::Recording;
+use rungd_language::source::wording::thousands;
 
 /// Executes a recording again: verifies it, traces it, or tries a different program on it
 #[derive(Args, Debug)]

@@ -19,11 +19,11 @@ use super::replay_why;
 use super::terminal::{say_findings, say_line};
 use super::twin_run::TwinRun;
 use super::when::LocalClock;
-use crate::load::{self, library};
-use crate::record::{RecordedFile, RecordedProgram, Recording};
-use crate::source::render::{refuses, render};
-use crate::source::span::SourceFile;
-use crate::source::wording::{counted, thousands};
+use rungd_config::load::{self, library};
+use rungd_history::record::{RecordedFile, RecordedProgram, Recording};
+use rungd_language::source::render::{refuses, render};
+use rungd_language::source::span::SourceFile;
+use rungd_language::source::wording::{counted, thousands};
 
 /// The last sentence of every report.
 const OPEN_LOOP: &str = "open loop: the inputs are the recorded ones; the reaction of the plant to \

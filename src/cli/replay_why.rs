@@ -11,8 +11,8 @@ use super::recorded_plant::RecordedPlant;
 use super::recording::{self, RecordedPast};
 use super::replay_args::ReplayArgs;
 use super::twin_run::TwinRun;
-use crate::observe::{At, Limits, Past, Subject};
-use crate::record::Recording;
+use rungd_history::observe::{At, Limits, Past, Subject};
+use rungd_history::record::Recording;
 
 /// The maximum number of operands that are explained: the operands that differ first.
 const EXPLAINED_MAX: usize = 3;

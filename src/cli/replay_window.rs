@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use super::recording;
 use super::when::{LocalClock, Moment, When};
-use crate::record::{Recording, ReplayedScan};
+use rungd_history::record::{Recording, ReplayedScan};
 
 /// A part of a recording.
 pub(super) struct ReplayWindow {

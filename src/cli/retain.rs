@@ -8,10 +8,10 @@ use clap::{Args, Subcommand};
 use super::exit::Exit;
 use super::operator::OperatorArgs;
 use super::terminal::{one_line, print, say_line};
-use crate::duration_text::duration_text;
-use crate::operator::protocol::{Request, Saved};
-use crate::retain::file::{Access, FileDevice};
-use crate::retain::show::show;
+use rungd_base::duration_text::duration_text;
+use rungd_client::operator::protocol::{Request, Saved};
+use rungd_state::retain::file::{Access, FileDevice};
+use rungd_state::retain::show::show;
 
 /// Shows a file of retentive memory, or makes a running controller save its memory now
 #[derive(Args, Debug)]

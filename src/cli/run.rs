@@ -15,12 +15,12 @@ use super::terminal::say_findings;
 use crate::daemon::guard::{self, Ended, Guard};
 use crate::daemon::log::{self, LogFormat};
 use crate::daemon::{self, Ending, Host, Options, StartFailure, StartPart, config};
-use crate::events::Level;
-use crate::isa::duration::{self, not_a_duration};
-use crate::operator::protocol::ModeWanted;
-use crate::progress::Progress;
-use crate::runtime::exchange::StopReason;
-use crate::say::say;
+use rungd_base::progress::Progress;
+use rungd_client::operator::protocol::ModeWanted;
+use rungd_engine::isa::duration::{self, not_a_duration};
+use rungd_runtime::events::Level;
+use rungd_runtime::exchange::StopReason;
+use rungd_runtime::say::say;
 
 /// The number of free file descriptors that a start needs, including a reserve.
 const DESCRIPTORS_LEAST: usize = 16;

@@ -2,7 +2,7 @@
 //! test file, for editors and for programs that write these files.
 //!
 //! Keys, their types and their explanations come from the readers of the files
-//! ([`crate::source::shape`]). Only `rungd check` finds mistakes that a schema cannot express: an
+//! ([`rungd_language::source::shape`]). Only `rungd check` finds mistakes that a schema cannot express: an
 //! address that does not exist, a leg that the rung's instruction does not have.
 
 use std::io::Write;
@@ -12,11 +12,11 @@ use clap::{Args, ValueEnum};
 use serde_json::{Map, Value, json};
 
 use super::exit::Exit;
-use crate::controller;
-use crate::source::key::{Key, KeyLimit};
-use crate::source::ladder;
-use crate::source::shape::{Shape, ValueForm};
-use crate::testing;
+use rungd_config::controller;
+use rungd_lab::testing;
+use rungd_language::source::key::{Key, KeyLimit};
+use rungd_language::source::ladder;
+use rungd_language::source::shape::{Shape, ValueForm};
 
 /// Prints the JSON Schema of a kind of file
 #[derive(Args, Debug)]
@@ -60,7 +60,7 @@ pub fn of(kind: FileKind) -> Value {
         FileKind::Controller => (controller::shape(), "A controller file of rungd"),
         FileKind::Test => (testing::shape(), "A test file of rungd"),
         #[cfg(feature = "fleet")]
-        FileKind::Edge => (crate::edge::shape(), "A file of an edge node of rungd"),
+        FileKind::Edge => (rungd_fleet::edge::shape(), "A file of an edge node of rungd"),
     };
     let mut writer = Writer { places: Map::new() };
     let mut schema = writer.table(&shape);
@@ -169,7 +169,7 @@ fn add(schema: &mut Map<String, Value>, more: &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::isa::instruction::LegName;
+    use rungd_engine::isa::instruction::LegName;
 
     /// If the reader itself checks the type of a value, the limit of the key contains the types.
     #[test]

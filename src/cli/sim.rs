@@ -15,20 +15,20 @@ use super::exit::{CommandLine, Exit};
 use super::terminal::{say, say_findings};
 use super::trace_file::{self, TraceFile};
 use super::watched_operands;
-use crate::calendar;
-use crate::controller::Controller;
-use crate::engine::Image;
-use crate::isa::duration::{self, DurationError, not_a_duration};
-use crate::load;
-use crate::resolve::program::Program;
-use crate::resolve::scope::Scope;
-use crate::rig::simulation::{
+use rungd_base::calendar;
+use rungd_config::controller::Controller;
+use rungd_config::load;
+use rungd_engine::Image;
+use rungd_engine::isa::duration::{self, DurationError, not_a_duration};
+use rungd_lab::rig::simulation::{
     ControllerTargets, DEFAULT_PERIOD_MS, DEFAULT_SCANS, LoweredSimulation, Simulation,
 };
-use crate::sim;
-use crate::sim::stimulus::{Stimulus, StimulusRows, StimulusTarget};
-use crate::sim::trace::{ChangesOnly, RowName, Trace};
-use crate::source::render::{refuses, render};
+use rungd_lab::sim;
+use rungd_lab::sim::stimulus::{Stimulus, StimulusRows, StimulusTarget};
+use rungd_lab::sim::trace::{ChangesOnly, RowName, Trace};
+use rungd_language::resolve::program::Program;
+use rungd_language::resolve::scope::Scope;
+use rungd_language::source::render::{refuses, render};
 
 /// Runs a ladder program in virtual time and prints the values of its operands
 #[derive(Args, Debug)]

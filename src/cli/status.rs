@@ -7,8 +7,8 @@ use super::exit::Exit;
 use super::operator::OperatorArgs;
 use super::read::table;
 use super::terminal::one_line;
-use crate::duration_text::duration_text;
-use crate::operator::protocol::{
+use rungd_base::duration_text::duration_text;
+use rungd_client::operator::protocol::{
     Alarm, AlarmState, BlockStatus, LogState, Posture, Record, Request, Retain, Scan, Spread,
     Status, is_run,
 };

@@ -11,8 +11,8 @@ use std::io::{self, IsTerminal, Write};
 use std::sync::OnceLock;
 
 use super::folded::{COLUMNS_MAX, folded};
-use crate::operator::SOCKET_VARIABLE;
-use crate::source::wording::{escaped, is_obeyed};
+use rungd_client::operator::SOCKET_VARIABLE;
+use rungd_language::source::wording::{escaped, is_obeyed};
 
 /// A text for a terminal. Line ends are not escaped, so it is only for texts whose line ends rungd
 /// itself has written.

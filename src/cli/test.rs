@@ -19,11 +19,11 @@ use super::exit::{CommandLine, Exit};
 use super::folders::search;
 use super::terminal::{one_line, plain_json, print, say, say_drawn, say_findings};
 use super::test_trace;
-use crate::source::render::{refuses, render};
-use crate::testing::{
+use rungd_lab::testing::{
     self, Coverage, CoverageOptions, FileVerdicts, ReadSuite, RunOptions, Suite, Verdict,
     read_suite,
 };
+use rungd_language::source::render::{refuses, render};
 
 /// The time after which the progress is shown on a terminal.
 const SHOW_AFTER: Duration = Duration::from_millis(500);

@@ -12,12 +12,12 @@ use anyhow::{Context, Result};
 use super::recorded_trace::{content, same_kind};
 use super::trace_file::TraceFile;
 use super::watched_operands;
-use crate::engine::Cell;
-use crate::resolve::scope::Scope;
-use crate::rig::RigProgram;
-use crate::rig::simulation::all_named;
-use crate::sim::trace::{RowName, ValueTrace, Watched};
-use crate::testing::{self, ProgramId, Scenario, Suite, TracedScan};
+use rungd_engine::Cell;
+use rungd_lab::rig::RigProgram;
+use rungd_lab::rig::simulation::all_named;
+use rungd_lab::sim::trace::{RowName, ValueTrace, Watched};
+use rungd_lab::testing::{self, ProgramId, Scenario, Suite, TracedScan};
+use rungd_language::resolve::scope::Scope;
 
 /// Runs the scenarios of a suite whose names contain the filter. Writes a trace of all operands
 /// that its ladders name for each: `FOLDER/<test file>-<scenario>.csv`.

@@ -10,9 +10,9 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 
 use super::exit::CommandLine;
-use crate::sim::svg::SvgTrace;
-use crate::sim::trace::{CsvTrace, RowName, ValueTrace, Watched};
-use crate::sim::vcd::VcdTrace;
+use rungd_lab::sim::svg::SvgTrace;
+use rungd_lab::sim::trace::{CsvTrace, RowName, ValueTrace, Watched};
+use rungd_lab::sim::vcd::VcdTrace;
 
 type Output = Box<dyn Write>;
 

@@ -9,11 +9,11 @@ use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
 
 use super::recorded_plant::{RecordedPlant, RecordedPlants};
-use crate::engine::{BitCell, Cell, Engine, EngineCall, EngineState, Transfer, WordCell};
-use crate::record::{Recording, ReplayedScan, SectionBody, fits, state_hash};
-use crate::reload::{ReloadPlan, Side};
-use crate::runtime::exchange::Mode;
-use crate::runtime::{NumberedCall, TapeEntry, TapeSection, numbered_calls};
+use rungd_engine::{BitCell, Cell, Engine, EngineCall, EngineState, Transfer, WordCell};
+use rungd_history::record::{Recording, ReplayedScan, SectionBody, fits, state_hash};
+use rungd_runtime::exchange::Mode;
+use rungd_runtime::{NumberedCall, TapeEntry, TapeSection, numbered_calls};
+use rungd_state::reload::{ReloadPlan, Side};
 
 /// Both programs at the end of a scan.
 pub(super) struct TwinScan<'a> {

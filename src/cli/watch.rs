@@ -15,8 +15,8 @@ use super::exit::Exit;
 use super::operator::{OperatorArgs, complete};
 use super::read::table;
 use super::terminal::{one_line, plain};
-use crate::isa::duration::{self, not_a_duration};
-use crate::operator::protocol::{Request, ShownValue, Values};
+use rungd_client::operator::protocol::{Request, ShownValue, Values};
+use rungd_engine::isa::duration::{self, not_a_duration};
 
 const INTERVAL_LEAST: Duration = Duration::from_millis(50);
 
@@ -125,7 +125,7 @@ fn drawing(values: &Values, first: bool, (wide, high): (usize, usize)) -> String
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::operator::protocol::Held;
+    use rungd_client::operator::protocol::Held;
 
     fn values() -> Values {
         let value = |operand: &str, tag: Option<&str>, address: &str, value, forced| ShownValue {

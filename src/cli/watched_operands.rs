@@ -6,13 +6,13 @@ use anyhow::Result;
 
 use super::exit::CommandLine;
 use super::terminal::say;
-use crate::isa::Address;
-use crate::lower::Symbols;
-use crate::resolve::program::Program;
-use crate::resolve::scope::Scope;
-use crate::rig::simulation::{ELEMENTS_MAX, all_named};
-use crate::sim::stimulus::split_element;
-use crate::sim::trace::Watched;
+use rungd_engine::isa::Address;
+use rungd_lab::rig::simulation::{ELEMENTS_MAX, all_named};
+use rungd_lab::sim::stimulus::split_element;
+use rungd_lab::sim::trace::Watched;
+use rungd_language::lower::Symbols;
+use rungd_language::resolve::program::Program;
+use rungd_language::resolve::scope::Scope;
 
 /// Returns from the function with an error about the command line.
 macro_rules! usage {

@@ -10,11 +10,11 @@ use rustix::termios::{LocalModes, OptionalActions, tcgetattr, tcsetattr};
 use super::exit::Exit;
 use super::operator::{exit_of, say_failure};
 use super::terminal::{print, say, say_line};
-use crate::operator::SOCKET_VARIABLE;
-use crate::operator::client::CallFailure;
-use crate::operator::search;
-use crate::operator::search_failure::SearchFailure;
-use crate::web::{ListenAt, UserFailure, WebOptions, serve, set_password};
+use rungd_client::operator::SOCKET_VARIABLE;
+use rungd_client::operator::client::CallFailure;
+use rungd_client::operator::search;
+use rungd_client::operator::search_failure::SearchFailure;
+use rungd_web::{ListenAt, UserFailure, WebOptions, serve, set_password};
 
 /// Shows a running controller in a browser: its ladder with power, why, trends, alarms
 #[derive(Args, Debug)]

@@ -11,9 +11,9 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use tz::TimeZone;
 
-use crate::calendar::{self, LocalTime, Utc};
 use crate::daemon::local_time;
-use crate::isa::duration;
+use rungd_base::calendar::{self, LocalTime, Utc};
+use rungd_engine::isa::duration;
 
 const NS_PER_S: i64 = 1_000_000_000;
 const NS_PER_MS: i64 = 1_000_000;

@@ -12,8 +12,8 @@ use super::operator::{OperatorArgs, complete};
 use super::recording::{self, RecordedPast};
 use super::terminal::{plain_json, print, say_line};
 use super::when::{LocalClock, Moment, When};
-use crate::observe::{At, Limits};
-use crate::record::Recording;
+use rungd_history::observe::{At, Limits};
+use rungd_history::record::Recording;
 
 /// A time that is at most this much later than the last scan means that scan, because people write
 /// whole seconds.

@@ -5,7 +5,7 @@ use clap::Args;
 
 use super::exit::Exit;
 use super::operator::{New, OperatorArgs};
-use crate::operator::protocol::Request;
+use rungd_client::operator::protocol::Request;
 
 /// Writes a bit or word of a running controller
 #[derive(Args, Debug)]

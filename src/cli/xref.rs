@@ -14,12 +14,12 @@ use super::check::style;
 use super::default_files::given_or_default;
 use super::exit::Exit;
 use super::terminal::{plain_json, print, say, say_findings, say_line};
-use crate::draw::xref::{Index, text};
-use crate::load::{self, Loaded, identity};
-use crate::observe::Subject;
-use crate::source::render::render;
-use crate::source::wording::counted;
-use crate::testing::{self, TestTouch};
+use rungd_config::load::{self, Loaded, identity};
+use rungd_history::observe::Subject;
+use rungd_lab::draw::xref::{Index, text};
+use rungd_lab::testing::{self, TestTouch};
+use rungd_language::source::render::render;
+use rungd_language::source::wording::counted;
 
 /// Lists where operands are written and read, and their other uses
 ///

@@ -9,10 +9,10 @@
 use std::cmp::Reverse;
 use std::collections::{HashMap, VecDeque};
 
-use crate::engine::BitCell;
-use crate::lower;
-use crate::operator::protocol::{AckedAlarm, Alarm, AlarmAck, AlarmState, AlarmTime};
-use crate::runtime::exchange::Snapshot;
+use rungd_client::operator::protocol::{AckedAlarm, Alarm, AlarmAck, AlarmState, AlarmTime};
+use rungd_engine::BitCell;
+use rungd_language::lower;
+use rungd_runtime::exchange::Snapshot;
 
 /// Rises are counted per period of ten minutes.
 const SLICE_NS: u64 = 600 * 1_000_000_000;

@@ -1,7 +1,7 @@
 //! Unit tests of the book of alarms.
 
 use super::*;
-use crate::resolve::priority::Priority;
+use rungd_language::resolve::priority::Priority;
 
 const SECOND_NS: u64 = 1_000_000_000;
 const HOUR_NS: u64 = 3600 * SECOND_NS;

@@ -8,9 +8,9 @@ use std::sync::{Arc, Mutex, TryLockError};
 
 use super::alarm_book::{AlarmBook, BookTime};
 use super::narration::Narration;
-use crate::runtime::exchange::Snapshot;
-use crate::runtime::monotonic_ns;
-use crate::wall_clock::now_ns;
+use rungd_base::wall_clock::now_ns;
+use rungd_runtime::exchange::Snapshot;
+use rungd_runtime::monotonic_ns;
 
 /// The most changes that wait.
 const WAITING_MAX: usize = 10_000;
@@ -99,8 +99,8 @@ pub(super) fn unix_ns(at_ns: u64) -> i64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::runtime::command::Forces;
-    use crate::runtime::exchange::Mode;
+    use rungd_runtime::command::Forces;
+    use rungd_runtime::exchange::Mode;
 
     fn image(scans: u64, on: bool) -> Snapshot {
         Snapshot {
@@ -121,11 +121,11 @@ mod tests {
 
     #[test]
     fn while_a_reader_has_the_book_changes_wait_and_what_is_lost_is_put_right() {
-        let alarm = crate::lower::Alarm {
-            bit: crate::engine::BitCell(0),
+        let alarm = rungd_language::lower::Alarm {
+            bit: rungd_engine::BitCell(0),
             tag: "jam".to_owned(),
             text: "Jammed".to_owned(),
-            priority: crate::resolve::priority::Priority::High,
+            priority: rungd_language::resolve::priority::Priority::High,
         };
         let book: SharedBook = Arc::new(Mutex::new(AlarmBook::new(&[alarm])));
         let mut keeper = BookKeeper::new(Arc::clone(&book));

@@ -6,8 +6,8 @@
 //! alarm that is ON without a line is logged as soon as the allowance permits, or at the end. So
 //! the log never shows a past alarm as still ON, and never hides an alarm that stays ON.
 
-use crate::events::LineLimit;
-use crate::events::limit::{Budget, Withheld, WithheldLines};
+use rungd_runtime::events::LineLimit;
+use rungd_runtime::events::limit::{Budget, Withheld, WithheldLines};
 
 /// The alarms: which of them are ON, and whether the log has a line about it.
 pub(super) struct Alarms {

@@ -9,28 +9,28 @@ use std::time::Duration;
 
 use anyhow::Result;
 
-use crate::controller::Controller;
-use crate::controller::device::Device;
-use crate::controller::log::LogSettings;
-use crate::controller::operator::Operator;
-use crate::controller::record::RecordSettings;
-use crate::engine;
-use crate::io::modbus::settings::Modbus;
-use crate::io::plant::settings::Rule;
-use crate::isa::Address;
-use crate::load::{self, Loaded, sha256_of};
-use crate::lower::{Symbols, lower_within};
-use crate::operator::names::Names;
-use crate::progress::{Progress, Step};
-use crate::record::RecordedFile;
-use crate::resolve::program::{BlockKind, Program};
-use crate::retain::RetainPlan;
-use crate::runtime::exchange::Tempo;
-use crate::runtime::wiring::Wiring;
-use crate::runtime::{Memory, Pace, Posture, Watched};
-use crate::source::finding::Finding;
-use crate::source::render::{Style, refuses, render_within};
-use crate::source::span::{SourceFile, Span};
+use rungd_base::progress::{Progress, Step};
+use rungd_client::operator::names::Names;
+use rungd_config::controller::Controller;
+use rungd_config::controller::device::Device;
+use rungd_config::controller::log::LogSettings;
+use rungd_config::controller::operator::Operator;
+use rungd_config::controller::record::RecordSettings;
+use rungd_config::load::{self, Loaded, sha256_of};
+use rungd_engine as engine;
+use rungd_engine::isa::Address;
+use rungd_history::record::RecordedFile;
+use rungd_io::modbus::settings::Modbus;
+use rungd_io::plant::settings::Rule;
+use rungd_language::lower::{Symbols, lower_within};
+use rungd_language::resolve::program::{BlockKind, Program};
+use rungd_language::source::finding::Finding;
+use rungd_language::source::render::{Style, refuses, render_within};
+use rungd_language::source::span::{SourceFile, Span};
+use rungd_runtime::exchange::Tempo;
+use rungd_runtime::wiring::Wiring;
+use rungd_runtime::{Memory, Pace, Posture, Watched};
+use rungd_state::retain::RetainPlan;
 
 use super::narration::Narration;
 use super::retain::{RetainSettings, place};
@@ -62,7 +62,7 @@ pub struct Setup {
     pub(super) posture: Posture,
     pub(super) modbus: Option<Modbus>,
     pub(super) rules: Vec<Rule>,
-    pub(super) devices: Vec<crate::controller::device::Device>,
+    pub(super) devices: Vec<rungd_config::controller::device::Device>,
     /// The wiring of each of `devices`, in the same order.
     pub(super) field: Vec<Wiring>,
     /// The trial time of a reloaded program; zero: no trial.

@@ -10,18 +10,18 @@ use tokio::task::JoinSet;
 use tokio::time::sleep;
 
 use super::config::Setup;
-use crate::controller::device::{Device, DriverSettings as Settings};
-use crate::io::caught::caught;
-use crate::io::device;
-use crate::io::device::{DeviceKeeper, DeviceParts, Driver, Health, Opener};
-use crate::io::gpio::{Gpio, Kernel};
-use crate::io::modbus_client::settings::{self as modbus, Link};
-use crate::io::modbus_client::{Client, RtuLines, Tcp};
-use crate::io::plant::Plant;
-use crate::runtime::exchange::Port;
-use crate::runtime::field::Ends;
-use crate::runtime::wiring::Wiring;
-use crate::say::say;
+use rungd_config::controller::device::{Device, DriverSettings as Settings};
+use rungd_io::caught::caught;
+use rungd_io::device;
+use rungd_io::device::{DeviceKeeper, DeviceParts, Driver, Health, Opener};
+use rungd_io::gpio::{Gpio, Kernel};
+use rungd_io::modbus_client::settings::{self as modbus, Link};
+use rungd_io::modbus_client::{Client, RtuLines, Tcp};
+use rungd_io::plant::Plant;
+use rungd_runtime::exchange::Port;
+use rungd_runtime::field::Ends;
+use rungd_runtime::say::say;
+use rungd_runtime::wiring::Wiring;
 
 /// The health of each device, by number.
 pub(super) fn healths(devices: &[Device]) -> Vec<Health> {

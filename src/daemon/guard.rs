@@ -16,10 +16,10 @@ use std::path::{Path, PathBuf};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use crate::directories;
-use crate::duration_text::duration_text;
-use crate::runtime::exchange::Mode;
-use crate::say::say;
+use rungd_base::directories;
+use rungd_base::duration_text::duration_text;
+use rungd_runtime::exchange::Mode;
+use rungd_runtime::say::say;
 
 /// The number of restarts that leads to STOP.
 const RESTARTS_MAX: u32 = 10;
@@ -257,7 +257,7 @@ fn parse(text: &str) -> Option<Count> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::runtime::exchange::StopReason;
+    use rungd_runtime::exchange::StopReason;
 
     const HEALTHY: Duration = Duration::from_secs(600);
 

@@ -13,9 +13,9 @@ use std::time::{Duration, SystemTime};
 
 use tz::{TimeZone, TimeZoneSettings};
 
-use crate::load::read_bytes;
-use crate::runtime::wall::UtcOffset;
-use crate::say::say;
+use rungd_config::load::read_bytes;
+use rungd_runtime::say::say;
+use rungd_runtime::wall::UtcOffset;
 
 /// The longest time until a change of the zone is noticed.
 const LOOK_EVERY: Duration = Duration::from_secs(1);

@@ -25,11 +25,11 @@ pub use super::log_queue::lines_dropped;
 use super::log_queue::{Formed, LogQueue};
 use super::log_rules::LogRules;
 use super::log_screen::LogScreen;
-use crate::controller::log::LogSettings;
-use crate::events::Level;
-use crate::locked::locked;
-use crate::runtime::wall::UtcOffset;
-use crate::say;
+use rungd_base::locked::locked;
+use rungd_config::controller::log::LogSettings;
+use rungd_runtime::events::Level;
+use rungd_runtime::say;
+use rungd_runtime::wall::UtcOffset;
 
 /// The form of the log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -268,9 +268,9 @@ mod tests {
     use std::sync::{Arc, Mutex};
 
     use super::*;
-    use crate::controller::log::LogTime;
-    use crate::events::{ALARM_ON, Event, STAGE_ON};
-    use crate::say::say;
+    use rungd_config::controller::log::LogTime;
+    use rungd_runtime::events::{ALARM_ON, Event, STAGE_ON};
+    use rungd_runtime::say::say;
 
     #[derive(Clone, Default)]
     struct Sink(Arc<Mutex<Vec<u8>>>);

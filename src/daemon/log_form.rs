@@ -12,9 +12,9 @@ pub(super) use tracing::Level;
 use tracing::field::{Field, Visit};
 
 use super::journal::JournalEntry;
-use crate::calendar::LocalTime;
-use crate::events::{self, Event};
-use crate::source::wording::is_obeyed;
+use rungd_base::calendar::LocalTime;
+use rungd_language::source::wording::is_obeyed;
+use rungd_runtime::events::{self, Event};
 
 /// A value of a field.
 #[derive(Clone, Debug, PartialEq)]

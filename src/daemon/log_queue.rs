@@ -15,11 +15,11 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use super::journal::Socket;
-use crate::duration_text::duration_text;
-use crate::events::Event;
-use crate::events::limit::{Limiter, WithheldLines};
-use crate::locked::locked;
-use crate::say::say;
+use rungd_base::duration_text::duration_text;
+use rungd_base::locked::locked;
+use rungd_runtime::events::Event;
+use rungd_runtime::events::limit::{Limiter, WithheldLines};
+use rungd_runtime::say::say;
 
 /// If more lines than this wait, details are dropped; above `LINES_MAX`, all lines are dropped.
 const DETAILS_MAX: usize = 4096;

@@ -7,9 +7,9 @@
 use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use crate::controller::log::{LogSettings, LogTime};
-use crate::events::{Event, EventLevels, Level};
-use crate::runtime::wall::UtcOffset;
+use rungd_config::controller::log::{LogSettings, LogTime};
+use rungd_runtime::events::{Event, EventLevels, Level};
+use rungd_runtime::wall::UtcOffset;
 
 /// The rules of a log.
 #[derive(Debug)]
@@ -69,7 +69,7 @@ impl LogRules {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::events::{MODBUS_READ_REFUSED, STAGE_ON, TAG_ON};
+    use rungd_runtime::events::{MODBUS_READ_REFUSED, STAGE_ON, TAG_ON};
 
     fn rules(level: Level, given: &[(&Event, Option<Level>)], time: LogTime) -> LogRules {
         let mut settings = LogSettings { time, ..LogSettings::default() };

@@ -12,8 +12,8 @@ use std::sync::Mutex;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use super::log_form::{FieldValue, Level, LogLine, offset};
-use crate::calendar::LocalTime;
-use crate::locked::locked;
+use rungd_base::calendar::LocalTime;
+use rungd_base::locked::locked;
 
 /// The most columns of a line.
 const COLUMNS_MAX: usize = 100;
@@ -187,7 +187,7 @@ fn sentence_rows(sentence: &str) -> (Vec<LineWords>, usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::events::{ALARM_ON, MODE_FAULT, TAG_VALUE};
+    use rungd_runtime::events::{ALARM_ON, MODE_FAULT, TAG_VALUE};
 
     const NOON: u64 = 1_795_262_400;
 

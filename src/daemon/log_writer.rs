@@ -13,14 +13,14 @@ use super::log_queue::lines_dropped;
 use super::narration::{BlockNews, Facts, Narration, WordNews, reason, us};
 use super::posture;
 use super::told_statistics::{BeatState, tell_heartbeat};
-use crate::duration_text::duration_text;
-use crate::engine::{MathEvent, Mishap};
-use crate::events::limit::WithheldLines;
-use crate::io::device::Health;
-use crate::isa::Real;
-use crate::runtime::exchange::{FaultReason, Mode, Snapshot, StopReason};
-use crate::runtime::{DeviceEdge, Generations, Observer, Record, RecordEvent, Statistics};
-use crate::say::say;
+use rungd_base::duration_text::duration_text;
+use rungd_engine::isa::Real;
+use rungd_engine::{MathEvent, Mishap};
+use rungd_io::device::Health;
+use rungd_runtime::events::limit::WithheldLines;
+use rungd_runtime::exchange::{FaultReason, Mode, Snapshot, StopReason};
+use rungd_runtime::say::say;
+use rungd_runtime::{DeviceEdge, Generations, Observer, Record, RecordEvent, Statistics};
 
 /// The machine's load, if it may be the reason of a fault.
 fn load_at(fault: FaultReason) -> String {
@@ -429,8 +429,8 @@ mod tests {
     const SECOND_NS: u64 = 1_000_000_000;
 
     fn writer() -> LogWriter {
-        let program = crate::resolve::program::Program::default();
-        let (_, symbols) = crate::lower::lower(&program);
+        let program = rungd_language::resolve::program::Program::default();
+        let (_, symbols) = rungd_language::lower::lower(&program);
         let (narration, _) = Narration::new(&program, &symbols);
         let facts = Facts {
             repeat_ns: 60 * SECOND_NS,

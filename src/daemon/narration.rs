@@ -5,16 +5,16 @@
 use std::sync::{Arc, OnceLock};
 
 use super::retain::{COLD_BY_HAND, NothingKept};
-use crate::controller::log::BlockLines;
-use crate::duration_text::duration_text;
-use crate::engine::{BlockEvent, Cell, Element};
-use crate::events::{self, Event};
-use crate::isa::{BlockId, StageId};
-use crate::lower::{Alarm, Symbols};
-use crate::resolve::program::{Block, BlockKind, Program};
-use crate::runtime::Watched;
-use crate::runtime::exchange::{FaultReason, Mode, StopReason, Tempo};
-use crate::source::wording::is_obeyed;
+use rungd_base::duration_text::duration_text;
+use rungd_config::controller::log::BlockLines;
+use rungd_engine::isa::{BlockId, StageId};
+use rungd_engine::{BlockEvent, Cell, Element};
+use rungd_language::lower::{Alarm, Symbols};
+use rungd_language::resolve::program::{Block, BlockKind, Program};
+use rungd_language::source::wording::is_obeyed;
+use rungd_runtime::Watched;
+use rungd_runtime::events::{self, Event};
+use rungd_runtime::exchange::{FaultReason, Mode, StopReason, Tempo};
 
 /// The names for all log lines.
 #[derive(Clone, Debug)]
@@ -351,9 +351,9 @@ pub(super) fn us(ns: u64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::events::Silence;
-    use crate::resolve::{LoadOptions, load_ladders};
-    use crate::source::span::SourceFile;
+    use rungd_language::resolve::{LoadOptions, load_ladders};
+    use rungd_language::source::span::SourceFile;
+    use rungd_runtime::events::Silence;
 
     #[test]
     fn a_text_cannot_break_the_line() {
@@ -374,7 +374,7 @@ mod tests {
         let text = "[[program]]\nname = \"Main\"\n[[program.stage]]\nname = \"A\"\nrung = []\n";
         let file = SourceFile { name: "a.toml".into(), text: text.into() };
         let program = load_ladders(&[file], &LoadOptions::default()).0.expect("it loads");
-        let (_, symbols) = crate::lower::lower(&program);
+        let (_, symbols) = rungd_language::lower::lower(&program);
         let narration = Narration::new(&program, &symbols).0;
         let (block, stage) = (BlockId(0), StageId(0));
         let all = [
@@ -411,7 +411,7 @@ mod tests {
             let text = format!("[[program]]\nname = \"Main\"\n{rung}");
             let file = SourceFile { name: "a.toml".into(), text };
             let program = load_ladders(&[file], &LoadOptions::default()).0.expect("it loads");
-            let (_, symbols) = crate::lower::lower(&program);
+            let (_, symbols) = rungd_language::lower::lower(&program);
             let tempo = Tempo { period_ns: 5_000_000, watchdog_ns: 9_000_000 };
             Narration::new(&program, &symbols).0.at(tempo)
         };

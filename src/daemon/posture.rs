@@ -1,7 +1,7 @@
 //! Logs the real-time posture: its requests and grants. Applies `strict`.
 
-use crate::runtime::Grant;
-use crate::say::say;
+use rungd_runtime::Grant;
+use rungd_runtime::say::say;
 
 /// How the scan thread gets a real-time priority; `None` if it has one.
 pub(super) fn priority_remedy(grants: &[Grant]) -> Option<String> {
@@ -72,7 +72,7 @@ pub(super) fn tell(grants: &[Grant], strict: bool) -> Result<(), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::runtime::NotGranted;
+    use rungd_runtime::NotGranted;
 
     #[test]
     fn a_thread_without_priority_is_told_how_to_get_one() {

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use super::config::Setup;
-use crate::record::{RecordedProgram, TapeClock};
-use crate::runtime::monotonic_ns;
-use crate::wall_clock::now_ns;
+use rungd_base::wall_clock::now_ns;
+use rungd_history::record::{RecordedProgram, TapeClock};
+use rungd_runtime::monotonic_ns;
 
 /// The program of a generation in the form that a recording stores.
 pub(super) fn program(setup: &Setup, generation: u32) -> RecordedProgram {

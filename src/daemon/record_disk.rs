@@ -18,13 +18,13 @@ use std::time::{Duration, Instant};
 use super::config::Setup;
 use super::record::clock;
 use super::record_stall::{Backlog, DiskLag, DiskStall, LagNews, StallNews};
-use crate::duration_text::duration_text;
-use crate::faults::{self, FaultPoint};
-use crate::locked::locked;
-use crate::record::{
+use rungd_base::duration_text::duration_text;
+use rungd_base::faults::{self, FaultPoint};
+use rungd_base::locked::locked;
+use rungd_history::record::{
     Folder, FolderOnDisk, RecordBlock, Store, StoreNews, StoreSettings, TapeClock,
 };
-use crate::say::say;
+use rungd_runtime::say::say;
 
 /// The most blocks that wait for the disk: two minutes of a plant with short periods.
 const BLOCKS_MAX: usize = 120;
@@ -341,8 +341,8 @@ mod tests {
     use std::cell::Cell;
 
     use super::*;
-    use crate::record::{BlockHead, RecordedProgram, SectionBody};
-    use crate::runtime::exchange::Mode;
+    use rungd_history::record::{BlockHead, RecordedProgram, SectionBody};
+    use rungd_runtime::exchange::Mode;
 
     /// A folder that counts its calls.
     #[derive(Default)]

@@ -11,7 +11,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use crate::locked::locked;
+use rungd_base::locked::locked;
 
 /// The log reports a copy that is further behind than this.
 const BEHIND_MOST: Duration = Duration::from_secs(5);

@@ -15,14 +15,14 @@ use tokio::sync::oneshot;
 use super::config::FileAccess;
 use super::record::clock;
 use super::record_disk::{DiskFigures, RecordDisk};
-use crate::duration_text::duration_text;
-use crate::faults::{self, FaultPoint};
-use crate::locked::locked;
-use crate::operator::protocol::RECORDING_BYTES_MAX;
-use crate::record::{Recent, RecordBlock, RecordedProgram, Recorder};
-use crate::runtime::exchange::Port;
-use crate::runtime::{TapeEntry, TapeReader};
-use crate::say::say;
+use rungd_base::duration_text::duration_text;
+use rungd_base::faults::{self, FaultPoint};
+use rungd_base::locked::locked;
+use rungd_client::operator::protocol::RECORDING_BYTES_MAX;
+use rungd_history::record::{Recent, RecordBlock, RecordedProgram, Recorder};
+use rungd_runtime::exchange::Port;
+use rungd_runtime::say::say;
+use rungd_runtime::{TapeEntry, TapeReader};
 
 /// The longest time between two looks at the tape.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
@@ -310,11 +310,11 @@ impl Worker {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::{Engine, ScanTimes};
-    use crate::lower::lower;
-    use crate::resolve::{LoadOptions, load_ladders};
-    use crate::runtime::{Machine, ScanStart, Shape, link, tape};
-    use crate::source::span::SourceFile;
+    use rungd_engine::{Engine, ScanTimes};
+    use rungd_language::lower::lower;
+    use rungd_language::resolve::{LoadOptions, load_ladders};
+    use rungd_language::source::span::SourceFile;
+    use rungd_runtime::{Machine, ScanStart, Shape, link, tape};
 
     fn engine() -> Engine {
         let text =

@@ -1,7 +1,7 @@
 //! Retentive memory at the start: opens the file, restores the newest image, and logs both.
 //!
 //! `start_parts` calls [`begin`] before the first scan; the shell hands the result to
-//! `retain_thread`. The content of the file, and the way to write it, are in `crate::retain`.
+//! `retain_thread`. The content of the file, and the way to write it, are in `rungd_state::retain`.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -9,17 +9,17 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use super::failure::StartFailure;
-use crate::directories;
-use crate::engine::Engine;
-use crate::faults::{self, FaultPoint};
-use crate::retain::format::{FLAG_FINAL, Stamp};
-use crate::retain::keeper::{News, Start};
-use crate::retain::plan::Restoration;
-use crate::retain::show::utc;
-use crate::retain::{Keeper, RetainPlan};
-use crate::runtime::exchange::StopReason;
-use crate::say::say;
-use crate::wall_clock::now_ns;
+use rungd_base::directories;
+use rungd_base::faults::{self, FaultPoint};
+use rungd_base::wall_clock::now_ns;
+use rungd_engine::Engine;
+use rungd_runtime::exchange::StopReason;
+use rungd_runtime::say::say;
+use rungd_state::retain::format::{FLAG_FINAL, Stamp};
+use rungd_state::retain::keeper::{News, Start};
+use rungd_state::retain::plan::Restoration;
+use rungd_state::retain::show::utc;
+use rungd_state::retain::{Keeper, RetainPlan};
 
 /// How to run a controller without an operator's socket if nothing was restored.
 pub(super) const COLD_BY_HAND: &str = "stop this process, then start it once with `rungd run \

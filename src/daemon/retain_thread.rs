@@ -15,15 +15,15 @@ use std::time::{Duration, Instant};
 use tokio::sync::oneshot;
 
 use super::retain::{NothingKept, RestoredFile, RetainSettings};
-use crate::duration_text::duration_text;
-use crate::faults::{self, FaultPoint};
-use crate::locked::locked;
-use crate::retain::keeper::Image;
-use crate::retain::{Keeper, Kept, RetainPlan};
-use crate::runtime::Generations;
-use crate::runtime::exchange::{Mode, Port};
-use crate::say::say;
-use crate::wall_clock::now_ms;
+use rungd_base::duration_text::duration_text;
+use rungd_base::faults::{self, FaultPoint};
+use rungd_base::locked::locked;
+use rungd_base::wall_clock::now_ms;
+use rungd_runtime::Generations;
+use rungd_runtime::exchange::{Mode, Port};
+use rungd_runtime::say::say;
+use rungd_state::retain::keeper::Image;
+use rungd_state::retain::{Keeper, Kept, RetainPlan};
 
 /// The longest time until the thread notices a change of mode.
 const LOOK_EVERY: Duration = Duration::from_millis(50);

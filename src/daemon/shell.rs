@@ -34,22 +34,22 @@ use super::start_parts::{StartParts, start_parts};
 use super::start_wait::{StartPart, StartWatch};
 use super::systemd::{self, Notices, Systemd};
 use super::told_statistics::tell_statistics;
-use crate::duration_text::duration_text;
-use crate::engine::{self, Engine};
-use crate::faults::{self, FaultPoint};
-use crate::io::caught::caught;
-use crate::io::device::Health;
-use crate::io::listening::cannot_listen;
-use crate::io::modbus::settings::Modbus;
-use crate::io::{modbus, plant};
-use crate::isa::{Bit, BitSpace};
-use crate::runtime::exchange::{FaultReason, Mode, Port, StopReason};
-use crate::runtime::field::Ends;
-use crate::runtime::pacing::MachineClock;
-use crate::runtime::{
-    self, Generations, Prepared, Reloader, Report, Runtime, Settings, Taped, ThreadState,
+use rungd_base::duration_text::duration_text;
+use rungd_base::faults::{self, FaultPoint};
+use rungd_engine::isa::{Bit, BitSpace};
+use rungd_engine::{self as engine, Engine};
+use rungd_io::caught::caught;
+use rungd_io::device::Health;
+use rungd_io::listening::cannot_listen;
+use rungd_io::modbus::settings::Modbus;
+use rungd_io::{modbus, plant};
+use rungd_runtime::exchange::{FaultReason, Mode, Port, StopReason};
+use rungd_runtime::field::Ends;
+use rungd_runtime::pacing::MachineClock;
+use rungd_runtime::say::say;
+use rungd_runtime::{
+    self as runtime, Generations, Prepared, Reloader, Report, Runtime, Settings, Taped, ThreadState,
 };
-use crate::say::say;
 
 /// The options of the command line.
 #[derive(Clone, Debug)]

@@ -14,7 +14,7 @@ use tokio::sync::watch;
 use tokio::task::{spawn_blocking, yield_now};
 
 use super::start_wait::{StartPart, StartWatch};
-use crate::say::say;
+use rungd_runtime::say::say;
 
 /// The stack of the loading thread: the same size as a main thread's.
 const LOAD_STACK_BYTES: usize = 8 << 20;

@@ -9,7 +9,7 @@ use super::operator;
 use super::retain::{self, RestoredFile, RetainSettings};
 use super::signals::Host;
 use super::start_wait::StartPart;
-use crate::engine::Engine;
+use rungd_engine::Engine;
 
 /// The places of the sockets, and an engine with the file of retentive memory from which it was
 /// restored, if there is one.

@@ -12,9 +12,9 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use super::systemd::{Notice, Systemd};
-use crate::duration_text::duration_text;
-use crate::progress::{Progress, Step};
-use crate::say::say;
+use rungd_base::duration_text::duration_text;
+use rungd_base::progress::{Progress, Step};
+use rungd_runtime::say::say;
 
 /// The time after which a part of the start is told.
 const TELL_AFTER: Duration = Duration::from_secs(3);

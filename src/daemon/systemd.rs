@@ -11,8 +11,8 @@ use std::os::unix::ffi::OsStrExt;
 use std::os::unix::net::{SocketAddr, UnixDatagram};
 use std::time::Duration;
 
-use crate::duration_text::duration_text;
-use crate::runtime::exchange::{Mode, Snapshot, StopReason};
+use rungd_base::duration_text::duration_text;
+use rungd_runtime::exchange::{Mode, Snapshot, StopReason};
 
 /// A notice to systemd.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -180,7 +180,7 @@ fn status(latest: &Snapshot) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::runtime::exchange::FaultReason;
+    use rungd_runtime::exchange::FaultReason;
 
     fn snapshot(scans: u64, mode: Mode) -> Snapshot {
         let (bits, words, outputs) = (Box::default(), Box::default(), Box::default());

@@ -5,9 +5,9 @@
 
 use super::log_queue::lines_dropped;
 use super::narration::us;
-use crate::duration_text::duration_text;
-use crate::runtime::Statistics;
-use crate::say::say;
+use rungd_base::duration_text::duration_text;
+use rungd_runtime::Statistics;
+use rungd_runtime::say::say;
 
 /// Logs scan statistics: either those since the last heartbeat, or those of the whole run.
 macro_rules! tell {

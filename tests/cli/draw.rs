@@ -1,5 +1,5 @@
 //! `rungd draw` as a user runs it: text, SVG and HTML, marks of coverage, refusals.
-//! `src/draw/tests.rs` shows that a drawing is the same rung.
+//! `crates/lab/src/draw/tests.rs` shows that a drawing is the same rung.
 
 use std::collections::HashSet;
 use std::fs;

@@ -9,12 +9,12 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::support::calm::calmed;
-use rungd::calendar::LocalTime;
-use rungd::engine::{Cell, Engine, ScanTimes};
-use rungd::io::plant::RuleSet;
-use rungd::load;
-use rungd::lower::{Symbols, lower};
-use rungd::resolve::scope::Scope;
+use rungd_base::calendar::LocalTime;
+use rungd_config::load;
+use rungd_engine::{Cell, Engine, ScanTimes};
+use rungd_io::plant::RuleSet;
+use rungd_language::lower::{Symbols, lower};
+use rungd_language::resolve::scope::Scope;
 
 /// A controller with its simulated device.
 struct Plant {

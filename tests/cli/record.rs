@@ -4,7 +4,7 @@
 use std::process::Output;
 
 use crate::cli::replay::{Place, conveyor, shown};
-use rungd::record::{BlockHead, Recent};
+use rungd_history::record::{BlockHead, Recent};
 use serde_json::Value;
 
 #[track_caller]

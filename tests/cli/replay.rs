@@ -3,18 +3,18 @@
 
 use crate::support::model::generate::generate;
 use crate::support::shown::lines_match;
-use rungd::engine::{BitCell, Cell, Engine, ScanTimes, WordCell};
-use rungd::load::recorded_files;
-use rungd::lower::{Symbols, lower};
-use rungd::record::{
+use rungd_config::load::recorded_files;
+use rungd_engine::{BitCell, Cell, Engine, ScanTimes, WordCell};
+use rungd_history::record::{
     Recent, RecordBlock, RecordedFile, RecordedProgram, Recorder, Recording, TapeClock,
 };
-use rungd::reload::{ReloadPlan, Side};
-use rungd::resolve::program::Program;
-use rungd::resolve::scope::Scope;
-use rungd::runtime::exchange::{Mode, StopReason};
-use rungd::runtime::{Machine, ScanStart, TapeReader, Taped, tape};
-use rungd::source::span::SourceFile;
+use rungd_language::lower::{Symbols, lower};
+use rungd_language::resolve::program::Program;
+use rungd_language::resolve::scope::Scope;
+use rungd_language::source::span::SourceFile;
+use rungd_runtime::exchange::{Mode, StopReason};
+use rungd_runtime::{Machine, ScanStart, TapeReader, Taped, tape};
+use rungd_state::reload::{ReloadPlan, Side};
 use std::path::PathBuf;
 use std::process::{Command, Output};
 

@@ -13,7 +13,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use rungd::events::{self, Event, GROUPS, LineLimit, Silence};
+use rungd_runtime::events::{self, Event, GROUPS, LineLimit, Silence};
 
 /// Events that have no log line yet.
 const WITHOUT_LINE: &[&str] = &[];
@@ -233,5 +233,5 @@ written. Alarms are limited each by itself ([running](running.md)).
 overruns, lost devices, changes by people and by reloads, and of what the log, retentive memory or the scan log has lost.
 `none` and `programs`: this value of `[log] blocks` leaves it out too ([the settings of the log](running.md#the-settings-of-the-log)).
 
-This page is made of the table in `src/events`, by `UPDATE_EVENTS=1 cargo test --test it daemon::events::`.
+This page is made of the table in `crates/runtime/src/events`, by `UPDATE_EVENTS=1 cargo test --test it daemon::events::`.
 ";

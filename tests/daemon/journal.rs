@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use crate::support::journal::FakeJournal;
 use crate::support::process::PATIENCE;
-use rungd::events;
+use rungd_runtime::events;
 
 const LADDER: &str = r#"
 [ladder]

@@ -21,7 +21,7 @@ use std::time::{Duration, Instant};
 
 use crate::support::journal::{FakeJournal, Fields, JOURNAL_REMOTE, installed};
 use crate::support::needs::{Need, skip};
-use rungd::events::{self, Silence};
+use rungd_runtime::events::{self, Silence};
 
 /// The number of questions on the page, and the number of those for the log; the others are for the
 /// scan log.

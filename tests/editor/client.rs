@@ -8,7 +8,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use lsp_server::{Connection, Message, Notification, Request, RequestId, Response};
-use rungd::editor::EditorEnd;
+use rungd_lsp::EditorEnd;
 use serde_json::{Value, json};
 
 use crate::support::patience::PATIENCE;
@@ -44,7 +44,7 @@ impl Editor {
         let serve = move || {
             let of = std::fs::read_link("/proc/thread-self").expect("the kernel knows the thread");
             tell_thread.send(Path::new("/proc").join(of)).expect("the editor waits for it");
-            rungd::editor::serve(&server).expect("the server ends well")
+            rungd_lsp::serve(&server).expect("the server ends well")
         };
         let mut editor = Editor {
             connection: Some(connection),

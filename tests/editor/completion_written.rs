@@ -34,7 +34,7 @@ fn items_leave_toml() {
                  steps = [\"set start 1\",\n  \"run 2 scans\" ]\n";
     let (mut tried, mut wrong) = (0, Vec::new());
     for (name, text) in [(LADDER, rung), (CONTROLLER, scan), (TEST, steps)] {
-        rungd::format::formatted(text).expect("it is TOML");
+        rungd_language::format::formatted(text).expect("it is TOML");
         for at in (0..=text.len()).filter(|at| text[..*at].matches('"').count() % 2 == 0) {
             let cursor = format!("{}¦{}", &text[..at], &text[at..]);
             for item in items(&mut editor, name, &cursor).iter().step_by(3) {
@@ -45,7 +45,8 @@ fn items_leave_toml() {
                 let (start, end) = (line + column("start"), line + column("end"));
                 let after = format!("{}{}{}", &text[..start], typed_in(new), &text[end..]);
                 // An item may also give a key or header a second time.
-                let is_toml = rungd::format::formatted(&after).is_ok() || is_only_twice(&after);
+                let is_toml =
+                    rungd_language::format::formatted(&after).is_ok() || is_only_twice(&after);
                 tried += 1;
                 if !is_toml && wrong.len() < 20 {
                     wrong.push(format!("{new:?} at {cursor}"));
@@ -59,6 +60,6 @@ fn items_leave_toml() {
 
 /// Whether the only faults of a text are keys or headers that occur twice.
 fn is_only_twice(text: &str) -> bool {
-    let Err(findings) = rungd::format::formatted(text) else { return true };
+    let Err(findings) = rungd_language::format::formatted(text) else { return true };
     findings.iter().all(|finding| finding.message.contains("twice"))
 }

@@ -7,11 +7,11 @@ use serde_json::Value;
 
 use crate::editor::client::Editor;
 use crate::editor::project::{LADDER, TEST, empty, folder};
-use rungd::load;
-use rungd::source::finding::Finding;
-use rungd::source::render::{Style, render};
-use rungd::source::span::SourceFile;
-use rungd::testing;
+use rungd_config::load;
+use rungd_lab::testing;
+use rungd_language::source::finding::Finding;
+use rungd_language::source::render::{Style, render};
+use rungd_language::source::span::SourceFile;
 
 /// All TOML files below a folder, relative to it.
 pub fn shipped(folder: &Path) -> Vec<String> {

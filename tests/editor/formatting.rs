@@ -35,7 +35,7 @@ fn formatting_is_that_of_fmt() {
     editor.open(LADDER);
     let before = editor.disk(LADDER);
     let after = applied(&before, &ask(&mut editor, LADDER));
-    assert_eq!(after, rungd::format::formatted(&before).unwrap());
+    assert_eq!(after, rungd_language::format::formatted(&before).unwrap());
     assert_ne!(after, before);
     editor.replace(LADDER, &after);
     assert_eq!(ask(&mut editor, LADDER), json!([]));
@@ -46,7 +46,7 @@ fn formatting_is_that_of_fmt() {
 fn one_line_that_is_wrong_is_one_edit_of_one_line() {
     let folder = folder();
     let mut editor = Editor::new(folder.path());
-    let right = rungd::format::formatted(&editor.disk(LADDER)).unwrap();
+    let right = rungd_language::format::formatted(&editor.disk(LADDER)).unwrap();
     let wrong = right.replacen("do   = [\"SET failed_lamp\",", "do=[\"SET failed_lamp\",", 1);
     assert_ne!(wrong, right);
     editor.open_with(LADDER, &wrong);

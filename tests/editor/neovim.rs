@@ -84,7 +84,7 @@ fn neovim_shows_finds_renames_and_formats() {
     assert!(renamed(TEST).contains("expect: gate"), "{seen}");
     let ladder = renamed(LADDER);
     assert!(ladder.contains("wanted = \"start & gate\"") && !ladder.contains("valve"), "{ladder}");
-    assert_eq!(text(&seen["formatted"]), rungd::format::formatted(&ladder).unwrap());
+    assert_eq!(text(&seen["formatted"]), rungd_language::format::formatted(&ladder).unwrap());
 }
 
 /// The installed Neovim may be too old for this configuration, so the functions that it may lack

@@ -4,10 +4,10 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use rungd::load::{self, Loaded};
-use rungd::lower::lower;
-use rungd::sim::stimulus::Stimulus;
-use rungd::sim::{Plan, run};
+use rungd_config::load::{self, Loaded};
+use rungd_lab::sim::stimulus::Stimulus;
+use rungd_lab::sim::{Plan, run};
+use rungd_language::lower::lower;
 use serde_json::{Value, json};
 
 use crate::editor::client::{Editor, place_of};
@@ -224,7 +224,8 @@ fn trace(loaded: &Loaded) -> Vec<Vec<i64>> {
     let lookup = |name: &str| target(program, &symbols, name);
     let stimulus = Stimulus::parse(&text, &lookup).expect("a stimulus");
     let cells = names.iter().map(|named| {
-        let address = rungd::resolve::resolve_operand(program, &named.name).expect("a name");
+        let address =
+            rungd_language::resolve::resolve_operand(program, &named.name).expect("a name");
         symbols.layout.cell(address).expect("a cell")
     });
     let mut rows = Rows::new(cells.collect());

@@ -51,7 +51,7 @@ fn a_wrong_index_is_reported_with_its_rung() {
         [tags]
         word = { at = "D10", count = 4 }"#);
     let reported = |plc: &Plc| -> Vec<String> {
-        let told = |event: &rungd::engine::MathEvent| {
+        let told = |event: &rungd_engine::MathEvent| {
             let bits: Vec<_> = event.mishaps.each().map(|mishap| mishap.nickname()).collect();
             format!("{}: {}", plc.symbols.maths[event.math as usize], bits.join(" "))
         };

@@ -6,9 +6,9 @@ use std::fmt::Write as _;
 use crate::support::numbers::Numbers;
 use crate::support::plc::{Plc, plc};
 use crate::support::run::load;
-use rungd::calendar::LocalTime;
-use rungd::engine::{Engine, ScanTimes};
-use rungd::lower::{lower, lower_with};
+use rungd_base::calendar::LocalTime;
+use rungd_engine::{Engine, ScanTimes};
+use rungd_language::lower::{lower, lower_with};
 
 impl Numbers {
     /// The name of a cell among this many of its space.
@@ -89,15 +89,15 @@ type Left = (Vec<i32>, Vec<u8>, Vec<(u32, String)>, u32);
 
 /// The results of seven scans with random inputs and words; `force`: one word and one bit are
 /// forced.
-fn scans(program: rungd::engine::Program, seed: u64, force: bool) -> Vec<Left> {
+fn scans(program: rungd_engine::Program, seed: u64, force: bool) -> Vec<Left> {
     let layout = program.layout.clone();
     let mut engine = Engine::new(program);
     let mut numbers = Numbers(seed);
-    let word = |n| layout.word(rungd::isa::Word::Space(rungd::isa::WordSpace::D, n));
+    let word = |n| layout.word(rungd_engine::isa::Word::Space(rungd_engine::isa::WordSpace::D, n));
     engine.start(0);
     if force {
         engine.force_word(word(70), 7);
-        let bit = rungd::isa::Bit::Space(rungd::isa::BitSpace::C, 3);
+        let bit = rungd_engine::isa::Bit::Space(rungd_engine::isa::BitSpace::C, 3);
         engine.force_bit(layout.bit(bit), true);
     }
     let scan = |at: u64| {
@@ -112,7 +112,7 @@ fn scans(program: rungd::engine::Program, seed: u64, force: bool) -> Vec<Left> {
             engine.write_word(word(n), value);
         }
         engine.execute();
-        let told = |event: &rungd::engine::MathEvent| {
+        let told = |event: &rungd_engine::MathEvent| {
             let bits: Vec<_> = event.mishaps.each().map(|mishap| mishap.nickname()).collect();
             (event.math, bits.join(" "))
         };

@@ -2,7 +2,7 @@
 //! Inputs, queued writes and the writes of all instructions to it are discarded.
 
 use proptest::prelude::*;
-use rungd::runtime::{Machine, UnwiredInputs};
+use rungd_runtime::{Machine, UnwiredInputs};
 
 use crate::support::plc::{Plc, plc};
 

@@ -4,13 +4,13 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use rungd::format::formatted;
-use rungd::load::ladder_files;
-use rungd::lower::lower;
-use rungd::resolve::program::Program;
-use rungd::sim::stimulus::Stimulus;
-use rungd::sim::trace::{CsvTrace, Watched};
-use rungd::sim::{Plan, run};
+use rungd_config::load::ladder_files;
+use rungd_lab::sim::stimulus::Stimulus;
+use rungd_lab::sim::trace::{CsvTrace, Watched};
+use rungd_lab::sim::{Plan, run};
+use rungd_language::format::formatted;
+use rungd_language::lower::lower;
+use rungd_language::resolve::program::Program;
 
 use crate::support::mangled::{Chance, mangled};
 use crate::support::run::{cell, target};

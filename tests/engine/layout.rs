@@ -1,15 +1,15 @@
 //! The cells of addresses: every bit and word has its own cell, for any memory sizes.
 
 use crate::support::plc::plc;
-use rungd::calendar::LocalTime;
-use rungd::engine::{Cell, Engine, Layout, ScanTimes};
-use rungd::isa::{
+use rungd_base::calendar::LocalTime;
+use rungd_engine::isa::{
     Address, Bit, BitSpace, BlockId, DeviceId, Health, MemorySizes, StageId, Structure, Word,
     WordSpace,
 };
-use rungd::lower::lower;
-use rungd::resolve::{LoadOptions, load_ladders};
-use rungd::source::span::SourceFile;
+use rungd_engine::{Cell, Engine, Layout, ScanTimes};
+use rungd_language::lower::lower;
+use rungd_language::resolve::{LoadOptions, load_ladders};
+use rungd_language::source::span::SourceFile;
 
 const BLOCKS: u32 = 5;
 const STAGES: u32 = 7;

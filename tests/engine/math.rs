@@ -404,7 +404,7 @@ fn each_math_with_a_mishap_is_reported_with_its_rung() {
         name = "Open"
         rung = [ { when = ["$On"], do = ["MATH C0 = 1 % D1"] } ]"#);
     let reported = |plc: &Plc| -> Vec<String> {
-        let told = |event: &rungd::engine::MathEvent| {
+        let told = |event: &rungd_engine::MathEvent| {
             let bits: Vec<_> = event.mishaps.each().map(|mishap| mishap.nickname()).collect();
             format!("{}: {}", plc.symbols.maths[event.math as usize], bits.join(" "))
         };

@@ -11,14 +11,14 @@ use crate::support::model::clock;
 use crate::support::model::generate::generate;
 use crate::support::run::{cell, load, target};
 use crate::support::setting::setting;
-use rungd::calendar::{LocalTime, parse_seconds};
-use rungd::engine::{Cell, Engine, ScanTimes};
-use rungd::isa::{Bit, BitSpace};
-use rungd::lower::{lower, lower_with};
-use rungd::resolve::program::Program;
-use rungd::sim::stimulus::{Change, Stimulus};
-use rungd::sim::trace::{CsvTrace, Watched};
-use rungd::sim::{Plan, run};
+use rungd_base::calendar::{LocalTime, parse_seconds};
+use rungd_engine::isa::{Bit, BitSpace};
+use rungd_engine::{Cell, Engine, ScanTimes};
+use rungd_lab::sim::stimulus::{Change, Stimulus};
+use rungd_lab::sim::trace::{CsvTrace, Watched};
+use rungd_lab::sim::{Plan, run};
+use rungd_language::lower::{lower, lower_with};
+use rungd_language::resolve::program::Program;
 
 fn cases() -> impl Iterator<Item = Case> {
     let first = setting("RUNGD_PROPERTY_SEED", 1);

@@ -1,8 +1,8 @@
 //! Starting, stopping and starting again with memory unchanged; the scan times; the timestamps.
 
 use crate::support::plc::{plc, stopped};
-use rungd::calendar::LocalTime;
-use rungd::engine::{EngineState, ScanTimes};
+use rungd_base::calendar::LocalTime;
+use rungd_engine::{EngineState, ScanTimes};
 
 #[test]
 fn before_the_start_nothing_runs_and_on_is_on() {

@@ -4,8 +4,8 @@
 use std::path::Path;
 
 use crate::support::case;
-use rungd::isa::instruction::TABLE as INSTRUCTIONS;
-use rungd::source::finding::TABLE as FINDINGS;
+use rungd_engine::isa::instruction::TABLE as INSTRUCTIONS;
+use rungd_language::source::finding::TABLE as FINDINGS;
 
 fn read(path: &str) -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(path);

@@ -4,10 +4,10 @@
 //! `RUNGD_PROPERTY_TEMPLATES` (60) is the number of random ladders, `RUNGD_PROPERTY_SEED` (1) the
 //! first seed.
 
-use rungd::lower::lower;
-use rungd::sim::stimulus::Stimulus;
-use rungd::sim::trace::{CsvTrace, Watched};
-use rungd::sim::{Plan, run};
+use rungd_lab::sim::stimulus::Stimulus;
+use rungd_lab::sim::trace::{CsvTrace, Watched};
+use rungd_lab::sim::{Plan, run};
+use rungd_language::lower::lower;
 
 use crate::support::run::{cell, load, target};
 use crate::support::setting::setting;

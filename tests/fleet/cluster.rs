@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use tokio::time::timeout;
 
-use rungd::mqtt::{BrokerSettings, MqttCause, MqttEvent, MqttSession, MqttVersion, Qos};
+use rungd_net::mqtt::{BrokerSettings, MqttCause, MqttEvent, MqttSession, MqttVersion, Qos};
 
 use crate::fleet::nats::NatsCluster;
 use crate::fleet::sessions::{confirmed, message, refusal, run, settings};

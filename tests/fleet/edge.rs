@@ -3,8 +3,8 @@
 
 use std::time::Duration;
 
-use rungd::mqtt::TlsFiles;
-use rungd::sparkplug::{DataType, MessageKind, MetricValue, vocabulary};
+use rungd_net::mqtt::TlsFiles;
+use rungd_net::sparkplug::{DataType, MessageKind, MetricValue, vocabulary};
 
 use crate::fleet::edge_rig::{CONTROLLER, Edge, Host, LADDER, commanded};
 use crate::fleet::mosquitto::{Mosquitto, MosquittoOptions};
@@ -77,8 +77,9 @@ fn changes_arrive_and_an_end_is_told() {
     host.await_it("death", |host| host.count(MessageKind::NodeDeath) > 0);
     let birth = host.heard().into_iter().rfind(|of| of.kind == MessageKind::NodeBirth);
     let death = host.heard().into_iter().rfind(|of| of.kind == MessageKind::NodeDeath);
-    let number = |metrics: &[rungd::sparkplug::Metric]| {
-        let is_it = |of: &&rungd::sparkplug::Metric| of.name.as_deref() == Some(vocabulary::BD_SEQ);
+    let number = |metrics: &[rungd_net::sparkplug::Metric]| {
+        let is_it =
+            |of: &&rungd_net::sparkplug::Metric| of.name.as_deref() == Some(vocabulary::BD_SEQ);
         metrics.iter().find(is_it).unwrap().content.clone()
     };
     assert_eq!(number(&birth.unwrap().payload.metrics), number(&death.unwrap().payload.metrics));

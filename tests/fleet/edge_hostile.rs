@@ -1,7 +1,7 @@
 //! `rungd edge` with foreign clients at its broker, and with a log that nobody reads.
 
-use rungd::mqtt::{MqttVersion, Qos};
-use rungd::sparkplug::{DataType, MessageKind, MetricValue};
+use rungd_net::mqtt::{MqttVersion, Qos};
+use rungd_net::sparkplug::{DataType, MessageKind, MetricValue};
 
 use crate::fleet::edge::{PRIMARY, are_ordered, await_more, await_whole, plant};
 use crate::fleet::edge_rig::{Edge, ToldValue, commanded};

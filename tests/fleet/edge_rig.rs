@@ -8,8 +8,10 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use rungd::mqtt::{BrokerAddress, BrokerSettings, LastWill, MqttEvent, MqttSession, Qos, TlsFiles};
-use rungd::sparkplug::{
+use rungd_net::mqtt::{
+    BrokerAddress, BrokerSettings, LastWill, MqttEvent, MqttSession, Qos, TlsFiles,
+};
+use rungd_net::sparkplug::{
     DataType, HostState, MessageKind, Metric, MetricValue, Payload, Topic, metric_of,
 };
 
@@ -161,7 +163,7 @@ async fn session(
     settings: &BrokerSettings,
     heard: &Mutex<Vec<HeardMessage>>,
     inbox: &Receiver<(String, Vec<u8>)>,
-) -> Result<(), rungd::mqtt::MqttFailure> {
+) -> Result<(), rungd_net::mqtt::MqttFailure> {
     let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap();
     let timestamp = since.as_millis() as u64;
     let topic = Topic::HostState { host: HOST.to_owned() }.to_string();

@@ -1,7 +1,7 @@
 //! `rungd edge` at a recording broker: the specification's statements judge its packets, and a
 //! foreign library reads them.
 
-use rungd::sparkplug::{HostState, MessageKind, Payload, Topic, vocabulary};
+use rungd_net::sparkplug::{HostState, MessageKind, Payload, Topic, vocabulary};
 
 use crate::fleet::checker::recorder::{Recorder, now_ms};
 use crate::fleet::checker::story::{Connection, Step, Story};
@@ -36,11 +36,11 @@ fn story(version: &str) -> Story {
     let more = format!("version = \"{version}\"\n[sparkplug]\nprimary-host = \"room\"\n");
     let mut edge = Edge::start(&live, &recorder.url, &more);
     begin(&recorder, 1);
-    let value = rungd::sparkplug::MetricValue::Bool(true);
-    let ask = commanded(vocabulary::REBIRTH, rungd::sparkplug::DataType::Boolean, value);
+    let value = rungd_net::sparkplug::MetricValue::Bool(true);
+    let ask = commanded(vocabulary::REBIRTH, rungd_net::sparkplug::DataType::Boolean, value);
     let ask = Payload { timestamp: Some(now_ms()), metrics: vec![ask], seq: None };
     // On a busy machine a node may learn its controller's tags after a birth; then it sends a further
-    // birth by itself, perhaps now. (`src/edge/node_tests.rs` counts births in virtual time.)
+    // birth by itself, perhaps now. (`crates/fleet/src/edge/node_tests.rs` counts births in virtual time.)
     let births = |all: &[Connection]| count(&all[0], MessageKind::NodeBirth);
     let before = births(&recorder.connections());
     recorder.deliver("spBv1.0/plant/NCMD/press", ask.bytes());

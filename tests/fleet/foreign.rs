@@ -5,8 +5,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use rungd::fleet::{FleetLimits, FleetView, HeardMessage};
-use rungd::sparkplug::{
+use rungd_fleet::fleet::{FleetLimits, FleetView, HeardMessage};
+use rungd_net::sparkplug::{
     BornMetric, DataType, MessageKind, MetricProperties, MetricValue, Payload, Topic,
 };
 use serde_json::{Value, json};

@@ -1,7 +1,7 @@
 //! `rungd fleet` at a hostile broker, and with readers that leave or pause: no panic, no end of the
 //! session for a message that is only too large, and a report of each omission.
 
-use rungd::sparkplug::{DataType, HostState, MetricValue, Payload, vocabulary};
+use rungd_net::sparkplug::{DataType, HostState, MetricValue, Payload, vocabulary};
 
 use crate::fleet::checker::recorder::{Recorder, now_ms};
 use crate::fleet::checker::story::{Connection, Step, Story};

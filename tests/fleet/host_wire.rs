@@ -1,7 +1,7 @@
 //! `rungd fleet` at a recording broker: the specification's statements judge its packets, and its
 //! output is compared with the delivered messages.
 
-use rungd::sparkplug::{
+use rungd_net::sparkplug::{
     BornMetric, DataType, HostState, MetricProperties, MetricValue, Payload, metric_of, vocabulary,
 };
 use serde_json::Value;

@@ -1,4 +1,4 @@
-//! `src/mqtt` and the code above it, with real brokers: mosquitto, and a cluster of NATS servers,
+//! `crates/net/src/mqtt` and the code above it, with real brokers: mosquitto, and a cluster of NATS servers,
 //! one of which is killed or paused. `Mosquitto` and `NatsCluster` are the rig.
 
 // Each test uses only a part of the rig.

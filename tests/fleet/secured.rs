@@ -1,7 +1,7 @@
 //! TLS with certificates on both sides, and passwords: who is accepted, and the errors of those who
 //! are refused.
 
-use rungd::mqtt::{BrokerLogin, BrokerSettings, MqttCause, MqttVersion, TlsFiles};
+use rungd_net::mqtt::{BrokerLogin, BrokerSettings, MqttCause, MqttVersion, TlsFiles};
 
 use crate::fleet::certificates::Certificates;
 use crate::fleet::mosquitto::{Mosquitto, MosquittoOptions};
@@ -27,7 +27,7 @@ fn both_sides_are_checked() {
         let settings = settings(&broker.url(), MqttVersion::V5, "secured");
         BrokerSettings { tls: Some(tls.clone()), ..settings }
     };
-    let insecure = |failure: rungd::mqtt::MqttFailure| {
+    let insecure = |failure: rungd_net::mqtt::MqttFailure| {
         assert!(matches!(failure.cause, MqttCause::Insecure(_)), "{failure}");
         failure.to_string()
     };
@@ -68,7 +68,7 @@ fn a_wrong_file_is_named() {
         BrokerSettings { tls: Some(tls), ..settings }
     };
     run(async {
-        let named = |failure: rungd::mqtt::MqttFailure, word: &str| {
+        let named = |failure: rungd_net::mqtt::MqttFailure, word: &str| {
             assert!(failure.to_string().contains(word), "{failure}");
         };
         let gone = with(&|tls| tls.ca = Some("/nonexistent/ca.pem".into()));

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use rungd::mqtt::{
+use rungd_net::mqtt::{
     BrokerAddress, BrokerSettings, LastWill, MqttCause, MqttEvent, MqttFailure, MqttSession,
     MqttVersion, Qos,
 };

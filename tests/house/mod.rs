@@ -29,7 +29,8 @@ const ASYNC: [&str; 10] =
     ["main", "cli", "web", "edge", "fleet", "metrics", "daemon", "http", "mqtt", "io"];
 
 /// Files that may name tracing: the macro for log lines, and the code that formats them.
-const TRACING: [&str; 3] = ["src/say.rs", "src/daemon/log.rs", "src/daemon/log_form.rs"];
+const TRACING: [&str; 3] =
+    ["crates/runtime/src/say.rs", "src/daemon/log.rs", "src/daemon/log_form.rs"];
 
 const FILE_LINES_MAX: usize = 500;
 const FUNCTION_LINES_MAX: usize = 70;

@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
-use rungd::isa::instruction::TABLE;
+use rungd_engine::isa::instruction::TABLE;
 
 /// Replacements in the copy: the file, the old text, the new text.
 type Additions = &'static [(&'static str, &'static str, &'static str)];
@@ -24,28 +24,36 @@ type Additions = &'static [(&'static str, &'static str, &'static str)];
 /// extends, all named Blip. The row has the page of another instruction.
 const BLIPS: Additions = &[
     (
-        "src/isa/instruction_table.rs",
+        "crates/engine/src/isa/instruction_table.rs",
         "    Set \"SET\"",
         "    Blip \"BLIP\" \"out\" \"Blip\", WHEN, DRIVEN, false, Off, HELP, \"Blips.\";\n    \
          Set \"SET\"",
     ),
-    ("src/isa/role.rs", "    /// Reads the value,", "    Blip,\n    /// Reads the value,"),
     (
-        "src/engine/ops.rs",
+        "crates/engine/src/isa/role.rs",
+        "    /// Reads the value,",
+        "    Blip,\n    /// Reads the value,",
+    ),
+    (
+        "crates/engine/src/ops.rs",
         "    /// SET: ",
         "    /// Blips.\n    Blip blip { leg: LegPowers, bit: BitWritten }\n    /// SET: ",
     ),
-    ("src/engine/control.rs", "    /// SGSET.\n", "    Blip,\n    /// SGSET.\n"),
+    ("crates/engine/src/control.rs", "    /// SGSET.\n", "    Blip,\n    /// SGSET.\n"),
     (
-        "src/isa/columns.rs",
+        "crates/engine/src/isa/columns.rs",
         "    /// The bit it drives goes OFF.\n",
         "    Blip,\n    /// The bit it drives goes OFF.\n",
     ),
-    ("src/isa/columns.rs", "    /// A Program.\n", "    Blip,\n    /// A Program.\n"),
-    ("src/operator/protocol.rs", "    RetainSave {},\n", "    RetainSave {},\n    Blip {},\n"),
+    ("crates/engine/src/isa/columns.rs", "    /// A Program.\n", "    Blip,\n    /// A Program.\n"),
+    (
+        "crates/client/src/operator/protocol.rs",
+        "    RetainSave {},\n",
+        "    RetainSave {},\n    Blip {},\n",
+    ),
     ("src/cli/mod.rs", "enum Command {\n", "enum Command {\n    Blip,\n"),
     (
-        "src/controller/device/settings.rs",
+        "crates/config/src/controller/device/settings.rs",
         "    Simulated(Plant),\n",
         "    Simulated(Plant),\n    Blip,\n",
     ),
@@ -53,46 +61,62 @@ const BLIPS: Additions = &[
 
 /// Each enum, its recipe, and the files whose matches of the enum lack an arm for Blip.
 const ASKED_FOR: &[(&str, &str, &[&str])] = &[
-    ("Mnemonic", "Adding an instruction", &["src/lower/instructions.rs"]),
+    ("Mnemonic", "Adding an instruction", &["crates/language/src/lower/instructions.rs"]),
     (
         "OperandRole",
         "Adding an instruction",
-        &["src/isa/role.rs", "src/observe/decide.rs", "src/observe/idle.rs"],
+        &[
+            "crates/engine/src/isa/role.rs",
+            "crates/history/src/observe/decide.rs",
+            "crates/history/src/observe/idle.rs",
+        ],
     ),
     (
         "ControlKind",
         "Adding an instruction",
         &[
-            "src/engine/blocks.rs",
-            "src/engine/control.rs",
-            "src/engine/slice.rs",
-            "src/engine/written.rs",
+            "crates/engine/src/blocks.rs",
+            "crates/engine/src/control.rs",
+            "crates/engine/src/slice.rs",
+            "crates/engine/src/written.rs",
         ],
     ),
     (
         "Termination",
         "Adding an instruction",
-        &["src/explain/mod.rs", "src/isa/columns.rs", "src/lower/instructions.rs"],
+        &[
+            "crates/config/src/explain/mod.rs",
+            "crates/engine/src/isa/columns.rs",
+            "crates/language/src/lower/instructions.rs",
+        ],
     ),
     (
         "OperandKind",
         "Adding an instruction",
         &[
-            "src/editor/complete/nature.rs",
-            "src/explain/mod.rs",
-            "src/isa/columns.rs",
-            "src/resolve/operand.rs",
-            "src/resolve/template/kind.rs",
+            "crates/lsp/src/complete/nature.rs",
+            "crates/config/src/explain/mod.rs",
+            "crates/engine/src/isa/columns.rs",
+            "crates/language/src/resolve/operand.rs",
+            "crates/language/src/resolve/template/kind.rs",
         ],
     ),
     (
         "DriverSettings",
         "Adding a driver",
-        &["src/controller/wired.rs", "src/daemon/devices.rs", "src/rig/field.rs"],
+        &[
+            "crates/config/src/controller/wired.rs",
+            "src/daemon/devices.rs",
+            "crates/lab/src/rig/field.rs",
+        ],
     ),
     ("Command", "Adding a command", &["src/cli/mod.rs"]),
-    ("Code", "Adding a finding", &["src/source/rests_on.rs"]),
-    ("Request", "Adding a command", &["src/operator/protocol.rs", "src/daemon/operator/desk.rs"]),
+    ("Code", "Adding a finding", &["crates/language/src/source/rests_on.rs"]),
+    (
+        "Request",
+        "Adding a command",
+        &["crates/client/src/operator/protocol.rs", "src/daemon/operator/desk.rs"],
+    ),
 ];
 
 const VERSION_OF_COPY: &str = concat!(env!("CARGO_PKG_VERSION"), "-copy");
@@ -247,12 +271,12 @@ const HALF: Additions = &[
         "    say!(BLIP, \"it blips\");\n    say!(\n        PROCESS_START,",
     ),
     (
-        "src/source/finding.rs",
+        "crates/language/src/source/finding.rs",
         "    UnknownName \"unknown-name\"",
         "    Blip \"blip\" Error \"Blips.\";\n    UnknownName \"unknown-name\"",
     ),
     (
-        "src/check/mod.rs",
+        "crates/language/src/check/mod.rs",
         "    (Needs::Place, Code::OwnedTwice,",
         "    (Needs::Place, Code::Blip, blip::check),\n    (Needs::Place, Code::OwnedTwice,",
     ),
@@ -261,9 +285,19 @@ const HALF: Additions = &[
 /// For each error of `HALF`: its file, the missing item, the recipe, and the place that the recipe
 /// names.
 const HALF_ASKED_FOR: [(&str, &str, &str, &str); 3] = [
-    ("src/daemon/shell.rs", "BLIP", "Adding an event", "src/events/"),
-    ("src/source/finding.rs", "docs/findings/blip.md", "Adding a finding", "docs/findings/"),
-    ("src/check/mod.rs", "blip", "Adding a finding", "src/check/mod.rs"),
+    ("src/daemon/shell.rs", "BLIP", "Adding an event", "crates/runtime/src/events/"),
+    (
+        "crates/language/src/source/finding.rs",
+        "docs/findings/blip.md",
+        "Adding a finding",
+        "docs/findings/",
+    ),
+    (
+        "crates/language/src/check/mod.rs",
+        "blip",
+        "Adding a finding",
+        "crates/language/src/check/mod.rs",
+    ),
 ];
 
 fn is_of_half(error: &str) -> bool {
@@ -317,7 +351,9 @@ fn an_instruction_needs_six_files_of_code_at_most() {
 
 #[test]
 fn every_rule_of_the_check_has_its_tests() {
-    let text = |file: &str| fs::read_to_string(root().join("src/check").join(file)).expect(file);
+    let text = |file: &str| {
+        fs::read_to_string(root().join("crates/language/src/check").join(file)).expect(file)
+    };
     let table = text("mod.rs");
     let rows = table.lines().filter_map(|line| line.trim().strip_prefix("(Needs::"));
     let rules: BTreeSet<&str> =
@@ -325,18 +361,18 @@ fn every_rule_of_the_check_has_its_tests() {
     assert!(rules.len() > 20, "{rules:?}");
     for rule in rules {
         let has_tests = text(&format!("{rule}.rs")).contains("#[cfg(test)]");
-        assert!(has_tests, "src/check/{rule}.rs has no tests");
+        assert!(has_tests, "crates/language/src/check/{rule}.rs has no tests");
     }
 }
 
 /// Files that match the values of the TOML parser, whose enum is not part of rungd.
 const OF_TOML: [&str; 6] = [
-    "src/editor/outline_reader.rs",
-    "src/source/statements.rs",
-    "src/source/headers.rs",
-    "src/source/strict.rs",
-    "src/source/table.rs",
-    "src/source/table/entries.rs",
+    "crates/lsp/src/outline_reader.rs",
+    "crates/language/src/source/statements.rs",
+    "crates/language/src/source/headers.rs",
+    "crates/language/src/source/strict.rs",
+    "crates/language/src/source/table.rs",
+    "crates/language/src/source/table/entries.rs",
 ];
 
 /// No match has a `_` that would cover variants added later.

@@ -6,7 +6,7 @@ use crate::support::live;
 use std::path::{Path, PathBuf};
 
 use crate::support::bench::Plant;
-use rungd::load;
+use rungd_config::load;
 
 fn config() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("config")

@@ -4,10 +4,10 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use crate::io::rig::{Rig, rig};
-use rungd::io::device::{
+use rungd_io::device::{
     DeviceParts, DeviceTask, Driver, Exchange, Extent, Health, Occasion, Trouble,
 };
-use rungd::runtime::wiring::Source;
+use rungd_runtime::wiring::Source;
 use tokio::sync::oneshot;
 use tokio::task::{JoinHandle, LocalSet};
 use tokio::time::{Instant, sleep};

@@ -6,7 +6,7 @@ use crate::io::device_bench::*;
 use std::sync::Arc;
 use std::time::Duration;
 
-use rungd::io::device::{Health, Occasion, Trouble};
+use rungd_io::device::{Health, Occasion, Trouble};
 use tokio::time::{Instant, sleep};
 
 #[test]

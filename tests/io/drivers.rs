@@ -5,9 +5,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use rungd::controller;
-use rungd::controller::device::drivers::{DRIVERS, names};
-use rungd::source::span::FileId;
+use rungd_config::controller;
+use rungd_config::controller::device::drivers::{DRIVERS, names};
+use rungd_language::source::span::FileId;
 
 fn root(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
@@ -19,12 +19,13 @@ fn text(path: &str) -> String {
 
 #[test]
 fn a_folder_is_a_row() {
-    let entries = fs::read_dir(root("src/controller/device")).expect("the folder of all drivers");
+    let entries = fs::read_dir(root("crates/config/src/controller/device"))
+        .expect("the folder of all drivers");
     let folders = entries.map(|entry| entry.expect("an entry").path()).filter(|path| path.is_dir());
     let folders: Vec<_> =
         folders.map(|path| path.file_name().unwrap().to_string_lossy().into_owned()).collect();
     assert_eq!(folders.len(), DRIVERS.len(), "{folders:?}");
-    let table = text("src/controller/device/drivers.rs");
+    let table = text("crates/config/src/controller/device/drivers.rs");
     for folder in &folders {
         assert!(table.contains(&format!("{folder}::keys::Keys")), "no row for `{folder}`");
     }

@@ -6,9 +6,9 @@
 use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 
 use crate::io::rig::{MS, PERIOD_NS, Rig, rig};
-use rungd::runtime::DeviceEdge;
-use rungd::runtime::exchange::{FaultReason, Mode, Snapshot, StopReason};
-use rungd::runtime::wiring::{last_words, outgoing};
+use rungd_runtime::DeviceEdge;
+use rungd_runtime::exchange::{FaultReason, Mode, Snapshot, StopReason};
+use rungd_runtime::wiring::{last_words, outgoing};
 
 #[test]
 fn an_image_is_seen_by_the_next_scan_and_whole() {

@@ -8,8 +8,8 @@ use std::collections::VecDeque;
 use std::path::Path;
 
 use crate::support::bench::Plant;
-use rungd::calendar::parse_seconds;
-use rungd::load;
+use rungd_base::calendar::parse_seconds;
+use rungd_config::load;
 
 const ALARMS: [&str; 3] = ["wrong", "misplaced", "many_bad"];
 

@@ -6,9 +6,9 @@
 use crate::support::live;
 use std::time::{Duration, Instant};
 
-use rungd::io::device::Opener;
-use rungd::io::gpio::settings::{Chip, Gpio as Settings, GpioLine, LineId, Setting};
-use rungd::io::gpio::{Gpio, Kernel};
+use rungd_io::device::Opener;
+use rungd_io::gpio::settings::{Chip, Gpio as Settings, GpioLine, LineId, Setting};
+use rungd_io::gpio::{Gpio, Kernel};
 
 fn wanted(name: &str) -> Option<String> {
     std::env::var(name).ok()

@@ -8,11 +8,11 @@ use std::thread::{sleep, spawn};
 use std::time::Duration;
 
 use crate::io::line::pty;
-use rungd::io::device::{Driver, Exchange, Occasion, Trouble};
-use rungd::io::modbus::number::{NumberOrder, NumberType};
-use rungd::io::modbus_client::settings;
-use rungd::io::modbus_client::{Client, Link, Rtu, RtuLines, Tcp, rtu};
-use rungd::io::scaling::Scaling;
+use rungd_io::device::{Driver, Exchange, Occasion, Trouble};
+use rungd_io::modbus::number::{NumberOrder, NumberType};
+use rungd_io::modbus_client::settings;
+use rungd_io::modbus_client::{Client, Link, Rtu, RtuLines, Tcp, rtu};
+use rungd_io::scaling::Scaling;
 use settings::{
     ConnectionUse, Habits, ModbusPoint, Number, NumberPart, PointForm, RtuLine, RtuPort, Table,
     TcpLink, TcpPeer, Transaction, Writes,
@@ -270,7 +270,7 @@ pub fn patience(words: &str) -> Duration {
 
 /// Exchanges with a peer that answers rightly again. Only a client with the short timeout may need
 /// a second attempt, on a busy machine.
-pub async fn recovers<L: rungd::io::modbus_client::Link>(client: &mut Client<L>, words: &str) {
+pub async fn recovers<L: rungd_io::modbus_client::Link>(client: &mut Client<L>, words: &str) {
     loop {
         match exchange(client).await {
             Ok(inputs) => return assert_eq!(inputs, [1000, 1001], "{words}"),

@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use crate::support::bench::Plant;
-use rungd::load;
+use rungd_config::load;
 
 const PUMPS: [&str; 3] = ["pump1", "pump2", "pump3"];
 const ALARMS: [&str; 9] = [

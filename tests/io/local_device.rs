@@ -7,12 +7,12 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self};
 use std::time::{Duration, Instant};
 
-use rungd::io::device::{DeviceKeeper, Health, Opener};
-use rungd::runtime::Safe;
-use rungd::runtime::command::Command;
-use rungd::runtime::exchange::{FaultReason, Mode};
-use rungd::runtime::local::{Local, LocalFailure};
-use rungd::runtime::pacing::Clock;
+use rungd_io::device::{DeviceKeeper, Health, Opener};
+use rungd_runtime::Safe;
+use rungd_runtime::command::Command;
+use rungd_runtime::exchange::{FaultReason, Mode};
+use rungd_runtime::local::{Local, LocalFailure};
+use rungd_runtime::pacing::Clock;
 
 /// The outputs in RUN while X0 is ON; `OFF` has those while X0 is OFF.
 const ON: [i32; 5] = [1, 0, 1, 1, 1];

@@ -5,20 +5,20 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self, ThreadId};
 use std::time::Duration;
 
-use rungd::calendar::LocalTime;
-use rungd::engine::{Cell as MemoryCell, Engine, Transfer};
-use rungd::isa::Address;
-use rungd::lower::lower;
-use rungd::resolve::{LoadOptions, load_ladders, resolve_operand};
-use rungd::runtime::exchange::{FaultReason, Mode, Port, Snapshot, Tempo};
-use rungd::runtime::local::{Local, LocalEnd};
-use rungd::runtime::pacing::Clock;
-use rungd::runtime::wiring::{Source, Wiring, WiringTarget};
-use rungd::runtime::{
+use rungd_base::calendar::LocalTime;
+use rungd_engine::isa::Address;
+use rungd_engine::{Cell as MemoryCell, Engine, Transfer};
+use rungd_language::lower::lower;
+use rungd_language::resolve::{LoadOptions, load_ladders, resolve_operand};
+use rungd_language::source::span::SourceFile;
+use rungd_runtime::exchange::{FaultReason, Mode, Port, Snapshot, Tempo};
+use rungd_runtime::local::{Local, LocalEnd};
+use rungd_runtime::pacing::Clock;
+use rungd_runtime::wiring::{Source, Wiring, WiringTarget};
+use rungd_runtime::{
     Carried, Contents, Memory, Monitor, Observer, Pace, Package, Posture, Record, Reloader, Safe,
     Scanner, Settings, Statistics, Watched, Whole, assemble_whole,
 };
-use rungd::source::span::SourceFile;
 
 pub use crate::support::patience::PATIENCE;
 
@@ -135,9 +135,9 @@ pub struct Rig {
     pub reloader: Reloader<Engine>,
     pub line: LocalEnd,
     pub clock: TestClock,
-    pub code: rungd::engine::Program,
+    pub code: rungd_engine::Program,
     pub contents: Contents,
-    pub c8: rungd::engine::BitCell,
+    pub c8: rungd_engine::BitCell,
 }
 
 /// Inputs: X0 and X1. Outputs: Y0 (safe: OFF), Y1 (ON), Y2 (as it is), C0 (ON) and C0 again (as it

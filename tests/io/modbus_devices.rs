@@ -17,7 +17,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
 use crate::support::process::{PATIENCE, Plant, Running, not_installed};
-use rungd::load;
+use rungd_config::load;
 use serde_json::Value;
 
 const PEERS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/modbus_peers");

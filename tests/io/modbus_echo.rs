@@ -4,9 +4,9 @@ use std::time::Duration;
 
 use crate::io::liars::{Lie, PATIENT, Script, TIMEOUT, poll, rtu_client};
 use crate::io::line::await_over_a_line;
-use rungd::io::device::{Driver, Extent, Trouble};
-use rungd::io::modbus_client::settings::ClientSettings as Settings;
-use rungd::io::modbus_client::{Client, Rtu};
+use rungd_io::device::{Driver, Extent, Trouble};
+use rungd_io::modbus_client::settings::ClientSettings as Settings;
+use rungd_io::modbus_client::{Client, Rtu};
 
 const REMEDY: &str = "the line sends requests back: set `echo = true`";
 

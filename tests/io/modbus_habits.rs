@@ -7,12 +7,12 @@ use std::time::{Duration, Instant};
 use crate::io::habit_peer::{HabitPeer, SeenRequests};
 use crate::io::liars::{BOUND, PATIENT, client, exchange, peer, poll, rtu_client, tcp_link};
 use crate::io::line::await_over_a_line;
-use rungd::io::device::{Driver, Exchange, Occasion, Trouble};
-use rungd::io::modbus_client::settings::{
+use rungd_io::device::{Driver, Exchange, Occasion, Trouble};
+use rungd_io::modbus_client::settings::{
     ClientSettings, ConnectionUse, Habits, Link as Way, ModbusPoint, PointForm, RtuLine, RtuPort,
     Table, Transaction,
 };
-use rungd::io::modbus_client::{Client, Link, Rtu, RtuLines, Tcp};
+use rungd_io::modbus_client::{Client, Link, Rtu, RtuLines, Tcp};
 use tokio::time::timeout;
 
 /// A timeout that expires in tests of silence.

@@ -13,9 +13,9 @@ use crate::io::liars::{
     recovers, tcp_frame, tcp_link, tcp_to, with,
 };
 use proptest::test_runner::TestRunner;
-use rungd::io::device::{Driver, Trouble};
-use rungd::io::modbus_client::settings::Link;
-use rungd::io::modbus_client::{Client, Tcp};
+use rungd_io::device::{Driver, Trouble};
+use rungd_io::modbus_client::settings::Link;
+use rungd_io::modbus_client::{Client, Tcp};
 use tokio::time::timeout;
 
 fn exception(request: &[u8], code: u8) -> Lie {
@@ -278,7 +278,7 @@ async fn a_peer_that_takes_no_connection_is_trouble() {
     let address = listener.local_addr().unwrap();
     drop(listener);
     let mut link = tcp_to(address, PATIENT);
-    let trouble = rungd::io::modbus_client::Link::connect(&mut link).await.unwrap_err();
+    let trouble = rungd_io::modbus_client::Link::connect(&mut link).await.unwrap_err();
     assert!(trouble.reason.starts_with("no connection: Connection refused"), "{trouble}");
     assert!(trouble.is_disconnected);
 }

@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 
 use crate::support::folder::TestFolder;
 use crate::support::page;
-use rungd::load;
-use rungd::source::render::{Style, render};
+use rungd_config::load;
+use rungd_language::source::render::{Style, render};
 
 /// A row of the table: the notations, and the rows of a map to write instead.
 struct TableRow {

@@ -6,9 +6,9 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use crate::io::liars::{Lie, PATIENT, Script, client, listen, poll, tcp_frame, tcp_link, tcp_to};
-use rungd::io::device::{Driver, Exchange, Extent, Occasion};
-use rungd::io::modbus_client::settings::{ClientSettings as Settings, Link, Watchdog};
-use rungd::io::modbus_client::{Client, Tcp};
+use rungd_io::device::{Driver, Exchange, Extent, Occasion};
+use rungd_io::modbus_client::settings::{ClientSettings as Settings, Link, Watchdog};
+use rungd_io::modbus_client::{Client, Tcp};
 
 type Seen = Arc<Mutex<Vec<Vec<u8>>>>;
 
@@ -41,7 +41,7 @@ fn asked(seen: &Seen) -> Vec<(u8, u8)> {
 fn apart(settings: &mut Settings) {
     let input = settings.inputs[0];
     settings.inputs = (0..4)
-        .map(|n| rungd::io::modbus_client::settings::ModbusPoint { at: n * 10, ..input })
+        .map(|n| rungd_io::modbus_client::settings::ModbusPoint { at: n * 10, ..input })
         .collect();
 }
 

@@ -4,9 +4,9 @@
 use std::time::Duration;
 
 use crate::io::liars::{client, poll};
-use rungd::io::device::{Driver, Exchange, Occasion, Trouble};
-use rungd::io::modbus_client::settings::{Link as Way, ModbusPoint, RtuLine, RtuPort};
-use rungd::io::modbus_client::{Client, Link, LinkFailure};
+use rungd_io::device::{Driver, Exchange, Occasion, Trouble};
+use rungd_io::modbus_client::settings::{Link as Way, ModbusPoint, RtuLine, RtuPort};
+use rungd_io::modbus_client::{Client, Link, LinkFailure};
 use tokio::time::advance;
 
 /// A line on which unit 1 is silent, and unit 2 has the right answers.

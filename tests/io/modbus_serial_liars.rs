@@ -9,9 +9,9 @@ use crate::io::liars::{
     rtu_frame, serial, serve_rtu, with,
 };
 use crate::io::line::{await_over_a_line, pty};
-use rungd::io::device::Driver;
-use rungd::io::modbus_client::settings::{ClientSettings, Habits, Link};
-use rungd::io::modbus_client::{Client, RtuLines};
+use rungd_io::device::Driver;
+use rungd_io::modbus_client::settings::{ClientSettings, Habits, Link};
+use rungd_io::modbus_client::{Client, RtuLines};
 use tokio::time::timeout;
 
 /// A part of the client's reason, and the peer's reaction to a read. With an empty text, the client

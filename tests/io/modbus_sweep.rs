@@ -15,16 +15,16 @@ use std::time::Instant;
 
 use crate::io::oracle::requests::{Random, at_address};
 use crate::io::oracle::{Client, Oracle};
-use rungd::engine::{Cell, Layout};
-use rungd::io::modbus::Map;
-use rungd::io::modbus::answer::{Answer, answer, refused, written};
-use rungd::io::modbus::map::Asker;
-use rungd::isa::{Bit, BitSpace};
-use rungd::load;
-use rungd::lower::lower;
-use rungd::resolve::resolve_operand;
-use rungd::runtime::command::Forces;
-use rungd::runtime::exchange::{Mode, Snapshot, Write};
+use rungd_config::load;
+use rungd_engine::isa::{Bit, BitSpace};
+use rungd_engine::{Cell, Layout};
+use rungd_io::modbus::Map;
+use rungd_io::modbus::answer::{Answer, answer, refused, written};
+use rungd_io::modbus::map::Asker;
+use rungd_language::lower::lower;
+use rungd_language::resolve::resolve_operand;
+use rungd_runtime::command::Forces;
+use rungd_runtime::exchange::{Mode, Snapshot, Write};
 
 /// The addresses at which a table begins, ends, or changes its contents.
 const EDGES: [u32; 24] = [

@@ -6,8 +6,8 @@ use std::path::Path;
 use crate::support::bench::Plant;
 use crate::support::live::Live;
 use crate::support::modbus::Client;
-use rungd::isa::Real;
-use rungd::load;
+use rungd_config::load;
+use rungd_engine::isa::Real;
 
 const REMOTE: &str = r#"
 [tags]

@@ -4,21 +4,21 @@ use std::cell::Cell;
 use std::rc::Rc;
 use std::sync::{Arc, Mutex};
 
-use rungd::calendar::LocalTime;
-use rungd::engine::Engine;
-use rungd::isa::Address;
-use rungd::lower::lower;
-use rungd::resolve::program::Program;
-use rungd::resolve::{LoadOptions, load_ladders, resolve_operand};
-use rungd::runtime::exchange::{FaultReason, Port, Snapshot, Tempo};
-use rungd::runtime::inputs::InputEnd;
-use rungd::runtime::pacing::Clock;
-use rungd::runtime::wiring::{Source, Wiring, WiringTarget};
-use rungd::runtime::{
+use rungd_base::calendar::LocalTime;
+use rungd_engine::Engine;
+use rungd_engine::isa::Address;
+use rungd_language::lower::lower;
+use rungd_language::resolve::program::Program;
+use rungd_language::resolve::{LoadOptions, load_ladders, resolve_operand};
+use rungd_language::source::span::SourceFile;
+use rungd_runtime::exchange::{FaultReason, Port, Snapshot, Tempo};
+use rungd_runtime::inputs::InputEnd;
+use rungd_runtime::pacing::Clock;
+use rungd_runtime::wiring::{Source, Wiring, WiringTarget};
+use rungd_runtime::{
     DeviceEdge, Memory, Monitor, Observer, Pace, Posture, Record, RecordEvent, Safe, Scanner,
     Settings, Statistics, Watched, Whole, assemble_whole, monotonic_ns,
 };
-use rungd::source::span::SourceFile;
 
 pub const MS: u64 = 1_000_000;
 pub const PERIOD_NS: u64 = 10 * MS;
@@ -79,7 +79,7 @@ rung = [
 
 pub struct Rig {
     pub program: Program,
-    pub symbols: rungd::lower::Symbols,
+    pub symbols: rungd_language::lower::Symbols,
     pub scanner: Scanner<Engine, SimulatedClock>,
     pub monitor: Monitor<Heard>,
     pub port: Port,
@@ -113,8 +113,8 @@ pub fn rig(zero_on_loss: bool) -> Rig {
         inputs: vec![WiringTarget::Input(0), WiringTarget::Input(3), target("D0"), target("V0")],
         outputs: vec![
             Source::Output(2),
-            Source::Cell(rungd::engine::Cell::Word(word("D1").0), Some(-1)),
-            Source::Cell(rungd::engine::Cell::Word(word("V0").0), None),
+            Source::Cell(rungd_engine::Cell::Word(word("D1").0), Some(-1)),
+            Source::Cell(rungd_engine::Cell::Word(word("V0").0), None),
         ],
         ok: bit("line1.Ok"),
         stale: bit("line1.Stale"),

@@ -2,16 +2,16 @@
 //! `docs/simulated-device.md`.
 
 use crate::support::page;
-use rungd::calendar::LocalTime;
-use rungd::controller::{Controller, read, resolve_controller};
-use rungd::engine::Engine;
-use rungd::io::plant::RuleSet;
-use rungd::io::plant::settings::{Motion, Rule};
-use rungd::isa::Address;
-use rungd::lower::{Symbols, lower};
-use rungd::resolve::program::Program;
-use rungd::resolve::{LoadOptions, load_ladders, resolve_operand};
-use rungd::source::span::{FileId, SourceFile};
+use rungd_base::calendar::LocalTime;
+use rungd_config::controller::{Controller, read, resolve_controller};
+use rungd_engine::Engine;
+use rungd_engine::isa::Address;
+use rungd_io::plant::RuleSet;
+use rungd_io::plant::settings::{Motion, Rule};
+use rungd_language::lower::{Symbols, lower};
+use rungd_language::resolve::program::Program;
+use rungd_language::resolve::{LoadOptions, load_ladders, resolve_operand};
+use rungd_language::source::span::{FileId, SourceFile};
 
 const PERIOD_MS: u64 = 10;
 

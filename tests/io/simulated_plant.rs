@@ -5,12 +5,12 @@
 use std::collections::HashMap;
 
 use proptest::prelude::*;
-use rungd::controller::device::DriverSettings;
-use rungd::controller::read;
-use rungd::controller::resolve_controller;
-use rungd::io::plant::{Lost, Model};
-use rungd::resolve::{LoadOptions, load_ladders};
-use rungd::source::span::{FileId, SourceFile};
+use rungd_config::controller::device::DriverSettings;
+use rungd_config::controller::read;
+use rungd_config::controller::resolve_controller;
+use rungd_io::plant::{Lost, Model};
+use rungd_language::resolve::{LoadOptions, load_ladders};
+use rungd_language::source::span::{FileId, SourceFile};
 
 const LADDER: &str = r#"
 [[program]]

@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use crate::support::bench::Plant;
-use rungd::load::{self, Loaded};
+use rungd_config::load::{self, Loaded};
 
 /// A page's ladder and controller file, loaded without a finding.
 fn loaded(name: &str, ladder: &str, controller: &str) -> Loaded {

@@ -7,8 +7,8 @@
 use std::path::Path;
 
 use crate::support::bench::Plant;
-use rungd::isa::Real;
-use rungd::load;
+use rungd_config::load;
+use rungd_engine::isa::Real;
 
 fn plant() -> Plant {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/temperature-loop.toml");

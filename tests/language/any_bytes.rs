@@ -5,16 +5,16 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use proptest::prelude::*;
-use rungd::controller;
-use rungd::controller::resolve_controller;
-use rungd::load::decode;
-use rungd::resolve::program::Program;
-use rungd::resolve::{LoadOptions, load_ladders};
-use rungd::source::file_kind;
-use rungd::source::finding::Severity;
-use rungd::source::render::{Style, render};
-use rungd::source::span::{FileId, SourceFile};
-use rungd::testing::read_suite;
+use rungd_config::controller;
+use rungd_config::controller::resolve_controller;
+use rungd_config::load::decode;
+use rungd_lab::testing::read_suite;
+use rungd_language::resolve::program::Program;
+use rungd_language::resolve::{LoadOptions, load_ladders};
+use rungd_language::source::file_kind;
+use rungd_language::source::finding::Severity;
+use rungd_language::source::render::{Style, render};
+use rungd_language::source::span::{FileId, SourceFile};
 
 /// Pieces of ladder and controller files; joined at random they reach far more code than noise
 /// does.

@@ -1,16 +1,16 @@
 //! Files that are not valid TOML while a person types: a broken line must not cause findings about
-//! the rest of the file. The test breaks the shipped files; `src/load/broken.rs` tests the findings
+//! the rest of the file. The test breaks the shipped files; `crates/config/src/load/broken.rs` tests the findings
 //! in detail.
 
 use std::fs;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-use rungd::load::{Loaded, controller_file, is_controller_file, ladder_files};
-use rungd::source::finding::Finding;
-use rungd::source::render::{Style, render};
-use rungd::source::span::SourceFile;
-use rungd::testing::read_suite;
+use rungd_config::load::{Loaded, controller_file, is_controller_file, ladder_files};
+use rungd_lab::testing::read_suite;
+use rungd_language::source::finding::Finding;
+use rungd_language::source::render::{Style, render};
+use rungd_language::source::span::SourceFile;
 
 use crate::support::folder::TestFolder;
 

@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use rungd::controller::Controller;
-use rungd::controller::log::LogSettings;
-use rungd::io::plant::settings::Motion;
-use rungd::isa::{Bit, BitSpace};
-use rungd::load::controller_file;
-use rungd::runtime::{Policy, Posture};
-use rungd::source::render::{Style, render};
+use rungd_config::controller::Controller;
+use rungd_config::controller::log::LogSettings;
+use rungd_config::load::controller_file;
+use rungd_engine::isa::{Bit, BitSpace};
+use rungd_io::plant::settings::Motion;
+use rungd_language::source::render::{Style, render};
+use rungd_runtime::{Policy, Posture};
 
 const LADDER: &str = r#"
 [tags]
@@ -30,7 +30,7 @@ fn controller(name: &str, text: &str) -> Controller {
     loaded.controller.unwrap_or_else(|| panic!("{said}"))
 }
 
-fn names(ranges: &[rungd::resolve::range::Range]) -> Vec<String> {
+fn names(ranges: &[rungd_language::resolve::range::Range]) -> Vec<String> {
     ranges.iter().map(ToString::to_string).collect()
 }
 

@@ -8,10 +8,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use rungd::isa::instruction::{Spec, TABLE, Termination};
-use rungd::isa::status;
-use rungd::load::{self, Loaded};
-use rungd::source::finding::Severity;
+use rungd_config::load::{self, Loaded};
+use rungd_engine::isa::instruction::{Spec, TABLE, Termination};
+use rungd_engine::isa::status;
+use rungd_language::source::finding::Severity;
 
 const BEGIN: &str = "<!-- generated: instructions -->\n";
 const END: &str = "<!-- end -->";

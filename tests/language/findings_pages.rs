@@ -7,11 +7,11 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use rungd::load;
-use rungd::source::finding::{Finding, FindingRow, Severity, TABLE};
-use rungd::source::render::{Style, render};
-use rungd::source::span::SourceFile;
-use rungd::testing::read_suite;
+use rungd_config::load;
+use rungd_lab::testing::read_suite;
+use rungd_language::source::finding::{Finding, FindingRow, Severity, TABLE};
+use rungd_language::source::render::{Style, render};
+use rungd_language::source::span::SourceFile;
 
 const PRINTS: &str = "<!-- prints -->\n\n```text\n";
 
@@ -66,7 +66,7 @@ fn load(row: &FindingRow, files: &[SourceFile]) -> Loaded {
         let read = read_suite(&path).expect("it was written");
         Loaded { files: read.files, findings: read.findings }
     } else if files[0].name.ends_with(".edge.toml") {
-        let read = rungd::edge::read_edge(&path, files[0].text.as_bytes());
+        let read = rungd_fleet::edge::read_edge(&path, files[0].text.as_bytes());
         Loaded { files: vec![read.file], findings: read.findings }
     } else {
         let loaded = if load::is_controller_file(&path).expect("it was written") {

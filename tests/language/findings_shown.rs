@@ -1,9 +1,9 @@
 //! Many findings, and findings in generated files: the number of printed findings, and their
 //! lengths.
 
-use rungd::source::finding::{Code, Finding};
-use rungd::source::render::{Style, render};
-use rungd::source::span::{FileId, SourceFile, Span};
+use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::render::{Style, render};
+use rungd_language::source::span::{FileId, SourceFile, Span};
 
 fn place(start: usize, end: usize) -> Span {
     Span { file: FileId(0), start: start as u32, end: end as u32 }

@@ -11,12 +11,12 @@ use std::path::PathBuf;
 use std::sync::Once;
 
 use crate::language::page_parts::{assert_in_order, files, read, simulated, update, with_part};
-use rungd::explain::facts;
-use rungd::isa::Spec;
-use rungd::isa::instruction::TABLE;
-use rungd::load;
-use rungd::source::finding;
-use rungd::source::render::{Style, render};
+use rungd_config::explain::facts;
+use rungd_config::load;
+use rungd_engine::isa::Spec;
+use rungd_engine::isa::instruction::TABLE;
+use rungd_language::source::finding;
+use rungd_language::source::render::{Style, render};
 
 /// The families of the index, each with its first instruction in the table.
 const FAMILIES: [(&str, &str); 8] = [

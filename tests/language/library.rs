@@ -3,8 +3,8 @@
 
 use std::path::PathBuf;
 
-use rungd::load;
-use rungd::source::render::{Style, render};
+use rungd_config::load;
+use rungd_language::source::render::{Style, render};
 
 /// One use of every template.
 const PLANT: &str = r#"

@@ -9,8 +9,8 @@ use std::fs;
 use std::path::PathBuf;
 use std::sync::Once;
 
-use rungd::explain::library_facts;
-use rungd::load;
+use rungd_config::explain::library_facts;
+use rungd_config::load;
 
 use crate::language::library::LIBRARY;
 use crate::language::page_parts::{assert_in_order, files, read, simulated, update, with_part};

@@ -1,8 +1,8 @@
 //! Whole ladders, from text to the resolved program.
 
-use rungd::resolve::program::Program;
-use rungd::resolve::{LoadOptions, load_ladders, resolve_operand};
-use rungd::source::span::SourceFile;
+use rungd_language::resolve::program::Program;
+use rungd_language::resolve::{LoadOptions, load_ladders, resolve_operand};
+use rungd_language::source::span::SourceFile;
 
 fn load(text: &str) -> Program {
     let file = SourceFile { name: "bottling.toml".into(), text: text.into() };

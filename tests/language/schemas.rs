@@ -12,10 +12,10 @@ use std::sync::OnceLock;
 
 use crate::language::validator::{json_of, wrong};
 use rungd::cli::schema::{FileKind, of};
-use rungd::edge::read_edge;
-use rungd::load;
-use rungd::source::finding::Severity;
-use rungd::testing::read_suite;
+use rungd_config::load;
+use rungd_fleet::edge::read_edge;
+use rungd_lab::testing::read_suite;
+use rungd_language::source::finding::Severity;
 use serde_json::Value;
 
 /// Folders with the files that a schema must accept, if `rungd check` finds no error in them.

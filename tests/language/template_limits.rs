@@ -5,9 +5,9 @@
 use std::fmt::Write as _;
 use std::time::Duration;
 
-use rungd::resolve::{LoadOptions, load_ladders};
-use rungd::source::finding::Code;
-use rungd::source::span::SourceFile;
+use rungd_language::resolve::{LoadOptions, load_ladders};
+use rungd_language::source::finding::Code;
+use rungd_language::source::span::SourceFile;
 use rustix::time::{ClockId, clock_gettime};
 
 const MANY: usize = 10_000;

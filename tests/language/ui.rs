@@ -9,10 +9,10 @@
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use rungd::load::{self, Loaded};
-use rungd::source::finding::{Severity, TABLE};
-use rungd::source::render::{Style, render};
-use rungd::testing::read_suite;
+use rungd_config::load::{self, Loaded};
+use rungd_lab::testing::read_suite;
+use rungd_language::source::finding::{Severity, TABLE};
+use rungd_language::source::render::{Style, render};
 
 /// Findings of the rules about the whole program, which are tested elsewhere.
 const RULES: [&str; 8] = [
@@ -92,7 +92,7 @@ fn findings_read_as_recorded() {
 fn every_error_of_reading_and_resolving_has_a_case() {
     let said: String = cases().iter().map(|(_, said)| said.as_str()).collect();
     let errors = TABLE.iter().filter(|row| row.severity == Severity::Error);
-    // The tests of `src/edge/keys.rs` show the output of `rungd edge --check`.
+    // The tests of `crates/fleet/src/edge/keys.rs` show the output of `rungd edge --check`.
     for row in errors.filter(|row| row.name != "edge-file") {
         let shown = said.contains(&format!("error[{}]", row.name));
         assert!(shown || RULES.contains(&row.name), "no case shows {}", row.name);

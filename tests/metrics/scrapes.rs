@@ -61,7 +61,7 @@ fn both_forms_are_what_their_judge_wants() {
     served.live.ok("write asked ON");
     served.await_line("rungd_alarms{priority=\"critical\",state=\"unacknowledged\"} 1");
     promtool(&["check", "metrics"], &served.text());
-    promtool(&["check", "metrics"], include_str!("../../src/metrics/expected.prom"));
+    promtool(&["check", "metrics"], include_str!("../../crates/fleet/src/metrics/expected.prom"));
     promtool(&["check", "metrics"], &served.live.ok("metrics"));
     let older = served.ask("GET /metrics", "text/plain");
     assert!(older.head.contains("content-type: text/plain; version=0.0.4"), "{older:?}");

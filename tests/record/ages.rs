@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::record::folder::Handle;
 use crate::record::stored::{SECOND_NS, UNIX_NS, all_found, blocks, clock, known, settings};
-use rungd::record::{
+use rungd_history::record::{
     Folder, FolderOnDisk, RecordBlock, Recording, Store, StoreSettings, TapeClock,
 };
 

@@ -4,7 +4,7 @@
 use std::io::Cursor;
 
 use crate::record::drawn::{Numbers, block, program, section};
-use rungd::record::{FileIndex, Flaw, Recent, SectionBody, SegmentStart, index};
+use rungd_history::record::{FileIndex, Flaw, Recent, SectionBody, SegmentStart, index};
 
 #[test]
 fn a_section_comes_back() {

@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 pub use crate::support::numbers::Numbers;
-use rungd::engine::{BitCell, Cell, EngineCall, ScanTimes, WordCell};
-use rungd::record::{BlockHead, RecordBlock, RecordedFile, RecordedProgram, SectionBody};
-use rungd::runtime::command::CommandId;
-use rungd::runtime::exchange::{FaultReason, Mode, StopReason, Ticket};
-use rungd::runtime::{Origin, TapeEntry};
+use rungd_engine::{BitCell, Cell, EngineCall, ScanTimes, WordCell};
+use rungd_history::record::{BlockHead, RecordBlock, RecordedFile, RecordedProgram, SectionBody};
+use rungd_runtime::command::CommandId;
+use rungd_runtime::exchange::{FaultReason, Mode, StopReason, Ticket};
+use rungd_runtime::{Origin, TapeEntry};
 
 impl Numbers {
     /// A number of any size: small, large, or an end of the range.

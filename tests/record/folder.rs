@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::io::{self, Error};
 use std::rc::Rc;
 
-use rungd::record::{Folder, passed_ns};
+use rungd_history::record::{Folder, passed_ns};
 
 /// The bytes of a sector of this disk: few, so that a block has several sectors.
 pub const SECTOR: usize = 128;

@@ -13,10 +13,10 @@ use crate::cli::replay::{Place, conveyor};
 use crate::record::drawn::Numbers;
 use crate::record::hostile::mangle;
 use crate::support::system::shell;
-use rungd::engine::{Cell, EngineCall};
-use rungd::record::{Recent, RecordBlock, RecordedProgram, Recording};
-use rungd::runtime::command::CommandId;
-use rungd::runtime::{Origin, TapeEntry};
+use rungd_engine::{Cell, EngineCall};
+use rungd_history::record::{Recent, RecordBlock, RecordedProgram, Recording};
+use rungd_runtime::command::CommandId;
+use rungd_runtime::{Origin, TapeEntry};
 
 /// The commands that read a recording, `@`.
 const COMMANDS: [&[&str]; 7] = [

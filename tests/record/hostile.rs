@@ -15,12 +15,14 @@ use crate::record::line::{COUNTER, Line, engine, in_memory, on_disk};
 use crate::record::replayed::random_line;
 use crate::support::run::load;
 use crate::support::setting::setting;
-use rungd::engine::{BitCell, Cell, Engine, EngineCall, EngineState, WordCell};
-use rungd::lower::lower;
-use rungd::observe::{At, Limits, Past, Subject};
-use rungd::record::{BlockHead, RecordBlock, RecordedProgram, Recording, Replay, SectionBody};
-use rungd::runtime::{Machine, TapeEntry, TapeSection};
-use rungd::testing::{ScenarioOf, scenario};
+use rungd_engine::{BitCell, Cell, Engine, EngineCall, EngineState, WordCell};
+use rungd_history::observe::{At, Limits, Past, Subject};
+use rungd_history::record::{
+    BlockHead, RecordBlock, RecordedProgram, Recording, Replay, SectionBody,
+};
+use rungd_lab::testing::{ScenarioOf, scenario};
+use rungd_language::lower::lower;
+use rungd_runtime::{Machine, TapeEntry, TapeSection};
 
 /// The number of recordings that are tested at the same time.
 const LANES: u64 = 2;
@@ -248,7 +250,7 @@ impl<M: FnMut(&RecordedProgram) -> Result<Engine, String>> Past for Sections<M> 
 }
 
 /// Executes a recording.
-fn execute(bytes: &[u8], program: &rungd::engine::Program) {
+fn execute(bytes: &[u8], program: &rungd_engine::Program) {
     let make = |_: &RecordedProgram| Ok(Engine::new(program.clone()));
     let mut replay = Replay::new(Recording::of_bytes(bytes.to_vec()), make);
     let count = replay.recording().count();

@@ -3,14 +3,14 @@
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 use crate::support::run::load;
-use rungd::engine::{Engine, ScanTimes};
-use rungd::lower::lower;
-use rungd::record::{
+use rungd_engine::{Engine, ScanTimes};
+use rungd_history::record::{
     Recent, RecordBlock, RecordedFile, RecordedProgram, Recorder, SegmentStart, TapeClock,
 };
-use rungd::reload::{ReloadPlan, Side};
-use rungd::runtime::exchange::{Mode, StopReason};
-use rungd::runtime::{Machine, ScanStart, TapeEntry, TapeReader, Taped, tape};
+use rungd_language::lower::lower;
+use rungd_runtime::exchange::{Mode, StopReason};
+use rungd_runtime::{Machine, ScanStart, TapeEntry, TapeReader, Taped, tape};
+use rungd_state::reload::{ReloadPlan, Side};
 
 /// The wall clock at monotonic time 0.
 pub const UNIX_NS: i64 = 1_700_000_000_000_000_000;

@@ -16,7 +16,7 @@ use crate::support::disk_pace::DiskPace;
 use crate::support::live::{Live, folder};
 use crate::support::metronome::{self, HeldUp};
 use crate::support::modbus::Client;
-use rungd::record::Recording;
+use rungd_history::record::Recording;
 
 /// The time that may be missing after a kill, in addition to the time for which the machine delayed
 /// the threads of the process and its disk.

@@ -19,7 +19,7 @@ use crate::support::live::{Live, folder};
 use crate::support::needs::{Need, skip};
 use crate::support::process::{message, mounted};
 use crate::support::system::shell;
-use rungd::record::Recording;
+use rungd_history::record::Recording;
 
 /// A disk that delays a write for less than this time makes no controller report a stall.
 const DISK_DELAY_LEAST: Duration = Duration::from_millis(500);

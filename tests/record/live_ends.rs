@@ -6,7 +6,7 @@ use std::thread;
 use crate::record::live_rig::{BUSY, last_scan, recorded_run, verified};
 use crate::support::calm::calm;
 use crate::support::live::{folder, said};
-use rungd::record::Recording;
+use rungd_history::record::Recording;
 
 /// Runs so many processes at once that they delay each other; each has a different number of scans.
 #[test]

@@ -20,7 +20,7 @@ use crate::support::live::{Live, Said, folder, run, said};
 use crate::support::modbus::Client;
 use crate::support::needs::{Need, skip};
 use crate::support::process::until;
-use rungd::record::{RecordBlock, Recording};
+use rungd_history::record::{RecordBlock, Recording};
 
 fn files(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).unwrap();

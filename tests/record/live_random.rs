@@ -32,9 +32,9 @@ use crate::support::model::generate::generate;
 use crate::support::model::rng::Rng;
 use crate::support::run::{cell, value};
 use crate::support::setting::setting;
-use rungd::engine::Cell;
-use rungd::lower::Symbols;
-use rungd::record::{RecordedProgram, Recording, Replay, Verified};
+use rungd_engine::Cell;
+use rungd_history::record::{RecordedProgram, Recording, Replay, Verified};
+use rungd_language::lower::Symbols;
 
 /// A plant that changes inputs, and is lost while C100 is ON.
 const PLANT: &str = r#"

@@ -10,7 +10,7 @@ use crate::record::live_rig::{
     BUSY, Operator, ended, is_late, last_scan, logs, recorded, verified,
 };
 use crate::support::process::until;
-use rungd::record::Recording;
+use rungd_history::record::Recording;
 
 /// Takes something away under a running controller, twice, and ends it in order.
 #[track_caller]

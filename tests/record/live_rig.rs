@@ -11,12 +11,14 @@ use serde_json::Value;
 use crate::support::live::{Live, folder, run};
 pub use crate::support::operator::Operator;
 use crate::support::process::message;
-use rungd::engine::Engine;
-use rungd::load;
-use rungd::lower::{Symbols, lower};
-use rungd::record::{EXTENSION, RecordedFile, RecordedProgram, Recording, Replay, Verified};
-use rungd::resolve::program::Program;
-use rungd::source::span::SourceFile;
+use rungd_config::load;
+use rungd_engine::Engine;
+use rungd_history::record::{
+    EXTENSION, RecordedFile, RecordedProgram, Recording, Replay, Verified,
+};
+use rungd_language::lower::{Symbols, lower};
+use rungd_language::resolve::program::Program;
+use rungd_language::source::span::SourceFile;
 
 /// A plant with many changes: a counter of scans, and words that are hard to predict.
 pub const BUSY: &str = r#"

@@ -26,13 +26,13 @@ use crate::record::live_rig::{
 use crate::support::live::{Live, PATIENCE, folder};
 use crate::support::needs::{Need, skip};
 use crate::support::system::shell;
-use rungd::record::{Recording, Verified};
+use rungd_history::record::{Recording, Verified};
 
 /// The most blocks that wait for the disk, as in `src/daemon/record_disk.rs`.
 const QUEUE: usize = 120;
 
 /// The number of times that six clients write 984 registers each while the log's thread stalls:
-/// twice the size of its buffer (`src/runtime/tape_reader.rs`).
+/// twice the size of its buffer (`crates/runtime/src/tape_reader.rs`).
 const WRITES_OF_A_STALL: usize = 2 * (4 << 15) / (6 * 984);
 
 /// An ext4 image, mounted while this lives.

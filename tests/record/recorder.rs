@@ -2,11 +2,11 @@
 //! block.
 
 use crate::record::line::{COUNTER, Line, engine, in_memory, on_disk, recorded};
-use rungd::engine::{BitCell, Cell, EngineCall, EngineState, ScanTimes, WordCell};
-use rungd::record::{Recent, RecordBlock, Recorder, Recording, Replay};
-use rungd::runtime::command::CommandId;
-use rungd::runtime::exchange::{Mode, Ticket};
-use rungd::runtime::{Machine, Origin, ScanStart, TapeEntry, tape_of};
+use rungd_engine::{BitCell, Cell, EngineCall, EngineState, ScanTimes, WordCell};
+use rungd_history::record::{Recent, RecordBlock, Recorder, Recording, Replay};
+use rungd_runtime::command::CommandId;
+use rungd_runtime::exchange::{Mode, Ticket};
+use rungd_runtime::{Machine, Origin, ScanStart, TapeEntry, tape_of};
 
 #[test]
 fn a_reload_whose_state_comes_late_makes_a_gap() {

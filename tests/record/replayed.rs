@@ -14,14 +14,14 @@ use crate::support::model::clock;
 use crate::support::model::generate::generate;
 use crate::support::run::{load, target};
 use crate::support::setting::setting;
-use rungd::calendar::parse_seconds;
-use rungd::engine::{BitCell, Cell, EngineState, WordCell};
-use rungd::lower::lower;
-use rungd::record::{LastProgram, RecordedProgram, Recording, Replay};
-use rungd::runtime::command::CommandId;
-use rungd::runtime::exchange::Ticket;
-use rungd::runtime::{Machine, Origin, TapeSection};
-use rungd::sim::stimulus::{Change, Stimulus};
+use rungd_base::calendar::parse_seconds;
+use rungd_engine::{BitCell, Cell, EngineState, WordCell};
+use rungd_history::record::{LastProgram, RecordedProgram, Recording, Replay};
+use rungd_lab::sim::stimulus::{Change, Stimulus};
+use rungd_language::lower::lower;
+use rungd_runtime::command::CommandId;
+use rungd_runtime::exchange::Ticket;
+use rungd_runtime::{Machine, Origin, TapeSection};
 
 pub fn random_line(seed: u64) -> Line {
     let case = generate(seed);

@@ -8,9 +8,9 @@
 
 use crate::record::drawn::Numbers;
 use crate::record::line::Line;
-use rungd::engine::{Cell, ScanTimes, WordCell};
-use rungd::record::SegmentStart;
-use rungd::runtime::{Machine, Origin, ScanStart};
+use rungd_engine::{Cell, ScanTimes, WordCell};
+use rungd_history::record::SegmentStart;
+use rungd_runtime::{Machine, Origin, ScanStart};
 
 const SECONDS: u64 = 180;
 
@@ -66,7 +66,7 @@ trait Change {
     fn word(&mut self, cell: u32, value: i32);
 }
 
-impl Change for rungd::runtime::Taped {
+impl Change for rungd_runtime::Taped {
     fn input(&mut self, x: u32, on: bool) {
         self.comes_from(Origin::Device(0));
         self.set_input(x, on);

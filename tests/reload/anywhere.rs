@@ -9,11 +9,11 @@ use crate::support::model::case::Case;
 use crate::support::model::generate::generate;
 use crate::support::model::rng::Rng;
 use crate::support::run::{cell, load, target, value};
-use rungd::calendar::LocalTime;
-use rungd::engine::{Cell, Engine, Program, ScanTimes};
-use rungd::lower::{Symbols, lower};
-use rungd::reload::{ReloadPlan, Side};
-use rungd::sim::stimulus::{Change, Stimulus};
+use rungd_base::calendar::LocalTime;
+use rungd_engine::{Cell, Engine, Program, ScanTimes};
+use rungd_lab::sim::stimulus::{Change, Stimulus};
+use rungd_language::lower::{Symbols, lower};
+use rungd_state::reload::{ReloadPlan, Side};
 
 /// The address spaces and their types.
 const SPACES: [(&str, &str); 6] = [

@@ -221,7 +221,7 @@ fn a_stop_that_was_asked_for_comes() {
 
 /// The content of an R word's cell.
 fn real(text: &str) -> i32 {
-    text.parse::<rungd::isa::Real>().expect("a real").cell()
+    text.parse::<rungd_engine::isa::Real>().expect("a real").cell()
 }
 
 #[test]

@@ -7,11 +7,11 @@
 use crate::support::run::{cell, load, target, value};
 use crate::support::setting::setting;
 use crate::support::written_out::Case;
-use rungd::calendar::LocalTime;
-use rungd::engine::{Cell, Engine, Program, ScanTimes};
-use rungd::lower::{Symbols, lower};
-use rungd::reload::{ReloadPlan, Side};
-use rungd::sim::stimulus::{Change, Stimulus};
+use rungd_base::calendar::LocalTime;
+use rungd_engine::{Cell, Engine, Program, ScanTimes};
+use rungd_lab::sim::stimulus::{Change, Stimulus};
+use rungd_language::lower::{Symbols, lower};
+use rungd_state::reload::{ReloadPlan, Side};
 
 const SCANS: u64 = 60;
 

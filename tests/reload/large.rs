@@ -4,14 +4,14 @@
 
 use std::time::Duration;
 
-use rungd::isa::{MemorySizes, Space, WordSpace};
-use rungd::lower::{Symbols, lower};
-use rungd::reload::{ReloadPlan, Side};
-use rungd::resolve::program::Program;
-use rungd::resolve::range::Range;
-use rungd::resolve::{LoadOptions, load_ladders};
-use rungd::retain::RetainPlan;
-use rungd::source::span::{SourceFile, Span};
+use rungd_engine::isa::{MemorySizes, Space, WordSpace};
+use rungd_language::lower::{Symbols, lower};
+use rungd_language::resolve::program::Program;
+use rungd_language::resolve::range::Range;
+use rungd_language::resolve::{LoadOptions, load_ladders};
+use rungd_language::source::span::{SourceFile, Span};
+use rungd_state::reload::{ReloadPlan, Side};
+use rungd_state::retain::RetainPlan;
 
 /// The smaller size, and the factor from the smaller to the larger size.
 const SIZE: usize = 2_000;
@@ -24,7 +24,7 @@ const LITTLE: Duration = Duration::from_millis(20);
 
 struct Large {
     program: Program,
-    code: rungd::engine::Program,
+    code: rungd_engine::Program,
     symbols: Symbols,
 }
 

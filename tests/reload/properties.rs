@@ -10,12 +10,12 @@ use crate::support::model::rng::Rng;
 use crate::support::run::{load, target};
 use crate::support::setting::setting;
 #[allow(dead_code, unused_imports)]
-use rungd::calendar::LocalTime;
-use rungd::engine::{Engine, ScanTimes, Transfer};
-use rungd::isa::{Bit, BitSpace, Word, WordSpace};
-use rungd::lower::{Symbols, lower};
-use rungd::reload::{ReloadPlan, Side};
-use rungd::sim::stimulus::{Change, Stimulus};
+use rungd_base::calendar::LocalTime;
+use rungd_engine::isa::{Bit, BitSpace, Word, WordSpace};
+use rungd_engine::{Engine, ScanTimes, Transfer};
+use rungd_lab::sim::stimulus::{Change, Stimulus};
+use rungd_language::lower::{Symbols, lower};
+use rungd_state::reload::{ReloadPlan, Side};
 
 pub fn seeds() -> std::ops::Range<u64> {
     let first = setting("RUNGD_PROPERTY_SEED", 1);
@@ -23,7 +23,7 @@ pub fn seeds() -> std::ops::Range<u64> {
 }
 
 struct Loaded {
-    program: rungd::engine::Program,
+    program: rungd_engine::Program,
     symbols: Symbols,
     stimulus: Stimulus,
 }
@@ -37,7 +37,7 @@ fn loaded(case: &Case) -> Loaded {
 }
 
 fn plan(old: &Loaded, new: &Loaded) -> ReloadPlan {
-    let side = |of: &Loaded| -> (rungd::engine::Program, Symbols) {
+    let side = |of: &Loaded| -> (rungd_engine::Program, Symbols) {
         (of.program.clone(), of.symbols.clone())
     };
     let ((a, b), (c, d)) = (side(old), side(new));

@@ -2,9 +2,9 @@
 
 use crate::support::plc::{Plc, of_ladder};
 use crate::support::run;
-use rungd::engine::{Cell, Engine};
-use rungd::lower::lower;
-use rungd::reload::{FileTexts, OldMemory, ReloadPlan, Side};
+use rungd_engine::{Cell, Engine};
+use rungd_language::lower::lower;
+use rungd_state::reload::{FileTexts, OldMemory, ReloadPlan, Side};
 
 /// A controller that is reloaded while it runs.
 pub struct Reloaded {

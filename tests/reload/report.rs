@@ -11,17 +11,17 @@ use crate::support::model::generate::generate;
 use crate::support::model::rng::Rng;
 use crate::support::run;
 use crate::support::setting::setting;
-use rungd::calendar::LocalTime;
-use rungd::engine::{Cell, Engine, Image, ScanTimes};
-use rungd::isa::{Bit, BitSpace, BlockId, StageId};
-use rungd::lower::{Symbols, lower};
-use rungd::reload::{FileTexts, OldMemory, ReloadPlan, Side};
-use rungd::resolve::program::Program;
-use rungd::sim::stimulus::{Change, Stimulus};
+use rungd_base::calendar::LocalTime;
+use rungd_engine::isa::{Bit, BitSpace, BlockId, StageId};
+use rungd_engine::{Cell, Engine, Image, ScanTimes};
+use rungd_lab::sim::stimulus::{Change, Stimulus};
+use rungd_language::lower::{Symbols, lower};
+use rungd_language::resolve::program::Program;
+use rungd_state::reload::{FileTexts, OldMemory, ReloadPlan, Side};
 
 struct Loaded {
     program: Program,
-    code: rungd::engine::Program,
+    code: rungd_engine::Program,
     symbols: Symbols,
 }
 

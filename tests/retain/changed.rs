@@ -6,9 +6,9 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::retain::memory::{Plant, Running, ask, file, find, message, run};
-use rungd::retain::content::{self, Content, address};
-use rungd::retain::file::{Access, FileDevice};
-use rungd::retain::slots::survey;
+use rungd_state::retain::content::{self, Content, address};
+use rungd_state::retain::file::{Access, FileDevice};
+use rungd_state::retain::slots::survey;
 
 fn write(plant: &Plant, name: &str, text: &str) {
     fs::write(plant.0.join(name), text).unwrap();

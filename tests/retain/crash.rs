@@ -23,8 +23,8 @@ use crate::retain::memory::{
 use crate::retain::memory::{Need, message, no_scan_missed, scans_are_accounted_for, skip, until};
 use crate::support::numbers::Numbers;
 use crate::support::system::shell;
-use rungd::operator::client;
-use rungd::operator::protocol::{Request, Status};
+use rungd_client::operator::client;
+use rungd_client::operator::protocol::{Request, Status};
 
 const PERIOD: Duration = Duration::from_millis(2);
 

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::io::{self, Error};
 use std::rc::Rc;
 
-use rungd::retain::Storage;
+use rungd_state::retain::Storage;
 
 /// The failure of a call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -15,8 +15,8 @@ use std::time::Instant;
 
 use crate::retain::disk::{Bytes, Fault, Handle};
 use crate::support::numbers::Numbers;
-use rungd::retain::format::{Geometry, Stamp};
-use rungd::retain::slots::{Slots, Survey, survey};
+use rungd_state::retain::format::{Geometry, Stamp};
+use rungd_state::retain::slots::{Slots, Survey, survey};
 
 const FAULTS: [Fault; 4] = [Fault::Errno(5), Fault::Errno(28), Fault::Errno(4), Fault::Short];
 
@@ -42,7 +42,7 @@ fn stamp(scan: u64) -> Stamp {
 }
 
 fn geometry(content: usize) -> Geometry {
-    let slot_bytes = rungd::retain::format::slot_bytes(content) as u32;
+    let slot_bytes = rungd_state::retain::format::slot_bytes(content) as u32;
     Geometry { slot_bytes, slots: 4, id: 0x5EED }
 }
 

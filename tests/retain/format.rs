@@ -6,10 +6,10 @@ use crate::support::needs::{self, usable};
 use std::path::Path;
 use std::process::{Command, Output};
 
-use rungd::isa::{BitSpace, Space};
-use rungd::retain::content::RetainedElement;
-use rungd::retain::format::{Geometry, Stamp, put_slot};
-use rungd::retain::slots::{Slots, survey};
+use rungd_engine::isa::{BitSpace, Space};
+use rungd_state::retain::content::RetainedElement;
+use rungd_state::retain::format::{Geometry, Stamp, put_slot};
+use rungd_state::retain::slots::{Slots, survey};
 
 /// A hand-made content in the page's format: D3; the tag `level` in D4, which has no address; C5 of
 /// an OUT; CT0 of a UDCG; R7; an SR from C5 on, whose CLK was ON; and a second SR, whose CLK was
@@ -76,7 +76,7 @@ fn page_agrees(test: &str, disk: &disk::Handle) {
 #[test]
 fn the_reader_of_the_page_reads_what_is_written() {
     let content = content();
-    let read = rungd::retain::content::read(&content).expect("it is as the page says");
+    let read = rungd_state::retain::content::read(&content).expect("it is as the page says");
     assert_eq!((read.elements.len(), read.tags.len(), read.owners.len()), (5, 1, 2));
     assert_eq!(read.placed.into_iter().collect::<Vec<_>>(), [read.tags[0].1]);
     let c5 = RetainedElement { space: Space::Bit(BitSpace::C), number: 5 };
@@ -228,7 +228,7 @@ fn a_whole_image_without_sense_is_the_newest_all_the_same() {
         let newest = survey(&mut disk.clone()).unwrap().newest.unwrap();
         assert_eq!((newest.stamp.scan, &newest.content), (40, &bad));
         page_agrees("without-sense", &disk);
-        assert!(rungd::retain::content::read(&newest.content).is_none(), "{bad:?}");
+        assert!(rungd_state::retain::content::read(&newest.content).is_none(), "{bad:?}");
     }
-    assert!(rungd::retain::content::read(&whole).is_some(), "the control");
+    assert!(rungd_state::retain::content::read(&whole).is_some(), "the control");
 }

@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
-use rungd::isa::{Space, WordSpace};
-use rungd::retain::content::{self, RetainedElement};
-use rungd::retain::file::{Access, FileDevice};
-use rungd::retain::slots::survey;
+use rungd_engine::isa::{Space, WordSpace};
+use rungd_state::retain::content::{self, RetainedElement};
+use rungd_state::retain::file::{Access, FileDevice};
+use rungd_state::retain::slots::survey;
 use serde_json::Value;
 
 pub use crate::support::process::*;

@@ -9,9 +9,9 @@ use std::path::{Path, PathBuf};
 use crate::retain::memory::{
     COUNTS, KEEPS, Plant, Running, ask, file, find, held, message, run, until,
 };
-use rungd::retain::file::{Access, FileDevice};
-use rungd::retain::format::{Stamp, put_slot, slot_bytes};
-use rungd::retain::slots::survey;
+use rungd_state::retain::file::{Access, FileDevice};
+use rungd_state::retain::format::{Stamp, put_slot, slot_bytes};
+use rungd_state::retain::slots::survey;
 
 /// A plant whose file is a link into a different folder.
 fn linked() -> (Plant, PathBuf) {
@@ -157,9 +157,9 @@ const STILL: &str = "[[program]]\nname = \"Main\"\nrung = [\n\
 fn kept_d0(plant: &Plant) -> Option<(i32, bool)> {
     let mut device = FileDevice::open(&file(plant), Access::Read).ok()?;
     let newest = survey(&mut device).ok()?.newest?;
-    let content = rungd::retain::content::read(&newest.content).unwrap();
+    let content = rungd_state::retain::content::read(&newest.content).unwrap();
     let found =
-        content.elements.iter().find(|(at, _)| rungd::retain::content::address(*at) == "D0");
+        content.elements.iter().find(|(at, _)| rungd_state::retain::content::address(*at) == "D0");
     Some((found.unwrap().1.word, newest.stamp.flags != 0))
 }
 

@@ -8,9 +8,9 @@ use crate::retain::crash::status;
 use crate::retain::memory::{
     COUNTS, Held, KEEPS, Plant, Running, file, find, held, message, run, until,
 };
-use rungd::retain::content;
-use rungd::retain::file::{Access, FileDevice};
-use rungd::retain::slots::survey;
+use rungd_state::retain::content;
+use rungd_state::retain::file::{Access, FileDevice};
+use rungd_state::retain::slots::survey;
 use serde_json::Value;
 
 fn write(plant: &Plant, name: &str, text: &str) {

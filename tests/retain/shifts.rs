@@ -4,9 +4,9 @@
 use std::fs;
 
 use crate::retain::memory::{Plant, Running, file, run};
-use rungd::retain::content::{self, Content};
-use rungd::retain::file::{Access, FileDevice};
-use rungd::retain::slots::survey;
+use rungd_state::retain::content::{self, Content};
+use rungd_state::retain::file::{Access, FileDevice};
+use rungd_state::retain::slots::survey;
 
 /// A controller with these lines of `[retain]`, which runs after a cold start.
 fn keeps(what: &str) -> String {

@@ -1,13 +1,13 @@
 //! A controller with a simulated plant, in virtual time.
 
-use rungd::calendar::LocalTime;
-use rungd::controller::device::{Device, DriverSettings, OnLoss};
-use rungd::engine::{Cell, Engine, ScanTimes};
-use rungd::io::plant::Model;
-use rungd::isa::{Address, Bit, BitSpace, Health, Real};
-use rungd::load::Loaded;
-use rungd::lower::{Symbols, lower};
-use rungd::resolve::scope::Scope;
+use rungd_base::calendar::LocalTime;
+use rungd_config::controller::device::{Device, DriverSettings, OnLoss};
+use rungd_config::load::Loaded;
+use rungd_engine::isa::{Address, Bit, BitSpace, Health, Real};
+use rungd_engine::{Cell, Engine, ScanTimes};
+use rungd_io::plant::Model;
+use rungd_language::lower::{Symbols, lower};
+use rungd_language::resolve::scope::Scope;
 
 /// The controller and its plant, on the same time grid: a scan reads the plant's inputs of the same
 /// time.

@@ -5,7 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
-use rungd::calendar::{LocalTime, parse_seconds};
+use rungd_base::calendar::{LocalTime, parse_seconds};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use rungd::io::gpio::settings::Chip as ChipName;
-use rungd::io::gpio::{Chip, Chips, LineFacts, LineRequest, TakenLines};
+use rungd_io::gpio::settings::Chip as ChipName;
+use rungd_io::gpio::{Chip, Chips, LineFacts, LineRequest, TakenLines};
 
 /// A chip with its state in two atomics. While `is_gone` is set, its lines give an error.
 #[derive(Clone, Default)]

@@ -3,8 +3,8 @@
 
 use std::collections::HashMap;
 
-use rungd::engine::{Engine, EngineState, Program};
-use rungd::runtime::{TapeEntry, TapeReader};
+use rungd_engine::{Engine, EngineState, Program};
+use rungd_runtime::{TapeEntry, TapeReader};
 
 /// An engine that makes the calls of a tape again.
 pub struct Follower {

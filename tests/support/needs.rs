@@ -20,7 +20,7 @@ pub enum Need {
     /// An ext4 image on a loop device.
     Ext4,
     Root,
-    /// The named points of `src/faults.rs`, which a release build lacks.
+    /// The named points of `crates/base/src/faults.rs`, which a release build lacks.
     Faults,
 }
 

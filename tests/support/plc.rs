@@ -1,11 +1,11 @@
 //! An engine under the direct control of a test: operands by name, and time that advances by scans.
 
-use rungd::calendar::LocalTime;
-use rungd::engine::{BlockEvent, Cell, Engine, ScanEnd, ScanTimes};
-use rungd::isa::{Address, Bit, BitSpace};
-use rungd::lower::{Symbols, lower};
-use rungd::resolve::program::Program;
-use rungd::resolve::resolve_operand;
+use rungd_base::calendar::LocalTime;
+use rungd_engine::isa::{Address, Bit, BitSpace};
+use rungd_engine::{BlockEvent, Cell, Engine, ScanEnd, ScanTimes};
+use rungd_language::lower::{Symbols, lower};
+use rungd_language::resolve::program::Program;
+use rungd_language::resolve::resolve_operand;
 
 use super::run;
 

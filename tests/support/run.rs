@@ -2,17 +2,17 @@
 
 use std::io;
 
-use rungd::check::{Around, check};
-use rungd::engine::{Cell, Image, Layout};
-use rungd::isa::{Address, Bit, BitSpace, Word};
-use rungd::lower::{Symbols, lower, lower_with};
-use rungd::resolve::program::Program;
-use rungd::resolve::{LoadOptions, load_ladders, resolve_operand};
-use rungd::sim::stimulus::{Stimulus, StimulusTarget};
-use rungd::sim::trace::{RowName as TraceRow, Trace};
-use rungd::sim::{Plan, run};
-use rungd::source::finding::{Finding, Severity};
-use rungd::source::span::SourceFile;
+use rungd_engine::isa::{Address, Bit, BitSpace, Word};
+use rungd_engine::{Cell, Image, Layout};
+use rungd_lab::sim::stimulus::{Stimulus, StimulusTarget};
+use rungd_lab::sim::trace::{RowName as TraceRow, Trace};
+use rungd_lab::sim::{Plan, run};
+use rungd_language::check::{Around, check};
+use rungd_language::lower::{Symbols, lower, lower_with};
+use rungd_language::resolve::program::Program;
+use rungd_language::resolve::{LoadOptions, load_ladders, resolve_operand};
+use rungd_language::source::finding::{Finding, Severity};
+use rungd_language::source::span::SourceFile;
 
 use super::case::{Case, Expects};
 use super::table::{RowName, Table};

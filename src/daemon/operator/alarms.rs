@@ -14,14 +14,14 @@ use super::status::View;
 use crate::daemon::alarm_book::AlarmBook;
 use crate::daemon::alarm_keeper::unix_ns;
 use crate::daemon::narration::one_line;
-use crate::engine::Cell;
-use crate::operator::protocol::{
+use rungd_client::operator::protocol::{
     AckList, AckedAlarm, AlarmAck, AlarmList, AlarmState, Answered, OPERANDS_MAX, Refusal,
     RefusalKind,
 };
-use crate::runtime::exchange::Snapshot;
-use crate::runtime::monotonic_ns;
-use crate::say::say;
+use rungd_engine::Cell;
+use rungd_runtime::exchange::Snapshot;
+use rungd_runtime::monotonic_ns;
+use rungd_runtime::say::say;
 
 /// The time limit for the monitor thread. If an alarm changes with every scan, the book may never
 /// agree with the latest image: then the answer is the content of the book after this time.

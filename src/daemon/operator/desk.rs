@@ -20,20 +20,20 @@ use super::status::{View, reason};
 use super::told_change::{ToldChange, Was};
 use crate::daemon::log;
 use crate::daemon::reload::{Caller, Reloads};
-use crate::events::{self, Event, Level};
-use crate::isa::{Address, Bit, BitSpace};
-use crate::locked::locked;
-use crate::operator::deadline;
-use crate::operator::names::Names;
-use crate::operator::operand::Variable;
-use crate::operator::protocol::{
+use rungd_base::locked::locked;
+use rungd_client::operator::deadline;
+use rungd_client::operator::names::Names;
+use rungd_client::operator::operand::Variable;
+use rungd_client::operator::protocol::{
     self, Answered, Change, GivenValue, Held, LevelChange, ModeChange, ModeWanted, OPERANDS_MAX,
     Refusal, RefusalKind, Reply, Request, ShownValue, Values,
 };
-use crate::runtime::command::{Before, Command, CommandId, Denial};
-use crate::runtime::exchange::{Mode, Port, Snapshot};
-use crate::runtime::{Generations, Origin};
-use crate::say::say;
+use rungd_engine::isa::{Address, Bit, BitSpace};
+use rungd_runtime::command::{Before, Command, CommandId, Denial};
+use rungd_runtime::events::{self, Event, Level};
+use rungd_runtime::exchange::{Mode, Port, Snapshot};
+use rungd_runtime::say::say;
+use rungd_runtime::{Generations, Origin};
 
 /// The greatest number of forces that an answer names.
 const FORCES_NAMED_MAX: usize = 8;

@@ -7,8 +7,8 @@ use tokio::time::timeout;
 
 use super::peer::Peer;
 use crate::daemon::retain_thread::{NotSaved, Retention};
-use crate::operator::protocol::{Refusal, RefusalKind, Saved};
-use crate::say::say;
+use rungd_client::operator::protocol::{Refusal, RefusalKind, Saved};
+use rungd_runtime::say::say;
 use std::time::Duration;
 
 /// The time limit for the disk.

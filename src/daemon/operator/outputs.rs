@@ -7,16 +7,16 @@
 use std::collections::HashMap;
 
 use crate::daemon::narration;
-use crate::io::device::Health;
-use crate::operator::operand::Variable;
-use crate::operator::protocol::{Present, ShownValue, UnknownOutput, Values};
-use crate::runtime::exchange::{Mode, Snapshot};
-use crate::runtime::wiring::{Source, Wiring};
-use crate::wall_clock;
+use rungd_base::wall_clock;
+use rungd_client::operator::operand::Variable;
+use rungd_client::operator::protocol::{Present, ShownValue, UnknownOutput, Values};
+use rungd_io::device::Health;
+use rungd_runtime::exchange::{Mode, Snapshot};
+use rungd_runtime::wiring::{Source, Wiring};
 
 /// The outputs of a device: for each its number, and its place among the points of the device.
 pub(super) struct DeviceOutputs {
-    stale: crate::engine::BitCell,
+    stale: rungd_engine::BitCell,
     places: Vec<(u32, usize)>,
 }
 

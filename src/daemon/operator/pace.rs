@@ -12,7 +12,7 @@ use std::time::Duration;
 use rustix::time::{ClockId, clock_gettime};
 use tokio::time::{Instant, sleep_until};
 
-use crate::locked::locked;
+use rungd_base::locked::locked;
 
 /// All turns of a pace together take at most 1/`SHARE` of the thread's time.
 const SHARE: u32 = 3;

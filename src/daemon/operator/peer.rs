@@ -13,9 +13,9 @@ use tokio::net::UnixStream;
 
 use super::accounts::name_of;
 use super::socket::Owner;
-use crate::operator::protocol::{Refusal, RefusalKind};
-use crate::operator::socket_place::Door;
-use crate::source::wording::is_unseen;
+use rungd_client::operator::protocol::{Refusal, RefusalKind};
+use rungd_client::operator::socket_place::Door;
+use rungd_language::source::wording::is_unseen;
 
 /// The most groups that are read. If a user has more, only its first group counts.
 const GROUPS_MAX: usize = 1024;

@@ -17,9 +17,11 @@ use tokio::time::timeout;
 
 use super::peer::Peer;
 use super::status::About;
-use crate::load;
-use crate::operator::protocol::{Answered, Present, RecordingBytes, Refusal, RefusalKind, Reply};
-use crate::record::RecordedFile;
+use rungd_client::operator::protocol::{
+    Answered, Present, RecordingBytes, Refusal, RefusalKind, Reply,
+};
+use rungd_config::load;
+use rungd_history::record::RecordedFile;
 
 /// The time limit for the scan log's thread, and for the rights of the files.
 const THREAD_MAX: Duration = Duration::from_secs(10);

@@ -4,10 +4,10 @@
 
 use super::peer::Peer;
 use super::status::reason;
-use crate::operator::protocol::{Refusal, RefusalKind};
-use crate::runtime::command::Denial;
-use crate::runtime::exchange::{Mode, Port, Refused};
-use crate::say::say;
+use rungd_client::operator::protocol::{Refusal, RefusalKind};
+use rungd_runtime::command::Denial;
+use rungd_runtime::exchange::{Mode, Port, Refused};
+use rungd_runtime::say::say;
 
 /// A page may not write an operand.
 pub(super) fn not_for_pages(operand: &str) -> Refusal {

@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use tokio::sync::Notify;
 use tokio::time::Instant;
 
-use crate::locked::locked;
+use rungd_base::locked::locked;
 
 /// The number of seats that are reserved: neither a single user nor all users together that may
 /// only look can take them.

@@ -23,10 +23,10 @@ use super::peer::{Doorway, Peer};
 use super::seats::{KEPT, Seats};
 use super::session::{self, Session, Shared};
 use super::socket::{self, Claim, Owner, SocketTaken};
-use crate::controller::operator::Operator;
 use crate::daemon::failure::StartFailure;
-use crate::operator::socket_place::{Door, InsteadOf, SocketSpec};
-use crate::say::say;
+use rungd_client::operator::socket_place::{Door, InsteadOf, SocketSpec};
+use rungd_config::controller::operator::Operator;
+use rungd_runtime::say::say;
 
 /// The most clients at a time.
 const CLIENTS_MAX: usize = 64;

@@ -22,14 +22,14 @@ use super::refused::tell_refused;
 use super::seats::{Seat, Seats};
 use crate::daemon::narration::one_line;
 use crate::daemon::turns::{Turn, Turns};
-use crate::duration_text::duration_text;
-use crate::locked::locked;
-use crate::operator::deadline::{self, Deadline, NEVER_NS, has_left};
-use crate::operator::protocol::{
+use rungd_base::duration_text::duration_text;
+use rungd_base::locked::locked;
+use rungd_client::operator::deadline::{self, Deadline, NEVER_NS, has_left};
+use rungd_client::operator::protocol::{
     Answered, REQUEST_BYTES_MAX, Refusal, RefusalKind, Reply, Request, received,
 };
-use crate::operator::socket_place::Door;
-use crate::say::say;
+use rungd_client::operator::socket_place::Door;
+use rungd_runtime::say::say;
 
 /// A client without requests is closed after this time.
 const IDLE_MAX: Duration = Duration::from_secs(60);

@@ -16,10 +16,10 @@ use rustix::fs::{FlockOperation, OFlags, flock};
 use rustix::io::Errno;
 use rustix::net::listen;
 
-use crate::controller::operator::SOCKET_BYTES_MAX;
 use crate::daemon::failure::StartFailure;
-use crate::operator::running::RunningEntry;
-use crate::operator::socket_place::{Door, InsteadOf, SocketSpec, known_group};
+use rungd_client::operator::running::RunningEntry;
+use rungd_client::operator::socket_place::{Door, InsteadOf, SocketSpec, known_group};
+use rungd_config::controller::operator::SOCKET_BYTES_MAX;
 
 /// The most clients that wait to be let in. A further client waits in `connect`, instead of behind
 /// thousands of clients that have left.

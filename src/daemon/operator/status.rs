@@ -15,20 +15,20 @@ use crate::daemon::config::{LadderFacts, Setup};
 use crate::daemon::log;
 use crate::daemon::record_thread::Recording;
 use crate::daemon::retain_thread::Retention;
-use crate::engine::{BitCell, Layout};
-use crate::io::device::Health;
-use crate::isa::{self, Address, Bit, BitSpace, BlockId, DeviceId, StageId};
-use crate::locked::locked;
-use crate::lower;
-use crate::operator::names::Names;
-use crate::operator::protocol::{
+use rungd_base::locked::locked;
+use rungd_client::operator::names::Names;
+use rungd_client::operator::protocol::{
     self, Alarm, Bar, BlockStatus, Devices, FieldDevice, Ladder, LogState, Modbus, PROTOCOL,
     Posture, Record, RecordDir, Retain, Scan, ShownValue, Spread, Status,
 };
-use crate::record::RecordedFile;
-use crate::resolve::program::BlockKind;
-use crate::runtime::exchange::{Mode, Snapshot, Tempo};
-use crate::runtime::{self, Gauge, Grant, Prepared, monotonic_ns};
+use rungd_engine::isa::{self, Address, Bit, BitSpace, BlockId, DeviceId, StageId};
+use rungd_engine::{BitCell, Layout};
+use rungd_history::record::RecordedFile;
+use rungd_io::device::Health;
+use rungd_language::lower;
+use rungd_language::resolve::program::BlockKind;
+use rungd_runtime::exchange::{Mode, Snapshot, Tempo};
+use rungd_runtime::{self as runtime, Gauge, Grant, Prepared, monotonic_ns};
 
 /// The facts that were collected at the start. They are the same for every program.
 #[derive(Clone)]

@@ -6,13 +6,13 @@ use std::fmt::Display;
 use std::time::Duration;
 
 use super::peer::Peer;
-use crate::duration_text::duration_text;
-use crate::events::{self, Event};
-use crate::operator::operand::Variable;
-use crate::operator::protocol::Held;
-use crate::runtime::command::Before;
-use crate::runtime::exchange::Snapshot;
-use crate::say::say;
+use rungd_base::duration_text::duration_text;
+use rungd_client::operator::operand::Variable;
+use rungd_client::operator::protocol::Held;
+use rungd_runtime::command::Before;
+use rungd_runtime::events::{self, Event};
+use rungd_runtime::exchange::Snapshot;
+use rungd_runtime::say::say;
 
 /// A change of an operand, and the user who made it.
 #[derive(Clone, Copy)]

@@ -12,14 +12,14 @@ use super::desk::Desk;
 use super::peer::Asker;
 use super::refused::{denied, no_answer, not_after_reload, not_for_pages, not_taken, tell_refused};
 use super::told_change::{ToldChange, WaitingWrite, Was};
-use crate::engine::Cell;
-use crate::events;
-use crate::operator::deadline::NEVER_NS;
-use crate::operator::operand::Variable;
-use crate::operator::protocol::{Answered, Change, GivenValue, Refusal, RefusalKind};
-use crate::runtime::Origin;
-use crate::runtime::command::Denial;
-use crate::runtime::exchange::{BatchTerms, Refused, Snapshot, Ticket, Write};
+use rungd_client::operator::deadline::NEVER_NS;
+use rungd_client::operator::operand::Variable;
+use rungd_client::operator::protocol::{Answered, Change, GivenValue, Refusal, RefusalKind};
+use rungd_engine::Cell;
+use rungd_runtime::Origin;
+use rungd_runtime::command::Denial;
+use rungd_runtime::events;
+use rungd_runtime::exchange::{BatchTerms, Refused, Snapshot, Ticket, Write};
 
 /// The longest period at which a write is answered only after the scan that sees it.
 const PERIOD_AWAITED_MAX: Duration = Duration::from_secs(1);

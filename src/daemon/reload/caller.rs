@@ -1,7 +1,7 @@
 //! Who asks for a reload or a rollback, and until when. Made by the operator's desk and by
 //! `super::Reloads`.
 
-use crate::operator::deadline::NEVER_NS;
+use rungd_client::operator::deadline::NEVER_NS;
 
 /// The person or program that asks for a reload or a rollback.
 #[derive(Clone, Debug)]

@@ -29,18 +29,18 @@ use super::config::Setup;
 use super::log;
 use super::systemd::{Notice, Systemd};
 use super::turns::Turns;
-use crate::engine::Cell;
-use crate::locked::locked;
-use crate::operator::deadline;
-use crate::operator::protocol::{Answered, Refusal, RefusalKind, Reloaded};
-use crate::reload::{OldMemory, ReloadPlan};
-use crate::runtime::command::{Answer, CommandId, Denial};
-use crate::runtime::exchange::{FaultReason, Mode, Port, Snapshot, StopReason};
-use crate::runtime::{Package, Reloader, Swapped, Taped, monotonic_ns};
-use crate::say::say;
 use reading::FileReader;
 use ready::Ready;
 pub(super) use ready::Running;
+use rungd_base::locked::locked;
+use rungd_client::operator::deadline;
+use rungd_client::operator::protocol::{Answered, Refusal, RefusalKind, Reloaded};
+use rungd_engine::Cell;
+use rungd_runtime::command::{Answer, CommandId, Denial};
+use rungd_runtime::exchange::{FaultReason, Mode, Port, Snapshot, StopReason};
+use rungd_runtime::say::say;
+use rungd_runtime::{Package, Reloader, Swapped, Taped, monotonic_ns};
+use rungd_state::reload::{OldMemory, ReloadPlan};
 use trial::{Trial, Verdict};
 
 /// The shortest time limit for the scan thread's answer.

@@ -12,9 +12,9 @@ use std::time::Duration;
 use tokio::sync::oneshot;
 use tokio::time::timeout;
 
-use crate::duration_text::duration_text;
-use crate::locked::locked;
-use crate::progress::{Progress, Step};
+use rungd_base::duration_text::duration_text;
+use rungd_base::locked::locked;
+use rungd_base::progress::{Progress, Step};
 
 /// The greatest number of threads that still run after the limit.
 const LEFT_MAX: usize = 4;

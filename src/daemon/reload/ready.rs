@@ -9,20 +9,20 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::controller::device::Device;
 use crate::daemon::config::{self, LoadWarning, Setup};
 use crate::daemon::narration::Narration;
 use crate::daemon::systemd::fault_too_late;
-use crate::duration_text::duration_text;
-use crate::engine::{self, Engine};
-use crate::io::modbus::settings::Modbus;
-use crate::io::plant::settings::Rule;
-use crate::isa::Address;
-use crate::progress::Progress;
-use crate::reload::{self, OTHER_DEVICES, OTHER_SIZES, ReloadPlan, Side, WARNING};
-use crate::runtime::exchange::Snapshot;
-use crate::runtime::{Carried, Contents, Package, Safe, Taped};
-use crate::source::render::Style;
+use rungd_base::duration_text::duration_text;
+use rungd_base::progress::Progress;
+use rungd_config::controller::device::Device;
+use rungd_engine::isa::Address;
+use rungd_engine::{self as engine, Engine};
+use rungd_io::modbus::settings::Modbus;
+use rungd_io::plant::settings::Rule;
+use rungd_language::source::render::Style;
+use rungd_runtime::exchange::Snapshot;
+use rungd_runtime::{Carried, Contents, Package, Safe, Taped};
+use rungd_state::reload::{self, OTHER_DEVICES, OTHER_SIZES, ReloadPlan, Side, WARNING};
 
 /// A program that is or was running, with its settings.
 pub(in crate::daemon) struct Running {

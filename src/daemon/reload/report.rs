@@ -2,9 +2,9 @@
 //! the texts of both programs' files. Called by `daemon::reload`.
 
 use crate::daemon::config::Setup;
-use crate::engine::Cell;
-use crate::reload::{FileTexts, OldMemory, ReloadPlan};
-use crate::runtime::{Package, Taped};
+use rungd_engine::Cell;
+use rungd_runtime::{Package, Taped};
+use rungd_state::reload::{FileTexts, OldMemory, ReloadPlan};
 
 /// The report of a swap, made of the values before the swap and the image after the termination
 /// passes.

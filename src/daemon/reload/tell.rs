@@ -2,11 +2,11 @@
 
 use super::trial::Trial;
 use crate::daemon::config::Setup;
-use crate::duration_text::duration_text;
-use crate::operator::protocol::{Refusal, RefusalKind, Reloaded, is_run};
-use crate::reload::WARNING;
-use crate::runtime::exchange::FaultReason;
-use crate::say::say;
+use rungd_base::duration_text::duration_text;
+use rungd_client::operator::protocol::{Refusal, RefusalKind, Reloaded, is_run};
+use rungd_runtime::exchange::FaultReason;
+use rungd_runtime::say::say;
+use rungd_state::reload::WARNING;
 
 /// Logs a completed reload.
 pub(super) fn done(who: &str, done: &Reloaded, setup: &Setup, trial: Option<Trial>) {

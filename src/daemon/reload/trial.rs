@@ -6,7 +6,7 @@
 
 use std::time::{Duration, Instant};
 
-use crate::runtime::exchange::{FaultReason, Mode};
+use rungd_runtime::exchange::{FaultReason, Mode};
 
 /// The time between two attempts of a rollback while the scan thread does not answer.
 const TRY_AGAIN: Duration = Duration::from_millis(500);
@@ -75,7 +75,7 @@ impl Trial {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::runtime::exchange::StopReason;
+    use rungd_runtime::exchange::StopReason;
 
     const STOP: Mode = Mode::Stop(StopReason::Operator);
     const FAULT: Mode = Mode::Fault(FaultReason::ScanNeverEnds);

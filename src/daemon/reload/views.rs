@@ -5,11 +5,11 @@ use crate::daemon::config::Setup;
 use crate::daemon::narration::Narration;
 use crate::daemon::operator::{AboutParts, View};
 use crate::daemon::record;
-use crate::io::modbus::settings::Modbus;
-use crate::io::{modbus, plant};
-use crate::resolve::program::Program;
-use crate::retain::RetainPlan;
-use crate::runtime::Generations;
+use rungd_io::modbus::settings::Modbus;
+use rungd_io::{modbus, plant};
+use rungd_language::resolve::program::Program;
+use rungd_runtime::Generations;
+use rungd_state::retain::RetainPlan;
 
 /// The readers' data of each program, by generation; one field per reader.
 pub(in super::super) struct Views {

@@ -15,9 +15,9 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 use std::path::Path;
 
-use rungd::engine::Cell;
-use rungd::isa::{Address, Bit, BitSpace, Real};
-use rungd::resolve::resolve_operand;
+use rungd_engine::Cell;
+use rungd_engine::isa::{Address, Bit, BitSpace, Real};
+use rungd_language::resolve::resolve_operand;
 
 use crate::support::plc::{Plc, of_ladder};
 use crate::support::run;

@@ -3,14 +3,14 @@
 use crate::support::model::case::Case;
 use crate::support::model::generate::generate;
 use crate::support::model::rng::Rng;
-use rungd::engine::{Cell, Engine, EngineCall, EngineState, ScanTimes};
-use rungd::lower::lower;
-use rungd::observe::Subject;
-use rungd::resolve::program::Program;
-use rungd::resolve::{LoadOptions, load_ladders};
-use rungd::runtime::exchange::Mode;
-use rungd::runtime::{SectionStart, TapeEntry, TapeSection};
-use rungd::source::span::SourceFile;
+use rungd_engine::{Cell, Engine, EngineCall, EngineState, ScanTimes};
+use rungd_history::observe::Subject;
+use rungd_language::lower::lower;
+use rungd_language::resolve::program::Program;
+use rungd_language::resolve::{LoadOptions, load_ladders};
+use rungd_language::source::span::SourceFile;
+use rungd_runtime::exchange::Mode;
+use rungd_runtime::{SectionStart, TapeEntry, TapeSection};
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -32,7 +32,7 @@ pub struct Bench {
 }
 
 fn section(engine: &Engine, number: u64, running: bool) -> TapeSection {
-    let stopped = Mode::Stop(rungd::runtime::exchange::StopReason::NotStarted);
+    let stopped = Mode::Stop(rungd_runtime::exchange::StopReason::NotStarted);
     TapeSection {
         start: SectionStart {
             generation: 1,
@@ -156,7 +156,7 @@ fn run(case: &Case, subject: &Subject, recorder: &mut Recorder, rng: &mut Rng) -
 fn content(subject: &Subject, cell: Cell, value: i64) -> i32 {
     match cell {
         Cell::Word(word) if subject.symbols().layout.is_real(word) => {
-            rungd::isa::Real::stored(value as f64).real.cell()
+            rungd_engine::isa::Real::stored(value as f64).real.cell()
         }
         Cell::Bit(_) | Cell::Word(_) => value as i32,
     }

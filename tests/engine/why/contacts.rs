@@ -1,7 +1,7 @@
 //! A reader of contacts for the judge. It finds the places of their leaves in the file, and
 //! computes their value.
 
-use rungd::observe::Subject;
+use rungd_history::observe::Subject;
 
 pub enum Tree {
     Leaf(usize),

@@ -16,7 +16,7 @@ mod verdict;
 use crate::support::model::rng::Rng;
 use crate::support::setting::setting;
 use bench::Bench;
-use rungd::observe::{At, Cause, Limits};
+use rungd_history::observe::{At, Cause, Limits};
 use std::collections::BTreeMap;
 
 /// The number of questions about one ladder.

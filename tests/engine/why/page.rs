@@ -2,11 +2,11 @@
 //! `UPDATE_PAGES=1 cargo test --test it engine::why::page`.
 
 use super::bench::Recorder;
-use rungd::engine::{Engine, EngineCall, ScanTimes};
-use rungd::lower::lower;
-use rungd::observe::{At, Limits, Subject};
-use rungd::resolve::{LoadOptions, load_ladders};
-use rungd::source::span::SourceFile;
+use rungd_engine::{Engine, EngineCall, ScanTimes};
+use rungd_history::observe::{At, Limits, Subject};
+use rungd_language::lower::lower;
+use rungd_language::resolve::{LoadOptions, load_ladders};
+use rungd_language::source::span::SourceFile;
 use std::path::Path;
 use std::sync::Arc;
 use std::{env, fs};

@@ -4,15 +4,15 @@
 //! `tests/browser.py`.
 
 use super::bench::Recorder;
-use rungd::draw::circuit::ContactSymbol;
-use rungd::draw::ladder::{Picture, RungPicture};
-use rungd::draw::live_svg;
-use rungd::engine::{Engine, EngineCall, ScanTimes};
-use rungd::lower::lower;
-use rungd::observe::{At, Limits, PowerRun, ScanPower, Subject};
-use rungd::resolve::{LoadOptions, load_ladders};
-use rungd::runtime::TapeSection;
-use rungd::source::span::SourceFile;
+use rungd_engine::{Engine, EngineCall, ScanTimes};
+use rungd_history::observe::{At, Limits, PowerRun, ScanPower, Subject};
+use rungd_lab::draw::circuit::ContactSymbol;
+use rungd_lab::draw::ladder::{Picture, RungPicture};
+use rungd_lab::draw::live_svg;
+use rungd_language::lower::lower;
+use rungd_language::resolve::{LoadOptions, load_ladders};
+use rungd_language::source::span::SourceFile;
+use rungd_runtime::TapeSection;
 use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::Arc;
@@ -20,7 +20,7 @@ use std::{env, fs};
 
 const LADDER: &str = include_str!("../../../config/programs/parts-bin.toml");
 /// The colours of `rungd web`.
-const STYLE: &str = include_str!("../../../src/web/page/style.css");
+const STYLE: &str = include_str!("../../../crates/web/src/page/style.css");
 /// The rungs in the picture.
 const SHOWN: [&str; 3] = ["count-parts", "full", "feed"];
 /// Every 400 ms a part passes the eye for 100 ms; the twelfth fills the bin.
@@ -84,7 +84,7 @@ fn lit(rung: &RungPicture, power: (&Subject, &ScanPower)) -> (String, [usize; 2]
     let conducts = |contact: &ContactSymbol| {
         let mut parts = subject.contacts();
         let number = rung.number as u32;
-        let of = |part: &rungd::observe::PartContacts| {
+        let of = |part: &rungd_history::observe::PartContacts| {
             part.element == "Main" && part.rung == number && part.branch == contact.branch
         };
         let first = parts.find(of).expect("the contact's part").first;

@@ -1,14 +1,14 @@
 //! The time for an answer: 10,000 rungs, and a minute of tape at 10 ms.
 
 use super::bench::Recorder;
-use rungd::engine::{Engine, EngineCall, ScanTimes};
-use rungd::isa::MemorySizes;
-use rungd::lower::lower;
-use rungd::observe::{At, Limits, Subject};
-use rungd::resolve::program::Program;
-use rungd::resolve::{LoadOptions, load_ladders};
-use rungd::runtime::TapeSection;
-use rungd::source::span::SourceFile;
+use rungd_engine::isa::MemorySizes;
+use rungd_engine::{Engine, EngineCall, ScanTimes};
+use rungd_history::observe::{At, Limits, Subject};
+use rungd_language::lower::lower;
+use rungd_language::resolve::program::Program;
+use rungd_language::resolve::{LoadOptions, load_ladders};
+use rungd_language::source::span::SourceFile;
+use rungd_runtime::TapeSection;
 use std::fmt::Write;
 use std::sync::Arc;
 use std::time::Instant;

@@ -4,11 +4,11 @@
 
 use super::bench::Bench;
 use crate::support::model::case::{Expr, Rung};
-use rungd::engine::{BitCell, Cell, Deed, Engine, EngineCall, EngineState, Eye, Image, WordCell};
-use rungd::lower::lower_seen;
-use rungd::lower::sites::Sites;
-use rungd::observe::At;
-use rungd::runtime::TapeEntry;
+use rungd_engine::{BitCell, Cell, Deed, Engine, EngineCall, EngineState, Eye, Image, WordCell};
+use rungd_history::observe::At;
+use rungd_language::lower::lower_seen;
+use rungd_language::lower::sites::Sites;
+use rungd_runtime::TapeEntry;
 use std::collections::HashMap;
 
 /// An instruction of the generated ladder.
@@ -202,7 +202,7 @@ impl Eye for Brute<'_> {
                 for (number, part) in (0..).zip(&self.sites.parts) {
                     if part.ready == batch {
                         let leaves = part.leaves.start as usize..part.leaves.end as usize;
-                        let is_on = |power: &rungd::engine::Power| {
+                        let is_on = |power: &rungd_engine::Power| {
                             image.bit(BitCell(power.cell())) != power.is_opposite()
                         };
                         let states = self.sites.leaves[leaves].iter().map(is_on).collect();

@@ -4,12 +4,12 @@ use super::bench::Bench;
 use super::contacts::{Reader, Tree};
 use super::trace::{By, Instruction, Trace, content, trace};
 use crate::support::model::rng::Rng;
-use rungd::engine::{Cell, Engine, EngineCall, ScanTimes};
-use rungd::lower::lower;
-use rungd::observe::{
+use rungd_engine::{Cell, Engine, EngineCall, ScanTimes};
+use rungd_history::observe::{
     At, Cause, ContactDetail, ContactSeen, Edit, Explanation, Followed, Hindrance, LegSeen, Node,
     Place, Remedy, RungName, Since, Stop,
 };
+use rungd_language::lower::lower;
 use std::collections::BTreeMap;
 
 /// The number of random assignments of contacts that are tried.
@@ -267,7 +267,7 @@ fn change(bench: &Bench, cell: Cell, trace: &Trace, found: &Remedy) -> Result<()
                 }
                 Edit::Run { block } => {
                     let at = bench.program.blocks.iter().position(|of| of.name == block.name);
-                    engine.try_run(rungd::isa::BlockId(at.expect("a block") as u32));
+                    engine.try_run(rungd_engine::isa::BlockId(at.expect("a block") as u32));
                 }
             }
         }
@@ -291,7 +291,7 @@ fn change(bench: &Bench, cell: Cell, trace: &Trace, found: &Remedy) -> Result<()
     }
     for input in ["X0", "X1", "X2", "X3"] {
         let at = bench.cell(input).expect("an input");
-        let operand = rungd::observe::OperandName {
+        let operand = rungd_history::observe::OperandName {
             cell: at,
             name: input.to_owned(),
             address: None,

@@ -1,6 +1,6 @@
 //! Rules for edge nodes: CONNECT, will, subscriptions, birth first, the end of a connection.
 
-use rungd::sparkplug::{HostState, MessageKind, Payload, Topic};
+use rungd_net::sparkplug::{HostState, MessageKind, Payload, Topic};
 
 use super::rules::{Complaints, Rule, bd_seq, births, each, some, unless};
 use super::story::{Connection, Published, Step, Story};

@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use rungd::sparkplug::{
+use rungd_net::sparkplug::{
     DataType, MessageKind, Metric, MetricContent, Payload, PropertyContent, Topic, vocabulary,
 };
 

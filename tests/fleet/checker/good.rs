@@ -1,6 +1,6 @@
 //! Stories without a fault: the rules must not complain about them, and the spoilers break them.
 
-use rungd::sparkplug::{
+use rungd_net::sparkplug::{
     BornMetric, DataType, HostState, MessageKind, Metric, MetricProperties, MetricValue, Payload,
     Topic, metric_of, vocabulary,
 };

@@ -1,6 +1,6 @@
 //! Rules for host applications: STATE, subscriptions, and the commands that they send.
 
-use rungd::sparkplug::{MessageKind, MetricContent, Topic, vocabulary};
+use rungd_net::sparkplug::{MessageKind, MetricContent, Topic, vocabulary};
 use serde_json::Value;
 
 use super::rules::{Complaints, Rule, each, is_about, metric, some, unless};

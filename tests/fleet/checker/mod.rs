@@ -5,7 +5,7 @@
 //! judges a story by some statements, which the specification calls `tck-id-…`. `table` reads the
 //! list of all statements in `docs/sparkplug.md`. A statement that is `checked` there has a rule
 //! here, and a spoiler: a story with one fault that the rule must notice. The rules share no code
-//! with `src/edge` and `src/fleet` except the payload's messages.
+//! with `crates/fleet/src/edge` and `crates/fleet/src/fleet` except the payload's messages.
 
 mod edge_connect;
 mod edge_payload;

@@ -1,5 +1,5 @@
 //! Reads and writes the MQTT packets that a recording broker needs. Written from the standard's
-//! text, without the library that `src/mqtt` uses.
+//! text, without the library that `crates/net/src/mqtt` uses.
 
 use std::io::{Error, ErrorKind, Read, Result, Write};
 

@@ -1,6 +1,6 @@
 //! The rules' common form: a function reads a story and returns its complaints.
 
-use rungd::sparkplug::{MessageKind, Metric, MetricContent, vocabulary};
+use rungd_net::sparkplug::{MessageKind, Metric, MetricContent, vocabulary};
 
 use super::story::{Connection, Published, Story};
 

@@ -1,6 +1,6 @@
 //! The spoilers' common form, and functions that spoil a part of a story.
 
-use rungd::sparkplug::{MessageKind, Metric, Payload};
+use rungd_net::sparkplug::{MessageKind, Metric, Payload};
 
 use super::story::{Published, Step, Story};
 

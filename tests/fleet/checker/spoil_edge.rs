@@ -1,6 +1,6 @@
 //! Stories of an edge node, each with one fault, and the statements that must notice it.
 
-use rungd::sparkplug::{DataType, HostState, MessageKind, MetricContent};
+use rungd_net::sparkplug::{DataType, HostState, MessageKind, MetricContent};
 
 use super::spoil::{Spoiler, change, first, leave_out, metric, will};
 use super::story::{Published, Step, Story};

@@ -1,6 +1,6 @@
 //! Stories of a host, each with one fault, and the statements that must notice it.
 
-use rungd::sparkplug::{HostState, MessageKind, MetricContent};
+use rungd_net::sparkplug::{HostState, MessageKind, MetricContent};
 
 use super::spoil::{Spoiler, change, first, leave_out, metric, will};
 use super::story::{Published, Step, Story};

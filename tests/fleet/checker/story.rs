@@ -1,7 +1,7 @@
 //! The actions of a client at a broker, as the rules read them: connections in order, each with its
 //! packets and the broker's deliveries in order.
 
-use rungd::sparkplug::{MessageKind, Payload, Topic};
+use rungd_net::sparkplug::{MessageKind, Payload, Topic};
 
 /// The connections of one client, in order.
 #[derive(Clone, Debug, Default)]

@@ -65,7 +65,7 @@ fn what_is_checked_has_a_rule() {
     assert_eq!(of(&["host", "both"]), ruled(host_rules()));
 }
 
-/// A `held` statement names its test, for example `src/fleet/tests/nodes.rs: name_of_a_test`.
+/// A `held` statement names its test, for example `crates/fleet/src/fleet/tests/nodes.rs: name_of_a_test`.
 #[test]
 fn what_is_held_names_a_test() {
     for row in rows().into_iter().filter(|row| row.how == "held") {

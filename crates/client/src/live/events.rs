@@ -1,0 +1,190 @@
+//! The events of the minute as texts for people: changes of modes, blocks, Stages, alarms and
+//! logged tags, and the actions of people and clients.
+
+use std::sync::Arc;
+
+use super::program::LiveProgram;
+use rungd_engine::isa::{Address, Bit, BlockId, StageId};
+use rungd_engine::{Cell, EngineCall};
+use rungd_runtime::exchange::Mode;
+use rungd_runtime::{Origin, TapeEntry, TapeSection, numbered_calls};
+
+/// The most events; only the newest are kept.
+const EVENTS_MAX: usize = 500;
+
+/// An event.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LiveEvent {
+    /// The scan.
+    pub scan: u64,
+    /// The time of the scan, ns since 1970 (UTC).
+    pub unix_ns: i64,
+    /// Whether an alarm was raised.
+    pub is_alarm: bool,
+    /// The text of the event.
+    pub text: String,
+    /// The operand that the event is about.
+    pub operand: Option<String>,
+}
+
+/// The events of sections, the newest last.
+pub(super) fn events(program: &LiveProgram, sections: &[Arc<TapeSection>]) -> Vec<LiveEvent> {
+    let told = told(program);
+    let cells: Vec<Cell> = told.iter().map(|(cell, _)| *cell).collect();
+    let changes = program.subject.changes(sections, &cells);
+    let mut all: Vec<LiveEvent> = Vec::new();
+    for change in changes.iter().filter(|change| change.before.is_some()) {
+        let of = told.iter().filter(|(cell, _)| *cell == change.cell);
+        all.extend(of.map(|(_, what)| LiveEvent {
+            scan: change.scan,
+            unix_ns: change.unix_ns,
+            is_alarm: matches!(what, Told::Alarm(..)) && change.after != 0,
+            text: what.text([change.before.unwrap_or(0), change.after], &|content| {
+                value_text(program, change.cell, content)
+            }),
+            operand: Some(what.operand().to_owned()),
+        }));
+    }
+    sections.iter().for_each(|section| outside(program, section, &mut all));
+    all.sort_by_key(|event| (event.unix_ns, event.scan));
+    all.split_off(all.len().saturating_sub(EVENTS_MAX))
+}
+
+/// The kind of event that a change of a cell causes.
+enum Told {
+    Block(String),
+    Stage(String),
+    /// The tag and its text.
+    Alarm(String, String),
+    Bit(String),
+    Word(String),
+}
+
+impl Told {
+    fn operand(&self) -> &str {
+        match self {
+            Told::Block(name)
+            | Told::Stage(name)
+            | Told::Alarm(name, _)
+            | Told::Bit(name)
+            | Told::Word(name) => name,
+        }
+    }
+
+    /// The text of a change. `value`: the text of a content.
+    fn text(&self, [before, after]: [i32; 2], value: &dyn Fn(i32) -> String) -> String {
+        let state = if after != 0 { "ON" } else { "OFF" };
+        match self {
+            Told::Block(name) => {
+                let name = name.trim_end_matches(".Running");
+                format!("{name} {}", if after != 0 { "started" } else { "stopped" })
+            }
+            Told::Stage(name) => format!("Stage {name} is {state}"),
+            Told::Alarm(tag, text) if after != 0 => format!("alarm: {text} ({tag})"),
+            Told::Alarm(tag, text) => format!("alarm gone: {text} ({tag})"),
+            Told::Bit(name) => format!("{name} is {state}"),
+            Told::Word(name) => format!("{name} is {}, was {}", value(after), value(before)),
+        }
+    }
+}
+
+fn told(program: &LiveProgram) -> Vec<(Cell, Told)> {
+    let symbols = program.subject.symbols();
+    let bit = |bit: Bit| symbols.layout.cell(Address::Bit(bit));
+    let blocks = (0..).zip(&symbols.blocks).filter_map(|(at, name)| {
+        Some((bit(Bit::Running(BlockId(at)))?, Told::Block(format!("{name}.Running"))))
+    });
+    let stages = (0..).zip(&symbols.stages);
+    let stages = stages
+        .filter_map(|(at, name)| Some((bit(Bit::Stage(StageId(at)))?, Told::Stage(name.clone()))));
+    let alarms = symbols.alarms.iter();
+    let alarms = alarms
+        .map(|alarm| (Cell::Bit(alarm.bit), Told::Alarm(alarm.tag.clone(), alarm.text.clone())));
+    let tags = symbols.logged.iter().map(|of| match of.cell {
+        Cell::Bit(_) => (of.cell, Told::Bit(of.tag.clone())),
+        Cell::Word(_) => (of.cell, Told::Word(of.tag.clone())),
+    });
+    blocks.chain(stages).chain(alarms).chain(tags).collect()
+}
+
+/// The changes of the mode, and the actions of people and clients.
+fn outside(program: &LiveProgram, section: &TapeSection, all: &mut Vec<LiveEvent>) {
+    let mut calls = numbered_calls(&section.entries, section.start.number).peekable();
+    let before = section.start.number.saturating_sub(1);
+    let (mut scan, mut origin) = ((before, section.begin_ns()), None);
+    for (at, entry) in section.entries.iter().enumerate() {
+        if let Some(of) = calls.next_if(|of| of.entry == at) {
+            scan = (of.number, of.now_ns.max(scan.1));
+        }
+        let unix_ns = section.start.unix_offset_ns.saturating_add_unsigned(scan.1);
+        let event = |text: String, operand: Option<String>| LiveEvent {
+            scan: scan.0,
+            unix_ns,
+            is_alarm: false,
+            text,
+            operand,
+        };
+        match entry {
+            TapeEntry::Mode(mode) => all.push(event(mode_text(*mode), None)),
+            TapeEntry::Origin(of) => origin = Some(*of),
+            TapeEntry::Call(call) => {
+                let who = origin.and_then(|origin| who(section, origin));
+                all.extend(done(program, *call, who).map(|(text, name)| event(text, Some(name))));
+            }
+            TapeEntry::Number(_)
+            | TapeEntry::Swap { .. }
+            | TapeEntry::State { .. }
+            | TapeEntry::Lost { .. } => {}
+        }
+    }
+}
+
+fn mode_text(mode: Mode) -> String {
+    match mode {
+        Mode::Run => mode.name().to_owned(),
+        Mode::Stop(reason) => format!("{}: {reason}", mode.name()),
+        Mode::Fault(reason) => format!("{}: {reason}", mode.name()),
+    }
+}
+
+/// The person or client behind an origin.
+fn who(section: &TapeSection, origin: Origin) -> Option<&str> {
+    match origin {
+        Origin::Inputs | Origin::Device(_) => None,
+        Origin::Batch(_) | Origin::Command(_) => {
+            let mut known = section.who.iter().filter(|(of, _)| *of == origin);
+            known.next().map(|(_, who)| who.as_str())
+        }
+    }
+}
+
+/// A content for people: ON or OFF of a bit, the number of a word.
+fn value_text(program: &LiveProgram, cell: Cell, content: i32) -> String {
+    match (cell, content) {
+        (Cell::Bit(_), 0) => "OFF".to_owned(),
+        (Cell::Bit(_), _) => "ON".to_owned(),
+        (Cell::Word(_), _) => program.subject.symbols().layout.text(cell, content),
+    }
+}
+
+/// The action of a person or client on an operand: its text, and the operand.
+fn done(program: &LiveProgram, call: EngineCall, who: Option<&str>) -> Option<(String, String)> {
+    let (who, name) = (who?, |cell| program.subject.operand(cell).name);
+    let text = |cell, value| value_text(program, cell, value);
+    match call {
+        EngineCall::Write(cell, value) => {
+            Some((format!("{who} wrote {} to {}", text(cell, value), name(cell)), name(cell)))
+        }
+        EngineCall::Force(cell, value) => {
+            Some((format!("{who} forced {} to {}", name(cell), text(cell, value)), name(cell)))
+        }
+        EngineCall::Release(cell) => {
+            Some((format!("{who} ended the force of {}", name(cell)), name(cell)))
+        }
+        EngineCall::Start { .. }
+        | EngineCall::RequestStop
+        | EngineCall::Begin { .. }
+        | EngineCall::Execute
+        | EngineCall::Terminate => None,
+    }
+}

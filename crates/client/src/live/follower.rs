@@ -1,0 +1,231 @@
+//! Requests the newest part of a controller's scan log repeatedly, and keeps its last minute.
+//!
+//! The first look at a program fetches only its newest scans, so that the picture appears soon; the
+//! second look fetches the minute before them. Called by `web` and by `monitor`.
+
+use std::fmt;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::live_past::{EarlierProgram, LivePast};
+use super::program::LiveProgram;
+use super::view::LiveView;
+use crate::operator::client::{self, CallFailure};
+use crate::operator::protocol::{Present, RecordingBytes, Request};
+use rungd_engine::Engine;
+use rungd_history::observe::{PowerRun, ScanPower};
+use rungd_history::record::{LastProgram, RecordedProgram, Recording, Replay, ReplayEngine};
+use rungd_runtime::TapeSection;
+
+/// The longest wait for an answer.
+const ANSWER_MAX: Duration = Duration::from_secs(5);
+
+/// The most sections that are kept: a section is about a second.
+const SECTIONS_MAX: u64 = 70;
+
+/// The most entries that are kept.
+const ENTRIES_MAX: usize = 1 << 20;
+
+/// Why a look failed.
+#[derive(Debug)]
+pub enum LookFailure {
+    /// The controller does not answer, or refuses.
+    Call(CallFailure),
+    /// The answer cannot be used: it comes from a different version of rungd, or the program has
+    /// just been exchanged.
+    Unusable(String),
+}
+
+impl fmt::Display for LookFailure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            LookFailure::Call(failure) => failure.fmt(f),
+            LookFailure::Unusable(why) => f.write_str(why),
+        }
+    }
+}
+
+/// A kept section, with its number among those of its process.
+type KeptSection = (u64, Arc<TapeSection>);
+
+/// Follows a controller.
+pub struct Follower {
+    socket: PathBuf,
+    /// The running program and its scans.
+    known: Option<KnownProgram>,
+    last: LastProgram,
+}
+
+struct KnownProgram {
+    program: Arc<LiveProgram>,
+    run: PowerRun,
+    engine: Option<ReplayEngine>,
+    /// Whether the minute before the first look has been fetched.
+    has_minute: bool,
+    sections: Vec<KeptSection>,
+    power: Arc<ScanPower>,
+    /// The program that ran right before the first section.
+    earlier: Option<Arc<EarlierProgram>>,
+}
+
+impl Follower {
+    /// Follows the controller at a socket.
+    pub fn new(socket: PathBuf) -> Follower {
+        Follower { socket, known: None, last: LastProgram::default() }
+    }
+
+    /// Looks at the last scan. Sends the controller one request; blocks until it has answered.
+    ///
+    /// # Errors
+    /// [`LookFailure`]; the next look starts from nothing.
+    pub fn look(&mut self) -> Result<LiveView, LookFailure> {
+        let looked = self.look_on();
+        if looked.is_err() {
+            self.known = None;
+        }
+        looked
+    }
+
+    /// Forgets the minute, but keeps the program for a later look.
+    pub fn rest(&mut self) {
+        if let Some(known) = &mut self.known {
+            known.sections = Vec::new();
+            known.earlier = None;
+            known.has_minute = false;
+        }
+    }
+
+    fn look_on(&mut self) -> Result<LiveView, LookFailure> {
+        let (recording, present) = self.ask(self.next_section())?;
+        let recording = Arc::new(recording);
+        let running = running(&recording)?;
+        if self.known.as_ref().is_none_or(|known| known.program.recorded != running) {
+            let earlier = self.known.take().and_then(|known| known.ended(&recording, &running));
+            let program = LiveProgram::of(running).map_err(LookFailure::Unusable)?;
+            let known = KnownProgram { earlier, ..KnownProgram::new(Arc::new(program)) };
+            self.known = Some(known);
+        }
+        let known = self.known.as_mut().ok_or_else(exchanged)?;
+        known.take(&recording)?;
+        Ok(known.view(present))
+    }
+
+    /// The first section to request.
+    fn next_section(&self) -> u64 {
+        let Some(known) = &self.known else { return u64::MAX };
+        match known.sections.last() {
+            None => u64::MAX,
+            Some((newest, _)) if known.has_minute => *newest,
+            Some((newest, _)) => (newest + 1).saturating_sub(SECTIONS_MAX),
+        }
+    }
+
+    fn ask(&mut self, from_section: u64) -> Result<(Recording, Option<Arc<Present>>), LookFailure> {
+        let request = Request::Recording { from_section: Some(from_section) };
+        let answer: RecordingBytes =
+            client::ask_within(&self.socket, &request, ANSWER_MAX).map_err(LookFailure::Call)?;
+        let unusable =
+            || LookFailure::Unusable("the controller's answer is not a recording".into());
+        let bytes = answer.bytes().ok_or_else(unusable)?;
+        Ok((Recording::newest(bytes, &mut self.last), answer.present.map(Arc::new)))
+    }
+}
+
+/// The program of the newest section.
+fn running(recording: &Recording) -> Result<Arc<RecordedProgram>, LookFailure> {
+    let last = recording.count().checked_sub(1);
+    let last = last.ok_or_else(|| {
+        let why = "the controller has recorded nothing yet, or the scan log has no room: see \
+                   `[record] memory` of the controller file";
+        LookFailure::Unusable(why.to_owned())
+    })?;
+    Ok(Arc::clone(recording.program(last)))
+}
+
+fn exchanged() -> LookFailure {
+    LookFailure::Unusable("the program has just been exchanged".to_owned())
+}
+
+impl KnownProgram {
+    fn new(program: Arc<LiveProgram>) -> KnownProgram {
+        let run = PowerRun::new(Arc::clone(&program.subject));
+        let power = Arc::new(ScanPower::nothing());
+        let (sections, engine) = (Vec::new(), None);
+        KnownProgram { program, run, engine, has_minute: false, sections, power, earlier: None }
+    }
+
+    /// Takes the sections of the program, and executes them up to the last scan.
+    fn take(&mut self, recording: &Arc<Recording>) -> Result<(), LookFailure> {
+        let subject = Arc::clone(&self.program.subject);
+        let own = &self.program.recorded;
+        let places: Vec<(usize, u64, bool)> = (0..recording.count())
+            .filter(|at| recording.program(*at) == own)
+            .map(|at| (at, recording.head(at).sequence, recording.head(at).follows))
+            .collect();
+        let first = places.first().ok_or_else(exchanged)?.1;
+        let make = |_: &RecordedProgram| Ok(Engine::new(subject.whole_code()));
+        let mut replay = Replay::going_on(Arc::clone(recording), make, self.engine.take());
+        self.has_minute = !self.sections.is_empty();
+        self.sections.retain(|(sequence, _)| *sequence < first);
+        for (at, sequence, follows) in places {
+            let Ok(mut section) = replay.section(at) else { continue };
+            // The first section of an answer follows the kept ones only if its number is the next
+            // one.
+            let before = self.sections.last().map(|(sequence, _)| sequence + 1);
+            section.start.follows = follows && before == Some(sequence);
+            self.sections.push((sequence, Arc::new(section)));
+        }
+        self.engine = replay.into_engine();
+        self.forget();
+        let (_, newest) = self.sections.last().ok_or_else(exchanged)?;
+        if let Some(power) = self.run.last_of(newest) {
+            self.power = Arc::new(power);
+        }
+        Ok(())
+    }
+
+    /// Drops the oldest sections.
+    fn forget(&mut self) {
+        let mut entries: usize = self.sections.iter().map(|(_, of)| of.entries.len()).sum();
+        let mut first = self.sections.len().saturating_sub(SECTIONS_MAX as usize);
+        for (_, section) in &self.sections {
+            if entries <= ENTRIES_MAX || first + 1 >= self.sections.len() {
+                break;
+            }
+            entries -= section.entries.len();
+            first += 1;
+        }
+        if self.sections.drain(..first).len() > 0 {
+            self.earlier = None;
+        }
+    }
+
+    /// The program after its last scan, if the recording has the rest of its sections, and the next
+    /// program goes on from there.
+    fn ended(
+        mut self,
+        recording: &Arc<Recording>,
+        running: &Arc<RecordedProgram>,
+    ) -> Option<Arc<EarlierProgram>> {
+        self.take(recording).ok()?;
+        let next = self.sections.last()?.0 + 1;
+        let next = (0..recording.count()).find(|at| recording.head(*at).sequence == next)?;
+        let is_next = recording.head(next).follows && recording.program(next) == running;
+        let sections = self.sections.into_iter().map(|(_, section)| section).collect();
+        let past = LivePast { sections, earlier: self.earlier };
+        let earlier = EarlierProgram::new(Arc::clone(&self.program.subject), past);
+        is_next.then(|| Arc::new(earlier))
+    }
+
+    fn view(&self, present: Option<Arc<Present>>) -> LiveView {
+        LiveView {
+            present,
+            program: Arc::clone(&self.program),
+            power: Arc::clone(&self.power),
+            has_minute: self.has_minute,
+            sections: self.sections.iter().map(|(_, section)| Arc::clone(section)).collect(),
+            earlier: self.earlier.clone(),
+        }
+    }
+}

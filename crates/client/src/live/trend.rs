@@ -1,0 +1,186 @@
+//! The values of an operand over the minute: the first one, and each change. Of a Y it is what the
+//! output is driven to, by `controller::OutputRules`, and not its bit in memory.
+
+use std::sync::Arc;
+
+use super::program::LiveProgram;
+use crate::operator::protocol::Present;
+use rungd_config::controller::OutputState;
+use rungd_engine::{BitCell, Cell, EngineCall};
+use rungd_history::observe::CellChanged;
+use rungd_runtime::exchange::Mode;
+use rungd_runtime::{TapeEntry, TapeSection, numbered_calls, scan_begins};
+
+/// The most points of a trend. A longer one keeps the lowest and the highest value of each stretch.
+const POINTS_MAX: usize = 4000;
+/// Outside RUN no scan moves the end of a trend. So that the last value is seen, the trend goes on
+/// for at most this time.
+const TAIL_MAX_NS: i64 = 10_000_000_000;
+
+/// The values of an operand.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Trend {
+    /// The time of the first and the last scan, ns since 1970 (UTC). Outside RUN the end is later.
+    pub span_ns: Option<(i64, i64)>,
+    /// The first value, and each change.
+    pub points: Vec<TrendPoint>,
+}
+
+/// A value from a scan on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TrendPoint {
+    /// The scan; the first of a process is 1.
+    pub scan: u64,
+    /// Its time, ns since 1970 (UTC).
+    pub unix_ns: i64,
+    /// The value; `None`: it is not known, because the device of the output is lost.
+    pub value: Option<i32>,
+}
+
+/// The minute of a trend.
+#[derive(Clone, Copy)]
+pub(super) struct TrendMinute<'a> {
+    pub program: &'a LiveProgram,
+    pub sections: &'a [Arc<TapeSection>],
+    /// What the controller does at present, and the content of the cell at the last scan.
+    pub present: Option<&'a Present>,
+    pub content: i32,
+}
+
+pub(super) fn trend(view: TrendMinute<'_>, cell: Cell) -> Trend {
+    let (subject, sections) = (&view.program.subject, view.sections);
+    let last = sections.iter().rev().find_map(|section| {
+        let begun = scan_begins(&section.entries, section.start.number).last()?;
+        Some((begun.number, section.start.unix_offset_ns.saturating_add_unsigned(begun.now_ns)))
+    });
+    let point =
+        |of: CellChanged| TrendPoint { scan: of.scan, unix_ns: of.unix_ns, value: Some(of.after) };
+    let points: Vec<TrendPoint> = match view.program.rules.number(cell) {
+        None => subject.changes(sections, &[cell]).into_iter().map(point).collect(),
+        Some(number) => {
+            let mut points = driven(view, cell);
+            points.extend(last.and_then(|at| now(view, number, at, points.last())));
+            points
+        }
+    };
+    let end = last.map(|(_, last)| match view.present {
+        Some(present) if present.on.is_some() => {
+            present.unix_ns.clamp(last, last.saturating_add(TAIL_MAX_NS))
+        }
+        Some(_) | None => last,
+    });
+    let first = points.first().map(|point| point.unix_ns);
+    Trend { span_ns: first.zip(end), points: thinned(points) }
+}
+
+/// The present state of an output, if the log does not have it: its device is lost since the last
+/// scan, or a scan hangs.
+fn now(
+    view: TrendMinute<'_>,
+    number: u32,
+    (scan, unix_ns): (u64, i64),
+    last: Option<&TrendPoint>,
+) -> Option<TrendPoint> {
+    let value = match view.present?.output(number) {
+        OutputState::AsMemory => Some(view.content),
+        OutputState::Safe(on) => Some(on.into()),
+        OutputState::Unknown(_) => None,
+    };
+    (last.map(|last| last.value) != Some(value)).then_some(TrendPoint { scan, unix_ns, value })
+}
+
+/// What an output was driven to, by its bit, the mode and the `.Ok` of its devices.
+fn driven(view: TrendMinute<'_>, cell: Cell) -> Vec<TrendPoint> {
+    let rules = &view.program.rules;
+    let devices = rules.devices(cell);
+    let cells: Vec<Cell> =
+        std::iter::once(cell).chain(devices.iter().map(|ok| Cell::Bit(*ok))).collect();
+    let mut modes = modes(view.sections).into_iter().peekable();
+    let mut mode = Mode::Run;
+    let mut values = vec![0; cells.len()];
+    let mut points: Vec<TrendPoint> = Vec::new();
+    let mut add = |at: (i64, u64), mode: Mode, values: &[i32]| {
+        let ok = |ok: BitCell| cells.iter().zip(values).any(|of| of == (&Cell::Bit(ok), &1));
+        let is_lost = rules.is_lost(cell, ok);
+        let value = (!is_lost).then(|| rules.driven(cell, (mode, values[0])));
+        if points.last().is_none_or(|last| last.value != value) {
+            points.push(TrendPoint { scan: at.1, unix_ns: at.0, value });
+        }
+    };
+    let changes = view.program.subject.changes(view.sections, &cells);
+    for (number, change) in changes.iter().enumerate() {
+        let at = (change.unix_ns, change.scan);
+        while let Some((of, next)) = modes.next_if(|(of, _)| *of < at) {
+            mode = next;
+            add(of, mode, &values);
+        }
+        while let Some((_, next)) = modes.next_if(|(of, next)| *of == at && *next == Mode::Run) {
+            mode = next;
+        }
+        if let Some(place) = cells.iter().position(|of| *of == change.cell) {
+            values[place] = change.after;
+        }
+        // The changes of one scan count together.
+        if changes.get(number + 1).is_none_or(|next| (next.unix_ns, next.scan) != at) {
+            add(at, mode, &values);
+        }
+    }
+    for (of, next) in modes {
+        mode = next;
+        add(of, mode, &values);
+    }
+    points
+}
+
+/// The modes of the sections, each with its time and scan, in order. RUN begins with its first
+/// scan; every other mode begins right after a scan.
+fn modes(sections: &[Arc<TapeSection>]) -> Vec<((i64, u64), Mode)> {
+    let mut all: Vec<((i64, u64), Mode)> = Vec::new();
+    for section in sections {
+        let unix = |ns| section.start.unix_offset_ns.saturating_add_unsigned(ns);
+        let mut calls = numbered_calls(&section.entries, section.start.number).peekable();
+        let before = section.start.number.saturating_sub(1);
+        let (mut at, mut runs) = ((unix(section.begin_ns()), before), false);
+        if all.last().is_none_or(|(_, mode)| *mode != section.start.mode) {
+            all.push((at, section.start.mode));
+        }
+        for (number, entry) in section.entries.iter().enumerate() {
+            if let Some(of) = calls.next_if(|of| of.entry == number)
+                && matches!(of.call, EngineCall::Begin { .. })
+            {
+                at = (unix(of.now_ns), of.number);
+                if std::mem::take(&mut runs) {
+                    all.push((at, Mode::Run));
+                }
+            }
+            match entry {
+                TapeEntry::Mode(Mode::Run) => runs = true,
+                TapeEntry::Mode(mode) => all.push((at, *mode)),
+                TapeEntry::Call(_)
+                | TapeEntry::Origin(_)
+                | TapeEntry::Number(_)
+                | TapeEntry::Swap { .. }
+                | TapeEntry::State { .. }
+                | TapeEntry::Lost { .. } => {}
+            }
+        }
+    }
+    all
+}
+
+/// Keeps the lowest and the highest value of each stretch, in their order.
+fn thinned(points: Vec<TrendPoint>) -> Vec<TrendPoint> {
+    if points.len() <= POINTS_MAX {
+        return points;
+    }
+    let stretch = points.len().div_ceil(POINTS_MAX / 2);
+    let ends = |points: &[TrendPoint]| {
+        let lowest = points.iter().min_by_key(|point| point.value).copied();
+        let highest = points.iter().max_by_key(|point| point.value).copied();
+        let mut both: Vec<TrendPoint> = lowest.into_iter().chain(highest).collect();
+        both.sort_by_key(|point| point.scan);
+        both.dedup();
+        both
+    };
+    points.chunks(stretch).flat_map(ends).collect()
+}

@@ -1,0 +1,131 @@
+//! Alarms in the protocol: the content of the controller's alarm book, and the effect of an
+//! acknowledgement.
+//!
+//! Part of [`super::protocol`], which describes the rest; `daemon::alarm_book` keeps the book.
+//! Names of times end in their unit.
+
+use serde::{Deserialize, Serialize};
+
+pub use rungd_language::resolve::priority::Priority;
+
+/// The state of an alarm, as defined by ISA-18.2.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum AlarmState {
+    /// Its bit is OFF, and nothing is left to be acknowledged.
+    Normal,
+    /// It stands, and is not acknowledged.
+    #[default]
+    Unacknowledged,
+    /// It stands, and is acknowledged.
+    Acknowledged,
+    /// It went away unacknowledged.
+    Returned,
+}
+
+impl AlarmState {
+    /// Whether the alarm's bit is ON.
+    pub fn stands(self) -> bool {
+        match self {
+            AlarmState::Unacknowledged | AlarmState::Acknowledged => true,
+            AlarmState::Normal | AlarmState::Returned => false,
+        }
+    }
+
+    /// The name of the state in answers and in the log.
+    pub fn name(self) -> &'static str {
+        match self {
+            AlarmState::Normal => "normal",
+            AlarmState::Unacknowledged => "unacknowledged",
+            AlarmState::Acknowledged => "acknowledged",
+            AlarmState::Returned => "returned",
+        }
+    }
+}
+
+/// A time of an alarm.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct AlarmTime {
+    /// Complete scans since the process started.
+    pub scan: u64,
+    /// ns since 1970 (UTC).
+    pub unix_ns: i64,
+}
+
+/// A person's acknowledgement.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct AlarmAck {
+    /// The user.
+    pub who: String,
+    /// ns since 1970 (UTC).
+    pub unix_ns: i64,
+}
+
+/// An alarm that stands, or that went away unacknowledged.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Alarm {
+    /// The tag.
+    pub tag: String,
+    /// The alarm's text, written by the ladder's author.
+    pub text: String,
+    /// How soon a person has to act.
+    #[serde(default)]
+    pub priority: Priority,
+    /// Its state.
+    #[serde(default)]
+    pub state: AlarmState,
+    /// When it last went ON.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub since: Option<AlarmTime>,
+    /// When it went OFF; `None` if it is ON.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ended: Option<AlarmTime>,
+    /// How long it has been ON, or was ON.
+    #[serde(default)]
+    pub lasted_ms: u64,
+    /// The number of the episode. An episode begins with an alarm that rises while no other alarm
+    /// stands.
+    #[serde(default)]
+    pub episode: u64,
+    /// Its number in the episode, from 1: the order in which the alarms rose.
+    #[serde(default)]
+    pub order: u32,
+    /// How often it rose in the last day, as counted by this process.
+    #[serde(default)]
+    pub day: u32,
+    /// The acknowledgement, if there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub acknowledged: Option<AlarmAck>,
+}
+
+/// The answer to `alarms`.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct AlarmList {
+    /// `RUN`, `STOP` or `FAULT`.
+    pub mode: String,
+    /// Complete scans since the process started.
+    pub scans: u64,
+    /// The standing alarms, in the order in which they rose; then the alarms that only wait for an
+    /// acknowledgement.
+    pub alarms: Vec<Alarm>,
+}
+
+/// The answer to `ack` and `ack-all`.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct AckList {
+    /// The requested alarms, in the order of the request.
+    pub alarms: Vec<AckedAlarm>,
+}
+
+/// The effect of an acknowledgement on one alarm.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct AckedAlarm {
+    /// The tag.
+    pub tag: String,
+    /// The alarm's text, written by the ladder's author.
+    pub text: String,
+    /// Its state before.
+    pub before: AlarmState,
+    /// Its state now; the same if there was nothing to acknowledge.
+    pub after: AlarmState,
+}

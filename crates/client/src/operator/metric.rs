@@ -1,0 +1,37 @@
+//! The operands whose values are metrics: those of tags with `metric = true`.
+//!
+//! Made by [`super::names::Names`] for each program. `rungd metrics` requests the list when the
+//! ladder has changed; it requests the values separately.
+
+use super::protocol::MetricList;
+use rungd_engine::isa::Address;
+use rungd_language::resolve::program::{Program, TagMeaning};
+
+/// The most operands in the list: sixteen requests read their values.
+const METRICS_MAX: usize = 4096;
+
+/// The operands of a program that are metrics.
+#[derive(Debug, Default)]
+pub(super) struct MetricNames {
+    names: Vec<String>,
+}
+
+impl MetricNames {
+    pub fn of(program: &Program) -> MetricNames {
+        let tags = program.tags.iter().filter(|tag| tag.metric);
+        let names = tags.flat_map(|tag| match tag.meaning {
+            TagMeaning::Address(Address::Structure(structure)) => {
+                let member = |member: &&str| format!("{}.{member}", tag.name);
+                structure.members().iter().map(member).collect()
+            }
+            TagMeaning::Address(_) => vec![tag.name.clone()],
+            TagMeaning::Constant(..) | TagMeaning::Real(_) | TagMeaning::Array(_) => Vec::new(),
+        });
+        MetricNames { names: names.collect() }
+    }
+
+    pub fn list(&self) -> MetricList {
+        let operands: Vec<String> = self.names.iter().take(METRICS_MAX).cloned().collect();
+        MetricList { left_out: self.names.len() - operands.len(), operands }
+    }
+}

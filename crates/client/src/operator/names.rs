@@ -1,0 +1,316 @@
+//! Resolves an operator's texts: tags, addresses and ranges, by the names of the ladder.
+//!
+//! Made once for each program; `daemon::operator` looks up every operand of a request in it.
+//! `operand` decides whether an operand may be written or forced.
+
+use std::collections::HashMap;
+
+use super::groups::Groups;
+use super::metric::MetricNames;
+use super::offer::Offer;
+use super::operand::Variable;
+use super::protocol::{GivenValue, MetricList, Name, OPERANDS_MAX, Refusal, RefusalKind};
+use rungd_engine::Cell;
+use rungd_engine::isa::{Address, Bit, BitSpace, Health};
+use rungd_language::lower::Symbols;
+use rungd_language::resolve::mistake::sentence;
+use rungd_language::resolve::program::{BlockKind, Program, TagMeaning};
+use rungd_language::resolve::range::{is_range, other_range, resolve_range};
+use rungd_language::resolve::scope::{Scope, Thing};
+use rungd_language::source::finding::Finding;
+use rungd_language::source::reader::Text;
+use rungd_language::source::span::Span;
+use rungd_runtime::exchange::{Mode, Snapshot};
+
+/// The number of names that are searched for the nearest one if a name is unknown. All clients, the
+/// Modbus server and the field devices share one thread: an answer may not occupy it for long.
+const SEARCHED_MAX: usize = 100;
+
+/// All names of a program.
+#[derive(Debug)]
+pub struct Names {
+    scope: Scope,
+    symbols: Symbols,
+    /// The first tag of each address; for structures, also of their members.
+    tags: HashMap<Address, String>,
+    /// The units of words.
+    units: HashMap<Address, String>,
+    metrics: MetricNames,
+    /// The names that stand for several bits or words.
+    groups: Groups,
+    offered: Offer,
+}
+
+impl Names {
+    /// The names of a program.
+    pub fn new(program: &Program, symbols: &Symbols) -> Names {
+        let mut names = Names {
+            scope: Scope::of(program).searching_at_most(SEARCHED_MAX),
+            symbols: symbols.clone(),
+            tags: HashMap::new(),
+            units: HashMap::new(),
+            metrics: MetricNames::of(program),
+            groups: Groups::of(program),
+            offered: Offer::default(),
+        };
+        for tag in &program.tags {
+            if let TagMeaning::Address(address) = tag.meaning {
+                let kind = program.places.at(address).map(|(place, _)| place.type_name());
+                let kind = kind.map_or_else(|| address.to_string(), str::to_owned);
+                let about = match &tag.doc {
+                    Some(doc) => format!("{kind}: {doc}"),
+                    None => kind,
+                };
+                names.tag(&tag.name, address, &about);
+                if let Some(unit) = &tag.unit {
+                    names.units.insert(address, unit.text.clone());
+                }
+            }
+        }
+        for block in &program.blocks {
+            names.offered.add(format!("{}.Running", block.name), "a block");
+            if block.kind != BlockKind::Program {
+                names.offered.add(format!("{}.Done", block.name), "a block");
+            }
+            for stage in &block.stages {
+                names.offered.add(format!("{}.{}", block.name, stage.name), "a Stage");
+            }
+        }
+        for device in &program.devices {
+            for health in Health::ALL {
+                names.offered.add(format!("{}.{}", device, health.name()), "a field device");
+            }
+        }
+        for (name, about) in names.groups.names() {
+            names.offered.add(name.to_owned(), about);
+        }
+        for operand in &program.operands {
+            names.offered.add(operand.name.clone(), "named in the ladder");
+        }
+        names
+    }
+
+    fn tag(&mut self, name: &str, address: Address, about: &str) {
+        self.offered.add(name.to_owned(), about);
+        self.tags.entry(address).or_insert_with(|| name.to_owned());
+        let Address::Structure(structure) = address else { return };
+        for (member, at) in structure.members().iter().zip(structure.member_addresses()) {
+            let name = format!("{name}.{member}");
+            self.offered.add(name.clone(), &self.scope.places().say(at));
+            self.tags.entry(at).or_insert(name);
+        }
+    }
+
+    /// The operands that a text names: one bit or word, a range, or all members of a structure, a
+    /// block, a device or a use.
+    ///
+    /// # Errors
+    /// The text names nothing, or names more operands than one request may read.
+    pub fn find(&self, text: &str) -> Result<Vec<Variable>, Refusal> {
+        let written = written(text);
+        if is_range(&written.text) || self.is_array(&written.text) {
+            return self.range(&written);
+        }
+        if let Some(group) = self.group(&written.text) {
+            return group;
+        }
+        // Look up the whole text first: a name may contain a `-` without being a range.
+        let what = self.look_up(&written.text).map_err(|unknown| {
+            other_range(&self.scope, &written).map_or(unknown, |finding| refusal(&finding))
+        })?;
+        self.members(&written.text, what)
+    }
+
+    /// The members of a block, a device or a use; `None` for any other name.
+    fn group(&self, text: &str) -> Option<Result<Vec<Variable>, Refusal>> {
+        let is_one = match self.scope.look_up(text).map(|found| found.thing) {
+            Ok(Thing::Block(_) | Thing::Device(_)) | Err(_) => true,
+            Ok(
+                Thing::Address(_)
+                | Thing::Constant(..)
+                | Thing::Real(_)
+                | Thing::Array(_)
+                | Thing::Element(_),
+            ) => false,
+        };
+        let members = if is_one { self.groups.members(text, OPERANDS_MAX) } else { Vec::new() };
+        if members.is_empty() {
+            return None;
+        }
+        let mut found = Vec::new();
+        for (name, what) in members {
+            match self.members(&name, what) {
+                Ok(operands) => found.extend(operands),
+                Err(refusal) => return Some(Err(refusal)),
+            }
+        }
+        Some(match found.len() > OPERANDS_MAX {
+            true => Err(too_many(text)),
+            false => Ok(found),
+        })
+    }
+
+    fn is_array(&self, text: &str) -> bool {
+        let found = self.scope.look_up(text).map(|found| found.thing);
+        matches!(found, Ok(Thing::Array(_)))
+    }
+
+    fn range(&self, written: &Text) -> Result<Vec<Variable>, Refusal> {
+        let range = resolve_range(&self.scope, written).map_err(|finding| refusal(&finding))?;
+        let mut found = Vec::new();
+        for what in range.addresses() {
+            found.extend(self.members(&self.address(what), what)?);
+            if found.len() > OPERANDS_MAX {
+                return Err(too_many(&written.text));
+            }
+        }
+        Ok(found)
+    }
+
+    fn members(&self, text: &str, what: Address) -> Result<Vec<Variable>, Refusal> {
+        let Address::Structure(structure) = what else {
+            return Ok(vec![self.operand(text, what)?]);
+        };
+        let members = structure.members().iter().zip(structure.member_addresses());
+        members.map(|(member, what)| self.operand(&format!("{text}.{member}"), what)).collect()
+    }
+
+    /// The one bit or word that a text names.
+    ///
+    /// # Errors
+    /// The text names nothing, or a structure.
+    pub fn find_one(&self, text: &str) -> Result<Variable, Refusal> {
+        let written = written(text);
+        let range = || {
+            let message = format!("`{}` is a range: name one element of it", written.text);
+            Refusal::new(RefusalKind::BadOperand, message)
+        };
+        if is_range(&written.text) {
+            return Err(range());
+        }
+        let what = self.look_up(&written.text).map_err(|unknown| {
+            let of_use = || self.use_only(&written.text, unknown);
+            other_range(&self.scope, &written).map_or_else(of_use, |_| range())
+        })?;
+        self.operand(&written.text, what)
+    }
+
+    /// The operand of an earlier program in this one: by the text of its request if that still
+    /// names the same address, otherwise by its address. `None` if this program does not have it.
+    pub fn again(&self, operand: &Variable) -> Option<Variable> {
+        let texts = [&operand.operand, &operand.address];
+        let mut found = texts.into_iter().filter_map(|text| self.find_one(text).ok());
+        found.find(|now| now.address == operand.address)
+    }
+
+    /// The refusal of a name that is not an operand; it may be a use of a template.
+    fn use_only(&self, text: &str, unknown: Refusal) -> Refusal {
+        let is_block = self.scope.look_up(text).is_ok();
+        match self.groups.members(text, 0).first() {
+            Some((tag, _)) if !is_block => {
+                let message =
+                    format!("`{text}` is a use of a template: name one of its tags, as `{tag}`");
+                Refusal::new(RefusalKind::BadOperand, message)
+            }
+            Some(_) | None => unknown,
+        }
+    }
+
+    /// The operand at an address, with its name in this program.
+    pub(crate) fn called(&self, what: Address) -> Option<Variable> {
+        let name = self.tags.get(&what).cloned().unwrap_or_else(|| self.address(what));
+        self.operand(&name, what).ok()
+    }
+
+    /// Converts a given value to this operand's number.
+    ///
+    /// # Errors
+    /// The value does not fit.
+    pub fn number(&self, operand: &Variable, given: &GivenValue) -> Result<i32, Refusal> {
+        operand.number(given, |word| self.symbols.limits(word))
+    }
+
+    fn look_up(&self, text: &str) -> Result<Address, Refusal> {
+        let wrong = |message| Refusal::new(RefusalKind::BadOperand, message);
+        self.scope.address(text).map_err(wrong)
+    }
+
+    fn operand(&self, text: &str, what: Address) -> Result<Variable, Refusal> {
+        let Some(cell) = self.symbols.layout.cell(what) else {
+            let upper = matches!(what, Address::Structure(s) if s.members().contains(&"ACC"));
+            let member = if upper { "ACC" } else { "Acc" };
+            let message = format!("`{text}` is a structure: name a member, as `{text}.{member}`");
+            return Err(Refusal::new(RefusalKind::BadOperand, message));
+        };
+        let [tag, unit] = [&self.tags, &self.units].map(|of| of.get(&what).cloned());
+        let (operand, address) = (text.to_owned(), self.address(what));
+        Ok(Variable { operand, tag, address, unit, what, cell })
+    }
+
+    fn address(&self, what: Address) -> String {
+        let name = match what {
+            Address::Bit(bit) => self.symbols.name(bit),
+            Address::Word(_) | Address::Structure(_) => None,
+        };
+        name.unwrap_or_else(|| self.scope.places().say(what))
+    }
+
+    /// Whether an address is an element of a tag with a `type`: a force of it belongs to the name.
+    pub fn is_placed(&self, what: Address) -> bool {
+        self.scope.places().at(what).is_some()
+    }
+
+    /// The operand in a forced cell, with its name in this program.
+    pub fn at(&self, cell: Cell) -> Option<Variable> {
+        self.called(self.symbols.layout.address(cell)?)
+    }
+
+    /// The outputs whose state differs from memory or, by `is_unknown`, is not known; in order, at
+    /// most as many as one request reads.
+    pub fn held_otherwise(
+        &self,
+        image: &Snapshot,
+        is_unknown: &dyn Fn(u32) -> bool,
+    ) -> Vec<Variable> {
+        let outputs = 0..image.outputs.len() as u32;
+        let differs = |n: &u32| {
+            let cell = self.symbols.layout.bit(Bit::Space(BitSpace::Y, *n));
+            image.bit(cell) != (image.outputs[*n as usize] != 0)
+        };
+        let named = |n| self.called(Address::Bit(Bit::Space(BitSpace::Y, n)));
+        // In RUN the outputs follow memory: only a lost device makes a difference.
+        let is_otherwise = |n: &u32| is_unknown(*n) || image.mode != Mode::Run && differs(n);
+        outputs.filter(is_otherwise).filter_map(named).take(OPERANDS_MAX).collect()
+    }
+
+    /// The operands of tags with `metric = true`.
+    pub fn metrics(&self) -> MetricList {
+        self.metrics.list()
+    }
+
+    /// The names that begin with a prefix, for completion.
+    pub fn beginning(&self, prefix: &str) -> Vec<Name> {
+        self.offered.beginning(prefix)
+    }
+}
+
+fn too_many(text: &str) -> Refusal {
+    let message = format!(
+        "`{text}` has more than {OPERANDS_MAX} operands, and one request reads at most \
+         {OPERANDS_MAX}"
+    );
+    Refusal::new(RefusalKind::BadRequest, message)
+}
+
+/// A text from a request, without the spaces around it.
+fn written(text: &str) -> Text {
+    Text { text: text.trim().to_owned(), span: Span::default(), exact: false }
+}
+
+fn refusal(finding: &Finding) -> Refusal {
+    Refusal::new(RefusalKind::BadOperand, sentence(finding))
+}
+
+#[cfg(test)]
+#[path = "names_tests.rs"]
+mod tests;

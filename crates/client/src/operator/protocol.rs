@@ -1,0 +1,433 @@
+//! The protocol: each line is a JSON object. Each request line has one answer line, in order.
+//!
+//! `{"do":"read","operands":["jam"]}` is answered by `{"ok":{…}}` or by
+//! `{"error":{"kind":"…","message":"…"}}`. `docs/operator.md` describes the fields. Names of times
+//! end in their units. Later versions may add fields to answers; a client ignores unknown fields.
+
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+pub use super::alarm::{AckList, AckedAlarm, Alarm, AlarmAck, AlarmList, AlarmState, AlarmTime};
+use super::deadline::Deadline;
+pub use super::present::Present;
+pub use super::state::{
+    Bar, BlockStatus, Devices, FieldDevice, Ladder, LogState, Modbus, Record, RecordDir, Retain,
+    Scan, Spread,
+};
+pub use super::state::{Posture, Status};
+pub use super::value::GivenValue;
+pub use super::value::UnknownOutput;
+pub use super::value::{Held, ShownValue};
+use rungd_runtime::events::Level;
+use rungd_runtime::exchange::Mode;
+
+/// The most bytes of a recording in an answer; the answer contains them as base64.
+pub const RECORDING_BYTES_MAX: usize = 45 << 20;
+
+/// The version of this protocol, as sent in [`Status`].
+pub const PROTOCOL: u32 = 1;
+
+/// The longest line that a client may send, with its end.
+pub const REQUEST_BYTES_MAX: usize = 32 * 1024;
+
+/// The most operands that one request may read.
+pub const OPERANDS_MAX: usize = 256;
+
+/// A request. (The empty braces make serde refuse unknown keys in these requests too.)
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(tag = "do", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Request {
+    /// The state of the controller: [`Status`].
+    Status {},
+    /// The values of operands: [`Values`].
+    Read {
+        /// Tags, addresses, members; a structure stands for all its members.
+        operands: Vec<String>,
+    },
+    /// Writes one bit or word, in RUN: [`Change`].
+    Write {
+        /// Tag, address or member.
+        operand: String,
+        /// The value to write.
+        value: GivenValue,
+        /// The person for whom a program writes: the log shows this user of `rungd web`.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        for_user: Option<String>,
+        /// The write comes from a page: it is refused unless `[web] write` of the running
+        /// controller file lists the operand.
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        from_page: bool,
+    },
+    /// Forces one bit or word, in any mode: [`Change`].
+    Force {
+        /// Tag, address or member.
+        operand: String,
+        /// The value to force.
+        value: GivenValue,
+    },
+    /// Ends a force: [`Change`].
+    Unforce {
+        /// Tag, address or member.
+        operand: String,
+    },
+    /// Ends all forces: the current [`Values`] of the operands that were forced.
+    UnforceAll {},
+    /// The alarms that stand or wait for an acknowledgement: [`AlarmList`].
+    Alarms {},
+    /// Acknowledges all of these alarms or none: [`AckList`].
+    Ack {
+        /// Tags with an `alarm`, or the addresses of their bits.
+        alarms: Vec<String>,
+        /// The person for whom a program acknowledges: the log shows this user of `rungd web`.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        for_user: Option<String>,
+    },
+    /// Acknowledges all unacknowledged alarms: [`AckList`].
+    AckAll {},
+    /// Changes the mode to RUN or STOP: [`ModeChange`].
+    Mode {
+        /// The mode.
+        to: ModeWanted,
+        /// For a stop: answer before the last image of retentive memory is durable.
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        no_wait: bool,
+    },
+    /// Reads the files again and continues with the program in them: [`Reloaded`].
+    Reload {
+        /// Only report the differences, and change nothing.
+        #[serde(default)]
+        dry_run: bool,
+    },
+    /// Returns to a previous program, the last one that passed its probation: [`Reloaded`].
+    Rollback {},
+    /// Sets the level of the log: [`LevelChange`].
+    LogLevel {
+        /// The least urgent level that is logged.
+        level: Level,
+    },
+    /// Saves retentive memory now; answered once the image is durable: [`Saved`].
+    RetainSave {},
+    /// The most recent part of the scan log, with the program's files: [`RecordingBytes`].
+    Recording {
+        /// Only the sections from this number on, and the current section.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        from_section: Option<u64>,
+    },
+    /// The operands of tags with `metric = true`: [`MetricList`].
+    Metrics {},
+    /// Tags and addresses with a prefix, for completion: [`NameList`].
+    Names {
+        /// The beginning.
+        prefix: String,
+    },
+}
+
+/// A request as it is sent.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct SentRequest<'a> {
+    /// The request.
+    #[serde(flatten)]
+    pub request: &'a Request,
+    /// The moment at which the client stops waiting.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub deadline: Option<Deadline>,
+}
+
+/// The key of a deadline in a request.
+pub const DEADLINE: &str = "deadline";
+
+/// A request as it is received: with the deadline, if its client has named one.
+///
+/// # Errors
+/// The line is not a request.
+pub fn received(line: &[u8]) -> serde_json::Result<(Request, Option<Deadline>)> {
+    let refused = match serde_json::from_slice(line) {
+        Ok(request) => return Ok((request, None)),
+        Err(error) => error,
+    };
+    // The requests refuse unknown keys, so the deadline is taken out before them.
+    let Ok(Value::Object(mut keys)) = serde_json::from_slice(line) else { return Err(refused) };
+    let Some(deadline) = keys.remove(DEADLINE) else { return Err(refused) };
+    let deadline = serde_json::from_value(deadline)?;
+    Ok((serde_json::from_value(Value::Object(keys))?, Some(deadline)))
+}
+
+/// The mode that a request sets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+#[allow(missing_docs)]
+pub enum ModeWanted {
+    Run,
+    Stop,
+}
+
+impl ModeWanted {
+    /// The mode's name in answers.
+    pub fn name(self) -> &'static str {
+        match self {
+            ModeWanted::Run => Mode::RUN,
+            ModeWanted::Stop => Mode::STOP,
+        }
+    }
+}
+
+/// Whether the mode of this name is RUN.
+pub fn is_run(mode: &str) -> bool {
+    mode == Mode::RUN
+}
+
+/// The answer to a request.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Reply<T> {
+    /// The request is done.
+    Ok(T),
+    /// The request is not done.
+    Error(Refusal),
+}
+
+impl<T: Serialize> Reply<T> {
+    /// The reply as a line.
+    pub fn line(&self) -> Vec<u8> {
+        let mut line = serde_json::to_vec(self).unwrap_or_default();
+        line.push(b'\n');
+        line
+    }
+}
+
+/// The reason why a request is not done.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Refusal {
+    /// The kind, for programs.
+    pub kind: RefusalKind,
+    /// The message, for people.
+    pub message: String,
+}
+
+/// The result of a request, or the reason why it is not done.
+pub type Answered<T> = Result<T, Refusal>;
+
+/// The kinds of refusal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RefusalKind {
+    /// The line is not a request.
+    BadRequest,
+    /// An operand names nothing, or nothing that this request can use.
+    BadOperand,
+    /// The operand does not accept the value.
+    BadValue,
+    /// The user has no permission for commands.
+    NotPermitted,
+    /// The current state of the controller does not permit the request: its mode, a limit.
+    Refused,
+    /// The files have errors, and the running program continues unchanged.
+    BadFiles,
+    /// The controller did not answer in time; the request may still be done.
+    NoAnswer,
+    /// The deadline of the request was over before the controller began it: nothing is done.
+    TooLate,
+}
+
+/// The answer to a read: all values are from one complete scan.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Values {
+    /// `RUN`, `STOP` or `FAULT`.
+    pub mode: String,
+    /// Complete scans since the process started; all values are from the last one.
+    pub scans: u64,
+    /// In the order of the request.
+    pub values: Vec<ShownValue>,
+}
+
+/// The answer to a write, force or unforce.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Change {
+    /// The value before.
+    pub before: Held,
+    /// Whether it was forced before.
+    pub was_forced: bool,
+    /// The current value; after a write, the value after the scan that saw the write.
+    pub now: ShownValue,
+    /// A note about the change: for example, that something else writes the operand too.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub note: Option<String>,
+}
+
+/// The answer to a mode command.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ModeChange {
+    /// `RUN`, `STOP` or `FAULT`.
+    pub before: String,
+    /// The mode now.
+    pub after: String,
+    /// The reason for the mode; `None` in RUN.
+    pub reason: Option<String>,
+    /// After a stop, with retentive memory: the last image, which is durable.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub kept: Option<Saved>,
+    /// After a stop: why the last image is not durable, and the remedy.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub not_kept: Option<String>,
+}
+
+/// The answer to a reload or rollback.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Reloaded {
+    /// Whether it was a dry run.
+    pub dry_run: bool,
+    /// Whether the files equal those of the running program: then nothing changed.
+    #[serde(default)]
+    pub same: bool,
+    /// The difference report: one line per difference.
+    pub report: Vec<String>,
+    /// The changed settings of the controller file that need a restart.
+    pub restart: Vec<String>,
+    /// The ladder's name.
+    pub ladder: String,
+    /// SHA-256 of the concatenated bytes of the ladder's files.
+    pub sha256: String,
+    /// The duration of the swap; `None` if there was none.
+    pub swap_us: Option<f64>,
+    /// The mode after the swap: a reload and a rollback by hand do not change the mode.
+    #[serde(default)]
+    pub mode: String,
+}
+
+/// The answer to a log level.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LevelChange {
+    /// The level before.
+    pub before: Level,
+    /// The level now.
+    pub after: Level,
+}
+
+/// The answer to a request to save retentive memory.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Saved {
+    /// The file.
+    pub file: String,
+    /// The number of the image in the file.
+    pub image: u64,
+    /// The scan of the image. A later scan with the same retentive values writes no new image.
+    pub scan: u64,
+    /// The time until the image was durable; 0 if it was durable already.
+    pub flush_us: u64,
+}
+
+/// The last minute of the scan log.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RecordingBytes {
+    /// The bytes of a recording (`docs/record-format.md`), in base64.
+    pub base64: String,
+    /// What the controller does at present; `None` from an earlier version of rungd.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub present: Option<Present>,
+}
+
+impl RecordingBytes {
+    /// The recording; `None`: the answer is not base64.
+    pub fn bytes(&self) -> Option<Vec<u8>> {
+        BASE64_STANDARD.decode(&self.base64).ok()
+    }
+}
+
+/// The answer to a request for metrics.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct MetricList {
+    /// In file order, each in the form that a `read` accepts; for a structure, its members.
+    pub operands: Vec<String>,
+    /// The number of operands that the answer leaves out because of its limit.
+    pub left_out: usize,
+}
+
+/// The answer to a request for names.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct NameList {
+    /// In order; incomplete if there are very many.
+    pub names: Vec<Name>,
+}
+
+/// A name for completion.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Name {
+    /// The name.
+    pub name: String,
+    /// A short explanation.
+    pub about: String,
+}
+
+impl Refusal {
+    /// A refusal.
+    pub fn new(kind: RefusalKind, message: impl Into<String>) -> Refusal {
+        Refusal { kind, message: message.into() }
+    }
+}
+
+/// The part of rungd for which the answer to a request waits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Awaited {
+    /// Nothing: the answer is made at once.
+    Nothing,
+    /// The scan thread.
+    ScanThread,
+    /// Files that are read and checked, and the scan thread.
+    Files,
+    /// A durable image of retentive memory.
+    Image,
+}
+
+impl Request {
+    /// The part for which the answer waits. A client that has waited for long shows it.
+    pub(crate) fn awaits(&self) -> Awaited {
+        match self {
+            Request::Status {}
+            | Request::Read { .. }
+            | Request::Metrics {}
+            | Request::Names { .. }
+            | Request::Recording { .. }
+            | Request::Alarms {}
+            | Request::Ack { .. }
+            | Request::AckAll {}
+            | Request::LogLevel { .. } => Awaited::Nothing,
+            Request::Mode { to: ModeWanted::Stop, no_wait: false } | Request::RetainSave {} => {
+                Awaited::Image
+            }
+            Request::Write { .. }
+            | Request::Force { .. }
+            | Request::Unforce { .. }
+            | Request::UnforceAll {}
+            | Request::Mode { .. }
+            | Request::Rollback {} => Awaited::ScanThread,
+            Request::Reload { .. } => Awaited::Files,
+        }
+    }
+
+    /// Whether every user that can open the socket may send it. A dry reload changes nothing, but
+    /// is not among these requests: it reads files with rungd's rights, shows lines of them, and
+    /// costs as much as a reload.
+    pub fn only_looks(&self) -> bool {
+        match self {
+            Request::Status {}
+            | Request::Read { .. }
+            | Request::Recording { .. }
+            | Request::Alarms {}
+            | Request::Metrics {}
+            | Request::Names { .. } => true,
+            Request::Write { .. }
+            | Request::Force { .. }
+            | Request::Unforce { .. }
+            | Request::UnforceAll {}
+            | Request::Mode { .. }
+            | Request::Reload { .. }
+            | Request::Rollback {}
+            | Request::Ack { .. }
+            | Request::AckAll {}
+            | Request::LogLevel { .. }
+            | Request::RetainSave {} => false,
+        }
+    }
+}

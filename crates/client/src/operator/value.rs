@@ -1,0 +1,133 @@
+//! Values in the protocol: given by a client, and held by an operand.
+//!
+//! Part of [`super::protocol`], which describes the rest.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use rungd_config::controller::OutputState;
+use rungd_engine::isa::Real;
+
+/// A value in the form that a client sends.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged, expecting = "a value is true or false, a number, or a string")]
+pub enum GivenValue {
+    /// `true`, `false`.
+    Bit(bool),
+    /// A whole number.
+    Number(i64),
+    /// A number with a point or an exponent.
+    Real(f64),
+    /// A text as people write it: `ON`, `12`, `0x1F`, `1m30s`.
+    Text(String),
+}
+
+/// The value of one operand.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ShownValue {
+    /// The text of the request; if it named a structure, with the member.
+    pub operand: String,
+    /// Its tag, if it has one; for a member, with the member: `parts.Acc`.
+    pub tag: Option<String>,
+    /// Its address: `CT0.Acc`; for Stages and blocks, their name: `Drain.Open`.
+    pub address: String,
+    /// Its value.
+    pub value: Held,
+    /// The unit of its tag, if it has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+    /// Whether it is forced.
+    pub forced: bool,
+    /// For a Y outside RUN: the state of the output, its safe value. In RUN the state is `value`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub driven: Option<bool>,
+    /// For a Y whose device is lost: what is known of its state. `driven` is then what would be
+    /// written to the device.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unknown: Option<UnknownOutput>,
+}
+
+/// An output whose device is lost.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct UnknownOutput {
+    /// The name of the device.
+    pub device: String,
+    /// The last value that the device has accepted; `None`: it is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub last: Option<bool>,
+}
+
+impl ShownValue {
+    /// The value, followed by its unit: `4.2 bar`.
+    pub fn value_text(&self) -> String {
+        match &self.unit {
+            Some(unit) => format!("{} {unit}", self.value),
+            None => self.value.to_string(),
+        }
+    }
+
+    /// The state of the output.
+    pub fn output(&self) -> OutputState {
+        match (&self.unknown, self.driven) {
+            (Some(unknown), _) => OutputState::Unknown(unknown.last),
+            (None, Some(driven)) => OutputState::Safe(driven),
+            (None, None) => OutputState::AsMemory,
+        }
+    }
+
+    /// What the machine has: the value, or the state of the output where it is a different thing.
+    /// `None`: it is not known.
+    pub fn present(&self) -> Option<Held> {
+        match self.output() {
+            OutputState::AsMemory => Some(self.value),
+            OutputState::Safe(on) => Some(Held::Bit(on)),
+            OutputState::Unknown(_) => None,
+        }
+    }
+
+    /// The state of the output in words, after a separator; empty if the value shows it.
+    pub fn driven_text(&self, separator: &str) -> String {
+        self.output().text(separator)
+    }
+}
+
+/// A bit or a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(untagged)]
+#[allow(missing_docs)]
+pub enum Held {
+    Bit(bool),
+    Word(i32),
+    Real(Real),
+}
+
+impl fmt::Display for Held {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Held::Bit(true) => f.write_str("ON"),
+            Held::Bit(false) => f.write_str("OFF"),
+            Held::Word(value) => write!(f, "{value}"),
+            Held::Real(value) => write!(f, "{value}"),
+        }
+    }
+}
+
+impl fmt::Display for ShownValue {
+    /// The form `parts.Acc (CT0.Acc)`, or only the address.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write_name(f, self.tag.as_deref(), &self.address)
+    }
+}
+
+/// Writes the names of an operand: `parts.Acc (CT0.Acc)`, or only the address.
+pub(super) fn write_name(
+    f: &mut fmt::Formatter<'_>,
+    tag: Option<&str>,
+    address: &str,
+) -> fmt::Result {
+    match tag {
+        Some(tag) if tag != address => write!(f, "{tag} ({address})"),
+        Some(_) | None => f.write_str(address),
+    }
+}

@@ -1,0 +1,227 @@
+//! A driver's part in the controller file: its keys in `[[device]]` and in the map's rows, the
+//! notation of its points, and the settings made from both.
+//!
+//! Each driver's folder implements [`DriverKeys`]; `drivers` has a row for each driver. `keys` and
+//! [`super`] have the keys and rules that all drivers share.
+
+use std::fmt::Debug;
+
+use super::settings::DriverSettings;
+use rungd_base::progress::Progress;
+use rungd_engine::isa::Address;
+use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::nearest::did_you_mean;
+use rungd_language::source::reader::{Constant, Table, Text};
+use rungd_language::source::span::{Located, Span};
+
+/// One `[[device]]`.
+#[derive(Debug)]
+pub struct WrittenDevice {
+    /// The place of its header.
+    pub span: Span,
+    /// `name`.
+    pub name: Option<Text>,
+    /// `driver`, if a driver has this name, with the driver's keys.
+    pub driver: Option<Box<dyn DriverKeys>>,
+    /// `poll`, ms: the time between exchanges.
+    pub poll_ms: Option<Located<i32>>,
+    /// `on-loss`: the values of its inputs after a loss.
+    pub on_loss: Option<Text>,
+    /// `loss-after`, ms: the age of the last good exchange at which the device is lost.
+    pub loss_after_ms: Option<Located<i32>>,
+    /// `map`, in file order.
+    pub map: Vec<MapRow>,
+    /// Whether `map` is a single table. The reader has already reported that.
+    pub map_is_table: bool,
+}
+
+/// One row of a map: consecutive points, and the memory that belongs to them.
+#[derive(Clone, Debug)]
+pub struct MapRow {
+    /// The place of its table.
+    pub span: Span,
+    /// `from`: the source of the values.
+    pub from: Option<Text>,
+    /// `to`: the destination of the values.
+    pub to: Option<Text>,
+    /// `safe`: the value outside RUN of an output that is not a Y.
+    pub safe: Option<Located<Constant>>,
+    /// `hold`: an output that is not a Y keeps its value outside RUN.
+    pub hold: Option<Located<bool>>,
+}
+
+/// A driver's keys in one `[[device]]`, and their meaning.
+pub trait DriverKeys: Debug {
+    /// Reads the keys of the next row of the map.
+    fn read_row(&mut self, row: &mut Table<'_>);
+
+    /// Reads the keys of the device.
+    fn read(&mut self, table: &mut Table<'_>);
+
+    /// Whether a text is in the notation of the driver's points. This decides a row's direction.
+    fn is_point(&self, text: &str) -> bool;
+
+    /// The finding for points in the notation of a manual or of another program; `None` if the text
+    /// is in none that the driver knows.
+    fn other_notation(&self, _text: &Text) -> Option<Finding> {
+        None
+    }
+
+    /// An example of a point as written, for a help.
+    fn example(&self) -> &'static str;
+
+    /// The settings, with the points of all rows in their order; a wrong key or point becomes a
+    /// finding.
+    fn resolve(
+        &self,
+        device: &WrittenDevice,
+        rows: ResolvedRows<'_>,
+        findings: &mut Vec<Finding>,
+    ) -> Option<DriverSettings>;
+
+    /// Whether it exchanges every `poll`, beside the scan.
+    fn is_polled(&self) -> bool {
+        true
+    }
+
+    /// The place of an output that the map has no row for (a watchdog's register).
+    fn other_output(&self) -> Option<Span> {
+        None
+    }
+}
+
+/// The points that an editor offers for the map of a device.
+pub enum OfferedPoints {
+    /// The beginnings of their texts.
+    Beginnings(fn() -> Vec<PointBeginning>),
+    /// The points of the parts that the device has in its file.
+    OfParts,
+}
+
+/// The beginning of the text of a point.
+pub struct PointBeginning {
+    pub text: String,
+    /// What such a point is.
+    pub about: String,
+    /// Whether an output can be mapped there.
+    pub is_written: bool,
+}
+
+/// The direction of a row's values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RowDirection {
+    /// From the device to memory.
+    In,
+    /// From memory to the device.
+    Out,
+}
+
+/// A row of a map, with resolved addresses.
+pub struct ResolvedRow<'a> {
+    /// Its number in the map, with which the driver finds the row's keys.
+    pub at: usize,
+    /// The row as written.
+    pub written: &'a MapRow,
+    /// The direction of its values.
+    pub direction: RowDirection,
+    /// The points, in the driver's notation.
+    pub points: &'a Text,
+    /// One address per point, in the order of the points.
+    pub addresses: Vec<Address>,
+    /// The addresses as written.
+    pub text: &'a Text,
+}
+
+/// The resolved rows of a device, and the progress of the load.
+#[derive(Clone, Copy)]
+pub struct ResolvedRows<'a> {
+    /// The rows, in file order. Rows with a mistake are left out.
+    pub all: &'a [ResolvedRow<'a>],
+    /// The progress of the load.
+    pub progress: &'a Progress,
+}
+
+impl<'a> ResolvedRows<'a> {
+    /// The rows, until the load must end.
+    pub fn each(self) -> impl Iterator<Item = &'a ResolvedRow<'a>> {
+        self.progress.during(self.all)
+    }
+}
+
+impl ResolvedRow<'_> {
+    /// A finding at the row's points.
+    pub fn find(&self, message: String) -> Finding {
+        Finding::new(Code::Controller, self.points.span, message)
+    }
+
+    /// Whether its addresses are words of reals.
+    pub fn is_real(&self) -> bool {
+        matches!(self.addresses.first(), Some(Address::Word(word)) if word.is_real())
+    }
+
+    /// Whether its addresses are words of whole numbers with 32 bits.
+    pub fn has_words_of_32_bits(&self) -> bool {
+        let is_wide = |address: &Address| match address {
+            Address::Word(word) => !word.is_real() && word.range() == (i32::MIN, i32::MAX),
+            Address::Bit(_) | Address::Structure(_) => false,
+        };
+        self.addresses.iter().all(is_wide)
+    }
+
+    /// Whether its addresses are words.
+    pub fn is_words(&self) -> bool {
+        matches!(self.addresses.first(), Some(Address::Word(_)))
+    }
+}
+
+/// The item of `known` that a text names; `what` is the finding's noun for these items.
+pub fn named<T: Copy>(
+    table: &Table<'_>,
+    text: &Text,
+    what: &str,
+    known: &[(&'static str, T)],
+) -> Option<T> {
+    let found = known.iter().find(|(name, _)| *name == text.text);
+    if let Some((_, thing)) = found {
+        return Some(*thing);
+    }
+    let message = format!("no {what} is called `{}`", text.text);
+    let names = || known.iter().map(|(name, _)| *name);
+    let list = names().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+    let help = did_you_mean(&text.text, names()).unwrap_or_else(|| format!("there are {list}"));
+    table.find(Finding::new(Code::Controller, text.span, message).help(help));
+    None
+}
+
+/// The meaning of a key's word, looked up among the words that the key accepts.
+pub fn one_word<T: Copy>(
+    key: &str,
+    text: Option<&Text>,
+    known: &[(&str, T)],
+    findings: &mut Vec<Finding>,
+) -> Option<T> {
+    let text = text?;
+    if let Some((_, meaning)) = known.iter().find(|(word, _)| *word == text.text) {
+        return Some(*meaning);
+    }
+    let words = known.iter().map(|(word, _)| format!("\"{word}\"")).collect::<Vec<_>>();
+    let message = format!("`{key}` is {}, not \"{}\"", words.join(" or "), text.text);
+    findings.push(Finding::new(Code::Controller, text.span, message));
+    None
+}
+
+/// A duration of at least 1 ms.
+pub fn at_least_one(
+    key: &str,
+    ms: Option<&Located<i32>>,
+    default: u32,
+    findings: &mut Vec<Finding>,
+) -> u32 {
+    let Some(ms) = ms else { return default };
+    if ms.value < 1 {
+        let message = format!("`{key}` is at least 1ms");
+        let finding = Finding::new(Code::OutOfRange, ms.span, message);
+        findings.push(finding.help(format!("write `{key} = \"20ms\"`")));
+    }
+    ms.value.max(1).unsigned_abs()
+}

@@ -1,0 +1,210 @@
+//! The keys of local lines, resolved: the lines of a chip and their settings.
+//!
+//! ```toml
+//! # passes
+//! [[device]]
+//! name = "panel"
+//! driver = "gpio"
+//! chip = "/dev/gpiochip0"
+//! map = [{ from = "line 4..5", to = "X0..X1", debounce = "5ms", bias = "pull-up" }]
+//! # fails with { from = "Y0", to = "line 5" } beside it: line 5 is in two rows
+//! ```
+
+pub(crate) mod keys;
+
+use std::collections::HashMap;
+
+use keys::{Keys, RowKeys};
+
+use super::driver::{
+    DriverKeys, PointBeginning, ResolvedRow, ResolvedRows, RowDirection, WrittenDevice, one_word,
+};
+use super::settings::DriverSettings;
+use rungd_io::gpio::settings::{Bias, Chip, Gpio, GpioLine, LineDrive, LineId, Setting};
+use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::reader::{Table, Text};
+use rungd_language::source::span::Span;
+
+/// The longest time an exchange may take if `budget-us` is not given, µs.
+const BUDGET_US: u32 = 200;
+/// The longest debounce.
+const DEBOUNCE_MS_MAX: i32 = 10_000;
+/// The most lines that a chip has.
+const LINES_MAX: u32 = 65_536;
+
+/// The beginning of points, for editors.
+pub(super) fn beginnings() -> Vec<PointBeginning> {
+    let (text, about) = ("line ".to_owned(), "a line of the chip".to_owned());
+    vec![PointBeginning { text, about, is_written: true }]
+}
+
+impl DriverKeys for Keys {
+    fn read_row(&mut self, row: &mut Table<'_>) {
+        self.rows.push(RowKeys::read(row));
+    }
+
+    fn read(&mut self, table: &mut Table<'_>) {
+        self.read_device(table);
+    }
+
+    fn is_point(&self, text: &str) -> bool {
+        text.split_once(' ').is_some_and(|(word, _)| matches!(word, "line" | "lines"))
+    }
+
+    fn example(&self) -> &'static str {
+        "line 17"
+    }
+
+    fn resolve(
+        &self,
+        device: &WrittenDevice,
+        rows: ResolvedRows<'_>,
+        findings: &mut Vec<Finding>,
+    ) -> Option<DriverSettings> {
+        lines_of(self, device, rows, findings).map(DriverSettings::Gpio)
+    }
+
+    fn is_polled(&self) -> bool {
+        false
+    }
+}
+
+fn lines_of(
+    keys: &Keys,
+    device: &WrittenDevice,
+    rows: ResolvedRows<'_>,
+    findings: &mut Vec<Finding>,
+) -> Option<Gpio> {
+    let before = findings.len();
+    if let Some(poll) = &device.poll_ms {
+        let message = "lines of a chip are read and written by every scan";
+        let finding = Finding::new(Code::Controller, poll.span, message);
+        findings.push(finding.help("remove `poll`; `[scan] period` sets the rate"));
+    }
+    let mut gpio = Gpio {
+        chip: chip(keys.chip.as_ref()?, findings),
+        budget_us: keys.budget_us.as_ref().map_or(BUDGET_US, |us| us.value as u32),
+        inputs: Vec::new(),
+        outputs: Vec::new(),
+    };
+    let mut seen: HashMap<LineId, Span> = HashMap::new();
+    for row in rows.each() {
+        let lines = match lines(row) {
+            Ok(lines) => lines,
+            Err(finding) => {
+                findings.push(finding);
+                continue;
+            }
+        };
+        let setting = setting(row, &keys.rows[row.at], findings);
+        for at in lines {
+            enter(&at, row.points.span, &mut seen, findings);
+            let of = match row.direction {
+                RowDirection::In => &mut gpio.inputs,
+                RowDirection::Out => &mut gpio.outputs,
+            };
+            of.push(GpioLine { at, setting });
+        }
+    }
+    (findings.len() == before).then_some(gpio)
+}
+
+fn chip(text: &Text, findings: &mut Vec<Finding>) -> Chip {
+    if let Some(label) = text.text.strip_prefix("label:") {
+        return Chip::Label(label.trim().to_owned());
+    }
+    if !text.text.starts_with('/') {
+        let message = format!("`{}` is no chip", text.text);
+        let help = "write its path: `chip = \"/dev/gpiochip0\"`; or `chip = \"label:…\"`";
+        findings.push(Finding::new(Code::Controller, text.span, message).help(help));
+    }
+    Chip::Path(text.text.clone())
+}
+
+/// The lines of a row: one for each of its addresses.
+fn lines(row: &ResolvedRow<'_>) -> Result<Vec<LineId>, Finding> {
+    if row.is_words() {
+        let message = format!("a line is ON or OFF, and `{}` is a word", row.text.text);
+        return Err(row.find(message).help("take a bit: X, Y, C, MC or MI"));
+    }
+    let text = row.points.text.split_once(' ').map_or("", |(_, rest)| rest.trim());
+    let (low, high) = match text.split_once("..") {
+        Some((low, high)) => (number(low, row)?, number(high, row)?),
+        None if text.starts_with(|c: char| c.is_ascii_digit()) => {
+            let offset = number(text, row)?;
+            (offset, offset)
+        }
+        None => return named(text, row),
+    };
+    if high < low {
+        let message = "a range goes from low to high".to_owned();
+        return Err(row.find(message).help(format!("write `line {high}..{low}`")));
+    }
+    fits((high - low + 1) as usize, row)?;
+    Ok((low..=high).map(LineId::Offset).collect())
+}
+
+fn named(text: &str, row: &ResolvedRow<'_>) -> Result<Vec<LineId>, Finding> {
+    if text.is_empty() {
+        return Err(row.find(format!("`{}` names no line", row.points.text)).help("as `line 17`"));
+    }
+    fits(1, row)?;
+    Ok(vec![LineId::Name(text.to_owned())])
+}
+
+fn fits(lines: usize, row: &ResolvedRow<'_>) -> Result<(), Finding> {
+    if lines == row.addresses.len() {
+        return Ok(());
+    }
+    let (points, text) = (&row.points.text, &row.text.text);
+    let message = format!("`{points}` and `{text}` differ in number");
+    let addresses = row.addresses.len();
+    let counts = format!("they are {lines} and {addresses}: write the same number of both");
+    Err(row.find(message).help(counts))
+}
+
+fn number(text: &str, row: &ResolvedRow<'_>) -> Result<u32, Finding> {
+    let number = text.trim().parse().ok().filter(|number| *number < LINES_MAX);
+    number.ok_or_else(|| {
+        let message = format!("`{}` is no line's number", text.trim());
+        row.find(message).help("write `line 17`, or `line 4..7`")
+    })
+}
+
+fn enter(at: &LineId, span: Span, seen: &mut HashMap<LineId, Span>, findings: &mut Vec<Finding>) {
+    let Some(first) = seen.get(at) else {
+        seen.insert(at.clone(), span);
+        return;
+    };
+    // Only one finding per row, which is then the last.
+    if findings.last().is_none_or(|finding| finding.span != span) {
+        let finding = Finding::new(Code::Controller, span, format!("{at} is in two rows"));
+        findings.push(finding.label("again here").related(*first, "first here"));
+    }
+}
+
+fn setting(row: &ResolvedRow<'_>, keys: &RowKeys, findings: &mut Vec<Finding>) -> Setting {
+    let is_output = row.direction == RowDirection::Out;
+    if let Some(debounce) = &keys.debounce_ms {
+        if is_output {
+            let finding =
+                Finding::new(Code::Controller, debounce.span, "an output has no debounce");
+            findings.push(finding.help("take it out"));
+        } else if debounce.value > DEBOUNCE_MS_MAX {
+            let message = "a debounce lasts 10s at most";
+            findings.push(Finding::new(Code::OutOfRange, debounce.span, message));
+        }
+    }
+    if let Some(drive) = keys.drive.as_ref().filter(|_| !is_output) {
+        let message = "an input drives nothing: it has no `drive`";
+        let help = "take it out; `bias` holds an open input";
+        findings.push(Finding::new(Code::Controller, drive.span, message).help(help));
+    }
+    Setting {
+        active_low: keys.active_low,
+        bias: one_word("bias", keys.bias.as_ref(), &Bias::NAMES, findings).unwrap_or_default(),
+        drive: one_word("drive", keys.drive.as_ref(), &LineDrive::NAMES, findings)
+            .unwrap_or_default(),
+        debounce_ms: keys.debounce_ms.as_ref().map_or(0, |ms| ms.value.max(0).unsigned_abs()),
+    }
+}

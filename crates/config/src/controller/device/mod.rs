@@ -1,0 +1,347 @@
+//! Field devices, resolved: every row of a map becomes a list of points and a list of addresses of
+//! the same length.
+//!
+//! Called by [`super`] once the names are known. This module resolves the settings that all drivers
+//! share: names, directions, addresses and safe values. `wiring` checks that each input has one
+//! mover. Only a driver's own folder interprets a text like `coil 0..7`: it receives rows with
+//! resolved addresses, and returns the points in the same order.
+
+pub mod driver;
+pub mod drivers;
+pub mod gpio;
+pub(crate) mod keys;
+pub mod modbus;
+mod scaling;
+pub mod settings;
+pub mod simulated;
+mod wiring;
+
+use driver::{
+    DriverKeys, MapRow, ResolvedRow, ResolvedRows, RowDirection, WrittenDevice, at_least_one,
+    one_word,
+};
+
+use rungd_base::progress::Progress;
+use rungd_engine::isa::{Address, Bit, BitSpace, DeviceId, Real, Word, WordSpace};
+use rungd_language::resolve::names::NAME_MAX;
+use rungd_language::resolve::operands::resolve_operands;
+use rungd_language::resolve::scope::Scope;
+use rungd_language::source::finding::{Code, Finding, Severity};
+use rungd_language::source::reader::{Constant, Text};
+
+pub use settings::{Device, DriverSettings, OnLoss};
+pub(crate) use settings::{DeviceInput, Output, SafeValue};
+pub(crate) use wiring::moved_twice;
+pub(super) use wiring::unmapped_outputs;
+
+/// The most points that a device may have.
+pub(crate) const POINTS_MAX: usize = 65_536;
+/// The most points that all devices together may have.
+const POINTS_OF_ALL_MAX: usize = 1_000_000;
+
+/// The numbers of points that a device, and all devices, may still have.
+struct PointsRoom {
+    of_device: usize,
+    of_all: usize,
+    /// Whether the device already has a finding about too many points.
+    is_told: bool,
+}
+
+impl PointsRoom {
+    /// The room for a further device.
+    fn begin_device(&mut self) {
+        (self.of_device, self.is_told) = (POINTS_MAX, false);
+    }
+
+    /// Takes room for the points of a row. If there is too little, nothing is taken, and the device
+    /// gets one finding.
+    fn take(&mut self, count: u32, row: &Text, findings: &mut Vec<Finding>) -> Option<()> {
+        let count = count as usize;
+        if count <= self.of_device && count <= self.of_all {
+            (self.of_device, self.of_all) = (self.of_device - count, self.of_all - count);
+            return Some(());
+        }
+        if !std::mem::replace(&mut self.is_told, true) {
+            let (what, most) = match count > self.of_device {
+                true => ("a device has", POINTS_MAX),
+                false => ("all devices together have", POINTS_OF_ALL_MAX),
+            };
+            let message = format!("{what} at most {most} points");
+            let finding = Finding::new(Code::Controller, row.span, message);
+            findings.push(finding.label("the limit is reached here"));
+        }
+        None
+    }
+}
+
+/// Resolves all `[[device]]` tables. If one of the findings is an error, devices may be missing.
+pub(super) fn resolve(
+    devices: &[WrittenDevice],
+    scope: &Scope,
+    progress: &Progress,
+    findings: &mut Vec<Finding>,
+) -> Vec<Device> {
+    // A device has the same number as its name had when the ladders were resolved.
+    let named = progress.during(devices);
+    let named = named.filter_map(|device| Some((device, device.name.as_ref()?)));
+    // A name that is too long has a finding where the ladders' names are declared.
+    let numbered = named.enumerate().filter(|(_, (_, name))| name.text.len() <= NAME_MAX);
+    let mut room = PointsRoom { of_device: POINTS_MAX, of_all: POINTS_OF_ALL_MAX, is_told: false };
+    let resolved = numbered.filter_map(|(at, (device, name))| {
+        room.begin_device();
+        one(device, (DeviceId(at as u32), name), (scope, progress, &mut room), findings)
+    });
+    let resolved: Vec<Device> = resolved.collect();
+    findings.extend(modbus::at_odds(&resolved, devices, progress));
+    resolved
+}
+
+fn one(
+    device: &WrittenDevice,
+    (id, name): (DeviceId, &Text),
+    (scope, progress, room): (&Scope, &Progress, &mut PointsRoom),
+    findings: &mut Vec<Finding>,
+) -> Option<Device> {
+    let driver = device.driver.as_deref()?;
+    let before = findings.len();
+    let rows: Vec<ResolvedRow<'_>> = progress
+        .during(&device.map)
+        .enumerate()
+        .filter_map(|(at, written)| row((device, at, written), (scope, &mut *room), findings))
+        .collect();
+    if device.map.is_empty() && !device.map_is_table {
+        let message = format!("device `{}` has no map, so it exchanges nothing", name.text);
+        let help = "add rows: `map = [{ from = \"…\", to = \"X0\" }]`";
+        findings.push(Finding::new(Code::Controller, device.span, message).help(help));
+    }
+    let on_loss = one_word("on-loss", device.on_loss.as_ref(), &OnLoss::NAMES, findings);
+    let poll_ms = at_least_one("poll", device.poll_ms.as_ref(), 20, findings);
+    let loss_after_ms = loss_after(device, poll_ms, findings);
+    let of_driver = ResolvedRows { all: &rows, progress };
+    let settings = driver.resolve(device, of_driver, findings);
+    let outputs = outputs(&rows, findings);
+    let inputs = inputs(&rows, findings);
+    if findings.len() > before
+        && findings[before..].iter().any(|found| found.severity() == Severity::Error)
+    {
+        return None;
+    }
+    let (name, on_loss) = (name.text.clone(), on_loss.unwrap_or_default());
+    let (span, driver) = (device.name.as_ref()?.span, settings?);
+    Some(Device { id, name, span, poll_ms, on_loss, loss_after_ms, inputs, outputs, driver })
+}
+
+fn row<'a>(
+    (device, at, written): (&'a WrittenDevice, usize, &'a MapRow),
+    (scope, room): (&Scope, &mut PointsRoom),
+    findings: &mut Vec<Finding>,
+) -> Option<ResolvedRow<'a>> {
+    let (from, to) = (written.from.as_ref()?, written.to.as_ref()?);
+    let driver = device.driver.as_deref()?;
+    let (direction, points, text) = match (driver.is_point(&from.text), driver.is_point(&to.text)) {
+        (true, false) => (RowDirection::In, from, to),
+        (false, true) => (RowDirection::Out, to, from),
+        (both, _) => {
+            let is_memory = |text: &Text| resolve_operands(scope, text).is_ok();
+            let mut texts = [from, to].into_iter().filter(|text| !both && !is_memory(text));
+            if let Some(finding) = texts.find_map(|text| driver.other_notation(text)) {
+                findings.push(finding);
+                return None;
+            }
+            let message = if both {
+                "both `from` and `to` are points of the device"
+            } else {
+                "neither `from` nor `to` is a point of the device"
+            };
+            let help = format!(
+                "an input: `{{ from = \"{0}\", to = \"X0\" }}`; an output: \
+                 `{{ from = \"Y0\", to = \"{0}\" }}`",
+                driver.example()
+            );
+            findings.push(Finding::new(Code::Controller, written.span, message).help(help));
+            return None;
+        }
+    };
+    let addresses: Vec<Address> = match resolve_operands(scope, text) {
+        Ok(operands) if operands.is_placed => {
+            let name = &text.text;
+            let message = format!("`{name}` has a `type`, and a device's map names addresses");
+            let help = "the map stays over a reload, which may move the tag: give it an `at`";
+            findings.push(Finding::new(Code::Controller, text.span, message).help(help));
+            return None;
+        }
+        Ok(operands) => {
+            room.take(operands.count, text, findings)?;
+            operands.addresses().collect()
+        }
+        Err(finding) => {
+            findings.push(finding);
+            return None;
+        }
+    };
+    if let Some(finding) = wrong_way(direction, &addresses, text) {
+        findings.push(finding);
+        return None;
+    }
+    Some(ResolvedRow { at, written, direction, points, addresses, text })
+}
+
+/// The finding for an address that a device cannot move.
+fn wrong_way(direction: RowDirection, addresses: &[Address], text: &Text) -> Option<Finding> {
+    use BitSpace::{C, Mc, Mi, X};
+    use WordSpace::{D, Mhr, Mir, R, V};
+    let moved = |address: &Address| match address {
+        Address::Bit(Bit::Space(space, _)) => matches!(space, X | C | Mc | Mi),
+        Address::Word(Word::Space(space, _)) => matches!(space, V | D | R | Mhr | Mir),
+        Address::Bit(_) | Address::Word(_) | Address::Structure(_) => false,
+    };
+    if direction == RowDirection::Out || addresses.iter().all(moved) {
+        return None;
+    }
+    let message = format!("`{}` cannot be moved by a device", text.text);
+    let help = "a device moves only X, C, MC, MI, V, D, R, MHR and MIR";
+    Some(Finding::new(Code::Controller, text.span, message).help(help))
+}
+
+fn inputs(rows: &[ResolvedRow<'_>], findings: &mut Vec<Finding>) -> Vec<DeviceInput> {
+    let rows = || rows.iter().filter(|row| row.direction == RowDirection::In);
+    for row in rows() {
+        if let Some(safe) = &row.written.safe {
+            let message = "an input has no safe value";
+            let help = "the device's `on-loss` sets its value when the device is lost";
+            findings.push(Finding::new(Code::Controller, safe.span, message).help(help));
+        }
+    }
+    let row = |row: &ResolvedRow<'_>| {
+        let span = row.text.span;
+        row.addresses
+            .iter()
+            .map(|address| DeviceInput { address: *address, span })
+            .collect::<Vec<_>>()
+    };
+    rows().flat_map(row).collect()
+}
+
+fn outputs(rows: &[ResolvedRow<'_>], findings: &mut Vec<Finding>) -> Vec<Output> {
+    let mut outputs = Vec::new();
+    findings.extend(rows.iter().filter_map(misplaced_hold));
+    for row in rows.iter().filter(|row| row.direction == RowDirection::Out) {
+        for address in &row.addresses {
+            let safe = safe_value(row, *address, findings);
+            outputs.push(Output { address: *address, safe, span: row.text.span });
+        }
+    }
+    outputs
+}
+
+/// The finding for a `hold` that has no effect.
+fn misplaced_hold(row: &ResolvedRow<'_>) -> Option<Finding> {
+    let hold = row.written.hold.as_ref().filter(|hold| hold.value)?;
+    let is_y = |address: &Address| matches!(address, Address::Bit(Bit::Space(BitSpace::Y, _)));
+    let (message, help) = match row.direction {
+        RowDirection::In => (
+            "an input has no safe value".to_owned(),
+            "the device's `on-loss` sets its value when the device is lost",
+        ),
+        RowDirection::Out if row.addresses.iter().any(is_y) => (
+            format!("the safe value of `{}` is set in `[outputs]`", row.text.text),
+            "write it in `[outputs]`: `hold = [\"Y1\"]`",
+        ),
+        RowDirection::Out if row.written.safe.is_some() => (
+            "`hold` and `safe` in one row".to_owned(),
+            "write one of the two: `hold` keeps its value, `safe` gives one",
+        ),
+        RowDirection::Out => return None,
+    };
+    Some(Finding::new(Code::Controller, hold.span, message).help(help))
+}
+
+fn safe_value(row: &ResolvedRow<'_>, address: Address, findings: &mut Vec<Finding>) -> SafeValue {
+    let is_output = matches!(address, Address::Bit(Bit::Space(BitSpace::Y, _)));
+    let (min, max) = match address {
+        Address::Word(word) => word.range(),
+        Address::Bit(_) | Address::Structure(_) => (0, 1),
+    };
+    let Some(safe) = &row.written.safe else {
+        return match (is_output, row.written.hold.as_ref().is_some_and(|hold| hold.value)) {
+            (true, _) => SafeValue::AsOutput,
+            (false, true) => SafeValue::Hold,
+            (false, false) => SafeValue::Value(0),
+        };
+    };
+    let mut refuse = |message: String, help: String| {
+        // Only one finding per row, which is then the last.
+        if findings.last().is_none_or(|finding| finding.span != safe.span) {
+            findings.push(Finding::new(Code::Controller, safe.span, message).help(help));
+        }
+        SafeValue::Value(0)
+    };
+    if is_output {
+        let help = "write it in `[outputs]`: `on = [\"Y0\"]`, `hold = [\"Y1\"]`; else it is OFF";
+        return refuse(format!("the safe value of `{address}` is set in `[outputs]`"), help.into());
+    }
+    let holds_reals = matches!(address, Address::Word(word) if word.is_real());
+    let value = match safe.value {
+        Constant::Integer(value) | Constant::Duration(value) if holds_reals => {
+            Real::nearest(value).cell()
+        }
+        Constant::Integer(value) | Constant::Duration(value) => value,
+        Constant::Real(value) if holds_reals => value.cell(),
+        Constant::Real(_) => {
+            let help = "an R word holds reals".to_owned();
+            return refuse(format!("`{address}` holds whole numbers"), help);
+        }
+        Constant::Bit(on) => i32::from(on),
+    };
+    if !(min..=max).contains(&value) {
+        return refuse(format!("`{address}` holds {min} to {max}"), "take one of these".into());
+    }
+    SafeValue::Value(value)
+}
+
+/// The age of the last good exchange at which a device is lost, ms. It must be more than `poll`,
+/// which is the time between two exchanges.
+fn loss_after(device: &WrittenDevice, poll_ms: u32, findings: &mut Vec<Finding>) -> u32 {
+    let default_ms = poll_ms.saturating_mul(3).max(1000);
+    let loss_after = device.loss_after_ms.as_ref();
+    let loss_after_ms = at_least_one("loss-after", loss_after, default_ms, findings);
+    if let Some(written) = loss_after
+        && device.driver.as_deref().is_some_and(DriverKeys::is_polled)
+        && (1..=i64::from(poll_ms)).contains(&i64::from(written.value))
+    {
+        let message = format!("lost after {loss_after_ms} ms, and polled every {poll_ms} ms");
+        let finding = Finding::new(Code::Controller, written.span, message);
+        findings.push(
+            finding
+                .label("it would be lost between any two exchanges")
+                .help("`loss-after` must be longer than `poll`: start with three times `poll`"),
+        );
+    }
+    loss_after_ms
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_points_of_all_devices_have_a_greatest_number() {
+        let mut room =
+            PointsRoom { of_device: POINTS_MAX, of_all: POINTS_OF_ALL_MAX, is_told: false };
+        let mut findings = Vec::new();
+        let row = Text::default();
+        let mut devices = 0;
+        while findings.is_empty() {
+            room.begin_device();
+            devices += 1;
+            let rows = [60_000, 5_536, 1].map(|count| room.take(count, &row, &mut findings));
+            assert!(rows[0].is_none() || rows[2].is_none(), "a device has at most 65,536");
+            if rows[0].is_some() {
+                let message = findings.pop().map(|finding| finding.message);
+                assert_eq!(message.as_deref(), Some("a device has at most 65536 points"));
+            }
+        }
+        assert_eq!((devices, findings.len()), (16, 1), "one finding for a device");
+        assert_eq!(findings[0].message, "all devices together have at most 1000000 points");
+    }
+}

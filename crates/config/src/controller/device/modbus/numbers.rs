@@ -1,0 +1,128 @@
+//! The keys of a row that say how its registers are read as numbers: `type`, `word-order`,
+//! `byte-order`, `split`, and the scaling.
+
+use super::super::driver::{ResolvedRow, one_word};
+use super::ModbusReader;
+use super::keys::RowKeys;
+use rungd_io::modbus::number::{ByteOrder, NumberOrder, NumberType, WordOrder};
+use rungd_io::modbus_client::settings::{Number, NumberPart};
+use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::span::Span;
+
+/// The numbers of a row.
+#[derive(Clone, Copy)]
+pub(super) struct RowNumber {
+    pub kind: NumberType,
+    whole: Number,
+    is_split: bool,
+}
+
+impl RowNumber {
+    /// The parts of a number, one for each word of memory.
+    pub fn parts(self) -> &'static [NumberPart] {
+        match self.is_split {
+            true => &[NumberPart::High, NumberPart::Low],
+            false => &[NumberPart::Whole],
+        }
+    }
+
+    /// A part of a number.
+    pub fn part(self, part: NumberPart) -> Number {
+        Number { part, ..self.whole }
+    }
+}
+
+impl ModbusReader<'_> {
+    /// The numbers in a row's registers, according to the row's keys.
+    pub(super) fn number(
+        &mut self,
+        (keys, row): (&RowKeys, &ResolvedRow<'_>),
+        is_bits: bool,
+    ) -> Option<RowNumber> {
+        let before = self.findings.len();
+        if is_bits {
+            self.refuse_of_bits(keys);
+        }
+        let kind = match &keys.kind {
+            Some(text) => one_word("type", Some(text), &NumberType::NAMES, self.findings),
+            None => Some(NumberType::U16),
+        };
+        let words =
+            one_word("word-order", keys.word_order.as_ref(), &WordOrder::NAMES, self.findings);
+        let bytes =
+            one_word("byte-order", keys.byte_order.as_ref(), &ByteOrder::NAMES, self.findings);
+        let is_one = kind.is_some_and(|kind| kind.registers() == 1);
+        if let (Some(text), true, false) = (&keys.word_order, is_one, is_bits) {
+            let message = "a single register has no word order";
+            let help = "`word-order` is for types of 32 and 64 bits; for bytes that are swapped in \
+                        a register, write `byte-order`";
+            self.findings.push(Finding::new(Code::Controller, text.span, message).help(help));
+        }
+        let scaling = keys.scaling.resolve(row.is_real(), self.findings);
+        let is_split = keys.split.as_ref().is_some_and(|split| split.value);
+        if let (Some(split), true, Some(kind), false) = (&keys.split, is_split, kind, is_bits) {
+            self.refuse_split(keys, (kind, row), split.span);
+        }
+        let kind = kind.filter(|_| self.findings.len() == before)?;
+        let order =
+            NumberOrder { words: words.unwrap_or_default(), bytes: bytes.unwrap_or_default() };
+        let whole = Number { kind, order, part: NumberPart::Whole, scaling };
+        Some(RowNumber { kind, whole, is_split })
+    }
+
+    /// Findings for keys of numbers in a row of bits.
+    fn refuse_of_bits(&mut self, keys: &RowKeys) {
+        let texts = [
+            ("type", &keys.kind),
+            ("word-order", &keys.word_order),
+            ("byte-order", &keys.byte_order),
+        ];
+        let texts = texts.map(|(name, text)| (name, text.as_ref().map(|text| text.span)));
+        let split = [("split", keys.split.as_ref().map(|split| split.span))];
+        for (name, place) in texts.into_iter().chain(split) {
+            let Some(span) = place else { continue };
+            let message = format!("a bit has no `{name}`");
+            let help = format!("take `{name}` out of this row");
+            self.findings.push(Finding::new(Code::Controller, span, message).help(help));
+        }
+        keys.scaling.refuse(self.findings);
+    }
+
+    /// Findings for a `split` that has no two halves, or whose halves would be changed.
+    fn refuse_split(
+        &mut self,
+        keys: &RowKeys,
+        (kind, row): (NumberType, &ResolvedRow<'_>),
+        span: Span,
+    ) {
+        let mut refuse = |message: &str, help: &str| {
+            self.findings.push(Finding::new(Code::Controller, span, message).help(help));
+        };
+        match kind {
+            NumberType::U64 | NumberType::I64 => {}
+            NumberType::U16
+            | NumberType::I16
+            | NumberType::U32
+            | NumberType::I32
+            | NumberType::F32
+            | NumberType::F64 => {
+                return refuse(
+                    "only a whole number of 64 bits is split",
+                    "`split` goes with `type = \"u64\"` or `\"i64\"`; a `f64` goes into an R",
+                );
+            }
+        }
+        if !row.has_words_of_32_bits() {
+            return refuse(
+                "the halves of a number are bits, which only a D holds",
+                "write `to = \"D0..D1\"`: the higher 32 bits, then the lower",
+            );
+        }
+        if keys.scaling.is_given() {
+            refuse(
+                "half a number is not scaled",
+                "take `multiply`, `divide` and `offset` out, or take `split` out",
+            );
+        }
+    }
+}

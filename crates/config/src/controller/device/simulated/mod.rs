@@ -1,0 +1,134 @@
+//! A simulated plant, resolved: its parts, their points, and the driver of each command.
+//!
+//! Called by [`super`] with the rows of the map; `io::plant` makes a model of it. The points of the
+//! whole plant have consecutive numbers: for each part, first its commands, then its outputs, in
+//! the order of `points`. After the points of all parts, there is one point for each fault.
+//!
+//! ```toml
+//! # passes: what stands at a motor's contactor, and its answer
+//! [[device]]
+//! name = "plant"
+//! driver = "simulated"
+//! part = [{ name = "pump", kind = "motor", after = "60ms" }]
+//! map = [{ from = "Y0", to = "pump.run" }, { from = "pump.running", to = "X0" }]
+//! # fails without the first row: nothing drives `pump.run`
+//! ```
+
+pub mod keys;
+mod parts;
+mod points;
+mod wires;
+
+pub use points::{OfferedPoint, points_of};
+
+use keys::Keys;
+
+use super::driver::{DriverKeys, ResolvedRows, WrittenDevice};
+use super::scaling::ScalingKeys;
+use super::settings::DriverSettings;
+use rungd_io::plant::settings::{FaultSettings, PartSettings, Plant, PlantPart};
+use rungd_io::scaling::Scaling;
+use rungd_language::source::atom::is_name;
+use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::reader::Table;
+
+/// The longest time between two steps of a plant, ms.
+const POLL_MS_MAX: i32 = 1000;
+
+impl DriverKeys for Keys {
+    fn read_row(&mut self, row: &mut Table<'_>) {
+        self.rows.push(ScalingKeys::read(row));
+    }
+
+    fn read(&mut self, table: &mut Table<'_>) {
+        self.read_device(table);
+    }
+
+    fn is_point(&self, text: &str) -> bool {
+        is_point(text)
+    }
+
+    fn example(&self) -> &'static str {
+        "belt.eye"
+    }
+
+    fn resolve(
+        &self,
+        device: &WrittenDevice,
+        rows: ResolvedRows<'_>,
+        findings: &mut Vec<Finding>,
+    ) -> Option<DriverSettings> {
+        plant(self, device, rows, findings).map(DriverSettings::Simulated)
+    }
+}
+
+/// Whether a text has the form of a point of a plant: two names with a dot between them; the second
+/// name begins with a small letter.
+fn is_point(text: &str) -> bool {
+    text.split_once('.').is_some_and(|(part, point)| {
+        is_name(part) && is_name(point) && point.starts_with(char::is_lowercase)
+    })
+}
+
+fn plant(
+    keys: &Keys,
+    device: &WrittenDevice,
+    rows: ResolvedRows<'_>,
+    findings: &mut Vec<Finding>,
+) -> Option<Plant> {
+    let (before, progress) = (findings.len(), rows.progress);
+    if keys.parts.is_empty() {
+        let finding = Finding::new(Code::Controller, device.span, "a plant without parts");
+        let help = "add one: `part = [{ name = \"pump\", kind = \"motor\" }]`";
+        findings.push(finding.help(help));
+    }
+    if let Some(poll) = device.poll_ms.as_ref().filter(|poll| poll.value > POLL_MS_MAX) {
+        let message = "`poll` of a plant is at most 1s";
+        let finding = Finding::new(Code::OutOfRange, poll.span, message);
+        findings.push(finding.help("write `poll = \"20ms\"`"));
+    }
+    let kinds: Vec<Option<PartSettings>> =
+        progress.during(&keys.parts).map(|part| parts::resolve(part, findings)).collect();
+    let points = points::Points::new(keys, findings);
+    let (commands, undriven) = wires::commands(keys, rows, &points, findings);
+    if rows.all.len() == device.map.len() {
+        // If a row was left out, it may be the row that drives the command.
+        findings.extend(undriven);
+    }
+    let inputs = wires::inputs(rows, &points, findings);
+    let scaling = scaling(keys, rows, findings);
+    let faults = progress.during(&keys.faults);
+    let faults: Vec<Option<FaultSettings>> =
+        faults.map(|fault| wires::fault(fault, &points, findings)).collect();
+    if findings.len() > before {
+        return None;
+    }
+    let parts = kinds.into_iter().zip(&points.firsts);
+    Some(Plant {
+        seed: keys.seed.as_ref().map_or(1, |seed| seed.value.unsigned_abs()),
+        parts: parts
+            .map(|(kind, first)| Some(PlantPart { first: *first, kind: kind? }))
+            .collect::<Option<Vec<_>>>()?,
+        faults: faults.into_iter().collect::<Option<Vec<_>>>()?,
+        commands,
+        points: points.all.len(),
+        inputs: inputs?,
+        outputs: wires::outgoing(rows).count(),
+        input_scaling: wires::incoming(rows).map(|row| scaling[row.at]).collect(),
+        output_scaling: wires::outgoing(rows).map(|row| scaling[row.at]).collect(),
+    })
+}
+
+/// The scaling of each row, by its number in the map.
+fn scaling(keys: &Keys, rows: ResolvedRows<'_>, findings: &mut Vec<Finding>) -> Vec<Scaling> {
+    let mut found = vec![Scaling::none(false); keys.rows.len()];
+    for row in rows.each() {
+        let keys = &keys.rows[row.at];
+        if row.is_words() {
+            found[row.at] = keys.resolve(row.is_real(), findings);
+        } else {
+            keys.refuse(findings);
+        }
+    }
+    found
+}

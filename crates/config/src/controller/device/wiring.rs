@@ -1,0 +1,160 @@
+//! Conflicts of wiring: every input has one mover, and every Y goes to one device.
+//!
+//! Two movers of the same input would overwrite each other's value without any sign of it. A Y in
+//! two maps would switch two contactors, although the ladder means one. The rules apply to the
+//! whole controller file: devices, simulated inputs, the Modbus server's image.
+//!
+//! ```toml
+//! # passes: each of X0 and Y0 stands in one map
+//! [[device]]
+//! name = "line1"
+//! driver = "gpio"
+//! chip = "/dev/gpiochip0"
+//! map = [{ from = "line 17", to = "X0" }, { from = "Y0", to = "line 27" }]
+//! # fails with a second device that has { from = "line 3", to = "X0" }
+//! ```
+
+use std::collections::{HashMap, HashSet};
+
+use super::settings::{Device, DriverSettings};
+use crate::controller::settings::Controller;
+use rungd_engine::isa::{Address, Bit, BitSpace, Space};
+use rungd_language::resolve::program::Program;
+use rungd_language::resolve::range::Range;
+use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::span::Span;
+
+/// A finding for every input that has a second mover besides a device, and for every Y that is in
+/// two maps.
+pub fn moved_twice(controller: &Controller) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let mut movers = FirstUses::default();
+    for rule in &controller.rules {
+        movers.first.insert(x(rule.input), (rule.span, FirstUse::Rule));
+    }
+    if let Some((_, image)) = controller.modbus.as_ref().and_then(|server| server.inputs) {
+        for n in image.first..=image.last {
+            movers.first.insert(x(n), (image.span, FirstUse::Clients));
+        }
+    }
+    let mut takers = FirstUses::default();
+    for device in &controller.devices {
+        for input in &device.inputs {
+            movers.enter(device, (input.address, input.span), TWO_MOVERS, &mut findings);
+        }
+        let outputs = device.outputs.iter().filter(|output| is_y(output.address));
+        for output in outputs {
+            takers.enter(device, (output.address, output.span), TWO_TAKERS, &mut findings);
+        }
+    }
+    findings
+}
+
+/// A warning for every Y that the ladder names but no device receives, if any device receives a Y.
+pub(in crate::controller) fn unmapped_outputs(
+    controller: &Controller,
+    program: &Program,
+) -> Vec<Finding> {
+    let outputs = || controller.devices.iter().flat_map(|device| &device.outputs);
+    if !outputs().any(|output| is_y(output.address)) {
+        return Vec::new();
+    }
+    let image = controller.modbus.as_ref().and_then(|server| server.outputs);
+    let shown = |address: Address| match (address, image) {
+        (Address::Bit(Bit::Space(space, n)), Some((Range { space: of, first, last, .. }, _))) => {
+            Space::Bit(space) == of && (first..=last).contains(&n)
+        }
+        _ => false,
+    };
+    let received: HashSet<Address> = outputs().map(|output| output.address).collect();
+    let taken = |address| shown(address) || received.contains(&address);
+    let lost = program.operands.iter().filter(|operand| is_y(operand.address));
+    let lost = lost.filter(|operand| !taken(operand.address));
+    let place = controller.devices.first().map_or_else(Span::default, |device| device.span);
+    let simulated = |device: &Device| matches!(device.driver, DriverSettings::Simulated(_));
+    let is_all_simulated = controller.devices.iter().all(simulated);
+    let finding = |name: &String| {
+        let help = if is_all_simulated {
+            format!(
+                "add a row to the map: `{{ from = \"{name}\", to = \"lamp.in\" }}`; for a lamp or \
+                 a horn, a part of kind `delay` receives it"
+            )
+        } else {
+            format!("add a row to a map: `{{ from = \"{name}\", to = \"…\" }}`, or use a C bit")
+        };
+        let message = format!("`{name}` goes nowhere: no device receives it");
+        Finding::new(Code::OutputUnmapped, place, message)
+            .label("the devices begin here")
+            .help(help)
+    };
+    lost.map(|operand| finding(&operand.name)).collect()
+}
+
+/// The words about a second use of an address.
+#[derive(Clone, Copy)]
+struct SecondUse {
+    what: &'static str,
+    help: &'static str,
+}
+
+const TWO_MOVERS: SecondUse =
+    SecondUse { what: "is moved twice", help: "an input has one mover: take one row out" };
+const TWO_TAKERS: SecondUse = SecondUse {
+    what: "goes out twice",
+    help: "a Y goes to one place; give a second contactor its own output",
+};
+
+/// The first use of an address.
+#[derive(Clone, Copy)]
+enum FirstUse<'c> {
+    Rule,
+    Clients,
+    Device(&'c Device),
+}
+
+impl FirstUse<'_> {
+    /// The words at its place.
+    fn label(self) -> String {
+        match self {
+            FirstUse::Rule => "a simulated device moves it here".to_owned(),
+            FirstUse::Clients => "Modbus clients move it here".to_owned(),
+            FirstUse::Device(device) => format!("`{}` has it here", device.name),
+        }
+    }
+}
+
+/// Addresses, each with the place of its first use.
+#[derive(Default)]
+struct FirstUses<'c> {
+    first: HashMap<Address, (Span, FirstUse<'c>)>,
+}
+
+impl<'c> FirstUses<'c> {
+    fn enter(
+        &mut self,
+        device: &'c Device,
+        (address, span): (Address, Span),
+        SecondUse { what, help }: SecondUse,
+        findings: &mut Vec<Finding>,
+    ) {
+        let Some((first, of)) = self.first.get(&address) else {
+            self.first.insert(address, (span, FirstUse::Device(device)));
+            return;
+        };
+        // Only one finding per place: a range may conflict in several of its elements, one after
+        // the other.
+        if findings.last().is_some_and(|finding| finding.span == span) {
+            return;
+        }
+        let finding = Finding::new(Code::Controller, span, format!("`{address}` {what}"));
+        findings.push(finding.related(*first, of.label()).help(help));
+    }
+}
+
+fn x(n: u32) -> Address {
+    Address::Bit(Bit::Space(BitSpace::X, n))
+}
+
+fn is_y(address: Address) -> bool {
+    matches!(address, Address::Bit(Bit::Space(BitSpace::Y, _)))
+}

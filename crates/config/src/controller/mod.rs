@@ -1,0 +1,146 @@
+//! The controller file: its keys as written, and the settings made from them.
+//!
+//! [`read`] makes a [`WrittenController`] from the file's text. From that and the program of the
+//! ladders, [`resolve_controller`] makes a [`Controller`] for the daemon. Each driver has a folder
+//! with its keys, its points and their findings. The settings' types belong to the drivers
+//! (`io::NAME::settings`). This module does no I/O: only run time shows whether a port is free or a
+//! priority is granted.
+
+pub mod bench;
+mod claims;
+pub mod device;
+mod doubts;
+pub mod log;
+pub(crate) mod modbus_server;
+pub mod operator;
+mod outputs;
+mod outside;
+pub(crate) mod realtime;
+pub mod record;
+mod resolver;
+pub mod retain;
+mod retain_tags;
+mod settings;
+mod simulated_device;
+pub mod web;
+mod wired;
+pub mod written;
+
+pub use outputs::{OUTPUT_UNKNOWN, OutputRules, OutputState};
+use resolver::{AllowedSpaces, Resolver};
+use retain::Retention;
+pub use settings::Controller;
+use written::WrittenController;
+pub use written::read;
+pub use written::{read_within, shape};
+
+use rungd_base::progress::{Progress, UNASKED};
+use rungd_engine::isa::{BitSpace, NumberRanges, Space};
+use rungd_language::resolve::program::Program;
+use rungd_language::resolve::range::Range;
+use rungd_language::resolve::scope::Scope;
+use rungd_language::source::finding::{Code, Finding};
+
+/// Resolves a controller file against the program of its ladders. The result can be used only if
+/// no finding is an error; otherwise parts may be missing.
+pub fn resolve_controller(
+    written: &WrittenController,
+    program: &Program,
+) -> (Controller, Vec<Finding>) {
+    resolve_controller_within(written, program, &UNASKED)
+}
+
+/// As [`resolve_controller`], for a load that its caller may end. If the load must end, parts and
+/// findings are missing.
+pub(crate) fn resolve_controller_within(
+    written: &WrittenController,
+    program: &Program,
+    progress: &Progress,
+) -> (Controller, Vec<Finding>) {
+    let mut resolver = Resolver { scope: Scope::of(program), findings: Vec::new(), progress };
+    let outputs = [Space::Bit(BitSpace::Y)];
+    let wanted = AllowedSpaces { spaces: &outputs, words: "outputs (Y)", code: Code::Controller };
+    let outputs_on = resolver.ranges(&written.outputs.on, &wanted);
+    let outputs_hold = resolver.ranges(&written.outputs.hold, &wanted);
+    let wanted = AllowedSpaces {
+        spaces: &Space::RETAINABLE,
+        words: "data and structures (C, MC, MI, V, D, R, MHR, MIR, CT, T, N)",
+        code: Code::RetainRange,
+    };
+    let mut retain = resolver.ranges(&written.retain.ranges, &wanted);
+    let tags = &written.retain.tags;
+    retain.extend(retain_tags::resolve(tags, (program, progress), &mut resolver.findings));
+    let interval = &written.retain.interval_ms;
+    let retention = Retention {
+        interval_ms: resolver.at_least_one("interval", interval),
+        ..retain::resolve(&written.retain, &mut resolver.findings)
+    };
+    resolver.held_and_on(&outputs_hold, &outputs_on);
+    let operator = written.operator.as_ref();
+    let operator = operator.map(|table| operator::resolve(table, &mut resolver.findings));
+    let scan = &written.scan;
+    let controller = Controller {
+        period_ms: resolver.at_least_one("period", &scan.period_ms),
+        watchdog_ms: resolver.at_least_one("watchdog", &scan.watchdog_ms),
+        realtime: written.realtime.clone(),
+        outputs_on,
+        outputs_hold,
+        retain,
+        retention,
+        modbus: written
+            .modbus_server
+            .as_ref()
+            .map(|server| resolver.modbus(server, &program.sizes)),
+        rules: resolver.rules(&written.rules),
+        devices: device::resolve(
+            &written.devices,
+            &resolver.scope,
+            progress,
+            &mut resolver.findings,
+        ),
+        operator: operator.unwrap_or_default(),
+        record: record::resolve(&written.record, &mut resolver.findings),
+        web: web::resolve(&written.web, &mut resolver),
+        log: written.log.clone(),
+        probation_ms: written.probation_ms.unsigned_abs(),
+    };
+    resolver.compare((written, &controller), program);
+    (controller, resolver.findings)
+}
+
+impl Resolver<'_> {
+    /// Reports ranges of outputs that are to be held and to be ON.
+    fn held_and_on(&mut self, held: &[Range], on: &[Range]) {
+        let mut outputs = NumberRanges::default();
+        for (at, on) in self.progress.during(on).enumerate() {
+            outputs.add(on.numbers(), at);
+        }
+        for held in self.progress.during(held) {
+            if let Some(on) = outputs.first_in(held.numbers()).map(|at| &on[at]) {
+                let message = format!("`{held}` is to be held, and `{on}` to be ON");
+                let finding = Finding::new(Code::Controller, held.span, message);
+                self.findings.push(finding.related(on.span, "ON here"));
+            }
+        }
+    }
+
+    /// Adds the findings about parts of the file that do not fit each other or the program. Looks
+    /// between its steps whether the load must end.
+    fn compare(
+        &mut self,
+        (written, controller): (&WrittenController, &Controller),
+        program: &Program,
+    ) {
+        let progress = self.progress;
+        self.findings.extend(doubts::doubts(written, controller, program, progress));
+        if progress.is_over() {
+            return;
+        }
+        self.findings.extend(claims::moved_twice(controller));
+        self.findings.extend(device::moved_twice(controller));
+        // Only if no device is missing: a device that is missing after an error may receive the Y.
+        if controller.devices.len() == written.devices.len() && !progress.is_over() {
+            self.findings.extend(device::unmapped_outputs(controller, program));
+        }
+    }
+}

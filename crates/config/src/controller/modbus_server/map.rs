@@ -1,0 +1,249 @@
+//! The explicit map of the Modbus server, resolved: no two operands have the same place.
+//!
+//! Called by [`super`]; the server builds its own map from the entries resolved here.
+//!
+//! ```toml
+//! # passes: two registers from 4000 on, four discrete inputs from 0 on where MI1 is moved away
+//! [modbus-server]
+//! standard-map = false
+//! [[modbus-server.map]]
+//! operand = "CT0.Acc"
+//! table   = "holding"
+//! address = 4000
+//! [[modbus-server.map]]
+//! operand = "X0..X3"
+//! table   = "discrete"      # fails with "holding": X is a bit
+//! address = 0
+//! ```
+
+use std::collections::HashSet;
+
+use super::keys as written;
+use rungd_base::progress::Progress;
+use rungd_engine::isa::{Address, MemorySizes, NumberRanges};
+use rungd_io::modbus::number::{NumberType, WordOrder};
+use rungd_io::modbus::settings::{MappedOperands, Table};
+use rungd_language::resolve::operands::{Operands, resolve_operands};
+use rungd_language::resolve::scope::Scope;
+use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::reader::Text;
+use rungd_language::source::span::{Located, Span};
+
+/// Protocol addresses are 16 bits.
+const ADDRESSES: u32 = 65_536;
+
+/// The valid entries. Wrong entries, and conflicts between entries, become findings.
+pub(super) fn resolve(
+    server: &written::ModbusServer,
+    (scope, sizes): (&Scope, &MemorySizes),
+    progress: &Progress,
+    findings: &mut Vec<Finding>,
+) -> Vec<MappedOperands> {
+    let mut entries: Vec<MappedOperands> = Vec::new();
+    let mut taken = TakenPlaces::default();
+    let units = server.units.as_ref();
+    let answered: HashSet<i64> = units.iter().flat_map(|units| &units.value).copied().collect();
+    for map in progress.during(&server.maps) {
+        let Some(entry) = resolve_entry(map, scope, findings) else { continue };
+        let lies_at = |table: Table, at| server.standard_map.then(|| standard(table, sizes) > at);
+        if lies_at(entry.table, u32::from(entry.address)) == Some(true) {
+            findings.push(over_standard(&entry, server.span, sizes));
+        }
+        if let Some(other) = taken.by(&entry).map(|at| &entries[at]) {
+            let (one, another) = (&entry.operands, &other.operands);
+            let message = format!("`{one}` at {}, where `{another}` is", place(&entry));
+            let words = format!("`{another}` is at {}", place(other));
+            let finding = Finding::new(Code::Controller, entry.span, message);
+            findings
+                .push(finding.related(other.span, words).help("give one of them another address"));
+        }
+        if let (Some(units), Some(unit)) = (units, &map.unit)
+            && !answered.contains(&unit.value)
+        {
+            findings.push(beside_units(units, unit));
+        }
+        taken.add(&entry, entries.len());
+        entries.push(entry);
+    }
+    entries
+}
+
+/// The number of elements that the standard map has in a table, from address 0.
+fn standard(table: Table, sizes: &MemorySizes) -> u32 {
+    match table {
+        Table::Coils => sizes.mc,
+        Table::DiscreteInputs => sizes.mi,
+        Table::HoldingRegisters => sizes.mhr,
+        Table::InputRegisters => sizes.mir,
+    }
+}
+
+fn over_standard(entry: &MappedOperands, server: Span, sizes: &MemorySizes) -> Finding {
+    let count = standard(entry.table, sizes);
+    let space = entry.table.prefix();
+    let message = format!("`{}` at {}, where the standard map is", entry.operands, place(entry));
+    Finding::new(Code::Controller, entry.span, message)
+        .related(
+            server,
+            format!("{space}1..{space}{count} are at {} 0..{}", entry.table.name(), count - 1),
+        )
+        .help(format!("write `address = {count}` or a higher one, or `standard-map = false`"))
+}
+
+/// The places that entries have taken.
+#[derive(Default)]
+struct TakenPlaces {
+    of_any: NumberRanges<Table>,
+    /// Those of the entries for one unit, and of the entries for all units.
+    of_units: NumberRanges<(Table, Option<u8>)>,
+}
+
+impl TakenPlaces {
+    fn add(&mut self, entry: &MappedOperands, index: usize) {
+        let (first, last) = addresses(entry);
+        self.of_any.add((entry.table, first, last), index);
+        self.of_units.add(((entry.table, entry.unit), first, last), index);
+    }
+
+    /// The first entry that has an address of this entry. An entry without a unit is there for all.
+    fn by(&self, entry: &MappedOperands) -> Option<usize> {
+        let (first, last) = addresses(entry);
+        let Some(unit) = entry.unit else {
+            return self.of_any.first_in((entry.table, first, last));
+        };
+        let of = |unit| self.of_units.first_in(((entry.table, unit), first, last));
+        of(None).into_iter().chain(of(Some(unit))).min()
+    }
+}
+
+/// An entry's first and last address.
+fn addresses(entry: &MappedOperands) -> (u32, u32) {
+    let first = u32::from(entry.address);
+    (first, first + entry.length() - 1)
+}
+
+/// An entry's table and addresses, for a message.
+fn place(entry: &MappedOperands) -> String {
+    let (first, length) = (u32::from(entry.address), entry.length());
+    let unit = entry.unit.map_or(String::new(), |unit| format!(" of unit {unit}"));
+    match length {
+        1 => format!("{} {first}{unit}", entry.table.name()),
+        _ => format!("{} {first}..{}{unit}", entry.table.name(), first + length - 1),
+    }
+}
+
+/// The finding for an entry with a unit that the server does not answer for.
+fn beside_units(units: &Located<Vec<i64>>, unit: &Located<i64>) -> Finding {
+    let message = format!("the server does not answer for unit {}", unit.value);
+    let finding = Finding::new(Code::Controller, unit.span, message);
+    finding.related(units.span, "it answers for these units").help("add it to `units`")
+}
+
+fn resolve_entry(
+    map: &written::MapEntry,
+    scope: &Scope,
+    findings: &mut Vec<Finding>,
+) -> Option<MappedOperands> {
+    let mut taken = |finding: Result<Finding, Finding>| {
+        findings.push(finding.unwrap_or_else(|finding| finding));
+    };
+    let operands = map
+        .operand
+        .as_ref()
+        .and_then(|text| resolve_operands(scope, text).map_err(|finding| taken(Err(finding))).ok());
+    let table = map.table.as_ref().and_then(|text| {
+        let table = Table::named(&text.text);
+        if table.is_none() {
+            let help = "`coil` or `discrete` of bits, `holding` or `input` of words";
+            taken(Ok(no_such(text, "table", help)));
+        }
+        table
+    });
+    let kind = map.kind.as_ref().and_then(|text| {
+        let mut kinds = NumberType::NARROW.iter();
+        let kind = kinds.find(|(name, _)| *name == text.text).map(|(_, kind)| *kind);
+        if kind.is_none() {
+            taken(Ok(no_such(text, "type", "`u16`, `i16`, `u32`, `i32` or `f32`")));
+        }
+        kind
+    });
+    let order = map.word_order.as_ref().and_then(|text| {
+        let order = WordOrder::NAMES.iter().find(|(name, _)| *name == text.text);
+        if order.is_none() {
+            taken(Ok(no_such(text, "word order", "`high-first` or `low-first`")));
+        }
+        order.map(|(_, order)| *order)
+    });
+    let order = order.unwrap_or_default();
+    let (operands, table) = (operands?, table?);
+    let unit = map.unit.as_ref().and_then(|unit| u8::try_from(unit.value).ok());
+    let address = u16::try_from(map.address.as_ref()?.value).ok()?;
+    let kind = match operands.first {
+        Address::Word(word) => Some(kind.unwrap_or_else(|| NumberType::of(word))),
+        Address::Bit(_) | Address::Structure(_) => None,
+    };
+    let entry = MappedOperands { operands, table, address, kind, order, unit, span: map.span };
+    let wrong = fits_type(map, &entry)
+        .or_else(|| fits_table(map, &entry))
+        .or_else(|| fits_addresses(map, &entry));
+    let Some(finding) = wrong else { return Some(entry) };
+    findings.push(finding);
+    None
+}
+
+fn no_such(text: &Text, what: &str, help: &str) -> Finding {
+    let message = format!("`{}` is no {what}", text.text);
+    Finding::new(Code::Controller, text.span, message).help(format!("write {help}"))
+}
+
+/// The finding for a word of reals with an integer type, or a word of integers with a real type.
+fn fits_type(map: &written::MapEntry, entry: &MappedOperands) -> Option<Finding> {
+    let (Address::Word(word), Some(text)) = (entry.operands.first, &map.kind) else { return None };
+    let (is, right) = match (word.is_real(), entry.kind? == NumberType::F32) {
+        (true, false) => ("holds reals", "`f32`, or nothing"),
+        (false, true) => ("holds whole numbers", "`u16`, `i16`, `u32` or `i32`"),
+        (true, true) | (false, false) => return None,
+    };
+    let message = format!("`{word}` {is}: no `{}`", text.text);
+    Some(Finding::new(Code::Controller, text.span, message).help(format!("write {right}")))
+}
+
+/// The finding for words in a table of bits, or bits in a table of words.
+fn fits_table(map: &written::MapEntry, entry: &MappedOperands) -> Option<Finding> {
+    let bits = matches!(entry.table, Table::Coils | Table::DiscreteInputs);
+    let Operands { first, span, .. } = &entry.operands;
+    let (is, instead) = match (first, bits) {
+        (Address::Bit(_), false) => ("registers are words", "`coil` or `discrete`"),
+        (Address::Word(_), true) => ("coils and discrete inputs are bits", "`holding` or `input`"),
+        _ => {
+            let given = [("type", &map.kind), ("word-order", &map.word_order)];
+            let stray = given.iter().find_map(|(key, text)| Some((key, text.as_ref()?)))?;
+            let (key, text) = stray;
+            let single = entry.kind.is_some_and(|kind| kind.registers() == 1);
+            let why = match (bits, *key == "word-order" && single) {
+                (true, _) => "a bit has none",
+                (false, true) => "one register has none",
+                (false, false) => return None,
+            };
+            let message = format!("`{key}` has no effect here: {why}");
+            return Some(Finding::new(Code::Controller, text.span, message));
+        }
+    };
+    let message = format!("`{}` in table `{}`: {is}", entry.operands, entry.table.name());
+    Some(Finding::new(Code::Controller, *span, message).help(format!("its table is {instead}")))
+}
+
+fn fits_addresses(map: &written::MapEntry, entry: &MappedOperands) -> Option<Finding> {
+    let end = u32::from(entry.address) + entry.length();
+    if end <= ADDRESSES {
+        return None;
+    }
+    let span = map.address.as_ref().map_or(map.span, |address| address.span);
+    let length = entry.length();
+    let message = format!("{length} addresses from {} reach beyond 65535", entry.address);
+    let finding = Finding::new(Code::OutOfRange, span, message);
+    Some(match ADDRESSES.checked_sub(length) {
+        Some(last) => finding.help(format!("the highest first address is {last}")),
+        None => finding,
+    })
+}

@@ -1,0 +1,197 @@
+//! `[modbus-server]`, resolved: the map, the write permissions, and the limits of clients.
+//!
+//! Called by [`super`]. `map` resolves the entries of the explicit map. Only run time shows whether
+//! the server can listen at the address.
+
+pub mod keys;
+mod map;
+
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+
+use keys::{self as written, Mapping};
+
+use super::resolver::{AllowedSpaces, Resolver};
+use rungd_base::progress::Progress;
+use rungd_engine::isa::{
+    Address, Bit, BitSpace, MemorySizes, NumberRanges, Space, Structure, Word, WordSpace,
+};
+use rungd_io::modbus::clients::Network;
+use rungd_io::modbus::settings::{LISTS_MAX, Modbus, Table, WriteList};
+use rungd_language::resolve::operands::{Operands, numbers, resolve_operands};
+use rungd_language::resolve::range::Range;
+use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::reader::Text;
+use rungd_language::source::span::Located;
+
+/// Loopback, and a port that needs no privilege, unlike 502.
+const LISTEN_DEFAULT: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 1502);
+
+impl Resolver<'_> {
+    pub(super) fn modbus(&mut self, server: &written::ModbusServer, sizes: &MemorySizes) -> Modbus {
+        let listen = server.listen.as_ref().map_or(LISTEN_DEFAULT, |listen| self.listen(listen));
+        let timeouts =
+            [("frame-timeout", server.frame_timeout_ms), ("idle-timeout", server.idle_timeout_ms)];
+        for (key, ms) in timeouts {
+            self.at_least_one(key, &Located { value: ms, span: server.span });
+        }
+        let inputs = [(BitSpace::Mc, "coils (MC)"), (BitSpace::X, "inputs (X)")];
+        let outputs = [(BitSpace::Y, "outputs (Y)"), (BitSpace::Mi, "discrete inputs (MI)")];
+        let mut modbus = Modbus {
+            listen,
+            units: self.units(server),
+            standard_map: server.standard_map,
+            entries: map::resolve(server, (&self.scope, sizes), self.progress, &mut self.findings),
+            lists: Vec::new(),
+            inputs: server.inputs.as_ref().and_then(|mapping| self.mapping(mapping, inputs)),
+            outputs: server.outputs.as_ref().and_then(|mapping| self.mapping(mapping, outputs)),
+            connections: server.connections,
+            frame_timeout_ms: server.frame_timeout_ms.unsigned_abs(),
+            idle_timeout_ms: server.idle_timeout_ms.unsigned_abs(),
+        };
+        modbus.lists = self.lists(server, &modbus);
+        modbus
+    }
+
+    fn listen(&mut self, listen: &Text) -> SocketAddr {
+        listen.text.parse().unwrap_or_else(|_| {
+            let message = format!("`{}` is no address to listen at", listen.text);
+            let finding = Finding::new(Code::Controller, listen.span, message);
+            self.findings
+                .push(finding.help("write an IP address and a port: `127.0.0.1:1502`, `[::]:502`"));
+            LISTEN_DEFAULT
+        })
+    }
+
+    fn units(&mut self, server: &written::ModbusServer) -> Option<Vec<u8>> {
+        let units = server.units.as_ref()?;
+        if units.value.is_empty() {
+            let finding = Finding::new(Code::Controller, units.span, "no unit is answered");
+            self.findings.push(finding.help("write `units = [1]`, or take the key out"));
+        }
+        Some(units.value.iter().filter_map(|unit| u8::try_from(*unit).ok()).collect())
+    }
+
+    /// `writable`, followed by the lists of `[[modbus-server.write]]`.
+    fn lists(&mut self, server: &written::ModbusServer, modbus: &Modbus) -> Vec<WriteList> {
+        let places = WritablePlaces::of(modbus, self.progress);
+        let writable = self.writable(&server.writable, &places);
+        let mut lists = vec![WriteList { ranges: writable, clients: None }];
+        for list in self.progress.during(&server.writes) {
+            let ranges = self.writable(&list.ranges, &places);
+            let mut clients = Vec::new();
+            for text in self.progress.during(&list.clients) {
+                match Network::read(text) {
+                    Ok(network) => clients.push(network),
+                    Err(finding) => self.findings.push(finding),
+                }
+            }
+            lists.push(WriteList { ranges, clients: Some(clients) });
+        }
+        if lists.len() > LISTS_MAX {
+            let message = format!("at most {} lists of writes", LISTS_MAX - 1);
+            self.findings.push(Finding::new(Code::Controller, server.span, message));
+            lists.truncate(LISTS_MAX);
+        }
+        lists
+    }
+
+    fn writable(&mut self, texts: &[Text], places: &WritablePlaces) -> Vec<Operands> {
+        let mut all = Vec::new();
+        let progress = self.progress;
+        for text in progress.during(texts) {
+            let operands = match resolve_operands(&self.scope, text) {
+                Ok(operands) => operands,
+                Err(finding) => {
+                    self.findings.push(finding);
+                    continue;
+                }
+            };
+            let wrong = may_be_listed(&operands).or_else(|| places.lacking(&operands));
+            match wrong {
+                Some(finding) => self.findings.push(finding),
+                None => all.push(operands),
+            }
+        }
+        all
+    }
+
+    fn mapping(
+        &mut self,
+        mapping: &Mapping,
+        spaces: [(BitSpace, &'static str); 2],
+    ) -> Option<(Range, Range)> {
+        let mut side = |text: &Option<Text>, (space, words): (BitSpace, &'static str)| {
+            let spaces = [Space::Bit(space)];
+            let wanted = AllowedSpaces { spaces: &spaces, words, code: Code::Controller };
+            self.range(text.as_ref()?, &wanted)
+        };
+        let (from, to) = (side(&mapping.from, spaces[0]), side(&mapping.to, spaces[1]));
+        let (from, to) = (from?, to?);
+        if from.count() != to.count() {
+            let message =
+                format!("`{from}` has {} elements, and `{to}` {}", from.count(), to.count());
+            let finding = Finding::new(Code::Controller, mapping.span, message);
+            self.findings.push(finding.help("both ranges are equally long"));
+            return None;
+        }
+        Some((from, to))
+    }
+}
+
+/// The finding for operands that no client can write.
+fn may_be_listed(operands: &Operands) -> Option<Finding> {
+    let why = match operands.first {
+        Address::Bit(Bit::Space(BitSpace::C | BitSpace::Mc | BitSpace::Mi, _)) => return None,
+        Address::Bit(Bit::Flag(Structure::Sensaphone(_), _)) => return None,
+        Address::Word(word) if word.writable() => return None,
+        Address::Bit(Bit::Space(BitSpace::X, _)) => {
+            "a client moves inputs by `[modbus-server.image]`"
+        }
+        Address::Bit(Bit::Space(BitSpace::Y, _)) => "clients can only read outputs",
+        Address::Bit(Bit::Flag(..)) => "its instruction writes it at every execution",
+        Address::Bit(Bit::Stage(_) | Bit::Running(_) | Bit::Done(_)) => {
+            "Stages and blocks are switched by the ladder"
+        }
+        Address::Bit(Bit::Space(BitSpace::St, _) | Bit::Device(..))
+        | Address::Word(_)
+        | Address::Structure(_) => "it shows the state of the controller",
+    };
+    let message = format!("`{operands}` cannot be written: {why}");
+    let finding = Finding::new(Code::Controller, operands.span, message);
+    Some(finding.help("list C, MC, MI, V, D, R, MHR, MIR, or an `.Acc`"))
+}
+
+/// The operands that have a coil or holding register.
+struct WritablePlaces {
+    standard_map: bool,
+    /// The operands of the map, by their kinds ([`numbers`]).
+    mapped: NumberRanges<Address>,
+}
+
+impl WritablePlaces {
+    fn of(modbus: &Modbus, progress: &Progress) -> WritablePlaces {
+        let mut mapped = NumberRanges::default();
+        for entry in progress.during(&modbus.entries) {
+            if matches!(entry.table, Table::Coils | Table::HoldingRegisters) {
+                mapped.add(numbers(entry.operands.first, entry.operands.count), 0);
+            }
+        }
+        WritablePlaces { standard_map: modbus.standard_map, mapped }
+    }
+
+    /// The finding for listed operands without such a place.
+    fn lacking(&self, operands: &Operands) -> Option<Finding> {
+        let is_standard = matches!(
+            operands.first,
+            Address::Bit(Bit::Space(BitSpace::Mc, _))
+                | Address::Word(Word::Space(WordSpace::Mhr, _))
+        );
+        let mapped = self.mapped.first_in(numbers(operands.first, operands.count));
+        if mapped.is_some() || (is_standard && self.standard_map) {
+            return None;
+        }
+        let message = format!("`{operands}` is listed, and it has no coil or holding register");
+        let finding = Finding::new(Code::Controller, operands.span, message);
+        Some(finding.help("give it a place by `[[modbus-server.map]]`"))
+    }
+}

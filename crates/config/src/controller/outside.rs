@@ -1,0 +1,75 @@
+//! The bits and words that devices, Modbus clients and users of `rungd web` may write or read,
+//! according to a controller file. Used by the check.
+//!
+//! Called by `load` once the settings are resolved.
+
+use super::device::{Device, DriverSettings, Output};
+use super::settings::Controller;
+use rungd_engine::isa::{Address, Bit, BitSpace, NumberRanges};
+use rungd_language::check::{Outside, Read};
+use rungd_language::resolve::operands::numbers;
+
+impl Controller {
+    /// The bits and words that are written from outside, and the reads from outside.
+    pub(crate) fn outside(&self) -> Outside {
+        let x = |n| Address::Bit(Bit::Space(BitSpace::X, n));
+        let is_x = |address| matches!(address, Address::Bit(Bit::Space(BitSpace::X, _)));
+        let of_devices = self.devices.iter().flat_map(|device| &device.inputs);
+        let moved = of_devices.map(|input| input.address);
+        let moved = moved.chain(self.rules.iter().map(|rule| x(rule.input)));
+        let moved = moved.chain(self.web.write.iter().map(|(_, address)| *address));
+        let moves_x = |device: &&Device| device.inputs.iter().any(|input| is_x(input.address));
+        let (mut listed, mut image) = (NumberRanges::default(), Vec::new());
+        if let Some(server) = &self.modbus {
+            for operands in server.lists.iter().flat_map(|list| &list.ranges) {
+                listed.add(numbers(operands.first, operands.count), 0);
+            }
+            image.extend(server.inputs.iter().flat_map(|(coils, inputs)| [*coils, *inputs]));
+        }
+        Outside {
+            moved: moved.collect(),
+            listed,
+            image,
+            wired: self.devices.iter().find(moves_x).map(|device| device.span),
+            reads: self.reads(),
+        }
+    }
+
+    /// The operands that rows of maps send, simulated inputs follow, or the Modbus server's map
+    /// shows.
+    fn reads(&self) -> Vec<Read> {
+        let mut reads: Vec<Read> = Vec::new();
+        for device in &self.devices {
+            let first = reads.len();
+            // Outputs to a simulated plant that are not a Y are its levers, which an operator moves
+            // by hand.
+            let is_simulated = matches!(device.driver, DriverSettings::Simulated(_));
+            let is_judged = |output: &&Output| !is_simulated || is_y(output.address);
+            for output in device.outputs.iter().filter(is_judged) {
+                // All outputs of a row have the row's place, and consecutive addresses.
+                match reads[first..].last_mut().filter(|read| read.span == output.span) {
+                    Some(read) => read.count += 1,
+                    None => {
+                        let reader = format!("device `{}` receives it", device.name);
+                        reads.push(Read::new((output.address, 1), output.span, reader));
+                    }
+                }
+            }
+        }
+        for rule in &self.rules {
+            let reader = format!("`X{}` depends on it", rule.input);
+            let of_rule = rule.reads();
+            let read = |(bit, at)| Read::new((Address::Bit(bit), 1), at, reader.clone());
+            reads.extend(of_rule.map(read));
+        }
+        for entry in self.modbus.iter().flat_map(|server| &server.entries) {
+            let operands = (entry.operands.first, entry.operands.count);
+            reads.push(Read::new(operands, entry.span, "Modbus clients read it".to_owned()));
+        }
+        reads
+    }
+}
+
+fn is_y(address: Address) -> bool {
+    matches!(address, Address::Bit(Bit::Space(BitSpace::Y, _)))
+}

@@ -1,0 +1,47 @@
+//! The settings of a controller file, for the daemon.
+
+use super::device::settings::Device;
+use super::log::LogSettings;
+use super::operator::Operator;
+use super::record::RecordSettings;
+use super::retain::Retention;
+use super::web::WebSettings;
+use rungd_io::modbus::settings::Modbus;
+use rungd_io::plant::settings::Rule;
+use rungd_language::resolve::range::Range;
+use rungd_runtime::Posture;
+
+/// The settings of a controller file, without its ladders.
+#[derive(Clone, Debug)]
+pub struct Controller {
+    /// Scan period, ms; at least 1.
+    pub period_ms: u32,
+    /// A scan longer than this is a fault, ms; at least 1.
+    pub watchdog_ms: u32,
+    /// The requests to the operating system.
+    pub realtime: Posture,
+    /// Outputs that are ON in the safe state: ranges of Y.
+    pub outputs_on: Vec<Range>,
+    /// Outputs that keep their state: ranges of Y.
+    pub outputs_hold: Vec<Range>,
+    /// The ranges that survive a restart.
+    pub retain: Vec<Range>,
+    /// The settings of the file that keeps these ranges.
+    pub retention: Retention,
+    /// The Modbus server, if there is one.
+    pub modbus: Option<Modbus>,
+    /// Rules of simulated inputs; at most one per input.
+    pub rules: Vec<Rule>,
+    /// Field devices.
+    pub devices: Vec<Device>,
+    /// The operator's socket.
+    pub operator: Operator,
+    /// The scan log.
+    pub record: RecordSettings,
+    /// The operands that `rungd web` may write, and its panels.
+    pub web: WebSettings,
+    /// The log.
+    pub log: LogSettings,
+    /// The time for which a reloaded program is on trial, ms; 0: no trial.
+    pub probation_ms: u32,
+}

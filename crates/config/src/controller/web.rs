@@ -1,0 +1,295 @@
+//! `[web]` and `[[panel]]`: the operands that a signed-in user of `rungd web` may write, and the
+//! panels that the owner of the controller lays out. The daemon does not use them: `rungd web`
+//! reads them from the controller file of the running program.
+
+use std::collections::{HashMap, HashSet};
+
+use super::resolver::Resolver;
+use rungd_base::variants::all_variants;
+use rungd_engine::isa::{Address, Bit, BitSpace};
+use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::key::{NOT_EMPTY, key};
+use rungd_language::source::reader::{Table, Text};
+use rungd_language::source::span::{Located, Span};
+
+/// `[web]` and `[[panel]]` as written.
+#[derive(Clone, Debug, Default)]
+pub struct WrittenWeb {
+    /// `[web] write`.
+    write: Vec<Text>,
+    /// `[[panel]]`, in file order.
+    panels: Vec<WrittenPanel>,
+}
+
+/// `[[panel]]`.
+#[derive(Clone, Debug)]
+struct WrittenPanel {
+    span: Span,
+    name: Option<Text>,
+    show: Vec<WrittenWidget>,
+}
+
+/// A table of `show`.
+#[derive(Clone, Debug)]
+struct WrittenWidget {
+    span: Span,
+    /// The operand that it shows, with the kind of the key; a valid widget has one.
+    shows: Vec<(WidgetKind, Text)>,
+    text: Option<Text>,
+    min: Option<Located<i64>>,
+    max: Option<Located<i64>>,
+}
+
+/// The operands that `rungd web` may write, and its panels.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct WebSettings {
+    /// The operands that a signed-in user may write: the name in the file, and the address.
+    pub write: Vec<(String, Address)>,
+    /// The panels, in file order.
+    pub panels: Vec<Panel>,
+}
+
+/// A page for a tablet at the machine.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Panel {
+    /// Its name; no two panels have the same name.
+    pub name: String,
+    /// Its widgets, in order.
+    pub show: Vec<Widget>,
+}
+
+/// A part of a panel.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Widget {
+    /// Its kind.
+    pub kind: WidgetKind,
+    /// The name in the file of the operand that it shows.
+    pub operand: String,
+    /// Its label; if not given, the operand.
+    pub text: Option<String>,
+    /// The values at the ends of a bar or a trend.
+    pub limits: Option<(i32, i32)>,
+}
+
+/// The kinds of widgets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WidgetKind {
+    /// A bit: ON or OFF.
+    Lamp,
+    /// Writes ON to a bit, once per press. The ladder resets it.
+    Button,
+    /// A value; with a field for a new value if the operand may be written.
+    Value,
+    /// A word as the length of a bar.
+    Bar,
+    /// A value over the last minute.
+    Trend,
+}
+
+impl WidgetKind {
+    /// All kinds.
+    pub const ALL: [WidgetKind; 5] = all_variants![
+        WidgetKind::Lamp,
+        WidgetKind::Button,
+        WidgetKind::Value,
+        WidgetKind::Bar,
+        WidgetKind::Trend,
+    ];
+
+    /// Its key in a controller file.
+    pub fn key(self) -> &'static str {
+        match self {
+            WidgetKind::Lamp => "lamp",
+            WidgetKind::Button => "button",
+            WidgetKind::Value => "value",
+            WidgetKind::Bar => "bar",
+            WidgetKind::Trend => "trend",
+        }
+    }
+
+    /// The explanation of the key.
+    fn doc(self) -> &'static str {
+        match self {
+            WidgetKind::Lamp => "A bit, shown as a lamp.",
+            WidgetKind::Button => {
+                "A bit that a press writes ON, once; the ladder resets it. `[web] write` lists it."
+            }
+            WidgetKind::Value => "A value; with a field for a new one if `[web] write` lists it.",
+            WidgetKind::Bar => "A word, shown as a bar from `min` to `max`.",
+            WidgetKind::Trend => "A value over the last minute.",
+        }
+    }
+}
+
+/// The schema's condition on a widget: one kind, and the ends of a bar.
+const ONE_KIND: &str = r#"{"oneOf":[{"required":["lamp"]},{"required":["button"]},
+            {"required":["value"]},{"required":["bar","min","max"]},{"required":["trend"]}]}"#;
+
+/// The least and the greatest value for an end of a bar.
+const ENDS: (i64, i64) = (i32::MIN as i64, i32::MAX as i64);
+
+/// Reads `[web]` and all `[[panel]]`.
+pub(super) fn read_in(root: &mut Table<'_>) -> WrittenWeb {
+    let mut web = WrittenWeb::default();
+    let explained = key("web", "What people at `rungd web` may do.");
+    if let Some(mut table) = root.table(explained, "`[web]`") {
+        let explained = key("write", "The bits and words that a signed-in user may write.");
+        web.write = table.strings(explained).map_or(Vec::new(), |texts| texts.value);
+        table.finish();
+    }
+    let explained = key("panel", "A page of `rungd web` for people at the machine.");
+    web.panels = root.tables(explained, "a panel").into_iter().map(read_panel).collect();
+    web
+}
+
+fn read_panel(mut table: Table<'_>) -> WrittenPanel {
+    let span = table.span();
+    let name = table.required_string(key("name", "Its name."));
+    let explained = key("show", "Its lamps, buttons, values, bars and trends, in order.");
+    let widgets = table.tables(explained.limited(NOT_EMPTY), "a part of a panel");
+    let show = widgets.into_iter().map(read_widget).collect();
+    table.finish();
+    WrittenPanel { span, name, show }
+}
+
+fn read_widget(mut table: Table<'_>) -> WrittenWidget {
+    table.together(ONE_KIND);
+    let span = table.span();
+    let shows = WidgetKind::ALL.into_iter();
+    let shows = shows.filter_map(|kind| Some((kind, table.string(key(kind.key(), kind.doc()))?)));
+    let shows = shows.collect();
+    let widget = WrittenWidget {
+        span,
+        shows,
+        text: table.string(key("text", "Its label; the operand if not given.")),
+        min: table.integer(key("min", "The value at the left end of a bar."), ENDS),
+        max: table.integer(key("max", "The value at the right end of a bar."), ENDS),
+    };
+    table.finish();
+    widget
+}
+
+/// Makes the settings from the keys, with a finding for each wrong value.
+pub(super) fn resolve(written: &WrittenWeb, resolver: &mut Resolver<'_>) -> WebSettings {
+    let mut web = WebSettings::default();
+    let progress = resolver.progress;
+    for text in progress.during(&written.write) {
+        let Some(address) = operand(text, resolver) else { continue };
+        if may_write(address) {
+            web.write.push((text.text.trim().to_owned(), address));
+        } else {
+            let message = format!("`{}` cannot be written from outside", text.text.trim());
+            let finding = Finding::new(Code::Controller, text.span, message);
+            let help = "list inputs, data, relays, presets and accumulators: see docs/operator.md";
+            resolver.findings.push(finding.help(help));
+        }
+    }
+    let writable: HashSet<Address> = web.write.iter().map(|(_, address)| *address).collect();
+    let mut firsts: HashMap<&str, Span> = HashMap::new();
+    for panel in progress.during(&written.panels) {
+        let Some(name) = &panel.name else { continue };
+        if let Some(first) = firsts.get(name.text.as_str()) {
+            let message = format!("a second panel `{}`", name.text);
+            let finding = Finding::new(Code::Controller, name.span, message);
+            resolver.findings.push(finding.related(*first, "the first one"));
+            continue;
+        }
+        firsts.insert(&name.text, panel.span);
+        let widgets = progress.during(&panel.show);
+        let show = widgets.filter_map(|of| widget(of, &writable, resolver)).collect();
+        web.panels.push(Panel { name: name.text.clone(), show });
+    }
+    web
+}
+
+/// Whether an address may be written; an operator may write the same addresses
+/// (`operator::operand`).
+fn may_write(address: Address) -> bool {
+    match address {
+        Address::Bit(Bit::Space(BitSpace::X, _)) => true,
+        Address::Bit(bit) => bit.writable_from_outside(),
+        Address::Word(word) => word.writable(),
+        Address::Structure(_) => false,
+    }
+}
+
+/// The bit or word of a name.
+fn operand(text: &Text, resolver: &mut Resolver<'_>) -> Option<Address> {
+    let name = text.text.trim();
+    let finding = match resolver.address(name, text.span)? {
+        Ok(Address::Structure(_)) => {
+            let message = format!("`{name}` is a structure");
+            let finding = Finding::new(Code::Controller, text.span, message);
+            finding.help(format!("name a member, as `{name}.Acc`"))
+        }
+        Ok(address @ (Address::Bit(_) | Address::Word(_))) => return Some(address),
+        Err(message) => Finding::new(Code::Controller, text.span, message),
+    };
+    resolver.findings.push(finding);
+    None
+}
+
+fn widget(
+    written: &WrittenWidget,
+    writable: &HashSet<Address>,
+    resolver: &mut Resolver<'_>,
+) -> Option<Widget> {
+    let mut wrong = |span: Span, message: String, help: String| {
+        resolver.findings.push(Finding::new(Code::Controller, span, message).help(help));
+        None
+    };
+    let (kind, text) = match written.shows.as_slice() {
+        [one] => one.clone(),
+        [] => {
+            let help = "write `lamp`, `button`, `value`, `bar` or `trend` with an operand";
+            return wrong(written.span, "this part shows nothing".into(), help.into());
+        }
+        [_, second, ..] => {
+            let help = "write two parts: `{ lamp = \"a\" }, { value = \"b\" }`";
+            return wrong(second.1.span, "a part shows one operand".into(), help.into());
+        }
+    };
+    let limits = match (kind, &written.min, &written.max) {
+        (WidgetKind::Bar | WidgetKind::Trend, Some(min), Some(max)) if min.value < max.value => {
+            Some((min.value as i32, max.value as i32))
+        }
+        (WidgetKind::Trend, None, None)
+        | (WidgetKind::Lamp | WidgetKind::Button | WidgetKind::Value, None, None) => None,
+        (WidgetKind::Bar | WidgetKind::Trend, ..) => {
+            let key = kind.key();
+            let message = format!("a {key} goes from `min` to a greater `max`");
+            return wrong(written.span, message, "write `min = 0, max = 100`".into());
+        }
+        (WidgetKind::Lamp | WidgetKind::Button | WidgetKind::Value, ..) => {
+            let message = format!("a {} has no `min` and `max`", kind.key());
+            return wrong(written.span, message, "leave them out, or write a `bar`".into());
+        }
+    };
+    let address = operand(&text, resolver)?;
+    let name = text.text.trim().to_owned();
+    let mut wrong = |message: String, help: String| {
+        let finding = Finding::new(Code::Controller, text.span, message);
+        resolver.findings.push(finding.help(help));
+        None
+    };
+    let is_bit = matches!(address, Address::Bit(_));
+    match kind {
+        WidgetKind::Lamp | WidgetKind::Button if !is_bit => {
+            return wrong(format!("`{name}` is not a bit"), "write a `value` or a `bar`".into());
+        }
+        WidgetKind::Bar if is_bit => {
+            return wrong(format!("`{name}` is a bit"), "write a `lamp`".into());
+        }
+        WidgetKind::Button if !writable.contains(&address) => {
+            let message = format!("nobody may write `{name}`: this button would do nothing");
+            return wrong(message, format!("list it: `[web]` with `write = [\"{name}\"]`"));
+        }
+        WidgetKind::Lamp
+        | WidgetKind::Button
+        | WidgetKind::Bar
+        | WidgetKind::Value
+        | WidgetKind::Trend => {}
+    }
+    let text = written.text.as_ref().map(|text| text.text.clone());
+    Some(Widget { kind, operand: name, text, limits })
+}

@@ -1,0 +1,81 @@
+//! Checks that neither the file of retentive memory nor a socket for operators is one of the
+//! controller's other files.
+//!
+//! Called by `load` with the controller file's settings. Without this check, a start would rename a
+//! ladder file and make a memory file in its place. This module does not check whether the files
+//! can be made.
+
+use std::path::Path;
+
+use super::files::identity;
+use crate::controller::written::WrittenController;
+use rungd_base::progress::{Progress, Step};
+use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::reader::Text;
+use rungd_language::source::span::Span;
+
+/// A file that the controller already uses.
+struct OtherFile {
+    what: &'static str,
+    /// The place in the controller file that names it.
+    named: Option<Span>,
+}
+
+/// The findings about a memory file or a socket that would replace a different file of the
+/// controller.
+pub(super) fn findings(
+    controller: &Path,
+    written: &WrittenController,
+    progress: &Progress,
+) -> Vec<Finding> {
+    let memory = written.retain.file.as_ref();
+    let operator = written.operator.as_ref();
+    let socket = operator.and_then(|operator| operator.socket.as_ref());
+    let view = operator.and_then(|operator| operator.view_socket.as_ref());
+    let beside = |name: &Text| {
+        let path = controller.parent().unwrap_or(Path::new("")).join(&name.text);
+        progress.begin(Step::Reading(path.display().to_string()));
+        identity(&path)
+    };
+    let input = |own: &Text| {
+        let own = beside(own);
+        if own == identity(controller) {
+            return Some(OtherFile { what: "this controller file", named: None });
+        }
+        let ladder = progress.during(&written.ladder).find(|name| beside(name) == own)?;
+        Some(OtherFile { what: "a ladder file", named: Some(ladder.span) })
+    };
+    let mut findings = Vec::new();
+    if let Some(memory) = memory {
+        let sockets = [(socket, "the operator's socket"), (view, "the view socket")];
+        let socket = sockets.iter().find_map(|(socket, what)| {
+            let socket = socket.filter(|socket| beside(socket) == beside(memory))?;
+            Some(OtherFile { what, named: Some(socket.span) })
+        });
+        let other = input(memory).or(socket);
+        let help = "write `file = \"/var/lib/rungd/memory\"`";
+        findings.extend(other.map(|other| finding(memory, &other, "memory").help(help)));
+    }
+    if let Some(socket) = socket {
+        let help = "write `socket = \"rungd.sock\"`";
+        findings.extend(input(socket).map(|other| finding(socket, &other, "a socket").help(help)));
+    }
+    if let Some(view) = view {
+        let same = socket.filter(|socket| beside(socket) == beside(view));
+        let same = same
+            .map(|socket| OtherFile { what: "the operator's socket", named: Some(socket.span) });
+        let help = "write `view-socket = \"rungd-view.sock\"`";
+        let other = input(view).or(same);
+        findings.extend(other.map(|other| finding(view, &other, "a socket").help(help)));
+    }
+    findings
+}
+
+fn finding(own: &Text, other: &OtherFile, what: &str) -> Finding {
+    let message = format!("`{}` is {}: {what} needs a file of its own", own.text, other.what);
+    let finding = Finding::new(Code::Controller, own.span, message);
+    match other.named {
+        Some(named) => finding.related(named, "named here"),
+        None => finding,
+    }
+}

@@ -1,0 +1,372 @@
+//! Addresses: the names, value ranges and write permissions of every bit, word and structure.
+//!
+//! Stage bits and the `.Running` and `.Done` bits of blocks are addresses too, but their names
+//! belong to a program; the resolver handles these. The place of an address in memory is in the
+//! engine's layout. `address_text` turns a text into an address.
+
+use std::fmt;
+
+use super::real::Real;
+use super::space::{BitSpace, Space, WordSpace};
+pub use rungd_base::variants::all_variants;
+
+/// A block (Program or Task), numbered in file order over all ladder files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct BlockId(pub u32);
+
+/// A Stage, numbered in file order over all Programs of all ladder files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct StageId(pub u32);
+
+/// A part of a program that executes and terminates as a whole: a block's own rungs, or a Stage.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ElementId {
+    /// The block.
+    pub block: BlockId,
+    /// The Stage; `None`: the block's own rungs.
+    pub stage: Option<StageId>,
+}
+
+/// A field device, numbered in the order of the controller file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct DeviceId(pub u32);
+
+/// A status bit of a field device (`docs/devices.md`).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Health {
+    /// Its last exchange succeeded.
+    Ok,
+    /// Its last good exchange, or the start if there was none yet, is longer ago than `loss-after`.
+    Stale,
+}
+
+/// A structure: a counter `CTn`, a timer `Tn` or a Sensaphone counter `Nn`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Structure {
+    /// `CTn`, owned by one CNT, CNTDN, UDC or UDCG.
+    Counter(u32),
+    /// `Tn`, owned by one timer instruction.
+    Timer(u32),
+    /// `Nn`, shared by one CTU and one CTD.
+    Sensaphone(u32),
+}
+
+/// A bit member of a structure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[allow(missing_docs)]
+pub enum Flag {
+    Done,
+    Reset,
+    Zero,
+    DnDone,
+    Timing,
+    Cu,
+    Cd,
+    Dn,
+    Ov,
+    Un,
+}
+
+/// One bit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Bit {
+    /// A plain bit: space and number as written.
+    Space(BitSpace, u32),
+    /// A flag of a structure.
+    Flag(Structure, Flag),
+    /// Whether a Stage is ON.
+    Stage(StageId),
+    /// `.Running` of a block.
+    Running(BlockId),
+    /// `.Done` of a Task.
+    Done(BlockId),
+    /// A status bit of a field device.
+    Device(DeviceId, Health),
+}
+
+/// One word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Word {
+    /// A plain word: space and number as written.
+    Space(WordSpace, u32),
+    /// `.Acc` (`.ACC`) of a structure.
+    Acc(Structure),
+    /// `.PRE` of a Sensaphone counter.
+    Pre(u32),
+}
+
+/// A bit, word or structure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[allow(missing_docs)]
+pub enum Address {
+    Bit(Bit),
+    Word(Word),
+    Structure(Structure),
+}
+
+impl Space {
+    /// The address with number `n` in this space.
+    pub fn address(self, n: u32) -> Address {
+        match self {
+            Space::Bit(space) => Address::Bit(Bit::Space(space, n)),
+            Space::Word(space) => Address::Word(Word::Space(space, n)),
+            Space::Counter => Address::Structure(Structure::Counter(n)),
+            Space::Timer => Address::Structure(Structure::Timer(n)),
+            Space::Sensaphone => Address::Structure(Structure::Sensaphone(n)),
+        }
+    }
+
+    /// The space and number of an address. `None` for members, and for bits of Stages, blocks and
+    /// devices.
+    pub fn of(address: Address) -> Option<(Space, u32)> {
+        match address {
+            Address::Bit(Bit::Space(space, n)) => Some((Space::Bit(space), n)),
+            Address::Word(Word::Space(space, n)) => Some((Space::Word(space), n)),
+            Address::Structure(structure) => Some((structure.space(), structure.number())),
+            Address::Bit(
+                Bit::Flag(..) | Bit::Stage(_) | Bit::Running(_) | Bit::Done(_) | Bit::Device(..),
+            )
+            | Address::Word(Word::Acc(_) | Word::Pre(_)) => None,
+        }
+    }
+
+    /// The space and number of an address; for a member, those of its structure. `None` for bits of
+    /// Stages, blocks and devices.
+    pub fn with_members(address: Address) -> Option<(Space, u32)> {
+        match address {
+            Address::Bit(Bit::Flag(structure, _)) | Address::Word(Word::Acc(structure)) => {
+                Some((structure.space(), structure.number()))
+            }
+            Address::Word(Word::Pre(number)) => Some((Space::Sensaphone, number)),
+            Address::Bit(_) | Address::Word(_) | Address::Structure(_) => Space::of(address),
+        }
+    }
+}
+
+impl Address {
+    /// The member's name, if it is a member of a structure.
+    pub fn member(self) -> Option<&'static str> {
+        match self {
+            Address::Bit(Bit::Flag(_, flag)) => Some(flag.name()),
+            Address::Word(Word::Acc(Structure::Sensaphone(_))) => Some("ACC"),
+            Address::Word(Word::Acc(_)) => Some("Acc"),
+            Address::Word(Word::Pre(_)) => Some("PRE"),
+            Address::Bit(
+                Bit::Space(..) | Bit::Stage(_) | Bit::Running(_) | Bit::Done(_) | Bit::Device(..),
+            )
+            | Address::Word(Word::Space(..))
+            | Address::Structure(_) => None,
+        }
+    }
+}
+
+impl Structure {
+    /// Its kind, for a sentence.
+    pub fn kind_name(self) -> &'static str {
+        match self {
+            Structure::Counter(_) => "counter",
+            Structure::Timer(_) => "timer",
+            Structure::Sensaphone(_) => "Sensaphone counter",
+        }
+    }
+
+    /// Its space.
+    pub fn space(self) -> Space {
+        match self {
+            Structure::Counter(_) => Space::Counter,
+            Structure::Timer(_) => Space::Timer,
+            Structure::Sensaphone(_) => Space::Sensaphone,
+        }
+    }
+
+    /// Its number.
+    pub fn number(self) -> u32 {
+        match self {
+            Structure::Counter(n) | Structure::Timer(n) | Structure::Sensaphone(n) => n,
+        }
+    }
+
+    /// The structure with number `n` in the same space.
+    pub fn numbered(self, n: u32) -> Structure {
+        match self {
+            Structure::Counter(_) => Structure::Counter(n),
+            Structure::Timer(_) => Structure::Timer(n),
+            Structure::Sensaphone(_) => Structure::Sensaphone(n),
+        }
+    }
+
+    /// The members' names, in the order of the texts; for `N`, by element number.
+    pub fn members(self) -> &'static [&'static str] {
+        match self {
+            Structure::Counter(_) => &["Acc", "Done", "Reset", "Zero", "DnDone"],
+            Structure::Timer(_) => &["Acc", "Done", "Reset", "Zero", "Timing"],
+            Structure::Sensaphone(_) => &["CU", "CD", "DN", "OV", "UN", "PRE", "ACC"],
+        }
+    }
+
+    /// The member with this name, one of [`Structure::members`].
+    pub fn member(self, name: &str) -> Option<Address> {
+        let flag = |flag| Some(Address::Bit(Bit::Flag(self, flag)));
+        let sensaphone = matches!(self, Structure::Sensaphone(_));
+        if !self.members().contains(&name) {
+            return None;
+        }
+        match name {
+            "Acc" | "ACC" => Some(Address::Word(Word::Acc(self))),
+            "PRE" if sensaphone => Some(Address::Word(Word::Pre(self.number()))),
+            _ => flag(Flag::from_name(name)?),
+        }
+    }
+
+    /// All members, as addresses.
+    pub fn member_addresses(self) -> impl Iterator<Item = Address> {
+        self.members().iter().filter_map(move |name| self.member(name))
+    }
+}
+
+impl Flag {
+    const NAMES: [(&'static str, Flag); 10] = all_variants![
+        ("Done", Flag::Done),
+        ("Reset", Flag::Reset),
+        ("Zero", Flag::Zero),
+        ("DnDone", Flag::DnDone),
+        ("Timing", Flag::Timing),
+        ("CU", Flag::Cu),
+        ("CD", Flag::Cd),
+        ("DN", Flag::Dn),
+        ("OV", Flag::Ov),
+        ("UN", Flag::Un),
+    ];
+
+    fn from_name(name: &str) -> Option<Flag> {
+        Self::NAMES.iter().find(|(n, _)| *n == name).map(|(_, flag)| *flag)
+    }
+
+    /// The flag's name, as written after the dot.
+    pub fn name(self) -> &'static str {
+        Self::NAMES[self as usize].0
+    }
+}
+
+impl Health {
+    /// All status bits of a device, in the order of their cells.
+    pub const ALL: [Health; 2] = all_variants![Health::Ok, Health::Stale];
+
+    /// The name as written after the dot.
+    pub fn name(self) -> &'static str {
+        match self {
+            Health::Ok => "Ok",
+            Health::Stale => "Stale",
+        }
+    }
+
+    /// The bit with this name.
+    pub fn from_name(name: &str) -> Option<Health> {
+        Health::ALL.into_iter().find(|health| health.name() == name)
+    }
+}
+
+impl Bit {
+    /// Whether an instruction may write the space: Y, C, MC and MI.
+    pub fn writable_by_ladder(self) -> bool {
+        matches!(self, Bit::Space(BitSpace::Y | BitSpace::C | BitSpace::Mc | BitSpace::Mi, _))
+    }
+
+    /// Whether a write from outside may change the bit: all bits that an instruction may write, and
+    /// the status bits of a Sensaphone counter (seed S3: "can be viewed or changed";
+    /// `docs/semantics.md`, section 5).
+    pub fn writable_from_outside(self) -> bool {
+        self.writable_by_ladder() || matches!(self, Bit::Flag(Structure::Sensaphone(_), _))
+    }
+
+    /// Whether the bit may be forced. Flags of structures and status bits of devices may be forced;
+    /// STn and the bits of blocks and Stages may not.
+    pub fn forcible(self) -> bool {
+        match self {
+            Bit::Space(space, _) => space != BitSpace::St,
+            Bit::Flag(..) | Bit::Device(..) => true,
+            Bit::Stage(_) | Bit::Running(_) | Bit::Done(_) => false,
+        }
+    }
+}
+
+impl Word {
+    /// Whether an instruction or a queued write may write the word: all but the status words.
+    pub fn writable(self) -> bool {
+        !matches!(self, Word::Space(WordSpace::Dst, _))
+    }
+
+    /// Whether it holds a real; all others hold integers.
+    pub fn is_real(self) -> bool {
+        matches!(self, Word::Space(WordSpace::R, _))
+    }
+
+    /// The text of its value, from the content of its cell.
+    pub fn text(self, cell: i32) -> String {
+        if self.is_real() { Real::of_cell(cell).to_string() } else { cell.to_string() }
+    }
+
+    /// The value, from the content of its cell. A binary64 holds every integer and real exactly.
+    pub fn number(self, cell: i32) -> f64 {
+        if self.is_real() { Real::of_cell(cell).into() } else { cell.into() }
+    }
+
+    /// The least and greatest value.
+    pub fn numbers(self) -> (f64, f64) {
+        let (least, most) = self.range();
+        (self.number(least), self.number(most))
+    }
+
+    /// The least and greatest content of its cell.
+    pub fn range(self) -> (i32, i32) {
+        match self {
+            Word::Space(space, _) => space.range(),
+            Word::Acc(Structure::Sensaphone(_)) | Word::Pre(_) => {
+                (i32::from(i16::MIN), i32::from(i16::MAX))
+            }
+            Word::Acc(_) => (i32::MIN, i32::MAX),
+        }
+    }
+}
+
+impl fmt::Display for Structure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}{}", self.space().name(), self.number())
+    }
+}
+
+impl fmt::Display for Bit {
+    /// The address as written. Bits of Stages, blocks and devices have no written address: their
+    /// number.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Bit::Space(space, n) => write!(f, "{}{n}", space.name()),
+            Bit::Flag(structure, flag) => write!(f, "{structure}.{}", flag.name()),
+            Bit::Stage(id) => write!(f, "stage {}", id.0),
+            Bit::Running(id) => write!(f, "block {}.Running", id.0),
+            Bit::Done(id) => write!(f, "block {}.Done", id.0),
+            Bit::Device(id, health) => write!(f, "device {}.{}", id.0, health.name()),
+        }
+    }
+}
+
+impl fmt::Display for Word {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Word::Space(space, n) => write!(f, "{}{n}", space.name()),
+            Word::Acc(s @ Structure::Sensaphone(_)) => write!(f, "{s}.ACC"),
+            Word::Acc(structure) => write!(f, "{structure}.Acc"),
+            Word::Pre(n) => write!(f, "N{n}.PRE"),
+        }
+    }
+}
+
+impl fmt::Display for Address {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Address::Bit(bit) => bit.fmt(f),
+            Address::Word(word) => word.fmt(f),
+            Address::Structure(structure) => structure.fmt(f),
+        }
+    }
+}

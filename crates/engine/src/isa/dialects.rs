@@ -1,0 +1,204 @@
+//! Mnemonics of other controllers, and the instructions or contacts of a rungd ladder for each.
+//!
+//! Read by `resolve` for the help of an unknown instruction, and by `rungd explain`. None of the
+//! mnemonics here is an instruction of rungd's table.
+
+/// Mnemonics with the same meaning, and the text to write instead.
+type Dialect = (&'static [&'static str], &'static str);
+
+const ROWS: &[Dialect] = &[
+    (&["XIC", "LD", "STR"], "a normally open contact is the bit's name: `when = [\"X0\"]`"),
+    (
+        &["XIO", "LDI", "LDN", "STRN", "ANI", "ANDN"],
+        "a normally closed contact is `!`: `when = [\"!X0\"]`",
+    ),
+    (
+        &["AND", "ANB", "ANDSTR"],
+        "contacts in series are the elements of an array: `when = [\"X0\", \"X1\"]`",
+    ),
+    (
+        &["OR", "ORB", "ORSTR", "BST", "NXB", "BND"],
+        "a parallel branch is `|`: `when = [\"X0 | X1\"]`",
+    ),
+    (
+        &["OSR", "ONS", "OSRI", "R_TRIG", "PLS", "DIFU", "STRPD", "LDP"],
+        "a rising edge is the contact `rise(b)`; a bit for one scan is `PD b`",
+    ),
+    (
+        &["OSF", "OSFI", "F_TRIG", "PLF", "DIFD", "STRND", "LDF"],
+        "a falling edge is the contact `fall(b)`; a bit for one scan is `ND b`",
+    ),
+    (&["OTE", "OUTPUT", "COIL", "ST", "="], "an output coil is `OUT b`"),
+    (&["OTL", "LATCH", "S"], "a latch is `SET b`"),
+    (&["OTU", "UNLATCH", "RESET", "R"], "an unlatch is `RST b`"),
+    (&["KEEP", "RS"], "a latch is `SET b` in one rung and `RST b` in another"),
+    (
+        &["TON", "TIM", "TMRF", "DELAY"],
+        "an on-delay is `TMR t preset=d`, or `ONDTMR t preset=d output=b`",
+    ),
+    (&["TOF"], "an off-delay is `OFFDTMR t preset=d output=b`"),
+    (
+        &["TP"],
+        "a pulse of a fixed length is `SET b` by an edge, `TMR t preset=d` while `b` is ON, and \
+         `RST b` by `t.Done`; a bit for one scan is `PD b`",
+    ),
+    (
+        &["RTO", "TONR", "TMRAF"],
+        "a retentive timer is `TMRA t preset=d`, or `TMRAG` to survive a stop",
+    ),
+    (&["CTUD", "UDCNT", "UDCTR"], "an up/down counter is `UDC ct up-preset=n`"),
+    (&["CTR", "COUNTER"], "an up counter is `CNT ct preset=n`"),
+    (&["MOV", "MOVD", "MVM", "LDD", "OUTD"], "write `MOVE v to=w`"),
+    (
+        &["COP", "BMOV", "BLKMOV", "MEMCOPY"],
+        "write `COPY D10..D16 to=D20..D26`, or name arrays: `COPY recipe to=active`",
+    ),
+    (
+        &["MUL", "MULD", "MULB", "MULR", "DIV", "DIVD", "DIVB", "DIVR", "MOD", "CPT", "CALC"],
+        "write `MATH D0 = D1 * D2 / 100`",
+    ),
+    (&["ADDD", "ADDB", "ADDR"], "a sum is `ADD v v to=w`, or `MATH D0 = D1 + D2`"),
+    (&["SUBD", "SUBB", "SUBR"], "a difference is `SUB v v to=w`, or `MATH D0 = D1 - D2`"),
+    (&["INC", "INCB"], "write `ADD D0 1 to=D0` in a rung with an edge: `when = [\"rise(X0)\"]`"),
+    (&["DEC", "DECB"], "write `SUB D0 1 to=D0` in a rung with an edge: `when = [\"rise(X0)\"]`"),
+    (&["NEG"], "write `MATH D0 = -D1`"),
+    (&["SQR", "SQRTR"], "write `MATH R0 = sqrt(R1)`"),
+    (&["SCL", "SCP", "SCLP"], "write `MATH R0 = scale(D0, 6400, 32000, 0.0, 100.0)`"),
+    (&["XOR", "XORD", "WAND", "WOR", "WXR"], "write `MATH D0 = D1 ^ D2`; `&` and `|` work too"),
+    (&["FLL", "MEMSET"], "write `FILL v to=a`: `FILL 0 to=D10..D16`"),
+    (
+        &["SHFT", "SHFR", "SFL", "SFR", "BSL", "BSR", "SHL", "SHR"],
+        "a shift register is `SR C0..C7`, with the legs data, clk and rst; bits of a word shift in \
+         `MATH D0 = D0 << 1`",
+    ),
+    (
+        &["DRUM", "EDRUM", "DRM", "SQO", "SQI", "SQL"],
+        "a drum is a Program with a Stage for each step: `OUT b` in its rungs, `JMP s` to the next",
+    ),
+    (&["EQU", "EQ", "CMP"], "a comparison is a contact: `when = [\"D0 == 5\"]`"),
+    (&["NEQ", "NE"], "a comparison is a contact: `when = [\"D0 != 5\"]`"),
+    (&["GRT", "GT"], "a comparison is a contact: `when = [\"D0 > 5\"]`"),
+    (&["GEQ", "GE"], "a comparison is a contact: `when = [\"D0 >= 5\"]`"),
+    (&["LES", "LT"], "a comparison is a contact: `when = [\"D0 < 5\"]`"),
+    (&["LEQ", "LE"], "a comparison is a contact: `when = [\"D0 <= 5\"]`"),
+    (&["LIM"], "limits are two contacts: `when = [\"D0 >= 5\", \"D0 <= 9\"]`"),
+    (&["JSR", "CALL", "GTS", "START"], "a program is started by `RUN p`, a task by `ENTASK t`"),
+    (
+        &["SBR", "SUBROUTINE", "FUNCTION", "FB"],
+        "a subroutine is a Task or a Program: `[[task]]`, called by `ENTASK t` or `RUN p`",
+    ),
+    (
+        &["FOR", "NEXT", "WHILE", "WEND", "REPEAT", "UNTIL", "LOOP"],
+        "a rung executes once a scan and never loops: a Stage repeats its rungs until `JMP s`",
+    ),
+    (&["GOTO"], "a stage is left by `JMP s`"),
+    (&["LBL", "SG", "ISG"], "a stage is `[[program.stage]]`; `JMP s` goes to it"),
+    (&["CV", "CVJMP"], "stages converge by `SGCONVRG s s to=s`"),
+    (
+        &["MCR", "MLS", "MLR"],
+        "put rungs that are skipped together into a Stage or a Program of their own",
+    ),
+    (&["END", "RET", "RT", "RETURN", "TND"], "a program ends itself by `EXIT`"),
+    (&["SUS", "HLT"], "the controller is stopped by `STOP`"),
+    (&["NOP"], "leave out a rung that does nothing"),
+    (&["OUTI", "STRI", "IIM", "IOM"], "inputs are read before each scan, outputs written after it"),
+    (&["AFI"], "a rung that is never ON has the contact `$Off`"),
+];
+
+/// The contact of a rungd ladder for a contact of another controller, with its own operands:
+/// `XIO`, `["b"]` is `!b`. `None` if it is no contact, or has a different number of operands.
+pub fn contact(name: &str, operands: &[&str]) -> Option<String> {
+    let name = name.to_ascii_uppercase();
+    let sign = match name.as_str() {
+        "EQU" | "EQ" | "CMP" => "==",
+        "NEQ" | "NE" => "!=",
+        "GRT" | "GT" => ">",
+        "GEQ" | "GE" => ">=",
+        "LES" | "LT" => "<",
+        "LEQ" | "LE" => "<=",
+        _ => "",
+    };
+    match (name.as_str(), operands) {
+        ("XIC" | "LD" | "STR" | "AND" | "A" | "U" | "OR" | "O", [bit]) => Some((*bit).to_owned()),
+        ("XIO" | "LDI" | "LDN" | "STRN" | "ANI" | "ANDN" | "AN" | "UN" | "ORN" | "ON", [bit]) => {
+            Some(format!("!{bit}"))
+        }
+        ("OSR" | "ONS" | "OSRI" | "R_TRIG" | "PLS" | "DIFU" | "STRPD" | "LDP" | "FP", [bit]) => {
+            Some(format!("rise({bit})"))
+        }
+        ("OSF" | "OSFI" | "F_TRIG" | "PLF" | "DIFD" | "STRND" | "LDF" | "FN", [bit]) => {
+            Some(format!("fall({bit})"))
+        }
+        ("LIM", [low, value, high]) => Some(format!("{value} >= {low} & {value} <= {high}")),
+        (_, [a, b]) if !sign.is_empty() => Some(format!("{a} {sign} {b}")),
+        _ => None,
+    }
+}
+
+/// Whether a contact of another controller is in parallel to the contacts before it.
+pub fn is_parallel(name: &str) -> bool {
+    ["OR", "O", "ORN", "ON"].iter().any(|other| other.eq_ignore_ascii_case(name))
+}
+
+/// The coil of a rungd ladder for a coil of another controller, with its own operand.
+pub fn coil(name: &str, operand: &str) -> Option<String> {
+    let mnemonic = match name.to_ascii_uppercase().as_str() {
+        "OTE" | "OUTPUT" | "COIL" | "ST" | "=" => "OUT",
+        "OTL" | "LATCH" | "S" => "SET",
+        "OTU" | "UNLATCH" | "RESET" | "R" => "RST",
+        _ => return None,
+    };
+    Some(format!("{mnemonic} {operand}"))
+}
+
+/// The text to write in a rungd ladder for a mnemonic of another controller (upper or lower case).
+pub fn instead_of(name: &str) -> Option<&'static str> {
+    let same = |other: &&str| other.eq_ignore_ascii_case(name);
+    ROWS.iter().find(|(names, _)| names.iter().any(same)).map(|(_, text)| *text)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::HashSet;
+
+    use super::*;
+    use crate::isa::Mnemonic;
+
+    #[test]
+    fn no_row_hides_an_instruction_and_what_it_names_exists() {
+        let mut seen = HashSet::new();
+        for (names, text) in ROWS {
+            for name in *names {
+                assert!(seen.insert(name), "{name} has two rows");
+                assert_eq!(Mnemonic::from_name(name), None, "{name} is an instruction");
+            }
+            let quoted = text.split('`').skip(1).step_by(2);
+            for word in quoted.filter_map(|code| code.split_whitespace().next()) {
+                let is_mnemonic = word.chars().all(|c| c.is_ascii_uppercase());
+                assert!(!is_mnemonic || Mnemonic::from_name(word).is_some(), "{word}: {text}");
+            }
+        }
+        assert_eq!(instead_of("ote"), Some("an output coil is `OUT b`"));
+        assert_eq!(instead_of("CNT"), None);
+    }
+
+    #[test]
+    fn contacts_and_coils_have_their_own_operands() {
+        let pairs = [
+            ("XIC", &["b"][..], Some("b")),
+            ("xio", &["b"], Some("!b")),
+            ("LDP", &["b"], Some("rise(b)")),
+            ("F_TRIG", &["b"], Some("fall(b)")),
+            ("GEQ", &["D0", "3"], Some("D0 >= 3")),
+            ("LIM", &["1", "D0", "9"], Some("D0 >= 1 & D0 <= 9")),
+            ("XIC", &[], None),
+            ("TON", &["t", "5"], None),
+        ];
+        for (name, operands, wanted) in pairs {
+            assert_eq!(contact(name, operands).as_deref(), wanted, "{name}");
+        }
+        assert_eq!(coil("ST", "b").as_deref(), Some("OUT b"));
+        assert_eq!(coil("XIC", "b"), None);
+        assert!(is_parallel("OR") && !is_parallel("AND"));
+    }
+}

@@ -1,0 +1,305 @@
+//! The cell of every address in the image: the public cells first, space by space.
+//!
+//! Built once for a program by `lower`, from the memory sizes and the numbers of blocks and Stages.
+//! The public bits are followed by the program's own bits (histories, powers), the public words by
+//! its constants. The histories of SR are the last public bits: they have no address, but retentive
+//! memory reads them in the image.
+
+use super::image::{BitCell, WordCell};
+use super::record::RECORD;
+use crate::isa::space::SENSAPHONE_COUNT;
+use crate::isa::status::{DST_COUNT, ST_COUNT};
+use crate::isa::{
+    Address, Bit, BitSpace, BlockId, DeviceId, Flag, Health, MemorySizes, Real, Space, StageId,
+    Structure, Word, WordSpace,
+};
+
+/// The first cell of every space.
+#[derive(Clone, Debug)]
+pub struct Layout {
+    sizes: MemorySizes,
+    x: u32,
+    y: u32,
+    c: u32,
+    mc: u32,
+    mi: u32,
+    st: u32,
+    devices: u32,
+    counter_flags: u32,
+    timer_flags: u32,
+    sensaphone_flags: u32,
+    stages: u32,
+    running: u32,
+    done: u32,
+    shifts: u32,
+    bits: u32,
+    v: u32,
+    d: u32,
+    r: u32,
+    mhr: u32,
+    mir: u32,
+    dst: u32,
+    counter_acc: u32,
+    timer_acc: u32,
+    sensaphone_acc: u32,
+    sensaphone_pre: u32,
+    words: u32,
+}
+
+impl Layout {
+    /// The layout for these memory sizes and numbers of blocks and Stages.
+    pub fn new(sizes: &MemorySizes, blocks: u32, stages: u32) -> Layout {
+        let mut next = 0;
+        let mut take = |count: u32| {
+            let first = next;
+            next += count;
+            first
+        };
+        // Records first, so that each begins at a multiple of its length.
+        let counter_flags = take(sizes.ct * RECORD as u32);
+        let timer_flags = take(sizes.t * RECORD as u32);
+        let sensaphone_flags = take(SENSAPHONE_COUNT * RECORD as u32);
+        let x = take(sizes.x);
+        let (y, c, mc, mi) = (take(sizes.y), take(sizes.c), take(sizes.mc), take(sizes.mi));
+        let st = take(ST_COUNT);
+        let devices = take(sizes.devices * Health::ALL.len() as u32);
+        let stages = take(stages);
+        let (running, done, bits) = (take(blocks), take(blocks), take(0));
+        next = 0;
+        let mut take = |count: u32| {
+            let first = next;
+            next += count;
+            first
+        };
+        // The `.Acc` words are in the order of the records, so that both have the same numbers.
+        let (counter_acc, timer_acc) = (take(sizes.ct), take(sizes.t));
+        let sensaphone_acc = take(SENSAPHONE_COUNT);
+        let v = take(sizes.v);
+        let (d, r, mhr, mir) = (take(sizes.d), take(sizes.r), take(sizes.mhr), take(sizes.mir));
+        let (dst, sensaphone_pre) = (take(DST_COUNT), take(SENSAPHONE_COUNT));
+        let words = take(0);
+        Layout {
+            sizes: sizes.clone(),
+            x,
+            y,
+            c,
+            mc,
+            mi,
+            st,
+            devices,
+            counter_flags,
+            timer_flags,
+            sensaphone_flags,
+            stages,
+            running,
+            done,
+            shifts: bits,
+            bits,
+            v,
+            d,
+            r,
+            mhr,
+            mir,
+            dst,
+            counter_acc,
+            timer_acc,
+            sensaphone_acc,
+            sensaphone_pre,
+            words,
+        }
+    }
+
+    /// The same layout with a history for each of `count` SRs.
+    pub fn with_shifts(self, count: u32) -> Layout {
+        Layout { bits: self.shifts + count, ..self }
+    }
+
+    /// The cell of an SR's history.
+    pub fn shift_history(&self, number: u32) -> BitCell {
+        BitCell(self.shifts + number)
+    }
+
+    /// The number of public bits.
+    pub fn bit_count(&self) -> u32 {
+        self.bits
+    }
+
+    /// The number of public words.
+    pub fn word_count(&self) -> u32 {
+        self.words
+    }
+
+    /// The memory sizes of this layout.
+    pub fn sizes(&self) -> &MemorySizes {
+        &self.sizes
+    }
+
+    /// The cell of a bit.
+    #[inline(always)]
+    pub fn bit(&self, bit: Bit) -> BitCell {
+        BitCell(match bit {
+            Bit::Space(space, n) => self.space(space) + (n - space.first()),
+            Bit::Flag(structure, flag) => self.flags(structure) + flag_at(flag),
+            Bit::Stage(StageId(n)) => self.stages + n,
+            Bit::Running(BlockId(n)) => self.running + n,
+            Bit::Done(BlockId(n)) => self.done + n,
+            Bit::Device(DeviceId(n), health) => {
+                self.devices + n * Health::ALL.len() as u32 + health as u32
+            }
+        })
+    }
+
+    /// The cell of a word.
+    pub fn word(&self, word: Word) -> WordCell {
+        WordCell(match word {
+            Word::Space(space, n) => {
+                let first = match space {
+                    WordSpace::V => self.v,
+                    WordSpace::D => self.d,
+                    WordSpace::R => self.r,
+                    WordSpace::Mhr => self.mhr,
+                    WordSpace::Mir => self.mir,
+                    WordSpace::Dst => self.dst,
+                };
+                first + (n - space.first())
+            }
+            Word::Acc(Structure::Counter(n)) => self.counter_acc + n,
+            Word::Acc(Structure::Timer(n)) => self.timer_acc + n,
+            Word::Acc(Structure::Sensaphone(n)) => self.sensaphone_acc + n,
+            Word::Pre(n) => self.sensaphone_pre + n,
+        })
+    }
+
+    /// The cell of a bit or word; `None` for a whole structure.
+    pub fn cell(&self, address: Address) -> Option<Cell> {
+        match address {
+            Address::Bit(bit) => Some(Cell::Bit(self.bit(bit))),
+            Address::Word(word) => Some(Cell::Word(self.word(word))),
+            Address::Structure(_) => None,
+        }
+    }
+
+    /// The address of a cell; `None` for the bits of Stages and blocks, and for histories.
+    pub fn address(&self, cell: Cell) -> Option<Address> {
+        self.space_address(cell).or_else(|| match cell {
+            Cell::Bit(BitCell(at)) => {
+                let structure = self.structure(at / RECORD as u32);
+                let device = at.wrapping_sub(self.devices);
+                let (id, health) = (device / 2, Health::ALL[device as usize % 2]);
+                match structure {
+                    Some(structure) => {
+                        structure.member_addresses().find(|member| self.cell(*member) == Some(cell))
+                    }
+                    None if id < self.sizes.devices => {
+                        Some(Address::Bit(Bit::Device(DeviceId(id), health)))
+                    }
+                    None => None,
+                }
+            }
+            Cell::Word(WordCell(at)) => {
+                let preset = at.wrapping_sub(self.sensaphone_pre);
+                match self.structure(at) {
+                    Some(structure) => Some(Address::Word(Word::Acc(structure))),
+                    None if preset < SENSAPHONE_COUNT => Some(Address::Word(Word::Pre(preset))),
+                    None => None,
+                }
+            }
+        })
+    }
+
+    fn space_address(&self, cell: Cell) -> Option<Address> {
+        Space::ALL.into_iter().find_map(|space| {
+            let begin = match (space.address(space.first()), cell) {
+                (first @ Address::Bit(_), Cell::Bit(_))
+                | (first @ Address::Word(_), Cell::Word(_)) => self.cell(first)?,
+                (Address::Bit(_) | Address::Word(_) | Address::Structure(_), _) => return None,
+            };
+            let at = number(cell).checked_sub(number(begin))?;
+            (at < space.count(&self.sizes)).then(|| space.address(space.first() + at))
+        })
+    }
+
+    /// The structure of a record.
+    pub(super) fn structure(&self, record: u32) -> Option<Structure> {
+        let counts = [
+            (Structure::Counter(0), self.sizes.ct),
+            (Structure::Timer(0), self.sizes.t),
+            (Structure::Sensaphone(0), SENSAPHONE_COUNT),
+        ];
+        counts.into_iter().find_map(|(first, count)| {
+            let number = record.checked_sub(self.record(first))?;
+            (number < count).then(|| first.numbered(number))
+        })
+    }
+
+    /// Whether a word holds a real.
+    pub fn is_real(&self, cell: WordCell) -> bool {
+        (self.r..self.r + self.sizes.r).contains(&cell.0)
+    }
+
+    /// The text of a cell's content: a bit as 0 or 1, a word as a number.
+    pub fn text(&self, cell: Cell, content: i32) -> String {
+        match cell {
+            Cell::Word(word) if self.is_real(word) => Real::of_cell(content).to_string(),
+            Cell::Bit(_) | Cell::Word(_) => content.to_string(),
+        }
+    }
+
+    /// The first flag cell of a structure.
+    fn flags(&self, structure: Structure) -> u32 {
+        self.record(structure) * RECORD as u32
+    }
+
+    /// The number of a structure's record; its `.Acc` is the word with the same number.
+    pub fn record(&self, structure: Structure) -> u32 {
+        let record = RECORD as u32;
+        match structure {
+            Structure::Counter(n) => self.counter_flags / record + n,
+            Structure::Timer(n) => self.timer_flags / record + n,
+            Structure::Sensaphone(n) => self.sensaphone_flags / record + n,
+        }
+    }
+
+    /// The bits of a structure's record: its flags, then its owner's private state.
+    pub fn record_bits(&self, structure: Structure) -> std::ops::Range<u32> {
+        let first = self.flags(structure);
+        first..first + RECORD as u32
+    }
+
+    fn space(&self, space: BitSpace) -> u32 {
+        match space {
+            BitSpace::X => self.x,
+            BitSpace::Y => self.y,
+            BitSpace::C => self.c,
+            BitSpace::Mc => self.mc,
+            BitSpace::Mi => self.mi,
+            BitSpace::St => self.st,
+        }
+    }
+}
+
+/// The cell of a bit or a word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[allow(missing_docs)]
+pub enum Cell {
+    Bit(BitCell),
+    Word(WordCell),
+}
+
+fn number(cell: Cell) -> u32 {
+    match cell {
+        Cell::Bit(BitCell(at)) | Cell::Word(WordCell(at)) => at,
+    }
+}
+
+/// A flag's place in its structure's record. Counters and timers: Done, Reset, Zero, and DnDone or
+/// Timing; Sensaphone counters: CU, CD, DN, OV, UN.
+fn flag_at(flag: Flag) -> u32 {
+    match flag {
+        Flag::Done | Flag::Cu => 0,
+        Flag::Reset | Flag::Cd => 1,
+        Flag::Zero | Flag::Dn => 2,
+        Flag::DnDone | Flag::Timing | Flag::Ov => 3,
+        Flag::Un => 4,
+    }
+}

@@ -1,0 +1,73 @@
+//! The engine: a memory image, operations on it, blocks, and the scan.
+//!
+//! `lower` builds a [`Program`]. The simulator and the scan thread own an [`Engine`] and call, for
+//! each scan, `begin_scan`, then inputs and queued writes, then `execute`; after the last scan,
+//! `terminate`. Time is an argument. The engine allocates nothing after [`Engine::new`], and uses
+//! no clock, log, file or name.
+//!
+//! No instruction in a block's rungs is skipped: it executes with its power, ON or OFF. So a
+//! block's own rungs, or a Stage, are a straight line of operations without branches. Two
+//! operations may change places if neither writes a cell that the other reads or writes. `lower`
+//! uses this to put operations of one kind next to each other, and the engine runs each such batch
+//! in one loop.
+#![forbid(unsafe_code)]
+
+mod array_places;
+mod arrays;
+mod blocks;
+mod call;
+mod columns;
+mod control;
+mod counters;
+mod elements;
+mod events;
+mod eye;
+mod image;
+pub mod integer;
+pub mod isa;
+mod layout;
+mod logic;
+mod machine;
+mod math;
+mod memory;
+mod mishap;
+pub mod ops;
+mod places;
+mod power;
+mod program;
+mod reach;
+pub mod real;
+mod record;
+mod role;
+mod rows;
+mod scan;
+mod sensaphone;
+mod slice;
+mod state;
+mod state_bytes;
+mod state_check;
+mod step_reads;
+mod steps;
+mod termination;
+mod timers;
+mod transfer;
+mod wiring;
+mod written;
+
+pub use call::EngineCall;
+pub use events::{BlockEvent, Element, MathEvent};
+pub use eye::{Deed, Eye};
+pub use image::{BitCell, Image, WordCell};
+pub use layout::{Cell, Layout};
+pub use mishap::Mishap;
+pub use mishap::Mishaps;
+pub use power::Power;
+pub use program::Program;
+pub use program::{Batch, BlockCode, BlockRole, ElementCode, PassStep, Tables};
+pub use scan::{Engine, ScanEnd, ScanTimes};
+pub use slice::Slice;
+pub use state::EngineState;
+pub use state_check::TIME_END_NS;
+pub use transfer::{Renumbered, Transfer};
+pub use transfer::{Restage, Stretch};
+pub use written::Stretches;

@@ -1,0 +1,142 @@
+//! An engine program: tables of operations, batches over them, elements, blocks.
+//!
+//! Made by `lower`, which cannot fail: the resolver and the checks have found every mistake before.
+//! Read-only while it runs.
+
+use std::ops::Range;
+
+use super::image::{BitCell, WordCell};
+use super::layout::Layout;
+use super::ops::{Math, OpKind, OpTables, Step};
+use super::places::{Counter, CounterRule, Sensaphone, Timer, TimerRule};
+use crate::isa::{BlockId, StageId};
+
+/// Operations of one kind that execute one after the other: `first..first + count` of their table.
+#[derive(Clone, Copy, Debug)]
+#[allow(missing_docs)]
+pub struct Batch {
+    pub kind: OpKind,
+    pub first: u32,
+    pub count: u32,
+}
+
+/// The effect of a termination pass on one instruction.
+#[derive(Clone, Debug)]
+pub enum PassStep {
+    /// OUT, PD, ND and output parameters: the bit goes OFF.
+    BitOff(u32),
+    /// An edge history goes OFF.
+    HistoryOff(u32),
+    /// CNT, CNTDN, UDC.
+    Counter(Counter, CounterRule),
+    /// The timers with termination logic.
+    Timer(Timer, TimerRule),
+    /// TMRAG: only its time is held.
+    HoldTimer(Timer),
+    /// CTU: its enable bit and history.
+    CountUp(Sensaphone),
+    /// CTD.
+    CountDown(Sensaphone),
+    /// A recurrent ENTASK: the Task is disabled.
+    DisableTask(BlockId),
+    /// Executes the MATH with this index in `picks`: it reads the preset of the next step from an
+    /// array.
+    Pick(u32),
+}
+
+/// All operations and terminations of a program.
+#[derive(Clone, Debug, Default)]
+pub struct Tables {
+    /// The operations, one table for each kind.
+    pub ops: OpTables,
+    /// The steps of all formulas.
+    pub steps: Vec<Step>,
+    /// The largest number of slots that a formula needs.
+    pub slots: u32,
+    /// Batches of all elements, in order of execution.
+    pub batches: Vec<Batch>,
+    /// Terminations of all elements, in file order.
+    pub terminations: Vec<PassStep>,
+    /// The MATHs that read an element of an array for a pass or an ENTASK.
+    pub picks: Vec<Math>,
+    /// The Stages that JMP, SGDIVRG and SGCONVRG list, instruction by instruction.
+    pub stage_lists: Vec<StageId>,
+}
+
+/// An element: a block's own rungs, or a Stage.
+#[derive(Clone, Debug)]
+pub struct ElementCode {
+    /// Its batches.
+    pub batches: Range<u32>,
+    /// Its terminations.
+    pub terminations: Range<u32>,
+    /// Whether it has a rung: an element without rungs is never terminated.
+    pub has_rungs: bool,
+}
+
+/// When a block executes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BlockRole {
+    /// A Program; `autostart`: from the first scan on.
+    Program {
+        /// Whether it runs from the start.
+        autostart: bool,
+    },
+    /// A Task that ENTASK starts.
+    Task,
+    /// Built-in: once, in the first scan.
+    FirstScan,
+    /// Built-in: every scan, before the Programs.
+    TopOfScan,
+    /// Built-in: every scan, after the Programs.
+    BottomOfScan,
+    /// Built-in: once, in the last scan.
+    LastScan,
+}
+
+/// A block.
+#[derive(Clone, Debug)]
+pub struct BlockCode {
+    /// When it executes.
+    pub role: BlockRole,
+    /// Its own rungs.
+    pub own: ElementCode,
+    /// Its Stages, the initial one first.
+    pub stages: Range<u32>,
+}
+
+/// A whole program for an [`Engine`](super::Engine).
+#[derive(Clone, Debug)]
+pub struct Program {
+    /// The cells of all addresses.
+    pub layout: Layout,
+    /// Number of all bits: the public ones and the program's own.
+    pub bit_count: u32,
+    /// Number of all words: the public ones and the program's constants.
+    pub word_count: u32,
+    /// The values of bits after a cold start; all others are OFF.
+    pub initial_bits: Vec<(BitCell, bool)>,
+    /// The values of words after a cold start; all others are 0. Those of private words are
+    /// constants.
+    pub initial_words: Vec<(WordCell, i32)>,
+    /// Operations, batches, terminations.
+    pub tables: Tables,
+    /// Blocks, by `BlockId`.
+    pub blocks: Vec<BlockCode>,
+    /// Stages, by `StageId`.
+    pub stages: Vec<ElementCode>,
+    /// The order of the turns: built-in tasks at their places, all other blocks once.
+    pub order: Vec<BlockId>,
+}
+
+impl Program {
+    /// The block with this number.
+    pub(super) fn block(&self, id: BlockId) -> &BlockCode {
+        &self.blocks[id.0 as usize]
+    }
+
+    /// The Stages of a block.
+    pub(super) fn stages_of(&self, id: BlockId) -> impl Iterator<Item = StageId> + use<> {
+        self.block(id).stages.clone().map(StageId)
+    }
+}

@@ -1,0 +1,140 @@
+//! The state that an engine keeps between two calls, as a value to resume, compare or store.
+//!
+//! `record` stores states and passes them to engines of the same program. The scan thread copies a
+//! state into memory that was allocated before. Data that lasts only for one call is not in a
+//! state: events, and the slots of formulas.
+
+use super::image::{BitCell, WordCell};
+use super::layout::Cell;
+use super::machine::{BlockState, StageState};
+use super::program::Program;
+use super::scan::Engine;
+
+/// The state of an engine between two calls.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct EngineState {
+    /// All bits, the program's own included: 0 or 1.
+    pub(super) bits: Box<[u8]>,
+    /// All words, the constants included.
+    pub(super) words: Box<[i32]>,
+    /// Whether each of `bits` is forced.
+    pub(super) forced_bits: Box<[bool]>,
+    /// Whether each of `words` is forced.
+    pub(super) forced_words: Box<[bool]>,
+    /// The number of forced cells.
+    pub(super) forces: u32,
+    pub(super) blocks: Box<[BlockState]>,
+    pub(super) stages: Box<[StageState]>,
+    /// The timestamp of the last scan.
+    pub(super) now_ns: u64,
+    /// When RUN began.
+    pub(super) start_ns: u64,
+    /// Scans since RUN began.
+    pub(super) scans: u64,
+    /// The last scan has begun.
+    pub(super) last: bool,
+    pub(super) stop_requested: bool,
+}
+
+impl EngineState {
+    /// The state of an engine. Allocates.
+    pub fn of(engine: &Engine) -> EngineState {
+        let (image, machine) = (engine.image(), &engine.machine);
+        EngineState {
+            bits: image.bits().into(),
+            words: image.words().into(),
+            forced_bits: image.forced_bits.clone(),
+            forced_words: image.forced_words.clone(),
+            forces: image.forces(),
+            blocks: machine.blocks.clone(),
+            stages: machine.stages.clone(),
+            now_ns: machine.now_ns,
+            start_ns: engine.start_ns,
+            scans: engine.scans,
+            last: engine.last,
+            stop_requested: machine.stop_requested,
+        }
+    }
+
+    /// Becomes the state of an engine of the same program. Allocates nothing.
+    pub fn copy_from(&mut self, engine: &Engine) {
+        let (image, machine) = (engine.image(), &engine.machine);
+        self.bits.copy_from_slice(image.bits());
+        self.words.copy_from_slice(image.words());
+        if self.forces > 0 || image.forces() > 0 {
+            self.forced_bits.copy_from_slice(&image.forced_bits);
+            self.forced_words.copy_from_slice(&image.forced_words);
+        }
+        self.forces = image.forces();
+        self.blocks.copy_from_slice(&machine.blocks);
+        self.stages.copy_from_slice(&machine.stages);
+        (self.now_ns, self.stop_requested) = (machine.now_ns, machine.stop_requested);
+        (self.start_ns, self.scans, self.last) = (engine.start_ns, engine.scans, engine.last);
+    }
+
+    /// Whether its numbers of bits, words, blocks and Stages are those of a program.
+    pub fn fits(&self, program: &Program) -> bool {
+        self.bits.len() == program.bit_count as usize
+            && self.words.len() == program.word_count as usize
+            && self.blocks.len() == program.blocks.len()
+            && self.stages.len() == program.stages.len()
+    }
+
+    /// A bit (0 or 1) or a word.
+    pub fn value(&self, cell: Cell) -> i32 {
+        match cell {
+            Cell::Bit(BitCell(at)) => i32::from(self.bits[at as usize]),
+            Cell::Word(WordCell(at)) => self.words[at as usize],
+        }
+    }
+
+    /// All bits: 0 or 1.
+    pub fn bits(&self) -> &[u8] {
+        &self.bits
+    }
+
+    /// All words.
+    pub fn words(&self) -> &[i32] {
+        &self.words
+    }
+
+    /// Whether a bit or word is forced.
+    pub fn is_forced(&self, cell: Cell) -> bool {
+        self.forces > 0
+            && match cell {
+                Cell::Bit(BitCell(at)) => self.forced_bits[at as usize],
+                Cell::Word(WordCell(at)) => self.forced_words[at as usize],
+            }
+    }
+
+    /// The timestamp of the last scan, ns.
+    pub fn now_ns(&self) -> u64 {
+        self.now_ns
+    }
+
+    /// Scans since RUN began.
+    pub fn scans(&self) -> u64 {
+        self.scans
+    }
+}
+
+impl Engine {
+    /// Continues from a state. Returns false and changes nothing if it cannot be a state of this
+    /// program. Allocates nothing.
+    pub fn resume(&mut self, state: &EngineState) -> bool {
+        if !state.is_of(&self.machine.program) {
+            return false;
+        }
+        let machine = &mut self.machine;
+        let image = &mut machine.memory.image;
+        image.bits[..state.bits.len()].copy_from_slice(&state.bits);
+        image.words[..state.words.len()].copy_from_slice(&state.words);
+        image.put_forced(state.forces, &state.forced_bits, &state.forced_words);
+        machine.blocks.copy_from_slice(&state.blocks);
+        machine.stages.copy_from_slice(&state.stages);
+        (machine.now_ns, machine.stop_requested) = (state.now_ns, state.stop_requested);
+        machine.events.clear();
+        (self.start_ns, self.scans, self.last) = (state.start_ns, state.scans, state.last);
+        true
+    }
+}

@@ -1,0 +1,159 @@
+//! When values may be old: gaps, unknown aliases, a lost link; and when births are requested.
+
+use super::{Fleet, death, running};
+use crate::fleet::ask::rebirth_request;
+use crate::fleet::{FleetNews, HeardMessage};
+use rungd_net::sparkplug::{DataType, MetricContent, MetricValue, Payload, Topic, vocabulary};
+
+fn jam() -> (DataType, MetricValue) {
+    (DataType::Boolean, MetricValue::Bool(true))
+}
+
+#[test]
+fn a_gap_makes_a_node_stale_until_its_next_birth() {
+    let mut fleet = Fleet::new();
+    fleet.born(0, &running());
+    let news = fleet.value(2, 5, jam());
+    let why = "messages are missing: number 1 was due, 2 came".to_owned();
+    assert_eq!(news, [FleetNews::Stale { why }], "a birth may be missing: no value by alias");
+    assert_eq!(fleet.value(3, 5, jam()), []);
+    assert_eq!((fleet.state(), fleet.report().nodes[0].gaps), ("stale", 1));
+    fleet.born(0, &running());
+    assert_eq!(fleet.state(), "online");
+    assert_eq!(fleet.value(1, 5, jam()).len(), 1);
+}
+
+#[test]
+fn a_message_without_a_number_is_a_gap() {
+    let mut fleet = Fleet::new();
+    fleet.born(0, &running());
+    let mut payload = super::data(1, 5, jam(), 5);
+    payload.seq = None;
+    fleet.press("NDATA", &payload);
+    assert_eq!(fleet.state(), "stale");
+}
+
+#[test]
+fn messages_of_devices_count_too() {
+    let mut fleet = Fleet::new();
+    fleet.born(0, &running());
+    let device = Payload { timestamp: Some(5), metrics: Vec::new(), seq: Some(1) };
+    fleet.hear("spBv1.0/plant/DBIRTH/press/io", &device.bytes());
+    assert_eq!(fleet.value(2, 5, jam()).len(), 1);
+    assert_eq!(fleet.state(), "online");
+    fleet.hear("spBv1.0/plant/DDATA/press/io", &device.bytes());
+    assert_eq!(fleet.state(), "stale");
+}
+
+#[test]
+fn an_unknown_alias_makes_a_node_stale() {
+    let mut fleet = Fleet::new();
+    fleet.born(0, &running());
+    let news = fleet.value(1, 99, jam());
+    assert_eq!(news, [FleetNews::Stale { why: "its birth has no alias 99".to_owned() }]);
+}
+
+#[test]
+fn a_value_of_a_wrong_type_is_refused() {
+    let mut fleet = Fleet::new();
+    fleet.born(0, &running());
+    assert_eq!(fleet.value(1, 5, (DataType::Int16, MetricValue::Signed(1))), []);
+    let report = fleet.report();
+    assert_eq!((report.nodes[0].state, report.nodes[0].values_refused), ("online", 1));
+}
+
+#[test]
+fn a_lost_link_makes_all_stale() {
+    let mut fleet = Fleet::new();
+    fleet.born(0, &running());
+    let changes = fleet.view.lose_link(fleet.now_ms);
+    assert_eq!((changes.len(), fleet.state()), (1, "stale"));
+    assert_eq!(fleet.view.lose_link(fleet.now_ms), [], "once");
+}
+
+#[test]
+fn data_after_a_death_wants_a_birth() {
+    let mut fleet = Fleet::new();
+    fleet.born(0, &running());
+    let death = death(0, 5);
+    fleet.press("NDEATH", &death);
+    assert_eq!(fleet.value(1, 5, jam()), [FleetNews::Heard]);
+    assert_eq!(fleet.state(), "unborn");
+}
+
+#[test]
+fn births_are_asked_for_in_good_time() {
+    let mut fleet = Fleet::new();
+    fleet.value(7, 5, jam());
+    assert_eq!(fleet.view.wants_birth(fleet.now_ms).len(), 1);
+    assert_eq!(fleet.view.wants_birth(fleet.now_ms + 9_999), []);
+    assert_eq!(fleet.view.wants_birth(fleet.now_ms + 10_000).len(), 1);
+    fleet.born(0, &running());
+    assert_eq!(fleet.view.wants_birth(fleet.now_ms + 60_000), []);
+    fleet.value(9, 5, jam());
+    assert_eq!(fleet.view.wants_birth(fleet.now_ms + 120_000).len(), 1);
+}
+
+/// A stranger's names that never answer do not prevent requests to the other nodes.
+#[test]
+fn each_node_is_asked_in_its_turn() {
+    let mut fleet = Fleet::new();
+    let payload = super::data(7, 5, jam(), 5).bytes();
+    (0..1_500).for_each(|at| drop(fleet.hear(&format!("spBv1.0/junk/NDATA/{at}"), &payload)));
+    fleet.value(7, 5, jam());
+    let mut asked = Vec::new();
+    for step in 0..100 {
+        asked.extend(fleet.view.wants_birth(fleet.now_ms + step * 500));
+    }
+    assert!(asked.iter().any(|name| name.group == "plant"), "of {} requests", asked.len());
+}
+
+#[test]
+fn an_unknown_alias_ends_the_values_of_its_message() {
+    let mut fleet = Fleet::new();
+    fleet.born(0, &running());
+    let mut payload = super::data(1, 99, jam(), 5);
+    payload.metrics.extend(super::data(1, 5, jam(), 5).metrics);
+    let news = fleet.press("NDATA", &payload);
+    assert!(matches!(&news[..], [FleetNews::Stale { .. }]), "{news:?}");
+}
+
+/// The birth of that session was among the missing messages.
+#[test]
+fn a_death_of_a_session_that_was_missed_counts() {
+    let mut fleet = Fleet::new();
+    fleet.born(255, &running());
+    fleet.view.lose_link(fleet.now_ms);
+    let old = death(254, 5);
+    assert_eq!(fleet.press("NDEATH", &old), []);
+    assert_eq!(fleet.state(), "stale");
+    let missed = death(1, 5);
+    assert_eq!(fleet.press("NDEATH", &missed), [FleetNews::Died]);
+    assert_eq!(fleet.state(), "offline");
+}
+
+#[test]
+fn a_request_is_a_command_of_the_specification() {
+    let mut fleet = Fleet::new();
+    fleet.born(0, &running());
+    let name = fleet.report().nodes[0].name.clone();
+    let (topic, bytes) = rebirth_request(&name, 1234);
+    assert_eq!(topic, "spBv1.0/plant/NCMD/press");
+    assert!(Topic::read(&topic).is_some());
+    let payload = Payload::read(&bytes).expect("a payload");
+    assert_eq!((payload.seq, payload.timestamp), (None, Some(1234)));
+    let metric = &payload.metrics[0];
+    assert_eq!(metric.name.as_deref(), Some(vocabulary::REBIRTH));
+    assert_eq!(metric.content, Some(MetricContent::Boolean(true)));
+}
+
+#[test]
+fn what_a_broker_kept_is_no_word_of_now() {
+    let mut fleet = Fleet::new();
+    let payload = super::birth(0, &running(), 5).bytes();
+    let topic = "spBv1.0/plant/NBIRTH/press";
+    let kept = HeardMessage { topic, payload: &payload, is_retained: true };
+    assert_eq!(fleet.view.hear(kept, 1), []);
+    let report = fleet.report();
+    assert_eq!((report.nodes.len(), report.counts.kept_by_broker), (0, 1));
+}

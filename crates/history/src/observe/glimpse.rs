@@ -1,0 +1,176 @@
+//! Bits within a scan: a bit that is OFF at the end of a scan may have been ON before.
+//!
+//! A condition of a test is judged at the end of each scan, so it cannot see such a bit; the
+//! explanation of its failure asks here. Coverage follows Stages and alarms with the same list of
+//! writers.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use super::subject::Subject;
+use super::walk::{Witness, walk};
+use rungd_engine::{BitCell, Cell, Deed, Engine, EngineCall, Image, Slice};
+use rungd_runtime::{TapeEntry, TapeSection};
+
+/// The steps that may write some bits.
+pub(super) struct BitWriters {
+    of: HashMap<Deed, Vec<usize>>,
+    /// The bits that turns of blocks write, at the begin of the turn too: a turn starts the initial
+    /// Stage, and that may be left before the turn ends.
+    turned: Vec<usize>,
+}
+
+impl BitWriters {
+    /// The writers of these bits.
+    pub fn new(subject: &Subject, bits: &[BitCell]) -> BitWriters {
+        let mut writers = BitWriters { of: HashMap::new(), turned: Vec::new() };
+        for (at, bit) in bits.iter().enumerate() {
+            for deed in subject.writers(Cell::Bit(*bit)) {
+                writers.of.entry(deed).or_default().push(at);
+                if matches!(deed, Deed::Turn(_)) && writers.turned.last() != Some(&at) {
+                    writers.turned.push(at);
+                }
+            }
+        }
+        writers
+    }
+
+    /// The bits that may have changed before a step, by their places in the list.
+    pub fn before(&self, deed: Deed) -> &[usize] {
+        match deed {
+            Deed::Element(_) => &self.turned,
+            Deed::Turn(_) | Deed::Batch(_) | Deed::Pass(_) => &[],
+        }
+    }
+
+    /// The bits that a step may have changed, by their places in the list.
+    pub fn after(&self, deed: Deed) -> &[usize] {
+        self.of.get(&deed).map_or(&[], Vec::as_slice)
+    }
+}
+
+impl Subject {
+    /// For each of these bits the last scan, from scan `from` on, within which it was ON, although
+    /// it was OFF at its end and before it. `sections`: the tape of one process; only those of its
+    /// last program count.
+    pub fn glimpses(
+        &self,
+        sections: &[Arc<TapeSection>],
+        bits: &[BitCell],
+        from: u64,
+    ) -> Vec<Option<u64>> {
+        let slice = self.seen.whole();
+        let mut glimpser = Glimpser {
+            subject: self,
+            engine: Engine::new(slice.program.clone()),
+            slice,
+            from,
+            bits: bits.iter().map(|bit| BitStates::new(*bit)).collect(),
+            writers: BitWriters::new(self, bits),
+        };
+        let generation = sections.last().map(|section| section.start.generation);
+        let same = |section: &&Arc<TapeSection>| Some(section.start.generation) == generation;
+        sections.iter().filter(same).for_each(|section| glimpser.section(section));
+        glimpser.bits.iter().map(|of| of.glimpse).collect()
+    }
+}
+
+/// The states of a bit.
+struct BitStates {
+    bit: BitCell,
+    /// At the end of the scan before.
+    before: bool,
+    /// Whether it was ON within this scan.
+    within: bool,
+    glimpse: Option<u64>,
+}
+
+impl BitStates {
+    fn new(bit: BitCell) -> BitStates {
+        BitStates { bit, before: false, within: false, glimpse: None }
+    }
+}
+
+/// An engine that executes a tape.
+struct Glimpser<'s> {
+    subject: &'s Subject,
+    slice: Slice,
+    engine: Engine,
+    from: u64,
+    bits: Vec<BitStates>,
+    writers: BitWriters,
+}
+
+impl Glimpser<'_> {
+    fn section(&mut self, section: &TapeSection) {
+        self.engine.resume(&section.state);
+        self.note_ends(None);
+        let mut number = section.start.number;
+        for entry in &section.entries {
+            match entry {
+                TapeEntry::Call(EngineCall::Execute) => {
+                    self.scan(number);
+                    number += 1;
+                }
+                TapeEntry::Call(call) => self.engine.apply(*call),
+                TapeEntry::Number(next) => number = *next,
+                TapeEntry::Origin(_)
+                | TapeEntry::Mode(_)
+                | TapeEntry::Swap { .. }
+                | TapeEntry::State { .. }
+                | TapeEntry::Lost { .. } => {}
+            }
+        }
+    }
+
+    fn scan(&mut self, number: u64) {
+        if number < self.from {
+            self.engine.apply(EngineCall::Execute);
+            self.note_ends(None);
+            return;
+        }
+        let Glimpser { subject, slice, engine, bits, writers, .. } = self;
+        bits.iter_mut().for_each(|of| of.within = engine.image().bit(of.bit));
+        walk((*subject, &*slice), engine, EngineCall::Execute, &mut Within { bits, writers });
+        self.note_ends(Some(number));
+    }
+
+    /// Notes the states at the end of a scan; `number`: its number, if it was observed.
+    fn note_ends(&mut self, number: Option<u64>) {
+        let image = self.engine.image();
+        for of in &mut self.bits {
+            let now = image.bit(of.bit);
+            if of.within && !now && !of.before {
+                of.glimpse = number.or(of.glimpse);
+            }
+            (of.before, of.within) = (now, false);
+        }
+    }
+}
+
+/// Notes which bits are ON within a scan.
+struct Within<'a> {
+    bits: &'a mut [BitStates],
+    writers: &'a BitWriters,
+}
+
+impl Witness for Within<'_> {
+    const PARTS: bool = false;
+
+    fn before(&mut self, deed: Deed, _: u32, image: &Image) {
+        self.look(self.writers.before(deed), image);
+    }
+
+    fn after(&mut self, deed: Deed, _: u32, image: &Image) {
+        self.look(self.writers.after(deed), image);
+    }
+}
+
+impl Within<'_> {
+    fn look(&mut self, places: &[usize], image: &Image) {
+        for at in places {
+            let of = &mut self.bits[*at];
+            of.within |= image.bit(of.bit);
+        }
+    }
+}

@@ -1,0 +1,56 @@
+//! Executes one scan again on a copy of the engine, and observes it rung by rung. Answers `why`:
+//! the question for the reason of an operand's value.
+//!
+//! A [`Subject`] is made once for a program. The daemon asks about the tape in memory, a command
+//! asks about a recording; both pass a [`Past`], the sections of a tape. An answer is data; `text`
+//! and `json` render it. Nothing here reads a clock or a file. A damaged tape causes no panic: the
+//! past ends at a section that does not fit the program.
+
+mod answer;
+mod causes;
+mod cell_index;
+mod change;
+mod changes;
+mod coverage;
+mod decide;
+mod earlier;
+mod facts;
+mod glimpse;
+mod idle;
+mod inquiry;
+mod json;
+mod leaves;
+mod logic;
+mod names;
+mod operands;
+mod past;
+mod phrases;
+mod power;
+mod reasons;
+mod replay;
+mod restarts;
+mod rung_words;
+mod section_log;
+mod slice_run;
+mod step_numbers;
+mod subject;
+#[cfg(test)]
+pub(crate) mod tests;
+mod text;
+mod unchanged;
+mod uses;
+mod walk;
+mod watch;
+mod why;
+
+pub use answer::{
+    About, BlockPlace, Cause, ContactDetail, ContactSeen, Cut, Edit, Explanation, Followed,
+    Hindrance, Idle, LastChange, LegSeen, Limits, Node, OperandName, Place, Remedy, Restart,
+    RungName, SearchEnd, Since, Stop, TapeEnd, When, Write,
+};
+pub use changes::CellChanged;
+pub use coverage::{ContactCoverage, CoverageRun, LadderCoverage, PartCoverage, TwoWays};
+pub use past::{At, EarlierPast, Past, Refusal};
+pub use power::{PartContacts, PowerRun, ScanPower};
+pub use subject::Subject;
+pub use uses::{ProgramUses, ReadUse, WriteUse};

@@ -1,0 +1,155 @@
+//! The words and bits that an instruction reads in addition to its contacts, to compute the value
+//! of a cell.
+
+use super::leaves::{Side, content, select, side, word};
+use super::subject::Subject;
+use rungd_engine::isa::function::Function;
+use rungd_engine::isa::{Bit, OperandKind, OperandRole, Structure};
+use rungd_engine::{Cell, Image};
+use rungd_language::resolve::array::{Array, Element};
+pub use rungd_language::resolve::formula::{Binary, Formula, Part};
+use rungd_language::resolve::instruction::OperandValue;
+use rungd_language::resolve::program::{Instruction, Value};
+
+/// The operands that an instruction reads, right before it executes.
+pub(super) fn operands(
+    subject: &Subject,
+    instruction: &Instruction,
+    to: Cell,
+    image: &Image,
+) -> Vec<Side> {
+    let mut sides = Vec::new();
+    for operand in &instruction.operands.0 {
+        let is_read = operand.row.role == OperandRole::Reads;
+        match operand.value {
+            OperandValue::Value(value) => {
+                sides.push(side(subject, value, image));
+                // A FILL tells the value only.
+                if let Value::Element(element) = value
+                    && operand.row.kind != OperandKind::Filling
+                {
+                    sides.push(word(subject, element.index, image));
+                }
+            }
+            OperandValue::Element(element) if !is_read => {
+                sides.push(word(subject, element.index, image));
+            }
+            OperandValue::Element(element) => sides.push(selected(subject, element, image)),
+            OperandValue::Bit(of) if is_read => {
+                sides.push(bit(Cell::Bit(subject.symbols.layout.bit(of)), image));
+            }
+            OperandValue::Array(from) if is_read => {
+                let arrays = instruction.written_array().map(|target| (from, target));
+                sides.extend(arrays.and_then(|arrays| copied(subject, arrays, to, image)));
+            }
+            OperandValue::Bit(_)
+            | OperandValue::Array(_)
+            | OperandValue::Word(_)
+            | OperandValue::Structure(_)
+            | OperandValue::Block(_)
+            | OperandValue::Stage(_)
+            | OperandValue::Run(_) => {}
+        }
+    }
+    sides.extend(instruction.formulas().flat_map(|each| formula(subject, each, image)));
+    sides
+}
+
+/// The words and bits of an expression, each once.
+fn formula(subject: &Subject, of: &Formula, image: &Image) -> Vec<Side> {
+    let mut read: Vec<Side> = Vec::new();
+    let layout = &subject.symbols.layout;
+    let added = added(of);
+    for (at, part) in of.parts.iter().enumerate() {
+        let mut side = match part {
+            Part::Word(at) => word(subject, *at, image),
+            Part::Bit(of) => bit(Cell::Bit(layout.bit(*of)), image),
+            // A word that is an index comes right before its element.
+            Part::Element(array) => match at.checked_sub(1).map(|before| &of.parts[before]) {
+                Some(Part::Word(index)) => {
+                    let element = Element { array: *array, index: *index };
+                    let Some(cell) = select(subject, element, image).1 else { continue };
+                    any(subject, cell, image)
+                }
+                Some(_) | None => continue,
+            },
+            Part::Integer(_)
+            | Part::Real(_)
+            | Part::Unary(..)
+            | Part::Binary(..)
+            | Part::Call(..) => continue,
+        };
+        side.adds_nothing = side.value == 0 && added.get(at).copied().unwrap_or_default();
+        match read.iter_mut().find(|other| other.cell == side.cell) {
+            Some(other) => other.adds_nothing &= side.adds_nothing,
+            None => read.push(side),
+        }
+    }
+    read
+}
+
+/// For each part, whether it is an operand of `+`, `|`, `||` or an argument of `sum`: if it is 0,
+/// it adds nothing to the result.
+fn added(of: &Formula) -> Vec<bool> {
+    let mut added = vec![false; of.parts.len()];
+    // The parts whose results are not used yet.
+    let mut open: Vec<usize> = Vec::new();
+    for (at, part) in of.parts.iter().enumerate() {
+        let (count, adds) = match part {
+            Part::Integer(_) | Part::Real(_) | Part::Word(_) | Part::Bit(_) => (0, false),
+            Part::Element(_) | Part::Unary(..) => (1, false),
+            Part::Binary(operator, _) => {
+                (2, matches!(operator, Binary::Add | Binary::Or | Binary::OrElse))
+            }
+            Part::Call(function, count, _) => (*count as usize, *function == Function::Sum),
+        };
+        for used in open.split_off(open.len().saturating_sub(count)) {
+            added[used] = adds;
+        }
+        open.push(at);
+    }
+    added
+}
+
+/// The element that COPY reads for an element that it writes.
+fn copied(
+    subject: &Subject,
+    (from, to): (Array, Array),
+    cell: Cell,
+    image: &Image,
+) -> Option<Side> {
+    let layout = &subject.symbols.layout;
+    let at = to.addresses().position(|address| layout.cell(address) == Some(cell))?;
+    let from = layout.cell(from.element(at as u32))?;
+    Some(any(subject, from, image))
+}
+
+fn selected(subject: &Subject, element: Element, image: &Image) -> Side {
+    let cell = select(subject, element, image).1;
+    Side { cell, ..Side::constant(cell.map_or(0, |cell| content(image, cell)), false) }
+}
+
+fn bit(cell: Cell, image: &Image) -> Side {
+    Side::of(cell, content(image, cell), false)
+}
+
+fn any(subject: &Subject, cell: Cell, image: &Image) -> Side {
+    let real = matches!(cell, Cell::Word(word) if subject.symbols.layout.is_real(word));
+    Side::of(cell, content(image, cell), real)
+}
+
+/// The structure of which a bit or word is a member.
+pub(super) fn structure(address: Option<rungd_engine::isa::Address>) -> Option<Structure> {
+    use rungd_engine::isa::{Address, Word};
+    match address? {
+        Address::Bit(Bit::Flag(structure, _)) | Address::Word(Word::Acc(structure)) => {
+            Some(structure)
+        }
+        Address::Word(Word::Pre(number)) => Some(Structure::Sensaphone(number)),
+        Address::Bit(
+            Bit::Space(..) | Bit::Stage(_) | Bit::Running(_) | Bit::Done(_) | Bit::Device(..),
+        )
+        | Address::Word(Word::Space(..))
+        | Address::Structure(_) => None,
+    }
+}

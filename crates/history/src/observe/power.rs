@@ -1,0 +1,240 @@
+//! The power of one scan: the state of every contact when its rung was executed, and memory at the
+//! end of the scan. Two scans are never mixed.
+//!
+//! Executes the sections of a tape, as `why` does, but with the whole program. A [`PowerRun`]
+//! continues from the last scan that it executed. Called by `live`, for pictures of a running
+//! ladder.
+
+use std::sync::Arc;
+
+use super::leaves::states;
+use super::subject::Subject;
+use super::walk::{Witness, walk};
+use rungd_engine::{Cell, Engine, EngineCall, Image, Slice};
+use rungd_runtime::exchange::{Mode, StopReason};
+use rungd_runtime::{TapeEntry, TapeSection, numbered_calls};
+
+/// A contact of a rung that was not executed in the scan.
+const IDLE: u8 = 2;
+
+/// Every contact of a ladder in one scan, and memory at its end.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ScanPower {
+    /// The number of the scan; 0 before the first one.
+    pub scan: u64,
+    /// Its time, ns since 1970 (UTC).
+    pub unix_ns: i64,
+    /// The mode after it.
+    pub mode: Mode,
+    /// By contact, in the order of the program: OFF, ON, or not executed.
+    contacts: Vec<u8>,
+    /// By part of a rung: whether it was executed.
+    executed: Vec<bool>,
+    bits: Vec<u8>,
+    words: Vec<i32>,
+}
+
+/// The contacts of a rung, or of one of its branches.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PartContacts {
+    /// The name of its block, or the name of its Stage with that of its Program.
+    pub element: String,
+    /// The number of the rung in it, from 1.
+    pub rung: u32,
+    /// The number of the branch, from 1; `None`: the rung's own legs.
+    pub branch: Option<u32>,
+    /// The number of its first contact among those of the program.
+    pub first: u32,
+}
+
+impl ScanPower {
+    /// The power before the first scan.
+    pub fn nothing() -> ScanPower {
+        let mode = Mode::Stop(StopReason::NotStarted);
+        let (contacts, executed) = (Vec::new(), Vec::new());
+        let (bits, words) = (Vec::new(), Vec::new());
+        ScanPower { scan: 0, unix_ns: 0, mode, contacts, executed, bits, words }
+    }
+
+    /// Whether a contact was ON, by its number among those of the program; `None`: its rung was
+    /// not executed in this scan.
+    pub fn contact(&self, number: u32) -> Option<bool> {
+        match self.contacts.get(number as usize) {
+            None | Some(&IDLE) => None,
+            Some(on) => Some(*on != 0),
+        }
+    }
+
+    /// Whether a rung or branch was executed in this scan, by its number in [`Subject::contacts`].
+    pub fn is_executed(&self, part: u32) -> bool {
+        self.executed.get(part as usize).copied().unwrap_or(false)
+    }
+
+    /// The content of a cell at the end of the scan; for a bit, 0 or 1.
+    pub fn value(&self, cell: Cell) -> i32 {
+        match cell {
+            Cell::Bit(bit) => self.bits.get(bit.0 as usize).map_or(0, |bit| i32::from(*bit)),
+            Cell::Word(word) => self.words.get(word.0 as usize).copied().unwrap_or(0),
+        }
+    }
+}
+
+impl Subject {
+    /// The contacts of all rungs and branches, in the order of the program.
+    pub fn contacts(&self) -> impl Iterator<Item = PartContacts> + use<'_> {
+        self.sites.parts.iter().map(|part| PartContacts {
+            element: match part.element.stage {
+                Some(stage) => self.symbols.stage(stage).to_owned(),
+                None => self.symbols.block(part.element.block).to_owned(),
+            },
+            rung: part.rung + 1,
+            branch: part.branch.map(|branch| branch + 1),
+            first: part.leaves.start,
+        })
+    }
+}
+
+/// Executes sections of a tape, and collects the power of their scans.
+pub struct PowerRun {
+    subject: Arc<Subject>,
+    slice: Slice,
+    engine: Engine,
+    /// The current section, as the number of its first scan and its program, and the number of its
+    /// entries that have been executed.
+    done: Option<((u64, u32), usize)>,
+    last: Option<ScanPower>,
+}
+
+impl PowerRun {
+    /// A run that has executed nothing yet.
+    pub fn new(subject: Arc<Subject>) -> PowerRun {
+        let slice = subject.seen.whole();
+        let engine = Engine::new(slice.program.clone());
+        PowerRun { subject, slice, engine, done: None, last: None }
+    }
+
+    /// The power of the last scan in a section; `None`: the section has no scan, or belongs to a
+    /// different program. If the section has grown since the last call, only its new entries are
+    /// executed.
+    pub fn last_of(&mut self, section: &TapeSection) -> Option<ScanPower> {
+        self.until(section, u64::MAX)
+    }
+
+    /// The power of a scan in a section, by its number.
+    pub fn of_scan(&mut self, section: &TapeSection, scan: u64) -> Option<ScanPower> {
+        self.done = None;
+        let found = self.until(section, scan).filter(|power| power.scan == scan);
+        // The entries after the scan are not executed, so the next call starts at the beginning.
+        self.done = None;
+        found
+    }
+
+    fn until(&mut self, section: &TapeSection, scan: u64) -> Option<ScanPower> {
+        let name = (section.start.number, section.start.generation);
+        let begun = self.done.filter(|(of, done)| *of == name && *done <= section.entries.len());
+        let from = match begun {
+            Some((_, done)) => done,
+            None => {
+                self.last = None;
+                if !section.state.fits(&self.subject.seen) {
+                    return None;
+                }
+                self.engine.resume(&section.state);
+                0
+            }
+        };
+        let calls = numbered_calls(&section.entries, section.start.number);
+        let executes: Vec<(usize, u64, u64)> = calls
+            .filter(|of| of.call == EngineCall::Execute && of.number <= scan)
+            .map(|of| (of.entry, of.number, of.now_ns))
+            .collect();
+        let seen = executes.last().copied().filter(|(entry, ..)| *entry >= from);
+        let mode = mode_at(section, section.entries.len());
+        for (at, entry) in section.entries.iter().enumerate().skip(from) {
+            let TapeEntry::Call(call) = entry else { continue };
+            match seen {
+                Some((entry, number, now_ns)) if entry == at => {
+                    let unix_ns = section.start.unix_offset_ns.saturating_add_unsigned(now_ns);
+                    let mut power = self.see(*call);
+                    (power.scan, power.unix_ns, power.mode) =
+                        (number, unix_ns, mode_at(section, at));
+                    self.last = Some(power);
+                    if scan != u64::MAX {
+                        return self.last.clone();
+                    }
+                }
+                Some(_) | None => self.engine.apply(*call),
+            }
+        }
+        self.done = Some((name, section.entries.len()));
+        if mode != Mode::Run {
+            self.outside_of_run(section, mode);
+        }
+        self.last.clone()
+    }
+
+    /// Executes a scan, and returns its power.
+    fn see(&mut self, call: EngineCall) -> ScanPower {
+        let mut seen = SeenContacts {
+            subject: &self.subject,
+            contacts: vec![IDLE; self.subject.sites.leaves.len()],
+            executed: vec![false; self.subject.sites.parts.len()],
+        };
+        walk((&self.subject, &self.slice), &mut self.engine, call, &mut seen);
+        let SeenContacts { contacts, executed, .. } = seen;
+        let (bits, words) = public(&self.subject, self.engine.image());
+        ScanPower { contacts, executed, bits, words, ..ScanPower::nothing() }
+    }
+
+    /// Outside of RUN no rung is executed: takes memory as it is.
+    fn outside_of_run(&mut self, section: &TapeSection, mode: Mode) {
+        let (bits, words) = public(&self.subject, self.engine.image());
+        let before = self.last.as_ref();
+        let scan = before.map_or(section.start.number.saturating_sub(1), |last| last.scan);
+        let begin = section.start.unix_offset_ns.saturating_add_unsigned(section.state.now_ns());
+        let unix_ns = before.map_or(begin, |last| last.unix_ns);
+        self.last = Some(ScanPower { scan, unix_ns, mode, bits, words, ..ScanPower::nothing() });
+    }
+}
+
+/// The mode right before an entry.
+fn mode_at(section: &TapeSection, entry: usize) -> Mode {
+    let modes = section.entries.iter().take(entry).rev().find_map(|of| match of {
+        TapeEntry::Mode(mode) => Some(*mode),
+        TapeEntry::Call(_)
+        | TapeEntry::Origin(_)
+        | TapeEntry::Number(_)
+        | TapeEntry::Swap { .. }
+        | TapeEntry::State { .. }
+        | TapeEntry::Lost { .. } => None,
+    });
+    modes.unwrap_or(section.start.mode)
+}
+
+/// The public cells.
+fn public(subject: &Subject, image: &Image) -> (Vec<u8>, Vec<i32>) {
+    let layout = &subject.symbols.layout;
+    let (bits, words) = (layout.bit_count() as usize, layout.word_count() as usize);
+    let of = |all: &[u8]| all.get(..bits).unwrap_or(all).to_vec();
+    (of(image.bits()), image.words().get(..words).unwrap_or(image.words()).to_vec())
+}
+
+/// Collects the states of the contacts of each part.
+struct SeenContacts<'a> {
+    subject: &'a Subject,
+    contacts: Vec<u8>,
+    executed: Vec<bool>,
+}
+
+impl Witness for SeenContacts<'_> {
+    fn part(&mut self, part: u32, _: u32, image: &Image) {
+        let first = self.subject.part(part).leaves.start as usize;
+        if let Some(executed) = self.executed.get_mut(part as usize) {
+            *executed = true;
+        }
+        let states = states(self.subject, part, image);
+        for (place, on) in self.contacts.iter_mut().skip(first).zip(states) {
+            *place = u8::from(on);
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! All changes of public memory in one section, in order, each with the step that made it.
+//!
+//! Made by executing the section once. Used to find the last change of a cell.
+
+use super::slice_run::{CellChange, SliceRun};
+use rungd_engine::Cell;
+use rungd_runtime::{TapeEntry, TapeSection};
+
+/// The changes of a section, in order.
+#[derive(Debug)]
+pub(super) struct SectionLog {
+    pub changes: Vec<CellChange>,
+}
+
+impl SectionLog {
+    /// Executes a section that fits. `goes_on`: the run is already at the start of the section.
+    pub fn new(run: &mut SliceRun, section: &TapeSection, goes_on: bool) -> SectionLog {
+        let mut changes = Vec::new();
+        if !goes_on {
+            run.resume(&section.state);
+        }
+        for (entry, of) in (0..).zip(&section.entries) {
+            if let TapeEntry::Call(call) = of {
+                run.call(entry, *call, Some(&mut changes));
+            }
+        }
+        SectionLog { changes }
+    }
+
+    /// The last change of a cell before a step of an entry for which `is` returns true.
+    pub fn last(
+        &self,
+        cell: Cell,
+        (entry, step): (usize, u32),
+        is: impl Fn(&CellChange) -> bool,
+    ) -> Option<CellChange> {
+        let end = self.changes.partition_point(|c| (c.entry as usize, c.step) < (entry, step));
+        self.changes[..end].iter().rev().find(|c| c.cell == cell && is(c)).copied()
+    }
+}

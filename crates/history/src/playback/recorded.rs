@@ -1,0 +1,136 @@
+//! Makes the program of a recording again, and provides its past in the form that `observe` needs.
+//!
+//! Used by the commands of `cli` that read recordings, by the editor and by `live`. This module
+//! changes nothing in a controller.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::observe::{EarlierPast, Past, Subject, TapeEnd};
+use crate::record::{RecordedFile, RecordedProgram, Recording, Replay};
+use rungd_config::controller::OutputRules;
+use rungd_config::load::{self, Loaded};
+use rungd_engine::{Cell, Engine, Program};
+use rungd_language::lower::lower;
+use rungd_language::resolve::program;
+use rungd_language::source::span::SourceFile;
+use rungd_runtime::TapeSection;
+
+/// Makes the engine of a recorded program.
+type MakeEngine = fn(&RecordedProgram) -> Result<Engine, String>;
+
+/// Makes the engine for a question. It is the same for every section, because all sections have the
+/// same program.
+type MakeSlice = Box<dyn FnMut(&RecordedProgram) -> Result<Engine, String>>;
+
+/// A recording that can be executed again.
+pub type RecordedRun = Replay<MakeEngine>;
+
+/// The files of a recorded program, loaded.
+///
+/// # Errors
+/// This version of rungd cannot load them.
+pub fn loaded(program: &RecordedProgram) -> Result<(program::Program, Loaded), String> {
+    let file =
+        |file: &RecordedFile| SourceFile { name: file.name.clone(), text: file.text.to_string() };
+    let files: Vec<SourceFile> = program.files.iter().map(file).collect();
+    let mut loaded = load::recorded_files(&files);
+    let found = loaded.program.take();
+    let made = found.filter(|_| loaded.controller.is_some());
+    let program = made.ok_or_else(|| {
+        let version = env!("CARGO_PKG_VERSION");
+        format!(
+            "rungd {version} cannot load the files that rungd {} recorded: `rungd record files` \
+             writes them out for `rungd check`",
+            program.version
+        )
+    })?;
+    Ok((program, loaded))
+}
+
+/// Makes the engine of a recorded program.
+fn engine_of(program: &RecordedProgram) -> Result<Engine, String> {
+    let (program, _) = loaded(program)?;
+    Ok(Engine::new(lower(&program).0))
+}
+
+/// A recording, ready to be executed again.
+pub fn run_of(recording: Recording) -> RecordedRun {
+    Replay::new(recording, engine_of)
+}
+
+/// The program of a section, as the subject of observations.
+///
+/// # Errors
+/// This version of rungd cannot load it.
+pub fn subject(program: &RecordedProgram) -> Result<Subject, String> {
+    let (program, loaded) = loaded(program)?;
+    let subject = Subject::new(Arc::new(program), loaded.files);
+    let outputs = OutputRules::of(loaded.controller.as_ref(), subject.symbols());
+    Ok(subject.with_outputs(outputs))
+}
+
+/// The sections of one program in a recording, for a question about it.
+pub struct RecordedPast {
+    run: Replay<MakeSlice>,
+    first: usize,
+    end: usize,
+    /// The sections from a base image to the section that was requested last.
+    loaded: BTreeMap<usize, Arc<TapeSection>>,
+}
+
+impl RecordedPast {
+    /// The sections with the same program as `section`, from the first to the last. `slice`: the
+    /// part of the program that the question needs.
+    pub fn around(
+        recording: impl Into<Arc<Recording>>,
+        section: usize,
+        slice: Program,
+    ) -> RecordedPast {
+        let recording = recording.into();
+        let same = |at: &usize| recording.program(*at) == recording.program(section);
+        let first = (0..=section).rev().take_while(same).last().unwrap_or(section);
+        let end = (section..recording.count()).take_while(same).last().unwrap_or(section) + 1;
+        let make: MakeSlice = Box::new(move |_| Ok(Engine::new(slice.clone())));
+        RecordedPast { run: Replay::new(recording, make), first, end, loaded: BTreeMap::new() }
+    }
+}
+
+impl Past for RecordedPast {
+    fn count(&self) -> usize {
+        self.end - self.first
+    }
+
+    fn section(&mut self, at: usize) -> Option<Arc<TapeSection>> {
+        let at = self.first + at;
+        if !self.loaded.contains_key(&at) {
+            // A search goes backward in time, but states are computed forward from a base image.
+            let base = self.run.recording().base_of(at)?;
+            let sections = (base..=at).map_while(|at| Some((at, self.run.section(at).ok()?)));
+            self.loaded = sections.map(|(at, section)| (at, Arc::new(section))).collect();
+        }
+        self.loaded.get(&at).cloned()
+    }
+
+    fn begins(&self) -> TapeEnd {
+        let recording = self.run.recording();
+        let process = |at: usize| recording.program(at).process_start_ns;
+        match self.first.checked_sub(1) {
+            None => TapeEnd::Oldest,
+            Some(before) if process(before) != process(self.first) => TapeEnd::Restarted,
+            Some(_) if recording.follows(self.first) => TapeEnd::Swapped,
+            Some(_) => TapeEnd::Lost,
+        }
+    }
+
+    fn earlier(&mut self, operands: &[&str]) -> Option<EarlierPast> {
+        if self.begins() != TapeEnd::Swapped {
+            return None;
+        }
+        let (recording, last) = (Arc::clone(self.run.recording()), self.first.checked_sub(1)?);
+        let subject = subject(recording.program(last)).ok()?;
+        let cells: Vec<Cell> = operands.iter().filter_map(|name| subject.cell(name).ok()).collect();
+        let past = RecordedPast::around(recording, last, subject.code_for_all(&cells));
+        Some(EarlierPast { subject: Arc::new(subject), past: Box::new(past) })
+    }
+}

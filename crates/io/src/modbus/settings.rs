@@ -1,0 +1,164 @@
+//! The settings of the Modbus server: its map, the write permissions, and the limits of clients.
+//! Made by `controller` from a controller file.
+
+use std::net::SocketAddr;
+
+use super::clients::Network;
+use super::number::{NumberType, WordOrder};
+use rungd_base::variants::all_variants;
+use rungd_language::resolve::operands::Operands;
+use rungd_language::resolve::range::Range;
+use rungd_language::source::span::Span;
+
+/// A Modbus server.
+#[derive(Clone, Debug)]
+pub struct Modbus {
+    /// The address at which it listens.
+    pub listen: SocketAddr,
+    /// The unit identifiers that are answered; `None`: all.
+    pub units: Option<Vec<u8>>,
+    /// Whether MC, MI, MHR and MIR have their standard places.
+    pub standard_map: bool,
+    /// The operands with further places; no two share a place.
+    pub entries: Vec<MappedOperands>,
+    /// The write lists; at most [`LISTS_MAX`]. The first is `writable`, for every client.
+    pub lists: Vec<WriteList>,
+    /// Coils copied to inputs: (MC, X), of the same length.
+    pub inputs: Option<(Range, Range)>,
+    /// Outputs copied to discrete inputs: (Y, MI), of the same length.
+    pub outputs: Option<(Range, Range)>,
+    /// The most connections at a time.
+    pub connections: u32,
+    /// The time limit for a whole request, from its first byte, ms.
+    pub frame_timeout_ms: u32,
+    /// A connection without requests ends after this time, ms.
+    pub idle_timeout_ms: u32,
+}
+
+/// The four tables of Modbus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Table {
+    /// Bits, read and written: `coil`.
+    Coils,
+    /// Bits, read: `discrete`.
+    DiscreteInputs,
+    /// Words, read and written: `holding`.
+    HoldingRegisters,
+    /// Words, read: `input`.
+    InputRegisters,
+}
+
+/// Operands at further places: consecutive addresses of one table.
+#[derive(Clone, Debug)]
+pub struct MappedOperands {
+    /// The operands.
+    pub operands: Operands,
+    /// The table.
+    pub table: Table,
+    /// The protocol address of the first element.
+    pub address: u16,
+    /// For words: the number type of their registers.
+    pub kind: Option<NumberType>,
+    /// The register of a pair that has the higher 16 bits.
+    pub order: WordOrder,
+    /// The only unit identifier that shows it; `None`: all.
+    pub unit: Option<u8>,
+    /// The place of its table in the file.
+    pub span: Span,
+}
+
+/// The operands that certain clients may write.
+#[derive(Clone, Debug)]
+pub struct WriteList {
+    /// The operands.
+    pub ranges: Vec<Operands>,
+    /// The clients; `None`: every client.
+    pub clients: Option<Vec<Network>>,
+}
+
+/// The most write lists, including `writable`: the server keeps one bit for each.
+pub const LISTS_MAX: usize = 64;
+
+impl MappedOperands {
+    /// Whether it is the same row as another one, wherever both stand.
+    pub fn is_like(&self, other: &MappedOperands) -> bool {
+        let place = |of: &MappedOperands| (of.table, of.address, of.kind, of.order, of.unit);
+        place(self) == place(other) && is_like(&self.operands, &other.operands)
+    }
+}
+
+impl WriteList {
+    /// Whether it has the operands and clients of another one, wherever both stand.
+    pub fn is_like(&self, other: &WriteList) -> bool {
+        let mut pairs = self.ranges.iter().zip(&other.ranges);
+        self.clients == other.clients
+            && self.ranges.len() == other.ranges.len()
+            && pairs.all(|(a, b)| is_like(a, b))
+    }
+}
+
+/// Whether two texts name the same operands. A tag with a `type` may have a new place.
+fn is_like(a: &Operands, b: &Operands) -> bool {
+    a.text == b.text && a.count == b.count && (a.is_placed || a.first == b.first)
+}
+
+impl Modbus {
+    /// These settings without write lists, map entries and image: a server that has only reads of
+    /// the standard map.
+    pub fn bare(self) -> Modbus {
+        let none = WriteList { ranges: Vec::new(), clients: None };
+        Modbus { lists: vec![none], entries: Vec::new(), inputs: None, outputs: None, ..self }
+    }
+}
+
+impl Table {
+    /// All tables.
+    pub const ALL: [Table; 4] = all_variants![
+        Table::Coils,
+        Table::DiscreteInputs,
+        Table::HoldingRegisters,
+        Table::InputRegisters
+    ];
+
+    /// The table of a name in a controller file.
+    pub fn named(text: &str) -> Option<Table> {
+        Table::ALL.into_iter().find(|table| table.name() == text)
+    }
+
+    /// Whether its elements are bits.
+    pub fn is_bits(self) -> bool {
+        matches!(self, Table::Coils | Table::DiscreteInputs)
+    }
+
+    /// Whether a client can write it.
+    pub fn is_writable(self) -> bool {
+        matches!(self, Table::Coils | Table::HoldingRegisters)
+    }
+
+    /// Its name in a controller file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Table::Coils => "coil",
+            Table::DiscreteInputs => "discrete",
+            Table::HoldingRegisters => "holding",
+            Table::InputRegisters => "input",
+        }
+    }
+
+    /// The prefix of its elements in the standard map.
+    pub fn prefix(self) -> &'static str {
+        match self {
+            Table::Coils => "MC",
+            Table::DiscreteInputs => "MI",
+            Table::HoldingRegisters => "MHR",
+            Table::InputRegisters => "MIR",
+        }
+    }
+}
+
+impl MappedOperands {
+    /// The number of its addresses.
+    pub fn length(&self) -> u32 {
+        self.operands.count * u32::from(self.kind.map_or(1, NumberType::registers))
+    }
+}

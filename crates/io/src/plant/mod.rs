@@ -1,0 +1,59 @@
+//! A plant in software, as a field device: belts with parts on them, tanks, motors, faults.
+//!
+//! [`Model`] is pure: it takes the time and the outputs to the plant, and returns the inputs. Tests
+//! step it by hand; [`Plant`] makes it a driver, and steps it up to the present time at each
+//! exchange. `docs/simulated-plant.md` describes the parts and faults. The rules of
+//! `[[simulated-device]]` are single parts without a plant ([`RuleSet`], and [`PlantDrive`] beside
+//! a running controller).
+
+mod drive;
+mod fault;
+mod follower;
+mod lag;
+mod model;
+mod part;
+mod rules;
+pub mod settings;
+
+use std::time::Instant;
+
+pub use drive::{PlantDrive, Rules};
+pub use model::{Lost, Model};
+pub use rules::RuleSet;
+
+use super::device::{Driver, Exchange, Extent, Trouble};
+use settings::Plant as Settings;
+
+/// A plant that runs by the machine's clock.
+pub struct Plant {
+    model: Model,
+    pub inputs: Vec<i32>,
+    /// The time of its first step.
+    started: Option<Instant>,
+}
+
+impl Plant {
+    /// A plant at rest.
+    pub fn new(settings: &Settings) -> Plant {
+        Plant { model: Model::new(settings), inputs: vec![0; settings.inputs.len()], started: None }
+    }
+}
+
+impl Driver for Plant {
+    async fn connect(&mut self) -> Result<(), Trouble> {
+        Ok(())
+    }
+
+    async fn exchange(&mut self, exchange: Exchange<'_>) -> Result<Extent, Trouble> {
+        let now_ms = self.started.get_or_insert_with(Instant::now).elapsed().as_millis() as u64;
+        if self.model.step(now_ms, exchange.outputs, &mut self.inputs) == Err(Lost) {
+            return Err(Trouble::kept("the plant does not answer: a fault has cut it off"));
+        }
+        for (input, value) in exchange.inputs.iter_mut().zip(&self.inputs) {
+            *input = Some(*value);
+        }
+        Ok(Extent::Whole)
+    }
+
+    fn disconnect(&mut self) {}
+}

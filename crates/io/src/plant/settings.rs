@@ -1,0 +1,195 @@
+//! The settings of a simulated plant: its parts, the driver of each command, its faults. Made by
+//! `controller` from a controller file.
+
+use crate::scaling::Scaling;
+use rungd_engine::isa::Bit;
+use rungd_language::source::span::Span;
+
+/// A point of a plant, by its number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PointId(pub u32);
+
+/// A valve or drive that is fully open: 1000 thousandths.
+pub mod opening {
+    /// Fully open.
+    pub const FULL: i32 = 1000;
+}
+
+/// A simulated plant.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plant {
+    /// The seed of the noise.
+    pub seed: u64,
+    /// Its parts, in file order.
+    pub parts: Vec<PlantPart>,
+    /// Its faults, in file order.
+    pub faults: Vec<FaultSettings>,
+    /// The drivers of each command, including the commands of faults, in the order of their points.
+    pub commands: Vec<PlantCommand>,
+    /// The number of points.
+    pub points: usize,
+    /// The point of each input of the device.
+    pub inputs: Vec<PointId>,
+    /// The number of outputs of the device; [`Feed::Output`] numbers them.
+    pub outputs: usize,
+    /// The scaling from the plant's integers to memory, for each input.
+    pub input_scaling: Vec<Scaling>,
+    /// The same for each output.
+    pub output_scaling: Vec<Scaling>,
+}
+
+/// A command and its drivers; its value is the mean of their values. Each of several pumps has an
+/// equal share, for example.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PlantCommand {
+    /// The command.
+    pub point: PointId,
+    /// The drivers: at least one; several only for an opening.
+    pub drives: Vec<CommandShare>,
+}
+
+/// A share of a command's value: the feed's value times the gain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CommandShare {
+    /// The driver.
+    pub feed: Feed,
+    /// 1, or the value of a fully open valve if a bit opens it.
+    pub gain: i32,
+}
+
+/// The driver of a command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Feed {
+    /// An output to the device, by its number.
+    Output(usize),
+    /// A point of the plant.
+    Point(PointId),
+    /// A constant value, for a command that nothing drives.
+    Fixed(i32),
+}
+
+/// A part.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlantPart {
+    /// Its first point.
+    pub first: PointId,
+    /// Its kind, with its measures.
+    pub kind: PartSettings,
+}
+
+/// The kind of a part, with its measures. Positions and levels are in the order of their points.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum PartSettings {
+    Delay { delays: Delays, invert: bool },
+    Motor { delays: Delays },
+    Conveyor { length_mm: u32, speed_mm_s: u32, every_ms: u32, part_mm: u32, eyes_mm: Vec<u32> },
+    Tank { capacity: u32, fill_rate: u32, drain_rate: u32, initial: u32, switches: Vec<u32> },
+    Sensor { on_at: i32, off_at: i32, delays: Delays, invert: bool, scale: Option<Scale> },
+    Pulse { width_ms: u32, every_ms: u32, offset_ms: u32 },
+    Lag { gain: i32, ambient: i32, initial: i32, time_ms: u32 },
+}
+
+/// The times for which a bit must be ON or OFF before it is followed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Delays {
+    /// For ON, in ms.
+    pub after_ms: u32,
+    /// For OFF, in ms.
+    pub release_ms: u32,
+}
+
+/// A straight line from the measured value to the sensor's value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Scale {
+    /// Two measured values.
+    pub range: [i32; 2],
+    /// The sensor's value for each.
+    pub raw: [i32; 2],
+}
+
+/// A fault on demand.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FaultSettings {
+    /// The point that turns it on.
+    pub when: PointId,
+    /// Its effect.
+    pub effect: Effect,
+}
+
+/// The effect of a fault while it is on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Effect {
+    /// The point has this value.
+    Fixed { point: PointId, value: i32 },
+    /// The point keeps the value that it had before the fault was turned on.
+    Stuck { point: PointId },
+    /// A bit is ON or OFF at random; a new value is drawn every `every_ms`.
+    Bouncing { point: PointId, every_ms: u32 },
+    /// A word deviates by up to `amplitude` at random; a new deviation is drawn every `every_ms`.
+    Noisy { point: PointId, every_ms: u32, amplitude: u32 },
+    /// The point has its value of `by_ms` ago.
+    Late { point: PointId, by_ms: u32 },
+    /// The device exchanges nothing.
+    Lost,
+}
+
+/// A rule that moves one input.
+#[derive(Clone, Debug)]
+pub struct Rule {
+    /// The number of the X bit.
+    pub input: u32,
+    /// How it moves.
+    pub motion: Motion,
+    /// The input moves only while this bit is ON; otherwise it is OFF.
+    pub while_on: Option<Bit>,
+    /// Whether the input is ON when the rule's value is OFF, and OFF when it is ON.
+    pub invert: bool,
+    /// The place of the rule.
+    pub span: Span,
+    /// The places of the followed bit and of the `while` bit; the rule's place if there is no such
+    /// bit.
+    pub follows_at: Span,
+    pub while_at: Span,
+}
+
+impl Rule {
+    /// Whether an input moves as by another rule, wherever both stand.
+    pub fn is_like(&self, other: &Rule) -> bool {
+        let form = |of: &Rule| (of.input, of.motion, of.while_on, of.invert);
+        form(self) == form(other)
+    }
+
+    /// The bits that it reads, each with its place.
+    pub fn reads(&self) -> impl Iterator<Item = (Bit, Span)> + use<> {
+        let followed = match self.motion {
+            Motion::Follow { bit, .. } => Some((bit, self.follows_at)),
+            Motion::Pulse { .. } => None,
+        };
+        followed.into_iter().chain(self.while_on.map(|bit| (bit, self.while_at)))
+    }
+}
+
+/// How a simulated input moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Motion {
+    /// ON for `width_ms` in every `every_ms`, from `offset_ms` on.
+    Pulse {
+        /// The length of a pulse; less than `every_ms`.
+        width_ms: u32,
+        /// The time between the starts of two pulses.
+        every_ms: u32,
+        /// The start of the first pulse.
+        offset_ms: u32,
+    },
+    /// The input follows a bit, with a delay.
+    Follow {
+        /// The bit.
+        bit: Bit,
+        /// The time for which the bit has to be ON before the input turns ON.
+        after_ms: u32,
+        /// The time for which the bit has to be OFF before the input turns OFF.
+        release_ms: u32,
+    },
+}

@@ -1,0 +1,329 @@
+//! Reads drawings back, as a person does: wires, symbols and names. Tests compare the result with
+//! the original rung.
+
+use std::collections::{BTreeMap, HashSet};
+
+use rungd_base::random::SplitMix64;
+use rungd_engine::isa::LegName;
+use rungd_language::resolve::program::{Contact, Edge, Rung};
+
+use super::wording::Wording;
+
+/// A point of a drawing.
+type Point = (usize, usize);
+
+/// The wires, contacts and instructions that were read.
+#[derive(Debug, Default)]
+pub(super) struct ReadRung {
+    /// Straight wires: the two end points of each.
+    pub wires: Vec<(Point, Point)>,
+    /// Contacts between two points. A contact conducts while its statement is true, or with
+    /// `false`, while it is false.
+    pub contacts: Vec<(Point, Point, String, bool)>,
+    /// The point from which an instruction gets its power, its leg (or ""), and its text.
+    pub outlets: Vec<(Point, String, String)>,
+}
+
+/// The truth of the statements at contacts.
+pub(super) type Truth<'t> = &'t dyn Fn(&str) -> bool;
+
+impl ReadRung {
+    /// The powers of the outlets, in the order of their points.
+    fn powers(&self, truth: Truth) -> Vec<(String, String, bool)> {
+        let mut reached: HashSet<Point> = HashSet::new();
+        let mut todo = self.points();
+        todo.retain(|point| point.0 == 0);
+        while let Some(point) = todo.pop() {
+            if !reached.insert(point) {
+                continue;
+            }
+            for (a, b) in &self.wires {
+                if lies_on(point, (*a, *b)) {
+                    todo.extend(self.points().into_iter().filter(|of| lies_on(*of, (*a, *b))));
+                }
+            }
+            for (from, to, statement, plain) in &self.contacts {
+                if *from == point && truth(statement) == *plain {
+                    todo.push(*to);
+                }
+            }
+        }
+        let mut outlets: Vec<_> = self.outlets.iter().collect();
+        outlets.sort_by_key(|(point, ..)| (point.1, point.0));
+        let power = |(point, leg, text): &&(Point, String, String)| {
+            (leg.clone(), text.clone(), reached.contains(point))
+        };
+        outlets.iter().map(power).collect()
+    }
+
+    /// All points at which a wire or contact begins or ends, or an outlet begins.
+    fn points(&self) -> Vec<Point> {
+        let wires = self.wires.iter().flat_map(|(a, b)| [*a, *b]);
+        let contacts = self.contacts.iter().flat_map(|(a, b, ..)| [*a, *b]);
+        let outlets = self.outlets.iter().map(|(point, ..)| *point);
+        wires.chain(contacts).chain(outlets).collect()
+    }
+}
+
+fn lies_on(point: Point, (a, b): (Point, Point)) -> bool {
+    let within = |at: usize, one: usize, other: usize| at >= one.min(other) && at <= one.max(other);
+    within(point.0, a.0, b.0) && within(point.1, a.1, b.1)
+}
+
+/// The powers at the outlets of a rung, by its text.
+pub(super) fn expected(
+    (rung, wording): (&Rung, &Wording),
+    truth: Truth,
+) -> Vec<(String, String, bool)> {
+    let all = |contacts: &[Contact]| contacts.iter().all(|of| is_on(of, wording, truth));
+    let text = |of| {
+        let (mnemonic, operands) = wording.instruction(of);
+        [&[mnemonic.to_owned()], &*operands].concat().join(" ")
+    };
+    let mut powers = Vec::new();
+    if let ([instruction], [first, ..]) = (&*rung.body, &*rung.legs)
+        && first.name != LegName::When
+    {
+        for leg in &rung.legs {
+            powers.push((leg.name.key().to_owned(), text(instruction), all(&leg.contacts)));
+        }
+        return powers;
+    }
+    let own = rung.legs.first().is_none_or(|leg| all(&leg.contacts));
+    powers.extend(rung.body.iter().map(|of| (String::new(), text(of), own)));
+    for branch in &rung.branches {
+        let on = own && all(&branch.contacts);
+        powers.extend(branch.body.iter().map(|of| (String::new(), text(of), on)));
+    }
+    powers
+}
+
+fn is_on(contact: &Contact, wording: &Wording, truth: Truth) -> bool {
+    match contact {
+        Contact::All(all, _) => all.iter().all(|of| is_on(of, wording, truth)),
+        Contact::Any(any, _) => any.iter().any(|of| is_on(of, wording, truth)),
+        Contact::Not(inner, _) => !is_on(inner, wording, truth),
+        Contact::Edge(edge, inner, _) => match (&**inner, edge) {
+            (Contact::Bit(..), Edge::Rise) => truth(&format!("P {}", wording.contact(inner))),
+            (Contact::Bit(..), Edge::Fall) => truth(&format!("N {}", wording.contact(inner))),
+            (_, Edge::Rise | Edge::Fall) => truth(&wording.contact(contact)),
+        },
+        Contact::Bit(..) | Contact::Element(..) | Contact::Compare(..) => {
+            truth(&wording.contact(contact))
+        }
+    }
+}
+
+/// Compares a drawing that was read with its rung, for random values of the statements.
+pub(super) fn compare(read: &ReadRung, of: (&Rung, &Wording), drawn: &str) {
+    let mut random = SplitMix64(7);
+    for _ in 0..60 {
+        let mut known: BTreeMap<String, bool> = BTreeMap::new();
+        let statements = read.contacts.iter().map(|(_, _, statement, _)| statement.clone());
+        for statement in statements {
+            known.entry(statement).or_insert_with(|| !random.next().is_multiple_of(3));
+        }
+        let truth = |statement: &str| {
+            *known.get(statement).unwrap_or_else(|| panic!("`{statement}` is not in\n{drawn}"))
+        };
+        assert_eq!(read.powers(&truth), expected(of, &truth), "{known:?}\n{drawn}");
+    }
+}
+
+/// Reads a rung drawn as text with lines.
+pub(super) fn of_text(lines: &[String]) -> ReadRung {
+    let chars: Vec<Vec<char>> = lines.iter().map(|line| line.chars().collect()).collect();
+    let mut read = ReadRung::default();
+    let at = |x: usize, y: usize| chars.get(y).and_then(|line| line.get(x)).copied().unwrap_or(' ');
+    for (y, line) in chars.iter().enumerate() {
+        let mut x = 0;
+        while x < line.len() {
+            if goes_right(line[x]) && goes_left(at(x + 1, y)) {
+                read.wires.push(((x, y), (x + 1, y)));
+            }
+            if goes_down(line[x]) && goes_up(at(x, y + 1)) {
+                read.wires.push(((x, y), (x, y + 1)));
+            }
+            let begins = matches!(line[x], ']' | '[' | '(');
+            if !begins || x == 0 || !goes_right(line[x - 1]) {
+                x += 1;
+                continue;
+            }
+            let end = symbol_end(line, x);
+            let symbol: String = line[x..end].iter().collect();
+            let above = label(chars.get(y.wrapping_sub(1)), (x, end));
+            symbol_read(&mut read, (&symbol, &above), ((x, y), end, goes_left(at(end, y))));
+            x = end;
+        }
+    }
+    read
+}
+
+fn symbol_read(
+    read: &mut ReadRung,
+    (symbol, above): (&str, &str),
+    ((x, y), end, goes_on): (Point, usize, bool),
+) {
+    let (from, to) = ((x - 1, y), (end, y));
+    let mut contact = |statement: String, plain: bool| {
+        read.contacts.push((from, to, statement, plain));
+    };
+    match symbol {
+        "] [" => contact(above.to_owned(), true),
+        "]/[" => contact(above.to_owned(), false),
+        "]P[" => contact(format!("P {above}"), true),
+        "]N[" => contact(format!("N {above}"), true),
+        "]/P[" => contact(format!("P {above}"), false),
+        "]/N[" => contact(format!("N {above}"), false),
+        "( )" => read.outlets.push((from, String::new(), format!("OUT {above}"))),
+        "(S)" => read.outlets.push((from, String::new(), format!("SET {above}"))),
+        "(R)" => read.outlets.push((from, String::new(), format!("RST {above}"))),
+        "(P)" => read.outlets.push((from, String::new(), format!("PD {above}"))),
+        "(N)" => read.outlets.push((from, String::new(), format!("ND {above}"))),
+        boxed => {
+            let inner = boxed.trim_start_matches('[').strip_suffix(']').unwrap_or(boxed);
+            match (goes_on, inner.strip_prefix("!(")) {
+                (true, Some(inner)) => {
+                    contact(inner.strip_suffix(')').unwrap_or(inner).to_owned(), false);
+                }
+                (true, None) => contact(inner.to_owned(), true),
+                (false, _) => outlet(read, from, inner),
+            }
+        }
+    }
+}
+
+/// Reads an instruction in a box. If the instruction has legs, its text is in the first row, after
+/// the leg.
+fn outlet(read: &mut ReadRung, from: Point, inner: &str) {
+    let first = inner.split(' ').next().unwrap_or_default();
+    let is_leg = !first.is_empty() && first.chars().all(|c| c.is_ascii_lowercase());
+    if !is_leg {
+        return read.outlets.push((from, String::new(), inner.to_owned()));
+    }
+    let behind = inner[first.len()..].trim().to_owned();
+    let text = match behind.is_empty() {
+        true => read.outlets.last().map(|(_, _, text)| text.clone()).unwrap_or_default(),
+        false => behind,
+    };
+    read.outlets.push((from, first.to_owned(), text));
+}
+
+/// The position after a symbol, which may contain closed brackets.
+fn symbol_end(line: &[char], start: usize) -> usize {
+    if line[start] == ']' {
+        return start + line[start..].iter().position(|c| *c == '[').unwrap_or(0) + 1;
+    }
+    let (open, close) = if line[start] == '[' { ('[', ']') } else { ('(', ')') };
+    let mut depth = 0;
+    for (at, c) in line.iter().enumerate().skip(start) {
+        depth += i32::from(*c == open) - i32::from(*c == close);
+        if depth == 0 {
+            return at + 1;
+        }
+    }
+    line.len()
+}
+
+/// The word above a symbol.
+fn label(line: Option<&Vec<char>>, (from, to): (usize, usize)) -> String {
+    let Some(line) = line else { return String::new() };
+    let is_name =
+        |at: &usize| line.get(*at).is_some_and(|c| *c != ' ' && !"│├┤┼┬┴┘┐└┌".contains(*c));
+    let Some(inside) = (from..to).find(is_name) else { return String::new() };
+    let start = (0..=inside).rev().take_while(is_name).last().unwrap_or(inside);
+    let end = (inside..line.len()).take_while(is_name).last().unwrap_or(inside);
+    line[start..=end].iter().collect()
+}
+
+fn goes_right(c: char) -> bool {
+    "─┌└├┬┴┼".contains(c)
+}
+
+fn goes_left(c: char) -> bool {
+    "─┐┘┤┬┴┼".contains(c)
+}
+
+fn goes_down(c: char) -> bool {
+    "│┌┐├┤┬┼".contains(c)
+}
+
+fn goes_up(c: char) -> bool {
+    "│└┘├┤┴┼".contains(c)
+}
+
+/// Reads a rung in a page or picture.
+pub(super) fn of_svg(body: &str) -> ReadRung {
+    let mut read = ReadRung::default();
+    let mut rest = body;
+    // Outside of groups there are only wires.
+    while let Some(start) = rest.find('<') {
+        rest = &rest[start..];
+        if rest.starts_with("<g ") {
+            let end = rest.find("</g>").expect("a group ends");
+            group(&mut read, &rest[..end]);
+            rest = &rest[end..];
+        } else if rest.starts_with("<path class=\"wire\"") {
+            read.wires.extend(paths(rest.split('>').next().expect("a tag")));
+        }
+        rest = &rest[1..];
+    }
+    // The drawing begins at the rail, which is at the left.
+    let rail = 12;
+    let left = |(x, y): Point| if x == rail { (0, y) } else { (x, y) };
+    read.wires.iter_mut().for_each(|(a, b)| (*a, *b) = (left(*a), left(*b)));
+    read.contacts.iter_mut().for_each(|(a, b, ..)| (*a, *b) = (left(*a), left(*b)));
+    read.outlets.iter_mut().for_each(|(point, ..)| *point = left(*point));
+    read
+}
+
+fn group(read: &mut ReadRung, group: &str) {
+    let class = attribute(group, "class");
+    let name = attribute(group, "data-name");
+    let wires: Vec<(Point, Point)> = group
+        .split("<path ")
+        .filter(|of| of.starts_with("class=\"wire\""))
+        .flat_map(paths)
+        .collect();
+    if let Some(form) = class.strip_prefix("contact ") {
+        let (from, to) = (wires[0].0, wires[1].1);
+        let (statement, plain) = match form {
+            "open" | "boxed" => (name, true),
+            "closed" | "not-boxed" => (name, false),
+            "rising" => (format!("P {name}"), true),
+            "falling" => (format!("N {name}"), true),
+            "not-rising" => (format!("P {name}"), false),
+            "not-falling" => (format!("N {name}"), false),
+            other => panic!("a contact is {other}"),
+        };
+        return read.contacts.push((from, to, statement, plain));
+    }
+    let mnemonic = attribute(group, "data-mnemonic");
+    let text = if class == "coil" { format!("{mnemonic} {name}") } else { name };
+    let legs: Vec<&str> = group.split("<text class=\"leg\"").skip(1).collect();
+    for (at, (from, _)) in wires.iter().enumerate() {
+        let leg = legs.get(at).and_then(|leg| leg.split(['>', '<']).nth(1)).unwrap_or_default();
+        read.outlets.push((*from, leg.to_owned(), text.clone()));
+    }
+}
+
+fn attribute(tag: &str, name: &str) -> String {
+    let value = tag.split(&format!("{name}=\"")).nth(1).and_then(|of| of.split('"').next());
+    let text = value.unwrap_or_default().replace("&lt;", "<").replace("&gt;", ">");
+    text.replace("&quot;", "\"").replace("&#39;", "'").replace("&amp;", "&")
+}
+
+/// The straight lines of a path, such as `M12 30H40M40 30V88`.
+fn paths(tag: &str) -> Vec<(Point, Point)> {
+    let path = attribute(tag, " d");
+    let number = |text: &str| text.trim().parse::<usize>().expect("a number");
+    path.split('M')
+        .filter(|of| !of.is_empty())
+        .map(|of| {
+            let (start, along) = of.split_once(['H', 'V']).expect("a straight line");
+            let (x, y) = start.split_once(' ').expect("a point");
+            let (start, to) = ((number(x), number(y)), number(along));
+            (start, if of.contains('H') { (to, start.1) } else { (start.0, to) })
+        })
+        .collect()
+}

@@ -1,0 +1,172 @@
+//! Contacts and instructions as text with the names of the program. In a use of a template, the
+//! names are those of the use, as in the helps of `check`.
+//!
+//! The labels of the pictures are made here.
+
+use rungd_engine::isa::{Address, duration};
+pub use rungd_language::check::{Around, Context};
+use rungd_language::resolve::array::{Array, ShiftBits};
+use rungd_language::resolve::formula::{Binary, Formula, Part};
+use rungd_language::resolve::operand_list::OperandValue;
+pub use rungd_language::resolve::program::{Contact, Instruction, Program, Value, Written};
+
+/// The names of a program.
+pub(super) struct Wording<'p> {
+    program: &'p Program,
+    context: Context<'p>,
+}
+
+/// A bit or word as a label.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct OperandLabel {
+    /// The name of its tag, or else its address, nickname, Stage or block.
+    pub name: String,
+    /// Its address, if it has a tag.
+    pub address: Option<String>,
+    /// The tag's `doc`.
+    pub doc: Option<String>,
+}
+
+impl<'p> Wording<'p> {
+    /// The names of an error-free program.
+    pub fn of(program: &'p Program) -> Wording<'p> {
+        Wording { program, context: Context::new(program, Around::of(&[]), true) }
+    }
+
+    /// A bit or word as a label.
+    pub fn label(&self, address: Address) -> OperandLabel {
+        let tag = self.context.tag_at(address);
+        let is_placed = self.program.places.at(address).is_some();
+        OperandLabel {
+            name: self.context.name(address),
+            address: tag.filter(|_| !is_placed).map(|_| address.to_string()),
+            doc: tag.and_then(|tag| tag.doc.clone()),
+        }
+    }
+
+    /// The text of a contact.
+    pub fn contact(&self, contact: &Contact) -> String {
+        self.context.contact(contact)
+    }
+
+    /// An instruction: its mnemonic, and its operands as they are written.
+    pub fn instruction(&self, instruction: &Instruction) -> (&'static str, Vec<String>) {
+        let spec = instruction.mnemonic.spec();
+        let texts = instruction.operands.0.iter().map(|operand| {
+            let text = self.operand(operand.value);
+            match (operand.row.key, &instruction.calculation) {
+                (Some(key), _) => format!("{key}={text}"),
+                (None, Some(of)) => {
+                    let index = of.index.as_ref().map(|index| format!("[{}]", self.formula(index)));
+                    format!("{text}{} = {}", index.unwrap_or_default(), self.formula(&of.value))
+                }
+                (None, None) => text,
+            }
+        });
+        (spec.name, texts.collect())
+    }
+
+    fn operand(&self, operand: OperandValue) -> String {
+        match operand {
+            OperandValue::Bit(bit) => self.context.name(Address::Bit(bit)),
+            OperandValue::Word(word) => self.context.name(Address::Word(word)),
+            OperandValue::Value(value) => self.value(value),
+            OperandValue::Structure(of) => self.context.name(Address::Structure(of)),
+            OperandValue::Block(id) => self.program.block(id).name.clone(),
+            OperandValue::Stage(id) => self.program.stage(id).name.clone(),
+            OperandValue::Element(element) => self.context.element(&element),
+            OperandValue::Array(array) => self.array(array),
+            OperandValue::Run(bits) => self.shifted(bits),
+        }
+    }
+
+    fn value(&self, value: Value) -> String {
+        match value {
+            Value::Const(ms, Written::Duration) => duration::print(ms),
+            Value::Const(number, Written::Integer) => number.to_string(),
+            Value::Real(real) => real.to_string(),
+            Value::Word(word) => self.context.name(Address::Word(word)),
+            Value::Element(element) => self.context.element(&element),
+        }
+    }
+
+    /// The name of an array, or of a slice of an array; without a name, its addresses.
+    fn array(&self, array: Array) -> String {
+        let tags = self.program.tags.iter();
+        let mut of_arrays = tags.filter_map(|tag| Some((tag.of_array?.array, tag.array_name())));
+        let last = array.first + array.count;
+        let found = of_arrays.find(|(of, _)| {
+            of.space == array.space && array.first >= of.first && last <= of.first + of.count
+        });
+        match found {
+            Some((of, name)) if of == array => name.to_owned(),
+            Some((of, name)) => {
+                let first = array.first - of.first;
+                format!("{name}[{first}..{}]", first + array.count - 1)
+            }
+            None => array.to_string(),
+        }
+    }
+
+    fn shifted(&self, bits: ShiftBits) -> String {
+        match bits.down {
+            true => bits.to_string(),
+            false => self.array(bits.array),
+        }
+    }
+
+    /// An expression, with the parentheses that it needs.
+    fn formula(&self, formula: &Formula) -> String {
+        let mut stack: Vec<(String, u8)> = Vec::new();
+        for part in &formula.parts {
+            let item = self.part(part, &mut stack);
+            stack.push(item);
+        }
+        stack.pop().map(|(text, _)| text).unwrap_or_default()
+    }
+
+    /// A part of an expression with its operands, which are taken from the stack. Returns its text,
+    /// and how tightly it binds.
+    fn part(&self, part: &Part, stack: &mut Vec<(String, u8)>) -> (String, u8) {
+        let mut take = || stack.pop().unwrap_or_default();
+        match part {
+            Part::Integer(value) => (value.to_string(), ATOM),
+            Part::Real(value) => (value.to_string(), ATOM),
+            Part::Word(word) => (self.context.name(Address::Word(*word)), ATOM),
+            Part::Bit(bit) => (self.context.name(Address::Bit(*bit)), ATOM),
+            Part::Element(array) => {
+                let (index, _) = take();
+                (format!("{}[{index}]", self.array(*array)), ATOM)
+            }
+            Part::Unary(unary, _) => {
+                let (of, binds) = take();
+                let of = if binds < UNARY { format!("({of})") } else { of };
+                (format!("{}{of}", unary.sign()), UNARY)
+            }
+            Part::Binary(binary, _) => {
+                let (right, left) = (take(), take());
+                (binary_text(*binary, left, right), binary.precedence())
+            }
+            Part::Call(function, count, _) => {
+                let mut arguments: Vec<String> = (0..*count).map(|_| take().0).collect();
+                arguments.reverse();
+                (format!("{}({})", function.spec().name, arguments.join(", ")), ATOM)
+            }
+        }
+    }
+}
+
+/// Binds tighter than every operator.
+const ATOM: u8 = u8::MAX;
+/// How tightly `-`, `~` and `!` bind.
+const UNARY: u8 = 11;
+
+/// Two operands with their operator. A right operand that binds as tightly as the operator has
+/// parentheses too, so that a reader need not know the order.
+fn binary_text(binary: Binary, left: (String, u8), right: (String, u8)) -> String {
+    let grouped = |(text, binds): (String, u8), is_left: bool| {
+        let is_chain = is_left && binds == binary.precedence() && binary != Binary::Power;
+        if binds > binary.precedence() || is_chain { text } else { format!("({text})") }
+    };
+    format!("{} {} {}", grouped(left, true), binary.sign(), grouped(right, false))
+}

@@ -1,0 +1,61 @@
+//! A program for the rig: lowered once, for any number of runs.
+
+use std::sync::Arc;
+
+use rungd_config::controller::Controller;
+use rungd_engine::isa::{Bit, DeviceId, Health};
+use rungd_engine::{self as engine, BitCell};
+use rungd_language::lower::{Symbols, lower};
+use rungd_language::resolve::program::Program;
+use rungd_runtime::Safe;
+use rungd_runtime::wiring::Wiring;
+use rungd_state::retain::RetainPlan;
+
+/// A program with its settings, ready to run.
+#[derive(Debug)]
+pub struct RigProgram {
+    pub(super) code: engine::Program,
+    /// Its names and cells.
+    pub symbols: Arc<Symbols>,
+    /// The settings.
+    pub controller: Arc<Controller>,
+    pub(super) wirings: Vec<Wiring>,
+    pub(super) safe: Vec<Safe>,
+    pub(super) plan: RetainPlan,
+    /// The bits of devices that the ladder names without a controller file.
+    pub(super) unwired: Vec<UnwiredBits>,
+}
+
+/// The bits of a device that has no settings.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct UnwiredBits {
+    pub ok: BitCell,
+    pub stale: BitCell,
+}
+
+impl RigProgram {
+    /// Lowers a program that has no errors.
+    pub fn new(program: &Program, controller: &Arc<Controller>) -> RigProgram {
+        let (code, symbols) = lower(program);
+        let count = match controller.devices.is_empty() {
+            true => program.devices.len() as u32,
+            false => 0,
+        };
+        let bit = |id, health| symbols.layout.bit(Bit::Device(DeviceId(id), health));
+        let unwired = |id| UnwiredBits { ok: bit(id, Health::Ok), stale: bit(id, Health::Stale) };
+        RigProgram {
+            unwired: (0..count).map(unwired).collect(),
+            wirings: controller.wirings(&symbols),
+            safe: controller.safe_values(program.sizes.y),
+            plan: RetainPlan::new(&controller.retain, program, &symbols),
+            controller: Arc::clone(controller),
+            symbols: Arc::new(symbols),
+            code,
+        }
+    }
+
+    /// The scan period, ns.
+    pub fn period_ns(&self) -> u64 {
+        u64::from(self.controller.period_ms) * 1_000_000
+    }
+}

@@ -1,0 +1,188 @@
+//! A simulation: ladders alone, or a controller with its simulated devices, in virtual time.
+//!
+//! Called by `rungd sim` and by the editor's simulation. `sim` runs ladders alone. In a controller,
+//! field devices that are not simulated are silent: their `.Ok` is OFF until a stimulus turns it
+//! ON. The caller has read the stimulus, and passes the trace.
+
+use std::collections::HashMap;
+use std::io;
+use std::sync::Arc;
+
+use super::{Rig, RigProgram, RigSetup};
+use crate::sim::stimulus::{Change, Stimulus, StimulusTarget};
+use crate::sim::trace::{RowName, Trace, Watched};
+use crate::sim::{self, Plan};
+use rungd_config::controller::Controller;
+use rungd_engine::isa::{Address, Bit, DeviceId, Health};
+use rungd_engine::{self as engine, BitCell, Cell};
+use rungd_language::lower::{Symbols, lower};
+use rungd_language::resolve::program::Program;
+use rungd_language::resolve::scope::Scope;
+use rungd_runtime::exchange::Ticket;
+
+/// The default time between two scans, ms.
+pub const DEFAULT_PERIOD_MS: u32 = 10;
+
+/// The default number of scans.
+pub const DEFAULT_SCANS: u64 = 100;
+
+/// The maximum number of elements of an array in a trace of all operands.
+pub const ELEMENTS_MAX: usize = 64;
+
+/// The settings of a simulation.
+pub struct Simulation {
+    /// The time between two scans, ms.
+    pub period_ms: u32,
+    /// The number of scans.
+    pub scans: u64,
+    /// Whether it ends with an orderly stop.
+    pub stop: bool,
+    /// The local time of the first scan.
+    pub clock_s: i64,
+}
+
+/// The operands that a stimulus may change in a controller.
+pub struct ControllerTargets<'a> {
+    scope: Scope,
+    symbols: &'a Symbols,
+    /// The addresses that are written in every scan, each with its writer.
+    moved: HashMap<Address, String>,
+}
+
+impl<'a> ControllerTargets<'a> {
+    /// The targets in a controller with its program.
+    pub fn of(program: &Program, lowered: &'a RigProgram) -> ControllerTargets<'a> {
+        ControllerTargets {
+            scope: Scope::of(program),
+            symbols: &lowered.symbols,
+            moved: lowered.controller.simulated(),
+        }
+    }
+
+    /// The target of an operand, or the reason why it cannot be written.
+    pub fn target(&self, operand: &str) -> Result<StimulusTarget, String> {
+        let address = self.scope.address(operand)?;
+        if let Some(mover) = self.moved.get(&address) {
+            return Err(format!("`{operand}` is moved by {mover} at every scan"));
+        }
+        if let Address::Bit(Bit::Device(_, Health::Stale)) = address {
+            return Err(format!(
+                "`{operand}` is computed from the time since the last exchange: set the device's \
+                 `.Ok` instead"
+            ));
+        }
+        StimulusTarget::at(address, operand, self.symbols)
+    }
+}
+
+/// A program, lowered once: alone, or for the rig.
+pub enum LoweredSimulation {
+    /// Ladders alone.
+    Ladder(Box<engine::Program>, Box<Symbols>),
+    /// Ladders with a controller file.
+    Controller(Arc<RigProgram>),
+}
+
+impl LoweredSimulation {
+    /// Lowers a program, with the settings of its controller file, if there is one.
+    pub fn of(program: &Program, controller: Option<Controller>) -> LoweredSimulation {
+        match controller {
+            Some(controller) => {
+                let program = RigProgram::new(program, &Arc::new(controller));
+                LoweredSimulation::Controller(Arc::new(program))
+            }
+            None => {
+                let (code, symbols) = lower(program);
+                LoweredSimulation::Ladder(Box::new(code), Box::new(symbols))
+            }
+        }
+    }
+
+    /// Its names and cells.
+    pub fn symbols(&self) -> &Symbols {
+        match self {
+            LoweredSimulation::Ladder(_, symbols) => symbols,
+            LoweredSimulation::Controller(program) => &program.symbols,
+        }
+    }
+
+    /// Runs the simulation and traces it. An orderly stop adds the row `stop`.
+    ///
+    /// # Errors
+    /// The error of writing the trace.
+    pub fn run(
+        &self,
+        program: &Program,
+        (simulation, stimulus): (Simulation, Stimulus),
+        trace: &mut dyn Trace,
+    ) -> io::Result<()> {
+        match self {
+            LoweredSimulation::Controller(of) => controlled(of, (&simulation, &stimulus), trace),
+            LoweredSimulation::Ladder(code, symbols) => {
+                let Simulation { period_ms, scans, stop, clock_s } = simulation;
+                let well = well(program, symbols);
+                let plan = Plan { period_ms, scans, stop, well, clock_s, stimulus };
+                sim::run(engine::Program::clone(code), &plan, trace)
+            }
+        }
+    }
+}
+
+/// All operands that the ladder names; for arrays, the first [`ELEMENTS_MAX`] elements.
+pub fn all_named(program: &Program, symbols: &Symbols) -> Vec<Watched> {
+    let watched = program.named(ELEMENTS_MAX).into_iter().filter_map(|operand| {
+        let cell = symbols.layout.cell(operand.address)?;
+        Some(Watched::new(&operand.name, cell, &symbols.layout))
+    });
+    watched.collect()
+}
+
+/// The `.Ok` of every field device that the ladder names: only a stimulus loses a device.
+fn well(program: &Program, symbols: &Symbols) -> Vec<BitCell> {
+    let ids = (0..program.devices.len() as u32).map(DeviceId);
+    ids.map(|id| symbols.layout.bit(Bit::Device(id, Health::Ok))).collect()
+}
+
+/// Runs a controller.
+fn controlled(
+    program: &Arc<RigProgram>,
+    (simulation, stimulus): (&Simulation, &Stimulus),
+    trace: &mut dyn Trace,
+) -> io::Result<()> {
+    let clock_s = simulation.clock_s;
+    let mut rig = Rig::new(program, &RigSetup { clock_s, ..RigSetup::default() });
+    let ids = (0..program.controller.devices.len() as u32).map(DeviceId);
+    let layout = &program.symbols.layout;
+    let devices: HashMap<Cell, DeviceId> =
+        ids.map(|id| (Cell::Bit(layout.bit(Bit::Device(id, Health::Ok))), id)).collect();
+    let mut next_change = 0;
+    for scan in 0..simulation.scans {
+        if simulation.stop && scan + 1 == simulation.scans {
+            rig.request_stop();
+        }
+        for change in stimulus.of_scan(scan, &mut next_change) {
+            apply(&mut rig, change, &devices);
+        }
+        let time_us = rig.next_ns() / 1000;
+        let is_last = rig.scan();
+        trace.row(RowName::Scan(scan), time_us, rig.image())?;
+        rig.end_scan(is_last);
+        if is_last {
+            return trace.row(RowName::Stop, time_us, rig.image());
+        }
+    }
+    Ok(())
+}
+
+fn apply(rig: &mut Rig, change: Change, devices: &HashMap<Cell, DeviceId>) {
+    let (cell, value) = match change {
+        Change::Input(x, on) => return rig.set_input(x, on),
+        Change::Bit(cell, on) => (Cell::Bit(cell), i32::from(on)),
+        Change::Word(cell, value) => (Cell::Word(cell), value),
+    };
+    match devices.get(&cell) {
+        Some(device) if value != 0 => rig.restore_device(*device),
+        Some(device) => rig.lose_device(*device),
+        None => rig.write(cell, value, Ticket(0)),
+    }
+}

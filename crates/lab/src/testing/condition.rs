@@ -1,0 +1,193 @@
+//! A condition of a test: contacts as in a ladder, with arithmetic in compares.
+//!
+//! `reading` makes it from a resolved condition. `runner` evaluates it on the image at the end of a
+//! scan; the evaluation allocates nothing and looks up no name. `docs/testing.md` describes its
+//! form.
+
+use super::quantity::{ElementCells, Quantity};
+use rungd_engine::isa::NumberSet;
+use rungd_engine::{BitCell, Cell, Image, Layout};
+pub use rungd_language::resolve::condition::{Resolved, ResolvedCondition};
+pub use rungd_language::source::contact::{Comparison, Edge};
+
+/// A condition with its operands.
+#[derive(Clone, Debug)]
+pub struct Condition {
+    /// The text of the condition.
+    pub text: String,
+    /// Its operands, each once, in the order in which they are written: name and cell. The operand
+    /// of `recipe[step]` is `step`; [`Condition::elements`] returns the element.
+    pub operands: Vec<(String, Cell)>,
+    /// The number of its edges: `rise(…)`, `fall(…)`.
+    pub edges: usize,
+    /// The elements that words select, with their names as they are written.
+    selected: Vec<(String, ElementCells)>,
+    judge: Judge,
+}
+
+/// A boolean expression over cells.
+#[derive(Clone, Debug)]
+enum Judge {
+    Bit(BitCell),
+    Element(ElementCells),
+    Not(Box<Judge>),
+    All(Box<[Judge]>),
+    Any(Box<[Judge]>),
+    /// An edge: its number, and the expression inside.
+    Edge(Edge, usize, Box<Judge>),
+    Compare(Quantity, Comparison, Quantity),
+}
+
+impl Condition {
+    /// A condition over the cells of a program.
+    pub(super) fn new(text: &str, resolved: ResolvedCondition, layout: &Layout) -> Condition {
+        let mut seen = NumberSet::default();
+        let reads = resolved.reads.into_iter().filter(|operand| seen.insert(operand.address));
+        let operands = reads.filter_map(|operand| {
+            let cell = layout.cell(operand.address)?;
+            Some((operand.name, cell))
+        });
+        let selected = resolved.elements.into_iter();
+        let mut edges = 0;
+        let judge = Judge::of(&resolved.contact, layout, &mut edges);
+        Condition {
+            text: text.trim().to_owned(),
+            operands: operands.collect(),
+            edges,
+            selected: selected.map(|(name, of)| (name, ElementCells::of(of, layout))).collect(),
+            judge,
+        }
+    }
+
+    /// Whether it is true on an image. `edges`: the value inside each edge at the end of the scan
+    /// before (OFF before the first scan after a start). The call replaces them by the values of
+    /// this image.
+    pub fn is_true(&self, image: &Image, edges: &mut [bool]) -> bool {
+        self.judge.is_true(image, edges)
+    }
+
+    /// The operands that decide its current value: for a false `&`, those of its false parts; for a
+    /// true `|`, those of its true parts. Each once, in the order of `operands`.
+    pub(super) fn deciding(&self, image: &Image) -> Vec<Cell> {
+        let mut cells = Vec::new();
+        self.judge.deciding(image, &mut cells);
+        let operands = self.operands.iter().map(|(_, cell)| *cell);
+        operands.filter(|cell| cells.contains(cell)).collect()
+    }
+
+    /// The elements that words select, as they are written: `recipe[step]`.
+    pub(super) fn selected(&self) -> impl Iterator<Item = &str> {
+        self.selected.iter().map(|(written, _)| written.as_str())
+    }
+
+    /// The elements that words select on an image, as `recipe[3]`. An index outside of its array
+    /// has no element.
+    pub fn elements(&self, image: &Image) -> Vec<(String, Cell)> {
+        let element = |(written, of): &(String, ElementCells)| {
+            let name = written.split('[').next().unwrap_or(written);
+            let at = image.word(of.index);
+            Some((format!("{name}[{at}]"), of.cell(image)?))
+        };
+        self.selected.iter().filter_map(element).collect()
+    }
+}
+
+impl Judge {
+    fn of(resolved: &Resolved, layout: &Layout, edges: &mut usize) -> Judge {
+        let mut all = |items: &[Resolved]| -> Box<[Judge]> {
+            items.iter().map(|item| Judge::of(item, layout, edges)).collect()
+        };
+        match resolved {
+            Resolved::Bit(bit) => Judge::Bit(layout.bit(*bit)),
+            Resolved::Element(element) => Judge::Element(ElementCells::of(*element, layout)),
+            Resolved::Not(inner) => Judge::Not(Box::new(Judge::of(inner, layout, edges))),
+            Resolved::All(items) => Judge::All(all(items)),
+            Resolved::Any(items) => Judge::Any(all(items)),
+            Resolved::Edge(edge, inner) => {
+                let number = *edges;
+                *edges += 1;
+                Judge::Edge(*edge, number, Box::new(Judge::of(inner, layout, edges)))
+            }
+            Resolved::Compare(a, comparison, b) => {
+                Judge::Compare(Quantity::of(a, layout), *comparison, Quantity::of(b, layout))
+            }
+        }
+    }
+
+    /// Its value; `None` if the value depends on an edge.
+    fn known(&self, image: &Image) -> Option<bool> {
+        match self {
+            Judge::Edge(..) => None,
+            Judge::Not(inner) => inner.known(image).map(|value| !value),
+            Judge::All(items) => series(items, image, false),
+            Judge::Any(items) => series(items, image, true),
+            Judge::Bit(_) | Judge::Element(_) | Judge::Compare(..) => {
+                Some(self.is_true(image, &mut []))
+            }
+        }
+    }
+
+    fn deciding(&self, image: &Image, into: &mut Vec<Cell>) {
+        match self {
+            Judge::Bit(cell) => into.push(Cell::Bit(*cell)),
+            Judge::Element(element) => into.push(Cell::Word(element.index)),
+            Judge::Not(inner) | Judge::Edge(_, _, inner) => inner.deciding(image, into),
+            Judge::All(items) | Judge::Any(items) => {
+                let value = self.known(image);
+                let decides = |item: &&Judge| item.known(image).is_none_or(|of| Some(of) == value);
+                let all = value.is_none() || value == Some(matches!(self, Judge::All(_)));
+                let items = items.iter().filter(|item| all || decides(item));
+                items.for_each(|item| item.deciding(image, into));
+            }
+            Judge::Compare(a, _, b) => {
+                a.cells(into);
+                b.cells(into);
+            }
+        }
+    }
+
+    /// Evaluates every part, even if the result is already known: edges need the value of each
+    /// scan.
+    fn is_true(&self, image: &Image, edges: &mut [bool]) -> bool {
+        match self {
+            Judge::Bit(cell) => image.bit(*cell),
+            Judge::Element(element) => match element.cell(image) {
+                Some(Cell::Bit(cell)) => image.bit(cell),
+                Some(Cell::Word(_)) | None => false,
+            },
+            Judge::Not(inner) => !inner.is_true(image, edges),
+            Judge::All(items) => {
+                items.iter().fold(true, |all, item| item.is_true(image, edges) & all)
+            }
+            Judge::Any(items) => {
+                items.iter().fold(false, |any, item| item.is_true(image, edges) | any)
+            }
+            Judge::Edge(edge, number, inner) => {
+                let now = inner.is_true(image, edges);
+                let before =
+                    edges.get_mut(*number).map_or(now, |seen| std::mem::replace(seen, now));
+                match edge {
+                    Edge::Rise => now && !before,
+                    Edge::Fall => !now && before,
+                }
+            }
+            Judge::Compare(a, comparison, b) => match (a.number(image), b.number(image)) {
+                (Some(a), Some(b)) => a.compare(*comparison, b),
+                (Some(_), None) | (None, Some(_)) | (None, None) => false,
+            },
+        }
+    }
+}
+
+/// The value of a series in which a single part with the value `decides` decides the result.
+fn series(items: &[Judge], image: &Image, decides: bool) -> Option<bool> {
+    let mut known = Some(!decides);
+    for item in items {
+        match item.known(image) {
+            Some(value) if value == decides => return Some(decides),
+            Some(_) => {}
+            None => known = None,
+        }
+    }
+    known
+}

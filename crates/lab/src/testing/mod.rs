@@ -1,0 +1,59 @@
+//! Tests of ladders: runs test files and their scenarios in virtual time, and makes a test from a
+//! recording.
+//!
+//! `cli` passes paths of test files, or sections of a recording. `reading` makes a [`Suite`] from a
+//! file; `runner` runs it; `mutation` measures its quality. Nothing here reads a clock.
+
+mod condition;
+#[cfg(test)]
+mod condition_tests;
+mod coverage;
+mod failure;
+mod formats;
+mod given;
+mod happened;
+mod history;
+mod lowered_suite;
+mod mutants;
+mod mutation;
+mod names;
+mod pasted;
+mod player;
+mod programs;
+mod quantity;
+mod random;
+mod random_run;
+mod reading;
+#[cfg(test)]
+mod reading_tests;
+mod report;
+mod runner;
+mod scenario;
+mod shrink;
+mod step_forms;
+mod step_text;
+mod step_words;
+mod steps;
+mod suite;
+mod touches;
+mod traced;
+mod written;
+
+pub use condition::Condition;
+pub use coverage::{Coverage, CoverageOptions};
+pub use failure::{Failure, SeenChange, SeenOperand};
+pub use formats::{FileVerdicts, json, junit};
+pub use mutants::{Mutant, MutantKind, mutants};
+pub use mutation::{JudgedMutant, MutateOptions, first_failure, mutate};
+pub use reading::{ReadSuite, read_among, read_suite, read_text};
+pub use report::time_text;
+pub use runner::{RunOptions, Verdict, programs, run};
+pub use scenario::{ScenarioOf, scenario};
+pub use step_forms::{FORMS as STEP_FORMS, step_form};
+pub use suite::{
+    Chance, ProgramId, RandomChange, RandomMotion, RandomTest, Reload, Scenario, Suite,
+    TestOperand, TestProgram, TestStep, TestTime,
+};
+pub use touches::{TestTouch, touches};
+pub use traced::{TracedScan, trace};
+pub use written::shape;

@@ -1,0 +1,145 @@
+//! The mutants of a ladder: each contains one small mistake that its author might have made. A
+//! suite of tests is good if it fails for each mutant.
+//!
+//! `rungd mutate` runs the suite for each mutant. This module changes the resolved program, never a
+//! text; the result is lowered as any other program. It runs nothing, and does not judge.
+//!
+//! Two kinds of changes are not made: changes that no test could show (a duration changed by less
+//! than a scan, `$On` inverted, a level instead of `rise()` on a leg that only reacts to edges),
+//! and changes with the same effect as a different mutant. `initial`, limits, retention and texts
+//! are not changed. A change in a template is made in all its uses. Files of the library are not
+//! changed, unless all rungs of the program are in the library.
+
+mod contacts;
+mod formula;
+mod ground;
+mod instructions;
+mod kind;
+mod mutation;
+#[cfg(test)]
+mod tests;
+mod values;
+
+pub use kind::MutantKind;
+
+use std::cmp::Reverse;
+use std::collections::HashMap;
+
+use ground::{Found, Ground};
+use mutation::{Mutation, RungIndex, without_lone_groups};
+use rungd_language::resolve::program::{Program, ProgramPart, Rung};
+use rungd_language::source::span::{SourceFile, Span};
+
+/// A ladder with one mistake.
+#[derive(Clone, Debug)]
+pub struct Mutant {
+    /// The kind of the change.
+    pub kind: MutantKind,
+    /// The place of the change, in a file of the load.
+    pub span: Span,
+    /// The name of the rung: `Main, rung count-bottles`, `Drain.Open, rung 3, branch 1`; for a
+    /// template, the rung in its first use.
+    pub rung: String,
+    /// The change in one line, with both texts: ``contact `!jam` is `jam` ``.
+    pub what: String,
+    /// The mutations in all uses of a template, the last one in the program first.
+    mutations: Vec<(RungIndex, Mutation)>,
+    /// Whether the uses have different constants at this place.
+    differs: bool,
+}
+
+/// All mutants of a program, in file order. `files`: the loaded files; places refer to them by
+/// index. `period_ms`: the scan period, by which durations are changed.
+pub fn mutants(program: &Program, files: &[SourceFile], period_ms: u32) -> Vec<Mutant> {
+    let ground = Ground::new(program, files, period_ms);
+    let mut mutants: Vec<Mutant> = Vec::new();
+    let mut by_place: HashMap<(MutantKind, Span, u32), usize> = HashMap::new();
+    for (part, rung, index) in rungs(program) {
+        for found in found(&ground, part, rung) {
+            if !ground.is_under_test(found.place) {
+                continue;
+            }
+            match by_place.get(&(found.kind, found.place, found.variant)) {
+                Some(at) => {
+                    let mutant = &mut mutants[*at];
+                    mutant.mutations.push((index, found.mutation));
+                    mutant.differs |= mutant.what != found.what;
+                }
+                None => {
+                    by_place.insert((found.kind, found.place, found.variant), mutants.len());
+                    mutants.push(Mutant {
+                        kind: found.kind,
+                        span: found.place,
+                        rung: name(part, (index.rung, rung), found.branch),
+                        what: found.what,
+                        mutations: vec![(index, found.mutation)],
+                        differs: false,
+                    });
+                }
+            }
+        }
+    }
+    for mutant in &mut mutants {
+        mutant.mutations.sort_by_key(|(index, mutation)| Reverse((*index, mutation.order())));
+        mutant.what += &match mutant.mutations.len() {
+            0 | 1 => String::new(),
+            places if mutant.differs => format!(" (similar at {places} places)"),
+            places => format!(" (at {places} places)"),
+        };
+    }
+    mutants.sort_by_key(|mutant| (mutant.span.file, mutant.span.start));
+    mutants
+}
+
+impl Mutant {
+    /// The program with the mistake.
+    pub fn apply(&self, program: &Program) -> Program {
+        let mut mutated = program.clone();
+        for (index, mutation) in &self.mutations {
+            mutation.make(&mut mutated, *index);
+        }
+        for (index, mutation) in &self.mutations {
+            if let Mutation::Contact(..) = mutation {
+                put_groups_right(index.rung_of(&mut mutated));
+            }
+        }
+        mutated
+    }
+}
+
+fn put_groups_right(rung: &mut Rung) {
+    rung.legs.iter_mut().for_each(|leg| without_lone_groups(&mut leg.contacts));
+    rung.branches.iter_mut().for_each(|branch| without_lone_groups(&mut branch.contacts));
+}
+
+/// All rungs, with their places.
+fn rungs(program: &Program) -> impl Iterator<Item = (ProgramPart<'_>, &Rung, RungIndex)> {
+    program.parts().flat_map(|part| {
+        let block = part.block.id.0 as usize;
+        let stage = part.stage.and_then(|of| part.block.stages.iter().position(|s| s.id == of.id));
+        let rungs = part.rungs.iter().enumerate();
+        rungs.map(move |(rung, of)| (part, of, RungIndex { block, stage, rung }))
+    })
+}
+
+/// The mutations of one rung.
+fn found(ground: &Ground, part: ProgramPart, rung: &Rung) -> Vec<Found> {
+    let mut found = instructions::wholes(ground, rung);
+    found.extend(contacts::contacts(ground, rung));
+    found.extend(instructions::instructions(ground, part, rung));
+    found
+}
+
+/// The name of a rung.
+fn name(part: ProgramPart, (at, rung): (usize, &Rung), branch: Option<usize>) -> String {
+    let element = match part.stage {
+        Some(stage) => format!("{}.{}", part.block.name, stage.name),
+        None => part.block.name.clone(),
+    };
+    let rung = match &rung.name {
+        Some(name) => name.clone(),
+        None => (at + 1).to_string(),
+    };
+    let branch = branch.map(|branch| format!(", branch {branch}")).unwrap_or_default();
+    format!("{element}, rung {rung}{branch}")
+}

@@ -1,0 +1,284 @@
+//! The mutations of MATH: its operators, functions, signs and constants.
+//!
+//! A resolved expression has no places, so the text of the instruction is parsed again. Its parts
+//! are in the same order, unless it names whole arrays; then the place is the whole instruction.
+
+use std::collections::HashMap;
+
+use rungd_engine::isa::Function;
+use rungd_language::resolve::formula::{Binary, Formula, NumberType, Part, Unary};
+pub use rungd_language::resolve::program::{Instruction, Value, Written};
+pub use rungd_language::source::expression::{self, PartKind};
+use rungd_language::source::instruction;
+use rungd_language::source::span::Span;
+
+use super::ground::{Found, Ground, change_of_constant};
+use super::kind::MutantKind;
+use super::mutation::{FormulaOf, InstructionIndex, Mutation};
+use super::values::{ConstantStep, Direction, near};
+
+/// All mutations of a MATH; none for other instructions.
+pub(super) fn formulas(
+    ground: &Ground,
+    (instruction, index): (&Instruction, InstructionIndex),
+) -> Vec<Found> {
+    let Some(calculation) = &instruction.calculation else { return Vec::new() };
+    let whole = ground.place(instruction.span);
+    let text = ground.text(whole);
+    let parsed = instruction::parse(text, whole, &mut Vec::new()).and_then(|of| of.formula);
+    let (written, written_index) = match &parsed {
+        Some(parsed) => (Some(&parsed.expression), parsed.index.as_ref()),
+        None => (None, None),
+    };
+    let indexes = calculation.index.iter().map(|index| (FormulaOf::Index, index, written_index));
+    let mut found = Vec::new();
+    let value = (FormulaOf::Value, &calculation.value, written);
+    for (which, formula, written) in indexes.chain([value]) {
+        let written = written.filter(|written| is_alike(formula, written));
+        let mut search =
+            FormulaSearch { ground, index, which, whole, formula, written, found: Vec::new() };
+        search.parts();
+        found.append(&mut search.found);
+    }
+    found
+}
+
+/// Whether the resolved and the written expression have the same parts.
+fn is_alike(formula: &Formula, written: &expression::Expression) -> bool {
+    let is_same = |(part, written): (&Part, &PartKind)| match (part, written) {
+        (Part::Unary(a, _), PartKind::Unary(b)) => a == b,
+        (Part::Binary(a, _), PartKind::Binary(b, _)) => a == b,
+        (Part::Call(function, ..), PartKind::Call(name, _)) => function.spec().name == name.value,
+        (Part::Element(_), PartKind::Element(_)) => true,
+        (Part::Integer(_) | Part::Real(_) | Part::Word(_) | Part::Bit(_), of) => {
+            matches!(of, PartKind::Integer(_) | PartKind::Real(_) | PartKind::Name(_))
+        }
+        (Part::Unary(..) | Part::Binary(..) | Part::Call(..) | Part::Element(_), _) => false,
+    };
+    let kinds = written.parts.iter().map(|part| &part.kind);
+    formula.parts.len() == written.parts.len() && formula.parts.iter().zip(kinds).all(is_same)
+}
+
+struct FormulaSearch<'g, 'a> {
+    ground: &'g Ground<'a>,
+    index: InstructionIndex,
+    which: FormulaOf,
+    /// The place of the instruction.
+    whole: Span,
+    formula: &'g Formula,
+    written: Option<&'g expression::Expression>,
+    found: Vec<Found>,
+}
+
+impl FormulaSearch<'_, '_> {
+    fn parts(&mut self) {
+        let borders = borders(&self.formula.parts);
+        for (at, part) in self.formula.parts.iter().enumerate() {
+            match *part {
+                Part::Integer(n) => self.integer(at, n, borders.get(&at).copied()),
+                Part::Real(real) => {
+                    for (to, new) in near(real) {
+                        let texts = (&*real.to_string(), &*new.to_string());
+                        self.constant((at, to), texts, Part::Real(new));
+                    }
+                }
+                Part::Unary(sign, of) => self.sign(at, sign, of),
+                Part::Binary(operator, of) => self.operator(at, operator, of),
+                Part::Call(function, count, of) => {
+                    if let Some(other) = other_function(function) {
+                        let texts = (function.spec().name, other.spec().name);
+                        self.exchanged(at, texts, Part::Call(other, count, of));
+                    }
+                }
+                Part::Word(_) | Part::Bit(_) | Part::Element(_) => {}
+            }
+        }
+    }
+
+    fn integer(&mut self, at: usize, n: i64, as_border: Option<Direction>) {
+        let Ok(n) = i32::try_from(n) else { return };
+        let step = match self.is_time(at) {
+            true => ConstantStep::time(self.ground.period_ms, 0),
+            false => ConstantStep::count(i32::MIN, i32::MAX),
+        };
+        let value = Value::Const(n, Written::Integer);
+        for (to, new) in step.neighbours(value) {
+            if let Value::Const(number, _) = new
+                && as_border.filter(|_| n % step.step == 0) != Some(to)
+            {
+                let texts = (&*step.text(value), &*step.text(new));
+                self.constant((at, to), texts, Part::Integer(number.into()));
+            }
+        }
+    }
+
+    /// Whether a constant is written as a duration.
+    fn is_time(&self, at: usize) -> bool {
+        let Some(written) = self.written else { return false };
+        let text = self.ground.text(written.parts[at].span);
+        rungd_engine::isa::duration::parse(text).is_ok()
+    }
+
+    fn sign(&mut self, at: usize, sign: Unary, of: NumberType) {
+        // A real without its `!` would not be an integer.
+        let keeps_type = sign == Unary::Minus || of == NumberType::Integer;
+        // 2147483648 is allowed only after a `-`.
+        let before = at.checked_sub(1).map(|before| self.formula.parts[before]);
+        let is_too_great = matches!(before, Some(Part::Integer(n)) if i32::try_from(n).is_err());
+        if keeps_type && !is_too_great {
+            let what = format!("`{}` left out in `{}`", sign.sign(), self.text(at));
+            self.push((MutantKind::SignOut, at, 0), what, None);
+        }
+    }
+
+    fn operator(&mut self, at: usize, operator: Binary, of: NumberType) {
+        // Exchanges without an effect: `x + 0` is `x - 0`, `x * 1` is `x / 1`. A bit is 1 or 0, and
+        // `x / 0` gives 0 as `x * 0` does.
+        let is_sum = matches!(operator, Binary::Add | Binary::Subtract);
+        let is_product = matches!(operator, Binary::Multiply | Binary::Divide);
+        let is_neutral = match at.checked_sub(1).map(|before| self.formula.parts[before]) {
+            Some(Part::Integer(n)) => n == 0 && is_sum || n == 1 && is_product,
+            Some(Part::Bit(_)) => is_product,
+            Some(
+                Part::Real(_)
+                | Part::Word(_)
+                | Part::Element(_)
+                | Part::Unary(..)
+                | Part::Binary(..)
+                | Part::Call(..),
+            )
+            | None => false,
+        };
+        if !is_neutral {
+            let other = other_operator(operator);
+            self.exchanged(at, (operator.sign(), other.sign()), Part::Binary(other, of));
+        }
+    }
+
+    fn exchanged(&mut self, at: usize, (old, new): (&str, &str), part: Part) {
+        let what = format!("`{old}` is `{new}` in `{}`", self.text(at));
+        self.push((MutantKind::Operator, at, 0), what, Some(part));
+    }
+
+    fn constant(&mut self, (at, to): (usize, Direction), texts: (&str, &str), new: Part) {
+        let written = self.written.map_or(texts.0, |_| self.text(at));
+        let what = change_of_constant(written, texts);
+        let what = format!("{what} in `{}`", self.ground.text(self.whole));
+        self.push((MutantKind::Number, at, to as u32), what, Some(new));
+    }
+
+    fn place(&self, at: usize) -> Span {
+        self.written.map_or(self.whole, |written| written.parts[at].span)
+    }
+
+    fn text(&self, at: usize) -> &str {
+        self.ground.text(self.place(at))
+    }
+
+    fn push(
+        &mut self,
+        (kind, at, variant): (MutantKind, usize, u32),
+        what: String,
+        new: Option<Part>,
+    ) {
+        // Several parts share one place if their own places are unknown.
+        let variant = variant + 2 * at as u32;
+        let mutation = Mutation::Part(self.index, self.which, at, new);
+        let branch = self.index.branch.map(|at| at + 1);
+        let place = self.place(at);
+        self.found.push(Found { kind, place, variant, what, branch, mutation });
+    }
+}
+
+/// The integer constants at a compare of integers, each with the direction of the neighbour that
+/// has the same effect as the moved border.
+fn borders(parts: &[Part]) -> HashMap<usize, Direction> {
+    let mut borders = HashMap::new();
+    // The starts of the operands that wait for their operator.
+    let mut begins: Vec<usize> = Vec::new();
+    for (at, part) in parts.iter().enumerate() {
+        let count = match part {
+            Part::Integer(_) | Part::Real(_) | Part::Word(_) | Part::Bit(_) => 0,
+            Part::Unary(..) | Part::Element(_) => 1,
+            Part::Binary(..) => 2,
+            Part::Call(_, count, _) => *count as usize,
+        };
+        if let Part::Binary(operator, NumberType::Integer) = part
+            && let [.., left, right] = begins[..]
+            && let Some((on_right, on_left)) = beside(*operator)
+        {
+            if right + 1 == at {
+                borders.insert(right, on_right);
+            }
+            if left + 1 == right {
+                borders.insert(left, on_left);
+            }
+        }
+        let kept = begins.len().saturating_sub(count);
+        let begin = begins.get(kept).copied().filter(|_| count > 0).unwrap_or(at);
+        begins.truncate(kept);
+        begins.push(begin);
+    }
+    borders
+}
+
+/// The neighbours with the same effect as the moved border of an ordering: of a constant on its
+/// right side, and of a constant on its left side.
+fn beside(operator: Binary) -> Option<(Direction, Direction)> {
+    let grows = matches!(operator, Binary::AtLeast | Binary::Less);
+    let left_grows = matches!(operator, Binary::AtMost | Binary::Greater);
+    let direction = |grows| if grows { Direction::More } else { Direction::Less };
+    operator.is_ordering().then(|| (direction(grows), direction(left_grows)))
+}
+
+/// The operator that an author might confuse with this one.
+fn other_operator(operator: Binary) -> Binary {
+    match operator {
+        Binary::Power => Binary::Multiply,
+        Binary::Multiply => Binary::Divide,
+        Binary::Divide | Binary::Remainder => Binary::Multiply,
+        Binary::Add => Binary::Subtract,
+        Binary::Subtract => Binary::Add,
+        Binary::ShiftLeft => Binary::ShiftRight,
+        Binary::ShiftRight | Binary::ShiftRightZeros => Binary::ShiftLeft,
+        Binary::AtMost => Binary::Less,
+        Binary::Less => Binary::AtMost,
+        Binary::AtLeast => Binary::Greater,
+        Binary::Greater => Binary::AtLeast,
+        Binary::Equal => Binary::NotEqual,
+        Binary::NotEqual => Binary::Equal,
+        Binary::AndAlso => Binary::OrElse,
+        Binary::OrElse => Binary::AndAlso,
+        Binary::And => Binary::Or,
+        Binary::Or | Binary::Xor => Binary::And,
+    }
+}
+
+/// The function that an author might confuse with this one.
+fn other_function(function: Function) -> Option<Function> {
+    match function {
+        Function::Min => Some(Function::Max),
+        Function::Max => Some(Function::Min),
+        Function::Floor => Some(Function::Ceil),
+        Function::Ceil => Some(Function::Floor),
+        Function::Round => Some(Function::Trunc),
+        Function::Trunc => Some(Function::Round),
+        Function::Sin => Some(Function::Cos),
+        Function::Cos => Some(Function::Sin),
+        Function::Abs
+        | Function::Sum
+        | Function::Clamp
+        | Function::If
+        | Function::Toreal
+        | Function::Sqrt
+        | Function::Exp
+        | Function::Ln
+        | Function::Log10
+        | Function::Tan
+        | Function::Asin
+        | Function::Acos
+        | Function::Atan
+        | Function::Atan2
+        | Function::Scale => None,
+    }
+}

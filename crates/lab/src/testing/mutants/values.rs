@@ -1,0 +1,101 @@
+//! The numbers of an instruction, and the neighbours that an author might have written by mistake.
+
+use rungd_engine::isa::{OperandKind, Real, duration};
+pub use rungd_language::resolve::program::{Value, Written};
+
+/// The step from a constant to its neighbours, and the range of the neighbours.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ConstantStep {
+    /// The step; for a number of ms, the scan period.
+    pub step: i32,
+    /// The minimum constant at this place.
+    pub least: i32,
+    /// The maximum constant at this place.
+    pub most: i32,
+    /// Whether it is a number of ms.
+    pub is_time: bool,
+}
+
+impl ConstantStep {
+    /// The step for a count.
+    pub fn count(least: i32, most: i32) -> ConstantStep {
+        ConstantStep { step: 1, least, most, is_time: false }
+    }
+
+    /// The step for a duration.
+    pub fn time(period_ms: u32, least: i32) -> ConstantStep {
+        let step = i32::try_from(period_ms).unwrap_or(i32::MAX).max(1);
+        ConstantStep { step, least, most: i32::MAX, is_time: true }
+    }
+
+    /// The step for a number among the operands of an instruction. `to_bits`: FILL writes bits.
+    pub fn of(
+        kind: OperandKind,
+        written: Option<Written>,
+        period_ms: u32,
+        to_bits: bool,
+    ) -> ConstantStep {
+        if let OperandKind::Value(least, most) = kind {
+            return ConstantStep::count(least, most);
+        }
+        if to_bits && kind == OperandKind::Filling {
+            return ConstantStep::count(0, 1);
+        }
+        if kind == OperandKind::Interval {
+            // 0 and less mean every scan, as does every interval up to the period.
+            return ConstantStep::time(period_ms, 1);
+        }
+        match kind == OperandKind::Duration || written == Some(Written::Duration) {
+            true => ConstantStep::time(period_ms, 0),
+            false => ConstantStep::count(i32::MIN, i32::MAX),
+        }
+    }
+
+    /// The neighbours of a constant: the greater one, then the smaller one.
+    pub fn neighbours(self, value: Value) -> Vec<(Direction, Value)> {
+        match value {
+            Value::Const(n, written) => {
+                let both = [
+                    (Direction::More, n.checked_add(self.step)),
+                    (Direction::Less, n.checked_sub(self.step)),
+                ];
+                let fits = |n: &i32| (self.least..=self.most).contains(n);
+                let both = both.into_iter().filter_map(|(to, n)| Some((to, n.filter(fits)?)));
+                both.map(|(to, n)| (to, Value::Const(n, written))).collect()
+            }
+            Value::Real(real) => {
+                near(real).into_iter().map(|(to, real)| (to, Value::Real(real))).collect()
+            }
+            Value::Word(_) | Value::Element(_) => Vec::new(),
+        }
+    }
+
+    /// A constant as a text.
+    pub fn text(self, value: Value) -> String {
+        match value {
+            Value::Const(n, _) if self.is_time && n >= 0 => duration::print(n),
+            Value::Const(n, _) => n.to_string(),
+            Value::Real(real) => real.to_string(),
+            Value::Word(word) => word.to_string(),
+            Value::Element(element) => element.to_string(),
+        }
+    }
+}
+
+/// The side of a constant on which its neighbour lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(super) enum Direction {
+    /// The neighbour is greater.
+    More,
+    /// The neighbour is smaller.
+    Less,
+}
+
+/// The neighbours of a real: they differ by 1 % of it; for 0, they differ by 1.
+pub(super) fn near(real: Real) -> Vec<(Direction, Real)> {
+    let number = f64::from(real);
+    let step = if number == 0.0 { 1.0 } else { number.abs() / 100.0 };
+    let both = [(Direction::More, number + step), (Direction::Less, number - step)];
+    let both = both.into_iter().map(|(to, number)| (to, Real::stored(number).real));
+    both.filter(|(_, near)| *near != real).collect()
+}

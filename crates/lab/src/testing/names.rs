@@ -1,0 +1,175 @@
+//! The names of a program under test: the operands and devices that a step may set, force, wait for
+//! or lose.
+//!
+//! Made by `programs`, one for each program of a test file; used by `steps` and `random`. A test
+//! may write the same operands as the simulator ([`StimulusTarget::at`]), and force the same bits
+//! as an operator ([`rungd_engine::isa::Bit::forcible`]).
+
+use std::collections::HashMap;
+
+use super::condition::Condition;
+use super::step_text::WrittenCondition;
+use super::step_words::StepWord;
+use super::suite::TestOperand;
+use crate::sim::stimulus::StimulusTarget;
+use rungd_config::controller::Controller;
+use rungd_engine::Cell;
+use rungd_engine::isa::{Address, Bit, BitSpace, DeviceId};
+use rungd_language::lower::{Symbols, lower};
+use rungd_language::resolve::LoadOptions;
+use rungd_language::resolve::condition::{ConditionNames, NOT_IN_LADDER};
+use rungd_language::resolve::program::Program;
+use rungd_language::resolve::scope::{LookUp, Thing};
+use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::nearest::KnownNames;
+use rungd_language::source::span::Span;
+
+/// The names of a program, and their cells.
+pub(super) struct TestNames<'a> {
+    conditions: ConditionNames<'a>,
+    symbols: Symbols,
+    /// The addresses that are written in every scan, each with its writer: `device `plant``.
+    moved: HashMap<Address, String>,
+    devices: KnownNames,
+}
+
+/// An operand that a test writes or forces, and the values that it takes.
+#[derive(Clone, Debug)]
+pub(super) struct TestTarget {
+    pub operand: TestOperand,
+    pub takes: StimulusTarget,
+}
+
+impl<'a> TestNames<'a> {
+    pub fn of(
+        program: &Program,
+        controller: &Controller,
+        options: &'a LoadOptions,
+    ) -> TestNames<'a> {
+        TestNames {
+            conditions: ConditionNames::of(program, options),
+            symbols: lower(program).1,
+            moved: controller.simulated(),
+            devices: KnownNames::new(program.devices.iter().map(String::as_str)),
+        }
+    }
+
+    /// A condition over the program's cells.
+    ///
+    /// # Errors
+    /// The findings about it.
+    pub fn condition(&mut self, written: &WrittenCondition) -> Result<Condition, Vec<Finding>> {
+        let resolved = self.conditions.resolve(&written.contact)?;
+        Ok(Condition::new(&written.text, resolved, &self.symbols.layout))
+    }
+
+    /// A device.
+    pub fn device(&self, word: &StepWord) -> Result<DeviceId, Finding> {
+        let name = &word.value;
+        if let Ok(LookUp { thing: Thing::Device(id), .. }) = self.conditions.scope().look_up(name) {
+            return Ok(id);
+        }
+        let finding = |message: String| Finding::new(Code::TestStep, word.span, message);
+        if self.devices.iter().len() == 0 {
+            let finding = finding(format!("there is no device `{name}`"));
+            return Err(finding.help(
+                "field devices are those of a controller file: `controller = \"rungd.toml\"`",
+            ));
+        }
+        let names: Vec<String> = self.devices.iter().take(12).map(|of| format!("`{of}`")).collect();
+        let help = format!("there is {}", names.join(", "));
+        Err(finding(format!("no device is called `{name}`")).help(help).near(name, &self.devices))
+    }
+
+    /// The address of a name in a test.
+    fn address(&self, name: &str, span: Span) -> Result<Address, Finding> {
+        let scope = self.conditions.scope();
+        match scope.look_up(name) {
+            Ok(LookUp { thing: Thing::Address(address), .. }) => Ok(address),
+            Ok(_) => {
+                let message = scope.address(name).err().unwrap_or_default();
+                let finding = Finding::new(Code::OperandType, span, message);
+                Err(finding
+                    .help("name one bit or one word: `bottle`, `X0`, `late.Acc`, `recipe[3]`"))
+            }
+            Err(mistake) => {
+                let finding = mistake.finding(span);
+                let finding = finding.map(|of| of.declared_as(|| NOT_IN_LADDER.to_owned()));
+                Err(finding.unwrap_or_else(|| {
+                    Finding::new(Code::UnknownName, span, format!("nothing is called `{name}`"))
+                }))
+            }
+        }
+    }
+
+    /// An operand that a queued write or an input may change.
+    pub fn written(&self, name: &str, span: Span) -> Result<TestTarget, Finding> {
+        let address = self.address(name, span)?;
+        let finding = |message: String| Finding::new(Code::TestStep, span, message);
+        if let Some(mover) = self.moved.get(&address) {
+            let finding = finding(format!("`{name}` is moved by {mover} at every scan"));
+            return Err(
+                finding.help(format!("force it, `force {name} 1`, or use a fault of the plant"))
+            );
+        }
+        if let Address::Bit(Bit::Device(id, _)) = address {
+            let device = self.symbols.device(id);
+            let finding =
+                finding(format!("`{name}` shows the state of the device: nothing else writes it"));
+            return Err(finding.help(format!("write `lose {device}`, `restore {device}`")));
+        }
+        let takes = StimulusTarget::at(address, name, &self.symbols).map_err(|message| {
+            let finding = finding(message);
+            match address {
+                Address::Bit(bit) if bit.forcible() => {
+                    finding.help(format!("force it: `force {name} 1`"))
+                }
+                Address::Bit(_) | Address::Word(_) => {
+                    finding.help("the ladder changes it: set what the ladder reads")
+                }
+                Address::Structure(_) => {
+                    finding.help("one bit or one word is set: a structure has several")
+                }
+            }
+        })?;
+        Ok(self.target(name, address, takes))
+    }
+
+    /// An operand that may be forced.
+    pub fn forced(&self, name: &str, span: Span) -> Result<TestTarget, Finding> {
+        let address = self.address(name, span)?;
+        let takes = match address {
+            Address::Bit(Bit::Space(BitSpace::X, n)) => Ok(StimulusTarget::Input(n)),
+            Address::Bit(bit) if bit.forcible() => {
+                Ok(StimulusTarget::Bit(self.symbols.layout.bit(bit)))
+            }
+            Address::Bit(Bit::Space(..)) => {
+                Err(format!("`{name}` cannot be forced: it shows the state of the controller"))
+            }
+            Address::Bit(_) => Err(format!("`{name}` cannot be forced: the ladder switches it")),
+            Address::Word(_) | Address::Structure(_) => {
+                StimulusTarget::at(address, name, &self.symbols)
+            }
+        };
+        let takes = takes.map_err(|message| {
+            let finding = Finding::new(Code::TestStep, span, message);
+            finding.help("force what the ladder reads there: an input, a bit, a word")
+        })?;
+        Ok(self.target(name, address, takes))
+    }
+
+    fn target(&self, name: &str, address: Address, takes: StimulusTarget) -> TestTarget {
+        let cell = match takes {
+            StimulusTarget::Bit(cell) => Cell::Bit(cell),
+            StimulusTarget::Word(cell, _) | StimulusTarget::Real(cell, _) => Cell::Word(cell),
+            StimulusTarget::Input(n) => {
+                Cell::Bit(self.symbols.layout.bit(Bit::Space(BitSpace::X, n)))
+            }
+        };
+        let input = match address {
+            Address::Bit(Bit::Space(BitSpace::X, n)) => Some(n),
+            Address::Bit(_) | Address::Word(_) | Address::Structure(_) => None,
+        };
+        TestTarget { operand: TestOperand { name: name.to_owned(), cell, input }, takes }
+    }
+}

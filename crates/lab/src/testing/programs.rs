@@ -1,0 +1,227 @@
+//! The programs of a test file: the program with which scenarios begin, and the programs of
+//! `reload` steps.
+//!
+//! Called by `reading`. Each list of files is loaded once. Files that a reload of the daemon
+//! refuses are refused here too (`daemon::reload::ready`).
+
+use std::collections::{HashMap, HashSet};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::names::TestNames;
+use super::step_words::StepWord;
+use super::suite::{ProgramId, TestProgram};
+use rungd_config::controller;
+use rungd_config::controller::device::Device;
+use rungd_config::controller::written::WrittenController;
+pub use rungd_config::load::bench::{InputKind, bench, identity_of, input_kind, path_of};
+use rungd_config::load::{self, Loaded, OpenTexts};
+use rungd_language::lower::lower;
+use rungd_language::resolve::LoadOptions;
+use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::render::{Style, render};
+use rungd_language::source::span::FileId;
+use rungd_state::reload;
+
+/// The maximum number of programs of a test file.
+const PROGRAMS_MAX: usize = 100;
+
+/// The files of a program: their kind (a controller file, or ladders), and their identities.
+type FileList = (InputKind, Vec<PathBuf>);
+
+/// The result of a load, one for each list of files.
+#[derive(Clone, Debug)]
+pub(super) enum ProgramLoad {
+    /// The program can run.
+    Ready(ProgramId),
+    /// The files are refused, with this text.
+    Refused(String),
+}
+
+/// The settings for the ladders of scenarios.
+pub(super) enum BenchSettings {
+    /// The settings of the test file.
+    Test(Box<WrittenController>),
+    /// The settings of a controller file.
+    Controller,
+}
+
+/// All programs that have been loaded so far.
+pub(super) struct Programs<'a> {
+    /// The test file.
+    pub path: &'a Path,
+    texts: &'a OpenTexts,
+    settings: BenchSettings,
+    options: &'a LoadOptions,
+    pub programs: Vec<TestProgram>,
+    pub names: Vec<TestNames<'a>>,
+    loads: Vec<(FileList, ProgramLoad)>,
+    /// The kinds of the files that have been named so far, by their identities.
+    kinds: HashMap<PathBuf, InputKind>,
+}
+
+impl<'a> Programs<'a> {
+    /// The list with only the program with which scenarios begin.
+    pub fn new(
+        (path, texts): (&'a Path, &'a OpenTexts),
+        settings: BenchSettings,
+        (first, files): (TestProgram, &[String]),
+        options: &'a LoadOptions,
+    ) -> Programs<'a> {
+        let kind = match settings {
+            BenchSettings::Test(_) => InputKind::Ladder,
+            BenchSettings::Controller => InputKind::Controller,
+        };
+        let list = files.iter().map(|name| identity_of(path, name)).collect();
+        let mut programs = Programs {
+            path,
+            texts,
+            settings,
+            options,
+            programs: Vec::new(),
+            names: Vec::new(),
+            loads: Vec::new(),
+            kinds: HashMap::new(),
+        };
+        let id = programs.add(first);
+        programs.loads.push(((kind, list), ProgramLoad::Ready(id)));
+        programs
+    }
+
+    fn add(&mut self, program: TestProgram) -> ProgramId {
+        self.names.push(TestNames::of(&program.program, &program.controller, self.options));
+        self.programs.push(program);
+        ProgramId(self.programs.len() - 1)
+    }
+
+    /// The result of a reload of these files.
+    ///
+    /// # Errors
+    /// The files cannot be read, or cannot be reloaded together.
+    pub fn reload(&mut self, files: &[StepWord]) -> Result<ProgramLoad, Finding> {
+        let list = self.list(files)?;
+        if let Some((_, known)) = self.loads.iter().find(|(known, _)| *known == list) {
+            return Ok(known.clone());
+        }
+        if self.loads.len() == PROGRAMS_MAX {
+            let place = files.first().map_or_else(Default::default, |file| file.span);
+            let message = format!("more than {PROGRAMS_MAX} lists of files");
+            let finding = Finding::new(Code::TestStep, place, message);
+            return Err(finding.help("divide the test file into several files"));
+        }
+        let loaded = self.load(files, list.0)?;
+        let load = match self.refusal(&loaded) {
+            Some(text) => ProgramLoad::Refused(text),
+            None => match test_program(loaded) {
+                Ok(program) => ProgramLoad::Ready(self.add(program)),
+                Err(loaded) => ProgramLoad::Refused(told(&loaded)),
+            },
+        };
+        self.loads.push((list, load.clone()));
+        Ok(load)
+    }
+
+    /// The identity of a list of files.
+    fn list(&mut self, files: &[StepWord]) -> Result<FileList, Finding> {
+        let mut identities: Vec<PathBuf> = Vec::new();
+        let mut seen: HashSet<PathBuf> = HashSet::new();
+        let mut controller = None;
+        for file in files {
+            let finding = |message: String| Finding::new(Code::TestStep, file.span, message);
+            let identity = identity_of(self.path, &file.value);
+            let kind =
+                match self.kinds.get(&identity) {
+                    Some(kind) => *kind,
+                    None => input_kind(&path_of(self.path, &file.value), self.texts).map_err(
+                        |reason| finding(reason).help("paths are relative to the test file"),
+                    )?,
+                };
+            self.kinds.insert(identity.clone(), kind);
+            if kind == InputKind::Controller {
+                controller = Some(file);
+            }
+            if !seen.insert(identity.clone()) {
+                let finding = finding(format!("`{}` is named twice", file.value));
+                return Err(finding.help("remove one of the two"));
+            }
+            identities.push(identity);
+        }
+        match controller {
+            None => Ok((InputKind::Ladder, identities)),
+            Some(_) if files.len() == 1 => Ok((InputKind::Controller, identities)),
+            Some(file) => {
+                let message =
+                    format!("`{}` is a controller file, given with other files", file.value);
+                let finding = Finding::new(Code::TestStep, file.span, message);
+                Err(finding
+                    .help(format!("name it alone, `reload {}`, or name ladders alone", file.value)))
+            }
+        }
+    }
+
+    fn load(&self, files: &[StepWord], kind: InputKind) -> Result<Loaded, Finding> {
+        let names: Vec<String> = files.iter().map(|file| file.value.clone()).collect();
+        let place = files.first().map_or_else(Default::default, |file| file.span);
+        if kind == InputKind::Controller {
+            return load::controller_among(&path_of(self.path, &names[0]), self.texts)
+                .map_err(|failure| Finding::new(Code::TestStep, place, format!("{failure:#}")));
+        }
+        let first = &self.programs[0].files[0];
+        match &self.settings {
+            BenchSettings::Test(settings) => {
+                let settings = settings.of_test_with_ladder(&names);
+                {
+                    let of = (first.clone(), InputKind::Ladder);
+                    Ok(bench(self.path, of, &settings, self.texts))
+                }
+            }
+            BenchSettings::Controller => {
+                let (written, _) = controller::read(&first.text, FileId(0));
+                match written {
+                    Some(written) => {
+                        let of = (first.clone(), InputKind::Controller);
+                        Ok(bench(self.path, of, &written.with_ladder(&names), self.texts))
+                    }
+                    None => Ok(Loaded::default()),
+                }
+            }
+        }
+    }
+
+    /// The reason why a reload refuses files; `None`: it accepts them.
+    fn refusal(&self, loaded: &Loaded) -> Option<String> {
+        let (Some(program), Some(_)) = (&loaded.program, &loaded.controller) else {
+            return Some(told(loaded));
+        };
+        let running = &self.programs[0].program;
+        let file = loaded.files.first().map_or("", |file| file.name.as_str());
+        if program.devices != running.devices {
+            return Some(format!("{file}: {}", reload::OTHER_DEVICES));
+        }
+        if program.sizes != running.sizes {
+            return Some(format!("{file}: {}", reload::OTHER_SIZES));
+        }
+        let devices = &self.programs[0].controller.devices;
+        if devices.is_empty() {
+            return None;
+        }
+        let ((_, first), (_, next)) = (lower(running), lower(program));
+        let misfit = reload::misfit(devices.iter().flat_map(Device::wired), &first, &next);
+        misfit.map(|why| format!("{file}: {why}"))
+    }
+}
+
+/// The findings of a load, as a command prints them.
+fn told(loaded: &Loaded) -> String {
+    render(&loaded.findings, &loaded.files, Style::default())
+}
+
+/// The program of a load.
+pub(super) fn test_program(loaded: Loaded) -> Result<TestProgram, Box<Loaded>> {
+    match loaded {
+        Loaded { files, program: Some(program), controller: Some(controller), .. } => {
+            Ok(TestProgram { program: Arc::new(program), controller: Arc::new(controller), files })
+        }
+        refused => Err(Box::new(refused)),
+    }
+}

@@ -1,0 +1,190 @@
+//! Resolves the changes of a random test: operands, probabilities, limits and steps.
+//!
+//! Called by `reading`. No random numbers are drawn here.
+
+use super::names::TestTarget;
+use super::programs::Programs;
+use super::steps::twice;
+use super::suite::{Chance, RandomChange, RandomMotion};
+use super::written::{WrittenChange, WrittenRandom};
+use crate::sim::stimulus::StimulusTarget;
+use rungd_engine::TIME_END_NS;
+use rungd_language::source::atom::{Atom, AtomKind};
+use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::reader::Text;
+use rungd_language::source::span::Span;
+
+/// The changes of a random test. Adds findings about them.
+pub(super) fn changes(
+    programs: &Programs<'_>,
+    written: &WrittenRandom,
+    findings: &mut Vec<Finding>,
+) -> Vec<RandomChange> {
+    findings.extend(too_long(programs, written));
+    let mut changes: Vec<RandomChange> = Vec::new();
+    let mut seen = std::collections::HashMap::new();
+    for (name, change) in &written.changes {
+        let target = programs.names[0].written(&name.text, name.span);
+        let change = target.and_then(|target| {
+            if let Some(first) = seen.insert(target.operand.cell, name.span) {
+                return Err(twice(&name.text, name.span, first));
+            }
+            resolve(target, change)
+        });
+        match change {
+            Ok(change) => changes.push(change),
+            Err(finding) => findings.push(finding),
+        }
+    }
+    changes
+}
+
+fn too_long(programs: &Programs<'_>, written: &WrittenRandom) -> Option<Finding> {
+    let scans = written.scans?;
+    let period_ns = u128::from(programs.programs[0].controller.period_ms) * 1_000_000;
+    let lasts_ns = u128::from(scans.value.unsigned_abs()) * period_ns;
+    (lasts_ns >= u128::from(TIME_END_NS)).then(|| {
+        let message = "a run lasts longer than 146 years, the maximum";
+        Finding::new(Code::TestFile, scans.span, message).help("write `scans = 5000`")
+    })
+}
+
+fn resolve(target: TestTarget, change: &WrittenChange) -> Result<RandomChange, Finding> {
+    let name = &target.operand.name;
+    let is_bit = matches!(target.takes, StimulusTarget::Input(_) | StimulusTarget::Bit(_));
+    match change {
+        WrittenChange::Toggle(text) if is_bit => {
+            let chance = chance(text)?;
+            Ok(RandomChange { operand: target.operand, chance, motion: RandomMotion::Toggle })
+        }
+        WrittenChange::Toggle(text) => {
+            let message = format!("`{name}` is a word: it does not toggle");
+            let finding = Finding::new(Code::TestFile, text.span, message);
+            let form = format!("{{ jump = \"0..9\", chance = \"{}\" }}", text.text);
+            Err(finding.help(format!("write `{name} = {form}`, or `walk` with a `step`")))
+        }
+        WrittenChange::Moves { span, .. } if is_bit => {
+            let message = format!("`{name}` is a bit: it only toggles");
+            let finding = Finding::new(Code::TestFile, *span, message);
+            Err(finding.help(format!("write `{name} = \"1%\"`")))
+        }
+        WrittenChange::Moves { span, walk, jump, step, chance: written } => {
+            // A missing chance already has a finding.
+            let chance = written.as_ref().map_or(Ok(Chance(0)), chance)?;
+            let motion = match (walk, jump, step) {
+                (Some(walk), None, Some(step)) => {
+                    let (low, high) = limits(&target, walk)?;
+                    let step = step_of(&target, step)?;
+                    RandomMotion::Walk { low, high, step }
+                }
+                (None, Some(jump), None) => {
+                    let (low, high) = limits(&target, jump)?;
+                    RandomMotion::Jump { low, high }
+                }
+                (Some(_), None, None) => return Err(form(*span, "`walk` wants a `step`")),
+                (None, Some(_), Some(step)) => {
+                    return Err(form(step.span, "`jump` has no `step`"));
+                }
+                (Some(_), Some(_), _) => {
+                    return Err(form(*span, "a change has `walk` or `jump`, not both"));
+                }
+                (None, None, _) => return Err(form(*span, "a change has `walk` or `jump`")),
+            };
+            Ok(RandomChange { operand: target.operand, chance, motion })
+        }
+    }
+}
+
+fn form(span: Span, message: &str) -> Finding {
+    Finding::new(Code::TestFile, span, message).help(
+        "write `{ walk = \"0..100\", step = 3, chance = \"10%\" }`, or `{ jump = \"0..9\", chance \
+         = \"2%\" }`",
+    )
+}
+
+/// A probability: `0.1%`.
+fn chance(text: &Text) -> Result<Chance, Finding> {
+    let finding = |message: &str| {
+        let message = format!("`{}` {message}", text.text);
+        Finding::new(Code::TestFile, text.span, message)
+    };
+    let number = text.text.trim().strip_suffix('%').map(str::trim_end);
+    let parts = number.and_then(|number| {
+        let (whole, fraction) = number.split_once('.').unwrap_or((number, "0"));
+        let digits = |part: &str| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit());
+        if !digits(whole) || !digits(fraction) || fraction.len() > 4 {
+            return None;
+        }
+        let whole = whole.parse::<u32>().ok()?.checked_mul(10_000)?;
+        whole.checked_add(format!("{fraction:0<4}").parse().ok()?)
+    });
+    match parts {
+        Some(parts @ 1..=1_000_000) => Ok(Chance(parts)),
+        Some(_) => Err(finding("is no probability that changes anything")
+            .help("write `\"0.0001%\"` to `\"100%\"`")),
+        None => Err(finding("is no probability").help("write `\"1%\"`, `\"0.1%\"`")),
+    }
+}
+
+/// The limits of a walk or a jump: `0..100`.
+fn limits(target: &TestTarget, text: &Text) -> Result<(f64, f64), Finding> {
+    let ends = text
+        .text
+        .split_once("..")
+        .and_then(|(low, high)| Some((number(target, low.trim())?, number(target, high.trim())?)));
+    let finding = |code, message: String| Finding::new(code, text.span, message);
+    let Some((low, high)) = ends else {
+        let finding = finding(Code::TestFile, format!("`{}` is no range of values", text.text));
+        return Err(finding.help(match target.takes {
+            StimulusTarget::Real(..) => "write `\"-5..100\"`, `\"0.5..2.5\"`",
+            StimulusTarget::Input(_) | StimulusTarget::Bit(_) | StimulusTarget::Word(..) => {
+                "write whole numbers: `\"-5..100\"`"
+            }
+        }));
+    };
+    if low >= high {
+        let finding = finding(Code::OutOfRange, "a range goes from low to high".to_owned());
+        return Err(finding.help(format!("write `\"{high}..{low}\"`")));
+    }
+    let (least, most, shown) = match target.takes {
+        StimulusTarget::Word(_, (min, max)) => {
+            (min.into(), max.into(), [min, max].map(|n| n.to_string()))
+        }
+        StimulusTarget::Real(_, (min, max)) => {
+            (f64::from(min), f64::from(max), [min, max].map(|n| n.to_string()))
+        }
+        StimulusTarget::Input(_) | StimulusTarget::Bit(_) => return Ok((low, high)),
+    };
+    if low < least || high > most {
+        let [min, max] = shown;
+        let message = format!("`{}` takes {min} to {max}", target.operand.name);
+        return Err(finding(Code::OutOfRange, message)
+            .help(format!("write a range within it: `\"{min}..{max}\"`")));
+    }
+    Ok((low, high))
+}
+
+fn step_of(target: &TestTarget, text: &Text) -> Result<f64, Finding> {
+    match number(target, text.text.trim()) {
+        Some(step) if step > 0.0 => Ok(step),
+        Some(_) | None => {
+            let message = format!("`{}` is no step", text.text);
+            let finding = Finding::new(Code::TestFile, text.span, message);
+            Err(finding.help(match target.takes {
+                StimulusTarget::Real(..) => "a step is a number above 0: `step = 0.5`",
+                StimulusTarget::Input(_) | StimulusTarget::Bit(_) | StimulusTarget::Word(..) => {
+                    "a step is a whole number above 0: `step = 3`"
+                }
+            }))
+        }
+    }
+}
+
+/// A number in the form of the operand: a whole number for a word.
+fn number(target: &TestTarget, text: &str) -> Option<f64> {
+    match (Atom::parse(text, Span::default()).ok()?.kind, target.takes) {
+        (AtomKind::Integer(number), _) => Some(number.into()),
+        (AtomKind::Real(real), StimulusTarget::Real(..)) => Some(real.into()),
+        (AtomKind::Name(_) | AtomKind::Duration(_) | AtomKind::Real(_), _) => None,
+    }
+}

@@ -1,0 +1,317 @@
+//! Reads a test file: its keys, its steps and conditions, and the files that it names.
+//!
+//! `cli` calls [`read_suite`] and prints the findings; `runner` gets the [`Suite`]. The test file
+//! has the number 0, the ladder or controller files follow. Errors in these files are findings too,
+//! but their warnings are not: `rungd check` reports them.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+
+use super::condition::Condition;
+use super::programs::{BenchSettings, Programs, test_program};
+use super::random;
+use super::step_text::{self, WrittenCondition, WrittenStep};
+use super::steps::StepResolver;
+use super::suite::{RandomTest, Scenario, Suite, TestOperand, TestProgram};
+use super::written::{self, WrittenBench, WrittenRandom, WrittenScenario, WrittenSuite};
+pub use rungd_config::load::bench::{InputKind, bench};
+pub use rungd_config::load::{self, Loaded, OpenTexts, decode, read_bytes};
+use rungd_language::resolve::LoadOptions;
+use rungd_language::source::finding::{Code, Finding, Severity};
+use rungd_language::source::lost::LostTexts;
+use rungd_language::source::reader::Text;
+use rungd_language::source::span::{FileId, Located, SourceFile, Span};
+
+/// The result of reading a test file.
+#[derive(Debug)]
+pub struct ReadSuite {
+    /// The test file, and the files of the program with which its scenarios begin, in the order of
+    /// their numbers.
+    pub files: Vec<SourceFile>,
+    /// All findings, in order of place.
+    pub findings: Vec<Finding>,
+    /// The tests; `None` if a finding is an error.
+    pub suite: Option<Suite>,
+}
+
+impl ReadSuite {
+    /// The paths of all files that were read, with those of `reload` steps. Files of the library
+    /// are not among them.
+    pub fn paths(&self) -> Vec<String> {
+        let programs = self.suite.iter().flat_map(|suite| &suite.programs);
+        let files = self.files.iter().chain(programs.flat_map(|program| &program.files));
+        let mut paths: Vec<String> = files.map(|file| file.name.clone()).collect();
+        paths.retain(|path| !path.starts_with("lib:"));
+        paths.sort_unstable();
+        paths.dedup();
+        paths
+    }
+}
+
+/// Reads a test file and the files that it names.
+///
+/// # Errors
+/// The test file itself cannot be read.
+pub fn read_suite(path: &Path) -> Result<ReadSuite> {
+    let bytes = read_bytes(path).with_context(|| path.display().to_string())?;
+    let (text, finding) = decode(&bytes, FileId(0));
+    let file = SourceFile { name: path.display().to_string(), text };
+    Ok(read_text(path, file, finding))
+}
+
+/// As [`read_suite`], with the text of the file.
+pub fn read_text(path: &Path, file: SourceFile, undecoded: Option<Finding>) -> ReadSuite {
+    read_among(path, (file, undecoded), &OpenTexts::default())
+}
+
+/// As [`read_text`], with texts that replace files on disk.
+pub fn read_among(
+    path: &Path,
+    (file, undecoded): (SourceFile, Option<Finding>),
+    texts: &OpenTexts,
+) -> ReadSuite {
+    let (findings, files) = (undecoded.into_iter().collect(), vec![file]);
+    let mut reading = Reading { findings, files, texts: texts.clone(), lost: LostTexts::default() };
+    let suite = match reading.findings.is_empty() {
+        true => reading.suite(path),
+        false => None,
+    };
+    let Reading { mut findings, files, lost, .. } = reading;
+    lost.keep_sure(&mut findings);
+    findings.sort_by_key(|of| (of.span.file, of.span.start, of.span.end, of.code));
+    let refused =
+        !lost.is_empty() || findings.iter().any(|finding| finding.severity() == Severity::Error);
+    ReadSuite { files, findings, suite: suite.filter(|_| !refused) }
+}
+
+/// The files and findings so far.
+struct Reading {
+    files: Vec<SourceFile>,
+    findings: Vec<Finding>,
+    texts: OpenTexts,
+    lost: LostTexts,
+}
+
+/// A scenario whose steps have been read, but not resolved.
+type ReadScenario = (WrittenScenario, Vec<Located<WrittenStep>>);
+
+impl Reading {
+    fn suite(&mut self, path: &Path) -> Option<Suite> {
+        let (written, found) = written::read(&self.files[0].text, FileId(0));
+        self.findings.extend(found);
+        let WrittenSuite { bench, always, scenarios, randoms, lost } = written?;
+        self.lost.add_settings(FileId(0), lost);
+        self.names(&scenarios, &randoms);
+        let always = self.conditions(always);
+        let scenarios: Vec<ReadScenario> =
+            scenarios.into_iter().map(|scenario| self.read_steps(scenario)).collect();
+        let (settings, first, names) = self.bench(path, bench?)?;
+        let (options, texts) = (LoadOptions::default(), self.texts.clone());
+        let mut programs = Programs::new((path, &texts), settings, (first, &names), &options);
+        let resolved = Resolution::of(&mut programs, &always, (scenarios, randoms));
+        self.findings.extend(resolved.findings);
+        Some(Suite {
+            name: self.files[0].name.clone(),
+            file: self.files[0].clone(),
+            programs: programs.programs,
+            always: resolved.always,
+            scenarios: resolved.scenarios,
+            randoms: resolved.randoms,
+        })
+    }
+
+    /// Adds findings for tests with the same name.
+    fn names(&mut self, scenarios: &[WrittenScenario], randoms: &[WrittenRandom]) {
+        let mut seen: HashMap<&str, Span> = HashMap::new();
+        let names = scenarios.iter().map(|of| &of.name).chain(randoms.iter().map(|of| &of.name));
+        for name in names.flatten() {
+            if let Some(first) = seen.insert(&name.text, name.span) {
+                let message = format!("two tests are called `{}`", name.text);
+                let finding = Finding::new(Code::DuplicateName, name.span, message);
+                let finding = finding.related(first, "the other one");
+                self.findings.push(finding.help("give each test a name of its own"));
+                seen.insert(&name.text, first);
+            }
+        }
+    }
+
+    fn conditions(&mut self, texts: Vec<Text>) -> Vec<(Span, WrittenCondition)> {
+        let mut conditions = Vec::new();
+        for text in texts {
+            match step_text::condition(&text.text, text.span) {
+                Ok(condition) => {
+                    self.findings.extend(condition.doubts());
+                    conditions.push((text.span, condition));
+                }
+                Err(finding) => self.findings.push(finding),
+            }
+        }
+        conditions
+    }
+
+    fn read_steps(&mut self, mut scenario: WrittenScenario) -> ReadScenario {
+        let mut steps = Vec::new();
+        for text in std::mem::take(&mut scenario.steps) {
+            match step_text::parse(&text.text, text.span) {
+                Ok(value) => {
+                    self.findings.extend(value.condition().map_or(Vec::new(), |of| of.doubts()));
+                    steps.push(Located { value, span: text.span });
+                }
+                Err(finding) => self.findings.push(finding),
+            }
+        }
+        (scenario, steps)
+    }
+
+    /// The settings, the program with which scenarios begin, and the names of its files.
+    fn bench(
+        &mut self,
+        path: &Path,
+        bench_written: WrittenBench,
+    ) -> Option<(BenchSettings, TestProgram, Vec<String>)> {
+        let (loaded, settings, names) = match bench_written {
+            WrittenBench::Ladders(settings) => {
+                let names = settings.ladder.iter().map(|name| name.text.clone()).collect();
+                let of = (self.files[0].clone(), InputKind::Ladder);
+                let loaded = bench(path, of, &settings, &self.texts);
+                (loaded, BenchSettings::Test(settings), names)
+            }
+            WrittenBench::Controller(name) => {
+                let controller = load::bench::path_of(path, &name.text);
+                match load::controller_among(&controller, &self.texts) {
+                    Ok(loaded) => (loaded, BenchSettings::Controller, vec![name.text]),
+                    Err(failure) => {
+                        let cause = failure.root_cause();
+                        let message = format!("cannot read `{}`: {cause}", controller.display());
+                        let finding = Finding::new(Code::TestFile, name.span, message);
+                        let finding = finding.help("paths are relative to the test file");
+                        self.findings.push(finding);
+                        return None;
+                    }
+                }
+            }
+        };
+        let shift = u32::from(matches!(settings, BenchSettings::Controller));
+        self.add(&loaded, shift);
+        Some((settings, test_program(loaded).ok()?, names))
+    }
+
+    /// Adds the files and findings of a load. `shift`: added to the file numbers of the load.
+    fn add(&mut self, loaded: &Loaded, shift: u32) {
+        let new = if shift == 0 { 1 } else { 0 };
+        self.files.extend(loaded.files[new..].iter().cloned());
+        for finding in &loaded.findings {
+            let mut finding = finding.clone();
+            finding.span.file.0 += shift;
+            finding.related.iter_mut().for_each(|(span, _)| span.file.0 += shift);
+            if finding.severity() == Severity::Error || finding.span.file == FileId(0) {
+                self.findings.push(finding);
+            }
+        }
+    }
+}
+
+/// The tests with their names resolved.
+struct Resolution {
+    findings: Vec<Finding>,
+    always: Vec<Vec<Condition>>,
+    scenarios: Vec<Scenario>,
+    randoms: Vec<RandomTest>,
+}
+
+impl Resolution {
+    fn of(
+        programs: &mut Programs<'_>,
+        always: &[(Span, WrittenCondition)],
+        (scenarios, randoms): (Vec<ReadScenario>, Vec<WrittenRandom>),
+    ) -> Resolution {
+        let mut all = Resolution {
+            findings: Vec::new(),
+            always: Vec::new(),
+            scenarios: Vec::new(),
+            randoms: Vec::new(),
+        };
+        all.always(programs, always, None);
+        for (scenario, steps) in scenarios {
+            let mut resolver = StepResolver::new(programs);
+            let set = resolver.set(&scenario.set);
+            let before = resolver.programs.programs.len();
+            let steps = resolver.steps(steps);
+            all.findings.append(&mut resolver.findings);
+            if programs.programs.len() > before {
+                all.always(programs, always, Some(&steps));
+            }
+            let name = scenario.name.map(|name| name.text).unwrap_or_default();
+            all.scenarios.push(Scenario { name, span: scenario.span, set, steps });
+        }
+        for random in randoms {
+            let set = all.set(programs, &random);
+            let changes = random::changes(programs, &random, &mut all.findings);
+            let whole = |number: Option<Located<i64>>| {
+                number.map_or(0, |number| number.value.unsigned_abs())
+            };
+            all.randoms.push(RandomTest {
+                name: random.name.map(|name| name.text).unwrap_or_default(),
+                span: random.span,
+                runs: u32::try_from(whole(random.runs)).unwrap_or(u32::MAX),
+                scans: whole(random.scans),
+                seed: whole(random.seed),
+                set,
+                changes,
+            });
+        }
+        all
+    }
+
+    fn set(
+        &mut self,
+        programs: &mut Programs<'_>,
+        random: &WrittenRandom,
+    ) -> Vec<(TestOperand, i32)> {
+        let mut resolver = StepResolver::new(programs);
+        let set = resolver.set(&random.set);
+        self.findings.append(&mut resolver.findings);
+        set
+    }
+
+    /// Resolves `always` for the new programs; `steps`: the steps that loaded them.
+    fn always(
+        &mut self,
+        programs: &mut Programs<'_>,
+        always: &[(Span, WrittenCondition)],
+        steps: Option<&[Located<super::suite::TestStep>]>,
+    ) {
+        for id in self.always.len()..programs.programs.len() {
+            let mut conditions = Vec::new();
+            let reload = steps.and_then(|steps| reload_of(steps, id));
+            for (span, written) in always {
+                match (programs.names[id].condition(written), reload) {
+                    (Ok(condition), _) => conditions.push(condition),
+                    (Err(found), None) => self.findings.extend(found),
+                    (Err(found), Some(step)) => {
+                        self.findings.extend(behind_reload(step, *span, found));
+                    }
+                }
+            }
+            self.always.push(conditions);
+        }
+    }
+}
+
+/// The place of the `reload` step that loads a program.
+fn reload_of(steps: &[Located<super::suite::TestStep>], id: usize) -> Option<Span> {
+    let to = super::suite::ProgramId(id);
+    steps.iter().find(|step| step.value.reloaded() == Some(to)).map(|step| step.span)
+}
+
+/// The findings about a line of `always` in the program of a `reload` step, placed at that step.
+fn behind_reload(step: Span, line: Span, found: Vec<Finding>) -> Vec<Finding> {
+    let at_step = |finding: Finding| {
+        let message = format!("an `always` line does not fit this program: {}", finding.message);
+        let told = Finding::new(Code::TestStep, step, message).related(line, "this line");
+        told.with_help_of(finding)
+    };
+    found.into_iter().map(at_step).collect()
+}

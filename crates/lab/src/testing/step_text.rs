@@ -1,0 +1,464 @@
+//! A step as written: one string, split into its parts, each with its place.
+//!
+//! `reading` calls [`parse`]. It parses the forms of all steps; `steps` resolves the names of the
+//! ladder. The help for a mistake can be copied into the file.
+
+use super::step_forms::{FORMS, step_form};
+use super::step_words::{StepWord, StepWords, count};
+use super::suite::TestTime;
+use rungd_base::calendar;
+use rungd_engine::isa::duration;
+use rungd_language::source::atom::bad_duration;
+pub use rungd_language::source::contact::Contact;
+use rungd_language::source::contact_sum::Sum;
+use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::nearest::nearest;
+use rungd_language::source::span::{Located, Span};
+use rungd_language::source::sum_parser::parse_condition;
+
+/// A condition as written.
+#[derive(Clone, Debug)]
+pub(super) struct WrittenCondition {
+    pub text: String,
+    pub contact: Contact<Sum>,
+}
+
+impl WrittenCondition {
+    /// The warnings about it: `&` and `|` next to each other without parentheses.
+    pub fn doubts(&self) -> Vec<Finding> {
+        let mut found = Vec::new();
+        doubts(&self.contact, &mut found);
+        found
+    }
+}
+
+fn doubts(contact: &Contact<Sum>, found: &mut Vec<Finding>) {
+    let is_bare = |part: &Contact<Sum>| {
+        if let Contact::All(parts, span) = part {
+            return parts.first().is_some_and(|first| first.span().start == span.start);
+        }
+        false
+    };
+    match contact {
+        Contact::Any(parts, span) => {
+            if parts.iter().any(is_bare) {
+                let message = "`&` and `|` are mixed without parentheses";
+                let finding = Finding::new(Code::MixedAndOr, *span, message);
+                let help = format!("as it is read now: `{contact}`");
+                found.push(finding.label("`&` binds tighter").help(help));
+            }
+            parts.iter().for_each(|part| doubts(part, found));
+        }
+        Contact::All(parts, _) => parts.iter().for_each(|part| doubts(part, found)),
+        Contact::Not(inner, _) | Contact::Edge(_, inner, _) => doubts(inner, found),
+        Contact::Bit(_) | Contact::Compare(..) => {}
+    }
+}
+
+/// A step as written.
+#[derive(Clone, Debug)]
+pub(super) enum WrittenStep {
+    Set(StepWord, StepWord),
+    Force(StepWord, StepWord),
+    Unforce(StepWord),
+    Pulse { operand: StepWord, on_ms: u32, every: Option<(Located<u32>, u32)> },
+    Beat { operand: StepWord, on_ms: u32, every: Located<u32> },
+    Run(TestTime),
+    Expect(WrittenCondition),
+    Within(u32, WrittenCondition),
+    Hold(u32, WrittenCondition),
+    Stop,
+    Start,
+    Restart,
+    PowerCut(u32),
+    Reload(Vec<StepWord>),
+    Lose(StepWord),
+    Restore(StepWord),
+    Clock(i64),
+}
+
+type ParsedStep<T> = Result<T, Box<Finding>>;
+
+/// Words of other test languages, each with the form of this language.
+const HABITS: [(&str, &str); 16] = [
+    ("wait", "run 2s"),
+    ("sleep", "run 2s"),
+    ("delay", "run 2s"),
+    ("advance", "run 2s"),
+    ("scan", "run 1 scans"),
+    ("assert", "expect: pusher"),
+    ("check", "expect: pusher"),
+    ("until", "within 2s: pusher"),
+    ("always", "hold 300ms: full_lamp"),
+    ("write", "set bottle 1"),
+    ("reset", "set bottle 0"),
+    ("toggle", "pulse bottle 100ms"),
+    ("release", "unforce pusher"),
+    ("powercut", "power-cut"),
+    ("disconnect", "lose plant"),
+    ("connect", "restore plant"),
+];
+
+/// Parses a condition; `span` is the place of its text.
+pub(super) fn condition(text: &str, span: Span) -> Result<WrittenCondition, Finding> {
+    let contact = parse_condition(text, span)?;
+    Ok(WrittenCondition { text: text.to_owned(), contact })
+}
+
+/// Parses a step; `span` is the place of its text.
+///
+/// # Errors
+/// Its first mistake.
+pub(super) fn parse(text: &str, span: Span) -> Result<WrittenStep, Finding> {
+    step(text, span).map_err(|finding| *finding)
+}
+
+fn step(text: &str, span: Span) -> ParsedStep<WrittenStep> {
+    let mut words = StepWords::new(text, span);
+    let Some(first) = words.next() else {
+        let finding = error(span, "an empty step");
+        return Err(finding.help("take it away, or write `run 2s`").into());
+    };
+    // `expect:` and `expect :` are the same.
+    let name = first.value.split(':').next().unwrap_or_default().to_owned();
+    let Some((form, _)) = step_form(&name) else {
+        return Err(unknown(&first, &name).into());
+    };
+    let mut step = StepParser { words, name: name.clone(), form };
+    match name.as_str() {
+        "expect" => return step.expect(text, span, first.span),
+        "within" => {
+            let (ms, condition) = step.timed(text, span, first.span)?;
+            return Ok(WrittenStep::Within(ms, condition));
+        }
+        "hold" => {
+            let (ms, condition) = step.timed(text, span, first.span)?;
+            return Ok(WrittenStep::Hold(ms, condition));
+        }
+        _ => {}
+    }
+    if first.value != name {
+        let finding = error(first.span, format!("`{name}` has no `:` after it"));
+        return Err(finding.help(format!("write `{form}`")).into());
+    }
+    let read = step.plain(&name)?;
+    step.end()?;
+    Ok(read)
+}
+
+fn error(place: Span, message: impl Into<String>) -> Finding {
+    Finding::new(Code::TestStep, place, message)
+}
+
+fn unknown(first: &StepWord, name: &str) -> Finding {
+    let finding = error(first.span, format!("there is no step `{name}`"));
+    let lower = name.to_ascii_lowercase();
+    if let Some((_, form)) = HABITS.iter().find(|(habit, _)| *habit == lower) {
+        return finding.help(format!("write it as `{form}`"));
+    }
+    let colon = if first.value.ends_with(':') { ":" } else { "" };
+    let near = nearest(name, FORMS.iter().map(|(known, ..)| *known));
+    let near = near.map(|near| format!("did you mean `{near}{colon}`?"));
+    finding.help(near.unwrap_or_else(|| {
+        let names: Vec<String> = FORMS.iter().map(|(known, ..)| format!("`{known}`")).collect();
+        format!("the steps are {}", names.join(", "))
+    }))
+}
+
+/// The rest of a step after its name.
+struct StepParser<'t> {
+    words: StepWords<'t>,
+    name: String,
+    /// An example.
+    form: &'static str,
+}
+
+impl WrittenStep {
+    /// The condition that it waits for.
+    pub fn condition(&self) -> Option<&WrittenCondition> {
+        match self {
+            WrittenStep::Expect(condition)
+            | WrittenStep::Within(_, condition)
+            | WrittenStep::Hold(_, condition) => Some(condition),
+            WrittenStep::Set(..)
+            | WrittenStep::Force(..)
+            | WrittenStep::Unforce(_)
+            | WrittenStep::Pulse { .. }
+            | WrittenStep::Beat { .. }
+            | WrittenStep::Run(_)
+            | WrittenStep::Stop
+            | WrittenStep::Start
+            | WrittenStep::Restart
+            | WrittenStep::PowerCut(_)
+            | WrittenStep::Reload(_)
+            | WrittenStep::Lose(_)
+            | WrittenStep::Restore(_)
+            | WrittenStep::Clock(_) => None,
+        }
+    }
+}
+
+impl StepParser<'_> {
+    /// A step without a condition.
+    fn plain(&mut self, name: &str) -> ParsedStep<WrittenStep> {
+        Ok(match name {
+            "set" => {
+                let (operand, value) = self.assigned()?;
+                WrittenStep::Set(operand, value)
+            }
+            "force" => {
+                let (operand, value) = self.assigned()?;
+                WrittenStep::Force(operand, value)
+            }
+            "unforce" => WrittenStep::Unforce(self.word("an operand")?),
+            "pulse" => self.pulse()?,
+            "beat" => self.beat()?,
+            "run" => WrittenStep::Run(self.run()?),
+            "stop" => WrittenStep::Stop,
+            "start" => WrittenStep::Start,
+            "restart" => WrittenStep::Restart,
+            "power-cut" => WrittenStep::PowerCut(self.lost()?),
+            "reload" => self.reload()?,
+            "lose" => WrittenStep::Lose(self.word("a device")?),
+            "restore" => WrittenStep::Restore(self.word("a device")?),
+            _ => WrittenStep::Clock(self.clock()?),
+        })
+    }
+
+    fn fail(&self, place: Span, message: impl Into<String>) -> Box<Finding> {
+        Box::new(error(place, message).help(format!("write it as `{}`", self.form)))
+    }
+
+    /// The next word; `what`: the meaning of the word.
+    fn word(&mut self, what: &str) -> ParsedStep<StepWord> {
+        self.words.next().ok_or_else(|| {
+            let (what, which) = what.split_once(": ").unwrap_or((what, ""));
+            let which = if which.is_empty() { String::new() } else { format!(": {which}") };
+            self.fail(self.words.end(), format!("`{}` wants {what} here{which}", self.name))
+        })
+    }
+
+    /// Checks that no more words follow.
+    fn end(&mut self) -> ParsedStep<()> {
+        let Some(word) = self.words.next() else { return Ok(()) };
+        let place = word.span.to(self.words.end());
+        Err(self.fail(place, format!("nothing may follow this `{}`", self.name)))
+    }
+
+    /// An operand and its value.
+    fn assigned(&mut self) -> ParsedStep<(StepWord, StepWord)> {
+        let operand = self.word("an operand and a value")?;
+        let value = self.words.next();
+        let sign = value.as_ref().filter(|word| word.value.starts_with([':', '=']));
+        if let Some(sign) = sign {
+            let name = &self.name;
+            let value = self.words.next().map_or("1".to_owned(), |word| word.value);
+            let finding = error(sign.span, format!("`{name}` has no `{}`", sign.value));
+            return Err(finding.help(format!("write `{name} {} {value}`", operand.value)).into());
+        }
+        if let Some((left, right)) = operand.value.split_once('=') {
+            let finding = error(operand.span, format!("`{}` has no `=`", self.name));
+            let help = format!("write `{} {left} {}`", self.name, right.trim_start_matches('='));
+            return Err(finding.help(help).into());
+        }
+        match value {
+            Some(value) => Ok((operand, value)),
+            None => {
+                let message = format!("`{} {}` wants a value here", self.name, operand.value);
+                let finding = error(self.words.end(), message);
+                Err(finding.help(format!("write `{} {} 1`", self.name, operand.value)).into())
+            }
+        }
+    }
+
+    fn pulse(&mut self) -> ParsedStep<WrittenStep> {
+        let operand = self.word("an operand and a duration")?;
+        let on = self.duration("how long it is ON")?;
+        let Some(every) = self.words.next() else {
+            return Ok(WrittenStep::Pulse { operand, on_ms: on.value, every: None });
+        };
+        if every.value != "every" {
+            return Err(self.fail(every.span, "`every` or the end of the step belongs here"));
+        }
+        let every = self.duration("the time from one pulse to the next")?;
+        self.literal("times")?;
+        let times = self.word("the number of pulses")?;
+        let written = count(&times.value).ok().and_then(|count| u32::try_from(count).ok());
+        let Some(count) = written.filter(|count| *count > 0) else {
+            let message = format!("`{}` is no number of pulses", times.value);
+            return Err(self.fail(times.span, message));
+        };
+        self.not_shorter(on, every)?;
+        let every = Some((every, count));
+        Ok(WrittenStep::Pulse { operand, on_ms: on.value, every })
+    }
+
+    fn beat(&mut self) -> ParsedStep<WrittenStep> {
+        let operand = self.word("an operand and two durations")?;
+        let on = self.duration("how long it is ON")?;
+        self.literal("every")?;
+        let every = self.duration("the time from one pulse to the next")?;
+        self.not_shorter(on, every)?;
+        Ok(WrittenStep::Beat { operand, on_ms: on.value, every })
+    }
+
+    fn not_shorter(&self, on: Located<u32>, every: Located<u32>) -> ParsedStep<()> {
+        if every.value > on.value {
+            return Ok(());
+        }
+        let shown = |ms: u32| duration::print(ms.cast_signed());
+        let message =
+            format!("a pulse of {} every {} is never OFF", shown(on.value), shown(every.value));
+        let finding = error(every.span, message).related(on.span, "ON for this time");
+        let longer = on.value.saturating_mul(2).max(1).min(i32::MAX.cast_unsigned());
+        Err(finding
+            .help(format!("`every` is longer than the pulse: `every {}`", shown(longer)))
+            .into())
+    }
+
+    fn literal(&mut self, wanted: &str) -> ParsedStep<()> {
+        let word = self.word(&format!("`{wanted}`"))?;
+        if word.value == wanted {
+            return Ok(());
+        }
+        Err(self.fail(word.span, format!("`{wanted}` belongs here")))
+    }
+
+    fn duration(&mut self, what: &str) -> ParsedStep<Located<u32>> {
+        let word = self.word(&format!("a duration: {what}"))?;
+        milliseconds(&word).map_err(Box::new)
+    }
+
+    fn run(&mut self) -> ParsedStep<TestTime> {
+        let first = self.word("a duration, or a number of scans")?;
+        let digits = first.value.strip_prefix("0x").unwrap_or(&first.value);
+        let is_number = match digits.len() == first.value.len() {
+            true => digits.bytes().all(|b| b.is_ascii_digit()),
+            false => !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_hexdigit()),
+        };
+        if !is_number {
+            return Ok(TestTime::Ms(milliseconds(&first)?.value));
+        }
+        let n = first.value.as_str();
+        match self.words.next() {
+            Some(word) if word.value == "scans" => {
+                let (message, help) = match count(n) {
+                    Ok(0) => ("no scan passes here", "write `run 1 scans`, or take it away"),
+                    Ok(scans) => return Ok(TestTime::Scans(scans)),
+                    Err(_) => ("more scans than can be counted", "write `run 1000000 scans`"),
+                };
+                Err(error(first.span, message).help(help).into())
+            }
+            Some(word) => {
+                let message = format!("`scans` belongs here, not `{}`", word.value);
+                let unit = ["ms", "s", "m", "h"].contains(&word.value.as_str());
+                let joined = if unit { format!("{n}{}", word.value) } else { format!("{n} scans") };
+                Err(error(word.span, message).help(format!("write `run {joined}`")).into())
+            }
+            None => {
+                let finding = error(first.span, format!("`{n}` of what?"));
+                let help = format!("write `run {n}s`, `run {n}ms` or `run {n} scans`");
+                Err(finding.help(help).into())
+            }
+        }
+    }
+
+    fn lost(&mut self) -> ParsedStep<u32> {
+        let Some(word) = self.words.next() else { return Ok(0) };
+        if word.value != "lose" {
+            return Err(self.fail(word.span, "`lose` or the end of the step belongs here"));
+        }
+        Ok(self.duration("how old the restored image is")?.value)
+    }
+
+    fn reload(&mut self) -> ParsedStep<WrittenStep> {
+        let mut files = vec![self.word("the files to load")?];
+        while let Some(file) = self.words.next() {
+            files.push(file);
+        }
+        Ok(WrittenStep::Reload(files))
+    }
+
+    fn clock(&mut self) -> ParsedStep<i64> {
+        let word = self.word("a date and a time")?;
+        calendar::parse_seconds(&word.value).ok_or_else(|| {
+            self.fail(word.span, format!("`{}` is not a time of the calendar", word.value))
+        })
+    }
+
+    /// `expect: CONTACTS`.
+    fn expect(&mut self, text: &str, span: Span, name: Span) -> ParsedStep<WrittenStep> {
+        let at = (name.start - span.start) as usize + "expect".len();
+        let behind = &text[at..];
+        let spaces = behind.len() - behind.trim_start().len();
+        if !behind.trim_start().starts_with(':') {
+            let finding = error(span.part(at, text.len()), "`expect` wants a `:` after it");
+            return Err(finding.help(format!("write `expect: {}`", behind.trim())).into());
+        }
+        self.contacts(text, span, at + spaces + 1).map(WrittenStep::Expect)
+    }
+
+    /// `D: CONTACTS`.
+    fn timed(&mut self, text: &str, span: Span, name: Span) -> ParsedStep<(u32, WrittenCondition)> {
+        let at = (name.start - span.start) as usize + self.name.len();
+        let found = if lacks_colon(&text[at..]) { None } else { colon(&text[at..]) };
+        let Some(colon) = found.map(|colon| at + colon) else {
+            return Err(self.no_colon(&text[at..], span.part(at, text.len())));
+        };
+        let written = &text[at..colon];
+        let begin = at + written.len() - written.trim_start().len();
+        let word = written.trim();
+        if word.is_empty() {
+            let place = span.part(at, colon + 1);
+            return Err(
+                self.fail(place, format!("`{}` wants a duration before its `:`", self.name))
+            );
+        }
+        let place = span.part(begin, begin + word.len());
+        let ms = milliseconds(&Located { value: word.to_owned(), span: place })?;
+        Ok((ms.value, self.contacts(text, span, colon + 1)?))
+    }
+
+    fn no_colon(&self, behind: &str, place: Span) -> Box<Finding> {
+        let behind = behind.trim();
+        let (word, rest) = behind.split_once([' ', '\t']).unwrap_or((behind, ""));
+        let name = &self.name;
+        let finding = error(place, format!("`{name}` wants a duration and a `:` after it"));
+        if duration::parse(word).is_ok() && !rest.is_empty() {
+            return Box::new(finding.help(format!("write `{name} {word}: {}`", rest.trim())));
+        }
+        Box::new(finding.help(format!("write it as `{}`", self.form)))
+    }
+
+    fn contacts(&self, text: &str, span: Span, at: usize) -> ParsedStep<WrittenCondition> {
+        if text[at..].trim().is_empty() {
+            let message = format!("`{}` wants contacts after its `:`", self.name);
+            return Err(self.fail(span.part(at - 1, text.len()), message));
+        }
+        Ok(condition(&text[at..], span.part(at, text.len()))?)
+    }
+}
+
+/// Whether a text begins with a duration without a `:` after it.
+fn lacks_colon(text: &str) -> bool {
+    let text = text.trim_start();
+    let word = text.split(char::is_whitespace).next().unwrap_or_default();
+    duration::parse(word).is_ok() && !text[word.len()..].trim_start().starts_with(':')
+}
+
+/// The place of the `:` after a duration. In the vendor's form, the duration itself contains `:`.
+fn colon(text: &str) -> Option<usize> {
+    let colons = || text.match_indices(':').map(|(at, _)| at);
+    let first = colons().next()?;
+    let before = text[..first].trim();
+    let is_vendor = !before.is_empty() && before.bytes().all(|b| b.is_ascii_digit());
+    colons().nth(3).filter(|_| is_vendor).or(Some(first))
+}
+
+/// The milliseconds of a word.
+fn milliseconds(word: &StepWord) -> Result<Located<u32>, Finding> {
+    match duration::parse(&word.value) {
+        Ok(ms) => Ok(Located { value: ms.unsigned_abs(), span: word.span }),
+        Err(error) => Err(bad_duration(&word.value, word.span, error)),
+    }
+}

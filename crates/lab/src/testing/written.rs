@@ -1,0 +1,315 @@
+//! A test file as written: its keys, with the place of every part.
+//!
+//! [`read`] parses the text of the file. Steps and conditions are texts here: `step_text` and the
+//! parser of contacts read them; `steps` and `random` resolve the names.
+
+use rungd_config::controller::bench;
+use rungd_config::controller::written::WrittenController;
+use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::key::{Key, NOT_EMPTY, key};
+use rungd_language::source::lost::LostText;
+use rungd_language::source::reader::{self, Constant, Table, Text, TextOrTable};
+use rungd_language::source::shape::Shape;
+use rungd_language::source::span::{FileId, Located, Span};
+
+/// The maximum number of tests of a file.
+const TESTS_MAX: usize = 10_000;
+/// The maximum number of steps of a file.
+const STEPS_MAX: usize = 100_000;
+
+/// A test file.
+#[derive(Debug)]
+pub(super) struct WrittenSuite {
+    /// The ladders or controller under test; `None` after an error.
+    pub bench: Option<WrittenBench>,
+    /// `always`.
+    pub always: Vec<Text>,
+    /// `[[scenario]]`.
+    pub scenarios: Vec<WrittenScenario>,
+    /// `[[random]]`.
+    pub randoms: Vec<WrittenRandom>,
+    /// The missing parts, if a part of the file is not TOML.
+    pub lost: Option<LostText>,
+}
+
+/// The ladders or controller that a test file tests.
+#[derive(Debug)]
+pub(super) enum WrittenBench {
+    /// `ladder`, `period`, `[retain]`.
+    Ladders(Box<WrittenController>),
+    /// `controller`.
+    Controller(Text),
+}
+
+/// `set`.
+pub(super) type WrittenSet = Vec<(Text, Located<Constant>)>;
+
+/// `[[scenario]]`.
+#[derive(Debug)]
+pub(super) struct WrittenScenario {
+    pub span: Span,
+    pub name: Option<Text>,
+    pub set: WrittenSet,
+    pub steps: Vec<Text>,
+}
+
+/// `[[random]]`.
+#[derive(Debug)]
+pub(super) struct WrittenRandom {
+    pub span: Span,
+    pub name: Option<Text>,
+    pub runs: Option<Located<i64>>,
+    pub scans: Option<Located<i64>>,
+    pub seed: Option<Located<i64>>,
+    pub set: WrittenSet,
+    pub changes: Vec<(Text, WrittenChange)>,
+}
+
+/// An entry of `change`.
+#[derive(Debug)]
+pub(super) enum WrittenChange {
+    /// `"1%"`.
+    Toggle(Text),
+    /// `{ walk = "0..100", step = 3, chance = "10%" }`, `{ jump = "0..9", chance = "2%" }`.
+    Moves {
+        span: Span,
+        walk: Option<Text>,
+        jump: Option<Text>,
+        step: Option<Text>,
+        chance: Option<Text>,
+    },
+}
+
+/// A JSON Schema: exactly one of `ladder` and `controller`; `period` and `[retain]` only with
+/// `ladder`.
+const ONE_OF_BOTH: &str = r#"{
+    "not": { "required": ["ladder", "controller"] },
+    "anyOf": [
+        { "required": ["ladder"] },
+        { "required": ["controller"], "properties": { "period": false, "retain": false } }
+    ]
+}"#;
+/// A JSON Schema: exactly one of `walk`, which has a step, and `jump`.
+const WALK_OR_JUMP: &str = r#"{
+    "not": { "required": ["walk", "jump"] },
+    "anyOf": [
+        { "required": ["walk", "step"] },
+        { "required": ["jump"], "properties": { "step": false } }
+    ]
+}"#;
+const NAME: &str = r#"{"minLength":1}"#;
+/// A JSON Schema: a probability.
+const CHANCE: &str = r#"{"pattern":"^[0-9]+([.][0-9]+)?%$"}"#;
+/// A JSON Schema: two limits.
+const LIMITS: &str = r#"{"pattern":"^-?[0-9].*[.][.]-?[0-9]"}"#;
+
+/// Reads a test file; `None` if the text is not TOML.
+pub(super) fn read(source: &str, file: FileId) -> (Option<WrittenSuite>, Vec<Finding>) {
+    reader::document(source, file, |root| read_root(root, file))
+}
+
+/// The keys of a test file.
+pub fn shape() -> Shape {
+    reader::shape(|root| drop(read_root(root, FileId(0))))
+}
+
+fn read_root(mut root: Table<'_>, file: FileId) -> WrittenSuite {
+    root.together(ONE_OF_BOTH);
+    let lost = root.doc().lost();
+    let bench = read_bench(&mut root, file);
+    let conditions = key("always", "Contacts that must be ON at the end of every scan.");
+    let always = root.strings(conditions).map_or(Vec::new(), |texts| texts.value);
+    let always = plain(&root, always, Code::ContactSyntax, "a condition");
+    let scenarios = root.tables(
+        key("scenario", "Tests, each a cold start and steps in virtual time."),
+        "a scenario",
+    );
+    let scenarios: Vec<WrittenScenario> = scenarios.into_iter().map(read_scenario).collect();
+    let randoms =
+        root.tables(key("random", "Tests with inputs that change at random."), "a random test");
+    let randoms: Vec<WrittenRandom> = randoms.into_iter().map(read_random).collect();
+    read_prove(&mut root);
+    limits(&root, &scenarios, &randoms);
+    root.finish();
+    WrittenSuite { bench, always, scenarios, randoms, lost }
+}
+
+/// `ladder` with `period` and `[retain]`, or `controller`.
+fn read_bench(root: &mut Table<'_>, file: FileId) -> Option<WrittenBench> {
+    let ladder = root.strings(
+        key("ladder", "The ladder files, relative to this file: one program.").limited(NOT_EMPTY),
+    );
+    let controller = root.string(key(
+        "controller",
+        "The controller file, relative to this file: its ladders, period, memory, retention, and \
+         its simulated devices.",
+    ));
+    let names = ladder.as_ref().map_or(Vec::new(), |ladder| ladder.value.clone());
+    let settings = bench::read(root, names, file);
+    let finding = |place, message: &str| Finding::new(Code::TestFile, place, message);
+    match (root.key_span("ladder"), root.key_span("controller")) {
+        (Some(_), Some(place)) => {
+            let finding = finding(place, "a test file has `ladder` or `controller`, not both");
+            root.find(finding.help("a controller file names its ladders itself: take one away"));
+            None
+        }
+        (None, None) => {
+            let place = root.span();
+            let finding = Finding::new(Code::MissingKey, place, "the file names no ladder to test");
+            root.find(finding.help(
+                "give it one: `ladder = [\"ladder.toml\"]`, or `controller = \"rungd.toml\"`",
+            ));
+            None
+        }
+        (Some(_), None) => {
+            let ladder = ladder?;
+            if ladder.value.is_empty() && !root.doc().has_finding_in(ladder.span) {
+                let finding = finding(ladder.span, "no ladder file is named");
+                root.find(finding.help("write `ladder = [\"ladder.toml\"]`"));
+                return None;
+            }
+            Some(WrittenBench::Ladders(Box::new(settings)))
+        }
+        (None, Some(_)) => {
+            for name in ["period", "retain"] {
+                if let Some(place) = root.key_span(name) {
+                    let message = format!("`{name}` cannot be given together with `controller`");
+                    let finding = finding(place, &message);
+                    root.find(finding.help("take it away: the controller file has this setting"));
+                }
+            }
+            Some(WrittenBench::Controller(controller?))
+        }
+    }
+}
+
+fn read_scenario(mut table: Table<'_>) -> WrittenScenario {
+    let name = read_name(&mut table);
+    let set = read_set(&mut table);
+    table.require("steps", "[\"run 1s\"]");
+    let steps = table.strings(key("steps", "The steps and the conditions, in this order."));
+    if let Some(steps) = &steps
+        && steps.value.is_empty()
+        && !table.doc().has_finding_in(steps.span)
+    {
+        let finding = Finding::new(Code::TestEmpty, steps.span, "a scenario without steps");
+        table.find(finding.help("give it steps: `\"run 1s\"`, `\"expect: pusher\"`"));
+    }
+    let steps = steps.map_or(Vec::new(), |steps| steps.value);
+    let steps = plain(&table, steps, Code::TestStep, "a step");
+    let span = table.span();
+    table.finish();
+    WrittenScenario { span, name, set, steps }
+}
+
+fn read_random(mut table: Table<'_>) -> WrittenRandom {
+    let name = read_name(&mut table);
+    for (key, example) in [("runs", "100"), ("scans", "1000")] {
+        table.require(key, example);
+    }
+    let runs = table.integer(key("runs", "How many runs; each is a cold start."), (1, RUNS_MAX));
+    let scans = table.integer(key("scans", "How many scans a run has."), (1, SCANS_MAX));
+    let seed = table.integer(
+        key(
+            "seed",
+            "The seed of the generator: the same seed gives the same runs; 0 if not given.",
+        ),
+        (0, i64::MAX),
+    );
+    let set = read_set(&mut table);
+    table.require("change", "{ start = \"1%\" }");
+    let changes = table.table(key("change", "What changes, and how often."), "`change`");
+    let changes = changes.map_or(Vec::new(), read_changes);
+    let span = table.span();
+    table.finish();
+    WrittenRandom { span, name, runs, scans, seed, set, changes }
+}
+
+/// The maximum number of runs of a random test.
+const RUNS_MAX: i64 = 1_000_000;
+/// The maximum number of scans of a run.
+const SCANS_MAX: i64 = 1_000_000_000;
+
+fn read_name(table: &mut Table<'_>) -> Option<Text> {
+    let name =
+        table.required_string(key("name", "Its name; unique in this file.").limited(NAME))?;
+    if name.text.trim().is_empty() {
+        let finding = Finding::new(Code::TestFile, name.span, "an empty name");
+        table.find(finding.help("say what it tests: `name = \"a full crate is pushed out\"`"));
+        return None;
+    }
+    Some(name)
+}
+
+fn read_set(table: &mut Table<'_>) -> WrittenSet {
+    let set = key("set", "Inputs and memory before the first scan, by name.");
+    let Some(mut set) = table.table(set, "`set`") else { return Vec::new() };
+    set.constants_by_name(key("*", "A tag or an address, and its value: `true`, `3`, `\"2s\"`."))
+}
+
+fn read_changes(mut table: Table<'_>) -> Vec<(Text, WrittenChange)> {
+    let any: Key = key(
+        "*",
+        "A tag or an address. A bit: the probability with which it toggles in a scan, `\"1%\"`.",
+    );
+    let entries = table.texts_or_tables(any, "a change");
+    let entries = entries.into_iter().map(|(name, entry)| match entry {
+        TextOrTable::Text(text) => (name, WrittenChange::Toggle(text)),
+        TextOrTable::Table(mut table) => {
+            table.together(WALK_OR_JUMP);
+            let walk = key("walk", "Goes up or down by `step`, within these limits: `0..100`.");
+            let jump = key("jump", "Takes any value within these limits: `0..9`.");
+            table.require("chance", "\"10%\"");
+            let change = WrittenChange::Moves {
+                span: table.span(),
+                walk: table.string(walk.limited(LIMITS)),
+                jump: table.string(jump.limited(LIMITS)),
+                step: table.scalar(key("step", "The size of a step of `walk`.")),
+                chance: table.string(
+                    key("chance", "The probability of a change in a scan: `10%`.").limited(CHANCE),
+                ),
+            };
+            table.finish();
+            (name, change)
+        }
+    });
+    entries.collect()
+}
+
+/// `[prove]` is a reserved name.
+fn read_prove(root: &mut Table<'_>) {
+    root.table(key("prove", "Not available yet.").refused(), "`[prove]`");
+    if let Some(place) = root.key_span("prove") {
+        let finding = Finding::new(Code::TestFile, place, "proofs are not available yet");
+        let help = "take `[prove]` away; `[[random]]` looks for runs that break `always`";
+        root.find(finding.help(help));
+    }
+}
+
+/// Refuses a file without tests, and a file with too many tests or steps.
+fn limits(root: &Table<'_>, scenarios: &[WrittenScenario], randoms: &[WrittenRandom]) {
+    let tests = scenarios.len() + randoms.len();
+    let steps = scenarios.iter().map(|of| of.steps.len()).sum::<usize>();
+    let place =
+        |keys: &[&str]| keys.iter().find_map(|key| root.key_span(key)).unwrap_or(root.span());
+    let find = |code, message: String, help: &str| {
+        let place = place(&["scenario", "random", "always", "ladder", "controller"]);
+        root.find(Finding::new(code, place, message).help(help));
+    };
+    if tests == 0 && !root.has("scenario") && !root.has("random") {
+        let help = "write a `[[scenario]]` with `name` and `steps`, or a `[[random]]`";
+        find(Code::TestEmpty, "a test file without a test".to_owned(), help);
+    }
+    let help = "divide it into several files";
+    if tests > TESTS_MAX {
+        find(Code::TestFile, format!("{tests} tests; a file has at most {TESTS_MAX}"), help);
+    }
+    if steps > STEPS_MAX {
+        find(Code::TestFile, format!("{steps} steps; a file has at most {STEPS_MAX}"), help);
+    }
+}
+
+/// The texts in which every part has a place.
+fn plain(table: &Table<'_>, texts: Vec<Text>, code: Code, one: &str) -> Vec<Text> {
+    texts.into_iter().filter(|text| table.doc().is_plain(text, code, one)).collect()
+}

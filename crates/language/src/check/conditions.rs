@@ -1,0 +1,207 @@
+//! Prints contacts and conditions for the help texts of findings, ready to paste.
+//!
+//! Called by the rules. The texts follow the grammar of ladder files; a test loads them again.
+//! Parentheses always separate `&` from `|`.
+
+use crate::resolve::program::{Contact, Value, Written};
+pub use rungd_engine::isa::{Address, Bit, BitSpace, LegName, duration, status};
+
+use super::context::{Context, RungPlace};
+
+/// The maximum length of a condition in a help text (characters).
+const CONDITION_MAX: usize = 72;
+
+/// The maximum number of places in a condition in a help text.
+pub(super) const PLACES_MAX: usize = 6;
+
+/// The bit that is always ON.
+pub const ON: &str = status::BIT_NICKNAMES[status::st::ON as usize];
+
+/// A series of contacts, after the bit of its stage or program if it needs that bit. An empty
+/// series is always ON.
+pub struct ContactSeries<'a> {
+    /// The bit at the beginning of the series: `Day.Green`, `Drain.Running`.
+    pub gate: Option<String>,
+    /// The contacts.
+    pub contacts: Vec<&'a Contact>,
+}
+
+impl ContactSeries<'_> {
+    /// The text as one element of `when`. With `alone` = false, the text can be placed beside `&`
+    /// or `|`: it has parentheses if it needs them.
+    fn print(&self, context: &Context, alone: bool) -> String {
+        let all = match (&self.gate, self.contacts.as_slice()) {
+            (None, []) => return ON.to_owned(),
+            (Some(gate), []) => return gate.clone(),
+            (None, [one @ Contact::Any(..)]) => return print(context, one),
+            (None, [one @ Contact::All(..)]) => print(context, one),
+            (None, [one]) => return print(context, one),
+            (gate, many) => {
+                let parts = many.iter().flat_map(|contact| contact.in_series());
+                let parts = parts.map(|contact| grouped(context, contact));
+                gate.iter().cloned().chain(parts).collect::<Vec<_>>().join(" & ")
+            }
+        };
+        if alone { all } else { format!("({all})") }
+    }
+}
+
+impl<'a> Context<'a> {
+    /// A contact as text.
+    pub fn contact(&self, contact: &Contact) -> String {
+        print(self, contact)
+    }
+
+    /// A value as text; a bare number of milliseconds gets its unit.
+    pub fn milliseconds(&self, of: Value) -> String {
+        match of {
+            Value::Const(ms, _) => duration::print(ms),
+            Value::Real(_) | Value::Word(_) | Value::Element(_) => value(self, of),
+        }
+    }
+
+    /// One condition that is ON if any of `powers` is ON, as the text of `when = ["…"]`. `None` if
+    /// a power is unknown, or if the condition is too long or always ON.
+    pub fn any_of(
+        &self,
+        powers: impl ExactSizeIterator<Item = Option<ContactSeries<'a>>>,
+    ) -> Option<String> {
+        let count = powers.len();
+        if count > PLACES_MAX {
+            return None;
+        }
+        let mut terms: Vec<String> = Vec::new();
+        for power in powers {
+            let term = power?.print(self, count == 1);
+            if !terms.contains(&term) {
+                terms.push(term);
+            }
+        }
+        let text = terms.join(" | ");
+        (text.len() <= CONDITION_MAX && !terms.iter().any(|term| term == ON)).then_some(text)
+    }
+
+    /// The power at a place, without `$On`. `None` in a rung without a `when` leg, and if contacts
+    /// may have been left out of the program.
+    pub fn power(&self, place: &RungPlace<'a>) -> Option<ContactSeries<'a>> {
+        if !self.whole {
+            return None;
+        }
+        let when = place.rung.legs.iter().find(|leg| leg.name == LegName::When)?;
+        let behind = place.branch.map_or(&[][..], |branch| &branch.contacts);
+        let on = Bit::Space(BitSpace::St, status::st::ON);
+        let needed = |c: &&Contact| !matches!(c, Contact::Bit(bit, _) if *bit == on);
+        let contacts = when.contacts.iter().chain(behind).filter(needed).collect();
+        Some(ContactSeries { gate: None, contacts })
+    }
+
+    /// The power at a place, for use in a different block: with the bit of its stage or program.
+    /// `None` in a task too, because its rungs do not execute in every scan.
+    pub fn power_from_outside(&self, place: &RungPlace<'a>) -> Option<ContactSeries<'a>> {
+        let mut power = self.power(place)?;
+        power.gate = match place.stage {
+            _ if place.in_task() => return None,
+            Some(stage) => Some(self.name(Address::Bit(Bit::Stage(stage.id)))),
+            None if place.block.is_main() => None,
+            None => Some(self.name(Address::Bit(Bit::Running(place.block.id)))),
+        };
+        Some(power)
+    }
+}
+
+/// A contact as text that can be placed beside `&` and `|`.
+fn grouped(context: &Context, contact: &Contact) -> String {
+    let text = print(context, contact);
+    match contact {
+        Contact::All(..) | Contact::Any(..) => format!("({text})"),
+        Contact::Bit(..)
+        | Contact::Element(..)
+        | Contact::Not(..)
+        | Contact::Edge(..)
+        | Contact::Compare(..) => text,
+    }
+}
+
+fn print(context: &Context, contact: &Contact) -> String {
+    let join = |parts: &[Contact], operator: &str| {
+        parts.iter().map(|part| grouped(context, part)).collect::<Vec<_>>().join(operator)
+    };
+    match contact {
+        Contact::Bit(bit, _) => context.name(Address::Bit(*bit)),
+        Contact::Element(element, _) => context.element(element),
+        Contact::Not(inner, _) => match &**inner {
+            Contact::Bit(..) | Contact::Element(..) | Contact::Edge(..) => {
+                format!("!{}", print(context, inner))
+            }
+            Contact::Not(..) | Contact::All(..) | Contact::Any(..) | Contact::Compare(..) => {
+                format!("!({})", print(context, inner))
+            }
+        },
+        Contact::All(parts, _) => join(parts, " & "),
+        Contact::Any(parts, _) => join(parts, " | "),
+        Contact::Edge(edge, inner, _) => format!("{}({})", edge.name(), print(context, inner)),
+        Contact::Compare(left, comparison, right, _) => {
+            format!("{} {} {}", value(context, *left), comparison.sign(), value(context, *right))
+        }
+    }
+}
+
+fn value(context: &Context, value: Value) -> String {
+    match value {
+        Value::Const(ms, Written::Duration) => duration::print(ms),
+        Value::Const(number, Written::Integer) => number.to_string(),
+        Value::Real(real) => real.to_string(),
+        Value::Word(word) => context.name(Address::Word(word)),
+        Value::Element(element) => context.element(&element),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::check::Around;
+    use crate::check::context::Context;
+    use crate::check::testing::load;
+
+    /// The contacts of a rung, loaded and printed.
+    fn printed(contacts: &[String]) -> Vec<String> {
+        let contacts: Vec<String> = contacts.iter().map(|text| format!("\"{text}\"")).collect();
+        let ladder = format!(
+            "[tags]\nlamp = {{ at = \"Y0\" }}\nbottles = {{ at = \"CT0\" }}\n\
+             [[program]]\nname = \"Main\"\n\
+             rung = [ {{ when = [{}], do = [\"OUT lamp\", \"RUN Day\", \"ENTASK Tell\"] }} ]\n\
+             [[program]]\nname = \"Day\"\n[[program.stage]]\nname = \"Green\"\n\
+             [[task]]\nname = \"Tell\"\n",
+            contacts.join(", ")
+        );
+        let (program, findings) = load(&ladder);
+        let program = program.unwrap_or_else(|| panic!("{findings:?}"));
+        let context = Context::new(&program, Around::of(&[]), true);
+        let when = &program.blocks[0].rungs[0].legs[0];
+        when.contacts.iter().map(|contact| context.contact(contact)).collect()
+    }
+
+    #[test]
+    fn what_is_printed_can_be_pasted() {
+        let written = [
+            "Y0 | CT0.Done",
+            "!X0 & !(X1 | C2) & !rise(X3)",
+            "X0 & X1 | X2 & (fall(C1) | MC1)",
+            "!(D0 == -3) & V1 <= 2s & CT0.Acc != N,0,6",
+            "Day.Green | Day.Running | Tell.Done | N0.DN",
+            "$On & ST0 & $ScanCounter > 5 & DST4 < N3.PRE",
+        ];
+        let once = printed(&written.map(str::to_owned));
+        assert_eq!(
+            once,
+            [
+                "lamp | bottles.Done",
+                "!X0 & !(X1 | C2) & !rise(X3)",
+                "(X0 & X1) | (X2 & (fall(C1) | MC1))",
+                "!(D0 == -3) & V1 <= 2s & bottles.Acc != N0.ACC",
+                "Day.Green | Day.Running | Tell.Done | N0.DN",
+                "$On & $FirstScan & $ScanCounter > 5 & DST4 < N3.PRE",
+            ]
+        );
+        assert_eq!(printed(&once), once);
+    }
+}

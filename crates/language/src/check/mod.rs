@@ -1,0 +1,140 @@
+//! The rules over the resolved program as a whole.
+//!
+//! The loader calls [`check`] after the resolver has made a program, and [`silence()`] with all
+//! findings of the load. Each rule has its own file; the file's header shows a ladder that passes
+//! and a ladder that fails. A rule only reads the program and adds findings (the mistake, its
+//! place, and the text to write instead). All rules run, even if other rules have findings.
+
+pub use context::Around;
+pub use context::Context;
+pub use outside::Outside;
+pub use outside::Read;
+
+use crate::resolve::program::Program;
+use crate::source::finding::{Code, Finding};
+use rungd_base::progress::Step;
+
+mod bare_timer_value;
+mod block_never_started;
+mod block_rule;
+mod built_in_task;
+mod conditions;
+mod constant_compare;
+mod constant_saturates;
+mod context;
+mod duplicate_out;
+mod duration_as_count;
+mod edge_in_clk;
+mod entask_conflict;
+mod implied;
+mod input_named_twice;
+mod input_unmapped;
+mod jump_outside_stage;
+mod lost_fraction;
+mod mixed_and_or;
+mod multi_scan_in_task;
+mod names;
+mod never_written;
+mod never_written_outside;
+mod out_elsewhere;
+mod out_lost_on_jump_back;
+mod outside;
+mod owned_twice;
+mod reach;
+mod reset_never_set;
+mod reset_without_owner;
+mod retained_but_reset;
+mod runs_through;
+mod scan_order;
+mod self_reset_loses_time;
+mod sensaphone_preset;
+mod set_never_reset;
+pub mod silence;
+mod stage_never_entered;
+mod stored;
+mod task_starts_itself;
+#[cfg(test)]
+mod testing;
+mod unused_tag;
+mod usage;
+mod writers;
+
+pub use silence::silence;
+
+type Rule = fn(&context::Context, &mut Vec<Finding>);
+
+/// The part of a program that a rule needs for correct findings.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Needs {
+    /// One contact or instruction by itself.
+    Itself,
+    /// The places of instructions. Parts that are left out of the program can hide findings, but
+    /// cause no false findings.
+    Place,
+    /// The whole program: the rule reports that something is missing.
+    Whole,
+}
+
+const RULES: &[(Needs, Code, Rule)] = &[
+    (Needs::Place, Code::OwnedTwice, owned_twice::check),
+    (Needs::Whole, Code::ResetWithoutOwner, reset_without_owner::check),
+    (Needs::Place, Code::SensaphonePreset, sensaphone_preset::check_different),
+    (Needs::Whole, Code::SensaphonePreset, sensaphone_preset::check_missing),
+    (Needs::Place, Code::JumpOutsideStage, jump_outside_stage::check),
+    (Needs::Itself, Code::BuiltInTask, built_in_task::check),
+    (Needs::Place, Code::BlockRule, block_rule::check),
+    (Needs::Place, Code::EntaskConflict, entask_conflict::check),
+    (Needs::Place, Code::DuplicateOut, duplicate_out::check),
+    (Needs::Place, Code::OutElsewhere, out_elsewhere::check),
+    (Needs::Whole, Code::OutLostOnJumpBack, out_lost_on_jump_back::check),
+    (Needs::Whole, Code::RunsThrough, runs_through::check),
+    (Needs::Whole, Code::StageNeverEntered, stage_never_entered::check),
+    (Needs::Whole, Code::BlockNeverStarted, block_never_started::check),
+    (Needs::Whole, Code::SetNeverReset, set_never_reset::check),
+    (Needs::Whole, Code::ResetNeverSet, reset_never_set::check),
+    (Needs::Whole, Code::NeverWritten, never_written::check),
+    (Needs::Whole, Code::NeverWritten, never_written_outside::check),
+    (Needs::Itself, Code::InputNamedTwice, input_named_twice::check),
+    (Needs::Whole, Code::InputUnmapped, input_unmapped::check),
+    (Needs::Whole, Code::MultiScanInTask, multi_scan_in_task::check),
+    (Needs::Place, Code::TaskStartsItself, task_starts_itself::check),
+    (Needs::Itself, Code::ConstantCompare, constant_compare::check),
+    (Needs::Itself, Code::ConstantSaturates, constant_saturates::check),
+    (Needs::Itself, Code::LostFraction, lost_fraction::check),
+    (Needs::Itself, Code::BareTimerValue, bare_timer_value::check),
+    (Needs::Itself, Code::DurationAsCount, duration_as_count::check),
+    (Needs::Itself, Code::MixedAndOr, mixed_and_or::check),
+    (Needs::Itself, Code::EdgeInClk, edge_in_clk::check),
+    (Needs::Itself, Code::SelfResetLosesTime, self_reset_loses_time::check),
+    (Needs::Place, Code::RetainedButReset, retained_but_reset::check),
+    (Needs::Whole, Code::UnusedTag, unused_tag::check),
+];
+
+/// All findings of the rules, with places in files.
+pub fn check(program: &Program, around: Around) -> Vec<Finding> {
+    program.layers.told(check_whole(program, around))
+}
+
+/// All findings of the rules, in order of place. A place may be in a layer of the program.
+pub fn check_whole(program: &Program, around: Around) -> Vec<Finding> {
+    apply(program, around, Needs::Whole)
+}
+
+/// The correct findings for a program with parts left out because of mistakes. `misplaced`: headers
+/// are misplaced, so places may differ from the intended ones. Then rules that need places do not
+/// run.
+pub fn check_partial(program: &Program, around: Around, misplaced: bool) -> Vec<Finding> {
+    apply(program, around, if misplaced { Needs::Itself } else { Needs::Place })
+}
+
+fn apply(program: &Program, around: Around, most: Needs) -> Vec<Finding> {
+    let context = context::Context::new(program, around, most == Needs::Whole);
+    let mut findings = Vec::new();
+    let rules = RULES.iter().filter(|(needs, ..)| *needs <= most);
+    for (_, code, rule) in around.progress.during(rules) {
+        around.progress.begin(Step::Rule(code.name()));
+        rule(&context, &mut findings);
+    }
+    findings.sort_by_key(|finding| (finding.span.file, finding.span.start, finding.code));
+    findings
+}

@@ -1,0 +1,198 @@
+//! `retained-but-reset`: the controller file retains a structure, but its owner resets it at every
+//! stop; or it names a bit, but an instruction turns it OFF at every stop.
+//!
+//! The termination passes of an orderly stop run before memory is saved, so a CNT is saved as 0,
+//! and what OUT, PD, ND and the output of a timer drive is saved OFF. After a crash these passes
+//! run before the first scan. UDCG, TMRAG and the Sensaphone counters have no termination logic.
+//! A bit that only a range catches is no mistake: ranges have such bits between others. The
+//! finding's place is the owner or the first driver, because `allow` can silence it there; the
+//! range or the tag's pattern is a related place.
+//!
+//! Passes: `ranges = ["CT0", "C0..C9"]`, `tags = ["auto"]` and
+//!
+//! ```toml
+//! do = ["UDCG CT0 up-preset=12", "OUT C3", "SET auto"]
+//! ```
+//!
+//! Fails: the same and
+//!
+//! ```toml
+//! do = ["CNT CT0 preset=12", "OUT auto"]
+//! ```
+
+use std::cell::OnceCell;
+use std::collections::BTreeSet;
+
+use crate::resolve::range::Range;
+use crate::source::finding::{Code, Finding};
+use rungd_engine::isa::instruction::Termination;
+use rungd_engine::isa::{Address, Bit, NumberRanges, Space, Structure, Word, WordSpace};
+
+use super::context::{Context, Driver, Placed};
+
+/// The rule.
+pub fn check(context: &Context, findings: &mut Vec<Finding>) {
+    let word = OnceCell::new();
+    for (structure, owners) in context.owners() {
+        let range = context.retained_with(structure.space(), structure.number());
+        let Some(range) = range else { continue };
+        let resets = |p: &&Placed| p.mnemonic().spec().termination == Termination::Reset;
+        if let Some(owner) = owners.iter().find(resets) {
+            let word = *word.get_or_init(|| self::word(context));
+            findings.push(finding(context, (structure, owner), range, word));
+        }
+    }
+    check_bits(context, findings);
+}
+
+/// The bits that `[retain] tags` names and an instruction drives.
+fn check_bits(context: &Context, findings: &mut Vec<Finding>) {
+    let mut named = NumberRanges::default();
+    for (at, range) in context.retained.iter().enumerate().filter(|(_, range)| range.of_tag) {
+        named.add(range.numbers(), at);
+    }
+    for (bit, drivers) in context.drivers() {
+        let Some((space, number)) = Space::of(Address::Bit(bit)) else { continue };
+        let range = named.first_in((space, number, number)).and_then(|at| context.retained.get(at));
+        if let (Some(range), Some(driver)) = (range, drivers.first()) {
+            findings.push(driven(context, (bit, driver), range));
+        }
+    }
+}
+
+fn driven(context: &Context, (bit, driver): (Bit, &Driver), range: &Range) -> Finding {
+    let by = driver.placed.name();
+    let message = format!(
+        "{} is retained, but a stop turns OFF every bit that `{by}` drives: it is OFF after every \
+         start",
+        context.say_bit(bit)
+    );
+    let name = context.name(Address::Bit(bit));
+    Finding::new(Code::RetainedButReset, driver.span, message)
+        .label("OFF at every stop")
+        .related(range.span, "retained here")
+        .help(format!(
+            "to keep it, turn it ON by `SET {name}` and OFF by `RST {name}`; or take it out of \
+             `[retain] tags`"
+        ))
+}
+
+fn finding(
+    context: &Context,
+    (structure, owner): (Structure, &Placed),
+    range: &Range,
+    (word, and_retain): (Word, &str),
+) -> Finding {
+    let said = context.say_structure(structure);
+    let message = format!(
+        "{} {said} is retained, but `{}` resets it at every stop, before it is kept",
+        structure.kind_name(),
+        owner.name()
+    );
+    let name = context.name(Address::Structure(structure));
+    let help = match structure {
+        Structure::Timer(_) => format!("TMRAG keeps its time; `RSTT {name}` resets it"),
+        Structure::Counter(_) | Structure::Sensaphone(_) => {
+            format!(
+                "UDCG keeps its count, and `RSTCT {name}` resets it; or keep a copy{and_retain}:\n\
+                 `MOVE {name}.Acc to={word}` in every scan, and in task FirstScan `MOVE {word} \
+                 to={name}.Acc`"
+            )
+        }
+    };
+    Finding::new(Code::RetainedButReset, owner.instruction.span, message)
+        .label("reset at every stop")
+        .related(range.span, "retained here")
+        .help(help)
+}
+
+/// A retained D that the ladder does not name; else `D0`, with a text about retaining it too.
+fn word(context: &Context) -> (Word, &'static str) {
+    let named: BTreeSet<Address> = context.program.operands.iter().map(|o| o.address).collect();
+    let data = context.retained.iter().filter(|range| range.space == Space::Word(WordSpace::D));
+    let mut seen = NumberRanges::default();
+    let words = data.flat_map(|range| seen.add(range.numbers(), 0));
+    let words = words.flat_map(|(first, last)| first..=last);
+    let is_placed = |word: &Word| context.program.places.at(Address::Word(*word)).is_some();
+    match words
+        .map(|n| Word::Space(WordSpace::D, n))
+        .find(|word| !named.contains(&Address::Word(*word)) && !is_placed(word))
+    {
+        Some(word) => (word, ""),
+        None => (Word::Space(WordSpace::D, 0), ", in a word that you retain"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+
+    use crate::check::testing::{check_retained, check_retained_tags};
+
+    #[test]
+    fn owners_with_termination_logic() {
+        check_retained(
+            &["CT0..CT2", "T0..T1", "N0", "D10..D20"],
+            r#"
+            { leg.up = ["X0"], leg.rst = ["X1"], do = ["CNT CT0 preset=12"] },
+            { leg.up = ["X0"], leg.dn = ["X1"], do = ["UDCG CT1 up-preset=12"] },
+            { leg.up = ["X0"], leg.rst = ["X1"], do = ["CNT CT3 preset=12"] },
+            { when = ["X0"], do = ["TMR T0 preset=3s", "TMRAG T1 preset=3s"] },
+            { when = ["X0"], do = ["CTU N0 preset=3", "MOVE 0 to=D10"] },
+            "#,
+            expect![[r#"
+                4:45 retained-but-reset
+                  counter `CT0` is retained, but `CNT` resets it at every stop, before it
+                  is kept
+                    UDCG keeps its count, and `RSTCT CT0` resets it; or keep a copy:
+                    `MOVE CT0.Acc to=D11` in every scan, and in task FirstScan `MOVE D11
+                    to=CT0.Acc`
+                7:25 retained-but-reset
+                  timer `T0` is retained, but `TMR` resets it at every stop, before it is
+                  kept
+                    TMRAG keeps its time; `RSTT T0` resets it
+            "#]],
+        );
+    }
+
+    const DRIVEN: &str = r#"
+        { when = ["X0"], do = ["OUT C0", "SET C4", "MATH C5 = !X4"] },
+        { when = ["X1"], do = ["PD C1", "ND MC2", "OUT C6"] },
+        { when = ["X2"], do = ["OFFDTMR T0 preset=3s output=C3", "RST C4"] },
+    "#;
+
+    #[test]
+    fn bits_that_a_tag_names() {
+        check_retained_tags(
+            &["C0..C5", "MC2"],
+            DRIVEN,
+            expect![[r#"
+                4:29 retained-but-reset
+                  `C0` is retained, but a stop turns OFF every bit that `OUT` drives: it
+                  is OFF after every start
+                    to keep it, turn it ON by `SET C0` and OFF by `RST C0`; or take it out
+                    of `[retain] tags`
+                5:28 retained-but-reset
+                  `C1` is retained, but a stop turns OFF every bit that `PD` drives: it is
+                  OFF after every start
+                    to keep it, turn it ON by `SET C1` and OFF by `RST C1`; or take it out
+                    of `[retain] tags`
+                5:37 retained-but-reset
+                  `MC2` is retained, but a stop turns OFF every bit that `ND` drives: it
+                  is OFF after every start
+                    to keep it, turn it ON by `SET MC2` and OFF by `RST MC2`; or take it out
+                    of `[retain] tags`
+                6:53 retained-but-reset
+                  `C3` is retained, but a stop turns OFF every bit that `OFFDTMR` drives:
+                  it is OFF after every start
+                    to keep it, turn it ON by `SET C3` and OFF by `RST C3`; or take it out
+                    of `[retain] tags`
+            "#]],
+        );
+    }
+
+    #[test]
+    fn bits_that_only_a_range_catches() {
+        check_retained(&["C0..C5", "MC2"], DRIVEN, expect![""]);
+    }
+}

@@ -1,0 +1,91 @@
+//! `set-never-reset`: a bit is SET, and no instruction turns it OFF.
+//!
+//! RST, PONOFF, MATH and drivers (see `duplicate_out`) turn a bit OFF. MC bits are not reported,
+//! because a Modbus client may write them.
+//!
+//! Passes:
+//!
+//! ```toml
+//! rung = [
+//!   { when = ["X0"], do = ["SET C0"] },
+//!   { when = ["X1"], do = ["RST C0"] },
+//! ]
+//! ```
+//!
+//! Fails: the first rung alone.
+
+use std::collections::BTreeSet;
+
+use crate::source::finding::{Code, Finding};
+use crate::source::span::Located;
+use rungd_engine::isa::{Address, Bit, BitSpace, NumberRanges, OperandRole};
+
+use super::context::{Context, Placed};
+
+/// The rule.
+pub fn check(context: &Context, findings: &mut Vec<Finding>) {
+    let mut off: BTreeSet<Bit> = context.drivers().map(|(bit, _)| bit).collect();
+    off.extend(context.instructions().filter_map(|placed| {
+        let turns_on = placed.instruction.acting_role() == Some(OperandRole::TurnsOn);
+        placed.instruction.written_bit().filter(|_| !turns_on).map(|bit| bit.value)
+    }));
+    let is_set = |placed: &&Placed| placed.instruction.acting_role() == Some(OperandRole::TurnsOn);
+    let others = context.instructions().filter(|placed| !is_set(placed));
+    let mut arrays = NumberRanges::default();
+    for placed in others {
+        let Some(array) = placed.instruction.written_array() else { continue };
+        let new = arrays.add(array.numbers(), 0).into_iter().flat_map(|(first, last)| first..=last);
+        off.extend(new.filter_map(|n| match array.space.address(n) {
+            Address::Bit(bit) => Some(bit),
+            Address::Word(_) | Address::Structure(_) => None,
+        }));
+    }
+    for placed in context.instructions() {
+        let Some(Located { value: bit, span }) =
+            placed.instruction.operand_with(OperandRole::TurnsOn)
+        else {
+            continue;
+        };
+        // One finding for each bit is enough, at the first SET.
+        if matches!(bit, Bit::Space(BitSpace::Mc, _)) || !off.insert(bit) {
+            continue;
+        }
+        let message = format!("{} is SET, and nothing ever turns it OFF", context.say_bit(bit));
+        let name = context.name(Address::Bit(bit));
+        findings.push(Finding::new(Code::SetNeverReset, span, message).label("stays ON").help(
+            format!(
+                "`RST {name}` in a rung with its condition, or `OUT {name}` if the bit is to \
+                 follow this rung"
+            ),
+        ));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+
+    use crate::check::testing::check_main;
+
+    #[test]
+    fn what_turns_a_bit_off() {
+        check_main(
+            r#"
+            { when = ["X0"], do = ["SET C0", "SET C1", "SET C2", "SET C3"] },
+            { when = ["X0"], do = ["SET C4", "SET MC1", "SET Y0"] },
+            { when = ["X1"], do = ["RST C0", "PONOFF C1", "OUT C2"] },
+            { when = ["X2"], do = ["ONDTMR T0 preset=1s output=C3", "SET C4"] },
+            "#,
+            expect![[r#"
+                5:29 set-never-reset
+                  `C4` is SET, and nothing ever turns it OFF
+                    `RST C4` in a rung with its condition, or `OUT C4` if the bit is to
+                    follow this rung
+                5:50 set-never-reset
+                  `Y0` is SET, and nothing ever turns it OFF
+                    `RST Y0` in a rung with its condition, or `OUT Y0` if the bit is to
+                    follow this rung
+            "#]],
+        );
+    }
+}

@@ -1,0 +1,138 @@
+//! The numbers that an instruction stores in words, if a constant is part of them.
+//!
+//! Called by the rules about constants that do not fit: `constant_saturates`, `lost_fraction`.
+
+use crate::resolve::array::Array;
+use crate::resolve::formula::{Formula, Part, Unary};
+use crate::resolve::program::{Instruction, Value};
+use crate::resolve::writes::WrittenOperand;
+use crate::source::span::{Located, Span};
+pub use rungd_engine::isa::{Address, Mnemonic, OperandRole, Word};
+
+/// The words in which an instruction stores: one word, or one or all elements of an array.
+#[derive(Clone, Copy)]
+pub enum Words {
+    One(Word),
+    Of(Array),
+}
+
+/// The numbers that an instruction stores.
+#[derive(Clone, Copy)]
+pub struct Storing {
+    /// The words in which it stores them.
+    pub to: Words,
+    /// The least and greatest number.
+    pub range: (f64, f64),
+    /// A constant with a fraction, if all other numbers are whole.
+    pub fraction: Option<f64>,
+    /// The place of its last constant; for a MATH, the place of its target.
+    pub place: Span,
+}
+
+impl Words {
+    /// The first word.
+    pub fn first(self) -> Option<Word> {
+        match self {
+            Words::One(word) => Some(word),
+            Words::Of(array) => array.first_word(),
+        }
+    }
+
+    /// The number of words.
+    pub fn count(self) -> usize {
+        match self {
+            Words::One(_) => 1,
+            Words::Of(array) => array.count as usize,
+        }
+    }
+
+    /// All words.
+    pub fn each(self) -> impl Iterator<Item = Word> {
+        let (one, array) = match self {
+            Words::One(word) => (Some(word), None),
+            Words::Of(array) => (None, Some(array)),
+        };
+        let elements = array.into_iter().flat_map(|array| array.addresses());
+        one.into_iter().chain(elements.filter_map(|address| match address {
+            Address::Word(word) => Some(word),
+            Address::Bit(_) | Address::Structure(_) => None,
+        }))
+    }
+}
+
+/// The numbers that an instruction stores in words, if a constant is part of them: for MOVE, ADD,
+/// SUB and FILL, and for a MATH whose whole expression is a constant.
+pub fn storing(instruction: &Instruction) -> Option<Storing> {
+    let written =
+        instruction.written().filter(|_| instruction.acting_role() == Some(OperandRole::Stores));
+    let to = match written?.value {
+        WrittenOperand::Word(word) => Words::One(word),
+        WrittenOperand::Array(array) => Words::Of(array),
+        WrittenOperand::Bit(_) => return None,
+    };
+    to.first()?;
+    if let Some(of) = &instruction.calculation {
+        return Some(Storing::of(to, alone(&of.value)?, written?.span));
+    }
+    let values: Vec<Located<Value>> = instruction.operands_with(OperandRole::Reads).collect();
+    // Without a constant, there is nothing to report.
+    let place = values.iter().rfind(|number| number.value.constant().is_some())?.span;
+    let range = match *values.as_slice() {
+        [a, b] if instruction.mnemonic == Mnemonic::Sub => {
+            let (low, high) = range(b.value);
+            added(range(a.value), (-high, -low))
+        }
+        [a, b] => added(range(a.value), range(b.value)),
+        [a] => range(a.value),
+        _ => return None,
+    };
+    Some(Storing { to, range, fraction: fraction(&values), place })
+}
+
+impl Storing {
+    /// The storing of a constant.
+    fn of(to: Words, number: f64, place: Span) -> Storing {
+        let fraction = Some(number).filter(|number| number.fract() != 0.0);
+        Storing { to, range: (number, number), fraction, place }
+    }
+}
+
+fn added(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
+    (a.0 + b.0, a.1 + b.1)
+}
+
+/// The constant with a fraction, if all other numbers are whole.
+fn fraction(values: &[Located<Value>]) -> Option<f64> {
+    let mut reals = values.iter().filter(|number| number.value.is_real());
+    let (real, other) = (reals.next()?, reals.next());
+    real.value.constant().filter(|number| number.fract() != 0.0 && other.is_none())
+}
+
+/// The least and greatest number of a value. Integers of 32 bits, and their sums, are exact here.
+fn range(value: Value) -> (f64, f64) {
+    match value {
+        Value::Const(n, _) => (n.into(), n.into()),
+        Value::Real(real) => (real.into(), real.into()),
+        Value::Word(word) => word.numbers(),
+        Value::Element(element) => element.array.first_word().map_or((0.0, 0.0), Word::numbers),
+    }
+}
+
+/// The constant that is a whole expression.
+fn alone(formula: &Formula) -> Option<f64> {
+    let (number, sign) = match *formula.parts.as_slice() {
+        [number] => (number, 1.0),
+        [number, Part::Unary(Unary::Minus, _)] => (number, -1.0),
+        _ => return None,
+    };
+    match number {
+        Part::Integer(n) => Some(sign * n as f64),
+        Part::Real(real) => Some(sign * f64::from(real)),
+        Part::Word(_)
+        | Part::Bit(_)
+        | Part::Element(_)
+        | Part::Unary(..)
+        | Part::Binary(..)
+        | Part::Call(..) => None,
+    }
+}

@@ -1,0 +1,120 @@
+//! The bits and words that a ladder reads and writes, with the places of the reads.
+//!
+//! Called by the rules about operands that nothing writes. A read is a contact, a side of a
+//! compare, or an operand that an instruction reads. For a MATH, the place is the whole
+//! instruction.
+
+use crate::resolve::formula::Part;
+use crate::resolve::program::{Contact, Tag, Value};
+use crate::resolve::writes::WrittenOperand;
+use crate::source::span::Span;
+use rungd_engine::isa::{
+    Address, Bit, NumberMap, NumberRanges, NumberSet, OperandRole, Structure, Word,
+};
+
+use super::context::{Context, Effect, Placed};
+
+/// Every address that the ladder reads, once, with the first place that reads it. In order of
+/// place.
+pub fn reads<'c>(context: &'c Context) -> &'c [(Address, Span)] {
+    context.reads.get_or_init(|| listed(context))
+}
+
+fn listed(context: &Context) -> Vec<(Address, Span)> {
+    let mut all = Vec::new();
+    context.contacts().for_each(|contact| of_contact(contact, &mut all));
+    context.instructions().for_each(|placed| of_instruction(placed, &mut all));
+    // For a whole array in a formula, element 0 is enough.
+    let is_first = |tag: &Tag| tag.of_array.is_none_or(|of| of.at == 0);
+    all.retain(|(address, _)| context.tag_at(*address).is_none_or(is_first));
+    all.sort_by_key(|(_, span)| (span.file, span.start));
+    let mut seen = NumberSet::default();
+    all.retain(|(address, _)| seen.insert(*address));
+    all
+}
+
+fn of_contact(contact: &Contact, reads: &mut Vec<(Address, Span)>) {
+    match contact {
+        Contact::Bit(bit, span) => reads.push((Address::Bit(*bit), *span)),
+        Contact::Compare(left, _, right, span) => {
+            reads
+                .extend([left, right].into_iter().filter_map(|value| Some((word(*value)?, *span))));
+        }
+        // The parts of a contact are contacts of the list too. Elements that a word selects are
+        // ignored, because something may write any element of the array.
+        Contact::Not(..)
+        | Contact::Edge(..)
+        | Contact::All(..)
+        | Contact::Any(..)
+        | Contact::Element(..) => {}
+    }
+}
+
+fn of_instruction(placed: &Placed, reads: &mut Vec<(Address, Span)>) {
+    let operands = &placed.instruction.operands;
+    let values = operands.of::<Value>().filter_map(|(_, of)| Some((word(of.value)?, of.span)));
+    reads.extend(values);
+    let Some(of) = &placed.instruction.calculation else { return };
+    reads.extend(of.value.parts.iter().filter_map(|part| {
+        let address = match part {
+            Part::Word(word) => Address::Word(*word),
+            Part::Bit(bit) => Address::Bit(*bit),
+            Part::Integer(_)
+            | Part::Real(_)
+            | Part::Element(_)
+            | Part::Unary(..)
+            | Part::Binary(..)
+            | Part::Call(..) => return None,
+        };
+        Some((address, placed.instruction.span))
+    }));
+}
+
+fn word(value: Value) -> Option<Address> {
+    match value {
+        Value::Word(word) => Some(Address::Word(word)),
+        Value::Const(..) | Value::Real(_) | Value::Element(_) => None,
+    }
+}
+
+/// Every address that an instruction names and writes. Structures that are owned are not listed.
+pub fn writes<'c>(context: &'c Context) -> &'c NumberMap<Address, Effect> {
+    context.writes.get_or_init(|| effects(context))
+}
+
+fn effects(context: &Context) -> NumberMap<Address, Effect> {
+    let mut writes = NumberMap::default();
+    let mut arrays = NumberRanges::default();
+    for placed in context.instructions() {
+        let only_off = placed.instruction.operand_with::<Bit>(OperandRole::TurnsOff).is_some();
+        let effect = if only_off { Effect::Off } else { Effect::Any };
+        match placed.instruction.written().map(|written| written.value) {
+            Some(WrittenOperand::Bit(bit)) => note(&mut writes, Address::Bit(bit), effect),
+            Some(WrittenOperand::Word(word)) => note(&mut writes, Address::Word(word), effect),
+            Some(WrittenOperand::Array(array)) => {
+                for (first, last) in arrays.add(array.numbers(), 0) {
+                    let addresses = (first..=last).map(|n| array.space.address(n));
+                    addresses.for_each(|address| note(&mut writes, address, Effect::Any));
+                }
+            }
+            None => {}
+        }
+    }
+    writes
+}
+
+fn note(writes: &mut NumberMap<Address, Effect>, address: Address, effect: Effect) {
+    let known = writes.entry(address).or_insert(effect);
+    *known = effect.max(*known);
+}
+
+/// The structure of a member.
+pub fn structure_of(address: Address) -> Option<Structure> {
+    match address {
+        Address::Bit(Bit::Flag(structure, _)) | Address::Word(Word::Acc(structure)) => {
+            Some(structure)
+        }
+        Address::Word(Word::Pre(n)) => Some(Structure::Sensaphone(n)),
+        Address::Bit(_) | Address::Word(_) | Address::Structure(_) => None,
+    }
+}

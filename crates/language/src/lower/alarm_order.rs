@@ -1,0 +1,43 @@
+//! The order of alarms: the one in which a scan executes what turns them ON.
+//!
+//! Of two alarms that rise in one scan, the cause is executed before its consequence, wherever
+//! their tags are declared. A bit that nothing in the ladder writes (an input, a device's bit)
+//! comes first: it changes before anything is executed. Bits with the same place keep the order of
+//! their tags. Called while symbols are made; log, `rungd alarms` and `status` use the order.
+
+use std::collections::HashMap;
+
+use crate::resolve::program::{Instruction, Program, Rung};
+use rungd_engine::isa::{Address, Bit, BlockId};
+
+/// The place of each bit that the program writes: the number of the first instruction that writes
+/// it, in the order of a scan. `order`: the blocks in this order.
+pub(super) fn places(program: &Program, order: &[BlockId]) -> HashMap<Bit, usize> {
+    let mut places = HashMap::new();
+    let mut number = 0;
+    let rungs = order.iter().flat_map(|id| {
+        let block = program.block(*id);
+        block.rungs.iter().chain(block.stages.iter().flat_map(|stage| &stage.rungs))
+    });
+    for (_, instruction) in rungs.flat_map(Rung::instructions) {
+        number += 1;
+        for bit in written(instruction) {
+            places.entry(bit).or_insert(number);
+        }
+    }
+    places
+}
+
+/// The bits that an instruction can turn ON.
+fn written(instruction: &Instruction) -> Vec<Bit> {
+    let mut bits: Vec<Bit> = instruction.written_bit().map(|bit| bit.value).into_iter().collect();
+    bits.extend(instruction.written_bits());
+    let flags = instruction.owned().map(|owned| owned.member_addresses()).into_iter().flatten();
+    bits.extend(flags.filter_map(|address| match address {
+        Address::Bit(bit) => Some(bit),
+        Address::Word(_) | Address::Structure(_) => None,
+    }));
+    bits.extend(instruction.target_block().map(|block| Bit::Running(block.value)));
+    bits.extend(instruction.operands.of().map(|(_, stage)| Bit::Stage(stage.value)));
+    bits
+}

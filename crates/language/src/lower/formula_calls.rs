@@ -1,0 +1,118 @@
+//! The functions of an expression as steps.
+//!
+//! Called by `formula`, once for each call, with the arguments on the stack of operands. Matches
+//! every function of `isa::function`.
+
+use super::formula::{Builder, Operand, OperandPlace, typed};
+use crate::resolve::formula::NumberType;
+pub use rungd_engine::isa::Function;
+pub use rungd_engine::ops::{Code, Operator};
+
+impl Builder<'_, '_> {
+    pub(super) fn call(&mut self, function: Function, count: usize, of: NumberType) {
+        use Operator as O;
+        if function == Function::If {
+            return self.end_of_if(of);
+        }
+        let first = self.operands.len() - count;
+        let kept = (of, of);
+        match function {
+            Function::Abs => self.one(typed(of, Code::Abs, Code::RealAbs), kept),
+            Function::Min => self.fold(typed(of, O::Min, O::RealMin), first, of),
+            Function::Max => self.fold(typed(of, O::Max, O::RealMax), first, of),
+            Function::Sum => self.fold(typed(of, O::Add, O::RealAdd), first, of),
+            Function::Clamp => self.clamp(first, of),
+            Function::Round => self.rounded(Code::Round, of),
+            Function::Floor => self.rounded(Code::Floor, of),
+            Function::Ceil => self.rounded(Code::Ceil, of),
+            Function::Trunc => self.rounded(Code::Trunc, of),
+            Function::Toreal => self.load_as(first, NumberType::Real),
+            Function::Sqrt => self.real(Code::Sqrt),
+            Function::Exp => self.real(Code::Exp),
+            Function::Ln => self.real(Code::Ln),
+            Function::Log10 => self.real(Code::Log10),
+            Function::Sin => self.real(Code::Sin),
+            Function::Cos => self.real(Code::Cos),
+            Function::Tan => self.real(Code::Tan),
+            Function::Asin => self.real(Code::Asin),
+            Function::Acos => self.real(Code::Acos),
+            Function::Atan => self.real(Code::Atan),
+            Function::Atan2 => self.both(O::Atan2, NumberType::Real),
+            Function::Scale => self.scale(first),
+            Function::If => unreachable!("it returned above"),
+        }
+    }
+
+    /// A function with a real argument and a real result.
+    fn real(&mut self, code: Code) {
+        self.one(code, (NumberType::Real, NumberType::Real));
+    }
+
+    fn rounded(&mut self, code: Code, of: NumberType) {
+        match of {
+            NumberType::Integer => {}
+            NumberType::Real => self.one(code, (of, NumberType::Integer)),
+        }
+    }
+
+    /// Moves an argument to the end of the stack, where operators find it.
+    fn take(&mut self, at: usize) {
+        let taken = Operand { place: OperandPlace::Integer(0), of: NumberType::Integer };
+        let argument = std::mem::replace(&mut self.operands[at], taken);
+        self.operands.push(argument);
+    }
+
+    /// Replaces the arguments, from `first` on, by the last operand.
+    fn end_of_call(&mut self, first: usize) {
+        self.operands.swap_remove(first);
+        self.operands.truncate(first + 1);
+    }
+
+    /// An operation over all arguments, from left to right.
+    fn fold(&mut self, operator: Operator, first: usize, of: NumberType) {
+        let arguments = first..self.operands.len();
+        // Each argument gets the type of the call, even a single argument.
+        self.convert_all(first, of);
+        self.take(first);
+        for argument in arguments.skip(1) {
+            self.take(argument);
+            self.both(operator, of);
+        }
+        self.end_of_call(first);
+    }
+
+    /// `clamp`: `max(min(x, hi), lo)`, which is lo if lo > hi.
+    fn clamp(&mut self, first: usize, of: NumberType) {
+        self.take(first);
+        self.take(first + 2);
+        self.both(typed(of, Operator::Min, Operator::RealMin), of);
+        self.take(first + 1);
+        self.both(typed(of, Operator::Max, Operator::RealMax), of);
+        self.end_of_call(first);
+    }
+
+    /// `scale`, made of the steps of operators.
+    fn scale(&mut self, first: usize) {
+        let of = NumberType::Real;
+        self.convert_all(first, of);
+        self.save_all();
+        let [x, in_lo, in_hi, out_lo, out_hi] = [0, 1, 2, 3, 4].map(|at| self.operands[first + at]);
+        self.operands.push(out_lo);
+        self.operands.extend([x, in_lo]);
+        self.both(Operator::RealSub, of);
+        self.operands.extend([out_hi, out_lo]);
+        self.both(Operator::RealSub, of);
+        self.both(Operator::RealMul, of);
+        self.operands.extend([in_hi, in_lo]);
+        self.both(Operator::RealSub, of);
+        self.both(Operator::RealDiv, of);
+        self.both(Operator::RealAdd, of);
+        self.end_of_call(first);
+    }
+
+    fn convert_all(&mut self, first: usize, of: NumberType) {
+        for at in first..self.operands.len() {
+            self.convert(at, of);
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! The places of an expression where a conditional part begins: the right side of `&&` and `||`,
+//! and the values of `if`.
+//!
+//! Called by `formula` before it walks the parts: the test must come before the conditional part,
+//! but in postfix order its operator comes after that part.
+
+use crate::resolve::formula::{Binary, NumberType, Part};
+pub use rungd_engine::isa::Function;
+
+/// The kind of conditional part that begins at a place.
+#[derive(Clone, Copy)]
+pub(super) enum Mark {
+    /// The right side of `&&`.
+    AndAlso,
+    /// The right side of `||`.
+    OrElse,
+    /// The second argument of `if`.
+    Then,
+    /// The third argument of `if`, and the type of its result.
+    Else(NumberType),
+}
+
+/// The marks of a formula, by the part that begins there.
+pub(super) fn marks(parts: &[Part]) -> Vec<Option<Mark>> {
+    let mut marks = vec![None; parts.len()];
+    // The part at which each waiting operand begins.
+    let mut begins: Vec<usize> = Vec::new();
+    for (at, part) in parts.iter().enumerate() {
+        match part {
+            Part::Integer(_) | Part::Real(_) | Part::Word(_) | Part::Bit(_) => begins.push(at),
+            Part::Unary(..) | Part::Element(_) => {}
+            Part::Binary(operator, _) => {
+                let right = begins.pop().expect("an operator has two operands");
+                if *operator == Binary::AndAlso {
+                    marks[right] = Some(Mark::AndAlso);
+                } else if *operator == Binary::OrElse {
+                    marks[right] = Some(Mark::OrElse);
+                }
+            }
+            Part::Call(function, count, of) => {
+                let arguments = begins.split_off(begins.len() - *count as usize);
+                if let (Function::If, [_, then, other]) = (function, &arguments[..]) {
+                    marks[*then] = Some(Mark::Then);
+                    marks[*other] = Some(Mark::Else(*of));
+                }
+                begins.push(arguments[0]);
+            }
+        }
+    }
+    marks
+}

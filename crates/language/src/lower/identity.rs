@@ -1,0 +1,394 @@
+//! The state that a program keeps from scan to scan, under names that are the same in all versions
+//! of the program.
+//!
+//! `lower` collects it and stores it in `Symbols`. A reload compares the identities of the old and
+//! the new program. The names do not contain cell numbers, because cell numbers can change with
+//! each lowering. Retentive memory uses only the shift registers.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::sync::Arc;
+
+use crate::resolve::array::{Array, Element, ShiftBits};
+use crate::resolve::places::Places;
+use crate::resolve::program::{BlockKind, Instruction, Program, TagMeaning, Value};
+use crate::source::span::Span;
+pub use rungd_engine::isa::{Address, Bit, BlockId, ElementId, Mnemonic, StageId, Structure, Word};
+use rungd_engine::{BitCell, WordCell};
+
+/// Everything in a program that keeps a state from scan to scan.
+#[derive(Clone, Debug, Default)]
+pub struct Identity {
+    /// By `BlockId`.
+    pub blocks: Vec<BlockName>,
+    /// By `StageId`.
+    pub stages: Vec<StageName>,
+    /// The owners of structures, in file order: one for each structure; up to two for a Sensaphone
+    /// counter.
+    pub owners: Vec<Owner>,
+    /// Edge histories outside structures, in file order.
+    pub histories: Vec<History>,
+    /// SRs, in file order; their histories are in `histories` too.
+    pub shifts: Vec<ShiftRegister>,
+    /// Rungs, in file order.
+    pub rungs: Vec<RungText>,
+    /// Bits that instructions write.
+    pub written: BTreeSet<Bit>,
+    /// Recurrent ENTASKs, in file order.
+    pub intervals: Vec<Interval>,
+    /// Every address that the program tags or names (for a member, its structure), with its first
+    /// tag.
+    pub addresses: BTreeMap<Address, Option<String>>,
+    /// The address of every tag that has one.
+    pub tags: BTreeMap<String, Address>,
+    /// The constants of the ladder, each with its value as text.
+    pub constants: BTreeMap<String, String>,
+    /// The values after a cold start, from the tags' `initial`.
+    pub initial: BTreeMap<Address, i32>,
+    /// The places of the tags with a `type`: texts contain their names instead of addresses.
+    pub places: Places,
+}
+
+/// The kind and name of a Program or Task.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub struct BlockName {
+    pub kind: BlockKind,
+    pub name: String,
+}
+
+/// A Stage's name, in its Program.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub struct StageName {
+    pub block: BlockId,
+    pub name: String,
+}
+
+/// The owning instruction of a structure: it writes the flags and keeps the private state.
+#[derive(Clone, Debug)]
+pub struct Owner {
+    /// The structure.
+    pub structure: Structure,
+    /// The instruction.
+    pub mnemonic: Mnemonic,
+    /// The element that contains the instruction.
+    pub element: ElementId,
+    /// Its presets, by the names of their operands.
+    pub presets: Vec<(&'static str, Value)>,
+}
+
+/// An edge history: of `rise`, `fall`, PD, ND, PONOFF, RESTART, a run-once ENTASK.
+#[derive(Clone, Debug)]
+pub struct History {
+    /// Its cell.
+    pub cell: BitCell,
+    /// The element that contains its contact or instruction.
+    pub element: ElementId,
+    /// The name of its rung.
+    pub rung: Option<String>,
+    /// The text of its rung, in addresses.
+    pub whole: Arc<str>,
+    /// Its contact or instruction, in addresses: `rise(X0)`, `PONOFF C0`.
+    pub text: String,
+    /// Its name in every version of the program: the block, the rung's name or else the text, and a
+    /// number that distinguishes equal ones: `Main/count-bottles/0`, `Main//rise(X0)/1`.
+    pub key: String,
+}
+
+/// An SR.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ShiftRegister {
+    /// Its bits.
+    pub bits: ShiftBits,
+    /// The history of CLK, a public cell.
+    pub cell: BitCell,
+    /// Its block.
+    pub block: BlockId,
+}
+
+/// A rung: its element, its name, and its text in addresses.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub struct RungText {
+    pub element: ElementId,
+    pub name: Option<String>,
+    pub whole: Arc<str>,
+    /// The rung for people: `Main, rung count-bottles`.
+    pub said: String,
+    /// Its first instruction with its first operand: `CNT CT0`.
+    pub acts: String,
+    /// The author's text, for people.
+    pub parts: Arc<[RungPart]>,
+}
+
+/// A part of a rung's text: `when`, `leg.up`, `do`, and those of its branches.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RungPart {
+    /// The key; of a branch with its number: `branch 2 do`.
+    pub key: String,
+    /// The contacts or instructions, by their places in files.
+    pub texts: Vec<Span>,
+}
+
+/// A recurrent ENTASK.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub struct Interval {
+    pub task: BlockId,
+    pub every: Value,
+    /// The word that holds it.
+    pub word: WordCell,
+}
+
+impl Identity {
+    /// The identity of a program, without histories; lowering adds each when it allots the cell.
+    pub(super) fn new(program: &Program) -> Identity {
+        let name = |(block, at): &(BlockId, usize)| StageName {
+            block: *block,
+            name: program.block(*block).stages[*at].name.clone(),
+        };
+        let block =
+            |b: &crate::resolve::program::Block| BlockName { kind: b.kind, name: b.name.clone() };
+        let mut identity = Identity {
+            blocks: program.blocks.iter().map(block).collect(),
+            stages: program.stages.iter().map(name).collect(),
+            places: program.places.clone(),
+            ..Identity::default()
+        };
+        for tag in &program.tags {
+            let address = match tag.meaning {
+                TagMeaning::Address(address) => address,
+                TagMeaning::Constant(value, written) => {
+                    identity.constants.insert(tag.name.clone(), written.text(value));
+                    continue;
+                }
+                TagMeaning::Real(value) => {
+                    identity.constants.insert(tag.name.clone(), value.to_string());
+                    continue;
+                }
+                TagMeaning::Array(_) => continue,
+            };
+            let known = identity.addresses.entry(address).or_default();
+            known.get_or_insert_with(|| tag.name.clone());
+            identity.tags.insert(tag.name.clone(), address);
+            if let Some((value, _)) = tag.initial {
+                identity.initial.insert(address, value);
+            }
+        }
+        for operand in &program.operands {
+            identity.addresses.entry(operand.address).or_default();
+        }
+        identity
+    }
+
+    /// Records the structure that an instruction owns and the bit that it writes.
+    pub(super) fn instruction(&mut self, instruction: &Instruction, element: ElementId) {
+        if let Some(structure) = instruction.owned() {
+            let presets =
+                instruction.operands.of().map(|(name, preset)| (name, preset.value)).collect();
+            self.owners.push(Owner { structure, mnemonic: instruction.mnemonic, element, presets });
+        }
+        self.written.extend(instruction.written_bit().map(|bit| bit.value));
+        self.written.extend(instruction.written_bits());
+    }
+
+    /// Records a history.
+    pub(super) fn history(&mut self, cell: BitCell, site: &Site, text: String) {
+        let Site { element, rung, whole, place: _ } = site.clone();
+        self.histories.push(History { cell, element, rung, whole, text, key: String::new() });
+    }
+
+    /// Records a rung.
+    pub(super) fn rung(&mut self, site: &Site, (acts, parts): (String, Arc<[RungPart]>)) {
+        let Site { element, rung: name, whole, place: said } = site.clone();
+        self.rungs.push(RungText { element, name, whole, said, acts, parts });
+    }
+
+    /// Names the histories. Called when lowering has added all of them.
+    pub(super) fn finish(&mut self) {
+        let mut seen: HashMap<String, u32> = HashMap::new();
+        for history in &mut self.histories {
+            let block = &self.blocks[history.element.block.0 as usize].name;
+            let place = match &history.rung {
+                Some(rung) => format!("{block}/{rung}"),
+                None => format!("{block}//{}", history.text),
+            };
+            let count = seen.entry(place.clone()).or_default();
+            history.key = format!("{place}/{count}");
+            *count += 1;
+        }
+    }
+
+    /// A block's name.
+    pub fn block(&self, id: BlockId) -> &BlockName {
+        &self.blocks[id.0 as usize]
+    }
+
+    /// A Stage's name with its Program's: `Drain.Open`.
+    pub fn stage(&self, id: StageId) -> String {
+        let stage = &self.stages[id.0 as usize];
+        format!("{}.{}", self.block(stage.block).name, stage.name)
+    }
+
+    /// A bit's name in every version of the program. Bits of Stages and blocks have no address:
+    /// their name contains the name of the Stage or block.
+    pub fn bit(&self, bit: Bit) -> String {
+        match bit {
+            Bit::Stage(id) => self.stage(id),
+            Bit::Running(id) => format!("{}.Running", self.block(id).name),
+            Bit::Done(id) => format!("{}.Done", self.block(id).name),
+            Bit::Space(..) | Bit::Flag(..) | Bit::Device(..) => self.places.say(Address::Bit(bit)),
+        }
+    }
+
+    /// A word's name in every version of the program.
+    pub(super) fn word(&self, word: Word) -> String {
+        self.places.say(Address::Word(word))
+    }
+
+    /// The name of an element that a word selects. Array and word are separate in the name, because
+    /// each can be renamed.
+    pub fn element(&self, element: &Element) -> String {
+        format!("{} by {}", self.array(element.array), self.word(element.index))
+    }
+
+    /// The name of an array or slice; without an address, it is the name of the tag.
+    pub(crate) fn array(&self, array: Array) -> String {
+        match self.places.at(array.element(0)) {
+            None => array.to_string(),
+            Some((place, 0)) if place.count == array.count => place.name.clone(),
+            Some((place, first)) => {
+                format!("{}[{first}..{}]", place.name, first + array.count - 1)
+            }
+        }
+    }
+
+    /// The name of the bits that SR shifts.
+    pub(crate) fn run(&self, run: ShiftBits) -> String {
+        match run.down {
+            true => run.to_string(),
+            false => self.array(run.array),
+        }
+    }
+
+    /// The same identity with converted texts of rungs and histories.
+    pub fn with_texts(&self, text: &dyn Fn(&str) -> String) -> Identity {
+        let mut other = self.clone();
+        for history in &mut other.histories {
+            history.text = text(&history.text);
+            history.whole = text(&history.whole).into();
+        }
+        for rung in &mut other.rungs {
+            rung.whole = text(&rung.whole).into();
+        }
+        other
+    }
+
+    /// The text of an instruction with a history: its mnemonic and operands.
+    pub(super) fn edge_instruction(&self, instruction: &Instruction) -> String {
+        let (bit, block) = (instruction.written_bit(), instruction.target_block());
+        let bit = bit.map(|bit| self.bit(bit.value));
+        let operand = bit.or_else(|| Some(self.block(block?.value).name.clone()));
+        let shifted = || instruction.first_operand().map(|bits| self.run(bits.value));
+        let operand = operand.or_else(shifted).unwrap_or_default();
+        format!("{} {operand}", instruction.mnemonic.spec().name)
+    }
+
+    /// An address with its tag, for people: `parts (CT0)`.
+    pub fn say(&self, address: Address) -> String {
+        if let Some(name) = self.places.name(address) {
+            return name;
+        }
+        match self.addresses.get(&address) {
+            Some(Some(tag)) => format!("{tag} ({address})"),
+            _ => match address {
+                Address::Bit(bit) => self.bit(bit),
+                Address::Word(_) | Address::Structure(_) => address.to_string(),
+            },
+        }
+    }
+}
+
+impl Default for Site {
+    fn default() -> Site {
+        let element = ElementId { block: BlockId(0), stage: None };
+        Site { element, rung: None, whole: "".into(), place: String::new() }
+    }
+}
+
+/// The current place of lowering.
+#[derive(Clone, Debug)]
+pub(super) struct Site {
+    pub(crate) element: ElementId,
+    pub rung: Option<String>,
+    pub whole: Arc<str>,
+    /// The rung for people: `Main, rung 3`.
+    pub place: String,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lower::lower;
+    use crate::resolve::{LoadOptions, load_ladders};
+    use crate::source::span::SourceFile;
+
+    fn identity(ladder: &str) -> Identity {
+        let file = SourceFile { name: "ladder.toml".into(), text: ladder.into() };
+        let (program, findings) = load_ladders(&[file], &LoadOptions::default());
+        lower(&program.unwrap_or_else(|| panic!("{findings:?}"))).1.identity
+    }
+
+    #[test]
+    fn all_that_keeps_a_state_has_a_name() {
+        let identity = identity(
+            r#"
+            [tags]
+            parts = { at = "CT0" }
+            size = { at = "D1", initial = 12 }
+            [[program]]
+            name = "Main"
+            [[program.rung]]
+            name = "count"
+            leg.up = ["rise(X0)", "fall(X1)"]
+            leg.rst = ["$Off"]
+            do = ["CNT parts preset=size"]
+            [[program.rung]]
+            when = ["rise(X0)", "rise(X0) | rise(Side.Open)"]
+            do = ["PONOFF C0", "RESTART Side", "ENTASK Work every=2s"]
+            [[program]]
+            name = "Side"
+            [[program.stage]]
+            name = "Open"
+            [[program.stage.rung]]
+            when = ["X3"]
+            do = ["TMR T1 preset=3s", "PD C9"]
+            [[task]]
+            name = "Work"
+            [[task.rung]]
+            when = ["$On"]
+            do = ["OUT Y0"]
+            "#,
+        );
+        let keys: Vec<&str> = identity.histories.iter().map(|h| h.key.as_str()).collect();
+        assert_eq!(
+            keys,
+            [
+                "Main/count/0",
+                "Main/count/1",
+                "Main//rise(X0)/0",
+                "Main//rise(X0)/1",
+                "Main//rise(Side.Open)/0",
+                "Main//PONOFF C0/0",
+                "Main//RESTART Side/0",
+                "Side//PD C9/0",
+            ]
+        );
+        let owner = |o: &Owner| format!("{} {:?} {:?}", o.structure, o.mnemonic, o.element.stage);
+        let owners: Vec<String> = identity.owners.iter().map(owner).collect();
+        assert_eq!(owners, ["CT0 Cnt None", "T1 Tmr Some(StageId(0))"]);
+        assert_eq!(identity.intervals.len(), 1);
+        assert_eq!(identity.initial.values().collect::<Vec<_>>(), [&12]);
+        assert_eq!(identity.say(Address::Structure(Structure::Counter(0))), "parts (CT0)");
+    }
+}

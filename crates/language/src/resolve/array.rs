@@ -1,0 +1,107 @@
+//! Arrays: neighbouring bits or words of one space, and elements that a word selects.
+//!
+//! The scope makes them from names (`recipe`, `recipe[0..6]`, `recipe[step]`); contacts,
+//! instructions and formulas contain them. An element with a constant index is a plain address.
+
+use std::fmt;
+
+use rungd_engine::isa::{Address, Space, Word};
+
+/// Neighbouring bits or words of one space.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Array {
+    /// The space.
+    pub space: Space,
+    /// The number of element 0, as written.
+    pub first: u32,
+    /// The number of elements; at least 1.
+    pub count: u32,
+}
+
+/// An element of an array. A word selects it at run time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Element {
+    /// The array.
+    pub array: Array,
+    /// The word that contains the element's number, from 0.
+    pub index: Word,
+}
+
+/// Bits that SR shifts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ShiftBits {
+    /// The bits.
+    pub array: Array,
+    /// Whether the shift begins at the last bit: `data` goes into the last bit instead of the
+    /// first.
+    pub down: bool,
+}
+
+impl Array {
+    /// The address of an element.
+    pub fn element(&self, at: u32) -> Address {
+        self.space.address(self.first + at)
+    }
+
+    /// Its numbers as written, with their space.
+    pub fn numbers(&self) -> (Space, u32, u32) {
+        (self.space, self.first, self.first + self.count - 1)
+    }
+
+    /// All addresses, element 0 first.
+    pub fn addresses(&self) -> impl Iterator<Item = Address> + use<> {
+        let Array { space, first, count } = *self;
+        (first..first + count).map(move |n| space.address(n))
+    }
+
+    /// The elements `low..=high`.
+    pub fn slice(&self, low: u32, high: u32) -> Array {
+        Array { first: self.first + low, count: high - low + 1, ..*self }
+    }
+
+    /// Whether its elements are bits.
+    pub fn is_bits(&self) -> bool {
+        matches!(self.element(0), Address::Bit(_))
+    }
+
+    /// Whether its elements are reals.
+    pub fn is_real(&self) -> bool {
+        matches!(self.element(0), Address::Word(word) if word.is_real())
+    }
+
+    /// Element 0 of an array of words; `None` for an array of bits.
+    pub fn first_word(&self) -> Option<Word> {
+        if let Address::Word(word) = self.element(0) { Some(word) } else { None }
+    }
+
+    /// Whether a program may write its elements.
+    pub fn is_writable(&self) -> bool {
+        match self.element(0) {
+            Address::Bit(bit) => bit.writable_by_ladder(),
+            Address::Word(word) => word.writable(),
+            Address::Structure(_) => false,
+        }
+    }
+}
+
+impl fmt::Display for Array {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}..{}", self.element(0), self.element(self.count - 1))
+    }
+}
+
+impl fmt::Display for ShiftBits {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let ShiftBits { array, down } = self;
+        match down {
+            true => write!(f, "{}..{}", array.element(array.count - 1), array.element(0)),
+            false => array.fmt(f),
+        }
+    }
+}
+
+impl fmt::Display for Element {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}[{}]", self.array, self.index)
+    }
+}

@@ -1,0 +1,163 @@
+//! Resolves tags with a `count`: the program gets a tag for each element.
+//!
+//! Called by `tags`. So limits, initial values, logs, retention and reloads refer to elements by
+//! name (`recipe[3]`) and need no code for arrays.
+
+use super::Resolver;
+use super::array::Array;
+use super::mistake::address_mistake;
+use super::names::kept;
+use super::priority::Priority;
+use super::program::{OfArray, Program, Tag, TagMeaning};
+use crate::source::finding::{Code, Finding};
+use crate::source::ladder;
+use crate::source::span::{Located, Span};
+use rungd_engine::isa::address_text;
+use rungd_engine::isa::{Address, BitSpace, Space, WordSpace};
+
+/// Maximum number of elements of the arrays of all tags together: more than all memory has.
+const ELEMENTS_MAX: usize = 1_000_000;
+
+type Cell = Option<(i32, Span)>;
+
+impl Resolver<'_> {
+    /// Resolves an array and adds its elements to the program; returns its meaning.
+    pub(super) fn array_tag(
+        &mut self,
+        tag: &ladder::Tag,
+        count: &Located<i64>,
+        program: &mut Program,
+    ) -> Option<TagMeaning> {
+        let meaning = self.meaning(tag)?;
+        let array = self.array(tag, meaning, count)?;
+        self.take_elements(array.count, count.span)?;
+        self.misfits(tag, meaning);
+        if let Some(alarm) = &tag.alarm {
+            let message = "`alarm` does not go with `count`";
+            let finding = Finding::new(Code::TagKey, alarm.span, message);
+            let help = format!("give the bit a tag of its own: `at = \"{}\"`", array.element(0));
+            self.find(finding.help(help));
+        }
+        let mut cell =
+            |value: &Option<_>| value.as_ref().and_then(|value| self.tag_value(value, meaning));
+        let initial = cell(&tag.initial);
+        let (min, max) = self.limits(tag, meaning);
+        let list = self.initial_list(tag, meaning, array.count);
+        for at in 0..array.count {
+            let own = list.get(at as usize).copied().flatten();
+            program.tags.push(Tag {
+                name: format!("{}[{at}]", kept(&tag.name.text)),
+                span: tag.name.span,
+                doc: tag.doc.clone().filter(|_| at == 0),
+                meaning: TagMeaning::Address(array.element(at)),
+                initial: own.or(initial),
+                min,
+                max,
+                alarm: None,
+                priority: Priority::default(),
+                log_changes: tag.log.is_some(),
+                unit: tag.unit.clone(),
+                metric: tag.metric.as_ref().is_some_and(|metric| metric.value),
+                spare: tag.spare.as_ref().is_some_and(|spare| spare.value),
+                used: false,
+                of_array: Some(OfArray { array, at }),
+            });
+            // All elements have the same limits: one finding is enough.
+            if at == 0 || own.is_some() {
+                let tag = program.tags[program.tags.len() - 1].clone();
+                self.ranges(&tag);
+            }
+        }
+        Some(TagMeaning::Array(array))
+    }
+
+    /// Takes room for the elements of an array; reports once if there is too little.
+    fn take_elements(&mut self, count: u32, span: Span) -> Option<()> {
+        let had_room = self.tag_elements <= ELEMENTS_MAX;
+        self.tag_elements = self.tag_elements.saturating_add(count as usize);
+        if self.tag_elements <= ELEMENTS_MAX {
+            return Some(());
+        }
+        if had_room {
+            let message = format!("the arrays of all tags have more than {ELEMENTS_MAX} elements");
+            let finding = Finding::new(Code::TagKey, span, message);
+            let help = "take arrays away that have the same addresses: all memory has fewer";
+            self.find(finding.label("no room from here on").help(help));
+        }
+        None
+    }
+
+    fn array(
+        &mut self,
+        tag: &ladder::Tag,
+        meaning: TagMeaning,
+        count: &Located<i64>,
+    ) -> Option<Array> {
+        let address = match meaning {
+            TagMeaning::Address(address) => Some(address),
+            TagMeaning::Constant(..) | TagMeaning::Real(_) | TagMeaning::Array(_) => None,
+        };
+        let plain = address.filter(|address| match address {
+            Address::Bit(_) | Address::Word(_) => true,
+            Address::Structure(_) => false,
+        });
+        let status =
+            |space| matches!(space, Space::Bit(BitSpace::St) | Space::Word(WordSpace::Dst));
+        let Some((space, first)) = plain.and_then(Space::of).filter(|(space, _)| !status(*space))
+        else {
+            let message = "`count` does not fit this tag";
+            let finding = Finding::new(Code::TagKey, count.span, message);
+            self.find(finding.help("arrays are of bits or words: `at = \"D10\"`, `at = \"C0\"`"));
+            return None;
+        };
+        let count = u32::try_from(count.value).ok()?;
+        let array = Array { space, first, count };
+        let last = array.element(count - 1).to_string();
+        if let (Err(error), Some(at)) = (address_text::parse(&last, &self.options.sizes), &tag.at) {
+            self.findings.extend(address_mistake(&last, error).finding(at.span));
+            return None;
+        }
+        Some(array)
+    }
+
+    /// The values of `initial`, if it is a list: one for each element.
+    fn initial_list(&mut self, tag: &ladder::Tag, meaning: TagMeaning, count: u32) -> Vec<Cell> {
+        let Some(list) = &tag.initials else { return Vec::new() };
+        if list.value.len() != count as usize {
+            let values = list.value.len();
+            let message = format!("`initial` has {values} values for {count} elements");
+            let finding = Finding::new(Code::TagKey, list.span, message);
+            self.find(finding.help("give one value for all, or a list with one for each element"));
+        }
+        list.value.iter().map(|value| self.tag_value(value, meaning)).collect()
+    }
+
+    /// Marks all elements of an array as used if one of them is.
+    pub(super) fn share_uses(&self, tags: &mut [Tag]) {
+        let mut at = 0;
+        while at < tags.len() {
+            let count = tags[at].of_array.map_or(1, |of| of.array.count as usize);
+            let end = (at + count).min(tags.len());
+            let used = tags[at..end].iter().any(|tag| tag.used);
+            tags[at..end].iter_mut().for_each(|tag| tag.used = used);
+            at = end;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::resolve::LoadOptions;
+
+    #[test]
+    fn the_arrays_of_all_tags_have_a_greatest_size() {
+        let options = LoadOptions::default();
+        let mut resolver = Resolver::new(&[], &options);
+        let mut take = || resolver.take_elements(4096, Span::default()).is_some();
+        assert!((0..244).all(|_| take()));
+        assert!(!take() && !take());
+        let [finding] = &resolver.findings[..] else { panic!("{:?}", resolver.findings) };
+        assert!(finding.message.contains("1000000 elements"), "{}", finding.message);
+    }
+}

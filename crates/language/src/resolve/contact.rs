@@ -1,0 +1,153 @@
+//! Resolves contacts: every name becomes a bit, or a value in a compare. Called by `rung`.
+
+use super::Resolver;
+use super::program::{Contact, Value, Written};
+use super::resolver::of_array;
+use super::scope::{Misplaced, Thing};
+use crate::source::atom::{Atom, AtomKind};
+use crate::source::contact::{self as written, Comparison};
+use crate::source::finding::{Code, Finding};
+use crate::source::span::Span;
+use rungd_engine::isa::Address;
+
+impl Resolver<'_> {
+    /// Resolves a series of contacts; contacts with mistakes are left out and reported.
+    pub(super) fn contacts(&mut self, contacts: &[written::Contact]) -> Vec<Contact> {
+        contacts.iter().filter_map(|contact| self.contact(contact)).collect()
+    }
+
+    fn contact(&mut self, contact: &written::Contact) -> Option<Contact> {
+        match contact {
+            written::Contact::Bit(name) => self.bit(&name.value, name.span),
+            written::Contact::Not(inner, span) => {
+                Some(Contact::Not(Box::new(self.contact(inner)?), *span))
+            }
+            written::Contact::All(items, span) => Some(Contact::All(self.all_of(items)?, *span)),
+            written::Contact::Any(items, span) => Some(Contact::Any(self.all_of(items)?, *span)),
+            written::Contact::Edge(edge, inner, span) => {
+                Some(Contact::Edge(*edge, Box::new(self.contact(inner)?), *span))
+            }
+            written::Contact::Compare(a, comparison, b, span) => {
+                if self.is_bit_compared(contact) {
+                    return None;
+                }
+                // Resolves both before returning, so that mistakes in both are reported.
+                let (a, b) = (self.value(a), self.value(b));
+                Some(Contact::Compare(a?, *comparison, b?, *span))
+            }
+        }
+    }
+
+    /// Whether a contact compares a bit with ON or OFF, in the words of any system: `b == TRUE`.
+    /// Then its finding has been added.
+    fn is_bit_compared(&mut self, contact: &written::Contact) -> bool {
+        let written::Contact::Compare(a, how, b, span) = contact else { return false };
+        let is_same = match how {
+            Comparison::Eq => true,
+            Comparison::Ne => false,
+            Comparison::Lt | Comparison::Le | Comparison::Gt | Comparison::Ge => return false,
+        };
+        let (Some(name), Some(state)) = (a.name(), state(b)) else { return false };
+        let thing = self.scope.look_up(name).map(|found| found.thing);
+        if !matches!(thing, Ok(Thing::Address(Address::Bit(_)))) {
+            return false;
+        }
+        self.mark_used(name);
+        let right = if state == is_same { name.to_owned() } else { format!("!{name}") };
+        let message = format!("`{name}` is a bit, not a number");
+        let finding = Finding::new(Code::OperandType, *span, message);
+        self.find(finding.help(format!("a bit stands alone: write `{right}`")));
+        true
+    }
+
+    fn all_of(&mut self, items: &[written::Contact]) -> Option<Vec<Contact>> {
+        let contacts = self.contacts(items);
+        (contacts.len() == items.len()).then_some(contacts)
+    }
+
+    /// Resolves a bit.
+    pub(super) fn bit(&mut self, name: &str, span: Span) -> Option<Contact> {
+        let thing = self.look_up(name, span)?;
+        let help = match thing {
+            Thing::Address(address @ Address::Bit(bit)) => {
+                self.note(name, span, address);
+                return Some(Contact::Bit(bit, span));
+            }
+            Thing::Element(element) if element.array.is_bits() => {
+                return Some(Contact::Element(element, span));
+            }
+            Thing::Address(Address::Word(_)) | Thing::Element(_) => {
+                format!("compare it: `{name} != 0`")
+            }
+            Thing::Array(array) => of_array(name, array),
+            Thing::Address(Address::Structure(structure)) => {
+                let flag = if structure.members().contains(&"Done") { "Done" } else { "DN" };
+                format!("name one of its flags: `{name}.{flag}`")
+            }
+            Thing::Constant(..) | Thing::Real(_) => {
+                format!("compare something with it: `D0 == {name}`")
+            }
+            Thing::Device(_) => format!("`{name}.Ok` is ON while it exchanges"),
+            Thing::Block(_) => format!("`{name}.Running` is ON while it runs"),
+        };
+        self.wrong_kind(Misplaced { name, span, thing }, "a bit", &help);
+        None
+    }
+
+    /// Resolves a value: a constant or a word.
+    pub(super) fn value(&mut self, atom: &Atom) -> Option<Value> {
+        let name = match &atom.kind {
+            AtomKind::Integer(n) => return Some(Value::Const(*n, Written::Integer)),
+            AtomKind::Duration(ms) => return Some(Value::Const(*ms, Written::Duration)),
+            AtomKind::Real(real) => return Some(Value::Real(*real)),
+            AtomKind::Name(name) => name,
+        };
+        let thing = self.look_up_as(name, atom.span, &["int", "real", "word"])?;
+        let help = match thing {
+            Thing::Constant(value, written) => {
+                self.note_constant(name, atom.span);
+                return Some(Value::Const(value, written));
+            }
+            Thing::Real(real) => {
+                self.note_constant(name, atom.span);
+                return Some(Value::Real(real));
+            }
+            Thing::Address(address @ Address::Word(word)) => {
+                self.note(name, atom.span, address);
+                return Some(Value::Word(word));
+            }
+            Thing::Element(element) if !element.array.is_bits() => {
+                return Some(Value::Element(element));
+            }
+            Thing::Array(array) => of_array(name, array),
+            Thing::Address(Address::Structure(structure)) => {
+                let acc = if structure.members().contains(&"Acc") { "Acc" } else { "ACC" };
+                format!("its value is `{name}.{acc}`")
+            }
+            Thing::Address(Address::Bit(_)) | Thing::Element(_) => {
+                format!(
+                    "a bit stands alone in contacts: `{name}`, or `!{name}`; a number is a \
+                     constant or a word, as `D0`"
+                )
+            }
+            Thing::Block(_) | Thing::Device(_) => {
+                "a number, a duration, or a word as `D0` belongs here".to_owned()
+            }
+        };
+        self.wrong_kind(Misplaced { name, span: atom.span, thing }, "a number", &help);
+        None
+    }
+}
+
+/// The state that a value means beside a bit.
+fn state(value: &Atom) -> Option<bool> {
+    match &value.kind {
+        AtomKind::Integer(n @ (0 | 1)) => Some(*n == 1),
+        AtomKind::Integer(_) | AtomKind::Duration(_) | AtomKind::Real(_) => None,
+        AtomKind::Name(name) => match name.to_ascii_uppercase().as_str() {
+            "TRUE" | "ON" | "$ON" => Some(true),
+            "FALSE" | "OFF" | "$OFF" => Some(false),
+            _ => None,
+        },
+    }
+}

@@ -1,0 +1,238 @@
+//! Declares the names of all tags, blocks, stages and devices, before rungs are resolved.
+//!
+//! Called by `plain`. Fills the scope, and the program's blocks and stages, still without rungs.
+
+use std::collections::HashMap;
+
+use super::Resolver;
+use super::layers::Layers;
+use super::names::{NameRole, forbidden, kept};
+use super::program::{Block, BlockKind, Program, Stage};
+use super::scope::BlockNames;
+use crate::source::finding::{Code, Finding};
+use crate::source::ladder::{self, BlockForm, Ladder};
+use crate::source::nearest::{KnownNames, nearest};
+use crate::source::reader::Text;
+use crate::source::span::{FileId, Span};
+use rungd_engine::isa::{BlockId, DeviceId, StageId};
+
+/// The built-in tasks: no instruction starts them.
+pub(super) const BUILT_IN: [(&str, BlockKind); 4] = [
+    ("FirstScan", BlockKind::FirstScan),
+    ("TopOfScan", BlockKind::TopOfScan),
+    ("BottomOfScan", BlockKind::BottomOfScan),
+    ("LastScan", BlockKind::LastScan),
+];
+
+impl Resolver<'_> {
+    /// Declares everything that has a name.
+    pub(super) fn declare(&mut self, ladders: &[(FileId, Ladder)], program: &mut Program) {
+        // Tags and blocks share one namespace over all files.
+        let mut names: HashMap<String, Span> = HashMap::new();
+        self.place_typed(ladders);
+        let ladders = || ladders.iter().map(|(_, ladder)| ladder);
+        let tags = ladders().flat_map(|ladder| &ladder.tags);
+        for tag in self.options.progress.during(tags) {
+            // The names of a use's own tags are checked in its template.
+            if !Layers::is_layered(tag.name.span) {
+                self.declare_name(&tag.name, NameRole::Tag, &mut names);
+            }
+            let index = program.tags.len();
+            let meaning = self.tag(tag, program);
+            self.scope.add_tag(&tag.name.text, index, meaning);
+        }
+        self.used = vec![false; program.tags.len()];
+        for block in ladders().flat_map(|ladder| &ladder.blocks) {
+            if let Some(name) = block.name.as_ref().filter(|n| !Layers::is_layered(n.span)) {
+                self.declare_name(name, NameRole::Block(block.form), &mut names);
+            }
+            self.declare_block(block, program);
+        }
+        for name in std::mem::take(&mut self.use_names) {
+            self.declare_name(&name, NameRole::Use, &mut names);
+        }
+        self.uses.iter().for_each(|name| self.scope.add_use(name.clone()));
+        // The tags of these uses are unknown because their templates are, which is already
+        // reported.
+        self.unknown_uses.iter().for_each(|name| self.scope.add_unknown_use(name.clone()));
+        self.declare_devices(ladders(), &mut names, program);
+        self.check_aliases(program);
+        self.check_units(program);
+        // A program without a name may be intended as `Main`.
+        let has_main = |block: &Block| block.name == "Main" || block.name.is_empty();
+        let programs = program.blocks.iter().any(|block| block.kind == BlockKind::Program);
+        let lost = self.misread && !programs;
+        if !lost && !program.blocks.iter().any(has_main) {
+            let own = ladders().flat_map(|ladder| &ladder.templates);
+            let templates: Vec<&Text> = own.filter_map(|of| of.name.as_ref()).collect();
+            self.no_main(program, &templates);
+        }
+    }
+
+    /// Declares the devices of the controller file, then those that only a ladder file names.
+    fn declare_devices<'l>(
+        &mut self,
+        ladders: impl Iterator<Item = &'l Ladder>,
+        names: &mut HashMap<String, Span>,
+        program: &mut Program,
+    ) {
+        let options = self.options;
+        let known = KnownNames::new(options.devices.iter().map(|device| device.text.as_str()));
+        let real = options.devices.iter().map(|name| (name, true));
+        let said = ladders.flat_map(|ladder| &ladder.devices).map(|name| (name, false));
+        for (name, real) in real.chain(said) {
+            if !real && self.scope.has_device(&name.text) {
+                continue;
+            }
+            self.declare_name(name, NameRole::Device, names);
+            if !real && options.has_controller {
+                let message = format!("the controller file has no device `{}`", name.text);
+                let finding = Finding::new(Code::UnknownName, name.span, message)
+                    .help(format!("add a `[[device]]` with `name = \"{}\"`", name.text));
+                self.find(finding.near(&name.text, &known));
+            }
+            self.scope.add_device(&name.text, DeviceId(program.devices.len() as u32));
+            program.devices.push(kept(&name.text));
+        }
+    }
+
+    fn no_main(&mut self, program: &Program, templates: &[&Text]) {
+        let find = |span| Finding::new(Code::NoMain, span, "no program is called `Main`");
+        // The trial of a template has a block that is in no file.
+        let blocks = || program.blocks.iter().filter(|block| !Layers::is_layered(block.span));
+        if let Some(block) = blocks().find(|block| block.name.eq_ignore_ascii_case("Main")) {
+            let help = "write `name = \"Main\"`: names are case-sensitive";
+            return self.find(find(block.span).help(help));
+        }
+        let near = nearest("Main", blocks().map(|block| &*block.name));
+        if let Some(block) = blocks().find(|block| near == Some(&*block.name)) {
+            return self.find(find(block.span).help("did you mean `Main`?"));
+        }
+        if let Some(name) = templates.iter().find(|name| name.text.eq_ignore_ascii_case("Main")) {
+            let finding = find(name.span).label("this is a template");
+            return self.find(finding.help(
+                "a template runs where it is used. The program that always runs is:\n\
+                 [[program]]\nname = \"Main\"",
+            ));
+        }
+        let start = Span { file: self.options.first_file, start: 0, end: 0 };
+        self.find(find(start).help(
+            "Main is the program that always runs; without it nothing runs:\n[[program]]\nname = \
+             \"Main\"",
+        ));
+    }
+
+    fn declare_name(&mut self, name: &Text, role: NameRole, names: &mut HashMap<String, Span>) {
+        if let Some(finding) = forbidden(name, role) {
+            self.find(finding);
+        }
+        if let Some(first) = names.get(&name.text) {
+            let message = format!("the name `{}` is taken", name.text);
+            let finding = Finding::new(Code::DuplicateName, name.span, message)
+                .label("again here")
+                .related(*first, "first here")
+                .help(match role {
+                    NameRole::Device => {
+                        "devices share one set of names with tags, programs and tasks"
+                    }
+                    NameRole::Tag
+                    | NameRole::Block(_)
+                    | NameRole::Stage
+                    | NameRole::Template
+                    | NameRole::Parameter => {
+                        "tags, programs and tasks share one set of names, over all files"
+                    }
+                    NameRole::Use => {
+                        "uses share one set of names with tags, programs and tasks, over all files"
+                    }
+                });
+            self.find(finding);
+            return;
+        }
+        names.insert(name.text.clone(), name.span);
+    }
+
+    fn declare_block(&mut self, block: &ladder::Block, program: &mut Program) {
+        let id = BlockId(program.blocks.len() as u32);
+        let name = block.name.as_ref().map_or("", |name| &name.text);
+        let kind = self.block_kind(block, name);
+        let mut stages = Vec::new();
+        let mut stage_names: HashMap<String, Span> = HashMap::new();
+        let mut ids = HashMap::new();
+        for stage in &block.stages {
+            let stage_id = StageId(program.stages.len() as u32);
+            program.stages.push((id, stages.len()));
+            let (text, span) = match &stage.name {
+                Some(name) => {
+                    self.declare_stage(name, &mut stage_names);
+                    ids.entry(name.text.clone()).or_insert(stage_id);
+                    (kept(&name.text), name.span)
+                }
+                None => (String::new(), stage.span),
+            };
+            let doc = stage.doc.clone();
+            stages.push(Stage { id: stage_id, name: text, doc, span, rungs: Vec::new() });
+        }
+        if block.name.is_some() {
+            self.scope.add_block(name, BlockNames::new(id, kind, ids));
+        }
+        program.blocks.push(Block {
+            id,
+            name: kept(name),
+            doc: block.doc.clone(),
+            span: block.name.as_ref().map_or(block.span, |name| name.span),
+            kind,
+            autostart: self.autostart(block, name),
+            rungs: Vec::new(),
+            stages,
+        });
+    }
+
+    fn declare_stage(&mut self, name: &Text, names: &mut HashMap<String, Span>) {
+        if let Some(finding) = forbidden(name, NameRole::Stage) {
+            self.find(finding);
+        }
+        if let Some(first) = names.get(&name.text) {
+            let message = format!("this program has a stage `{}` already", name.text);
+            let finding = Finding::new(Code::DuplicateName, name.span, message)
+                .label("again here")
+                .related(*first, "first here");
+            self.find(finding);
+            return;
+        }
+        names.insert(name.text.clone(), name.span);
+    }
+
+    fn block_kind(&mut self, block: &ladder::Block, name: &str) -> BlockKind {
+        let built_in = BUILT_IN.iter().find(|(built_in, _)| *built_in == name);
+        let span = block.name.as_ref().map_or(block.span, |name| name.span);
+        match (block.form, built_in) {
+            (BlockForm::Task, Some((_, kind))) => return *kind,
+            (BlockForm::Program, Some(_)) => {
+                let message = format!("`{name}` is the name of a built-in task");
+                let finding = Finding::new(Code::ForbiddenName, span, message);
+                self.find(finding.help("write `[[task]]`, or take another name"));
+            }
+            (BlockForm::Task, None) if name == "Main" => {
+                let message = "`Main` is the program that always runs, not a task";
+                let finding = Finding::new(Code::ForbiddenName, span, message);
+                self.find(finding.help("write `[[program]]`, or take another name"));
+            }
+            _ => {}
+        }
+        if block.form == BlockForm::Program { BlockKind::Program } else { BlockKind::Task }
+    }
+
+    fn autostart(&mut self, block: &ladder::Block, name: &str) -> bool {
+        let main = name == "Main" && block.form == BlockForm::Program;
+        if let Some(autostart) = &block.autostart
+            && main
+            && !autostart.value
+        {
+            let message = "`Main` always runs: it cannot be kept from starting";
+            let finding = Finding::new(Code::BlockRule, autostart.span, message);
+            self.find(finding.help("take `autostart` away, or give the program another name"));
+        }
+        main || block.autostart.as_ref().is_some_and(|autostart| autostart.value)
+    }
+}

@@ -1,0 +1,155 @@
+//! Arrays in MATH: elements with an index that is an expression, and whole arrays among the
+//! arguments of `sum`, `min` and `max`.
+//!
+//! Called by `formula_resolver` and `math`. An element with a constant index becomes a plain word
+//! or bit.
+
+use super::Resolver;
+use super::array::{Array, Element};
+use super::formula::{NumberType, Part, Unary, type_of_array};
+use super::formula_operands::{OperandForm, TypedOperand, Walk};
+use super::program::NamedArray;
+use super::resolver::of_array;
+use super::scope::Thing;
+use crate::source::finding::{Code, Finding};
+use crate::source::span::{Located, Span};
+use rungd_engine::isa::Address;
+
+/// Maximum number of elements of the whole arrays in all formulas of a program: each element
+/// becomes a part of its formula, and then a step.
+const ELEMENTS_MAX: usize = 1_000_000;
+
+impl Resolver<'_> {
+    /// Resolves a name in an expression: one value, or a whole array.
+    pub(super) fn name(&mut self, walk: &mut Walk, name: &str, span: Span) {
+        let array = match self.scope.look_up(name).map(|found| found.thing) {
+            Ok(Thing::Array(array)) => Some(array),
+            Ok(Thing::Element(Element { array, index })) => {
+                self.look_up(name, span);
+                walk.parts.push(Part::Word(index));
+                walk.push(Part::Element(array), element(array, span));
+                return;
+            }
+            Ok(_) | Err(_) => None,
+        };
+        let Some(array) = array else {
+            match self.operand_of(name, span) {
+                Some((part, operand)) => walk.push(part, operand),
+                // An unknown name causes no finding about its type.
+                None => walk.unknown(span),
+            }
+            return;
+        };
+        // Marks its tag as used.
+        self.look_up(name, span);
+        if !self.has_room(array, span) {
+            walk.unknown(span);
+            return;
+        }
+        let parts = array.addresses().map(|address| match address {
+            Address::Bit(bit) => Part::Bit(bit),
+            Address::Word(word) => Part::Word(word),
+            Address::Structure(_) => unreachable!("arrays are of bits or words"),
+        });
+        walk.parts.extend(parts);
+        let whole = Some(array);
+        walk.operands.push(TypedOperand { whole, ..TypedOperand::new(type_of_array(array), span) });
+    }
+
+    /// Takes room for the elements of a whole array; reports once if there is too little.
+    fn has_room(&mut self, array: Array, span: Span) -> bool {
+        let had_room = self.elements <= ELEMENTS_MAX;
+        self.elements = self.elements.saturating_add(array.count as usize);
+        if self.elements <= ELEMENTS_MAX {
+            return true;
+        }
+        if had_room {
+            let message = "the whole arrays in all MATHs have more than 1000000 elements together";
+            let finding = Finding::new(Code::FunctionArguments, span, message);
+            let help = "calculate each `sum`, `min` or `max` once, in a MATH of its own, and name \
+                        the word with its result elsewhere";
+            self.find(finding.label("no room from here on").help(help));
+        }
+        false
+    }
+
+    /// Resolves `name[index]`; the index is the last operand.
+    pub(super) fn element_of(&mut self, walk: &mut Walk, name: &Located<String>, span: Span) {
+        let Some(index) = walk.operands.pop() else { return };
+        self.one_value(walk, index);
+        let array = self.array_of(name).filter(|_| self.whole_number(index));
+        let Some(array) = array else {
+            walk.whole = false;
+            walk.operands.push(TypedOperand::new(NumberType::Integer, span));
+            return;
+        };
+        if let Some((at, parts)) = constant(&walk.parts) {
+            self.names_an_element(span);
+            walk.parts.truncate(walk.parts.len() - parts);
+            match self.operand_of(&format!("{}[{at}]", name.value), span) {
+                Some((part, operand)) => walk.push(part, operand),
+                None => walk.unknown(span),
+            }
+            return;
+        }
+        walk.push(Part::Element(array), element(array, span));
+    }
+
+    /// The array with this name. Marks its tag as used.
+    pub(super) fn array_of(&mut self, name: &Located<String>) -> Option<Array> {
+        let thing = self.look_up(&name.value, name.span)?;
+        if let Thing::Array(array) = thing {
+            return Some(array);
+        }
+        let message = format!("`{}` is no array: it has no elements", name.value);
+        let finding = Finding::new(Code::OperandType, name.span, message);
+        self.find(finding.help("declare a tag with `count`: `{ at = \"D10\", count = 7 }`"));
+        None
+    }
+
+    /// Removes the record that the ladder names a whole array here, because it names one element.
+    pub(super) fn names_an_element(&mut self, place: Span) {
+        let is_there = |(span, _): &mut (Span, NamedArray)| {
+            span.file == place.file && (place.start..place.end).contains(&span.start)
+        };
+        self.arrays.pop_if(is_there);
+    }
+
+    /// Whether an index is a whole number; if not, adds a finding.
+    pub(super) fn whole_number(&mut self, index: TypedOperand) -> bool {
+        if index.of == NumberType::Integer {
+            return true;
+        }
+        let text = self.text(index.span);
+        let finding = Finding::new(Code::OperandType, index.span, "an index is a whole number");
+        let help = format!("write `round({text})` or `trunc({text})`");
+        self.find(finding.label("a real").help(help));
+        false
+    }
+
+    /// Reports a whole array in the place of one value.
+    pub(super) fn one_value(&mut self, walk: &mut Walk, operand: TypedOperand) {
+        let Some(array) = operand.whole else { return };
+        walk.whole = false;
+        let name = self.text(operand.span).to_owned();
+        let message = format!("`{name}` is an array, not a value");
+        let finding = Finding::new(Code::OperandType, operand.span, message);
+        let help = format!("{}; `sum`, `min` and `max` take whole arrays", of_array(&name, array));
+        self.find(finding.label("a value belongs here").help(help));
+    }
+}
+
+/// An element as an operand.
+fn element(array: Array, span: Span) -> TypedOperand {
+    let form = if array.is_bits() { OperandForm::Bit } else { OperandForm::Other };
+    TypedOperand { form, ..TypedOperand::new(type_of_array(array), span) }
+}
+
+/// A constant at the end of an expression, and the number of its parts.
+pub(super) fn constant(parts: &[Part]) -> Option<(i64, usize)> {
+    match parts {
+        [.., Part::Integer(n), Part::Unary(Unary::Minus, _)] => Some((-n, 2)),
+        [.., Part::Integer(n)] => Some((*n, 1)),
+        _ => None,
+    }
+}

@@ -1,0 +1,182 @@
+//! Resolves the expression of a MATH: its names, and the types of its operators.
+//!
+//! Called by `math`. Visits the parts in a loop with a stack of operands, so that no expression
+//! is too deep. All mistakes of an expression are found, not only the first.
+#![deny(clippy::wildcard_enum_match_arm)]
+
+use super::Resolver;
+use super::formula::{Binary, Formula, NumberType, Part, Unary};
+use super::formula_operands::{OperandForm, TypedOperand, Walk};
+use crate::source::expression::{self as written, PartKind};
+use crate::source::finding::{Code, Finding};
+use crate::source::nearest::did_you_mean;
+use crate::source::span::{Located, Span};
+pub use rungd_engine::isa::Function;
+pub use rungd_engine::isa::function::{FUNCTIONS, ResultType};
+
+impl Resolver<'_> {
+    /// Resolves an expression; also returns it as an operand with its type.
+    pub(super) fn expression(
+        &mut self,
+        written: &written::Expression,
+    ) -> Option<(Formula, TypedOperand)> {
+        let mut walk = Walk { parts: Vec::new(), operands: Vec::new(), whole: true };
+        for part in &written.parts {
+            match &part.kind {
+                PartKind::Integer(n) => {
+                    let operand = TypedOperand::new(NumberType::Integer, part.span);
+                    let literal = Some(*n as f64);
+                    walk.push(Part::Integer(*n), TypedOperand { literal, ..operand });
+                }
+                PartKind::Real(real) => {
+                    let operand = TypedOperand::new(NumberType::Real, part.span);
+                    let literal = Some(f64::from(*real));
+                    walk.push(Part::Real(*real), TypedOperand { literal, ..operand });
+                }
+                PartKind::Name(name) => self.name(&mut walk, name, part.span),
+                PartKind::Element(name) => self.element_of(&mut walk, name, part.span),
+                PartKind::Unary(operator) => self.unary(&mut walk, *operator, part.span),
+                PartKind::Binary(operator, sign) => {
+                    self.binary(&mut walk, (*operator, *sign), part.span);
+                }
+                PartKind::Call(name, count) => self.call(&mut walk, (name, *count), part.span),
+            }
+        }
+        let last = walk.operands.pop()?;
+        self.one_value(&mut walk, last);
+        walk.whole.then_some((Formula { parts: walk.parts }, last))
+    }
+
+    fn unary(&mut self, walk: &mut Walk, operator: Unary, span: Span) {
+        let Some(operand) = walk.operands.pop() else { return };
+        self.one_value(walk, operand);
+        let of = operand.of;
+        let whole = match operator {
+            Unary::Minus => {
+                let literal = operand.literal.map(|number| -number);
+                let division = operand.division;
+                TypedOperand { division, literal, ..TypedOperand::new(of, span) }
+            }
+            Unary::Not => TypedOperand::new(NumberType::Integer, span),
+            Unary::Complement => {
+                self.wants_integers(walk, operator.sign(), &[operand]);
+                let is_bit = operand.form == OperandForm::Bit;
+                let form = if is_bit { OperandForm::ComplementOfBit } else { OperandForm::Other };
+                TypedOperand { form, ..TypedOperand::new(NumberType::Integer, span) }
+            }
+        };
+        walk.push(Part::Unary(operator, of), whole);
+    }
+
+    fn binary(&mut self, walk: &mut Walk, (operator, sign): (Binary, Span), span: Span) {
+        let (Some(right), Some(left)) = (walk.operands.pop(), walk.operands.pop()) else { return };
+        self.one_value(walk, left);
+        self.one_value(walk, right);
+        let of = left.of.with(right.of);
+        let division = left.division.or(right.division);
+        self.constants_of(operator, [left, right], span);
+        let whole = match operator {
+            Binary::Divide if of == NumberType::Integer => {
+                let own = Some((sign, [left.span, right.span]));
+                TypedOperand { division: division.or(own), ..TypedOperand::new(of, span) }
+            }
+            Binary::Add | Binary::Subtract | Binary::Multiply | Binary::Divide | Binary::Power => {
+                TypedOperand { division, ..TypedOperand::new(of, span) }
+            }
+            Binary::Remainder => TypedOperand::new(of, span),
+            Binary::And
+            | Binary::Or
+            | Binary::Xor
+            | Binary::ShiftLeft
+            | Binary::ShiftRight
+            | Binary::ShiftRightZeros => {
+                self.wants_integers(walk, operator.sign(), &[left, right]);
+                TypedOperand::new(NumberType::Integer, span)
+            }
+            Binary::Less
+            | Binary::AtMost
+            | Binary::Greater
+            | Binary::AtLeast
+            | Binary::Equal
+            | Binary::NotEqual
+            | Binary::AndAlso
+            | Binary::OrElse => TypedOperand::new(NumberType::Integer, span),
+        };
+        walk.push(Part::Binary(operator, of), whole);
+    }
+
+    /// Reports reals among the operands of an operator on bits.
+    fn wants_integers(&mut self, walk: &mut Walk, sign: &str, operands: &[TypedOperand]) {
+        for operand in operands.iter().filter(|operand| operand.of == NumberType::Real) {
+            let message = format!("`{sign}` works on the bits of integers, not on a real");
+            let text = self.text(operand.span);
+            let help = format!("an integer of it is `round({text})` or `trunc({text})`");
+            let finding = Finding::new(Code::OperandType, operand.span, message);
+            self.find(finding.label("a real").help(help));
+            walk.whole = false;
+        }
+    }
+
+    fn call(&mut self, walk: &mut Walk, (name, count): (&Located<String>, u32), span: Span) {
+        let rest = walk.operands.len().saturating_sub(count as usize);
+        let arguments = walk.operands.split_off(rest);
+        let Some(function) = Function::from_name(&name.value) else {
+            self.find(unknown_function(name));
+            return walk.unknown(span);
+        };
+        let spec = function.spec();
+        if !(spec.least..=spec.most).contains(&count) {
+            let wanted = match (spec.least, spec.most) {
+                (1, u32::MAX) => "at least one argument".to_owned(),
+                (1, _) => "one argument".to_owned(),
+                (least, _) => format!("{least} arguments"),
+            };
+            let message = format!("`{}` takes {wanted}, not {count}", spec.name);
+            let finding = Finding::new(Code::FunctionArguments, span, message);
+            self.find(finding.help(format!("its form is `{}`", spec.form())));
+            return walk.unknown(span);
+        }
+        // The condition of `if` does not affect its type.
+        let typed = if function == Function::If { &arguments[1..] } else { &arguments[..] };
+        let all = typed.iter().fold(NumberType::Integer, |of, operand| of.with(operand.of));
+        let (of, result) = match spec.result {
+            ResultType::Kept => (all, all),
+            ResultType::Integer => (all, NumberType::Integer),
+            ResultType::Real => (NumberType::Real, NumberType::Real),
+        };
+        // A rounding shows that the fraction is not wanted.
+        let division = typed.iter().find_map(|operand| operand.division);
+        let division = division.filter(|_| spec.result != ResultType::Integer);
+        let whole = TypedOperand { division, ..TypedOperand::new(result, span) };
+        if !function.takes_arrays() {
+            arguments.iter().for_each(|operand| self.one_value(walk, *operand));
+        }
+        let count =
+            arguments.iter().map(|operand| operand.whole.map_or(1, |array| array.count)).sum();
+        self.constants_of_call(function, &arguments, span);
+        walk.push(Part::Call(function, count, of), whole);
+    }
+}
+
+fn unknown_function(name: &Located<String>) -> Finding {
+    let message = format!("there is no function `{}`", name.value);
+    let names = || FUNCTIONS.iter().map(|spec| spec.name);
+    let other = match name.value.to_ascii_lowercase().as_str() {
+        "pow" | "power" => Some("a power is `x ** y`"),
+        "mod" => Some("a remainder is `x % y`"),
+        "not" => Some("write `!(…)`"),
+        "rise" | "fall" => Some("an edge is a contact: `when = [\"rise(X0)\"]`"),
+        "log" => Some("write `ln(x)` or `log10(x)`"),
+        "int" | "toint" => Some("write `trunc(x)` or `round(x)`"),
+        "real" | "float" => Some("write `toreal(x)`"),
+        _ => None,
+    };
+    let help = other.map(str::to_owned).or_else(|| did_you_mean(&name.value, names()));
+    let help = help.unwrap_or_else(|| {
+        format!(
+            "there are {}",
+            names().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+        )
+    });
+    Finding::new(Code::UnknownFunction, name.span, message).help(help)
+}

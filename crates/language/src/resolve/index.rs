@@ -1,0 +1,211 @@
+//! Looks up names with an index or a slice: `recipe[3]`, `recipe[step]`, `recipe[0..6]`.
+//!
+//! Part of the scope. A constant index gives a plain address. A word as index gives an element
+//! whose number is read at run time.
+
+use super::array::{Array, Element};
+use super::mistake::{Mistake, mistake, new};
+use super::program::TagMeaning;
+use super::scope::{LookUp, Scope, Thing};
+use crate::source::finding::Code;
+use rungd_engine::isa::{Address, Space};
+
+/// An index: a constant, or the name of a word.
+enum Index<'n> {
+    Constant(u32, Option<&'n str>),
+    Word(&'n str),
+}
+
+impl Scope {
+    /// Looks up a name that has a `[`.
+    pub(super) fn indexed(&self, name: &str) -> Result<LookUp, Mistake> {
+        // A template's argument may be a slice, and then a name in the template is
+        // `recipe[2..4][0]`.
+        let of_slice = name.rsplit_once("][").map(|(slice, _)| (slice.len() + 1, slice.len() + 2));
+        let (end, begin) = match (of_slice, name.find('[')) {
+            (Some(of_slice), _) => of_slice,
+            (None, Some(at)) => (at, at + 1),
+            (None, None) => (name.len(), name.len()),
+        };
+        let (base, rest) = (name[..end].trim_end(), &name[begin..]);
+        let (first, array) = self.array(base)?;
+        let Some(index) = rest.trim_end().strip_suffix(']') else {
+            let message = format!("`{name}` does not end with its index");
+            let help = format!("one element is `{base}[0]`; elements have no members");
+            return Err(mistake(Code::UnknownName, message, help));
+        };
+        if let Some((low, high)) = index.split_once("..") {
+            return self.slice((base, first, array), (low.trim(), high.trim()));
+        }
+        Ok(match self.index(base, array, index.trim())? {
+            Index::Constant(at, named) => LookUp {
+                thing: Thing::Address(array.element(at)),
+                tag: Some(first + at as usize),
+                index: named.map(str::to_owned),
+            },
+            Index::Word(word) => LookUp {
+                thing: Thing::Element(self.selected(array, word)?),
+                tag: Some(first),
+                index: Some(word.to_owned()),
+            },
+        })
+    }
+
+    /// The array with this name, and the index of the tag of its element 0.
+    fn array(&self, base: &str) -> Result<(usize, Array), Mistake> {
+        if let Some((index, meaning)) = self.tag(base) {
+            let meaning = meaning.ok_or(Mistake::Reported)?;
+            if let TagMeaning::Array(array) = meaning {
+                return Ok((index, array));
+            }
+        }
+        // An unknown name has a finding of its own.
+        let found = self.look_up(base)?;
+        if let LookUp { thing: Thing::Array(array), tag: Some(tag), .. } = found {
+            return Ok((tag, array));
+        }
+        let message = format!("`{base}` is no array: it has no elements");
+        let help = match found.thing {
+            Thing::Address(Address::Structure(structure)) => {
+                let members = structure.members().join("`, `.");
+                format!("name a member of it, `.{members}`, or declare a tag with `count`")
+            }
+            Thing::Block(_) => {
+                format!("its bit is `{base}.Running`; an array is a tag with `count`")
+            }
+            Thing::Device(_) => {
+                format!(
+                    "its bits are `{base}.Ok` and `{base}.Stale`; an array is a tag with `count`"
+                )
+            }
+            Thing::Address(Address::Bit(_) | Address::Word(_))
+            | Thing::Constant(..)
+            | Thing::Real(_)
+            | Thing::Array(_)
+            | Thing::Element(_) => format!("write `{base}`, or declare a tag with `count`"),
+        };
+        Err(mistake(Code::OperandType, message, help))
+    }
+
+    /// The name of an element without its slice: `recipe[2]` for `recipe[2..4][0]`. `None` if the
+    /// name has no slice.
+    pub(super) fn element_name(&self, name: &str, element: Address) -> Option<String> {
+        let (base, _) = name.split_once('[').filter(|_| name.contains("]["))?;
+        let (_, array) = self.array(base).ok()?;
+        let (_, number) = Space::of(element).filter(|(space, _)| *space == array.space)?;
+        let at = number.checked_sub(array.first).filter(|at| *at < array.count)?;
+        Some(format!("{base}[{at}]"))
+    }
+
+    fn slice(
+        &self,
+        (base, first, array): (&str, usize, Array),
+        (low, high): (&str, &str),
+    ) -> Result<LookUp, Mistake> {
+        let mut ends = [0; 2];
+        for (end, text) in ends.iter_mut().zip([low, high]) {
+            let last = array.count - 1;
+            let beyond = |mistake| match mistake {
+                Mistake::New { code: Code::OutOfRange, message, .. } => {
+                    let help = format!("the longest is `{base}[0..{last}]`");
+                    new(Code::OutOfRange, message, Some(help))
+                }
+                other @ (Mistake::New { .. } | Mistake::Reported) => other,
+            };
+            let Index::Constant(at, _) = self.index(base, array, text).map_err(beyond)? else {
+                let message = format!("the ends of a slice are constants, not `{text}`");
+                return Err(mistake(
+                    Code::OperandType,
+                    message,
+                    format!("write `{base}[0..{last}]`"),
+                ));
+            };
+            *end = at;
+        }
+        let [from, to] = ends;
+        if from > to {
+            let message = "a slice goes from low to high".to_owned();
+            return Err(mistake(
+                Code::OutOfRange,
+                message,
+                format!("write `{base}[{high}..{low}]`"),
+            ));
+        }
+        let thing = Thing::Array(array.slice(from, to));
+        Ok(LookUp { thing, tag: Some(first + from as usize), index: None })
+    }
+
+    fn index<'n>(&self, base: &str, array: Array, text: &'n str) -> Result<Index<'n>, Mistake> {
+        let last = array.count - 1;
+        if text.is_empty() {
+            let message = format!("the index of `{base}` is missing");
+            return Err(mistake(
+                Code::OperandType,
+                message,
+                format!("it has the elements 0 to {last}"),
+            ));
+        }
+        let digits = text.strip_prefix('-').unwrap_or(text);
+        let (number, named) = if digits.starts_with(|c: char| c.is_ascii_digit()) {
+            (whole(text).ok_or_else(|| no_index(text))?, None)
+        } else if text.contains(|c: char| !is_of_name(c)) {
+            return Err(no_index(text));
+        } else {
+            match self.look_up(text)?.thing {
+                Thing::Constant(value, _) => (i64::from(value), Some(text)),
+                Thing::Address(Address::Word(word)) if !word.is_real() => {
+                    return Ok(Index::Word(text));
+                }
+                Thing::Address(_)
+                | Thing::Element(_)
+                | Thing::Array(_)
+                | Thing::Real(_)
+                | Thing::Block(_)
+                | Thing::Device(_) => return Err(no_index(text)),
+            }
+        };
+        match u32::try_from(number).ok().filter(|at| *at <= last) {
+            Some(at) => Ok(Index::Constant(at, named)),
+            None => {
+                let message = format!("`{base}` has the elements 0 to {last}, not {number}");
+                let help = match base.contains('[') {
+                    true => format!("the last one is number {last} of the slice"),
+                    false => format!("the last one is `{base}[{last}]`"),
+                };
+                Err(mistake(Code::OutOfRange, message, help))
+            }
+        }
+    }
+
+    fn selected(&self, array: Array, word: &str) -> Result<Element, Mistake> {
+        match self.look_up(word)?.thing {
+            Thing::Address(Address::Word(index)) => Ok(Element { array, index }),
+            Thing::Address(_)
+            | Thing::Element(_)
+            | Thing::Array(_)
+            | Thing::Constant(..)
+            | Thing::Real(_)
+            | Thing::Block(_)
+            | Thing::Device(_) => Err(no_index(word)),
+        }
+    }
+}
+
+/// Whether a name may have the character. The names of the trial of a template have a `?`.
+fn is_of_name(c: char) -> bool {
+    c.is_ascii_alphanumeric() || "_.$?".contains(c)
+}
+
+fn whole(text: &str) -> Option<i64> {
+    match text.strip_prefix("0x") {
+        Some(digits) => i64::from_str_radix(digits, 16).ok(),
+        None => text.parse().ok(),
+    }
+}
+
+fn no_index(text: &str) -> Mistake {
+    let message = format!("`{text}` is no index");
+    let help = "an index is a whole number or a word of whole numbers: `recipe[3]`, \
+                `recipe[step]`; MATH computes one: `MATH step = …`";
+    mistake(Code::OperandType, message, help.to_owned())
+}

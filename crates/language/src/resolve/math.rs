@@ -1,0 +1,139 @@
+//! Resolves MATH: its target, its expression, and the warnings about both.
+//!
+//! Called by `operand`. The target may be an element whose index is an expression too.
+
+use super::Resolver;
+use super::formula::{Formula, Part};
+use super::formula_elements::constant;
+use super::formula_operands::{OperandForm, TypedOperand};
+use super::instruction::{
+    Calculation, Instruction, OperandList, OperandType, ResolvedOperand, Target,
+};
+use super::scope::Thing;
+use crate::source::atom::{Atom, AtomKind};
+use crate::source::expression as written;
+use crate::source::finding::{Code, Finding};
+use crate::source::span::{Located, Span};
+use rungd_engine::isa::{Address, Spec};
+
+impl Resolver<'_> {
+    /// Resolves a MATH; `None` if it has a mistake.
+    pub(super) fn math(
+        &mut self,
+        span: Span,
+        formula: &written::Formula,
+        spec: &'static Spec,
+    ) -> Option<Instruction> {
+        let target = self.math_target(formula, spec);
+        let resolved = self.expression(&formula.expression);
+        let ((target, index), (value, whole)) = (target?, resolved?);
+        self.doubts(target.value, whole);
+        let row = spec.positional(0)?;
+        let target = ResolvedOperand { row, value: target.value.operand(), span: target.span };
+        let operands = OperandList(vec![target]);
+        let calculation = Some(Box::new(Calculation { index, value }));
+        Some(Instruction { mnemonic: spec.mnemonic, span, operands, calculation })
+    }
+
+    fn math_target(
+        &mut self,
+        formula: &written::Formula,
+        spec: &'static Spec,
+    ) -> Option<(Located<Target>, Option<Formula>)> {
+        let name = &formula.target;
+        if let Some(index) = &formula.index {
+            return self.math_element(name, index, spec);
+        }
+        self.math_selected(name, spec)
+    }
+
+    /// Resolves a target without an index, or with a constant index.
+    fn plain_target(
+        &mut self,
+        name: String,
+        span: Span,
+        spec: &'static Spec,
+    ) -> Option<Located<Target>> {
+        let found = self.scope.look_up(&name).map(|found| found.thing);
+        let atom = Atom { kind: AtomKind::Name(name), span };
+        let value = match found {
+            Ok(Thing::Address(Address::Bit(_))) => Target::Bit(self.writable_bit(&atom, spec)?),
+            _ => Target::Word(self.writable_word(&atom, spec)?),
+        };
+        Some(Located { value, span })
+    }
+
+    /// The warnings about an expression and its target.
+    fn doubts(&mut self, target: Target, whole: TypedOperand) {
+        match target {
+            _ if target.is_real() => {
+                let Some((sign, [left, right])) = whole.division else { return };
+                let (left, right) = (self.text(left), self.text(right));
+                let is_constant = right.bytes().all(|b| b.is_ascii_digit());
+                let real = match is_constant {
+                    true => format!("{left} / {right}.0"),
+                    false => format!("toreal({left}) / {right}"),
+                };
+                let message = "a division of integers loses its fraction before it is stored";
+                let finding = Finding::new(Code::IntegerDivisionIntoReal, sign, message);
+                let help = format!("write `{real}`, or `trunc({real})` if the loss is meant");
+                self.find(finding.label("both sides are integers").help(help));
+            }
+            _ if target.is_bit() && whole.form == OperandForm::ComplementOfBit => {
+                let name = self.text(whole.span).trim_start_matches('~').trim_start();
+                let message = "`~` of a bit is -1 or -2, which is never 0";
+                let finding = Finding::new(Code::ComplementOfBit, whole.span, message);
+                let help = format!("the opposite of a bit is `!{name}`");
+                self.find(finding.label("the target is always ON").help(help));
+            }
+            Target::Word(_) | Target::Bit(_) | Target::Array(_) => {}
+        }
+    }
+
+    /// Resolves a target with an index. With a constant index, it is a plain word or bit.
+    fn math_element(
+        &mut self,
+        name: &Located<String>,
+        index: &written::Expression,
+        spec: &'static Spec,
+    ) -> Option<(Located<Target>, Option<Formula>)> {
+        let array = self.array_of(name);
+        let index = self.expression(index);
+        let (array, (index, whole)) = (array?, index?);
+        if !self.whole_number(whole) {
+            return None;
+        }
+        let element = |at: i64| format!("{}[{at}]", name.value);
+        if let Some((at, _)) = constant(&index.parts) {
+            self.names_an_element(name.span);
+            return Some((self.plain_target(element(at), name.span, spec)?, None));
+        }
+        if !array.is_writable() {
+            // Adds the finding that any of its elements would have.
+            self.plain_target(element(0), name.span, spec);
+            return None;
+        }
+        Some((Located { value: Target::Array(array), span: name.span }, Some(index)))
+    }
+
+    /// Resolves a target that a word selects, with its index. A template's argument may be such a
+    /// target.
+    fn math_selected(
+        &mut self,
+        name: &Located<String>,
+        spec: &'static Spec,
+    ) -> Option<(Located<Target>, Option<Formula>)> {
+        let Ok(Thing::Element(element)) = self.scope.look_up(&name.value).map(|f| f.thing) else {
+            return Some((self.plain_target(name.value.clone(), name.span, spec)?, None));
+        };
+        // Marks its tag as used, and records the index.
+        self.look_up(&name.value, name.span);
+        if !element.array.is_writable() {
+            let base = name.value.split('[').next().unwrap_or_default();
+            self.plain_target(format!("{base}[0]"), name.span, spec);
+            return None;
+        }
+        let index = Formula { parts: vec![Part::Word(element.index)] };
+        Some((Located { value: Target::Array(element.array), span: name.span }, Some(index)))
+    }
+}

@@ -1,0 +1,169 @@
+//! The mistakes in a name, each with a help, for a finding or an answer.
+//!
+//! Made by [`super::scope`] when a look-up fails. Looks nothing up itself.
+
+use crate::source::finding::{Code, Finding};
+use crate::source::nearest::{KnownNames, Near, did_you_mean, nearest};
+use crate::source::span::Span;
+use crate::source::wording::bounded;
+use rungd_engine::isa::Structure;
+use rungd_engine::isa::address_text::AddressError;
+
+/// The reason why a name has no meaning.
+#[derive(Debug)]
+pub enum Mistake {
+    /// Its tag has a mistake, which is already reported.
+    Reported,
+    /// A mistake that is not yet reported.
+    New {
+        /// The code of the finding.
+        code: Code,
+        /// The mistake.
+        message: String,
+        /// What to write instead.
+        help: Option<String>,
+        /// The known names; if one is near, it replaces the help.
+        near: Option<Box<Near>>,
+    },
+}
+
+impl Mistake {
+    /// The finding at a place; `None` if it is already reported.
+    pub fn finding(self, span: Span) -> Option<Finding> {
+        let Mistake::New { code, message, help, near } = self else { return None };
+        let finding = Finding::new(code, span, message).near_any(near);
+        Some(match help {
+            Some(help) => finding.help(help),
+            None => finding,
+        })
+    }
+}
+
+/// The help for a name in the notation of a different controller.
+pub(super) fn habit(name: &str) -> Option<String> {
+    let help = match name.to_ascii_uppercase().as_str() {
+        "AND" => "write `&`",
+        "OR" => "write `|`",
+        "NOT" => "write `!`",
+        "TRUE" | "ON" | "ALWAYS" => "write `$On`",
+        "FALSE" | "OFF" | "NEVER" => "write `$Off`",
+        "NAN" | "INF" | "INFINITY" => "a constant is a finite number: `1.5`, `-2.5e-7`",
+        _ => return None,
+    };
+    Some(help.to_owned())
+}
+
+/// The help for an unknown name that is not in a file. In a file, the help is to declare the name.
+const WHERE_NAMES_ARE: &str = "tags are under [tags] of the ladder, and the shell completes them \
+                               after `rungd completions`; an address reads `D0`";
+
+/// A finding as a sentence, for a name that is not in a file.
+pub fn sentence(finding: &Finding) -> String {
+    let Some(help) = finding.help_text() else { return finding.message.clone() };
+    let help = if help.starts_with("declare") { WHERE_NAMES_ARE } else { &*help };
+    format!("{} ({help})", finding.message)
+}
+
+/// A mistake with a help.
+pub(super) fn mistake(code: Code, message: String, help: String) -> Mistake {
+    new(code, message, Some(help))
+}
+
+pub(super) fn new(code: Code, message: String, help: Option<String>) -> Mistake {
+    Mistake::New { code, message, help, near: None }
+}
+
+/// The mistake in a text that has the form of an address but is not one.
+pub(super) fn address_mistake(name: &str, error: AddressError) -> Mistake {
+    let base = name.split('.').next().unwrap_or(name);
+    match error {
+        AddressError::NotAnAddress => {
+            let help = "addresses read `X0`, `Y0`, `C0`, `D0`, `V0`, `MC1`, `MHR1`, `CT0`, `T0`";
+            new(Code::UnknownName, format!("`{name}` is no address"), Some(help.to_owned()))
+        }
+        AddressError::Case(right) => new(
+            Code::WrongCase,
+            format!("`{name}` is in the wrong case"),
+            Some(format!("write `{right}`")),
+        ),
+        AddressError::LeadingZero(right) => new(
+            Code::UnknownName,
+            format!("`{base}` is no address: a number has no leading zeros"),
+            Some(format!("write `{right}`; all numbers are decimal")),
+        ),
+        AddressError::BeyondMemory { space, first, last } => {
+            let message = format!("`{base}` lies beyond memory: {space}{first}..{space}{last}");
+            let help = (space != "N" && space != "ST" && space != "DST")
+                .then(|| "sizes are set under `[memory]` of the controller file".to_owned());
+            new(Code::BeyondMemory, message, help)
+        }
+        AddressError::UnknownMember(_) if name.contains("..") => a_range(name),
+        AddressError::UnknownMember(&[]) => {
+            let message = format!("`{base}` is a single value: it has no members");
+            new(Code::UnknownMember, message, Some(format!("write `{base}`")))
+        }
+        AddressError::UnknownMember(members) => unknown_member(name, members),
+        AddressError::UnknownNickname => {
+            let all: Vec<&str> = rungd_engine::isa::status::nicknames().collect();
+            let help = did_you_mean(name, all.iter().copied());
+            let help = help.unwrap_or_else(|| format!("there are {}", all.join(", ")));
+            new(Code::UnknownName, format!("no status is called `{name}`"), Some(help))
+        }
+        AddressError::SensaphoneElement => {
+            let counter = name.split(',').nth(1).unwrap_or("n").trim();
+            let message = "a Sensaphone counter has the elements 0 to 6".to_owned();
+            let help = format!(
+                "the current value is `N,{counter},6` or `N{counter}.ACC` (element 7 in the \
+                 manual's example is a misprint); the preset is `N{counter}.PRE`"
+            );
+            new(Code::UnknownMember, message, Some(help))
+        }
+    }
+}
+
+/// The mistake for a range of addresses in the place of one name.
+fn a_range(name: &str) -> Mistake {
+    let (low, high) = name.split_once("..").unwrap_or((name, ""));
+    let letters = low.trim_end_matches(|c: char| c.is_ascii_digit());
+    let number = |end: &str| end.strip_prefix(letters)?.parse::<u32>().ok();
+    let count = match (number(low), number(high)) {
+        (Some(from), Some(to)) if from < to => (to - from).saturating_add(1).to_string(),
+        (Some(_) | None, _) => "…".to_owned(),
+    };
+    let message = format!("`{name}` is a range, and one name belongs here");
+    let help = format!("declare an array: a tag with `at = \"{low}\", count = {count}`");
+    new(Code::UnknownName, message, Some(help))
+}
+
+pub(super) fn unknown_member(name: &str, members: &[&str]) -> Mistake {
+    let (base, member) = name.split_once('.').unwrap_or((name, ""));
+    let list = members.iter().map(|m| format!("`.{m}`")).collect::<Vec<_>>().join(", ");
+    let near = nearest(member, members.iter().copied());
+    let near = near.map_or(String::new(), |near| format!("did you mean `{base}.{near}`? "));
+    let help = bounded(near) + &format!("it has {list}");
+    new(Code::UnknownMember, format!("`{base}` has no member `.{member}`"), Some(help))
+}
+
+pub(super) fn member_mistake(base: &str, structure: Structure, member: &str) -> Mistake {
+    let members = structure.members();
+    match members.iter().find(|right| right.eq_ignore_ascii_case(member)) {
+        Some(right) => address_mistake(
+            &format!("{base}.{member}"),
+            AddressError::Case(format!("{base}.{right}")),
+        ),
+        None => unknown_member(&format!("{base}.{member}"), members),
+    }
+}
+
+/// Maximum number of names in a help.
+pub(super) const LISTED_MAX: usize = 12;
+
+/// A help: the names that may follow a block's name and a dot.
+pub(super) fn members_of(base: &str, known: &KnownNames) -> String {
+    let first = known.iter().take(LISTED_MAX);
+    let list = first.map(|name| format!("`{base}.{name}`")).collect::<Vec<_>>().join(", ");
+    match known.iter().len() - known.iter().len().min(LISTED_MAX) {
+        0 => format!("there is {list}"),
+        more => format!("there is {list}, and {more} more"),
+    }
+}

@@ -1,0 +1,139 @@
+//! Resolves names to addresses. Finds names that are unknown, duplicate, read-only or of the wrong
+//! kind.
+//!
+//! [`load_ladders`] takes the texts of one or several ladder files and returns the resolved
+//! [`Program`]. `check` applies the rules to it, and `lower` turns it into an engine program. No
+//! I/O.
+
+pub mod array;
+mod array_tags;
+pub mod condition;
+mod contact;
+mod declare;
+pub mod formula;
+mod formula_constants;
+mod formula_elements;
+mod formula_operands;
+mod formula_resolver;
+mod iec_counter;
+mod index;
+pub mod instruction;
+pub mod layers;
+mod math;
+pub mod mistake;
+pub mod names;
+mod operand;
+mod operand_array;
+pub mod operand_list;
+pub mod operands;
+mod order;
+mod placement;
+pub mod places;
+mod plain;
+pub mod priority;
+pub mod program;
+pub mod range;
+pub mod reads;
+mod resolver;
+mod rung;
+pub mod scope;
+mod tags;
+mod template;
+mod typed;
+mod unit;
+mod uses;
+mod value;
+mod writable;
+pub(crate) mod writes;
+
+use std::sync::Arc;
+
+use crate::source::finding::{Finding, Severity};
+use crate::source::ladder::{self, Entry, Ladder};
+use crate::source::lost::LostTexts;
+use crate::source::room::Room;
+use crate::source::span::{FileId, SourceFile};
+use program::Program;
+use resolver::Resolver;
+use rungd_base::progress::Step;
+use rungd_engine::isa::Address;
+use scope::Scope;
+
+pub use resolver::LoadOptions;
+
+/// Resolves the ladder files together as one program. The program is `None` if the findings contain
+/// an error. The findings are in order of place.
+pub fn load_ladders(
+    files: &[SourceFile],
+    options: &LoadOptions,
+) -> (Option<Program>, Vec<Finding>) {
+    let (program, mut findings) = resolve_ladders(files, options);
+    if let Some(program) = &program {
+        findings = in_order(program.layers.told(findings));
+        program.lost.keep_sure(&mut findings);
+    }
+    let refused = findings.iter().any(|f| f.severity() == Severity::Error);
+    (program.filter(|program| !refused && program.lost.is_empty()), findings)
+}
+
+/// As [`load_ladders`], but returns the program despite errors, if all files can be read. Parts
+/// with mistakes are left out, so that the rules can check the rest. Such a program must not be
+/// lowered. Findings may still have places in the program's layers, and may be caused by missing
+/// parts of the files (`Program::lost`).
+pub fn resolve_ladders(
+    files: &[SourceFile],
+    options: &LoadOptions,
+) -> (Option<Program>, Vec<Finding>) {
+    let mut findings = Vec::new();
+    let mut ladders = Vec::new();
+    let mut room = Room::of(options.progress.clone());
+    for (at, file) in files.iter().enumerate() {
+        let id = FileId(options.first_file.0 + at as u32);
+        options.progress.begin(Step::Parsing(file.name.clone()));
+        let (ladder, found) = ladder::read(&mut room, &file.text, id);
+        findings.extend(found);
+        ladders.push((id, ladder));
+    }
+    let mut whole: Vec<(FileId, Ladder<Entry>)> =
+        ladders.into_iter().filter_map(|(id, ladder)| Some((id, ladder?))).collect();
+    let mut lost = LostTexts::default();
+    whole.iter_mut().for_each(|(id, ladder)| lost.add(*id, ladder.lost.take()));
+    // If a file is missing, the names that it declares would be reported as unknown.
+    if whole.len() < files.len() || whole.is_empty() {
+        return (None, in_order(findings));
+    }
+    if options.progress.is_over() {
+        return (None, Vec::new());
+    }
+    options.progress.begin(Step::Names);
+    let mut resolver = Resolver::new(files, options);
+    resolver.misread = !findings.is_empty();
+    let program = Program { lost, ..resolver.program(whole) };
+    findings.append(&mut resolver.findings);
+    (Some(program), in_order(findings))
+}
+
+/// The address of a name in a resolved program. The name is a tag, an address, a member,
+/// `Prog.Stage`, `Block.Running`, `Task.Done` or a `$` nickname. For the name of a structure, the
+/// result is the structure.
+///
+/// # Errors
+/// A sentence for people: the reason why the name has no address.
+pub fn resolve_operand(program: &Program, name: &str) -> Result<Address, String> {
+    Scope::of(program).address(name)
+}
+
+fn in_order(mut findings: Vec<Finding>) -> Vec<Finding> {
+    findings.sort_by_key(|f| (f.span.file, f.span.start, f.span.end, f.code));
+    findings
+}
+
+impl Resolver<'_> {
+    fn program(&mut self, ladders: Vec<(FileId, Ladder<Entry>)>) -> Program {
+        let ladders = self.expand(ladders);
+        let mut program = self.plain_program(&ladders);
+        program.trial = self.trial_program(&ladders).map(Box::new);
+        program.layers = Arc::new(std::mem::take(&mut self.layers));
+        program
+    }
+}

@@ -1,0 +1,88 @@
+//! The names that a program declares: their length and their form.
+//!
+//! `declare` and `template` check them; every file that keeps or prints a name shortens it with
+//! [`kept`].
+
+use crate::source::atom::is_name_letter;
+use crate::source::finding::{Code, Finding};
+use crate::source::ladder::BlockForm;
+use crate::source::reader::Text;
+use rungd_engine::isa::address_text::reads_as_address;
+use rungd_engine::isa::{instruction, since};
+
+/// The kind of thing that a name is declared for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum NameRole {
+    Tag,
+    Block(BlockForm),
+    Stage,
+    Device,
+    Template,
+    Parameter,
+    Use,
+}
+
+impl NameRole {
+    fn words(self) -> &'static str {
+        match self {
+            NameRole::Tag => "tag",
+            NameRole::Block(BlockForm::Program) => "program",
+            NameRole::Block(BlockForm::Task) => "task",
+            NameRole::Stage => "stage",
+            NameRole::Device => "device",
+            NameRole::Template => "template",
+            NameRole::Parameter => "parameter",
+            NameRole::Use => "use",
+        }
+    }
+}
+
+/// Maximum number of characters of a name; records with a name have room for this number.
+pub const NAME_MAX: usize = 128;
+
+/// A name as the program keeps it: cut to [`NAME_MAX`] characters.
+pub(super) fn kept(name: &str) -> String {
+    name.chars().take(NAME_MAX).collect()
+}
+
+/// The finding for an invalid name, or a name that already has a different meaning.
+pub(super) fn forbidden(name: &Text, role: NameRole) -> Option<Finding> {
+    let text = name.text.as_str();
+    let what = role.words();
+    let find = |message: String| Some(Finding::new(Code::ForbiddenName, name.span, message));
+    if text.len() > NAME_MAX {
+        let finding = find(format!("this name of a {what} has {} characters", text.len()))?;
+        return Some(finding.help(format!("a name has at most {NAME_MAX}")));
+    }
+    let hyphen = !matches!(role, NameRole::Tag | NameRole::Parameter | NameRole::Use);
+    let letters = |c: char| is_name_letter(c) || (hyphen && c == '-');
+    if !text.starts_with(|c: char| c.is_ascii_alphabetic()) || !text.chars().all(letters) {
+        let marks = if hyphen { "`_` and `-`" } else { "and `_`" };
+        let finding = find(format!("`{text}` cannot be the name of a {what}"))?;
+        return Some(finding.help(format!(
+            "a {what}'s name is a letter, then letters, digits {marks} (no spaces, no accents)"
+        )));
+    }
+    // A template's name is used only in `use`, so it cannot be taken for an address or instruction.
+    if role == NameRole::Template {
+        return None;
+    }
+    let newly = |version: Option<&str>| version.map_or(String::new(), |v| format!(", since {v}"));
+    if reads_as_address(text) {
+        let since = newly(since::address(text));
+        let finding = find(format!("`{text}` reads as an address{since}"))?;
+        return Some(finding.help("take a name that says what it is for"));
+    }
+    if instruction::Mnemonic::from_name(text).is_some() || since::mnemonic(text).is_some() {
+        let since = newly(since::mnemonic(text));
+        let finding = find(format!("`{text}` is the name of an instruction{since}"))?;
+        return Some(finding.help("take a name that says what it is for"));
+    }
+    if matches!(text, "rise" | "fall") {
+        return find(format!("`{text}` is a word of the language: `{text}(bit)`"));
+    }
+    if role == NameRole::Stage && matches!(text, "Running" | "Done") {
+        return find(format!("`.{text}` is a bit of the block itself"));
+    }
+    None
+}

@@ -1,0 +1,169 @@
+//! Operands of any type, and lists of them with their rows in the instruction table.
+//!
+//! The resolver makes the list of the checked operands; an instruction keeps it.
+
+use super::array::{Array, Element, ShiftBits};
+pub use super::value::{Filling, Value};
+use crate::source::span::{Located, Span};
+pub use rungd_engine::isa::{Bit, BlockId, OperandSpec, StageId, Structure, Word};
+
+/// The word or bit that MATH stores in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// A word.
+    Word(Word),
+    /// A bit.
+    Bit(Bit),
+    /// An element of this array; the MATH has an index.
+    Array(Array),
+}
+
+impl Target {
+    /// Whether it contains a real.
+    pub fn is_real(self) -> bool {
+        match self {
+            Target::Word(word) => word.is_real(),
+            Target::Bit(_) => false,
+            Target::Array(array) => array.is_real(),
+        }
+    }
+
+    /// Whether it is a bit.
+    pub fn is_bit(self) -> bool {
+        match self {
+            Target::Word(_) => false,
+            Target::Bit(_) => true,
+            Target::Array(array) => array.is_bits(),
+        }
+    }
+}
+
+/// The word that MOVE, ADD and SUB store in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum WordPlace {
+    Word(Word),
+    Element(Element),
+}
+
+/// An operand of any type.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum OperandValue {
+    Bit(Bit),
+    Word(Word),
+    Value(Value),
+    Structure(Structure),
+    Block(BlockId),
+    Stage(StageId),
+    /// A bit or word of an array, selected by a word.
+    Element(Element),
+    /// A whole array.
+    Array(Array),
+    /// The bits that SR shifts.
+    Run(ShiftBits),
+}
+
+/// A type of operand.
+pub trait OperandType: Copy {
+    /// The operand, if it is of this type.
+    fn of(operand: OperandValue) -> Option<Self>;
+    /// Converts it to an operand of any type.
+    fn operand(self) -> OperandValue;
+}
+
+macro_rules! operand_types {
+    ($($variant:ident $type:ty;)*) => {$(
+        impl OperandType for $type {
+            fn of(operand: OperandValue) -> Option<Self> {
+                if let OperandValue::$variant(of) = operand { Some(of) } else { None }
+            }
+
+            fn operand(self) -> OperandValue {
+                OperandValue::$variant(self)
+            }
+        }
+    )*};
+}
+
+/// For enums of several kinds of operand. Their variants have the same names as in `OperandValue`.
+macro_rules! choices_of_operands {
+    ($($choice:ident: $($variant:ident)*;)*) => {$(
+        impl OperandType for $choice {
+            fn of(operand: OperandValue) -> Option<Self> {
+                $(if let OperandValue::$variant(of) = operand {
+                    return Some($choice::$variant(of));
+                })*
+                None
+            }
+
+            fn operand(self) -> OperandValue {
+                match self {
+                    $($choice::$variant(of) => OperandValue::$variant(of),)*
+                }
+            }
+        }
+    )*};
+}
+
+choices_of_operands! {
+    Target: Bit Word Array;
+    WordPlace: Word Element;
+    Filling: Value Bit Element;
+}
+
+operand_types! {
+    Bit Bit;
+    Word Word;
+    Value Value;
+    Structure Structure;
+    Block BlockId;
+    Stage StageId;
+    Element Element;
+    Array Array;
+    Run ShiftBits;
+}
+
+/// An operand of an instruction.
+#[derive(Clone, Copy, Debug)]
+pub struct ResolvedOperand {
+    /// Its row in the instruction table.
+    pub row: &'static OperandSpec,
+    /// The operand.
+    pub value: OperandValue,
+    /// Its place.
+    pub span: Span,
+}
+
+impl ResolvedOperand {
+    /// The operand, if it is of this type.
+    pub fn located<T: OperandType>(&self) -> Option<Located<T>> {
+        Some(Located { value: T::of(self.value)?, span: self.span })
+    }
+}
+
+/// The operands of an instruction.
+#[derive(Clone, Debug, Default)]
+pub struct OperandList(pub Vec<ResolvedOperand>);
+
+impl OperandList {
+    /// All operands with their names in the table.
+    pub fn each(&self) -> impl Iterator<Item = (&'static str, OperandValue)> {
+        self.0.iter().map(|operand| (operand.row.name, operand.value))
+    }
+
+    /// The operands of one type.
+    pub fn of<T: OperandType>(&self) -> impl Iterator<Item = (&'static str, Located<T>)> {
+        self.0.iter().filter_map(|operand| Some((operand.row.name, operand.located()?)))
+    }
+
+    /// The operand with a name, if it is of this type.
+    pub fn get<T: OperandType>(&self, name: &str) -> Option<Located<T>> {
+        self.of().find(|(of, _)| *of == name).map(|(_, operand)| operand)
+    }
+
+    /// The value of an operand that the table requires.
+    pub fn required<T: OperandType>(&self, name: &str) -> T {
+        self.get(name).expect("the resolver gives every operand that the table requires").value
+    }
+}

@@ -1,0 +1,411 @@
+//! The resolved program: every name is an address, and every operand has the right kind.
+//!
+//! Made by the resolver, checked by `check`, turned into an engine program by `lower`. It keeps the
+//! author's structure (blocks, stages, rungs, branches, contacts in file order) and the place of
+//! every part that a finding may point at. If a ladder has an error, parts with mistakes are left
+//! out; then the program is checked, but never lowered or run.
+
+use super::array::{Array, Element};
+pub use super::instruction::{Instruction, Value};
+use super::layers::Layers;
+pub use super::places::Places;
+use super::priority::Priority;
+use std::sync::Arc;
+
+pub use crate::source::atom::Written;
+pub use crate::source::contact::{Comparison, Edge};
+use crate::source::lost::LostTexts;
+use crate::source::reader::Text;
+use crate::source::span::{FileId, Span};
+pub use rungd_engine::isa::{
+    Address, Bit, BlockId, LegName, MemorySizes, NumberSet, Real, StageId,
+};
+
+/// A whole program, of one or several ladder files.
+#[derive(Clone, Debug, Default)]
+pub struct Program {
+    /// The name of the first ladder file's `[ladder]`, or its file name without `.toml`.
+    pub name: String,
+    /// `[ladder] doc` of the first file.
+    pub doc: Option<String>,
+    /// The memory sizes that it was resolved for.
+    pub sizes: MemorySizes,
+    /// All blocks: programs and tasks, in file order. `BlockId` is the index.
+    pub blocks: Vec<Block>,
+    /// Every stage's place: (block, index in the block's `stages`). `StageId` is the index.
+    pub stages: Vec<(BlockId, usize)>,
+    /// The scan order: every block except the built-in tasks, once.
+    pub order: Vec<BlockId>,
+    /// All tags, in file order.
+    pub tags: Vec<Tag>,
+    /// The places of the tags with a `type`.
+    pub places: Places,
+    /// The field devices that the ladder may name, by `DeviceId`.
+    pub devices: Vec<String>,
+    /// The operands that the ladder names, as written, in order of first appearance.
+    pub operands: Vec<NamedOperand>,
+    /// The arrays that the ladder names: whole, by a slice or range, or with a moving index.
+    pub arrays: Vec<NamedArray>,
+    /// The places where the ladder names a constant by its tag, and the tag's index; in order of
+    /// place.
+    pub constants: Vec<(Span, usize)>,
+    /// `[ladder] allow`: warnings silenced in a whole file.
+    pub allow: Vec<(FileId, String)>,
+    /// The places of the rungs of templates.
+    pub layers: Arc<Layers>,
+    /// The templates that nothing uses, expanded to be checked; not part of the program.
+    pub trial: Option<Box<Program>>,
+    /// The missing parts of the files. A program with missing parts is never executed.
+    pub lost: LostTexts,
+}
+
+/// The kind of a block; it determines when the block executes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum BlockKind {
+    /// A Program; `Main` has `autostart` set and never stops.
+    Program,
+    /// A Task that ENTASK starts.
+    Task,
+    FirstScan,
+    TopOfScan,
+    BottomOfScan,
+    LastScan,
+}
+
+impl BlockKind {
+    /// Whether nothing starts or stops a block of this kind.
+    pub fn is_built_in(self) -> bool {
+        !matches!(self, BlockKind::Program | BlockKind::Task)
+    }
+}
+
+/// A Program or Task.
+#[derive(Clone, Debug)]
+pub struct Block {
+    /// Its number.
+    pub id: BlockId,
+    /// Its name.
+    pub name: String,
+    /// `doc`.
+    pub doc: Option<String>,
+    /// The place of its name.
+    pub span: Span,
+    /// Its kind.
+    pub kind: BlockKind,
+    /// Whether it runs from the first scan on (`Main`, or `autostart = true`).
+    pub autostart: bool,
+    /// Its own rungs.
+    pub rungs: Vec<Rung>,
+    /// Its stages; the first is the initial one. Empty in a Task.
+    pub stages: Vec<Stage>,
+}
+
+impl Block {
+    /// Whether it is the Program that always runs.
+    pub fn is_main(&self) -> bool {
+        self.kind == BlockKind::Program && self.name == "Main"
+    }
+}
+
+/// A Stage of a Program.
+#[derive(Clone, Debug)]
+pub struct Stage {
+    /// Its number over the whole program.
+    pub id: StageId,
+    /// Its name, unique in its Program.
+    pub name: String,
+    /// `doc`.
+    pub doc: Option<String>,
+    /// The place of its name.
+    pub span: Span,
+    /// Its rungs.
+    pub rungs: Vec<Rung>,
+}
+
+/// One rung. Either one leg `When`, or the legs of its one instruction.
+#[derive(Clone, Debug)]
+pub struct Rung {
+    /// `name`.
+    pub name: Option<String>,
+    /// `doc`.
+    pub doc: Option<String>,
+    /// Names of the warnings silenced in this rung.
+    pub allow: Vec<String>,
+    /// From its header to the end of its last value; findings within belong to the rung.
+    pub extent: Span,
+    /// The whole name of the use of a template that it belongs to: `p1.lamp`.
+    pub of_use: Option<String>,
+    /// Its legs, in the order of the instruction's legs.
+    pub legs: Vec<Leg>,
+    /// `do`, in order.
+    pub body: Vec<Instruction>,
+    /// Its branches, in file order.
+    pub branches: Vec<Branch>,
+}
+
+/// A series of contacts; all of them must be ON.
+#[derive(Clone, Debug)]
+pub struct Leg {
+    /// The leg.
+    pub name: LegName,
+    /// The elements of the array, left to right; never empty.
+    pub contacts: Vec<Contact>,
+}
+
+/// Further contacts after the rung's own, and the instructions that they control.
+#[derive(Clone, Debug)]
+pub struct Branch {
+    /// Its contacts; ANDed with the rung's power.
+    pub contacts: Vec<Contact>,
+    /// `do`, in order.
+    pub body: Vec<Instruction>,
+}
+
+/// A boolean over bits, edges and compares.
+///
+/// The place of `Not`, `All` and `Any` includes the parentheses around it, if it has any: a series
+/// begins before its first contact exactly if it is in parentheses.
+#[derive(Clone, Debug)]
+pub enum Contact {
+    /// A bit.
+    Bit(Bit, Span),
+    /// The bit of an array that a word selects.
+    Element(Element, Span),
+    /// `!`.
+    Not(Box<Contact>, Span),
+    /// `&`: two or more.
+    All(Vec<Contact>, Span),
+    /// `|`: two or more.
+    Any(Vec<Contact>, Span),
+    /// `rise(…)` and `fall(…)` of any contacts; each has a history of its own.
+    Edge(Edge, Box<Contact>, Span),
+    /// A compare of two values.
+    Compare(Value, Comparison, Value, Span),
+}
+
+/// A tag, resolved.
+#[derive(Clone, Debug)]
+pub struct Tag {
+    /// Its name.
+    pub name: String,
+    /// The place of its name.
+    pub span: Span,
+    /// `doc`.
+    pub doc: Option<String>,
+    /// Its meaning.
+    pub meaning: TagMeaning,
+    /// `initial`: the content of the cell after a cold start (for a bit: 0 or 1).
+    pub initial: Option<(i32, Span)>,
+    /// `min`, as the content of the cell.
+    pub min: Option<(i32, Span)>,
+    /// `max`, as the content of the cell.
+    pub max: Option<(i32, Span)>,
+    /// `alarm` of a bit.
+    pub alarm: Option<String>,
+    /// `priority` of the alarm.
+    pub(crate) priority: Priority,
+    /// `log = "change"`.
+    pub(crate) log_changes: bool,
+    /// `unit` of a word.
+    pub unit: Option<Text>,
+    /// `metric = true`.
+    pub metric: bool,
+    /// `spare = true`.
+    pub(crate) spare: bool,
+    /// Whether the ladder names it.
+    pub used: bool,
+    /// Its array, if it is an element: the program has a tag for each element (`recipe[3]`).
+    pub of_array: Option<OfArray>,
+}
+
+/// The place of an element in its array.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OfArray {
+    /// The array.
+    pub array: Array,
+    /// The number of the element.
+    pub at: u32,
+}
+
+impl Tag {
+    /// The name of the array that it is an element of; else its own name.
+    pub fn array_name(&self) -> &str {
+        match self.of_array {
+            Some(_) => self.name.split('[').next().unwrap_or(&self.name),
+            None => &self.name,
+        }
+    }
+
+    /// Whether its value is shown to people, so that the ladder need not name it.
+    pub(crate) fn is_shown(&self) -> bool {
+        self.alarm.is_some() || self.log_changes || self.metric
+    }
+}
+
+/// The meaning of a tag.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TagMeaning {
+    /// `at`; for a tag with a `type`, the address of its place.
+    Address(Address),
+    /// `value`.
+    Constant(i32, Written),
+    /// `value`, a real.
+    Real(Real),
+    /// `at` with `count`. Only the scope has this meaning; the program has a tag for each element.
+    Array(Array),
+}
+
+/// A bit or word, with the name that the ladder first uses for it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NamedOperand {
+    /// The name as written (`part_seen`, `X0`, `bottles.Done`, `Drain.Open`).
+    pub name: String,
+    /// The bit or word; never a whole structure.
+    pub address: Address,
+}
+
+/// An array, slice or range that the ladder names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NamedArray {
+    /// The name as written: `recipe`, `recipe[step]`, `D0..D9`.
+    pub name: String,
+    /// The array.
+    pub array: Array,
+    /// The index of the tag of its first element; `None` for a range.
+    pub(crate) tag: Option<usize>,
+    /// The number of the program's operands before it.
+    pub(crate) behind: usize,
+}
+
+/// A part of a program that executes and terminates as a whole: a block's own rungs, or a Stage.
+#[derive(Clone, Copy, Debug)]
+pub struct ProgramPart<'p> {
+    /// The block.
+    pub block: &'p Block,
+    /// The Stage; `None`: the block's own rungs.
+    pub stage: Option<&'p Stage>,
+    /// Its rungs.
+    pub rungs: &'p [Rung],
+}
+
+impl Program {
+    /// All parts in file order: for each block its own rungs, then its Stages.
+    pub fn parts(&self) -> impl Iterator<Item = ProgramPart<'_>> {
+        self.blocks.iter().flat_map(|block| {
+            let own = ProgramPart { block, stage: None, rungs: &block.rungs };
+            let stages = block.stages.iter();
+            std::iter::once(own).chain(stages.map(move |of| ProgramPart {
+                block,
+                stage: Some(of),
+                rungs: &of.rungs,
+            }))
+        })
+    }
+
+    /// All instructions in file order, each with its block.
+    pub fn instructions(&self) -> impl Iterator<Item = (&Block, &Instruction)> {
+        self.parts().flat_map(|part| {
+            let instructions = part.rungs.iter().flat_map(Rung::instructions);
+            instructions.map(move |(_, instruction)| (part.block, instruction))
+        })
+    }
+
+    /// All bits and words that the ladder names, in order of first appearance, each address once.
+    /// For an array, its first elements, at most `most`.
+    pub fn named(&self, most: usize) -> Vec<NamedOperand> {
+        let mut all = Vec::new();
+        let mut operands = self.operands.iter().cloned();
+        let mut taken = 0;
+        for of in &self.arrays {
+            all.extend(operands.by_ref().take(of.behind - taken));
+            taken = of.behind;
+            all.extend(of.array.addresses().take(most).enumerate().map(|(at, address)| {
+                let tag = of.tag.and_then(|first| self.tags.get(first + at));
+                let name = tag.map_or_else(|| address.to_string(), |tag| tag.name.clone());
+                NamedOperand { name, address }
+            }));
+        }
+        all.extend(operands);
+        let mut seen = NumberSet::default();
+        all.retain(|operand| seen.insert(operand.address));
+        all
+    }
+
+    /// The block with this number.
+    pub fn block(&self, id: BlockId) -> &Block {
+        &self.blocks[id.0 as usize]
+    }
+
+    /// The stage with this number.
+    pub fn stage(&self, id: StageId) -> &Stage {
+        let (block, at) = self.stages[id.0 as usize];
+        &self.block(block).stages[at]
+    }
+}
+
+impl Rung {
+    /// The rung for people, in a block or Stage: `rung count-bottles`, `rung 3`, and of a use among
+    /// the rungs of a ladder `rung 3 (p1)`. `at`: its index in the block or Stage.
+    pub fn label(&self, element: &str, at: usize) -> String {
+        let number = at + 1;
+        match (&self.name, &self.of_use) {
+            (Some(name), _) => format!("rung {name}"),
+            (None, Some(of_use)) if !is_in(element, of_use) => format!("rung {number} ({of_use})"),
+            (None, _) => format!("rung {number}"),
+        }
+    }
+
+    /// Its instructions in file order, each with its branch.
+    pub fn instructions(&self) -> impl Iterator<Item = (Option<&Branch>, &Instruction)> {
+        let branches = self.branches.iter();
+        let behind = branches.flat_map(|branch| branch.body.iter().map(move |i| (Some(branch), i)));
+        self.body.iter().map(|instruction| (None, instruction)).chain(behind)
+    }
+}
+
+/// Whether a name of a block or Stage shows that it belongs to this use.
+fn is_in(element: &str, of_use: &str) -> bool {
+    element.strip_prefix(of_use).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+}
+
+impl Contact {
+    /// The contacts that must all be ON.
+    pub(crate) fn in_series(&self) -> &[Contact] {
+        match self {
+            Contact::All(parts, _) => parts,
+            Contact::Bit(..)
+            | Contact::Element(..)
+            | Contact::Not(..)
+            | Contact::Any(..)
+            | Contact::Edge(..)
+            | Contact::Compare(..) => std::slice::from_ref(self),
+        }
+    }
+
+    /// The contacts of which any one is enough.
+    pub(crate) fn in_parallel(&self) -> &[Contact] {
+        match self {
+            Contact::Any(parts, _) => parts,
+            Contact::Bit(..)
+            | Contact::Element(..)
+            | Contact::Not(..)
+            | Contact::All(..)
+            | Contact::Edge(..)
+            | Contact::Compare(..) => std::slice::from_ref(self),
+        }
+    }
+
+    /// Its place.
+    pub fn span(&self) -> Span {
+        match self {
+            Contact::Bit(_, span)
+            | Contact::Element(_, span)
+            | Contact::Not(_, span)
+            | Contact::All(_, span)
+            | Contact::Any(_, span)
+            | Contact::Edge(_, _, span)
+            | Contact::Compare(_, _, _, span) => *span,
+        }
+    }
+}

@@ -1,0 +1,301 @@
+//! The state of one load, and what every part of it needs: names are looked up, their uses
+//! recorded, their mistakes reported.
+
+use std::sync::LazyLock;
+
+use super::array::{Array, Element};
+use super::layers::Layers;
+use super::program::{BlockKind, NamedArray, NamedOperand};
+use super::scope::{Misplaced, Scope, Thing};
+use super::template::pending::{Argument, Trial};
+use crate::source::atom::Atom;
+use crate::source::finding::{Code, Finding, Severity, TABLE};
+use crate::source::nearest::KnownNames;
+use crate::source::reader::Text;
+use crate::source::span::{FileId, Located, SourceFile, Span};
+use rungd_base::progress::Progress;
+use rungd_engine::isa::{Address, MemorySizes, Structure};
+
+/// The names of all warnings, valid in `allow`.
+static WARNINGS: LazyLock<KnownNames> = LazyLock::new(|| {
+    let rows = TABLE.iter().filter(|row| row.severity == Severity::Warning);
+    KnownNames::new(rows.map(|row| row.name))
+});
+
+/// The inputs of a load besides the ladder files.
+#[derive(Clone, Debug, Default)]
+pub struct LoadOptions {
+    /// Sizes of the memory blocks.
+    pub sizes: MemorySizes,
+    /// `order` of a controller file.
+    pub order: Option<Located<Vec<Text>>>,
+    /// Whether a controller file lists the ladders.
+    pub has_controller: bool,
+    /// The field devices of a controller file, in its order.
+    pub devices: Vec<Text>,
+    /// The texts of a controller file that may be addresses or ranges: no tag with a `type` is
+    /// placed there.
+    pub addresses: Vec<String>,
+    /// The number of the first file: spans of the ladder at index k have the file `first_file + k`.
+    pub first_file: FileId,
+    /// The progress of the load.
+    pub progress: Progress,
+}
+
+/// The state of one load: the names declared so far, and the findings.
+pub(super) struct Resolver<'a> {
+    pub(super) files: &'a [SourceFile],
+    pub(super) options: &'a LoadOptions,
+    pub(super) scope: Scope,
+    pub(super) findings: Vec<Finding>,
+    /// Whether the readers made findings. If so, a block may be missing because it was not
+    /// readable.
+    pub(super) misread: bool,
+    /// Per tag: whether the ladder names it.
+    pub(super) used: Vec<bool>,
+    /// Bits and words with their names as written in the ladder, in order of resolving.
+    pub(super) named: Vec<(Span, NamedOperand)>,
+    /// The arrays that the ladder names.
+    pub(super) arrays: Vec<(Span, NamedArray)>,
+    /// The places where the ladder names a constant by its tag, and the tag's index.
+    pub(super) constants: Vec<(Span, usize)>,
+    /// The places of the rungs of templates.
+    pub(super) layers: Layers,
+    /// The names of the uses in rungs.
+    pub(super) use_names: Vec<Text>,
+    /// The whole names of all uses in rungs, including uses within uses.
+    pub(super) uses: Vec<String>,
+    /// The whole names of the uses whose template is unknown.
+    pub(super) unknown_uses: Vec<String>,
+    /// The arguments of the uses.
+    pub(super) arguments: Vec<Argument>,
+    /// Templates that nothing uses.
+    pub(super) trials: Vec<Trial>,
+    /// The number of elements of whole arrays in formulas, so far.
+    pub(super) elements: usize,
+    /// The number of elements of the arrays of all tags, so far.
+    pub(super) tag_elements: usize,
+}
+
+impl<'a> Resolver<'a> {
+    pub(super) fn new(files: &'a [SourceFile], options: &'a LoadOptions) -> Self {
+        let scope = Scope::new(options.sizes.clone());
+        Resolver {
+            files,
+            options,
+            scope,
+            findings: Vec::new(),
+            misread: false,
+            used: Vec::new(),
+            named: Vec::new(),
+            arrays: Vec::new(),
+            constants: Vec::new(),
+            layers: Layers::default(),
+            use_names: Vec::new(),
+            uses: Vec::new(),
+            unknown_uses: Vec::new(),
+            arguments: Vec::new(),
+            trials: Vec::new(),
+            elements: 0,
+            tag_elements: 0,
+        }
+    }
+
+    /// Checks a name of an `allow`: it must be the name of a warning.
+    pub(super) fn allowed(&mut self, name: &Text) -> String {
+        let message = match Code::from_name(&name.text).map(Code::severity) {
+            Some(Severity::Warning) => return name.text.clone(),
+            Some(Severity::Error) => format!("`{}` is an error: it cannot be silenced", name.text),
+            None => format!("no warning is called `{}`", name.text),
+        };
+        let finding = Finding::new(Code::UnknownAllow, name.span, message);
+        self.findings.push(finding.near(&name.text, &WARNINGS));
+        name.text.clone()
+    }
+
+    pub(super) fn find(&mut self, finding: Finding) {
+        self.findings.push(finding);
+    }
+
+    /// Looks up a name; a mistake becomes a finding.
+    pub(super) fn look_up(&mut self, name: &str, span: Span) -> Option<Thing> {
+        match self.scope.look_up(name) {
+            Ok(found) => {
+                if let Some(tag) = found.tag {
+                    self.used[tag] = true;
+                }
+                if let Thing::Array(array) | Thing::Element(Element { array, .. }) = found.thing {
+                    self.note_array(name, span, (array, found.tag));
+                }
+                if let Some(index) = &found.index {
+                    self.note_index(index, span);
+                }
+                Some(found.thing)
+            }
+            Err(mistake) => {
+                self.mark_used(name);
+                let finding = mistake.finding(span);
+                self.findings.extend(finding.map(|finding| self.layers.near(finding, name)));
+                None
+            }
+        }
+    }
+
+    /// Records that the ladder names this array; with the index of the tag of its element 0.
+    pub(super) fn note_array(
+        &mut self,
+        name: &str,
+        span: Span,
+        (array, tag): (Array, Option<usize>),
+    ) {
+        let name = name.to_owned();
+        self.arrays.push((span, NamedArray { name, array, tag, behind: 0 }));
+    }
+
+    /// As [`Resolver::look_up`], for a place that accepts only tags of some types: the help for an
+    /// unknown name proposes these types.
+    pub(super) fn look_up_as(&mut self, name: &str, span: Span, types: &[&str]) -> Option<Thing> {
+        let before = self.findings.len();
+        let thing = self.look_up(name, span);
+        if let (None, [first, others @ ..]) = (thing, types)
+            && !name.contains(['.', '['])
+        {
+            let mut found = self.findings.split_off(before);
+            let others = others.iter().map(|other| format!(", or \"{other}\"")).collect::<String>();
+            let declared =
+                || format!("declare it under [tags]: `{name} = {{ type = \"{first}\" }}`{others}");
+            self.findings.extend(found.drain(..).map(|finding| finding.declared_as(declared)));
+        }
+        thing
+    }
+
+    /// Looks up an operand's name; a constant becomes a finding. `types` are the types of tags that
+    /// are accepted here.
+    pub(super) fn thing<'t>(
+        &mut self,
+        atom: &'t Atom,
+        wanted: &str,
+        types: &[&str],
+    ) -> Option<(&'t str, Thing)> {
+        let name = self.name_of(atom, wanted)?;
+        Some((name, self.look_up_as(name, atom.span, types)?))
+    }
+
+    /// The operand's name; a constant becomes a finding.
+    pub(super) fn name_of<'t>(&mut self, atom: &'t Atom, wanted: &str) -> Option<&'t str> {
+        if atom.name().is_none() {
+            let message = format!("`{atom}` is a constant, not {wanted}");
+            let finding = Finding::new(Code::OperandType, atom.span, message);
+            self.find(finding.label(format!("{wanted} belongs here")));
+        }
+        atom.name()
+    }
+
+    /// Records the word or constant that is an index.
+    fn note_index(&mut self, name: &str, span: Span) {
+        if let Some(thing) = self.look_up(name, span) {
+            match thing {
+                Thing::Constant(..) => self.note_constant(name, span),
+                Thing::Address(address) => self.note(name, span, address),
+                Thing::Real(_)
+                | Thing::Block(_)
+                | Thing::Device(_)
+                | Thing::Array(_)
+                | Thing::Element(_) => {}
+            }
+        }
+    }
+
+    pub(super) fn mark_used(&mut self, name: &str) {
+        let name = name.split('[').next().unwrap_or(name);
+        if let Some(tag) = self.scope.tag_index(name) {
+            self.used[tag] = true;
+        }
+    }
+
+    /// Records that the ladder names this bit, word or structure.
+    pub(super) fn note(&mut self, name: &str, span: Span, address: Address) {
+        match address {
+            Address::Structure(structure) => {
+                // `N,0` would be two columns of a list, so it is recorded as `N0`.
+                let name = if name.contains(',') { structure.to_string() } else { name.to_owned() };
+                for (member, address) in
+                    structure.members().iter().zip(structure.member_addresses())
+                {
+                    let name = format!("{name}.{member}");
+                    self.named.push((span, NamedOperand { name, address }));
+                }
+            }
+            Address::Bit(_) | Address::Word(_) => {
+                // `N,0,6` would be three columns.
+                let name = if name.contains(',') { address.to_string() } else { name.to_owned() };
+                let name = self.scope.element_name(&name, address).unwrap_or(name);
+                self.named.push((span, NamedOperand { name, address }));
+            }
+        }
+    }
+
+    /// The name of a file.
+    pub(super) fn file_name(&self, id: FileId) -> &'a str {
+        let file = (id.0 - self.options.first_file.0) as usize;
+        self.files.get(file).map_or("", |file| file.name.as_str())
+    }
+
+    /// The text of a place.
+    pub(super) fn text(&self, span: Span) -> &'a str {
+        let span = self.layers.in_file(span);
+        let file = (span.file.0 - self.options.first_file.0) as usize;
+        let text = self.files.get(file).map_or("", |file| file.text.as_str());
+        text.get(span.start as usize..span.end as usize).unwrap_or("")
+    }
+
+    /// Records that the ladder names a tag's constant at this place.
+    pub(super) fn note_constant(&mut self, name: &str, span: Span) {
+        let tag = self.scope.tag_index(name);
+        self.constants.extend(tag.map(|tag| (span, tag)));
+    }
+
+    /// Adds the finding for a thing of the wrong kind.
+    pub(super) fn wrong_kind(&mut self, of: Misplaced, wanted: &str, help: &str) {
+        let Misplaced { name, span, thing } = of;
+        let message = format!("`{name}` is {}, not {wanted}", self.kind_words(thing));
+        self.find(
+            Finding::new(Code::OperandType, span, message)
+                .label(format!("{wanted} belongs here"))
+                .help(help),
+        );
+    }
+
+    /// The kind of a thing, in words.
+    pub(super) fn kind_words(&self, thing: Thing) -> &'static str {
+        match thing {
+            Thing::Array(_) => "an array",
+            Thing::Element(element) if element.array.is_bits() => "a bit",
+            Thing::Address(Address::Bit(_)) => "a bit",
+            Thing::Address(Address::Word(_)) | Thing::Element(_) => "a word",
+            Thing::Address(Address::Structure(Structure::Counter(_))) => "a counter",
+            Thing::Address(Address::Structure(Structure::Timer(_))) => "a timer",
+            Thing::Address(Address::Structure(Structure::Sensaphone(_))) => "a Sensaphone counter",
+            Thing::Constant(..) | Thing::Real(_) => "a constant",
+            Thing::Device(_) => "a device",
+            Thing::Block(id) => match self.scope.block_of(id) {
+                Some((_, block)) if block.kind == BlockKind::Program => "a program",
+                _ => "a task",
+            },
+        }
+    }
+}
+
+/// The help for an array in the place of one element.
+pub(super) fn of_array(name: &str, array: Array) -> String {
+    if let Some((array, _)) = name.split_once('[') {
+        return format!(
+            "name one element: `{array}[3]`, or `{array}[step]` with a word as the index"
+        );
+    }
+    let last = array.count - 1;
+    format!(
+        "name one element, `{name}[0]` to `{name}[{last}]`, or `{name}[step]` with a word as the \
+         index"
+    )
+}

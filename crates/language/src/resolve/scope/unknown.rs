@@ -1,0 +1,73 @@
+//! The mistake in a name that nothing declares, with the help that fits it best.
+
+use super::{Scope, parts};
+use crate::resolve::mistake::{Mistake, habit, new};
+use crate::source::atom::is_name;
+use crate::source::finding::Code;
+use crate::source::nearest::Near;
+use rungd_engine::isa::Structure;
+
+impl Scope {
+    /// The mistake in a name that nothing declares.
+    pub(super) fn unknown(&self, name: &str) -> Mistake {
+        if let Some(mistake) = self.uses.mistake(name, self.known()) {
+            return mistake;
+        }
+        let (base, member) = parts(name);
+        if base.is_empty() {
+            let help = "name a tag or an address: `D0`; a range is `D0..D3`".to_owned();
+            return new(Code::UnknownName, "a name is missing".to_owned(), Some(help));
+        }
+        let message = format!("nothing is called `{base}`");
+        let with_stage = self.stages.get(base).filter(|_| member.is_none());
+        if let Some(block) = with_stage.and_then(|id| self.block_names.get(id)) {
+            let help = format!("a stage is named with its program: `{block}.{base}`");
+            return new(Code::UnknownName, message, Some(help));
+        }
+        let help = habit(base).unwrap_or_else(|| self.instead(base, member));
+        let member = member.map_or(String::new(), |member| format!(".{member}"));
+        let near = Near::new(base, self.known()).searching_at_most(self.searched_max);
+        let near = near.followed_by(&member);
+        let near = Some(Box::new(near));
+        Mistake::New { code: Code::UnknownName, message, help: Some(help), near }
+    }
+
+    /// The help for a name that is not near any known name.
+    fn instead(&self, base: &str, member: Option<&str>) -> String {
+        if base.contains(',') {
+            return "a Sensaphone counter is `N,19` or `N19`, and its value `N,19,6` or `N19.ACC`"
+                .to_owned();
+        }
+        let of_structure = |member: &&str| {
+            let structures = [Structure::Timer(0), Structure::Counter(0)];
+            structures.iter().any(|of| of.members().contains(member))
+        };
+        if is_name(base) && member.is_some_and(|member| !of_structure(&member)) {
+            return "names with members are timers, counters, programs, tasks, devices and uses of \
+                    templates"
+                .to_owned();
+        }
+        if is_name(base) {
+            let (first, others) = match member {
+                None => ("bit", "\"int\", \"real\""),
+                Some(_) => ("timer", "\"counter\""),
+            };
+            return format!(
+                "declare it under [tags]: `{base} = {{ type = \"{first}\" }}`, or {others}; \
+                 or with an address: `at = \"…\"`"
+            );
+        }
+        if let Some((low, high)) = base.split_once('-') {
+            let together = format!("{low}{high}");
+            if self.is_known(&together) {
+                return format!("write `{together}`");
+            }
+            if self.is_known(low) {
+                return "nothing is computed here: `MATH D0 = a - b` in a rung above, then `D0`"
+                    .to_owned();
+            }
+        }
+        "a tag is a letter, then letters, digits and `_`; a block's name may have `-` too"
+            .to_owned()
+    }
+}

@@ -1,0 +1,346 @@
+//! Resolves tags: the meaning of each, and whether its keys fit that meaning. Called by `declare`.
+
+use std::collections::HashSet;
+
+use super::Resolver;
+use super::layers::Layers;
+use super::mistake::address_mistake;
+use super::names::kept;
+use super::priority::Priority;
+use super::program::{Program, Tag, TagMeaning, Written};
+use crate::source::finding::{Code, Finding};
+use crate::source::ladder;
+use crate::source::reader::{Constant, Text};
+use crate::source::span::{Located, Span};
+use rungd_engine::isa::address_text;
+use rungd_engine::isa::{Address, Bit, BitSpace, NumberMap, Real};
+
+/// Maximum number of characters of an alarm's text, and of a text with the arguments of a use: the
+/// text becomes a line of the log.
+pub(super) const TEXT_MAX: usize = 1000;
+
+impl Resolver<'_> {
+    /// Resolves a tag and adds it to the program; returns its meaning.
+    pub(super) fn tag(&mut self, tag: &ladder::Tag, program: &mut Program) -> Option<TagMeaning> {
+        self.long_alarm(tag);
+        if let Some(count) = &tag.count {
+            return self.array_tag(tag, count, program);
+        }
+        let meaning = self.meaning(tag)?;
+        self.misfits(tag, meaning);
+        self.no_list(tag);
+        let mut cell =
+            |value: &Option<_>| value.as_ref().and_then(|value| self.tag_value(value, meaning));
+        let initial = cell(&tag.initial);
+        let (min, max) = self.limits(tag, meaning);
+        let resolved = Tag {
+            name: kept(&tag.name.text),
+            span: tag.name.span,
+            doc: tag.doc.clone(),
+            meaning,
+            initial,
+            min,
+            max,
+            alarm: tag.alarm.as_ref().map(|alarm| alarm.text.clone()),
+            priority: priority(tag),
+            log_changes: tag.log.is_some(),
+            unit: tag.unit.clone(),
+            metric: tag.metric.as_ref().is_some_and(|metric| metric.value),
+            spare: tag.spare.as_ref().is_some_and(|spare| spare.value),
+            used: false,
+            of_array: None,
+        };
+        self.ranges(&resolved);
+        program.tags.push(resolved);
+        Some(meaning)
+    }
+
+    /// Reports a list of initial values for a tag without `count`.
+    fn no_list(&mut self, tag: &ladder::Tag) {
+        if let Some(list) = &tag.initials {
+            let message = "a list of values does not fit a tag without `count`";
+            let finding = Finding::new(Code::TagKey, list.span, message);
+            self.find(finding.help(match list.value.len() {
+                0 | 1 => "write one value, without brackets".to_owned(),
+                count => format!("write `count = {count}`, or one value"),
+            }));
+        }
+    }
+
+    /// Reports an alarm's text that is too long. Texts of templates are checked elsewhere, with
+    /// their arguments.
+    fn long_alarm(&mut self, tag: &ladder::Tag) {
+        let Some(alarm) = tag.alarm.as_ref().filter(|alarm| !Layers::is_layered(alarm.span)) else {
+            return;
+        };
+        let count = alarm.text.chars().count();
+        if count > TEXT_MAX {
+            let name = kept(&tag.name.text);
+            let message = format!("the `alarm` of `{name}` has {count} characters");
+            let help = format!("a text has at most {TEXT_MAX}; `doc` has room for what to do");
+            self.find(Finding::new(Code::TagKey, alarm.span, message).help(help));
+        }
+    }
+
+    /// Reports a priority with an unknown word, and a priority without an alarm.
+    fn priority_misfits(&mut self, tag: &ladder::Tag) {
+        let Some(written) = &tag.priority else { return };
+        if Priority::named(&written.text).is_none() {
+            let message = format!("`priority` has no value `{}`", kept(&written.text));
+            let help = match Priority::named(&written.text.to_lowercase()) {
+                Some(meant) => format!("write `priority = \"{}\"`", meant.name()),
+                None => {
+                    let words = Priority::ALL.map(|priority| format!("`{}`", priority.name()));
+                    format!("the priorities are {}", words.join(", "))
+                }
+            };
+            self.find(Finding::new(Code::TagKey, written.span, message).help(help));
+        }
+        if tag.alarm.is_none() {
+            let message = "`priority` goes with `alarm`, and this tag has none";
+            let help = match tag.count {
+                Some(_) => "leave it out: a tag with `count` has no `alarm`",
+                None => "add `alarm = \"…\"`: the text that people read; or leave `priority` out",
+            };
+            self.find(Finding::new(Code::TagKey, written.span, message).help(help));
+        }
+    }
+
+    /// `min` and `max`. For a bit, both are already refused.
+    pub(super) fn limits(&mut self, tag: &ladder::Tag, meaning: TagMeaning) -> PairOfCells {
+        if matches!(meaning, TagMeaning::Address(Address::Bit(_))) {
+            return (None, None);
+        }
+        let mut cell =
+            |value: &Option<_>| value.as_ref().and_then(|value| self.tag_value(value, meaning));
+        (cell(&tag.min), cell(&tag.max))
+    }
+
+    pub(super) fn meaning(&mut self, tag: &ladder::Tag) -> Option<TagMeaning> {
+        let name = &tag.name.text;
+        if let Some(kind) = &tag.kind {
+            let other = tag.at.as_ref().map(|at| ("at", at.span));
+            let other = other.or(tag.value.as_ref().map(|value| ("value", value.span)));
+            let Some((key, span)) = other else { return self.typed(tag, kind) };
+            let message = format!("tag `{name}` has both `type` and `{key}`");
+            let finding = Finding::new(Code::TagKey, kind.span, message)
+                .related(span, format!("`{key}` is here"))
+                .help("with a `type`, rungd gives the tag its place: keep one");
+            self.find(finding);
+            return None;
+        }
+        match (&tag.at, &tag.value) {
+            (Some(at), Some(value)) => {
+                let message = format!("tag `{name}` has both `at` and `value`");
+                let finding = Finding::new(Code::TagKey, value.span, message)
+                    .related(at.span, "`at` is here")
+                    .help("`at` names an address, `value` a constant: keep one");
+                self.find(finding);
+                None
+            }
+            (Some(at), None) => self.at(at).map(TagMeaning::Address),
+            (None, Some(value)) => match value.value {
+                Constant::Integer(n) => Some(TagMeaning::Constant(n, Written::Integer)),
+                Constant::Duration(ms) => Some(TagMeaning::Constant(ms, Written::Duration)),
+                Constant::Real(real) => Some(TagMeaning::Real(real)),
+                Constant::Bit(on) => {
+                    let nickname = if on { "$On" } else { "$Off" };
+                    let message = "a constant is a number or a duration";
+                    let finding = Finding::new(Code::WrongType, value.span, message);
+                    self.find(finding.help(format!("a bit that never changes is `{nickname}`")));
+                    None
+                }
+            },
+            (None, None) => {
+                if !tag.has_meaning {
+                    let message = format!("tag `{name}` has none of `at`, `type` and `value`");
+                    let finding = Finding::new(Code::MissingKey, tag.name.span, message);
+                    self.find(finding.help(format!("write `{name} = {{ type = \"bit\" }}`")));
+                }
+                None
+            }
+        }
+    }
+
+    fn at(&mut self, at: &Text) -> Option<Address> {
+        match address_text::parse(&at.text, &self.options.sizes) {
+            Ok(address) => Some(address),
+            Err(error) => {
+                self.findings.extend(address_mistake(&at.text, error).finding(at.span));
+                None
+            }
+        }
+    }
+
+    /// Reports keys that do not fit the tag's meaning.
+    pub(super) fn misfits(&mut self, tag: &ladder::Tag, meaning: TagMeaning) {
+        let (bit, word, read_only, what) = match meaning {
+            TagMeaning::Constant(..) | TagMeaning::Real(_) | TagMeaning::Array(_) => {
+                (false, false, true, "a constant")
+            }
+            TagMeaning::Address(Address::Bit(bit)) => (true, false, !bit_has_initial(bit), "a bit"),
+            TagMeaning::Address(Address::Word(word)) => (false, true, !word.writable(), "a word"),
+            TagMeaning::Address(Address::Structure(_)) => (false, false, true, "a structure"),
+        };
+        let constant = matches!(meaning, TagMeaning::Constant(..) | TagMeaning::Real(_));
+        let keys = [
+            ("initial", tag.initial.as_ref().map(|v| v.span), !read_only && (bit || word)),
+            ("min", tag.min.as_ref().map(|v| v.span), word && !read_only),
+            ("max", tag.max.as_ref().map(|v| v.span), word && !read_only),
+            ("alarm", tag.alarm.as_ref().map(|v| v.span), bit),
+            ("log", tag.log.as_ref().map(|v| v.span), bit || word),
+            ("unit", tag.unit.as_ref().map(|v| v.span), word),
+            ("metric", tag.metric.as_ref().map(|v| v.span), !constant),
+        ];
+        for (key, span, fits) in keys {
+            let Some(span) = span.filter(|_| !fits) else { continue };
+            let what = if read_only && (bit || word) { "a read-only location" } else { what };
+            let message = format!("`{key}` does not fit {what}");
+            let help = match key {
+                "alarm" => "an alarm watches a bit: OUT a C bit from the compare, and watch that",
+                "min" | "max" => "only a word has limits: `D0`, `V0`, `CT0.Acc`",
+                _ if constant => "a constant never changes",
+                "unit" if bit => "a bit is ON or OFF; `doc` has room for what that means",
+                "log" | "unit" => "name a member: `at = \"CT0.Acc\"`",
+                _ => "bits and words of memory have an initial value: `X0`, `Y0`, `D0`, `CT0.Acc`",
+            };
+            self.find(Finding::new(Code::TagKey, span, message).help(help));
+        }
+        if let Some(log) = tag.log.as_ref().filter(|log| log.text != "change") {
+            let message = format!("`log` has no value `{}`", log.text);
+            let finding = Finding::new(Code::TagKey, log.span, message);
+            self.find(finding.help("write `log = \"change\"`"));
+        }
+        self.priority_misfits(tag);
+        self.unit_misfits(tag);
+    }
+
+    /// The content of the tag's cell for a value of `initial`, `min` or `max`.
+    pub(super) fn tag_value(
+        &mut self,
+        value: &Located<Constant>,
+        meaning: TagMeaning,
+    ) -> Option<(i32, Span)> {
+        let (cell, misfit) = match meaning {
+            TagMeaning::Address(Address::Bit(_)) => bit_cell(value.value),
+            TagMeaning::Address(Address::Word(word)) if word.is_real() => real_cell(value.value),
+            TagMeaning::Address(Address::Word(_) | Address::Structure(_))
+            | TagMeaning::Constant(..)
+            | TagMeaning::Real(_)
+            | TagMeaning::Array(_) => whole_cell(value.value),
+        };
+        if cell.is_none() {
+            self.find(Finding::new(Code::WrongType, value.span, misfit));
+        }
+        Some((cell?, value.span))
+    }
+
+    /// Checks that `min` <= `initial` <= `max`, and that all lie within the location's range.
+    pub(super) fn ranges(&mut self, tag: &Tag) {
+        if let TagMeaning::Address(address @ Address::Word(word)) = tag.meaning {
+            let (least, most) = word.range();
+            for (n, span) in [tag.min, tag.max, tag.initial].into_iter().flatten() {
+                if !(least..=most).contains(&n) {
+                    let [least, most, n] = [least, most, n].map(|cell| word.text(cell));
+                    let address = self.scope.places().say(address);
+                    let message = format!("`{address}` holds {least}..{most}, not {n}");
+                    self.find(Finding::new(Code::OutOfRange, span, message));
+                }
+            }
+        }
+        let mut between = |low, high, words| self.between(tag, (low, high), words);
+        let exchange =
+            |low: &str, high: &str| format!("exchange them: `min = {high}, max = {low}`");
+        between(tag.min, tag.max, ("`min` is greater than `max`", exchange));
+        let change =
+            |_: &str, _: &str| "`min` <= `initial` <= `max`: change one of them".to_owned();
+        between(tag.min, tag.initial, ("`initial` is less than `min`", change));
+        between(tag.initial, tag.max, ("`initial` is greater than `max`", change));
+    }
+
+    /// Reports a pair of values in the wrong order. The first of the `values` must not be greater
+    /// than the second. The help is made from both.
+    fn between(&mut self, tag: &Tag, values: PairOfCells, (message, help): (&str, PairHelp)) {
+        if let (Some((low, low_span)), Some((high, high_span))) = values
+            && low > high
+        {
+            let [low, high] = [low, high].map(|cell| match tag.meaning {
+                TagMeaning::Address(Address::Word(word)) => word.text(cell),
+                TagMeaning::Address(_)
+                | TagMeaning::Constant(..)
+                | TagMeaning::Real(_)
+                | TagMeaning::Array(_) => cell.to_string(),
+            });
+            let finding = Finding::new(Code::OutOfRange, high_span, message);
+            let finding = finding.related(low_span, format!("{low} here, {high} there"));
+            self.find(finding.help(help(&low, &high)));
+        }
+    }
+
+    /// Reports two tags of one location with different `initial`, `min` or `max`.
+    pub(super) fn check_aliases(&mut self, program: &Program) {
+        let mut first: NumberMap<(Address, u32), (i32, Span, Span)> = NumberMap::default();
+        // Two arrays may share many elements: one finding for each pair of tags is enough.
+        let mut found = HashSet::new();
+        for tag in &program.tags {
+            let TagMeaning::Address(address) = tag.meaning else { continue };
+            let values = [("initial", tag.initial), ("min", tag.min), ("max", tag.max)];
+            for (number, (key, value)) in (0..).zip(values) {
+                let Some((n, span)) = value else { continue };
+                let (other, place, of) =
+                    *first.entry((address, number)).or_insert((n, span, tag.span));
+                if other != n && found.insert((key, tag.span, of)) {
+                    let message = format!("`{key}` of `{address}` is given twice, differently");
+                    let finding = Finding::new(Code::TagKey, span, message);
+                    let finding = finding.related(place, "another tag of this address gives this");
+                    self.find(finding.help(format!("leave `{key}` to one of the two tags")));
+                }
+            }
+        }
+    }
+}
+
+/// The priority of the tag's alarm.
+fn priority(tag: &ladder::Tag) -> Priority {
+    let written = tag.priority.as_ref();
+    written.and_then(|written| Priority::named(&written.text)).unwrap_or_default()
+}
+
+/// Two values of a tag, each with its place, if it is given.
+pub(super) type PairOfCells = (Option<(i32, Span)>, Option<(i32, Span)>);
+
+/// Makes a help from two values of a tag, as they are written.
+type PairHelp = fn(&str, &str) -> String;
+
+/// The content of a bit's cell; `None` with the message of the finding.
+fn bit_cell(value: Constant) -> (Option<i32>, &'static str) {
+    let cell = match value {
+        Constant::Bit(on) => Some(i32::from(on)),
+        Constant::Integer(n @ 0..=1) => Some(n),
+        Constant::Integer(_) | Constant::Duration(_) | Constant::Real(_) => None,
+    };
+    (cell, "a bit is `true` or `false`")
+}
+
+/// The content of an R word's cell.
+fn real_cell(value: Constant) -> (Option<i32>, &'static str) {
+    let cell = match value {
+        Constant::Integer(n) | Constant::Duration(n) => Some(Real::nearest(n).cell()),
+        Constant::Real(real) => Some(real.cell()),
+        Constant::Bit(_) => None,
+    };
+    (cell, "a word holds a number, not `true` or `false`")
+}
+
+/// The content of any other word's cell.
+fn whole_cell(value: Constant) -> (Option<i32>, &'static str) {
+    match value {
+        Constant::Integer(n) | Constant::Duration(n) => (Some(n), ""),
+        Constant::Real(_) => (None, "this word holds whole numbers; an R word holds reals"),
+        Constant::Bit(_) => (None, "a word holds a number, not `true` or `false`"),
+    }
+}
+
+fn bit_has_initial(bit: Bit) -> bool {
+    matches!(bit, Bit::Space(space, _) if space != BitSpace::St)
+}

@@ -1,0 +1,139 @@
+//! Checks the arguments of uses: each name must fit the type of its parameter.
+//!
+//! Runs once all names are declared.
+
+use super::given::Given;
+use super::kind::{Kind, Wanted};
+use super::pending::Argument;
+use crate::resolve::Resolver;
+use crate::resolve::array::Element;
+use crate::resolve::range::is_range;
+use crate::resolve::scope::Thing;
+use crate::source::atom::{Atom, AtomKind};
+use crate::source::finding::{Code, Finding};
+pub use rungd_engine::isa::{Address, Mnemonic, Structure as Of};
+
+impl Resolver<'_> {
+    /// Checks all arguments. The places of a wrong argument get no further findings.
+    pub(in crate::resolve) fn check_arguments(&mut self) {
+        // Only names in rungs are operands of the ladder: those of arguments are removed again.
+        let (named, constants) = (self.named.len(), self.constants.len());
+        for argument in std::mem::take(&mut self.arguments) {
+            match &argument.given {
+                Given::Contacts(contact, _) => {
+                    self.contacts(std::slice::from_ref(contact));
+                }
+                Given::Atom(atom) => {
+                    if !self.is_right(&argument, atom) {
+                        self.layers.mark_wrong(atom.span);
+                    }
+                }
+            }
+        }
+        self.named.truncate(named);
+        self.constants.truncate(constants);
+    }
+
+    fn is_right(&mut self, argument: &Argument, atom: &Atom) -> bool {
+        let AtomKind::Name(name) = &atom.kind else { return true };
+        if argument.kind == Kind::Array && is_range(name) && !name.contains('[') {
+            self.range_given(argument, atom);
+            return false;
+        }
+        let kind = argument.kind.trial_type();
+        let Some(thing) = self.look_up_as(name, atom.span, kind.as_slice()) else { return false };
+        let spec = Mnemonic::Out.spec();
+        match (argument.kind.wanted(), thing) {
+            (Wanted::Bit, Thing::Address(Address::Bit(_)))
+            | (Wanted::Array, Thing::Array(_))
+            | (Wanted::Whole, Thing::Constant(..))
+            | (Wanted::Real, Thing::Real(_))
+            | (Wanted::Timer, Thing::Address(Address::Structure(Of::Timer(_))))
+            | (Wanted::Counter, Thing::Address(Address::Structure(Of::Counter(_))))
+            | (Wanted::Sensaphone, Thing::Address(Address::Structure(Of::Sensaphone(_)))) => true,
+            (Wanted::WrittenBit, Thing::Address(Address::Bit(_))) => {
+                self.writable_bit(atom, spec).is_some()
+            }
+            (Wanted::Bit, Thing::Element(element)) if element.array.is_bits() => true,
+            (Wanted::Whole, Thing::Element(Element { array, .. }))
+                if !array.is_bits() && !array.is_real() =>
+            {
+                true
+            }
+            (Wanted::Real, Thing::Element(element)) if element.array.is_real() => true,
+            (Wanted::WrittenWhole | Wanted::WrittenReal, Thing::Element(Element { array, .. }))
+                if !array.is_bits()
+                    && array.is_real() == (argument.kind.wanted() == Wanted::WrittenReal) =>
+            {
+                self.selected(atom, false, Mnemonic::Move.spec()).flatten().is_some()
+            }
+            (Wanted::Whole, Thing::Address(Address::Word(word))) if !word.is_real() => true,
+            (Wanted::Real, Thing::Address(Address::Word(word))) if word.is_real() => true,
+            (Wanted::WrittenWhole, Thing::Address(Address::Word(word))) if !word.is_real() => {
+                self.writable_word(atom, Mnemonic::Move.spec()).is_some()
+            }
+            (Wanted::WrittenReal, Thing::Address(Address::Word(word))) if word.is_real() => {
+                self.writable_word(atom, Mnemonic::Move.spec()).is_some()
+            }
+            (_, thing) => {
+                self.wrong_argument(argument, atom, thing);
+                false
+            }
+        }
+    }
+
+    fn range_given(&mut self, argument: &Argument, atom: &Atom) {
+        let (parameter, template) = (&argument.parameter, &argument.template);
+        let message = format!("`{parameter}` of `{template}` is an array, and `{atom}` is a range");
+        let finding = Finding::new(Code::TemplateArgument, atom.span, message);
+        self.find(finding.label("an array belongs here").help(
+            "declare a tag for these addresses, `at` the first and with `count`, and give its name",
+        ));
+    }
+
+    fn wrong_argument(&mut self, argument: &Argument, atom: &Atom, thing: Thing) {
+        let (wanted, example) = (argument.kind.words(), argument.kind.example());
+        let what = match thing {
+            Thing::Address(Address::Word(word)) if word.is_real() => "a real",
+            Thing::Element(element) if element.array.is_real() => "a real",
+            Thing::Element(element) if element.array.is_bits() => "a bit",
+            Thing::Address(Address::Word(_)) | Thing::Element(_) => "an integer word",
+            Thing::Address(_)
+            | Thing::Constant(..)
+            | Thing::Real(_)
+            | Thing::Block(_)
+            | Thing::Device(_)
+            | Thing::Array(_) => self.kind_words(thing),
+        };
+        let message = format!(
+            "`{}` of `{}` is {wanted}, and `{atom}` is {what}",
+            argument.parameter, argument.template
+        );
+        let help = match (argument.kind, thing) {
+            (Kind::Real, Thing::Element(element)) if !element.array.is_bits() => {
+                format!("`MOVE {atom} to=R0` in a rung above, and give the R word")
+            }
+            (Kind::Real, Thing::Address(Address::Word(_))) => {
+                format!("`MOVE {atom} to=R0` in a rung above, and give the R word")
+            }
+            (Kind::Real, Thing::Constant(value, _)) => {
+                format!("write the constant as a real: `value = {value}.0`")
+            }
+            (Kind::Output, Thing::Element(element)) if element.array.is_bits() => {
+                let base = atom.name().and_then(|name| name.split('[').next()).unwrap_or_default();
+                format!("a moving index would leave bits behind: give `{base}[0]`")
+            }
+            (_, Thing::Array(_)) => {
+                let base = atom.name().and_then(|name| name.split('[').next()).unwrap_or_default();
+                format!("give one element: `{base}[0]`")
+            }
+            (_, Thing::Address(Address::Structure(structure))) => {
+                let members = structure.members().join("`, `.");
+                format!("give a member of it: `.{members}`")
+            }
+            _ => format!("for example `\"{example}\"`"),
+        };
+        let finding = Finding::new(Code::TemplateArgument, atom.span, message);
+        self.find(finding.label(format!("{wanted} belongs here")).help(help));
+    }
+}

@@ -1,0 +1,165 @@
+//! Reads an argument according to the type of its parameter.
+
+use super::kind::{Kind, Wanted};
+use crate::source::atom::{Atom, AtomKind};
+use crate::source::contact::Contact;
+use crate::source::contact_parser;
+use crate::source::finding::{Code, Finding};
+use crate::source::reader::Text;
+use crate::source::span::{FileId, Located, Span};
+use rungd_engine::isa::Real;
+
+/// An argument, which takes the place of a parameter.
+#[derive(Clone, Debug)]
+pub enum Given {
+    /// Contacts, and their nesting depth.
+    Contacts(Contact, u32),
+    /// A name or a constant.
+    Atom(Atom),
+}
+
+/// Maximum number of bytes of an argument's text.
+const BYTES_MAX: usize = 64 * 1024;
+
+/// Reads an argument; `by` is the file, or the layer of the use, that contains its text.
+///
+/// # Errors
+/// The finding for a text that cannot be the argument of a parameter of this type.
+pub fn read(kind: Kind, text: &Text, by: FileId) -> Result<Given, Box<Finding>> {
+    let span = Span { file: by, ..text.span };
+    let error = |message: String| Box::new(Finding::new(Code::TemplateArgument, span, message));
+    if text.text.len() > BYTES_MAX {
+        return Err(error(format!("an argument of more than {BYTES_MAX} bytes")));
+    }
+    if !text.exact {
+        let finding = error("a string with `\\` or several lines".to_owned());
+        return Err(Box::new(finding.help("write it plainly, on one line")));
+    }
+    if kind == Kind::Contact {
+        let contact = contact_parser::parse(&text.text, span).map_err(Box::new)?;
+        return Ok(Given::contacts(contact));
+    }
+    let word = text.text.trim();
+    let begin = text.text.len() - text.text.trim_start().len();
+    let span = span.part(begin, begin + word.len());
+    if let Some(help) = negated(kind, word) {
+        return Err(Box::new(error(format!("`{word}` is not {}", kind.words())).help(help)));
+    }
+    let legal = |c: char| c.is_ascii_alphanumeric() || "_-.,$:[]".contains(c);
+    if word.is_empty() || !word.chars().all(legal) || !is_indexed_once(word) {
+        let finding = error(format!("`{word}` is not {}", kind.words()));
+        let help = format!("write one name or constant: `\"{}\"`", kind.example());
+        return Err(Box::new(finding.help(match contact_parser::parse(word, span) {
+            Ok(_) if matches!(kind, Kind::Bit) => {
+                format!("{help}; a parameter with `type = \"contact\"` takes any contacts")
+            }
+            Ok(_) | Err(_) => help,
+        })));
+    }
+    let atom = Atom::parse(word, span).map_err(Box::new)?;
+    typed(kind, atom).map(Given::Atom)
+}
+
+/// The help for a name with a minus, given as a number.
+fn negated(kind: Kind, word: &str) -> Option<String> {
+    let name =
+        word.strip_prefix('-').filter(|_| matches!(kind.wanted(), Wanted::Whole | Wanted::Real))?;
+    match name.to_ascii_lowercase().as_str() {
+        "nan" | "inf" | "infinity" => Some("give a finite number: `-2.5e-7`".to_owned()),
+        _ => name.starts_with(|c: char| c.is_ascii_alphabetic()).then(|| {
+            format!("compute it in a rung above, `MATH negated = {word}`, and give `negated`")
+        }),
+    }
+}
+
+/// Whether a word has no index, or exactly one at its end.
+fn is_indexed_once(word: &str) -> bool {
+    match word.split_once(['[', ']']) {
+        None => true,
+        Some((name, _)) => {
+            let index = word[name.len()..].strip_prefix('[').and_then(|i| i.strip_suffix(']'));
+            index.is_some_and(|index| !index.is_empty() && !index.contains(['[', ']']))
+        }
+    }
+}
+
+/// Converts a constant to the parameter's type; a name stays as it is.
+fn typed(kind: Kind, atom: Atom) -> Result<Atom, Box<Finding>> {
+    let wanted = kind.wanted();
+    let kind_of = match (&atom.kind, wanted) {
+        (AtomKind::Name(_), _)
+        | (AtomKind::Integer(_) | AtomKind::Duration(_), Wanted::Whole)
+        | (AtomKind::Real(_), Wanted::Real) => return Ok(atom),
+        (AtomKind::Integer(n) | AtomKind::Duration(n), Wanted::Real) => {
+            AtomKind::Real(Real::nearest(*n))
+        }
+        (AtomKind::Integer(_) | AtomKind::Duration(_) | AtomKind::Real(_), _) => {
+            let message = format!("`{atom}` is a constant, not {}", kind.words());
+            let finding = Finding::new(Code::TemplateArgument, atom.span, message);
+            let finding = finding.label(format!("{} belongs here", kind.words()));
+            return Err(Box::new(finding.help(format!("for example `\"{}\"`", kind.example()))));
+        }
+    };
+    Ok(Atom { kind: kind_of, span: atom.span })
+}
+
+/// The nesting depth of contacts.
+fn depth(contact: &Contact) -> u32 {
+    match contact {
+        Contact::Bit(_) | Contact::Compare(..) => 1,
+        Contact::Not(inner, _) | Contact::Edge(_, inner, _) => 1 + depth(inner),
+        Contact::All(items, _) | Contact::Any(items, _) => {
+            1 + items.iter().map(depth).max().unwrap_or(0)
+        }
+    }
+}
+
+impl Given {
+    /// Contacts as an argument.
+    pub fn contacts(contact: Contact) -> Given {
+        let depth = depth(&contact);
+        Given::Contacts(contact, depth)
+    }
+
+    /// Its place.
+    pub fn span(&self) -> Span {
+        match self {
+            Given::Contacts(contact, _) => contact.span(),
+            Given::Atom(atom) => atom.span,
+        }
+    }
+}
+
+impl std::fmt::Display for Given {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Given::Contacts(contact, _) => contact.fmt(f),
+            Given::Atom(atom) => atom.fmt(f),
+        }
+    }
+}
+
+/// The same contacts with different places, which `place` returns.
+pub fn moved(contact: &Contact, place: &mut dyn FnMut(Span) -> Span) -> Contact {
+    let mut all = |items: &[Contact]| items.iter().map(|item| moved(item, place)).collect();
+    match contact {
+        Contact::Bit(name) => {
+            Contact::Bit(Located { value: name.value.clone(), span: place(name.span) })
+        }
+        Contact::Not(inner, span) => Contact::Not(Box::new(moved(inner, place)), place(*span)),
+        Contact::All(items, span) => Contact::All(all(items), place(*span)),
+        Contact::Any(items, span) => Contact::Any(all(items), place(*span)),
+        Contact::Edge(edge, inner, span) => {
+            Contact::Edge(*edge, Box::new(moved(inner, place)), place(*span))
+        }
+        Contact::Compare(a, comparison, b, span) => {
+            let (a, b) = (moved_atom(a, place), moved_atom(b, place));
+            Contact::Compare(a, *comparison, b, place(*span))
+        }
+    }
+}
+
+/// The same name or constant with a different place, which `place` returns.
+pub fn moved_atom(atom: &Atom, place: &mut dyn FnMut(Span) -> Span) -> Atom {
+    Atom { kind: atom.kind.clone(), span: place(atom.span) }
+}

@@ -1,0 +1,353 @@
+//! Rewrites the parts of a template for one of its uses: with arguments instead of parameters, and
+//! with the whole names of its own tags.
+//!
+//! Works on parsed parts, never on text, so that an argument cannot merge with the text around it.
+//! Every place gets the layer of the use; an argument gets a layer for each place of its parameter.
+//! Called by `expand`.
+
+use std::collections::HashMap;
+
+use super::declared::{Declared, base};
+use super::given::{Given, moved, moved_atom};
+use super::kind::{Kind, Wanted};
+use super::room::Room;
+use crate::resolve::layers::Layers;
+use crate::source::atom::{Atom, AtomKind};
+use crate::source::contact::Contact;
+use crate::source::expression::{Expression, Formula, Part, PartKind};
+use crate::source::finding::{Code, Finding};
+use crate::source::instruction::{Instruction, Operand};
+use crate::source::span::{FileId, Located, Span};
+pub use rungd_engine::isa::{Mnemonic, Spec};
+
+/// A use while it is expanded.
+pub(super) struct Instance<'t> {
+    pub of: &'t Declared<'t>,
+    /// Its layer.
+    pub layer: FileId,
+    /// Its whole name: `p1.lamp`.
+    pub name: String,
+    /// The prefix of its rungs' names: `p1/lamp/`.
+    pub path: String,
+    /// The arguments, by the names of the parameters.
+    pub given: HashMap<&'t str, Given>,
+    /// Names of warnings that the use and the uses around it silence.
+    pub allow: Vec<crate::source::reader::Text>,
+}
+
+/// Rewrites parts of a template for one use.
+pub(super) struct Rewrite<'r, 't> {
+    pub instance: &'r Instance<'t>,
+    pub layers: &'r mut Layers,
+    pub room: &'r mut Room,
+    pub findings: &'r mut Vec<Finding>,
+}
+
+/// Maximum nesting depth of contacts with their arguments.
+const DEPTH_MAX: u32 = 100;
+
+impl<'t> Rewrite<'_, 't> {
+    /// A place, in the layer of the use.
+    pub fn place(&self, span: Span) -> Span {
+        Span { file: self.instance.layer, ..span }
+    }
+
+    fn find(&mut self, code: Code, at: Span, message: String, help: String) {
+        self.findings.push(Finding::new(code, at, message).help(help));
+    }
+
+    /// The whole name of an own tag or of an inner use; any other name is unchanged.
+    pub fn whole(&self, name: &str) -> String {
+        match self.instance.of.own.contains(base(name).0) {
+            true => format!("{}.{name}", self.instance.name),
+            false => name.to_owned(),
+        }
+    }
+
+    /// If a name is a parameter: the parameter's name, its type, and the rest of the name behind
+    /// it; `Err` if the name has a mistake, which is reported.
+    fn argument<'n>(
+        &mut self,
+        name: &'n str,
+        at: Span,
+        wanted: Wanted,
+    ) -> Option<Result<(&'t str, Kind, &'n str), ()>> {
+        let (parameter, behind) = base(name);
+        let (own, kind) = self.instance.of.parameter(parameter)?;
+        if !self.instance.given.contains_key(own) {
+            // Only a default names a parameter before its argument is known.
+            let message = format!("a default names the parameter `{own}`");
+            let help = "a default is a constant, or a name of the ladder".to_owned();
+            self.find(Code::TemplateParameter, at, message, help);
+            return Some(Err(()));
+        }
+        let fits = kind == Kind::Contact && wanted == Wanted::Bit && behind.is_empty();
+        if !fits && !kind.fits(wanted, !behind.is_empty()) {
+            self.unfit(name, at, (kind, wanted));
+            return Some(Err(()));
+        }
+        Some(Ok((own, kind, behind)))
+    }
+
+    /// Reports a parameter at a place that does not accept its type.
+    fn unfit(&mut self, name: &str, at: Span, (kind, wanted): (Kind, Wanted)) {
+        let (parameter, behind) = base(name);
+        let (message, help) = if !behind.is_empty() {
+            let message = format!("the parameter `{parameter}` is {}", kind.words());
+            (format!("{message}: it has no members"), format!("write `{parameter}`"))
+        } else {
+            let (is, not) = (kind.words(), wanted.words());
+            let message = format!("the parameter `{parameter}` is {is}, not {not}");
+            let help = match (kind, wanted.type_name()) {
+                (Kind::Contact, Some(name)) if wanted != Wanted::Bit => format!(
+                    "a parameter with contacts is accepted only in contacts; one here needs \
+                     `type = \"{name}\"`"
+                ),
+                (Kind::Contact, _) => {
+                    "a parameter with contacts is accepted only in contacts: OUT it to an own tag \
+                     with `type = \"bit\"`, and name that tag"
+                        .to_owned()
+                }
+                (Kind::Timer | Kind::Counter | Kind::Sensaphone, _)
+                    if matches!(wanted, Wanted::Bit | Wanted::Number | Wanted::Operand) =>
+                {
+                    format!("name a member of it: `{parameter}.Done`, `{parameter}.Acc`")
+                }
+                (_, Some(name)) => format!("a parameter here needs `type = \"{name}\"`"),
+                (_, None) => "a template names programs and tasks of the ladder".to_owned(),
+            };
+            (message, help)
+        };
+        self.find(Code::TemplateParameter, at, message, help);
+    }
+
+    /// The argument, in a layer for the place of its parameter.
+    fn atom_given(&mut self, own: &str, behind: &str, at: Span) -> Option<Atom> {
+        let Given::Atom(atom) = &self.instance.given[own] else { return None };
+        let layer = self.layers.add_atom(atom.span.file, at);
+        let mut atom = moved_atom(atom, &mut |span| Span { file: layer, ..span });
+        if let AtomKind::Name(name) = &mut atom.kind
+            && !behind.is_empty()
+        {
+            // `N,0` with a member is `N0.DN`.
+            *name = format!("{}{behind}", name.replace(',', ""));
+        }
+        Some(atom)
+    }
+
+    /// Rewrites a name that must stay a name; `None` if it has a mistake, which is reported.
+    fn name(&mut self, name: &Located<String>, wanted: Wanted) -> Option<Located<String>> {
+        let at = self.place(name.span);
+        if name.value.contains('[') {
+            return Some(Located { value: self.indexed(&name.value, at)?, span: at });
+        }
+        let Some(argument) = self.argument(&name.value, at, wanted) else {
+            return Some(Located { value: self.whole(&name.value), span: at });
+        };
+        let (own, _, behind) = argument.ok()?;
+        let atom = self.atom_given(own, behind, at)?;
+        let AtomKind::Name(value) = atom.kind else { return None };
+        Some(Located { value, span: atom.span })
+    }
+
+    /// Rewrites an element or slice: its array, and the index or ends in its brackets, may be
+    /// parameters.
+    fn indexed(&mut self, name: &str, at: Span) -> Option<String> {
+        let (array, rest) = name.split_once('[')?;
+        let array = self.named(array, at, Wanted::Array)?;
+        let mut ends = Vec::new();
+        for end in rest.trim_end_matches(']').split("..") {
+            ends.push(match end.starts_with(|c: char| c.is_ascii_digit() || c == '-') {
+                true => end.to_owned(),
+                false => self.named(end, at, Wanted::Whole)?,
+            });
+        }
+        Some(format!("{array}[{}]", ends.join("..")))
+    }
+
+    /// A name, or its argument if it is a parameter, as a text.
+    fn named(&mut self, name: &str, at: Span, wanted: Wanted) -> Option<String> {
+        let Some(argument) = self.argument(name, at, wanted) else { return Some(self.whole(name)) };
+        let (own, _, behind) = argument.ok()?;
+        self.atom_given(own, behind, at).map(|atom| atom.to_string())
+    }
+
+    pub fn atom(&mut self, atom: &Atom, wanted: Wanted) -> Option<Atom> {
+        let at = self.place(atom.span);
+        let AtomKind::Name(name) = &atom.kind else {
+            return Some(Atom { kind: atom.kind.clone(), span: at });
+        };
+        if name.contains('[') {
+            return Some(Atom { kind: AtomKind::Name(self.indexed(name, at)?), span: at });
+        }
+        match self.argument(name, at, wanted) {
+            None => Some(Atom { kind: AtomKind::Name(self.whole(name)), span: at }),
+            Some(argument) => {
+                let (own, _, behind) = argument.ok()?;
+                self.atom_given(own, behind, at)
+            }
+        }
+    }
+
+    /// Rewrites contacts in series; contacts with mistakes are left out.
+    pub fn contacts(&mut self, contacts: &[Contact]) -> Vec<Contact> {
+        contacts.iter().filter_map(|contact| self.contact(contact, 0)).collect()
+    }
+
+    /// Rewrites contacts; `depth` is the nesting depth of their place.
+    pub fn contact(&mut self, contact: &Contact, depth: u32) -> Option<Contact> {
+        self.room.take(1)?;
+        Some(match contact {
+            Contact::Bit(name) => return self.bit(name, depth),
+            Contact::Not(inner, span) => {
+                Contact::Not(Box::new(self.contact(inner, depth + 1)?), self.place(*span))
+            }
+            Contact::Edge(edge, inner, span) => {
+                let inner = Box::new(self.contact(inner, depth + 1)?);
+                Contact::Edge(*edge, inner, self.place(*span))
+            }
+            Contact::All(items, span) => Contact::All(self.all(items, depth)?, self.place(*span)),
+            Contact::Any(items, span) => Contact::Any(self.all(items, depth)?, self.place(*span)),
+            Contact::Compare(a, comparison, b, span) => {
+                let (a, b) = (self.atom(a, Wanted::Number), self.atom(b, Wanted::Number));
+                Contact::Compare(a?, *comparison, b?, self.place(*span))
+            }
+        })
+    }
+
+    fn all(&mut self, items: &[Contact], depth: u32) -> Option<Vec<Contact>> {
+        let all: Vec<Contact> =
+            items.iter().filter_map(|item| self.contact(item, depth + 1)).collect();
+        (all.len() == items.len()).then_some(all)
+    }
+
+    fn bit(&mut self, name: &Located<String>, depth: u32) -> Option<Contact> {
+        let at = self.place(name.span);
+        if let Some((own, Kind::Contact)) = self.instance.of.parameter(&name.value) {
+            self.argument(&name.value, at, Wanted::Bit)?.ok()?;
+            return self.contacts_given(own, at, depth);
+        }
+        self.name(name, Wanted::Bit).map(Contact::Bit)
+    }
+
+    /// The contacts of an argument, as if in parentheses.
+    fn contacts_given(&mut self, own: &str, at: Span, depth: u32) -> Option<Contact> {
+        let Given::Contacts(contact, deep) = &self.instance.given[own] else { return None };
+        if depth + deep > DEPTH_MAX {
+            let message = format!("more than {DEPTH_MAX} levels of parentheses and `!`");
+            let help = "give parts of it bits of their own, with OUT".to_owned();
+            self.find(Code::TemplateSize, at, message, help);
+            return None;
+        }
+        let (layers, room) = (&mut *self.layers, &mut *self.room);
+        let mut own_layers: HashMap<FileId, FileId> = HashMap::new();
+        let mut whole = true;
+        let mut place = |span: Span| {
+            whole &= room.take(1).is_some();
+            let layer = own_layers.entry(span.file);
+            let layer = *layer.or_insert_with(|| layers.add_contacts(span.file, at));
+            Span { file: layer, ..span }
+        };
+        let mut contact = moved(contact, &mut place);
+        if let Contact::All(_, span) | Contact::Any(_, span) = &mut contact {
+            // The quotes count as its parentheses.
+            *span = Span { start: span.start - 1, end: span.end + 1, ..*span };
+        }
+        whole.then_some(contact)
+    }
+
+    /// Rewrites an instruction; `None` if it has a mistake, which is reported.
+    pub fn instruction(&mut self, text: &Instruction) -> Option<Instruction> {
+        self.room.take(1 + text.operands.len())?;
+        let mnemonic =
+            Located { value: text.mnemonic.value.clone(), span: self.place(text.mnemonic.span) };
+        let spec = Mnemonic::from_name(&mnemonic.value).map(Mnemonic::spec);
+        let mut positional = 0;
+        let mut operands = Vec::new();
+        for operand in &text.operands {
+            let wanted = wanted(spec, operand, positional);
+            positional += usize::from(operand.key.is_none());
+            operands.push(self.operand(operand, wanted));
+        }
+        let formula = match &text.formula {
+            Some(formula) => Some(self.formula(formula)?),
+            None => None,
+        };
+        let operands = operands.into_iter().collect::<Option<Vec<_>>>()?;
+        Some(Instruction { span: self.place(text.span), mnemonic, operands, formula })
+    }
+
+    fn operand(&mut self, operand: &Operand, wanted: Option<Wanted>) -> Option<Operand> {
+        let key = operand.key.as_ref();
+        let key = key.map(|key| Located { value: key.value.clone(), span: self.place(key.span) });
+        let value = match wanted {
+            Some(wanted) => self.atom(&operand.value, wanted)?,
+            None => moved_atom(&operand.value, &mut |span| self.place(span)),
+        };
+        Some(Operand { span: self.place(operand.span), key, value })
+    }
+
+    fn formula(&mut self, formula: &Formula) -> Option<Formula> {
+        self.room.take(formula.expression.parts.len())?;
+        let wanted = if formula.index.is_some() { Wanted::Array } else { Wanted::Target };
+        let target = self.name(&formula.target, wanted);
+        let index = match &formula.index {
+            Some(index) => Some(self.expression(index)?),
+            None => None,
+        };
+        let expression = self.expression(&formula.expression);
+        Some(Formula { target: target?, index, expression: expression? })
+    }
+
+    fn expression(&mut self, expression: &Expression) -> Option<Expression> {
+        let parts = expression.parts.iter().map(|part| self.part(part));
+        // Rewrites all parts first, so that every mistake is reported.
+        let parts: Vec<Option<Part>> = parts.collect();
+        let parts = parts.into_iter().collect::<Option<Vec<_>>>()?;
+        Some(Expression { parts })
+    }
+
+    fn part(&mut self, part: &Part) -> Option<Part> {
+        let span = self.place(part.span);
+        let kind = match &part.kind {
+            PartKind::Name(name) => {
+                let atom = Atom { kind: AtomKind::Name(name.clone()), span: part.span };
+                // Some functions take whole arrays; the resolver checks that.
+                let wanted = match self.instance.of.parameter(name) {
+                    Some((_, Kind::Array)) => Wanted::Array,
+                    Some(_) | None => Wanted::Operand,
+                };
+                let atom = self.atom(&atom, wanted)?;
+                let kind = match atom.kind {
+                    AtomKind::Name(name) => PartKind::Name(name),
+                    AtomKind::Integer(n) | AtomKind::Duration(n) => PartKind::Integer(n.into()),
+                    AtomKind::Real(real) => PartKind::Real(real),
+                };
+                return Some(Part { kind, span: atom.span });
+            }
+            PartKind::Element(name) => PartKind::Element(self.name(name, Wanted::Array)?),
+            PartKind::Integer(n) => PartKind::Integer(*n),
+            PartKind::Real(real) => PartKind::Real(*real),
+            PartKind::Unary(operator) => PartKind::Unary(*operator),
+            PartKind::Binary(operator, sign) => PartKind::Binary(*operator, self.place(*sign)),
+            PartKind::Call(name, count) => {
+                let name = Located { value: name.value.clone(), span: self.place(name.span) };
+                PartKind::Call(name, *count)
+            }
+        };
+        Some(Part { kind, span })
+    }
+}
+
+/// The kind of operand that is required; `None` for a Stage.
+fn wanted(spec: Option<&'static Spec>, operand: &Operand, positional: usize) -> Option<Wanted> {
+    let Some(spec) = spec else { return Some(Wanted::Any) };
+    let row = match &operand.key {
+        Some(key) => spec.operands.iter().find(|row| row.key == Some(key.value.as_str())),
+        None => {
+            let rows = || spec.operands.iter().filter(|row| row.key.is_none());
+            rows().nth(positional).or(rows().next_back())
+        }
+    };
+    row.map_or(Some(Wanted::Any), |row| Wanted::of(row.kind))
+}

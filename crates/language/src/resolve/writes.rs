@@ -1,0 +1,110 @@
+//! What an instruction writes, and the structure, block and Stages that it names.
+//!
+//! The roles of its operands say it. The changes of the members of its own structure are not
+//! listed. Called by the checks, by `lower`, and for retentive memory. `reads` is the counterpart.
+
+use super::array::Array;
+use super::instruction::{Instruction, OperandValue, Value};
+use crate::source::span::Located;
+use rungd_engine::isa::{Address, Bit, BlockId, OperandRole, StageId, Structure, Word};
+
+/// The operand that an instruction writes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum WrittenOperand {
+    /// A bit.
+    Bit(Bit),
+    /// A word.
+    Word(Word),
+    /// One element of an array, or all elements.
+    Array(Array),
+}
+
+impl Instruction {
+    /// The operand that it writes.
+    pub fn written(&self) -> Option<Located<WrittenOperand>> {
+        let operand = self.operands.0.iter().find(|operand| operand.row.role.writes())?;
+        let value = match operand.value {
+            OperandValue::Bit(bit) => WrittenOperand::Bit(bit),
+            OperandValue::Word(word) => WrittenOperand::Word(word),
+            OperandValue::Array(array) => WrittenOperand::Array(array),
+            OperandValue::Element(element) => WrittenOperand::Array(element.array),
+            OperandValue::Run(run) => WrittenOperand::Array(run.array),
+            OperandValue::Value(_)
+            | OperandValue::Structure(_)
+            | OperandValue::Block(_)
+            | OperandValue::Stage(_) => return None,
+        };
+        Some(Located { value, span: operand.span })
+    }
+
+    /// The bit that it writes: a coil's, the output of a delay timer, or the target of a MATH.
+    pub fn written_bit(&self) -> Option<Located<Bit>> {
+        let Located { value, span } = self.written()?;
+        match value {
+            WrittenOperand::Bit(value) => Some(Located { value, span }),
+            WrittenOperand::Word(_) | WrittenOperand::Array(_) => None,
+        }
+    }
+
+    /// The array in which it writes one element or all elements.
+    pub fn written_array(&self) -> Option<Array> {
+        match self.written()?.value {
+            WrittenOperand::Array(array) => Some(array),
+            WrittenOperand::Bit(_) | WrittenOperand::Word(_) => None,
+        }
+    }
+
+    /// The bits of the array in which it writes one bit or all bits.
+    pub fn written_bits(&self) -> impl Iterator<Item = Bit> + use<> {
+        let array = self.written_array().into_iter();
+        array.flat_map(|array| array.addresses()).filter_map(|address| match address {
+            Address::Bit(bit) => Some(bit),
+            Address::Word(_) | Address::Structure(_) => None,
+        })
+    }
+
+    /// The bit that it writes ON and OFF at every execution, if it is a driver.
+    pub fn driven(&self) -> Option<Located<Bit>> {
+        self.operand_with(OperandRole::Drives)
+    }
+
+    /// The structure that it names.
+    pub fn structure(&self) -> Option<Structure> {
+        self.first_operand().map(|structure| structure.value)
+    }
+
+    /// The structure that it owns: a structure has one owner in a program.
+    pub fn owned(&self) -> Option<Structure> {
+        self.operand_with(OperandRole::Owns).map(|structure| structure.value)
+    }
+
+    /// The Sensaphone counter that it owns.
+    pub fn owned_sensaphone(&self) -> Option<Structure> {
+        self.owned().filter(|structure| matches!(structure, Structure::Sensaphone(_)))
+    }
+
+    /// The preset of the structure that it owns, if there is one preset.
+    pub fn preset(&self) -> Option<Located<Value>> {
+        self.operands.get("preset")
+    }
+
+    /// The block that it starts, stops or enables.
+    pub fn target_block(&self) -> Option<Located<BlockId>> {
+        self.first_operand()
+    }
+
+    /// The Stages that it turns ON.
+    pub fn stages_entered(&self) -> impl Iterator<Item = StageId> {
+        let entered =
+            self.operands_with(OperandRole::Enters).chain(self.operands_with(OperandRole::Starts));
+        entered.map(|stage| stage.value)
+    }
+
+    /// Whether an operand or its target is an element that is selected at run time.
+    pub fn has_elements(&self) -> bool {
+        let is_element = |operand| {
+            matches!(operand, OperandValue::Element(_) | OperandValue::Value(Value::Element(_)))
+        };
+        self.formulas().count() > 1 || self.operands.each().any(|(_, operand)| is_element(operand))
+    }
+}

@@ -1,0 +1,218 @@
+//! Helps for text that has no meaning in a contact: sums, functions, and the signs of other
+//! notations.
+//!
+//! Called by `contact_lexer` and `contact_parser` when a text cannot be read. Each help shows text
+//! that can be pasted as it is, with the author's own names and numbers.
+
+use super::contact_dialects::foreign;
+use super::contact_signs::SIGNS_ALONE;
+use super::finding::{Code, Finding};
+use super::span::Span;
+use rungd_engine::isa::address_text::{self, AddressError};
+pub use rungd_engine::isa::function::ResultType;
+pub use rungd_engine::isa::{Function, MemorySizes, decimal_comma};
+
+/// The signs of compares, the longer ones first.
+const COMPARES: [&str; 6] = ["==", "!=", "<=", ">=", "<", ">"];
+
+/// The finding for the character at `at`, with which no contact can begin.
+pub(super) fn stray(text: &str, at: usize, span: Span) -> Finding {
+    let (before, rest) = (text[..at].trim(), &text[at..]);
+    let first = rest.chars().next().unwrap_or(' ');
+    let behind = rest[first.len_utf8()..].trim();
+    let place = span.part(at, at + first.len_utf8());
+    let finding = |message: String, place| Finding::new(Code::ContactSyntax, place, message);
+    if let Some((wrong, right)) = doubled(rest) {
+        let two = span.part(at, at + wrong.len());
+        return finding(format!("`{wrong}` is written `{right}`"), two)
+            .help(format!("write `{right}`"));
+    }
+    let is_sum = is_value_end(before) && !behind.is_empty();
+    let is_compared = COMPARES.iter().any(|sign| text.contains(sign));
+    match first {
+        '=' => finding("`=` is written `==`".into(), place).help("write `==`"),
+        '+' if !is_sum && behind.starts_with(|c: char| c.is_ascii_digit()) => {
+            finding("a number has no `+`".into(), place).help("take the `+` away")
+        }
+        '+' if rest[1..].starts_with(|c: char| c.is_ascii_digit()) && is_after_compare(before) => {
+            finding("a number has no `+`".into(), place).help("take the `+` away")
+        }
+        '%' if !is_sum => finding("`%` belongs to no contact".into(), place)
+            .help("addresses go without `%`: `X0`, `Y0`, `C0`, `D0`"),
+        '+' | '-' | '*' | '%' => {
+            finding(format!("`{first}` in a contact"), place).help(computed(text, at))
+        }
+        '/' | '^' if is_sum && is_compared => {
+            finding(format!("`{first}` in a contact"), place).help(computed(text, at))
+        }
+        '/' | '~' | '^' => finding(format!("`{first}` does not negate a contact"), place)
+            .help(negated(before, behind)),
+        ',' => foreign(text, span).unwrap_or_else(|| comma(text, at, place)),
+        c if c.is_alphabetic() => finding(format!("`{c}` belongs to no name"), place)
+            .help("names are of the letters A to Z and a to z, digits and `_`: `groesse`"),
+        '"' | '\'' => finding(format!("`{first}` belongs to no contact"), place)
+            .help("a name has no quotes of its own: `X0`"),
+        _ => finding(format!("`{}` belongs to no contact", first.escape_debug()), place)
+            .help(notation(first)),
+    }
+}
+
+/// The two-character sign of a different notation at the start of a text, and the right sign.
+fn doubled(rest: &str) -> Option<(&'static str, &'static str)> {
+    const SIGNS: [(&str, &str); 5] =
+        [("&&", "&"), ("||", "|"), ("<>", "!="), ("=>", ">="), ("=<", "<=")];
+    SIGNS.into_iter().find(|(wrong, _)| rest.starts_with(wrong))
+}
+
+/// Whether a text ends with a value, so that an operator may follow.
+fn is_value_end(text: &str) -> bool {
+    text.ends_with(|c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | ')' | ']'))
+}
+
+fn is_after_compare(before: &str) -> bool {
+    before.ends_with(['=', '<', '>'])
+}
+
+/// The help for a text that is no contact.
+const CONTACT_FORMS: &str =
+    "a contact is a bit, a compare or an edge: `X0`, `!X0`, `D0 > 3`, `rise(X0)`";
+
+/// The help for a character that contacts never contain.
+fn notation(first: char) -> &'static str {
+    match first {
+        '[' | ']' => "contacts go without brackets; an index follows its name: `recipe[3]`",
+        ';' => "contacts in series are strings of their own: `[\"X0\", \"X1\"]`",
+        '.' => "a member follows its name without a space: `T0.Done`; a real begins with a digit",
+        ':' => "take it away; a duration reads `1m30s`",
+        _ => CONTACT_FORMS,
+    }
+}
+
+/// The help for contacts with no sign between them.
+pub(super) fn in_series(before: &str, behind: &str) -> String {
+    let is_name = |word: &str| word.chars().all(|c| c.is_ascii_alphanumeric() || "_.$".contains(c));
+    let begins = behind.trim_start_matches(['!', '(', '$']);
+    let is_contact = begins.starts_with(|c: char| c.is_ascii_alphanumeric());
+    if !is_contact || !is_balanced(before) || !is_balanced(behind) {
+        return CONTACT_FORMS.to_owned();
+    }
+    let parts: Vec<&str> = match behind.split_whitespace().all(is_name) {
+        true => std::iter::once(before).chain(behind.split_whitespace()).collect(),
+        false => vec![before, behind],
+    };
+    format!("contacts in series are strings of their own: `\"{}\"`", parts.join("\", \""))
+}
+
+fn is_balanced(text: &str) -> bool {
+    text.matches('(').count() == text.matches(')').count()
+}
+
+fn negated(before: &str, behind: &str) -> String {
+    match before.is_empty() || before.ends_with(['&', '|', '(', '!']) {
+        true => format!("write `!{behind}`"),
+        false => {
+            format!("contacts in series are strings of their own: `\"{before}\", \"!{behind}\"`")
+        }
+    }
+}
+
+/// The finding for a comma: a decimal comma in a number, or a comma between contacts.
+fn comma(text: &str, at: usize, place: Span) -> Finding {
+    let digits = |c: char| c.is_ascii_digit();
+    let whole = text[..at].trim_end_matches(digits);
+    let fraction = text[at + 1..].starts_with(digits);
+    let number = whole.len() < at && whole.ends_with([' ', '=', '<', '>', '-']);
+    let behind = &text[at + 1..];
+    let unit = behind.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(behind.len());
+    let written = &text[whole.len()..at + 1 + unit];
+    if let Some(right) = decimal_comma::corrected(written).filter(|_| number && fraction) {
+        let right = format!("{whole}{right}{}", &behind[unit..]);
+        let finding = Finding::new(Code::ContactSyntax, place, "a decimal comma in a number");
+        return finding.help(format!("write `{}`", right.trim()));
+    }
+    Finding::new(Code::ContactSyntax, place, "a comma in a contact")
+        .help("contacts in series are strings of their own: `[\"X0\", \"X1\"]`")
+}
+
+/// The help for a function in a contact.
+pub(super) fn called(text: &str, at: usize) -> Option<String> {
+    let name = text[at..].split('(').next()?.trim().to_ascii_lowercase();
+    Function::from_name(&name).map(|_| computed(text, at))
+}
+
+/// The help for a sum or a function at a place of a contact: MATH computes it in an earlier rung.
+pub(super) fn computed(text: &str, at: usize) -> String {
+    let start = text[..at].rfind(['&', '|']).map_or(0, |sign| sign + 1);
+    let end = text[at..].find(['&', '|']).map_or(text.len(), |sign| at + sign);
+    let (piece, at) = (&text[start..end], at - start);
+    let skipped = piece.len() - piece.trim_start_matches([' ', '!']).len();
+    let (piece, at) = (&piece[skipped..], at.saturating_sub(skipped));
+    let sign = COMPARES.iter().find_map(|sign| Some((*sign, piece.find(sign)?)));
+    let (formula, compare) = match sign {
+        _ if !is_balanced(piece) => ("…".to_owned(), "result > …".to_owned()),
+        // A compare within parentheses, as of `rise(…)`.
+        Some((_, middle)) if !is_balanced(&piece[..middle]) => {
+            ("…".to_owned(), "result > …".to_owned())
+        }
+        None => (piece.trim().to_owned(), "result != 0".to_owned()),
+        Some((sign, middle)) => {
+            let (left, right) = (piece[..middle].trim(), piece[middle + sign.len()..].trim());
+            match at < middle {
+                true => (left.to_owned(), format!("result {sign} {right}")),
+                false => (right.to_owned(), format!("{left} {sign} result")),
+            }
+        }
+    };
+    computed_as(&formula, &compare)
+}
+
+/// The help for a word with a mask: MATH computes it, and in conditions of tests a `&` in
+/// parentheses.
+pub(super) fn masked(formula: &str, compare: &str, has_sums: bool) -> String {
+    match has_sums {
+        true if formula.contains('|') => SIGNS_ALONE.to_owned(),
+        true => format!("write `({formula}) {compare}`"),
+        false => computed_as(formula, &format!("result {compare}")),
+    }
+}
+
+/// As [`computed`], for a known formula and the compare of its result.
+fn computed_as(formula: &str, compare: &str) -> String {
+    let kind = if is_real(formula) { "real" } else { "int" };
+    format!(
+        "contacts compute nothing: declare `result = {{ type = \"{kind}\" }}` under [tags], write \
+         `MATH result = {formula}` in a rung before, and `{compare}` here"
+    )
+}
+
+/// Whether the text of a formula shows a real: `1.5`, `sqrt(…)`.
+fn is_real(formula: &str) -> bool {
+    let bytes = formula.as_bytes();
+    let digit = |at: usize| bytes.get(at).is_some_and(u8::is_ascii_digit);
+    let point = formula.match_indices('.').any(|(at, _)| at > 0 && digit(at - 1) && digit(at + 1));
+    let function = formula.split('(').next().and_then(|name| Function::from_name(name.trim()));
+    point || function.is_some_and(|function| function.spec().result == ResultType::Real)
+}
+
+/// The help for an address in two words: `X 0`.
+pub(super) fn split_address(before: &str, behind: &str) -> Option<String> {
+    let letters = before.rsplit([' ', '(', '!', '&', '|']).next()?;
+    let number = behind.split(|c: char| !c.is_ascii_digit()).next()?;
+    if letters.is_empty() || number.is_empty() {
+        return None;
+    }
+    let address = format!("{letters}{number}");
+    match address_text::parse(&address, &MemorySizes::default()) {
+        Ok(_) => Some(format!("an address is one word: `{address}`")),
+        Err(AddressError::Case(right) | AddressError::LeadingZero(right)) => {
+            Some(format!("an address is one word: `{right}`"))
+        }
+        Err(
+            AddressError::NotAnAddress
+            | AddressError::BeyondMemory { .. }
+            | AddressError::UnknownMember(_)
+            | AddressError::UnknownNickname
+            | AddressError::SensaphoneElement,
+        ) => None,
+    }
+}

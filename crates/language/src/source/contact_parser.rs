@@ -1,0 +1,494 @@
+//! The grammar of contacts: a Pratt parser over the tokens of one string.
+//!
+//! Called by `rung`, and by `sum_parser` for the conditions of tests, whose compares may have sums.
+//! `!` binds tighter than `&`, and `&` tighter than `|`; the operands of a compare are values, not
+//! contacts. Nesting is limited, so that no input can exhaust the stack.
+
+use super::atom::{Atom, AtomKind};
+use super::contact::{Contact, Edge};
+use super::contact_dialects::foreign;
+use super::contact_habits::{called, computed, in_series, masked, split_address};
+use super::contact_lexer::{Parsed, Token, lex};
+use super::contact_signs::{self, SIGNS_ALONE};
+use super::contact_sum::SumSign;
+use super::finding::{Code, Finding};
+use super::nearest::did_you_mean;
+use super::span::{Located, Span};
+use rungd_engine::isa::dialects;
+
+/// Maximum nesting depth of parentheses and `!`.
+pub(super) const DEPTH_MAX: u32 = 32;
+
+/// Parses one string of a leg's array; `span` is its place, without the quotes.
+///
+/// # Errors
+/// The first mistake in it, with its exact place.
+pub fn parse(text: &str, span: Span) -> Result<Contact, Finding> {
+    parse_as(text, span)
+}
+
+/// As [`parse`], with any type of values in the compares.
+pub(super) fn parse_as<V: Compared>(text: &str, span: Span) -> Result<Contact<V>, Finding> {
+    let tokens = lex(text, span, V::HAS_SUMS)?;
+    let mut parser = Parser { text, span, tokens, at: 0, has_sums: V::HAS_SUMS };
+    if parser.tokens.is_empty() {
+        let finding = Finding::new(Code::ContactSyntax, span, "an empty contact");
+        return Err(finding.help(match V::HAS_SUMS {
+            true => "a contact is a bit, a compare or an edge: `X0`, `D0 > 3`, `rise(X0)`",
+            false => "take it away; a leg that is always ON is [\"$On\"]",
+        }));
+    }
+    let contact = parser.expression(BindingPower::Or, 0)?;
+    match parser.peek() {
+        None => Ok(contact),
+        Some((token, place)) => Err(parser.left_over(&token.clone(), place)),
+    }
+}
+
+/// A value in a compare.
+pub(super) trait Compared: From<Atom> + std::fmt::Display {
+    /// Whether the value may be a sum.
+    const HAS_SUMS: bool;
+
+    /// Its place.
+    fn span(&self) -> Span;
+
+    /// Reads a value, from the next token on.
+    fn read(parser: &mut Parser<'_>, depth: u32) -> Parsed<Self>;
+}
+
+impl Compared for Atom {
+    const HAS_SUMS: bool = false;
+
+    fn span(&self) -> Span {
+        self.span
+    }
+
+    fn read(parser: &mut Parser<'_>, _: u32) -> Parsed<Atom> {
+        match parser.next() {
+            Some((Token::Atom(atom), _)) => Ok(atom),
+            found => Err(parser.no_value(found)),
+        }
+    }
+}
+
+/// The binding power of an operator.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum BindingPower {
+    Or,
+    And,
+    Not,
+}
+
+/// The tokens of a string, and the place of the next one.
+pub(super) struct Parser<'a> {
+    pub(super) text: &'a str,
+    pub(super) span: Span,
+    pub(super) tokens: Vec<(Token, Span)>,
+    pub(super) at: usize,
+    has_sums: bool,
+}
+
+impl Parser<'_> {
+    pub(super) fn peek(&self) -> Option<(&Token, Span)> {
+        self.tokens.get(self.at).map(|(token, span)| (token, *span))
+    }
+
+    pub(super) fn next(&mut self) -> Option<(Token, Span)> {
+        let token = self.tokens.get(self.at).cloned();
+        self.at += usize::from(token.is_some());
+        token
+    }
+
+    pub(super) fn take(&mut self, wanted: &Token) -> Option<Span> {
+        let (token, span) = self.peek()?;
+        if token != wanted {
+            return None;
+        }
+        self.at += 1;
+        Some(span)
+    }
+
+    /// The place after the last byte.
+    pub(super) fn end(&self) -> Span {
+        Span { start: self.span.end, ..self.span }
+    }
+
+    fn expression<V: Compared>(&mut self, least: BindingPower, depth: u32) -> Parsed<Contact<V>> {
+        let mut left = self.operand(depth)?;
+        let mut open = None;
+        while let Some(power) = self.infix().filter(|power| *power >= least) {
+            self.at += 1;
+            let above =
+                if power == BindingPower::Or { BindingPower::And } else { BindingPower::Not };
+            let right = self.expression(above, depth)?;
+            left = join(left, power, right, open == Some(power));
+            open = Some(power);
+        }
+        Ok(left)
+    }
+
+    fn infix(&self) -> Option<BindingPower> {
+        match self.peek()?.0 {
+            Token::And => Some(BindingPower::And),
+            Token::Or => Some(BindingPower::Or),
+            Token::Atom(_)
+            | Token::Not
+            | Token::Open
+            | Token::Close
+            | Token::Compare(_)
+            | Token::Sign(_) => None,
+        }
+    }
+
+    /// Whether a sum begins with the token that was read last.
+    pub(super) fn begins_sum(&self) -> bool {
+        let last = self.at.saturating_sub(1);
+        let behind = match self.tokens.get(last) {
+            Some((Token::Atom(_), _)) => self.at,
+            Some((Token::Open, _)) => self.behind_close(last),
+            Some(_) | None => return false,
+        };
+        match self.tokens.get(behind) {
+            Some((Token::Sign(_), _)) => true,
+            Some((Token::Compare(_), _)) => behind > self.at,
+            Some(_) | None => false,
+        }
+    }
+
+    /// The index of the token behind the `)` that closes the `(` at `open`.
+    fn behind_close(&self, open: usize) -> usize {
+        let mut depth = 0;
+        for (at, (token, _)) in self.tokens.iter().enumerate().skip(open) {
+            depth += i32::from(*token == Token::Open) - i32::from(*token == Token::Close);
+            if depth == 0 {
+                return at + 1;
+            }
+        }
+        self.tokens.len()
+    }
+
+    /// Reads the element `one` of the grammar: `!` with an operand, parentheses, an edge, a compare
+    /// or a bit.
+    fn operand<V: Compared>(&mut self, depth: u32) -> Parsed<Contact<V>> {
+        let Some((token, span)) = self.next() else {
+            return Err(self.error(self.end(), "a contact is missing here"));
+        };
+        if depth >= DEPTH_MAX {
+            let message = format!("more than {DEPTH_MAX} levels of parentheses and `!`");
+            let finding = Finding::new(Code::ContactSyntax, span, message);
+            return Err(finding.help("give parts of it bits of their own, with OUT"));
+        }
+        if V::HAS_SUMS && self.begins_sum() {
+            self.at -= 1;
+            let left = V::read(self, depth)?;
+            return self.compared(left, depth);
+        }
+        match token {
+            Token::Not => self.negation(span, depth),
+            Token::Open => self.group(span, depth),
+            Token::Atom(atom) => self.atom(atom, depth),
+            Token::Compare(comparison) => {
+                let message = format!("a value is missing before `{}`", comparison.sign());
+                Err(self.error(span, message))
+            }
+            Token::Close => Err(self.error(span, "`)` closes nothing, or is too early")),
+            Token::Sign(_) => Err(self.no_value(Some((token, span)))),
+            Token::And | Token::Or => Err(self
+                .error(span, "a contact is missing before this")
+                .help("a contact stands on each side of it: `X0 & X1`")),
+        }
+    }
+
+    fn negation<V: Compared>(&mut self, span: Span, depth: u32) -> Parsed<Contact<V>> {
+        // `!D0 == 3` would read as "not D0, equals 3".
+        if let [(Token::Atom(a), _), (Token::Compare(sign), _), (Token::Atom(b), end), ..] =
+            &self.tokens[self.at..]
+        {
+            let whole = span.to(*end);
+            let finding = Finding::new(
+                Code::ContactSyntax,
+                whole,
+                format!("`!` binds tighter than `{}`", sign.sign()),
+            );
+            let (written, negated) = (sign.sign(), sign.negated().sign());
+            return Err(finding
+                .label(format!("this would compare `!{a}`"))
+                .help(format!("write `!({a} {written} {b})`, or `{a} {negated} {b}`")));
+        }
+        let begin = self.at;
+        let inner = self.operand(depth + 1)?;
+        let whole = span.to(inner.span());
+        // `!D0 + 1 == 3` would read in the same way. A compare in parentheses is right; its place
+        // begins behind the `(`.
+        if let Contact::Compare(..) = inner
+            && self.tokens.get(begin).is_some_and(|(_, first)| first.start == inner.span().start)
+        {
+            let finding = self.error(whole, "`!` binds tighter than a compare");
+            return Err(finding.help(format!("write `!({inner})`")));
+        }
+        Ok(Contact::Not(Box::new(inner), whole))
+    }
+
+    fn group<V: Compared>(&mut self, open: Span, depth: u32) -> Parsed<Contact<V>> {
+        let (mut inner, close) = self.closed(open, depth)?;
+        if let Contact::Not(_, span) | Contact::All(_, span) | Contact::Any(_, span) = &mut inner {
+            *span = open.to(close);
+        }
+        Ok(inner)
+    }
+
+    /// Reads contacts and the `)` that closes them; also returns the place of the `)`.
+    fn closed<V: Compared>(&mut self, open: Span, depth: u32) -> Parsed<(Contact<V>, Span)> {
+        let inner = self.expression(BindingPower::Or, depth + 1)?;
+        Ok((inner, self.close(open)?))
+    }
+
+    /// Reads the `)` that closes the `(` at `open`; returns its place.
+    pub(super) fn close(&mut self, open: Span) -> Parsed<Span> {
+        if let Some(close) = self.take(&Token::Close) {
+            return Ok(close);
+        }
+        let finding = match self.peek() {
+            Some((token, place)) => self.left_over(&token.clone(), place),
+            None => self.error(self.end(), "`)` is missing"),
+        };
+        Err(finding.related(open, "opened here"))
+    }
+
+    fn atom<V: Compared>(&mut self, atom: Atom, depth: u32) -> Parsed<Contact<V>> {
+        if let Some((Token::Open, _)) = self.peek()
+            && let Some(name) = atom.name()
+        {
+            let name = name.to_owned();
+            return self.edge(&name, atom.span, depth);
+        }
+        if let Some((Token::Compare(_), _)) = self.peek() {
+            return self.compared(V::from(atom), depth);
+        }
+        match atom.kind {
+            AtomKind::Name(value) => Ok(Contact::Bit(Located { value, span: atom.span })),
+            AtomKind::Integer(_) | AtomKind::Duration(_) | AtomKind::Real(_) => {
+                if let Some(finding) = self.mask(&atom, V::HAS_SUMS) {
+                    return Err(finding);
+                }
+                let message = format!("`{atom}` is a number, not a contact");
+                let finding = Finding::new(Code::ContactSyntax, atom.span, message);
+                Err(finding.help(format!("compare it with something: `D0 == {atom}`")))
+            }
+        }
+    }
+
+    /// The finding for a number that was just read, if `&` or `|` joins it with a word.
+    fn mask(&self, number: &Atom, has_sums: bool) -> Option<Finding> {
+        let read = &self.tokens[..self.at];
+        let [.., (Token::Atom(word), _), (Token::And | Token::Or, sign), _] = read else {
+            return None;
+        };
+        let text = |span: Span| {
+            &self.text
+                [(span.start - self.span.start) as usize..(span.end - self.span.start) as usize]
+        };
+        let (written, sign) = (text(number.span), text(*sign));
+        let behind = self.tokens[self.at..].iter().map(|(token, _)| token);
+        let mut behind = behind.skip_while(|token| **token == Token::Close);
+        let compare = match (behind.next(), behind.next()) {
+            (Some(Token::Compare(how)), Some(Token::Atom(atom))) => {
+                format!("{} {atom}", how.sign())
+            }
+            _ => "!= 0".to_owned(),
+        };
+        let help = masked(&format!("{} {sign} {written}", word.name()?), &compare, has_sums);
+        let finding = self.error(number.span, format!("`{written}` is a number, not a contact"));
+        Some(finding.help(help))
+    }
+
+    fn edge<V: Compared>(&mut self, word: &str, span: Span, depth: u32) -> Parsed<Contact<V>> {
+        let edge = match word {
+            "rise" => Edge::Rise,
+            "fall" => Edge::Fall,
+            _ => {
+                let message = format!("`{word}` cannot have parentheses after it");
+                let finding = Finding::new(Code::ContactSyntax, span, message);
+                if let Some(finding) = foreign(self.text, self.span) {
+                    return Err(finding);
+                }
+                if let Some(help) = called(self.text, (span.start - self.span.start) as usize) {
+                    return Err(finding.help(if V::HAS_SUMS { SIGNS_ALONE } else { &help }));
+                }
+                return Err(finding.help(match word.to_ascii_lowercase().as_str() {
+                    "rise" => "write `rise(…)`".to_owned(),
+                    "fall" => "write `fall(…)`".to_owned(),
+                    "not" => "write `!(…)`".to_owned(),
+                    word => did_you_mean(word, ["rise", "fall"])
+                        .unwrap_or_else(|| "only `rise(…)` and `fall(…)` have".to_owned()),
+                }));
+            }
+        };
+        let open = self.peek().map_or(self.end(), |(_, place)| place);
+        self.at += 1;
+        if let Some((Token::Close, place)) = self.peek() {
+            let message = format!("`{word}()` has no contact");
+            return Err(self.error(place, message).help(format!("write `{word}(X0)`")));
+        }
+        let (inner, close) = self.closed(open, depth)?;
+        Ok(Contact::Edge(edge, Box::new(inner), span.to(close)))
+    }
+
+    /// The finding for a token, or the end of the text, in the place of a value.
+    pub(super) fn no_value(&self, found: Option<(Token, Span)>) -> Finding {
+        let Some((Token::Sign(sign), place)) = found else {
+            let place = found.map_or(self.end(), |(_, place)| place);
+            return self.error(place, "a value is missing here");
+        };
+        let behind = self.text.get((place.end - self.span.start) as usize..).unwrap_or_default();
+        let behind = behind.trim_start();
+        let is_number = behind.starts_with(|c: char| c.is_ascii_digit());
+        let name = behind.split([' ', '\t', '(', ')', '&', '|']).next().unwrap_or_default();
+        let help = match sign {
+            SumSign::Subtract if is_number => format!("write `-{name}`"),
+            SumSign::Subtract if !name.is_empty() => format!("write `0 - {name}`"),
+            SumSign::Add => "take the `+` away".to_owned(),
+            SumSign::Subtract
+            | SumSign::Multiply
+            | SumSign::Divide
+            | SumSign::Remainder
+            | SumSign::And => {
+                "addresses go without `%`, and a sign stands between two values: `D0 * 2`"
+                    .to_owned()
+            }
+        };
+        let message = format!("a value is missing before `{}`", sign.sign());
+        self.error(place, message).help(help)
+    }
+
+    /// Reads the rest of a compare: the sign and the right value. The left value was already read.
+    fn compared<V: Compared>(&mut self, left: V, depth: u32) -> Parsed<Contact<V>> {
+        let Some((Token::Compare(comparison), sign)) = self.peek() else {
+            let message = format!("`{left}` is a number, not a contact");
+            let finding = Finding::new(Code::ContactSyntax, left.span(), message);
+            return Err(finding.help(format!("compare it with something: `{left} > 0`")));
+        };
+        let comparison = *comparison;
+        self.at += 1;
+        if !self.begins_value::<V>() {
+            let place = self.peek().map_or(sign, |(_, place)| place);
+            let message = format!("a value is missing after `{}`", comparison.sign());
+            return Err(self.error(place, message));
+        }
+        let right = V::read(self, depth)?;
+        if let Some((Token::Compare(second), place)) = self.peek() {
+            let finding = Finding::new(Code::ContactSyntax, place, "two compares in a row");
+            let third = match self.tokens.get(self.at + 1) {
+                Some((Token::Atom(third), _)) => third.to_string(),
+                _ => "…".to_owned(),
+            };
+            let (first, second) = (comparison.sign(), second.sign());
+            return Err(finding
+                .help(format!("join them: `{left} {first} {right} & {right} {second} {third}`")));
+        }
+        let span = left.span().to(right.span());
+        Ok(Contact::Compare(left, comparison, right, span))
+    }
+
+    /// Whether a value may begin with the next token.
+    fn begins_value<V: Compared>(&self) -> bool {
+        match self.peek() {
+            Some((Token::Atom(_), _)) => true,
+            Some((Token::Open | Token::Sign(_), _)) => V::HAS_SUMS,
+            Some((Token::Not | Token::And | Token::Or | Token::Close | Token::Compare(_), _))
+            | None => false,
+        }
+    }
+
+    /// The place and the help of a word that other notations have instead of a sign. The word is at
+    /// the given place, or just before it.
+    fn habit(&self, place: Span) -> Option<(Span, &'static str)> {
+        let at = self.tokens.iter().position(|(_, span)| *span == place)?;
+        let first = self.tokens.first()?.1;
+        let words = [self.tokens.get(at), at.checked_sub(1).and_then(|at| self.tokens.get(at))];
+        words.into_iter().flatten().find_map(|(token, span)| {
+            let Token::Atom(atom) = token else { return None };
+            let help = match atom.name()?.to_ascii_lowercase().as_str() {
+                "and" => "write `&`",
+                "or" if *span == first => "`|` stands between two contacts of one text: `X0 | X1`",
+                "or" => "write `|`",
+                "not" => "write `!`",
+                "rise" => "write `rise(…)`",
+                "fall" => "write `fall(…)`",
+                _ => return None,
+            };
+            Some((*span, help))
+        })
+    }
+
+    pub(super) fn error(&self, place: Span, message: impl Into<String>) -> Finding {
+        Finding::new(Code::ContactSyntax, place, message)
+    }
+
+    /// The finding for a token that follows a complete contact.
+    pub(super) fn left_over(&self, token: &Token, place: Span) -> Finding {
+        let at = (place.start - self.span.start) as usize;
+        let (before, behind) = self.text.split_at(at);
+        match token {
+            Token::Atom(Atom { kind: AtomKind::Integer(_) | AtomKind::Real(_), .. })
+                if behind.starts_with('-') =>
+            {
+                match self.has_sums {
+                    true => contact_signs::no_spaces(self.text, at, self.span),
+                    false => self.error(place, "`-` in a contact").help(computed(self.text, at)),
+                }
+            }
+            Token::Atom(_) | Token::Not | Token::Open => {
+                let (before, behind) = (before.trim(), behind.trim());
+                if let Some(finding) = foreign(self.text, self.span) {
+                    return finding;
+                }
+                if let Some((place, help)) = self.habit(place) {
+                    return self.error(place, "a word in the place of a sign").help(help);
+                }
+                if let Some(help) = split_address(before, behind) {
+                    return self.error(place, "a number does not stand alone").help(help);
+                }
+                // A tag may have the same name as such an instruction. In lower case, it is more
+                // likely a tag.
+                let first = before.split_whitespace().next().unwrap_or_default();
+                let is_upper = first.chars().all(|c| c.is_ascii_uppercase());
+                let help = match dialects::instead_of(first).filter(|_| is_upper) {
+                    Some(instead) => format!("for the `{first}` of other controllers: {instead}"),
+                    None => in_series(before, behind),
+                };
+                self.error(place, "`&` or `|` is missing before this").help(help)
+            }
+            Token::Close => self.error(place, "`)` closes nothing"),
+            Token::Sign(_) => self
+                .error(place, "a sum stands in a compare")
+                .help("compare it with something: `D0 + 1 > 3`"),
+            Token::Compare(_) => self
+                .error(place, "a compare stands between two values")
+                .help("values are words and constants, not contacts: `D0 == 3`"),
+            Token::And | Token::Or => self
+                .error(place, "a contact is missing here")
+                .help("a contact stands on each side of it: `X0 & X1`"),
+        }
+    }
+}
+
+/// `left op right`. With `grow`, `left` is a series of the same operator, and `right` is appended
+/// to it.
+fn join<V>(left: Contact<V>, power: BindingPower, right: Contact<V>, grow: bool) -> Contact<V> {
+    let span = left.span().to(right.span());
+    let items = match left {
+        Contact::All(mut items, _) | Contact::Any(mut items, _) if grow => {
+            items.push(right);
+            items
+        }
+        Contact::Bit(_)
+        | Contact::Not(..)
+        | Contact::All(..)
+        | Contact::Any(..)
+        | Contact::Edge(..)
+        | Contact::Compare(..) => vec![left, right],
+    };
+    if power == BindingPower::And { Contact::All(items, span) } else { Contact::Any(items, span) }
+}

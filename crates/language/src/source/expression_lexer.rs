@@ -1,0 +1,187 @@
+//! Splits the text of an expression into tokens. Called by `expression_parser`.
+//!
+//! A name has no `-`: a `-` is always the operator. A character that begins no token becomes a
+//! finding. Its help is for the notation from which the character most probably comes.
+
+use super::atom::{Atom, AtomKind, other_notation, typed_literal};
+use super::contact_lexer::split;
+use super::expression::{Binary, PartKind, Unary};
+use super::finding::{Code, Finding};
+use super::span::Span;
+use rungd_engine::isa::Real;
+pub use rungd_engine::isa::real::RealError;
+
+/// A token.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Token {
+    /// A constant or a name.
+    Operand(PartKind),
+    /// An operator with two operands, or the `-` with one operand.
+    Sign(Binary),
+    /// `~` or `!`.
+    Prefix(Unary),
+    Open,
+    Close,
+    Comma,
+    /// `[`.
+    Index,
+    /// `]`.
+    IndexEnd,
+}
+
+/// All tokens of a text, each with its place; `span` is the place of the whole text.
+///
+/// # Errors
+/// The first mistake.
+pub(super) fn lex(text: &str, span: Span) -> Result<Vec<(Token, Span)>, Finding> {
+    split(text, span, |rest, first, at| match sign(rest) {
+        Some(found) => Ok(found),
+        None => operand(rest, first, span.part(at, at + rest.len())),
+    })
+}
+
+fn sign(rest: &str) -> Option<(Token, usize)> {
+    if rest.starts_with("<>") {
+        return None;
+    }
+    let binary = Binary::ALL.iter().find(|operator| rest.starts_with(operator.sign()));
+    if let Some(operator) = binary {
+        return Some((Token::Sign(*operator), operator.sign().len()));
+    }
+    let unary = Unary::ALL.iter().find(|operator| rest.starts_with(operator.sign()));
+    if let Some(operator) = unary {
+        return Some((Token::Prefix(*operator), operator.sign().len()));
+    }
+    let token = match rest.as_bytes()[0] {
+        b'(' => Token::Open,
+        b')' => Token::Close,
+        b',' => Token::Comma,
+        b'[' => Token::Index,
+        b']' => Token::IndexEnd,
+        _ => return None,
+    };
+    Some((token, 1))
+}
+
+fn operand(rest: &str, first: char, span: Span) -> Result<(Token, usize), Finding> {
+    if let Some(finding) = typed_literal(rest, span, Code::ExpressionSyntax) {
+        return Err(finding);
+    }
+    if first.is_ascii_digit() {
+        let length = number_length(rest);
+        let kind = number(&rest[..length], span.part(0, length))?;
+        return Ok((Token::Operand(kind), length));
+    }
+    if first.is_ascii_alphabetic() || first == '$' || first == '_' {
+        let tail = |c: char| !(c.is_ascii_alphanumeric() || matches!(c, '_' | '.'));
+        let length = 1 + rest[1..].find(tail).unwrap_or(rest.len() - 1);
+        let length = length + slice_length(&rest[length..]);
+        let name = rest[..length].replace([' ', '\t'], "");
+        return Ok((Token::Operand(PartKind::Name(name)), length));
+    }
+    Err(stray(rest, first, span))
+}
+
+/// The length of the slice behind a name (`[0..6]`), which is part of the name; 0 if there is none.
+fn slice_length(behind: &str) -> usize {
+    let Some(inner) = behind.strip_prefix('[') else { return 0 };
+    let end = inner.find(['[', ']']).filter(|end| inner[..*end].contains(".."));
+    end.filter(|end| inner[*end..].starts_with(']')).map_or(0, |end| end + 2)
+}
+
+/// The length of a number or duration, with the exponent of a real.
+fn number_length(rest: &str) -> usize {
+    let tail = |c: char| !(c.is_ascii_alphanumeric() || matches!(c, '_' | ':' | '.'));
+    let length = rest.find(tail).unwrap_or(rest.len());
+    let mantissa = rest[..length].strip_suffix(['e', 'E']).unwrap_or("");
+    let is_mantissa = mantissa.ends_with(|c: char| c.is_ascii_digit())
+        && mantissa.bytes().all(|b| b.is_ascii_digit() || b == b'.');
+    let exponent = rest[length..].strip_prefix(['-', '+']).unwrap_or("");
+    let digits = exponent.find(|c: char| !c.is_ascii_digit()).unwrap_or(exponent.len());
+    if is_mantissa && digits > 0 { length + 1 + digits } else { length }
+}
+
+fn number(word: &str, span: Span) -> Result<PartKind, Finding> {
+    let error = |code, message: String| Finding::new(code, span, message);
+    if let Some(digits) = word.strip_prefix("0x")
+        && !digits.is_empty()
+        && digits.bytes().all(|b| b.is_ascii_hexdigit())
+    {
+        let bits = u32::from_str_radix(digits, 16).map_err(|_| {
+            let message = format!("`{word}` has more than 32 bits");
+            error(Code::OutOfRange, message).help("the greatest is `0xFFFFFFFF`, which is -1")
+        })?;
+        return Ok(PartKind::Integer(i64::from(bits.cast_signed())));
+    }
+    if word.bytes().all(|b| b.is_ascii_digit()) {
+        // A number with too many digits is too large, which the parser reports.
+        return Ok(PartKind::Integer(word.parse().unwrap_or(i64::MAX)));
+    }
+    if let Some(finding) = other_notation(word, span, Code::ExpressionSyntax) {
+        return Err(finding);
+    }
+    if word.contains(['.', 'e', 'E']) && !word.contains(':') {
+        return real(word, span);
+    }
+    match Atom::parse(word, span).map(|atom| atom.kind) {
+        Ok(AtomKind::Duration(ms)) => Ok(PartKind::Integer(i64::from(ms))),
+        Ok(_) => Err(error(Code::ExpressionSyntax, format!("`{word}` is no number"))),
+        Err(mut finding) => {
+            if finding.code == Code::InstructionSyntax {
+                finding.code = Code::ExpressionSyntax;
+            }
+            Err(finding)
+        }
+    }
+}
+
+fn real(word: &str, span: Span) -> Result<PartKind, Finding> {
+    match word.parse() {
+        Ok(real) => Ok(PartKind::Real(real)),
+        Err(RealError::Beyond) => {
+            let message = format!("`{word}` lies beyond the largest real");
+            let help = "a real is a binary32, up to `3.4028235e38`";
+            Err(Finding::new(Code::OutOfRange, span, message).help(help))
+        }
+        Err(RealError::Form) => {
+            let right = word.to_ascii_lowercase().replace("e+", "e");
+            let right = if right.ends_with('.') { format!("{right}0") } else { right };
+            let help = match right != word && right.parse::<Real>().is_ok() {
+                true => format!("write `{right}`"),
+                false => "a real has digits on both sides of its point, or an exponent: `12.5`, \
+                          `1e3`, `2.5e-7`"
+                    .to_owned(),
+            };
+            let message = format!("`{word}` is no number");
+            Err(Finding::new(Code::ExpressionSyntax, span, message).help(help))
+        }
+    }
+}
+
+/// The finding for a character that begins no token.
+fn stray(rest: &str, first: char, span: Span) -> Finding {
+    let finding = |message: String, length: usize| {
+        Finding::new(Code::ExpressionSyntax, span.part(0, length.min(rest.len())), message)
+    };
+    match first {
+        '<' => finding("`<>` is written `!=`".into(), 2).help("write `!=`"),
+        '=' if rest.starts_with("=>") => {
+            finding("`=>` is written `>=`".into(), 2).help("write `>=`")
+        }
+        '=' if rest.starts_with("=<") => {
+            finding("`=<` is written `<=`".into(), 2).help("write `<=`")
+        }
+        '=' => finding("`=` in an expression".into(), 1)
+            .help("a compare is `==`; one MATH stores in one target"),
+        '.' => finding("a point without digits before it".into(), 1)
+            .help("a real has digits on both sides of its point: `0.5`"),
+        '?' => finding("`?` is no operator".into(), 1).help("a choice is `if(c, x, y)`"),
+        '"' | '\'' => finding("an expression has no quotes".into(), 1),
+        c if c.is_alphabetic() => finding(format!("`{c}` belongs to no name"), c.len_utf8())
+            .help("names are of the letters A to Z and a to z, digits and `_`: `groesse`"),
+        c => {
+            let message = format!("`{}` belongs to no expression", c.escape_debug());
+            finding(message, c.len_utf8())
+        }
+    }
+}

@@ -1,0 +1,458 @@
+//! The grammar of MATH: the target, and the expression behind the `=`.
+//!
+//! Called by `instruction`. This is the shunting-yard algorithm: an operator waits on a stack until
+//! an operator follows that binds less tightly. So no input makes this code recurse. The nesting of
+//! parentheses, calls and operators with one operand is limited nevertheless, because deeper
+//! expressions are not readable.
+
+use super::expression::{Binary, Expression, Formula, Part, PartKind, Unary};
+use super::expression_lexer::{Token, lex};
+use super::expression_rules::{Root, Said, Term};
+use super::finding::{Code, Finding};
+use super::span::{Located, Span};
+use rungd_engine::isa::decimal_comma;
+
+/// Maximum nesting depth of parentheses, calls and operators with one operand.
+const DEPTH_MAX: usize = 32;
+
+type Parsed<T> = Result<T, Finding>;
+
+/// Parses the text after `MATH`; `span` is its place. Adds errors and warnings to `findings`.
+pub(super) fn parse_formula(
+    text: &str,
+    span: Span,
+    findings: &mut Vec<Finding>,
+) -> Option<Formula> {
+    let mut warnings = Vec::new();
+    let parsed = split(text, span).and_then(|(target, index, at)| {
+        let part = |(from, to): (usize, usize)| (&text[from..to], span.part(from, to));
+        let index = index.map(|index| {
+            let (text, place) = part(index);
+            parse(text, place, &mut warnings)
+        });
+        let index = index.transpose()?;
+        let (text, place) = part((at, text.len()));
+        let expression = parse(text, place, &mut warnings)?;
+        Ok(Formula { target, index, expression })
+    });
+    findings.append(&mut warnings);
+    parsed.map_err(|finding| findings.push(finding)).ok()
+}
+
+/// The target, the range of its index, and the byte at which the expression begins.
+type Split = (Located<String>, Option<(usize, usize)>, usize);
+
+fn split(text: &str, span: Span) -> Parsed<Split> {
+    let error = |place, message: &str| Finding::new(Code::ExpressionSyntax, place, message);
+    let form = "its form is `MATH target = expression`: `MATH level = (raw - 6400) / 51`";
+    let Some(at) = assignment(text) else {
+        return Err(error(span, "MATH lacks the `=` behind its target").help(form));
+    };
+    let written = &text[..at];
+    let start = written.len() - written.trim_start().len();
+    let name = written.trim();
+    let place = span.part(start, start + name.len().max(1));
+    if name.is_empty() {
+        return Err(error(place, "MATH lacks its target").help(form));
+    }
+    let (name, index) = match name.split_once('[') {
+        None => (name, None),
+        Some((base, rest)) if rest.ends_with(']') && !is_slice(rest) => {
+            let from = start + base.len() + 1;
+            (base.trim_end(), Some((from, from + rest.len() - 1)))
+        }
+        Some(_) => {
+            let help = "the target is one element: `MATH recipe[step] = …`";
+            return Err(error(place, &format!("`{name}` is no target")).help(help));
+        }
+    };
+    let place = span.part(start, start + name.len().max(1));
+    if let Some(word) = name.strip_suffix([':', '+', '-', '*', '/']) {
+        let sign = &name[word.len()..];
+        let message = format!("`{sign}=` is no sign here");
+        let word = word.trim_end();
+        let help = match sign {
+            ":" => format!("write `{word} = …`"),
+            _ => format!("write `{word} = {word} {sign} …`"),
+        };
+        return Err(error(place, &message).help(help));
+    }
+    let is_name = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '$');
+    if !name.chars().all(is_name) || name.starts_with(|c: char| c.is_ascii_digit()) {
+        let message = format!("`{name}` is no target");
+        let help = "the target is the name of a word or bit: `MATH D0 = D1 + 1`";
+        return Err(error(place, &message).help(help));
+    }
+    Ok((Located { value: name.to_owned(), span: place }, index, at + 1))
+}
+
+/// Whether the text behind a `[` is a slice (`0..6`). An index may also contain slices, in brackets
+/// of their own.
+fn is_slice(rest: &str) -> bool {
+    rest.split(['[', '(', ']']).next().is_some_and(|ends| ends.contains(".."))
+}
+
+/// The first `=` outside brackets that is not part of `==`.
+fn assignment(text: &str) -> Option<usize> {
+    let bytes = text.as_bytes();
+    let mut depth = 0usize;
+    let mut at = 0;
+    while at < bytes.len() {
+        match bytes[at] {
+            b'[' | b'(' => depth += 1,
+            b']' | b')' => depth = depth.saturating_sub(1),
+            b'=' if bytes.get(at + 1) == Some(&b'=') => at += 1,
+            b'=' if depth == 0 => return Some(at),
+            _ => {}
+        }
+        at += 1;
+    }
+    None
+}
+
+/// Parses an expression; `span` is its place.
+///
+/// # Errors
+/// The first mistake in it.
+pub fn parse(text: &str, span: Span, warnings: &mut Vec<Finding>) -> Parsed<Expression> {
+    let tokens = lex(text, span)?;
+    let mut parser = Parser {
+        text,
+        span,
+        parts: Vec::with_capacity(tokens.len()),
+        operands: Vec::new(),
+        waiting: Vec::new(),
+        depth: 0,
+        warnings,
+    };
+    let mut wants_operand = true;
+    for (at, (token, place)) in tokens.iter().enumerate() {
+        let behind = tokens.get(at + 1).map(|(token, _)| token);
+        wants_operand = if wants_operand {
+            parser.begin(token, *place, behind)?
+        } else {
+            parser.go_on(token, *place)?
+        };
+    }
+    if wants_operand {
+        return Err(parser.missing(parser.end()));
+    }
+    parser.finish()
+}
+
+/// An operator or an open bracket that waits for the tokens behind it.
+enum Waiting {
+    Unary(Unary, Span),
+    Binary(Binary, Span),
+    Group(Span),
+    Call {
+        name: Located<String>,
+        arguments: u32,
+        open: Span,
+    },
+    /// The index of an element.
+    Index {
+        name: Located<String>,
+        open: Span,
+    },
+}
+
+struct Parser<'a> {
+    text: &'a str,
+    span: Span,
+    parts: Vec<Part>,
+    operands: Vec<Term>,
+    waiting: Vec<Waiting>,
+    /// Number of waiting brackets and operators with one operand.
+    depth: usize,
+    warnings: &'a mut Vec<Finding>,
+}
+
+impl Parser<'_> {
+    /// The place after the last byte.
+    fn end(&self) -> Span {
+        Span { start: self.span.end, ..self.span }
+    }
+
+    fn error(&self, place: Span, message: impl Into<String>) -> Finding {
+        Finding::new(Code::ExpressionSyntax, place, message)
+    }
+
+    fn missing(&self, place: Span) -> Finding {
+        self.error(place, "a value is missing here")
+            .help("a value is a constant, a name, a call or an expression in parentheses")
+    }
+
+    /// Reads a token in the place of an operand; returns whether an operand is still required.
+    fn begin(&mut self, token: &Token, place: Span, behind: Option<&Token>) -> Parsed<bool> {
+        match token {
+            Token::Operand(PartKind::Name(name)) if behind == Some(&Token::Open) => {
+                let name = Located { value: name.clone(), span: place };
+                self.wait(Waiting::Call { name, arguments: 0, open: place }, place)?;
+                Ok(false)
+            }
+            Token::Operand(PartKind::Name(name)) if behind == Some(&Token::Index) => {
+                let name = Located { value: name.clone(), span: place };
+                self.wait(Waiting::Index { name, open: place }, place)?;
+                Ok(false)
+            }
+            Token::Operand(kind) => {
+                self.constant_fits(kind, place)?;
+                self.operand(Part { kind: kind.clone(), span: place });
+                Ok(false)
+            }
+            Token::Sign(Binary::Subtract) => {
+                self.wait(Waiting::Unary(Unary::Minus, place), place).map(|()| true)
+            }
+            Token::Prefix(operator) => {
+                self.wait(Waiting::Unary(*operator, place), place).map(|()| true)
+            }
+            Token::Open => self.wait(Waiting::Group(place), place).map(|()| true),
+            Token::Close if self.is_empty_call() => self.close(place).map(|()| false),
+            Token::Sign(Binary::Add) => {
+                Err(self.error(place, "a value has no `+` before it").help("take the `+` away"))
+            }
+            Token::Sign(_) | Token::Close | Token::Comma | Token::IndexEnd => {
+                Err(self.missing(place))
+            }
+            Token::Index => Err(self.no_array(place)),
+        }
+    }
+
+    /// Reads a token behind an operand; returns whether an operand must follow.
+    fn go_on(&mut self, token: &Token, place: Span) -> Parsed<bool> {
+        match token {
+            Token::Sign(operator) => {
+                self.settle(|waiting| match waiting.precedence().cmp(&operator.precedence()) {
+                    std::cmp::Ordering::Greater => true,
+                    std::cmp::Ordering::Equal => *operator != Binary::Power,
+                    std::cmp::Ordering::Less => false,
+                })?;
+                self.waiting.push(Waiting::Binary(*operator, place));
+                Ok(true)
+            }
+            // The `(` behind a function's name.
+            Token::Open if self.opens_call(place) => Ok(true),
+            Token::Close => self.close(place).map(|()| false),
+            Token::Comma => self.argument(place).map(|()| true),
+            Token::Index if self.opens_index(place) => Ok(true),
+            Token::Index => Err(self.no_array(place)),
+            Token::IndexEnd => self.close_index(place).map(|()| false),
+            Token::Operand(_) | Token::Open | Token::Prefix(_) => {
+                Err(self.no_operator(token, place))
+            }
+        }
+    }
+
+    fn no_array(&self, place: Span) -> Finding {
+        self.error(place, "an index without an array before it")
+            .help("an index stands behind the name of an array: `recipe[step + 1]`")
+    }
+
+    /// Whether this `[` opens the innermost waiting index. If so, stores its place.
+    fn opens_index(&mut self, place: Span) -> bool {
+        if let Some(Waiting::Index { name, open }) = self.waiting.last_mut()
+            && *open == name.span
+        {
+            *open = place;
+            return true;
+        }
+        false
+    }
+
+    /// `]`: an index is complete.
+    fn close_index(&mut self, place: Span) -> Parsed<()> {
+        self.settle(|_| true)?;
+        let Some(Waiting::Index { name, .. }) = self.waiting.pop() else {
+            return Err(self.error(place, "`]` closes nothing, or is too early"));
+        };
+        self.depth -= 1;
+        self.operands.pop();
+        let span = name.span.to(place);
+        self.operand(Part { kind: PartKind::Element(name), span });
+        Ok(())
+    }
+
+    fn no_operator(&self, token: &Token, place: Span) -> Finding {
+        let habit = |word: &str| match word.to_ascii_lowercase().as_str() {
+            "and" => Some("write `&&`"),
+            "or" => Some("write `||`"),
+            "mod" => Some("write `%`"),
+            "xor" => Some("write `^`"),
+            _ => None,
+        };
+        let named = |kind: &PartKind| {
+            if let PartKind::Name(name) = kind { habit(name) } else { None }
+        };
+        let before = self.parts.last().and_then(|part| named(&part.kind));
+        let own = if let Token::Operand(kind) = token { named(kind) } else { None };
+        let finding = self.error(place, "an operator is missing before this");
+        finding.help(own.or(before).unwrap_or("operators are `+ - * / % **` and the like"))
+    }
+
+    /// Pushes a bracket, or an operator with one operand, onto the waiting stack.
+    fn wait(&mut self, waiting: Waiting, place: Span) -> Parsed<()> {
+        if self.depth == DEPTH_MAX {
+            let message = format!("more than {DEPTH_MAX} levels of parentheses, calls and signs");
+            return Err(self.error(place, message).help("give parts of it a MATH of their own"));
+        }
+        self.depth += 1;
+        self.waiting.push(waiting);
+        Ok(())
+    }
+
+    /// Whether this `(` opens the innermost waiting call. If so, stores its place.
+    fn opens_call(&mut self, place: Span) -> bool {
+        if let Some(Waiting::Call { name, open, .. }) = self.waiting.last_mut()
+            && *open == name.span
+        {
+            *open = place;
+            return true;
+        }
+        false
+    }
+
+    fn is_empty_call(&self) -> bool {
+        let last = self.waiting.last();
+        matches!(last, Some(Waiting::Call { name, arguments: 0, open }) if *open != name.span)
+    }
+
+    /// An integer of more than 32 bits is too large; 2147483648 is allowed behind a unary `-`.
+    fn constant_fits(&self, kind: &PartKind, place: Span) -> Parsed<()> {
+        let PartKind::Integer(n) = kind else { return Ok(()) };
+        let is_negative = matches!(self.waiting.last(), Some(Waiting::Unary(Unary::Minus, _)));
+        if *n <= i64::from(i32::MAX) + i64::from(is_negative) {
+            return Ok(());
+        }
+        let text = self.text_of(place);
+        let message = format!("`{text}` lies outside -2147483648..2147483647");
+        let finding = Finding::new(Code::OutOfRange, place, message);
+        Err(finding.help(format!("constants have 32 bits; a real may be larger: `{text}.0`")))
+    }
+
+    /// Adds a complete operand, and applies to it the operators with one operand before it.
+    fn operand(&mut self, part: Part) {
+        self.operands.push(Term { span: part.span, root: Root::Closed });
+        self.parts.push(part);
+        self.apply_unary();
+    }
+
+    fn apply_unary(&mut self) {
+        while let Some(Waiting::Unary(operator, sign)) = self.waiting.last() {
+            let (operator, sign) = (*operator, *sign);
+            self.waiting.pop();
+            self.depth -= 1;
+            let Some(operand) = self.operands.last_mut() else { return };
+            operand.span = sign.to(operand.span);
+            operand.root = Root::Unary(operator);
+            self.parts.push(Part { kind: PartKind::Unary(operator), span: operand.span });
+        }
+    }
+
+    /// Applies waiting operators to their two operands, the last operator first, as long as
+    /// `is_ready`.
+    fn settle(&mut self, is_ready: impl Fn(Binary) -> bool) -> Parsed<()> {
+        while let Some(Waiting::Binary(operator, sign)) = self.waiting.last() {
+            let (operator, sign) = (*operator, *sign);
+            if !is_ready(operator) {
+                break;
+            }
+            self.waiting.pop();
+            let (Some(right), Some(left)) = (self.operands.pop(), self.operands.pop()) else {
+                break;
+            };
+            let text = |span: Span| self.text_of(span);
+            let said = Said { operator, sign, left, right };
+            let (warning, mistake) = (said.warning(&text), said.mistake(&text));
+            self.warnings.extend(warning);
+            if let Some(finding) = mistake {
+                return Err(finding);
+            }
+            let span = left.span.to(right.span);
+            self.parts.push(Part { kind: PartKind::Binary(operator, sign), span });
+            self.operands.push(Term { span, root: Root::Binary(operator) });
+        }
+        Ok(())
+    }
+
+    /// `,`: an argument is complete.
+    fn argument(&mut self, place: Span) -> Parsed<()> {
+        self.settle(|_| true)?;
+        if let Some(Waiting::Call { arguments, .. }) = self.waiting.last_mut() {
+            *arguments += 1;
+            return Ok(());
+        }
+        if let Some((number, right)) = self.decimal_comma(place) {
+            let finding = self.error(number, "a decimal comma in a number");
+            return Err(finding.help(format!("write `{right}`")));
+        }
+        let finding = self.error(place, "a comma outside a call");
+        Err(finding.help("a Sensaphone element is written `N0.ACC` here, a real `12.5`"))
+    }
+
+    /// The number around a comma, and the same number with a point.
+    fn decimal_comma(&self, comma: Span) -> Option<(Span, String)> {
+        let is_letter = |c: char| c.is_ascii_alphanumeric();
+        let before = self.text_of(Span { end: comma.start, ..self.span });
+        let behind = self.text_of(Span { start: comma.end, ..self.span });
+        let whole = before.len() - before.trim_end_matches(is_letter).len();
+        let fraction = behind.len() - behind.trim_start_matches(is_letter).len();
+        let start = comma.start - u32::try_from(whole).ok()?;
+        let number = Span { start, end: comma.end + u32::try_from(fraction).ok()?, ..comma };
+        Some((number, decimal_comma::corrected(self.text_of(number))?))
+    }
+
+    /// `)`: a group or call is complete.
+    fn close(&mut self, place: Span) -> Parsed<()> {
+        self.settle(|_| true)?;
+        match self.waiting.pop() {
+            Some(Waiting::Group(open)) => {
+                self.depth -= 1;
+                let span = open.to(place);
+                if let Some(operand) = self.operands.last_mut() {
+                    *operand = Term { span, root: Root::Closed };
+                }
+                if let Some(part) = self.parts.last_mut() {
+                    part.span = span;
+                }
+                self.apply_unary();
+            }
+            Some(Waiting::Call { name, arguments, open }) => {
+                self.depth -= 1;
+                let arguments = arguments + u32::from(!self.is_blank(open, place));
+                let rest = self.operands.len() - (arguments as usize).min(self.operands.len());
+                self.operands.truncate(rest);
+                let span = name.span.to(place);
+                self.operand(Part { kind: PartKind::Call(name, arguments), span });
+            }
+            Some(Waiting::Unary(..) | Waiting::Binary(..) | Waiting::Index { .. }) | None => {
+                return Err(self.error(place, "`)` closes nothing, or is too early"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether there are only spaces between two brackets.
+    fn is_blank(&self, open: Span, close: Span) -> bool {
+        self.text_of(Span { start: open.end, end: close.start, ..open }).trim().is_empty()
+    }
+
+    fn finish(mut self) -> Parsed<Expression> {
+        self.settle(|_| true)?;
+        match self.waiting.last() {
+            None => Ok(Expression { parts: self.parts }),
+            Some(
+                Waiting::Group(open)
+                | Waiting::Call { open, .. }
+                | Waiting::Index { open, .. }
+                | Waiting::Unary(_, open)
+                | Waiting::Binary(_, open),
+            ) => Err(self.error(self.end(), "`)` is missing").related(*open, "opened here")),
+        }
+    }
+
+    fn text_of(&self, span: Span) -> &str {
+        let (start, end) = (span.start - self.span.start, span.end - self.span.start);
+        self.text.get(start as usize..end as usize).unwrap_or("")
+    }
+}

@@ -1,0 +1,174 @@
+//! Instructions as written: a mnemonic, and operands separated by spaces.
+//!
+//! Called by the reader of ladder files. `key=value` is split here; the resolver checks mnemonics,
+//! keys and values. The text behind `MATH` has a grammar of its own, in `expression_parser`.
+
+use super::atom::Atom;
+use super::expression::Formula;
+use super::expression_parser::parse_formula;
+use super::finding::{Code, Finding};
+use super::instruction_commas::{called, comma_help, is_element, listed, pointed};
+use super::instruction_habits::{other_form, several};
+use super::span::{Located, Span};
+use rungd_engine::isa::notation;
+
+/// One instruction.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Instruction {
+    /// The place of its whole text.
+    pub(crate) span: Span,
+    /// The first word.
+    pub(crate) mnemonic: Located<String>,
+    /// The other words.
+    pub(crate) operands: Vec<Operand>,
+    /// The text behind `MATH`, which is not split into words.
+    pub formula: Option<Formula>,
+}
+
+/// One operand.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Operand {
+    /// The place of the whole word.
+    pub span: Span,
+    /// The key of `key=value`.
+    pub key: Option<Located<String>>,
+    /// The value.
+    pub value: Atom,
+}
+
+/// Parses the text of an instruction; `span` is the place of the whole text. Adds every mistake to
+/// `findings`; returns `None` if there is a mistake.
+pub fn parse(text: &str, span: Span, findings: &mut Vec<Finding>) -> Option<Instruction> {
+    let all = words(text);
+    let Some((&(at, mnemonic), behind)) = all.split_first() else {
+        let finding = Finding::new(Code::InstructionSyntax, span, "an empty instruction");
+        findings.push(finding.help("take it away, or name an instruction: `OUT Y0`"));
+        return None;
+    };
+    let mnemonic = Located { value: mnemonic.to_owned(), span: span.part(at, at + mnemonic.len()) };
+    if let Some(finding) = several(text, &all, span) {
+        findings.push(finding);
+        return None;
+    }
+    if let Some(finding) = called(text, span) {
+        findings.push(finding);
+        return None;
+    }
+    if mnemonic.value.eq_ignore_ascii_case("MATH") {
+        let formula = formula(text, mnemonic.span, span, findings)?;
+        return Some(Instruction { span, mnemonic, operands: Vec::new(), formula: Some(formula) });
+    }
+    if let Some(finding) = other_form(text, &all, span) {
+        findings.push(finding);
+        return None;
+    }
+    if let Some(finding) = listed(&all, span) {
+        findings.push(finding);
+        return None;
+    }
+    let mut operands = Vec::new();
+    let mut whole = true;
+    for (number, &(at, word)) in behind.iter().enumerate() {
+        match operand(word, &mnemonic.value, span.part(at, at + word.len())) {
+            Ok(operand) => operands.push(operand),
+            Err(finding) => {
+                findings.push(match joined(behind, number) {
+                    Some(right) => finding.help(format!("write it without spaces: `{right}`")),
+                    None => *finding,
+                });
+                whole = false;
+            }
+        }
+    }
+    whole.then_some(Instruction { span, mnemonic, operands, formula: None })
+}
+
+/// Parses the text behind `MATH`; `mnemonic` is the place of the word `MATH`.
+fn formula(text: &str, mnemonic: Span, span: Span, findings: &mut Vec<Finding>) -> Option<Formula> {
+    let behind = (mnemonic.end - span.start) as usize;
+    let rest = &text[behind..];
+    let place = if rest.trim().is_empty() { mnemonic } else { span.part(behind, text.len()) };
+    parse_formula(rest, place, findings)
+}
+
+/// The operand of several words without its spaces: `to=D0` for `to = D0`, `to= D0` and `to =D0`.
+/// `number` is the index of the word with the `=`.
+fn joined(words: &[(usize, &str)], number: usize) -> Option<String> {
+    let word = words[number].1;
+    let key = if word.starts_with('=') { words.get(number.checked_sub(1)?)?.1 } else { "" };
+    let value = if word.ends_with('=') { words.get(number + 1)?.1 } else { "" };
+    let all = format!("{key}{word}{value}");
+    let plain = all.matches('=').count() == 1 && all.len() <= 80;
+    (plain && !(key.is_empty() && value.is_empty())).then_some(all)
+}
+
+fn words(text: &str) -> Vec<(usize, &str)> {
+    let mut words = Vec::new();
+    let mut at = 0;
+    for word in text.split([' ', '\t']) {
+        if !word.is_empty() {
+            words.push((at, word));
+        }
+        at += word.len() + 1;
+    }
+    words
+}
+
+fn operand(word: &str, mnemonic: &str, span: Span) -> Result<Operand, Box<Finding>> {
+    let error = |message: String| Finding::new(Code::InstructionSyntax, span, message);
+    if let Some(stray) = word.chars().find(|c| !allowed(*c)) {
+        let message = format!("`{}` belongs to no operand", stray.escape_debug());
+        let signed = word.strip_prefix('+').filter(|digits| digits.parse::<u32>().is_ok());
+        if let Some(digits) = signed {
+            let finding = error("a number has no `+`".to_owned());
+            return Err(Box::new(finding.help(format!("write `{digits}`"))));
+        }
+        let value = word.split_once('=').map_or(word, |(_, value)| value);
+        if let Some(right) = notation::corrected(value) {
+            let (key, message) = (&word[..word.len() - value.len()], "of other systems");
+            let finding = error(format!("`{value}` is in the notation {message}"));
+            return Err(Box::new(finding.help(format!("write `{key}{right}`"))));
+        }
+        let help = match stray {
+            c if c.is_alphabetic() => {
+                "names are of the letters A to Z and a to z, digits and `_`: `groesse`"
+            }
+            '+' | '*' | '/' => "operands are names and constants: compute with MATH",
+            '"' | '\'' => "operands have no quotes",
+            '(' | ')' | '!' | '&' | '|' | '<' | '>' => "conditions stand in `when`",
+            _ => "an operand is a name, a number or a duration: `D0`, `12`, `1m30s`",
+        };
+        return Err(Box::new(error(message).help(help)));
+    }
+    if word.contains("][") {
+        let finding = error("an element has one index".to_owned());
+        return Err(Box::new(finding.help("count from element 0 of the whole array: `recipe[3]`")));
+    }
+    if word.matches('[').count() != word.matches(']').count() || word.starts_with('[') {
+        let finding = error("an index is one word with its name".to_owned());
+        return Err(Box::new(finding.help("write it without spaces: `recipe[3]`, `recipe[step]`")));
+    }
+    if word.contains(',') && !is_element(word) {
+        if let Some(right) = pointed(word) {
+            let finding = error("a decimal comma in a number".to_owned());
+            return Err(Box::new(finding.help(format!("write `{right}`"))));
+        }
+        let finding = error("operands are separated by spaces".to_owned());
+        return Err(Box::new(finding.help(comma_help(word, mnemonic))));
+    }
+    let Some((key, value)) = word.split_once('=') else {
+        return Ok(Operand { span, key: None, value: Atom::parse(word, span).map_err(Box::new)? });
+    };
+    if key.is_empty() || value.is_empty() || value.contains('=') {
+        let finding = error("an operand with a key is one word: `key=value`".to_owned());
+        return Err(Box::new(finding.help("write it without spaces: `preset=12`")));
+    }
+    let place = span.part(key.len() + 1, word.len());
+    let key = Located { value: key.to_owned(), span: span.part(0, key.len()) };
+    let value = Atom::parse(value, place).map_err(Box::new)?;
+    Ok(Operand { span, key: Some(key), value })
+}
+
+fn allowed(c: char) -> bool {
+    c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.' | ',' | '$' | ':' | '=' | '[' | ']')
+}

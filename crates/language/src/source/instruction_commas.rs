@@ -1,0 +1,172 @@
+//! Commas and parentheses in instructions: between operands, in numbers, and in the vendor's
+//! counters (`N,0,6`).
+//!
+//! Called by `instruction`. Operands are separated by spaces; each help shows the text to write.
+
+use super::finding::{Code, Finding};
+use super::span::Span;
+pub use rungd_engine::isa::{Function, Mnemonic, OperandKind, decimal_comma, dialects};
+
+/// The finding for commas between operands: `TMR t, 5s`. Its help is the whole instruction without
+/// them. `None` for any other text, and if a word has a comma that is none between operands.
+pub(super) fn listed(all: &[(usize, &str)], span: Span) -> Option<Finding> {
+    let (&(_, mnemonic), behind) = all.split_first()?;
+    let is_outer = |word: &str| word.starts_with(',') || word.ends_with(',');
+    let &(at, first) = behind.iter().find(|(_, word)| is_outer(word))?;
+    let plain = behind.iter().map(|(_, word)| word.trim_matches(','));
+    let plain: Option<Vec<String>> = plain.filter(|word| !word.is_empty()).map(uncommaed).collect();
+    let help = without_commas(mnemonic, &plain?);
+    let place = span.part(at, at + first.len());
+    let message = "operands are separated by spaces";
+    Some(Finding::new(Code::InstructionSyntax, place, message).help(help))
+}
+
+/// The finding for operands in parentheses: `OTE(b)`, `MOVE(5,D0)`. `None` for any other text.
+pub(super) fn called(text: &str, span: Span) -> Option<Finding> {
+    let (name, behind) = text.trim().split_once('(')?;
+    let name = name.trim_end();
+    let inner = behind.strip_suffix(')').filter(|inner| !inner.contains(['(', ')']))?;
+    let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let is_function = Function::from_name(&name.to_ascii_lowercase()).is_some();
+    if name.is_empty() || !name.chars().all(is_name) || name == "MATH" || is_function {
+        return None;
+    }
+    let operands = inner.split(',').map(str::trim).filter(|of| !of.is_empty() && *of != "?");
+    let operands: Vec<&str> = operands.collect();
+    let spec = Mnemonic::from_name(&name.to_ascii_uppercase()).map(Mnemonic::spec);
+    let coil = operands.first().filter(|_| operands.len() == 1);
+    let help = if let Some(right) = coil.and_then(|operand| dialects::coil(name, operand)) {
+        format!("write `{right}`")
+    } else if let Some(right) = dialects::contact(name, &operands) {
+        format!("a contact stands in `when`, not here: `when = [\"{right}\"]`")
+    } else if let Some(spec) = spec {
+        let plain = operands.iter().take(spec.operands.len()).map(|of| (*of).to_owned());
+        without_commas(spec.name, &plain.collect::<Vec<String>>())
+    } else {
+        dialects::instead_of(name)?.to_owned()
+    };
+    let message = "operands stand behind the mnemonic, without parentheses";
+    Some(Finding::new(Code::InstructionSyntax, span, message).help(help))
+}
+
+/// The help for an instruction: its operands without commas, with the keys that they need.
+fn without_commas(mnemonic: &str, plain: &[String]) -> String {
+    let joined = plain.join(" ");
+    let Some(spec) = Mnemonic::from_name(&mnemonic.to_ascii_uppercase()).map(Mnemonic::spec) else {
+        return format!("write `{mnemonic} {joined}`");
+    };
+    let places = spec.operands.iter().take_while(|operand| operand.key.is_none()).count();
+    let has_stages = spec.operands.iter().any(|operand| operand.kind == OperandKind::Stages);
+    if places == 1 && spec.operands.len() == 1 && plain.len() > 1 && !has_stages {
+        return one_each(mnemonic, plain);
+    }
+    let mut keys = spec.operands.iter().filter_map(|operand| operand.key);
+    let mut keyed = |at: usize, word: &String| {
+        let needs_key = at >= places && !word.contains('=');
+        let key = if needs_key { keys.next() } else { None };
+        key.map_or(word.clone(), |key| format!("{key}={word}"))
+    };
+    let words: Vec<String> = plain.iter().enumerate().map(|(at, word)| keyed(at, word)).collect();
+    let right = words.join(" ");
+    let is_vendors = || plain.first().is_none_or(|word| word.starts_with(['N', 'n']));
+    let is_counter = [Mnemonic::Ctu, Mnemonic::Ctd].contains(&spec.mnemonic);
+    match is_counter && !is_vendors() {
+        true => format!(
+            "write `{mnemonic} {right}` for Sensaphone's counter; the counter of IEC is \
+             `CNT {right}`, with its legs `leg.up` and `leg.rst` instead of `when`"
+        ),
+        false => format!("write `{mnemonic} {right}`"),
+    }
+}
+
+fn one_each(mnemonic: &str, names: &[impl std::fmt::Display]) -> String {
+    let each = names.iter().map(|name| format!("\"{mnemonic} {name}\""));
+    format!("one instruction for each: {}", each.collect::<Vec<_>>().join(", "))
+}
+
+/// A word with a point for the decimal comma; `None` if its comma is neither that nor the comma of
+/// a Sensaphone counter.
+fn uncommaed(word: &str) -> Option<String> {
+    match word.contains(',') && !is_element(word) {
+        true => pointed(word),
+        false => Some(word.to_owned()),
+    }
+}
+
+/// Whether a word is a Sensaphone counter or element (`N,0`, `N,0,6`), with or without a key before
+/// it.
+pub(super) fn is_element(word: &str) -> bool {
+    let word = word.split_once('=').map_or(word, |(_, value)| value);
+    let mut parts = word.split(',');
+    parts.next().is_some_and(|name| name.eq_ignore_ascii_case("N")) && {
+        let numbers: Vec<&str> = parts.collect();
+        matches!(numbers.len(), 1 | 2) && numbers.iter().all(|n| n.parse::<u64>().is_ok())
+    }
+}
+
+/// The help for `N3,0`: the number of a Sensaphone counter is also written behind a comma.
+fn sensaphone_help(word: &str) -> Option<String> {
+    let word = word.split_once('=').map_or(word, |(_, value)| value);
+    let (number, element) = word.strip_prefix(['N', 'n'])?.split_once(',')?;
+    let (n, _) = (number.parse::<u32>().ok()?, element.parse::<u32>().ok()?);
+    Some(format!(
+        "a Sensaphone counter is `N,{n}` or `N{n}`, and its elements are `N,{n},0` to `N,{n},6`"
+    ))
+}
+
+/// A word without the decimal comma of its number or duration, with or without a key before it.
+pub(super) fn pointed(word: &str) -> Option<String> {
+    let value = word.split_once('=').map_or(word, |(_, value)| value);
+    let right = decimal_comma::corrected(value)?;
+    Some(format!("{}{right}", &word[..word.len() - value.len()]))
+}
+
+/// The help for a word with a comma in it: the operands of the word, apart.
+pub(super) fn comma_help(word: &str, mnemonic: &str) -> String {
+    if let Some(help) = sensaphone_help(word) {
+        return help;
+    }
+    let names: Vec<&str> = word.split(',').filter(|name| !name.is_empty()).collect();
+    let spec = Mnemonic::from_name(&mnemonic.to_ascii_uppercase()).map(Mnemonic::spec);
+    let positional = || spec.iter().flat_map(|s| s.operands.iter()).filter(|o| o.key.is_none());
+    match names.as_slice() {
+        [_, _, ..]
+            if !word.contains('=')
+                && positional().count() == 1
+                && positional().all(|operand| operand.kind != OperandKind::Stages) =>
+        {
+            one_each(mnemonic, &names)
+        }
+        [_, _, ..] => format!("write `{}`", names.join(" ")),
+        [name] => format!("write `{name}`"),
+        [] => "take the comma away".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::without_commas;
+
+    #[test]
+    fn operands_without_their_commas_have_their_keys() {
+        for (mnemonic, words, right) in [
+            ("TMR", "t 5s", "write `TMR t preset=5s`"),
+            ("TMR", "t preset=5s", "write `TMR t preset=5s`"),
+            ("MOVE", "5 D0", "write `MOVE 5 to=D0`"),
+            ("MOVE", "5 to=D0", "write `MOVE 5 to=D0`"),
+            ("CTU", "N0 5", "write `CTU N0 preset=5`"),
+            (
+                "CTU",
+                "c 5",
+                "write `CTU c preset=5` for Sensaphone's counter; the counter of IEC is \
+                 `CNT c preset=5`, with its legs `leg.up` and `leg.rst` instead of `when`",
+            ),
+            ("OUT", "Y0", "write `OUT Y0`"),
+            ("OUT", "Y0 Y1", "one instruction for each: \"OUT Y0\", \"OUT Y1\""),
+            ("NOSUCH", "a b", "write `NOSUCH a b`"),
+        ] {
+            let words: Vec<String> = words.split(' ').map(str::to_owned).collect();
+            assert_eq!(without_commas(mnemonic, &words), right);
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! Reads TOML files into the structures that their author wrote, with the place of every part. This
+//! is the only module that handles TOML. It resolves no addresses and no instructions.
+//!
+//! [`ladder::read`] and `controller::read` read the text of one file. The resolver uses the result
+//! of `ladder::read`, and `controller` that of `controller::read`. Both functions also return
+//! findings, which [`render`] prints as text.
+
+pub mod atom;
+pub mod contact;
+mod contact_dialects;
+mod contact_habits;
+mod contact_lexer;
+pub mod contact_parser;
+mod contact_signs;
+pub mod contact_sum;
+#[cfg(test)]
+mod contact_tests;
+mod doc;
+pub mod expression;
+mod expression_lexer;
+mod expression_parser;
+mod expression_rules;
+#[cfg(test)]
+mod expression_tests;
+pub mod file_kind;
+pub mod finding;
+mod headers;
+pub mod instruction;
+mod instruction_commas;
+mod instruction_habits;
+pub mod key;
+pub mod ladder;
+pub mod lost;
+mod lost_tables;
+mod mend;
+pub mod nearest;
+pub mod reader;
+pub mod render;
+mod rests_on;
+pub mod room;
+mod rung;
+pub mod shape;
+pub mod span;
+mod statements;
+mod strict;
+pub mod sum_parser;
+pub(crate) mod table;
+mod tag;
+mod template;
+mod toml_slips;
+pub mod wording;

@@ -1,0 +1,124 @@
+//! Proposals of names in contacts, in expressions of MATH and in single operands. They depend on
+//! the word before the cursor and on the sign before that word.
+
+use lsp_types::CompletionItemKind;
+
+use super::nature::Wish;
+use super::operands;
+use super::proposal::{Proposal, Proposals};
+use super::scene::CompletionScene;
+use rungd_engine::isa::function::FUNCTIONS;
+
+/// The rank of functions, after the ranks of names.
+const FUNCTION: u8 = 5;
+
+/// The word before a cursor, divided at its last dot.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct DottedWord<'t> {
+    /// The text before the word.
+    pub lead: &'t str,
+    /// The part before its last dot.
+    pub base: Option<&'t str>,
+    /// The typed text of its last part.
+    pub typed: &'t str,
+}
+
+impl<'t> DottedWord<'t> {
+    /// The word that a text ends with. `hyphens`: whether `-` may be part of a name.
+    pub fn of(before: &'t str, hyphens: bool) -> DottedWord<'t> {
+        let is_part = |c: char| {
+            c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '$') || (hyphens && c == '-')
+        };
+        let word = &before[before.trim_end_matches(is_part).len()..];
+        // `D0..D9` is two words.
+        let word = word.rsplit_once("..").map_or(word, |(_, last)| last);
+        let word = word.trim_start_matches('-');
+        let lead = &before[..before.len() - word.len()];
+        match word.rsplit_once('.') {
+            Some((base, typed)) => DottedWord { lead, base: Some(base), typed },
+            None => DottedWord { lead, base: None, typed: word },
+        }
+    }
+
+    /// Whether it is a number.
+    fn is_number(&self) -> bool {
+        self.base.unwrap_or(self.typed).starts_with(|c: char| c.is_ascii_digit())
+    }
+
+    /// The wish after the sign before the word, in a place with `wish`; `None` after a whole name,
+    /// because only a sign can follow a name.
+    fn wish(&self, wish: Wish) -> Option<Wish> {
+        let lead = self.lead.trim_end();
+        let Some(last) = lead.chars().next_back() else { return Some(wish) };
+        match last {
+            '=' | '<' | '>' | '+' | '*' | '/' | '%' | '-' if wish == Wish::Condition => {
+                Some(Wish::Value)
+            }
+            '=' | '<' | '>' | '+' | '*' | '/' | '%' | '-' | '[' => Some(Wish::Number),
+            '&' | '|' | '(' | '!' | ',' | '.' | '?' | ':' => Some(wish),
+            _ => None,
+        }
+    }
+}
+
+/// Names for contacts, or for one operand.
+pub(super) fn offer(scene: &CompletionScene, before: &str, wish: Wish) -> Proposals {
+    let word = DottedWord::of(before, true);
+    let mut found = Proposals::of(word.typed);
+    let Some(wish) = word.wish(wish).filter(|_| !word.is_number()) else { return found };
+    if matches!(wish, Wish::Contact | Wish::Condition) && word.base.is_none() {
+        for (name, about) in [
+            ("rise", "ON for one execution, when its contacts go from OFF to ON"),
+            ("fall", "ON for one execution, when its contacts go from ON to OFF"),
+        ] {
+            let proposal = Proposal::new(name, CompletionItemKind::FUNCTION, FUNCTION);
+            let snippet = Some(format!("{name}($1)"));
+            found.add(proposal.detail(about).writes(format!("{name}("), snippet));
+        }
+    }
+    operands::offer(scene, word.base, wish, &mut found);
+    found
+}
+
+/// Names and functions for an expression of MATH.
+pub(super) fn offer_expression(scene: &CompletionScene, before: &str) -> Proposals {
+    let word = DottedWord::of(before, false);
+    let mut found = Proposals::of(word.typed);
+    found.signs = "_";
+    if word.wish(Wish::Value).is_none() || word.is_number() {
+        return found;
+    }
+    if word.base.is_none() {
+        for spec in FUNCTIONS {
+            let proposal = Proposal::new(spec.name, CompletionItemKind::FUNCTION, FUNCTION);
+            let snippet = Some(format!("{}($1)", spec.name));
+            let proposal = proposal.detail(spec.form()).doc(spec.summary);
+            found.add(proposal.writes(format!("{}(", spec.name), snippet));
+        }
+    }
+    operands::offer(scene, word.base, Wish::Value, &mut found);
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_divided_at_their_last_dot() {
+        for (before, base, typed) in [
+            ("", None, ""),
+            ("a & st", None, "st"),
+            ("!p1.late.A", Some("p1.late"), "A"),
+            ("D0..D", None, "D"),
+            ("drain-pump.R", Some("drain-pump"), "R"),
+            ("x > -le", None, "le"),
+            ("$F", None, "$F"),
+            ("recipe[st", None, "st"),
+        ] {
+            let word = DottedWord::of(before, true);
+            assert_eq!((word.base, word.typed), (base, typed), "{before}");
+        }
+        assert_eq!(DottedWord::of("a-b", false).typed, "b");
+    }
+}

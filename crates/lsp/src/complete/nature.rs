@@ -1,0 +1,276 @@
+//! The properties of a name that matter for an operand: whether it is a bit, a word or a structure,
+//! and whether a ladder may write it. Also the properties that a place wants.
+//!
+//! They are derived from the declarations as written, without checks: a name with an error in its
+//! declaration is still offered.
+
+use crate::file::EditorFile;
+use crate::names::Declared;
+use crate::outline::KeyPair;
+use crate::slots::DeclaredKind;
+use rungd_engine::isa::address_text;
+use rungd_engine::isa::{Address, MemorySizes, OperandKind, Structure};
+
+/// The access that a ladder has to a bit or word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Reach {
+    None,
+    Read,
+    Write,
+}
+
+/// The properties of a name.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Nature {
+    /// The access to the name as a bit.
+    pub bit: Reach,
+    /// The access to the name as a word or constant.
+    pub word: Reach,
+    /// The access to bits after its dot or index.
+    pub bits_inside: Reach,
+    /// The access to words after its dot or index.
+    pub words_inside: Reach,
+    /// Its structure, if it is one; always with the number 0.
+    pub structure: Option<Structure>,
+    /// Whether it is an array.
+    pub is_array: bool,
+    /// Whether any name may follow its dot, or its kind is unknown.
+    pub is_open: bool,
+}
+
+/// The kind of name that a place wants.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Wish {
+    /// A contact: a bit, or the first word of a compare.
+    Contact,
+    /// A contact of a test, whose compares may contain sums of bits.
+    Condition,
+    /// A bit to read.
+    Bit,
+    /// A number to read.
+    Number,
+    /// A bit or number to read.
+    Value,
+    WrittenBit,
+    WrittenWord,
+    /// A bit or word to write.
+    Target,
+    Array,
+    Structure(Structure),
+    Anything,
+}
+
+impl Nature {
+    const NOTHING: Nature = Nature {
+        bit: Reach::None,
+        word: Reach::None,
+        bits_inside: Reach::None,
+        words_inside: Reach::None,
+        structure: None,
+        is_array: false,
+        is_open: false,
+    };
+    /// A constant.
+    pub const CONSTANT: Nature = Nature { word: Reach::Read, ..Nature::NOTHING };
+    /// A block or device: it has bits after its dot.
+    pub const BITS_INSIDE: Nature = Nature { bits_inside: Reach::Read, ..Nature::NOTHING };
+    /// A name that has names of its own after its dot, or an unknown name.
+    pub const OPEN: Nature = Nature { is_open: true, ..Nature::NOTHING };
+    /// Timers, counters.
+    const STRUCTURE: Nature =
+        Nature { bits_inside: Reach::Read, words_inside: Reach::Write, ..Nature::NOTHING };
+
+    fn bit(bit: Reach) -> Nature {
+        Nature { bit, ..Nature::NOTHING }
+    }
+
+    fn word(word: Reach) -> Nature {
+        Nature { word, ..Nature::NOTHING }
+    }
+
+    /// The properties of an address.
+    pub fn of_address(address: Address) -> Nature {
+        match address {
+            Address::Bit(bit) if bit.writable_by_ladder() => Nature::bit(Reach::Write),
+            Address::Bit(_) => Nature::bit(Reach::Read),
+            Address::Word(word) if word.writable() => Nature::word(Reach::Write),
+            Address::Word(_) => Nature::word(Reach::Read),
+            Address::Structure(structure) => {
+                Nature { structure: Some(structure.numbered(0)), ..Nature::STRUCTURE }
+            }
+        }
+    }
+
+    /// The properties of an array of such elements.
+    fn array(self) -> Nature {
+        let Nature { bit, word, .. } = self;
+        Nature { bits_inside: bit, words_inside: word, is_array: true, ..Nature::NOTHING }
+    }
+
+    /// The properties of a tag or parameter with a type.
+    fn of_type(name: &str) -> Nature {
+        let structure = |of| Nature::of_address(Address::Structure(of));
+        match name {
+            "bit" | "output" => Nature::bit(Reach::Write),
+            "int" | "word" | "real" | "int-out" | "real-out" => Nature::word(Reach::Write),
+            "contact" => Nature::bit(Reach::Read),
+            "duration" => Nature::word(Reach::Read),
+            "timer" => structure(Structure::Timer(0)),
+            "counter" => structure(Structure::Counter(0)),
+            "sensaphone" => structure(Structure::Sensaphone(0)),
+            "array" => Nature {
+                bits_inside: Reach::Write,
+                words_inside: Reach::Write,
+                is_array: true,
+                ..Nature::NOTHING
+            },
+            _ => Nature::OPEN,
+        }
+    }
+
+    /// The properties of a parameter with a type: a `bit`, `int` or `real` can only be read.
+    fn of_parameter(name: &str) -> Nature {
+        let of = Nature::of_type(name);
+        match name {
+            "bit" | "int" | "real" => {
+                Nature { bit: of.bit.min(Reach::Read), word: of.word.min(Reach::Read), ..of }
+            }
+            _ => of,
+        }
+    }
+
+    /// The properties of a declaration.
+    pub fn of(declared: &Declared, file: &EditorFile) -> Nature {
+        match declared.kind {
+            DeclaredKind::Tag | DeclaredKind::OwnTag => Nature::of_tag(&facts(declared, file)),
+            DeclaredKind::Parameter => {
+                let facts = facts(declared, file);
+                facts.text("type").map_or(Nature::OPEN, Nature::of_parameter)
+            }
+            DeclaredKind::Use => Nature::OPEN,
+            DeclaredKind::Program if declared.template.is_some() => Nature::OPEN,
+            DeclaredKind::Program | DeclaredKind::Task | DeclaredKind::Device => {
+                Nature::BITS_INSIDE
+            }
+            DeclaredKind::Stage => Nature::bit(Reach::Read),
+            DeclaredKind::Rung | DeclaredKind::Template | DeclaredKind::Test => Nature::NOTHING,
+        }
+    }
+
+    fn of_tag(facts: &TagFacts) -> Nature {
+        let one = match (facts.text("at"), facts.text("type")) {
+            (Some(at), _) => match address_text::parse(at, &MemorySizes::default()) {
+                Ok(address) => Nature::of_address(address),
+                Err(_) => Nature::OPEN,
+            },
+            (None, Some(kind)) => Nature::of_type(kind),
+            (None, None) if facts.text("value").is_some() => Nature::CONSTANT,
+            (None, None) => Nature::OPEN,
+        };
+        if facts.text("count").is_some() && !one.is_open { one.array() } else { one }
+    }
+}
+
+impl Wish {
+    /// The wish of an operand of an instruction; `None` for a block or Stage.
+    pub fn of(kind: OperandKind) -> Option<Wish> {
+        Some(match kind {
+            OperandKind::WritableBit => Wish::WrittenBit,
+            OperandKind::WritableWord => Wish::WrittenWord,
+            OperandKind::Target => Wish::Target,
+            OperandKind::Array | OperandKind::WritableArray | OperandKind::Shifted => Wish::Array,
+            OperandKind::Filling => Wish::Value,
+            OperandKind::Counter => Wish::Structure(Structure::Counter(0)),
+            OperandKind::Timer => Wish::Structure(Structure::Timer(0)),
+            OperandKind::Sensaphone => Wish::Structure(Structure::Sensaphone(0)),
+            OperandKind::Number
+            | OperandKind::Value(..)
+            | OperandKind::Duration
+            | OperandKind::Interval => Wish::Number,
+            OperandKind::Program
+            | OperandKind::Block
+            | OperandKind::Task
+            | OperandKind::Stage
+            | OperandKind::Stages => return None,
+        })
+    }
+
+    /// The wish of an argument for a parameter with a type.
+    pub fn of_parameter(name: &str) -> Wish {
+        match name {
+            "contact" => Wish::Contact,
+            "bit" => Wish::Bit,
+            "int" | "real" | "duration" => Wish::Number,
+            "output" => Wish::WrittenBit,
+            "int-out" | "real-out" => Wish::WrittenWord,
+            "timer" => Wish::Structure(Structure::Timer(0)),
+            "counter" => Wish::Structure(Structure::Counter(0)),
+            "sensaphone" => Wish::Structure(Structure::Sensaphone(0)),
+            "array" => Wish::Array,
+            _ => Wish::Anything,
+        }
+    }
+
+    /// The distance of a name from this wish: 0 if the name itself fits, 1 if something after its
+    /// dot or index may fit; `None` if the name cannot be meant.
+    pub fn distance(self, of: &Nature) -> Option<u8> {
+        let reads = |reach: Reach| reach >= Reach::Read;
+        let writes = |reach: Reach| reach == Reach::Write;
+        let bits = |can: &dyn Fn(Reach) -> bool| (can(of.bit), can(of.bits_inside));
+        let words = |can: &dyn Fn(Reach) -> bool| (can(of.word), can(of.words_inside));
+        let either = |(a, b): (bool, bool), (c, d): (bool, bool)| (a || c, b || d);
+        let (itself, inside) = match self {
+            Wish::Contact | Wish::Condition => {
+                let (bit, inside) = bits(&reads);
+                (bit, inside || words(&reads) != (false, false))
+            }
+            Wish::Bit => bits(&reads),
+            Wish::Number => words(&reads),
+            Wish::Value => either(bits(&reads), words(&reads)),
+            Wish::WrittenBit => bits(&writes),
+            Wish::WrittenWord => words(&writes),
+            Wish::Target => either(bits(&writes), words(&writes)),
+            Wish::Array => (of.is_array, reads(of.bit) || reads(of.word)),
+            Wish::Structure(wanted) => (of.structure == Some(wanted), false),
+            Wish::Anything => return Some(0),
+        };
+        match (itself, inside || of.is_open) {
+            (true, _) => Some(0),
+            (false, true) => Some(1),
+            (false, false) => None,
+        }
+    }
+}
+
+/// The keys of a tag or parameter, with their values as written.
+pub(super) struct TagFacts<'f>(Vec<(&'f str, &'f str)>);
+
+impl<'f> TagFacts<'f> {
+    /// The value of a key, without quotes.
+    pub fn text(&self, key: &str) -> Option<&'f str> {
+        self.0.iter().find(|(of, _)| *of == key).map(|(_, text)| *text)
+    }
+}
+
+/// The keys of a declared tag or parameter, from the pairs that follow its own pair.
+pub(super) fn facts<'f>(declared: &Declared, file: &'f EditorFile) -> TagFacts<'f> {
+    let outline = &file.outline;
+    let own = &outline.pairs[declared.pair];
+    let length = own.keys.iter().position(|key| key.span.start == declared.span.start);
+    let length = length.map_or(own.keys.len(), |at| at + 1);
+    let is_same = |pair: &&KeyPair| {
+        let mut both = pair.keys.iter().zip(&own.keys).take(length);
+        pair.object == own.object
+            && pair.keys.len() >= length
+            && both.all(|(a, b)| a.text == b.text)
+    };
+    let numbers = declared.pair..outline.pairs.len();
+    let of = outline.pairs[numbers.clone()].iter().take_while(is_same).zip(numbers);
+    let fact = |(pair, number): (&'f KeyPair, usize)| {
+        let key = pair.keys.get(length)?;
+        let text = outline.value_of[number]
+            .map_or("", |value| file.slice(outline.values[value].inner.clone()));
+        Some((key.text.as_str(), text))
+    };
+    TagFacts(of.filter_map(fact).collect())
+}

@@ -1,0 +1,158 @@
+//! Proposals of names for an operand: declarations that are visible at a place, members after a
+//! dot, status bits and words, addresses.
+
+use lsp_types::CompletionItemKind;
+
+use super::addresses;
+use super::describe::{detail, doc, symbol};
+use super::nature::{Nature, Wish};
+use super::proposal::{Proposal, Proposals};
+use super::scene::CompletionScene;
+use crate::names::Meaning;
+use crate::slots::DeclaredKind;
+use rungd_engine::isa::{Address, Health, MemorySizes, Structure, address_text, status};
+
+/// Ranks, by the place of the declaration.
+const OWN: u8 = 1;
+const TAG: u8 = 2;
+const USE: u8 = 3;
+const BLOCK: u8 = 4;
+const STATUS: u8 = 6;
+/// The addition to the rank of a name for each step of its distance from the wish of the place.
+const FARTHER: u8 = 20;
+
+/// Offers the names for a place. `base`: the part of the word before its last dot.
+pub(super) fn offer(scene: &CompletionScene, base: Option<&str>, wish: Wish, into: &mut Proposals) {
+    match base {
+        Some(base) => members(scene, base, wish, into),
+        None => {
+            declared(scene, wish, into);
+            nicknames(wish, into);
+            addresses::offer(scene, wish, into);
+        }
+    }
+}
+
+/// Offers the declarations that are visible at the place.
+fn declared(scene: &CompletionScene, wish: Wish, into: &mut Proposals) {
+    for at in 0..scene.names().all.len() {
+        let of = &scene.names().all[at];
+        if !into.fits(&of.name) {
+            continue;
+        }
+        let around = of.parent.and_then(|parent| scene.names().template_around(parent));
+        let is_own = around.is_some() && around == scene.template();
+        let rank = match of.kind {
+            DeclaredKind::Parameter | DeclaredKind::OwnTag if is_own => OWN,
+            DeclaredKind::Use if is_own => OWN,
+            DeclaredKind::Tag => TAG,
+            DeclaredKind::Use if around.is_none() => USE,
+            DeclaredKind::Program | DeclaredKind::Task | DeclaredKind::Device => BLOCK,
+            DeclaredKind::Parameter
+            | DeclaredKind::OwnTag
+            | DeclaredKind::Use
+            | DeclaredKind::Stage
+            | DeclaredKind::Rung
+            | DeclaredKind::Template
+            | DeclaredKind::Test => continue,
+        };
+        add(scene, at, (wish, rank), into);
+    }
+    for device in scene.announced_devices() {
+        if let Some(distance) = wish.distance(&Nature::BITS_INSIDE) {
+            let rank = BLOCK + distance * FARTHER;
+            let of = Proposal::new(device, CompletionItemKind::INTERFACE, rank);
+            into.add(of.detail("field device"));
+        }
+    }
+}
+
+/// Offers a declaration if it may fit the wish of a place.
+fn add(scene: &CompletionScene, at: usize, (wish, rank): (Wish, u8), into: &mut Proposals) {
+    let of = &scene.names().all[at];
+    let Some(distance) = wish.distance(&scene.nature(at)) else { return };
+    let proposal = Proposal::new(&of.name, symbol(of.kind), rank + distance * FARTHER);
+    into.add(proposal.detail(detail(of, scene.project)).doc(doc(of, scene.project)));
+}
+
+/// Offers the names of status bits and words.
+fn nicknames(wish: Wish, into: &mut Proposals) {
+    for name in status::nicknames().filter(|name| into.fits(name)).collect::<Vec<_>>() {
+        let Ok(address) = address_text::parse(name, &MemorySizes::default()) else { continue };
+        if let Some(distance) = wish.distance(&Nature::of_address(address)) {
+            let rank = STATUS + distance * FARTHER;
+            let proposal = Proposal::new(name, CompletionItemKind::CONSTANT, rank);
+            into.add(proposal.detail(format!("status, {address}")));
+        }
+    }
+}
+
+/// Offers the members after a dot.
+fn members(scene: &CompletionScene, base: &str, wish: Wish, into: &mut Proposals) {
+    let parts = scene.names().dotted(base, 0, scene.block);
+    match parts.last().map(|part| part.meaning) {
+        Some(Meaning::Declared(at)) => members_of(scene, at, wish, into),
+        Some(Meaning::Address(Address::Structure(structure))) => {
+            structure_members(structure, wish, into);
+        }
+        Some(Meaning::Address(_) | Meaning::Member | Meaning::Status | Meaning::Unknown) | None => {
+            if scene.announced_devices().any(|device| device == base) {
+                words(&Health::ALL.map(Health::name), "bit of a field device", into);
+            }
+        }
+    }
+}
+
+fn members_of(scene: &CompletionScene, at: usize, wish: Wish, into: &mut Proposals) {
+    let of = &scene.names().all[at];
+    if let Some(structure) = scene.nature(at).structure {
+        structure_members(structure, wish, into);
+    }
+    match of.kind {
+        DeclaredKind::Program => words(&["Running"], "bit of a program", into),
+        DeclaredKind::Task => words(&["Running", "Done"], "bit of a task", into),
+        DeclaredKind::Device => {
+            words(&Health::ALL.map(Health::name), "bit of a field device", into);
+        }
+        DeclaredKind::Tag
+        | DeclaredKind::OwnTag
+        | DeclaredKind::Parameter
+        | DeclaredKind::Use
+        | DeclaredKind::Stage
+        | DeclaredKind::Rung
+        | DeclaredKind::Template
+        | DeclaredKind::Test => {}
+    }
+    let template = of.template.as_deref().and_then(|name| scene.names().template(name));
+    for (number, inner) in scene.names().all.iter().enumerate() {
+        if !into.fits(&inner.name) {
+            continue;
+        }
+        let is_own = inner.parent == Some(at) && inner.kind == DeclaredKind::Stage;
+        let around = inner.parent.and_then(|parent| scene.names().template_around(parent));
+        let is_of_template = around.is_some() && around == template;
+        let is_seen =
+            matches!(inner.kind, DeclaredKind::OwnTag | DeclaredKind::Use | DeclaredKind::Stage);
+        if is_own || (is_of_template && is_seen) {
+            add(scene, number, (wish, OWN), into);
+        }
+    }
+}
+
+fn structure_members(structure: Structure, wish: Wish, into: &mut Proposals) {
+    for (name, address) in structure.members().iter().zip(structure.member_addresses()) {
+        let nature = Nature::of_address(address);
+        if let Some(distance) = wish.distance(&nature) {
+            let what = if nature.word > super::nature::Reach::None { "word" } else { "bit" };
+            let rank = OWN + distance * FARTHER;
+            let proposal = Proposal::new(*name, CompletionItemKind::FIELD, rank);
+            into.add(proposal.detail(format!("{what} of a {}", structure.kind_name())));
+        }
+    }
+}
+
+fn words(words: &[&str], about: &str, into: &mut Proposals) {
+    for word in words {
+        into.add(Proposal::new(*word, CompletionItemKind::FIELD, TAG).detail(about));
+    }
+}

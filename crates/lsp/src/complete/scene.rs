@@ -1,0 +1,123 @@
+//! The context of a cursor: its file, its place, the block or template around it.
+
+use super::nature::Nature;
+use super::site::CompletionSite;
+use crate::file::EditorFile;
+use crate::names::Names;
+use crate::project::{Library, Project};
+use crate::slots::{DeclaredKind, FileKind, Slot, of_path};
+use crate::workspace::Cursor;
+use rungd_config::controller;
+use rungd_lab::testing;
+use rungd_language::source::ladder;
+use rungd_language::source::shape::Shape;
+
+/// A cursor with the data that completion needs.
+pub(super) struct CompletionScene<'c> {
+    /// The files.
+    pub library: &'c Library,
+    /// The project.
+    pub project: &'c Project,
+    /// Its file.
+    pub file: &'c EditorFile,
+    /// The byte of the cursor.
+    pub offset: usize,
+    /// Its place.
+    pub site: CompletionSite,
+    /// The Program, Task or template around it.
+    pub block: Option<usize>,
+}
+
+impl<'c> CompletionScene<'c> {
+    /// The scene of a cursor.
+    pub fn new(library: &'c Library, cursor: &'c Cursor) -> CompletionScene<'c> {
+        let (file, offset) = (cursor.file(), cursor.offset);
+        let site = CompletionSite::of(file, offset);
+        let block = cursor.project.names.block_of(cursor.numbered(), site.object);
+        CompletionScene { library, project: &cursor.project, file, offset, site, block }
+    }
+
+    /// The names of the project.
+    pub fn names(&self) -> &'c Names {
+        &self.project.names
+    }
+
+    /// The template around the cursor.
+    pub fn template(&self) -> Option<usize> {
+        self.block.filter(|at| self.names().all[*at].kind == DeclaredKind::Template)
+    }
+
+    /// The properties of a declaration.
+    pub fn nature(&self, at: usize) -> Nature {
+        let declared = &self.names().all[at];
+        Nature::of(declared, &self.project.files[declared.file])
+    }
+
+    /// The typed text from a byte to the cursor.
+    pub fn typed(&self, start: usize) -> &'c str {
+        self.file.slice(start..self.offset)
+    }
+
+    /// The length of the rest of the word after the cursor. `signs`: the signs that the word may
+    /// contain besides letters and digits.
+    pub fn tail(&self, signs: &str) -> usize {
+        let rest = self.file.slice(self.offset..self.file.line(self.offset).end);
+        let ends = |c: char| !(c.is_ascii_alphanumeric() || signs.contains(c));
+        rest.find(ends).unwrap_or(rest.len())
+    }
+
+    /// The keys of the site.
+    pub fn keys(&self) -> Vec<&str> {
+        self.site.keys.iter().map(String::as_str).collect()
+    }
+
+    /// What the value at the site stands for.
+    pub fn slot(&self) -> Slot {
+        of_path(self.file.kind, &self.site.kind, &self.keys())
+    }
+
+    /// The keys that a file of this kind may have.
+    pub fn shape(&self) -> Shape {
+        match self.file.kind {
+            FileKind::Ladder => ladder::shape(),
+            FileKind::Controller => controller::shape(),
+            FileKind::Test => testing::shape(),
+        }
+    }
+
+    /// The object with the pairs around the cursor; in a row of an array, the object of the row.
+    pub fn table(&self) -> usize {
+        let objects = &self.file.outline.objects;
+        let is_row = |brace| objects.iter().position(|object| object.extent.start == brace);
+        self.site.brace.and_then(is_row).unwrap_or(self.site.object)
+    }
+
+    /// The first value of a pair of the site's table.
+    pub fn value(&self, keys: &[&str]) -> Option<&'c str> {
+        let value = self.file.outline.value(self.table(), keys)?;
+        Some(self.file.slice(value.inner.clone()))
+    }
+
+    /// All values of a pair of the site's table, except the value at the cursor.
+    pub fn other_values(&self, keys: &[&str]) -> Vec<&'c str> {
+        let outline = &self.file.outline;
+        let Some(pair) = outline.pair(self.table(), keys) else { return Vec::new() };
+        let first = outline.value_of[pair].unwrap_or(outline.values.len());
+        let of_pair = outline.values[first..].iter().take_while(|value| value.pair == pair);
+        let others =
+            of_pair.filter(|value| !(value.inner.start..=value.inner.end).contains(&self.offset));
+        others.map(|value| self.file.slice(value.inner.clone())).collect()
+    }
+
+    /// The field devices that ladders announce; a controller file will declare them.
+    pub fn announced_devices(&self) -> impl Iterator<Item = &'c str> {
+        self.project.files.iter().flat_map(|file| {
+            let outline = &file.outline;
+            let pair = outline.pair(0, &["ladder", "devices"]);
+            let first = pair.and_then(|pair| outline.value_of[pair]);
+            let values = &outline.values[first.unwrap_or(outline.values.len())..];
+            let of = values.iter().take_while(move |value| Some(value.pair) == pair);
+            of.map(|value| file.slice(value.inner.clone()))
+        })
+    }
+}

@@ -1,0 +1,65 @@
+//! The keys that a table may have, and the words that a value may be. The readers define both.
+
+use serde_json::Value;
+
+use rungd_language::source::key::{Key, KeyLimit};
+use rungd_language::source::shape::{Shape, ValueForm};
+
+/// The key at the end of a path from the root on, with the form of its value.
+pub(super) fn entry(shape: &Shape, path: &[&str]) -> Option<(Key, ValueForm)> {
+    let (first, rest) = path.split_first()?;
+    let (key, form) = {
+        let noted = shape.noted();
+        let known = noted.keys.iter().find(|(key, _)| key.name == *first);
+        known.or(noted.others.as_ref())?.clone()
+    };
+    match rest.is_empty() {
+        true => Some((key, form)),
+        false => entry(form.below()?, rest),
+    }
+}
+
+/// The table at the end of a path from the root on.
+pub(super) fn table(shape: &Shape, path: &[&str]) -> Option<Shape> {
+    match path.is_empty() {
+        true => Some(shape.clone()),
+        false => entry(shape, path)?.1.below().cloned(),
+    }
+}
+
+/// Whether the reader accepts a key.
+pub(super) fn is_taken(key: &Key) -> bool {
+    !matches!(key.limit, KeyLimit::Refused)
+}
+
+/// The words that a value may be.
+pub(super) fn words(key: &Key) -> Vec<String> {
+    match key.limit {
+        KeyLimit::Words(words) => words().into_iter().map(str::to_owned).collect(),
+        KeyLimit::Schema(schema) => {
+            let schema: Value = serde_json::from_str(schema).unwrap_or_default();
+            let all = schema["enum"].as_array().cloned().unwrap_or_default();
+            let all = all.into_iter().chain([schema["const"].clone()]);
+            all.filter_map(|word| Some(word.as_str()?.to_owned())).collect()
+        }
+        KeyLimit::None | KeyLimit::Refused => Vec::new(),
+    }
+}
+
+/// The text after a key: as plain text, and as a snippet.
+pub(super) fn skeleton(form: &ValueForm) -> (&'static str, &'static str) {
+    match form {
+        ValueForm::Text | ValueForm::Duration | ValueForm::TextOrTexts => (" = ", " = \"$1\""),
+        ValueForm::Texts => (" = ", " = [\"$1\"]"),
+        ValueForm::Flag => (" = ", " = ${1|true,false|}"),
+        ValueForm::Integers(..) => (" = ", " = [$1]"),
+        ValueForm::Table(_) => (" = ", " = { $1 }"),
+        ValueForm::Tables(_) => (" = ", " = [\n    { $1 },\n]"),
+        ValueForm::Any
+        | ValueForm::Integer(..)
+        | ValueForm::Constant
+        | ValueForm::Constants
+        | ValueForm::Scalar
+        | ValueForm::TextOrTable(_) => (" = ", " = $1"),
+    }
+}

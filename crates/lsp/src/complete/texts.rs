@@ -1,0 +1,131 @@
+//! The proposals in a string, by the meaning of the string.
+
+use lsp_types::CompletionItemKind;
+
+use super::addresses;
+use super::contacts;
+use super::describe::{detail, doc, symbol};
+use super::files;
+use super::instructions;
+use super::keys;
+use super::lists;
+use super::nature::{Wish, facts};
+use super::points;
+use super::proposal::{Proposal, Proposals};
+use super::scene::CompletionScene;
+use super::shapes::{entry, words};
+use super::steps;
+use crate::slots::{DeclaredKind, Slot};
+use rungd_language::source::shape::ValueForm;
+
+/// The proposals after the text `before` in the string at the site.
+pub(super) fn offer(scene: &CompletionScene, before: &str) -> Proposals {
+    match scene.slot() {
+        Slot::Contacts => contacts::offer(scene, before, Wish::Contact),
+        Slot::Condition => contacts::offer(scene, before, Wish::Condition),
+        Slot::Instruction => instructions::offer(scene, before),
+        Slot::Argument => argument(scene, before),
+        Slot::Template => lists::templates(scene, before),
+        Slot::Allow => lists::warnings(scene, before),
+        Slot::Block => lists::blocks(scene, before),
+        Slot::File => files::offer(scene, before),
+        Slot::Device => lists::devices(scene, before),
+        Slot::Address => place(scene, before),
+        Slot::Operand => operand(scene, before),
+        Slot::Point => point(scene, before),
+        Slot::Step => steps::offer(scene, before),
+        Slot::Placeholders => placeholders(scene, before),
+        Slot::Declares(_) => Proposals::of(before),
+        Slot::Type | Slot::Other => words_of(scene, before),
+    }
+}
+
+/// An argument, by the type of its parameter.
+fn argument(scene: &CompletionScene, before: &str) -> Proposals {
+    let template = scene.value(&["use"]).and_then(|name| scene.names().template(name));
+    let name = scene.site.keys.last().map(String::as_str).unwrap_or_default();
+    let parameter = template.and_then(|template| scene.names().own(template, name));
+    let wish = parameter.map_or(Wish::Anything, |at| {
+        let of = &scene.names().all[at];
+        let kind = facts(of, &scene.project.files[of.file]).text("type");
+        Wish::of_parameter(kind.unwrap_or_default())
+    });
+    contacts::offer(scene, before, wish)
+}
+
+/// The address of a tag, with members of structures.
+fn place(scene: &CompletionScene, before: &str) -> Proposals {
+    if before.contains('.') {
+        return contacts::offer(scene, before, Wish::Anything);
+    }
+    let mut found = Proposals::of(before);
+    addresses::offer_places(scene, &mut found);
+    found
+}
+
+/// A name, or one of the words that the key allows.
+fn operand(scene: &CompletionScene, before: &str) -> Proposals {
+    let Some((key, form)) = entry(&scene.shape(), &keys::path(scene)) else {
+        return contacts::offer(scene, before, Wish::Anything);
+    };
+    match (words(&key).is_empty(), form) {
+        (false, _) => words_of(scene, before),
+        (true, ValueForm::Duration) => Proposals::of(before),
+        (true, _) => contacts::offer(scene, before, Wish::Anything),
+    }
+}
+
+/// A point of the device around the cursor, or a name of the program.
+fn point(scene: &CompletionScene, before: &str) -> Proposals {
+    let mut found = operand(scene, before);
+    let mut points = Proposals::of(before);
+    points::offer(scene, &mut points);
+    // The label of a point contains a dot: after the name of a part and its dot, only points fit.
+    let is_part = before.contains(['.', ' ']) && !points.is_empty();
+    if is_part || found.typed != before {
+        points.signs = "_.";
+        return if is_part { points } else { found };
+    }
+    points::offer(scene, &mut found);
+    found
+}
+
+/// The words in the braces of a text: the use's name, and the parameters of the template around the
+/// cursor.
+fn placeholders(scene: &CompletionScene, before: &str) -> Proposals {
+    let typed = before.rsplit_once('{').map(|(_, typed)| typed);
+    let is_letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let Some(typed) = typed.filter(|typed| typed.chars().all(is_letter)) else {
+        return Proposals::of(before);
+    };
+    let mut found = Proposals::of(typed);
+    let is_closed = scene.file.text[scene.offset + scene.tail("_")..].starts_with('}');
+    let closed = |of: Proposal| match is_closed {
+        true => of,
+        false => {
+            let text = format!("{}}}", of.label);
+            of.writes(text, None)
+        }
+    };
+    let name = Proposal::new("name", CompletionItemKind::VARIABLE, 0).detail("the use's name");
+    found.add(closed(name));
+    let all = scene.names().all.iter().filter(|of| of.kind == DeclaredKind::Parameter);
+    for of in all.filter(|of| of.parent.is_some() && of.parent == scene.template()) {
+        let proposal = Proposal::new(&of.name, symbol(of.kind), 1);
+        found.add(closed(proposal.detail(detail(of, scene.project)).doc(doc(of, scene.project))));
+    }
+    found
+}
+
+/// The words that the key allows.
+fn words_of(scene: &CompletionScene, before: &str) -> Proposals {
+    let mut found = Proposals::of(before);
+    if let Some((key, _)) = entry(&scene.shape(), &keys::path(scene)) {
+        for (order, word) in words(&key).into_iter().enumerate() {
+            let mut proposal = Proposal::new(word, CompletionItemKind::ENUM_MEMBER, 0);
+            proposal.order = order;
+            found.add(proposal);
+        }
+    }
+    found
+}

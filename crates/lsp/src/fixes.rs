@@ -1,0 +1,257 @@
+//! Code actions that repair a finding as its help advises, or silence a warning with `allow`.
+//!
+//! `requests` calls [`actions`]. `help` extracts the advice from a help, `change` turns the advice
+//! into changes of the file, and `silence` makes the changes of `allow`. A proposal is offered only
+//! if `verify` accepts the changed text: a wrong proposal costs time, but does no harm.
+
+use std::collections::HashMap;
+use std::ops::Range;
+use std::path::Path;
+
+use anyhow::Result;
+use lsp_types::{
+    CodeAction, CodeActionKind, CodeActionOrCommand, CodeActionParams, CodeActionResponse,
+    Diagnostic, NumberOrString, TextEdit, WorkspaceEdit,
+};
+
+use self::advice::AdviceLead;
+use self::edit::{Proposal, TextChange};
+use self::verify::{FixTrial, FixWorth};
+use super::diagnostics::{path_of as judged_path, told};
+use super::file::EditorFile;
+use super::judge::Judgement;
+use super::uri::path_of;
+use super::workspace::Workspace;
+use rungd_language::source::finding::{Finding, Severity};
+use rungd_language::source::span::SourceFile;
+
+mod advice;
+mod change;
+mod edit;
+mod help;
+mod places;
+mod sentences;
+mod silence;
+mod tables;
+mod verify;
+
+/// The maximum number of changed texts that are judged for a request.
+const TRIALS_MAX: usize = 24;
+/// The maximum number of alternatives in a help that are judged for a finding.
+const CHOICES_MAX: usize = 3;
+/// The number of changed texts that are judged however large the project is.
+const TRIALS_MIN: usize = 2;
+/// The maximum of the bytes of all further texts: it takes long to judge a large project.
+const TRIED_BYTES_MAX: usize = 4 << 20;
+/// The maximum number of findings for which a request offers changes.
+const FINDINGS_MAX: usize = 8;
+
+/// The remaining trials of a request.
+struct TrialBudget {
+    trials: usize,
+    bytes: usize,
+}
+
+impl TrialBudget {
+    /// Takes a trial that judges `bytes` bytes; `false` if no trial is left.
+    fn take(&mut self, bytes: usize) -> bool {
+        let is_granted = TRIALS_MAX - self.trials < TRIALS_MIN;
+        let may = self.trials > 0 && (is_granted || self.bytes >= bytes);
+        self.trials -= usize::from(may);
+        self.bytes = if may { self.bytes.saturating_sub(bytes) } else { self.bytes };
+        may
+    }
+}
+
+/// A change that is offered.
+struct Offer {
+    title: String,
+    changes: Vec<TextChange>,
+    /// Whether it repairs the finding; otherwise it silences the finding.
+    repairs: bool,
+    /// Whether it is fully verified and not an example.
+    is_sure: bool,
+}
+
+/// The code actions of the findings in a range.
+pub(super) fn actions(
+    workspace: &mut Workspace,
+    params: CodeActionParams,
+) -> Result<Option<CodeActionResponse>> {
+    let kinds = params.context.only.as_ref();
+    let is_wanted = kinds
+        .is_none_or(|kinds| kinds.iter().any(|kind| ["", "quickfix"].contains(&kind.as_str())));
+    let path = path_of(&params.text_document.uri);
+    let Some(path) = path.filter(|_| is_wanted && takes_literals(workspace)) else {
+        return Ok(None);
+    };
+    let Some(file) = workspace.library.file(&path) else { return Ok(None) };
+    let within = file.offset(params.range.start)..file.offset(params.range.end);
+    let mut left = TrialBudget { trials: TRIALS_MAX, bytes: TRIED_BYTES_MAX };
+    let mut offered = Vec::new();
+    for (judgement, finding) in findings(workspace, &path, &file, &within) {
+        let mut trial = FixTrial::of(workspace, (judgement, finding), &file);
+        let offers = offers(&file, finding, &mut trial, &mut left);
+        let is_clear = offers.iter().filter(|offer| offer.repairs).count() == 1;
+        for offer in &offers {
+            let diagnostic = shown(&file, &params.context.diagnostics, finding);
+            let mut action = action(&params, &file, offer);
+            action.is_preferred = (is_clear && offer.is_sure).then_some(true);
+            action.diagnostics = diagnostic.map(|diagnostic| vec![diagnostic.clone()]);
+            offered.push(CodeActionOrCommand::CodeAction(action));
+        }
+    }
+    Ok(Some(offered))
+}
+
+/// Whether the editor supports code actions that contain edits.
+fn takes_literals(workspace: &Workspace) -> bool {
+    let of = workspace.client.text_document.as_ref().and_then(|of| of.code_action.as_ref());
+    of.is_some_and(|of| of.code_action_literal_support.is_some())
+}
+
+/// The findings in a range of the present text of a file, each once. The finding nearest to the
+/// start of the range comes first.
+fn findings<'w>(
+    workspace: &'w Workspace,
+    path: &Path,
+    file: &EditorFile,
+    within: &Range<usize>,
+) -> Vec<(&'w Judgement, &'w Finding)> {
+    let mut near: Vec<(&Judgement, &Finding)> = Vec::new();
+    for judgement in workspace.judged.values() {
+        let is_here = |of: &SourceFile| judged_path(of) == path && *of.text == *file.text;
+        let here: Vec<bool> = judgement.files.iter().map(is_here).collect();
+        let asked = judgement.findings.iter().filter(|finding| {
+            finding.span.start as usize <= within.end
+                && within.start <= finding.span.end as usize
+                && here.get(finding.span.file.0 as usize) == Some(&true)
+        });
+        near.extend(asked.map(|finding| (judgement, finding)));
+    }
+    near.sort_by_key(|(_, Finding { span, .. })| {
+        ((span.start as usize).saturating_sub(within.start), span.end - span.start)
+    });
+    let mut found: Vec<(&Judgement, &Finding)> = Vec::new();
+    for (judgement, finding) in near {
+        let is_known = found.iter().any(|(_, known)| {
+            (known.code, known.span.start, &known.message)
+                == (finding.code, finding.span.start, &finding.message)
+        });
+        if !is_known {
+            found.push((judgement, finding));
+        }
+        if found.len() == FINDINGS_MAX {
+            break;
+        }
+    }
+    found
+}
+
+/// The offers for a finding: repairs in the order of the help, then the uses of `allow`.
+fn offers(
+    file: &EditorFile,
+    finding: &Finding,
+    trial: &mut FixTrial,
+    left: &mut TrialBudget,
+) -> Vec<Offer> {
+    let span = finding.span.start as usize..finding.span.end as usize;
+    let mut offers = Vec::new();
+    let help = finding.help_text().unwrap_or_default();
+    let mut choices = 0;
+    for advice in help::read(&help) {
+        choices += usize::from(advice.is_choice());
+        if advice.is_choice() && choices > CHOICES_MAX {
+            continue;
+        }
+        let taken = best(change::proposed(file, &span, &advice), |changes| {
+            left.take(trial.bytes()).then(|| trial.repairs(changes, &advice))
+        });
+        if let Some((changes, worth)) = taken
+            && !offers.iter().any(|known: &Offer| known.changes == changes)
+        {
+            let changed = changes.first().map_or(span.clone(), |change| change.range.clone());
+            let title = advice.title(file, changed);
+            let is_example = advice.lead() == AdviceLead::Example
+                || help.starts_with("give it ")
+                || help.starts_with("most ");
+            let is_sure = !is_example && worth == FixWorth::Whole;
+            offers.push(Offer { title, changes, repairs: true, is_sure });
+        }
+    }
+    if finding.severity() == Severity::Warning {
+        for (title, changes) in silence::proposed(file, &span, finding.code.name()) {
+            if left.take(trial.bytes()) && trial.silences(&changes) {
+                offers.push(Offer { title, changes, repairs: false, is_sure: false });
+            }
+        }
+    }
+    offers
+}
+
+/// The first proposal that is fully verified, else the first proposal that repairs. `repairs`
+/// returns the worth of a proposal, or `None` if no more proposals may be tried.
+fn best(
+    proposed: Vec<Proposal>,
+    mut repairs: impl FnMut(&[TextChange]) -> Option<Option<FixWorth>>,
+) -> Option<(Proposal, FixWorth)> {
+    let mut first = None;
+    for changes in proposed {
+        match repairs(&changes) {
+            Some(Some(FixWorth::Whole)) => return Some((changes, FixWorth::Whole)),
+            Some(Some(FixWorth::First)) if first.is_none() => {
+                first = Some((changes, FixWorth::First));
+            }
+            Some(Some(FixWorth::First) | None) => {}
+            None => break,
+        }
+    }
+    first
+}
+
+/// The diagnostic of the editor that shows a finding.
+fn shown<'d>(
+    file: &EditorFile,
+    diagnostics: &'d [Diagnostic],
+    finding: &Finding,
+) -> Option<&'d Diagnostic> {
+    let place = file.place(finding.span.start as usize..finding.span.end as usize);
+    let code = NumberOrString::String(finding.code.name().to_owned());
+    let message = told(finding);
+    diagnostics.iter().find(|diagnostic| {
+        diagnostic.code.as_ref() == Some(&code)
+            && diagnostic.range == place
+            && diagnostic.message == message
+    })
+}
+
+#[allow(clippy::mutable_key_type)] // The type of the protocol.
+fn action(params: &CodeActionParams, file: &EditorFile, offer: &Offer) -> CodeAction {
+    let edits = offer.changes.iter().map(|change| TextEdit {
+        range: file.place(change.range.clone()),
+        new_text: change.text.clone(),
+    });
+    let changes = HashMap::from([(params.text_document.uri.clone(), edits.collect())]);
+    CodeAction {
+        title: offer.title.clone(),
+        kind: Some(CodeActionKind::QUICKFIX),
+        edit: Some(WorkspaceEdit { changes: Some(changes), ..WorkspaceEdit::default() }),
+        ..CodeAction::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_large_project_has_few_trials_and_each_project_some() {
+        let tried = |bytes: usize| {
+            let mut left = TrialBudget { trials: TRIALS_MAX, bytes: TRIED_BYTES_MAX };
+            (0..100).filter(|_| left.take(bytes)).count()
+        };
+        assert_eq!(tried(1_000), TRIALS_MAX);
+        assert_eq!(tried(1 << 20), 4);
+        assert_eq!(tried(100 << 20), TRIALS_MIN);
+    }
+}

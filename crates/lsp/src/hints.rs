@@ -1,0 +1,102 @@
+//! Inlay hints with the values of the running controller: after each text of contacts the values
+//! of its words, after each instruction the values of the operands that it writes and reads.
+
+use anyhow::Result;
+use lsp_types::{InlayHint, InlayHintKind, InlayHintLabel, InlayHintParams};
+
+use super::file::EditorFile;
+use super::live::{LiveValue, LiveValues};
+use super::operands::{NamedWord, named, values, words};
+use super::outline::OutlineValue;
+use super::project::Project;
+use super::slots::{FileKind, Slot};
+use super::uri::path_of;
+use super::workspace::Workspace;
+pub use rungd_client::operator::protocol::Held;
+use rungd_config::controller::OutputState;
+use rungd_lab::testing::time_text;
+
+/// The maximum number of values after one text.
+const SHOWN_MAX: usize = 4;
+
+const NS_PER_MS: u64 = 1_000_000;
+
+/// The hints of a part of a file; `None` while the values are unknown.
+pub(super) fn hints(
+    workspace: &mut Workspace,
+    params: InlayHintParams,
+) -> Result<Option<Vec<InlayHint>>> {
+    let Some(path) = path_of(&params.text_document.uri) else { return Ok(None) };
+    let Some(project) = workspace.project(&path) else { return Ok(None) };
+    let Some(number) = project.number(&path) else { return Ok(None) };
+    let file = &project.files[number];
+    if file.kind != FileKind::Ladder {
+        return Ok(None);
+    }
+    let bytes = file.offset(params.range.start)..file.offset(params.range.end);
+    workspace.live.shows(&path, bytes.clone());
+    let Some(live) = workspace.live.values(&project.root) else { return Ok(None) };
+    let shown = values(file, bytes.start).take_while(|(value, _)| value.span.start <= bytes.end);
+    let hint = |of: (&OutlineValue, Slot)| {
+        let label = label((&project, number), of, &live)?;
+        Some(hint(file, of.0, label))
+    };
+    Ok(Some(shown.filter_map(hint).collect()))
+}
+
+fn hint(file: &EditorFile, value: &OutlineValue, label: String) -> InlayHint {
+    InlayHint {
+        position: file.place(value.span.end..value.span.end).start,
+        label: InlayHintLabel::String(label),
+        kind: Some(InlayHintKind::TYPE),
+        text_edits: None,
+        tooltip: None,
+        padding_left: Some(true),
+        padding_right: Some(false),
+        data: None,
+    }
+}
+
+/// The label after a value: `level = 37, late.Acc = 1.2 s`.
+fn label(
+    (project, number): (&Project, usize),
+    (value, slot): (&OutlineValue, Slot),
+    live: &LiveValues,
+) -> Option<String> {
+    let file = &project.files[number];
+    let mut shown: Vec<String> = Vec::new();
+    for word in words(file, value) {
+        let Some(word) = named(project, (number, file), word) else { continue };
+        let Some(value) = live.get(&word.operand) else { continue };
+        let is_wanted = match value.memory {
+            // The colour of a bit that is only read shows its value.
+            Held::Bit(_) => slot == Slot::Instruction && word.is_written,
+            Held::Word(_) | Held::Real(_) => true,
+        };
+        let text = told(&word, value);
+        if is_wanted && !shown.contains(&text) && shown.len() < SHOWN_MAX {
+            shown.push(text);
+        }
+    }
+    (!shown.is_empty()).then(|| shown.join(", "))
+}
+
+fn told(word: &NamedWord, value: LiveValue) -> String {
+    let held = value.held();
+    let value = match value.output {
+        OutputState::AsMemory => held_text(word, held),
+        OutputState::Safe(_) => format!("{held}, safe value"),
+        OutputState::Unknown(None) => "not known".to_owned(),
+        OutputState::Unknown(Some(last)) => format!("not known, last {}", Held::Bit(last)),
+    };
+    format!("{} = {value}", word.operand)
+}
+
+fn held_text(word: &NamedWord, held: Held) -> String {
+    match held {
+        Held::Word(ms) if word.is_time => {
+            time_text(u64::from(ms.unsigned_abs()).saturating_mul(NS_PER_MS))
+        }
+        Held::Bit(_) | Held::Word(_) | Held::Real(_) => held.to_string(),
+    }
+}

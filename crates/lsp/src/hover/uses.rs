@@ -1,0 +1,218 @@
+//! The places that write and read a declaration or address: the words of all files of a project
+//! that mean it, by its name or its address, each with its place and the text around it.
+
+use std::collections::HashSet;
+use std::fmt::Write as _;
+
+use super::super::file::EditorFile;
+use super::super::names::Meaning;
+use super::super::project::Project;
+use super::super::slots::{DeclaredKind, FileKind};
+use super::super::words::{FileWord, Role};
+use rungd_engine::isa::{Address, MemorySizes, Mnemonic, Space, address_text};
+
+/// The maximum number of lines of a list.
+pub(super) const LINES_MAX: usize = 8;
+/// The maximum number of characters of a text in a list.
+const SHORT_MAX: usize = 70;
+
+/// The uses of a declaration or address. Each list is in the order of files and places.
+#[derive(Debug, Default)]
+pub(super) struct Uses {
+    /// The lists in the order of `TITLES`; uses beyond `LINES_MAX` are counted, but have no line.
+    lists: [UseList; 6],
+    /// How often tests name the declaration or address.
+    tests: usize,
+}
+
+#[derive(Debug, Default)]
+struct UseList {
+    lines: Vec<String>,
+    count: usize,
+}
+
+const TITLES: [&str; 6] =
+    ["Written by", "Read by", "Given to", "Controller file", "Started or left by", "Used by"];
+
+/// The declarations and the address to find.
+struct Sought {
+    declared: HashSet<usize>,
+    address: Option<Address>,
+}
+
+/// The uses of a declaration; for a tag with an address, also the uses of the address.
+pub(super) fn of_declared(project: &Project, at: usize) -> Uses {
+    let address = address_of(project, at);
+    let mut sought = sought(project, address);
+    sought.declared.insert(at);
+    collect(project, &sought)
+}
+
+/// The instructions that have a tag as their structure, in the order of places.
+pub(super) fn owners(project: &Project, tag: usize) -> Vec<Mnemonic> {
+    let mut sought = sought(project, address_of(project, tag));
+    sought.declared.insert(tag);
+    let mut owners = Vec::new();
+    for (number, file) in project.files.iter().enumerate() {
+        let words = file.words.all.iter().filter(|word| word.role == Role::Writes);
+        for word in words.filter(|word| sought.means(project, (number, file), word)) {
+            let before = file.words.all.partition_point(|of| of.span.start < word.span.start);
+            let near = file.words.all[..before].last();
+            if let Some(FileWord { role: Role::Mnemonic(mnemonic), .. }) = near
+                && mnemonic.owns_structure()
+            {
+                owners.push(*mnemonic);
+            }
+        }
+    }
+    owners
+}
+
+/// The uses of an address, also by its tags.
+pub(super) fn of_address(project: &Project, address: Address) -> Uses {
+    collect(project, &sought(project, Some(address)))
+}
+
+/// The tags of an address.
+pub(super) fn tags_of(project: &Project, address: Address) -> Vec<usize> {
+    let tags = 0..project.names.all.len();
+    let has = |at: &usize| address_of(project, *at).is_some_and(|of| is_same(of, address));
+    tags.filter(has).collect()
+}
+
+/// The address of a tag, if it has one.
+pub(super) fn address_of(project: &Project, at: usize) -> Option<Address> {
+    let declared = &project.names.all[at];
+    if !matches!(declared.kind, DeclaredKind::Tag | DeclaredKind::OwnTag) {
+        return None;
+    }
+    let file = &project.files[declared.file];
+    let keys = file.outline.pairs[declared.pair].keys.iter().map(|key| key.text.as_str());
+    let keys: Vec<&str> = keys.chain(["at"]).collect();
+    let value = file.outline.value(declared.object, &keys)?;
+    address_text::parse(file.slice(value.inner.clone()), &MemorySizes::default()).ok()
+}
+
+/// Whether two addresses are the same, or belong to the same structure.
+fn is_same(a: Address, b: Address) -> bool {
+    a == b || Space::with_members(a).is_some_and(|of| Space::with_members(b) == Some(of))
+}
+
+fn sought(project: &Project, address: Option<Address>) -> Sought {
+    let declared = address.map(|address| tags_of(project, address)).unwrap_or_default();
+    Sought { declared: declared.into_iter().collect(), address }
+}
+
+impl Sought {
+    /// Whether a word means one of them.
+    fn means(&self, project: &Project, numbered: (usize, &EditorFile), word: &FileWord) -> bool {
+        project.names.parts(numbered, word).iter().any(|part| match part.meaning {
+            Meaning::Declared(at) => self.declared.contains(&at),
+            Meaning::Address(of) => self.address.is_some_and(|wanted| is_same(of, wanted)),
+            Meaning::Member | Meaning::Status | Meaning::Unknown => false,
+        })
+    }
+}
+
+fn collect(project: &Project, sought: &Sought) -> Uses {
+    let mut uses = Uses::default();
+    for (number, file) in project.files.iter().enumerate() {
+        for word in &file.words.all {
+            if sought.means(project, (number, file), word) {
+                uses.add(project, (number, file), word);
+            }
+        }
+    }
+    uses
+}
+
+impl Uses {
+    fn add(&mut self, project: &Project, (number, file): (usize, &EditorFile), word: &FileWord) {
+        let Some(list) = list(file, word) else {
+            self.tests += usize::from(file.kind == FileKind::Test);
+            return;
+        };
+        let UseList { lines, count } = &mut self.lists[list];
+        *count += 1;
+        if lines.len() < LINES_MAX {
+            lines.push(line(project, (number, file), word));
+        }
+    }
+
+    /// The uses as Markdown; empty without uses.
+    pub fn shown(&self) -> String {
+        let mut text = String::new();
+        for (UseList { lines, count }, title) in self.lists.iter().zip(TITLES) {
+            if !lines.is_empty() {
+                let _ = write!(text, "\n{title}:\n\n{}", lines.concat());
+            }
+            if *count > lines.len() {
+                let _ = writeln!(text, "- and {} more", count - lines.len());
+            }
+        }
+        match self.tests {
+            0 => {}
+            1 => text.push_str("\nTests name it once.\n"),
+            many => drop(write!(text, "\nTests name it {many} times.\n")),
+        }
+        text
+    }
+}
+
+/// The number of the list that a word belongs to.
+fn list(file: &EditorFile, word: &FileWord) -> Option<usize> {
+    match (file.kind, word.role) {
+        (FileKind::Test, _) | (_, Role::Declares(_)) => None,
+        (FileKind::Controller, Role::Names) => Some(3),
+        (_, Role::Writes) => Some(0),
+        (_, Role::Reads) => Some(1),
+        (FileKind::Ladder, Role::Names) => {
+            let is_argument = file.outline.pairs[word.pair].keys[0].text == "with";
+            is_argument.then_some(2)
+        }
+        (_, Role::Block | Role::Stage) => Some(4),
+        (_, Role::Template | Role::Parameter | Role::Placeholder | Role::Device) => Some(5),
+        (_, Role::File | Role::Mnemonic(_) | Role::Function(_) | Role::Warning) => None,
+    }
+}
+
+fn line(project: &Project, (number, file): (usize, &EditorFile), word: &FileWord) -> String {
+    let line = file.place(word.span.clone()).start.line + 1;
+    let name = file.path.file_name().unwrap_or(file.path.as_os_str()).to_string_lossy();
+    let outline = &file.outline;
+    let behind = outline.values.partition_point(|value| value.inner.start <= word.span.start);
+    let value = behind.checked_sub(1).map(|at| &outline.values[at]);
+    let text = match value.filter(|value| word.span.end <= value.inner.end) {
+        Some(value) if file.kind == FileKind::Ladder => file.slice(value.inner.clone()),
+        Some(_) | None => file.slice(file.line(word.span.start)).trim(),
+    };
+    let place = place(project, (number, file), word);
+    format!("- `{}` {place}{name}:{line}\n", short(text))
+}
+
+/// The block, Stage and rung that contain a word.
+fn place(project: &Project, (number, file): (usize, &EditorFile), word: &FileWord) -> String {
+    let names = &project.names;
+    let Some(holder) = names.holder(number, file, word.object) else { return String::new() };
+    let of = &names.all[holder];
+    let block = match of.parent.filter(|_| of.kind == DeclaredKind::Stage) {
+        Some(parent) => format!("{}.{}", names.all[parent].name, of.name),
+        None => of.name.clone(),
+    };
+    let name = file.outline.value(word.object, &["name"]);
+    let is_of_rung = file.outline.objects[word.object].kind.ends_with(".rung");
+    match name.filter(|_| is_of_rung) {
+        Some(name) => format!("{block}/{} ", file.slice(name.inner.clone())),
+        None => format!("{block} "),
+    }
+}
+
+/// A text, cut to the length of a line.
+pub(super) fn short(text: &str) -> String {
+    let line = text.lines().next().unwrap_or_default();
+    let is_whole = line.len() == text.len() && line.chars().count() <= SHORT_MAX;
+    match is_whole {
+        true => line.to_owned(),
+        false => line.chars().take(SHORT_MAX).collect::<String>() + "…",
+    }
+}

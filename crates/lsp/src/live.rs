@@ -1,0 +1,343 @@
+//! Reads the values that the editor shows from running controllers, on a thread of its own. It is
+//! the only part of the server with a clock.
+//!
+//! `server` sends the orders and receives the news; `live_view` keeps them. The thread polls about
+//! twice a second, and reads values only if the running program is the one in the texts. It
+//! requests only the status and values: it never writes.
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, unbounded};
+use serde::de::DeserializeOwned;
+use toml_parser::Source;
+use toml_parser::lexer::{Token, TokenKind};
+
+use rungd_client::operator::client::{self, CallFailure};
+pub use rungd_client::operator::protocol::{
+    Held, OPERANDS_MAX, Refusal, RefusalKind, Request, Status, Values,
+};
+use rungd_client::operator::socket_place::operator_socket;
+use rungd_client::operator::{search, socket_of_environment};
+use rungd_config::controller::OutputState;
+use rungd_config::load::sha256_of;
+
+/// The time between two polls.
+const EVERY: Duration = Duration::from_millis(500);
+
+/// The pause after a poll is at least this number of times as long as the poll, so a busy
+/// controller is polled less often.
+const SHARE: u32 = 10;
+
+/// The maximum number of requests for values per poll: it may take several requests to find the
+/// refused operands.
+const READS_MAX: u32 = 32;
+
+/// The longest wait for an answer: values that are shown must not be older.
+const ANSWER_MAX: Duration = Duration::from_secs(2);
+
+/// The controllers to poll, and the operands to read. Without targets the thread sleeps.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct LiveOrder {
+    /// The socket in the user's settings, for all projects.
+    pub socket: Option<PathBuf>,
+    /// The projects.
+    pub targets: Vec<LiveTarget>,
+}
+
+/// A project that is shown.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct LiveTarget {
+    /// The controller file, or the ladder alone.
+    pub root: PathBuf,
+    /// The texts of its ladders, in order.
+    pub texts: Vec<Arc<str>>,
+    /// The operands to read.
+    pub operands: Vec<String>,
+}
+
+/// The result of a poll of a controller.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum LiveState {
+    /// Its values.
+    Values(Arc<LiveValues>),
+    /// It runs a program that differs from the texts.
+    Differs {
+        /// The name of the running ladder.
+        running: String,
+    },
+    /// It does not answer, for this reason.
+    Silent(String),
+}
+
+/// Values of one program.
+#[derive(Debug, PartialEq)]
+pub(super) struct LiveValues {
+    /// The texts of the program.
+    pub texts: Vec<Arc<str>>,
+    /// The values by operand.
+    pub values: HashMap<String, LiveValue>,
+}
+
+/// The value of an operand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct LiveValue {
+    /// Its value in memory.
+    pub memory: Held,
+    /// For a Y: the state of its output.
+    pub output: OutputState,
+}
+
+impl LiveValue {
+    /// The value that is shown: of an output outside RUN, what is driven. The power of a contact
+    /// comes from memory, so it stays where the state of the output is not known.
+    pub fn held(&self) -> Held {
+        match self.output {
+            OutputState::Safe(on) => Held::Bit(on),
+            OutputState::AsMemory | OutputState::Unknown(_) => self.memory,
+        }
+    }
+}
+
+/// The news of a project.
+#[derive(Clone, Debug)]
+pub(super) struct LiveNews {
+    /// The project.
+    pub root: PathBuf,
+    /// The result of the poll.
+    pub state: LiveState,
+}
+
+impl LiveValues {
+    /// The value of an operand.
+    pub fn get(&self, operand: &str) -> Option<LiveValue> {
+        self.values.get(operand).copied()
+    }
+}
+
+/// Whether both are the same texts in memory, not only equal texts.
+pub(super) fn are_same(some: &[Arc<str>], others: &[Arc<str>]) -> bool {
+    some.len() == others.len() && some.iter().zip(others).all(|(a, b)| Arc::ptr_eq(a, b))
+}
+
+/// Starts the thread. Returns the sender of its orders and the receiver of its news. The thread
+/// ends when the sender is dropped.
+pub(super) fn start() -> (Sender<LiveOrder>, Receiver<LiveNews>) {
+    let (orders, received) = unbounded::<LiveOrder>();
+    let (send, news) = unbounded();
+    let builder = thread::Builder::new().name("live".to_owned());
+    // Without the thread the channel is closed; `server` reports that.
+    let _ = builder.spawn(move || {
+        let looker = Looker { news: send, known: BTreeMap::new() };
+        looker.run(&received);
+    });
+    (orders, news)
+}
+
+/// The thread.
+struct Looker {
+    news: Sender<LiveNews>,
+    known: BTreeMap<PathBuf, Known>,
+}
+
+/// The state of the thread for a project.
+#[derive(Default)]
+struct Known {
+    texts: Vec<Arc<str>>,
+    /// SHA-256 of the texts, as `status` reports it for the running texts; then SHA-256 of their
+    /// tokens.
+    sha256: String,
+    tokens: String,
+    /// Both hashes of the last texts that ran.
+    ran: Option<(String, String)>,
+    /// Operands that the controller refuses.
+    unreadable: HashSet<String>,
+    /// The remaining requests for values of this poll.
+    reads_left: u32,
+    /// The state that was sent last.
+    told: Option<LiveState>,
+}
+
+impl Looker {
+    fn run(mut self, orders: &Receiver<LiveOrder>) {
+        let mut order = LiveOrder::default();
+        let mut next = Instant::now();
+        loop {
+            let received = match order.targets.is_empty() {
+                true => orders.recv().map_err(|_| RecvTimeoutError::Disconnected),
+                false => orders.recv_deadline(next),
+            };
+            match received {
+                // An order waits for the next poll: a fast typist causes no additional polls.
+                Ok(newer) => {
+                    self.known.retain(|root, _| newer.targets.iter().any(|of| of.root == *root));
+                    order = newer;
+                }
+                Err(RecvTimeoutError::Timeout) => {
+                    let began = Instant::now();
+                    if !self.look_at_all(&order) {
+                        return;
+                    }
+                    next = Instant::now() + EVERY.max(began.elapsed() * SHARE);
+                }
+                Err(RecvTimeoutError::Disconnected) => return,
+            }
+        }
+    }
+
+    /// Polls all controllers once; false if the receiver is gone.
+    fn look_at_all(&mut self, order: &LiveOrder) -> bool {
+        for target in &order.targets {
+            let known = self.known.entry(target.root.clone()).or_default();
+            let state = known.look(socket(order.socket.as_ref(), &target.root), target);
+            if known.told.as_ref() == Some(&state) {
+                continue;
+            }
+            known.told = Some(state.clone());
+            if self.news.send(LiveNews { root: target.root.clone(), state }).is_err() {
+                return false;
+            }
+        }
+        true
+    }
+}
+
+/// The socket of a project's controller: from the user's settings, else from the controller file,
+/// else as `rungd status` finds it.
+///
+/// # Errors
+/// None was found, or several.
+pub(super) fn socket(said: Option<&PathBuf>, root: &Path) -> Result<PathBuf, CallFailure> {
+    let named = || search::socket(socket_of_environment());
+    said.cloned().or_else(|| operator_socket(root).path).map_or_else(named, Ok)
+}
+
+impl Known {
+    fn look(&mut self, socket: Result<PathBuf, CallFailure>, target: &LiveTarget) -> LiveState {
+        if !are_same(&self.texts, &target.texts) {
+            // The result is sent again, because it now belongs to different texts.
+            *self = Known { ran: self.ran.take(), ..Known::default() };
+            self.texts = target.texts.clone();
+            self.sha256 = sha256_of(target.texts.iter().map(|text| &**text));
+            self.tokens = tokens_of(&target.texts);
+        }
+        match socket.and_then(|socket| self.read(&socket, &target.operands)) {
+            Ok(state) => state,
+            Err(failure) => LiveState::Silent(failure.in_one_line()),
+        }
+    }
+
+    /// Reads the values between two checks of the program, so that all values are of one program.
+    fn read(&mut self, socket: &Path, operands: &[String]) -> Result<LiveState, CallFailure> {
+        if let Some(running) = self.other(socket)? {
+            return Ok(LiveState::Differs { running });
+        }
+        let mut values = HashMap::new();
+        self.reads_left = READS_MAX;
+        let wanted: Vec<String> =
+            operands.iter().filter(|of| !self.unreadable.contains(*of)).cloned().collect();
+        for some in wanted.chunks(OPERANDS_MAX) {
+            self.read_some(socket, some, &mut values)?;
+        }
+        if let Some(running) = self.other(socket)? {
+            return Ok(LiveState::Differs { running });
+        }
+        let texts = self.texts.clone();
+        Ok(LiveState::Values(Arc::new(LiveValues { texts, values })))
+    }
+
+    /// The name of the running program, if it is not the program of the texts. It is that program
+    /// if the texts are equal, or if they differ from the texts that ran only in comments and
+    /// spaces.
+    fn other(&mut self, socket: &Path) -> Result<Option<String>, CallFailure> {
+        let status: Status = ask(socket, &Request::Status {})?;
+        let running = status.ladder.sha256;
+        if running == self.sha256 {
+            self.ran = Some((running, self.tokens.clone()));
+            return Ok(None);
+        }
+        let ran = self
+            .ran
+            .as_ref()
+            .is_some_and(|(sha256, tokens)| (sha256, tokens) == (&running, &self.tokens));
+        Ok((!ran).then_some(status.ladder.name))
+    }
+
+    /// Reads some operands. A refused operand is found by halving the list, and is not requested
+    /// again.
+    fn read_some(
+        &mut self,
+        socket: &Path,
+        some: &[String],
+        values: &mut HashMap<String, LiveValue>,
+    ) -> Result<(), CallFailure> {
+        if self.reads_left == 0 {
+            return Ok(());
+        }
+        self.reads_left -= 1;
+        let request = Request::Read { operands: some.to_vec() };
+        match ask::<Values>(socket, &request) {
+            Ok(read) => {
+                values.extend(read.values.into_iter().map(|of| {
+                    let (memory, output) = (of.value, of.output());
+                    (of.operand, LiveValue { memory, output })
+                }));
+                Ok(())
+            }
+            Err(CallFailure::Refused(Refusal {
+                kind: RefusalKind::BadOperand | RefusalKind::BadRequest,
+                ..
+            })) => {
+                if let [one] = some {
+                    self.unreadable.insert(one.clone());
+                    return Ok(());
+                }
+                let (first, second) = some.split_at(some.len() / 2);
+                self.read_some(socket, first, values)?;
+                self.read_some(socket, second, values)
+            }
+            Err(failure) => Err(failure),
+        }
+    }
+}
+
+fn ask<T: DeserializeOwned>(socket: &Path, request: &Request) -> Result<T, CallFailure> {
+    client::ask_within(socket, request, ANSWER_MAX)
+}
+
+/// A hash that is equal for texts that differ only in comments and spaces.
+fn tokens_of(texts: &[Arc<str>]) -> String {
+    let is_said = |token: &Token| {
+        !matches!(
+            token.kind(),
+            TokenKind::Whitespace | TokenKind::Newline | TokenKind::Comment | TokenKind::Eof
+        )
+    };
+    let tokens = texts.iter().flat_map(|text| {
+        let said = Source::new(text).lex().filter(is_said);
+        let said = said.map(|token| &text[token.span().start()..token.span().end()]);
+        // No token contains the line end that separates tokens and texts.
+        said.flat_map(|token| [token, "\n"]).chain(["\n"])
+    });
+    sha256_of(tokens)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn comments_and_spaces_change_no_tokens() {
+        let of = |text: &str| tokens_of(&[Arc::from(text)]);
+        let text = "[tags]\na = { at = \"X0\" }\n";
+        assert_eq!(of(text), of("# all\n[tags] # here\n\n  a={at=\"X0\"}"));
+        for other in ["[tags]\na = { at = \"X1\" }\n", "[tags]\na = { at = \"X0 \" }\n", ""] {
+            assert_ne!(of(text), of(other), "{other}");
+        }
+        let two = |a: &str, b: &str| tokens_of(&[Arc::from(a), Arc::from(b)]);
+        assert_ne!(two("a", "b"), two("a b", ""));
+    }
+}

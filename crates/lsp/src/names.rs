@@ -1,0 +1,354 @@
+//! The meanings of the names of a project: the declarations of all its files, and a look-up of the
+//! declaration that each part of a word means.
+//!
+//! It is built from the words alone, so it also works for a file with errors. The look-up has the
+//! order of the resolver (`resolve::scope`): within a template, its parameters and tags come first.
+
+use std::collections::HashMap;
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::file::EditorFile;
+use super::slots::DeclaredKind;
+use super::words::{FileWord, Role};
+use rungd_engine::isa::address_text;
+use rungd_engine::isa::{Address, MemorySizes};
+
+/// A declaration in a project.
+#[derive(Debug)]
+pub(super) struct Declared {
+    /// Its kind.
+    pub kind: DeclaredKind,
+    /// Its name.
+    pub name: String,
+    /// The number of its file.
+    pub file: usize,
+    /// The place of its name.
+    pub span: Range<usize>,
+    /// The object that it is, or that contains it.
+    pub object: usize,
+    /// The pair of its name.
+    pub pair: usize,
+    /// The block, stage or template that it belongs to.
+    pub parent: Option<usize>,
+    /// Its explanation.
+    pub doc: Option<String>,
+    /// The name of the template that it uses.
+    pub template: Option<String>,
+}
+
+/// The meaning of a part of a word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Meaning {
+    /// A declaration, by its number.
+    Declared(usize),
+    /// A member of the part before it: `.Acc`, `.Running`.
+    Member,
+    /// An address.
+    Address(Address),
+    /// A status bit.
+    Status,
+    /// An unknown name.
+    Unknown,
+}
+
+/// A part of a word, between its dots.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct WordPart {
+    /// Its place.
+    pub span: Range<usize>,
+    /// Its meaning.
+    pub meaning: Meaning,
+}
+
+/// All names of a project.
+#[derive(Debug, Default)]
+pub(super) struct Names {
+    /// The declarations, by file and place.
+    pub all: Vec<Declared>,
+    globals: HashMap<String, usize>,
+    templates: HashMap<String, usize>,
+    /// By the parent and the name.
+    members: HashMap<(usize, String), usize>,
+    /// By file and object.
+    objects: HashMap<(usize, usize), usize>,
+    /// By file and the first byte of the name.
+    places: HashMap<(usize, usize), usize>,
+}
+
+/// The kinds of tables that contain other declarations and are declared by their `name`.
+const HOLDERS: [&str; 7] =
+    ["program", "task", "template", "program.stage", "template.stage", "device", "scenario"];
+
+impl Names {
+    /// The names of the files of a project.
+    pub fn of(files: &[Arc<EditorFile>]) -> Names {
+        let mut names = Names::default();
+        for (number, file) in files.iter().enumerate() {
+            for word in &file.words.all {
+                if let Role::Declares(kind) = word.role {
+                    names.declare((number, file), word, kind);
+                }
+            }
+        }
+        for at in 0..names.all.len() {
+            let number = names.all[at].file;
+            names.link(at, (number, &files[number]));
+        }
+        names
+    }
+
+    fn declare(
+        &mut self,
+        (number, file): (usize, &EditorFile),
+        word: &FileWord,
+        kind: DeclaredKind,
+    ) {
+        let outline = &file.outline;
+        let text = |keys: &[&str]| {
+            let value = outline.value(word.object, keys)?;
+            Some(file.slice(value.inner.clone()).to_owned())
+        };
+        // A key declares no use, and its object is often the root, which has thousands of pairs.
+        let template = if is_of_key(kind) { None } else { text(&["use"]) };
+        let doc = match is_of_key(kind) {
+            true => outline.value_below(word.pair, "doc"),
+            false => outline.value(word.object, &["doc"]),
+        };
+        let doc = doc.map(|doc| file.slice(doc.inner.clone()).to_owned());
+        let kind = match (kind, &template) {
+            (DeclaredKind::Rung, Some(_)) => DeclaredKind::Use,
+            (kind, _) => kind,
+        };
+        let name = file.slice(word.span.clone()).to_owned();
+        if let Some(last) = self.all.last()
+            && last.kind == kind
+            && (last.file, last.object, &last.name) == (number, word.object, &name)
+            && is_of_key(kind)
+        {
+            // `tags.eye.at` and `tags.eye.doc` declare the same tag.
+            self.places.insert((number, word.span.start), self.all.len() - 1);
+            return;
+        }
+        let (span, object, at) = (word.span.clone(), word.object, self.all.len());
+        self.places.insert((number, span.start), at);
+        if HOLDERS.contains(&outline.objects[object].kind.as_str()) && is_holder(kind) {
+            self.objects.entry((number, object)).or_insert(at);
+        }
+        let (file, pair, parent) = (number, word.pair, None);
+        self.all.push(Declared { kind, name, file, span, object, pair, parent, doc, template });
+    }
+
+    /// Sets the parent of a declaration, and registers its name there.
+    fn link(&mut self, at: usize, (number, file): (usize, &EditorFile)) {
+        let of = &self.all[at];
+        let (kind, name, object) = (of.kind, of.name.clone(), of.object);
+        let parent = match is_holder(kind) {
+            true if object == 0 => None,
+            true => self.holder(number, file, file.outline.objects[object].parent),
+            false => self.holder(number, file, object),
+        };
+        self.all[at].parent = parent;
+        if kind == DeclaredKind::Device {
+            self.unite(at);
+        }
+        self.know(at, kind, name, parent);
+    }
+
+    /// Several controller files with the same ladder each declare the device that the ladder names.
+    /// They count as one declaration, the first of them.
+    fn unite(&mut self, at: usize) {
+        let of = &self.all[at];
+        let place = (of.file, of.span.start);
+        let same = self.global(&of.name).filter(|first| {
+            self.all[*first].kind == DeclaredKind::Device && self.all[*first].file != of.file
+        });
+        if let Some(first) = same {
+            self.places.insert(place, first);
+        }
+    }
+
+    fn know(&mut self, at: usize, kind: DeclaredKind, name: String, parent: Option<usize>) {
+        let in_template = parent.and_then(|parent| self.template_around(parent));
+        match (kind, in_template) {
+            (DeclaredKind::Template, _) => drop(self.templates.entry(name).or_insert(at)),
+            (DeclaredKind::Parameter | DeclaredKind::OwnTag, Some(template))
+            | (DeclaredKind::Use | DeclaredKind::Stage, Some(template)) => {
+                self.members.entry((template, name)).or_insert(at);
+            }
+            (DeclaredKind::Stage | DeclaredKind::Parameter | DeclaredKind::OwnTag, None) => {
+                if let Some(parent) = parent {
+                    self.members.entry((parent, name)).or_insert(at);
+                }
+            }
+            (DeclaredKind::Rung | DeclaredKind::Test, _) => {}
+            (
+                DeclaredKind::Tag
+                | DeclaredKind::Program
+                | DeclaredKind::Task
+                | DeclaredKind::Use
+                | DeclaredKind::Device,
+                _,
+            ) => drop(self.globals.entry(name).or_insert(at)),
+        }
+    }
+
+    /// The template that a declaration is, or belongs to.
+    pub fn template_around(&self, mut at: usize) -> Option<usize> {
+        loop {
+            if self.all[at].kind == DeclaredKind::Template {
+                return Some(at);
+            }
+            at = self.all[at].parent?;
+        }
+    }
+
+    /// The block, stage or template that an object is, or that contains the object.
+    pub fn holder(&self, number: usize, file: &EditorFile, object: usize) -> Option<usize> {
+        let mut at = object;
+        loop {
+            if let Some(found) = self.objects.get(&(number, at)) {
+                return Some(*found);
+            }
+            let parent = file.outline.objects[at].parent;
+            if parent == at {
+                return None;
+            }
+            at = parent;
+        }
+    }
+
+    /// The Program, Task or template that contains a word.
+    pub fn block_of(&self, (number, file): (usize, &EditorFile), object: usize) -> Option<usize> {
+        let mut at = self.holder(number, file, object)?;
+        while self.all[at].kind == DeclaredKind::Stage {
+            at = self.all[at].parent?;
+        }
+        Some(at)
+    }
+
+    /// The declaration of a template.
+    pub fn template(&self, name: &str) -> Option<usize> {
+        self.templates.get(name).copied()
+    }
+
+    /// The declaration of a global name.
+    pub fn global(&self, name: &str) -> Option<usize> {
+        self.globals.get(name).copied()
+    }
+
+    /// The declaration of a name within a template.
+    pub fn own(&self, template: usize, name: &str) -> Option<usize> {
+        self.members.get(&(template, name.to_owned())).copied()
+    }
+
+    /// The declaration that a part after a dot names.
+    pub fn member(&self, of: usize, name: &str) -> Option<usize> {
+        let own = self.members.get(&(of, name.to_owned())).copied();
+        let template = || self.template(self.all[of].template.as_deref()?);
+        own.or_else(|| self.own(template()?, name))
+    }
+
+    /// The meanings of the parts of a word.
+    pub fn parts(&self, (number, file): (usize, &EditorFile), word: &FileWord) -> Vec<WordPart> {
+        let text = file.slice(word.span.clone());
+        let one = |meaning| vec![WordPart { span: word.span.clone(), meaning }];
+        let known = |at: Option<usize>| one(at.map_or(Meaning::Unknown, Meaning::Declared));
+        match word.role {
+            Role::Declares(_) => known(self.places.get(&(number, word.span.start)).copied()),
+            Role::Reads | Role::Writes | Role::Names => {
+                let block = self.block_of((number, file), word.object);
+                self.dotted(text, word.span.start, block)
+            }
+            Role::Block => {
+                let is_block = |at: &usize| {
+                    matches!(self.all[*at].kind, DeclaredKind::Program | DeclaredKind::Task)
+                };
+                known(self.global(text).filter(is_block))
+            }
+            Role::Stage => {
+                let block = self.block_of((number, file), word.object);
+                known(block.and_then(|block| self.member(block, text)))
+            }
+            Role::Template => known(self.template(text)),
+            Role::Parameter => {
+                let used = file.outline.value(word.object, &["use"]);
+                let used = used.and_then(|used| self.template(file.slice(used.inner.clone())));
+                known(used.and_then(|template| self.own(template, text)))
+            }
+            Role::Device => {
+                known(self.global(text).filter(|at| self.all[*at].kind == DeclaredKind::Device))
+            }
+            Role::Placeholder => {
+                let block = self.block_of((number, file), word.object);
+                known(block.and_then(|block| self.own(block, text)))
+            }
+            Role::File | Role::Mnemonic(_) | Role::Function(_) | Role::Warning => Vec::new(),
+        }
+    }
+
+    /// The meanings of the parts of a name in a block or template; `start`: the place of the name.
+    pub fn dotted(&self, text: &str, start: usize, block: Option<usize>) -> Vec<WordPart> {
+        let part =
+            |from: usize, to: usize, meaning| WordPart { span: start + from..start + to, meaning };
+        let first = text.split('.').next().unwrap_or(text);
+        let template = block.filter(|at| self.all[*at].kind == DeclaredKind::Template);
+        let own = template.and_then(|template| self.own(template, first));
+        let Some(mut at) = own.or_else(|| self.global(first)) else {
+            let meaning = match address_text::parse(text, &MemorySizes::default()) {
+                Ok(address) => Meaning::Address(address),
+                Err(_) if text.starts_with('$') => Meaning::Status,
+                Err(_) => Meaning::Unknown,
+            };
+            return vec![part(0, text.len(), meaning)];
+        };
+        let mut parts = vec![part(0, first.len(), Meaning::Declared(at))];
+        let mut from = first.len() + 1;
+        for piece in text.split('.').skip(1) {
+            match self.member(at, piece) {
+                Some(member) => {
+                    parts.push(part(from, from + piece.len(), Meaning::Declared(member)));
+                    at = member;
+                }
+                None => {
+                    parts.push(part(from, text.len().max(from), Meaning::Member));
+                    break;
+                }
+            }
+            from += piece.len() + 1;
+        }
+        parts
+    }
+}
+
+/// Whether a key makes a declaration of this kind.
+pub(super) fn is_of_key(kind: DeclaredKind) -> bool {
+    match kind {
+        DeclaredKind::Tag | DeclaredKind::OwnTag | DeclaredKind::Parameter => true,
+        DeclaredKind::Program
+        | DeclaredKind::Task
+        | DeclaredKind::Stage
+        | DeclaredKind::Rung
+        | DeclaredKind::Template
+        | DeclaredKind::Use
+        | DeclaredKind::Device
+        | DeclaredKind::Test => false,
+    }
+}
+
+/// Whether a declaration of this kind is an object that other declarations can belong to.
+fn is_holder(kind: DeclaredKind) -> bool {
+    match kind {
+        DeclaredKind::Program
+        | DeclaredKind::Task
+        | DeclaredKind::Stage
+        | DeclaredKind::Template
+        | DeclaredKind::Device
+        | DeclaredKind::Test => true,
+        DeclaredKind::Tag
+        | DeclaredKind::Rung
+        | DeclaredKind::Parameter
+        | DeclaredKind::OwnTag
+        | DeclaredKind::Use => false,
+    }
+}

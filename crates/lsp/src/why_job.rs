@@ -1,0 +1,45 @@
+//! Explains the value of an operand of a running controller, for the editor.
+//!
+//! `commands` runs it as a job. Like `rungd why`, it fetches the last minute of the scan log from
+//! the controller and derives the answer from that log. The request only reads.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, anyhow, bail};
+
+use super::jobs::{JobPlace, Made};
+use rungd_client::operator::client;
+use rungd_client::operator::protocol::{RecordingBytes, Request};
+use rungd_history::observe::{At, Limits};
+use rungd_history::playback::{RecordedPast, subject};
+use rungd_history::record::Recording;
+
+/// Writes the answer to a file and returns the file's path.
+///
+/// # Errors
+/// No controller answers, or its program has no such operand.
+pub(super) fn run(operand: &str, socket: &Path, place: &JobPlace) -> Result<Option<Made>> {
+    let text = answer(operand, socket)?;
+    if place.is_replaced() {
+        return Ok(None);
+    }
+    let path: PathBuf = place.scratch.write(&format!("why-{operand}.txt"), text.as_bytes())?;
+    Ok(Some(Made::Document(path, false)))
+}
+
+fn answer(operand: &str, socket: &Path) -> Result<String> {
+    let told: RecordingBytes = client::ask(socket, &Request::Recording { from_section: None })
+        .map_err(|failure| anyhow!("{failure}"))?;
+    let bytes = told.bytes().context("the controller's answer is not a recording")?;
+    let (recording, present) = (Recording::of_bytes(bytes), told.present);
+    let Some(last) = recording.count().checked_sub(1) else { bail!("nothing is recorded yet") };
+    let subject = subject(recording.program(last)).map_err(anyhow::Error::msg)?;
+    let cell = subject.cell(operand).map_err(anyhow::Error::msg)?;
+    let mut past = RecordedPast::around(recording, last, subject.code_for(cell));
+    let answer = subject.why(&mut past, cell, (At::Now, Limits::default()));
+    let mut answer = answer.map_err(|refusal| anyhow!("{refusal}"))?;
+    if let Some(present) = present {
+        present.complete(&mut answer, &subject);
+    }
+    Ok(format!("{}{}", answer.text(), answer.hints()))
+}

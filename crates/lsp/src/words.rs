@@ -1,0 +1,417 @@
+//! The names in a file: every word of a contact, an instruction, a step or a key that can be a
+//! name, with its place and its role there.
+//!
+//! [`FileWords::of`] uses no parser that could fail. It splits texts as the lexers of `source` do,
+//! so an incomplete text still has its names. `names` finds the meaning of a word.
+
+use std::collections::HashSet;
+use std::ops::Range;
+
+use super::outline::{KeyPair, KeyPart, Outline, OutlineValue, TableObject};
+use super::slots::{DeclaredKind, FileKind, KeySlot, Slot, of_key, of_value};
+use rungd_engine::isa::{Function, Mnemonic, OperandKind, OperandRole, OperandSpec};
+
+/// A word of a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct FileWord {
+    /// Its place.
+    pub span: Range<usize>,
+    /// Its role there.
+    pub role: Role,
+    /// The object that contains it.
+    pub object: usize,
+    /// The pair that contains it.
+    pub pair: usize,
+}
+
+/// The role of a word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Role {
+    /// It declares something.
+    Declares(DeclaredKind),
+    /// A bit or word is read.
+    Reads,
+    /// A bit, word or structure is written.
+    Writes,
+    /// Something is named: by a controller file, a test, an argument.
+    Names,
+    /// A block is started, stopped or ordered.
+    Block,
+    /// A stage of the block is entered or left.
+    Stage,
+    /// A template is used.
+    Template,
+    /// A parameter of the template that is used here.
+    Parameter,
+    /// A field device is named in a step of a test or in a list.
+    Device,
+    /// A file.
+    File,
+    /// The mnemonic of an instruction.
+    Mnemonic(Mnemonic),
+    /// A function of MATH.
+    Function(Function),
+    /// The name of a warning.
+    Warning,
+    /// A parameter in the braces of a text.
+    Placeholder,
+}
+
+/// All words of a file, in the order of the text.
+#[derive(Debug, Default)]
+pub(super) struct FileWords {
+    /// The words.
+    pub all: Vec<FileWord>,
+}
+
+impl FileWords {
+    /// The words of a file.
+    pub fn of(text: &str, outline: &Outline, kind: FileKind) -> FileWords {
+        let parts = parts(text, outline);
+        let mut reader = WordReader { text, words: Vec::new(), object: 0, pair: 0, parts };
+        for (number, pair) in outline.pairs.iter().enumerate() {
+            (reader.object, reader.pair) = (pair.object, number);
+            reader.keys(outline, kind, pair);
+        }
+        for value in &outline.values {
+            let pair = &outline.pairs[value.pair];
+            (reader.object, reader.pair) = (pair.object, value.pair);
+            let slot = of_value(outline, kind, pair);
+            if slot != Slot::Point || !reader.is_point(outline, value) {
+                reader.value(value, slot);
+            }
+        }
+        reader.words.sort_by_key(|word| (word.span.start, word.span.end));
+        FileWords { all: reader.words }
+    }
+
+    /// The word at a byte, or directly before it.
+    pub fn at(&self, offset: usize) -> Option<&FileWord> {
+        let behind = self.all.partition_point(|word| word.span.start <= offset);
+        let near = self.all[..behind].iter().rev().take(4);
+        near.filter(|word| offset <= word.span.end).min_by_key(|word| word.span.len())
+    }
+}
+
+struct WordReader<'t> {
+    text: &'t str,
+    words: Vec<FileWord>,
+    object: usize,
+    pair: usize,
+    /// The parts of simulated devices: the device's object, and the name.
+    parts: HashSet<(usize, &'t str)>,
+}
+
+/// The parts of the devices of a file.
+fn parts<'t>(text: &'t str, outline: &Outline) -> HashSet<(usize, &'t str)> {
+    let objects = outline.objects.iter().enumerate();
+    let parts = objects.filter(|(_, object)| object.kind == "device.part");
+    let named = |(at, object): (usize, &TableObject)| {
+        let name = outline.value(at, &["name"])?;
+        Some((object.parent, &text[name.inner.clone()]))
+    };
+    parts.filter_map(named).collect()
+}
+
+impl WordReader<'_> {
+    fn push(&mut self, span: Range<usize>, role: Role) {
+        if !span.is_empty() {
+            self.words.push(FileWord { span, role, object: self.object, pair: self.pair });
+        }
+    }
+
+    /// Adds the names among the keys of a pair. The outer keys are skipped: they are keys of an
+    /// earlier pair or header, too.
+    fn keys(&mut self, outline: &Outline, kind: FileKind, pair: &KeyPair) {
+        for (at, KeyPart { span, .. }) in pair.keys.iter().enumerate().skip(pair.outer) {
+            match of_key(outline, kind, pair, at) {
+                KeySlot::Declares(declared) => self.push(span.clone(), Role::Declares(declared)),
+                KeySlot::Parameter => self.push(span.clone(), Role::Parameter),
+                KeySlot::Operand => self.contacts(span.clone(), Role::Names),
+                KeySlot::Word => {}
+            }
+        }
+    }
+
+    /// Whether one side of a device's map is a point of the device: `coil 0`, `belt.scale` of a
+    /// part `belt`.
+    fn is_point(&self, outline: &Outline, value: &OutlineValue) -> bool {
+        let text = &self.text[value.inner.clone()];
+        let device = outline.objects[self.object].parent;
+        let is_part = |(part, _)| self.parts.contains(&(device, part));
+        text.contains(' ') || text.split_once('.').is_some_and(is_part)
+    }
+
+    fn value(&mut self, value: &OutlineValue, slot: Slot) {
+        let whole = value.inner.clone();
+        if !value.is_string {
+            return;
+        }
+        match slot {
+            Slot::Declares(declared) => self.push(whole, Role::Declares(declared)),
+            Slot::Contacts | Slot::Condition => self.contacts(whole, Role::Reads),
+            Slot::Argument | Slot::Operand | Slot::Point => self.contacts(whole, Role::Names),
+            Slot::Address => self.contacts(whole, Role::Names),
+            Slot::Instruction => self.instruction(whole),
+            Slot::Step => self.step(whole),
+            Slot::Template => self.push(whole, Role::Template),
+            Slot::Allow => self.push(whole, Role::Warning),
+            Slot::Block => self.push(whole, Role::Block),
+            Slot::File => self.push(whole, Role::File),
+            Slot::Device => self.push(whole, Role::Device),
+            Slot::Placeholders => self.placeholders(whole),
+            Slot::Type | Slot::Other => {}
+        }
+    }
+
+    /// The names in contacts, conditions and operands.
+    fn contacts(&mut self, place: Range<usize>, role: Role) {
+        for NameInText { place: span, is_called } in names(&self.text[place.clone()], true) {
+            let span = place.start + span.start..place.start + span.end;
+            if !(is_called && matches!(&self.text[span.clone()], "rise" | "fall")) {
+                self.push(span, role);
+            }
+        }
+    }
+
+    /// The words in braces of a text.
+    fn placeholders(&mut self, place: Range<usize>) {
+        let text = &self.text[place.clone()];
+        let mut at = 0;
+        while let Some(open) = text[at..].find('{').map(|open| at + open + 1) {
+            let is_letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
+            let length = text[open..].find(|c| !is_letter(c)).unwrap_or(0);
+            if text[open + length..].starts_with('}') {
+                self.push(place.start + open..place.start + open + length, Role::Placeholder);
+            }
+            at = open;
+        }
+    }
+
+    /// The names of an expression.
+    fn expression(&mut self, place: Range<usize>, role: Role) {
+        for NameInText { place: span, is_called } in names(&self.text[place.clone()], false) {
+            let span = place.start + span.start..place.start + span.end;
+            match Function::from_name(&self.text[span.clone()]).filter(|_| is_called) {
+                Some(function) => self.push(span, Role::Function(function)),
+                None => self.push(span, role),
+            }
+        }
+    }
+
+    fn instruction(&mut self, place: Range<usize>) {
+        let text = &self.text[place.clone()];
+        let mut words = split(text).map(|word| place.start + word.start..place.start + word.end);
+        let Some(first) = words.next() else { return };
+        let Some(mnemonic) = Mnemonic::from_name(&self.text[first.clone()]) else { return };
+        let operands: Vec<Range<usize>> = words.collect();
+        self.push(first.clone(), Role::Mnemonic(mnemonic));
+        if mnemonic == Mnemonic::Math {
+            let behind = first.end..place.end;
+            let equals = self.text[behind.clone()].find('=').map(|at| behind.start + at);
+            let equals = equals.unwrap_or(behind.end);
+            self.expression(behind.start..equals, Role::Writes);
+            self.expression(equals..behind.end, Role::Reads);
+            return;
+        }
+        let mut number = 0;
+        for operand in operands {
+            let key = self.text[operand.clone()].find('=');
+            let spec = mnemonic.spec();
+            let row = match key {
+                Some(at) => {
+                    let key = &self.text[operand.start..operand.start + at];
+                    spec.operands.iter().find(|row| row.key == Some(key))
+                }
+                None => spec.positional(number),
+            };
+            number += usize::from(key.is_none());
+            let value = operand.start + key.map_or(0, |at| at + 1)..operand.end;
+            self.contacts(value, row.map_or(Role::Reads, role));
+        }
+    }
+
+    fn step(&mut self, place: Range<usize>) {
+        let text = &self.text[place.clone()];
+        let mut words = split(text).map(|word| place.start + word.start..place.start + word.end);
+        let Some(first) = words.next() else { return };
+        let verb = self.text[first].split(':').next().unwrap_or_default();
+        match verb {
+            "expect" | "within" | "hold" => {
+                let Some(colon) = text.find(':') else { return };
+                self.contacts(place.start + colon + 1..place.end, Role::Reads);
+            }
+            "set" | "force" | "unforce" | "pulse" | "beat" => {
+                let operand = words.next();
+                operand.into_iter().for_each(|operand| self.contacts(operand, Role::Names));
+            }
+            "lose" | "restore" => {
+                words.next().into_iter().for_each(|device| self.push(device, Role::Device));
+            }
+            "reload" => words.for_each(|file| self.push(file, Role::File)),
+            _ => {}
+        }
+    }
+}
+
+/// What an instruction does with an operand.
+fn role(operand: &OperandSpec) -> Role {
+    let is_block =
+        matches!(operand.kind, OperandKind::Program | OperandKind::Block | OperandKind::Task);
+    match operand.kind.is_stage() {
+        true => Role::Stage,
+        false if is_block => Role::Block,
+        false if operand.role == OperandRole::Reads => Role::Reads,
+        false => Role::Writes,
+    }
+}
+
+/// The words of a text that spaces separate.
+fn split(text: &str) -> impl Iterator<Item = Range<usize>> {
+    let mut at = 0;
+    std::iter::from_fn(move || {
+        let rest = &text[at..];
+        let begin = at + rest.len() - rest.trim_start_matches([' ', '\t']).len();
+        let rest = &text[begin..];
+        let length = rest.find([' ', '\t']).unwrap_or(rest.len());
+        at = begin + length;
+        (length > 0).then_some(begin..at)
+    })
+}
+
+/// A name in a text.
+pub(super) struct NameInText {
+    pub place: Range<usize>,
+    /// Whether a parenthesis follows it.
+    pub is_called: bool,
+}
+
+/// The names in a text. An index is a name of its own, after the name of its array. `hyphens`:
+/// whether `-` may be part of a name.
+pub(super) fn names(text: &str, hyphens: bool) -> Vec<NameInText> {
+    let bytes = text.as_bytes();
+    let begins = |b: u8| b.is_ascii_alphabetic() || matches!(b, b'_' | b'$');
+    let is_part = |at: usize| match bytes.get(at) {
+        // `D0..D9` is two names, and `a.` is an incomplete name.
+        Some(b'.') => bytes.get(at + 1) != Some(&b'.') && bytes[at - 1] != b'.',
+        Some(b'-') => hyphens && bytes.get(at + 1).is_some_and(u8::is_ascii_alphanumeric),
+        Some(b'_') => true,
+        Some(b) => b.is_ascii_alphanumeric(),
+        None => false,
+    };
+    let mut found = Vec::new();
+    let mut at = 0;
+    while at < bytes.len() {
+        let start = at;
+        at += 1;
+        if bytes[start].is_ascii_digit() {
+            while is_part(at) || bytes.get(at) == Some(&b':') {
+                at += 1;
+            }
+            continue;
+        }
+        if !begins(bytes[start]) {
+            continue;
+        }
+        while is_part(at) {
+            at += 1;
+        }
+        if &text[start..at] == "N" {
+            while matches!(bytes.get(at), Some(b',' | b'0'..=b'9')) {
+                at += 1;
+            }
+        }
+        let is_called = text[at..].trim_start_matches([' ', '\t']).starts_with('(');
+        found.push(NameInText { place: start..at, is_called });
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::outline_reader::read;
+    use super::*;
+
+    fn told(text: &str, kind: FileKind) -> Vec<String> {
+        let words = FileWords::of(text, &read(text), kind);
+        let word = |word: &FileWord| format!("{} {:?}", &text[word.span.clone()], word.role);
+        words.all.iter().map(word).collect()
+    }
+
+    #[test]
+    fn contacts_and_instructions() {
+        let text = "[[program]]\nname = \"Main\"\n[[program.rung]]\n\
+                    when = [\"rise(a & !b.Done)\", \"D0 >= -3s\", \"drain-pump.Running\", \
+                    \"r[i] | Z.\"]\n\
+                    do = [\"TMR late preset=wait\", \"MATH x = sqrt(a-b) + r[i]\", \"JMP Two\"]\n";
+        let wanted = [
+            "Main Declares(Program)",
+            "a Reads",
+            "b.Done Reads",
+            "D0 Reads",
+            "drain-pump.Running Reads",
+            "r Reads",
+            "i Reads",
+            "Z. Reads",
+            "TMR Mnemonic(Tmr)",
+            "late Writes",
+            "wait Reads",
+            "MATH Mnemonic(Math)",
+            "x Writes",
+            "sqrt Function(Sqrt)",
+            "a Reads",
+            "b Reads",
+            "r Reads",
+            "i Reads",
+            "JMP Mnemonic(Jmp)",
+            "Two Stage",
+        ];
+        assert_eq!(told(text, FileKind::Ladder), wanted);
+    }
+
+    #[test]
+    fn tags_templates_and_uses() {
+        let text = "tags.eye = { at = \"X0\", doc = \"no name\" }\n[[template]]\nname = \"P\"\n\
+                    [template.parameters]\nx = { type = \"bit\" }\n[[program.rung]]\nuse = \"P\"\n\
+                    name = \"p1\"\nwith = { x = \"eye & Main.Two\" }\n";
+        let wanted = [
+            "eye Declares(Tag)",
+            "X0 Names",
+            "P Declares(Template)",
+            "x Declares(Parameter)",
+            "P Template",
+            "p1 Declares(Rung)",
+            "x Parameter",
+            "eye Names",
+            "Main.Two Names",
+        ];
+        assert_eq!(told(text, FileKind::Ladder), wanted);
+    }
+
+    #[test]
+    fn tests_and_controllers() {
+        let text = "ladder = [\"a.toml\"]\nalways = [\"!(a & b)\"]\n[[scenario]]\nname = \"n\"\n\
+                    set = { \"p1.x\" = true, \"r[2]\" = 1 }\n\
+                    steps = [\"set a 1\", \"within 2s: b + 1 == 3\", \"lose d\"]\n";
+        let wanted = [
+            "a.toml File",
+            "a Reads",
+            "b Reads",
+            "n Declares(Test)",
+            "p1.x Names",
+            "r Names",
+            "a Names",
+            "b Reads",
+            "d Device",
+        ];
+        assert_eq!(told(text, FileKind::Test), wanted);
+        let text = "ladder = [\"a.toml\"]\n[outputs]\non = [\"Y7\", \"Y8..Y9\"]\n\
+                    [web]\nwrite = [\"w1\"]\n[[device]]\nname = \"io\"\n\
+                    [[panel]]\nname = \"p\"\n\
+                    show = [{ lamp = \"l1\" }, { bar = \"b1\", text = \"t\" }]\n";
+        let wanted = ["a.toml File", "Y7 Names", "Y8 Names", "Y9 Names", "io Declares(Device)"];
+        let wanted = [&wanted[..], &["w1 Names", "l1 Names", "b1 Names"]].concat();
+        let found = told(text, FileKind::Controller);
+        assert!(wanted.iter().all(|word| found.contains(&(*word).to_owned())), "{found:?}");
+    }
+}

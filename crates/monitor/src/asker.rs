@@ -1,0 +1,272 @@
+//! Sends requests to the controller, on its own thread. The only part of the monitor with a socket.
+//!
+//! `run` sends orders and takes the news. The thread looks at the controller five times a second,
+//! and less often if the answers are slow. It changes a controller only by
+//! [`MonitorOrder::Change`].
+
+use std::collections::HashSet;
+use std::io;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use crossbeam_channel::{Receiver, RecvTimeoutError, SendError, Sender, bounded, unbounded};
+use serde::de::DeserializeOwned;
+
+use super::message::{Look, MonitorNews, MonitorOrder};
+use super::power_of::PowerOf;
+use rungd_client::live::{Follower, LiveProgram, LiveView};
+use rungd_client::operator::client::{self, CallFailure};
+pub use rungd_client::operator::protocol::{
+    AckList, Change, NameList, Refusal, RefusalKind, Request, ShownValue, Status, Values,
+};
+
+/// The time between two looks.
+const EVERY: Duration = Duration::from_millis(200);
+
+/// The pause after a look lasts at least this many times as long as the look, so that a busy
+/// controller receives fewer requests.
+const SHARE: u32 = 10;
+
+/// The time between two looks at a controller that does not answer.
+const SILENT_EVERY: Duration = Duration::from_secs(1);
+
+/// The longest wait for the answer to a look, since older values must not be shown.
+const LOOK_MAX: Duration = Duration::from_secs(2);
+
+/// The longest wait for any other answer.
+const ANSWER_MAX: Duration = Duration::from_secs(10);
+
+/// The most news that wait to be taken. If the screen does not take them, the thread waits.
+const NEWS_MAX: usize = 16;
+
+/// The result of sending news; an error means that nobody receives them any more.
+type Sent = Result<(), SendError<MonitorNews>>;
+
+/// Starts the thread. Returns the sender of orders and the receiver of news. The thread ends when
+/// the sender is dropped.
+///
+/// # Errors
+/// The system cannot start a thread.
+pub(super) fn start(socket: PathBuf) -> io::Result<(Sender<MonitorOrder>, Receiver<MonitorNews>)> {
+    let (orders, received) = unbounded();
+    let (send, news) = bounded(NEWS_MAX);
+    let builder = thread::Builder::new().name("monitor".to_owned());
+    builder.spawn(move || {
+        let asker = ControllerAsker {
+            follower: Follower::new(socket.clone()),
+            follows: false,
+            told: String::new(),
+            socket,
+            news: send,
+            operands: Vec::new(),
+            unknown: HashSet::new(),
+            program: (0, String::new()),
+        };
+        asker.run(&received);
+    })?;
+    Ok((orders, news))
+}
+
+/// The state of the thread.
+struct ControllerAsker {
+    socket: PathBuf,
+    /// Reads the scan log: for the ladder, its power, and `why`.
+    follower: Follower,
+    /// Whether the power of the ladder is sent after each look.
+    follows: bool,
+    /// The hash of the ladder that was sent last.
+    told: String,
+    news: Sender<MonitorNews>,
+    /// The operands to read at each look.
+    operands: Vec<String>,
+    /// The operands of these that the program does not have.
+    unknown: HashSet<String>,
+    /// The process and the hash of the program to which `unknown` belongs.
+    program: (u32, String),
+}
+
+impl ControllerAsker {
+    fn run(mut self, orders: &Receiver<MonitorOrder>) {
+        let mut next = Instant::now();
+        loop {
+            let sent = match orders.recv_deadline(next) {
+                Ok(order) => {
+                    let mut all = vec![order];
+                    all.extend(orders.try_iter());
+                    self.obey_all(all)
+                }
+                Err(RecvTimeoutError::Timeout) => {
+                    let began = Instant::now();
+                    let looked = self.look();
+                    let every = if looked.is_ok() { EVERY } else { SILENT_EVERY };
+                    let sent = self.tell(looked);
+                    next = Instant::now() + every.max(began.elapsed() * SHARE);
+                    sent
+                }
+                Err(RecvTimeoutError::Disconnected) => return,
+            };
+            if sent.is_err() {
+                return;
+            }
+        }
+    }
+
+    /// Obeys orders. Of several requests for names, only the last one is sent, so that fast typing
+    /// does not cause many requests.
+    fn obey_all(&mut self, orders: Vec<MonitorOrder>) -> Sent {
+        let is_names = |order: &MonitorOrder| matches!(order, MonitorOrder::Names(_));
+        let last_names = orders.iter().rposition(is_names);
+        for (at, order) in orders.into_iter().enumerate() {
+            if !is_names(&order) || Some(at) == last_names {
+                self.obey(order)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn obey(&mut self, order: MonitorOrder) -> Sent {
+        let news = match order {
+            MonitorOrder::Read(operands) => {
+                self.operands = operands;
+                return Ok(());
+            }
+            MonitorOrder::Follow(follows) => {
+                self.follows = follows;
+                return Ok(());
+            }
+            MonitorOrder::Ladder => {
+                let (sha256, found) = self.ladder();
+                self.told.clone_from(&sha256);
+                MonitorNews::Ladder(sha256, found)
+            }
+            MonitorOrder::Names(prefix) => {
+                let request = Request::Names { prefix: prefix.clone() };
+                let names = self.ask::<NameList>(&request).map(|list| list.names);
+                MonitorNews::Names(prefix, names.unwrap_or_default())
+            }
+            MonitorOrder::Find(operand) => {
+                let found = self.ask::<Values>(&Request::Read { operands: vec![operand] });
+                MonitorNews::Found(found.map(|of| of.values))
+            }
+            MonitorOrder::Why(operand) => {
+                let answer = self.scans().and_then(|view| view.why(&operand, None));
+                let text = answer.map(|answer| format!("{}{}", answer.text(), answer.hints()));
+                MonitorNews::Why(operand, text)
+            }
+            MonitorOrder::Change(request) => MonitorNews::Changed(self.change(&request)),
+        };
+        self.news.send(news)
+    }
+
+    fn ask<T: DeserializeOwned>(&self, request: &Request) -> Result<T, String> {
+        client::ask_within(&self.socket, request, ANSWER_MAX).map_err(|of| of.to_string())
+    }
+
+    fn change(&self, request: &Request) -> Result<String, String> {
+        if let Request::Ack { .. } = request {
+            let alarms = self.ask::<AckList>(request)?.alarms;
+            let said = alarms.iter().map(|of| format!("{}: now {}", of.tag, of.after.name()));
+            return Ok(said.collect::<Vec<_>>().join(", "));
+        }
+        self.ask::<Change>(request).map(|change| said(&change))
+    }
+
+    /// The last scan, and the scans of the minute before it.
+    fn scans(&mut self) -> Result<LiveView, String> {
+        self.follower.look().map_err(|failure| failure.to_string())
+    }
+
+    /// The ladder of the last program in the scan log, with its hash.
+    fn ladder(&mut self) -> (String, Result<Arc<LiveProgram>, String>) {
+        match self.scans() {
+            Ok(view) => (view.program.recorded.hash.clone(), Ok(view.program)),
+            Err(why) => (String::new(), Err(why)),
+        }
+    }
+
+    /// Sends the news of a look, and the power of the ladder.
+    fn tell(&mut self, looked: Result<Look, CallFailure>) -> Sent {
+        let look = match looked {
+            Ok(look) => look,
+            Err(failure) => return self.news.send(MonitorNews::Silent(failure.to_string())),
+        };
+        self.news.send(MonitorNews::Look(Box::new(look)))?;
+        if !self.follows {
+            return Ok(());
+        }
+        let seen = self.scans();
+        if let Ok(view) = &seen
+            && view.program.recorded.hash != self.told
+        {
+            // Power is shown only in the ladder of its own program.
+            self.told.clone_from(&view.program.recorded.hash);
+            let program = Arc::clone(&view.program);
+            self.news.send(MonitorNews::Ladder(self.told.clone(), Ok(program)))?;
+        }
+        let power = seen.map(|view| Arc::new(view) as Arc<dyn PowerOf>);
+        self.news.send(MonitorNews::Power(power))
+    }
+
+    fn look(&mut self) -> Result<Look, CallFailure> {
+        let status: Status = client::ask_within(&self.socket, &Request::Status {}, LOOK_MAX)?;
+        let program = (status.pid, status.ladder.sha256.clone());
+        if program != self.program {
+            self.program = program;
+            self.unknown.clear();
+        }
+        let wanted = self.operands.iter().filter(|of| !self.unknown.contains(*of));
+        let wanted: Vec<String> = wanted.cloned().collect();
+        let values = self.values(wanted)?;
+        let unknown = self.operands.iter().filter(|of| self.unknown.contains(*of));
+        Ok(Look { status, values, unknown: unknown.cloned().collect() })
+    }
+
+    /// Reads operands in one request. If an operand is refused, reads each one separately, and does
+    /// not request the refused one again.
+    fn values(&mut self, wanted: Vec<String>) -> Result<Vec<ShownValue>, CallFailure> {
+        if wanted.is_empty() {
+            return Ok(Vec::new());
+        }
+        let read = |operands: Vec<String>| {
+            let request = Request::Read { operands };
+            client::ask_within::<Values>(&self.socket, &request, LOOK_MAX).map(|of| of.values)
+        };
+        match read(wanted.clone()) {
+            Err(failure) if is_unknown(&failure) => {}
+            read => return read,
+        }
+        let mut values = Vec::new();
+        let mut unknown = Vec::new();
+        for operand in wanted {
+            match read(vec![operand.clone()]) {
+                Ok(read) => values.extend(read),
+                Err(failure) if is_unknown(&failure) => unknown.push(operand),
+                Err(failure) => return Err(failure),
+            }
+        }
+        self.unknown.extend(unknown);
+        Ok(values)
+    }
+}
+
+/// Whether the request failed because the program does not have an operand.
+fn is_unknown(failure: &CallFailure) -> bool {
+    let CallFailure::Refused(Refusal { kind, .. }) = failure else { return false };
+    matches!(kind, RefusalKind::BadOperand | RefusalKind::BadRequest)
+}
+
+/// The result of a change, in the words of `rungd force`.
+fn said(change: &Change) -> String {
+    let forced = |is: bool| if is { ", forced" } else { "" };
+    let note = change.note.as_ref().map_or(String::new(), |note| format!("; note: {note}"));
+    format!(
+        "{}: {}{}, was {}{}{note}",
+        change.now,
+        change.now.value,
+        forced(change.now.forced),
+        change.before,
+        forced(change.was_forced)
+    )
+}

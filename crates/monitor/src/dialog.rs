@@ -1,0 +1,126 @@
+//! The dialogs with the user: for an operand to watch, a new value, and the confirmation of a
+//! change.
+//!
+//! `update` opens and answers them, `paint` draws them. Nothing is changed in a controller before
+//! the last dialog has shown the operand, its present value and the new value.
+
+use super::message::Press;
+use rungd_client::operator::protocol::{GivenValue, Name, Request};
+
+/// The longest text that can be typed.
+const TEXT_CHARS_MAX: usize = 120;
+
+/// The most names that are offered.
+const NAMES_MAX: usize = 8;
+
+/// The change to make to an operand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum ChangeWanted {
+    Force,
+    Write,
+    Release,
+    Acknowledge,
+}
+
+/// A dialog.
+#[derive(Clone, Debug)]
+pub(super) enum Dialog {
+    /// Requests an operand to watch.
+    Add(Typed),
+    /// Requests the new value. `is_typed`: the user has changed the text, so no value is proposed
+    /// any more.
+    NewValue { wanted: ChangeWanted, operand: String, text: String, is_typed: bool },
+    /// Requests the confirmation of a change.
+    Confirm { wanted: ChangeWanted, operand: String, text: String },
+}
+
+/// The typed beginning of a name, with the names that begin with it.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Typed {
+    pub text: String,
+    pub names: Vec<Name>,
+    /// The chosen name, which replaces the typed text.
+    pub chosen: Option<usize>,
+}
+
+impl ChangeWanted {
+    /// The heading of the dialog.
+    pub fn heading(self) -> &'static str {
+        match self {
+            ChangeWanted::Force => "Force",
+            ChangeWanted::Write => "Write",
+            ChangeWanted::Release => "Release the force of",
+            ChangeWanted::Acknowledge => "Acknowledge",
+        }
+    }
+
+    /// The request to the controller.
+    pub fn request(self, operand: String, text: String) -> Request {
+        match self {
+            ChangeWanted::Force => Request::Force { operand, value: GivenValue::Text(text) },
+            ChangeWanted::Write => {
+                let value = GivenValue::Text(text);
+                Request::Write { operand, value, for_user: None, from_page: false }
+            }
+            ChangeWanted::Release => Request::Unforce { operand },
+            ChangeWanted::Acknowledge => Request::Ack { alarms: vec![operand], for_user: None },
+        }
+    }
+}
+
+impl Dialog {
+    /// The operand that the dialog is about. Its present value is shown.
+    pub fn operand(&self) -> Option<&str> {
+        match self {
+            Dialog::Add(_) => None,
+            Dialog::NewValue { operand, .. } | Dialog::Confirm { operand, .. } => Some(operand),
+        }
+    }
+}
+
+impl Typed {
+    /// The text in the line: the chosen name, or else the typed text.
+    pub fn shown(&self) -> &str {
+        let chosen = self.chosen.and_then(|at| self.names.get(at));
+        chosen.map_or(&self.text, |name| &name.name)
+    }
+
+    /// Takes the names that begin with a text, if the typed text is still the same.
+    pub fn take(&mut self, prefix: &str, names: Vec<Name>) {
+        if prefix == self.text {
+            (self.names, self.chosen) = (names, None);
+            self.names.truncate(NAMES_MAX);
+        }
+    }
+
+    /// Handles a key. Returns whether the text has changed, so that new names must be requested.
+    pub fn press(&mut self, press: Press) -> bool {
+        let last = self.names.len().checked_sub(1);
+        if matches!(press, Press::Down | Press::Tab) {
+            self.chosen = last.map(|last| self.chosen.map_or(0, |at| (at + 1).min(last)));
+        } else if matches!(press, Press::Up | Press::BackTab) {
+            self.chosen = self.chosen.and_then(|at| at.checked_sub(1));
+        } else {
+            let mut text = self.shown().to_owned();
+            if edit(&mut text, press) {
+                (self.text, self.chosen) = (text, None);
+                self.names.clear();
+                return true;
+            }
+        }
+        false
+    }
+}
+
+/// Handles a key in a text. Returns whether the text has changed.
+pub(super) fn edit(text: &mut String, press: Press) -> bool {
+    if press == Press::Backspace {
+        return text.pop().is_some();
+    }
+    let Press::Char(c) = press else { return false };
+    let has_room = text.chars().count() < TEXT_CHARS_MAX && !c.is_control();
+    if has_room {
+        text.push(c);
+    }
+    has_room
+}

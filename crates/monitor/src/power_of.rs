@@ -1,0 +1,45 @@
+//! The interface to the live power: the state of the contacts in one scan.
+//!
+//! `asker` sends an implementation to the state with each look; `paint` reads the contacts that it
+//! draws.
+
+use std::fmt::Debug;
+
+use rungd_client::live::{LiveView, TagValue};
+use rungd_config::controller::OutputState;
+use rungd_lab::draw::circuit::ContactSymbol;
+
+/// The contacts of one scan.
+pub(super) trait PowerOf: Debug + Send + Sync {
+    /// The number of the scan.
+    fn scan(&self) -> u64;
+
+    /// The value of an operand at the end of the scan, as text; `None`: there is no such operand.
+    fn value(&self, operand: &str) -> Option<String>;
+
+    /// Whether a contact, in the form that is drawn, conducts; `None`: its rung was not executed.
+    /// `element`: the full name of a block or Stage; `rung`: from 1.
+    fn conducts(&self, element: &str, rung: u32, contact: &ContactSymbol) -> Option<bool>;
+}
+
+impl PowerOf for LiveView {
+    fn scan(&self) -> u64 {
+        self.power.scan
+    }
+
+    fn value(&self, operand: &str) -> Option<String> {
+        let value = match LiveView::value(self, &self.power, operand).ok()? {
+            TagValue::Bit(on) => if on { "ON" } else { "OFF" }.to_owned(),
+            TagValue::Integer(value) => value.to_string(),
+            TagValue::Real(value) => value.to_string(),
+        };
+        let cell = self.program.subject.cell(operand).ok()?;
+        let output = self.output(&self.power, cell).unwrap_or(OutputState::AsMemory);
+        Some(value + &output.long_text(", "))
+    }
+
+    fn conducts(&self, element: &str, rung: u32, contact: &ContactSymbol) -> Option<bool> {
+        let executes = self.executes(&self.power);
+        executes.then(|| LiveView::conducts(self, &self.power, (element, rung), contact)).flatten()
+    }
+}

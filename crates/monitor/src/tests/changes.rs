@@ -1,0 +1,139 @@
+//! Nothing is changed in a controller without a dialog that is confirmed by `y`.
+
+use super::{Bench, bit, word};
+use crate::message::{MonitorNews, Press};
+use rungd_base::random::SplitMix64;
+
+/// A monitor that watches two operands; the first one is chosen.
+fn watching() -> Bench {
+    let mut bench = Bench::start();
+    bench.news(MonitorNews::Found(Ok(vec![word("D0", 12), bit("motor", "Y0", true)])));
+    bench.press(Press::Home);
+    bench.orders();
+    bench
+}
+
+#[test]
+fn a_force_is_typed_and_confirmed() {
+    let mut bench = watching();
+    bench.keys("f75");
+    bench.press(Press::Enter);
+    assert_eq!(bench.orders(), [""; 0], "nothing before the answer");
+    bench.keys("y");
+    assert_eq!(bench.orders(), [r#"{"do":"force","operand":"D0","value":"75"}"#]);
+    bench.news(MonitorNews::Changed(Ok("D0: 75, forced, was 12".into())));
+    assert!(bench.shown().contains("D0: 75, forced, was 12"));
+}
+
+#[test]
+fn a_bit_is_offered_its_other_value() {
+    let mut bench = watching();
+    bench.press(Press::Down);
+    bench.keys("s");
+    bench.press(Press::Enter);
+    bench.keys("y");
+    assert_eq!(bench.orders(), [r#"{"do":"write","operand":"motor","value":"OFF"}"#]);
+}
+
+#[test]
+fn a_value_is_proposed_until_one_types() {
+    let mut bench = Bench::start();
+    [Press::Tab, Press::Tab].into_iter().for_each(|press| bench.press(press));
+    bench.keys("f");
+    assert!(bench.orders().contains(&r#"Read(["jam"])"#.to_owned()), "its value is asked for");
+    assert!(bench.shown().contains("present value: not known yet"));
+    bench.look(super::status(), vec![bit("jam", "C0", true)]);
+    assert!(bench.shown().contains("new value: OFF_"), "{}", bench.shown());
+    bench.keys("ON");
+    assert!(bench.shown().contains("new value: ON_"), "{}", bench.shown());
+    [Press::Backspace; 2].into_iter().for_each(|press| bench.press(press));
+    bench.look(super::status(), vec![bit("jam", "C0", true)]);
+    assert!(bench.shown().contains("new value: _"), "{}", bench.shown());
+}
+
+#[test]
+fn a_force_is_released_after_a_question() {
+    let mut bench = watching();
+    [Press::Tab; 3].into_iter().for_each(|press| bench.press(press));
+    bench.keys("u");
+    let shown = bench.shown();
+    assert!(shown.contains("Release the force of stop?"), "{shown}");
+    assert!(shown.contains("present value: OFF, forced"), "{shown}");
+    bench.keys("y");
+    let orders = bench.orders();
+    assert!(orders.contains(&r#"{"do":"unforce","operand":"stop"}"#.to_owned()), "{orders:?}");
+}
+
+#[test]
+fn an_alarm_is_acknowledged_after_a_question() {
+    let mut bench = Bench::start();
+    [Press::Tab; 2].into_iter().for_each(|press| bench.press(press));
+    bench.keys("k");
+    assert!(bench.shown().contains("Acknowledge jam?"), "{}", bench.shown());
+    bench.orders();
+    bench.keys("y");
+    let orders = bench.orders();
+    assert!(orders.contains(&r#"{"do":"ack","alarms":["jam"]}"#.to_owned()), "{orders:?}");
+}
+
+#[test]
+fn every_other_key_changes_nothing() {
+    for leave in [Press::Escape, Press::Char('n'), Press::Interrupt] {
+        let mut bench = watching();
+        bench.keys("f75");
+        bench.press(Press::Enter);
+        [Press::Enter, Press::Tab, Press::Down].into_iter().for_each(|press| bench.press(press));
+        bench.press(leave);
+        let orders = bench.orders();
+        assert!(orders.iter().all(|order| order == "quit"), "{orders:?}");
+        assert!(bench.state.dialog.is_none() || leave == Press::Interrupt);
+    }
+    let mut bench = watching();
+    bench.keys("s");
+    bench.press(Press::Enter);
+    bench.keys("y");
+    assert_eq!(bench.orders(), [""; 0], "an empty value is not confirmed");
+}
+
+/// For any keys and news, in any order and any window size: no panic, and no change without `y`.
+#[test]
+fn no_keys_change_anything_by_chance() {
+    let presses = [
+        Press::Enter,
+        Press::Escape,
+        Press::Tab,
+        Press::BackTab,
+        Press::Up,
+        Press::Down,
+        Press::Left,
+        Press::Right,
+        Press::PageUp,
+        Press::PageDown,
+        Press::Home,
+        Press::End,
+        Press::Backspace,
+        Press::Delete,
+    ];
+    let letters: Vec<char> = "adwfuskl?1x\u{1b}é".chars().collect();
+    let mut random = SplitMix64(3);
+    let mut bench = watching();
+    for step in 0..4000 {
+        let at = |count: usize, by: u64| usize::try_from(by % count as u64).unwrap_or(0);
+        let by = random.next();
+        match by % 8 {
+            0 => bench.tick(step * 50),
+            1 => bench.news(MonitorNews::Found(Ok(vec![word("D0", step as i32)]))),
+            2 if by.is_multiple_of(3) => bench.news(MonitorNews::Silent("gone".into())),
+            2 => bench.look(super::status(), vec![word("D0", 4)]),
+            3..6 => bench.press(presses[at(presses.len(), random.next())]),
+            _ => bench.press(Press::Char(letters[at(letters.len(), random.next())])),
+        }
+        if step % 16 == 0 {
+            bench.size = (at(120, random.next()) as u16 + 1, at(40, random.next()) as u16 + 1);
+            bench.shown();
+        }
+        let orders = bench.orders();
+        assert!(!orders.iter().any(|order| order.starts_with("{\"do\"")), "{orders:?}");
+        assert!(bench.state.pages.len() <= 3, "{:?}", bench.state.pages);
+    }
+}

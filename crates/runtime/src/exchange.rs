@@ -1,0 +1,466 @@
+//! The exchange of data between the scan and the rest of the process.
+//!
+//! A driver or a server holds a [`Port`]. It takes inputs and whole batches of writes, and returns
+//! the image of the last complete scan, never a mix of two scans. Every call returns at once, and
+//! none can delay the scan: only threads other than the scan thread lock the mutexes here (the scan
+//! thread's end is `link::ScanSide`).
+//!
+//! Callers wait here too: [`Port::done`] for a batch, [`Port::answered`] for a command,
+//! [`Port::shows`] for an image. Each is a plain future. The monitor thread wakes it after it has
+//! published something; the scan thread wakes no task.
+//!
+//! Deliberately absent: names, Modbus, and time limits. The caller sets its own limit.
+
+use std::collections::VecDeque;
+use std::future::{Future, poll_fn};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
+use std::task::{Poll, Waker};
+use std::time::Duration;
+
+use super::command::{Answer, Before, Command, CommandId, Denial, Desk};
+pub use super::image::{Safe, Snapshot};
+pub use super::mode::{FaultReason, Mode, StopReason};
+use super::origin::Origin;
+pub use super::origin::Ticket;
+use rungd_base::locked::locked;
+use rungd_engine::{BitCell, WordCell};
+
+/// The greatest number of writes in one batch. (A Modbus request writes at most 1968 coils, and
+/// each coil may stand for an input as well.)
+pub(crate) const BATCH_WRITES_MAX: usize = 4096;
+
+/// The greatest number of waiting batches; a further one is refused with [`Refused::QueueFull`].
+pub const QUEUED_BATCHES_MAX: usize = 256;
+
+/// The greatest number of waiting writes, all of which one scan can apply. A batch that would
+/// exceed it is refused with [`Refused::QueueFull`]. So the next scan sees every waiting write.
+pub(crate) const SCAN_WRITES_MAX: usize = 2 * BATCH_WRITES_MAX;
+
+/// The number of refused tickets that are remembered: as many as can be under way at once.
+const REFUSED_TICKETS_KEPT: usize = 4 * QUEUED_BATCHES_MAX;
+
+/// The greatest number of signatures that wait for the scan log.
+const SIGNATURES_KEPT: usize = 4 * QUEUED_BATCHES_MAX;
+
+/// One write. The caller has checked that the value is within the operand's range.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Write {
+    Bit(BitCell, bool),
+    Word(WordCell, i32),
+    /// Changes the low 16 bits of a 16-bit word: bits that are 1 in `and` stay, the others become
+    /// those of `or`. The scan applies it to the word's current value, so that no write of the
+    /// ladder is lost.
+    Masked {
+        cell: WordCell,
+        and: u16,
+        or: u16,
+        /// The 16 bits are a signed number.
+        signed: bool,
+    },
+    /// Sets an input as [`Port::set_input`] does, but in the same scan as the rest of the batch.
+    /// The input keeps the value until it is set again, in either way.
+    Input(u32, bool),
+}
+
+impl Write {
+    /// The value of a word after a mask.
+    pub fn masked(value: i32, (and, or): (u16, u16), signed: bool) -> i32 {
+        let bits = value as u16 & and | or & !and;
+        if signed { i32::from(bits as i16) } else { i32::from(bits) }
+    }
+}
+
+/// Why a batch was refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refused {
+    /// The controller is in STOP or FAULT.
+    NotRunning,
+    /// [`QUEUED_BATCHES_MAX`] batches wait already, or [`SCAN_WRITES_MAX`] writes would.
+    QueueFull,
+    /// More than [`BATCH_WRITES_MAX`] writes.
+    TooLarge,
+    /// The program was reloaded before a scan saw the batch, and the new program does not have one
+    /// of its cells, or the batch was for the earlier program only.
+    Overtaken,
+    /// No scan took the batch before the moment until which it was to be taken.
+    Late,
+}
+
+/// The outcome of a batch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Outcome {
+    /// No complete scan has seen it yet.
+    Pending,
+    /// A scan that saw it is complete, and in [`Port::latest`].
+    Applied,
+    /// The controller left RUN before a scan that saw it was complete, or a reload came first.
+    Refused(Refused),
+}
+
+/// A batch. It goes to the scan, and comes back to be freed.
+#[derive(Debug)]
+pub(crate) struct Batch {
+    /// Its ticket.
+    pub ticket: Ticket,
+    /// The program and the time for which it is meant.
+    pub terms: BatchTerms,
+    /// The writes; the scan applies all of them, in this order, or none.
+    pub writes: Vec<Write>,
+}
+
+/// The program and the time for which a batch is meant.
+#[derive(Clone, Copy, Debug)]
+pub struct BatchTerms {
+    /// The generation of the program that the cells belong to.
+    pub generation: u32,
+    /// Whether the batch is for this program only: after a reload it is refused, even if the new
+    /// program has all of its cells.
+    pub is_bound: bool,
+    /// A scan that begins after this moment refuses the batch; ns of the scan's
+    /// [`boottime_ns`](super::pacing::Clock::boottime_ns).
+    pub until_ns: u64,
+}
+
+/// A driver's end of the exchange. Cheap to clone.
+#[derive(Clone)]
+pub struct Port {
+    pub(super) shared: Arc<ExchangeState>,
+}
+
+/// The state that all ports share. The scan thread uses only its atomics.
+pub(super) struct ExchangeState {
+    /// Inputs, 64 to a word.
+    pub(super) inputs: Box<[AtomicU64]>,
+    pub(super) input_count: u32,
+    /// Whether batches are taken: ON in RUN.
+    pub(super) running: AtomicBool,
+    /// The writes of all batches that no scan has taken.
+    pub(super) waiting_writes: AtomicUsize,
+    latest: Mutex<Arc<Snapshot>>,
+    door: Mutex<Door>,
+    refusals: Mutex<Refusals>,
+    /// The monitor has reported the scan thread as stuck, and has seen no sign of life since.
+    stuck: AtomicBool,
+    desk: Mutex<Desk>,
+    /// The tasks that wait for a change.
+    waiting: Mutex<Vec<Waker>>,
+    /// The senders of batches and commands, for the scan log.
+    signatures: Mutex<VecDeque<(Origin, String)>>,
+    /// The current [`Tempo`], in ns.
+    period_ns: AtomicU64,
+    watchdog_ns: AtomicU64,
+}
+
+/// The period of scans and the time limit of a scan. A reload may change both.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tempo {
+    /// The time from scan to scan.
+    pub period_ns: u64,
+    /// A scan longer than this is a fault.
+    pub watchdog_ns: u64,
+}
+
+impl Tempo {
+    /// The time of this many periods and of one scan of the greatest permitted duration.
+    pub fn patience(self, periods: u64) -> Duration {
+        let periods_ns = self.period_ns.saturating_mul(periods);
+        Duration::from_nanos(periods_ns.saturating_add(self.watchdog_ns))
+    }
+}
+
+/// The entry for batches.
+struct Door {
+    queue: rtrb::Producer<Batch>,
+    last: u64,
+}
+
+/// The accepted batches that were refused later.
+#[derive(Default)]
+struct Refusals {
+    tickets: VecDeque<(u64, Refused)>,
+    /// The scan thread no longer answers: pending writes and commands are refused.
+    all_pending: bool,
+}
+
+impl Port {
+    pub(super) fn new(
+        inputs: u32,
+        first: Snapshot,
+        queue: rtrb::Producer<Batch>,
+        desk: Desk,
+    ) -> Port {
+        let words = inputs.div_ceil(64) as usize;
+        let shared = ExchangeState {
+            inputs: (0..words).map(|_| AtomicU64::new(0)).collect(),
+            input_count: inputs,
+            running: AtomicBool::new(false),
+            waiting_writes: AtomicUsize::new(0),
+            latest: Mutex::new(Arc::new(first)),
+            door: Mutex::new(Door { queue, last: 0 }),
+            refusals: Mutex::default(),
+            stuck: AtomicBool::new(false),
+            desk: Mutex::new(desk),
+            waiting: Mutex::default(),
+            signatures: Mutex::default(),
+            period_ns: AtomicU64::new(0),
+            watchdog_ns: AtomicU64::new(0),
+        };
+        Port { shared: Arc::new(shared) }
+    }
+
+    /// The current tempo.
+    pub fn tempo(&self) -> Tempo {
+        let shared = &self.shared;
+        Tempo {
+            period_ns: shared.period_ns.load(Ordering::Acquire),
+            watchdog_ns: shared.watchdog_ns.load(Ordering::Acquire),
+        }
+    }
+
+    /// Sets the tempo. Called by the scan thread, and once before that thread exists.
+    pub(super) fn set_tempo(&self, tempo: Tempo) {
+        self.shared.period_ns.store(tempo.period_ns, Ordering::Release);
+        self.shared.watchdog_ns.store(tempo.watchdog_ns, Ordering::Release);
+    }
+
+    /// Notes the sender of a batch or a command, for the scan log.
+    pub fn sign(&self, origin: Origin, who: String) {
+        let mut signatures = locked(&self.shared.signatures);
+        if signatures.len() == SIGNATURES_KEPT {
+            signatures.pop_front();
+        }
+        signatures.push_back((origin, who));
+    }
+
+    /// Takes the signatures since the last call.
+    pub fn signatures(&self) -> VecDeque<(Origin, String)> {
+        std::mem::take(&mut *locked(&self.shared.signatures))
+    }
+
+    /// The shortest time that a caller should wait for the scan that sees its request.
+    pub fn patience(&self) -> Duration {
+        self.tempo().patience(3)
+    }
+
+    /// Sets an input; the next scan reads it at its input step. An X that does not exist is
+    /// ignored.
+    pub fn set_input(&self, x: u32, on: bool) {
+        if x >= self.shared.input_count {
+            return;
+        }
+        let word = &self.shared.inputs[x as usize / 64];
+        let bit = 1_u64 << (x % 64);
+        if on {
+            word.fetch_or(bit, Ordering::Relaxed);
+        } else {
+            word.fetch_and(!bit, Ordering::Relaxed);
+        }
+    }
+
+    /// The last complete scan as published, and the mode.
+    pub fn latest(&self) -> Arc<Snapshot> {
+        Arc::clone(&locked(&self.shared.latest))
+    }
+
+    /// Ends once [`Port::latest`] is a newer image than `seen`.
+    pub fn changed(&self, seen: &Arc<Snapshot>) -> impl Future<Output = ()> + use<> {
+        let seen = Arc::clone(seen);
+        self.until(move |port| (!Arc::ptr_eq(&port.latest(), &seen)).then_some(()))
+    }
+
+    /// Ends with the first image that meets the condition; that may be the latest one.
+    pub fn shows(&self, wanted: impl Fn(&Snapshot) -> bool) -> impl Future<Output = Arc<Snapshot>> {
+        self.until(move |port| Some(port.latest()).filter(|latest| wanted(latest)))
+    }
+
+    /// Ends with the result of `look`. Calls `look` now and after every change.
+    fn until<T, L: FnMut(&Port) -> Option<T>>(
+        &self,
+        mut look: L,
+    ) -> impl Future<Output = T> + use<T, L> {
+        let port = self.clone();
+        poll_fn(move |context| {
+            let mut waiting = locked(&port.shared.waiting);
+            // `look` is called under the lock. A thread that publishes a change takes the lock
+            // after that: either this look finds the change, or this waker is called.
+            if let Some(found) = look(&port) {
+                return Poll::Ready(found);
+            }
+            if !waiting.iter().any(|waker| waker.will_wake(context.waker())) {
+                waiting.push(context.waker().clone());
+            }
+            Poll::Pending
+        })
+    }
+
+    /// Wakes all waiting tasks, so that they look again. The monitor calls it after every change.
+    fn wake(&self) {
+        let waiting = std::mem::take(&mut *locked(&self.shared.waiting));
+        waiting.into_iter().for_each(Waker::wake);
+    }
+
+    /// Hands in a batch for the cells of the latest image's program. The scan applies all its
+    /// writes between two scans, in the order of tickets.
+    ///
+    /// # Errors
+    /// The batch is refused, and none of its writes is applied: see [`Refused`].
+    pub fn submit(&self, writes: Vec<Write>) -> Result<Ticket, Refused> {
+        self.submit_to(self.latest().generation, writes)
+    }
+
+    /// Does the same as [`Port::submit`], for the cells of the program of this generation. If it is
+    /// reloaded before the scan, each write goes to the cell of its element in the new program; if
+    /// one of the elements is gone, the batch is refused.
+    ///
+    /// # Errors
+    /// The same as those of [`Port::submit`].
+    pub fn submit_to(&self, generation: u32, writes: Vec<Write>) -> Result<Ticket, Refused> {
+        self.submit_by(BatchTerms { generation, is_bound: false, until_ns: u64::MAX }, writes)
+    }
+
+    /// Does the same as [`Port::submit_to`], with terms.
+    ///
+    /// # Errors
+    /// The same as those of [`Port::submit`].
+    pub fn submit_by(&self, terms: BatchTerms, writes: Vec<Write>) -> Result<Ticket, Refused> {
+        if writes.len() > BATCH_WRITES_MAX {
+            return Err(Refused::TooLarge);
+        }
+        let mut door = locked(&self.shared.door);
+        if !self.shared.running.load(Ordering::Acquire) {
+            return Err(Refused::NotRunning);
+        }
+        // The count grows only under this lock, and shrinks when a scan takes a batch.
+        let (waiting, count) = (&self.shared.waiting_writes, writes.len());
+        if door.queue.is_full() || waiting.load(Ordering::Acquire) + count > SCAN_WRITES_MAX {
+            return Err(Refused::QueueFull);
+        }
+        waiting.fetch_add(count, Ordering::AcqRel);
+        let ticket = Ticket(door.last + 1);
+        let batch = Batch { ticket, terms, writes };
+        door.queue.push(batch).map_err(|_| Refused::QueueFull)?;
+        door.last = ticket.0;
+        Ok(ticket)
+    }
+
+    /// Ends when a batch is done: `Ok` once a scan that saw it is complete and in
+    /// [`Port::latest`].
+    ///
+    /// # Errors
+    /// [`Refused::NotRunning`]: the controller left RUN first. [`Refused::Overtaken`]: a reload
+    /// came first.
+    pub fn done(&self, ticket: Ticket) -> impl Future<Output = Result<(), Refused>> + use<> {
+        self.until(move |port| match port.outcome(ticket) {
+            Outcome::Pending => None,
+            Outcome::Applied => Some(Ok(())),
+            Outcome::Refused(why) => Some(Err(why)),
+        })
+    }
+
+    /// The outcome of a batch.
+    pub(crate) fn outcome(&self, ticket: Ticket) -> Outcome {
+        // `latest` is read first: a refusal is entered before the snapshot that counts its ticket.
+        let seen = ticket.0 <= self.latest().tickets_done;
+        let refusals = locked(&self.shared.refusals);
+        match refusals.tickets.iter().find(|(refused, _)| *refused == ticket.0) {
+            Some((_, why)) => Outcome::Refused(*why),
+            None if seen => Outcome::Applied,
+            None if refusals.all_pending => Outcome::Refused(Refused::NotRunning),
+            None => Outcome::Pending,
+        }
+    }
+
+    /// Hands in a command. The scan thread executes it between two scans, or at a tick, in the
+    /// order of numbers.
+    ///
+    /// # Errors
+    /// Too many commands wait, or the scan thread is stuck.
+    pub fn command(&self, command: Command) -> Result<CommandId, Denial> {
+        self.command_to(self.latest().generation, command)
+    }
+
+    /// Does the same as [`Port::command`], for the cells of the program of this generation.
+    ///
+    /// # Errors
+    /// The same as those of [`Port::command`].
+    pub fn command_to(&self, generation: u32, command: Command) -> Result<CommandId, Denial> {
+        self.command_until(u64::MAX, generation, command)
+    }
+
+    /// Does the same as [`Port::command_to`]. After `until_ns` the command is denied.
+    ///
+    /// # Errors
+    /// The same as those of [`Port::command`].
+    pub fn command_until(
+        &self,
+        until_ns: u64,
+        generation: u32,
+        command: Command,
+    ) -> Result<CommandId, Denial> {
+        if self.is_stuck() {
+            return Err(Denial::ScanThreadStuck);
+        }
+        locked(&self.shared.desk).hand_in(generation, command, until_ns)
+    }
+
+    /// Whether the scan thread is stuck or has ended, so that it accepts no command.
+    pub(super) fn is_stuck(&self) -> bool {
+        self.shared.stuck.load(Ordering::Acquire)
+    }
+
+    /// Ends with the answer to a command: the state before it.
+    ///
+    /// # Errors
+    /// The command was denied, and nothing changed.
+    pub fn answered(&self, id: CommandId) -> impl Future<Output = Result<Before, Denial>> + use<> {
+        self.until(move |port| match port.answer(id)? {
+            Answer::Done(before) => Some(Ok(before)),
+            Answer::Denied(denial) => Some(Err(denial)),
+        })
+    }
+
+    /// The answer to a command, after its effect is in [`Port::latest`]. It is returned once. A
+    /// stuck scan thread answers when it comes back.
+    pub fn answer(&self, id: CommandId) -> Option<Answer> {
+        locked(&self.shared.desk).answer(id)
+    }
+
+    pub(super) fn at_desk(&self, show: impl FnOnce(&mut Desk)) {
+        show(&mut locked(&self.shared.desk));
+        self.wake();
+    }
+
+    /// Notes a sign of life of the scan thread: it is not stuck. Returns whether it was.
+    pub(super) fn hear(&self) -> bool {
+        let was_stuck = self.shared.stuck.swap(false, Ordering::AcqRel);
+        if was_stuck {
+            locked(&self.shared.refusals).all_pending = false;
+        }
+        was_stuck
+    }
+
+    pub(super) fn publish(&self, snapshot: Arc<Snapshot>) -> Arc<Snapshot> {
+        let old = std::mem::replace(&mut *locked(&self.shared.latest), snapshot);
+        self.wake();
+        old
+    }
+
+    pub(super) fn refuse(&self, ticket: Ticket, why: Refused) {
+        let mut refusals = locked(&self.shared.refusals);
+        if refusals.tickets.len() == REFUSED_TICKETS_KEPT {
+            refusals.tickets.pop_front();
+        }
+        refusals.tickets.push_back((ticket.0, why));
+        drop(refusals);
+        self.wake();
+    }
+
+    /// Refuses pending requests until the scan thread gives a sign of life.
+    pub(super) fn refuse_pending(&self) {
+        self.shared.running.store(false, Ordering::Release);
+        self.shared.stuck.store(true, Ordering::Release);
+        locked(&self.shared.refusals).all_pending = true;
+    }
+}

@@ -1,0 +1,399 @@
+//! The scan thread, the monitor thread, and the exchange of data with other threads.
+//!
+//! [`prepare`] puts the scan thread and the monitor thread together and requests the real-time
+//! posture from the machine; [`Prepared::start`] lets the first scan begin. Drivers hold a
+//! [`exchange::Port`]; the log is an [`Observer`]. Deliberately absent: tokio, tracing, files and
+//! names.
+//!
+//! The idea: only one thread owns the engine. Its data leave through rings and arrive through rings
+//! and atomics, so no other thread can make it wait.
+
+mod beat;
+pub mod command;
+mod earlier;
+pub mod events;
+pub mod exchange;
+pub mod field;
+mod forces;
+mod histogram;
+mod image;
+pub mod inputs;
+mod latest;
+mod link;
+#[cfg(test)]
+mod link_tests;
+pub mod local;
+mod machine;
+mod mode;
+mod monitor;
+mod obey;
+mod origin;
+pub mod pacing;
+mod posture;
+mod record;
+pub mod say;
+mod scan_loop;
+mod scanner;
+#[cfg(test)]
+mod scanner_tests;
+mod statistics;
+mod swap;
+mod sys;
+mod tape;
+mod tape_reader;
+mod tape_section;
+mod unwired;
+pub mod wall;
+pub mod wiring;
+
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+pub use histogram::Bar;
+pub use image::Safe;
+pub use link::{Facts, Shape, link};
+#[cfg(test)]
+pub(crate) use link::{ScanSide, WorldSide};
+pub use machine::{Machine, ScanStart};
+pub use monitor::{Monitor, Observer};
+pub use origin::Origin;
+#[cfg(test)]
+pub(crate) use posture::NotGranted;
+pub use posture::{Grant, Held};
+pub use posture::{Policy, Posture};
+pub use record::{Carried, DeviceEdge, Record, RecordEvent, Watched};
+pub use scanner::Report;
+pub use scanner::{Pace, Scanner};
+pub use statistics::Statistics;
+pub use statistics::{Meter, MeterReading, Spread};
+pub use swap::{Contents, Package, Reloader};
+pub use swap::{Generations, Swapped};
+pub use sys::boottime_ns;
+pub use sys::monotonic_ns;
+pub use tape::{TapeEntry, Taped};
+pub use tape_reader::{TapeReader, tape, tape_of};
+pub use tape_section::{NumberedCall, SectionStart, TapeSection, numbered_calls, scan_begins};
+pub use unwired::UnwiredInputs;
+
+use beat::{Beat, Life};
+use exchange::Port;
+use field::Ends;
+use pacing::{Clock, MachineClock};
+use rungd_engine::Layout;
+use rungd_engine::isa::status::st;
+use rungd_engine::isa::{Bit, BitSpace};
+use wiring::Wiring;
+
+/// The settings of the two threads at the start.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Period, watchdog, number of scans, reports.
+    pub pace: Pace,
+    /// Sizes of memory, and the safe values.
+    pub memory: Memory,
+    /// The cells whose changes the log reports.
+    pub watched: Watched,
+    /// The requested posture.
+    pub posture: Posture,
+    /// The field devices, by number.
+    pub field: Vec<Wiring>,
+}
+
+/// The public part of memory, and the places of inputs and outputs in it.
+#[derive(Clone, Debug)]
+pub struct Memory {
+    /// The number of X.
+    pub inputs: u32,
+    /// Public bits; they come first in the image.
+    pub bits: usize,
+    /// Public words; they come first in the image as well.
+    pub words: usize,
+    /// The cell of Y0; Y1 and so on follow it.
+    pub first_output: usize,
+    /// The cell of `$ForcesActive`.
+    pub forces_active: usize,
+    /// The safe state of each Y, outside RUN.
+    pub safe: Vec<Safe>,
+}
+
+impl Memory {
+    /// The memory of a program with this layout.
+    pub fn new(layout: &Layout, safe: Vec<Safe>) -> Memory {
+        Memory {
+            inputs: layout.sizes().x,
+            bits: layout.bit_count() as usize,
+            words: layout.word_count() as usize,
+            first_output: layout.bit(Bit::Space(BitSpace::Y, 0)).0 as usize,
+            forces_active: layout.bit(Bit::Space(BitSpace::St, st::FORCES_ACTIVE)).0 as usize,
+            safe,
+        }
+    }
+}
+
+/// The scan thread and the monitor, ready to start; the scan thread waits and has its posture.
+pub struct Prepared {
+    grants: Vec<Grant>,
+    go: Sender<()>,
+    scan: JoinHandle<Report>,
+    monitor: Box<dyn FnOnce() -> io::Result<JoinHandle<()>>>,
+    port: Port,
+    beat: Arc<Beat>,
+    gauge: Gauge,
+    held: Held,
+    lines: Vec<Ends>,
+}
+
+/// The state of the two threads for observers, beside the images. Cheap to clone.
+#[derive(Clone, Debug)]
+pub struct Gauge {
+    /// The statistics since the start of RUN.
+    pub meter: Meter,
+    records_dropped: Arc<AtomicU64>,
+}
+
+impl Gauge {
+    /// The records that were dropped since the process started.
+    pub fn records_dropped(&self) -> u64 {
+        self.records_dropped.load(Ordering::Relaxed)
+    }
+}
+
+/// The state of the two threads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ThreadState {
+    /// Both live; or the scan thread is lost, and the monitor has reported a fault.
+    Running,
+    /// The scan thread has ended as it should, and all its messages were handed on.
+    Over,
+    /// The monitor has ended (a bug): images do not change any more.
+    Blind,
+}
+
+/// The running controller.
+pub struct Runtime {
+    port: Port,
+    beat: Arc<Beat>,
+    scan: JoinHandle<Report>,
+    monitor: JoinHandle<()>,
+    _held: Held,
+}
+
+/// Puts a scanner, a monitor and a port together on a clock, without threads: for tests.
+pub fn assemble<M: Machine, C: Clock, O: Observer>(
+    machine: M,
+    clock: C,
+    settings: &Settings,
+    observer: O,
+) -> (Scanner<M, C>, Monitor<O>, Port) {
+    let whole = assemble_whole(machine, clock, settings, observer);
+    (whole.scanner, whole.monitor, whole.port)
+}
+
+/// Does the same as [`assemble`]; returns a [`Reloader`] too, to swap programs.
+pub fn assemble_reloadable<M: Machine, C: Clock, O: Observer>(
+    machine: M,
+    clock: C,
+    settings: &Settings,
+    observer: O,
+) -> (Scanner<M, C>, Monitor<O>, Port, Reloader<M>) {
+    let whole = assemble_whole(machine, clock, settings, observer);
+    (whole.scanner, whole.monitor, whole.port, whole.reloader)
+}
+
+/// The parts that [`assemble_whole`] puts together.
+pub struct Whole<M, C, O> {
+    /// The scan thread's.
+    pub scanner: Scanner<M, C>,
+    /// The monitor thread's.
+    pub monitor: Monitor<O>,
+    /// For drivers.
+    pub port: Port,
+    /// To swap programs.
+    pub reloader: Reloader<M>,
+    /// The field devices' ends, by number.
+    pub lines: Vec<Ends>,
+}
+
+/// Does the same as [`assemble`]; returns a [`Reloader`] and the ends of the field devices too.
+pub fn assemble_whole<M: Machine, C: Clock, O: Observer>(
+    machine: M,
+    clock: C,
+    settings: &Settings,
+    observer: O,
+) -> Whole<M, C, O> {
+    let memory = &settings.memory;
+    let (bits, words) = machine.image();
+    let (port, side, world) = link(Shape {
+        inputs: memory.inputs,
+        bits: bits[..memory.bits].to_vec(),
+        words: words[..memory.words].to_vec(),
+        first_output: memory.first_output,
+        forces_active: memory.forces_active,
+        safe: memory.safe.clone(),
+    });
+    port.set_tempo(settings.pace.tempo);
+    let (journal, reader) = record::journal();
+    let beat = Arc::new(Beat::default());
+    let now_ns = clock.now_ns();
+    let (field, lines) =
+        field::field(&settings.field, memory.safe.clone(), memory.first_output, now_ns);
+    let rescues = lines.iter().filter_map(|ends| Some(ends.local.as_ref()?.rescue())).collect();
+    let monitor = Monitor {
+        world,
+        journal: reader,
+        beat: Arc::clone(&beat),
+        port: port.clone(),
+        observer,
+        dropped: 0,
+        lost: false,
+        looked_ns: 0,
+        grace: monitor::Grace::default(),
+        rescues,
+    };
+    let (pace, watched) = (settings.pace.clone(), settings.watched.clone());
+    let (reloader, swaps) = swap::swaps(port.clone());
+    let parts =
+        scanner::ScannerParts { machine, clock, side, journal, beat, pace, watched, swaps, field };
+    Whole { scanner: Scanner::new(parts), monitor, port, reloader, lines }
+}
+
+/// Starts the scan thread up to the point at which its first scan could begin. Returns a
+/// [`Reloader`] too, to swap programs.
+///
+/// # Errors
+/// The machine cannot start a thread.
+pub fn prepare<M, O>(
+    machine: M,
+    clock: MachineClock,
+    settings: &Settings,
+    observer: O,
+) -> io::Result<(Prepared, Reloader<M>)>
+where
+    M: Machine + Send + 'static,
+    O: Observer + 'static,
+{
+    let (held, mut grants) = settings.posture.apply_to_process();
+    let whole = assemble_whole(machine, clock, settings, observer);
+    let Whole { scanner, monitor, port, reloader, lines } = whole;
+    let beat = Arc::clone(&monitor.beat);
+    let records_dropped = Arc::clone(&monitor.journal.dropped);
+    let gauge = Gauge { meter: scanner.meter(), records_dropped };
+    let (go, gone) = channel();
+    let (tell, told) = channel();
+    let posture = settings.posture.clone();
+    let life = Arc::clone(&beat);
+    let scan = thread::Builder::new().name("rungd-scan".into()).spawn(move || {
+        let _ = tell.send(posture.apply_to_scan_thread());
+        run_scanner(scanner, &gone, &life)
+    })?;
+    grants.extend(told.recv().unwrap_or_default());
+    let monitor = Box::new(move || {
+        let named = thread::Builder::new().name("rungd-monitor".into());
+        named.spawn(move || run_monitor(monitor))
+    });
+    Ok((Prepared { grants, go, scan, monitor, port, beat, gauge, held, lines }, reloader))
+}
+
+impl Prepared {
+    /// The requested posture, and the machine's answers.
+    pub fn grants(&self) -> &[Grant] {
+        &self.grants
+    }
+
+    /// The state for observers.
+    pub fn gauge(&self) -> Gauge {
+        self.gauge.clone()
+    }
+
+    /// The port, for drivers; nothing is scanned yet.
+    pub fn port(&self) -> Port {
+        self.port.clone()
+    }
+
+    /// The field devices' ends, by number; handed out once.
+    pub fn lines(&mut self) -> Vec<Ends> {
+        std::mem::take(&mut self.lines)
+    }
+
+    /// Lets the first scan begin. (A `Prepared` that is dropped instead ends its thread.)
+    ///
+    /// # Errors
+    /// The machine cannot start a thread.
+    pub fn start(self) -> io::Result<Runtime> {
+        let Prepared { go, scan, monitor, port, beat, held, .. } = self;
+        let monitor = monitor()?;
+        let _ = go.send(());
+        Ok(Runtime { port, beat, scan, monitor, _held: held })
+    }
+}
+
+impl Runtime {
+    /// The port, for drivers.
+    pub fn port(&self) -> Port {
+        self.port.clone()
+    }
+
+    /// Requests the orderly stop; returns at once.
+    pub fn request_stop(&self) {
+        self.beat.request_stop();
+    }
+
+    /// Complete scans, and ticks in STOP and FAULT, so far: it grows while the thread is alive.
+    pub fn pulses(&self) -> u64 {
+        self.beat.pulses()
+    }
+
+    /// Whether both threads still work.
+    pub fn state(&self) -> ThreadState {
+        match (self.monitor.is_finished(), self.beat.life()) {
+            (false, _) => ThreadState::Running,
+            (true, Life::Ended) => ThreadState::Over,
+            (true, _) => ThreadState::Blind,
+        }
+    }
+
+    /// The scan thread's report, after [`ThreadState::Over`].
+    pub fn join(self) -> Option<Report> {
+        let _ = self.monitor.join();
+        self.scan.join().ok()
+    }
+}
+
+/// Reports the scan thread's end, also after a panic.
+struct Ending<'a>(&'a Beat);
+
+impl Drop for Ending<'_> {
+    fn drop(&mut self) {
+        self.0.set_life(if thread::panicking() { Life::Lost } else { Life::Ended });
+    }
+}
+
+fn run_scanner<M: Machine, C: Clock>(
+    mut scanner: Scanner<M, C>,
+    go: &Receiver<()>,
+    beat: &Beat,
+) -> Report {
+    let _ending = Ending(beat);
+    if go.recv().is_ok() {
+        scanner.start();
+        while scanner.step() {}
+    }
+    scanner.report()
+}
+
+fn run_monitor<O: Observer>(mut monitor: Monitor<O>) {
+    while monitor.turn(monotonic_ns()) {
+        thread::sleep(turn_time(monitor.port.tempo().period_ns));
+    }
+}
+
+/// A quarter of a period, so that outputs leave and writes are answered soon after a scan; at least
+/// 250 us, at most 10 ms.
+fn turn_time(period_ns: u64) -> Duration {
+    let quarter = Duration::from_nanos(period_ns / 4);
+    quarter.clamp(Duration::from_micros(250), Duration::from_millis(10))
+}

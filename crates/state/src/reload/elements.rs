@@ -1,0 +1,331 @@
+//! Compares blocks, Stages, and instructions with a termination pass: finds those that are kept,
+//! new or removed. Called by `ReloadPlan::new`.
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+
+use super::memory::Kept;
+use super::plan::{OldState, Pairs, ReloadPlan, Side, Start, element_of};
+use super::report::preset;
+use rungd_engine::isa::{Address, Bit, BitSpace, BlockId, ElementId, StageId};
+pub use rungd_engine::{BitCell, BlockRole, Cell, ElementCode, PassStep, Restage, Stretch};
+use rungd_language::lower::identity::{BlockName, Interval};
+use rungd_language::resolve::program::BlockKind;
+pub use rungd_language::resolve::program::Value;
+
+/// The old program's Tasks that lose their recurrent ENTASK. The ENTASK's pass disables them.
+pub(super) fn disabled(names: &Pairs<'_>, old: Side<'_>, new: Side<'_>) -> HashSet<BlockId> {
+    let there = There::of(new);
+    let gone = |(element, task): (ElementId, BlockId)| {
+        let block = names.block(element.block);
+        let to = block.and_then(|block| Some((block, names.block(task)?)));
+        to.is_none_or(|to| !there.enabled.contains_key(&to)).then_some(task)
+    };
+    enabled(old).filter_map(gone).collect()
+}
+
+/// Recurrent ENTASKs: their elements and their Tasks.
+fn enabled(side: Side<'_>) -> impl Iterator<Item = (ElementId, BlockId)> {
+    elements(side).flat_map(move |(element, code)| {
+        code.terminations.clone().filter_map(move |at| {
+            let pass = &side.program.tables.terminations[at as usize];
+            let PassStep::DisableTask(task) = pass else { return None };
+            Some((element, *task))
+        })
+    })
+}
+
+/// Pairs blocks and Stages by name, and transfers their bits.
+pub(super) fn blocks(
+    plan: &mut ReloadPlan,
+    names: &Pairs<'_>,
+    (old, new): (Side<'_>, Side<'_>),
+    disabled: &HashSet<BlockId>,
+) {
+    for at in 0..names.old.blocks.len() as u32 {
+        let id = BlockId(at);
+        let running = old.symbols.layout.bit(Bit::Running(id)).0;
+        let said = say(names.old.block(id));
+        let Some(to) = names.block(id) else {
+            plan.transfer.gone_blocks.push(id);
+            let state = OldState::Gone { cell: running, off: "not running" };
+            plan.say_of(format!("{said} is gone"), state);
+            continue;
+        };
+        plan.transfer.blocks.push((id, to));
+        for bit in [Bit::Running, Bit::Done] {
+            let cell = |side: Side<'_>, id| side.symbols.layout.bit(bit(id)).0;
+            let (from, to) = (cell(old, id), cell(new, to));
+            plan.transfer.bits.push(Stretch { from, to, count: 1 });
+        }
+        if disabled.contains(&id) {
+            plan.say_of(said, OldState::Disabled { running });
+        } else if !names.old.block(id).kind.is_built_in() && names.old.block(id).name != "Main" {
+            plan.say_of(format!("{said} continues to run"), OldState::Stays { cell: running });
+        }
+        restage(plan, names, (id, to), (old, new));
+    }
+    new_blocks(plan, names, new);
+    stages(plan, names, old, new);
+    intervals(plan, names);
+}
+
+fn new_blocks(plan: &mut ReloadPlan, names: &Pairs<'_>, new: Side<'_>) {
+    let known: HashSet<BlockId> = plan.transfer.blocks.iter().map(|(_, to)| *to).collect();
+    for (at, block) in names.new.blocks.iter().enumerate() {
+        let id = BlockId(at as u32);
+        if known.contains(&id) {
+            continue;
+        }
+        let starts = match new.program.blocks[at].role {
+            BlockRole::Program { autostart } => autostart,
+            BlockRole::TopOfScan | BlockRole::BottomOfScan => true,
+            BlockRole::Task | BlockRole::FirstScan | BlockRole::LastScan => false,
+        };
+        let and = if starts { ", and starts" } else { "" };
+        plan.say(format!("{} is new{and}", say(block)));
+        if starts {
+            plan.transfer.starting.push(id);
+        }
+    }
+}
+
+fn stages(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new: Side<'_>) {
+    for (at, stage) in names.old.stages.iter().enumerate() {
+        let id = StageId(at as u32);
+        let from = old.symbols.layout.bit(Bit::Stage(id)).0;
+        let said = format!("Stage {}", names.old.stage(id));
+        match names.stage(id) {
+            Some(to) => {
+                plan.transfer.stages.push((id, to));
+                let to = new.symbols.layout.bit(Bit::Stage(to)).0;
+                plan.transfer.bits.push(Stretch { from, to, count: 1 });
+                plan.say_of(format!("{said} stays ON"), OldState::Stays { cell: from });
+            }
+            None if names.block(stage.block).is_some() => {
+                plan.say_of(format!("{said} is gone"), OldState::Gone { cell: from, off: "OFF" });
+            }
+            None => {}
+        }
+    }
+    let known: HashSet<StageId> = plan.transfer.stages.iter().map(|(_, to)| *to).collect();
+    let blocks: HashSet<BlockId> = plan.transfer.blocks.iter().map(|(_, to)| *to).collect();
+    for (at, stage) in names.new.stages.iter().enumerate() {
+        let id = StageId(at as u32);
+        if !known.contains(&id) && blocks.contains(&stage.block) {
+            plan.say(format!("Stage {} is new", names.new.stage(id)));
+        }
+    }
+    for (program, (initial, start)) in plan.starts.clone() {
+        let (program, stage) = (say(names.new.block(program)), names.new.stage(initial));
+        plan.say_of(format!("{program} begins at its Stage {stage}"), OldState::Starts(start));
+    }
+}
+
+fn restage(
+    plan: &mut ReloadPlan,
+    names: &Pairs<'_>,
+    (id, to): (BlockId, BlockId),
+    (old, new): (Side<'_>, Side<'_>),
+) {
+    let mut stages = new.program.blocks[to.0 as usize].stages.clone();
+    let Some(initial) = stages.next().map(StageId) else { return };
+    let before = old.program.blocks[id.0 as usize].stages.clone();
+    let had_none = before.is_empty();
+    let (kept, lost): (Vec<_>, Vec<_>) =
+        before.map(StageId).partition(|id| names.stage(*id).is_some());
+    if had_none || !lost.is_empty() {
+        let layout = &old.symbols.layout;
+        let cells =
+            |of: &[StageId]| of.iter().map(|id| layout.bit(Bit::Stage(*id)).0).collect::<Vec<_>>();
+        let running = layout.bit(Bit::Running(id)).0;
+        let start = Start { running, kept: cells(&kept), lost: cells(&lost), had_none };
+        plan.starts.insert(to, (initial, start));
+        plan.transfer.restages.push(Restage { program: to, initial, lost, had_none });
+    }
+}
+
+/// Reports and transfers the changed intervals of recurrent ENTASKs.
+fn intervals(plan: &mut ReloadPlan, names: &Pairs<'_>) {
+    let mut first: HashMap<BlockId, &Interval> = HashMap::new();
+    for now in &names.new.intervals {
+        first.entry(now.task).or_insert(now);
+    }
+    for before in &names.old.intervals {
+        let Some(task) = names.block(before.task) else { continue };
+        let Some(now) = first.get(&task) else { continue };
+        if !names.same(before.every, now.every) {
+            let name = &names.new.block(task).name;
+            let was = preset(names.old, before.every, true);
+            let is = preset(names.new, now.every, true);
+            plan.say(format!("interval of {name} {was} → {is}"));
+            // An element of an array is read when the Task is enabled again.
+            if !matches!(now.every, Value::Element(_)) {
+                plan.transfer.intervals.push((task, now.word.0));
+            }
+        }
+    }
+}
+
+/// The elements of instructions with a pass: those that drive bits, and recurrent ENTASKs.
+#[derive(Default)]
+struct There {
+    outputs: HashMap<(BlockId, u32), Vec<ElementId>>,
+    enabled: HashMap<(BlockId, BlockId), ElementId>,
+}
+
+impl There {
+    fn of(side: Side<'_>) -> There {
+        let mut there = There::default();
+        for (element, code) in elements(side) {
+            for at in code.terminations.clone() {
+                match side.program.tables.terminations[at as usize] {
+                    PassStep::BitOff(bit) => {
+                        there.outputs.entry((element.block, bit)).or_default().push(element);
+                    }
+                    PassStep::DisableTask(task) => {
+                        there.enabled.insert((element.block, task), element);
+                    }
+                    PassStep::HistoryOff(_)
+                    | PassStep::Counter(..)
+                    | PassStep::Timer(..)
+                    | PassStep::HoldTimer(_)
+                    | PassStep::CountUp(_)
+                    | PassStep::CountDown(_)
+                    | PassStep::Pick(_) => {}
+                }
+            }
+        }
+        there
+    }
+
+    /// The element in which a block drives a bit: the element `before` if the block still drives it
+    /// there.
+    fn driven(&self, block: BlockId, bit: u32, before: Option<ElementId>) -> Option<ElementId> {
+        let places = self.outputs.get(&(block, bit))?;
+        before.filter(|before| places.contains(before)).or(places.first().copied())
+    }
+}
+
+/// Finds the instructions of the old program that have a step in a termination pass and are not in
+/// the new program. The swap executes these steps.
+pub(super) fn terminations(
+    plan: &mut ReloadPlan,
+    names: &Pairs<'_>,
+    (old, new): (Side<'_>, Side<'_>),
+    kept: &Kept,
+) {
+    let there = There::of(new);
+    let mut undriven: BTreeMap<(BlockId, u32), Vec<u32>> = BTreeMap::new();
+    for (element, code) in elements(old) {
+        let Some(block) = names.block(element.block) else { continue };
+        for at in code.terminations.clone() {
+            let termination = &old.program.tables.terminations[at as usize];
+            let stays = match termination {
+                PassStep::HistoryOff(_) | PassStep::Pick(_) => true,
+                PassStep::BitOff(bit) => {
+                    let to = plan.transfer.cell(Cell::Bit(BitCell(*bit)));
+                    let before = names.element(element);
+                    match to {
+                        Some(Cell::Bit(to)) => there.driven(block, to.0, before),
+                        _ => None,
+                    }
+                    .map(|now| plan.moves(names, element, now))
+                    .is_some()
+                }
+                PassStep::DisableTask(task) => names
+                    .block(*task)
+                    .and_then(|task| there.enabled.get(&(block, task)))
+                    .map(|now| plan.moves(names, element, *now))
+                    .is_some(),
+                PassStep::Counter(..)
+                | PassStep::Timer(..)
+                | PassStep::HoldTimer(_)
+                | PassStep::CountUp(_)
+                | PassStep::CountDown(_) => kept.goes_on(termination, element),
+            };
+            if stays {
+                continue;
+            }
+            plan.transfer.gone.push((element_of(element), at));
+            if let PassStep::BitOff(bit) = termination {
+                undriven.entry((element.block, *bit)).or_default().push(active(old, element));
+            }
+        }
+    }
+    for ((block, bit), active) in undriven {
+        let (said, block) = (say_bit(old, bit), &names.old.block(block).name);
+        let state = OldState::Undriven { bit, active };
+        plan.say_of(format!("{said} is not driven in {block} any more"), state);
+    }
+}
+
+/// Reports bits that no instruction of the new program writes. Only bits that the old program SET,
+/// RST or toggled are reported, because a pass may turn the others OFF.
+pub(super) fn unwritten(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
+    let tables = &old.program.tables;
+    let driven: HashSet<u32> = tables
+        .terminations
+        .iter()
+        .filter_map(|termination| {
+            let PassStep::BitOff(bit) = termination else { return None };
+            Some(*bit)
+        })
+        .collect();
+    for bit in names.old.written.iter().copied() {
+        // A bit outside memory is removed with its block or Stage, and a bit of a `type` tag with
+        // its tag.
+        let (Bit::Space(..), Some(Address::Bit(now))) = (bit, names.moves.after(Address::Bit(bit)))
+        else {
+            continue;
+        };
+        if names.new.written.contains(&now) {
+            continue;
+        }
+        let cell = old.symbols.layout.bit(bit).0;
+        if driven.contains(&cell) {
+            continue;
+        }
+        let (was, now) = (Address::Bit(bit), Address::Bit(now));
+        let is_tagged = names.new.addresses.get(&now).is_some_and(Option::is_some);
+        let said = if is_tagged { names.new.say(now) } else { names.old.say(was) };
+        plan.say_of(said, OldState::Unwritten { bit: cell });
+    }
+}
+
+/// The bit that is ON while an element executes: the bit of its Stage, or the `.Running` of its
+/// block.
+fn active(side: Side<'_>, element: ElementId) -> u32 {
+    let bit = element.stage.map_or(Bit::Running(element.block), Bit::Stage);
+    side.symbols.layout.bit(bit).0
+}
+
+fn say(block: &BlockName) -> String {
+    let kind = if block.kind == BlockKind::Program { "Program" } else { "Task" };
+    format!("{kind} {}", block.name)
+}
+
+fn say_bit(side: Side<'_>, cell: u32) -> String {
+    let layout = &side.symbols.layout;
+    let spaces = [BitSpace::Y, BitSpace::C, BitSpace::Mc, BitSpace::Mi];
+    for space in spaces {
+        let first = layout.bit(Bit::Space(space, space.first())).0;
+        if (first..first + space.count(layout.sizes())).contains(&cell) {
+            let bit = Bit::Space(space, space.first() + (cell - first));
+            return side.symbols.identity.say(Address::Bit(bit));
+        }
+    }
+    "a bit".to_owned()
+}
+
+/// Every element of a program.
+fn elements<'a>(side: Side<'a>) -> impl Iterator<Item = (ElementId, &'a ElementCode)> {
+    side.program.blocks.iter().enumerate().flat_map(move |(at, code)| {
+        let block = BlockId(at as u32);
+        let own = (ElementId { block, stage: None }, &code.own);
+        let stages = code.stages.clone().map(move |id| {
+            let element = ElementId { block, stage: Some(StageId(id)) };
+            (element, &side.program.stages[id as usize])
+        });
+        std::iter::once(own).chain(stages)
+    })
+}

@@ -1,0 +1,302 @@
+//! Compares structures and data: finds the state to keep and the state to reset. Called by
+//! `ReloadPlan::new`.
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+
+use super::plan::{Elsewhere, OldState, Pairs, ReloadPlan, Side};
+use super::report::preset;
+use rungd_engine::isa::{
+    Address, Bit, BitSpace, ElementId, Flag, Mnemonic, Space, Structure, Word,
+};
+use rungd_engine::{BitCell, Cell, PassStep, WordCell};
+use rungd_language::lower::identity::{Identity, Owner};
+pub use rungd_language::resolve::program::Value;
+
+/// The kept owners of the old program: record, CTU or CTD, and element.
+#[derive(Default)]
+pub(super) struct Kept(HashMap<(u32, Option<Mnemonic>), ElementId>);
+
+impl Kept {
+    fn note(&mut self, record: u32, owner: &Owner) {
+        let halves = [Mnemonic::Ctu, Mnemonic::Ctd];
+        let half = Some(owner.mnemonic).filter(|mnemonic| halves.contains(mnemonic));
+        self.0.insert((record, half), owner.element);
+    }
+
+    /// Whether the instruction of a pass step is kept.
+    pub fn goes_on(&self, termination: &PassStep, element: ElementId) -> bool {
+        let half = match termination {
+            PassStep::CountUp(_) => Some(Mnemonic::Ctu),
+            PassStep::CountDown(_) => Some(Mnemonic::Ctd),
+            PassStep::BitOff(_)
+            | PassStep::HistoryOff(_)
+            | PassStep::Counter(..)
+            | PassStep::Timer(..)
+            | PassStep::HoldTimer(_)
+            | PassStep::DisableTask(_)
+            | PassStep::Pick(_) => None,
+        };
+        let record = termination.record();
+        record.is_some_and(|record| self.0.get(&(record, half)) == Some(&element))
+    }
+}
+
+/// Keeps the structures whose owner has the same mnemonic in the same block. A structure with a
+/// different owner is reset.
+pub(super) fn structures(
+    plan: &mut ReloadPlan,
+    names: &Pairs<'_>,
+    old: Side<'_>,
+    new: Side<'_>,
+) -> Kept {
+    let mut kept = Kept::default();
+    let (before, now) = (by_structure(&names.old.owners), by_structure(&names.new.owners));
+    for (structure, owners) in &now {
+        let mut goes_on = false;
+        let was = names.structure_before(*structure);
+        let before = was.and_then(|was| before.get(&was));
+        for owner in owners {
+            let same = before.and_then(|before| {
+                before.iter().find(|before| {
+                    let block = names.block(before.element.block);
+                    before.mnemonic == owner.mnemonic && block == Some(owner.element.block)
+                })
+            });
+            let Some(same) = same else { continue };
+            goes_on = true;
+            kept.note(old.symbols.layout.record(same.structure), same);
+            plan.moves(names, same.element, owner.element);
+            tell_kept(plan, names, old, (same, owner));
+        }
+        if let Some(was) = was.filter(|_| goes_on) {
+            sensaphone_preset(plan, (was, *structure), (old, new));
+            continue;
+        }
+        plan.transfer.fresh.push(new.symbols.layout.record(*structure));
+        if let Structure::Sensaphone(_) = structure {
+            put_preset(plan, *structure, new);
+        }
+        tell_new(plan, names, *structure, (before.and_then(|before| before.first()), owners[0]));
+    }
+    for (structure, owners) in &before {
+        if names.structure(*structure).is_none_or(|now_is| !now.contains_key(&now_is)) {
+            let said = names.old.say(Address::Structure(*structure));
+            let Owner { mnemonic, element, .. } = owners[0];
+            let (name, block) = (mnemonic.spec().name, &names.old.block(element.block).name);
+            plan.say(format!("{said} is gone: {name} in {block}"));
+        }
+    }
+    kept
+}
+
+fn by_structure(owners: &[Owner]) -> BTreeMap<Structure, Vec<&Owner>> {
+    let mut of: BTreeMap<Structure, Vec<&Owner>> = BTreeMap::new();
+    for owner in owners {
+        of.entry(owner.structure).or_default().push(owner);
+    }
+    of
+}
+
+/// Writes an edited constant preset to PRE, as a cold start would. If the preset is unedited, PRE
+/// keeps its value.
+fn sensaphone_preset(
+    plan: &mut ReloadPlan,
+    (was, structure): (Structure, Structure),
+    (old, new): (Side<'_>, Side<'_>),
+) {
+    let Structure::Sensaphone(_) = structure else { return };
+    let constant = |side: Side<'_>, structure: Structure| {
+        let cell = side.symbols.layout.word(Word::Pre(structure.number()));
+        side.program.initial_words.iter().find(|(at, _)| *at == cell).map(|(_, value)| *value)
+    };
+    if constant(old, was) != constant(new, structure) {
+        put_preset(plan, structure, new);
+    }
+}
+
+fn put_preset(plan: &mut ReloadPlan, structure: Structure, new: Side<'_>) {
+    let cell = new.symbols.layout.word(Word::Pre(structure.number()));
+    let initial = new.program.initial_words.iter().find(|(at, _)| *at == cell);
+    plan.transfer.new_words.push((cell, initial.map_or(0, |(_, value)| *value)));
+}
+
+fn tell_kept(
+    plan: &mut ReloadPlan,
+    names: &Pairs<'_>,
+    old: Side<'_>,
+    (before, now): (&Owner, &Owner),
+) {
+    let said = names.new.say(Address::Structure(now.structure));
+    let timer = matches!(now.structure, Structure::Timer(_));
+    let of = |owner: &Owner, name| owner.presets.iter().find(|(n, _)| *n == name).map(|(_, v)| *v);
+    for name in ["preset", "up-preset", "dn-preset"] {
+        let (was, is) = (of(before, name), of(now, name));
+        let say = |identity: &Identity, value: Option<Value>| {
+            value.map_or("none".into(), |value| preset(identity, value, timer))
+        };
+        let differ = match (was, is) {
+            (Some(was), Some(is)) => !names.same(was, is),
+            (was, is) => was.is_some() != is.is_some(),
+        };
+        if differ {
+            let (was, is) = (say(names.old, was), say(names.new, is));
+            plan.say(format!("{name} of {said} {was} → {is}"));
+        }
+    }
+    let layout = &old.symbols.layout;
+    let now_preset = of(now, "preset").or(of(now, "up-preset"));
+    let preset_word = match now_preset {
+        Some(Value::Word(word)) => match names.moves.before(Address::Word(word)) {
+            Some(Address::Word(word)) => Some(layout.word(word).0),
+            _ => None,
+        },
+        _ => None,
+    };
+    let acc = layout.word(Word::Acc(before.structure)).0;
+    let into = into(plan, names, old, (before.element, now.element));
+    let done = Bit::Flag(before.structure, Flag::Done);
+    let done = is_done_at_preset(now.mnemonic).then(|| layout.bit(done).0);
+    plan.say_of(said, OldState::Keeps { timer, acc, preset: now_preset, preset_word, done, into });
+}
+
+/// Whether Done is `.Acc >= preset` at each execution, so that a smaller preset turns it ON.
+fn is_done_at_preset(mnemonic: Mnemonic) -> bool {
+    let all = [
+        Mnemonic::Cnt,
+        Mnemonic::Udc,
+        Mnemonic::Udcg,
+        Mnemonic::Tmr,
+        Mnemonic::Tmra,
+        Mnemonic::Tmrag,
+        Mnemonic::Ondtmr,
+    ];
+    all.contains(&mnemonic)
+}
+
+/// The Stage of an instruction, if the instruction is in a different element now.
+fn into(
+    plan: &ReloadPlan,
+    names: &Pairs<'_>,
+    old: Side<'_>,
+    (before, now): (ElementId, ElementId),
+) -> Option<Elsewhere> {
+    let stage = now.stage.filter(|_| names.element(before) != Some(now))?;
+    let was = names.stage_before(stage).map(|id| old.symbols.layout.bit(Bit::Stage(id)).0);
+    let start = plan.starts.get(&now.block).filter(|(initial, _)| *initial == stage);
+    let start = start.map(|(_, start)| start.clone());
+    Some(Elsewhere { said: names.new.stage(stage), stage: was, start })
+}
+
+fn tell_new(
+    plan: &mut ReloadPlan,
+    names: &Pairs<'_>,
+    structure: Structure,
+    (before, now): (Option<&&Owner>, &Owner),
+) {
+    let said = names.new.say(Address::Structure(structure));
+    let Some(before) = before else {
+        return plan.say(format!("{said} is new"));
+    };
+    let owner = |owner: &Owner, block: &str| format!("{} in {block}", owner.mnemonic.spec().name);
+    let was = owner(before, &names.old.block(before.element.block).name);
+    let is = owner(now, &names.new.block(now.element.block).name);
+    plan.say(format!("{said} starts again: {is}, was {was}"));
+}
+
+/// Applies a tag's `initial` to an address that the old program does not use. Also reports changed
+/// memory sizes.
+pub(super) fn initial(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new: Side<'_>) {
+    let mut arrays = NewElements::new();
+    for (address, value) in &names.new.initial {
+        let before = names.moves.before(*address);
+        if before.is_some_and(|before| names.old.addresses.contains_key(&before)) {
+            continue;
+        }
+        match new.symbols.layout.cell(*address) {
+            // Inputs keep the state of their terminals.
+            _ if matches!(address, Address::Bit(Bit::Space(BitSpace::X, _))) => continue,
+            Some(Cell::Bit(cell)) => plan.transfer.new_bits.push((cell, *value != 0)),
+            Some(Cell::Word(cell)) => plan.transfer.new_words.push((cell, *value)),
+            None => continue,
+        }
+        let Some(cell) = old.symbols.layout.cell(*address) else { continue };
+        // The place of a tag with a `type` does not get the force of its address.
+        let state = OldState::Initial { cell, value: *value, forced: before.map(|_| cell) };
+        let tag = names.new.addresses.get(address).cloned().flatten();
+        match tag.as_deref().and_then(array_of) {
+            Some(array) => {
+                let said = names.new.say(*address);
+                arrays.entry(array.to_owned()).or_default().push((said, state));
+            }
+            None => plan.say_of(names.new.say(*address), state),
+        }
+    }
+    tell_arrays(plan, names, arrays);
+    let (before, now) = (old.symbols.layout.sizes(), new.symbols.layout.sizes());
+    for space in Space::ALL {
+        let (before, now) = (space.count(before), space.count(now));
+        if before != now {
+            plan.say(format!("memory {} {before} → {now}", space.name()));
+        }
+    }
+}
+
+/// The array in the name of an element.
+pub(super) fn array_of(tag: &str) -> Option<&str> {
+    tag.split_once('[').map(|(array, _)| array)
+}
+
+/// The array elements that begin with their `initial`, by array.
+type NewElements = BTreeMap<String, Vec<(String, OldState)>>;
+
+/// Reports each array with new elements in one line. `places` reports a `type` tag whose `count`
+/// has changed.
+fn tell_arrays(plan: &mut ReloadPlan, names: &Pairs<'_>, arrays: NewElements) {
+    for (array, mut elements) in arrays {
+        let (old, new) = (names.old.places.named(&array), names.new.places.named(&array));
+        match elements.len() {
+            _ if old.is_some() && new.is_some() => {}
+            1 => elements.drain(..).for_each(|(said, state)| plan.say_of(said, state)),
+            count => {
+                let text = format!("{array}: {count} elements are new, with their `initial`");
+                let forced = elements.iter().filter_map(|(_, state)| {
+                    let OldState::Initial { forced, .. } = state else { return None };
+                    *forced
+                });
+                let cells = forced.collect();
+                let force = "those that are forced stay as they are".to_owned();
+                plan.say_of(text, OldState::Named { cells, force });
+            }
+        }
+    }
+}
+
+/// The values that memory cells begin with. Memory has the same cell numbers in both programs.
+pub(super) struct NewValues {
+    bits: HashMap<BitCell, bool>,
+    words: HashMap<WordCell, i32>,
+    fresh: HashSet<u32>,
+}
+
+impl NewValues {
+    pub fn of(plan: &ReloadPlan) -> NewValues {
+        let transfer = &plan.transfer;
+        // The first value of a cell counts.
+        NewValues {
+            bits: transfer.new_bits.iter().rev().copied().collect(),
+            words: transfer.new_words.iter().rev().copied().collect(),
+            fresh: transfer.fresh.iter().copied().collect(),
+        }
+    }
+
+    /// The value that a cell begins with; `None` if it keeps its value.
+    pub fn get(&self, cell: Cell) -> Option<i32> {
+        match cell {
+            Cell::Bit(at) => self.bits.get(&at).map(|on| i32::from(*on)),
+            Cell::Word(at) => {
+                let of = self.words.get(&at).copied();
+                of.or_else(|| self.fresh.contains(&at.0).then_some(0))
+            }
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! Compares two programs: finds the state of the old program that the new one keeps.
+//!
+//! Called before a swap, never by the scan thread. The result for the engine is a [`Transfer`]
+//! (numbers): the engine uses it to copy state between two scans. The result for people is
+//! [`ReloadPlan::report`] (words). Reads no file, uses no thread, and changes neither program.
+//!
+//! Behaviour: `docs/semantics.md`, section 4, *Reload*.
+
+mod elements;
+mod histories;
+mod memory;
+mod moves;
+mod places;
+mod plan;
+mod report;
+mod rung_texts;
+mod rungs;
+mod tags;
+mod wired;
+
+use moves::Moves;
+use plan::Pairs;
+pub use plan::{ReloadPlan, Side};
+pub use report::OldMemory;
+pub use report::WARNING;
+pub use rung_texts::FileTexts;
+use rungd_engine::Transfer;
+pub use wired::misfit;
+
+/// The reason why files with different devices are not reloaded.
+pub const OTHER_DEVICES: &str = "its devices, or their order, differ from the running ones: \
+                                        restart rungd; nothing is reloaded until then";
+/// The reason why files with different memory sizes are not reloaded.
+pub const OTHER_SIZES: &str = "the sizes in `[memory]` differ from the running program's: \
+                                      restart rungd; nothing is reloaded until then";
+
+impl ReloadPlan {
+    /// Compares `old` and `new`.
+    pub fn new(old: Side<'_>, new: Side<'_>) -> ReloadPlan {
+        let (before, now) = (&old.symbols.identity, &new.symbols.identity);
+        let moves = Moves::of(before, now);
+        let renamed = moves.renamed(before);
+        let names = Pairs::new(renamed.as_ref().unwrap_or(before), now, moves);
+        let transfer = Transfer::memory(&old.symbols.layout, &new.symbols.layout);
+        let mut plan = ReloadPlan { transfer, ..ReloadPlan::default() };
+        let layouts = (&old.symbols.layout, &new.symbols.layout);
+        names.moves.enter(&mut plan.transfer, layouts, now);
+        rungs::rungs(&mut plan, &names, old, new);
+        tags::constants(&mut plan, &names);
+        let disabled = elements::disabled(&names, old, new);
+        elements::blocks(&mut plan, &names, (old, new), &disabled);
+        let kept = memory::structures(&mut plan, &names, old, new);
+        memory::initial(&mut plan, &names, old, new);
+        tags::moved(&mut plan, &names, old);
+        tags::renamed(&mut plan, &names, old);
+        tags::unnamed(&mut plan, &names, old);
+        places::tell(&mut plan, &names, old);
+        tags::limits(&mut plan, &names, old, new);
+        tags::initial(&mut plan, &names, old, new);
+        elements::unwritten(&mut plan, &names, old);
+        histories::histories(&mut plan, &names);
+        elements::terminations(&mut plan, &names, (old, new), &kept);
+        plan
+    }
+}

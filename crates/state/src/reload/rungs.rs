@@ -1,0 +1,115 @@
+//! Finds the rungs that were edited, added and removed. Only the report uses them.
+//!
+//! A rung is unchanged if the new program has a rung with the same text (in addresses) and the same
+//! name in the same element. The remaining rungs are paired as edited ones: first those with the
+//! same text in the same block, then those with the same name in the same block, then those of the
+//! same element whose first instruction has the same operand, then those of the same element.
+//! Unpaired rungs of the old program were removed; those of the new one were added.
+
+use std::collections::{HashMap, HashSet, VecDeque};
+use std::sync::Arc;
+
+use super::plan::{OldState, Pairs, ReloadPlan, Side};
+use super::rung_texts::RungDifference;
+use rungd_engine::isa::{BlockId, ElementId};
+use rungd_language::lower::identity::RungText;
+
+/// The maximum number of rungs whose texts a report has.
+const TOLD_MAX: usize = 40;
+
+/// What two rungs must have in common to be paired.
+#[derive(PartialEq, Eq, Hash)]
+enum RungKey {
+    Same(ElementId, Option<String>, Arc<str>),
+    Text(BlockId, Arc<str>),
+    Name(BlockId, String),
+    Acts(ElementId, String),
+    Element(ElementId),
+}
+
+impl RungKey {
+    fn same(rung: &RungText) -> RungKey {
+        RungKey::Same(rung.element, rung.name.clone(), Arc::clone(&rung.whole))
+    }
+}
+
+pub(super) fn rungs(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new: Side<'_>) {
+    let new_place = |rung: &RungText| {
+        names.element(rung.element).map(|element| RungText { element, ..rung.clone() })
+    };
+    let here: Vec<_> = names.old.rungs.iter().map(new_place).collect();
+    let lost = here.iter().filter(|rung| rung.is_none()).count();
+    let mut before: Vec<RungText> = here.into_iter().flatten().collect();
+    let mut now = names.new.rungs.clone();
+    let keys = |rungs: &[RungText]| rungs.iter().map(RungKey::same).collect::<Vec<_>>();
+    let in_order = keys(&before) == keys(&now);
+    pair(&mut before, &mut now, |rung| Some(RungKey::same(rung)));
+    let mut edited = pair(&mut before, &mut now, |rung| {
+        Some(RungKey::Text(rung.element.block, Arc::clone(&rung.whole)))
+    });
+    edited.extend(pair(&mut before, &mut now, |rung| {
+        Some(RungKey::Name(rung.element.block, rung.name.clone()?))
+    }));
+    edited.extend(pair(&mut before, &mut now, |rung| {
+        Some(RungKey::Acts(rung.element, rung.acts.clone()))
+    }));
+    edited.extend(pair(&mut before, &mut now, |rung| Some(RungKey::Element(rung.element))));
+    let (changed, added, gone) = (edited.len(), now.len(), before.len() + lost);
+    if (changed, added, gone) != (0, 0, 0) {
+        let s = if changed == 1 { "" } else { "s" };
+        plan.say(format!("{changed} rung{s} edited, {added} new, {gone} gone"));
+    } else if !in_order {
+        plan.say("the order of the rungs has changed");
+    }
+    let edited = edited.into_iter().map(|(was, is)| RungDifference::Edited(was, is));
+    let new_ones = now.into_iter().map(RungDifference::New);
+    tell(plan, edited.chain(new_ones).chain(before.into_iter().map(RungDifference::Gone)));
+    order(plan, names, old, new);
+}
+
+/// Adds the differences of rungs, up to a maximum.
+fn tell(plan: &mut ReloadPlan, differences: impl Iterator<Item = RungDifference>) {
+    let mut all: Vec<RungDifference> = differences.collect();
+    let more = all.len().saturating_sub(TOLD_MAX);
+    all.truncate(TOLD_MAX);
+    all.into_iter().for_each(|rung| plan.say_of("", OldState::Rung(Box::new(rung))));
+    if more > 0 {
+        plan.say_of("", OldState::MoreRungs(more));
+    }
+}
+
+/// Removes the rungs that have the same key on both sides, and returns them in pairs.
+fn pair(
+    before: &mut Vec<RungText>,
+    now: &mut Vec<RungText>,
+    key: impl Fn(&RungText) -> Option<RungKey>,
+) -> Vec<(RungText, RungText)> {
+    let mut waiting: HashMap<RungKey, VecDeque<usize>> = HashMap::new();
+    for (at, rung) in now.iter().enumerate() {
+        if let Some(key) = key(rung) {
+            waiting.entry(key).or_default().push_back(at);
+        }
+    }
+    let mut rest: Vec<Option<RungText>> = std::mem::take(now).into_iter().map(Some).collect();
+    let mut pairs = Vec::new();
+    for rung in std::mem::take(before) {
+        let found = key(&rung).and_then(|key| waiting.get_mut(&key)?.pop_front());
+        match found.and_then(|at| rest[at].take()) {
+            Some(new) => pairs.push((rung, new)),
+            None => before.push(rung),
+        }
+    }
+    now.extend(rest.into_iter().flatten());
+    pairs
+}
+
+/// Reports a changed scan order of the blocks that both programs have.
+fn order(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new: Side<'_>) {
+    let before: Vec<_> = old.program.order.iter().filter_map(|id| names.block(*id)).collect();
+    let both: HashSet<_> = before.iter().copied().collect();
+    let now = new.program.order.iter().copied();
+    let now: Vec<_> = now.filter(|id| both.contains(id)).collect();
+    if before != now {
+        plan.say("the scan order of the blocks has changed");
+    }
+}

@@ -1,0 +1,221 @@
+//! Compares tags: reports changed addresses, names and limits. Called by `ReloadPlan::new`.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap, VecDeque};
+
+use super::memory::{NewValues, array_of};
+use super::plan::{MovedElement, OldState, Pairs, ReloadPlan, Side};
+use rungd_engine::isa::{Address, Bit, BitSpace, Word};
+use rungd_engine::{Cell, Layout};
+use rungd_language::lower::identity::Identity;
+
+/// Whether the tag, or the array of an element, has a `type` in either program. `places` reports
+/// these tags.
+fn is_placed(names: &Pairs<'_>, tag: &str) -> bool {
+    let whole = array_of(tag).unwrap_or(tag);
+    names.old.places.named(whole).or(names.new.places.named(whole)).is_some()
+}
+
+/// Reports constants with a changed value.
+pub(super) fn constants(plan: &mut ReloadPlan, names: &Pairs<'_>) {
+    for (name, value) in &names.new.constants {
+        if let Some(before) = names.old.constants.get(name).filter(|before| *before != value) {
+            plan.say(format!("constant {name} {before} → {value}"));
+        }
+    }
+}
+
+/// Reports tags with a changed address. The value stays at the old address.
+pub(super) fn moved(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
+    let (layout, values) = (&old.symbols.layout, NewValues::of(plan));
+    let mut arrays: BTreeMap<&str, Vec<(Address, Address, MovedElement)>> = BTreeMap::new();
+    for (tag, to) in &names.new.tags {
+        let Some(from) = names.old.tags.get(tag).filter(|from| *from != to) else { continue };
+        if is_placed(names, tag) {
+            continue;
+        }
+        let text = format!("tag {tag} moved from {from} to {to}");
+        let cells = (layout.cell(held(*from)), layout.cell(held(*to)));
+        let (Some(from_cell), Some(to_cell)) = cells else {
+            plan.say(text);
+            continue;
+        };
+        let begins = values.get(to_cell);
+        if let Some(array) = array_of(tag) {
+            let element = MovedElement { tag: tag.clone(), from: from_cell, to: to_cell, begins };
+            arrays.entry(array).or_default().push((*from, *to, element));
+            continue;
+        }
+        let left = names.new.addresses.get(from).cloned().flatten();
+        let left = left.map_or_else(String::new, |other| format!(", which is {other} now"));
+        plan.say_of(
+            text,
+            OldState::Moved {
+                from: from_cell,
+                to: to_cell,
+                old: from.to_string(),
+                new: to.to_string(),
+                begins,
+                input: is_input(*to),
+                force: format!("the force stays on {from}{left}; {tag} ({to}) is not forced"),
+            },
+        );
+    }
+    arrays.into_iter().for_each(|(array, elements)| moved_array(plan, array, elements));
+}
+
+/// One line for an array whose addresses have changed.
+fn moved_array(
+    plan: &mut ReloadPlan,
+    array: &str,
+    mut elements: Vec<(Address, Address, MovedElement)>,
+) {
+    elements.sort_by_key(|(from, ..)| *from);
+    let old = span(elements.iter().map(|(from, ..)| *from));
+    let new = span(elements.iter().map(|(_, to, _)| *to));
+    let input = elements.iter().any(|(_, to, _)| is_input(*to));
+    let elements = elements.into_iter().map(|(.., element)| element).collect();
+    let force = format!("forces stay on {old}; {array} ({new}) is not forced");
+    let text = format!("array {array} moved from {old} to {new}");
+    plan.say_of(text, OldState::MovedArray { elements, input, force });
+}
+
+/// The first and the last of some consecutive addresses, as text.
+fn span(addresses: impl Iterator<Item = Address> + Clone) -> String {
+    let ends = (addresses.clone().min(), addresses.max());
+    match ends {
+        (Some(first), Some(last)) if first != last => format!("{first}..{last}"),
+        (Some(one), _) => one.to_string(),
+        (None, _) => String::new(),
+    }
+}
+
+fn is_input(at: Address) -> bool {
+    matches!(at, Address::Bit(Bit::Space(BitSpace::X, _)))
+}
+
+/// Reports renamed tags: the address is the same.
+pub(super) fn renamed(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
+    let layout = &old.symbols.layout;
+    let lacks =
+        |other: &Identity, tag: &String| !other.tags.contains_key(tag) && !is_placed(names, tag);
+    let gone = names.old.tags.iter().filter(|(tag, _)| lacks(names.new, tag));
+    let mut new: HashMap<&Address, VecDeque<&String>> = HashMap::new();
+    for (tag, address) in names.new.tags.iter().filter(|(tag, _)| lacks(names.old, tag)) {
+        new.entry(address).or_default().push_back(tag);
+    }
+    let mut arrays: BTreeMap<(&str, &str), Vec<Address>> = BTreeMap::new();
+    for (tag, address) in gone {
+        let Some(now) = new.get_mut(address).and_then(VecDeque::pop_front) else { continue };
+        if let (Some(from), Some(to)) = (array_of(tag), array_of(now)) {
+            arrays.entry((from, to)).or_default().push(*address);
+            continue;
+        }
+        let text = format!("tag {tag} ({address}) was renamed to {now}");
+        let cells = cells(layout, *address);
+        plan.say_of(text, OldState::Named { cells, force: "the force stays on it".to_owned() });
+    }
+    for ((from, to), addresses) in arrays {
+        let text =
+            format!("array {from} ({}) was renamed to {to}", span(addresses.iter().copied()));
+        let cells = addresses.iter().flat_map(|address| cells(layout, *address)).collect();
+        let force = "its forces stay".to_owned();
+        plan.say_of(text, OldState::Named { cells, force });
+    }
+}
+
+/// Reports removed tags whose address has no tag any more, if the address is forced.
+pub(super) fn unnamed(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
+    for (tag, address) in &names.old.tags {
+        let has_tag = || names.new.addresses.get(address).is_some_and(Option::is_some);
+        let goes_on = names.moves.after(*address) == Some(*address);
+        if names.new.tags.contains_key(tag) || has_tag() || !goes_on {
+            continue;
+        }
+        let cells = cells(&old.symbols.layout, *address);
+        let force = format!("tag {tag} is gone; the force stays on {address}");
+        plan.say_of(String::new(), OldState::Named { cells, force });
+    }
+}
+
+/// All cells of an address; for a structure, those of its members.
+fn cells(layout: &Layout, address: Address) -> Vec<Cell> {
+    match address {
+        Address::Structure(structure) => {
+            structure.member_addresses().filter_map(|member| layout.cell(member)).collect()
+        }
+        one @ (Address::Bit(_) | Address::Word(_)) => layout.cell(one).into_iter().collect(),
+    }
+}
+
+/// Reports words with changed limits; with a warning, if the value is beyond the new limits.
+pub(super) fn limits(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new: Side<'_>) {
+    let values = NewValues::of(plan);
+    let mut told = BTreeSet::new();
+    for (address, tag) in &names.new.addresses {
+        let Address::Word(word) = *address else { continue };
+        let (min, max) = new.symbols.limits(word);
+        let Some(Address::Word(was)) = names.moves.before(*address) else { continue };
+        let before = old.symbols.limits(was);
+        if before == (min, max) || !names.old.addresses.contains_key(&Address::Word(was)) {
+            continue;
+        }
+        let said = |side: Side<'_>, word: Word, (min, max): (i32, i32)| {
+            let text = |content| {
+                side.symbols.layout.text(Cell::Word(side.symbols.layout.word(word)), content)
+            };
+            match (min, max) == word.range() {
+                true => "none".to_owned(),
+                false => format!("{} to {}", text(min), text(max)),
+            }
+        };
+        let (before, now) = (said(old, was, before), said(new, word, (min, max)));
+        // The elements of an array have the same limits.
+        let name = match tag.as_deref().and_then(array_of) {
+            Some(array) => array.to_owned(),
+            None => names.new.say(*address),
+        };
+        let line = format!("limits of {name} {before} → {now}");
+        if told.insert(line.clone()) {
+            plan.say(line);
+        }
+        let cell = Cell::Word(old.symbols.layout.word(was));
+        let begins = new.symbols.layout.cell(*address).and_then(|cell| values.get(cell));
+        plan.say_of(names.new.say(*address), OldState::Limits { cell, begins, limits: (min, max) });
+    }
+}
+
+/// Reports changed values of `initial`. They act at the next cold start; the present value stays.
+pub(super) fn initial(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new: Side<'_>) {
+    let value = |side: Side<'_>, address: Address, of: Option<&i32>| {
+        let content = of.copied().unwrap_or(0);
+        match (of, address) {
+            (None, _) => "none".to_owned(),
+            (Some(_), Address::Bit(_)) => if content != 0 { "ON" } else { "OFF" }.to_owned(),
+            (Some(_), Address::Word(word)) => {
+                side.symbols.layout.text(Cell::Word(side.symbols.layout.word(word)), content)
+            }
+            (Some(_), Address::Structure(_)) => content.to_string(),
+        }
+    };
+    for address in names.new.addresses.keys() {
+        let Some(before) = names.moves.before(*address) else { continue };
+        if !names.old.addresses.contains_key(&before) {
+            continue;
+        }
+        let (was, is) = (names.old.initial.get(&before), names.new.initial.get(address));
+        if was == is {
+            continue;
+        }
+        let (was, is) = (value(old, before, was), value(new, *address, is));
+        let said = names.new.say(*address);
+        plan.say(format!("initial of {said} {was} → {is}, from the next cold start on"));
+    }
+}
+
+/// The address that holds the value: for a structure, its `.Acc`.
+fn held(address: Address) -> Address {
+    match address {
+        Address::Structure(structure) => Address::Word(Word::Acc(structure)),
+        Address::Bit(_) | Address::Word(_) => address,
+    }
+}

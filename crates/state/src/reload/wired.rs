@@ -1,0 +1,56 @@
+//! Whether a new program keeps the cells to which field devices are wired.
+//!
+//! The wiring of a device stays over a reload, by cells. Addresses keep their cells. But the bits
+//! of blocks and Stages have names instead of addresses, and their cells depend on the number of
+//! blocks and Stages before them. And a tag with a `type` gets a place that no file names, although
+//! a device may still be wired to it. Both are refused, because a device would take the wrong
+//! element.
+
+use rungd_engine::isa::{Address, Bit, BlockId, StageId};
+use rungd_language::lower::Symbols;
+
+/// The reason why a program cannot be reloaded; `None`: it keeps all cells. `wired`: the addresses
+/// of the devices' maps in the first program of the process, each with its device.
+pub fn misfit<'a>(
+    mut wired: impl Iterator<Item = (&'a str, Address)>,
+    first: &Symbols,
+    next: &Symbols,
+) -> Option<String> {
+    let misfit = wired.find_map(|(device, address)| {
+        if let Some((place, index)) = next.identity.places.at(address) {
+            let name = place.name_of(index);
+            return Some(format!(
+                "device `{device}` is wired to {address} until a restart, and this program would \
+                 place the tag `{name}` there: give the tag an `at`, or restart rungd"
+            ));
+        }
+        let Address::Bit(bit) = address else { return None };
+        let name = first.name(bit)?;
+        match again(bit, first, next) {
+            None => Some(format!(
+                "device `{device}` is wired to `{name}` until a restart, and this program does \
+                 not have it: restart rungd"
+            )),
+            Some(now) if next.layout.bit(now) != first.layout.bit(bit) => Some(format!(
+                "device `{device}` is wired to `{name}` until a restart, and this program moves \
+                 it in memory, because it has different blocks or stages: restart rungd, or wire \
+                 the device to a Y or C that the ladder drives"
+            )),
+            Some(_) => None,
+        }
+    })?;
+    Some(format!("{misfit}; nothing is reloaded until then"))
+}
+
+/// The bit of the same name in the next program.
+fn again(bit: Bit, first: &Symbols, next: &Symbols) -> Option<Bit> {
+    let find = |names: &[String], name: &str| names.iter().position(|of| of == name);
+    let stage = |id| Some(StageId(find(&next.stages, first.stage(id))? as u32));
+    let block = |id| Some(BlockId(find(&next.blocks, first.block(id))? as u32));
+    match bit {
+        Bit::Stage(id) => stage(id).map(Bit::Stage),
+        Bit::Running(id) => block(id).map(Bit::Running),
+        Bit::Done(id) => block(id).map(Bit::Done),
+        Bit::Space(..) | Bit::Flag(..) | Bit::Device(..) => Some(bit),
+    }
+}

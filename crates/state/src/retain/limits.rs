@@ -1,0 +1,61 @@
+//! The limits of words in the running program. An image may hold a value outside the limits, which
+//! no operator could write and no MOVE would store.
+//!
+//! `plan` makes and uses the limits. Structures are not included: counters and timers may exceed
+//! their limits.
+
+use std::collections::HashMap;
+
+use super::content::{self, RetainedElement};
+use rungd_engine::isa::{Address, Word};
+use rungd_language::lower::Symbols;
+use rungd_language::resolve::program::{Program, TagMeaning};
+
+/// The limits of words, if they are narrower than the range of the word.
+#[derive(Clone, Debug, Default)]
+pub(super) struct WordLimits(HashMap<RetainedElement, WordLimit>);
+
+#[derive(Clone, Copy, Debug)]
+struct WordLimit {
+    min: i32,
+    max: i32,
+    /// The value after a cold start.
+    initial: i32,
+}
+
+impl WordLimits {
+    /// The limits of a program.
+    pub fn new(
+        program: &Program,
+        symbols: &Symbols,
+        element_of: impl Fn(Address) -> Option<RetainedElement>,
+    ) -> WordLimits {
+        let mut limits: HashMap<RetainedElement, WordLimit> = HashMap::new();
+        for tag in &program.tags {
+            let TagMeaning::Address(at @ Address::Word(word @ Word::Space(..))) = tag.meaning
+            else {
+                continue;
+            };
+            let ((min, max), Some(element)) = (symbols.limits(word), element_of(at)) else {
+                continue;
+            };
+            let limit = limits.entry(element).or_insert(WordLimit { min, max, initial: 0 });
+            limit.initial = tag.initial.map_or(limit.initial, |(initial, _)| initial);
+        }
+        WordLimits(limits)
+    }
+
+    /// The reason why a word cannot take a value; `None` if it can.
+    pub fn refuse(&self, element: RetainedElement, value: i32) -> Option<String> {
+        let WordLimit { min, max, initial } = *self.0.get(&element)?;
+        // A cold start sets the initial value anyway, so nothing is lost.
+        if (min..=max).contains(&value) || value == initial {
+            return None;
+        }
+        let [value, min, max, initial] =
+            [value, min, max, initial].map(|cell| content::text(element.space, cell));
+        Some(format!(
+            "it was {value}, but its limits are {min} to {max} now; it begins with {initial}"
+        ))
+    }
+}

@@ -1,0 +1,124 @@
+//! The use of retained elements by a program: the owners of structures, the presets of Sensaphone
+//! counters in the ladder, the SRs, and the elements that a stop terminates.
+//!
+//! `plan` stores these with every image, so that a changed use is detected at the next start.
+
+use std::collections::{HashMap, HashSet};
+
+use super::content::{Content, RetainedElement, element_of};
+use rungd_engine::isa::Address;
+use rungd_engine::{BitCell, Cell};
+use rungd_language::lower::identity::Identity;
+pub use rungd_language::resolve::program::{Program, Value};
+
+/// The text between an owner and its preset.
+const WITH_PRESET: &str = " with PRE ";
+const FROM_LOCATION: &str = "from a location";
+
+/// The preset in the instructions of a Sensaphone counter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Preset {
+    Constant(i32),
+    Location,
+}
+
+/// The elements that the termination passes of a program switch OFF or reset.
+pub(super) fn terminated(program: &Program) -> HashSet<RetainedElement> {
+    let all = program.instructions().map(|(_, instruction)| instruction);
+    let terminated = all.filter(|one| one.mnemonic.spec().termination.switches_off());
+    let elements = terminated.flat_map(|one| {
+        let bit = one.written_bit().map(|bit| Address::Bit(bit.value));
+        let structure = one.structure().map(Address::Structure);
+        [bit, structure].into_iter().flatten()
+    });
+    elements.filter_map(element_of).collect()
+}
+
+/// The owners of structures, as `UDCG in Main`. The text of a Sensaphone counter names all its
+/// counting instructions and the preset: `CTU in Main with PRE 10`.
+pub(super) fn owners(program: &Program) -> Vec<(String, RetainedElement)> {
+    let mut owners: Vec<(String, RetainedElement)> = Vec::new();
+    let (mut places, mut presets) = (HashMap::new(), HashMap::new());
+    for (block, instruction) in program.instructions() {
+        let Some(at) = instruction.owned() else { continue };
+        let Some(element) = element_of(Address::Structure(at)) else { continue };
+        let own = format!("{} in {}", instruction.mnemonic.spec().name, block.name);
+        if instruction.owned_sensaphone().is_some()
+            && let Some(preset) = instruction.preset()
+        {
+            presets.insert(element, preset.value);
+        }
+        let at = *places.entry(element).or_insert(owners.len());
+        match owners.get_mut(at) {
+            Some((text, _)) => *text = format!("{text}, {own}"),
+            None => owners.push((own, element)),
+        }
+    }
+    for (text, element) in &mut owners {
+        match presets.get(element) {
+            Some(Value::Const(preset, _)) => *text = format!("{text}{WITH_PRESET}{preset}"),
+            Some(Value::Word(_) | Value::Element(_)) => {
+                *text = format!("{text}{WITH_PRESET}{FROM_LOCATION}")
+            }
+            Some(Value::Real(_)) | None => {}
+        }
+    }
+    owners
+}
+
+/// The preset in the text of an owner; `None` if the text has none.
+pub(super) fn preset(owner: &str) -> Option<Preset> {
+    match owner.rsplit_once(WITH_PRESET)?.1 {
+        FROM_LOCATION => Some(Preset::Location),
+        constant => constant.parse().ok().map(Preset::Constant),
+    }
+}
+
+/// The SRs of which all bits are retained. The history of CLK is retained with the bits.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Shifts {
+    /// `SR in Main`, with the first bit in the direction of the shift. A further SR with the same
+    /// bit and block has a number.
+    pub texts: Vec<(String, RetainedElement)>,
+    /// The cells of the histories of CLK.
+    pub clocks: Vec<BitCell>,
+}
+
+impl Shifts {
+    pub fn new(identity: &Identity, is_kept: impl Fn(&RetainedElement) -> bool) -> Shifts {
+        let mut shifts = Shifts::default();
+        let mut seen: HashMap<(String, RetainedElement), u32> = HashMap::new();
+        for shift in &identity.shifts {
+            let mut bits: Vec<_> = shift.bits.array.addresses().map(element_of).collect();
+            if shift.bits.down {
+                bits.reverse();
+            }
+            let Some(Some(first)) = bits.first() else { continue };
+            if !bits.iter().flatten().all(&is_kept) || bits.contains(&None) {
+                continue;
+            }
+            let text = format!("SR in {}", identity.block(shift.block).name);
+            let count = seen.entry((text.clone(), *first)).or_default();
+            *count += 1;
+            let text = if *count == 1 { text } else { format!("{text}, {count}") };
+            shifts.texts.push((text, *first));
+            shifts.clocks.push(shift.cell);
+        }
+        shifts
+    }
+
+    /// The histories to restore from an image. `from` returns the element of the image from which
+    /// an element takes its value.
+    pub fn restore(
+        &self,
+        found: &Content,
+        from: impl Fn(RetainedElement) -> Option<RetainedElement>,
+    ) -> Vec<(Cell, i32)> {
+        let was_on = |(text, first): &(String, RetainedElement)| {
+            from(*first).is_some_and(|from| found.clocks.contains(&(from, text.clone())))
+        };
+        let each = self.texts.iter().zip(&self.clocks);
+        let on = each.filter(|(shift, _)| was_on(shift));
+        on.map(|(_, clock)| (Cell::Bit(*clock), 1)).collect()
+    }
+}

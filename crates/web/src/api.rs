@@ -1,0 +1,384 @@
+//! The questions of a page, and the changes that a signed-in user may make.
+//!
+//! Questions are answered from the data of `follow`. A question that executes scans again is
+//! answered on a thread for blocking work. A change is sent to the controller with the user's name.
+
+use std::sync::Arc;
+
+use hyper::StatusCode;
+use serde_json::{Value, json};
+
+use super::follow::Seen;
+use super::journal::say;
+use super::patience::Patience;
+use super::query::Query;
+use super::reply::{WebFailure, WebResult, bad, json_answer};
+use super::sessions::Session;
+use super::site::WebSite;
+use super::stream::{Told, Window, name_of, tag_value};
+use rungd_client::live::{LiveEvent, LiveProgram, LiveTag, LiveView, TrendPoint};
+use rungd_client::operator::client::{self, CallFailure};
+use rungd_client::operator::protocol::{GivenValue, RefusalKind, Request};
+use rungd_config::controller::web::{Panel, WebSettings, Widget};
+use rungd_engine::isa::Address;
+use rungd_lab::draw::ladder::{BlockPicture, RungPicture, StagePicture};
+use rungd_lab::draw::live_svg;
+
+/// The most rungs, and the most tags, of an answer.
+const RUNGS_MAX: usize = 60;
+const TAGS_MAX: usize = 500;
+
+/// The questions that need the last minute.
+const PAST: [&str; 5] = ["/api/events", "/api/hold", "/api/scan", "/api/why", "/api/trend"];
+
+/// The longest name of an operand.
+const OPERAND_BYTES_MAX: usize = 256;
+
+/// Answers a question.
+pub(super) async fn question(
+    site: &Arc<WebSite>,
+    path: &str,
+    (query, session): (&Query, &Session),
+) -> WebResult {
+    if path == "/api/status" {
+        let seen = site.follow.now().await;
+        let present = seen.view.as_ref().ok().and_then(|view| view.present.as_deref());
+        let now = present.map(|of| json!({ "mode": of.mode, "reason": of.reason }));
+        let error = seen.view.as_ref().err();
+        let status = seen.status.as_deref();
+        return Ok(json_answer(&json!({ "status": status, "now": now, "error": error })));
+    }
+    let view = match query.number("hold") {
+        Some(hold) => site.held(hold).ok_or_else(|| {
+            let why = "the scans that were held are gone: pause again";
+            WebFailure(StatusCode::GONE, why.to_owned())
+        })?,
+        None if PAST.contains(&path) => of(site.follow.with_minute().await)?,
+        None => viewed(site).await?,
+    };
+    let query = query.clone();
+    match path {
+        "/api/hold" => {
+            let scans = view.scans().ok_or_else(|| bad("no scan is recorded yet"))?;
+            let scans = json!([scans.start(), scans.end()]);
+            Ok(json_answer(&json!({ "hold": site.hold(view), "scans": scans })))
+        }
+        "/api/session" => Ok(json_answer(&of_session(session, &view))),
+        "/api/ladder" => Ok(json_answer(&ladder(&view.program))),
+        "/api/panels" => Ok(json_answer(&panels(&view.program))),
+        "/api/tags" => Ok(json_answer(&tags(&view.program, query.get("find")))),
+        "/api/events" => asked(site, move || Ok(happened(&view))).await,
+        "/api/rungs" => asked(site, move || rungs(&view, &query)).await,
+        "/api/scan" => asked(site, move || scan(&view, &query)).await,
+        "/api/why" => asked(site, move || why(&view, &query)).await,
+        "/api/trend" => asked(site, move || trend(&view, &query)).await,
+        _ => Err(WebFailure(StatusCode::NOT_FOUND, "there is no such page".to_owned())),
+    }
+}
+
+/// The present view of the controller.
+async fn viewed(site: &WebSite) -> Result<LiveView, WebFailure> {
+    of(site.follow.now().await)
+}
+
+fn of(seen: Arc<Seen>) -> Result<LiveView, WebFailure> {
+    seen.view.clone().map_err(|why| WebFailure(StatusCode::BAD_GATEWAY, why))
+}
+
+/// Answers a question that takes time, on a thread for blocking work; few at a time.
+async fn asked(
+    site: &WebSite,
+    question: impl FnOnce() -> Result<Value, WebFailure> + Send + 'static,
+) -> WebResult {
+    let place = Arc::clone(&site.questions).acquire_owned().await;
+    let answered = tokio::task::spawn_blocking(question).await;
+    drop(place);
+    match answered {
+        Ok(answered) => answered.map(|value| json_answer(&value)),
+        Err(bug) => {
+            let why = format!("a bug in rungd: {bug}");
+            Err(WebFailure(StatusCode::INTERNAL_SERVER_ERROR, why))
+        }
+    }
+}
+
+fn of_session(session: &Session, view: &LiveView) -> Value {
+    let user = session.user.as_ref().map(|(name, _)| name);
+    let write = settings(&view.program).map_or(&[][..], |web| &web.write);
+    let names: Vec<&str> = write.iter().map(|(name, _)| name.as_str()).collect();
+    let bits = write.iter().filter(|(_, address)| matches!(address, Address::Bit(_)));
+    let bits: Vec<&str> = bits.map(|(name, _)| name.as_str()).collect();
+    json!({
+        "user": user,
+        "csrf": session.csrf,
+        "write": if user.is_some() { names } else { Vec::new() },
+        "bits": bits,
+        "version": env!("CARGO_PKG_VERSION"),
+    })
+}
+
+fn settings(program: &LiveProgram) -> Option<&WebSettings> {
+    program.controller.as_ref().map(|controller| &controller.web)
+}
+
+/// The blocks and Stages, each with the number of rows of its rungs, from which a page computes
+/// their heights.
+fn ladder(program: &LiveProgram) -> Value {
+    let rows = |rungs: &[RungPicture]| -> Vec<usize> {
+        rungs.iter().map(|rung| rung.grid.rows.max(1)).collect()
+    };
+    let block = |block: &BlockPicture| {
+        let stage = |stage: &StagePicture| {
+            let rows = rows(&stage.rungs);
+            json!({ "name": stage.name, "doc": stage.doc, "rows": rows })
+        };
+        json!({
+            "name": block.name,
+            "kind": block.kind,
+            "doc": block.doc,
+            "rows": rows(&block.rungs),
+            "stages": block.stages.iter().map(stage).collect::<Vec<_>>(),
+            "ways": block.ways(),
+        })
+    };
+    json!({
+        "name": program.picture.name,
+        "doc": program.picture.doc,
+        "program": name_of(program),
+        "blocks": program.picture.blocks.iter().map(block).collect::<Vec<_>>(),
+    })
+}
+
+fn panels(program: &LiveProgram) -> Value {
+    let widget = |of: &Widget| {
+        json!({
+            "kind": of.kind.key(),
+            "operand": of.operand,
+            "text": of.text,
+            "limits": of.limits,
+        })
+    };
+    let panel = |of: &Panel| {
+        let show: Vec<Value> = of.show.iter().map(widget).collect();
+        json!({ "name": of.name, "show": show })
+    };
+    let all = settings(program).map_or(&[][..], |web| &web.panels);
+    json!({ "panels": all.iter().map(panel).collect::<Vec<_>>() })
+}
+
+/// The tags whose name, address or `doc` contains a text.
+fn tags(program: &LiveProgram, find: Option<&str>) -> Value {
+    let find = find.unwrap_or_default().to_lowercase();
+    // `pump 2` finds pump2, and `pump2` finds pump_2.
+    let joined = |text: &str| text.replace([' ', '_'], "");
+    let find_joined = joined(&find);
+    let has = |text: &str| {
+        let text = text.to_lowercase();
+        text.contains(&find) || joined(&text).contains(&find_joined)
+    };
+    let mut all = program
+        .tags()
+        .filter(|tag| has(tag.name) || has(&tag.address) || tag.doc.is_some_and(&has));
+    let tag = |tag: LiveTag<'_>| {
+        json!({
+            "name": tag.name,
+            "address": tag.address,
+            "doc": tag.doc,
+            "unit": tag.unit,
+            "members": tag.members,
+        })
+    };
+    let shown: Vec<Value> = all.by_ref().take(TAGS_MAX).map(tag).collect();
+    json!({ "tags": shown, "more": all.count() })
+}
+
+/// The drawings of some rungs.
+fn rungs(view: &LiveView, query: &Query) -> Result<Value, WebFailure> {
+    let element = query.get("element").unwrap_or_default();
+    let all = view.program.rungs(element);
+    let all = all.ok_or_else(|| bad(format!("there is no block or Stage `{element}`")))?;
+    let from = query.number("from").unwrap_or(1).max(1) as usize;
+    let to = query.number("to").unwrap_or(0) as usize;
+    let count = to.saturating_add(1).saturating_sub(from).min(RUNGS_MAX);
+    let rung = |rung: &RungPicture| {
+        let title = rung.title();
+        let (file, line) = &rung.place;
+        let of_use = rung.of_use.as_ref().map(|of| &of.name);
+        json!({
+            "number": rung.number,
+            "title": title,
+            "doc": rung.doc,
+            "file": file,
+            "line": line,
+            "use": of_use,
+            "svg": live_svg::drawing(&rung.grid, &title),
+            "words": view.program.words(element, rung.number),
+            "outputs": view.program.outputs(element, rung.number),
+        })
+    };
+    let rungs: Vec<Value> = all.iter().skip(from - 1).take(count).map(rung).collect();
+    Ok(json!({ "program": name_of(&view.program), "element": element, "rungs": rungs }))
+}
+
+/// The power and the values of a scan of the last minute.
+fn scan(view: &LiveView, query: &Query) -> Result<Value, WebFailure> {
+    let number = query.number("scan").ok_or_else(|| bad("name a scan"))?;
+    let power = view.at(number).map_err(|why| WebFailure(StatusCode::GONE, why))?;
+    Ok(Told::default().news(view, &power, &Window::of(query)))
+}
+
+/// The events of the last minute, the newest first.
+fn happened(view: &LiveView) -> Value {
+    let event = |of: LiveEvent| {
+        json!({
+            "time_ms": of.unix_ns / 1_000_000,
+            "scan": of.scan,
+            "text": of.text,
+            "alarm": of.is_alarm,
+            "operand": of.operand,
+        })
+    };
+    json!({ "events": view.events().into_iter().rev().map(event).collect::<Vec<_>>() })
+}
+
+fn operand(query: &Query) -> Result<&str, WebFailure> {
+    let operand = query.get("operand").map(str::trim).filter(|of| !of.is_empty());
+    let operand = operand.ok_or_else(|| bad("name an operand"))?;
+    match operand.len() > OPERAND_BYTES_MAX {
+        true => Err(bad("the operand is too long")),
+        false => Ok(operand),
+    }
+}
+
+fn why(view: &LiveView, query: &Query) -> Result<Value, WebFailure> {
+    let answer = view.why(operand(query)?, query.number("scan")).map_err(bad)?;
+    let text = format!("{}{}", answer.text(), answer.hints());
+    Ok(json!({ "text": text, "answer": answer.json() }))
+}
+
+fn trend(view: &LiveView, query: &Query) -> Result<Value, WebFailure> {
+    let operand = operand(query)?;
+    let found = view.trend(operand).map_err(bad)?;
+    let cell = view.program.subject.cell(operand).map_err(bad)?;
+    let point = |of: &TrendPoint| {
+        let value = of.value.map(|content| tag_value(view.tag_value(cell, content)));
+        json!([of.unix_ns / 1_000_000, of.scan, value])
+    };
+    let span = found.span_ns.map(|(first, last)| [first / 1_000_000, last / 1_000_000]);
+    let points: Vec<Value> = found.points.iter().map(point).collect();
+    Ok(json!({ "operand": operand, "span_ms": span, "points": points }))
+}
+
+/// The session that asks for a change, and how long its browser waits for it.
+pub(super) struct Visitor {
+    pub session: Session,
+    pub cookie: String,
+    pub patience: Patience,
+}
+
+/// Makes a change.
+pub(super) async fn change(
+    site: &Arc<WebSite>,
+    path: &str,
+    (visitor, said): (&Visitor, &Value),
+) -> WebResult {
+    let Some((user, _)) = &visitor.session.user else {
+        let why = "only users who have signed in may change something: see `rungd web passwd`";
+        return Err(WebFailure(StatusCode::FORBIDDEN, why.to_owned()));
+    };
+    match path {
+        "/api/write" => write(site, (visitor, user), said).await,
+        "/api/ack" => acknowledge(site, (visitor, user), said).await,
+        _ => Err(WebFailure(StatusCode::NOT_FOUND, "there is no such change".to_owned())),
+    }
+}
+
+async fn write(site: &Arc<WebSite>, (visitor, user): (&Visitor, &str), said: &Value) -> WebResult {
+    let view = viewed(site).await?;
+    let operand = said["operand"].as_str().unwrap_or_default().trim().to_owned();
+    let subject = &view.program.subject;
+    let cell = subject.cell(&operand).map_err(bad)?;
+    let listed = settings(&view.program).map_or(&[][..], |web| &web.write);
+    let is_listed = |(name, _): &(String, _)| subject.cell(name) == Ok(cell);
+    let Some((operand, _)) = listed.iter().find(|of| is_listed(of)).cloned() else {
+        let why = format!("`{operand}` cannot be written here: `[web] write` does not list it");
+        return Err(WebFailure(StatusCode::FORBIDDEN, why));
+    };
+    let given: Result<GivenValue, _> = serde_json::from_value(said["value"].clone());
+    let value = given.map_err(|_| bad("a value is a number, true or false, or a text"))?;
+    let for_user = Some(user.to_owned());
+    // The controller checks the list again, that of the program which it runs at that time.
+    let from_page = true;
+    let write = Request::Write { operand: operand.clone(), value, for_user, from_page };
+    let done = sent(site, visitor, write).await?;
+    say(&format!("{user} wrote {operand}: {}", done["now"]["value"]));
+    Ok(json_answer(&done))
+}
+
+/// Acknowledges an alarm.
+async fn acknowledge(
+    site: &Arc<WebSite>,
+    (visitor, user): (&Visitor, &str),
+    said: &Value,
+) -> WebResult {
+    let alarm = said["alarm"].as_str().unwrap_or_default().trim().to_owned();
+    if alarm.is_empty() || alarm.len() > OPERAND_BYTES_MAX {
+        return Err(bad("name an alarm"));
+    }
+    let alarms = vec![alarm.clone()];
+    let for_user = Some(user.to_owned());
+    let done = sent(site, visitor, Request::Ack { alarms, for_user }).await?;
+    say(&format!("{user} acknowledged {alarm}"));
+    Ok(json_answer(&done))
+}
+
+/// Sends a change to the controller, if its browser still waits and its session goes on.
+async fn sent(
+    site: &Arc<WebSite>,
+    visitor: &Visitor,
+    request: Request,
+) -> Result<Value, WebFailure> {
+    // The controller that the page shows, and no other.
+    let Some(socket) = site.follow.socket() else {
+        let why = "no controller has answered yet: nothing is changed".to_owned();
+        return Err(WebFailure(StatusCode::BAD_GATEWAY, why));
+    };
+    let place = Arc::clone(&site.questions).acquire_owned().await;
+    // The wait for the place may have been long, and so may the one for a thread.
+    if !site.goes_on(&visitor.cookie) {
+        let why = "the session has ended meanwhile: nothing is changed";
+        return Err(WebFailure(StatusCode::UNAUTHORIZED, why.to_owned()));
+    }
+    let patience = visitor.patience.clone();
+    let send = move || {
+        patience.judge().map_err(CallFailure::Refused)?;
+        client::ask_by::<Value>(&socket, &request, patience.until())
+    };
+    let sent = tokio::task::spawn_blocking(send).await;
+    drop(place);
+    match sent {
+        Ok(Ok(done)) => Ok(done),
+        Ok(Err(CallFailure::Refused(refusal))) => {
+            say(&format!("a change is refused: {}", refusal.message));
+            let status = match refusal.kind {
+                RefusalKind::NotPermitted => StatusCode::FORBIDDEN,
+                RefusalKind::BadRequest
+                | RefusalKind::BadOperand
+                | RefusalKind::BadValue
+                | RefusalKind::Refused
+                | RefusalKind::BadFiles
+                | RefusalKind::NoAnswer
+                | RefusalKind::TooLate => StatusCode::CONFLICT,
+            };
+            Err(WebFailure(status, refusal.message))
+        }
+        Ok(Err(failure @ CallFailure::NotAllowed(..))) => {
+            say(&format!("a change is not possible: {failure}"));
+            let why = "this server may only look: to let users change something, its user must be \
+                       in the group of the operator's socket (docs/web.md)";
+            Err(WebFailure(StatusCode::FORBIDDEN, why.to_owned()))
+        }
+        Ok(Err(failure)) => Err(WebFailure(StatusCode::BAD_GATEWAY, failure.to_string())),
+        Err(bug) => Err(WebFailure(StatusCode::INTERNAL_SERVER_ERROR, bug.to_string())),
+    }
+}

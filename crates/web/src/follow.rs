@@ -1,0 +1,242 @@
+//! The thread that follows the controller. While a page is open, it looks at the controller five
+//! times a second, and passes each result to all viewers.
+//!
+//! While no page is open, it sends the controller no requests. Only at the start it sends one, so
+//! that the program is known when the first viewer comes. After a slow answer the pause before the
+//! next request is longer.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::thread::{self, Thread};
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+use tokio::sync::watch;
+use tokio::time::timeout;
+
+use super::journal::say;
+use rungd_client::live::{Follower, LiveView, LookFailure};
+use rungd_client::operator::client::{self, CallFailure};
+use rungd_client::operator::protocol::Request;
+use rungd_client::operator::search::SoughtSocket;
+
+/// The time between two looks.
+const EVERY: Duration = Duration::from_millis(200);
+/// The time between two looks at a controller that does not answer.
+const RETRY: Duration = Duration::from_secs(1);
+/// The time between two requests for the status.
+const STATUS_EVERY: Duration = Duration::from_secs(1);
+/// The time that the thread continues after the last request of a viewer.
+const VIEWED: Duration = Duration::from_secs(10);
+/// The greatest age of a result that is shown to a new viewer.
+const FRESH: Duration = Duration::from_secs(2);
+/// The longest wait for a look.
+const WAIT_MAX: Duration = Duration::from_secs(8);
+/// The longest wait for a status.
+const ANSWER_MAX: Duration = Duration::from_secs(5);
+
+/// The result of one look.
+#[derive(Clone, Debug)]
+pub(super) struct Seen {
+    /// The time of the look.
+    pub at: Instant,
+    /// The socket of the controller that the pages show; `None` until one has answered.
+    pub socket: Option<PathBuf>,
+    /// The controller, or why the look failed.
+    pub view: Result<LiveView, String>,
+    /// The controller's status and alarms, in the form of `rungd status --json`.
+    pub status: Option<Arc<Value>>,
+}
+
+/// The thread, and its last result.
+#[derive(Clone)]
+pub(super) struct Follow {
+    seen: watch::Receiver<Arc<Seen>>,
+    began: Instant,
+    /// The time of the last request of a viewer, ms after `began`.
+    viewed_ms: Arc<AtomicU64>,
+    thread: Thread,
+}
+
+impl Follow {
+    /// Starts the thread.
+    ///
+    /// # Errors
+    /// The system cannot start a thread.
+    pub fn start(named: Option<PathBuf>) -> std::io::Result<Follow> {
+        let began = Instant::now();
+        let view = Err("the controller has not been contacted yet".into());
+        let none = Seen { at: began, socket: None, view, status: None };
+        let (tell, seen) = watch::channel(Arc::new(none));
+        let viewed_ms = Arc::new(AtomicU64::new(0));
+        let asked = Arc::clone(&viewed_ms);
+        let is_viewed = move || {
+            let last = Duration::from_millis(asked.load(Ordering::Relaxed));
+            last > Duration::ZERO && began.elapsed() < last + VIEWED
+        };
+        let builder = thread::Builder::new().name("follow".to_owned());
+        let thread =
+            builder.spawn(move || follow(named.as_ref(), &tell, &is_viewed))?.thread().clone();
+        Ok(Follow { seen, began, viewed_ms, thread })
+    }
+
+    /// A `Follow` without a controller.
+    pub fn of_nothing() -> Follow {
+        let began = Instant::now();
+        let view = Err("there is no controller".into());
+        let none = Seen { at: began, socket: None, view, status: None };
+        let (_, seen) = watch::channel(Arc::new(none));
+        let viewed_ms = Arc::new(AtomicU64::new(0));
+        Follow { seen, began, viewed_ms, thread: thread::current() }
+    }
+
+    /// Notes the request of a viewer.
+    fn touch(&self) {
+        let now = self.began.elapsed().as_millis() as u64;
+        self.viewed_ms.store(now.max(1), Ordering::Relaxed);
+        self.thread.unpark();
+    }
+
+    /// A fresh result.
+    pub async fn now(&self) -> Arc<Seen> {
+        self.when(&|_| true).await
+    }
+
+    /// A fresh result with the minute before it.
+    pub async fn with_minute(&self) -> Arc<Seen> {
+        self.when(&|seen| seen.view.as_ref().map_or(true, |view| view.has_minute)).await
+    }
+
+    async fn when(&self, fits: &(dyn Fn(&Seen) -> bool + Sync)) -> Arc<Seen> {
+        self.touch();
+        let mut seen = self.seen.clone();
+        let is_fresh =
+            |seen: &Arc<Seen>| seen.at > self.began && seen.at.elapsed() < FRESH && fits(seen);
+        let fresh = timeout(WAIT_MAX, seen.wait_for(is_fresh)).await;
+        match fresh {
+            Ok(Ok(seen)) => Arc::clone(&seen),
+            Ok(Err(_)) | Err(_) => Arc::clone(&self.seen.borrow()),
+        }
+    }
+
+    /// The next result.
+    pub async fn next(&self, seen: &mut watch::Receiver<Arc<Seen>>) -> Option<Arc<Seen>> {
+        self.touch();
+        match timeout(VIEWED / 2, seen.changed()).await {
+            Ok(Err(_)) => None,
+            Ok(Ok(())) | Err(_) => Some(Arc::clone(&seen.borrow_and_update())),
+        }
+    }
+
+    /// The socket of the controller that the pages show; `None` until one has answered.
+    pub fn socket(&self) -> Option<PathBuf> {
+        self.seen.borrow().socket.clone()
+    }
+
+    /// The receiver for [`Follow::next`].
+    pub fn watcher(&self) -> watch::Receiver<Arc<Seen>> {
+        self.seen.clone()
+    }
+}
+
+/// The controller that the pages show. If no socket is named, it is searched for until one answers:
+/// a controller may start later than the pages. After that its socket stays the same.
+struct Followed {
+    sought: SoughtSocket,
+    follower: Option<(PathBuf, Follower)>,
+}
+
+impl Followed {
+    fn look(&mut self) -> Result<LiveView, LookFailure> {
+        let socket = self.sought.find().map_err(LookFailure::Call)?;
+        let known = self.follower.take().filter(|(of, _)| *of == socket);
+        let (_, follower) =
+            self.follower.insert(known.unwrap_or_else(|| (socket.clone(), Follower::new(socket))));
+        let looked = follower.look();
+        if looked.is_ok()
+            && let Some((socket, _)) = &self.follower
+        {
+            self.sought.keep(socket);
+        }
+        looked
+    }
+
+    fn socket(&self) -> Option<&PathBuf> {
+        self.follower.as_ref().map(|(socket, _)| socket).filter(|_| self.sought.is_kept())
+    }
+
+    fn rest(&mut self) {
+        if let Some((_, follower)) = &mut self.follower {
+            follower.rest();
+        }
+    }
+
+    /// Says what came of a look, if it is something else than before.
+    fn tell(&self, looked: &Result<LiveView, LookFailure>) {
+        say(&match looked {
+            Ok(_) => format!("the controller at {} answers", self.sought),
+            Err(LookFailure::Call(failure)) => {
+                format!("the controller cannot be shown: {}", failure.in_one_line())
+            }
+            Err(failure @ LookFailure::Unusable(_)) => {
+                format!("the controller cannot be shown: {failure}")
+            }
+        });
+    }
+}
+
+/// Looks at the controller until no receiver is left.
+fn follow(named: Option<&PathBuf>, tell: &watch::Sender<Arc<Seen>>, is_viewed: &dyn Fn() -> bool) {
+    let mut followed = Followed { sought: SoughtSocket::new(named.cloned()), follower: None };
+    let first = followed.look();
+    let mut was_seen = first.is_ok();
+    match &first {
+        Ok(_) => say(&format!("shows the controller at {}", followed.sought)),
+        Err(LookFailure::Call(CallFailure::NotFound(failure))) => {
+            failure.to_string().lines().for_each(|line| say(line.trim_start()));
+        }
+        Err(LookFailure::Call(_) | LookFailure::Unusable(_)) => {
+            let socket = followed.sought.to_string();
+            say(&format!("shows the controller at {socket}: no controller answers there yet"));
+        }
+    }
+    let (mut status, mut status_at): (Option<Arc<Value>>, Option<Instant>) = (None, None);
+    while !tell.is_closed() {
+        if !is_viewed() {
+            followed.rest();
+            status_at = None;
+            thread::park_timeout(VIEWED);
+            continue;
+        }
+        let begun = Instant::now();
+        let looked = followed.look();
+        let is_due = status_at.is_none_or(|at| at.elapsed() >= STATUS_EVERY);
+        if is_due || looked.is_err() {
+            status = followed.socket().and_then(|socket| told(socket)).map(Arc::new);
+            status_at = Some(Instant::now());
+        }
+        if was_seen != looked.is_ok() {
+            was_seen = looked.is_ok();
+            followed.tell(&looked);
+        }
+        let pause = match &looked {
+            Ok(_) => EVERY.saturating_sub(begun.elapsed()).max(begun.elapsed()),
+            Err(_) => RETRY,
+        };
+        let view = looked.map_err(|failure| failure.to_string());
+        let (at, socket) = (Instant::now(), followed.socket().cloned());
+        tell.send_replace(Arc::new(Seen { at, socket, view, status: status.clone() }));
+        thread::sleep(pause);
+    }
+}
+
+/// The status, with all listed alarms, including those that are over but not acknowledged.
+fn told(socket: &Path) -> Option<Value> {
+    let ask = |request| client::ask_within::<Value>(socket, &request, ANSWER_MAX).ok();
+    let mut status = ask(Request::Status {})?;
+    if let Some(listed) = ask(Request::Alarms {}) {
+        status["alarms"] = listed["alarms"].clone();
+    }
+    Some(status)
+}

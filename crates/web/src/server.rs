@@ -1,0 +1,159 @@
+//! The process: opens the listener, follows the controller, and answers each connection in its own
+//! task, until a signal ends the process.
+//!
+//! The number of connections, the bytes of a request, and the time of each part of a request are
+//! limited. Only one thread follows the controller, for all viewers.
+
+use std::convert::Infallible;
+use std::sync::Arc;
+use std::time::Duration;
+
+use anyhow::{Context as _, Result};
+use hyper::service::service_fn;
+use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio::time::timeout;
+
+use super::follow::Follow;
+use super::guard::Guard;
+use super::journal::say;
+use super::listen::{Connection, Listener, secured, tls};
+use super::options::{ListenAt, WebOptions};
+use super::patience::{Patience, PeerEnd};
+use super::route::answer;
+use super::site::{WebSite, WebSiteParts};
+use rungd_net::http;
+
+/// The most connections at a time. Any further connection waits for a place.
+const CONNECTIONS_MAX: usize = 256;
+/// The longest wait of a connection for a place.
+const PLACE_MAX: Duration = Duration::from_secs(5);
+
+/// Serves the pages until SIGINT or SIGTERM.
+///
+/// # Errors
+/// The options are refused ([`WebOptions::judge`]); the listener, the certificate or the users'
+/// file cannot be opened.
+pub fn serve(options: &WebOptions) -> Result<()> {
+    options.judge()?;
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
+    runtime.context("the system cannot start an event loop")?.block_on(run(options))
+}
+
+async fn run(options: &WebOptions) -> Result<()> {
+    let acceptor = options.tls.as_ref().map(|(chain, key)| tls(chain, key)).transpose()?;
+    let listener = Listener::open(&options.listen).await?;
+    let port = listener.address().map(|address| address.port());
+    let follow = Follow::start(options.socket.clone());
+    let follow = follow.context("the system cannot start a thread")?;
+    let site = Arc::new(WebSite::new(WebSiteParts {
+        follow,
+        guard: Guard::new(options.host_values(port), options.is_tls()),
+        is_tls: options.is_tls(),
+        address: address(options, &listener),
+        users: options.users.clone(),
+    }));
+    if site.has_users() {
+        site.users()?;
+        say(&format!("listens at {}", site.address));
+    } else {
+        site.tell_link();
+    }
+    let _ = sd_notify::notify(&[sd_notify::NotifyState::Ready]);
+    http::until_signal(accept(&listener, &site, acceptor.as_ref())).await?;
+    if let ListenAt::Unix(path) = &options.listen {
+        let _ = std::fs::remove_file(path);
+    }
+    Ok(())
+}
+
+/// The part of a link before its path.
+fn address(options: &WebOptions, listener: &Listener) -> String {
+    let scheme = if options.is_tls() { "https" } else { "http" };
+    match (options.hosts.first(), listener.address(), &options.listen) {
+        (Some(host), ..) => format!("{scheme}://{host}"),
+        (None, Some(address), _) => format!("{scheme}://{address}"),
+        (None, None, ListenAt::Unix(path)) => format!("{scheme}://localhost ({})", path.display()),
+        (None, None, ListenAt::Port(address)) => format!("{scheme}://{address}"),
+    }
+}
+
+/// Accepts connections.
+async fn accept(
+    listener: &Listener,
+    site: &Arc<WebSite>,
+    acceptor: Option<&tokio_rustls::TlsAcceptor>,
+) {
+    let places = Arc::new(Semaphore::new(CONNECTIONS_MAX));
+    loop {
+        let (connection, peer) = http::accepted(move || listener.accept()).await;
+        let place = timeout(PLACE_MAX, Arc::clone(&places).acquire_owned()).await;
+        let Ok(Ok(place)) = place else { continue };
+        let (site, acceptor) = (Arc::clone(site), acceptor.cloned());
+        tokio::spawn(async move {
+            let connection = match &acceptor {
+                Some(acceptor) => secured(acceptor, connection).await,
+                None => Ok(connection),
+            };
+            if let Ok(connection) = connection {
+                converse((connection, peer), &site, place).await;
+            }
+        });
+    }
+}
+
+/// Answers the requests of a connection.
+async fn converse(
+    (connection, peer): (Box<dyn Connection>, PeerEnd),
+    site: &Arc<WebSite>,
+    place: OwnedSemaphorePermit,
+) {
+    let service = service_fn(|request| {
+        let (site, patience) = (Arc::clone(site), Patience::from_now(peer.clone()));
+        async move { Ok::<_, Infallible>(answer(&site, request, patience).await) }
+    });
+    http::converse(connection, service).await;
+    drop(place);
+}
+
+/// The answer to a connection that sends these bytes, without a controller. For the fuzzer.
+pub fn conversation(bytes: &[u8]) -> Vec<u8> {
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
+    runtime.expect("an event loop").block_on(async {
+        let site = Arc::new(WebSite::new(WebSiteParts {
+            follow: Follow::of_nothing(),
+            guard: Guard::new(vec!["localhost".to_owned()], false),
+            is_tls: false,
+            address: String::new(),
+            users: None,
+        }));
+        let place = Arc::new(Semaphore::new(1)).acquire_owned().await.expect("a place");
+        let (near, mut far) = tokio::io::duplex(bytes.len().max(1) + (1 << 20));
+        let asked = async {
+            far.write_all(bytes).await.expect("there is room");
+            far.shutdown().await.expect("it ends");
+        };
+        tokio::join!(asked, converse((Box::new(near), PeerEnd::default()), &site, place));
+        let mut answer = Vec::new();
+        let _ = far.read_to_end(&mut answer).await;
+        answer
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_asked_by_name_is_answered_and_bytes_are_not() {
+        let get = |path: &str| {
+            let request = format!("GET {path} HTTP/1.1\r\nHost: localhost\r\n\r\n");
+            String::from_utf8(conversation(request.as_bytes())).expect("a text")
+        };
+        assert!(get("/").starts_with("HTTP/1.1 200"));
+        assert!(get("/in?key=x").starts_with("HTTP/1.1 403"));
+        assert!(get("/api/ladder").starts_with("HTTP/1.1 401"));
+        assert!(conversation(b"\0\0\0\0").starts_with(b"HTTP/1.1 400"));
+        assert!(conversation(b"").is_empty());
+    }
+}

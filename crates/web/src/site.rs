@@ -1,0 +1,160 @@
+//! The state that all requests share: the settings, the followed controller, sessions and users,
+//! and the limits of simultaneous requests.
+
+use std::collections::VecDeque;
+use std::os::unix::fs::MetadataExt as _;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard};
+use std::time::{Instant, SystemTime};
+
+use tokio::sync::Semaphore;
+
+use super::follow::Follow;
+use super::guard::Guard;
+use super::hasher::Hasher;
+use super::journal::say;
+use super::sessions::{Session, Sessions};
+use super::users::{UserFailure, Users};
+use rungd_base::locked::locked;
+use rungd_client::live::LiveView;
+
+/// The most viewers that receive events at a time.
+pub(super) const STREAMS_MAX: usize = 64;
+/// The most minutes that are held. A new one replaces the oldest.
+const HELD_MAX: usize = 8;
+/// The most questions, and the most passwords, that are processed at a time.
+const QUESTIONS_MAX: usize = 2;
+const PASSWORDS_MAX: usize = 1;
+
+/// The state that all requests share.
+pub(super) struct WebSite {
+    pub follow: Follow,
+    pub guard: Guard,
+    /// Whether browsers speak TLS. If so, cookies are sent over TLS only.
+    pub is_tls: bool,
+    /// The part of a link before its path.
+    pub address: String,
+    pub streams: Arc<Semaphore>,
+    pub questions: Arc<Semaphore>,
+    pub passwords: Arc<Semaphore>,
+    pub hasher: Arc<Hasher>,
+    sessions: Mutex<Sessions>,
+    /// The views held for people who step through the last minute, each with its number, the newest
+    /// last.
+    held: Mutex<VecDeque<(u64, LiveView)>>,
+    users: Option<UserFile>,
+}
+
+/// The time of a file's last change, and its inode.
+type FileState = (SystemTime, u64);
+
+struct UserFile {
+    path: PathBuf,
+    /// The last users that were read, and the state of the file at that time.
+    known: Mutex<Option<(FileState, Arc<Users>)>>,
+}
+
+/// The parts of a [`WebSite`].
+pub(super) struct WebSiteParts {
+    pub follow: Follow,
+    pub guard: Guard,
+    pub is_tls: bool,
+    pub address: String,
+    pub users: Option<PathBuf>,
+}
+
+impl WebSite {
+    pub fn new(parts: WebSiteParts) -> WebSite {
+        let WebSiteParts { follow, guard, is_tls, address, users } = parts;
+        WebSite {
+            follow,
+            guard,
+            is_tls,
+            address,
+            streams: Arc::new(Semaphore::new(STREAMS_MAX)),
+            questions: Arc::new(Semaphore::new(QUESTIONS_MAX)),
+            passwords: Arc::new(Semaphore::new(PASSWORDS_MAX)),
+            hasher: Arc::default(),
+            sessions: Mutex::default(),
+            held: Mutex::default(),
+            users: users.map(|path| UserFile { path, known: Mutex::default() }),
+        }
+    }
+
+    /// The sessions.
+    pub fn sessions(&self) -> MutexGuard<'_, Sessions> {
+        locked(&self.sessions)
+    }
+
+    /// Holds a view while a person steps through it. Returns its number.
+    pub fn hold(&self, view: LiveView) -> u64 {
+        let mut held = locked(&self.held);
+        let number = held.back().map_or(1, |(number, _)| number + 1);
+        held.push_back((number, view));
+        if held.len() > HELD_MAX {
+            held.pop_front();
+        }
+        number
+    }
+
+    /// The held view with a number.
+    pub fn held(&self, number: u64) -> Option<LiveView> {
+        let held = locked(&self.held);
+        held.iter().find(|(of, _)| *of == number).map(|(_, view)| view.clone())
+    }
+
+    /// Whether users sign in. Otherwise a one-time link admits a visitor.
+    pub fn has_users(&self) -> bool {
+        self.users.is_some()
+    }
+
+    /// The users in the present file.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub fn users(&self) -> Result<Arc<Users>, UserFailure> {
+        let Some(file) = &self.users else { return Ok(Arc::default()) };
+        let failed = |error| UserFailure::File(file.path.clone(), error);
+        let facts = std::fs::metadata(&file.path).map_err(failed)?;
+        // The inode too, because a new file may be written within the same tick of the clock.
+        let changed = (facts.modified().map_err(failed)?, facts.ino());
+        let mut known = locked(&file.known);
+        if let Some((at, users)) = &*known
+            && *at == changed
+        {
+            return Ok(Arc::clone(users));
+        }
+        let users = Arc::new(Users::read(&file.path)?);
+        *known = Some((changed, Arc::clone(&users)));
+        Ok(users)
+    }
+
+    /// The session of the cookie of a request. Ends the session if its user was removed or has a
+    /// new password.
+    pub fn session(&self, cookie: &str) -> Option<Session> {
+        let session = self.sessions().of(cookie, Instant::now())?;
+        let stays = self.has_its_user(&session);
+        if !stays {
+            self.sessions().end(cookie);
+        }
+        stays.then_some(session)
+    }
+
+    /// Whether the session of a page that stays open continues.
+    pub fn goes_on(&self, cookie: &str) -> bool {
+        let session = self.sessions().peek(cookie, Instant::now());
+        session.is_some_and(|session| self.has_its_user(&session))
+    }
+
+    fn has_its_user(&self, session: &Session) -> bool {
+        let Some((name, hash)) = &session.user else { return true };
+        let users = self.users().inspect_err(|failure| say(&failure.to_string()));
+        users.is_ok_and(|users| users.hash_of(name) == Some(hash.as_str()))
+    }
+
+    /// Prints a new one-time link for the person who started the process.
+    pub fn tell_link(&self) {
+        let secret = self.sessions().new_link();
+        say(&format!("open {}/in?key={secret} (it is valid once)", self.address));
+    }
+}
