@@ -12,6 +12,7 @@ WORKDIR /src
 COPY Cargo.toml Cargo.lock LICENSE-MIT LICENSE-APACHE ./
 COPY benches ./benches
 COPY config ./config
+COPY crates ./crates
 COPY docs ./docs
 COPY packaging/third-party.sh ./packaging/
 COPY src ./src

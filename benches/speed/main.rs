@@ -4,6 +4,8 @@
 //! prints a table; `-- --help` lists the options. `docs/speed.md` describes the workloads and has
 //! the results; `benches/instructions.sh` counts instructions with `--side`.
 
+#![allow(unsafe_code)]
+
 mod ladder;
 mod load;
 mod math;

@@ -1,8 +1,8 @@
 //! `rungd fmt`: writes ladder files, controller files and test files in one layout, or lists the
 //! files that are not in it.
 //!
-//! [`rungd_language::format`] has the layout. This module finds the files; [`super::fmt_file`] writes a
-//! file.
+//! [`rungd_language::format`] has the layout. This module finds the files; [`super::fmt_file`]
+//! writes a file.
 
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};

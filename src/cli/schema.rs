@@ -2,8 +2,8 @@
 //! test file, for editors and for programs that write these files.
 //!
 //! Keys, their types and their explanations come from the readers of the files
-//! ([`rungd_language::source::shape`]). Only `rungd check` finds mistakes that a schema cannot express: an
-//! address that does not exist, a leg that the rung's instruction does not have.
+//! ([`rungd_language::source::shape`]). Only `rungd check` finds mistakes that a schema cannot
+//! express: an address that does not exist, a leg that the rung's instruction does not have.
 
 use std::io::Write;
 

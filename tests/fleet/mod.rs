@@ -11,6 +11,7 @@ mod checker;
 mod cluster;
 mod edge;
 mod edge_hostile;
+mod edge_promise;
 mod edge_rig;
 mod edge_wire;
 mod fleet_process;

@@ -1,17 +1,17 @@
-//! Finds the files of `src/` that use each other in a circle.
+//! Finds the files of the crates that use each other in a circle.
 //!
 //! A file uses a second file if it names an item of that file, in a `use` or in a path in its text.
 //! A re-exported name (`pub use`) counts as a name of the file that defines it.
 //!
-//! A file also uses a file of the same top-level module if it calls a method (`.name(`) that no
-//! other file of `src/` defines. If several files define a method of that name, the text does not
+//! A file also uses a file of the same crate if it calls a method (`.name(`) that no other file
+//! defines, of whatever crate. If several files define a method of that name, the text does not
 //! say which one is called, and the call is ignored. `Self::name(` is ignored, and `Type::name(`
 //! counts only as a use of the file that defines the type. Inline modules, tests among them, are
 //! ignored.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A module's path from the crate's root.
+/// A module's path; its first word is the crate.
 type Path = Vec<String>;
 
 struct Module {
@@ -25,15 +25,17 @@ struct Module {
 /// Names of methods that one file defines, and that types of the standard library have too.
 const OF_THE_STANDARD_LIBRARY: [&str; 3] = ["any", "clone", "spawn"];
 
-pub struct Crate {
+pub struct Sources {
     modules: BTreeMap<Path, Module>,
     /// For each name of a method, the modules that define it.
     methods: BTreeMap<String, BTreeSet<Path>>,
 }
 
-/// `engine/ops.rs` is `engine::ops`, and `engine/mod.rs` is `engine`.
+/// `engine/isa/space.rs` is `engine::isa::space`, `engine/isa/mod.rs` is `engine::isa`, and
+/// `engine/lib.rs` is `engine`.
 fn path_of(file: &str) -> Path {
-    let inside = file.trim_end_matches(".rs").trim_end_matches("/mod");
+    let inside = file.trim_end_matches(".rs");
+    let inside = inside.trim_end_matches("/mod").trim_end_matches("/lib");
     inside.split('/').map(str::to_owned).collect()
 }
 
@@ -106,13 +108,13 @@ fn leaves(before: &str, tree: &str, found: &mut Vec<(String, String)>) {
     }
 }
 
-impl Crate {
-    /// Reads files, given by their names below `src/` and their texts.
-    pub fn new(files: impl Iterator<Item = (String, String)>) -> Crate {
-        let files = files.filter(|(name, _)| name != "main.rs");
+impl Sources {
+    /// Reads files, given by their names, whose first folder is the crate, and their texts.
+    pub fn new(files: impl Iterator<Item = (String, String)>) -> Sources {
+        let files = files.filter(|(name, _)| !name.ends_with("/main.rs"));
         let files: Vec<_> = files.map(|(name, text)| (path_of(&name), code(&text))).collect();
         let empty = |text| Module { text, imports: BTreeMap::new(), globs: Vec::new() };
-        let mut all = Crate { modules: BTreeMap::new(), methods: BTreeMap::new() };
+        let mut all = Sources { modules: BTreeMap::new(), methods: BTreeMap::new() };
         let mut uses = Vec::new();
         for (path, text) in files {
             let (imports, rest) = statements(&text);
@@ -145,7 +147,7 @@ impl Crate {
         let mut words = path.split("::").peekable();
         let first = words.next()?;
         match first {
-            "crate" => whole.clear(),
+            "crate" => whole.truncate(1),
             "self" => {}
             "super" => {
                 whole.pop();
@@ -282,10 +284,17 @@ fn paths(text: &str) -> impl Iterator<Item = &str> {
     words.filter(|word| word.contains("::"))
 }
 
+/// The files in circles, of a crate with these files; `/d/c.rs` is a file of the crate `d`.
 #[cfg(test)]
 fn circles(files: &[(&str, &str)]) -> Vec<String> {
-    let files = files.iter().map(|(name, text)| ((*name).to_owned(), (*text).to_owned()));
-    Crate::new(files).in_circles().into_keys().collect()
+    let place = |name: &str| match name.strip_prefix('/') {
+        Some(elsewhere) => elsewhere.to_owned(),
+        None => format!("crate/{name}"),
+    };
+    let files = files.iter().map(|(name, text)| (place(name), (*text).to_owned()));
+    let root = ("crate/lib.rs".to_owned(), String::new());
+    let found = Sources::new(files.chain([root])).in_circles().into_keys();
+    found.map(|path| path.trim_start_matches("crate::").to_owned()).collect()
 }
 
 #[test]
@@ -312,6 +321,6 @@ fn a_circle_is_found_through_methods() {
     assert_eq!(circles(&[root, own, ("a/c.rs", &both)]), ["a::b", "a::c"]);
     let third = ("a/d.rs", "trait D {\n    fn two(&self);\n}\n");
     assert!(circles(&[root, own, other, third]).is_empty());
-    let far = ("d/c.rs", "use crate::a::b::B;\nimpl B {\n    pub fn two(&self) {}\n}\n");
+    let far = ("/d/c.rs", "use rungd_crate::a::b::B;\nimpl B {\n    pub fn two(&self) {}\n}\n");
     assert!(circles(&[root, own, far]).is_empty());
 }

@@ -9,9 +9,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The folder of the items.
-const OWN: &str = "src";
-/// The other folders whose sources may use an item.
+/// The folders whose sources may use an item, besides those of the items.
 const OTHERS: [&str; 4] = ["tests", "benches", "fuzz/src", "fuzz/fuzz_targets"];
 
 /// The words of a text that are no part of a comment.
@@ -56,8 +54,8 @@ fn texts(folder: &str) -> Vec<String> {
 
 #[test]
 fn every_public_item_is_used() {
-    let (own, others) = (texts(OWN), OTHERS.map(texts).concat());
-    let own: Vec<&str> = own.iter().map(String::as_str).collect();
+    let (own, others) = (super::sources(), OTHERS.map(texts).concat());
+    let own: Vec<&str> = own.iter().map(|source| source.text.as_str()).collect();
     let others: Vec<&str> = others.iter().map(String::as_str).collect();
     let count = own.iter().flat_map(|text| public(text)).count();
     assert!(count > 1000, "only {count} public items were found");

@@ -80,7 +80,8 @@ const GUARANTEES: &str = "docs/guarantees.md";
 fn source_of(name: &str) -> Option<String> {
     let mut parts: Vec<&str> = name.split("::").collect();
     parts.pop();
-    let top = if parts.first() == Some(&"src") { "" } else { "tests" };
+    let is_source = parts.first().is_some_and(|first| ["crates", "src"].contains(first));
+    let top = if is_source { "" } else { "tests" };
     let path = root().join(top).join(parts.join("/"));
     let files = [path.with_extension("rs"), path.join("mod.rs")];
     files.iter().find_map(|file| fs::read_to_string(file).ok())

@@ -378,8 +378,8 @@ const OF_TOML: [&str; 6] = [
 /// No match has a `_` that would cover variants added later.
 #[test]
 fn matches_of_enums_are_exhaustive() {
-    let text = fs::read_to_string(root().join("src/lib.rs")).expect("readable");
-    assert!(text.contains("#![deny(clippy::wildcard_enum_match_arm)]"), "src/lib.rs");
+    let text = fs::read_to_string(root().join("Cargo.toml")).expect("readable");
+    assert!(text.contains("\nwildcard_enum_match_arm = \"deny\"\n"), "[workspace.lints.clippy]");
     for file in crate::house::sources() {
         let allows = file.text.contains("allow(clippy::wildcard_enum_match_arm)");
         let of_toml = OF_TOML.iter().any(|path| file.path.ends_with(path));

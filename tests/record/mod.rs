@@ -17,6 +17,7 @@ mod live_random;
 mod live_removed;
 mod live_rig;
 mod live_stall;
+mod log_changes;
 mod recorder;
 mod replayed;
 mod size;

@@ -8,6 +8,7 @@ pub mod folder;
 pub mod helps;
 pub mod journal;
 pub mod live;
+pub mod logged_plant;
 pub mod mangled;
 pub mod masked;
 pub mod metronome;

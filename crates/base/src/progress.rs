@@ -7,7 +7,7 @@
 //! which nothing ends.
 
 use std::fmt;
-#[cfg(test)]
+#[cfg(debug_assertions)]
 use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -43,12 +43,12 @@ struct Shared {
     over: AtomicBool,
     steps: Mutex<Steps>,
     /// For tests: the end of the time.
-    #[cfg(test)]
+    #[cfg(debug_assertions)]
     last: Option<LastStep>,
 }
 
 /// For tests: the step within which the time is over, and the number of looks before that.
-#[cfg(test)]
+#[cfg(debug_assertions)]
 #[derive(Debug)]
 struct LastStep {
     step: Step,
@@ -72,20 +72,20 @@ impl Progress {
     }
 
     /// The progress of a load whose time is over when it begins this step.
-    #[cfg(test)]
+    #[cfg(debug_assertions)]
     pub fn over_at(step: Step) -> Progress {
         Progress::over_within(step, 0)
     }
 
     /// The progress of a load whose time is over after this number of looks within a step.
-    #[cfg(test)]
+    #[cfg(debug_assertions)]
     pub fn over_within(step: Step, looks: usize) -> Progress {
         let last = Some(LastStep { step, looks: AtomicUsize::new(looks) });
         Progress(Some(Arc::new(Shared { last, ..Shared::default() })))
     }
 
     /// For a progress of [`Progress::over_within`]: the number of looks that are left.
-    #[cfg(test)]
+    #[cfg(debug_assertions)]
     pub fn looks_left(&self) -> usize {
         let last = self.0.as_ref().and_then(|shared| shared.last.as_ref());
         last.map_or(0, |last| last.looks.load(Ordering::Relaxed))
@@ -94,7 +94,7 @@ impl Progress {
     /// Notes that the load begins a step.
     pub fn begin(&self, step: Step) {
         let Some(shared) = &self.0 else { return };
-        #[cfg(test)]
+        #[cfg(debug_assertions)]
         shared.end_at(&step);
         shared.steps().begin(step, Instant::now());
     }
@@ -109,7 +109,7 @@ impl Progress {
     /// Whether the load must end.
     pub fn is_over(&self) -> bool {
         let Some(shared) = &self.0 else { return false };
-        #[cfg(test)]
+        #[cfg(debug_assertions)]
         shared.count_look();
         shared.over.load(Ordering::Relaxed)
     }
@@ -136,7 +136,7 @@ impl Shared {
     }
 
     /// Ends the time at the beginning of the last step if no look is left.
-    #[cfg(test)]
+    #[cfg(debug_assertions)]
     fn end_at(&self, step: &Step) {
         let Some(last) = self.last.as_ref().filter(|last| last.step == *step) else { return };
         if last.looks.load(Ordering::Relaxed) == 0 {
@@ -145,7 +145,7 @@ impl Shared {
     }
 
     /// Counts a look within the last step; ends the time if none was left.
-    #[cfg(test)]
+    #[cfg(debug_assertions)]
     fn count_look(&self) {
         let Some(last) = &self.last else { return };
         if self.steps().current.as_ref().is_none_or(|(step, _)| *step != last.step) {

@@ -99,7 +99,7 @@ impl Engine {
     }
 
     /// Whether a stop was requested: the next scan is the last one, or the last one has begun.
-    pub(crate) fn stops(&self) -> bool {
+    pub fn stops(&self) -> bool {
         self.machine.stop_requested
     }
 
@@ -153,7 +153,7 @@ impl Engine {
 
     /// Of 64 inputs from `Xn` on: those whose value in memory is not the given one. The lowest bit
     /// is that of `Xn`.
-    pub(crate) fn differing_inputs(&self, n: u32, values: u64) -> u64 {
+    pub fn differing_inputs(&self, n: u32, values: u64) -> u64 {
         self.machine.memory.image.packed(self.input_cell(n)) ^ values
     }
 

@@ -92,8 +92,7 @@ impl Program {
     }
 
     /// The cells that each batch reads, private cells included.
-    #[cfg(test)]
-    pub(crate) fn read_by_batches(&self) -> Vec<Stretches> {
+    pub fn read_by_batches(&self) -> Vec<Stretches> {
         let reads = self.formulas();
         let formulas = Formulas { reads: &reads, status: self.status() };
         let cone = Cone::new(self, formulas);

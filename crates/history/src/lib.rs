@@ -1,5 +1,5 @@
-//! The past of a controller: [`record`] is the scan log on disk and in memory, [`observe`] says why a
-//! cell has its value, [`playback`] executes recorded calls again.
+//! The past of a controller: [`record`] is the scan log on disk and in memory, [`observe`] says why
+//! a cell has its value, [`playback`] executes recorded calls again.
 //!
 //! Nothing here asks a running controller; `rungd-client` does.
 

@@ -56,13 +56,11 @@ use std::time::Duration;
 pub use histogram::Bar;
 pub use image::Safe;
 pub use link::{Facts, Shape, link};
-#[cfg(test)]
-pub(crate) use link::{ScanSide, WorldSide};
+pub use link::{ScanSide, WorldSide};
 pub use machine::{Machine, ScanStart};
 pub use monitor::{Monitor, Observer};
 pub use origin::Origin;
-#[cfg(test)]
-pub(crate) use posture::NotGranted;
+pub use posture::NotGranted;
 pub use posture::{Grant, Held};
 pub use posture::{Policy, Posture};
 pub use record::{Carried, DeviceEdge, Record, RecordEvent, Watched};

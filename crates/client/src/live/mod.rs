@@ -10,8 +10,6 @@
 mod change_follower;
 mod change_history;
 mod change_run;
-#[cfg(test)]
-pub(crate) mod change_tests;
 mod events;
 mod follower;
 mod live_past;

@@ -155,6 +155,7 @@ pub struct SoughtSocket {
 }
 
 impl SoughtSocket {
+    /// Seeks the named socket, or any that answers.
     pub fn new(named: Option<PathBuf>) -> SoughtSocket {
         SoughtSocket { kept: named }
     }

@@ -13,7 +13,9 @@ use rungd_language::source::span::{FileId, SourceFile};
 /// The kinds of files that a `reload` step may name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InputKind {
+    /// A ladder file.
     Ladder,
+    /// A controller file.
     Controller,
 }
 

@@ -20,7 +20,7 @@ const LIMIT: LineLimit = LineLimit::CLIENTS;
 
 /// The subject of a line that a stranger can cause.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum LineKind {
+pub enum LineKind {
     /// The state of a host cannot be read.
     HostState,
     /// A command cannot be read.

@@ -16,13 +16,13 @@ mod node;
 #[cfg(test)]
 mod node_tests;
 mod primary;
-#[cfg(test)]
-mod promise_tests;
 mod settings;
 mod shell;
 mod tags;
 mod throttle;
 
 pub use keys::{ReadEdge, read_edge, shape};
+pub use node::{EdgeNode, NodeOut};
 pub use settings::{BrokerKeys, EdgeSettings, PublishRule};
 pub use shell::run;
+pub use tags::{chooser, number};

@@ -33,7 +33,7 @@ const METRICS_MAX: usize = 1000;
 
 /// An action for `shell`.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum NodeOut {
+pub enum NodeOut {
     /// Publish this payload on this topic, unretained, with QoS 0.
     Publish(String, Vec<u8>),
     /// Read this part of the past.
@@ -60,7 +60,7 @@ enum NodeState {
 }
 
 /// The edge node.
-pub(super) struct EdgeNode {
+pub struct EdgeNode {
     settings: EdgeSettings,
     state: NodeState,
     birth: Sequence,

@@ -27,7 +27,7 @@ pub(super) struct TagMetric {
 }
 
 /// Chooses the cells of the published tags.
-pub(super) fn chooser(settings: &EdgeSettings) -> ChooseCells {
+pub fn chooser(settings: &EdgeSettings) -> ChooseCells {
     let settings = settings.clone();
     Arc::new(move |program: &Program, symbols: &Symbols| {
         let chosen = all(&settings, program, symbols).into_iter();
@@ -135,7 +135,7 @@ fn known_value(datatype: DataType, content: i32) -> MetricValue {
 }
 
 /// A value as a number; `None`: the value is a bit or a text.
-pub(super) fn number(value: &MetricValue) -> Option<f64> {
+pub fn number(value: &MetricValue) -> Option<f64> {
     match value {
         MetricValue::Signed(value) => Some(*value as f64),
         MetricValue::Unsigned(value) => Some(*value as f64),

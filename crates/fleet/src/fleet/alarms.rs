@@ -55,6 +55,7 @@ pub struct UnknownAlarms {
 /// A node with alarms that are left out.
 #[derive(Clone, Debug, Serialize)]
 pub struct CutAlarms {
+    /// Its group and name.
     #[serde(flatten)]
     pub node: NodeName,
     /// The number of alarms that cannot be read, or are beyond the limits.

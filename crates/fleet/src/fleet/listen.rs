@@ -75,6 +75,7 @@ pub enum FleetWord<'w> {
 /// The result of listening.
 #[derive(Debug)]
 pub struct FleetHeard {
+    /// The nodes and hosts.
     pub view: FleetView,
     /// The reason why there is no session at the end.
     pub failure: Option<MqttFailure>,

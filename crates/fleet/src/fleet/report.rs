@@ -37,10 +37,12 @@ pub struct FleetReport {
 /// A node. Facts that it has not published are absent.
 #[derive(Debug, Default, Serialize)]
 pub struct NodeReport {
+    /// Its group and name.
     #[serde(flatten)]
     pub name: NodeName,
     /// `online`, `stale`, `silent`, `offline` or `unborn`.
     pub state: &'static str,
+    /// The reason of the state, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub why: Option<String>,
     /// The time since its last message, ms.
@@ -56,6 +58,7 @@ pub struct NodeReport {
     pub born_ms: Option<u64>,
     /// Whether it is an edge node of rungd.
     pub is_rungd: bool,
+    /// What it publishes about its controller.
     #[serde(flatten)]
     pub told: ControllerReport,
     /// The result of the comparison with a folder (`--expect`).
@@ -83,31 +86,43 @@ pub struct NodeReport {
 /// The facts that a node of rungd publishes about its controller.
 #[derive(Debug, Default, Serialize)]
 pub struct ControllerReport {
+    /// The version of rungd.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub version: Option<String>,
     /// Whether the controller answers its edge node.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub controller: Option<bool>,
+    /// The mode: `run`, `stop` or `fault`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mode: Option<String>,
+    /// The reason of the mode.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mode_reason: Option<String>,
+    /// The name of the ladder.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ladder: Option<String>,
+    /// The sum over its files, as `rungd status` shows it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ladder_sha256: Option<String>,
+    /// The number of forced elements.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub forces: Option<i64>,
+    /// The number of skipped scan points.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub overruns: Option<i64>,
+    /// The number of alarms that are ON.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub alarms: Option<i64>,
+    /// The number of alarms that nobody has acknowledged.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub alarms_unacknowledged: Option<i64>,
+    /// The number of the last scan.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scan: Option<i64>,
+    /// The number of scans that the scan log has lost.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub history_lost: Option<i64>,
+    /// Whether it publishes values of the past.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub history_replaying: Option<bool>,
 }
@@ -118,14 +133,18 @@ pub struct MissingNode {
     /// Its group, if the file's path has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub group: Option<String>,
+    /// Its name.
     pub node: String,
+    /// The result of the comparison with the folder.
     pub ladder_verdict: LadderVerdict,
 }
 
 /// A host application.
 #[derive(Debug, Serialize)]
 pub struct HostReport {
+    /// Its name.
     pub host: String,
+    /// Its state.
     #[serde(flatten)]
     pub state: HostState,
 }

@@ -35,7 +35,7 @@ mod slice_run;
 mod step_numbers;
 mod subject;
 #[cfg(test)]
-pub(crate) mod tests;
+mod tests;
 mod text;
 mod unchanged;
 mod uses;

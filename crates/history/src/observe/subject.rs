@@ -24,7 +24,8 @@ pub struct Subject {
     /// The lowered program: one operation in each batch, in file order.
     pub(super) seen: engine::Program,
     pub(super) symbols: Symbols,
-    pub(super) sites: Sites,
+    /// The part and the instruction of each batch.
+    pub sites: Sites,
     pub(super) names: CellNames,
     /// Memory after a cold start.
     pub(super) initial: EngineState,
@@ -32,7 +33,7 @@ pub struct Subject {
     /// By file: the ends of its lines.
     line_ends: Vec<Vec<u32>>,
     /// By batch: the cells that it may write.
-    pub(super) batches: Vec<Stretches>,
+    pub batches: Vec<Stretches>,
     /// By step of the passes: the cells that it may write.
     pub(super) passes: Vec<Stretches>,
     /// By block: the cells that its turn may write.
@@ -135,7 +136,7 @@ impl Subject {
     }
 
     /// An instruction, by its part and its number.
-    pub(super) fn instruction(&self, part: u32, number: u32) -> Option<&Instruction> {
+    pub fn instruction(&self, part: u32, number: u32) -> Option<&Instruction> {
         let at = number.checked_sub(self.part(part).instructions.start)?;
         self.body(part).get(at as usize)
     }

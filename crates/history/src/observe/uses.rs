@@ -106,8 +106,7 @@ impl ProgramUses<'_> {
     }
 
     /// The parts of rungs that read a cell.
-    #[cfg(test)]
-    pub(super) fn reading_parts(&self, cell: Cell) -> Vec<u32> {
+    pub fn reading_parts(&self, cell: Cell) -> Vec<u32> {
         self.reads.of(cell).into_iter().map(|at| self.sites[at as usize].part).collect()
     }
 

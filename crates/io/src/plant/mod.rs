@@ -27,6 +27,7 @@ use settings::Plant as Settings;
 /// A plant that runs by the machine's clock.
 pub struct Plant {
     model: Model,
+    /// The inputs that it drives, as cells.
     pub inputs: Vec<i32>,
     /// The time of its first step.
     started: Option<Instant>,

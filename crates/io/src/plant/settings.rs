@@ -151,6 +151,7 @@ pub struct Rule {
     /// The places of the followed bit and of the `while` bit; the rule's place if there is no such
     /// bit.
     pub follows_at: Span,
+    /// The place of the `while` bit.
     pub while_at: Span,
 }
 

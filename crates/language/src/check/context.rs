@@ -72,6 +72,7 @@ pub struct Context<'a> {
     pub settings: NumberSet<Address>,
     /// The addresses that the ladder reads and writes. `usage` makes both, once for all rules.
     pub reads: OnceCell<Vec<(Address, Span)>>,
+    /// The addresses that the ladder writes, with the effect.
     pub writes: OnceCell<NumberMap<Address, Effect>>,
 }
 

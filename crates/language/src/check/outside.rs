@@ -40,6 +40,7 @@ pub struct Read {
 }
 
 impl Read {
+    /// A read of `count` elements from `first` on.
     pub fn new((first, count): (Address, u32), span: Span, reader: String) -> Read {
         Read { first, count, span, reader }
     }

@@ -10,7 +10,7 @@ use rungd_engine::isa::{Address, Bit, BlockId, OperandRole, StageId, Structure, 
 
 /// The operand that an instruction writes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum WrittenOperand {
+pub enum WrittenOperand {
     /// A bit.
     Bit(Bit),
     /// A word.

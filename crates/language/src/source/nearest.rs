@@ -128,7 +128,7 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
     let letters = Letters::of(&name);
     let mut best = (limit + 1, None);
     for candidate in known {
-        #[cfg(test)]
+        #[cfg(debug_assertions)]
         counted::CANDIDATES.with(|count| count.set(count.get() + 1));
         // Among a hundred thousand names, the letters alone show that most are farther than the
         // best so far.
@@ -253,14 +253,14 @@ fn fold(name: &str) -> String {
 }
 
 fn distance(a: &str, b: &str) -> usize {
-    #[cfg(test)]
+    #[cfg(debug_assertions)]
     counted::COMPUTED.with(|count| count.set(count.get() + 1));
     strsim::osa_distance(a, b)
 }
 
 /// The number of names that this thread has compared, and of distances that it has computed. Tests
 /// use them to show which searches are skipped.
-#[cfg(test)]
+#[cfg(debug_assertions)]
 pub mod counted {
     use std::cell::Cell;
 

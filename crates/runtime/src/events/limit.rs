@@ -17,7 +17,7 @@ pub struct LineLimit {
     /// The number of lines at once; 0 means no limit.
     pub burst: u32,
     /// The time from line to line in the long run, in milliseconds.
-    pub(crate) every_ms: u32,
+    pub every_ms: u32,
 }
 
 impl LineLimit {
@@ -53,7 +53,6 @@ impl Budget {
     }
 
     /// The lines that were left at the last look.
-    #[cfg(test)]
     pub fn left(&self) -> u32 {
         self.left
     }
@@ -91,11 +90,14 @@ pub struct Withheld {
 /// The number of withheld lines, and the time in which they were withheld.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WithheldLines {
+    /// The number of lines.
     pub lines: u64,
+    /// The time, ns.
     pub lasted_ns: u64,
 }
 
 impl Withheld {
+    /// Counts withheld lines.
     pub fn add(&mut self, lines: u64, now_ns: u64) {
         if self.lines == 0 {
             self.since_ns = now_ns;

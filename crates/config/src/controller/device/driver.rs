@@ -100,6 +100,7 @@ pub enum OfferedPoints {
 
 /// The beginning of the text of a point.
 pub struct PointBeginning {
+    /// The text, as `holding `.
     pub text: String,
     /// What such a point is.
     pub about: String,

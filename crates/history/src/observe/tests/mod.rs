@@ -8,4 +8,3 @@ mod reasons;
 mod slices;
 mod stops;
 mod tape;
-pub(crate) mod uses;

@@ -98,6 +98,7 @@ fn fixed(kind: PartKind) -> &'static [Fixed] {
 
 /// A point that every part of a kind has, for editors.
 pub struct OfferedPoint {
+    /// Its name behind the part's.
     pub name: &'static str,
     /// The words for the type of its value.
     pub holds: &'static str,

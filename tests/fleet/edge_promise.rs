@@ -5,11 +5,9 @@
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
-use super::keys::read_edge;
-use super::node::{EdgeNode, NodeOut};
-use super::tags::{chooser, number};
-use rungd_client::live::change_tests::LoggedPlant;
+use crate::support::logged_plant::LoggedPlant;
 use rungd_client::live::{ChangeFollower, ChangeHistory, LogPosition};
+use rungd_fleet::edge::{EdgeNode, EdgeSettings, NodeOut, chooser, number, read_edge};
 use rungd_net::sparkplug::{DataType, MetricValue, Payload, Sequence};
 
 const EDGE: &str = "[node]\ngroup = \"g\"\nname = \"n\"\n[broker]\naddresses = [\"mqtt://h\"]\n\
@@ -70,7 +68,7 @@ struct LinkedNode {
     follower: ChangeFollower,
     node: EdgeNode,
     history: Option<ChangeHistory>,
-    settings: super::settings::EdgeSettings,
+    settings: EdgeSettings,
     is_linked: bool,
     /// The messages that were published and have not arrived.
     under_way: Vec<(String, Vec<u8>)>,
