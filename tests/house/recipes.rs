@@ -2,11 +2,12 @@
 //! variants are added to the copy. The places that the compiler then names must be those of the
 //! recipe.
 //!
-//! The target folder of the copy is that of this test, so that all dependencies are compiled
-//! already. The crate itself is not finished, because the compiler stops at the errors. One copy
-//! has all additions and is compiled once for all tests. It has a version of its own: a package of
-//! the same name and version would replace what cargo knows of the crate's last build, and the next
-//! `cargo test` would compile the crate again.
+//! The compiler stops at the first crate with errors. So the copy is compiled in rounds: after each
+//! one, the arms that the compiler asks for are put in, as it proposes them, and the next round
+//! reaches the next crates. The target folder is that of this test, so that all dependencies are
+//! compiled already. The copy has a version of its own: packages of the same names and versions
+//! would replace what cargo knows of the last build, and the next `cargo test` would compile all
+//! crates again.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -14,6 +15,8 @@ use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
+
+use serde::Deserialize;
 
 use rungd_engine::isa::instruction::TABLE;
 
@@ -130,12 +133,22 @@ fn root() -> &'static Path {
 fn copy(name: &str, additions: &[Additions]) -> PathBuf {
     let copy = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = fs::remove_dir_all(&copy);
-    copy_folder(&root().join("src"), &copy.join("src"));
-    let package = |version| format!("name = \"rungd\"\nversion = \"{version}\"\n");
-    for file in ["Cargo.toml", "Cargo.lock"] {
-        fs::copy(root().join(file), copy.join(file)).expect("copied");
-        replace(&copy.join(file), &package(env!("CARGO_PKG_VERSION")), &package(VERSION_OF_COPY));
+    for folder in ["crates", "src"] {
+        copy_folder(&root().join(folder), &copy.join(folder));
     }
+    let own = format!("version = \"{}\"\n", env!("CARGO_PKG_VERSION"));
+    let other = format!("version = \"{VERSION_OF_COPY}\"\n");
+    let manifest = fs::read_to_string(root().join("Cargo.toml")).expect("readable");
+    let package = "[workspace.package]\n";
+    assert!(manifest.contains(&format!("{package}{own}")), "the version of the workspace");
+    let manifest = manifest.replace(&format!("{package}{own}"), &format!("{package}{other}"));
+    fs::write(copy.join("Cargo.toml"), manifest).expect("writable");
+    let lock = fs::read_to_string(root().join("Cargo.lock")).expect("readable");
+    let lock = lock.split("\n\n").map(|entry| match entry.contains("\nname = \"rungd") {
+        true => entry.replacen(&own, &other, 1),
+        false => entry.to_owned(),
+    });
+    fs::write(copy.join("Cargo.lock"), lock.collect::<Vec<_>>().join("\n\n")).expect("writable");
     for folder in ["benches", "config", "docs", "tests"] {
         symlink(root().join(folder), copy.join(folder)).expect("linked");
     }
@@ -165,14 +178,111 @@ fn copy_folder(from: &Path, to: &Path) {
     }
 }
 
-/// The compiler's errors for the copy with all additions.
-fn errors_of_all() -> &'static [String] {
-    static ERRORS: OnceLock<Vec<String>> = OnceLock::new();
-    ERRORS.get_or_init(|| errors(&copy("recipes", &[BLIPS, HALF])))
+/// A message of the compiler.
+#[derive(Deserialize)]
+struct Message {
+    level: String,
+    message: String,
+    spans: Vec<Place>,
+    children: Vec<Message>,
 }
 
-/// The compiler's lines with errors for a copy.
-fn errors(copy: &Path) -> Vec<String> {
+#[derive(Deserialize)]
+struct Place {
+    file_name: String,
+    byte_start: usize,
+    byte_end: usize,
+    is_primary: bool,
+    suggested_replacement: Option<String>,
+}
+
+/// A line of cargo.
+#[derive(Deserialize)]
+struct CargoLine {
+    message: Option<Message>,
+}
+
+/// An error of the compiler: its file and its text.
+#[derive(Debug)]
+struct CompileError {
+    file: String,
+    text: String,
+}
+
+/// The compiler's errors for the copy with all additions, of all rounds.
+fn errors_of_all() -> &'static [CompileError] {
+    static ERRORS: OnceLock<Vec<CompileError>> = OnceLock::new();
+    ERRORS.get_or_init(|| {
+        let copy = copy("recipes", &[BLIPS, HALF]);
+        let mut all = Vec::new();
+        for _ in 0..ROUNDS_MAX {
+            let messages = messages(&copy);
+            let errors: Vec<CompileError> = messages.iter().filter_map(error).collect();
+            let is_last = errors.iter().any(|error| error.file.starts_with("src/"));
+            mend(&copy, &messages, &errors);
+            all.extend(errors);
+            if is_last {
+                return all;
+            }
+        }
+        panic!("after {ROUNDS_MAX} rounds the compiler still asks: {all:#?}");
+    })
+}
+
+/// More rounds than there are crates above each other.
+const ROUNDS_MAX: usize = 12;
+
+fn error(message: &Message) -> Option<CompileError> {
+    let place = message.spans.iter().find(|place| place.is_primary)?;
+    Some(CompileError { file: place.file_name.clone(), text: message.message.clone() })
+}
+
+/// Lets the crates with these errors compile: puts in the missing arms, as the compiler proposes
+/// them, and the operation's behaviour; takes the half-done steps back.
+fn mend(copy: &Path, messages: &[Message], errors: &[CompileError]) {
+    let mut arms: BTreeMap<&str, Vec<&Place>> = BTreeMap::new();
+    for place in messages.iter().flat_map(|message| &message.children).flat_map(|help| &help.spans)
+    {
+        if place.suggested_replacement.as_ref().is_some_and(|text| text.contains("todo!()")) {
+            arms.entry(&place.file_name).or_default().push(place);
+        }
+    }
+    for (file, mut places) in arms {
+        let mut text = fs::read_to_string(copy.join(file)).expect("it was compiled");
+        places.sort_by_key(|place| std::cmp::Reverse(place.byte_start));
+        places.dedup_by_key(|place| place.byte_start);
+        for place in places {
+            let arm = place.suggested_replacement.as_deref().expect("it was asked for");
+            // The compiler names the variant by a path that is not always one here.
+            let (variant, rest) = arm.split_once("=>").expect("an arm");
+            let before = variant.find(|c: char| !" \n,{".contains(c)).unwrap_or(0);
+            let arm = format!("{}_ =>{rest}", &variant[..before]);
+            text.replace_range(place.byte_start..place.byte_end, &arm);
+        }
+        fs::write(copy.join(file), text).expect("writable");
+    }
+    if errors.iter().any(is_operation) {
+        let file = copy.join("crates/engine/src/logic.rs");
+        let text = fs::read_to_string(&file).expect("it was copied");
+        fs::write(&file, text + BEHAVIOUR).expect("writable");
+    }
+    for (file, before, after) in HALF {
+        if errors.iter().any(|error| error.file == *file && is_of_half(error)) {
+            replace(&copy.join(file), after, before);
+        }
+    }
+}
+
+/// The behaviour of the operation: none.
+const BEHAVIOUR: &str = "\nimpl super::ops::Operation for super::ops::Blip {\n    \
+                         fn run<R: Reach>(&self, _: &mut View<R>) {}\n}\n";
+
+fn is_operation(error: &CompileError) -> bool {
+    error.text.contains("`Blip: Operation` is not satisfied")
+}
+
+/// The compiler's errors for a copy.
+fn messages(copy: &Path) -> Vec<Message> {
     // `target/PROFILE/deps/it-…`
     let own = std::env::current_exe().expect("the path of this test");
     let folder = own.ancestors().nth(2).expect("the profile's folder");
@@ -182,17 +292,8 @@ fn errors(copy: &Path) -> Vec<String> {
         None => panic!("{} is in no profile's folder", own.display()),
     };
     let mut cargo = Command::new(env!("CARGO"));
-    cargo.args([
-        "test",
-        "--test",
-        "it",
-        "--no-run",
-        "--offline",
-        "--locked",
-        "--message-format",
-        "short",
-    ]);
-    cargo.args(["--color", "never", "--profile", profile, "--target-dir"]);
+    cargo.args(["build", "--test", "it", "--offline", "--locked", "--keep-going"]);
+    cargo.args(["--message-format", "json", "--profile", profile, "--target-dir"]);
     cargo.arg(folder.parent().expect("the target folder")).current_dir(copy);
     // Cargo set these for this test. The build script of `ring` reads them: with other values than
     // before, `ring` and all that uses it would be built again, and also by the next `cargo test`.
@@ -205,29 +306,32 @@ fn errors(copy: &Path) -> Vec<String> {
     let output = cargo.env("CARGO_INCREMENTAL", "0").output().expect("cargo runs");
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(!output.status.success(), "the compiler asks for nothing: {said}");
-    let of_copy = format!("rungd v{VERSION_OF_COPY} ");
+    let of_copy = format!(" v{VERSION_OF_COPY} ");
     let again = said.lines().find(|line| {
-        line.trim_start().strip_prefix("Compiling ").is_some_and(|of| !of.starts_with(&of_copy))
+        let compiled = line.trim_start().strip_prefix("Compiling ");
+        compiled.is_some_and(|of| !of.starts_with("rungd") || !of.contains(&of_copy))
     });
     assert!(
         again.is_none(),
         "not only the copy is compiled, the next `cargo test` is slow: {said}"
     );
-    let errors: Vec<String> =
-        said.lines().filter(|line| line.contains(": error")).map(str::to_owned).collect();
-    assert!(!errors.is_empty(), "{said}");
+    let lines = String::from_utf8_lossy(&output.stdout).into_owned();
+    let lines = lines.lines().filter_map(|line| serde_json::from_str::<CargoLine>(line).ok());
+    let messages = lines.filter_map(|line| line.message);
+    let is_error = |message: &Message| message.level == "error" && !message.spans.is_empty();
+    let errors: Vec<Message> = messages.filter(is_error).collect();
+    assert!(!errors.is_empty(), "the compiler asks for nothing: {said}");
     errors
 }
 
-/// The enum and the file of an error such as ``src/a.rs:1:2: error[E0004]: non-exhaustive patterns:
-/// `isa::Mnemonic::Blip` not covered``.
-fn missing_arm(error: &str) -> Option<(String, String)> {
-    let (place, message) = error.split_once(": error[E0004]: ")?;
+/// The enum of an error such as ``non-exhaustive patterns: `isa::Mnemonic::Blip` not covered``.
+fn missing_arm(error: &CompileError) -> Option<String> {
+    let message = error.text.strip_prefix("non-exhaustive patterns: ")?;
     let path = message.split('`').nth(1)?;
     let (of, _) = path.split_once("::Blip")?;
     // Without what stands around the name: `&`, a path, `Some(`.
     let of = of.rsplit(|c: char| !c.is_alphanumeric()).next()?;
-    Some((of.to_owned(), place.split(':').next()?.to_owned()))
+    Some(of.to_owned())
 }
 
 fn recipe(title: &str) -> String {
@@ -241,14 +345,12 @@ fn the_compiler_asks_for_the_places_that_the_recipes_name() {
     let errors: Vec<_> = errors_of_all().iter().filter(|error| !is_of_half(error)).collect();
     let mut asked: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
     // The first group of errors: the operation has no `run`.
-    let (operation, arms): (Vec<_>, Vec<_>) = errors
-        .iter()
-        .copied()
-        .partition(|error| error.contains("`Blip: Operation` is not satisfied"));
+    let (operation, arms): (Vec<_>, Vec<_>) =
+        errors.iter().copied().partition(|error| is_operation(error));
     assert!(!operation.is_empty(), "{errors:#?}");
     for error in arms {
-        let (of, file) = missing_arm(error).unwrap_or_else(|| panic!("{errors:#?}"));
-        asked.entry(of).or_default().insert(file);
+        let of = missing_arm(error).unwrap_or_else(|| panic!("{error:#?} of {errors:#?}"));
+        asked.entry(of).or_default().insert(error.file.clone());
     }
     let expected = ASKED_FOR.iter().map(|(of, _, files)| {
         ((*of).to_owned(), files.iter().map(|file| (*file).to_owned()).collect())
@@ -300,10 +402,11 @@ const HALF_ASKED_FOR: [(&str, &str, &str, &str); 3] = [
     ),
 ];
 
-fn is_of_half(error: &str) -> bool {
-    HALF_ASKED_FOR
-        .iter()
-        .any(|(file, missing, ..)| error.starts_with(file) && error.contains(missing))
+fn is_of_half(error: &CompileError) -> bool {
+    let asks = |(file, missing, ..): &(&str, &str, &str, &str)| {
+        error.file == *file && error.text.contains(missing)
+    };
+    HALF_ASKED_FOR.iter().any(asks)
 }
 
 /// The previous test refuses every error that is neither in `HALF_ASKED_FOR` nor a missing arm of a
@@ -312,7 +415,7 @@ fn is_of_half(error: &str) -> bool {
 fn a_line_without_its_row_and_a_finding_without_its_page_or_rule_do_not_compile() {
     let errors = errors_of_all();
     for (file, missing, title, place) in HALF_ASKED_FOR {
-        let of_it = |error: &&String| error.starts_with(file) && error.contains(missing);
+        let of_it = |error: &&CompileError| error.file == file && error.text.contains(missing);
         assert_eq!(errors.iter().filter(of_it).count(), 1, "{file}: {errors:#?}");
         assert!(recipe(title).contains(place), "{title} does not name {place}");
     }
