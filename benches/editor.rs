@@ -8,6 +8,8 @@
 //! `RUNGD_EDITS` (2,000) is the number of keystrokes for the measurement of memory. An hour of
 //! typing is about 20,000 keystrokes.
 
+#![allow(clippy::wildcard_enum_match_arm)]
+
 use std::fmt::Write as _;
 use std::time::{Duration, Instant};
 

@@ -10,7 +10,7 @@ cd "$(dirname "$0")/.."
 tab="$(printf '\t')"
 made="$(mktemp -d)"
 trap 'rm -rf "$made"' EXIT
-cargo tree --locked --edges normal --prefix depth --no-dedupe --format "${tab}{p}${tab}{l}" >"$made/tree"
+cargo tree --locked --package rungd --edges normal --prefix depth --no-dedupe --format "${tab}{p}${tab}{l}" >"$made/tree"
 
 awk -F '\t' '
 function purl(package, words) {
@@ -30,6 +30,8 @@ FILENAME ~ /Cargo.lock$/ {
 # on this package.
 {
     depth = $1 + 0
+    # The crates of rungd are parts of the program, no libraries.
+    if (depth > 0 && $2 ~ /^rungd-/) { above[depth] = root; next }
     own = purl($2)
     above[depth] = own
     if (depth == 0) { root = own; split($2, words, " v?"); version = words[2]; licence = $3 }

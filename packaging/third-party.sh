@@ -10,10 +10,10 @@ trap 'rm -rf "$texts"' EXIT
 
 echo "Libraries in rungd, under the licences named; their texts follow."
 echo
-# A line has: name vVERSION [(proc-macro)], a tab, the licence. rungd itself also has a path.
+# A line has: name vVERSION [(proc-macro)], a tab, the licence. The crates of rungd itself also have a path.
 tab="$(printf '\t')"
-cargo tree --locked --edges normal --prefix none --format "{p}${tab}{l}" |
-    sed 's/ (\*)//; s/ (proc-macro)//' | grep -v '^rungd ' | sort -u >"$texts/list"
+cargo tree --locked --package rungd --edges normal --prefix none --format "{p}${tab}{l}" |
+    sed 's/ (\*)//; s/ (proc-macro)//' | grep -v '^rungd[ -]' | sort -u >"$texts/list"
 sed "s/ v\([^${tab}]*\)${tab}/ \1: /" "$texts/list"
 while IFS="$tab" read -r package licence; do
     name="${package%% *}" version="${package#* }"

@@ -37,7 +37,7 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
 /// All sources except the catalogue's, without their tests and comments.
 fn sources() -> Vec<(String, String)> {
     let mut files = Vec::new();
-    collect(&root().join("src"), &mut files);
+    ["crates", "src"].iter().for_each(|folder| collect(&root().join(folder), &mut files));
     let text = |path: PathBuf| {
         let whole = fs::read_to_string(&path).expect("a source is readable");
         let code = whole.split("\n#[cfg(test)]\nmod tests {").next().unwrap_or_default();
@@ -82,7 +82,7 @@ fn the_recipe_names_every_place() {
         assert!(root().join(place).exists(), "the recipe names {place}, which is not there");
     }
     let mut files = Vec::new();
-    for folder in ["src", "docs", "config", "packaging", "tests"] {
+    for folder in ["crates", "src", "docs", "config", "packaging", "tests"] {
         all_files(&root().join(folder), &mut files);
     }
     // An ID has 32 letters and digits.

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::support::calm::calmed;
-use crate::support::folder::list_of_controllers;
+use crate::support::process::list_of_controllers;
 use crate::support::needs::{usable, works};
 use crate::support::page;
 use crate::support::process::{BLINKS, Plant};

@@ -4,15 +4,6 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// The folder with the list of the tests' running controllers, for `XDG_RUNTIME_DIR`: commands of the
-/// user who runs the tests do not find these controllers. The entries of ended ones are removed by
-/// the next controller.
-pub fn list_of_controllers() -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("list-of-controllers");
-    let _ = std::fs::create_dir_all(&folder);
-    folder
-}
-
 /// An empty folder that is removed, with all that it contains, when this value is dropped.
 pub struct TestFolder(PathBuf);
 

@@ -10,7 +10,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
 use crate::support::calm::calm;
-use crate::support::folder::list_of_controllers;
+use crate::support::process::list_of_controllers;
 use crate::support::metronome::Stopwatch;
 pub use crate::support::patience::PATIENCE;
 use crate::support::system;

@@ -11,7 +11,6 @@ use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
 use crate::support::calm::calm;
-use crate::support::folder::list_of_controllers;
 use crate::support::metronome::{self, HeldUp};
 #[allow(unused_imports)]
 pub use crate::support::needs::{Need, not_installed, skip};
@@ -31,6 +30,15 @@ const HELD_UP_US: &str = "test_held_up_us";
 
 /// The number of skipped scans that need no excuse: the first scans load pages of the program.
 const SKIPS_FEW: u64 = 10;
+
+/// The folder with the list of the tests' running controllers, for `XDG_RUNTIME_DIR`: commands of the
+/// user who runs the tests do not find these controllers. The entries of ended ones are removed by
+/// the next controller.
+pub fn list_of_controllers() -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("list-of-controllers");
+    let _ = std::fs::create_dir_all(&folder);
+    folder
+}
 
 /// A folder with `controller.toml` and `ladder.toml`.
 pub struct Plant(pub PathBuf);

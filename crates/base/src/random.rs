@@ -9,6 +9,8 @@ pub struct SplitMix64(pub u64);
 
 impl SplitMix64 {
     /// The next number; all 64 bits are equally good.
+    // It has no end: it is no iterator.
+    #[allow(clippy::should_implement_trait)]
     pub fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut mixed = self.0;

@@ -120,7 +120,7 @@ impl Withheld {
 }
 
 /// The budget of each key, with the count of its withheld lines.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Limiter<K>(BTreeMap<K, (Budget, Withheld)>);
 
 impl<K: Ord + Copy> Limiter<K> {
