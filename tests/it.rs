@@ -6,7 +6,6 @@
 mod cli;
 mod daemon;
 mod editor;
-mod engine;
 #[cfg(feature = "fleet")]
 mod fleet;
 mod house;
@@ -17,8 +16,6 @@ mod metrics;
 mod record;
 mod reload;
 mod retain;
-/// `tests/semantics.rs` uses a part of these modules by itself.
-#[allow(dead_code)]
-mod support;
+mod running;
 #[cfg(feature = "web")]
 mod web;

@@ -38,16 +38,9 @@ use rungd_runtime::{
 };
 use rungd_state::reload::{ReloadPlan, Side};
 
-#[path = "support/fake_chip.rs"]
-mod fake_chip;
-#[path = "support/follower.rs"]
-mod follower;
-#[path = "support/numbers.rs"]
-mod numbers;
-
-use fake_chip::FakeChip;
-use follower::Follower;
-use numbers::Numbers;
+use rungd_test_support::fake_chip::FakeChip;
+use rungd_test_support::follower::Follower;
+use rungd_test_support::numbers::Numbers;
 
 thread_local! {
     static CALLS: Cell<Option<u64>> = const { Cell::new(None) };
@@ -119,7 +112,12 @@ impl Observer for Deaf {
     fn ended(&mut self, _: u64) {}
 }
 
-impl Numbers {
+/// Work for the scan, drawn.
+trait DrawnWork: Sized {
+    fn contact(&mut self) -> String;
+}
+
+impl DrawnWork for Numbers {
     fn contact(&mut self) -> String {
         let n = self.below(16);
         match self.below(6) {

@@ -3,17 +3,9 @@
 
 #![allow(unsafe_code, clippy::wildcard_enum_match_arm)]
 
-#[allow(dead_code)]
-#[path = "support"]
-mod support {
-    pub mod case;
-    pub mod run;
-    pub mod table;
-}
-
 use std::process::ExitCode;
 
-use support::{case, run};
+use rungd_test_support::{case, run};
 
 /// The request of the command line. Other switches of test programs are accepted and ignored.
 #[derive(Default)]

@@ -5,11 +5,11 @@
 //! The run ends after `RUNGD_DIFF_MAX` (1) differences. `RUNGD_BIN` names a different rungd binary.
 //! A case that differs is shrunk and written to a folder below the target's `tmp`.
 
-use crate::support::model::case::Case;
-use crate::support::model::generate::generate;
-use crate::support::model::shrink::shrink;
-use crate::support::model::{Options, simulate};
-use crate::support::setting::setting;
+use rungd_test_support::model::case::Case;
+use rungd_test_support::model::generate::generate;
+use rungd_test_support::model::shrink::shrink;
+use rungd_test_support::model::{Options, simulate};
+use rungd_test_support::setting::setting;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs};

@@ -13,9 +13,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::support::calm::{calm, calmed};
-use crate::support::masked::{Carried, masked};
-use crate::support::shown::lines_match;
+use rungd_test_support::calm::{calm, calmed};
+use rungd_test_support::masked::{Carried, masked};
+use rungd_test_support::shown::lines_match;
 
 /// A part of the page.
 enum Part<'a> {

@@ -8,8 +8,8 @@ use std::process::{Command, Output, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::support::calm::calmed;
-use crate::support::patience::PATIENCE;
+use rungd_test_support::calm::calmed;
+use rungd_test_support::patience::PATIENCE;
 
 fn command(args: &[&str], folder: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));

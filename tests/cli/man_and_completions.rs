@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-use crate::support::needs::{self, usable, works};
+use rungd_test_support::needs::{self, usable, works};
 
 fn rungd(args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_rungd")).args(args).output().expect("rungd runs")

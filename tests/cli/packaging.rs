@@ -10,7 +10,7 @@ use std::sync::LazyLock;
 
 use serde_json::Value;
 
-use crate::support::folder::TestFolder;
+use rungd_test_support::folder::TestFolder;
 
 /// The output of `third-party.sh`: several tests read it, and it takes seconds.
 static LICENCES: LazyLock<String> = LazyLock::new(|| printed_by("third-party.sh"));

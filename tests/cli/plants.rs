@@ -8,13 +8,13 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::support::calm::calmed;
 use rungd_base::calendar::LocalTime;
 use rungd_config::load;
 use rungd_engine::{Cell, Engine, ScanTimes};
 use rungd_io::plant::RuleSet;
 use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::scope::Scope;
+use rungd_test_support::calm::calmed;
 
 /// A controller with its simulated device.
 struct Plant {

@@ -1,8 +1,6 @@
 //! `rungd replay` as a user runs it, on recordings made by the tape and the recorder of the
 //! controller; and the page about it.
 
-use crate::support::model::generate::generate;
-use crate::support::shown::lines_match;
 use rungd_config::load::recorded_files;
 use rungd_engine::{BitCell, Cell, Engine, ScanTimes, WordCell};
 use rungd_history::record::{
@@ -15,6 +13,8 @@ use rungd_language::source::span::SourceFile;
 use rungd_runtime::exchange::{Mode, StopReason};
 use rungd_runtime::{Machine, ScanStart, TapeReader, Taped, tape};
 use rungd_state::reload::{ReloadPlan, Side};
+use rungd_test_support::model::generate::generate;
+use rungd_test_support::shown::lines_match;
 use std::path::PathBuf;
 use std::process::{Command, Output};
 

@@ -3,7 +3,7 @@
 //!
 //! `RUNGD_WAVES` (20) programs from seed 1 on.
 
-use crate::support::model::generate::generate;
+use rungd_test_support::model::generate::generate;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -6,8 +6,8 @@ use std::process::Command;
 
 use serde_json::Value;
 
-use crate::support::live::{Live, said};
-use crate::support::needs::{Need, skip};
+use crate::running::live::{Live, said};
+use rungd_test_support::needs::{Need, skip};
 
 const LADDER: &str = r#"
 [tags]

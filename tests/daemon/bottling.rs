@@ -5,14 +5,14 @@
 //! standard error, as JSON lines or in a different form; the test reads it as a person or a machine
 //! would.
 
-use crate::support::calm::calm;
+use rungd_test_support::calm::calm;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use serde_json::Value;
 
-pub use crate::support::process::*;
+pub use crate::running::process::*;
 
 /// A ladder whose Main has the given rungs.
 pub fn ladder(rungs: &str) -> String {

@@ -6,7 +6,7 @@
 //! again: `UPDATE_EVENTS=1 cargo test --test it daemon::events::`. This adds codes to
 //! `tests/events.txt`, and never changes one.
 
-use crate::support::journal;
+use rungd_test_support::journal;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::fs;

@@ -1,7 +1,7 @@
 //! The log in the systemd journal: the real binary, with a socket in journald's place.
 
-use crate::support::calm::calm;
-use crate::support::journal;
+use rungd_test_support::calm::calm;
+use rungd_test_support::journal;
 use std::fs;
 use std::io::Read;
 use std::os::unix::net::UnixDatagram;
@@ -10,9 +10,9 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::support::journal::FakeJournal;
-use crate::support::process::PATIENCE;
+use crate::running::process::PATIENCE;
 use rungd_runtime::events;
+use rungd_test_support::journal::FakeJournal;
 
 const LADDER: &str = r#"
 [ladder]

@@ -5,12 +5,12 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::support::calm::calmed;
-use crate::support::process::list_of_controllers;
-use crate::support::needs::{usable, works};
-use crate::support::page;
-use crate::support::process::{BLINKS, Plant};
-use crate::support::shown::lines_match;
+use crate::running::process::list_of_controllers;
+use crate::running::process::{BLINKS, Plant};
+use rungd_test_support::calm::calmed;
+use rungd_test_support::needs::{usable, works};
+use rungd_test_support::page;
+use rungd_test_support::shown::lines_match;
 
 /// What a run of some scans writes to a terminal, without the carriage returns.
 fn on_terminal(plant: &Plant, arguments: &str, no_color: &str) -> Option<String> {

@@ -3,7 +3,7 @@
 //! stand for several operands: blocks and uses.
 
 use crate::daemon::operator_commands;
-use crate::support::live::Live;
+use crate::running::live::Live;
 
 const LADDER: &str = r#"
 [tags]

@@ -3,7 +3,7 @@
 use std::net::TcpListener;
 use std::process::Command;
 
-use crate::support::live::{Live, ask, said};
+use crate::running::live::{Live, ask, said};
 
 pub const LADDER: &str = r#"
 [ladder]

@@ -6,8 +6,8 @@ use std::path::Path;
 use std::process::Command;
 
 use super::operator_commands::{LADDER, live};
-use crate::support::live::{self, Live, run, said};
-use crate::support::needs::{Need, skip};
+use crate::running::live::{self, Live, run, said};
+use rungd_test_support::needs::{Need, skip};
 
 #[test]
 fn where_nobody_answers_it_says_so() {

@@ -7,8 +7,8 @@ use std::os::unix::net::UnixStream;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use crate::support::live::{Live, PATIENCE, ask};
-use crate::support::metronome::Stopwatch;
+use crate::running::live::{Live, PATIENCE, ask};
+use rungd_test_support::metronome::Stopwatch;
 
 const LADDER: &str = r#"
 [[program]]

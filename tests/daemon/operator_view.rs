@@ -7,9 +7,9 @@ use std::path::Path;
 use std::process::Command;
 
 use super::operator_commands::{LADDER, live};
-use crate::support::live::{self, Live, Said, run, said};
-use crate::support::needs::{Need, skip};
-use crate::support::operator::Operator;
+use crate::running::live::{self, Live, Said, run, said};
+use crate::running::operator::Operator;
+use rungd_test_support::needs::{Need, skip};
 use serde_json::from_str;
 
 #[test]

@@ -4,9 +4,9 @@
 //! If a test needs a refusal, the binary runs as `nobody` or with limits set by `prlimit`. Some of
 //! this needs root. Without root, the permissions of an ordinary user decide.
 
-use crate::support::calm::calm;
-use crate::support::needs::{Need, skip};
-use crate::support::patience::PATIENCE;
+use rungd_test_support::calm::calm;
+use rungd_test_support::needs::{Need, skip};
+use rungd_test_support::patience::PATIENCE;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::atomic::{AtomicU32, Ordering};

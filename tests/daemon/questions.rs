@@ -7,10 +7,10 @@
 //! journalctl or systemd-journal-remote, the test prints the reason and passes, unless
 //! `RUNGD_REQUIRE` names `programs`.
 
-use crate::support::page;
-use crate::support::patience::PATIENCE;
-use crate::support::shown;
-use crate::support::system;
+use rungd_test_support::page;
+use rungd_test_support::patience::PATIENCE;
+use rungd_test_support::shown;
+use rungd_test_support::system;
 use std::fs::{self, File};
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -19,9 +19,9 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::support::journal::{FakeJournal, Fields, JOURNAL_REMOTE, installed};
-use crate::support::needs::{Need, skip};
 use rungd_runtime::events::{self, Silence};
+use rungd_test_support::journal::{FakeJournal, Fields, JOURNAL_REMOTE, installed};
+use rungd_test_support::needs::{Need, skip};
 
 /// The number of questions on the page, and the number of those for the log; the others are for the
 /// scan log.

@@ -1,11 +1,11 @@
 //! The restart guard with the real binary: after ten restarts with unclean ends, it starts in STOP.
 
-use crate::support::process;
+use crate::running::process;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::support::process::{BLINKS, Plant, Running, message};
+use crate::running::process::{BLINKS, Plant, Running, message};
 use serde_json::Value;
 
 fn plant() -> Plant {

@@ -11,7 +11,7 @@ use lsp_server::{Connection, Message, Notification, Request, RequestId, Response
 use rungd_lsp::EditorEnd;
 use serde_json::{Value, json};
 
-use crate::support::patience::PATIENCE;
+use rungd_test_support::patience::PATIENCE;
 
 /// An editor and its server, which is a thread of the test.
 pub struct Editor {

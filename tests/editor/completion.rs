@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use crate::editor::client::Editor;
 use crate::editor::project::{self, CONTROLLER, LADDER, TEST};
-use crate::support::folder::TestFolder;
+use rungd_test_support::folder::TestFolder;
 
 /// A ladder with a name of every kind.
 pub const RICH: &str = r#"[ladder]

@@ -13,7 +13,7 @@ use crate::editor::client::Editor;
 use crate::editor::findings::shipped;
 use crate::editor::help_trials::{HelpTrials, actions, applied, editor};
 use crate::editor::project::empty;
-use crate::support::helps::Repairs;
+use rungd_test_support::helps::Repairs;
 
 /// The wrong example of each page of `docs/findings`, in a file or, if it has several, a folder.
 #[test]

@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 
 use crate::editor::client::Editor;
 use crate::editor::project::empty;
-use crate::support::helps::{Repairs, texts_to_write};
+use rungd_test_support::helps::{Repairs, texts_to_write};
 
 pub fn editor(folder: &Path) -> Editor {
     let literals = json!({ "codeActionKind": { "valueSet": ["quickfix"] } });

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use crate::editor::client::{Editor, place_of};
 use crate::editor::project::{CONTROLLER, LADDER, TEST, folder};
-use crate::support::folder::TestFolder;
+use rungd_test_support::folder::TestFolder;
 
 /// The hover text at a place, which `^` marks in `wanted`.
 fn shown(editor: &mut Editor, name: &str, wanted: &str) -> String {

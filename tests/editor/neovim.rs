@@ -10,8 +10,8 @@ use std::process::{Command, Stdio};
 use serde_json::Value;
 
 use crate::editor::project::{CONTROLLER, LADDER, TEST, folder};
-use crate::support::needs::{neovim as probe, usable};
-use crate::support::page;
+use rungd_test_support::needs::{neovim as probe, usable};
+use rungd_test_support::page;
 
 /// The time limit for Neovim. It is far longer than needed: the driver itself gives up earlier.
 const SECONDS_MAX: &str = "900";

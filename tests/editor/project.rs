@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::support::folder::TestFolder;
+use rungd_test_support::folder::TestFolder;
 
 pub const CONTROLLER: &str = "rungd.toml";
 pub const LADDER: &str = "plant.toml";

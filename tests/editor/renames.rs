@@ -13,8 +13,8 @@ use serde_json::{Value, json};
 use crate::editor::client::{Editor, place_of};
 use crate::editor::findings::shipped;
 use crate::editor::project::{CONTROLLER, LADDER, TEST, empty, folder};
-use crate::support::folder::TestFolder;
-use crate::support::run::{Rows, target};
+use rungd_test_support::folder::TestFolder;
+use rungd_test_support::run::{Rows, target};
 
 /// The answer to a rename: the edits by file, or the refusal.
 fn rename(editor: &mut Editor, (name, line, column): (&str, usize, usize), new: &str) -> Renamed {

@@ -9,7 +9,12 @@ use crate::editor::project::empty;
 /// The numbers of a fixed sequence (SplitMix64).
 struct Numbers(u64);
 
-impl Numbers {
+/// Edits, drawn.
+trait DrawnEdit: Sized {
+    fn below(&mut self, limit: usize) -> usize;
+}
+
+impl DrawnEdit for Numbers {
     fn below(&mut self, limit: usize) -> usize {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process};
 
-pub use crate::support::patience::PATIENCE;
+pub use rungd_test_support::patience::PATIENCE;
 
 /// A broker's process. Dropping this value ends it by SIGKILL.
 pub struct Process {

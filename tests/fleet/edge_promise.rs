@@ -5,10 +5,10 @@
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
-use crate::support::logged_plant::LoggedPlant;
 use rungd_client::live::{ChangeFollower, ChangeHistory, LogPosition};
 use rungd_fleet::edge::{EdgeNode, EdgeSettings, NodeOut, chooser, number, read_edge};
 use rungd_net::sparkplug::{DataType, MetricValue, Payload, Sequence};
+use rungd_test_support::logged_plant::LoggedPlant;
 
 const EDGE: &str = "[node]\ngroup = \"g\"\nname = \"n\"\n[broker]\naddresses = [\"mqtt://h\"]\n\
                     [history]\nmargin = \"2s\"\n";

@@ -16,8 +16,8 @@ use rungd_net::sparkplug::{
 };
 
 use crate::fleet::broker::PATIENCE;
-use crate::support::live::Live;
-use crate::support::system;
+use crate::running::live::Live;
+use rungd_test_support::system;
 
 /// The name of the host that listens.
 const HOST: &str = "judge";

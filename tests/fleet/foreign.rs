@@ -12,7 +12,7 @@ use rungd_net::sparkplug::{
 use serde_json::{Value, json};
 
 use crate::fleet::broker::program;
-use crate::support::needs::{python_can, usable};
+use rungd_test_support::needs::{python_can, usable};
 
 const NOW_MS: u64 = 1_790_000_000_000;
 

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use crate::fleet::broker::{Process, free_ports, program};
 use crate::fleet::certificates::Certificates;
-use crate::support::folder::TestFolder;
-use crate::support::needs::{self, not_installed, usable};
+use rungd_test_support::folder::TestFolder;
+use rungd_test_support::needs::{self, not_installed, usable};
 
 /// The options of a mosquitto.
 #[derive(Default)]

@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 use rustix::fs::{FlockOperation, flock};
 
 use crate::fleet::broker::{PATIENCE, Process, free_ports, program};
-use crate::support::folder::TestFolder;
-use crate::support::needs::{nats_server, not_installed, usable};
+use rungd_test_support::folder::TestFolder;
+use rungd_test_support::needs::{nats_server, not_installed, usable};
 
 /// The nodes of a cluster.
 pub const NODES: usize = 3;

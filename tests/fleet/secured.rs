@@ -6,7 +6,7 @@ use rungd_net::mqtt::{BrokerLogin, BrokerSettings, MqttCause, MqttVersion, TlsFi
 use crate::fleet::certificates::Certificates;
 use crate::fleet::mosquitto::{Mosquitto, MosquittoOptions};
 use crate::fleet::sessions::{confirmed, refusal, run, session, settings};
-use crate::support::folder::TestFolder;
+use rungd_test_support::folder::TestFolder;
 
 const VERSIONS: [MqttVersion; 2] = [MqttVersion::V3, MqttVersion::V5];
 

@@ -80,10 +80,14 @@ const GUARANTEES: &str = "docs/guarantees.md";
 fn source_of(name: &str) -> Option<String> {
     let mut parts: Vec<&str> = name.split("::").collect();
     parts.pop();
-    let is_source = parts.first().is_some_and(|first| ["crates", "src"].contains(first));
-    let top = if is_source { "" } else { "tests" };
-    let path = root().join(top).join(parts.join("/"));
-    let files = [path.with_extension("rs"), path.join("mod.rs")];
+    let place = parts.join("/");
+    let crates = fs::read_dir(root().join("crates")).expect("the crates are readable");
+    let crates = crates.map(|entry| entry.expect("an entry is readable").path().join("tests"));
+    let folders = crates.chain([root().join("tests"), root().to_owned()]);
+    let files: Vec<PathBuf> = folders
+        .map(|folder| folder.join(&place))
+        .flat_map(|path| [path.with_extension("rs"), path.join("mod.rs")])
+        .collect();
     files.iter().find_map(|file| fs::read_to_string(file).ok())
 }
 

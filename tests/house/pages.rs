@@ -69,6 +69,23 @@ fn entries(folder: &Path) -> BTreeSet<String> {
     named.filter(|name| !name.starts_with('.') && name != "__pycache__/").collect()
 }
 
+/// The entries of a folder of tests, wherever its tests are: in the package of the program, or in a
+/// crate.
+fn entries_of_all(folder: &str) -> BTreeSet<String> {
+    let crates = fs::read_dir(root().join("crates")).expect("the crates are readable");
+    let crates = crates.map(|entry| entry.expect("an entry is readable").path().join("tests"));
+    let places = crates.chain([root().join("tests")]).map(|tests| tests.join(folder));
+    places.filter(|place| place.exists()).flat_map(|place| entries(&place)).collect()
+}
+
+/// The folders of tests in the crates.
+fn folders_in_crates() -> BTreeSet<String> {
+    let crates = fs::read_dir(root().join("crates")).expect("the crates are readable");
+    let crates = crates.map(|entry| entry.expect("an entry is readable").path().join("tests"));
+    let found = crates.filter(|tests| tests.exists()).flat_map(|tests| entries(&tests));
+    found.filter(|name| name.ends_with('/')).collect()
+}
+
 /// The rows of a table below its name: `language/` in backticks, a line by itself.
 fn told_below(rows: &str, name: &str) -> BTreeSet<String> {
     let part = rows.split(&format!("\n{name}\n")).nth(1);
@@ -87,14 +104,18 @@ fn the_tests_page_tells_every_file() {
     };
     let top = entries(&tests);
     let (folders, others): (Vec<&String>, Vec<&String>) = top.iter().partition(is_rust);
+    let in_crates = folders_in_crates();
+    let folders: BTreeSet<&String> = folders.into_iter().chain(&in_crates).collect();
     assert!(folders.len() > 10, "{folders:?}");
     let without_mod = |mut all: BTreeSet<String>| {
-        all.remove("mod.rs");
+        ["Cargo.toml", "lib.rs", "mod.rs"].iter().for_each(|name| {
+            all.remove(*name);
+        });
         all
     };
     for folder in folders {
         let told = without_mod(told_below(rows, &format!("`{folder}`")));
-        assert_eq!(told, without_mod(entries(&tests.join(folder))), "tests/README.md, {folder}");
+        assert_eq!(told, without_mod(entries_of_all(folder)), "tests/README.md, {folder}");
     }
     let others: BTreeSet<String> = others.into_iter().cloned().collect();
     assert_eq!(told_below(rows, "Scripts and data"), others, "tests/README.md, its last table");

@@ -1,12 +1,12 @@
 //! `config/bottling-plant.toml`: its ladder with its simulated plant in virtual time, where every
 //! fault causes its alarm; and a few seconds with the real binary.
 
-use crate::support::calm::calmed;
-use crate::support::live;
+use crate::running::live;
+use rungd_test_support::calm::calmed;
 use std::path::{Path, PathBuf};
 
-use crate::support::bench::Plant;
 use rungd_config::load;
+use rungd_test_support::bench::Plant;
 
 fn config() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("config")

@@ -3,7 +3,7 @@
 //! chip (`modprobe gpio-sim`) also works. Without the variables, the test prints that it is
 //! skipped.
 
-use crate::support::live;
+use crate::running::live;
 use std::time::{Duration, Instant};
 
 use rungd_io::device::Opener;

@@ -1,19 +1,11 @@
 //! The partners of a controller: simulated, local and remote devices, and Modbus clients.
 
 mod bottling_plant;
-mod device_bench;
 mod device_live;
-mod device_task;
-mod drivers;
-mod field;
-mod filling_line;
 mod gpio_hardware;
 mod habit_peer;
 mod liars;
-mod lift_station;
 mod line;
-mod local_device;
-mod local_rig;
 mod modbus_clients;
 mod modbus_devices;
 mod modbus_echo;
@@ -21,7 +13,6 @@ mod modbus_habits;
 mod modbus_hostile;
 mod modbus_liars;
 mod modbus_live;
-mod modbus_notations;
 mod modbus_numbers;
 mod modbus_outputs;
 mod modbus_resting;
@@ -30,9 +21,3 @@ mod modbus_sweep;
 mod modbus_torn;
 mod oracle;
 mod reals;
-mod rig;
-mod simulated_device;
-mod simulated_lag;
-mod simulated_plant;
-mod simulated_plant_page;
-mod temperature_loop;

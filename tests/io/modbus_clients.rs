@@ -4,10 +4,10 @@
 //! commands are run, and their output must be the output on the page. If a client is not installed,
 //! its test prints that and does nothing, unless `RUNGD_REQUIRE` names `programs`.
 
-use crate::support::calm::calm;
-use crate::support::needs::{usable, works};
-use crate::support::page;
-use crate::support::patience::PATIENCE;
+use rungd_test_support::calm::calm;
+use rungd_test_support::needs::{usable, works};
+use rungd_test_support::page;
+use rungd_test_support::patience::PATIENCE;
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};

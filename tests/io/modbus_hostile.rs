@@ -4,15 +4,15 @@
 //! missed. With `-- --nocapture` the tests print the time until the next client was served; their
 //! bounds leave room for a busy machine.
 
-use crate::support::modbus;
-use crate::support::process;
+use crate::running::process;
+use rungd_test_support::modbus;
 use std::io::{Read, Write};
 use std::net::{Shutdown, TcpStream};
 use std::time::{Duration, Instant};
 
-use crate::support::metronome::Stopwatch;
-use crate::support::modbus::{Client, served_within};
-use crate::support::process::{BLINKS, Plant, Running, find, no_scan_missed};
+use crate::running::process::{BLINKS, Plant, Running, find, no_scan_missed};
+use rungd_test_support::metronome::Stopwatch;
+use rungd_test_support::modbus::{Client, served_within};
 
 const PERIOD: Duration = Duration::from_millis(2);
 

@@ -12,8 +12,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::support::modbus::Client;
-use crate::support::process::{Plant, Running};
+use crate::running::process::{Plant, Running};
+use rungd_test_support::modbus::Client;
 
 const CONTROLLER: &str = r#"
 [scan]

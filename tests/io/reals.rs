@@ -3,11 +3,11 @@
 
 use std::path::Path;
 
-use crate::support::bench::Plant;
-use crate::support::live::Live;
-use crate::support::modbus::Client;
+use crate::running::live::Live;
 use rungd_config::load;
 use rungd_engine::isa::Real;
+use rungd_test_support::bench::Plant;
+use rungd_test_support::modbus::Client;
 
 const REMOTE: &str = r#"
 [tags]

@@ -1,18 +1,8 @@
 //! Files before anything runs: reading, findings and their printed forms, and the pages about them.
 
-mod any_bytes;
-mod broken;
-mod controller;
-mod docs_language;
-mod findings_pages;
-mod findings_shown;
-mod formatting;
 mod instruction_pages;
 mod library;
 mod library_pages;
-mod load;
 mod page_parts;
 mod schemas;
-mod template_limits;
-mod ui;
 mod validator;

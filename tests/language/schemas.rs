@@ -4,7 +4,7 @@
 //! Two validators do this: `tests/language/validator.rs`, which has only a few keywords, and, if it
 //! is installed, Python's `jsonschema` (required if `RUNGD_REQUIRE` names `programs`).
 
-use crate::support::needs::{python_can, usable};
+use rungd_test_support::needs::{python_can, usable};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;

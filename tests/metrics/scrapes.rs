@@ -1,7 +1,7 @@
 //! The contents of a scrape: a controller's values, modes and alarms, a reload, and its end.
 
 use crate::metrics::rig::{CONTROLLER, LADDER, Served, has_prometheus, promtool};
-use crate::support::live::Live;
+use crate::running::live::Live;
 
 const OPEN: &str = "application/openmetrics-text; version=1.0.0";
 
@@ -100,7 +100,7 @@ fn a_controller_that_ends_is_told_and_one_that_comes_back_too() {
     served.live.end();
     let text = served.await_line("rungd_up 0");
     assert_eq!(text.lines().count(), 3, "nothing old is shown: {text}");
-    let run = crate::support::live::run(&served.live.folder, &[]);
+    let run = crate::running::live::run(&served.live.folder, &[]);
     let folder = served.live.folder.clone();
     let _again = Live::of(folder, run);
     served.await_line("rungd_up 1");

@@ -2,16 +2,23 @@
 
 use std::sync::Arc;
 
-pub use crate::support::numbers::Numbers;
 use rungd_engine::{BitCell, Cell, EngineCall, ScanTimes, WordCell};
 use rungd_history::record::{BlockHead, RecordBlock, RecordedFile, RecordedProgram, SectionBody};
 use rungd_runtime::command::CommandId;
 use rungd_runtime::exchange::{FaultReason, Mode, StopReason, Ticket};
 use rungd_runtime::{Origin, TapeEntry};
+pub use rungd_test_support::numbers::Numbers;
 
-impl Numbers {
+/// Parts of recordings, drawn.
+pub trait DrawnRecord: Sized {
     /// A number of any size: small, large, or an end of the range.
-    pub fn any(&mut self) -> u64 {
+    fn any(&mut self) -> u64;
+
+    fn word(&mut self) -> i32;
+}
+
+impl DrawnRecord for Numbers {
+    fn any(&mut self) -> u64 {
         let number = self.below(1 << 31) << 33 | self.below(1 << 31) << 2 | self.below(4);
         match self.below(6) {
             0 => [0, 1, u64::MAX, u64::MAX / 2, 1 << 63, 96][self.below(6) as usize],

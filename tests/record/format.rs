@@ -6,12 +6,12 @@ use std::process::Command;
 
 use crate::record::drawn::{Numbers, block, program, section};
 use crate::record::line::{Line, engine, on_disk};
-use crate::support::needs::{self, usable};
 use rungd_engine::{BitCell, Cell, EngineCall, EngineState, WordCell};
 use rungd_history::record::{Recording, SectionBody, SegmentStart, state_hash};
 use rungd_runtime::command::CommandId;
 use rungd_runtime::exchange::{FaultReason, Mode, StopReason, Ticket};
 use rungd_runtime::{Machine, Origin, TapeEntry};
+use rungd_test_support::needs::{self, usable};
 
 /// The output of the page's reader for a file.
 fn printed_by_the_reader(name: &str, bytes: &[u8]) -> Option<String> {

@@ -12,11 +12,11 @@ use flate2::write::ZlibEncoder;
 use crate::cli::replay::{Place, conveyor};
 use crate::record::drawn::Numbers;
 use crate::record::hostile::mangle;
-use crate::support::system::shell;
 use rungd_engine::{Cell, EngineCall};
 use rungd_history::record::{Recent, RecordBlock, RecordedProgram, Recording};
 use rungd_runtime::command::CommandId;
 use rungd_runtime::{Origin, TapeEntry};
+use rungd_test_support::system::shell;
 
 /// The commands that read a recording, `@`.
 const COMMANDS: [&[&str]; 7] = [

@@ -10,11 +10,9 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
 use std::thread::scope;
 
-use crate::record::drawn::{Numbers, mode, origin, write};
+use crate::record::drawn::{DrawnRecord, Numbers, mode, origin, write};
 use crate::record::line::{COUNTER, Line, engine, in_memory, on_disk};
 use crate::record::replayed::random_line;
-use crate::support::run::load;
-use crate::support::setting::setting;
 use rungd_engine::{BitCell, Cell, Engine, EngineCall, EngineState, WordCell};
 use rungd_history::observe::{At, Limits, Past, Subject};
 use rungd_history::record::{
@@ -23,6 +21,8 @@ use rungd_history::record::{
 use rungd_lab::testing::{ScenarioOf, scenario};
 use rungd_language::lower::lower;
 use rungd_runtime::{Machine, TapeEntry, TapeSection};
+use rungd_test_support::run::load;
+use rungd_test_support::setting::setting;
 
 /// The number of recordings that are tested at the same time.
 const LANES: u64 = 2;

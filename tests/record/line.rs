@@ -2,7 +2,6 @@
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use crate::support::run::load;
 use rungd_engine::{Engine, ScanTimes};
 use rungd_history::record::{
     Recent, RecordBlock, RecordedFile, RecordedProgram, Recorder, SegmentStart, TapeClock,
@@ -11,6 +10,7 @@ use rungd_language::lower::lower;
 use rungd_runtime::exchange::{Mode, StopReason};
 use rungd_runtime::{Machine, ScanStart, TapeEntry, TapeReader, Taped, tape};
 use rungd_state::reload::{ReloadPlan, Side};
+use rungd_test_support::run::load;
 
 /// The wall clock at monotonic time 0.
 pub const UNIX_NS: i64 = 1_700_000_000_000_000_000;

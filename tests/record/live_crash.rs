@@ -12,11 +12,11 @@ use std::time::{Duration, Instant};
 
 use crate::record::drawn::Numbers;
 use crate::record::live_rig::{BUSY, FAST, Operator, last_scan, logs, recorded_run, verified};
-use crate::support::disk_pace::DiskPace;
-use crate::support::live::{Live, folder};
-use crate::support::metronome::{self, HeldUp};
-use crate::support::modbus::Client;
+use crate::running::live::{Live, folder};
 use rungd_history::record::Recording;
+use rungd_test_support::disk_pace::DiskPace;
+use rungd_test_support::metronome::{self, HeldUp};
+use rungd_test_support::modbus::Client;
 
 /// The time that may be missing after a kill, in addition to the time for which the machine delayed
 /// the threads of the process and its disk.

@@ -14,12 +14,12 @@ use crate::record::live_rig::{
     BUSY, FAST, Operator, Watch, count, ended, failing, is_late, last_scan, logs, recorded_run,
     rounds, verified,
 };
-use crate::support::disk_pace::DiskPace;
-use crate::support::live::{Live, folder};
-use crate::support::needs::{Need, skip};
-use crate::support::process::{message, mounted};
-use crate::support::system::shell;
+use crate::running::live::{Live, folder};
+use crate::running::process::{message, mounted};
 use rungd_history::record::Recording;
+use rungd_test_support::disk_pace::DiskPace;
+use rungd_test_support::needs::{Need, skip};
+use rungd_test_support::system::shell;
 
 /// A disk that delays a write for less than this time makes no controller report a stall.
 const DISK_DELAY_LEAST: Duration = Duration::from_millis(500);

@@ -25,16 +25,16 @@ use serde_json::{Value, json};
 use crate::record::live_rig::{
     Operator, engine, is_late, last_scan, loaded, logs, recorded, verified,
 };
-use crate::support::live::Live;
-use crate::support::modbus::Client;
-use crate::support::model::case::Case;
-use crate::support::model::generate::generate;
-use crate::support::model::rng::Rng;
-use crate::support::run::{cell, value};
-use crate::support::setting::setting;
+use crate::running::live::Live;
 use rungd_engine::Cell;
 use rungd_history::record::{RecordedProgram, Recording, Replay, Verified};
 use rungd_language::lower::Symbols;
+use rungd_test_support::modbus::Client;
+use rungd_test_support::model::case::Case;
+use rungd_test_support::model::generate::generate;
+use rungd_test_support::model::rng::Rng;
+use rungd_test_support::run::{cell, value};
+use rungd_test_support::setting::setting;
 
 /// A plant that changes inputs, and is lost while C100 is ON.
 const PLANT: &str = r#"

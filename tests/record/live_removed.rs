@@ -9,7 +9,7 @@ use serde_json::json;
 use crate::record::live_rig::{
     BUSY, Operator, ended, is_late, last_scan, logs, recorded, verified,
 };
-use crate::support::process::until;
+use crate::running::process::until;
 use rungd_history::record::Recording;
 
 /// Takes something away under a running controller, twice, and ends it in order.

@@ -8,9 +8,9 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-use crate::support::live::{Live, folder, run};
-pub use crate::support::operator::Operator;
-use crate::support::process::message;
+use crate::running::live::{Live, folder, run};
+pub use crate::running::operator::Operator;
+use crate::running::process::message;
 use rungd_config::load;
 use rungd_engine::Engine;
 use rungd_history::record::{

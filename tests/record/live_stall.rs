@@ -23,10 +23,10 @@ use crate::record::live_rig::{
     BUSY, FAST, Operator, Watch, count, ended, failing, is_late, lacks_the_last, last_scan,
     recorded, recorded_run, rounds, verified,
 };
-use crate::support::live::{Live, PATIENCE, folder};
-use crate::support::needs::{Need, skip};
-use crate::support::system::shell;
+use crate::running::live::{Live, PATIENCE, folder};
 use rungd_history::record::{Recording, Verified};
+use rungd_test_support::needs::{Need, skip};
+use rungd_test_support::system::shell;
 
 /// The most blocks that wait for the disk, as in `src/daemon/record_disk.rs`.
 const QUEUE: usize = 120;

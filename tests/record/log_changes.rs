@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use rungd_client::live::{ChangeFollower, ChangeHistory, HistorySpan, LogEvent, LogPosition};
 use rungd_history::record::Recording;
 
-use crate::support::logged_plant::{Happened, LoggedPlant, OFFSET_NS, choose_all};
+use rungd_test_support::logged_plant::{Happened, LoggedPlant, OFFSET_NS, choose_all};
 
 /// Collects the reported events, and checks their order.
 #[derive(Default)]

@@ -10,10 +10,6 @@ use std::sync::Arc;
 
 use crate::record::drawn::Numbers;
 use crate::record::line::{COUNTER, Line, UNIX_NS, engine, hashed, in_memory, on_disk, recorded};
-use crate::support::model::clock;
-use crate::support::model::generate::generate;
-use crate::support::run::{load, target};
-use crate::support::setting::setting;
 use rungd_base::calendar::parse_seconds;
 use rungd_engine::{BitCell, Cell, EngineState, WordCell};
 use rungd_history::record::{LastProgram, RecordedProgram, Recording, Replay};
@@ -22,6 +18,10 @@ use rungd_language::lower::lower;
 use rungd_runtime::command::CommandId;
 use rungd_runtime::exchange::Ticket;
 use rungd_runtime::{Machine, Origin, TapeSection};
+use rungd_test_support::model::clock;
+use rungd_test_support::model::generate::generate;
+use rungd_test_support::run::{load, target};
+use rungd_test_support::setting::setting;
 
 pub fn random_line(seed: u64) -> Line {
     let case = generate(seed);

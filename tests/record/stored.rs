@@ -10,12 +10,12 @@ use std::rc::Rc;
 use crate::record::drawn::Numbers;
 use crate::record::folder::{Disk, Fault, Handle};
 use crate::record::line::{Line, engine, in_memory};
-use crate::support::system::shell;
 use rungd_history::record::{
     BlockHead, Folder, FolderOnDisk, RecordBlock, Recording, Replay, SectionBody, Store, StoreNews,
     StoreSettings, TapeClock, index,
 };
 use rungd_runtime::Machine;
+use rungd_test_support::system::shell;
 
 pub const UNIX_NS: i64 = 1_700_000_000_000_000_000;
 pub const SECOND_NS: i64 = 1_000_000_000;

@@ -3,8 +3,8 @@
 
 use std::time::{Duration, Instant};
 
-use crate::support::live::Live;
-use crate::support::process::until;
+use crate::running::live::Live;
+use crate::running::process::until;
 
 /// A program that writes its number to D0.
 fn says(number: u32) -> String {

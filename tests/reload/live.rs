@@ -1,15 +1,15 @@
 //! `rungd reload` and `rungd rollback` of a running controller; the example of `docs/reload.md`.
 
-use crate::support::live;
+use crate::running::live;
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::net::{UnixDatagram, UnixStream};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use crate::support::live::Live;
-use crate::support::metronome::HeldUp;
-use crate::support::process::{Plant, Running, until};
-use crate::support::shown::lines_match;
+use crate::running::live::Live;
+use crate::running::process::{Plant, Running, until};
+use rungd_test_support::metronome::HeldUp;
+use rungd_test_support::shown::lines_match;
 use serde_json::Value;
 
 const LADDER: &str = r#"

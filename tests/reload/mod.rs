@@ -1,17 +1,6 @@
 //! What a reload keeps: tests of the rules, with random programs, and with the real binary.
 
-mod anywhere;
 mod back;
-mod blocks;
-mod data;
-mod edited;
-mod large;
 mod live;
-mod properties;
 mod random;
-mod reloaded;
-mod report;
-mod rules;
-mod templates;
-mod types;
 mod unit;

@@ -13,10 +13,10 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::support::live::Live;
-use crate::support::numbers::Numbers;
-use crate::support::operator::Operator;
-use crate::support::setting::setting;
+use crate::running::live::Live;
+use crate::running::operator::Operator;
+use rungd_test_support::numbers::Numbers;
+use rungd_test_support::setting::setting;
 use serde_json::{Value, json};
 
 const CONTROLLER: &str = r#"

@@ -4,8 +4,8 @@
 use std::fs;
 use std::process::Command;
 
-use crate::support::live::said;
-use crate::support::process::{Plant, Running};
+use crate::running::live::said;
+use crate::running::process::{Plant, Running};
 use serde_json::Value;
 
 const LADDER: &str =

@@ -21,10 +21,10 @@ use crate::retain::memory::{
     COUNTS, Held, KEEPS, PATIENCE, Plant, Running, file, find, held, mounted,
 };
 use crate::retain::memory::{Need, message, no_scan_missed, scans_are_accounted_for, skip, until};
-use crate::support::numbers::Numbers;
-use crate::support::system::shell;
 use rungd_client::operator::client;
 use rungd_client::operator::protocol::{Request, Status};
+use rungd_test_support::numbers::Numbers;
+use rungd_test_support::system::shell;
 
 const PERIOD: Duration = Duration::from_millis(2);
 

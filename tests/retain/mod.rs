@@ -3,9 +3,6 @@
 mod changed;
 mod cold;
 mod crash;
-mod disk;
-mod disk_states;
-mod format;
 mod memory;
 mod named;
 mod places;

@@ -11,7 +11,7 @@ use std::fs;
 use std::process::Command;
 
 use crate::retain::memory::{Plant, Running, ask};
-use crate::support::setting::setting;
+use rungd_test_support::setting::setting;
 
 const LADDER: &str = r#"
 [tags]

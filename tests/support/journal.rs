@@ -5,8 +5,8 @@
 //! that journald would add. `systemd-journal-remote` turns this file into a journal for
 //! `journalctl`.
 
-use crate::support::needs::not_installed;
-use crate::support::patience::PATIENCE;
+use crate::needs::not_installed;
+use crate::patience::PATIENCE;
 use std::collections::BTreeMap;
 use std::fs;
 use std::os::unix::net::UnixDatagram;

@@ -4,8 +4,8 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
-use crate::support::metronome;
-use crate::support::patience::PATIENCE;
+use crate::metronome;
+use crate::patience::PATIENCE;
 
 /// A frame around a PDU.
 pub fn frame(transaction: u16, unit: u8, pdu: &[u8]) -> Vec<u8> {

@@ -8,7 +8,7 @@ use std::sync::mpsc::{Receiver, channel};
 
 use serde_json::Value;
 
-use crate::support::live::{Live, PATIENCE};
+use crate::running::live::{Live, PATIENCE};
 
 /// A ladder with a counter, a word that people write, and a lamp.
 pub const LADDER: &str = r#"

@@ -5,7 +5,7 @@ use std::io::Write as _;
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
-use crate::support::live::PATIENCE;
+use crate::running::live::PATIENCE;
 use crate::web::client::Web;
 
 #[test]

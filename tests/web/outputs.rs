@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::support::live::Live;
+use crate::running::live::Live;
 use crate::web::client::Web;
 
 const LADDER: &str = r#"

@@ -2,7 +2,7 @@
 
 use serde_json::json;
 
-use crate::support::live::said;
+use crate::running::live::said;
 use crate::web::client::{Visitor, Web};
 
 fn status(web: &Web, first: &str, lines: &[&str]) -> u16 {

@@ -12,8 +12,8 @@ mod run;
 mod watcher;
 mod ways;
 
-use crate::support::needs::{Need, python, skip, usable};
 use run::{IN_RUN, SAFE, Story, play, play_away};
+use rungd_test_support::needs::{Need, python, skip, usable};
 use ways::{Fate, WAYS, Way};
 
 /// The number of runs of each way in CI.

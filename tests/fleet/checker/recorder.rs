@@ -9,7 +9,7 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use super::packets::{self, Packet};
 use super::story::{Connection, Published, Step};
-use crate::support::patience::PATIENCE;
+use rungd_test_support::patience::PATIENCE;
 
 /// The broker.
 pub struct Recorder {

@@ -23,6 +23,7 @@ mod program;
 mod reals;
 pub mod rng;
 pub mod shrink;
+#[cfg(test)]
 mod tables;
 mod timers;
 mod trace;

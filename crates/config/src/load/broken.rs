@@ -1,6 +1,6 @@
 //! Tests of files that are not TOML as a whole: the findings in the rest of the file, for every
-//! kind of file, and that such a file gives no program. `tests/language/broken.rs` breaks the
-//! shipped files.
+//! kind of file, and that such a file gives no program. `crates/language/tests/language/broken.rs`
+//! breaks the shipped files.
 
 use crate::load::{InputFile, Loaded, ladder_inputs, recorded_files};
 use rungd_base::random::SplitMix64;

@@ -1,0 +1,5 @@
+//! Drivers from outside, with peers that misbehave.
+
+#![allow(clippy::wildcard_enum_match_arm)]
+
+mod io;
