@@ -13,7 +13,7 @@ use super::terminal::{one_line, say_line};
 use super::when::LocalClock;
 use rungd_base::duration_text::duration_text;
 use rungd_client::operator::protocol::{
-    Alarm, AlarmList, AlarmState, AlarmTime, RecordingBytes, Request,
+    Alarm, AlarmList, AlarmState, AlarmTime, RecordingBytes, Request, alarm_count,
 };
 use rungd_history::observe::{At, Limits, Subject};
 use rungd_history::record::Recording;
@@ -27,8 +27,8 @@ const LINES_MAX: usize = 4;
 
 /// Lists the alarms of a running controller, each with an explanation
 ///
-/// First the alarms that stand, in the order in which they rose; then the alarms that went away
-/// before anybody acknowledged them. `rungd ack` acknowledges alarms.
+/// First the active alarms, in the order in which they rose; then the alarms that returned before
+/// anybody acknowledged them. `rungd ack` acknowledges alarms.
 #[derive(Args, Debug)]
 pub struct AlarmsArgs {
     #[command(flatten)]
@@ -60,18 +60,10 @@ pub fn alarms(args: &AlarmsArgs) -> Result<Exit> {
 
 /// The text of the whole list. `reasons`: the explanations of the first alarms.
 fn page(list: &AlarmList, reasons: &[Vec<String>], clock: &LocalClock) -> String {
-    let stand = list.alarms.iter().filter(|alarm| alarm.state.stands()).count();
-    let gone = list.alarms.len() - stand;
-    let standing = match stand {
-        0 => "no alarm stands".to_owned(),
-        1 => "1 alarm stands".to_owned(),
-        _ => format!("{stand} alarms stand"),
-    };
-    let mut lines = vec![match (stand, gone) {
-        (0, 0) => format!("{standing}, and none waits for an acknowledgement"),
-        (_, 0) => standing,
-        _ => format!("{standing}, {gone} went away unacknowledged"),
-    }];
+    let mut lines = vec![alarm_count(list.alarms.iter().map(|alarm| alarm.state))];
+    if list.alarms.is_empty() {
+        lines[0] += ", and none waits for an acknowledgement";
+    }
     for (at, alarm) in list.alarms.iter().enumerate() {
         let number = if alarm.state.stands() { alarm.order.to_string() } else { "-".to_owned() };
         lines.push(format!("{number:>3}  {}: {}", alarm.tag, alarm.text));

@@ -8,6 +8,7 @@ use super::alarms::facts;
 use super::terminal::one_line;
 use super::when::LocalClock;
 use rungd_base::duration_text::duration_text;
+use rungd_client::operator::protocol::alarm_count;
 use rungd_fleet::fleet::{
     CutAlarms, FleetAlarmList, FleetChange, FleetNews, FleetReport, LadderVerdict, NodeReport,
     shown,
@@ -232,16 +233,7 @@ fn alarms_headline(list: &FleetAlarmList, listened: Duration) -> String {
     if list.nodes == 0 {
         return nothing(span_of(listened));
     }
-    let stand = list.alarms.iter().filter(|row| row.alarm.state.stands()).count();
-    let mut line = match stand {
-        0 => "no alarm stands".to_owned(),
-        1 => "1 alarm stands".to_owned(),
-        _ => format!("{stand} alarms stand"),
-    };
-    let gone = list.alarms.len() - stand;
-    if gone > 0 {
-        line += &format!(", {gone} went away unacknowledged");
-    }
+    let mut line = alarm_count(list.alarms.iter().map(|row| row.alarm.state));
     if !list.unknown.is_empty() {
         line += &format!("; the alarms of {} are not known", nodes(list.unknown.len()));
     }

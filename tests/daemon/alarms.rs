@@ -57,7 +57,7 @@ fn listed(live: &Live) -> Vec<String> {
 #[test]
 fn alarms_stand_in_the_order_in_which_they_rose_and_are_acknowledged() {
     let live = live();
-    let none = "no alarm stands, and none waits for an acknowledgement\n";
+    let none = "no active alarm, and none waits for an acknowledgement\n";
     assert_eq!(live.ok("alarms"), none);
     assert_eq!(live.ok("ack --all"), "no alarm waits for an acknowledgement\n");
     live.ok("write X2 on");
@@ -76,7 +76,7 @@ fn alarms_stand_in_the_order_in_which_they_rose_and_are_acknowledged() {
     assert!(gone["since"]["unix_ns"].as_i64() < gone["ended"]["unix_ns"].as_i64());
     let text = live.ok("alarms");
     for words in [
-        "2 alarms stand, 1 went away unacknowledged\n",
+        "2 active alarms, 1 returned unacknowledged\n",
         "\n  2  stuck: Gate is stuck\n     medium, NOT ACKNOWLEDGED, since 2",
         "\n  3  p1.failed: p1: no answer\n     high, NOT ACKNOWLEDGED, since 2",
         "\n  -  p2.failed: p2: no answer\n     high, NOT ACKNOWLEDGED, from 2",

@@ -79,7 +79,7 @@ fn what_is_left_out_is_said() {
     let (code, out, errors) = fleet.stop();
     assert_eq!((code, errors.as_str()), (0, ""));
     for told in [
-        "1 alarm stands; the alarms of 1 node are not known\nplant/press (online)\n  jam: Belt \
+        "1 active alarm; the alarms of 1 node are not known\nplant/press (online)\n  jam: Belt \
          jammed\\u{1b}[2J\n",
         "plant/deep: its alarms are not known: its alarm list cannot be read\n",
         "plant/press: left out: 1 of its alarms",

@@ -128,7 +128,7 @@ fn alarms_are_listed() {
     recorder.deliver(BIRTH, birth().bytes());
     let (code, out, errors) = fleet.stop();
     assert_eq!((code, errors.as_str()), (0, ""));
-    assert!(out.starts_with("1 alarm stands\nplant/press (online)\n  jam: Belt jammed\n"), "{out}");
+    assert!(out.starts_with("1 active alarm\nplant/press (online)\n  jam: Belt jammed\n"), "{out}");
 }
 
 /// After a connection breaks, every node is stale and the host connects again.

@@ -3,6 +3,7 @@
 
 // A test says what went wrong by a panic; its parts need no documentation of their own.
 #![allow(missing_docs, unsafe_code, clippy::wildcard_enum_match_arm)]
+#![allow(clippy::new_without_default, clippy::should_implement_trait)]
 
 pub mod bench;
 pub mod calm;

@@ -138,7 +138,7 @@ fn of_alarm(alarm: &Alarm) -> [PaneRow; 2] {
     let lasted = duration_text(alarm.lasted_ms.saturating_mul(1_000_000));
     let ack = match alarm.state {
         AlarmState::Acknowledged => "acknowledged",
-        AlarmState::Returned => "went away, NOT ACKNOWLEDGED",
+        AlarmState::Returned => "returned, NOT ACKNOWLEDGED",
         AlarmState::Unacknowledged => "NOT ACKNOWLEDGED",
         AlarmState::Normal => "over",
     };

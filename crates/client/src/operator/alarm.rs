@@ -43,6 +43,21 @@ impl AlarmState {
     }
 }
 
+/// How many alarms of a list are active, and how many returned before anybody acknowledged them, as
+/// a sentence's beginning: `2 active alarms, 1 returned unacknowledged`.
+pub fn alarm_count(states: impl Iterator<Item = AlarmState>) -> String {
+    let (active, returned): (Vec<_>, Vec<_>) = states.partition(|state| state.stands());
+    let counted = match active.len() {
+        0 => "no active alarm".to_owned(),
+        1 => "1 active alarm".to_owned(),
+        many => format!("{many} active alarms"),
+    };
+    match returned.len() {
+        0 => counted,
+        returned => format!("{counted}, {returned} returned unacknowledged"),
+    }
+}
+
 /// A time of an alarm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AlarmTime {

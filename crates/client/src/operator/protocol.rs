@@ -9,7 +9,9 @@ use base64::prelude::BASE64_STANDARD;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-pub use super::alarm::{AckList, AckedAlarm, Alarm, AlarmAck, AlarmList, AlarmState, AlarmTime};
+pub use super::alarm::{
+    AckList, AckedAlarm, Alarm, AlarmAck, AlarmList, AlarmState, AlarmTime, alarm_count,
+};
 use super::deadline::Deadline;
 pub use super::present::Present;
 pub use super::state::{

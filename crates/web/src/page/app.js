@@ -343,7 +343,7 @@ function overviewParts() {
 
 // The alarms in short, for the overview.
 function alarmsInShort(alarms) {
-  if (!alarms.length) return h("p", { class: "soft" }, "no alarm stands");
+  if (!alarms.length) return h("p", { class: "soft" }, "no active alarm");
   return h("table", {}, h("tbody", {}, ...alarms.map((alarm) => h("tr", {},
     h("td", {}, h("span", { class: alarm.ended ? "" : "alarm" }, alarm.text), " ", whyButton(alarm.tag)),
     h("td", {}, stateOf(alarm))))));
@@ -351,7 +351,7 @@ function alarmsInShort(alarms) {
 
 // The alarms of the list, first the ones that stand, in the order in which they rose.
 function alarmTable(alarms) {
-  if (!alarms.length) return h("p", { class: "soft" }, "no alarm stands");
+  if (!alarms.length) return h("p", { class: "soft" }, "no active alarm");
   const clock = (at) => at ? clockOf(at.unix_ns / 1e6) : "";
   return h("table", {}, h("thead", {}, h("tr", {}, ...["alarm", "priority", "state", "since", "today", ""].map((name) =>
     h("th", { scope: "col" }, name)))), h("tbody", {}, ...alarms.map((alarm) => h("tr", {},
@@ -363,7 +363,7 @@ function alarmTable(alarms) {
 
 function stateOf(alarm) {
   if (alarm.state === "acknowledged") return "acknowledged" + (alarm.acknowledged ? " by " + alarm.acknowledged.who : "");
-  return alarm.state === "returned" ? "over, not acknowledged" : "not acknowledged";
+  return alarm.state === "returned" ? "returned, not acknowledged" : "not acknowledged";
 }
 
 function ackButton(alarm) {
@@ -620,7 +620,7 @@ function tags(find) {
       h("td", {}, tag.doc || ""))));
     const left = answer.more + Math.max(0, rows.length - 250);
     more.textContent = left ? `${left} more: search for a part of a name, an address or a description`
-      : rows.length ? "A name tells why its tag has this value." : "no tag has this in its name, its address or its description";
+      : rows.length ? "Select a tag to see why it has its value." : "no tag has this in its name, its address or its description";
     watch(rows.slice(0, 250).map((tag) => tag.name));
   }
   search();
@@ -681,7 +681,7 @@ function trend(name) {
     if (keys[event.key]) { event.preventDefault(); keys[event.key](); }
   });
   $("content").replaceChildren(h("h2", {}, "Trend of ", whyButton(name)),
-    h("div", { class: "tools" }, h("button", { onclick: load }, "Load anew"),
+    h("div", { class: "tools" }, h("button", { onclick: load }, "Refresh"),
       h("button", { onclick: () => by(0.5, 0.5), "aria-label": "zoom in" }, "+"),
       h("button", { onclick: () => by(2, 0.5), "aria-label": "zoom out" }, "−"),
       h("button", { onclick: () => move(-0.5), "aria-label": "earlier" }, "◀"),
@@ -754,7 +754,7 @@ function events() {
     } catch (error) { said.textContent = error.message; }
   }
   $("content").replaceChildren(h("div", { class: "tools" }, h("h2", {}, "Latest events"),
-    h("button", { onclick: load }, "Load anew")), said,
+    h("button", { onclick: load }, "Refresh")), said,
   h("table", {}, h("thead", {}, h("tr", {}, ...["time", "scan", "event", ""].map((name) => h("th", { scope: "col" }, name)))), body));
   load();
   return {};
@@ -773,7 +773,7 @@ function panel(name) {
   const all = state.panels, chosen = all.find((of) => of.name === name) || all[0];
   if (!chosen) {
     $("content").replaceChildren(h("h2", {}, "Panels"), h("p", {},
-      "The controller file has no `[[panel]]`: the page web.md shows how one is laid out."));
+      "This controller has no panel. A `[[panel]]` in its controller file makes one: docs/web.md shows how."));
     return {};
   }
   const trends = [];
