@@ -4,6 +4,22 @@
 //! `words`; the words of a project's files are resolved to `names`. Requests are answered from
 //! these at once. `judge` produces the findings on its own thread, with the same functions as
 //! `rungd check`. Only `live` reads a clock.
+//!
+//! # The way of an edit
+//!
+//! ```text
+//!  editor ─► server ─► edits ─► text ─► judge (a thread): load, testing ─► diagnostics
+//!               │                 │
+//!               │                 └─► outline ─► words ─► names of the project ─► complete,
+//!               │                     (none of them can fail)        hover, navigate, rename, …
+//!               └─► jobs (threads): test, simulate, why
+//!                   live (a thread): the operator's socket, read only
+//! ```
+//!
+//! While somebody types, the text is mostly not TOML. So answers about names are made from an
+//! outline of tables and strings and from the words in them, which every text has; only findings
+//! need a whole load, the one of `rungd check`. Before a change (a rename, a correction) is
+//! offered, it is tried on the texts and checked again.
 
 mod actions;
 mod capabilities;

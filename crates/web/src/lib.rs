@@ -6,6 +6,23 @@
 //! each viewer the power of one scan, five times a second. The pages are read-only, except for the
 //! tags that the controller file's `[web] write` lists for signed-in users, and alarms, which they
 //! may acknowledge. Called by `cli::web`.
+//!
+//! # The way of a page
+//!
+//! ```text
+//!  browser ◄─► web::server ─► route ─► guard (host, origin) ─► sessions ─► api ─► answer
+//!                 │                                                         │ ▲
+//!                 │ events: stream, for each viewer            spawn_blocking: why, trends
+//!                 └──────────────◄── LiveView ◄── web::follow (one thread) ─┘ │
+//!                                                    │  live::Follower ─► observe::PowerRun
+//!                                                    ▼
+//!                        operator's socket: recording from_section=N, status; write
+//! ```
+//!
+//! The daemon's only part in this is the socket. A `LiveView` shows one moment, and all viewers
+//! share it; a viewer that pauses keeps its own. The scan is executed again while the whole program
+//! is observed rung by rung (`observe/power.rs`), starting from the previous scan; a page gets a
+//! character for each wire (`draw/live_svg.rs`).
 
 mod api;
 mod body;
