@@ -8,7 +8,6 @@ use clap::Args;
 
 use super::exit::Exit;
 use super::operator::OperatorArgs;
-use super::recording::{RecordedPast, subject};
 use super::terminal::{one_line, say_line};
 use super::when::LocalClock;
 use rungd_base::duration_text::duration_text;
@@ -16,6 +15,7 @@ use rungd_client::operator::protocol::{
     Alarm, AlarmList, AlarmState, AlarmTime, RecordingBytes, Request, alarm_count,
 };
 use rungd_history::observe::{At, Limits, Subject};
+use rungd_history::playback::{RecordedPast, subject};
 use rungd_history::record::Recording;
 
 /// The maximum number of alarms that are explained: the first of an episode explain the others.

@@ -8,12 +8,11 @@
 use std::collections::HashSet;
 
 use super::exit::CommandLine;
-use super::recorded_plant::{RecordedPlant, RecordedPlants};
 use super::recorded_trace::{content, seconds};
 use super::when::LocalClock;
 use rungd_engine::isa::{Address, Bit, BitSpace, Real};
 use rungd_engine::{Cell, Image};
-use rungd_history::record::ReplayedScan;
+use rungd_history::playback::{PlayableProgram, PlayedScan, RecordedPrograms};
 use rungd_lab::sim::trace::Watched;
 use rungd_language::resolve::program::{Program, TagMeaning};
 use rungd_language::source::wording::{counted, thousands};
@@ -50,7 +49,7 @@ pub(super) struct Compared {
 /// The first difference of an operand.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FirstDifference {
-    pub scan: ReplayedScan,
+    pub scan: PlayedScan,
     old: i32,
     new: i32,
 }
@@ -66,9 +65,9 @@ impl Compared {
     fn new(
         (label, name, compared_as): (String, String, ComparedAs),
         old: Vec<Option<Cell>>,
-        (plant, new): (&RecordedPlant, Option<Cell>),
+        (program, new): (&PlayableProgram, Option<Cell>),
     ) -> Compared {
-        let is_real = |cell| matches!(cell, Cell::Word(word) if plant.layout().is_real(word));
+        let is_real = |cell| matches!(cell, Cell::Word(word) if program.layout().is_real(word));
         let real = new.or(old.iter().find_map(|cell| *cell)).is_some_and(is_real);
         let (first, since_ns) = (None, None);
         let (times, scans, ns) = (0, 0, 0);
@@ -89,7 +88,7 @@ impl Compared {
         }
     }
 
-    fn look(&mut self, (old, new): (i32, i32), scan: &ReplayedScan) {
+    fn look(&mut self, (old, new): (i32, i32), scan: &PlayedScan) {
         if old == new {
             self.close(scan.unix_ns);
             return;
@@ -135,16 +134,16 @@ impl Comparison {
     /// # Errors
     /// No program has a watched operand: the command line is wrong.
     pub fn of(
-        plants: &RecordedPlants,
-        new: &RecordedPlant,
+        programs: &RecordedPrograms,
+        new: &PlayableProgram,
         watch: Option<&[String]>,
     ) -> Result<Comparison, CommandLine> {
-        let mut operands = outputs(plants, new);
-        operands.extend(mapped_words(plants, new));
-        operands.extend(alarms(plants, new));
+        let mut operands = outputs(programs, new);
+        operands.extend(mapped_words(programs, new));
+        operands.extend(alarms(programs, new));
         for name in watch.unwrap_or_default() {
             let name = name.trim().to_owned();
-            let old: Vec<_> = each(plants, |plant| plant.cell(&name));
+            let old: Vec<_> = each(programs, |program| program.cell(&name));
             let here = new.cell(&name);
             if here.is_none() && old.iter().all(Option::is_none) {
                 let words = format!("--watch: neither program has a bit or word `{name}`");
@@ -158,7 +157,7 @@ impl Comparison {
 
     /// Compares both images at the end of a scan. `place` is the place of the old program among the
     /// recorded ones.
-    pub fn look(&mut self, scan: &ReplayedScan, (place, old): (usize, &Image), new: &Image) {
+    pub fn look(&mut self, scan: &PlayedScan, (place, old): (usize, &Image), new: &Image) {
         self.values.clear();
         for operand in &mut self.operands {
             let cell = operand.old.get(place).copied().flatten();
@@ -216,10 +215,10 @@ impl Comparison {
 }
 
 fn each(
-    plants: &RecordedPlants,
-    cell: impl Fn(&RecordedPlant) -> Option<Cell>,
+    programs: &RecordedPrograms,
+    cell: impl Fn(&PlayableProgram) -> Option<Cell>,
 ) -> Vec<Option<Cell>> {
-    plants.all.iter().map(|plant| plant.as_ref().ok().and_then(&cell)).collect()
+    programs.all.iter().map(|program| program.as_ref().ok().and_then(&cell)).collect()
 }
 
 /// The tag of an address, if it has one.
@@ -228,21 +227,21 @@ fn tag(program: &Program, address: Address) -> Option<&str> {
     program.tags.iter().find(|tag| is_it(&tag.meaning)).map(|tag| tag.name.as_str())
 }
 
-fn output(plants: &RecordedPlants, new: &RecordedPlant, address: Address) -> Compared {
-    let mut programs = std::iter::once(new).chain(plants.first());
-    let tag = programs.find_map(|plant| tag(&plant.program, address));
+fn output(programs: &RecordedPrograms, new: &PlayableProgram, address: Address) -> Compared {
+    let mut both = std::iter::once(new).chain(programs.first());
+    let tag = both.find_map(|program| tag(&program.program, address));
     let label = tag.map_or_else(|| address.to_string(), |tag| format!("{tag} ({address})"));
     let name = tag.map_or_else(|| address.to_string(), str::to_owned);
-    let old = each(plants, |plant| plant.layout().cell(address));
+    let old = each(programs, |program| program.layout().cell(address));
     Compared::new((label, name, ComparedAs::Output), old, (new, new.layout().cell(address)))
 }
 
 /// Every Y that a ladder names or a device outputs, in order.
-fn outputs(plants: &RecordedPlants, new: &RecordedPlant) -> Vec<Compared> {
+fn outputs(programs: &RecordedPrograms, new: &PlayableProgram) -> Vec<Compared> {
     let mut numbers = HashSet::new();
-    for plant in std::iter::once(new).chain(plants.all.iter().flatten()) {
-        let named = plant.program.named(ELEMENTS_MAX).into_iter().map(|operand| operand.address);
-        for address in named.chain(taken(plant).into_iter().flatten()) {
+    for program in std::iter::once(new).chain(programs.all.iter().flatten()) {
+        let named = program.program.named(ELEMENTS_MAX).into_iter().map(|operand| operand.address);
+        for address in named.chain(taken(program).into_iter().flatten()) {
             if let Address::Bit(Bit::Space(BitSpace::Y, number)) = address {
                 numbers.insert(number);
             }
@@ -251,28 +250,28 @@ fn outputs(plants: &RecordedPlants, new: &RecordedPlant) -> Vec<Compared> {
     let mut numbers: Vec<u32> = numbers.into_iter().collect();
     numbers.sort_unstable();
     let address = |number| Address::Bit(Bit::Space(BitSpace::Y, number));
-    numbers.into_iter().map(|number| output(plants, new, address(number))).collect()
+    numbers.into_iter().map(|number| output(programs, new, address(number))).collect()
 }
 
 /// The addresses that devices output, device by device.
-fn taken(plant: &RecordedPlant) -> Vec<Vec<Address>> {
-    let devices = plant.loaded.controller.iter().flat_map(|controller| &controller.devices);
+fn taken(program: &PlayableProgram) -> Vec<Vec<Address>> {
+    let devices = program.loaded.controller.iter().flat_map(|controller| &controller.devices);
     devices.map(|device| device.outputs.iter().map(|output| output.address).collect()).collect()
 }
 
 /// The words and other bits that devices output. Both programs have the same controller file, so
 /// the points are paired by their places in it: the address of a tag may differ.
-fn mapped_words(plants: &RecordedPlants, new: &RecordedPlant) -> Vec<Compared> {
+fn mapped_words(programs: &RecordedPrograms, new: &PlayableProgram) -> Vec<Compared> {
     let mut all = Vec::new();
     for (device, addresses) in taken(new).iter().enumerate() {
         for (point, address) in addresses.iter().enumerate() {
             if matches!(address, Address::Bit(Bit::Space(BitSpace::Y, _))) {
                 continue;
             }
-            let mut operand = output(plants, new, *address);
-            operand.old = each(plants, |plant| {
-                let address = *taken(plant).get(device)?.get(point)?;
-                plant.layout().cell(address)
+            let mut operand = output(programs, new, *address);
+            operand.old = each(programs, |program| {
+                let address = *taken(program).get(device)?.get(point)?;
+                program.layout().cell(address)
             });
             all.push(operand);
         }
@@ -283,19 +282,19 @@ fn mapped_words(plants: &RecordedPlants, new: &RecordedPlant) -> Vec<Compared> {
 }
 
 /// The alarms of both programs, by their tags.
-fn alarms(plants: &RecordedPlants, new: &RecordedPlant) -> Vec<Compared> {
+fn alarms(programs: &RecordedPrograms, new: &PlayableProgram) -> Vec<Compared> {
     let mut tags: Vec<&str> = Vec::new();
     let mut seen = HashSet::new();
-    for plant in plants.all.iter().flatten().chain([new]) {
-        let own = plant.symbols.alarms.iter().map(|alarm| alarm.tag.as_str());
+    for program in programs.all.iter().flatten().chain([new]) {
+        let own = program.symbols.alarms.iter().map(|alarm| alarm.tag.as_str());
         tags.extend(own.filter(|tag| seen.insert(*tag)));
     }
-    let cell = |plant: &RecordedPlant, tag: &str| {
-        let alarm = plant.symbols.alarms.iter().find(|alarm| alarm.tag == tag)?;
+    let cell = |program: &PlayableProgram, tag: &str| {
+        let alarm = program.symbols.alarms.iter().find(|alarm| alarm.tag == tag)?;
         Some(Cell::Bit(alarm.bit))
     };
     let compared = |tag: &str| {
-        let old = each(plants, |plant| cell(plant, tag));
+        let old = each(programs, |program| cell(program, tag));
         let named = (tag.to_owned(), tag.to_owned(), ComparedAs::Alarm);
         Compared::new(named, old, (new, cell(new, tag)))
     };

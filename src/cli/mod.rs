@@ -41,7 +41,6 @@ mod operator;
 mod read;
 mod record;
 mod record_info;
-mod recorded_plant;
 mod recorded_trace;
 mod recording;
 mod reload;
@@ -59,7 +58,6 @@ mod terminal;
 mod test;
 mod test_trace;
 mod trace_file;
-mod twin_run;
 mod watch;
 mod watched_operands;
 #[cfg(feature = "web")]

@@ -19,7 +19,8 @@ use super::replay;
 use super::replay_args::ReplayArgs;
 use super::terminal::{one_line, plain_json, print, say_line};
 use super::when::{LocalClock, Moment, When};
-use rungd_history::record::{Recording, Verified};
+use rungd_history::playback::{Playback, Verified, subject_and_settings, whole_program};
+use rungd_history::record::Recording;
 use rungd_lab::testing::{ScenarioOf, scenario};
 use rungd_runtime::TapeSection;
 
@@ -231,8 +232,8 @@ fn stretch_json(recording: &Recording, stretch: &RecordedStretch) -> serde_json:
 
 fn verify(recording: Recording, json: bool) -> Result<Exit> {
     let count = recording.count();
-    let mut run = recording::run_of(recording);
-    let verified = run.verify(0..count);
+    let mut playback = Playback::new(recording, whole_program);
+    let verified = playback.verify(0..count);
     if json {
         let json = serde_json::json!({
             "scans": verified.scans,
@@ -244,7 +245,7 @@ fn verify(recording: Recording, json: bool) -> Result<Exit> {
         });
         print(&format!("{json}\n"))?;
     } else {
-        print(&verdict(run.recording(), &verified))?;
+        print(&verdict(playback.recording(), &verified))?;
     }
     let is_proven = count > 0 && verified.first_difference.is_none() && verified.unreplayable == 0;
     Ok(if is_proven { Exit::Ok } else { Exit::Refused })
@@ -319,11 +320,10 @@ fn test(recording: Recording, part: &RecordedPart, output: &Path) -> Result<Exit
     }
     let clock = LocalClock::here();
     let name = format!("as recorded on {}", clock.text(recording.head(first).begin_ns));
-    let subject = recording::subject(&program).map_err(anyhow::Error::msg)?;
-    let (_, loaded) = recording::loaded(&program).map_err(anyhow::Error::msg)?;
-    let period_ms = loaded.controller.map_or(10, |controller| controller.period_ms);
-    let mut run = recording::run_of(recording);
-    let made = (first..range.end).map(|at| run.section(at));
+    let (subject, controller) = subject_and_settings(&program).map_err(anyhow::Error::msg)?;
+    let period_ms = controller.map_or(10, |controller| controller.period_ms);
+    let mut playback = Playback::new(recording, whole_program);
+    let made = (first..range.end).map(|at| playback.section(at));
     let made: Vec<TapeSection> = made.collect::<Result<_, _>>()?;
     let ladders = program.files.iter().skip(1).map(|file| file.name.clone()).collect();
     let of = ScenarioOf { subject: &subject, ladders, period_ms, sections: &made, name };

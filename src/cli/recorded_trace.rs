@@ -9,27 +9,22 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 
-use super::recorded_plant::RecordedPlant;
 use super::terminal::one_line;
 use super::trace_file::TraceFile;
 use super::when::LocalClock;
 use rungd_engine::{Cell, Image, Layout};
-use rungd_history::record::ReplayedScan;
+use rungd_history::playback::{PlayableProgram, PlayedScan};
 use rungd_lab::sim::trace::{RowName, ValueTrace, Watched};
 
 /// The maximum number of alarm stretches that are listed.
 const ALARMS_MAX: usize = 30;
 
 /// A program of the recording, with its index among all programs.
-pub(super) type Placed<'a> = (usize, &'a RecordedPlant);
+pub(super) type Placed<'a> = (usize, &'a PlayableProgram);
 
 /// The content of a cell in an image; 0 for an operand that the program does not have.
 pub(super) fn content(image: &Image, cell: Option<Cell>) -> i32 {
-    match cell {
-        None => 0,
-        Some(Cell::Bit(bit)) => i32::from(image.bit(bit)),
-        Some(Cell::Word(word)) => image.word(word),
-    }
+    cell.map_or(0, |cell| image.value(cell))
 }
 
 /// A trace of a replay. Its times begin with 0 at its first row.
@@ -56,9 +51,9 @@ impl<'a> RecordedTrace<'a> {
     }
 
     /// Adds the row of a scan. An error is returned by [`RecordedTrace::finish`].
-    pub fn look(&mut self, (place, plant): Placed, scan: &ReplayedScan, image: &Image) {
+    pub fn look(&mut self, (place, program): Placed, scan: &PlayedScan, image: &Image) {
         if self.cells.as_ref().is_none_or(|(of, _)| *of != place) {
-            let cell = |of: &Watched| same_kind(of, plant.cell(&of.name), plant.layout());
+            let cell = |of: &Watched| same_kind(of, program.cell(&of.name), program.layout());
             let cells = self.watched.iter().map(cell).collect();
             self.cells = Some((place, cells));
         }
@@ -69,13 +64,13 @@ impl<'a> RecordedTrace<'a> {
     }
 
     /// Adds a row of values.
-    pub fn put(&mut self, scan: &ReplayedScan, values: &[i32]) {
+    pub fn put(&mut self, scan: &PlayedScan, values: &[i32]) {
         self.values.clear();
         self.values.extend_from_slice(values);
         self.row(scan);
     }
 
-    fn row(&mut self, scan: &ReplayedScan) {
+    fn row(&mut self, scan: &PlayedScan) {
         if self.failed.is_some() {
             return;
         }
@@ -135,8 +130,8 @@ pub(super) struct AlarmLog {
 
 impl AlarmLog {
     /// Adds the changes of alarms at the end of a scan.
-    pub fn look(&mut self, (place, plant): Placed, scan: &ReplayedScan, image: &Image) {
-        let alarms = &plant.symbols.alarms;
+    pub fn look(&mut self, (place, program): Placed, scan: &PlayedScan, image: &Image) {
+        let alarms = &program.symbols.alarms;
         let is_first = self.place.is_none();
         if self.place != Some(place) {
             self.place = Some(place);

@@ -13,9 +13,8 @@ use super::operator::OperatorArgs;
 use super::terminal::say_line;
 use super::when::Moment;
 use rungd_client::operator::protocol::{Present, RecordingBytes, Request};
-pub(super) use rungd_history::playback::{RecordedPast, loaded, run_of, subject};
 use rungd_history::record::Recording;
-use rungd_runtime::{NumberedCall, scan_begins};
+use rungd_runtime::{TapeStep, tape_steps};
 
 /// The recording of the last minute of a running controller, and what it does at present. `Err` is
 /// the exit code of a refusal, which has been printed.
@@ -75,10 +74,10 @@ pub(super) fn span(recording: &Recording) -> Option<RangeInclusive<i64>> {
 pub(super) fn scan_at(recording: &Recording, unix_ns: i64) -> Option<u64> {
     let section = recording.place_of_time(unix_ns)?;
     let (_, body) = recording.read(section).ok()??;
-    let first = recording.head(section).number;
-    let unix = |of: &NumberedCall| body.unix_offset_ns.saturating_add_unsigned(of.now_ns);
-    let begun = scan_begins(&body.entries, first).take_while(|of| unix(of) <= unix_ns);
-    begun.last().map_or(first.checked_sub(1), |of| Some(of.number))
+    let start = recording.start(section, &body);
+    let begins = tape_steps(&body.entries, (start.number, 0)).filter(TapeStep::begins_scan);
+    let last = begins.take_while(|begin| start.unix_ns(begin.now_ns) <= unix_ns).last();
+    last.map_or(start.number.checked_sub(1), |begin| Some(begin.number))
 }
 
 /// The section that contains a moment, or the last section before it.

@@ -5,12 +5,12 @@
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::Result;
 
 use super::exit::Exit;
-use super::recorded_plant::RecordedPlants;
 use super::recorded_trace::{AlarmLog, RecordedTrace};
 use super::replay_args::{ReplayArgs, Scene, pace};
 use super::replay_ladder;
@@ -19,7 +19,8 @@ use super::terminal::say_line;
 use super::trace_file;
 use super::when::LocalClock;
 use super::{recording, watched_operands};
-use rungd_history::record::{RecordedProgram, Recording, Replay, Verified};
+use rungd_history::playback::{Playback, RecordedPrograms, Verified};
+use rungd_history::record::Recording;
 use rungd_language::source::wording::{counted, thousands};
 
 /// Replays a recording.
@@ -61,22 +62,22 @@ pub(super) fn refused_trace<'p>(
 /// # Errors
 /// As [`replay`].
 pub(super) fn replay_of(args: &ReplayArgs, recording: Recording) -> Result<Exit> {
-    let clock = LocalClock::here();
+    let (recording, clock) = (Arc::new(recording), LocalClock::here());
     let window = match ReplayWindow::of((args.from.as_ref(), args.to.as_ref()), &clock, &recording)
     {
         Ok(window) => window,
         Err(why) => return Ok(refused(&why)),
     };
-    let plants = RecordedPlants::of(&recording, window.sections.clone());
-    if plants.first().is_none() {
-        let why = plants.all.iter().find_map(|plant| plant.as_ref().err());
+    let programs = RecordedPrograms::of(&recording, window.sections.clone());
+    if programs.first().is_none() {
+        let why = programs.all.iter().find_map(|program| program.as_ref().err());
         say_line(&format!("rungd: {}", why.map_or("there is no program", String::as_str)));
         return Ok(Exit::Config);
     }
     if args.ladder.is_empty() {
-        same_program(args, recording, (&plants, &window, &clock))
+        same_program(args, &recording, (&programs, &window, &clock))
     } else {
-        replay_ladder::replay(args, &recording, (&plants, &window, &clock))
+        replay_ladder::replay(args, &recording, (&programs, &window, &clock))
     }
 }
 
@@ -85,9 +86,9 @@ fn refused(why: &str) -> Exit {
     Exit::Refused
 }
 
-fn same_program(args: &ReplayArgs, recording: Recording, scene: Scene) -> Result<Exit> {
-    let (plants, window, clock) = scene;
-    let Some(first) = plants.first() else { return Ok(Exit::Config) };
+fn same_program(args: &ReplayArgs, recording: &Arc<Recording>, scene: Scene) -> Result<Exit> {
+    let (programs, window, clock) = scene;
+    let Some(first) = programs.first() else { return Ok(Exit::Config) };
     let trace_path = args.trace();
     let watched = match &trace_path {
         Some(_) => {
@@ -101,15 +102,15 @@ fn same_program(args: &ReplayArgs, recording: Recording, scene: Scene) -> Result
     };
     let mut alarms = AlarmLog::default();
     let begun = Instant::now();
-    let mut run = Replay::new(recording, |program: &RecordedProgram| plants.engine_of(program));
-    let (verified, different) = run.verify_seen(window.sections.clone(), |scan, engine| {
-        if let Ok(plant) = plants.plant(scan.section)
+    let mut playback = Playback::new(Arc::clone(recording), programs);
+    let (verified, different) = playback.verify_seen(window.sections.clone(), |scan, engine| {
+        if let Ok(program) = programs.program(scan.section)
             && window.has(&scan)
         {
-            let place = plants.place(scan.section);
-            alarms.look((place, plant), &scan, engine.image());
+            let place = programs.place(scan.section);
+            alarms.look((place, program), &scan, engine.image());
             if let Some(trace) = &mut trace {
-                trace.look((place, plant), &scan, engine.image());
+                trace.look((place, program), &scan, engine.image());
             }
         }
     });
@@ -118,10 +119,10 @@ fn same_program(args: &ReplayArgs, recording: Recording, scene: Scene) -> Result
     }
     let seconds = begun.elapsed().as_secs_f64();
     let mut text = alarms.text(clock);
-    text.push_str(&verdict((&verified, &different, seconds), run.recording(), (window, clock)));
+    text.push_str(&verdict((&verified, &different, seconds), recording, (window, clock)));
     args.report(&text)?;
     io::stdout().flush()?;
-    for why in plants.all.iter().filter_map(|plant| plant.as_ref().err()) {
+    for why in programs.all.iter().filter_map(|program| program.as_ref().err()) {
         say_line(&format!("warning: {why}"));
     }
     let is_whole = different.is_empty() && verified.unreplayable == 0;

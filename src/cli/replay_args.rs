@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::recorded_plant::RecordedPlants;
 use super::replay_window::ReplayWindow;
 use super::terminal::{print, say_line};
 use super::when::{LocalClock, When};
+use rungd_history::playback::RecordedPrograms;
 use rungd_history::record::Recording;
 use rungd_language::source::wording::thousands;
 
@@ -59,7 +59,7 @@ impl ReplayArgs {
 }
 
 /// The programs of a recording, the part of it, and the reader's clock.
-pub(super) type Scene<'a> = (&'a RecordedPlants, &'a ReplayWindow, &'a LocalClock);
+pub(super) type Scene<'a> = (&'a RecordedPrograms, &'a ReplayWindow, &'a LocalClock);
 
 /// `replayed in 0.2 s, 617 × real time`.
 pub(super) fn pace(recording: &Recording, window: &ReplayWindow, seconds: f64) -> String {

@@ -5,6 +5,7 @@
 //! `compared` finds the differences. The reaction of the plant to different outputs is unknown.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
@@ -12,14 +13,13 @@ use anyhow::{Context, Result, bail};
 use super::check::style;
 use super::compared::Comparison;
 use super::exit::Exit;
-use super::recorded_plant::RecordedPlant;
 use super::recorded_trace::RecordedTrace;
 use super::replay_args::{ReplayArgs, Scene, pace};
 use super::replay_why;
 use super::terminal::{say_findings, say_line};
-use super::twin_run::TwinRun;
 use super::when::LocalClock;
 use rungd_config::load::{self, library};
+use rungd_history::playback::{PlayableProgram, TwinRun};
 use rungd_history::record::{RecordedFile, RecordedProgram, Recording};
 use rungd_language::source::render::{refuses, render};
 use rungd_language::source::span::SourceFile;
@@ -33,19 +33,19 @@ const OPEN_LOOP: &str = "open loop: the inputs are the recorded ones; the reacti
 ///
 /// # Errors
 /// A file cannot be read, the trace cannot be written, or the command line is wrong.
-pub(super) fn replay(args: &ReplayArgs, recording: &Recording, scene: Scene) -> Result<Exit> {
-    let (plants, window, clock) = scene;
+pub(super) fn replay(args: &ReplayArgs, recording: &Arc<Recording>, scene: Scene) -> Result<Exit> {
+    let (programs, window, clock) = scene;
     let Some(new) = loaded(args, recording.program(window.sections.start))? else {
         return Ok(Exit::Config);
     };
-    let mut comparison = Comparison::of(plants, &new, args.watch.as_deref())?;
+    let mut comparison = Comparison::of(programs, &new, args.watch.as_deref())?;
     let (places, watched) = comparison.watched(args.watch.is_some());
     let mut trace = match &args.trace {
         Some(path) => Some(RecordedTrace::create(path, &watched)?),
         None => None,
     };
     let begun = Instant::now();
-    let mut twin = TwinRun::new(recording, plants, &new);
+    let mut twin = TwinRun::new(recording, programs, &new);
     let mut failures = Vec::new();
     let (first, mut values, mut end_ns) = (window.sections.start, Vec::new(), 0);
     for at in recording.base_of(first).unwrap_or(first)..window.sections.end {
@@ -76,8 +76,8 @@ pub(super) fn replay(args: &ReplayArgs, recording: &Recording, scene: Scene) -> 
     }
     let seconds = begun.elapsed().as_secs_f64();
     let mut text = comparison.text(clock);
-    let again = TwinRun::new(recording, plants, &new);
-    text.push_str(&replay_why::reasons((args, recording), (first, &new, again), &comparison)?);
+    let again = TwinRun::new(recording, programs, &new);
+    text.push_str(&replay_why::reasons(recording, (first, &new, again), &comparison));
     text.push_str(&format!(
         "{} {}; {} of {} of the old program equal\n",
         counted(twin.scans, "scan"),
@@ -125,7 +125,7 @@ fn remarks(
 
 /// Loads the recorded controller file with the new ladder files, and prints their findings. `None`
 /// if the files are refused.
-fn loaded(args: &ReplayArgs, recorded: &RecordedProgram) -> Result<Option<RecordedPlant>> {
+fn loaded(args: &ReplayArgs, recorded: &RecordedProgram) -> Result<Option<PlayableProgram>> {
     let mut loaded = load::recorded_files(&files(&args.ladder, recorded)?);
     let style = style(false);
     if !loaded.findings.is_empty() {
@@ -138,7 +138,7 @@ fn loaded(args: &ReplayArgs, recorded: &RecordedProgram) -> Result<Option<Record
         say_line("rungd: the recorded controller file and these ladder files give no program");
         return Ok(None);
     };
-    Ok(Some(RecordedPlant::new(program, loaded)))
+    Ok(Some(PlayableProgram::new(program, loaded)))
 }
 
 /// The recorded controller file, its library files, and the new ladder files.

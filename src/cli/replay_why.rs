@@ -4,14 +4,11 @@
 //! Called by `replay_ladder`. The past of the recorded program is the recording; the past of the
 //! new program is made by executing it again.
 
-use anyhow::Result;
+use std::sync::Arc;
 
 use super::compared::{Compared, Comparison, FirstDifference};
-use super::recorded_plant::RecordedPlant;
-use super::recording::{self, RecordedPast};
-use super::replay_args::ReplayArgs;
-use super::twin_run::TwinRun;
 use rungd_history::observe::{At, Limits, Past, Subject};
+use rungd_history::playback::{PlayableProgram, RecordedPast, TwinRun, subject};
 use rungd_history::record::Recording;
 
 /// The maximum number of operands that are explained: the operands that differ first.
@@ -21,32 +18,29 @@ const SECTIONS_MAX: usize = 60;
 
 /// The reasons of the first differences; empty if nothing differs. The new program begins at the
 /// base of section `first`, as in the comparison.
-///
-/// # Errors
-/// The recording cannot be read.
 pub(super) fn reasons(
-    (args, recording): (&ReplayArgs, &Recording),
-    (first, new, mut again): (usize, &RecordedPlant, TwinRun),
+    recording: &Arc<Recording>,
+    (first, new, mut again): (usize, &PlayableProgram, TwinRun),
     comparison: &Comparison,
-) -> Result<String> {
+) -> String {
     let mut differing: Vec<(&Compared, FirstDifference)> =
         comparison.operands.iter().filter_map(|o| Some((o, o.first?))).collect();
     differing.sort_by_key(|(_, first)| (first.scan.section, first.scan.number));
-    let Some((_, earliest)) = differing.first() else { return Ok(String::new()) };
+    let Some((_, earliest)) = differing.first() else { return String::new() };
     // The sections up to and including the one with the first difference.
     let last = earliest.scan.section;
     let from = recording.base_of(first).unwrap_or(first);
     let mut new_past = again.past(from..last + 1, SECTIONS_MAX);
-    let old_subject = recording::subject(recording.program(last)).ok();
+    let old_subject = subject(recording.program(last)).ok();
     let new_subject = Subject::new(new.program.clone(), new.loaded.files.clone());
     let mut text = String::new();
     let in_it = differing.iter().filter(|(_, first)| first.scan.section == last);
     for (operand, first) in in_it.take(EXPLAINED_MAX) {
         let number = first.scan.number;
-        let recording = recording::opened(&args.recording)?;
         let old = old_subject.as_ref().and_then(|subject| {
             let cell = subject.cell(&operand.name).ok()?;
-            let mut past = RecordedPast::around(recording, last, subject.code_for(cell));
+            let mut past =
+                RecordedPast::around(Arc::clone(recording), last, subject.code_for(cell));
             answer(subject, &mut past, operand, number)
         });
         let new = answer(&new_subject, &mut new_past, operand, number);
@@ -59,7 +53,7 @@ pub(super) fn reasons(
     if !text.is_empty() {
         text.push('\n');
     }
-    Ok(text)
+    text
 }
 
 /// The reason for the value of an operand at the end of a scan.

@@ -6,7 +6,8 @@ use std::ops::Range;
 
 use super::recording;
 use super::when::{LocalClock, Moment, When};
-use rungd_history::record::{Recording, ReplayedScan};
+use rungd_history::playback::PlayedScan;
+use rungd_history::record::Recording;
 
 /// A part of a recording.
 pub(super) struct ReplayWindow {
@@ -55,7 +56,7 @@ impl ReplayWindow {
     }
 
     /// Whether a scan of these sections is shown.
-    pub fn has(&self, scan: &ReplayedScan) -> bool {
+    pub fn has(&self, scan: &PlayedScan) -> bool {
         let (first, last) = (self.sections.start, self.sections.end - 1);
         let begun = match self.from {
             None => true,

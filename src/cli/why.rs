@@ -9,10 +9,11 @@ use clap_complete::engine::ArgValueCompleter;
 
 use super::exit::Exit;
 use super::operator::{OperatorArgs, complete};
-use super::recording::{self, RecordedPast};
+use super::recording;
 use super::terminal::{plain_json, print, say_line};
 use super::when::{LocalClock, Moment, When};
 use rungd_history::observe::{At, Limits};
+use rungd_history::playback::{RecordedPast, subject};
 use rungd_history::record::Recording;
 
 /// A time that is at most this much later than the last scan means that scan, because people write
@@ -58,7 +59,7 @@ pub fn why(args: &WhyArgs) -> Result<Exit> {
         Ok(place) => place,
         Err(why) => return Ok(refused(args, &why)),
     };
-    let subject = match recording::subject(recording.program(section)) {
+    let subject = match subject(recording.program(section)) {
         Ok(subject) => subject,
         Err(why) => return Ok(refused(args, &why)),
     };

@@ -15,9 +15,8 @@ use crate::record::line::{COUNTER, Line, engine, in_memory, on_disk};
 use crate::record::replayed::random_line;
 use rungd_engine::{BitCell, Cell, Engine, EngineCall, EngineState, WordCell};
 use rungd_history::observe::{At, Limits, Past, Subject};
-use rungd_history::record::{
-    BlockHead, RecordBlock, RecordedProgram, Recording, Replay, SectionBody,
-};
+use rungd_history::playback::{MakeEngine, Playback};
+use rungd_history::record::{BlockHead, RecordBlock, RecordedProgram, Recording, SectionBody};
 use rungd_lab::testing::{ScenarioOf, scenario};
 use rungd_language::lower::lower;
 use rungd_runtime::{Machine, TapeEntry, TapeSection};
@@ -237,9 +236,9 @@ fn changed((parts, line): (&[Part], &Line), numbers: &mut Numbers) -> Vec<u8> {
 }
 
 /// The past of a recording, as `rungd why` has it.
-struct Sections<M>(Replay<M>);
+struct Sections<M>(Playback<M>);
 
-impl<M: FnMut(&RecordedProgram) -> Result<Engine, String>> Past for Sections<M> {
+impl<M: MakeEngine> Past for Sections<M> {
     fn count(&self) -> usize {
         self.0.recording().count()
     }
@@ -252,7 +251,7 @@ impl<M: FnMut(&RecordedProgram) -> Result<Engine, String>> Past for Sections<M> 
 /// Executes a recording.
 fn execute(bytes: &[u8], program: &rungd_engine::Program) {
     let make = |_: &RecordedProgram| Ok(Engine::new(program.clone()));
-    let mut replay = Replay::new(Recording::of_bytes(bytes.to_vec()), make);
+    let mut replay = Playback::new(Recording::of_bytes(bytes.to_vec()), make);
     let count = replay.recording().count();
     let _ = replay.scans(0..count, |_, engine| {
         assert!(engine.image().bits().iter().all(|bit| *bit <= 1));
@@ -266,7 +265,7 @@ fn ask(bytes: &[u8], subject: &Subject, numbers: &mut Numbers) {
     let count = recording.count();
     let mut cut = Vec::new();
     recording.cut(0..count, &mut cut).unwrap();
-    let mut replay = Replay::new(recording, engine);
+    let mut replay = Playback::new(recording, engine);
     let _ = replay.verify(0..count);
     let sections: Vec<_> = (0..count).map_while(|at| replay.section(at).ok()).collect();
     if !sections.is_empty() {
@@ -386,7 +385,7 @@ fn executed(change: impl Fn(&mut Vec<u8>, &Places, &mut SectionBody)) -> (u64, u
     let base = part.base.as_mut().unwrap();
     let places = places(base);
     change(base, &places, &mut part.section);
-    let mut replay = Replay::new(Recording::of_bytes(in_memory_of(&parts)), engine);
+    let mut replay = Playback::new(Recording::of_bytes(in_memory_of(&parts)), engine);
     let count = replay.recording().count();
     let verified = replay.verify(0..count);
     (count as u64, verified.unreplayable)
@@ -462,7 +461,7 @@ fn what_lies_behind_a_damaged_section_costs_no_more() {
     parts.iter_mut().skip(1).for_each(|part| part.base = None);
     let call = EngineCall::Write(Cell::Word(WordCell(u32::MAX)), 0);
     parts[1_000].section.entries.insert(0, TapeEntry::Call(call));
-    let mut replay = Replay::new(Recording::of_bytes(in_memory_of(&parts)), engine);
+    let mut replay = Playback::new(Recording::of_bytes(in_memory_of(&parts)), engine);
     let (count, mut scans) = (parts.len() as u64, 0);
     let (verified, _) = replay.verify_seen(0..parts.len(), |_, _| scans += 1);
     assert_eq!((verified.sections, verified.unreplayable), (1_000, count - 1_000));

@@ -27,7 +27,8 @@ use crate::record::live_rig::{
 };
 use crate::running::live::Live;
 use rungd_engine::Cell;
-use rungd_history::record::{RecordedProgram, Recording, Replay, Verified};
+use rungd_history::playback::{Playback, Verified};
+use rungd_history::record::{RecordedProgram, Recording};
 use rungd_language::lower::Symbols;
 use rungd_test_support::modbus::Client;
 use rungd_test_support::model::case::Case;
@@ -277,7 +278,7 @@ fn assert_samples(recording: Recording, samples: &[Sample], seed: u64) -> (u64, 
     let programs: Vec<_> = (0..recording.count()).map(|at| recording.program(at).clone()).collect();
     let mut symbols: Option<(std::sync::Arc<RecordedProgram>, _)> = None;
     let (count, mut compared, mut found) = (recording.count(), 0, 0);
-    let mut replay = Replay::new(recording, engine);
+    let mut replay = Playback::new(recording, engine);
     for at in 0..count {
         let visited = replay.scans(at..at + 1, |scan, engine| {
             let of_scan = samples.iter().filter(|sample| sample.scan == scan.number);

@@ -13,9 +13,8 @@ pub use crate::running::operator::Operator;
 use crate::running::process::message;
 use rungd_config::load;
 use rungd_engine::Engine;
-use rungd_history::record::{
-    EXTENSION, RecordedFile, RecordedProgram, Recording, Replay, Verified,
-};
+use rungd_history::playback::{Playback, Verified};
+use rungd_history::record::{EXTENSION, RecordedFile, RecordedProgram, Recording};
 use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::program::Program;
 use rungd_language::source::span::SourceFile;
@@ -87,7 +86,7 @@ pub fn verified(dir: &Path, excused: bool) -> Verified {
         }
     }
     let hashes = (0..count).filter(|at| recording.head(*at).end_hash.is_some()).count();
-    let mut replay = Replay::new(recording, engine);
+    let mut replay = Playback::new(recording, engine);
     let verified = replay.verify(0..count);
     let told = format!("{}: {verified:?}", dir.display());
     assert_eq!((verified.first_difference, verified.unreplayable), (None, 0), "{told}");

@@ -24,7 +24,8 @@ use crate::record::live_rig::{
     recorded, recorded_run, rounds, verified,
 };
 use crate::running::live::{Live, PATIENCE, folder};
-use rungd_history::record::{Recording, Verified};
+use rungd_history::playback::Verified;
+use rungd_history::record::Recording;
 use rungd_test_support::needs::{Need, skip};
 use rungd_test_support::system::shell;
 

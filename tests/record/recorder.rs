@@ -3,7 +3,8 @@
 
 use crate::record::line::{COUNTER, Line, engine, in_memory, on_disk, recorded};
 use rungd_engine::{BitCell, Cell, EngineCall, EngineState, ScanTimes, WordCell};
-use rungd_history::record::{Recent, RecordBlock, Recorder, Recording, Replay};
+use rungd_history::playback::Playback;
+use rungd_history::record::{Recent, RecordBlock, Recorder, Recording};
 use rungd_runtime::command::CommandId;
 use rungd_runtime::exchange::{Mode, Ticket};
 use rungd_runtime::{Machine, Origin, ScanStart, TapeEntry, tape_of};
@@ -117,7 +118,7 @@ fn what_is_lost_makes_a_gap_and_the_recording_goes_on_behind_it() {
     let recording = Recording::of_bytes(on_disk(&line.blocks));
     let gaps: Vec<_> = (1..recording.count()).filter(|at| !recording.follows(*at)).collect();
     assert_eq!(gaps.len(), 1);
-    let mut replay = Replay::new(recording, engine);
+    let mut replay = Playback::new(recording, engine);
     let section = replay.section(gaps[0]).unwrap();
     assert!(section.start.lost > 100 && !section.start.follows);
     let count = replay.recording().count();
@@ -149,7 +150,7 @@ fn who_stands_behind_an_origin_is_known_though_it_is_told_late() {
         }
     }
     line.flush();
-    let mut replay = Replay::new(Recording::of_bytes(on_disk(&line.blocks)), engine);
+    let mut replay = Playback::new(Recording::of_bytes(on_disk(&line.blocks)), engine);
     let at = replay.recording().place_of_scan(130).unwrap();
     let who = replay.section(at).unwrap().who;
     assert!(who.contains(&(early, "Modbus client 10.0.0.7".to_owned())), "{who:?}");
@@ -179,7 +180,7 @@ fn a_section_under_way_is_had_without_its_end() {
         assert_eq!(last.number + u64::from(last.scans), scan + 2);
         if scan % 50 == 0 {
             let count = recording.count();
-            let verified = Replay::new(recording, engine).verify(0..count);
+            let verified = Playback::new(recording, engine).verify(0..count);
             assert_eq!((verified.scans, verified.unreplayable), (scan + 1, 0));
         }
     }

@@ -12,7 +12,8 @@ use crate::record::drawn::Numbers;
 use crate::record::line::{COUNTER, Line, UNIX_NS, engine, hashed, in_memory, on_disk, recorded};
 use rungd_base::calendar::parse_seconds;
 use rungd_engine::{BitCell, Cell, EngineState, WordCell};
-use rungd_history::record::{LastProgram, RecordedProgram, Recording, Replay};
+use rungd_history::playback::Playback;
+use rungd_history::record::{LastProgram, RecordedProgram, Recording};
 use rungd_lab::sim::stimulus::{Change, Stimulus};
 use rungd_language::lower::lower;
 use rungd_runtime::command::CommandId;
@@ -90,7 +91,7 @@ fn force(line: &mut Line, numbers: &mut Numbers, scan: u64) {
 fn assert_replays(line: &Line, bytes: Vec<u8>, seed: u64) {
     let recording = Recording::of_bytes(bytes);
     assert_eq!((recording.flaws.len(), recording.count()), (0, line.blocks.len()), "seed {seed}");
-    let mut replay = Replay::new(recording, engine);
+    let mut replay = Playback::new(recording, engine);
     let count = replay.recording().count();
     let verified = replay.verify(0..count);
     assert_eq!(verified.first_difference, None, "seed {seed}");
@@ -132,7 +133,7 @@ fn a_section_is_had_from_anywhere_and_is_the_same() {
     }
     line.flush();
     let whole = |bytes| {
-        let mut replay = Replay::new(Recording::of_bytes(bytes), engine);
+        let mut replay = Playback::new(Recording::of_bytes(bytes), engine);
         (0..line.blocks.len()).map(|at| replay.section(at).unwrap()).collect::<Vec<_>>()
     };
     let sections = whole(in_memory(&line.blocks));
@@ -140,9 +141,9 @@ fn a_section_is_had_from_anywhere_and_is_the_same() {
     let disk = on_disk(&line.blocks);
     assert_eq!(sections, whole(disk.clone()));
     for at in (0..sections.len()).rev() {
-        let mut replay = Replay::new(Recording::of_bytes(disk.clone()), engine);
+        let mut replay = Playback::new(Recording::of_bytes(disk.clone()), engine);
         assert_eq!(replay.section(at).unwrap(), sections[at]);
-        let state = EngineState::of(replay.engine_at(at).unwrap());
+        let state = EngineState::of(replay.engine().unwrap());
         assert_eq!(state, sections[at].state);
     }
     let recording = Recording::of_bytes(disk);
@@ -173,7 +174,7 @@ fn an_entry_that_was_changed_shows_as_the_first_difference() {
     line.flush();
     // A hash that belongs to a different state.
     line.blocks[2].head.end_hash = Some([7; 16]);
-    let mut replay = Replay::new(Recording::of_bytes(on_disk(&line.blocks)), engine);
+    let mut replay = Playback::new(Recording::of_bytes(on_disk(&line.blocks)), engine);
     let count = replay.recording().count();
     assert_eq!(replay.verify(0..count).first_difference, Some(2));
 }
@@ -196,7 +197,7 @@ fn a_reload_begins_a_segment_and_goes_on() {
     (0..170).for_each(|_| assert!(!line.scan(10_000_000, |_| {})));
     line.flush();
     for bytes in [on_disk(&line.blocks), in_memory(&line.blocks)] {
-        let mut replay = Replay::new(Recording::of_bytes(bytes), engine);
+        let mut replay = Playback::new(Recording::of_bytes(bytes), engine);
         let recording = replay.recording();
         let count = recording.count();
         assert!((1..count).all(|at| recording.follows(at)));
@@ -221,7 +222,7 @@ fn a_reload_begins_a_segment_and_goes_on() {
         replay.recording().cut(1..count, &mut cut).unwrap();
         let cut = Recording::of_bytes(cut);
         assert_eq!(cut.head(cut.count() - 1), replay.recording().head(count - 1));
-        assert_eq!(Replay::new(cut, engine).verify(0..count - 1).unreplayable, 0);
+        assert_eq!(Playback::new(cut, engine).verify(0..count - 1).unreplayable, 0);
     }
 }
 
@@ -237,11 +238,11 @@ fn a_recording_that_fits_no_engine_is_refused() {
     let bytes = in_memory(&line.blocks);
     let other =
         |_: &RecordedProgram| engine(&recorded("[[program]]\nname = \"Main\"\nrung = []\n", 0));
-    let mut replay = Replay::new(Recording::of_bytes(bytes.clone()), other);
+    let mut replay = Playback::new(Recording::of_bytes(bytes.clone()), other);
     let count = replay.recording().count() as u64;
     assert_eq!(replay.verify(0..count as usize).unreplayable, count);
     let none = |_: &RecordedProgram| Err("no such file".to_owned());
-    let error = Replay::new(Recording::of_bytes(bytes), none).engine_at(0).unwrap_err();
+    let error = Playback::new(Recording::of_bytes(bytes), none).seek(0).unwrap_err();
     assert_eq!(error.to_string(), "its program cannot be loaded: no such file");
 }
 
@@ -276,10 +277,10 @@ fn a_program_that_comes_again_is_read_once() {
         made.set(made.get() + 1);
         engine(program)
     };
-    let mut alone = Replay::new(first, make);
+    let mut alone = Playback::new(first, make);
     let state = |section: TapeSection| (section.state, section.entries);
     let expected = state(alone.section(1).expect("it is whole"));
-    let mut on = Replay::going_on(again, make, alone.into_engine());
-    assert_eq!(state(on.section(1).expect("it is whole")), expected);
+    alone.set_recording(again);
+    assert_eq!(state(alone.section(1).expect("it is whole")), expected);
     assert_eq!(made.get(), 1);
 }

@@ -10,8 +10,9 @@ use std::rc::Rc;
 use crate::record::drawn::Numbers;
 use crate::record::folder::{Disk, Fault, Handle};
 use crate::record::line::{Line, engine, in_memory};
+use rungd_history::playback::Playback;
 use rungd_history::record::{
-    BlockHead, Folder, FolderOnDisk, RecordBlock, Recording, Replay, SectionBody, Store, StoreNews,
+    BlockHead, Folder, FolderOnDisk, RecordBlock, Recording, SectionBody, Store, StoreNews,
     StoreSettings, TapeClock, index,
 };
 use rungd_runtime::Machine;
@@ -315,7 +316,7 @@ fn a_folder_of_the_file_system_is_read_and_replayed() {
     std::fs::write(folder.join("notes.txt"), "not a recording").unwrap();
     let recording = Recording::open(&folder).unwrap();
     assert_eq!((recording.count(), recording.flaws.len()), (60, 0));
-    let mut replay = Replay::new(recording, engine);
+    let mut replay = Playback::new(recording, engine);
     let verified = replay.verify(0..60);
     assert_eq!((verified.first_difference, verified.gaps, verified.unreplayable), (None, 0, 0));
     assert!(Recording::open(&folder.join("absent")).is_err());

@@ -5,7 +5,7 @@ use rungd_base::random::SplitMix64;
 use rungd_client::live::{ChooseCells, LogPosition, NamedCell};
 use rungd_config::load;
 use rungd_engine::isa::Address;
-use rungd_engine::{Cell, EngineState};
+use rungd_engine::EngineState;
 use rungd_history::record::{
     Recent, RecordedFile, RecordedProgram, Recorder, Recording, TapeClock,
 };
@@ -163,10 +163,7 @@ impl LoggedPlant {
     fn note(&mut self) {
         let image = self.rig.image();
         for (name, cell) in &self.chosen {
-            let value = match *cell {
-                Cell::Bit(bit) => i32::from(image.bit(bit)),
-                Cell::Word(word) => image.word(word),
-            };
+            let value = image.value(*cell);
             if self.values.insert(name.clone(), value) != Some(value) {
                 self.changes.insert((self.process, self.rig.scans(), name.clone()), value);
             }

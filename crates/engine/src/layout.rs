@@ -5,7 +5,7 @@
 //! its constants. The histories of SR are the last public bits: they have no address, but retentive
 //! memory reads them in the image.
 
-use super::image::{BitCell, WordCell};
+use super::image::{BitCell, Image, WordCell};
 use super::record::RECORD;
 use crate::isa::space::SENSAPHONE_COUNT;
 use crate::isa::status::{DST_COUNT, ST_COUNT};
@@ -284,6 +284,16 @@ impl Layout {
 pub enum Cell {
     Bit(BitCell),
     Word(WordCell),
+}
+
+impl Image {
+    /// A bit (0 or 1) or a word.
+    pub fn value(&self, cell: Cell) -> i32 {
+        match cell {
+            Cell::Bit(bit) => i32::from(self.bit(bit)),
+            Cell::Word(word) => self.word(word),
+        }
+    }
 }
 
 fn number(cell: Cell) -> u32 {

@@ -86,6 +86,16 @@ impl Mode {
     }
 }
 
+impl fmt::Display for Mode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Mode::Run => f.write_str(self.name()),
+            Mode::Stop(reason) => write!(f, "{}: {reason}", self.name()),
+            Mode::Fault(reason) => write!(f, "{}: {reason}", self.name()),
+        }
+    }
+}
+
 impl fmt::Display for StopReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {

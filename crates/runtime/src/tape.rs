@@ -64,6 +64,23 @@ pub enum TapeEntry {
     },
 }
 
+impl TapeEntry {
+    /// The call, if it is one.
+    pub fn call(self) -> Option<EngineCall> {
+        if let TapeEntry::Call(call) = self { Some(call) } else { None }
+    }
+
+    /// The mode that is entered, if one is.
+    pub fn mode(self) -> Option<Mode> {
+        if let TapeEntry::Mode(mode) = self { Some(mode) } else { None }
+    }
+
+    /// The origin of the changes that follow, if it tells one.
+    pub fn origin(self) -> Option<Origin> {
+        if let TapeEntry::Origin(origin) = self { Some(origin) } else { None }
+    }
+}
+
 /// A state on its way to the reader.
 #[derive(Debug)]
 pub(super) enum Handed {

@@ -1,8 +1,8 @@
 //! A section of the tape: a state, and the entries after it until the next state.
 //!
 //! `record` makes sections of the tape, stores them and reads them again; `observe` executes them
-//! again. The entries of a section contain no state; [`numbered_calls`] adds the number of its scan
-//! to each call.
+//! again. The entries of a section contain no state; [`TapeSection::steps`] adds the number and the
+//! time of its scan to each entry.
 
 use super::mode::Mode;
 use super::origin::Origin;
@@ -40,62 +40,70 @@ pub struct SectionStart {
     pub follows: bool,
 }
 
-/// A call of a section, with the scan in which it is made.
+/// An entry of a section, with the scan in which it happens.
 #[derive(Clone, Copy, Debug)]
-pub struct NumberedCall {
-    /// Its entry.
-    pub entry: usize,
-    /// The call.
-    pub call: EngineCall,
+pub struct TapeStep {
+    /// Its index among the entries.
+    pub at: usize,
+    /// The entry.
+    pub entry: TapeEntry,
     /// The number of the scan that began last; the first of a process is 1.
     pub number: u64,
-    /// The timestamp of that scan, ns; 0 before the first scan of the section.
+    /// The timestamp of that scan, ns; before the first scan of the section, that of its start.
     pub now_ns: u64,
 }
 
-/// The calls of a section, in order. `number`: the number of its first scan.
-pub fn numbered_calls(
+impl TapeStep {
+    /// Whether a scan begins with it.
+    pub fn begins_scan(&self) -> bool {
+        matches!(self.entry, TapeEntry::Call(EngineCall::Begin { .. }))
+    }
+}
+
+/// The entries of a section, in order. `start`: the number of its first scan, and the timestamp of
+/// its start.
+pub fn tape_steps(
     entries: &[TapeEntry],
-    number: u64,
-) -> impl Iterator<Item = NumberedCall> + use<'_> {
-    let (mut next, mut number, mut now_ns) = (number, number.saturating_sub(1), 0);
-    entries.iter().enumerate().filter_map(move |(entry, of)| {
-        let call = match *of {
-            TapeEntry::Call(call) => call,
-            TapeEntry::Number(number) => {
-                next = number;
-                return None;
-            }
-            TapeEntry::Origin(_)
-            | TapeEntry::Mode(_)
-            | TapeEntry::Swap { .. }
-            | TapeEntry::State { .. }
-            | TapeEntry::Lost { .. } => return None,
-        };
-        if let EngineCall::Begin { now_ns: begin_ns, .. } = call {
+    start: (u64, u64),
+) -> impl Iterator<Item = TapeStep> + use<'_> {
+    let (mut next, mut now_ns) = start;
+    let mut number = next.saturating_sub(1);
+    entries.iter().enumerate().map(move |(at, entry)| {
+        if let TapeEntry::Number(number) = *entry {
+            next = number;
+        } else if let TapeEntry::Call(EngineCall::Begin { now_ns: begin_ns, .. }) = *entry {
             (number, now_ns) = (next, begin_ns);
             next = next.saturating_add(1);
         }
-        Some(NumberedCall { entry, call, number, now_ns })
+        TapeStep { at, entry: *entry, number, now_ns }
     })
 }
 
+impl SectionStart {
+    /// A timestamp of the scans' clock as ns since 1970 (UTC).
+    pub fn unix_ns(&self, now_ns: u64) -> i64 {
+        self.unix_offset_ns.saturating_add_unsigned(now_ns)
+    }
+}
+
 impl TapeSection {
+    /// The entries, in order, each with its scan.
+    pub fn steps(&self) -> impl Iterator<Item = TapeStep> + use<'_> {
+        tape_steps(&self.entries, (self.start.number, self.begin_ns()))
+    }
+
+    /// The entries with which its scans begin, in order.
+    pub fn begins(&self) -> impl Iterator<Item = TapeStep> + use<'_> {
+        self.steps().filter(TapeStep::begins_scan)
+    }
+
     /// The time at its start, ns of the scans' clock. If no scan of the process came before it: the
     /// time of its first scan.
     pub fn begin_ns(&self) -> u64 {
-        let mut begins = scan_begins(&self.entries, self.start.number);
+        let mut begins = tape_steps(&self.entries, (0, 0)).filter(TapeStep::begins_scan);
         match self.state.now_ns() {
             0 => begins.next().map_or(0, |first| first.now_ns),
             now_ns => now_ns,
         }
     }
-}
-
-/// The starts of scans in a section, in order. `number`: the number of its first scan.
-pub fn scan_begins(
-    entries: &[TapeEntry],
-    number: u64,
-) -> impl Iterator<Item = NumberedCall> + use<'_> {
-    numbered_calls(entries, number).filter(|of| matches!(of.call, EngineCall::Begin { .. }))
 }

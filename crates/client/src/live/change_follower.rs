@@ -13,10 +13,11 @@ use std::time::Duration;
 use super::change_run::{ChangeRun, SectionName, begin_unix_ns};
 use super::follower::LookFailure;
 use super::log_event::{LogEvent, LogPosition};
-use super::logged_program::{ChooseCells, LoggedProgram, ProgramShelf};
+use super::logged_program::{ChooseCells, LoggedProgram, LoggedPrograms};
 use crate::operator::client;
 use crate::operator::protocol::{RecordingBytes, Request};
-use rungd_history::record::{LastProgram, RecordedProgram, Recording, Replay, ReplayEngine};
+use rungd_history::playback::Playback;
+use rungd_history::record::{LastProgram, Recording};
 use rungd_runtime::TapeSection;
 
 /// The longest wait for an answer.
@@ -24,10 +25,8 @@ const ANSWER_MAX: Duration = Duration::from_secs(5);
 
 /// Follows a controller's changes.
 pub struct ChangeFollower {
-    choose: ChooseCells,
     last: LastProgram,
-    shelf: ProgramShelf,
-    engine: Option<ReplayEngine>,
+    playback: Playback<LoggedPrograms>,
     run: Option<ChangeRun>,
     /// The last executed scan. It is kept if a run could not continue.
     at: Option<LogPosition>,
@@ -38,8 +37,9 @@ pub struct ChangeFollower {
 impl ChangeFollower {
     /// Follows the cells that `choose` returns for each program.
     pub fn new(choose: ChooseCells) -> ChangeFollower {
-        let (last, shelf) = (LastProgram::default(), ProgramShelf::default());
-        ChangeFollower { choose, last, shelf, engine: None, run: None, at: None, newest: None }
+        let last = LastProgram::default();
+        let playback = Playback::new(Recording::default(), LoggedPrograms::new(choose));
+        ChangeFollower { last, playback, run: None, at: None, newest: None }
     }
 
     /// The last executed scan.
@@ -74,26 +74,32 @@ impl ChangeFollower {
                        `[record] memory` of the controller file";
             return Err(LookFailure::Unusable(why.to_owned()));
         }
-        let heads: Vec<SectionHead> =
-            (0..count).map(|at| SectionHead::of(&recording, at)).collect();
-        for head in &heads {
-            self.shelf.take(&head.program, &self.choose).map_err(LookFailure::Unusable)?;
+        self.playback.set_recording(recording);
+        let recording = Arc::clone(self.playback.recording());
+        for at in 0..count {
+            self.program(&recording, at)?;
         }
-        let shelf = self.shelf.clone();
-        let make = move |of: &RecordedProgram| shelf.engine(of);
-        let mut replay = Replay::going_on(recording, make, self.engine.take());
         let mut events = Vec::new();
-        for (at, head) in heads.into_iter().enumerate() {
-            if self.newest.is_some_and(|newest| newest.0 == head.name.0 && head.name.1 < newest.1) {
+        for at in 0..count {
+            let head = recording.head(at);
+            let name = (recording.program(at).process_start_ns, head.sequence);
+            if self.newest.is_some_and(|newest| newest.0 == name.0 && name.1 < newest.1) {
                 continue;
             }
-            let Ok(section) = replay.section(at) else { continue };
-            let program =
-                self.shelf.take(&head.program, &self.choose).map_err(LookFailure::Unusable)?;
+            let Ok(section) = self.playback.section(at) else { continue };
+            let head = SectionHead { name, follows: head.follows };
+            let program = self.program(&recording, at)?;
             self.section(&head, program, &section, &mut events);
         }
-        self.engine = replay.into_engine();
         Ok(events)
+    }
+
+    fn program(
+        &mut self,
+        recording: &Recording,
+        at: usize,
+    ) -> Result<Arc<LoggedProgram>, LookFailure> {
+        self.playback.programs.of(recording.program(at)).map_err(LookFailure::Unusable)
     }
 
     fn section(
@@ -134,15 +140,6 @@ impl ChangeFollower {
 struct SectionHead {
     name: SectionName,
     follows: bool,
-    program: Arc<RecordedProgram>,
-}
-
-impl SectionHead {
-    fn of(recording: &Recording, at: usize) -> SectionHead {
-        let (program, head) = (Arc::clone(recording.program(at)), recording.head(at));
-        let name = (program.process_start_ns, head.sequence);
-        SectionHead { name, follows: head.follows, program }
-    }
 }
 
 /// The position at the start of a section.

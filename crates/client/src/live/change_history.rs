@@ -5,17 +5,16 @@
 //! process may read them. Called by `edge` after a link was down.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use super::change_follower::{asked, start};
 use super::change_run::{ChangeRun, SectionName};
 use super::follower::LookFailure;
 use super::log_event::{LogEvent, LogGap, LogPosition, LoggedChange};
-use super::logged_program::{ChooseCells, LoggedProgram, ProgramShelf};
+use super::logged_program::{ChooseCells, LoggedProgram, LoggedPrograms};
 use crate::operator::client::CallFailure;
-use rungd_base::locked::locked;
-use rungd_engine::Engine;
-use rungd_history::record::{RecordedProgram, Recording, Replay, Unreplayable};
+use rungd_history::playback::{Playback, Unplayable};
+use rungd_history::record::Recording;
 use rungd_runtime::TapeSection;
 use rungd_runtime::exchange::Mode;
 
@@ -39,15 +38,10 @@ pub struct HistorySpan {
     pub until: LogPosition,
 }
 
-/// Makes the engine of a program.
-type MakeLogged = Box<dyn FnMut(&RecordedProgram) -> Result<Engine, String> + Send>;
-
 /// Reports the changes of a part of the past.
 pub struct ChangeHistory {
     span: HistorySpan,
-    choose: ChooseCells,
-    shelf: Arc<Mutex<ProgramShelf>>,
-    recording: Replay<MakeLogged>,
+    playback: Playback<LoggedPrograms>,
     /// The sections not yet executed, the next one last.
     left: Vec<usize>,
     run: Option<ChangeRun>,
@@ -95,17 +89,9 @@ impl ChangeHistory {
     pub fn new(recording: Recording, span: HistorySpan, choose: ChooseCells) -> ChangeHistory {
         let mut left = sections(&recording, &span);
         left.reverse();
-        let shelf = Arc::new(Mutex::new(ProgramShelf::default()));
-        let (shared, chosen) = (Arc::clone(&shelf), Arc::clone(&choose));
-        let make: MakeLogged = Box::new(move |of| {
-            let program = locked(&shared).take(&Arc::new(of.clone()), &chosen)?;
-            Ok(program.engine())
-        });
         ChangeHistory {
             span,
-            choose,
-            shelf,
-            recording: Replay::new(recording, make),
+            playback: Playback::new(recording, LoggedPrograms::new(choose)),
             left,
             run: None,
             newest: None,
@@ -144,9 +130,9 @@ impl ChangeHistory {
     }
 
     fn section(&mut self, at: usize) -> Result<(Arc<LoggedProgram>, TapeSection), String> {
-        let recorded = self.recording.recording().program(at).clone();
-        let program = locked(&self.shelf).take(&recorded, &self.choose)?;
-        let section = self.recording.section(at).map_err(|why: Unreplayable| why.to_string())?;
+        let recorded = Arc::clone(self.playback.recording().program(at));
+        let program = self.playback.programs.of(&recorded)?;
+        let section = self.playback.section(at).map_err(|why: Unplayable| why.to_string())?;
         Ok((program, section))
     }
 
@@ -156,7 +142,7 @@ impl ChangeHistory {
         (program, section): (Arc<LoggedProgram>, &TapeSection),
         events: &mut Vec<LogEvent>,
     ) {
-        let recording = self.recording.recording();
+        let recording = self.playback.recording();
         let (process, head) = (recording.program(at).process_start_ns, recording.head(at));
         let name = (process, head.sequence);
         let joins = head.follows && self.newest == Some((process, name.1.wrapping_sub(1)));

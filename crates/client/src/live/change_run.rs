@@ -10,7 +10,7 @@ use super::log_event::{LogPosition, LoggedChange};
 use super::logged_program::LoggedProgram;
 use rungd_engine::{Cell, Engine, EngineCall};
 use rungd_runtime::exchange::Mode;
-use rungd_runtime::{TapeEntry, TapeSection, numbered_calls};
+use rungd_runtime::{TapeEntry, TapeSection};
 
 /// Identifies a section among those of all processes: the start time of its process, and its number
 /// in the process.
@@ -36,7 +36,7 @@ pub(super) struct ChangeRun {
 /// The time at the start of a section, ns since 1970 (UTC). Before the first scan of a process it
 /// is one millisecond earlier than that scan, so that no two values of a cell have the same time.
 pub(super) fn begin_unix_ns(section: &TapeSection) -> i64 {
-    let begin_ns = section.start.unix_offset_ns.saturating_add_unsigned(section.begin_ns());
+    let begin_ns = section.start.unix_ns(section.begin_ns());
     match section.state.now_ns() {
         0 => begin_ns.saturating_sub(MOMENT_NS),
         _ => begin_ns,
@@ -46,7 +46,7 @@ pub(super) fn begin_unix_ns(section: &TapeSection) -> i64 {
 impl ChangeRun {
     /// A run before its first section.
     pub fn new(program: Arc<LoggedProgram>) -> ChangeRun {
-        let (engine, values) = (program.engine(), vec![None; program.chosen.len()]);
+        let (engine, values) = (program.playable.engine(), vec![None; program.chosen.len()]);
         let (done, at, mode) = (None, LogPosition::default(), Mode::Run);
         ChangeRun { program, engine, values, done, at, mode }
     }
@@ -89,7 +89,6 @@ impl ChangeRun {
     ) -> bool {
         let name = (process_start_ns, sequence);
         let begun = self.done.filter(|(of, done)| *of == name && *done <= section.entries.len());
-        let unix = |now_ns| section.start.unix_offset_ns.saturating_add_unsigned(now_ns);
         let begin_ns = begin_unix_ns(section);
         if begun.is_none() {
             if !self.engine.resume(&section.state) {
@@ -105,24 +104,23 @@ impl ChangeRun {
             }
         }
         let from = begun.map_or(0, |(_, done)| done);
-        let mut calls = numbered_calls(&section.entries, section.start.number);
-        for (at, entry) in section.entries.iter().enumerate() {
-            match entry {
-                TapeEntry::Call(_) => {
-                    let Some(of) = calls.next().filter(|_| at >= from) else { continue };
-                    let unix_ns = if of.now_ns == 0 { begin_ns } else { unix(of.now_ns) };
-                    self.at = LogPosition { process_start_ns, scan: of.number, unix_ns };
-                    self.call(of.call, tell);
+        for step in section.steps().skip(from) {
+            match step.entry {
+                TapeEntry::Call(call) => {
+                    let is_before = step.number < section.start.number || step.now_ns == 0;
+                    let unix_ns =
+                        if is_before { begin_ns } else { section.start.unix_ns(step.now_ns) };
+                    self.at = LogPosition { process_start_ns, scan: step.number, unix_ns };
+                    self.call(call, tell);
                 }
-                TapeEntry::Mode(mode) if at >= from => {
-                    self.mode = *mode;
+                TapeEntry::Mode(mode) => {
+                    self.mode = mode;
                     // In RUN outputs move with the first scan, outside RUN at once.
-                    if *mode != Mode::Run {
+                    if mode != Mode::Run {
                         self.compare(true, tell);
                     }
                 }
-                TapeEntry::Mode(_)
-                | TapeEntry::Origin(_)
+                TapeEntry::Origin(_)
                 | TapeEntry::Number(_)
                 | TapeEntry::Swap { .. }
                 | TapeEntry::State { .. }
@@ -139,7 +137,8 @@ impl ChangeRun {
             EngineCall::Execute | EngineCall::Terminate => self.compare(true, tell),
             // Outside of RUN no scan follows in which the change would be found.
             EngineCall::Write(cell, _) | EngineCall::Force(cell, _) | EngineCall::Release(cell)
-                if self.mode != Mode::Run && self.program.rules.number(cell).is_none() =>
+                if self.mode != Mode::Run
+                    && self.program.playable.outputs.number(cell).is_none() =>
             {
                 self.compare_cell(cell, tell);
             }
@@ -156,8 +155,9 @@ impl ChangeRun {
     /// that keep their values outside RUN may have moved.
     fn compare(&mut self, moves_held: bool, tell: &mut dyn FnMut(LoggedChange)) {
         let (image, at, mode) = (self.engine.image(), self.at, self.mode);
-        let keeps =
-            |cell: Cell| !moves_held && mode != Mode::Run && self.program.rules.is_held(cell);
+        let keeps = |cell: Cell| {
+            !moves_held && mode != Mode::Run && self.program.playable.outputs.is_held(cell)
+        };
         let chosen = self.program.chosen.iter().zip(&mut self.values);
         for (number, ((_, cell), known)) in (0..).zip(chosen) {
             let value = self.program.shown(image, (*cell, mode));

@@ -6,8 +6,7 @@ use std::sync::Arc;
 use super::program::LiveProgram;
 use rungd_engine::isa::{Address, Bit, BlockId, StageId};
 use rungd_engine::{Cell, EngineCall};
-use rungd_runtime::exchange::Mode;
-use rungd_runtime::{Origin, TapeEntry, TapeSection, numbered_calls};
+use rungd_runtime::{Origin, TapeEntry, TapeSection};
 
 /// The most events; only the newest are kept.
 const EVENTS_MAX: usize = 500;
@@ -109,41 +108,27 @@ fn told(program: &LiveProgram) -> Vec<(Cell, Told)> {
 
 /// The changes of the mode, and the actions of people and clients.
 fn outside(program: &LiveProgram, section: &TapeSection, all: &mut Vec<LiveEvent>) {
-    let mut calls = numbered_calls(&section.entries, section.start.number).peekable();
-    let before = section.start.number.saturating_sub(1);
-    let (mut scan, mut origin) = ((before, section.begin_ns()), None);
-    for (at, entry) in section.entries.iter().enumerate() {
-        if let Some(of) = calls.next_if(|of| of.entry == at) {
-            scan = (of.number, of.now_ns.max(scan.1));
-        }
-        let unix_ns = section.start.unix_offset_ns.saturating_add_unsigned(scan.1);
+    let mut origin = None;
+    for step in section.steps() {
         let event = |text: String, operand: Option<String>| LiveEvent {
-            scan: scan.0,
-            unix_ns,
+            scan: step.number,
+            unix_ns: section.start.unix_ns(step.now_ns),
             is_alarm: false,
             text,
             operand,
         };
-        match entry {
-            TapeEntry::Mode(mode) => all.push(event(mode_text(*mode), None)),
-            TapeEntry::Origin(of) => origin = Some(*of),
+        match step.entry {
+            TapeEntry::Mode(mode) => all.push(event(mode.to_string(), None)),
+            TapeEntry::Origin(of) => origin = Some(of),
             TapeEntry::Call(call) => {
                 let who = origin.and_then(|origin| who(section, origin));
-                all.extend(done(program, *call, who).map(|(text, name)| event(text, Some(name))));
+                all.extend(done(program, call, who).map(|(text, name)| event(text, Some(name))));
             }
             TapeEntry::Number(_)
             | TapeEntry::Swap { .. }
             | TapeEntry::State { .. }
             | TapeEntry::Lost { .. } => {}
         }
-    }
-}
-
-fn mode_text(mode: Mode) -> String {
-    match mode {
-        Mode::Run => mode.name().to_owned(),
-        Mode::Stop(reason) => format!("{}: {reason}", mode.name()),
-        Mode::Fault(reason) => format!("{}: {reason}", mode.name()),
     }
 }
 

@@ -13,9 +13,10 @@ use super::program::LiveProgram;
 use super::view::LiveView;
 use crate::operator::client::{self, CallFailure};
 use crate::operator::protocol::{Present, RecordingBytes, Request};
-use rungd_engine::Engine;
+use rungd_engine::Program;
 use rungd_history::observe::{PowerRun, ScanPower};
-use rungd_history::record::{LastProgram, RecordedProgram, Recording, Replay, ReplayEngine};
+use rungd_history::playback::Playback;
+use rungd_history::record::{LastProgram, RecordedProgram, Recording};
 use rungd_runtime::TapeSection;
 
 /// The longest wait for an answer.
@@ -60,7 +61,7 @@ pub struct Follower {
 struct KnownProgram {
     program: Arc<LiveProgram>,
     run: PowerRun,
-    engine: Option<ReplayEngine>,
+    playback: Playback<Program>,
     /// Whether the minute before the first look has been fetched.
     has_minute: bool,
     sections: Vec<KeptSection>,
@@ -151,32 +152,30 @@ impl KnownProgram {
     fn new(program: Arc<LiveProgram>) -> KnownProgram {
         let run = PowerRun::new(Arc::clone(&program.subject));
         let power = Arc::new(ScanPower::nothing());
-        let (sections, engine) = (Vec::new(), None);
-        KnownProgram { program, run, engine, has_minute: false, sections, power, earlier: None }
+        let playback = Playback::new(Recording::default(), program.subject.whole_code());
+        let (has_minute, sections) = (false, Vec::new());
+        KnownProgram { program, run, playback, has_minute, sections, power, earlier: None }
     }
 
     /// Takes the sections of the program, and executes them up to the last scan.
     fn take(&mut self, recording: &Arc<Recording>) -> Result<(), LookFailure> {
-        let subject = Arc::clone(&self.program.subject);
         let own = &self.program.recorded;
         let places: Vec<(usize, u64, bool)> = (0..recording.count())
             .filter(|at| recording.program(*at) == own)
             .map(|at| (at, recording.head(at).sequence, recording.head(at).follows))
             .collect();
         let first = places.first().ok_or_else(exchanged)?.1;
-        let make = |_: &RecordedProgram| Ok(Engine::new(subject.whole_code()));
-        let mut replay = Replay::going_on(Arc::clone(recording), make, self.engine.take());
+        self.playback.set_recording(Arc::clone(recording));
         self.has_minute = !self.sections.is_empty();
         self.sections.retain(|(sequence, _)| *sequence < first);
         for (at, sequence, follows) in places {
-            let Ok(mut section) = replay.section(at) else { continue };
+            let Ok(mut section) = self.playback.section(at) else { continue };
             // The first section of an answer follows the kept ones only if its number is the next
             // one.
             let before = self.sections.last().map(|(sequence, _)| sequence + 1);
             section.start.follows = follows && before == Some(sequence);
             self.sections.push((sequence, Arc::new(section)));
         }
-        self.engine = replay.into_engine();
         self.forget();
         let (_, newest) = self.sections.last().ok_or_else(exchanged)?;
         if let Some(power) = self.run.last_of(newest) {

@@ -3,11 +3,11 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use rungd_config::controller::{Controller, OutputRules};
+use rungd_config::controller::Controller;
 use rungd_engine::Cell;
 use rungd_engine::isa::Address;
 use rungd_history::observe::Subject;
-use rungd_history::playback::loaded;
+use rungd_history::playback::subject_and_settings;
 use rungd_history::record::RecordedProgram;
 use rungd_lab::draw::ladder::{Picture, RungPicture};
 use rungd_language::resolve::program::TagMeaning;
@@ -23,8 +23,6 @@ pub struct LiveProgram {
     pub picture: Picture,
     /// The settings of its controller file.
     pub controller: Option<Controller>,
-    /// What its outputs are driven to.
-    pub(crate) rules: OutputRules,
     /// The parts, by block or Stage, then by rung and branch.
     parts: HashMap<String, HashMap<PartNumber, PartPlace>>,
 }
@@ -62,18 +60,15 @@ impl LiveProgram {
     /// # Errors
     /// This version of rungd cannot load them.
     pub fn of(recorded: Arc<RecordedProgram>) -> Result<LiveProgram, String> {
-        let (program, loaded) = loaded(&recorded)?;
-        let controller = loaded.controller;
-        let subject = Subject::new(Arc::new(program), loaded.files);
-        let rules = OutputRules::of(controller.as_ref(), subject.symbols());
-        let subject = Arc::new(subject.with_outputs(rules.clone()));
+        let (subject, controller) = subject_and_settings(&recorded)?;
+        let subject = Arc::new(subject);
         let picture = Picture::of(&subject);
         let mut parts: HashMap<String, HashMap<PartNumber, PartPlace>> = HashMap::new();
         for (part, of) in (0..).zip(subject.contacts()) {
             let of_element = parts.entry(of.element).or_default();
             of_element.insert((of.rung, of.branch), PartPlace { part, first: of.first });
         }
-        Ok(LiveProgram { recorded, subject, picture, controller, rules, parts })
+        Ok(LiveProgram { recorded, subject, picture, controller, parts })
     }
 
     /// The number of the first contact of a rung or branch, among the contacts of the program.

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use super::program::LiveProgram;
 use crate::operator::protocol::Present;
 use rungd_config::controller::OutputState;
-use rungd_engine::{BitCell, Cell, EngineCall};
+use rungd_engine::{BitCell, Cell};
 use rungd_history::observe::CellChanged;
+use rungd_runtime::TapeSection;
 use rungd_runtime::exchange::Mode;
-use rungd_runtime::{TapeEntry, TapeSection, numbered_calls, scan_begins};
 
 /// The most points of a trend. A longer one keeps the lowest and the highest value of each stretch.
 const POINTS_MAX: usize = 4000;
@@ -50,12 +50,12 @@ pub(super) struct TrendMinute<'a> {
 pub(super) fn trend(view: TrendMinute<'_>, cell: Cell) -> Trend {
     let (subject, sections) = (&view.program.subject, view.sections);
     let last = sections.iter().rev().find_map(|section| {
-        let begun = scan_begins(&section.entries, section.start.number).last()?;
-        Some((begun.number, section.start.unix_offset_ns.saturating_add_unsigned(begun.now_ns)))
+        let begun = section.begins().last()?;
+        Some((begun.number, section.start.unix_ns(begun.now_ns)))
     });
     let point =
         |of: CellChanged| TrendPoint { scan: of.scan, unix_ns: of.unix_ns, value: Some(of.after) };
-    let points: Vec<TrendPoint> = match view.program.rules.number(cell) {
+    let points: Vec<TrendPoint> = match view.program.subject.output_rules().number(cell) {
         None => subject.changes(sections, &[cell]).into_iter().map(point).collect(),
         Some(number) => {
             let mut points = driven(view, cell);
@@ -91,7 +91,7 @@ fn now(
 
 /// What an output was driven to, by its bit, the mode and the `.Ok` of its devices.
 fn driven(view: TrendMinute<'_>, cell: Cell) -> Vec<TrendPoint> {
-    let rules = &view.program.rules;
+    let rules = view.program.subject.output_rules();
     let devices = rules.devices(cell);
     let cells: Vec<Cell> =
         std::iter::once(cell).chain(devices.iter().map(|ok| Cell::Bit(*ok))).collect();
@@ -137,31 +137,20 @@ fn driven(view: TrendMinute<'_>, cell: Cell) -> Vec<TrendPoint> {
 fn modes(sections: &[Arc<TapeSection>]) -> Vec<((i64, u64), Mode)> {
     let mut all: Vec<((i64, u64), Mode)> = Vec::new();
     for section in sections {
-        let unix = |ns| section.start.unix_offset_ns.saturating_add_unsigned(ns);
-        let mut calls = numbered_calls(&section.entries, section.start.number).peekable();
-        let before = section.start.number.saturating_sub(1);
-        let (mut at, mut runs) = ((unix(section.begin_ns()), before), false);
-        if all.last().is_none_or(|(_, mode)| *mode != section.start.mode) {
-            all.push((at, section.start.mode));
+        let (start, before) = (section.start, section.start.number.saturating_sub(1));
+        if all.last().is_none_or(|(_, mode)| *mode != start.mode) {
+            all.push(((start.unix_ns(section.begin_ns()), before), start.mode));
         }
-        for (number, entry) in section.entries.iter().enumerate() {
-            if let Some(of) = calls.next_if(|of| of.entry == number)
-                && matches!(of.call, EngineCall::Begin { .. })
-            {
-                at = (unix(of.now_ns), of.number);
-                if std::mem::take(&mut runs) {
-                    all.push((at, Mode::Run));
-                }
+        let mut runs = false;
+        for step in section.steps() {
+            let at = (start.unix_ns(step.now_ns), step.number);
+            if step.begins_scan() && std::mem::take(&mut runs) {
+                all.push((at, Mode::Run));
             }
-            match entry {
-                TapeEntry::Mode(Mode::Run) => runs = true,
-                TapeEntry::Mode(mode) => all.push((at, *mode)),
-                TapeEntry::Call(_)
-                | TapeEntry::Origin(_)
-                | TapeEntry::Number(_)
-                | TapeEntry::Swap { .. }
-                | TapeEntry::State { .. }
-                | TapeEntry::Lost { .. } => {}
+            match step.entry.mode() {
+                Some(Mode::Run) => runs = true,
+                Some(mode) => all.push((at, mode)),
+                None => {}
             }
         }
     }

@@ -14,8 +14,8 @@ use rungd_engine::Cell;
 use rungd_engine::isa::Real;
 use rungd_history::observe::{At, Explanation, Limits, PowerRun, ScanPower};
 use rungd_lab::draw::circuit::ContactSymbol;
+use rungd_runtime::TapeSection;
 use rungd_runtime::exchange::Mode;
-use rungd_runtime::{TapeSection, scan_begins};
 
 /// The last scan of a controller, and the minute before it.
 #[derive(Clone, Debug)]
@@ -48,11 +48,7 @@ pub enum TagValue {
 impl LiveView {
     /// The numbers of the first and the last scan in the view; `None`: no scan yet.
     pub fn scans(&self) -> Option<RangeInclusive<u64>> {
-        let mut all = self.sections.iter().filter_map(|section| {
-            let mut begins = scan_begins(&section.entries, section.start.number);
-            begins.next().map(|first| first.number)
-        });
-        let first = all.next()?;
+        let first = self.sections.iter().find_map(|section| section.begins().next())?.number;
         Some(first..=self.power.scan.max(first))
     }
 
@@ -64,9 +60,7 @@ impl LiveView {
         if scan == self.power.scan {
             return Ok((*self.power).clone());
         }
-        let has = |section: &&Arc<TapeSection>| {
-            scan_begins(&section.entries, section.start.number).any(|begin| begin.number == scan)
-        };
+        let has = |section: &&Arc<TapeSection>| section.begins().any(|begin| begin.number == scan);
         let mut run = PowerRun::new(Arc::clone(&self.program.subject));
         let found = self.sections.iter().find(has);
         found.and_then(|section| run.of_scan(section, scan)).ok_or_else(|| match self.scans() {
@@ -99,7 +93,7 @@ impl LiveView {
     /// The state of the output of a cell in a scan; `None`: the cell is no Y. For the last scan it
     /// is the present state, as the controller has it; for an earlier scan it follows from the log.
     pub fn output(&self, power: &ScanPower, cell: Cell) -> Option<OutputState> {
-        let rules = &self.program.rules;
+        let rules = self.program.subject.output_rules();
         let number = rules.number(cell)?;
         if let Some(present) = self.present.as_ref().filter(|_| power.scan == self.power.scan) {
             return Some(present.output(number));

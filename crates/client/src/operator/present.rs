@@ -32,7 +32,7 @@ impl Present {
     /// Completes an answer about the end of the log: the log does not have a scan that hangs, nor
     /// what a lost device has accepted last.
     pub fn complete(&self, answer: &mut Explanation, subject: &Subject) {
-        if let Some(number) = subject.output_number(answer.root.operand.cell) {
+        if let Some(number) = subject.output_rules().number(answer.root.operand.cell) {
             answer.output = self.output(number);
         }
     }

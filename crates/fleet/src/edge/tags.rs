@@ -42,9 +42,9 @@ pub(super) fn metrics(
     logged: &LoggedProgram,
     first_alias: u64,
 ) -> Vec<TagMetric> {
-    let all = all(settings, &logged.program, &logged.symbols);
+    let all = all(settings, &logged.playable.program, &logged.playable.symbols);
     let metric = |(at, (name, address, cell, tag, rule)): (u64, ChosenTag<'_>)| {
-        let datatype = datatype(address, cell, &logged.symbols);
+        let datatype = datatype(address, cell, &logged.playable.symbols);
         let may_write = settings.commands.contains(&name);
         let content = |limit: &Option<(i32, _)>| limit.as_ref().map(|(content, _)| *content);
         let limits = content(&tag.min).zip(content(&tag.max));

@@ -71,7 +71,7 @@ impl TrialScan<'_> {
             }
         }
         self.engine.apply(EngineCall::Execute);
-        let after = super::leaves::content(self.engine.image(), self.cell);
+        let after = self.engine.image().value(self.cell);
         Some(after != self.state.value(self.cell))
     }
 

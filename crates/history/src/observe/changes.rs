@@ -7,11 +7,10 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use super::leaves::content;
 use super::slice_run::SliceRun;
 use super::subject::Subject;
 use rungd_engine::{Cell, EngineCall};
-use rungd_runtime::{TapeEntry, TapeSection, numbered_calls};
+use rungd_runtime::TapeSection;
 
 /// A value of a cell at the end of a scan, different from the value before the scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,25 +46,21 @@ impl Subject {
                 let image = run.engine().image();
                 let scan = section.start.number.saturating_sub(1);
                 let at = ChangeTime::of(section, scan, section.begin_ns());
-                let values = cells.iter().map(|cell| (*cell, content(image, *cell)));
+                let values = cells.iter().map(|cell| (*cell, image.value(*cell)));
                 let values = values.collect::<Vec<_>>();
                 all.extend(news(&mut known, values, at));
             }
             goes_on = true;
-            let mut numbers = numbered_calls(&section.entries, section.start.number).peekable();
             let mut changes = Vec::new();
-            let mut time = ChangeTime::of(section, section.start.number.saturating_sub(1), 0);
-            for (at, entry) in (0..).zip(&section.entries) {
-                let TapeEntry::Call(call) = entry else { continue };
-                if let Some(of) = numbers.next_if(|of| of.entry == at as usize) {
-                    time = ChangeTime::of(section, of.number, of.now_ns);
-                }
-                run.call(at, *call, Some(&mut changes));
+            for step in section.steps() {
+                let Some(call) = step.entry.call() else { continue };
+                run.call(step.at as u32, call, Some(&mut changes));
                 if matches!(call, EngineCall::Execute | EngineCall::Terminate) {
                     let values = changes.drain(..).map(|change| (change.cell, change.after));
                     let values = values.filter(|(cell, _)| known.contains_key(cell));
                     let values = last_of_each(values);
-                    all.extend(news(&mut known, values, time));
+                    let at = ChangeTime::of(section, step.number, step.now_ns);
+                    all.extend(news(&mut known, values, at));
                 }
             }
         }
@@ -85,8 +80,7 @@ struct ChangeTime {
 impl ChangeTime {
     /// The time of a scan that began at `now_ns` on the clock of the section.
     fn of(section: &TapeSection, scan: u64, now_ns: u64) -> ChangeTime {
-        let unix_ns = section.start.unix_offset_ns.saturating_add_unsigned(now_ns);
-        ChangeTime { scan, unix_ns }
+        ChangeTime { scan, unix_ns: section.start.unix_ns(now_ns) }
     }
 }
 

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use super::subject::Subject;
 use super::walk::{Witness, walk};
 use rungd_engine::{BitCell, Cell, Deed, Engine, EngineCall, Image, Slice};
-use rungd_runtime::{TapeEntry, TapeSection};
+use rungd_runtime::TapeSection;
 
 /// The steps that may write some bits.
 pub(super) struct BitWriters {
@@ -105,20 +105,11 @@ impl Glimpser<'_> {
     fn section(&mut self, section: &TapeSection) {
         self.engine.resume(&section.state);
         self.note_ends(None);
-        let mut number = section.start.number;
-        for entry in &section.entries {
-            match entry {
-                TapeEntry::Call(EngineCall::Execute) => {
-                    self.scan(number);
-                    number += 1;
-                }
-                TapeEntry::Call(call) => self.engine.apply(*call),
-                TapeEntry::Number(next) => number = *next,
-                TapeEntry::Origin(_)
-                | TapeEntry::Mode(_)
-                | TapeEntry::Swap { .. }
-                | TapeEntry::State { .. }
-                | TapeEntry::Lost { .. } => {}
+        for step in section.steps() {
+            match step.entry.call() {
+                Some(EngineCall::Execute) => self.scan(step.number),
+                Some(call) => self.engine.apply(call),
+                None => {}
             }
         }
     }

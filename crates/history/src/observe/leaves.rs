@@ -5,7 +5,7 @@ use super::subject::Subject;
 use rungd_engine::isa::status::st;
 use rungd_engine::isa::{Address, Bit, BitSpace, LegName, Word, WordSpace};
 use rungd_engine::ops::Power;
-use rungd_engine::{BitCell, Cell, Image, WordCell};
+use rungd_engine::{Cell, Image};
 use rungd_language::resolve::array::Element;
 use rungd_language::resolve::program::{Contact, Value};
 
@@ -130,7 +130,7 @@ pub(super) fn side(subject: &Subject, value: Value, image: &Image) -> Side {
         Value::Word(at) => word(subject, at, image),
         Value::Element(element) => {
             let cell = select(subject, element, image).1;
-            let value = cell.map_or(0, |cell| content(image, cell));
+            let value = cell.map_or(0, |cell| image.value(cell));
             Side { cell, ..Side::constant(value, real) }
         }
     }
@@ -139,7 +139,7 @@ pub(super) fn side(subject: &Subject, value: Value, image: &Image) -> Side {
 /// A word in an image.
 pub(super) fn word(subject: &Subject, word: Word, image: &Image) -> Side {
     let cell = Cell::Word(subject.symbols.layout.word(word));
-    Side::of(cell, content(image, cell), word.is_real())
+    Side::of(cell, image.value(cell), word.is_real())
 }
 
 /// The word that selects an element, and the selected cell.
@@ -148,14 +148,6 @@ pub(super) fn select(subject: &Subject, of: Element, image: &Image) -> (Side, Op
     let at = u32::try_from(index.value).ok().filter(|at| *at < of.array.count);
     let cell = at.and_then(|at| subject.symbols.layout.cell(of.array.element(at)));
     (index, cell)
-}
-
-/// The content of a cell.
-pub(super) fn content(image: &Image, cell: Cell) -> i32 {
-    match cell {
-        Cell::Bit(BitCell(at)) => image.bits().get(at as usize).map_or(0, |bit| i32::from(*bit)),
-        Cell::Word(WordCell(at)) => image.words().get(at as usize).copied().unwrap_or(0),
-    }
 }
 
 /// Whether the start of a scan writes an address.

@@ -1,7 +1,7 @@
 //! The words and bits that an instruction reads in addition to its contacts, to compute the value
 //! of a cell.
 
-use super::leaves::{Side, content, select, side, word};
+use super::leaves::{Side, select, side, word};
 use super::subject::Subject;
 use rungd_engine::isa::function::Function;
 use rungd_engine::isa::{Bit, OperandKind, OperandRole, Structure};
@@ -126,16 +126,16 @@ fn copied(
 
 fn selected(subject: &Subject, element: Element, image: &Image) -> Side {
     let cell = select(subject, element, image).1;
-    Side { cell, ..Side::constant(cell.map_or(0, |cell| content(image, cell)), false) }
+    Side { cell, ..Side::constant(cell.map_or(0, |cell| image.value(cell)), false) }
 }
 
 fn bit(cell: Cell, image: &Image) -> Side {
-    Side::of(cell, content(image, cell), false)
+    Side::of(cell, image.value(cell), false)
 }
 
 fn any(subject: &Subject, cell: Cell, image: &Image) -> Side {
     let real = matches!(cell, Cell::Word(word) if subject.symbols.layout.is_real(word));
-    Side::of(cell, content(image, cell), real)
+    Side::of(cell, image.value(cell), real)
 }
 
 /// The structure of which a bit or word is a member.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::answer::{TapeEnd, When};
 use super::subject::Subject;
 use rungd_engine::EngineCall;
-use rungd_runtime::{NumberedCall, Origin, TapeEntry, TapeSection, scan_begins};
+use rungd_runtime::{Origin, TapeEntry, TapeSection};
 
 /// The sections of a tape, the newest last.
 pub trait Past {
@@ -103,36 +103,27 @@ impl Moment {
     }
 }
 
-/// The scans of a section, in order.
-pub(super) fn begins(section: &TapeSection) -> Vec<NumberedCall> {
-    scan_begins(&section.entries, section.start.number).collect()
+/// The scan and time of an entry: those of the scan that began last.
+pub(super) fn when(section: &TapeSection, entry: usize) -> When {
+    let last = section.begins().take_while(|begin| begin.at <= entry).last();
+    last.map_or_else(|| start(section), |begin| at(section, Some(begin.number), begin.now_ns))
 }
 
-/// The scan and time of an entry: those of the scan that began last.
-pub(super) fn when(section: &TapeSection, begins: &[NumberedCall], entry: usize) -> When {
-    let last = begins.partition_point(|begin| begin.entry <= entry).checked_sub(1);
-    let (scan, now_ns) = match last.and_then(|at| begins.get(at)) {
-        Some(begin) => (Some(begin.number), begin.now_ns),
-        None => {
-            (section.start.number.checked_sub(1).filter(|scan| *scan > 0), section.state.now_ns())
-        }
-    };
-    let unix_ns = i64::try_from(now_ns).unwrap_or(i64::MAX);
-    When { scan, now_ns, unix_ns: unix_ns.saturating_add(section.start.unix_offset_ns) }
+/// The scan and time at the start of a section.
+pub(super) fn start(section: &TapeSection) -> When {
+    let scan = section.start.number.checked_sub(1).filter(|scan| *scan > 0);
+    at(section, scan, section.state.now_ns())
+}
+
+fn at(section: &TapeSection, scan: Option<u64>, now_ns: u64) -> When {
+    When { scan, now_ns, unix_ns: section.start.unix_ns(now_ns) }
 }
 
 /// The origin of a write, force or release, and the name of its sender.
 pub(super) fn origin(section: &TapeSection, entry: usize) -> (Origin, Option<String>) {
-    let mut origin = Origin::Inputs;
-    for of in section.entries.iter().take(entry).rev() {
-        if let TapeEntry::Origin(known) = of {
-            origin = *known;
-            break;
-        }
-        if let TapeEntry::Call(EngineCall::Begin { .. }) = of {
-            break;
-        }
-    }
+    let begins = |of: &&TapeEntry| matches!(of, TapeEntry::Call(EngineCall::Begin { .. }));
+    let before = section.entries.iter().take(entry).rev().take_while(|of| !begins(of));
+    let origin = before.filter_map(|of| of.origin()).next().unwrap_or(Origin::Inputs);
     let who = section.who.iter().find(|(of, _)| *of == origin).map(|(_, who)| who.clone());
     (origin, who)
 }

@@ -12,7 +12,7 @@ use super::subject::Subject;
 use super::walk::{Witness, walk};
 use rungd_engine::{Cell, Engine, EngineCall, Image, Slice};
 use rungd_runtime::exchange::{Mode, StopReason};
-use rungd_runtime::{TapeEntry, TapeSection, numbered_calls};
+use rungd_runtime::{TapeEntry, TapeSection, TapeStep};
 
 /// A contact of a rung that was not executed in the scan.
 const IDLE: u8 = 2;
@@ -143,27 +143,26 @@ impl PowerRun {
                 0
             }
         };
-        let calls = numbered_calls(&section.entries, section.start.number);
-        let executes: Vec<(usize, u64, u64)> = calls
-            .filter(|of| of.call == EngineCall::Execute && of.number <= scan)
-            .map(|of| (of.entry, of.number, of.now_ns))
-            .collect();
-        let seen = executes.last().copied().filter(|(entry, ..)| *entry >= from);
+        let is_wanted = |step: &TapeStep| {
+            step.entry == TapeEntry::Call(EngineCall::Execute) && step.number <= scan
+        };
+        let seen = section.steps().filter(is_wanted).last().filter(|step| step.at >= from);
         let mode = mode_at(section, section.entries.len());
         for (at, entry) in section.entries.iter().enumerate().skip(from) {
-            let TapeEntry::Call(call) = entry else { continue };
-            match seen {
-                Some((entry, number, now_ns)) if entry == at => {
-                    let unix_ns = section.start.unix_offset_ns.saturating_add_unsigned(now_ns);
-                    let mut power = self.see(*call);
-                    (power.scan, power.unix_ns, power.mode) =
-                        (number, unix_ns, mode_at(section, at));
-                    self.last = Some(power);
+            let Some(call) = entry.call() else { continue };
+            match seen.filter(|step| step.at == at) {
+                Some(step) => {
+                    self.last = Some(ScanPower {
+                        scan: step.number,
+                        unix_ns: section.start.unix_ns(step.now_ns),
+                        mode: mode_at(section, at),
+                        ..self.see(call)
+                    });
                     if scan != u64::MAX {
                         return self.last.clone();
                     }
                 }
-                Some(_) | None => self.engine.apply(*call),
+                None => self.engine.apply(call),
             }
         }
         self.done = Some((name, section.entries.len()));
@@ -191,7 +190,7 @@ impl PowerRun {
         let (bits, words) = public(&self.subject, self.engine.image());
         let before = self.last.as_ref();
         let scan = before.map_or(section.start.number.saturating_sub(1), |last| last.scan);
-        let begin = section.start.unix_offset_ns.saturating_add_unsigned(section.state.now_ns());
+        let begin = section.start.unix_ns(section.state.now_ns());
         let unix_ns = before.map_or(begin, |last| last.unix_ns);
         self.last = Some(ScanPower { scan, unix_ns, mode, bits, words, ..ScanPower::nothing() });
     }
@@ -199,16 +198,8 @@ impl PowerRun {
 
 /// The mode right before an entry.
 fn mode_at(section: &TapeSection, entry: usize) -> Mode {
-    let modes = section.entries.iter().take(entry).rev().find_map(|of| match of {
-        TapeEntry::Mode(mode) => Some(*mode),
-        TapeEntry::Call(_)
-        | TapeEntry::Origin(_)
-        | TapeEntry::Number(_)
-        | TapeEntry::Swap { .. }
-        | TapeEntry::State { .. }
-        | TapeEntry::Lost { .. } => None,
-    });
-    modes.unwrap_or(section.start.mode)
+    let mode = section.entries.iter().take(entry).rev().find_map(|of| of.mode());
+    mode.unwrap_or(section.start.mode)
 }
 
 /// The public cells.

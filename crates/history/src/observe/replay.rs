@@ -8,7 +8,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use super::answer::{Since, TapeEnd, When};
-use super::leaves::{content, is_status};
+use super::leaves::is_status;
 use super::past::{self, At, Moment, Past, Refusal, joins};
 use super::section_log::SectionLog;
 use super::slice_run::{CellChange, SliceRun};
@@ -77,7 +77,9 @@ impl<'a> Replay<'a> {
             return Some(Arc::clone(section));
         }
         let section = self.past.section(at)?;
-        if !section.state.fits(&self.subject.seen) || !calls_fit(self.subject, &section) {
+        let program = &self.subject.seen;
+        let mut calls = section.entries.iter().filter_map(|entry| entry.call());
+        if !section.state.fits(program) || !calls.all(|call| program.has(call)) {
             return None;
         }
         while self.sections.len() >= SECTIONS_MAX {
@@ -104,13 +106,9 @@ impl<'a> Replay<'a> {
         };
         let mut at = newest;
         while let Some(section) = self.section(at) {
-            let begins = past::begins(&section);
-            if let Some(found) = begins.iter().find(|begin| begin.number == scan) {
-                return Ok(Moment {
-                    section: at,
-                    entry: end_of_scan(&section, found.entry),
-                    step: 0,
-                });
+            if let Some(found) = section.begins().find(|begin| begin.number == scan) {
+                let entry = end_of_scan(&section, found.at);
+                return Ok(Moment { section: at, entry, step: 0 });
             }
             if section.start.number < scan || at == 0 {
                 break;
@@ -118,7 +116,7 @@ impl<'a> Replay<'a> {
             at -= 1;
         }
         let first = self.section(0).map_or(0, |section| section.start.number);
-        let last = past::begins(&end).last().map(|begin| begin.number);
+        let last = end.begins().last().map(|begin| begin.number);
         let last = last.unwrap_or(end.start.number.saturating_sub(1));
         Err(Refusal::NoSuchScan { first, last })
     }
@@ -160,8 +158,8 @@ impl<'a> Replay<'a> {
         }
         self.run.resume(&of.state);
         for (at, entry) in (0..).zip(of.entries.iter().take(entry)) {
-            if let TapeEntry::Call(call) = entry {
-                self.run.call(at, *call, None);
+            if let Some(call) = entry.call() {
+                self.run.call(at, call, None);
             }
         }
         let state = EngineState::of(self.run.engine());
@@ -173,9 +171,9 @@ impl<'a> Replay<'a> {
     /// Executes an entry again, observed by a witness.
     pub fn see(&mut self, section: usize, entry: usize, witness: &mut impl Witness) -> Option<()> {
         let of = self.section(section)?;
-        let TapeEntry::Call(call) = of.entries.get(entry)? else { return None };
+        let call = of.entries.get(entry)?.call()?;
         let (subject, slice) = (self.subject, self.slice);
-        walk((subject, slice), self.seek(section, entry)?, *call, witness);
+        walk((subject, slice), self.seek(section, entry)?, call, witness);
         Some(())
     }
 
@@ -216,11 +214,11 @@ impl<'a> Replay<'a> {
         loop {
             let of = self.section(section)?;
             for (entry, call) in of.entries.iter().enumerate().take(end).rev() {
-                let TapeEntry::Call(call) = call else { continue };
-                if *call == EngineCall::Release(cell) {
+                let call = call.call();
+                if call == Some(EngineCall::Release(cell)) {
                     return None;
                 }
-                if matches!(call, EngineCall::Force(forced, _) if *forced == cell) {
+                if matches!(call, Some(EngineCall::Force(forced, _)) if forced == cell) {
                     return Some(Ok(Moment { section, entry, step: 0 }));
                 }
             }
@@ -253,12 +251,11 @@ impl<'a> Replay<'a> {
 
     /// The scan and time of a moment.
     pub fn when(&mut self, at: Moment) -> When {
-        let begins = |section: &TapeSection| past::begins(section);
         match self.section(at.section) {
             Some(section) => {
                 let last = at.entries().saturating_sub(usize::from(at.step == 0 && at.entry > 0));
                 let last = if at.step > 0 { at.entry } else { last };
-                past::when(&section, &begins(&section), last)
+                past::when(&section, last)
             }
             None => When { scan: None, now_ns: 0, unix_ns: 0 },
         }
@@ -272,7 +269,7 @@ impl<'a> Replay<'a> {
     /// The scan and time at the start of a section.
     pub fn start_of(&mut self, section: usize) -> When {
         match self.section(section) {
-            Some(of) => past::when(&of, &[], 0),
+            Some(of) => past::start(&of),
             None => When { scan: None, now_ns: 0, unix_ns: 0 },
         }
     }
@@ -312,7 +309,7 @@ impl<'a> Replay<'a> {
             }
         }
         let entry = at.entries();
-        self.seek(at.section, entry).map_or(0, |engine| content(engine.image(), cell))
+        self.seek(at.section, entry).map_or(0, |engine| engine.image().value(cell))
     }
 }
 
@@ -328,7 +325,7 @@ impl Witness for Peek {
 
     fn before(&mut self, _: Deed, number: u32, image: &Image) {
         if number >= self.step && self.value.is_none() {
-            self.value = Some(content(image, self.cell));
+            self.value = Some(image.value(self.cell));
         }
     }
 
@@ -349,30 +346,4 @@ fn end_of_scan(section: &TapeSection, begin: usize) -> usize {
         }
     }
     section.entries.len()
-}
-
-/// Whether all calls name cells of the program.
-fn calls_fit(subject: &Subject, section: &TapeSection) -> bool {
-    let (bits, words) = (subject.seen.bit_count, subject.seen.word_count);
-    section.entries.iter().all(|entry| match entry {
-        TapeEntry::Call(
-            EngineCall::Write(cell, _) | EngineCall::Force(cell, _) | EngineCall::Release(cell),
-        ) => match cell {
-            Cell::Bit(bit) => bit.0 < bits,
-            Cell::Word(word) => word.0 < words,
-        },
-        TapeEntry::Call(
-            EngineCall::Start { .. }
-            | EngineCall::RequestStop
-            | EngineCall::Begin { .. }
-            | EngineCall::Execute
-            | EngineCall::Terminate,
-        )
-        | TapeEntry::Origin(_)
-        | TapeEntry::Number(_)
-        | TapeEntry::Mode(_)
-        | TapeEntry::Swap { .. }
-        | TapeEntry::State { .. }
-        | TapeEntry::Lost { .. } => true,
-    })
 }

@@ -4,7 +4,7 @@
 
 use super::slice_run::{CellChange, SliceRun};
 use rungd_engine::Cell;
-use rungd_runtime::{TapeEntry, TapeSection};
+use rungd_runtime::TapeSection;
 
 /// The changes of a section, in order.
 #[derive(Debug)]
@@ -20,8 +20,8 @@ impl SectionLog {
             run.resume(&section.state);
         }
         for (entry, of) in (0..).zip(&section.entries) {
-            if let TapeEntry::Call(call) = of {
-                run.call(entry, *call, Some(&mut changes));
+            if let Some(call) = of.call() {
+                run.call(entry, call, Some(&mut changes));
             }
         }
         SectionLog { changes }

@@ -228,10 +228,9 @@ impl Subject {
         cell.ok_or_else(|| format!("`{name}` is a structure: name a member, as `{name}.Acc`"))
     }
 
-    /// The number of the output of a cell; `None`: the cell is no Y, or no controller file is
-    /// known.
-    pub fn output_number(&self, cell: Cell) -> Option<u32> {
-        self.outputs.number(cell)
+    /// What its outputs are driven to, if its controller file is known.
+    pub fn output_rules(&self) -> &OutputRules {
+        &self.outputs
     }
 
     /// The names and cells of the program.

@@ -9,7 +9,6 @@ use super::inquiry::{ChangePlace, Found, FoundWriter, Inquiry, Shown};
 use super::past::Moment;
 use super::replay::{Changed, SEARCHED_MAX};
 use rungd_engine::Cell;
-use rungd_runtime::TapeEntry;
 use rungd_runtime::exchange::Mode;
 
 /// The search for the last change covers this many times more sections than the search for a lesser
@@ -86,9 +85,7 @@ impl Inquiry<'_> {
         loop {
             let of = self.replay.section(section)?;
             let entries = of.entries.iter().enumerate().take(end);
-            let found = entries.rev().find_map(|(entry, of)| {
-                if let TapeEntry::Mode(mode) = of { Some((entry, *mode)) } else { None }
-            });
+            let found = entries.rev().find_map(|(entry, of)| Some((entry, of.mode()?)));
             if let Some((entry, mode)) = found {
                 let since = Since::At(self.replay.when_of(section, entry));
                 return Some((mode, since)).filter(|(mode, _)| *mode != Mode::Run);

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::decide::{Decides, decides};
-use super::leaves::{LeafSeen, content, legs, look};
+use super::leaves::{LeafSeen, legs, look};
 use super::subject::Subject;
 use super::walk::Witness;
 use rungd_engine::isa::{Address, Bit, BitSpace};
@@ -120,7 +120,7 @@ impl Witness for Watch<'_> {
         }
         let read = self.instruction(deed);
         let read = read.map(|(_, of)| operands(self.subject, of, self.cell, image));
-        self.now = Some((content(image, self.cell), read.unwrap_or_default()));
+        self.now = Some((image.value(self.cell), read.unwrap_or_default()));
     }
 
     fn after(&mut self, deed: Deed, number: u32, image: &Image) {
@@ -128,7 +128,7 @@ impl Witness for Watch<'_> {
             return;
         }
         let Some((before, operands)) = self.now.take() else { return };
-        let after = content(image, self.cell);
+        let after = image.value(self.cell);
         if before != after || self.decides(deed) {
             self.decided.push(Decided { step: number, by: deed, before, after, operands });
         }

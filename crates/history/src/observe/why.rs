@@ -71,7 +71,7 @@ impl Subject {
         let mut replay = Replay::new(self, &slice, past);
         let moment = replay.moment(at)?;
         let image = replay.seek(moment.section, moment.entry).ok_or(Refusal::NoPast)?.image();
-        let value = super::leaves::content(image, cell);
+        let value = image.value(cell);
         let outputs = &self.outputs;
         let is_lost = outputs.is_lost(cell, |ok| image.bit(ok));
         let when = replay.when(moment);

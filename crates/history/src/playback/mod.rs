@@ -4,6 +4,12 @@
 //! `record` reads sections and knows no ladders; `load` makes programs and knows no recordings.
 //! This module joins the two, and hands the past to `observe`. Used by `cli`, `editor` and `live`.
 
+mod programs;
 mod recorded;
+mod replay;
+mod twin_run;
 
-pub use recorded::{RecordedPast, RecordedRun, loaded, run_of, subject};
+pub use programs::{PlayableProgram, RecordedPrograms};
+pub use recorded::{RecordedPast, loaded, subject, subject_and_settings, whole_program};
+pub use replay::{MakeEngine, Playback, PlayedScan, PlayedStep, Unplayable, Verified};
+pub use twin_run::{TwinRun, TwinScan};

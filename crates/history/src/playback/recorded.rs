@@ -6,25 +6,16 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use super::replay::Playback;
 use crate::observe::{EarlierPast, Past, Subject, TapeEnd};
-use crate::record::{RecordedFile, RecordedProgram, Recording, Replay};
-use rungd_config::controller::OutputRules;
+use crate::record::{RecordedFile, RecordedProgram, Recording};
+use rungd_config::controller::{Controller, OutputRules};
 use rungd_config::load::{self, Loaded};
 use rungd_engine::{Cell, Engine, Program};
 use rungd_language::lower::lower;
 use rungd_language::resolve::program;
 use rungd_language::source::span::SourceFile;
 use rungd_runtime::TapeSection;
-
-/// Makes the engine of a recorded program.
-type MakeEngine = fn(&RecordedProgram) -> Result<Engine, String>;
-
-/// Makes the engine for a question. It is the same for every section, because all sections have the
-/// same program.
-type MakeSlice = Box<dyn FnMut(&RecordedProgram) -> Result<Engine, String>>;
-
-/// A recording that can be executed again.
-pub type RecordedRun = Replay<MakeEngine>;
 
 /// The files of a recorded program, loaded.
 ///
@@ -48,31 +39,39 @@ pub fn loaded(program: &RecordedProgram) -> Result<(program::Program, Loaded), S
     Ok((program, loaded))
 }
 
-/// Makes the engine of a recorded program.
-fn engine_of(program: &RecordedProgram) -> Result<Engine, String> {
+/// The engine of a recorded program.
+///
+/// # Errors
+/// This version of rungd cannot load the program.
+pub fn whole_program(program: &RecordedProgram) -> Result<Engine, String> {
     let (program, _) = loaded(program)?;
     Ok(Engine::new(lower(&program).0))
 }
 
-/// A recording, ready to be executed again.
-pub fn run_of(recording: Recording) -> RecordedRun {
-    Replay::new(recording, engine_of)
-}
-
-/// The program of a section, as the subject of observations.
+/// A recorded program as the subject of observations.
 ///
 /// # Errors
 /// This version of rungd cannot load it.
 pub fn subject(program: &RecordedProgram) -> Result<Subject, String> {
-    let (program, loaded) = loaded(program)?;
-    let subject = Subject::new(Arc::new(program), loaded.files);
-    let outputs = OutputRules::of(loaded.controller.as_ref(), subject.symbols());
-    Ok(subject.with_outputs(outputs))
+    subject_and_settings(program).map(|(subject, _)| subject)
+}
+
+/// A recorded program as the subject of observations, and the settings of its controller.
+///
+/// # Errors
+/// This version of rungd cannot load it.
+pub fn subject_and_settings(
+    program: &RecordedProgram,
+) -> Result<(Subject, Option<Controller>), String> {
+    let (program, Loaded { files, controller, .. }) = loaded(program)?;
+    let subject = Subject::new(Arc::new(program), files);
+    let outputs = OutputRules::of(controller.as_ref(), subject.symbols());
+    Ok((subject.with_outputs(outputs), controller))
 }
 
 /// The sections of one program in a recording, for a question about it.
 pub struct RecordedPast {
-    run: Replay<MakeSlice>,
+    playback: Playback<Program>,
     first: usize,
     end: usize,
     /// The sections from a base image to the section that was requested last.
@@ -91,8 +90,8 @@ impl RecordedPast {
         let same = |at: &usize| recording.program(*at) == recording.program(section);
         let first = (0..=section).rev().take_while(same).last().unwrap_or(section);
         let end = (section..recording.count()).take_while(same).last().unwrap_or(section) + 1;
-        let make: MakeSlice = Box::new(move |_| Ok(Engine::new(slice.clone())));
-        RecordedPast { run: Replay::new(recording, make), first, end, loaded: BTreeMap::new() }
+        let playback = Playback::new(recording, slice);
+        RecordedPast { playback, first, end, loaded: BTreeMap::new() }
     }
 }
 
@@ -105,15 +104,15 @@ impl Past for RecordedPast {
         let at = self.first + at;
         if !self.loaded.contains_key(&at) {
             // A search goes backward in time, but states are computed forward from a base image.
-            let base = self.run.recording().base_of(at)?;
-            let sections = (base..=at).map_while(|at| Some((at, self.run.section(at).ok()?)));
+            let base = self.playback.recording().base_of(at)?;
+            let sections = (base..=at).map_while(|at| Some((at, self.playback.section(at).ok()?)));
             self.loaded = sections.map(|(at, section)| (at, Arc::new(section))).collect();
         }
         self.loaded.get(&at).cloned()
     }
 
     fn begins(&self) -> TapeEnd {
-        let recording = self.run.recording();
+        let recording = self.playback.recording();
         let process = |at: usize| recording.program(at).process_start_ns;
         match self.first.checked_sub(1) {
             None => TapeEnd::Oldest,
@@ -127,7 +126,7 @@ impl Past for RecordedPast {
         if self.begins() != TapeEnd::Swapped {
             return None;
         }
-        let (recording, last) = (Arc::clone(self.run.recording()), self.first.checked_sub(1)?);
+        let (recording, last) = (Arc::clone(self.playback.recording()), self.first.checked_sub(1)?);
         let subject = subject(recording.program(last)).ok()?;
         let cells: Vec<Cell> = operands.iter().filter_map(|name| subject.cell(name).ok()).collect();
         let past = RecordedPast::around(recording, last, subject.code_for_all(&cells));

@@ -2,9 +2,9 @@
 //! back.
 //!
 //! The daemon's thread reads the tape and passes its entries to a [`Recorder`]. It passes each
-//! block of the recorder to [`Recent`] and to the store. `cli` opens recordings and replays them.
-//! `docs/record-format.md` describes the format. Deliberately absent: threads, clocks (times are
-//! arguments), the log, and any knowledge of ladders (a caller makes the engine of a program).
+//! block of the recorder to [`Recent`] and to the store. `cli` opens recordings; `playback` executes
+//! them again. `docs/record-format.md` describes the format. Deliberately absent: threads, clocks
+//! (times are arguments), the log, and any knowledge of ladders.
 
 mod block;
 mod codes;
@@ -18,7 +18,6 @@ mod quiet;
 mod recent;
 mod recorder;
 mod recording;
-mod replay;
 mod section;
 mod section_read;
 mod segment;
@@ -37,8 +36,6 @@ pub use program_read::read_program;
 pub use recent::Recent;
 pub use recorder::{Recorder, TapeClock};
 pub use recording::{ReadSection, Recording};
-pub use replay::fits;
-pub use replay::{Replay, ReplayEngine, ReplayedScan, Unreplayable, Verified};
 pub use section::SectionBody;
 pub use segment::{SegmentStart, VERSION};
 pub use segment_read::{FileIndex, Flaw, IndexedBlock, LastProgram, index, passed_ns};

@@ -1,7 +1,7 @@
 //! Reads a recording: a file or a folder of segments, or bytes of memory. Finds its sections by
 //! time or scan.
 //!
-//! `replay` executes a recording, `cli` lists and cuts it. Opening reads only the heads. Sections
+//! `playback` executes a recording, `cli` lists and cuts it. Opening reads only the heads. Sections
 //! are in the order of their times; the file names do not matter.
 
 use std::cmp::Reverse;
@@ -23,7 +23,7 @@ use rungd_engine::EngineState;
 use rungd_runtime::SectionStart;
 
 /// A recording.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Recording {
     sources: Vec<RecordSource>,
     sections: Vec<RecordedSection>,

@@ -88,15 +88,15 @@ fn put_mode(out: &mut Vec<u8>, mode: Mode) {
 
 /// The times of the scans, in order, ns, with local time.
 fn scans(entries: &[TapeEntry]) -> impl Iterator<Item = (u64, i64)> {
-    entries.iter().filter_map(|entry| match entry {
-        TapeEntry::Call(EngineCall::Begin { now_ns, local_s, .. }) => Some((*now_ns, *local_s)),
-        TapeEntry::Call(_)
-        | TapeEntry::Origin(_)
-        | TapeEntry::Number(_)
-        | TapeEntry::Mode(_)
-        | TapeEntry::Swap { .. }
-        | TapeEntry::State { .. }
-        | TapeEntry::Lost { .. } => None,
+    entries.iter().filter_map(|entry| match entry.call()? {
+        EngineCall::Begin { now_ns, local_s, .. } => Some((now_ns, local_s)),
+        EngineCall::Start { .. }
+        | EngineCall::RequestStop
+        | EngineCall::Write(..)
+        | EngineCall::Execute
+        | EngineCall::Terminate
+        | EngineCall::Force(..)
+        | EngineCall::Release(_) => None,
     })
 }
 

@@ -36,7 +36,8 @@ impl WhoNotes {
     /// The notes about the origins of a section that ends, and late notes about the origins of the
     /// section before it.
     pub fn of_section(&mut self, entries: &[TapeEntry]) -> Vec<(Origin, String)> {
-        let own: HashSet<_> = entries.iter().filter_map(origin).map(numbered).collect();
+        let own: HashSet<_> =
+            entries.iter().filter_map(|entry| entry.origin()).map(numbered).collect();
         let mut found = Vec::new();
         self.notes.retain(|(origin, who)| {
             let key = numbered(*origin);
@@ -56,17 +57,5 @@ fn is_passing(origin: Origin) -> bool {
     match origin {
         Origin::Batch(_) | Origin::Command(_) => true,
         Origin::Inputs | Origin::Device(_) => false,
-    }
-}
-
-fn origin(entry: &TapeEntry) -> Option<Origin> {
-    match entry {
-        TapeEntry::Origin(origin) => Some(*origin),
-        TapeEntry::Call(_)
-        | TapeEntry::Number(_)
-        | TapeEntry::Mode(_)
-        | TapeEntry::Swap { .. }
-        | TapeEntry::State { .. }
-        | TapeEntry::Lost { .. } => None,
     }
 }

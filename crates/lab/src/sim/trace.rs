@@ -32,10 +32,7 @@ impl Watched {
 
     /// The cell's content in an image.
     pub fn value(&self, image: &Image) -> i32 {
-        match self.cell {
-            Cell::Bit(bit) => i32::from(image.bit(bit)),
-            Cell::Word(word) => image.word(word),
-        }
+        image.value(self.cell)
     }
 
     /// The text of the cell's content.

@@ -246,7 +246,7 @@ fn explain(
                 now_ns: of.now_ns,
                 value: text(*cell, of.value),
             };
-            let value = super::happened::value_in(rig.image(), *cell);
+            let value = rig.image().value(*cell);
             SeenOperand {
                 name: name.clone(),
                 value: text(*cell, changes.back().map_or(value, |last| last.value)),
@@ -260,7 +260,7 @@ fn explain(
     // changes of several cells.
     let element = |(name, cell): (String, Cell)| SeenOperand {
         name,
-        value: text(cell, super::happened::value_in(rig.image(), cell)),
+        value: text(cell, rig.image().value(cell)),
         is_bit: matches!(cell, Cell::Bit(_)),
         on_within: None,
         changes: Vec::new(),

@@ -4,8 +4,8 @@
 //! that grid that is nearest to its time. If the recording skipped scans, the test runs additional
 //! scans.
 
-use rungd_engine::{Cell, Engine, EngineCall, Image};
-use rungd_runtime::{TapeEntry, TapeSection};
+use rungd_engine::{Cell, Engine, EngineCall};
+use rungd_runtime::TapeSection;
 
 /// The maximum number of additional scans between the recorded scans: almost three hours at 10 ms.
 /// After that number, each recorded scan follows the one before directly, so that no recorded time
@@ -38,16 +38,7 @@ pub(super) fn happened(
     let mut next = HappenedScan::default();
     let (mut first_ns, mut idle, mut begun) = (None, 0, false);
     let entries = sections.iter().flat_map(|section| &section.entries);
-    for entry in entries {
-        let call = match entry {
-            TapeEntry::Call(call) => *call,
-            TapeEntry::Origin(_)
-            | TapeEntry::Number(_)
-            | TapeEntry::Mode(_)
-            | TapeEntry::Swap { .. }
-            | TapeEntry::State { .. }
-            | TapeEntry::Lost { .. } => continue,
-        };
+    for call in entries.filter_map(|entry| entry.call()) {
         engine.apply(call);
         match call {
             EngineCall::Start { .. } => next.begins_run = !scans.is_empty(),
@@ -70,24 +61,11 @@ pub(super) fn happened(
             EngineCall::Execute if !begun => {}
             EngineCall::Execute => {
                 begun = false;
-                next.values = watched.iter().map(|cell| value(&engine, *cell)).collect();
+                next.values = watched.iter().map(|cell| engine.image().value(*cell)).collect();
                 scans.push(std::mem::take(&mut next));
             }
             EngineCall::Terminate => {}
         }
     }
     scans
-}
-
-/// The value of a bit (0 or 1) or of a word.
-pub(super) fn value(engine: &Engine, cell: Cell) -> i32 {
-    value_in(engine.image(), cell)
-}
-
-/// The value of a bit (0 or 1) or of a word in an image.
-pub(super) fn value_in(image: &Image, cell: Cell) -> i32 {
-    match cell {
-        Cell::Bit(bit) => image.bit(bit).into(),
-        Cell::Word(word) => image.word(word),
-    }
 }

@@ -4,7 +4,6 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use super::condition::Condition;
-use super::happened::value_in;
 use super::player::Spectator;
 use crate::rig::{Rig, RigProgram};
 use rungd_engine::Cell;
@@ -57,7 +56,7 @@ impl Spectator for History<'_> {
         }
         let operands = self.condition.operands.iter();
         for ((_, cell), changes) in operands.zip(&mut self.changes) {
-            let value = value_in(rig.image(), *cell);
+            let value = rig.image().value(*cell);
             if changes.back().is_none_or(|last| last.value != value) {
                 if changes.len() == CHANGES_MAX {
                     changes.pop_front();

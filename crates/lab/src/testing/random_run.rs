@@ -6,7 +6,6 @@
 //! but moves each operand by the rule of the test: every run that is replayed is one that the
 //! generator could have made.
 
-use super::happened::value_in as content;
 use super::lowered_suite::LoweredSuite;
 use super::suite::{RandomChange, RandomMotion, RandomTest, TestOperand};
 use crate::rig::{Rig, RigMode, RigSetup, TapeListener};
@@ -122,7 +121,7 @@ pub(super) fn replay(
             next += 1;
             let change = &test.changes[event.change];
             let value = moved(layout, change, (image, event.draw));
-            if value != content(image, change.operand.cell) || change.is_certain() {
+            if value != image.value(change.operand.cell) || change.is_certain() {
                 played.push(RandomEvent { value, ..*event });
                 changes.push((event.change, value));
             }
@@ -201,7 +200,7 @@ fn drawn(
 ) -> Draw {
     let is_real = is_real(layout, change.operand.cell);
     match change.motion {
-        RandomMotion::Toggle => Draw::Toggle(content(image, change.operand.cell) == 0),
+        RandomMotion::Toggle => Draw::Toggle(image.value(change.operand.cell) == 0),
         RandomMotion::Walk { .. } => Draw::Walk(random.next() >> 63 == 1),
         RandomMotion::Jump { low, high } if is_real => {
             // 53 random bits: the precision of a binary64 between 0 and 1.
@@ -217,7 +216,7 @@ fn drawn(
 
 /// The content of an operand after a change, by the choice of the generator.
 fn moved(layout: &Layout, change: &RandomChange, (image, draw): (&Image, Draw)) -> i32 {
-    let now = content(image, change.operand.cell);
+    let now = image.value(change.operand.cell);
     match (draw, change.motion) {
         (Draw::Jump(to), _) => to,
         // A bit that changes in every scan always toggles.

@@ -7,7 +7,7 @@
 
 use std::fmt::Write as _;
 
-use super::happened::{HappenedScan, happened, value};
+use super::happened::{HappenedScan, happened};
 use super::pasted::quoted;
 use rungd_base::calendar::{LocalTime, Utc};
 use rungd_engine::isa::{Bit, BitSpace, Word, WordSpace};
@@ -148,7 +148,7 @@ fn trial(
             }
             let end = engine.execute();
             if is_its {
-                tried.push(watched.iter().map(|cell| value(&engine, *cell)).collect());
+                tried.push(watched.iter().map(|cell| engine.image().value(*cell)).collect());
             }
             if end.last {
                 engine.terminate();

@@ -3,7 +3,6 @@
 
 use super::tape::ladder;
 use crate::observe::Subject;
-use crate::observe::leaves::content;
 use crate::observe::slice_run::SliceRun;
 use rungd_engine::isa::{Address, Bit, BitSpace};
 use rungd_engine::{BitCell, Cell, Engine, EngineCall, ScanTimes, WordCell};
@@ -212,9 +211,9 @@ fn compare(name: &str, subject: &Subject, random: &mut Random) {
             assert_eq!(engine.execute().last, last, "{name}: {of:?}, scan {scan}");
             run.call(0, EngineCall::Execute, None);
             for cell in known {
-                let right = content(whole.image(), *cell);
+                let right = whole.image().value(*cell);
                 for engine in [&*engine, run.engine()] {
-                    let value = content(engine.image(), *cell);
+                    let value = engine.image().value(*cell);
                     assert_eq!(value, right, "{name}: {cell:?}, slice of {of:?}, scan {scan}");
                 }
             }
