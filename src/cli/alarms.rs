@@ -3,6 +3,8 @@
 //! The controller returns the list. The explanations are shortened answers of `rungd why`; this
 //! command makes them from the recording of the last minute.
 
+use std::sync::Arc;
+
 use anyhow::Result;
 use clap::Args;
 
@@ -15,7 +17,7 @@ use rungd_client::operator::protocol::{
     Alarm, AlarmList, AlarmState, AlarmTime, RecordingBytes, Request, alarm_count,
 };
 use rungd_history::observe::{At, Limits, Subject};
-use rungd_history::playback::{RecordedPast, subject};
+use rungd_history::playback::{self, RecordedQuestion};
 use rungd_history::record::Recording;
 
 /// The maximum number of alarms that are explained: the first of an episode explain the others.
@@ -113,33 +115,30 @@ fn reasons(args: &AlarmsArgs, list: &AlarmList) -> Result<Vec<Vec<String>>, Stri
         .try_ask(&Request::Recording { from_section: None })
         .map_err(|failure| failure.to_string())?;
     let bytes = answer.bytes().ok_or("the controller's answer is not a recording")?;
-    let recording = Recording::of_bytes(bytes.clone());
+    let recording = Arc::new(Recording::of_bytes(bytes));
     let last = recording.count().checked_sub(1).ok_or("the recording is empty")?;
-    let subject = subject(recording.program(last))?;
-    Ok(stand.iter().map(|alarm| reason(&subject, &bytes, alarm)).collect())
+    let subject = playback::subject(recording.program(last))?;
+    Ok(stand.iter().map(|alarm| reason(&subject, (&recording, last), alarm)).collect())
 }
 
 /// The first lines of the answer to `rungd why`, without its head, for the scan in which the alarm
 /// rose. If the recording does not contain that scan, or has a different program there, the answer
 /// is for the latest scan.
-fn reason(subject: &Subject, bytes: &[u8], alarm: &Alarm) -> Vec<String> {
-    let recording = Recording::of_bytes(bytes.to_vec());
-    let Some(last) = recording.count().checked_sub(1) else { return Vec::new() };
+fn reason(
+    subject: &Subject,
+    (recording, last): (&Arc<Recording>, usize),
+    alarm: &Alarm,
+) -> Vec<String> {
     let rise = alarm.since.as_ref().and_then(|since| {
         let section = recording.place_of_scan(since.scan)?;
         let is_same = recording.program(section) == recording.program(last);
         is_same.then_some((section, At::Scan(since.scan)))
     });
     let (section, at) = rise.unwrap_or((last, At::Now));
-    let explained = || {
-        let cell = subject.cell(&alarm.tag)?;
-        let mut past = RecordedPast::around(recording, section, subject.code_for(cell));
-        let limits = Limits { depth: DEPTH, change: false, ..Limits::default() };
-        let answer = subject.why(&mut past, cell, (at, limits));
-        answer.map(|answer| answer.text()).map_err(|refusal| refusal.to_string())
-    };
-    match explained() {
-        Ok(text) => short(&text),
+    let limits = Limits { depth: DEPTH, change: false, ..Limits::default() };
+    let question = RecordedQuestion { section, at, limits };
+    match playback::why(subject, recording, &alarm.tag, question) {
+        Ok(answer) => short(&answer.text()),
         Err(why) => vec![format!("not explained: {why}")],
     }
 }

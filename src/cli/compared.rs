@@ -1,302 +1,69 @@
-//! Compares two programs scan by scan: which operands differ, the first time, how often, and for
-//! how long.
+//! The report of `rungd replay --ladder`: one line for each operand that differs, and the operands
+//! of its trace.
 //!
-//! `replay_ladder` executes both programs and calls this module after each scan. An operand is
-//! looked up in each program separately: an output by its address, an alarm or a watched operand by
-//! its name.
+//! `playback` compares; `replay_ladder` prints the report.
 
-use std::collections::HashSet;
-
-use super::exit::CommandLine;
-use super::recorded_trace::{content, seconds};
+use super::recorded_trace::seconds;
 use super::when::LocalClock;
-use rungd_engine::isa::{Address, Bit, BitSpace, Real};
-use rungd_engine::{Cell, Image};
-use rungd_history::playback::{PlayableProgram, PlayedScan, RecordedPrograms};
+use rungd_history::playback::{Compared, ComparedAs, Comparison};
 use rungd_lab::sim::trace::Watched;
-use rungd_language::resolve::program::{Program, TagMeaning};
 use rungd_language::source::wording::{counted, thousands};
 
-/// The maximum number of elements of an array that count as outputs.
-const ELEMENTS_MAX: usize = 2048;
-
-/// The reason why an operand is compared.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum ComparedAs {
-    Output,
-    Alarm,
-    Watched,
-}
-
-/// An operand of both programs.
-pub(super) struct Compared {
-    /// Its text in the report, and its name in commands.
-    pub label: String,
-    pub name: String,
-    pub compared_as: ComparedAs,
-    /// Its cell in each recorded program.
-    old: Vec<Option<Cell>>,
-    new: Option<Cell>,
-    real: bool,
-    pub first: Option<FirstDifference>,
-    times: u64,
-    scans: u64,
-    ns: i64,
-    /// The beginning of the present difference; `None` if both values are the same.
-    since_ns: Option<i64>,
-}
-
-/// The first difference of an operand.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct FirstDifference {
-    pub scan: PlayedScan,
-    old: i32,
-    new: i32,
-}
-
-/// All operands that are compared.
-pub(super) struct Comparison {
-    pub operands: Vec<Compared>,
-    /// The values of the last scan: the old and the new value of each operand.
-    pub values: Vec<i32>,
-}
-
-impl Compared {
-    fn new(
-        (label, name, compared_as): (String, String, ComparedAs),
-        old: Vec<Option<Cell>>,
-        (program, new): (&PlayableProgram, Option<Cell>),
-    ) -> Compared {
-        let is_real = |cell| matches!(cell, Cell::Word(word) if program.layout().is_real(word));
-        let real = new.or(old.iter().find_map(|cell| *cell)).is_some_and(is_real);
-        let (first, since_ns) = (None, None);
-        let (times, scans, ns) = (0, 0, 0);
-        Compared { label, name, compared_as, old, new, real, first, times, scans, ns, since_ns }
-    }
-
-    fn is_word(&self) -> bool {
-        let cell = self.new.or(self.old.iter().find_map(|cell| *cell));
-        matches!(cell, Some(Cell::Word(_)))
-    }
-
-    fn text(&self, content: i32, cell: Option<Cell>) -> String {
-        match cell {
-            None => "absent".to_owned(),
-            Some(Cell::Bit(_)) => if content != 0 { "ON" } else { "OFF" }.to_owned(),
-            Some(Cell::Word(_)) if self.real => Real::of_cell(content).to_string(),
-            Some(Cell::Word(_)) => content.to_string(),
-        }
-    }
-
-    fn look(&mut self, (old, new): (i32, i32), scan: &PlayedScan) {
-        if old == new {
-            self.close(scan.unix_ns);
-            return;
-        }
-        self.scans += 1;
-        self.first.get_or_insert(FirstDifference { scan: *scan, old, new });
-        if self.since_ns.is_none() {
-            self.times += 1;
-            self.since_ns = Some(scan.unix_ns);
-        }
-    }
-
-    fn close(&mut self, now_ns: i64) {
-        if let Some(since_ns) = self.since_ns.take() {
-            self.ns = self.ns.saturating_add(now_ns.saturating_sub(since_ns).max(0));
-        }
-    }
-
-    /// `feeder (Y0): old ON, new OFF first at …; 4 times, 1.200 s in all`.
-    fn line(&self, clock: &LocalClock) -> Option<String> {
-        let FirstDifference { scan, old, new } = self.first?;
-        let cell = self.old.iter().find_map(|cell| *cell);
-        let (was, is) = (self.text(old, cell), self.text(new, self.new));
-        let kind = match self.compared_as {
-            ComparedAs::Alarm => "alarm ",
-            ComparedAs::Output | ComparedAs::Watched => "",
-        };
-        Some(format!(
-            "{kind}{}: old {was}, new {is} first at {} (scan {}); {}, {} and {} in all\n",
-            self.label,
-            clock.text(scan.unix_ns),
-            scan.number,
-            counted(self.times, "time"),
-            seconds(self.ns),
-            counted(self.scans, "scan"),
-        ))
-    }
-}
-
-impl Comparison {
-    /// The outputs and alarms of the programs, and the watched operands.
-    ///
-    /// # Errors
-    /// No program has a watched operand: the command line is wrong.
-    pub fn of(
-        programs: &RecordedPrograms,
-        new: &PlayableProgram,
-        watch: Option<&[String]>,
-    ) -> Result<Comparison, CommandLine> {
-        let mut operands = outputs(programs, new);
-        operands.extend(mapped_words(programs, new));
-        operands.extend(alarms(programs, new));
-        for name in watch.unwrap_or_default() {
-            let name = name.trim().to_owned();
-            let old: Vec<_> = each(programs, |program| program.cell(&name));
-            let here = new.cell(&name);
-            if here.is_none() && old.iter().all(Option::is_none) {
-                let words = format!("--watch: neither program has a bit or word `{name}`");
-                return Err(CommandLine(words));
-            }
-            let named = (name.clone(), name, ComparedAs::Watched);
-            operands.push(Compared::new(named, old, (new, here)));
-        }
-        Ok(Comparison { operands, values: Vec::new() })
-    }
-
-    /// Compares both images at the end of a scan. `place` is the place of the old program among the
-    /// recorded ones.
-    pub fn look(&mut self, scan: &PlayedScan, (place, old): (usize, &Image), new: &Image) {
-        self.values.clear();
-        for operand in &mut self.operands {
-            let cell = operand.old.get(place).copied().flatten();
-            let pair = (content(old, cell), content(new, operand.new));
-            operand.look(pair, scan);
-            self.values.extend([pair.0, pair.1]);
-        }
-    }
-
-    /// Ends all present differences, because a stretch of the recording ends.
-    pub fn end(&mut self, now_ns: i64) {
-        self.operands.iter_mut().for_each(|operand| operand.close(now_ns));
-    }
-
-    /// The operands of a trace: for each operand, first the old and then the new one.
-    pub fn watched(&self, only_asked: bool) -> (Vec<usize>, Vec<Watched>) {
-        let all = self.operands.iter().enumerate();
-        let chosen = all.filter(|(_, o)| !only_asked || o.compared_as == ComparedAs::Watched);
-        let mut places = Vec::new();
-        let mut watched = Vec::new();
-        for (at, operand) in chosen {
-            let cell = operand.new.or(operand.old.iter().find_map(|cell| *cell));
-            let Some(cell) = cell else { continue };
-            for (side, place) in [("old", 2 * at), ("new", 2 * at + 1)] {
-                let name = format!("{}@{side}", operand.name);
-                watched.push(Watched { name, cell, real: operand.real && operand.is_word() });
-                places.push(place);
-            }
-        }
-        (places, watched)
-    }
-
-    /// The report: one line for each operand that differs, and the number of operands that differ.
-    pub fn text(&self, clock: &LocalClock) -> String {
-        let mut text: String = self.operands.iter().filter_map(|o| o.line(clock)).collect();
-        let count = |wanted: ComparedAs, what: &str| {
-            let of = || self.operands.iter().filter(|o| o.compared_as == wanted);
-            let (all, differ) = (of().count() as u64, of().filter(|o| o.first.is_some()).count());
-            (all > 0).then(|| format!("{} of {}", thousands(differ as u64), counted(all, what)))
-        };
-        let counts: Vec<String> = [
-            count(ComparedAs::Output, "output"),
-            count(ComparedAs::Alarm, "alarm"),
-            count(ComparedAs::Watched, "watched operand"),
-        ]
-        .into_iter()
-        .flatten()
-        .collect();
-        match counts.is_empty() {
-            true => text.push_str("there is no output, alarm or watched operand to compare\n"),
-            false => text.push_str(&format!("{} differ\n", counts.join(", "))),
-        }
-        text
-    }
-}
-
-fn each(
-    programs: &RecordedPrograms,
-    cell: impl Fn(&PlayableProgram) -> Option<Cell>,
-) -> Vec<Option<Cell>> {
-    programs.all.iter().map(|program| program.as_ref().ok().and_then(&cell)).collect()
-}
-
-/// The tag of an address, if it has one.
-fn tag(program: &Program, address: Address) -> Option<&str> {
-    let is_it = |meaning: &TagMeaning| matches!(meaning, TagMeaning::Address(of) if *of == address);
-    program.tags.iter().find(|tag| is_it(&tag.meaning)).map(|tag| tag.name.as_str())
-}
-
-fn output(programs: &RecordedPrograms, new: &PlayableProgram, address: Address) -> Compared {
-    let mut both = std::iter::once(new).chain(programs.first());
-    let tag = both.find_map(|program| tag(&program.program, address));
-    let label = tag.map_or_else(|| address.to_string(), |tag| format!("{tag} ({address})"));
-    let name = tag.map_or_else(|| address.to_string(), str::to_owned);
-    let old = each(programs, |program| program.layout().cell(address));
-    Compared::new((label, name, ComparedAs::Output), old, (new, new.layout().cell(address)))
-}
-
-/// Every Y that a ladder names or a device outputs, in order.
-fn outputs(programs: &RecordedPrograms, new: &PlayableProgram) -> Vec<Compared> {
-    let mut numbers = HashSet::new();
-    for program in std::iter::once(new).chain(programs.all.iter().flatten()) {
-        let named = program.program.named(ELEMENTS_MAX).into_iter().map(|operand| operand.address);
-        for address in named.chain(taken(program).into_iter().flatten()) {
-            if let Address::Bit(Bit::Space(BitSpace::Y, number)) = address {
-                numbers.insert(number);
-            }
-        }
-    }
-    let mut numbers: Vec<u32> = numbers.into_iter().collect();
-    numbers.sort_unstable();
-    let address = |number| Address::Bit(Bit::Space(BitSpace::Y, number));
-    numbers.into_iter().map(|number| output(programs, new, address(number))).collect()
-}
-
-/// The addresses that devices output, device by device.
-fn taken(program: &PlayableProgram) -> Vec<Vec<Address>> {
-    let devices = program.loaded.controller.iter().flat_map(|controller| &controller.devices);
-    devices.map(|device| device.outputs.iter().map(|output| output.address).collect()).collect()
-}
-
-/// The words and other bits that devices output. Both programs have the same controller file, so
-/// the points are paired by their places in it: the address of a tag may differ.
-fn mapped_words(programs: &RecordedPrograms, new: &PlayableProgram) -> Vec<Compared> {
-    let mut all = Vec::new();
-    for (device, addresses) in taken(new).iter().enumerate() {
-        for (point, address) in addresses.iter().enumerate() {
-            if matches!(address, Address::Bit(Bit::Space(BitSpace::Y, _))) {
-                continue;
-            }
-            let mut operand = output(programs, new, *address);
-            operand.old = each(programs, |program| {
-                let address = *taken(program).get(device)?.get(point)?;
-                program.layout().cell(address)
-            });
-            all.push(operand);
-        }
-    }
-    let mut seen = HashSet::new();
-    all.retain(|operand| seen.insert(operand.label.clone()));
-    all
-}
-
-/// The alarms of both programs, by their tags.
-fn alarms(programs: &RecordedPrograms, new: &PlayableProgram) -> Vec<Compared> {
-    let mut tags: Vec<&str> = Vec::new();
-    let mut seen = HashSet::new();
-    for program in programs.all.iter().flatten().chain([new]) {
-        let own = program.symbols.alarms.iter().map(|alarm| alarm.tag.as_str());
-        tags.extend(own.filter(|tag| seen.insert(*tag)));
-    }
-    let cell = |program: &PlayableProgram, tag: &str| {
-        let alarm = program.symbols.alarms.iter().find(|alarm| alarm.tag == tag)?;
-        Some(Cell::Bit(alarm.bit))
+/// The report: one line for each operand that differs, and the number of operands that differ.
+pub(super) fn text(comparison: &Comparison, clock: &LocalClock) -> String {
+    let mut text: String =
+        comparison.operands.iter().filter_map(|operand| line(operand, clock)).collect();
+    let count = |wanted: ComparedAs, what: &str| {
+        let of = || comparison.operands.iter().filter(|o| o.compared_as == wanted);
+        let (all, differ) = (of().count() as u64, of().filter(|o| o.first.is_some()).count());
+        (all > 0).then(|| format!("{} of {}", thousands(differ as u64), counted(all, what)))
     };
-    let compared = |tag: &str| {
-        let old = each(programs, |program| cell(program, tag));
-        let named = (tag.to_owned(), tag.to_owned(), ComparedAs::Alarm);
-        Compared::new(named, old, (new, cell(new, tag)))
+    let counts: Vec<String> = [
+        count(ComparedAs::Output, "output"),
+        count(ComparedAs::Alarm, "alarm"),
+        count(ComparedAs::Watched, "watched operand"),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
+    match counts.is_empty() {
+        true => text.push_str("there is no output, alarm or watched operand to compare\n"),
+        false => text.push_str(&format!("{} differ\n", counts.join(", "))),
+    }
+    text
+}
+
+/// `feeder (Y0): old ON, new OFF first at …; 4 times, 1.200 s in all`.
+fn line(operand: &Compared, clock: &LocalClock) -> Option<String> {
+    let (scan, [was, is]) = (operand.first?.scan, operand.first_texts()?);
+    let kind = match operand.compared_as {
+        ComparedAs::Alarm => "alarm ",
+        ComparedAs::Output | ComparedAs::Watched => "",
     };
-    tags.into_iter().map(compared).collect()
+    Some(format!(
+        "{kind}{}: old {was}, new {is} first at {} (scan {}); {}, {} and {} in all\n",
+        operand.label,
+        clock.text(scan.unix_ns),
+        scan.number,
+        counted(operand.times, "time"),
+        seconds(operand.ns),
+        counted(operand.scans, "scan"),
+    ))
+}
+
+/// The operands of a trace: for each operand, first the old and then the new one.
+pub(super) fn watched(comparison: &Comparison, only_asked: bool) -> (Vec<usize>, Vec<Watched>) {
+    let all = comparison.operands.iter().enumerate();
+    let chosen = all.filter(|(_, o)| !only_asked || o.compared_as == ComparedAs::Watched);
+    let mut places = Vec::new();
+    let mut watched = Vec::new();
+    for (at, operand) in chosen {
+        let Some(cell) = operand.cell() else { continue };
+        for (side, place) in [("old", 2 * at), ("new", 2 * at + 1)] {
+            let name = format!("{}@{side}", operand.name);
+            watched.push(Watched { name, cell, real: operand.real });
+            places.push(place);
+        }
+    }
+    (places, watched)
 }

@@ -13,14 +13,14 @@ use clap::{Args, Subcommand};
 
 use super::exit::Exit;
 use super::operator::OperatorArgs;
-use super::record_info::RecordInfo;
-use super::recording::{self, RecordedStretch, stretches};
+use super::record_info;
+use super::recording;
 use super::replay;
 use super::replay_args::ReplayArgs;
 use super::terminal::{one_line, plain_json, print, say_line};
 use super::when::{LocalClock, Moment, When};
 use rungd_history::playback::{Playback, Verified, subject_and_settings, whole_program};
-use rungd_history::record::Recording;
+use rungd_history::record::{RecordedStretch, Recording, RecordingSummary};
 use rungd_lab::testing::{ScenarioOf, scenario};
 use rungd_runtime::TapeSection;
 
@@ -167,7 +167,7 @@ pub fn record(args: &RecordArgs) -> Result<Exit> {
 }
 
 fn list(recording: &Recording, json: bool) -> Result<Exit> {
-    let all = stretches(recording);
+    let all = recording.stretches();
     if json {
         let all: Vec<_> = all.iter().map(|stretch| stretch_json(recording, stretch)).collect();
         print(&format!("{}\n", plain_json(&serde_json::json!({ "stretches": all }).to_string())))?;
@@ -184,11 +184,11 @@ fn list(recording: &Recording, json: bool) -> Result<Exit> {
 }
 
 fn info(recording: &Recording, json: bool) -> Result<Exit> {
-    let info = RecordInfo::of(recording);
+    let summary = RecordingSummary::of(recording);
     if json {
-        print(&format!("{}\n", plain_json(&info.json().to_string())))?;
+        print(&format!("{}\n", plain_json(&record_info::json(&summary)?.to_string())))?;
     } else {
-        print(&info.text(&LocalClock::here()))?;
+        print(&record_info::text(&summary, &LocalClock::here()))?;
     }
     Ok(Exit::Ok)
 }
@@ -200,7 +200,7 @@ fn stretch_text(recording: &Recording, stretch: &RecordedStretch, clock: &LocalC
     let name = program.files.first().map_or("", |file| file.name.as_str());
     let hash = program.hash.get(..12).unwrap_or_default();
     let mut text = String::new();
-    if let Some(gap) = stretch.gap(recording) {
+    if let Some(gap) = recording.gap_before(stretch.sections.start) {
         text += &format!("  -- {gap}\n");
     }
     text += &format!(
@@ -221,7 +221,7 @@ fn stretch_json(recording: &Recording, stretch: &RecordedStretch) -> serde_json:
         "first_scan": stretch.first_scan,
         "last_scan": stretch.last_scan,
         "sections": stretch.sections.len(),
-        "gap_before": stretch.gap(recording),
+        "gap_before": recording.gap_before(stretch.sections.start).map(|gap| gap.to_string()),
         "version": program.version,
         "generation": program.generation,
         "source": program.source,
@@ -293,7 +293,7 @@ fn is_after(when: &When, clock: &LocalClock, span: &RangeInclusive<i64>) -> bool
 /// # Errors
 /// The part is empty.
 pub(super) fn sections(recording: &Recording, part: &RecordedPart) -> Result<Range<usize>> {
-    let Some(span) = recording::span(recording) else { bail!("the recording is empty") };
+    let Some(span) = recording.span() else { bail!("the recording is empty") };
     let clock = LocalClock::here();
     let place = |when: &When| recording::section_at(recording, when.find(&clock, span.clone()));
     let first = part.from.as_ref().map_or(0, |when| place(when).unwrap_or(0));

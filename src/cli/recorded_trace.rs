@@ -1,9 +1,7 @@
-//! The observations of a replay, scan by scan: the rows of its trace, and the alarms that came and
-//! went.
+//! What a replay shows: the rows of its trace, scan by scan, and the list of its alarms.
 //!
-//! A recording may contain several programs; operands and alarms are looked up in each by name.
+//! A recording may contain several programs; operands are looked up in each by name.
 
-use std::collections::HashMap;
 use std::io;
 use std::path::Path;
 
@@ -13,14 +11,8 @@ use super::terminal::one_line;
 use super::trace_file::TraceFile;
 use super::when::LocalClock;
 use rungd_engine::{Cell, Image, Layout};
-use rungd_history::playback::{PlayableProgram, PlayedScan};
+use rungd_history::playback::{AlarmLog, AlarmStretch, PlacedProgram, PlayedScan};
 use rungd_lab::sim::trace::{RowName, ValueTrace, Watched};
-
-/// The maximum number of alarm stretches that are listed.
-const ALARMS_MAX: usize = 30;
-
-/// A program of the recording, with its index among all programs.
-pub(super) type Placed<'a> = (usize, &'a PlayableProgram);
 
 /// The content of a cell in an image; 0 for an operand that the program does not have.
 pub(super) fn content(image: &Image, cell: Option<Cell>) -> i32 {
@@ -51,7 +43,7 @@ impl<'a> RecordedTrace<'a> {
     }
 
     /// Adds the row of a scan. An error is returned by [`RecordedTrace::finish`].
-    pub fn look(&mut self, (place, program): Placed, scan: &PlayedScan, image: &Image) {
+    pub fn look(&mut self, (place, program): PlacedProgram, scan: &PlayedScan, image: &Image) {
         if self.cells.as_ref().is_none_or(|(of, _)| *of != place) {
             let cell = |of: &Watched| same_kind(of, program.cell(&of.name), program.layout());
             let cells = self.watched.iter().map(cell).collect();
@@ -104,90 +96,25 @@ pub(super) fn same_kind(watched: &Watched, cell: Option<Cell>, layout: &Layout) 
     is_same.then_some(here.cell)
 }
 
-/// An alarm, from the scan in which it goes ON to the scan in which it goes OFF.
-struct AlarmStretch {
-    tag: String,
-    text: String,
-    /// Its first scan. `before`: it was already ON in the first scan of the replay.
-    scan: u64,
-    from_ns: i64,
-    before: bool,
-    to_ns: Option<i64>,
-}
-
-/// The alarms that came and went.
-#[derive(Default)]
-pub(super) struct AlarmLog {
-    place: Option<usize>,
-    /// The states of the present program's alarms, in its order.
-    on: Vec<bool>,
-    /// The stretches of the alarms that are ON, by tag.
-    open: HashMap<String, usize>,
-    stretches: Vec<AlarmStretch>,
-    /// The number of stretches that are not listed.
-    more: u64,
-}
-
-impl AlarmLog {
-    /// Adds the changes of alarms at the end of a scan.
-    pub fn look(&mut self, (place, program): Placed, scan: &PlayedScan, image: &Image) {
-        let alarms = &program.symbols.alarms;
-        let is_first = self.place.is_none();
-        if self.place != Some(place) {
-            self.place = Some(place);
-            self.on = alarms.iter().map(|alarm| self.open.contains_key(&alarm.tag)).collect();
-        }
-        for (at, alarm) in alarms.iter().enumerate() {
-            let on = image.bit(alarm.bit);
-            if on == self.on[at] {
-                continue;
-            }
-            self.on[at] = on;
-            if !on {
-                if let Some(stretch) = self.open.remove(&alarm.tag)
-                    && let Some(stretch) = self.stretches.get_mut(stretch)
-                {
-                    stretch.to_ns = Some(scan.unix_ns);
-                }
-                continue;
-            }
-            // A stretch that is not listed gets an index beyond the list.
-            self.open.insert(alarm.tag.clone(), self.stretches.len());
-            if self.stretches.len() == ALARMS_MAX {
-                self.more += 1;
-                continue;
-            }
-            self.stretches.push(AlarmStretch {
-                tag: alarm.tag.clone(),
-                text: alarm.text.clone(),
-                scan: scan.number,
-                from_ns: scan.unix_ns,
-                before: is_first,
-                to_ns: None,
-            });
-        }
-    }
-
-    /// The list, one line for each stretch.
-    pub fn text(&self, clock: &LocalClock) -> String {
-        let line = |stretch: &AlarmStretch| {
-            let AlarmStretch { tag, text, scan, from_ns, before, to_ns } = stretch;
-            let when = clock.text(*from_ns);
-            let begun = if *before { "on before" } else { "on at" };
-            let length = match to_ns {
-                Some(to_ns) => format!("for {}", seconds(to_ns.saturating_sub(*from_ns))),
-                None => "and still at the end".to_owned(),
-            };
-            // A recorded text may contain line ends, and must not add a line to the report.
-            let (tag, text) = (one_line(tag), one_line(text));
-            format!("alarm {tag} {begun} {when} (scan {scan}) {length}: {text}\n")
+/// The alarms that came and went, one line for each stretch.
+pub(super) fn alarms_text(alarms: &AlarmLog, clock: &LocalClock) -> String {
+    let line = |stretch: &AlarmStretch| {
+        let AlarmStretch { tag, text, scan, from_ns, before, to_ns } = stretch;
+        let when = clock.text(*from_ns);
+        let begun = if *before { "on before" } else { "on at" };
+        let length = match to_ns {
+            Some(to_ns) => format!("for {}", seconds(to_ns.saturating_sub(*from_ns))),
+            None => "and still at the end".to_owned(),
         };
-        let mut lines: String = self.stretches.iter().map(line).collect();
-        if self.more > 0 {
-            lines.push_str(&format!("… and {} times more\n", self.more));
-        }
-        lines
+        // A recorded text may contain line ends, and must not add a line to the report.
+        let (tag, text) = (one_line(tag), one_line(text));
+        format!("alarm {tag} {begun} {when} (scan {scan}) {length}: {text}\n")
+    };
+    let mut lines: String = alarms.stretches.iter().map(line).collect();
+    if alarms.more > 0 {
+        lines.push_str(&format!("… and {} times more\n", alarms.more));
     }
+    lines
 }
 
 /// `3.250 s`.

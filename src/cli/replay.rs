@@ -11,7 +11,7 @@ use std::time::Instant;
 use anyhow::Result;
 
 use super::exit::Exit;
-use super::recorded_trace::{AlarmLog, RecordedTrace};
+use super::recorded_trace::{RecordedTrace, alarms_text};
 use super::replay_args::{ReplayArgs, Scene, pace};
 use super::replay_ladder;
 use super::replay_window::ReplayWindow;
@@ -19,8 +19,8 @@ use super::terminal::say_line;
 use super::trace_file;
 use super::when::LocalClock;
 use super::{recording, watched_operands};
-use rungd_history::playback::{Playback, RecordedPrograms, Verified};
-use rungd_history::record::Recording;
+use rungd_history::playback::{AlarmLog, Playback, RecordedPrograms, Verified};
+use rungd_history::record::{RecordedGap, Recording};
 use rungd_language::source::wording::{counted, thousands};
 
 /// Replays a recording.
@@ -118,7 +118,7 @@ fn same_program(args: &ReplayArgs, recording: &Arc<Recording>, scene: Scene) -> 
         trace.finish()?;
     }
     let seconds = begun.elapsed().as_secs_f64();
-    let mut text = alarms.text(clock);
+    let mut text = alarms_text(&alarms, clock);
     text.push_str(&verdict((&verified, &different, seconds), recording, (window, clock)));
     args.report(&text)?;
     io::stdout().flush()?;
@@ -184,14 +184,9 @@ const GAPS_TOLD: usize = 3;
 /// `of 3 steps at 2026-11-22 10:02:03.500`.
 fn gap(recording: &Recording, at: usize, clock: &LocalClock) -> String {
     let when = clock.text(recording.head(at).begin_ns);
-    let is_other = |at: usize| recording.program(at).process_start_ns;
-    if is_other(at) != is_other(at - 1) {
-        return format!("by a start at {when}");
-    }
-    match recording.read(at) {
-        Ok(Some((_, body))) if body.lost > 0 => {
-            format!("of {} at {when}", counted(body.lost, "step"))
-        }
-        Ok(_) | Err(_) => format!("at {when}"),
+    match recording.gap_before(at) {
+        Some(RecordedGap::Restart) => format!("by a start at {when}"),
+        Some(RecordedGap::Lost(0)) | None => format!("at {when}"),
+        Some(RecordedGap::Lost(steps)) => format!("of {} at {when}", counted(steps, "step")),
     }
 }

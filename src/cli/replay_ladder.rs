@@ -1,8 +1,8 @@
 //! `rungd replay --ladder`: executes a different program on the recorded inputs, and compares it
 //! with the recorded program.
 //!
-//! Reads the new ladder files and prints their findings; `twin_run` executes both programs,
-//! `compared` finds the differences. The reaction of the plant to different outputs is unknown.
+//! Reads the new ladder files and prints their findings and the report; `playback` executes both
+//! programs and finds the differences. The reaction of the plant to different outputs is unknown.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -11,15 +11,15 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 
 use super::check::style;
-use super::compared::Comparison;
-use super::exit::Exit;
+use super::compared;
+use super::exit::{CommandLine, Exit};
 use super::recorded_trace::RecordedTrace;
 use super::replay_args::{ReplayArgs, Scene, pace};
 use super::replay_why;
 use super::terminal::{say_findings, say_line};
 use super::when::LocalClock;
 use rungd_config::load::{self, library};
-use rungd_history::playback::{PlayableProgram, TwinRun};
+use rungd_history::playback::{Comparison, PlayableProgram, TwinRun};
 use rungd_history::record::{RecordedFile, RecordedProgram, Recording};
 use rungd_language::source::render::{refuses, render};
 use rungd_language::source::span::SourceFile;
@@ -38,8 +38,9 @@ pub(super) fn replay(args: &ReplayArgs, recording: &Arc<Recording>, scene: Scene
     let Some(new) = loaded(args, recording.program(window.sections.start))? else {
         return Ok(Exit::Config);
     };
-    let mut comparison = Comparison::of(programs, &new, args.watch.as_deref())?;
-    let (places, watched) = comparison.watched(args.watch.is_some());
+    let mut comparison =
+        Comparison::of(programs, &new, args.watch.as_deref()).map_err(CommandLine)?;
+    let (places, watched) = compared::watched(&comparison, args.watch.is_some());
     let mut trace = match &args.trace {
         Some(path) => Some(RecordedTrace::create(path, &watched)?),
         None => None,
@@ -75,7 +76,7 @@ pub(super) fn replay(args: &ReplayArgs, recording: &Arc<Recording>, scene: Scene
         trace.finish()?;
     }
     let seconds = begun.elapsed().as_secs_f64();
-    let mut text = comparison.text(clock);
+    let mut text = compared::text(&comparison, clock);
     let again = TwinRun::new(recording, programs, &new);
     text.push_str(&replay_why::reasons(recording, (first, &new, again), &comparison));
     text.push_str(&format!(

@@ -6,9 +6,10 @@
 
 use std::sync::Arc;
 
-use super::compared::{Compared, Comparison, FirstDifference};
-use rungd_history::observe::{At, Limits, Past, Subject};
-use rungd_history::playback::{PlayableProgram, RecordedPast, TwinRun, subject};
+use rungd_history::observe::{At, Limits, Subject};
+use rungd_history::playback::{
+    self, Compared, Comparison, FirstDifference, PlayableProgram, RecordedQuestion, TwinRun,
+};
 use rungd_history::record::Recording;
 
 /// The maximum number of operands that are explained: the operands that differ first.
@@ -31,40 +32,26 @@ pub(super) fn reasons(
     let last = earliest.scan.section;
     let from = recording.base_of(first).unwrap_or(first);
     let mut new_past = again.past(from..last + 1, SECTIONS_MAX);
-    let old_subject = subject(recording.program(last)).ok();
+    let old_subject = playback::subject(recording.program(last)).ok();
     let new_subject = Subject::new(new.program.clone(), new.loaded.files.clone());
+    let limits = Limits { change: false, ..Limits::default() };
     let mut text = String::new();
     let in_it = differing.iter().filter(|(_, first)| first.scan.section == last);
     for (operand, first) in in_it.take(EXPLAINED_MAX) {
-        let number = first.scan.number;
-        let old = old_subject.as_ref().and_then(|subject| {
-            let cell = subject.cell(&operand.name).ok()?;
-            let mut past =
-                RecordedPast::around(Arc::clone(recording), last, subject.code_for(cell));
-            answer(subject, &mut past, operand, number)
-        });
-        let new = answer(&new_subject, &mut new_past, operand, number);
+        let (number, at) = (first.scan.number, At::Scan(first.scan.number));
+        let question = RecordedQuestion { section: last, at, limits };
+        let old = old_subject.as_ref();
+        let old = old.and_then(|old| playback::why(old, recording, &operand.name, question).ok());
+        let new = new_subject.cell(&operand.name).ok();
+        let new = new.and_then(|cell| new_subject.why(&mut new_past, cell, (at, limits)).ok());
         for (side, answer) in [("old", old), ("new", new)] {
-            if let Some(answer) = answer {
-                text.push_str(&format!("\n{side} program, scan {number}:\n{answer}"));
-            }
+            let Some(answer) = answer else { continue };
+            text.push_str(&format!("\n{side} program, scan {number}:\n"));
+            answer.text().lines().for_each(|line| text.push_str(&format!("  {line}\n")));
         }
     }
     if !text.is_empty() {
         text.push('\n');
     }
     text
-}
-
-/// The reason for the value of an operand at the end of a scan.
-fn answer(
-    subject: &Subject,
-    past: &mut impl Past,
-    operand: &Compared,
-    number: u64,
-) -> Option<String> {
-    let cell = subject.cell(&operand.name).ok()?;
-    let limits = Limits { change: false, ..Limits::default() };
-    let answer = subject.why(past, cell, (At::Scan(number), limits)).ok()?;
-    Some(answer.text().lines().map(|line| format!("  {line}\n")).collect())
 }

@@ -4,7 +4,6 @@
 
 use std::ops::Range;
 
-use super::recording;
 use super::when::{LocalClock, Moment, When};
 use rungd_history::playback::PlayedScan;
 use rungd_history::record::Recording;
@@ -26,7 +25,7 @@ impl ReplayWindow {
         clock: &LocalClock,
         recording: &Recording,
     ) -> Result<ReplayWindow, String> {
-        let span = recording::span(recording).ok_or("the recording is empty")?;
+        let span = recording.span().ok_or("the recording is empty")?;
         let beyond = || {
             let (begin, end) = (clock.text(*span.start()), clock.text(*span.end()));
             format!("the recording has nothing there: it is of {begin} to {end}")

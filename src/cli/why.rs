@@ -2,6 +2,7 @@
 
 use std::io::{self, Write};
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use anyhow::Result;
 use clap::Args;
@@ -13,7 +14,7 @@ use super::recording;
 use super::terminal::{plain_json, print, say_line};
 use super::when::{LocalClock, Moment, When};
 use rungd_history::observe::{At, Limits};
-use rungd_history::playback::{RecordedPast, subject};
+use rungd_history::playback::{self, RecordedQuestion};
 use rungd_history::record::Recording;
 
 /// A time that is at most this much later than the last scan means that scan, because people write
@@ -59,17 +60,13 @@ pub fn why(args: &WhyArgs) -> Result<Exit> {
         Ok(place) => place,
         Err(why) => return Ok(refused(args, &why)),
     };
-    let subject = match subject(recording.program(section)) {
+    let subject = match playback::subject(recording.program(section)) {
         Ok(subject) => subject,
         Err(why) => return Ok(refused(args, &why)),
     };
-    let cell = match subject.cell(&args.operand) {
-        Ok(cell) => cell,
-        Err(why) => return Ok(refused(args, &why)),
-    };
-    let mut past = RecordedPast::around(recording, section, subject.code_for(cell));
     let limits = Limits { depth: args.depth, ..Limits::default() };
-    let mut answer = subject.why(&mut past, cell, (at, limits));
+    let question = RecordedQuestion { section, at, limits };
+    let mut answer = playback::why(&subject, &Arc::new(recording), &args.operand, question);
     if let (Ok(answer), Some(present), At::Now) = (&mut answer, &present, at) {
         present.complete(answer, &subject);
     }
@@ -87,7 +84,7 @@ pub fn why(args: &WhyArgs) -> Result<Exit> {
             print(&format!("{}{}", answer.text(), answer.hints()))?;
             Ok(Exit::Ok)
         }
-        Err(refusal) => Ok(refused(args, &refusal.to_string())),
+        Err(why) => Ok(refused(args, &why)),
     }
 }
 
@@ -103,14 +100,14 @@ fn refused(args: &WhyArgs, why: &str) -> Exit {
 
 /// The section of a question, and the moment in it.
 fn place(at: Option<&When>, recording: &Recording) -> Result<(usize, At), String> {
-    let span = recording::span(recording).ok_or("the recording is empty")?;
+    let span = recording.span().ok_or("the recording is empty")?;
     let last = recording.count() - 1;
     let Some(when) = at else { return Ok((last, At::Now)) };
     let clock = LocalClock::here();
     let scan = match when.find(&clock, span.clone()) {
         Moment::Scan(scan) => Some(scan),
         Moment::Time(unix_ns) if unix_ns > span.end().saturating_add(LATE_NS) => None,
-        Moment::Time(unix_ns) => recording::scan_at(recording, unix_ns),
+        Moment::Time(unix_ns) => recording.scan_at(unix_ns),
     };
     let found = scan.and_then(|scan| Some((recording.place_of_scan(scan)?, At::Scan(scan))));
     found.ok_or_else(|| {

@@ -4,8 +4,8 @@
 use rungd_base::random::SplitMix64;
 use rungd_client::live::{ChooseCells, LogPosition, NamedCell};
 use rungd_config::load;
-use rungd_engine::isa::Address;
 use rungd_engine::EngineState;
+use rungd_engine::isa::Address;
 use rungd_history::record::{
     Recent, RecordedFile, RecordedProgram, Recorder, Recording, TapeClock,
 };

@@ -4,6 +4,7 @@
 //! the controller and derives the answer from that log. The request only reads.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use anyhow::{Context, Result, anyhow, bail};
 
@@ -11,7 +12,7 @@ use super::jobs::{JobPlace, Made};
 use rungd_client::operator::client;
 use rungd_client::operator::protocol::{RecordingBytes, Request};
 use rungd_history::observe::{At, Limits};
-use rungd_history::playback::{RecordedPast, subject};
+use rungd_history::playback::{self, RecordedQuestion};
 use rungd_history::record::Recording;
 
 /// Writes the answer to a file and returns the file's path.
@@ -31,13 +32,12 @@ fn answer(operand: &str, socket: &Path) -> Result<String> {
     let told: RecordingBytes = client::ask(socket, &Request::Recording { from_section: None })
         .map_err(|failure| anyhow!("{failure}"))?;
     let bytes = told.bytes().context("the controller's answer is not a recording")?;
-    let (recording, present) = (Recording::of_bytes(bytes), told.present);
+    let (recording, present) = (Arc::new(Recording::of_bytes(bytes)), told.present);
     let Some(last) = recording.count().checked_sub(1) else { bail!("nothing is recorded yet") };
-    let subject = subject(recording.program(last)).map_err(anyhow::Error::msg)?;
-    let cell = subject.cell(operand).map_err(anyhow::Error::msg)?;
-    let mut past = RecordedPast::around(recording, last, subject.code_for(cell));
-    let answer = subject.why(&mut past, cell, (At::Now, Limits::default()));
-    let mut answer = answer.map_err(|refusal| anyhow!("{refusal}"))?;
+    let subject = playback::subject(recording.program(last)).map_err(anyhow::Error::msg)?;
+    let question = RecordedQuestion { section: last, at: At::Now, limits: Limits::default() };
+    let answer = playback::why(&subject, &recording, operand, question);
+    let mut answer = answer.map_err(anyhow::Error::msg)?;
     if let Some(present) = present {
         present.complete(&mut answer, &subject);
     }

@@ -230,3 +230,20 @@ fn the_controller_knows_more_than_its_log() {
     let why = view.why("wired", None).expect("an answer").text();
     assert!(why.contains("its output is not known, last OFF: its device is lost"), "{why}");
 }
+
+/// The end of RUN belongs to the scan before it, even if a section begins with it.
+#[test]
+fn a_change_at_the_start_of_a_section_has_the_time_of_the_last_scan() {
+    let mut log = in_run();
+    let before = Arc::new(log.section.clone());
+    let start = SectionStart { number: 3, follows: true, ..before.start };
+    let (state, entries) = (EngineState::of(&log.engine), Vec::new());
+    log.section = TapeSection { start, state, entries, who: Vec::new() };
+    log.call(EngineCall::Terminate);
+    let running = log.cell("Main.Running");
+    let sections = [before, Arc::new(log.section.clone())];
+    let changes = log.program.subject.changes(&sections, &[running]);
+    let seen: Vec<_> = changes.iter().map(|of| (of.scan, of.unix_ns, of.after)).collect();
+    let ms = MS as i64;
+    assert_eq!(seen, [(0, 100 * ms, 1), (2, 200 * ms, 0)]);
+}

@@ -4,12 +4,16 @@
 //! `record` reads sections and knows no ladders; `load` makes programs and knows no recordings.
 //! This module joins the two, and hands the past to `observe`. Used by `cli`, `editor` and `live`.
 
+mod alarm_log;
+mod compared;
 mod programs;
 mod recorded;
 mod replay;
 mod twin_run;
 
-pub use programs::{PlayableProgram, RecordedPrograms};
-pub use recorded::{RecordedPast, loaded, subject, subject_and_settings, whole_program};
+pub use alarm_log::{AlarmLog, AlarmStretch};
+pub use compared::{Compared, ComparedAs, Comparison, FirstDifference};
+pub use programs::{PlacedProgram, PlayableProgram, RecordedPrograms};
+pub use recorded::{RecordedQuestion, loaded, subject, subject_and_settings, whole_program, why};
 pub use replay::{MakeEngine, Playback, PlayedScan, PlayedStep, Unplayable, Verified};
 pub use twin_run::{TwinRun, TwinScan};

@@ -31,6 +31,9 @@ pub struct PlayableProgram {
     pub outputs: OutputRules,
 }
 
+/// A program of the recording, with its index among all programs.
+pub type PlacedProgram<'a> = (usize, &'a PlayableProgram);
+
 /// The programs of some sections.
 pub struct RecordedPrograms {
     /// Each program, or the reason why it cannot be loaded.

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::replay::Playback;
-use crate::observe::{EarlierPast, Past, Subject, TapeEnd};
+use crate::observe::{At, EarlierPast, Explanation, Limits, Past, Subject, TapeEnd};
 use crate::record::{RecordedFile, RecordedProgram, Recording};
 use rungd_config::controller::{Controller, OutputRules};
 use rungd_config::load::{self, Loaded};
@@ -69,8 +69,34 @@ pub fn subject_and_settings(
     Ok((subject.with_outputs(outputs), controller))
 }
 
+/// A question about a recording.
+#[derive(Clone, Copy, Debug)]
+pub struct RecordedQuestion {
+    /// The section of the moment, or of a later one of the same program.
+    pub section: usize,
+    /// The moment.
+    pub at: At,
+    /// The limits of the answer.
+    pub limits: Limits,
+}
+
+/// Explains the value of an operand in a recording. `subject`: the program of the section.
+///
+/// # Errors
+/// There is no such operand, or the recording does not have the moment.
+pub fn why(
+    subject: &Subject,
+    recording: &Arc<Recording>,
+    operand: &str,
+    RecordedQuestion { section, at, limits }: RecordedQuestion,
+) -> Result<Explanation, String> {
+    let cell = subject.cell(operand)?;
+    let mut past = RecordedPast::around(Arc::clone(recording), section, subject.code_for(cell));
+    subject.why(&mut past, cell, (at, limits)).map_err(|refusal| refusal.to_string())
+}
+
 /// The sections of one program in a recording, for a question about it.
-pub struct RecordedPast {
+struct RecordedPast {
     playback: Playback<Program>,
     first: usize,
     end: usize,
@@ -81,12 +107,7 @@ pub struct RecordedPast {
 impl RecordedPast {
     /// The sections with the same program as `section`, from the first to the last. `slice`: the
     /// part of the program that the question needs.
-    pub fn around(
-        recording: impl Into<Arc<Recording>>,
-        section: usize,
-        slice: Program,
-    ) -> RecordedPast {
-        let recording = recording.into();
+    fn around(recording: Arc<Recording>, section: usize, slice: Program) -> RecordedPast {
         let same = |at: &usize| recording.program(*at) == recording.program(section);
         let first = (0..=section).rev().take_while(same).last().unwrap_or(section);
         let end = (section..recording.count()).take_while(same).last().unwrap_or(section) + 1;

@@ -190,8 +190,8 @@ impl<M: MakeEngine> Playback<M> {
         self.verify_seen(sections, |_, _| {}).0
     }
 
-    /// As [`Playback::verify`]; also calls `visit` at the end of each scan, and returns all sections
-    /// whose end differs from the recorded end.
+    /// As [`Playback::verify`]; also calls `visit` at the end of each scan, and returns all
+    /// sections whose end differs from the recorded end.
     pub fn verify_seen(
         &mut self,
         sections: Range<usize>,

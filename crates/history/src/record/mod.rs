@@ -2,9 +2,9 @@
 //! back.
 //!
 //! The daemon's thread reads the tape and passes its entries to a [`Recorder`]. It passes each
-//! block of the recorder to [`Recent`] and to the store. `cli` opens recordings; `playback` executes
-//! them again. `docs/record-format.md` describes the format. Deliberately absent: threads, clocks
-//! (times are arguments), the log, and any knowledge of ladders.
+//! block of the recorder to [`Recent`] and to the store. `cli` opens recordings; `playback`
+//! executes them again. `docs/record-format.md` describes the format. Deliberately absent: threads,
+//! clocks (times are arguments), the log, and any knowledge of ladders.
 
 mod block;
 mod codes;
@@ -24,6 +24,8 @@ mod segment;
 mod segment_read;
 mod store;
 mod stored_files;
+mod stretches;
+mod summary;
 mod who;
 mod zip;
 
@@ -40,3 +42,5 @@ pub use section::SectionBody;
 pub use segment::{SegmentStart, VERSION};
 pub use segment_read::{FileIndex, Flaw, IndexedBlock, LastProgram, index, passed_ns};
 pub use store::{Store, StoreNews, StoreSettings, StoreStatus};
+pub use stretches::{RecordedGap, RecordedStretch};
+pub use summary::{RecordingSummary, SummaryChange, SummaryGap, SummaryProgram};

@@ -1,8 +1,8 @@
 //! The program of a segment: all data that is needed to make its engine again, and the process in
 //! which it ran.
 //!
-//! The daemon fills it in; `segment` puts it at the head of a segment; `playback` makes its engine. It contains only texts: nothing here reads a ladder; `program_read`
-//! reads the bytes.
+//! The daemon fills it in; `segment` puts it at the head of a segment; `playback` makes its engine.
+//! It contains only texts: nothing here reads a ladder; `program_read` reads the bytes.
 
 use std::sync::Arc;
 
