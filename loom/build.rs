@@ -7,14 +7,19 @@ use std::fmt::Write;
 use std::path::Path;
 use std::{env, fs};
 
-/// A module, and its mutants: a name, the text that is exchanged, and the text for it.
+/// A module, its folder, and its mutants: a name, the text that is exchanged, and the text for it.
 struct Module {
+    folder: &'static str,
     name: &'static str,
     mutants: &'static [(&'static str, &'static str, &'static str)],
 }
 
+const RUNTIME: &str = "../crates/runtime/src";
+const DAEMON: &str = "../src/daemon";
+
 const MODULES: &[Module] = &[
     Module {
+        folder: RUNTIME,
         name: "latest",
         mutants: &[
             (
@@ -45,6 +50,7 @@ const MODULES: &[Module] = &[
         ],
     },
     Module {
+        folder: RUNTIME,
         name: "beat",
         mutants: &[
             (
@@ -71,14 +77,100 @@ const MODULES: &[Module] = &[
             ),
         ],
     },
+    Module {
+        folder: RUNTIME,
+        name: "gate",
+        mutants: &[
+            (
+                "hear_without_release",
+                "self.stuck.swap(false, Ordering::Release)",
+                "self.stuck.swap(false, Ordering::Relaxed)",
+            ),
+            (
+                "stuck_without_acquire",
+                "self.stuck.load(Ordering::Acquire)",
+                "self.stuck.load(Ordering::Relaxed)",
+            ),
+            (
+                "mode_read_first",
+                "!self.is_stuck() && self.running.load(Ordering::Relaxed)",
+                "self.running.load(Ordering::Relaxed) && !self.is_stuck()",
+            ),
+            (
+                "monitor_writes_the_mode",
+                "self.stuck.store(true, Ordering::Relaxed);",
+                "self.running.store(false, Ordering::Relaxed); \
+                 self.stuck.store(true, Ordering::Relaxed);",
+            ),
+            (
+                "reserve_in_two_steps",
+                "self.waiting_writes.fetch_add(writes, Ordering::Relaxed);",
+                "let before = self.waiting_writes.load(Ordering::Relaxed); \
+                 self.waiting_writes.store(before + writes, Ordering::Relaxed);",
+            ),
+            (
+                "release_in_two_steps",
+                "self.waiting_writes.fetch_sub(writes, Ordering::Relaxed);",
+                "let before = self.waiting_writes.load(Ordering::Relaxed); \
+                 self.waiting_writes.store(before - writes, Ordering::Relaxed);",
+            ),
+            (
+                "input_on_in_two_steps",
+                "word.fetch_or(bit, Ordering::Relaxed);",
+                "word.store(word.load(Ordering::Relaxed) | bit, Ordering::Relaxed);",
+            ),
+            (
+                "input_off_in_two_steps",
+                "word.fetch_and(!bit, Ordering::Relaxed);",
+                "word.store(word.load(Ordering::Relaxed) & !bit, Ordering::Relaxed);",
+            ),
+        ],
+    },
+    Module {
+        folder: DAEMON,
+        name: "log_channel",
+        mutants: &[
+            (
+                "counted_after_it_is_sent",
+                "self.counts.waiting.fetch_add(1, Ordering::Relaxed);\n        \
+                 let is_sent = !is_crowded && self.sender.try_send(LogItem::Line(line)).is_ok();",
+                "let is_sent = !is_crowded && self.sender.try_send(LogItem::Line(line)).is_ok(); \
+                 self.counts.waiting.fetch_add(1, Ordering::Relaxed);",
+            ),
+            (
+                "sent_in_two_steps",
+                "self.counts.waiting.fetch_add(1, Ordering::Relaxed);",
+                "let before = self.counts.waiting.load(Ordering::Relaxed); \
+                 self.counts.waiting.store(before + 1, Ordering::Relaxed);",
+            ),
+            (
+                "dropped_in_two_steps",
+                "self.counts.dropped.fetch_add(1, Ordering::Relaxed);",
+                "let before = self.counts.dropped.load(Ordering::Relaxed); \
+                 self.counts.dropped.store(before + 1, Ordering::Relaxed);",
+            ),
+            (
+                "told_in_two_steps",
+                "self.counts.dropped.swap(0, Ordering::Relaxed)",
+                "{ let lines = self.counts.dropped.load(Ordering::Relaxed); \
+                 self.counts.dropped.store(0, Ordering::Relaxed); lines }",
+            ),
+            (
+                "told_again_in_two_steps",
+                "self.counts.dropped.fetch_add(lines, Ordering::Relaxed);",
+                "let before = self.counts.dropped.load(Ordering::Relaxed); \
+                 self.counts.dropped.store(before + lines, Ordering::Relaxed);",
+            ),
+        ],
+    },
 ];
 
 fn main() {
-    let sources = Path::new(&env::var("CARGO_MANIFEST_DIR").unwrap()).join("../crates/runtime/src");
+    let here = env::var("CARGO_MANIFEST_DIR").unwrap();
     let out = env::var("OUT_DIR").unwrap();
     let mut all = String::new();
-    for Module { name, mutants } in MODULES {
-        let path = sources.join(format!("{name}.rs"));
+    for Module { folder, name, mutants } in MODULES {
+        let path = Path::new(&here).join(folder).join(format!("{name}.rs"));
         println!("cargo::rerun-if-changed={}", path.display());
         let text = on_loom(&fs::read_to_string(&path).unwrap());
         write_module(&out, &mut all, name, &text);
@@ -90,10 +182,10 @@ fn main() {
     fs::write(Path::new(&out).join("modules.rs"), all).unwrap();
 }
 
-/// The text without its own tests, with loom's atomics.
+/// The text without its own tests, with loom's atomics, and with a channel on loom's lock.
 fn on_loom(text: &str) -> String {
     let text = text.split("\n#[cfg(test)]\n").next().unwrap();
-    text.replace("std::sync::", "loom::sync::")
+    text.replace("std::sync::mpsc::", "crate::mpsc::").replace("std::sync::", "loom::sync::")
 }
 
 fn write_module(out: &str, all: &mut String, name: &str, text: &str) {

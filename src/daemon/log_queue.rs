@@ -8,22 +8,22 @@
 
 use std::cell::RefCell;
 use std::io::{self, Write};
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use super::journal::Socket;
+use super::log_channel::{LineReceiver, LineSender, LogItem, LogRoom, line_channel};
 use rungd_base::duration_text::duration_text;
 use rungd_base::locked::locked;
 use rungd_runtime::events::Event;
 use rungd_runtime::events::limit::{Limiter, WithheldLines};
 use rungd_runtime::say::say;
 
-/// If more lines than this wait, details are dropped; above `LINES_MAX`, all lines are dropped.
-const DETAILS_MAX: usize = 4096;
-const LINES_MAX: usize = DETAILS_MAX + 512;
+/// The last places are for lines that are no details.
+const ROOM: LogRoom = LogRoom { details: 4096, lines: 4096 + 512 };
 /// If no line is written for this time, the end of the process waits no longer.
 const FLUSH_MAX: Duration = Duration::from_secs(1);
 /// The greatest number of such times that the end of the process waits for a slow reader.
@@ -57,18 +57,10 @@ pub(super) struct Formed {
     pub detail: bool,
 }
 
-enum Item {
-    Line(Formed),
-    /// Requests an answer once all earlier lines are written.
-    Flush(SyncSender<()>),
-}
-
 /// The sending end of the queue. Cheap to clone.
 #[derive(Clone)]
 pub(super) struct LogQueue {
-    sender: SyncSender<Item>,
-    waiting: Arc<AtomicUsize>,
-    dropped: Arc<AtomicU64>,
+    sender: LineSender<Formed>,
     limits: Arc<Mutex<EventLimits>>,
     started: Instant,
 }
@@ -80,16 +72,19 @@ impl LogQueue {
     /// # Errors
     /// The system cannot start a thread.
     pub fn new(out: impl Write + Send + 'static, journal: Option<Socket>) -> io::Result<LogQueue> {
-        let (sender, receiver) = sync_channel(LINES_MAX);
-        let (dropped, limits) =
-            (Arc::new(AtomicU64::new(0)), Arc::new(Mutex::new(EventLimits::new())));
-        let (waiting, started) = (Arc::new(AtomicUsize::new(0)), Instant::now());
-        let queue = LogQueue { sender, waiting, dropped, limits, started };
-        let tally = Tally::of(&queue);
+        let (queue, tally) = LogQueue::with_tally();
         let sink = Sink { out, torn: false, journal };
         let writer = thread::Builder::new().name("rungd-log".into());
-        writer.spawn(move || write_lines(&receiver, tally, sink))?;
+        writer.spawn(move || write_lines(tally, sink))?;
         Ok(queue)
+    }
+
+    /// A queue, and the end of the thread that writes its lines.
+    fn with_tally() -> (LogQueue, Tally) {
+        let (sender, receiver) = line_channel(ROOM);
+        let (limits, started) = (Arc::new(Mutex::new(EventLimits::new())), Instant::now());
+        let tally = Tally { receiver, limits: Arc::clone(&limits), started, told: None };
+        (LogQueue { sender, limits, started }, tally)
     }
 
     /// Whether the event's limit permits one more line.
@@ -108,11 +103,8 @@ impl LogQueue {
             None => Some(formed),
         });
         let Some(formed) = not_own else { return };
-        let crowded = formed.detail && self.waiting.load(Ordering::Relaxed) >= DETAILS_MAX;
-        self.waiting.fetch_add(1, Ordering::Relaxed);
-        if crowded || self.sender.try_send(Item::Line(formed)).is_err() {
-            self.waiting.fetch_sub(1, Ordering::Relaxed);
-            self.dropped.fetch_add(1, Ordering::Relaxed);
+        let is_detail = formed.detail;
+        if !self.sender.send(formed, is_detail) {
             LINES_DROPPED.fetch_add(1, Ordering::Relaxed);
         }
     }
@@ -121,19 +113,20 @@ impl LogQueue {
     pub fn flush(&self) {
         let deadline = Instant::now() + FLUSH_MAX;
         let (done, answer) = sync_channel(1);
-        let mut item = Item::Flush(done);
-        while let Err(error) = self.sender.try_send(item) {
-            item = match error {
-                TrySendError::Full(item) if Instant::now() < deadline => item,
+        while let Err(error) = self.sender.request_flush(done.clone()) {
+            match error {
+                TrySendError::Full(_) if Instant::now() < deadline => {}
                 TrySendError::Full(_) | TrySendError::Disconnected(_) => return,
-            };
+            }
             thread::sleep(Duration::from_millis(5));
         }
+        // If the writing thread is gone, there is no answer to wait for.
+        drop(done);
         // The wait for a slow reader lasts as long as it reads.
         for _ in 0..FLUSH_ROUNDS_MAX {
-            let waiting = self.waiting.load(Ordering::Relaxed);
+            let waiting = self.sender.waiting();
             let timed_out = answer.recv_timeout(FLUSH_MAX) == Err(RecvTimeoutError::Timeout);
-            if !timed_out || self.waiting.load(Ordering::Relaxed) >= waiting {
+            if !timed_out || self.sender.waiting() >= waiting {
                 return;
             }
         }
@@ -207,27 +200,15 @@ fn sent(journal: &Socket, entry: &[u8]) -> bool {
     }
 }
 
-/// The counts that the writing thread reports.
+/// The writing thread's end of the queue, and the counts that it reports.
 struct Tally {
-    waiting: Arc<AtomicUsize>,
-    dropped: Arc<AtomicU64>,
+    receiver: LineReceiver<Formed>,
     limits: Arc<Mutex<EventLimits>>,
     started: Instant,
     told: Option<Instant>,
 }
 
 impl Tally {
-    fn of(queue: &LogQueue) -> Tally {
-        let LogQueue { waiting, dropped, limits, started, .. } = queue;
-        let (dropped, limits) = (Arc::clone(dropped), Arc::clone(limits));
-        Tally { waiting: Arc::clone(waiting), dropped, limits, started: *started, told: None }
-    }
-
-    fn count(&self) {
-        self.dropped.fetch_add(1, Ordering::Relaxed);
-        LINES_DROPPED.fetch_add(1, Ordering::Relaxed);
-    }
-
     /// Reports the dropped and withheld lines, in the form of the log: those that are due, or at
     /// the end all of them.
     fn tell<W: Write>(&mut self, out: &mut Sink<W>, all: bool) {
@@ -246,7 +227,7 @@ impl Tally {
                 "{withheld} comes too often: {lines} lines of the last {over} were left out"
             );
         }
-        let lines = self.dropped.swap(0, Ordering::Relaxed);
+        let lines = self.receiver.take_dropped();
         if lines > 0 {
             say!(
                 LOG_DROPPED,
@@ -262,24 +243,24 @@ impl Tally {
         }
         if !written {
             // These lines must be reported later.
-            self.dropped.fetch_add(lines, Ordering::Relaxed);
+            self.receiver.count_dropped(lines);
         }
     }
 }
 
-fn write_lines(receiver: &Receiver<Item>, mut tally: Tally, mut out: Sink<impl Write>) {
+fn write_lines(mut tally: Tally, mut out: Sink<impl Write>) {
     OWN.set(Some(Vec::new()));
     loop {
-        match receiver.recv_timeout(TELL_EVERY) {
-            Ok(Item::Line(formed)) => {
-                tally.waiting.fetch_sub(1, Ordering::Relaxed);
+        match tally.receiver.receive(TELL_EVERY) {
+            Ok(LogItem::Line(formed)) => {
                 // A lost log does not end rungd; when it comes back, it receives the count.
                 if !out.put(&formed) {
-                    tally.count();
+                    tally.receiver.count_dropped(1);
+                    LINES_DROPPED.fetch_add(1, Ordering::Relaxed);
                 }
                 tally.tell(&mut out, false);
             }
-            Ok(Item::Flush(done)) => {
+            Ok(LogItem::Flush(done)) => {
                 tally.tell(&mut out, true);
                 let _ = out.out.flush();
                 if out.journal.is_some() && tally.started.elapsed() < TELL_EVERY {
@@ -349,20 +330,21 @@ mod tests {
         queue.push(formed(b"one\n"));
         queue.flush();
         assert_eq!(*narrow.text.lock().unwrap(), b"one\n");
-        let mut tally = Tally::of(&queue);
-        tally.dropped.store(5, Ordering::Relaxed);
+        let (_, mut tally) = LogQueue::with_tally();
+        tally.receiver.count_dropped(5);
         let mut sink = Sink { out: narrow.clone(), torn: true, journal: None };
         *narrow.fails.lock().unwrap() = true;
         OWN.set(Some(vec![formed(b"dropped\n")]));
         assert!(!sink.line(b"two\n"));
         tally.tell(&mut sink, true);
-        assert_eq!(tally.dropped.load(Ordering::Relaxed), 5, "still to be told");
+        assert_eq!(tally.receiver.take_dropped(), 5, "still to be told");
+        tally.receiver.count_dropped(5);
         *narrow.fails.lock().unwrap() = false;
         OWN.set(Some(vec![formed(b"dropped\n")]));
         tally.tell(&mut sink, true);
         assert!(sink.line(b"three\n"));
         assert_eq!(*narrow.text.lock().unwrap(), b"one\n\ndropped\nthree\n");
-        assert_eq!(tally.dropped.load(Ordering::Relaxed), 0);
+        assert_eq!(tally.receiver.take_dropped(), 0);
         OWN.set(None);
     }
 
@@ -372,17 +354,17 @@ mod tests {
         let queue = LogQueue::new(stuck.clone(), None).unwrap();
         let held = stuck.0.lock().unwrap();
         let before = Instant::now();
-        for _ in 0..2 * LINES_MAX {
+        for _ in 0..2 * ROOM.lines {
             queue.push(formed(b"x\n"));
         }
         assert!(before.elapsed() < Duration::from_secs(1));
-        let dropped = queue.dropped.load(Ordering::Relaxed) as usize;
-        assert!(dropped >= LINES_MAX - 1, "{dropped}");
+        let dropped = queue.sender.dropped() as usize;
+        assert!(dropped >= ROOM.lines - 1, "{dropped}");
         drop(held);
         queue.flush();
         // Without a subscriber the line about the dropped lines goes nowhere.
-        assert_eq!(stuck.0.lock().unwrap().len() / 2, 2 * LINES_MAX - dropped);
-        assert_eq!(queue.dropped.load(Ordering::Relaxed), 0, "told");
+        assert_eq!(stuck.0.lock().unwrap().len() / 2, 2 * ROOM.lines - dropped);
+        assert_eq!(queue.sender.dropped(), 0, "told");
     }
 
     #[test]
@@ -390,12 +372,12 @@ mod tests {
         let stuck = Stuck::default();
         let queue = LogQueue::new(stuck.clone(), None).unwrap();
         let held = stuck.0.lock().unwrap();
-        for _ in 0..2 * LINES_MAX {
+        for _ in 0..2 * ROOM.lines {
             queue.push(Formed { detail: true, ..formed(b"x\n") });
         }
-        let dropped = queue.dropped.load(Ordering::Relaxed);
+        let dropped = queue.sender.dropped();
         (0..500).for_each(|_| queue.push(formed(b"n\n")));
-        assert_eq!(queue.dropped.load(Ordering::Relaxed), dropped, "all of them had room");
+        assert_eq!(queue.sender.dropped(), dropped, "all of them had room");
         drop(held);
         queue.flush();
         let news = stuck.0.lock().unwrap().iter().filter(|byte| **byte == b'n').count();

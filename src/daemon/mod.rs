@@ -14,6 +14,7 @@ pub mod guard;
 mod journal;
 pub(crate) mod local_time;
 pub mod log;
+mod log_channel;
 mod log_form;
 mod log_queue;
 mod log_rules;

@@ -13,12 +13,13 @@
 
 use std::collections::VecDeque;
 use std::future::{Future, poll_fn};
-use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::task::{Poll, Waker};
 use std::time::Duration;
 
 use super::command::{Answer, Before, Command, CommandId, Denial, Desk};
+use super::gate::ScanGate;
+pub use super::gate::Tempo;
 pub use super::image::{Safe, Snapshot};
 pub use super::mode::{FaultReason, Mode, StopReason};
 use super::origin::Origin;
@@ -129,45 +130,17 @@ pub struct Port {
     pub(super) shared: Arc<ExchangeState>,
 }
 
-/// The state that all ports share. The scan thread uses only its atomics.
+/// The state that all ports share. The scan thread uses only the gate.
 pub(super) struct ExchangeState {
-    /// Inputs, 64 to a word.
-    pub(super) inputs: Box<[AtomicU64]>,
-    pub(super) input_count: u32,
-    /// Whether batches are taken: ON in RUN.
-    pub(super) running: AtomicBool,
-    /// The writes of all batches that no scan has taken.
-    pub(super) waiting_writes: AtomicUsize,
+    pub(super) gate: ScanGate,
     latest: Mutex<Arc<Snapshot>>,
     door: Mutex<Door>,
     refusals: Mutex<Refusals>,
-    /// The monitor has reported the scan thread as stuck, and has seen no sign of life since.
-    stuck: AtomicBool,
     desk: Mutex<Desk>,
     /// The tasks that wait for a change.
     waiting: Mutex<Vec<Waker>>,
     /// The senders of batches and commands, for the scan log.
     signatures: Mutex<VecDeque<(Origin, String)>>,
-    /// The current [`Tempo`], in ns.
-    period_ns: AtomicU64,
-    watchdog_ns: AtomicU64,
-}
-
-/// The period of scans and the time limit of a scan. A reload may change both.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Tempo {
-    /// The time from scan to scan.
-    pub period_ns: u64,
-    /// A scan longer than this is a fault.
-    pub watchdog_ns: u64,
-}
-
-impl Tempo {
-    /// The time of this many periods and of one scan of the greatest permitted duration.
-    pub fn patience(self, periods: u64) -> Duration {
-        let periods_ns = self.period_ns.saturating_mul(periods);
-        Duration::from_nanos(periods_ns.saturating_add(self.watchdog_ns))
-    }
 }
 
 /// The entry for batches.
@@ -191,38 +164,26 @@ impl Port {
         queue: rtrb::Producer<Batch>,
         desk: Desk,
     ) -> Port {
-        let words = inputs.div_ceil(64) as usize;
         let shared = ExchangeState {
-            inputs: (0..words).map(|_| AtomicU64::new(0)).collect(),
-            input_count: inputs,
-            running: AtomicBool::new(false),
-            waiting_writes: AtomicUsize::new(0),
+            gate: ScanGate::new(inputs),
             latest: Mutex::new(Arc::new(first)),
             door: Mutex::new(Door { queue, last: 0 }),
             refusals: Mutex::default(),
-            stuck: AtomicBool::new(false),
             desk: Mutex::new(desk),
             waiting: Mutex::default(),
             signatures: Mutex::default(),
-            period_ns: AtomicU64::new(0),
-            watchdog_ns: AtomicU64::new(0),
         };
         Port { shared: Arc::new(shared) }
     }
 
     /// The current tempo.
     pub fn tempo(&self) -> Tempo {
-        let shared = &self.shared;
-        Tempo {
-            period_ns: shared.period_ns.load(Ordering::Acquire),
-            watchdog_ns: shared.watchdog_ns.load(Ordering::Acquire),
-        }
+        self.shared.gate.tempo()
     }
 
     /// Sets the tempo. Called by the scan thread, and once before that thread exists.
     pub(super) fn set_tempo(&self, tempo: Tempo) {
-        self.shared.period_ns.store(tempo.period_ns, Ordering::Release);
-        self.shared.watchdog_ns.store(tempo.watchdog_ns, Ordering::Release);
+        self.shared.gate.set_tempo(tempo);
     }
 
     /// Notes the sender of a batch or a command, for the scan log.
@@ -247,16 +208,7 @@ impl Port {
     /// Sets an input; the next scan reads it at its input step. An X that does not exist is
     /// ignored.
     pub fn set_input(&self, x: u32, on: bool) {
-        if x >= self.shared.input_count {
-            return;
-        }
-        let word = &self.shared.inputs[x as usize / 64];
-        let bit = 1_u64 << (x % 64);
-        if on {
-            word.fetch_or(bit, Ordering::Relaxed);
-        } else {
-            word.fetch_and(!bit, Ordering::Relaxed);
-        }
+        self.shared.gate.set_input(x, on);
     }
 
     /// The last complete scan as published, and the mode.
@@ -329,15 +281,13 @@ impl Port {
             return Err(Refused::TooLarge);
         }
         let mut door = locked(&self.shared.door);
-        if !self.shared.running.load(Ordering::Acquire) {
+        let gate = &self.shared.gate;
+        if !gate.is_open() {
             return Err(Refused::NotRunning);
         }
-        // The count grows only under this lock, and shrinks when a scan takes a batch.
-        let (waiting, count) = (&self.shared.waiting_writes, writes.len());
-        if door.queue.is_full() || waiting.load(Ordering::Acquire) + count > SCAN_WRITES_MAX {
+        if door.queue.is_full() || !gate.reserve(writes.len(), SCAN_WRITES_MAX) {
             return Err(Refused::QueueFull);
         }
-        waiting.fetch_add(count, Ordering::AcqRel);
         let ticket = Ticket(door.last + 1);
         let batch = Batch { ticket, terms, writes };
         door.queue.push(batch).map_err(|_| Refused::QueueFull)?;
@@ -407,7 +357,7 @@ impl Port {
 
     /// Whether the scan thread is stuck or has ended, so that it accepts no command.
     pub(super) fn is_stuck(&self) -> bool {
-        self.shared.stuck.load(Ordering::Acquire)
+        self.shared.gate.is_stuck()
     }
 
     /// Ends with the answer to a command: the state before it.
@@ -434,7 +384,7 @@ impl Port {
 
     /// Notes a sign of life of the scan thread: it is not stuck. Returns whether it was.
     pub(super) fn hear(&self) -> bool {
-        let was_stuck = self.shared.stuck.swap(false, Ordering::AcqRel);
+        let was_stuck = self.shared.gate.hear();
         if was_stuck {
             locked(&self.shared.refusals).all_pending = false;
         }
@@ -459,8 +409,7 @@ impl Port {
 
     /// Refuses pending requests until the scan thread gives a sign of life.
     pub(super) fn refuse_pending(&self) {
-        self.shared.running.store(false, Ordering::Release);
-        self.shared.stuck.store(true, Ordering::Release);
+        self.shared.gate.set_stuck();
         locked(&self.shared.refusals).all_pending = true;
     }
 }

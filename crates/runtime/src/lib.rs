@@ -15,6 +15,7 @@ pub mod events;
 pub mod exchange;
 pub mod field;
 mod forces;
+mod gate;
 mod histogram;
 mod image;
 pub mod inputs;

@@ -10,7 +10,6 @@
 //! is a spare again. If there is no spare, this scan is not published, but the next one is.
 
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 
 use rtrb::{Consumer, Producer, RingBuffer};
 
@@ -180,7 +179,7 @@ impl ScanSide {
     /// Opens or closes the entry for batches. Batches that wait already are answered later: by
     /// scans, or by [`ScanSide::refuse_waiting`].
     pub fn set_running(&mut self, running: bool) {
-        self.port.shared.running.store(running, Ordering::Release);
+        self.port.shared.gate.set_running(running);
     }
 
     /// Continues with the program of this generation. Takes its new numbers of cells, and returns
@@ -204,12 +203,9 @@ impl ScanSide {
 
     /// All inputs with their latest values; those of `moved`, 64 to a word, are not given.
     pub fn inputs(&self, moved: &[u64]) -> impl Iterator<Item = UnwiredInputs> {
-        let (count, words) = (self.port.shared.input_count, &self.port.shared.inputs);
-        words.iter().enumerate().map(move |(at, word)| {
-            let first = at as u32 * 64;
-            let present = u64::MAX >> (64 - (count - first).min(64));
-            let given = present & !moved.get(at).copied().unwrap_or(0);
-            UnwiredInputs { first, values: word.load(Ordering::Relaxed), given }
+        self.port.shared.gate.inputs().enumerate().map(move |(at, word)| {
+            let given = word.present & !moved.get(at).copied().unwrap_or(0);
+            UnwiredInputs { first: word.first, values: word.values, given }
         })
     }
 
@@ -226,7 +222,7 @@ impl ScanSide {
                 return None;
             }
             let mut batch = self.batches.pop().ok()?;
-            self.port.shared.waiting_writes.fetch_sub(batch.writes.len(), Ordering::AcqRel);
+            self.port.shared.gate.release(batch.writes.len());
             let BatchTerms { generation, is_bound, until_ns } = batch.terms;
             let earlier = &self.earlier;
             let is_present = |write: &mut Write| earlier.is_renumbered(generation, write);

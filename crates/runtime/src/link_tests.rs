@@ -112,6 +112,21 @@ fn a_trip_refuses_what_will_never_be_answered() {
 }
 
 #[test]
+fn a_trip_that_comes_late_closes_nothing_for_good() {
+    let (port, mut side, mut world) = small();
+    world.trip(FaultReason::ScanNeverEnds, 9);
+    side.set_running(true);
+    assert_eq!(port.submit(vec![]), Err(Refused::NotRunning), "no sign of life yet");
+    scan(&mut side, 1, [0, 0, 0, 0]);
+    world.pump();
+    assert!(port.submit(vec![]).is_ok());
+    world.trip(FaultReason::ScanNeverEnds, 10);
+    scan(&mut side, 2, [0, 0, 0, 0]);
+    world.pump();
+    assert!(port.submit(vec![]).is_ok(), "the scan thread had gone on");
+}
+
+#[test]
 fn limits_are_limits() {
     let (port, mut side, _world) = small();
     side.set_running(true);

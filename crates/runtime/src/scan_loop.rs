@@ -154,8 +154,6 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
             return false;
         }
         self.scans += 1;
-        // If the monitor closed the entry for batches by mistake, this opens it again.
-        self.side.set_running(true);
         self.side.answer(true);
         self.publish(now_ns);
         self.tell_events(now_ns);
