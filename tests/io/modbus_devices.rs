@@ -281,8 +281,11 @@ fn a_killed_rungd_feeds_no_watchdog() {
     let (_plant, rungd) = run(&controller(&port, ""));
     peer.told("1 holding 99 3");
     rungd.signal("KILL");
-    peer.tells("", Duration::from_millis(300));
-    assert_eq!(peer.tells("1 holding 99", Duration::from_millis(500)), 0);
+    // What was sent before is still reported, however busy the machine is; then nothing comes.
+    let deadline = Instant::now() + PATIENCE;
+    while peer.tells("1 holding 99", Duration::from_millis(500)) > 0 {
+        assert!(Instant::now() < deadline, "it is fed");
+    }
 }
 
 #[test]

@@ -45,7 +45,7 @@ pub struct Tempo {
 
 impl Tempo {
     /// The time of this many periods and of one scan of the greatest permitted duration.
-    pub(crate) fn patience(self, periods: u64) -> Duration {
+    pub fn patience(self, periods: u64) -> Duration {
         let periods_ns = self.period_ns.saturating_mul(periods);
         Duration::from_nanos(periods_ns.saturating_add(self.watchdog_ns))
     }
