@@ -13,8 +13,8 @@ size=${2:-1000}
 few=20
 many=120
 
-program=$(cargo bench --bench speed --no-run --message-format=json 2>/dev/null |
-    sed -n 's/.*"executable":"\([^"]*speed-[^"]*\)".*/\1/p' | tail -1)
+cargo build --locked --quiet --profile bench -p rungd-speed
+program=$target/release/speed
 log=$target/instructions.log
 
 # count WORKLOAD N SIDE SCANS

@@ -17,7 +17,7 @@ TIMEFORMAT='%U %S'
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
-(cd "$here" && cargo bench --quiet --bench speed -- --print ladder --n "$rungs" shuffled) \
+(cd "$here" && cargo run --quiet --profile bench -p rungd-speed -- --print ladder --n "$rungs" shuffled) \
     >"$work/ladder.toml"
 {
     echo 'ladder = ["ladder.toml"]'

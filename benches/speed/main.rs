@@ -1,6 +1,6 @@
 //! Measures the speed of the scan engine and of straight-line native Rust that does the same work.
 //!
-//! `cargo bench --bench speed` checks that both give the same outputs, times them in turns and
+//! `cargo run --profile bench -p rungd-speed` checks that both give the same outputs, times them in turns and
 //! prints a table; `-- --help` lists the options. `docs/speed.md` describes the workloads and has
 //! the results; `benches/instructions.sh` counts instructions with `--side`.
 
@@ -14,6 +14,8 @@ mod rounds;
 mod scanned;
 mod straight;
 mod workload;
+
+use std::hint::black_box;
 
 use clap::{Parser, ValueEnum};
 use native::Native;
@@ -31,6 +33,10 @@ enum Side {
     Outside,
     /// Only the inputs and queued writes, on the native side.
     NativeOutside,
+    /// Only the ladder's text, once.
+    Text,
+    /// The text, and the load of it: to the engine before its first scan.
+    Load,
 }
 
 /// The scan engine beside straight-line native Rust.
@@ -63,9 +69,6 @@ struct Arguments {
     /// Time MATH instead, beside the same expressions.
     #[arg(long)]
     math: bool,
-    /// The option that `cargo bench` passes.
-    #[arg(long, hide = true)]
-    bench: bool,
 }
 
 fn main() -> anyhow::Result<()> {
@@ -120,6 +123,7 @@ fn one(arguments: &Arguments, workload: &Workload) -> anyhow::Result<()> {
 }
 
 fn alone(workload: &Workload, side: Side, arguments: &Arguments) -> anyhow::Result<()> {
+    let text = || black_box(ladder::text(workload));
     let scene = workload.scene.iter().cycle().take(arguments.scans);
     match side {
         Side::Native | Side::NativeOutside => {
@@ -139,6 +143,10 @@ fn alone(workload: &Workload, side: Side, arguments: &Arguments) -> anyhow::Resu
                     engine.scan();
                 }
             }
+        }
+        Side::Text => drop(text()),
+        Side::Load => {
+            Scanned::load(&text(), ladder::sizes(workload), workload.coils())?;
         }
     }
     Ok(())

@@ -137,7 +137,8 @@ impl Formulas {
 fn compile(source: &str) -> anyhow::Result<PathBuf> {
     let mut hasher = DefaultHasher::new();
     source.hash(&mut hasher);
-    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
+    let folder = std::env::current_exe()?;
+    let folder = folder.parent().context("the program has no folder")?;
     let path = folder.join(format!("straight_{:016x}.so", hasher.finish()));
     if path.exists() {
         return Ok(path);
