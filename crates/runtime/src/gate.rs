@@ -1,7 +1,7 @@
 //! What the scan thread and the ports share without locks: inputs, the gate for batches, the tempo.
 //!
-//! Each flag has one writer: `running` the scan thread, `stuck` the monitor. Only one order matters:
-//! who sees that the scan thread is no longer stuck also sees in which mode it came back. All other
+//! Each flag has one writer: `running` the scan thread, `stuck` the monitor. One order matters: who
+//! sees that the scan thread is no longer stuck also sees in which mode it came back. All other
 //! values stand for themselves; batches, images and commands go through rings and locks. `loom/`
 //! executes this file in every order of its accesses.
 
