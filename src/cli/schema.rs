@@ -110,7 +110,6 @@ impl Writer {
         match key.limit {
             KeyLimit::None | KeyLimit::Refused => {}
             KeyLimit::Schema(more) => add(&mut schema, more),
-            KeyLimit::Words(words) => drop(schema.insert("enum".to_owned(), json!(words()))),
         }
         Some(Value::Object(schema))
     }
@@ -119,6 +118,7 @@ impl Writer {
         let value = match form {
             ValueForm::Any => json!({}),
             ValueForm::Text => json!({ "type": "string" }),
+            ValueForm::Words(words) => json!({ "type": "string", "enum": words }),
             ValueForm::Flag => json!({ "type": "boolean" }),
             ValueForm::Integer(from, to) => {
                 json!({ "type": "integer", "minimum": from, "maximum": to })

@@ -1,8 +1,7 @@
 //! `rungd sim`: makes a trace from ladder files or a controller file, a stimulus and a plan. It
 //! runs in virtual time, without waiting.
 //!
-//! This module reads and writes the files. `sim` computes the trace of ladders; `rig` computes the
-//! trace of a controller with its simulated devices.
+//! This module reads and writes the files. `rig` computes the trace.
 
 use std::io;
 use std::path::PathBuf;
@@ -21,13 +20,11 @@ use rungd_config::load;
 use rungd_engine::Image;
 use rungd_engine::isa::duration::{self, DurationError, not_a_duration};
 use rungd_lab::rig::simulation::{
-    ControllerTargets, DEFAULT_PERIOD_MS, DEFAULT_SCANS, LoweredSimulation, Simulation,
+    self, DEFAULT_PERIOD_MS, DEFAULT_SCANS, Simulation, StimulusTargets,
 };
-use rungd_lab::sim;
-use rungd_lab::sim::stimulus::{Stimulus, StimulusRows, StimulusTarget};
+use rungd_lab::sim::stimulus::{Stimulus, StimulusRows};
 use rungd_lab::sim::trace::{ChangesOnly, RowName, Trace};
 use rungd_language::resolve::program::Program;
-use rungd_language::resolve::scope::Scope;
 use rungd_language::source::render::{refuses, render};
 
 /// Runs a ladder program in virtual time and prints the values of its operands
@@ -122,26 +119,15 @@ pub fn sim(args: &SimArgs) -> Result<Exit> {
 fn simulate(args: &SimArgs, program: &Program, controller: Option<Controller>) -> Result<()> {
     trace_file::refuse_other_forms("--trace", &args.trace)?;
     trace_file::refuse_changes(args.changes, &args.trace)?;
-    let simulation = simulation(args, controller.as_ref())?;
-    let lowered = LoweredSimulation::of(program, controller);
-    let symbols = lowered.symbols();
-    let watched = watched_operands::watched(args.watch.as_deref(), program, symbols)?;
-    let mut stimulus = match &lowered {
-        LoweredSimulation::Controller(of) => {
-            let lookup = ControllerTargets::of(program, of);
-            stimulus(args, &simulation, &|operand| lookup.target(operand))?
-        }
-        LoweredSimulation::Ladder(..) => {
-            let scope = Scope::of(program);
-            let lookup =
-                |operand: &str| StimulusTarget::at(scope.address(operand)?, operand, symbols);
-            stimulus(args, &simulation, &lookup)?
-        }
-    };
+    let period_ms = period_ms(args, controller.as_ref())?;
+    let simulation = simulation(args, period_ms)?;
+    let lowered = simulation::lowered(program, controller, period_ms);
+    let watched = watched_operands::watched(args.watch.as_deref(), program, &lowered.symbols)?;
+    let mut stimulus = stimulus(args, period_ms, &StimulusTargets::of(program, &lowered))?;
     let (rows, planned) = (stimulus.take_rows(), simulation.scans);
     let run = |trace: &mut dyn Trace| -> Result<()> {
         let mut counted = CountedTrace { trace, scans: 0 };
-        lowered.run(program, (simulation, stimulus), &mut counted)?;
+        simulation::run(&lowered, (&simulation, &stimulus), &mut counted)?;
         warn_of_rows(args, &rows, counted.scans, planned);
         Ok(())
     };
@@ -176,38 +162,38 @@ fn warn_of_rows(args: &SimArgs, rows: &StimulusRows, executed: u64, planned: u64
     say(&format!("warning: {}:{}: {}\n", path.display(), row.line, row.message));
 }
 
-fn simulation(args: &SimArgs, controller: Option<&Controller>) -> Result<Simulation> {
-    let period_ms = match (args.period, controller) {
+fn period_ms(args: &SimArgs, controller: Option<&Controller>) -> Result<u32> {
+    match (args.period, controller) {
         (Some(_), Some(_)) => {
             let message = "--period: a controller file has its own, `[scan] period`";
-            return Err(CommandLine(message.to_owned()).into());
+            Err(CommandLine(message.to_owned()).into())
         }
-        (Some(period_ms), None) => period_ms,
-        (None, Some(controller)) => controller.period_ms,
-        (None, None) => DEFAULT_PERIOD_MS,
-    };
+        (Some(period_ms), None) => Ok(period_ms),
+        (None, Some(controller)) => Ok(controller.period_ms),
+        (None, None) => Ok(DEFAULT_PERIOD_MS),
+    }
+}
+
+fn simulation(args: &SimArgs, period_ms: u32) -> Result<Simulation> {
     let scans = match (args.scans, args.time) {
         (Some(scans), _) => scans,
         (None, Some(ms)) => u64::from(ms).div_ceil(u64::from(period_ms)),
         (None, None) => DEFAULT_SCANS,
     };
-    if !sim::fits(scans, period_ms) {
+    if !simulation::fits(scans, period_ms) {
         bail!(
             "{scans} scans at a period of {period_ms} ms last longer than time can be counted \
              (584 years)"
         );
     }
-    Ok(Simulation { period_ms, scans, stop: args.stop, clock_s: args.clock })
+    Ok(Simulation { scans, stop: args.stop, clock_s: args.clock })
 }
 
-/// Resolves an operand of a stimulus; the error is the reason why it cannot be written.
-type Lookup<'a> = &'a dyn Fn(&str) -> Result<StimulusTarget, String>;
-
-fn stimulus(args: &SimArgs, simulation: &Simulation, lookup: Lookup) -> Result<Stimulus> {
+fn stimulus(args: &SimArgs, period_ms: u32, targets: &StimulusTargets<'_>) -> Result<Stimulus> {
     let Some(path) = &args.stimulus else { return Ok(Stimulus::default()) };
     let name = path.display();
     let bytes = load::read_bytes(path).with_context(|| name.to_string())?;
     let Ok(text) = String::from_utf8(bytes) else { bail!("{name}: the file is not UTF-8 text") };
-    Stimulus::parse_timed(&text, simulation.period_ms, lookup)
+    Stimulus::parse_timed(&text, period_ms, &|operand| targets.target(operand))
         .map_err(|error| anyhow::anyhow!("{name}:{}: {}", error.line, error.message))
 }

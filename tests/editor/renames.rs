@@ -6,13 +6,13 @@ use std::path::Path;
 
 use rungd_config::load::{self, Loaded};
 use rungd_lab::sim::stimulus::Stimulus;
-use rungd_lab::sim::{Plan, run};
 use rungd_language::lower::lower;
 use serde_json::{Value, json};
 
 use crate::editor::client::{Editor, place_of};
 use crate::editor::findings::shipped;
 use crate::editor::project::{CONTROLLER, LADDER, TEST, empty, folder};
+use rungd_test_support::bare_run::{Plan, run};
 use rungd_test_support::folder::TestFolder;
 use rungd_test_support::run::{Rows, target};
 
@@ -229,8 +229,7 @@ fn trace(loaded: &Loaded) -> Vec<Vec<i64>> {
         symbols.layout.cell(address).expect("a cell")
     });
     let mut rows = Rows::new(cells.collect());
-    let well = Vec::new();
-    let plan = Plan { period_ms: 10, scans: 400, stop: true, well, clock_s: 0, stimulus };
+    let plan = Plan { period_ms: 10, scans: 400, stop: true, clock_s: 0, stimulus };
     run(lowered, &plan, &mut rows).expect("it runs");
     rows.rows.into_iter().map(|(_, values)| values).collect()
 }

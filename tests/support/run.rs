@@ -6,7 +6,6 @@ use rungd_engine::isa::{Address, Bit, BitSpace, Word};
 use rungd_engine::{Cell, Image, Layout};
 use rungd_lab::sim::stimulus::{Stimulus, StimulusTarget};
 use rungd_lab::sim::trace::{RowName as TraceRow, Trace};
-use rungd_lab::sim::{Plan, run};
 use rungd_language::check::{Around, check};
 use rungd_language::lower::{Symbols, lower, lower_with};
 use rungd_language::resolve::program::Program;
@@ -14,6 +13,7 @@ use rungd_language::resolve::{LoadOptions, load_ladders, resolve_operand};
 use rungd_language::source::finding::{Finding, Severity};
 use rungd_language::source::span::SourceFile;
 
+use super::bare_run::{Plan, run};
 use super::case::{Case, Expects};
 use super::table::{RowName, Table};
 
@@ -138,7 +138,6 @@ fn trace(case: &Case, table: &Table) -> Result<(Rows, Layout), String> {
         period_ms: case.period_ms,
         scans: table.scans(),
         stop: case.stop,
-        well: Vec::new(),
         clock_s: case.clock_s,
         stimulus,
     };

@@ -11,9 +11,8 @@ use super::jobs::{JobPlace, Made};
 use rungd_config::load::{self, Loaded, OpenTexts};
 use rungd_engine::Image;
 pub use rungd_lab::rig::simulation::{
-    DEFAULT_PERIOD_MS, DEFAULT_SCANS, LoweredSimulation, Simulation, all_named,
+    self, DEFAULT_PERIOD_MS, DEFAULT_SCANS, Simulation, all_named,
 };
-use rungd_lab::sim;
 use rungd_lab::sim::stimulus::Stimulus;
 use rungd_lab::sim::svg::SvgTrace;
 use rungd_lab::sim::trace::{CsvTrace, RowName, Trace};
@@ -54,18 +53,18 @@ pub(super) fn run(order: &SimulateOrder, place: &JobPlace) -> Result<Option<Made
     };
     let period_ms = controller.as_ref().map_or(DEFAULT_PERIOD_MS, |of| of.period_ms);
     let scans = order.scans.unwrap_or(DEFAULT_SCANS);
-    let simulation = Simulation { period_ms, scans, stop: false, clock_s: CLOCK_S };
-    let lowered = LoweredSimulation::of(&program, controller);
-    let watched = all_named(&program, lowered.symbols());
+    let simulation = Simulation { scans, stop: false, clock_s: CLOCK_S };
+    let lowered = simulation::lowered(&program, controller, period_ms);
+    let watched = all_named(&program, &lowered.symbols);
     let values = scans.saturating_mul(watched.len().max(1) as u64);
-    if values > VALUES_MAX || !sim::fits(scans, period_ms) {
+    if values > VALUES_MAX || !simulation::fits(scans, period_ms) {
         bail!("{scans} scans are too many to show: use `rungd sim`, which writes them into a file");
     }
     let is_table = order.is_table || watched.len() > DRAWN_MAX;
     let mut content = Vec::new();
     let run = |trace: &mut dyn Trace| {
         let mut trace = WantedTrace { trace, place };
-        lowered.run(&program, (simulation, Stimulus::default()), &mut trace)
+        simulation::run(&lowered, (&simulation, &Stimulus::default()), &mut trace)
     };
     let made = if is_table {
         let mut trace = CsvTrace::new(&watched, &mut content)?;

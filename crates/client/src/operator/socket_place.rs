@@ -90,12 +90,12 @@ pub struct SocketPlace {
 pub fn operator_socket(controller: &Path) -> SocketPlace {
     let bytes = load::read_bytes(controller).ok();
     let text = bytes.and_then(|bytes| String::from_utf8(bytes).ok());
-    let (written, mut findings) = controller::read(&text.unwrap_or_default(), FileId(0));
+    let (written, findings) = controller::read(&text.unwrap_or_default(), FileId(0));
     let written = written.filter(|written| written.lost.is_none());
     let is_whole = written.is_some();
     let asked = written
         .and_then(|written| written.operator)
-        .map(|written| controller::operator::resolve(&written, &mut findings))
+        .map(|operator| operator.settings)
         .unwrap_or_default();
     // An empty text has an error: it names no ladder.
     let is_certain = is_whole && findings.iter().all(|f| f.severity() != Severity::Error);

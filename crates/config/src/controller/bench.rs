@@ -6,19 +6,14 @@
 
 use super::retain;
 use super::written::{self, WrittenController};
-use rungd_language::source::key::{LEAST_1MS, key};
 use rungd_language::source::reader::{Table, Text};
 use rungd_language::source::span::FileId;
 
 /// Reads the settings of a test file. `ladder` has its ladder files.
 pub fn read(root: &mut Table<'_>, ladder: Vec<Text>, file: FileId) -> WrittenController {
     let mut bench = written::defaults(file);
-    let period = root.duration(
-        key("period", "The time between the beginnings of two scans; 10ms if not given.")
-            .limited(LEAST_1MS),
-    );
-    bench.scan.period_ms = period.unwrap_or(bench.scan.period_ms);
-    bench.retain = retain::read_in_test(root, file);
+    written::read_period(root, &mut bench.scan);
+    bench.retain = retain::read_in_test(root);
     let texts = bench.retain.ranges.iter().chain(&bench.retain.tags);
     bench.strings = texts.map(|text| text.text.clone()).collect();
     bench.ladder = ladder;

@@ -6,10 +6,12 @@
 //! here, but on the command line and by `rungd log-level`.
 
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::key::{Key, key, words};
+use rungd_language::source::key::key;
 use rungd_language::source::nearest::KnownNames;
 use rungd_language::source::reader::{Table, Text};
-use rungd_language::source::span::Located;
+use rungd_language::source::shape::ValueForm;
+use rungd_language::source::span::{Located, Span};
+use rungd_language::source::value_kind::{KeyWords, Millis, ValueKind, WrongWord};
 pub use rungd_runtime::events::{self, Event, EventLevels, Level, Silence};
 
 /// The settings of the log.
@@ -57,9 +59,14 @@ impl BlockLines {
     }
 }
 
-const BLOCKS: [(&str, BlockLines); 3] =
-    [("all", BlockLines::All), ("programs", BlockLines::Programs), ("none", BlockLines::None)];
-const TIMES: [(&str, LogTime); 2] = [("utc", LogTime::Utc), ("local", LogTime::Local)];
+const BLOCKS: KeyWords<BlockLines> = KeyWords::new(&[
+    ("all", BlockLines::All),
+    ("programs", BlockLines::Programs),
+    ("none", BlockLines::None),
+])
+.refused_as(WrongWord::NoValue);
+const TIMES: KeyWords<LogTime> = KeyWords::new(&[("utc", LogTime::Utc), ("local", LogTime::Local)])
+    .refused_as(WrongWord::NoValue);
 /// The least urgent level of an event that is never silenced.
 const KEPT_LEAST: Level = Level::Info;
 const STATISTICS_MS: u32 = 60_000;
@@ -80,8 +87,8 @@ impl LogSettings {
     pub fn changes(&self, new: &LogSettings) -> Vec<String> {
         let level = |of: &LogSettings, event| of.levels.of(event).map_or("off", Level::name);
         let mut said = vec![
-            ("log of blocks".to_owned(), word(&BLOCKS, self.blocks), word(&BLOCKS, new.blocks)),
-            ("time of the log".to_owned(), word(&TIMES, self.time), word(&TIMES, new.time)),
+            ("log of blocks".to_owned(), BLOCKS.word(self.blocks), BLOCKS.word(new.blocks)),
+            ("time of the log".to_owned(), TIMES.word(self.time), TIMES.word(new.time)),
         ];
         said.extend(events::all().map(|event| {
             (format!("log level of {}", event.name), level(self, event), level(new, event))
@@ -89,10 +96,6 @@ impl LogSettings {
         said.retain(|(_, was, is)| was != is);
         said.into_iter().map(|(what, was, is)| format!("{what} {was} → {is}")).collect()
     }
-}
-
-fn word<T: Copy + PartialEq>(named: &[(&'static str, T)], value: T) -> &'static str {
-    named.iter().find(|(_, known)| *known == value).map_or("", |(word, _)| word)
 }
 
 /// Reads `[log]`; without it, the settings have their defaults.
@@ -103,10 +106,8 @@ pub(super) fn read_in(root: &mut Table<'_>) -> LogSettings {
 
 fn read(mut table: Table<'_>) -> LogSettings {
     let default = LogSettings::default();
-    let statistics = table.duration(key(
-        "statistics",
-        "The time between two log lines of scan statistics; 0ms: never.",
-    ));
+    let statistics =
+        key("statistics", "The time between two log lines of scan statistics; 0ms: never.");
     let blocks = key(
         "blocks",
         "Whose starts, stops and changes are logged: all, Programs and Tasks alone (programs), or \
@@ -117,31 +118,16 @@ fn read(mut table: Table<'_>) -> LogSettings {
         "The time in the lines of a text log: utc, or local with its offset; utc if not given. \
          JSON keeps UTC.",
     );
-    let blocks = one_of(&mut table, blocks.one_of(|| words(&BLOCKS)), &BLOCKS);
-    let time = one_of(&mut table, time.one_of(|| words(&TIMES)), &TIMES);
+    let statistics_ms = table.value_of(statistics, &Millis::ANY).unwrap_or(STATISTICS_MS);
+    let blocks = table.value(blocks, &BLOCKS);
     let settings = LogSettings {
-        statistics_ms: statistics.map_or(STATISTICS_MS, |every| every.value.unsigned_abs()),
+        statistics_ms,
         blocks: blocks.as_ref().map_or(default.blocks, |blocks| blocks.value),
-        time: time.map_or(default.time, |time| time.value),
+        time: table.value_of(time, &TIMES).unwrap_or(default.time),
         levels: read_events(&mut table, blocks),
     };
     table.finish();
     settings
-}
-
-/// The value of a key that accepts one of these words.
-fn one_of<T: Copy>(table: &mut Table<'_>, key: Key, named: &[(&str, T)]) -> Option<Located<T>> {
-    let text = table.string(key)?;
-    let found = named.iter().find(|(word, _)| *word == text.text);
-    if found.is_none() {
-        let known: Vec<_> = named.iter().map(|(word, _)| format!("`{word}`")).collect();
-        let message = format!("`{}` is no value of `{}`", text.text, key.name);
-        let finding = Finding::new(Code::Controller, text.span, message);
-        let known_names = KnownNames::new(named.iter().map(|(word, _)| *word));
-        let help = format!("write one of {}", known.join(", "));
-        table.find(finding.help(help).near(&text.text, &known_names));
-    }
-    found.map(|(_, value)| Located { value: *value, span: text.span })
 }
 
 fn read_events(table: &mut Table<'_>, blocks: Option<Located<BlockLines>>) -> EventLevels {
@@ -149,47 +135,59 @@ fn read_events(table: &mut Table<'_>, blocks: Option<Located<BlockLines>>) -> Ev
     let explained = key("events", "The levels of single events, by name.");
     let Some(mut table) = table.table(explained, "`[log.events]`") else { return levels };
     for event in events::all() {
-        let words = if event.silence == Silence::Never { kept_levels } else { any_level };
-        let Some(text) = table.string(key(event.name, event.meaning).one_of(words)) else {
-            continue;
-        };
-        match judged(event, &text) {
-            Ok(level) => {
-                levels.give(event, level);
-                if let (Some(_), Some(blocks)) = (level, &blocks) {
-                    left_out(event, &text, blocks).into_iter().for_each(|found| table.find(found));
-                }
-            }
-            Err(finding) => table.find(*finding),
+        let level = table.value(key(event.name, event.meaning), &LevelOf(event));
+        let Some(Located { value, span }) = level else { continue };
+        levels.give(event, value);
+        if let (Some(_), Some(blocks)) = (value, &blocks) {
+            left_out(event, span, blocks).into_iter().for_each(|found| table.find(found));
         }
     }
     unknown_events(&table);
     levels
 }
 
-fn kept_levels() -> Vec<&'static str> {
-    Level::ALL.into_iter().filter(|level| *level <= KEPT_LEAST).map(Level::name).collect()
+/// The levels that an event can be given; `None`: off.
+struct LevelOf(&'static Event);
+
+impl LevelOf {
+    fn is_kept(&self) -> bool {
+        self.0.silence == Silence::Never
+    }
+
+    fn words(&self) -> Vec<&'static str> {
+        let seen = |level: &Level| !self.is_kept() || *level <= KEPT_LEAST;
+        let off = ["off"].into_iter().filter(|_| !self.is_kept());
+        off.chain(Level::ALL.into_iter().filter(seen).map(Level::name)).collect()
+    }
 }
 
-fn any_level() -> Vec<&'static str> {
-    ["off"].into_iter().chain(Level::ALL.map(Level::name)).collect()
-}
+impl ValueKind for LevelOf {
+    type Value = Option<Level>;
 
-/// The level of an event according to a text; `None`: off.
-fn judged(event: &Event, text: &Text) -> Result<Option<Level>, Box<Finding>> {
-    let is_kept = event.silence == Silence::Never;
-    let named = Level::ALL.into_iter().find(|level| level.name() == text.text);
-    if named.is_none() && text.text != "off" {
-        let message = format!("`{}` is no level", text.text);
-        let known = if is_kept { kept_levels() } else { any_level() };
-        let help = format!("write one of `{}`", known.join("`, `"));
-        let finding = Finding::new(Code::Controller, text.span, message).help(help);
-        return Err(Box::new(finding.near(&text.text, &KnownNames::new(known))));
+    fn form(&self) -> ValueForm {
+        ValueForm::Words(self.words())
     }
-    if is_kept && named.is_none_or(|level| level > KEPT_LEAST) {
-        return Err(Box::new(kept(event, text)));
+
+    fn read(
+        &self,
+        _key: &str,
+        text: &Text,
+        find: &mut dyn FnMut(Finding),
+    ) -> Option<Option<Level>> {
+        let named = Level::ALL.into_iter().find(|level| level.name() == text.text);
+        if named.is_none() && text.text != "off" {
+            let message = format!("`{}` is no level", text.text);
+            let help = format!("write one of `{}`", self.words().join("`, `"));
+            let finding = Finding::new(Code::Controller, text.span, message).help(help);
+            find(finding.near(&text.text, &KnownNames::new(self.words())));
+            return None;
+        }
+        if self.is_kept() && named.is_none_or(|level| level > KEPT_LEAST) {
+            find(kept(self.0, text));
+            return None;
+        }
+        Some(named)
     }
-    Ok(named)
 }
 
 /// The finding for an event whose lines must be seen.
@@ -206,13 +204,13 @@ fn kept(event: &Event, text: &Text) -> Finding {
 }
 
 /// The warning for a level of an event whose lines are left out.
-fn left_out(event: &Event, text: &Text, blocks: &Located<BlockLines>) -> Option<Finding> {
+fn left_out(event: &Event, span: Span, blocks: &Located<BlockLines>) -> Option<Finding> {
     if !blocks.value.leaves_out(event.silence) {
         return None;
     }
-    let word = word(&BLOCKS, blocks.value);
+    let word = BLOCKS.word(blocks.value);
     let message = format!("`{}` has a level, but none of its lines is logged", event.name);
-    let finding = Finding::new(Code::LevelLeftOut, text.span, message)
+    let finding = Finding::new(Code::LevelLeftOut, span, message)
         .related(blocks.span, format!("`{word}` leaves them out"));
     Some(finding.help(
         "take the level out; or write `blocks = \"all\"`, and \"off\" or \"debug\" for the events \
@@ -274,9 +272,9 @@ mod tests {
     #[test]
     fn every_event_can_be_named_and_those_that_must_be_seen_only_be_seen() {
         for event in events::all() {
-            for word in any_level() {
+            for word in ["off"].into_iter().chain(Level::ALL.map(Level::name)) {
                 let (_, found) = read_text(&format!("log.events.{} = \"{word}\"\n", event.name));
-                let is_hidden = !kept_levels().contains(&word);
+                let is_hidden = !["error", "warn", "info"].contains(&word);
                 let is_refused = event.silence == Silence::Never && is_hidden;
                 assert_eq!(found.len(), usize::from(is_refused), "{} {word}", event.name);
             }

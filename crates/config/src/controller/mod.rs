@@ -28,7 +28,6 @@ pub mod written;
 
 pub use outputs::{OUTPUT_UNKNOWN, OutputRules, OutputState};
 use resolver::{AllowedSpaces, Resolver};
-use retain::Retention;
 pub use settings::Controller;
 use written::WrittenController;
 pub use written::read;
@@ -40,6 +39,7 @@ use rungd_language::resolve::program::Program;
 use rungd_language::resolve::range::Range;
 use rungd_language::resolve::scope::Scope;
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::span::FileId;
 
 /// Resolves a controller file against the program of its ladders. The result can be used only if
 /// no finding is an error; otherwise parts may be missing.
@@ -70,23 +70,16 @@ pub(crate) fn resolve_controller_within(
     let mut retain = resolver.ranges(&written.retain.ranges, &wanted);
     let tags = &written.retain.tags;
     retain.extend(retain_tags::resolve(tags, (program, progress), &mut resolver.findings));
-    let interval = &written.retain.interval_ms;
-    let retention = Retention {
-        interval_ms: resolver.at_least_one("interval", interval),
-        ..retain::resolve(&written.retain, &mut resolver.findings)
-    };
     resolver.held_and_on(&outputs_hold, &outputs_on);
-    let operator = written.operator.as_ref();
-    let operator = operator.map(|table| operator::resolve(table, &mut resolver.findings));
-    let scan = &written.scan;
+    let operator = written.operator.as_ref().map(|operator| operator.settings.clone());
     let controller = Controller {
-        period_ms: resolver.at_least_one("period", &scan.period_ms),
-        watchdog_ms: resolver.at_least_one("watchdog", &scan.watchdog_ms),
+        period_ms: written.scan.period_ms.value,
+        watchdog_ms: written.scan.watchdog_ms,
         realtime: written.realtime.clone(),
         outputs_on,
         outputs_hold,
         retain,
-        retention,
+        retention: written.retain.retention.clone(),
         modbus: written
             .modbus_server
             .as_ref()
@@ -99,13 +92,20 @@ pub(crate) fn resolve_controller_within(
             &mut resolver.findings,
         ),
         operator: operator.unwrap_or_default(),
-        record: record::resolve(&written.record, &mut resolver.findings),
+        record: written.record.clone(),
         web: web::resolve(&written.web, &mut resolver),
         log: written.log.clone(),
-        probation_ms: written.probation_ms.unsigned_abs(),
+        probation_ms: written.probation_ms,
     };
     resolver.compare((written, &controller), program);
     (controller, resolver.findings)
+}
+
+impl Controller {
+    /// The settings of a program without a controller file.
+    pub fn usual(program: &Program) -> Controller {
+        resolve_controller(&written::defaults(FileId(0)), program).0
+    }
 }
 
 impl Resolver<'_> {

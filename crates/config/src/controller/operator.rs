@@ -1,10 +1,11 @@
-//! `[operator]`: its keys, and the settings made from them: paths of a valid length, permissions as
-//! numbers. Only run time shows whether the groups exist and the sockets can be made.
+//! `[operator]`: its keys, read into settings: paths of a valid length, permissions as numbers.
+//! Only run time shows whether the groups exist and the sockets can be made.
 
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::key::key;
 use rungd_language::source::reader::{Table, Text};
-use rungd_language::source::span::Span;
+use rungd_language::source::span::{Located, Span};
+use rungd_language::source::value_kind::ParsedText;
 use rungd_language::source::wording::is_unseen;
 
 /// `[operator]`.
@@ -12,20 +13,12 @@ use rungd_language::source::wording::is_unseen;
 pub struct WrittenOperator {
     /// The place of its header.
     pub(crate) span: Span,
-    /// `enabled`: whether there is a socket.
-    pub enabled: bool,
-    /// `socket`: its path, relative to the controller file.
-    pub(crate) socket: Option<Text>,
-    /// `mode`: its permissions, in octal digits.
-    pub(crate) mode: Option<Text>,
-    /// `group`: its group, by name or number.
-    pub(crate) group: Option<Text>,
-    /// `view-socket`: the path of the view socket, relative to the controller file.
-    pub(crate) view_socket: Option<Text>,
-    /// `view-mode`: its permissions, in octal digits.
-    pub(crate) view_mode: Option<Text>,
-    /// `view-group`: its group, by name or number.
-    pub(crate) view_group: Option<Text>,
+    /// `socket`, with its place.
+    pub(crate) socket: Option<Located<String>>,
+    /// `view-socket`, with its place.
+    pub(crate) view_socket: Option<Located<String>>,
+    /// All of its keys.
+    pub settings: Operator,
 }
 
 /// The settings of the operator's socket.
@@ -63,9 +56,6 @@ impl Default for Operator {
 
 /// The permissions of a socket if none are given.
 const MODE: u32 = 0o660;
-/// The form of permissions, for the schema.
-const MODE_FORM: &str = r#"{"pattern":"^(0o)?0?[0-7]{3}$"}"#;
-
 /// The longest path. The system's limit is 107 bytes, and the socket is made under a longer,
 /// temporary name.
 pub const SOCKET_BYTES_MAX: usize = 103;
@@ -77,95 +67,80 @@ pub(super) fn read_in(root: &mut Table<'_>) -> Option<WrittenOperator> {
 }
 
 fn read(mut table: Table<'_>) -> WrittenOperator {
-    let operator = WrittenOperator {
-        span: table.span(),
-        enabled: table
-            .boolean(key("enabled", "Whether there is a socket; true if not given."))
-            .is_none_or(|enabled| enabled.value),
-        socket: table.string(key(
-            "socket",
-            "Its path, relative to this file; if not given, in systemd's runtime folder.",
-        )),
-        mode: table.string(
-            key("mode", "Its permissions in octal digits; 0660 if not given.").limited(MODE_FORM),
-        ),
-        group: table
-            .string(key("group", "Its group, by name or number; members may give commands.")),
-        view_socket: table.string(key(
-            "view-socket",
-            "A second socket, which refuses every change; `rungd-view.sock` beside `rungd.sock` if \
-             not given.",
-        )),
-        view_mode: table.string(
-            key("view-mode", "The permissions of `view-socket`; `mode` if not given.")
-                .limited(MODE_FORM),
-        ),
-        view_group: table.string(key(
-            "view-group",
-            "The group of `view-socket`: members may look, and change nothing.",
-        )),
-    };
+    let explained = key("enabled", "Whether there is a socket; true if not given.");
+    let enabled = table.flag(explained, true);
+    let explained = key(
+        "socket",
+        "Its path, relative to this file; if not given, in systemd's runtime folder.",
+    );
+    let socket = table.value(explained, &SOCKET);
+    let explained = key("mode", "Its permissions in octal digits; 0660 if not given.");
+    let mode = table.value_of(explained, &PERMISSIONS).unwrap_or(MODE);
+    let explained = key("group", "Its group, by name or number; members may give commands.");
+    let group = table.value_of(explained, &GROUP);
+    let explained = key(
+        "view-socket",
+        "A second socket, which refuses every change; `rungd-view.sock` beside `rungd.sock` if \
+         not given.",
+    );
+    let view_socket = table.value(explained, &VIEW_SOCKET);
+    let explained = key("view-mode", "The permissions of `view-socket`; `mode` if not given.");
+    let view_mode = table.value_of(explained, &PERMISSIONS);
+    let explained =
+        key("view-group", "The group of `view-socket`: members may look, and change nothing.");
+    let view_group = table.value_of(explained, &VIEW_GROUP);
+    let span = table.span();
     table.finish();
-    operator
+    let path = |socket: &Option<Located<String>>| socket.as_ref().map(|path| path.value.clone());
+    let view = ViewSocket { socket: path(&view_socket), mode: view_mode, group: view_group };
+    let settings = Operator { enabled, socket: path(&socket), mode, group, view };
+    WrittenOperator { span, socket, view_socket, settings }
 }
 
-/// Makes the settings from the keys, with a finding for each wrong value.
-pub fn resolve(written: &WrittenOperator, findings: &mut Vec<Finding>) -> Operator {
-    let none = Operator::default();
-    let mut judged = Judged(findings);
-    Operator {
-        enabled: written.enabled,
-        socket: judged.socket(written.socket.as_ref(), "socket", "rungd.sock"),
-        mode: judged.mode(written.mode.as_ref(), "mode").unwrap_or(none.mode),
-        group: judged.group(written.group.as_ref(), "group", "rungd"),
-        view: ViewSocket {
-            socket: judged.socket(written.view_socket.as_ref(), "view-socket", "rungd-view.sock"),
-            mode: judged.mode(written.view_mode.as_ref(), "view-mode"),
-            group: judged.group(written.view_group.as_ref(), "view-group", "rungd-view"),
-        },
-    }
+const SOCKET: ParsedText<String> = ParsedText::new(|key, text| socket(key, text, "rungd.sock"));
+const VIEW_SOCKET: ParsedText<String> =
+    ParsedText::new(|key, text| socket(key, text, "rungd-view.sock"));
+const GROUP: ParsedText<String> = ParsedText::new(|key, text| group(key, text, "rungd"));
+const VIEW_GROUP: ParsedText<String> = ParsedText::new(|key, text| group(key, text, "rungd-view"));
+const PERMISSIONS: ParsedText<u32> =
+    ParsedText::new(permissions).limited(r#"{"pattern":"^(0o)?0?[0-7]{3}$"}"#);
+
+fn wrong<T>(text: &Text, message: String, help: String) -> Result<T, Finding> {
+    Err(Finding::new(Code::Controller, text.span, message).help(help))
 }
 
-/// The values of the keys of one socket, judged; `key` names the key.
-struct Judged<'a>(&'a mut Vec<Finding>);
-
-impl Judged<'_> {
-    fn wrong(&mut self, text: &Text, message: String, help: &str) {
-        self.0.push(Finding::new(Code::Controller, text.span, message).help(help));
+/// The path of a socket; `name` is an example of its last part.
+fn socket(key: &str, socket: &Text, name: &str) -> Result<String, Finding> {
+    let path = &socket.text;
+    if path.is_empty() || path.ends_with('/') || path.contains('\0') {
+        let help = format!("write `{key} = \"/run/rungd/{name}\"`");
+        return wrong(socket, "a socket is a file".to_owned(), help);
     }
-
-    fn socket(&mut self, socket: Option<&Text>, key: &str, name: &str) -> Option<String> {
-        let socket = socket?;
-        let path = &socket.text;
-        if path.is_empty() || path.ends_with('/') || path.contains('\0') {
-            let help = format!("write `{key} = \"/run/rungd/{name}\"`");
-            self.wrong(socket, "a socket is a file".into(), &help);
-        } else if path.len() > SOCKET_BYTES_MAX {
-            let message = format!("a socket's path has at most {SOCKET_BYTES_MAX} bytes");
-            self.wrong(socket, message, &format!("choose a shorter one, as `/run/rungd/{name}`"));
-        }
-        Some(path.clone())
+    if path.len() > SOCKET_BYTES_MAX {
+        let message = format!("a socket's path has at most {SOCKET_BYTES_MAX} bytes");
+        return wrong(socket, message, format!("choose a shorter one, as `/run/rungd/{name}`"));
     }
+    Ok(path.clone())
+}
 
-    fn mode(&mut self, mode: Option<&Text>, key: &str) -> Option<u32> {
-        let mode = mode?;
-        let bits = octal(&mode.text);
-        if bits.is_none() {
+fn permissions(key: &str, mode: &Text) -> Result<u32, Finding> {
+    octal(&mode.text).map_or_else(
+        || {
             let message = format!("`{}` is no file mode", mode.text);
-            self.wrong(mode, message, &format!("write it in octal digits: `{key} = \"0660\"`"));
-        }
-        bits
-    }
+            wrong(mode, message, format!("write it in octal digits: `{key} = \"0660\"`"))
+        },
+        Ok,
+    )
+}
 
-    fn group(&mut self, group: Option<&Text>, key: &str, name: &str) -> Option<String> {
-        let group = group?;
-        let odd = |c: char| c.is_whitespace() || is_unseen(c) || c == ':';
-        if group.text.is_empty() || group.text.contains(odd) {
-            let message = format!("`{}` is no group", group.text);
-            self.wrong(group, message, &format!("write its name or number: `{key} = \"{name}\"`"));
-        }
-        Some(group.text.clone())
+/// A group, by name or number; `name` is an example.
+fn group(key: &str, group: &Text, name: &str) -> Result<String, Finding> {
+    let odd = |c: char| c.is_whitespace() || is_unseen(c) || c == ':';
+    if group.text.is_empty() || group.text.contains(odd) {
+        let message = format!("`{}` is no group", group.text);
+        return wrong(group, message, format!("write its name or number: `{key} = \"{name}\"`"));
     }
+    Ok(group.text.clone())
 }
 
 fn octal(text: &str) -> Option<u32> {

@@ -4,14 +4,33 @@
 //! shows at run time whether the machine grants the requests.
 
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::key::{Key, NOT_EMPTY, key};
+use rungd_language::source::key::{NOT_EMPTY, key};
 use rungd_language::source::reader::{Table, Text};
+use rungd_language::source::value_kind::{KeyWords, ParsedText, WrongWord};
 use rungd_runtime::{Policy, Posture};
 
 /// The greatest CPU number in a CPU set of the kernel's usual size.
 const CPU_MAX: i64 = 1023;
 /// One second: no CPU takes longer to wake up.
-const LATENCY_US_MAX: i64 = 1_000_000;
+const LATENCY_US_MAX: i32 = 1_000_000;
+
+/// The words for policies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum PolicyWord {
+    Fifo,
+    RoundRobin,
+    Other,
+}
+
+const POLICIES: KeyWords<PolicyWord> = KeyWords::new(&[
+    ("fifo", PolicyWord::Fifo),
+    ("rr", PolicyWord::RoundRobin),
+    ("other", PolicyWord::Other),
+])
+.refused_as(WrongWord::No("policy", "`fifo`, `rr` or `other`"));
+
+const LATENCY: ParsedText<i32> =
+    ParsedText::new(latency).limited(r#"{"pattern":"^[0-9]+(us|ms)$"}"#);
 
 /// Reads `[realtime]`; without it, nothing is requested.
 pub(super) fn read_in(root: &mut Table<'_>) -> Posture {
@@ -20,65 +39,50 @@ pub(super) fn read_in(root: &mut Table<'_>) -> Posture {
 }
 
 fn read(mut table: Table<'_>) -> Posture {
-    let flag = |table: &mut Table<'_>, key: Key| table.boolean(key).is_some_and(|flag| flag.value);
+    let latency = key("cpu-latency", "How long an idle CPU may take to wake up: `0us`, `1ms`.");
     let realtime = Posture {
         policy: read_policy(&mut table),
         cpus: read_cpus(&mut table),
-        lock_memory: flag(&mut table, key("lock-memory", "All memory stays in RAM.")),
-        cpu_latency_us: table
-            .string(
-                key("cpu-latency", "How long an idle CPU may take to wake up: `0us`, `1ms`.")
-                    .limited(r#"{"pattern":"^[0-9]+(us|ms)$"}"#),
-            )
-            .and_then(|text| latency(&table, &text)),
-        strict: flag(&mut table, key("strict", "Do not start if any of these is not granted.")),
+        lock_memory: table.flag(key("lock-memory", "All memory stays in RAM."), false),
+        cpu_latency_us: table.value_of(latency, &LATENCY),
+        strict: table.flag(key("strict", "Do not start if any of these is not granted."), false),
     };
     table.finish();
     realtime
 }
 
 fn read_policy(table: &mut Table<'_>) -> Policy {
-    let says = table.has("policy");
-    let policy = table.string(
-        key("policy", "How the scan thread is scheduled; `other` if not given.")
-            .limited(r#"{"enum":["fifo","rr","other"]}"#),
-    );
-    let asked = table.has("priority");
-    let priority = table.integer(key("priority", "Of policy `fifo` or `rr`."), (1, 99));
-    let number = priority.as_ref().and_then(|priority| u8::try_from(priority.value).ok());
-    let place = |policy: &Text| priority.as_ref().map_or(policy.span, |priority| priority.span);
-    match policy.as_ref().map(|policy| (policy, policy.text.as_str())) {
-        Some((policy, "fifo" | "rr")) => {
-            if !asked {
-                let message = format!("policy `{}` has no `priority`", policy.text);
+    let has_policy = table.has("policy");
+    let explained = key("policy", "How the scan thread is scheduled; `other` if not given.");
+    let policy = table.value(explained, &POLICIES);
+    let has_priority = table.has("priority");
+    let priority = table.whole(key("priority", "Of policy `fifo` or `rr`."), (1, 99));
+    let Some(policy) = policy else {
+        if let (Some(priority), false) = (&priority, has_policy) {
+            let message = "`priority` has no effect without a `policy`";
+            let finding = Finding::new(Code::MissingKey, priority.span, message);
+            table.find(finding.help("give it one: `policy = \"fifo\"`"));
+        }
+        return Policy::Other;
+    };
+    match (policy.value, &priority) {
+        (PolicyWord::Fifo, Some(priority)) => Policy::Fifo(priority.value),
+        (PolicyWord::RoundRobin, Some(priority)) => Policy::RoundRobin(priority.value),
+        (PolicyWord::Fifo | PolicyWord::RoundRobin, None) => {
+            if !has_priority {
+                let message = format!("policy `{}` has no `priority`", POLICIES.word(policy.value));
                 let finding = Finding::new(Code::MissingKey, policy.span, message);
                 table.find(finding.help("give it one, 1 to 99: `priority = 80`"));
             }
-            let Some(number) = number else { return Policy::Other };
-            if policy.text == "rr" { Policy::RoundRobin(number) } else { Policy::Fifo(number) }
-        }
-        Some((policy, "other")) => {
-            if number.is_some() {
-                let message = "`priority` has no effect with policy `other`";
-                let finding = Finding::new(Code::Controller, place(policy), message);
-                table.find(finding.help("write `policy = \"fifo\"`, or take `priority` out"));
-            }
             Policy::Other
         }
-        Some((policy, _)) => {
-            let message = format!("`{}` is no policy", policy.text);
-            let finding = Finding::new(Code::Controller, policy.span, message);
-            table.find(finding.help("write `fifo`, `rr` or `other`"));
+        (PolicyWord::Other, Some(priority)) => {
+            let message = "`priority` has no effect with policy `other`";
+            let finding = Finding::new(Code::Controller, priority.span, message);
+            table.find(finding.help("write `policy = \"fifo\"`, or take `priority` out"));
             Policy::Other
         }
-        None => {
-            if let (Some(priority), false) = (&priority, says) {
-                let message = "`priority` has no effect without a `policy`";
-                let finding = Finding::new(Code::MissingKey, priority.span, message);
-                table.find(finding.help("give it one: `policy = \"fifo\"`"));
-            }
-            Policy::Other
-        }
+        (PolicyWord::Other, None) => Policy::Other,
     }
 }
 
@@ -100,7 +104,7 @@ fn read_cpus(table: &mut Table<'_>) -> Vec<u32> {
 }
 
 /// The microseconds of `0us`, `20us` or `1ms`.
-fn latency(table: &Table<'_>, text: &Text) -> Option<i32> {
+fn latency(_key: &str, text: &Text) -> Result<i32, Finding> {
     let units = [("us", 1), ("ms", 1000)];
     let parts = units.iter().find_map(|(unit, us)| Some((text.text.strip_suffix(unit)?, *us)));
     let digits = |number: &str| {
@@ -110,14 +114,12 @@ fn latency(table: &Table<'_>, text: &Text) -> Option<i32> {
     let Some(us) = parts.and_then(|(number, us)| Some(digits(number)?.saturating_mul(us))) else {
         let message = format!("`{}` is no latency", text.text);
         let finding = Finding::new(Code::BadDuration, text.span, message);
-        table.find(finding.help("write a number and its unit: `0us`, `20us`, `1ms`"));
-        return None;
+        return Err(finding.help("write a number and its unit: `0us`, `20us`, `1ms`"));
     };
-    if us > LATENCY_US_MAX {
+    let us = i32::try_from(us).ok().filter(|us| *us <= LATENCY_US_MAX);
+    us.ok_or_else(|| {
         let message = "`cpu-latency` is at most a second";
         let finding = Finding::new(Code::OutOfRange, text.span, message);
-        table.find(finding.help("write `0us` to keep idle CPUs awake"));
-        return None;
-    }
-    i32::try_from(us).ok()
+        finding.help("write `0us` to keep idle CPUs awake")
+    })
 }

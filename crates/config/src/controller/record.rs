@@ -1,25 +1,11 @@
-//! `[record]`: its keys, and the settings made from them. Only run time shows whether the folder
+//! `[record]`: its keys, read into settings. Only run time shows whether the folder
 //! can be made and has room.
 
 use rungd_engine::isa::duration;
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::key::key;
+use rungd_language::source::key::{KeyLimit, key};
 use rungd_language::source::reader::{Table, Text};
-
-/// `[record]`.
-#[derive(Clone, Debug, Default)]
-pub struct WrittenRecord {
-    /// `enabled`: whether rungd records on disk, if a folder is named.
-    pub(crate) enabled: Option<bool>,
-    /// `dir`: the folder, relative to the controller file.
-    pub(crate) dir: Option<Text>,
-    /// `keep`: the age at which a recording is removed.
-    pub(crate) keep: Option<Text>,
-    /// `size`: the most bytes on disk.
-    pub(crate) size: Option<Text>,
-    /// `memory`: the most bytes of the last minute.
-    pub(crate) memory: Option<Text>,
-}
+use rungd_language::source::value_kind::{ParsedText, ValueKind};
 
 /// The settings of the scan log.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -56,81 +42,47 @@ impl Default for RecordSettings {
     }
 }
 
-/// Reads `[record]`, if there is one.
-pub(super) fn read_in(root: &mut Table<'_>) -> WrittenRecord {
+/// Reads `[record]`; without it, the settings have their defaults.
+pub(super) fn read_in(root: &mut Table<'_>) -> RecordSettings {
     let explained = key("record", "The scan log: the inputs of each scan, for `rungd why`.");
-    root.table(explained, "`[record]`").map_or_else(WrittenRecord::default, read)
+    root.table(explained, "`[record]`").map_or_else(RecordSettings::default, read)
 }
 
-fn read(mut table: Table<'_>) -> WrittenRecord {
-    let record = WrittenRecord {
+fn read(mut table: Table<'_>) -> RecordSettings {
+    let default = RecordSettings::default();
+    let dir = key(
+        "dir",
+        "The folder, relative to this file; if not given, that of `rungd run --record`.",
+    );
+    let keep = key("keep", "The age at which a recording is removed; \"24h\" if not given.");
+    let size = key("size", "The most that it takes on disk; \"256MB\" if not given.");
+    let memory =
+        key("memory", "The most that the last minute takes in memory; \"16MB\" if not given.");
+    let record = RecordSettings {
         enabled: table
-            .boolean(key("enabled", "Whether rungd records on disk; true if not given."))
-            .map(|enabled| enabled.value),
-        dir: table.string(key(
-            "dir",
-            "The folder, relative to this file; if not given, that of `rungd run --record`.",
-        )),
-        keep: table.string(
-            key("keep", "The age at which a recording is removed; \"24h\" if not given.")
-                .limited(r#"{"pattern":"^[0-9]+d$|^([0-9]+(h|m|s|ms))+$"}"#),
-        ),
-        size: table.string(
-            key("size", "The most that it takes on disk; \"256MB\" if not given.").limited(SIZE),
-        ),
-        memory: table.string(
-            key("memory", "The most that the last minute takes in memory; \"16MB\" if not given.")
-                .limited(SIZE),
-        ),
+            .flag(key("enabled", "Whether rungd records on disk; true if not given."), true),
+        dir: table.value_of(dir, &DIR),
+        keep_s: table.value_of(keep, &AGE).unwrap_or(default.keep_s),
+        size_bytes: table.value_of(size, &ON_DISK).unwrap_or(default.size_bytes),
+        memory_bytes: table.value_of(memory, &IN_MEMORY).unwrap_or(default.memory_bytes),
     };
     table.finish();
     record
 }
 
-/// A JSON Schema: a number of bytes.
-const SIZE: &str = r#"{"pattern":"^[0-9]+(kB|MB|GB)$"}"#;
-
-/// Makes the settings from the keys, with a finding for each wrong value.
-pub(super) fn resolve(written: &WrittenRecord, findings: &mut Vec<Finding>) -> RecordSettings {
-    let default = RecordSettings::default();
-    if let Some(dir) = &written.dir
-        && (dir.text.is_empty() || dir.text.contains('\0'))
-    {
+const DIR: ParsedText<String> = ParsedText::new(|_, dir| {
+    if dir.text.is_empty() || dir.text.contains('\0') {
         let finding = Finding::new(Code::Controller, dir.span, "recordings are kept in a folder");
-        findings.push(finding.help("write `dir = \"/var/lib/rungd/record\"`"));
+        return Err(finding.help("write `dir = \"/var/lib/rungd/record\"`"));
     }
-    let mut limited = |given: &Option<Text>, default: u64, of: &Measure| {
-        let Some(text) = given else { return default };
-        match (of.parse)(&text.text) {
-            Some(value) if (of.limits.0..=of.limits.1).contains(&value) => value,
-            Some(_) => {
-                let message = format!("`{}` is {}", text.text, of.beyond);
-                let finding = Finding::new(Code::Controller, text.span, message);
-                findings.push(finding.help(of.help));
-                default
-            }
-            None => {
-                let message = format!("`{}` is {}", text.text, of.no_form);
-                let finding = Finding::new(Code::Controller, text.span, message);
-                let whole = duration::of_fraction(&text.text).filter(|_| of.takes_durations);
-                let help = whole.map_or(of.help.to_owned(), |text| format!("write `\"{text}\"`"));
-                findings.push(finding.help(help));
-                default
-            }
-        }
-    };
-    RecordSettings {
-        enabled: written.enabled.unwrap_or(default.enabled),
-        dir: written.dir.as_ref().map(|dir| dir.text.clone()),
-        keep_s: limited(&written.keep, default.keep_s, &AGE),
-        size_bytes: limited(&written.size, default.size_bytes, &ON_DISK),
-        memory_bytes: limited(&written.memory, default.memory_bytes, &IN_MEMORY),
-    }
-}
+    Ok(dir.text.clone())
+});
 
-/// How a value is read and limited, and the words of the findings for a wrong value.
+/// Amounts within limits.
 struct Measure {
     parse: fn(&str) -> Option<u64>,
+    /// Its form, as a JSON Schema.
+    form: &'static str,
     limits: (u64, u64),
     no_form: &'static str,
     /// Whether it is a duration, which is written in whole numbers.
@@ -139,8 +91,12 @@ struct Measure {
     help: &'static str,
 }
 
+/// A JSON Schema: a number of bytes.
+const SIZE: &str = r#"{"pattern":"^[0-9]+(kB|MB|GB)$"}"#;
+
 const AGE: Measure = Measure {
     parse: age_s,
+    form: r#"{"pattern":"^[0-9]+d$|^([0-9]+(h|m|s|ms))+$"}"#,
     limits: KEEP_S,
     no_form: "no time",
     takes_durations: true,
@@ -149,6 +105,7 @@ const AGE: Measure = Measure {
 };
 const ON_DISK: Measure = Measure {
     parse: bytes,
+    form: SIZE,
     limits: SIZE_BYTES,
     no_form: "no size",
     takes_durations: false,
@@ -156,13 +113,33 @@ const ON_DISK: Measure = Measure {
     help: "write megabytes or gigabytes: `size = \"256MB\"`, `size = \"2GB\"`",
 };
 const IN_MEMORY: Measure = Measure {
-    parse: bytes,
     limits: MEMORY_BYTES,
-    no_form: "no size",
-    takes_durations: false,
     beyond: "not between 1 MB and 4 GB",
     help: "write megabytes: `memory = \"16MB\"`",
+    ..ON_DISK
 };
+
+impl ValueKind for Measure {
+    type Value = u64;
+
+    fn limit(&self) -> KeyLimit {
+        KeyLimit::Schema(self.form)
+    }
+
+    fn read(&self, _key: &str, text: &Text, find: &mut dyn FnMut(Finding)) -> Option<u64> {
+        let amount = (self.parse)(&text.text);
+        let within = amount.filter(|amount| (self.limits.0..=self.limits.1).contains(amount));
+        if within.is_none() {
+            let wrong = if amount.is_some() { self.beyond } else { self.no_form };
+            let whole = duration::of_fraction(&text.text)
+                .filter(|_| self.takes_durations && amount.is_none());
+            let help = whole.map_or(self.help.to_owned(), |text| format!("write `\"{text}\"`"));
+            let message = format!("`{}` is {wrong}", text.text);
+            find(Finding::new(Code::Controller, text.span, message).help(help));
+        }
+        within
+    }
+}
 
 /// The seconds of a duration or of a number of days: `24h`, `30d`.
 fn age_s(text: &str) -> Option<u64> {

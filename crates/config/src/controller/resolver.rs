@@ -6,7 +6,7 @@ use rungd_language::resolve::range::{Range, resolve_range};
 use rungd_language::resolve::scope::{LookUp, Scope, Thing};
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::reader::Text;
-use rungd_language::source::span::{Located, Span};
+use rungd_language::source::span::Span;
 
 /// The spaces that a key's ranges may name.
 pub struct AllowedSpaces<'a> {
@@ -50,15 +50,6 @@ impl Resolver<'_> {
             return None;
         }
         Some(range)
-    }
-
-    pub fn at_least_one(&mut self, key: &str, ms: &Located<i32>) -> u32 {
-        if ms.value < 1 {
-            let message = format!("`{key}` is at least 1ms");
-            let finding = Finding::new(Code::OutOfRange, ms.span, message);
-            self.findings.push(finding.help(format!("write `{key} = \"10ms\"`")));
-        }
-        ms.value.max(1).unsigned_abs()
     }
 
     /// The address of a name, or the reason why it has none. `None` after a finding about the name.

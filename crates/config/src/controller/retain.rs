@@ -1,41 +1,23 @@
-//! `[retain]`: its keys, and the settings made from them; [`super`] resolves the ranges. Only run
-//! time shows whether the file can be made.
+//! `[retain]`: its keys, read into settings; [`super`] resolves the ranges. Only run time shows
+//! whether the file can be made.
 
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::key::{Key, LEAST_1MS, key};
+use rungd_language::source::key::{Key, key};
 use rungd_language::source::reader::{Table, Text};
-use rungd_language::source::span::{FileId, Located, Span};
+use rungd_language::source::span::{Located, Span};
+use rungd_language::source::value_kind::{KeyWords, Millis, ParsedText, WrongWord};
 
 /// `[retain]`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct WrittenRetain {
     /// `ranges`.
     pub ranges: Vec<Text>,
     /// `tags`: names, with `*` for any part of a name.
     pub tags: Vec<Text>,
-    /// `file`: its path, relative to the controller file.
-    pub file: Option<Text>,
-    /// `interval`, ms: the shortest time between two writes.
-    pub interval_ms: Located<i32>,
-    /// `cold-start`: the mode after a start that finds no saved memory.
-    pub cold_start: Option<Text>,
-    /// `budget-mb-per-day`: the MB per day above which the log warns.
-    pub budget_mb: u32,
-}
-
-impl WrittenRetain {
-    /// The values without a `[retain]` table.
-    fn absent(file: FileId) -> WrittenRetain {
-        let nowhere = Span { file, start: 0, end: 0 };
-        WrittenRetain {
-            ranges: Vec::new(),
-            tags: Vec::new(),
-            file: None,
-            interval_ms: Located { value: 1000, span: nowhere },
-            cold_start: None,
-            budget_mb: 2000,
-        }
-    }
+    /// `file`, with its place.
+    pub file: Option<Located<String>>,
+    /// Everything but the memory itself.
+    pub retention: Retention,
 }
 
 /// The settings of the file of retentive memory.
@@ -51,18 +33,25 @@ pub struct Retention {
     pub budget_mb: u32,
 }
 
+impl Default for Retention {
+    fn default() -> Retention {
+        Retention { file: None, interval_ms: 1000, runs_cold: false, budget_mb: 2000 }
+    }
+}
+
 /// Reads `[retain]`, if there is one.
-pub(super) fn read_in(root: &mut Table<'_>, file: FileId) -> WrittenRetain {
+pub(super) fn read_in(root: &mut Table<'_>) -> WrittenRetain {
     let table = root.table(key("retain", "Memory that a restart keeps."), "`[retain]`");
-    table.map_or_else(|| WrittenRetain::absent(file), |table| read(table, file, FILE))
+    table.map_or_else(WrittenRetain::default, |table| read(table, FILE))
 }
 
 /// Reads `[retain]` of a test, whose memory has no file.
-pub(super) fn read_in_test(root: &mut Table<'_>, file: FileId) -> WrittenRetain {
+pub(super) fn read_in_test(root: &mut Table<'_>) -> WrittenRetain {
     let table = root.table(key("retain", "Memory that a restart keeps."), "`[retain]`");
-    let Some(table) = table else { return WrittenRetain::absent(file) };
+    let Some(table) = table else { return WrittenRetain::default() };
     let doc = table.doc();
-    let mut retain = read(table, file, FILE.refused());
+    let mut retain = read(table, FILE.refused());
+    retain.retention.file = None;
     if let Some(name) = retain.file.take() {
         let message = "the retentive memory of a test has no file";
         let finding = Finding::new(Code::TestFile, name.span, message);
@@ -74,41 +63,47 @@ pub(super) fn read_in_test(root: &mut Table<'_>, file: FileId) -> WrittenRetain 
 const FILE: Key =
     key("file", "The file; if not given, in systemd's state folder, or beside this file.");
 
-fn read(mut table: Table<'_>, file: FileId, memory: Key) -> WrittenRetain {
-    let absent = WrittenRetain::absent(file);
+const PATH: ParsedText<String> = ParsedText::new(|_, file| {
+    if file.text.is_empty() || file.text.ends_with('/') || file.text.contains('\0') {
+        let finding = Finding::new(Code::Controller, file.span, "memory is kept in a file");
+        return Err(finding.help("write `file = \"/var/lib/rungd/memory\"`"));
+    }
+    Ok(file.text.clone())
+});
+
+/// The mode after a cold start: whether it is RUN.
+const COLD_START: KeyWords<bool> = KeyWords::new(&[("run", true), ("stop", false)])
+    .refused_as(WrongWord::No("mode of a cold start", "`cold-start = \"stop\"` or `\"run\"`"));
+
+fn read(mut table: Table<'_>, memory: Key) -> WrittenRetain {
+    let default = Retention::default();
     let ranges = table.strings(key("ranges", "Data and structures: `CT8..CT15`, `D100..D199`."));
     let tags = table.strings(key("tags", "Tags: `shift`, `total_*`; `*` is any part of a name."));
     keeps_nothing(&table, [ranges.as_ref(), tags.as_ref()]);
-    let retain = WrittenRetain {
+    let interval =
+        key("interval", "The shortest time between two writes of changes; 1s if not given.");
+    let cold_start =
+        key("cold-start", "The mode after a start that finds no memory; `stop` if not given.");
+    let budget = key(
+        "budget-mb-per-day",
+        "The log warns when more MB are written in a day; 2000 if not given.",
+    );
+    let file = table.value(memory, &PATH);
+    let interval_ms = table.value_of(interval, &Millis::some("10ms"));
+    let runs_cold = table.value_of(cold_start, &COLD_START);
+    let budget_mb = table.whole(budget, (1, 10_000_000));
+    table.finish();
+    WrittenRetain {
         ranges: ranges.map_or(Vec::new(), |texts| texts.value),
         tags: tags.map_or(Vec::new(), |texts| texts.value),
-        file: table.string(memory),
-        interval_ms: table
-            .duration(
-                key(
-                    "interval",
-                    "The shortest time between two writes of changes; 1s if not given.",
-                )
-                .limited(LEAST_1MS),
-            )
-            .unwrap_or(absent.interval_ms),
-        cold_start: table.string(
-            key("cold-start", "The mode after a start that finds no memory; `stop` if not given.")
-                .limited(r#"{"enum":["run","stop"]}"#),
-        ),
-        budget_mb: table
-            .integer(
-                key(
-                    "budget-mb-per-day",
-                    "The log warns when more MB are written in a day; 2000 if not given.",
-                ),
-                (1, 10_000_000),
-            )
-            .and_then(|budget| u32::try_from(budget.value).ok())
-            .unwrap_or(absent.budget_mb),
-    };
-    table.finish();
-    retain
+        retention: Retention {
+            file: file.as_ref().map(|file| file.value.clone()),
+            interval_ms: interval_ms.unwrap_or(default.interval_ms),
+            runs_cold: runs_cold.unwrap_or(default.runs_cold),
+            budget_mb: budget_mb.map_or(default.budget_mb, |budget| budget.value),
+        },
+        file,
+    }
 }
 
 /// Warns about a table that names nothing to keep. A list with items that are not texts already has
@@ -133,29 +128,4 @@ fn nothing(table: &Table<'_>, place: Span, message: &str) {
         "say what a restart keeps, `ranges = [\"D0..D99\", \"CT0..CT7\"]`, `tags = [\"total_*\"]`; \
          or take `[retain]` away",
     ));
-}
-
-pub(super) fn resolve(written: &WrittenRetain, findings: &mut Vec<Finding>) -> Retention {
-    if let Some(file) = &written.file
-        && (file.text.is_empty() || file.text.ends_with('/') || file.text.contains('\0'))
-    {
-        let finding = Finding::new(Code::Controller, file.span, "memory is kept in a file");
-        findings.push(finding.help("write `file = \"/var/lib/rungd/memory\"`"));
-    }
-    let runs_cold = match written.cold_start.as_ref().map(|text| (text.text.as_str(), text.span)) {
-        None | Some(("stop", _)) => false,
-        Some(("run", _)) => true,
-        Some((other, span)) => {
-            let message = format!("`{other}` is no mode of a cold start");
-            let finding = Finding::new(Code::Controller, span, message);
-            findings.push(finding.help("write `cold-start = \"stop\"` or `\"run\"`"));
-            false
-        }
-    };
-    Retention {
-        file: written.file.as_ref().map(|file| file.text.clone()),
-        interval_ms: written.interval_ms.value.max(1).unsigned_abs(),
-        runs_cold,
-        budget_mb: written.budget_mb,
-    }
 }

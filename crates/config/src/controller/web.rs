@@ -10,7 +10,7 @@ use rungd_engine::isa::{Address, Bit, BitSpace};
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::key::{NOT_EMPTY, key};
 use rungd_language::source::reader::{Table, Text};
-use rungd_language::source::span::{Located, Span};
+use rungd_language::source::span::Span;
 
 /// `[web]` and `[[panel]]` as written.
 #[derive(Clone, Debug, Default)]
@@ -26,18 +26,8 @@ pub struct WrittenWeb {
 struct WrittenPanel {
     span: Span,
     name: Option<Text>,
-    show: Vec<WrittenWidget>,
-}
-
-/// A table of `show`.
-#[derive(Clone, Debug)]
-struct WrittenWidget {
-    span: Span,
-    /// The operand that it shows, with the kind of the key; a valid widget has one.
-    shows: Vec<(WidgetKind, Text)>,
-    text: Option<Text>,
-    min: Option<Located<i64>>,
-    max: Option<Located<i64>>,
+    /// Its valid widgets, each with its operand as written.
+    show: Vec<(Widget, Text)>,
 }
 
 /// The operands that `rungd web` may write, and its panels.
@@ -133,8 +123,8 @@ pub(super) fn read_in(root: &mut Table<'_>) -> WrittenWeb {
     let mut web = WrittenWeb::default();
     let explained = key("web", "What people at `rungd web` may do.");
     if let Some(mut table) = root.table(explained, "`[web]`") {
-        let explained = key("write", "The bits and words that a signed-in user may write.");
-        web.write = table.strings(explained).map_or(Vec::new(), |texts| texts.value);
+        web.write =
+            table.texts(key("write", "The bits and words that a signed-in user may write."));
         table.finish();
     }
     let explained = key("panel", "A page of `rungd web` for people at the machine.");
@@ -147,26 +137,56 @@ fn read_panel(mut table: Table<'_>) -> WrittenPanel {
     let name = table.required_string(key("name", "Its name."));
     let explained = key("show", "Its lamps, buttons, values, bars and trends, in order.");
     let widgets = table.tables(explained.limited(NOT_EMPTY), "a part of a panel");
-    let show = widgets.into_iter().map(read_widget).collect();
+    let show = widgets.into_iter().filter_map(read_widget).collect();
     table.finish();
     WrittenPanel { span, name, show }
 }
 
-fn read_widget(mut table: Table<'_>) -> WrittenWidget {
+fn read_widget(mut table: Table<'_>) -> Option<(Widget, Text)> {
     table.together(ONE_KIND);
-    let span = table.span();
     let shows = WidgetKind::ALL.into_iter();
     let shows = shows.filter_map(|kind| Some((kind, table.string(key(kind.key(), kind.doc()))?)));
-    let shows = shows.collect();
-    let widget = WrittenWidget {
-        span,
-        shows,
-        text: table.string(key("text", "Its label; the operand if not given.")),
-        min: table.integer(key("min", "The value at the left end of a bar."), ENDS),
-        max: table.integer(key("max", "The value at the right end of a bar."), ENDS),
-    };
+    let shows: Vec<(WidgetKind, Text)> = shows.collect();
+    let text = table.string(key("text", "Its label; the operand if not given."));
+    let min = table.whole(key("min", "The value at the left end of a bar."), ENDS);
+    let max = table.whole(key("max", "The value at the right end of a bar."), ENDS);
+    let ends = min.map(|min| min.value).zip(max.as_ref().map(|max| max.value));
+    let has_end = table.has("min") || table.has("max");
+    let (span, doc) = (table.span(), table.doc());
     table.finish();
-    widget
+    let wrong = |span: Span, message: String, help: &str| {
+        doc.find(Finding::new(Code::Controller, span, message).help(help));
+        None
+    };
+    let (kind, shown) = match shows.as_slice() {
+        [one] => one.clone(),
+        [] => {
+            let help = "write `lamp`, `button`, `value`, `bar` or `trend` with an operand";
+            return wrong(span, "this part shows nothing".into(), help);
+        }
+        [_, second, ..] => {
+            let help = "write two parts: `{ lamp = \"a\" }, { value = \"b\" }`";
+            return wrong(second.1.span, "a part shows one operand".into(), help);
+        }
+    };
+    let limits = match (kind, ends, has_end) {
+        (WidgetKind::Bar | WidgetKind::Trend, Some((min, max)), _) if min < max => Some((min, max)),
+        (
+            WidgetKind::Trend | WidgetKind::Lamp | WidgetKind::Button | WidgetKind::Value,
+            _,
+            false,
+        ) => None,
+        (WidgetKind::Bar | WidgetKind::Trend, ..) => {
+            let message = format!("a {} goes from `min` to a greater `max`", kind.key());
+            return wrong(span, message, "write `min = 0, max = 100`");
+        }
+        (WidgetKind::Lamp | WidgetKind::Button | WidgetKind::Value, ..) => {
+            let message = format!("a {} has no `min` and `max`", kind.key());
+            return wrong(span, message, "leave them out, or write a `bar`");
+        }
+    };
+    let operand = shown.text.trim().to_owned();
+    Some((Widget { kind, operand, text: text.map(|text| text.text), limits }, shown))
 }
 
 /// Makes the settings from the keys, with a finding for each wrong value.
@@ -196,7 +216,8 @@ pub(super) fn resolve(written: &WrittenWeb, resolver: &mut Resolver<'_>) -> WebS
         }
         firsts.insert(&name.text, panel.span);
         let widgets = progress.during(&panel.show);
-        let show = widgets.filter_map(|of| widget(of, &writable, resolver)).collect();
+        let show = widgets.filter_map(|(shown, text)| widget(shown, text, &writable, resolver));
+        let show = show.collect();
         web.panels.push(Panel { name: name.text.clone(), show });
     }
     web
@@ -229,67 +250,32 @@ fn operand(text: &Text, resolver: &mut Resolver<'_>) -> Option<Address> {
     None
 }
 
+/// The widget, if its operand is of a kind that it can show.
 fn widget(
-    written: &WrittenWidget,
+    widget: &Widget,
+    text: &Text,
     writable: &HashSet<Address>,
     resolver: &mut Resolver<'_>,
 ) -> Option<Widget> {
-    let mut wrong = |span: Span, message: String, help: String| {
-        resolver.findings.push(Finding::new(Code::Controller, span, message).help(help));
-        None
-    };
-    let (kind, text) = match written.shows.as_slice() {
-        [one] => one.clone(),
-        [] => {
-            let help = "write `lamp`, `button`, `value`, `bar` or `trend` with an operand";
-            return wrong(written.span, "this part shows nothing".into(), help.into());
-        }
-        [_, second, ..] => {
-            let help = "write two parts: `{ lamp = \"a\" }, { value = \"b\" }`";
-            return wrong(second.1.span, "a part shows one operand".into(), help.into());
-        }
-    };
-    let limits = match (kind, &written.min, &written.max) {
-        (WidgetKind::Bar | WidgetKind::Trend, Some(min), Some(max)) if min.value < max.value => {
-            Some((min.value as i32, max.value as i32))
-        }
-        (WidgetKind::Trend, None, None)
-        | (WidgetKind::Lamp | WidgetKind::Button | WidgetKind::Value, None, None) => None,
-        (WidgetKind::Bar | WidgetKind::Trend, ..) => {
-            let key = kind.key();
-            let message = format!("a {key} goes from `min` to a greater `max`");
-            return wrong(written.span, message, "write `min = 0, max = 100`".into());
-        }
-        (WidgetKind::Lamp | WidgetKind::Button | WidgetKind::Value, ..) => {
-            let message = format!("a {} has no `min` and `max`", kind.key());
-            return wrong(written.span, message, "leave them out, or write a `bar`".into());
-        }
-    };
-    let address = operand(&text, resolver)?;
-    let name = text.text.trim().to_owned();
-    let mut wrong = |message: String, help: String| {
-        let finding = Finding::new(Code::Controller, text.span, message);
-        resolver.findings.push(finding.help(help));
-        None
-    };
+    let address = operand(text, resolver)?;
+    let name = &widget.operand;
     let is_bit = matches!(address, Address::Bit(_));
-    match kind {
+    let (message, help) = match widget.kind {
         WidgetKind::Lamp | WidgetKind::Button if !is_bit => {
-            return wrong(format!("`{name}` is not a bit"), "write a `value` or a `bar`".into());
+            (format!("`{name}` is not a bit"), "write a `value` or a `bar`".into())
         }
-        WidgetKind::Bar if is_bit => {
-            return wrong(format!("`{name}` is a bit"), "write a `lamp`".into());
-        }
-        WidgetKind::Button if !writable.contains(&address) => {
-            let message = format!("nobody may write `{name}`: this button would do nothing");
-            return wrong(message, format!("list it: `[web]` with `write = [\"{name}\"]`"));
-        }
+        WidgetKind::Bar if is_bit => (format!("`{name}` is a bit"), "write a `lamp`".into()),
+        WidgetKind::Button if !writable.contains(&address) => (
+            format!("nobody may write `{name}`: this button would do nothing"),
+            format!("list it: `[web]` with `write = [\"{name}\"]`"),
+        ),
         WidgetKind::Lamp
         | WidgetKind::Button
         | WidgetKind::Bar
         | WidgetKind::Value
-        | WidgetKind::Trend => {}
-    }
-    let text = written.text.as_ref().map(|text| text.text.clone());
-    Some(Widget { kind, operand: name, text, limits })
+        | WidgetKind::Trend => return Some(widget.clone()),
+    };
+    let finding = Finding::new(Code::Controller, text.span, message);
+    resolver.findings.push(finding.help(help));
+    None
 }

@@ -9,19 +9,20 @@ use super::log::{self, LogSettings};
 use super::modbus_server::keys::{self as modbus_server, ModbusServer};
 use super::operator::{self, WrittenOperator};
 use super::realtime;
-use super::record::{self, WrittenRecord};
+use super::record::{self, RecordSettings};
 use super::retain::{self, WrittenRetain};
 use super::simulated_device::{self, WrittenRule};
 use super::web::{self, WrittenWeb};
 use rungd_base::progress::{Progress, UNASKED};
 use rungd_engine::isa::MemorySizes;
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::key::{Key, LEAST_1MS, NOT_EMPTY, key};
+use rungd_language::source::key::{Key, key};
 use rungd_language::source::lost::LostText;
 use rungd_language::source::reader::{self, Table, Text};
 use rungd_language::source::room::Room;
 use rungd_language::source::shape::Shape;
 use rungd_language::source::span::{FileId, Located, Span};
+use rungd_language::source::value_kind::Millis;
 use rungd_runtime::Posture;
 
 /// One controller file.
@@ -52,13 +53,13 @@ pub struct WrittenController {
     /// `[operator]`.
     pub operator: Option<WrittenOperator>,
     /// `[record]`.
-    pub(crate) record: WrittenRecord,
+    pub(crate) record: RecordSettings,
     /// `[web]` and `[[panel]]`.
     pub(crate) web: WrittenWeb,
     /// `[log]`.
     pub(crate) log: LogSettings,
     /// `[reload] probation`, ms; 0: none.
-    pub probation_ms: i32,
+    pub probation_ms: u32,
     /// The text that is missing, if a part of the file is not TOML.
     pub lost: Option<LostText>,
 }
@@ -75,13 +76,17 @@ pub struct SafeOutputs {
 /// `[scan]`.
 #[derive(Clone, Debug)]
 pub struct Scan {
-    /// `period`, ms.
-    pub period_ms: Located<i32>,
-    /// `watchdog`, ms.
-    pub watchdog_ms: Located<i32>,
+    /// `period`, ms; at least 1.
+    pub period_ms: Located<u32>,
+    /// `watchdog`, ms; at least 1.
+    pub watchdog_ms: u32,
 }
 
-const PROBATION_MS: i32 = 10_000;
+const PERIOD_MS: u32 = 10;
+const WATCHDOG_MS: u32 = 200;
+const PROBATION_MS: u32 = 10_000;
+/// The time of a scan.
+const SCAN_TIME: Millis = Millis::some("10ms");
 
 /// Reads a controller file; `None` if the text is not TOML.
 pub fn read(source: &str, file: FileId) -> (Option<WrittenController>, Vec<Finding>) {
@@ -120,7 +125,7 @@ fn read_root(mut root: Table<'_>, file: FileId) -> WrittenController {
         scan: read_scan(&mut root, file),
         realtime: realtime::read_in(&mut root),
         outputs: read_outputs(&mut root),
-        retain: retain::read_in(&mut root, file),
+        retain: retain::read_in(&mut root),
         modbus_server: modbus_server::read_in(&mut root),
         rules: simulated_device::read_in(&mut root),
         devices: device::read_in(&mut root),
@@ -142,40 +147,32 @@ fn read_outputs(root: &mut Table<'_>) -> SafeOutputs {
         return SafeOutputs::default();
     };
     let outputs = SafeOutputs {
-        on: strings(&mut table, key("on", "Outputs that are ON in the safe state.")),
-        hold: strings(&mut table, key("hold", "Outputs that keep their value.")),
+        on: table.texts(key("on", "Outputs that are ON in the safe state.")),
+        hold: table.texts(key("hold", "Outputs that keep their value.")),
     };
     table.finish();
     outputs
 }
 
-fn read_probation(root: &mut Table<'_>) -> i32 {
+fn read_probation(root: &mut Table<'_>) -> u32 {
     let Some(mut table) = root.table(key("reload", "Settings of reloads."), "`[reload]`") else {
         return PROBATION_MS;
     };
-    let probation = table.duration(key(
+    let explained = key(
         "probation",
         "A program that faults within this time after its reload is taken back; 0ms: never.",
-    ));
+    );
+    let probation_ms = table.value_of(explained, &Millis::ANY);
     table.finish();
-    probation.map_or(PROBATION_MS, |probation| probation.value)
+    probation_ms.unwrap_or(PROBATION_MS)
 }
 
 fn read_ladders(root: &mut Table<'_>) -> Vec<Text> {
-    let Some(ladder) = root.strings(
-        key("ladder", "The ladder files, relative to this file: one program.").limited(NOT_EMPTY),
-    ) else {
-        return Vec::new();
-    };
-    if ladder.value.is_empty() && !root.doc().has_finding_in(ladder.span) {
-        let finding = Finding::new(Code::Controller, ladder.span, "no ladder file is named");
-        root.find(finding.help("write `ladder = [\"ladder.toml\"]`"));
-    }
-    ladder.value
-}
-
-fn strings(table: &mut Table<'_>, key: Key) -> Vec<Text> {
-    table.strings(key).map_or(Vec::new(), |texts| texts.value)
+    let explained = key("ladder", "The ladder files, relative to this file: one program.");
+    root.some_texts(explained, |span| {
+        let finding = Finding::new(Code::Controller, span, "no ladder file is named");
+        finding.help("write `ladder = [\"ladder.toml\"]`")
+    })
 }
 
 fn read_memory(root: &mut Table<'_>) -> MemorySizes {
@@ -192,8 +189,8 @@ fn read_memory(root: &mut Table<'_>) -> MemorySizes {
         (key("C", "Control relays."), &mut sizes.c),
         (key("MC", "Modbus coils."), &mut sizes.mc),
         (key("MI", "Modbus discrete inputs."), &mut sizes.mi),
-        (key("V", "Words, unsigned, 16 bits."), &mut sizes.v),
-        (key("D", "Words, signed, 32 bits."), &mut sizes.d),
+        (key("V", "KeyWords, unsigned, 16 bits."), &mut sizes.v),
+        (key("D", "KeyWords, signed, 32 bits."), &mut sizes.d),
         (key("R", "Reals, 32 bits."), &mut sizes.r),
         (key("MHR", "Modbus holding registers."), &mut sizes.mhr),
         (key("MIR", "Modbus input registers."), &mut sizes.mir),
@@ -201,8 +198,8 @@ fn read_memory(root: &mut Table<'_>) -> MemorySizes {
         (key("T", "Timers."), &mut sizes.t),
     ];
     for (key, size) in blocks {
-        if let Some(count) = table.integer(key, (1, 65_536)) {
-            *size = u32::try_from(count.value).unwrap_or(*size);
+        if let Some(count) = table.whole(key, (1, 65_536)) {
+            *size = count.value;
         }
     }
     table.finish();
@@ -211,27 +208,25 @@ fn read_memory(root: &mut Table<'_>) -> MemorySizes {
 
 fn read_scan(root: &mut Table<'_>, file: FileId) -> Scan {
     let nowhere = Span { file, start: 0, end: 0 };
-    let mut scan = Scan {
-        period_ms: Located { value: 10, span: nowhere },
-        watchdog_ms: Located { value: 200, span: nowhere },
-    };
+    let mut scan =
+        Scan { period_ms: Located { value: PERIOD_MS, span: nowhere }, watchdog_ms: WATCHDOG_MS };
     let Some(mut table) =
         root.table(key("scan", "The scan's period and its longest time."), "`[scan]`")
     else {
         return scan;
     };
-    scan.period_ms = table
-        .duration(
-            key("period", "The time between the beginnings of two scans; 10ms if not given.")
-                .limited(LEAST_1MS),
-        )
-        .unwrap_or(scan.period_ms);
-    scan.watchdog_ms = table
-        .duration(
-            key("watchdog", "A scan longer than this is a fault; 200ms if not given.")
-                .limited(LEAST_1MS),
-        )
-        .unwrap_or(scan.watchdog_ms);
+    read_period(&mut table, &mut scan);
+    let explained = key("watchdog", "A scan longer than this is a fault; 200ms if not given.");
+    scan.watchdog_ms = table.value_of(explained, &SCAN_TIME).unwrap_or(WATCHDOG_MS);
     table.finish();
     scan
+}
+
+/// Reads `period`, of `[scan]` or of a test.
+pub(super) fn read_period(table: &mut Table<'_>, scan: &mut Scan) {
+    let explained =
+        key("period", "The time between the beginnings of two scans; 10ms if not given.");
+    if let Some(period) = table.value(explained, &SCAN_TIME) {
+        scan.period_ms = period;
+    }
 }

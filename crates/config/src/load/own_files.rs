@@ -11,8 +11,7 @@ use super::files::identity;
 use crate::controller::written::WrittenController;
 use rungd_base::progress::{Progress, Step};
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::reader::Text;
-use rungd_language::source::span::Span;
+use rungd_language::source::span::{Located, Span};
 
 /// A file that the controller already uses.
 struct OtherFile {
@@ -32,24 +31,24 @@ pub(super) fn findings(
     let operator = written.operator.as_ref();
     let socket = operator.and_then(|operator| operator.socket.as_ref());
     let view = operator.and_then(|operator| operator.view_socket.as_ref());
-    let beside = |name: &Text| {
-        let path = controller.parent().unwrap_or(Path::new("")).join(&name.text);
+    let beside = |name: &str| {
+        let path = controller.parent().unwrap_or(Path::new("")).join(name);
         progress.begin(Step::Reading(path.display().to_string()));
         identity(&path)
     };
-    let input = |own: &Text| {
-        let own = beside(own);
+    let input = |own: &Located<String>| {
+        let own = beside(&own.value);
         if own == identity(controller) {
             return Some(OtherFile { what: "this controller file", named: None });
         }
-        let ladder = progress.during(&written.ladder).find(|name| beside(name) == own)?;
+        let ladder = progress.during(&written.ladder).find(|name| beside(&name.text) == own)?;
         Some(OtherFile { what: "a ladder file", named: Some(ladder.span) })
     };
     let mut findings = Vec::new();
     if let Some(memory) = memory {
         let sockets = [(socket, "the operator's socket"), (view, "the view socket")];
         let socket = sockets.iter().find_map(|(socket, what)| {
-            let socket = socket.filter(|socket| beside(socket) == beside(memory))?;
+            let socket = socket.filter(|socket| beside(&socket.value) == beside(&memory.value))?;
             Some(OtherFile { what, named: Some(socket.span) })
         });
         let other = input(memory).or(socket);
@@ -61,7 +60,7 @@ pub(super) fn findings(
         findings.extend(input(socket).map(|other| finding(socket, &other, "a socket").help(help)));
     }
     if let Some(view) = view {
-        let same = socket.filter(|socket| beside(socket) == beside(view));
+        let same = socket.filter(|socket| beside(&socket.value) == beside(&view.value));
         let same = same
             .map(|socket| OtherFile { what: "the operator's socket", named: Some(socket.span) });
         let help = "write `view-socket = \"rungd-view.sock\"`";
@@ -71,8 +70,8 @@ pub(super) fn findings(
     findings
 }
 
-fn finding(own: &Text, other: &OtherFile, what: &str) -> Finding {
-    let message = format!("`{}` is {}: {what} needs a file of its own", own.text, other.what);
+fn finding(own: &Located<String>, other: &OtherFile, what: &str) -> Finding {
+    let message = format!("`{}` is {}: {what} needs a file of its own", own.value, other.what);
     let finding = Finding::new(Code::Controller, own.span, message);
     match other.named {
         Some(named) => finding.related(named, "named here"),

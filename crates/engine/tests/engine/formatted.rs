@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 use rungd_config::load::ladder_files;
 use rungd_lab::sim::stimulus::Stimulus;
 use rungd_lab::sim::trace::{CsvTrace, Watched};
-use rungd_lab::sim::{Plan, run};
 use rungd_language::format::formatted;
 use rungd_language::lower::lower;
 use rungd_language::resolve::program::Program;
 
+use rungd_test_support::bare_run::{Plan, run};
 use rungd_test_support::mangled::{Chance, mangled};
 use rungd_test_support::run::{cell, target};
 
@@ -33,8 +33,8 @@ fn trace(program: &Program) -> String {
     let (engine_program, symbols) = lower(program);
     let stimulus = Stimulus::parse(&stimulus(), &|name| target(program, &symbols, name));
     let stimulus = stimulus.unwrap_or_else(|error| panic!("{}", error.message));
-    let (period_ms, scans, well) = (50, SCANS, Vec::new());
-    let plan = Plan { period_ms, scans, stop: true, well, clock_s: 0, stimulus };
+    let (period_ms, scans) = (50, SCANS);
+    let plan = Plan { period_ms, scans, stop: true, clock_s: 0, stimulus };
     let operands = program.named(64);
     let watched = operands.iter().filter_map(|operand| {
         let cell = cell(program, &symbols, &operand.name).ok()?;

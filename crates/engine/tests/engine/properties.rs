@@ -10,9 +10,9 @@ use rungd_engine::isa::{Bit, BitSpace};
 use rungd_engine::{Cell, Engine, ScanTimes};
 use rungd_lab::sim::stimulus::{Change, Stimulus};
 use rungd_lab::sim::trace::{CsvTrace, Watched};
-use rungd_lab::sim::{Plan, run};
 use rungd_language::lower::{lower, lower_with};
 use rungd_language::resolve::program::Program;
+use rungd_test_support::bare_run::{Plan, run};
 #[allow(dead_code, unused_imports)]
 use rungd_test_support::model::case::Case;
 use rungd_test_support::model::clock;
@@ -32,7 +32,7 @@ fn loaded(case: &Case) -> (Program, Plan) {
     let stimulus = stimulus.unwrap_or_else(|e| panic!("seed {}: {}", case.seed, e.message));
     let clock_s = parse_seconds(&clock::text(case.clock)).expect("a time");
     let (period_ms, scans) = (case.period as u32, case.scans as u64);
-    (program, Plan { period_ms, scans, stop: case.stop, well: Vec::new(), clock_s, stimulus })
+    (program, Plan { period_ms, scans, stop: case.stop, clock_s, stimulus })
 }
 
 /// The trace of everything that the program can name; `window` as in `lower_with`.

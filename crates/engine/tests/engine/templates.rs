@@ -6,9 +6,9 @@
 
 use rungd_lab::sim::stimulus::Stimulus;
 use rungd_lab::sim::trace::{CsvTrace, Watched};
-use rungd_lab::sim::{Plan, run};
 use rungd_language::lower::lower;
 
+use rungd_test_support::bare_run::{Plan, run};
 use rungd_test_support::run::{cell, load, target};
 use rungd_test_support::setting::setting;
 use rungd_test_support::written_out::Case;
@@ -18,8 +18,8 @@ fn trace(ladder: &str, stimulus: &str, watch: &[&str]) -> String {
     let (engine_program, symbols) = lower(&program);
     let stimulus = Stimulus::parse(stimulus, &|name| target(&program, &symbols, name));
     let stimulus = stimulus.unwrap_or_else(|error| panic!("{}", error.message));
-    let (period_ms, scans, well) = (10, 60, Vec::new());
-    let plan = Plan { period_ms, scans, stop: true, well, clock_s: 0, stimulus };
+    let (period_ms, scans) = (10, 60);
+    let plan = Plan { period_ms, scans, stop: true, clock_s: 0, stimulus };
     let watched = watch.iter().map(|name| {
         let cell = cell(&program, &symbols, name).unwrap_or_else(|error| panic!("{error}"));
         Watched::new(name, cell, &symbols.layout)

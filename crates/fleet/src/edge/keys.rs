@@ -7,12 +7,13 @@ use std::time::Duration;
 
 use super::settings::{BrokerKeys, EdgeSettings, PublishRule};
 use rungd_config::load::decode;
-use rungd_engine::isa::Real;
+use rungd_engine::isa::{Real, duration};
 use rungd_language::source::finding::{Code, Finding, Severity};
-use rungd_language::source::key::{NOT_EMPTY, key};
+use rungd_language::source::key::{Key, NOT_EMPTY, key};
 use rungd_language::source::reader::{self, Constant, Table, Text};
-use rungd_language::source::shape::Shape;
+use rungd_language::source::shape::{Shape, ValueForm};
 use rungd_language::source::span::{FileId, Located, SourceFile, Span};
+use rungd_language::source::value_kind::{Millis, ParsedText, ValueKind, read_duration};
 use rungd_language::source::wording::is_unseen;
 use rungd_net::mqtt::BrokerAddress;
 use rungd_net::sparkplug::check_name;
@@ -29,7 +30,7 @@ pub struct ReadEdge {
 }
 
 /// The limits of a time, ms: the minimum, the maximum, the default.
-struct TimeLimits(i32, i32, i32);
+struct TimeLimits(u32, u32, u32);
 
 const KEEPALIVE: TimeLimits = TimeLimits(1000, 3_600_000, 15_000);
 const INTERVAL: TimeLimits = TimeLimits(10, 60_000, 100);
@@ -104,10 +105,10 @@ type ReadNode = (String, String, Option<PathBuf>, Option<PathBuf>);
 fn read_node(mut table: Table<'_>, base: &Path) -> ReadNode {
     table.require("group", "\"plant\"");
     let explained = key("group", "The group: the second level of its topics.");
-    let group = sparkplug_name(&mut table, explained);
+    let group = table.value_of(explained, &LEVEL);
     table.require("name", "\"press-3\"");
     let explained = key("name", "The node: one name for one controller.");
-    let name = sparkplug_name(&mut table, explained);
+    let name = table.value_of(explained, &LEVEL);
     let explained = key("socket", "The controller's socket; the service's if not given.");
     let socket = path(table.string(explained), base);
     let explained =
@@ -137,15 +138,9 @@ fn read_broker(mut table: Table<'_>, base: &Path) -> BrokerKeys {
     let addresses = addresses.map_or_else(Vec::new, |texts| judged_addresses(&table, texts));
     let explained =
         key("version", "MQTT's version; \"3.1.1\", which every broker speaks, if not given.");
-    let version = table.string(explained.one_of(|| vec!["5", "3.1.1"]));
-    let is_v5 = version.as_ref().is_some_and(|text| text.text == "5");
-    if let Some(text) = version.filter(|text| text.text != "5" && text.text != "3.1.1") {
-        let message = format!("version `{}` of MQTT is not supported", text.text);
-        wrong(&table, text.span, message, "write \"5\" or \"3.1.1\"");
-    }
+    let is_v5 = table.value_of(explained, &VERSION).unwrap_or_default();
     let explained = key("keepalive", "The longest silence of the broker; \"15s\" if not given.");
-    let keepalive = table.duration(explained);
-    let keepalive = KEEPALIVE.judged(&table, "keepalive", keepalive);
+    let keepalive = KEEPALIVE.read_in(&mut table, explained);
     let user = table.string(key("user", "The user.")).map(|text| text.text);
     let explained = key("password-file", "A file whose first line is the password.");
     let password_file = path(table.string(explained), base);
@@ -196,10 +191,9 @@ fn judged_addresses(table: &Table<'_>, texts: Located<Vec<Text>>) -> Vec<String>
 
 fn read_sparkplug(mut table: Table<'_>) -> (Option<String>, Duration) {
     let explained = key("primary-host", "The primary host: nothing is sent while it is offline.");
-    let primary_host = sparkplug_name(&mut table, explained);
+    let primary_host = table.value_of(explained, &LEVEL);
     let explained = key("interval", "Changes are collected for this time; \"100ms\" if not given.");
-    let interval = table.duration(explained);
-    let interval = INTERVAL.judged(&table, "interval", interval);
+    let interval = INTERVAL.read_in(&mut table, explained);
     table.finish();
     (primary_host, interval)
 }
@@ -209,8 +203,7 @@ fn read_history(mut table: Table<'_>) -> Duration {
         "margin",
         "This much before the confirmed position is sent again; \"30s\" if not given.",
     );
-    let margin = table.duration(explained);
-    let margin = MARGIN.judged(&table, "margin", margin);
+    let margin = MARGIN.read_in(&mut table, explained);
     table.finish();
     margin
 }
@@ -226,8 +219,7 @@ fn read_publish(mut table: Table<'_>) -> PublishRule {
     let deadband = deadband.map_or(0.0, |given| judged_deadband(&table, given));
     let explained =
         key("every", "At most one value of a tag is sent in this time; all if not given.");
-    let every = table.duration(explained);
-    let every = EVERY.judged(&table, "every", every);
+    let every = EVERY.read_in(&mut table, explained);
     table.finish();
     PublishRule { tags, deadband, every }
 }
@@ -265,43 +257,71 @@ fn names(table: &Table<'_>, texts: Located<Vec<Text>>) -> Vec<String> {
     texts.value.into_iter().map(|text| text.text).collect()
 }
 
-fn sparkplug_name(
-    table: &mut Table<'_>,
-    explained: rungd_language::source::key::Key,
-) -> Option<String> {
-    let text = table.string(explained)?;
-    if let Err(fault) = check_name(&text.text) {
-        let message = format!("`{}` cannot be a level of a topic: {fault}", text.text);
-        wrong(table, text.span, message, "write letters, digits, `-` and `_`");
-    } else if text.text.contains(is_unseen) {
-        let message = format!("`{}` has a character that cannot be seen", text.text);
-        wrong(table, text.span, message, "write letters, digits, `-` and `_`");
+/// The version of MQTT: whether it is 5.
+const VERSION: ParsedText<bool> = ParsedText::new(|_, text| match &*text.text {
+    "5" => Ok(true),
+    "3.1.1" => Ok(false),
+    other => {
+        let message = format!("version `{other}` of MQTT is not supported");
+        Err(finding(text.span, message, "write \"5\" or \"3.1.1\""))
     }
-    Some(text.text)
-}
+})
+.limited(r#"{"enum":["5","3.1.1"]}"#);
+
+/// A level of a topic.
+const LEVEL: ParsedText<String> = ParsedText::new(|_, text| {
+    let message = match check_name(&text.text) {
+        Err(fault) => format!("`{}` cannot be a level of a topic: {fault}", text.text),
+        Ok(()) if text.text.contains(is_unseen) => {
+            format!("`{}` has a character that cannot be seen", text.text)
+        }
+        Ok(()) => return Ok(text.text.clone()),
+    };
+    Err(finding(text.span, message, "write letters, digits, `-` and `_`"))
+});
 
 fn path(text: Option<Text>, base: &Path) -> Option<PathBuf> {
     text.map(|text| base.join(text.text))
 }
 
 fn wrong(table: &Table<'_>, span: Span, message: String, help: &str) {
-    table.find(Finding::new(Code::Edge, span, message).help(help));
+    table.find(finding(span, message, help));
+}
+
+fn finding(span: Span, message: String, help: &str) -> Finding {
+    Finding::new(Code::Edge, span, message).help(help)
 }
 
 impl TimeLimits {
     fn default(&self) -> Duration {
-        Duration::from_millis(self.2.unsigned_abs().into())
+        Duration::from_millis(self.2.into())
     }
 
-    fn judged(&self, table: &Table<'_>, name: &str, given: Option<Located<i32>>) -> Duration {
+    fn read_in(&self, table: &mut Table<'_>, explained: Key) -> Duration {
+        table.value_of(explained, self).unwrap_or_else(|| self.default())
+    }
+}
+
+impl ValueKind for TimeLimits {
+    type Value = Duration;
+
+    fn form(&self) -> ValueForm {
+        ValueForm::Duration
+    }
+
+    fn noun(&self) -> &'static str {
+        Millis::ANY.noun()
+    }
+
+    fn read(&self, key: &str, text: &Text, find: &mut dyn FnMut(Finding)) -> Option<Duration> {
         let TimeLimits(least, most, _) = *self;
-        let Some(Located { value, span }) = given else { return self.default() };
-        if !(least..=most).contains(&value) {
-            let print = rungd_engine::isa::duration::print;
-            let message = format!("`{name}` is {} to {}", print(least), print(most));
-            wrong(table, span, message, "write a time within these limits");
+        let ms = read_duration(text, find)?;
+        if !(least..=most).contains(&ms) {
+            let print = |ms: u32| duration::print(ms.cast_signed());
+            let message = format!("`{key}` is {} to {}", print(least), print(most));
+            find(finding(text.span, message, "write a time within these limits"));
         }
-        Duration::from_millis(value.unsigned_abs().into())
+        Some(Duration::from_millis(ms.into()))
     }
 }
 

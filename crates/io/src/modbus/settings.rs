@@ -1,7 +1,7 @@
 //! The settings of the Modbus server: its map, the write permissions, and the limits of clients.
 //! Made by `controller` from a controller file.
 
-use std::net::SocketAddr;
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 
 use super::clients::Network;
 use super::number::{NumberType, WordOrder};
@@ -102,6 +102,24 @@ fn is_like(a: &Operands, b: &Operands) -> bool {
     a.text == b.text && a.count == b.count && (a.is_placed || a.first == b.first)
 }
 
+impl Default for Modbus {
+    /// A server on loopback, at a port that needs no privilege, unlike 502.
+    fn default() -> Modbus {
+        Modbus {
+            listen: SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 1502),
+            units: None,
+            standard_map: true,
+            entries: Vec::new(),
+            lists: Vec::new(),
+            inputs: None,
+            outputs: None,
+            connections: 8,
+            frame_timeout_ms: 2_000,
+            idle_timeout_ms: 60_000,
+        }
+    }
+}
+
 impl Modbus {
     /// These settings without write lists, map entries and image: a server that has only reads of
     /// the standard map.
@@ -112,18 +130,13 @@ impl Modbus {
 }
 
 impl Table {
-    /// All tables.
-    pub const ALL: [Table; 4] = all_variants![
-        Table::Coils,
-        Table::DiscreteInputs,
-        Table::HoldingRegisters,
-        Table::InputRegisters
+    /// All tables with their names in a controller file.
+    pub const NAMES: [(&'static str, Table); 4] = all_variants![
+        ("coil", Table::Coils),
+        ("discrete", Table::DiscreteInputs),
+        ("holding", Table::HoldingRegisters),
+        ("input", Table::InputRegisters),
     ];
-
-    /// The table of a name in a controller file.
-    pub fn named(text: &str) -> Option<Table> {
-        Table::ALL.into_iter().find(|table| table.name() == text)
-    }
 
     /// Whether its elements are bits.
     pub fn is_bits(self) -> bool {
@@ -137,12 +150,7 @@ impl Table {
 
     /// Its name in a controller file.
     pub fn name(self) -> &'static str {
-        match self {
-            Table::Coils => "coil",
-            Table::DiscreteInputs => "discrete",
-            Table::HoldingRegisters => "holding",
-            Table::InputRegisters => "input",
-        }
+        Table::NAMES[self as usize].0
     }
 
     /// The prefix of its elements in the standard map.

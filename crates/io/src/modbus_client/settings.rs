@@ -151,7 +151,7 @@ impl Transaction {
 
 impl Habits {
     /// The time after a broadcast if no key gives one: the specification's 100 to 200 ms.
-    pub(crate) const BROADCAST_DELAY_MS: u32 = 100;
+    pub const BROADCAST_DELAY_MS: u32 = 100;
 
     /// The most elements of a table in one request, within the protocol's `most`.
     pub(super) fn elements_max(&self, table: Table, most: u16) -> u16 {

@@ -1,21 +1,23 @@
-//! A simulation: ladders alone, or a controller with its simulated devices, in virtual time.
+//! A simulation: a controller with its simulated devices, in virtual time. Ladders alone are a
+//! controller without devices.
 //!
-//! Called by `rungd sim` and by the editor's simulation. `sim` runs ladders alone. In a controller,
-//! field devices that are not simulated are silent: their `.Ok` is OFF until a stimulus turns it
-//! ON. The caller has read the stimulus, and passes the trace.
+//! Called by `rungd sim` and by the editor's simulation. Field devices that are not simulated are
+//! silent: their `.Ok` is OFF until a stimulus turns it ON. The devices that ladders alone name are
+//! well from the first scan on: their bits are a stimulus's. The caller has read the stimulus, and
+//! passes the trace. Scan k has the timestamp k × period.
 
 use std::collections::HashMap;
 use std::io;
 use std::sync::Arc;
 
+use super::mode::MS_NS;
 use super::{Rig, RigProgram, RigSetup};
 use crate::sim::stimulus::{Change, Stimulus, StimulusTarget};
 use crate::sim::trace::{RowName, Trace, Watched};
-use crate::sim::{self, Plan};
 use rungd_config::controller::Controller;
+use rungd_engine::Cell;
 use rungd_engine::isa::{Address, Bit, DeviceId, Health};
-use rungd_engine::{self as engine, BitCell, Cell};
-use rungd_language::lower::{Symbols, lower};
+use rungd_language::lower::Symbols;
 use rungd_language::resolve::program::Program;
 use rungd_language::resolve::scope::Scope;
 use rungd_runtime::exchange::Ticket;
@@ -31,8 +33,6 @@ pub const ELEMENTS_MAX: usize = 64;
 
 /// The settings of a simulation.
 pub struct Simulation {
-    /// The time between two scans, ms.
-    pub period_ms: u32,
     /// The number of scans.
     pub scans: u64,
     /// Whether it ends with an orderly stop.
@@ -41,20 +41,23 @@ pub struct Simulation {
     pub clock_s: i64,
 }
 
-/// The operands that a stimulus may change in a controller.
-pub struct ControllerTargets<'a> {
+/// The operands that a stimulus may change.
+pub struct StimulusTargets<'a> {
     scope: Scope,
     symbols: &'a Symbols,
+    /// The number of field devices with settings.
+    devices: usize,
     /// The addresses that are written in every scan, each with its writer.
     moved: HashMap<Address, String>,
 }
 
-impl<'a> ControllerTargets<'a> {
-    /// The targets in a controller with its program.
-    pub fn of(program: &Program, lowered: &'a RigProgram) -> ControllerTargets<'a> {
-        ControllerTargets {
+impl<'a> StimulusTargets<'a> {
+    /// The targets in a program.
+    pub fn of(program: &Program, lowered: &'a RigProgram) -> StimulusTargets<'a> {
+        StimulusTargets {
             scope: Scope::of(program),
             symbols: &lowered.symbols,
+            devices: lowered.controller.devices.len(),
             moved: lowered.controller.simulated(),
         }
     }
@@ -65,7 +68,9 @@ impl<'a> ControllerTargets<'a> {
         if let Some(mover) = self.moved.get(&address) {
             return Err(format!("`{operand}` is moved by {mover} at every scan"));
         }
-        if let Address::Bit(Bit::Device(_, Health::Stale)) = address {
+        if let Address::Bit(Bit::Device(DeviceId(at), Health::Stale)) = address
+            && (at as usize) < self.devices
+        {
             return Err(format!(
                 "`{operand}` is computed from the time since the last exchange: set the device's \
                  `.Ok` instead"
@@ -75,57 +80,20 @@ impl<'a> ControllerTargets<'a> {
     }
 }
 
-/// A program, lowered once: alone, or for the rig.
-pub enum LoweredSimulation {
-    /// Ladders alone.
-    Ladder(Box<engine::Program>, Box<Symbols>),
-    /// Ladders with a controller file.
-    Controller(Arc<RigProgram>),
+/// Lowers a program, with the settings of its controller file or, without one, the usual ones.
+pub fn lowered(
+    program: &Program,
+    controller: Option<Controller>,
+    period_ms: u32,
+) -> Arc<RigProgram> {
+    let controller = controller.unwrap_or_else(|| Controller::usual(program));
+    let controller = Controller { period_ms, ..controller };
+    Arc::new(RigProgram::new(program, &Arc::new(controller)))
 }
 
-impl LoweredSimulation {
-    /// Lowers a program, with the settings of its controller file, if there is one.
-    pub fn of(program: &Program, controller: Option<Controller>) -> LoweredSimulation {
-        match controller {
-            Some(controller) => {
-                let program = RigProgram::new(program, &Arc::new(controller));
-                LoweredSimulation::Controller(Arc::new(program))
-            }
-            None => {
-                let (code, symbols) = lower(program);
-                LoweredSimulation::Ladder(Box::new(code), Box::new(symbols))
-            }
-        }
-    }
-
-    /// Its names and cells.
-    pub fn symbols(&self) -> &Symbols {
-        match self {
-            LoweredSimulation::Ladder(_, symbols) => symbols,
-            LoweredSimulation::Controller(program) => &program.symbols,
-        }
-    }
-
-    /// Runs the simulation and traces it. An orderly stop adds the row `stop`.
-    ///
-    /// # Errors
-    /// The error of writing the trace.
-    pub fn run(
-        &self,
-        program: &Program,
-        (simulation, stimulus): (Simulation, Stimulus),
-        trace: &mut dyn Trace,
-    ) -> io::Result<()> {
-        match self {
-            LoweredSimulation::Controller(of) => controlled(of, (&simulation, &stimulus), trace),
-            LoweredSimulation::Ladder(code, symbols) => {
-                let Simulation { period_ms, scans, stop, clock_s } = simulation;
-                let well = well(program, symbols);
-                let plan = Plan { period_ms, scans, stop, well, clock_s, stimulus };
-                sim::run(engine::Program::clone(code), &plan, trace)
-            }
-        }
-    }
+/// Whether the timestamp of the last scan, in ns, fits into 64 bits.
+pub fn fits(scans: u64, period_ms: u32) -> bool {
+    scans.saturating_sub(1).checked_mul(u64::from(period_ms) * MS_NS).is_some()
 }
 
 /// All operands that the ladder names; for arrays, the first [`ELEMENTS_MAX`] elements.
@@ -137,14 +105,12 @@ pub fn all_named(program: &Program, symbols: &Symbols) -> Vec<Watched> {
     watched.collect()
 }
 
-/// The `.Ok` of every field device that the ladder names: only a stimulus loses a device.
-fn well(program: &Program, symbols: &Symbols) -> Vec<BitCell> {
-    let ids = (0..program.devices.len() as u32).map(DeviceId);
-    ids.map(|id| symbols.layout.bit(Bit::Device(id, Health::Ok))).collect()
-}
-
-/// Runs a controller.
-fn controlled(
+/// Runs a simulation, and passes the memory at the end of every scan to the trace. An orderly stop
+/// adds the row `stop`.
+///
+/// # Errors
+/// The error of writing the trace.
+pub fn run(
     program: &Arc<RigProgram>,
     (simulation, stimulus): (&Simulation, &Stimulus),
     trace: &mut dyn Trace,

@@ -21,16 +21,12 @@ pub enum KeyLimit {
     None,
     /// The value must match this JSON Schema.
     Schema(&'static str),
-    /// The value is one of these words.
-    Words(fn() -> Vec<&'static str>),
     /// Every value is refused: the reader accepts the key only to make a specific finding.
     Refused,
 }
 
 /// A JSON Schema: an array of at least one element.
 pub const NOT_EMPTY: &str = r#"{"minItems":1}"#;
-/// A JSON Schema: a duration of at least 1 ms.
-pub const LEAST_1MS: &str = r#"{"not":{"const":"0ms"}}"#;
 /// A JSON Schema: the name of a block or device (grammar: `docs/language.md`).
 pub const BLOCK_NAME: &str = r#"{"pattern":"^[A-Za-z][A-Za-z0-9_-]*$"}"#;
 
@@ -46,18 +42,8 @@ impl Key {
         Key { limit: KeyLimit::Schema(schema), ..self }
     }
 
-    /// The same, limited to some words.
-    pub const fn one_of(self, words: fn() -> Vec<&'static str>) -> Key {
-        Key { limit: KeyLimit::Words(words), ..self }
-    }
-
     /// The same, refused.
     pub const fn refused(self) -> Key {
         Key { limit: KeyLimit::Refused, ..self }
     }
-}
-
-/// The names in a table of named values.
-pub fn words<T>(named: &[(&'static str, T)]) -> Vec<&'static str> {
-    named.iter().map(|(word, _)| *word).collect()
 }

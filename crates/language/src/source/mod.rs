@@ -48,4 +48,5 @@ pub(crate) mod table;
 mod tag;
 mod template;
 mod toml_slips;
+pub mod value_kind;
 pub mod wording;

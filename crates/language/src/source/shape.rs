@@ -35,6 +35,8 @@ pub enum ValueForm {
     Any,
     /// A string.
     Text,
+    /// One of these words.
+    Words(Vec<&'static str>),
     /// `true` or `false`.
     Flag,
     /// An integer, with its least and greatest value.
@@ -70,6 +72,7 @@ impl ValueForm {
             }
             ValueForm::Any
             | ValueForm::Text
+            | ValueForm::Words(_)
             | ValueForm::Flag
             | ValueForm::Integer(..)
             | ValueForm::Integers(..)

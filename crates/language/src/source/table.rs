@@ -7,6 +7,7 @@
 #![allow(clippy::wildcard_enum_match_arm)]
 
 mod entries;
+mod values;
 
 use std::ops::Range;
 

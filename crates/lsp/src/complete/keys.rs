@@ -130,6 +130,7 @@ fn known(scene: &CompletionScene, present: &[&str], into: &mut Proposals) {
             ValueForm::Tables(_) => is_root || BY_HEADERS.contains(&key.name),
             ValueForm::Any
             | ValueForm::Text
+            | ValueForm::Words(_)
             | ValueForm::Flag
             | ValueForm::Integer(..)
             | ValueForm::Integers(..)

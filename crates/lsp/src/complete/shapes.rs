@@ -33,9 +33,11 @@ pub(super) fn is_taken(key: &Key) -> bool {
 }
 
 /// The words that a value may be.
-pub(super) fn words(key: &Key) -> Vec<String> {
+pub(super) fn words(key: &Key, form: &ValueForm) -> Vec<String> {
+    if let ValueForm::Words(words) = form {
+        return words.iter().map(|word| (*word).to_owned()).collect();
+    }
     match key.limit {
-        KeyLimit::Words(words) => words().into_iter().map(str::to_owned).collect(),
         KeyLimit::Schema(schema) => {
             let schema: Value = serde_json::from_str(schema).unwrap_or_default();
             let all = schema["enum"].as_array().cloned().unwrap_or_default();
@@ -49,7 +51,9 @@ pub(super) fn words(key: &Key) -> Vec<String> {
 /// The text after a key: as plain text, and as a snippet.
 pub(super) fn skeleton(form: &ValueForm) -> (&'static str, &'static str) {
     match form {
-        ValueForm::Text | ValueForm::Duration | ValueForm::TextOrTexts => (" = ", " = \"$1\""),
+        ValueForm::Text | ValueForm::Words(_) | ValueForm::Duration | ValueForm::TextOrTexts => {
+            (" = ", " = \"$1\"")
+        }
         ValueForm::Texts => (" = ", " = [\"$1\"]"),
         ValueForm::Flag => (" = ", " = ${1|true,false|}"),
         ValueForm::Integers(..) => (" = ", " = [$1]"),

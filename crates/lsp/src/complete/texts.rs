@@ -68,7 +68,7 @@ fn operand(scene: &CompletionScene, before: &str) -> Proposals {
     let Some((key, form)) = entry(&scene.shape(), &keys::path(scene)) else {
         return contacts::offer(scene, before, Wish::Anything);
     };
-    match (words(&key).is_empty(), form) {
+    match (words(&key, &form).is_empty(), form) {
         (false, _) => words_of(scene, before),
         (true, ValueForm::Duration) => Proposals::of(before),
         (true, _) => contacts::offer(scene, before, Wish::Anything),
@@ -120,8 +120,8 @@ fn placeholders(scene: &CompletionScene, before: &str) -> Proposals {
 /// The words that the key allows.
 fn words_of(scene: &CompletionScene, before: &str) -> Proposals {
     let mut found = Proposals::of(before);
-    if let Some((key, _)) = entry(&scene.shape(), &keys::path(scene)) {
-        for (order, word) in words(&key).into_iter().enumerate() {
+    if let Some((key, form)) = entry(&scene.shape(), &keys::path(scene)) {
+        for (order, word) in words(&key, &form).into_iter().enumerate() {
             let mut proposal = Proposal::new(word, CompletionItemKind::ENUM_MEMBER, 0);
             proposal.order = order;
             found.add(proposal);

@@ -6,13 +6,15 @@
 
 use std::fmt::Debug;
 
-use super::settings::DriverSettings;
+use super::settings::{DriverSettings, OnLoss};
 use rungd_base::progress::Progress;
 use rungd_engine::isa::Address;
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::nearest::did_you_mean;
 use rungd_language::source::reader::{Constant, Table, Text};
 use rungd_language::source::span::{Located, Span};
+
+/// The time between exchanges if `poll` is not given, ms.
+const POLL_MS: u32 = 20;
 
 /// One `[[device]]`.
 #[derive(Debug)]
@@ -24,15 +26,28 @@ pub struct WrittenDevice {
     /// `driver`, if a driver has this name, with the driver's keys.
     pub driver: Option<Box<dyn DriverKeys>>,
     /// `poll`, ms: the time between exchanges.
-    pub poll_ms: Option<Located<i32>>,
+    pub poll: Option<Located<u32>>,
     /// `on-loss`: the values of its inputs after a loss.
-    pub on_loss: Option<Text>,
+    pub on_loss: OnLoss,
     /// `loss-after`, ms: the age of the last good exchange at which the device is lost.
-    pub loss_after_ms: Option<Located<i32>>,
+    pub loss_after: Option<Located<u32>>,
     /// `map`, in file order.
     pub map: Vec<MapRow>,
     /// Whether `map` is a single table. The reader has already reported that.
     pub map_is_table: bool,
+}
+
+impl WrittenDevice {
+    /// The time between exchanges, ms.
+    pub fn poll_ms(&self) -> u32 {
+        self.poll.as_ref().map_or(POLL_MS, |poll| poll.value)
+    }
+
+    /// The age of the last good exchange at which the device is lost, ms.
+    pub fn loss_after_ms(&self) -> u32 {
+        let usual_ms = || self.poll_ms().saturating_mul(3).max(1000);
+        self.loss_after.as_ref().map_or_else(usual_ms, |age| age.value)
+    }
 }
 
 /// One row of a map: consecutive points, and the memory that belongs to them.
@@ -173,56 +188,4 @@ impl ResolvedRow<'_> {
     pub fn is_words(&self) -> bool {
         matches!(self.addresses.first(), Some(Address::Word(_)))
     }
-}
-
-/// The item of `known` that a text names; `what` is the finding's noun for these items.
-pub fn named<T: Copy>(
-    table: &Table<'_>,
-    text: &Text,
-    what: &str,
-    known: &[(&'static str, T)],
-) -> Option<T> {
-    let found = known.iter().find(|(name, _)| *name == text.text);
-    if let Some((_, thing)) = found {
-        return Some(*thing);
-    }
-    let message = format!("no {what} is called `{}`", text.text);
-    let names = || known.iter().map(|(name, _)| *name);
-    let list = names().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-    let help = did_you_mean(&text.text, names()).unwrap_or_else(|| format!("there are {list}"));
-    table.find(Finding::new(Code::Controller, text.span, message).help(help));
-    None
-}
-
-/// The meaning of a key's word, looked up among the words that the key accepts.
-pub fn one_word<T: Copy>(
-    key: &str,
-    text: Option<&Text>,
-    known: &[(&str, T)],
-    findings: &mut Vec<Finding>,
-) -> Option<T> {
-    let text = text?;
-    if let Some((_, meaning)) = known.iter().find(|(word, _)| *word == text.text) {
-        return Some(*meaning);
-    }
-    let words = known.iter().map(|(word, _)| format!("\"{word}\"")).collect::<Vec<_>>();
-    let message = format!("`{key}` is {}, not \"{}\"", words.join(" or "), text.text);
-    findings.push(Finding::new(Code::Controller, text.span, message));
-    None
-}
-
-/// A duration of at least 1 ms.
-pub fn at_least_one(
-    key: &str,
-    ms: Option<&Located<i32>>,
-    default: u32,
-    findings: &mut Vec<Finding>,
-) -> u32 {
-    let Some(ms) = ms else { return default };
-    if ms.value < 1 {
-        let message = format!("`{key}` is at least 1ms");
-        let finding = Finding::new(Code::OutOfRange, ms.span, message);
-        findings.push(finding.help(format!("write `{key} = \"20ms\"`")));
-    }
-    ms.value.max(1).unsigned_abs()
 }

@@ -5,11 +5,34 @@
 //! driver's folder reads the driver's own keys. A key of a different driver is an unknown key, like
 //! a misspelt key. The resolver checks names, points and ranges.
 
-use super::driver::{DriverKeys, MapRow, WrittenDevice, named};
+use super::driver::{DriverKeys, MapRow, WrittenDevice};
 use super::drivers;
 use super::settings::OnLoss;
-use rungd_language::source::key::{BLOCK_NAME, LEAST_1MS, key, words};
-use rungd_language::source::reader::Table;
+use rungd_language::source::finding::Finding;
+use rungd_language::source::key::{BLOCK_NAME, key};
+use rungd_language::source::reader::{Table, Text};
+use rungd_language::source::shape::ValueForm;
+use rungd_language::source::value_kind::{KeyWords, Millis, ValueKind, WrongWord};
+
+/// The name of a driver.
+struct DriverName;
+
+impl ValueKind for DriverName {
+    type Value = &'static str;
+
+    fn form(&self) -> ValueForm {
+        ValueForm::Words(drivers::names())
+    }
+
+    fn read(&self, key: &str, text: &Text, find: &mut dyn FnMut(Finding)) -> Option<&'static str> {
+        let names = drivers::names();
+        let found = names.iter().find(|name| **name == text.text).copied();
+        if found.is_none() {
+            find(WrongWord::NoneCalled("driver").finding(key, text, &names));
+        }
+        found
+    }
+}
 
 /// Reads all `[[device]]` tables.
 pub(in crate::controller) fn read_in(root: &mut Table<'_>) -> Vec<WrittenDevice> {
@@ -23,20 +46,16 @@ fn read(mut table: Table<'_>) -> WrittenDevice {
         key("name", "Its name: `NAME.Ok` and `NAME.Stale` are its bits.").limited(BLOCK_NAME),
     );
     table.require("driver", "\"modbus-tcp\"");
-    let text = table.string(key("driver", "The driver that reaches it.").one_of(drivers::names));
-    let known = drivers::names().into_iter().map(|name| (name, name)).collect::<Vec<_>>();
-    let name_of_driver = text.and_then(|text| named(&table, &text, "driver", &known));
+    let name_of_driver = table.value_of(key("driver", "The driver that reaches it."), &DriverName);
     let mut drivers = drivers::keys_of(name_of_driver);
-    let poll_ms = table
-        .duration(key("poll", "The time between exchanges; 20ms if not given.").limited(LEAST_1MS));
-    let on_loss = table.string(
-        key("on-loss", "The values of its inputs when it is lost; `hold` if not given.")
-            .one_of(|| words(&OnLoss::NAMES)),
-    );
-    let loss_after_ms = table.duration(
-        key("loss-after", "It is lost when its last good exchange is this old; 1s if not given.")
-            .limited(LEAST_1MS),
-    );
+    let explained = key("poll", "The time between exchanges; 20ms if not given.");
+    let poll = table.value(explained, &Millis::some("20ms"));
+    let explained =
+        key("on-loss", "The values of its inputs when it is lost; `hold` if not given.");
+    let on_loss = table.value_of(explained, &KeyWords::new(&OnLoss::NAMES)).unwrap_or_default();
+    let explained =
+        key("loss-after", "It is lost when its last good exchange is this old; 1s if not given.");
+    let loss_after = table.value(explained, &Millis::some("20ms"));
     let map_is_table = table.has_table("map");
     let map = table
         .tables(key("map", "Rows that connect its points with bits and words."), "a device's map");
@@ -45,7 +64,7 @@ fn read(mut table: Table<'_>) -> WrittenDevice {
     table.finish();
     // Without a named driver, the keys of all drivers were read; no settings can be made of them.
     let driver = drivers.pop().filter(|_| name_of_driver.is_some());
-    WrittenDevice { span, name, driver, poll_ms, on_loss, loss_after_ms, map, map_is_table }
+    WrittenDevice { span, name, driver, poll, on_loss, loss_after, map, map_is_table }
 }
 
 fn read_row(mut table: Table<'_>, drivers: &mut [Box<dyn DriverKeys>]) -> MapRow {

@@ -16,10 +16,7 @@ pub mod settings;
 pub mod simulated;
 mod wiring;
 
-use driver::{
-    DriverKeys, MapRow, ResolvedRow, ResolvedRows, RowDirection, WrittenDevice, at_least_one,
-    one_word,
-};
+use driver::{DriverKeys, MapRow, ResolvedRow, ResolvedRows, RowDirection, WrittenDevice};
 
 use rungd_base::progress::Progress;
 use rungd_engine::isa::{Address, Bit, BitSpace, DeviceId, Real, Word, WordSpace};
@@ -114,9 +111,7 @@ fn one(
         let help = "add rows: `map = [{ from = \"…\", to = \"X0\" }]`";
         findings.push(Finding::new(Code::Controller, device.span, message).help(help));
     }
-    let on_loss = one_word("on-loss", device.on_loss.as_ref(), &OnLoss::NAMES, findings);
-    let poll_ms = at_least_one("poll", device.poll_ms.as_ref(), 20, findings);
-    let loss_after_ms = loss_after(device, poll_ms, findings);
+    findings.extend(too_early_loss(device));
     let of_driver = ResolvedRows { all: &rows, progress };
     let settings = driver.resolve(device, of_driver, findings);
     let outputs = outputs(&rows, findings);
@@ -126,8 +121,9 @@ fn one(
     {
         return None;
     }
-    let (name, on_loss) = (name.text.clone(), on_loss.unwrap_or_default());
-    let (span, driver) = (device.name.as_ref()?.span, settings?);
+    let (poll_ms, loss_after_ms) = (device.poll_ms(), device.loss_after_ms());
+    let (span, on_loss, driver) = (name.span, device.on_loss, settings?);
+    let name = name.text.clone();
     Some(Device { id, name, span, poll_ms, on_loss, loss_after_ms, inputs, outputs, driver })
 }
 
@@ -299,25 +295,18 @@ fn safe_value(row: &ResolvedRow<'_>, address: Address, findings: &mut Vec<Findin
     SafeValue::Value(value)
 }
 
-/// The age of the last good exchange at which a device is lost, ms. It must be more than `poll`,
-/// which is the time between two exchanges.
-fn loss_after(device: &WrittenDevice, poll_ms: u32, findings: &mut Vec<Finding>) -> u32 {
-    let default_ms = poll_ms.saturating_mul(3).max(1000);
-    let loss_after = device.loss_after_ms.as_ref();
-    let loss_after_ms = at_least_one("loss-after", loss_after, default_ms, findings);
-    if let Some(written) = loss_after
-        && device.driver.as_deref().is_some_and(DriverKeys::is_polled)
-        && (1..=i64::from(poll_ms)).contains(&i64::from(written.value))
-    {
-        let message = format!("lost after {loss_after_ms} ms, and polled every {poll_ms} ms");
-        let finding = Finding::new(Code::Controller, written.span, message);
-        findings.push(
-            finding
-                .label("it would be lost between any two exchanges")
-                .help("`loss-after` must be longer than `poll`: start with three times `poll`"),
-        );
+/// The finding for a device that would be lost between two exchanges.
+fn too_early_loss(device: &WrittenDevice) -> Option<Finding> {
+    let (poll_ms, loss_after) = (device.poll_ms(), device.loss_after.as_ref()?);
+    let is_polled = device.driver.as_deref().is_some_and(DriverKeys::is_polled);
+    if !is_polled || loss_after.value > poll_ms {
+        return None;
     }
-    loss_after_ms
+    let message = format!("lost after {} ms, and polled every {poll_ms} ms", loss_after.value);
+    let finding = Finding::new(Code::Controller, loss_after.span, message)
+        .label("it would be lost between any two exchanges")
+        .help("`loss-after` must be longer than `poll`: start with three times `poll`");
+    Some(finding)
 }
 
 #[cfg(test)]

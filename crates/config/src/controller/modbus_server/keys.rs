@@ -1,26 +1,27 @@
 //! `[modbus-server]` of a controller file, as its author wrote it.
 //!
-//! Called by `written`. Operands, clients and the words of a map entry are still texts here: the
-//! resolver checks them, because it has the program's names.
+//! Called by `written`. Operands and clients are still texts here: the resolver checks them,
+//! because it has the program's names. All other values are settings.
+
+use std::net::SocketAddr;
 
 use rungd_io::modbus::number::{NumberType, WordOrder};
-use rungd_io::modbus::settings::Table as ModbusTable;
+use rungd_io::modbus::settings::{Modbus, Table as ModbusTable};
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::key::{Key, NOT_EMPTY, key, words};
+use rungd_language::source::key::{NOT_EMPTY, key};
 use rungd_language::source::reader::{Table, Text};
 use rungd_language::source::span::{Located, Span};
+use rungd_language::source::value_kind::{KeyWords, Millis, ParsedText, WrongWord};
 
 /// `[modbus-server]`.
 #[derive(Clone, Debug)]
 pub struct ModbusServer {
     /// The place of its header.
     pub span: Span,
-    /// `listen`, if it is given.
-    pub listen: Option<Text>,
-    /// `units`: the unit identifiers that are answered; all if not given.
-    pub units: Option<Located<Vec<i64>>>,
-    /// `standard-map`: whether MC, MI, MHR and MIR have their standard places.
-    pub standard_map: bool,
+    /// The keys that contain no names of the program.
+    pub settings: Modbus,
+    /// The place of `units`.
+    pub units_at: Span,
     /// `writable`: the ranges that every client may write.
     pub writable: Vec<Text>,
     /// `[[modbus-server.write]]`: the ranges that certain clients may write.
@@ -31,12 +32,6 @@ pub struct ModbusServer {
     pub inputs: Option<Mapping>,
     /// `image.outputs`: outputs that are copied to discrete inputs.
     pub outputs: Option<Mapping>,
-    /// `connections`: the most connections at a time.
-    pub connections: u32,
-    /// `frame-timeout`, ms: the time limit for a whole request, from its first byte.
-    pub frame_timeout_ms: i32,
-    /// `idle-timeout`, ms: a connection without requests ends after this time.
-    pub idle_timeout_ms: i32,
 }
 
 /// `[[modbus-server.write]]`.
@@ -56,15 +51,15 @@ pub struct MapEntry {
     /// `operand`.
     pub operand: Option<Text>,
     /// `table`.
-    pub table: Option<Text>,
+    pub table: Option<ModbusTable>,
     /// `address`: the protocol address of the first element, from 0.
-    pub address: Option<Located<i64>>,
+    pub address: Option<Located<u16>>,
     /// `type`: the number type of its registers.
-    pub kind: Option<Text>,
+    pub kind: Option<Located<NumberType>>,
     /// `word-order`: the register of a pair that has the higher 16 bits.
-    pub word_order: Option<Text>,
+    pub word_order: Option<Located<WordOrder>>,
     /// `unit`: only this unit identifier shows it.
-    pub unit: Option<Located<i64>>,
+    pub unit: Option<Located<u8>>,
 }
 
 /// A range, and the range that it is copied to.
@@ -81,6 +76,24 @@ pub struct Mapping {
 /// A unit identifier is one byte.
 const UNITS: (i64, i64) = (0, 255);
 
+const LISTEN: ParsedText<SocketAddr> = ParsedText::new(|_, listen| {
+    listen.text.parse().map_err(|_| {
+        let message = format!("`{}` is no address to listen at", listen.text);
+        let finding = Finding::new(Code::Controller, listen.span, message);
+        finding.help("write an IP address and a port: `127.0.0.1:1502`, `[::]:502`")
+    })
+});
+const TABLE: KeyWords<ModbusTable> = KeyWords::new(&ModbusTable::NAMES).refused_as(WrongWord::No(
+    "table",
+    "`coil` or `discrete` of bits, `holding` or `input` of words",
+));
+pub(super) const NUMBER_TYPE: KeyWords<NumberType> = KeyWords::new(NumberType::NARROW)
+    .refused_as(WrongWord::No("type", "`u16`, `i16`, `u32`, `i32` or `f32`"));
+const WORD_ORDER: KeyWords<WordOrder> = KeyWords::new(&WordOrder::NAMES)
+    .refused_as(WrongWord::No("word order", "`high-first` or `low-first`"));
+/// The time limit of a client.
+const TIMEOUT: Millis = Millis::some("10ms");
+
 /// Reads `[modbus-server]`, if there is one.
 pub(in crate::controller) fn read_in(root: &mut Table<'_>) -> Option<ModbusServer> {
     let explained = key("modbus-server", "A Modbus TCP server; without this table there is none.");
@@ -88,68 +101,65 @@ pub(in crate::controller) fn read_in(root: &mut Table<'_>) -> Option<ModbusServe
 }
 
 fn read(mut table: Table<'_>) -> ModbusServer {
-    let time = |table: &mut Table<'_>, key: Key, default| {
-        table.duration(key).map_or(default, |duration| duration.value)
-    };
-    let mut server = ModbusServer {
-        span: table.span(),
-        listen: table.string(key("listen", "Address and port; 127.0.0.1:1502 if not given.")),
-        units: table.integers(
-            key("units", "The unit identifiers that are answered; all if not given."),
-            UNITS,
-        ),
-        standard_map: table
-            .boolean(key(
-                "standard-map",
-                "MC, MI, MHR and MIR have their standard places; true if not given.",
-            ))
-            .is_none_or(|flag| flag.value),
-        writable: strings(
-            &mut table,
-            key("writable", "The ranges that every client may write; none if not given."),
-        ),
-        writes: Vec::new(),
-        maps: Vec::new(),
-        inputs: None,
-        outputs: None,
-        connections: 8,
-        frame_timeout_ms: time(
-            &mut table,
-            key("frame-timeout", "The time limit for a whole request, from its first byte."),
-            2_000,
-        ),
-        idle_timeout_ms: time(
-            &mut table,
-            key("idle-timeout", "A connection without requests ends after this time."),
-            60_000,
-        ),
-    };
-    if let Some(connections) = table
-        .integer(key("connections", "The most connections at a time; 8 if not given."), (1, 1024))
-    {
-        server.connections = u32::try_from(connections.value).unwrap_or(8);
-    }
+    let mut settings = Modbus::default();
+    let explained = key("listen", "Address and port; 127.0.0.1:1502 if not given.");
+    settings.listen = table.value_of(explained, &LISTEN).unwrap_or(settings.listen);
+    let units = read_units(&mut table);
+    let explained =
+        key("standard-map", "MC, MI, MHR and MIR have their standard places; true if not given.");
+    settings.standard_map = table.flag(explained, settings.standard_map);
+    let writable =
+        table.texts(key("writable", "The ranges that every client may write; none if not given."));
+    let explained =
+        key("frame-timeout", "The time limit for a whole request, from its first byte.");
+    let frame_timeout_ms = table.value_of(explained, &TIMEOUT);
+    settings.frame_timeout_ms = frame_timeout_ms.unwrap_or(settings.frame_timeout_ms);
+    let explained = key("idle-timeout", "A connection without requests ends after this time.");
+    let idle_timeout_ms = table.value_of(explained, &TIMEOUT);
+    settings.idle_timeout_ms = idle_timeout_ms.unwrap_or(settings.idle_timeout_ms);
+    let explained = key("connections", "The most connections at a time; 8 if not given.");
+    let connections = table.whole(explained, (1, 1024));
+    settings.connections = connections.map_or(settings.connections, |most| most.value);
     let maps = table
         .tables(key("map", "Further places for any bits and words."), "an entry of the Modbus map");
-    server.maps = maps.into_iter().map(read_entry).collect();
+    let maps = maps.into_iter().map(read_entry).collect();
     let writes = table
         .tables(key("write", "The ranges that certain clients may write."), "a list of writes");
-    server.writes = writes.into_iter().map(read_list).collect();
-    if let Some(mut image) =
-        table.table(key("image", "Inputs and outputs that clients see."), "`[modbus-server.image]`")
-    {
-        server.inputs =
-            image.table(key("inputs", "Coils copied to inputs."), "`inputs`").map(|table| {
-                read_mapping(table, ["A range of MC.", "A range of X of the same length."])
-            });
-        server.outputs =
-            image.table(key("outputs", "Outputs copied to discrete inputs."), "`outputs`").map(
-                |table| read_mapping(table, ["A range of Y.", "A range of MI of the same length."]),
-            );
-        image.finish();
-    }
+    let writes = writes.into_iter().map(read_list).collect();
+    let [inputs, outputs] = read_image(&mut table);
+    let (span, units_at) = (table.span(), units.as_ref().map_or(table.span(), |units| units.span));
+    settings.units = units.map(|units| units.value);
     table.finish();
-    server
+    ModbusServer { span, settings, units_at, writable, writes, maps, inputs, outputs }
+}
+
+fn read_units(table: &mut Table<'_>) -> Option<Located<Vec<u8>>> {
+    let explained = key("units", "The unit identifiers that are answered; all if not given.");
+    let Located { value, span } = table.integers(explained.limited(NOT_EMPTY), UNITS)?;
+    if value.is_empty() && !table.doc().has_finding_in(span) {
+        let finding = Finding::new(Code::Controller, span, "no unit is answered");
+        table.find(finding.help("write `units = [1]`, or take the key out"));
+    }
+    let units = value.into_iter().filter_map(|unit| u8::try_from(unit).ok()).collect();
+    Some(Located { value: units, span })
+}
+
+fn read_image(table: &mut Table<'_>) -> [Option<Mapping>; 2] {
+    let explained = key("image", "Inputs and outputs that clients see.");
+    let Some(mut image) = table.table(explained, "`[modbus-server.image]`") else {
+        return [None, None];
+    };
+    let inputs = image.table(key("inputs", "Coils copied to inputs."), "`inputs`");
+    let outputs = image.table(key("outputs", "Outputs copied to discrete inputs."), "`outputs`");
+    image.finish();
+    [
+        inputs.map(|table| {
+            read_mapping(table, ["A range of MC.", "A range of X of the same length."])
+        }),
+        outputs.map(|table| {
+            read_mapping(table, ["A range of Y.", "A range of MI of the same length."])
+        }),
+    ]
 }
 
 fn read_entry(mut table: Table<'_>) -> MapEntry {
@@ -158,45 +168,39 @@ fn read_entry(mut table: Table<'_>) -> MapEntry {
         "operand",
         "A bit or word, or a range of them: `CT0.Acc`, `X0..X15`, a tag.",
     ));
-    let kind_of_table = table.required_string(
-        key("table", "For bits `coil` or `discrete`, for words `holding` or `input`.")
-            .one_of(|| ModbusTable::ALL.map(ModbusTable::name).to_vec()),
+    table.require("table", "\"…\"");
+    let kind_of_table = table.value_of(
+        key("table", "For bits `coil` or `discrete`, for words `holding` or `input`."),
+        &TABLE,
     );
     table.require("address", "4000");
-    let entry = MapEntry {
-        span,
-        operand,
-        table: kind_of_table,
-        address: table.integer(
-            key("address", "The protocol address of the first element, counted from 0."),
-            (0, 65_535),
-        ),
-        kind: table.string(
-            key(
-                "type",
-                "For words: 16 bits are one register, 32 are two; the type that fits if not given.",
-            )
-            .one_of(|| words(NumberType::NARROW)),
-        ),
-        word_order: table.string(
-            key("word-order", "For 32 bits: the half that comes first; `high-first` if not given.")
-                .one_of(|| words(&WordOrder::NAMES)),
-        ),
-        unit: table.integer(key("unit", "Only this unit identifier shows it."), UNITS),
-    };
+    let address = table.whole(
+        key("address", "The protocol address of the first element, counted from 0."),
+        (0, 65_535),
+    );
+    let explained = key(
+        "type",
+        "For words: 16 bits are one register, 32 are two; the type that fits if not given.",
+    );
+    let kind = table.value(explained, &NUMBER_TYPE);
+    let explained =
+        key("word-order", "For 32 bits: the half that comes first; `high-first` if not given.");
+    let word_order = table.value(explained, &WORD_ORDER);
+    let unit = table.whole(key("unit", "Only this unit identifier shows it."), UNITS);
     table.finish();
-    entry
+    MapEntry { span, operand, table: kind_of_table, address, kind, word_order, unit }
 }
 
 fn read_list(mut table: Table<'_>) -> WriteList {
     table.require("ranges", "[\"MHR10..MHR19\"]");
     table.require("clients", "[\"192.168.1.0/24\"]");
-    let ranges =
-        not_empty(&mut table, key("ranges", "The ranges that they may write.").limited(NOT_EMPTY));
-    let clients = not_empty(
-        &mut table,
-        key("clients", "The clients: `10.0.0.5`, `192.168.1.0/24`, `fd00::/8`.").limited(NOT_EMPTY),
-    );
+    let nothing = |name: &'static str| {
+        move |span| Finding::new(Code::Controller, span, format!("`{name}` names nothing"))
+    };
+    let explained = key("ranges", "The ranges that they may write.");
+    let ranges = table.some_texts(explained, nothing(explained.name));
+    let explained = key("clients", "The clients: `10.0.0.5`, `192.168.1.0/24`, `fd00::/8`.");
+    let clients = table.some_texts(explained, nothing(explained.name));
     table.finish();
     WriteList { ranges, clients }
 }
@@ -207,17 +211,4 @@ fn read_mapping(mut table: Table<'_>, [from, to]: [&'static str; 2]) -> Mapping 
     let to = table.required_string(key("to", to));
     table.finish();
     Mapping { span, from, to }
-}
-
-fn not_empty(table: &mut Table<'_>, key: Key) -> Vec<Text> {
-    let Some(texts) = table.strings(key) else { return Vec::new() };
-    if texts.value.is_empty() && !table.doc().has_finding_in(texts.span) {
-        let message = format!("`{}` names nothing", key.name);
-        table.find(Finding::new(Code::Controller, texts.span, message));
-    }
-    texts.value
-}
-
-fn strings(table: &mut Table<'_>, key: Key) -> Vec<Text> {
-    table.strings(key).map_or(Vec::new(), |texts| texts.value)
 }

@@ -18,7 +18,7 @@
 
 use std::collections::HashSet;
 
-use super::keys as written;
+use super::keys::{self as written, NUMBER_TYPE};
 use rungd_base::progress::Progress;
 use rungd_engine::isa::{Address, MemorySizes, NumberRanges};
 use rungd_io::modbus::number::{NumberType, WordOrder};
@@ -26,7 +26,6 @@ use rungd_io::modbus::settings::{MappedOperands, Table};
 use rungd_language::resolve::operands::{Operands, resolve_operands};
 use rungd_language::resolve::scope::Scope;
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::reader::Text;
 use rungd_language::source::span::{Located, Span};
 
 /// Protocol addresses are 16 bits.
@@ -41,11 +40,12 @@ pub(super) fn resolve(
 ) -> Vec<MappedOperands> {
     let mut entries: Vec<MappedOperands> = Vec::new();
     let mut taken = TakenPlaces::default();
-    let units = server.units.as_ref();
-    let answered: HashSet<i64> = units.iter().flat_map(|units| &units.value).copied().collect();
+    let units = server.settings.units.as_ref();
+    let answered: HashSet<u8> = units.into_iter().flatten().copied().collect();
     for map in progress.during(&server.maps) {
         let Some(entry) = resolve_entry(map, scope, findings) else { continue };
-        let lies_at = |table: Table, at| server.standard_map.then(|| standard(table, sizes) > at);
+        let lies_at =
+            |table: Table, at| server.settings.standard_map.then(|| standard(table, sizes) > at);
         if lies_at(entry.table, u32::from(entry.address)) == Some(true) {
             findings.push(over_standard(&entry, server.span, sizes));
         }
@@ -57,10 +57,10 @@ pub(super) fn resolve(
             findings
                 .push(finding.related(other.span, words).help("give one of them another address"));
         }
-        if let (Some(units), Some(unit)) = (units, &map.unit)
+        if let (Some(_), Some(unit)) = (units, &map.unit)
             && !answered.contains(&unit.value)
         {
-            findings.push(beside_units(units, unit));
+            findings.push(beside_units(server.units_at, unit));
         }
         taken.add(&entry, entries.len());
         entries.push(entry);
@@ -133,10 +133,10 @@ fn place(entry: &MappedOperands) -> String {
 }
 
 /// The finding for an entry with a unit that the server does not answer for.
-fn beside_units(units: &Located<Vec<i64>>, unit: &Located<i64>) -> Finding {
+fn beside_units(units_at: Span, unit: &Located<u8>) -> Finding {
     let message = format!("the server does not answer for unit {}", unit.value);
     let finding = Finding::new(Code::Controller, unit.span, message);
-    finding.related(units.span, "it answers for these units").help("add it to `units`")
+    finding.related(units_at, "it answers for these units").help("add it to `units`")
 }
 
 fn resolve_entry(
@@ -144,43 +144,16 @@ fn resolve_entry(
     scope: &Scope,
     findings: &mut Vec<Finding>,
 ) -> Option<MappedOperands> {
-    let mut taken = |finding: Result<Finding, Finding>| {
-        findings.push(finding.unwrap_or_else(|finding| finding));
-    };
-    let operands = map
-        .operand
-        .as_ref()
-        .and_then(|text| resolve_operands(scope, text).map_err(|finding| taken(Err(finding))).ok());
-    let table = map.table.as_ref().and_then(|text| {
-        let table = Table::named(&text.text);
-        if table.is_none() {
-            let help = "`coil` or `discrete` of bits, `holding` or `input` of words";
-            taken(Ok(no_such(text, "table", help)));
-        }
-        table
+    let operands = map.operand.as_ref().and_then(|text| {
+        resolve_operands(scope, text).map_err(|finding| findings.push(finding)).ok()
     });
-    let kind = map.kind.as_ref().and_then(|text| {
-        let mut kinds = NumberType::NARROW.iter();
-        let kind = kinds.find(|(name, _)| *name == text.text).map(|(_, kind)| *kind);
-        if kind.is_none() {
-            taken(Ok(no_such(text, "type", "`u16`, `i16`, `u32`, `i32` or `f32`")));
-        }
-        kind
-    });
-    let order = map.word_order.as_ref().and_then(|text| {
-        let order = WordOrder::NAMES.iter().find(|(name, _)| *name == text.text);
-        if order.is_none() {
-            taken(Ok(no_such(text, "word order", "`high-first` or `low-first`")));
-        }
-        order.map(|(_, order)| *order)
-    });
-    let order = order.unwrap_or_default();
-    let (operands, table) = (operands?, table?);
-    let unit = map.unit.as_ref().and_then(|unit| u8::try_from(unit.value).ok());
-    let address = u16::try_from(map.address.as_ref()?.value).ok()?;
-    let kind = match operands.first {
-        Address::Word(word) => Some(kind.unwrap_or_else(|| NumberType::of(word))),
-        Address::Bit(_) | Address::Structure(_) => None,
+    let (operands, table, address) = (operands?, map.table?, map.address.as_ref()?.value);
+    let order = map.word_order.as_ref().map_or(WordOrder::default(), |order| order.value);
+    let unit = map.unit.as_ref().map(|unit| unit.value);
+    let kind = match (operands.first, &map.kind) {
+        (Address::Word(_), Some(kind)) => Some(kind.value),
+        (Address::Word(word), None) => Some(NumberType::of(word)),
+        (Address::Bit(_) | Address::Structure(_), _) => None,
     };
     let entry = MappedOperands { operands, table, address, kind, order, unit, span: map.span };
     let wrong = fits_type(map, &entry)
@@ -191,21 +164,16 @@ fn resolve_entry(
     None
 }
 
-fn no_such(text: &Text, what: &str, help: &str) -> Finding {
-    let message = format!("`{}` is no {what}", text.text);
-    Finding::new(Code::Controller, text.span, message).help(format!("write {help}"))
-}
-
 /// The finding for a word of reals with an integer type, or a word of integers with a real type.
 fn fits_type(map: &written::MapEntry, entry: &MappedOperands) -> Option<Finding> {
-    let (Address::Word(word), Some(text)) = (entry.operands.first, &map.kind) else { return None };
-    let (is, right) = match (word.is_real(), entry.kind? == NumberType::F32) {
+    let (Address::Word(word), Some(kind)) = (entry.operands.first, &map.kind) else { return None };
+    let (is, right) = match (word.is_real(), kind.value == NumberType::F32) {
         (true, false) => ("holds reals", "`f32`, or nothing"),
         (false, true) => ("holds whole numbers", "`u16`, `i16`, `u32` or `i32`"),
         (true, true) | (false, false) => return None,
     };
-    let message = format!("`{word}` {is}: no `{}`", text.text);
-    Some(Finding::new(Code::Controller, text.span, message).help(format!("write {right}")))
+    let message = format!("`{word}` {is}: no `{}`", NUMBER_TYPE.word(kind.value));
+    Some(Finding::new(Code::Controller, kind.span, message).help(format!("write {right}")))
 }
 
 /// The finding for words in a table of bits, or bits in a table of words.
@@ -216,17 +184,17 @@ fn fits_table(map: &written::MapEntry, entry: &MappedOperands) -> Option<Finding
         (Address::Bit(_), false) => ("registers are words", "`coil` or `discrete`"),
         (Address::Word(_), true) => ("coils and discrete inputs are bits", "`holding` or `input`"),
         _ => {
-            let given = [("type", &map.kind), ("word-order", &map.word_order)];
-            let stray = given.iter().find_map(|(key, text)| Some((key, text.as_ref()?)))?;
-            let (key, text) = stray;
+            let kind = map.kind.as_ref().map(|kind| ("type", kind.span));
+            let order = map.word_order.as_ref().map(|order| ("word-order", order.span));
+            let (key, span) = kind.or(order)?;
             let single = entry.kind.is_some_and(|kind| kind.registers() == 1);
-            let why = match (bits, *key == "word-order" && single) {
+            let why = match (bits, key == "word-order" && single) {
                 (true, _) => "a bit has none",
                 (false, true) => "one register has none",
                 (false, false) => return None,
             };
             let message = format!("`{key}` has no effect here: {why}");
-            return Some(Finding::new(Code::Controller, text.span, message));
+            return Some(Finding::new(Code::Controller, span, message));
         }
     };
     let message = format!("`{}` in table `{}`: {is}", entry.operands, entry.table.name());

@@ -6,8 +6,6 @@
 pub mod keys;
 mod map;
 
-use std::net::{IpAddr, Ipv4Addr, SocketAddr};
-
 use keys::{self as written, Mapping};
 
 use super::resolver::{AllowedSpaces, Resolver};
@@ -21,54 +19,19 @@ use rungd_language::resolve::operands::{Operands, numbers, resolve_operands};
 use rungd_language::resolve::range::Range;
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::reader::Text;
-use rungd_language::source::span::Located;
-
-/// Loopback, and a port that needs no privilege, unlike 502.
-const LISTEN_DEFAULT: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 1502);
 
 impl Resolver<'_> {
     pub(super) fn modbus(&mut self, server: &written::ModbusServer, sizes: &MemorySizes) -> Modbus {
-        let listen = server.listen.as_ref().map_or(LISTEN_DEFAULT, |listen| self.listen(listen));
-        let timeouts =
-            [("frame-timeout", server.frame_timeout_ms), ("idle-timeout", server.idle_timeout_ms)];
-        for (key, ms) in timeouts {
-            self.at_least_one(key, &Located { value: ms, span: server.span });
-        }
         let inputs = [(BitSpace::Mc, "coils (MC)"), (BitSpace::X, "inputs (X)")];
         let outputs = [(BitSpace::Y, "outputs (Y)"), (BitSpace::Mi, "discrete inputs (MI)")];
         let mut modbus = Modbus {
-            listen,
-            units: self.units(server),
-            standard_map: server.standard_map,
             entries: map::resolve(server, (&self.scope, sizes), self.progress, &mut self.findings),
-            lists: Vec::new(),
             inputs: server.inputs.as_ref().and_then(|mapping| self.mapping(mapping, inputs)),
             outputs: server.outputs.as_ref().and_then(|mapping| self.mapping(mapping, outputs)),
-            connections: server.connections,
-            frame_timeout_ms: server.frame_timeout_ms.unsigned_abs(),
-            idle_timeout_ms: server.idle_timeout_ms.unsigned_abs(),
+            ..server.settings.clone()
         };
         modbus.lists = self.lists(server, &modbus);
         modbus
-    }
-
-    fn listen(&mut self, listen: &Text) -> SocketAddr {
-        listen.text.parse().unwrap_or_else(|_| {
-            let message = format!("`{}` is no address to listen at", listen.text);
-            let finding = Finding::new(Code::Controller, listen.span, message);
-            self.findings
-                .push(finding.help("write an IP address and a port: `127.0.0.1:1502`, `[::]:502`"));
-            LISTEN_DEFAULT
-        })
-    }
-
-    fn units(&mut self, server: &written::ModbusServer) -> Option<Vec<u8>> {
-        let units = server.units.as_ref()?;
-        if units.value.is_empty() {
-            let finding = Finding::new(Code::Controller, units.span, "no unit is answered");
-            self.findings.push(finding.help("write `units = [1]`, or take the key out"));
-        }
-        Some(units.value.iter().filter_map(|unit| u8::try_from(*unit).ok()).collect())
     }
 
     /// `writable`, followed by the lists of `[[modbus-server.write]]`.

@@ -1,9 +1,14 @@
 //! The keys of local lines (`gpio`) in a `[[device]]` and its map.
 
-use rungd_io::gpio::settings::{Bias, LineDrive};
-use rungd_language::source::key::{key, words};
-use rungd_language::source::reader::{Table, Text};
+use rungd_io::gpio::settings::{Bias, Chip, LineDrive};
+use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::key::key;
+use rungd_language::source::reader::Table;
 use rungd_language::source::span::Located;
+use rungd_language::source::value_kind::{KeyWords, Millis, ParsedText};
+
+/// The longest time an exchange may take if `budget-us` is not given, µs.
+const BUDGET_US: u32 = 200;
 
 /// The keys of a `[[device]]` for its chip.
 #[derive(Clone, Debug, Default)]
@@ -11,9 +16,9 @@ pub struct Keys {
     /// Whether the device names this driver; only then can a required key be missing.
     pub is_named: bool,
     /// `chip`: the chip's character device, or its label.
-    pub chip: Option<Text>,
+    pub chip: Option<Chip>,
     /// `budget-us`: the longest time for an exchange.
-    pub budget_us: Option<Located<i64>>,
+    pub budget_us: u32,
     /// The keys of each row of the map.
     pub rows: Vec<RowKeys>,
 }
@@ -24,12 +29,24 @@ pub struct RowKeys {
     /// `active-low`: a low level is ON.
     pub active_low: bool,
     /// `debounce`, ms.
-    pub debounce_ms: Option<Located<i32>>,
+    pub debounce_ms: Option<Located<u32>>,
     /// `bias`.
-    pub bias: Option<Text>,
+    pub bias: Bias,
     /// `drive`.
-    pub drive: Option<Text>,
+    pub drive: Option<Located<LineDrive>>,
 }
+
+const CHIP: ParsedText<Chip> = ParsedText::new(|_, text| {
+    if let Some(label) = text.text.strip_prefix("label:") {
+        return Ok(Chip::Label(label.trim().to_owned()));
+    }
+    if !text.text.starts_with('/') {
+        let message = format!("`{}` is no chip", text.text);
+        let help = "write its path: `chip = \"/dev/gpiochip0\"`; or `chip = \"label:…\"`";
+        return Err(Finding::new(Code::Controller, text.span, message).help(help));
+    }
+    Ok(Chip::Path(text.text.clone()))
+});
 
 impl Keys {
     /// Keys that have not been read yet.
@@ -41,35 +58,28 @@ impl Keys {
         if self.is_named {
             table.require("chip", "\"/dev/gpiochip0\"");
         }
-        self.chip = table.string(key(
-            "chip",
-            "`gpio`: the chip's character device, or `label:` and the chip's label.",
-        ));
-        self.budget_us = table.integer(
-            key("budget-us", "`gpio`: the longest time an exchange may take; 200 if not given."),
-            (1, 1_000_000),
-        );
+        let explained =
+            key("chip", "`gpio`: the chip's character device, or `label:` and the chip's label.");
+        self.chip = table.value_of(explained, &CHIP);
+        let explained =
+            key("budget-us", "`gpio`: the longest time an exchange may take; 200 if not given.");
+        let budget_us = table.whole(explained, (1, 1_000_000));
+        self.budget_us = budget_us.map_or(BUDGET_US, |us| us.value);
     }
 }
 
 impl RowKeys {
     pub(super) fn read(row: &mut Table<'_>) -> RowKeys {
-        RowKeys {
-            active_low: row
-                .boolean(key("active-low", "`gpio`: a low level is ON."))
-                .is_some_and(|low| low.value),
-            debounce_ms: row.duration(key(
-                "debounce",
-                "`gpio`: a level must last this long to count; at most 10s.",
-            )),
-            bias: row.string(
-                key("bias", "`gpio`: the resistor that holds the line when nothing drives it.")
-                    .one_of(|| words(&Bias::NAMES)),
-            ),
-            drive: row.string(
-                key("drive", "`gpio`: how an output drives its line; `push-pull` if not given.")
-                    .one_of(|| words(&LineDrive::NAMES)),
-            ),
-        }
+        let active_low = row.flag(key("active-low", "`gpio`: a low level is ON."), false);
+        let explained =
+            key("debounce", "`gpio`: a level must last this long to count; at most 10s.");
+        let debounce_ms = row.value(explained, &Millis::ANY);
+        let explained =
+            key("bias", "`gpio`: the resistor that holds the line when nothing drives it.");
+        let bias = row.value_of(explained, &KeyWords::new(&Bias::NAMES)).unwrap_or_default();
+        let explained =
+            key("drive", "`gpio`: how an output drives its line; `push-pull` if not given.");
+        let drive = row.value(explained, &KeyWords::new(&LineDrive::NAMES));
+        RowKeys { active_low, debounce_ms, bias, drive }
     }
 }

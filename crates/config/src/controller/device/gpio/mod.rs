@@ -17,18 +17,16 @@ use std::collections::HashMap;
 use keys::{Keys, RowKeys};
 
 use super::driver::{
-    DriverKeys, PointBeginning, ResolvedRow, ResolvedRows, RowDirection, WrittenDevice, one_word,
+    DriverKeys, PointBeginning, ResolvedRow, ResolvedRows, RowDirection, WrittenDevice,
 };
 use super::settings::DriverSettings;
-use rungd_io::gpio::settings::{Bias, Chip, Gpio, GpioLine, LineDrive, LineId, Setting};
+use rungd_io::gpio::settings::{Gpio, GpioLine, LineDrive, LineId, Setting};
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::reader::{Table, Text};
+use rungd_language::source::reader::Table;
 use rungd_language::source::span::Span;
 
-/// The longest time an exchange may take if `budget-us` is not given, µs.
-const BUDGET_US: u32 = 200;
 /// The longest debounce.
-const DEBOUNCE_MS_MAX: i32 = 10_000;
+const DEBOUNCE_MS_MAX: u32 = 10_000;
 /// The most lines that a chip has.
 const LINES_MAX: u32 = 65_536;
 
@@ -76,17 +74,12 @@ fn lines_of(
     findings: &mut Vec<Finding>,
 ) -> Option<Gpio> {
     let before = findings.len();
-    if let Some(poll) = &device.poll_ms {
+    if let Some(poll) = &device.poll {
         let message = "lines of a chip are read and written by every scan";
         let finding = Finding::new(Code::Controller, poll.span, message);
         findings.push(finding.help("remove `poll`; `[scan] period` sets the rate"));
     }
-    let mut gpio = Gpio {
-        chip: chip(keys.chip.as_ref()?, findings),
-        budget_us: keys.budget_us.as_ref().map_or(BUDGET_US, |us| us.value as u32),
-        inputs: Vec::new(),
-        outputs: Vec::new(),
-    };
+    let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
     let mut seen: HashMap<LineId, Span> = HashMap::new();
     for row in rows.each() {
         let lines = match lines(row) {
@@ -100,25 +93,14 @@ fn lines_of(
         for at in lines {
             enter(&at, row.points.span, &mut seen, findings);
             let of = match row.direction {
-                RowDirection::In => &mut gpio.inputs,
-                RowDirection::Out => &mut gpio.outputs,
+                RowDirection::In => &mut inputs,
+                RowDirection::Out => &mut outputs,
             };
             of.push(GpioLine { at, setting });
         }
     }
-    (findings.len() == before).then_some(gpio)
-}
-
-fn chip(text: &Text, findings: &mut Vec<Finding>) -> Chip {
-    if let Some(label) = text.text.strip_prefix("label:") {
-        return Chip::Label(label.trim().to_owned());
-    }
-    if !text.text.starts_with('/') {
-        let message = format!("`{}` is no chip", text.text);
-        let help = "write its path: `chip = \"/dev/gpiochip0\"`; or `chip = \"label:…\"`";
-        findings.push(Finding::new(Code::Controller, text.span, message).help(help));
-    }
-    Chip::Path(text.text.clone())
+    let chip = keys.chip.clone().filter(|_| findings.len() == before)?;
+    Some(Gpio { chip, budget_us: keys.budget_us, inputs, outputs })
 }
 
 /// The lines of a row: one for each of its addresses.
@@ -202,9 +184,8 @@ fn setting(row: &ResolvedRow<'_>, keys: &RowKeys, findings: &mut Vec<Finding>) -
     }
     Setting {
         active_low: keys.active_low,
-        bias: one_word("bias", keys.bias.as_ref(), &Bias::NAMES, findings).unwrap_or_default(),
-        drive: one_word("drive", keys.drive.as_ref(), &LineDrive::NAMES, findings)
-            .unwrap_or_default(),
-        debounce_ms: keys.debounce_ms.as_ref().map_or(0, |ms| ms.value.max(0).unsigned_abs()),
+        bias: keys.bias,
+        drive: keys.drive.as_ref().map_or_else(LineDrive::default, |drive| drive.value),
+        debounce_ms: keys.debounce_ms.as_ref().map_or(0, |ms| ms.value),
     }
 }

@@ -12,25 +12,21 @@ mod peers;
 pub(super) mod points;
 mod stretch;
 
-use super::driver::{
-    DriverKeys, ResolvedRow, ResolvedRows, RowDirection, WrittenDevice, at_least_one, one_word,
-};
+use super::driver::{DriverKeys, ResolvedRow, ResolvedRows, RowDirection, WrittenDevice};
 use super::settings::DriverSettings;
-use rungd_io::modbus_client::settings::{
-    ClientSettings, Habits, ModbusPoint, PointForm, Watchdog, Writes,
-};
+use rungd_io::modbus_client::settings::{ClientSettings, ModbusPoint, PointForm, Watchdog, Writes};
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::reader::{Table, Text};
-use rungd_language::source::span::{Located, Span};
+use rungd_language::source::span::Span;
 
-use keys::{Keys, Medium, RowKeys, Watchdog as WrittenWatchdog};
-use link::LinkReader;
+use keys::{Keys, WrittenWatchdog};
+use link::Medium;
 pub(super) use peers::at_odds;
 use stretch::Stretch;
 
 impl DriverKeys for Keys {
     fn read_row(&mut self, row: &mut Table<'_>) {
-        self.rows.push(RowKeys::read(row));
+        self.read_row_keys(row);
     }
 
     fn read(&mut self, table: &mut Table<'_>) {
@@ -69,19 +65,15 @@ fn client(
     rows: ResolvedRows<'_>,
     findings: &mut Vec<Finding>,
 ) -> Option<ClientSettings> {
-    let mut of_link = LinkReader { keys, device, findings };
-    let (link, habits) = (of_link.link(), of_link.habits());
-    let mut reader = ModbusReader { keys, device, habits, findings };
-    let unit = reader.unit(keys.unit.as_ref(), 1);
-    let writes = one_word("writes", keys.writes.as_ref(), &Writes::NAMES, reader.findings)
-        .unwrap_or_default();
-    let watchdog = keys.watchdog.as_ref().and_then(|watchdog| reader.watchdog(watchdog, unit));
+    let mut reader = ModbusReader { keys, device, findings };
+    reader.pause_in_time();
+    let watchdog = keys.watchdog.as_ref().and_then(|watchdog| reader.watchdog(watchdog));
     let mut points = [Vec::new(), Vec::new()];
     for row in rows.each() {
-        let row_unit = reader.unit(keys.rows[row.at].unit.as_ref(), unit);
-        let Some(found) = reader.row(row, row_unit) else { continue };
+        let unit = keys.rows[row.at].unit.unwrap_or(keys.unit);
+        let Some(found) = reader.row(row, unit) else { continue };
         let is_wide = found.first().is_some_and(|point| point.width() > 1);
-        if row.direction == RowDirection::Out && is_wide && writes == Writes::Single {
+        if row.direction == RowDirection::Out && is_wide && keys.writes == Writes::Single {
             let message =
                 "several registers cannot be written as one value with `writes = \"single\"`";
             reader.findings.push(row.find(message.to_owned()));
@@ -89,17 +81,13 @@ fn client(
         points[row.direction as usize].extend(found);
     }
     let [inputs, outputs] = points;
-    let timeout_ms = at_least_one("timeout", keys.timeout_ms.as_ref(), 200, findings);
-    let write_every_ms = keys.write_every_ms.as_ref().map_or(1000, |ms| ms.value).unsigned_abs();
-    let gap = keys.gap.as_ref().map_or(0, |gap| gap.value as u16);
-    let link = link?;
     Some(ClientSettings {
-        link,
-        timeout_ms,
-        habits,
-        write_every_ms,
-        writes,
-        gap,
+        link: keys.link.clone()?,
+        timeout_ms: keys.timeout_ms,
+        habits: keys.habits,
+        write_every_ms: keys.write_every_ms,
+        writes: keys.writes,
+        gap: keys.gap,
         watchdog,
         inputs,
         outputs,
@@ -110,36 +98,36 @@ fn client(
 struct ModbusReader<'a> {
     keys: &'a Keys,
     device: &'a WrittenDevice,
-    habits: Habits,
     findings: &'a mut Vec<Finding>,
 }
 
 impl ModbusReader<'_> {
-    fn unit(&mut self, unit: Option<&Located<i64>>, default: u8) -> u8 {
-        let Some(unit) = unit else { return default };
-        let is_serial = self.keys.medium == Some(Medium::Serial);
-        if is_serial && !(0..=247).contains(&unit.value) {
-            let message = format!("no unit of a serial line is {}", unit.value);
-            let finding = Finding::new(Code::Controller, unit.span, message);
-            self.findings.push(finding.help("units are 1 to 247; 0 writes to all of them"));
-        }
-        unit.value as u8
+    /// A finding for a pause in which the device would be lost.
+    fn pause_in_time(&mut self) {
+        let (pause_ms, loss_after_ms) = (self.keys.habits.pause_ms, self.device.loss_after_ms());
+        let Some(span) = self.keys.pause_at.filter(|_| pause_ms >= loss_after_ms) else { return };
+        let message = format!("the device is lost after {loss_after_ms} ms, in one `pause`");
+        let help = format!(
+            "write `loss-after = \"{}ms\"`, or more: an exchange has a pause for each of its \
+             requests",
+            u64::from(pause_ms) * 3
+        );
+        self.findings.push(Finding::new(Code::Controller, span, message).help(help));
     }
 
-    fn watchdog(&mut self, watchdog: &WrittenWatchdog, unit: u8) -> Option<Watchdog> {
-        let unit = self.unit(watchdog.unit.as_ref(), unit);
-        let every_ms = at_least_one("every", watchdog.every_ms.as_ref(), 500, self.findings);
-        let poll_ms = self.device.poll_ms.as_ref().map_or(20, |ms| ms.value.unsigned_abs());
+    fn watchdog(&mut self, watchdog: &WrittenWatchdog) -> Option<Watchdog> {
+        let (every_ms, poll_ms) = (watchdog.every_ms, self.device.poll_ms());
         if every_ms < poll_ms {
-            let span = watchdog.every_ms.as_ref().map_or(watchdog.span, |every| every.span);
             let message =
                 format!("the watchdog is written at exchanges, and `poll` is {poll_ms}ms");
             let help = format!("write `every = \"{poll_ms}ms\"`, or more");
-            self.findings.push(Finding::new(Code::Controller, span, message).help(help));
+            let finding = Finding::new(Code::Controller, watchdog.every_at, message);
+            self.findings.push(finding.help(help));
         }
         let register = watchdog.register.as_ref()?;
         self.findings.extend(points::doubt_of_watchdog(register));
-        Some(Watchdog { unit, register: register.value as u16, every_ms })
+        let unit = watchdog.unit.unwrap_or(self.keys.unit);
+        Some(Watchdog { unit, register: register.value, every_ms })
     }
 
     /// The points of a row, one for each address.
@@ -195,7 +183,7 @@ impl ModbusReader<'_> {
 
     /// The finding for a number that no request of this device can have.
     fn too_wide(&self, row: &ResolvedRow<'_>, width: u32) -> Option<Finding> {
-        let most = self.habits.registers_max;
+        let most = self.keys.habits.registers_max;
         if width <= u32::from(most) {
             return None;
         }

@@ -1,7 +1,7 @@
 //! The keys of a row that say how its registers are read as numbers: `type`, `word-order`,
 //! `byte-order`, `split`, and the scaling.
 
-use super::super::driver::{ResolvedRow, one_word};
+use super::super::driver::ResolvedRow;
 use super::ModbusReader;
 use super::keys::RowKeys;
 use rungd_io::modbus::number::{ByteOrder, NumberOrder, NumberType, WordOrder};
@@ -43,43 +43,40 @@ impl ModbusReader<'_> {
         if is_bits {
             self.refuse_of_bits(keys);
         }
-        let kind = match &keys.kind {
-            Some(text) => one_word("type", Some(text), &NumberType::NAMES, self.findings),
-            None => Some(NumberType::U16),
-        };
-        let words =
-            one_word("word-order", keys.word_order.as_ref(), &WordOrder::NAMES, self.findings);
-        let bytes =
-            one_word("byte-order", keys.byte_order.as_ref(), &ByteOrder::NAMES, self.findings);
-        let is_one = kind.is_some_and(|kind| kind.registers() == 1);
-        if let (Some(text), true, false) = (&keys.word_order, is_one, is_bits) {
+        let kind = keys.kind.as_ref().map_or(NumberType::U16, |kind| kind.value);
+        let is_single = kind.registers() == 1 && !keys.has_wrong_type;
+        if let (Some(order), true, false) = (&keys.word_order, is_single, is_bits) {
             let message = "a single register has no word order";
             let help = "`word-order` is for types of 32 and 64 bits; for bytes that are swapped in \
                         a register, write `byte-order`";
-            self.findings.push(Finding::new(Code::Controller, text.span, message).help(help));
+            self.findings.push(Finding::new(Code::Controller, order.span, message).help(help));
         }
         let scaling = keys.scaling.resolve(row.is_real(), self.findings);
         let is_split = keys.split.as_ref().is_some_and(|split| split.value);
-        if let (Some(split), true, Some(kind), false) = (&keys.split, is_split, kind, is_bits) {
+        if let (Some(split), true, false) = (&keys.split, is_split && !keys.has_wrong_type, is_bits)
+        {
             self.refuse_split(keys, (kind, row), split.span);
         }
-        let kind = kind.filter(|_| self.findings.len() == before)?;
-        let order =
-            NumberOrder { words: words.unwrap_or_default(), bytes: bytes.unwrap_or_default() };
+        if keys.has_wrong_type || keys.has_wrong_order || self.findings.len() > before {
+            return None;
+        }
+        let order = NumberOrder {
+            words: keys.word_order.as_ref().map_or_else(WordOrder::default, |order| order.value),
+            bytes: keys.byte_order.as_ref().map_or_else(ByteOrder::default, |order| order.value),
+        };
         let whole = Number { kind, order, part: NumberPart::Whole, scaling };
         Some(RowNumber { kind, whole, is_split })
     }
 
     /// Findings for keys of numbers in a row of bits.
     fn refuse_of_bits(&mut self, keys: &RowKeys) {
-        let texts = [
-            ("type", &keys.kind),
-            ("word-order", &keys.word_order),
-            ("byte-order", &keys.byte_order),
+        let given = [
+            ("type", keys.kind.as_ref().map(|kind| kind.span)),
+            ("word-order", keys.word_order.as_ref().map(|order| order.span)),
+            ("byte-order", keys.byte_order.as_ref().map(|order| order.span)),
+            ("split", keys.split.as_ref().map(|split| split.span)),
         ];
-        let texts = texts.map(|(name, text)| (name, text.as_ref().map(|text| text.span)));
-        let split = [("split", keys.split.as_ref().map(|split| split.span))];
-        for (name, place) in texts.into_iter().chain(split) {
+        for (name, place) in given {
             let Some(span) = place else { continue };
             let message = format!("a bit has no `{name}`");
             let help = format!("take `{name}` out of this row");

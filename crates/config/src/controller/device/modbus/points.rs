@@ -44,7 +44,7 @@ pub(in crate::controller::device) fn beginnings() -> Vec<PointBeginning> {
         let (text, about) = (format!("{} ", table.name()), format!("a {element}, {access}"));
         PointBeginning { text, about, is_written: table.is_writable() }
     };
-    Table::ALL.into_iter().map(beginning).collect()
+    Table::NAMES.into_iter().map(|(_, table)| beginning(table)).collect()
 }
 
 /// The points of a text, or the finding with the text to write instead.
@@ -56,7 +56,8 @@ pub(super) fn parse(points: &Text) -> Result<Stretch, Finding> {
         readings => format!("write {}", rows_text(readings)),
     };
     let (table, rest) = text.trim().split_once(char::is_whitespace).unwrap_or((text, ""));
-    let table = Table::named(table).ok_or_else(|| {
+    let named = Table::NAMES.into_iter().find(|(name, _)| *name == table);
+    let (_, table) = named.ok_or_else(|| {
         find(format!("no table of a Modbus device is called `{table}`"))
             .help(help_or(table_help(table, rest.trim())))
     })?;
@@ -97,8 +98,8 @@ pub(super) fn doubt(points: &Text, stretch: &Stretch, is_output: bool) -> Option
 }
 
 /// The same for the register of a watchdog.
-pub(super) fn doubt_of_watchdog(register: &Located<i64>) -> Option<Finding> {
-    let (table, first) = (Table::HoldingRegisters, u32::try_from(register.value).ok()?);
+pub(super) fn doubt_of_watchdog(register: &Located<u16>) -> Option<Finding> {
+    let (table, first) = (Table::HoldingRegisters, u32::from(register.value));
     let stretch =
         Stretch { table, first, count: 1, is_bits_of_registers: false, is_hexadecimal: false };
     let ManualNumber { number, row, .. } = manuals::doubt(&stretch, true)?;
@@ -125,7 +126,7 @@ fn rows_text(readings: &[Reading]) -> String {
 
 /// The help for a word that is not the name of a table.
 fn table_help(name: &str, points: &str) -> String {
-    let names = || Table::ALL.iter().map(|table| table.name());
+    let names = || Table::NAMES.into_iter().map(|(name, _)| name);
     let longer = names().find(|known| name.to_ascii_lowercase().starts_with(known));
     match longer.or_else(|| nearest(name, names())) {
         Some(known) => bounded(format!("did you mean `{known} {points}`?")),

@@ -3,11 +3,11 @@
 //! The kind of a part decides its keys: the table `KEYS` has each key's form, and the kinds that
 //! have the key. The resolver checks the combination of keys, and the names in their texts.
 
-use super::super::driver::named;
 use super::super::scaling::ScalingKeys;
-use rungd_language::source::key::{Key, key, words};
+use rungd_language::source::key::{Key, key};
 use rungd_language::source::reader::{Table, Text};
 use rungd_language::source::span::{Located, Span};
+use rungd_language::source::value_kind::{KeyWords, WrongWord};
 
 /// The keys of a `[[device]]` for its plant.
 #[derive(Clone, Debug, Default)]
@@ -306,8 +306,8 @@ fn read_part(mut table: Table<'_>) -> WrittenPart {
         key("name", "Its name: `NAME.point` is one of its points.").limited(PART_NAME),
     );
     table.require("kind", "\"conveyor\"");
-    let text = table.string(key("kind", "What it is.").one_of(|| words(&PartKind::NAMES)));
-    let kind = text.and_then(|text| named(&table, &text, "kind of part", &PartKind::NAMES));
+    let kinds = KeyWords::new(&PartKind::NAMES).refused_as(WrongWord::NoneCalled("kind of part"));
+    let kind = table.value_of(key("kind", "What it is."), &kinds);
     let mut part = WrittenPart {
         span: table.span(),
         name,
@@ -326,9 +326,7 @@ fn read_part(mut table: Table<'_>) -> WrittenPart {
         }
     }
     if is_of(&[PartKind::Delay, PartKind::Sensor]) {
-        part.invert = table
-            .boolean(key("invert", "Whether its output is inverted."))
-            .is_some_and(|invert| invert.value);
+        part.invert = table.flag(key("invert", "Whether its output is inverted."), false);
     }
     table.finish();
     part
@@ -365,8 +363,8 @@ fn read_fault(mut table: Table<'_>) -> WrittenFault {
     let name =
         table.required_string(key("name", "Its name: `fault.NAME` causes it.").limited(FAULT_NAME));
     table.require("kind", "\"stuck\"");
-    let text = table.string(key("kind", "What it does.").one_of(|| words(&FaultKind::NAMES)));
-    let kind = text.and_then(|text| named(&table, &text, "kind of fault", &FaultKind::NAMES));
+    let kinds = KeyWords::new(&FaultKind::NAMES).refused_as(WrongWord::NoneCalled("kind of fault"));
+    let kind = table.value_of(key("kind", "What it does."), &kinds);
     let is_of = |of: FaultKind| kind.is_none_or(|kind| kind == of);
     let mut fault = WrittenFault {
         span: table.span(),

@@ -33,7 +33,7 @@ use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::reader::Table;
 
 /// The longest time between two steps of a plant, ms.
-const POLL_MS_MAX: i32 = 1000;
+const POLL_MS_MAX: u32 = 1000;
 
 impl DriverKeys for Keys {
     fn read_row(&mut self, row: &mut Table<'_>) {
@@ -82,7 +82,7 @@ fn plant(
         let help = "add one: `part = [{ name = \"pump\", kind = \"motor\" }]`";
         findings.push(finding.help(help));
     }
-    if let Some(poll) = device.poll_ms.as_ref().filter(|poll| poll.value > POLL_MS_MAX) {
+    if let Some(poll) = device.poll.as_ref().filter(|poll| poll.value > POLL_MS_MAX) {
         let message = "`poll` of a plant is at most 1s";
         let finding = Finding::new(Code::OutOfRange, poll.span, message);
         findings.push(finding.help("write `poll = \"20ms\"`"));

@@ -1,11 +1,12 @@
-//! Runs one simulation, from the cold start to the last row.
+//! Runs an engine program alone, from the cold start to the last row: without the rig, with which
+//! `rungd sim` runs it.
 
 use std::io;
 
-use super::stimulus::{Change, Stimulus};
-use super::trace::{RowName, Trace};
 use rungd_base::calendar::LocalTime;
-use rungd_engine::{self as engine, BitCell, Engine, ScanTimes};
+use rungd_engine::{self as engine, Engine, ScanTimes};
+use rungd_lab::sim::stimulus::{Change, Stimulus};
+use rungd_lab::sim::trace::{RowName, Trace};
 
 const NS_PER_MS: u64 = 1_000_000;
 const US_PER_MS: u64 = 1000;
@@ -20,17 +21,10 @@ pub struct Plan {
     pub scans: u64,
     /// Whether the simulation ends with an orderly stop; its last scan is then the last of `scans`.
     pub stop: bool,
-    /// The `.Ok` bits of field devices: ON from the first scan on, until a stimulus writes them.
-    pub well: Vec<BitCell>,
     /// The local time of the first scan, as seconds since 1970-01-01 00:00:00 of the local clock.
     pub clock_s: i64,
     /// The inputs and queued writes.
     pub stimulus: Stimulus,
-}
-
-/// Whether the timestamp of the last scan, in ns, fits into 64 bits.
-pub fn fits(scans: u64, period_ms: u32) -> bool {
-    scans.saturating_sub(1).checked_mul(u64::from(period_ms) * NS_PER_MS).is_some()
 }
 
 /// Runs a program and passes the memory at the end of every scan to the trace. An orderly stop (by
@@ -43,9 +37,6 @@ pub fn run(program: engine::Program, plan: &Plan, trace: &mut dyn Trace) -> io::
     let times = ScanTimes::default();
     let mut next_change = 0;
     engine.start(0);
-    if !fits(plan.scans, plan.period_ms) {
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, "more scans than time can count"));
-    }
     for scan in 0..plan.scans {
         let time_ms = scan * u64::from(plan.period_ms);
         if plan.stop && scan + 1 == plan.scans {
@@ -53,9 +44,6 @@ pub fn run(program: engine::Program, plan: &Plan, trace: &mut dyn Trace) -> io::
         }
         let local = LocalTime::of(plan.clock_s.saturating_add((time_ms / MS_PER_S) as i64));
         engine.begin_scan(time_ms * NS_PER_MS, &times, &local);
-        if scan == 0 {
-            plan.well.iter().for_each(|cell| engine.write_bit(*cell, true));
-        }
         for change in plan.stimulus.of_scan(scan, &mut next_change) {
             match change {
                 Change::Input(n, on) => engine.set_input(n, on),
