@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn what_fails_has_its_code() {
+    fn each_failure_has_its_exit_code() {
         let broker = BrokerAddress::parse("mqtt://localhost").expect("an address");
         let exit = |cause| exit_of(&MqttFailure { broker: broker.clone(), cause });
         assert_eq!(exit(MqttCause::Refused(MqttVersion::V3, 5)), Exit::NoPerm);

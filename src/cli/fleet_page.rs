@@ -344,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn a_giant_text_of_one_node_moves_no_other_row() {
+    fn an_oversized_text_of_one_node_moves_no_other_row() {
         let mut report = report();
         report.nodes[0].name.node = "n".repeat(300);
         report.nodes[0].told.mode = Some("X\u{1b}".repeat(100_000));
@@ -354,7 +354,7 @@ mod tests {
     }
 
     #[test]
-    fn a_crowd_of_hosts_is_counted() {
+    fn many_hosts_are_counted() {
         let mut view = FleetView::default();
         for number in 0..50 {
             let topic = format!("spBv1.0/STATE/host{number}");
@@ -367,7 +367,7 @@ mod tests {
     }
 
     #[test]
-    fn births_that_were_asked_for_and_did_not_come_are_said() {
+    fn missing_requested_births_are_reported() {
         let mut report = report();
         report.nodes[3].asked_ms = Some(3_000);
         let page = status_page(&report, Duration::from_secs(12));
@@ -376,7 +376,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_heard_is_said() {
+    fn silence_is_reported() {
         let page = status_page(&FleetView::default().report(0), Duration::from_secs(12));
         assert!(page.starts_with("no edge node was heard in 12s; an edge node of rungd"), "{page}");
         let alarms = FleetView::default().alarms(0);

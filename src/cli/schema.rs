@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_added_is_json() {
+    fn each_added_item_is_json() {
         let mut found = Vec::new();
         pieces(&ladder::shape(), &mut found);
         pieces(&controller::shape(), &mut found);

@@ -304,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_time_is_refused_and_says_the_forms() {
+    fn an_invalid_time_is_refused_with_the_accepted_forms() {
         for wrong in [
             "",
             "10",

@@ -45,7 +45,7 @@ fn short(book: &AlarmBook) -> String {
 }
 
 #[test]
-fn the_first_out_is_the_first_that_rose_while_none_stood() {
+fn the_first_out_is_the_first_alarm_after_none() {
     let mut book = book();
     for (number, on, scan) in [(2, true, 5), (0, true, 7), (3, true, 7), (2, false, 8)] {
         book.edge(number, on, at(scan));

@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn while_a_reader_has_the_book_changes_wait_and_what_is_lost_is_put_right() {
+    fn changes_during_a_read_of_the_alarm_book_are_applied_later() {
         let alarm = rungd_language::lower::Alarm {
             bit: rungd_engine::BitCell(0),
             tag: "jam".to_owned(),

@@ -130,7 +130,7 @@ mod tests {
     const MS_NS: u64 = 1_000_000;
 
     #[test]
-    fn an_alarm_is_told_with_both_its_lines_or_with_neither() {
+    fn an_alarm_is_logged_with_both_lines_or_none() {
         let mut alarms = Alarms::new();
         let (mut told, mut on) = (0, false);
         for n in 0..4000 {
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn an_alarm_that_chatters_hides_no_other_and_its_last_state_is_told() {
+    fn a_chattering_alarm_hides_no_other_and_its_last_state_is_logged() {
         let mut alarms = Alarms::new();
         let mut at_ns = SECOND_NS;
         for n in 0..3001_u64 {
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn an_alarm_that_stands_is_told_when_there_is_room() {
+    fn a_standing_alarm_is_logged_once_the_limit_permits() {
         let mut alarms = Alarms::new();
         let told = (0..150).filter(|watch| alarms.change(*watch, true, 9, SECOND_NS)).count();
         assert_eq!(told as u32, LineLimit::PLANT.burst / PAIR);

@@ -331,7 +331,7 @@ mod tests {
     }
 
     #[test]
-    fn no_file_however_bad_keeps_a_controller_from_its_start() {
+    fn no_damaged_guard_file_prevents_a_start() {
         let file = place("bad");
         for text in ["", "restarts=", "restarts=7", "restarts=-1 process=ended\n", "\u{0}\u{0}"] {
             fs::write(&file, text).unwrap();
@@ -352,7 +352,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_somebody_elses_stays_as_it_is() {
+    fn files_of_other_programs_are_not_changed() {
         let (file, target) = (place("else"), place("target"));
         fs::write(&file, "x".repeat(300)).unwrap();
         start(&file).end(Ended::Orderly);

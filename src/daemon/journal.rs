@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn where_nobody_listens_there_is_no_socket() {
+    fn no_socket_without_a_listener() {
         assert!(Socket::new(Path::new("/nonexistent/socket")).is_none());
     }
 }

@@ -456,7 +456,7 @@ mod tests {
     }
 
     #[test]
-    fn no_remedy_is_a_restart_that_finds_nothing_to_restore() {
+    fn no_remedy_suggests_a_restart_that_restores_nothing() {
         for nothing_kept in [NothingKept::default(), NothingKept::new(true)] {
             let is_nothing = nothing_kept.after(0);
             for remedy in remedies(&facts(true, nothing_kept.clone()), 0) {

@@ -218,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn what_did_not_go_out_is_due_again() {
+    fn unsent_messages_are_sent_again() {
         let mut notices = Notices::new(Some(ms(400)));
         let run = snapshot(1, Mode::Run);
         notices.tell(ms(100), 10, &run, |_| false);

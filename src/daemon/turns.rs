@@ -69,7 +69,7 @@ mod tests {
     const SECOND: Duration = Duration::from_secs(1);
 
     #[tokio::test(start_paused = true)]
-    async fn one_at_a_time_and_a_rest_as_long_as_the_last_one_took() {
+    async fn questions_are_answered_one_at_a_time_with_equal_rests() {
         let (turns, start) = (Turns::new(), Instant::now());
         let long = async {
             let _turn = turns.turn().await;
@@ -89,7 +89,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn a_crowd_waits_in_the_order_of_its_arrival() {
+    async fn clients_are_served_in_order_of_arrival() {
         let (turns, start) = (Turns::new(), Instant::now());
         let client = || async {
             let _turn = turns.turn().await;

@@ -153,7 +153,7 @@ fn difference(model: &str, rungd: &str) -> Option<(String, Vec<String>)> {
 }
 
 #[test]
-fn rungd_and_the_model_agree() {
+fn rungd_agrees_with_the_model() {
     let bench = bench();
     let (first, programs) = (setting("RUNGD_DIFF_SEED", 1), setting("RUNGD_DIFF_PROGRAMS", 150));
     let most = setting("RUNGD_DIFF_MAX", 1);
@@ -176,7 +176,7 @@ fn rungd_and_the_model_agree() {
 
 /// The model can run every generated program, and gives the same trace twice.
 #[test]
-fn the_model_runs_what_is_generated() {
+fn the_model_runs_generated_programs() {
     for seed in 1..=100 {
         let (first, second) = (model_trace(&generate(seed)), model_trace(&generate(seed)));
         assert!(first.is_ok(), "seed {seed}: {first:?}\n{}", generate(seed).ladder());

@@ -208,7 +208,7 @@ impl Execution {
 }
 
 #[test]
-fn the_five_minutes_go_as_the_page_shows_them() {
+fn the_five_minute_tour_prints_what_its_page_shows() {
     run_page("docs/start.md");
 }
 
@@ -218,12 +218,12 @@ fn the_first_page_shows_what_it_does() {
 }
 
 #[test]
-fn the_operators_commands_print_what_the_page_shows() {
+fn operator_commands_print_what_the_page_shows() {
     run_page("docs/operator.md");
 }
 
 #[test]
-fn the_alarms_are_listed_and_acknowledged_as_the_page_shows() {
+fn alarms_are_listed_and_acknowledged_as_documented() {
     run_page("docs/alarms.md");
 }
 
@@ -255,7 +255,7 @@ fn the_black_box_tells_what_stopped_the_bottling_line() {
 /// The first commands of `README.md`, in three terminals of one folder: the pages have an address,
 /// and the feeder has a reason.
 #[test]
-fn the_first_commands_of_the_first_page_lead_somewhere() {
+fn the_readmes_first_commands_work() {
     let page = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md"));
     let page = page.expect("the page");
     let block = page.split("```sh\n").nth(1).and_then(|rest| rest.split("```").next());

@@ -82,7 +82,7 @@ fn differences(folder: &Path) -> Vec<String> {
 }
 
 #[test]
-fn scenarios_go_as_they_were_reasoned_out() {
+fn scenarios_match_their_expected_traces() {
     let mut folders: Vec<PathBuf> = std::fs::read_dir(root().join("tests/scenarios"))
         .expect("tests/scenarios")
         .map(|entry| entry.expect("an entry").path())

@@ -119,7 +119,7 @@ fn status_as_elsewhere(folder: &Path) -> Output {
 
 /// `rungd status` finds the socket without a variable or an option that names it.
 #[test]
-fn it_answers_status_in_its_folder_at_once() {
+fn status_finds_the_controller_of_its_folder() {
     let folder = folder("init-status");
     rungd(&["init", "."], &folder);
     status_as_elsewhere(&folder);

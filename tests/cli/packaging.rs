@@ -34,7 +34,7 @@ fn libraries(bill: &Value) -> BTreeSet<String> {
 }
 
 #[test]
-fn the_bill_of_materials_names_what_the_licences_name_with_checksums_and_what_wants_it() {
+fn the_bill_of_materials_lists_the_licensed_libraries_with_checksums_and_dependents() {
     let bill: Value = serde_json::from_str(&printed_by("sbom.sh")).unwrap();
     assert_eq!((&bill["bomFormat"], &bill["specVersion"]), (&"CycloneDX".into(), &"1.5".into()));
     let own = &bill["metadata"]["component"];

@@ -272,7 +272,7 @@ fn the_conveyor_sounds_its_horn_runs_and_runs_empty() {
 }
 
 #[test]
-fn the_car_park_fills_and_lets_nobody_in_while_it_is_full() {
+fn a_full_car_park_admits_no_car() {
     let mut plant = Plant::of("car-park.toml");
     let mut was_full = false;
     let mut was_up = false;

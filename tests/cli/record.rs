@@ -88,7 +88,7 @@ fn export_writes_what_replay_traces() {
 
 /// Times, numbers and states at the limits of their types.
 #[test]
-fn no_command_panics_at_what_no_rungd_has_recorded() {
+fn no_command_panics_on_foreign_recordings() {
     let place = Place::new("hostile");
     let mut whole = conveyor();
     whole.bytes();

@@ -213,7 +213,7 @@ fn a_stop_ends_alarms_that_a_coil_drives() {
 
 /// Needs root, to become another user.
 #[test]
-fn who_may_only_look_sees_alarms_and_acknowledges_none() {
+fn a_view_only_user_sees_alarms_and_cannot_acknowledge() {
     let uid = Command::new("id").arg("-u").output().expect("id").stdout;
     if uid != b"0\n" {
         return skip(Need::Root, "only root becomes another user");

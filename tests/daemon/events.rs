@@ -147,7 +147,7 @@ fn keep(path: &str, text: &str) {
 }
 
 #[test]
-fn the_journals_catalogue_is_what_the_program_prints() {
+fn the_catalogue_file_matches_the_program() {
     let output = Command::new(env!("CARGO_BIN_EXE_rungd"))
         .args(["events", "--catalog"])
         .output()

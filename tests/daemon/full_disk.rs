@@ -22,7 +22,7 @@ fn whole_lines(text: &str) -> Vec<Value> {
 }
 
 #[test]
-fn a_full_disk_costs_lines_and_once_there_is_room_the_log_goes_on() {
+fn a_full_disk_costs_lines_and_logging_resumes_with_space() {
     let plant = Plant::new(BLINKS, CONTROLLER);
     let disk = plant.0.join("disk");
     std::fs::create_dir(&disk).unwrap();

@@ -111,7 +111,7 @@ fn until(live: &Live, name: &str) -> Vec<Value> {
 }
 
 #[test]
-fn a_reload_takes_the_log_over_and_a_rollback_takes_it_back() {
+fn log_settings_follow_reload_and_rollback() {
     let live = Live::start(BLINKS, "", &[]);
     live.line("lamp is OFF");
     let path = live.folder.join("controller.toml");

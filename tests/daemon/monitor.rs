@@ -162,7 +162,7 @@ fn the_page_shows_forces_and_leaves_a_clean_screen() {
 }
 
 #[test]
-fn a_controller_that_is_gone_comes_back() {
+fn the_page_follows_a_controller_that_returns() {
     let folder = folder(LADDER, "");
     let Some(tmux) = Tmux::start(&folder, "") else { return };
     tmux.awaits(&["no rungd answers at s"]);

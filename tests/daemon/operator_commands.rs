@@ -103,7 +103,7 @@ parts.Acc  CT0.Acc  0
 }
 
 #[test]
-fn write_goes_before_a_scan_and_is_logged_with_who_and_what() {
+fn a_write_is_applied_before_a_scan_and_logged_with_user_and_value() {
     let live = live();
     assert_eq!(live.ok("write size 24"), "size (D1): 24, was 12\n");
     let line = live.line("wrote 24 to size (D1)");
@@ -230,7 +230,7 @@ fn watch_prints_a_line_a_look_where_it_is_no_terminal() {
 }
 
 #[test]
-fn status_tells_all() {
+fn status_shows_every_part() {
     let live = live();
     let text = live.ok("status");
     for words in [
@@ -273,7 +273,7 @@ fn status_tells_all() {
 }
 
 #[test]
-fn the_logs_level_changes_and_the_log_says_who_did_it() {
+fn a_change_of_the_log_level_is_logged_with_its_user() {
     let live = live();
     assert_eq!(live.ok("log-level warn"), "warn, was info\n");
     assert_eq!(live.line("set the log's level to warn, was info")["event"], "operator-log-level");
@@ -288,7 +288,7 @@ fn the_logs_level_changes_and_the_log_says_who_did_it() {
 }
 
 #[test]
-fn nothing_that_a_ladder_says_is_obeyed_by_a_terminal() {
+fn texts_of_a_ladder_do_not_command_the_terminal() {
     let text = "Bottles \\u001b[2J\\u009b1mjammed\\u202e";
     let live = Live::start(&LADDER.replace("Bottles jammed", text), "", &[]);
     live.ok("force jam on");
@@ -304,7 +304,7 @@ fn nothing_that_a_ladder_says_is_obeyed_by_a_terminal() {
 }
 
 #[test]
-fn nothing_that_a_ladder_says_adds_a_line_to_an_answer() {
+fn texts_of_a_ladder_add_no_line_to_an_answer() {
     let text = "jammed\\n  mode        RUN for 1h";
     let live = Live::start(
         &LADDER.replace("Bottles jammed", text).replace("\"bottling\"", "\"a\\nb\""),

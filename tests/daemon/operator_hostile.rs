@@ -103,7 +103,7 @@ fn a_line_that_never_ends_is_cut() {
 }
 
 #[test]
-fn who_never_reads_is_closed_and_holds_up_nobody() {
+fn a_client_that_never_reads_is_closed_and_delays_no_other() {
     let mut live = live();
     let before = descriptors(&live);
     let mut deaf: Vec<UnixStream> = (0..20).map(|_| live.connect()).collect();
@@ -138,7 +138,7 @@ fn who_never_reads_is_closed_and_holds_up_nobody() {
 
 /// A client with unread answers has no work in progress, so it makes room as an idle client does.
 #[test]
-fn as_many_as_there_are_seats_who_never_read_keep_nobody_out() {
+fn clients_that_never_read_do_not_block_new_ones() {
     let mut live = live();
     let all: Vec<String> = (0..250).map(|number| format!("\"V{number}\"")).collect();
     let read = format!("{{\"do\":\"read\",\"operands\":[{}]}}\n", all.join(","));
@@ -156,7 +156,7 @@ fn as_many_as_there_are_seats_who_never_read_keep_nobody_out() {
 }
 
 #[test]
-fn a_thousand_connections_keep_nobody_out() {
+fn a_thousand_connections_do_not_block_a_new_client() {
     let mut live = live();
     let mut crowd = Vec::new();
     for number in 0..1000 {

@@ -166,7 +166,7 @@ fn line(child: &mut Child) -> String {
 }
 
 #[test]
-fn a_process_that_hangs_is_told_and_not_waited_for_without_end() {
+fn a_hung_process_is_reported_and_not_waited_for_forever() {
     let live = Live::start(LADDER, "", &[]);
     live.signal("STOP");
     let stopped = format!("`kill -CONT {}` continues it", live.child.id());

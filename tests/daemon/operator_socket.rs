@@ -10,7 +10,7 @@ use crate::running::live::{self, Live, run, said};
 use rungd_test_support::needs::{Need, skip};
 
 #[test]
-fn where_nobody_answers_it_says_so() {
+fn a_missing_controller_is_reported() {
     let folder = live::folder(LADDER, "");
     let socket = folder.join("nothing-here");
     let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
@@ -90,7 +90,7 @@ fn a_start_that_is_refused_for_its_lock_leaves_nothing() {
 }
 
 #[test]
-fn a_socket_that_nobody_insists_on_is_done_without() {
+fn without_an_explicit_socket_the_controller_runs_without_one() {
     let folder = live::folder(LADDER, "[operator]\nmode = \"0600\"\n");
     let mut command = run(&folder, &["--scans", "3"]);
     let said = said(command.env("RUNTIME_DIRECTORY", folder.join("nowhere")));
@@ -108,7 +108,7 @@ fn an_unknown_group_is_a_wrong_configuration() {
 
 /// Needs root, to become another user.
 #[test]
-fn who_may_do_what() {
+fn the_socket_permits_requests_by_user() {
     let uid = Command::new("id").arg("-u").output().unwrap().stdout;
     if uid != b"0\n" {
         return skip(Need::Root, "only root becomes another user");

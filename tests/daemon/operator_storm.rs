@@ -78,7 +78,7 @@ fn storm(
 }
 
 #[test]
-fn who_connects_again_and_again_and_never_reads_keeps_nobody_waiting() {
+fn clients_that_reconnect_and_never_read_delay_no_other() {
     let mut live = live();
     let socket = live.socket.clone();
     let (count, worst) = storm(&live, 64, MOST, |goes_on, count| {
@@ -114,7 +114,7 @@ fn all_together_are_answered_so_often_a_second() {
 
 /// More clients than seats request lists of names; the limit is fifty lists per second.
 #[test]
-fn who_asks_for_names_again_and_again_keeps_nobody_out() {
+fn clients_that_repeat_name_requests_do_not_block_others() {
     let mut live = live();
     let socket = live.socket.clone();
     let (count, worst) = storm(&live, 80, MOST_NAMES, |goes_on, count| {
@@ -139,7 +139,7 @@ fn who_asks_for_names_again_and_again_keeps_nobody_out() {
 
 /// Recordings have many bytes here: they contain a long comment of the ladder.
 #[test]
-fn who_asks_for_recordings_again_and_again_keeps_nobody_out() {
+fn clients_that_repeat_recording_requests_do_not_block_others() {
     let live = live();
     let ladder = live.folder.join("ladder.toml");
     let text = std::fs::read_to_string(&ladder).unwrap();
@@ -171,7 +171,7 @@ fn who_asks_for_recordings_again_and_again_keeps_nobody_out() {
 }
 
 #[test]
-fn who_sends_blank_lines_is_as_idle_as_who_sends_nothing() {
+fn blank_lines_do_not_end_a_clients_idle_time() {
     let live = live();
     let mut blank = live.connect();
     let read = r#"{"do":"read","operands":["$On"]}"#;
@@ -214,7 +214,7 @@ fn await_answer(live: &Live) {
 }
 
 #[test]
-fn a_socket_that_was_taken_away_is_made_again_and_told_once() {
+fn a_removed_socket_is_recreated_and_reported_once() {
     let mut live = live();
     for _ in 0..2 {
         fs::remove_file(&live.socket).unwrap();

@@ -75,7 +75,7 @@ const ALL: &str = "policy = \"fifo\"\npriority = 80\ncpus = [1000]\nlock-memory 
      cpu-latency = \"0us\"\n";
 
 #[test]
-fn what_is_refused_is_named_with_its_reason_and_remedy_and_the_controller_runs() {
+fn a_refused_posture_is_reported_with_reason_and_remedy() {
     let (code, lines) = run(&unprivileged(), &plant(ALL));
     assert_eq!(code, Some(0), "{lines:#?}");
     let [posture] = event(&lines, "posture")[..] else { panic!("{lines:#?}") };
@@ -95,7 +95,7 @@ fn what_is_refused_is_named_with_its_reason_and_remedy_and_the_controller_runs()
 }
 
 #[test]
-fn strict_refuses_the_start_and_names_what_and_how() {
+fn strict_refuses_the_start_with_reason_and_remedy() {
     let asked = "policy = \"rr\"\npriority = 12\nlock-memory = true\nstrict = true\n";
     let (code, lines) = run(&unprivileged(), &plant(asked));
     assert_eq!(code, Some(78), "{lines:#?}");

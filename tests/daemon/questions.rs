@@ -428,7 +428,7 @@ fn questions_whose_lines_can_be_silenced_are_named() {
 }
 
 #[test]
-fn there_are_thirty_questions_twenty_with_a_command_for_either_log() {
+fn thirty_questions_have_commands_twenty_for_both_logs() {
     let page = page::text("questions.md");
     let questions: Vec<&str> = page.split("\n### ").skip(1).collect();
     assert_eq!(questions.len(), QUESTIONS.0);

@@ -36,7 +36,7 @@ fn crash(plant: &Plant, times: u32) {
 }
 
 #[test]
-fn ten_kills_end_in_stop_that_is_ready_and_says_why() {
+fn after_ten_kills_it_starts_in_stop_and_reports_why() {
     let plant = plant();
     crash(&plant, 10);
     let (socket, path) = plant.notify();
@@ -115,7 +115,7 @@ fn guard_events(lines: &[Value]) -> Vec<&Value> {
 }
 
 #[test]
-fn whatever_lies_in_the_files_place_it_starts_and_says_so() {
+fn any_file_in_the_guards_place_is_reported_and_the_start_succeeds() {
     let plant = plant();
     let file = plant.0.join("run/restarts");
     type Spoiling = fn(&Path);

@@ -113,7 +113,7 @@ fn the_stop_instruction_leaves_the_process_in_stop_and_the_log_repeats_why() {
 }
 
 #[test]
-fn a_start_in_stop_says_so_until_it_is_told_to_end() {
+fn a_start_in_stop_reports_stop_until_a_signal() {
     let plant = Plant::new(ALIVE, "");
     let mut running = plant.start(&["--stopped", "--repeat-reason", "150ms"]);
     let stop = running.line("STOP: the command line requested it (`--stopped`)");
@@ -209,7 +209,7 @@ fn the_simulated_device_moves_before_the_first_scan() {
 }
 
 #[test]
-fn a_flood_of_alarms_is_told_in_pairs_and_what_is_left_out_is_counted() {
+fn many_alarms_are_logged_in_pairs_and_omissions_counted() {
     let toggles = "[[program.rung]]\nwhen = [\"$ScanToggle\"]\ndo = [\"OUT jam\"]\n";
     let (_, lines) = Plant::new(toggles, "scan.period = \"1ms\"\n").run(&["--scans", "600"]);
     let count = |words| lines.iter().filter(|line| message(line).starts_with(words)).count();
@@ -223,7 +223,7 @@ fn a_flood_of_alarms_is_told_in_pairs_and_what_is_left_out_is_counted() {
 }
 
 #[test]
-fn overruns_are_told_once_and_counted() {
+fn overruns_are_logged_once_and_counted() {
     let plant = Plant::new(&slow_rungs(), "scan.period = \"1ms\"\nscan.watchdog = \"10s\"\n");
     let (code, lines) = plant.run(&["--scans", "20"]);
     assert_eq!(code, 0);

@@ -62,7 +62,7 @@ fn systemd_hears_ready_alive_status_and_stopping() {
 /// With a watchdog of systemd that is too short, systemd kills the process before a long scan
 /// becomes a FAULT.
 #[test]
-fn a_watchdog_that_systemds_own_forestalls_is_said_at_the_start() {
+fn a_watchdog_longer_than_systemds_is_reported_at_the_start() {
     for (watchdog, said) in [("300ms", None), ("310ms", Some("it is a fault, and no output"))] {
         let plant = Plant::new(ALIVE, &format!("scan.watchdog = \"{watchdog}\"\n"));
         let mut command = plant.command(&["--log-format", "json", "--scans", "3"]);
@@ -74,7 +74,7 @@ fn a_watchdog_that_systemds_own_forestalls_is_said_at_the_start() {
 }
 
 #[test]
-fn a_systemd_that_does_not_listen_keeps_nobody_from_anything() {
+fn an_unresponsive_systemd_blocks_nothing() {
     let plant = Plant::new(ALIVE, "scan.period = \"2ms\"\n");
     let socket_path = plant.0.join("notify");
     let socket = std::os::unix::net::UnixDatagram::bind(&socket_path).unwrap();
@@ -100,14 +100,14 @@ fn findings_that_cannot_be_written_are_no_bug() {
 }
 
 #[test]
-fn a_log_that_nobody_reads_costs_no_scan() {
+fn an_unread_log_costs_no_scan() {
     unread_log(Duration::from_secs(4));
 }
 
 /// `cargo test --test it daemon::thirty -- --ignored --nocapture`
 #[test]
 #[ignore = "takes 30 seconds"]
-fn a_log_that_nobody_reads_for_thirty_seconds_costs_no_scan() {
+fn a_log_unread_for_thirty_seconds_costs_no_scan() {
     unread_log(Duration::from_secs(30));
 }
 

@@ -75,7 +75,7 @@ fn it_is_local_time_as_date_says_it() {
 }
 
 #[test]
-fn an_unknown_zone_is_told_once_and_is_utc() {
+fn an_unknown_zone_is_reported_once_and_means_utc() {
     agree(&live("Nowhere/Land"), "UTC0");
     let plant = Plant::new(BLINKS, CONTROLLER);
     let mut command = plant.command(&[] as &[&str]);

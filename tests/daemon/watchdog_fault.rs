@@ -116,7 +116,7 @@ fn a_client_sees_the_fault_with_outputs_safe() {
 /// A fault within the first second of a loaded machine: its line has what would help, the load, and
 /// a command for the scans before it.
 #[test]
-fn a_fault_under_load_says_what_would_help() {
+fn a_fault_under_load_names_its_remedy() {
     if !cfg!(debug_assertions) {
         return skip(Need::Faults, "a build without debug assertions has no faults on purpose");
     }

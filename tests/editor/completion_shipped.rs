@@ -100,7 +100,7 @@ fn is_address(word: &str) -> bool {
 }
 
 #[test]
-fn a_name_that_stands_there_is_offered_for_its_first_letter() {
+fn existing_names_are_offered_after_their_first_letter() {
     let (mut number, mut tried, mut absent) = (0, 0, Vec::new());
     let mut editor = Editor::new(&Path::new(env!("CARGO_MANIFEST_DIR")).join("config"));
     for path in shipped() {
@@ -131,7 +131,7 @@ fn a_name_that_stands_there_is_offered_for_its_first_letter() {
 }
 
 #[test]
-fn there_is_an_answer_at_every_place() {
+fn completion_answers_at_every_place() {
     let mut editor = Editor::new(&Path::new(env!("CARGO_MANIFEST_DIR")).join("config"));
     for path in shipped() {
         let name = path.to_string_lossy().into_owned();

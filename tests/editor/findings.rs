@@ -234,7 +234,7 @@ fn tests_that_name_tests_have_findings() {
 }
 
 #[test]
-fn a_controller_file_that_names_itself_is_told_so() {
+fn a_controller_file_that_lists_itself_as_ladder_is_reported() {
     let folder = empty();
     let mut editor = Editor::new(folder.path());
     let text = "ladder = [\"rungd.toml\"]\n";

@@ -62,7 +62,7 @@ fn wrong_example(page: &str, page_name: &str) -> Vec<(String, String)> {
 }
 
 #[test]
-fn helps_become_actions_that_repair() {
+fn helps_become_code_actions_that_repair() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/ui");
     let mut editor = editor(&folder);
     let mut trials = HelpTrials::new(&mut editor, Repairs::of(&folder));

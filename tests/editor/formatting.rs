@@ -58,7 +58,7 @@ fn one_line_that_is_wrong_is_one_edit_of_one_line() {
 }
 
 #[test]
-fn a_broken_file_and_a_file_of_others_stay_as_they_are() {
+fn broken_and_foreign_files_are_not_formatted() {
     let folder = empty();
     let mut editor = Editor::new(folder.path());
     for text in ["[tags\na=1", "[package]\nname='x'\n"] {

@@ -242,7 +242,7 @@ fn contacts_have_the_colour_of_their_bits() {
 }
 
 #[test]
-fn another_text_has_no_values_until_it_is_what_runs() {
+fn values_are_shown_only_for_the_running_text() {
     let live = controller();
     let mut editor = editor(&live);
     editor.open(LADDER);

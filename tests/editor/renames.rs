@@ -91,7 +91,7 @@ fn a_rename_reaches_every_file_and_every_form_of_the_name() {
 }
 
 #[test]
-fn what_would_mean_something_else_is_refused() {
+fn a_rename_that_changes_a_meaning_is_refused() {
     let folder = folder();
     let mut editor = Editor::new(folder.path());
     editor.open(LADDER);
@@ -309,7 +309,7 @@ fn a_rename_never_changes_a_trace() {
 /// If only a test file joins two ladders, each ladder is a project of its own. A rename in one of
 /// them would break the test without a message.
 #[test]
-fn half_of_what_a_test_joins_is_not_renamed() {
+fn a_rename_never_covers_only_part_of_a_tests_ladders() {
     let folder = empty();
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
     let template = "[[template]]\nname = \"Seal\"\n[template.parameters]\ngo = { type = \"contact\" }\n\

@@ -86,7 +86,7 @@ fn changes_arrive_and_an_end_is_told() {
 }
 
 #[test]
-fn what_happened_while_a_broker_was_held_arrives() {
+fn changes_during_a_held_broker_arrive_later() {
     let Some((live, broker, host)) = plant() else { return };
     let edge = Edge::start(&live, &broker.url(), PRIMARY);
     await_more(&host, 10);
@@ -103,7 +103,7 @@ fn what_happened_while_a_broker_was_held_arrives() {
 }
 
 #[test]
-fn what_happened_while_a_broker_was_dead_arrives() {
+fn changes_during_a_dead_broker_arrive_later() {
     let Some((live, mut broker, host)) = plant() else { return };
     let edge = Edge::start(&live, &broker.url(), PRIMARY);
     await_more(&host, 10);
@@ -117,7 +117,7 @@ fn what_happened_while_a_broker_was_dead_arrives() {
 }
 
 #[test]
-fn an_edge_that_is_killed_goes_on_where_it_was() {
+fn a_killed_edge_resumes_where_it_was() {
     let Some((live, broker, host)) = plant() else { return };
     let mut edge = Edge::start(&live, &broker.url(), PRIMARY);
     await_more(&host, 25);
@@ -133,7 +133,7 @@ fn an_edge_that_is_killed_goes_on_where_it_was() {
 
 /// The broker drops the paused edge node, and publishes its will.
 #[test]
-fn an_edge_that_is_held_goes_on_where_it_was() {
+fn a_held_edge_resumes_where_it_was() {
     let Some((live, broker, host)) = plant() else { return };
     let edge = Edge::start(&live, &broker.url(), PRIMARY);
     await_more(&host, 10);
@@ -174,7 +174,7 @@ fn a_reload_and_a_new_start_of_the_controller_are_births() {
 }
 
 #[test]
-fn a_controller_that_is_killed_leaves_a_gap_that_is_said() {
+fn a_killed_controller_leaves_a_reported_gap() {
     let Some((mut live, broker, host)) = plant() else { return };
     let edge = Edge::start(&live, &broker.url(), PRIMARY);
     await_more(&host, 10);

@@ -24,7 +24,7 @@ fn strange(url: &str, messages: &[(&str, &[u8], bool)]) {
 /// A broker of MQTT 5 does not deliver the giant message, because the client has announced its
 /// longest packet.
 #[test]
-fn a_giant_that_the_broker_keeps_does_not_keep_a_node_away() {
+fn an_oversized_retained_message_does_not_block_a_node() {
     for (version, said) in [("3.1.1", 1), ("5", 0)] {
         let Some((live, broker, host)) = plant() else { return };
         strange(&broker.url(), &[(COMMANDS, &vec![0; 2 << 20], true)]);
@@ -45,7 +45,7 @@ fn a_giant_that_the_broker_keeps_does_not_keep_a_node_away() {
 }
 
 #[test]
-fn a_log_that_nobody_reads_holds_nothing_up() {
+fn an_unread_log_blocks_nothing() {
     let Some((live, broker, host)) = plant() else { return };
     let mut edge = Edge::start_unheard(&live, &broker.url(), PRIMARY);
     await_more(&host, 20);
@@ -54,7 +54,7 @@ fn a_log_that_nobody_reads_holds_nothing_up() {
 }
 
 #[test]
-fn an_end_without_a_broker_is_said() {
+fn an_end_without_a_broker_is_reported() {
     let Some((live, mut broker, host)) = plant() else { return };
     let mut edge = Edge::start(&live, &broker.url(), PRIMARY);
     await_more(&host, 5);
@@ -68,7 +68,7 @@ fn an_end_without_a_broker_is_said() {
 /// Two nodes of the same name disconnect each other. The log reports it, and each node waits before
 /// it connects again.
 #[test]
-fn a_second_node_of_the_same_name_is_said() {
+fn a_second_node_of_the_same_name_is_reported() {
     let Some((live, broker, host)) = plant() else { return };
     let edge = Edge::start(&live, &broker.url(), PRIMARY);
     await_more(&host, 5);

@@ -151,7 +151,7 @@ fn two_controllers_behind_certificates_are_compared_with_a_checkout() {
 }
 
 #[test]
-fn an_alarm_and_a_death_are_told() {
+fn alarms_and_deaths_are_reported() {
     let Some(broker) = Mosquitto::start(&MosquittoOptions::default()) else { return };
     let mut plants = TwoPlants::start(&broker.url(), "");
     let url = broker.url();
@@ -182,7 +182,7 @@ fn an_alarm_and_a_death_are_told() {
 /// If the dead server led a NATS server's consumers, a subscription takes ten seconds.
 #[test]
 #[ignore = "two minutes"]
-fn a_cluster_that_has_lost_a_node_tells_of_the_controllers() {
+fn a_cluster_without_one_node_still_serves_the_controllers() {
     let Some(mut cluster) = NatsCluster::start() else { return };
     let urls = cluster.urls();
     let plants = TwoPlants::start(&urls[1..].join("\", \""), "");

@@ -89,7 +89,7 @@ fn messages_come_and_are_acknowledged() {
 }
 
 #[test]
-fn the_last_will_is_for_those_who_do_not_say_goodbye() {
+fn the_last_will_is_sent_only_without_disconnect() {
     let Some(broker) = Mosquitto::start(&MosquittoOptions::default()) else { return };
     for version in VERSIONS {
         run(async {

@@ -52,7 +52,7 @@ fn links_of_the_first_pages_lead_to_files() {
 }
 
 #[test]
-fn every_page_is_listed_once_for_those_who_read_it() {
+fn every_page_is_listed_once() {
     let page = text("docs/README.md");
     for reader in ["Operator", "Engineer", "Administrator", "Developer"] {
         assert!(page.contains(&format!("\n## {reader}\n")), "{reader}");

@@ -72,7 +72,7 @@ fn no_name_stands_for_three_types() {
 }
 
 #[test]
-fn types_are_told_from_all_else() {
+fn type_definitions_are_recognized() {
     let text = "\
 pub struct Point<T> {
 struct Own;

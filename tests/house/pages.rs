@@ -96,7 +96,7 @@ fn told_below(rows: &str, name: &str) -> BTreeSet<String> {
 }
 
 #[test]
-fn the_tests_page_tells_every_file() {
+fn tests_readme_lists_every_file() {
     let page = text("tests/README.md");
     let (tests, rows) = (root().join("tests"), section(&page, "## Every file"));
     let is_rust = |folder: &&String| {

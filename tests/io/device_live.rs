@@ -44,7 +44,7 @@ fn device(name: &str, address: &str) -> String {
 }
 
 #[test]
-fn what_is_lost_and_back_is_in_status_memory_and_log() {
+fn loss_and_return_of_a_device_show_in_status_memory_and_log() {
     let (remote_io, address) = remote();
     let live = Live::start(LADDER, &device("line1", &address), &[]);
     live.await_values("X0 D5 line1.Ok line1.Stale", "ON 1234 ON OFF");

@@ -113,6 +113,6 @@ fn make_raw(line: &File) {
 
 #[test]
 #[should_panic(expected = "a fault of rungd")]
-fn what_fails_beside_a_line_that_flows_fails() {
+fn a_failure_beside_a_calm_line_counts() {
     over_a_line(|| panic!("a fault of rungd"));
 }

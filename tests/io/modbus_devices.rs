@@ -272,7 +272,7 @@ fn safe_values_are_what_the_peer_has_at_the_end() {
 }
 
 #[test]
-fn a_killed_rungd_feeds_no_watchdog() {
+fn a_killed_controller_stops_feeding_the_watchdog() {
     if !is_installed() {
         return;
     }
@@ -289,7 +289,7 @@ fn a_killed_rungd_feeds_no_watchdog() {
 }
 
 #[test]
-fn a_peer_that_goes_and_comes_has_its_outputs_again() {
+fn a_returning_peer_gets_its_outputs_again() {
     if !is_installed() {
         return;
     }

@@ -48,7 +48,7 @@ fn from_1000(settings: &mut Settings) {
 }
 
 #[test]
-fn behind_an_echo_that_is_told_answers_are_understood() {
+fn answers_after_a_configured_echo_are_read() {
     await_over_a_line(async || {
         for settings in [|_: &mut Settings| {}, from_1000] {
             let mut client = line(true, PATIENT, settings, echo_and_answer).await;
@@ -62,7 +62,7 @@ fn behind_an_echo_that_is_told_answers_are_understood() {
 }
 
 #[test]
-fn an_echo_that_is_told_confirms_no_write() {
+fn a_configured_echo_confirms_no_write() {
     await_over_a_line(async || {
         let mut client = line(true, TIMEOUT, |settings| settings.inputs.clear(), echo_alone).await;
         let trouble = exchange(&mut client, 1).await.unwrap_err();
@@ -72,7 +72,7 @@ fn an_echo_that_is_told_confirms_no_write() {
 }
 
 #[test]
-fn an_echo_that_is_told_and_does_not_come_is_trouble() {
+fn a_configured_echo_that_is_missing_is_trouble() {
     await_over_a_line(async || {
         let mut client =
             line(true, TIMEOUT, |settings| settings.outputs.clear(), answer_alone).await;
@@ -83,7 +83,7 @@ fn an_echo_that_is_told_and_does_not_come_is_trouble() {
 }
 
 #[test]
-fn an_echo_that_nobody_told_is_no_answer_to_a_read_and_its_remedy_is_named() {
+fn an_unconfigured_echo_is_no_answer_and_the_log_names_the_key() {
     await_over_a_line(async || {
         for answer in [echo_alone, echo_and_answer] {
             for settings in [|_: &mut Settings| {}, from_1000] {

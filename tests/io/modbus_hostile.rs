@@ -150,7 +150,7 @@ fn crowd(address: &str, count: usize, bytes: &[u8]) -> Vec<TcpStream> {
 }
 
 #[test]
-fn a_thousand_connections_keep_nobody_out() {
+fn a_thousand_connections_do_not_block_a_new_client() {
     let (_plant, mut running, address) = start("connections = 8", &[]);
     let mut panel = Client::connect(&address);
     panel.ask(1, &[3, 0, 0, 0, 1]);
@@ -194,7 +194,7 @@ fn a_slow_loris_is_closed_and_the_others_are_served() {
 }
 
 #[test]
-fn without_descriptors_who_asks_is_served() {
+fn without_descriptors_open_connections_are_served() {
     let (_plant, mut running, address) =
         start("connections = 1024", &["prlimit", "--nofile=64:64"]);
     let mut panel = Client::connect(&address);

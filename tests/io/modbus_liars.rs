@@ -122,7 +122,7 @@ async fn a_write_that_is_confirmed_wrongly_is_written_again() {
 }
 
 #[tokio::test]
-async fn a_unit_that_does_not_answer_keeps_no_other_from_its_outputs() {
+async fn a_silent_unit_does_not_block_outputs_of_others() {
     let script = honest();
     let address = listen(&script);
     let mut settings = client(Link::Tcp(tcp_link(address)));
@@ -178,7 +178,7 @@ async fn polled(
 }
 
 #[tokio::test]
-async fn an_exception_of_one_point_keeps_no_other_from_being_read() {
+async fn an_exception_of_one_point_does_not_block_others() {
     let refuses = |request: &[u8]| match request[9] {
         10 => exception(request, 2),
         _ => Lie::None,
@@ -194,7 +194,7 @@ async fn an_exception_of_one_point_keeps_no_other_from_being_read() {
 }
 
 #[tokio::test]
-async fn a_dead_unit_behind_a_gateway_keeps_no_other_from_being_read() {
+async fn a_dead_unit_behind_a_gateway_does_not_block_others() {
     let says = |request: &[u8]| match request[6] {
         2 => exception(request, 11),
         _ => Lie::None,

@@ -40,7 +40,7 @@ impl Live {
 }
 
 #[test]
-fn the_program_answers_and_changes_what_the_oracle_says() {
+fn the_program_answers_like_the_oracle() {
     let controller =
         include_str!("oracle/controller.toml").replace("ladder = [\"ladder.toml\"]", "");
     let plant = Plant::new(

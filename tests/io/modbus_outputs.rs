@@ -50,7 +50,7 @@ fn urgent<'a>(outputs: &'a [i32], inputs: &'a mut [Option<i32>]) -> Exchange<'a>
 }
 
 #[tokio::test]
-async fn reads_end_in_part_and_go_on_behind_what_is_urgent() {
+async fn urgent_outputs_interrupt_reads_which_then_continue() {
     let (mut client, seen) = seen(apart, |_| Lie::None).await;
     let mut inputs = [None; 4];
     assert_eq!(client.exchange(urgent(&[1], &mut inputs)).await, Ok(Extent::Part));

@@ -194,7 +194,7 @@ fn forms(sweep: &mut Sweep) {
 }
 
 #[test]
-fn near_the_edges_every_reply_and_every_cell_is_right() {
+fn near_limits_every_reply_and_cell_matches_the_oracle() {
     let (mut sweep, began) = (Sweep::new(), Instant::now());
     forms(&mut sweep);
     for at in 0..=u16::MAX {

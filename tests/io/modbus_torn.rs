@@ -214,7 +214,7 @@ fn a_torn_pattern_would_be_seen() {
 }
 
 #[test]
-fn no_exchange_is_torn() {
+fn no_modbus_exchange_is_torn() {
     exchanges(20_000, 16);
 }
 

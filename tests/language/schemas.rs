@@ -240,7 +240,7 @@ fn a_real_stands_where_a_constant_does() {
 }
 
 #[test]
-fn a_validator_of_others_agrees() {
+fn an_independent_validator_agrees() {
     let script = root().join("tests/schema/check.py");
     let line = "import jsonschema, tomllib; jsonschema.Draft202012Validator";
     if !usable(python_can(Path::new("python3"), "Python with jsonschema and tomllib", line)) {

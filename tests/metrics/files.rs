@@ -81,7 +81,7 @@ fn what_does_not_go_together_is_refused() {
 }
 
 #[test]
-fn an_address_that_is_taken_is_told_with_what_helps() {
+fn an_address_in_use_is_reported_with_a_remedy() {
     let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let at = taken.local_addr().unwrap();
     let said = said(&mut nobody(&format!("--listen {at}")));

@@ -51,7 +51,7 @@ fn a_foreign_host_name_gets_no_metrics() {
 }
 
 #[test]
-fn what_is_no_request_is_refused_and_the_next_one_is_answered() {
+fn an_invalid_request_is_refused_and_the_next_one_answered() {
     let served = Served::start();
     let long = format!("GET /{} HTTP/1.1\r\n\r\n", "a".repeat(40_000));
     let many = format!("GET /metrics HTTP/1.1\r\n{}\r\n", "A: b\r\n".repeat(200));
@@ -74,7 +74,7 @@ fn what_is_no_request_is_refused_and_the_next_one_is_answered() {
 /// A connection may be silent for 5 s, and there are 32 places. If silent clients kept their
 /// places, the last of 400 would wait for a minute.
 #[test]
-fn a_crowd_that_sends_nothing_keeps_nobody_waiting() {
+fn silent_clients_do_not_delay_others() {
     let served = Served::start();
     let crowd: Vec<TcpStream> = (0..400)
         .filter_map(|n| {
@@ -95,7 +95,7 @@ fn a_crowd_that_sends_nothing_keeps_nobody_waiting() {
 }
 
 #[test]
-fn those_who_ask_at_once_share_a_look_and_those_who_go_leave_none() {
+fn simultaneous_scrapes_share_one_request_and_leave_none_behind() {
     let served = Served::start();
     let scans = |text: &str| {
         let line = text.lines().find(|line| line.starts_with("rungd_scans_total "));
@@ -122,7 +122,7 @@ fn those_who_ask_at_once_share_a_look_and_those_who_go_leave_none() {
 }
 
 #[test]
-fn a_controller_that_hangs_is_told_in_bounded_time() {
+fn a_hung_controller_is_reported_in_bounded_time() {
     let served = Served::start();
     served.await_line("rungd_up 1");
     served.live.signal("STOP");

@@ -53,7 +53,7 @@ fn a_scrape_has_what_status_and_read_say() {
 }
 
 #[test]
-fn both_forms_are_what_their_judge_wants() {
+fn both_formats_pass_their_validator() {
     if !has_prometheus() {
         return;
     }
@@ -94,7 +94,7 @@ fn modes_alarms_forces_and_reloads_are_followed() {
 }
 
 #[test]
-fn a_controller_that_ends_is_told_and_one_that_comes_back_too() {
+fn ends_and_returns_of_controllers_are_reported() {
     let mut served = Served::start();
     served.await_line("rungd_up 1");
     served.live.end();

@@ -93,7 +93,7 @@ fn sequences(folder: &Path) -> Vec<u64> {
 }
 
 #[test]
-fn what_was_recorded_with_a_clock_behind_is_no_older_than_what_was_before_it() {
+fn recordings_by_a_late_clock_keep_their_order() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("record-behind");
     let _ = fs::remove_dir_all(&folder);
     let all = blocks(90);

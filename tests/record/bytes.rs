@@ -7,7 +7,7 @@ use crate::record::drawn::{Numbers, block, program, section};
 use rungd_history::record::{FileIndex, Flaw, Recent, SectionBody, SegmentStart, index};
 
 #[test]
-fn a_section_comes_back() {
+fn a_section_survives_a_round_trip() {
     for seed in 0..2_000 {
         let section = section(&mut Numbers(seed));
         let bytes = section.write();
@@ -75,7 +75,7 @@ fn found(bytes: &[u8]) -> (Vec<(u64, SectionBody)>, Vec<Flaw>) {
 }
 
 #[test]
-fn a_recording_comes_back() {
+fn a_recording_survives_a_round_trip() {
     let (bytes, sections) = recording();
     let (found, flaws) = found(&bytes);
     assert_eq!(flaws, []);
@@ -122,7 +122,7 @@ fn a_flipped_bit_costs_a_block_and_nothing_is_misread() {
 }
 
 #[test]
-fn a_whole_head_is_found_however_far_behind_damage_it_lies() {
+fn an_intact_header_is_found_after_any_damage() {
     let (bytes, sections) = recording();
     for gap in [1, 75, 76, 77, 65_000, 65_460, 65_461, 65_535, 65_536, 65_537, 70_000, 131_000] {
         let mut other = bytes.clone();

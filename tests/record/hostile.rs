@@ -287,7 +287,7 @@ fn ask(bytes: &[u8], subject: &Subject, numbers: &mut Numbers) {
 }
 
 #[test]
-fn nothing_in_a_recording_from_outside_panics_or_hangs() {
+fn no_hostile_recording_causes_a_panic_or_hang() {
     let first = setting("RUNGD_HOSTILE_SEED", 1);
     let end = first + setting("RUNGD_HOSTILE_PROGRAMS", 10);
     scope(|scope| {
@@ -405,7 +405,7 @@ fn put_word(base: &mut [u8], places: &Places, (at, value): (usize, i32)) {
 }
 
 #[test]
-fn a_base_image_that_no_execution_leads_to_is_refused() {
+fn an_unreachable_base_image_is_refused() {
     let (count, none) = executed(|_, _, _| {});
     assert!(count > 2 && none == 0);
     let is_refused = |what: &str, change: &dyn Fn(&mut Vec<u8>, &Places, &mut SectionBody)| {
@@ -450,7 +450,7 @@ fn a_base_image_that_no_execution_leads_to_is_refused() {
 
 /// A section that cannot be executed is not retried for each section that depends on it.
 #[test]
-fn what_lies_behind_a_damaged_section_costs_no_more() {
+fn sections_after_damage_cost_the_same() {
     let mut line = Line::new(COUNTER);
     line.start();
     for _ in 0..2_000 {

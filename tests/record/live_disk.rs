@@ -166,7 +166,7 @@ fn a_read_only_disk_costs_no_scan_and_is_used_once_it_can_be_written() {
 }
 
 #[test]
-fn a_disk_without_room_costs_no_scan_and_is_used_once_there_is_some() {
+fn a_full_disk_costs_no_scan_and_is_used_once_it_has_space() {
     rounds(|| {
         let Some(mut disk) = OnTmpfs::start("size=4m") else { return true };
         let mut operator = Operator::new(&disk.live);

@@ -40,7 +40,7 @@ fn scanned(home: &Path, words: &[&str], variable: Option<&Path>) {
 }
 
 #[test]
-fn nobody_records_on_disk_unasked() {
+fn recording_on_disk_is_off_by_default() {
     let home = folder(BUSY, "");
     scanned(&home, &[], None);
     assert_eq!(files(&home), ["controller.toml", "ladder.toml", "s.lock"]);
@@ -70,7 +70,7 @@ fn a_controller_file_names_a_folder_beside_itself() {
 }
 
 #[test]
-fn who_switches_it_off_has_nothing_on_disk() {
+fn recording_switched_off_leaves_nothing_on_disk() {
     let home = folder(BUSY, "[record]\nenabled = false\ndir = \"log\"\n");
     let asked = home.join("asked");
     scanned(&home, &["--record", asked.to_str().unwrap()], Some(&asked));
@@ -165,7 +165,7 @@ fn the_oldest_files_go_first_and_those_of_others_stay() {
 }
 
 #[test]
-fn what_is_too_old_goes() {
+fn old_files_are_deleted() {
     let home = folder(BUSY, &format!("{FAST}[record]\ndir = \"log\"\nkeep = \"1m\"\n"));
     let dir = home.join("log");
     fs::create_dir(&dir).unwrap();
@@ -211,7 +211,7 @@ fn why_as_nobody(live: &Live) -> Said {
 
 /// Needs root, to become a different user.
 #[test]
-fn who_may_only_look_gets_a_recording_of_a_ladder_that_all_may_read() {
+fn a_view_only_user_gets_the_recording_of_a_world_readable_ladder() {
     if Command::new("id").arg("-u").output().unwrap().stdout != b"0\n" {
         return skip(Need::Root, "only root becomes another user");
     }
@@ -238,7 +238,7 @@ fn who_may_only_look_gets_a_recording_of_a_ladder_that_all_may_read() {
 }
 
 #[test]
-fn who_asks_often_makes_no_small_blocks() {
+fn frequent_requests_make_no_small_blocks() {
     let home = folder(BUSY, FAST);
     let dir = home.join("log");
     let mut live = Live::of(home.clone(), recorded_run(&home, &dir));

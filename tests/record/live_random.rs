@@ -366,7 +366,7 @@ fn one(seed: u64, sum: &Mutex<Sum>) {
 }
 
 #[test]
-fn what_the_real_one_recorded_is_executed_again_as_it_was() {
+fn a_recorded_run_replays_exactly() {
     let (first, begin) = (setting("RUNGD_RECORD_SEED", 1), Instant::now());
     let (next, end) = (AtomicU64::new(first), first + setting("RUNGD_RECORD_PROGRAMS", 10));
     let sum = Mutex::new(Sum::default());
@@ -394,7 +394,7 @@ fn what_the_real_one_recorded_is_executed_again_as_it_was() {
 /// Verifies recordings of a different build.
 #[test]
 #[ignore = "verifies the recordings of RUNGD_RECORD_VERIFY, a folder of folders"]
-fn what_another_build_recorded_is_executed_again_as_it_was() {
+fn a_recorded_run_of_another_build_replays_exactly() {
     let Some(folder) = std::env::var_os("RUNGD_RECORD_VERIFY") else { return };
     let (mut sum, begin) = (Sum::default(), Instant::now());
     for entry in fs::read_dir(folder).unwrap() {

@@ -38,17 +38,17 @@ fn goes_on_without(takes_away: impl Fn(&Path)) {
 }
 
 #[test]
-fn a_recording_whose_file_is_removed_goes_on_in_a_new_one() {
+fn a_removed_recording_continues_in_a_new_file() {
     goes_on_without(|dir| logs(dir).iter().for_each(|path| fs::remove_file(path).unwrap()));
 }
 
 #[test]
-fn a_recording_whose_folder_is_removed_goes_on_in_a_new_one() {
+fn after_removal_of_its_folder_recording_continues_in_a_new_file() {
     goes_on_without(|dir| fs::remove_dir_all(dir).unwrap());
 }
 
 #[test]
-fn a_recording_whose_folder_is_renamed_goes_on_in_a_new_one() {
+fn after_renaming_of_its_folder_recording_continues_in_a_new_file() {
     goes_on_without(|dir| {
         let aside = (0..).map(|at| dir.with_extension(at.to_string())).find(|path| !path.exists());
         fs::rename(dir, aside.unwrap()).unwrap();

@@ -167,7 +167,7 @@ fn a_stall_of_30_s_loses_nothing() {
 }
 
 #[test]
-fn a_stall_that_is_longer_is_told_and_leaves_a_gap() {
+fn a_longer_stall_is_reported_and_leaves_a_gap() {
     if !cfg!(debug_assertions) {
         return skip(Need::Faults, "a build without debug assertions has no faults on purpose");
     }
@@ -285,7 +285,7 @@ fn rungd(words: &[&str]) -> String {
 
 /// The log's own thread stalls while far more events come than its buffer holds.
 #[test]
-fn steps_that_the_thread_was_too_late_for_are_counted_told_and_a_gap() {
+fn late_steps_are_counted_and_make_a_reported_gap() {
     if !cfg!(debug_assertions) {
         return skip(Need::Faults, "a build without debug assertions has no faults on purpose");
     }

@@ -74,7 +74,7 @@ fn a_second_of_a_busy_plant_becomes_several_sections() {
 }
 
 #[test]
-fn a_program_that_nobody_has_told_makes_a_gap() {
+fn an_unannounced_program_makes_a_gap() {
     let mut line = Line::new(COUNTER);
     line.start();
     for _ in 0..170 {
@@ -127,7 +127,7 @@ fn what_is_lost_makes_a_gap_and_the_recording_goes_on_behind_it() {
 }
 
 #[test]
-fn who_stands_behind_an_origin_is_known_though_it_is_told_late() {
+fn the_sender_of_a_write_is_recorded_even_if_it_is_reported_late() {
     let mut line = Line::new(COUNTER);
     line.start();
     let (early, late) = (Origin::Batch(Ticket(1)), Origin::Command(CommandId(9)));
@@ -159,7 +159,7 @@ fn who_stands_behind_an_origin_is_known_though_it_is_told_late() {
 
 /// A request returns the section under way, and does not change how it continues.
 #[test]
-fn a_section_under_way_is_had_without_its_end() {
+fn an_unfinished_section_is_readable() {
     let mut lines = [Line::new(COUNTER), Line::new(COUNTER)];
     lines.iter_mut().for_each(Line::start);
     let mut seen = 0;

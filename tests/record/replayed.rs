@@ -124,7 +124,7 @@ fn random_programs_are_replayed_as_they_ran() {
 }
 
 #[test]
-fn a_section_is_had_from_anywhere_and_is_the_same() {
+fn a_section_reads_the_same_from_any_position() {
     let mut line = Line::new(COUNTER);
     line.start();
     for scan in 0..900 {
@@ -248,7 +248,7 @@ fn a_recording_that_fits_no_engine_is_refused() {
 
 /// Repeated replays of the newest part read a program once and need one engine.
 #[test]
-fn a_program_that_comes_again_is_read_once() {
+fn a_repeated_program_is_read_once() {
     let counted = |ladder: &str| {
         let mut line = Line::new(ladder);
         line.start();

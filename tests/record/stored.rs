@@ -92,7 +92,7 @@ pub fn clock(block: &RecordBlock) -> TapeClock {
 }
 
 #[test]
-fn after_a_cut_anywhere_what_was_durable_is_there() {
+fn durable_data_survives_any_power_cut() {
     let blocks = blocks(24);
     let known = Rc::new(known(&blocks));
     let disk = Handle::new();
@@ -133,7 +133,7 @@ fn after_a_cut_anywhere_what_was_durable_is_there() {
 const FAULTS: [Fault; 4] = [Fault::Errno(5), Fault::Errno(28), Fault::Errno(4), Fault::Short];
 
 #[test]
-fn each_call_may_fail_and_the_store_goes_on() {
+fn the_store_continues_after_any_failed_call() {
     let blocks = blocks(60);
     let known = known(&blocks);
     for fault in FAULTS {
@@ -187,7 +187,7 @@ fn one_failure(blocks: &[RecordBlock], known: &Known, fault: (Fault, u64, u64)) 
 }
 
 #[test]
-fn a_full_disk_is_told_once_and_recording_begins_again_with_room() {
+fn a_full_disk_is_reported_once_and_recording_resumes_with_space() {
     let blocks = blocks(300);
     let known = known(&blocks);
     let disk = Handle::new();
@@ -264,7 +264,7 @@ fn a_block_larger_than_the_limit_is_not_written() {
 }
 
 #[test]
-fn lives_one_after_the_other_leave_what_was_durable_and_touch_nobody() {
+fn successive_processes_keep_durable_data_and_foreign_files() {
     let blocks = blocks(300);
     let known = known(&blocks);
     for seed in 0..8 {
@@ -408,7 +408,7 @@ fn a_file_that_is_removed_is_told_and_another_one_is_begun() {
 }
 
 #[test]
-fn a_pipe_with_the_name_of_a_recording_holds_nobody_up() {
+fn a_pipe_named_like_a_recording_blocks_no_reader() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("record-pipe");
     let _ = std::fs::remove_dir_all(&folder);
     let blocks = blocks(12);

@@ -212,7 +212,7 @@ fn a_program_reloaded_in_fault_has_no_way_back_but_by_hand() {
 /// The scan hangs for longer than a reload waits for its answer.
 #[test]
 #[cfg_attr(not(debug_assertions), ignore = "stalls are a debug build's")]
-fn a_swap_that_comes_late_is_entered_and_no_other_one_passes_it() {
+fn a_late_swap_is_recorded_before_any_other() {
     let controller = "scan.watchdog = \"9s\"\nreload.probation = \"0ms\"\n";
     let live = Live::start_to_stall(&says(1), controller, &[]);
     live.await_values("D0", "1");

@@ -39,7 +39,7 @@ fn is_shown(shown: &str, said: &str) -> bool {
 }
 
 #[test]
-fn the_pages_example_says_what_it_says() {
+fn the_pages_example_prints_what_the_page_shows() {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/reload.md");
     let page = std::fs::read_to_string(page).unwrap();
     let (files, said) = (blocks(&page, "toml"), blocks(&page, "text"));
@@ -183,7 +183,7 @@ fn assert_scanned_every_20_ms(live: &Live) {
 }
 
 #[test]
-fn what_waits_for_a_restart_is_named_and_the_rest_is_applied() {
+fn settings_that_need_a_restart_are_named_and_others_applied() {
     let before = "[scan]\nperiod = \"10ms\"\nwatchdog = \"30s\"\n";
     let live = Live::start(LADDER, before, &[]);
     live.await_values("Y0", "ON");

@@ -62,7 +62,7 @@ fn word(content: &Content, element: &str) -> Option<i32> {
 const LEVEL: &str = "{ when = [\"$FirstScan\"], do = [\"ADD level 55 to=level\"] }";
 
 #[test]
-fn memory_of_which_nothing_fits_is_a_cold_start() {
+fn memory_that_does_not_fit_means_a_cold_start() {
     let plant = plant(&main("level = { at = \"D5\" }", LEVEL), "\"D5\"");
     run(&plant, "5");
     let renamed = main("height = { at = \"D5\" }", &LEVEL.replace("level", "height"));
@@ -105,7 +105,7 @@ fn a_reload_that_retains_nothing_any_more_leaves_the_last_image() {
 }
 
 #[test]
-fn what_the_former_program_would_have_reset_is_reset_after_a_crash() {
+fn a_pending_reset_of_the_former_program_happens_after_a_crash() {
     let before = "{ when = [\"X0\"], do = [\"OUT C5\"] },\n\
         { when = [\"X0\"], do = [\"PD C6\", \"SET C7\"] },\n\
         { when = [\"X0\"], do = [\"ONDTMR T0 preset=1ms output=C8\"] },\n\

@@ -391,7 +391,7 @@ fn on_tmpfs(size: &str, before: &str) -> Option<(Plant, Running, PathBuf)> {
 }
 
 #[test]
-fn a_disk_without_room_costs_no_scan_and_is_used_once_there_is_some() {
+fn a_full_disk_costs_no_scan_and_is_used_once_it_has_space() {
     let Some((_plant, mut running, seen)) = on_tmpfs("40k", "") else {
         return skip(Need::MountNamespace, "no mount namespace to be had");
     };

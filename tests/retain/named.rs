@@ -91,7 +91,7 @@ fn an_address_that_becomes_a_type_is_kept_by_its_name_and_back() {
 }
 
 #[test]
-fn what_is_gone_is_told_by_its_name_alone() {
+fn a_removed_tag_is_reported_by_name() {
     let plant = plant();
     run(&plant, "5");
     let rungs = RUNGS.replace("total_b", "total_x");

@@ -76,7 +76,7 @@ fn what_a_link_points_at_is_kept_aside_beside_it() {
 }
 
 #[test]
-fn a_link_into_a_folder_that_is_not_there_is_told_with_its_target() {
+fn a_link_into_a_missing_folder_is_reported_with_its_target() {
     let (plant, target) = linked();
     fs::remove_dir(target.parent().unwrap()).unwrap();
     let lines = run(&plant, "5");
@@ -86,7 +86,7 @@ fn a_link_into_a_folder_that_is_not_there_is_told_with_its_target() {
 }
 
 #[test]
-fn a_link_that_leads_to_itself_is_told_and_stays() {
+fn a_circular_link_is_reported_and_kept() {
     let plant = Plant::new(COUNTS, KEEPS);
     symlink("memory", file(&plant)).unwrap();
     let lines = run(&plant, "5");
@@ -200,7 +200,7 @@ fn a_file_that_is_taken_away_while_nothing_changes_is_made_anew() {
 
 /// rungd makes no folder for the file: perhaps a disk is missing there.
 #[test]
-fn a_file_whose_folder_is_taken_away_is_told_and_made_anew_once_the_folder_is_there() {
+fn a_file_in_a_removed_folder_is_recreated_when_the_folder_returns() {
     let plant = Plant::new(COUNTS, &KEEPS.replace("\"memory\"", "\"kept/memory\""));
     let folder = plant.0.join("kept");
     fs::create_dir(&folder).unwrap();
@@ -256,7 +256,7 @@ fn cannot_grow(plant: &Plant, running: &Running) {
 }
 
 #[test]
-fn who_cannot_make_a_longer_file_keeps_the_old_one_and_its_lock() {
+fn if_a_longer_file_cannot_be_made_the_old_one_and_its_lock_stay() {
     let short = KEEPS.replace("\"D0..D3999\"", "\"D0..D1\", \"D3999\"");
     let plant = Plant::new(COUNTS, &short);
     run(&plant, "30");
@@ -274,7 +274,7 @@ fn who_cannot_make_a_longer_file_keeps_the_old_one_and_its_lock() {
 }
 
 #[test]
-fn a_reload_that_wants_a_longer_file_keeps_the_old_one_until_it_is_there() {
+fn a_reload_keeps_the_old_file_until_the_longer_one_exists() {
     let short = KEEPS.replace("\"D0..D3999\"", "\"D0..D1\", \"D3999\"");
     let plant = Plant::new(COUNTS, &short);
     let mut running = Running::new(&mut plant.command(&[] as &[&str]));

@@ -125,7 +125,7 @@ fn start(plant: &Plant) -> Running {
 }
 
 #[test]
-fn a_restart_and_a_power_cut_leave_what_the_real_process_finds() {
+fn restarts_and_power_cuts_match_the_real_process() {
     let (runs, seed) = (setting("RUNGD_RIG_RUNS", 3), setting("RUNGD_RIG_SEED", 1));
     for run in 0..runs {
         story(seed + run);

@@ -252,7 +252,7 @@ fn a_foreign_and_a_newer_file_are_kept_aside_and_never_written_over() {
 }
 
 #[test]
-fn a_damaged_slot_is_told_and_the_image_before_it_counts() {
+fn a_damaged_slot_is_reported_and_the_earlier_image_used() {
     let plant = Plant::new(COUNTS, KEEPS);
     run(&plant, "5");
     run(&plant, "5");
@@ -282,7 +282,7 @@ fn two_controllers_do_not_share_a_file() {
 }
 
 #[test]
-fn an_operator_has_it_kept_and_status_tells() {
+fn an_operators_save_shows_in_status() {
     let plant = Plant::new(COUNTS, &KEEPS.replace("20ms", "1h"));
     let mut running = Running::new(&mut plant.command(&[] as &[&str]));
     running.line("RUN");
@@ -314,7 +314,7 @@ fn an_operator_has_it_kept_and_status_tells() {
 }
 
 #[test]
-fn who_writes_more_than_the_budget_of_a_day_is_told_at_once() {
+fn exceeding_the_daily_write_budget_is_reported_at_once() {
     let budget = "cold-start = \"run\"\nbudget-mb-per-day = 1\n";
     let plant = Plant::new(COUNTS, &KEEPS.replace("cold-start = \"run\"\n", budget));
     let mut running = Running::new(&mut plant.command(&[] as &[&str]));

@@ -29,7 +29,7 @@ fn notice(socket: &UnixDatagram, words: &str) -> String {
 }
 
 #[test]
-fn a_start_on_a_stalled_disk_says_what_it_waits_for_and_goes_on() {
+fn a_start_on_a_stalled_disk_reports_what_it_waits_for() {
     if !cfg!(debug_assertions) {
         return skip(Need::Faults, "a build without debug assertions has no faults on purpose");
     }

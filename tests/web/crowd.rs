@@ -9,7 +9,7 @@ use crate::running::live::PATIENCE;
 use crate::web::client::Web;
 
 #[test]
-fn a_crowd_that_sends_nothing_takes_neither_the_memory_nor_the_controller() {
+fn silent_clients_do_not_exhaust_memory_or_controller() {
     let web = Web::start(&[]);
     let visitor = web.visit();
     web.until("/events?element=Main&from=1&to=2", &visitor, |event| event["scan"].is_u64());
@@ -34,7 +34,7 @@ fn a_crowd_that_sends_nothing_takes_neither_the_memory_nor_the_controller() {
 }
 
 #[test]
-fn viewers_that_read_nothing_hold_up_nobody() {
+fn viewers_that_read_nothing_delay_no_other() {
     let web = Web::start(&[]);
     let visitor = web.visit();
     let path = "/events?element=Main&from=1&to=2";

@@ -46,7 +46,7 @@ fn the_power_of_the_ladder_is_live_and_so_are_values() {
 }
 
 #[test]
-fn a_name_says_why_and_a_held_minute_stays() {
+fn clicking_a_name_explains_it_and_a_held_minute_stays() {
     let web = Web::start(&[]);
     let visitor = web.visit();
     web.live.ok("write level 50");

@@ -48,7 +48,7 @@ fn other_hosts_other_pages_and_those_without_a_session_get_nothing() {
 }
 
 #[test]
-fn what_is_no_request_is_refused_and_the_next_one_is_answered() {
+fn an_invalid_request_is_refused_and_the_next_one_answered() {
     let web = Web::start(&[]);
     let visitor = web.visit();
     let long = format!("GET /{} HTTP/1.1\r\n\r\n", "a".repeat(40_000));
@@ -74,7 +74,7 @@ fn what_is_no_request_is_refused_and_the_next_one_is_answered() {
 }
 
 #[test]
-fn what_would_let_strangers_in_is_refused_with_its_remedy() {
+fn insecure_settings_are_refused_with_a_remedy() {
     let refused = |arguments: &[&str]| {
         let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_rungd"));
         let said = command.arg("web").args(arguments).output().unwrap();
@@ -90,7 +90,7 @@ fn what_would_let_strangers_in_is_refused_with_its_remedy() {
 
 /// A second `rungd web`: the tip is followed, and works.
 #[test]
-fn an_address_that_is_taken_is_told_with_another_one() {
+fn an_address_in_use_is_reported_with_an_alternative() {
     let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let at = taken.local_addr().unwrap();
     let web = |listen: &str| {

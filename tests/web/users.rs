@@ -134,7 +134,7 @@ fn a_burst_of_passwords_gets_no_more_tries_than_the_limit() {
 
 /// A hash takes 19 MB, which the process must not keep for every password.
 #[test]
-fn sixty_sign_ins_take_the_memory_of_one() {
+fn sixty_sign_ins_use_the_memory_of_one() {
     let live = Live::start(LADDER, CONTROLLER, &[]);
     let file = live.folder.join("users").display().to_string();
     for user in ["anna", "ben", "carl"] {
@@ -155,7 +155,7 @@ fn sixty_sign_ins_take_the_memory_of_one() {
 
 /// Each of these makes its browser go away while `rungd web` stands still with the request.
 #[test]
-fn a_change_whose_browser_gave_up_while_the_server_stood_still_is_not_made() {
+fn a_change_of_a_gone_browser_is_not_made() {
     let live = Live::start(LADDER, CONTROLLER, &[]);
     let file = live.folder.join("users").display().to_string();
     passwd(&file, "anna", "correct horse");

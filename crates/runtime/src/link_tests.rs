@@ -101,7 +101,7 @@ fn leaving_run_refuses_what_waits_and_holds_what_holds() {
 }
 
 #[test]
-fn a_trip_refuses_what_will_never_be_answered() {
+fn a_watchdog_trip_refuses_pending_requests() {
     let (port, mut side, mut world) = small();
     side.set_running(true);
     let ticket = port.submit(vec![]).unwrap();

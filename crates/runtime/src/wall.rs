@@ -46,7 +46,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_is_utc_at_first() {
+    fn the_offset_is_0_at_first() {
         assert_eq!(UtcOffset::default().local_s(1_795_000_000), 1_795_000_000);
     }
 

@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn what_would_let_strangers_in_is_refused() {
+    fn insecure_settings_are_refused() {
         assert!(options("127.0.0.1:8080").judge().is_ok());
         assert!(options("localhost:8080").judge().is_ok());
         assert!(options("[::1]:8080").judge().is_ok());

@@ -162,7 +162,7 @@ mod tests {
     use std::os::unix::fs::PermissionsExt as _;
 
     #[test]
-    fn a_password_lets_its_user_in_and_nobody_else() {
+    fn a_password_admits_only_its_user() {
         let path = std::env::temp_dir().join(format!("rungd-users-{}", std::process::id()));
         let _ = fs::remove_file(&path);
         set_password(&path, "anna", Some("correct horse")).expect("written");
@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn the_hash_of_nobody_is_a_hash() {
+    fn the_hash_for_unknown_users_is_valid() {
         assert!(PasswordHash::new(NOBODY).is_ok());
     }
 }

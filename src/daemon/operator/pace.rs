@@ -95,7 +95,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn who_comes_seldom_waits_for_nothing_and_a_crowd_for_its_turns() {
+    fn rare_requests_do_not_wait_and_crowds_take_turns() {
         let ms = Duration::from_millis;
         let pace = Pace::new(ms(2), 3);
         let start = Instant::now() + ms(1000);

@@ -140,7 +140,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_idle_of_the_greediest_make_room_and_the_busy_stay() {
+    fn idle_connections_of_the_user_with_most_are_closed_first() {
         let seats = Seats::new(3, 0);
         let honest = seats.take(1, true).unwrap();
         let first = seats.take(2, true).unwrap();

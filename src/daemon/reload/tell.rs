@@ -113,7 +113,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_first_error_stands_for_all() {
+    fn the_first_error_is_reported() {
         let text = "warning[unused-tag]: `a` is unused\n  --> l.toml:2:1\n   |\n\n\
                     error[unknown-name]: no `b`\n  --> l.toml:9:34\n   |\n\n1 error, 1 warning\n";
         let said = "l.toml:9:34: error[unknown-name]: no `b` (1 error, 1 warning)";

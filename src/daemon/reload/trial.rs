@@ -110,13 +110,13 @@ mod tests {
     }
 
     #[test]
-    fn a_bug_in_the_engine_has_no_way_back() {
+    fn an_engine_panic_is_not_rolled_back() {
         let bug = Mode::Fault(FaultReason::EnginePanic);
         check(Mode::Run, &[(0, Mode::Run, Verdict::Wait), (10, bug, Verdict::NoWayBack)]);
     }
 
     #[test]
-    fn a_fault_goes_back_unless_the_one_before_had_faulted_too() {
+    fn a_fault_rolls_back_unless_the_previous_program_faulted_too() {
         let run = Mode::Run;
         check(
             run,

@@ -40,7 +40,7 @@ fn rows() -> Vec<StatementRow> {
 }
 
 #[test]
-fn each_statement_stands_there_once() {
+fn each_statement_is_listed_once() {
     let rows = rows();
     let ids: BTreeSet<&str> = rows.iter().map(|row| row.id.as_str()).collect();
     assert_eq!(ids.len(), rows.len(), "a statement stands there twice");
@@ -53,7 +53,7 @@ fn each_statement_stands_there_once() {
 }
 
 #[test]
-fn what_is_checked_has_a_rule() {
+fn each_checked_statement_has_a_rule() {
     let of = |whose: &[&str]| -> BTreeSet<String> {
         let rows = rows().into_iter().filter(|row| row.how == "checked");
         rows.filter(|row| whose.contains(&row.who.as_str())).map(|row| row.id).collect()
@@ -67,7 +67,7 @@ fn what_is_checked_has_a_rule() {
 
 /// A `held` statement names its test, for example `crates/fleet/src/fleet/tests/nodes.rs: name_of_a_test`.
 #[test]
-fn what_is_held_names_a_test() {
+fn each_kept_statement_names_a_test() {
     for row in rows().into_iter().filter(|row| row.how == "held") {
         let place = row.what.split('`').rev().nth(1).unwrap_or_default().to_owned();
         let (file, name) = place.split_once(": ").unwrap_or_else(|| panic!("{}: {place}", row.id));

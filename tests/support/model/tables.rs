@@ -385,7 +385,7 @@ fn stop_row() {
 
 /// A simulation that reaches the end of the counter would take 2147483648 scans.
 #[test]
-fn the_scan_counter_goes_on_at_0() {
+fn the_scan_counter_wraps_to_0() {
     let ladder = r#"
 [[program]]
 name = "Main"

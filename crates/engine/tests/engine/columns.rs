@@ -133,7 +133,7 @@ fn scans(program: rungd_engine::Program, seed: u64, force: bool) -> Vec<Left> {
 }
 
 #[test]
-fn random_maths_do_what_they_do_one_by_one() {
+fn maths_executed_together_equal_maths_one_by_one() {
     let mut columns = 0;
     for seed in 1..12 {
         let text = ladder(&mut Numbers(seed));

@@ -120,7 +120,7 @@ fn a_forced_word_keeps_its_value_against_every_instruction_and_pass() {
 }
 
 #[test]
-fn what_is_not_forced_runs_as_ever() {
+fn unforced_cells_run_normally() {
     let watched = || BITS.iter().chain(&WORDS);
     let mut free = plc(ALL);
     let mut other_forced = plc(ALL);

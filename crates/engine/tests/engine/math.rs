@@ -342,7 +342,7 @@ fn a_tags_limits_come_after_the_range_and_silently() {
 }
 
 #[test]
-fn status_bits_are_on_for_rungs_behind_until_the_next_scan() {
+fn status_bits_stay_on_for_later_rungs_of_the_scan() {
     let mut plc = plc(r#"rung = [
         { when = ["$Overflow"], do = ["OUT Y0"] },
         { when = ["X0"], do = ["MATH V0 = D1", "OUT Y1"] },

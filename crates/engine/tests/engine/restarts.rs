@@ -88,7 +88,7 @@ fn stop_and_start_keep_memory_and_start_blocks_afresh() {
 }
 
 #[test]
-fn behind_a_fault_what_executed_is_terminated_and_then_it_is_a_start() {
+fn after_a_fault_executed_blocks_terminate_before_the_start() {
     // At a fault there is no last scan and no pass: the runtime executes the passes before it
     // starts.
     let mut plc = busy();

@@ -266,7 +266,7 @@ rung = [ { when = ["$On"], do = ["ADD D0 1 to=D0"] } ]
 }
 
 #[test]
-fn a_stop_asked_for_ends_with_the_next_scan() {
+fn a_requested_stop_ends_after_the_next_scan() {
     let mut plc = plc(r#"rung = [ { when = ["X0"], do = ["STOP"] } ]"#);
     assert!(!plc.scan(&[]).last);
     assert!(!plc.scan(&[("X0", 1)]).last);
@@ -279,7 +279,7 @@ fn a_stop_asked_for_ends_with_the_next_scan() {
 
 /// The bytes of a state begin with the timestamp, the start of RUN and the number of scans.
 #[test]
-fn the_scan_counter_goes_on_at_0() {
+fn the_scan_counter_wraps_to_0() {
     let main = r#"
 rung = [
   { when = ["$ScanCounter > 100"], do = ["OUT Y0"] },

@@ -32,7 +32,7 @@ fn trace(ladder: &str, stimulus: &str, watch: &[&str]) -> String {
 }
 
 #[test]
-fn a_ladder_with_templates_does_what_it_does_written_out() {
+fn a_templated_ladder_equals_its_expansion() {
     let first = setting("RUNGD_PROPERTY_SEED", 1);
     let mut moved = 0;
     for seed in first..first + setting("RUNGD_PROPERTY_TEMPLATES", 60) {

@@ -92,7 +92,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_kept_comes_back() {
+    fn a_saved_state_is_loaded_again() {
         let dir = std::env::temp_dir().join(format!("rungd-cursor-{}", std::process::id()));
         fs::create_dir_all(&dir).expect("a folder");
         let mut cursor = NodeCursor::new(Some(dir.clone()));

@@ -352,7 +352,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_is_a_finding() {
+    fn impossible_settings_are_findings() {
         for (more, said) in [
             ("[sparkplug]\ninterval = \"1ms\"", "`interval` is 10ms to 1m"),
             ("[sparkplug]\nprimary-host = \"a\u{200b}b\"", "cannot be seen"),

@@ -164,7 +164,7 @@ fn data_follow_in_order_with_the_times_of_their_scans() {
 }
 
 #[test]
-fn without_the_primary_host_nothing_is_said() {
+fn without_the_primary_host_nothing_is_published() {
     let (mut node, program) = born("[sparkplug]\nprimary-host = \"scada\"\n");
     assert!(node.awaited().is_some() && published(&mut node).is_empty());
     let state = |online, timestamp| HostState { online, timestamp }.bytes();
@@ -195,7 +195,7 @@ fn without_the_primary_host_nothing_is_said() {
 }
 
 #[test]
-fn a_host_that_comes_anew_in_a_flood_gets_a_birth_once_a_second() {
+fn a_returning_host_gets_one_birth_a_second() {
     let (mut node, _) = born("[sparkplug]\nprimary-host = \"scada\"\n");
     let came = |at| HostState { online: true, timestamp: 1000 + at }.bytes();
     let mut births = 0;
@@ -212,7 +212,7 @@ fn a_host_that_comes_anew_in_a_flood_gets_a_birth_once_a_second() {
 }
 
 #[test]
-fn the_past_is_told_with_a_flag_and_the_present_goes_on() {
+fn the_past_is_published_as_historical_beside_the_present() {
     let (mut node, program) = born("");
     let birth = published(&mut node).remove(0).1;
     assert_eq!(node.published(), Some(at(1)));
@@ -243,7 +243,7 @@ fn the_past_is_told_with_a_flag_and_the_present_goes_on() {
 }
 
 #[test]
-fn what_is_missing_is_counted_and_said() {
+fn missing_changes_are_counted_and_reported() {
     let (mut node, _) = born("");
     node.confirm(at(1));
     node.disconnected();
@@ -383,7 +383,7 @@ fn a_rebirth_is_sent_once_a_second() {
 /// A host that requests a birth may have understood nothing since the first birth. The log position
 /// of that birth may be far before the confirmed one.
 #[test]
-fn a_rebirth_tells_the_past_again() {
+fn a_rebirth_publishes_the_past_again() {
     let rebirth =
         ncmd(vec![named(vocabulary::REBIRTH, DataType::Boolean, MetricValue::Bool(true))]);
     let spans = |asked_ms: u64| {
@@ -412,7 +412,7 @@ fn a_silent_controller_has_a_heartbeat() {
 }
 
 #[test]
-fn any_bytes_from_a_broker_are_borne() {
+fn any_bytes_from_a_broker_are_survived() {
     let (mut node, _) = born("[commands]\ntags = [\"level\"]\n[sparkplug]\nprimary-host = \"h\"\n");
     let mut random = SplitMix64(3);
     let topics = ["spBv1.0/g/NCMD/n", "spBv1.0/STATE/h", "", "spBv1.0/g/NCMD/n/d"];

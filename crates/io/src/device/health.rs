@@ -371,7 +371,7 @@ mod tests {
     }
 
     #[test]
-    fn each_remedy_is_told_once_in_an_outage_whatever_its_first_reason() {
+    fn each_remedy_is_logged_once_in_an_outage() {
         let health = panel();
         health.trouble("refused");
         let left = |health: &Health| {
@@ -411,7 +411,7 @@ mod tests {
     }
 
     #[test]
-    fn an_outage_is_one_line_whatever_its_reasons_and_says_at_its_end_how_often_what_failed() {
+    fn an_outage_is_one_line_and_its_end_counts_the_failures() {
         let health = panel();
         for reason in ["no answer", "refused", "refused", "no route", "busy", "late", "late"] {
             health.trouble(reason);

@@ -186,7 +186,7 @@ fn more_than_64_lines_are_several_requests() {
 }
 
 #[test]
-fn a_line_that_somebody_holds_is_refused_with_the_holder() {
+fn a_line_in_use_is_refused_with_its_holder() {
     let chip = Fake::of(32);
     chip.state().holders.insert(17, "spi0 CS0".into());
     let device = device(&chip, vec![plain(3), plain(17)], vec![plain(4)]);

@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn all_goes_out_at_first_then_what_changed() {
+    fn all_outputs_are_sent_first_then_changed_ones() {
         let mut run = runs(&[coil(4), coil(5), coil(6)], &Habits::default()).remove(0);
         let mut write = |all, outputs| written(&mut run, all, Writes::Fitting, outputs);
         assert_eq!(write(false, &[1, 0, 0]), [[15, 0, 4, 0, 3, 1, 0b001]]);
@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn what_failed_goes_out_again_though_it_is_as_it_was() {
+    fn a_failed_output_is_sent_again_even_if_unchanged() {
         let mut run = runs(&[coil(0), coil(1)], &Habits::default()).remove(0);
         written(&mut run, false, Writes::Fitting, &[0, 0]);
         run.want(&[1, 0]);
@@ -301,7 +301,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_peer_has_what_was_wanted(
+        fn a_peer_gets_the_requested_outputs(
             steps in prop::collection::vec(prop::collection::vec(-2i32..3, 6), 1..20),
             writes in prop::sample::select(vec![Writes::Fitting, Writes::Multiple]),
         ) {

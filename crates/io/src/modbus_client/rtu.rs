@@ -208,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn an_echo_is_told_whatever_it_looks_like() {
+    fn every_echo_is_recognized() {
         // If the high byte of the address is 3, it looks like a byte count.
         for function in [1, 2, 3, 4] {
             for at in 0..=0x03ff_u16 {
@@ -226,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn behind_an_echo_is_the_answer() {
+    fn the_answer_follows_the_echo() {
         let answer = framed(1, &[3, 2, 0, 7]);
         let read = framed(1, &READ);
         let both = [&read[..], &answer].concat();

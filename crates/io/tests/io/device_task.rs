@@ -309,7 +309,7 @@ fn the_end_connects_anew_where_the_exchange_under_way_or_the_last_one_fails() {
 }
 
 #[test]
-fn the_end_takes_two_seconds_at_most_whatever_a_driver_does() {
+fn the_end_takes_two_seconds_at_most_with_any_driver() {
     run(async {
         let requests = (1, Duration::from_secs(60));
         let mut bench = Bench::start(Script { requests, ..Script::default() });

@@ -34,7 +34,7 @@ fn the_newest_of_several_images_is_taken() {
 }
 
 #[test]
-fn the_newest_is_taken_however_many_came_since_the_last_scan() {
+fn a_scan_takes_the_newest_of_several_images() {
     let mut rig = rig(false);
     for round in 1..4 {
         for n in 0..10 {
@@ -63,7 +63,7 @@ fn before_the_first_exchange_inputs_are_what_their_tags_say() {
 }
 
 #[test]
-fn what_the_device_moves_the_ladder_does_not_keep() {
+fn a_ladder_does_not_keep_its_write_to_a_device_input() {
     let mut rig = rig(false);
     rig.deliver(0, 0, 1, 7);
     rig.scans(5);
@@ -232,7 +232,7 @@ fn outputs_are_the_scans_in_run_and_safe_outside() {
 /// A driver on a separate thread alternately succeeds and fails, as fast as it can. A scan with
 /// `.Ok` never has inputs of two exchanges.
 #[test]
-fn no_part_is_taken_for_the_whole() {
+fn a_partial_exchange_is_not_a_complete_one() {
     let (exchanges, wells) =
         if cfg!(debug_assertions) { (20_000, 100) } else { (1_000_000, 5_000) };
     let mut rig = rig(false);

@@ -144,7 +144,7 @@ fn three_bad_bottles_in_a_row_stop_the_line_until_start() {
 }
 
 #[test]
-fn a_blind_eye_at_the_pusher_is_told() {
+fn a_blind_sensor_at_the_pusher_raises_its_alarm() {
     let mut plant = plant("2026-11-22T09:00:00");
     plant.force("C101", true);
     plant.until(29_000, |_| {});

@@ -77,7 +77,7 @@ fn a_storm_calls_all_three_one_after_the_other() {
 }
 
 #[test]
-fn a_pump_that_fails_is_replaced_until_somebody_acknowledges() {
+fn a_failed_pump_is_replaced_until_acknowledged() {
     let mut plant = plant();
     // The contactor of pump 1, the first lead pump, does not answer.
     plant.force("C101", true);

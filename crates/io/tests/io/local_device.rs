@@ -167,7 +167,7 @@ fn where_the_output_step_never_ends_the_monitor_sees_it() {
 }
 
 #[test]
-fn lines_that_fail_are_let_go_of_and_others_taken() {
+fn failed_lines_are_released_and_others_requested() {
     let first = fake(1);
     let mut rig = Rig::with(&first);
     rig.scans(2);

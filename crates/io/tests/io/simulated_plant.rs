@@ -219,7 +219,7 @@ fn a_tank_fills_drains_and_runs_over() {
 }
 
 #[test]
-fn what_one_tank_loses_the_next_one_gets() {
+fn liquid_leaving_a_tank_enters_the_next() {
     let parts = r#"part = [
         { name = "a", kind = "tank", capacity = 100, initial = 60, drain-rate = 50 },
         { name = "b", kind = "tank", capacity = 100, fill-rate = 50, fill = "a.outflow" }]"#;
@@ -336,7 +336,7 @@ fn a_valve_sticks_shut_or_open() {
 }
 
 #[test]
-fn a_late_eye_shows_what_was() {
+fn a_delayed_sensor_shows_earlier_values() {
     let fault = r#"{ name = "late", point = "belt.eye", kind = "late", by = "70ms" }"#;
     let mut bench = bench(&with_fault(BELT, fault), &["belt.run", "fault.late"], &["belt.eye"]);
     bench.run(1500, &[(0, "belt.run", 1), (300, "fault.late", 1)]);
@@ -370,7 +370,7 @@ fn a_contact_that_bounces_is_on_about_half_the_time() {
 }
 
 #[test]
-fn a_lost_device_takes_and_tells_nothing_until_its_fault_is_over() {
+fn a_lost_device_exchanges_nothing_until_its_fault_ends() {
     let fault = r#"{ name = "cable", kind = "lost" }"#;
     let driven = ["tank.fill", "fault.cable"];
     let mut bench = bench(&with_fault(TANK, fault), &driven, &["#tank.level"]);
@@ -433,7 +433,7 @@ fault = [
 
 proptest! {
     #[test]
-    fn how_often_it_is_stepped_changes_nothing(
+    fn the_step_size_changes_nothing(
         commands in proptest::collection::vec((0u64..400, 0usize..5, -5i32..1500), 0..20),
         steps in proptest::collection::vec(1u64..90, 1..20),
     ) {

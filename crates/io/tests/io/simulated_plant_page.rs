@@ -63,7 +63,7 @@ fn diagram() -> String {
 }
 
 #[test]
-fn the_diagram_is_what_happens() {
+fn the_diagram_shows_the_real_behaviour() {
     let text = page::text("simulated-plant.md");
     let (before, rest) = text.split_once("```text\n").expect("a diagram");
     let (shown, after) = rest.split_once("```").expect("its end");

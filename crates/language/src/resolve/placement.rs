@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_place_is_told_and_the_others_have_theirs() {
+    fn elements_without_room_are_reported_and_others_placed() {
         check(&[0, 1, 2, 3, 4, 5, 6, 7], "a b c d", "a=9 b=8 c? d?");
         check(&[5], "a*11 b", "b=9 a?");
     }

@@ -98,7 +98,7 @@ statistics = "0s"
 "#;
 
 #[test]
-fn what_is_said_is_taken() {
+fn written_settings_are_used() {
     let controller = controller("said", SAID);
     assert_eq!((controller.period_ms, controller.watchdog_ms), (2, 50));
     let realtime = Posture {

@@ -137,7 +137,7 @@ fn the_example_of_the_page_is_in_the_layout() {
 }
 
 #[test]
-fn a_layout_of_chance_keeps_its_meaning_and_its_comments() {
+fn formatting_random_layouts_keeps_meaning_and_comments() {
     let first = setting("RUNGD_PROPERTY_SEED", 1);
     for (path, text) in shipped() {
         let meaning = said(&text);

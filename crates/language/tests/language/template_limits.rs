@@ -69,7 +69,7 @@ fn ten_thousand_templates_in_each_other_are_a_finding_in_no_time() {
 }
 
 #[test]
-fn what_grows_without_end_ends_in_a_finding() {
+fn endless_template_growth_ends_in_a_finding() {
     let grows = |kind: &str, given: &str, body: &str| {
         let mut text = String::new();
         for at in 0..30 {

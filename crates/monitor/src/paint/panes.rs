@@ -117,7 +117,7 @@ mod tests {
     use super::shares;
 
     #[test]
-    fn a_pane_gives_way_only_where_there_is_no_room() {
+    fn a_pane_is_hidden_only_without_space() {
         assert_eq!(shares(20, &[2, 3, 4]), [2, 3, 15]);
         assert_eq!(shares(19, &[30, 4]), [15, 4]);
         assert_eq!(shares(10, &[30, 40]), [5, 5]);

@@ -147,7 +147,7 @@ fn answers_and_refusals_are_told() {
 }
 
 #[test]
-fn without_a_controller_it_says_so_and_goes_on() {
+fn without_a_controller_the_page_reports_it_and_continues() {
     let socket = std::env::temp_dir().join(format!("rungd-none-{}", std::process::id()));
     let (_orders, news) = asker::start(socket).expect("a thread");
     let silent = |news| if let MonitorNews::Silent(why) = news { Some(why) } else { None };

@@ -98,7 +98,7 @@ fn the_ladder_shows_power_without_colours() {
 }
 
 #[test]
-fn a_ladder_without_power_says_why() {
+fn a_ladder_without_power_shows_the_reason() {
     let mut bench = Bench::start();
     bench.size = (60, 16);
     bench.keys("l");

@@ -139,7 +139,7 @@ fn a_broken_engine_is_not_run_again() {
 }
 
 #[test]
-fn a_scan_thread_that_is_stuck_hears_nothing_until_it_comes_back() {
+fn a_stuck_scan_thread_takes_no_command_until_it_returns() {
     let mut rig = rig(|_, _| {});
     rig.step();
     let waiting = rig.port.submit(vec![]).unwrap();
@@ -219,7 +219,7 @@ fn slow() -> Rig {
 }
 
 #[test]
-fn where_scans_are_far_apart_a_force_does_not_wait_for_the_next_one() {
+fn with_a_long_period_a_force_does_not_wait_for_the_next_scan() {
     let mut rig = slow();
     let force = rig.order(Command::Force { cell: FORCED, value: 7 });
     let pulses = rig.monitor.beat.pulses();
@@ -232,7 +232,7 @@ fn where_scans_are_far_apart_a_force_does_not_wait_for_the_next_one() {
 }
 
 #[test]
-fn where_scans_are_far_apart_the_last_one_comes_at_once() {
+fn with_a_long_period_the_last_scan_comes_at_once() {
     let mut rig = slow();
     let stop = rig.order(Command::Stop);
     rig.step();
@@ -249,7 +249,7 @@ fn where_scans_are_far_apart_the_last_one_comes_at_once() {
 }
 
 #[test]
-fn where_scans_are_far_apart_a_stop_behind_others_comes_at_once_too() {
+fn with_a_long_period_a_queued_stop_comes_at_once() {
     let mut rig = slow();
     let force = rig.order(Command::Force { cell: FORCED, value: 7 });
     let stop = rig.order(Command::Stop);
@@ -283,7 +283,7 @@ fn an_answer_waits_for_the_image_that_shows_what_was_done() {
 }
 
 #[test]
-fn where_scans_are_far_apart_an_answer_without_an_image_does_not_wait_for_the_next_one() {
+fn with_a_long_period_an_answer_without_image_does_not_wait() {
     let mut rig = slow();
     without_spares(&mut rig);
     let force = rig.order(Command::Force { cell: FORCED, value: 7 });

@@ -110,7 +110,7 @@ fn many_swaps_lose_no_snapshot_and_no_scan() {
 }
 
 #[test]
-fn a_swap_out_of_fault_goes_on_in_run_if_it_is_to() {
+fn a_swap_in_fault_continues_in_run_if_requested() {
     let mut rig = rig(|fake, _| fake.takes_ns = vec![MS, MS, 100 * MS]);
     rig.steps(3);
     assert!(matches!(rig.port.latest().mode, Mode::Fault(_)));
@@ -126,7 +126,7 @@ fn a_swap_out_of_fault_goes_on_in_run_if_it_is_to() {
 }
 
 #[test]
-fn behind_a_panic_no_other_program_is_taken_and_none_is_lost() {
+fn after_a_panic_no_program_is_swapped_in_and_none_lost() {
     let mut rig = rig(|fake, _| fake.panics_in = Some(1));
     let hook = std::panic::take_hook();
     std::panic::set_hook(Box::new(|_| {}));

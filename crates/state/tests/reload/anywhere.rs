@@ -208,7 +208,7 @@ fn same(case: &Case, (expected, found): (&[Vec<i64>], &[Vec<i64>]), how: &str) {
 }
 
 #[test]
-fn a_program_does_the_same_wherever_its_memory_lies() {
+fn a_programs_behaviour_does_not_depend_on_memory_addresses() {
     for seed in seeds() {
         let case = generate(seed);
         let expected = trace(&case, &loaded(&case, Naming::Addresses), None);

@@ -66,7 +66,7 @@ fn trace(first: &Version, reloads: &[(u64, &Version)]) -> Vec<Vec<i64>> {
 }
 
 #[test]
-fn what_has_a_name_goes_on_over_edits_of_templates_and_around_them() {
+fn named_elements_keep_their_state_over_template_edits() {
     let first = setting("RUNGD_PROPERTY_SEED", 1);
     for seed in first..first + setting("RUNGD_PROPERTY_TEMPLATES", 12) {
         let case = Case::of(seed);

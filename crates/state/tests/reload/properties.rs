@@ -140,7 +140,7 @@ fn with_more(case: &Case, rng: &mut Rng) -> Case {
 }
 
 #[test]
-fn rungs_put_among_others_have_none_of_them_do_anything_else() {
+fn inserted_rungs_do_not_change_other_rungs() {
     for seed in seeds() {
         let (case, mut rng) = (generate(seed), Rng::new(seed ^ 0xadd));
         let (of, more) = (loaded(&case), loaded(&with_more(&case, &mut rng)));
@@ -167,7 +167,7 @@ fn the_identical_program_differs_in_nothing() {
 }
 
 #[test]
-fn another_program_keeps_data_memory_and_scans_on() {
+fn a_different_program_keeps_data_memory() {
     for seed in seeds() {
         let (a, b) = (generate(seed), generate(seed + 100_000));
         let (old, new) = (loaded(&a), loaded(&b));

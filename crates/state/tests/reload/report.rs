@@ -314,7 +314,7 @@ fn judge(
 }
 
 #[test]
-fn a_report_says_what_the_engine_does() {
+fn the_report_matches_the_engine() {
     let first = setting("RUNGD_PROPERTY_SEED", 1);
     let (mut swaps, mut lines, mut otherwise) = (0, 0, 0);
     for seed in first..first + setting("RUNGD_PROPERTY_PROGRAMS", 30) {

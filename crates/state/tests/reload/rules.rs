@@ -186,7 +186,7 @@ const ADD: (&str, &str) = ("rise(X0)", "ADD D0 1 to=D0");
 const SET: (&str, &str) = ("rise(X0)", "SET C1");
 
 #[test]
-fn a_rung_that_is_put_before_others_has_none_of_them_fire() {
+fn an_inserted_rung_triggers_no_edge_of_others() {
     let new = ("rise(X0)", "SET C7");
     for after in [[new, ADD, SET], [ADD, new, SET], [ADD, SET, new]] {
         main_with(&rungs(&[ADD, SET]))
@@ -212,7 +212,7 @@ fn a_new_fall_sees_what_the_one_beside_it_saw() {
 }
 
 #[test]
-fn instructions_of_rungs_that_nobody_edited_keep_their_own_history() {
+fn instructions_of_unedited_rungs_keep_their_history() {
     let (a, b) = (("X0", "PONOFF C0"), ("X1", "PONOFF C0"));
     main_with(&rungs(&[a, b]))
         .scan(&[("X0", 1)])

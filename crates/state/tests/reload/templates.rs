@@ -78,7 +78,7 @@ fn an_edited_template_keeps_what_has_a_name() {
 }
 
 #[test]
-fn a_use_that_is_gone_takes_its_state_with_it() {
+fn a_removed_use_loses_its_state() {
     running()
         .reload(&station(PUMP, &[("p3", "X2")]))
         .holds([("p3.starts", 1), ("p3.hours.Acc", 20)])

@@ -88,7 +88,7 @@ fn forces_follow_the_name() {
 }
 
 #[test]
-fn a_force_whose_name_is_gone_ends() {
+fn a_force_of_a_removed_name_ends() {
     let less = TAGS.replace("code = { type = \"word\" }\n", "");
     let rungs = RUNGS.replace("ADD code 1 to=code", "OUT C1");
     let after = run().force("code", 900).reload(&ladder(&less, &rungs));

@@ -326,7 +326,7 @@ fn all_that_can_happen() {
 }
 
 #[test]
-fn what_was_written_is_looked_for_and_what_failed_is_in_doubt() {
+fn after_a_failed_write_the_slot_is_in_doubt() {
     let geometry = geometry(300);
     let disk = Handle::new(512, geometry.file_bytes() as usize);
     let mut slots = Slots::format(disk.clone(), geometry).unwrap();

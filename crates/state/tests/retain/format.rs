@@ -185,7 +185,7 @@ fn of_two_header_copies_the_first_with_fields_in_range_counts() {
 }
 
 #[test]
-fn slots_beyond_the_end_are_passed_over_and_the_others_count() {
+fn slots_beyond_the_end_are_skipped() {
     let (disk, geometry) = three_images();
     for (bytes, newest) in [
         (geometry.slot_at(3), Some(9)),
@@ -207,7 +207,7 @@ fn slots_beyond_the_end_are_passed_over_and_the_others_count() {
 }
 
 #[test]
-fn a_whole_image_without_sense_is_the_newest_all_the_same() {
+fn an_intact_but_meaningless_image_counts_as_the_newest() {
     let (disk, geometry) = three_images();
     let whole = content();
     let with = |at: usize, byte: u8| {

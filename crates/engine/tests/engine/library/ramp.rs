@@ -75,7 +75,7 @@ fn a_target_that_moves_all_the_time_changes_no_rate() {
 }
 
 #[test]
-fn held_it_stays_and_goes_on_from_there() {
+fn a_held_value_stays_and_resumes() {
     let mut r = ramp("10", "10");
     r.put("target", 50.0).run(2_010);
     let held = r.set("X0", 1).scan().real("r.value");
@@ -85,7 +85,7 @@ fn held_it_stays_and_goes_on_from_there() {
 }
 
 #[test]
-fn a_value_that_is_written_is_where_it_goes_on_from() {
+fn it_continues_from_a_written_value() {
     let mut r = ramp("10", "10");
     r.put("target", 50.0).run(1_000);
     r.put("r.value", 40.0).scan();
@@ -95,7 +95,7 @@ fn a_value_that_is_written_is_where_it_goes_on_from() {
 }
 
 #[test]
-fn it_goes_on_where_it_was_after_a_stop() {
+fn it_resumes_after_a_stop() {
     let mut r = ramp("10", "10");
     r.put("target", 50.0).run(2_000);
     let before = r.real("r.value");

@@ -23,7 +23,7 @@ use std::collections::BTreeMap;
 const OF_ONE: u64 = 20;
 
 #[test]
-fn why_stands_before_an_independent_judge() {
+fn why_agrees_with_an_independent_judge() {
     let questions = setting("RUNGD_WHY_QUESTIONS", 160);
     let first = setting("RUNGD_WHY_SEED", 1);
     let mut count = 0;

@@ -72,7 +72,7 @@ fn a_lost_link_makes_all_stale() {
 }
 
 #[test]
-fn data_after_a_death_wants_a_birth() {
+fn data_after_a_death_requires_a_birth() {
     let mut fleet = Fleet::new();
     fleet.born(0, &running());
     let death = death(0, 5);
@@ -82,7 +82,7 @@ fn data_after_a_death_wants_a_birth() {
 }
 
 #[test]
-fn births_are_asked_for_in_good_time() {
+fn births_are_requested_in_time() {
     let mut fleet = Fleet::new();
     fleet.value(7, 5, jam());
     assert_eq!(fleet.view.wants_birth(fleet.now_ms).len(), 1);
@@ -96,7 +96,7 @@ fn births_are_asked_for_in_good_time() {
 
 /// A stranger's names that never answer do not prevent requests to the other nodes.
 #[test]
-fn each_node_is_asked_in_its_turn() {
+fn nodes_are_asked_in_turn() {
     let mut fleet = Fleet::new();
     let payload = super::data(7, 5, jam(), 5).bytes();
     (0..1_500).for_each(|at| drop(fleet.hear(&format!("spBv1.0/junk/NDATA/{at}"), &payload)));
@@ -148,7 +148,7 @@ fn a_request_is_a_command_of_the_specification() {
 }
 
 #[test]
-fn what_a_broker_kept_is_no_word_of_now() {
+fn retained_messages_are_not_current() {
     let mut fleet = Fleet::new();
     let payload = super::birth(0, &running(), 5).bytes();
     let topic = "spBv1.0/plant/NBIRTH/press";

@@ -9,7 +9,7 @@ use rungd_net::mqtt::LongMessage;
 use rungd_net::sparkplug::{DataType, MetricValue, vocabulary};
 
 #[test]
-fn garbage_makes_no_node() {
+fn garbage_creates_no_node() {
     let mut fleet = Fleet::new();
     fleet.hear("spBv1.0/plant/NBIRTH/press", &[0xff; 40]);
     fleet.hear("spBv1.0/plant/NOTHING/press", b"");
@@ -29,7 +29,7 @@ fn garbage_makes_a_node_stale() {
 }
 
 #[test]
-fn a_giant_is_not_read() {
+fn an_oversized_message_is_not_read() {
     let mut fleet = Fleet::new();
     fleet.hear("spBv1.0/plant/NBIRTH/press", &vec![0; (4 << 20) + 1]);
     assert_eq!(fleet.report().counts.too_large, 1);
@@ -37,7 +37,7 @@ fn a_giant_is_not_read() {
 
 /// The message is longer than a packet may be, so not even its bytes are received.
 #[test]
-fn a_giant_of_a_known_node_makes_it_stale() {
+fn an_oversized_message_makes_its_node_stale() {
     let mut fleet = Fleet::new();
     fleet.born(0, &running());
     let giant = |topic: &str, retained| {

@@ -140,7 +140,7 @@ fn a_value_of_the_past_of_a_wrong_type_is_counted() {
 }
 
 #[test]
-fn a_node_of_rungd_that_says_nothing_is_silent() {
+fn a_node_without_heartbeat_is_silent() {
     let mut fleet = Fleet::new();
     fleet.born(0, &running());
     fleet.now_ms += 30_000;

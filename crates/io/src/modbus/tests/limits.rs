@@ -43,7 +43,7 @@ fn the_newest_connection_too_many_is_closed() {
 }
 
 #[test]
-fn who_has_asked_nothing_gives_way_to_a_newcomer_the_oldest_first() {
+fn silent_connections_are_closed_for_new_ones_oldest_first() {
     let controller = Controller::start(Modbus { connections: 3, ..settings() }, PERIOD);
     let mut panel = controller.client();
     panel.ask(&READ);

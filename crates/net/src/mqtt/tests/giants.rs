@@ -89,7 +89,7 @@ fn of_a_long_topic_the_beginning_is_kept() {
 }
 
 #[test]
-fn a_session_goes_on_after_a_giant_and_acknowledges_it() {
+fn a_session_continues_after_an_oversized_message() {
     run(async {
         for version in VERSIONS {
             for how in HOWS {

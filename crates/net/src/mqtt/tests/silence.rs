@@ -19,7 +19,7 @@ fn within(since: Instant, from: u32, to: u32) {
 }
 
 #[test]
-fn a_broker_is_asked_after_half_a_keepalive_and_silent_after_one_more() {
+fn a_broker_is_pinged_after_half_a_keepalive_and_lost_after_one_more() {
     run(async {
         let (mut session, mut broker) = session(MqttVersion::V3).await;
         let since = Instant::now();
@@ -83,7 +83,7 @@ fn a_stream_of_messages_into_nothing_is_noticed() {
 }
 
 #[test]
-fn a_link_that_takes_nothing_is_noticed_and_what_is_queued_has_a_limit() {
+fn a_blocked_link_is_noticed_and_its_queue_limited() {
     run(async {
         let mut settings = settings(MqttVersion::V3);
         settings.queue_bytes_max = 10_000;

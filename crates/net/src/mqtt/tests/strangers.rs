@@ -17,7 +17,7 @@ async fn refusal(version: MqttVersion, says: &[u8]) -> String {
 }
 
 #[test]
-fn a_refusal_is_said_in_words() {
+fn a_refusal_is_reported_in_words() {
     run(async {
         for (version, says, words) in [
             (MqttVersion::V3, &[0x20, 2, 0, 1][..], "version of MQTT"),
@@ -60,7 +60,7 @@ fn what_is_no_broker_is_said() {
 }
 
 #[test]
-fn what_a_broker_may_not_say_ends_the_session() {
+fn an_invalid_packet_of_the_broker_ends_the_session() {
     run(async {
         for version in VERSIONS {
             let how = (Qos::AtMostOnce, false);
@@ -92,7 +92,7 @@ fn what_a_broker_may_not_say_ends_the_session() {
 }
 
 #[test]
-fn an_end_is_told_from_a_goodbye() {
+fn a_lost_connection_differs_from_a_disconnect() {
     run(async {
         let (mut session, mut broker) = session(MqttVersion::V5).await;
         broker.says(&[0xe0, 2, 0x8e, 0]).await;
@@ -144,7 +144,7 @@ fn what_cannot_be_sent_leaves_the_session_alive() {
 }
 
 #[test]
-fn a_flood_that_nobody_takes_stays_in_the_socket() {
+fn unread_messages_stay_in_the_socket() {
     run(async {
         let mut settings = settings(MqttVersion::V3);
         settings.queue_bytes_max = 10_000;
