@@ -25,7 +25,8 @@ pub struct ReadArgs {
 /// # Errors
 /// Standard output cannot be written.
 pub fn read(args: &ReadArgs) -> Result<Exit> {
-    let values: Values = match args.at.ask(&Request::Read { operands: args.operands.clone() }) {
+    let request = Request::Read { operands: args.operands.clone(), each: false };
+    let values: Values = match args.at.ask(&request) {
         Ok(values) => values,
         Err(exit) => return Ok(exit),
     };

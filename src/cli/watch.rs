@@ -51,7 +51,7 @@ fn interval(text: &str) -> Result<Duration, String> {
 /// # Errors
 /// Standard output cannot be written.
 pub fn watch(args: &WatchArgs) -> Result<Exit> {
-    let request = Request::Read { operands: args.operands.clone() };
+    let request = Request::Read { operands: args.operands.clone(), each: false };
     let drawn = io::stdout().is_terminal() && !args.at.json;
     let mut next = Instant::now();
     for look in 0.. {
@@ -142,7 +142,7 @@ mod tests {
             value("jam", Some("jam"), "C0", Held::Bit(false), false),
             value("D12", None, "D12", Held::Word(-7), true),
         ];
-        Values { mode: "RUN".into(), scans: 120, values }
+        Values { mode: "RUN".into(), scans: 120, values, refused: Vec::new() }
     }
 
     #[test]

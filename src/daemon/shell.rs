@@ -377,7 +377,7 @@ async fn start_drivers(
     if let Some(settings) = &setup.modbus {
         let (server, maps) = bind_modbus(settings, setup, port, patience).await?;
         let address = server.address().unwrap_or(settings.listen);
-        about.modbus = Some((address.to_string(), settings.connections, server.clients()));
+        about.modbus = Some((address.to_string(), settings.connections, server.seats()));
         modbus = Some((maps, settings.clone()));
         drivers.spawn(server.run(told(stopped)));
     }

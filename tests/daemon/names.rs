@@ -1,9 +1,9 @@
 //! Names without an address of their own, with the real binary at both ends of the socket: own tags
 //! of a template's use, elements and whole arrays are read, written and forced. Also names that
-//! stand for several operands: blocks and uses.
+//! stand for several operands: blocks and uses; and lists with names that nothing has.
 
 use crate::daemon::operator_commands;
-use crate::running::live::Live;
+use crate::running::live::{Live, ask};
 
 const LADDER: &str = r#"
 [tags]
@@ -126,4 +126,32 @@ fn an_array_is_read_whole_or_in_part_and_written_by_its_elements() {
         let said = live.say(asked);
         assert!(said.err.contains(words), "{asked}: {}", said.err);
     }
+}
+
+/// A page that shows many operands sends one request, whatever a reload has removed.
+#[test]
+fn a_read_of_each_operand_answers_the_refused_ones_too() {
+    let live = operator_commands::live();
+    let mut stream = live.connect();
+    let answer = ask(
+        &mut stream,
+        r#"{"do":"read","operands":["size","jamm","D0..D255","eye","D0..D999"],"each":true}"#,
+    );
+    let names = |key: &str| -> Vec<String> {
+        let all = answer["ok"][key].as_array().expect("a list").iter();
+        all.map(|one| one["operand"].as_str().expect("a name").to_owned()).collect()
+    };
+    assert_eq!(names("values"), ["size", "eye"], "{answer}");
+    assert_eq!(names("refused"), ["jamm", "D0..D255", "D0..D999"]);
+    let refused = &answer["ok"]["refused"];
+    assert_eq!(refused[0]["kind"], "bad-operand");
+    assert!(refused[0]["message"].as_str().is_some_and(|why| why.contains("`jam`")), "{refused}");
+    assert_eq!(refused[1]["message"], "one request reads at most 256 operands");
+    // Without the key one refused operand refuses the list, in the words of its own refusal.
+    let whole = ask(&mut stream, r#"{"do":"read","operands":["size","jamm"]}"#);
+    assert_eq!(whole["error"]["message"], refused[0]["message"]);
+    let plain = ask(&mut stream, r#"{"do":"read","operands":["size"]}"#);
+    assert!(plain["ok"].get("refused").is_none(), "{plain}");
+    let many = format!(r#"{{"do":"read","operands":[{}"x"],"each":true}}"#, "\"x\",".repeat(256));
+    assert_eq!(ask(&mut stream, &many)["error"]["kind"], "bad-request");
 }

@@ -1,11 +1,10 @@
 //! Many clients, slow clients, and a frozen browser: the controller continues to scan, and the
 //! pages answer.
 
-use std::io::Write as _;
+use std::io::{Read as _, Write as _};
 use std::net::TcpStream;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use crate::running::live::PATIENCE;
 use crate::web::client::Web;
 
 #[test]
@@ -23,11 +22,13 @@ fn silent_clients_do_not_exhaust_memory_or_controller() {
         })
         .collect();
     assert!(crowd.len() > 300, "the system lets them in");
-    drop(crowd);
-    let deadline = Instant::now() + PATIENCE;
-    while web.get("/api/ladder", &visitor).status != 200 {
-        assert!(Instant::now() < deadline, "the pages are back");
-    }
+    assert_eq!(web.get("/api/ladder", &visitor).status, 200, "one that asks is answered");
+    let open = crowd.into_iter().filter(|stream| {
+        stream.set_nonblocking(true).expect("it can be asked without waiting");
+        let read = (&mut &*stream).read(&mut [0; 1]);
+        read.is_err_and(|error| error.kind() == std::io::ErrorKind::WouldBlock)
+    });
+    assert!(open.count() < 256, "the idle have given their places");
     let after = web.live.say("status --json").json()["scans"].as_u64().unwrap();
     assert!(after > before, "it scans on");
     assert!(web.memory() < 300 << 20, "{} bytes", web.memory());
@@ -47,4 +48,23 @@ fn viewers_that_read_nothing_delay_no_other() {
     web.until(path, &visitor, |event| event["values"]["lamp"] == true);
     assert!(web.memory() < memory + (64 << 20), "nothing is heaped up for those who do not read");
     drop(frozen);
+}
+
+/// An open page has no request under way, but receives events: it is not idle.
+#[test]
+fn an_open_page_keeps_its_place_among_a_crowd() {
+    let web = Web::start(&[]);
+    let visitor = web.visit();
+    let mut page = web.open("/events?element=Main&from=1&to=2", &visitor);
+    page.read_exact(&mut [0; 1]).expect("the answer has begun");
+    let _crowd: Vec<TcpStream> =
+        (0..400).filter_map(|_| TcpStream::connect(&web.host).ok()).collect();
+    assert_eq!(web.get("/api/ladder", &visitor).status, 200);
+    let mut events = Vec::new();
+    while !String::from_utf8_lossy(&events).contains("\"scan\":") {
+        let mut part = [0; 4096];
+        let count = page.read(&mut part).expect("it is open");
+        assert!(count > 0, "the page has lost its connection");
+        events.extend_from_slice(&part[..count]);
+    }
 }

@@ -13,3 +13,4 @@ pub mod modbus;
 pub mod modbus_client;
 pub mod plant;
 pub mod scaling;
+pub mod seats;

@@ -5,36 +5,27 @@
 //! twice a second, and reads values only if the running program is the one in the texts. It
 //! requests only the status and values: it never writes.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, unbounded};
-use serde::de::DeserializeOwned;
 use toml_parser::Source;
 use toml_parser::lexer::{Token, TokenKind};
 
-use rungd_client::operator::client::{self, CallFailure};
-pub use rungd_client::operator::protocol::{
-    Held, OPERANDS_MAX, Refusal, RefusalKind, Request, Status, Values,
-};
+use rungd_client::operator::client::CallFailure;
+use rungd_client::operator::poller::{PollPace, PolledController};
+use rungd_client::operator::protocol::Held;
 use rungd_client::operator::socket_place::operator_socket;
 use rungd_client::operator::{search, socket_of_environment};
 use rungd_config::controller::OutputState;
 use rungd_config::load::sha256_of;
 
-/// The time between two polls.
-const EVERY: Duration = Duration::from_millis(500);
-
-/// The pause after a poll is at least this number of times as long as the poll, so a busy
-/// controller is polled less often.
-const SHARE: u32 = 10;
-
-/// The maximum number of requests for values per poll: it may take several requests to find the
-/// refused operands.
-const READS_MAX: u32 = 32;
+/// Two polls of all controllers a second.
+const PACE: PollPace =
+    PollPace { every: Duration::from_millis(500), share: 10, retry: Duration::from_millis(500) };
 
 /// The longest wait for an answer: values that are shown must not be older.
 const ANSWER_MAX: Duration = Duration::from_secs(2);
@@ -153,10 +144,6 @@ struct Known {
     tokens: String,
     /// Both hashes of the last texts that ran.
     ran: Option<(String, String)>,
-    /// Operands that the controller refuses.
-    unreadable: HashSet<String>,
-    /// The remaining requests for values of this poll.
-    reads_left: u32,
     /// The state that was sent last.
     told: Option<LiveState>,
 }
@@ -181,7 +168,7 @@ impl Looker {
                     if !self.look_at_all(&order) {
                         return;
                     }
-                    next = Instant::now() + EVERY.max(began.elapsed() * SHARE);
+                    next = Instant::now() + PACE.pause(began.elapsed(), true);
                 }
                 Err(RecvTimeoutError::Disconnected) => return,
             }
@@ -224,36 +211,39 @@ impl Known {
             self.sha256 = sha256_of(target.texts.iter().map(|text| &**text));
             self.tokens = tokens_of(&target.texts);
         }
-        match socket.and_then(|socket| self.read(&socket, &target.operands)) {
+        let controller = socket.map(|socket| PolledController { socket, answer_max: ANSWER_MAX });
+        match controller.and_then(|controller| self.read(&controller, &target.operands)) {
             Ok(state) => state,
             Err(failure) => LiveState::Silent(failure.in_one_line()),
         }
     }
 
     /// Reads the values between two checks of the program, so that all values are of one program.
-    fn read(&mut self, socket: &Path, operands: &[String]) -> Result<LiveState, CallFailure> {
-        if let Some(running) = self.other(socket)? {
+    fn read(
+        &mut self,
+        controller: &PolledController,
+        operands: &[String],
+    ) -> Result<LiveState, CallFailure> {
+        if let Some(running) = self.other(controller)? {
             return Ok(LiveState::Differs { running });
         }
-        let mut values = HashMap::new();
-        self.reads_left = READS_MAX;
-        let wanted: Vec<String> =
-            operands.iter().filter(|of| !self.unreadable.contains(*of)).cloned().collect();
-        for some in wanted.chunks(OPERANDS_MAX) {
-            self.read_some(socket, some, &mut values)?;
-        }
-        if let Some(running) = self.other(socket)? {
+        let read = controller.values(operands)?;
+        if let Some(running) = self.other(controller)? {
             return Ok(LiveState::Differs { running });
         }
-        let texts = self.texts.clone();
+        let values = read.values.into_iter().map(|shown| {
+            let (memory, output) = (shown.value, shown.output());
+            (shown.operand, LiveValue { memory, output })
+        });
+        let (texts, values) = (self.texts.clone(), values.collect());
         Ok(LiveState::Values(Arc::new(LiveValues { texts, values })))
     }
 
     /// The name of the running program, if it is not the program of the texts. It is that program
     /// if the texts are equal, or if they differ from the texts that ran only in comments and
     /// spaces.
-    fn other(&mut self, socket: &Path) -> Result<Option<String>, CallFailure> {
-        let status: Status = ask(socket, &Request::Status {})?;
+    fn other(&mut self, controller: &PolledController) -> Result<Option<String>, CallFailure> {
+        let status = controller.status()?;
         let running = status.ladder.sha256;
         if running == self.sha256 {
             self.ran = Some((running, self.tokens.clone()));
@@ -265,47 +255,6 @@ impl Known {
             .is_some_and(|(sha256, tokens)| (sha256, tokens) == (&running, &self.tokens));
         Ok((!ran).then_some(status.ladder.name))
     }
-
-    /// Reads some operands. A refused operand is found by halving the list, and is not requested
-    /// again.
-    fn read_some(
-        &mut self,
-        socket: &Path,
-        some: &[String],
-        values: &mut HashMap<String, LiveValue>,
-    ) -> Result<(), CallFailure> {
-        if self.reads_left == 0 {
-            return Ok(());
-        }
-        self.reads_left -= 1;
-        let request = Request::Read { operands: some.to_vec() };
-        match ask::<Values>(socket, &request) {
-            Ok(read) => {
-                values.extend(read.values.into_iter().map(|of| {
-                    let (memory, output) = (of.value, of.output());
-                    (of.operand, LiveValue { memory, output })
-                }));
-                Ok(())
-            }
-            Err(CallFailure::Refused(Refusal {
-                kind: RefusalKind::BadOperand | RefusalKind::BadRequest,
-                ..
-            })) => {
-                if let [one] = some {
-                    self.unreadable.insert(one.clone());
-                    return Ok(());
-                }
-                let (first, second) = some.split_at(some.len() / 2);
-                self.read_some(socket, first, values)?;
-                self.read_some(socket, second, values)
-            }
-            Err(failure) => Err(failure),
-        }
-    }
-}
-
-fn ask<T: DeserializeOwned>(socket: &Path, request: &Request) -> Result<T, CallFailure> {
-    client::ask_within(socket, request, ANSWER_MAX)
 }
 
 /// A hash that is equal for texts that differ only in comments and spaces.

@@ -4,7 +4,6 @@
 //! and less often if the answers are slow. It changes a controller only by
 //! [`MonitorOrder::Change`].
 
-use std::collections::HashSet;
 use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -17,20 +16,13 @@ use serde::de::DeserializeOwned;
 use super::message::{Look, MonitorNews, MonitorOrder};
 use super::power_of::PowerOf;
 use rungd_client::live::{Follower, LiveProgram, LiveView};
-use rungd_client::operator::client::{self, CallFailure};
-pub use rungd_client::operator::protocol::{
-    AckList, Change, NameList, Refusal, RefusalKind, Request, ShownValue, Status, Values,
-};
+use rungd_client::operator::client::CallFailure;
+use rungd_client::operator::poller::{PollPace, PolledController, ReadOperands};
+use rungd_client::operator::protocol::{AckList, Change, NameList, Request, Values};
 
-/// The time between two looks.
-const EVERY: Duration = Duration::from_millis(200);
-
-/// The pause after a look lasts at least this many times as long as the look, so that a busy
-/// controller receives fewer requests.
-const SHARE: u32 = 10;
-
-/// The time between two looks at a controller that does not answer.
-const SILENT_EVERY: Duration = Duration::from_secs(1);
+/// Five looks a second, one a second at a controller that does not answer.
+const PACE: PollPace =
+    PollPace { every: Duration::from_millis(200), share: 10, retry: Duration::from_secs(1) };
 
 /// The longest wait for the answer to a look, since older values must not be shown.
 const LOOK_MAX: Duration = Duration::from_secs(2);
@@ -55,14 +47,12 @@ pub(super) fn start(socket: PathBuf) -> io::Result<(Sender<MonitorOrder>, Receiv
     let builder = thread::Builder::new().name("monitor".to_owned());
     builder.spawn(move || {
         let asker = ControllerAsker {
-            follower: Follower::new(socket.clone()),
+            controller: PolledController { socket, answer_max: LOOK_MAX },
+            follower: Follower::default(),
             follows: false,
             told: String::new(),
-            socket,
             news: send,
             operands: Vec::new(),
-            unknown: HashSet::new(),
-            program: (0, String::new()),
         };
         asker.run(&received);
     })?;
@@ -71,7 +61,7 @@ pub(super) fn start(socket: PathBuf) -> io::Result<(Sender<MonitorOrder>, Receiv
 
 /// The state of the thread.
 struct ControllerAsker {
-    socket: PathBuf,
+    controller: PolledController,
     /// Reads the scan log: for the ladder, its power, and `why`.
     follower: Follower,
     /// Whether the power of the ladder is sent after each look.
@@ -81,10 +71,6 @@ struct ControllerAsker {
     news: Sender<MonitorNews>,
     /// The operands to read at each look.
     operands: Vec<String>,
-    /// The operands of these that the program does not have.
-    unknown: HashSet<String>,
-    /// The process and the hash of the program to which `unknown` belongs.
-    program: (u32, String),
 }
 
 impl ControllerAsker {
@@ -100,9 +86,9 @@ impl ControllerAsker {
                 Err(RecvTimeoutError::Timeout) => {
                     let began = Instant::now();
                     let looked = self.look();
-                    let every = if looked.is_ok() { EVERY } else { SILENT_EVERY };
+                    let answered = looked.is_ok();
                     let sent = self.tell(looked);
-                    next = Instant::now() + every.max(began.elapsed() * SHARE);
+                    next = Instant::now() + PACE.pause(began.elapsed(), answered);
                     sent
                 }
                 Err(RecvTimeoutError::Disconnected) => return,
@@ -147,7 +133,8 @@ impl ControllerAsker {
                 MonitorNews::Names(prefix, names.unwrap_or_default())
             }
             MonitorOrder::Find(operand) => {
-                let found = self.ask::<Values>(&Request::Read { operands: vec![operand] });
+                let found =
+                    self.ask::<Values>(&Request::Read { operands: vec![operand], each: false });
                 MonitorNews::Found(found.map(|of| of.values))
             }
             MonitorOrder::Why(operand) => {
@@ -161,7 +148,8 @@ impl ControllerAsker {
     }
 
     fn ask<T: DeserializeOwned>(&self, request: &Request) -> Result<T, String> {
-        client::ask_within(&self.socket, request, ANSWER_MAX).map_err(|of| of.to_string())
+        let controller = PolledController { answer_max: ANSWER_MAX, ..self.controller.clone() };
+        controller.ask(request).map_err(|failure| failure.to_string())
     }
 
     fn change(&self, request: &Request) -> Result<String, String> {
@@ -175,7 +163,8 @@ impl ControllerAsker {
 
     /// The last scan, and the scans of the minute before it.
     fn scans(&mut self) -> Result<LiveView, String> {
-        self.follower.look().map_err(|failure| failure.to_string())
+        let looked = self.follower.look(&self.controller.socket);
+        looked.map_err(|failure| failure.to_string())
     }
 
     /// The ladder of the last program in the scan log, with its hash.
@@ -209,52 +198,12 @@ impl ControllerAsker {
         self.news.send(MonitorNews::Power(power))
     }
 
-    fn look(&mut self) -> Result<Look, CallFailure> {
-        let status: Status = client::ask_within(&self.socket, &Request::Status {}, LOOK_MAX)?;
-        let program = (status.pid, status.ladder.sha256.clone());
-        if program != self.program {
-            self.program = program;
-            self.unknown.clear();
-        }
-        let wanted = self.operands.iter().filter(|of| !self.unknown.contains(*of));
-        let wanted: Vec<String> = wanted.cloned().collect();
-        let values = self.values(wanted)?;
-        let unknown = self.operands.iter().filter(|of| self.unknown.contains(*of));
-        Ok(Look { status, values, unknown: unknown.cloned().collect() })
+    fn look(&self) -> Result<Look, CallFailure> {
+        let status = self.controller.status()?;
+        let ReadOperands { values, refused } = self.controller.values(&self.operands)?;
+        let unknown = refused.into_iter().map(|refused| refused.operand).collect();
+        Ok(Look { status, values, unknown })
     }
-
-    /// Reads operands in one request. If an operand is refused, reads each one separately, and does
-    /// not request the refused one again.
-    fn values(&mut self, wanted: Vec<String>) -> Result<Vec<ShownValue>, CallFailure> {
-        if wanted.is_empty() {
-            return Ok(Vec::new());
-        }
-        let read = |operands: Vec<String>| {
-            let request = Request::Read { operands };
-            client::ask_within::<Values>(&self.socket, &request, LOOK_MAX).map(|of| of.values)
-        };
-        match read(wanted.clone()) {
-            Err(failure) if is_unknown(&failure) => {}
-            read => return read,
-        }
-        let mut values = Vec::new();
-        let mut unknown = Vec::new();
-        for operand in wanted {
-            match read(vec![operand.clone()]) {
-                Ok(read) => values.extend(read),
-                Err(failure) if is_unknown(&failure) => unknown.push(operand),
-                Err(failure) => return Err(failure),
-            }
-        }
-        self.unknown.extend(unknown);
-        Ok(values)
-    }
-}
-
-/// Whether the request failed because the program does not have an operand.
-fn is_unknown(failure: &CallFailure) -> bool {
-    let CallFailure::Refused(Refusal { kind, .. }) = failure else { return false };
-    matches!(kind, RefusalKind::BadOperand | RefusalKind::BadRequest)
 }
 
 /// The result of a change, in the words of `rungd force`.

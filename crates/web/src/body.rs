@@ -8,18 +8,28 @@ use std::task::{Context, Poll};
 use hyper::body::{Body, Bytes, Frame, SizeHint};
 use tokio::sync::mpsc::Receiver;
 
+use rungd_io::seats::BusySeat;
+
 /// The body of an answer.
 pub(super) enum AnswerBody {
     /// The whole body.
     Whole(Option<Bytes>),
-    /// A stream of events.
-    Events(Receiver<Bytes>),
+    /// A stream of events; the connection is busy until it ends.
+    Events(Receiver<Bytes>, Option<BusySeat>),
 }
 
 impl AnswerBody {
     /// A complete body.
     pub fn of(bytes: impl Into<Bytes>) -> AnswerBody {
         AnswerBody::Whole(Some(bytes.into()))
+    }
+
+    /// Keeps the connection busy while events are sent.
+    pub fn hold(&mut self, busy: BusySeat) {
+        match self {
+            AnswerBody::Whole(_) => {}
+            AnswerBody::Events(_, held) => *held = Some(busy),
+        }
     }
 }
 
@@ -33,7 +43,7 @@ impl Body for AnswerBody {
     ) -> Poll<Option<Result<Frame<Bytes>, Infallible>>> {
         match &mut *self {
             AnswerBody::Whole(bytes) => Poll::Ready(bytes.take().map(|b| Ok(Frame::data(b)))),
-            AnswerBody::Events(events) => {
+            AnswerBody::Events(events, _) => {
                 events.poll_recv(context).map(|event| event.map(|bytes| Ok(Frame::data(bytes))))
             }
         }
@@ -48,7 +58,7 @@ impl Body for AnswerBody {
             AnswerBody::Whole(bytes) => {
                 SizeHint::with_exact(bytes.as_ref().map_or(0, |bytes| bytes.len() as u64))
             }
-            AnswerBody::Events(_) => SizeHint::default(),
+            AnswerBody::Events(..) => SizeHint::default(),
         }
     }
 }

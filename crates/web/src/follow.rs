@@ -5,7 +5,7 @@
 //! that the program is known when the first viewer comes. After a slow answer the pause before the
 //! next request is longer.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread::{self, Thread};
@@ -17,14 +17,13 @@ use tokio::time::timeout;
 
 use super::journal::say;
 use rungd_client::live::{Follower, LiveView, LookFailure};
-use rungd_client::operator::client::{self, CallFailure};
+use rungd_client::operator::client::CallFailure;
+use rungd_client::operator::poller::{ControllerPoller, PollPace};
 use rungd_client::operator::protocol::Request;
-use rungd_client::operator::search::SoughtSocket;
 
-/// The time between two looks.
-const EVERY: Duration = Duration::from_millis(200);
-/// The time between two looks at a controller that does not answer.
-const RETRY: Duration = Duration::from_secs(1);
+/// Five looks a second, one a second at a controller that does not answer.
+const PACE: PollPace =
+    PollPace { every: Duration::from_millis(200), share: 1, retry: Duration::from_secs(1) };
 /// The time between two requests for the status.
 const STATUS_EVERY: Duration = Duration::from_secs(1);
 /// The time that the thread continues after the last request of a viewer.
@@ -143,39 +142,22 @@ impl Follow {
 /// The controller that the pages show. If no socket is named, it is searched for until one answers:
 /// a controller may start later than the pages. After that its socket stays the same.
 struct Followed {
-    sought: SoughtSocket,
-    follower: Option<(PathBuf, Follower)>,
+    poller: ControllerPoller,
+    follower: Follower,
 }
 
 impl Followed {
     fn look(&mut self) -> Result<LiveView, LookFailure> {
-        let socket = self.sought.find().map_err(LookFailure::Call)?;
-        let known = self.follower.take().filter(|(of, _)| *of == socket);
-        let (_, follower) =
-            self.follower.insert(known.unwrap_or_else(|| (socket.clone(), Follower::new(socket))));
-        let looked = follower.look();
-        if looked.is_ok()
-            && let Some((socket, _)) = &self.follower
-        {
-            self.sought.keep(socket);
-        }
-        looked
-    }
-
-    fn socket(&self) -> Option<&PathBuf> {
-        self.follower.as_ref().map(|(socket, _)| socket).filter(|_| self.sought.is_kept())
-    }
-
-    fn rest(&mut self) {
-        if let Some((_, follower)) = &mut self.follower {
-            follower.rest();
-        }
+        let controller = self.poller.controller()?;
+        let view = self.follower.look(&controller.socket)?;
+        self.poller.keep(&controller);
+        Ok(view)
     }
 
     /// Says what came of a look, if it is something else than before.
     fn tell(&self, looked: &Result<LiveView, LookFailure>) {
         say(&match looked {
-            Ok(_) => format!("the controller at {} answers", self.sought),
+            Ok(_) => format!("the controller at {} answers", self.poller),
             Err(LookFailure::Call(failure)) => {
                 format!("the controller cannot be shown: {}", failure.in_one_line())
             }
@@ -184,27 +166,39 @@ impl Followed {
             }
         });
     }
+
+    /// The status, with all listed alarms, including those that are over but not acknowledged.
+    fn status(&self) -> Option<Value> {
+        self.poller.kept()?;
+        let controller = self.poller.controller().ok()?;
+        let mut status: Value = controller.ask(&Request::Status {}).ok()?;
+        if let Ok(listed) = controller.ask::<Value>(&Request::Alarms {}) {
+            status["alarms"] = listed["alarms"].clone();
+        }
+        Some(status)
+    }
 }
 
 /// Looks at the controller until no receiver is left.
 fn follow(named: Option<&PathBuf>, tell: &watch::Sender<Arc<Seen>>, is_viewed: &dyn Fn() -> bool) {
-    let mut followed = Followed { sought: SoughtSocket::new(named.cloned()), follower: None };
+    let poller = ControllerPoller::new(named.cloned(), ANSWER_MAX);
+    let mut followed = Followed { poller, follower: Follower::default() };
     let first = followed.look();
-    let mut was_seen = first.is_ok();
+    followed.poller.has_turned(first.is_ok());
     match &first {
-        Ok(_) => say(&format!("shows the controller at {}", followed.sought)),
+        Ok(_) => say(&format!("shows the controller at {}", followed.poller)),
         Err(LookFailure::Call(CallFailure::NotFound(failure))) => {
             failure.to_string().lines().for_each(|line| say(line.trim_start()));
         }
         Err(LookFailure::Call(_) | LookFailure::Unusable(_)) => {
-            let socket = followed.sought.to_string();
+            let socket = &followed.poller;
             say(&format!("shows the controller at {socket}: no controller answers there yet"));
         }
     }
     let (mut status, mut status_at): (Option<Arc<Value>>, Option<Instant>) = (None, None);
     while !tell.is_closed() {
         if !is_viewed() {
-            followed.rest();
+            followed.follower.rest();
             status_at = None;
             thread::park_timeout(VIEWED);
             continue;
@@ -213,30 +207,16 @@ fn follow(named: Option<&PathBuf>, tell: &watch::Sender<Arc<Seen>>, is_viewed: &
         let looked = followed.look();
         let is_due = status_at.is_none_or(|at| at.elapsed() >= STATUS_EVERY);
         if is_due || looked.is_err() {
-            status = followed.socket().and_then(|socket| told(socket)).map(Arc::new);
+            status = followed.status().map(Arc::new);
             status_at = Some(Instant::now());
         }
-        if was_seen != looked.is_ok() {
-            was_seen = looked.is_ok();
+        if followed.poller.has_turned(looked.is_ok()) {
             followed.tell(&looked);
         }
-        let pause = match &looked {
-            Ok(_) => EVERY.saturating_sub(begun.elapsed()).max(begun.elapsed()),
-            Err(_) => RETRY,
-        };
+        let pause = PACE.pause(begun.elapsed(), looked.is_ok());
         let view = looked.map_err(|failure| failure.to_string());
-        let (at, socket) = (Instant::now(), followed.socket().cloned());
+        let (at, socket) = (Instant::now(), followed.poller.kept().cloned());
         tell.send_replace(Arc::new(Seen { at, socket, view, status: status.clone() }));
         thread::sleep(pause);
     }
-}
-
-/// The status, with all listed alarms, including those that are over but not acknowledged.
-fn told(socket: &Path) -> Option<Value> {
-    let ask = |request| client::ask_within::<Value>(socket, &request, ANSWER_MAX).ok();
-    let mut status = ask(Request::Status {})?;
-    if let Some(listed) = ask(Request::Alarms {}) {
-        status["alarms"] = listed["alarms"].clone();
-    }
-    Some(status)
 }

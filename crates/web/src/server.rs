@@ -11,8 +11,7 @@ use std::time::Duration;
 use anyhow::{Context as _, Result};
 use hyper::service::service_fn;
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
-use tokio::sync::{OwnedSemaphorePermit, Semaphore};
-use tokio::time::timeout;
+use tokio_rustls::TlsAcceptor;
 
 use super::follow::Follow;
 use super::guard::Guard;
@@ -22,12 +21,17 @@ use super::options::{ListenAt, WebOptions};
 use super::patience::{Patience, PeerEnd};
 use super::route::answer;
 use super::site::{WebSite, WebSiteParts};
+use rungd_io::seats::{ANY_GUEST, Seat, SeatSettings, Seats};
 use rungd_net::http;
 
-/// The most connections at a time. Any further connection waits for a place.
-const CONNECTIONS_MAX: usize = 256;
-/// The longest wait of a connection for a place.
-const PLACE_MAX: Duration = Duration::from_secs(5);
+/// The limits of connections. If all are in use, any further connection waits for a place.
+const SEATS: SeatSettings = SeatSettings {
+    count_max: 256,
+    reserved: 0,
+    idle_max: Duration::from_secs(5),
+    wait_max: Duration::from_secs(5),
+    rest: Duration::from_millis(100),
+};
 
 /// Serves the pages until SIGINT or SIGTERM.
 ///
@@ -60,7 +64,12 @@ async fn run(options: &WebOptions) -> Result<()> {
         site.tell_link();
     }
     let _ = sd_notify::notify(&[sd_notify::NotifyState::Ready]);
-    http::until_signal(accept(&listener, &site, acceptor.as_ref())).await?;
+    let accept = || listener.accept();
+    let converse = |browser, seat| {
+        let (site, acceptor) = (Arc::clone(&site), acceptor.clone());
+        async move { converse_secured(browser, &site, (&seat, acceptor)).await }
+    };
+    http::until_signal(Seats::new(SEATS).serve(accept, converse)).await?;
     if let ListenAt::Unix(path) = &options.listen {
         let _ = std::fs::remove_file(path);
     }
@@ -78,42 +87,37 @@ fn address(options: &WebOptions, listener: &Listener) -> String {
     }
 }
 
-/// Accepts connections.
-async fn accept(
-    listener: &Listener,
+/// A connection, and the browser at its other end.
+type Browser = (Box<dyn Connection>, PeerEnd);
+
+/// Answers the requests of a connection, after it has begun TLS if there is an acceptor.
+async fn converse_secured(
+    (connection, peer): Browser,
     site: &Arc<WebSite>,
-    acceptor: Option<&tokio_rustls::TlsAcceptor>,
+    (seat, acceptor): (&Arc<Seat>, Option<TlsAcceptor>),
 ) {
-    let places = Arc::new(Semaphore::new(CONNECTIONS_MAX));
-    loop {
-        let (connection, peer) = http::accepted(move || listener.accept()).await;
-        let place = timeout(PLACE_MAX, Arc::clone(&places).acquire_owned()).await;
-        let Ok(Ok(place)) = place else { continue };
-        let (site, acceptor) = (Arc::clone(site), acceptor.cloned());
-        tokio::spawn(async move {
-            let connection = match &acceptor {
-                Some(acceptor) => secured(acceptor, connection).await,
-                None => Ok(connection),
-            };
-            if let Ok(connection) = connection {
-                converse((connection, peer), &site, place).await;
-            }
-        });
+    let connection = match &acceptor {
+        Some(acceptor) => secured(acceptor, connection).await,
+        None => Ok(connection),
+    };
+    if let Ok(connection) = connection {
+        converse((connection, peer), site, seat).await;
     }
 }
 
-/// Answers the requests of a connection.
-async fn converse(
-    (connection, peer): (Box<dyn Connection>, PeerEnd),
-    site: &Arc<WebSite>,
-    place: OwnedSemaphorePermit,
-) {
+/// Answers the requests of a connection. While one is answered, or events are sent, the connection
+/// keeps its seat.
+async fn converse((connection, peer): Browser, site: &Arc<WebSite>, seat: &Arc<Seat>) {
     let service = service_fn(|request| {
         let (site, patience) = (Arc::clone(site), Patience::from_now(peer.clone()));
-        async move { Ok::<_, Infallible>(answer(&site, request, patience).await) }
+        let busy = seat.busy();
+        async move {
+            let mut answer = answer(&site, request, patience).await;
+            answer.body_mut().hold(busy);
+            Ok::<_, Infallible>(answer)
+        }
     });
-    http::converse(connection, service).await;
-    drop(place);
+    http::converse(connection, service, seat.idle_max()).await;
 }
 
 /// The answer to a connection that sends these bytes, without a controller. For the fuzzer.
@@ -127,13 +131,13 @@ pub fn conversation(bytes: &[u8]) -> Vec<u8> {
             address: String::new(),
             users: None,
         }));
-        let place = Arc::new(Semaphore::new(1)).acquire_owned().await.expect("a place");
+        let seat = Seats::new(SEATS).take(ANY_GUEST).expect("a seat");
         let (near, mut far) = tokio::io::duplex(bytes.len().max(1) + (1 << 20));
         let asked = async {
             far.write_all(bytes).await.expect("there is room");
             far.shutdown().await.expect("it ends");
         };
-        tokio::join!(asked, converse((Box::new(near), PeerEnd::default()), &site, place));
+        tokio::join!(asked, converse((Box::new(near), PeerEnd::default()), &site, &seat));
         let mut answer = Vec::new();
         let _ = far.read_to_end(&mut answer).await;
         answer

@@ -103,7 +103,7 @@ pub(super) fn events(site: &Arc<WebSite>, query: &Query, cookie: &str) -> WebRes
             }
         }
     });
-    Ok(typed("text/event-stream", AnswerBody::Events(events)))
+    Ok(typed("text/event-stream", AnswerBody::Events(events, None)))
 }
 
 impl Told {

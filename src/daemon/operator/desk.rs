@@ -26,7 +26,7 @@ use rungd_client::operator::names::Names;
 use rungd_client::operator::operand::Variable;
 use rungd_client::operator::protocol::{
     self, Answered, Change, GivenValue, Held, LevelChange, ModeChange, ModeWanted, OPERANDS_MAX,
-    Refusal, RefusalKind, Reply, Request, ShownValue, Values,
+    Refusal, RefusalKind, RefusedOperand, Reply, Request, ShownValue, Values,
 };
 use rungd_engine::isa::{Address, Bit, BitSpace};
 use rungd_runtime::command::{Before, Command, CommandId, Denial};
@@ -85,7 +85,7 @@ impl Desk {
         let peer = &asker.peer;
         match request {
             Request::Status {} => answered(self.status()),
-            Request::Read { operands } => answered(self.read(operands)?),
+            Request::Read { operands, each } => answered(self.read(operands, *each).await?),
             Request::Write { operand, value, for_user, from_page } => {
                 let asker = asker.acting_for(for_user.as_deref())?;
                 answered(self.write(&asker, operand, (value, *from_page)).await?)
@@ -158,17 +158,28 @@ impl Desk {
         locked(&self.forced)
     }
 
-    fn read(&self, operands: &[String]) -> Answered<Values> {
+    /// The values of operands. A refused operand refuses the request, or gets its own answer.
+    async fn read(&self, operands: &[String], each: bool) -> Answered<Values> {
         let (latest, view) = self.seen();
-        let mut found = Vec::new();
-        for text in operands.iter().take(OPERANDS_MAX + 1) {
-            found.extend(view.names.find(text)?);
-            if found.len() > OPERANDS_MAX {
-                let message = format!("one request reads at most {OPERANDS_MAX} operands");
-                return Err(Refusal::new(RefusalKind::BadRequest, message));
+        let (mut found, mut refused) = (Vec::new(), Vec::new());
+        for (at, text) in operands.iter().enumerate() {
+            let fits = |more: &Vec<Variable>| found.len() + more.len() <= OPERANDS_MAX;
+            let more = view
+                .names
+                .find(text)
+                .and_then(|more| if fits(&more) { Ok(more) } else { Err(too_many()) });
+            match more {
+                Ok(more) => found.extend(more),
+                Err(_) if each && at >= OPERANDS_MAX => return Err(too_many()),
+                Err(refusal) if each => {
+                    refused.push(RefusedOperand { operand: text.clone(), refusal });
+                    // A refusal may have compared many names: other clients are served first.
+                    tokio::task::yield_now().await;
+                }
+                Err(refusal) => return Err(refusal),
             }
         }
-        Ok(view.sight(&latest).values(&found))
+        Ok(Values { refused, ..view.sight(&latest).values(&found) })
     }
 
     /// Logs a command that the scan thread has carried out: `did`. Returns the operand after it.
@@ -414,6 +425,11 @@ fn log_level(peer: &Peer, level: Level) -> LevelChange {
         log::set_level(level);
     }
     LevelChange { before, after: level }
+}
+
+fn too_many() -> Refusal {
+    let message = format!("one request reads at most {OPERANDS_MAX} operands");
+    Refusal::new(RefusalKind::BadRequest, message)
 }
 
 /// The line of an answer.

@@ -2,7 +2,7 @@
 //!
 //! The shell makes [`Claim`]s before it opens any other file, binds the [`Server`]s before the
 //! first scan, and runs them among the drivers. `socket` manages a socket's file, `peer` identifies
-//! the user at the other end, `seats` and `pace` have the limits, `session` serves one client;
+//! the user at the other end, `io::seats` and `pace` have the limits, `session` serves one client;
 //! `desk` carries out requests (`write`: the writes), `told_change` logs changes of operands,
 //! `status` reports the state of the controller. Nothing here can make a scan wait.
 
@@ -15,7 +15,6 @@ mod pace;
 mod peer;
 mod record;
 mod refused;
-mod seats;
 mod server;
 mod session;
 mod socket;

@@ -74,6 +74,7 @@ impl<'a> OutputSight<'a> {
             mode: self.image.mode.name().to_owned(),
             scans: self.image.scans,
             values: operands.iter().map(|operand| self.shown(operand)).collect(),
+            refused: Vec::new(),
         }
     }
 

@@ -15,28 +15,33 @@ use std::time::Duration;
 
 use tokio::net::{UnixListener, UnixStream};
 use tokio::task::JoinSet;
-use tokio::time::{Instant, interval, sleep, sleep_until};
+use tokio::time::{Instant, interval, sleep_until};
 
 use super::desk::Desk;
 use super::pace::Pace;
 use super::peer::{Doorway, Peer};
-use super::seats::{KEPT, Seats};
 use super::session::{self, Session, Shared};
 use super::socket::{self, Claim, Owner, SocketTaken};
 use crate::daemon::failure::StartFailure;
 use rungd_client::operator::socket_place::{Door, InsteadOf, SocketSpec};
 use rungd_config::controller::operator::Operator;
+use rungd_io::seats::{Guest, SeatSettings, Seats};
 use rungd_runtime::say::say;
 
-/// The most clients at a time.
-const CLIENTS_MAX: usize = 64;
+/// A client without requests is closed after the idle time. If all seats are busy, a new client is
+/// turned away at once.
+const SEATS: SeatSettings = SeatSettings {
+    count_max: 64,
+    reserved: 8,
+    idle_max: Duration::from_secs(60),
+    wait_max: Duration::ZERO,
+    rest: Duration::from_millis(100),
+};
 /// The least time between two clients. After a rest, as many clients as there are seats are let in
 /// at once.
 const CLIENT_EVERY: Duration = Duration::from_millis(2);
 /// The interval at which the server checks that the socket is still in its place.
 const LOOK_EVERY: Duration = Duration::from_secs(2);
-/// The pause after a failed accept, for example if there are no file descriptors left.
-const REST_AFTER_FAILURE: Duration = Duration::from_millis(100);
 
 /// A bound server of one socket. The servers of a controller share the desk and the seats.
 pub(in super::super) struct Server {
@@ -68,11 +73,11 @@ impl Server {
         }
         let Some((_, first)) = bound.first() else { return Ok(Vec::new()) };
         let (operator, path) = (first.owner, first.path().to_owned());
-        let shared = Arc::new(Shared::new(desk, Seats::new(CLIENTS_MAX, KEPT), path));
+        let shared = Arc::new(Shared::new(desk, Seats::new(SEATS), path));
         let server = |(listener, socket): (_, socket::Bound)| {
             let listener = UnixListener::from_std(listener)?;
             tell_open(&socket);
-            let clients = Pace::new(CLIENT_EVERY, CLIENTS_MAX as u32);
+            let clients = Pace::new(CLIENT_EVERY, SEATS.count_max as u32);
             let shared = Arc::clone(&shared);
             Ok(Server { listener, socket, operator, shared, clients, lost: false })
         };
@@ -142,8 +147,9 @@ impl Server {
 
     fn admit(&self, stream: UnixStream, clients: &mut JoinSet<()>) {
         let Ok(peer) = Peer::of(&stream, &self.doorway()) else { return };
-        let Some(seat) = self.shared.seats.take(peer.uid, peer.may_change) else {
-            session::turn_away(&stream, CLIENTS_MAX);
+        let guest = Guest { user: peer.uid, may_change: peer.may_change };
+        let Some(seat) = self.shared.seats.take(guest) else {
+            session::turn_away(&stream, SEATS.count_max);
             return;
         };
         let (who, pid) = (&peer, peer.pid);
@@ -159,8 +165,7 @@ impl Server {
     async fn rest(&self, error: &io::Error) {
         let name = self.socket.door().name();
         say!(OPERATOR_ACCEPT_FAILED, %error, "{name} accepts no client");
-        self.shared.seats.make_room();
-        sleep(REST_AFTER_FAILURE).await;
+        self.shared.seats.make_room().await;
     }
 }
 

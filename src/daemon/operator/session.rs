@@ -19,7 +19,6 @@ use super::desk::Desk;
 use super::pace::{Pace, metered};
 use super::peer::{Asker, Peer};
 use super::refused::tell_refused;
-use super::seats::{Seat, Seats};
 use crate::daemon::narration::one_line;
 use crate::daemon::turns::{Turn, Turns};
 use rungd_base::duration_text::duration_text;
@@ -29,10 +28,9 @@ use rungd_client::operator::protocol::{
     Answered, REQUEST_BYTES_MAX, Refusal, RefusalKind, Reply, Request, received,
 };
 use rungd_client::operator::socket_place::Door;
+use rungd_io::seats::{Seat, Seats};
 use rungd_runtime::say::say;
 
-/// A client without requests is closed after this time.
-const IDLE_MAX: Duration = Duration::from_secs(60);
 /// The time limit for a whole line.
 const LINE_MAX: Duration = Duration::from_secs(5);
 /// The time limit for a client to take an answer.
@@ -90,12 +88,10 @@ impl Shared {
 pub(super) struct Session {
     stream: UnixStream,
     peer: Peer,
-    seat: Seat,
+    seat: Arc<Seat>,
     shared: Arc<Shared>,
     received: Vec<u8>,
     garbage: u32,
-    /// The time of the last request, at first of the connection.
-    asked: Instant,
 }
 
 /// Why a connection ended.
@@ -125,9 +121,8 @@ impl fmt::Display for Closed {
 }
 
 impl Session {
-    pub fn new(stream: UnixStream, peer: Peer, seat: Seat, shared: Arc<Shared>) -> Session {
-        let (received, asked) = (Vec::new(), Instant::now());
-        Session { stream, peer, seat, shared, received, garbage: 0, asked }
+    pub fn new(stream: UnixStream, peer: Peer, seat: Arc<Seat>, shared: Arc<Shared>) -> Session {
+        Session { stream, peer, seat, shared, received: Vec::new(), garbage: 0 }
     }
 
     pub async fn serve(mut self) {
@@ -153,12 +148,11 @@ impl Session {
         };
         let now = Instant::now();
         if line.iter().any(|byte| !byte.is_ascii_whitespace()) {
-            self.asked = now;
             self.wait_for(&self.shared.requests).await?;
             let answered = self.answer(&line).await;
             self.seat.set_busy(false);
             answered?;
-        } else if now >= self.asked + IDLE_MAX {
+        } else if now >= self.seat.idle_until() {
             return Err(Closed::Idle);
         }
         self.unless_asked_to_leave(sleep_until(now + REQUEST_EVERY)).await
@@ -182,7 +176,7 @@ impl Session {
     /// The next line, without its end.
     async fn line(&mut self) -> Result<Vec<u8>, Closed> {
         let mut deadline = match self.received.is_empty() {
-            true => self.asked + IDLE_MAX,
+            true => self.seat.idle_until(),
             false => Instant::now() + LINE_MAX,
         };
         let mut looked = 0;

@@ -4,7 +4,6 @@
 //! command goes to the scan thread.
 
 use std::collections::HashSet;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
@@ -25,6 +24,7 @@ use rungd_engine::isa::{self, Address, Bit, BitSpace, BlockId, DeviceId, StageId
 use rungd_engine::{BitCell, Layout};
 use rungd_history::record::RecordedFile;
 use rungd_io::device::Health;
+use rungd_io::seats::Seats;
 use rungd_language::lower;
 use rungd_language::resolve::program::BlockKind;
 use rungd_runtime::exchange::{Mode, Snapshot, Tempo};
@@ -36,8 +36,8 @@ pub(in super::super) struct AboutParts {
     pub grants: Vec<Grant>,
     pub gauge: Gauge,
     pub started: Instant,
-    /// The Modbus server's address, its greatest number of clients, and their current number.
-    pub modbus: Option<(String, u32, Arc<AtomicUsize>)>,
+    /// The Modbus server's address, its greatest number of clients, and their seats.
+    pub modbus: Option<(String, u32, Seats)>,
     pub retention: Option<Retention>,
     pub recording: Recording,
     /// The field devices, by number.
@@ -197,10 +197,10 @@ impl About {
             forces,
             outputs,
             devices: Devices {
-                modbus: self.parts.modbus.as_ref().map(|(address, connections_max, clients)| {
+                modbus: self.parts.modbus.as_ref().map(|(address, connections_max, seats)| {
                     Modbus {
                         address: address.clone(),
-                        clients: clients.load(Ordering::Relaxed),
+                        clients: seats.count(),
                         connections_max: *connections_max,
                     }
                 }),

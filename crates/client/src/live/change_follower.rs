@@ -8,20 +8,14 @@
 
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Duration;
 
 use super::change_run::{ChangeRun, SectionName, begin_unix_ns};
-use super::follower::LookFailure;
+use super::follower::{LookFailure, nothing_recorded, recorded};
 use super::log_event::{LogEvent, LogPosition};
 use super::logged_program::{ChooseCells, LoggedProgram, LoggedPrograms};
-use crate::operator::client;
-use crate::operator::protocol::{RecordingBytes, Request};
 use rungd_history::playback::Playback;
 use rungd_history::record::{LastProgram, Recording};
 use rungd_runtime::TapeSection;
-
-/// The longest wait for an answer.
-const ANSWER_MAX: Duration = Duration::from_secs(5);
 
 /// Follows a controller's changes.
 pub struct ChangeFollower {
@@ -58,8 +52,8 @@ impl ChangeFollower {
     /// # Errors
     /// [`LookFailure`]; the next look continues at the same position.
     pub fn look(&mut self, socket: &Path) -> Result<Vec<LogEvent>, LookFailure> {
-        let answer = asked(socket, self.next_section())?;
-        let recording = Recording::newest(answer, &mut self.last);
+        let (bytes, _) = recorded(socket, self.next_section())?;
+        let recording = Recording::newest(bytes, &mut self.last);
         self.take(recording)
     }
 
@@ -70,9 +64,7 @@ impl ChangeFollower {
     pub fn take(&mut self, recording: Recording) -> Result<Vec<LogEvent>, LookFailure> {
         let count = recording.count();
         if count == 0 {
-            let why = "the controller has recorded nothing yet, or the scan log has no room: see \
-                       `[record] memory` of the controller file";
-            return Err(LookFailure::Unusable(why.to_owned()));
+            return Err(nothing_recorded());
         }
         self.playback.set_recording(recording);
         let recording = Arc::clone(self.playback.recording());
@@ -146,13 +138,4 @@ struct SectionHead {
 pub(super) fn start((process_start_ns, _): SectionName, section: &TapeSection) -> LogPosition {
     let unix_ns = begin_unix_ns(section);
     LogPosition { process_start_ns, scan: section.start.number.saturating_sub(1), unix_ns }
-}
-
-/// Requests the sections from a number on.
-pub(super) fn asked(socket: &Path, from_section: u64) -> Result<Vec<u8>, LookFailure> {
-    let request = Request::Recording { from_section: Some(from_section) };
-    let answer: RecordingBytes =
-        client::ask_within(socket, &request, ANSWER_MAX).map_err(LookFailure::Call)?;
-    let unusable = || LookFailure::Unusable("the controller's answer is not a recording".into());
-    answer.bytes().ok_or_else(unusable)
 }

@@ -7,9 +7,9 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::change_follower::{asked, start};
+use super::change_follower::start;
 use super::change_run::{ChangeRun, SectionName};
-use super::follower::LookFailure;
+use super::follower::{LookFailure, recorded};
 use super::log_event::{LogEvent, LogGap, LogPosition, LoggedChange};
 use super::logged_program::{ChooseCells, LoggedProgram, LoggedPrograms};
 use crate::operator::client::CallFailure;
@@ -236,16 +236,17 @@ impl HistorySpan {
 /// a second, so the number of the first section can be estimated. If the estimate is wrong, the
 /// whole memory is fetched, unless it is too large for an answer.
 fn memory(socket: &Path, span: &HistorySpan) -> Result<Vec<u8>, LookFailure> {
-    let newest = asked(socket, u64::MAX)?;
+    let asked = |from| recorded(socket, from).map(|(bytes, _)| bytes);
+    let newest = asked(u64::MAX)?;
     let known = Recording::of_bytes(newest.clone());
     let mut had = newest;
     if let Some(from) = guessed_section(&known, span) {
-        had = asked(socket, from)?;
+        had = asked(from)?;
         if reaches(&Recording::of_bytes(had.clone()), span.from) {
             return Ok(had);
         }
     }
-    match asked(socket, 0) {
+    match asked(0) {
         Err(LookFailure::Call(CallFailure::Broken(..))) => Ok(had),
         all => all,
     }

@@ -4,7 +4,7 @@
 //! second look fetches the minute before them. Called by `web` and by `monitor`.
 
 use std::fmt;
-use std::path::PathBuf;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -47,12 +47,18 @@ impl fmt::Display for LookFailure {
     }
 }
 
+impl From<CallFailure> for LookFailure {
+    fn from(failure: CallFailure) -> LookFailure {
+        LookFailure::Call(failure)
+    }
+}
+
 /// A kept section, with its number among those of its process.
 type KeptSection = (u64, Arc<TapeSection>);
 
 /// Follows a controller.
+#[derive(Default)]
 pub struct Follower {
-    socket: PathBuf,
     /// The running program and its scans.
     known: Option<KnownProgram>,
     last: LastProgram,
@@ -71,17 +77,12 @@ struct KnownProgram {
 }
 
 impl Follower {
-    /// Follows the controller at a socket.
-    pub fn new(socket: PathBuf) -> Follower {
-        Follower { socket, known: None, last: LastProgram::default() }
-    }
-
     /// Looks at the last scan. Sends the controller one request; blocks until it has answered.
     ///
     /// # Errors
     /// [`LookFailure`]; the next look starts from nothing.
-    pub fn look(&mut self) -> Result<LiveView, LookFailure> {
-        let looked = self.look_on();
+    pub fn look(&mut self, socket: &Path) -> Result<LiveView, LookFailure> {
+        let looked = self.look_on(socket);
         if looked.is_err() {
             self.known = None;
         }
@@ -97,9 +98,9 @@ impl Follower {
         }
     }
 
-    fn look_on(&mut self) -> Result<LiveView, LookFailure> {
-        let (recording, present) = self.ask(self.next_section())?;
-        let recording = Arc::new(recording);
+    fn look_on(&mut self, socket: &Path) -> Result<LiveView, LookFailure> {
+        let (bytes, present) = recorded(socket, self.next_section())?;
+        let recording = Arc::new(Recording::newest(bytes, &mut self.last));
         let running = running(&recording)?;
         if self.known.as_ref().is_none_or(|known| known.program.recorded != running) {
             let earlier = self.known.take().and_then(|known| known.ended(&recording, &running));
@@ -109,7 +110,7 @@ impl Follower {
         }
         let known = self.known.as_mut().ok_or_else(exchanged)?;
         known.take(&recording)?;
-        Ok(known.view(present))
+        Ok(known.view(present.map(Arc::new)))
     }
 
     /// The first section to request.
@@ -121,27 +122,30 @@ impl Follower {
             Some((newest, _)) => (newest + 1).saturating_sub(SECTIONS_MAX),
         }
     }
+}
 
-    fn ask(&mut self, from_section: u64) -> Result<(Recording, Option<Arc<Present>>), LookFailure> {
-        let request = Request::Recording { from_section: Some(from_section) };
-        let answer: RecordingBytes =
-            client::ask_within(&self.socket, &request, ANSWER_MAX).map_err(LookFailure::Call)?;
-        let unusable =
-            || LookFailure::Unusable("the controller's answer is not a recording".into());
-        let bytes = answer.bytes().ok_or_else(unusable)?;
-        Ok((Recording::newest(bytes, &mut self.last), answer.present.map(Arc::new)))
-    }
+/// The newest part of the scan log, from a section on, and what the controller does at present.
+pub(super) fn recorded(
+    socket: &Path,
+    from_section: u64,
+) -> Result<(Vec<u8>, Option<Present>), LookFailure> {
+    let request = Request::Recording { from_section: Some(from_section) };
+    let answer: RecordingBytes = client::ask_within(socket, &request, ANSWER_MAX)?;
+    let unusable = || LookFailure::Unusable("the controller's answer is not a recording".into());
+    Ok((answer.bytes().ok_or_else(unusable)?, answer.present))
+}
+
+/// The controller has recorded nothing.
+pub(super) fn nothing_recorded() -> LookFailure {
+    let why = "the controller has recorded nothing yet, or the scan log has no room: see `[record] \
+               memory` of the controller file";
+    LookFailure::Unusable(why.to_owned())
 }
 
 /// The program of the newest section.
 fn running(recording: &Recording) -> Result<Arc<RecordedProgram>, LookFailure> {
     let last = recording.count().checked_sub(1);
-    let last = last.ok_or_else(|| {
-        let why = "the controller has recorded nothing yet, or the scan log has no room: see \
-                   `[record] memory` of the controller file";
-        LookFailure::Unusable(why.to_owned())
-    })?;
-    Ok(Arc::clone(recording.program(last)))
+    Ok(Arc::clone(recording.program(last.ok_or_else(nothing_recorded)?)))
 }
 
 fn exchanged() -> LookFailure {

@@ -1,7 +1,8 @@
 //! The operator's commands, for both ends: the protocol, the names, the client.
 //!
 //! `cli` sends requests through [`client`], to the controller that `search` finds;
-//! `daemon::operator` answers them, and puts its socket on the list of `running`.
+//! `daemon::operator` answers them, and puts its socket on the list of `running`. Programs that
+//! show a controller's state or pass it on ask through [`poller`].
 //! `docs/operator.md` describes the protocol for authors of other clients. This module uses neither
 //! tokio nor the log.
 
@@ -13,6 +14,7 @@ mod metric;
 pub mod names;
 mod offer;
 pub mod operand;
+pub mod poller;
 mod present;
 pub mod protocol;
 #[cfg(test)]

@@ -47,6 +47,10 @@ pub enum Request {
     Read {
         /// Tags, addresses, members; a structure stands for all its members.
         operands: Vec<String>,
+        /// A refused operand gets an answer of its own, and the others their values. Otherwise it
+        /// refuses the whole request.
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        each: bool,
     },
     /// Writes one bit or word, in RUN: [`Change`].
     Write {
@@ -234,7 +238,7 @@ pub enum RefusalKind {
 }
 
 /// The answer to a read: all values are from one complete scan.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Values {
     /// `RUN`, `STOP` or `FAULT`.
     pub mode: String,
@@ -242,6 +246,19 @@ pub struct Values {
     pub scans: u64,
     /// In the order of the request.
     pub values: Vec<ShownValue>,
+    /// To a request for `each` operand: those that are refused, in the order of the request.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub refused: Vec<RefusedOperand>,
+}
+
+/// An operand without a value.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RefusedOperand {
+    /// The text of the request.
+    pub operand: String,
+    /// The reason.
+    #[serde(flatten)]
+    pub refusal: Refusal,
 }
 
 /// The answer to a write, force or unforce.
@@ -363,6 +380,12 @@ pub struct Name {
 }
 
 impl Refusal {
+    /// Whether the operands of the request are the reason: the program does not have one of them,
+    /// or they are too many.
+    pub fn is_of_operands(&self) -> bool {
+        matches!(self.kind, RefusalKind::BadOperand | RefusalKind::BadRequest)
+    }
+
     /// A refusal.
     pub fn new(kind: RefusalKind, message: impl Into<String>) -> Refusal {
         Refusal { kind, message: message.into() }

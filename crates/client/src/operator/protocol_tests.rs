@@ -8,6 +8,7 @@ fn requests_read_as_the_page_shows_them() {
     for line in [
         r#"{"do":"status"}"#,
         r#"{"do":"read","operands":["jam","CT0"]}"#,
+        r#"{"do":"read","operands":["jam","CT0"],"each":true}"#,
         r#"{"do":"write","operand":"bin_size","value":12}"#,
         r#"{"do":"force","operand":"Y1","value":true}"#,
         r#"{"do":"force","operand":"T0.Acc","value":"1m30s"}"#,

@@ -5,7 +5,6 @@
 //! nothing is chosen. Used by every client of `cli`, `web`, `edge`, `metrics` and `editor`.
 
 use std::env;
-use std::fmt;
 use std::fs;
 use std::os::unix::fs::{FileTypeExt, MetadataExt};
 use std::path::{Path, PathBuf};
@@ -134,47 +133,4 @@ pub fn running_instead() -> Option<String> {
     let running = running_controllers();
     let listed: Vec<_> = running.iter().map(|one| listed(one, folder.as_deref())).collect();
     (!listed.is_empty()).then(|| format!("rungd: these of yours run:{}", choice(&listed)))
-}
-
-impl fmt::Display for SoughtSocket {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.kept {
-            Some(socket) => socket.display().fmt(f),
-            None => f.write_str("a place that is still sought"),
-        }
-    }
-}
-
-/// The socket of a client that runs for long: it searches until a controller has answered, and then
-/// stays with that controller's socket. A write on a page must not go to a controller that was
-/// started later.
-#[derive(Clone, Debug)]
-pub struct SoughtSocket {
-    /// The named socket, or the one at which a controller has answered.
-    kept: Option<PathBuf>,
-}
-
-impl SoughtSocket {
-    /// Seeks the named socket, or any that answers.
-    pub fn new(named: Option<PathBuf>) -> SoughtSocket {
-        SoughtSocket { kept: named }
-    }
-
-    /// The socket at this time.
-    ///
-    /// # Errors
-    /// None was found, or several.
-    pub fn find(&self) -> Result<PathBuf, CallFailure> {
-        socket(self.kept.clone())
-    }
-
-    /// Whether the socket is known from now on.
-    pub fn is_kept(&self) -> bool {
-        self.kept.is_some()
-    }
-
-    /// A controller has answered at this socket.
-    pub fn keep(&mut self, socket: &Path) {
-        self.kept.get_or_insert_with(|| socket.to_path_buf());
-    }
 }

@@ -18,15 +18,15 @@ use rungd_client::live::{
     ChangeFollower, ChangeHistory, ChooseCells, HistorySpan, LogEvent, LogPosition, LookFailure,
     RecordedFolder,
 };
-use rungd_client::operator::client::{self, CallFailure};
-use rungd_client::operator::protocol::{AlarmList, GivenValue, Request, Status};
-use rungd_client::operator::search::SoughtSocket;
+use rungd_client::operator::client::CallFailure;
+use rungd_client::operator::poller::{ControllerPoller, PollPace};
+use rungd_client::operator::protocol::{GivenValue, Request, Status};
 use rungd_client::operator::socket_of_environment;
 use rungd_net::sparkplug::{MetricValue, vocabulary};
 
 /// The time between two requests for the status.
 const STATUS_EVERY: Duration = Duration::from_secs(1);
-/// The time between two requests to a controller that does not answer.
+/// The pause before the next request to a controller that does not answer.
 const RETRY: Duration = Duration::from_secs(1);
 /// The longest wait for an answer.
 const ANSWER_MAX: Duration = Duration::from_secs(5);
@@ -84,15 +84,14 @@ impl LogThread {
         let named = settings.socket.clone().or_else(socket_of_environment);
         let worker = LogWorker {
             is_set: settings.socket.is_some(),
-            socket: SoughtSocket::new(named.clone()),
+            poller: ControllerPoller::new(named.clone(), ANSWER_MAX),
             named,
-            interval: settings.interval,
+            pace: PollPace { every: settings.interval, share: 0, retry: RETRY },
             follower: ChangeFollower::new(choose.clone()),
             choose,
             history: (0, None),
             folder: None,
             tell,
-            was_seen: None,
             unread: None,
             lines,
         };
@@ -106,15 +105,14 @@ struct LogWorker {
     /// Whether EDGE.toml names the socket.
     is_set: bool,
     named: Option<PathBuf>,
-    socket: SoughtSocket,
-    interval: Duration,
+    poller: ControllerPoller,
+    pace: PollPace,
     choose: ChooseCells,
     follower: ChangeFollower,
     /// The past that is being read, with its number.
     history: (u64, Option<ChangeHistory>),
     folder: Option<RecordedFolder>,
     tell: mpsc::Sender<LogTold>,
-    was_seen: Option<bool>,
     /// The last logged line about a past that could not be read.
     unread: Option<String>,
     lines: LimitedLines,
@@ -131,7 +129,7 @@ impl LogWorker {
             if now >= look_at {
                 let looked = self.look();
                 let Ok(is_seen) = looked else { return };
-                look_at = now + if is_seen { self.interval } else { RETRY };
+                look_at = Instant::now() + self.pace.pause(now.elapsed(), is_seen);
             }
             if now >= status_at {
                 if self.status().is_err() {
@@ -158,16 +156,11 @@ impl LogWorker {
 
     /// Requests the changes and reports them. Returns whether the request succeeded.
     fn look(&mut self) -> Result<bool, Abandoned> {
-        let socket = self.socket.find();
-        let looked = match socket {
-            Ok(socket) => self.follower.look(&socket).inspect(|_| self.socket.keep(&socket)),
-            Err(failure) => Err(LookFailure::Call(failure)),
-        };
+        let looked = self.new_events();
         let is_seen = looked.is_ok();
-        if self.was_seen != Some(is_seen) {
-            self.was_seen = Some(is_seen);
+        if self.poller.has_turned(is_seen) {
             say(&match &looked {
-                Ok(_) => format!("the controller at {} answers", self.socket),
+                Ok(_) => format!("the controller at {} answers", self.poller),
                 Err(failure) => format!("the controller does not answer: {}", self.why(failure)),
             });
         }
@@ -186,11 +179,16 @@ impl LogWorker {
         Ok(is_seen)
     }
 
+    fn new_events(&mut self) -> Result<Vec<LogEvent>, LookFailure> {
+        let controller = self.poller.controller()?;
+        let events = self.follower.look(&controller.socket)?;
+        self.poller.keep(&controller);
+        Ok(events)
+    }
+
     fn status(&mut self) -> Result<(), Abandoned> {
-        let Ok(socket) = &self.socket.find() else { return Ok(()) };
-        let status = client::ask_within::<Status>(socket, &Request::Status {}, ANSWER_MAX);
-        let alarms = client::ask_within::<AlarmList>(socket, &Request::Alarms {}, ANSWER_MAX);
-        let (Ok(status), Ok(alarms)) = (status, alarms) else { return Ok(()) };
+        let asked = self.poller.controller().and_then(|controller| controller.status_and_alarms());
+        let Ok((status, alarms)) = asked else { return Ok(()) };
         self.folder = folder(&status);
         self.told(LogTold::Facts(of_controller(&status, &alarms)))
     }
@@ -227,11 +225,10 @@ impl LogWorker {
 
     fn replay(&mut self, span: HistorySpan) -> Option<ChangeHistory> {
         let folder = self.folder.as_ref();
-        let opened = self
-            .socket
-            .find()
-            .map_err(LookFailure::Call)
-            .and_then(|socket| ChangeHistory::open(&socket, folder, span, self.choose.clone()));
+        let controller = self.poller.controller().map_err(LookFailure::Call);
+        let opened = controller.and_then(|controller| {
+            ChangeHistory::open(&controller.socket, folder, span, self.choose.clone())
+        });
         match opened {
             Ok((history, note)) => {
                 note.iter().for_each(|note| say(note));
@@ -276,8 +273,7 @@ impl LogWorker {
         }
         let for_user = Some(COMMANDER.to_owned());
         let request = Request::Write { operand, value, for_user, from_page: false };
-        let socket = self.socket.find();
-        match socket.and_then(|at| client::ask_within::<Value>(&at, &request, ANSWER_MAX)) {
+        match self.poller.controller().and_then(|controller| controller.ask::<Value>(&request)) {
             Ok(_) => self.lines.say(LineKind::Write, &line),
             Err(failure @ CallFailure::Broken(..)) => {
                 let line = format!("{line}; whether it was done is not known: {failure}");

@@ -13,7 +13,6 @@ mod parts;
 mod scrape;
 mod scraped;
 mod serve;
-mod slots;
 #[cfg(test)]
 mod tests;
 mod text;

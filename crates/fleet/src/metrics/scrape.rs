@@ -4,19 +4,17 @@
 //! Called by `serve` and by the functions of `mod.rs`. Blocking, within time limits. The list of
 //! tags is requested again when the ladder has changed.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
-
-use serde::de::DeserializeOwned;
 
 use super::family::MetricFamily;
 use super::scraped::Scraped;
 use super::{controller, parts};
-use rungd_client::operator::client::{self, CallFailure};
-pub use rungd_client::operator::protocol::{
-    AlarmList, MetricList, OPERANDS_MAX, Request, ShownValue, Status, Values,
+use rungd_client::operator::client::CallFailure;
+use rungd_client::operator::poller::{ControllerPoller, PolledController};
+use rungd_client::operator::protocol::{
+    MetricList, OPERANDS_MAX, Request, ShownValue, Status, Values,
 };
-use rungd_client::operator::search::SoughtSocket;
 
 /// The longest wait for an answer. A scraper usually waits ten seconds.
 const ANSWER_MAX: Duration = Duration::from_secs(3);
@@ -27,8 +25,7 @@ const START_S_APART: f64 = 2.0;
 /// Looks at a controller.
 #[derive(Debug)]
 pub(super) struct Scraper {
-    /// The socket, or the search for it.
-    socket: SoughtSocket,
+    pub poller: ControllerPoller,
     /// The hash of a ladder, and its operands.
     known: Option<(String, MetricList)>,
     /// The controller's process, and its start time.
@@ -37,15 +34,7 @@ pub(super) struct Scraper {
 
 impl Scraper {
     pub fn new(named: Option<PathBuf>) -> Scraper {
-        Scraper { socket: SoughtSocket::new(named), known: None, started: None }
-    }
-
-    /// The present path of the controller's socket.
-    ///
-    /// # Errors
-    /// None was found, or several.
-    pub fn socket(&self) -> Result<PathBuf, CallFailure> {
-        self.socket.find()
+        Scraper { poller: ControllerPoller::new(named, ANSWER_MAX), known: None, started: None }
     }
 
     /// The families of one look; if the look failed, also the reason.
@@ -62,16 +51,15 @@ impl Scraper {
     }
 
     fn look(&mut self) -> Result<Scraped, CallFailure> {
-        let socket = self.socket()?;
-        let status: Status = ask(&socket, &Request::Status {})?;
-        self.socket.keep(&socket);
-        let alarms: AlarmList = ask(&socket, &Request::Alarms {})?;
+        let controller = self.poller.controller()?;
+        let (status, alarms) = controller.status_and_alarms()?;
+        self.poller.keep(&controller);
         let sha256 = &status.ladder.sha256;
-        let read = match self.values(&socket, sha256) {
+        let read = match self.values(&controller, sha256) {
             // A reload has happened in between, and the new ladder has different tags.
             Err(CallFailure::Refused(_)) => {
                 self.known = None;
-                self.values(&socket, sha256)
+                self.values(&controller, sha256)
             }
             read => read,
         };
@@ -82,17 +70,17 @@ impl Scraper {
 
     fn values(
         &mut self,
-        socket: &Path,
+        controller: &PolledController,
         sha256: &str,
     ) -> Result<(Vec<ShownValue>, usize), CallFailure> {
         if self.known.as_ref().is_none_or(|(of, _)| of != sha256) {
-            self.known = Some((sha256.to_owned(), ask(socket, &Request::Metrics {})?));
+            self.known = Some((sha256.to_owned(), controller.ask(&Request::Metrics {})?));
         }
         let Some((_, list)) = &self.known else { return Ok((Vec::new(), 0)) };
         let mut values = Vec::new();
         for operands in list.operands.chunks(OPERANDS_MAX) {
-            let read = Request::Read { operands: operands.to_vec() };
-            values.extend(ask::<Values>(socket, &read)?.values);
+            let read = Request::Read { operands: operands.to_vec(), each: false };
+            values.extend(controller.ask::<Values>(&read)?.values);
         }
         Ok((values, list.left_out))
     }
@@ -107,8 +95,4 @@ impl Scraper {
         self.started = Some((status.pid, start_s));
         start_s
     }
-}
-
-fn ask<T: DeserializeOwned>(socket: &Path, request: &Request) -> Result<T, CallFailure> {
-    client::ask_within(socket, request, ANSWER_MAX)
 }

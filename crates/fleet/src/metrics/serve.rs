@@ -17,23 +17,23 @@ use hyper::service::service_fn;
 use hyper::{Method, Request, Response, StatusCode};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::Mutex;
-use tokio::time::{sleep, timeout};
 
 use super::family::MetricFamily;
 use super::journal::say;
 use super::scrape::Scraper;
-use super::slots::{AwaitedAnswers, ConnectionSlot, ConnectionSlots};
 use super::text::{Exposition, text};
 use rungd_io::listening::cannot_listen;
+use rungd_io::seats::{Seat, SeatSettings, Seats};
 use rungd_net::http::{self, ExpectedHosts, with_port};
 
-/// The most connections at a time.
-const CONNECTIONS_MAX: usize = 32;
-/// The longest time that a connection waits for a slot, and the longest time that it keeps it.
-const SLOT_WAIT: Duration = Duration::from_secs(5);
-const CONNECTION_MAX: Duration = Duration::from_secs(600);
-/// The pause between two looks for a free slot.
-const SLOT_PAUSE: Duration = Duration::from_millis(100);
+/// The limits of connections.
+const SEATS: SeatSettings = SeatSettings {
+    count_max: 32,
+    reserved: 0,
+    idle_max: Duration::from_secs(5),
+    wait_max: Duration::from_secs(5),
+    rest: Duration::from_millis(100),
+};
 /// The time for which the result of a look is used again.
 const FRESH: Duration = Duration::from_secs(1);
 
@@ -43,8 +43,6 @@ type Page = Response<Full<Bytes>>;
 struct Looks {
     scraper: Scraper,
     last: Option<(Instant, Arc<Vec<MetricFamily>>)>,
-    /// Whether the controller answered; `None` before the first look.
-    answers: Option<bool>,
 }
 
 /// What all connections share.
@@ -70,15 +68,17 @@ async fn run(listen: SocketAddr, hosts: &[String], socket: Option<PathBuf>) -> R
     })?;
     let at = listener.local_addr().with_context(|| listen.to_string())?;
     let scraper = Scraper::new(socket);
-    let from = match scraper.socket() {
-        Ok(socket) => format!("the controller at {}", socket.display()),
+    let from = match scraper.poller.controller() {
+        Ok(controller) => format!("the controller at {}", controller.socket.display()),
         Err(failure) => format!("a controller that is still sought: {}", failure.in_one_line()),
     };
     say(&format!("listens at http://{at}/metrics, for {from}"));
-    let looks = Arc::new(Mutex::new(Looks { scraper, last: None, answers: None }));
+    let looks = Arc::new(Mutex::new(Looks { scraper, last: None }));
     let site = MetricsSite { hosts: Arc::new(expected(hosts, at.port())), looks };
     let _ = sd_notify::notify(&[sd_notify::NotifyState::Ready]);
-    http::until_signal(accept(&listener, &site)).await?;
+    let accept = async || Ok(listener.accept().await?.0);
+    let converse = |connection, seat| conversation(connection, seat, site.clone());
+    http::until_signal(Seats::new(SEATS).serve(accept, converse)).await?;
     Ok(())
 }
 
@@ -99,35 +99,16 @@ fn own_name() -> String {
     text.unwrap_or_default().trim().to_owned()
 }
 
-/// Accepts connections.
-async fn accept(listener: &TcpListener, site: &MetricsSite) {
-    let mut slots = ConnectionSlots::new(CONNECTIONS_MAX);
-    loop {
-        let (connection, _) = http::accepted(move || listener.accept()).await;
-        let Ok(slot) = timeout(SLOT_WAIT, free_slot(&mut slots)).await else { continue };
-        let site = site.clone();
-        tokio::spawn(async move {
-            let conversation = conversation(connection, slot.answers(), site);
-            let _ = timeout(CONNECTION_MAX, slot.hold(conversation)).await;
-        });
-    }
-}
-
-async fn free_slot(slots: &mut ConnectionSlots) -> ConnectionSlot {
-    loop {
-        match slots.take() {
-            Some(slot) => return slot,
-            None => sleep(SLOT_PAUSE).await,
-        }
-    }
-}
-
-async fn conversation(connection: TcpStream, answers: AwaitedAnswers, site: MetricsSite) {
+/// Answers the requests of a connection. While one is answered, the connection keeps its seat.
+async fn conversation(connection: TcpStream, seat: Arc<Seat>, site: MetricsSite) {
     let service = service_fn(|request: Request<Incoming>| {
-        let (answers, site) = (answers.clone(), site.clone());
-        async move { Ok::<_, Infallible>(answers.wait(page(&request, site)).await) }
+        let (seat, site) = (Arc::clone(&seat), site.clone());
+        async move {
+            let _busy = seat.busy();
+            Ok::<_, Infallible>(page(&request, site).await)
+        }
     });
-    http::converse(connection, service).await;
+    http::converse(connection, service, seat.idle_max()).await;
 }
 
 /// Answers a request. (For a `HEAD`, hyper omits the body.)
@@ -183,7 +164,7 @@ async fn look(looks: Arc<Mutex<Looks>>) -> Arc<Vec<MetricFamily>> {
 impl Looks {
     fn look(&mut self) -> Arc<Vec<MetricFamily>> {
         let (families, failure) = self.scraper.families();
-        if self.answers.replace(failure.is_none()) != Some(failure.is_none()) {
+        if self.scraper.poller.has_turned(failure.is_none()) {
             match &failure {
                 Some(why) => say(&format!("the controller does not answer: {why}")),
                 None => say("the controller answers"),

@@ -23,6 +23,8 @@ pub(super) enum Closed {
     Broken(Broken),
     /// The connection failed.
     Failed(io::Error),
+    /// A new client needed its place.
+    MadeRoom,
 }
 
 impl Closed {
@@ -45,6 +47,9 @@ impl fmt::Display for Closed {
             Closed::NotTaken(limit) => seconds(f, "a reply not taken for", limit),
             Closed::Broken(broken) => broken.fmt(f),
             Closed::Failed(error) => error.fmt(f),
+            Closed::MadeRoom => {
+                f.write_str("it had sent no request, and a new client needs its place")
+            }
         }
     }
 }

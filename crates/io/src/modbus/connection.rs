@@ -8,7 +8,6 @@
 
 use std::net::SocketAddr;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
@@ -20,15 +19,17 @@ use super::frame::{self, Broken, FRAME_BYTES_MAX, Header, Split};
 use super::map::Asker;
 use super::refusal::ModbusRefusal;
 use super::shared::ServerState;
+use crate::seats::Seat;
 use rungd_runtime::Origin;
 use rungd_runtime::exchange::Write;
+use rungd_runtime::say::say;
 
 /// One client's connection.
 pub(super) struct Connection {
     stream: TcpStream,
     client: SocketAddr,
     shared: Arc<ServerState>,
-    served: Arc<AtomicBool>,
+    seat: Arc<Seat>,
     received: [u8; FRAME_BYTES_MAX],
     filled: usize,
     /// The end of the present wait for bytes.
@@ -36,20 +37,33 @@ pub(super) struct Connection {
 }
 
 impl Connection {
-    /// A connection that sets `served` after its first answer.
+    /// A connection that keeps its seat after its first answer.
     pub fn new(
         stream: TcpStream,
         client: SocketAddr,
         shared: Arc<ServerState>,
-        served: Arc<AtomicBool>,
+        seat: Arc<Seat>,
     ) -> Connection {
-        let received = [0; FRAME_BYTES_MAX];
-        let deadline = Instant::now() + shared.idle_timeout();
-        Connection { stream, client, shared, served, received, filled: 0, deadline }
+        let (received, deadline) = ([0; FRAME_BYTES_MAX], seat.idle_until());
+        Connection { stream, client, shared, seat, received, filled: 0, deadline }
     }
 
-    /// Answers requests until the connection ends.
-    pub async fn serve(mut self) -> Closed {
+    /// Answers requests until the connection ends, and logs its beginning and its end.
+    pub async fn serve(mut self) {
+        let (client, seat) = (self.client, Arc::clone(&self.seat));
+        say!(MODBUS_CONNECTED, %client, "Modbus client connected");
+        let why = tokio::select! {
+            why = self.answer_all() => why,
+            () = seat.asked_to_leave() => Closed::MadeRoom,
+        };
+        if why.is_usual() {
+            say!(MODBUS_GONE, %client, "Modbus client gone: {why}");
+        } else {
+            say!(MODBUS_CLOSED, %client, "Modbus client closed: {why}");
+        }
+    }
+
+    async fn answer_all(&mut self) -> Closed {
         // Replies are sent without delay: the client waits for its reply, which is one small
         // packet.
         let _ = self.stream.set_nodelay(true);
@@ -82,7 +96,7 @@ impl Connection {
         let free = &mut self.received[self.filled..];
         let limits = &self.shared;
         match timeout_at(self.deadline, self.stream.read(free)).await {
-            Err(_) if self.filled == 0 => Err(Closed::Idle(limits.idle_timeout())),
+            Err(_) if self.filled == 0 => Err(Closed::Idle(self.seat.idle_max())),
             Err(_) => Err(Closed::Unfinished(limits.frame_timeout())),
             Ok(Err(error)) => Err(Closed::Failed(error)),
             Ok(Ok(0)) if self.filled == 0 => Err(Closed::ByClient),
@@ -99,16 +113,20 @@ impl Connection {
 
     /// Answers one request, and starts the wait for the next.
     async fn answer(&mut self, header: Header, pdu: &[u8]) -> Result<(), Closed> {
+        let busy = self.seat.busy();
         let reply = self.reply(header.unit, pdu).await;
         let frame = frame::around(header, |bytes| bytes.extend_from_slice(&reply));
         let limits = &self.shared;
         match timeout(limits.frame_timeout(), self.stream.write_all(&frame)).await {
             Err(_) => return Err(Closed::NotTaken(limits.frame_timeout())),
             Ok(Err(error)) => return Err(Closed::Failed(error)),
-            Ok(Ok(())) => self.served.store(true, Ordering::Relaxed),
+            Ok(Ok(())) => self.seat.keep(),
         }
-        let wait = if self.filled == 0 { limits.idle_timeout() } else { limits.frame_timeout() };
-        self.deadline = Instant::now() + wait;
+        drop(busy);
+        self.deadline = match self.filled {
+            0 => self.seat.idle_until(),
+            _ => Instant::now() + limits.frame_timeout(),
+        };
         Ok(())
     }
 

@@ -1,33 +1,31 @@
 //! The listening socket: admits clients, limits their number, and logs both.
 //!
 //! The daemon binds it before the first scan, and runs it in its runtime until it stops. Each
-//! client has a task. At the limit, a client that has not been answered yet is closed to make room
-//! for the new client (`guests`). If all clients have been answered, the new client is closed at
-//! once. A panic in a task ends that client's connection and is logged as an error; it never ends
-//! the daemon.
+//! client has a task, and a seat (`io::seats`), which it keeps once it has been answered. At the
+//! limit, the oldest client that has not been answered yet is closed to make room for the new
+//! client. If all clients have been answered, the new client is closed at once. A panic in a task
+//! ends that client's connection and is logged as an error; it never ends the daemon.
 
 use std::future::Future;
 use std::io;
 use std::net::SocketAddr;
 use std::pin::pin;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use tokio::net::{TcpListener, TcpStream};
-use tokio::task::JoinError;
-use tokio::time::sleep;
+use tokio::task::{JoinError, JoinSet};
 
 use super::connection::Connection;
-use super::guests::{Ended, Guests};
 use super::map::Map;
 use super::settings::Modbus;
 use super::shared::ServerState;
+use crate::seats::{ANY_GUEST, SeatSettings, Seats};
 pub use rungd_runtime::Generations;
 use rungd_runtime::exchange::Port;
 pub use rungd_runtime::say::say;
 
-/// The pause after a failed accept if no client could be closed, so that the loop does not spin.
+/// The pause after a failed accept.
 const REST_AFTER_FAILURE: Duration = Duration::from_millis(20);
 
 /// The shortest time limit of a write's wait. A scan that does not end causes a fault long before,
@@ -38,7 +36,11 @@ const WRITE_WAIT_LEAST: Duration = Duration::from_secs(10);
 pub struct Server {
     listener: TcpListener,
     shared: Arc<ServerState>,
-    clients: Arc<AtomicUsize>,
+    seats: Seats,
+}
+
+fn log_bug(error: &JoinError) {
+    say!(MODBUS_BUG, %error, "a bug in rungd ended a Modbus client's connection");
 }
 
 impl Server {
@@ -58,8 +60,15 @@ impl Server {
             port.set_input(x, on);
         }
         let write_wait = patience.max(WRITE_WAIT_LEAST);
+        let seats = Seats::new(SeatSettings {
+            count_max: settings.connections as usize,
+            reserved: 0,
+            idle_max: Duration::from_millis(settings.idle_timeout_ms.into()),
+            wait_max: Duration::ZERO,
+            rest: REST_AFTER_FAILURE,
+        });
         let shared = ServerState { settings, maps, port, write_wait };
-        let server = Server { listener, shared: Arc::new(shared), clients: Arc::default() };
+        let server = Server { listener, shared: Arc::new(shared), seats };
         server.log_start();
         Ok(server)
     }
@@ -73,63 +82,48 @@ impl Server {
         self.listener.local_addr()
     }
 
-    /// The number of connected clients, for `status`.
-    pub fn clients(&self) -> Arc<AtomicUsize> {
-        Arc::clone(&self.clients)
+    /// The seats of its clients, for `status`.
+    pub fn seats(&self) -> Seats {
+        self.seats.clone()
     }
 
     /// Serves until `stop`; then all connections are closed.
     pub async fn run(self, stop: impl Future<Output = ()>) {
         let mut stop = pin!(stop);
-        let mut guests = Guests::default();
+        let mut clients = JoinSet::new();
         loop {
             tokio::select! {
                 () = &mut stop => break,
-                ended = guests.next_gone() => log_end(ended),
+                Some(ended) = clients.join_next() => {
+                    if let Err(bug) = ended {
+                        log_bug(&bug);
+                    }
+                }
                 accepted = self.listener.accept() => match accepted {
-                    Ok((stream, client)) => self.admit(stream, client, &mut guests),
-                    Err(error) => self.rest(&error, &mut guests).await,
+                    Ok((stream, client)) => self.admit(stream, client, &mut clients),
+                    Err(error) => {
+                        say!(MODBUS_ACCEPT_FAILED, %error, "Modbus server cannot accept a client");
+                        self.seats.make_room().await;
+                    }
                 }
             }
-            self.clients.store(guests.count(), Ordering::Relaxed);
         }
-        say!(MODBUS_STOPS, clients = guests.count(), "Modbus server stops");
+        say!(MODBUS_STOPS, clients = self.seats.count(), "Modbus server stops");
     }
 
-    fn admit(&self, stream: TcpStream, client: SocketAddr, guests: &mut Guests) {
-        while let Some(ended) = guests.gone() {
-            log_end(ended);
-        }
-        let connections = self.shared.settings.connections;
-        if guests.count() >= connections as usize {
-            let Some(silent) = guests.make_room() else {
-                // Dropping the stream closes it.
-                say!(
-                    MODBUS_FULL,
-                    %client,
-                    connections,
-                    "Modbus client refused: no connection left"
-                );
-                return;
-            };
-            log_given_way(silent);
-        }
-        say!(MODBUS_CONNECTED, %client, "Modbus client connected");
-        let shared = Arc::clone(&self.shared);
-        guests.seat(client, |served| Connection::new(stream, client, shared, served).serve());
-    }
-
-    /// Closes a client or pauses after a failed accept, which happens if no file descriptor is
-    /// left.
-    async fn rest(&self, error: &io::Error, guests: &mut Guests) {
-        say!(MODBUS_ACCEPT_FAILED, %error, "Modbus server cannot accept a client");
-        match guests.make_room() {
-            Some(silent) => {
-                log_given_way(silent);
-                guests.see_out().await;
-            }
-            None => sleep(REST_AFTER_FAILURE).await,
-        }
+    fn admit(&self, stream: TcpStream, client: SocketAddr, clients: &mut JoinSet<()>) {
+        let Some(seat) = self.seats.take(ANY_GUEST) else {
+            // Dropping the stream closes it.
+            let connections = self.shared.settings.connections;
+            say!(
+                MODBUS_FULL,
+                %client,
+                connections,
+                "Modbus client refused: no connection left"
+            );
+            return;
+        };
+        clients.spawn(Connection::new(stream, client, Arc::clone(&self.shared), seat).serve());
     }
 
     fn log_start(&self) {
@@ -143,25 +137,5 @@ impl Server {
                 "Modbus has no passwords: every client that reaches this address can write"
             );
         }
-    }
-}
-
-fn log_given_way(client: SocketAddr) {
-    let why = "it had sent no request, and a new client needs its place";
-    say!(MODBUS_CLOSED, %client, "Modbus client closed: {why}");
-}
-
-fn log_end(ended: Result<Ended, JoinError>) {
-    let (client, why) = match ended {
-        Ok(ended) => ended,
-        Err(error) => {
-            say!(MODBUS_BUG, %error, "a bug in rungd ended a Modbus client's connection");
-            return;
-        }
-    };
-    if why.is_usual() {
-        say!(MODBUS_GONE, %client, "Modbus client gone: {why}");
-    } else {
-        say!(MODBUS_CLOSED, %client, "Modbus client closed: {why}");
     }
 }

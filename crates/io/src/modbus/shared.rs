@@ -64,9 +64,4 @@ impl ServerState {
     pub fn frame_timeout(&self) -> Duration {
         Duration::from_millis(self.settings.frame_timeout_ms.into())
     }
-
-    /// The longest silence of a client between two requests.
-    pub fn idle_timeout(&self) -> Duration {
-        Duration::from_millis(self.settings.idle_timeout_ms.into())
-    }
 }

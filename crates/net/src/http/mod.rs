@@ -1,6 +1,6 @@
 //! An HTTP/1 connection with limits: the bytes and the time of a request's head, and the time for
 //! which a peer may read nothing; the hosts by which it may be asked. The signals that end a
-//! server, and its next connection.
+//! server.
 //!
 //! Called by `web` and by `metrics`. They open the listeners, make the answers and limit the number
 //! of connections.
@@ -19,19 +19,13 @@ use hyper_util::rt::{TokioIo, TokioTimer};
 use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::signal::unix::{SignalKind, signal};
-use tokio::time::sleep;
 
 pub use hosts::{ExpectedHosts, with_port};
 use stall::NoStall;
 
-/// The time limit of a request's head. A connection without requests ends after this time too.
-const HEAD_MAX: Duration = Duration::from_secs(5);
 /// The maximum number of bytes of a request's head, and the maximum number of its headers.
 const HEAD_BYTES_MAX: usize = 16 * 1024;
 const HEADERS_MAX: usize = 64;
-
-/// The pause after the system has failed to accept a connection.
-const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 
 /// Runs a server until SIGINT or SIGTERM.
 ///
@@ -48,28 +42,16 @@ pub async fn until_signal(server: impl Future<Output = ()>) -> io::Result<()> {
     Ok(())
 }
 
-/// The next connection of a listener. If the system fails to accept it, tries again after a pause.
-pub async fn accepted<C, F>(accept: impl Fn() -> F) -> C
-where
-    F: Future<Output = io::Result<C>>,
-{
-    loop {
-        match accept().await {
-            Ok(connection) => return connection,
-            Err(_) => sleep(ACCEPT_PAUSE).await,
-        }
-    }
-}
-
-/// Answers the requests of a connection until it ends.
-pub async fn converse<C, S, B>(connection: C, service: S)
+/// Answers the requests of a connection until it ends. `idle_max` is the time limit of a request's
+/// head, and of a connection without requests.
+pub async fn converse<C, S, B>(connection: C, service: S, idle_max: Duration)
 where
     C: AsyncRead + AsyncWrite + Unpin,
     S: Service<Request<Incoming>, Response = Response<B>, Error = Infallible>,
     B: Body<Error = Infallible> + 'static,
 {
     let mut protocol = http1::Builder::new();
-    protocol.timer(TokioTimer::new()).header_read_timeout(HEAD_MAX);
+    protocol.timer(TokioTimer::new()).header_read_timeout(idle_max);
     protocol.max_buf_size(HEAD_BYTES_MAX).max_headers(HEADERS_MAX).half_close(true);
     // An error on a connection concerns only its peer.
     let _ = protocol.serve_connection(TokioIo::new(NoStall::new(connection)), service).await;
