@@ -348,7 +348,8 @@ fn the_compiler_asks_for_the_places_that_the_recipes_name() {
     let (operation, arms): (Vec<_>, Vec<_>) =
         errors.iter().copied().partition(|error| is_operation(error));
     assert!(!operation.is_empty(), "{errors:#?}");
-    for error in arms {
+    // The tests of the crates are compiled too; what they ask for is no part of a recipe.
+    for error in arms.into_iter().filter(|error| !error.file.contains("/tests/")) {
         let of = missing_arm(error).unwrap_or_else(|| panic!("{error:#?} of {errors:#?}"));
         asked.entry(of).or_default().insert(error.file.clone());
     }

@@ -190,7 +190,10 @@ mod tests {
         }
 
         #[test]
-        fn encoding_and_decoding_give_the_same_value(kind in kinds(), value in -32_768i32..=32_767) {
+        fn encoding_and_decoding_give_the_same_value(
+            kind in kinds(),
+            value in -32_768i32..=32_767,
+        ) {
             let number = plain(kind);
             let held = match kind {
                 NumberType::U16 | NumberType::U32 | NumberType::U64 => value.max(0),
