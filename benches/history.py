@@ -85,14 +85,16 @@ def compare(row):
     if not history:
         return [f"{HISTORY.name} has no row: benches/history.py --row"]
     last = history[-1]
-    if last["rustc"] != row["rustc"]:
-        print(f"the row of {last['version']} is by rustc {last['rustc']}, this is {row['rustc']}")
+    is_comparable = last["rustc"] == row["rustc"]
+    if not is_comparable:
+        print(f"NOT COMPARED: the row of {last['version']} is by rustc {last['rustc']}, and this is "
+              f"{row['rustc']}: benches/history.py --row at that release counts it again")
     larger = []
     for column in COLUMNS[2:]:
         before, now = int(last[column]), int(row[column])
         line = f"{column:6} {before:>13,} in {last['version']}, {now:>13,} now ({now / before - 1:+.1%})"
         print(line)
-        if now > before * (1 + MARGIN):
+        if is_comparable and now > before * (1 + MARGIN):
             larger.append(f"more than {MARGIN:.0%} larger: {line}")
     return larger
 
