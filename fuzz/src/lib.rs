@@ -10,9 +10,14 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use rungd_base::calendar::LocalTime;
+use rungd_client::operator::names::Names;
+use rungd_client::operator::protocol::{GivenValue, Request};
 use rungd_config::controller::{self, Controller, resolve_controller};
+use rungd_config::load::decode;
+use rungd_engine::isa::{MemorySizes, address_text, duration};
 use rungd_engine::{Engine, ScanTimes};
 use rungd_fleet::fleet::{FleetLimits, FleetView, HeardMessage};
+use rungd_history::record::{RecordedProgram, Recording, SectionBody, SegmentStart, read_program};
 use rungd_io::modbus::Map;
 use rungd_io::modbus::answer::{Answer, answer, refused, written};
 use rungd_io::modbus::frame::{self, FRAME_BYTES_MAX, Split};
@@ -20,23 +25,18 @@ use rungd_io::modbus::map::Asker;
 use rungd_io::modbus::number::{ByteOrder, NumberOrder, NumberType, WordOrder};
 use rungd_io::modbus_client as client;
 use rungd_io::scaling::Scaling;
-use rungd_engine::isa::{MemorySizes, address_text, duration};
-use rungd_config::load::decode;
+use rungd_lab::sim::stimulus::{Stimulus, StimulusTarget};
 use rungd_language::lower::{Symbols, lower};
-use rungd_client::operator::names::Names;
-use rungd_client::operator::protocol::{GivenValue, Request};
-use rungd_history::record::{RecordedProgram, Recording, SectionBody, SegmentStart, read_program};
 use rungd_language::resolve::program::Program;
 use rungd_language::resolve::{LoadOptions, load_ladders};
-use rungd_state::retain::Storage;
-use rungd_state::retain::format::{Stamp, put_slot, read_slot};
-use rungd_runtime::command::Forces;
-use rungd_runtime::exchange::{Mode, Snapshot};
-use rungd_lab::sim::stimulus::{Stimulus, StimulusTarget};
 use rungd_language::source::finding::{Finding, Severity};
 use rungd_language::source::render::{Style, render};
 use rungd_language::source::span::{FileId, SourceFile, Span};
 use rungd_language::source::{contact_parser, instruction};
+use rungd_runtime::command::Forces;
+use rungd_runtime::exchange::{Mode, Snapshot};
+use rungd_state::retain::Storage;
+use rungd_state::retain::format::{Stamp, put_slot, read_slot};
 
 const LADDER: &str = include_str!("../../tests/io/oracle/ladder.toml");
 const CONTROLLER: &str = include_str!("../../tests/io/oracle/controller.toml");
@@ -79,7 +79,8 @@ pub fn ladder(bytes: &[u8]) {
     let (program, found) = load_ladders(&files, &LoadOptions::default());
     findings.extend(found);
     if let Some(program) = program {
-        findings.extend(rungd_language::check::check(&program, rungd_language::check::Around::of(&[])));
+        findings
+            .extend(rungd_language::check::check(&program, rungd_language::check::Around::of(&[])));
         if findings.iter().all(|finding| finding.severity() != Severity::Error) {
             let _ = lower(&program);
         }
