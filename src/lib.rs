@@ -1,5 +1,5 @@
-//! rungd: a soft-PLC for Linux. `ARCHITECTURE.md` lists the modules from the top down; a module
-//! uses only those below it in that list.
+//! rungd, the program: the command line and the daemon. Everything else is in the crates below
+//! `crates/`, which `ARCHITECTURE.md` lists. `main` only exits with the code that [`cli`] returns.
 
 pub mod cli;
 mod daemon;

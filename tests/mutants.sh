@@ -11,5 +11,5 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 RUNGD_PROPERTY_PROGRAMS="${RUNGD_PROPERTY_PROGRAMS:-40}" \
-    cargo mutants --output "${TMPDIR:-/tmp}/rungd-mutants" --package rungd-engine --test-package rungd \
-    --no-default-features "$@"
+    cargo mutants --output "${TMPDIR:-/tmp}/rungd-mutants" --package rungd-engine \
+    --test-package rungd --test-package rungd-engine --no-default-features "$@"

@@ -2,8 +2,8 @@
 //!
 //! [`prepare`] puts the scan thread and the monitor thread together and requests the real-time
 //! posture from the machine; [`Prepared::start`] lets the first scan begin. Drivers hold a
-//! [`exchange::Port`]; the log is an [`Observer`]. Deliberately absent: tokio, tracing, files and
-//! names.
+//! [`exchange::Port`]; the log is an [`Observer`]. Deliberately absent: tokio, files and names.
+//! [`say!`](say::say) writes the lines of [`events`]; the scan thread never calls it.
 //!
 //! The idea: only one thread owns the engine. Its data leave through rings and arrive through rings
 //! and atomics, so no other thread can make it wait.
