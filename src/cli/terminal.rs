@@ -8,6 +8,7 @@ use std::borrow::Cow;
 use std::env;
 use std::fmt::Write as _;
 use std::io::{self, IsTerminal, Write};
+use std::os::fd::AsFd;
 use std::sync::OnceLock;
 
 use super::folded::{COLUMNS_MAX, folded};
@@ -112,9 +113,15 @@ pub(super) fn say_findings(text: &str) {
 /// The columns of the terminal that standard error is, if it is one.
 fn is_wide_as() -> Option<usize> {
     let errors = io::stderr();
-    let size = terminal_size::terminal_size_of(&errors);
-    let columns = size.map(|(wide, _)| usize::from(wide.0)).filter(|columns| *columns > 0);
+    let columns = window(&errors).map(|(columns, _)| columns);
     errors.is_terminal().then(|| columns.unwrap_or(COLUMNS_MAX))
+}
+
+/// The columns and lines of a terminal, if it reports them.
+pub(super) fn window(terminal: impl AsFd) -> Option<(usize, usize)> {
+    let size = rustix::termios::tcgetwinsize(terminal).ok()?;
+    let is_known = size.ws_col > 0 && size.ws_row > 0;
+    is_known.then(|| (size.ws_col.into(), size.ws_row.into()))
 }
 
 /// Prints a text on standard error as it is.

@@ -14,7 +14,7 @@ use clap_complete::engine::ArgValueCompleter;
 use super::exit::Exit;
 use super::operator::{OperatorArgs, complete};
 use super::read::table;
-use super::terminal::{one_line, plain};
+use super::terminal::{self, one_line, plain};
 use rungd_client::operator::protocol::{Request, ShownValue, Values};
 use rungd_engine::isa::duration::{self, not_a_duration};
 
@@ -96,8 +96,7 @@ fn line(values: &Values) -> String {
 
 /// The number of columns and lines of the terminal, if it reports them.
 fn window() -> (usize, usize) {
-    let size = terminal_size::terminal_size();
-    size.map_or((usize::MAX, usize::MAX), |(wide, high)| (wide.0.into(), high.0.into()))
+    terminal::window(io::stdout()).unwrap_or((usize::MAX, usize::MAX))
 }
 
 /// The table, drawn from the top of the screen; the rest of the screen is cleared. Lines that do

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::ladder::BlockPicture;
-use super::svg::escaped;
+use crate::svg::{self, SvgWriter, escaped};
 
 /// The height of a Stage and of the gap below it, in pixels.
 const HEIGHT: usize = 26;
@@ -17,7 +17,7 @@ const LANE: usize = 10;
 pub(super) fn flow(block: &BlockPicture) -> String {
     let names: Vec<&str> = block.stages.iter().map(|stage| stage.name.as_str()).collect();
     let widest = names.iter().map(|name| name.chars().count()).max().unwrap_or(0);
-    let mut graph = Graph { width: widest * CHAR + 24, lanes: 0, body: String::new() };
+    let mut graph = Graph { width: widest * CHAR + 24, lanes: 0, svg: SvgWriter::default() };
     for (at, name) in names.iter().enumerate() {
         graph.stage(at, name, &format!("{}.{name}", block.name));
     }
@@ -34,13 +34,8 @@ pub(super) fn flow(block: &BlockPicture) -> String {
             }
         }
     }
-    let Graph { width, lanes, body } = graph;
-    let (wide, high) = (24 + width + (lanes + 1) * LANE, top(names.len()));
-    let name = escaped(&block.name);
-    format!(
-        "<svg role=\"img\" aria-label=\"Stages of {name}\" width=\"{wide}\" height=\"{high}\">\n\
-         {body}</svg>"
-    )
+    let size = [24 + graph.width + (graph.lanes + 1) * LANE, top(names.len())];
+    svg::in_page(&format!("Stages of {}", block.name), size, &graph.svg.text)
 }
 
 struct Graph {
@@ -48,27 +43,25 @@ struct Graph {
     width: usize,
     /// The number of ways at the side.
     lanes: usize,
-    body: String,
+    svg: SvgWriter,
 }
 
 impl Graph {
     /// Draws a Stage. The first one, which is the initial Stage, has a thicker edge.
     fn stage(&mut self, at: usize, name: &str, whole: &str) {
-        let (whole, name, width) = (escaped(whole), escaped(name), self.width);
+        let (whole, width) = (escaped(whole), self.width);
         let (stroke, y) = (if at == 0 { 3 } else { 1 }, top(at));
-        let _ = writeln!(
-            self.body,
+        let _ = write!(
+            self.svg.text,
             "<a href=\"#b-{whole}\"><rect class=\"stage\" x=\"8\" y=\"{y}\" width=\"{width}\" \
-             height=\"{HEIGHT}\" rx=\"4\" stroke-width=\"{stroke}\"/>\
-             <text class=\"name\" x=\"{}\" y=\"{}\">{name}</text></a>",
-            8 + width / 2,
-            y + 18
+             height=\"{HEIGHT}\" rx=\"4\" stroke-width=\"{stroke}\"/>"
         );
+        self.svg.label("name", [8 + width / 2, y + 18], name);
+        self.svg.text.push_str("</a>\n");
     }
 
     /// Draws a way: straight down to the next Stage, or at the side to any other.
     fn way(&mut self, (from, to): (usize, usize), told: &str) {
-        let told = escaped(told);
         let (path, x, end, tip) = if to == from + 1 {
             let x = 8 + self.width / 2;
             (format!("M{x} {}V{}", top(from) + HEIGHT, top(to)), x, top(to), "m-4 -6l4 6l4 -6z")
@@ -78,11 +71,11 @@ impl Graph {
             let (start, end) = (top(from) + HEIGHT / 2, top(to) + HEIGHT / 2);
             (format!("M{right} {start}H{side}V{end}H{right}"), right, end, "m6 -4l-6 4l6 4z")
         };
-        let _ = writeln!(
-            self.body,
-            "<g><title>{told}</title><path class=\"way\" d=\"{path}\"/>\
-             <path class=\"tip\" d=\"M{x} {end}{tip}\"/></g>"
-        );
+        self.svg.text.push_str("<g>");
+        self.svg.title(told);
+        self.svg.path("way", path);
+        self.svg.path("tip", format_args!("M{x} {end}{tip}"));
+        self.svg.text.push_str("</g>\n");
     }
 }
 

@@ -9,6 +9,7 @@ use super::circuit::ContactSymbol;
 use super::grid::RungGrid;
 use super::power::flow_of_power;
 use super::svg::{self, Decoration};
+use crate::svg::escaped;
 
 struct Live;
 
@@ -29,8 +30,7 @@ impl Decoration for Live {
 /// The drawing of a rung, an `svg` element. `title`: its description for screen readers.
 pub fn drawing(grid: &RungGrid, title: &str) -> String {
     let drawing = svg::rung(grid, &Live);
-    let (width, height) = (drawing.width, drawing.height);
-    let title = svg::escaped(title);
+    let ([width, height], title) = (drawing.size, escaped(title));
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" aria-label=\"{title}\" \
          width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\">\n{}</svg>",

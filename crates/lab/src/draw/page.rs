@@ -8,8 +8,9 @@ use super::circuit::ContactSymbol;
 use super::coverage::CoverageMarks;
 use super::flow_drawing;
 use super::ladder::{BlockPicture, Picture, RungPicture};
-use super::svg::{self, Decoration, escaped};
+use super::svg::{self, Decoration};
 use super::xref::answer::CrossReference;
+use crate::svg::{SvgWriter, escaped, in_page};
 
 /// The page of a ladder. `references`: all its operands. `coverage`: the coverage of its contacts
 /// by tests.
@@ -33,9 +34,10 @@ pub fn page(
 
 /// The ladder as one picture, without links.
 pub fn picture(picture: &Picture, coverage: Option<&CoverageMarks>) -> String {
-    let (mut body, mut width, mut y) = (String::new(), 400, 30);
-    let mut title = |body: &mut String, y: &mut usize, text: &str| {
-        let _ = writeln!(body, "<text x=\"12\" y=\"{y}\">{}</text>", escaped(text));
+    let (mut body, mut width, mut y) = (SvgWriter::default(), 400, 30);
+    let mut title = |body: &mut SvgWriter, y: &mut usize, text: &str| {
+        body.label("", [12, *y], text);
+        body.end_line();
         *y += 12;
         width = width.max(24 + text.chars().count() * 8);
     };
@@ -49,18 +51,15 @@ pub fn picture(picture: &Picture, coverage: Option<&CoverageMarks>) -> String {
             title(&mut body, &mut y, &rung.title());
             let marks = RungMarks { names: None, coverage, element: &element, rung };
             let drawing = svg::rung(&rung.grid, &marks);
-            let _ = writeln!(body, "<g transform=\"translate(0 {y})\">\n{}</g>", drawing.body);
-            y += drawing.height;
-            widest = widest.max(drawing.width);
+            let elements = drawing.body;
+            let _ = writeln!(body.text, "<g transform=\"translate(0 {y})\">\n{elements}</g>");
+            y += drawing.size[1];
+            widest = widest.max(drawing.size[0]);
         }
     }
-    let (width, height) = (width.max(widest), y + 20);
-    format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
-         viewBox=\"0 0 {width} {height}\">\n<style>\n{}svg {{ background: var(--paper); }}\n\
-         </style>\n{body}</svg>\n",
-        include_str!("page/style.css")
-    )
+    let style = include_str!("page/style.css");
+    let style = format!("\n{style}svg {{ background: var(--paper); }}\n");
+    body.picture([width.max(widest), y + 20], &style)
 }
 
 struct PageMaker<'a> {
@@ -196,13 +195,9 @@ impl PageMaker<'_> {
             escaped(file)
         );
         self.doc(rung.doc.as_deref());
-        let (width, height) = (drawing.width, drawing.height);
-        let _ = writeln!(
-            self.text,
-            "<div class=\"scroll\"><svg role=\"img\" aria-label=\"Rung {id}\" width=\"{width}\" \
-             height=\"{height}\">\n{}</svg></div></div>",
-            drawing.body
-        );
+        let label = format!("Rung {element}-{}", rung.number);
+        let picture = in_page(&label, drawing.size, &drawing.body);
+        let _ = writeln!(self.text, "<div class=\"scroll\">{picture}</div></div>");
     }
 
     fn references(&mut self, references: &[CrossReference]) {

@@ -9,6 +9,7 @@ use std::fmt::Write as _;
 use super::circuit::{ContactForm, ContactSymbol};
 use super::face::boxed;
 use super::grid::{PlacedContact, PlacedInstruction, RungGrid};
+use crate::svg::{SvgArea, SvgWriter, escaped};
 
 /// The width of a character, in pixels.
 const CHAR: usize = 8;
@@ -36,8 +37,7 @@ pub(super) trait Decoration {
 
 /// The width and height of a drawing, and its elements.
 pub(super) struct Drawing {
-    pub width: usize,
-    pub height: usize,
+    pub size: [usize; 2],
     pub body: String,
 }
 
@@ -48,24 +48,7 @@ pub(super) fn rung(grid: &RungGrid, with: &dyn Decoration) -> Drawing {
     grid.contacts.iter().for_each(|of| pen.contact(of));
     grid.instructions.iter().for_each(|of| pen.instruction(of));
     let height = grid.rows.max(1) * ROW;
-    Drawing { width: pen.width + MARGIN, height, body: pen.body }
-}
-
-/// Escapes a text for HTML and SVG.
-pub(super) fn escaped(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => escaped.push_str("&amp;"),
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '"' => escaped.push_str("&quot;"),
-            '\'' => escaped.push_str("&#39;"),
-            c if c.is_control() && c != '\n' => escaped.push('\u{fffd}'),
-            c => escaped.push(c),
-        }
-    }
-    escaped
+    Drawing { size: [pen.width + MARGIN, height], body: pen.svg.text }
 }
 
 struct Pen<'a> {
@@ -73,13 +56,13 @@ struct Pen<'a> {
     /// The position of each boundary between columns.
     boundaries: Vec<usize>,
     width: usize,
-    body: String,
+    svg: SvgWriter,
 }
 
 /// A text at a symbol, with its position and class.
 struct Label<'t> {
     text: &'t str,
-    at: (usize, usize),
+    at: [usize; 2],
     class: &'static str,
 }
 
@@ -94,7 +77,7 @@ impl<'a> Pen<'a> {
         for width in widths {
             boundaries.push(boundaries.last().unwrap_or(&0) + width * CHAR);
         }
-        Pen { with, boundaries, width: MARGIN, body: String::new() }
+        Pen { with, boundaries, width: MARGIN, svg: SvgWriter::default() }
     }
 
     fn x(&self, boundary: usize) -> usize {
@@ -111,7 +94,8 @@ impl<'a> Pen<'a> {
         });
         let wires: Vec<String> = along.chain(down).collect();
         let height = grid.rows.max(1) * ROW;
-        let _ = writeln!(self.body, "<path class=\"rail\" d=\"M{MARGIN} 0V{height}\"/>");
+        self.svg.path("rail", format_args!("M{MARGIN} 0V{height}"));
+        self.svg.end_line();
         if self.with.is_live() {
             wires.iter().for_each(|path| self.wire(path));
         } else if !wires.is_empty() {
@@ -122,7 +106,7 @@ impl<'a> Pen<'a> {
     /// Draws a wire. In a live drawing it can be lit.
     fn wire(&mut self, path: &str) {
         let lit = self.lit();
-        let _ = writeln!(self.body, "<path class=\"wire\"{lit} d=\"{path}\"/>");
+        let _ = writeln!(self.svg.text, "<path class=\"wire\"{lit} d=\"{path}\"/>");
     }
 
     /// The attribute of the elements that a script lights.
@@ -140,7 +124,7 @@ impl<'a> Pen<'a> {
         let form = form(symbol.form);
         let (branch, leaf) = (symbol.branch.unwrap_or(0), symbol.leaf);
         let _ = write!(
-            self.body,
+            self.svg.text,
             "<g class=\"contact {form}{class}\" data-name=\"{name}\" \
              data-leaf=\"{branch}.{leaf}\"{}>",
             self.lit()
@@ -164,16 +148,13 @@ impl<'a> Pen<'a> {
                 let (top, bottom) = (y - HALF, y + HALF);
                 self.wire(&format!("M{left} {y}H{from}"));
                 self.wire(&format!("M{to} {y}H{right}"));
-                let _ = write!(
-                    self.body,
-                    "<path class=\"symbol\" d=\"M{from} {top}V{bottom}M{to} {top}V{bottom}\"/>"
-                );
+                self.svg.path("symbol", format_args!("M{from} {top}V{bottom}M{to} {top}V{bottom}"));
                 self.inside(symbol.form, (middle, y));
                 let text = symbol.label.name.as_str();
-                self.label(&Label { text, at: (middle, y - HALF - 6), class: "name" });
+                self.label(&Label { text, at: [middle, y - HALF - 6], class: "name" });
             }
         }
-        let below = (middle, y + HALF + 13);
+        let below = [middle, y + HALF + 13];
         let address = symbol.label.address.as_deref().unwrap_or_default();
         match mark {
             Some((_, said)) => {
@@ -185,7 +166,7 @@ impl<'a> Pen<'a> {
             }
             None => {}
         }
-        self.body.push_str("</g>\n");
+        self.svg.text.push_str("</g>\n");
     }
 
     /// Draws the sign in the gap of a contact.
@@ -201,10 +182,10 @@ impl<'a> Pen<'a> {
         if slash {
             let (from, to) = (x - GAP - 2, x + GAP + 2);
             let (top, bottom) = (y - HALF + 1, y + HALF - 1);
-            let _ = write!(self.body, "<path class=\"symbol\" d=\"M{from} {bottom}L{to} {top}\"/>");
+            self.svg.path("symbol", format_args!("M{from} {bottom}L{to} {top}"));
         }
         if !letter.is_empty() {
-            self.label(&Label { text: letter, at: (x, y + 4), class: "letter" });
+            self.label(&Label { text: letter, at: [x, y + 4], class: "letter" });
         }
     }
 
@@ -219,7 +200,7 @@ impl<'a> Pen<'a> {
         let class = if symbol.coil.is_some() { "coil" } else { "box" };
         let (mnemonic, name) = (symbol.mnemonic, escaped(name));
         let _ = write!(
-            self.body,
+            self.svg.text,
             "<g class=\"{class}\" data-mnemonic=\"{mnemonic}\" data-name=\"{name}\"{}>",
             self.lit()
         );
@@ -230,19 +211,15 @@ impl<'a> Pen<'a> {
         };
         self.width = self.width.max(end);
         self.touch((x, end), y);
-        self.body.push_str("</g>\n");
+        self.svg.text.push_str("</g>\n");
     }
 
     /// In a live drawing, draws the area of a symbol that reacts to a press, including the space
     /// between its lines.
     fn touch(&mut self, (left, right): (usize, usize), y: usize) {
         if self.with.is_live() {
-            let (top, width, height) = (y - WIRE, right - left, ROW);
-            let _ = write!(
-                self.body,
-                "<rect class=\"touch\" x=\"{left}\" y=\"{top}\" width=\"{width}\" \
-                 height=\"{height}\"/>"
-            );
+            let area = SvgArea { x: left, y: y - WIRE, width: right - left, height: ROW };
+            self.svg.rect("touch", area);
         }
     }
 
@@ -256,17 +233,14 @@ impl<'a> Pen<'a> {
         self.wire(&format!("M{x} {y}H{from}"));
         // Two arcs: the x of their ends, and the x of their control point.
         for (end, pull) in [(from + 5, from - 5), (to - 5, to + 5)] {
-            let _ = write!(
-                self.body,
-                "<path class=\"symbol\" d=\"M{end} {top}Q{pull} {y} {end} {bottom}\"/>"
-            );
+            self.svg.path("symbol", format_args!("M{end} {top}Q{pull} {y} {end} {bottom}"));
         }
         if !letter.is_empty() {
-            self.label(&Label { text: letter, at: (middle, y + 4), class: "letter" });
+            self.label(&Label { text: letter, at: [middle, y + 4], class: "letter" });
         }
-        self.label(&Label { text: &label.name, at: (middle, y - HALF - 6), class: "name" });
+        self.label(&Label { text: &label.name, at: [middle, y - HALF - 6], class: "name" });
         if let Some(address) = &label.address {
-            self.label(&Label { text: address, at: (middle, y + HALF + 13), class: "address" });
+            self.label(&Label { text: address, at: [middle, y + HALF + 13], class: "address" });
         }
         middle + (wide * CHAR / 2).max(HALF) + CHAR
     }
@@ -279,11 +253,7 @@ impl<'a> Pen<'a> {
         let width = (text.chars().count() + names + 2) * CHAR;
         let last = placed.legs.last().map_or(placed.row, |(_, row)| *row);
         let (top, height) = (y - HALF - 2, (last - placed.row) * ROW + 2 * HALF + 4);
-        let _ = write!(
-            self.body,
-            "<rect class=\"symbol\" x=\"{from}\" y=\"{top}\" width=\"{width}\" \
-             height=\"{height}\"/>"
-        );
+        self.svg.rect("symbol", SvgArea { x: from, y: top, width, height });
         let rows: Vec<usize> = match placed.legs.is_empty() {
             true => vec![placed.row],
             false => placed.legs.iter().map(|(_, row)| *row).collect(),
@@ -292,39 +262,35 @@ impl<'a> Pen<'a> {
             self.wire(&format!("M{x} {}H{from}", wire(row)));
         }
         for (name, row) in &placed.legs {
-            let at = (from + CHAR, wire(*row) + 4);
+            let at = [from + CHAR, wire(*row) + 4];
             self.label(&Label { text: name, at, class: "leg" });
         }
-        let at = (from + CHAR + names * CHAR, y + 4);
+        let at = [from + CHAR + names * CHAR, y + 4];
         self.label(&Label { text: &text, at, class: "text" });
         from + width
     }
 
     fn boxed(&mut self, (x, y, width): (usize, usize, usize), text: &str) {
-        let (top, height) = (y - HALF - 2, 2 * HALF + 4);
-        let _ = write!(
-            self.body,
-            "<rect class=\"symbol\" x=\"{x}\" y=\"{top}\" width=\"{width}\" \
-             height=\"{height}\"/>"
-        );
-        self.label(&Label { text, at: (x + width / 2, y + 4), class: "inner" });
+        let area = SvgArea { x, y: y - HALF - 2, width, height: 2 * HALF + 4 };
+        self.svg.rect("symbol", area);
+        self.label(&Label { text, at: [x + width / 2, y + 4], class: "inner" });
     }
 
     fn title(&mut self, doc: Option<&str>, mark: Option<&str>) {
         let texts: Vec<&str> = doc.into_iter().chain(mark).collect();
         if !texts.is_empty() {
-            let _ = write!(self.body, "<title>{}</title>", escaped(&texts.join("; ")));
+            self.svg.title(&texts.join("; "));
         }
     }
 
-    fn label(&mut self, Label { text, at: (x, y), class }: &Label) {
+    fn label(&mut self, Label { text, at, class }: &Label) {
         let link = self.with.link(text).filter(|_| *class == "name");
-        let text = format!("<text class=\"{class}\" x=\"{x}\" y=\"{y}\">{}</text>", escaped(text));
-        match link {
-            Some(link) => {
-                let _ = write!(self.body, "<a href=\"{}\">{text}</a>", escaped(&link));
-            }
-            None => self.body.push_str(&text),
+        if let Some(link) = &link {
+            let _ = write!(self.svg.text, "<a href=\"{}\">", escaped(link));
+        }
+        self.svg.label(class, *at, text);
+        if link.is_some() {
+            self.svg.text.push_str("</a>");
         }
     }
 }

@@ -10,8 +10,11 @@ use std::fmt::Write as _;
 use std::io::{self, Write};
 
 use super::svg_columns::WideColumns;
-use super::svg_wide::{self, HEAD, HIGH, LOW, NAME_CHAR, NUMBER_CHAR, ROW, STYLE, WIDTH_MAX};
+use super::svg_wide::{
+    self, ColumnHead, HEAD, HIGH, LOW, NAME_CHAR, NUMBER_CHAR, ROW, STYLE, WIDTH_MAX,
+};
 use super::trace::{RowName, ValueTrace, Watched, ms_text};
+use crate::svg::{SvgArea, SvgWriter};
 use rungd_engine::Cell;
 
 /// The maximum number of scans that have a column each (a stop has one more).
@@ -67,8 +70,8 @@ impl<'a> SvgTrace<'a> {
             return out.flush();
         }
         let measures = self.measures();
-        let (width, height) = (measures.width, measures.height);
-        let mut svg = svg_wide::opened(STYLE, (width, height));
+        let size = [measures.width, measures.height];
+        let mut svg = svg_wide::opened(size);
         self.head(&mut svg, &measures);
         for (at, watched) in self.watched.iter().enumerate() {
             let top = HEAD + ROW * at;
@@ -78,8 +81,7 @@ impl<'a> SvgTrace<'a> {
                 Cell::Word(_) => self.word_bands(&mut svg, at, top, &measures),
             }
         }
-        svg.push_str("</svg>\n");
-        out.write_all(svg.as_bytes())?;
+        out.write_all(svg.picture(size, STYLE).as_bytes())?;
         out.flush()
     }
 
@@ -116,60 +118,46 @@ impl<'a> SvgTrace<'a> {
     }
 
     /// Scan numbers and times in the middle of their columns, and the grid.
-    fn head(&self, svg: &mut String, measures: &Measures) {
+    fn head(&self, svg: &mut SvgWriter, measures: &Measures) {
         let bottom = measures.height;
         let widest = self.columns.last().map_or(0, |(_, time_us)| ms_text(*time_us).len().max(4));
         let every = (widest * NUMBER_CHAR).div_ceil(measures.column);
         let stop = self.columns.iter().position(|(name, _)| *name == RowName::Stop);
         if let Some(at) = stop {
             let (x, width) = (measures.x(at), measures.column);
-            let _ = writeln!(
-                svg,
-                "<rect class=\"s\" x=\"{x}\" y=\"0\" width=\"{width}\" height=\"{bottom}\"/>"
-            );
+            svg.rect("s", SvgArea { x, y: 0, width, height: bottom });
+            svg.end_line();
         }
-        let _ = writeln!(svg, "<text x=\"6\" y=\"14\">scan</text><text x=\"6\" y=\"28\">ms</text>");
-        for (at, (name, time_us)) in self.columns.iter().enumerate() {
+        svg_wide::head_names(svg);
+        for (at, head) in self.columns.iter().enumerate() {
             let near_stop = stop.is_some_and(|stop| at < stop && stop - at < every);
-            if *name != RowName::Stop && (at % every != 0 || near_stop) {
+            if head.0 != RowName::Stop && (at % every != 0 || near_stop) {
                 continue;
             }
-            let (x, middle) = (measures.x(at), measures.middle(at, 1));
-            let time_ms = ms_text(*time_us);
-            let _ = writeln!(
-                svg,
-                "<path class=\"g\" d=\"M{x} {HEAD}V{bottom}\"/>\
-                 <text class=\"t\" x=\"{middle}\" y=\"14\">{name}</text>\
-                 <text class=\"t\" x=\"{middle}\" y=\"28\">{time_ms}</text>"
-            );
+            let (x, text_x) = (measures.x(at), measures.middle(at, 1));
+            ColumnHead { class: "t", text_x, x, bottom }.draw(svg, head);
         }
     }
 
     /// Draws a word: a band for each stretch of equal values, with the value if it fits.
-    fn word_bands(&self, svg: &mut String, at: usize, top: usize, measures: &Measures) {
+    fn word_bands(&self, svg: &mut SvgWriter, at: usize, top: usize, measures: &Measures) {
         let (watched, values) = (&self.watched[at], &self.values[at]);
         let mut from = 0;
         for same in values.chunk_by(|a, b| a == b) {
             let (x, width) = (measures.x(from), same.len() * measures.column);
-            let _ = write!(
-                svg,
-                "<rect class=\"w\" x=\"{x}\" y=\"{}\" width=\"{width}\" height=\"{}\"/>",
-                top + HIGH,
-                LOW - HIGH
-            );
+            svg.rect("w", SvgArea { x, y: top + HIGH, width, height: LOW - HIGH });
             let text = watched.text(same[0]);
             if text.len() * NUMBER_CHAR + 2 <= width {
-                let (x, y) = (measures.middle(from, same.len()), top + 19);
-                let _ = write!(svg, "<text class=\"v\" x=\"{x}\" y=\"{y}\">{text}</text>");
+                svg.label("v", [measures.middle(from, same.len()), top + 19], &text);
             }
-            svg.push('\n');
+            svg.end_line();
             from += same.len();
         }
     }
 }
 
 /// Draws a bit: high and shaded while ON, low while OFF.
-fn bit_line(svg: &mut String, values: &[i32], top: usize, measures: &Measures) {
+fn bit_line(svg: &mut SvgWriter, values: &[i32], top: usize, measures: &Measures) {
     let (left, low) = (measures.left, top + LOW);
     let mut steps = String::new();
     let mut from = 0;
@@ -180,9 +168,10 @@ fn bit_line(svg: &mut String, values: &[i32], top: usize, measures: &Measures) {
     }
     let first = top + if values.first().is_some_and(|v| *v != 0) { HIGH } else { LOW };
     if values.iter().any(|v| *v != 0) {
-        let _ = write!(svg, "<path class=\"f\" d=\"M{left} {low}{steps}V{low}Z\"/>");
+        svg.path("f", format_args!("M{left} {low}{steps}V{low}Z"));
     }
-    let _ = writeln!(svg, "<path class=\"l\" d=\"M{left} {first}{steps}\"/>");
+    svg.path("l", format_args!("M{left} {first}{steps}"));
+    svg.end_line();
 }
 
 impl ValueTrace for SvgTrace<'_> {

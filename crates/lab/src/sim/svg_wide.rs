@@ -7,7 +7,8 @@
 use std::fmt::Write as _;
 
 use super::svg_columns::{ColumnSpread, WideColumns, number};
-use super::trace::{Watched, ms_text};
+use super::trace::{RowName, Watched, ms_text};
+use crate::svg::{SvgArea, SvgWriter};
 use rungd_engine::Cell;
 
 pub(super) const WIDTH_MAX: usize = 1_200;
@@ -31,23 +32,43 @@ pub(super) const STYLE: &str = "text{font:12px monospace;fill:#222}.t,.v{font-si
 const WIDE_STYLE: &str = ".b{fill:#08774f;fill-opacity:.5}.e{font-size:9px;fill:#4a6f9c}\
     .n{font-size:10.5px;fill:#666}";
 
-/// The beginning of a picture of this width and height.
-pub(super) fn opened(style: &str, (width, height): (usize, usize)) -> String {
-    format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
-         viewBox=\"0 0 {width} {height}\">\n<style>{style}</style>\n\
-         <rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n"
-    )
+/// A white picture of this width and height.
+pub(super) fn opened([width, height]: [usize; 2]) -> SvgWriter {
+    let text = format!("<rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n");
+    SvgWriter { text }
 }
 
 /// Draws the name of an operand and the line above its row.
-pub(super) fn name(svg: &mut String, watched: &Watched, top: usize, right: usize) {
-    let name = watched.name.replace('&', "&amp;").replace('<', "&lt;");
-    let _ = writeln!(
-        svg,
-        "<path class=\"g\" d=\"M6 {top}H{right}\"/><text x=\"6\" y=\"{}\">{name}</text>",
-        top + 19
-    );
+pub(super) fn name(svg: &mut SvgWriter, watched: &Watched, top: usize, right: usize) {
+    svg.path("g", format_args!("M6 {top}H{right}"));
+    svg.label("", [6, top + 19], &watched.name);
+    svg.end_line();
+}
+
+/// Draws the names of the two lines above the columns.
+pub(super) fn head_names(svg: &mut SvgWriter) {
+    svg.label("", [6, 14], "scan");
+    svg.label("", [6, 28], "ms");
+    svg.end_line();
+}
+
+/// The line at the left edge of a column, and its scan and time above it.
+pub(super) struct ColumnHead {
+    /// The class of the texts, and their position.
+    pub class: &'static str,
+    pub text_x: usize,
+    pub x: usize,
+    pub bottom: usize,
+}
+
+impl ColumnHead {
+    pub fn draw(&self, svg: &mut SvgWriter, (scan, time_us): &(RowName, u64)) {
+        let ColumnHead { class, text_x, x, bottom } = self;
+        svg.path("g", format_args!("M{x} {HEAD}V{bottom}"));
+        svg.label(class, [*text_x, 14], &scan.to_string());
+        svg.label(class, [*text_x, 28], &ms_text(*time_us));
+        svg.end_line();
+    }
 }
 
 /// The positions of columns, px.
@@ -84,8 +105,8 @@ pub(super) fn draw(watched: &[Watched], columns: &WideColumns) -> String {
         count,
         height: HEAD + ROW * watched.len() + 6,
     };
-    let size = (measures.right() + ends + 14, measures.height + FOOT);
-    let mut svg = opened(&format!("{STYLE}{WIDE_STYLE}"), size);
+    let size = [measures.right() + ends + 14, measures.height + FOOT];
+    let mut svg = opened(size);
     head(&mut svg, columns, &measures);
     for (at, watched) in watched.iter().enumerate() {
         let top = HEAD + ROW * at;
@@ -96,37 +117,32 @@ pub(super) fn draw(watched: &[Watched], columns: &WideColumns) -> String {
         }
     }
     let scans = if columns.scans == 1 { "scan" } else { "scans" };
-    let _ = writeln!(
-        svg,
-        "<text class=\"n\" x=\"6\" y=\"{}\">each column is {} {scans}; darker: ON and OFF within a \
-         column; a band is from the least to the greatest value</text>\n</svg>",
-        measures.height + 12,
+    let explanation = format!(
+        "each column is {} {scans}; darker: ON and OFF within a column; a band is from the least \
+         to the greatest value",
         columns.scans
     );
-    svg
+    svg.label("n", [6, measures.height + 12], &explanation);
+    svg.end_line();
+    svg.picture(size, &format!("{STYLE}{WIDE_STYLE}"))
 }
 
 /// Draws scan numbers, times and the grid.
-fn head(svg: &mut String, columns: &WideColumns, measures: &WideMeasures) {
+fn head(svg: &mut SvgWriter, columns: &WideColumns, measures: &WideMeasures) {
     let bottom = measures.height;
     let widths =
         columns.heads.iter().map(|(name, us)| name.to_string().len().max(ms_text(*us).len()));
     let widest = (widths.max().unwrap_or(0) + 2) * NUMBER_CHAR;
     let every = widest.max(100).div_ceil(measures.column);
-    let _ = writeln!(svg, "<text x=\"6\" y=\"14\">scan</text><text x=\"6\" y=\"28\">ms</text>");
-    for (at, (name, time_us)) in columns.heads.iter().enumerate().step_by(every) {
-        let (x, scan, time_ms) = (measures.x(at), name, ms_text(*time_us));
-        let _ = writeln!(
-            svg,
-            "<path class=\"g\" d=\"M{x} {HEAD}V{bottom}\"/>\
-             <text class=\"n\" x=\"{x}\" y=\"14\">{scan}</text>\
-             <text class=\"n\" x=\"{x}\" y=\"28\">{time_ms}</text>"
-        );
+    head_names(svg);
+    for (at, head) in columns.heads.iter().enumerate().step_by(every) {
+        let x = measures.x(at);
+        ColumnHead { class: "n", text_x: x, x, bottom }.draw(svg, head);
     }
 }
 
 /// Draws a bit: high and shaded while ON, low while OFF, dark in columns with both.
-fn bit(svg: &mut String, spreads: &[ColumnSpread], top: usize, measures: &WideMeasures) {
+fn bit(svg: &mut SvgWriter, spreads: &[ColumnSpread], top: usize, measures: &WideMeasures) {
     let (high, low) = (top + HIGH, top + LOW);
     let (mut line, mut on, mut both) = (String::new(), String::new(), String::new());
     let (mut from, mut goes_on) = (0, false);
@@ -153,16 +169,16 @@ fn bit(svg: &mut String, spreads: &[ColumnSpread], top: usize, measures: &WideMe
     }
     for (class, path) in [("f", on), ("b", both), ("l", line)] {
         if !path.is_empty() {
-            let _ = write!(svg, "<path class=\"{class}\" d=\"{path}\"/>");
+            svg.path(class, path);
         }
     }
-    svg.push('\n');
+    svg.end_line();
 }
 
 /// Draws a word: a band from the least to the greatest value of each column, with both ends of its
 /// scale on the right. A word that never changes is a band with its value.
 fn word(
-    svg: &mut String,
+    svg: &mut SvgWriter,
     (watched, at, columns): (&Watched, usize, &WideColumns),
     top: usize,
     measures: &WideMeasures,
@@ -171,14 +187,10 @@ fn word(
     let (least, greatest) = (watched.text(whole.0), watched.text(whole.1));
     let (left, right, low) = (measures.left, measures.right(), top + LOW);
     if whole.0 == whole.1 {
-        let (width, height, middle) = (right - left, LOW - HIGH, (left + right) / 2);
-        let (high, base) = (top + HIGH, top + 19);
-        let _ = writeln!(
-            svg,
-            "<rect class=\"w\" x=\"{left}\" y=\"{high}\" width=\"{width}\" height=\"{height}\"/>\
-             <text class=\"v\" x=\"{middle}\" y=\"{base}\">{least}</text>"
-        );
-        return;
+        let (width, height) = (right - left, LOW - HIGH);
+        svg.rect("w", SvgArea { x: left, y: top + HIGH, width, height });
+        svg.label("v", [(left + right) / 2, top + 19], &least);
+        return svg.end_line();
     }
     let (mut upper, mut lower) = (String::new(), Vec::new());
     let mut from = 0;
@@ -189,16 +201,11 @@ fn word(
         lower.push((measures.x(from), y_least));
         from += same.len();
     }
-    let _ = write!(svg, "<path class=\"w\" d=\"M{left} {low}{upper}");
-    for (x, y) in lower.iter().rev() {
-        let _ = write!(svg, "V{y}H{x}");
-    }
-    let (x, high, base) = (right + 4, top + HIGH + 5, low + 2);
-    let _ = writeln!(
-        svg,
-        "Z\"/><text class=\"e\" x=\"{x}\" y=\"{high}\">{greatest}</text>\
-         <text class=\"e\" x=\"{x}\" y=\"{base}\">{least}</text>"
-    );
+    let lower: String = lower.iter().rev().map(|(x, y)| format!("V{y}H{x}")).collect();
+    svg.path("w", format_args!("M{left} {low}{upper}{lower}Z"));
+    svg.label("e", [right + 4, top + HIGH + 5], &greatest);
+    svg.label("e", [right + 4, low + 2], &least);
+    svg.end_line();
 }
 
 /// The height of a value above the lower edge, px: 0 to the height of the band.
