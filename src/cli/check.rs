@@ -75,7 +75,7 @@ fn append(all: &mut Loaded, mut loaded: Loaded, addresses: &mut String) {
 
 /// The tags with a `type` in byte order, one line for each: name, type, place.
 fn listed(program: &Program) -> String {
-    let names = program.places.by_name().map(|place| place.name.len());
+    let names = program.names.places.by_name().map(|place| place.name.len());
     let width = names.max().unwrap_or(0);
     let line = |place: &TagPlace| {
         let (name, kind) = (&place.name, place.type_name());
@@ -88,7 +88,7 @@ fn listed(program: &Program) -> String {
             false => format!("{name:width$}  {kind:10}  {first}\n"),
         }
     };
-    program.places.by_name().map(line).collect()
+    program.names.places.by_name().map(line).collect()
 }
 
 /// The style of findings on standard error.

@@ -17,7 +17,6 @@ use rungd_lab::rig::RigProgram;
 use rungd_lab::rig::simulation::all_named;
 use rungd_lab::sim::trace::{RowName, ValueTrace, Watched};
 use rungd_lab::testing::{self, ProgramId, Scenario, Suite, TracedScan};
-use rungd_language::resolve::scope::Scope;
 
 /// Runs the scenarios of a suite whose names contain the filter. Writes a trace of all operands
 /// that its ladders name for each: `FOLDER/<test file>-<scenario>.csv`.
@@ -80,7 +79,7 @@ impl TraceColumns {
             watched.extend(named.into_iter().filter(|of| !known.contains(&of.name)));
         }
         let of_program = |(of, lowered): (&testing::TestProgram, &Arc<RigProgram>)| {
-            let (scope, layout) = (Scope::of(&of.program), &lowered.symbols.layout);
+            let (scope, layout) = (of.program.scope(), &lowered.symbols.layout);
             let cell = |name: &str| layout.cell(scope.address(name).ok()?);
             watched.iter().map(|of| same_kind(of, cell(&of.name), layout)).collect()
         };

@@ -6,13 +6,12 @@ use anyhow::Result;
 
 use super::exit::CommandLine;
 use super::terminal::say;
-use rungd_engine::isa::Address;
+use rungd_engine::isa::Structure;
 use rungd_lab::rig::simulation::{ELEMENTS_MAX, all_named};
 use rungd_lab::sim::stimulus::split_element;
 use rungd_lab::sim::trace::Watched;
 use rungd_language::lower::Symbols;
 use rungd_language::resolve::program::Program;
-use rungd_language::resolve::scope::Scope;
 
 /// Returns from the function with an error about the command line.
 macro_rules! usage {
@@ -29,15 +28,14 @@ pub(super) fn watched(
     program: &Program,
     symbols: &Symbols,
 ) -> Result<Vec<Watched>> {
-    let scope = Scope::of(program);
+    let scope = program.scope();
     let named = |name: &str| -> Result<Watched> {
         if name.contains("..") {
             usage!("--watch: `{name}`: a range is not taken here: name each, as `X0,X1`");
         }
         let address = scope.address(name).map_err(|m| CommandLine(format!("--watch: {m}")))?;
         let Some(cell) = symbols.layout.cell(address) else {
-            let upper = matches!(address, Address::Structure(s) if s.members().contains(&"DN"));
-            let member = if upper { "DN" } else { "Done" };
+            let member = address.structure().map_or("Done", Structure::done_name);
             usage!("--watch: `{name}` is a structure: name its members, as `{name}.{member}`");
         };
         Ok(Watched::new(name, cell, &symbols.layout))

@@ -23,7 +23,7 @@ use rungd_history::record::RecordedFile;
 use rungd_io::modbus::settings::Modbus;
 use rungd_io::plant::settings::Rule;
 use rungd_language::lower::{Symbols, lower_within};
-use rungd_language::resolve::program::{BlockKind, Program};
+use rungd_language::resolve::program::Program;
 use rungd_language::source::finding::Finding;
 use rungd_language::source::render::{Style, refuses, render_within};
 use rungd_language::source::span::{SourceFile, Span};
@@ -50,8 +50,6 @@ pub struct Setup {
     pub warnings: Vec<LoadWarning>,
     pub(super) symbols: Symbols,
     pub(super) names: Arc<Names>,
-    /// The name and kind of each block, by `BlockId`.
-    pub(super) blocks: Vec<(String, BlockKind)>,
     pub(super) operator: Operator,
     /// The operands that pages may write: `[web] write`.
     pub(super) pages_write: Vec<Address>,
@@ -158,7 +156,6 @@ pub fn settle(loaded: &Loaded, progress: &Progress) -> Result<(engine::Program, 
         narration,
         watched,
         names: Arc::new(Names::new(program, &symbols)),
-        blocks: blocks(program),
         operator: controller.operator.clone(),
         pages_write: controller.web.write.iter().map(|(_, what)| *what).collect(),
         pace,
@@ -234,10 +231,6 @@ fn recorded(file: &SourceFile) -> RecordedFile {
 fn warning(finding: &Finding) -> LoadWarning {
     let text = format!("{} ({})", finding.message, finding.code.name());
     LoadWarning { span: finding.span, text }
-}
-
-fn blocks(program: &Program) -> Vec<(String, BlockKind)> {
-    program.blocks.iter().map(|block| (block.name.clone(), block.kind)).collect()
 }
 
 fn pace(controller: &Controller) -> Pace {

@@ -10,6 +10,7 @@ use rungd_config::controller::log::BlockLines;
 use rungd_engine::isa::{BlockId, StageId};
 use rungd_engine::{BlockEvent, Cell, Element};
 use rungd_language::lower::{Alarm, Symbols};
+use rungd_language::resolve::name_book::{BlockName, NameBook};
 use rungd_language::resolve::program::{Block, BlockKind, Program};
 use rungd_language::source::wording::is_obeyed;
 use rungd_runtime::Watched;
@@ -19,9 +20,7 @@ use rungd_runtime::exchange::{FaultReason, Mode, StopReason, Tempo};
 /// The names for all log lines.
 #[derive(Clone, Debug)]
 pub(super) struct Narration {
-    /// Kind and name of each block, by `BlockId`.
-    blocks: Vec<(BlockKind, String)>,
-    stages: Vec<String>,
+    names: Arc<NameBook>,
     bits: Vec<BitNews>,
     words: Vec<WordNews>,
     /// The alarms, which are at the beginning of `bits`.
@@ -212,12 +211,11 @@ impl Narration {
                 }
             }
         }
-        let blocks = program.blocks.iter().map(|block| (block.kind, block.name.clone()));
-        let (blocks, stages) = (blocks.collect(), symbols.stages.clone());
+        let names = Arc::clone(&symbols.names);
         let (rungs, tempo) = (rungs(program), Tempo::default());
         let maths = symbols.maths.clone();
         let (told, alarms) = (BlockLines::All, symbols.alarms.clone());
-        (Narration { blocks, stages, bits, words, alarms, maths, rungs, tempo, told }, watched)
+        (Narration { names, bits, words, alarms, maths, rungs, tempo, told }, watched)
     }
 
     /// The same names for a program with this tempo.
@@ -297,14 +295,11 @@ impl Narration {
     }
 
     fn block(&self, id: BlockId) -> ElementTitle<'_> {
-        match self.blocks.get(id.0 as usize) {
-            Some((BlockKind::Program, name)) => {
-                ElementTitle { kind: "Program", name, is_news: true }
-            }
-            Some((BlockKind::Task, name)) => ElementTitle { kind: "Task", name, is_news: true },
-            Some((_, name)) => ElementTitle { kind: "Task", name, is_news: false },
-            None => ElementTitle { kind: "?", name: "?", is_news: true },
-        }
+        let Some(BlockName { kind, name }) = self.names.blocks.get(id.0 as usize) else {
+            return ElementTitle { kind: "?", name: "?", is_news: true };
+        };
+        let title = if *kind == BlockKind::Program { "Program" } else { "Task" };
+        ElementTitle { kind: title, name, is_news: !kind.is_built_in() }
     }
 
     /// The tags of watched bits and words. A bit's entry also contains `alarm` or `change`, since
@@ -316,7 +311,7 @@ impl Narration {
     }
 
     fn stage(&self, id: StageId) -> &str {
-        self.stages.get(id.0 as usize).map_or("?", String::as_str)
+        self.names.stages.get(id.0 as usize).map_or("?", |stage| &stage.whole)
     }
 }
 

@@ -22,7 +22,6 @@ use rungd_io::modbus::Map;
 use rungd_io::modbus::answer::{Answer, answer, refused, written};
 use rungd_io::modbus::map::Asker;
 use rungd_language::lower::lower;
-use rungd_language::resolve::resolve_operand;
 use rungd_runtime::command::Forces;
 use rungd_runtime::exchange::{Mode, Snapshot, Write};
 
@@ -60,7 +59,7 @@ impl Sweep {
         let layout = symbols.layout.clone();
         let map = Map::new(&settings.modbus.unwrap(), &layout, |word| symbols.limits(word));
         let mut oracle = Oracle::new();
-        let cell = |name: &str| layout.cell(resolve_operand(&program, name).unwrap()).unwrap();
+        let cell = |name: &str| layout.cell(program.scope().address(name).unwrap()).unwrap();
         let cells: Vec<Cell> = oracle.cells.iter().map(|of| cell(&of.name)).collect();
         let mut image = empty(&layout);
         // Cells have different values, so that a wrong cell is noticed.

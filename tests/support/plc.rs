@@ -2,10 +2,9 @@
 
 use rungd_base::calendar::LocalTime;
 use rungd_engine::isa::{Address, Bit, BitSpace};
-use rungd_engine::{BlockEvent, Cell, Engine, ScanEnd, ScanTimes};
+use rungd_engine::{BlockEvent, Cell, Element, Engine, ScanEnd, ScanTimes};
 use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::program::Program;
-use rungd_language::resolve::resolve_operand;
 
 use super::run;
 
@@ -81,7 +80,7 @@ impl Plc {
     pub fn scan(&mut self, changes: &[(&str, i32)]) -> ScanEnd {
         self.engine.begin_scan(self.now_ns, &self.times, &self.local);
         for (name, value) in changes {
-            let input = match resolve_operand(&self.program, name) {
+            let input = match self.program.scope().address(name) {
                 Ok(Address::Bit(Bit::Space(BitSpace::X, n))) => Some(n),
                 _ => None,
             };
@@ -115,15 +114,16 @@ impl Plc {
     }
 
     fn event(&self, event: BlockEvent) -> String {
+        let names = &self.symbols.names;
+        let block = |id| &names.block(id).name;
         match event {
-            BlockEvent::Started(block) => format!("started {}", self.symbols.block(block)),
-            BlockEvent::Stopped(block) => format!("stopped {}", self.symbols.block(block)),
-            BlockEvent::Completed(block) => format!("completed {}", self.symbols.block(block)),
-            BlockEvent::Terminated(element) => {
-                format!("terminated {}", self.symbols.element(element))
-            }
-            BlockEvent::StageOn(stage) => format!("on {}", self.symbols.stage(stage)),
-            BlockEvent::StageOff(stage) => format!("off {}", self.symbols.stage(stage)),
+            BlockEvent::Started(id) => format!("started {}", block(id)),
+            BlockEvent::Stopped(id) => format!("stopped {}", block(id)),
+            BlockEvent::Completed(id) => format!("completed {}", block(id)),
+            BlockEvent::Terminated(Element::Block(id)) => format!("terminated {}", block(id)),
+            BlockEvent::Terminated(Element::Stage(id)) => format!("terminated {}", names.stage(id)),
+            BlockEvent::StageOn(stage) => format!("on {}", names.stage(stage)),
+            BlockEvent::StageOff(stage) => format!("off {}", names.stage(stage)),
         }
     }
 }

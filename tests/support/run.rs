@@ -9,7 +9,7 @@ use rungd_lab::sim::trace::{RowName as TraceRow, Trace};
 use rungd_language::check::{Around, check};
 use rungd_language::lower::{Symbols, lower, lower_with};
 use rungd_language::resolve::program::Program;
-use rungd_language::resolve::{LoadOptions, load_ladders, resolve_operand};
+use rungd_language::resolve::{LoadOptions, load_ladders};
 use rungd_language::source::finding::{Finding, Severity};
 use rungd_language::source::span::SourceFile;
 
@@ -39,13 +39,13 @@ pub fn load(ladder: &str) -> Result<Program, String> {
 
 /// The cell of an operand.
 pub fn cell(program: &Program, symbols: &Symbols, name: &str) -> Result<Cell, String> {
-    let address = resolve_operand(program, name)?;
+    let address = program.scope().address(name)?;
     symbols.layout.cell(address).ok_or_else(|| format!("`{name}` is no bit and no word"))
 }
 
 /// The target of a stimulus; `Err` if the operand cannot be written.
 pub fn target(program: &Program, symbols: &Symbols, name: &str) -> Result<StimulusTarget, String> {
-    match resolve_operand(program, name)? {
+    match program.scope().address(name)? {
         Address::Bit(Bit::Space(BitSpace::X, n)) => Ok(StimulusTarget::Input(n)),
         Address::Bit(bit) if bit.writable_from_outside() => {
             Ok(StimulusTarget::Bit(symbols.layout.bit(bit)))

@@ -179,7 +179,7 @@ impl Layout {
         }
     }
 
-    /// The address of a cell; `None` for the bits of Stages and blocks, and for histories.
+    /// The address of a public cell; `None` for histories.
     pub fn address(&self, cell: Cell) -> Option<Address> {
         self.space_address(cell).or_else(|| match cell {
             Cell::Bit(BitCell(at)) => {
@@ -193,7 +193,7 @@ impl Layout {
                     None if id < self.sizes.devices => {
                         Some(Address::Bit(Bit::Device(DeviceId(id), health)))
                     }
-                    None => None,
+                    None => self.element_bit(at).map(Address::Bit),
                 }
             }
             Cell::Word(WordCell(at)) => {
@@ -205,6 +205,20 @@ impl Layout {
                 }
             }
         })
+    }
+
+    /// The bit of a Stage or a block.
+    fn element_bit(&self, at: u32) -> Option<Bit> {
+        match at {
+            _ if (self.stages..self.running).contains(&at) => {
+                Some(Bit::Stage(StageId(at - self.stages)))
+            }
+            _ if (self.running..self.done).contains(&at) => {
+                Some(Bit::Running(BlockId(at - self.running)))
+            }
+            _ if (self.done..self.shifts).contains(&at) => Some(Bit::Done(BlockId(at - self.done))),
+            _ => None,
+        }
     }
 
     fn space_address(&self, cell: Cell) -> Option<Address> {

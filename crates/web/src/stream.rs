@@ -225,12 +225,14 @@ fn blocks(view: &LiveView, power: &ScanPower) -> (Value, Value) {
         let cell = symbols.layout.cell(Address::Bit(bit));
         cell.is_some_and(|cell| power.value(cell) != 0)
     };
-    let stages = (0..).zip(&symbols.stages);
-    let on = stages.filter(|(at, _)| is_on(Bit::Stage(StageId(*at)))).map(|(_, name)| name);
-    let blocks = (0..).zip(&symbols.blocks);
+    let stages = (0..).zip(&symbols.names.stages);
+    let on =
+        stages.filter(|(at, _)| is_on(Bit::Stage(StageId(*at)))).map(|(_, stage)| &stage.whole);
+    let blocks = (0..).zip(&symbols.names.blocks);
     // Only in RUN: in FAULT the bits of the blocks keep their values, but no block runs.
     let executes = view.executes(power);
     let blocks = blocks.filter(|_| executes);
-    let running = blocks.filter(|(at, _)| is_on(Bit::Running(BlockId(*at)))).map(|(_, name)| name);
+    let running = blocks.filter(|(at, _)| is_on(Bit::Running(BlockId(*at))));
+    let running = running.map(|(_, block)| &block.name);
     (json!(on.collect::<Vec<_>>()), json!(running.collect::<Vec<_>>()))
 }

@@ -26,6 +26,7 @@ use rungd_history::record::RecordedFile;
 use rungd_io::device::Health;
 use rungd_io::seats::Seats;
 use rungd_language::lower;
+use rungd_language::resolve::name_book::{BlockName, NameBook};
 use rungd_language::resolve::program::BlockKind;
 use rungd_runtime::exchange::{Mode, Snapshot, Tempo};
 use rungd_runtime::{self as runtime, Gauge, Grant, Prepared, monotonic_ns};
@@ -133,7 +134,7 @@ impl About {
             files: Arc::clone(&setup.files),
             parts: parts.clone(),
             tempo: setup.pace.tempo,
-            blocks: named_blocks(setup),
+            blocks: named_blocks(&setup.symbols.names),
             layout: setup.symbols.layout.clone(),
             rules: setup.rules.len(),
             alarms: alarms(setup),
@@ -277,18 +278,14 @@ fn alarms(setup: &Setup) -> Vec<(BitCell, Alarm)> {
     setup.symbols.alarms.iter().map(|named| (named.bit, alarm(named))).collect()
 }
 
-fn named_blocks(setup: &Setup) -> Vec<NamedBlock> {
-    let mut blocks: Vec<NamedBlock> = Vec::new();
-    for (at, (name, kind)) in setup.blocks.iter().enumerate() {
-        let (id, is_task) = (BlockId(at as u32), *kind != BlockKind::Program);
-        blocks.push(NamedBlock { id, name: name.clone(), is_task, stages: Vec::new() });
-    }
-    for (at, stage) in setup.symbols.stages.iter().enumerate() {
-        // A Stage's full name is `Drain.Open`; block names have no dot.
-        let Some((block, name)) = stage.split_once('.') else { continue };
-        if let Some(block) = blocks.iter_mut().find(|known| known.name == block) {
-            block.stages.push((StageId(at as u32), name.to_owned()));
-        }
+fn named_blocks(names: &NameBook) -> Vec<NamedBlock> {
+    let block = |(id, block): (u32, &BlockName)| {
+        let is_task = block.kind != BlockKind::Program;
+        NamedBlock { id: BlockId(id), name: block.name.clone(), is_task, stages: Vec::new() }
+    };
+    let mut blocks: Vec<NamedBlock> = (0..).zip(&names.blocks).map(block).collect();
+    for (id, stage) in (0..).zip(&names.stages) {
+        blocks[stage.block.0 as usize].stages.push((StageId(id), stage.name.clone()));
     }
     blocks
 }

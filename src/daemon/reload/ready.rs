@@ -44,7 +44,7 @@ pub(super) fn read(path: &Path, first: &Running, progress: &Progress) -> Result<
     let loaded = config::load(path, style, progress).map_err(|failure| format!("{failure:#}"))?;
     let (program, setup) = loaded?;
     let (symbols, needed) = (&setup.symbols, &first.setup.symbols);
-    if symbols.devices != needed.devices {
+    if symbols.names.devices != needed.names.devices {
         return Err(format!("{}: {OTHER_DEVICES}", setup.controller));
     }
     if symbols.layout.sizes() != needed.layout.sizes() {
@@ -133,7 +133,7 @@ fn pages(old: &Setup, new: &Setup) -> Vec<String> {
     let (was, is) = (&old.pages_write, &new.pages_write);
     let lacking = |from: &[Address], of: &[Address], setup: &Setup| {
         let names = from.iter().filter(|address| !of.contains(address));
-        names.map(|address| setup.symbols.identity.say(*address)).collect::<Vec<_>>()
+        names.map(|address| setup.symbols.names.say(*address)).collect::<Vec<_>>()
     };
     let mut lines = Vec::new();
     for (names, what) in

@@ -90,12 +90,13 @@ impl Told {
 fn told(program: &LiveProgram) -> Vec<(Cell, Told)> {
     let symbols = program.subject.symbols();
     let bit = |bit: Bit| symbols.layout.cell(Address::Bit(bit));
-    let blocks = (0..).zip(&symbols.blocks).filter_map(|(at, name)| {
-        Some((bit(Bit::Running(BlockId(at)))?, Told::Block(format!("{name}.Running"))))
+    let blocks = (0..).zip(&symbols.names.blocks).filter_map(|(at, block)| {
+        let running = Told::Block(format!("{}.Running", block.name));
+        Some((bit(Bit::Running(BlockId(at)))?, running))
     });
-    let stages = (0..).zip(&symbols.stages);
-    let stages = stages
-        .filter_map(|(at, name)| Some((bit(Bit::Stage(StageId(at)))?, Told::Stage(name.clone()))));
+    let stages = (0..).zip(&symbols.names.stages).filter_map(|(at, stage)| {
+        Some((bit(Bit::Stage(StageId(at)))?, Told::Stage(stage.whole.clone())))
+    });
     let alarms = symbols.alarms.iter();
     let alarms = alarms
         .map(|alarm| (Cell::Bit(alarm.bit), Told::Alarm(alarm.tag.clone(), alarm.text.clone())));

@@ -131,17 +131,14 @@ impl LiveProgram {
     pub fn tags(&self) -> impl Iterator<Item = LiveTag<'_>> {
         self.subject.program().tags.iter().filter_map(|tag| {
             let TagMeaning::Address(address) = tag.meaning else { return None };
-            let member = |member: &&str| format!("{}.{member}", tag.name);
-            let members = match address {
-                Address::Structure(structure) => structure.members(),
-                Address::Bit(_) | Address::Word(_) => &[],
-            };
+            let members = address.named_operands(&tag.name).map(|(name, _)| name);
+            let is_structure = matches!(address, Address::Structure(_));
             Some(LiveTag {
                 name: &tag.name,
                 address: address.to_string(),
                 doc: tag.doc.as_deref(),
                 unit: tag.unit.as_ref().map(|unit| unit.text.as_str()),
-                members: members.iter().map(member).collect(),
+                members: members.filter(|_| is_structure).collect(),
             })
         })
     }

@@ -4,7 +4,6 @@
 //! ladder has changed; it requests the values separately.
 
 use super::protocol::MetricList;
-use rungd_engine::isa::Address;
 use rungd_language::resolve::program::{Program, TagMeaning};
 
 /// The most operands in the list: sixteen requests read their values.
@@ -20,11 +19,9 @@ impl MetricNames {
     pub fn of(program: &Program) -> MetricNames {
         let tags = program.tags.iter().filter(|tag| tag.metric);
         let names = tags.flat_map(|tag| match tag.meaning {
-            TagMeaning::Address(Address::Structure(structure)) => {
-                let member = |member: &&str| format!("{}.{member}", tag.name);
-                structure.members().iter().map(member).collect()
+            TagMeaning::Address(address) => {
+                address.named_operands(&tag.name).map(|(name, _)| name).collect()
             }
-            TagMeaning::Address(_) => vec![tag.name.clone()],
             TagMeaning::Constant(..) | TagMeaning::Real(_) | TagMeaning::Array(_) => Vec::new(),
         });
         MetricNames { names: names.collect() }

@@ -31,8 +31,6 @@ const SEARCHED_MAX: usize = 100;
 pub struct Names {
     scope: Scope,
     symbols: Symbols,
-    /// The first tag of each address; for structures, also of their members.
-    tags: HashMap<Address, String>,
     /// The units of words.
     units: HashMap<Address, String>,
     metrics: MetricNames,
@@ -47,7 +45,6 @@ impl Names {
         let mut names = Names {
             scope: Scope::of(program).searching_at_most(SEARCHED_MAX),
             symbols: symbols.clone(),
-            tags: HashMap::new(),
             units: HashMap::new(),
             metrics: MetricNames::of(program),
             groups: Groups::of(program),
@@ -55,7 +52,7 @@ impl Names {
         };
         for tag in &program.tags {
             if let TagMeaning::Address(address) = tag.meaning {
-                let kind = program.places.at(address).map(|(place, _)| place.type_name());
+                let kind = program.names.places.at(address).map(|(place, _)| place.type_name());
                 let kind = kind.map_or_else(|| address.to_string(), str::to_owned);
                 let about = match &tag.doc {
                     Some(doc) => format!("{kind}: {doc}"),
@@ -92,12 +89,10 @@ impl Names {
 
     fn tag(&mut self, name: &str, address: Address, about: &str) {
         self.offered.add(name.to_owned(), about);
-        self.tags.entry(address).or_insert_with(|| name.to_owned());
-        let Address::Structure(structure) = address else { return };
-        for (member, at) in structure.members().iter().zip(structure.member_addresses()) {
-            let name = format!("{name}.{member}");
-            self.offered.add(name.clone(), &self.scope.places().say(at));
-            self.tags.entry(at).or_insert(name);
+        if let Address::Structure(_) = address {
+            for (name, member) in address.named_operands(name) {
+                self.offered.add(name, &self.scope.places().say(member));
+            }
         }
     }
 
@@ -168,11 +163,7 @@ impl Names {
     }
 
     fn members(&self, text: &str, what: Address) -> Result<Vec<Variable>, Refusal> {
-        let Address::Structure(structure) = what else {
-            return Ok(vec![self.operand(text, what)?]);
-        };
-        let members = structure.members().iter().zip(structure.member_addresses());
-        members.map(|(member, what)| self.operand(&format!("{text}.{member}"), what)).collect()
+        what.named_operands(text).map(|(name, what)| self.operand(&name, what)).collect()
     }
 
     /// The one bit or word that a text names.
@@ -218,7 +209,7 @@ impl Names {
 
     /// The operand at an address, with its name in this program.
     pub(crate) fn called(&self, what: Address) -> Option<Variable> {
-        let name = self.tags.get(&what).cloned().unwrap_or_else(|| self.address(what));
+        let name = self.tag_of(what).unwrap_or_else(|| self.address(what));
         self.operand(&name, what).ok()
     }
 
@@ -236,23 +227,20 @@ impl Names {
     }
 
     fn operand(&self, text: &str, what: Address) -> Result<Variable, Refusal> {
-        let Some(cell) = self.symbols.layout.cell(what) else {
-            let upper = matches!(what, Address::Structure(s) if s.members().contains(&"ACC"));
-            let member = if upper { "ACC" } else { "Acc" };
-            let message = format!("`{text}` is a structure: name a member, as `{text}.{member}`");
-            return Err(Refusal::new(RefusalKind::BadOperand, message));
-        };
-        let [tag, unit] = [&self.tags, &self.units].map(|of| of.get(&what).cloned());
+        let wrong = |message| Refusal::new(RefusalKind::BadOperand, message);
+        let cell = self.symbols.cell(what, text).map_err(wrong)?;
+        let (tag, unit) = (self.tag_of(what), self.units.get(&what).cloned());
         let (operand, address) = (text.to_owned(), self.address(what));
         Ok(Variable { operand, tag, address, unit, what, cell })
     }
 
     fn address(&self, what: Address) -> String {
-        let name = match what {
-            Address::Bit(bit) => self.symbols.name(bit),
-            Address::Word(_) | Address::Structure(_) => None,
-        };
-        name.unwrap_or_else(|| self.scope.places().say(what))
+        self.symbols.names.address(what)
+    }
+
+    /// The first tag of an address or of its structure.
+    fn tag_of(&self, what: Address) -> Option<String> {
+        self.symbols.names.operand_tag(what).map(|tag| tag.to_string())
     }
 
     /// Whether an address is an element of a tag with a `type`: a force of it belongs to the name.

@@ -37,7 +37,6 @@ use rungd_base::progress::{Progress, UNASKED};
 use rungd_engine::isa::{BitSpace, NumberRanges, Space};
 use rungd_language::resolve::program::Program;
 use rungd_language::resolve::range::Range;
-use rungd_language::resolve::scope::Scope;
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::span::FileId;
 
@@ -57,7 +56,7 @@ pub(crate) fn resolve_controller_within(
     program: &Program,
     progress: &Progress,
 ) -> (Controller, Vec<Finding>) {
-    let mut resolver = Resolver { scope: Scope::of(program), findings: Vec::new(), progress };
+    let mut resolver = Resolver { scope: program.scope(), findings: Vec::new(), progress };
     let outputs = [Space::Bit(BitSpace::Y)];
     let wanted = AllowedSpaces { spaces: &outputs, words: "outputs (Y)", code: Code::Controller };
     let outputs_on = resolver.ranges(&written.outputs.on, &wanted);

@@ -17,7 +17,7 @@ pub struct AllowedSpaces<'a> {
 
 /// The names that resolving needs, the findings that it makes, and the progress of the load.
 pub struct Resolver<'a> {
-    pub scope: Scope,
+    pub scope: &'a Scope,
     pub findings: Vec<Finding>,
     pub progress: &'a Progress,
 }
@@ -29,7 +29,7 @@ impl Resolver<'_> {
     }
 
     pub fn range(&mut self, text: &Text, wanted: &AllowedSpaces<'_>) -> Option<Range> {
-        let range = match resolve_range(&self.scope, text) {
+        let range = match resolve_range(self.scope, text) {
             Ok(range) => range,
             Err(finding) => {
                 let help = || format!("no ladder declares it; this key accepts {}", wanted.words);

@@ -135,7 +135,7 @@ impl<'p> Tags<'p> {
 fn range(program: &Program, tag: &Tag) -> Option<Range> {
     let TagMeaning::Address(address) = tag.meaning else { return None };
     let (space, first) = Space::of(address)?;
-    let count = program.places.named(&tag.name).map_or(1, |place| place.count);
+    let count = program.names.places.named(&tag.name).map_or(1, |place| place.count);
     let last = first + count - 1;
     let range = Range { space, first, last, span: tag.span, of_tag: true };
     Space::RETAINABLE.contains(&space).then_some(range)

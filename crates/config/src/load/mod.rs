@@ -397,7 +397,7 @@ impl Loaded {
         self.progress.begin(Step::Settings);
         let whole = self.program.is_some()
             && !self.findings.iter().any(|f| of_ladders(f) && f.severity() == Severity::Error);
-        let bare = Program { sizes: written.memory.clone(), ..Program::default() };
+        let bare = Program::empty(written.memory.clone());
         let program = self.program.as_ref().unwrap_or(&bare);
         let (controller, mut found) = resolve_controller_within(written, program, &self.progress);
         // A tag that is itself wrong, or in a file that could not be read, already has a finding.

@@ -133,13 +133,7 @@ impl Space {
     /// The space and number of an address; for a member, those of its structure. `None` for bits of
     /// Stages, blocks and devices.
     pub fn with_members(address: Address) -> Option<(Space, u32)> {
-        match address {
-            Address::Bit(Bit::Flag(structure, _)) | Address::Word(Word::Acc(structure)) => {
-                Some((structure.space(), structure.number()))
-            }
-            Address::Word(Word::Pre(number)) => Some((Space::Sensaphone, number)),
-            Address::Bit(_) | Address::Word(_) | Address::Structure(_) => Space::of(address),
-        }
+        Space::of(address.structure().map_or(address, Address::Structure))
     }
 }
 
@@ -148,8 +142,7 @@ impl Address {
     pub fn member(self) -> Option<&'static str> {
         match self {
             Address::Bit(Bit::Flag(_, flag)) => Some(flag.name()),
-            Address::Word(Word::Acc(Structure::Sensaphone(_))) => Some("ACC"),
-            Address::Word(Word::Acc(_)) => Some("Acc"),
+            Address::Word(Word::Acc(structure)) => Some(structure.acc_name()),
             Address::Word(Word::Pre(_)) => Some("PRE"),
             Address::Bit(
                 Bit::Space(..) | Bit::Stage(_) | Bit::Running(_) | Bit::Done(_) | Bit::Device(..),
@@ -157,6 +150,37 @@ impl Address {
             | Address::Word(Word::Space(..))
             | Address::Structure(_) => None,
         }
+    }
+
+    /// The structure that it is, or is a member of.
+    pub fn structure(self) -> Option<Structure> {
+        match self {
+            Address::Structure(structure)
+            | Address::Bit(Bit::Flag(structure, _))
+            | Address::Word(Word::Acc(structure)) => Some(structure),
+            Address::Word(Word::Pre(number)) => Some(Structure::Sensaphone(number)),
+            Address::Bit(
+                Bit::Space(..) | Bit::Stage(_) | Bit::Running(_) | Bit::Done(_) | Bit::Device(..),
+            )
+            | Address::Word(Word::Space(..)) => None,
+        }
+    }
+
+    /// Its bits and words: itself, or all members of a structure.
+    pub fn operands(self) -> Vec<Address> {
+        match self {
+            Address::Structure(structure) => structure.member_addresses().collect(),
+            Address::Bit(_) | Address::Word(_) => vec![self],
+        }
+    }
+
+    /// Its bits and words with their names, if it is called `name`: a member is `name.Member`.
+    pub fn named_operands(self, name: &str) -> impl Iterator<Item = (String, Address)> {
+        let is_structure = matches!(self, Address::Structure(_));
+        self.operands().into_iter().map(move |operand| match operand.member() {
+            Some(member) if is_structure => (format!("{name}.{member}"), operand),
+            Some(_) | None => (name.to_owned(), operand),
+        })
     }
 }
 
@@ -192,6 +216,22 @@ impl Structure {
             Structure::Counter(_) => Structure::Counter(n),
             Structure::Timer(_) => Structure::Timer(n),
             Structure::Sensaphone(_) => Structure::Sensaphone(n),
+        }
+    }
+
+    /// The name of the member that counts.
+    pub fn acc_name(self) -> &'static str {
+        match self {
+            Structure::Counter(_) | Structure::Timer(_) => "Acc",
+            Structure::Sensaphone(_) => "ACC",
+        }
+    }
+
+    /// The name of the flag that shows the preset is reached.
+    pub fn done_name(self) -> &'static str {
+        match self {
+            Structure::Counter(_) | Structure::Timer(_) => "Done",
+            Structure::Sensaphone(_) => "DN",
         }
     }
 
@@ -354,8 +394,7 @@ impl fmt::Display for Word {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Word::Space(space, n) => write!(f, "{}{n}", space.name()),
-            Word::Acc(s @ Structure::Sensaphone(_)) => write!(f, "{s}.ACC"),
-            Word::Acc(structure) => write!(f, "{structure}.Acc"),
+            Word::Acc(structure) => write!(f, "{structure}.{}", structure.acc_name()),
             Word::Pre(n) => write!(f, "N{n}.PRE"),
         }
     }

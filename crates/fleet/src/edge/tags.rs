@@ -80,13 +80,8 @@ fn all<'a>(
     };
     for tag in &program.tags {
         let TagMeaning::Address(address) = tag.meaning else { continue };
-        match address {
-            Address::Structure(of) => {
-                for (member, address) in of.members().iter().zip(of.member_addresses()) {
-                    add(format!("{}.{member}", tag.name), address, tag);
-                }
-            }
-            Address::Bit(_) | Address::Word(_) => add(tag.name.clone(), address, tag),
+        for (name, operand) in address.named_operands(&tag.name) {
+            add(name, operand, tag);
         }
     }
     all

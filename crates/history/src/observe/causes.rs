@@ -19,7 +19,7 @@ const ZEROS_TOLD: usize = 3;
 impl Inquiry<'_> {
     /// The reasons of an operand, if there is room for them.
     pub fn follow(&mut self, cell: Cell, value: i32, at: Moment, depth: u32) -> Followed {
-        let address = self.subject.names.address(&self.subject.symbols.layout, cell);
+        let address = self.subject.address(cell);
         if let Some(Address::Bit(Bit::Space(BitSpace::St, st::ON | st::OFF))) = address {
             return Followed::Cut(Cut::Constant);
         }
@@ -55,7 +55,7 @@ impl Inquiry<'_> {
 
     /// An operand with the write that decided its value; `None` if the answer has it already.
     pub fn node(&mut self, cell: Cell, value: i32, at: Moment, depth: u32) -> Option<Node> {
-        let address = self.subject.names.address(&self.subject.symbols.layout, cell);
+        let address = self.subject.address(cell);
         let (mut number, cuts) = (None, self.cuts);
         let write = if let Some(since) = self.replay.forced(cell, at) {
             self.nodes += 1;
@@ -82,7 +82,7 @@ impl Inquiry<'_> {
             false => self.idle((cell, address), value, at, depth),
         };
         let about = structure(address).and_then(|of| self.about(of, at));
-        let operand = self.subject.names.operand(&self.subject.symbols, cell);
+        let operand = self.subject.operand(cell);
         if let Some(shown) = number.and_then(|number| self.shown.get_mut(number))
             && self.cuts > cuts
         {
@@ -206,7 +206,9 @@ impl Inquiry<'_> {
             Some(TapeEntry::Call(EngineCall::Write(..))) => {
                 let (origin, who) = past::origin(&section, at.entry);
                 let device = match origin {
-                    Origin::Device(n) => self.subject.symbols.devices.get(n as usize).cloned(),
+                    Origin::Device(n) => {
+                        self.subject.symbols.names.devices.get(n as usize).cloned()
+                    }
                     Origin::Inputs | Origin::Batch(_) | Origin::Command(_) => None,
                 };
                 Cause::Outside { origin, who: who.or(device) }

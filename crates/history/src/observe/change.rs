@@ -98,7 +98,7 @@ impl TrialScan<'_> {
     /// The edits that give an operand one of these values.
     fn values(&self, cell: Cell, values: &[i32]) -> Vec<Try> {
         let now = self.state.value(cell);
-        let address = self.subject.names.address(&self.subject.symbols.layout, cell);
+        let address = self.subject.address(cell);
         let (low, high) = match address {
             Some(Address::Word(word)) => self.subject.symbols.limits(word),
             Some(Address::Bit(_) | Address::Structure(_)) | None => (0, 1),
@@ -115,7 +115,7 @@ impl TrialScan<'_> {
 
     /// Whether a person or the plant can change a cell, and nothing in the program writes it.
     fn is_free(&self, cell: Cell) -> bool {
-        let address = self.subject.names.address(&self.subject.symbols.layout, cell);
+        let address = self.subject.address(cell);
         let may = match address {
             Some(Address::Bit(Bit::Space(BitSpace::X, _))) => true,
             Some(Address::Bit(Bit::Space(space, _))) => space != BitSpace::St,
@@ -214,7 +214,7 @@ impl Inquiry<'_> {
     fn edit(&self, edit: Try) -> Edit {
         match edit {
             Try::Write(cell, value) => {
-                let operand = self.subject.names.operand(&self.subject.symbols, cell);
+                let operand = self.subject.operand(cell);
                 Edit::Write { operand, value }
             }
             Try::Run(block) => Edit::Run { block: self.block(block) },

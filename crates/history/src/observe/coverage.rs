@@ -109,7 +109,7 @@ impl CoverageRun {
         let count = subject.sites.parts.len() as u32;
         let parts = (0..count).map(|part| watched(&subject, part)).collect();
         let layout = &subject.symbols.layout;
-        let stages = 0..subject.symbols.stages.len() as u32;
+        let stages = 0..subject.symbols.names.stages.len() as u32;
         let stages = stages.map(|at| layout.bit(Bit::Stage(StageId(at))));
         let bits: Vec<BitCell> =
             stages.chain(subject.symbols.alarms.iter().map(|alarm| alarm.bit)).collect();
@@ -144,12 +144,12 @@ impl CoverageRun {
     pub fn coverage(&self) -> LadderCoverage {
         let symbols = &self.subject.symbols;
         let parts = (0..).zip(&self.parts).filter_map(|(at, part)| self.part(at, part));
-        let (stages, alarms) = self.followed.split_at(symbols.stages.len());
-        let stages = symbols.stages.iter().zip(stages);
+        let (stages, alarms) = self.followed.split_at(symbols.names.stages.len());
+        let stages = symbols.names.stages.iter().zip(stages);
         let alarms = symbols.alarms.iter().zip(alarms);
         LadderCoverage {
             parts: parts.collect(),
-            stages: stages.map(|(name, (_, seen))| (name.clone(), *seen)).collect(),
+            stages: stages.map(|(stage, (_, seen))| (stage.whole.clone(), *seen)).collect(),
             alarms: alarms.map(|(alarm, (_, seen))| (alarm.tag.clone(), *seen)).collect(),
         }
     }

@@ -1,6 +1,5 @@
 //! Facts about a program that is observed, for the modules that convert a recording.
 
-use super::answer::OperandName;
 use super::subject::Subject;
 use rungd_engine::isa::status::dst;
 use rungd_engine::isa::{Address, Bit, DeviceId, Health, Word, WordSpace};
@@ -32,11 +31,6 @@ impl Subject {
     /// The whole program, as a slice.
     pub fn whole_code(&self) -> engine::Program {
         self.seen.whole().program
-    }
-
-    /// The operand of a cell.
-    pub fn operand(&self, cell: Cell) -> OperandName {
-        self.names.operand(&self.symbols, cell)
     }
 
     /// Whether an instruction of the program may write a cell.

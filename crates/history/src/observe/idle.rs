@@ -53,7 +53,7 @@ impl Inquiry<'_> {
                     if let Bit::Running(block) = bit {
                         self.stopped.push(block);
                     }
-                    let operand = subject.names.operand(&subject.symbols, running);
+                    let operand = subject.operand(running);
                     Hindrance::Stopped(operand, self.follow(running, 0, at, depth))
                 }
                 (None, Some(entry)) if watch.seen.contains_key(&part) => {

@@ -83,10 +83,7 @@ impl Subject {
     /// The contacts of all rungs and branches, in the order of the program.
     pub fn contacts(&self) -> impl Iterator<Item = PartContacts> + use<'_> {
         self.sites.parts.iter().map(|part| PartContacts {
-            element: match part.element.stage {
-                Some(stage) => self.symbols.stage(stage).to_owned(),
-                None => self.symbols.block(part.element.block).to_owned(),
-            },
+            element: self.symbols.names.element(part.element).to_owned(),
             rung: part.rung + 1,
             branch: part.branch.map(|branch| branch + 1),
             first: part.leaves.start,

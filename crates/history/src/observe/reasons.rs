@@ -178,7 +178,7 @@ impl Inquiry<'_> {
         if let Cell::Bit(_) = cell {
             self.propose(cell, vec![1 - value]);
         }
-        let operand = self.subject.names.operand(&self.subject.symbols, cell);
+        let operand = self.subject.operand(cell);
         (operand, self.follow(cell, value, at, depth))
     }
 

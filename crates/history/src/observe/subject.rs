@@ -8,7 +8,6 @@ use std::sync::Arc;
 
 use super::answer::{BlockPlace, Place, RungName};
 use super::cell_index::CellIndex;
-use super::names::CellNames;
 use rungd_config::controller::OutputRules;
 use rungd_engine::isa::{BlockId, ElementId};
 use rungd_engine::{self as engine, Cell, Deed, Engine, EngineState, Stretches};
@@ -26,7 +25,6 @@ pub struct Subject {
     pub(super) symbols: Symbols,
     /// The part and the instruction of each batch.
     pub sites: Sites,
-    pub(super) names: CellNames,
     /// Memory after a cold start.
     pub(super) initial: EngineState,
     files: Vec<SourceFile>,
@@ -51,7 +49,6 @@ impl Subject {
     /// Lowers a program for observation. `files`: the loaded files; places refer to them by index.
     pub fn new(program: Arc<Program>, files: Vec<SourceFile>) -> Subject {
         let (seen, symbols, sites) = lower_seen(&program);
-        let names = CellNames::new(&program, &symbols);
         let initial = EngineState::of(&Engine::new(seen.clone()));
         let element = |site: &Site| sites.parts[site.part as usize].element;
         let batches = sites.batches.iter().enumerate();
@@ -76,7 +73,6 @@ impl Subject {
             seen,
             symbols,
             sites,
-            names,
             initial,
             files,
             line_ends,
@@ -207,10 +203,7 @@ impl Subject {
 
     /// A block or Stage, for people.
     pub(super) fn element(&self, element: ElementId) -> BlockPlace {
-        let name = match element.stage {
-            Some(stage) => self.symbols.stage(stage).to_owned(),
-            None => self.symbols.block(element.block).to_owned(),
-        };
+        let name = self.symbols.names.element(element).to_owned();
         let span = match element.stage {
             Some(stage) => self.program.stage(stage).span,
             None => self.program.block(element.block).span,
@@ -223,9 +216,7 @@ impl Subject {
     /// # Errors
     /// The name is unknown, or is that of a whole structure.
     pub fn cell(&self, name: &str) -> Result<Cell, String> {
-        let address = rungd_language::resolve::resolve_operand(&self.program, name)?;
-        let cell = self.symbols.layout.cell(address);
-        cell.ok_or_else(|| format!("`{name}` is a structure: name a member, as `{name}.Acc`"))
+        self.symbols.cell(self.program.scope().address(name)?, name)
     }
 
     /// What its outputs are driven to, if its controller file is known.

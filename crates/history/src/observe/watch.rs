@@ -58,7 +58,7 @@ impl<'s> Watch<'s> {
         Watch {
             subject,
             cell,
-            address: subject.names.address(&subject.symbols.layout, cell),
+            address: subject.address(cell),
             until,
             writers,
             now: None,

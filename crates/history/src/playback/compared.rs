@@ -11,7 +11,6 @@ use super::programs::{PlayableProgram, RecordedPrograms};
 use super::replay::PlayedScan;
 use rungd_engine::isa::{Address, Bit, BitSpace, Real};
 use rungd_engine::{Cell, Image};
-use rungd_language::resolve::program::{Program, TagMeaning};
 
 /// The maximum number of elements of an array that count as outputs.
 const ELEMENTS_MAX: usize = 2048;
@@ -178,15 +177,9 @@ fn each(
     programs.all.iter().map(|program| program.as_ref().ok().and_then(&cell)).collect()
 }
 
-/// The tag of an address, if it has one.
-fn tag(program: &Program, address: Address) -> Option<&str> {
-    let is_it = |meaning: &TagMeaning| matches!(meaning, TagMeaning::Address(of) if *of == address);
-    program.tags.iter().find(|tag| is_it(&tag.meaning)).map(|tag| tag.name.as_str())
-}
-
 fn output(programs: &RecordedPrograms, new: &PlayableProgram, address: Address) -> Compared {
     let mut both = std::iter::once(new).chain(programs.first());
-    let tag = both.find_map(|program| tag(&program.program, address));
+    let tag = both.find_map(|program| program.symbols.names.tag(address));
     let label = tag.map_or_else(|| address.to_string(), |tag| format!("{tag} ({address})"));
     let name = tag.map_or_else(|| address.to_string(), str::to_owned);
     let old = each(programs, |program| program.layout().cell(address));

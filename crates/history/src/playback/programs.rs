@@ -14,7 +14,6 @@ use rungd_config::load::Loaded;
 use rungd_engine::{self as engine, Cell, Engine, Layout};
 use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::program::Program;
-use rungd_language::resolve::scope::Scope;
 
 /// A program that can be executed, with its names.
 #[derive(Debug)]
@@ -67,7 +66,7 @@ impl PlayableProgram {
 
     /// The cell of an operand, if the ladder has the operand.
     pub fn cell(&self, name: &str) -> Option<Cell> {
-        let address = Scope::of(&self.program).address(name).ok()?;
+        let address = self.program.scope().address(name).ok()?;
         self.symbols.layout.cell(address)
     }
 

@@ -9,7 +9,7 @@ use rungd_base::calendar::LocalTime;
 use rungd_engine::isa::Address;
 use rungd_engine::{Cell as MemoryCell, Engine, Transfer};
 use rungd_language::lower::lower;
-use rungd_language::resolve::{LoadOptions, load_ladders, resolve_operand};
+use rungd_language::resolve::{LoadOptions, load_ladders};
 use rungd_language::source::span::SourceFile;
 use rungd_runtime::exchange::{FaultReason, Mode, Port, Snapshot, Tempo};
 use rungd_runtime::local::{Local, LocalEnd};
@@ -148,7 +148,7 @@ pub fn rig() -> Rig {
     let program = program.unwrap_or_else(|| panic!("{findings:#?}"));
     let (code, symbols) = lower(&program);
     let layout = &symbols.layout;
-    let bit = |name: &str| match resolve_operand(&program, name) {
+    let bit = |name: &str| match program.scope().address(name) {
         Ok(Address::Bit(bit)) => layout.bit(bit),
         other => panic!("{name}: {other:?}"),
     };

@@ -9,7 +9,7 @@ use rungd_engine::Engine;
 use rungd_engine::isa::Address;
 use rungd_language::lower::lower;
 use rungd_language::resolve::program::Program;
-use rungd_language::resolve::{LoadOptions, load_ladders, resolve_operand};
+use rungd_language::resolve::{LoadOptions, load_ladders};
 use rungd_language::source::span::SourceFile;
 use rungd_runtime::exchange::{FaultReason, Port, Snapshot, Tempo};
 use rungd_runtime::inputs::InputEnd;
@@ -97,11 +97,11 @@ pub fn rig(zero_on_loss: bool) -> Rig {
     let program = program.unwrap_or_else(|| panic!("{findings:#?}"));
     let (code, symbols) = lower(&program);
     let layout = &symbols.layout;
-    let bit = |name: &str| match resolve_operand(&program, name) {
+    let bit = |name: &str| match program.scope().address(name) {
         Ok(Address::Bit(bit)) => layout.bit(bit),
         other => panic!("{name}: {other:?}"),
     };
-    let word = |name: &str| match resolve_operand(&program, name) {
+    let word = |name: &str| match program.scope().address(name) {
         Ok(Address::Word(word)) => (layout.word(word), word.range()),
         other => panic!("{name}: {other:?}"),
     };
@@ -186,7 +186,7 @@ impl Rig {
 
     pub fn value(&self, name: &str) -> i32 {
         let image = self.port.latest();
-        let address = resolve_operand(&self.program, name).expect(name);
+        let address = self.program.scope().address(name).expect(name);
         image.value(self.symbols.layout.cell(address).expect(name))
     }
 

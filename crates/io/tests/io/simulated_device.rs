@@ -9,7 +9,7 @@ use rungd_io::plant::RuleSet;
 use rungd_io::plant::settings::{Motion, Rule};
 use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::program::Program;
-use rungd_language::resolve::{LoadOptions, load_ladders, resolve_operand};
+use rungd_language::resolve::{LoadOptions, load_ladders};
 use rungd_language::source::span::{FileId, SourceFile};
 use rungd_test_support::page;
 
@@ -75,7 +75,7 @@ impl Plant {
 
     fn value(&self, operand: &str) -> i32 {
         let (image, layout) = (self.engine.image(), &self.symbols.layout);
-        match resolve_operand(&self.program, operand).unwrap() {
+        match self.program.scope().address(operand).unwrap() {
             Address::Bit(bit) => image.bit(layout.bit(bit)).into(),
             Address::Word(word) => image.word(layout.word(word)),
             Address::Structure(_) => panic!("{operand} is a structure"),

@@ -3,17 +3,15 @@
 //!
 //! The labels of the pictures are made here.
 
-use rungd_engine::isa::{Address, duration};
-pub use rungd_language::check::{Around, Context};
-use rungd_language::resolve::array::{Array, ShiftBits};
+use rungd_engine::isa::Address;
+use rungd_language::resolve::array::ShiftBits;
 use rungd_language::resolve::formula::{Binary, Formula, Part};
 use rungd_language::resolve::operand_list::OperandValue;
-pub use rungd_language::resolve::program::{Contact, Instruction, Program, Value, Written};
+use rungd_language::resolve::program::{Contact, Instruction, Program};
 
 /// The names of a program.
 pub(super) struct Wording<'p> {
     program: &'p Program,
-    context: Context<'p>,
 }
 
 /// A bit or word as a label.
@@ -30,23 +28,23 @@ pub struct OperandLabel {
 impl<'p> Wording<'p> {
     /// The names of an error-free program.
     pub fn of(program: &'p Program) -> Wording<'p> {
-        Wording { program, context: Context::new(program, Around::of(&[]), true) }
+        Wording { program }
     }
 
     /// A bit or word as a label.
     pub fn label(&self, address: Address) -> OperandLabel {
-        let tag = self.context.tag_at(address);
-        let is_placed = self.program.places.at(address).is_some();
+        let names = &self.program.names;
+        let tag = names.tag_index(address).map(|index| &self.program.tags[index]);
         OperandLabel {
-            name: self.context.name(address),
-            address: tag.filter(|_| !is_placed).map(|_| address.to_string()),
+            name: names.name(address),
+            address: names.second_name(address).map(|_| address.to_string()),
             doc: tag.and_then(|tag| tag.doc.clone()),
         }
     }
 
     /// The text of a contact.
     pub fn contact(&self, contact: &Contact) -> String {
-        self.context.contact(contact)
+        self.program.names.contact(contact)
     }
 
     /// An instruction: its mnemonic, and its operands as they are written.
@@ -68,50 +66,22 @@ impl<'p> Wording<'p> {
 
     fn operand(&self, operand: OperandValue) -> String {
         match operand {
-            OperandValue::Bit(bit) => self.context.name(Address::Bit(bit)),
-            OperandValue::Word(word) => self.context.name(Address::Word(word)),
-            OperandValue::Value(value) => self.value(value),
-            OperandValue::Structure(of) => self.context.name(Address::Structure(of)),
+            OperandValue::Bit(bit) => self.program.names.name(Address::Bit(bit)),
+            OperandValue::Word(word) => self.program.names.name(Address::Word(word)),
+            OperandValue::Value(value) => self.program.names.value(value),
+            OperandValue::Structure(of) => self.program.names.name(Address::Structure(of)),
             OperandValue::Block(id) => self.program.block(id).name.clone(),
             OperandValue::Stage(id) => self.program.stage(id).name.clone(),
-            OperandValue::Element(element) => self.context.element(&element),
-            OperandValue::Array(array) => self.array(array),
+            OperandValue::Element(element) => self.program.names.selected(&element),
+            OperandValue::Array(array) => self.program.names.array(array),
             OperandValue::Run(bits) => self.shifted(bits),
-        }
-    }
-
-    fn value(&self, value: Value) -> String {
-        match value {
-            Value::Const(ms, Written::Duration) => duration::print(ms),
-            Value::Const(number, Written::Integer) => number.to_string(),
-            Value::Real(real) => real.to_string(),
-            Value::Word(word) => self.context.name(Address::Word(word)),
-            Value::Element(element) => self.context.element(&element),
-        }
-    }
-
-    /// The name of an array, or of a slice of an array; without a name, its addresses.
-    fn array(&self, array: Array) -> String {
-        let tags = self.program.tags.iter();
-        let mut of_arrays = tags.filter_map(|tag| Some((tag.of_array?.array, tag.array_name())));
-        let last = array.first + array.count;
-        let found = of_arrays.find(|(of, _)| {
-            of.space == array.space && array.first >= of.first && last <= of.first + of.count
-        });
-        match found {
-            Some((of, name)) if of == array => name.to_owned(),
-            Some((of, name)) => {
-                let first = array.first - of.first;
-                format!("{name}[{first}..{}]", first + array.count - 1)
-            }
-            None => array.to_string(),
         }
     }
 
     fn shifted(&self, bits: ShiftBits) -> String {
         match bits.down {
             true => bits.to_string(),
-            false => self.array(bits.array),
+            false => self.program.names.array(bits.array),
         }
     }
 
@@ -132,11 +102,11 @@ impl<'p> Wording<'p> {
         match part {
             Part::Integer(value) => (value.to_string(), ATOM),
             Part::Real(value) => (value.to_string(), ATOM),
-            Part::Word(word) => (self.context.name(Address::Word(*word)), ATOM),
-            Part::Bit(bit) => (self.context.name(Address::Bit(*bit)), ATOM),
+            Part::Word(word) => (self.program.names.name(Address::Word(*word)), ATOM),
+            Part::Bit(bit) => (self.program.names.name(Address::Bit(*bit)), ATOM),
             Part::Element(array) => {
                 let (index, _) = take();
-                (format!("{}[{index}]", self.array(*array)), ATOM)
+                (format!("{}[{index}]", self.program.names.array(*array)), ATOM)
             }
             Part::Unary(unary, _) => {
                 let (of, binds) = take();

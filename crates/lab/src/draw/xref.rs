@@ -21,13 +21,11 @@ use rungd_engine::Cell;
 use rungd_engine::isa::Address;
 use rungd_history::observe::{self, ProgramUses, Subject};
 use rungd_language::resolve::program::{Program, TagMeaning};
-use rungd_language::resolve::scope::Scope;
 
 /// A program whose operands can be looked up.
 #[derive(Debug)]
 pub struct Index<'a> {
     subject: &'a Subject,
-    scope: Scope,
     uses: ProgramUses<'a>,
     controller: Option<&'a Controller>,
     /// The uses of operands in tests, each with its cells.
@@ -41,16 +39,15 @@ impl<'a> Index<'a> {
         controller: Option<&'a Controller>,
         tests: &'a [TestTouch],
     ) -> Index<'a> {
-        let scope = Scope::of(subject.program());
         let cells = |touch: &TestTouch| {
             let names = touch.names.iter().filter_map(|name| {
-                let wanted = AskedOperand::named((subject.program(), &scope), name).ok()?;
+                let wanted = AskedOperand::named(subject.program(), name).ok()?;
                 Some(cells_of(subject, &wanted))
             });
             names.flatten().collect()
         };
         let tests = tests.iter().map(|touch| (touch, cells(touch))).collect();
-        Index { subject, scope, uses: subject.uses(), controller, tests }
+        Index { subject, uses: subject.uses(), controller, tests }
     }
 
     /// The cross-reference of an operand: a tag, an address, a member, a structure, an array, a
@@ -59,7 +56,7 @@ impl<'a> Index<'a> {
     /// # Errors
     /// A sentence for people: the name is unknown.
     pub fn of(&self, name: &str) -> Result<CrossReference, String> {
-        Ok(self.of_wanted(&AskedOperand::named((self.program(), &self.scope), name)?))
+        Ok(self.of_wanted(&AskedOperand::named(self.program(), name)?))
     }
 
     /// The cross-references of all tags, of all other operands that the ladder names, and of all

@@ -43,7 +43,7 @@ pub struct Simulation {
 
 /// The operands that a stimulus may change.
 pub struct StimulusTargets<'a> {
-    scope: Scope,
+    scope: &'a Scope,
     symbols: &'a Symbols,
     /// The number of field devices with settings.
     devices: usize,
@@ -53,9 +53,9 @@ pub struct StimulusTargets<'a> {
 
 impl<'a> StimulusTargets<'a> {
     /// The targets in a program.
-    pub fn of(program: &Program, lowered: &'a RigProgram) -> StimulusTargets<'a> {
+    pub fn of(program: &'a Program, lowered: &'a RigProgram) -> StimulusTargets<'a> {
         StimulusTargets {
-            scope: Scope::of(program),
+            scope: program.scope(),
             symbols: &lowered.symbols,
             devices: lowered.controller.devices.len(),
             moved: lowered.controller.simulated(),

@@ -64,11 +64,8 @@ impl StimulusTarget {
             Address::Word(word) if word.writable() => {
                 Ok(StimulusTarget::word(word, layout.word(word), symbols.limits(word)))
             }
-            Address::Structure(structure) => Err(format!(
-                "`{operand}` is a structure: name a member, as `{operand}.{}`",
-                structure.members().last().filter(|m| **m == "ACC").unwrap_or(&"Acc")
-            )),
-            Address::Bit(_) | Address::Word(_) => {
+            Address::Bit(_) | Address::Word(_) | Address::Structure(_) => {
+                symbols.cell(address, operand)?;
                 Err(format!("`{operand}` is read-only: nothing outside can write it"))
             }
         }

@@ -113,7 +113,7 @@ impl<'a> TestNames<'a> {
             );
         }
         if let Address::Bit(Bit::Device(id, _)) = address {
-            let device = self.symbols.device(id);
+            let device = self.symbols.names.device(id);
             let finding =
                 finding(format!("`{name}` shows the state of the device: nothing else writes it"));
             return Err(finding.help(format!("write `lose {device}`, `restore {device}`")));

@@ -90,7 +90,10 @@ fn compare(context: &Context, contact: &Contact) -> Option<Finding> {
         (acc, value) | (value, acc) if timer(acc) => bare(*value)?,
         _ => return None,
     };
-    let message = format!("`{}` compares a time with a number: ms or s?", context.contact(contact));
+    let message = format!(
+        "`{}` compares a time with a number: ms or s?",
+        context.program.names.contact(contact)
+    );
     if let Some(tag) = tag(context, *span) {
         return Some(in_tags(tag, *span, message, number));
     }
@@ -99,7 +102,12 @@ fn compare(context: &Context, contact: &Contact) -> Option<Finding> {
             Value::Const(..) => Value::Const(ms, Written::Duration),
             other @ (Value::Real(_) | Value::Word(_) | Value::Element(_)) => *other,
         };
-        context.contact(&Contact::Compare(timed(left), *comparison, timed(right), *span))
+        context.program.names.contact(&Contact::Compare(
+            timed(left),
+            *comparison,
+            timed(right),
+            *span,
+        ))
     });
     Some(Finding::new(Code::BareTimerValue, *span, message).label("read as ms").help(help))
 }

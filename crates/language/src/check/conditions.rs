@@ -1,9 +1,9 @@
-//! Prints contacts and conditions for the help texts of findings, ready to paste.
+//! Prints conditions for the help texts of findings, ready to paste.
 //!
-//! Called by the rules. The texts follow the grammar of ladder files; a test loads them again.
-//! Parentheses always separate `&` from `|`.
+//! Called by the rules. The book of names prints each contact; a test loads the texts again.
 
-use crate::resolve::program::{Contact, Value, Written};
+use crate::resolve::name_book::NameBook;
+use crate::resolve::program::{Contact, Value};
 pub use rungd_engine::isa::{Address, Bit, BitSpace, LegName, duration, status};
 
 use super::context::{Context, RungPlace};
@@ -29,16 +29,16 @@ pub struct ContactSeries<'a> {
 impl ContactSeries<'_> {
     /// The text as one element of `when`. With `alone` = false, the text can be placed beside `&`
     /// or `|`: it has parentheses if it needs them.
-    fn print(&self, context: &Context, alone: bool) -> String {
+    fn print(&self, names: &NameBook, alone: bool) -> String {
         let all = match (&self.gate, self.contacts.as_slice()) {
             (None, []) => return ON.to_owned(),
             (Some(gate), []) => return gate.clone(),
-            (None, [one @ Contact::Any(..)]) => return print(context, one),
-            (None, [one @ Contact::All(..)]) => print(context, one),
-            (None, [one]) => return print(context, one),
+            (None, [one @ Contact::Any(..)]) => return names.contact(one),
+            (None, [one @ Contact::All(..)]) => names.contact(one),
+            (None, [one]) => return names.contact(one),
             (gate, many) => {
                 let parts = many.iter().flat_map(|contact| contact.in_series());
-                let parts = parts.map(|contact| grouped(context, contact));
+                let parts = parts.map(|contact| names.grouped(contact));
                 gate.iter().cloned().chain(parts).collect::<Vec<_>>().join(" & ")
             }
         };
@@ -47,16 +47,11 @@ impl ContactSeries<'_> {
 }
 
 impl<'a> Context<'a> {
-    /// A contact as text.
-    pub fn contact(&self, contact: &Contact) -> String {
-        print(self, contact)
-    }
-
     /// A value as text; a bare number of milliseconds gets its unit.
     pub fn milliseconds(&self, of: Value) -> String {
         match of {
             Value::Const(ms, _) => duration::print(ms),
-            Value::Real(_) | Value::Word(_) | Value::Element(_) => value(self, of),
+            Value::Real(_) | Value::Word(_) | Value::Element(_) => self.program.names.value(of),
         }
     }
 
@@ -72,7 +67,7 @@ impl<'a> Context<'a> {
         }
         let mut terms: Vec<String> = Vec::new();
         for power in powers {
-            let term = power?.print(self, count == 1);
+            let term = power?.print(&self.program.names, count == 1);
             if !terms.contains(&term) {
                 terms.push(term);
             }
@@ -109,57 +104,8 @@ impl<'a> Context<'a> {
     }
 }
 
-/// A contact as text that can be placed beside `&` and `|`.
-fn grouped(context: &Context, contact: &Contact) -> String {
-    let text = print(context, contact);
-    match contact {
-        Contact::All(..) | Contact::Any(..) => format!("({text})"),
-        Contact::Bit(..)
-        | Contact::Element(..)
-        | Contact::Not(..)
-        | Contact::Edge(..)
-        | Contact::Compare(..) => text,
-    }
-}
-
-fn print(context: &Context, contact: &Contact) -> String {
-    let join = |parts: &[Contact], operator: &str| {
-        parts.iter().map(|part| grouped(context, part)).collect::<Vec<_>>().join(operator)
-    };
-    match contact {
-        Contact::Bit(bit, _) => context.name(Address::Bit(*bit)),
-        Contact::Element(element, _) => context.element(element),
-        Contact::Not(inner, _) => match &**inner {
-            Contact::Bit(..) | Contact::Element(..) | Contact::Edge(..) => {
-                format!("!{}", print(context, inner))
-            }
-            Contact::Not(..) | Contact::All(..) | Contact::Any(..) | Contact::Compare(..) => {
-                format!("!({})", print(context, inner))
-            }
-        },
-        Contact::All(parts, _) => join(parts, " & "),
-        Contact::Any(parts, _) => join(parts, " | "),
-        Contact::Edge(edge, inner, _) => format!("{}({})", edge.name(), print(context, inner)),
-        Contact::Compare(left, comparison, right, _) => {
-            format!("{} {} {}", value(context, *left), comparison.sign(), value(context, *right))
-        }
-    }
-}
-
-fn value(context: &Context, value: Value) -> String {
-    match value {
-        Value::Const(ms, Written::Duration) => duration::print(ms),
-        Value::Const(number, Written::Integer) => number.to_string(),
-        Value::Real(real) => real.to_string(),
-        Value::Word(word) => context.name(Address::Word(word)),
-        Value::Element(element) => context.element(&element),
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use crate::check::Around;
-    use crate::check::context::Context;
     use crate::check::testing::load;
 
     /// The contacts of a rung, loaded and printed.
@@ -175,9 +121,8 @@ mod tests {
         );
         let (program, findings) = load(&ladder);
         let program = program.unwrap_or_else(|| panic!("{findings:?}"));
-        let context = Context::new(&program, Around::of(&[]), true);
         let when = &program.blocks[0].rungs[0].legs[0];
-        when.contacts.iter().map(|contact| context.contact(contact)).collect()
+        when.contacts.iter().map(|contact| program.names.contact(contact)).collect()
     }
 
     #[test]

@@ -40,7 +40,8 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
             .or_else(|| judge_clock(context, (*left, *comparison, *right), *span));
         let Some(ConstantResult { always, why }) = judged else { continue };
         let (word, bit) = if always { ("true", "$On") } else { ("false", "$Off") };
-        let message = format!("`{}` is always {word}: {why}", context.contact(contact));
+        let message =
+            format!("`{}` is always {word}: {why}", context.program.names.contact(contact));
         findings.push(
             Finding::new(Code::ConstantCompare, *span, message)
                 .label(format!("always {word}"))

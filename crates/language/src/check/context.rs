@@ -10,7 +10,6 @@ use std::cell::OnceCell;
 use std::collections::BTreeMap;
 use std::fmt;
 
-use crate::resolve::array::Array;
 use crate::resolve::program::{
     Block, BlockKind, Branch, Contact, Instruction, Program, ProgramPart, Rung, Stage, Tag,
     TagMeaning,
@@ -60,10 +59,6 @@ pub struct Context<'a> {
     contacts: Vec<&'a Contact>,
     drivers: BTreeMap<Bit, Vec<Driver<'a>>>,
     owners: BTreeMap<Structure, Vec<Placed<'a>>>,
-    /// The first tag of every address that has one.
-    tags: NumberMap<Address, &'a Tag>,
-    /// The index of the first tag of every array that has one. Made at the first look-up.
-    arrays: OnceCell<NumberMap<(Space, u32, u32), usize>>,
     /// For counters, timers and Sensaphone counters: the first that is free, if there is one.
     free: [OnceCell<Option<Structure>>; 3],
     /// The limits that tags set for words.
@@ -145,8 +140,6 @@ impl<'a> Context<'a> {
             contacts: Vec::new(),
             drivers: BTreeMap::new(),
             owners: BTreeMap::new(),
-            tags: NumberMap::default(),
-            arrays: OnceCell::new(),
             free: Default::default(),
             limits: NumberMap::default(),
             settings: NumberSet::default(),
@@ -158,7 +151,6 @@ impl<'a> Context<'a> {
                 if tag.initial.is_some() || tag.min.is_some() || tag.max.is_some() {
                     context.settings.insert(address);
                 }
-                context.tags.entry(address).or_insert(tag);
                 context.narrow(address, tag);
             }
         }
@@ -252,21 +244,7 @@ impl<'a> Context<'a> {
 
     /// The first tag of an address.
     pub fn tag_at(&self, address: Address) -> Option<&'a Tag> {
-        self.tags.get(&address).copied()
-    }
-
-    /// The first tag of an array.
-    pub fn array_tag(&self, array: Array) -> Option<&'a Tag> {
-        let arrays = self.arrays.get_or_init(|| {
-            let mut arrays = NumberMap::default();
-            for (at, tag) in self.program.tags.iter().enumerate() {
-                if let Some(of) = tag.of_array {
-                    arrays.entry(of.array.numbers()).or_insert(at);
-                }
-            }
-            arrays
-        });
-        self.program.tags.get(*arrays.get(&array.numbers())?)
+        self.program.names.tag_index(address).map(|index| &self.program.tags[index])
     }
 
     /// The retained range with an element; the first, if several have it.

@@ -55,13 +55,18 @@ fn compare(context: &Context, contact: &Contact) -> Option<Finding> {
         (count, value) | (value, count) if is_count(count) => time(*value)?,
         _ => return None,
     };
-    let said = context.contact(contact);
+    let said = context.program.names.contact(contact);
     let message = format!("`{said}` compares a count with a time: {ms} counts");
     let bare = |value: &Value| match value {
         Value::Const(n, _) => Value::Const(*n, Written::Integer),
         Value::Real(_) | Value::Word(_) | Value::Element(_) => *value,
     };
-    let right = context.contact(&Contact::Compare(bare(left), *comparison, bare(right), *span));
+    let right = context.program.names.contact(&Contact::Compare(
+        bare(left),
+        *comparison,
+        bare(right),
+        *span,
+    ));
     let help = format!("write a number of counts, `{right}` as it is read now");
     Some(finding(*span, message, help))
 }

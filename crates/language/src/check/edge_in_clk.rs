@@ -58,8 +58,8 @@ fn edges(context: &Context, told: EdgeLeg, contact: &Contact, findings: &mut Vec
     match contact {
         Contact::Edge(edge, inner, span) => {
             let meant = match edge {
-                Edge::Rise => context.contact(inner),
-                Edge::Fall => context.contact(&Contact::Not(inner.clone(), *span)),
+                Edge::Rise => context.program.names.contact(inner),
+                Edge::Fall => context.program.names.contact(&Contact::Not(inner.clone(), *span)),
             };
             let message = format!("`{}` detects the edge itself", told.leg);
             findings.push(

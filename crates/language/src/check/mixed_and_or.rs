@@ -30,7 +30,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
         findings.push(
             Finding::new(Code::MixedAndOr, *span, "`&` and `|` are mixed without parentheses")
                 .label("`&` binds tighter")
-                .help(format!("as it is read now: `{}`", context.contact(contact))),
+                .help(format!("as it is read now: `{}`", context.program.names.contact(contact))),
         );
     }
 }

@@ -6,7 +6,6 @@
 //! place, and the text to write instead). All rules run, even if other rules have findings.
 
 pub use context::Around;
-pub use context::Context;
 pub use outside::Outside;
 pub use outside::Read;
 

@@ -113,7 +113,7 @@ fn word(context: &Context) -> (Word, &'static str) {
     let mut seen = NumberRanges::default();
     let words = data.flat_map(|range| seen.add(range.numbers(), 0));
     let words = words.flat_map(|(first, last)| first..=last);
-    let is_placed = |word: &Word| context.program.places.at(Address::Word(*word)).is_some();
+    let is_placed = |word: &Word| context.program.names.places.at(Address::Word(*word)).is_some();
     match words
         .map(|n| Word::Space(WordSpace::D, n))
         .find(|word| !named.contains(&Address::Word(*word)) && !is_placed(word))

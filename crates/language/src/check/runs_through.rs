@@ -212,8 +212,8 @@ impl<'a> ThroughRule<'_, 'a> {
     fn signal(&self, out: &OrderedStep<'a>) -> Option<String> {
         let power = self.context.power(&out.placed.place)?;
         match power.contacts.as_slice() {
-            [Contact::Edge(_, inner, _)] => Some(self.context.contact(inner)),
-            [one] => Some(self.context.contact(one)),
+            [Contact::Edge(_, inner, _)] => Some(self.context.program.names.contact(inner)),
+            [one] => Some(self.context.program.names.contact(one)),
             _ => None,
         }
     }

@@ -90,7 +90,7 @@ impl SelfTimer {
     fn finding(&self, context: &Context, placed: &Placed, contact: &Contact) -> Finding {
         let t = context.name(Address::Structure(self.t));
         let preset = context.milliseconds(self.preset);
-        let resets = context.contact(contact);
+        let resets = context.program.names.contact(contact);
         let message = format!(
             "{} resets itself: each round takes up to two scans longer than {preset}",
             context.say_structure(self.t)

@@ -6,7 +6,6 @@ use super::{Around, Outside, Read};
 use crate::resolve::operands::{numbers, resolve_operands};
 use crate::resolve::program::Program;
 use crate::resolve::range::{Range, resolve_range};
-use crate::resolve::scope::Scope;
 use crate::resolve::{LoadOptions, load_ladders};
 use crate::source::finding::{Code, Finding};
 use crate::source::reader::Text;
@@ -72,7 +71,7 @@ fn compare_retained((ranges, of_tag): (&[&str], bool), rungs: &str, expected: Ex
     let ladder = main(rungs);
     let (program, _) = load(&ladder);
     let program = program.expect("the ladder has no errors");
-    let scope = Scope::of(&program);
+    let scope = program.scope();
     let range = |text: &&str| {
         let text = Text { text: (*text).to_owned(), span: Span::default(), exact: true };
         Range { of_tag, ..resolve_range(&scope, &text).expect("a range") }
@@ -86,7 +85,7 @@ fn compare_retained((ranges, of_tag): (&[&str], bool), rungs: &str, expected: Ex
 pub fn check_outside(rungs: &str, expected: Expect) {
     let ladder = main(rungs);
     let program = load(&ladder).0.expect("the ladder has no errors");
-    let scope = Scope::of(&program);
+    let scope = program.scope();
     let text = |of: &str| Text { text: of.to_owned(), span: Span::default(), exact: true };
     let address = |name: &str| scope.address(name).expect("an address");
     let range = |name: &str| resolve_range(&scope, &text(name)).expect("a range");
@@ -111,11 +110,11 @@ pub fn check_outside(rungs: &str, expected: Expect) {
 pub fn check_read_outside(rungs: &str, reads: &[(&str, &str)], expected: Expect) {
     let ladder = main(rungs);
     let program = load(&ladder).0.expect("the ladder has no errors");
-    let scope = Scope::of(&program);
+    let scope = program.scope();
     let address = |name: &str| scope.address(name).expect("an address");
     let read = |name: &str, reader: &str| {
         let text = Text { text: name.to_owned(), span: Span::default(), exact: true };
-        let operands = resolve_operands(&scope, &text).expect("operands");
+        let operands = resolve_operands(scope, &text).expect("operands");
         Read::new((operands.first, operands.count), Span::default(), reader.to_owned())
     };
     let reads = reads.iter().flat_map(|&(names, reader)| {

@@ -41,7 +41,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
 /// The finding for a tag with a `type`.
 fn typed(context: &Context, tag: &Tag) -> Option<Finding> {
     let name = &tag.name;
-    let kind = context.program.places.named(name)?.type_name();
+    let kind = context.program.names.places.named(name)?.type_name();
     let message = format!("nothing names tag `{name}`");
     let finding = Finding::new(Code::UnusedTag, tag.span, message).label("unused");
     // A template declares its own tags without the name of the use.

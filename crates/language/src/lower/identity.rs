@@ -5,23 +5,21 @@
 //! the new program. The names do not contain cell numbers, because cell numbers can change with
 //! each lowering. Retentive memory uses only the shift registers.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use crate::resolve::array::{Array, Element, ShiftBits};
-use crate::resolve::places::Places;
-use crate::resolve::program::{BlockKind, Instruction, Program, TagMeaning, Value};
+use crate::resolve::name_book::NameBook;
+use crate::resolve::program::{Instruction, Program, TagMeaning, Value};
 use crate::source::span::Span;
-pub use rungd_engine::isa::{Address, Bit, BlockId, ElementId, Mnemonic, StageId, Structure, Word};
+use rungd_engine::isa::{Address, Bit, BlockId, ElementId, Mnemonic, Structure};
 use rungd_engine::{BitCell, WordCell};
 
 /// Everything in a program that keeps a state from scan to scan.
 #[derive(Clone, Debug, Default)]
 pub struct Identity {
-    /// By `BlockId`.
-    pub blocks: Vec<BlockName>,
-    /// By `StageId`.
-    pub stages: Vec<StageName>,
+    /// The names of blocks, Stages and tags.
+    pub names: Arc<NameBook>,
     /// The owners of structures, in file order: one for each structure; up to two for a Sensaphone
     /// counter.
     pub owners: Vec<Owner>,
@@ -35,33 +33,14 @@ pub struct Identity {
     pub written: BTreeSet<Bit>,
     /// Recurrent ENTASKs, in file order.
     pub intervals: Vec<Interval>,
-    /// Every address that the program tags or names (for a member, its structure), with its first
-    /// tag.
-    pub addresses: BTreeMap<Address, Option<String>>,
+    /// Every address that the program tags or names.
+    pub addresses: BTreeSet<Address>,
     /// The address of every tag that has one.
     pub tags: BTreeMap<String, Address>,
     /// The constants of the ladder, each with its value as text.
     pub constants: BTreeMap<String, String>,
     /// The values after a cold start, from the tags' `initial`.
     pub initial: BTreeMap<Address, i32>,
-    /// The places of the tags with a `type`: texts contain their names instead of addresses.
-    pub places: Places,
-}
-
-/// The kind and name of a Program or Task.
-#[derive(Clone, Debug, PartialEq, Eq)]
-#[allow(missing_docs)]
-pub struct BlockName {
-    pub kind: BlockKind,
-    pub name: String,
-}
-
-/// A Stage's name, in its Program.
-#[derive(Clone, Debug, PartialEq, Eq)]
-#[allow(missing_docs)]
-pub struct StageName {
-    pub block: BlockId,
-    pub name: String,
 }
 
 /// The owning instruction of a structure: it writes the flags and keeps the private state.
@@ -90,9 +69,6 @@ pub struct History {
     pub whole: Arc<str>,
     /// Its contact or instruction, in addresses: `rise(X0)`, `PONOFF C0`.
     pub text: String,
-    /// Its name in every version of the program: the block, the rung's name or else the text, and a
-    /// number that distinguishes equal ones: `Main/count-bottles/0`, `Main//rise(X0)/1`.
-    pub key: String,
 }
 
 /// An SR.
@@ -143,18 +119,8 @@ pub struct Interval {
 impl Identity {
     /// The identity of a program, without histories; lowering adds each when it allots the cell.
     pub(super) fn new(program: &Program) -> Identity {
-        let name = |(block, at): &(BlockId, usize)| StageName {
-            block: *block,
-            name: program.block(*block).stages[*at].name.clone(),
-        };
-        let block =
-            |b: &crate::resolve::program::Block| BlockName { kind: b.kind, name: b.name.clone() };
-        let mut identity = Identity {
-            blocks: program.blocks.iter().map(block).collect(),
-            stages: program.stages.iter().map(name).collect(),
-            places: program.places.clone(),
-            ..Identity::default()
-        };
+        let names = Arc::clone(&program.names);
+        let mut identity = Identity { names, ..Identity::default() };
         for tag in &program.tags {
             let address = match tag.meaning {
                 TagMeaning::Address(address) => address,
@@ -168,16 +134,13 @@ impl Identity {
                 }
                 TagMeaning::Array(_) => continue,
             };
-            let known = identity.addresses.entry(address).or_default();
-            known.get_or_insert_with(|| tag.name.clone());
+            identity.addresses.insert(address);
             identity.tags.insert(tag.name.clone(), address);
             if let Some((value, _)) = tag.initial {
                 identity.initial.insert(address, value);
             }
         }
-        for operand in &program.operands {
-            identity.addresses.entry(operand.address).or_default();
-        }
+        identity.addresses.extend(program.operands.iter().map(|operand| operand.address));
         identity
     }
 
@@ -195,7 +158,7 @@ impl Identity {
     /// Records a history.
     pub(super) fn history(&mut self, cell: BitCell, site: &Site, text: String) {
         let Site { element, rung, whole, place: _ } = site.clone();
-        self.histories.push(History { cell, element, rung, whole, text, key: String::new() });
+        self.histories.push(History { cell, element, rung, whole, text });
     }
 
     /// Records a rung.
@@ -204,57 +167,20 @@ impl Identity {
         self.rungs.push(RungText { element, name, whole, said, acts, parts });
     }
 
-    /// Names the histories. Called when lowering has added all of them.
-    pub(super) fn finish(&mut self) {
-        let mut seen: HashMap<String, u32> = HashMap::new();
-        for history in &mut self.histories {
-            let block = &self.blocks[history.element.block.0 as usize].name;
-            let place = match &history.rung {
-                Some(rung) => format!("{block}/{rung}"),
-                None => format!("{block}//{}", history.text),
-            };
-            let count = seen.entry(place.clone()).or_default();
-            history.key = format!("{place}/{count}");
-            *count += 1;
-        }
-    }
-
-    /// A block's name.
-    pub fn block(&self, id: BlockId) -> &BlockName {
-        &self.blocks[id.0 as usize]
-    }
-
-    /// A Stage's name with its Program's: `Drain.Open`.
-    pub fn stage(&self, id: StageId) -> String {
-        let stage = &self.stages[id.0 as usize];
-        format!("{}.{}", self.block(stage.block).name, stage.name)
-    }
-
-    /// A bit's name in every version of the program. Bits of Stages and blocks have no address:
-    /// their name contains the name of the Stage or block.
-    pub fn bit(&self, bit: Bit) -> String {
-        match bit {
-            Bit::Stage(id) => self.stage(id),
-            Bit::Running(id) => format!("{}.Running", self.block(id).name),
-            Bit::Done(id) => format!("{}.Done", self.block(id).name),
-            Bit::Space(..) | Bit::Flag(..) | Bit::Device(..) => self.places.say(Address::Bit(bit)),
-        }
-    }
-
-    /// A word's name in every version of the program.
-    pub(super) fn word(&self, word: Word) -> String {
-        self.places.say(Address::Word(word))
+    /// The name of an address in every version of the program, without its tag.
+    pub fn address(&self, address: Address) -> String {
+        self.names.address(address)
     }
 
     /// The name of an element that a word selects. Array and word are separate in the name, because
     /// each can be renamed.
     pub fn element(&self, element: &Element) -> String {
-        format!("{} by {}", self.array(element.array), self.word(element.index))
+        format!("{} by {}", self.array(element.array), self.address(Address::Word(element.index)))
     }
 
     /// The name of an array or slice; without an address, it is the name of the tag.
     pub(crate) fn array(&self, array: Array) -> String {
-        match self.places.at(array.element(0)) {
+        match self.names.places.at(array.element(0)) {
             None => array.to_string(),
             Some((place, 0)) if place.count == array.count => place.name.clone(),
             Some((place, first)) => {
@@ -287,25 +213,11 @@ impl Identity {
     /// The text of an instruction with a history: its mnemonic and operands.
     pub(super) fn edge_instruction(&self, instruction: &Instruction) -> String {
         let (bit, block) = (instruction.written_bit(), instruction.target_block());
-        let bit = bit.map(|bit| self.bit(bit.value));
-        let operand = bit.or_else(|| Some(self.block(block?.value).name.clone()));
+        let bit = bit.map(|bit| self.address(Address::Bit(bit.value)));
+        let operand = bit.or_else(|| Some(self.names.block(block?.value).name.clone()));
         let shifted = || instruction.first_operand().map(|bits| self.run(bits.value));
         let operand = operand.or_else(shifted).unwrap_or_default();
         format!("{} {operand}", instruction.mnemonic.spec().name)
-    }
-
-    /// An address with its tag, for people: `parts (CT0)`.
-    pub fn say(&self, address: Address) -> String {
-        if let Some(name) = self.places.name(address) {
-            return name;
-        }
-        match self.addresses.get(&address) {
-            Some(Some(tag)) => format!("{tag} ({address})"),
-            _ => match address {
-                Address::Bit(bit) => self.bit(bit),
-                Address::Word(_) | Address::Structure(_) => address.to_string(),
-            },
-        }
     }
 }
 
@@ -370,25 +282,16 @@ mod tests {
             do = ["OUT Y0"]
             "#,
         );
-        let keys: Vec<&str> = identity.histories.iter().map(|h| h.key.as_str()).collect();
-        assert_eq!(
-            keys,
-            [
-                "Main/count/0",
-                "Main/count/1",
-                "Main//rise(X0)/0",
-                "Main//rise(X0)/1",
-                "Main//rise(Side.Open)/0",
-                "Main//PONOFF C0/0",
-                "Main//RESTART Side/0",
-                "Side//PD C9/0",
-            ]
-        );
+        let texts: Vec<&str> = identity.histories.iter().map(|h| h.text.as_str()).collect();
+        let rise = "rise(X0)";
+        let texts_wanted =
+            [rise, "fall(X1)", rise, rise, "rise(Side.Open)", "PONOFF C0", "RESTART Side", "PD C9"];
+        assert_eq!(texts, texts_wanted);
         let owner = |o: &Owner| format!("{} {:?} {:?}", o.structure, o.mnemonic, o.element.stage);
         let owners: Vec<String> = identity.owners.iter().map(owner).collect();
         assert_eq!(owners, ["CT0 Cnt None", "T1 Tmr Some(StageId(0))"]);
         assert_eq!(identity.intervals.len(), 1);
         assert_eq!(identity.initial.values().collect::<Vec<_>>(), [&12]);
-        assert_eq!(identity.say(Address::Structure(Structure::Counter(0))), "parts (CT0)");
+        assert_eq!(identity.names.say(Address::Structure(Structure::Counter(0))), "parts (CT0)");
     }
 }

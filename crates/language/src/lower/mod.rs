@@ -102,8 +102,7 @@ fn lower_noting(
         }
     }
     let order = turns(program);
-    let mut identity = std::mem::take(&mut assembler.identity);
-    identity.finish();
+    let identity = std::mem::take(&mut assembler.identity);
     let places = alarm_order::places(program, &order);
     let mut symbols = Symbols::new(program, assembler.layout.clone(), (identity, &places));
     symbols.maths = std::mem::take(&mut assembler.maths);
@@ -148,12 +147,8 @@ fn lower_element(assembler: &mut Assembler, rungs: &[Rung], element: ElementId) 
 
 /// A rung for people: `Main, rung count-bottles`, `Drain.Open, rung 3`.
 fn place(assembler: &Assembler, element: ElementId, (at, rung): (usize, &Rung)) -> String {
-    let identity = &assembler.identity;
-    let element = match element.stage {
-        Some(stage) => identity.stage(stage),
-        None => identity.block(element.block).name.clone(),
-    };
-    format!("{element}, {}", rung.label(&element, at))
+    let element = assembler.identity.names.element(element);
+    format!("{element}, {}", rung.label(element, at))
 }
 
 /// Lowers a rung: its contacts give the power, `do` executes with it, then each branch adds its own

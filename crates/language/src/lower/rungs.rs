@@ -65,7 +65,7 @@ fn contacts(identity: &Identity, of: &[Contact], between: &str) -> String {
 
 fn contact(identity: &Identity, of: &Contact) -> String {
     match of {
-        Contact::Bit(bit, _) => identity.bit(*bit),
+        Contact::Bit(bit, _) => identity.address(Address::Bit(*bit)),
         Contact::Element(element, _) => identity.element(element),
         Contact::Not(inner, _) => format!("!{}", grouped(identity, inner)),
         Contact::All(all, _) => contacts(identity, all, " & "),
@@ -123,12 +123,12 @@ pub(super) fn acts(identity: &Identity, rung: &Rung) -> String {
 
 fn operand(identity: &Identity, of: OperandValue) -> String {
     match of {
-        OperandValue::Bit(bit) => identity.bit(bit),
-        OperandValue::Word(word) => identity.word(word),
+        OperandValue::Bit(bit) => identity.address(Address::Bit(bit)),
+        OperandValue::Word(word) => identity.address(Address::Word(word)),
         OperandValue::Value(of) => value(identity, of),
-        OperandValue::Structure(structure) => identity.places.say(Address::Structure(structure)),
-        OperandValue::Block(block) => identity.block(block).name.clone(),
-        OperandValue::Stage(stage) => identity.stage(stage),
+        OperandValue::Structure(structure) => identity.address(Address::Structure(structure)),
+        OperandValue::Block(block) => identity.names.block(block).name.clone(),
+        OperandValue::Stage(stage) => identity.names.stage(stage).to_owned(),
         OperandValue::Element(element) => identity.element(&element),
         OperandValue::Array(array) => identity.array(array),
         OperandValue::Run(run) => identity.run(run),
@@ -140,8 +140,8 @@ fn formula(identity: &Identity, of: &Formula) -> String {
     let part = |part: &Part| match part {
         Part::Integer(n) => format!(" {n}"),
         Part::Real(real) => format!(" {real:?}"),
-        Part::Word(word) => format!(" {}", identity.word(*word)),
-        Part::Bit(bit) => format!(" {}", identity.bit(*bit)),
+        Part::Word(word) => format!(" {}", identity.address(Address::Word(*word))),
+        Part::Bit(bit) => format!(" {}", identity.address(Address::Bit(*bit))),
         Part::Element(array) => format!(" {}[]", identity.array(*array)),
         Part::Unary(operator, _) => format!(" {operator:?}"),
         Part::Binary(operator, _) => format!(" {operator:?}"),
@@ -154,7 +154,7 @@ fn value(identity: &Identity, of: Value) -> String {
     match of {
         Value::Const(value, _) => value.to_string(),
         Value::Real(real) => real.to_string(),
-        Value::Word(word) => identity.word(word),
+        Value::Word(word) => identity.address(Address::Word(word)),
         Value::Element(element) => identity.element(&element),
     }
 }

@@ -1,16 +1,17 @@
-//! Names of blocks, Stages and tags, alarm texts and limits: everything that the engine does not
-//! need.
+//! The book of names, alarm texts and limits: everything that the engine does not need.
 //!
 //! Made by `lower`; read by the log writer, the drivers and the simulator.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use super::identity::Identity;
 use super::word_limits::WordLimits;
+use crate::resolve::name_book::NameBook;
 use crate::resolve::priority::Priority;
 use crate::resolve::program::{Program, TagMeaning};
-use rungd_engine::isa::{Address, Bit, BlockId, DeviceId, StageId, Structure, Word};
-use rungd_engine::{BitCell, Cell, Element, Layout};
+use rungd_engine::isa::{Address, Bit, Structure, Word};
+use rungd_engine::{BitCell, Cell, Layout};
 
 /// A tag with an `alarm`.
 #[derive(Clone, Debug)]
@@ -34,17 +35,13 @@ pub struct LoggedTag {
     pub tag: String,
 }
 
-/// Names and texts, by number and cell.
+/// Names, texts and limits, by number and cell.
 #[derive(Clone, Debug)]
 pub struct Symbols {
     /// The cells of all addresses.
     pub layout: Layout,
-    /// Block names, by `BlockId`.
-    pub blocks: Vec<String>,
-    /// Stage names with their Programs', by `StageId`: `Drain.Open`.
-    pub stages: Vec<String>,
-    /// Field devices' names, by `DeviceId`.
-    pub devices: Vec<String>,
+    /// The names of blocks, Stages, devices, tags and addresses.
+    pub names: Arc<NameBook>,
     /// Tags with an alarm, in the order of a scan: causes before consequences.
     pub alarms: Vec<Alarm>,
     /// Tags whose changes are logged, in file order.
@@ -65,9 +62,7 @@ impl Symbols {
     ) -> Symbols {
         let mut symbols = Symbols {
             layout,
-            blocks: program.blocks.iter().map(|b| b.name.clone()).collect(),
-            stages: stage_names(program),
-            devices: program.devices.clone(),
+            names: Arc::clone(&program.names),
             alarms: Vec::new(),
             logged: Vec::new(),
             maths: Vec::new(),
@@ -100,10 +95,7 @@ impl Symbols {
     fn log(&mut self, address: Address, tag: &str) {
         let (address, name) = match address {
             Address::Structure(structure) => {
-                let member = match structure {
-                    Structure::Sensaphone(_) => "DN",
-                    Structure::Counter(_) | Structure::Timer(_) => "Done",
-                };
+                let member = structure.done_name();
                 (structure.member(member).unwrap_or(address), format!("{tag}.{member}"))
             }
             Address::Bit(_) | Address::Word(_) => (address, tag.to_owned()),
@@ -113,38 +105,14 @@ impl Symbols {
         }
     }
 
-    /// A block's name.
-    pub fn block(&self, id: BlockId) -> &str {
-        &self.blocks[id.0 as usize]
-    }
-
-    /// A Stage's name with its Program's.
-    pub fn stage(&self, id: StageId) -> &str {
-        &self.stages[id.0 as usize]
-    }
-
-    /// A field device's name.
-    pub fn device(&self, id: DeviceId) -> &str {
-        &self.devices[id.0 as usize]
-    }
-
-    /// The name of a bit that has no address: of a Stage, a block or a field device.
-    pub fn name(&self, bit: Bit) -> Option<String> {
-        match bit {
-            Bit::Stage(id) => Some(self.stage(id).to_owned()),
-            Bit::Running(id) => Some(format!("{}.Running", self.block(id))),
-            Bit::Done(id) => Some(format!("{}.Done", self.block(id))),
-            Bit::Device(id, health) => Some(format!("{}.{}", self.device(id), health.name())),
-            Bit::Space(..) | Bit::Flag(..) => None,
-        }
-    }
-
-    /// An element's name: its block's or its Stage's.
-    pub fn element(&self, element: Element) -> &str {
-        match element {
-            Element::Block(id) => self.block(id),
-            Element::Stage(id) => self.stage(id),
-        }
+    /// The cell of an operand that a text names.
+    ///
+    /// # Errors
+    /// A sentence for people: the text names a whole structure.
+    pub fn cell(&self, address: Address, text: &str) -> Result<Cell, String> {
+        let member = address.structure().map_or("Acc", Structure::acc_name);
+        let message = || format!("`{text}` is a structure: name a member, as `{text}.{member}`");
+        self.layout.cell(address).ok_or_else(message)
     }
 
     /// The limits of a write from outside to a word: its range, narrowed by `min` and `max` of its
@@ -152,12 +120,4 @@ impl Symbols {
     pub fn limits(&self, word: Word) -> (i32, i32) {
         self.limits.get(word)
     }
-}
-
-fn stage_names(program: &Program) -> Vec<String> {
-    let name = |(block, at): &(BlockId, usize)| {
-        let block = program.block(*block);
-        format!("{}.{}", block.name, block.stages[*at].name)
-    };
-    program.stages.iter().map(name).collect()
 }

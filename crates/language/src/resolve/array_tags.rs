@@ -1,6 +1,6 @@
 //! Resolves tags with a `count`: the program gets a tag for each element.
 //!
-//! Called by `tags`. So limits, initial values, logs, retention and reloads refer to elements by
+//! Called by `declare`. So limits, initial values, logs, retention and reloads refer to elements by
 //! name (`recipe[3]`) and need no code for arrays.
 
 use super::Resolver;
@@ -28,6 +28,7 @@ impl Resolver<'_> {
         count: &Located<i64>,
         program: &mut Program,
     ) -> Option<TagMeaning> {
+        self.long_alarm(tag);
         let meaning = self.meaning(tag)?;
         let array = self.array(tag, meaning, count)?;
         self.take_elements(array.count, count.span)?;

@@ -38,7 +38,10 @@ impl Resolver<'_> {
                 self.declare_name(&tag.name, NameRole::Tag, &mut names);
             }
             let index = program.tags.len();
-            let meaning = self.tag(tag, program);
+            let meaning = match &tag.count {
+                Some(count) => self.array_tag(tag, count, program),
+                None => self.tag(tag, program),
+            };
             self.scope.add_tag(&tag.name.text, index, meaning);
         }
         self.used = vec![false; program.tags.len()];

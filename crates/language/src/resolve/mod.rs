@@ -7,6 +7,7 @@
 
 pub mod array;
 mod array_tags;
+mod block_kind;
 pub mod condition;
 mod contact;
 mod declare;
@@ -21,6 +22,8 @@ pub mod instruction;
 pub mod layers;
 mod math;
 pub mod mistake;
+pub mod name_book;
+mod name_texts;
 pub mod names;
 mod operand;
 mod operand_array;
@@ -32,11 +35,13 @@ pub mod places;
 mod plain;
 pub mod priority;
 pub mod program;
+mod program_names;
 pub mod range;
 pub mod reads;
 mod resolver;
 mod rung;
 pub mod scope;
+mod tag;
 mod tags;
 mod template;
 mod typed;
@@ -56,8 +61,6 @@ use crate::source::span::{FileId, SourceFile};
 use program::Program;
 use resolver::Resolver;
 use rungd_base::progress::Step;
-use rungd_engine::isa::Address;
-use scope::Scope;
 
 pub use resolver::LoadOptions;
 
@@ -111,16 +114,6 @@ pub fn resolve_ladders(
     let program = Program { lost, ..resolver.program(whole) };
     findings.append(&mut resolver.findings);
     (Some(program), in_order(findings))
-}
-
-/// The address of a name in a resolved program. The name is a tag, an address, a member,
-/// `Prog.Stage`, `Block.Running`, `Task.Done` or a `$` nickname. For the name of a structure, the
-/// result is the structure.
-///
-/// # Errors
-/// A sentence for people: the reason why the name has no address.
-pub fn resolve_operand(program: &Program, name: &str) -> Result<Address, String> {
-    Scope::of(program).address(name)
 }
 
 fn in_order(mut findings: Vec<Finding>) -> Vec<Finding> {

@@ -2,8 +2,11 @@
 //!
 //! Called by `mod` for the whole program, and by `template::trial` for the unused templates.
 
+use std::sync::Arc;
+
 use super::Resolver;
 use super::layers::Layers;
+use super::name_book::NameBook;
 use super::program::{NamedArray, NamedOperand, Program};
 use crate::source::file_kind::LIBRARY;
 use crate::source::ladder::Ladder;
@@ -13,7 +16,7 @@ use rungd_engine::isa::NumberSet;
 impl Resolver<'_> {
     /// The program of ladders whose uses are expanded.
     pub(super) fn plain_program(&mut self, ladders: &[(FileId, Ladder)]) -> Program {
-        let mut program = Program { sizes: self.options.sizes.clone(), ..Program::default() };
+        let mut program = Program::empty(self.options.sizes.clone());
         // The library's files usually come before the plant's own files.
         let is_own = |(id, _): &&(FileId, Ladder)| !self.file_name(*id).starts_with(LIBRARY);
         let (id, first) = ladders.iter().find(is_own).unwrap_or(&ladders[0]);
@@ -34,7 +37,7 @@ impl Resolver<'_> {
             self.rungs(block, &mut program.blocks[at]);
         }
         program.order = self.order(ladders, &program);
-        program.places = self.scope.places().clone();
+        program.names = Arc::new(NameBook::of(&program, self.scope.places().clone()));
         self.mark_own_tags(&program);
         for (tag, used) in program.tags.iter_mut().zip(&self.used) {
             tag.used = *used;

@@ -6,16 +6,17 @@
 //! out; then the program is checked, but never lowered or run.
 
 use super::array::{Array, Element};
+pub use super::block_kind::BlockKind;
 pub use super::instruction::{Instruction, Value};
 use super::layers::Layers;
-pub use super::places::Places;
-use super::priority::Priority;
-use std::sync::Arc;
+use super::name_book::NameBook;
+use super::scope::Scope;
+pub use super::tag::{OfArray, Tag, TagMeaning};
+use std::sync::{Arc, OnceLock};
 
 pub use crate::source::atom::Written;
 pub use crate::source::contact::{Comparison, Edge};
 use crate::source::lost::LostTexts;
-use crate::source::reader::Text;
 use crate::source::span::{FileId, Span};
 pub use rungd_engine::isa::{
     Address, Bit, BlockId, LegName, MemorySizes, NumberSet, Real, StageId,
@@ -38,8 +39,8 @@ pub struct Program {
     pub order: Vec<BlockId>,
     /// All tags, in file order.
     pub tags: Vec<Tag>,
-    /// The places of the tags with a `type`.
-    pub places: Places,
+    /// All names, for everything that shows them to people.
+    pub names: Arc<NameBook>,
     /// The field devices that the ladder may name, by `DeviceId`.
     pub devices: Vec<String>,
     /// The operands that the ladder names, as written, in order of first appearance.
@@ -57,27 +58,8 @@ pub struct Program {
     pub trial: Option<Box<Program>>,
     /// The missing parts of the files. A program with missing parts is never executed.
     pub lost: LostTexts,
-}
-
-/// The kind of a block; it determines when the block executes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs)]
-pub enum BlockKind {
-    /// A Program; `Main` has `autostart` set and never stops.
-    Program,
-    /// A Task that ENTASK starts.
-    Task,
-    FirstScan,
-    TopOfScan,
-    BottomOfScan,
-    LastScan,
-}
-
-impl BlockKind {
-    /// Whether nothing starts or stops a block of this kind.
-    pub fn is_built_in(self) -> bool {
-        !matches!(self, BlockKind::Program | BlockKind::Task)
-    }
+    /// Its names for texts that people write.
+    pub(super) scope: OnceLock<Arc<Scope>>,
 }
 
 /// A Program or Task.
@@ -184,78 +166,6 @@ pub enum Contact {
     Compare(Value, Comparison, Value, Span),
 }
 
-/// A tag, resolved.
-#[derive(Clone, Debug)]
-pub struct Tag {
-    /// Its name.
-    pub name: String,
-    /// The place of its name.
-    pub span: Span,
-    /// `doc`.
-    pub doc: Option<String>,
-    /// Its meaning.
-    pub meaning: TagMeaning,
-    /// `initial`: the content of the cell after a cold start (for a bit: 0 or 1).
-    pub initial: Option<(i32, Span)>,
-    /// `min`, as the content of the cell.
-    pub min: Option<(i32, Span)>,
-    /// `max`, as the content of the cell.
-    pub max: Option<(i32, Span)>,
-    /// `alarm` of a bit.
-    pub alarm: Option<String>,
-    /// `priority` of the alarm.
-    pub(crate) priority: Priority,
-    /// `log = "change"`.
-    pub(crate) log_changes: bool,
-    /// `unit` of a word.
-    pub unit: Option<Text>,
-    /// `metric = true`.
-    pub metric: bool,
-    /// `spare = true`.
-    pub(crate) spare: bool,
-    /// Whether the ladder names it.
-    pub used: bool,
-    /// Its array, if it is an element: the program has a tag for each element (`recipe[3]`).
-    pub of_array: Option<OfArray>,
-}
-
-/// The place of an element in its array.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct OfArray {
-    /// The array.
-    pub array: Array,
-    /// The number of the element.
-    pub at: u32,
-}
-
-impl Tag {
-    /// The name of the array that it is an element of; else its own name.
-    pub fn array_name(&self) -> &str {
-        match self.of_array {
-            Some(_) => self.name.split('[').next().unwrap_or(&self.name),
-            None => &self.name,
-        }
-    }
-
-    /// Whether its value is shown to people, so that the ladder need not name it.
-    pub(crate) fn is_shown(&self) -> bool {
-        self.alarm.is_some() || self.log_changes || self.metric
-    }
-}
-
-/// The meaning of a tag.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TagMeaning {
-    /// `at`; for a tag with a `type`, the address of its place.
-    Address(Address),
-    /// `value`.
-    Constant(i32, Written),
-    /// `value`, a real.
-    Real(Real),
-    /// `at` with `count`. Only the scope has this meaning; the program has a tag for each element.
-    Array(Array),
-}
-
 /// A bit or word, with the name that the ladder first uses for it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NamedOperand {
@@ -330,6 +240,11 @@ impl Program {
         let mut seen = NumberSet::default();
         all.retain(|operand| seen.insert(operand.address));
         all
+    }
+
+    /// A program without anything, with memory of these sizes.
+    pub fn empty(sizes: MemorySizes) -> Program {
+        Program { sizes, ..Program::default() }
     }
 
     /// The block with this number.

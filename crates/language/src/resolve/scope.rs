@@ -10,12 +10,14 @@ use std::collections::HashMap;
 use std::sync::OnceLock;
 
 use super::array::{Array, Element};
+use super::block_kind::BlockKind;
 use super::mistake::{
     Mistake, address_mistake, member_mistake, members_of, new, sentence, unknown_member,
 };
 use super::places::Places;
-use super::program::{BlockKind, OfArray, Program, TagMeaning, Written};
+use super::tag::TagMeaning;
 use super::uses::Uses;
+use crate::source::atom::Written;
 use crate::source::finding::Code;
 use crate::source::nearest::{KnownNames, Near};
 use crate::source::span::Span;
@@ -138,29 +140,6 @@ impl Scope {
             known_blocks: OnceLock::new(),
             searched_max: usize::MAX,
         }
-    }
-
-    /// The names of a resolved program.
-    pub fn of(program: &Program) -> Scope {
-        let mut scope = Scope::new(program.sizes.clone());
-        scope.places = program.places.clone();
-        for (at, tag) in program.tags.iter().enumerate() {
-            match tag.of_array {
-                None => scope.add_tag(&tag.name, at, Some(tag.meaning)),
-                Some(OfArray { array, at: 0 }) => {
-                    scope.add_tag(tag.array_name(), at, Some(TagMeaning::Array(array)));
-                }
-                Some(_) => {}
-            }
-        }
-        for block in &program.blocks {
-            let stages = block.stages.iter().map(|stage| (stage.name.clone(), stage.id)).collect();
-            scope.add_block(&block.name, BlockNames::new(block.id, block.kind, stages));
-        }
-        for (at, device) in program.devices.iter().enumerate() {
-            scope.add_device(device, DeviceId(at as u32));
-        }
-        scope
     }
 
     /// The same scope, which searches at most this number of names for the name nearest to an

@@ -20,12 +20,9 @@ use rungd_engine::isa::{Address, Bit, BitSpace, NumberMap, Real};
 pub(super) const TEXT_MAX: usize = 1000;
 
 impl Resolver<'_> {
-    /// Resolves a tag and adds it to the program; returns its meaning.
+    /// Resolves a tag without `count` and adds it to the program; returns its meaning.
     pub(super) fn tag(&mut self, tag: &ladder::Tag, program: &mut Program) -> Option<TagMeaning> {
         self.long_alarm(tag);
-        if let Some(count) = &tag.count {
-            return self.array_tag(tag, count, program);
-        }
         let meaning = self.meaning(tag)?;
         self.misfits(tag, meaning);
         self.no_list(tag);
@@ -69,7 +66,7 @@ impl Resolver<'_> {
 
     /// Reports an alarm's text that is too long. Texts of templates are checked elsewhere, with
     /// their arguments.
-    fn long_alarm(&mut self, tag: &ladder::Tag) {
+    pub(super) fn long_alarm(&mut self, tag: &ladder::Tag) {
         let Some(alarm) = tag.alarm.as_ref().filter(|alarm| !Layers::is_layered(alarm.span)) else {
             return;
         };

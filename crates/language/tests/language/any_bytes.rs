@@ -9,7 +9,6 @@ use rungd_config::controller;
 use rungd_config::controller::resolve_controller;
 use rungd_config::load::decode;
 use rungd_lab::testing::read_suite;
-use rungd_language::resolve::program::Program;
 use rungd_language::resolve::{LoadOptions, load_ladders};
 use rungd_language::source::file_kind;
 use rungd_language::source::finding::Severity;
@@ -91,7 +90,7 @@ fn feed(bytes: &[u8]) {
     let (written, found) = controller::read(&files[0].text, FileId(0));
     findings.extend(found);
     if let Some(written) = written {
-        let program = program.unwrap_or_else(|| Program { ..Program::default() });
+        let program = program.unwrap_or_default();
         findings.extend(resolve_controller(&written, &program).1);
     }
     file_kind::is_controller(&files[0].text);

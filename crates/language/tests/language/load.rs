@@ -1,7 +1,7 @@
 //! Whole ladders, from text to the resolved program.
 
 use rungd_language::resolve::program::Program;
-use rungd_language::resolve::{LoadOptions, load_ladders, resolve_operand};
+use rungd_language::resolve::{LoadOptions, load_ladders};
 use rungd_language::source::span::SourceFile;
 
 fn load(text: &str) -> Program {
@@ -52,7 +52,7 @@ fn the_example_of_the_language_page_resolves() {
         ("$FirstScan", "ST0"),
         ("N0.ACC", "N0.ACC"),
     ] {
-        assert_eq!(resolve_operand(&program, name).unwrap().to_string(), address);
+        assert_eq!(program.scope().address(name).unwrap().to_string(), address);
     }
     for (name, error) in [
         ("botles.Done", "nothing is called `botles` (did you mean `bottles.Done`?)"),
@@ -60,6 +60,6 @@ fn the_example_of_the_language_page_resolves() {
         ("close_in", "`close_in` is a constant, 2500: it has no address"),
         ("ct0.Done", "`ct0.Done` is in the wrong case (write `CT0.Done`)"),
     ] {
-        assert_eq!(resolve_operand(&program, name).unwrap_err(), error);
+        assert_eq!(program.scope().address(name).unwrap_err(), error);
     }
 }

@@ -8,7 +8,8 @@ use super::plan::{OldState, Pairs, ReloadPlan, Side, Start, element_of};
 use super::report::preset;
 use rungd_engine::isa::{Address, Bit, BitSpace, BlockId, ElementId, StageId};
 pub use rungd_engine::{BitCell, BlockRole, Cell, ElementCode, PassStep, Restage, Stretch};
-use rungd_language::lower::identity::{BlockName, Interval};
+use rungd_language::lower::identity::Interval;
+use rungd_language::resolve::name_book::BlockName;
 use rungd_language::resolve::program::BlockKind;
 pub use rungd_language::resolve::program::Value;
 
@@ -41,10 +42,10 @@ pub(super) fn blocks(
     (old, new): (Side<'_>, Side<'_>),
     disabled: &HashSet<BlockId>,
 ) {
-    for at in 0..names.old.blocks.len() as u32 {
+    for at in 0..names.old.names.blocks.len() as u32 {
         let id = BlockId(at);
         let running = old.symbols.layout.bit(Bit::Running(id)).0;
-        let said = say(names.old.block(id));
+        let said = say(names.old.names.block(id));
         let Some(to) = names.block(id) else {
             plan.transfer.gone_blocks.push(id);
             let state = OldState::Gone { cell: running, off: "not running" };
@@ -59,7 +60,9 @@ pub(super) fn blocks(
         }
         if disabled.contains(&id) {
             plan.say_of(said, OldState::Disabled { running });
-        } else if !names.old.block(id).kind.is_built_in() && names.old.block(id).name != "Main" {
+        } else if !names.old.names.block(id).kind.is_built_in()
+            && names.old.names.block(id).name != "Main"
+        {
             plan.say_of(format!("{said} continues to run"), OldState::Stays { cell: running });
         }
         restage(plan, names, (id, to), (old, new));
@@ -71,7 +74,7 @@ pub(super) fn blocks(
 
 fn new_blocks(plan: &mut ReloadPlan, names: &Pairs<'_>, new: Side<'_>) {
     let known: HashSet<BlockId> = plan.transfer.blocks.iter().map(|(_, to)| *to).collect();
-    for (at, block) in names.new.blocks.iter().enumerate() {
+    for (at, block) in names.new.names.blocks.iter().enumerate() {
         let id = BlockId(at as u32);
         if known.contains(&id) {
             continue;
@@ -90,10 +93,10 @@ fn new_blocks(plan: &mut ReloadPlan, names: &Pairs<'_>, new: Side<'_>) {
 }
 
 fn stages(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new: Side<'_>) {
-    for (at, stage) in names.old.stages.iter().enumerate() {
+    for (at, stage) in names.old.names.stages.iter().enumerate() {
         let id = StageId(at as u32);
         let from = old.symbols.layout.bit(Bit::Stage(id)).0;
-        let said = format!("Stage {}", names.old.stage(id));
+        let said = format!("Stage {}", names.old.names.stage(id));
         match names.stage(id) {
             Some(to) => {
                 plan.transfer.stages.push((id, to));
@@ -109,14 +112,15 @@ fn stages(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new: Side<'_>
     }
     let known: HashSet<StageId> = plan.transfer.stages.iter().map(|(_, to)| *to).collect();
     let blocks: HashSet<BlockId> = plan.transfer.blocks.iter().map(|(_, to)| *to).collect();
-    for (at, stage) in names.new.stages.iter().enumerate() {
+    for (at, stage) in names.new.names.stages.iter().enumerate() {
         let id = StageId(at as u32);
         if !known.contains(&id) && blocks.contains(&stage.block) {
-            plan.say(format!("Stage {} is new", names.new.stage(id)));
+            plan.say(format!("Stage {} is new", names.new.names.stage(id)));
         }
     }
     for (program, (initial, start)) in plan.starts.clone() {
-        let (program, stage) = (say(names.new.block(program)), names.new.stage(initial));
+        let (program, stage) =
+            (say(names.new.names.block(program)), names.new.names.stage(initial));
         plan.say_of(format!("{program} begins at its Stage {stage}"), OldState::Starts(start));
     }
 }
@@ -154,7 +158,7 @@ fn intervals(plan: &mut ReloadPlan, names: &Pairs<'_>) {
         let Some(task) = names.block(before.task) else { continue };
         let Some(now) = first.get(&task) else { continue };
         if !names.same(before.every, now.every) {
-            let name = &names.new.block(task).name;
+            let name = &names.new.names.block(task).name;
             let was = preset(names.old, before.every, true);
             let is = preset(names.new, now.every, true);
             plan.say(format!("interval of {name} {was} → {is}"));
@@ -253,7 +257,7 @@ pub(super) fn terminations(
         }
     }
     for ((block, bit), active) in undriven {
-        let (said, block) = (say_bit(old, bit), &names.old.block(block).name);
+        let (said, block) = (say_bit(old, bit), &names.old.names.block(block).name);
         let state = OldState::Undriven { bit, active };
         plan.say_of(format!("{said} is not driven in {block} any more"), state);
     }
@@ -286,8 +290,8 @@ pub(super) fn unwritten(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>)
             continue;
         }
         let (was, now) = (Address::Bit(bit), Address::Bit(now));
-        let is_tagged = names.new.addresses.get(&now).is_some_and(Option::is_some);
-        let said = if is_tagged { names.new.say(now) } else { names.old.say(was) };
+        let is_tagged = names.new.names.tag(now).is_some();
+        let said = if is_tagged { names.new.names.say(now) } else { names.old.names.say(was) };
         plan.say_of(said, OldState::Unwritten { bit: cell });
     }
 }
@@ -311,7 +315,7 @@ fn say_bit(side: Side<'_>, cell: u32) -> String {
         let first = layout.bit(Bit::Space(space, space.first())).0;
         if (first..first + space.count(layout.sizes())).contains(&cell) {
             let bit = Bit::Space(space, space.first() + (cell - first));
-            return side.symbols.identity.say(Address::Bit(bit));
+            return side.symbols.identity.names.say(Address::Bit(bit));
         }
     }
     "a bit".to_owned()

@@ -87,7 +87,7 @@ fn kind(history: &History) -> &str {
 }
 
 fn block(identity: &Identity, id: BlockId) -> String {
-    identity.block(id).name.clone()
+    identity.names.block(id).name.clone()
 }
 
 fn by_text(identity: &Identity, history: &History) -> Option<HistoryKey> {
@@ -100,7 +100,7 @@ fn elsewhere(identity: &Identity, history: &History) -> Option<HistoryKey> {
 }
 
 fn exactly(identity: &Identity, history: &History) -> Option<HistoryKey> {
-    let stage = history.element.stage.map(|id| identity.stage(id));
+    let stage = history.element.stage.map(|id| identity.names.stage(id).to_owned());
     Some(HistoryKey { stage, ..elsewhere(identity, history)? })
 }
 

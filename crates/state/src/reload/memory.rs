@@ -80,9 +80,9 @@ pub(super) fn structures(
     }
     for (structure, owners) in &before {
         if names.structure(*structure).is_none_or(|now_is| !now.contains_key(&now_is)) {
-            let said = names.old.say(Address::Structure(*structure));
+            let said = names.old.names.say(Address::Structure(*structure));
             let Owner { mnemonic, element, .. } = owners[0];
-            let (name, block) = (mnemonic.spec().name, &names.old.block(element.block).name);
+            let (name, block) = (mnemonic.spec().name, &names.old.names.block(element.block).name);
             plan.say(format!("{said} is gone: {name} in {block}"));
         }
     }
@@ -126,7 +126,7 @@ fn tell_kept(
     old: Side<'_>,
     (before, now): (&Owner, &Owner),
 ) {
-    let said = names.new.say(Address::Structure(now.structure));
+    let said = names.new.names.say(Address::Structure(now.structure));
     let timer = matches!(now.structure, Structure::Timer(_));
     let of = |owner: &Owner, name| owner.presets.iter().find(|(n, _)| *n == name).map(|(_, v)| *v);
     for name in ["preset", "up-preset", "dn-preset"] {
@@ -184,7 +184,7 @@ fn into(
     let was = names.stage_before(stage).map(|id| old.symbols.layout.bit(Bit::Stage(id)).0);
     let start = plan.starts.get(&now.block).filter(|(initial, _)| *initial == stage);
     let start = start.map(|(_, start)| start.clone());
-    Some(Elsewhere { said: names.new.stage(stage), stage: was, start })
+    Some(Elsewhere { said: names.new.names.stage(stage).to_owned(), stage: was, start })
 }
 
 fn tell_new(
@@ -193,13 +193,13 @@ fn tell_new(
     structure: Structure,
     (before, now): (Option<&&Owner>, &Owner),
 ) {
-    let said = names.new.say(Address::Structure(structure));
+    let said = names.new.names.say(Address::Structure(structure));
     let Some(before) = before else {
         return plan.say(format!("{said} is new"));
     };
     let owner = |owner: &Owner, block: &str| format!("{} in {block}", owner.mnemonic.spec().name);
-    let was = owner(before, &names.old.block(before.element.block).name);
-    let is = owner(now, &names.new.block(now.element.block).name);
+    let was = owner(before, &names.old.names.block(before.element.block).name);
+    let is = owner(now, &names.new.names.block(now.element.block).name);
     plan.say(format!("{said} starts again: {is}, was {was}"));
 }
 
@@ -209,7 +209,7 @@ pub(super) fn initial(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, n
     let mut arrays = NewElements::new();
     for (address, value) in &names.new.initial {
         let before = names.moves.before(*address);
-        if before.is_some_and(|before| names.old.addresses.contains_key(&before)) {
+        if before.is_some_and(|before| names.old.addresses.contains(&before)) {
             continue;
         }
         match new.symbols.layout.cell(*address) {
@@ -222,13 +222,12 @@ pub(super) fn initial(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, n
         let Some(cell) = old.symbols.layout.cell(*address) else { continue };
         // The place of a tag with a `type` does not get the force of its address.
         let state = OldState::Initial { cell, value: *value, forced: before.map(|_| cell) };
-        let tag = names.new.addresses.get(address).cloned().flatten();
-        match tag.as_deref().and_then(array_of) {
+        match names.new.names.tag(*address).and_then(array_of) {
             Some(array) => {
-                let said = names.new.say(*address);
+                let said = names.new.names.say(*address);
                 arrays.entry(array.to_owned()).or_default().push((said, state));
             }
-            None => plan.say_of(names.new.say(*address), state),
+            None => plan.say_of(names.new.names.say(*address), state),
         }
     }
     tell_arrays(plan, names, arrays);
@@ -253,7 +252,8 @@ type NewElements = BTreeMap<String, Vec<(String, OldState)>>;
 /// has changed.
 fn tell_arrays(plan: &mut ReloadPlan, names: &Pairs<'_>, arrays: NewElements) {
     for (array, mut elements) in arrays {
-        let (old, new) = (names.old.places.named(&array), names.new.places.named(&array));
+        let (old, new) =
+            (names.old.names.places.named(&array), names.new.names.places.named(&array));
         match elements.len() {
             _ if old.is_some() && new.is_some() => {}
             1 => elements.drain(..).for_each(|(said, state)| plan.say_of(said, state)),

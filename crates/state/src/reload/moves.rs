@@ -32,15 +32,19 @@ impl Moves {
     pub fn of(old: &Identity, new: &Identity) -> Moves {
         let mut moves = Moves::default();
         let elements = |of: &Identity| -> Vec<Address> {
-            of.places.by_name().flat_map(|place| place.addresses().collect::<Vec<_>>()).collect()
+            of.names
+                .places
+                .by_name()
+                .flat_map(|place| place.addresses().collect::<Vec<_>>())
+                .collect()
         };
         for element in elements(old).into_iter().chain(elements(new)) {
             moves.after.insert(element, None);
             moves.before.insert(element, None);
         }
         let (old_named, new_named) = (named(old), named(new));
-        for place in new.places.by_name() {
-            if let Some(was) = old.places.named(&place.name) {
+        for place in new.names.places.by_name() {
+            if let Some(was) = old.names.places.named(&place.name) {
                 moves.same_type(was, place);
                 continue;
             }
@@ -52,8 +56,8 @@ impl Moves {
                 }
             }
         }
-        for place in old.places.by_name() {
-            if new.places.named(&place.name).is_some() {
+        for place in old.names.places.by_name() {
+            if new.names.places.named(&place.name).is_some() {
                 continue;
             }
             let free = addresses(new, place).filter(|(_, at)| !old_named.contains(at));
@@ -107,7 +111,7 @@ impl Moves {
         }
         let mut cells = Vec::new();
         for (from, to) in &self.after {
-            for from in parts(*from) {
+            for from in from.operands() {
                 let to = to.and_then(|_| self.after(from)).and_then(|to| layouts.1.cell(to));
                 cells.extend(layouts.0.cell(from).map(|from| (from, to)));
             }
@@ -118,9 +122,9 @@ impl Moves {
 
 /// The elements that a program's tags and operands name by address.
 fn named(of: &Identity) -> HashSet<Address> {
-    let elements = of.addresses.keys().filter_map(|address| Space::with_members(*address));
+    let elements = of.addresses.iter().filter_map(|address| Space::with_members(*address));
     let elements = elements.map(|(space, number)| space.address(number));
-    elements.filter(|element| of.places.at(*element).is_none()).collect()
+    elements.filter(|element| of.names.places.at(*element).is_none()).collect()
 }
 
 /// The addresses of the tags with the names of a place's elements, in the place's space.
@@ -131,7 +135,7 @@ pub(super) fn addresses<'a>(
     (0..place.count).filter_map(|index| {
         let address = *of.tags.get(&place.name_of(index))?;
         let (space, _) = Space::of(address)?;
-        let fits = space == place.space && of.places.at(address).is_none();
+        let fits = space == place.space && of.names.places.at(address).is_none();
         fits.then_some((index, address))
     })
 }
@@ -140,29 +144,13 @@ fn follow(pairs: &HashMap<Address, Option<Address>>, address: Address) -> Option
     if let Some(other) = pairs.get(&address) {
         return *other;
     }
-    let Some((structure, member)) = structure_of(address).zip(address.member()) else {
+    let Some((structure, member)) = address.structure().zip(address.member()) else {
         return Some(address);
     };
     match pairs.get(&Address::Structure(structure)) {
         None => Some(address),
         Some(Some(Address::Structure(other))) => other.member(member),
         Some(_) => None,
-    }
-}
-
-fn structure_of(member: Address) -> Option<Structure> {
-    let (space, number) = Space::with_members(member)?;
-    match space.address(number) {
-        Address::Structure(structure) => Some(structure),
-        Address::Bit(_) | Address::Word(_) => None,
-    }
-}
-
-/// An element's bits and words.
-pub(super) fn parts(element: Address) -> Vec<Address> {
-    match element {
-        Address::Structure(structure) => structure.member_addresses().collect(),
-        one @ (Address::Bit(_) | Address::Word(_)) => vec![one],
     }
 }
 
@@ -192,7 +180,7 @@ fn copy(transfer: &mut Transfer, (from, to): (Address, Address), (old, new): (&L
         let stretch = Stretch { from: first.start, to: behind.start, count: first.len() as u32 };
         transfer.bits.push(stretch);
     }
-    for (from, to) in parts(from).into_iter().zip(parts(to)) {
+    for (from, to) in from.operands().into_iter().zip(to.operands()) {
         match (old.cell(from), new.cell(to)) {
             (Some(Cell::Bit(from)), Some(Cell::Bit(to))) => {
                 push(&mut transfer.bits, (from.0, to.0));

@@ -3,7 +3,7 @@
 
 use std::cmp::Ordering;
 
-use super::moves::{addresses, parts};
+use super::moves::addresses;
 use super::plan::{OldState, Pairs, ReloadPlan, Side};
 use rungd_engine::Cell;
 use rungd_engine::isa::Address;
@@ -37,12 +37,12 @@ fn resized(was: &TagPlace, now: &TagPlace) -> String {
 pub(super) fn tell(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
     let layout = &old.symbols.layout;
     let cells = |addresses: &mut dyn Iterator<Item = Address>| -> Vec<Cell> {
-        addresses.flat_map(parts).filter_map(|part| layout.cell(part)).collect()
+        addresses.flat_map(Address::operands).filter_map(|part| layout.cell(part)).collect()
     };
-    for place in names.old.places.by_name() {
+    for place in names.old.names.places.by_name() {
         let (name, was) = (&place.name, place.type_name());
         let now = names.new.tags.get(&place.name_of(0));
-        let text = match (names.new.places.named(name), now) {
+        let text = match (names.new.names.places.named(name), now) {
             (Some(now), _) if now.space != place.space => {
                 format!("tag {name} changed from `{was}` to `{}`: it starts again", now.type_name())
             }
@@ -62,8 +62,8 @@ pub(super) fn tell(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
         let force = "its force ends".to_owned();
         plan.say_of(text, OldState::Named { cells: cells(&mut { lost }), force });
     }
-    for place in names.new.places.by_name() {
-        if names.old.places.named(&place.name).is_none()
+    for place in names.new.names.places.by_name() {
+        if names.old.names.places.named(&place.name).is_none()
             && let Some((_, at)) = addresses(names.old, place).next()
         {
             let (name, kind) = (&place.name, place.type_name());
@@ -74,7 +74,8 @@ pub(super) fn tell(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
             plan.say_of(text, OldState::Named { cells: taken, force });
         }
         for element in place.addresses() {
-            if names.old.places.at(element).is_none() && names.moves.after(element).is_none() {
+            if names.old.names.places.at(element).is_none() && names.moves.after(element).is_none()
+            {
                 let force = format!("{element} is not named any more: its force ends");
                 let taken = cells(&mut [element].into_iter());
                 plan.say_of(String::new(), OldState::Named { cells: taken, force });

@@ -152,7 +152,7 @@ pub(super) struct Pairs<'a> {
 impl<'a> Pairs<'a> {
     pub(super) fn new(old: &'a Identity, new: &'a Identity, moves: Moves) -> Pairs<'a> {
         let ids = |identity: &'a Identity| {
-            let named = identity.blocks.iter().enumerate();
+            let named = identity.names.blocks.iter().enumerate();
             named.map(|(at, block)| ((block.name.as_str(), block.kind), BlockId(at as u32)))
         };
         let by_name: HashMap<_, _> =
@@ -163,12 +163,13 @@ impl<'a> Pairs<'a> {
             })
             .collect();
         let stage_ids: HashMap<_, _> = new
+            .names
             .stages
             .iter()
             .enumerate()
             .map(|(at, stage)| ((stage.block, stage.name.as_str()), StageId(at as u32)))
             .collect();
-        let stages = old.stages.iter().enumerate().filter_map(|(at, stage)| {
+        let stages = old.names.stages.iter().enumerate().filter_map(|(at, stage)| {
             let block = blocks.get(&stage.block)?;
             let new = stage_ids.get(&(*block, stage.name.as_str()))?;
             Some((StageId(at as u32), *new))

@@ -337,7 +337,7 @@ pub(super) fn preset(identity: &Identity, value: Value, is_time: bool) -> String
     match value {
         Value::Const(value, _) => say(value, is_time),
         Value::Real(real) => real.to_string(),
-        Value::Word(word) => identity.places.say(Address::Word(word)),
+        Value::Word(word) => identity.address(Address::Word(word)),
         Value::Element(element) => identity.element(&element),
     }
 }

@@ -12,7 +12,7 @@ use rungd_language::lower::identity::Identity;
 /// these tags.
 fn is_placed(names: &Pairs<'_>, tag: &str) -> bool {
     let whole = array_of(tag).unwrap_or(tag);
-    names.old.places.named(whole).or(names.new.places.named(whole)).is_some()
+    names.old.names.places.named(whole).or(names.new.names.places.named(whole)).is_some()
 }
 
 /// Reports constants with a changed value.
@@ -45,7 +45,7 @@ pub(super) fn moved(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
             arrays.entry(array).or_default().push((*from, *to, element));
             continue;
         }
-        let left = names.new.addresses.get(from).cloned().flatten();
+        let left = names.new.names.tag(*from);
         let left = left.map_or_else(String::new, |other| format!(", which is {other} now"));
         plan.say_of(
             text,
@@ -126,7 +126,7 @@ pub(super) fn renamed(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
 /// Reports removed tags whose address has no tag any more, if the address is forced.
 pub(super) fn unnamed(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
     for (tag, address) in &names.old.tags {
-        let has_tag = || names.new.addresses.get(address).is_some_and(Option::is_some);
+        let has_tag = || names.new.names.tag(*address).is_some();
         let goes_on = names.moves.after(*address) == Some(*address);
         if names.new.tags.contains_key(tag) || has_tag() || !goes_on {
             continue;
@@ -139,24 +139,19 @@ pub(super) fn unnamed(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
 
 /// All cells of an address; for a structure, those of its members.
 fn cells(layout: &Layout, address: Address) -> Vec<Cell> {
-    match address {
-        Address::Structure(structure) => {
-            structure.member_addresses().filter_map(|member| layout.cell(member)).collect()
-        }
-        one @ (Address::Bit(_) | Address::Word(_)) => layout.cell(one).into_iter().collect(),
-    }
+    address.operands().into_iter().filter_map(|operand| layout.cell(operand)).collect()
 }
 
 /// Reports words with changed limits; with a warning, if the value is beyond the new limits.
 pub(super) fn limits(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new: Side<'_>) {
     let values = NewValues::of(plan);
     let mut told = BTreeSet::new();
-    for (address, tag) in &names.new.addresses {
+    for address in &names.new.addresses {
         let Address::Word(word) = *address else { continue };
         let (min, max) = new.symbols.limits(word);
         let Some(Address::Word(was)) = names.moves.before(*address) else { continue };
         let before = old.symbols.limits(was);
-        if before == (min, max) || !names.old.addresses.contains_key(&Address::Word(was)) {
+        if before == (min, max) || !names.old.addresses.contains(&Address::Word(was)) {
             continue;
         }
         let said = |side: Side<'_>, word: Word, (min, max): (i32, i32)| {
@@ -170,9 +165,9 @@ pub(super) fn limits(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, ne
         };
         let (before, now) = (said(old, was, before), said(new, word, (min, max)));
         // The elements of an array have the same limits.
-        let name = match tag.as_deref().and_then(array_of) {
+        let name = match names.new.names.tag(*address).and_then(array_of) {
             Some(array) => array.to_owned(),
-            None => names.new.say(*address),
+            None => names.new.names.say(*address),
         };
         let line = format!("limits of {name} {before} → {now}");
         if told.insert(line.clone()) {
@@ -180,7 +175,10 @@ pub(super) fn limits(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, ne
         }
         let cell = Cell::Word(old.symbols.layout.word(was));
         let begins = new.symbols.layout.cell(*address).and_then(|cell| values.get(cell));
-        plan.say_of(names.new.say(*address), OldState::Limits { cell, begins, limits: (min, max) });
+        plan.say_of(
+            names.new.names.say(*address),
+            OldState::Limits { cell, begins, limits: (min, max) },
+        );
     }
 }
 
@@ -197,9 +195,9 @@ pub(super) fn initial(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, n
             (Some(_), Address::Structure(_)) => content.to_string(),
         }
     };
-    for address in names.new.addresses.keys() {
+    for address in &names.new.addresses {
         let Some(before) = names.moves.before(*address) else { continue };
-        if !names.old.addresses.contains_key(&before) {
+        if !names.old.addresses.contains(&before) {
             continue;
         }
         let (was, is) = (names.old.initial.get(&before), names.new.initial.get(address));
@@ -207,7 +205,7 @@ pub(super) fn initial(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, n
             continue;
         }
         let (was, is) = (value(old, before, was), value(new, *address, is));
-        let said = names.new.say(*address);
+        let said = names.new.names.say(*address);
         plan.say(format!("initial of {said} {was} → {is}, from the next cold start on"));
     }
 }

@@ -8,6 +8,7 @@
 
 use rungd_engine::isa::{Address, Bit, BlockId, StageId};
 use rungd_language::lower::Symbols;
+use rungd_language::resolve::name_book::NameBook;
 
 /// The reason why a program cannot be reloaded; `None`: it keeps all cells. `wired`: the addresses
 /// of the devices' maps in the first program of the process, each with its device.
@@ -17,7 +18,7 @@ pub fn misfit<'a>(
     next: &Symbols,
 ) -> Option<String> {
     let misfit = wired.find_map(|(device, address)| {
-        if let Some((place, index)) = next.identity.places.at(address) {
+        if let Some((place, index)) = next.identity.names.places.at(address) {
             let name = place.name_of(index);
             return Some(format!(
                 "device `{device}` is wired to {address} until a restart, and this program would \
@@ -25,8 +26,8 @@ pub fn misfit<'a>(
             ));
         }
         let Address::Bit(bit) = address else { return None };
-        let name = first.name(bit)?;
-        match again(bit, first, next) {
+        let name = first.names.address(address);
+        match again(bit, &first.names, &next.names) {
             None => Some(format!(
                 "device `{device}` is wired to `{name}` until a restart, and this program does \
                  not have it: restart rungd"
@@ -43,10 +44,16 @@ pub fn misfit<'a>(
 }
 
 /// The bit of the same name in the next program.
-fn again(bit: Bit, first: &Symbols, next: &Symbols) -> Option<Bit> {
-    let find = |names: &[String], name: &str| names.iter().position(|of| of == name);
-    let stage = |id| Some(StageId(find(&next.stages, first.stage(id))? as u32));
-    let block = |id| Some(BlockId(find(&next.blocks, first.block(id))? as u32));
+fn again(bit: Bit, first: &NameBook, next: &NameBook) -> Option<Bit> {
+    let stage = |id| {
+        let at = next.stages.iter().position(|stage| stage.whole == first.stage(id))?;
+        Some(StageId(at as u32))
+    };
+    let block = |id: BlockId| {
+        let name = &first.block(id).name;
+        let at = next.blocks.iter().position(|block| block.name == *name)?;
+        Some(BlockId(at as u32))
+    };
     match bit {
         Bit::Stage(id) => stage(id).map(Bit::Stage),
         Bit::Running(id) => block(id).map(Bit::Running),

@@ -97,7 +97,7 @@ impl Shifts {
             if !bits.iter().flatten().all(&is_kept) || bits.contains(&None) {
                 continue;
             }
-            let text = format!("SR in {}", identity.block(shift.block).name);
+            let text = format!("SR in {}", identity.names.block(shift.block).name);
             let count = seen.entry((text.clone(), *first)).or_default();
             *count += 1;
             let text = if *count == 1 { text } else { format!("{text}, {count}") };

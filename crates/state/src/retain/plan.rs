@@ -79,7 +79,7 @@ impl RetainPlan {
         let mut owners = owners(program);
         owners.retain(|(_, element)| is_kept(element));
         let is_placed =
-            |at: &RetainedElement| program.places.at(at.space.address(at.number)).is_some();
+            |at: &RetainedElement| program.names.places.at(at.space.address(at.number)).is_some();
         let placed = tags.iter().map(|(_, element)| *element).filter(is_placed).collect();
         let shifts = Shifts::new(&symbols.identity, is_kept);
         let lists = ContentLists {

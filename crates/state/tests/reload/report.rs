@@ -184,11 +184,13 @@ impl Swap<'_> {
         let words: Vec<&str> = line.split_whitespace().collect();
         let new = |name: &str| self.new.value(self.after, name);
         let old_block = |name: &str| {
-            let at = self.old.symbols.blocks.iter().position(|known| known == name).expect(line);
+            let mut blocks = self.old.symbols.names.blocks.iter();
+            let at = blocks.position(|block| block.name == name).expect(line);
             self.was_on(Bit::Running(BlockId(at as u32)))
         };
         let old_stage = |name: &str| {
-            let at = self.old.symbols.stages.iter().position(|known| known == name).expect(line);
+            let mut stages = self.old.symbols.names.stages.iter();
+            let at = stages.position(|stage| stage.whole == name).expect(line);
             self.was_on(Bit::Stage(StageId(at as u32)))
         };
         match words[..] {
@@ -201,7 +203,7 @@ impl Swap<'_> {
             ["Program", block, "begins", "at", "its", "Stage", stage] => {
                 // A Program that was just restarted has not run yet, so none of its Stages is ON.
                 let begin = format!("{block}.");
-                let mut stages = self.new.symbols.stages.iter();
+                let mut stages = self.new.symbols.names.stages.iter().map(|stage| &stage.whole);
                 new(stage) == 1 || !stages.any(|name| name.starts_with(&begin) && new(name) == 1)
             }
             ["Stage", stage, "stays", "ON"] => old_stage(stage) && new(stage) == 1,
@@ -240,7 +242,7 @@ impl Swap<'_> {
         let says = |begin: String| report.iter().any(|line| line.starts_with(&begin));
         let mut missed = Vec::new();
         for (from, to) in &self.plan.transfer.blocks {
-            let name = &self.old.symbols.blocks[from.0 as usize];
+            let name = &self.old.symbols.names.block(*from).name;
             let (was, is) =
                 (self.was_on(Bit::Running(*from)), self.new.value(self.after, &running(name)) == 1);
             let told = ["disabled", "continues"].map(|what| {
@@ -266,10 +268,11 @@ impl Swap<'_> {
                 let from = Cell::Bit(self.old.symbols.layout.bit(bit));
                 let to = self.plan.transfer.cell(from);
                 let is_on = matches!(to, Some(Cell::Bit(to)) if self.after.bit(to));
-                let named = says(self.old.symbols.identity.bit(bit) + " ")
-                    || report
-                        .iter()
-                        .any(|l| l.contains(&format!("({bit}) ")) || l.contains("is new"));
+                let named = says(
+                    self.old.symbols.names.address(rungd_engine::isa::Address::Bit(bit)) + " ",
+                ) || report
+                    .iter()
+                    .any(|l| l.contains(&format!("({bit}) ")) || l.contains("is new"));
                 if !is_on && !named {
                     missed.push(format!("{bit} went OFF"));
                 }

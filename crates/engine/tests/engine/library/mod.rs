@@ -17,7 +17,6 @@ use std::path::Path;
 
 use rungd_engine::Cell;
 use rungd_engine::isa::{Address, Bit, BitSpace, Real};
-use rungd_language::resolve::resolve_operand;
 
 use rungd_test_support::plc::{Plc, of_ladder};
 use rungd_test_support::run;
@@ -76,7 +75,7 @@ impl Bench {
         if let Some(place) = self.places.borrow().get(name) {
             return *place;
         }
-        let input = match resolve_operand(&self.plc.program, name) {
+        let input = match self.plc.program.scope().address(name) {
             Ok(Address::Bit(Bit::Space(BitSpace::X, n))) => Some(n),
             _ => None,
         };

@@ -383,3 +383,13 @@ fn json_has_what_the_text_has() {
     assert_eq!(json["change"]["edits"][0]["write"]["name"], "X0");
     assert_eq!(json["change"]["edits"][0]["value"], false);
 }
+
+#[test]
+fn a_structure_is_refused_with_a_member_that_it_has() {
+    let plc = rung(r#""X0""#, r#""OUT Y0""#);
+    for (name, member) in [("T0", "T0.Acc"), ("CT0", "CT0.Acc"), ("N0", "N0.ACC")] {
+        let refusal = plc.subject.cell(name).expect_err(name);
+        assert_eq!(refusal, format!("`{name}` is a structure: name a member, as `{member}`"));
+        assert!(plc.subject.cell(member).is_ok());
+    }
+}

@@ -3,7 +3,7 @@
 use rungd_engine::isa::{Address, Bit, BlockId, DeviceId, Health, StageId};
 use rungd_language::resolve::mistake::sentence;
 use rungd_language::resolve::program::{Program, Tag, TagMeaning};
-use rungd_language::resolve::scope::{LookUp, Scope, Thing};
+use rungd_language::resolve::scope::{LookUp, Thing};
 use rungd_language::source::span::Span;
 
 /// The meaning of a name.
@@ -28,9 +28,9 @@ impl AskedOperand {
     ///
     /// # Errors
     /// A sentence for people.
-    pub fn named((program, scope): (&Program, &Scope), name: &str) -> Result<AskedOperand, String> {
+    pub fn named(program: &Program, name: &str) -> Result<AskedOperand, String> {
         let plain = AskedOperand { name: name.to_owned(), ..AskedOperand::default() };
-        let LookUp { thing, tag, .. } = match scope.look_up(name) {
+        let LookUp { thing, tag, .. } = match program.scope().look_up(name) {
             Ok(found) => found,
             Err(mistake) => {
                 let of_use = of_use(program, name);
@@ -82,31 +82,21 @@ impl AskedOperand {
 fn of_use(program: &Program, name: &str) -> Vec<Address> {
     let is_below = |tag: &&Tag| tag.name.strip_prefix(name).is_some_and(|at| at.starts_with('.'));
     let of = program.tags.iter().filter(is_below).filter_map(|tag| match tag.meaning {
-        TagMeaning::Address(address) => Some(members(address)),
+        TagMeaning::Address(address) => Some(address.operands()),
         TagMeaning::Constant(..) | TagMeaning::Real(_) | TagMeaning::Array(_) => None,
     });
     of.flatten().collect()
 }
 
-/// An address, or all members of a structure.
-fn members(address: Address) -> Vec<Address> {
-    match address {
-        Address::Structure(structure) => structure.member_addresses().collect(),
-        Address::Bit(_) | Address::Word(_) => vec![address],
-    }
-}
-
 fn of_address(program: &Program, plain: AskedOperand, address: Address) -> AskedOperand {
-    let meant = |tag: &&Tag| tag.meaning == TagMeaning::Address(address);
-    let tag = program.tags.iter().find(meant);
-    let is_placed = program.places.at(address).is_some();
-    let written = program.places.name(address).unwrap_or_else(|| address.to_string());
-    let wanted = match tag {
-        Some(tag) if plain.name == written && !is_placed => {
-            AskedOperand { name: tag.name.clone(), address: Some(written), ..plain }
+    let tag = program.names.tag_index(address).map(|index| &program.tags[index]);
+    let written = address.to_string();
+    let wanted = match program.names.second_name(address) {
+        Some(tag) if plain.name == written => {
+            AskedOperand { name: tag.to_owned(), address: Some(written), ..plain }
         }
-        Some(_) if !is_placed => AskedOperand { address: Some(written), ..plain },
-        Some(_) | None => plain,
+        Some(_) => AskedOperand { address: Some(written), ..plain },
+        None => plain,
     };
     let span = match address {
         Address::Bit(Bit::Stage(StageId(at))) => {
@@ -115,7 +105,7 @@ fn of_address(program: &Program, plain: AskedOperand, address: Address) -> Asked
         }
         Address::Bit(_) | Address::Word(_) | Address::Structure(_) => None,
     };
-    AskedOperand { addresses: members(address), span, ..wanted }.with_tag(tag)
+    AskedOperand { addresses: address.operands(), span, ..wanted }.with_tag(tag)
 }
 
 fn of_block(program: &Program, plain: AskedOperand, id: BlockId) -> AskedOperand {

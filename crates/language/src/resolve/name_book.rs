@@ -1,0 +1,303 @@
+//! The book of names: what every block, Stage, device, tag and address of a program is called.
+//!
+//! Made once by the resolver, after the last name is declared, and shared by everything that shows
+//! names to people: the checks, the symbols of `lower`, drawings, the log, the operator's answers,
+//! `why`. They add only words. It has no cells; an address gets its cell from the layout. The other
+//! direction, from a text to an address, is [`super::scope::Scope`].
+
+use std::fmt;
+
+use super::array::{Array, Element};
+use super::block_kind::BlockKind;
+use super::places::Places;
+use super::tag::{OfArray, Tag, TagMeaning};
+use rungd_engine::isa::{
+    Address, Bit, BitSpace, BlockId, DeviceId, ElementId, NumberMap, Space, StageId, Word,
+    WordSpace, status,
+};
+
+/// All names of a program.
+#[derive(Debug, Default)]
+pub struct NameBook {
+    /// By `BlockId`.
+    pub blocks: Vec<BlockName>,
+    /// By `StageId`.
+    pub stages: Vec<StageName>,
+    /// The field devices, by `DeviceId`.
+    pub devices: Vec<String>,
+    /// The places of the tags with a `type`: texts contain their names instead of addresses.
+    pub places: Places,
+    /// The names of all tags, in file order.
+    tags: Vec<String>,
+    /// The index of the first tag of every address that has one.
+    first_tags: NumberMap<Address, usize>,
+    /// The arrays with a tag, in file order.
+    arrays: Vec<ArrayName>,
+    /// The index in `arrays` of the first tag of every such array.
+    first_arrays: NumberMap<(Space, u32, u32), usize>,
+}
+
+/// The kind and name of a Program or Task.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub struct BlockName {
+    pub kind: BlockKind,
+    pub name: String,
+}
+
+/// A Stage's name, in its Program.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StageName {
+    /// The Program.
+    pub block: BlockId,
+    /// The name in the Program: `Open`.
+    pub name: String,
+    /// The name with its Program's: `Drain.Open`.
+    pub whole: String,
+}
+
+/// An array with its tag.
+#[derive(Debug)]
+struct ArrayName {
+    array: Array,
+    tag: String,
+}
+
+/// The first tag of a bit or word, or of its structure. Displayed as an operand: `parts.Acc`.
+#[derive(Clone, Copy, Debug)]
+pub struct OperandTag<'b> {
+    /// The index of the tag in the program.
+    pub index: usize,
+    /// The tag's name.
+    tag: &'b str,
+    /// The member, if it is the tag of a structure.
+    pub member: Option<&'static str>,
+}
+
+impl fmt::Display for OperandTag<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.member {
+            Some(member) => write!(f, "{}.{member}", self.tag),
+            None => f.write_str(self.tag),
+        }
+    }
+}
+
+impl NameBook {
+    /// A book without tags.
+    pub(super) fn new(
+        blocks: Vec<BlockName>,
+        stages: Vec<StageName>,
+        devices: Vec<String>,
+        places: Places,
+    ) -> NameBook {
+        NameBook { blocks, stages, devices, places, ..NameBook::default() }
+    }
+
+    /// Adds the next tag of the program.
+    pub(super) fn add_tag(&mut self, tag: &Tag) {
+        let index = self.tags.len();
+        self.tags.push(tag.name.clone());
+        if let TagMeaning::Address(address) = tag.meaning {
+            self.first_tags.entry(address).or_insert(index);
+        }
+        if let Some(OfArray { array, at: 0 }) = tag.of_array {
+            self.first_arrays.entry(array.numbers()).or_insert(self.arrays.len());
+            self.arrays.push(ArrayName { array, tag: tag.array_name().to_owned() });
+        }
+    }
+
+    /// A block's kind and name.
+    pub fn block(&self, id: BlockId) -> &BlockName {
+        &self.blocks[id.0 as usize]
+    }
+
+    /// A Stage's name with its Program's.
+    pub fn stage(&self, id: StageId) -> &str {
+        &self.stages[id.0 as usize].whole
+    }
+
+    /// The name of a block, or of a Stage with its Program's.
+    pub fn element(&self, element: ElementId) -> &str {
+        match element.stage {
+            Some(stage) => self.stage(stage),
+            None => &self.block(element.block).name,
+        }
+    }
+
+    /// A field device's name.
+    pub fn device(&self, id: DeviceId) -> &str {
+        self.devices.get(id.0 as usize).map_or("device", String::as_str)
+    }
+
+    /// The index in the program of the first tag of an address.
+    pub fn tag_index(&self, address: Address) -> Option<usize> {
+        self.first_tags.get(&address).copied()
+    }
+
+    /// The first tag of an address.
+    pub fn tag(&self, address: Address) -> Option<&str> {
+        self.tag_index(address).map(|index| &*self.tags[index])
+    }
+
+    /// The first tag of an address or of its structure, whichever comes first in the file.
+    pub fn operand_tag(&self, address: Address) -> Option<OperandTag<'_>> {
+        let own = self.tag_index(address).map(|index| (index, None));
+        let structure = address.structure().filter(|_| address.member().is_some());
+        let structure = structure.and_then(|of| self.tag_index(Address::Structure(of)));
+        let (index, member) =
+            own.into_iter().chain(structure.map(|index| (index, address.member()))).min()?;
+        Some(OperandTag { index, tag: &self.tags[index], member })
+    }
+
+    /// The name of an address without its tag: of a Stage, a block, a device, or the address
+    /// itself. The elements of a tag with a `type` have only the tag's name.
+    pub fn address(&self, address: Address) -> String {
+        match address {
+            Address::Bit(Bit::Stage(id)) => self.stage(id).to_owned(),
+            Address::Bit(Bit::Running(id)) => format!("{}.Running", self.block(id).name),
+            Address::Bit(Bit::Done(id)) => format!("{}.Done", self.block(id).name),
+            Address::Bit(Bit::Device(id, health)) => {
+                format!("{}.{}", self.device(id), health.name())
+            }
+            Address::Bit(Bit::Space(..) | Bit::Flag(..))
+            | Address::Word(_)
+            | Address::Structure(_) => self.places.say(address),
+        }
+    }
+
+    /// As [`NameBook::address`], with the nickname of a status bit or word.
+    pub fn nickname(&self, address: Address) -> String {
+        let nickname = match address {
+            Address::Bit(Bit::Space(BitSpace::St, n)) => {
+                status::BIT_NICKNAMES.get(n as usize).copied()
+            }
+            Address::Word(Word::Space(WordSpace::Dst, n)) => status::word_nickname(n),
+            Address::Bit(_) | Address::Word(_) | Address::Structure(_) => None,
+        };
+        nickname.map_or_else(|| self.address(address), str::to_owned)
+    }
+
+    /// The name to write in the ladder: the tag of the address or of its structure, else as
+    /// [`NameBook::nickname`].
+    pub fn name(&self, address: Address) -> String {
+        if let Some(name) = self.places.name(address) {
+            return name;
+        }
+        let of_structure = || {
+            let (structure, member) = (address.structure()?, address.member()?);
+            Some(format!("{}.{member}", self.tag(Address::Structure(structure))?))
+        };
+        let tag = self.tag(address).map(str::to_owned).or_else(of_structure);
+        tag.unwrap_or_else(|| self.nickname(address))
+    }
+
+    /// The tag of an address that can also be written: `None` for an element of a tag with a
+    /// `type`.
+    pub fn second_name(&self, address: Address) -> Option<&str> {
+        self.tag(address).filter(|_| self.places.at(address).is_none())
+    }
+
+    /// An address with its tag, for people: `parts (CT0)`.
+    pub fn say(&self, address: Address) -> String {
+        match self.second_name(address) {
+            Some(tag) => format!("{tag} ({address})"),
+            None => self.address(address),
+        }
+    }
+
+    /// An element that a word selects: `recipe[step]`.
+    pub fn selected(&self, element: &Element) -> String {
+        let index = self.name(Address::Word(element.index));
+        match self.first_arrays.get(&element.array.numbers()) {
+            Some(at) => format!("{}[{index}]", self.arrays[*at].tag),
+            None => format!("{}[{index}]", element.array),
+        }
+    }
+
+    /// The name of an array, or of a slice of an array; without a name, its addresses.
+    pub fn array(&self, array: Array) -> String {
+        let last = array.first + array.count;
+        let found = self.arrays.iter().find(|ArrayName { array: of, .. }| {
+            of.space == array.space && array.first >= of.first && last <= of.first + of.count
+        });
+        match found {
+            Some(of) if of.array == array => of.tag.clone(),
+            Some(of) => {
+                let first = array.first - of.array.first;
+                format!("{}[{first}..{}]", of.tag, first + array.count - 1)
+            }
+            None => array.to_string(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::resolve::{LoadOptions, load_ladders};
+    use crate::source::span::SourceFile;
+
+    const LADDER: &str = r#"
+        [ladder]
+        devices = ["belt"]
+        [tags]
+        late = { at = "T0" }
+        ready = { at = "T0.Done" }
+        again = { at = "T0.Done" }
+        recipe = { at = "D10", count = 8 }
+        part = { at = "D10" }
+        step = { at = "D0" }
+        hours = { type = "counter" }
+        [[program]]
+        name = "Main"
+        [[program]]
+        name = "Drain"
+        [[program.stage]]
+        name = "Open"
+        [[task]]
+        name = "Tell"
+    "#;
+
+    /// A text of the book for the operand that a name means.
+    fn texts(text: impl Fn(&NameBook, Address) -> String, names: &[&str]) -> Vec<String> {
+        let file = SourceFile { name: "ladder.toml".into(), text: LADDER.into() };
+        let (program, findings) = load_ladders(&[file], &LoadOptions::default());
+        let program = program.unwrap_or_else(|| panic!("{findings:?}"));
+        let address = |name: &&str| program.scope().address(name).expect("an address");
+        names.iter().map(|name| text(&program.names, address(name))).collect()
+    }
+
+    const OWN: [&str; 5] = ["Drain.Open", "Drain.Running", "Tell.Done", "belt.Stale", "hours.Zero"];
+
+    #[test]
+    fn what_has_no_address_is_shown_by_its_own_name_everywhere() {
+        for text in [NameBook::address, NameBook::nickname, NameBook::name, NameBook::say] {
+            assert_eq!(texts(text, &OWN), OWN);
+        }
+    }
+
+    #[test]
+    fn a_tag_is_written_first_its_structure_next_the_nickname_last() {
+        let asked = ["T0", "T0.Done", "T0.Acc", "D10", "D11", "$On", "ST9", "DST4", "X7", "N3.PRE"];
+        let wanted = "late ready late.Acc recipe[0] recipe[1] $On $ForcesActive DST4 X7 N3.PRE";
+        assert_eq!(texts(NameBook::name, &asked).join(" "), wanted);
+    }
+
+    #[test]
+    fn an_operand_has_the_first_tag_of_the_file() {
+        let tag = |book: &NameBook, address| {
+            book.operand_tag(address).map_or_else(String::new, |tag| tag.to_string())
+        };
+        let wanted = ["late", "late.Done", "late.Acc", "recipe[0]", "", "hours.Zero", ""];
+        let asked = ["T0", "T0.Done", "T0.Acc", "D10", "T1.Done", "hours.Zero", "Drain.Open"];
+        assert_eq!(texts(tag, &asked), wanted);
+    }
+
+    #[test]
+    fn an_address_is_said_with_its_own_tag() {
+        let asked = ["T0.Done", "T0.Acc", "D10", "hours.Acc", "$On"];
+        let wanted = ["ready (T0.Done)", "T0.Acc", "recipe[0] (D10)", "hours.Acc", "ST1"];
+        assert_eq!(texts(NameBook::say, &asked), wanted);
+    }
+}

@@ -1,0 +1,60 @@
+//! Contacts and values as text, with the names of the program: as an author would write them.
+//!
+//! Called by the helps of `check` and by the labels of drawings. The texts follow the grammar of
+//! ladder files; a test in `check/conditions.rs` loads them again. Parentheses always separate `&`
+//! from `|`.
+
+use super::name_book::NameBook;
+use super::program::{Contact, Value, Written};
+use rungd_engine::isa::{Address, duration};
+
+impl NameBook {
+    /// A contact as text that can be placed beside `&` and `|`.
+    pub fn grouped(&self, contact: &Contact) -> String {
+        let text = self.contact(contact);
+        match contact {
+            Contact::All(..) | Contact::Any(..) => format!("({text})"),
+            Contact::Bit(..)
+            | Contact::Element(..)
+            | Contact::Not(..)
+            | Contact::Edge(..)
+            | Contact::Compare(..) => text,
+        }
+    }
+
+    /// A contact as text.
+    pub fn contact(&self, contact: &Contact) -> String {
+        let join = |parts: &[Contact], operator: &str| {
+            parts.iter().map(|part| self.grouped(part)).collect::<Vec<_>>().join(operator)
+        };
+        match contact {
+            Contact::Bit(bit, _) => self.name(Address::Bit(*bit)),
+            Contact::Element(element, _) => self.selected(element),
+            Contact::Not(inner, _) => match &**inner {
+                Contact::Bit(..) | Contact::Element(..) | Contact::Edge(..) => {
+                    format!("!{}", self.contact(inner))
+                }
+                Contact::Not(..) | Contact::All(..) | Contact::Any(..) | Contact::Compare(..) => {
+                    format!("!({})", self.contact(inner))
+                }
+            },
+            Contact::All(parts, _) => join(parts, " & "),
+            Contact::Any(parts, _) => join(parts, " | "),
+            Contact::Edge(edge, inner, _) => format!("{}({})", edge.name(), self.contact(inner)),
+            Contact::Compare(left, comparison, right, _) => {
+                format!("{} {} {}", self.value(*left), comparison.sign(), self.value(*right))
+            }
+        }
+    }
+
+    /// A value as text.
+    pub fn value(&self, value: Value) -> String {
+        match value {
+            Value::Const(ms, Written::Duration) => duration::print(ms),
+            Value::Const(number, Written::Integer) => number.to_string(),
+            Value::Real(real) => real.to_string(),
+            Value::Word(word) => self.name(Address::Word(word)),
+            Value::Element(element) => self.selected(&element),
+        }
+    }
+}
