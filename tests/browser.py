@@ -7,7 +7,7 @@ usage: tests/browser.py [BINARY] [WORDS ...]
 Starts a controller and `rungd web`, and acts like a user: looks at a ladder with its power, steps through the
 last minute, asks why, searches, zooms, signs in, writes, stops and reloads the controller; with a mouse, with the
 keyboard alone, on a narrow screen, in light and in dark colours. A page of a different origin tries to read and to
-write. Pictures of all pages are kept in target/tmp/browser/ for inspection; UPDATE_PICTURES=1 writes the one of README.md. No check depends on the machine's
+write. Pictures of all pages are kept in target/browser/ for inspection; UPDATE_PICTURES=1 writes the one of README.md. No check depends on the machine's
 speed: each waits for its expected result, up to PATIENCE. Exit code 77: Chromium or Playwright is missing.
 """
 

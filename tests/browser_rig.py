@@ -18,7 +18,7 @@ import time
 HERE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 TARGET = os.environ.get("CARGO_TARGET_DIR", os.path.join(HERE, "target"))
 RUNGD = os.environ.get("RUNGD") or os.path.join(TARGET, "release/rungd")
-PICTURES = os.path.join(TARGET, "tmp/browser")
+PICTURES = os.path.join(TARGET, "browser")
 # The longest wait for an event that should come within seconds; no result depends on it.
 PATIENCE = 300
 
