@@ -13,7 +13,7 @@ use rungd_language::source::render::{Style, render};
 use rungd_language::source::span::SourceFile;
 
 /// The smaller number of entries, and the factor from the smaller to the larger number.
-const SIZE: usize = 1_500;
+const SIZE: usize = 600;
 const TIMES: usize = 8;
 /// The maximum ratio of the costs. For work that grows with the square of the size, it is 64.
 const RATIO_MAX: u32 = 20;

@@ -14,7 +14,7 @@ use rungd_state::reload::{ReloadPlan, Side};
 use rungd_state::retain::RetainPlan;
 
 /// The smaller size, and the factor from the smaller to the larger size.
-const SIZE: usize = 2_000;
+const SIZE: usize = 600;
 const TIMES: usize = 16;
 /// The maximum ratio of the costs. For work that grows with the square of the size, the ratio is
 /// 256.
