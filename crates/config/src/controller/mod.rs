@@ -86,7 +86,7 @@ pub(crate) fn resolve_controller_within(
         rules: resolver.rules(&written.rules),
         devices: device::resolve(
             &written.devices,
-            &resolver.scope,
+            resolver.scope,
             progress,
             &mut resolver.findings,
         ),

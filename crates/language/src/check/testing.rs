@@ -74,7 +74,7 @@ fn compare_retained((ranges, of_tag): (&[&str], bool), rungs: &str, expected: Ex
     let scope = program.scope();
     let range = |text: &&str| {
         let text = Text { text: (*text).to_owned(), span: Span::default(), exact: true };
-        Range { of_tag, ..resolve_range(&scope, &text).expect("a range") }
+        Range { of_tag, ..resolve_range(scope, &text).expect("a range") }
     };
     let retained: Vec<_> = ranges.iter().map(range).collect();
     expected.assert_eq(&print(&ladder, &super::check(&program, Around::of(&retained))));
@@ -88,7 +88,7 @@ pub fn check_outside(rungs: &str, expected: Expect) {
     let scope = program.scope();
     let text = |of: &str| Text { text: of.to_owned(), span: Span::default(), exact: true };
     let address = |name: &str| scope.address(name).expect("an address");
-    let range = |name: &str| resolve_range(&scope, &text(name)).expect("a range");
+    let range = |name: &str| resolve_range(scope, &text(name)).expect("a range");
     let mut listed = NumberRanges::default();
     for name in ["MC1", "MHR1", "CT1.Acc"] {
         listed.add(numbers(address(name), 1), 0);

@@ -25,7 +25,7 @@ impl Resolver<'_> {
         let inputs = [(BitSpace::Mc, "coils (MC)"), (BitSpace::X, "inputs (X)")];
         let outputs = [(BitSpace::Y, "outputs (Y)"), (BitSpace::Mi, "discrete inputs (MI)")];
         let mut modbus = Modbus {
-            entries: map::resolve(server, (&self.scope, sizes), self.progress, &mut self.findings),
+            entries: map::resolve(server, (self.scope, sizes), self.progress, &mut self.findings),
             inputs: server.inputs.as_ref().and_then(|mapping| self.mapping(mapping, inputs)),
             outputs: server.outputs.as_ref().and_then(|mapping| self.mapping(mapping, outputs)),
             ..server.settings.clone()
@@ -62,7 +62,7 @@ impl Resolver<'_> {
         let mut all = Vec::new();
         let progress = self.progress;
         for text in progress.during(texts) {
-            let operands = match resolve_operands(&self.scope, text) {
+            let operands = match resolve_operands(self.scope, text) {
                 Ok(operands) => operands,
                 Err(finding) => {
                     self.findings.push(finding);
