@@ -135,6 +135,17 @@ impl Seats {
         sleep(self.settings.rest).await;
     }
 
+    /// Like [`Seats::make_room`], but the pause ends as soon as the client has left: the next client
+    /// of this server gets its descriptor.
+    pub async fn make_room_for_next(&self) {
+        let left = self.shared.room.notified();
+        if self.lock().dismiss(|_| true) {
+            let _ = timeout(self.settings.rest, left).await;
+        } else {
+            sleep(self.settings.rest).await;
+        }
+    }
+
     /// Serves all clients of a listener: each as long as its conversation lasts, and until it is
     /// asked to leave.
     pub async fn serve<C, A, F>(&self, accept: impl Fn() -> A, converse: impl Fn(C, Arc<Seat>) -> F)
@@ -369,6 +380,20 @@ mod tests {
         other.set_busy(true);
         seats.make_room().await;
         assert_eq!(seats.count(), 1, "the busy stay");
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn the_next_client_gets_the_descriptor_of_one_that_leaves_without_a_pause() {
+        let seats = seats(9, 0);
+        let (idle, began) = (seats.take(ANY_GUEST).unwrap(), Instant::now());
+        let leaves = async {
+            idle.asked_to_leave().await;
+            drop(idle);
+        };
+        tokio::join!(seats.make_room_for_next(), leaves);
+        assert_eq!((began.elapsed(), seats.count()), (Duration::ZERO, 0));
+        seats.make_room_for_next().await;
+        assert_eq!(began.elapsed(), seats.settings.rest, "nobody can leave");
     }
 
     #[tokio::test(start_paused = true)]

@@ -103,7 +103,7 @@ impl Server {
                     Ok((stream, client)) => self.admit(stream, client, &mut clients),
                     Err(error) => {
                         say!(MODBUS_ACCEPT_FAILED, %error, "Modbus server cannot accept a client");
-                        self.seats.make_room().await;
+                        self.seats.make_room_for_next().await;
                     }
                 }
             }
