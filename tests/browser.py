@@ -578,6 +578,10 @@ class Test:
             return True
         except Exception as error:  # Playwright's errors too: the next check still runs
             print(f"  {type(error).__name__}: {error}")
+            if self.plant.process.poll() is not None:
+                print(f"  the controller has ended: {self.plant.last_line()}")
+            for number, page in enumerate(of for context in self.browser.contexts for of in context.pages):
+                rig.tell(page, f"failed-{check.__name__}-{number}")
             return False
         finally:
             for pages in self.pages:

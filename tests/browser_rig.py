@@ -145,6 +145,10 @@ class Plant:
     def value(self, operand):
         return self.say("read", operand)["values"][0]["value"]
 
+    def last_line(self):
+        with open(os.path.join(self.folder, "log")) as file:
+            return file.read().splitlines()[-1:]
+
     def end(self):
         self.process.kill()
         self.process.wait()
@@ -239,6 +243,17 @@ class Look:
     def fine(self):
         assert not self.errors, self.errors
         self.context.close()
+
+
+def tell(page, name):
+    """Prints what a page shows and knows after a failure, and keeps its picture."""
+    try:
+        known = page.evaluate("""() => [location.href, document.querySelector('#link')?.textContent,
+            page && 'a page', state.scan, state.mode, source && source.readyState, JSON.stringify(view)].join('; ')""")
+        print(f"  {known}\n  {' '.join(page.inner_text('main').split())[:300]}")
+        page.screenshot(path=os.path.join(PICTURES, f"{name}.png"))
+    except Exception as error:  # a page that does not answer
+        print(f"  {name}: {error}")
 
 
 def chromium():
