@@ -7,7 +7,7 @@
 //! Overruns of a busy machine are ignored. The pages about recordings show times and scan numbers
 //! of an earlier run: there every number is masked, and a number that a command takes from an
 //! earlier output of the page is replaced by the number printed in this run (`support/masked.rs`).
-//! `UPDATE_EXPECT=1 cargo test --test it cli::docs_commands` updates the outputs that have no `…`.
+//! `UPDATE_EXPECT=1 cargo test --test commands cli::docs_commands` updates the outputs that have no `…`.
 
 use std::fs;
 use std::path::{Path, PathBuf};

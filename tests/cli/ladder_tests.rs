@@ -1,7 +1,7 @@
 //! `rungd test` and `rungd mutate` as a user runs them: the files of `tests/ladder_tests/`.
 //!
 //! `NAME.txt` has the expected exit code and output of `NAME.test.toml`. `UPDATE_LADDER_TESTS=1
-//! cargo test --test it cli::ladder_tests::` updates it.
+//! cargo test --test commands cli::ladder_tests::` updates it.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

@@ -6,8 +6,8 @@ use std::process::Command;
 
 use serde_json::Value;
 
-use crate::running::live::{Live, said};
 use rungd_test_support::needs::{Need, skip};
+use rungd_test_support::running::live::{Live, said};
 
 const LADDER: &str = r#"
 [tags]

@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use serde_json::Value;
 
-pub use crate::running::process::*;
+pub use rungd_test_support::running::process::*;
 
 /// A ladder whose Main has the given rungs.
 pub fn ladder(rungs: &str) -> String {

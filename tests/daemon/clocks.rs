@@ -12,10 +12,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use crate::running::process::{
+use rungd_test_support::needs::{self, usable};
+use rungd_test_support::running::process::{
     BLINKS, Need, Plant, Running, find, no_scan_missed, not_installed, skip,
 };
-use rungd_test_support::needs::{self, usable};
 use serde_json::Value;
 
 const PERIOD: Duration = Duration::from_millis(2);

@@ -3,7 +3,7 @@
 //! of the catalogue.)
 //!
 //! Also compares the catalogue with the files that are made from it. After a change, write them
-//! again: `UPDATE_EVENTS=1 cargo test --test it daemon::events::`. This adds codes to
+//! again: `UPDATE_EVENTS=1 cargo test --test controller daemon::events::`. This adds codes to
 //! `tests/events.txt`, and never changes one.
 
 use rungd_test_support::journal;
@@ -142,7 +142,7 @@ fn keep(path: &str, text: &str) {
         fs::write(&path, text).expect("the file");
     }
     let there = fs::read_to_string(&path).unwrap_or_default();
-    let hint = "make it anew: UPDATE_EVENTS=1 cargo test --test it daemon::events::";
+    let hint = "make it anew: UPDATE_EVENTS=1 cargo test --test controller daemon::events::";
     assert!(there == text, "{} is not what the catalogue says; {hint}", path.display());
 }
 
@@ -233,5 +233,5 @@ written. Alarms are limited each by itself ([running](running.md)).
 overruns, lost devices, changes by people and by reloads, and of what the log, retentive memory or the scan log has lost.
 `none` and `programs`: this value of `[log] blocks` leaves it out too ([the settings of the log](running.md#the-settings-of-the-log)).
 
-This page is made of the table in `crates/runtime/src/events`, by `UPDATE_EVENTS=1 cargo test --test it daemon::events::`.
+This page is made of the table in `crates/runtime/src/events`, by `UPDATE_EVENTS=1 cargo test --test controller daemon::events::`.
 ";

@@ -9,10 +9,10 @@ use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use crate::running::live::{Said, said};
 use rungd_test_support::folder::TestFolder;
 use rungd_test_support::needs::{Need, skip};
 use rungd_test_support::patience::PATIENCE;
+use rungd_test_support::running::live::{Said, said};
 
 const LADDER: &str = "[ladder]\nname = \"NAME\"\n[[program]]\nname = \"Main\"\n\
                       rung = [ { when = [\"C0\"], do = [\"OUT C1\"] } ]\n";

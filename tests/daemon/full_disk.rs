@@ -6,11 +6,11 @@ use std::path::PathBuf;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-use crate::running::process::{
+use rungd_test_support::metronome::{self, HeldUp};
+use rungd_test_support::running::process::{
     BLINKS, Need, PATIENCE, Plant, Running, WHOLE_RUN, find, message, mounted, no_scan_missed,
     note_held_up, skip,
 };
-use rungd_test_support::metronome::{self, HeldUp};
 use serde_json::Value;
 
 const PERIOD: Duration = Duration::from_millis(2);

@@ -10,9 +10,9 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::running::process::PATIENCE;
 use rungd_runtime::events;
 use rungd_test_support::journal::FakeJournal;
+use rungd_test_support::running::process::PATIENCE;
 
 const LADDER: &str = r#"
 [ladder]

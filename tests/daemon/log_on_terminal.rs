@@ -5,11 +5,11 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::running::process::list_of_controllers;
-use crate::running::process::{BLINKS, Plant};
 use rungd_test_support::calm::calmed;
 use rungd_test_support::needs::{usable, works};
 use rungd_test_support::page;
+use rungd_test_support::running::process::list_of_controllers;
+use rungd_test_support::running::process::{BLINKS, Plant};
 use rungd_test_support::shown::lines_match;
 
 /// What a run of some scans writes to a terminal, without the carriage returns.

@@ -8,9 +8,9 @@ use std::process::{Child, Command};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use super::clocks::library;
-use crate::running::live::{Live, PATIENCE, folder};
-use crate::running::process::{BLINKS, Plant, Running};
 use rungd_test_support::needs::not_installed;
+use rungd_test_support::running::live::{Live, PATIENCE, folder};
+use rungd_test_support::running::process::{BLINKS, Plant, Running};
 use serde_json::Value;
 
 /// A Program that goes from Stage to Stage, and restarts a Task.

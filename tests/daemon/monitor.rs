@@ -7,8 +7,8 @@ use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
-use crate::running::live::{Live, PATIENCE, folder, run};
 use rungd_test_support::needs::{Need, skip, usable, works};
+use rungd_test_support::running::live::{Live, PATIENCE, folder, run};
 
 const LADDER: &str = r#"
 [tags]

@@ -3,7 +3,7 @@
 //! stand for several operands: blocks and uses; and lists with names that nothing has.
 
 use crate::daemon::operator_commands;
-use crate::running::live::{Live, ask};
+use rungd_test_support::running::live::{Live, ask};
 
 const LADDER: &str = r#"
 [tags]

@@ -1,14 +1,16 @@
 //! No file descriptors are left: clients hold them all, or the limit was lowered. No scan is
 //! missed, no thread spins, and later clients are served again.
 
-use crate::running::process;
+use rungd_test_support::running::process;
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::os::unix::net::UnixStream;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use crate::running::process::{BLINKS, Plant, Running, no_scan_missed, processor_time};
+use rungd_test_support::running::process::{
+    BLINKS, Plant, Running, no_scan_missed, processor_time,
+};
 
 const PERIOD: Duration = Duration::from_millis(2);
 

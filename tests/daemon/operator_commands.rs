@@ -3,7 +3,7 @@
 use std::net::TcpListener;
 use std::process::Command;
 
-use crate::running::live::{Live, ask, said};
+use rungd_test_support::running::live::{Live, ask, said};
 
 pub const LADDER: &str = r#"
 [ladder]

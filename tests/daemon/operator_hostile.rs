@@ -1,14 +1,14 @@
 //! Hostile clients of the operator's socket: garbage, half lines, huge lines, a thousand
 //! connections, answers that are never read. No scan is missed, and the next client is served.
 
-use crate::running::live;
+use rungd_test_support::running::live;
 use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;
 use std::time::{Duration, Instant};
 
-use crate::running::live::{Live, PATIENCE, ask};
-use crate::running::process::processor_time;
 use rungd_test_support::metronome::Stopwatch;
+use rungd_test_support::running::live::{Live, PATIENCE, ask};
+use rungd_test_support::running::process::processor_time;
 use serde_json::Value;
 
 const PERIOD_MS: f64 = 10.0;

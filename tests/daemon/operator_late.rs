@@ -9,7 +9,7 @@ use std::time::Duration;
 use serde_json::{Value, json};
 
 use super::operator_commands::{LADDER, live};
-use crate::running::live::{Live, PATIENCE, ask};
+use rungd_test_support::running::live::{Live, PATIENCE, ask};
 
 /// A deadline as `rungd write` sends it, with its moment in ms moved by `later_ms` from now.
 fn deadline(live: &Live, later_ms: i64) -> Value {

@@ -1,8 +1,8 @@
 //! `rungd mode` with the real binary: STOP and RUN with memory kept, the way out of FAULT, a start
 //! in STOP.
 
-use crate::running::live;
 use rungd_test_support::needs::{Need, skip};
+use rungd_test_support::running::live;
 use std::io::{BufRead, BufReader};
 use std::os::fd::OwnedFd;
 use std::process::{Child, Stdio};
@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType, connect, socket_with};
 
-use crate::running::live::Live;
+use rungd_test_support::running::live::Live;
 
 const LADDER: &str = r#"
 [tags]

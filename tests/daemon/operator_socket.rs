@@ -6,8 +6,8 @@ use std::path::Path;
 use std::process::Command;
 
 use super::operator_commands::{LADDER, live};
-use crate::running::live::{self, Live, run, said};
 use rungd_test_support::needs::{Need, skip};
+use rungd_test_support::running::live::{self, Live, run, said};
 
 #[test]
 fn a_missing_controller_is_reported() {

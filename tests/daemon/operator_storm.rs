@@ -7,8 +7,8 @@ use std::os::unix::net::UnixStream;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use crate::running::live::{Live, PATIENCE, ask};
 use rungd_test_support::metronome::Stopwatch;
+use rungd_test_support::running::live::{Live, PATIENCE, ask};
 
 const LADDER: &str = r#"
 [[program]]

@@ -7,9 +7,9 @@ use std::path::Path;
 use std::process::Command;
 
 use super::operator_commands::{LADDER, live};
-use crate::running::live::{self, Live, Said, run, said};
-use crate::running::operator::Operator;
 use rungd_test_support::needs::{Need, skip};
+use rungd_test_support::running::live::{self, Live, Said, run, said};
+use rungd_test_support::running::operator::Operator;
 use serde_json::from_str;
 
 #[test]

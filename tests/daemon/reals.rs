@@ -1,7 +1,7 @@
 //! Reals from outside: an R word read, written, forced, watched and logged, with the real binary at
 //! both ends of the socket.
 
-use crate::running::live::{Live, ask, said};
+use rungd_test_support::running::live::{Live, ask, said};
 
 const LADDER: &str = r#"
 [tags]

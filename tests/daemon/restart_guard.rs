@@ -1,11 +1,11 @@
 //! The restart guard with the real binary: after ten restarts with unclean ends, it starts in STOP.
 
-use crate::running::process;
+use rungd_test_support::running::process;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::running::process::{BLINKS, Plant, Running, message};
+use rungd_test_support::running::process::{BLINKS, Plant, Running, message};
 use serde_json::Value;
 
 fn plant() -> Plant {

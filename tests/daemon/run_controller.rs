@@ -4,9 +4,9 @@ use crate::daemon::bottling;
 use std::process::Command;
 
 use crate::daemon::bottling::{ALIVE, Plant, Running, STOPS, find, message};
-use crate::running::live::Live;
-use crate::running::process::BLINKS;
 use rungd_test_support::needs::{Need, skip};
+use rungd_test_support::running::live::Live;
+use rungd_test_support::running::process::BLINKS;
 
 #[test]
 fn a_number_of_scans_and_an_orderly_stop() {

@@ -104,7 +104,7 @@ fn an_unread_log_costs_no_scan() {
     unread_log(Duration::from_secs(4));
 }
 
-/// `cargo test --test it daemon::thirty -- --ignored --nocapture`
+/// `cargo test --test controller daemon::thirty -- --ignored --nocapture`
 #[test]
 #[ignore = "takes 30 seconds"]
 fn a_log_unread_for_thirty_seconds_costs_no_scan() {

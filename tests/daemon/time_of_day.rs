@@ -8,9 +8,9 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use super::clocks::library;
-use crate::running::live::{Live, PATIENCE, folder, run};
-use crate::running::process::{BLINKS, Plant, Running};
 use rungd_test_support::needs::not_installed;
+use rungd_test_support::running::live::{Live, PATIENCE, folder, run};
+use rungd_test_support::running::process::{BLINKS, Plant, Running};
 
 /// A ladder that reads two of the words of the time of day.
 const LADDER: &str = "[[program]]\nname = \"Main\"\nrung = [ { when = [\"$Year > 2000\"], \

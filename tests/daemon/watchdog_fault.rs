@@ -12,8 +12,10 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::running::process::{BLINKS, Need, PATIENCE, Plant, Running, message, mounted, skip};
 use rungd_test_support::metronome::Stopwatch;
+use rungd_test_support::running::process::{
+    BLINKS, Need, PATIENCE, Plant, Running, message, mounted, skip,
+};
 
 /// Too many rungs for 1 ms; a debug build needs fewer.
 const RUNGS: usize = if cfg!(debug_assertions) { 20_000 } else { 300_000 };

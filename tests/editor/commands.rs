@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use crate::editor::client::{Editor, place_of};
 use crate::editor::project::{CONTROLLER, LADDER, TEST, folder};
-use crate::running::live::Live;
+use rungd_test_support::running::live::Live;
 
 fn run(editor: &mut Editor, command: &str, arguments: Value) {
     let params = json!({ "command": command, "arguments": arguments });

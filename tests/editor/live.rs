@@ -5,7 +5,7 @@
 use serde_json::{Value, json};
 
 use crate::editor::client::{Editor, place_of};
-use crate::running::live::Live;
+use rungd_test_support::running::live::Live;
 
 const LADDER: &str = "ladder.toml";
 

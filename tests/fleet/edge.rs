@@ -9,7 +9,7 @@ use rungd_net::sparkplug::{DataType, MessageKind, MetricValue, vocabulary};
 use crate::fleet::edge_rig::{CONTROLLER, Edge, Host, LADDER, commanded};
 use crate::fleet::mosquitto::{Mosquitto, MosquittoOptions};
 use crate::fleet::nats::NatsCluster;
-use crate::running::live::{Live, run};
+use rungd_test_support::running::live::{Live, run};
 
 /// A controller, a broker, and the edge node's primary host.
 pub fn plant() -> Option<(Live, Mosquitto, Host)> {

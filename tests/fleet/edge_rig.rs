@@ -16,7 +16,7 @@ use rungd_net::sparkplug::{
 };
 
 use crate::fleet::broker::PATIENCE;
-use crate::running::live::Live;
+use rungd_test_support::running::live::Live;
 use rungd_test_support::system;
 
 /// The name of the host that listens.

@@ -8,7 +8,7 @@ use crate::fleet::checker::story::{Connection, Step, Story};
 use crate::fleet::checker::{edge_rules, judge};
 use crate::fleet::edge_rig::{CONTROLLER, Edge, LADDER, commanded};
 use crate::fleet::foreign::{library, seen};
-use crate::running::live::Live;
+use rungd_test_support::running::live::Live;
 
 const STATE: &str = "spBv1.0/STATE/room";
 

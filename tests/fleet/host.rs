@@ -13,8 +13,8 @@ use crate::fleet::edge_rig::{CONTROLLER, Edge, LADDER};
 use crate::fleet::fleet_process::FleetProcess;
 use crate::fleet::mosquitto::{Mosquitto, MosquittoOptions};
 use crate::fleet::nats::NatsCluster;
-use crate::running::live::Live;
 use rungd_test_support::folder::TestFolder;
+use rungd_test_support::running::live::Live;
 
 /// The ladder of the second controller.
 const OTHER: &str = r#"

@@ -283,7 +283,7 @@ fn is_operation(error: &CompileError) -> bool {
 
 /// The compiler's errors for a copy.
 fn messages(copy: &Path) -> Vec<Message> {
-    // `target/PROFILE/deps/it-…`
+    // `target/PROFILE/deps/texts-…`
     let own = std::env::current_exe().expect("the path of this test");
     let folder = own.ancestors().nth(2).expect("the profile's folder");
     let profile = match folder.file_name().and_then(|name| name.to_str()) {
@@ -292,7 +292,7 @@ fn messages(copy: &Path) -> Vec<Message> {
         None => panic!("{} is in no profile's folder", own.display()),
     };
     let mut cargo = Command::new(env!("CARGO"));
-    cargo.args(["build", "--test", "it", "--offline", "--locked", "--keep-going"]);
+    cargo.args(["build", "--test", "texts", "--offline", "--locked", "--keep-going"]);
     cargo.args(["--message-format", "json", "--profile", profile, "--target-dir"]);
     cargo.arg(folder.parent().expect("the target folder")).current_dir(copy);
     // Cargo set these for this test. The build script of `ring` reads them: with other values than

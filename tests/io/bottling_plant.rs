@@ -1,8 +1,8 @@
 //! `config/bottling-plant.toml`: its ladder with its simulated plant in virtual time, where every
 //! fault causes its alarm; and a few seconds with the real binary.
 
-use crate::running::live;
 use rungd_test_support::calm::calmed;
+use rungd_test_support::running::live;
 use std::path::{Path, PathBuf};
 
 use rungd_config::load;

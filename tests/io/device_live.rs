@@ -1,7 +1,7 @@
 //! A controller with field devices from an operator's view: status, names, forces, reload. One of
 //! two controllers is the other's remote I/O, through its Modbus server.
 
-use crate::running::live::Live;
+use rungd_test_support::running::live::Live;
 
 const REMOTE: &str = r#"
 [[program]]

@@ -1,9 +1,9 @@
 //! A test with real lines: `RUNGD_GPIO_CHIP=/dev/gpiochip0 RUNGD_GPIO_OUT=27 RUNGD_GPIO_IN=17 cargo
-//! test --test it io::gpio_hardware -- --nocapture`, with a wire between the two lines. A simulated
+//! test --test controller io::gpio_hardware -- --nocapture`, with a wire between the two lines. A simulated
 //! chip (`modprobe gpio-sim`) also works. Without the variables, the test prints that it is
 //! skipped.
 
-use crate::running::live;
+use rungd_test_support::running::live;
 use std::time::{Duration, Instant};
 
 use rungd_io::device::Opener;

@@ -5,9 +5,9 @@
 //! installed, a test prints that and does nothing, unless `RUNGD_REQUIRE` names `programs`.
 
 use crate::io::line::over_a_line;
-use crate::running::process;
 use rungd_test_support::needs::{usable, works};
 use rungd_test_support::page;
+use rungd_test_support::running::process;
 use std::cell::Cell;
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpListener;
@@ -16,8 +16,8 @@ use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
-use crate::running::process::{PATIENCE, Plant, Running, not_installed};
 use rungd_config::load;
+use rungd_test_support::running::process::{PATIENCE, Plant, Running, not_installed};
 use serde_json::Value;
 
 const PEERS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/modbus_peers");

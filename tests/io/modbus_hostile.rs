@@ -4,15 +4,15 @@
 //! missed. With `-- --nocapture` the tests print the time until the next client was served; their
 //! bounds leave room for a busy machine.
 
-use crate::running::process;
 use rungd_test_support::modbus;
+use rungd_test_support::running::process;
 use std::io::{Read, Write};
 use std::net::{Shutdown, TcpStream};
 use std::time::{Duration, Instant};
 
-use crate::running::process::{BLINKS, Plant, Running, find, no_scan_missed};
 use rungd_test_support::metronome::Stopwatch;
 use rungd_test_support::modbus::{Client, served_within};
+use rungd_test_support::running::process::{BLINKS, Plant, Running, find, no_scan_missed};
 
 const PERIOD: Duration = Duration::from_millis(2);
 

@@ -2,8 +2,8 @@
 //! and the next good exchange succeeds.
 
 use crate::io::liars;
-use crate::running::process;
 use rungd_test_support::patience::PATIENCE;
+use rungd_test_support::running::process;
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;

@@ -5,8 +5,8 @@
 
 use crate::io::oracle::requests::{Random, at_address};
 use crate::io::oracle::{Client, Oracle};
-use crate::running::process::{Plant, Running};
 use rungd_test_support::modbus::Client as Socket;
+use rungd_test_support::running::process::{Plant, Running};
 
 const EDGES: [u16; 22] = [
     0, 9, 19, 31, 99, 103, 109, 999, 1023, 2015, 2023, 2039, 2047, 2057, 4000, 4008, 4028, 4038,

@@ -8,9 +8,9 @@ use std::fmt::Write as _;
 use std::time::Instant;
 
 use crate::io::habit_peer::HabitPeer;
-use crate::running::live::Live;
 use rungd_test_support::page;
 use rungd_test_support::patience::PATIENCE;
+use rungd_test_support::running::live::Live;
 
 /// The orders: the keys of a row, and the letters of the manual; A is the highest byte.
 const ORDERS: [(&str, &[u8; 8]); 4] = [

@@ -1,6 +1,6 @@
 //! The Modbus client's outputs wait neither for slow inputs nor for inputs that a unit refuses.
 
-use crate::running::process;
+use rungd_test_support::running::process;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};

@@ -6,7 +6,7 @@
 //! program.
 //!
 //! CI tests all addresses near an edge and some of the others. This command tests all of them and
-//! prints figures: `cargo test --release --test it io::modbus_sweep -- --ignored --nocapture`.
+//! prints figures: `cargo test --release --test controller io::modbus_sweep -- --ignored --nocapture`.
 
 use std::collections::BTreeMap;
 use std::net::IpAddr;

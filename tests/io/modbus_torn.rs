@@ -6,14 +6,14 @@
 //! change one bit of the same register (function 22) must not lose each other's changes.
 //!
 //! CI makes some thousand exchanges. This command makes a million in some minutes, and prints
-//! figures: `cargo test --release --test it io::modbus_torn -- --ignored --nocapture`.
+//! figures: `cargo test --release --test controller io::modbus_torn -- --ignored --nocapture`.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::running::process::{Plant, Running};
 use rungd_test_support::modbus::Client;
+use rungd_test_support::running::process::{Plant, Running};
 
 const CONTROLLER: &str = r#"
 [scan]

@@ -3,11 +3,11 @@
 
 use std::path::Path;
 
-use crate::running::live::Live;
 use rungd_config::load;
 use rungd_engine::isa::Real;
 use rungd_test_support::bench::Plant;
 use rungd_test_support::modbus::Client;
+use rungd_test_support::running::live::Live;
 
 const REMOTE: &str = r#"
 [tags]

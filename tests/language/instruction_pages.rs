@@ -3,7 +3,7 @@
 //! diagram is the one that `rungd sim` draws from the ladder, the stimulus and the arguments beside
 //! it.
 //!
-//! `UPDATE_PAGES=1 cargo test --test it language::instruction_pages` updates titles, facts, diagrams
+//! `UPDATE_PAGES=1 cargo test --test texts language::instruction_pages` updates titles, facts, diagrams
 //! and the index.
 
 use std::fs;

@@ -2,7 +2,7 @@
 //! Its example passes the check with the library. Its timing diagram is the one that `rungd sim`
 //! draws.
 //!
-//! `UPDATE_PAGES=1 cargo test --test it language::library_pages` updates titles, parameters, diagrams
+//! `UPDATE_PAGES=1 cargo test --test texts language::library_pages` updates titles, parameters, diagrams
 //! and the index.
 
 use std::fs;

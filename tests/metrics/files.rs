@@ -5,7 +5,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::metrics::rig::{CONTROLLER, LADDER};
-use crate::running::live::{Live, PATIENCE, said};
+use rungd_test_support::running::live::{Live, PATIENCE, said};
 
 #[test]
 fn a_file_is_written_once_whole_and_for_everybody() {

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use serde_json::Value;
 
 use crate::metrics::rig::{Served, answer_of, has_prometheus, promtool, said_after};
-use crate::running::live::PATIENCE;
+use rungd_test_support::running::live::PATIENCE;
 
 const RULES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/packaging/prometheus/rungd.rules.yml");
 const DASHBOARD: &str = include_str!("../../packaging/grafana/rungd.json");

@@ -6,8 +6,8 @@ use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
 
-use crate::running::live::{Live, PATIENCE};
 use rungd_test_support::needs::{self, usable};
+use rungd_test_support::running::live::{Live, PATIENCE};
 
 /// A plant with metrics of each kind, and an alarm.
 pub const LADDER: &str = r#"

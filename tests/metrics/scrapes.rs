@@ -1,7 +1,7 @@
 //! The contents of a scrape: a controller's values, modes and alarms, a reload, and its end.
 
 use crate::metrics::rig::{CONTROLLER, LADDER, Served, has_prometheus, promtool};
-use crate::running::live::Live;
+use rungd_test_support::running::live::Live;
 
 const OPEN: &str = "application/openmetrics-text; version=1.0.0";
 
@@ -100,7 +100,7 @@ fn ends_and_returns_of_controllers_are_reported() {
     served.live.end();
     let text = served.await_line("rungd_up 0");
     assert_eq!(text.lines().count(), 3, "nothing old is shown: {text}");
-    let run = crate::running::live::run(&served.live.folder, &[]);
+    let run = rungd_test_support::running::live::run(&served.live.folder, &[]);
     let folder = served.live.folder.clone();
     let _again = Live::of(folder, run);
     served.await_line("rungd_up 1");

@@ -2,7 +2,7 @@
 //! reaches almost to the kill, and the next start adds files without touching the old ones.
 //!
 //! ```console
-//! cargo test --release --test it record::live_crash -- --ignored --nocapture
+//! cargo test --release --test commands record::live_crash -- --ignored --nocapture
 //! ```
 
 use std::collections::BTreeMap;
@@ -12,11 +12,11 @@ use std::time::{Duration, Instant};
 
 use crate::record::drawn::Numbers;
 use crate::record::live_rig::{BUSY, FAST, Operator, last_scan, logs, recorded_run, verified};
-use crate::running::live::{Live, folder};
 use rungd_history::record::Recording;
 use rungd_test_support::disk_pace::DiskPace;
 use rungd_test_support::metronome::{self, HeldUp};
 use rungd_test_support::modbus::Client;
+use rungd_test_support::running::live::{Live, folder};
 
 /// The time that may be missing after a kill, in addition to the time for which the machine delayed
 /// the threads of the process and its disk.

@@ -14,11 +14,11 @@ use crate::record::live_rig::{
     BUSY, FAST, Operator, Watch, count, ended, failing, is_late, last_scan, logs, recorded_run,
     rounds, verified,
 };
-use crate::running::live::{Live, folder};
-use crate::running::process::{message, mounted};
 use rungd_history::record::Recording;
 use rungd_test_support::disk_pace::DiskPace;
 use rungd_test_support::needs::{Need, skip};
+use rungd_test_support::running::live::{Live, folder};
+use rungd_test_support::running::process::{message, mounted};
 use rungd_test_support::system::shell;
 
 /// A disk that delays a write for less than this time makes no controller report a stall.

@@ -4,9 +4,9 @@
 use std::thread;
 
 use crate::record::live_rig::{BUSY, last_scan, recorded_run, verified};
-use crate::running::live::{folder, said};
 use rungd_history::record::Recording;
 use rungd_test_support::calm::calm;
+use rungd_test_support::running::live::{folder, said};
 
 /// Runs so many processes at once that they delay each other; each has a different number of scans.
 #[test]

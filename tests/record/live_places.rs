@@ -16,11 +16,11 @@ use crate::record::line::{Line, in_memory};
 use crate::record::live_rig::{
     BUSY, FAST, Operator, ended, is_late, last_scan, logs, recorded_run, verified,
 };
-use crate::running::live::{Live, Said, folder, run, said};
-use crate::running::process::until;
 use rungd_history::record::{RecordBlock, Recording};
 use rungd_test_support::modbus::Client;
 use rungd_test_support::needs::{Need, skip};
+use rungd_test_support::running::live::{Live, Said, folder, run, said};
+use rungd_test_support::running::process::until;
 
 fn files(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).unwrap();

@@ -7,8 +7,8 @@
 //! recordings of a debug build.
 //!
 //! ```console
-//! RUNGD_RECORD_PROGRAMS=1000 cargo test --release --test it record::live_random -- --nocapture
-//! RUNGD_RECORD_VERIFY=DIR cargo test --release --test it record::live_random -- --ignored --nocapture
+//! RUNGD_RECORD_PROGRAMS=1000 cargo test --release --test commands record::live_random -- --nocapture
+//! RUNGD_RECORD_VERIFY=DIR cargo test --release --test commands record::live_random -- --ignored --nocapture
 //! ```
 
 use std::collections::BTreeMap;
@@ -25,7 +25,6 @@ use serde_json::{Value, json};
 use crate::record::live_rig::{
     Operator, engine, is_late, last_scan, loaded, logs, recorded, verified,
 };
-use crate::running::live::Live;
 use rungd_engine::Cell;
 use rungd_history::playback::{Playback, Verified};
 use rungd_history::record::{RecordedProgram, Recording};
@@ -35,6 +34,7 @@ use rungd_test_support::model::case::Case;
 use rungd_test_support::model::generate::generate;
 use rungd_test_support::model::rng::Rng;
 use rungd_test_support::run::{cell, value};
+use rungd_test_support::running::live::Live;
 use rungd_test_support::setting::setting;
 
 /// A plant that changes inputs, and is lost while C100 is ON.

@@ -9,8 +9,8 @@ use serde_json::json;
 use crate::record::live_rig::{
     BUSY, Operator, ended, is_late, last_scan, logs, recorded, verified,
 };
-use crate::running::process::until;
 use rungd_history::record::Recording;
+use rungd_test_support::running::process::until;
 
 /// Takes something away under a running controller, twice, and ends it in order.
 #[track_caller]

@@ -8,9 +8,6 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-use crate::running::live::{Live, folder, run};
-pub use crate::running::operator::Operator;
-use crate::running::process::message;
 use rungd_config::load;
 use rungd_engine::Engine;
 use rungd_history::playback::{Playback, Verified};
@@ -18,6 +15,9 @@ use rungd_history::record::{EXTENSION, RecordedFile, RecordedProgram, Recording}
 use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::program::Program;
 use rungd_language::source::span::SourceFile;
+use rungd_test_support::running::live::{Live, folder, run};
+pub use rungd_test_support::running::operator::Operator;
+use rungd_test_support::running::process::message;
 
 /// A plant with many changes: a counter of scans, and words that are hard to predict.
 pub const BUSY: &str = r#"

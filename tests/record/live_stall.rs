@@ -7,7 +7,7 @@
 //! delays the disk's thread.
 //!
 //! ```console
-//! cargo test --release --test it record::live_stall -- --ignored --nocapture
+//! cargo test --release --test commands record::live_stall -- --ignored --nocapture
 //! ```
 
 use std::fs::{self, File};
@@ -23,10 +23,10 @@ use crate::record::live_rig::{
     BUSY, FAST, Operator, Watch, count, ended, failing, is_late, lacks_the_last, last_scan,
     recorded, recorded_run, rounds, verified,
 };
-use crate::running::live::{Live, PATIENCE, folder};
 use rungd_history::playback::Verified;
 use rungd_history::record::Recording;
 use rungd_test_support::needs::{Need, skip};
+use rungd_test_support::running::live::{Live, PATIENCE, folder};
 use rungd_test_support::system::shell;
 
 /// The most blocks that wait for the disk, as in `src/daemon/record_disk.rs`.

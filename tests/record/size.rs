@@ -3,7 +3,7 @@
 //! not depend on the machine.
 //!
 //! ```console
-//! cargo test --test it record::size -- --nocapture
+//! cargo test --test commands record::size -- --nocapture
 //! ```
 
 use crate::record::drawn::Numbers;

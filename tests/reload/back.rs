@@ -3,8 +3,8 @@
 
 use std::time::{Duration, Instant};
 
-use crate::running::live::Live;
-use crate::running::process::until;
+use rungd_test_support::running::live::Live;
+use rungd_test_support::running::process::until;
 
 /// A program that writes its number to D0.
 fn says(number: u32) -> String {

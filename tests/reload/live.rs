@@ -1,14 +1,14 @@
 //! `rungd reload` and `rungd rollback` of a running controller; the example of `docs/reload.md`.
 
-use crate::running::live;
+use rungd_test_support::running::live;
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::net::{UnixDatagram, UnixStream};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use crate::running::live::Live;
-use crate::running::process::{Plant, Running, until};
 use rungd_test_support::metronome::HeldUp;
+use rungd_test_support::running::live::Live;
+use rungd_test_support::running::process::{Plant, Running, until};
 use rungd_test_support::shown::lines_match;
 use serde_json::Value;
 

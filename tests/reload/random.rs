@@ -3,7 +3,7 @@
 //! reload changes no bit.
 //!
 //! Makes `RUNGD_RELOADS` (150) reloads from the seed `RUNGD_RELOAD_SEED` (1). The long run:
-//! `RUNGD_RELOADS=10000 cargo test --release --test it reload::random:: -- --nocapture`
+//! `RUNGD_RELOADS=10000 cargo test --release --test controller reload::random:: -- --nocapture`
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -13,11 +13,11 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::running::live::Live;
-use crate::running::operator::Operator;
 use rungd_test_support::numbers::Numbers;
+use rungd_test_support::running::live::Live;
+use rungd_test_support::running::operator::Operator;
 use rungd_test_support::setting::setting;
-use serde_json::{Value, json};
+use serde_json::json;
 
 const CONTROLLER: &str = r#"
 [scan]
@@ -153,18 +153,6 @@ fn bad(version: u64, numbers: &mut Numbers) -> (Vec<u8>, Option<String>) {
         5 => (text.into(), controller("ladder = [\"missing.toml\"]\n")),
         6 => (text.into(), controller("ladder = [\"ladder.toml\"]\nmemory.D = 5000\n")),
         _ => (text.into(), controller("ladder = [\"ladder.toml\"]\nscan = 5\n")),
-    }
-}
-
-impl Operator {
-    /// The number of scans, and the operands' values in the last one.
-    fn read(&mut self, operands: &[&str]) -> (i64, Vec<i64>) {
-        let answer = self.ask(&json!({"do": "read", "operands": operands}));
-        let number =
-            |value: &Value| value.as_i64().unwrap_or(i64::from(value == &Value::Bool(true)));
-        let values = answer["ok"]["values"].as_array().unwrap_or_else(|| panic!("{answer}"));
-        let values = values.iter().map(|value| number(&value["value"])).collect();
-        (answer["ok"]["scans"].as_i64().unwrap(), values)
     }
 }
 

@@ -4,8 +4,8 @@
 use std::fs;
 use std::process::Command;
 
-use crate::running::live::said;
-use crate::running::process::{Plant, Running};
+use rungd_test_support::running::live::said;
+use rungd_test_support::running::process::{Plant, Running};
 use serde_json::Value;
 
 const LADDER: &str =

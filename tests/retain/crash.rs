@@ -5,7 +5,7 @@
 //! The normal run makes a few of each. A thousand kills, a hundred cuts and a stall of 30 s:
 //!
 //! ```console
-//! cargo test --release --test it retain::crash -- --ignored --nocapture --test-threads 1
+//! cargo test --release --test controller retain::crash -- --ignored --nocapture --test-threads 1
 //! ```
 //!
 //! Cuts and stalls require root and a loop device. For a cut, an ext4 image is shut down without

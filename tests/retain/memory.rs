@@ -10,7 +10,7 @@ use rungd_state::retain::file::{Access, FileDevice};
 use rungd_state::retain::slots::survey;
 use serde_json::Value;
 
-pub use crate::running::process::*;
+pub use rungd_test_support::running::process::*;
 
 /// D0 counts scans, D1 is the sum of all values of D0, D3999 is a copy of D0, and CT0 counts every
 /// second scan.

@@ -1,5 +1,4 @@
-//! Code that the tests of several crates share. What starts the program itself is in
-//! `tests/running/`.
+//! Code that the tests of several crates share. What starts the program itself is in `running/`.
 
 // A test says what went wrong by a panic; its parts need no documentation of their own.
 #![allow(missing_docs, unsafe_code, clippy::wildcard_enum_match_arm)]
@@ -27,6 +26,7 @@ pub mod page;
 pub mod patience;
 pub mod plc;
 pub mod run;
+pub mod running;
 pub mod setting;
 pub mod shown;
 pub mod system;

@@ -8,7 +8,7 @@ use std::sync::mpsc::{Receiver, channel};
 
 use serde_json::Value;
 
-use crate::running::live::{Live, PATIENCE};
+use rungd_test_support::running::live::{Live, PATIENCE};
 
 /// A ladder with a counter, a word that people write, and a lamp.
 pub const LADDER: &str = r#"

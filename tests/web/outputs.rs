@@ -2,8 +2,8 @@
 
 use serde_json::{Value, json};
 
-use crate::running::live::Live;
 use crate::web::client::Web;
+use rungd_test_support::running::live::Live;
 
 const LADDER: &str = r#"
 ladder.name = "oven"

@@ -148,7 +148,7 @@ fn a_reload_is_followed_and_so_is_a_restart() {
     web.live.ok("write level 7");
     web.until(WINDOW, &visitor, |event| event["scan"].is_u64());
     let why = || web.get("/api/why?operand=level", &visitor).json()["text"].to_string();
-    crate::running::process::until(|| why().contains("wrote 7"));
+    rungd_test_support::running::process::until(|| why().contains("wrote 7"));
     let ladder = crate::web::client::LADDER.replace("level > 10", "level > 20");
     std::fs::write(web.live.folder.join("ladder.toml"), ladder).unwrap();
     web.live.ok("reload");
@@ -163,7 +163,7 @@ fn a_reload_is_followed_and_so_is_a_restart() {
     let gone = web.until(WINDOW, &visitor, |event| event["error"].is_string());
     assert!(gone["error"].as_str().unwrap().contains("no rungd answers"), "{gone}");
     let folder = web.live.folder.clone();
-    web.live.child = crate::running::live::run(&folder, &[]).spawn().unwrap();
+    web.live.child = rungd_test_support::running::live::run(&folder, &[]).spawn().unwrap();
     let back = web.until(WINDOW, &visitor, |event| {
         event["program"].is_string() && event["program"] != seen["program"]
     });

@@ -3,9 +3,9 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::running::live::Live;
 use crate::web::client::{CONTROLLER, LADDER, Web};
 use rungd_test_support::needs::{openssl, usable, works};
+use rungd_test_support::running::live::Live;
 
 fn certificate(folder: &Path) -> (String, String) {
     let at = |name: &str| folder.join(name).display().to_string();

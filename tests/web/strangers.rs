@@ -2,8 +2,8 @@
 
 use serde_json::json;
 
-use crate::running::live::said;
 use crate::web::client::{Visitor, Web};
+use rungd_test_support::running::live::said;
 
 fn status(web: &Web, first: &str, lines: &[&str]) -> u16 {
     let lines: Vec<String> = lines.iter().map(|line| (*line).to_owned()).collect();

@@ -7,9 +7,9 @@ use std::process::{Command, Stdio};
 
 use serde_json::json;
 
-use crate::running::live::Live;
 use crate::web::client::{CONTROLLER, HttpAnswer, LADDER, Visitor, Web};
 use rungd_test_support::folder::TestFolder;
+use rungd_test_support::running::live::Live;
 
 /// Sets a password as a script does.
 fn passwd(file: &str, user: &str, password: &str) -> (i32, String) {

@@ -5,7 +5,7 @@
 //! that is ON, a coil that is held, and a word with a safe value. A register at the first device
 //! changes with every scan; its last change marks the last moment of RUN. The second device has a
 //! watchdog. This file states the values that each output must take. The table of `docs/endings.md`
-//! has the times; `cargo test --test it daemon::endings -- --ignored --nocapture` makes it.
+//! has the times; `cargo test --test controller daemon::endings -- --ignored --nocapture` makes it.
 
 mod page;
 mod run;

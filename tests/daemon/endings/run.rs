@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use super::watcher::{Change, Watcher};
 use super::ways::{Fate, Way};
-use crate::running::process::{PATIENCE, Plant, Running};
+use rungd_test_support::running::process::{PATIENCE, Plant, Running};
 
 /// The watchdog of the second device.
 const DEVICE_WATCHDOG_MS: u32 = 600;

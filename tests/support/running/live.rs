@@ -9,11 +9,12 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
+use crate::calm::calm;
+use crate::metronome::Stopwatch;
+pub use crate::patience::PATIENCE;
 use crate::running::process::list_of_controllers;
-use rungd_test_support::calm::calm;
-use rungd_test_support::metronome::Stopwatch;
-pub use rungd_test_support::patience::PATIENCE;
-use rungd_test_support::system;
+use crate::running::program;
+use crate::system;
 use serde_json::Value;
 
 /// The outputs and the exit code of a command.
@@ -57,7 +58,7 @@ pub fn folder(ladder: &str, controller: &str) -> PathBuf {
 pub fn run(folder: &std::path::Path, arguments: &[&str]) -> Command {
     // Under `nohup`, SIGHUP would stay ignored.
     let mut command = Command::new("env");
-    command.args(["--default-signal=HUP", env!("CARGO_BIN_EXE_rungd"), "run"]);
+    command.arg("--default-signal=HUP").arg(program()).arg("run");
     command.arg(folder.join("controller.toml")).args(arguments);
     for variable in ["RUNGD_LOG", "RUNGD_SOCKET", "NOTIFY_SOCKET", "RUNTIME_DIRECTORY"] {
         command.env_remove(variable);
@@ -173,7 +174,7 @@ impl Live {
 
     /// A command for this controller; its arguments are separated by spaces.
     pub fn command(&self, words: &str) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+        let mut command = Command::new(program());
         command.args(words.split_whitespace()).env("RUNGD_SOCKET", &self.socket);
         command
     }

@@ -72,4 +72,14 @@ impl Operator {
             std::thread::sleep(Duration::from_millis(5));
         }
     }
+
+    /// The number of scans, and the operands' values in the last one.
+    pub fn read(&mut self, operands: &[&str]) -> (i64, Vec<i64>) {
+        let answer = self.ask(&json!({"do": "read", "operands": operands}));
+        let number =
+            |value: &Value| value.as_i64().unwrap_or(i64::from(value == &Value::Bool(true)));
+        let values = answer["ok"]["values"].as_array().unwrap_or_else(|| panic!("{answer}"));
+        let values = values.iter().map(|value| number(&value["value"])).collect();
+        (answer["ok"]["scans"].as_i64().unwrap(), values)
+    }
 }

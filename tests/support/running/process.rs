@@ -3,19 +3,20 @@
 use std::ffi::OsStr;
 use std::io::{BufRead, BufReader};
 use std::os::unix::net::UnixDatagram;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
-use rungd_test_support::calm::calm;
-use rungd_test_support::metronome::{self, HeldUp};
+use crate::calm::calm;
+use crate::metronome::{self, HeldUp};
 #[allow(unused_imports)]
-pub use rungd_test_support::needs::{Need, not_installed, skip};
-pub use rungd_test_support::patience::PATIENCE;
-use rungd_test_support::system;
+pub use crate::needs::{Need, not_installed, skip};
+pub use crate::patience::PATIENCE;
+use crate::running::{program, scratch_folder};
+use crate::system;
 use serde_json::Value;
 
 /// A ladder that switches Y0 every 100 ms; the log shows each change.
@@ -35,7 +36,7 @@ const SKIPS_FEW: u64 = 10;
 /// user who runs the tests do not find these controllers. The entries of ended ones are removed by
 /// the next controller.
 pub fn list_of_controllers() -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("list-of-controllers");
+    let folder = scratch_folder().join("list-of-controllers");
     let _ = std::fs::create_dir_all(&folder);
     folder
 }
@@ -48,7 +49,7 @@ impl Plant {
         static NEXT: AtomicU32 = AtomicU32::new(0);
         let number = NEXT.fetch_add(1, Ordering::Relaxed);
         let name = format!("process-{}-{number}", std::process::id());
-        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+        let folder = scratch_folder().join(name);
         std::fs::create_dir_all(&folder).unwrap();
         std::fs::write(folder.join("ladder.toml"), ladder).unwrap();
         let controller = calm(&format!("ladder = [\"ladder.toml\"]\n{controller}"));
@@ -64,7 +65,7 @@ impl Plant {
     fn command_of<S: AsRef<OsStr>>(&self, prefix: &[S], controller: &str) -> Command {
         // Under `nohup`, SIGHUP would stay ignored.
         let mut command = Command::new("env");
-        command.arg("--default-signal=HUP").args(prefix).arg(env!("CARGO_BIN_EXE_rungd"));
+        command.arg("--default-signal=HUP").args(prefix).arg(program());
         command.arg("run").arg(self.0.join(controller));
         command.args(["--log-format", "json"]);
         let variables = ["RUNGD_LOG", "NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID"];
@@ -93,7 +94,7 @@ impl Plant {
 
     /// The same for a command that ends with this code.
     pub fn ask_for(&self, words: &[&str], code: i32) -> String {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+        let mut command = Command::new(program());
         let said = command.args(words).arg("--socket").arg(self.0.join("op")).output().unwrap();
         let text = [said.stdout, said.stderr].concat();
         let text = String::from_utf8(text).unwrap();
