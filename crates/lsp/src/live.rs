@@ -12,8 +12,6 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, unbounded};
-use toml_parser::Source;
-use toml_parser::lexer::{Token, TokenKind};
 
 use rungd_client::operator::client::CallFailure;
 use rungd_client::operator::poller::{PollPace, PolledController};
@@ -22,6 +20,7 @@ use rungd_client::operator::socket_place::operator_socket;
 use rungd_client::operator::{search, socket_of_environment};
 use rungd_config::controller::OutputState;
 use rungd_config::load::sha256_of;
+use rungd_language::source::toml_tree::tokens;
 
 /// Two polls of all controllers a second.
 const PACE: PollPace =
@@ -259,19 +258,9 @@ impl Known {
 
 /// A hash that is equal for texts that differ only in comments and spaces.
 fn tokens_of(texts: &[Arc<str>]) -> String {
-    let is_said = |token: &Token| {
-        !matches!(
-            token.kind(),
-            TokenKind::Whitespace | TokenKind::Newline | TokenKind::Comment | TokenKind::Eof
-        )
-    };
-    let tokens = texts.iter().flat_map(|text| {
-        let said = Source::new(text).lex().filter(is_said);
-        let said = said.map(|token| &text[token.span().start()..token.span().end()]);
-        // No token contains the line end that separates tokens and texts.
-        said.flat_map(|token| [token, "\n"]).chain(["\n"])
-    });
-    sha256_of(tokens)
+    // No token contains the line end that separates tokens and texts.
+    let ended = |text| tokens(text).flat_map(|token| [token, "\n"]).chain(["\n"]);
+    sha256_of(texts.iter().flat_map(|text| ended(text)))
 }
 
 #[cfg(test)]

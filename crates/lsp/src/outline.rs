@@ -1,9 +1,9 @@
 //! A file as an editor sees it: its tables, keys and values with their places, even if the text is
 //! not valid TOML.
 //!
-//! `outline_reader` reads the tokens of a text. It starts again at each line that begins with a key
-//! or a header, so an incomplete value hides nothing after its own line. `words` finds the names in
-//! the values; `complete` finds the place of the cursor. It validates nothing; `load` does that.
+//! `outline_reader` makes it from the text's tree, in which an incomplete value hides nothing after
+//! its own line. `words` finds the names in the values; `complete` finds the place of the cursor. It
+//! validates nothing; `load` does that.
 
 use std::collections::{HashMap, HashSet};
 use std::hash::{BuildHasher, Hash, Hasher, RandomState};
@@ -58,6 +58,10 @@ pub(super) struct TableHeader {
     pub span: Range<usize>,
     /// Whether it is the header of an element of an array of tables.
     pub is_array: bool,
+    /// The object that the keys below it belong to.
+    pub object: usize,
+    /// The keys that it puts before the keys below it.
+    pub keys: Vec<KeyPart>,
 }
 
 /// A key, or a part of a dotted key.

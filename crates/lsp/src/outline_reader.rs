@@ -1,16 +1,12 @@
-//! Reads a text into an `outline`, token by token. No syntax error stops it: it starts again at
-//! each line that begins with a key or a header, whatever was left open before.
-
-// `_` matches the kinds of tokens that have no meaning at that place; the parser defines the enum.
-#![allow(clippy::wildcard_enum_match_arm)]
+//! Makes the `outline` of a text from its tree, which every text has.
 
 use std::collections::HashMap;
 use std::ops::Range;
 
-use toml_parser::Source;
-use toml_parser::lexer::{Token, TokenKind};
-
 use super::outline::{KeyPair, KeyPart, Outline, OutlineValue, TableHeader, TableObject};
+use rungd_language::source::toml_tree::{
+    Array, Content, Head, InlineTable, Pair, Piece, Row, TextSlice, TomlTree,
+};
 
 /// The maximum depth of arrays and inline tables that are read.
 const DEPTH_MAX: usize = 8;
@@ -19,26 +15,25 @@ const PARTS_MAX: usize = 16;
 
 /// The outline of a text.
 pub(super) fn read(text: &str) -> Outline {
-    let tokens: Vec<Token> = Source::new(text).lex().collect();
     let root = TableObject { kind: String::new(), parent: 0, extent: 0..text.len() };
     let mut outline = Outline::default();
     outline.objects.push(root);
-    let open = TableHeader { path: String::new(), span: 0..0, is_array: false };
     let (prefix, latest) = (Vec::new(), HashMap::new());
-    let mut reader = OutlineReader { text, tokens, at: 0, outline, open, prefix, into: 0, latest };
-    reader.document();
+    let mut reader = OutlineReader { outline, prefix, into: 0, latest };
+    for piece in TomlTree::read(text).pieces {
+        match piece {
+            Piece::Head(head) => reader.header(&head),
+            Piece::Pair(pair) => reader.pair(&pair, reader.into, reader.prefix.clone(), 0),
+            Piece::Blank | Piece::Remark(_) => {}
+        }
+    }
     reader.close(text.trim_end().len());
     reader.outline.indexed()
 }
 
-/// The state while a text is read into an outline.
-struct OutlineReader<'t> {
-    text: &'t str,
-    tokens: Vec<Token>,
-    at: usize,
+/// The state while a tree is read into an outline.
+struct OutlineReader {
     outline: Outline,
-    /// The last header.
-    open: TableHeader,
     /// The keys that the last header puts before the keys below it.
     prefix: Vec<KeyPart>,
     /// The object that keys belong to now.
@@ -47,79 +42,28 @@ struct OutlineReader<'t> {
     latest: HashMap<String, usize>,
 }
 
-impl OutlineReader<'_> {
-    fn kind(&self) -> TokenKind {
-        self.tokens.get(self.at).map_or(TokenKind::Eof, Token::kind)
-    }
-
-    fn span(&self) -> Range<usize> {
-        self.tokens.get(self.at).map_or(self.text.len()..self.text.len(), |token| {
-            token.span().start()..token.span().end()
-        })
-    }
-
-    fn skip(&mut self, kinds: &[TokenKind]) {
-        while kinds.contains(&self.kind()) {
-            self.at += 1;
-        }
-    }
-
-    /// Skips to the end of the line.
-    fn skip_line(&mut self) {
-        while !matches!(self.kind(), TokenKind::Newline | TokenKind::Eof) {
-            self.at += 1;
-        }
-    }
-
-    fn document(&mut self) {
-        loop {
-            self.skip(&[TokenKind::Whitespace, TokenKind::Newline, TokenKind::Comment]);
-            match self.kind() {
-                TokenKind::Eof => return,
-                TokenKind::LeftSquareBracket => self.header(),
-                _ => {
-                    let begin = self.at;
-                    self.pair(self.into, self.prefix.clone(), 0);
-                    if self.at == begin {
-                        self.at += 1;
-                    }
-                    self.skip_line();
-                }
-            }
-        }
-    }
-
-    fn header(&mut self) {
-        let begin = self.span().start;
-        self.close(begin);
-        self.at += 1;
-        let is_array = self.kind() == TokenKind::LeftSquareBracket;
-        self.at += usize::from(is_array);
-        let path = self.keys();
-        while self.kind() == TokenKind::RightSquareBracket {
-            self.at += 1;
-        }
-        let end = self.tokens[self.at - 1].span().end();
-        self.skip_line();
+impl OutlineReader {
+    fn header(&mut self, head: &Head<'_>) {
+        self.close(head.span.start);
+        let path = parts(&head.path);
         let names: Vec<&str> = path.iter().map(|key| key.text.as_str()).collect();
-        self.open = TableHeader { path: names.join("."), span: begin..end, is_array };
-        let (parent, known) = self.parent(&names, is_array);
-        if is_array {
-            let kind = names.join(".");
-            self.into = self.object(kind, parent, begin..end);
+        let name = names.join(".");
+        let (parent, known) = self.parent(&names, head.is_array);
+        if head.is_array {
+            self.into = self.object(name.clone(), parent, head.span.clone());
             self.prefix.clear();
         } else {
             self.into = parent;
             self.prefix = path[known..].to_vec();
         }
-        let TableHeader { path, span, is_array } = &self.open;
-        let header = TableHeader { path: path.clone(), span: span.clone(), is_array: *is_array };
-        self.outline.headers.push(header);
-        if !is_array && !self.prefix.is_empty() {
+        let (object, keys, span) = (self.into, self.prefix.clone(), head.span.clone());
+        let (path, is_array, end) = (name, head.is_array, span.end);
+        if !keys.is_empty() {
             // A header can declare a tag, too: `[tags.eye]`.
-            let (object, keys, value) = (self.into, self.prefix.clone(), end..end);
-            self.outline.pairs.push(KeyPair { object, keys, outer: 0, value });
+            let keys = keys.clone();
+            self.outline.pairs.push(KeyPair { object, keys, outer: 0, value: end..end });
         }
+        self.outline.headers.push(TableHeader { path, span, is_array, object, keys });
     }
 
     fn object(&mut self, kind: String, parent: usize, extent: Range<usize>) -> usize {
@@ -144,7 +88,8 @@ impl OutlineReader<'_> {
     /// last line before `at` that is neither a comment nor empty.
     fn close(&mut self, at: usize) {
         let end = self.outline.pairs.last().map_or(0, |pair| pair.value.end.max(pair.end()));
-        let end = end.max(self.open.span.end).min(at);
+        let header = self.outline.headers.last().map_or(0, |header| header.span.end);
+        let end = end.max(header).min(at);
         let mut object = self.into;
         while object != 0 {
             let of = &mut self.outline.objects[object];
@@ -153,184 +98,69 @@ impl OutlineReader<'_> {
         }
     }
 
-    /// The parts of a dotted key.
-    fn keys(&mut self) -> Vec<KeyPart> {
-        let mut keys = Vec::new();
-        loop {
-            self.skip(&[TokenKind::Whitespace]);
-            let span = self.span();
-            let part = match self.kind() {
-                TokenKind::Atom => span,
-                TokenKind::BasicString | TokenKind::LiteralString => unquoted(self.text, span),
-                _ => return keys,
-            };
-            // No key of rungd has more parts, and to copy thousands of parts would take long.
-            if keys.len() < PARTS_MAX {
-                keys.push(KeyPart { text: self.text[part.clone()].to_owned(), span: part });
-            }
-            self.at += 1;
-            self.skip(&[TokenKind::Whitespace]);
-            if self.kind() != TokenKind::Dot {
-                return keys;
-            }
-            self.at += 1;
-        }
-    }
-
-    /// Reads a key and its value. `outer`: the keys of the header and of the braces around them.
-    fn pair(&mut self, object: usize, outer: Vec<KeyPart>, depth: usize) {
+    /// Adds a key and its value. `outer`: the keys of the header and of the braces around them.
+    fn pair(&mut self, pair: &Pair<'_>, object: usize, outer: Vec<KeyPart>, depth: usize) {
         let mut keys = outer;
-        let known = keys.len();
-        keys.extend(self.keys());
-        if keys.len() == known {
+        let outer = keys.len();
+        keys.extend(parts(&pair.key));
+        if keys.len() == outer {
             return;
         }
         let number = self.outline.pairs.len();
-        let end = keys[keys.len() - 1].span.end;
-        self.outline.pairs.push(KeyPair { object, keys, outer: known, value: end..end });
-        if self.kind() != TokenKind::Equals {
-            return;
-        }
-        self.at += 1;
-        self.skip(&[TokenKind::Whitespace]);
-        let begin = self.span().start;
-        self.value(number, false, depth);
-        let end = self.tokens[self.at - 1].span().end().max(begin);
-        self.outline.pairs[number].value = begin..end;
+        let value = pair.value.span();
+        self.outline.pairs.push(KeyPair { object, keys, outer, value });
+        self.value(&pair.value, number, depth);
     }
 
-    /// Reads a value of a pair; `is_item`: the value is an element of an array.
-    fn value(&mut self, pair: usize, is_item: bool, depth: usize) {
-        let span = self.span();
-        match self.kind() {
-            TokenKind::LeftSquareBracket if depth < DEPTH_MAX => self.array(pair, depth + 1),
-            TokenKind::LeftCurlyBracket if depth < DEPTH_MAX => {
-                self.table(pair, is_item, depth + 1)
-            }
-            TokenKind::BasicString | TokenKind::LiteralString => {
-                let inner = unquoted(self.text, span.clone());
-                let value = OutlineValue { pair, span, inner, is_string: true };
-                self.outline.values.push(value);
-                self.at += 1;
-            }
-            TokenKind::Atom => {
-                let begin = span.start;
-                // `1.5` is three tokens.
-                while matches!(self.kind(), TokenKind::Atom | TokenKind::Dot) {
-                    self.at += 1;
-                }
-                let span = begin..self.tokens[self.at - 1].span().end();
-                let value =
-                    OutlineValue { pair, span: span.clone(), inner: span, is_string: false };
-                self.outline.values.push(value);
-            }
-            TokenKind::MlBasicString | TokenKind::MlLiteralString => self.at += 1,
-            TokenKind::LeftSquareBracket
-            | TokenKind::LeftCurlyBracket
-            | TokenKind::RightSquareBracket
-            | TokenKind::RightCurlyBracket
-            | TokenKind::Dot
-            | TokenKind::Equals
-            | TokenKind::Comma
-            | TokenKind::Comment
-            | TokenKind::Whitespace
-            | TokenKind::Newline
-            | TokenKind::Eof => {}
-        }
-    }
-
-    fn array(&mut self, pair: usize, depth: usize) {
-        self.at += 1;
-        loop {
-            let begins_line = self.skip_to_item();
-            match self.kind() {
-                TokenKind::Eof => return,
-                TokenKind::RightSquareBracket => {
-                    self.at += 1;
-                    return;
-                }
-                _ if begins_line && self.begins_statement() => {
-                    // The caller skips the line end before the statement.
-                    while self.kind() != TokenKind::Newline {
-                        self.at -= 1;
+    /// Adds a value of a pair, or an element of its array.
+    fn value(&mut self, value: &Content<'_>, pair: usize, depth: usize) {
+        match value {
+            Content::Array(Array { rows, .. }) if depth < DEPTH_MAX => {
+                for row in rows {
+                    match row {
+                        Row::Element(Content::Table(table), _) => {
+                            self.row(table, pair, depth + 1);
+                        }
+                        Row::Element(value, _) => self.value(value, pair, depth + 1),
+                        Row::Blank | Row::Remark(_) => {}
                     }
-                    return;
-                }
-                TokenKind::Comma => self.at += 1,
-                _ => {
-                    let begin = self.at;
-                    self.value(pair, true, depth);
-                    self.at += usize::from(self.at == begin);
                 }
             }
+            Content::Table(table) if depth < DEPTH_MAX => {
+                let KeyPair { object, keys, .. } = &self.outline.pairs[pair];
+                let (object, keys) = (*object, keys.clone());
+                self.table(table, object, &keys, depth + 1);
+            }
+            Content::Scalar(text) if !text.is_empty() && !text.is_multi_line() => {
+                let (span, inner) = (text.span(), text.unquoted().span());
+                let is_string = text.quote().is_some();
+                self.outline.values.push(OutlineValue { pair, span, inner, is_string });
+            }
+            Content::Array(_) | Content::Table(_) | Content::Scalar(_) => {}
         }
     }
 
-    /// Skips spaces, line ends and comments. Returns whether a line end was among them.
-    fn skip_to_item(&mut self) -> bool {
-        let begin = self.at;
-        self.skip(&[TokenKind::Whitespace, TokenKind::Newline, TokenKind::Comment]);
-        let skipped = &self.tokens[begin.min(self.tokens.len())..self.at.min(self.tokens.len())];
-        skipped.iter().any(|token| token.kind() == TokenKind::Newline)
-    }
-
-    /// Whether a header, or a key with its `=`, begins here: the array before is then not closed.
-    fn begins_statement(&self) -> bool {
-        let mut rest = self.tokens[self.at..].iter().map(Token::kind);
-        match rest.next() {
-            Some(TokenKind::LeftSquareBracket) => true,
-            Some(TokenKind::Atom | TokenKind::BasicString | TokenKind::LiteralString) => {
-                let is_part = |kind: &TokenKind| {
-                    matches!(kind, TokenKind::Dot | TokenKind::Atom | TokenKind::Whitespace)
-                };
-                rest.find(|kind| !is_part(kind)) == Some(TokenKind::Equals)
-            }
-            Some(_) | None => false,
-        }
-    }
-
-    /// Reads an inline table. In an array it is an object of its own; elsewhere its keys are
-    /// further keys of the pair.
-    fn table(&mut self, pair: usize, is_item: bool, depth: usize) {
-        let begin = self.span().start;
-        self.at += 1;
+    /// Adds an inline table in an array: it is an object of its own.
+    fn row(&mut self, table: &InlineTable<'_>, pair: usize, depth: usize) {
         let of = &self.outline.pairs[pair];
-        let (object, keys) = (of.object, of.keys.clone());
-        let (object, keys) = match is_item {
-            true => {
-                let kind = self.outline.path(&self.outline.pairs[pair]);
-                (self.object(kind, object, begin..begin), Vec::new())
-            }
-            false => (object, keys),
-        };
-        loop {
-            self.skip(&[TokenKind::Whitespace, TokenKind::Comma]);
-            match self.kind() {
-                TokenKind::RightCurlyBracket => {
-                    self.at += 1;
-                    break;
-                }
-                TokenKind::Newline | TokenKind::Comment | TokenKind::Eof => break,
-                _ => {
-                    let before = self.at;
-                    self.pair(object, keys.clone(), depth);
-                    self.at += usize::from(self.at == before);
-                }
-            }
-        }
-        if is_item {
-            self.outline.objects[object].extent.end = self.tokens[self.at - 1].span().end();
+        let (kind, parent) = (self.outline.path(of), of.object);
+        let object = self.object(kind, parent, table.brackets.span.clone());
+        self.table(table, object, &[], depth);
+    }
+
+    fn table(&mut self, table: &InlineTable<'_>, object: usize, outer: &[KeyPart], depth: usize) {
+        for pair in &table.pairs {
+            self.pair(pair, object, outer.to_vec(), depth);
         }
     }
 }
 
-/// The place of a string without its quotes; the closing quote may be missing.
-fn unquoted(text: &str, span: Range<usize>) -> Range<usize> {
-    let raw = &text[span.clone()];
-    let quote = raw.chars().next().filter(|quote| matches!(quote, '"' | '\''));
-    let Some(quote) = quote else { return span };
-    let closed = raw.len() >= 2 && raw.ends_with(quote);
-    span.start + 1..span.end - usize::from(closed)
+/// The parts of a key. No key of rungd has more parts, and to copy thousands of parts would take
+/// long.
+fn parts(key: &[TextSlice<'_>]) -> Vec<KeyPart> {
+    let parts = key.iter().filter(|part| !part.is_empty()).take(PARTS_MAX);
+    let part = |part: TextSlice<'_>| KeyPart { text: part.text().to_owned(), span: part.span() };
+    parts.map(|slice| part(slice.unquoted())).collect()
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@
 //! that the comment does not move to different lines; only a second blank line is removed.
 
 use super::order::KeyOrder;
-use super::tree::{Head, Piece};
+use crate::source::toml_tree::{Head, Piece};
 
 /// Sets the blank lines between the pieces.
 pub(super) fn space(pieces: Vec<Piece<'_>>) -> Vec<Piece<'_>> {
@@ -18,7 +18,7 @@ pub(super) fn space(pieces: Vec<Piece<'_>>) -> Vec<Piece<'_>> {
             Piece::Pair(_) => close_up(keys, &mut spaced),
             Piece::Head(head) => {
                 part(head, &mut spaced);
-                keys = KeyOrder::of(head);
+                keys = KeyOrder::of(&head.path);
             }
         }
         spaced.push(piece);
@@ -64,6 +64,5 @@ fn part(head: &Head<'_>, spaced: &mut Vec<Piece<'_>>) {
 /// before them.
 fn is_part_of_a_rung(head: &Head<'_>) -> bool {
     let Some((last, parents)) = head.path.split_last() else { return false };
-    let parent = Head { path: parents.to_vec(), is_array: true, tail: None };
-    ["branch", "with"].contains(last) && KeyOrder::of(&parent) == KeyOrder::Rung
+    matches!(last.text(), "branch" | "with") && KeyOrder::of(parents) == KeyOrder::Rung
 }

@@ -1,16 +1,14 @@
 //! One layout for ladder files, controller files and test files: spaces, blank lines, line breaks
 //! in arrays, and the order of keys in the tables of a ladder. `docs/fmt.md` has the rules.
 //!
-//! Called by `rungd fmt`. A text goes through [`parse`], [`blanks`], [`order`] and `write`; then
+//! Called by `rungd fmt`. The tree of a text goes through [`blanks`], [`order`] and `write`; then
 //! [`same`] compares the contents of the two texts. Formatting changes neither a value nor a
 //! comment, depends only on the names of the ladder's tables, and reads and writes no files.
 
 mod blanks;
 mod order;
-mod parse;
 mod same;
 mod tails;
-mod tree;
 mod write;
 
 #[cfg(test)]
@@ -21,6 +19,7 @@ use toml::de::DeTable;
 use crate::source::finding::{Code, Finding};
 use crate::source::reader;
 use crate::source::span::FileId;
+use crate::source::toml_tree::TomlTree;
 
 /// The mark that some editors write at the beginning of a file.
 const BYTE_ORDER_MARK: char = '\u{feff}';
@@ -52,7 +51,7 @@ fn laid_out(text: &str) -> String {
     };
     // The mark is removed first, because it would count as a column for the comments.
     let unmarked = text.strip_prefix(BYTE_ORDER_MARK);
-    let pieces = order::order(blanks::space(parse::pieces(unmarked.unwrap_or(text))));
+    let pieces = order::order(blanks::space(TomlTree::read(unmarked.unwrap_or(text)).pieces));
     let laid_out = write::write(&pieces, line_end);
     match unmarked {
         Some(_) => format!("{BYTE_ORDER_MARK}{laid_out}"),

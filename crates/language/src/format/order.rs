@@ -5,7 +5,7 @@
 //! the order of their author. A key moves together with the comments above it and behind it, and
 //! never across a blank line.
 
-use super::tree::{Content, Head, Pair, Piece, Row};
+use crate::source::toml_tree::{Content, Pair, Piece, Row, TextSlice};
 
 /// A kind of table. Its keys have an order, or it contains such tables, or it is a different table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,8 +49,8 @@ impl KeyOrder {
     }
 
     /// The kind of the table at a key, or of the tables of the array at the key.
-    fn below(self, key: &str) -> KeyOrder {
-        match (self, plain(key)) {
+    fn below(self, key: &TextSlice<'_>) -> KeyOrder {
+        match (self, key.unquoted().text()) {
             (KeyOrder::Root, "program") => KeyOrder::Program,
             (KeyOrder::Root, "task") => KeyOrder::Task,
             (KeyOrder::Root, "template") => KeyOrder::Template,
@@ -68,9 +68,14 @@ impl KeyOrder {
         }
     }
 
-    /// The kind of the table that a header begins.
-    pub(super) fn of(head: &Head<'_>) -> KeyOrder {
-        head.path.iter().fold(KeyOrder::Root, |keys, key| keys.below(key))
+    /// The kind of the table that a header with this name begins.
+    pub(super) fn of(path: &[TextSlice<'_>]) -> KeyOrder {
+        KeyOrder::Root.below_all(path)
+    }
+
+    /// The kind of the table at a dotted key.
+    fn below_all(self, key: &[TextSlice<'_>]) -> KeyOrder {
+        key.iter().fold(self, |keys, key| keys.below(key))
     }
 
     /// Whether blank lines between its keys have no meaning.
@@ -88,21 +93,16 @@ impl KeyOrder {
         }
     }
 
-    fn rank(self, key: &[&str]) -> (usize, usize) {
-        let rank = |keys: KeyOrder, key: Option<&&str>| {
+    fn rank(self, key: &[TextSlice<'_>]) -> (usize, usize) {
+        let rank = |keys: KeyOrder, key: Option<&TextSlice<'_>>| {
             let order = keys.order();
-            let place = |key: &&str| order.iter().position(|known| *known == plain(key));
+            let place =
+                |key: &TextSlice<'_>| order.iter().position(|of| *of == key.unquoted().text());
             key.and_then(place).unwrap_or(order.len())
         };
         let below = key.first().map_or(KeyOrder::Other, |key| self.below(key));
         (rank(self, key.first()), rank(below, key.get(1)))
     }
-}
-
-/// A key without its quotes.
-fn plain(key: &str) -> &str {
-    let inner = |quote| key.strip_prefix(quote).and_then(|rest: &str| rest.strip_suffix(quote));
-    inner('"').or_else(|| inner('\'')).unwrap_or(key)
 }
 
 /// Puts the keys of all tables in order.
@@ -111,7 +111,7 @@ pub(super) fn order(pieces: Vec<Piece<'_>>) -> Vec<Piece<'_>> {
     let (mut keys, mut run) = (KeyOrder::Root, Vec::new());
     for mut piece in pieces {
         if let Piece::Pair(pair) = &mut piece {
-            order_value(below_all(keys, &pair.key), &mut pair.value);
+            order_value(keys.below_all(&pair.key), &mut pair.value);
         }
         match piece {
             Piece::Remark(_) | Piece::Pair(_) => run.push(piece),
@@ -122,17 +122,13 @@ pub(super) fn order(pieces: Vec<Piece<'_>>) -> Vec<Piece<'_>> {
             Piece::Head(head) => {
                 // A comment directly above a header belongs to the header.
                 close(keys, &mut run, &mut ordered, false);
-                keys = KeyOrder::of(&head);
+                keys = KeyOrder::of(&head.path);
                 ordered.push(Piece::Head(head));
             }
         }
     }
     close(keys, &mut run, &mut ordered, true);
     ordered
-}
-
-fn below_all(keys: KeyOrder, key: &[&str]) -> KeyOrder {
-    key.iter().fold(keys, |keys, key| keys.below(key))
 }
 
 /// Ends a run of keys and comments without a blank line. A comment below the last key could be
@@ -179,7 +175,7 @@ fn sort<'a>(keys: KeyOrder, run: &mut Vec<Piece<'a>>, to: &mut Vec<Piece<'a>>) {
 fn order_value(keys: KeyOrder, value: &mut Content<'_>) {
     match value {
         Content::Scalar(_) => {}
-        Content::Table(pairs) => order_pairs(keys, pairs),
+        Content::Table(table) => order_pairs(keys, &mut table.pairs),
         Content::Array(array) => {
             for row in &mut array.rows {
                 if let Row::Element(value, _) = row {
@@ -192,7 +188,7 @@ fn order_value(keys: KeyOrder, value: &mut Content<'_>) {
 
 fn order_pairs(keys: KeyOrder, pairs: &mut [Pair<'_>]) {
     for pair in pairs.iter_mut() {
-        order_value(below_all(keys, &pair.key), &mut pair.value);
+        order_value(keys.below_all(&pair.key), &mut pair.value);
     }
     pairs.sort_by_key(|pair| keys.rank(&pair.key));
 }

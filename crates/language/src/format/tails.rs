@@ -3,7 +3,7 @@
 //! The column is the most frequent one in the group, if the lines are short enough. So the columns
 //! of a file stay as its author chose them. Called by `write` with all lines.
 
-use super::tree::Tail;
+use crate::source::toml_tree::Tail;
 
 /// The minimum number of spaces between a line and its comment.
 const GAP: usize = 2;

@@ -5,7 +5,9 @@
 //! the number of spaces. It neither adds nor removes pieces.
 
 use super::tails::{self, TextLine};
-use super::tree::{Array, Content, Head, Pair, Piece, Row, Tail};
+use crate::source::toml_tree::{
+    Array, Content, Head, InlineTable, Pair, Piece, Row, Tail, TextSlice,
+};
 
 /// The maximum length of a line in characters. An array that makes a line longer is split.
 const LINE_CHARS_MAX: usize = 100;
@@ -95,7 +97,7 @@ impl<'a> Writer<'a> {
                 Some(indent) => self.split(array, indent),
                 None => self.flat(array),
             },
-            Content::Table(pairs) => self.table(pairs, &[], spot.within_table()),
+            Content::Table(table) => self.table(&table.pairs, &[], spot.within_table()),
         }
     }
 
@@ -153,8 +155,8 @@ impl<'a> Writer<'a> {
                 Row::Element(value, tail) => {
                     self.spaces(indent + INDENT);
                     match value {
-                        Content::Table(pairs) => {
-                            self.table(pairs, &widths, Spot::Line(indent + INDENT));
+                        Content::Table(table) => {
+                            self.table(&table.pairs, &widths, Spot::Line(indent + INDENT));
                         }
                         Content::Array(_) | Content::Scalar(_) => {
                             self.value(value, Spot::Lines(indent + INDENT));
@@ -209,14 +211,14 @@ fn is_list_of_tables(pair: &Pair<'_>) -> bool {
     array.rows.iter().any(is_table)
 }
 
-fn key(parts: &[&str], line: &mut String) {
+fn key(parts: &[TextSlice<'_>], line: &mut String) {
     for (at, part) in parts.iter().enumerate() {
         line.push_str(if at == 0 { "" } else { "." });
         line.push_str(part);
     }
 }
 
-fn key_chars(parts: &[&str]) -> usize {
+fn key_chars(parts: &[TextSlice<'_>]) -> usize {
     let chars: usize = parts.iter().map(|part| part.chars().count()).sum();
     chars + parts.len().saturating_sub(1)
 }
@@ -225,11 +227,11 @@ fn key_chars(parts: &[&str]) -> usize {
 /// for other arrays.
 fn columns(array: &Array<'_>) -> Vec<usize> {
     let mut widths: Vec<usize> = Vec::new();
-    let mut keys: Option<Vec<&[&str]>> = None;
+    let mut keys: Option<Vec<&[TextSlice<'_>]>> = None;
     for row in &array.rows {
         let Row::Element(value, _) = row else { continue };
-        let Content::Table(pairs) = value else { return Vec::new() };
-        let own: Vec<&[&str]> = pairs.iter().map(|pair| &pair.key[..]).collect();
+        let Content::Table(InlineTable { pairs, .. }) = value else { return Vec::new() };
+        let own: Vec<&[TextSlice<'_>]> = pairs.iter().map(|pair| &pair.key[..]).collect();
         if keys.get_or_insert_with(|| own.clone()) != &own {
             return Vec::new();
         }

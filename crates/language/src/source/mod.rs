@@ -48,5 +48,7 @@ pub(crate) mod table;
 mod tag;
 mod template;
 mod toml_slips;
+pub mod toml_tree;
+mod toml_tree_reader;
 pub mod value_kind;
 pub mod wording;

@@ -1,10 +1,11 @@
 //! The place of a cursor in a file: its table, and whether it is at a key, in a value or in a
 //! header.
 //!
-//! [`CompletionSite::of`] reads from the last header to the cursor and nothing after it, so the
-//! text may be incomplete. `complete` derives the proposals from the place.
+//! [`CompletionSite::of`] reads the tree of the text from the last header to the cursor: its last
+//! statement is what is around the cursor. `complete` derives the proposals from the place.
 
 use crate::file::EditorFile;
+use rungd_language::source::toml_tree::{Content, Pair, Piece, Row, TextEnd, TextSlice, TomlTree};
 
 /// The properties of a place in a file that decide what could be written there.
 #[derive(Debug)]
@@ -44,18 +45,6 @@ pub(super) enum SitePlace {
     Nowhere,
 }
 
-/// An array or inline table around a place, with the state to restore after it. It copies no keys:
-/// thousands of nested brackets cost no more than the same number of brackets in a row.
-#[derive(Debug)]
-struct TableFrame {
-    is_table: bool,
-    /// The length of `path` before it.
-    length: usize,
-    /// The `inner` of the reader before it.
-    inner: usize,
-    brace: Option<usize>,
-}
-
 impl CompletionSite {
     /// The place of a byte.
     pub fn of(file: &EditorFile, offset: usize) -> CompletionSite {
@@ -68,92 +57,47 @@ impl CompletionSite {
                 true => SitePlace::Nowhere,
                 false => SitePlace::Header(header.span.start),
             };
-            return SiteReader::new(file, behind, line.start).site(place);
+            return SiteReader::new(file, behind, (offset, 0)).site(place);
         }
-        SiteReader::new(file, behind, offset).read()
+        let start = behind.checked_sub(1).map_or(0, |last| headers[last].span.end.min(offset));
+        let tree = TomlTree::read(file.slice(start..offset));
+        SiteReader::new(file, behind, (start, offset - start)).tree(&tree)
     }
 }
 
-struct SiteReader<'f> {
-    text: &'f str,
-    /// The next byte.
-    at: usize,
-    end: usize,
+/// The state while a place is found: what is around it so far.
+struct SiteReader {
     object: usize,
-    /// The path of the object at the last header.
+    /// The path of the object.
     kind: String,
-    /// How many keys of `path` come from the header.
-    prefix: usize,
     /// The keys from the object on; in a table in an array, also the keys around that table.
     path: Vec<String>,
     /// How many keys of `path` belong to the path of the table.
     inner: usize,
     brace: Option<usize>,
-    stack: Vec<TableFrame>,
-    /// How many of `stack` are tables.
-    tables: usize,
-    /// How much of a key, `=` and value was read.
-    state: SiteState,
+    in_array: bool,
+    /// The byte of the file at which the text that is read begins.
+    start: usize,
+    /// The byte of that text at which the cursor is.
+    end: usize,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum SiteState {
-    /// A part of a key may follow.
-    Key,
-    /// A dot or `=` must follow.
-    KeyRead,
-    /// A value may follow.
-    Value,
-    /// A comma, a bracket or a new line must follow.
-    ValueRead,
-}
-
-impl<'f> SiteReader<'f> {
-    /// A reader of the text after the header with the number `behind - 1`.
-    fn new(file: &'f EditorFile, behind: usize, end: usize) -> SiteReader<'f> {
+impl SiteReader {
+    /// A reader of the text from a byte to the cursor, below the header with the number
+    /// `behind - 1`.
+    fn new(file: &EditorFile, behind: usize, (start, end): (usize, usize)) -> SiteReader {
         let outline = &file.outline;
         let header = behind.checked_sub(1).and_then(|number| outline.headers.get(number));
-        let (mut object, mut path, mut at) = (0, Vec::new(), 0);
-        if let Some(header) = header {
-            at = header.span.end.min(end);
-            let names: Vec<&str> = header.path.split('.').collect();
-            let before = outline.objects.partition_point(|of| of.extent.start < header.span.start);
-            let own = (before.max(1)..outline.objects.len())
-                .find(|number| outline.objects[*number].extent.start == header.span.start)
-                .filter(|_| header.is_array);
-            let known = |length: &usize| {
-                let kind = names[..*length].join(".");
-                let found = (1..before).rev().find(|of| outline.objects[*of].kind == kind);
-                found.map(|object| (object, *length))
-            };
-            let around = || (1..=names.len()).rev().find_map(|length| known(&length));
-            let (of, length) = match own {
-                Some(own) => (own, names.len()),
-                None => around().unwrap_or((0, 0)),
-            };
-            object = of;
-            path = names[length..].iter().map(|name| (*name).to_owned()).collect();
-        }
-        SiteReader {
-            text: &file.text,
-            at,
-            end,
-            object,
-            kind: outline.objects[object].kind.clone(),
-            prefix: path.len(),
-            path,
-            inner: 0,
-            brace: None,
-            stack: Vec::new(),
-            tables: 0,
-            state: SiteState::Key,
-        }
+        let object = header.map_or(0, |header| header.object);
+        let kind = outline.objects[object].kind.clone();
+        let path = header
+            .map_or(Vec::new(), |header| header.keys.iter().map(|key| key.text.clone()).collect());
+        SiteReader { object, kind, path, inner: 0, brace: None, in_array: false, start, end }
     }
 
     fn site(mut self, place: SitePlace) -> CompletionSite {
-        let in_array = self.stack.last().is_some_and(|frame| !frame.is_table);
         let keys = self.path.split_off(self.inner);
-        let SiteReader { object, mut kind, path, brace, .. } = self;
+        let SiteReader { object, mut kind, path, brace, in_array, .. } = self;
         for key in path {
             if !kind.is_empty() {
                 kind.push('.');
@@ -163,188 +107,76 @@ impl<'f> SiteReader<'f> {
         CompletionSite { object, kind, keys, place, brace, in_array }
     }
 
-    fn read(mut self) -> CompletionSite {
-        while let Some(byte) = self.peek() {
-            let found = match byte {
-                b'\n' => self.line_ends(),
-                b' ' | b'\t' | b'\r' => self.skip(1),
-                b'#' => self.comment(),
-                b'"' | b'\'' => self.quoted(byte),
-                b'[' | b'{' if self.state == SiteState::Value => self.opened(byte == b'{'),
-                b']' | b'}' => self.closed(byte == b'}'),
-                b',' => self.comma(),
-                b'=' if self.state == SiteState::KeyRead => self.goes_on(SiteState::Value),
-                b'.' if self.state == SiteState::KeyRead => self.goes_on(SiteState::Key),
-                _ => self.bare(),
-            };
-            if let Some(place) = found {
-                return self.site(place);
-            }
-        }
-        let start = self.at;
-        let place = match self.state {
-            SiteState::Key => SitePlace::Key { start, quoted: false },
-            SiteState::Value => SitePlace::Bare(start),
-            SiteState::KeyRead | SiteState::ValueRead => SitePlace::Nowhere,
+    /// The place at the end of a tree.
+    fn tree(mut self, tree: &TomlTree<'_>) -> CompletionSite {
+        let place = match tree.pieces.last() {
+            Some(Piece::Pair(pair)) if tree.end != TextEnd::LineStart => self.pair(pair),
+            _ => self.new_key(),
         };
-        self.site(place)
+        let is_comment = tree.end == TextEnd::Comment;
+        self.site(if is_comment { SitePlace::Nowhere } else { place })
     }
 
-    fn peek(&self) -> Option<u8> {
-        self.text.as_bytes()[..self.end].get(self.at).copied()
+    fn new_key(&self) -> SitePlace {
+        SitePlace::Key { start: self.start + self.end, quoted: false }
     }
 
-    fn skip(&mut self, bytes: usize) -> Option<SitePlace> {
-        self.at += bytes;
-        None
+    /// Whether a key or value ends at the cursor and may continue.
+    fn continues(&self, text: &TextSlice<'_>) -> bool {
+        text.span().end == self.end && !text.is_closed()
     }
 
-    fn goes_on(&mut self, state: SiteState) -> Option<SitePlace> {
-        self.state = state;
-        self.skip(1)
-    }
-
-    /// Begins a new statement in the table of the header.
-    fn begin(&mut self) {
-        self.path.truncate(self.prefix);
-        self.inner = 0;
-        self.stack.clear();
-        self.tables = 0;
-        self.brace = None;
-        self.state = SiteState::Key;
-    }
-
-    /// Inline tables end with their line; an array continues unless a statement begins.
-    fn line_ends(&mut self) -> Option<SitePlace> {
-        self.at += 1;
-        while self.stack.last().is_some_and(|frame| frame.is_table) {
-            self.close();
-        }
-        if self.stack.is_empty() || begins_statement(&self.text[self.at..]) {
-            self.begin();
-        }
-        None
-    }
-
-    fn comment(&mut self) -> Option<SitePlace> {
-        let rest = &self.text[self.at..self.end];
-        match rest.find('\n') {
-            Some(length) => self.skip(length),
-            None => Some(SitePlace::Nowhere),
+    fn pair(&mut self, pair: &Pair<'_>) -> SitePlace {
+        let mut keys = pair.key.as_slice();
+        let typed = keys.split_last().filter(|(last, _)| !pair.is_assigned && self.continues(last));
+        keys = typed.map_or(keys, |(_, before)| before);
+        self.path.extend(keys.iter().map(|key| key.unquoted().text().to_owned()));
+        match typed {
+            Some((last, _)) => {
+                let start = self.start + last.unquoted().span().start;
+                SitePlace::Key { start, quoted: last.quote().is_some() }
+            }
+            None if pair.is_assigned => self.value(&pair.value),
+            None => SitePlace::Nowhere,
         }
     }
 
-    /// A string, or a key in quotes. Without a closing quote, it ends with its line.
-    fn quoted(&mut self, quote: u8) -> Option<SitePlace> {
-        let rest = &self.text[self.at..self.end];
-        let triple = [quote; 3];
-        if rest.as_bytes().starts_with(&triple) {
-            let close = rest.as_bytes()[3..].windows(3).position(|three| three == triple);
-            self.at += 6 + close.unwrap_or(0);
-            self.state = SiteState::ValueRead;
-            return close.is_none().then_some(SitePlace::Nowhere);
-        }
-        let start = self.at + 1;
-        let (mut length, mut escaped) = (0, false);
-        for byte in self.text.as_bytes()[start..self.end].iter() {
-            if *byte == b'\n' || (*byte == quote && !escaped) {
-                let is_key = matches!(self.state, SiteState::Key | SiteState::KeyRead);
-                if is_key {
-                    self.path.push(self.text[start..start + length].to_owned());
+    fn value(&mut self, value: &Content<'_>) -> SitePlace {
+        match value {
+            Content::Scalar(text) => self.scalar(text),
+            Content::Array(array) if !array.brackets.is_closed => {
+                self.in_array = true;
+                match array.rows.iter().rev().find_map(Row::element) {
+                    _ if array.brackets.is_open_for_next => SitePlace::Bare(self.start + self.end),
+                    Some(last) => self.value(last),
+                    None => SitePlace::Nowhere,
                 }
-                self.state = if is_key { SiteState::KeyRead } else { SiteState::ValueRead };
-                self.at = start + length + usize::from(*byte == quote);
-                return None;
             }
-            escaped = *byte == b'\\' && quote == b'"' && !escaped;
-            length += 1;
-        }
-        Some(match self.state {
-            SiteState::Key | SiteState::KeyRead => SitePlace::Key { start, quoted: true },
-            SiteState::Value | SiteState::ValueRead => SitePlace::Text(start),
-        })
-    }
-
-    fn opened(&mut self, is_table: bool) -> Option<SitePlace> {
-        let in_array = self.stack.last().is_some_and(|frame| !frame.is_table);
-        let (length, inner, brace) = (self.path.len(), self.inner, self.brace);
-        self.stack.push(TableFrame { is_table, length, inner, brace });
-        self.tables += usize::from(is_table);
-        if is_table && in_array {
-            self.inner = length;
-            self.brace = Some(self.at);
-        }
-        self.goes_on(if is_table { SiteState::Key } else { SiteState::Value })
-    }
-
-    fn close(&mut self) {
-        if let Some(frame) = self.stack.pop() {
-            self.path.truncate(frame.length);
-            (self.inner, self.brace) = (frame.inner, frame.brace);
-            self.tables -= usize::from(frame.is_table);
-            self.state = SiteState::ValueRead;
-        }
-    }
-
-    /// Closes the innermost open array or table of this kind, and everything that is open in it.
-    fn closed(&mut self, is_table: bool) -> Option<SitePlace> {
-        let open = if is_table { self.tables } else { self.stack.len() - self.tables };
-        if open > 0 {
-            while self.stack.last().is_some_and(|frame| frame.is_table != is_table) {
-                self.close();
+            Content::Table(table) if !table.brackets.is_closed => {
+                if std::mem::take(&mut self.in_array) {
+                    self.inner = self.path.len();
+                    self.brace = Some(self.start + table.brackets.span.start);
+                }
+                match table.pairs.last() {
+                    Some(last) if !table.brackets.is_open_for_next => self.pair(last),
+                    Some(_) | None => self.new_key(),
+                }
             }
-            self.close();
-        }
-        self.skip(1)
-    }
-
-    fn comma(&mut self) -> Option<SitePlace> {
-        match self.stack.last() {
-            None => self.skip(1),
-            Some(frame) if !frame.is_table => self.goes_on(SiteState::Value),
-            Some(frame) => {
-                self.path.truncate(frame.length);
-                self.goes_on(SiteState::Key)
-            }
+            Content::Array(_) | Content::Table(_) => SitePlace::Nowhere,
         }
     }
 
-    fn bare(&mut self) -> Option<SitePlace> {
-        let start = self.at;
-        let is_key = matches!(self.state, SiteState::Key | SiteState::KeyRead);
-        let ends = |c: char| match is_key {
-            true => !(c.is_alphanumeric() || matches!(c, '_' | '-')),
-            false => c.is_whitespace() || matches!(c, ',' | ']' | '}' | '#' | '[' | '{' | '"'),
-        };
-        let rest = &self.text[start..self.end];
-        let length = rest.find(ends).unwrap_or(rest.len());
-        if start + length == self.end && length > 0 {
-            return Some(match self.state {
-                SiteState::Key => SitePlace::Key { start, quoted: false },
-                SiteState::Value => SitePlace::Bare(start),
-                SiteState::KeyRead | SiteState::ValueRead => SitePlace::Nowhere,
-            });
+    fn scalar(&self, text: &TextSlice<'_>) -> SitePlace {
+        if text.is_empty() {
+            return SitePlace::Bare(self.start + self.end);
         }
-        if length == 0 {
-            return self.skip(rest.chars().next().map_or(1, char::len_utf8));
+        let start = self.start + text.unquoted().span().start;
+        match text.quote() {
+            _ if !self.continues(text) || text.is_multi_line() => SitePlace::Nowhere,
+            Some(_) => SitePlace::Text(start),
+            None => SitePlace::Bare(start),
         }
-        if self.state == SiteState::Key {
-            self.path.push(rest[..length].to_owned());
-        }
-        self.state = if is_key { SiteState::KeyRead } else { SiteState::ValueRead };
-        self.skip(length)
     }
-}
-
-/// Whether a line begins with a key and its `=`, or with a bare word. Then the brackets that are
-/// open before it were left unclosed.
-fn begins_statement(text: &str) -> bool {
-    let line = text.lines().next().unwrap_or_default().trim_start();
-    if line.starts_with(|c: char| c.is_ascii_alphabetic()) {
-        return true;
-    }
-    let Some(rest) = line.strip_prefix('"') else { return false };
-    rest.split_once('"').is_some_and(|(_, behind)| behind.trim_start().starts_with('='))
 }
 
 #[cfg(test)]
