@@ -135,8 +135,8 @@ impl Seats {
         sleep(self.settings.rest).await;
     }
 
-    /// Like [`Seats::make_room`], but the pause ends as soon as the client has left: the next client
-    /// of this server gets its descriptor.
+    /// Like [`Seats::make_room`], but the pause ends as soon as the client has left: the next
+    /// client of this server gets its descriptor.
     pub async fn make_room_for_next(&self) {
         let left = self.shared.room.notified();
         if self.lock().dismiss(|_| true) {

@@ -68,6 +68,11 @@ impl EditorFile {
         self.lines.span(&self.text, self.lines.line(offset))
     }
 
+    /// The first value of the pair with this path in an object, without quotes.
+    pub fn value(&self, object: usize, keys: &[&str]) -> Option<&str> {
+        self.outline.value(object, keys).map(|value| self.slice(value.inner.clone()))
+    }
+
     /// A part of the text.
     pub fn slice(&self, range: Range<usize>) -> &str {
         self.text.get(range).unwrap_or_default()

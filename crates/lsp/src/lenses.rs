@@ -33,8 +33,7 @@ fn of_tests(file: &EditorFile, uri: &Value, results: &TestResults) -> Vec<CodeLe
         if !matches!(object.kind.as_str(), "scenario" | "random") {
             continue;
         }
-        let Some(name) = file.outline.value(at, &["name"]) else { continue };
-        let name = file.slice(name.inner.clone());
+        let Some(name) = file.value(at, &["name"]) else { continue };
         let place = object.extent.start..object.extent.start;
         let arguments = vec![uri.clone(), json!(name)];
         lenses.push(lens(file, place.clone(), ("run", TEST, arguments.clone())));
@@ -50,9 +49,7 @@ fn of_tests(file: &EditorFile, uri: &Value, results: &TestResults) -> Vec<CodeLe
 
 fn of_ladder(file: &EditorFile, uri: &Value, is_live: bool) -> Vec<CodeLens> {
     let main = file.outline.objects.iter().enumerate().find(|(at, object)| {
-        let name = file.outline.value(*at, &["name"]);
-        object.kind == "program"
-            && name.is_some_and(|name| file.slice(name.inner.clone()) == "Main")
+        object.kind == "program" && file.value(*at, &["name"]) == Some("Main")
     });
     let Some((_, main)) = main else { return Vec::new() };
     let place = main.extent.start..main.extent.start;

@@ -54,6 +54,7 @@ mod server;
 mod simulate_job;
 mod slots;
 mod symbols;
+mod tag_facts;
 mod test_job;
 mod test_results;
 mod tokens;

@@ -105,17 +105,16 @@ impl Names {
         kind: DeclaredKind,
     ) {
         let outline = &file.outline;
-        let text = |keys: &[&str]| {
-            let value = outline.value(word.object, keys)?;
-            Some(file.slice(value.inner.clone()).to_owned())
-        };
+        let text = |key| file.value(word.object, &[key]).map(str::to_owned);
         // A key declares no use, and its object is often the root, which has thousands of pairs.
-        let template = if is_of_key(kind) { None } else { text(&["use"]) };
+        let template = if is_of_key(kind) { None } else { text("use") };
         let doc = match is_of_key(kind) {
-            true => outline.value_below(word.pair, "doc"),
-            false => outline.value(word.object, &["doc"]),
+            true => {
+                let doc = outline.value_below(word.pair, "doc");
+                doc.map(|doc| file.slice(doc.inner.clone()).to_owned())
+            }
+            false => text("doc"),
         };
-        let doc = doc.map(|doc| file.slice(doc.inner.clone()).to_owned());
         let kind = match (kind, &template) {
             (DeclaredKind::Rung, Some(_)) => DeclaredKind::Use,
             (kind, _) => kind,
@@ -272,8 +271,8 @@ impl Names {
             }
             Role::Template => known(self.template(text)),
             Role::Parameter => {
-                let used = file.outline.value(word.object, &["use"]);
-                let used = used.and_then(|used| self.template(file.slice(used.inner.clone())));
+                let used = file.value(word.object, &["use"]);
+                let used = used.and_then(|used| self.template(used));
                 known(used.and_then(|template| self.own(template, text)))
             }
             Role::Device => {

@@ -10,9 +10,9 @@ use super::names::Meaning;
 use super::outline::OutlineValue;
 use super::project::Project;
 use super::slots::{DeclaredKind, FileKind, Slot, of_value};
+use super::tag_facts::TagFacts;
 use super::words::{FileWord, Role};
-use rungd_engine::isa::address_text;
-use rungd_engine::isa::{Address, MemorySizes, Structure, Word as WordAddress};
+use rungd_engine::isa::{Address, Structure, Word as WordAddress};
 
 /// A word that names an operand.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -25,31 +25,6 @@ pub(super) struct NamedWord {
     pub is_time: bool,
     /// Whether it is written there.
     pub is_written: bool,
-}
-
-/// The kind of a structure, with the name of its accumulator.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Accumulates {
-    Time,
-    Count,
-    Sensaphone,
-}
-
-impl Accumulates {
-    fn of(structure: Structure) -> Accumulates {
-        match structure {
-            Structure::Timer(_) => Accumulates::Time,
-            Structure::Counter(_) => Accumulates::Count,
-            Structure::Sensaphone(_) => Accumulates::Sensaphone,
-        }
-    }
-
-    fn member(self) -> &'static str {
-        match self {
-            Accumulates::Time | Accumulates::Count => "Acc",
-            Accumulates::Sensaphone => "ACC",
-        }
-    }
 }
 
 /// The operand that a word names.
@@ -78,7 +53,7 @@ pub(super) fn named(
     let mut last = None;
     for part in &parts {
         if let Meaning::Declared(at) = part.meaning {
-            if last.is_none() && is_of_template(project, at) {
+            if last.is_none() && project.names.template_around(at).is_some() {
                 return None;
             }
             last = Some(at);
@@ -87,7 +62,7 @@ pub(super) fn named(
     let has_member = parts.last().is_some_and(|part| part.meaning == Meaning::Member);
     let structure = match (last, parts.first()?.meaning) {
         (Some(at), _) => declared_structure(project, at)?,
-        (None, Meaning::Address(address)) => of_address(address),
+        (None, Meaning::Address(address)) => structure_of(address),
         (None, Meaning::Status) => None,
         (None, Meaning::Declared(_) | Meaning::Member | Meaning::Unknown) => return None,
     };
@@ -97,9 +72,9 @@ pub(super) fn named(
     };
     let mut operand = format!("{text}{}", index(file, word)?);
     if let Some(of) = structure.filter(|_| is_whole) {
-        operand = format!("{operand}.{}", of.member());
+        operand = format!("{operand}.{}", of.acc_name());
     }
-    let is_time = structure == Some(Accumulates::Time) && operand.ends_with(".Acc");
+    let is_time = matches!(structure, Some(Structure::Timer(_))) && operand.ends_with(".Acc");
     Some(NamedWord { span: word.span.clone(), operand, is_time, is_written })
 }
 
@@ -133,22 +108,9 @@ fn index<'f>(file: &'f EditorFile, word: &FileWord) -> Option<&'f str> {
     is_number.then_some(&behind[..=end])
 }
 
-/// Whether a declaration belongs to a template, and so stands for a different operand in each use.
-fn is_of_template(project: &Project, at: usize) -> bool {
-    let mut at = Some(at);
-    while let Some(number) = at {
-        let of = &project.names.all[number];
-        if of.kind == DeclaredKind::Template {
-            return true;
-        }
-        at = of.parent;
-    }
-    false
-}
-
 /// The structure that a declared name stands for; `Some(None)` for a bit or word, `None` for a name
 /// without a value.
-fn declared_structure(project: &Project, at: usize) -> Option<Option<Accumulates>> {
+fn declared_structure(project: &Project, at: usize) -> Option<Option<Structure>> {
     let declared = &project.names.all[at];
     match declared.kind {
         DeclaredKind::Tag | DeclaredKind::OwnTag => {}
@@ -162,34 +124,27 @@ fn declared_structure(project: &Project, at: usize) -> Option<Option<Accumulates
         | DeclaredKind::Parameter
         | DeclaredKind::Test => return None,
     }
-    let file = &project.files[declared.file];
-    let outline = &file.outline;
-    let name: Vec<&str> =
-        outline.pairs[declared.pair].keys.iter().map(|key| key.text.as_str()).collect();
-    let key = |key: &str| {
-        let value = outline.value(declared.object, &[name.as_slice(), &[key]].concat())?;
-        Some(file.slice(value.inner.clone()))
-    };
-    if key("value").is_some() {
+    let facts = TagFacts::of(declared, &project.files[declared.file]);
+    if facts.text("value").is_some() {
         return None;
     }
-    Some(match key("type") {
-        Some("timer") => Some(Accumulates::Time),
-        Some("counter") => Some(Accumulates::Count),
-        Some("sensaphone") => Some(Accumulates::Sensaphone),
+    Some(match facts.text("type") {
+        Some("timer") => Some(Structure::Timer(0)),
+        Some("counter") => Some(Structure::Counter(0)),
+        Some("sensaphone") => Some(Structure::Sensaphone(0)),
         Some(_) => None,
         None => {
-            let address = address_text::parse(key("at")?, &MemorySizes::default()).ok();
-            address.and_then(of_address)
+            facts.text("at")?;
+            facts.address().and_then(structure_of)
         }
     })
 }
 
 /// The structure that an address names, or whose accumulator it is.
-fn of_address(address: Address) -> Option<Accumulates> {
+fn structure_of(address: Address) -> Option<Structure> {
     match address {
         Address::Structure(structure) | Address::Word(WordAddress::Acc(structure)) => {
-            Some(Accumulates::of(structure))
+            Some(structure)
         }
         Address::Word(WordAddress::Pre(_) | WordAddress::Space(..)) | Address::Bit(_) => None,
     }

@@ -2,8 +2,8 @@
 //! not valid TOML.
 //!
 //! `outline_reader` makes it from the text's tree, in which an incomplete value hides nothing after
-//! its own line. `words` finds the names in the values; `complete` finds the place of the cursor. It
-//! validates nothing; `load` does that.
+//! its own line. `words` finds the names in the values; `complete` finds the place of the cursor.
+//! It validates nothing; `load` does that.
 
 use std::collections::{HashMap, HashSet};
 use std::hash::{BuildHasher, Hash, Hasher, RandomState};
@@ -185,6 +185,26 @@ impl Outline {
             keys.len() == of.keys.len() + 1 && self.pairs[*number].key().text == key
         })?;
         self.value_of[at].map(|value| &self.values[value])
+    }
+
+    /// The header above a byte, or around it.
+    pub fn header_at(&self, at: usize) -> Option<&TableHeader> {
+        let behind = self.headers.partition_point(|header| header.span.start <= at);
+        behind.checked_sub(1).map(|last| &self.headers[last])
+    }
+
+    /// The value around a place.
+    pub fn value_at(&self, place: &Range<usize>) -> Option<&OutlineValue> {
+        let behind = self.values.partition_point(|value| value.span.start <= place.start);
+        let value = behind.checked_sub(1).map(|last| &self.values[last]);
+        value.filter(|value| place.end <= value.span.end)
+    }
+
+    /// The values of the pair with this path in an object.
+    pub fn values_of(&self, object: usize, keys: &[&str]) -> impl Iterator<Item = &OutlineValue> {
+        let pair = self.pair(object, keys);
+        let first = pair.and_then(|pair| self.value_of[pair]).unwrap_or(self.values.len());
+        self.values[first..].iter().take_while(move |value| Some(value.pair) == pair)
     }
 
     /// The first value of the pair with this path in an object.

@@ -3,7 +3,10 @@
 //! `words` uses it to find the names in a text, `complete` to propose texts for a place.
 
 use super::outline::{KeyPair, Outline};
-use rungd_language::source::file_kind;
+use rungd_config::controller;
+use rungd_lab::testing;
+use rungd_language::source::shape::Shape;
+use rungd_language::source::{file_kind, ladder};
 
 /// The kind of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -24,6 +27,15 @@ impl FileKind {
         match file_kind::has_controller_keys(|key| roots.contains(key), ladder_is_table) {
             true => FileKind::Controller,
             false => FileKind::Ladder,
+        }
+    }
+
+    /// The keys that a file of this kind may have.
+    pub fn shape(self) -> Shape {
+        match self {
+            FileKind::Ladder => ladder::shape(),
+            FileKind::Controller => controller::shape(),
+            FileKind::Test => testing::shape(),
         }
     }
 

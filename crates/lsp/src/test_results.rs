@@ -91,11 +91,7 @@ pub(super) fn whole(file: &Path, verdict: &Verdict, failure: &Failure) -> String
 
 fn diagnostic(file: &EditorFile, verdict: &Verdict, failure: &Failure) -> Diagnostic {
     let offset = file.offset_of(failure.place);
-    let step = file
-        .outline
-        .values
-        .iter()
-        .find(|value| value.span.start <= offset && offset < value.span.end && value.is_string);
+    let step = file.outline.value_at(&(offset..offset + 1)).filter(|value| value.is_string);
     let place = step.map_or_else(|| file.line(offset), |step| step.inner.clone());
     let name = file.path.file_name().map(Path::new).unwrap_or(&file.path);
     Diagnostic {

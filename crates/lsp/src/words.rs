@@ -10,6 +10,8 @@ use std::ops::Range;
 use super::outline::{KeyPair, KeyPart, Outline, OutlineValue, TableObject};
 use super::slots::{DeclaredKind, FileKind, KeySlot, Slot, of_key, of_value};
 use rungd_engine::isa::{Function, Mnemonic, OperandKind, OperandRole, OperandSpec};
+use rungd_language::resolve::placeholders;
+use rungd_language::source::instruction::words;
 
 /// A word of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -113,7 +115,7 @@ fn parts<'t>(text: &'t str, outline: &Outline) -> HashSet<(usize, &'t str)> {
     parts.filter_map(named).collect()
 }
 
-impl WordReader<'_> {
+impl<'t> WordReader<'t> {
     fn push(&mut self, span: Range<usize>, role: Role) {
         if !span.is_empty() {
             self.words.push(FileWord { span, role, object: self.object, pair: self.pair });
@@ -176,15 +178,8 @@ impl WordReader<'_> {
 
     /// The words in braces of a text.
     fn placeholders(&mut self, place: Range<usize>) {
-        let text = &self.text[place.clone()];
-        let mut at = 0;
-        while let Some(open) = text[at..].find('{').map(|open| at + open + 1) {
-            let is_letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
-            let length = text[open..].find(|c| !is_letter(c)).unwrap_or(0);
-            if text[open + length..].starts_with('}') {
-                self.push(place.start + open..place.start + open + length, Role::Placeholder);
-            }
-            at = open;
+        for word in placeholders(&self.text[place.clone()]) {
+            self.push(place.start + word.start..place.start + word.end, Role::Placeholder);
         }
     }
 
@@ -199,9 +194,15 @@ impl WordReader<'_> {
         }
     }
 
+    /// The words of a place that spaces separate.
+    fn words_of(&self, place: &Range<usize>) -> impl Iterator<Item = Range<usize>> + use<'t> {
+        let start = place.start;
+        let words = words(&self.text[place.clone()]).into_iter();
+        words.map(move |(at, word)| start + at..start + at + word.len())
+    }
+
     fn instruction(&mut self, place: Range<usize>) {
-        let text = &self.text[place.clone()];
-        let mut words = split(text).map(|word| place.start + word.start..place.start + word.end);
+        let mut words = self.words_of(&place);
         let Some(first) = words.next() else { return };
         let Some(mnemonic) = Mnemonic::from_name(&self.text[first.clone()]) else { return };
         let operands: Vec<Range<usize>> = words.collect();
@@ -233,7 +234,7 @@ impl WordReader<'_> {
 
     fn step(&mut self, place: Range<usize>) {
         let text = &self.text[place.clone()];
-        let mut words = split(text).map(|word| place.start + word.start..place.start + word.end);
+        let mut words = self.words_of(&place);
         let Some(first) = words.next() else { return };
         let verb = self.text[first].split(':').next().unwrap_or_default();
         match verb {
@@ -264,19 +265,6 @@ fn role(operand: &OperandSpec) -> Role {
         false if operand.role == OperandRole::Reads => Role::Reads,
         false => Role::Writes,
     }
-}
-
-/// The words of a text that spaces separate.
-fn split(text: &str) -> impl Iterator<Item = Range<usize>> {
-    let mut at = 0;
-    std::iter::from_fn(move || {
-        let rest = &text[at..];
-        let begin = at + rest.len() - rest.trim_start_matches([' ', '\t']).len();
-        let rest = &text[begin..];
-        let length = rest.find([' ', '\t']).unwrap_or(rest.len());
-        at = begin + length;
-        (length > 0).then_some(begin..at)
-    })
 }
 
 /// A name in a text.

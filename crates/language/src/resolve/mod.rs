@@ -63,6 +63,7 @@ use resolver::Resolver;
 use rungd_base::progress::Step;
 
 pub use resolver::LoadOptions;
+pub use template::placeholders;
 
 /// Resolves the ladder files together as one program. The program is `None` if the findings contain
 /// an error. The findings are in order of place.

@@ -102,7 +102,8 @@ fn joined(words: &[(usize, &str)], number: usize) -> Option<String> {
     (plain && !(key.is_empty() && value.is_empty())).then_some(all)
 }
 
-fn words(text: &str) -> Vec<(usize, &str)> {
+/// The words of a text that spaces separate, each with its place.
+pub fn words(text: &str) -> Vec<(usize, &str)> {
     let mut words = Vec::new();
     let mut at = 0;
     for word in text.split([' ', '\t']) {

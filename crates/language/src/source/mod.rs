@@ -1,6 +1,9 @@
 //! Reads TOML files into the structures that their author wrote, with the place of every part. This
 //! is the only module that handles TOML. It resolves no addresses and no instructions.
 //!
+//! [`reader`] reads the values of a text that is TOML, or of its lines that are. [`toml_tree`] is
+//! the text as it is written, even while it is typed: `format` and the editor read it.
+//!
 //! [`ladder::read`] and `controller::read` read the text of one file. The resolver uses the result
 //! of `ladder::read`, and `controller` that of `controller::read`. Both functions also return
 //! findings, which [`render`] prints as text.

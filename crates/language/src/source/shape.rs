@@ -98,6 +98,20 @@ impl Shape {
         self.0.borrow()
     }
 
+    /// The key at the end of a path from this table on, with the form of its value.
+    pub fn entry(&self, path: &[&str]) -> Option<(Key, ValueForm)> {
+        let (first, rest) = path.split_first()?;
+        let (key, form) = {
+            let noted = self.noted();
+            let known = noted.keys.iter().find(|(key, _)| key.name == *first);
+            known.or(noted.others.as_ref())?.clone()
+        };
+        match rest.is_empty() {
+            true => Some((key, form)),
+            false => form.below()?.entry(rest),
+        }
+    }
+
     /// Records a key; a later record of the same key replaces the earlier one.
     pub(super) fn note(&self, key: Key, form: ValueForm) {
         let mut noted = self.0.borrow_mut();

@@ -149,14 +149,22 @@ impl Division<'_> {
     }
 }
 
-/// Whether a line looks like a header or like a key with its value.
-fn looks_begun(line: &str) -> bool {
+/// Whether a line looks like a header or like a key with its value. No line within an array of TOML
+/// does.
+pub(super) fn looks_begun(line: &str) -> bool {
     let line = line.trim_start();
-    if let Some(name) = line.strip_prefix('[') {
-        let name = name.trim_start_matches([' ', '\t', '[']);
-        return name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
+    match line.strip_prefix('[') {
+        Some(name) => is_name(name.trim_start_matches([' ', '\t', '['])),
+        None => plain_key(line).is_some(),
     }
-    plain_key(line).is_some()
+}
+
+/// Whether a text begins with a bare word other than a value.
+pub(super) fn is_name(text: &str) -> bool {
+    let length = text.find(|c: char| !c.is_ascii_alphanumeric() && c != '_' && c != '-');
+    let word = &text[..length.unwrap_or(text.len())];
+    let begins = word.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
+    begins && !["true", "false", "inf", "nan"].contains(&word)
 }
 
 /// The first part of the key that a line begins with, if the line is a key with a value.

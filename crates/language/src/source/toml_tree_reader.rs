@@ -8,6 +8,7 @@
 use toml_parser::Source;
 use toml_parser::lexer::{Token, TokenKind};
 
+use super::statements::{is_name, looks_begun};
 use super::toml_tree::{
     Array, Brackets, Content, Head, InlineTable, Pair, Piece, Row, Tail, TextEnd, TextSlice,
     TomlTree,
@@ -258,29 +259,11 @@ impl<'a> TreeReader<'a> {
         array
     }
 
-    /// Whether a header, or a key with its `=`, begins at the start of this line. A word alone at
-    /// the end of the text is a key, too.
+    /// Whether a statement begins here. A word alone at the end of the text is a key, too.
     fn begins_statement(&self) -> bool {
-        use TokenKind as T;
-        let is_space = |token: &&Token| token.kind() == T::Whitespace;
-        let mut rest = self.tokens[self.at..].iter().skip_while(is_space);
-        let Some(first) = rest.next() else { return false };
-        if first.kind() == T::LeftSquareBracket {
-            let name = rest.find(|of| !matches!(of.kind(), T::Whitespace | T::LeftSquareBracket));
-            return name.is_some_and(|name| name.kind() == T::Atom && self.is_name(name));
-        }
-        let is_in_key =
-            |of: &&Token| matches!(of.kind(), T::Dot | T::Whitespace) || is_key_part(of.kind());
-        let behind = rest.find(|of| !is_in_key(of)).map_or(T::Eof, Token::kind);
-        is_key_part(first.kind())
-            && (behind == T::Equals || behind == T::Eof && self.is_name(first))
-    }
-
-    /// Whether a token is a bare word other than a value.
-    fn is_name(&self, token: &Token) -> bool {
-        let word = &self.text[token.span().start()..token.span().end()];
-        let begins = word.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
-        begins && !["true", "false", "inf", "nan"].contains(&word)
+        let rest = self.text.get(self.start()..).unwrap_or_default();
+        let is_in_key = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
+        looks_begun(rest) || is_name(rest) && rest.chars().all(is_in_key)
     }
 
     fn table(&mut self) -> InlineTable<'a> {

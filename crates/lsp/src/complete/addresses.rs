@@ -5,10 +5,11 @@ use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 use lsp_types::CompletionItemKind;
 
-use super::nature::{Nature, Wish, facts};
+use super::nature::{Nature, Wish};
 use super::proposal::{Proposal, Proposals};
 use super::scene::CompletionScene;
 use crate::slots::{DeclaredKind, FileKind};
+use crate::tag_facts::TagFacts;
 use crate::words::Role;
 use rungd_engine::isa::{MemorySizes, Space, address_text};
 
@@ -80,7 +81,7 @@ fn tagged(scene: &CompletionScene, sizes: &MemorySizes) -> BTreeMap<(Space, u32)
     let mut tags = BTreeMap::new();
     let all = scene.names().all.iter();
     for tag in all.filter(|of| matches!(of.kind, DeclaredKind::Tag | DeclaredKind::OwnTag)) {
-        let facts = facts(tag, &scene.project.files[tag.file]);
+        let facts = TagFacts::of(tag, &scene.project.files[tag.file]);
         let Some(Ok(address)) = facts.text("at").map(|at| address_text::parse(at, sizes)) else {
             continue;
         };
@@ -122,10 +123,8 @@ fn sizes(scene: &CompletionScene) -> MemorySizes {
     let mut sizes = MemorySizes::default();
     let controller = scene.project.files.iter().find(|file| file.kind == FileKind::Controller);
     for space in Space::ALL {
-        let count = controller.and_then(|file| {
-            let value = file.outline.value(0, &["memory", space.name()])?;
-            file.slice(value.inner.clone()).parse().ok()
-        });
+        let count =
+            controller.and_then(|file| file.value(0, &["memory", space.name()])?.parse().ok());
         if let Some(count) = count.filter(|count| (1..=65_536).contains(count)) {
             sizes = space.sized(&sizes, count);
         }

@@ -2,10 +2,10 @@
 
 use lsp_types::CompletionItemKind;
 
-use super::nature::{TagFacts, facts};
 use crate::names::Declared;
 use crate::project::Project;
 use crate::slots::DeclaredKind;
+use crate::tag_facts::TagFacts;
 use rungd_engine::isa::Spec;
 
 /// The symbol of a declaration.
@@ -28,7 +28,7 @@ pub(super) fn detail(declared: &Declared, project: &Project) -> String {
     let used = || declared.template.as_deref().map(|of| format!(" of {of}")).unwrap_or_default();
     match declared.kind {
         DeclaredKind::Tag | DeclaredKind::OwnTag | DeclaredKind::Parameter => {
-            tag_words(&facts(declared, file))
+            tag_words(&TagFacts::of(declared, file))
         }
         DeclaredKind::Program => format!("program{}", used()),
         DeclaredKind::Task => "task".to_owned(),
@@ -55,7 +55,7 @@ fn tag_words(facts: &TagFacts) -> String {
 pub(super) fn doc(declared: &Declared, project: &Project) -> String {
     let mut parts: Vec<String> = declared.doc.iter().map(|doc| plain(doc)).collect();
     if matches!(declared.kind, DeclaredKind::Tag | DeclaredKind::OwnTag) {
-        let facts = facts(declared, &project.files[declared.file]);
+        let facts = TagFacts::of(declared, &project.files[declared.file]);
         let limits = match (facts.text("min"), facts.text("max")) {
             (Some(min), Some(max)) => Some(format!("From {min} to {max}.")),
             (Some(min), None) => Some(format!("At least {min}.")),

@@ -95,11 +95,7 @@ fn present<'s>(scene: &'s CompletionScene) -> Vec<&'s str> {
 fn is_above_keys(scene: &CompletionScene) -> bool {
     let (outline, keys) = (&scene.file.outline, scene.keys());
     let line = scene.file.line(scene.offset);
-    let in_header = |at: usize| {
-        let behind = outline.headers.partition_point(|header| header.span.start <= at);
-        let header = behind.checked_sub(1).map(|header| &outline.headers[header]);
-        header.is_some_and(|header| header.span.contains(&at))
-    };
+    let in_header = |at| outline.header_at(at).is_some_and(|header| header.span.contains(&at));
     outline.pairs_of[scene.table()].iter().any(|pair| {
         let of = &outline.pairs[*pair].keys;
         let is_same = of.iter().zip(&keys).all(|(a, b)| a.text == *b);

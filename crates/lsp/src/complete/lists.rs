@@ -3,10 +3,10 @@
 use lsp_types::CompletionItemKind;
 
 use super::describe::{detail, doc, symbol};
-use super::nature::facts;
 use super::proposal::{Proposal, Proposals};
 use super::scene::CompletionScene;
 use crate::slots::DeclaredKind;
+use crate::tag_facts::TagFacts;
 use rungd_config::load::library;
 use rungd_language::source::file_kind::LIBRARY;
 use rungd_language::source::finding::{self, Severity};
@@ -75,7 +75,7 @@ pub(super) fn parameters(scene: &CompletionScene, typed: &str, present: &[&str])
     let absent = of_template.filter(|of| used.is_some() && !present.contains(&of.name.as_str()));
     let fitting = Proposals::of(typed);
     let of = absent.filter(|of| fitting.fits(&of.name)).enumerate().map(|(order, of)| {
-        let facts = facts(of, &scene.project.files[of.file]);
+        let facts = TagFacts::of(of, &scene.project.files[of.file]);
         let rank = u8::from(facts.text("default").is_some());
         let mut proposal = Proposal::new(&of.name, symbol(of.kind), rank);
         proposal.order = order;

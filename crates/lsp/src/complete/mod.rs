@@ -29,7 +29,6 @@ use lsp_types::{CompletionItemKind, CompletionOptions, CompletionParams, Complet
 use self::behind::ItemEnd;
 use self::proposal::{ItemPlace, Proposal, Proposals};
 use self::scene::CompletionScene;
-use self::shapes::entry;
 use self::site::SitePlace;
 use super::workspace::Workspace;
 use rungd_language::source::shape::ValueForm;
@@ -93,7 +92,7 @@ fn plain(found: Proposals) -> (Proposals, Wrap, Option<ItemEnd>) {
 
 /// The proposals for a value that has no quotes yet, and the quotes.
 fn bare(scene: &CompletionScene, typed: &str) -> (Proposals, Wrap) {
-    let form = entry(&scene.shape(), &keys::path(scene)).map(|(_, form)| form);
+    let form = scene.shape().entry(&keys::path(scene)).map(|(_, form)| form);
     match form {
         Some(ValueForm::Flag) => (switches(typed), ("", "")),
         Some(ValueForm::Constant | ValueForm::Constants) => (switches(typed), ("", "")),

@@ -6,10 +6,9 @@
 
 use crate::file::EditorFile;
 use crate::names::Declared;
-use crate::outline::KeyPair;
 use crate::slots::DeclaredKind;
-use rungd_engine::isa::address_text;
-use rungd_engine::isa::{Address, MemorySizes, OperandKind, Structure};
+use crate::tag_facts::TagFacts;
+use rungd_engine::isa::{Address, OperandKind, Structure};
 
 /// The access that a ladder has to a bit or word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -142,9 +141,11 @@ impl Nature {
     /// The properties of a declaration.
     pub fn of(declared: &Declared, file: &EditorFile) -> Nature {
         match declared.kind {
-            DeclaredKind::Tag | DeclaredKind::OwnTag => Nature::of_tag(&facts(declared, file)),
+            DeclaredKind::Tag | DeclaredKind::OwnTag => {
+                Nature::of_tag(&TagFacts::of(declared, file))
+            }
             DeclaredKind::Parameter => {
-                let facts = facts(declared, file);
+                let facts = TagFacts::of(declared, file);
                 facts.text("type").map_or(Nature::OPEN, Nature::of_parameter)
             }
             DeclaredKind::Use => Nature::OPEN,
@@ -159,10 +160,7 @@ impl Nature {
 
     fn of_tag(facts: &TagFacts) -> Nature {
         let one = match (facts.text("at"), facts.text("type")) {
-            (Some(at), _) => match address_text::parse(at, &MemorySizes::default()) {
-                Ok(address) => Nature::of_address(address),
-                Err(_) => Nature::OPEN,
-            },
+            (Some(_), _) => facts.address().map_or(Nature::OPEN, Nature::of_address),
             (None, Some(kind)) => Nature::of_type(kind),
             (None, None) if facts.text("value").is_some() => Nature::CONSTANT,
             (None, None) => Nature::OPEN,
@@ -240,37 +238,4 @@ impl Wish {
             (false, false) => None,
         }
     }
-}
-
-/// The keys of a tag or parameter, with their values as written.
-pub(super) struct TagFacts<'f>(Vec<(&'f str, &'f str)>);
-
-impl<'f> TagFacts<'f> {
-    /// The value of a key, without quotes.
-    pub fn text(&self, key: &str) -> Option<&'f str> {
-        self.0.iter().find(|(of, _)| *of == key).map(|(_, text)| *text)
-    }
-}
-
-/// The keys of a declared tag or parameter, from the pairs that follow its own pair.
-pub(super) fn facts<'f>(declared: &Declared, file: &'f EditorFile) -> TagFacts<'f> {
-    let outline = &file.outline;
-    let own = &outline.pairs[declared.pair];
-    let length = own.keys.iter().position(|key| key.span.start == declared.span.start);
-    let length = length.map_or(own.keys.len(), |at| at + 1);
-    let is_same = |pair: &&KeyPair| {
-        let mut both = pair.keys.iter().zip(&own.keys).take(length);
-        pair.object == own.object
-            && pair.keys.len() >= length
-            && both.all(|(a, b)| a.text == b.text)
-    };
-    let numbers = declared.pair..outline.pairs.len();
-    let of = outline.pairs[numbers.clone()].iter().take_while(is_same).zip(numbers);
-    let fact = |(pair, number): (&'f KeyPair, usize)| {
-        let key = pair.keys.get(length)?;
-        let text = outline.value_of[number]
-            .map_or("", |value| file.slice(outline.values[value].inner.clone()));
-        Some((key.text.as_str(), text))
-    };
-    TagFacts(of.filter_map(fact).collect())
 }

@@ -17,9 +17,8 @@ pub use rungd_config::controller::device::simulated::{self, OfferedPoint};
 pub(super) fn offer(scene: &CompletionScene, into: &mut Proposals) {
     let outline = &scene.file.outline;
     let Some(device) = outline.enclosing(scene.site.object, &["device"]) else { return };
-    let name = outline.value(device, &["driver"]);
-    let name = name.map_or("", |value| scene.file.slice(value.inner.clone()));
-    let Some(driver) = drivers::row(name) else { return };
+    let name = scene.file.value(device, &["driver"]);
+    let Some(driver) = drivers::row(name.unwrap_or_default()) else { return };
     let is_target = scene.site.keys.last().is_some_and(|key| key == "to");
     match driver.points {
         OfferedPoints::OfParts => plant(scene, device, is_target, into),
@@ -34,19 +33,15 @@ pub(super) fn offer(scene: &CompletionScene, into: &mut Proposals) {
 /// Offers the points of the parts of a plant, and the commands of its faults.
 pub fn plant(scene: &CompletionScene, device: usize, is_target: bool, into: &mut Proposals) {
     let (file, outline) = (scene.file, &scene.file.outline);
-    let text = |object: usize, key: &str| {
-        let value = outline.value(object, &[key]);
-        value.map(|value| file.slice(value.inner.clone()))
-    };
     for (object, of) in outline.objects.iter().enumerate().filter(|(_, of)| of.parent == device) {
-        let Some(name) = text(object, "name") else { continue };
+        let Some(name) = file.value(object, &["name"]) else { continue };
         if of.kind == "device.fault" && is_target {
             add((&format!("fault.{name}"), "a bit, causes the fault", 0), into);
         }
         if of.kind != "device.part" {
             continue;
         }
-        let points = text(object, "kind").map(simulated::points_of).unwrap_or_default();
+        let points = file.value(object, &["kind"]).map(simulated::points_of).unwrap_or_default();
         for OfferedPoint { name: point, holds, is_command } in points {
             let about = if is_command { "drives the part" } else { "reported by the part" };
             let (label, about) = (format!("{name}.{point}"), format!("{holds}, {about}"));

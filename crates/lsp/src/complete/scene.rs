@@ -5,11 +5,8 @@ use super::site::CompletionSite;
 use crate::file::EditorFile;
 use crate::names::Names;
 use crate::project::{Library, Project};
-use crate::slots::{DeclaredKind, FileKind, Slot, of_path};
+use crate::slots::{DeclaredKind, Slot, of_path};
 use crate::workspace::Cursor;
-use rungd_config::controller;
-use rungd_lab::testing;
-use rungd_language::source::ladder;
 use rungd_language::source::shape::Shape;
 
 /// A cursor with the data that completion needs.
@@ -78,11 +75,7 @@ impl<'c> CompletionScene<'c> {
 
     /// The keys that a file of this kind may have.
     pub fn shape(&self) -> Shape {
-        match self.file.kind {
-            FileKind::Ladder => ladder::shape(),
-            FileKind::Controller => controller::shape(),
-            FileKind::Test => testing::shape(),
-        }
+        self.file.kind.shape()
     }
 
     /// The object with the pairs around the cursor; in a row of an array, the object of the row.
@@ -94,30 +87,22 @@ impl<'c> CompletionScene<'c> {
 
     /// The first value of a pair of the site's table.
     pub fn value(&self, keys: &[&str]) -> Option<&'c str> {
-        let value = self.file.outline.value(self.table(), keys)?;
-        Some(self.file.slice(value.inner.clone()))
+        self.file.value(self.table(), keys)
     }
 
     /// All values of a pair of the site's table, except the value at the cursor.
     pub fn other_values(&self, keys: &[&str]) -> Vec<&'c str> {
-        let outline = &self.file.outline;
-        let Some(pair) = outline.pair(self.table(), keys) else { return Vec::new() };
-        let first = outline.value_of[pair].unwrap_or(outline.values.len());
-        let of_pair = outline.values[first..].iter().take_while(|value| value.pair == pair);
+        let all = self.file.outline.values_of(self.table(), keys);
         let others =
-            of_pair.filter(|value| !(value.inner.start..=value.inner.end).contains(&self.offset));
+            all.filter(|value| !(value.inner.start..=value.inner.end).contains(&self.offset));
         others.map(|value| self.file.slice(value.inner.clone())).collect()
     }
 
     /// The field devices that ladders announce; a controller file will declare them.
     pub fn announced_devices(&self) -> impl Iterator<Item = &'c str> {
         self.project.files.iter().flat_map(|file| {
-            let outline = &file.outline;
-            let pair = outline.pair(0, &["ladder", "devices"]);
-            let first = pair.and_then(|pair| outline.value_of[pair]);
-            let values = &outline.values[first.unwrap_or(outline.values.len())..];
-            let of = values.iter().take_while(move |value| Some(value.pair) == pair);
-            of.map(|value| file.slice(value.inner.clone()))
+            let values = file.outline.values_of(0, &["ladder", "devices"]);
+            values.map(|value| file.slice(value.inner.clone()))
         })
     }
 }

@@ -5,25 +5,11 @@ use serde_json::Value;
 use rungd_language::source::key::{Key, KeyLimit};
 use rungd_language::source::shape::{Shape, ValueForm};
 
-/// The key at the end of a path from the root on, with the form of its value.
-pub(super) fn entry(shape: &Shape, path: &[&str]) -> Option<(Key, ValueForm)> {
-    let (first, rest) = path.split_first()?;
-    let (key, form) = {
-        let noted = shape.noted();
-        let known = noted.keys.iter().find(|(key, _)| key.name == *first);
-        known.or(noted.others.as_ref())?.clone()
-    };
-    match rest.is_empty() {
-        true => Some((key, form)),
-        false => entry(form.below()?, rest),
-    }
-}
-
 /// The table at the end of a path from the root on.
 pub(super) fn table(shape: &Shape, path: &[&str]) -> Option<Shape> {
     match path.is_empty() {
         true => Some(shape.clone()),
-        false => entry(shape, path)?.1.below().cloned(),
+        false => shape.entry(path)?.1.below().cloned(),
     }
 }
 

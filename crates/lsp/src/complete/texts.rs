@@ -9,13 +9,14 @@ use super::files;
 use super::instructions;
 use super::keys;
 use super::lists;
-use super::nature::{Wish, facts};
+use super::nature::Wish;
 use super::points;
 use super::proposal::{Proposal, Proposals};
 use super::scene::CompletionScene;
-use super::shapes::{entry, words};
+use super::shapes::words;
 use super::steps;
 use crate::slots::{DeclaredKind, Slot};
+use crate::tag_facts::TagFacts;
 use rungd_language::source::shape::ValueForm;
 
 /// The proposals after the text `before` in the string at the site.
@@ -47,7 +48,7 @@ fn argument(scene: &CompletionScene, before: &str) -> Proposals {
     let parameter = template.and_then(|template| scene.names().own(template, name));
     let wish = parameter.map_or(Wish::Anything, |at| {
         let of = &scene.names().all[at];
-        let kind = facts(of, &scene.project.files[of.file]).text("type");
+        let kind = TagFacts::of(of, &scene.project.files[of.file]).text("type");
         Wish::of_parameter(kind.unwrap_or_default())
     });
     contacts::offer(scene, before, wish)
@@ -65,7 +66,7 @@ fn place(scene: &CompletionScene, before: &str) -> Proposals {
 
 /// A name, or one of the words that the key allows.
 fn operand(scene: &CompletionScene, before: &str) -> Proposals {
-    let Some((key, form)) = entry(&scene.shape(), &keys::path(scene)) else {
+    let Some((key, form)) = scene.shape().entry(&keys::path(scene)) else {
         return contacts::offer(scene, before, Wish::Anything);
     };
     match (words(&key, &form).is_empty(), form) {
@@ -120,7 +121,7 @@ fn placeholders(scene: &CompletionScene, before: &str) -> Proposals {
 /// The words that the key allows.
 fn words_of(scene: &CompletionScene, before: &str) -> Proposals {
     let mut found = Proposals::of(before);
-    if let Some((key, form)) = entry(&scene.shape(), &keys::path(scene)) {
+    if let Some((key, form)) = scene.shape().entry(&keys::path(scene)) {
         for (order, word) in words(&key, &form).into_iter().enumerate() {
             let mut proposal = Proposal::new(word, CompletionItemKind::ENUM_MEMBER, 0);
             proposal.order = order;

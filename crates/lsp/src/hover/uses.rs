@@ -8,8 +8,9 @@ use super::super::file::EditorFile;
 use super::super::names::Meaning;
 use super::super::project::Project;
 use super::super::slots::{DeclaredKind, FileKind};
+use super::super::tag_facts::TagFacts;
 use super::super::words::{FileWord, Role};
-use rungd_engine::isa::{Address, MemorySizes, Mnemonic, Space, address_text};
+use rungd_engine::isa::{Address, Mnemonic, Space};
 
 /// The maximum number of lines of a list.
 pub(super) const LINES_MAX: usize = 8;
@@ -86,11 +87,7 @@ pub(super) fn address_of(project: &Project, at: usize) -> Option<Address> {
     if !matches!(declared.kind, DeclaredKind::Tag | DeclaredKind::OwnTag) {
         return None;
     }
-    let file = &project.files[declared.file];
-    let keys = file.outline.pairs[declared.pair].keys.iter().map(|key| key.text.as_str());
-    let keys: Vec<&str> = keys.chain(["at"]).collect();
-    let value = file.outline.value(declared.object, &keys)?;
-    address_text::parse(file.slice(value.inner.clone()), &MemorySizes::default()).ok()
+    TagFacts::of(declared, &project.files[declared.file]).address()
 }
 
 /// Whether two addresses are the same, or belong to the same structure.
@@ -179,10 +176,7 @@ fn list(file: &EditorFile, word: &FileWord) -> Option<usize> {
 fn line(project: &Project, (number, file): (usize, &EditorFile), word: &FileWord) -> String {
     let line = file.place(word.span.clone()).start.line + 1;
     let name = file.path.file_name().unwrap_or(file.path.as_os_str()).to_string_lossy();
-    let outline = &file.outline;
-    let behind = outline.values.partition_point(|value| value.inner.start <= word.span.start);
-    let value = behind.checked_sub(1).map(|at| &outline.values[at]);
-    let text = match value.filter(|value| word.span.end <= value.inner.end) {
+    let text = match file.outline.value_at(&word.span) {
         Some(value) if file.kind == FileKind::Ladder => file.slice(value.inner.clone()),
         Some(_) | None => file.slice(file.line(word.span.start)).trim(),
     };
@@ -199,10 +193,10 @@ fn place(project: &Project, (number, file): (usize, &EditorFile), word: &FileWor
         Some(parent) => format!("{}.{}", names.all[parent].name, of.name),
         None => of.name.clone(),
     };
-    let name = file.outline.value(word.object, &["name"]);
+    let name = file.value(word.object, &["name"]);
     let is_of_rung = file.outline.objects[word.object].kind.ends_with(".rung");
     match name.filter(|_| is_of_rung) {
-        Some(name) => format!("{block}/{} ", file.slice(name.inner.clone())),
+        Some(name) => format!("{block}/{name} "),
         None => format!("{block} "),
     }
 }

@@ -16,9 +16,7 @@ use rungd_language::source::sum_parser::parse_condition;
 pub(super) fn at(cursor: &Cursor) -> Option<(Range<usize>, String)> {
     let (file, at) = (cursor.file(), cursor.offset);
     let outline = &file.outline;
-    let behind = outline.values.partition_point(|value| value.span.start <= at);
-    let value = behind.checked_sub(1).map(|last| &outline.values[last]);
-    let value = value.filter(|value| at < value.span.end)?;
+    let value = outline.value_at(&(at..at + 1))?;
     number(cursor, value).or_else(|| {
         match of_value(outline, file.kind, &outline.pairs[value.pair]) {
             Slot::Contacts | Slot::Argument => {

@@ -1,5 +1,7 @@
 //! Words in braces in the texts of a template's tags: `{name}`, `{patience}`.
 
+use std::ops::Range;
+
 use crate::source::atom::{is_name, is_name_letter};
 use crate::source::finding::{Code, Finding};
 use crate::source::nearest::KnownNames;
@@ -31,6 +33,16 @@ fn pieces(text: &str) -> impl Iterator<Item = (&str, Option<&str>)> {
             next = Some(close);
         }
         Some((std::mem::take(&mut rest), None))
+    })
+}
+
+/// The places of the words in braces, without their braces.
+pub fn placeholders(text: &str) -> impl Iterator<Item = Range<usize>> {
+    let mut end = 0;
+    pieces(text).filter_map(move |(plain, word)| {
+        let start = end + plain.len() + 1;
+        end = start + word?.len() + 1;
+        Some(start..end - 1)
     })
 }
 

@@ -1,0 +1,48 @@
+//! The keys of a declared tag or parameter, with their values as written.
+//!
+//! Completion, hover and the live view read them. They check nothing: a tag with a mistake in its
+//! declaration still has its keys.
+
+use super::file::EditorFile;
+use super::names::Declared;
+use super::outline::KeyPair;
+use rungd_engine::isa::address_text;
+use rungd_engine::isa::{Address, MemorySizes};
+
+/// The keys of a tag or parameter, with their values as written.
+pub(super) struct TagFacts<'f>(Vec<(&'f str, &'f str)>);
+
+impl<'f> TagFacts<'f> {
+    /// The keys of a declaration, from the pairs that follow its own pair.
+    pub fn of(declared: &Declared, file: &'f EditorFile) -> TagFacts<'f> {
+        let outline = &file.outline;
+        let own = &outline.pairs[declared.pair];
+        let length = own.keys.iter().position(|key| key.span.start == declared.span.start);
+        let length = length.map_or(own.keys.len(), |at| at + 1);
+        let is_same = |pair: &&KeyPair| {
+            let mut both = pair.keys.iter().zip(&own.keys).take(length);
+            pair.object == own.object
+                && pair.keys.len() >= length
+                && both.all(|(a, b)| a.text == b.text)
+        };
+        let numbers = declared.pair..outline.pairs.len();
+        let pairs = outline.pairs[numbers.clone()].iter().take_while(is_same).zip(numbers);
+        let fact = |(pair, number): (&'f KeyPair, usize)| {
+            let key = pair.keys.get(length)?;
+            let text = outline.value_of[number]
+                .map_or("", |value| file.slice(outline.values[value].inner.clone()));
+            Some((key.text.as_str(), text))
+        };
+        TagFacts(pairs.filter_map(fact).collect())
+    }
+
+    /// The value of a key, without quotes.
+    pub fn text(&self, key: &str) -> Option<&'f str> {
+        self.0.iter().find(|(name, _)| *name == key).map(|(_, text)| *text)
+    }
+
+    /// The address of a tag; `None` if it has none, or a text that is none.
+    pub fn address(&self) -> Option<Address> {
+        address_text::parse(self.text("at")?, &MemorySizes::default()).ok()
+    }
+}
