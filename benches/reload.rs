@@ -13,7 +13,7 @@ use rungd_engine::{Engine, ScanTimes};
 use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::{LoadOptions, load_ladders};
 use rungd_language::source::span::SourceFile;
-use rungd_state::reload::{ReloadPlan, Side};
+use rungd_state::reload::{LoweredProgram, ReloadPlan};
 
 const SWAPS: usize = 1000;
 
@@ -31,8 +31,8 @@ fn main() {
 fn row(name: &str, rungs: usize, edit: impl Fn(usize) -> Option<usize>) {
     let old = program(rungs, |_| Some(0));
     let new = program(rungs, edit);
-    fn side((program, symbols): &(rungd_engine::Program, Symbols)) -> Side<'_> {
-        Side { program, symbols }
+    fn side((program, symbols): &(rungd_engine::Program, Symbols)) -> LoweredProgram<'_> {
+        LoweredProgram { program, symbols }
     }
     let plan = ReloadPlan::new(side(&old), side(&new));
     let (mut swaps, mut scans) = (Vec::new(), Vec::new());

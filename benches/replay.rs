@@ -18,7 +18,7 @@ use rungd_history::record::{
 use rungd_language::lower::lower;
 use rungd_language::source::span::SourceFile;
 use rungd_runtime::exchange::Mode;
-use rungd_runtime::{Machine, ScanStart, tape};
+use rungd_runtime::{ScanStart, ScannedMachine, tape};
 
 const SCANS: u64 = 100_000;
 const PERIOD_NS: u64 = 10_000_000;
@@ -96,7 +96,7 @@ fn record() -> Vec<u8> {
             taped.set_input(x, (scan + u64::from(x) * 10) / 400 % 2 == 1);
         }
         if scan % 10 == 0 {
-            Machine::write_word(&mut taped, level, (scan / 10 % 200) as i32);
+            ScannedMachine::write_word(&mut taped, level, (scan / 10 % 200) as i32);
         }
         taped.execute();
         taped.settle();

@@ -14,9 +14,9 @@ use rungd_language::resolve::{LoadOptions, load_ladders};
 use rungd_language::source::span::{FileId, SourceFile, Span};
 use rungd_runtime::command::Forces;
 use rungd_runtime::exchange::Mode;
-use rungd_runtime::{Facts, Safe, Shape, link};
+use rungd_runtime::{ExchangeShape, SafeState, ScanFacts, link};
 use rungd_state::retain::RetainPlan;
-use rungd_state::retain::format::{Stamp, put_slot};
+use rungd_state::retain::format::{ImageStamp, put_slot};
 
 const ROUNDS: usize = 20_000;
 
@@ -47,7 +47,7 @@ fn main() {
     timed(&format!("gather {kib} KiB (store's thread)"), || {
         plan.gather(black_box(&bits), black_box(&words), &mut content);
     });
-    let stamp = Stamp { sequence: 1, scan: 2, saved_ms: 3, flags: 0 };
+    let stamp = ImageStamp { sequence: 1, scan: 2, saved_ms: 3, flags: 0 };
     timed(&format!("put {kib} KiB into a slot (store's thread)"), || {
         put_slot(&mut slot, 1, &stamp, black_box(&content));
     });
@@ -55,19 +55,19 @@ fn main() {
 
 fn publish(what: &str, bits: usize, words: usize) {
     let (bits, words) = (vec![1; bits], vec![7; words]);
-    let (port, mut scan, mut world) = link(Shape {
+    let (port, mut scan, mut world) = link(ExchangeShape {
         inputs: 64,
         bits: bits.clone(),
         words: words.clone(),
         first_output: 0,
         forces_active: 0,
-        safe: vec![Safe::Off; 8],
+        safe: vec![SafeState::Off; 8],
     });
     let forces = Forces::default();
     let mut times = Vec::new();
     for now_ns in 0..ROUNDS as u64 {
         let (mode, since_ns, ending, forces) = (Mode::Run, 0, false, &forces);
-        let facts = Facts { scans: now_ns, now_ns, mode, since_ns, ending, forces };
+        let facts = ScanFacts { scans: now_ns, now_ns, mode, since_ns, ending, forces };
         let begin = Instant::now();
         assert!(scan.publish(facts, black_box((&bits[..], &words[..]))));
         times.push(begin.elapsed().as_nanos() as u64);

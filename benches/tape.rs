@@ -12,7 +12,7 @@ use rungd_engine::{Engine, EngineState, ScanTimes};
 use rungd_language::lower::lower;
 use rungd_language::resolve::{LoadOptions, load_ladders};
 use rungd_language::source::span::SourceFile;
-use rungd_runtime::{Machine, ScanStart, Taped, tape};
+use rungd_runtime::{ScanStart, ScannedMachine, Taped, tape};
 
 const SCANS: u64 = 20_000;
 const PERIOD_NS: u64 = 10_000_000;

@@ -21,22 +21,24 @@ use rungd_base::calendar::LocalTime;
 use rungd_engine::isa::{Bit, BitSpace, MemorySizes, Word, WordSpace};
 use rungd_engine::{Cell as MemoryCell, Engine};
 use rungd_io::device::Opener;
-use rungd_io::gpio::Gpio;
-use rungd_io::gpio::settings::{Chip as ChipName, Gpio as GpioLines, GpioLine, LineId, Setting};
+use rungd_io::gpio::GpioOpener;
+use rungd_io::gpio::settings::{
+    ChipId as ChipName, GpioLine, GpioSettings as GpioLines, LineId, LineSetting,
+};
 use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::program::Program;
 use rungd_language::resolve::{LoadOptions, load_ladders};
 use rungd_language::source::span::SourceFile;
-use rungd_runtime::command::Command;
-use rungd_runtime::exchange::{Mode, Port, Snapshot, StopReason, Tempo, Write};
+use rungd_runtime::command::ScanCommand;
+use rungd_runtime::exchange::{Mode, OperandWrite, Port, Snapshot, StopReason, Tempo};
 use rungd_runtime::pacing::Clock;
-use rungd_runtime::wiring::{Source, Wiring, WiringTarget};
+use rungd_runtime::wiring::{OutputSource, Wiring, WiringTarget};
 use rungd_runtime::{
-    Carried, Contents, Memory, Observer, Pace, Package, Posture, Record, Safe, Settings,
-    Statistics, Taped, Watched, Whole, assemble, assemble_reloadable, assemble_whole, tape,
-    tape_of,
+    CarriedWatches, Observer, Package, PackageParts, Posture, PublicMemory, RuntimeParts,
+    SafeState, ScanRecord, ScannerSettings, Statistics, Taped, ThreadSettings, WatchedCells,
+    assemble, assemble_reloadable, assemble_whole, tape, tape_of,
 };
-use rungd_state::reload::{ReloadPlan, Side};
+use rungd_state::reload::{LoweredProgram, ReloadPlan};
 
 use rungd_test_support::fake_chip::FakeChip;
 use rungd_test_support::follower::Follower;
@@ -103,7 +105,7 @@ impl Clock for SimulatedClock {
 struct Deaf;
 
 impl Observer for Deaf {
-    fn record(&mut self, _: &Record) {}
+    fn record(&mut self, _: &ScanRecord) {}
     fn statistics(&mut self, _: &Statistics) {}
     fn dropped(&mut self, _: u64) {}
     fn tripped(&mut self, _: rungd_runtime::exchange::FaultReason, _: u64) {}
@@ -190,23 +192,23 @@ fn program(name: &str, text: String) -> Program {
     program.unwrap_or_else(|| panic!("{name}: {findings:#?}"))
 }
 
-fn settings(symbols: &Symbols, scans: u64) -> Settings {
+fn settings(symbols: &Symbols, scans: u64) -> ThreadSettings {
     let sizes = MemorySizes::default();
     let layout = &symbols.layout;
-    let mut safe = vec![Safe::Off; sizes.y as usize];
-    safe[..3].copy_from_slice(&[Safe::On, Safe::Hold, Safe::Hold]);
-    let watched = Watched {
+    let mut safe = vec![SafeState::Off; sizes.y as usize];
+    safe[..3].copy_from_slice(&[SafeState::On, SafeState::Hold, SafeState::Hold]);
+    let watched = WatchedCells {
         bits: symbols.alarms.iter().map(|alarm| alarm.bit).collect(),
         words: vec![layout.word(Word::Space(WordSpace::D, 0))],
     };
-    Settings {
-        pace: Pace {
+    ThreadSettings {
+        pace: ScannerSettings {
             tempo: Tempo { period_ns: 10_000_000, watchdog_ns: 200_000_000 },
             scans: Some(scans),
             statistics_every_ns: Some(100_000_000),
             start_in_stop: None,
         },
-        memory: Memory::new(layout, safe),
+        memory: PublicMemory::new(layout, safe),
         watched,
         posture: Posture::default(),
         field: Vec::new(),
@@ -224,9 +226,9 @@ fn stir(port: &Port, symbols: &Symbols, numbers: &mut Numbers) {
             let n = numbers.below(16) as u32;
             let bit = symbols.layout.bit(Bit::Space(BitSpace::Mc, n + 1));
             let word = symbols.layout.word(Word::Space(WordSpace::D, n));
-            writes.push(Write::Bit(bit, numbers.below(2) == 0));
-            writes.push(Write::Word(word, numbers.below(9) as i32));
-            writes.push(Write::Input(n, numbers.below(2) == 0));
+            writes.push(OperandWrite::Bit(bit, numbers.below(2) == 0));
+            writes.push(OperandWrite::Word(word, numbers.below(9) as i32));
+            writes.push(OperandWrite::Input(n, numbers.below(2) == 0));
         }
         let _ = port.submit(writes);
     }
@@ -236,17 +238,17 @@ fn stir(port: &Port, symbols: &Symbols, numbers: &mut Numbers) {
 }
 
 /// A random command: a force, a release, STOP or RUN.
-fn command(symbols: &Symbols, numbers: &mut Numbers) -> Command {
+fn command(symbols: &Symbols, numbers: &mut Numbers) -> ScanCommand {
     let n = numbers.below(400) as u32;
     let bit = MemoryCell::Bit(symbols.layout.bit(Bit::Space(BitSpace::C, n)));
     let word = MemoryCell::Word(symbols.layout.word(Word::Space(WordSpace::D, n)));
     match numbers.below(40) {
-        0 => Command::Stop,
-        1..8 => Command::Run,
-        8 => Command::ReleaseAll,
-        9..15 => Command::Release(bit),
-        15..25 => Command::Force { cell: bit, value: numbers.below(2) as i32 },
-        _ => Command::Force { cell: word, value: numbers.below(9) as i32 },
+        0 => ScanCommand::Stop,
+        1..8 => ScanCommand::Run,
+        8 => ScanCommand::ReleaseAll,
+        9..15 => ScanCommand::Release(bit),
+        15..25 => ScanCommand::Force { cell: bit, value: numbers.below(2) as i32 },
+        _ => ScanCommand::Force { cell: word, value: numbers.below(9) as i32 },
     }
 }
 
@@ -310,14 +312,15 @@ fn a_hundred_reloads() {
     scanner.start();
     for generation in 1..=100 {
         let (code, next) = lowered(u64::from(generation));
-        let side = |program, symbols| Side { program, symbols };
+        let side = |program, symbols| LoweredProgram { program, symbols };
         let plan = ReloadPlan::new(side(&running, &symbols), side(&code, &next));
-        let watched = Watched {
+        let watched = WatchedCells {
             bits: next.alarms.iter().map(|alarm| alarm.bit).collect(),
             words: vec![next.layout.word(Word::Space(WordSpace::D, 0))],
         };
-        let carried = Carried { bits: vec![Some(0); watched.bits.len()], words: vec![Some(0)] };
-        let contents = Contents {
+        let carried =
+            CarriedWatches { bits: vec![Some(0); watched.bits.len()], words: vec![Some(0)] };
+        let contents = PackageParts {
             asked: plan.asked(),
             tempo: settings.pace.tempo,
             transfer: plan.transfer,
@@ -361,7 +364,7 @@ fn a_hundred_reloads() {
 /// Local lines that are read and written in every scan, fail and come back, also over a stop.
 #[test]
 fn local_lines() {
-    let line = |offset| GpioLine { at: LineId::Offset(offset), setting: Setting::default() };
+    let line = |offset| GpioLine { at: LineId::Offset(offset), setting: LineSetting::default() };
     let lines = GpioLines {
         chip: ChipName::Path("/dev/none".into()),
         budget_us: 200,
@@ -369,13 +372,13 @@ fn local_lines() {
         outputs: (100..200).map(line).collect(),
     };
     let chip = FakeChip::default();
-    let gpio = Gpio::new(&lines, chip.clone());
+    let gpio = GpioOpener::new(&lines, chip.clone());
     let (code, symbols) = lower(&program("local", generated(3)));
     let mut settings = settings(&symbols, 600);
     let bit = |n| symbols.layout.bit(Bit::Space(BitSpace::C, n));
     settings.field = vec![Wiring {
         inputs: (0..100).map(WiringTarget::Input).collect(),
-        outputs: (0..100).map(Source::Output).collect(),
+        outputs: (0..100).map(OutputSource::Output).collect(),
         ok: bit(500),
         stale: bit(501),
         loss_after_ns: 50_000_000,
@@ -386,7 +389,7 @@ fn local_lines() {
     let (machine, reader) = tape(Engine::new(code.clone()));
     let mut follower = Follower::new(reader, code);
     let whole = assemble_whole(machine, clock, &settings, Deaf);
-    let Whole { mut scanner, mut monitor, port, mut lines, .. } = whole;
+    let RuntimeParts { mut scanner, mut monitor, port, mut lines, .. } = whole;
     let mut local = lines.remove(0).local.expect("it is local");
     let mut numbers = Numbers(5);
     scanner.start();

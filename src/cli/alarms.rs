@@ -14,7 +14,7 @@ use super::terminal::{one_line, say_line};
 use super::when::LocalClock;
 use rungd_base::duration_text::duration_text;
 use rungd_client::operator::protocol::{
-    Alarm, AlarmList, AlarmState, AlarmTime, RecordingBytes, Request, alarm_count,
+    AlarmList, AlarmState, AlarmStatus, AlarmTime, RecordingBytes, Request, alarm_count,
 };
 use rungd_history::observe::{At, Limits, Subject};
 use rungd_history::playback::{self, RecordedQuestion};
@@ -67,7 +67,7 @@ fn page(list: &AlarmList, reasons: &[Vec<String>], clock: &LocalClock) -> String
         lines[0] += ", and none waits for an acknowledgement";
     }
     for (at, alarm) in list.alarms.iter().enumerate() {
-        let number = if alarm.state.stands() { alarm.order.to_string() } else { "-".to_owned() };
+        let number = if alarm.state.is_active() { alarm.order.to_string() } else { "-".to_owned() };
         lines.push(format!("{number:>3}  {}: {}", alarm.tag, alarm.text));
         lines.push(format!("     {}", facts(alarm, clock)));
         lines.extend(reasons.get(at).into_iter().flatten().map(|line| format!("     {line}")));
@@ -76,7 +76,7 @@ fn page(list: &AlarmList, reasons: &[Vec<String>], clock: &LocalClock) -> String
 }
 
 /// The priority, acknowledgement, times and number of rises of an alarm.
-pub(super) fn facts(alarm: &Alarm, clock: &LocalClock) -> String {
+pub(super) fn facts(alarm: &AlarmStatus, clock: &LocalClock) -> String {
     let acknowledged = match (alarm.state, &alarm.acknowledged) {
         (AlarmState::Acknowledged, Some(ack)) => {
             format!("acknowledged by {} at {}", ack.who, clock.text(ack.unix_ns))
@@ -105,8 +105,8 @@ pub(super) fn facts(alarm: &Alarm, clock: &LocalClock) -> String {
 /// # Errors
 /// The user may not read the recording, or it cannot be used.
 fn reasons(args: &AlarmsArgs, list: &AlarmList) -> Result<Vec<Vec<String>>, String> {
-    let stand = list.alarms.iter().filter(|alarm| alarm.state.stands()).take(EXPLAINED_MAX);
-    let stand: Vec<&Alarm> = stand.collect();
+    let stand = list.alarms.iter().filter(|alarm| alarm.state.is_active()).take(EXPLAINED_MAX);
+    let stand: Vec<&AlarmStatus> = stand.collect();
     if stand.is_empty() {
         return Ok(Vec::new());
     }
@@ -127,7 +127,7 @@ fn reasons(args: &AlarmsArgs, list: &AlarmList) -> Result<Vec<Vec<String>>, Stri
 fn reason(
     subject: &Subject,
     (recording, last): (&Arc<Recording>, usize),
-    alarm: &Alarm,
+    alarm: &AlarmStatus,
 ) -> Vec<String> {
     let rise = alarm.since.as_ref().and_then(|since| {
         let section = recording.place_of_scan(since.scan)?;

@@ -14,8 +14,11 @@ pub(super) fn text(comparison: &Comparison, clock: &LocalClock) -> String {
     let mut text: String =
         comparison.operands.iter().filter_map(|operand| line(operand, clock)).collect();
     let count = |wanted: ComparedAs, what: &str| {
-        let of = || comparison.operands.iter().filter(|o| o.compared_as == wanted);
-        let (all, differ) = (of().count() as u64, of().filter(|o| o.first.is_some()).count());
+        let compared_operands = || comparison.operands.iter().filter(|o| o.compared_as == wanted);
+        let (all, differ) = (
+            compared_operands().count() as u64,
+            compared_operands().filter(|o| o.first.is_some()).count(),
+        );
         (all > 0).then(|| format!("{} of {}", thousands(differ as u64), counted(all, what)))
     };
     let counts: Vec<String> = [

@@ -19,7 +19,7 @@ use super::terminal::{plain_json, print, say_line};
 use super::when::LocalClock;
 use rungd_base::wall_clock::now_ms;
 use rungd_engine::isa::duration;
-use rungd_fleet::fleet::{ExpectedLadders, FleetHeard, FleetWord, WatchedMetrics, listen};
+use rungd_fleet::fleet::{ExpectedLadders, FleetEvent, FleetResult, WatchedMetrics, listen};
 
 /// Shows the controllers behind an MQTT broker, from the Sparkplug B messages of their edge nodes
 ///
@@ -147,22 +147,22 @@ fn watch(args: &FleetWatchArgs) -> Result<Exit> {
     let watched = WatchedMetrics::new(args.metrics.clone(), args.at.rebirth);
     let clock = LocalClock::here();
     let heard = listen(&options, &mut |word| match word {
-        FleetWord::Connected(address) => {
+        FleetEvent::Connected(address) => {
             say_line(&format!("rungd fleet: listens at {address}"));
             Ok(())
         }
-        FleetWord::Failed(failure) => {
+        FleetEvent::Failed(failure) => {
             say_line(&format!("rungd fleet: {failure}"));
             Ok(())
         }
-        FleetWord::Changed(changes) => {
+        FleetEvent::Changed(changes) => {
             let wanted = changes.iter().filter(|change| watched.wants(&change.news));
             for change in wanted {
                 answer(args.at.json, change, || change_line(change, &clock))?;
             }
             io::stdout().flush().map_err(Into::into)
         }
-        FleetWord::LeftOut(what) => {
+        FleetEvent::LeftOut(what) => {
             say_line(&format!(
                 "rungd fleet: leaves out messages {what}; their number is printed at the end"
             ));
@@ -177,16 +177,16 @@ fn watch(args: &FleetWatchArgs) -> Result<Exit> {
 
 /// Listens for the time `wait`. The inner `Err` is the exit code of a failure, which has been
 /// printed.
-fn for_a_while(at: &BrokerArgs, wait: Duration) -> Result<Result<FleetHeard, Exit>> {
+fn for_a_while(at: &BrokerArgs, wait: Duration) -> Result<Result<FleetResult, Exit>> {
     let options = match at.options(Some(wait)) {
         Ok(options) => options,
         Err(exit) => return Ok(Err(exit)),
     };
     let heard = listen(&options, &mut |word| {
         match word {
-            FleetWord::Failed(failure) => say_line(&format!("rungd fleet: {failure}")),
+            FleetEvent::Failed(failure) => say_line(&format!("rungd fleet: {failure}")),
             // The answer reports what was left out.
-            FleetWord::Connected(_) | FleetWord::Changed(_) | FleetWord::LeftOut(_) => {}
+            FleetEvent::Connected(_) | FleetEvent::Changed(_) | FleetEvent::LeftOut(_) => {}
         }
         Ok(())
     })?;

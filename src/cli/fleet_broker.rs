@@ -9,7 +9,7 @@ use clap::{Args, ValueEnum};
 use super::exit::Exit;
 use super::terminal::say_line;
 use rungd_base::wall_clock::now_ms;
-use rungd_fleet::fleet::{FleetHeard, FleetOptions};
+use rungd_fleet::fleet::{FleetOptions, FleetResult};
 use rungd_net::mqtt::{
     BrokerAddress, BrokerLogin, BrokerSettings, MqttCause, MqttFailure, MqttVersion, TlsFiles,
 };
@@ -33,7 +33,7 @@ pub(super) struct BrokerArgs {
     brokers: Vec<BrokerAddress>,
     /// The version of MQTT
     #[arg(long, value_name = "VERSION", default_value = "3.1.1")]
-    mqtt: Version,
+    mqtt: MqttVersionArg,
     /// The authorities that may sign the broker's certificate, as PEM (default: the system's)
     #[arg(long, value_name = "FILE")]
     ca: Option<PathBuf>,
@@ -66,7 +66,7 @@ pub(super) struct BrokerArgs {
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
-enum Version {
+enum MqttVersionArg {
     #[value(name = "3.1.1")]
     V3,
     #[value(name = "5")]
@@ -83,8 +83,8 @@ impl BrokerArgs {
     pub fn options(&self, lasts: Option<Duration>) -> Result<FleetOptions, Exit> {
         let mut brokers = BrokerSettings::new(self.brokers.clone(), &client_id());
         brokers.version = match self.mqtt {
-            Version::V3 => MqttVersion::V3,
-            Version::V5 => MqttVersion::V5,
+            MqttVersionArg::V3 => MqttVersion::V3,
+            MqttVersionArg::V5 => MqttVersion::V5,
         };
         brokers.packet_bytes_max = PACKET_BYTES_MAX;
         let login = self.user.as_ref().zip(self.password_file.as_ref());
@@ -109,7 +109,7 @@ impl BrokerArgs {
     }
 
     /// The exit code after listening.
-    pub fn exit(&self, heard: &FleetHeard) -> Exit {
+    pub fn exit(&self, heard: &FleetResult) -> Exit {
         match &heard.failure {
             Some(failure) => exit_of(failure),
             None if heard.was_connected => Exit::Ok,

@@ -220,7 +220,9 @@ pub(super) fn alarms_page(list: &FleetAlarmList, listened: Duration, clock: &Loc
         lines.push(format!("     {}", facts(&row.alarm, clock)));
     }
     let unknown = list.unknown.iter();
-    lines.extend(unknown.map(|of| format!("{}: its alarms are not known: {}", of.node, of.why)));
+    lines.extend(
+        unknown.map(|node| format!("{}: its alarms are not known: {}", node.node, node.why)),
+    );
     let cut = list.cut.iter();
     lines.extend(cut.map(|CutAlarms { node, left_out }| {
         format!("{node}: left out: {left_out} of its alarms, not readable or beyond the limits")
@@ -283,7 +285,7 @@ fn columns(rows: Vec<[String; 8]>) -> Vec<String> {
 mod tests {
     use super::*;
     use rungd_fleet::fleet::report::ControllerReport;
-    use rungd_fleet::fleet::{FleetView, HeardMessage, NodeName};
+    use rungd_fleet::fleet::{FleetView, NodeName, ReceivedMessage};
 
     fn node(name: &str, state: &'static str, age_ms: u64) -> NodeReport {
         let name = NodeName { group: "plant".to_owned(), node: name.to_owned() };
@@ -359,7 +361,7 @@ mod tests {
         for number in 0..50 {
             let topic = format!("spBv1.0/STATE/host{number}");
             let payload = br#"{"online":true,"timestamp":7}"#;
-            view.hear(HeardMessage { topic: &topic, payload, is_retained: false }, 5);
+            view.hear(ReceivedMessage { topic: &topic, payload, is_retained: false }, 5);
         }
         let page = status_page(&view.report(5), Duration::from_secs(12));
         assert_eq!(page.matches("online").count(), 10, "{page}");

@@ -41,7 +41,7 @@ pub struct FmtArgs {
 
 /// The result for all files.
 #[derive(Default)]
-struct Outcome {
+struct FormatOutcome {
     /// Whether a file is not in the layout.
     differs: bool,
     findings: Vec<Finding>,
@@ -55,7 +55,7 @@ struct Outcome {
 /// # Errors
 /// A folder has no files of rungd, or standard output cannot be written.
 pub fn fmt(args: &FmtArgs) -> Result<Exit> {
-    let mut outcome = Outcome::default();
+    let mut outcome = FormatOutcome::default();
     for path in &args.paths {
         if path == Path::new("-") {
             standard_input(args.check, &mut outcome)?;
@@ -77,7 +77,7 @@ pub fn fmt(args: &FmtArgs) -> Result<Exit> {
     Ok(if args.check && outcome.differs { Exit::Refused } else { Exit::Ok })
 }
 
-impl Outcome {
+impl FormatOutcome {
     /// Says why a file could not be read or written, so that the files behind it have their turn.
     ///
     /// # Errors
@@ -117,7 +117,7 @@ impl Outcome {
     }
 }
 
-fn standard_input(check: bool, outcome: &mut Outcome) -> Result<()> {
+fn standard_input(check: bool, outcome: &mut FormatOutcome) -> Result<()> {
     let mut bytes = Vec::new();
     io::stdin().lock().read_to_end(&mut bytes).context("standard input")?;
     let name = "<standard input>";
@@ -132,7 +132,7 @@ fn standard_input(check: bool, outcome: &mut Outcome) -> Result<()> {
 }
 
 /// Formats the files of rungd in a folder and the folders in it.
-fn folder(folder: &Path, check: bool, outcome: &mut Outcome) -> Result<()> {
+fn folder(folder: &Path, check: bool, outcome: &mut FormatOutcome) -> Result<()> {
     let (found, failed) = search_on(folder, ".toml");
     let mut is_empty = failed.is_empty();
     for why in failed {
@@ -159,7 +159,7 @@ fn read(path: &Path) -> Result<Vec<u8>> {
     read_bytes(path).with_context(|| path.display().to_string())
 }
 
-fn file(path: &Path, bytes: &[u8], check: bool, outcome: &mut Outcome) -> Result<()> {
+fn file(path: &Path, bytes: &[u8], check: bool, outcome: &mut FormatOutcome) -> Result<()> {
     let name = path.display().to_string();
     let Some((before, after)) = outcome.formatted(name.clone(), bytes) else { return Ok(()) };
     if before == after {

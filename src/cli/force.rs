@@ -5,10 +5,10 @@ use clap::Args;
 use clap_complete::engine::ArgValueCompleter;
 
 use super::exit::Exit;
-use super::operator::{New, OperatorArgs, complete};
+use super::operator::{NewValue, OperatorArgs, complete};
 use super::read::table;
 use super::terminal::say;
-use rungd_client::operator::protocol::{Request, Values};
+use rungd_client::operator::protocol::{OperandValues, Request};
 
 /// Forces a bit or word of a running controller: it keeps this value until `unforce`
 ///
@@ -18,7 +18,7 @@ use rungd_client::operator::protocol::{Request, Values};
 #[derive(Args, Debug)]
 pub struct ForceArgs {
     #[command(flatten)]
-    new: New,
+    new: NewValue,
     #[command(flatten)]
     at: OperatorArgs,
 }
@@ -64,7 +64,7 @@ pub fn unforce(args: &UnforceArgs) -> Result<Exit> {
         let request = Request::Unforce { operand: operand.clone() };
         return args.at.change(&request, "not forced, ");
     }
-    let values: Values = match args.at.ask(&Request::UnforceAll {}) {
+    let values: OperandValues = match args.at.ask(&Request::UnforceAll {}) {
         Ok(values) => values,
         Err(exit) => return Ok(exit),
     };

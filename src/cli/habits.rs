@@ -71,7 +71,8 @@ mod tests {
     #[test]
     fn every_tip_names_commands_that_there_are_and_no_habit_is_one() {
         let cli = Cli::command();
-        let is_command = |name: &str| cli.get_subcommands().any(|of| of.get_name() == name);
+        let is_command =
+            |name: &str| cli.get_subcommands().any(|subcommand| subcommand.get_name() == name);
         for (habit, tip) in HABITS {
             assert!(!is_command(habit), "{habit}");
             for named in tip.split("`rungd ").skip(1) {

@@ -83,10 +83,10 @@ pub fn metrics(args: &MetricsArgs) -> Result<Exit> {
             failure
         }
     };
-    Ok(failure.as_ref().map_or(Exit::Ok, told))
+    Ok(failure.as_ref().map_or(Exit::Ok, exit_after))
 }
 
-fn told(failure: &CallFailure) -> Exit {
+fn exit_after(failure: &CallFailure) -> Exit {
     say_failure(failure);
     exit_of(failure)
 }

@@ -6,14 +6,14 @@ use clap::Args;
 use super::exit::Exit;
 use super::operator::OperatorArgs;
 use super::terminal::{one_line, say_line};
-use rungd_client::operator::protocol::{ModeChange, ModeWanted, Request};
+use rungd_client::operator::protocol::{ModeChange, Request, WantedMode};
 
 /// Sets a controller from STOP or FAULT to RUN, or stops its scan in an orderly way
 #[derive(Args, Debug)]
 pub struct ModeArgs {
     /// run: from STOP or FAULT to RUN, memory as it is; stop: from RUN to STOP, outputs safe
     #[arg(value_name = "MODE")]
-    to: ModeWanted,
+    to: WantedMode,
     /// For stop: do not wait until the last image of retentive memory is durable
     #[arg(long)]
     no_wait: bool,
@@ -26,7 +26,7 @@ pub struct ModeArgs {
 /// # Errors
 /// Standard output cannot be written.
 pub fn mode(args: &ModeArgs) -> Result<Exit> {
-    if args.no_wait && args.to == ModeWanted::Run {
+    if args.no_wait && args.to == WantedMode::Run {
         say_line(
             "rungd: `--no-wait` is for `mode stop`: it does not wait until the last image of \
              retentive memory is durable; `mode run` writes no image",

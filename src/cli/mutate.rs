@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::exit::{CommandLine, Exit};
 use super::terminal::{one_line, plain_json, print, say};
-use super::test::{OpenSuite, Progress, find, jobs, open, refused};
+use super::test::{OpenSuite, ProgressLine, find, jobs, open, refused};
 use rungd_lab::testing::{self, JudgedMutant, MutantKind, MutateOptions, Suite};
 
 /// Makes small changes to a ladder, and reports which of them its tests detect
@@ -61,7 +61,7 @@ pub fn mutate(args: &MutateArgs) -> Result<Exit> {
             continue;
         }
         let judged = judge(args, (name, suite))?;
-        let killed = judged.iter().filter(|of| of.killed_by.is_some()).count();
+        let killed = judged.iter().filter(|mutant| mutant.killed_by.is_some()).count();
         if args.at_least.is_some_and(|least| killed * 100 < usize::from(least) * judged.len()) {
             exit = Exit::Refused;
         }
@@ -77,7 +77,7 @@ pub fn mutate(args: &MutateArgs) -> Result<Exit> {
 }
 
 fn judge(args: &MutateArgs, (name, suite): (&str, &Suite)) -> Result<Vec<JudgedMutant>> {
-    let progress = Progress::new(name);
+    let progress = ProgressLine::new(name);
     let show = |done, all| progress.show(done, all);
     let options = MutateOptions { jobs: jobs(args.jobs), kinds: &args.only, progress: &show };
     let judged = testing::mutate(suite, &options);
@@ -90,12 +90,13 @@ fn judge(args: &MutateArgs, (name, suite): (&str, &Suite)) -> Result<Vec<JudgedM
 }
 
 fn file_text(name: &str, suite: &Suite, judged: &[JudgedMutant]) -> String {
-    let killed = judged.iter().filter(|of| of.killed_by.is_some()).count();
+    let killed = judged.iter().filter(|mutant| mutant.killed_by.is_some()).count();
     let all = judged.len();
     let percent = killed * 100 / all.max(1);
     let mut text =
         format!("{}: {killed} of {all} changes are noticed ({percent} %)\n", one_line(name));
-    let survivors: Vec<&JudgedMutant> = judged.iter().filter(|of| of.killed_by.is_none()).collect();
+    let survivors: Vec<&JudgedMutant> =
+        judged.iter().filter(|mutant| mutant.killed_by.is_none()).collect();
     if !survivors.is_empty() {
         text += "not noticed, each a rung to look at:\n";
     }
@@ -122,7 +123,7 @@ fn file_json(name: &str, suite: &Suite, judged: &[JudgedMutant]) -> Value {
             "killed_by": killed_by,
         })
     };
-    let killed = judged.iter().filter(|of| of.killed_by.is_some()).count();
+    let killed = judged.iter().filter(|mutant| mutant.killed_by.is_some()).count();
     json!({
         "file": name,
         "mutants": judged.len(),

@@ -17,7 +17,8 @@ use super::terminal::{
 };
 use rungd_client::operator::client::{self, CallFailure};
 use rungd_client::operator::protocol::{
-    Alarm, AlarmList, AlarmState, Change, GivenValue, Name, NameList, Refusal, RefusalKind, Request,
+    AlarmList, AlarmState, AlarmStatus, ChangedOperand, GivenValue, NameList, OfferedName,
+    RefusalKind, Request, RequestRefusal,
 };
 use rungd_client::operator::search::{self, running_instead};
 use rungd_client::operator::search_failure::SearchFailure;
@@ -37,7 +38,7 @@ pub struct OperatorArgs {
 
 /// An operand and the value to write or force.
 #[derive(Args, Debug)]
-pub struct New {
+pub struct NewValue {
     /// Tag, address or member
     #[arg(value_name = "OPERAND", add = ArgValueCompleter::new(complete))]
     operand: String,
@@ -46,7 +47,7 @@ pub struct New {
     value: String,
 }
 
-impl New {
+impl NewValue {
     /// The operand and the value, in the form of a request.
     pub fn named(&self) -> (String, GivenValue) {
         (self.operand.clone(), GivenValue::Text(self.value.clone()))
@@ -75,17 +76,19 @@ impl OperatorArgs {
             }
             client::ask_and_tell(&found.socket, request, &waits)
         });
-        asked.map_err(|failure| self.tell(&failure))
+        asked.map_err(|failure| self.print_failure(&failure))
     }
 
     /// Prints a refusal or failure, and returns its exit code.
-    pub fn tell(&self, failure: &CallFailure) -> Exit {
+    pub fn print_failure(&self, failure: &CallFailure) -> Exit {
         if self.json {
             let (kind, message) = (kind_of(failure), failure.to_string());
             let error = serde_json::json!({ "error": { "kind": kind, "message": message } });
             let _ = writeln!(io::stdout(), "{}", plain_json(&error.to_string()));
-        } else if let CallFailure::Refused(Refusal { kind: RefusalKind::BadFiles, message }) =
-            failure
+        } else if let CallFailure::Refused(RequestRefusal {
+            kind: RefusalKind::BadFiles,
+            message,
+        }) = failure
         {
             say_findings(&plain(&format!("{}\n", message.trim_end())));
             say("rungd: the files cannot be run as they are; nothing is changed\n");
@@ -114,7 +117,7 @@ impl OperatorArgs {
     /// # Errors
     /// Standard output cannot be written.
     pub fn change(&self, request: &Request, did: &str) -> Result<Exit> {
-        let change: Change = match self.ask(request) {
+        let change: ChangedOperand = match self.ask(request) {
             Ok(change) => change,
             Err(exit) => return Ok(exit),
         };
@@ -182,7 +185,7 @@ pub fn complete(current: &OsStr) -> Vec<CompletionCandidate> {
     let asked = socket_to_complete()
         .and_then(|socket| client::ask::<NameList>(&socket, &Request::Names { prefix }));
     let Ok(names) = asked else { return Vec::new() };
-    let candidate = |name: &Name| candidate(&name.name, &name.about);
+    let candidate = |name: &OfferedName| candidate(&name.name, &name.about);
     names.names.iter().map(candidate).collect()
 }
 
@@ -192,8 +195,9 @@ pub fn complete_alarms(current: &OsStr) -> Vec<CompletionCandidate> {
     let asked = socket_to_complete()
         .and_then(|socket| client::ask::<AlarmList>(&socket, &Request::Alarms {}));
     let Ok(list) = asked else { return Vec::new() };
-    let fits =
-        |alarm: &&Alarm| alarm.state != AlarmState::Acknowledged && alarm.tag.starts_with(&*prefix);
+    let fits = |alarm: &&AlarmStatus| {
+        alarm.state != AlarmState::Acknowledged && alarm.tag.starts_with(&*prefix)
+    };
     list.alarms.iter().filter(fits).map(|alarm| candidate(&alarm.tag, &alarm.text)).collect()
 }
 

@@ -7,7 +7,7 @@ use clap_complete::engine::ArgValueCompleter;
 use super::exit::Exit;
 use super::operator::{OperatorArgs, complete};
 use super::terminal::one_line;
-use rungd_client::operator::protocol::{Request, ShownValue, Values};
+use rungd_client::operator::protocol::{OperandValues, Request, ShownValue};
 
 /// Prints the values of a running controller's operands
 #[derive(Args, Debug)]
@@ -26,7 +26,7 @@ pub struct ReadArgs {
 /// Standard output cannot be written.
 pub fn read(args: &ReadArgs) -> Result<Exit> {
     let request = Request::Read { operands: args.operands.clone(), each: false };
-    let values: Values = match args.at.ask(&request) {
+    let values: OperandValues = match args.at.ask(&request) {
         Ok(values) => values,
         Err(exit) => return Ok(exit),
     };

@@ -18,7 +18,7 @@ use super::recording;
 use super::replay;
 use super::replay_args::ReplayArgs;
 use super::terminal::{one_line, plain_json, print, say_line};
-use super::when::{LocalClock, Moment, When};
+use super::when::{LocalClock, RecordingPlace, WrittenTime};
 use rungd_history::playback::{Playback, Verified, subject_and_settings, whole_program};
 use rungd_history::record::{RecordedStretch, Recording, RecordingSummary};
 use rungd_lab::testing::{ScenarioOf, scenario};
@@ -36,22 +36,22 @@ enum RecordCommand {
     /// Lists the stretches of a recording: times, scans, programs, and the gaps
     List {
         #[command(flatten)]
-        of: RecordingSource,
+        source: RecordingSource,
     },
     /// Describes a recording: its program, time, scans, size, changes of mode and gaps
     Info {
         #[command(flatten)]
-        of: RecordingSource,
+        source: RecordingSource,
     },
     /// Executes a recording again, and compares every hash in it
     Verify {
         #[command(flatten)]
-        of: RecordingSource,
+        source: RecordingSource,
     },
     /// Writes a part of a recording as a file of its own
     Cut {
         #[command(flatten)]
-        of: RecordingSource,
+        source: RecordingSource,
         #[command(flatten)]
         part: RecordedPart,
         /// The file to write
@@ -61,7 +61,7 @@ enum RecordCommand {
     /// Writes the values of operands, scan by scan: as `rungd replay --trace`
     Export {
         #[command(flatten)]
-        of: RecordingSource,
+        source: RecordingSource,
         #[command(flatten)]
         part: RecordedPart,
         /// Operands, in this order
@@ -76,7 +76,7 @@ enum RecordCommand {
     /// become expectations
     Test {
         #[command(flatten)]
-        of: RecordingSource,
+        source: RecordingSource,
         #[command(flatten)]
         part: RecordedPart,
         /// The test file to write; - is standard output
@@ -86,10 +86,11 @@ enum RecordCommand {
     /// Writes out the files of the recorded program
     Files {
         #[command(flatten)]
-        of: RecordingSource,
+        source: RecordingSource,
         /// The program of this time (default: the newest)
-        #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = When::parse)]
-        at: Option<When>,
+        #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+        #[arg(value_parser = WrittenTime::parse)]
+        at: Option<WrittenTime>,
         /// The folder to write them into; it is created if it does not exist
         #[arg(short, long, value_name = "DIR")]
         output: PathBuf,
@@ -111,11 +112,11 @@ pub struct RecordingSource {
 #[derive(Args, Clone, Debug)]
 pub struct RecordedPart {
     /// From this time or scan on: `10:02`, `yesterday 23:50`, `-15m`, `scan 81234`
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = When::parse)]
-    pub from: Option<When>,
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = WrittenTime::parse)]
+    pub from: Option<WrittenTime>,
     /// Until this time or scan
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = When::parse)]
-    pub to: Option<When>,
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = WrittenTime::parse)]
+    pub to: Option<WrittenTime>,
 }
 
 /// Executes the subcommand.
@@ -123,22 +124,22 @@ pub struct RecordedPart {
 /// # Errors
 /// The recording cannot be read, or the output cannot be written.
 pub fn record(args: &RecordArgs) -> Result<Exit> {
-    let (RecordCommand::List { of }
-    | RecordCommand::Info { of }
-    | RecordCommand::Export { of, .. }
-    | RecordCommand::Verify { of }
-    | RecordCommand::Cut { of, .. }
-    | RecordCommand::Test { of, .. }
-    | RecordCommand::Files { of, .. }) = &args.what;
+    let (RecordCommand::List { source }
+    | RecordCommand::Info { source }
+    | RecordCommand::Export { source, .. }
+    | RecordCommand::Verify { source }
+    | RecordCommand::Cut { source, .. }
+    | RecordCommand::Test { source, .. }
+    | RecordCommand::Files { source, .. }) = &args.what;
     if let RecordCommand::Export { output, .. } = &args.what
-        && let Some(exit) = replay::refused_trace(("-o", output), of.path.iter())?
+        && let Some(exit) = replay::refused_trace(("-o", output), source.path.iter())?
     {
         return Ok(exit);
     }
-    let opened = match (&args.what, &of.path) {
+    let opened = match (&args.what, &source.path) {
         // A list needs no more than heads.
         (RecordCommand::List { .. }, Some(path)) => Ok(recording::opened_heads(path)?),
-        _ => recording::of(of.path.as_ref(), &of.at)?,
+        _ => recording::of(source.path.as_ref(), &source.at)?,
     };
     let recording = match opened {
         Ok(recording) => recording,
@@ -150,16 +151,16 @@ pub fn record(args: &RecordArgs) -> Result<Exit> {
         return Ok(Exit::Refused);
     }
     match &args.what {
-        RecordCommand::List { of } => list(&recording, of.at.json),
-        RecordCommand::Info { of } => info(&recording, of.at.json),
-        RecordCommand::Export { of, part, watch, output } => {
+        RecordCommand::List { source } => list(&recording, source.at.json),
+        RecordCommand::Info { source } => info(&recording, source.at.json),
+        RecordCommand::Export { source, part, watch, output } => {
             let RecordedPart { from, to } = part.clone();
-            let (recorded, trace) = (of.path.clone().unwrap_or_default(), Some(output.clone()));
+            let (recorded, trace) = (source.path.clone().unwrap_or_default(), Some(output.clone()));
             let (ladder, watch) = (Vec::new(), Some(watch.clone()));
             let args = ReplayArgs { recording: recorded, from, to, ladder, watch, trace };
             replay::replay_of(&args, recording)
         }
-        RecordCommand::Verify { of } => verify(recording, of.at.json),
+        RecordCommand::Verify { source } => verify(recording, source.at.json),
         RecordCommand::Cut { part, output, .. } => cut(&recording, part, output),
         RecordCommand::Test { part, output, .. } => test(recording, part, output),
         RecordCommand::Files { at, output, .. } => files(&recording, at.as_ref(), output),
@@ -284,8 +285,8 @@ fn cut(recording: &Recording, part: &RecordedPart, output: &Path) -> Result<Exit
 }
 
 /// Whether a moment is after the last scan of a recording.
-fn is_after(when: &When, clock: &LocalClock, span: &RangeInclusive<i64>) -> bool {
-    matches!(when.find(clock, span.clone()), Moment::Time(unix_ns) if unix_ns > *span.end())
+fn is_after(when: &WrittenTime, clock: &LocalClock, span: &RangeInclusive<i64>) -> bool {
+    matches!(when.find(clock, span.clone()), RecordingPlace::Time(unix_ns) if unix_ns > *span.end())
 }
 
 /// The sections of a part of a recording, at least one.
@@ -295,7 +296,8 @@ fn is_after(when: &When, clock: &LocalClock, span: &RangeInclusive<i64>) -> bool
 pub(super) fn sections(recording: &Recording, part: &RecordedPart) -> Result<Range<usize>> {
     let Some(span) = recording.span() else { bail!("the recording is empty") };
     let clock = LocalClock::here();
-    let place = |when: &When| recording::section_at(recording, when.find(&clock, span.clone()));
+    let place =
+        |when: &WrittenTime| recording::section_at(recording, when.find(&clock, span.clone()));
     let first = part.from.as_ref().map_or(0, |when| place(when).unwrap_or(0));
     let last = recording.count() - 1;
     let end = part.to.as_ref().map_or(Some(last), place);
@@ -326,8 +328,8 @@ fn test(recording: Recording, part: &RecordedPart, output: &Path) -> Result<Exit
     let made = (first..range.end).map(|at| playback.section(at));
     let made: Vec<TapeSection> = made.collect::<Result<_, _>>()?;
     let ladders = program.files.iter().skip(1).map(|file| file.name.clone()).collect();
-    let of = ScenarioOf { subject: &subject, ladders, period_ms, sections: &made, name };
-    let text = scenario(&of);
+    let source = ScenarioOf { subject: &subject, ladders, period_ms, sections: &made, name };
+    let text = scenario(&source);
     if output == Path::new("-") {
         print(&text)?;
     } else {
@@ -348,7 +350,7 @@ fn new_file(path: &Path) -> Result<File> {
     }
 }
 
-fn files(recording: &Recording, at: Option<&When>, output: &Path) -> Result<Exit> {
+fn files(recording: &Recording, at: Option<&WrittenTime>, output: &Path) -> Result<Exit> {
     let part = RecordedPart { from: None, to: at.cloned() };
     let sections = sections(recording, &part)?;
     let program = recording.program(sections.end - 1);

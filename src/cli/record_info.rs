@@ -14,17 +14,17 @@ use rungd_language::source::wording::{counted, thousands};
 const LISTED_MAX: usize = 12;
 
 /// The summary as text.
-pub(super) fn text(of: &RecordingSummary, clock: &LocalClock) -> String {
-    let Some((begin_ns, end_ns)) = of.begin_unix_ns.zip(of.end_unix_ns) else {
+pub(super) fn text(summary: &RecordingSummary, clock: &LocalClock) -> String {
+    let Some((begin_ns, end_ns)) = summary.begin_unix_ns.zip(summary.end_unix_ns) else {
         return "nothing is recorded\n".into();
     };
     let mut text = String::new();
     let mut line = |name: &str, value: String| text += &format!("{name:<11} {value}\n");
     let mut controllers: Vec<_> =
-        of.programs.iter().map(|program| one_line(&program.controller)).collect();
+        summary.programs.iter().map(|program| one_line(&program.controller)).collect();
     controllers.dedup();
     line("controller", controllers.join(", "));
-    for program in &of.programs {
+    for program in &summary.programs {
         let names: Vec<_> = program.files.iter().map(|file| one_line(file)).collect();
         let hash = one_line(program.sha256.get(..12).unwrap_or_default());
         let (from, version) = (one_line(&program.source), one_line(&program.version));
@@ -32,38 +32,45 @@ pub(super) fn text(of: &RecordingSummary, clock: &LocalClock) -> String {
     }
     let (begin, end) = (clock.text(begin_ns), clock.text(end_ns));
     line("recorded", format!("{begin} to {end}"));
-    let (scans, first, last) = (thousands(of.scans), of.first_scan, of.last_scan);
-    line("scans", format!("{scans}, from {first} to {last}; {}", period(of)));
-    let (sections, images) = (of.sections as u64, of.base_images as u64);
+    let (scans, first, last) = (thousands(summary.scans), summary.first_scan, summary.last_scan);
+    line("scans", format!("{scans}, from {first} to {last}; {}", period(summary)));
+    let (sections, images) = (summary.sections as u64, summary.base_images as u64);
     let (sections, images) = (counted(sections, "section"), counted(images, "base image"));
-    let damaged = match of.damaged_sections {
+    let damaged = match summary.damaged_sections {
         0 => String::new(),
         damaged => format!("; damaged: {}", counted(damaged, "section")),
     };
     line("stored as", format!("{sections} with {images}{damaged}"));
-    let a_day = of.bytes_per_day.map_or(String::new(), |bytes| {
+    let a_day = summary.bytes_per_day.map_or(String::new(), |bytes| {
         format!("; {:.1} MB a day at this rate", bytes as f64 / 1e6)
     });
-    line("size", format!("{} bytes{a_day}", thousands(of.bytes)));
-    line("begins", proof(of).to_owned());
-    let change = |of: &SummaryChange| format!("{} {}", clock.text(of.unix_ns), of.what);
-    list(&mut line, "changes", of.changes.iter().map(change).collect());
-    let gap = |of: &SummaryGap| {
-        format!("{} after {}: {}", clock.text(of.unix_ns), seconds(of.after_ns), of.what)
+    line("size", format!("{} bytes{a_day}", thousands(summary.bytes)));
+    line("begins", proof(summary).to_owned());
+    let change = |summary_change: &SummaryChange| {
+        format!("{} {}", clock.text(summary_change.unix_ns), summary_change.what)
     };
-    list(&mut line, "gaps", of.gaps.iter().map(gap).collect());
+    list(&mut line, "changes", summary.changes.iter().map(change).collect());
+    let gap = |summary_gap: &SummaryGap| {
+        format!(
+            "{} after {}: {}",
+            clock.text(summary_gap.unix_ns),
+            seconds(summary_gap.after_ns),
+            summary_gap.what
+        )
+    };
+    list(&mut line, "gaps", summary.gaps.iter().map(gap).collect());
     text
 }
 
-fn period(of: &RecordingSummary) -> String {
-    of.period_ns.map_or_else(
+fn period(summary: &RecordingSummary) -> String {
+    summary.period_ns.map_or_else(
         || "no two scans".to_owned(),
         |ns| format!("one every {:.3} ms (median)", ns as f64 / 1e6),
     )
 }
 
-fn proof(of: &RecordingSummary) -> &'static str {
-    if of.begins_run {
+fn proof(summary: &RecordingSummary) -> &'static str {
+    if summary.begins_run {
         "with the start of RUN: every hash can be computed from there"
     } else {
         "within RUN or STOP: with a recorded image of memory"
@@ -74,9 +81,9 @@ fn proof(of: &RecordingSummary) -> &'static str {
 ///
 /// # Errors
 /// None is expected: a summary is made of numbers and texts.
-pub(super) fn json(of: &RecordingSummary) -> serde_json::Result<Value> {
-    let mut json = serde_json::to_value(of)?;
-    for (at, program) in of.programs.iter().enumerate() {
+pub(super) fn json(summary: &RecordingSummary) -> serde_json::Result<Value> {
+    let mut json = serde_json::to_value(summary)?;
+    for (at, program) in summary.programs.iter().enumerate() {
         json["programs"][at]["controller"] = Value::from(one_line(&program.controller));
     }
     Ok(json)

@@ -44,8 +44,10 @@ impl<'a> RecordedTrace<'a> {
 
     /// Adds the row of a scan. An error is returned by [`RecordedTrace::finish`].
     pub fn look(&mut self, (place, program): PlacedProgram, scan: &PlayedScan, image: &Image) {
-        if self.cells.as_ref().is_none_or(|(of, _)| *of != place) {
-            let cell = |of: &Watched| same_kind(of, program.cell(&of.name), program.layout());
+        if self.cells.as_ref().is_none_or(|(program_place, _)| *program_place != place) {
+            let cell = |watched: &Watched| {
+                same_kind(watched, program.cell(&watched.name), program.layout())
+            };
             let cells = self.watched.iter().map(cell).collect();
             self.cells = Some((place, cells));
         }

@@ -10,13 +10,13 @@ use anyhow::{Context, Result};
 use super::exit::Exit;
 use super::operator::OperatorArgs;
 use super::terminal::say_line;
-use super::when::Moment;
-use rungd_client::operator::protocol::{Present, RecordingBytes, Request};
+use super::when::RecordingPlace;
+use rungd_client::operator::protocol::{PresentOutputs, RecordingBytes, Request};
 use rungd_history::record::Recording;
 
 /// The recording of the last minute of a running controller, and what it does at present. `Err` is
 /// the exit code of a refusal, which has been printed.
-pub(super) fn live(at: &OperatorArgs) -> Result<(Recording, Option<Present>), Exit> {
+pub(super) fn live(at: &OperatorArgs) -> Result<(Recording, Option<PresentOutputs>), Exit> {
     let answer: RecordingBytes = at.ask(&Request::Recording { from_section: None })?;
     let Some(bytes) = answer.bytes() else {
         say_line("rungd: the controller's answer is not a recording");
@@ -63,9 +63,9 @@ pub(super) fn of(
 }
 
 /// The section that contains a moment, or the last section before it.
-pub(super) fn section_at(recording: &Recording, moment: Moment) -> Option<usize> {
+pub(super) fn section_at(recording: &Recording, moment: RecordingPlace) -> Option<usize> {
     match moment {
-        Moment::Scan(scan) => recording.place_of_scan(scan),
-        Moment::Time(unix_ns) => recording.place_of_time(unix_ns),
+        RecordingPlace::Scan(scan) => recording.place_of_scan(scan),
+        RecordingPlace::Time(unix_ns) => recording.place_of_time(unix_ns),
     }
 }

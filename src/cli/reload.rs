@@ -14,7 +14,9 @@ use super::terminal::{one_line, say, say_line};
 use crate::daemon::config;
 use rungd_base::progress::Progress;
 use rungd_client::operator::client::{self, CallFailure};
-use rungd_client::operator::protocol::{Refusal, RefusalKind, Reloaded, Request, is_run};
+use rungd_client::operator::protocol::{
+    RefusalKind, ReloadResult, Request, RequestRefusal, is_run,
+};
 use rungd_client::operator::socket_place::{SocketPlace, operator_socket};
 use rungd_language::source::render::Style;
 
@@ -83,7 +85,7 @@ fn reload_process(
     let listener = match path.as_deref().map(client::listener) {
         None | Some(Err(CallFailure::NotRunning(..) | CallFailure::NotAllowed(..))) => None,
         Some(Ok(process)) => Some(process),
-        Some(Err(failure)) => return Ok(args.at.tell(&failure)),
+        Some(Err(failure)) => return Ok(args.at.print_failure(&failure)),
     };
     let is_own = listener == Some(Some(pid));
     if !is_own
@@ -110,7 +112,12 @@ fn refused_files(at: &OperatorArgs, controller: &Path) -> Option<Exit> {
         Ok(Err(findings)) => findings,
         Err(failure) => format!("{failure:#}"),
     };
-    Some(at.tell(&CallFailure::Refused(Refusal::new(RefusalKind::BadFiles, findings))))
+    Some(
+        at.print_failure(&CallFailure::Refused(RequestRefusal::new(
+            RefusalKind::BadFiles,
+            findings,
+        ))),
+    )
 }
 
 /// Refuses to reload the controller of a different process than the named one.
@@ -156,7 +163,7 @@ pub fn rollback(args: &RollbackArgs) -> Result<Exit> {
 }
 
 fn ask(at: &OperatorArgs, request: &Request) -> Result<Exit> {
-    let done: Reloaded = match at.ask(request) {
+    let done: ReloadResult = match at.ask(request) {
         Ok(done) => done,
         Err(exit) => return Ok(exit),
     };
@@ -164,7 +171,7 @@ fn ask(at: &OperatorArgs, request: &Request) -> Result<Exit> {
     Ok(Exit::Ok)
 }
 
-fn text(done: &Reloaded) -> String {
+fn text(done: &ReloadResult) -> String {
     let mut text = String::new();
     for line in &done.report {
         text += &format!("{}\n", one_line(line));
@@ -175,7 +182,7 @@ fn text(done: &Reloaded) -> String {
     text + &end(done)
 }
 
-fn end(done: &Reloaded) -> String {
+fn end(done: &ReloadResult) -> String {
     let (ladder, mode) = (one_line(&done.ladder), &done.mode);
     match done.swap_us {
         _ if done.same => {

@@ -12,7 +12,7 @@ use anyhow::Result;
 
 use super::exit::Exit;
 use super::recorded_trace::{RecordedTrace, alarms_text};
-use super::replay_args::{ReplayArgs, Scene, pace};
+use super::replay_args::{ReplayArgs, ReplayScene, pace};
 use super::replay_ladder;
 use super::replay_window::ReplayWindow;
 use super::terminal::say_line;
@@ -86,7 +86,7 @@ fn refused(why: &str) -> Exit {
     Exit::Refused
 }
 
-fn same_program(args: &ReplayArgs, recording: &Arc<Recording>, scene: Scene) -> Result<Exit> {
+fn same_program(args: &ReplayArgs, recording: &Arc<Recording>, scene: ReplayScene) -> Result<Exit> {
     let (programs, window, clock) = scene;
     let Some(first) = programs.first() else { return Ok(Exit::Config) };
     let trace_path = args.trace();

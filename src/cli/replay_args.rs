@@ -9,7 +9,7 @@ use clap::Args;
 
 use super::replay_window::ReplayWindow;
 use super::terminal::{print, say_line};
-use super::when::{LocalClock, When};
+use super::when::{LocalClock, WrittenTime};
 use rungd_history::playback::RecordedPrograms;
 use rungd_history::record::Recording;
 use rungd_language::source::wording::thousands;
@@ -21,11 +21,11 @@ pub struct ReplayArgs {
     #[arg(value_name = "RECORDING")]
     pub recording: PathBuf,
     /// From this time or scan on: `10:02`, `yesterday 23:50`, `-15m`, `scan 81234`
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = When::parse)]
-    pub from: Option<When>,
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = WrittenTime::parse)]
+    pub from: Option<WrittenTime>,
     /// Until this time or scan
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = When::parse)]
-    pub to: Option<When>,
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = WrittenTime::parse)]
+    pub to: Option<WrittenTime>,
     /// Execute these ladder files instead of the recorded ones (library files stay) on the recorded
     /// inputs, and compare both programs
     #[arg(long, value_name = "NEW.toml", num_args = 1..)]
@@ -59,7 +59,7 @@ impl ReplayArgs {
 }
 
 /// The programs of a recording, the part of it, and the reader's clock.
-pub(super) type Scene<'a> = (&'a RecordedPrograms, &'a ReplayWindow, &'a LocalClock);
+pub(super) type ReplayScene<'a> = (&'a RecordedPrograms, &'a ReplayWindow, &'a LocalClock);
 
 /// `replayed in 0.2 s, 617 × real time`.
 pub(super) fn pace(recording: &Recording, window: &ReplayWindow, seconds: f64) -> String {

@@ -14,7 +14,7 @@ use super::check::style;
 use super::compared;
 use super::exit::{CommandLine, Exit};
 use super::recorded_trace::RecordedTrace;
-use super::replay_args::{ReplayArgs, Scene, pace};
+use super::replay_args::{ReplayArgs, ReplayScene, pace};
 use super::replay_why;
 use super::terminal::{say_findings, say_line};
 use super::when::LocalClock;
@@ -33,7 +33,11 @@ const OPEN_LOOP: &str = "open loop: the inputs are the recorded ones; the reacti
 ///
 /// # Errors
 /// A file cannot be read, the trace cannot be written, or the command line is wrong.
-pub(super) fn replay(args: &ReplayArgs, recording: &Arc<Recording>, scene: Scene) -> Result<Exit> {
+pub(super) fn replay(
+    args: &ReplayArgs,
+    recording: &Arc<Recording>,
+    scene: ReplayScene,
+) -> Result<Exit> {
     let (programs, window, clock) = scene;
     let Some(new) = loaded(args, recording.program(window.sections.start))? else {
         return Ok(Exit::Config);

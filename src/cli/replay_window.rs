@@ -4,15 +4,15 @@
 
 use std::ops::Range;
 
-use super::when::{LocalClock, Moment, When};
+use super::when::{LocalClock, RecordingPlace, WrittenTime};
 use rungd_history::playback::PlayedScan;
 use rungd_history::record::Recording;
 
 /// A part of a recording.
 pub(super) struct ReplayWindow {
     pub sections: Range<usize>,
-    from: Option<Moment>,
-    to: Option<Moment>,
+    from: Option<RecordingPlace>,
+    to: Option<RecordingPlace>,
 }
 
 impl ReplayWindow {
@@ -21,7 +21,7 @@ impl ReplayWindow {
     /// # Errors
     /// The recording is empty, or has nothing there. The text is a message.
     pub fn of(
-        (from, to): (Option<&When>, Option<&When>),
+        (from, to): (Option<&WrittenTime>, Option<&WrittenTime>),
         clock: &LocalClock,
         recording: &Recording,
     ) -> Result<ReplayWindow, String> {
@@ -30,22 +30,28 @@ impl ReplayWindow {
             let (begin, end) = (clock.text(*span.start()), clock.text(*span.end()));
             format!("the recording has nothing there: it is of {begin} to {end}")
         };
-        let find = |when: Option<&When>| when.map(|when| when.find(clock, span.clone()));
+        let find = |when: Option<&WrittenTime>| when.map(|when| when.find(clock, span.clone()));
         let (from, to) = (find(from), find(to));
         let first = match from {
             None => 0,
-            Some(Moment::Time(time)) if time > *span.end() => return Err(beyond()),
-            Some(Moment::Time(time)) => recording.place_of_time(time).unwrap_or(0),
-            Some(Moment::Scan(number)) => recording.place_of_scan(number).ok_or_else(beyond)?,
+            Some(RecordingPlace::Time(time)) if time > *span.end() => return Err(beyond()),
+            Some(RecordingPlace::Time(time)) => recording.place_of_time(time).unwrap_or(0),
+            Some(RecordingPlace::Scan(number)) => {
+                recording.place_of_scan(number).ok_or_else(beyond)?
+            }
         };
         let last = match to {
             None => recording.count() - 1,
-            Some(Moment::Time(time)) => recording.place_of_time(time).ok_or_else(beyond)?,
-            Some(Moment::Scan(number)) => recording.place_of_scan(number).ok_or_else(beyond)?,
+            Some(RecordingPlace::Time(time)) => recording.place_of_time(time).ok_or_else(beyond)?,
+            Some(RecordingPlace::Scan(number)) => {
+                recording.place_of_scan(number).ok_or_else(beyond)?
+            }
         };
         let is_backwards = match (from, to) {
-            (Some(Moment::Time(from)), Some(Moment::Time(to))) => from > to,
-            (Some(Moment::Scan(from)), Some(Moment::Scan(to))) => first == last && from > to,
+            (Some(RecordingPlace::Time(from)), Some(RecordingPlace::Time(to))) => from > to,
+            (Some(RecordingPlace::Scan(from)), Some(RecordingPlace::Scan(to))) => {
+                first == last && from > to
+            }
             (None | Some(_), None | Some(_)) => false,
         };
         if is_backwards || last < first {
@@ -59,14 +65,14 @@ impl ReplayWindow {
         let (first, last) = (self.sections.start, self.sections.end - 1);
         let begun = match self.from {
             None => true,
-            Some(Moment::Time(time)) => scan.unix_ns >= time,
-            Some(Moment::Scan(number)) => scan.section > first || scan.number >= number,
+            Some(RecordingPlace::Time(time)) => scan.unix_ns >= time,
+            Some(RecordingPlace::Scan(number)) => scan.section > first || scan.number >= number,
         };
         begun
             && match self.to {
                 None => true,
-                Some(Moment::Time(time)) => scan.unix_ns <= time,
-                Some(Moment::Scan(number)) => scan.section < last || scan.number <= number,
+                Some(RecordingPlace::Time(time)) => scan.unix_ns <= time,
+                Some(RecordingPlace::Scan(number)) => scan.section < last || scan.number <= number,
             }
     }
 }

@@ -9,7 +9,7 @@ use super::exit::Exit;
 use super::operator::OperatorArgs;
 use super::terminal::{one_line, print, say_line};
 use rungd_base::duration_text::duration_text;
-use rungd_client::operator::protocol::{Request, Saved};
+use rungd_client::operator::protocol::{MemorySave, Request};
 use rungd_state::retain::file::{Access, FileDevice};
 use rungd_state::retain::show::show;
 
@@ -57,7 +57,7 @@ pub fn retain(args: &RetainArgs) -> Result<Exit> {
 }
 
 fn save(at: &OperatorArgs) -> Result<Exit> {
-    let saved: Saved = match at.ask(&Request::RetainSave {}) {
+    let saved: MemorySave = match at.ask(&Request::RetainSave {}) {
         Ok(saved) => saved,
         Err(exit) => return Ok(exit),
     };
@@ -66,8 +66,8 @@ fn save(at: &OperatorArgs) -> Result<Exit> {
 }
 
 /// A line about the durable image.
-pub(super) fn text(saved: &Saved) -> String {
-    let Saved { file, image, scan, flush_us } = saved;
+pub(super) fn text(saved: &MemorySave) -> String {
+    let MemorySave { file, image, scan, flush_us } = saved;
     let took = match flush_us {
         0 => "durable already".to_owned(),
         1..1000 => "durable in under 1 ms".to_owned(),

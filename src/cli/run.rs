@@ -12,11 +12,13 @@ use super::check::style;
 use super::exit::Exit;
 use super::folders::has_text_path;
 use super::terminal::say_findings;
-use crate::daemon::guard::{self, Ended, Guard};
+use crate::daemon::guard::{self, ProcessEnd, RestartGuard};
 use crate::daemon::log::{self, LogFormat};
-use crate::daemon::{self, Ending, Host, Options, StartFailure, StartPart, config};
+use crate::daemon::{
+    self, ControllerEnd, ProcessHost, ShellOptions, StartFailure, StartPart, config,
+};
 use rungd_base::progress::Progress;
-use rungd_client::operator::protocol::ModeWanted;
+use rungd_client::operator::protocol::WantedMode;
 use rungd_engine::isa::duration::{self, not_a_duration};
 use rungd_runtime::events::Level;
 use rungd_runtime::exchange::StopReason;
@@ -39,7 +41,7 @@ pub struct RunArgs {
     stopped: bool,
     /// The mode after a start that finds nothing to restore (default: `[retain] cold-start`)
     #[arg(long, value_name = "MODE")]
-    cold_start: Option<ModeWanted>,
+    cold_start: Option<WantedMode>,
     /// The form of the log (default: text, or journal under systemd)
     #[arg(long, value_name = "FORM")]
     log_format: Option<LogFormat>,
@@ -80,26 +82,26 @@ fn span(text: &str) -> Result<Duration, String> {
 /// Signals cannot be received, the log cannot be started, or there are too few file descriptors.
 pub fn run(args: &RunArgs) -> Result<Exit> {
     probe_descriptors()?;
-    let mut host = Host::new(args.repeat_reason).context("cannot listen for signals")?;
+    let mut host = ProcessHost::new(args.repeat_reason).context("cannot listen for signals")?;
     let log = log::init(args.log_format, args.log_level, args.journal_socket.as_deref())?;
     let file = args.restart_guard.clone().or_else(guard::file_of_environment);
     let counted = file.as_ref().map(|file| file.display().to_string());
     let counted = StartPart::RestartCount(counted.unwrap_or_default());
-    let mut guard = host.during(counted, || Guard::begin(file, args.healthy_after));
+    let mut guard = host.during(counted, || RestartGuard::begin(file, args.healthy_after));
     let exit = run_logged(args, &mut host, &mut guard).unwrap_or_else(|why| {
         say!(START_REFUSED, "rungd does not start: {why:#}");
         Exit::of(&why)
     });
     guard.end(match exit {
-        Exit::Ok => Ended::Orderly,
-        Exit::Software => Ended::Crashed,
+        Exit::Ok => ProcessEnd::Orderly,
+        Exit::Software => ProcessEnd::Crashed,
         Exit::Refused
         | Exit::Usage
         | Exit::Unavailable
         | Exit::Io
         | Exit::Fault
         | Exit::NoPerm
-        | Exit::Config => Ended::Refused,
+        | Exit::Config => ProcessEnd::Refused,
     });
     host.end();
     log.flush();
@@ -114,7 +116,7 @@ fn probe_descriptors() -> Result<()> {
     Ok(())
 }
 
-fn run_logged(args: &RunArgs, host: &mut Host, guard: &mut Guard) -> Result<Exit> {
+fn run_logged(args: &RunArgs, host: &mut ProcessHost, guard: &mut RestartGuard) -> Result<Exit> {
     has_text_path(&args.controller)?;
     let (path, style) = (args.controller.clone(), style(false));
     let progress = Progress::new();
@@ -127,9 +129,9 @@ fn run_logged(args: &RunArgs, host: &mut Host, guard: &mut Guard) -> Result<Exit
         Ok(settled) => settled,
         Err(why) => return Ok(refuse(args, &why)),
     };
-    let options = Options {
+    let options = ShellOptions {
         scans: args.scans,
-        runs_cold: args.cold_start.map(|mode| mode == ModeWanted::Run),
+        runs_cold: args.cold_start.map(|mode| mode == WantedMode::Run),
         repeat: args.repeat_reason,
         reload_limit: args.reload_limit,
         record: args.record.clone(),
@@ -140,10 +142,10 @@ fn run_logged(args: &RunArgs, host: &mut Host, guard: &mut Guard) -> Result<Exit
         },
     };
     match daemon::run(host, settled, &options, guard) {
-        Ok(Ending::Orderly) => Ok(Exit::Ok),
-        Ok(Ending::Fault | Ending::Hurried) => Ok(Exit::Fault),
-        Ok(Ending::MemoryLost) => Ok(Exit::Io),
-        Ok(Ending::Bug) => Ok(Exit::Software),
+        Ok(ControllerEnd::Orderly) => Ok(Exit::Ok),
+        Ok(ControllerEnd::Fault | ControllerEnd::Hurried) => Ok(Exit::Fault),
+        Ok(ControllerEnd::MemoryLost) => Ok(Exit::Io),
+        Ok(ControllerEnd::Bug) => Ok(Exit::Software),
         Err(StartFailure::Configuration(why)) => {
             say!(START_REFUSED, "rungd does not start: {why}");
             Ok(Exit::Config)

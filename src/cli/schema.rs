@@ -23,12 +23,12 @@ use rungd_language::source::shape::{Shape, ValueForm};
 pub struct SchemaArgs {
     /// The kind of file
     #[arg(value_name = "KIND")]
-    kind: FileKind,
+    kind: SchemaKind,
 }
 
 /// A kind of file that a schema describes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum FileKind {
+pub enum SchemaKind {
     /// A ladder file
     Ladder,
     /// A controller file
@@ -54,15 +54,15 @@ pub fn schema(args: &SchemaArgs) -> Result<Exit> {
 }
 
 /// The schema of a kind of file.
-pub fn of(kind: FileKind) -> Value {
+pub fn of(kind: SchemaKind) -> Value {
     let (shape, title) = match kind {
-        FileKind::Ladder => (ladder::shape(), "A ladder file of rungd"),
-        FileKind::Controller => (controller::shape(), "A controller file of rungd"),
-        FileKind::Test => (testing::shape(), "A test file of rungd"),
+        SchemaKind::Ladder => (ladder::shape(), "A ladder file of rungd"),
+        SchemaKind::Controller => (controller::shape(), "A controller file of rungd"),
+        SchemaKind::Test => (testing::shape(), "A test file of rungd"),
         #[cfg(feature = "fleet")]
-        FileKind::Edge => (rungd_fleet::edge::shape(), "A file of an edge node of rungd"),
+        SchemaKind::Edge => (rungd_fleet::edge::shape(), "A file of an edge node of rungd"),
     };
-    let mut writer = Writer { places: Map::new() };
+    let mut writer = SchemaWriter { places: Map::new() };
     let mut schema = writer.table(&shape);
     schema.insert("$schema".to_owned(), json!("https://json-schema.org/draft/2020-12/schema"));
     schema.insert("title".to_owned(), json!(title));
@@ -70,12 +70,12 @@ pub fn of(kind: FileKind) -> Value {
     Value::Object(schema)
 }
 
-struct Writer {
+struct SchemaWriter {
     /// The tables that can occur in several places, by name.
     places: Map<String, Value>,
 }
 
-impl Writer {
+impl SchemaWriter {
     fn table(&mut self, shape: &Shape) -> Map<String, Value> {
         let noted = shape.noted();
         let mut properties = Map::new();
@@ -185,7 +185,7 @@ mod tests {
                 untyped(value, &path, found);
             }
         }
-        for kind in [FileKind::Ladder, FileKind::Controller, FileKind::Test] {
+        for kind in [SchemaKind::Ladder, SchemaKind::Controller, SchemaKind::Test] {
             let mut found = Vec::new();
             untyped(&of(kind), "", &mut found);
             assert!(found.is_empty(), "{found:?}");
@@ -222,7 +222,7 @@ mod tests {
 
     #[test]
     fn the_legs_are_those_of_the_instructions() {
-        let schema = of(FileKind::Ladder);
+        let schema = of(SchemaKind::Ladder);
         let legs = &schema["$defs"]["rung"]["properties"]["leg"]["propertyNames"]["enum"];
         let keys = LegName::KEYED.map(LegName::key);
         assert_eq!(legs, &json!(keys));

@@ -9,8 +9,8 @@ use super::read::table;
 use super::terminal::one_line;
 use rungd_base::duration_text::duration_text;
 use rungd_client::operator::protocol::{
-    Alarm, AlarmState, BlockStatus, LogState, Posture, Record, Request, Retain, Scan, Spread,
-    Status, is_run,
+    AlarmState, AlarmStatus, BlockStatus, ControllerStatus, LogStatus, PostureStatus, RecordStatus,
+    Request, RetainStatus, ScanStatus, SpreadStatus, is_run,
 };
 
 /// The width of the longest bar, in characters.
@@ -34,7 +34,7 @@ pub struct StatusArgs {
 /// # Errors
 /// Standard output cannot be written.
 pub fn status(args: &StatusArgs) -> Result<Exit> {
-    let status: Status = match args.at.ask(&Request::Status {}) {
+    let status: ControllerStatus = match args.at.ask(&Request::Status {}) {
         Ok(status) => status,
         Err(exit) => return Ok(exit),
     };
@@ -43,8 +43,8 @@ pub fn status(args: &StatusArgs) -> Result<Exit> {
 }
 
 /// The text. The most important lines come first: the mode, the program, alarms, forces.
-fn page(status: &Status, histogram: bool) -> String {
-    let Status { version, pid, ladder, mode, scans, .. } = status;
+fn page(status: &ControllerStatus, histogram: bool) -> String {
+    let ControllerStatus { version, pid, ladder, mode, scans, .. } = status;
     let ms = |ms: u64| duration_text(ms * 1_000_000);
     let why = status.reason.as_ref().map_or(String::new(), |why| format!(" ({why})"));
     let ladder = format!(
@@ -83,7 +83,7 @@ fn page(status: &Status, histogram: bool) -> String {
 }
 
 /// The lines about outputs: outside RUN, and those whose state differs from memory or is not known.
-fn outputs(status: &Status) -> Vec<String> {
+fn outputs(status: &ControllerStatus) -> Vec<String> {
     match status.outputs.is_empty() {
         true => vec!["at their safe values, as in memory".to_owned()],
         false => {
@@ -100,8 +100,8 @@ fn outputs(status: &Status) -> Vec<String> {
     }
 }
 
-fn alarm_line(alarm: &Alarm) -> String {
-    let Alarm { tag, text, priority, state, .. } = alarm;
+fn alarm_line(alarm: &AlarmStatus) -> String {
+    let AlarmStatus { tag, text, priority, state, .. } = alarm;
     let acknowledged = match state {
         AlarmState::Acknowledged => "acknowledged",
         AlarmState::Normal | AlarmState::Unacknowledged | AlarmState::Returned => {
@@ -111,13 +111,13 @@ fn alarm_line(alarm: &Alarm) -> String {
     format!("{tag}: {text} ({}, {acknowledged})", priority.name())
 }
 
-fn log_line(log: &LogState) -> String {
-    let LogState { level, lines_dropped, records_dropped } = log;
+fn log_line(log: &LogStatus) -> String {
+    let LogStatus { level, lines_dropped, records_dropped } = log;
     let level = format!("{level:?}").to_lowercase();
     format!("from {level} on; {lines_dropped} lines and {records_dropped} records dropped")
 }
 
-fn posture_line(posture: &Posture) -> String {
+fn posture_line(posture: &PostureStatus) -> String {
     match &posture.why {
         Some(why) => format!("{}: refused: {why}", posture.asked),
         None => format!("{}: granted", posture.asked),
@@ -141,8 +141,8 @@ fn rows(head: &str, mut texts: Vec<String>) -> Vec<String> {
     texts.iter().enumerate().map(|(at, text)| row(head(at), text)).collect()
 }
 
-fn scan_line(status: &Status) -> String {
-    let Scan { over_ms, scans, overruns, skipped, .. } = &status.scan;
+fn scan_line(status: &ControllerStatus) -> String {
+    let ScanStatus { over_ms, scans, overruns, skipped, .. } = &status.scan;
     let us = |us: u64| duration_text(us * 1000);
     format!(
         "every {}, watchdog {}; in {}: {}, {}, {skipped} skipped",
@@ -169,7 +169,7 @@ fn block_line(block: &BlockStatus) -> String {
 }
 
 /// A line of figures. With the histogram, one bar for each power of two is below it.
-fn spread(name: &str, spread: &Spread, histogram: bool) -> Vec<String> {
+fn spread(name: &str, spread: &SpreadStatus, histogram: bool) -> Vec<String> {
     let figures = [
         ("last", spread.last_us),
         ("min", spread.min_us),
@@ -191,7 +191,7 @@ fn spread(name: &str, spread: &Spread, histogram: bool) -> Vec<String> {
     lines
 }
 
-fn retain_lines(retain: &Retain) -> Vec<String> {
+fn retain_lines(retain: &RetainStatus) -> Vec<String> {
     let ms = |ms: u64| duration_text(ms * 1_000_000);
     let us = |us: u64| duration_text(us * 1000);
     let mut lines =
@@ -214,7 +214,7 @@ fn retain_lines(retain: &Retain) -> Vec<String> {
 /// A copy of the scan log that is further behind is shown: a quiet disk is a second behind.
 const BEHIND_TOLD_MS: u64 = 2_000;
 
-fn record_lines(record: &Record) -> Vec<String> {
+fn record_lines(record: &RecordStatus) -> Vec<String> {
     let mb = |bytes: u64| format!("{:.1} MB", bytes as f64 / 1e6);
     let reach = duration_text(record.memory_ms * 1_000_000);
     let mut lines = vec![format!("the last {reach} in {} of memory", mb(record.memory_bytes))];
@@ -238,7 +238,7 @@ fn record_lines(record: &Record) -> Vec<String> {
     lines
 }
 
-fn devices(status: &Status) -> Vec<String> {
+fn devices(status: &ControllerStatus) -> Vec<String> {
     let mut lines = Vec::new();
     if let Some(modbus) = &status.devices.modbus {
         let (clients, most) = (modbus.clients, modbus.connections_max);

@@ -140,7 +140,7 @@ fn finish(args: &TestArgs, files: &[FileVerdicts], coverage: &Coverage) -> Resul
         std::fs::write(path, text).with_context(|| path.display().to_string())?;
     }
     let failed: usize = files.iter().map(FileVerdicts::failed).sum();
-    let tests: usize = files.iter().map(|of| of.verdicts.len()).sum();
+    let tests: usize = files.iter().map(|file| file.verdicts.len()).sum();
     if args.json {
         let mut json = testing::json(files);
         if args.coverage {
@@ -167,7 +167,7 @@ fn run_one(
     coverage: &mut Coverage,
 ) -> Result<Vec<Verdict>> {
     let programs = testing::programs(suite);
-    let progress = Progress::new(name);
+    let progress = ProgressLine::new(name);
     let show = |done, all| progress.show(done, all);
     let options = RunOptions {
         jobs: jobs(args.jobs),
@@ -255,8 +255,9 @@ fn wait_for_change(
     suites: &[OpenSuite],
     (paths, begun): (&[PathBuf], SystemTime),
 ) -> Result<()> {
-    let changed = |path: &str| std::fs::metadata(path).and_then(|of| of.modified()).ok();
-    let names = suites.iter().flat_map(|of| of.read.paths());
+    let changed =
+        |path: &str| std::fs::metadata(path).and_then(|metadata| metadata.modified()).ok();
+    let names = suites.iter().flat_map(|suite| suite.read.paths());
     let known: BTreeMap<String, Option<SystemTime>> = names
         .map(|name| (name.clone(), changed(&name).filter(|at| *at + TICK_MAX < begun)))
         .collect();
@@ -274,7 +275,7 @@ fn wait_for_change(
 }
 
 /// A line on a terminal with the progress of the tests of a file.
-pub(super) struct Progress<'a> {
+pub(super) struct ProgressLine<'a> {
     name: &'a str,
     begun: Instant,
     /// The time at which the line was last written; `None` if it was never written.
@@ -282,11 +283,11 @@ pub(super) struct Progress<'a> {
     is_terminal: bool,
 }
 
-impl<'a> Progress<'a> {
+impl<'a> ProgressLine<'a> {
     /// Makes a progress line, and shows nothing yet.
-    pub fn new(name: &'a str) -> Progress<'a> {
+    pub fn new(name: &'a str) -> ProgressLine<'a> {
         let is_terminal = std::io::stderr().is_terminal();
-        Progress { name, begun: Instant::now(), shown: Mutex::new(None), is_terminal }
+        ProgressLine { name, begun: Instant::now(), shown: Mutex::new(None), is_terminal }
     }
 
     /// Shows the progress, if enough time has passed since the last line.

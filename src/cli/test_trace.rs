@@ -30,8 +30,8 @@ pub(super) fn write(
     filter: Option<&str>,
 ) -> Result<()> {
     std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
-    let of = &suite.programs[0];
-    let watched = watched_operands::watched(None, &of.program, &programs[0].symbols)?;
+    let program = &suite.programs[0];
+    let watched = watched_operands::watched(None, &program.program, &programs[0].symbols)?;
     let file = Path::new(&suite.name).file_name().unwrap_or_default().to_string_lossy();
     let file = file.trim_end_matches(".toml").trim_end_matches(".test");
     let mut taken = HashSet::new();
@@ -74,14 +74,15 @@ impl TraceColumns {
     ) -> TraceColumns {
         let mut watched = first.to_vec();
         for ProgramId(at) in reloaded(scenario) {
-            let known: HashSet<String> = watched.iter().map(|of| of.name.clone()).collect();
+            let known: HashSet<String> =
+                watched.iter().map(|operand| operand.name.clone()).collect();
             let named = all_named(&suite.programs[at].program, &programs[at].symbols);
-            watched.extend(named.into_iter().filter(|of| !known.contains(&of.name)));
+            watched.extend(named.into_iter().filter(|operand| !known.contains(&operand.name)));
         }
-        let of_program = |(of, lowered): (&testing::TestProgram, &Arc<RigProgram>)| {
-            let (scope, layout) = (of.program.scope(), &lowered.symbols.layout);
+        let of_program = |(test_program, lowered): (&testing::TestProgram, &Arc<RigProgram>)| {
+            let (scope, layout) = (test_program.program.scope(), &lowered.symbols.layout);
             let cell = |name: &str| layout.cell(scope.address(name).ok()?);
-            watched.iter().map(|of| same_kind(of, cell(&of.name), layout)).collect()
+            watched.iter().map(|operand| same_kind(operand, cell(&operand.name), layout)).collect()
         };
         let cells = suite.programs.iter().zip(programs).map(of_program).collect();
         TraceColumns { watched, cells }

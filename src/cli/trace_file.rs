@@ -14,13 +14,13 @@ use rungd_lab::sim::svg::SvgTrace;
 use rungd_lab::sim::trace::{CsvTrace, RowName, ValueTrace, Watched};
 use rungd_lab::sim::vcd::VcdTrace;
 
-type Output = Box<dyn Write>;
+type TraceOutput = Box<dyn Write>;
 
 /// A trace that goes to a file.
 pub(super) enum TraceFile<'a> {
-    Csv(CsvTrace<'a, Output>),
-    Svg(SvgTrace<'a>, Output),
-    Vcd(VcdTrace<'a, Output>),
+    Csv(CsvTrace<'a, TraceOutput>),
+    Svg(SvgTrace<'a>, TraceOutput),
+    Vcd(VcdTrace<'a, TraceOutput>),
 }
 
 impl<'a> TraceFile<'a> {
@@ -112,7 +112,7 @@ pub(super) fn overwritten<'p>(
     reads.find(|read| identity(read) == Some(trace))
 }
 
-fn output(path: &Path) -> Result<Output> {
+fn output(path: &Path) -> Result<TraceOutput> {
     if path == Path::new("-") {
         return Ok(Box::new(BufWriter::new(io::stdout().lock())));
     }

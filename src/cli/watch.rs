@@ -15,7 +15,7 @@ use super::exit::Exit;
 use super::operator::{OperatorArgs, complete};
 use super::read::table;
 use super::terminal::{self, one_line, plain};
-use rungd_client::operator::protocol::{Request, ShownValue, Values};
+use rungd_client::operator::protocol::{OperandValues, Request, ShownValue};
 use rungd_engine::isa::duration::{self, not_a_duration};
 
 const INTERVAL_LEAST: Duration = Duration::from_millis(50);
@@ -60,7 +60,7 @@ pub fn watch(args: &WatchArgs) -> Result<Exit> {
         }
         sleep(next.saturating_duration_since(Instant::now()));
         next = Instant::now() + args.interval;
-        let values: Values = match args.at.ask(&request) {
+        let values: OperandValues = match args.at.ask(&request) {
             Ok(values) => values,
             Err(exit) => return Ok(exit),
         };
@@ -79,7 +79,7 @@ fn draw(drawing: &str) -> io::Result<()> {
 }
 
 /// `RUN scan=120 jam=OFF bin_size=12,forced`.
-fn line(values: &Values) -> String {
+fn line(values: &OperandValues) -> String {
     let name =
         |value: &ShownValue| one_line(value.tag.as_ref().unwrap_or(&value.operand)).into_owned();
     let forced = |value: &ShownValue| if value.forced { ",forced" } else { "" };
@@ -101,7 +101,7 @@ fn window() -> (usize, usize) {
 
 /// The table, drawn from the top of the screen; the rest of the screen is cleared. Lines that do
 /// not fit in the window are left out and counted, because a longer table would scroll.
-fn drawing(values: &Values, first: bool, (wide, high): (usize, usize)) -> String {
+fn drawing(values: &OperandValues, first: bool, (wide, high): (usize, usize)) -> String {
     let mut text = String::from(if first { "\x1b[2J\x1b[H" } else { "\x1b[H" });
     let mut lines = vec![format!("{}  scan {}", values.mode, values.scans)];
     lines.extend(plain(&table(&values.values)).lines().map(str::to_owned));
@@ -124,9 +124,9 @@ fn drawing(values: &Values, first: bool, (wide, high): (usize, usize)) -> String
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rungd_client::operator::protocol::Held;
+    use rungd_client::operator::protocol::BitOrNumber;
 
-    fn values() -> Values {
+    fn values() -> OperandValues {
         let value = |operand: &str, tag: Option<&str>, address: &str, value, forced| ShownValue {
             operand: operand.into(),
             tag: tag.map(str::to_owned),
@@ -138,10 +138,10 @@ mod tests {
             unknown: None,
         };
         let values = vec![
-            value("jam", Some("jam"), "C0", Held::Bit(false), false),
-            value("D12", None, "D12", Held::Word(-7), true),
+            value("jam", Some("jam"), "C0", BitOrNumber::Bit(false), false),
+            value("D12", None, "D12", BitOrNumber::Word(-7), true),
         ];
-        Values { mode: "RUN".into(), scans: 120, values, refused: Vec::new() }
+        OperandValues { mode: "RUN".into(), scans: 120, values, refused: Vec::new() }
     }
 
     #[test]

@@ -56,8 +56,9 @@ pub(super) fn watched(
 
 /// Prints which arrays have more elements than the trace without `--watch` shows.
 fn say_left_out(program: &Program) {
-    for of in program.arrays.iter().filter(|of| of.array.count as usize > ELEMENTS_MAX) {
-        let (name, count) = (of.name.split('[').next().unwrap_or(&of.name), of.array.count);
+    for array_tag in program.arrays.iter().filter(|of| of.array.count as usize > ELEMENTS_MAX) {
+        let (name, count) =
+            (array_tag.name.split('[').next().unwrap_or(&array_tag.name), array_tag.array.count);
         say(&format!(
             "note: of the {count} elements of `{name}` the trace has the first {ELEMENTS_MAX}; \
              `--watch` names others\n"

@@ -1,9 +1,9 @@
 //! Times on the command line: `10:02`, `yesterday 23:50`, `-15m`, `scan 81234`.
 //!
-//! Every command that reads a recording uses this module to parse and print its times. A [`When`]
-//! is parsed before the recording is open. [`When::find`] then returns the moment, from the
-//! reader's [`LocalClock`] and the recording's span. A moment may be outside the recording: the
-//! command handles that case.
+//! Every command that reads a recording uses this module to parse and print its times. A
+//! [`WrittenTime`] is parsed before the recording is open. [`WrittenTime::find`] then returns the
+//! moment, from the reader's [`LocalClock`] and the recording's span. A moment may be outside the
+//! recording: the command handles that case.
 
 use std::ops::RangeInclusive;
 use std::path::Path;
@@ -23,7 +23,7 @@ const DAYS_BACK: i64 = 3660;
 
 /// A time as written on the command line.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum When {
+pub(super) enum WrittenTime {
     /// The number of a scan: `scan 81234`. The first scan of a process is 1.
     Scan(u64),
     /// Before the recording's end, ms: `-15m`.
@@ -40,7 +40,7 @@ pub(super) enum When {
 
 /// A place in a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Moment {
+pub(super) enum RecordingPlace {
     /// Ns since 1970 (UTC).
     Time(i64),
     /// The number of a scan. The first scan of a process is 1.
@@ -54,12 +54,13 @@ pub(super) struct LocalClock {
     now_ns: i64,
 }
 
-impl When {
-    /// Parses a time. For clap: `#[arg(value_parser = When::parse, allow_hyphen_values = true)]`.
+impl WrittenTime {
+    /// Parses a time. For clap: `#[arg(value_parser = WrittenTime::parse, allow_hyphen_values =
+    /// true)]`.
     ///
     /// # Errors
     /// A message with the accepted forms.
-    pub fn parse(text: &str) -> Result<When, String> {
+    pub fn parse(text: &str) -> Result<WrittenTime, String> {
         parse(text.trim()).ok_or_else(|| {
             format!(
                 "`{text}` is not a time: write it as 10:02, 10:02:03.5, yesterday 23:50, \
@@ -71,16 +72,16 @@ impl When {
     /// The moment in a recording. `span` is the recording's time, in ns since 1970 (UTC). A time of
     /// day without a date means the newest such time in the recording; if the recording does not
     /// contain it, it means the day on which the recording ends.
-    pub fn find(&self, clock: &LocalClock, span: RangeInclusive<i64>) -> Moment {
+    pub fn find(&self, clock: &LocalClock, span: RangeInclusive<i64>) -> RecordingPlace {
         let unix_ns = match *self {
-            When::Scan(number) => return Moment::Scan(number),
-            When::BeforeEnd(ms) => span.end().saturating_sub(i64::from(ms) * NS_PER_MS),
-            When::TimeOfDay(in_day_ns) => clock.newest(in_day_ns, &span),
-            When::DaysAgo(days, in_day_ns) => clock.day(clock.now_ns, -days, in_day_ns),
-            When::Local(local_ns) => clock.unix_ns(local_ns),
-            When::Universal(unix_ns) => unix_ns,
+            WrittenTime::Scan(number) => return RecordingPlace::Scan(number),
+            WrittenTime::BeforeEnd(ms) => span.end().saturating_sub(i64::from(ms) * NS_PER_MS),
+            WrittenTime::TimeOfDay(in_day_ns) => clock.newest(in_day_ns, &span),
+            WrittenTime::DaysAgo(days, in_day_ns) => clock.day(clock.now_ns, -days, in_day_ns),
+            WrittenTime::Local(local_ns) => clock.unix_ns(local_ns),
+            WrittenTime::Universal(unix_ns) => unix_ns,
         };
-        Moment::Time(unix_ns)
+        RecordingPlace::Time(unix_ns)
     }
 }
 
@@ -157,28 +158,28 @@ impl LocalClock {
     }
 }
 
-fn parse(text: &str) -> Option<When> {
+fn parse(text: &str) -> Option<WrittenTime> {
     if let Some(number) = text.strip_prefix("scan") {
-        return digits(number.trim()).map(When::Scan);
+        return digits(number.trim()).map(WrittenTime::Scan);
     }
     if let Some(before) = text.strip_prefix('-') {
-        return duration::parse(before).ok().map(When::BeforeEnd);
+        return duration::parse(before).ok().map(WrittenTime::BeforeEnd);
     }
     for (word, days) in [("today", 0), ("yesterday", 1)] {
         if let Some(time) = text.strip_prefix(word) {
-            return Some(When::DaysAgo(days, parse_time(time.strip_prefix(' ')?.trim())?));
+            return Some(WrittenTime::DaysAgo(days, parse_time(time.strip_prefix(' ')?.trim())?));
         }
     }
     if let Some(in_day_ns) = parse_time(text) {
-        return Some(When::TimeOfDay(in_day_ns));
+        return Some(WrittenTime::TimeOfDay(in_day_ns));
     }
     let (date, time) = text.split_once(['T', ' '])?;
     let midnight_ns =
         calendar::parse_seconds(&format!("{date}T00:00:00"))?.checked_mul(NS_PER_S)?;
     let at = |time: &str| midnight_ns.checked_add(parse_time(time)?);
     match time.strip_suffix('Z') {
-        Some(time) => at(time).map(When::Universal),
-        None => at(time).map(When::Local),
+        Some(time) => at(time).map(WrittenTime::Universal),
+        None => at(time).map(WrittenTime::Local),
     }
 }
 
@@ -225,9 +226,9 @@ mod tests {
     }
 
     fn found(text: &str, clock: &LocalClock, span: RangeInclusive<i64>) -> i64 {
-        match When::parse(text).unwrap().find(clock, span) {
-            Moment::Time(unix_ns) => unix_ns,
-            Moment::Scan(number) => panic!("scan {number}"),
+        match WrittenTime::parse(text).unwrap().find(clock, span) {
+            RecordingPlace::Time(unix_ns) => unix_ns,
+            RecordingPlace::Scan(number) => panic!("scan {number}"),
         }
     }
 
@@ -297,10 +298,10 @@ mod tests {
 
     #[test]
     fn a_scan_is_a_number() {
-        assert_eq!(When::parse("scan 81234"), Ok(When::Scan(81_234)));
-        assert_eq!(When::parse(" scan81234 "), Ok(When::Scan(81_234)));
+        assert_eq!(WrittenTime::parse("scan 81234"), Ok(WrittenTime::Scan(81_234)));
+        assert_eq!(WrittenTime::parse(" scan81234 "), Ok(WrittenTime::Scan(81_234)));
         let clock = berlin("2026-11-22T15:00:00Z");
-        assert_eq!(When::Scan(7).find(&clock, 0..=0), Moment::Scan(7));
+        assert_eq!(WrittenTime::Scan(7).find(&clock, 0..=0), RecordingPlace::Scan(7));
     }
 
     #[test]
@@ -331,7 +332,7 @@ mod tests {
             "scan 99999999999999999999999",
             "1é:02",
         ] {
-            let error = When::parse(wrong).unwrap_err();
+            let error = WrittenTime::parse(wrong).unwrap_err();
             assert!(error.starts_with(&format!("`{wrong}` is not a time: write")), "{error}");
         }
     }
@@ -341,7 +342,7 @@ mod tests {
         let clock = berlin("2026-11-22T15:00:00Z");
         for end in [i64::MIN, 0, i64::MAX] {
             for text in ["10:02", "-500h", "yesterday 00:00", "9999-12-31T23:59:59"] {
-                if let Ok(when) = When::parse(text) {
+                if let Ok(when) = WrittenTime::parse(text) {
                     let _ = when.find(&clock, i64::MIN..=end);
                 }
             }

@@ -12,7 +12,7 @@ use super::exit::Exit;
 use super::operator::{OperatorArgs, complete};
 use super::recording;
 use super::terminal::{plain_json, print, say_line};
-use super::when::{LocalClock, Moment, When};
+use super::when::{LocalClock, RecordingPlace, WrittenTime};
 use rungd_history::observe::{At, Limits};
 use rungd_history::playback::{self, RecordedQuestion};
 use rungd_history::record::Recording;
@@ -29,8 +29,8 @@ pub struct WhyArgs {
     operand: String,
     /// At this time or scan: `10:02:03`, `yesterday 23:50`, `-15s` (before the last scan),
     /// `scan 81234` (default: now)
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = When::parse)]
-    at: Option<When>,
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = WrittenTime::parse)]
+    at: Option<WrittenTime>,
     /// A recording: a file, or a folder as `[record] dir` names it (default: the last minute of
     /// the running controller)
     #[arg(long, value_name = "RECORDING")]
@@ -99,15 +99,15 @@ fn refused(args: &WhyArgs, why: &str) -> Exit {
 }
 
 /// The section of a question, and the moment in it.
-fn place(at: Option<&When>, recording: &Recording) -> Result<(usize, At), String> {
+fn place(at: Option<&WrittenTime>, recording: &Recording) -> Result<(usize, At), String> {
     let span = recording.span().ok_or("the recording is empty")?;
     let last = recording.count() - 1;
     let Some(when) = at else { return Ok((last, At::Now)) };
     let clock = LocalClock::here();
     let scan = match when.find(&clock, span.clone()) {
-        Moment::Scan(scan) => Some(scan),
-        Moment::Time(unix_ns) if unix_ns > span.end().saturating_add(LATE_NS) => None,
-        Moment::Time(unix_ns) => recording.scan_at(unix_ns),
+        RecordingPlace::Scan(scan) => Some(scan),
+        RecordingPlace::Time(unix_ns) if unix_ns > span.end().saturating_add(LATE_NS) => None,
+        RecordingPlace::Time(unix_ns) => recording.scan_at(unix_ns),
     };
     let found = scan.and_then(|scan| Some((recording.place_of_scan(scan)?, At::Scan(scan))));
     found.ok_or_else(|| {

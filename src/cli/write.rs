@@ -4,14 +4,14 @@ use anyhow::Result;
 use clap::Args;
 
 use super::exit::Exit;
-use super::operator::{New, OperatorArgs};
+use super::operator::{NewValue, OperatorArgs};
 use rungd_client::operator::protocol::Request;
 
 /// Writes a bit or word of a running controller
 #[derive(Args, Debug)]
 pub struct WriteArgs {
     #[command(flatten)]
-    new: New,
+    new: NewValue,
     #[command(flatten)]
     at: OperatorArgs,
 }

@@ -9,7 +9,7 @@
 use std::cmp::Reverse;
 use std::collections::{HashMap, VecDeque};
 
-use rungd_client::operator::protocol::{AckedAlarm, Alarm, AlarmAck, AlarmState, AlarmTime};
+use rungd_client::operator::protocol::{AckedAlarm, AlarmAck, AlarmState, AlarmStatus, AlarmTime};
 use rungd_engine::BitCell;
 use rungd_language::lower;
 use rungd_runtime::exchange::Snapshot;
@@ -91,10 +91,10 @@ impl BookedAlarm {
         }
     }
 
-    fn shown(&self, now_ns: u64) -> Alarm {
+    fn shown(&self, now_ns: u64) -> AlarmStatus {
         let end_ns = self.ended.map_or(now_ns, |ended| ended.at_ns);
         let begin_ns = self.rise.map_or(end_ns, |rise| rise.at.at_ns);
-        Alarm {
+        AlarmStatus {
             tag: self.known.tag.clone(),
             text: self.known.text.clone(),
             priority: self.known.priority,
@@ -136,7 +136,7 @@ impl AlarmBook {
     pub fn edge(&mut self, number: usize, on: bool, at: BookTime) {
         let AlarmBook { alarms, standing, episode, risen, quiet_scan, .. } = self;
         let Some(alarm) = alarms.get_mut(number) else { return };
-        if alarm.state.stands() == on {
+        if alarm.state.is_active() == on {
             return;
         }
         if !on {
@@ -180,13 +180,13 @@ impl AlarmBook {
             None => BookedAlarm::new(known.clone()),
         };
         self.alarms = alarms.iter().map(booked).collect();
-        self.standing = self.alarms.iter().filter(|alarm| alarm.state.stands()).count();
+        self.standing = self.alarms.iter().filter(|alarm| alarm.state.is_active()).count();
         self.generation = generation;
     }
 
     /// Whether the book has the same alarms ON as an image.
     pub fn agrees(&self, image: &Snapshot) -> bool {
-        let agrees = |alarm: &BookedAlarm| image.bit(alarm.known.bit) == alarm.state.stands();
+        let agrees = |alarm: &BookedAlarm| image.bit(alarm.known.bit) == alarm.state.is_active();
         self.generation == image.generation && self.alarms.iter().all(agrees)
     }
 
@@ -206,16 +206,16 @@ impl AlarmBook {
 
     /// The standing alarms, in the order in which they rose; then the alarms that went away
     /// unacknowledged, the last episode first.
-    pub fn list(&self, now_ns: u64) -> Vec<Alarm> {
+    pub fn list(&self, now_ns: u64) -> Vec<AlarmStatus> {
         let listed = self.alarms.iter().filter(|alarm| alarm.state != AlarmState::Normal);
-        let mut list: Vec<Alarm> = listed.map(|alarm| alarm.shown(now_ns)).collect();
-        list.sort_by_key(|alarm| (!alarm.state.stands(), Reverse(alarm.episode), alarm.order));
+        let mut list: Vec<AlarmStatus> = listed.map(|alarm| alarm.shown(now_ns)).collect();
+        list.sort_by_key(|alarm| (!alarm.state.is_active(), Reverse(alarm.episode), alarm.order));
         list
     }
 
     /// The alarm with this number in a program, if it stands.
-    pub fn standing(&self, (generation, number): (u32, usize), now_ns: u64) -> Option<Alarm> {
-        let alarm = self.alarms.get(number).filter(|alarm| alarm.state.stands())?;
+    pub fn standing(&self, (generation, number): (u32, usize), now_ns: u64) -> Option<AlarmStatus> {
+        let alarm = self.alarms.get(number).filter(|alarm| alarm.state.is_active())?;
         (self.generation == generation).then(|| alarm.shown(now_ns))
     }
 
@@ -241,7 +241,7 @@ impl AlarmBook {
             (0..self.alarms.len()).filter(|number| waits(&self.alarms[*number])).collect();
         numbers.sort_by_key(|number| {
             let BookedAlarm { state, rise, .. } = &self.alarms[*number];
-            (!state.stands(), rise.map(|rise| (Reverse(rise.episode), rise.order)))
+            (!state.is_active(), rise.map(|rise| (Reverse(rise.episode), rise.order)))
         });
         numbers
     }

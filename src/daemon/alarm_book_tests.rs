@@ -32,7 +32,7 @@ fn ack() -> AlarmAck {
 /// The list in a short form: `a1` stands and is the first of its episode, `(b2)` went away, `a1!`
 /// is acknowledged.
 fn short(book: &AlarmBook) -> String {
-    let one = |alarm: &Alarm| {
+    let one = |alarm: &AlarmStatus| {
         let (tag, order) = (&alarm.tag, alarm.order);
         match alarm.state {
             AlarmState::Normal => panic!("{tag} is in the list"),

@@ -7,12 +7,12 @@
 //! the log never shows a past alarm as still ON, and never hides an alarm that stays ON.
 
 use rungd_runtime::events::LineLimit;
-use rungd_runtime::events::limit::{Budget, Withheld, WithheldLines};
+use rungd_runtime::events::limit::{Budget, WithheldCount, WithheldLines};
 
 /// The alarms: which of them are ON, and whether the log has a line about it.
-pub(super) struct Alarms {
+pub(super) struct AlarmLines {
     common: Budget,
-    withheld: Withheld,
+    withheld: WithheldCount,
     /// By number of the watch.
     states: Vec<WatchState>,
     /// By number of the watch: the remaining allowance of each alarm.
@@ -35,11 +35,11 @@ enum WatchState {
 /// The lines of an ON and its OFF.
 const PAIR: u32 = 2;
 
-impl Alarms {
-    pub fn new() -> Alarms {
+impl AlarmLines {
+    pub fn new() -> AlarmLines {
         let (states, budgets) = (Vec::new(), Vec::new());
-        let (common, withheld) = (Budget::new(LineLimit::PLANT), Withheld::default());
-        Alarms { common, withheld, states, budgets, untold: 0 }
+        let (common, withheld) = (Budget::new(LineLimit::PLANT), WithheldCount::default());
+        AlarmLines { common, withheld, states, budgets, untold: 0 }
     }
 
     /// Whether to log the change of an alarm.
@@ -97,7 +97,7 @@ impl Alarms {
     }
 
     /// The same at the end, at any time. Before this call, log each alarm that is ON without a
-    /// line: [`Alarms::standing`] lists them.
+    /// line: [`AlarmLines::standing`] lists them.
     pub fn rest(&mut self, now_ns: u64) -> Option<WithheldLines> {
         self.withheld.rest(now_ns)
     }
@@ -131,7 +131,7 @@ mod tests {
 
     #[test]
     fn an_alarm_is_logged_with_both_lines_or_none() {
-        let mut alarms = Alarms::new();
+        let mut alarms = AlarmLines::new();
         let (mut told, mut on) = (0, false);
         for n in 0..4000 {
             on = n % 2 == 0;
@@ -147,7 +147,7 @@ mod tests {
 
     #[test]
     fn a_chattering_alarm_hides_no_other_and_its_last_state_is_logged() {
-        let mut alarms = Alarms::new();
+        let mut alarms = AlarmLines::new();
         let mut at_ns = SECOND_NS;
         for n in 0..3001_u64 {
             at_ns += 2 * MS_NS;
@@ -165,7 +165,7 @@ mod tests {
 
     #[test]
     fn a_standing_alarm_is_logged_once_the_limit_permits() {
-        let mut alarms = Alarms::new();
+        let mut alarms = AlarmLines::new();
         let told = (0..150).filter(|watch| alarms.change(*watch, true, 9, SECOND_NS)).count();
         assert_eq!(told as u32, LineLimit::PLANT.burst / PAIR);
         assert_eq!(alarms.belated(SECOND_NS), []);

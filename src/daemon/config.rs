@@ -9,8 +9,8 @@ use std::time::Duration;
 
 use anyhow::Result;
 
-use rungd_base::progress::{Progress, Step};
-use rungd_client::operator::names::Names;
+use rungd_base::progress::{LoadStep, Progress};
+use rungd_client::operator::names::OperandNames;
 use rungd_config::controller::Controller;
 use rungd_config::controller::device::Device;
 use rungd_config::controller::log::LogSettings;
@@ -20,7 +20,7 @@ use rungd_config::load::{self, Loaded, sha256_of};
 use rungd_engine as engine;
 use rungd_engine::isa::Address;
 use rungd_history::record::RecordedFile;
-use rungd_io::modbus::settings::Modbus;
+use rungd_io::modbus::settings::ModbusServerSettings;
 use rungd_io::plant::settings::Rule;
 use rungd_language::lower::{Symbols, lower_within};
 use rungd_language::resolve::program::Program;
@@ -29,7 +29,7 @@ use rungd_language::source::render::{Style, refuses, render_within};
 use rungd_language::source::span::{SourceFile, Span};
 use rungd_runtime::exchange::Tempo;
 use rungd_runtime::wiring::Wiring;
-use rungd_runtime::{Memory, Pace, Posture, Watched};
+use rungd_runtime::{Posture, PublicMemory, ScannerSettings, WatchedCells};
 use rungd_state::retain::RetainPlan;
 
 use super::narration::Narration;
@@ -38,7 +38,7 @@ use super::retain::{RetainSettings, place};
 const MS_NS: u64 = 1_000_000;
 
 /// A controller, ready to be started.
-pub struct Setup {
+pub struct ControllerSetup {
     /// The controller file's name, as given.
     pub controller: String,
     /// The log's facts about the ladder.
@@ -49,16 +49,16 @@ pub struct Setup {
     /// The warnings of the check.
     pub warnings: Vec<LoadWarning>,
     pub(super) symbols: Symbols,
-    pub(super) names: Arc<Names>,
+    pub(super) names: Arc<OperandNames>,
     pub(super) operator: Operator,
     /// The operands that pages may write: `[web] write`.
     pub(super) pages_write: Vec<Address>,
     pub(super) narration: Narration,
-    pub(super) watched: Watched,
-    pub(super) pace: Pace,
-    pub(super) memory: Memory,
+    pub(super) watched: WatchedCells,
+    pub(super) pace: ScannerSettings,
+    pub(super) memory: PublicMemory,
     pub(super) posture: Posture,
-    pub(super) modbus: Option<Modbus>,
+    pub(super) modbus: Option<ModbusServerSettings>,
     pub(super) rules: Vec<Rule>,
     pub(super) devices: Vec<rungd_config::controller::device::Device>,
     /// The wiring of each of `devices`, in the same order.
@@ -117,9 +117,9 @@ pub struct LadderFacts {
     pub rungs: usize,
 }
 
-impl Setup {
+impl ControllerSetup {
     /// Whether the field devices of two setups differ in name, polling, driver or wiring.
-    pub(super) fn devices_differ(&self, other: &Setup) -> bool {
+    pub(super) fn devices_differ(&self, other: &ControllerSetup) -> bool {
         let same = |(a, b): (&Device, &Device)| {
             a.name == b.name && a.poll_ms == b.poll_ms && a.driver == b.driver
         };
@@ -137,29 +137,32 @@ const TIME_OVER: &str = "its time was over";
 ///
 /// # Errors
 /// Nothing was loaded, or the load must end.
-pub fn settle(loaded: &Loaded, progress: &Progress) -> Result<(engine::Program, Setup), String> {
+pub fn settle(
+    loaded: &Loaded,
+    progress: &Progress,
+) -> Result<(engine::Program, ControllerSetup), String> {
     let Loaded { files, program: Some(program), controller: Some(controller), .. } = loaded else {
         return Err("nothing was loaded".to_owned());
     };
     let access = access(files, progress);
-    progress.begin(Step::Lowering);
+    progress.begin(LoadStep::Lowering);
     let lowered = lower_within(program, progress);
     let (code, symbols) = lowered.ok_or_else(|| TIME_OVER.to_owned())?;
     let pace = pace(controller);
     let (narration, watched) = Narration::new(program, &symbols);
     let narration = narration.at(pace.tempo).telling(controller.log.blocks);
-    let setup = Setup {
+    let setup = ControllerSetup {
         controller: files[0].name.clone(),
         ladder: facts(program, &files[1..]),
         source: source(files),
         warnings: loaded.findings.iter().map(warning).collect(),
         narration,
         watched,
-        names: Arc::new(Names::new(program, &symbols)),
+        names: Arc::new(OperandNames::new(program, &symbols)),
         operator: controller.operator.clone(),
         pages_write: controller.web.write.iter().map(|(_, what)| *what).collect(),
         pace,
-        memory: Memory::new(&symbols.layout, controller.safe_values(program.sizes.y)),
+        memory: PublicMemory::new(&symbols.layout, controller.safe_values(program.sizes.y)),
         posture: controller.realtime.clone(),
         modbus: controller.modbus.clone(),
         rules: controller.rules.clone(),
@@ -185,13 +188,13 @@ pub fn load(
     path: &Path,
     style: Style,
     progress: &Progress,
-) -> Result<Result<(engine::Program, Setup), String>> {
+) -> Result<Result<(engine::Program, ControllerSetup), String>> {
     let loaded = load::controller_file_within(path, progress)?;
     if progress.is_over() {
         return Ok(Err(TIME_OVER.to_owned()));
     }
     if refuses(&loaded.findings, style) {
-        progress.begin(Step::Findings);
+        progress.begin(LoadStep::Findings);
         return Ok(Err(render_within(&loaded.findings, &loaded.files, style, progress)));
     }
     Ok(settle(&loaded, progress))
@@ -200,7 +203,7 @@ pub fn load(
 /// Who may read the files.
 fn access(files: &[SourceFile], progress: &Progress) -> FileAccess {
     let is_public = progress.during(files).all(|file| {
-        progress.begin(Step::Reading(file.name.clone()));
+        progress.begin(LoadStep::Reading(file.name.clone()));
         load::may_all_read(Path::new(&file.name))
     });
     if is_public { FileAccess::Everybody } else { FileAccess::NotEverybody }
@@ -233,9 +236,9 @@ fn warning(finding: &Finding) -> LoadWarning {
     LoadWarning { span: finding.span, text }
 }
 
-fn pace(controller: &Controller) -> Pace {
+fn pace(controller: &Controller) -> ScannerSettings {
     let statistics_ms = u64::from(controller.log.statistics_ms);
-    Pace {
+    ScannerSettings {
         tempo: Tempo {
             period_ns: u64::from(controller.period_ms) * MS_NS,
             watchdog_ns: u64::from(controller.watchdog_ms) * MS_NS,
@@ -287,7 +290,7 @@ mod tests {
 
     /// The number of looks while a program is lowered.
     fn looks(loaded: &Loaded) -> usize {
-        let progress = Progress::over_within(Step::Lowering, usize::MAX);
+        let progress = Progress::over_within(LoadStep::Lowering, usize::MAX);
         assert!(settle(loaded, &progress).is_ok(), "{:?}", loaded.findings);
         usize::MAX - progress.looks_left()
     }
@@ -298,10 +301,10 @@ mod tests {
         let looks = (looks(&some), looks(&more));
         assert!(looks.1 >= looks.0 + 20, "{looks:?}");
         for before in 0..looks.0 {
-            let progress = Progress::over_within(Step::Lowering, before);
+            let progress = Progress::over_within(LoadStep::Lowering, before);
             let settled = settle(&some, &progress);
             assert_eq!(settled.err().as_deref(), Some(TIME_OVER), "after {before} looks");
-            assert_eq!(progress.current(), Some(Step::Lowering));
+            assert_eq!(progress.current(), Some(LoadStep::Lowering));
         }
     }
 

@@ -9,37 +9,37 @@ use std::time::{Duration, Instant};
 use tokio::task::JoinSet;
 use tokio::time::sleep;
 
-use super::config::Setup;
+use super::config::ControllerSetup;
 use rungd_config::controller::device::{Device, DriverSettings as Settings};
 use rungd_io::caught::caught;
 use rungd_io::device;
-use rungd_io::device::{DeviceKeeper, DeviceParts, Driver, Health, Opener};
-use rungd_io::gpio::{Gpio, Kernel};
-use rungd_io::modbus_client::settings::{self as modbus, Link};
-use rungd_io::modbus_client::{Client, RtuLines, Tcp};
+use rungd_io::device::{DeviceHealth, DeviceKeeper, DeviceParts, Driver, Opener};
+use rungd_io::gpio::{GpioOpener, KernelChips};
+use rungd_io::modbus_client::settings::{self as modbus, LinkSettings};
+use rungd_io::modbus_client::{ModbusClient, RtuLines, TcpConnection};
 use rungd_io::plant::Plant;
 use rungd_runtime::exchange::Port;
-use rungd_runtime::field::Ends;
+use rungd_runtime::field::DeviceEnds;
 use rungd_runtime::say::say;
 use rungd_runtime::wiring::Wiring;
 
 /// The health of each device, by number.
-pub(super) fn healths(devices: &[Device]) -> Vec<Health> {
+pub(super) fn healths(devices: &[Device]) -> Vec<DeviceHealth> {
     let health = |device: &Device| {
         let (driver, peer) = match &device.driver {
             Settings::Modbus(client) => modbus(client),
             Settings::Gpio(lines) => ("gpio", lines.chip.to_string()),
             Settings::Simulated(_) => ("simulated", "this process".to_owned()),
         };
-        Health::new(&device.name, driver, peer)
+        DeviceHealth::new(&device.name, driver, peer)
     };
     devices.iter().map(health).collect()
 }
 
 fn modbus(client: &modbus::ClientSettings) -> (&'static str, String) {
     match &client.link {
-        Link::Tcp(tcp) => ("modbus-tcp", tcp.peer.address.to_string()),
-        Link::Rtu(line) => ("modbus-rtu", line.port.name()),
+        LinkSettings::Tcp(tcp) => ("modbus-tcp", tcp.peer.address.to_string()),
+        LinkSettings::Rtu(line) => ("modbus-rtu", line.port.name()),
     }
 }
 
@@ -51,7 +51,10 @@ const LOOK_EVERY: Duration = Duration::from_millis(1);
 /// Waits until every device has exchanged, so that the first scan sees the inputs. Otherwise an
 /// input that is ON would be a rising edge in the second scan. The wait for a device is limited by
 /// its `loss-after` and by [`INPUTS_MAX`].
-pub(super) fn inputs(devices: &[Device], healths: &[Health]) -> impl Future<Output = ()> + use<> {
+pub(super) fn inputs(
+    devices: &[Device],
+    healths: &[DeviceHealth],
+) -> impl Future<Output = ()> + use<> {
     let awaited = |device: &Device| {
         let patience = Duration::from_millis(device.loss_after_ms.into()).min(INPUTS_MAX);
         (patience, healths[device.id.0 as usize].clone())
@@ -67,16 +70,16 @@ pub(super) fn inputs(devices: &[Device], healths: &[Health]) -> impl Future<Outp
 }
 
 /// The parts from which the devices' tasks are started.
-pub(super) struct Starter<'a> {
-    pub setup: &'a Setup,
+pub(super) struct DeviceStarter<'a> {
+    pub setup: &'a ControllerSetup,
     pub port: &'a Port,
-    pub healths: &'a [Health],
+    pub healths: &'a [DeviceHealth],
     pub stop: tokio::sync::watch::Receiver<bool>,
 }
 
-impl Starter<'_> {
+impl DeviceStarter<'_> {
     /// Starts a task for each device.
-    pub fn start(&self, ends: Vec<Ends>, tasks: &mut JoinSet<()>) {
+    pub fn start(&self, ends: Vec<DeviceEnds>, tasks: &mut JoinSet<()>) {
         let devices = self.setup.devices.iter().zip(&self.setup.field);
         let mut lines = RtuLines::default();
         for ((device, wiring), ends) in devices.zip(ends) {
@@ -89,27 +92,27 @@ impl Starter<'_> {
     fn one(
         &self,
         (device, wiring): (&Device, &Wiring),
-        ends: Ends,
+        ends: DeviceEnds,
         lines: &mut RtuLines,
         tasks: &mut JoinSet<()>,
     ) {
         let ms = |ms: u32| Duration::from_millis(ms.into());
         match &device.driver {
             Settings::Modbus(client) => match &client.link {
-                Link::Tcp(tcp) => {
-                    let link = Tcp::new(*tcp, client.habits, ms(client.timeout_ms));
-                    self.beside(Client::new(client, link), (device, wiring), ends, tasks);
+                LinkSettings::Tcp(tcp) => {
+                    let link = TcpConnection::new(*tcp, client.habits, ms(client.timeout_ms));
+                    self.beside(ModbusClient::new(client, link), (device, wiring), ends, tasks);
                 }
-                Link::Rtu(line) => {
+                LinkSettings::Rtu(line) => {
                     let link = lines.link(line, client.habits, ms(client.timeout_ms));
-                    self.beside(Client::new(client, link), (device, wiring), ends, tasks);
+                    self.beside(ModbusClient::new(client, link), (device, wiring), ends, tasks);
                 }
             },
             Settings::Simulated(plant) => {
                 self.beside(Plant::new(plant), (device, wiring), ends, tasks);
             }
             Settings::Gpio(lines) => {
-                self.within(Arc::new(Gpio::new(lines, Kernel)), device, ends, tasks);
+                self.within(Arc::new(GpioOpener::new(lines, KernelChips)), device, ends, tasks);
             }
         }
     }
@@ -119,7 +122,7 @@ impl Starter<'_> {
         &self,
         driver: D,
         (device, wiring): (&Device, &Wiring),
-        ends: Ends,
+        ends: DeviceEnds,
         tasks: &mut JoinSet<()>,
     ) {
         let parts = DeviceParts {
@@ -132,7 +135,7 @@ impl Starter<'_> {
             poll: Duration::from_millis(device.poll_ms.into()),
         };
         self.spawn(
-            device::DeviceTask::new(parts).run(super::signals::told(&self.stop)),
+            device::DeviceTask::new(parts).run(super::signals::when_stopped(&self.stop)),
             device,
             tasks,
         );
@@ -143,14 +146,14 @@ impl Starter<'_> {
         &self,
         opener: Arc<dyn Opener>,
         device: &Device,
-        ends: Ends,
+        ends: DeviceEnds,
         tasks: &mut JoinSet<()>,
     ) {
         let Some(line) = ends.local else { return };
         let health = self.healths[device.id.0 as usize].clone();
         let mut keeper = DeviceKeeper::new(opener, line, health, self.port.clone());
         keeper.open();
-        self.spawn(keeper.run(super::signals::told(&self.stop)), device, tasks);
+        self.spawn(keeper.run(super::signals::when_stopped(&self.stop)), device, tasks);
     }
 
     /// If a task panics, only its device is lost (the scan notices the age of its data). The other

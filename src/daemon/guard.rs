@@ -30,17 +30,17 @@ const FILE_BYTES_MAX: u64 = 200;
 const WRITE_PATIENCE: Duration = Duration::from_millis(200);
 
 /// The guard of one process.
-pub struct Guard {
+pub struct RestartGuard {
     /// `None`: restarts are not counted.
     file: Option<PathBuf>,
     restarts: u32,
-    healthy: Healthy,
+    healthy: HealthyTime,
     writing: Option<JoinHandle<()>>,
 }
 
 /// How a process ended, as reported by the process itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ended {
+pub enum ProcessEnd {
     /// On request: the count starts again at 0.
     Orderly,
     /// By its own decision, with the reason in the log: not counted.
@@ -51,7 +51,7 @@ pub enum Ended {
 
 /// The content of the file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Count {
+struct RestartCount {
     restarts: u32,
     /// True while a process runs, and after a process that did not write its end.
     running: bool,
@@ -59,7 +59,7 @@ struct Count {
 
 /// The duration of RUN, measured by the pulses of the scan thread.
 #[derive(Debug)]
-struct Healthy {
+struct HealthyTime {
     enough: Duration,
     /// The time of the first pulse in this RUN. `pulses` is the last number seen. `reached`: RUN
     /// has lasted `enough`.
@@ -74,11 +74,11 @@ pub fn file_of_environment() -> Option<PathBuf> {
     Some(folder.join(FILE_NAME))
 }
 
-impl Guard {
+impl RestartGuard {
     /// Counts this start. `healthy` is the time in RUN after which the count starts again at 0.
-    pub fn begin(file: Option<PathBuf>, healthy: Duration) -> Guard {
-        let healthy = Healthy { enough: healthy, since: None, pulses: 0, reached: false };
-        let mut guard = Guard { file, restarts: 0, healthy, writing: None };
+    pub fn begin(file: Option<PathBuf>, healthy: Duration) -> RestartGuard {
+        let healthy = HealthyTime { enough: healthy, since: None, pulses: 0, reached: false };
+        let mut guard = RestartGuard { file, restarts: 0, healthy, writing: None };
         let Some(file) = &guard.file else { return guard };
         if let Err(why) = may_be_ours(file) {
             let file = file.display();
@@ -92,17 +92,17 @@ impl Guard {
                 RESTART_GUARD_FILE,
                 "the count of restarts in {file} is lost: {why}; it starts again at 0"
             );
-            Count::default()
+            RestartCount::default()
         });
         let restarts = before.restarts.saturating_add(u32::from(before.running));
-        if let Err(why) = write(file, Count { restarts, running: true }) {
+        if let Err(why) = write(file, RestartCount { restarts, running: true }) {
             let file = file.display();
             say!(RESTART_GUARD_FILE, "restarts are not counted: {file} cannot be written: {why}");
             guard.file = None;
             return guard;
         }
         guard.restarts = restarts;
-        guard.tell(before.running);
+        guard.log_restarts(before.running);
         guard
     }
 
@@ -111,7 +111,7 @@ impl Guard {
         self.restarts >= RESTARTS_MAX
     }
 
-    fn tell(&self, unclean: bool) {
+    fn log_restarts(&self, unclean: bool) {
         let (restarts, healthy) =
             (self.restarts, duration_text(self.healthy.enough.as_nanos() as u64));
         if self.trips() {
@@ -146,7 +146,7 @@ impl Guard {
         let named = thread::Builder::new().name("rungd-guard".into());
         self.writing = named
             .spawn(move || {
-                if let Err(why) = write(&file, Count { restarts: 0, running: true }) {
+                if let Err(why) = write(&file, RestartCount { restarts: 0, running: true }) {
                     let file = file.display();
                     say!(RESTART_GUARD_FILE, "{file} cannot be written: {why}");
                 }
@@ -155,7 +155,7 @@ impl Guard {
     }
 
     /// Records the end of the process in the file.
-    pub fn end(self, how: Ended) {
+    pub fn end(self, how: ProcessEnd) {
         let Some(file) = self.file else { return };
         if let Some(writing) = self.writing {
             let until = Instant::now() + WRITE_PATIENCE;
@@ -164,12 +164,14 @@ impl Guard {
             }
         }
         let done = match how {
-            Ended::Orderly => match fs::remove_file(&file) {
+            ProcessEnd::Orderly => match fs::remove_file(&file) {
                 Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
                 done => done,
             },
-            Ended::Refused => write(&file, Count { restarts: self.restarts, running: false }),
-            Ended::Crashed => Ok(()),
+            ProcessEnd::Refused => {
+                write(&file, RestartCount { restarts: self.restarts, running: false })
+            }
+            ProcessEnd::Crashed => Ok(()),
         };
         if let Err(why) = done {
             let file = file.display();
@@ -181,7 +183,7 @@ impl Guard {
     }
 }
 
-impl Healthy {
+impl HealthyTime {
     /// True once, when RUN has lasted long enough.
     fn look(&mut self, now: Duration, mode: Mode, pulses: u64) -> bool {
         let grown = pulses > self.pulses;
@@ -211,10 +213,10 @@ fn may_be_ours(file: &Path) -> io::Result<()> {
 
 /// Reads the count; a missing file counts as 0. `O_NONBLOCK`: a pipe or a device in the file's
 /// place does not delay the start.
-fn read(file: &Path) -> io::Result<Count> {
+fn read(file: &Path) -> io::Result<RestartCount> {
     let mut options = File::options();
     let file = match options.read(true).custom_flags(libc::O_NONBLOCK).open(file) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Count::default()),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(RestartCount::default()),
         file => file?,
     };
     if !file.metadata()?.is_file() {
@@ -227,7 +229,7 @@ fn read(file: &Path) -> io::Result<Count> {
 
 /// Writes a new file beside the old one, then renames it. If the process is killed meanwhile, one
 /// of the two counts is left whole.
-fn write(file: &Path, count: Count) -> io::Result<()> {
+fn write(file: &Path, count: RestartCount) -> io::Result<()> {
     let mut beside = file.as_os_str().to_owned();
     beside.push(".new");
     let beside = PathBuf::from(beside);
@@ -239,19 +241,19 @@ fn write(file: &Path, count: Count) -> io::Result<()> {
     fs::rename(&beside, file)
 }
 
-fn text(count: Count) -> String {
+fn text(count: RestartCount) -> String {
     let state = if count.running { "running" } else { "ended" };
     format!("restarts={} process={state}\n", count.restarts)
 }
 
-fn parse(text: &str) -> Option<Count> {
+fn parse(text: &str) -> Option<RestartCount> {
     let (restarts, state) = text.strip_prefix("restarts=")?.split_once(" process=")?;
     let running = match state {
         "running\n" => true,
         "ended\n" => false,
         _ => return None,
     };
-    Some(Count { restarts: restarts.parse().ok()?, running })
+    Some(RestartCount { restarts: restarts.parse().ok()?, running })
 }
 
 #[cfg(test)]
@@ -281,8 +283,8 @@ mod tests {
         TemporaryFile(std::env::temp_dir().join(name))
     }
 
-    fn start(file: impl AsRef<Path>) -> Guard {
-        Guard::begin(Some(file.as_ref().to_owned()), HEALTHY)
+    fn start(file: impl AsRef<Path>) -> RestartGuard {
+        RestartGuard::begin(Some(file.as_ref().to_owned()), HEALTHY)
     }
 
     fn s(seconds: u64) -> Duration {
@@ -301,13 +303,13 @@ mod tests {
     fn an_orderly_end_begins_anew_and_a_refusal_neither_counts_nor_forgets() {
         let file = place("ends");
         (0..6).for_each(|_| drop(start(&file)));
-        start(&file).end(Ended::Refused);
+        start(&file).end(ProcessEnd::Refused);
         let next = start(&file);
         assert_eq!(next.restarts, 6);
-        next.end(Ended::Crashed);
+        next.end(ProcessEnd::Crashed);
         let next = start(&file);
         assert_eq!(next.restarts, 7);
-        next.end(Ended::Orderly);
+        next.end(ProcessEnd::Orderly);
         assert!(!file.0.exists());
         assert_eq!(start(&file).restarts, 0);
     }
@@ -327,7 +329,7 @@ mod tests {
         guard.look(s(1101), Mode::Run, 5);
         assert_eq!(guard.restarts, 0);
         guard.writing.take().unwrap().join().unwrap();
-        assert_eq!(read(&file.0).unwrap(), Count { restarts: 0, running: true });
+        assert_eq!(read(&file.0).unwrap(), RestartCount { restarts: 0, running: true });
     }
 
     #[test]
@@ -348,37 +350,37 @@ mod tests {
         fs::remove_dir(&file).unwrap();
         let nowhere = start(Path::new("/nonexistent/restarts"));
         assert!(nowhere.file.is_none() && !nowhere.trips());
-        assert!(!Guard::begin(None, HEALTHY).trips());
+        assert!(!RestartGuard::begin(None, HEALTHY).trips());
     }
 
     #[test]
     fn files_of_other_programs_are_not_changed() {
         let (file, target) = (place("else"), place("target"));
         fs::write(&file, "x".repeat(300)).unwrap();
-        start(&file).end(Ended::Orderly);
+        start(&file).end(ProcessEnd::Orderly);
         assert_eq!(fs::read_to_string(&file).unwrap().len(), 300);
         fs::remove_file(&file).unwrap();
         fs::write(&target, "precious").unwrap();
         std::os::unix::fs::symlink(&target, &file).unwrap();
-        start(&file).end(Ended::Orderly);
+        start(&file).end(ProcessEnd::Orderly);
         assert!(fs::symlink_metadata(&file).unwrap().is_symlink());
         assert_eq!(fs::read_to_string(&target).unwrap(), "precious");
         fs::remove_file(&file).unwrap();
         let socket = std::os::unix::net::UnixListener::bind(&file).unwrap();
-        start(&file).end(Ended::Orderly);
+        start(&file).end(ProcessEnd::Orderly);
         assert!(file.0.exists(), "as a device would be");
         drop(socket);
         fs::remove_file(&file).unwrap();
         // The guard's temporary file does not overwrite another file either.
         let (named, other) = (place("count.txt"), place("count.new"));
         fs::write(&other, "precious").unwrap();
-        start(&named).end(Ended::Orderly);
+        start(&named).end(ProcessEnd::Orderly);
         assert_eq!(fs::read_to_string(&other).unwrap(), "precious");
     }
 
     #[test]
     fn what_is_written_is_read() {
-        for count in [Count::default(), Count { restarts: 7, running: true }] {
+        for count in [RestartCount::default(), RestartCount { restarts: 7, running: true }] {
             assert_eq!(parse(&text(count)), Some(count));
         }
     }

@@ -22,7 +22,7 @@ use super::journal::{self, Socket};
 use super::local_time;
 use super::log_form::{LogLine, event_of, stamp};
 pub use super::log_queue::lines_dropped;
-use super::log_queue::{Formed, LogQueue};
+use super::log_queue::{FormedLine, LogQueue};
 use super::log_rules::LogRules;
 use super::log_screen::LogScreen;
 use rungd_base::locked::locked;
@@ -57,26 +57,26 @@ impl Log {
     }
 }
 
-type Filtered = reload::Layer<LevelFilter, Registry>;
+type FilteredRegistry = reload::Layer<LevelFilter, Registry>;
 
 /// The rules of a log, and a filter that rejects lines which the rules never write.
 #[derive(Clone)]
-struct Ruled {
+struct RuledLog {
     rules: Arc<RwLock<LogRules>>,
     filter: reload::Handle<LevelFilter, Registry>,
 }
 
 /// The rules of the process's log; they can change while the process runs.
-static RULED: OnceLock<Ruled> = OnceLock::new();
+static RULED: OnceLock<RuledLog> = OnceLock::new();
 
-impl Ruled {
-    fn new(level: Level) -> (Ruled, Filtered) {
+impl RuledLog {
+    fn new(level: Level) -> (RuledLog, FilteredRegistry) {
         let (filtered, filter) = reload::Layer::new(filter(level));
-        (Ruled { rules: Arc::new(RwLock::new(LogRules::new(level))), filter }, filtered)
+        (RuledLog { rules: Arc::new(RwLock::new(LogRules::new(level))), filter }, filtered)
     }
 
-    fn read<T>(&self, of: impl FnOnce(&LogRules) -> T) -> T {
-        of(&self.rules.read().unwrap_or_else(PoisonError::into_inner))
+    fn read<T>(&self, read_rules: impl FnOnce(&LogRules) -> T) -> T {
+        read_rules(&self.rules.read().unwrap_or_else(PoisonError::into_inner))
     }
 
     fn change(&self, change: impl FnOnce(&mut LogRules)) {
@@ -142,13 +142,13 @@ pub fn init(
         LogFormat::Journal => LineForm::Journal { entries: socket.is_some() },
     };
     let queue = LogQueue::new(io::stderr(), socket)?;
-    let (ruled, filter) = Ruled::new(level);
+    let (ruled, filter) = RuledLog::new(level);
     if is_screen {
         // Until the controller is loaded; then `set_zone` gives the offset that is kept up to date.
         ruled.change(|rules| rules.zone = Some(local_time::at_start()));
     }
     let _ = RULED.set(ruled.clone());
-    let voice = Voice::new(form, ruled, queue.clone());
+    let voice = LineLayer::new(form, ruled, queue.clone());
     // This fails only at a second call in one process, and then a log exists already.
     let _ = tracing::subscriber::set_global_default(subscriber(voice, filter));
     Ok(Log(queue))
@@ -213,27 +213,27 @@ enum LineForm {
     },
 }
 
-fn subscriber(voice: Voice, filter: Filtered) -> impl Subscriber + Send + Sync {
+fn subscriber(voice: LineLayer, filter: FilteredRegistry) -> impl Subscriber + Send + Sync {
     tracing_subscriber::registry().with(filter).with(voice)
 }
 
 /// The layer that turns events into lines.
-struct Voice {
+struct LineLayer {
     form: LineForm,
-    ruled: Ruled,
+    ruled: RuledLog,
     queue: LogQueue,
     /// Held from the reading of the clock until the line is in the queue: lines of several threads
     /// are in the order of their times.
     turn: Mutex<()>,
 }
 
-impl Voice {
-    fn new(form: LineForm, ruled: Ruled, queue: LogQueue) -> Voice {
-        Voice { form, ruled, queue, turn: Mutex::default() }
+impl LineLayer {
+    fn new(form: LineForm, ruled: RuledLog, queue: LogQueue) -> LineLayer {
+        LineLayer { form, ruled, queue, turn: Mutex::default() }
     }
 }
 
-impl<S: Subscriber> Layer<S> for Voice {
+impl<S: Subscriber> Layer<S> for LineLayer {
     fn on_event(&self, event: &tracing::Event<'_>, _: Context<'_, S>) {
         let (row, said) = (event_of(event), level_of(*event.metadata().level()));
         let _turn = locked(&self.turn);
@@ -258,7 +258,7 @@ impl<S: Subscriber> Layer<S> for Voice {
             LineForm::Journal { entries: false } => (line.with_priority(), Vec::new()),
             LineForm::Journal { entries: true } => (line.with_priority(), line.entry()),
         };
-        self.queue.push(Formed { line, entry, detail });
+        self.queue.push(FormedLine { line, entry, detail });
     }
 }
 
@@ -294,8 +294,8 @@ mod tests {
     fn logged_by(form: LineForm, level: Level, change: impl FnOnce(&mut LogRules)) -> String {
         let sink = Sink::default();
         let queue = LogQueue::new(sink.clone(), None).unwrap();
-        let (ruled, filter) = Ruled::new(level);
-        let voice = Voice::new(form, ruled.clone(), queue.clone());
+        let (ruled, filter) = RuledLog::new(level);
+        let voice = LineLayer::new(form, ruled.clone(), queue.clone());
         tracing::subscriber::with_default(subscriber(voice, filter), || {
             ruled.change(change);
             say!(ALARM_ON, tag = %"jam", scan = 7, "alarm ON: Bottles jammed");
@@ -343,8 +343,8 @@ mod tests {
     fn lines_of_several_threads_are_in_the_order_of_their_times() {
         let sink = Sink::default();
         let queue = LogQueue::new(sink.clone(), None).unwrap();
-        let (ruled, filter) = Ruled::new(Level::Info);
-        let voice = Voice::new(LineForm::Json, ruled, queue.clone());
+        let (ruled, filter) = RuledLog::new(Level::Info);
+        let voice = LineLayer::new(LineForm::Json, ruled, queue.clone());
         let log = tracing::Dispatch::new(subscriber(voice, filter));
         std::thread::scope(|scope| {
             for _ in 0..4 {

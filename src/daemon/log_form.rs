@@ -62,9 +62,9 @@ impl LogLine {
     /// A line of an event, at the level that the log's rules give to it.
     pub fn of(line: &tracing::Event<'_>, event: Option<&'static Event>, level: Level) -> LogLine {
         let (message, on_screen, fields) = (String::new(), None, Vec::new());
-        let mut of = LogLine { level, event, message, on_screen, fields };
-        line.record(&mut of);
-        of
+        let mut log_line = LogLine { level, event, message, on_screen, fields };
+        line.record(&mut log_line);
+        log_line
     }
 
     fn add(&mut self, field: &Field, value: FieldValue) {

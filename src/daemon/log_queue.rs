@@ -48,7 +48,7 @@ pub fn lines_dropped() -> u64 {
 type EventLimits = Limiter<&'static str>;
 
 /// A formatted line.
-pub(super) struct Formed {
+pub(super) struct FormedLine {
     /// The line for standard error, including its end of line.
     pub line: Vec<u8>,
     /// The entry for the journal's socket; empty if there is none.
@@ -60,7 +60,7 @@ pub(super) struct Formed {
 /// The sending end of the queue. Cheap to clone.
 #[derive(Clone)]
 pub(super) struct LogQueue {
-    sender: LineSender<Formed>,
+    sender: LineSender<FormedLine>,
     limits: Arc<Mutex<EventLimits>>,
     started: Instant,
 }
@@ -73,17 +73,17 @@ impl LogQueue {
     /// The system cannot start a thread.
     pub fn new(out: impl Write + Send + 'static, journal: Option<Socket>) -> io::Result<LogQueue> {
         let (queue, tally) = LogQueue::with_tally();
-        let sink = Sink { out, torn: false, journal };
+        let sink = LineSink { out, torn: false, journal };
         let writer = thread::Builder::new().name("rungd-log".into());
         writer.spawn(move || write_lines(tally, sink))?;
         Ok(queue)
     }
 
     /// A queue, and the end of the thread that writes its lines.
-    fn with_tally() -> (LogQueue, Tally) {
+    fn with_tally() -> (LogQueue, LineTally) {
         let (sender, receiver) = line_channel(ROOM);
         let (limits, started) = (Arc::new(Mutex::new(EventLimits::new())), Instant::now());
-        let tally = Tally { receiver, limits: Arc::clone(&limits), started, told: None };
+        let tally = LineTally { receiver, limits: Arc::clone(&limits), started, told: None };
         (LogQueue { sender, limits, started }, tally)
     }
 
@@ -94,7 +94,7 @@ impl LogQueue {
     }
 
     /// Hands a line over, or counts it as dropped. Never waits.
-    pub fn push(&self, formed: Formed) {
+    pub fn push(&self, formed: FormedLine) {
         let not_own = OWN.with_borrow_mut(|own| match own {
             Some(own) => {
                 own.push(formed);
@@ -136,20 +136,20 @@ impl LogQueue {
 thread_local! {
     /// The lines logged by the writing thread itself: it cannot queue them, because its own queue
     /// may be full.
-    static OWN: RefCell<Option<Vec<Formed>>> = const { RefCell::new(None) };
+    static OWN: RefCell<Option<Vec<FormedLine>>> = const { RefCell::new(None) };
 }
 
 /// The destination of the lines.
-struct Sink<W> {
+struct LineSink<W> {
     out: W,
     /// Only a part of the last line was written.
     torn: bool,
     journal: Option<Socket>,
 }
 
-impl<W: Write> Sink<W> {
+impl<W: Write> LineSink<W> {
     /// Writes a line, however long this takes; false if it cannot be written.
-    fn put(&mut self, formed: &Formed) -> bool {
+    fn put(&mut self, formed: &FormedLine) -> bool {
         let sent = match &self.journal {
             Some(journal) if !formed.entry.is_empty() => sent(journal, &formed.entry),
             _ => false,
@@ -201,23 +201,23 @@ fn sent(journal: &Socket, entry: &[u8]) -> bool {
 }
 
 /// The writing thread's end of the queue, and the counts that it reports.
-struct Tally {
-    receiver: LineReceiver<Formed>,
+struct LineTally {
+    receiver: LineReceiver<FormedLine>,
     limits: Arc<Mutex<EventLimits>>,
     started: Instant,
     told: Option<Instant>,
 }
 
-impl Tally {
+impl LineTally {
     /// Reports the dropped and withheld lines, in the form of the log: those that are due, or at
     /// the end all of them.
-    fn tell<W: Write>(&mut self, out: &mut Sink<W>, all: bool) {
+    fn report_withheld<W: Write>(&mut self, out: &mut LineSink<W>, all: bool) {
         if !all && self.told.is_some_and(|told| told.elapsed() < TELL_EVERY) {
             return;
         }
         self.told = Some(Instant::now());
         let now_ns = self.started.elapsed().as_nanos() as u64;
-        let told = locked(&self.limits).told(now_ns, all);
+        let told = locked(&self.limits).due_reports(now_ns, all);
         for (withheld, WithheldLines { lines, lasted_ns }) in told {
             let over = duration_text(lasted_ns);
             say!(
@@ -248,7 +248,7 @@ impl Tally {
     }
 }
 
-fn write_lines(mut tally: Tally, mut out: Sink<impl Write>) {
+fn write_lines(mut tally: LineTally, mut out: LineSink<impl Write>) {
     OWN.set(Some(Vec::new()));
     loop {
         match tally.receiver.receive(TELL_EVERY) {
@@ -258,17 +258,17 @@ fn write_lines(mut tally: Tally, mut out: Sink<impl Write>) {
                     tally.receiver.count_dropped(1);
                     LINES_DROPPED.fetch_add(1, Ordering::Relaxed);
                 }
-                tally.tell(&mut out, false);
+                tally.report_withheld(&mut out, false);
             }
             Ok(LogItem::Flush(done)) => {
-                tally.tell(&mut out, true);
+                tally.report_withheld(&mut out, true);
                 let _ = out.out.flush();
                 if out.journal.is_some() && tally.started.elapsed() < TELL_EVERY {
                     thread::sleep(LINGER);
                 }
                 let _ = done.try_send(());
             }
-            Err(RecvTimeoutError::Timeout) => tally.tell(&mut out, false),
+            Err(RecvTimeoutError::Timeout) => tally.report_withheld(&mut out, false),
             Err(RecvTimeoutError::Disconnected) => return,
         }
     }
@@ -278,8 +278,8 @@ fn write_lines(mut tally: Tally, mut out: Sink<impl Write>) {
 mod tests {
     use super::*;
 
-    fn formed(line: &[u8]) -> Formed {
-        Formed { line: line.to_vec(), entry: Vec::new(), detail: false }
+    fn formed(line: &[u8]) -> FormedLine {
+        FormedLine { line: line.to_vec(), entry: Vec::new(), detail: false }
     }
 
     /// Writes nothing while the test holds its lock.
@@ -332,16 +332,16 @@ mod tests {
         assert_eq!(*narrow.text.lock().unwrap(), b"one\n");
         let (_, mut tally) = LogQueue::with_tally();
         tally.receiver.count_dropped(5);
-        let mut sink = Sink { out: narrow.clone(), torn: true, journal: None };
+        let mut sink = LineSink { out: narrow.clone(), torn: true, journal: None };
         *narrow.fails.lock().unwrap() = true;
         OWN.set(Some(vec![formed(b"dropped\n")]));
         assert!(!sink.line(b"two\n"));
-        tally.tell(&mut sink, true);
+        tally.report_withheld(&mut sink, true);
         assert_eq!(tally.receiver.take_dropped(), 5, "still to be told");
         tally.receiver.count_dropped(5);
         *narrow.fails.lock().unwrap() = false;
         OWN.set(Some(vec![formed(b"dropped\n")]));
-        tally.tell(&mut sink, true);
+        tally.report_withheld(&mut sink, true);
         assert!(sink.line(b"three\n"));
         assert_eq!(*narrow.text.lock().unwrap(), b"one\n\ndropped\nthree\n");
         assert_eq!(tally.receiver.take_dropped(), 0);
@@ -373,7 +373,7 @@ mod tests {
         let queue = LogQueue::new(stuck.clone(), None).unwrap();
         let held = stuck.0.lock().unwrap();
         for _ in 0..2 * ROOM.lines {
-            queue.push(Formed { detail: true, ..formed(b"x\n") });
+            queue.push(FormedLine { detail: true, ..formed(b"x\n") });
         }
         let dropped = queue.sender.dropped();
         (0..500).for_each(|_| queue.push(formed(b"n\n")));

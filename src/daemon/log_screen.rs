@@ -278,7 +278,9 @@ mod tests {
         let beat = line(Level::INFO, "beat", Vec::new());
         let told = |seconds: u64, offset_s: Option<i64>| {
             let told = String::from_utf8(screen.line(&beat, at(seconds), offset_s)).unwrap();
-            told.split_once("\n").filter(|(_, rest)| !rest.is_empty()).map(|of| of.0.to_owned())
+            told.split_once("\n")
+                .filter(|(_, rest)| !rest.is_empty())
+                .map(|parts| parts.0.to_owned())
         };
         assert_eq!(told(NOON, None).as_deref(), Some("2026-11-21, UTC"));
         assert_eq!(told(NOON, None), None);

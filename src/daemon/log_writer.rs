@@ -8,19 +8,19 @@
 use std::sync::Arc;
 
 use super::alarm_keeper::{BookKeeper, EdgeTime, SharedBook};
-use super::allowance::Alarms;
+use super::allowance::AlarmLines;
 use super::log_queue::lines_dropped;
-use super::narration::{BlockNews, Facts, Narration, WordNews, reason, us};
+use super::narration::{BlockNews, LogFacts, Narration, WordNews, reason, us};
 use super::posture;
 use super::told_statistics::{BeatState, tell_heartbeat};
 use rungd_base::duration_text::duration_text;
 use rungd_engine::isa::Real;
 use rungd_engine::{MathEvent, Mishap};
-use rungd_io::device::Health;
+use rungd_io::device::DeviceHealth;
 use rungd_runtime::events::limit::WithheldLines;
 use rungd_runtime::exchange::{FaultReason, Mode, Snapshot, StopReason};
 use rungd_runtime::say::say;
-use rungd_runtime::{DeviceEdge, Generations, Observer, Record, RecordEvent, Statistics};
+use rungd_runtime::{DeviceEdge, Generations, Observer, RecordEvent, ScanRecord, Statistics};
 
 /// The machine's load, if it may be the reason of a fault.
 fn load_at(fault: FaultReason) -> String {
@@ -38,10 +38,10 @@ pub(super) struct LogWriter {
     narrations: Generations<Narration>,
     /// The names of the running program.
     narration: Arc<Narration>,
-    facts: Facts,
+    facts: LogFacts,
     /// The field devices, by number. Each has a flag: whether the device's last change has been
     /// logged.
-    devices: Vec<(Health, bool)>,
+    devices: Vec<(DeviceHealth, bool)>,
     /// The mode in the last snapshot.
     mode: Mode,
     /// The number of complete scans in the last snapshot.
@@ -50,16 +50,16 @@ pub(super) struct LogWriter {
     forces: usize,
     /// The time of the last heartbeat.
     beat_ns: Option<u64>,
-    standing: Option<Lasting>,
+    standing: Option<LastingMode>,
     /// The monitor has declared the current scan a fault, and this has been logged.
     tripped: bool,
-    alarms: Alarms,
+    alarms: AlarmLines,
     /// The book of alarms contains all alarms, including those that the log leaves out.
     book: BookKeeper,
 }
 
 /// A STOP or FAULT that lasts.
-struct Lasting {
+struct LastingMode {
     /// The name of the mode.
     name: &'static str,
     since_ns: u64,
@@ -69,12 +69,13 @@ struct Lasting {
 impl LogWriter {
     pub fn new(
         narrations: Generations<Narration>,
-        facts: Facts,
-        devices: Vec<Health>,
+        facts: LogFacts,
+        devices: Vec<DeviceHealth>,
         book: SharedBook,
     ) -> Self {
         let narration = narrations.of(0);
-        let (standing, mode, alarms) = (None, Mode::Stop(StopReason::NotStarted), Alarms::new());
+        let (standing, mode, alarms) =
+            (None, Mode::Stop(StopReason::NotStarted), AlarmLines::new());
         LogWriter {
             narrations,
             narration,
@@ -151,7 +152,7 @@ impl LogWriter {
         );
     }
 
-    fn bit(&mut self, watch: u32, on: bool, after_ns: u64, record: &Record) {
+    fn bit(&mut self, watch: u32, on: bool, after_ns: u64, record: &ScanRecord) {
         let Some(news) = self.narration.bit(watch) else { return };
         if news.alarm.is_some() {
             self.book.edge(watch, on, EdgeTime { scan: record.scan, at_ns: record.at_ns });
@@ -214,8 +215,8 @@ impl LogWriter {
         }
     }
 
-    fn overruns(&self, scan: u64, overruns: &ToldOverruns) {
-        let ToldOverruns { count, skipped, scan_ns_max, late_ns_max } = *overruns;
+    fn overruns(&self, scan: u64, overruns: &ReportedOverruns) {
+        let ReportedOverruns { count, skipped, scan_ns_max, late_ns_max } = *overruns;
         let (period, scan_us_max, late_us_max) =
             (duration_text(self.narration.tempo.period_ns), us(scan_ns_max), us(late_ns_max));
         // The cause of a long scan may be the ladder or a busy machine. This line cannot
@@ -241,7 +242,7 @@ impl LogWriter {
     }
 
     /// Logs the alarms that went ON in these scans and are still ON.
-    fn stands(&self, alarms: &[(u32, u64)]) {
+    fn log_active_alarms(&self, alarms: &[(u32, u64)]) {
         for (watch, scan) in alarms {
             let Some(news) = self.narration.bit(*watch) else { continue };
             let (tag, text) = (&news.tag, news.alarm.as_deref().unwrap_or_default());
@@ -276,7 +277,7 @@ impl LogWriter {
             Some(standing) if standing.name == mode.name() => standing,
             other => {
                 let name = mode.name();
-                *other = Some(Lasting { name, since_ns: now_ns, told_ns: now_ns });
+                *other = Some(LastingMode { name, since_ns: now_ns, told_ns: now_ns });
                 return;
             }
         };
@@ -300,7 +301,7 @@ impl LogWriter {
 }
 
 /// The overruns of one line.
-struct ToldOverruns {
+struct ReportedOverruns {
     count: u32,
     skipped: u64,
     /// The longest scan.
@@ -310,7 +311,7 @@ struct ToldOverruns {
 }
 
 impl Observer for LogWriter {
-    fn record(&mut self, record: &Record) {
+    fn record(&mut self, record: &ScanRecord) {
         let scan = record.scan;
         match record.what {
             RecordEvent::Mode(mode) => self.mode(mode, scan),
@@ -327,7 +328,7 @@ impl Observer for LogWriter {
                 // Alarms are identified by their numbers, and the new program has different
                 // numbers.
                 self.ended(record.at_ns);
-                self.alarms = Alarms::new();
+                self.alarms = AlarmLines::new();
                 self.narration = self.narrations.of(generation);
                 self.book.swap(generation, &self.narration);
                 let swap_us = us(swap_ns);
@@ -360,7 +361,7 @@ impl Observer for LogWriter {
                 }
             }
             RecordEvent::Overruns { count, skipped, scan_ns_max, late_ns_max } => {
-                let overruns = ToldOverruns { count, skipped, scan_ns_max, late_ns_max };
+                let overruns = ReportedOverruns { count, skipped, scan_ns_max, late_ns_max };
                 self.overruns(scan, &overruns);
             }
         }
@@ -394,13 +395,13 @@ impl Observer for LogWriter {
         (self.mode, self.forces) = (latest.mode, latest.forces.list().len());
         self.beat(latest, now_ns);
         let belated = self.alarms.belated(now_ns);
-        self.stands(&belated);
+        self.log_active_alarms(&belated);
         tell_withheld(self.alarms.due(now_ns));
     }
 
     fn ended(&mut self, now_ns: u64) {
         let standing = self.alarms.standing();
-        self.stands(&standing);
+        self.log_active_alarms(&standing);
         tell_withheld(self.alarms.rest(now_ns));
     }
 }
@@ -432,7 +433,7 @@ mod tests {
         let program = rungd_language::resolve::program::Program::default();
         let (_, symbols) = rungd_language::lower::lower(&program);
         let (narration, _) = Narration::new(&program, &symbols);
-        let facts = Facts {
+        let facts = LogFacts {
             repeat_ns: 60 * SECOND_NS,
             heartbeat_ns: None,
             has_operator: true,

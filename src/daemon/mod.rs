@@ -1,7 +1,7 @@
 //! The daemon: a thin shell of tokio around the scan thread.
 //!
-//! `rungd run` makes a [`Host`] and calls [`log::init`], [`config::settle`] and [`run`], in this
-//! order. The daemon contains the signals, systemd, the drivers' tasks and the log. `runtime`
+//! `rungd run` makes a [`ProcessHost`] and calls [`log::init`], [`config::settle`] and [`run`], in
+//! this order. The daemon contains the signals, systemd, the drivers' tasks and the log. `runtime`
 //! contains the scan thread, and depends on none of these. Nothing here can make a scan wait.
 
 mod alarm_book;
@@ -39,6 +39,6 @@ mod told_statistics;
 mod turns;
 
 pub use failure::StartFailure;
-pub use shell::{Ending, Options, run};
-pub use signals::Host;
+pub use shell::{ControllerEnd, ShellOptions, run};
+pub use signals::ProcessHost;
 pub use start_wait::StartPart;

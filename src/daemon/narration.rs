@@ -13,7 +13,7 @@ use rungd_language::lower::{Alarm, Symbols};
 use rungd_language::resolve::name_book::{BlockName, NameBook};
 use rungd_language::resolve::program::{Block, BlockKind, Program};
 use rungd_language::source::wording::is_obeyed;
-use rungd_runtime::Watched;
+use rungd_runtime::WatchedCells;
 use rungd_runtime::events::{self, Event};
 use rungd_runtime::exchange::{FaultReason, Mode, StopReason, Tempo};
 
@@ -74,7 +74,7 @@ const BLACK_BOX_NS: u64 = 10_000_000_000;
 
 /// Facts of the controller that log lines state, and the intervals of repeated lines.
 #[derive(Clone, Debug)]
-pub(super) struct Facts {
+pub(super) struct LogFacts {
     /// The interval at which the reason of a STOP or FAULT is repeated.
     pub repeat_ns: u64,
     /// The interval of heartbeats; `None`: no heartbeats.
@@ -90,7 +90,7 @@ pub(super) struct Facts {
     pub priority: Arc<OnceLock<String>>,
 }
 
-impl Facts {
+impl LogFacts {
     /// The remedies for scans that are too long or too late, after "raise the watchdog".
     fn other_remedies(&self) -> String {
         let priority = self.priority.get().filter(|how| !how.is_empty());
@@ -191,8 +191,8 @@ pub struct WordNews {
 
 impl Narration {
     /// The names of a program, and the bits and words that the scan thread watches.
-    pub fn new(program: &Program, symbols: &Symbols) -> (Narration, Watched) {
-        let mut watched = Watched::default();
+    pub fn new(program: &Program, symbols: &Symbols) -> (Narration, WatchedCells) {
+        let mut watched = WatchedCells::default();
         let (mut bits, mut words) = (Vec::new(), Vec::new());
         for alarm in &symbols.alarms {
             watched.bits.push(alarm.bit);
@@ -231,7 +231,7 @@ impl Narration {
     /// The event of a block in words, and whether it is news; `None` if it is not logged. Built-in
     /// Tasks have events at every start and stop; these are details.
     pub fn block_event(&self, event: BlockEvent) -> Option<BlockNews<'_>> {
-        let (event, of, what) = match event {
+        let (event, element, what) = match event {
             BlockEvent::Started(id) => (&events::BLOCK_STARTED, Element::Block(id), "started"),
             BlockEvent::Stopped(id) => (&events::BLOCK_STOPPED, Element::Block(id), "stopped"),
             BlockEvent::Completed(id) => {
@@ -243,14 +243,14 @@ impl Narration {
                 (&events::TERMINATION_PASS, of, "had its termination pass")
             }
         };
-        let is_told = match (self.told, of) {
+        let is_told = match (self.told, element) {
             (BlockLines::All, _) | (BlockLines::Programs, Element::Block(_)) => true,
             (BlockLines::Programs, Element::Stage(_)) | (BlockLines::None, _) => false,
         };
         if !is_told {
             return None;
         }
-        let ElementTitle { kind, name, is_news: news } = match of {
+        let ElementTitle { kind, name, is_news: news } = match element {
             Element::Block(id) => self.block(id),
             Element::Stage(id) => {
                 ElementTitle { kind: "Stage", name: self.stage(id), is_news: true }
@@ -261,7 +261,7 @@ impl Narration {
 
     /// The remedy for a fault after this number of complete scans, with the settings and sizes that
     /// explain it.
-    pub fn remedy(&self, reason: FaultReason, facts: &Facts, scans: u64) -> String {
+    pub fn remedy(&self, reason: FaultReason, facts: &LogFacts, scans: u64) -> String {
         let (period, watchdog) =
             (duration_text(self.tempo.period_ns), duration_text(self.tempo.watchdog_ns));
         match reason {
@@ -332,10 +332,10 @@ pub(super) fn reason(mode: Mode) -> String {
 
 /// The number of rungs of a program.
 pub(super) fn rungs(program: &Program) -> usize {
-    let of = |block: &Block| {
+    let rung_count = |block: &Block| {
         block.rungs.len() + block.stages.iter().map(|stage| stage.rungs.len()).sum::<usize>()
     };
-    program.blocks.iter().map(of).sum()
+    program.blocks.iter().map(rung_count).sum()
 }
 
 /// Microseconds with one decimal, for the fields of a log line.
@@ -418,10 +418,10 @@ mod tests {
         }
     }
 
-    fn facts(has_operator: bool, nothing_kept: NothingKept) -> Facts {
+    fn facts(has_operator: bool, nothing_kept: NothingKept) -> LogFacts {
         let (repeat_ns, heartbeat_ns, record) = (0, None, None);
         let priority = Arc::default();
-        Facts { repeat_ns, heartbeat_ns, has_operator, record, nothing_kept, priority }
+        LogFacts { repeat_ns, heartbeat_ns, has_operator, record, nothing_kept, priority }
     }
 
     #[test]
@@ -443,7 +443,7 @@ mod tests {
     }
 
     /// All remedies of a controller that executed this number of complete scans.
-    fn remedies(facts: &Facts, scans: u64) -> Vec<&'static str> {
+    fn remedies(facts: &LogFacts, scans: u64) -> Vec<&'static str> {
         let stops = [StopReason::Instruction, StopReason::Operator, StopReason::RestartGuard];
         let faults = [FaultReason::ScanNeverEnds, FaultReason::EnginePanic];
         let stops = stops.map(|reason| facts.leaves_stop(reason, scans));

@@ -40,7 +40,7 @@ fn overload(text: &str, processors: usize) -> Option<String> {
 }
 
 /// Logs the grants; `Err` is the reason why the controller does not start.
-pub(super) fn tell(grants: &[Grant], strict: bool) -> Result<(), String> {
+pub(super) fn log_grants(grants: &[Grant], strict: bool) -> Result<(), String> {
     let list = |all: &mut dyn Iterator<Item = &Grant>| {
         all.map(|grant| grant.what.as_str()).collect::<Vec<_>>().join(", ")
     };

@@ -5,13 +5,13 @@
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use super::config::Setup;
+use super::config::ControllerSetup;
 use rungd_base::wall_clock::now_ns;
 use rungd_history::record::{RecordedProgram, TapeClock};
 use rungd_runtime::monotonic_ns;
 
 /// The program of a generation in the form that a recording stores.
-pub(super) fn program(setup: &Setup, generation: u32) -> RecordedProgram {
+pub(super) fn program(setup: &ControllerSetup, generation: u32) -> RecordedProgram {
     static START_NS: OnceLock<i64> = OnceLock::new();
     RecordedProgram {
         version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -25,7 +25,7 @@ pub(super) fn program(setup: &Setup, generation: u32) -> RecordedProgram {
 
 /// The folder that the controller file sets (relative to that file), else the folder of the command
 /// line; `None`: nothing is recorded on disk.
-pub(super) fn place(setup: &Setup, asked: Option<&Path>) -> Option<PathBuf> {
+pub(super) fn place(setup: &ControllerSetup, asked: Option<&Path>) -> Option<PathBuf> {
     let named = || {
         let dir = setup.record.dir.as_ref()?;
         Some(Path::new(&setup.controller).parent().unwrap_or(Path::new("")).join(dir))

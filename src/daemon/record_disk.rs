@@ -15,7 +15,7 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::config::Setup;
+use super::config::ControllerSetup;
 use super::record::clock;
 use super::record_stall::{Backlog, DiskLag, DiskStall, LagNews, StallNews};
 use rungd_base::duration_text::duration_text;
@@ -72,7 +72,7 @@ impl RecordDisk {
     ///
     /// # Errors
     /// The system cannot start a thread.
-    pub fn start(dir: &Path, setup: &Setup) -> io::Result<RecordDisk> {
+    pub fn start(dir: &Path, setup: &ControllerSetup) -> io::Result<RecordDisk> {
         let settings = StoreSettings {
             controller: controller_name(&setup.controller),
             keep_ns: setup.record.keep_s.saturating_mul(SECOND_NS),
@@ -228,11 +228,11 @@ impl<F: Folder> DiskWriter<F> {
             }
             faults::point(FaultPoint::RecordSync);
             let news = self.store.tick((self.clock)());
-            self.tell(news);
+            self.log_news(news);
             self.settle();
         }
         let news = self.store.finish((self.clock)());
-        self.tell(news);
+        self.log_news(news);
         self.settle();
         let _ = ended.send(());
     }
@@ -242,7 +242,7 @@ impl<F: Folder> DiskWriter<F> {
         self.taken += 1;
         faults::point(FaultPoint::RecordDisk);
         let news = self.store.put(block, (self.clock)());
-        self.tell(news);
+        self.log_news(news);
         self.show();
     }
 
@@ -262,7 +262,7 @@ impl<F: Folder> DiskWriter<F> {
         figures.failing = status.trouble.or_else(no_answer);
     }
 
-    fn tell(&mut self, news: Option<StoreNews>) {
+    fn log_news(&mut self, news: Option<StoreNews>) {
         match news {
             Some(StoreNews::Stopped(error)) => {
                 self.failing = Some((Instant::now(), Instant::now()));

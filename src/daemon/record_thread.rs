@@ -37,8 +37,8 @@ const DISK_END_MAX: Duration = Duration::from_secs(60);
 
 /// A handle to the thread. Cheap to clone.
 #[derive(Clone)]
-pub(super) struct Recording {
-    orders: Sender<Order>,
+pub(super) struct RecordHandle {
+    orders: Sender<RecordOrder>,
     figures: Arc<Mutex<RecordFigures>>,
 }
 
@@ -68,7 +68,7 @@ pub(super) struct RecentPart {
     pub is_public: bool,
 }
 
-enum Order {
+enum RecordOrder {
     Program(Box<RecordedProgram>, FileAccess),
     Recent(AskedRecent),
     End(oneshot::Sender<()>),
@@ -83,18 +83,18 @@ pub(super) struct RecordParts {
     pub disk: Option<RecordDisk>,
 }
 
-impl Recording {
+impl RecordHandle {
     /// Starts the thread.
     ///
     /// # Errors
     /// The system cannot start a thread.
-    pub fn start(parts: RecordParts) -> io::Result<Recording> {
+    pub fn start(parts: RecordParts) -> io::Result<RecordHandle> {
         let RecordParts { tape, port, first: (first, access), memory_bytes, disk } = parts;
         let private = access.private(first.generation).into_iter().collect();
         let figures = RecordFigures { memory_bytes, ..RecordFigures::default() };
         let figures = Arc::new(Mutex::new(figures));
         let (orders, inbox) = channel();
-        let worker = Worker {
+        let worker = RecordWorker {
             inbox,
             tape,
             port,
@@ -108,19 +108,19 @@ impl Recording {
             ended: None,
         };
         thread::Builder::new().name("rungd-record".into()).spawn(move || worker.work())?;
-        Ok(Recording { orders, figures })
+        Ok(RecordHandle { orders, figures })
     }
 
     /// Announces the program of a reload. Call this before the program is handed to the scan
     /// thread.
     pub fn program(&self, program: RecordedProgram, access: FileAccess) {
-        let _ = self.orders.send(Order::Program(Box::new(program), access));
+        let _ = self.orders.send(RecordOrder::Program(Box::new(program), access));
     }
 
     /// The recording in memory from a section's number on; `None`: the thread is gone (a bug).
     pub async fn recent(&self, from: u64) -> Option<RecentPart> {
         let (reply, answer) = oneshot::channel();
-        self.orders.send(Order::Recent(AskedRecent { from, reply })).ok()?;
+        self.orders.send(RecordOrder::Recent(AskedRecent { from, reply })).ok()?;
         answer.await.ok()
     }
 
@@ -132,7 +132,7 @@ impl Recording {
     /// Orders the thread to end, after the end of the scan thread.
     pub fn end(&self) -> RecordEnd {
         let (reply, done) = oneshot::channel();
-        let _ = self.orders.send(Order::End(reply));
+        let _ = self.orders.send(RecordOrder::End(reply));
         RecordEnd { done, begin: Instant::now() }
     }
 }
@@ -158,8 +158,8 @@ impl RecordEnd {
     }
 }
 
-struct Worker {
-    inbox: Receiver<Order>,
+struct RecordWorker {
+    inbox: Receiver<RecordOrder>,
     tape: TapeReader,
     port: Port,
     recorder: Recorder,
@@ -176,7 +176,7 @@ struct Worker {
     ended: Option<oneshot::Sender<()>>,
 }
 
-impl Worker {
+impl RecordWorker {
     fn work(mut self) {
         loop {
             let ended = match self.inbox.recv_timeout(LOOK_EVERY) {
@@ -207,14 +207,14 @@ impl Worker {
         }
     }
 
-    fn obey(&mut self, order: Order) -> Option<oneshot::Sender<()>> {
+    fn obey(&mut self, order: RecordOrder) -> Option<oneshot::Sender<()>> {
         match order {
-            Order::Program(program, access) => {
+            RecordOrder::Program(program, access) => {
                 self.private.extend(access.private(program.generation));
                 self.recorder.program(*program);
             }
-            Order::Recent(asked) => self.asked.push(asked),
-            Order::End(done) => return Some(done),
+            RecordOrder::Recent(asked) => self.asked.push(asked),
+            RecordOrder::End(done) => return Some(done),
         }
         None
     }
@@ -314,7 +314,7 @@ mod tests {
     use rungd_language::lower::lower;
     use rungd_language::resolve::{LoadOptions, load_ladders};
     use rungd_language::source::span::SourceFile;
-    use rungd_runtime::{Machine, ScanStart, Shape, link, tape};
+    use rungd_runtime::{ExchangeShape, ScanStart, ScannedMachine, link, tape};
 
     fn engine() -> Engine {
         let text =
@@ -324,10 +324,16 @@ mod tests {
         Engine::new(lower(&program.expect("it has no errors")).0)
     }
 
-    fn worker(tape: TapeReader) -> (Worker, Sender<Order>) {
+    fn worker(tape: TapeReader) -> (RecordWorker, Sender<RecordOrder>) {
         let (bits, words) = (vec![0; 2], vec![0]);
-        let shape =
-            Shape { inputs: 1, bits, words, first_output: 1, forces_active: 0, safe: Vec::new() };
+        let shape = ExchangeShape {
+            inputs: 1,
+            bits,
+            words,
+            first_output: 1,
+            forces_active: 0,
+            safe: Vec::new(),
+        };
         let first = RecordedProgram {
             version: String::new(),
             process_start_ns: 0,
@@ -337,7 +343,7 @@ mod tests {
             files: Vec::new(),
         };
         let (orders, inbox) = channel();
-        let worker = Worker {
+        let worker = RecordWorker {
             inbox,
             tape,
             port: link(shape).0,
@@ -365,7 +371,7 @@ mod tests {
         let (mut worker, orders) = worker(reader);
         let figures = Arc::clone(&worker.figures);
         let (reply, mut done) = oneshot::channel();
-        let _ = orders.send(Order::End(reply));
+        let _ = orders.send(RecordOrder::End(reply));
         worker.read();
         assert!(done.try_recv().is_err(), "the last block is not kept yet");
         worker.work();

@@ -15,8 +15,8 @@ use rungd_base::wall_clock::now_ns;
 use rungd_engine::Engine;
 use rungd_runtime::exchange::StopReason;
 use rungd_runtime::say::say;
-use rungd_state::retain::format::{FLAG_FINAL, Stamp};
-use rungd_state::retain::keeper::{News, Start};
+use rungd_state::retain::format::{FLAG_FINAL, ImageStamp};
+use rungd_state::retain::keeper::{FileNews, StartResult};
 use rungd_state::retain::plan::Restoration;
 use rungd_state::retain::show::utc;
 use rungd_state::retain::{Keeper, RetainPlan};
@@ -118,7 +118,7 @@ pub(super) fn begin(
     let path = wanted.path.display();
     faults::point(FaultPoint::RetainOpen);
     let opened = Keeper::open(&wanted.path, wanted.plan.clone(), new_id());
-    let (keeper, Start { image, news }) = opened.map_err(|error| {
+    let (keeper, StartResult { image, news }) = opened.map_err(|error| {
         StartFailure::Environment(anyhow::anyhow!(
             "{path}: {error}: each controller needs its own file: set `[retain] file`"
         ))
@@ -145,7 +145,7 @@ pub(super) fn begin(
 fn restore(
     engine: &mut Engine,
     wanted: &RetainSettings,
-    stamp: Stamp,
+    stamp: ImageStamp,
     what: &Restoration,
 ) -> String {
     what.puts.iter().for_each(|(cell, value)| engine.restore(*cell, *value));
@@ -238,24 +238,24 @@ fn steps(wanted: &RetainSettings) -> String {
     format!("give the values that matter as `initial` in the ladder, then {COLD_BY_HAND}")
 }
 
-fn tell_news(path: &Path, news: &News) {
+fn tell_news(path: &Path, news: &FileNews) {
     let path = path.display();
     match news {
-        News::Slot(slot, bad) => say!(
+        FileNews::Slot(slot, bad) => say!(
             RETAIN_SLOT,
             file = %path,
             slot,
             why = %bad,
             "retentive memory: slot {slot} of {path} is skipped: {bad}"
         ),
-        News::Aside(aside) => say!(
+        FileNews::Aside(aside) => say!(
             RETAIN_ASIDE,
             file = %path,
             aside = %aside.display(),
             "retentive memory: {path} is kept: it was renamed to {}",
             aside.display()
         ),
-        News::Made(geometry) => say!(
+        FileNews::Made(geometry) => say!(
             RETAIN_MADE,
             file = %path,
             bytes = geometry.file_bytes(),
@@ -263,7 +263,7 @@ fn tell_news(path: &Path, news: &News) {
             geometry.slots,
             geometry.slot_bytes
         ),
-        News::NotWritable(why) => say!(
+        FileNews::NotWritable(why) => say!(
             RETAIN_FAILED,
             file = %path,
             why = %why,

@@ -22,8 +22,8 @@ use rungd_base::wall_clock::now_ms;
 use rungd_runtime::Generations;
 use rungd_runtime::exchange::{Mode, Port};
 use rungd_runtime::say::say;
-use rungd_state::retain::keeper::Image;
-use rungd_state::retain::{Keeper, Kept, RetainPlan};
+use rungd_state::retain::keeper::ScanImage;
+use rungd_state::retain::{Keeper, RetainPlan, StoredImage};
 
 /// The longest time until the thread notices a change of mode.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
@@ -42,9 +42,9 @@ const DAY_S: u64 = 86_400;
 
 /// A handle to the thread. Cheap to clone.
 #[derive(Clone)]
-pub(super) struct Retention {
-    orders: Sender<Order>,
-    figures: Arc<Mutex<Figures>>,
+pub(super) struct RetainHandle {
+    orders: Sender<RetainOrder>,
+    figures: Arc<Mutex<RetainFigures>>,
     pub wanted: Arc<RetainSettings>,
     /// The retained elements and their names, for each program.
     pub plans: Generations<RetainPlan>,
@@ -52,9 +52,9 @@ pub(super) struct Retention {
 
 /// The figures that `status` shows.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Figures {
+pub(super) struct RetainFigures {
     pub restored: String,
-    pub kept: Option<(Kept, Instant)>,
+    pub kept: Option<(StoredImage, Instant)>,
     pub flush: Duration,
     pub flush_max: Duration,
     pub writes: u64,
@@ -65,8 +65,8 @@ pub(super) struct Figures {
 }
 
 /// An image that is durable.
-pub(super) struct Durable {
-    pub kept: Kept,
+pub(super) struct DurableImage {
+    pub kept: StoredImage,
     /// The time of the write; zero if the image was durable already.
     pub flush: Duration,
 }
@@ -92,26 +92,26 @@ pub(super) enum LastImage {
     Lost,
 }
 
-type Saved = Result<Durable, NotSaved>;
+type SaveResult = Result<DurableImage, NotSaved>;
 
-enum Order {
-    Save(oneshot::Sender<Saved>),
-    End(oneshot::Sender<Saved>),
+enum RetainOrder {
+    Save(oneshot::Sender<SaveResult>),
+    End(oneshot::Sender<SaveResult>),
 }
 
-impl Retention {
+impl RetainHandle {
     /// Starts the thread.
     ///
     /// # Errors
     /// The system cannot start a thread.
-    pub fn start(opened: RestoredFile, port: Port) -> io::Result<Retention> {
+    pub fn start(opened: RestoredFile, port: Port) -> io::Result<RetainHandle> {
         let RestoredFile { keeper, wanted, restored, nothing_kept, .. } = opened;
-        let figures = Figures { restored, ..Figures::default() };
+        let figures = RetainFigures { restored, ..RetainFigures::default() };
         let figures = Arc::new(Mutex::new(figures));
         let wanted = Arc::new(wanted);
         let plans = Generations::new(wanted.plan.clone());
         let (orders, inbox) = channel();
-        let worker = Worker {
+        let worker = RetainWorker {
             plans: plans.clone(),
             generation: 0,
             keeper,
@@ -128,24 +128,24 @@ impl Retention {
         };
         let named = thread::Builder::new().name("rungd-retain".into());
         named.spawn(move || worker.work(&inbox))?;
-        Ok(Retention { orders, figures, wanted, plans })
+        Ok(RetainHandle { orders, figures, wanted, plans })
     }
 
     /// The current figures.
-    pub fn figures(&self) -> Figures {
+    pub fn figures(&self) -> RetainFigures {
         locked(&self.figures).clone()
     }
 
     /// Writes the latest image; returns once it is durable.
-    pub async fn save(&self) -> Saved {
-        self.order(Order::Save).await
+    pub async fn save(&self) -> SaveResult {
+        self.order(RetainOrder::Save).await
     }
 
     /// Writes the last image at the end of the process. `hurry` ends the wait for it.
     pub async fn end(&self, hurry: impl Future<Output = &'static str>) -> LastImage {
         let begin = Instant::now();
         let (outcome, why) = tokio::select! {
-            saved = self.order(Order::End) => match saved {
+            saved = self.order(RetainOrder::End) => match saved {
                 Ok(durable) => {
                     say!(
                         RETAIN_FINAL,
@@ -177,7 +177,7 @@ impl Retention {
         outcome
     }
 
-    async fn order(&self, order: fn(oneshot::Sender<Saved>) -> Order) -> Saved {
+    async fn order(&self, order: fn(oneshot::Sender<SaveResult>) -> RetainOrder) -> SaveResult {
         let gone = || NotSaved::Failed("its thread is gone (a bug in rungd)".to_owned());
         let (reply, answer) = oneshot::channel();
         self.orders.send(order(reply)).map_err(|_| gone())?;
@@ -185,7 +185,7 @@ impl Retention {
     }
 }
 
-impl Figures {
+impl RetainFigures {
     /// Bytes per day at the rate so far; `None` if the time of measurement was too short.
     pub fn projected(&self, budget: u64) -> Option<u64> {
         projected(self.bytes, self.since?.elapsed(), budget)
@@ -212,14 +212,14 @@ impl std::fmt::Display for NotSaved {
     }
 }
 
-struct Worker {
+struct RetainWorker {
     keeper: Keeper,
     plans: Generations<RetainPlan>,
     /// The generation of the keeper's plan.
     generation: u32,
     port: Port,
     wanted: Arc<RetainSettings>,
-    figures: Arc<Mutex<Figures>>,
+    figures: Arc<Mutex<RetainFigures>>,
     nothing_kept: NothingKept,
     /// The start of the last write.
     tried: Option<Instant>,
@@ -233,15 +233,15 @@ struct Worker {
     told_wear: Option<Instant>,
 }
 
-impl Worker {
-    fn work(mut self, inbox: &Receiver<Order>) {
+impl RetainWorker {
+    fn work(mut self, inbox: &Receiver<RetainOrder>) {
         loop {
             let due = self
                 .tried
                 .map_or(LOOK_EVERY, |tried| self.wanted.interval.saturating_sub(tried.elapsed()));
             match inbox.recv_timeout(due.clamp(Duration::from_millis(1), LOOK_EVERY)) {
-                Ok(Order::Save(reply)) => drop(reply.send(self.save())),
-                Ok(Order::End(reply)) => return drop(reply.send(self.save())),
+                Ok(RetainOrder::Save(reply)) => drop(reply.send(self.save())),
+                Ok(RetainOrder::End(reply)) => return drop(reply.send(self.save())),
                 Err(RecvTimeoutError::Timeout) => self.look(),
                 Err(RecvTimeoutError::Disconnected) => return,
             }
@@ -270,7 +270,7 @@ impl Worker {
     }
 
     /// Writes the latest image, if there is one and it differs from the durable one.
-    fn save(&mut self) -> Saved {
+    fn save(&mut self) -> SaveResult {
         let (latest, plan) = self.plans.latest(&self.port);
         if latest.scans == 0 {
             return Err(NotSaved::NothingToKeep);
@@ -284,7 +284,7 @@ impl Worker {
         if self.keeper.plan().is_empty() {
             return Err(NotSaved::NothingRetained);
         }
-        let image = Image {
+        let image = ScanImage {
             scan: latest.scans,
             bits: &latest.bits,
             words: &latest.words,
@@ -304,12 +304,12 @@ impl Worker {
         match saved {
             Ok(None) => {
                 let kept = self.keeper.kept().ok_or(NotSaved::NothingToKeep)?;
-                Ok(Durable { kept, flush: Duration::ZERO })
+                Ok(DurableImage { kept, flush: Duration::ZERO })
             }
             Ok(Some(kept)) => {
                 self.nothing_kept.kept();
                 self.count(kept, begin);
-                Ok(Durable { kept, flush: begin.elapsed() })
+                Ok(DurableImage { kept, flush: begin.elapsed() })
             }
             Err(error) => {
                 self.tell_failure(&error);
@@ -318,7 +318,7 @@ impl Worker {
         }
     }
 
-    fn count(&mut self, kept: Kept, begin: Instant) {
+    fn count(&mut self, kept: StoredImage, begin: Instant) {
         let flush = begin.elapsed();
         let path = self.wanted.path.display();
         {

@@ -13,47 +13,48 @@ use tokio::time::{MissedTickBehavior, interval, timeout};
 
 use super::alarm_book::AlarmBook;
 use super::alarm_keeper::SharedBook;
-use super::config::Setup;
-use super::devices::{self, Starter};
+use super::config::ControllerSetup;
+use super::devices::{self, DeviceStarter};
 use super::failure::StartFailure;
-use super::guard::Guard;
+use super::guard::RestartGuard;
 use super::local_time;
 use super::log;
 use super::log_writer::LogWriter;
-use super::narration::{Facts, Narration};
+use super::narration::{LogFacts, Narration};
 use super::operator;
 use super::posture;
 use super::record;
 use super::record_disk::RecordDisk;
-use super::record_thread::{RecordParts, Recording};
-use super::reload::{self, Reloads, Running, Views};
+use super::record_thread::{RecordHandle, RecordParts};
+use super::reload::{self, ProgramViews, Reloads, RunningProgram};
 use super::retain::RestoredFile;
-use super::retain_thread::{LastImage, Retention};
-use super::signals::{Host, SignalOrder, Signals, told};
+use super::retain_thread::{LastImage, RetainHandle};
+use super::signals::{ProcessHost, SignalOrder, Signals, when_stopped};
 use super::start_parts::{StartParts, start_parts};
 use super::start_wait::{StartPart, StartWatch};
-use super::systemd::{self, Notices, Systemd};
+use super::systemd::{self, DueNotices, Systemd};
 use super::told_statistics::tell_statistics;
 use rungd_base::duration_text::duration_text;
 use rungd_base::faults::{self, FaultPoint};
 use rungd_engine::isa::{Bit, BitSpace};
 use rungd_engine::{self as engine, Engine};
 use rungd_io::caught::caught;
-use rungd_io::device::Health;
+use rungd_io::device::DeviceHealth;
 use rungd_io::listening::cannot_listen;
-use rungd_io::modbus::settings::Modbus;
+use rungd_io::modbus::settings::ModbusServerSettings;
 use rungd_io::{modbus, plant};
 use rungd_runtime::exchange::{FaultReason, Mode, Port, StopReason};
-use rungd_runtime::field::Ends;
+use rungd_runtime::field::DeviceEnds;
 use rungd_runtime::pacing::MachineClock;
 use rungd_runtime::say::say;
 use rungd_runtime::{
-    self as runtime, Generations, Prepared, Reloader, Report, Runtime, Settings, Taped, ThreadState,
+    self as runtime, Generations, PreparedThreads, Reloader, Report, Runtime, Taped,
+    ThreadSettings, ThreadState,
 };
 
 /// The options of the command line.
 #[derive(Clone, Debug)]
-pub struct Options {
+pub struct ShellOptions {
     /// The controller makes an orderly stop after this scan.
     pub scans: Option<u64>,
     /// Whether the controller runs although nothing was restored; overrides the controller file.
@@ -71,7 +72,7 @@ pub struct Options {
 
 /// How a controller ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ending {
+pub enum ControllerEnd {
     /// After a signal, or after the last scan of `--scans`.
     Orderly,
     /// A fault came before the last scan of `--scans`.
@@ -84,14 +85,14 @@ pub enum Ending {
     MemoryLost,
 }
 
-impl Ending {
+impl ControllerEnd {
     /// Combines the ending with the last image. A bug or a fault outweighs a lost image.
-    fn or(self, last_image: LastImage) -> Ending {
+    fn or(self, last_image: LastImage) -> Self {
         match (self, last_image) {
-            (Ending::Orderly, LastImage::Lost) => Ending::MemoryLost,
-            (Ending::Orderly, LastImage::Hurried) => Ending::Hurried,
-            (Ending::Orderly, LastImage::Kept)
-            | (Ending::Fault | Ending::Bug | Ending::Hurried | Ending::MemoryLost, _) => self,
+            (Self::Orderly, LastImage::Lost) => Self::MemoryLost,
+            (Self::Orderly, LastImage::Hurried) => Self::Hurried,
+            (Self::Orderly, LastImage::Kept)
+            | (Self::Fault | Self::Bug | Self::Hurried | Self::MemoryLost, _) => self,
         }
     }
 }
@@ -108,11 +109,11 @@ const DRIVERS_END_MAX: Duration = Duration::from_secs(3);
 /// # Errors
 /// The controller cannot start.
 pub fn run(
-    host: &mut Host,
-    (program, setup): (engine::Program, Setup),
-    options: &Options,
-    guard: &mut Guard,
-) -> Result<Ending, StartFailure> {
+    host: &mut ProcessHost,
+    (program, setup): (engine::Program, ControllerSetup),
+    options: &ShellOptions,
+    guard: &mut RestartGuard,
+) -> Result<ControllerEnd, StartFailure> {
     log::take_over(&setup.log);
     let offset = local_time::keep()?;
     log::set_zone(Arc::clone(&offset));
@@ -122,13 +123,13 @@ pub fn run(
     let inputs = initial_inputs(&program, &setup);
     let engine = Engine::new(program.clone());
     let Some(parts) = start_parts(host, (&setup, options.runs_cold), engine) else {
-        return Ok(Ending::Orderly);
+        return Ok(ControllerEnd::Orderly);
     };
     let StartParts { sockets, engine, retained } = parts?;
     let has_operator = !sockets.is_empty();
     let (cold, nothing_kept) = retained.as_ref().map(RestoredFile::outlook).unwrap_or_default();
-    let settings = Settings {
-        pace: runtime::Pace {
+    let settings = ThreadSettings {
+        pace: runtime::ScannerSettings {
             scans: options.scans,
             start_in_stop: options.start_in_stop.or(cold),
             ..setup.pace.clone()
@@ -140,7 +141,7 @@ pub fn run(
     };
     let pace = &settings.pace;
     let disk = record::place(&setup, options.record.as_deref());
-    let facts = Facts {
+    let facts = LogFacts {
         repeat_ns: options.repeat.as_nanos() as u64,
         heartbeat_ns: pace.statistics_every_ns,
         has_operator,
@@ -158,26 +159,27 @@ pub fn run(
     let (mut prepared, reloader) = runtime::prepare(machine, clock, &settings, writer)?;
     inputs.iter().for_each(|x| prepared.port().set_input(*x, true));
     let _ = priority.set(posture::priority_remedy(prepared.grants()).unwrap_or_default());
-    posture::tell(prepared.grants(), settings.posture.strict)
+    posture::log_grants(prepared.grants(), settings.posture.strict)
         .map_err(StartFailure::Configuration)?;
-    let retention = retained.map(|opened| Retention::start(opened, prepared.port())).transpose()?;
-    let recording = Recording::start(RecordParts {
+    let retention =
+        retained.map(|opened| RetainHandle::start(opened, prepared.port())).transpose()?;
+    let recording = RecordHandle::start(RecordParts {
         tape,
         port: prepared.port(),
         first: (record::program(&setup, 0), setup.access),
         memory_bytes: setup.record.memory_bytes,
         disk: disk.map(|dir| RecordDisk::start(&dir, &setup)).transpose()?,
     })?;
-    let Host { tokio, signals, start } = host;
-    let (running, limit) = (Arc::new(Running { program, setup }), options.reload_limit);
+    let ProcessHost { tokio, signals, start } = host;
+    let (running, limit) = (Arc::new(RunningProgram { program, setup }), options.reload_limit);
     let field = (prepared.lines(), healths);
     let start = start.clone();
-    let first = First { running, reloader, narration, field, limit, sockets, book, start };
-    tokio.block_on(shell(prepared, first, Attendance { signals, guard, retention, recording }))
+    let first = FirstProgram { running, reloader, narration, field, limit, sockets, book, start };
+    tokio.block_on(shell(prepared, first, ShellDuties { signals, guard, retention, recording }))
 }
 
 /// The inputs whose initial value is ON: they are ON until their driver writes them.
-fn initial_inputs(program: &engine::Program, setup: &Setup) -> Vec<u32> {
+fn initial_inputs(program: &engine::Program, setup: &ControllerSetup) -> Vec<u32> {
     let first = setup.symbols.layout.bit(Bit::Space(BitSpace::X, 0)).0;
     let on = program.initial_bits.iter().filter(|(_, on)| *on);
     let numbers = on.filter_map(|(cell, _)| cell.0.checked_sub(first));
@@ -185,35 +187,35 @@ fn initial_inputs(program: &engine::Program, setup: &Setup) -> Vec<u32> {
 }
 
 /// The first program, and the parts that a reload needs.
-struct First {
-    running: Arc<Running>,
+struct FirstProgram {
+    running: Arc<RunningProgram>,
     reloader: Reloader<Taped>,
     narration: Generations<Narration>,
     /// The ends and the healths of the field devices, by number.
-    field: (Vec<Ends>, Vec<Health>),
+    field: (Vec<DeviceEnds>, Vec<DeviceHealth>),
     /// The longest time in which a reload reads and checks its files.
     limit: Duration,
     /// The places of the operator's socket and of the view socket.
-    sockets: Vec<operator::Claim>,
+    sockets: Vec<operator::SocketClaim>,
     /// The book of alarms.
     book: SharedBook,
     start: StartWatch,
 }
 
 /// The shell's duties besides the scan thread.
-struct Attendance<'a> {
+struct ShellDuties<'a> {
     signals: &'a mut Signals,
-    guard: &'a mut Guard,
-    retention: Option<Retention>,
-    recording: Recording,
+    guard: &'a mut RestartGuard,
+    retention: Option<RetainHandle>,
+    recording: RecordHandle,
 }
 
 /// Runs from the start of the drivers to the end of the scan thread.
 async fn shell(
-    prepared: Prepared,
-    first: First,
-    mut attendance: Attendance<'_>,
-) -> Result<Ending, StartFailure> {
+    prepared: PreparedThreads,
+    first: FirstProgram,
+    mut attendance: ShellDuties<'_>,
+) -> Result<ControllerEnd, StartFailure> {
     let (stop, stopped) = watch::channel(false);
     let kept = (attendance.retention.clone(), attendance.recording.clone());
     let inputs = devices::inputs(&first.running.setup.devices, &first.field.1);
@@ -229,12 +231,12 @@ async fn shell(
     };
     if let Some(name) = attendance.signals.before(inputs).await {
         say!(SIGNAL, signal = name, "{name}: ending before the first scan; nothing was scanned");
-        return Ok(Ending::Orderly);
+        return Ok(ControllerEnd::Orderly);
     }
     let runtime = prepared.start()?;
     let attended = caught(attend(&runtime, &reloads, &mut attendance)).await;
-    let over = attended.unwrap_or(Over { asked: false, waiting: Waiting::Stuck });
-    if over.waiting == Waiting::Stuck {
+    let over = attended.unwrap_or(ShellEnd { asked: false, waiting: WaitEnd::Stuck });
+    if over.waiting == WaitEnd::Stuck {
         // This is done even if the scan thread does not end: the drivers write safe values, and no
         // later scan overwrites them.
         runtime.request_stop();
@@ -248,8 +250,12 @@ async fn shell(
             duration_text(DRIVERS_END_MAX.as_nanos() as u64)
         );
     }
-    let Over { asked, waiting: Waiting::Ended } = over else {
-        return Ok(if over.waiting == Waiting::Hurried { Ending::Hurried } else { Ending::Bug });
+    let ShellEnd { asked, waiting: WaitEnd::Ended } = over else {
+        return Ok(if over.waiting == WaitEnd::Hurried {
+            ControllerEnd::Hurried
+        } else {
+            ControllerEnd::Bug
+        });
     };
     let report = runtime.join();
     // Both disks are waited for at the same time.
@@ -266,28 +272,28 @@ async fn shell(
 
 /// How the shell's wait for the scan thread ended.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Waiting {
+enum WaitEnd {
     Ended,
     Hurried,
     Stuck,
 }
 
-struct Over {
+struct ShellEnd {
     /// Whether a signal requested the end.
     asked: bool,
-    waiting: Waiting,
+    waiting: WaitEnd,
 }
 
 /// Answers signals and notifies systemd until the scan thread has ended.
 async fn attend(
     runtime: &Runtime,
     reloads: &Arc<Reloads>,
-    attendance: &mut Attendance<'_>,
-) -> Over {
-    let Attendance { signals, guard, .. } = attendance;
+    attendance: &mut ShellDuties<'_>,
+) -> ShellEnd {
+    let ShellDuties { signals, guard, .. } = attendance;
     let (port, started) = (runtime.port(), Instant::now());
     let (systemd, mut notices) =
-        (Systemd::of_environment(), Notices::new(sd_notify::watchdog_enabled()));
+        (Systemd::of_environment(), DueNotices::new(sd_notify::watchdog_enabled()));
     let mut look = interval(LOOK_EVERY);
     look.set_missed_tick_behavior(MissedTickBehavior::Skip);
     let mut asked: Option<(Instant, &str)> = None;
@@ -300,7 +306,7 @@ async fn attend(
                 };
                 if let Some((_, first)) = asked {
                     tell_again(name, first);
-                    return Over { asked: true, waiting: Waiting::Hurried };
+                    return ShellEnd { asked: true, waiting: WaitEnd::Hurried };
                 }
                 tell_stop(name, port.latest().mode);
                 asked = Some((Instant::now(), name));
@@ -311,16 +317,16 @@ async fn attend(
                 faults::point(FaultPoint::Shell);
                 let (now, pulses) = (started.elapsed(), runtime.pulses());
                 let latest = port.latest();
-                notices.tell(now, pulses, &latest, |notice| systemd.send(notice));
+                notices.send_due(now, pulses, &latest, |notice| systemd.send(notice));
                 guard.look(now, latest.mode, pulses);
                 reloads.look(&latest);
                 let waiting = match runtime.state() {
                     ThreadState::Running => None,
-                    ThreadState::Over => Some(Waiting::Ended),
-                    ThreadState::Blind => Some(Waiting::Stuck),
+                    ThreadState::Over => Some(WaitEnd::Ended),
+                    ThreadState::Blind => Some(WaitEnd::Stuck),
                 };
                 if let Some(waiting) = waiting {
-                    return Over { asked: asked.is_some(), waiting };
+                    return ShellEnd { asked: asked.is_some(), waiting };
                 }
                 let patience = 2 * port.tempo().patience(1) + STOP_SLACK;
                 if asked.is_some_and(|(since, _)| since.elapsed() > patience) {
@@ -329,7 +335,7 @@ async fn attend(
                         "the last scan has not ended in {}",
                         duration_text(patience.as_nanos() as u64)
                     );
-                    return Over { asked: true, waiting: Waiting::Stuck };
+                    return ShellEnd { asked: true, waiting: WaitEnd::Stuck };
                 }
             }
         }
@@ -359,18 +365,18 @@ fn tell_stop(name: &str, mode: Mode) {
 }
 
 async fn start_drivers(
-    first: First,
-    prepared: &Prepared,
-    (retention, recording): &(Option<Retention>, Recording),
+    first: FirstProgram,
+    prepared: &PreparedThreads,
+    (retention, recording): &(Option<RetainHandle>, RecordHandle),
     stopped: &watch::Receiver<bool>,
 ) -> Result<(JoinSet<()>, Arc<Reloads>), StartFailure> {
-    let First { running, reloader, narration, field: (ends, healths), .. } = first;
-    let First { limit, sockets, book, start, .. } = first;
+    let FirstProgram { running, reloader, narration, field: (ends, healths), .. } = first;
+    let FirstProgram { limit, sockets, book, start, .. } = first;
     let mut drivers = JoinSet::new();
     let (setup, port) = (&running.setup, &prepared.port());
     let layout = &setup.symbols.layout;
     let patience = port.patience();
-    let mut about = operator::AboutParts::new(prepared, retention.clone(), recording.clone());
+    let mut about = operator::StatusSources::new(prepared, retention.clone(), recording.clone());
     about.devices.clone_from(&healths);
     about.book = book;
     let mut modbus = None;
@@ -379,10 +385,10 @@ async fn start_drivers(
         let address = server.address().unwrap_or(settings.listen);
         about.modbus = Some((address.to_string(), settings.connections, server.seats()));
         modbus = Some((maps, settings.clone()));
-        drivers.spawn(server.run(told(stopped)));
+        drivers.spawn(server.run(when_stopped(stopped)));
     }
     let stop = stopped.clone();
-    Starter { setup, port, healths: &healths, stop }.start(ends, &mut drivers);
+    DeviceStarter { setup, port, healths: &healths, stop }.start(ends, &mut drivers);
     let mut device = None;
     if !setup.rules.is_empty() {
         say!(
@@ -392,32 +398,34 @@ async fn start_drivers(
         );
         let rules = Generations::new(plant::Rules::new(&setup.rules, layout));
         device = Some(rules.clone());
-        drivers.spawn(plant::PlantDrive::new(rules, port.clone()).run(told(stopped)));
+        drivers.spawn(plant::PlantDrive::new(rules, port.clone()).run(when_stopped(stopped)));
     }
-    let desk = Generations::new(operator::View::new(setup, &about));
-    let views = Views { desk: desk.clone(), about, narration, modbus, device };
-    let (of, port) = (Arc::clone(&running), port.clone());
-    let parts = reload::ReloadParts { running: of, reloader, port: port.clone(), views, limit };
+    let desk = Generations::new(operator::ProgramView::new(setup, &about));
+    let views = ProgramViews { desk: desk.clone(), about, narration, modbus, device };
+    let (first_program, port) = (Arc::clone(&running), port.clone());
+    let parts =
+        reload::ReloadParts { running: first_program, reloader, port: port.clone(), views, limit };
     let reloads = Arc::new(Reloads::new(parts));
-    let desk = operator::Desk::new(desk, port.clone(), Arc::clone(&reloads));
+    let desk = operator::OperatorService::new(desk, port.clone(), Arc::clone(&reloads));
     let part = StartPart::Sockets(setup.controller.clone());
-    let servers = start.during(part, || operator::Server::bind(sockets, desk))?;
+    let servers = start.during(part, || operator::OperatorServer::bind(sockets, desk))?;
     for server in servers {
-        drivers.spawn(server.run(told(stopped)));
+        drivers.spawn(server.run(when_stopped(stopped)));
     }
     Ok((drivers, reloads))
 }
 
 async fn bind_modbus(
-    settings: &Modbus,
-    setup: &Setup,
+    settings: &ModbusServerSettings,
+    setup: &ControllerSetup,
     port: &Port,
     patience: Duration,
-) -> Result<(modbus::Server, Generations<modbus::Map>), StartFailure> {
+) -> Result<(modbus::BoundModbusServer, Generations<modbus::ModbusMap>), StartFailure> {
     let listen = settings.listen;
     let limits = |word| setup.symbols.limits(word);
-    let maps = Generations::new(modbus::Map::new(settings, &setup.symbols.layout, limits));
-    let bound = modbus::Server::bind(settings.clone(), maps.clone(), port.clone(), patience);
+    let maps = Generations::new(modbus::ModbusMap::new(settings, &setup.symbols.layout, limits));
+    let bound =
+        modbus::BoundModbusServer::bind(settings.clone(), maps.clone(), port.clone(), patience);
     let server = bound.await.map_err(|error| {
         let other = "write another port in `[modbus-server] listen`";
         let about = cannot_listen(listen, &error, other);
@@ -429,22 +437,22 @@ async fn bind_modbus(
 }
 
 /// Logs the last lines, and derives the ending from the report.
-fn conclude(report: Option<Report>, asked: bool) -> Ending {
+fn conclude(report: Option<Report>, asked: bool) -> ControllerEnd {
     let Some(report) = report else {
         say!(PROCESS_END at Error, "rungd ends: its scan thread had ended in a panic");
-        return Ending::Bug;
+        return ControllerEnd::Bug;
     };
     tell_statistics(&report.statistics);
     say!(PROCESS_END, scans = report.scans, mode = %report.mode.name(), "rungd ends");
     match report.mode {
-        Mode::Run | Mode::Stop(_) => Ending::Orderly,
-        Mode::Fault(_) if asked => Ending::Orderly,
-        Mode::Fault(FaultReason::EnginePanic | FaultReason::ScanThreadGone) => Ending::Bug,
-        Mode::Fault(_) => Ending::Fault,
+        Mode::Run | Mode::Stop(_) => ControllerEnd::Orderly,
+        Mode::Fault(_) if asked => ControllerEnd::Orderly,
+        Mode::Fault(FaultReason::EnginePanic | FaultReason::ScanThreadGone) => ControllerEnd::Bug,
+        Mode::Fault(_) => ControllerEnd::Fault,
     }
 }
 
-fn tell_start(setup: &Setup) {
+fn tell_start(setup: &ControllerSetup) {
     let ladder = &setup.ladder;
     say!(
         PROCESS_START,

@@ -1,8 +1,8 @@
 //! The signals that stop a controller or reload its files.
 //!
-//! `run` makes a [`Host`] before anything else, so that the process answers signals from the first
-//! moment. Reading the files may take long: a separate thread reads them, while the host waits for
-//! signals, and tells what it waits for.
+//! `run` makes a [`ProcessHost`] before anything else, so that the process answers signals from the
+//! first moment. Reading the files may take long: a separate thread reads them, while the host
+//! waits for signals, and tells what it waits for.
 
 use std::io;
 use std::panic::resume_unwind;
@@ -20,7 +20,7 @@ use rungd_runtime::say::say;
 const LOAD_STACK_BYTES: usize = 8 << 20;
 
 /// A controller's process: tokio's runtime, the signals, and what the start waits for.
-pub struct Host {
+pub struct ProcessHost {
     pub(super) tokio: Runtime,
     pub(super) signals: Signals,
     pub(super) start: StartWatch,
@@ -33,12 +33,12 @@ pub(super) struct Signals {
     hangup: Option<Signal>,
 }
 
-impl Host {
+impl ProcessHost {
     /// Installs the signal handlers. A start that waits says so every `repeat`.
     ///
     /// # Errors
     /// The system has no free descriptors, or cannot start a thread.
-    pub fn new(repeat: Duration) -> io::Result<Host> {
+    pub fn new(repeat: Duration) -> io::Result<ProcessHost> {
         let mut builder = Builder::new_current_thread();
         builder.thread_name("rungd-load").thread_stack_size(LOAD_STACK_BYTES);
         let tokio = builder.enable_all().build()?;
@@ -46,7 +46,7 @@ impl Host {
             let _inside = tokio.enter();
             Signals::new()?
         };
-        Ok(Host { tokio, signals, start: StartWatch::begin(repeat)? })
+        Ok(ProcessHost { tokio, signals, start: StartWatch::begin(repeat)? })
     }
 
     /// Does a part of the start that answers no signals.
@@ -61,7 +61,7 @@ impl Host {
         part: StartPart,
         work: impl FnOnce() -> T + Send + 'static,
     ) -> Option<T> {
-        let Host { tokio, signals, start } = self;
+        let ProcessHost { tokio, signals, start } = self;
         let _begun = start.enter(part.clone());
         tokio.block_on(async {
             tokio::select! {
@@ -162,7 +162,7 @@ fn ignores_hangup(status: &str) -> bool {
 }
 
 /// Waits until the drivers must end: until `stopped` is true.
-pub(super) fn told(stopped: &watch::Receiver<bool>) -> impl Future<Output = ()> + use<> {
+pub(super) fn when_stopped(stopped: &watch::Receiver<bool>) -> impl Future<Output = ()> + use<> {
     let mut stopped = stopped.clone();
     async move {
         let _ = stopped.wait_for(|stop| *stop).await;

@@ -3,18 +3,18 @@
 //!
 //! Called by the shell before the first scan. `start_wait` tells what such a part waits for.
 
-use super::config::Setup;
+use super::config::ControllerSetup;
 use super::failure::StartFailure;
 use super::operator;
 use super::retain::{self, RestoredFile, RetainSettings};
-use super::signals::Host;
+use super::signals::ProcessHost;
 use super::start_wait::StartPart;
 use rungd_engine::Engine;
 
 /// The places of the sockets, and an engine with the file of retentive memory from which it was
 /// restored, if there is one.
 pub(super) struct StartParts {
-    pub sockets: Vec<operator::Claim>,
+    pub sockets: Vec<operator::SocketClaim>,
     pub engine: Engine,
     pub retained: Option<RestoredFile>,
 }
@@ -24,8 +24,8 @@ pub(super) struct StartParts {
 /// # Errors
 /// A different process owns a socket's place or the file.
 pub(super) fn start_parts(
-    host: &mut Host,
-    (setup, runs_cold): (&Setup, Option<bool>),
+    host: &mut ProcessHost,
+    (setup, runs_cold): (&ControllerSetup, Option<bool>),
     engine: Engine,
 ) -> Option<Result<StartParts, StartFailure>> {
     // Before the file of retentive memory is made, so that a refused start leaves no file.
@@ -43,20 +43,23 @@ pub(super) fn start_parts(
 }
 
 /// Claims the places of the sockets; `None` if a signal came first.
-fn claimed(host: &mut Host, setup: &Setup) -> Option<Result<Vec<operator::Claim>, StartFailure>> {
+fn claimed(
+    host: &mut ProcessHost,
+    setup: &ControllerSetup,
+) -> Option<Result<Vec<operator::SocketClaim>, StartFailure>> {
     let (specs, controller) = (setup.operator.clone(), setup.controller.clone());
     let part = StartPart::Sockets(controller.clone());
     host.unless_stopped(part, move || operator::claim(&specs, &controller))
 }
 
-type Restored = Result<(Engine, Option<RestoredFile>), StartFailure>;
+type RestoredEngine = Result<(Engine, Option<RestoredFile>), StartFailure>;
 
 /// Restores retentive memory, if the controller has any; `None` if a signal came first.
 fn restored(
-    host: &mut Host,
+    host: &mut ProcessHost,
     wanted: Option<RetainSettings>,
     mut engine: Engine,
-) -> Option<Restored> {
+) -> Option<RestoredEngine> {
     let Some(wanted) = wanted else { return Some(Ok((engine, None))) };
     let part = StartPart::Memory(wanted.path.display().to_string());
     host.unless_stopped(part, move || {

@@ -11,9 +11,9 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::systemd::{Notice, Systemd};
+use super::systemd::{Systemd, SystemdNotice};
 use rungd_base::duration_text::duration_text;
-use rungd_base::progress::{Progress, Step};
+use rungd_base::progress::{LoadStep, Progress};
 use rungd_runtime::say::say;
 
 /// The time after which a part of the start is told.
@@ -43,7 +43,7 @@ impl fmt::Display for StartPart {
                 write!(f, "the disk of the count of restarts, {file}")
             }
             StartPart::Files(progress) => match progress.current() {
-                Some(Step::Reading(file)) => write!(f, "the disk of `{file}`"),
+                Some(LoadStep::Reading(file)) => write!(f, "the disk of `{file}`"),
                 Some(step) => write!(f, "a long file: {step}"),
                 None => f.write_str("the disk of the controller file"),
             },
@@ -92,16 +92,16 @@ impl StartWatch {
     }
 
     /// Begins a part of the start, which lasts until the returned value is dropped.
-    pub fn enter(&self, part: StartPart) -> Entered<'_> {
+    pub fn enter(&self, part: StartPart) -> EnteredPart<'_> {
         let _ = self.0.send(Some(part));
-        Entered(self)
+        EnteredPart(self)
     }
 }
 
 /// A part of the start that has begun.
-pub(super) struct Entered<'a>(&'a StartWatch);
+pub(super) struct EnteredPart<'a>(&'a StartWatch);
 
-impl Drop for Entered<'_> {
+impl Drop for EnteredPart<'_> {
     fn drop(&mut self) {
         let _ = self.0.0.send(None);
     }
@@ -125,7 +125,7 @@ fn watch(parts: &Receiver<Option<StartPart>>, repeat: Duration) {
             }
             Err(RecvTimeoutError::Timeout) => {
                 if let Some(current) = &mut current {
-                    current.tell(&systemd);
+                    current.log_wait(&systemd);
                 }
             }
             Err(RecvTimeoutError::Disconnected) => return,
@@ -164,11 +164,11 @@ impl LongPart {
         self.told.map(|_| now.saturating_duration_since(self.since))
     }
 
-    fn tell(&mut self, systemd: &Systemd) {
+    fn log_wait(&mut self, systemd: &Systemd) {
         let now = Instant::now();
         if self.is_due(now) {
             let (part, waited) = (self.part.to_string(), text_of(now - self.since));
-            let _ = systemd.send(&Notice::Status(format!("the start waits for {part}")));
+            let _ = systemd.send(&SystemdNotice::Status(format!("the start waits for {part}")));
             say!(
                 START_WAITS,
                 waits_for = %part,
@@ -179,7 +179,7 @@ impl LongPart {
         }
         if self.told.is_some() {
             let extend_us = LOOK_EVERY.as_micros() as u64 * 10;
-            let _ = systemd.send(&Notice::Starting { extend_us });
+            let _ = systemd.send(&SystemdNotice::Starting { extend_us });
         }
     }
 }
@@ -216,9 +216,9 @@ mod tests {
         let files = Progress::new();
         let part = StartPart::Files(files.clone());
         assert_eq!(part.to_string(), "the disk of the controller file");
-        files.begin(Step::Reading("main.toml".to_owned()));
+        files.begin(LoadStep::Reading("main.toml".to_owned()));
         assert_eq!(part.to_string(), "the disk of `main.toml`");
-        files.begin(Step::Names);
+        files.begin(LoadStep::Names);
         assert_eq!(part.to_string(), "a long file: looking up names");
         assert_eq!(part.interrupted(), "the ladder was still being loaded");
         let said = "the start was waiting for the disk of retentive memory, /var/lib/rungd/retain";

@@ -1,9 +1,9 @@
 //! Sends notices to systemd: ready, alive, status, stopping.
 //!
-//! [`Notices`] decides which notices are due. [`Systemd`] sends them and never waits: a notice that
-//! cannot be sent is due again at the next look. A watchdog notice needs evidence: the number of
-//! complete scans (or of ticks in STOP and FAULT) must have grown since the last watchdog notice.
-//! During a scan that never ends this number does not grow, and systemd ends the process.
+//! [`DueNotices`] decides which notices are due. [`Systemd`] sends them and never waits: a notice
+//! that cannot be sent is due again at the next look. A watchdog notice needs evidence: the number
+//! of complete scans (or of ticks in STOP and FAULT) must have grown since the last watchdog
+//! notice. During a scan that never ends this number does not grow, and systemd ends the process.
 
 use std::ffi::OsStr;
 use std::os::linux::net::SocketAddrExt;
@@ -16,7 +16,7 @@ use rungd_runtime::exchange::{Mode, Snapshot, StopReason};
 
 /// A notice to systemd.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Notice {
+pub(super) enum SystemdNotice {
     Stopping,
     Ready,
     /// The start continues, and needs at most this much more time.
@@ -46,18 +46,20 @@ impl Systemd {
     }
 
     /// Sends a notice; false if the socket did not accept it. Never waits.
-    pub fn send(&self, notice: &Notice) -> bool {
+    pub fn send(&self, notice: &SystemdNotice) -> bool {
         let Some((socket, address)) = &self.0 else { return true };
         let text = match notice {
-            Notice::Stopping => "STOPPING=1\n".to_owned(),
-            Notice::Ready => "READY=1\n".to_owned(),
-            Notice::Starting { extend_us } => {
+            SystemdNotice::Stopping => "STOPPING=1\n".to_owned(),
+            SystemdNotice::Ready => "READY=1\n".to_owned(),
+            SystemdNotice::Starting { extend_us } => {
                 format!("EXTEND_TIMEOUT_USEC={extend_us}\nWATCHDOG=1\n")
             }
             // systemd demands both lines in one datagram.
-            Notice::Reloading { since_us } => format!("RELOADING=1\nMONOTONIC_USEC={since_us}\n"),
-            Notice::Watchdog => "WATCHDOG=1\n".to_owned(),
-            Notice::Status(status) => format!("STATUS={status}\n"),
+            SystemdNotice::Reloading { since_us } => {
+                format!("RELOADING=1\nMONOTONIC_USEC={since_us}\n")
+            }
+            SystemdNotice::Watchdog => "WATCHDOG=1\n".to_owned(),
+            SystemdNotice::Status(status) => format!("STATUS={status}\n"),
         };
         socket.send_to_addr(text.as_bytes(), address).is_ok()
     }
@@ -70,7 +72,7 @@ impl Systemd {
     pub async fn starting(&self) {
         loop {
             let extend_us = START_STEP.as_micros() as u64 * 10;
-            let _ = self.send(&Notice::Starting { extend_us });
+            let _ = self.send(&SystemdNotice::Starting { extend_us });
             tokio::time::sleep(START_STEP).await;
         }
     }
@@ -107,7 +109,7 @@ pub(super) fn fault_too_late(watchdog_ns: u64, limit: Option<Duration>) -> Optio
 }
 
 /// Decides which notices are due, based on the notices sent so far.
-pub(super) struct Notices {
+pub(super) struct DueNotices {
     /// systemd's own limit (`WatchdogSec=`), if it has one.
     watchdog: Option<Duration>,
     /// A stop was requested, and systemd has not been notified yet.
@@ -121,10 +123,10 @@ pub(super) struct Notices {
 
 const STATUS_EVERY: Duration = Duration::from_secs(1);
 
-impl Notices {
-    pub fn new(watchdog: Option<Duration>) -> Notices {
+impl DueNotices {
+    pub fn new(watchdog: Option<Duration>) -> DueNotices {
         let (fed, status) = (Duration::ZERO, String::new());
-        Notices { watchdog, stopping: false, ready: false, pulses: 0, fed, told: None, status }
+        DueNotices { watchdog, stopping: false, ready: false, pulses: 0, fed, told: None, status }
     }
 
     /// Notes that the controller begins to stop.
@@ -134,21 +136,21 @@ impl Notices {
 
     /// Sends the notices that are due. `now` counts from any fixed moment; `pulses` is the number
     /// of complete scans and ticks so far; `send` returns whether the notice was sent.
-    pub fn tell(
+    pub fn send_due(
         &mut self,
         now: Duration,
         pulses: u64,
         latest: &Snapshot,
-        mut send: impl FnMut(&Notice) -> bool,
+        mut send: impl FnMut(&SystemdNotice) -> bool,
     ) {
-        if self.stopping && send(&Notice::Stopping) {
+        if self.stopping && send(&SystemdNotice::Stopping) {
             self.stopping = false;
         }
         if !self.ready && is_ready(latest) {
-            self.ready = send(&Notice::Ready);
+            self.ready = send(&SystemdNotice::Ready);
         }
         let often = self.watchdog.is_some_and(|limit| now >= self.fed + limit / 4);
-        if often && pulses > self.pulses && send(&Notice::Watchdog) {
+        if often && pulses > self.pulses && send(&SystemdNotice::Watchdog) {
             (self.pulses, self.fed) = (pulses, now);
         }
         // In the first second of a start no status is sent: otherwise the status of the first scan
@@ -156,7 +158,7 @@ impl Notices {
         let starts = latest.mode == Mode::Stop(StopReason::NotStarted) && now < STATUS_EVERY;
         if !starts && self.told.is_none_or(|told| now >= told + STATUS_EVERY) {
             let status = status(latest);
-            if status != self.status && send(&Notice::Status(status.clone())) {
+            if status != self.status && send(&SystemdNotice::Status(status.clone())) {
                 (self.told, self.status) = (Some(now), status);
             }
         }
@@ -206,10 +208,10 @@ mod tests {
         Duration::from_millis(ms)
     }
 
-    impl Notices {
-        fn due(&mut self, now: Duration, pulses: u64, latest: &Snapshot) -> Vec<Notice> {
+    impl DueNotices {
+        fn due(&mut self, now: Duration, pulses: u64, latest: &Snapshot) -> Vec<SystemdNotice> {
             let mut due = Vec::new();
-            self.tell(now, pulses, latest, |notice| {
+            self.send_due(now, pulses, latest, |notice| {
                 due.push(notice.clone());
                 true
             });
@@ -219,13 +221,13 @@ mod tests {
 
     #[test]
     fn unsent_messages_are_sent_again() {
-        let mut notices = Notices::new(Some(ms(400)));
+        let mut notices = DueNotices::new(Some(ms(400)));
         let run = snapshot(1, Mode::Run);
-        notices.tell(ms(100), 10, &run, |_| false);
+        notices.send_due(ms(100), 10, &run, |_| false);
         notices.stop();
-        notices.tell(ms(110), 10, &run, |_| false);
-        let status = Notice::Status("RUN, 1 scans".to_owned());
-        let all = [Notice::Stopping, Notice::Ready, Notice::Watchdog, status];
+        notices.send_due(ms(110), 10, &run, |_| false);
+        let status = SystemdNotice::Status("RUN, 1 scans".to_owned());
+        let all = [SystemdNotice::Stopping, SystemdNotice::Ready, SystemdNotice::Watchdog, status];
         assert_eq!(notices.due(ms(120), 10, &run), all);
         assert_eq!(notices.due(ms(140), 11, &run), []);
     }
@@ -237,50 +239,54 @@ mod tests {
         let socket = UnixDatagram::unbound().unwrap();
         socket.set_nonblocking(true).unwrap();
         let systemd = Systemd(Some((socket, address)));
-        let sent = (0..100_000).take_while(|_| systemd.send(&Notice::Watchdog)).count();
+        let sent = (0..100_000).take_while(|_| systemd.send(&SystemdNotice::Watchdog)).count();
         assert!((1..100_000).contains(&sent), "{sent}");
     }
 
     #[test]
     fn ready_comes_once_behind_the_first_complete_scan() {
-        let mut notices = Notices::new(None);
+        let mut notices = DueNotices::new(None);
         let starting = snapshot(0, Mode::Stop(StopReason::NotStarted));
-        assert!(!notices.due(ms(0), 0, &starting).contains(&Notice::Ready));
+        assert!(!notices.due(ms(0), 0, &starting).contains(&SystemdNotice::Ready));
         let first = notices.due(ms(1), 1, &snapshot(1, Mode::Run));
-        assert_eq!(first, [Notice::Ready, Notice::Status("RUN, 1 scans".to_owned())]);
+        assert_eq!(first, [SystemdNotice::Ready, SystemdNotice::Status("RUN, 1 scans".to_owned())]);
         assert_eq!(notices.due(ms(2), 2, &snapshot(2, Mode::Run)), []);
     }
 
     #[test]
     fn a_start_that_is_meant_to_be_in_stop_is_ready_there() {
         for reason in [StopReason::CommandLine, StopReason::RestartGuard] {
-            let mut notices = Notices::new(None);
-            assert_eq!(notices.due(ms(0), 0, &snapshot(0, Mode::Stop(reason)))[0], Notice::Ready);
+            let mut notices = DueNotices::new(None);
+            assert_eq!(
+                notices.due(ms(0), 0, &snapshot(0, Mode::Stop(reason)))[0],
+                SystemdNotice::Ready
+            );
         }
     }
 
     #[test]
     fn a_start_is_told_where_it_lasts() {
-        let mut notices = Notices::new(None);
+        let mut notices = DueNotices::new(None);
         let starting = snapshot(0, Mode::Stop(StopReason::NotStarted));
         assert_eq!(notices.due(ms(20), 0, &starting), []);
         let told = notices.due(ms(1000), 0, &starting);
         let status = "STOP after 0 scans: the first scan is still to come".to_owned();
-        assert_eq!(told, [Notice::Status(status)]);
+        assert_eq!(told, [SystemdNotice::Status(status)]);
     }
 
     #[test]
     fn a_fault_in_the_first_scan_is_never_ready() {
-        let mut notices = Notices::new(None);
+        let mut notices = DueNotices::new(None);
         let fault = snapshot(0, Mode::Fault(FaultReason::EnginePanic));
-        assert!(!notices.due(ms(5), 9, &fault).contains(&Notice::Ready));
+        assert!(!notices.due(ms(5), 9, &fault).contains(&SystemdNotice::Ready));
     }
 
     #[test]
     fn the_watchdog_is_fed_with_evidence_only() {
-        let mut notices = Notices::new(Some(ms(400)));
+        let mut notices = DueNotices::new(Some(ms(400)));
         let run = snapshot(1, Mode::Run);
-        let mut fed = |at, pulses| notices.due(ms(at), pulses, &run).contains(&Notice::Watchdog);
+        let mut fed =
+            |at, pulses| notices.due(ms(at), pulses, &run).contains(&SystemdNotice::Watchdog);
         assert!(!fed(50, 5), "too early");
         assert!(fed(100, 10));
         assert!(!fed(150, 15));
@@ -301,10 +307,11 @@ mod tests {
 
     #[test]
     fn the_status_changes_once_a_second_at_most() {
-        let mut notices = Notices::new(None);
+        let mut notices = DueNotices::new(None);
         let mut told = |at, scans| {
             let due = notices.due(ms(at), 0, &snapshot(scans, Mode::Run));
-            due.into_iter().find_map(|n| if let Notice::Status(s) = n { Some(s) } else { None })
+            due.into_iter()
+                .find_map(|n| if let SystemdNotice::Status(s) = n { Some(s) } else { None })
         };
         assert_eq!(told(10, 1).as_deref(), Some("RUN, 1 scans"));
         assert_eq!(told(500, 50), None);

@@ -72,12 +72,12 @@ pub(super) fn tell_statistics(statistics: &Statistics) {
 }
 
 /// The statistics for a terminal: one line of at most 70 columns.
-fn short(of: &Statistics, what: &str) -> String {
+fn short(statistics: &Statistics, what: &str) -> String {
     let time = |ns: u64| match ns / 1000 {
         us @ 0..10_000 => format!("{us}us"),
         us => duration_text(us * 1000),
     };
-    let (p99, late) = (time(of.execution.p99_ns), time(of.lateness.p99_ns));
-    let (overruns, over) = (of.overruns, duration_text(of.over_ns));
+    let (p99, late) = (time(statistics.execution.p99_ns), time(statistics.lateness.p99_ns));
+    let (overruns, over) = (statistics.overruns, duration_text(statistics.over_ns));
     format!("{what}: p99 {p99}, lateness {late}, overruns {overruns} in {over}")
 }

@@ -11,8 +11,8 @@ use rungd_language::resolve::program::Program;
 use rungd_language::resolve::scope::Scope;
 use rungd_language::source::span::SourceFile;
 use rungd_runtime::exchange::{Mode, StopReason};
-use rungd_runtime::{Machine, ScanStart, TapeReader, Taped, tape};
-use rungd_state::reload::{ReloadPlan, Side};
+use rungd_runtime::{ScanStart, ScannedMachine, TapeReader, Taped, tape};
+use rungd_state::reload::{LoweredProgram, ReloadPlan};
 use rungd_test_support::model::generate::generate;
 use rungd_test_support::shown::lines_match;
 use std::path::PathBuf;
@@ -90,8 +90,8 @@ impl Line {
         let before = lower(&self::recorded(old, 0).1);
         let (engine, symbols) = lower(&program);
         let plan = ReloadPlan::new(
-            Side { program: &before.0, symbols: &before.1 },
-            Side { program: &engine, symbols: &symbols },
+            LoweredProgram { program: &before.0, symbols: &before.1 },
+            LoweredProgram { program: &engine, symbols: &symbols },
         );
         let mut taped = Taped::new(Engine::new(engine)).with_spares();
         taped.adopt(&mut self.taped, &plan.transfer, true, &[]);
@@ -114,11 +114,11 @@ impl Line {
         let times = ScanTimes { mean_us: 300, min_us: 290, max_us: 320, last_us: 310 };
         let local_s = BEGIN_NS / 1_000_000_000 + (self.now_ns / 1_000_000_000) as i64;
         let start = ScanStart { number: self.number, now_ns: self.now_ns, times, local_s };
-        Machine::begin_scan(&mut self.taped, &start);
+        ScannedMachine::begin_scan(&mut self.taped, &start);
         for (name, value) in writes {
             match self.cell(name) {
-                Cell::Bit(cell) => Machine::write_bit(&mut self.taped, cell, *value != 0),
-                Cell::Word(cell) => Machine::write_word(&mut self.taped, cell, *value),
+                Cell::Bit(cell) => ScannedMachine::write_bit(&mut self.taped, cell, *value != 0),
+                Cell::Word(cell) => ScannedMachine::write_word(&mut self.taped, cell, *value),
             }
         }
         let last = self.taped.execute();
@@ -400,7 +400,7 @@ fn random_programs_replay_and_equal_themselves() {
         let case = generate(seed);
         let mut line = Line::new(&case.ladder());
         let (bits, words) = {
-            let (bits, words) = Machine::image(&line.taped);
+            let (bits, words) = ScannedMachine::image(&line.taped);
             (bits.len() as u64, words.len() as u64)
         };
         for scan in 0..150 {
@@ -409,13 +409,16 @@ fn random_programs_replay_and_equal_themselves() {
             let writes = inputs.map(|(name, on)| (name, on as i32));
             if scan % 50 == 20 {
                 let (bit, word) = ((number % bits) as u32, (number % words) as u32);
-                Machine::force(&mut line.taped, Cell::Bit(BitCell(bit)), 1);
-                Machine::force(&mut line.taped, Cell::Word(WordCell(word)), 3);
+                ScannedMachine::force(&mut line.taped, Cell::Bit(BitCell(bit)), 1);
+                ScannedMachine::force(&mut line.taped, Cell::Word(WordCell(word)), 3);
             }
             if scan % 50 == 40 {
                 let number =
                     (seed * 1_000_003 + scan - 20).wrapping_mul(6_364_136_223_846_793_005) >> 33;
-                Machine::release(&mut line.taped, Cell::Bit(BitCell((number % bits) as u32)));
+                ScannedMachine::release(
+                    &mut line.taped,
+                    Cell::Bit(BitCell((number % bits) as u32)),
+                );
             }
             if line.scan(&writes) {
                 line.taped.terminate();

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
 use rungd_client::live::{ChangeFollower, ChangeHistory, LogPosition};
-use rungd_fleet::edge::{EdgeNode, EdgeSettings, NodeOut, chooser, number, read_edge};
+use rungd_fleet::edge::{EdgeNode, EdgeSettings, NodeAction, chooser, number, read_edge};
 use rungd_net::sparkplug::{DataType, MetricValue, Payload, Sequence};
 use rungd_test_support::logged_plant::LoggedPlant;
 
@@ -116,13 +116,13 @@ impl LinkedNode {
     fn send(&mut self) {
         while let Some(out) = self.node.take_out() {
             match out {
-                NodeOut::Publish(topic, payload) => self.under_way.push((topic, payload)),
-                NodeOut::Replay(span) => {
+                NodeAction::Publish(topic, payload) => self.under_way.push((topic, payload)),
+                NodeAction::Replay(span) => {
                     let choose = chooser(&self.settings);
                     self.history = Some(ChangeHistory::new(self.plant.all(), span, choose));
                 }
-                NodeOut::Write(..) | NodeOut::Leave(_) => panic!("{out:?}"),
-                NodeOut::Say(_) | NodeOut::SayLimited(..) => {}
+                NodeAction::Write(..) | NodeAction::Leave(_) => panic!("{out:?}"),
+                NodeAction::Say(_) | NodeAction::SayLimited(..) => {}
             }
         }
     }

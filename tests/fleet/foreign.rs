@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use rungd_fleet::fleet::{FleetLimits, FleetView, HeardMessage};
+use rungd_fleet::fleet::{FleetLimits, FleetView, ReceivedMessage};
 use rungd_net::sparkplug::{
     BornMetric, DataType, MessageKind, MetricProperties, MetricValue, Payload, Topic,
 };
@@ -132,7 +132,7 @@ fn a_foreign_node_is_seen() {
         let (topic, hex) = line.split_once(' ').unwrap();
         let byte = |at: usize| u8::from_str_radix(&hex[2 * at..2 * at + 2], 16).unwrap();
         let payload: Vec<u8> = (0..hex.len() / 2).map(byte).collect();
-        view.hear(HeardMessage { topic, payload: &payload, is_retained: false }, NOW_MS);
+        view.hear(ReceivedMessage { topic, payload: &payload, is_retained: false }, NOW_MS);
         let report = serde_json::to_value(view.report(NOW_MS)).unwrap();
         let node = &report["nodes"][0];
         states.push((node["state"].clone(), node["mode"].clone()));

@@ -275,7 +275,7 @@ fn mend(copy: &Path, messages: &[Message], errors: &[CompileError]) {
 
 /// The behaviour of the operation: none.
 const BEHAVIOUR: &str = "\nimpl super::ops::Operation for super::ops::Blip {\n    \
-                         fn run<R: Reach>(&self, _: &mut View<R>) {}\n}\n";
+                         fn run<R: Reach>(&self, _: &mut MemoryView<R>) {}\n}\n";
 
 fn is_operation(error: &CompileError) -> bool {
     error.text.contains("`Blip: Operation` is not satisfied")

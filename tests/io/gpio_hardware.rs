@@ -7,8 +7,8 @@ use rungd_test_support::running::live;
 use std::time::{Duration, Instant};
 
 use rungd_io::device::Opener;
-use rungd_io::gpio::settings::{Chip, Gpio as Settings, GpioLine, LineId, Setting};
-use rungd_io::gpio::{Gpio, Kernel};
+use rungd_io::gpio::settings::{ChipId, GpioLine, GpioSettings as Settings, LineId, LineSetting};
+use rungd_io::gpio::{GpioOpener, KernelChips};
 
 fn wanted(name: &str) -> Option<String> {
     std::env::var(name).ok()
@@ -25,10 +25,10 @@ fn an_output_is_read_back_through_a_wire() {
         GpioLine { at, setting }
     };
     let input = wanted("RUNGD_GPIO_IN");
-    let inputs = input.iter().map(|offset| line(offset, Setting::default())).collect();
-    let outputs = vec![line(&out, Setting::default())];
-    let settings = Settings { chip: Chip::Path(chip), budget_us: 200, inputs, outputs };
-    let gpio = Gpio::new(&settings, Kernel);
+    let inputs = input.iter().map(|offset| line(offset, LineSetting::default())).collect();
+    let outputs = vec![line(&out, LineSetting::default())];
+    let settings = Settings { chip: ChipId::Path(chip), budget_us: 200, inputs, outputs };
+    let gpio = GpioOpener::new(&settings, KernelChips);
     let opened = gpio.open(&[1]).expect("the lines are free");
     let second = gpio.open(&[1]).err().expect("the lines are taken").to_string();
     assert!(second.ends_with("is in use by rungd"), "{second}");

@@ -8,14 +8,14 @@ use std::thread::{sleep, spawn};
 use std::time::Duration;
 
 use crate::io::line::pty;
-use rungd_io::device::{Driver, Exchange, Occasion, Trouble};
-use rungd_io::modbus::number::{NumberOrder, NumberType};
+use rungd_io::device::{Driver, Exchange, ExchangeFailure, ExchangeReason};
+use rungd_io::modbus::number::{NumberOrder, RegisterNumberType};
 use rungd_io::modbus_client::settings;
-use rungd_io::modbus_client::{Client, Link, Rtu, RtuLines, Tcp, rtu};
+use rungd_io::modbus_client::{ModbusClient, PeerLink, RtuLines, RtuLink, TcpConnection, rtu};
 use rungd_io::scaling::Scaling;
 use settings::{
-    ConnectionUse, Habits, ModbusPoint, Number, NumberPart, PointForm, RtuLine, RtuPort, Table,
-    TcpLink, TcpPeer, Transaction, Writes,
+    ConnectionUse, ModbusPoint, ModbusTable, NumberPart, PeerHabits, PointForm, RegisterNumber,
+    RtuLine, RtuPort, TcpLink, TcpPeer, Transaction, WriteFunctions,
 };
 use tokio::time::timeout;
 
@@ -51,23 +51,23 @@ pub enum Lie {
 pub type Script = Arc<Mutex<Vec<Box<dyn Fn(&[u8], &[u8]) -> Lie + Send>>>>;
 
 /// The settings of a client: `input 0..1` of unit 1 as two numbers, `coil 0` of unit 1 written.
-pub fn client(link: settings::Link) -> settings::ClientSettings {
+pub fn client(link: settings::LinkSettings) -> settings::ClientSettings {
     let scaling = Scaling::none(false);
     let (order, part) = (NumberOrder::default(), NumberPart::Whole);
-    let number = Number { kind: NumberType::U16, order, part, scaling };
+    let number = RegisterNumber { kind: RegisterNumberType::U16, order, part, scaling };
     let input = |at| ModbusPoint {
         unit: 1,
-        table: Table::InputRegisters,
+        table: ModbusTable::InputRegisters,
         at,
         form: PointForm::Number(number),
     };
-    let coil = ModbusPoint { unit: 1, table: Table::Coils, at: 0, form: PointForm::Bit };
+    let coil = ModbusPoint { unit: 1, table: ModbusTable::Coils, at: 0, form: PointForm::Bit };
     settings::ClientSettings {
         link,
         timeout_ms: 400,
-        habits: Habits::default(),
+        habits: PeerHabits::default(),
         write_every_ms: 0,
-        writes: Writes::Fitting,
+        writes: WriteFunctions::Fitting,
         gap: 0,
         watchdog: None,
         inputs: vec![input(0), input(1)],
@@ -86,8 +86,8 @@ pub fn tcp_link(address: SocketAddr) -> TcpLink {
 }
 
 /// A link to a peer without habits by Modbus TCP.
-pub fn tcp_to(address: SocketAddr, patience: Duration) -> Tcp {
-    Tcp::new(tcp_link(address), Habits::default(), patience)
+pub fn tcp_to(address: SocketAddr, patience: Duration) -> TcpConnection {
+    TcpConnection::new(tcp_link(address), PeerHabits::default(), patience)
 }
 
 /// The right answer's PDU: registers count up from 1000.
@@ -172,7 +172,7 @@ pub fn serve_rtu(mut line: File, script: &Script) {
 /// The settings of a serial line; `echo`: whether its adapter sends requests back.
 pub fn serial(path: String, echo: bool) -> RtuLine {
     let parity = settings::Parity::None;
-    let serial = settings::Serial { path, baud: 115_200, parity, stop_bits: 1 };
+    let serial = settings::SerialSettings { path, baud: 115_200, parity, stop_bits: 1 };
     RtuLine { port: RtuPort::Serial(serial), echo }
 }
 
@@ -181,14 +181,14 @@ pub async fn rtu_client(
     script: Script,
     (echo, patience): (bool, Duration),
     alter: impl FnOnce(&mut settings::ClientSettings),
-) -> Client<Rtu> {
+) -> ModbusClient<RtuLink> {
     let (master, port) = pty();
     spawn(move || serve_rtu(master, &script));
     let serial = serial(port, echo);
-    let mut settings = client(settings::Link::Rtu(serial.clone()));
+    let mut settings = client(settings::LinkSettings::Rtu(serial.clone()));
     alter(&mut settings);
     let link = RtuLines::default().link(&serial, settings.habits, patience);
-    let mut client = Client::new(&settings, link);
+    let mut client = ModbusClient::new(&settings, link);
     client.connect().await.unwrap();
     client
 }
@@ -234,7 +234,9 @@ fn act(stream: &mut (impl Read + Write), lie: Lie, answer: &[u8]) -> bool {
 }
 
 /// One exchange. It must end within [`BOUND`], whatever the peer does.
-pub async fn exchange<L: Link>(client: &mut Client<L>) -> Result<[i32; 2], Trouble> {
+pub async fn exchange<L: PeerLink>(
+    client: &mut ModbusClient<L>,
+) -> Result<[i32; 2], ExchangeFailure> {
     let mut inputs = [None; 2];
     let exchange = poll(&[1], &mut inputs);
     let done = timeout(BOUND, client.exchange(exchange)).await.expect("bounded time");
@@ -243,7 +245,7 @@ pub async fn exchange<L: Link>(client: &mut Client<L>) -> Result<[i32; 2], Troub
 
 /// A poll's exchange in which nothing is urgent.
 pub fn poll<'a>(outputs: &'a [i32], inputs: &'a mut [Option<i32>]) -> Exchange<'a> {
-    Exchange { occasion: Occasion::Poll, outputs, inputs, is_urgent: &|| false }
+    Exchange { occasion: ExchangeReason::Poll, outputs, inputs, is_urgent: &|| false }
 }
 
 pub type Answer = fn(&[u8], &[u8]) -> Lie;
@@ -270,7 +272,10 @@ pub fn patience(words: &str) -> Duration {
 
 /// Exchanges with a peer that answers rightly again. Only a client with the short timeout may need
 /// a second attempt, on a busy machine.
-pub async fn recovers<L: rungd_io::modbus_client::Link>(client: &mut Client<L>, words: &str) {
+pub async fn recovers<L: rungd_io::modbus_client::PeerLink>(
+    client: &mut ModbusClient<L>,
+    words: &str,
+) {
     loop {
         match exchange(client).await {
             Ok(inputs) => return assert_eq!(inputs, [1000, 1001], "{words}"),

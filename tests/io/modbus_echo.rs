@@ -4,9 +4,9 @@ use std::time::Duration;
 
 use crate::io::liars::{Lie, PATIENT, Script, TIMEOUT, poll, rtu_client};
 use crate::io::line::await_over_a_line;
-use rungd_io::device::{Driver, Extent, Trouble};
+use rungd_io::device::{Driver, ExchangeExtent, ExchangeFailure};
 use rungd_io::modbus_client::settings::ClientSettings as Settings;
-use rungd_io::modbus_client::{Client, Rtu};
+use rungd_io::modbus_client::{ModbusClient, RtuLink};
 
 const REMEDY: &str = "the line sends requests back: set `echo = true`";
 
@@ -16,7 +16,7 @@ async fn line(
     timeout: Duration,
     settings: impl FnOnce(&mut Settings),
     lie: fn(&[u8], &[u8]) -> Lie,
-) -> Client<Rtu> {
+) -> ModbusClient<RtuLink> {
     let script = Script::default();
     (0..100).for_each(|_| script.lock().unwrap().push(Box::new(lie)));
     rtu_client(script, (echo, timeout), settings).await
@@ -34,10 +34,13 @@ fn answer_alone(_: &[u8], _: &[u8]) -> Lie {
     Lie::None
 }
 
-async fn exchange(client: &mut Client<Rtu>, on: i32) -> Result<[i32; 2], Trouble> {
+async fn exchange(
+    client: &mut ModbusClient<RtuLink>,
+    on: i32,
+) -> Result<[i32; 2], ExchangeFailure> {
     let mut inputs = [None; 2];
     let done = client.exchange(poll(&[on], &mut inputs)).await?;
-    assert_eq!(done, Extent::Whole);
+    assert_eq!(done, ExchangeExtent::Whole);
     Ok(inputs.map(|input| input.expect("a good exchange reads all")))
 }
 

@@ -7,12 +7,12 @@ use std::time::{Duration, Instant};
 use crate::io::habit_peer::{HabitPeer, SeenRequests};
 use crate::io::liars::{BOUND, PATIENT, client, exchange, peer, poll, rtu_client, tcp_link};
 use crate::io::line::await_over_a_line;
-use rungd_io::device::{Driver, Exchange, Occasion, Trouble};
+use rungd_io::device::{Driver, Exchange, ExchangeFailure, ExchangeReason};
 use rungd_io::modbus_client::settings::{
-    ClientSettings, ConnectionUse, Habits, Link as Way, ModbusPoint, PointForm, RtuLine, RtuPort,
-    Table, Transaction,
+    ClientSettings, ConnectionUse, LinkSettings as Way, ModbusPoint, ModbusTable, PeerHabits,
+    PointForm, RtuLine, RtuPort, Transaction,
 };
-use rungd_io::modbus_client::{Client, Link, Rtu, RtuLines, Tcp};
+use rungd_io::modbus_client::{ModbusClient, PeerLink, RtuLines, RtuLink, TcpConnection};
 use tokio::time::timeout;
 
 /// A timeout that expires in tests of silence.
@@ -31,25 +31,26 @@ fn device(habits: HabitPeer) -> (SocketAddr, ClientSettings, SharedSeen) {
 }
 
 /// A connected client by Modbus TCP.
-async fn tcp(settings: &ClientSettings, patience: Duration) -> Client<Tcp> {
+async fn tcp(settings: &ClientSettings, patience: Duration) -> ModbusClient<TcpConnection> {
     let Way::Tcp(link) = settings.link else { panic!("a device by Modbus TCP") };
-    connected(Client::new(settings, Tcp::new(link, settings.habits, patience))).await
+    connected(ModbusClient::new(settings, TcpConnection::new(link, settings.habits, patience)))
+        .await
 }
 
 /// A connected client by Modbus RTU over TCP.
-async fn rtu(settings: &ClientSettings, patience: Duration) -> Client<Rtu> {
+async fn rtu(settings: &ClientSettings, patience: Duration) -> ModbusClient<RtuLink> {
     let Way::Rtu(line) = &settings.link else { panic!("a device by Modbus RTU") };
     let link = RtuLines::default().link(line, settings.habits, patience);
-    connected(Client::new(settings, link)).await
+    connected(ModbusClient::new(settings, link)).await
 }
 
-async fn connected<L: Link>(mut client: Client<L>) -> Client<L> {
+async fn connected<L: PeerLink>(mut client: ModbusClient<L>) -> ModbusClient<L> {
     client.connect().await.unwrap();
     client
 }
 
 /// Exchanges until it succeeds; returns the troubles before.
-async fn well<L: Link>(client: &mut Client<L>) -> Vec<Trouble> {
+async fn well<L: PeerLink>(client: &mut ModbusClient<L>) -> Vec<ExchangeFailure> {
     let mut troubles = Vec::new();
     let until_well = async {
         loop {
@@ -69,7 +70,7 @@ async fn well<L: Link>(client: &mut Client<L>) -> Vec<Trouble> {
 }
 
 /// The trouble of the first exchange.
-async fn told<L: Link>(client: &mut Client<L>) -> String {
+async fn told<L: PeerLink>(client: &mut ModbusClient<L>) -> String {
     exchange(client).await.expect_err("a habit without its key").reason
 }
 
@@ -79,7 +80,7 @@ fn apart(settings: &mut ClientSettings) {
 }
 
 /// The result of one exchange with inputs in two requests.
-async fn apart_well<L: Link>(client: &mut Client<L>) -> Result<(), String> {
+async fn apart_well<L: PeerLink>(client: &mut ModbusClient<L>) -> Result<(), String> {
     let mut inputs = [None; 2];
     let done = timeout(BOUND, client.exchange(poll(&[1], &mut inputs))).await.unwrap();
     done.map_err(|trouble| trouble.reason)?;
@@ -109,7 +110,7 @@ async fn requests_lost_after_connecting_do_not_end_the_connection_and_are_told()
 
 #[tokio::test]
 async fn a_connect_delay_comes_before_the_first_request_of_each_connection() {
-    let habits = Habits { connect_delay_ms: 120, ..Habits::default() };
+    let habits = PeerHabits { connect_delay_ms: 120, ..PeerHabits::default() };
     for peer in [HabitPeer::default(), HabitPeer { rtu: true, ..HabitPeer::default() }] {
         let (_, mut settings, _) = device(peer);
         settings.habits = habits;
@@ -176,7 +177,7 @@ async fn a_limit_of_elements_divides_requests_and_the_trouble_without_it_names_t
     let (_, mut settings, _) =
         device(HabitPeer { most: Some(1), refusal: 2, ..Default::default() });
     for input in &mut settings.inputs {
-        (input.table, input.form) = (Table::DiscreteInputs, PointForm::Bit);
+        (input.table, input.form) = (ModbusTable::DiscreteInputs, PointForm::Bit);
     }
     let reason = told(&mut tcp(&settings, PATIENT).await).await;
     assert!(reason.ends_with("set `max-bits`"), "{reason}");
@@ -324,7 +325,7 @@ async fn two_devices_behind_a_serial_server_share_its_connection() {
     let mut lines = RtuLines::default();
     for _ in 0..2 {
         let link = lines.link(line, settings.habits, PATIENT);
-        let mut client = connected(Client::new(&settings, link)).await;
+        let mut client = connected(ModbusClient::new(&settings, link)).await;
         assert_eq!(exchange(&mut client).await, Ok([1000, 1001]));
     }
     assert_eq!(seen.lock().unwrap().connections, 1);
@@ -356,7 +357,7 @@ async fn a_broadcast_is_written_and_not_waited_for() {
     assert!(begun.elapsed() >= Duration::from_millis(30), "the units need the time");
     let expected = [(0, vec![5, 0, 0, 0xff, 0]), (1, vec![4, 0, 0, 0, 2])];
     assert_eq!(requests(&seen), expected);
-    let last = Exchange { occasion: Occasion::Last, ..poll(&[0], &mut []) };
+    let last = Exchange { occasion: ExchangeReason::Last, ..poll(&[0], &mut []) };
     assert!(client.exchange(last).await.is_ok());
     let off = Instant::now();
     while seen.lock().unwrap().requests.is_empty() && off.elapsed() < BOUND {
@@ -396,14 +397,15 @@ async fn habits_come_together() {
         splits: true,
         ..HabitPeer::default()
     };
-    let habits = Habits { pause_ms: 20, registers_max: 1, bits_max: 1, ..Habits::default() };
+    let habits =
+        PeerHabits { pause_ms: 20, registers_max: 1, bits_max: 1, ..PeerHabits::default() };
     let (_, mut settings, _) = device(all);
     settings.habits = habits;
     well(&mut rtu(&settings, SHORT * 3).await).await;
     let by_tcp =
         HabitPeer { rtu: false, lost: 0, closes: true, transaction: Some(u16::swap_bytes), ..all };
     let (_, mut settings, _) = device(by_tcp);
-    settings.habits = Habits { connect_delay_ms: 5, ..habits };
+    settings.habits = PeerHabits { connect_delay_ms: 5, ..habits };
     let Way::Tcp(link) = &mut settings.link else { unreachable!() };
     link.transaction = Transaction::Ignore;
     link.peer.connection = ConnectionUse::PerRequest;

@@ -13,9 +13,9 @@ use crate::io::liars::{
     recovers, tcp_frame, tcp_link, tcp_to, with,
 };
 use proptest::test_runner::TestRunner;
-use rungd_io::device::{Driver, Trouble};
-use rungd_io::modbus_client::settings::Link;
-use rungd_io::modbus_client::{Client, Tcp};
+use rungd_io::device::{Driver, ExchangeFailure};
+use rungd_io::modbus_client::settings::LinkSettings;
+use rungd_io::modbus_client::{ModbusClient, TcpConnection};
 use tokio::time::timeout;
 
 fn exception(request: &[u8], code: u8) -> Lie {
@@ -54,10 +54,10 @@ const TCP_LIES: [(&str, Answer, bool); 22] = [
 ];
 
 /// A client with this timeout.
-async fn tcp(script: &Script, patience: Duration) -> Client<Tcp> {
+async fn tcp(script: &Script, patience: Duration) -> ModbusClient<TcpConnection> {
     let address = listen(script);
-    let settings = client(Link::Tcp(tcp_link(address)));
-    let mut client = Client::new(&settings, tcp_to(address, patience));
+    let settings = client(LinkSettings::Tcp(tcp_link(address)));
+    let mut client = ModbusClient::new(&settings, tcp_to(address, patience));
     client.connect().await.unwrap();
     client
 }
@@ -84,10 +84,10 @@ async fn every_lie_over_tcp_is_trouble_that_passes() {
 /// The client's trouble after a lie. On a busy machine even the first bytes of an answer may be
 /// late: then the peer repeats the lie.
 async fn told(
-    client: &mut Client<Tcp>,
+    client: &mut ModbusClient<TcpConnection>,
     script: &Script,
     (words, answer): (&str, Answer),
-) -> Trouble {
+) -> ExchangeFailure {
     for _ in 0..20 {
         lie(script, answer);
         let trouble = exchange(client).await.unwrap_err();
@@ -125,9 +125,9 @@ async fn a_write_that_is_confirmed_wrongly_is_written_again() {
 async fn a_silent_unit_does_not_block_outputs_of_others() {
     let script = honest();
     let address = listen(&script);
-    let mut settings = client(Link::Tcp(tcp_link(address)));
+    let mut settings = client(LinkSettings::Tcp(tcp_link(address)));
     settings.outputs[0].unit = 2;
-    let mut client = Client::new(&settings, tcp_to(address, PATIENT));
+    let mut client = ModbusClient::new(&settings, tcp_to(address, PATIENT));
     client.connect().await.unwrap();
     let asked = Arc::new(Mutex::new(Vec::new()));
     for _ in 0..100 {
@@ -155,14 +155,14 @@ async fn polled(
     inputs: [(u8, u16); 2],
     patience: Duration,
     answer: impl Fn(&[u8]) -> Lie + Clone + Send + 'static,
-) -> Vec<(Result<(), Trouble>, [Option<i32>; 2])> {
+) -> Vec<(Result<(), ExchangeFailure>, [Option<i32>; 2])> {
     let script = honest();
     let address = listen(&script);
-    let mut settings = client(Link::Tcp(tcp_link(address)));
+    let mut settings = client(LinkSettings::Tcp(tcp_link(address)));
     for (input, (unit, at)) in settings.inputs.iter_mut().zip(inputs) {
         (input.unit, input.at) = (unit, at);
     }
-    let mut client = Client::new(&settings, tcp_to(address, patience));
+    let mut client = ModbusClient::new(&settings, tcp_to(address, patience));
     client.connect().await.unwrap();
     for _ in 0..100 {
         let answer = answer.clone();
@@ -185,7 +185,7 @@ async fn an_exception_of_one_point_does_not_block_others() {
     };
     for (done, inputs) in polled([(1, 0), (1, 10)], PATIENT, refuses).await {
         let words = "reading input 10 of unit 1: exception 2 (illegal data address)";
-        assert_eq!(done, Err(Trouble::kept(words)));
+        assert_eq!(done, Err(ExchangeFailure::kept(words)));
         assert_eq!(inputs, [Some(1000), None]);
     }
     for (_, inputs) in polled([(1, 10), (1, 20)], PATIENT, refuses).await {
@@ -222,11 +222,11 @@ async fn a_dead_unit_behind_a_gateway_does_not_block_others() {
 async fn a_gateway_none_of_whose_units_answers_is_lost_itself() {
     let script = honest();
     let address = listen(&script);
-    let mut settings = client(Link::Tcp(tcp_link(address)));
+    let mut settings = client(LinkSettings::Tcp(tcp_link(address)));
     for (input, (unit, at)) in settings.inputs.iter_mut().zip([(2, 0), (3, 5)]) {
         (input.unit, input.at) = (unit, at);
     }
-    let mut client = Client::new(&settings, tcp_to(address, TIMEOUT));
+    let mut client = ModbusClient::new(&settings, tcp_to(address, TIMEOUT));
     client.connect().await.unwrap();
     let mut inputs = [None; 2];
     while client.exchange(poll(&[1], &mut inputs)).await.is_err() {}
@@ -278,7 +278,7 @@ async fn a_peer_that_takes_no_connection_is_trouble() {
     let address = listener.local_addr().unwrap();
     drop(listener);
     let mut link = tcp_to(address, PATIENT);
-    let trouble = rungd_io::modbus_client::Link::connect(&mut link).await.unwrap_err();
+    let trouble = rungd_io::modbus_client::PeerLink::connect(&mut link).await.unwrap_err();
     assert!(trouble.reason.starts_with("no connection: Connection refused"), "{trouble}");
     assert!(trouble.is_disconnected);
 }
@@ -287,8 +287,8 @@ async fn a_peer_that_takes_no_connection_is_trouble() {
 async fn a_thousand_connections_leave_nothing_behind() {
     let script = honest();
     let address = listen(&script);
-    let settings = client(Link::Tcp(tcp_link(address)));
-    let mut client = Client::new(&settings, tcp_to(address, PATIENT));
+    let settings = client(LinkSettings::Tcp(tcp_link(address)));
+    let mut client = ModbusClient::new(&settings, tcp_to(address, PATIENT));
     client.connect().await.unwrap();
     assert_eq!(exchange(&mut client).await, Ok([1000, 1001]));
     for _ in 0..1000 {

@@ -6,14 +6,17 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use crate::io::liars::{Lie, PATIENT, Script, client, listen, poll, tcp_frame, tcp_link, tcp_to};
-use rungd_io::device::{Driver, Exchange, Extent, Occasion};
-use rungd_io::modbus_client::settings::{ClientSettings as Settings, Link, Watchdog};
-use rungd_io::modbus_client::{Client, Tcp};
+use rungd_io::device::{Driver, Exchange, ExchangeExtent, ExchangeReason};
+use rungd_io::modbus_client::settings::{ClientSettings as Settings, LinkSettings, Watchdog};
+use rungd_io::modbus_client::{ModbusClient, TcpConnection};
 
 type Seen = Arc<Mutex<Vec<Vec<u8>>>>;
 
 /// A client whose peer records its requests and reacts by `lie`.
-async fn seen(settings: impl FnOnce(&mut Settings), lie: fn(&[u8]) -> Lie) -> (Client<Tcp>, Seen) {
+async fn seen(
+    settings: impl FnOnce(&mut Settings),
+    lie: fn(&[u8]) -> Lie,
+) -> (ModbusClient<TcpConnection>, Seen) {
     let script = Script::default();
     let seen = Seen::default();
     for _ in 0..100 {
@@ -24,9 +27,9 @@ async fn seen(settings: impl FnOnce(&mut Settings), lie: fn(&[u8]) -> Lie) -> (C
         }));
     }
     let address = listen(&script);
-    let mut wanted = client(Link::Tcp(tcp_link(address)));
+    let mut wanted = client(LinkSettings::Tcp(tcp_link(address)));
     settings(&mut wanted);
-    let mut client = Client::new(&wanted, tcp_to(address, PATIENT));
+    let mut client = ModbusClient::new(&wanted, tcp_to(address, PATIENT));
     client.connect().await.unwrap();
     (client, seen)
 }
@@ -53,22 +56,22 @@ fn urgent<'a>(outputs: &'a [i32], inputs: &'a mut [Option<i32>]) -> Exchange<'a>
 async fn urgent_outputs_interrupt_reads_which_then_continue() {
     let (mut client, seen) = seen(apart, |_| Lie::None).await;
     let mut inputs = [None; 4];
-    assert_eq!(client.exchange(urgent(&[1], &mut inputs)).await, Ok(Extent::Part));
+    assert_eq!(client.exchange(urgent(&[1], &mut inputs)).await, Ok(ExchangeExtent::Part));
     assert_eq!(asked(&seen), [(5, 0), (4, 0)]);
-    assert_eq!(client.exchange(urgent(&[0], &mut inputs)).await, Ok(Extent::Part));
+    assert_eq!(client.exchange(urgent(&[0], &mut inputs)).await, Ok(ExchangeExtent::Part));
     assert_eq!(asked(&seen), [(5, 0), (4, 10)]);
-    let change = Exchange { occasion: Occasion::Change, ..urgent(&[1], &mut inputs) };
-    assert_eq!(client.exchange(change).await, Ok(Extent::Whole));
+    let change = Exchange { occasion: ExchangeReason::Change, ..urgent(&[1], &mut inputs) };
+    assert_eq!(client.exchange(change).await, Ok(ExchangeExtent::Whole));
     assert_eq!(asked(&seen), [(5, 0)]);
-    assert_eq!(client.exchange(poll(&[1], &mut inputs)).await, Ok(Extent::Whole));
+    assert_eq!(client.exchange(poll(&[1], &mut inputs)).await, Ok(ExchangeExtent::Whole));
     assert_eq!(asked(&seen), [(4, 20), (4, 30)]);
     assert_eq!(inputs, [1000, 1010, 1020, 1030].map(Some));
     // The reads start from the first input again.
-    assert_eq!(client.exchange(urgent(&[1], &mut inputs)).await, Ok(Extent::Part));
+    assert_eq!(client.exchange(urgent(&[1], &mut inputs)).await, Ok(ExchangeExtent::Part));
     assert_eq!(asked(&seen), [(4, 0)]);
     // After a new connection, all writes and reads start again.
     client.connect().await.unwrap();
-    assert_eq!(client.exchange(poll(&[1], &mut inputs)).await, Ok(Extent::Whole));
+    assert_eq!(client.exchange(poll(&[1], &mut inputs)).await, Ok(ExchangeExtent::Whole));
     assert_eq!(asked(&seen), [(5, 0), (4, 0), (4, 10), (4, 20), (4, 30)]);
 }
 
@@ -81,7 +84,7 @@ async fn trouble_in_a_part_is_the_whole_exchanges() {
     let (mut client, _seen) = seen(apart, refuses_one).await;
     let mut inputs = [None; 4];
     for _ in 0..3 {
-        assert_eq!(client.exchange(urgent(&[1], &mut inputs)).await, Ok(Extent::Part));
+        assert_eq!(client.exchange(urgent(&[1], &mut inputs)).await, Ok(ExchangeExtent::Part));
     }
     let trouble = client.exchange(urgent(&[1], &mut inputs)).await.unwrap_err();
     assert_eq!(trouble.reason, "reading input 0 of unit 1: exception 2 (illegal data address)");
@@ -96,7 +99,7 @@ async fn a_refused_write_ends_no_exchange_whose_reads_are_under_way() {
     let (mut client, _seen) = seen(apart, refuses_writes).await;
     let mut inputs = [None; 4];
     for _ in 0..3 {
-        assert_eq!(client.exchange(urgent(&[1], &mut inputs)).await, Ok(Extent::Part));
+        assert_eq!(client.exchange(urgent(&[1], &mut inputs)).await, Ok(ExchangeExtent::Part));
     }
     let trouble = client.exchange(urgent(&[1], &mut inputs)).await.unwrap_err();
     assert_eq!(trouble.reason, "writing coil 0 of unit 1: exception 6 (device busy)");
@@ -118,10 +121,10 @@ async fn a_unit_that_refuses_a_read_takes_a_change_at_once() {
     assert!(client.exchange(poll(&[0], &mut inputs)).await.is_err());
     asked(&seen);
     for on in [1, 0, 1] {
-        let change = Exchange { occasion: Occasion::Change, ..poll(&[0], &mut inputs) };
+        let change = Exchange { occasion: ExchangeReason::Change, ..poll(&[0], &mut inputs) };
         let on = [on];
         let change = Exchange { outputs: &on, ..change };
-        assert_eq!(client.exchange(change).await, Ok(Extent::Whole));
+        assert_eq!(client.exchange(change).await, Ok(ExchangeExtent::Whole));
         assert_eq!(asked(&seen), [(5, 0)]);
     }
     assert!(client.exchange(poll(&[1], &mut inputs)).await.is_err(), "inputs are missing still");
@@ -137,7 +140,7 @@ async fn a_unit_that_refuses_a_write_is_left_until_the_next_poll() {
     let mut inputs = [None; 2];
     assert!(client.exchange(poll(&[0], &mut inputs)).await.is_err());
     asked(&seen);
-    let change = Exchange { occasion: Occasion::Change, ..poll(&[1], &mut inputs) };
+    let change = Exchange { occasion: ExchangeReason::Change, ..poll(&[1], &mut inputs) };
     assert!(client.exchange(change).await.is_err());
     assert_eq!(asked(&seen), []);
 }
@@ -155,10 +158,10 @@ async fn a_watchdog_is_fed_between_two_reads() {
     };
     let (mut client, seen) = seen(settings, slow).await;
     let mut inputs = [None; 4];
-    assert_eq!(client.exchange(poll(&[1], &mut inputs)).await, Ok(Extent::Part));
+    assert_eq!(client.exchange(poll(&[1], &mut inputs)).await, Ok(ExchangeExtent::Part));
     // After the first feeding, the client writes the coil again.
     assert_eq!(asked(&seen), [(5, 0), (6, 99), (5, 0), (4, 0)]);
-    assert_eq!(client.exchange(poll(&[1], &mut inputs)).await, Ok(Extent::Part));
+    assert_eq!(client.exchange(poll(&[1], &mut inputs)).await, Ok(ExchangeExtent::Part));
     assert_eq!(asked(&seen)[0], (6, 99));
 }
 

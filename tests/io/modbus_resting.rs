@@ -4,19 +4,19 @@
 use std::time::Duration;
 
 use crate::io::liars::{client, poll};
-use rungd_io::device::{Driver, Exchange, Occasion, Trouble};
-use rungd_io::modbus_client::settings::{Link as Way, ModbusPoint, RtuLine, RtuPort};
-use rungd_io::modbus_client::{Client, Link, LinkFailure};
+use rungd_io::device::{Driver, Exchange, ExchangeFailure, ExchangeReason};
+use rungd_io::modbus_client::settings::{LinkSettings as Way, ModbusPoint, RtuLine, RtuPort};
+use rungd_io::modbus_client::{LinkFailure, ModbusClient, PeerLink};
 use tokio::time::advance;
 
 /// A line on which unit 1 is silent, and unit 2 has the right answers.
 #[derive(Default)]
 struct HalfSilent;
 
-impl Link for HalfSilent {
+impl PeerLink for HalfSilent {
     const STARTS_ANEW: bool = true;
 
-    async fn connect(&mut self) -> Result<(), Trouble> {
+    async fn connect(&mut self) -> Result<(), ExchangeFailure> {
         Ok(())
     }
 
@@ -37,7 +37,7 @@ impl Link for HalfSilent {
         false
     }
 
-    async fn tell(&mut self, _: &[u8]) -> Result<(), LinkFailure> {
+    async fn broadcast(&mut self, _: &[u8]) -> Result<(), LinkFailure> {
         Ok(())
     }
 
@@ -49,13 +49,13 @@ impl Link for HalfSilent {
 }
 
 /// A device of unit 1, and of unit 2 if `both`.
-fn device(both: bool) -> Client<HalfSilent> {
+fn device(both: bool) -> ModbusClient<HalfSilent> {
     let peer = crate::io::liars::peer("127.0.0.1:1".parse().unwrap());
     let mut settings = client(Way::Rtu(RtuLine { port: RtuPort::Tcp(peer), echo: false }));
     if both {
         settings.inputs[1] = ModbusPoint { unit: 2, ..settings.inputs[1] };
     }
-    Client::new(&settings, HalfSilent)
+    ModbusClient::new(&settings, HalfSilent)
 }
 
 #[tokio::test(start_paused = true)]
@@ -68,7 +68,7 @@ async fn an_exchange_that_asks_nothing_of_a_resting_unit_counts_no_failure() {
             let trouble = client.exchange(poll(&[1], &mut inputs)).await.unwrap_err();
             assert!(trouble.reason.starts_with("writing coil 0 of unit 1: no answer"), "{trouble}");
             fresh.push(!trouble.is_repeated);
-            let change = Exchange { occasion: Occasion::Change, ..poll(&[0], &mut []) };
+            let change = Exchange { occasion: ExchangeReason::Change, ..poll(&[0], &mut []) };
             let trouble = client.exchange(change).await.unwrap_err();
             assert!(trouble.is_repeated, "a change asks nothing of a unit in trouble");
             advance(Duration::from_millis(20)).await;

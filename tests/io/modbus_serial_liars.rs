@@ -10,8 +10,8 @@ use crate::io::liars::{
 };
 use crate::io::line::{await_over_a_line, pty};
 use rungd_io::device::Driver;
-use rungd_io::modbus_client::settings::{ClientSettings, Habits, Link};
-use rungd_io::modbus_client::{Client, RtuLines};
+use rungd_io::modbus_client::settings::{ClientSettings, LinkSettings, PeerHabits};
+use rungd_io::modbus_client::{ModbusClient, RtuLines};
 use tokio::time::timeout;
 
 /// A part of the client's reason, and the peer's reaction to a read. With an empty text, the client
@@ -129,9 +129,9 @@ fn a_line_that_is_gone_is_opened_again_when_it_is_back() {
         let _ = std::fs::remove_file(&path);
         std::os::unix::fs::symlink(&port, &path).unwrap();
         let serial = serial(path.to_str().unwrap().to_owned(), false);
-        let settings = client(Link::Rtu(serial.clone()));
-        let link = RtuLines::default().link(&serial, Habits::default(), PATIENT);
-        let mut client = Client::new(&settings, link);
+        let settings = client(LinkSettings::Rtu(serial.clone()));
+        let link = RtuLines::default().link(&serial, PeerHabits::default(), PATIENT);
+        let mut client = ModbusClient::new(&settings, link);
         client.connect().await.unwrap();
         assert_eq!(exchange(&mut client).await, Ok([1000, 1001]));
         // The adapter is unplugged. Its name is removed first, because another test may receive its

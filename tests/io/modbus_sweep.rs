@@ -18,12 +18,12 @@ use crate::io::oracle::{Client, Oracle};
 use rungd_config::load;
 use rungd_engine::isa::{Bit, BitSpace};
 use rungd_engine::{Cell, Layout};
-use rungd_io::modbus::Map;
-use rungd_io::modbus::answer::{Answer, answer, refused, written};
-use rungd_io::modbus::map::Asker;
+use rungd_io::modbus::ModbusMap;
+use rungd_io::modbus::answer::{RequestDecision, answer, refused, written};
+use rungd_io::modbus::map::RequestSource;
 use rungd_language::lower::lower;
 use rungd_runtime::command::Forces;
-use rungd_runtime::exchange::{Mode, Snapshot, Write};
+use rungd_runtime::exchange::{Mode, OperandWrite, Snapshot};
 
 /// The addresses at which a table begins, ends, or changes its contents.
 const EDGES: [u32; 24] = [
@@ -35,7 +35,7 @@ const EDGES: [u32; 24] = [
 const NEAR: u32 = 12;
 
 struct Sweep {
-    map: Map,
+    map: ModbusMap,
     layout: Layout,
     oracle: Oracle,
     /// The engine's cells, in the order of the oracle's cells.
@@ -57,7 +57,7 @@ impl Sweep {
         let (program, settings) = (loaded.program.unwrap(), loaded.controller.unwrap());
         let symbols = lower(&program).1;
         let layout = symbols.layout.clone();
-        let map = Map::new(&settings.modbus.unwrap(), &layout, |word| symbols.limits(word));
+        let map = ModbusMap::new(&settings.modbus.unwrap(), &layout, |word| symbols.limits(word));
         let mut oracle = Oracle::new();
         let cell = |name: &str| layout.cell(program.scope().address(name).unwrap()).unwrap();
         let cells: Vec<Cell> = oracle.cells.iter().map(|of| cell(&of.name)).collect();
@@ -84,11 +84,11 @@ impl Sweep {
             Client::Ten => IpAddr::from([10, 1, 2, 3]),
             Client::TenNine => "::ffff:10.9.2.3".parse().unwrap(),
         };
-        let asker = Asker { unit, client: address };
+        let asker = RequestSource { unit, client: address };
         let reply = match answer(&self.map, asker, pdu, &self.image) {
-            Answer::Reply(reply) => reply,
-            Answer::Refused(_, refusal) => refused(pdu, refusal),
-            Answer::Write(request, batch) => {
+            RequestDecision::Reply(reply) => reply,
+            RequestDecision::Refused(_, refusal) => refused(pdu, refusal),
+            RequestDecision::Write(request, batch) => {
                 self.apply(&batch);
                 for (cell, value) in &changes {
                     self.oracle.cells[*cell].value = *value;
@@ -108,16 +108,18 @@ impl Sweep {
     }
 
     /// Applies a batch as the scan does.
-    fn apply(&mut self, batch: &[Write]) {
+    fn apply(&mut self, batch: &[OperandWrite]) {
         for write in batch {
             match *write {
-                Write::Bit(cell, on) => set(&mut self.image, Cell::Bit(cell), on.into()),
-                Write::Word(cell, value) => set(&mut self.image, Cell::Word(cell), value.into()),
-                Write::Masked { cell, and, or, signed } => {
-                    let value = Write::masked(self.image.word(cell), (and, or), signed);
+                OperandWrite::Bit(cell, on) => set(&mut self.image, Cell::Bit(cell), on.into()),
+                OperandWrite::Word(cell, value) => {
+                    set(&mut self.image, Cell::Word(cell), value.into())
+                }
+                OperandWrite::Masked { cell, and, or, signed } => {
+                    let value = OperandWrite::masked(self.image.word(cell), (and, or), signed);
                     set(&mut self.image, Cell::Word(cell), value.into());
                 }
-                Write::Input(x, on) => {
+                OperandWrite::Input(x, on) => {
                     let cell = Cell::Bit(self.layout.bit(Bit::Space(BitSpace::X, x)));
                     set(&mut self.image, cell, on.into());
                 }

@@ -11,7 +11,7 @@ use std::process::Command;
 use std::sync::OnceLock;
 
 use crate::language::validator::{json_of, wrong};
-use rungd::cli::schema::{FileKind, of};
+use rungd::cli::schema::{SchemaKind, of};
 use rungd_config::load;
 use rungd_fleet::edge::read_edge;
 use rungd_lab::testing::read_suite;
@@ -33,24 +33,24 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
-fn kind(path: &Path) -> FileKind {
+fn kind(path: &Path) -> SchemaKind {
     if path.to_string_lossy().ends_with(".test.toml") {
-        FileKind::Test
+        SchemaKind::Test
     } else if path.ends_with("edge.toml") {
-        FileKind::Edge
+        SchemaKind::Edge
     } else if load::is_controller_file(path).expect("readable") {
-        FileKind::Controller
+        SchemaKind::Controller
     } else {
-        FileKind::Ladder
+        SchemaKind::Ladder
     }
 }
 
 fn has_errors(path: &Path) -> bool {
     let findings = match kind(path) {
-        FileKind::Controller => load::controller_file(path).expect("readable").findings,
-        FileKind::Ladder => load::ladder_files(&[path.to_owned()]).expect("readable").findings,
-        FileKind::Test => read_suite(path).expect("readable").findings,
-        FileKind::Edge => read_edge(path, &fs::read(path).expect("readable")).findings,
+        SchemaKind::Controller => load::controller_file(path).expect("readable").findings,
+        SchemaKind::Ladder => load::ladder_files(&[path.to_owned()]).expect("readable").findings,
+        SchemaKind::Test => read_suite(path).expect("readable").findings,
+        SchemaKind::Edge => read_edge(path, &fs::read(path).expect("readable")).findings,
     };
     findings.iter().any(|finding| finding.severity() == Severity::Error)
 }
@@ -105,16 +105,16 @@ fn read(path: &Path) -> Value {
     json_of(&fs::read_to_string(path).expect("a text"))
 }
 
-fn findings(kind: FileKind, value: &Value) -> Vec<String> {
+fn findings(kind: SchemaKind, value: &Value) -> Vec<String> {
     static LADDER: OnceLock<Value> = OnceLock::new();
     static CONTROLLER: OnceLock<Value> = OnceLock::new();
     static TEST: OnceLock<Value> = OnceLock::new();
     static EDGE: OnceLock<Value> = OnceLock::new();
     let made = match kind {
-        FileKind::Ladder => &LADDER,
-        FileKind::Controller => &CONTROLLER,
-        FileKind::Test => &TEST,
-        FileKind::Edge => &EDGE,
+        SchemaKind::Ladder => &LADDER,
+        SchemaKind::Controller => &CONTROLLER,
+        SchemaKind::Test => &TEST,
+        SchemaKind::Edge => &EDGE,
     };
     let schema = made.get_or_init(|| of(kind));
     wrong(schema, schema, value, "")
@@ -167,7 +167,7 @@ fn an_unknown_key_is_refused_wherever_it_stands() {
 
 #[test]
 fn what_a_reader_refuses_by_form_is_refused() {
-    let ladder = |text: &str| findings(FileKind::Ladder, &json_of(text)).is_empty();
+    let ladder = |text: &str| findings(SchemaKind::Ladder, &json_of(text)).is_empty();
     let rung = |rung: &str| ladder(&format!("[[program]]\nname = \"Main\"\nrung = [ {rung} ]"));
     assert!(rung(r#"{ when = ["X0"], do = ["OUT Y0"] }"#));
     assert!(!rung(r#"{ when = "X0", do = ["OUT Y0"] }"#), "a bare string");
@@ -179,7 +179,7 @@ fn what_a_reader_refuses_by_form_is_refused() {
     assert!(!ladder("[[program]]\n"), "no name");
     assert!(!ladder("[tags]\na = { doc = \"neither\" }"), "a tag of nothing");
     assert!(!ladder("[tags]\na = { at = \"X0\", log = \"always\" }"), "log");
-    let controller = |text: &str| findings(FileKind::Controller, &json_of(text)).is_empty();
+    let controller = |text: &str| findings(SchemaKind::Controller, &json_of(text)).is_empty();
     assert!(controller("ladder = [\"a.toml\"]"));
     assert!(!controller("ladder = []"), "no ladder");
     assert!(!controller("[scan]\nperiod = \"10ms\""), "no ladder key");
@@ -189,7 +189,7 @@ fn what_a_reader_refuses_by_form_is_refused() {
 
 #[test]
 fn what_the_reader_of_test_files_refuses_by_form_is_refused() {
-    let test = |text: &str| findings(FileKind::Test, &json_of(text)).is_empty();
+    let test = |text: &str| findings(SchemaKind::Test, &json_of(text)).is_empty();
     let scenario = |keys: &str| test(&format!("ladder = [\"a.toml\"]\n[[scenario]]\n{keys}"));
     let change = |of: &str| {
         test(&format!(
@@ -219,7 +219,7 @@ fn what_the_reader_of_test_files_refuses_by_form_is_refused() {
 
 #[test]
 fn a_real_stands_where_a_constant_does() {
-    let ladder = |text: &str| findings(FileKind::Ladder, &json_of(text)).is_empty();
+    let ladder = |text: &str| findings(SchemaKind::Ladder, &json_of(text)).is_empty();
     for tag in ["value = 2.5", "at = \"R0\", initial = -0.5, min = -1e3, max = 20"] {
         assert!(ladder(&format!("[tags]\na = {{ {tag} }}")), "{tag}");
     }
@@ -231,7 +231,7 @@ fn a_real_stands_where_a_constant_does() {
             "ladder = [\"a.toml\"]\n[memory]\nR = 64\n[[device]]\nname = \"d\"\n\
              driver = \"{driver}\"\nmap = [{{ {row} }}]"
         );
-        findings(FileKind::Controller, &json_of(&text)).is_empty()
+        findings(SchemaKind::Controller, &json_of(&text)).is_empty()
     };
     let row = "from = \"R0\", to = \"holding 0..1\", type = \"f32\", divide = 10, safe = 2.5";
     assert!(device("modbus-tcp", row));
@@ -249,10 +249,10 @@ fn an_independent_validator_agrees() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("schema-python");
     fs::create_dir_all(&folder).expect("a folder");
     let kinds = [
-        (FileKind::Ladder, "ladder"),
-        (FileKind::Controller, "controller"),
-        (FileKind::Test, "test"),
-        (FileKind::Edge, "edge"),
+        (SchemaKind::Ladder, "ladder"),
+        (SchemaKind::Controller, "controller"),
+        (SchemaKind::Test, "test"),
+        (SchemaKind::Edge, "edge"),
     ];
     for (wanted, name) in kinds {
         let schema = folder.join(format!("{name}.json"));
@@ -260,10 +260,10 @@ fn an_independent_validator_agrees() {
         fs::write(&schema, printed.expect("rungd runs").stdout).expect("a file");
         let bad = folder.join(format!("{name}-bad.toml"));
         let text = match wanted {
-            FileKind::Ladder => "[tags]\na = { at = \"X0\", adress = \"X1\" }\n",
-            FileKind::Controller => "ladder = [\"a.toml\"]\n[scan]\nperiode = \"10ms\"\n",
-            FileKind::Test => "ladder = [\"a.toml\"]\nperiode = \"10ms\"\n",
-            FileKind::Edge => "[node]\ngroup = \"g\"\nname = \"n\"\n[broker]\naddresses = []\n",
+            SchemaKind::Ladder => "[tags]\na = { at = \"X0\", adress = \"X1\" }\n",
+            SchemaKind::Controller => "ladder = [\"a.toml\"]\n[scan]\nperiode = \"10ms\"\n",
+            SchemaKind::Test => "ladder = [\"a.toml\"]\nperiode = \"10ms\"\n",
+            SchemaKind::Edge => "[node]\ngroup = \"g\"\nname = \"n\"\n[broker]\naddresses = []\n",
         };
         fs::write(&bad, text).expect("a file");
         let good = good().iter().filter(|path| kind(path) == wanted).cloned().collect();

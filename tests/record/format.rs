@@ -10,7 +10,7 @@ use rungd_engine::{BitCell, Cell, EngineCall, EngineState, WordCell};
 use rungd_history::record::{Recording, SectionBody, SegmentStart, state_hash};
 use rungd_runtime::command::CommandId;
 use rungd_runtime::exchange::{FaultReason, Mode, StopReason, Ticket};
-use rungd_runtime::{Machine, Origin, TapeEntry};
+use rungd_runtime::{Origin, ScannedMachine, TapeEntry};
 use rungd_test_support::needs::{self, usable};
 
 /// The output of the page's reader for a file.
@@ -182,7 +182,7 @@ rung = [ { when = ["$On"], do = ["OUT Y2"] } ]
             taped.comes_from(Origin::Device(0));
             taped.set_input(0, scan / 20 % 2 == 0);
             taped.comes_from(Origin::Batch(Ticket(scan)));
-            Machine::write_word(taped, WordCell(30), numbers.below(50) as i32);
+            ScannedMachine::write_word(taped, WordCell(30), numbers.below(50) as i32);
         });
         line.read();
     }

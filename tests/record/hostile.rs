@@ -19,7 +19,7 @@ use rungd_history::playback::{MakeEngine, Playback};
 use rungd_history::record::{BlockHead, RecordBlock, RecordedProgram, Recording, SectionBody};
 use rungd_lab::testing::{ScenarioOf, scenario};
 use rungd_language::lower::lower;
-use rungd_runtime::{Machine, TapeEntry, TapeSection};
+use rungd_runtime::{ScannedMachine, TapeEntry, TapeSection};
 use rungd_test_support::run::load;
 use rungd_test_support::setting::setting;
 

@@ -8,8 +8,8 @@ use rungd_history::record::{
 };
 use rungd_language::lower::lower;
 use rungd_runtime::exchange::{Mode, StopReason};
-use rungd_runtime::{Machine, ScanStart, TapeEntry, TapeReader, Taped, tape};
-use rungd_state::reload::{ReloadPlan, Side};
+use rungd_runtime::{ScanStart, ScannedMachine, TapeEntry, TapeReader, Taped, tape};
+use rungd_state::reload::{LoweredProgram, ReloadPlan};
 use rungd_test_support::run::load;
 
 /// The wall clock at monotonic time 0.
@@ -107,11 +107,11 @@ impl Line {
         let times = ScanTimes { mean_us: 300, min_us: 290, max_us: 320, last_us: 310 };
         let local_s = (self.now_ns / 1_000_000_000) as i64 + 7200;
         let start = ScanStart { number: self.number, now_ns: self.now_ns, times, local_s };
-        Machine::begin_scan(&mut self.taped, &start);
+        ScannedMachine::begin_scan(&mut self.taped, &start);
         come_in(&mut self.taped);
         let last = self.taped.execute();
         if self.keeps_images {
-            self.images.push((self.number, hashed(Machine::image(&self.taped))));
+            self.images.push((self.number, hashed(ScannedMachine::image(&self.taped))));
         }
         self.number += 1;
         self.taped.settle();
@@ -123,8 +123,8 @@ impl Line {
         let loaded = |ladder: &str| lower(&load(ladder).unwrap_or_else(|error| panic!("{error}")));
         let (old, new) = (loaded(&self.ladder), loaded(ladder));
         let plan = ReloadPlan::new(
-            Side { program: &old.0, symbols: &old.1 },
-            Side { program: &new.0, symbols: &new.1 },
+            LoweredProgram { program: &old.0, symbols: &old.1 },
+            LoweredProgram { program: &new.0, symbols: &new.1 },
         );
         let mut taped = Taped::new(Engine::new(new.0)).with_spares();
         taped.adopt(&mut self.taped, &plan.transfer, true, &[]);

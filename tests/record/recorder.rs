@@ -7,7 +7,7 @@ use rungd_history::playback::Playback;
 use rungd_history::record::{Recent, RecordBlock, Recorder, Recording};
 use rungd_runtime::command::CommandId;
 use rungd_runtime::exchange::{Mode, Ticket};
-use rungd_runtime::{Machine, Origin, ScanStart, TapeEntry, tape_of};
+use rungd_runtime::{Origin, ScanStart, ScannedMachine, TapeEntry, tape_of};
 
 #[test]
 fn a_reload_whose_state_comes_late_makes_a_gap() {
@@ -165,7 +165,7 @@ fn an_unfinished_section_is_readable() {
     let mut seen = 0;
     for scan in 0..250_u64 {
         for line in &mut lines {
-            line.scan(10_000_000, |taped| Machine::set_input(taped, 0, scan % 7 < 3));
+            line.scan(10_000_000, |taped| ScannedMachine::set_input(taped, 0, scan % 7 < 3));
             line.read();
         }
         let asked = &lines[0];

@@ -18,7 +18,7 @@ use rungd_lab::sim::stimulus::{Change, Stimulus};
 use rungd_language::lower::lower;
 use rungd_runtime::command::CommandId;
 use rungd_runtime::exchange::Ticket;
-use rungd_runtime::{Machine, Origin, TapeSection};
+use rungd_runtime::{Origin, ScannedMachine, TapeSection};
 use rungd_test_support::model::clock;
 use rungd_test_support::model::generate::generate;
 use rungd_test_support::run::{load, target};
@@ -49,8 +49,8 @@ pub fn random_line(seed: u64) -> Line {
                 taped.comes_from(Origin::Batch(Ticket(scan)));
                 match change {
                     Change::Input(n, on) => taped.set_input(n, on),
-                    Change::Bit(cell, on) => Machine::write_bit(taped, cell, on),
-                    Change::Word(cell, value) => Machine::write_word(taped, cell, value),
+                    Change::Bit(cell, on) => ScannedMachine::write_bit(taped, cell, on),
+                    Change::Word(cell, value) => ScannedMachine::write_word(taped, cell, value),
                 }
             }
         });
@@ -71,7 +71,7 @@ pub fn random_line(seed: u64) -> Line {
 
 /// Forces or releases a cell, as an operator does.
 fn force(line: &mut Line, numbers: &mut Numbers, scan: u64) {
-    let (bits, words) = Machine::image(&line.taped);
+    let (bits, words) = ScannedMachine::image(&line.taped);
     let (bits, words) = (bits.len() as u64, words.len() as u64);
     let cell = match numbers.below(2) {
         // The first cells are memory, the last ones belong to the program itself.

@@ -10,7 +10,7 @@ use crate::record::drawn::Numbers;
 use crate::record::line::Line;
 use rungd_engine::{Cell, ScanTimes, WordCell};
 use rungd_history::record::SegmentStart;
-use rungd_runtime::{Machine, Origin, ScanStart};
+use rungd_runtime::{Origin, ScanStart, ScannedMachine};
 
 const SECONDS: u64 = 180;
 
@@ -30,7 +30,7 @@ fn bytes_a_day(ladder: &str, mut change: impl FnMut(u64, &mut Numbers, &mut dyn 
         line.now_ns = now_ns;
         let local_s = (now_ns / 1_000_000_000) as i64 + 7200;
         let start = ScanStart { number, now_ns, times, local_s };
-        Machine::begin_scan(&mut line.taped, &start);
+        ScannedMachine::begin_scan(&mut line.taped, &start);
         change(number, &mut numbers, &mut line.taped);
         line.taped.execute();
         line.taped.settle();
@@ -75,7 +75,7 @@ impl Change for rungd_runtime::Taped {
     fn word(&mut self, cell: u32, value: i32) {
         self.comes_from(Origin::Device(1));
         match Cell::Word(WordCell(cell)) {
-            Cell::Word(cell) => Machine::write_word(self, cell, value),
+            Cell::Word(cell) => ScannedMachine::write_word(self, cell, value),
             Cell::Bit(_) => {}
         }
     }

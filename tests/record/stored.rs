@@ -15,7 +15,7 @@ use rungd_history::record::{
     BlockHead, Folder, FolderOnDisk, RecordBlock, Recording, SectionBody, Store, StoreNews,
     StoreSettings, TapeClock, index,
 };
-use rungd_runtime::Machine;
+use rungd_runtime::ScannedMachine;
 use rungd_test_support::system::shell;
 
 pub const UNIX_NS: i64 = 1_700_000_000_000_000_000;

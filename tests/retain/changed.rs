@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::retain::memory::{Plant, Running, ask, file, find, message, run};
-use rungd_state::retain::content::{self, Content, address};
+use rungd_state::retain::content::{self, RetainedContent, address};
 use rungd_state::retain::file::{Access, FileDevice};
 use rungd_state::retain::slots::survey;
 
@@ -48,13 +48,13 @@ fn read(plant: &Plant, operand: &str) -> String {
     ask(plant, &["read", operand]).split_whitespace().last().unwrap_or_default().to_owned()
 }
 
-fn content(path: &Path) -> Content {
+fn content(path: &Path) -> RetainedContent {
     let mut device = FileDevice::open(path, Access::Read).unwrap();
     let newest = survey(&mut device).unwrap().newest.unwrap();
     content::read(&newest.content).unwrap()
 }
 
-fn word(content: &Content, element: &str) -> Option<i32> {
+fn word(content: &RetainedContent, element: &str) -> Option<i32> {
     let mut elements = content.elements.iter();
     elements.find(|(at, _)| address(*at) == element).map(|(_, value)| value.word)
 }

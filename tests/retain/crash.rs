@@ -22,14 +22,14 @@ use crate::retain::memory::{
 };
 use crate::retain::memory::{Need, message, no_scan_missed, scans_are_accounted_for, skip, until};
 use rungd_client::operator::client;
-use rungd_client::operator::protocol::{Request, Status};
+use rungd_client::operator::protocol::{ControllerStatus, Request};
 use rungd_test_support::numbers::Numbers;
 use rungd_test_support::system::shell;
 
 const PERIOD: Duration = Duration::from_millis(2);
 
 /// The controller's status; `None` if it does not answer (yet).
-pub fn status(plant: &Plant) -> Option<Status> {
+pub fn status(plant: &Plant) -> Option<ControllerStatus> {
     client::ask(&plant.0.join("op"), &Request::Status {}).ok()
 }
 

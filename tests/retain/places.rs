@@ -10,7 +10,7 @@ use crate::retain::memory::{
     COUNTS, KEEPS, Plant, Running, ask, file, find, held, message, run, until,
 };
 use rungd_state::retain::file::{Access, FileDevice};
-use rungd_state::retain::format::{Stamp, put_slot, slot_bytes};
+use rungd_state::retain::format::{ImageStamp, put_slot, slot_bytes};
 use rungd_state::retain::slots::survey;
 
 /// A plant whose file is a link into a different folder.
@@ -117,7 +117,7 @@ fn a_file_whose_numbers_are_used_up_is_followed_by_a_new_one() {
     let mut device = FileDevice::open(&file(&plant), Access::Read).unwrap();
     let full = survey(&mut device).unwrap();
     let newest = full.newest.unwrap();
-    let stamp = Stamp { sequence: u64::MAX, ..newest.stamp };
+    let stamp = ImageStamp { sequence: u64::MAX, ..newest.stamp };
     let mut slot = Vec::new();
     put_slot(&mut slot, full.geometry.id, &stamp, &newest.content);
     let at = full.geometry.slot_at(newest.slot);
@@ -340,7 +340,7 @@ fn a_file_whose_newest_image_makes_no_sense_is_kept_aside_and_no_older_one_resto
     run(&plant, "30");
     let found = survey(&mut FileDevice::open(&file(&plant), Access::Read).unwrap()).unwrap();
     let newest = found.newest.unwrap();
-    let stamp = Stamp { sequence: newest.stamp.sequence + 1, ..newest.stamp };
+    let stamp = ImageStamp { sequence: newest.stamp.sequence + 1, ..newest.stamp };
     let mut slot = Vec::new();
     put_slot(&mut slot, found.geometry.id, &stamp, b"whole, and no content");
     let other = (newest.slot + 1) % found.geometry.slots as usize;

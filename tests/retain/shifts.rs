@@ -4,7 +4,7 @@
 use std::fs;
 
 use crate::retain::memory::{Plant, Running, file, run};
-use rungd_state::retain::content::{self, Content};
+use rungd_state::retain::content::{self, RetainedContent};
 use rungd_state::retain::file::{Access, FileDevice};
 use rungd_state::retain::slots::survey;
 
@@ -41,7 +41,7 @@ fn write(plant: &Plant, ladder: &str, controller: &str) {
     fs::write(plant.0.join("controller.toml"), controller).unwrap();
 }
 
-fn kept(plant: &Plant) -> Content {
+fn kept(plant: &Plant) -> RetainedContent {
     let mut device = FileDevice::open(&file(plant), Access::Read).unwrap();
     let newest = survey(&mut device).unwrap().newest.unwrap();
     content::read(&newest.content).unwrap()

@@ -3,7 +3,7 @@
 use rungd_base::calendar::LocalTime;
 use rungd_config::controller::device::{Device, DriverSettings, OnLoss};
 use rungd_config::load::Loaded;
-use rungd_engine::isa::{Address, Bit, BitSpace, Health, Real};
+use rungd_engine::isa::{Address, Bit, BitSpace, DeviceBit, Real};
 use rungd_engine::{Cell, Engine, ScanTimes};
 use rungd_io::plant::Model;
 use rungd_language::lower::{Symbols, lower};
@@ -111,7 +111,7 @@ impl Plant {
                 (address, _) => panic!("{address}"),
             }
         }
-        for (health, on) in [(Health::Ok, done.is_ok()), (Health::Stale, stale)] {
+        for (health, on) in [(DeviceBit::Ok, done.is_ok()), (DeviceBit::Stale, stale)] {
             let bit = self.symbols.layout.bit(Bit::Device(self.device.id, health));
             self.engine.write_bit(bit, on);
         }

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use rungd_io::gpio::settings::Chip as ChipName;
-use rungd_io::gpio::{Chip, Chips, LineFacts, LineRequest, TakenLines};
+use rungd_io::gpio::settings::ChipId as ChipName;
+use rungd_io::gpio::{ChipSource, GpioChip, LineFacts, LineRequest, TakenLines};
 
 /// A chip with its state in two atomics. While `is_gone` is set, its lines give an error.
 #[derive(Clone, Default)]
@@ -13,13 +13,13 @@ pub struct FakeChip {
     pub is_gone: Arc<AtomicBool>,
 }
 
-impl Chips for FakeChip {
-    fn open(&self, _: &ChipName) -> std::io::Result<Box<dyn Chip>> {
+impl ChipSource for FakeChip {
+    fn open(&self, _: &ChipName) -> std::io::Result<Box<dyn GpioChip>> {
         Ok(Box::new(self.clone()))
     }
 }
 
-impl Chip for FakeChip {
+impl GpioChip for FakeChip {
     fn lines(&self) -> std::io::Result<u32> {
         Ok(512)
     }

@@ -17,7 +17,7 @@ use crate::locked::locked;
 
 /// A step of a load.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Step {
+pub enum LoadStep {
     /// The system reads a file.
     Reading(String),
     /// The text of a file becomes tables, blocks and rungs.
@@ -36,10 +36,10 @@ pub enum Step {
 
 /// Shared by a load and its caller.
 #[derive(Clone, Debug, Default)]
-pub struct Progress(Option<Arc<Shared>>);
+pub struct Progress(Option<Arc<SharedSteps>>);
 
 #[derive(Debug, Default)]
-struct Shared {
+struct SharedSteps {
     over: AtomicBool,
     steps: Mutex<Steps>,
     /// For tests: the end of the time.
@@ -51,15 +51,15 @@ struct Shared {
 #[cfg(debug_assertions)]
 #[derive(Debug)]
 struct LastStep {
-    step: Step,
+    step: LoadStep,
     looks: AtomicUsize,
 }
 
 /// The current step, and the longest of the steps before it.
 #[derive(Debug, Default)]
 struct Steps {
-    current: Option<(Step, Instant)>,
-    longest: Option<(Step, Duration)>,
+    current: Option<(LoadStep, Instant)>,
+    longest: Option<(LoadStep, Duration)>,
 }
 
 /// The progress of a load that nobody watches or ends.
@@ -73,15 +73,15 @@ impl Progress {
 
     /// The progress of a load whose time is over when it begins this step.
     #[cfg(debug_assertions)]
-    pub fn over_at(step: Step) -> Progress {
+    pub fn over_at(step: LoadStep) -> Progress {
         Progress::over_within(step, 0)
     }
 
     /// The progress of a load whose time is over after this number of looks within a step.
     #[cfg(debug_assertions)]
-    pub fn over_within(step: Step, looks: usize) -> Progress {
+    pub fn over_within(step: LoadStep, looks: usize) -> Progress {
         let last = Some(LastStep { step, looks: AtomicUsize::new(looks) });
-        Progress(Some(Arc::new(Shared { last, ..Shared::default() })))
+        Progress(Some(Arc::new(SharedSteps { last, ..SharedSteps::default() })))
     }
 
     /// For a progress of [`Progress::over_within`]: the number of looks that are left.
@@ -92,7 +92,7 @@ impl Progress {
     }
 
     /// Notes that the load begins a step.
-    pub fn begin(&self, step: Step) {
+    pub fn begin(&self, step: LoadStep) {
         let Some(shared) = &self.0 else { return };
         #[cfg(debug_assertions)]
         shared.end_at(&step);
@@ -120,24 +120,24 @@ impl Progress {
     }
 
     /// The current step.
-    pub fn current(&self) -> Option<Step> {
+    pub fn current(&self) -> Option<LoadStep> {
         self.0.as_ref()?.steps().current.as_ref().map(|(step, _)| step.clone())
     }
 
     /// The longest step so far, including the current one.
-    pub fn longest(&self) -> Option<Step> {
+    pub fn longest(&self) -> Option<LoadStep> {
         self.0.as_ref()?.steps().longest_at(Instant::now())
     }
 }
 
-impl Shared {
+impl SharedSteps {
     fn steps(&self) -> MutexGuard<'_, Steps> {
         locked(&self.steps)
     }
 
     /// Ends the time at the beginning of the last step if no look is left.
     #[cfg(debug_assertions)]
-    fn end_at(&self, step: &Step) {
+    fn end_at(&self, step: &LoadStep) {
         let Some(last) = self.last.as_ref().filter(|last| last.step == *step) else { return };
         if last.looks.load(Ordering::Relaxed) == 0 {
             self.over.store(true, Ordering::Relaxed);
@@ -159,7 +159,7 @@ impl Shared {
 }
 
 impl Steps {
-    fn begin(&mut self, step: Step, now: Instant) {
+    fn begin(&mut self, step: LoadStep, now: Instant) {
         if let Some((ended, since)) = self.current.replace((step, now)) {
             let took = now.saturating_duration_since(since);
             if self.longest.as_ref().is_none_or(|(_, most)| took > *most) {
@@ -168,7 +168,7 @@ impl Steps {
         }
     }
 
-    fn longest_at(&self, now: Instant) -> Option<Step> {
+    fn longest_at(&self, now: Instant) -> Option<LoadStep> {
         let (current, since) = self.current.as_ref()?;
         let took = now.saturating_duration_since(*since);
         let before = self.longest.as_ref().filter(|(_, most)| *most > took);
@@ -176,16 +176,16 @@ impl Steps {
     }
 }
 
-impl fmt::Display for Step {
+impl fmt::Display for LoadStep {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Step::Reading(file) => write!(f, "reading `{file}`"),
-            Step::Parsing(file) => write!(f, "parsing `{file}`"),
-            Step::Names => f.write_str("looking up names"),
-            Step::Settings => f.write_str("the settings of the controller file"),
-            Step::Rule(name) => write!(f, "the rule `{name}`"),
-            Step::Findings => f.write_str("printing the findings"),
-            Step::Lowering => f.write_str("lowering the program"),
+            LoadStep::Reading(file) => write!(f, "reading `{file}`"),
+            LoadStep::Parsing(file) => write!(f, "parsing `{file}`"),
+            LoadStep::Names => f.write_str("looking up names"),
+            LoadStep::Settings => f.write_str("the settings of the controller file"),
+            LoadStep::Rule(name) => write!(f, "the rule `{name}`"),
+            LoadStep::Findings => f.write_str("printing the findings"),
+            LoadStep::Lowering => f.write_str("lowering the program"),
         }
     }
 }
@@ -199,19 +199,19 @@ mod tests {
         let (start, mut steps) = (Instant::now(), Steps::default());
         let at = |seconds| start + Duration::from_secs(seconds);
         assert_eq!(steps.longest_at(at(0)), None);
-        steps.begin(Step::Names, at(0));
-        steps.begin(Step::Settings, at(5));
-        assert_eq!(steps.longest_at(at(9)), Some(Step::Names), "5 s, then 4 s");
-        assert_eq!(steps.longest_at(at(11)), Some(Step::Settings), "5 s, then 6 s");
-        steps.begin(Step::Lowering, at(7));
-        assert_eq!(steps.longest_at(at(8)), Some(Step::Names), "5 s, 2 s, 1 s");
+        steps.begin(LoadStep::Names, at(0));
+        steps.begin(LoadStep::Settings, at(5));
+        assert_eq!(steps.longest_at(at(9)), Some(LoadStep::Names), "5 s, then 4 s");
+        assert_eq!(steps.longest_at(at(11)), Some(LoadStep::Settings), "5 s, then 6 s");
+        steps.begin(LoadStep::Lowering, at(7));
+        assert_eq!(steps.longest_at(at(8)), Some(LoadStep::Names), "5 s, 2 s, 1 s");
     }
 
     #[test]
     fn items_come_until_the_time_is_over() {
-        let progress = Progress::over_within(Step::Names, 3);
+        let progress = Progress::over_within(LoadStep::Names, 3);
         assert_eq!(progress.during(0..9).count(), 9, "before the step");
-        progress.begin(Step::Names);
+        progress.begin(LoadStep::Names);
         assert_eq!(progress.during(0..9).collect::<Vec<_>>(), [0, 1, 2]);
         assert!(progress.is_over() && progress.during(0..9).next().is_none());
     }
@@ -219,7 +219,7 @@ mod tests {
     #[test]
     fn nothing_ends_a_load_of_which_nobody_asks() {
         let progress = Progress::default();
-        progress.begin(Step::Names);
+        progress.begin(LoadStep::Names);
         progress.end();
         assert!(!progress.is_over() && progress.longest().is_none());
     }

@@ -1,26 +1,28 @@
 //! The operands of operations on arrays: an element as a target, limits of elements, the forms of
 //! COPY and SR.
 //!
-//! [`PutAt`] is for `math`, the rest is for `arrays`. Behaviour: `docs/semantics.md`, section 9.
+//! [`ArrayTarget`] is for `math`, the rest is for `arrays`. Behaviour: `docs/semantics.md`, section
+//! 9.
 
 use super::integer;
-use super::memory::View;
+use super::memory::MemoryView;
 use super::mishap::{Mishap, Mishaps};
 use super::reach::Reach;
 use super::role::{
-    BitOwn, BitWritten, BitsWritten, Cells, Role, Touches, WordRead, WordWritten, WordsWritten,
+    BitOwn, BitWritten, BitsWritten, CellRange, FieldRole, TouchedCells, WordRead, WordWritten,
+    WordsWritten,
 };
 use crate::isa::Real;
 
 /// The element of an array in which a formula stores its result.
 #[derive(Clone, Copy, Debug)]
-pub struct PutAt {
+pub struct ArrayTarget {
     /// The cell of element 0.
     pub first: u32,
     /// The number of elements.
     pub count: u16,
     /// The type of the elements.
-    pub kind: Elements,
+    pub kind: ElementType,
     /// Whether each element has limits of its own.
     pub each: bool,
     /// The word that holds the index of the element.
@@ -32,7 +34,7 @@ pub struct PutAt {
 
 /// The type of the elements of an array.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Elements {
+pub enum ElementType {
     /// Bits.
     Bits,
     /// Words of 0 to 65535.
@@ -55,7 +57,7 @@ pub struct ArrayLimits {
 impl ArrayLimits {
     /// The limits of an element.
     #[inline(always)]
-    pub(super) fn of<R: Reach>(self, view: &View<R>, element: u32) -> (i32, i32) {
+    pub(super) fn limits<R: Reach>(self, view: &MemoryView<R>, element: u32) -> (i32, i32) {
         let at = self.first + if self.each { 2 * element } else { 0 };
         (view.word(WordRead(at)), view.word(WordRead(at + 1)))
     }
@@ -63,47 +65,54 @@ impl ArrayLimits {
 
 /// A result that is to be stored.
 #[derive(Clone, Copy)]
-pub(super) enum Stored {
+pub(super) enum StoredResult {
     Integer(i64),
     Real(f64),
 }
 
-impl Stored {
+impl StoredResult {
     /// The integer, truncated towards zero.
     fn whole(self) -> i64 {
         match self {
-            Stored::Integer(n) => n,
-            Stored::Real(x) => x as i64,
+            StoredResult::Integer(n) => n,
+            StoredResult::Real(x) => x as i64,
         }
     }
 }
 
-impl PutAt {
-    fn array(&self) -> Cells {
-        Cells { first: self.first, count: self.count.into() }
+impl ArrayTarget {
+    fn array(&self) -> CellRange {
+        CellRange { first: self.first, count: self.count.into() }
     }
 
     /// Stores a result. If the index is outside of the array, stores nothing and notes a mishap.
-    pub(super) fn put<R: Reach>(&self, view: &mut View<R>, value: Stored, noted: &mut Mishaps) {
+    pub(super) fn put<R: Reach>(
+        &self,
+        view: &mut MemoryView<R>,
+        value: StoredResult,
+        noted: &mut Mishaps,
+    ) {
         let index = view.word(WordRead(self.index));
         let Some(cell) = self.array().cell(index) else {
             return noted.note(Mishap::IndexError);
         };
         let content = match (self.kind, value) {
-            (Elements::Bits, Stored::Integer(n)) => {
+            (ElementType::Bits, StoredResult::Integer(n)) => {
                 return view.put_bit(BitWritten(cell), u8::from(n != 0));
             }
-            (Elements::Bits, Stored::Real(x)) => {
+            (ElementType::Bits, StoredResult::Real(x)) => {
                 return view.put_bit(BitWritten(cell), u8::from(x != 0.0));
             }
-            (Elements::Unsigned, value) => integer::within(value.whole(), 0, 65535, noted).into(),
-            (Elements::Integers, value) => {
+            (ElementType::Unsigned, value) => {
+                integer::within(value.whole(), 0, 65535, noted).into()
+            }
+            (ElementType::Integers, value) => {
                 integer::within(value.whole(), i32::MIN, i32::MAX, noted).into()
             }
-            (Elements::Reals, value) => {
+            (ElementType::Reals, value) => {
                 let x = match value {
-                    Stored::Integer(n) => n as f64,
-                    Stored::Real(x) => x,
+                    StoredResult::Integer(n) => n as f64,
+                    StoredResult::Real(x) => x,
                 };
                 let nearest = Real::stored(x);
                 if nearest.is_beyond {
@@ -113,17 +122,17 @@ impl PutAt {
             }
         };
         let limits = ArrayLimits { first: self.limits, each: self.each };
-        let (low, high) = limits.of(view, index.cast_unsigned());
+        let (low, high) = limits.limits(view, index.cast_unsigned());
         view.put_word(WordWritten(cell), content.clamp(low.into(), high.into()) as i32);
     }
 }
 
-impl Role for PutAt {
-    fn touches(&self, t: &mut Touches) {
+impl FieldRole for ArrayTarget {
+    fn touches(&self, t: &mut TouchedCells) {
         WordRead(self.index).touches(t);
         match self.kind {
-            Elements::Bits => BitsWritten(self.array()).touches(t),
-            Elements::Unsigned | Elements::Integers | Elements::Reals => {
+            ElementType::Bits => BitsWritten(self.array()).touches(t),
+            ElementType::Unsigned | ElementType::Integers | ElementType::Reals => {
                 WordsWritten(self.array()).touches(t);
             }
         }
@@ -143,20 +152,20 @@ pub struct WordForm {
 
 /// The state and direction of SR.
 #[derive(Clone, Copy, Debug)]
-pub struct Shift {
+pub struct ShiftState {
     /// The edge history of CLK.
     pub history: BitOwn,
     /// Whether the bits run downwards: the last cell is the first bit.
     pub down: bool,
 }
 
-impl Role for Shift {
-    fn touches(&self, t: &mut Touches) {
+impl FieldRole for ShiftState {
+    fn touches(&self, t: &mut TouchedCells) {
         self.history.touches(t);
     }
 }
 
 /// Adds no cells: the words of the limits are constants.
-impl Role for WordForm {
-    fn touches(&self, _: &mut Touches) {}
+impl FieldRole for WordForm {
+    fn touches(&self, _: &mut TouchedCells) {}
 }

@@ -4,34 +4,34 @@
 //! a forced element keeps its value, and the limits of the element apply.
 
 use super::array_places::WordForm;
-use super::memory::View;
+use super::memory::MemoryView;
 use super::ops::{CopyBits, CopyWords, FillBits, FillWords, Operation, Sr};
 use super::reach::Reach;
-use super::role::{BitRead, BitWritten, Cells, WordRead, WordWritten};
+use super::role::{BitRead, BitWritten, CellRange, WordRead, WordWritten};
 use crate::isa::Real;
 
 impl WordForm {
     /// Writes the content of a word to an element, with the conversions of MOVE.
-    fn put<R: Reach>(self, view: &mut View<R>, to: Cells, at: u32, content: i32) {
+    fn put<R: Reach>(self, view: &mut MemoryView<R>, to: CellRange, at: u32, content: i32) {
         let stored = match (self.from_real, self.to_real) {
             (true, false) => f64::from(Real::of_cell(content)) as i64,
             (false, true) => i64::from(Real::nearest(content).cell()),
             (true, true) | (false, false) => i64::from(content),
         };
-        let (low, high) = self.limits.of(view, at);
+        let (low, high) = self.limits.limits(view, at);
         let limited = stored.clamp(low.into(), high.into()) as i32;
         view.put_word(WordWritten(to.first + at), limited);
     }
 }
 
 /// The order in which each element of overlapping arrays is read before it is overwritten.
-fn in_order(from: Cells, to: Cells) -> impl Iterator<Item = u32> {
+fn in_order(from: CellRange, to: CellRange) -> impl Iterator<Item = u32> {
     let down = to.first > from.first;
     (0..from.count).map(move |at| if down { from.count - 1 - at } else { at })
 }
 
 impl Operation for CopyBits {
-    fn run<R: Reach>(&self, view: &mut View<R>) {
+    fn run<R: Reach>(&self, view: &mut MemoryView<R>) {
         if view.leg(&self.leg) == 0 {
             return;
         }
@@ -44,7 +44,7 @@ impl Operation for CopyBits {
 }
 
 impl Operation for CopyWords {
-    fn run<R: Reach>(&self, view: &mut View<R>) {
+    fn run<R: Reach>(&self, view: &mut MemoryView<R>) {
         if view.leg(&self.leg) == 0 {
             return;
         }
@@ -57,7 +57,7 @@ impl Operation for CopyWords {
 }
 
 impl Operation for FillBits {
-    fn run<R: Reach>(&self, view: &mut View<R>) {
+    fn run<R: Reach>(&self, view: &mut MemoryView<R>) {
         if view.leg(&self.leg) == 0 {
             return;
         }
@@ -69,7 +69,7 @@ impl Operation for FillBits {
 }
 
 impl Operation for FillWords {
-    fn run<R: Reach>(&self, view: &mut View<R>) {
+    fn run<R: Reach>(&self, view: &mut MemoryView<R>) {
         if view.leg(&self.leg) == 0 {
             return;
         }
@@ -81,11 +81,11 @@ impl Operation for FillWords {
 }
 
 impl Operation for Sr {
-    fn run<R: Reach>(&self, view: &mut View<R>) {
+    fn run<R: Reach>(&self, view: &mut MemoryView<R>) {
         let (clk, rst) = (view.leg(&self.clk), view.leg(&self.rst));
         let rises = clk & (view.bit(self.shift.history) ^ 1);
         view.put_own(self.shift.history, clk);
-        let Cells { first, count } = self.bits.0;
+        let CellRange { first, count } = self.bits.0;
         let cell = |at: u32| first + if self.shift.down { count - 1 - at } else { at };
         if rst != 0 {
             (0..count).for_each(|at| view.put_bit(BitWritten(cell(at)), 0));

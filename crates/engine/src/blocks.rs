@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use super::control::{ControlKind, RestartState, StageList};
 use super::events::{BlockEvent, Element, MathEvent};
-use super::eye::{Deed, Eye};
+use super::eye::{ScanObserver, ScanStep};
 use super::machine::Machine;
 use super::math::Maths;
 use super::ops::OpKind;
@@ -18,8 +18,8 @@ use crate::isa::{Bit, BlockId, ElementId, StageId};
 
 impl Machine {
     /// A block's turn in the scan: its pass if one is due, then its execution if it runs.
-    pub fn turn<R: Reach>(&mut self, id: BlockId, eye: &mut impl Eye) {
-        eye.before(Deed::Turn(id), &self.memory.image);
+    pub fn turn<R: Reach>(&mut self, id: BlockId, eye: &mut impl ScanObserver) {
+        eye.before(ScanStep::Turn(id), &self.memory.image);
         if std::mem::take(&mut self.state(id).pass_due) {
             self.pass_block::<R>(id, eye);
         }
@@ -33,10 +33,10 @@ impl Machine {
                 BlockRole::FirstScan | BlockRole::LastScan => self.run_once::<R>(id, eye),
             }
         }
-        eye.after(Deed::Turn(id), &self.memory.image);
+        eye.after(ScanStep::Turn(id), &self.memory.image);
     }
 
-    fn turn_program<R: Reach>(&mut self, id: BlockId, eye: &mut impl Eye) {
+    fn turn_program<R: Reach>(&mut self, id: BlockId, eye: &mut impl ScanObserver) {
         if std::mem::take(&mut self.state(id).first_turn) {
             self.enter_initial_stage(id);
         }
@@ -59,7 +59,7 @@ impl Machine {
         }
     }
 
-    fn turn_task<R: Reach>(&mut self, id: BlockId, eye: &mut impl Eye) {
+    fn turn_task<R: Reach>(&mut self, id: BlockId, eye: &mut impl ScanObserver) {
         if !self.state(id).recurrent {
             return self.run_once::<R>(id, eye);
         }
@@ -81,7 +81,7 @@ impl Machine {
 
     /// Executes a run-once Task. Afterwards the Task is done and its pass is due, unless it halted
     /// itself.
-    fn run_once<R: Reach>(&mut self, id: BlockId, eye: &mut impl Eye) {
+    fn run_once<R: Reach>(&mut self, id: BlockId, eye: &mut impl ScanObserver) {
         if !self.execute_own::<R>(id, eye) {
             return;
         }
@@ -93,7 +93,7 @@ impl Machine {
 
     /// Executes a block's own rungs; returns `false` if an instruction ended the block's execution.
     #[inline(always)]
-    fn execute_own<R: Reach>(&mut self, id: BlockId, eye: &mut impl Eye) -> bool {
+    fn execute_own<R: Reach>(&mut self, id: BlockId, eye: &mut impl ScanObserver) -> bool {
         let code = &self.program.blocks[id.0 as usize].own;
         let state = &mut self.blocks[id.0 as usize];
         state.executed |= code.has_rungs;
@@ -106,7 +106,7 @@ impl Machine {
         &mut self,
         block: BlockId,
         stage: StageId,
-        eye: &mut impl Eye,
+        eye: &mut impl ScanObserver,
     ) -> bool {
         let code = &self.program.stages[stage.0 as usize];
         let state = &mut self.stages[stage.0 as usize];
@@ -122,10 +122,10 @@ impl Machine {
         &mut self,
         batches: Range<u32>,
         element: ElementId,
-        eye: &mut impl Eye,
+        eye: &mut impl ScanObserver,
     ) -> bool {
         let seen =
-            Deed::Element(element.stage.map_or(Element::Block(element.block), Element::Stage));
+            ScanStep::Element(element.stage.map_or(Element::Block(element.block), Element::Stage));
         eye.before(seen, &self.memory.image);
         // Many Programs have no rungs outside of their Stages.
         let goes_on = batches.is_empty() || self.execute_all::<R>(batches, element, eye);
@@ -140,12 +140,12 @@ impl Machine {
         &mut self,
         batches: Range<u32>,
         element: ElementId,
-        eye: &mut impl Eye,
+        eye: &mut impl ScanObserver,
     ) -> bool {
         let mut maths_told = self.events.maths().len();
         let mut at = eye.next(batches.clone());
         while at < batches.end {
-            eye.before(Deed::Batch(at), &self.memory.image);
+            eye.before(ScanStep::Batch(at), &self.memory.image);
             let batch = self.program.tables.batches[at as usize];
             let places = batch.first as usize..batch.first as usize + batch.count as usize;
             if batch.kind < OpKind::Math {
@@ -158,11 +158,11 @@ impl Machine {
                 let goes_on = self.control_all(places, element);
                 maths_told = self.events.maths().len();
                 if !goes_on {
-                    eye.after(Deed::Batch(at), &self.memory.image);
+                    eye.after(ScanStep::Batch(at), &self.memory.image);
                     return false;
                 }
             }
-            eye.after(Deed::Batch(at), &self.memory.image);
+            eye.after(ScanStep::Batch(at), &self.memory.image);
             at = eye.next(at + 1..batches.end);
         }
         true

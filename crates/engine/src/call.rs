@@ -4,7 +4,7 @@
 //! applies them. An engine is deterministic, so equal calls from an equal state lead to an equal
 //! state.
 
-use super::eye::Eye;
+use super::eye::ScanObserver;
 use super::layout::Cell;
 use super::scan::{Engine, ScanTimes};
 use crate::isa::BlockId;
@@ -64,7 +64,7 @@ impl Engine {
     }
 
     /// Makes the call like [`Engine::apply`]; `eye` sees each step of a scan and of the passes.
-    pub fn apply_seen(&mut self, call: EngineCall, eye: &mut impl Eye) {
+    pub fn apply_seen(&mut self, call: EngineCall, eye: &mut impl ScanObserver) {
         match call {
             EngineCall::Execute => {
                 self.execute_seen(eye);

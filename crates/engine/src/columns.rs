@@ -4,26 +4,28 @@
 //! on the formula. A lane is one formula with its own accumulators, slots and mishaps. `lower`
 //! ensures that no formula reads a cell that an earlier formula writes.
 
-use super::memory::View;
+use super::memory::MemoryView;
 use super::mishap::Mishaps;
-use super::reach::{Cells, Reach};
-use super::steps::{COLUMN_SLOTS, Code, Number, Step, for_each_code, unless_accumulator};
+use super::reach::{CellAccess, Reach};
+use super::steps::{
+    COLUMN_SLOTS, Code, FormulaStep, StepNumber, for_each_code, unless_accumulator,
+};
 use super::{integer, real};
 
 /// The greatest number of formulas that are executed at once.
 pub(super) const LANES: usize = 64;
 
 /// The numbers of the executed formulas within their columns. The legs of all others are OFF.
-pub(super) struct Active {
+pub(super) struct ActiveFormulas {
     numbers: [u8; LANES],
     count: usize,
 }
 
-impl Active {
+impl ActiveFormulas {
     /// The formulas whose leg is 1; the others have 0.
     #[inline(always)]
-    pub fn of(legs: impl Iterator<Item = u8>) -> Active {
-        let mut active = Active { numbers: [0; LANES], count: 0 };
+    pub fn of(legs: impl Iterator<Item = u8>) -> ActiveFormulas {
+        let mut active = ActiveFormulas { numbers: [0; LANES], count: 0 };
         for (number, leg) in (0..LANES as u8).zip(legs) {
             active.numbers[active.count % LANES] = number;
             active.count += usize::from(leg);
@@ -38,7 +40,7 @@ impl Active {
 
 /// The steps of formulas: a column contains one step of all formulas.
 pub(super) struct Columns<'s> {
-    pub steps: &'s [Step],
+    pub steps: &'s [FormulaStep],
     /// The number of formulas in a column.
     pub height: usize,
     /// The part of each column that is executed.
@@ -66,7 +68,12 @@ impl Lanes {
     }
 
     /// Executes all steps. The active formulas have the first lanes, in order.
-    pub fn evaluate<R: Reach>(&mut self, columns: &Columns, active: &Active, view: &View<R>) {
+    pub fn evaluate<R: Reach>(
+        &mut self,
+        columns: &Columns,
+        active: &ActiveFormulas,
+        view: &MemoryView<R>,
+    ) {
         self.noted = [Mishaps::default(); LANES];
         for column in columns.steps.chunks_exact(columns.height) {
             let steps = &column[columns.first..columns.first + columns.count];
@@ -79,21 +86,21 @@ impl Lanes {
     fn save<N: Lane>(&mut self, slot: u32) {
         if slot != 0 {
             let numbers = *N::lanes(self);
-            self.slots[slot as usize] = numbers.map(Number::slot);
+            self.slots[slot as usize] = numbers.map(StepNumber::slot);
         }
     }
 }
 
 /// One step of all formulas, and the memory that it reads.
 struct Column<'a, R: Reach> {
-    steps: &'a [Step],
-    active: &'a Active,
+    steps: &'a [FormulaStep],
+    active: &'a ActiveFormulas,
     words: &'a R::Words,
     bits: &'a R::Bits,
 }
 
 /// A type of number for which lanes have an accumulator.
-trait Lane: Number {
+trait Lane: StepNumber {
     fn lanes(lanes: &Lanes) -> &[Self; LANES];
     fn lanes_mut(lanes: &mut Lanes) -> &mut [Self; LANES];
 }
@@ -123,7 +130,7 @@ impl Lane for f64 {
 }
 
 /// The sources of the operands of a lane's operator.
-struct Operands<'a, R: Reach> {
+struct LaneOperands<'a, R: Reach> {
     lanes: &'a Lanes,
     at: usize,
     words: &'a R::Words,
@@ -136,12 +143,12 @@ struct Operands<'a, R: Reach> {
 fn each<R: Reach, N: Lane>(
     column: Column<R>,
     lanes: &mut Lanes,
-    operator: impl Fn(Operands<R>, &Step, &mut Mishaps) -> N,
+    operator: impl Fn(LaneOperands<R>, &FormulaStep, &mut Mishaps) -> N,
 ) {
     let Column { steps, active, words, bits } = column;
-    let mut one = |at: usize, step: &Step| {
+    let mut one = |at: usize, step: &FormulaStep| {
         let mut own = Mishaps::default();
-        let result = operator(Operands { lanes, at, words, bits }, step, &mut own);
+        let result = operator(LaneOperands { lanes, at, words, bits }, step, &mut own);
         N::lanes_mut(lanes)[at] = result;
         if !own.is_empty() {
             lanes.noted[at].add(own);
@@ -162,10 +169,10 @@ macro_rules! operand {
         Lane::lanes($from.lanes)[$from.at]
     };
     (Slot $from:ident $at:expr) => {
-        Number::of_slot($from.lanes.slots[$at as usize % COLUMN_SLOTS][$from.at])
+        StepNumber::of_slot($from.lanes.slots[$at as usize % COLUMN_SLOTS][$from.at])
     };
     (Word $from:ident $at:expr) => {
-        Number::of_word(*$from.words.cell($at))
+        StepNumber::of_word(*$from.words.cell($at))
     };
     (Whole $from:ident $at:expr) => {
         f64::from(*$from.words.cell($at))
@@ -186,7 +193,7 @@ macro_rules! columns {
         impl Lanes {
             /// Executes a step.
             fn step<R: Reach>(&mut self, column: Column<R>) {
-                let Step { code, to, .. } = column.steps[0];
+                let FormulaStep { code, to, .. } = column.steps[0];
                 match code {
                     $($(Code::$code => {
                         unless_accumulator!($a $b, self.save::<$number>(to));

@@ -5,11 +5,11 @@
 //! RSTCT and the termination pass use it too. In a loop over operations of one kind, the rule is a
 //! constant.
 
-use super::memory::{View, select};
+use super::memory::{MemoryView, select};
 use super::ops::{Cnt, Cntdn, Operation, Rstct, Udc};
 use super::places::{Counter, CounterRule};
 use super::reach::Reach;
-use super::record::State;
+use super::record::OwnerState;
 use super::record::counter_state::{DN, LOADED, PENDING, UP};
 use super::role::{WordRead, WordWritten};
 
@@ -57,7 +57,7 @@ impl ReadRule {
 
 impl CounterRule {
     #[inline(always)]
-    fn read<R: Reach>(&self, view: &View<R>) -> ReadRule {
+    fn read<R: Reach>(&self, view: &MemoryView<R>) -> ReadRule {
         match self {
             CounterRule::Up(preset) => ReadRule::Up(view.word(*preset)),
             CounterRule::Down(preset) => ReadRule::Down(view.word(*preset)),
@@ -77,7 +77,7 @@ impl Counter {
 
     /// Writes `.Acc` and the flags that follow from it.
     #[inline(always)]
-    fn put<R: Reach>(&self, view: &mut View<R>, rule: ReadRule, acc: i32, reset: u8) {
+    fn put<R: Reach>(&self, view: &mut MemoryView<R>, rule: ReadRule, acc: i32, reset: u8) {
         let acc = view.put_word(self.acc(), acc);
         let Reached { done, dn_done } = rule.reached(acc);
         let flags = [u8::from(done), reset, u8::from(acc == 0), u8::from(dn_done)];
@@ -86,28 +86,28 @@ impl Counter {
 
     /// Resets the counter (RSTCT, termination pass): `.Acc` becomes the reset value at once,
     /// `.Reset` goes ON.
-    pub(super) fn reset<R: Reach>(&self, view: &mut View<R>, rule: &CounterRule) {
+    pub(super) fn reset<R: Reach>(&self, view: &mut MemoryView<R>, rule: &CounterRule) {
         let rule = rule.read(view);
         self.put(view, rule, rule.reset_value(), 1);
     }
 
     /// The termination pass: resets the counter, turns histories and a pending reset OFF. A CNTDN
     /// then counts as loaded.
-    pub(super) fn terminate<R: Reach>(&self, view: &mut View<R>, rule: &CounterRule) {
-        view.put_state(self.at, State::of([(LOADED, 1)]));
+    pub(super) fn terminate<R: Reach>(&self, view: &mut MemoryView<R>, rule: &CounterRule) {
+        view.put_state(self.at, OwnerState::of([(LOADED, 1)]));
         self.reset(view, rule);
     }
 }
 
 impl Operation for Cnt {
     #[inline(always)]
-    fn run<R: Reach>(&self, view: &mut View<R>) {
+    fn run<R: Reach>(&self, view: &mut MemoryView<R>) {
         let (leg, rst) = (view.leg(&self.up), view.leg(&self.rst));
         let preset = view.word(self.preset);
         let state = view.state(self.counter.at);
         let reset = rst | state.bit(PENDING);
         let counts = leg & (state.bit(UP) ^ 1);
-        view.put_state(self.counter.at, State::of([(UP, leg)]));
+        view.put_state(self.counter.at, OwnerState::of([(UP, leg)]));
         let before = view.word(self.counter.acc());
         let counted = before.wrapping_add(i32::from(counts));
         // A sum that is less than before has wrapped: then `.Acc` stays at the limit.
@@ -118,14 +118,14 @@ impl Operation for Cnt {
 
 impl Operation for Cntdn {
     #[inline(always)]
-    fn run<R: Reach>(&self, view: &mut View<R>) {
+    fn run<R: Reach>(&self, view: &mut MemoryView<R>) {
         let (leg, rst) = (view.leg(&self.dn), view.leg(&self.rst));
         let preset = view.word(self.preset);
         let state = view.state(self.counter.at);
         let reset = rst | state.bit(PENDING);
         let counts = leg & (state.bit(DN) ^ 1);
         let loads = reset | (state.bit(LOADED) ^ 1);
-        view.put_state(self.counter.at, State::of([(DN, leg), (LOADED, 1)]));
+        view.put_state(self.counter.at, OwnerState::of([(DN, leg), (LOADED, 1)]));
         let acc = view.word(self.counter.acc());
         let from = select(loads, preset, acc);
         let acc = from.saturating_sub(i32::from(counts & (reset ^ 1)));
@@ -135,13 +135,13 @@ impl Operation for Cntdn {
 
 impl Operation for Udc {
     #[inline(always)]
-    fn run<R: Reach>(&self, view: &mut View<R>) {
+    fn run<R: Reach>(&self, view: &mut MemoryView<R>) {
         let (up, dn, rst) = (view.leg(&self.up), view.leg(&self.dn), view.leg(&self.rst));
         let rule = CounterRule::UpDown(self.presets).read(view);
         let state = view.state(self.counter.at);
         let reset = rst | state.bit(PENDING);
         let (adds, takes) = (up & (state.bit(UP) ^ 1), dn & (state.bit(DN) ^ 1));
-        view.put_state(self.counter.at, State::of([(UP, up), (DN, dn)]));
+        view.put_state(self.counter.at, OwnerState::of([(UP, up), (DN, dn)]));
         let step = i32::from(adds) - i32::from(takes);
         let acc = view.word(self.counter.acc()).saturating_add(step);
         let acc = select(reset, 0, acc);
@@ -151,7 +151,7 @@ impl Operation for Udc {
 
 impl Operation for Rstct {
     #[inline(always)]
-    fn run<R: Reach>(&self, view: &mut View<R>) {
+    fn run<R: Reach>(&self, view: &mut MemoryView<R>) {
         if view.leg(&self.leg) != 0 {
             let state = view.state(self.counter.at);
             view.put_state(self.counter.at, state.with(PENDING));

@@ -1,8 +1,8 @@
 //! The interface of an observer of a scan: it sees memory before and after each step, in order.
 //!
 //! `observe` uses an eye to explain a scan. The scan thread, the simulator and every other caller
-//! execute without one ([`Blind`]); the compiler then removes all calls of the eye. In a program
-//! that `lower::lower_seen` made, a batch is one operation.
+//! execute without one ([`NoObserver`]); the compiler then removes all calls of the eye. In a
+//! program that `lower::lower_seen` made, a batch is one operation.
 
 use std::ops::Range;
 
@@ -12,7 +12,7 @@ use crate::isa::BlockId;
 
 /// A step of a scan. Steps nest: a turn has the steps of its block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Deed {
+pub enum ScanStep {
     /// The turn of a block: it starts the block's initial Stage, ends a Task that runs once, and
     /// turns Stages OFF after the block's pass.
     Turn(BlockId),
@@ -25,7 +25,7 @@ pub enum Deed {
 }
 
 /// Sees the steps of a scan.
-pub trait Eye {
+pub trait ScanObserver {
     /// Returns the next batch to execute among the remaining batches of an element; the end of the
     /// range means none. An eye may skip a batch that would change nothing.
     #[inline(always)]
@@ -34,19 +34,19 @@ pub trait Eye {
     }
 
     /// The step begins.
-    fn before(&mut self, deed: Deed, image: &Image);
+    fn before(&mut self, deed: ScanStep, image: &Image);
 
     /// The step has ended.
-    fn after(&mut self, deed: Deed, image: &Image);
+    fn after(&mut self, deed: ScanStep, image: &Image);
 }
 
 /// No eye.
-pub(super) struct Blind;
+pub(super) struct NoObserver;
 
-impl Eye for Blind {
+impl ScanObserver for NoObserver {
     #[inline(always)]
-    fn before(&mut self, _: Deed, _: &Image) {}
+    fn before(&mut self, _: ScanStep, _: &Image) {}
 
     #[inline(always)]
-    fn after(&mut self, _: Deed, _: &Image) {}
+    fn after(&mut self, _: ScanStep, _: &Image) {}
 }

@@ -1,7 +1,7 @@
 //! The memory image: one byte for each bit, one `i32` for each word, and the masks of forced cells.
 //!
-//! A forced cell keeps its value because `View` (in `memory`) discards every write to it. Other
-//! parts of the program read the image between scans.
+//! A forced cell keeps its value because `MemoryView` (in `memory`) discards every write to it.
+//! Other parts of the program read the image between scans.
 
 use super::power::Power;
 use super::reach::NEAR;

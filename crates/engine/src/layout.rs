@@ -10,7 +10,7 @@ use super::record::RECORD;
 use crate::isa::space::SENSAPHONE_COUNT;
 use crate::isa::status::{DST_COUNT, ST_COUNT};
 use crate::isa::{
-    Address, Bit, BitSpace, BlockId, DeviceId, Flag, Health, MemorySizes, Real, Space, StageId,
+    Address, Bit, BitSpace, BlockId, DeviceBit, DeviceId, Flag, MemorySizes, Real, Space, StageId,
     Structure, Word, WordSpace,
 };
 
@@ -62,7 +62,7 @@ impl Layout {
         let x = take(sizes.x);
         let (y, c, mc, mi) = (take(sizes.y), take(sizes.c), take(sizes.mc), take(sizes.mi));
         let st = take(ST_COUNT);
-        let devices = take(sizes.devices * Health::ALL.len() as u32);
+        let devices = take(sizes.devices * DeviceBit::ALL.len() as u32);
         let stages = take(stages);
         let (running, done, bits) = (take(blocks), take(blocks), take(0));
         next = 0;
@@ -144,7 +144,7 @@ impl Layout {
             Bit::Running(BlockId(n)) => self.running + n,
             Bit::Done(BlockId(n)) => self.done + n,
             Bit::Device(DeviceId(n), health) => {
-                self.devices + n * Health::ALL.len() as u32 + health as u32
+                self.devices + n * DeviceBit::ALL.len() as u32 + health as u32
             }
         })
     }
@@ -185,7 +185,7 @@ impl Layout {
             Cell::Bit(BitCell(at)) => {
                 let structure = self.structure(at / RECORD as u32);
                 let device = at.wrapping_sub(self.devices);
-                let (id, health) = (device / 2, Health::ALL[device as usize % 2]);
+                let (id, health) = (device / 2, DeviceBit::ALL[device as usize % 2]);
                 match structure {
                     Some(structure) => {
                         structure.member_addresses().find(|member| self.cell(*member) == Some(cell))

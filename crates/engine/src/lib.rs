@@ -56,7 +56,7 @@ mod written;
 
 pub use call::EngineCall;
 pub use events::{BlockEvent, Element, MathEvent};
-pub use eye::{Deed, Eye};
+pub use eye::{ScanObserver, ScanStep};
 pub use image::{BitCell, Image, WordCell};
 pub use layout::{Cell, Layout};
 pub use mishap::Mishap;
@@ -68,6 +68,6 @@ pub use scan::{Engine, ScanEnd, ScanTimes};
 pub use slice::Slice;
 pub use state::EngineState;
 pub use state_check::TIME_END_NS;
+pub use transfer::{KeptCells, StageRestart};
 pub use transfer::{Renumbered, Transfer};
-pub use transfer::{Restage, Stretch};
 pub use written::Stretches;

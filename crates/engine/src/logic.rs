@@ -2,12 +2,12 @@
 //!
 //! Behaviour: `docs/semantics.md`, section 4 (edge contacts, rungs) and the instruction pages.
 
-use super::memory::View;
+use super::memory::MemoryView;
 use super::ops::{
     Add, AddMixed, And2, And3, And4, Equal, EqualMixed, Fall, Less, LessMixed, Move, Nd, Operation,
     Out, OutOne, Pd, Ponoff, Rise, Rst, Set, Sub, SubMixed,
 };
-use super::places::{AnyTarget, AnyWord, Target};
+use super::places::{AnyTarget, AnyWord, WordTarget};
 use super::reach::Reach;
 use crate::isa::Real;
 
@@ -15,7 +15,7 @@ macro_rules! and {
     ($($and:ident)*) => {$(
         impl Operation for $and {
             #[inline(always)]
-            fn run<R: Reach>(&self, view: &mut View<R>) {
+            fn run<R: Reach>(&self, view: &mut MemoryView<R>) {
                 view.put_own(self.cell, view.all(&self.of));
             }
         }
@@ -28,7 +28,7 @@ macro_rules! edges {
     ($($edge:ident |$now:ident, $before:ident| $found:expr;)*) => {$(
         impl Operation for $edge {
             #[inline(always)]
-            fn run<R: Reach>(&self, view: &mut View<R>) {
+            fn run<R: Reach>(&self, view: &mut MemoryView<R>) {
                 let ($now, $before) = (view.bit(self.bit), view.bit(self.history));
                 view.put_own(self.history, $now);
                 view.put_own(self.cell, $found);
@@ -46,7 +46,7 @@ macro_rules! compares {
     ($($compare:ident $operator:tt;)*) => {$(
         impl Operation for $compare {
             #[inline(always)]
-            fn run<R: Reach>(&self, view: &mut View<R>) {
+            fn run<R: Reach>(&self, view: &mut MemoryView<R>) {
                 view.put_own(self.cell, u8::from(view.word(self.a) $operator view.word(self.b)));
             }
         }
@@ -61,7 +61,7 @@ compares! {
 impl AnyWord {
     /// The value of the word.
     #[inline(always)]
-    pub(super) fn value<R: Reach>(&self, view: &View<R>) -> f64 {
+    pub(super) fn value<R: Reach>(&self, view: &MemoryView<R>) -> f64 {
         let cell = view.word(self.word);
         if self.real { Real::of_cell(cell).into() } else { f64::from(cell) }
     }
@@ -71,7 +71,7 @@ macro_rules! mixed_compares {
     ($($compare:ident $operator:tt;)*) => {$(
         impl Operation for $compare {
             #[inline(always)]
-            fn run<R: Reach>(&self, view: &mut View<R>) {
+            fn run<R: Reach>(&self, view: &mut MemoryView<R>) {
                 let on = self.a.value(view) $operator self.b.value(view);
                 view.put_own(self.cell, u8::from(on));
             }
@@ -88,7 +88,7 @@ macro_rules! coils {
     ($($coil:ident |$leg:ident, $bit:ident| $value:expr;)*) => {$(
         impl Operation for $coil {
             #[inline(always)]
-            fn run<R: Reach>(&self, view: &mut View<R>) {
+            fn run<R: Reach>(&self, view: &mut MemoryView<R>) {
                 let ($leg, $bit) = (view.all(&self.leg), view.bit(self.bit));
                 view.put_bit(self.bit, $value);
             }
@@ -107,7 +107,7 @@ macro_rules! edge_coils {
     ($($coil:ident |$now:ident, $before:ident, $bit:ident| $value:expr;)*) => {$(
         impl Operation for $coil {
             #[inline(always)]
-            fn run<R: Reach>(&self, view: &mut View<R>) {
+            fn run<R: Reach>(&self, view: &mut MemoryView<R>) {
                 let ($now, $before) = (view.leg(&self.leg), view.bit(self.history));
                 let $bit = view.bit(self.bit);
                 view.put_own(self.history, $now);
@@ -123,9 +123,9 @@ edge_coils! {
     Ponoff |now, before, bit| bit ^ (now & (before ^ 1));
 }
 
-impl Target {
+impl WordTarget {
     #[inline(always)]
-    fn put<R: Reach>(&self, view: &mut View<R>, leg: u8, value: i64) {
+    fn put<R: Reach>(&self, view: &mut MemoryView<R>, leg: u8, value: i64) {
         let before = view.word(self.word);
         let bounded = value.clamp(i64::from(self.min), i64::from(self.max)) as i32;
         view.put_word(self.word, if leg != 0 { bounded } else { before });
@@ -134,7 +134,7 @@ impl Target {
 
 impl Operation for Move {
     #[inline(always)]
-    fn run<R: Reach>(&self, view: &mut View<R>) {
+    fn run<R: Reach>(&self, view: &mut MemoryView<R>) {
         let (leg, value) = (view.leg(&self.leg), i64::from(view.word(self.a)));
         self.to.put(view, leg, value);
     }
@@ -144,7 +144,7 @@ macro_rules! arithmetic {
     ($($op:ident $operator:tt;)*) => {$(
         impl Operation for $op {
             #[inline(always)]
-            fn run<R: Reach>(&self, view: &mut View<R>) {
+            fn run<R: Reach>(&self, view: &mut MemoryView<R>) {
                 let (a, b) = (i64::from(view.word(self.a)), i64::from(view.word(self.b)));
                 let leg = view.leg(&self.leg);
                 self.to.put(view, leg, a $operator b);
@@ -162,7 +162,7 @@ impl AnyTarget {
     /// Stores a number within the limits: truncated towards zero in an integer, rounded to the
     /// nearest in a real.
     #[inline(always)]
-    fn put<R: Reach>(&self, view: &mut View<R>, leg: u8, value: f64) {
+    fn put<R: Reach>(&self, view: &mut MemoryView<R>, leg: u8, value: f64) {
         let cell = if self.real { Real::stored(value).real.cell().into() } else { value as i64 };
         self.target.put(view, leg, cell);
     }
@@ -172,7 +172,7 @@ macro_rules! mixed_arithmetic {
     ($($op:ident $operator:tt;)*) => {$(
         impl Operation for $op {
             #[inline(always)]
-            fn run<R: Reach>(&self, view: &mut View<R>) {
+            fn run<R: Reach>(&self, view: &mut MemoryView<R>) {
                 let (a, b) = (self.a.value(view), self.b.value(view));
                 let leg = view.leg(&self.leg);
                 self.to.put(view, leg, a $operator b);

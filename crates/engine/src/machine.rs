@@ -10,7 +10,7 @@ use super::image::BitCell;
 use super::math::{Calculator, Maths};
 use super::memory::Memory;
 use super::program::Program;
-use super::reach::Far;
+use super::reach::FarReach;
 use crate::isa::{Bit, BlockId, StageId};
 
 /// The state of a block.
@@ -163,7 +163,7 @@ impl Machine {
         let Machine { program: Program { tables, .. }, memory, calculator, events, .. } = self;
         let pick = pick as usize;
         let maths = Maths { maths: &tables.picks[pick..=pick], steps: &tables.steps };
-        calculator.run::<Far>(maths, memory.view::<Far>(), |math, mishaps| {
+        calculator.run::<FarReach>(maths, memory.view::<FarReach>(), |math, mishaps| {
             events.push_math(MathEvent { math, mishaps });
         });
     }

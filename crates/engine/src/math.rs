@@ -2,17 +2,17 @@
 //!
 //! Behaviour: `docs/semantics.md`, section 8. `rows` and `columns` evaluate formulas.
 
-use super::array_places::{PutAt, Stored};
-use super::columns::{Active, Columns, LANES, Lanes};
+use super::array_places::{ArrayTarget, StoredResult};
+use super::columns::{ActiveFormulas, Columns, LANES, Lanes};
 use super::integer;
-use super::memory::View;
+use super::memory::MemoryView;
 use super::mishap::{Mishap, Mishaps};
-use super::places::Target;
+use super::places::WordTarget;
 use super::power::LegPowers;
 use super::reach::Reach;
-use super::role::{BitOwn, BitWritten, Role, Touches, WordWritten};
+use super::role::{BitOwn, BitWritten, FieldRole, TouchedCells, WordWritten};
 use super::rows::Evaluator;
-use super::steps::{Accumulator, Step};
+use super::steps::{Accumulator, FormulaStep};
 use crate::isa::Real;
 
 /// A MATH: the formula that it evaluates while its leg is ON, and its target.
@@ -27,7 +27,7 @@ pub struct Math {
     /// Its number in the program, for the log.
     pub number: u32,
     /// Its target.
-    pub put: Put,
+    pub put: MathTarget,
     /// The accumulator that holds its result.
     pub result: Accumulator,
     /// Whether it stands for a different instruction with an element of an array. Such a MATH turns
@@ -37,22 +37,22 @@ pub struct Math {
 
 /// The target of a MATH.
 #[derive(Clone, Copy, Debug)]
-pub enum Put {
+pub enum MathTarget {
     /// A word of integers: first limited to the range of its memory, then to its tag's limits.
     Word {
         /// The word, with its tag's limits.
-        to: Target,
+        to: WordTarget,
         /// The lower end of the range.
         low: i32,
         /// The upper end of the range.
         high: i32,
     },
     /// A word that holds a real, with the limits of its cell.
-    Real(Target),
+    Real(WordTarget),
     /// A bit.
     Bit(BitWritten),
     /// An element of an array.
-    At(PutAt),
+    At(ArrayTarget),
     /// The private word that holds the index of the next MATH's target.
     Index(WordWritten),
 }
@@ -70,7 +70,7 @@ pub(super) struct Calculator {
 #[derive(Clone, Copy)]
 pub(super) struct Maths<'p> {
     pub maths: &'p [Math],
-    pub steps: &'p [Step],
+    pub steps: &'p [FormulaStep],
 }
 
 impl Calculator {
@@ -84,7 +84,7 @@ impl Calculator {
     pub fn run<R: Reach>(
         &mut self,
         Maths { maths, steps }: Maths,
-        view: View<R>,
+        view: MemoryView<R>,
         mut report: impl FnMut(u32, Mishaps),
     ) {
         let mut run = Evaluator::new(view, &mut self.slots);
@@ -97,7 +97,7 @@ impl Calculator {
             run.evaluate(steps, &mut noted);
             math.store(&mut run.view, (run.integer, run.real), &mut noted);
             if !noted.is_empty() {
-                math.tell(&mut run.view, (self.status, noted), &mut report);
+                math.report_mishaps(&mut run.view, (self.status, noted), &mut report);
             }
         }
     }
@@ -107,13 +107,13 @@ impl Calculator {
     pub fn run_columns<R: Reach>(
         &mut self,
         Maths { maths, steps }: Maths,
-        mut view: View<R>,
+        mut view: MemoryView<R>,
         mut report: impl FnMut(u32, Mishaps),
     ) {
         let (height, lanes) = (maths.len(), &mut *self.lanes);
         let columns = &steps[maths[0].first as usize..][..maths[0].count as usize * height];
         for (chunk, maths) in maths.chunks(LANES).enumerate() {
-            let active = Active::of(maths.iter().map(|math| view.leg(&math.leg)));
+            let active = ActiveFormulas::of(maths.iter().map(|math| view.leg(&math.leg)));
             if active.numbers().is_empty() {
                 continue;
             }
@@ -124,7 +124,7 @@ impl Calculator {
                 let mut noted = lanes.noted[at];
                 math.store(&mut view, (lanes.integers[at], lanes.reals[at]), &mut noted);
                 if !noted.is_empty() {
-                    math.tell(&mut view, (self.status, noted), &mut report);
+                    math.report_mishaps(&mut view, (self.status, noted), &mut report);
                 }
             }
         }
@@ -137,11 +137,11 @@ impl Math {
     #[inline(always)]
     fn store<R: Reach>(
         &self,
-        view: &mut View<R>,
+        view: &mut MemoryView<R>,
         (integer, real): (i64, f64),
         noted: &mut Mishaps,
     ) {
-        if let Put::Word { to, low, high } = &self.put {
+        if let MathTarget::Word { to, low, high } = &self.put {
             let integer = match self.result {
                 Accumulator::Integer => integer,
                 // The cast saturates at the limits of 64 bits, which lie beyond the limits of every
@@ -161,29 +161,30 @@ impl Math {
     #[inline(never)]
     fn store_elsewhere<R: Reach>(
         &self,
-        view: &mut View<R>,
+        view: &mut MemoryView<R>,
         (integer, real): (i64, f64),
         noted: &mut Mishaps,
     ) {
         let is_real = self.result == Accumulator::Real;
         match self.put {
-            Put::Word { .. } => unreachable!("`store` stores in words of integers"),
-            Put::Real(to) => {
+            MathTarget::Word { .. } => unreachable!("`store` stores in words of integers"),
+            MathTarget::Real(to) => {
                 let nearest = Real::stored(if is_real { real } else { integer as f64 });
                 if nearest.is_beyond {
                     noted.note(Mishap::Overflow);
                 }
                 view.put_word(to.word, nearest.real.cell().max(to.min).min(to.max));
             }
-            Put::Bit(bit) => {
+            MathTarget::Bit(bit) => {
                 let is_on = if is_real { real != 0.0 } else { integer != 0 };
                 view.put_bit(bit, u8::from(is_on));
             }
-            Put::At(at) => {
-                let stored = if is_real { Stored::Real(real) } else { Stored::Integer(integer) };
+            MathTarget::At(at) => {
+                let stored =
+                    if is_real { StoredResult::Real(real) } else { StoredResult::Integer(integer) };
                 at.put(view, stored, noted);
             }
-            Put::Index(word) => {
+            MathTarget::Index(word) => {
                 let index = integer.clamp(i32::MIN.into(), i32::MAX.into()) as i32;
                 view.put_word(word, index);
             }
@@ -193,9 +194,9 @@ impl Math {
     /// Turns the status bits of its mishaps ON, and reports them. A separate function, because this
     /// is rare.
     #[cold]
-    fn tell<R: Reach>(
+    fn report_mishaps<R: Reach>(
         &self,
-        view: &mut View<R>,
+        view: &mut MemoryView<R>,
         (status, noted): (u32, Mishaps),
         report: &mut impl FnMut(u32, Mishaps),
     ) {
@@ -211,8 +212,8 @@ impl Math {
 }
 
 /// The cells of its leg, of its formula and of its target, and the status bits.
-impl Role for Math {
-    fn touches(&self, t: &mut Touches) {
+impl FieldRole for Math {
+    fn touches(&self, t: &mut TouchedCells) {
         self.leg.touches(t);
         let reads = &t.formulas.reads[self.number as usize];
         t.bits_read.extend(&reads.bits);
@@ -220,10 +221,10 @@ impl Role for Math {
         t.bit_arrays_read.extend(&reads.bit_arrays);
         t.word_arrays_read.extend(&reads.word_arrays);
         match self.put {
-            Put::Word { to, .. } | Put::Real(to) => to.touches(t),
-            Put::Bit(bit) => bit.touches(t),
-            Put::At(at) => at.touches(t),
-            Put::Index(word) => word.touches(t),
+            MathTarget::Word { to, .. } | MathTarget::Real(to) => to.touches(t),
+            MathTarget::Bit(bit) => bit.touches(t),
+            MathTarget::At(at) => at.touches(t),
+            MathTarget::Index(word) => word.touches(t),
         }
         t.bits_written.extend(t.formulas.mishaps());
     }

@@ -1,16 +1,16 @@
 //! The memory that operations work on: the image, which also holds the state of instructions.
 //!
-//! A batch borrows the whole memory as one [`View`] of slices, so that its loop keeps the pointers
-//! in registers. Each loop is compiled for each [`Reach`]: near, far, and with forces. While
-//! nothing is forced, a write is a plain store.
+//! A batch borrows the whole memory as one [`MemoryView`] of slices, so that its loop keeps the
+//! pointers in registers. Each loop is compiled for each [`Reach`]: near, far, and with forces.
+//! While nothing is forced, a write is a plain store.
 //!
 //! The methods of a view take cells by role: an operation cannot write a cell that its row in `ops`
 //! does not declare as written.
 
 use super::image::Image;
 use super::power::{LegPowers, Powers};
-use super::reach::{Cells, Forces, Reach, Records};
-use super::record::{FLAGS, RECORD, State};
+use super::reach::{CellAccess, ForceLookup, Reach, RecordAccess};
+use super::record::{FLAGS, OwnerState, RECORD};
 use super::role::{BitOwn, BitRole, BitWritten, WordRole, WordWritten};
 
 /// The image with the state of instructions, and the elapsed time.
@@ -31,7 +31,7 @@ pub(super) fn select(bit: u8, on: i32, off: i32) -> i32 {
 }
 
 /// [`Memory`] for one batch.
-pub(super) struct View<'a, R: Reach> {
+pub(super) struct MemoryView<'a, R: Reach> {
     bits: &'a mut R::Bits,
     words: &'a mut R::Words,
     forces: R::Forces<'a>,
@@ -40,8 +40,8 @@ pub(super) struct View<'a, R: Reach> {
 
 impl Memory {
     #[inline(always)]
-    pub fn view<R: Reach>(&mut self) -> View<'_, R> {
-        View {
+    pub fn view<R: Reach>(&mut self) -> MemoryView<'_, R> {
+        MemoryView {
             bits: R::bits(&mut self.image.bits),
             words: R::words(&mut self.image.words),
             forces: R::Forces::of(&self.image.forced_bits, &self.image.forced_words),
@@ -50,7 +50,7 @@ impl Memory {
     }
 }
 
-impl<R: Reach> View<'_, R> {
+impl<R: Reach> MemoryView<'_, R> {
     /// Reads a leg.
     #[inline(always)]
     pub fn leg(&self, leg: &LegPowers) -> u8 {
@@ -116,14 +116,14 @@ impl<R: Reach> View<'_, R> {
 
     /// Reads the private state of a counter or timer.
     #[inline(always)]
-    pub fn state(&mut self, record: u32) -> State {
+    pub fn state(&mut self, record: u32) -> OwnerState {
         let [_, _, _, _, state @ ..] = *self.record(record);
-        State(u32::from_le_bytes(state))
+        OwnerState(u32::from_le_bytes(state))
     }
 
     /// Writes the private state of a counter or timer.
     #[inline(always)]
-    pub fn put_state(&mut self, record: u32, state: State) {
+    pub fn put_state(&mut self, record: u32, state: OwnerState) {
         self.record(record)[FLAGS..].copy_from_slice(&state.0.to_le_bytes());
     }
 

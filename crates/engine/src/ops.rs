@@ -9,27 +9,27 @@
 
 use std::ops::Range;
 
-pub use super::array_places::{ArrayLimits, Elements, PutAt, Shift, WordForm};
+pub use super::array_places::{ArrayLimits, ArrayTarget, ElementType, ShiftState, WordForm};
 pub use super::control::{Control, ControlKind, RestartState, StageList};
-pub use super::math::{Math, Put};
-use super::memory::View;
+pub use super::math::{Math, MathTarget};
+use super::memory::MemoryView;
 pub use super::places::{
-    AnyTarget, AnyWord, Counter, CounterRule, Sensaphone, Target, Timer, TimerRule, UdcPresets,
+    AnyTarget, AnyWord, Counter, CounterRule, Sensaphone, Timer, TimerRule, UdcPresets, WordTarget,
 };
 pub use super::power::{LegPowers, Power, Powers};
 use super::reach::Reach;
-use super::role::Role;
+use super::role::FieldRole;
 pub use super::role::{
-    BitOwn, BitRead, BitWritten, BitsRead, BitsWritten, Cells, Formulas, Reads, Touches, WordRead,
-    WordWritten, WordsRead, WordsWritten,
+    BitOwn, BitRead, BitWritten, BitsRead, BitsWritten, CellRange, FormulaReads, Formulas,
+    TouchedCells, WordRead, WordWritten, WordsRead, WordsWritten,
 };
 pub use super::step_reads::reads;
-pub use super::steps::{Accumulator, At, Code, Operator, Step, StepShape, shapes};
+pub use super::steps::{Accumulator, Code, FormulaStep, Operator, StepOperand, StepShape, shapes};
 
 /// An operation that works only on memory.
 pub(super) trait Operation {
     /// Executes it.
-    fn run<R: Reach>(&self, view: &mut View<R>);
+    fn run<R: Reach>(&self, view: &mut MemoryView<R>);
 }
 
 macro_rules! operations {
@@ -40,8 +40,8 @@ macro_rules! operations {
             #[allow(missing_docs)]
             pub struct $kind { $(pub $field: $role),* }
 
-            impl Role for $kind {
-                fn touches(&self, t: &mut Touches) {
+            impl FieldRole for $kind {
+                fn touches(&self, t: &mut TouchedCells) {
                     $(self.$field.touches(t);)*
                 }
             }
@@ -81,7 +81,7 @@ macro_rules! operations {
 
             /// Adds the cells that it reads and writes. Control adds none: the scheduler moves
             /// nothing past it.
-            pub fn touches(&self, t: &mut Touches) {
+            pub fn touches(&self, t: &mut TouchedCells) {
                 match self {
                     $(Op::$kind(op) => op.touches(t),)*
                     Op::Math(op) => op.touches(t),
@@ -107,7 +107,7 @@ macro_rules! operations {
             }
 
             /// Adds the cells that an operation of a kind touches; none for MATH and control.
-            pub(super) fn touches(&self, kind: OpKind, at: usize, t: &mut Touches) {
+            pub(super) fn touches(&self, kind: OpKind, at: usize, t: &mut TouchedCells) {
                 match kind {
                     $(OpKind::$kind => self.$table[at].touches(t),)*
                     OpKind::Math | OpKind::Columns | OpKind::Control => {}
@@ -115,7 +115,12 @@ macro_rules! operations {
             }
 
             /// Executes a batch of one kind, except MATH and control.
-            pub(super) fn run<R: Reach>(&self, kind: OpKind, at: Range<usize>, view: View<R>) {
+            pub(super) fn run<R: Reach>(
+                &self,
+                kind: OpKind,
+                at: Range<usize>,
+                view: MemoryView<R>,
+            ) {
                 match kind {
                     $(OpKind::$kind => run_all::<R, $kind>(&self.$table[at], view),)*
                     OpKind::Math | OpKind::Columns | OpKind::Control => {
@@ -129,7 +134,7 @@ macro_rules! operations {
 
 /// Not inlined, so that the loop's pointers can use all registers.
 #[inline(never)]
-fn run_all<R: Reach, O: Operation>(ops: &[O], mut view: View<R>) {
+fn run_all<R: Reach, O: Operation>(ops: &[O], mut view: MemoryView<R>) {
     for op in ops {
         op.run(&mut view);
     }
@@ -201,11 +206,11 @@ operations! {
     /// RES.
     Res res { leg: LegPowers, counter: Sensaphone }
     /// MOVE: copies a word while the rung is ON.
-    Move mov { leg: LegPowers, a: WordRead, to: Target }
+    Move mov { leg: LegPowers, a: WordRead, to: WordTarget }
     /// ADD: writes a + b while the rung is ON.
-    Add add { leg: LegPowers, a: WordRead, b: WordRead, to: Target }
+    Add add { leg: LegPowers, a: WordRead, b: WordRead, to: WordTarget }
     /// SUB: writes a - b while the rung is ON.
-    Sub sub { leg: LegPowers, a: WordRead, b: WordRead, to: Target }
+    Sub sub { leg: LegPowers, a: WordRead, b: WordRead, to: WordTarget }
     /// ADD with a real among its words; also MOVE with a real, as the sum with 0.
     AddMixed add_mixed { leg: LegPowers, a: AnyWord, b: AnyWord, to: AnyTarget }
     /// SUB with a real among its words.
@@ -219,7 +224,7 @@ operations! {
     /// FILL of words.
     FillWords fill_words { leg: LegPowers, word: WordRead, to: WordsWritten, form: WordForm }
     /// SR.
-    Sr sr { data: LegPowers, clk: LegPowers, rst: LegPowers, bits: BitsWritten, shift: Shift }
+    Sr sr { data: LegPowers, clk: LegPowers, rst: LegPowers, bits: BitsWritten, shift: ShiftState }
 }
 
 #[cfg(test)]
@@ -229,7 +234,7 @@ mod tests {
     #[test]
     fn an_operation_is_no_longer_than_it_was() {
         assert_eq!(size_of::<Op>(), 56);
-        assert_eq!(size_of::<Step>(), 16);
+        assert_eq!(size_of::<FormulaStep>(), 16);
         assert_eq!(size_of::<And2>(), 16);
         assert_eq!(size_of::<Out>(), 16);
         assert_eq!(size_of::<Cnt>(), 32);
@@ -240,7 +245,7 @@ mod tests {
         let leg = LegPowers::new([Power::of(1), Power::of(2)]);
         let timer = Timer { at: 10, preset: WordRead(20) };
         let op = Op::Ondtmr(Ondtmr { leg, timer, output: BitWritten(3) });
-        let mut touches = Touches::default();
+        let mut touches = TouchedCells::default();
         op.touches(&mut touches);
         assert_eq!(touches.bits_read, [1, 2]);
         assert_eq!(touches.bits_written, [80, 81, 82, 83, 3]);

@@ -5,7 +5,7 @@
 //! place is the number of its record, which is also the cell number of its `.Acc`.
 
 use super::record::{FLAGS, RECORD, SENSAPHONE_FLAGS};
-use super::role::{BitWritten, Role, Touches, WordRead, WordWritten};
+use super::role::{BitWritten, FieldRole, TouchedCells, WordRead, WordWritten};
 
 /// The place of a counter structure.
 #[derive(Clone, Copy, Debug)]
@@ -65,7 +65,7 @@ pub struct Sensaphone {
 
 /// The word that MOVE, ADD and SUB write, with its limits.
 #[derive(Clone, Copy, Debug)]
-pub struct Target {
+pub struct WordTarget {
     /// Its cell.
     pub word: WordWritten,
     /// The lower bound: of the word's range, or its tag's `min`. Results saturate at the bounds.
@@ -87,33 +87,33 @@ pub struct AnyWord {
 #[derive(Clone, Copy, Debug)]
 pub struct AnyTarget {
     /// The cell, and the bounds of its content.
-    pub target: Target,
+    pub target: WordTarget,
     /// Whether the cell holds a real.
     pub real: bool,
 }
 
 /// Adds a structure's `.Acc`, and the first flags of its record.
-fn touches_structure(t: &mut Touches, at: u32, flags: u32) {
+fn touches_structure(t: &mut TouchedCells, at: u32, flags: u32) {
     WordWritten(at).touches(t);
     let first = at * RECORD as u32;
     (first..first + flags).for_each(|flag| BitWritten(flag).touches(t));
 }
 
-impl Role for Counter {
-    fn touches(&self, t: &mut Touches) {
+impl FieldRole for Counter {
+    fn touches(&self, t: &mut TouchedCells) {
         touches_structure(t, self.at, FLAGS as u32);
     }
 }
 
-impl Role for UdcPresets {
-    fn touches(&self, t: &mut Touches) {
+impl FieldRole for UdcPresets {
+    fn touches(&self, t: &mut TouchedCells) {
         self.up.touches(t);
         self.dn.touches(t);
     }
 }
 
-impl Role for CounterRule {
-    fn touches(&self, t: &mut Touches) {
+impl FieldRole for CounterRule {
+    fn touches(&self, t: &mut TouchedCells) {
         match self {
             CounterRule::Up(preset) | CounterRule::Down(preset) => preset.touches(t),
             CounterRule::UpDown(presets) => presets.touches(t),
@@ -121,40 +121,40 @@ impl Role for CounterRule {
     }
 }
 
-impl Role for Timer {
-    fn touches(&self, t: &mut Touches) {
+impl FieldRole for Timer {
+    fn touches(&self, t: &mut TouchedCells) {
         touches_structure(t, self.at, FLAGS as u32);
         self.preset.touches(t);
     }
 }
 
 /// A rule adds no cells: the preset that it loads is among the cells of the timer.
-impl Role for TimerRule {
-    fn touches(&self, _: &mut Touches) {}
+impl FieldRole for TimerRule {
+    fn touches(&self, _: &mut TouchedCells) {}
 }
 
-impl Role for Sensaphone {
-    fn touches(&self, t: &mut Touches) {
+impl FieldRole for Sensaphone {
+    fn touches(&self, t: &mut TouchedCells) {
         touches_structure(t, self.at, SENSAPHONE_FLAGS);
         self.pre.touches(t);
         self.preset.touches(t);
     }
 }
 
-impl Role for Target {
-    fn touches(&self, t: &mut Touches) {
+impl FieldRole for WordTarget {
+    fn touches(&self, t: &mut TouchedCells) {
         self.word.touches(t);
     }
 }
 
-impl Role for AnyWord {
-    fn touches(&self, t: &mut Touches) {
+impl FieldRole for AnyWord {
+    fn touches(&self, t: &mut TouchedCells) {
         self.word.touches(t);
     }
 }
 
-impl Role for AnyTarget {
-    fn touches(&self, t: &mut Touches) {
+impl FieldRole for AnyTarget {
+    fn touches(&self, t: &mut TouchedCells) {
         self.target.touches(t);
     }
 }

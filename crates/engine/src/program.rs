@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use super::image::{BitCell, WordCell};
 use super::layout::Layout;
-use super::ops::{Math, OpKind, OpTables, Step};
+use super::ops::{FormulaStep, Math, OpKind, OpTables};
 use super::places::{Counter, CounterRule, Sensaphone, Timer, TimerRule};
 use crate::isa::{BlockId, StageId};
 
@@ -50,7 +50,7 @@ pub struct Tables {
     /// The operations, one table for each kind.
     pub ops: OpTables,
     /// The steps of all formulas.
-    pub steps: Vec<Step>,
+    pub steps: Vec<FormulaStep>,
     /// The largest number of slots that a formula needs.
     pub slots: u32,
     /// Batches of all elements, in order of execution.

@@ -12,11 +12,11 @@ pub(super) const NEAR: usize = 1 << 16;
 /// How operations address memory.
 pub(super) trait Reach {
     /// What writes ask whether a cell is forced, to discard such writes.
-    type Forces<'a>: Forces<'a>;
+    type Forces<'a>: ForceLookup<'a>;
     /// The bits of the image, one byte each, including the records.
-    type Bits: Cells<u8> + Records + ?Sized;
+    type Bits: CellAccess<u8> + RecordAccess + ?Sized;
     /// The words of the image.
-    type Words: Cells<i32> + ?Sized;
+    type Words: CellAccess<i32> + ?Sized;
 
     /// The bits as this reach addresses them.
     fn bits(bits: &mut [u8]) -> &mut Self::Bits;
@@ -25,7 +25,7 @@ pub(super) trait Reach {
 }
 
 /// Which cells are forced.
-pub(super) trait Forces<'a> {
+pub(super) trait ForceLookup<'a> {
     /// Whether any cell can be forced.
     const ANY: bool;
 
@@ -44,7 +44,7 @@ pub(super) struct ForcedCells<'a> {
     words: &'a [bool],
 }
 
-impl<'a> Forces<'a> for NoForces {
+impl<'a> ForceLookup<'a> for NoForces {
     const ANY: bool = false;
 
     #[inline(always)]
@@ -63,7 +63,7 @@ impl<'a> Forces<'a> for NoForces {
     }
 }
 
-impl<'a> Forces<'a> for ForcedCells<'a> {
+impl<'a> ForceLookup<'a> for ForcedCells<'a> {
     const ANY: bool = true;
 
     #[inline(always)]
@@ -83,26 +83,26 @@ impl<'a> Forces<'a> for ForcedCells<'a> {
 }
 
 /// Access to cells by number.
-pub(super) trait Cells<T> {
+pub(super) trait CellAccess<T> {
     fn cell(&self, number: u32) -> &T;
     fn cell_mut(&mut self, number: u32) -> &mut T;
 }
 
 /// Access to structures' records by number.
-pub(super) trait Records {
+pub(super) trait RecordAccess {
     fn record(&mut self, number: u32) -> &mut [u8; RECORD];
 }
 
 /// For programs of at most [`NEAR`] bits and words, while nothing is forced.
-pub(super) struct Near;
+pub(super) struct NearReach;
 
 /// For programs of any size, while nothing is forced.
-pub(super) struct Far;
+pub(super) struct FarReach;
 
 /// For programs of any size, while something is forced.
-pub(super) struct Forced;
+pub(super) struct ForcedReach;
 
-impl Reach for Near {
+impl Reach for NearReach {
     type Forces<'a> = NoForces;
     type Bits = [u8; NEAR];
     type Words = [i32; NEAR];
@@ -134,10 +134,10 @@ macro_rules! any_length {
     };
 }
 
-any_length!(Far, forces: NoForces);
-any_length!(Forced, forces: ForcedCells<'a>);
+any_length!(FarReach, forces: NoForces);
+any_length!(ForcedReach, forces: ForcedCells<'a>);
 
-impl<T> Cells<T> for [T; NEAR] {
+impl<T> CellAccess<T> for [T; NEAR] {
     #[inline(always)]
     fn cell(&self, number: u32) -> &T {
         debug_assert!((number as usize) < NEAR);
@@ -151,7 +151,7 @@ impl<T> Cells<T> for [T; NEAR] {
     }
 }
 
-impl<T> Cells<T> for [T] {
+impl<T> CellAccess<T> for [T] {
     #[inline(always)]
     fn cell(&self, number: u32) -> &T {
         &self[number as usize]
@@ -163,14 +163,14 @@ impl<T> Cells<T> for [T] {
     }
 }
 
-impl Records for [u8; NEAR] {
+impl RecordAccess for [u8; NEAR] {
     #[inline(always)]
     fn record(&mut self, number: u32) -> &mut [u8; RECORD] {
         &mut self.as_chunks_mut().0[number as usize % (NEAR / RECORD)]
     }
 }
 
-impl Records for [u8] {
+impl RecordAccess for [u8] {
     #[inline(always)]
     fn record(&mut self, number: u32) -> &mut [u8; RECORD] {
         &mut self.as_chunks_mut().0[number as usize]

@@ -152,9 +152,9 @@ pub fn sqrt(a: f64, mishaps: &mut Mishaps) -> f64 {
 }
 
 /// The result of a function for an argument in its domain; else 0.
-fn in_domain(is_in: bool, mishaps: &mut Mishaps, of: impl Fn(&mut Mishaps) -> f64) -> f64 {
+fn in_domain(is_in: bool, mishaps: &mut Mishaps, calculate: impl Fn(&mut Mishaps) -> f64) -> f64 {
     if is_in {
-        return of(mishaps);
+        return calculate(mishaps);
     }
     mishaps.note(Mishap::OutOfRange);
     0.0
@@ -284,9 +284,9 @@ mod tests {
             (trunc, -9_223_372_036_854_775_808.0, i64::MIN, false),
             (trunc, 9_223_372_036_854_775_808.0, i64::MAX, true),
         ];
-        for (of, a, expected, over) in rows {
+        for (function, a, expected, over) in rows {
             let mut mishaps = Mishaps::default();
-            assert_eq!((of(a, &mut mishaps), mishaps.has(Overflow)), (expected, over), "{a}");
+            assert_eq!((function(a, &mut mishaps), mishaps.has(Overflow)), (expected, over), "{a}");
         }
     }
 

@@ -8,7 +8,7 @@
 /// and the structure's `.Acc` have the same number.
 pub(super) const RECORD: usize = 8;
 
-/// Number of public flags of a counter or timer; the rest of its record is [`State`].
+/// Number of public flags of a counter or timer; the rest of its record is [`OwnerState`].
 pub(super) const FLAGS: usize = 4;
 
 /// Number of public flags of a Sensaphone counter.
@@ -19,13 +19,13 @@ pub(super) const SENSAPHONE_FLAGS: u32 = 5;
 /// All four are read and written together, because loops over operations wait longer for loads and
 /// stores than for arithmetic.
 #[derive(Clone, Copy, Default)]
-pub(super) struct State(pub u32);
+pub(super) struct OwnerState(pub u32);
 
-impl State {
+impl OwnerState {
     /// The state with these bits (0 or 1), all others OFF.
     #[inline(always)]
-    pub fn of<const N: usize>(bits: [(u32, u8); N]) -> State {
-        State(bits.iter().fold(0, |all, (place, bit)| all | u32::from(*bit) << (8 * place)))
+    pub fn of<const N: usize>(bits: [(u32, u8); N]) -> OwnerState {
+        OwnerState(bits.iter().fold(0, |all, (place, bit)| all | u32::from(*bit) << (8 * place)))
     }
 
     /// One of its bits.
@@ -35,13 +35,13 @@ impl State {
     }
 
     /// The same state with one bit ON.
-    pub fn with(self, place: u32) -> State {
-        State(self.0 | 1 << (8 * place))
+    pub fn with(self, place: u32) -> OwnerState {
+        OwnerState(self.0 | 1 << (8 * place))
     }
 
     /// The same state with one bit OFF.
-    pub fn without(self, place: u32) -> State {
-        State(self.0 & !(1 << (8 * place)))
+    pub fn without(self, place: u32) -> OwnerState {
+        OwnerState(self.0 & !(1 << (8 * place)))
     }
 }
 

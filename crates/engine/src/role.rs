@@ -1,8 +1,8 @@
 //! The role of a cell in an operation: read, written, or the program's own.
 //!
 //! The type of each field of an operation gives the cell's role. These types determine the list of
-//! cells for the scheduler ([`Touches`]), and the access of the operation's `run` to each cell. A
-//! field whose type has no role does not compile.
+//! cells for the scheduler ([`TouchedCells`]), and the access of the operation's `run` to each
+//! cell. A field whose type has no role does not compile.
 
 use std::ops::Range;
 
@@ -12,7 +12,7 @@ use crate::isa::status::st;
 /// The cells that an operation reads and writes. The scheduler keeps the order of operations that
 /// share a written cell.
 #[derive(Clone, Debug, Default)]
-pub struct Touches<'s> {
+pub struct TouchedCells<'s> {
     /// The formulas of MATHs.
     pub formulas: Formulas<'s>,
     /// Bits read.
@@ -24,25 +24,25 @@ pub struct Touches<'s> {
     /// Words written, always or sometimes; they may be read too.
     pub words_written: Vec<u32>,
     /// Arrays of bits that are read: one element, or all.
-    pub bit_arrays_read: Vec<Cells>,
+    pub bit_arrays_read: Vec<CellRange>,
     /// Arrays of bits that are written: one element, or all.
-    pub bit_arrays_written: Vec<Cells>,
+    pub bit_arrays_written: Vec<CellRange>,
     /// Arrays of words that are read: one element, or all.
-    pub word_arrays_read: Vec<Cells>,
+    pub word_arrays_read: Vec<CellRange>,
     /// Arrays of words that are written: one element, or all.
-    pub word_arrays_written: Vec<Cells>,
+    pub word_arrays_written: Vec<CellRange>,
 }
 
 /// Neighbouring cells of an array.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Cells {
+pub struct CellRange {
     /// The cell of element 0.
     pub first: u32,
     /// The number of elements.
     pub count: u32,
 }
 
-impl Cells {
+impl CellRange {
     /// All cells.
     pub(super) fn each(&self) -> std::ops::Range<u32> {
         self.first..self.first + self.count
@@ -60,7 +60,7 @@ impl Cells {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Formulas<'s> {
     /// The cells that each formula reads, by the number of its MATH.
-    pub reads: &'s [Reads],
+    pub reads: &'s [FormulaReads],
     /// The cell of the first status bit, ST0.
     pub status: u32,
 }
@@ -74,18 +74,18 @@ impl Formulas<'_> {
 
 /// The cells that a formula reads.
 #[derive(Clone, Debug, Default)]
-pub struct Reads {
+pub struct FormulaReads {
     /// Bits.
     pub bits: Vec<u32>,
     /// Words.
     pub words: Vec<u32>,
     /// Arrays of bits.
-    pub bit_arrays: Vec<Cells>,
+    pub bit_arrays: Vec<CellRange>,
     /// Arrays of words.
-    pub word_arrays: Vec<Cells>,
+    pub word_arrays: Vec<CellRange>,
 }
 
-impl Touches<'_> {
+impl TouchedCells<'_> {
     /// Clears all lists.
     pub fn clear(&mut self) {
         self.bits_read.clear();
@@ -100,9 +100,9 @@ impl Touches<'_> {
 }
 
 /// The role of an operation's field: the cells that it reads and writes.
-pub(super) trait Role {
+pub(super) trait FieldRole {
     /// Adds its cells.
-    fn touches(&self, t: &mut Touches);
+    fn touches(&self, t: &mut TouchedCells);
 }
 
 /// A bit that an operation may read.
@@ -123,8 +123,8 @@ macro_rules! roles {
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub struct $role(pub u32);
 
-        impl Role for $role {
-            fn touches(&self, t: &mut Touches) {
+        impl FieldRole for $role {
+            fn touches(&self, t: &mut TouchedCells) {
                 t.$list.push(self.0);
             }
         }
@@ -155,10 +155,10 @@ macro_rules! array_roles {
     ($($(#[$doc:meta])* $role:ident $list:ident;)*) => {$(
         $(#[$doc])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        pub struct $role(pub Cells);
+        pub struct $role(pub CellRange);
 
-        impl Role for $role {
-            fn touches(&self, t: &mut Touches) {
+        impl FieldRole for $role {
+            fn touches(&self, t: &mut TouchedCells) {
                 t.$list.push(self.0);
             }
         }
@@ -176,14 +176,14 @@ array_roles! {
     WordsWritten word_arrays_written;
 }
 
-impl<const N: usize> Role for Powers<N> {
-    fn touches(&self, t: &mut Touches) {
+impl<const N: usize> FieldRole for Powers<N> {
+    fn touches(&self, t: &mut TouchedCells) {
         t.bits_read.extend(self.cells);
     }
 }
 
-impl<R: Role> Role for Option<R> {
-    fn touches(&self, t: &mut Touches) {
+impl<R: FieldRole> FieldRole for Option<R> {
+    fn touches(&self, t: &mut TouchedCells) {
         if let Some(role) = self {
             role.touches(t);
         }

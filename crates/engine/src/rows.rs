@@ -2,15 +2,15 @@
 //!
 //! `steps` has the codes; `columns` executes many formulas at once.
 
-use super::memory::View;
+use super::memory::MemoryView;
 use super::mishap::{Mishap, Mishaps};
 use super::reach::Reach;
 use super::role::{BitRead, WordRead};
-use super::steps::{Code, Number, Step, cells, for_each_code, unless_accumulator};
+use super::steps::{Code, FormulaStep, StepNumber, cells, for_each_code, unless_accumulator};
 use super::{integer, real};
 
 /// A type of number that has an accumulator.
-trait Accumulated: Number {
+trait Accumulated: StepNumber {
     fn accumulator<'e, R: Reach>(run: &'e mut Evaluator<'_, '_, R>) -> &'e mut Self;
 }
 
@@ -34,10 +34,10 @@ macro_rules! operand {
         *Accumulated::accumulator($run)
     };
     (Slot $run:ident $at:expr) => {
-        Number::of_slot($run.slots[$at as usize])
+        StepNumber::of_slot($run.slots[$at as usize])
     };
     (Word $run:ident $at:expr) => {
-        Number::of_word($run.view.word(WordRead($at)))
+        StepNumber::of_word($run.view.word(WordRead($at)))
     };
     (Whole $run:ident $at:expr) => {
         f64::from($run.view.word(WordRead($at)))
@@ -59,8 +59,8 @@ macro_rules! rows {
             /// Executes a step. An operator receives its own set of mishaps: no function receives
             /// the address of `noted`, so that `noted` stays in a register.
             #[inline(always)]
-            fn step(&mut self, step: Step, noted: &mut Mishaps) {
-                let Step { code, to, a, b } = step;
+            fn step(&mut self, step: FormulaStep, noted: &mut Mishaps) {
+                let FormulaStep { code, to, a, b } = step;
                 match code {
                     $($(Code::$code => {
                         let (a, b) = (operand!($a self a), operand!($b self b));
@@ -92,7 +92,7 @@ for_each_code!(rows);
 
 /// The evaluation of formulas.
 pub(super) struct Evaluator<'a, 'v, R: Reach> {
-    pub view: View<'v, R>,
+    pub view: MemoryView<'v, R>,
     pub integer: i64,
     pub real: f64,
     slots: &'a mut [u64],
@@ -102,13 +102,13 @@ pub(super) struct Evaluator<'a, 'v, R: Reach> {
 
 impl<'a, 'v, R: Reach> Evaluator<'a, 'v, R> {
     #[inline(always)]
-    pub fn new(view: View<'v, R>, slots: &'a mut [u64]) -> Self {
+    pub fn new(view: MemoryView<'v, R>, slots: &'a mut [u64]) -> Self {
         Evaluator { view, integer: 0, real: 0.0, slots, at: 0 }
     }
 
     /// Executes all steps of a formula.
     #[inline(always)]
-    pub fn evaluate(&mut self, steps: &[Step], noted: &mut Mishaps) {
+    pub fn evaluate(&mut self, steps: &[FormulaStep], noted: &mut Mishaps) {
         self.at = 0;
         while let Some(step) = steps.get(self.at) {
             self.at += 1;
@@ -124,14 +124,14 @@ impl<'a, 'v, R: Reach> Evaluator<'a, 'v, R> {
     }
 
     #[inline(always)]
-    fn load_mishap(&mut self, step: Step, noted: &mut Mishaps) {
+    fn load_mishap(&mut self, step: FormulaStep, noted: &mut Mishaps) {
         self.save::<i64>(step.to);
         let is_on = self.view.bit(BitRead(step.a)) != 0;
         self.integer = i64::from(is_on || noted.has_number(step.b));
     }
 
     #[inline(always)]
-    fn check_index(&mut self, step: Step, noted: &mut Mishaps) {
+    fn check_index(&mut self, step: FormulaStep, noted: &mut Mishaps) {
         let index = self.view.word(WordRead(step.a));
         if !u32::try_from(index).is_ok_and(|index| index < step.b) {
             noted.note(Mishap::IndexError);
@@ -139,19 +139,19 @@ impl<'a, 'v, R: Reach> Evaluator<'a, 'v, R> {
     }
 
     #[inline(always)]
-    fn jump(&mut self, step: Step, _: &mut Mishaps) {
+    fn jump(&mut self, step: FormulaStep, _: &mut Mishaps) {
         self.at = step.to as usize;
     }
 
     #[inline(always)]
-    fn jump_if_zero(&mut self, step: Step, noted: &mut Mishaps) {
+    fn jump_if_zero(&mut self, step: FormulaStep, noted: &mut Mishaps) {
         if self.integer == 0 {
             self.jump(step, noted);
         }
     }
 
     #[inline(always)]
-    fn jump_if_true(&mut self, step: Step, noted: &mut Mishaps) {
+    fn jump_if_true(&mut self, step: FormulaStep, noted: &mut Mishaps) {
         if self.integer != 0 {
             self.jump(step, noted);
         }
@@ -159,7 +159,7 @@ impl<'a, 'v, R: Reach> Evaluator<'a, 'v, R> {
 
     /// The cell of the element that the integer selects.
     #[inline(always)]
-    fn element(&self, step: Step, noted: &mut Mishaps) -> Option<u32> {
+    fn element(&self, step: FormulaStep, noted: &mut Mishaps) -> Option<u32> {
         let index = i32::try_from(self.integer).ok();
         let cell = index.and_then(|index| cells(step).cell(index));
         if cell.is_none() {
@@ -169,20 +169,20 @@ impl<'a, 'v, R: Reach> Evaluator<'a, 'v, R> {
     }
 
     #[inline(always)]
-    fn bit_of(&mut self, step: Step, noted: &mut Mishaps) {
+    fn bit_of(&mut self, step: FormulaStep, noted: &mut Mishaps) {
         let cell = self.element(step, noted);
         self.integer = cell.map_or(0, |cell| self.view.bit(BitRead(cell)).into());
     }
 
     #[inline(always)]
-    fn integer_of(&mut self, step: Step, noted: &mut Mishaps) {
+    fn integer_of(&mut self, step: FormulaStep, noted: &mut Mishaps) {
         let cell = self.element(step, noted);
         self.integer = cell.map_or(0, |cell| self.view.word(WordRead(cell)).into());
     }
 
     #[inline(always)]
-    fn real_of(&mut self, step: Step, noted: &mut Mishaps) {
+    fn real_of(&mut self, step: FormulaStep, noted: &mut Mishaps) {
         let cell = self.element(step, noted);
-        self.real = cell.map_or(0.0, |cell| Number::of_word(self.view.word(WordRead(cell))));
+        self.real = cell.map_or(0.0, |cell| StepNumber::of_word(self.view.word(WordRead(cell))));
     }
 }

@@ -5,14 +5,14 @@
 //! Steps 8 and 9 (publishing images, outputs and statistics) are the caller's work.
 
 use super::events::{BlockEvent, Events, MathEvent};
-use super::eye::{Blind, Deed, Eye};
+use super::eye::{NoObserver, ScanObserver, ScanStep};
 use super::image::{BitCell, Image, WordCell};
 use super::layout::Cell;
 use super::machine::{BlockState, Machine, StageState};
 use super::math::Calculator;
 use super::memory::Memory;
 use super::program::{BlockRole, Program};
-use super::reach::{Far, Forced, Near, Reach};
+use super::reach::{FarReach, ForcedReach, NearReach, Reach};
 use crate::isa::status::{dst, st};
 use crate::isa::{Bit, BitSpace, BlockId, Word, WordSpace};
 use rungd_base::calendar::LocalTime;
@@ -182,18 +182,18 @@ impl Engine {
     pub fn execute(&mut self) -> ScanEnd {
         let image = &self.machine.memory.image;
         match (image.forces(), image.is_near()) {
-            (0, true) => self.execute_with::<Near>(&mut Blind),
-            (0, false) => self.execute_with::<Far>(&mut Blind),
-            _ => self.execute_with::<Forced>(&mut Blind),
+            (0, true) => self.execute_with::<NearReach>(&mut NoObserver),
+            (0, false) => self.execute_with::<FarReach>(&mut NoObserver),
+            _ => self.execute_with::<ForcedReach>(&mut NoObserver),
         }
     }
 
     /// Does the same as [`Engine::execute`]; `eye` sees each step.
-    pub(crate) fn execute_seen(&mut self, eye: &mut impl Eye) -> ScanEnd {
-        self.execute_with::<Forced>(eye)
+    pub(crate) fn execute_seen(&mut self, eye: &mut impl ScanObserver) -> ScanEnd {
+        self.execute_with::<ForcedReach>(eye)
     }
 
-    fn execute_with<R: Reach>(&mut self, eye: &mut impl Eye) -> ScanEnd {
+    fn execute_with<R: Reach>(&mut self, eye: &mut impl ScanObserver) -> ScanEnd {
         if self.last {
             self.start_last_scan_task();
         }
@@ -221,23 +221,23 @@ impl Engine {
     pub fn terminate(&mut self) {
         // This is rare, so it is not compiled for near reach.
         match self.machine.memory.image.forces() {
-            0 => self.terminate_with::<Far>(&mut Blind),
-            _ => self.terminate_with::<Forced>(&mut Blind),
+            0 => self.terminate_with::<FarReach>(&mut NoObserver),
+            _ => self.terminate_with::<ForcedReach>(&mut NoObserver),
         }
     }
 
     /// Does the same as [`Engine::terminate`]; `eye` sees each step.
-    pub(crate) fn terminate_seen(&mut self, eye: &mut impl Eye) {
-        self.terminate_with::<Forced>(eye);
+    pub(crate) fn terminate_seen(&mut self, eye: &mut impl ScanObserver) {
+        self.terminate_with::<ForcedReach>(eye);
     }
 
-    fn terminate_with<R: Reach>(&mut self, eye: &mut impl Eye) {
+    fn terminate_with<R: Reach>(&mut self, eye: &mut impl ScanObserver) {
         self.machine.events.clear();
         for at in 0..self.machine.program.order.len() {
             let id = self.machine.program.order[at];
-            eye.before(Deed::Turn(id), &self.machine.memory.image);
+            eye.before(ScanStep::Turn(id), &self.machine.memory.image);
             self.machine.pass_block::<R>(id, eye);
-            eye.after(Deed::Turn(id), &self.machine.memory.image);
+            eye.after(ScanStep::Turn(id), &self.machine.memory.image);
         }
         for at in 0..self.machine.blocks.len() {
             self.machine.halt(BlockId(at as u32));

@@ -5,7 +5,7 @@
 //! OV).
 
 use super::image::BitCell;
-use super::memory::View;
+use super::memory::MemoryView;
 use super::ops::{Ctd, Ctu, Operation, Res};
 use super::places::Sensaphone;
 use super::reach::Reach;
@@ -37,20 +37,20 @@ impl Sensaphone {
     }
 
     /// The termination pass over CTU: the same as an execution with its rung OFF.
-    pub(super) fn terminate_up<R: Reach>(&self, view: &mut View<R>) {
+    pub(super) fn terminate_up<R: Reach>(&self, view: &mut MemoryView<R>) {
         view.record(self.at)[UP] = 0;
         view.put_bit(self.flag(CU), 0);
     }
 
     /// The termination pass over CTD.
-    pub(super) fn terminate_down<R: Reach>(&self, view: &mut View<R>) {
+    pub(super) fn terminate_down<R: Reach>(&self, view: &mut MemoryView<R>) {
         view.record(self.at)[DOWN] = 0;
         view.put_bit(self.flag(CD), 0);
     }
 
     /// Counts one step up or down at an edge; then updates the flags from ACC and PRE.
     #[inline(always)]
-    fn step<R: Reach>(&self, view: &mut View<R>, counts: u8, by: i16) {
+    fn step<R: Reach>(&self, view: &mut MemoryView<R>, counts: u8, by: i16) {
         if let Some(preset) = self.preset {
             let preset = view.word(preset).clamp(i32::from(i16::MIN), i32::from(i16::MAX));
             view.put_word(self.pre, preset);
@@ -69,7 +69,7 @@ impl Sensaphone {
 
     /// Handles a step that wraps: it clears the flag of the opposite direction if that flag is ON,
     /// else it sets its own flag.
-    fn wrap<R: Reach>(&self, view: &mut View<R>, by: i16) {
+    fn wrap<R: Reach>(&self, view: &mut MemoryView<R>, by: i16) {
         let (own, other) = if by > 0 { (OV, UN) } else { (UN, OV) };
         if view.bit(self.flag(other)) != 0 {
             view.put_bit(self.flag(other), 0);
@@ -83,7 +83,7 @@ macro_rules! steps {
     ($($op:ident $history:ident $enabled:ident $by:literal;)*) => {$(
         impl Operation for $op {
             #[inline(always)]
-            fn run<R: Reach>(&self, view: &mut View<R>) {
+            fn run<R: Reach>(&self, view: &mut MemoryView<R>) {
                 let leg = view.leg(&self.leg);
                 let history = &mut view.record(self.counter.at)[$history];
                 let counts = leg & (*history ^ 1);
@@ -102,7 +102,7 @@ steps! {
 
 impl Operation for Res {
     #[inline(always)]
-    fn run<R: Reach>(&self, view: &mut View<R>) {
+    fn run<R: Reach>(&self, view: &mut MemoryView<R>) {
         if view.leg(&self.leg) == 0 {
             return;
         }

@@ -11,21 +11,22 @@
 //! always kept. The status bits of mishaps that a kept MATH can turn ON do not become known by
 //! that, so they are no reason to keep other MATHs.
 //!
-//! A slice also has its [`Wiring`]: if the last execution of an operation changed nothing, and none
-//! of the operation's cells has changed since, then its next execution would change nothing either.
+//! A slice also has its [`SliceCells`]: if the last execution of an operation changed nothing, and
+//! none of the operation's cells has changed since, then its next execution would change nothing
+//! either.
 
 use std::ops::Range;
 
 use super::control::{Control, ControlKind};
 use super::events::Element;
-use super::eye::Deed;
+use super::eye::ScanStep;
 use super::image::{BitCell, WordCell};
 use super::layout::Cell;
-use super::ops::{Cells, Formulas, Math, OpKind, Reads, Touches, reads};
+use super::ops::{CellRange, FormulaReads, Formulas, Math, OpKind, TouchedCells, reads};
 use super::program::{ElementCode, PassStep, Program};
 use super::record::RECORD;
-use super::role::Role;
-use super::wiring::{Wiring, WiringMaker};
+use super::role::FieldRole;
+use super::wiring::{SliceCells, SliceCellsBuilder};
 use super::written::Stretches;
 use crate::isa::{Bit, BlockId, ElementId, NumberMap, StageId, Structure, Word};
 
@@ -42,7 +43,7 @@ pub struct Slice {
     /// left out since the last kept batch.
     pub places: Vec<Range<u32>>,
     /// The cells of its steps.
-    pub wiring: Wiring,
+    pub wiring: SliceCells,
     /// Whether each cell is known; bits first.
     known: Vec<bool>,
 }
@@ -54,10 +55,10 @@ impl Slice {
     }
 
     /// The step of the whole program for a step of the slice.
-    pub fn whole(&self, deed: Deed) -> Deed {
+    pub fn whole(&self, deed: ScanStep) -> ScanStep {
         match deed {
-            Deed::Batch(at) => Deed::Batch(self.places[at as usize].end - 1),
-            Deed::Turn(_) | Deed::Element(_) | Deed::Pass(_) => deed,
+            ScanStep::Batch(at) => ScanStep::Batch(self.places[at as usize].end - 1),
+            ScanStep::Turn(_) | ScanStep::Element(_) | ScanStep::Pass(_) => deed,
         }
     }
 
@@ -75,7 +76,7 @@ impl Program {
     pub fn slice(&self, cells: &[Cell]) -> Slice {
         let reads = self.formulas();
         let formulas = Formulas { reads: &reads, status: self.status() };
-        let mut cone = Cone::new(self, formulas);
+        let mut cone = SliceSearch::new(self, formulas);
         cells.iter().for_each(|cell| cone.add(*cell));
         cone.close();
         self.cut(cone)
@@ -85,7 +86,7 @@ impl Program {
     pub fn whole(&self) -> Slice {
         let reads = self.formulas();
         let formulas = Formulas { reads: &reads, status: self.status() };
-        let mut cone = Cone::new(self, formulas);
+        let mut cone = SliceSearch::new(self, formulas);
         cone.kept.fill(true);
         cone.known.fill(true);
         self.cut(cone)
@@ -95,13 +96,13 @@ impl Program {
     pub fn read_by_batches(&self) -> Vec<Stretches> {
         let reads = self.formulas();
         let formulas = Formulas { reads: &reads, status: self.status() };
-        let cone = Cone::new(self, formulas);
+        let cone = SliceSearch::new(self, formulas);
         let batches = 0..self.tables.batches.len() as u32;
         batches.map(|at| cone.touched(SliceStep::Batch(at)).0).collect()
     }
 
     /// The slice with the batches that a cone keeps.
-    fn cut(&self, cone: Cone) -> Slice {
+    fn cut(&self, cone: SliceSearch) -> Slice {
         let mut program = self.clone();
         let (mut batches, mut places) = (Vec::new(), Vec::new());
         let own = program.blocks.iter_mut().map(|block| &mut block.own);
@@ -120,11 +121,11 @@ impl Program {
     }
 
     /// The cells that each formula reads, by the number of its MATH.
-    fn formulas(&self) -> Vec<Reads> {
+    fn formulas(&self) -> Vec<FormulaReads> {
         let mut all = Vec::new();
         for math in self.tables.ops.math.iter().chain(&self.tables.picks) {
             let at = math.number as usize;
-            all.resize(all.len().max(at + 1), Reads::default());
+            all.resize(all.len().max(at + 1), FormulaReads::default());
             all[at] = reads(&self.tables.steps[math.first as usize..][..math.count as usize]);
         }
         all
@@ -167,7 +168,7 @@ struct CellNumbers {
 }
 
 /// The known cells and the kept steps, while they are being searched.
-struct Cone<'p> {
+struct SliceSearch<'p> {
     program: &'p Program,
     formulas: Formulas<'p>,
     /// The steps that write a cell, by the cell's number. Memory has far more cells than a small
@@ -184,13 +185,13 @@ struct Cone<'p> {
     todo: Vec<Cell>,
 }
 
-impl<'p> Cone<'p> {
-    fn new(program: &'p Program, formulas: Formulas<'p>) -> Cone<'p> {
+impl<'p> SliceSearch<'p> {
+    fn new(program: &'p Program, formulas: Formulas<'p>) -> SliceSearch<'p> {
         let tables = &program.tables;
         let steps = tables.batches.len() + tables.terminations.len() + program.blocks.len();
         let cells = (program.bit_count + program.word_count) as usize;
         let nobody = ElementId { block: BlockId(0), stage: None };
-        let mut cone = Cone {
+        let mut cone = SliceSearch {
             program,
             formulas,
             writers: NumberMap::default(),
@@ -247,14 +248,14 @@ impl<'p> Cone<'p> {
         let SliceStep::Batch(at) = step else { return false };
         let batch = self.program.tables.batches[at as usize];
         let all = batch.first as usize..(batch.first + batch.count) as usize;
-        let stops = |of: &Control| matches!(of.kind, ControlKind::Stop);
+        let stops = |control: &Control| matches!(control.kind, ControlKind::Stop);
         batch.kind == OpKind::Control && self.program.tables.ops.control[all].iter().any(stops)
     }
 
     /// Makes a cell known; for a member of a structure, the whole structure.
     fn add(&mut self, cell: Cell) {
         match self.structure(cell) {
-            Some(of) => self.members(of).for_each(|member| self.add_one(member)),
+            Some(structure) => self.members(structure).for_each(|member| self.add_one(member)),
             None => self.add_one(cell),
         }
     }
@@ -268,20 +269,22 @@ impl<'p> Cone<'p> {
     }
 
     /// The cells of a structure, including its private state.
-    fn members(&self, of: Structure) -> impl Iterator<Item = Cell> + use<> {
-        let acc = Cell::Word(self.program.layout.word(Word::Acc(of)));
-        let bits = self.program.layout.record_bits(of).map(|at| Cell::Bit(BitCell(at)));
+    fn members(&self, structure: Structure) -> impl Iterator<Item = Cell> + use<> {
+        let acc = Cell::Word(self.program.layout.word(Word::Acc(structure)));
+        let bits = self.program.layout.record_bits(structure).map(|at| Cell::Bit(BitCell(at)));
         bits.chain([acc])
     }
 
     /// The numbers of cells, with all cells of each structure.
-    fn numbers(&self, of: &Stretches) -> CellNumbers {
+    fn numbers(&self, stretches: &Stretches) -> CellNumbers {
         let (mut numbers, mut has_timer) = (Vec::new(), false);
-        for cell in cells(of) {
+        for cell in cells(stretches) {
             let structure = self.structure(cell);
             has_timer |= matches!(structure, Some(Structure::Timer(_)));
             match structure {
-                Some(of) => numbers.extend(self.members(of).map(|of| self.number(of))),
+                Some(structure) => {
+                    numbers.extend(self.members(structure).map(|cell| self.number(cell)))
+                }
                 None => numbers.push(self.number(cell)),
             }
         }
@@ -295,9 +298,9 @@ impl<'p> Cone<'p> {
     }
 
     /// The wiring of the kept batches, and of all passes and turns.
-    fn wiring(&self, places: &[Range<u32>]) -> Wiring {
+    fn wiring(&self, places: &[Range<u32>]) -> SliceCells {
         let tables = &self.program.tables;
-        let mut wiring = WiringMaker::new(self.known.len());
+        let mut wiring = SliceCellsBuilder::new(self.known.len());
         for place in places {
             let at = place.end - 1;
             let (read, written) = self.touched(SliceStep::Batch(at));
@@ -352,7 +355,7 @@ impl<'p> Cone<'p> {
 
     /// The cells that a step reads, and the cells that it writes.
     fn touched(&self, step: SliceStep) -> (Stretches, Stretches) {
-        let mut touches = Touches { formulas: self.formulas, ..Touches::default() };
+        let mut touches = TouchedCells { formulas: self.formulas, ..TouchedCells::default() };
         let mut written = Stretches::default();
         match step {
             SliceStep::Batch(at) => self.batch(at, &mut touches, &mut written),
@@ -363,7 +366,7 @@ impl<'p> Cone<'p> {
         (read(&touches), written)
     }
 
-    fn batch(&self, at: u32, touches: &mut Touches, written: &mut Stretches) {
+    fn batch(&self, at: u32, touches: &mut TouchedCells, written: &mut Stretches) {
         let tables = &self.program.tables;
         let batch = tables.batches[at as usize];
         let element = self.elements[at as usize];
@@ -381,7 +384,7 @@ impl<'p> Cone<'p> {
     }
 
     /// The cells of a control instruction, except the bits of blocks and Stages.
-    fn control(&self, control: &Control, touches: &mut Touches) {
+    fn control(&self, control: &Control, touches: &mut TouchedCells) {
         touches.bits_read.push(control.leg.cell());
         match control.kind {
             ControlKind::Restart(of) => touches.bits_written.push(of.history),
@@ -401,7 +404,7 @@ impl<'p> Cone<'p> {
         }
     }
 
-    fn pass(&self, at: u32, touches: &mut Touches) {
+    fn pass(&self, at: u32, touches: &mut TouchedCells) {
         match &self.program.tables.terminations[at as usize] {
             PassStep::BitOff(bit) | PassStep::HistoryOff(bit) => touches.bits_written.push(*bit),
             PassStep::Counter(counter, rule) => {
@@ -423,16 +426,16 @@ impl<'p> Cone<'p> {
 }
 
 /// The cells in `touches` that are read.
-fn read(touches: &Touches) -> Stretches {
+fn read(touches: &TouchedCells) -> Stretches {
     let one = |cell: &u32| (*cell, 1);
-    let many = |cells: &Cells| (cells.first, cells.count);
+    let many = |cells: &CellRange| (cells.first, cells.count);
     let bits = touches.bits_read.iter().map(one).chain(touches.bit_arrays_read.iter().map(many));
     let words = touches.words_read.iter().map(one).chain(touches.word_arrays_read.iter().map(many));
     Stretches { bits: bits.collect(), words: words.collect() }
 }
 
-fn cells(of: &Stretches) -> impl Iterator<Item = Cell> + use<'_> {
-    let bits = of.bits.iter().flat_map(|(first, count)| *first..first + count);
-    let words = of.words.iter().flat_map(|(first, count)| *first..first + count);
+fn cells(stretches: &Stretches) -> impl Iterator<Item = Cell> + use<'_> {
+    let bits = stretches.bits.iter().flat_map(|(first, count)| *first..first + count);
+    let words = stretches.words.iter().flat_map(|(first, count)| *first..first + count);
     bits.map(|at| Cell::Bit(BitCell(at))).chain(words.map(|at| Cell::Word(WordCell(at))))
 }

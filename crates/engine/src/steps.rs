@@ -9,12 +9,12 @@
 //! Behaviour: `docs/semantics.md`, section 8. The arithmetic is in `integer` and `real`. `rows`
 //! executes the steps of one formula after the other, `columns` each step for many formulas.
 
-use super::role::Cells;
+use super::role::CellRange;
 use crate::isa::Real;
 
 /// One step of a formula.
 #[derive(Clone, Copy, Debug)]
-pub struct Step {
+pub struct FormulaStep {
     /// Its operation, with the places of its operands.
     pub code: Code,
     /// The slot in which a step without an operand in the accumulator first saves the accumulator;
@@ -28,7 +28,7 @@ pub struct Step {
 
 /// The place of an operand, of the type that its operator computes in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum At {
+pub enum StepOperand {
     /// The accumulator.
     Accumulator,
     /// A slot.
@@ -49,13 +49,13 @@ pub enum Accumulator {
 }
 
 /// A number, as slots and accumulators hold it.
-pub(super) trait Number: Copy {
+pub(super) trait StepNumber: Copy {
     fn of_slot(bits: u64) -> Self;
     fn slot(self) -> u64;
     fn of_word(word: i32) -> Self;
 }
 
-impl Number for i64 {
+impl StepNumber for i64 {
     #[inline(always)]
     fn of_slot(bits: u64) -> i64 {
         bits.cast_signed()
@@ -72,7 +72,7 @@ impl Number for i64 {
     }
 }
 
-impl Number for f64 {
+impl StepNumber for f64 {
     #[inline(always)]
     fn of_slot(bits: u64) -> f64 {
         f64::from_bits(bits)
@@ -294,15 +294,15 @@ macro_rules! codes {
 
         impl Operator {
             /// The code for operands at these places, if there is one.
-            pub fn code(self, a: At, b: At) -> Option<Code> {
+            pub fn code(self, a: StepOperand, b: StepOperand) -> Option<Code> {
                 match (self, a, b) {
-                    $($((Operator::$two, At::$a, At::$b) => Some(Code::$code),)*)*
+                    $($((Operator::$two, StepOperand::$a, StepOperand::$b) => Some(Code::$code),)*)*
                     _ => None,
                 }
             }
         }
 
-        impl Step {
+        impl FormulaStep {
             /// The words that it reads.
             pub(super) fn words(&self) -> [Option<u32>; 2] {
                 match self.code {
@@ -348,11 +348,11 @@ impl StepShape {
 }
 
 /// The shapes of a formula's steps; `None` if they cannot be executed for many formulas at once.
-pub fn shapes(steps: &[Step]) -> Option<Vec<StepShape>> {
+pub fn shapes(steps: &[FormulaStep]) -> Option<Vec<StepShape>> {
     if steps.len() > COLUMN_STEPS {
         return None;
     }
-    let shapes: Option<Vec<StepShape>> = steps.iter().map(Step::shape).collect();
+    let shapes: Option<Vec<StepShape>> = steps.iter().map(FormulaStep::shape).collect();
     shapes.filter(|shapes| shapes.iter().all(|shape| (shape.slot() as usize) < COLUMN_SLOTS))
 }
 
@@ -365,6 +365,6 @@ const COLUMN_STEPS: usize = 64;
 for_each_code!(codes);
 
 /// The array from which a step reads an element.
-pub(super) fn cells(step: Step) -> Cells {
-    Cells { first: step.a, count: step.b }
+pub(super) fn cells(step: FormulaStep) -> CellRange {
+    CellRange { first: step.a, count: step.b }
 }

@@ -4,7 +4,7 @@
 //! at least one of its rungs executed since its last pass.
 
 use super::events::Element;
-use super::eye::{Deed, Eye};
+use super::eye::{ScanObserver, ScanStep};
 use super::machine::Machine;
 use super::program::{ElementCode, PassStep};
 use super::reach::Reach;
@@ -14,7 +14,7 @@ use crate::isa::{BlockId, StageId};
 impl Machine {
     /// A block's pass: over its own rungs, then over the Stages that executed; then turns its
     /// Stages OFF.
-    pub fn pass_block<R: Reach>(&mut self, id: BlockId, eye: &mut impl Eye) {
+    pub fn pass_block<R: Reach>(&mut self, id: BlockId, eye: &mut impl ScanObserver) {
         if std::mem::take(&mut self.blocks[id.0 as usize].executed) {
             let code = self.program.block(id).own.clone();
             self.pass::<R>(&code, eye);
@@ -30,7 +30,7 @@ impl Machine {
     }
 
     /// A Stage's pass, if it executed since its last pass.
-    pub fn pass_stage<R: Reach>(&mut self, stage: StageId, eye: &mut impl Eye) {
+    pub fn pass_stage<R: Reach>(&mut self, stage: StageId, eye: &mut impl ScanObserver) {
         if std::mem::take(&mut self.stages[stage.0 as usize].executed) {
             let code = self.program.stages[stage.0 as usize].clone();
             self.pass::<R>(&code, eye);
@@ -38,11 +38,11 @@ impl Machine {
         }
     }
 
-    pub(super) fn pass<R: Reach>(&mut self, code: &ElementCode, eye: &mut impl Eye) {
+    pub(super) fn pass<R: Reach>(&mut self, code: &ElementCode, eye: &mut impl ScanObserver) {
         for at in code.terminations.clone() {
-            eye.before(Deed::Pass(at), &self.memory.image);
+            eye.before(ScanStep::Pass(at), &self.memory.image);
             self.pass_step::<R>(at as usize);
-            eye.after(Deed::Pass(at), &self.memory.image);
+            eye.after(ScanStep::Pass(at), &self.memory.image);
         }
     }
 

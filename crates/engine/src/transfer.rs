@@ -8,20 +8,22 @@
 //! Behaviour: `docs/semantics.md`, section 4, *Reload*.
 
 use super::events::Element;
-use super::eye::Blind;
+use super::eye::NoObserver;
 use super::image::{BitCell, WordCell};
 use super::layout::{Cell, Layout};
 use super::program::{ElementCode, PassStep};
-use super::reach::Forced;
+use super::reach::ForcedReach;
 use super::record::RECORD;
 use super::scan::Engine;
 use crate::isa::space::SENSAPHONE_COUNT;
 use crate::isa::status::{DST_COUNT, ST_COUNT};
-use crate::isa::{Bit, BitSpace, BlockId, DeviceId, Health, StageId, Structure, Word, WordSpace};
+use crate::isa::{
+    Bit, BitSpace, BlockId, DeviceBit, DeviceId, StageId, Structure, Word, WordSpace,
+};
 
 /// Consecutive cells that keep their values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Stretch {
+pub struct KeptCells {
     /// The first cell in the old program.
     pub from: u32,
     /// The first cell in the new program.
@@ -32,7 +34,7 @@ pub struct Stretch {
 
 /// A Program that may need its initial Stage ON after the swap.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Restage {
+pub struct StageRestart {
     /// The Program's number in the new program.
     pub program: BlockId,
     /// Its initial Stage.
@@ -47,9 +49,9 @@ pub struct Restage {
 #[derive(Clone, Debug, Default)]
 pub struct Transfer {
     /// Bits to copy: public bits by address, then histories, block and Stage bits.
-    pub bits: Vec<Stretch>,
+    pub bits: Vec<KeptCells>,
     /// Words to copy: public words by address.
-    pub words: Vec<Stretch>,
+    pub words: Vec<KeptCells>,
     /// Records of structures with a new owner: the record and `.Acc` become as after a cold start.
     pub fresh: Vec<u32>,
     /// Bits set to a new value, after the copies.
@@ -72,7 +74,7 @@ pub struct Transfer {
     /// element.
     pub moved: Vec<(Element, Element)>,
     /// Programs that may need their initial Stage.
-    pub restages: Vec<Restage>,
+    pub restages: Vec<StageRestart>,
     /// The public cells that do not keep their number.
     pub renumbered: Renumbered,
 }
@@ -114,8 +116,8 @@ impl Transfer {
         if let Some(renumbered) = self.renumbered.find(cell) {
             return renumbered;
         }
-        let find = |stretches: &[Stretch], at: u32| {
-            let holds = |s: &&Stretch| (s.from..s.from + s.count).contains(&at);
+        let find = |stretches: &[KeptCells], at: u32| {
+            let holds = |s: &&KeptCells| (s.from..s.from + s.count).contains(&at);
             stretches.iter().find(holds).map(|s| s.to + (at - s.from))
         };
         match cell {
@@ -127,46 +129,46 @@ impl Transfer {
 
 impl Layout {
     /// The bits that the old and the new layout share, by space.
-    fn shared_bits(&self, new: &Layout) -> Vec<Stretch> {
+    fn shared_bits(&self, new: &Layout) -> Vec<KeptCells> {
         let first =
             |layout: &Layout, space: BitSpace| layout.bit(Bit::Space(space, space.first())).0;
         let mut shared = Vec::new();
         for space in BitSpace::SIZED {
             let count = space.count(self.sizes()).min(space.count(new.sizes()));
-            shared.push(Stretch { from: first(self, space), to: first(new, space), count });
+            shared.push(KeptCells { from: first(self, space), to: first(new, space), count });
         }
         let (from, to) = (first(self, BitSpace::St), first(new, BitSpace::St));
-        shared.push(Stretch { from, to, count: ST_COUNT });
+        shared.push(KeptCells { from, to, count: ST_COUNT });
         let devices = |layout: &Layout| {
-            let first = layout.bit(Bit::Device(DeviceId(0), Health::Ok)).0;
-            (first, layout.sizes().devices * Health::ALL.len() as u32)
+            let first = layout.bit(Bit::Device(DeviceId(0), DeviceBit::Ok)).0;
+            (first, layout.sizes().devices * DeviceBit::ALL.len() as u32)
         };
         let ((from, old_count), (to, new_count)) = (devices(self), devices(new));
-        shared.push(Stretch { from, to, count: old_count.min(new_count) });
+        shared.push(KeptCells { from, to, count: old_count.min(new_count) });
         for (structure, count) in self.structures(new) {
             let record = |layout: &Layout| layout.record(structure) * RECORD as u32;
             let count = count * RECORD as u32;
-            shared.push(Stretch { from: record(self), to: record(new), count });
+            shared.push(KeptCells { from: record(self), to: record(new), count });
         }
         shared
     }
 
     /// The words that the old and the new layout share, by space.
-    fn shared_words(&self, new: &Layout) -> Vec<Stretch> {
+    fn shared_words(&self, new: &Layout) -> Vec<KeptCells> {
         let first =
             |layout: &Layout, space: WordSpace| layout.word(Word::Space(space, space.first())).0;
         let mut shared = Vec::new();
         for space in WordSpace::SIZED {
             let count = space.count(self.sizes()).min(space.count(new.sizes()));
-            shared.push(Stretch { from: first(self, space), to: first(new, space), count });
+            shared.push(KeptCells { from: first(self, space), to: first(new, space), count });
         }
         let (from, to) = (first(self, WordSpace::Dst), first(new, WordSpace::Dst));
-        shared.push(Stretch { from, to, count: DST_COUNT });
+        shared.push(KeptCells { from, to, count: DST_COUNT });
         let (from, to) = (self.word(Word::Pre(0)).0, new.word(Word::Pre(0)).0);
-        shared.push(Stretch { from, to, count: SENSAPHONE_COUNT });
+        shared.push(KeptCells { from, to, count: SENSAPHONE_COUNT });
         for (structure, count) in self.structures(new) {
             let acc = |layout: &Layout| layout.word(Word::Acc(structure)).0;
-            shared.push(Stretch { from: acc(self), to: acc(new), count });
+            shared.push(KeptCells { from: acc(self), to: acc(new), count });
         }
         shared
     }
@@ -215,7 +217,7 @@ impl Engine {
     /// Runs the passes of the parts that are not in the new program.
     fn terminate_gone(&mut self, transfer: &Transfer) {
         for block in &transfer.gone_blocks {
-            self.machine.pass_block::<Forced>(*block, &mut Blind);
+            self.machine.pass_block::<ForcedReach>(*block, &mut NoObserver);
         }
         for (element, at) in &transfer.gone {
             let executed = match element {
@@ -225,18 +227,18 @@ impl Engine {
             if executed {
                 let one = *at..*at + 1;
                 let code = ElementCode { batches: 0..0, terminations: one, has_rungs: true };
-                self.machine.pass::<Forced>(&code, &mut Blind);
+                self.machine.pass::<ForcedReach>(&code, &mut NoObserver);
             }
         }
     }
 
     fn copy_memory(&mut self, old: &Engine, transfer: &Transfer) {
         let (image, from) = (&mut self.machine.memory.image, &old.machine.memory.image);
-        for Stretch { from: first, to, count } in &transfer.bits {
+        for KeptCells { from: first, to, count } in &transfer.bits {
             let (first, to, count) = (*first as usize, *to as usize, *count as usize);
             image.bits[to..to + count].copy_from_slice(&from.bits[first..first + count]);
         }
-        for Stretch { from: first, to, count } in &transfer.words {
+        for KeptCells { from: first, to, count } in &transfer.words {
             let (first, to, count) = (*first as usize, *to as usize, *count as usize);
             image.words[to..to + count].copy_from_slice(&from.words[first..first + count]);
         }
@@ -298,7 +300,7 @@ impl Engine {
     /// Turns the initial Stage ON for a running Program that has no Stage ON after the swap,
     /// because it lost its Stages or had none.
     fn restage(&mut self, old: &Engine, transfer: &Transfer) {
-        for Restage { program, initial, lost, had_none } in &transfer.restages {
+        for StageRestart { program, initial, lost, had_none } in &transfer.restages {
             let machine = &mut self.machine;
             let waits = machine.blocks[program.0 as usize].first_turn;
             let loses = *had_none || lost.iter().any(|id| old.machine.bit_of(Bit::Stage(*id)));

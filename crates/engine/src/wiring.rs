@@ -8,59 +8,65 @@ const LISTED_MAX: usize = 64;
 
 /// The cells of the steps of a slice: of its batches, then of all passes, then of all turns.
 #[derive(Clone, Debug)]
-pub struct Wiring {
+pub struct SliceCells {
     /// For each step, the cells that it may write.
-    written: Lists,
+    written: NumberLists,
     /// For each cell, the batches that read or write it.
-    touching: Lists,
+    touching: NumberLists,
     /// The batches that touch many cells, each with these cells in ascending order.
     wide: Vec<(u32, Vec<u32>)>,
     /// For each batch, whether it can act although none of its cells changed: control, and timers.
     pub moves: Vec<bool>,
 }
 
-impl Wiring {
+impl SliceCells {
     /// The cells that a step may write.
     pub fn written(&self, step: usize) -> &[u32] {
-        self.written.of(step)
+        self.written.list(step)
     }
 
     /// The batches that touch a cell.
     pub fn touching(&self, cell: u32) -> impl Iterator<Item = u32> + use<'_> {
         let wide = self.wide.iter().filter(move |(_, cells)| cells.binary_search(&cell).is_ok());
-        self.touching.of(cell as usize).iter().copied().chain(wide.map(|(batch, _)| *batch))
+        self.touching.list(cell as usize).iter().copied().chain(wide.map(|(batch, _)| *batch))
     }
 }
 
 /// Lists of numbers, stored one behind the other.
 #[derive(Clone, Debug)]
-struct Lists {
+struct NumberLists {
     /// For each list, the index of its first number in `all`; the last entry is the end.
     from: Vec<u32>,
     all: Vec<u32>,
 }
 
-impl Lists {
-    fn of(&self, list: usize) -> &[u32] {
+impl NumberLists {
+    fn list(&self, list: usize) -> &[u32] {
         &self.all[self.from[list] as usize..self.from[list + 1] as usize]
     }
 }
 
 /// Builds a wiring: first from the batches, then from the other steps.
-pub(super) struct WiringMaker {
+pub(super) struct SliceCellsBuilder {
     cells: usize,
-    written: Lists,
+    written: NumberLists,
     /// Cells with the batches that touch them.
     touches: Vec<(u32, u32)>,
     wide: Vec<(u32, Vec<u32>)>,
     moves: Vec<bool>,
 }
 
-impl WiringMaker {
+impl SliceCellsBuilder {
     /// A maker for this number of cells.
-    pub fn new(cells: usize) -> WiringMaker {
-        let written = Lists { from: vec![0], all: Vec::new() };
-        WiringMaker { cells, written, touches: Vec::new(), wide: Vec::new(), moves: Vec::new() }
+    pub fn new(cells: usize) -> SliceCellsBuilder {
+        let written = NumberLists { from: vec![0], all: Vec::new() };
+        SliceCellsBuilder {
+            cells,
+            written,
+            touches: Vec::new(),
+            wide: Vec::new(),
+            moves: Vec::new(),
+        }
     }
 
     /// Adds the next batch.
@@ -85,8 +91,8 @@ impl WiringMaker {
     }
 
     /// The finished wiring.
-    pub fn wired(self) -> Wiring {
-        let WiringMaker { cells, written, touches, wide, moves } = self;
+    pub fn wired(self) -> SliceCells {
+        let SliceCellsBuilder { cells, written, touches, wide, moves } = self;
         let mut from = vec![0; cells + 1];
         touches.iter().for_each(|(cell, _)| from[*cell as usize + 1] += 1);
         for at in 0..cells {
@@ -97,6 +103,6 @@ impl WiringMaker {
             all[next[cell as usize] as usize] = batch;
             next[cell as usize] += 1;
         }
-        Wiring { written, touching: Lists { from, all }, wide, moves }
+        SliceCells { written, touching: NumberLists { from, all }, wide, moves }
     }
 }

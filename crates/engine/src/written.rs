@@ -5,12 +5,12 @@
 //! edges.
 
 use super::control::ControlKind;
-use super::eye::Deed;
+use super::eye::ScanStep;
 use super::image::{BitCell, Image, WordCell};
 use super::layout::Cell;
-use super::ops::{Elements, Formulas, OpKind, Put, Touches};
+use super::ops::{ElementType, Formulas, MathTarget, OpKind, TouchedCells};
 use super::program::{PassStep, Program};
-use super::role::{self, Role};
+use super::role::{self, FieldRole};
 use crate::isa::{Bit, BitSpace, BlockId, ElementId};
 
 /// Stretches of neighbouring bits and words: the first cell and the length of each.
@@ -44,9 +44,9 @@ impl Stretches {
         self.bits.push((at, 1));
     }
 
-    pub(super) fn add(&mut self, touches: &Touches) {
+    pub(super) fn add(&mut self, touches: &TouchedCells) {
         let one = |cell: &u32| (*cell, 1);
-        let many = |cells: &role::Cells| (cells.first, cells.count);
+        let many = |cells: &role::CellRange| (cells.first, cells.count);
         self.bits.extend(touches.bits_written.iter().map(one));
         self.bits.extend(touches.bit_arrays_written.iter().map(many));
         self.words.extend(touches.words_written.iter().map(one));
@@ -72,7 +72,7 @@ impl Program {
             } else if batch.kind == OpKind::Control {
                 self.control(self.tables.ops.control[at].kind, element, &mut written);
             } else {
-                let mut touches = Touches::default();
+                let mut touches = TouchedCells::default();
                 self.tables.ops.touches(batch.kind, at, &mut touches);
                 written.add(&touches);
             }
@@ -90,18 +90,20 @@ impl Program {
     fn math(&self, at: usize, written: &mut Stretches) {
         let math = &self.tables.ops.math[at];
         match math.put {
-            Put::Word { to, .. } | Put::Real(to) => written.words.push((to.word.0, 1)),
-            Put::Bit(bit) => written.bits.push((bit.0, 1)),
-            Put::At(at) => {
+            MathTarget::Word { to, .. } | MathTarget::Real(to) => {
+                written.words.push((to.word.0, 1))
+            }
+            MathTarget::Bit(bit) => written.bits.push((bit.0, 1)),
+            MathTarget::At(at) => {
                 let cells = (at.first, u32::from(at.count));
                 match at.kind {
-                    Elements::Bits => written.bits.push(cells),
-                    Elements::Unsigned | Elements::Integers | Elements::Reals => {
+                    ElementType::Bits => written.bits.push(cells),
+                    ElementType::Unsigned | ElementType::Integers | ElementType::Reals => {
                         written.words.push(cells);
                     }
                 }
             }
-            Put::Index(_) => {}
+            MathTarget::Index(_) => {}
         }
         let mishaps = Formulas { reads: &[], status: self.status() }.mishaps();
         written.bits.push((mishaps.start, mishaps.end - mishaps.start));
@@ -145,7 +147,7 @@ impl Program {
 
     /// The cells that a step of a pass may write.
     pub fn written_by_pass(&self, step: u32) -> Stretches {
-        let mut touches = Touches::default();
+        let mut touches = TouchedCells::default();
         let mut written = Stretches::default();
         match &self.tables.terminations[step as usize] {
             PassStep::BitOff(bit) => written.bits.push((*bit, 1)),
@@ -172,18 +174,20 @@ impl Program {
 
     /// The cell that an operation writes through an index at run time. `None` if the operation has
     /// no index, `Some(None)` if the index is outside of the array.
-    pub fn selected(&self, deed: Deed, image: &Image) -> Option<Option<Cell>> {
-        let Deed::Batch(batch) = deed else { return None };
+    pub fn selected(&self, deed: ScanStep, image: &Image) -> Option<Option<Cell>> {
+        let ScanStep::Batch(batch) = deed else { return None };
         let batch = self.tables.batches[batch as usize];
         if !matches!(batch.kind, OpKind::Math | OpKind::Columns) {
             return None;
         }
-        let Put::At(at) = self.tables.ops.math[batch.first as usize].put else { return None };
+        let MathTarget::At(at) = self.tables.ops.math[batch.first as usize].put else {
+            return None;
+        };
         let index = u32::try_from(image.word(WordCell(at.index))).ok();
         let index = index.filter(|index| *index < u32::from(at.count));
         Some(index.map(|index| match at.kind {
-            Elements::Bits => Cell::Bit(BitCell(at.first + index)),
-            Elements::Unsigned | Elements::Integers | Elements::Reals => {
+            ElementType::Bits => Cell::Bit(BitCell(at.first + index)),
+            ElementType::Unsigned | ElementType::Integers | ElementType::Reals => {
                 Cell::Word(WordCell(at.first + index))
             }
         }))

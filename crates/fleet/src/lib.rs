@@ -7,12 +7,12 @@
 //! # The way of a value to a broker
 //!
 //! ```text
-//!  operator's socket ─► live::ChangeFollower ─► LogEvent ─► node ─► NodeOut ─► shell
-//!  (recording from_section=N)   ▲  ChangeRun               (no I/O,    │ ▲        │
-//!  recorded folder ─► live::ChangeHistory                   no clock)  │ │        ▼
-//!                               └──────────── replay from there ◄──────┘ │      mqtt ─► broker
-//!                                             (position in the log)      │        │
-//!                                               cursor ◄─ all before it read ┴─ Pong ─┘
+//!  operator's socket ─► live::ChangeFollower ─► LogEvent ─► node ─► NodeAction ─► shell
+//!  (recording from_section=N)   ▲  ChangeRun               (no I/O,    │ ▲           │
+//!  recorded folder ─► live::ChangeHistory                   no clock)  │ │           ▼
+//!                               └──────────── replay from there ◄──────┘ │         mqtt ─► broker
+//!                                             (position in the log)      │           │
+//!                                               cursor ◄─ all before it read ┴── Pong ───┘
 //! ```
 //!
 //! The scan log is the only store. A `ChangeRun` executes the new part of the newest section and

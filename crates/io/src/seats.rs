@@ -35,7 +35,7 @@ pub struct SeatSettings {
 
 /// The facts about a client that decide on its seat.
 #[derive(Clone, Copy, Debug)]
-pub struct Guest {
+pub struct SeatClient {
     /// Its user.
     pub user: u32,
     /// Whether it may make changes.
@@ -43,7 +43,7 @@ pub struct Guest {
 }
 
 /// A client of a server that does not distinguish its clients.
-pub const ANY_GUEST: Guest = Guest { user: 0, may_change: true };
+pub const ANY_GUEST: SeatClient = SeatClient { user: 0, may_change: true };
 
 /// All seats.
 #[derive(Clone)]
@@ -62,11 +62,11 @@ struct SharedSeats {
 #[derive(Default)]
 struct TakenSeats {
     last: u64,
-    sitters: HashMap<u64, Sitter>,
+    sitters: HashMap<u64, SeatOccupant>,
 }
 
-struct Sitter {
-    guest: Guest,
+struct SeatOccupant {
+    guest: SeatClient,
     /// The moment since which it is idle; `None` while a request of this client is carried out.
     idle: Option<Instant>,
     /// Whether it keeps its seat while it is idle.
@@ -75,14 +75,14 @@ struct Sitter {
 }
 
 /// One taken seat; dropping it frees the seat.
-pub struct Seat {
+pub struct TakenSeat {
     seats: Seats,
     number: u64,
     leave: Arc<Notify>,
 }
 
 /// A seat whose client is not idle, until this is dropped.
-pub struct BusySeat(Arc<Seat>);
+pub struct BusySeat(Arc<TakenSeat>);
 
 impl Seats {
     /// Free seats.
@@ -96,7 +96,7 @@ impl Seats {
     }
 
     /// A seat for a client; `None` if all seats that it may have are taken and busy.
-    pub fn take(&self, guest: Guest) -> Option<Arc<Seat>> {
+    pub fn take(&self, guest: SeatClient) -> Option<Arc<TakenSeat>> {
         let mut taken = self.lock();
         let SeatSettings { count_max, reserved, .. } = self.settings;
         let most = count_max - reserved;
@@ -109,13 +109,13 @@ impl Seats {
         taken.last += 1;
         let (number, leave) = (taken.last, Arc::new(Notify::new()));
         let idle = Some(Instant::now());
-        let sitter = Sitter { guest, idle, stays: false, leave: Arc::clone(&leave) };
+        let sitter = SeatOccupant { guest, idle, stays: false, leave: Arc::clone(&leave) };
         taken.sitters.insert(number, sitter);
-        Some(Arc::new(Seat { seats: self.clone(), number, leave }))
+        Some(Arc::new(TakenSeat { seats: self.clone(), number, leave }))
     }
 
     /// Like [`Seats::take`], but waits while all seats are taken and busy.
-    pub async fn take_soon(&self, guest: Guest) -> Option<Arc<Seat>> {
+    pub async fn take_soon(&self, guest: SeatClient) -> Option<Arc<TakenSeat>> {
         let taken = async {
             loop {
                 let room = self.shared.room.notified();
@@ -148,8 +148,11 @@ impl Seats {
 
     /// Serves all clients of a listener: each as long as its conversation lasts, and until it is
     /// asked to leave.
-    pub async fn serve<C, A, F>(&self, accept: impl Fn() -> A, converse: impl Fn(C, Arc<Seat>) -> F)
-    where
+    pub async fn serve<C, A, F>(
+        &self,
+        accept: impl Fn() -> A,
+        converse: impl Fn(C, Arc<TakenSeat>) -> F,
+    ) where
         A: Future<Output = io::Result<C>>,
         F: Future<Output = ()> + Send + 'static,
     {
@@ -177,13 +180,13 @@ impl Seats {
 impl TakenSeats {
     /// Whether fewer than `most` of these clients have a seat. If necessary, one idle client of
     /// them is asked to leave.
-    fn room(&mut self, most: usize, these: impl Fn(&Sitter) -> bool) -> bool {
+    fn room(&mut self, most: usize, these: impl Fn(&SeatOccupant) -> bool) -> bool {
         let sit = self.sitters.values().filter(|sitter| these(sitter)).count();
         sit < most || self.dismiss(these)
     }
 
     /// Asks an idle client of these to leave; false if all of them are busy or stay.
-    fn dismiss(&mut self, these: impl Fn(&Sitter) -> bool) -> bool {
+    fn dismiss(&mut self, these: impl Fn(&SeatOccupant) -> bool) -> bool {
         // The client is asked once, and its seat counts as free from now on.
         let leaver = self.leaver(these).and_then(|leaver| self.sitters.remove(&leaver));
         leaver.is_some_and(|sitter| {
@@ -194,7 +197,7 @@ impl TakenSeats {
 
     /// The client of these to dismiss: of the user with the most seats, the client that has been
     /// idle longest.
-    fn leaver(&self, these: impl Fn(&Sitter) -> bool) -> Option<u64> {
+    fn leaver(&self, these: impl Fn(&SeatOccupant) -> bool) -> Option<u64> {
         let mut counts: HashMap<u32, usize> = HashMap::new();
         for sitter in self.sitters.values() {
             *counts.entry(sitter.guest.user).or_default() += 1;
@@ -208,14 +211,14 @@ impl TakenSeats {
     }
 }
 
-impl Seat {
+impl TakenSeat {
     /// Notes whether a request of this client is being carried out.
     pub fn set_busy(&self, busy: bool) {
         self.note(|sitter| sitter.idle = (!busy).then(Instant::now));
     }
 
     /// The client is busy until the answer is dropped.
-    pub fn busy(self: &Arc<Seat>) -> BusySeat {
+    pub fn busy(self: &Arc<TakenSeat>) -> BusySeat {
         self.set_busy(true);
         BusySeat(Arc::clone(self))
     }
@@ -242,7 +245,7 @@ impl Seat {
         self.leave.notified().await;
     }
 
-    fn note(&self, change: impl FnOnce(&mut Sitter)) {
+    fn note(&self, change: impl FnOnce(&mut SeatOccupant)) {
         if let Some(sitter) = self.seats.lock().sitters.get_mut(&self.number) {
             change(sitter);
         }
@@ -250,7 +253,7 @@ impl Seat {
     }
 }
 
-impl Drop for Seat {
+impl Drop for TakenSeat {
     fn drop(&mut self) {
         self.seats.lock().sitters.remove(&self.number);
         self.seats.shared.room.notify_waiters();
@@ -273,8 +276,8 @@ mod tests {
         Seats::new(SeatSettings { count_max, reserved, idle_max, wait_max, rest })
     }
 
-    fn guest(user: u32, may_change: bool) -> Guest {
-        Guest { user, may_change }
+    fn guest(user: u32, may_change: bool) -> SeatClient {
+        SeatClient { user, may_change }
     }
 
     #[test]
@@ -311,7 +314,7 @@ mod tests {
             Some(seat)
         };
         let taken = |uid: u32, may_change: bool| {
-            let taken: Vec<Arc<Seat>> = (0..20).map_while(|_| busy(uid, may_change)).collect();
+            let taken: Vec<Arc<TakenSeat>> = (0..20).map_while(|_| busy(uid, may_change)).collect();
             taken
         };
         // One user, all of whose clients are busy.
@@ -320,7 +323,7 @@ mod tests {
         assert!(busy(0, true).is_some() && busy(8, false).is_some());
         drop(greedy);
         // Many users that may only look.
-        let crowd: Vec<Arc<Seat>> = (100..120).map_while(|uid| busy(uid, false)).collect();
+        let crowd: Vec<Arc<TakenSeat>> = (100..120).map_while(|uid| busy(uid, false)).collect();
         assert_eq!(crowd.len(), 8);
         let root = busy(0, true).unwrap();
         let operator = busy(1, true).unwrap();

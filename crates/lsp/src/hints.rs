@@ -12,7 +12,7 @@ use super::project::Project;
 use super::slots::{FileKind, Slot};
 use super::uri::path_of;
 use super::workspace::Workspace;
-pub use rungd_client::operator::protocol::Held;
+pub use rungd_client::operator::protocol::BitOrNumber;
 use rungd_config::controller::OutputState;
 use rungd_lab::testing::time_text;
 
@@ -70,8 +70,8 @@ fn label(
         let Some(value) = live.get(&word.operand) else { continue };
         let is_wanted = match value.memory {
             // The colour of a bit that is only read shows its value.
-            Held::Bit(_) => slot == Slot::Instruction && word.is_written,
-            Held::Word(_) | Held::Real(_) => true,
+            BitOrNumber::Bit(_) => slot == Slot::Instruction && word.is_written,
+            BitOrNumber::Word(_) | BitOrNumber::Real(_) => true,
         };
         let text = told(&word, value);
         if is_wanted && !shown.contains(&text) && shown.len() < SHOWN_MAX {
@@ -87,16 +87,16 @@ fn told(word: &NamedWord, value: LiveValue) -> String {
         OutputState::AsMemory => held_text(word, held),
         OutputState::Safe(_) => format!("{held}, safe value"),
         OutputState::Unknown(None) => "not known".to_owned(),
-        OutputState::Unknown(Some(last)) => format!("not known, last {}", Held::Bit(last)),
+        OutputState::Unknown(Some(last)) => format!("not known, last {}", BitOrNumber::Bit(last)),
     };
     format!("{} = {value}", word.operand)
 }
 
-fn held_text(word: &NamedWord, held: Held) -> String {
+fn held_text(word: &NamedWord, held: BitOrNumber) -> String {
     match held {
-        Held::Word(ms) if word.is_time => {
+        BitOrNumber::Word(ms) if word.is_time => {
             time_text(u64::from(ms.unsigned_abs()).saturating_mul(NS_PER_MS))
         }
-        Held::Bit(_) | Held::Word(_) | Held::Real(_) => held.to_string(),
+        BitOrNumber::Bit(_) | BitOrNumber::Word(_) | BitOrNumber::Real(_) => held.to_string(),
     }
 }

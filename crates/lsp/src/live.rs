@@ -15,7 +15,7 @@ use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, unbounded};
 
 use rungd_client::operator::client::CallFailure;
 use rungd_client::operator::poller::{PollPace, PolledController};
-use rungd_client::operator::protocol::Held;
+use rungd_client::operator::protocol::BitOrNumber;
 use rungd_client::operator::socket_place::operator_socket;
 use rungd_client::operator::{search, socket_of_environment};
 use rungd_config::controller::OutputState;
@@ -76,7 +76,7 @@ pub(super) struct LiveValues {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LiveValue {
     /// Its value in memory.
-    pub memory: Held,
+    pub memory: BitOrNumber,
     /// For a Y: the state of its output.
     pub output: OutputState,
 }
@@ -84,9 +84,9 @@ pub(super) struct LiveValue {
 impl LiveValue {
     /// The value that is shown: of an output outside RUN, what is driven. The power of a contact
     /// comes from memory, so it stays where the state of the output is not known.
-    pub fn held(&self) -> Held {
+    pub fn held(&self) -> BitOrNumber {
         match self.output {
-            OutputState::Safe(on) => Held::Bit(on),
+            OutputState::Safe(on) => BitOrNumber::Bit(on),
             OutputState::AsMemory | OutputState::Unknown(_) => self.memory,
         }
     }

@@ -19,7 +19,7 @@ use super::slots::{DeclaredKind, FileKind};
 use super::uri::path_of;
 use super::words::{FileWord, Role};
 use super::workspace::Workspace;
-pub use rungd_client::operator::protocol::Held;
+pub use rungd_client::operator::protocol::BitOrNumber;
 
 /// The types of tokens.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,9 +81,9 @@ pub(super) fn tokens(
             Some(live.as_ref()?.get(&named.operand)?.held())
         };
         let state = match live.as_ref().and_then(|_| value()) {
-            Some(Held::Bit(true)) => ON,
-            Some(Held::Bit(false)) => OFF,
-            Some(Held::Word(_) | Held::Real(_)) | None => 0,
+            Some(BitOrNumber::Bit(true)) => ON,
+            Some(BitOrNumber::Bit(false)) => OFF,
+            Some(BitOrNumber::Word(_) | BitOrNumber::Real(_)) | None => 0,
         };
         for (span, kind) in parts((&project, number), word) {
             let place = file.place(span.clone());

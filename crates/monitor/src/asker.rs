@@ -2,7 +2,7 @@
 //!
 //! `run` sends orders and takes the news. The thread looks at the controller five times a second,
 //! and less often if the answers are slow. It changes a controller only by
-//! [`MonitorOrder::Change`].
+//! [`ThreadOrder::Change`].
 
 use std::io;
 use std::path::PathBuf;
@@ -13,12 +13,12 @@ use std::time::{Duration, Instant};
 use crossbeam_channel::{Receiver, RecvTimeoutError, SendError, Sender, bounded, unbounded};
 use serde::de::DeserializeOwned;
 
-use super::message::{Look, MonitorNews, MonitorOrder};
+use super::message::{ControllerLook, MonitorNews, ThreadOrder};
 use super::power_of::PowerOf;
-use rungd_client::live::{Follower, LiveProgram, LiveView};
+use rungd_client::live::{ControllerFollower, LiveProgram, LiveView};
 use rungd_client::operator::client::CallFailure;
-use rungd_client::operator::poller::{PollPace, PolledController, ReadOperands};
-use rungd_client::operator::protocol::{AckList, Change, NameList, Request, Values};
+use rungd_client::operator::poller::{PollPace, PolledController, PolledValues};
+use rungd_client::operator::protocol::{AckList, ChangedOperand, NameList, OperandValues, Request};
 
 /// Five looks a second, one a second at a controller that does not answer.
 const PACE: PollPace =
@@ -34,21 +34,21 @@ const ANSWER_MAX: Duration = Duration::from_secs(10);
 const NEWS_MAX: usize = 16;
 
 /// The result of sending news; an error means that nobody receives them any more.
-type Sent = Result<(), SendError<MonitorNews>>;
+type NewsSent = Result<(), SendError<MonitorNews>>;
 
 /// Starts the thread. Returns the sender of orders and the receiver of news. The thread ends when
 /// the sender is dropped.
 ///
 /// # Errors
 /// The system cannot start a thread.
-pub(super) fn start(socket: PathBuf) -> io::Result<(Sender<MonitorOrder>, Receiver<MonitorNews>)> {
+pub(super) fn start(socket: PathBuf) -> io::Result<(Sender<ThreadOrder>, Receiver<MonitorNews>)> {
     let (orders, received) = unbounded();
     let (send, news) = bounded(NEWS_MAX);
     let builder = thread::Builder::new().name("monitor".to_owned());
     builder.spawn(move || {
-        let asker = ControllerAsker {
+        let asker = RequestThread {
             controller: PolledController { socket, answer_max: LOOK_MAX },
-            follower: Follower::default(),
+            follower: ControllerFollower::default(),
             follows: false,
             told: String::new(),
             news: send,
@@ -60,10 +60,10 @@ pub(super) fn start(socket: PathBuf) -> io::Result<(Sender<MonitorOrder>, Receiv
 }
 
 /// The state of the thread.
-struct ControllerAsker {
+struct RequestThread {
     controller: PolledController,
     /// Reads the scan log: for the ladder, its power, and `why`.
-    follower: Follower,
+    follower: ControllerFollower,
     /// Whether the power of the ladder is sent after each look.
     follows: bool,
     /// The hash of the ladder that was sent last.
@@ -73,8 +73,8 @@ struct ControllerAsker {
     operands: Vec<String>,
 }
 
-impl ControllerAsker {
-    fn run(mut self, orders: &Receiver<MonitorOrder>) {
+impl RequestThread {
+    fn run(mut self, orders: &Receiver<ThreadOrder>) {
         let mut next = Instant::now();
         loop {
             let sent = match orders.recv_deadline(next) {
@@ -87,7 +87,7 @@ impl ControllerAsker {
                     let began = Instant::now();
                     let looked = self.look();
                     let answered = looked.is_ok();
-                    let sent = self.tell(looked);
+                    let sent = self.send_look(looked);
                     next = Instant::now() + PACE.pause(began.elapsed(), answered);
                     sent
                 }
@@ -101,8 +101,8 @@ impl ControllerAsker {
 
     /// Obeys orders. Of several requests for names, only the last one is sent, so that fast typing
     /// does not cause many requests.
-    fn obey_all(&mut self, orders: Vec<MonitorOrder>) -> Sent {
-        let is_names = |order: &MonitorOrder| matches!(order, MonitorOrder::Names(_));
+    fn obey_all(&mut self, orders: Vec<ThreadOrder>) -> NewsSent {
+        let is_names = |order: &ThreadOrder| matches!(order, ThreadOrder::Names(_));
         let last_names = orders.iter().rposition(is_names);
         for (at, order) in orders.into_iter().enumerate() {
             if !is_names(&order) || Some(at) == last_names {
@@ -112,37 +112,37 @@ impl ControllerAsker {
         Ok(())
     }
 
-    fn obey(&mut self, order: MonitorOrder) -> Sent {
+    fn obey(&mut self, order: ThreadOrder) -> NewsSent {
         let news = match order {
-            MonitorOrder::Read(operands) => {
+            ThreadOrder::Read(operands) => {
                 self.operands = operands;
                 return Ok(());
             }
-            MonitorOrder::Follow(follows) => {
+            ThreadOrder::Follow(follows) => {
                 self.follows = follows;
                 return Ok(());
             }
-            MonitorOrder::Ladder => {
+            ThreadOrder::Ladder => {
                 let (sha256, found) = self.ladder();
                 self.told.clone_from(&sha256);
                 MonitorNews::Ladder(sha256, found)
             }
-            MonitorOrder::Names(prefix) => {
+            ThreadOrder::Names(prefix) => {
                 let request = Request::Names { prefix: prefix.clone() };
                 let names = self.ask::<NameList>(&request).map(|list| list.names);
                 MonitorNews::Names(prefix, names.unwrap_or_default())
             }
-            MonitorOrder::Find(operand) => {
-                let found =
-                    self.ask::<Values>(&Request::Read { operands: vec![operand], each: false });
-                MonitorNews::Found(found.map(|of| of.values))
+            ThreadOrder::Find(operand) => {
+                let found = self
+                    .ask::<OperandValues>(&Request::Read { operands: vec![operand], each: false });
+                MonitorNews::Found(found.map(|list| list.values))
             }
-            MonitorOrder::Why(operand) => {
+            ThreadOrder::Why(operand) => {
                 let answer = self.scans().and_then(|view| view.why(&operand, None));
                 let text = answer.map(|answer| format!("{}{}", answer.text(), answer.hints()));
                 MonitorNews::Why(operand, text)
             }
-            MonitorOrder::Change(request) => MonitorNews::Changed(self.change(&request)),
+            ThreadOrder::Change(request) => MonitorNews::Changed(self.change(&request)),
         };
         self.news.send(news)
     }
@@ -155,10 +155,11 @@ impl ControllerAsker {
     fn change(&self, request: &Request) -> Result<String, String> {
         if let Request::Ack { .. } = request {
             let alarms = self.ask::<AckList>(request)?.alarms;
-            let said = alarms.iter().map(|of| format!("{}: now {}", of.tag, of.after.name()));
+            let said =
+                alarms.iter().map(|alarm| format!("{}: now {}", alarm.tag, alarm.after.name()));
             return Ok(said.collect::<Vec<_>>().join(", "));
         }
-        self.ask::<Change>(request).map(|change| said(&change))
+        self.ask::<ChangedOperand>(request).map(|change| said(&change))
     }
 
     /// The last scan, and the scans of the minute before it.
@@ -176,7 +177,7 @@ impl ControllerAsker {
     }
 
     /// Sends the news of a look, and the power of the ladder.
-    fn tell(&mut self, looked: Result<Look, CallFailure>) -> Sent {
+    fn send_look(&mut self, looked: Result<ControllerLook, CallFailure>) -> NewsSent {
         let look = match looked {
             Ok(look) => look,
             Err(failure) => return self.news.send(MonitorNews::Silent(failure.to_string())),
@@ -198,16 +199,16 @@ impl ControllerAsker {
         self.news.send(MonitorNews::Power(power))
     }
 
-    fn look(&self) -> Result<Look, CallFailure> {
+    fn look(&self) -> Result<ControllerLook, CallFailure> {
         let status = self.controller.status()?;
-        let ReadOperands { values, refused } = self.controller.values(&self.operands)?;
+        let PolledValues { values, refused } = self.controller.values(&self.operands)?;
         let unknown = refused.into_iter().map(|refused| refused.operand).collect();
-        Ok(Look { status, values, unknown })
+        Ok(ControllerLook { status, values, unknown })
     }
 }
 
 /// The result of a change, in the words of `rungd force`.
-fn said(change: &Change) -> String {
+fn said(change: &ChangedOperand) -> String {
     let forced = |is: bool| if is { ", forced" } else { "" };
     let note = change.note.as_ref().map_or(String::new(), |note| format!("; note: {note}"));
     format!(

@@ -4,8 +4,8 @@
 //! `update` opens and answers them, `paint` draws them. Nothing is changed in a controller before
 //! the last dialog has shown the operand, its present value and the new value.
 
-use super::message::Press;
-use rungd_client::operator::protocol::{GivenValue, Name, Request};
+use super::message::KeyPress;
+use rungd_client::operator::protocol::{GivenValue, OfferedName, Request};
 
 /// The longest text that can be typed.
 const TEXT_CHARS_MAX: usize = 120;
@@ -15,7 +15,7 @@ const NAMES_MAX: usize = 8;
 
 /// The change to make to an operand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum ChangeWanted {
+pub(super) enum WantedChange {
     Force,
     Write,
     Release,
@@ -26,44 +26,44 @@ pub(super) enum ChangeWanted {
 #[derive(Clone, Debug)]
 pub(super) enum Dialog {
     /// Requests an operand to watch.
-    Add(Typed),
+    Add(TypedName),
     /// Requests the new value. `is_typed`: the user has changed the text, so no value is proposed
     /// any more.
-    NewValue { wanted: ChangeWanted, operand: String, text: String, is_typed: bool },
+    NewValue { wanted: WantedChange, operand: String, text: String, is_typed: bool },
     /// Requests the confirmation of a change.
-    Confirm { wanted: ChangeWanted, operand: String, text: String },
+    Confirm { wanted: WantedChange, operand: String, text: String },
 }
 
 /// The typed beginning of a name, with the names that begin with it.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Typed {
+pub(super) struct TypedName {
     pub text: String,
-    pub names: Vec<Name>,
+    pub names: Vec<OfferedName>,
     /// The chosen name, which replaces the typed text.
     pub chosen: Option<usize>,
 }
 
-impl ChangeWanted {
+impl WantedChange {
     /// The heading of the dialog.
     pub fn heading(self) -> &'static str {
         match self {
-            ChangeWanted::Force => "Force",
-            ChangeWanted::Write => "Write",
-            ChangeWanted::Release => "Release the force of",
-            ChangeWanted::Acknowledge => "Acknowledge",
+            WantedChange::Force => "Force",
+            WantedChange::Write => "Write",
+            WantedChange::Release => "Release the force of",
+            WantedChange::Acknowledge => "Acknowledge",
         }
     }
 
     /// The request to the controller.
     pub fn request(self, operand: String, text: String) -> Request {
         match self {
-            ChangeWanted::Force => Request::Force { operand, value: GivenValue::Text(text) },
-            ChangeWanted::Write => {
+            WantedChange::Force => Request::Force { operand, value: GivenValue::Text(text) },
+            WantedChange::Write => {
                 let value = GivenValue::Text(text);
                 Request::Write { operand, value, for_user: None, from_page: false }
             }
-            ChangeWanted::Release => Request::Unforce { operand },
-            ChangeWanted::Acknowledge => Request::Ack { alarms: vec![operand], for_user: None },
+            WantedChange::Release => Request::Unforce { operand },
+            WantedChange::Acknowledge => Request::Ack { alarms: vec![operand], for_user: None },
         }
     }
 }
@@ -78,7 +78,7 @@ impl Dialog {
     }
 }
 
-impl Typed {
+impl TypedName {
     /// The text in the line: the chosen name, or else the typed text.
     pub fn shown(&self) -> &str {
         let chosen = self.chosen.and_then(|at| self.names.get(at));
@@ -86,7 +86,7 @@ impl Typed {
     }
 
     /// Takes the names that begin with a text, if the typed text is still the same.
-    pub fn take(&mut self, prefix: &str, names: Vec<Name>) {
+    pub fn take(&mut self, prefix: &str, names: Vec<OfferedName>) {
         if prefix == self.text {
             (self.names, self.chosen) = (names, None);
             self.names.truncate(NAMES_MAX);
@@ -94,11 +94,11 @@ impl Typed {
     }
 
     /// Handles a key. Returns whether the text has changed, so that new names must be requested.
-    pub fn press(&mut self, press: Press) -> bool {
+    pub fn press(&mut self, press: KeyPress) -> bool {
         let last = self.names.len().checked_sub(1);
-        if matches!(press, Press::Down | Press::Tab) {
+        if matches!(press, KeyPress::Down | KeyPress::Tab) {
             self.chosen = last.map(|last| self.chosen.map_or(0, |at| (at + 1).min(last)));
-        } else if matches!(press, Press::Up | Press::BackTab) {
+        } else if matches!(press, KeyPress::Up | KeyPress::BackTab) {
             self.chosen = self.chosen.and_then(|at| at.checked_sub(1));
         } else {
             let mut text = self.shown().to_owned();
@@ -113,11 +113,11 @@ impl Typed {
 }
 
 /// Handles a key in a text. Returns whether the text has changed.
-pub(super) fn edit(text: &mut String, press: Press) -> bool {
-    if press == Press::Backspace {
+pub(super) fn edit(text: &mut String, press: KeyPress) -> bool {
+    if press == KeyPress::Backspace {
         return text.pop().is_some();
     }
-    let Press::Char(c) = press else { return false };
+    let KeyPress::Char(c) = press else { return false };
     let has_room = text.chars().count() < TEXT_CHARS_MAX && !c.is_control();
     if has_room {
         text.push(c);

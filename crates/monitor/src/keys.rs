@@ -7,7 +7,7 @@ use std::{io, thread};
 use crossbeam_channel::{Receiver, bounded};
 use crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers, read};
 
-use super::message::Press;
+use super::message::KeyPress;
 
 /// The most keys that wait to be taken.
 const KEYS_MAX: usize = 64;
@@ -15,7 +15,7 @@ const KEYS_MAX: usize = 64;
 /// An input from the terminal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum TerminalInput {
-    Key(Press),
+    Key(KeyPress),
     /// The size of the window has changed.
     Resized,
     /// Ctrl-L: draws the whole page again, over the output of another program.
@@ -50,33 +50,33 @@ fn input(event: &Event) -> Option<TerminalInput> {
     press(key).map(TerminalInput::Key)
 }
 
-fn press(key: &KeyEvent) -> Option<Press> {
+fn press(key: &KeyEvent) -> Option<KeyPress> {
     if key.kind == KeyEventKind::Release {
         return None;
     }
     if let KeyCode::Char(c) = key.code {
         let is_control = key.modifiers.intersects(KeyModifiers::CONTROL | KeyModifiers::ALT);
         return match (is_control, c) {
-            (false, c) => Some(Press::Char(c)),
-            (true, 'c') => Some(Press::Interrupt),
+            (false, c) => Some(KeyPress::Char(c)),
+            (true, 'c') => Some(KeyPress::Interrupt),
             (true, _) => None,
         };
     }
     let keys = [
-        (KeyCode::Enter, Press::Enter),
-        (KeyCode::Esc, Press::Escape),
-        (KeyCode::Tab, Press::Tab),
-        (KeyCode::BackTab, Press::BackTab),
-        (KeyCode::Up, Press::Up),
-        (KeyCode::Down, Press::Down),
-        (KeyCode::Left, Press::Left),
-        (KeyCode::Right, Press::Right),
-        (KeyCode::PageUp, Press::PageUp),
-        (KeyCode::PageDown, Press::PageDown),
-        (KeyCode::Home, Press::Home),
-        (KeyCode::End, Press::End),
-        (KeyCode::Backspace, Press::Backspace),
-        (KeyCode::Delete, Press::Delete),
+        (KeyCode::Enter, KeyPress::Enter),
+        (KeyCode::Esc, KeyPress::Escape),
+        (KeyCode::Tab, KeyPress::Tab),
+        (KeyCode::BackTab, KeyPress::BackTab),
+        (KeyCode::Up, KeyPress::Up),
+        (KeyCode::Down, KeyPress::Down),
+        (KeyCode::Left, KeyPress::Left),
+        (KeyCode::Right, KeyPress::Right),
+        (KeyCode::PageUp, KeyPress::PageUp),
+        (KeyCode::PageDown, KeyPress::PageDown),
+        (KeyCode::Home, KeyPress::Home),
+        (KeyCode::End, KeyPress::End),
+        (KeyCode::Backspace, KeyPress::Backspace),
+        (KeyCode::Delete, KeyPress::Delete),
     ];
     keys.into_iter().find(|(code, _)| *code == key.code).map(|(_, press)| press)
 }
@@ -87,17 +87,17 @@ mod tests {
 
     #[test]
     fn keys_with_a_modifier_are_no_letters() {
-        let of = |code, modifiers| input(&Event::Key(KeyEvent::new(code, modifiers)));
+        let key_input = |code, modifiers| input(&Event::Key(KeyEvent::new(code, modifiers)));
         let plain = KeyModifiers::NONE;
         assert_eq!(
-            of(KeyCode::Char('Y'), KeyModifiers::SHIFT),
-            Some(TerminalInput::Key(Press::Char('Y')))
+            key_input(KeyCode::Char('Y'), KeyModifiers::SHIFT),
+            Some(TerminalInput::Key(KeyPress::Char('Y')))
         );
-        assert_eq!(of(KeyCode::Enter, plain), Some(TerminalInput::Key(Press::Enter)));
-        assert_eq!(of(KeyCode::F(1), plain), None);
-        assert_eq!(of(KeyCode::Char('y'), KeyModifiers::ALT), None);
-        let control = |c| of(KeyCode::Char(c), KeyModifiers::CONTROL);
-        assert_eq!(control('c'), Some(TerminalInput::Key(Press::Interrupt)));
+        assert_eq!(key_input(KeyCode::Enter, plain), Some(TerminalInput::Key(KeyPress::Enter)));
+        assert_eq!(key_input(KeyCode::F(1), plain), None);
+        assert_eq!(key_input(KeyCode::Char('y'), KeyModifiers::ALT), None);
+        let control = |c| key_input(KeyCode::Char(c), KeyModifiers::CONTROL);
+        assert_eq!(control('c'), Some(TerminalInput::Key(KeyPress::Interrupt)));
         assert_eq!((control('l'), control('y')), (Some(TerminalInput::DrawAgain), None));
         assert_eq!(input(&Event::Resize(9, 9)), Some(TerminalInput::Resized));
     }

@@ -137,15 +137,15 @@ impl LadderView {
     pub fn rung_view(&self, element: &str, rung: &RungPicture) -> RungView {
         let number = u32::try_from(rung.number).unwrap_or(u32::MAX);
         let conducts =
-            |power: &dyn PowerOf, of: &ContactSymbol| power.conducts(element, number, of);
+            |power: &dyn PowerOf, contact: &ContactSymbol| power.conducts(element, number, contact);
         let executes = self.power.as_ref().map(|power| {
-            let mut own = rung.grid.contacts.iter().filter(|of| of.symbol.branch.is_none());
-            own.all(|of| conducts(&**power, &of.symbol).is_some())
+            let mut own =
+                rung.grid.contacts.iter().filter(|contact| contact.symbol.branch.is_none());
+            own.all(|contact| conducts(&**power, &contact.symbol).is_some())
         });
-        let flow =
-            self.power.as_ref().filter(|_| executes == Some(true)).map(|power| {
-                flow_of_power(&rung.grid, &|of| conducts(&**power, of).unwrap_or(false))
-            });
+        let flow = self.power.as_ref().filter(|_| executes == Some(true)).map(|power| {
+            flow_of_power(&rung.grid, &|contact| conducts(&**power, contact).unwrap_or(false))
+        });
         RungView { text: powered(&rung.grid, flow.as_ref()), executes, flow }
     }
 }

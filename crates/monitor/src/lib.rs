@@ -32,7 +32,7 @@ use crossbeam_channel::{Receiver, RecvError, Sender, select};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM};
 
 use keys::TerminalInput;
-use message::{MonitorEvent, MonitorNews, MonitorOrder, MonitorWish};
+use message::{MonitorAction, MonitorEvent, MonitorNews, ThreadOrder};
 use screen::Screen;
 use state::MonitorState;
 use update::update;
@@ -76,20 +76,20 @@ pub fn run(setup: MonitorSetup) -> Result<()> {
         faults::point(FaultPoint::Page);
         let Some(waited) = channels.next() else { return Ok(()) };
         let tick = u64::try_from(began.elapsed().as_millis()).unwrap_or(u64::MAX);
-        if let Waited::DrawAgain = waited {
+        if let WaitEvent::DrawAgain = waited {
             screen.0.clear()?;
         }
         // If nothing has happened, only the duration of a silence changes on the screen.
-        is_drawn = matches!(waited, Waited::Nothing) && state.silence.is_none();
+        is_drawn = matches!(waited, WaitEvent::Nothing) && state.silence.is_none();
         let mut wishes = update(&mut state, MonitorEvent::Tick(tick));
-        if let Waited::Event(event) = waited {
+        if let WaitEvent::Event(event) = waited {
             wishes.extend(update(&mut state, event));
         }
         for wish in wishes {
             match wish {
-                MonitorWish::Quit => return Ok(()),
+                MonitorAction::Quit => return Ok(()),
                 // If the thread has ended, `next` reports it.
-                MonitorWish::Ask(order) => drop(channels.orders.send(order)),
+                MonitorAction::Ask(order) => drop(channels.orders.send(order)),
             }
         }
     }
@@ -98,13 +98,13 @@ pub fn run(setup: MonitorSetup) -> Result<()> {
 
 /// The channels to and from the other threads.
 struct Channels {
-    orders: Sender<MonitorOrder>,
+    orders: Sender<ThreadOrder>,
     news: Receiver<MonitorNews>,
     keys: Receiver<TerminalInput>,
 }
 
 /// The event that ended a wait of `run`.
-enum Waited {
+enum WaitEvent {
     Event(MonitorEvent),
     /// Only time has passed.
     Nothing,
@@ -116,20 +116,20 @@ enum Waited {
 
 impl Channels {
     /// Waits for the next event, at most for `TICK`; `None`: the terminal is gone.
-    fn next(&self) -> Option<Waited> {
+    fn next(&self) -> Option<WaitEvent> {
         select! {
             recv(self.keys) -> input => match input {
-                Ok(TerminalInput::Key(press)) => Some(Waited::Event(MonitorEvent::Press(press))),
-                Ok(TerminalInput::Resized) => Some(Waited::Resized),
-                Ok(TerminalInput::DrawAgain) => Some(Waited::DrawAgain),
+                Ok(TerminalInput::Key(press)) => Some(WaitEvent::Event(MonitorEvent::Press(press))),
+                Ok(TerminalInput::Resized) => Some(WaitEvent::Resized),
+                Ok(TerminalInput::DrawAgain) => Some(WaitEvent::DrawAgain),
                 Err(RecvError) => None,
             },
             recv(self.news) -> news => {
                 // The thread ends only if the sender of orders is dropped, or by a panic.
                 let news = news.expect("the thread that asks the controller has ended");
-                Some(Waited::Event(MonitorEvent::News(news)))
+                Some(WaitEvent::Event(MonitorEvent::News(news)))
             },
-            default(TICK) => Some(Waited::Nothing),
+            default(TICK) => Some(WaitEvent::Nothing),
         }
     }
 }

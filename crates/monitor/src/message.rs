@@ -6,11 +6,11 @@ use std::sync::Arc;
 
 use super::power_of::PowerOf;
 use rungd_client::live::LiveProgram;
-pub use rungd_client::operator::protocol::{Name, Request, ShownValue, Status};
+pub use rungd_client::operator::protocol::{ControllerStatus, OfferedName, Request, ShownValue};
 
 /// A key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Press {
+pub(super) enum KeyPress {
     Char(char),
     Enter,
     Escape,
@@ -34,7 +34,7 @@ pub(super) enum Press {
 #[derive(Clone, Debug)]
 pub(super) enum MonitorEvent {
     /// A key.
-    Press(Press),
+    Press(KeyPress),
     /// News from the controller.
     News(MonitorNews),
     /// The time since the start, in ms.
@@ -45,7 +45,7 @@ pub(super) enum MonitorEvent {
 #[derive(Clone, Debug)]
 pub(super) enum MonitorNews {
     /// A look at the controller.
-    Look(Box<Look>),
+    Look(Box<ControllerLook>),
     /// The controller does not answer, for this reason.
     Silent(String),
     /// The hash of the program, and its ladder, or why there is none.
@@ -53,7 +53,7 @@ pub(super) enum MonitorNews {
     /// The power of a scan, or why there is none.
     Power(Result<Arc<dyn PowerOf>, String>),
     /// The names that begin with a text.
-    Names(String, Vec<Name>),
+    Names(String, Vec<OfferedName>),
     /// The values of an operand to be watched.
     Found(Result<Vec<ShownValue>, String>),
     /// The answer to `why`.
@@ -64,9 +64,9 @@ pub(super) enum MonitorNews {
 
 /// One look at the controller.
 #[derive(Clone, Debug)]
-pub(super) struct Look {
+pub(super) struct ControllerLook {
     /// The controller's status.
-    pub status: Status,
+    pub status: ControllerStatus,
     /// The values of the ordered operands.
     pub values: Vec<ShownValue>,
     /// The ordered operands that the program does not have.
@@ -75,16 +75,16 @@ pub(super) struct Look {
 
 /// An action that `update` requests from `run`.
 #[derive(Clone, Debug)]
-pub(super) enum MonitorWish {
+pub(super) enum MonitorAction {
     /// End the monitor.
     Quit,
     /// Send an order to `asker`.
-    Ask(MonitorOrder),
+    Ask(ThreadOrder),
 }
 
 /// An order to `asker`.
 #[derive(Clone, Debug)]
-pub(super) enum MonitorOrder {
+pub(super) enum ThreadOrder {
     /// Read these operands at each look.
     Read(Vec<String>),
     /// Start or stop following the power of the ladder.

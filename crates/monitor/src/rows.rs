@@ -5,7 +5,7 @@
 use super::state::{MonitorPane, MonitorState};
 use rungd_base::duration_text::duration_text;
 pub use rungd_client::operator::protocol::{
-    Alarm, AlarmState, BlockStatus, FieldDevice, ShownValue, Status,
+    AlarmState, AlarmStatus, BlockStatus, ControllerStatus, FieldDevice, ShownValue,
 };
 
 /// The marks for ON and for OFF.
@@ -93,8 +93,9 @@ impl MonitorState {
             is_marked: block.running,
             ..PaneRow::default()
         }];
-        let drawn =
-            self.ladder.picture().and_then(|of| of.blocks.iter().find(|of| of.name == block.name));
+        let drawn = self.ladder.picture().and_then(|picture| {
+            picture.blocks.iter().find(|drawn_block| drawn_block.name == block.name)
+        });
         let stages: Vec<String> = match drawn {
             Some(drawn) => drawn.stages.iter().map(|stage| stage.name.clone()).collect(),
             None => block.stages.clone(),
@@ -121,19 +122,19 @@ pub(super) fn value_text(shown: &ShownValue) -> String {
     format!("{}{forced}{}", shown.value_text(), shown.driven_text(", "))
 }
 
-fn alarm_rows(status: &Status) -> Vec<PaneRow> {
+fn alarm_rows(status: &ControllerStatus) -> Vec<PaneRow> {
     status.alarms.iter().flat_map(of_alarm).collect()
 }
 
 /// The two rows of an alarm: its text, and its details.
-fn of_alarm(alarm: &Alarm) -> [PaneRow; 2] {
+fn of_alarm(alarm: &AlarmStatus) -> [PaneRow; 2] {
     let row = |text, is_marked| PaneRow {
         text,
         operand: Some(alarm.tag.clone()),
         is_marked,
         ..PaneRow::default()
     };
-    let stands = alarm.state.stands();
+    let stands = alarm.state.is_active();
     let sign = if stands { ON } else { OFF };
     let lasted = duration_text(alarm.lasted_ms.saturating_mul(1_000_000));
     let ack = match alarm.state {
@@ -157,7 +158,7 @@ fn force_row(shown: &ShownValue) -> PaneRow {
     }
 }
 
-fn device_rows(status: &Status) -> Vec<PaneRow> {
+fn device_rows(status: &ControllerStatus) -> Vec<PaneRow> {
     let plain = |text: String| PaneRow { text, ..PaneRow::default() };
     let mut rows = Vec::new();
     if let Some(modbus) = &status.devices.modbus {

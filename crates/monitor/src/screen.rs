@@ -145,13 +145,13 @@ impl Backend for TerminalWriter {
 /// The numbers of the sequence that removes all emphasis and sets the given one.
 fn attributes(colour: Color, modifier: Modifier) -> String {
     let mut numbers = String::from("0");
-    for (of, number) in [(Modifier::BOLD, ";1"), (Modifier::REVERSED, ";7")] {
-        if modifier.contains(of) {
+    for (attribute, number) in [(Modifier::BOLD, ";1"), (Modifier::REVERSED, ";7")] {
+        if modifier.contains(attribute) {
             numbers += number;
         }
     }
-    for (of, number) in [(Color::Red, ";31"), (Color::Green, ";32")] {
-        if colour == of {
+    for (foreground, number) in [(Color::Red, ";31"), (Color::Green, ";32")] {
+        if colour == foreground {
             numbers += number;
         }
     }

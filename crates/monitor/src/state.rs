@@ -6,10 +6,10 @@
 
 use super::dialog::Dialog;
 use super::ladder_view::LadderView;
-use super::message::{Look, MonitorOrder, MonitorWish};
+use super::message::{ControllerLook, MonitorAction, ThreadOrder};
 use super::watch_list::WatchList;
 use rungd_base::variants::all_variants;
-pub use rungd_client::operator::protocol::{ShownValue, Status};
+pub use rungd_client::operator::protocol::{ControllerStatus, ShownValue};
 
 /// The panes of the first page, in the order of Tab.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,7 +32,7 @@ pub(super) enum MonitorPage {
 
 /// Why the controller does not answer, and since when.
 #[derive(Clone, Debug)]
-pub(super) struct Silence {
+pub(super) struct ControllerSilence {
     pub why: String,
     pub since_ms: u64,
 }
@@ -51,10 +51,10 @@ pub(super) struct LongText {
 pub(super) struct MonitorState {
     pub now_ms: u64,
     /// The state of the controller at the last look; `None` before the first one.
-    pub status: Option<Status>,
+    pub status: Option<ControllerStatus>,
     /// The values of the last look.
     pub values: Vec<ShownValue>,
-    pub silence: Option<Silence>,
+    pub silence: Option<ControllerSilence>,
     pub watch: WatchList,
     /// The operands of the command line, until the first look at a controller.
     pub at_start: Vec<String>,
@@ -117,27 +117,28 @@ impl MonitorState {
     pub fn value(&self, operand: &str) -> Option<&ShownValue> {
         let watched = self.watch.rows.iter().filter_map(|row| row.shown.as_ref());
         let forced = self.status.iter().flat_map(|status| &status.forces);
-        let is_it = |of: &&ShownValue| of.operand == operand || of.tag.as_deref() == Some(operand);
+        let is_it =
+            |value: &&ShownValue| value.operand == operand || value.tag.as_deref() == Some(operand);
         self.values.iter().chain(watched).chain(forced).find(is_it)
     }
 
     /// Takes the result of a look.
-    pub fn look(&mut self, look: Look) {
+    pub fn look(&mut self, look: ControllerLook) {
         self.watch.take(&look.values, &look.unknown);
         (self.status, self.values, self.silence) = (Some(look.status), look.values, None);
     }
 
     /// Notes that the controller does not answer.
     pub fn miss(&mut self, why: String) {
-        let since_ms = self.silence.as_ref().map_or(self.now_ms, |of| of.since_ms);
-        self.silence = Some(Silence { why, since_ms });
+        let since_ms = self.silence.as_ref().map_or(self.now_ms, |silence| silence.since_ms);
+        self.silence = Some(ControllerSilence { why, since_ms });
         self.ladder.power = None;
         self.watch.miss();
     }
 
     /// The orders that the shown page requires: the operands to read, and whether to follow the
     /// power. Empty if nothing has changed.
-    pub fn standing_orders(&mut self) -> Vec<MonitorWish> {
+    pub fn standing_orders(&mut self) -> Vec<MonitorAction> {
         let mut reads: Vec<String> =
             self.watch.rows.iter().map(|row| row.operand.clone()).collect();
         let of_dialog = self.dialog.as_ref().and_then(Dialog::operand).map(str::to_owned);
@@ -149,12 +150,12 @@ impl MonitorState {
         let mut wishes = Vec::new();
         if reads != self.reads {
             self.reads.clone_from(&reads);
-            wishes.push(MonitorWish::Ask(MonitorOrder::Read(reads)));
+            wishes.push(MonitorAction::Ask(ThreadOrder::Read(reads)));
         }
         let follows = self.pages.contains(&MonitorPage::Ladder);
         if follows != self.follows {
             self.follows = follows;
-            wishes.push(MonitorWish::Ask(MonitorOrder::Follow(follows)));
+            wishes.push(MonitorAction::Ask(ThreadOrder::Follow(follows)));
         }
         wishes
     }

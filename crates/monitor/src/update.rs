@@ -2,10 +2,10 @@
 //!
 //! `run` calls it for each key, each piece of news and each tick.
 
-use super::dialog::{ChangeWanted, Dialog, Typed, edit};
-use super::message::{MonitorEvent, MonitorNews, MonitorOrder, MonitorWish, Press};
+use super::dialog::{Dialog, TypedName, WantedChange, edit};
+use super::message::{KeyPress, MonitorAction, MonitorEvent, MonitorNews, ThreadOrder};
 use super::state::{LongText, MonitorPage, MonitorPane, MonitorState};
-pub use rungd_client::operator::protocol::{Held, ShownValue};
+pub use rungd_client::operator::protocol::{BitOrNumber, ShownValue};
 
 /// The time until the next request for a ladder that does not arrive.
 const LADDER_AGAIN_MS: u64 = 3000;
@@ -14,10 +14,10 @@ const LADDER_AGAIN_MS: u64 = 3000;
 const PAGE_ROWS: isize = 10;
 
 /// Applies an event.
-pub(super) fn update(state: &mut MonitorState, event: MonitorEvent) -> Vec<MonitorWish> {
+pub(super) fn update(state: &mut MonitorState, event: MonitorEvent) -> Vec<MonitorAction> {
     let mut wishes = match event {
         MonitorEvent::Press(press) => pressed(state, press),
-        MonitorEvent::News(news) => told(state, news),
+        MonitorEvent::News(news) => apply_news(state, news),
         MonitorEvent::Tick(now_ms) => {
             state.now_ms = now_ms;
             Vec::new()
@@ -27,18 +27,18 @@ pub(super) fn update(state: &mut MonitorState, event: MonitorEvent) -> Vec<Monit
     wishes
 }
 
-fn ask(order: MonitorOrder) -> Vec<MonitorWish> {
-    vec![MonitorWish::Ask(order)]
+fn ask(order: ThreadOrder) -> Vec<MonitorAction> {
+    vec![MonitorAction::Ask(order)]
 }
 
 /// Applies news from the controller.
-fn told(state: &mut MonitorState, news: MonitorNews) -> Vec<MonitorWish> {
+fn apply_news(state: &mut MonitorState, news: MonitorNews) -> Vec<MonitorAction> {
     match news {
         MonitorNews::Look(look) => {
             state.look(*look);
             propose(state);
-            let found = std::mem::take(&mut state.at_start).into_iter().map(MonitorOrder::Find);
-            let mut wishes: Vec<MonitorWish> = found.map(MonitorWish::Ask).collect();
+            let found = std::mem::take(&mut state.at_start).into_iter().map(ThreadOrder::Find);
+            let mut wishes: Vec<MonitorAction> = found.map(MonitorAction::Ask).collect();
             wishes.extend(ladder_wanted(state));
             return wishes;
         }
@@ -56,7 +56,7 @@ fn told(state: &mut MonitorState, news: MonitorNews) -> Vec<MonitorWish> {
             }
         }
         MonitorNews::Found(Ok(values)) => {
-            let last = values.last().map(|of| of.operand.clone());
+            let last = values.last().map(|value| value.operand.clone());
             if !state.watch.add(values) {
                 state.said = "the watch list is full: remove an operand with d".to_owned();
             }
@@ -82,7 +82,7 @@ fn told(state: &mut MonitorState, news: MonitorNews) -> Vec<MonitorWish> {
 }
 
 /// The order for the ladder, if the running program differs from the drawn one.
-fn ladder_wanted(state: &mut MonitorState) -> Option<MonitorWish> {
+fn ladder_wanted(state: &mut MonitorState) -> Option<MonitorAction> {
     let running = &state.status.as_ref()?.ladder.sha256;
     let is_there = *running == state.ladder.sha256 && state.ladder.program.is_some();
     let waits = |asked: u64| state.now_ms < asked.saturating_add(LADDER_AGAIN_MS);
@@ -90,21 +90,21 @@ fn ladder_wanted(state: &mut MonitorState) -> Option<MonitorWish> {
         return None;
     }
     state.ladder_asked_ms = Some(state.now_ms);
-    Some(MonitorWish::Ask(MonitorOrder::Ladder))
+    Some(MonitorAction::Ask(ThreadOrder::Ladder))
 }
 
-fn pressed(state: &mut MonitorState, press: Press) -> Vec<MonitorWish> {
+fn pressed(state: &mut MonitorState, press: KeyPress) -> Vec<MonitorAction> {
     state.said.clear();
-    if press == Press::Interrupt {
-        return vec![MonitorWish::Quit];
+    if press == KeyPress::Interrupt {
+        return vec![MonitorAction::Quit];
     }
     if let Some(dialog) = state.dialog.take() {
         return answered(state, dialog, press);
     }
-    if press == Press::Char('q') {
-        return vec![MonitorWish::Quit];
+    if press == KeyPress::Char('q') {
+        return vec![MonitorAction::Quit];
     }
-    if press == Press::Char('?') {
+    if press == KeyPress::Char('?') {
         open(state, MonitorPage::Help);
         return Vec::new();
     }
@@ -116,104 +116,105 @@ fn pressed(state: &mut MonitorState, press: Press) -> Vec<MonitorWish> {
 }
 
 fn open(state: &mut MonitorState, page: MonitorPage) {
-    state.pages.retain(|of| *of != page);
+    state.pages.retain(|open_page| *open_page != page);
     state.pages.push(page);
 }
 
 /// The keys of the first page.
-fn in_panes(state: &mut MonitorState, press: Press) -> Vec<MonitorWish> {
+fn in_panes(state: &mut MonitorState, press: KeyPress) -> Vec<MonitorAction> {
     let panes = MonitorPane::ALL.len();
     let row = state.row();
     if let Some(step) = rows_of(press) {
         let count = state.rows(state.focus()).len();
         let at = state.chosen_row(state.pane).saturating_add_signed(step);
         state.chosen[state.pane] = at.min(count.saturating_sub(1));
-    } else if matches!(press, Press::Tab | Press::Right) {
+    } else if matches!(press, KeyPress::Tab | KeyPress::Right) {
         state.pane = (state.pane + 1) % panes;
-    } else if matches!(press, Press::BackTab | Press::Left) {
+    } else if matches!(press, KeyPress::BackTab | KeyPress::Left) {
         state.pane = (state.pane + panes - 1) % panes;
-    } else if press == Press::Char('a') {
-        state.dialog = Some(Dialog::Add(Typed::default()));
-        return ask(MonitorOrder::Names(String::new()));
-    } else if matches!(press, Press::Char('d') | Press::Delete) {
+    } else if press == KeyPress::Char('a') {
+        state.dialog = Some(Dialog::Add(TypedName::default()));
+        return ask(ThreadOrder::Names(String::new()));
+    } else if matches!(press, KeyPress::Char('d') | KeyPress::Delete) {
         let watched = row.and_then(|row| row.watched);
         watched.into_iter().for_each(|at| drop(state.watch.rows.remove(at)));
-    } else if press == Press::Char('l')
-        || press == Press::Enter && state.focus() == MonitorPane::Blocks
+    } else if press == KeyPress::Char('l')
+        || press == KeyPress::Enter && state.focus() == MonitorPane::Blocks
     {
-        row.and_then(|row| row.element).iter().for_each(|of| state.ladder.open(of));
+        row.and_then(|row| row.element).iter().for_each(|element| state.ladder.open(element));
         open(state, MonitorPage::Ladder);
     } else {
-        let press = if press == Press::Enter { Press::Char('w') } else { press };
+        let press = if press == KeyPress::Enter { KeyPress::Char('w') } else { press };
         return about(state, row.and_then(|row| row.operand), press);
     }
     Vec::new()
 }
 
 /// The rows by which a key moves down; a negative number moves up.
-fn rows_of(press: Press) -> Option<isize> {
+fn rows_of(press: KeyPress) -> Option<isize> {
     match press {
-        Press::Up => Some(-1),
-        Press::Down => Some(1),
-        Press::PageUp => Some(-PAGE_ROWS),
-        Press::PageDown => Some(PAGE_ROWS),
-        Press::Home => Some(isize::MIN),
-        Press::End => Some(isize::MAX),
-        Press::Char(_)
-        | Press::Enter
-        | Press::Escape
-        | Press::Tab
-        | Press::BackTab
-        | Press::Left
-        | Press::Right
-        | Press::Backspace
-        | Press::Delete
-        | Press::Interrupt => None,
+        KeyPress::Up => Some(-1),
+        KeyPress::Down => Some(1),
+        KeyPress::PageUp => Some(-PAGE_ROWS),
+        KeyPress::PageDown => Some(PAGE_ROWS),
+        KeyPress::Home => Some(isize::MIN),
+        KeyPress::End => Some(isize::MAX),
+        KeyPress::Char(_)
+        | KeyPress::Enter
+        | KeyPress::Escape
+        | KeyPress::Tab
+        | KeyPress::BackTab
+        | KeyPress::Left
+        | KeyPress::Right
+        | KeyPress::Backspace
+        | KeyPress::Delete
+        | KeyPress::Interrupt => None,
     }
 }
 
 /// The keys of the ladder.
-fn in_ladder(state: &mut MonitorState, press: Press) -> Vec<MonitorWish> {
+fn in_ladder(state: &mut MonitorState, press: KeyPress) -> Vec<MonitorAction> {
     if let Some(step) = rows_of(press) {
         state.ladder.go_down(step);
-    } else if matches!(press, Press::Left | Press::Right) {
-        state.ladder.go_right(if press == Press::Right { 1 } else { -1 });
-    } else if matches!(press, Press::Tab | Press::BackTab) {
-        state.ladder.turn(press == Press::Tab);
-    } else if matches!(press, Press::Escape | Press::Backspace | Press::Char('l')) {
+    } else if matches!(press, KeyPress::Left | KeyPress::Right) {
+        state.ladder.go_right(if press == KeyPress::Right { 1 } else { -1 });
+    } else if matches!(press, KeyPress::Tab | KeyPress::BackTab) {
+        state.ladder.turn(press == KeyPress::Tab);
+    } else if matches!(press, KeyPress::Escape | KeyPress::Backspace | KeyPress::Char('l')) {
         state.pages.pop();
-    } else if press == Press::Char('a') {
+    } else if press == KeyPress::Char('a') {
         let operand = state.ladder.operand();
-        return operand.map_or(Vec::new(), |of| ask(MonitorOrder::Find(of)));
+        return operand.map_or(Vec::new(), |operand| ask(ThreadOrder::Find(operand)));
     } else {
-        let press = if press == Press::Enter { Press::Char('w') } else { press };
+        let press = if press == KeyPress::Enter { KeyPress::Char('w') } else { press };
         return about(state, state.ladder.operand(), press);
     }
     Vec::new()
 }
 
 /// The keys of a long text.
-fn in_text(state: &mut MonitorState, press: Press) -> Vec<MonitorWish> {
+fn in_text(state: &mut MonitorState, press: KeyPress) -> Vec<MonitorAction> {
     if let Some(step) = rows_of(press) {
         let lines = state.why.text.lines().count();
         let top = state.why.top.saturating_add_signed(step);
         state.why.top = top.min(lines.saturating_sub(1));
-    } else if matches!(press, Press::Escape | Press::Backspace | Press::Enter) {
+    } else if matches!(press, KeyPress::Escape | KeyPress::Backspace | KeyPress::Enter) {
         state.pages.pop();
     }
     Vec::new()
 }
 
 /// The keys for an operand: `why`, and changes, which open a dialog first.
-fn about(state: &mut MonitorState, operand: Option<String>, press: Press) -> Vec<MonitorWish> {
+fn about(state: &mut MonitorState, operand: Option<String>, press: KeyPress) -> Vec<MonitorAction> {
     let keys = [
-        ('f', ChangeWanted::Force),
-        ('s', ChangeWanted::Write),
-        ('u', ChangeWanted::Release),
-        ('k', ChangeWanted::Acknowledge),
+        ('f', WantedChange::Force),
+        ('s', WantedChange::Write),
+        ('u', WantedChange::Release),
+        ('k', WantedChange::Acknowledge),
     ];
-    let wanted = keys.into_iter().find(|(key, _)| press == Press::Char(*key)).map(|(_, of)| of);
-    if wanted.is_none() && press != Press::Char('w') {
+    let wanted =
+        keys.into_iter().find(|(key, _)| press == KeyPress::Char(*key)).map(|(_, page)| page);
+    if wanted.is_none() && press != KeyPress::Char('w') {
         return Vec::new();
     }
     let Some(operand) = operand else {
@@ -224,14 +225,14 @@ fn about(state: &mut MonitorState, operand: Option<String>, press: Press) -> Vec
         let (heading, text) = (format!("Why: {operand}"), "waiting for the controller".to_owned());
         state.why = LongText { heading, text, top: 0 };
         open(state, MonitorPage::Why);
-        return ask(MonitorOrder::Why(operand));
+        return ask(ThreadOrder::Why(operand));
     };
     let text = String::new();
     state.dialog = Some(match wanted {
-        ChangeWanted::Release | ChangeWanted::Acknowledge => {
+        WantedChange::Release | WantedChange::Acknowledge => {
             Dialog::Confirm { wanted, operand, text }
         }
-        ChangeWanted::Force | ChangeWanted::Write => {
+        WantedChange::Force | WantedChange::Write => {
             Dialog::NewValue { wanted, operand, text, is_typed: false }
         }
     });
@@ -251,34 +252,34 @@ fn propose(state: &mut MonitorState) {
 /// The proposal for a bit is the opposite value; there is none for a word.
 fn proposed(shown: &ShownValue) -> String {
     match shown.value {
-        Held::Bit(true) => "OFF".to_owned(),
-        Held::Bit(false) => "ON".to_owned(),
-        Held::Word(_) | Held::Real(_) => String::new(),
+        BitOrNumber::Bit(true) => "OFF".to_owned(),
+        BitOrNumber::Bit(false) => "ON".to_owned(),
+        BitOrNumber::Word(_) | BitOrNumber::Real(_) => String::new(),
     }
 }
 
 /// Handles a key while a dialog is open.
-fn answered(state: &mut MonitorState, dialog: Dialog, press: Press) -> Vec<MonitorWish> {
-    if press == Press::Escape {
+fn answered(state: &mut MonitorState, dialog: Dialog, press: KeyPress) -> Vec<MonitorAction> {
+    if press == KeyPress::Escape {
         return Vec::new();
     }
     match dialog {
         Dialog::Add(mut typed) => {
-            if press == Press::Enter {
+            if press == KeyPress::Enter {
                 let operand = typed.shown().trim().to_owned();
                 return match operand.is_empty() {
                     true => Vec::new(),
-                    false => ask(MonitorOrder::Find(operand)),
+                    false => ask(ThreadOrder::Find(operand)),
                 };
             }
             let is_new = typed.press(press);
             let prefix = typed.text.clone();
             state.dialog = Some(Dialog::Add(typed));
-            if is_new { ask(MonitorOrder::Names(prefix)) } else { Vec::new() }
+            if is_new { ask(ThreadOrder::Names(prefix)) } else { Vec::new() }
         }
         Dialog::NewValue { wanted, operand, mut text, is_typed } => {
-            let is_done = press == Press::Enter && !text.trim().is_empty();
-            if !is_typed && matches!(press, Press::Char(_)) {
+            let is_done = press == KeyPress::Enter && !text.trim().is_empty();
+            if !is_typed && matches!(press, KeyPress::Char(_)) {
                 // The first typed character replaces the proposal.
                 text.clear();
             }
@@ -290,11 +291,11 @@ fn answered(state: &mut MonitorState, dialog: Dialog, press: Press) -> Vec<Monit
             Vec::new()
         }
         Dialog::Confirm { wanted, operand, text } => {
-            if matches!(press, Press::Char('y' | 'Y')) {
-                return ask(MonitorOrder::Change(wanted.request(operand, text)));
+            if matches!(press, KeyPress::Char('y' | 'Y')) {
+                return ask(ThreadOrder::Change(wanted.request(operand, text)));
             }
             // A key pressed once too often must neither change anything nor close the dialog.
-            if !matches!(press, Press::Char('n' | 'N')) {
+            if !matches!(press, KeyPress::Char('n' | 'N')) {
                 state.dialog = Some(Dialog::Confirm { wanted, operand, text });
             }
             Vec::new()

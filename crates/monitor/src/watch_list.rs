@@ -5,7 +5,7 @@
 
 use std::collections::VecDeque;
 
-pub use rungd_client::operator::protocol::{Held, ShownValue};
+pub use rungd_client::operator::protocol::{BitOrNumber, ShownValue};
 
 /// The most operands.
 pub(super) const WATCHED_MAX: usize = 64;
@@ -62,7 +62,7 @@ impl WatchList {
     pub fn take(&mut self, values: &[ShownValue], unknown: &[String]) {
         for row in &mut self.rows {
             row.is_unknown = unknown.contains(&row.operand);
-            row.shown = values.iter().find(|of| of.operand == row.operand).cloned();
+            row.shown = values.iter().find(|value| value.operand == row.operand).cloned();
             row.trend.push(row.shown.as_ref().and_then(ShownValue::present).map(number));
         }
     }
@@ -95,10 +95,10 @@ impl WatchTrend {
         let greatest = shown().flatten().copied().fold(f64::NEG_INFINITY, f64::max);
         let bar = |sample: &Option<f64>| match sample {
             None => ' ',
-            Some(of) if greatest <= least => BARS[if *of == 0.0 { 0 } else { 3 }],
+            Some(sample) if greatest <= least => BARS[if *sample == 0.0 { 0 } else { 3 }],
             // Halves the values first, since their difference may overflow.
-            Some(of) => {
-                let share = (of / 2.0 - least / 2.0) / (greatest / 2.0 - least / 2.0);
+            Some(sample) => {
+                let share = (sample / 2.0 - least / 2.0) / (greatest / 2.0 - least / 2.0);
                 BARS[((share * 7.0).round() as usize).min(7)]
             }
         };
@@ -107,11 +107,11 @@ impl WatchTrend {
 }
 
 /// A value as a sample. A value that is not finite counts as 0.
-fn number(value: Held) -> f64 {
+fn number(value: BitOrNumber) -> f64 {
     let number = match value {
-        Held::Bit(bit) => f64::from(u8::from(bit)),
-        Held::Word(word) => f64::from(word),
-        Held::Real(real) => real.to_string().parse().unwrap_or(0.0),
+        BitOrNumber::Bit(bit) => f64::from(u8::from(bit)),
+        BitOrNumber::Word(word) => f64::from(word),
+        BitOrNumber::Real(real) => real.to_string().parse().unwrap_or(0.0),
     };
     if number.is_finite() { number } else { 0.0 }
 }
@@ -120,7 +120,7 @@ fn number(value: Held) -> f64 {
 mod tests {
     use super::*;
 
-    fn shown(operand: &str, value: Held) -> ShownValue {
+    fn shown(operand: &str, value: BitOrNumber) -> ShownValue {
         let (tag, address) = (None, operand.to_owned());
         ShownValue {
             operand: operand.to_owned(),
@@ -136,7 +136,7 @@ mod tests {
 
     fn trend(samples: &[Option<f64>]) -> WatchTrend {
         let mut trend = WatchTrend::default();
-        samples.iter().for_each(|of| trend.push(*of));
+        samples.iter().for_each(|sample| trend.push(*sample));
         trend
     }
 
@@ -152,7 +152,8 @@ mod tests {
     #[test]
     fn nothing_grows_without_end() {
         let mut list = WatchList::default();
-        let values: Vec<_> = (0..100).map(|n| shown(&format!("D{n}"), Held::Word(n))).collect();
+        let values: Vec<_> =
+            (0..100).map(|n| shown(&format!("D{n}"), BitOrNumber::Word(n))).collect();
         assert!(!list.add(values.clone()));
         assert_eq!(list.rows.len(), WATCHED_MAX);
         for _ in 0..1000 {

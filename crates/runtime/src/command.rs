@@ -24,7 +24,7 @@ const ANSWERS_KEPT: usize = 4 * COMMANDS_MAX;
 
 /// A command to the scan thread.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Command {
+pub enum ScanCommand {
     /// STOP or FAULT → RUN, with memory as it is.
     Run,
     /// RUN → STOP: the next scan is the last, then the passes.
@@ -51,7 +51,7 @@ pub enum Command {
 
 /// The reason why a command is denied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Denial {
+pub enum CommandDenial {
     /// [`COMMANDS_MAX`] commands wait already.
     QueueFull,
     /// The scan thread is stuck, or has ended.
@@ -74,16 +74,16 @@ pub enum Denial {
 
 /// The outcome of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Answer {
+pub enum CommandOutcome {
     /// The command is done and its effect is published. Contains the state before it.
-    Done(Before),
+    Done(StateBefore),
     /// The command is not done, and nothing changed.
-    Denied(Denial),
+    Denied(CommandDenial),
 }
 
 /// The state before a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Before {
+pub struct StateBefore {
     /// The mode.
     pub mode: Mode,
     /// The value of the bit or word; 0 for a command without one.
@@ -102,64 +102,65 @@ pub(super) struct WaitingCommand {
     pub id: CommandId,
     /// The generation of the program that the command's cell belongs to.
     pub generation: u32,
-    pub command: Command,
+    pub command: ScanCommand,
     /// After this moment the command is denied; ns of the scan's
     /// [`boottime_ns`](super::pacing::Clock::boottime_ns).
     pub until_ns: u64,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Answered {
+struct CommandAnswer {
     id: u64,
-    answer: Answer,
+    answer: CommandOutcome,
 }
 
 /// The entry for commands, and the answers that no caller has fetched yet.
-pub(super) struct Desk {
+pub(super) struct CommandEntry {
     orders: Producer<WaitingCommand>,
     last: u64,
-    answers: VecDeque<(u64, Answer)>,
+    answers: VecDeque<(u64, CommandOutcome)>,
 }
 
 /// The scan thread's end.
-pub(super) struct Orders {
+pub(super) struct CommandReceiver {
     orders: Consumer<WaitingCommand>,
-    answers: Producer<Answered>,
+    answers: Producer<CommandAnswer>,
     /// The answers of this step, sent at its end.
-    taken: Vec<Answered>,
+    taken: Vec<CommandAnswer>,
 }
 
 /// The monitor's end of the ring of answers.
-pub(super) struct Answers(Consumer<Answered>);
+pub(super) struct AnswerReceiver(Consumer<CommandAnswer>);
 
-pub(super) fn desk() -> (Desk, Orders, Answers) {
+pub(super) fn desk() -> (CommandEntry, CommandReceiver, AnswerReceiver) {
     let (order_in, orders) = RingBuffer::new(COMMANDS_MAX);
     let (answer_in, answers) = RingBuffer::new(2 * COMMANDS_MAX);
-    let desk = Desk { orders: order_in, last: 0, answers: VecDeque::with_capacity(ANSWERS_KEPT) };
+    let desk =
+        CommandEntry { orders: order_in, last: 0, answers: VecDeque::with_capacity(ANSWERS_KEPT) };
     let taken = Vec::with_capacity(COMMANDS_MAX);
-    (desk, Orders { orders, answers: answer_in, taken }, Answers(answers))
+    (desk, CommandReceiver { orders, answers: answer_in, taken }, AnswerReceiver(answers))
 }
 
-impl Desk {
+impl CommandEntry {
     pub(crate) fn hand_in(
         &mut self,
         generation: u32,
-        command: Command,
+        command: ScanCommand,
         until_ns: u64,
-    ) -> Result<CommandId, Denial> {
+    ) -> Result<CommandId, CommandDenial> {
         let order = WaitingCommand { id: CommandId(self.last + 1), generation, command, until_ns };
-        self.orders.push(order).map_err(|_| Denial::QueueFull)?;
+        self.orders.push(order).map_err(|_| CommandDenial::QueueFull)?;
         self.last = order.id.0;
         Ok(order.id)
     }
 
     /// Returns an answer, once, and forgets it.
-    pub(crate) fn answer(&mut self, id: CommandId) -> Option<Answer> {
-        let at = self.answers.iter().position(|(of, _)| *of == id.0)?;
+    pub(crate) fn answer(&mut self, id: CommandId) -> Option<CommandOutcome> {
+        let at = self.answers.iter().position(|(answered_id, _)| *answered_id == id.0)?;
         self.answers.remove(at).map(|(_, answer)| answer)
     }
 
-    fn put(&mut self, answered: Answered) {
+    fn put(&mut self, answered: CommandAnswer) {
         if self.answers.len() == ANSWERS_KEPT {
             self.answers.pop_front();
         }
@@ -167,7 +168,7 @@ impl Desk {
     }
 }
 
-impl Orders {
+impl CommandReceiver {
     /// The next command, if there is room to answer it.
     pub(super) fn next(&mut self) -> Option<WaitingCommand> {
         if self.taken.len() >= self.answers.slots().min(COMMANDS_MAX) {
@@ -182,8 +183,8 @@ impl Orders {
     }
 
     /// Adds an answer to those of this step.
-    pub(crate) fn note(&mut self, id: CommandId, answer: Answer) {
-        self.taken.push(Answered { id: id.0, answer });
+    pub(crate) fn note(&mut self, id: CommandId, answer: CommandOutcome) {
+        self.taken.push(CommandAnswer { id: id.0, answer });
     }
 
     /// Sends the answers of this step, after its images are published.
@@ -195,14 +196,14 @@ impl Orders {
     }
 }
 
-impl Answers {
+impl AnswerReceiver {
     /// The number of answers in the ring.
     pub(crate) fn waiting(&self) -> usize {
         self.0.slots()
     }
 
     /// Makes this number of answers visible.
-    pub(crate) fn show(&mut self, count: usize, desk: &mut Desk) {
+    pub(crate) fn show(&mut self, count: usize, desk: &mut CommandEntry) {
         for _ in 0..count {
             if let Ok(answered) = self.0.pop() {
                 desk.put(answered);
@@ -215,29 +216,31 @@ impl Answers {
 pub(crate) const LATE: &str =
     "nothing is done: the scan thread came to it after its client had stopped waiting";
 
-impl fmt::Display for Denial {
+impl fmt::Display for CommandDenial {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Denial::QueueFull => f.write_str("too many commands wait for the scan thread"),
-            Denial::ScanThreadStuck => f.write_str(
+            CommandDenial::QueueFull => f.write_str("too many commands wait for the scan thread"),
+            CommandDenial::ScanThreadStuck => f.write_str(
                 "the scan thread is held up and executes no command; if that lasts, restart rungd",
             ),
-            Denial::EngineBroken => f.write_str(
+            CommandDenial::EngineBroken => f.write_str(
                 "the engine panicked, which is a bug in rungd, and its memory may be wrong; \
                  restart rungd",
             ),
-            Denial::Ending => f.write_str("rungd is about to end"),
-            Denial::Faulted => f.write_str(
+            CommandDenial::Ending => f.write_str("rungd is about to end"),
+            CommandDenial::Faulted => f.write_str(
                 "the controller is in FAULT: it does not scan, and its outputs are safe; `rungd \
                  mode run` leaves FAULT, and then `rungd mode stop` stops it",
             ),
-            Denial::NoProgram => f.write_str("the program did not come with its command"),
-            Denial::Gone => f.write_str(
+            CommandDenial::NoProgram => f.write_str("the program did not come with its command"),
+            CommandDenial::Gone => f.write_str(
                 "the program was reloaded meanwhile, and the new program does not have the named \
                  operand",
             ),
-            Denial::Late => f.write_str(LATE),
-            Denial::TooManyForces => write!(f, "{FORCES_MAX} bits and words are forced already"),
+            CommandDenial::Late => f.write_str(LATE),
+            CommandDenial::TooManyForces => {
+                write!(f, "{FORCES_MAX} bits and words are forced already")
+            }
         }
     }
 }
@@ -250,15 +253,18 @@ mod tests {
     fn limits_are_limits_and_every_command_has_its_answer() {
         let (mut desk, mut orders, mut answers) = desk();
         let ids: Vec<_> =
-            (0..1000).map_while(|_| desk.hand_in(0, Command::Run, u64::MAX).ok()).collect();
+            (0..1000).map_while(|_| desk.hand_in(0, ScanCommand::Run, u64::MAX).ok()).collect();
         assert_eq!(ids.len(), COMMANDS_MAX);
         while let Some(order) = orders.next() {
-            orders.note(order.id, Answer::Denied(Denial::Ending));
+            orders.note(order.id, CommandOutcome::Denied(CommandDenial::Ending));
         }
         assert_eq!(desk.answer(ids[0]), None);
         orders.give();
         answers.show(answers.waiting(), &mut desk);
-        assert!(ids.iter().all(|id| desk.answer(*id) == Some(Answer::Denied(Denial::Ending))));
+        assert!(
+            ids.iter()
+                .all(|id| desk.answer(*id) == Some(CommandOutcome::Denied(CommandDenial::Ending)))
+        );
         assert_eq!(desk.answer(ids[0]), None, "once");
     }
 }

@@ -3,7 +3,7 @@
 //! Used by `link` on the scan thread, for batches and commands that were made for a program before
 //! a reload. Nothing is allocated or freed.
 
-use super::exchange::Write;
+use super::exchange::OperandWrite;
 use rungd_engine::{Cell, Renumbered};
 
 /// The number of swaps between two scans over which a cell is followed.
@@ -26,22 +26,34 @@ impl EarlierPrograms {
 
     /// The cell of the present program for a cell of an earlier one.
     pub fn cell(&self, generation: u32, cell: Cell) -> Option<Cell> {
-        let at = self.0.iter().position(|(of, _)| *of == Some(generation))?;
+        let at = self
+            .0
+            .iter()
+            .position(|(earlier_generation, _)| *earlier_generation == Some(generation))?;
         self.0[at..].iter().try_fold(cell, |cell, (_, cells)| cells.cell(cell))
     }
 
     /// Changes the cell of a write of an earlier program to its element's present cell; false if
     /// there is none.
-    pub fn is_renumbered(&self, generation: u32, write: &mut Write) -> bool {
+    pub fn is_renumbered(&self, generation: u32, write: &mut OperandWrite) -> bool {
         let cell = match write {
-            Write::Bit(cell, _) => Cell::Bit(*cell),
-            Write::Word(cell, _) | Write::Masked { cell, .. } => Cell::Word(*cell),
-            Write::Input(..) => return true,
+            OperandWrite::Bit(cell, _) => Cell::Bit(*cell),
+            OperandWrite::Word(cell, _) | OperandWrite::Masked { cell, .. } => Cell::Word(*cell),
+            OperandWrite::Input(..) => return true,
         };
         match (write, self.cell(generation, cell)) {
-            (Write::Bit(cell, _), Some(Cell::Bit(to))) => *cell = to,
-            (Write::Word(cell, _) | Write::Masked { cell, .. }, Some(Cell::Word(to))) => *cell = to,
-            (Write::Bit(..) | Write::Word(..) | Write::Masked { .. } | Write::Input(..), _) => {
+            (OperandWrite::Bit(cell, _), Some(Cell::Bit(to))) => *cell = to,
+            (
+                OperandWrite::Word(cell, _) | OperandWrite::Masked { cell, .. },
+                Some(Cell::Word(to)),
+            ) => *cell = to,
+            (
+                OperandWrite::Bit(..)
+                | OperandWrite::Word(..)
+                | OperandWrite::Masked { .. }
+                | OperandWrite::Input(..),
+                _,
+            ) => {
                 return false;
             }
         }

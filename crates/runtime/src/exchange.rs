@@ -17,10 +17,12 @@ use std::sync::{Arc, Mutex};
 use std::task::{Poll, Waker};
 use std::time::Duration;
 
-use super::command::{Answer, Before, Command, CommandId, Denial, Desk};
+use super::command::{
+    CommandDenial, CommandEntry, CommandId, CommandOutcome, ScanCommand, StateBefore,
+};
 use super::gate::ScanGate;
 pub use super::gate::Tempo;
-pub use super::image::{Safe, Snapshot};
+pub use super::image::{SafeState, Snapshot};
 pub use super::mode::{FaultReason, Mode, StopReason};
 use super::origin::Origin;
 pub use super::origin::Ticket;
@@ -31,11 +33,13 @@ use rungd_engine::{BitCell, WordCell};
 /// each coil may stand for an input as well.)
 pub(crate) const BATCH_WRITES_MAX: usize = 4096;
 
-/// The greatest number of waiting batches; a further one is refused with [`Refused::QueueFull`].
+/// The greatest number of waiting batches; a further one is refused with
+/// [`BatchRefusal::QueueFull`].
 pub const QUEUED_BATCHES_MAX: usize = 256;
 
 /// The greatest number of waiting writes, all of which one scan can apply. A batch that would
-/// exceed it is refused with [`Refused::QueueFull`]. So the next scan sees every waiting write.
+/// exceed it is refused with [`BatchRefusal::QueueFull`]. So the next scan sees every waiting
+/// write.
 pub(crate) const SCAN_WRITES_MAX: usize = 2 * BATCH_WRITES_MAX;
 
 /// The number of refused tickets that are remembered: as many as can be under way at once.
@@ -47,7 +51,7 @@ const SIGNATURES_KEPT: usize = 4 * QUEUED_BATCHES_MAX;
 /// One write. The caller has checked that the value is within the operand's range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub enum Write {
+pub enum OperandWrite {
     Bit(BitCell, bool),
     Word(WordCell, i32),
     /// Changes the low 16 bits of a 16-bit word: bits that are 1 in `and` stay, the others become
@@ -65,7 +69,7 @@ pub enum Write {
     Input(u32, bool),
 }
 
-impl Write {
+impl OperandWrite {
     /// The value of a word after a mask.
     pub fn masked(value: i32, (and, or): (u16, u16), signed: bool) -> i32 {
         let bits = value as u16 & and | or & !and;
@@ -75,7 +79,7 @@ impl Write {
 
 /// Why a batch was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Refused {
+pub enum BatchRefusal {
     /// The controller is in STOP or FAULT.
     NotRunning,
     /// [`QUEUED_BATCHES_MAX`] batches wait already, or [`SCAN_WRITES_MAX`] writes would.
@@ -91,24 +95,24 @@ pub enum Refused {
 
 /// The outcome of a batch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Outcome {
+pub(crate) enum BatchOutcome {
     /// No complete scan has seen it yet.
     Pending,
     /// A scan that saw it is complete, and in [`Port::latest`].
     Applied,
     /// The controller left RUN before a scan that saw it was complete, or a reload came first.
-    Refused(Refused),
+    Refused(BatchRefusal),
 }
 
 /// A batch. It goes to the scan, and comes back to be freed.
 #[derive(Debug)]
-pub(crate) struct Batch {
+pub(crate) struct WriteBatch {
     /// Its ticket.
     pub ticket: Ticket,
     /// The program and the time for which it is meant.
     pub terms: BatchTerms,
     /// The writes; the scan applies all of them, in this order, or none.
-    pub writes: Vec<Write>,
+    pub writes: Vec<OperandWrite>,
 }
 
 /// The program and the time for which a batch is meant.
@@ -134,9 +138,9 @@ pub struct Port {
 pub(super) struct ExchangeState {
     pub(super) gate: ScanGate,
     latest: Mutex<Arc<Snapshot>>,
-    door: Mutex<Door>,
-    refusals: Mutex<Refusals>,
-    desk: Mutex<Desk>,
+    door: Mutex<BatchEntry>,
+    refusals: Mutex<LateRefusals>,
+    desk: Mutex<CommandEntry>,
     /// The tasks that wait for a change.
     waiting: Mutex<Vec<Waker>>,
     /// The senders of batches and commands, for the scan log.
@@ -144,15 +148,15 @@ pub(super) struct ExchangeState {
 }
 
 /// The entry for batches.
-struct Door {
-    queue: rtrb::Producer<Batch>,
+struct BatchEntry {
+    queue: rtrb::Producer<WriteBatch>,
     last: u64,
 }
 
 /// The accepted batches that were refused later.
 #[derive(Default)]
-struct Refusals {
-    tickets: VecDeque<(u64, Refused)>,
+struct LateRefusals {
+    tickets: VecDeque<(u64, BatchRefusal)>,
     /// The scan thread no longer answers: pending writes and commands are refused.
     all_pending: bool,
 }
@@ -161,13 +165,13 @@ impl Port {
     pub(super) fn new(
         inputs: u32,
         first: Snapshot,
-        queue: rtrb::Producer<Batch>,
-        desk: Desk,
+        queue: rtrb::Producer<WriteBatch>,
+        desk: CommandEntry,
     ) -> Port {
         let shared = ExchangeState {
             gate: ScanGate::new(inputs),
             latest: Mutex::new(Arc::new(first)),
-            door: Mutex::new(Door { queue, last: 0 }),
+            door: Mutex::new(BatchEntry { queue, last: 0 }),
             refusals: Mutex::default(),
             desk: Mutex::new(desk),
             waiting: Mutex::default(),
@@ -257,8 +261,8 @@ impl Port {
     /// writes between two scans, in the order of tickets.
     ///
     /// # Errors
-    /// The batch is refused, and none of its writes is applied: see [`Refused`].
-    pub fn submit(&self, writes: Vec<Write>) -> Result<Ticket, Refused> {
+    /// The batch is refused, and none of its writes is applied: see [`BatchRefusal`].
+    pub fn submit(&self, writes: Vec<OperandWrite>) -> Result<Ticket, BatchRefusal> {
         self.submit_to(self.latest().generation, writes)
     }
 
@@ -268,7 +272,11 @@ impl Port {
     ///
     /// # Errors
     /// The same as those of [`Port::submit`].
-    pub fn submit_to(&self, generation: u32, writes: Vec<Write>) -> Result<Ticket, Refused> {
+    pub fn submit_to(
+        &self,
+        generation: u32,
+        writes: Vec<OperandWrite>,
+    ) -> Result<Ticket, BatchRefusal> {
         self.submit_by(BatchTerms { generation, is_bound: false, until_ns: u64::MAX }, writes)
     }
 
@@ -276,21 +284,25 @@ impl Port {
     ///
     /// # Errors
     /// The same as those of [`Port::submit`].
-    pub fn submit_by(&self, terms: BatchTerms, writes: Vec<Write>) -> Result<Ticket, Refused> {
+    pub fn submit_by(
+        &self,
+        terms: BatchTerms,
+        writes: Vec<OperandWrite>,
+    ) -> Result<Ticket, BatchRefusal> {
         if writes.len() > BATCH_WRITES_MAX {
-            return Err(Refused::TooLarge);
+            return Err(BatchRefusal::TooLarge);
         }
         let mut door = locked(&self.shared.door);
         let gate = &self.shared.gate;
         if !gate.is_open() {
-            return Err(Refused::NotRunning);
+            return Err(BatchRefusal::NotRunning);
         }
         if door.queue.is_full() || !gate.reserve(writes.len(), SCAN_WRITES_MAX) {
-            return Err(Refused::QueueFull);
+            return Err(BatchRefusal::QueueFull);
         }
         let ticket = Ticket(door.last + 1);
-        let batch = Batch { ticket, terms, writes };
-        door.queue.push(batch).map_err(|_| Refused::QueueFull)?;
+        let batch = WriteBatch { ticket, terms, writes };
+        door.queue.push(batch).map_err(|_| BatchRefusal::QueueFull)?;
         door.last = ticket.0;
         Ok(ticket)
     }
@@ -299,26 +311,26 @@ impl Port {
     /// [`Port::latest`].
     ///
     /// # Errors
-    /// [`Refused::NotRunning`]: the controller left RUN first. [`Refused::Overtaken`]: a reload
-    /// came first.
-    pub fn done(&self, ticket: Ticket) -> impl Future<Output = Result<(), Refused>> + use<> {
+    /// [`BatchRefusal::NotRunning`]: the controller left RUN first. [`BatchRefusal::Overtaken`]: a
+    /// reload came first.
+    pub fn done(&self, ticket: Ticket) -> impl Future<Output = Result<(), BatchRefusal>> + use<> {
         self.until(move |port| match port.outcome(ticket) {
-            Outcome::Pending => None,
-            Outcome::Applied => Some(Ok(())),
-            Outcome::Refused(why) => Some(Err(why)),
+            BatchOutcome::Pending => None,
+            BatchOutcome::Applied => Some(Ok(())),
+            BatchOutcome::Refused(why) => Some(Err(why)),
         })
     }
 
     /// The outcome of a batch.
-    pub(crate) fn outcome(&self, ticket: Ticket) -> Outcome {
+    pub(crate) fn outcome(&self, ticket: Ticket) -> BatchOutcome {
         // `latest` is read first: a refusal is entered before the snapshot that counts its ticket.
         let seen = ticket.0 <= self.latest().tickets_done;
         let refusals = locked(&self.shared.refusals);
         match refusals.tickets.iter().find(|(refused, _)| *refused == ticket.0) {
-            Some((_, why)) => Outcome::Refused(*why),
-            None if seen => Outcome::Applied,
-            None if refusals.all_pending => Outcome::Refused(Refused::NotRunning),
-            None => Outcome::Pending,
+            Some((_, why)) => BatchOutcome::Refused(*why),
+            None if seen => BatchOutcome::Applied,
+            None if refusals.all_pending => BatchOutcome::Refused(BatchRefusal::NotRunning),
+            None => BatchOutcome::Pending,
         }
     }
 
@@ -327,7 +339,7 @@ impl Port {
     ///
     /// # Errors
     /// Too many commands wait, or the scan thread is stuck.
-    pub fn command(&self, command: Command) -> Result<CommandId, Denial> {
+    pub fn command(&self, command: ScanCommand) -> Result<CommandId, CommandDenial> {
         self.command_to(self.latest().generation, command)
     }
 
@@ -335,7 +347,11 @@ impl Port {
     ///
     /// # Errors
     /// The same as those of [`Port::command`].
-    pub fn command_to(&self, generation: u32, command: Command) -> Result<CommandId, Denial> {
+    pub fn command_to(
+        &self,
+        generation: u32,
+        command: ScanCommand,
+    ) -> Result<CommandId, CommandDenial> {
         self.command_until(u64::MAX, generation, command)
     }
 
@@ -347,10 +363,10 @@ impl Port {
         &self,
         until_ns: u64,
         generation: u32,
-        command: Command,
-    ) -> Result<CommandId, Denial> {
+        command: ScanCommand,
+    ) -> Result<CommandId, CommandDenial> {
         if self.is_stuck() {
-            return Err(Denial::ScanThreadStuck);
+            return Err(CommandDenial::ScanThreadStuck);
         }
         locked(&self.shared.desk).hand_in(generation, command, until_ns)
     }
@@ -364,20 +380,23 @@ impl Port {
     ///
     /// # Errors
     /// The command was denied, and nothing changed.
-    pub fn answered(&self, id: CommandId) -> impl Future<Output = Result<Before, Denial>> + use<> {
+    pub fn answered(
+        &self,
+        id: CommandId,
+    ) -> impl Future<Output = Result<StateBefore, CommandDenial>> + use<> {
         self.until(move |port| match port.answer(id)? {
-            Answer::Done(before) => Some(Ok(before)),
-            Answer::Denied(denial) => Some(Err(denial)),
+            CommandOutcome::Done(before) => Some(Ok(before)),
+            CommandOutcome::Denied(denial) => Some(Err(denial)),
         })
     }
 
     /// The answer to a command, after its effect is in [`Port::latest`]. It is returned once. A
     /// stuck scan thread answers when it comes back.
-    pub fn answer(&self, id: CommandId) -> Option<Answer> {
+    pub fn answer(&self, id: CommandId) -> Option<CommandOutcome> {
         locked(&self.shared.desk).answer(id)
     }
 
-    pub(super) fn at_desk(&self, show: impl FnOnce(&mut Desk)) {
+    pub(super) fn at_desk(&self, show: impl FnOnce(&mut CommandEntry)) {
         show(&mut locked(&self.shared.desk));
         self.wake();
     }
@@ -397,7 +416,7 @@ impl Port {
         old
     }
 
-    pub(super) fn refuse(&self, ticket: Ticket, why: Refused) {
+    pub(super) fn refuse(&self, ticket: Ticket, why: BatchRefusal) {
         let mut refusals = locked(&self.shared.refusals);
         if refusals.tickets.len() == REFUSED_TICKETS_KEPT {
             refusals.tickets.pop_front();

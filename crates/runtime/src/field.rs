@@ -3,26 +3,26 @@
 //! Every device has an image of its inputs. A driver's task fills it outside the scan
 //! ([`InputEnd`]), or the scan fills it itself (`local`, for lines that answer at once). An image
 //! is handed over as a whole (`latest`), so a scan sees the inputs of one exchange. At the input
-//! step `Field` takes the newest image, computes the age of the last good exchange and of each
-//! input by the scan's own clock, and writes the inputs to memory. So a device with a hanging task
-//! goes stale like a device with a cut cable. Outputs leave through the published image (`wiring`);
-//! the outputs of a local device leave at the output step.
+//! step `FieldDevices` takes the newest image, computes the age of the last good exchange and of
+//! each input by the scan's own clock, and writes the inputs to memory. So a device with a hanging
+//! task goes stale like a device with a cut cable. Outputs leave through the published image
+//! (`wiring`); the outputs of a local device leave at the output step.
 //!
 //! The scan's side does not lock, allocate or free: failed local devices go back through a ring.
 
 use std::sync::Arc;
 
-use super::image::Safe;
-use super::inputs::{InputEnd, Pulse};
+use super::image::SafeState;
+use super::inputs::{ExchangePulse, InputEnd};
 use super::latest::{InputReader, LatestInput, latest};
 use super::local::{LocalEnd, LocalSide};
-use super::machine::Machine;
+use super::machine::ScannedMachine;
 use super::origin::Origin;
 use super::record::{DeviceEdge, RecordEvent};
 use super::wiring::{Wiring, WiringTarget};
 
 /// The ends of a device's exchange that are used outside the scan thread.
-pub struct Ends {
+pub struct DeviceEnds {
     /// The end that takes inputs.
     pub inputs: InputEnd,
     /// For a local device, the end that takes the device itself.
@@ -30,10 +30,10 @@ pub struct Ends {
 }
 
 /// The scan's side: all devices.
-pub struct Field {
+pub struct FieldDevices {
     devices: Vec<WiredDevice>,
     /// The safe state of each Y, outside RUN.
-    safe: Vec<Safe>,
+    safe: Vec<SafeState>,
     /// The cell of Y0.
     first_output: usize,
     /// Marks the inputs that devices have read at least once, 64 to a word; from then on only the
@@ -43,7 +43,7 @@ pub struct Field {
 
 struct WiredDevice {
     wiring: Wiring,
-    pulse: Arc<Pulse>,
+    pulse: Arc<ExchangePulse>,
     images: InputReader,
     local: Option<LocalSide>,
     /// The time from which the device waits for its first exchange.
@@ -72,20 +72,20 @@ enum Presence {
 /// of Y0.
 pub fn field(
     wirings: &[Wiring],
-    safe: Vec<Safe>,
+    safe: Vec<SafeState>,
     first_output: usize,
     now_ns: u64,
-) -> (Field, Vec<Ends>) {
+) -> (FieldDevices, Vec<DeviceEnds>) {
     let (devices, ends) = wirings.iter().map(|wiring| device(wiring, now_ns)).unzip();
     let inputs = wirings.iter().flat_map(|wiring| &wiring.inputs).filter_map(WiringTarget::input);
     let words = inputs.max().map_or(0, |last| last / 64 + 1) as usize;
     let moved = vec![0; words].into();
-    (Field { devices, safe, first_output, moved }, ends)
+    (FieldDevices { devices, safe, first_output, moved }, ends)
 }
 
-fn device(wiring: &Wiring, now_ns: u64) -> (WiredDevice, Ends) {
+fn device(wiring: &Wiring, now_ns: u64) -> (WiredDevice, DeviceEnds) {
     let (image_in, images) = latest(wiring.inputs.len());
-    let pulse = Arc::new(Pulse::default());
+    let pulse = Arc::new(ExchangePulse::default());
     let local = wiring.local_budget_ns.map(|budget_ns| super::local::local(wiring, budget_ns));
     let (local, local_end) = local.unzip();
     let device = WiredDevice {
@@ -98,7 +98,7 @@ fn device(wiring: &Wiring, now_ns: u64) -> (WiredDevice, Ends) {
         state: Presence::Awaited { since_ns: now_ns, told: false },
     };
     let inputs = InputEnd::new(pulse, image_in, wiring.inputs.clone());
-    (device, Ends { inputs, local: local_end })
+    (device, DeviceEnds { inputs, local: local_end })
 }
 
 /// The time of an input step.
@@ -110,15 +110,15 @@ pub struct InputStep {
     pub now_ns: u64,
 }
 
-impl Field {
+impl FieldDevices {
     /// The input step: writes the inputs of every device, from its newest image or by `on-loss`.
-    pub fn bring_in<M: Machine>(
+    pub fn bring_in<M: ScannedMachine>(
         &mut self,
         machine: &mut M,
         InputStep { scan, now_ns }: InputStep,
         mut tell: impl FnMut(RecordEvent),
     ) {
-        let Field { devices, moved, .. } = self;
+        let FieldDevices { devices, moved, .. } = self;
         for (at, device) in devices.iter_mut().enumerate() {
             let Freshness { stale, troubled } = device.take(now_ns);
             let ok = device.has_exchanged && !stale && !troubled;
@@ -126,7 +126,8 @@ impl Field {
             machine.write_bit(device.wiring.ok, ok);
             machine.write_bit(device.wiring.stale, stale);
             let exchanged = device.has_exchanged;
-            if let Some(edge) = device.state.step(Sighting { exchanged, stale, now_ns, scan }) {
+            if let Some(edge) = device.state.step(DeviceSighting { exchanged, stale, now_ns, scan })
+            {
                 tell(RecordEvent::Device { device: at as u32, edge });
             }
             device.move_inputs(machine, now_ns, moved);
@@ -144,7 +145,7 @@ impl Field {
     }
 
     /// The output step after a complete scan: writes the outputs of local devices.
-    pub fn bring_out<M: Machine>(&mut self, machine: &M) {
+    pub fn bring_out<M: ScannedMachine>(&mut self, machine: &M) {
         let (image, first_output) = (machine.image(), self.first_output);
         for device in &mut self.devices {
             if let Some(local) = &mut device.local
@@ -158,7 +159,7 @@ impl Field {
     /// Called after RUN: sets local outputs to their safe values. A held output takes its value
     /// from `image`; without an image it stays as it is.
     pub fn make_safe(&mut self, image: Option<(&[u8], &[i32])>) {
-        let Field { devices, safe, first_output, .. } = self;
+        let FieldDevices { devices, safe, first_output, .. } = self;
         for device in devices {
             if let Some(local) = &mut device.local
                 && !local.write_safe(safe, image, *first_output)
@@ -170,7 +171,7 @@ impl Field {
 
     /// A tick outside RUN: no inputs are written; a local device that was handed in is made safe.
     pub fn tick(&mut self, image: Option<(&[u8], &[i32])>) {
-        let Field { devices, safe, first_output, .. } = self;
+        let FieldDevices { devices, safe, first_output, .. } = self;
         for device in devices {
             if let Some(local) = &mut device.local
                 && local.arrive()
@@ -183,7 +184,7 @@ impl Field {
 
     /// Exchanges the safe states of all Y. `safe_now`: the controller is not in RUN, so changed
     /// safe values are written at once; a held output stays as it is.
-    pub fn exchange_safe(&mut self, safe: &mut Vec<Safe>, safe_now: bool) {
+    pub fn exchange_safe(&mut self, safe: &mut Vec<SafeState>, safe_now: bool) {
         std::mem::swap(&mut self.safe, safe);
         if safe_now && self.safe != *safe {
             self.make_safe(None);
@@ -227,7 +228,7 @@ impl WiredDevice {
 
     /// Writes every input that was read at least once, depending on its own age. Other inputs keep
     /// the `initial` of their tags.
-    fn move_inputs<M: Machine>(&self, machine: &mut M, now_ns: u64, moved: &mut [u64]) {
+    fn move_inputs<M: ScannedMachine>(&self, machine: &mut M, now_ns: u64, moved: &mut [u64]) {
         let mut receive = |target: &WiringTarget, value: i32| {
             target.receive(machine, value);
             if let Some(x) = target.input() {
@@ -256,7 +257,7 @@ impl WiredDevice {
 }
 
 /// A device as a scan sees it.
-struct Sighting {
+struct DeviceSighting {
     exchanged: bool,
     stale: bool,
     now_ns: u64,
@@ -265,8 +266,8 @@ struct Sighting {
 
 impl Presence {
     /// The change of state in this scan, if there is one.
-    fn step(&mut self, seen: Sighting) -> Option<DeviceEdge> {
-        let Sighting { exchanged, stale, now_ns, scan } = seen;
+    fn step(&mut self, seen: DeviceSighting) -> Option<DeviceEdge> {
+        let DeviceSighting { exchanged, stale, now_ns, scan } = seen;
         let (next, edge) = match *self {
             Presence::Awaited { told: false, .. } if exchanged => {
                 (Presence::Well, DeviceEdge::Present)

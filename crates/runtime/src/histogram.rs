@@ -24,7 +24,7 @@ pub struct Histogram {
 
 /// A range of values, and the number of values in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Bar {
+pub struct HistogramBucket {
     /// The greatest value of the range; the least is the greatest of the bar before it plus 1.
     pub up_to_ns: u64,
     /// The number of values.
@@ -64,14 +64,14 @@ impl Histogram {
     }
 
     /// One bar for each doubling, from the first to the last one that has values.
-    pub fn bars(&self) -> Vec<Bar> {
+    pub fn bars(&self) -> Vec<HistogramBucket> {
         let octaves = self.counts.chunks(STEPS as usize).enumerate();
-        let bar = |(octave, counts): (usize, &[AtomicU32])| Bar {
+        let bar = |(octave, counts): (usize, &[AtomicU32])| HistogramBucket {
             up_to_ns: upper_edge((octave + 1) * STEPS as usize - 1),
             count: counts.iter().map(|count| u64::from(count.load(Relaxed))).sum(),
         };
-        let bars: Vec<Bar> = octaves.map(bar).collect();
-        let counted = |bar: &Bar| bar.count > 0;
+        let bars: Vec<HistogramBucket> = octaves.map(bar).collect();
+        let counted = |bar: &HistogramBucket| bar.count > 0;
         let Some(first) = bars.iter().position(counted) else { return Vec::new() };
         let last = bars.iter().rposition(counted).unwrap_or(first);
         bars[first..=last].to_vec()

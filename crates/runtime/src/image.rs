@@ -35,7 +35,7 @@ pub struct Snapshot {
     /// The forced cells.
     pub forces: Forces,
     /// The safe state of each Y, outside RUN.
-    pub safe: Arc<[Safe]>,
+    pub safe: Arc<[SafeState]>,
 }
 
 impl Snapshot {
@@ -60,7 +60,7 @@ impl Snapshot {
 
 /// The safe state of an output, outside RUN.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Safe {
+pub enum SafeState {
     /// OFF.
     #[default]
     Off,
@@ -71,13 +71,13 @@ pub enum Safe {
     Hold,
 }
 
-impl Safe {
+impl SafeState {
     /// The value of the output outside RUN. `held`: its value when RUN ended.
     pub fn driven(self, held: bool) -> bool {
         match self {
-            Safe::Off => false,
-            Safe::On => true,
-            Safe::Hold => held,
+            SafeState::Off => false,
+            SafeState::On => true,
+            SafeState::Hold => held,
         }
     }
 }

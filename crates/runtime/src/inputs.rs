@@ -12,7 +12,7 @@ use super::wiring::WiringTarget;
 
 /// The state of a device's exchanges, shared by both ends.
 #[derive(Default)]
-pub(super) struct Pulse {
+pub(super) struct ExchangePulse {
     /// The end of the last good exchange (CLOCK_MONOTONIC); 0: there was none.
     good_ns: AtomicU64,
     /// The last exchange failed.
@@ -21,7 +21,7 @@ pub(super) struct Pulse {
 
 /// The entry for a device's inputs: held by its driver's task.
 pub struct InputEnd {
-    pulse: Arc<Pulse>,
+    pulse: Arc<ExchangePulse>,
     images: InputWriter,
     targets: Vec<WiringTarget>,
     /// The inputs as they were read last.
@@ -37,7 +37,7 @@ impl fmt::Debug for InputEnd {
 impl InputEnd {
     /// Begins with inputs that were never read.
     pub(super) fn new(
-        pulse: Arc<Pulse>,
+        pulse: Arc<ExchangePulse>,
         images: InputWriter,
         targets: Vec<WiringTarget>,
     ) -> InputEnd {
@@ -73,7 +73,7 @@ impl InputEnd {
     }
 }
 
-impl Pulse {
+impl ExchangePulse {
     /// The end of the last good exchange; 0: there was none.
     pub(crate) fn good_ns(&self) -> u64 {
         self.good_ns.load(Ordering::Acquire)

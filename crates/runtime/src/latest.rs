@@ -24,32 +24,33 @@ const NEW: u8 = 4;
 const NUMBER: u8 = 3;
 
 #[derive(Default)]
-struct Slot {
+struct InputSlot {
     value: AtomicI32,
     read_ns: AtomicU64,
 }
 
-struct Buffers {
-    inputs: [Box<[Slot]>; 3],
+struct InputBuffers {
+    inputs: [Box<[InputSlot]>; 3],
     between: AtomicU8,
 }
 
 /// The writing side.
 pub(super) struct InputWriter {
-    buffers: Arc<Buffers>,
+    buffers: Arc<InputBuffers>,
     own: u8,
 }
 
 /// The reading side.
 pub(super) struct InputReader {
-    buffers: Arc<Buffers>,
+    buffers: Arc<InputBuffers>,
     own: u8,
 }
 
 /// Both sides of an image of `count` inputs, none of them read yet.
 pub(super) fn latest(count: usize) -> (InputWriter, InputReader) {
-    let unread = || (0..count).map(|_| Slot::default()).collect();
-    let buffers = Arc::new(Buffers { inputs: [unread(), unread(), unread()], between: 1.into() });
+    let unread = || (0..count).map(|_| InputSlot::default()).collect();
+    let buffers =
+        Arc::new(InputBuffers { inputs: [unread(), unread(), unread()], between: 1.into() });
     (InputWriter { buffers: Arc::clone(&buffers), own: 0 }, InputReader { buffers, own: 2 })
 }
 

@@ -1,7 +1,7 @@
 //! The scan thread, the monitor thread, and the exchange of data with other threads.
 //!
 //! [`prepare`] puts the scan thread and the monitor thread together and requests the real-time
-//! posture from the machine; [`Prepared::start`] lets the first scan begin. Drivers hold a
+//! posture from the machine; [`PreparedThreads::start`] lets the first scan begin. Drivers hold a
 //! [`exchange::Port`]; the log is an [`Observer`]. Deliberately absent: tokio, files and names.
 //! [`say!`](say::say) writes the lines of [`events`]; the scan thread never calls it.
 //!
@@ -54,23 +54,23 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-pub use histogram::Bar;
-pub use image::Safe;
-pub use link::{Facts, Shape, link};
+pub use histogram::HistogramBucket;
+pub use image::SafeState;
+pub use link::{ExchangeShape, ScanFacts, link};
 pub use link::{ScanSide, WorldSide};
-pub use machine::{Machine, ScanStart};
+pub use machine::{ScanStart, ScannedMachine};
 pub use monitor::{Monitor, Observer};
 pub use origin::Origin;
 pub use posture::NotGranted;
-pub use posture::{Grant, Held};
+pub use posture::{Grant, HeldResources};
 pub use posture::{Policy, Posture};
-pub use record::{Carried, DeviceEdge, Record, RecordEvent, Watched};
+pub use record::{CarriedWatches, DeviceEdge, RecordEvent, ScanRecord, WatchedCells};
 pub use scanner::Report;
-pub use scanner::{Pace, Scanner};
+pub use scanner::{Scanner, ScannerSettings};
 pub use statistics::Statistics;
-pub use statistics::{Meter, MeterReading, Spread};
-pub use swap::{Contents, Package, Reloader};
+pub use statistics::{MeterReading, RunMeter, Spread};
 pub use swap::{Generations, Swapped};
+pub use swap::{Package, PackageParts, Reloader};
 pub use sys::boottime_ns;
 pub use sys::monotonic_ns;
 pub use tape::{TapeEntry, Taped};
@@ -80,7 +80,7 @@ pub use unwired::UnwiredInputs;
 
 use beat::{Beat, Life};
 use exchange::Port;
-use field::Ends;
+use field::DeviceEnds;
 use pacing::{Clock, MachineClock};
 use rungd_engine::Layout;
 use rungd_engine::isa::status::st;
@@ -89,13 +89,13 @@ use wiring::Wiring;
 
 /// The settings of the two threads at the start.
 #[derive(Clone, Debug)]
-pub struct Settings {
+pub struct ThreadSettings {
     /// Period, watchdog, number of scans, reports.
-    pub pace: Pace,
+    pub pace: ScannerSettings,
     /// Sizes of memory, and the safe values.
-    pub memory: Memory,
+    pub memory: PublicMemory,
     /// The cells whose changes the log reports.
-    pub watched: Watched,
+    pub watched: WatchedCells,
     /// The requested posture.
     pub posture: Posture,
     /// The field devices, by number.
@@ -104,7 +104,7 @@ pub struct Settings {
 
 /// The public part of memory, and the places of inputs and outputs in it.
 #[derive(Clone, Debug)]
-pub struct Memory {
+pub struct PublicMemory {
     /// The number of X.
     pub inputs: u32,
     /// Public bits; they come first in the image.
@@ -116,13 +116,13 @@ pub struct Memory {
     /// The cell of `$ForcesActive`.
     pub forces_active: usize,
     /// The safe state of each Y, outside RUN.
-    pub safe: Vec<Safe>,
+    pub safe: Vec<SafeState>,
 }
 
-impl Memory {
+impl PublicMemory {
     /// The memory of a program with this layout.
-    pub fn new(layout: &Layout, safe: Vec<Safe>) -> Memory {
-        Memory {
+    pub fn new(layout: &Layout, safe: Vec<SafeState>) -> PublicMemory {
+        PublicMemory {
             inputs: layout.sizes().x,
             bits: layout.bit_count() as usize,
             words: layout.word_count() as usize,
@@ -134,27 +134,27 @@ impl Memory {
 }
 
 /// The scan thread and the monitor, ready to start; the scan thread waits and has its posture.
-pub struct Prepared {
+pub struct PreparedThreads {
     grants: Vec<Grant>,
     go: Sender<()>,
     scan: JoinHandle<Report>,
     monitor: Box<dyn FnOnce() -> io::Result<JoinHandle<()>>>,
     port: Port,
     beat: Arc<Beat>,
-    gauge: Gauge,
-    held: Held,
-    lines: Vec<Ends>,
+    gauge: ThreadGauge,
+    held: HeldResources,
+    lines: Vec<DeviceEnds>,
 }
 
 /// The state of the two threads for observers, beside the images. Cheap to clone.
 #[derive(Clone, Debug)]
-pub struct Gauge {
+pub struct ThreadGauge {
     /// The statistics since the start of RUN.
-    pub meter: Meter,
+    pub meter: RunMeter,
     records_dropped: Arc<AtomicU64>,
 }
 
-impl Gauge {
+impl ThreadGauge {
     /// The records that were dropped since the process started.
     pub fn records_dropped(&self) -> u64 {
         self.records_dropped.load(Ordering::Relaxed)
@@ -178,14 +178,14 @@ pub struct Runtime {
     beat: Arc<Beat>,
     scan: JoinHandle<Report>,
     monitor: JoinHandle<()>,
-    _held: Held,
+    _held: HeldResources,
 }
 
 /// Puts a scanner, a monitor and a port together on a clock, without threads: for tests.
-pub fn assemble<M: Machine, C: Clock, O: Observer>(
+pub fn assemble<M: ScannedMachine, C: Clock, O: Observer>(
     machine: M,
     clock: C,
-    settings: &Settings,
+    settings: &ThreadSettings,
     observer: O,
 ) -> (Scanner<M, C>, Monitor<O>, Port) {
     let whole = assemble_whole(machine, clock, settings, observer);
@@ -193,10 +193,10 @@ pub fn assemble<M: Machine, C: Clock, O: Observer>(
 }
 
 /// Does the same as [`assemble`]; returns a [`Reloader`] too, to swap programs.
-pub fn assemble_reloadable<M: Machine, C: Clock, O: Observer>(
+pub fn assemble_reloadable<M: ScannedMachine, C: Clock, O: Observer>(
     machine: M,
     clock: C,
-    settings: &Settings,
+    settings: &ThreadSettings,
     observer: O,
 ) -> (Scanner<M, C>, Monitor<O>, Port, Reloader<M>) {
     let whole = assemble_whole(machine, clock, settings, observer);
@@ -204,7 +204,7 @@ pub fn assemble_reloadable<M: Machine, C: Clock, O: Observer>(
 }
 
 /// The parts that [`assemble_whole`] puts together.
-pub struct Whole<M, C, O> {
+pub struct RuntimeParts<M, C, O> {
     /// The scan thread's.
     pub scanner: Scanner<M, C>,
     /// The monitor thread's.
@@ -214,19 +214,19 @@ pub struct Whole<M, C, O> {
     /// To swap programs.
     pub reloader: Reloader<M>,
     /// The field devices' ends, by number.
-    pub lines: Vec<Ends>,
+    pub lines: Vec<DeviceEnds>,
 }
 
 /// Does the same as [`assemble`]; returns a [`Reloader`] and the ends of the field devices too.
-pub fn assemble_whole<M: Machine, C: Clock, O: Observer>(
+pub fn assemble_whole<M: ScannedMachine, C: Clock, O: Observer>(
     machine: M,
     clock: C,
-    settings: &Settings,
+    settings: &ThreadSettings,
     observer: O,
-) -> Whole<M, C, O> {
+) -> RuntimeParts<M, C, O> {
     let memory = &settings.memory;
     let (bits, words) = machine.image();
-    let (port, side, world) = link(Shape {
+    let (port, side, world) = link(ExchangeShape {
         inputs: memory.inputs,
         bits: bits[..memory.bits].to_vec(),
         words: words[..memory.words].to_vec(),
@@ -257,7 +257,7 @@ pub fn assemble_whole<M: Machine, C: Clock, O: Observer>(
     let (reloader, swaps) = swap::swaps(port.clone());
     let parts =
         scanner::ScannerParts { machine, clock, side, journal, beat, pace, watched, swaps, field };
-    Whole { scanner: Scanner::new(parts), monitor, port, reloader, lines }
+    RuntimeParts { scanner: Scanner::new(parts), monitor, port, reloader, lines }
 }
 
 /// Starts the scan thread up to the point at which its first scan could begin. Returns a
@@ -268,19 +268,19 @@ pub fn assemble_whole<M: Machine, C: Clock, O: Observer>(
 pub fn prepare<M, O>(
     machine: M,
     clock: MachineClock,
-    settings: &Settings,
+    settings: &ThreadSettings,
     observer: O,
-) -> io::Result<(Prepared, Reloader<M>)>
+) -> io::Result<(PreparedThreads, Reloader<M>)>
 where
-    M: Machine + Send + 'static,
+    M: ScannedMachine + Send + 'static,
     O: Observer + 'static,
 {
     let (held, mut grants) = settings.posture.apply_to_process();
     let whole = assemble_whole(machine, clock, settings, observer);
-    let Whole { scanner, monitor, port, reloader, lines } = whole;
+    let RuntimeParts { scanner, monitor, port, reloader, lines } = whole;
     let beat = Arc::clone(&monitor.beat);
     let records_dropped = Arc::clone(&monitor.journal.dropped);
-    let gauge = Gauge { meter: scanner.meter(), records_dropped };
+    let gauge = ThreadGauge { meter: scanner.meter(), records_dropped };
     let (go, gone) = channel();
     let (tell, told) = channel();
     let posture = settings.posture.clone();
@@ -294,17 +294,17 @@ where
         let named = thread::Builder::new().name("rungd-monitor".into());
         named.spawn(move || run_monitor(monitor))
     });
-    Ok((Prepared { grants, go, scan, monitor, port, beat, gauge, held, lines }, reloader))
+    Ok((PreparedThreads { grants, go, scan, monitor, port, beat, gauge, held, lines }, reloader))
 }
 
-impl Prepared {
+impl PreparedThreads {
     /// The requested posture, and the machine's answers.
     pub fn grants(&self) -> &[Grant] {
         &self.grants
     }
 
     /// The state for observers.
-    pub fn gauge(&self) -> Gauge {
+    pub fn gauge(&self) -> ThreadGauge {
         self.gauge.clone()
     }
 
@@ -314,16 +314,16 @@ impl Prepared {
     }
 
     /// The field devices' ends, by number; handed out once.
-    pub fn lines(&mut self) -> Vec<Ends> {
+    pub fn lines(&mut self) -> Vec<DeviceEnds> {
         std::mem::take(&mut self.lines)
     }
 
-    /// Lets the first scan begin. (A `Prepared` that is dropped instead ends its thread.)
+    /// Lets the first scan begin. (A `PreparedThreads` that is dropped instead ends its thread.)
     ///
     /// # Errors
     /// The machine cannot start a thread.
     pub fn start(self) -> io::Result<Runtime> {
-        let Prepared { go, scan, monitor, port, beat, held, .. } = self;
+        let PreparedThreads { go, scan, monitor, port, beat, held, .. } = self;
         let monitor = monitor()?;
         let _ = go.send(());
         Ok(Runtime { port, beat, scan, monitor, _held: held })
@@ -363,20 +363,20 @@ impl Runtime {
 }
 
 /// Reports the scan thread's end, also after a panic.
-struct Ending<'a>(&'a Beat);
+struct EndReport<'a>(&'a Beat);
 
-impl Drop for Ending<'_> {
+impl Drop for EndReport<'_> {
     fn drop(&mut self) {
         self.0.set_life(if thread::panicking() { Life::Lost } else { Life::Ended });
     }
 }
 
-fn run_scanner<M: Machine, C: Clock>(
+fn run_scanner<M: ScannedMachine, C: Clock>(
     mut scanner: Scanner<M, C>,
     go: &Receiver<()>,
     beat: &Beat,
 ) -> Report {
-    let _ending = Ending(beat);
+    let _ending = EndReport(beat);
     if go.recv().is_ok() {
         scanner.start();
         while scanner.step() {}

@@ -13,11 +13,13 @@ use std::sync::Arc;
 
 use rtrb::{Consumer, Producer, RingBuffer};
 
-use super::command::{Answers, Orders, desk};
+use super::command::{AnswerReceiver, CommandReceiver, desk};
 use super::earlier::EarlierPrograms;
-use super::exchange::{Batch, BatchTerms, Port, QUEUED_BATCHES_MAX, Refused, Tempo, Ticket, Write};
+use super::exchange::{
+    BatchRefusal, BatchTerms, OperandWrite, Port, QUEUED_BATCHES_MAX, Tempo, Ticket, WriteBatch,
+};
 use super::forces::Forces;
-use super::image::{Safe, Snapshot};
+use super::image::{SafeState, Snapshot};
 use super::mode::{FaultReason, Mode, StopReason};
 use super::unwired::UnwiredInputs;
 use rungd_engine::{BitCell, Cell, Renumbered, WordCell};
@@ -30,7 +32,7 @@ const RETIRED_MAX: usize = 64;
 
 /// The sizes and rules that both ends use.
 #[derive(Clone, Debug)]
-pub struct Shape {
+pub struct ExchangeShape {
     /// The number of X.
     pub inputs: u32,
     /// The image before the first scan: its bits.
@@ -42,7 +44,7 @@ pub struct Shape {
     /// The cell of `$ForcesActive`.
     pub forces_active: usize,
     /// The safe state of each Y, outside RUN.
-    pub safe: Vec<Safe>,
+    pub safe: Vec<SafeState>,
 }
 
 /// The objects that the scan thread hands over.
@@ -62,7 +64,7 @@ pub enum Publication {
 /// The values that the scan thread publishes beside its image.
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs)]
-pub struct Facts<'a> {
+pub struct ScanFacts<'a> {
     pub scans: u64,
     pub now_ns: u64,
     pub mode: Mode,
@@ -75,28 +77,28 @@ pub struct Facts<'a> {
 
 /// A batch on its way back, to be dropped outside the scan thread.
 #[derive(Debug)]
-pub struct Returned {
+pub struct ReturnedBatch {
     /// The batch.
-    pub batch: Batch,
+    pub batch: WriteBatch,
     /// `Ok` if a scan applied it.
-    pub outcome: Result<(), Refused>,
+    pub outcome: Result<(), BatchRefusal>,
 }
 
 /// The scan thread's end.
 pub struct ScanSide {
     port: Port,
-    batches: Consumer<Batch>,
-    returns: Producer<Returned>,
+    batches: Consumer<WriteBatch>,
+    returns: Producer<ReturnedBatch>,
     spares: Consumer<Arc<Snapshot>>,
     published: Producer<Publication>,
     /// The writes that this scan applies.
-    taken: Vec<Batch>,
+    taken: Vec<WriteBatch>,
     /// The last ticket that was applied.
     applied: u64,
     /// The present moment of the deadlines' clock: batches that are meant for before it are late.
     pub(super) now_ns: u64,
     /// Commands and their answers.
-    pub(super) orders: Orders,
+    pub(super) orders: CommandReceiver,
     /// The generation of the program.
     pub(super) generation: u32,
     /// The programs before it.
@@ -108,25 +110,25 @@ pub struct ScanSide {
 /// The world's end.
 pub struct WorldSide {
     port: Port,
-    returns: Consumer<Returned>,
+    returns: Consumer<ReturnedBatch>,
     spares: Producer<Arc<Snapshot>>,
     published: Consumer<Publication>,
     retired: Vec<Arc<Snapshot>>,
     /// The beginning of a program that no image is shown of yet.
     beginning: Option<Arc<Snapshot>>,
-    answers: Answers,
+    answers: AnswerReceiver,
     first_output: usize,
     forces_active: usize,
 }
 
 /// Makes a port and its two ends.
-pub fn link(shape: Shape) -> (Port, ScanSide, WorldSide) {
+pub fn link(shape: ExchangeShape) -> (Port, ScanSide, WorldSide) {
     let (batch_in, batches) = RingBuffer::new(QUEUED_BATCHES_MAX);
     let (returns, return_out) = RingBuffer::new(2 * QUEUED_BATCHES_MAX);
     let (mut spare_in, spares) = RingBuffer::new(2 * SPARES);
     // There is room for every spare and for a fault, so a publication always finds a place.
     let (published, publish_out) = RingBuffer::new(4 * SPARES);
-    let outputs = shape.safe.iter().map(|s| u8::from(*s == Safe::On)).collect();
+    let outputs = shape.safe.iter().map(|s| u8::from(*s == SafeState::On)).collect();
     let first = Snapshot {
         generation: 0,
         safe: shape.safe.into(),
@@ -212,7 +214,7 @@ impl ScanSide {
     /// The next batch with its writes, if there are at most `writes_left`. [`ScanSide::answer`]
     /// answers all batches of a scan. The batch's inputs are set here for the next scans; this scan
     /// has read its inputs already, so it must apply them itself.
-    pub fn next_batch(&mut self, writes_left: usize) -> Option<(Ticket, &[Write])> {
+    pub fn next_batch(&mut self, writes_left: usize) -> Option<(Ticket, &[OperandWrite])> {
         let batch = loop {
             // Every taken batch needs a place in the ring of returned batches.
             if self.taken.len() >= self.returns.slots().min(QUEUED_BATCHES_MAX) {
@@ -225,20 +227,20 @@ impl ScanSide {
             self.port.shared.gate.release(batch.writes.len());
             let BatchTerms { generation, is_bound, until_ns } = batch.terms;
             let earlier = &self.earlier;
-            let is_present = |write: &mut Write| earlier.is_renumbered(generation, write);
+            let is_present = |write: &mut OperandWrite| earlier.is_renumbered(generation, write);
             let why = if until_ns < self.now_ns {
-                Refused::Late
+                BatchRefusal::Late
             } else if generation == self.generation
                 || (!is_bound && batch.writes.iter_mut().all(is_present))
             {
                 break batch;
             } else {
-                Refused::Overtaken
+                BatchRefusal::Overtaken
             };
-            give_back(&mut self.returns, Returned { batch, outcome: Err(why) });
+            give_back(&mut self.returns, ReturnedBatch { batch, outcome: Err(why) });
         };
         for write in &batch.writes {
-            if let Write::Input(x, on) = *write {
+            if let OperandWrite::Input(x, on) = *write {
                 self.port.set_input(x, on);
             }
         }
@@ -249,12 +251,12 @@ impl ScanSide {
     /// Answers all taken batches: as applied, after their scan is complete and before it is
     /// published; or as refused.
     pub fn answer(&mut self, applied: bool) {
-        let outcome = if applied { Ok(()) } else { Err(Refused::NotRunning) };
+        let outcome = if applied { Ok(()) } else { Err(BatchRefusal::NotRunning) };
         for batch in self.taken.drain(..) {
             if applied {
                 self.applied = batch.ticket.0;
             }
-            give_back(&mut self.returns, Returned { batch, outcome });
+            give_back(&mut self.returns, ReturnedBatch { batch, outcome });
         }
     }
 
@@ -265,14 +267,14 @@ impl ScanSide {
     }
 
     /// Publishes an image; false if there is no spare snapshot.
-    pub fn publish(&mut self, facts: Facts<'_>, image: (&[u8], &[i32])) -> bool {
+    pub fn publish(&mut self, facts: ScanFacts<'_>, image: (&[u8], &[i32])) -> bool {
         let Some(snapshot) = self.snapshot(facts, image) else { return false };
         self.hand_over(Publication::Image(snapshot));
         true
     }
 
     /// Publishes the beginning of a program that was swapped in.
-    pub fn publish_beginning(&mut self, facts: Facts<'_>, image: (&[u8], &[i32])) {
+    pub fn publish_beginning(&mut self, facts: ScanFacts<'_>, image: (&[u8], &[i32])) {
         // The program has brought spare snapshots.
         if let Some(snapshot) = self.snapshot(facts, image) {
             self.hand_over(Publication::Beginning(snapshot));
@@ -280,7 +282,7 @@ impl ScanSide {
     }
 
     /// A spare snapshot with this image; `None` if there is no spare.
-    fn snapshot(&mut self, facts: Facts<'_>, image: (&[u8], &[i32])) -> Option<Arc<Snapshot>> {
+    fn snapshot(&mut self, facts: ScanFacts<'_>, image: (&[u8], &[i32])) -> Option<Arc<Snapshot>> {
         let mut spare = self.spare()?;
         // A spare has no reader: the world has checked that before it put it into the ring.
         if let Some(snapshot) = Arc::get_mut(&mut spare) {
@@ -476,7 +478,7 @@ impl WorldSide {
     }
 }
 
-fn give_back(returns: &mut Producer<Returned>, returned: Returned) {
+fn give_back(returns: &mut Producer<ReturnedBatch>, returned: ReturnedBatch) {
     if let Err(rtrb::PushError::Full(kept)) = returns.push(returned) {
         // Never reached: `next_batch` has checked for a free place, and only this side fills the
         // ring. The memory is leaked, because the scan thread must not free.
@@ -484,7 +486,7 @@ fn give_back(returns: &mut Producer<Returned>, returned: Returned) {
     }
 }
 
-fn make_safe(outputs: &mut [u8], safe: &[Safe]) {
+fn make_safe(outputs: &mut [u8], safe: &[SafeState]) {
     for (output, safe) in outputs.iter_mut().zip(safe) {
         *output = u8::from(safe.driven(*output != 0));
     }

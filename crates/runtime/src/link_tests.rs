@@ -3,10 +3,10 @@
 use super::command::Forces;
 use super::earlier::SWAPS_FOLLOWED;
 use super::exchange::{
-    BATCH_WRITES_MAX, BatchTerms, FaultReason, Mode, Outcome, Port, QUEUED_BATCHES_MAX, Refused,
-    SCAN_WRITES_MAX, Snapshot, StopReason, Write,
+    BATCH_WRITES_MAX, BatchOutcome, BatchRefusal, BatchTerms, FaultReason, Mode, OperandWrite,
+    Port, QUEUED_BATCHES_MAX, SCAN_WRITES_MAX, Snapshot, StopReason,
 };
-use super::image::Safe;
+use super::image::SafeState;
 use super::link::*;
 use super::swap::Generations;
 use super::unwired::UnwiredInputs;
@@ -17,17 +17,17 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::task::{Context, Poll, Wake};
 use std::thread;
 
-use super::command::{Answer, Before, Command, Denial};
+use super::command::{CommandDenial, CommandOutcome, ScanCommand, StateBefore};
 use rungd_engine::{BitCell, Cell, Renumbered, WordCell};
 /// Three inputs; bits 0..4, of which 1..=3 are Y0..Y2 (off, on, hold); two words.
 fn small() -> (Port, ScanSide, WorldSide) {
-    link(Shape {
+    link(ExchangeShape {
         inputs: 3,
         bits: vec![0; 4],
         words: vec![0; 2],
         first_output: 1,
         forces_active: 0,
-        safe: vec![Safe::Off, Safe::On, Safe::Hold],
+        safe: vec![SafeState::Off, SafeState::On, SafeState::Hold],
     })
 }
 
@@ -39,7 +39,7 @@ fn scan(side: &mut ScanSide, number: u64, bits: [u8; 4]) {
 
 fn publish(side: &mut ScanSide, scans: u64, mode: Mode, bits: [u8; 4]) -> bool {
     let forces = &Forces::default();
-    let facts = Facts { scans, now_ns: scans * 10, mode, since_ns: 0, ending: false, forces };
+    let facts = ScanFacts { scans, now_ns: scans * 10, mode, since_ns: 0, ending: false, forces };
     side.publish(facts, (&bits, &[scans as i32, 0]))
 }
 
@@ -49,7 +49,7 @@ fn before_the_first_scan_outputs_are_safe_and_nothing_is_taken() {
     let latest = port.latest();
     assert_eq!((latest.scans, latest.mode), (0, Mode::Stop(StopReason::NotStarted)));
     assert_eq!(*latest.outputs, [0, 1, 0]);
-    assert_eq!(port.submit(vec![]), Err(Refused::NotRunning));
+    assert_eq!(port.submit(vec![]), Err(BatchRefusal::NotRunning));
 }
 
 #[test]
@@ -69,12 +69,12 @@ fn inputs_are_read_as_set_last() {
 fn a_ticket_is_applied_once_its_scan_is_visible() {
     let (port, mut side, mut world) = small();
     side.set_running(true);
-    let ticket = port.submit(vec![Write::Bit(BitCell(0), true)]).unwrap();
-    assert_eq!(port.outcome(ticket), Outcome::Pending);
+    let ticket = port.submit(vec![OperandWrite::Bit(BitCell(0), true)]).unwrap();
+    assert_eq!(port.outcome(ticket), BatchOutcome::Pending);
     scan(&mut side, 1, [1, 1, 0, 1]);
-    assert_eq!(port.outcome(ticket), Outcome::Pending);
+    assert_eq!(port.outcome(ticket), BatchOutcome::Pending);
     world.pump();
-    assert_eq!(port.outcome(ticket), Outcome::Applied);
+    assert_eq!(port.outcome(ticket), BatchOutcome::Applied);
     let latest = port.latest();
     assert_eq!((latest.scans, *latest.outputs == [1, 0, 1]), (1, true));
     assert!(latest.bit(BitCell(0)) && latest.word(WordCell(0)) == 1);
@@ -91,9 +91,9 @@ fn leaving_run_refuses_what_waits_and_holds_what_holds() {
     side.publish_fault(FaultReason::EnginePanic, 7);
     side.refuse_waiting();
     world.pump();
-    assert_eq!(port.outcome(seen), Outcome::Applied);
-    assert_eq!(port.outcome(late), Outcome::Refused(Refused::NotRunning));
-    assert_eq!(port.submit(vec![]), Err(Refused::NotRunning));
+    assert_eq!(port.outcome(seen), BatchOutcome::Applied);
+    assert_eq!(port.outcome(late), BatchOutcome::Refused(BatchRefusal::NotRunning));
+    assert_eq!(port.submit(vec![]), Err(BatchRefusal::NotRunning));
     let latest = port.latest();
     assert_eq!(latest.mode, Mode::Fault(FaultReason::EnginePanic));
     assert_eq!(*latest.outputs, [0, 1, 1], "off, on, and the last complete scan's");
@@ -107,7 +107,7 @@ fn a_watchdog_trip_refuses_pending_requests() {
     let ticket = port.submit(vec![]).unwrap();
     assert!(side.next_batch(0).is_some());
     world.trip(FaultReason::ScanNeverEnds, 9);
-    assert_eq!(port.outcome(ticket), Outcome::Refused(Refused::NotRunning));
+    assert_eq!(port.outcome(ticket), BatchOutcome::Refused(BatchRefusal::NotRunning));
     assert_eq!(port.latest().mode, Mode::Fault(FaultReason::ScanNeverEnds));
 }
 
@@ -116,7 +116,7 @@ fn a_trip_that_comes_late_closes_nothing_for_good() {
     let (port, mut side, mut world) = small();
     world.trip(FaultReason::ScanNeverEnds, 9);
     side.set_running(true);
-    assert_eq!(port.submit(vec![]), Err(Refused::NotRunning), "no sign of life yet");
+    assert_eq!(port.submit(vec![]), Err(BatchRefusal::NotRunning), "no sign of life yet");
     scan(&mut side, 1, [0, 0, 0, 0]);
     world.pump();
     assert!(port.submit(vec![]).is_ok());
@@ -130,22 +130,22 @@ fn a_trip_that_comes_late_closes_nothing_for_good() {
 fn limits_are_limits() {
     let (port, mut side, _world) = small();
     side.set_running(true);
-    let big = vec![Write::Bit(BitCell(0), true); BATCH_WRITES_MAX + 1];
-    assert_eq!(port.submit(big), Err(Refused::TooLarge));
+    let big = vec![OperandWrite::Bit(BitCell(0), true); BATCH_WRITES_MAX + 1];
+    assert_eq!(port.submit(big), Err(BatchRefusal::TooLarge));
     let taken = (0..1000).take_while(|_| port.submit(vec![]).is_ok()).count();
     assert_eq!(taken, QUEUED_BATCHES_MAX);
-    assert_eq!(port.submit(vec![]), Err(Refused::QueueFull));
+    assert_eq!(port.submit(vec![]), Err(BatchRefusal::QueueFull));
 }
 
 #[test]
 fn no_more_writes_wait_than_the_next_scan_applies() {
     let (port, mut side, _world) = small();
     side.set_running(true);
-    let most = || vec![Write::Bit(BitCell(0), true); BATCH_WRITES_MAX];
+    let most = || vec![OperandWrite::Bit(BitCell(0), true); BATCH_WRITES_MAX];
     for round in 0..3 {
         assert!(port.submit(most()).is_ok() && port.submit(most()).is_ok(), "{round}");
-        assert_eq!(port.submit(most()), Err(Refused::QueueFull));
-        assert_eq!(port.submit(vec![Write::Input(0, true)]), Err(Refused::QueueFull));
+        assert_eq!(port.submit(most()), Err(BatchRefusal::QueueFull));
+        assert_eq!(port.submit(vec![OperandWrite::Input(0, true)]), Err(BatchRefusal::QueueFull));
         assert!(side.next_batch(SCAN_WRITES_MAX).is_some());
         assert!(side.next_batch(SCAN_WRITES_MAX - BATCH_WRITES_MAX).is_some());
         side.answer(true);
@@ -156,7 +156,7 @@ fn no_more_writes_wait_than_the_next_scan_applies() {
 fn a_batch_that_does_not_fit_waits_whole() {
     let (port, mut side, _world) = small();
     side.set_running(true);
-    port.submit(vec![Write::Word(WordCell(0), 1); 3]).unwrap();
+    port.submit(vec![OperandWrite::Word(WordCell(0), 1); 3]).unwrap();
     assert!(side.next_batch(2).is_none());
     assert_eq!(side.next_batch(3).unwrap().1.len(), 3);
 }
@@ -199,10 +199,11 @@ fn a_write_and_a_command_of_an_earlier_program_go_to_where_their_element_lies_no
     side.set_running(true);
     let [bit, word] = [0, 1].map(|at| (Cell::Bit(BitCell(at)), Cell::Word(WordCell(at))));
     let renumbered = || Renumbered::new(vec![(bit.0, Some(word.0)), (bit.1, None)]);
-    let masked = |at| Write::Masked { cell: WordCell(at), and: 0, or: 1, signed: false };
-    let writes = [Write::Bit(BitCell(0), true), Write::Word(WordCell(1), 6), masked(1)];
-    let writes = [&writes[..], &[Write::Input(0, true)]].concat();
-    let moved = [&[Write::Bit(BitCell(1), true)], &writes[1..]].concat();
+    let masked = |at| OperandWrite::Masked { cell: WordCell(at), and: 0, or: 1, signed: false };
+    let writes =
+        [OperandWrite::Bit(BitCell(0), true), OperandWrite::Word(WordCell(1), 6), masked(1)];
+    let writes = [&writes[..], &[OperandWrite::Input(0, true)]].concat();
+    let moved = [&[OperandWrite::Bit(BitCell(1), true)], &writes[1..]].concat();
     port.submit_to(0, writes.clone()).unwrap();
     side.adopt(1, &mut renumbered());
     assert_eq!(side.next_batch(100).map(|(_, writes)| writes), Some(&moved[..]));
@@ -227,27 +228,34 @@ fn a_write_and_a_command_of_an_earlier_program_go_to_where_their_element_lies_no
 fn a_batch_with_a_write_to_a_gone_element_is_refused_whole() {
     let (port, mut side, mut world) = small();
     side.set_running(true);
-    let [first, second] = [0, 1].map(|at| Write::Bit(BitCell(at), true));
-    let gone =
-        [vec![first, Write::Input(0, true), second], vec![first], vec![Write::Input(0, true)]];
+    let [first, second] = [0, 1].map(|at| OperandWrite::Bit(BitCell(at), true));
+    let gone = [
+        vec![first, OperandWrite::Input(0, true), second],
+        vec![first],
+        vec![OperandWrite::Input(0, true)],
+    ];
     let tickets = gone.map(|writes| port.submit_to(0, writes).unwrap());
     let mut renumbered = Renumbered::new(vec![(Cell::Bit(BitCell(1)), None)]);
     side.adopt(1, &mut renumbered);
     assert_eq!(side.next_batch(100), Some((tickets[1], &[first][..])), "the next one is applied");
-    assert_eq!(side.next_batch(100), Some((tickets[2], &[Write::Input(0, true)][..])));
+    assert_eq!(side.next_batch(100), Some((tickets[2], &[OperandWrite::Input(0, true)][..])));
     assert!(side.next_batch(100).is_none());
     side.answer(true);
     world.pump();
     let outcomes = tickets.map(|ticket| port.outcome(ticket));
-    let overtaken = Outcome::Refused(Refused::Overtaken);
-    assert_eq!(outcomes, [overtaken, Outcome::Pending, Outcome::Pending], "no image is shown yet");
+    let overtaken = BatchOutcome::Refused(BatchRefusal::Overtaken);
+    assert_eq!(
+        outcomes,
+        [overtaken, BatchOutcome::Pending, BatchOutcome::Pending],
+        "no image is shown yet"
+    );
 }
 
 #[test]
 fn a_batch_for_one_program_only_is_refused_by_the_next_one() {
     let (port, mut side, mut world) = small();
     side.set_running(true);
-    let write = Write::Bit(BitCell(0), true);
+    let write = OperandWrite::Bit(BitCell(0), true);
     let submit = |generation: u32, is_bound: bool| {
         let terms = BatchTerms { generation, is_bound, until_ns: u64::MAX };
         port.submit_by(terms, vec![write]).unwrap()
@@ -259,14 +267,14 @@ fn a_batch_for_one_program_only_is_refused_by_the_next_one() {
     assert_eq!(side.next_batch(100), Some((free, &[write][..])));
     side.answer(true);
     world.pump();
-    assert_eq!(port.outcome(bound), Outcome::Refused(Refused::Overtaken));
+    assert_eq!(port.outcome(bound), BatchOutcome::Refused(BatchRefusal::Overtaken));
 }
 
 #[test]
 fn a_wait_for_a_batch_ends_when_its_scan_is_visible_or_it_is_refused() {
     let (port, mut side, mut world) = small();
     side.set_running(true);
-    let ticket = port.submit(vec![Write::Bit(BitCell(0), true)]).unwrap();
+    let ticket = port.submit(vec![OperandWrite::Bit(BitCell(0), true)]).unwrap();
     let (bell, mut done) = (Arc::new(Bell::default()), pin!(port.done(ticket)));
     assert_eq!(poll(done.as_mut(), &bell), Poll::Pending);
     scan(&mut side, 1, [1, 1, 0, 1]);
@@ -274,13 +282,13 @@ fn a_wait_for_a_batch_ends_when_its_scan_is_visible_or_it_is_refused() {
     world.pump();
     assert_eq!((bell.rung(), poll(done.as_mut(), &bell)), (1, Poll::Ready(Ok(()))));
 
-    let ticket = port.submit(vec![Write::Bit(BitCell(0), true)]).unwrap();
+    let ticket = port.submit(vec![OperandWrite::Bit(BitCell(0), true)]).unwrap();
     let (bell, mut done) = (Arc::new(Bell::default()), pin!(port.done(ticket)));
     assert_eq!(poll(done.as_mut(), &bell), Poll::Pending);
     side.set_running(false);
     side.refuse_waiting();
     world.pump();
-    let refused = Poll::Ready(Err(Refused::NotRunning));
+    let refused = Poll::Ready(Err(BatchRefusal::NotRunning));
     assert_eq!((bell.rung(), poll(done.as_mut(), &bell)), (1, refused), "nothing was published");
 }
 
@@ -288,24 +296,24 @@ fn a_wait_for_a_batch_ends_when_its_scan_is_visible_or_it_is_refused() {
 fn a_wait_for_a_batch_ends_when_the_scan_thread_is_called_stuck() {
     let (port, mut side, mut world) = small();
     side.set_running(true);
-    let ticket = port.submit(vec![Write::Bit(BitCell(0), true)]).unwrap();
+    let ticket = port.submit(vec![OperandWrite::Bit(BitCell(0), true)]).unwrap();
     let (bell, mut done) = (Arc::new(Bell::default()), pin!(port.done(ticket)));
     assert_eq!(poll(done.as_mut(), &bell), Poll::Pending);
     world.trip(FaultReason::ScanNeverEnds, 99);
-    let refused = Poll::Ready(Err(Refused::NotRunning));
+    let refused = Poll::Ready(Err(BatchRefusal::NotRunning));
     assert_eq!((bell.rung(), poll(done.as_mut(), &bell)), (1, refused));
 }
 
 #[test]
 fn a_wait_for_a_command_ends_with_its_answer() {
     let (port, mut side, mut world) = small();
-    let before = Before { mode: Mode::Run, value: 0, forced: false };
-    let answers = [(Answer::Done(before), Ok(before)), {
-        let denial = Denial::Ending;
-        (Answer::Denied(denial), Err(denial))
+    let before = StateBefore { mode: Mode::Run, value: 0, forced: false };
+    let answers = [(CommandOutcome::Done(before), Ok(before)), {
+        let denial = CommandDenial::Ending;
+        (CommandOutcome::Denied(denial), Err(denial))
     }];
     for (answer, expected) in answers {
-        let id = port.command(Command::Run).unwrap();
+        let id = port.command(ScanCommand::Run).unwrap();
         let (bell, mut answered) = (Arc::new(Bell::default()), pin!(port.answered(id)));
         assert_eq!(poll(answered.as_mut(), &bell), Poll::Pending);
         let taken = side.orders.next().unwrap().id;

@@ -12,9 +12,9 @@ use std::sync::{Arc, Mutex};
 use rtrb::{Consumer, Producer, RingBuffer};
 
 use super::exchange::Snapshot;
-use super::image::Safe;
+use super::image::SafeState;
 use super::sys::monotonic_ns;
-use super::wiring::{Source, Wiring, last_words};
+use super::wiring::{OutputSource, Wiring, last_words};
 use rungd_base::locked::locked;
 use rungd_engine::Cell;
 
@@ -54,7 +54,7 @@ pub enum LocalFailure {
 
 /// The state that the two ends share.
 #[derive(Default)]
-struct Word {
+struct LocalState {
     /// The encoded reason for the last return of the device, until it is read; else 0.
     failure: AtomicU64,
     /// The number of exchanges that succeeded.
@@ -67,7 +67,7 @@ struct Word {
 
 /// The exchanges with a local device since the start, across all its openings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Exchanged {
+pub struct ExchangeCounts {
     /// The number of reads and writes that succeeded.
     pub count: u64,
     /// The duration of the last one, in nanoseconds.
@@ -85,7 +85,7 @@ pub(super) struct LocalSide {
     /// input.
     inputs: Vec<i32>,
     reading: Vec<i32>,
-    outputs: Vec<Source>,
+    outputs: Vec<OutputSource>,
     /// The values to write, and the values that were written last.
     values: Vec<i32>,
     written: Vec<i32>,
@@ -94,28 +94,28 @@ pub(super) struct LocalSide {
     /// The numbers of late reads and of late writes in a row. They are counted apart: punctual
     /// writes do not excuse reads that are late in every scan.
     late: [u32; 2],
-    word: Arc<Word>,
+    word: Arc<LocalState>,
 }
 
 /// The world's side.
 pub struct LocalEnd {
     handed: Producer<Arc<dyn Local>>,
     returned: Consumer<Arc<dyn Local>>,
-    word: Arc<Word>,
-    rescue: Rescue,
+    word: Arc<LocalState>,
+    rescue: OutputRescue,
 }
 
 /// Makes a local device's outputs safe from outside the scan thread. Cheap to clone.
 #[derive(Clone, Default)]
-pub struct Rescue {
+pub struct OutputRescue {
     device: Arc<Mutex<Option<Arc<dyn Local>>>>,
-    outputs: Arc<[Source]>,
+    outputs: Arc<[OutputSource]>,
 }
 
 pub(super) fn local(wiring: &Wiring, budget_ns: u64) -> (LocalSide, LocalEnd) {
     let (handed_in, handed) = RingBuffer::new(HANDED_MAX);
     let (returned_in, returned) = RingBuffer::new(2 * HANDED_MAX);
-    let word = Arc::new(Word::default());
+    let word = Arc::new(LocalState::default());
     let side = LocalSide {
         handed,
         returned: returned_in,
@@ -130,7 +130,7 @@ pub(super) fn local(wiring: &Wiring, budget_ns: u64) -> (LocalSide, LocalEnd) {
         late: [0; 2],
         word: Arc::clone(&word),
     };
-    let rescue = Rescue { device: Arc::default(), outputs: wiring.outputs.clone().into() };
+    let rescue = OutputRescue { device: Arc::default(), outputs: wiring.outputs.clone().into() };
     (side, LocalEnd { handed: handed_in, returned, word, rescue })
 }
 
@@ -167,20 +167,20 @@ impl LocalEnd {
     }
 
     /// The exchanges since the start.
-    pub fn exchanged(&self) -> Exchanged {
-        let Word { exchanges, last_ns, slowest_ns, .. } = &*self.word;
+    pub fn exchanged(&self) -> ExchangeCounts {
+        let LocalState { exchanges, last_ns, slowest_ns, .. } = &*self.word;
         let [count, last_ns, slowest_ns] =
             [exchanges, last_ns, slowest_ns].map(|word| word.load(Ordering::Relaxed));
-        Exchanged { count, last_ns, slowest_ns }
+        ExchangeCounts { count, last_ns, slowest_ns }
     }
 
     /// A handle that makes its outputs safe from outside the scan thread.
-    pub fn rescue(&self) -> Rescue {
+    pub fn rescue(&self) -> OutputRescue {
         self.rescue.clone()
     }
 }
 
-impl Rescue {
+impl OutputRescue {
     fn lock(&self) -> std::sync::MutexGuard<'_, Option<Arc<dyn Local>>> {
         locked(&self.device)
     }
@@ -264,7 +264,7 @@ impl LocalSide {
     /// without an image.
     pub(crate) fn write_safe(
         &mut self,
-        safe: &[Safe],
+        safe: &[SafeState],
         image: Option<(&[u8], &[i32])>,
         first_output: usize,
     ) -> bool {
@@ -274,8 +274,8 @@ impl LocalSide {
                 None => self.written[at],
             };
             self.values[at] = match *source {
-                Source::Output(y) => safe[y as usize].driven(held != 0).into(),
-                Source::Cell(_, fixed) => fixed.unwrap_or(held),
+                OutputSource::Output(y) => safe[y as usize].driven(held != 0).into(),
+                OutputSource::Cell(_, fixed) => fixed.unwrap_or(held),
             };
         }
         // Safe values are written even if they equal the values that were written last.
@@ -328,10 +328,10 @@ impl LocalSide {
     }
 }
 
-fn value_in(source: Source, image: (&[u8], &[i32]), first_output: usize) -> i32 {
+fn value_in(source: OutputSource, image: (&[u8], &[i32]), first_output: usize) -> i32 {
     match source {
-        Source::Output(y) => i32::from(image.0[first_output + y as usize]),
-        Source::Cell(Cell::Bit(cell), _) => i32::from(image.0[cell.0 as usize]),
-        Source::Cell(Cell::Word(cell), _) => image.1[cell.0 as usize],
+        OutputSource::Output(y) => i32::from(image.0[first_output + y as usize]),
+        OutputSource::Cell(Cell::Bit(cell), _) => i32::from(image.0[cell.0 as usize]),
+        OutputSource::Cell(Cell::Word(cell), _) => image.1[cell.0 as usize],
     }
 }

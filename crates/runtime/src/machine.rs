@@ -10,7 +10,7 @@ use rungd_base::calendar::LocalTime;
 use rungd_engine::{BitCell, BlockEvent, Cell, Engine, MathEvent, ScanTimes, Transfer, WordCell};
 
 /// The machine that is scanned: the engine, or a stand-in in tests.
-pub trait Machine {
+pub trait ScannedMachine {
     /// RUN begins.
     fn start(&mut self, now_ns: u64);
     /// Step 1 of a scan.
@@ -82,7 +82,7 @@ pub struct ScanStart {
     pub local_s: i64,
 }
 
-impl Machine for Engine {
+impl ScannedMachine for Engine {
     fn start(&mut self, now_ns: u64) {
         Engine::start(self, now_ns);
     }

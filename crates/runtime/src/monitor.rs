@@ -15,15 +15,15 @@ use std::sync::atomic::Ordering;
 use super::beat::{Beat, Life};
 use super::exchange::{FaultReason, Port, Snapshot};
 use super::link::WorldSide;
-use super::local::Rescue;
-use super::record::{JournalReader, Record};
+use super::local::OutputRescue;
+use super::record::{JournalReader, ScanRecord};
 use super::statistics::Statistics;
 use rungd_base::faults::{self, FaultPoint};
 
 /// The observer: the log writer. Called on the monitor thread; none of its methods may block.
 pub trait Observer: Send {
     /// Receives a record.
-    fn record(&mut self, record: &Record);
+    fn record(&mut self, record: &ScanRecord);
     /// Receives a report of statistics.
     fn statistics(&mut self, statistics: &Statistics);
     /// Receives the number of further records that were dropped because the ring was full.
@@ -49,7 +49,7 @@ pub struct Monitor<O> {
     pub(super) looked_ns: u64,
     pub(super) grace: Grace,
     /// The outputs of local devices.
-    pub(super) rescues: Vec<Rescue>,
+    pub(super) rescues: Vec<OutputRescue>,
 }
 
 /// The extra time for one due scan, because the monitor itself did not run.

@@ -4,9 +4,9 @@
 //! Called by `scan_loop`, which sends the answers after the effects are published. Like the whole
 //! scan thread it allocates, locks and logs nothing.
 
-use super::command::{Answer, Before, Command, Denial, WaitingCommand};
+use super::command::{CommandDenial, CommandOutcome, ScanCommand, StateBefore, WaitingCommand};
 use super::exchange::{FaultReason, Mode, StopReason, Tempo};
-use super::machine::Machine;
+use super::machine::ScannedMachine;
 use super::origin::Origin;
 use super::pacing::Clock;
 use super::record::RecordEvent;
@@ -14,80 +14,83 @@ use super::scanner::{Scanner, TICK_NS_MAX};
 use super::swap::{NO_PROGRAM, Package, Swapped};
 use rungd_engine::Cell;
 
-impl<M: Machine, C: Clock> Scanner<M, C> {
+impl<M: ScannedMachine, C: Clock> Scanner<M, C> {
     /// Executes the waiting commands in order. A command behind a stop waits until STOP is reached.
     pub(super) fn obey(&mut self, now_ns: u64) {
         while let Some(WaitingCommand { id, generation, command, until_ns }) =
             self.side.orders.next()
         {
             self.machine.comes_from(Origin::Command(id));
-            let late = (until_ns < self.clock.boottime_ns()).then_some(Denial::Late);
+            let late = (until_ns < self.clock.boottime_ns()).then_some(CommandDenial::Late);
             let denial = late.or_else(|| self.denies(command));
             let answer = match (denial, self.now(generation, command)) {
-                (Some(denial), _) => Answer::Denied(denial),
+                (Some(denial), _) => CommandOutcome::Denied(denial),
                 (None, Some(command)) => self.carry_out(command, now_ns),
-                (None, None) => Answer::Denied(Denial::Gone),
+                (None, None) => CommandOutcome::Denied(CommandDenial::Gone),
             };
             self.side.orders.note(id, answer);
-            if command == Command::Stop && late.is_none() {
+            if command == ScanCommand::Stop && late.is_none() {
                 return;
             }
         }
     }
 
     /// Converts a command from its generation to the present program; `None` if its cell is gone.
-    fn now(&self, generation: u32, command: Command) -> Option<Command> {
+    fn now(&self, generation: u32, command: ScanCommand) -> Option<ScanCommand> {
         Some(match command {
-            Command::Force { cell, value } => {
-                Command::Force { cell: self.side.cell(generation, cell)?, value }
+            ScanCommand::Force { cell, value } => {
+                ScanCommand::Force { cell: self.side.cell(generation, cell)?, value }
             }
-            Command::Release(cell) => Command::Release(self.side.cell(generation, cell)?),
-            Command::Run | Command::Stop | Command::ReleaseAll | Command::Swap { .. } => command,
+            ScanCommand::Release(cell) => ScanCommand::Release(self.side.cell(generation, cell)?),
+            ScanCommand::Run
+            | ScanCommand::Stop
+            | ScanCommand::ReleaseAll
+            | ScanCommand::Swap { .. } => command,
         })
     }
 
-    fn denies(&self, command: Command) -> Option<Denial> {
+    fn denies(&self, command: ScanCommand) -> Option<CommandDenial> {
         match (command, self.mode) {
-            (Command::Swap { resume: true, .. }, _) if self.beat.stop_requested() => {
-                Some(Denial::Ending)
+            (ScanCommand::Swap { resume: true, .. }, _) if self.beat.stop_requested() => {
+                Some(CommandDenial::Ending)
             }
             // Not a program: it makes abandoned packages return to the world.
-            (Command::Swap { generation: NO_PROGRAM, .. }, _) => None,
+            (ScanCommand::Swap { generation: NO_PROGRAM, .. }, _) => None,
             // After a panic the engine is not called again, and no program continues with memory
             // that the panic left inconsistent.
-            (_, Mode::Fault(FaultReason::EnginePanic)) => Some(Denial::EngineBroken),
-            (Command::Stop, Mode::Fault(_)) => Some(Denial::Faulted),
-            (Command::Run, _) if self.beat.stop_requested() => Some(Denial::Ending),
+            (_, Mode::Fault(FaultReason::EnginePanic)) => Some(CommandDenial::EngineBroken),
+            (ScanCommand::Stop, Mode::Fault(_)) => Some(CommandDenial::Faulted),
+            (ScanCommand::Run, _) if self.beat.stop_requested() => Some(CommandDenial::Ending),
             _ => None,
         }
     }
 
-    fn carry_out(&mut self, command: Command, now_ns: u64) -> Answer {
-        let mut before = Before { mode: self.mode, value: 0, forced: false };
+    fn carry_out(&mut self, command: ScanCommand, now_ns: u64) -> CommandOutcome {
+        let mut before = StateBefore { mode: self.mode, value: 0, forced: false };
         match command {
-            Command::Run => self.obey_run(now_ns),
-            Command::Stop => self.obey_stop(),
-            Command::Swap { generation, resume } => {
+            ScanCommand::Run => self.obey_run(now_ns),
+            ScanCommand::Stop => self.obey_stop(),
+            ScanCommand::Swap { generation, resume } => {
                 let Some(package) = self.swaps.take(generation) else {
-                    return Answer::Denied(Denial::NoProgram);
+                    return CommandOutcome::Denied(CommandDenial::NoProgram);
                 };
                 self.swap(package, resume, now_ns);
             }
-            Command::Force { cell, value } => {
+            ScanCommand::Force { cell, value } => {
                 before = self.before(cell);
                 if !self.forces.add(cell) {
-                    return Answer::Denied(Denial::TooManyForces);
+                    return CommandOutcome::Denied(CommandDenial::TooManyForces);
                 }
                 self.machine.force(cell, value);
                 self.show(now_ns);
             }
-            Command::Release(cell) => {
+            ScanCommand::Release(cell) => {
                 before = self.before(cell);
                 self.forces.remove(cell);
                 self.machine.release(cell);
                 self.show(now_ns);
             }
-            Command::ReleaseAll => {
+            ScanCommand::ReleaseAll => {
                 while let Some(cell) = self.forces.list().last().copied() {
                     self.forces.remove(cell);
                     self.machine.release(cell);
@@ -95,7 +98,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
                 self.show(now_ns);
             }
         }
-        Answer::Done(before)
+        CommandOutcome::Done(before)
     }
 
     /// Continues with the new program; the package takes the old one away.
@@ -125,7 +128,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         let swap_ns = self.clock.now_ns().saturating_sub(begin_ns);
         package.swapped = Some(Swapped { took_ns: swap_ns, mode: self.mode });
         self.machine.swapped(generation);
-        self.journal.tell(self.scans, now_ns, RecordEvent::Swapped { generation, swap_ns });
+        self.journal.push(self.scans, now_ns, RecordEvent::Swapped { generation, swap_ns });
         self.swaps.give_back(package);
         if faulted {
             self.enter_run(now_ns);
@@ -169,13 +172,13 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     }
 
     /// The state before a command for a bit or word.
-    fn before(&self, cell: Cell) -> Before {
+    fn before(&self, cell: Cell) -> StateBefore {
         let (bits, words) = self.machine.image();
         let value = match cell {
             Cell::Bit(bit) => i32::from(bits[bit.0 as usize]),
             Cell::Word(word) => words[word.0 as usize],
         };
-        Before { mode: self.mode, value, forced: self.forces.has(cell) }
+        StateBefore { mode: self.mode, value, forced: self.forces.has(cell) }
     }
 
     /// Sends the answers, unless the image with their effects is still to be published.

@@ -52,15 +52,15 @@ impl Clock for MachineClock {
 
 /// The grid: `first`, `first + period`, `first + 2 periods`, …
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Grid {
+pub(crate) struct ScanGrid {
     period_ns: u64,
     deadline_ns: u64,
 }
 
-impl Grid {
+impl ScanGrid {
     /// A grid whose first point is `first_ns`. The period is at least 1 ns.
-    pub fn new(first_ns: u64, period_ns: u64) -> Grid {
-        Grid { period_ns: period_ns.max(1), deadline_ns: first_ns }
+    pub fn new(first_ns: u64, period_ns: u64) -> ScanGrid {
+        ScanGrid { period_ns: period_ns.max(1), deadline_ns: first_ns }
     }
 
     /// The point that is due next.
@@ -90,7 +90,7 @@ mod tests {
 
     /// Checks the grid with periods of 10 from 100, after scans that end at the given times.
     fn check(ends: &[u64], expected: &[(u64, u64)]) {
-        let mut grid = Grid::new(100, 10);
+        let mut grid = ScanGrid::new(100, 10);
         let found: Vec<_> =
             ends.iter().map(|end| (grid.advance(*end), grid.deadline_ns())).collect();
         assert_eq!(found, expected, "{ends:?}");
@@ -103,7 +103,7 @@ mod tests {
 
     #[test]
     fn another_period_counts_from_the_point_that_is_due() {
-        let mut grid = Grid::new(100, 10);
+        let mut grid = ScanGrid::new(100, 10);
         assert_eq!((grid.advance(101), grid.deadline_ns()), (0, 110));
         grid.change(25);
         assert_eq!(grid.deadline_ns(), 110);

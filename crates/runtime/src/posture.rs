@@ -57,7 +57,7 @@ pub struct NotGranted {
 
 /// The resources that the process holds for as long as it runs.
 #[derive(Debug, Default)]
-pub struct Held {
+pub struct HeldResources {
     _cpu_latency: Option<File>,
 }
 
@@ -67,9 +67,9 @@ const PREFAULT_BYTES: usize = 256 * 1024;
 
 impl Posture {
     /// The process's part; called once, before threads are started.
-    pub(crate) fn apply_to_process(&self) -> (Held, Vec<Grant>) {
+    pub(crate) fn apply_to_process(&self) -> (HeldResources, Vec<Grant>) {
         let mut grants = Vec::new();
-        let mut held = Held::default();
+        let mut held = HeldResources::default();
         if self.lock_memory {
             let remedy = || "LimitMEMLOCK=infinity in the unit, `ulimit -l unlimited` in a shell";
             grants.push(grant("memory locked".into(), lock_memory(), remedy));

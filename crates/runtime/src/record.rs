@@ -22,7 +22,7 @@ const OVERRUN_SUMMARY_NS: u64 = 10_000_000_000;
 
 /// An event and its scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Record {
+pub struct ScanRecord {
     /// The number of the scan; the first scan of the process is 1.
     pub scan: u64,
     /// CLOCK_MONOTONIC.
@@ -34,7 +34,7 @@ pub struct Record {
 /// For each watch of the new program, the watch of the old program that it continues.
 #[derive(Clone, Debug, Default)]
 #[allow(missing_docs)]
-pub struct Carried {
+pub struct CarriedWatches {
     pub bits: Vec<Option<u32>>,
     pub words: Vec<Option<u32>>,
 }
@@ -51,14 +51,14 @@ pub enum RecordEvent {
     Math(MathEvent),
     /// The number of events of blocks in this scan that could not be reported.
     EventsLost(u32),
-    /// A change of a watched bit (its position in [`Watched::bits`]), with the duration of its old
-    /// state.
+    /// A change of a watched bit (its position in [`WatchedCells::bits`]), with the duration of its
+    /// old state.
     Bit { watch: u32, on: bool, after_ns: u64 },
     /// A swap: the numbers in all later records belong to the new program.
     Swapped { generation: u32, swap_ns: u64 },
     /// The event of a field device (its number).
     Device { device: u32, edge: DeviceEdge },
-    /// A change of a watched word (its position in [`Watched::words`]).
+    /// A change of a watched word (its position in [`WatchedCells::words`]).
     Word { watch: u32, from: i32, to: i32 },
     /// Scans that ended after the next grid point since the last such record, because they took
     /// long or began late.
@@ -86,24 +86,24 @@ pub enum DeviceEdge {
 /// The cells of which the log reports every change: alarms and tags with `log = "change"`.
 #[derive(Clone, Debug, Default)]
 #[allow(missing_docs)]
-pub struct Watched {
+pub struct WatchedCells {
     pub bits: Vec<BitCell>,
     pub words: Vec<WordCell>,
 }
 
 /// The scan thread's end.
 pub(super) struct Journal {
-    records: Producer<Record>,
+    records: Producer<ScanRecord>,
     reports: Producer<Statistics>,
     dropped: Arc<AtomicU64>,
     /// A swap for which the ring had no place. It must come before every further record, because
     /// these have the numbers of the new program.
-    untold: Option<Record>,
+    untold: Option<ScanRecord>,
 }
 
 /// The reader's end.
 pub(super) struct JournalReader {
-    pub records: Consumer<Record>,
+    pub records: Consumer<ScanRecord>,
     pub reports: Consumer<Statistics>,
     pub dropped: Arc<AtomicU64>,
 }
@@ -118,8 +118,8 @@ pub(super) fn journal() -> (Journal, JournalReader) {
 }
 
 impl Journal {
-    pub fn tell(&mut self, scan: u64, at_ns: u64, what: RecordEvent) {
-        let record = Record { scan, at_ns, what };
+    pub fn push(&mut self, scan: u64, at_ns: u64, what: RecordEvent) {
+        let record = ScanRecord { scan, at_ns, what };
         if let RecordEvent::Swapped { .. } = record.what {
             self.untold = Some(record);
             return self.catch_up();
@@ -153,7 +153,7 @@ pub(super) struct Watches {
 
 impl Watches {
     /// Begins with the memory of a cold start; an alarm that is ON in it is reported.
-    pub fn new(watched: &Watched, words: &[i32], now_ns: u64) -> Watches {
+    pub fn new(watched: &WatchedCells, words: &[i32], now_ns: u64) -> Watches {
         Watches {
             bits: watched.bits.iter().map(|cell| (*cell, false, now_ns)).collect(),
             words: watched.words.iter().map(|cell| (*cell, words[cell.0 as usize])).collect(),
@@ -162,7 +162,7 @@ impl Watches {
 
     /// Continues the watches of the old program. A new watched bit is reported if it is ON; a new
     /// watched word is not.
-    pub fn carry(&mut self, old: &Watches, carried: &Carried, words: &[i32], now_ns: u64) {
+    pub fn carry(&mut self, old: &Watches, carried: &CarriedWatches, words: &[i32], now_ns: u64) {
         for (bit, from) in self.bits.iter_mut().zip(&carried.bits) {
             let known = from.and_then(|at| old.bits.get(at as usize));
             (bit.1, bit.2) = known.map_or((false, now_ns), |(_, on, since_ns)| (*on, *since_ns));
@@ -239,7 +239,7 @@ mod tests {
 
     #[test]
     fn changes_are_told_once_with_the_time_before_them() {
-        let watched = Watched { bits: vec![BitCell(1)], words: vec![WordCell(0)] };
+        let watched = WatchedCells { bits: vec![BitCell(1)], words: vec![WordCell(0)] };
         let mut watches = Watches::new(&watched, &[5], 100);
         let mut told = Vec::new();
         for (bit, word, now_ns) in [(0, 5, 110), (1, 6, 120), (1, 6, 130), (0, 5, 150)] {
@@ -271,7 +271,7 @@ mod tests {
     fn what_does_not_fit_is_counted() {
         let (mut journal, reader) = journal();
         for scan in 0..RECORDS_MAX as u64 + 3 {
-            journal.tell(scan, 0, RecordEvent::EventsLost(1));
+            journal.push(scan, 0, RecordEvent::EventsLost(1));
         }
         assert_eq!(reader.dropped.load(Ordering::Relaxed), 3);
     }

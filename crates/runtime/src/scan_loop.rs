@@ -4,9 +4,9 @@
 //! steps that are shared with `obey`, which executes commands. Behaviour: `docs/semantics.md`,
 //! section 4.
 
-use super::exchange::{FaultReason, Mode, SCAN_WRITES_MAX, StopReason, Write};
+use super::exchange::{FaultReason, Mode, OperandWrite, SCAN_WRITES_MAX, StopReason};
 use super::field::InputStep;
-use super::machine::{Machine, ScanStart};
+use super::machine::{ScanStart, ScannedMachine};
 use super::origin::Origin;
 use super::pacing::Clock;
 use super::scanner::{Scanner, TICK_NS_MAX, too_long};
@@ -15,7 +15,7 @@ use rungd_base::faults::{self, FaultPoint};
 /// The number of ticks for which the thread waits, at its end, for a spare snapshot to show STOP.
 const LAST_TICKS_MAX: u32 = 1000;
 
-impl<M: Machine, C: Clock> Scanner<M, C> {
+impl<M: ScannedMachine, C: Clock> Scanner<M, C> {
     /// Waits for the next grid point and does its work; false once the thread is to end.
     pub fn step(&mut self) -> bool {
         faults::point(FaultPoint::Thread);
@@ -127,13 +127,14 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
             self.machine.comes_from(Origin::Batch(ticket));
             for write in writes {
                 match *write {
-                    Write::Bit(cell, on) => self.machine.write_bit(cell, on),
-                    Write::Word(cell, value) => self.machine.write_word(cell, value),
-                    Write::Masked { cell, and, or, signed } => {
+                    OperandWrite::Bit(cell, on) => self.machine.write_bit(cell, on),
+                    OperandWrite::Word(cell, value) => self.machine.write_word(cell, value),
+                    OperandWrite::Masked { cell, and, or, signed } => {
                         let held = self.machine.image().1[cell.0 as usize];
-                        self.machine.write_word(cell, Write::masked(held, (and, or), signed));
+                        self.machine
+                            .write_word(cell, OperandWrite::masked(held, (and, or), signed));
                     }
-                    Write::Input(x, on) => self.machine.set_input(x, on),
+                    OperandWrite::Input(x, on) => self.machine.set_input(x, on),
                 }
             }
         }
@@ -144,7 +145,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     fn bring_in(&mut self, now_ns: u64) {
         let Scanner { field, machine, journal, scans, .. } = self;
         let step = InputStep { scan: *scans, now_ns };
-        field.bring_in(machine, step, |what| journal.tell(*scans, now_ns, what));
+        field.bring_in(machine, step, |what| journal.push(*scans, now_ns, what));
     }
 
     /// Steps 8 and 9; false if local outputs took so long that it is a fault.
@@ -230,7 +231,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
             self.overruns.add(skipped, self.books.last_scan_ns(), late_ns);
         }
         if let Some(what) = self.overruns.due(now_ns) {
-            self.journal.tell(self.scans, now_ns, what);
+            self.journal.push(self.scans, now_ns, what);
         }
         let Some(every_ns) = self.pace.statistics_every_ns else { return };
         if now_ns >= self.next_report_ns {

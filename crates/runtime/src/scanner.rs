@@ -15,12 +15,12 @@ use std::sync::Arc;
 use super::beat::Beat;
 use super::command::Forces;
 use super::exchange::{FaultReason, Mode, StopReason, Tempo};
-use super::field::Field;
-use super::link::{Facts, ScanSide};
-use super::machine::Machine;
-use super::pacing::{Clock, Grid};
-use super::record::{Journal, OverrunSummary, RecordEvent, Watched, Watches};
-use super::statistics::{Books, Meter, Statistics};
+use super::field::FieldDevices;
+use super::link::{ScanFacts, ScanSide};
+use super::machine::ScannedMachine;
+use super::pacing::{Clock, ScanGrid};
+use super::record::{Journal, OverrunSummary, RecordEvent, WatchedCells, Watches};
+use super::statistics::{RunMeter, ScanMeasurements, Statistics};
 use super::swap::Swaps;
 
 /// The longest time until the first report of statistics.
@@ -31,7 +31,7 @@ pub(super) const TICK_NS_MAX: u64 = 100_000_000;
 
 /// The scanner's settings at the start.
 #[derive(Clone, Debug)]
-pub struct Pace {
+pub struct ScannerSettings {
     /// The period and the watchdog.
     pub tempo: Tempo,
     /// The number of the scan after which the controller stops in order.
@@ -61,12 +61,12 @@ pub struct Scanner<M, C> {
     pub(super) side: ScanSide,
     pub(super) journal: Journal,
     pub(super) beat: Arc<Beat>,
-    pub(super) pace: Pace,
-    pub(super) grid: Grid,
-    pub(super) books: Books,
+    pub(super) pace: ScannerSettings,
+    pub(super) grid: ScanGrid,
+    pub(super) books: ScanMeasurements,
     pub(super) watches: Watches,
     pub(super) swaps: Swaps<M>,
-    pub(super) field: Field,
+    pub(super) field: FieldDevices,
     pub(super) overruns: OverrunSummary,
     pub(super) mode: Mode,
     /// The time of the last change of mode.
@@ -93,21 +93,21 @@ pub(super) struct ScannerParts<M, C> {
     pub side: ScanSide,
     pub journal: Journal,
     pub beat: Arc<Beat>,
-    pub pace: Pace,
-    pub watched: Watched,
+    pub pace: ScannerSettings,
+    pub watched: WatchedCells,
     pub swaps: Swaps<M>,
-    pub field: Field,
+    pub field: FieldDevices,
 }
 
-impl<M: Machine, C: Clock> Scanner<M, C> {
+impl<M: ScannedMachine, C: Clock> Scanner<M, C> {
     pub(super) fn new(parts: ScannerParts<M, C>) -> Scanner<M, C> {
         let ScannerParts { machine, clock, side, journal, beat, pace, watched, swaps, field } =
             parts;
         let now_ns = clock.now_ns();
         Scanner {
             watches: Watches::new(&watched, machine.image().1, now_ns),
-            grid: Grid::new(now_ns, pace.tempo.period_ns),
-            books: Books::new(now_ns),
+            grid: ScanGrid::new(now_ns, pace.tempo.period_ns),
+            books: ScanMeasurements::new(now_ns),
             overruns: OverrunSummary::default(),
             mode: Mode::Stop(StopReason::NotStarted),
             since_ns: now_ns,
@@ -154,7 +154,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     pub(super) fn enter_run(&mut self, now_ns: u64) {
         (self.stopping, self.last_ticks) = (None, 0);
         self.overruns = OverrunSummary::default();
-        self.grid = Grid::new(now_ns, self.pace.tempo.period_ns);
+        self.grid = ScanGrid::new(now_ns, self.pace.tempo.period_ns);
         self.books.restart(now_ns);
         let first_ns = self.pace.statistics_every_ns.unwrap_or(0).min(FIRST_REPORT_NS);
         self.next_report_ns = now_ns + first_ns;
@@ -163,7 +163,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     }
 
     /// The statistics since the start of RUN, for observers.
-    pub(crate) fn meter(&self) -> Meter {
+    pub(crate) fn meter(&self) -> RunMeter {
         self.books.meter()
     }
 
@@ -213,10 +213,10 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     }
 
     /// What is published: the facts and the image, beside the end that publishes them.
-    pub(super) fn shown(&mut self, now_ns: u64) -> (&mut ScanSide, Facts<'_>, (&[u8], &[i32])) {
+    pub(super) fn shown(&mut self, now_ns: u64) -> (&mut ScanSide, ScanFacts<'_>, (&[u8], &[i32])) {
         let Scanner { scans, mode, since_ns, ending, .. } = *self;
         let Scanner { side, forces, machine, .. } = self;
-        let facts = Facts { scans, now_ns, mode, since_ns, ending, forces };
+        let facts = ScanFacts { scans, now_ns, mode, since_ns, ending, forces };
         (side, facts, machine.image())
     }
 
@@ -224,17 +224,17 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         (self.mode, self.since_ns, self.ending) = (mode, now_ns, false);
         if mode != Mode::Run {
             // An operator must not wait for a long period.
-            self.grid = Grid::new(now_ns, self.pace.tempo.period_ns.min(TICK_NS_MAX));
+            self.grid = ScanGrid::new(now_ns, self.pace.tempo.period_ns.min(TICK_NS_MAX));
         }
         self.machine.enters(mode);
-        self.journal.tell(self.scans, now_ns, RecordEvent::Mode(mode));
+        self.journal.push(self.scans, now_ns, RecordEvent::Mode(mode));
     }
 
     pub(super) fn leave_run(&mut self, now_ns: u64) {
         self.ended_ns = now_ns;
         self.books.end(now_ns);
         if let Some(what) = self.overruns.take(now_ns) {
-            self.journal.tell(self.scans, now_ns, what);
+            self.journal.push(self.scans, now_ns, what);
         }
     }
 
@@ -242,21 +242,21 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         let Scanner { machine, journal, watches, scans, .. } = self;
         let (events, lost) = machine.events();
         for event in events {
-            journal.tell(*scans, now_ns, RecordEvent::Block(*event));
+            journal.push(*scans, now_ns, RecordEvent::Block(*event));
         }
         for event in machine.maths() {
-            journal.tell(*scans, now_ns, RecordEvent::Math(*event));
+            journal.push(*scans, now_ns, RecordEvent::Math(*event));
         }
         if lost > 0 {
-            journal.tell(*scans, now_ns, RecordEvent::EventsLost(lost));
+            journal.push(*scans, now_ns, RecordEvent::EventsLost(lost));
         }
-        watches.compare(machine.image(), |what| journal.tell(*scans, now_ns, what), now_ns);
+        watches.compare(machine.image(), |what| journal.push(*scans, now_ns, what), now_ns);
     }
 
     /// Reports the changes of memory outside RUN.
     pub(super) fn tell_changes(&mut self, now_ns: u64) {
         let Scanner { machine, journal, watches, scans, .. } = self;
-        watches.compare(machine.image(), |what| journal.tell(*scans, now_ns, what), now_ns);
+        watches.compare(machine.image(), |what| journal.push(*scans, now_ns, what), now_ns);
     }
 
     /// Makes a call that may panic; `None` if it did.

@@ -9,7 +9,7 @@ use std::rc::Rc;
 use std::sync::{Arc, Mutex};
 
 use super::exchange::{
-    FaultReason, Mode, Outcome, Port, Refused, Snapshot, StopReason, Tempo, Write,
+    BatchOutcome, BatchRefusal, FaultReason, Mode, OperandWrite, Port, Snapshot, StopReason, Tempo,
 };
 use super::pacing::Clock;
 use super::*;
@@ -65,7 +65,7 @@ struct Fake {
     local: Rc<Cell<LocalTime>>,
 }
 
-impl Machine for Fake {
+impl ScannedMachine for Fake {
     fn start(&mut self, _now_ns: u64) {
         self.stop = false;
     }
@@ -157,7 +157,7 @@ impl Heard {
 }
 
 impl Observer for Heard {
-    fn record(&mut self, record: &Record) {
+    fn record(&mut self, record: &ScanRecord) {
         self.put(format!("{}: {:?}", record.scan, record.what));
     }
 
@@ -190,7 +190,7 @@ struct Rig {
 }
 
 /// Period 10 ms, watchdog 35 ms; Y0 held.
-fn rig(change: impl FnOnce(&mut Fake, &mut Settings)) -> Rig {
+fn rig(change: impl FnOnce(&mut Fake, &mut ThreadSettings)) -> Rig {
     let clock = SimulatedClock::default();
     clock.pass(1000 * MS);
     let times = Rc::new(Cell::new(ScanTimes::default()));
@@ -208,22 +208,22 @@ fn rig(change: impl FnOnce(&mut Fake, &mut Settings)) -> Rig {
         times: Rc::clone(&times),
         local: Rc::clone(&local),
     };
-    let mut settings = Settings {
-        pace: Pace {
+    let mut settings = ThreadSettings {
+        pace: ScannerSettings {
             tempo: Tempo { period_ns: 10 * MS, watchdog_ns: 35 * MS },
             scans: None,
             statistics_every_ns: Some(60_000 * MS),
             start_in_stop: None,
         },
-        memory: Memory {
+        memory: PublicMemory {
             inputs: 1,
             bits: 3,
             words: 1,
             first_output: 1,
             forces_active: 0,
-            safe: vec![Safe::Hold],
+            safe: vec![SafeState::Hold],
         },
-        watched: Watched::default(),
+        watched: WatchedCells::default(),
         posture: Posture::default(),
         field: Vec::new(),
     };
@@ -348,12 +348,12 @@ fn a_start_in_stop_ticks_with_cold_memory_until_a_signal() {
 fn a_scan_longer_than_the_watchdog_is_a_fault_and_not_complete() {
     let mut rig = rig(|fake, _| fake.takes_ns = vec![MS, 35 * MS, 36 * MS]);
     assert!(rig.step() && rig.step());
-    let ticket = rig.port.submit(vec![Write::Word(WordCell(0), 77)]).unwrap();
+    let ticket = rig.port.submit(vec![OperandWrite::Word(WordCell(0), 77)]).unwrap();
     assert!(rig.step());
     let latest = rig.port.latest();
     assert_eq!(latest.mode, Mode::Fault(FaultReason::ScanTooLong { scan_us: 36_000 }));
     assert_eq!((latest.scans, &*latest.words, &*latest.outputs), (2, &[2][..], &[1][..]));
-    assert_eq!(rig.port.outcome(ticket), Outcome::Refused(Refused::NotRunning));
+    assert_eq!(rig.port.outcome(ticket), BatchOutcome::Refused(BatchRefusal::NotRunning));
     let scans = rig.port.latest().scans;
     assert!(rig.step() && rig.step(), "it ticks");
     assert_eq!(rig.port.latest().scans, scans);
@@ -436,9 +436,9 @@ fn a_process_that_stood_still_has_one_more_watchdog_of_time() {
 fn inputs_and_writes_reach_the_scan_and_scan_times_the_program() {
     let mut rig = rig(|_, _| {});
     rig.port.set_input(0, true);
-    let ticket = rig.port.submit(vec![Write::Word(WordCell(0), 100)]).unwrap();
+    let ticket = rig.port.submit(vec![OperandWrite::Word(WordCell(0), 100)]).unwrap();
     rig.step();
-    assert_eq!(rig.port.outcome(ticket), Outcome::Applied);
+    assert_eq!(rig.port.outcome(ticket), BatchOutcome::Applied);
     let latest = rig.port.latest();
     assert_eq!((&*latest.bits, &*latest.words), (&[1, 1, 1][..], &[101][..]));
     rig.step();
@@ -475,9 +475,10 @@ fn a_reader_that_stalls_costs_publications_and_not_scans() {
 #[test]
 fn an_input_in_a_batch_is_seen_by_the_scan_that_applies_the_rest_of_it() {
     let mut rig = rig(|_, _| {});
-    let ticket = rig.port.submit(vec![Write::Word(WordCell(0), 5), Write::Input(0, true)]);
+    let ticket =
+        rig.port.submit(vec![OperandWrite::Word(WordCell(0), 5), OperandWrite::Input(0, true)]);
     rig.step();
-    assert_eq!(rig.port.outcome(ticket.unwrap()), Outcome::Applied);
+    assert_eq!(rig.port.outcome(ticket.unwrap()), BatchOutcome::Applied);
     assert_eq!((rig.port.latest().bits[2], rig.port.latest().words[0]), (1, 6));
     rig.step();
     assert_eq!(rig.port.latest().bits[2], 1, "it stays as it was set");

@@ -2,13 +2,13 @@
 //!
 //! Kept twice, since the last report and since the start of RUN, in memory that was allocated at
 //! start. A [`Statistics`] is a copy of one of the two, with percentiles. The figures are atomics
-//! that one thread writes, so a [`Meter`] reads them without any help of the scan thread.
+//! that one thread writes, so a [`RunMeter`] reads them without any help of the scan thread.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 use std::sync::atomic::Ordering::Relaxed;
 
-use super::histogram::{Bar, Histogram};
+use super::histogram::{Histogram, HistogramBucket};
 use rungd_engine::ScanTimes;
 
 /// One measured quantity, in nanoseconds.
@@ -47,7 +47,7 @@ pub struct Statistics {
 
 /// The measurements of one quantity. The scan thread alone writes.
 #[derive(Debug, Default)]
-struct Measure {
+struct QuantityMeter {
     histogram: Histogram,
     last_ns: AtomicU64,
     min_ns: AtomicU64,
@@ -58,33 +58,33 @@ struct Measure {
 
 /// Both quantities and the overruns, since a given time.
 #[derive(Debug, Default)]
-struct Since {
+struct PeriodMeter {
     from_ns: AtomicU64,
     /// The time of its end; 0 until it has ended.
     until_ns: AtomicU64,
-    execution: Measure,
-    lateness: Measure,
+    execution: QuantityMeter,
+    lateness: QuantityMeter,
     overruns: AtomicU64,
     skipped: AtomicU64,
 }
 
 /// The statistics since the start of RUN, for observers. Cheap to clone.
 #[derive(Clone, Debug)]
-pub struct Meter(Arc<Since>);
+pub struct RunMeter(Arc<PeriodMeter>);
 
-/// The figures of a [`Meter`]. The scan thread continues to count during the reading: figures may
-/// differ by one scan.
+/// The figures of a [`RunMeter`]. The scan thread continues to count during the reading: figures
+/// may differ by one scan.
 #[derive(Clone, Debug)]
 pub struct MeterReading {
     /// The figures.
     pub statistics: Statistics,
     /// The distribution of the scans' execution times.
-    pub execution: Vec<Bar>,
+    pub execution: Vec<HistogramBucket>,
     /// The distribution of their lateness.
-    pub lateness: Vec<Bar>,
+    pub lateness: Vec<HistogramBucket>,
 }
 
-impl Meter {
+impl RunMeter {
     /// Reads the figures. Walks a few thousand counts: not for the scan thread.
     pub fn read(&self, now_ns: u64) -> MeterReading {
         let since = &self.0;
@@ -97,9 +97,9 @@ impl Meter {
 }
 
 /// The measurements that the scan thread keeps.
-pub struct Books {
-    report: Since,
-    whole: Arc<Since>,
+pub struct ScanMeasurements {
+    report: PeriodMeter,
+    whole: Arc<PeriodMeter>,
     mean: FilteredMean,
 }
 
@@ -107,16 +107,16 @@ pub struct Books {
 #[derive(Default)]
 struct FilteredMean(Option<i64>);
 
-impl Books {
+impl ScanMeasurements {
     /// Begins without measurements, at this time.
-    pub fn new(now_ns: u64) -> Books {
-        let since = || Since { from_ns: now_ns.into(), ..Since::default() };
-        Books { report: since(), whole: Arc::new(since()), mean: FilteredMean(None) }
+    pub fn new(now_ns: u64) -> ScanMeasurements {
+        let since = || PeriodMeter { from_ns: now_ns.into(), ..PeriodMeter::default() };
+        ScanMeasurements { report: since(), whole: Arc::new(since()), mean: FilteredMean(None) }
     }
 
     /// The figures since the start of RUN, for observers.
-    pub fn meter(&self) -> Meter {
-        Meter(Arc::clone(&self.whole))
+    pub fn meter(&self) -> RunMeter {
+        RunMeter(Arc::clone(&self.whole))
     }
 
     /// Ends the measured time; called at the end of RUN.
@@ -178,7 +178,7 @@ impl Books {
     }
 }
 
-impl Since {
+impl PeriodMeter {
     fn statistics(&self, now_ns: u64) -> Statistics {
         let until_ns = match self.until_ns.load(Relaxed) {
             0 => now_ns,
@@ -205,7 +205,7 @@ impl Since {
     }
 }
 
-impl Measure {
+impl QuantityMeter {
     fn add(&self, value_ns: u64) {
         self.histogram.add(value_ns);
         self.last_ns.store(value_ns, Relaxed);
@@ -269,7 +269,7 @@ mod tests {
 
     #[test]
     fn a_report_begins_anew_and_the_whole_goes_on() {
-        let mut books = Books::new(0);
+        let mut books = ScanMeasurements::new(0);
         books.scan(4_000, 100);
         books.scan(2_000, 300);
         books.overrun(3);
@@ -287,7 +287,7 @@ mod tests {
 
     #[test]
     fn scan_times_are_microseconds_and_the_mean_follows_slowly() {
-        let mut books = Books::new(0);
+        let mut books = ScanMeasurements::new(0);
         assert_eq!(books.scan_times(), ScanTimes::default());
         books.scan(16_000, 0);
         books.scan(32_000, 0);
@@ -299,6 +299,6 @@ mod tests {
 
     #[test]
     fn nothing_measured_is_zero() {
-        assert_eq!(Books::new(7).take_report(7), Statistics::default());
+        assert_eq!(ScanMeasurements::new(7).take_report(7), Statistics::default());
     }
 }

@@ -2,27 +2,28 @@
 //!
 //! An ordinary thread makes a [`Package`]: the machine with its memory as after a cold start, the
 //! transfer of the old state, snapshots of the new shape. It goes in through a ring with a
-//! [`Command::Swap`], and the scan thread swaps between two scans. The package comes back with the
-//! old machine, which is dropped outside the scan thread. Readers keep their data about programs by
-//! generation ([`Generations`]): every snapshot has its generation, and [`Generations::latest`]
-//! returns both together, so no image is read with the layout of a different program.
+//! [`ScanCommand::Swap`], and the scan thread swaps between two scans. The package comes back with
+//! the old machine, which is dropped outside the scan thread. Readers keep their data about
+//! programs by generation ([`Generations`]): every snapshot has its generation, and
+//! [`Generations::latest`] returns both together, so no image is read with the layout of a
+//! different program.
 
 use std::sync::{Arc, Mutex};
 
 use rtrb::{Consumer, Producer, RingBuffer};
 
-use super::command::{Command, CommandId, Denial};
+use super::command::{CommandDenial, CommandId, ScanCommand};
 use super::exchange::{Mode, Port, Snapshot, Tempo};
-use super::image::Safe;
+use super::image::SafeState;
 use super::link::SPARES;
-use super::machine::Machine;
-use super::record::{Carried, Watched, Watches};
+use super::machine::ScannedMachine;
+use super::record::{CarriedWatches, WatchedCells, Watches};
 use rungd_base::locked::locked;
 use rungd_engine::{Cell, Transfer};
 
 /// The greatest number of packages under way.
 const PACKAGES_MAX: usize = 4;
-/// The number of no program. A [`Command::Swap`] with it returns abandoned packages.
+/// The number of no program. A [`ScanCommand::Swap`] with it returns abandoned packages.
 pub(super) const NO_PROGRAM: u32 = u32::MAX;
 
 /// A program with all that the scan thread needs for it.
@@ -41,9 +42,9 @@ pub struct Package<M> {
     pub swapped: Option<Swapped>,
     pub(super) watches: Watches,
     /// For each watch, the watch of the old program that it continues.
-    pub(super) carried: Carried,
+    pub(super) carried: CarriedWatches,
     /// The safe state of each Y, outside RUN.
-    pub(super) safe: Vec<Safe>,
+    pub(super) safe: Vec<SafeState>,
     /// Snapshots of its shape.
     pub(super) fresh: Vec<Arc<Snapshot>>,
 }
@@ -59,7 +60,7 @@ pub struct Swapped {
 
 /// The parts of a package beside its machine.
 #[derive(Clone, Debug)]
-pub struct Contents {
+pub struct PackageParts {
     /// The cells that are taken over.
     pub transfer: Transfer,
     /// Its number.
@@ -69,18 +70,18 @@ pub struct Contents {
     /// Cells of the old machine whose values the report needs.
     pub asked: Vec<Cell>,
     /// The cells whose changes the log reports.
-    pub watched: Watched,
+    pub watched: WatchedCells,
     /// For each watch, the watch of the old program that it continues.
-    pub carried: Carried,
+    pub carried: CarriedWatches,
     /// Public bits of its image.
     pub bits: usize,
     /// Public words.
     pub words: usize,
     /// The safe state of each Y, outside RUN.
-    pub safe: Vec<Safe>,
+    pub safe: Vec<SafeState>,
 }
 
-impl<M: Machine> Package<M> {
+impl<M: ScannedMachine> Package<M> {
     /// Stores the present values of the cells in `asked`. Nothing is allocated.
     pub(super) fn note(&mut self, old: &M) {
         let (bits, words) = old.image();
@@ -95,11 +96,20 @@ impl<M: Machine> Package<M> {
 
 impl<M> Package<M> {
     /// A package; its snapshots take the data from `latest` that are not part of the program.
-    pub fn new(machine: M, contents: Contents, latest: &Snapshot) -> Package<M> {
-        let Contents { transfer, generation, tempo, asked, watched, carried, bits, words, safe } =
-            contents;
+    pub fn new(machine: M, contents: PackageParts, latest: &Snapshot) -> Package<M> {
+        let PackageParts {
+            transfer,
+            generation,
+            tempo,
+            asked,
+            watched,
+            carried,
+            bits,
+            words,
+            safe,
+        } = contents;
         let asked = asked.into_iter().map(|cell| (cell, 0)).collect();
-        let shown: Arc<[Safe]> = safe.clone().into();
+        let shown: Arc<[SafeState]> = safe.clone().into();
         let fresh = |_| {
             Arc::new(Snapshot {
                 generation,
@@ -151,18 +161,22 @@ impl<M> Reloader<M> {
     ///
     /// # Errors
     /// The package is refused at once, and nothing is swapped.
-    pub fn hand_in(&mut self, package: Package<M>, resume: bool) -> Result<CommandId, Denial> {
+    pub fn hand_in(
+        &mut self,
+        package: Package<M>,
+        resume: bool,
+    ) -> Result<CommandId, CommandDenial> {
         let generation = package.generation;
         if self.port.is_stuck() {
-            return Err(Denial::ScanThreadStuck);
+            return Err(CommandDenial::ScanThreadStuck);
         }
         if self.out.is_full() {
             // The commands of the packages in the ring were refused. A swap to no program returns
             // them.
-            self.port.command(Command::Swap { generation: NO_PROGRAM, resume: true })?;
+            self.port.command(ScanCommand::Swap { generation: NO_PROGRAM, resume: true })?;
         }
-        self.out.push(Box::new(package)).map_err(|_| Denial::QueueFull)?;
-        self.port.command(Command::Swap { generation, resume })
+        self.out.push(Box::new(package)).map_err(|_| CommandDenial::QueueFull)?;
+        self.port.command(ScanCommand::Swap { generation, resume })
     }
 
     /// A package that has come back; after a swap it contains the old machine.
@@ -194,10 +208,10 @@ impl<M> Swaps<M> {
 
 /// Data for each program that a snapshot may still belong to.
 #[derive(Debug)]
-pub struct Generations<T>(Arc<Mutex<List<T>>>);
+pub struct Generations<T>(Arc<Mutex<GenerationList<T>>>);
 
 /// The data by generation.
-type List<T> = Vec<(u32, Arc<T>)>;
+type GenerationList<T> = Vec<(u32, Arc<T>)>;
 
 impl<T> Clone for Generations<T> {
     fn clone(&self) -> Self {
@@ -212,8 +226,8 @@ impl<T> Generations<T> {
     }
 
     /// Adds the data of a program, before the program is handed in.
-    pub fn insert(&self, generation: u32, of: T) {
-        self.locked(|list| list.push((generation, Arc::new(of))));
+    pub fn insert(&self, generation: u32, data: T) {
+        self.locked(|list| list.push((generation, Arc::new(data))));
     }
 
     /// The latest image, and the data of its program.
@@ -222,38 +236,39 @@ impl<T> Generations<T> {
             let image = port.latest();
             // A program's data are removed only after an image of a later program was published: if
             // they are gone, the next look finds that image.
-            if let Some(of) = self.find(image.generation) {
-                return (image, of);
+            if let Some(data) = self.find(image.generation) {
+                return (image, data);
             }
         }
     }
 
     /// The data of a program; if the program is no longer in the list, the data of the last one.
     pub fn of(&self, generation: u32) -> Arc<T> {
-        let last = || self.locked(|list| list.last().map(|(_, of)| Arc::clone(of)));
+        let last = || self.locked(|list| list.last().map(|(_, data)| Arc::clone(data)));
         let found = self.find(generation).or_else(last);
         found.expect("there is one from the beginning, and one stays")
     }
 
     fn find(&self, generation: u32) -> Option<Arc<T>> {
         self.locked(|list| {
-            let (_, of) = list.iter().find(|(of, _)| *of == generation)?;
-            Some(Arc::clone(of))
+            let (_, data) =
+                list.iter().find(|(listed_generation, _)| *listed_generation == generation)?;
+            Some(Arc::clone(data))
         })
     }
 
     /// Removes the data of all programs before this one. The latest image must not be of one of
     /// them.
     pub fn forget_before(&self, generation: u32) {
-        self.locked(|list| list.retain(|(of, _)| *of >= generation));
+        self.locked(|list| list.retain(|(listed_generation, _)| *listed_generation >= generation));
     }
 
     /// Removes the data of a program that was not swapped in.
     pub fn remove(&self, generation: u32) {
-        self.locked(|list| list.retain(|(of, _)| *of != generation));
+        self.locked(|list| list.retain(|(listed_generation, _)| *listed_generation != generation));
     }
 
-    fn locked<R>(&self, with: impl FnOnce(&mut List<T>) -> R) -> R {
+    fn locked<R>(&self, with: impl FnOnce(&mut GenerationList<T>) -> R) -> R {
         with(&mut locked(&self.0))
     }
 }

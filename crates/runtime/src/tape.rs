@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rtrb::{Consumer, Producer};
 
-use super::machine::{Machine, ScanStart};
+use super::machine::{ScanStart, ScannedMachine};
 use super::mode::{FaultReason, Mode};
 use super::origin::Origin;
 use rungd_engine::{
@@ -83,7 +83,7 @@ impl TapeEntry {
 
 /// A state on its way to the reader.
 #[derive(Debug)]
-pub(super) enum Handed {
+pub(super) enum HandedState {
     /// Belongs to a [`TapeEntry::State`].
     State(Box<EngineState>),
     /// A state of an earlier program, to be dropped.
@@ -93,7 +93,7 @@ pub(super) enum Handed {
 /// The scan thread's end of the tape.
 pub(super) struct Tape {
     pub entries: Producer<TapeEntry>,
-    pub states: Producer<Handed>,
+    pub states: Producer<HandedState>,
     pub spares: Consumer<Box<EngineState>>,
     /// The entries of this step.
     pub step: Vec<TapeEntry>,
@@ -129,7 +129,7 @@ pub struct Taped {
 }
 
 impl Taped {
-    /// An engine without a tape. It may get one by a [`Machine::adopt`] or at the start.
+    /// An engine without a tape. It may get one by a [`ScannedMachine::adopt`] or at the start.
     pub fn new(engine: Engine) -> Taped {
         Taped { engine, tape: None, fresh: Vec::new() }
     }
@@ -229,7 +229,7 @@ impl Tape {
         }
         self.needs_state = false;
         // The state first: when the reader has the entry, the state is there.
-        push_or_forget(&mut self.states, Handed::State(state));
+        push_or_forget(&mut self.states, HandedState::State(state));
         let Tape { generation, number, mode, .. } = *self;
         let _ = self.entries.push(TapeEntry::State { generation, number, mode });
         true
@@ -246,7 +246,7 @@ impl Tape {
             if state.fits(engine.program()) {
                 return Some(state);
             }
-            push_or_forget(&mut self.states, Handed::Outlived(state));
+            push_or_forget(&mut self.states, HandedState::Outlived(state));
         }
         None
     }
@@ -254,7 +254,7 @@ impl Tape {
 
 /// Hands a box over. Without room its memory is leaked, because the scan thread must not free; the
 /// callers have checked that there is room.
-fn push_or_forget(ring: &mut Producer<Handed>, handed: Handed) {
+fn push_or_forget(ring: &mut Producer<HandedState>, handed: HandedState) {
     if let Err(rtrb::PushError::Full(kept)) = ring.push(handed) {
         std::mem::forget(kept);
     }
@@ -265,7 +265,7 @@ fn whole_us(now_ns: u64) -> u64 {
     now_ns / 1000 * 1000
 }
 
-impl Machine for Taped {
+impl ScannedMachine for Taped {
     fn start(&mut self, now_ns: u64) {
         let now_ns = whole_us(now_ns);
         self.keep(TapeEntry::Call(EngineCall::Start { now_ns }));
@@ -283,7 +283,7 @@ impl Machine for Taped {
             let ScanStart { now_ns, times, local_s, .. } = start;
             tape.keep(TapeEntry::Call(EngineCall::Begin { now_ns, times, local_s }));
         }
-        Machine::begin_scan(&mut self.engine, &start);
+        ScannedMachine::begin_scan(&mut self.engine, &start);
     }
 
     fn set_input(&mut self, x: u32, on: bool) {
@@ -330,14 +330,14 @@ impl Machine for Taped {
         if let Some(tape) = &mut self.tape {
             tape.keep_from(EngineCall::Force(cell, value));
         }
-        Machine::force(&mut self.engine, cell, value);
+        ScannedMachine::force(&mut self.engine, cell, value);
     }
 
     fn release(&mut self, cell: Cell) {
         if let Some(tape) = &mut self.tape {
             tape.keep_from(EngineCall::Release(cell));
         }
-        Machine::release(&mut self.engine, cell);
+        ScannedMachine::release(&mut self.engine, cell);
     }
 
     fn adopt(&mut self, old: &mut Taped, transfer: &Transfer, running: bool, forces: &[Cell]) {
@@ -352,11 +352,11 @@ impl Machine for Taped {
     }
 
     fn image(&self) -> (&[u8], &[i32]) {
-        Machine::image(&self.engine)
+        ScannedMachine::image(&self.engine)
     }
 
     fn events(&self) -> (&[BlockEvent], u32) {
-        Machine::events(&self.engine)
+        ScannedMachine::events(&self.engine)
     }
 
     fn maths(&self) -> &[MathEvent] {

@@ -11,7 +11,7 @@ use rtrb::{Consumer, Producer, RingBuffer};
 
 use super::mode::{Mode, StopReason};
 use super::origin::Origin;
-use super::tape::{Handed, SPARE_STATES, STEP_ENTRIES_MAX, Tape, TapeEntry, Taped};
+use super::tape::{HandedState, SPARE_STATES, STEP_ENTRIES_MAX, Tape, TapeEntry, Taped};
 use rungd_engine::{Engine, EngineState};
 
 /// The number of entries between the two ends: some seconds of a busy plant.
@@ -20,7 +20,7 @@ const ENTRIES: usize = 4 * STEP_ENTRIES_MAX;
 /// The reader's end of a tape.
 pub struct TapeReader {
     entries: Consumer<TapeEntry>,
-    states: Consumer<Handed>,
+    states: Consumer<HandedState>,
     spares: Producer<Box<EngineState>>,
     unheard: Arc<AtomicU64>,
 }
@@ -38,7 +38,7 @@ pub fn tape_of(engine: Engine, entries: usize) -> (Taped, TapeReader) {
     for _ in 0..SPARE_STATES {
         let _ = spare_in.push(Box::new(EngineState::of(&engine)));
     }
-    let _ = state_in.push(Handed::State(Box::new(EngineState::of(&engine))));
+    let _ = state_in.push(HandedState::State(Box::new(EngineState::of(&engine))));
     let mode = Mode::Stop(StopReason::NotStarted);
     let unheard = Arc::new(AtomicU64::new(0));
     let _ = entry_in.push(TapeEntry::State { generation: 0, number: 1, mode });
@@ -80,8 +80,8 @@ impl TapeReader {
     fn state(&mut self) -> Option<Box<EngineState>> {
         loop {
             match self.states.pop().ok()? {
-                Handed::State(state) => return Some(state),
-                Handed::Outlived(state) => drop(state),
+                HandedState::State(state) => return Some(state),
+                HandedState::Outlived(state) => drop(state),
             }
         }
     }

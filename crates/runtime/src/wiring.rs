@@ -4,7 +4,7 @@
 //! The daemon makes it from the controller file. The scan (`field`, `local`) and drivers read it.
 
 use super::exchange::{Mode, Snapshot};
-use super::machine::Machine;
+use super::machine::ScannedMachine;
 use rungd_engine::{BitCell, Cell, WordCell};
 
 /// The target of an input.
@@ -27,7 +27,7 @@ pub enum WiringTarget {
 
 /// The source of an output point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Source {
+pub enum OutputSource {
     /// An output, as driven, by its number.
     Output(u32),
     /// Any other cell, with its value outside RUN; `None`: the value of the cell itself.
@@ -40,7 +40,7 @@ pub struct Wiring {
     /// The targets of the inputs, one for each point.
     pub inputs: Vec<WiringTarget>,
     /// The sources of the outputs, one for each point.
-    pub outputs: Vec<Source>,
+    pub outputs: Vec<OutputSource>,
     /// The cell of its `.Ok`.
     pub ok: BitCell,
     /// The cell of its `.Stale`.
@@ -63,7 +63,7 @@ impl WiringTarget {
         }
     }
 
-    pub(super) fn receive<M: Machine>(&self, machine: &mut M, value: i32) {
+    pub(super) fn receive<M: ScannedMachine>(&self, machine: &mut M, value: i32) {
         match *self {
             WiringTarget::Input(x) => machine.set_input(x, value != 0),
             WiringTarget::Bit(cell) => machine.write_bit(cell, value != 0),
@@ -81,25 +81,25 @@ impl WiringTarget {
 }
 
 /// The present values of the outputs: in RUN those of the last complete scan, else the safe values.
-pub fn outgoing(sources: &[Source], image: &Snapshot, values: &mut [i32]) {
+pub fn outgoing(sources: &[OutputSource], image: &Snapshot, values: &mut [i32]) {
     let safe = image.mode != Mode::Run;
     for (value, source) in values.iter_mut().zip(sources) {
         *value = match *source {
-            Source::Output(y) => i32::from(image.outputs[y as usize]),
-            Source::Cell(_, Some(fixed)) if safe => fixed,
-            Source::Cell(cell, _) => image.value(cell),
+            OutputSource::Output(y) => i32::from(image.outputs[y as usize]),
+            OutputSource::Cell(_, Some(fixed)) if safe => fixed,
+            OutputSource::Cell(cell, _) => image.value(cell),
         };
     }
 }
 
 /// The values of the outputs at the end of the process, in every mode.
-pub fn last_words(sources: &[Source], image: &Snapshot, values: &mut [i32]) {
+pub fn last_words(sources: &[OutputSource], image: &Snapshot, values: &mut [i32]) {
     outgoing(sources, image, values);
     for (value, source) in values.iter_mut().zip(sources) {
         match *source {
-            Source::Output(y) => *value = image.safe[y as usize].driven(*value != 0).into(),
-            Source::Cell(_, Some(fixed)) => *value = fixed,
-            Source::Cell(_, None) => {}
+            OutputSource::Output(y) => *value = image.safe[y as usize].driven(*value != 0).into(),
+            OutputSource::Cell(_, Some(fixed)) => *value = fixed,
+            OutputSource::Cell(_, None) => {}
         }
     }
 }

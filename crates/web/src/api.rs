@@ -8,14 +8,14 @@ use std::sync::Arc;
 use hyper::StatusCode;
 use serde_json::{Value, json};
 
-use super::follow::Seen;
+use super::follow::LookResult;
 use super::journal::say;
-use super::patience::Patience;
+use super::patience::BrowserPatience;
 use super::query::Query;
 use super::reply::{WebFailure, WebResult, bad, json_answer};
-use super::sessions::Session;
+use super::sessions::WebSession;
 use super::site::WebSite;
-use super::stream::{Told, Window, name_of, tag_value};
+use super::stream::{ProgramWindow, SentState, name_of, tag_value};
 use rungd_client::live::{LiveEvent, LiveProgram, LiveTag, LiveView, TrendPoint};
 use rungd_client::operator::client::{self, CallFailure};
 use rungd_client::operator::protocol::{GivenValue, RefusalKind, Request};
@@ -38,12 +38,12 @@ const OPERAND_BYTES_MAX: usize = 256;
 pub(super) async fn question(
     site: &Arc<WebSite>,
     path: &str,
-    (query, session): (&Query, &Session),
+    (query, session): (&Query, &WebSession),
 ) -> WebResult {
     if path == "/api/status" {
         let seen = site.follow.now().await;
         let present = seen.view.as_ref().ok().and_then(|view| view.present.as_deref());
-        let now = present.map(|of| json!({ "mode": of.mode, "reason": of.reason }));
+        let now = present.map(|outputs| json!({ "mode": outputs.mode, "reason": outputs.reason }));
         let error = seen.view.as_ref().err();
         let status = seen.status.as_deref();
         return Ok(json_answer(&json!({ "status": status, "now": now, "error": error })));
@@ -81,7 +81,7 @@ async fn viewed(site: &WebSite) -> Result<LiveView, WebFailure> {
     of(site.follow.now().await)
 }
 
-fn of(seen: Arc<Seen>) -> Result<LiveView, WebFailure> {
+fn of(seen: Arc<LookResult>) -> Result<LiveView, WebFailure> {
     seen.view.clone().map_err(|why| WebFailure(StatusCode::BAD_GATEWAY, why))
 }
 
@@ -102,7 +102,7 @@ async fn asked(
     }
 }
 
-fn of_session(session: &Session, view: &LiveView) -> Value {
+fn of_session(session: &WebSession, view: &LiveView) -> Value {
     let user = session.user.as_ref().map(|(name, _)| name);
     let write = settings(&view.program).map_or(&[][..], |web| &web.write);
     let names: Vec<&str> = write.iter().map(|(name, _)| name.as_str()).collect();
@@ -150,17 +150,17 @@ fn ladder(program: &LiveProgram) -> Value {
 }
 
 fn panels(program: &LiveProgram) -> Value {
-    let widget = |of: &Widget| {
+    let widget = |widget: &Widget| {
         json!({
-            "kind": of.kind.key(),
-            "operand": of.operand,
-            "text": of.text,
-            "limits": of.limits,
+            "kind": widget.kind.key(),
+            "operand": widget.operand,
+            "text": widget.text,
+            "limits": widget.limits,
         })
     };
-    let panel = |of: &Panel| {
-        let show: Vec<Value> = of.show.iter().map(widget).collect();
-        json!({ "name": of.name, "show": show })
+    let panel = |panel: &Panel| {
+        let show: Vec<Value> = panel.show.iter().map(widget).collect();
+        json!({ "name": panel.name, "show": show })
     };
     let all = settings(program).map_or(&[][..], |web| &web.panels);
     json!({ "panels": all.iter().map(panel).collect::<Vec<_>>() })
@@ -203,7 +203,7 @@ fn rungs(view: &LiveView, query: &Query) -> Result<Value, WebFailure> {
     let rung = |rung: &RungPicture| {
         let title = rung.title();
         let (file, line) = &rung.place;
-        let of_use = rung.of_use.as_ref().map(|of| &of.name);
+        let of_use = rung.of_use.as_ref().map(|template_use| &template_use.name);
         json!({
             "number": rung.number,
             "title": title,
@@ -224,25 +224,25 @@ fn rungs(view: &LiveView, query: &Query) -> Result<Value, WebFailure> {
 fn scan(view: &LiveView, query: &Query) -> Result<Value, WebFailure> {
     let number = query.number("scan").ok_or_else(|| bad("name a scan"))?;
     let power = view.at(number).map_err(|why| WebFailure(StatusCode::GONE, why))?;
-    Ok(Told::default().news(view, &power, &Window::of(query)))
+    Ok(SentState::default().news(view, &power, &ProgramWindow::of(query)))
 }
 
 /// The events of the last minute, the newest first.
 fn happened(view: &LiveView) -> Value {
-    let event = |of: LiveEvent| {
+    let event = |live_event: LiveEvent| {
         json!({
-            "time_ms": of.unix_ns / 1_000_000,
-            "scan": of.scan,
-            "text": of.text,
-            "alarm": of.is_alarm,
-            "operand": of.operand,
+            "time_ms": live_event.unix_ns / 1_000_000,
+            "scan": live_event.scan,
+            "text": live_event.text,
+            "alarm": live_event.is_alarm,
+            "operand": live_event.operand,
         })
     };
     json!({ "events": view.events().into_iter().rev().map(event).collect::<Vec<_>>() })
 }
 
 fn operand(query: &Query) -> Result<&str, WebFailure> {
-    let operand = query.get("operand").map(str::trim).filter(|of| !of.is_empty());
+    let operand = query.get("operand").map(str::trim).filter(|operand| !operand.is_empty());
     let operand = operand.ok_or_else(|| bad("name an operand"))?;
     match operand.len() > OPERAND_BYTES_MAX {
         true => Err(bad("the operand is too long")),
@@ -260,9 +260,9 @@ fn trend(view: &LiveView, query: &Query) -> Result<Value, WebFailure> {
     let operand = operand(query)?;
     let found = view.trend(operand).map_err(bad)?;
     let cell = view.program.subject.cell(operand).map_err(bad)?;
-    let point = |of: &TrendPoint| {
-        let value = of.value.map(|content| tag_value(view.tag_value(cell, content)));
-        json!([of.unix_ns / 1_000_000, of.scan, value])
+    let point = |trend_point: &TrendPoint| {
+        let value = trend_point.value.map(|content| tag_value(view.tag_value(cell, content)));
+        json!([trend_point.unix_ns / 1_000_000, trend_point.scan, value])
     };
     let span = found.span_ns.map(|(first, last)| [first / 1_000_000, last / 1_000_000]);
     let points: Vec<Value> = found.points.iter().map(point).collect();
@@ -271,9 +271,9 @@ fn trend(view: &LiveView, query: &Query) -> Result<Value, WebFailure> {
 
 /// The session that asks for a change, and how long its browser waits for it.
 pub(super) struct Visitor {
-    pub session: Session,
+    pub session: WebSession,
     pub cookie: String,
-    pub patience: Patience,
+    pub patience: BrowserPatience,
 }
 
 /// Makes a change.
@@ -300,7 +300,7 @@ async fn write(site: &Arc<WebSite>, (visitor, user): (&Visitor, &str), said: &Va
     let cell = subject.cell(&operand).map_err(bad)?;
     let listed = settings(&view.program).map_or(&[][..], |web| &web.write);
     let is_listed = |(name, _): &(String, _)| subject.cell(name) == Ok(cell);
-    let Some((operand, _)) = listed.iter().find(|of| is_listed(of)).cloned() else {
+    let Some((operand, _)) = listed.iter().find(|entry| is_listed(entry)).cloned() else {
         let why = format!("`{operand}` cannot be written here: `[web] write` does not list it");
         return Err(WebFailure(StatusCode::FORBIDDEN, why));
     };
@@ -345,7 +345,7 @@ async fn sent(
     };
     let place = Arc::clone(&site.questions).acquire_owned().await;
     // The wait for the place may have been long, and so may the one for a thread.
-    if !site.goes_on(&visitor.cookie) {
+    if !site.is_session_open(&visitor.cookie) {
         let why = "the session has ended meanwhile: nothing is changed";
         return Err(WebFailure(StatusCode::UNAUTHORIZED, why.to_owned()));
     }

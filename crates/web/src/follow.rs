@@ -16,7 +16,7 @@ use tokio::sync::watch;
 use tokio::time::timeout;
 
 use super::journal::say;
-use rungd_client::live::{Follower, LiveView, LookFailure};
+use rungd_client::live::{ControllerFollower, LiveView, LookFailure};
 use rungd_client::operator::client::CallFailure;
 use rungd_client::operator::poller::{ControllerPoller, PollPace};
 use rungd_client::operator::protocol::Request;
@@ -37,7 +37,7 @@ const ANSWER_MAX: Duration = Duration::from_secs(5);
 
 /// The result of one look.
 #[derive(Clone, Debug)]
-pub(super) struct Seen {
+pub(super) struct LookResult {
     /// The time of the look.
     pub at: Instant,
     /// The socket of the controller that the pages show; `None` until one has answered.
@@ -50,23 +50,23 @@ pub(super) struct Seen {
 
 /// The thread, and its last result.
 #[derive(Clone)]
-pub(super) struct Follow {
-    seen: watch::Receiver<Arc<Seen>>,
+pub(super) struct FollowThread {
+    seen: watch::Receiver<Arc<LookResult>>,
     began: Instant,
     /// The time of the last request of a viewer, ms after `began`.
     viewed_ms: Arc<AtomicU64>,
     thread: Thread,
 }
 
-impl Follow {
+impl FollowThread {
     /// Starts the thread.
     ///
     /// # Errors
     /// The system cannot start a thread.
-    pub fn start(named: Option<PathBuf>) -> std::io::Result<Follow> {
+    pub fn start(named: Option<PathBuf>) -> std::io::Result<FollowThread> {
         let began = Instant::now();
         let view = Err("the controller has not been contacted yet".into());
-        let none = Seen { at: began, socket: None, view, status: None };
+        let none = LookResult { at: began, socket: None, view, status: None };
         let (tell, seen) = watch::channel(Arc::new(none));
         let viewed_ms = Arc::new(AtomicU64::new(0));
         let asked = Arc::clone(&viewed_ms);
@@ -77,17 +77,17 @@ impl Follow {
         let builder = thread::Builder::new().name("follow".to_owned());
         let thread =
             builder.spawn(move || follow(named.as_ref(), &tell, &is_viewed))?.thread().clone();
-        Ok(Follow { seen, began, viewed_ms, thread })
+        Ok(FollowThread { seen, began, viewed_ms, thread })
     }
 
-    /// A `Follow` without a controller.
-    pub fn of_nothing() -> Follow {
+    /// A `FollowThread` without a controller.
+    pub fn of_nothing() -> FollowThread {
         let began = Instant::now();
         let view = Err("there is no controller".into());
-        let none = Seen { at: began, socket: None, view, status: None };
+        let none = LookResult { at: began, socket: None, view, status: None };
         let (_, seen) = watch::channel(Arc::new(none));
         let viewed_ms = Arc::new(AtomicU64::new(0));
-        Follow { seen, began, viewed_ms, thread: thread::current() }
+        FollowThread { seen, began, viewed_ms, thread: thread::current() }
     }
 
     /// Notes the request of a viewer.
@@ -98,20 +98,21 @@ impl Follow {
     }
 
     /// A fresh result.
-    pub async fn now(&self) -> Arc<Seen> {
+    pub async fn now(&self) -> Arc<LookResult> {
         self.when(&|_| true).await
     }
 
     /// A fresh result with the minute before it.
-    pub async fn with_minute(&self) -> Arc<Seen> {
+    pub async fn with_minute(&self) -> Arc<LookResult> {
         self.when(&|seen| seen.view.as_ref().map_or(true, |view| view.has_minute)).await
     }
 
-    async fn when(&self, fits: &(dyn Fn(&Seen) -> bool + Sync)) -> Arc<Seen> {
+    async fn when(&self, fits: &(dyn Fn(&LookResult) -> bool + Sync)) -> Arc<LookResult> {
         self.touch();
         let mut seen = self.seen.clone();
-        let is_fresh =
-            |seen: &Arc<Seen>| seen.at > self.began && seen.at.elapsed() < FRESH && fits(seen);
+        let is_fresh = |seen: &Arc<LookResult>| {
+            seen.at > self.began && seen.at.elapsed() < FRESH && fits(seen)
+        };
         let fresh = timeout(WAIT_MAX, seen.wait_for(is_fresh)).await;
         match fresh {
             Ok(Ok(seen)) => Arc::clone(&seen),
@@ -120,7 +121,10 @@ impl Follow {
     }
 
     /// The next result.
-    pub async fn next(&self, seen: &mut watch::Receiver<Arc<Seen>>) -> Option<Arc<Seen>> {
+    pub async fn next(
+        &self,
+        seen: &mut watch::Receiver<Arc<LookResult>>,
+    ) -> Option<Arc<LookResult>> {
         self.touch();
         match timeout(VIEWED / 2, seen.changed()).await {
             Ok(Err(_)) => None,
@@ -133,20 +137,20 @@ impl Follow {
         self.seen.borrow().socket.clone()
     }
 
-    /// The receiver for [`Follow::next`].
-    pub fn watcher(&self) -> watch::Receiver<Arc<Seen>> {
+    /// The receiver for [`FollowThread::next`].
+    pub fn watcher(&self) -> watch::Receiver<Arc<LookResult>> {
         self.seen.clone()
     }
 }
 
 /// The controller that the pages show. If no socket is named, it is searched for until one answers:
 /// a controller may start later than the pages. After that its socket stays the same.
-struct Followed {
+struct FollowedController {
     poller: ControllerPoller,
-    follower: Follower,
+    follower: ControllerFollower,
 }
 
-impl Followed {
+impl FollowedController {
     fn look(&mut self) -> Result<LiveView, LookFailure> {
         let controller = self.poller.controller()?;
         let view = self.follower.look(&controller.socket)?;
@@ -155,7 +159,7 @@ impl Followed {
     }
 
     /// Says what came of a look, if it is something else than before.
-    fn tell(&self, looked: &Result<LiveView, LookFailure>) {
+    fn log_look(&self, looked: &Result<LiveView, LookFailure>) {
         say(&match looked {
             Ok(_) => format!("the controller at {} answers", self.poller),
             Err(LookFailure::Call(failure)) => {
@@ -180,9 +184,13 @@ impl Followed {
 }
 
 /// Looks at the controller until no receiver is left.
-fn follow(named: Option<&PathBuf>, tell: &watch::Sender<Arc<Seen>>, is_viewed: &dyn Fn() -> bool) {
+fn follow(
+    named: Option<&PathBuf>,
+    tell: &watch::Sender<Arc<LookResult>>,
+    is_viewed: &dyn Fn() -> bool,
+) {
     let poller = ControllerPoller::new(named.cloned(), ANSWER_MAX);
-    let mut followed = Followed { poller, follower: Follower::default() };
+    let mut followed = FollowedController { poller, follower: ControllerFollower::default() };
     let first = followed.look();
     followed.poller.has_turned(first.is_ok());
     match &first {
@@ -211,12 +219,12 @@ fn follow(named: Option<&PathBuf>, tell: &watch::Sender<Arc<Seen>>, is_viewed: &
             status_at = Some(Instant::now());
         }
         if followed.poller.has_turned(looked.is_ok()) {
-            followed.tell(&looked);
+            followed.log_look(&looked);
         }
         let pause = PACE.pause(begun.elapsed(), looked.is_ok());
         let view = looked.map_err(|failure| failure.to_string());
         let (at, socket) = (Instant::now(), followed.poller.kept().cloned());
-        tell.send_replace(Arc::new(Seen { at, socket, view, status: status.clone() }));
+        tell.send_replace(Arc::new(LookResult { at, socket, view, status: status.clone() }));
         thread::sleep(pause);
     }
 }

@@ -27,17 +27,17 @@ const SECURITY: [(&str, &str); 8] = [
 
 /// The requests that are admitted.
 #[derive(Clone, Debug)]
-pub(super) struct Guard {
+pub(super) struct RequestGuard {
     /// The accepted values of `Host`.
     hosts: ExpectedHosts,
     /// Whether browsers speak TLS.
     is_tls: bool,
 }
 
-impl Guard {
+impl RequestGuard {
     /// `hosts`: the accepted values of `Host`, in small letters.
-    pub fn new(hosts: Vec<String>, is_tls: bool) -> Guard {
-        Guard { hosts: ExpectedHosts::new(hosts, "rungd web --host NAME"), is_tls }
+    pub fn new(hosts: Vec<String>, is_tls: bool) -> RequestGuard {
+        RequestGuard { hosts: ExpectedHosts::new(hosts, "rungd web --host NAME"), is_tls }
     }
 
     /// Admits a request of our own pages.
@@ -76,7 +76,7 @@ mod tests {
     use super::*;
 
     fn admit(method: Method, uri: &str, headers: &[(&str, &str)]) -> Result<(), String> {
-        let guard = Guard::new(vec!["localhost:8080".into(), "plc.example".into()], false);
+        let guard = RequestGuard::new(vec!["localhost:8080".into(), "plc.example".into()], false);
         let mut map = HeaderMap::new();
         for (name, value) in headers {
             let name: HeaderName = name.parse().expect("a name");

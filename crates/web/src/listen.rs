@@ -28,21 +28,21 @@ use rungd_io::listening::cannot_listen;
 const HANDSHAKE_MAX: Duration = Duration::from_secs(10);
 
 /// A connection of any kind.
-pub(super) trait Connection: AsyncRead + AsyncWrite + Unpin + Send {}
-impl<S: AsyncRead + AsyncWrite + Unpin + Send> Connection for S {}
+pub(super) trait BrowserStream: AsyncRead + AsyncWrite + Unpin + Send {}
+impl<S: AsyncRead + AsyncWrite + Unpin + Send> BrowserStream for S {}
 
 /// The source of connections.
-pub(super) enum Listener {
+pub(super) enum WebListener {
     Port(TcpListener),
     Unix(UnixListener),
 }
 
-impl Listener {
+impl WebListener {
     /// Opens the listener.
     ///
     /// # Errors
     /// The system's error; another process answers at the socket.
-    pub async fn open(at: &ListenAt) -> Result<Listener> {
+    pub async fn open(at: &ListenAt) -> Result<WebListener> {
         match at {
             ListenAt::Port(address) => {
                 let listener = TcpListener::bind(address).await;
@@ -50,7 +50,7 @@ impl Listener {
                     let about = cannot_listen(*address, &error, &other_port(*address));
                     anyhow::Error::new(error).context(about)
                 });
-                Ok(Listener::Port(listener?))
+                Ok(WebListener::Port(listener?))
             }
             ListenAt::Unix(path) => {
                 let of_path = || path.display().to_string();
@@ -59,7 +59,7 @@ impl Listener {
                 // Only the owner and the group can connect, for example a proxy of the same group.
                 let mode = fs::Permissions::from_mode(0o660);
                 fs::set_permissions(path, mode).with_context(of_path)?;
-                Ok(Listener::Unix(listener))
+                Ok(WebListener::Unix(listener))
             }
         }
     }
@@ -67,8 +67,8 @@ impl Listener {
     /// The address of a TCP port; `None` for a Unix socket.
     pub fn address(&self) -> Option<SocketAddr> {
         match self {
-            Listener::Port(listener) => listener.local_addr().ok(),
-            Listener::Unix(_) => None,
+            WebListener::Port(listener) => listener.local_addr().ok(),
+            WebListener::Unix(_) => None,
         }
     }
 
@@ -76,15 +76,15 @@ impl Listener {
     ///
     /// # Errors
     /// The system's error.
-    pub async fn accept(&self) -> io::Result<(Box<dyn Connection>, PeerEnd)> {
+    pub async fn accept(&self) -> io::Result<(Box<dyn BrowserStream>, PeerEnd)> {
         match self {
-            Listener::Port(listener) => {
+            WebListener::Port(listener) => {
                 let (stream, _) = listener.accept().await?;
                 let _ = stream.set_nodelay(true);
                 let peer = PeerEnd::of(&stream)?;
                 Ok((Box::new(stream), peer))
             }
-            Listener::Unix(listener) => {
+            WebListener::Unix(listener) => {
                 let (stream, _) = listener.accept().await?;
                 let peer = PeerEnd::of(&stream)?;
                 Ok((Box::new(stream), peer))
@@ -141,8 +141,8 @@ pub(super) fn tls(certificates: &Path, key: &Path) -> Result<TlsAcceptor> {
 /// The peer does not speak TLS, or takes too long.
 pub(super) async fn secured(
     acceptor: &TlsAcceptor,
-    connection: Box<dyn Connection>,
-) -> io::Result<Box<dyn Connection>> {
+    connection: Box<dyn BrowserStream>,
+) -> io::Result<Box<dyn BrowserStream>> {
     let secured = timeout(HANDSHAKE_MAX, acceptor.accept(connection)).await;
     Ok(Box::new(secured.map_err(|_| io::ErrorKind::TimedOut)??))
 }

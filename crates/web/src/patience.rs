@@ -14,7 +14,7 @@ use serde_json::Value;
 
 use super::reply::{WebFailure, bad};
 use rungd_client::operator::deadline::{Deadline, has_left};
-use rungd_client::operator::protocol::{Answered, DEADLINE, Refusal, RefusalKind};
+use rungd_client::operator::protocol::{DEADLINE, RefusalKind, RequestRefusal, RequestResult};
 
 /// The wait of a client that does not say how long it waits.
 const UNSAID_MAX: Duration = Duration::from_secs(10);
@@ -35,30 +35,30 @@ impl PeerEnd {
 
 /// How long the browser of a request waits.
 #[derive(Clone, Debug)]
-pub(super) struct Patience {
+pub(super) struct BrowserPatience {
     peer: PeerEnd,
     /// The moment after which nothing is begun; `None`: this machine's clock has no name.
     until: Option<Deadline>,
 }
 
-impl Patience {
+impl BrowserPatience {
     /// That of a request which arrives now.
-    pub fn from_now(peer: PeerEnd) -> Patience {
-        Patience { peer, until: Deadline::of_wait(UNSAID_MAX) }
+    pub fn from_now(peer: PeerEnd) -> BrowserPatience {
+        BrowserPatience { peer, until: Deadline::of_wait(UNSAID_MAX) }
     }
 
     /// The same browser, with the deadline that its request contains, if it contains one.
     ///
     /// # Errors
     /// It is not a deadline.
-    pub fn said(self, request: &Value) -> Result<Patience, WebFailure> {
+    pub fn said(self, request: &Value) -> Result<BrowserPatience, WebFailure> {
         match request.get(DEADLINE) {
             None | Some(Value::Null) => Ok(self),
             Some(said) => {
                 let read = serde_json::from_value(said.clone());
                 let until: Deadline = read.map_err(|why| bad(format!("`{DEADLINE}`: {why}")))?;
                 match until.until_ns() {
-                    Some(_) => Ok(Patience { until: Some(until), ..self }),
+                    Some(_) => Ok(BrowserPatience { until: Some(until), ..self }),
                     None => Err(bad(format!(
                         "`{DEADLINE}` is a moment of a different clock: load the page again"
                     ))),
@@ -76,7 +76,7 @@ impl Patience {
     ///
     /// # Errors
     /// It does not: nothing may be done.
-    pub fn judge(&self) -> Answered<()> {
+    pub fn judge(&self) -> RequestResult<()> {
         let why = if self.until.as_ref().is_some_and(|until| until.left().is_none()) {
             "nothing is done: its turn came after the browser had stopped waiting"
         } else if self.peer.0.as_ref().is_some_and(has_left) {
@@ -84,6 +84,6 @@ impl Patience {
         } else {
             return Ok(());
         };
-        Err(Refusal::new(RefusalKind::TooLate, why))
+        Err(RequestRefusal::new(RefusalKind::TooLate, why))
     }
 }

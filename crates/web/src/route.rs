@@ -15,7 +15,7 @@ use super::api::{self, Visitor};
 use super::body::AnswerBody;
 use super::guard::{CSRF, secure};
 use super::journal::say;
-use super::patience::Patience;
+use super::patience::BrowserPatience;
 use super::query::Query;
 use super::reply::{WebAnswer, WebFailure, WebResult, bad, json_answer, typed};
 use super::sessions::{COOKIE, cookie_of};
@@ -41,7 +41,7 @@ const USED_LINK: &str = include_str!("page/link.html");
 pub(super) async fn answer(
     site: &Arc<WebSite>,
     request: Request<Incoming>,
-    patience: Patience,
+    patience: BrowserPatience,
 ) -> WebAnswer {
     let admitted = site.guard.admit(request.method(), request.uri(), request.headers());
     let answered = match admitted {
@@ -60,7 +60,7 @@ pub(super) async fn answer(
 async fn admitted_answer(
     site: &Arc<WebSite>,
     request: Request<Incoming>,
-    patience: Patience,
+    patience: BrowserPatience,
 ) -> WebResult {
     let path = request.uri().path().to_owned();
     let is_get = *request.method() == Method::GET;
@@ -104,7 +104,7 @@ async fn admitted_answer(
 }
 
 fn cookie(headers: &HeaderMap) -> Option<&str> {
-    let mut all = headers.get_all(COOKIE_HEADER).iter().filter_map(|of| of.to_str().ok());
+    let mut all = headers.get_all(COOKIE_HEADER).iter().filter_map(|value| value.to_str().ok());
     all.find_map(cookie_of)
 }
 
@@ -152,7 +152,7 @@ fn to_pages() -> WebAnswer {
 async fn sign_in(
     site: &Arc<WebSite>,
     request: Request<Incoming>,
-    patience: &Patience,
+    patience: &BrowserPatience,
 ) -> WebResult {
     if !site.has_users() {
         return Err(signed_out(site));

@@ -13,15 +13,15 @@ use hyper::service::service_fn;
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use tokio_rustls::TlsAcceptor;
 
-use super::follow::Follow;
-use super::guard::Guard;
+use super::follow::FollowThread;
+use super::guard::RequestGuard;
 use super::journal::say;
-use super::listen::{Connection, Listener, secured, tls};
+use super::listen::{BrowserStream, WebListener, secured, tls};
 use super::options::{ListenAt, WebOptions};
-use super::patience::{Patience, PeerEnd};
+use super::patience::{BrowserPatience, PeerEnd};
 use super::route::answer;
 use super::site::{WebSite, WebSiteParts};
-use rungd_io::seats::{ANY_GUEST, Seat, SeatSettings, Seats};
+use rungd_io::seats::{ANY_GUEST, SeatSettings, Seats, TakenSeat};
 use rungd_net::http;
 
 /// The limits of connections. If all are in use, any further connection waits for a place.
@@ -46,13 +46,13 @@ pub fn serve(options: &WebOptions) -> Result<()> {
 
 async fn run(options: &WebOptions) -> Result<()> {
     let acceptor = options.tls.as_ref().map(|(chain, key)| tls(chain, key)).transpose()?;
-    let listener = Listener::open(&options.listen).await?;
+    let listener = WebListener::open(&options.listen).await?;
     let port = listener.address().map(|address| address.port());
-    let follow = Follow::start(options.socket.clone());
+    let follow = FollowThread::start(options.socket.clone());
     let follow = follow.context("the system cannot start a thread")?;
     let site = Arc::new(WebSite::new(WebSiteParts {
         follow,
-        guard: Guard::new(options.host_values(port), options.is_tls()),
+        guard: RequestGuard::new(options.host_values(port), options.is_tls()),
         is_tls: options.is_tls(),
         address: address(options, &listener),
         users: options.users.clone(),
@@ -77,7 +77,7 @@ async fn run(options: &WebOptions) -> Result<()> {
 }
 
 /// The part of a link before its path.
-fn address(options: &WebOptions, listener: &Listener) -> String {
+fn address(options: &WebOptions, listener: &WebListener) -> String {
     let scheme = if options.is_tls() { "https" } else { "http" };
     match (options.hosts.first(), listener.address(), &options.listen) {
         (Some(host), ..) => format!("{scheme}://{host}"),
@@ -88,13 +88,13 @@ fn address(options: &WebOptions, listener: &Listener) -> String {
 }
 
 /// A connection, and the browser at its other end.
-type Browser = (Box<dyn Connection>, PeerEnd);
+type Browser = (Box<dyn BrowserStream>, PeerEnd);
 
 /// Answers the requests of a connection, after it has begun TLS if there is an acceptor.
 async fn converse_secured(
     (connection, peer): Browser,
     site: &Arc<WebSite>,
-    (seat, acceptor): (&Arc<Seat>, Option<TlsAcceptor>),
+    (seat, acceptor): (&Arc<TakenSeat>, Option<TlsAcceptor>),
 ) {
     let connection = match &acceptor {
         Some(acceptor) => secured(acceptor, connection).await,
@@ -107,9 +107,9 @@ async fn converse_secured(
 
 /// Answers the requests of a connection. While one is answered, or events are sent, the connection
 /// keeps its seat.
-async fn converse((connection, peer): Browser, site: &Arc<WebSite>, seat: &Arc<Seat>) {
+async fn converse((connection, peer): Browser, site: &Arc<WebSite>, seat: &Arc<TakenSeat>) {
     let service = service_fn(|request| {
-        let (site, patience) = (Arc::clone(site), Patience::from_now(peer.clone()));
+        let (site, patience) = (Arc::clone(site), BrowserPatience::from_now(peer.clone()));
         let busy = seat.busy();
         async move {
             let mut answer = answer(&site, request, patience).await;
@@ -125,8 +125,8 @@ pub fn conversation(bytes: &[u8]) -> Vec<u8> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
     runtime.expect("an event loop").block_on(async {
         let site = Arc::new(WebSite::new(WebSiteParts {
-            follow: Follow::of_nothing(),
-            guard: Guard::new(vec!["localhost".to_owned()], false),
+            follow: FollowThread::of_nothing(),
+            guard: RequestGuard::new(vec!["localhost".to_owned()], false),
             is_tls: false,
             address: String::new(),
             users: None,

@@ -32,8 +32,8 @@ type SecretHash = [u8; 32];
 
 /// The sessions of the process.
 #[derive(Debug, Default)]
-pub(super) struct Sessions {
-    all: HashMap<SecretHash, Session>,
+pub(super) struct WebSessions {
+    all: HashMap<SecretHash, WebSession>,
     /// The hash of the secret in the one-time link.
     link: Option<SecretHash>,
     /// The wrong passwords: the time and the user name of each.
@@ -44,7 +44,7 @@ pub(super) struct Sessions {
 
 /// A session.
 #[derive(Clone, Debug)]
-pub(super) struct Session {
+pub(super) struct WebSession {
     /// The user, and the hash of the password at sign-in; `None`: signed in by the one-time link.
     pub user: Option<(String, String)>,
     /// The token that a change must contain.
@@ -64,7 +64,7 @@ fn hash_of(secret: &str) -> SecretHash {
     hmac_sha256::Hash::hash(secret.as_bytes())
 }
 
-impl Sessions {
+impl WebSessions {
     /// Makes a new one-time link. The previous link is no longer valid.
     pub fn new_link(&mut self) -> String {
         let secret = secret();
@@ -88,7 +88,7 @@ impl Sessions {
         if let Some((name, _)) = &user {
             self.right.push((now, name.clone()));
         }
-        let is_own = |session: &Session| user.is_some() && session.user == user;
+        let is_own = |session: &WebSession| user.is_some() && session.user == user;
         let own = self.all.values().filter(|session| is_own(session)).count();
         let is_full = self.all.len() >= SESSIONS_MAX;
         if is_full || own >= SESSIONS_OF_USER_MAX {
@@ -99,21 +99,21 @@ impl Sessions {
             }
         }
         let cookie = secret();
-        let session = Session { user, csrf: secret(), began: now, last: now };
+        let session = WebSession { user, csrf: secret(), began: now, last: now };
         self.all.insert(hash_of(&cookie), session);
         cookie
     }
 
     /// The session of the cookie of a request. Notes the time of the request.
-    pub fn of(&mut self, cookie: &str, now: Instant) -> Option<Session> {
-        let session = self.all.get_mut(&hash_of(cookie)).filter(|of| of.is_alive(now))?;
+    pub fn of(&mut self, cookie: &str, now: Instant) -> Option<WebSession> {
+        let session = self.all.get_mut(&hash_of(cookie)).filter(|session| session.is_alive(now))?;
         session.last = now;
         Some(session.clone())
     }
 
     /// The session of a cookie, for a page that stays open. This does not count as a request.
-    pub fn peek(&self, cookie: &str, now: Instant) -> Option<Session> {
-        self.all.get(&hash_of(cookie)).filter(|of| of.is_alive(now)).cloned()
+    pub fn peek(&self, cookie: &str, now: Instant) -> Option<WebSession> {
+        self.all.get(&hash_of(cookie)).filter(|session| session.is_alive(now)).cloned()
     }
 
     /// Ends a session.
@@ -129,7 +129,9 @@ impl Sessions {
         let is_young = |(at, _): &(Instant, String)| now.duration_since(*at) < TRIES_OVER;
         self.wrong.retain(is_young);
         self.right.retain(is_young);
-        let own = |tries: &[(Instant, String)]| tries.iter().filter(|(_, of)| of == user).count();
+        let own = |tries: &[(Instant, String)]| {
+            tries.iter().filter(|(_, tried_user)| tried_user == user).count()
+        };
         if own(&self.wrong) >= WRONG_MAX || self.wrong.len() >= WRONG_OF_ALL_MAX {
             return Err("too many wrong passwords: wait a minute");
         }
@@ -145,7 +147,7 @@ impl Sessions {
     }
 }
 
-impl Session {
+impl WebSession {
     fn is_alive(&self, now: Instant) -> bool {
         now.duration_since(self.last) < IDLE_MAX && now.duration_since(self.began) < AGE_MAX
     }
@@ -168,7 +170,7 @@ mod tests {
 
     #[test]
     fn sessions_end() {
-        let (mut sessions, now) = (Sessions::default(), Instant::now());
+        let (mut sessions, now) = (WebSessions::default(), Instant::now());
         let cookie = sessions.begin(None, now);
         let known = sessions.of(&cookie, now).expect("it has begun");
         assert!(known.has_token(&known.csrf) && !known.has_token("") && !known.has_token(&cookie));
@@ -188,7 +190,7 @@ mod tests {
 
     #[test]
     fn a_link_lets_in_once() {
-        let mut sessions = Sessions::default();
+        let mut sessions = WebSessions::default();
         assert!(!sessions.use_link(""), "there is none");
         let (old, new) = (sessions.new_link(), sessions.new_link());
         assert!(!sessions.use_link(&old) && sessions.use_link(&new) && !sessions.use_link(&new));
@@ -196,7 +198,7 @@ mod tests {
 
     #[test]
     fn wrong_passwords_wait() {
-        let (mut sessions, now) = (Sessions::default(), Instant::now());
+        let (mut sessions, now) = (WebSessions::default(), Instant::now());
         for _ in 0..WRONG_MAX {
             assert!(sessions.may_try("anna", now).is_ok());
             sessions.note_wrong("anna", now);
@@ -211,7 +213,7 @@ mod tests {
 
     #[test]
     fn a_user_who_signs_in_again_and_again_waits_and_ends_no_session_of_others() {
-        let (mut sessions, mut now) = (Sessions::default(), Instant::now());
+        let (mut sessions, mut now) = (WebSessions::default(), Instant::now());
         let user = |name: &str| Some((name.to_owned(), "hash".to_owned()));
         let ben = sessions.begin(user("ben"), now);
         for _ in 0..10 {
@@ -230,7 +232,7 @@ mod tests {
 
     #[test]
     fn there_are_so_many_sessions_and_no_more() {
-        let (mut sessions, now) = (Sessions::default(), Instant::now());
+        let (mut sessions, now) = (WebSessions::default(), Instant::now());
         let first = sessions.begin(None, now);
         for second in 0..SESSIONS_MAX as u64 {
             sessions.begin(None, now + Duration::from_secs(second + 1));

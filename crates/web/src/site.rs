@@ -9,11 +9,11 @@ use std::time::{Instant, SystemTime};
 
 use tokio::sync::Semaphore;
 
-use super::follow::Follow;
-use super::guard::Guard;
+use super::follow::FollowThread;
+use super::guard::RequestGuard;
 use super::hasher::Hasher;
 use super::journal::say;
-use super::sessions::{Session, Sessions};
+use super::sessions::{WebSession, WebSessions};
 use super::users::{UserFailure, Users};
 use rungd_base::locked::locked;
 use rungd_client::live::LiveView;
@@ -28,8 +28,8 @@ const PASSWORDS_MAX: usize = 1;
 
 /// The state that all requests share.
 pub(super) struct WebSite {
-    pub follow: Follow,
-    pub guard: Guard,
+    pub follow: FollowThread,
+    pub guard: RequestGuard,
     /// Whether browsers speak TLS. If so, cookies are sent over TLS only.
     pub is_tls: bool,
     /// The part of a link before its path.
@@ -38,7 +38,7 @@ pub(super) struct WebSite {
     pub questions: Arc<Semaphore>,
     pub passwords: Arc<Semaphore>,
     pub hasher: Arc<Hasher>,
-    sessions: Mutex<Sessions>,
+    sessions: Mutex<WebSessions>,
     /// The views held for people who step through the last minute, each with its number, the newest
     /// last.
     held: Mutex<VecDeque<(u64, LiveView)>>,
@@ -56,8 +56,8 @@ struct UserFile {
 
 /// The parts of a [`WebSite`].
 pub(super) struct WebSiteParts {
-    pub follow: Follow,
-    pub guard: Guard,
+    pub follow: FollowThread,
+    pub guard: RequestGuard,
     pub is_tls: bool,
     pub address: String,
     pub users: Option<PathBuf>,
@@ -82,7 +82,7 @@ impl WebSite {
     }
 
     /// The sessions.
-    pub fn sessions(&self) -> MutexGuard<'_, Sessions> {
+    pub fn sessions(&self) -> MutexGuard<'_, WebSessions> {
         locked(&self.sessions)
     }
 
@@ -100,7 +100,7 @@ impl WebSite {
     /// The held view with a number.
     pub fn held(&self, number: u64) -> Option<LiveView> {
         let held = locked(&self.held);
-        held.iter().find(|(of, _)| *of == number).map(|(_, view)| view.clone())
+        held.iter().find(|(shown_number, _)| *shown_number == number).map(|(_, view)| view.clone())
     }
 
     /// Whether users sign in. Otherwise a one-time link admits a visitor.
@@ -131,7 +131,7 @@ impl WebSite {
 
     /// The session of the cookie of a request. Ends the session if its user was removed or has a
     /// new password.
-    pub fn session(&self, cookie: &str) -> Option<Session> {
+    pub fn session(&self, cookie: &str) -> Option<WebSession> {
         let session = self.sessions().of(cookie, Instant::now())?;
         let stays = self.has_its_user(&session);
         if !stays {
@@ -141,12 +141,12 @@ impl WebSite {
     }
 
     /// Whether the session of a page that stays open continues.
-    pub fn goes_on(&self, cookie: &str) -> bool {
+    pub fn is_session_open(&self, cookie: &str) -> bool {
         let session = self.sessions().peek(cookie, Instant::now());
         session.is_some_and(|session| self.has_its_user(&session))
     }
 
-    fn has_its_user(&self, session: &Session) -> bool {
+    fn has_its_user(&self, session: &WebSession) -> bool {
         let Some((name, hash)) = &session.user else { return true };
         let users = self.users().inspect_err(|failure| say(&failure.to_string()));
         users.is_ok_and(|users| users.hash_of(name) == Some(hash.as_str()))

@@ -31,7 +31,7 @@ const CLOCK: &str = "clock";
 
 /// The part of the program that a viewer shows.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Window {
+pub(super) struct ProgramWindow {
     /// A block, or a Stage with its Program's name.
     element: String,
     /// The first and the last of its rungs, counted from 1.
@@ -43,7 +43,7 @@ pub(super) struct Window {
 
 /// The data last sent to a viewer.
 #[derive(Default)]
-pub(super) struct Told {
+pub(super) struct SentState {
     /// The program, and the cells of the window's operands in it.
     program: Option<(Arc<LiveProgram>, Vec<Option<Cell>>)>,
     power: Map<String, Value>,
@@ -53,14 +53,14 @@ pub(super) struct Told {
     status: Option<Arc<Value>>,
 }
 
-impl Window {
+impl ProgramWindow {
     /// The window in a request's query.
-    pub fn of(query: &Query) -> Window {
+    pub fn of(query: &Query) -> ProgramWindow {
         let number = |key: &str| query.number(key).and_then(|n| usize::try_from(n).ok());
         let from = number("from").unwrap_or(1).max(1);
         let to = number("to").unwrap_or(0).min(from.saturating_add(RUNGS_MAX - 1));
         let tags = query.get("tags").unwrap_or_default().split(',').filter(|tag| !tag.is_empty());
-        Window {
+        ProgramWindow {
             element: query.get("element").unwrap_or_default().to_owned(),
             from,
             to,
@@ -75,11 +75,11 @@ pub(super) fn events(site: &Arc<WebSite>, query: &Query, cookie: &str) -> WebRes
         let why = "too many pages show this controller: close one";
         WebFailure(StatusCode::SERVICE_UNAVAILABLE, why.to_owned())
     })?;
-    let (site, window, cookie) = (Arc::clone(site), Window::of(query), cookie.to_owned());
+    let (site, window, cookie) = (Arc::clone(site), ProgramWindow::of(query), cookie.to_owned());
     let (send, events) = mpsc::channel(1);
     tokio::spawn(async move {
         let _place = place;
-        let (mut watcher, mut told) = (site.follow.watcher(), Told::default());
+        let (mut watcher, mut told) = (site.follow.watcher(), SentState::default());
         let mut seen = site.follow.now().await;
         watcher.mark_unchanged();
         loop {
@@ -98,7 +98,7 @@ pub(super) fn events(site: &Arc<WebSite>, query: &Query, cookie: &str) -> WebRes
                 return;
             }
             match site.follow.next(&mut watcher).await {
-                Some(next) if site.goes_on(&cookie) => seen = next,
+                Some(next) if site.is_session_open(&cookie) => seen = next,
                 Some(_) | None => return,
             }
         }
@@ -106,9 +106,9 @@ pub(super) fn events(site: &Arc<WebSite>, query: &Query, cookie: &str) -> WebRes
     Ok(typed("text/event-stream", AnswerBody::Events(events, None)))
 }
 
-impl Told {
+impl SentState {
     /// The changes in a scan since the previous call, for a window.
-    pub fn news(&mut self, view: &LiveView, power: &ScanPower, window: &Window) -> Value {
+    pub fn news(&mut self, view: &LiveView, power: &ScanPower, window: &ProgramWindow) -> Value {
         let mut event = json!({
             "scan": power.scan,
             "time_ms": power.unix_ns / 1_000_000,
@@ -141,19 +141,19 @@ impl Told {
     }
 
     /// Finds the cells of the window's operands, once for each program.
-    fn know(&mut self, program: &Arc<LiveProgram>, window: &Window) {
+    fn know(&mut self, program: &Arc<LiveProgram>, window: &ProgramWindow) {
         if self.program.as_ref().is_some_and(|(known, _)| Arc::ptr_eq(known, program)) {
             return;
         }
         let cells = window.tags.iter().map(|tag| program.subject.cell(tag).ok()).collect();
-        *self = Told { program: Some((Arc::clone(program), cells)), ..Told::default() };
+        *self = SentState { program: Some((Arc::clone(program), cells)), ..SentState::default() };
     }
 
     fn tag_values(
         &self,
         view: &LiveView,
         power: &ScanPower,
-        window: &Window,
+        window: &ProgramWindow,
     ) -> Map<String, Value> {
         let Some((_, cells)) = &self.program else { return Map::new() };
         let value = |(tag, cell): (&String, &Option<Cell>)| {
@@ -166,8 +166,8 @@ impl Told {
 
 /// The name of a program. If it changes, a page loads its pictures again.
 pub(super) fn name_of(program: &LiveProgram) -> String {
-    let of = &program.recorded;
-    format!("{}.{}.{}", of.process_start_ns, of.generation, of.hash)
+    let recorded = &program.recorded;
+    format!("{}.{}.{}", recorded.process_start_ns, recorded.generation, recorded.hash)
 }
 
 /// The value of a cell in a scan, for a page. Of an output that does not follow memory: what it is
@@ -203,7 +203,7 @@ fn changed(known: &mut Map<String, Value>, now: Map<String, Value>) -> Value {
 }
 
 /// The power of each rung of the window; null: the rung was not executed.
-fn lit(view: &LiveView, power: &ScanPower, window: &Window) -> Map<String, Value> {
+fn lit(view: &LiveView, power: &ScanPower, window: &ProgramWindow) -> Map<String, Value> {
     let Some(rungs) = view.program.rungs(&window.element) else { return Map::new() };
     let executes = view.executes(power);
     let shown =

@@ -8,15 +8,15 @@ use std::time::Duration;
 
 use tokio::time::{Instant, sleep};
 
-use super::desk::Desk;
-use super::peer::Peer;
-use super::status::View;
+use super::desk::OperatorService;
+use super::peer::OperatorPeer;
+use super::status::ProgramView;
 use crate::daemon::alarm_book::AlarmBook;
 use crate::daemon::alarm_keeper::unix_ns;
 use crate::daemon::narration::one_line;
 use rungd_client::operator::protocol::{
-    AckList, AckedAlarm, AlarmAck, AlarmList, AlarmState, Answered, OPERANDS_MAX, Refusal,
-    RefusalKind,
+    AckList, AckedAlarm, AlarmAck, AlarmList, AlarmState, OPERANDS_MAX, RefusalKind,
+    RequestRefusal, RequestResult,
 };
 use rungd_engine::Cell;
 use rungd_runtime::exchange::Snapshot;
@@ -29,7 +29,7 @@ const BOOK_MAX: Duration = Duration::from_millis(500);
 /// The time between two looks at the book.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
 
-impl Desk {
+impl OperatorService {
     /// The alarms that stand or wait for an acknowledgement.
     pub(super) async fn alarms(&self) -> AlarmList {
         let (latest, view) = self.booked().await;
@@ -38,7 +38,7 @@ impl Desk {
     }
 
     /// The latest image, once the book agrees with it.
-    async fn booked(&self) -> (Arc<Snapshot>, Arc<View>) {
+    async fn booked(&self) -> (Arc<Snapshot>, Arc<ProgramView>) {
         let began = Instant::now();
         loop {
             let (latest, view) = self.seen();
@@ -55,9 +55,9 @@ impl Desk {
     /// A text names no alarm; then none is acknowledged.
     pub(super) async fn acknowledge(
         &self,
-        peer: &Peer,
+        peer: &OperatorPeer,
         texts: Option<&[String]>,
-    ) -> Answered<AckList> {
+    ) -> RequestResult<AckList> {
         let (latest, view) = self.booked().await;
         let ack = AlarmAck { who: peer.name.clone(), unix_ns: unix_ns(monotonic_ns()) };
         let alarms: Vec<AckedAlarm> = {
@@ -73,7 +73,7 @@ impl Desk {
             numbers.iter().filter_map(|number| book.acknowledge(*number, ack.clone())).collect()
         };
         let changed = alarms.iter().filter(|acked| acked.before != acked.after);
-        changed.for_each(|acked| tell(peer, acked));
+        changed.for_each(|acked| log_acknowledgement(peer, acked));
         Ok(AckList { alarms })
     }
 }
@@ -81,16 +81,16 @@ impl Desk {
 /// The data in which the texts of a request are looked up.
 struct NamedAlarms<'a> {
     book: &'a AlarmBook,
-    view: &'a View,
+    view: &'a ProgramView,
     latest: &'a Snapshot,
 }
 
 impl NamedAlarms<'_> {
     /// The numbers of the alarms that these texts name.
-    fn all(&self, texts: &[String]) -> Answered<Vec<usize>> {
+    fn all(&self, texts: &[String]) -> RequestResult<Vec<usize>> {
         if texts.len() > OPERANDS_MAX {
             let message = format!("one request acknowledges at most {OPERANDS_MAX} alarms");
-            return Err(Refusal::new(RefusalKind::BadRequest, message));
+            return Err(RequestRefusal::new(RefusalKind::BadRequest, message));
         }
         let mut numbers = Vec::new();
         for text in texts {
@@ -101,7 +101,7 @@ impl NamedAlarms<'_> {
 
     /// The numbers of the alarms that a text names: its tag, or the address of its bit, which
     /// several tags may watch.
-    fn one(&self, text: &str) -> Answered<Vec<usize>> {
+    fn one(&self, text: &str) -> RequestResult<Vec<usize>> {
         if let Some(number) = self.book.of_tag(text) {
             return Ok(vec![number]);
         }
@@ -115,14 +115,14 @@ impl NamedAlarms<'_> {
                 "`{text}` is no alarm: an alarm is a bit whose tag has the key `alarm` (`rungd \
                  alarms` lists those that can be acknowledged)"
             );
-            return Err(Refusal::new(RefusalKind::BadOperand, message));
+            return Err(RequestRefusal::new(RefusalKind::BadOperand, message));
         }
         Ok(numbers)
     }
 }
 
 /// Logs an acknowledgement.
-fn tell(peer: &Peer, acked: &AckedAlarm) {
+fn log_acknowledgement(peer: &OperatorPeer, acked: &AckedAlarm) {
     let AckedAlarm { tag, text, before, after } = acked;
     let gone = if *before == AlarmState::Returned { ", which went away before" } else { "" };
     let text = one_line(text);

@@ -13,23 +13,24 @@ use serde::Serialize;
 use tokio::time::timeout;
 
 use super::memory;
-use super::peer::{Asker, Peer};
+use super::peer::{OperatorPeer, PeerRequest};
 use super::record;
 use super::refused::{denied, in_words, no_answer};
-use super::status::{View, reason};
-use super::told_change::{ToldChange, Was};
+use super::status::{ProgramView, reason};
+use super::told_change::{LoggedOperandChange, PreviousState};
 use crate::daemon::log;
 use crate::daemon::reload::{Caller, Reloads};
 use rungd_base::locked::locked;
 use rungd_client::operator::deadline;
-use rungd_client::operator::names::Names;
+use rungd_client::operator::names::OperandNames;
 use rungd_client::operator::operand::Variable;
 use rungd_client::operator::protocol::{
-    self, Answered, Change, GivenValue, Held, LevelChange, ModeChange, ModeWanted, OPERANDS_MAX,
-    Refusal, RefusalKind, RefusedOperand, Reply, Request, ShownValue, Values,
+    self, BitOrNumber, ChangedOperand, GivenValue, LevelChange, ModeChange, OPERANDS_MAX,
+    OperandValues, RefusalKind, RefusedOperand, Reply, Request, RequestRefusal, RequestResult,
+    ShownValue, WantedMode,
 };
 use rungd_engine::isa::{Address, Bit, BitSpace};
-use rungd_runtime::command::{Before, Command, CommandId, Denial};
+use rungd_runtime::command::{CommandDenial, CommandId, ScanCommand, StateBefore};
 use rungd_runtime::events::{self, Event, Level};
 use rungd_runtime::exchange::{Mode, Port, Snapshot};
 use rungd_runtime::say::say;
@@ -43,8 +44,8 @@ const STAYS_SAFE: &str = "only in RUN does the force reach the output: now it ha
 const WAIT_LEAST: Duration = Duration::from_secs(10);
 
 /// Answers the requests.
-pub(in super::super) struct Desk {
-    views: Generations<View>,
+pub(in super::super) struct OperatorService {
+    views: Generations<ProgramView>,
     pub(super) port: Port,
     reloads: Arc<Reloads>,
     /// The forced addresses, each with the name by which it was forced. Elements of tags with a
@@ -52,9 +53,13 @@ pub(in super::super) struct Desk {
     forced: Mutex<HashMap<Address, String>>,
 }
 
-impl Desk {
-    pub fn new(views: Generations<View>, port: Port, reloads: Arc<Reloads>) -> Desk {
-        Desk { views, port, reloads, forced: Mutex::default() }
+impl OperatorService {
+    pub fn new(
+        views: Generations<ProgramView>,
+        port: Port,
+        reloads: Arc<Reloads>,
+    ) -> OperatorService {
+        OperatorService { views, port, reloads, forced: Mutex::default() }
     }
 
     /// The time limit of a change's wait for the scan that sees it.
@@ -63,25 +68,29 @@ impl Desk {
     }
 
     /// The latest image, and the names of its program.
-    pub(super) fn seen(&self) -> (Arc<Snapshot>, Arc<View>) {
+    pub(super) fn seen(&self) -> (Arc<Snapshot>, Arc<ProgramView>) {
         self.views.latest(&self.port)
     }
 
     /// An operand of a request in the latest image: a reload may have replaced the program since
     /// then. `None` if the present program does not have the operand.
-    pub(super) fn sight(&self, operand: &Variable) -> Option<Sight> {
+    pub(super) fn sight(&self, operand: &Variable) -> Option<OperandInImage> {
         let (latest, view) = self.seen();
         let operand = view.names.again(operand)?;
-        Some(Sight { latest, view, operand })
+        Some(OperandInImage { latest, view, operand })
     }
 
     /// The names of the running program.
-    fn names(&self) -> Arc<Names> {
+    fn names(&self) -> Arc<OperandNames> {
         Arc::clone(&self.seen().1.names)
     }
 
     /// Carries out a request; returns the line of its answer.
-    pub(super) async fn answer(&self, asker: &Asker, request: &Request) -> Answered<Vec<u8>> {
+    pub(super) async fn answer(
+        &self,
+        asker: &PeerRequest,
+        request: &Request,
+    ) -> RequestResult<Vec<u8>> {
         let peer = &asker.peer;
         match request {
             Request::Status {} => answered(self.status()),
@@ -128,7 +137,7 @@ impl Desk {
         }
     }
 
-    fn status(&self) -> protocol::Status {
+    fn status(&self) -> protocol::ControllerStatus {
         let (latest, view) = self.seen();
         let sight = view.sight(&latest);
         let forces = self.forces(&latest, &view.names);
@@ -138,13 +147,13 @@ impl Desk {
         view.about.status(&latest, forces, outputs)
     }
 
-    fn present(&self) -> protocol::Present {
+    fn present(&self) -> protocol::PresentOutputs {
         let (latest, view) = self.seen();
         view.sight(&latest).present()
     }
 
     /// The forced operands with their current names, each with the name by which it was forced.
-    fn forces(&self, latest: &Snapshot, names: &Names) -> Vec<(Variable, String)> {
+    fn forces(&self, latest: &Snapshot, names: &OperandNames) -> Vec<(Variable, String)> {
         let known = self.forced();
         let forced = latest.forces.list().iter().filter_map(|cell| names.at(*cell));
         let name = |operand: &Variable| match known.get(&operand.what) {
@@ -159,7 +168,7 @@ impl Desk {
     }
 
     /// The values of operands. A refused operand refuses the request, or gets its own answer.
-    async fn read(&self, operands: &[String], each: bool) -> Answered<Values> {
+    async fn read(&self, operands: &[String], each: bool) -> RequestResult<OperandValues> {
         let (latest, view) = self.seen();
         let (mut found, mut refused) = (Vec::new(), Vec::new());
         for (at, text) in operands.iter().enumerate() {
@@ -179,63 +188,77 @@ impl Desk {
                 Err(refusal) => return Err(refusal),
             }
         }
-        Ok(Values { refused, ..view.sight(&latest).values(&found) })
+        Ok(OperandValues { refused, ..view.sight(&latest).values(&found) })
     }
 
     /// Logs a command that the scan thread has carried out: `did`. Returns the operand after it.
     ///
     /// # Errors
     /// A reload has removed the operand since then.
-    fn changed(&self, told: ToldChange<'_>, event: &Event, did: &str) -> Answered<Sight> {
+    fn changed(
+        &self,
+        told: LoggedOperandChange<'_>,
+        event: &Event,
+        did: &str,
+    ) -> RequestResult<OperandInImage> {
         let Some(sight) = self.sight(told.operand()) else {
-            told.tell_gone(event, did);
-            return Err(denied(Denial::Gone));
+            told.log_removed(event, did);
+            return Err(denied(CommandDenial::Gone));
         };
-        told.tell(event, did, sight.shown().value);
+        told.log(event, did, sight.shown().value);
         Ok(sight)
     }
 
-    async fn force(&self, asker: &Asker, text: &str, given: &GivenValue) -> Answered<Change> {
+    async fn force(
+        &self,
+        asker: &PeerRequest,
+        text: &str,
+        given: &GivenValue,
+    ) -> RequestResult<ChangedOperand> {
         let (latest, view) = self.seen();
         let operand = view.names.find_one(text)?;
         operand.may_force()?;
         let value = view.names.number(&operand, given)?;
-        let force = Command::Force { cell: operand.cell, value };
+        let force = ScanCommand::Force { cell: operand.cell, value };
         let id = self.hand_in(asker, latest.generation, force)?;
         // The name is stored first: the status may show the force before the answer arrives.
         if !view.names.is_placed(operand.what) {
             self.forced().insert(operand.what, operand.operand.clone());
         }
-        let was = Was::found(&operand, self.carried_out(id).await?);
+        let was = PreviousState::found(&operand, self.carried_out(id).await?);
         let forced = operand.held(value);
         let did = format!("forced {operand} to {forced}");
-        let told = ToldChange::new(&asker.peer, &operand, was);
+        let told = LoggedOperandChange::new(&asker.peer, &operand, was);
         let sight = self.changed(told, &events::OPERATOR_FORCE, &did)?;
         let is_output = matches!(operand.what, Address::Bit(Bit::Space(BitSpace::Y, _)));
         let stays_safe = is_output && sight.latest.mode != Mode::Run;
-        Ok(Change { note: stays_safe.then(|| STAYS_SAFE.to_owned()), ..sight.change(was) })
+        Ok(ChangedOperand { note: stays_safe.then(|| STAYS_SAFE.to_owned()), ..sight.change(was) })
     }
 
-    async fn unforce(&self, asker: &Asker, text: &str) -> Answered<Change> {
+    async fn unforce(&self, asker: &PeerRequest, text: &str) -> RequestResult<ChangedOperand> {
         let (latest, view) = self.seen();
         let operand = view.names.find_one(text).map_err(|unknown| {
             let message = format!("{}; {}", unknown.message, self.forced_now(text.trim()));
-            Refusal { message, ..unknown }
+            RequestRefusal { message, ..unknown }
         })?;
         let before = self
-            .carried_out(self.hand_in(asker, latest.generation, Command::Release(operand.cell))?)
+            .carried_out(self.hand_in(
+                asker,
+                latest.generation,
+                ScanCommand::Release(operand.cell),
+            )?)
             .await?;
-        let was = Was::found(&operand, before);
+        let was = PreviousState::found(&operand, before);
         if was.forced {
             self.forced().remove(&operand.what);
             let did = format!("ended the force of {operand}");
-            let told = ToldChange::new(&asker.peer, &operand, was);
+            let told = LoggedOperandChange::new(&asker.peer, &operand, was);
             let sight = self.changed(told, &events::OPERATOR_UNFORCE, &did)?;
             return Ok(sight.change(was));
         }
-        let sight = self.sight(&operand).ok_or_else(|| denied(Denial::Gone))?;
+        let sight = self.sight(&operand).ok_or_else(|| denied(CommandDenial::Gone))?;
         let note = Some(format!("it was not forced; {}", self.forced_now(text.trim())));
-        Ok(Change { note, ..sight.change(was) })
+        Ok(ChangedOperand { note, ..sight.change(was) })
     }
 
     /// The operands that can be unforced instead. Since the force, a reload may have changed the
@@ -262,42 +285,43 @@ impl Desk {
         }
     }
 
-    async fn unforce_all(&self, asker: &Asker) -> Answered<Values> {
+    async fn unforce_all(&self, asker: &PeerRequest) -> RequestResult<OperandValues> {
         let (before, view) = self.seen();
         let forces = self.forces(&before, &view.names);
-        self.carried_out(self.hand_in(asker, before.generation, Command::ReleaseAll)?).await?;
+        self.carried_out(self.hand_in(asker, before.generation, ScanCommand::ReleaseAll)?).await?;
         let (latest, view) = self.seen();
         let mut released = Vec::new();
         for (operand, _) in &forces {
             self.forced().remove(&operand.what);
-            let told = ToldChange::new(&asker.peer, operand, Was::of(operand, &before));
+            let told =
+                LoggedOperandChange::new(&asker.peer, operand, PreviousState::of(operand, &before));
             let did = format!("ended the force of {operand}");
             match view.names.again(operand) {
                 Some(now) => {
-                    told.tell(&events::OPERATOR_UNFORCE, &did, now.seen(&latest).value);
+                    told.log(&events::OPERATOR_UNFORCE, &did, now.seen(&latest).value);
                     released.push(now);
                 }
-                None => told.tell_gone(&events::OPERATOR_UNFORCE, &did),
+                None => told.log_removed(&events::OPERATOR_UNFORCE, &did),
             }
         }
         Ok(view.sight(&latest).values(&released))
     }
 
-    async fn mode(&self, asker: &Asker, to: ModeWanted) -> Answered<ModeChange> {
+    async fn mode(&self, asker: &PeerRequest, to: WantedMode) -> RequestResult<ModeChange> {
         let peer = &asker.peer;
         let latest = self.port.latest();
         let since_ns = latest.since_ns;
-        let command = if to == ModeWanted::Run { Command::Run } else { Command::Stop };
+        let command = if to == WantedMode::Run { ScanCommand::Run } else { ScanCommand::Stop };
         let before = self.carried_out(self.hand_in(asker, latest.generation, command)?).await?.mode;
         let there = match to {
-            ModeWanted::Run => before == Mode::Run,
-            ModeWanted::Stop => matches!(before, Mode::Stop(_)),
+            WantedMode::Run => before == Mode::Run,
+            WantedMode::Stop => matches!(before, Mode::Stop(_)),
         };
         if !there {
             // The scan thread has obeyed; the new mode shows with its first scan or passes.
             let entered = self.port.shows(|latest| latest.since_ns != since_ns);
             timeout(self.wait(), entered).await.map_err(|_| no_answer())?;
-            if to == ModeWanted::Run {
+            if to == WantedMode::Run {
                 self.first_scan_stays().await;
             }
         }
@@ -328,8 +352,8 @@ impl Desk {
     }
 
     /// A stop is answered once its last image is durable.
-    async fn durable(&self, change: ModeChange, to: ModeWanted, no_wait: bool) -> ModeChange {
-        if no_wait || to != ModeWanted::Stop || !matches!(self.port.latest().mode, Mode::Stop(_)) {
+    async fn durable(&self, change: ModeChange, to: WantedMode, no_wait: bool) -> ModeChange {
+        if no_wait || to != WantedMode::Stop || !matches!(self.port.latest().mode, Mode::Stop(_)) {
             return change;
         }
         match memory::last_image(self.seen().1.about.retention()).await {
@@ -347,7 +371,12 @@ impl Desk {
     }
 
     /// Hands in a command whose cells belong to the program of this generation.
-    fn hand_in(&self, asker: &Asker, generation: u32, command: Command) -> Answered<CommandId> {
+    fn hand_in(
+        &self,
+        asker: &PeerRequest,
+        generation: u32,
+        command: ScanCommand,
+    ) -> RequestResult<CommandId> {
         let until_ns = self.until_ns(asker);
         let id = self.port.command_until(until_ns, generation, command).map_err(denied)?;
         self.port.sign(Origin::Command(id), asker.peer.to_string());
@@ -356,39 +385,39 @@ impl Desk {
 
     /// The moment after which a change is not begun: at the client's deadline, and when the desk
     /// itself stops waiting.
-    pub(super) fn until_ns(&self, asker: &Asker) -> u64 {
+    pub(super) fn until_ns(&self, asker: &PeerRequest) -> u64 {
         asker.until_ns.min(deadline::now_ns().saturating_add(self.wait().as_nanos() as u64))
     }
 
-    async fn carried_out(&self, id: CommandId) -> Answered<Before> {
+    async fn carried_out(&self, id: CommandId) -> RequestResult<StateBefore> {
         let answered = timeout(self.wait(), self.port.answered(id)).await;
         answered.map_err(|_| no_answer())?.map_err(denied)
     }
 }
 
-fn caller(asker: &Asker) -> Caller {
+fn caller(asker: &PeerRequest) -> Caller {
     Caller { who: asker.peer.to_string(), until_ns: asker.until_ns }
 }
 
 /// An operand in the latest image, by the names of that image's program.
-pub(super) struct Sight {
+pub(super) struct OperandInImage {
     latest: Arc<Snapshot>,
-    view: Arc<View>,
+    view: Arc<ProgramView>,
     operand: Variable,
 }
 
-impl Sight {
+impl OperandInImage {
     pub(super) fn shown(&self) -> ShownValue {
         self.view.sight(&self.latest).shown(&self.operand)
     }
 
-    pub(super) fn change(&self, was: Was) -> Change {
-        Change { before: was.value, was_forced: was.forced, now: self.shown(), note: None }
+    pub(super) fn change(&self, was: PreviousState) -> ChangedOperand {
+        ChangedOperand { before: was.value, was_forced: was.forced, now: self.shown(), note: None }
     }
 
     /// A warning if the written value will be overwritten or already is: by a driver, the ladder or
     /// a reload. `before`: the image before the write.
-    pub(super) fn note(&self, written: Held, before: &Snapshot) -> Option<String> {
+    pub(super) fn note(&self, written: BitOrNumber, before: &Snapshot) -> Option<String> {
         let (name, now) = (&self.operand.operand, self.shown().value);
         if let Some(driver) = self.view.about.driver_of(self.operand.what) {
             return Some(format!(
@@ -407,7 +436,7 @@ impl Sight {
     }
 }
 
-fn log_level(peer: &Peer, level: Level) -> LevelChange {
+fn log_level(peer: &OperatorPeer, level: Level) -> LevelChange {
     let before = log::level();
     if before != level {
         let [was, is] = [before, level].map(Level::name);
@@ -427,12 +456,12 @@ fn log_level(peer: &Peer, level: Level) -> LevelChange {
     LevelChange { before, after: level }
 }
 
-fn too_many() -> Refusal {
+fn too_many() -> RequestRefusal {
     let message = format!("one request reads at most {OPERANDS_MAX} operands");
-    Refusal::new(RefusalKind::BadRequest, message)
+    RequestRefusal::new(RefusalKind::BadRequest, message)
 }
 
 /// The line of an answer.
-fn answered(answer: impl Serialize) -> Answered<Vec<u8>> {
+fn answered(answer: impl Serialize) -> RequestResult<Vec<u8>> {
     Ok(Reply::Ok(answer).line())
 }

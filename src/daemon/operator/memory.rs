@@ -5,9 +5,9 @@
 
 use tokio::time::timeout;
 
-use super::peer::Peer;
-use crate::daemon::retain_thread::{NotSaved, Retention};
-use rungd_client::operator::protocol::{Refusal, RefusalKind, Saved};
+use super::peer::OperatorPeer;
+use crate::daemon::retain_thread::{NotSaved, RetainHandle};
+use rungd_client::operator::protocol::{MemorySave, RefusalKind, RequestRefusal};
 use rungd_runtime::say::say;
 use std::time::Duration;
 
@@ -19,15 +19,18 @@ const DISK_LATE: &str = "the disk has not answered in time; the image may still 
 ///
 /// # Errors
 /// It is not kept, or the disk has not answered in time.
-pub(super) async fn save(retention: Option<&Retention>, peer: &Peer) -> Result<Saved, Refusal> {
-    let refused = |message: String| Refusal::new(RefusalKind::Refused, message);
+pub(super) async fn save(
+    retention: Option<&RetainHandle>,
+    peer: &OperatorPeer,
+) -> Result<MemorySave, RequestRefusal> {
+    let refused = |message: String| RequestRefusal::new(RefusalKind::Refused, message);
     let retention = retention
         .ok_or_else(|| refused("the controller file retains nothing: see `[retain]`".to_owned()))?;
-    let late = |_| Refusal::new(RefusalKind::NoAnswer, DISK_LATE);
+    let late = |_| RequestRefusal::new(RefusalKind::NoAnswer, DISK_LATE);
     let saved = timeout(DISK_MAX, durable(retention)).await.map_err(late)?;
     let saved = saved
         .map_err(|why| refused(format!("{}: not kept: {why}", retention.wanted.path.display())))?;
-    let Saved { image, scan, .. } = saved;
+    let MemorySave { image, scan, .. } = saved;
     say!(
         RETAIN_SAVED,
         who = %peer.name,
@@ -42,7 +45,9 @@ pub(super) async fn save(retention: Option<&Retention>, peer: &Peer) -> Result<S
 
 /// After a stop: the last image, once it is durable. `Ok(None)` if there is no image to keep; `Err`
 /// gives the reason why the image is not kept, and the remedy.
-pub(super) async fn last_image(retention: Option<&Retention>) -> Result<Option<Saved>, String> {
+pub(super) async fn last_image(
+    retention: Option<&RetainHandle>,
+) -> Result<Option<MemorySave>, String> {
     let Some(retention) = retention else { return Ok(None) };
     let why = match timeout(DISK_MAX, durable(retention)).await {
         Ok(Ok(saved)) => return Ok(Some(saved)),
@@ -57,10 +62,10 @@ pub(super) async fn last_image(retention: Option<&Retention>) -> Result<Option<S
     ))
 }
 
-async fn durable(retention: &Retention) -> Result<Saved, NotSaved> {
+async fn durable(retention: &RetainHandle) -> Result<MemorySave, NotSaved> {
     let durable = retention.save().await?;
     let stamp = durable.kept.stamp;
-    Ok(Saved {
+    Ok(MemorySave {
         file: retention.wanted.path.display().to_string(),
         image: stamp.sequence,
         scan: stamp.scan,

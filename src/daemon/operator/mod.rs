@@ -1,10 +1,10 @@
 //! The operator's commands at the running controller: the sockets, their clients, the permissions.
 //!
-//! The shell makes [`Claim`]s before it opens any other file, binds the [`Server`]s before the
-//! first scan, and runs them among the drivers. `socket` manages a socket's file, `peer` identifies
-//! the user at the other end, `io::seats` and `pace` have the limits, `session` serves one client;
-//! `desk` carries out requests (`write`: the writes), `told_change` logs changes of operands,
-//! `status` reports the state of the controller. Nothing here can make a scan wait.
+//! The shell makes [`SocketClaim`]s before it opens any other file, binds the [`OperatorServer`]s
+//! before the first scan, and runs them among the drivers. `socket` manages a socket's file, `peer`
+//! identifies the user at the other end, `io::seats` and `pace` have the limits, `session` serves
+//! one client; `desk` carries out requests (`write`: the writes), `told_change` logs changes of
+//! operands, `status` reports the state of the controller. Nothing here can make a scan wait.
 
 mod accounts;
 mod alarms;
@@ -22,7 +22,7 @@ mod status;
 mod told_change;
 mod write;
 
-pub(super) use desk::Desk;
-pub(super) use server::{Server, claim};
-pub(super) use socket::Claim;
-pub(super) use status::{AboutParts, View};
+pub(super) use desk::OperatorService;
+pub(super) use server::{OperatorServer, claim};
+pub(super) use socket::SocketClaim;
+pub(super) use status::{ProgramView, StatusSources};

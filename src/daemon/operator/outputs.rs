@@ -1,18 +1,19 @@
 //! What stands at the outputs at present: values in the latest image, and which outputs hang on a
 //! device that is lost.
 //!
-//! Made by `status::View` for each request; every value of an answer goes through it. What is
-//! driven stands in the image (`Snapshot::outputs`), what a device has accepted in its [`Health`].
+//! Made by `status::ProgramView` for each request; every value of an answer goes through it. What
+//! is driven stands in the image (`Snapshot::outputs`), what a device has accepted in its
+//! [`DeviceHealth`].
 
 use std::collections::HashMap;
 
 use crate::daemon::narration;
 use rungd_base::wall_clock;
 use rungd_client::operator::operand::Variable;
-use rungd_client::operator::protocol::{Present, ShownValue, UnknownOutput, Values};
-use rungd_io::device::Health;
+use rungd_client::operator::protocol::{OperandValues, PresentOutputs, ShownValue, UnknownOutput};
+use rungd_io::device::DeviceHealth;
 use rungd_runtime::exchange::{Mode, Snapshot};
-use rungd_runtime::wiring::{Source, Wiring};
+use rungd_runtime::wiring::{OutputSource, Wiring};
 
 /// The outputs of a device: for each its number, and its place among the points of the device.
 pub(super) struct DeviceOutputs {
@@ -23,9 +24,9 @@ pub(super) struct DeviceOutputs {
 impl DeviceOutputs {
     /// The outputs of a device, by its wiring.
     pub fn of(wiring: &Wiring) -> DeviceOutputs {
-        let place = |(at, source): (usize, &Source)| match *source {
-            Source::Output(y) => Some((y, at)),
-            Source::Cell(..) => None,
+        let place = |(at, source): (usize, &OutputSource)| match *source {
+            OutputSource::Output(y) => Some((y, at)),
+            OutputSource::Cell(..) => None,
         };
         let places = wiring.outputs.iter().enumerate().filter_map(place).collect();
         DeviceOutputs { stale: wiring.stale, places }
@@ -42,7 +43,7 @@ impl<'a> OutputSight<'a> {
     /// The sight of an image. `devices`: the condition of each device, with its outputs.
     pub fn new<'d>(
         image: &'a Snapshot,
-        devices: impl Iterator<Item = (&'d Health, &'d DeviceOutputs)>,
+        devices: impl Iterator<Item = (&'d DeviceHealth, &'d DeviceOutputs)>,
     ) -> OutputSight<'a> {
         let mut unknown = HashMap::new();
         for (health, outputs) in devices.filter(|(_, outputs)| !outputs.places.is_empty()) {
@@ -69,8 +70,8 @@ impl<'a> OutputSight<'a> {
     }
 
     /// Some operands with their values.
-    pub fn values(&self, operands: &[Variable]) -> Values {
-        Values {
+    pub fn values(&self, operands: &[Variable]) -> OperandValues {
+        OperandValues {
             mode: self.image.mode.name().to_owned(),
             scans: self.image.scans,
             values: operands.iter().map(|operand| self.shown(operand)).collect(),
@@ -79,7 +80,7 @@ impl<'a> OutputSight<'a> {
     }
 
     /// The mode and the outputs.
-    pub fn present(self) -> Present {
+    pub fn present(self) -> PresentOutputs {
         let OutputSight { image, unknown } = self;
         let driven = (0..).zip(&*image.outputs).filter(|(_, on)| **on != 0).map(|(n, _)| n);
         let on = (image.mode != Mode::Run).then(|| driven.collect());
@@ -87,6 +88,6 @@ impl<'a> OutputSight<'a> {
         unknown.sort_by_key(|(number, _)| *number);
         let reason = (image.mode != Mode::Run).then(|| narration::reason(image.mode));
         let mode = image.mode.name().to_owned();
-        Present { mode, reason, unix_ns: wall_clock::now_ns(), on, unknown }
+        PresentOutputs { mode, reason, unix_ns: wall_clock::now_ns(), on, unknown }
     }
 }

@@ -37,7 +37,7 @@ pub(super) async fn metered<F: Future>(future: F) -> (F::Output, Duration) {
 }
 
 /// Gives turns in order.
-pub(super) struct Pace {
+pub(super) struct TurnPace {
     every: Duration,
     /// The most time that unused turns save up for a later crowd.
     saved_max: Duration,
@@ -46,10 +46,10 @@ pub(super) struct Pace {
     waiting: tokio::sync::Mutex<()>,
 }
 
-impl Pace {
+impl TurnPace {
     /// One turn per `every`. After a rest, `at_once` turns need no wait.
-    pub fn new(every: Duration, at_once: u32) -> Pace {
-        Pace {
+    pub fn new(every: Duration, at_once: u32) -> TurnPace {
+        TurnPace {
             every,
             saved_max: every * at_once,
             next: Mutex::new(Instant::now()),
@@ -97,7 +97,7 @@ mod tests {
     #[test]
     fn rare_requests_do_not_wait_and_crowds_take_turns() {
         let ms = Duration::from_millis;
-        let pace = Pace::new(ms(2), 3);
+        let pace = TurnPace::new(ms(2), 3);
         let start = Instant::now() + ms(1000);
         let waits = |at: Instant| (0..6).map(|_| pace.take(at) - at).collect::<Vec<_>>();
         assert_eq!(waits(start), [ms(0), ms(0), ms(0), ms(0), ms(2), ms(4)]);
@@ -109,7 +109,7 @@ mod tests {
     #[tokio::test(start_paused = true)]
     async fn long_answers_leave_most_of_the_time_to_others() {
         let ms = Duration::from_millis;
-        let pace = Pace::new(ms(1), 3);
+        let pace = TurnPace::new(ms(1), 3);
         for (cost, least, most) in [(ms(10), ms(1450), ms(1540)), (ms(0), ms(45), ms(90))] {
             let start = Instant::now();
             for _ in 0..50 {
@@ -145,7 +145,7 @@ mod tests {
     #[tokio::test(start_paused = true)]
     async fn a_client_that_goes_before_its_turn_takes_none() {
         let ms = Duration::from_millis;
-        let pace = Pace::new(ms(20), 1);
+        let pace = TurnPace::new(ms(20), 1);
         pace.turn().await;
         pace.turn().await;
         let start = Instant::now();

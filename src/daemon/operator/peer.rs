@@ -12,9 +12,9 @@ use std::os::fd::AsRawFd;
 use tokio::net::UnixStream;
 
 use super::accounts::name_of;
-use super::socket::Owner;
-use rungd_client::operator::protocol::{Refusal, RefusalKind};
-use rungd_client::operator::socket_place::Door;
+use super::socket::SocketOwner;
+use rungd_client::operator::protocol::{RefusalKind, RequestRefusal};
+use rungd_client::operator::socket_place::SocketPurpose;
 use rungd_language::source::wording::is_unseen;
 
 /// The most groups that are read. If a user has more, only its first group counts.
@@ -25,13 +25,13 @@ const PERSON_BYTES_MAX: usize = 64;
 
 /// A client.
 #[derive(Clone, Debug)]
-pub(super) struct Peer {
+pub(super) struct OperatorPeer {
     pub uid: u32,
     pub pid: i32,
     /// The user's name if `/etc/passwd` has one, else the number.
     pub name: String,
     /// The socket to which it connected.
-    pub door: Door,
+    pub door: SocketPurpose,
     /// Whether it may see the ladder's files: root, rungd's own user, and members of the groups of
     /// this socket and of the operator's.
     pub may_see_files: bool,
@@ -40,53 +40,63 @@ pub(super) struct Peer {
 
 /// The socket to which a client connects.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Doorway {
-    pub door: Door,
+pub(super) struct PeerSocket {
+    pub door: SocketPurpose,
     /// The owner of this socket.
-    pub own: Owner,
+    pub own: SocketOwner,
     /// The owner of the operator's socket.
-    pub operator: Owner,
+    pub operator: SocketOwner,
 }
 
-impl Peer {
+impl OperatorPeer {
     /// The user that connected to a socket.
-    pub fn of(stream: &UnixStream, Doorway { door, own, operator }: &Doorway) -> io::Result<Peer> {
+    pub fn of(
+        stream: &UnixStream,
+        PeerSocket { door, own, operator }: &PeerSocket,
+    ) -> io::Result<OperatorPeer> {
         let cred = stream.peer_cred()?;
         let (uid, gid) = (cred.uid(), cred.gid());
         let is_in = |group: &u32| *group == own.gid || *group == operator.gid;
         let may_see_files =
             uid == 0 || uid == own.uid || is_in(&gid) || groups(stream)?.iter().any(is_in);
-        let may_change = *door == Door::Operator && may_see_files;
+        let may_change = *door == SocketPurpose::Operator && may_see_files;
         let name = name_of(&std::fs::read_to_string("/etc/passwd").unwrap_or_default(), uid);
         let name = name.unwrap_or_else(|| uid.to_string());
-        Ok(Peer { uid, pid: cred.pid().unwrap_or(0), name, door: *door, may_see_files, may_change })
+        Ok(OperatorPeer {
+            uid,
+            pid: cred.pid().unwrap_or(0),
+            name,
+            door: *door,
+            may_see_files,
+            may_change,
+        })
     }
 }
 
 /// A client with one of its requests.
 #[derive(Clone, Debug)]
-pub(super) struct Asker {
-    pub peer: Peer,
+pub(super) struct PeerRequest {
+    pub peer: OperatorPeer,
     /// After this moment the request is not carried out; ns of the clock of deadlines.
     pub until_ns: u64,
 }
 
-impl Asker {
+impl PeerRequest {
     /// The same request on behalf of one of the client's own users: the log shows both names.
     ///
     /// # Errors
     /// The person's name is not valid.
-    pub fn acting_for(&self, person: Option<&str>) -> Result<Asker, Refusal> {
-        Ok(Asker { peer: self.peer.acting_for(person)?, until_ns: self.until_ns })
+    pub fn acting_for(&self, person: Option<&str>) -> Result<PeerRequest, RequestRefusal> {
+        Ok(PeerRequest { peer: self.peer.acting_for(person)?, until_ns: self.until_ns })
     }
 }
 
-impl Peer {
+impl OperatorPeer {
     /// The same client on behalf of one of its own users: the log shows both names.
     ///
     /// # Errors
     /// The person's name is not valid.
-    fn acting_for(&self, person: Option<&str>) -> Result<Peer, Refusal> {
+    fn acting_for(&self, person: Option<&str>) -> Result<OperatorPeer, RequestRefusal> {
         let Some(person) = person else { return Ok(self.clone()) };
         let is_odd = |c: char| c.is_whitespace() || is_unseen(c);
         if person.is_empty() || person.len() > PERSON_BYTES_MAX || person.contains(is_odd) {
@@ -94,13 +104,13 @@ impl Peer {
                 "`for_user` is a name without spaces and invisible characters, of at most \
                      {PERSON_BYTES_MAX} bytes"
             );
-            return Err(Refusal::new(RefusalKind::BadRequest, message));
+            return Err(RequestRefusal::new(RefusalKind::BadRequest, message));
         }
-        Ok(Peer { name: format!("{person} by {}", self.name), ..self.clone() })
+        Ok(OperatorPeer { name: format!("{person} by {}", self.name), ..self.clone() })
     }
 }
 
-impl fmt::Display for Peer {
+impl fmt::Display for OperatorPeer {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} (uid {})", self.name, self.uid)
     }

@@ -15,10 +15,10 @@ use base64::prelude::BASE64_STANDARD;
 use tokio::task::spawn_blocking;
 use tokio::time::timeout;
 
-use super::peer::Peer;
-use super::status::About;
+use super::peer::OperatorPeer;
+use super::status::StatusFacts;
 use rungd_client::operator::protocol::{
-    Answered, Present, RecordingBytes, Refusal, RefusalKind, Reply,
+    PresentOutputs, RecordingBytes, RefusalKind, Reply, RequestRefusal, RequestResult,
 };
 use rungd_config::load;
 use rungd_history::record::RecordedFile;
@@ -31,17 +31,17 @@ const THREAD_MAX: Duration = Duration::from_secs(10);
 /// # Errors
 /// The peer may not read the ladder, or the thread does not answer.
 pub(super) async fn recent(
-    (about, present): (&About, &(dyn Fn() -> Present + Sync)),
-    peer: &Peer,
+    (about, present): (&StatusFacts, &(dyn Fn() -> PresentOutputs + Sync)),
+    peer: &OperatorPeer,
     from: u64,
-) -> Answered<Vec<u8>> {
+) -> RequestResult<Vec<u8>> {
     if !peer.may_see_files && !are_public(about.files()).await {
         return Err(private(peer));
     }
     let recent = timeout(THREAD_MAX, about.recording().recent(from)).await;
     let Ok(Some(recent)) = recent else {
         let message = "the thread of the scan log gives no answer (a bug in rungd)";
-        return Err(Refusal::new(RefusalKind::NoAnswer, message));
+        return Err(RequestRefusal::new(RefusalKind::NoAnswer, message));
     };
     if !peer.may_see_files && !recent.is_public {
         return Err(private(peer));
@@ -52,7 +52,8 @@ pub(super) async fn recent(
         let base64 = BASE64_STANDARD.encode(recent.bytes);
         Reply::Ok(RecordingBytes { base64, present }).line()
     });
-    line.await.map_err(|bug| Refusal::new(RefusalKind::Refused, format!("a bug in rungd: {bug}")))
+    line.await
+        .map_err(|bug| RequestRefusal::new(RefusalKind::Refused, format!("a bug in rungd: {bug}")))
 }
 
 /// Whether everybody may read these files now.
@@ -62,12 +63,12 @@ async fn are_public(files: &Arc<[RecordedFile]>) -> bool {
     matches!(timeout(THREAD_MAX, spawn_blocking(look)).await, Ok(Ok(true)))
 }
 
-fn private(peer: &Peer) -> Refusal {
+fn private(peer: &OperatorPeer) -> RequestRefusal {
     let message = format!(
         "{peer} may only look, and a recording contains the ladder's files, which not everybody \
          may read, or could read when they were loaded: recordings are for root, the user rungd \
          runs as, and members of the socket's group; or give everybody the right to read these \
          files, and restart rungd"
     );
-    Refusal::new(RefusalKind::NotPermitted, message)
+    RequestRefusal::new(RefusalKind::NotPermitted, message)
 }

@@ -2,66 +2,66 @@
 //!
 //! Used by `desk`, `write` and `session`.
 
-use super::peer::Peer;
+use super::peer::OperatorPeer;
 use super::status::reason;
-use rungd_client::operator::protocol::{Refusal, RefusalKind};
-use rungd_runtime::command::Denial;
-use rungd_runtime::exchange::{Mode, Port, Refused};
+use rungd_client::operator::protocol::{RefusalKind, RequestRefusal};
+use rungd_runtime::command::CommandDenial;
+use rungd_runtime::exchange::{BatchRefusal, Mode, Port};
 use rungd_runtime::say::say;
 
 /// A page may not write an operand.
-pub(super) fn not_for_pages(operand: &str) -> Refusal {
+pub(super) fn not_for_pages(operand: &str) -> RequestRefusal {
     let message = format!("`{operand}` cannot be written here: `[web] write` does not list it");
-    Refusal::new(RefusalKind::NotPermitted, message)
+    RequestRefusal::new(RefusalKind::NotPermitted, message)
 }
 
 /// A reload came between a page's write and its scan, and the new list may be a different one.
-pub(super) fn not_after_reload(operand: &str) -> Refusal {
+pub(super) fn not_after_reload(operand: &str) -> RequestRefusal {
     let message = format!(
         "`{operand}` is not written: the program was reloaded before a scan took the write; write \
          it again if it is still right"
     );
-    Refusal::new(RefusalKind::Refused, message)
+    RequestRefusal::new(RefusalKind::Refused, message)
 }
 
 /// A batch of writes was not taken.
-pub(super) fn not_taken(why: Refused, port: &Port) -> Refusal {
+pub(super) fn not_taken(why: BatchRefusal, port: &Port) -> RequestRefusal {
     let message = match why {
-        Refused::NotRunning => format!(
+        BatchRefusal::NotRunning => format!(
             "the controller is in {}: what is written would not be scanned (`rungd mode run` \
              runs it; a force is accepted in any mode)",
             in_words(port.latest().mode)
         ),
-        Refused::QueueFull | Refused::TooLarge => {
+        BatchRefusal::QueueFull | BatchRefusal::TooLarge => {
             "too many writes wait for the next scan".to_owned()
         }
-        Refused::Overtaken => Denial::Gone.to_string(),
-        Refused::Late => return denied(Denial::Late),
+        BatchRefusal::Overtaken => CommandDenial::Gone.to_string(),
+        BatchRefusal::Late => return denied(CommandDenial::Late),
     };
-    Refusal::new(RefusalKind::Refused, message)
+    RequestRefusal::new(RefusalKind::Refused, message)
 }
 
 /// A command was denied.
-pub(super) fn denied(why: Denial) -> Refusal {
+pub(super) fn denied(why: CommandDenial) -> RequestRefusal {
     let kind = match why {
-        Denial::Late => RefusalKind::TooLate,
-        Denial::QueueFull
-        | Denial::ScanThreadStuck
-        | Denial::EngineBroken
-        | Denial::Ending
-        | Denial::Faulted
-        | Denial::TooManyForces
-        | Denial::NoProgram
-        | Denial::Gone => RefusalKind::Refused,
+        CommandDenial::Late => RefusalKind::TooLate,
+        CommandDenial::QueueFull
+        | CommandDenial::ScanThreadStuck
+        | CommandDenial::EngineBroken
+        | CommandDenial::Ending
+        | CommandDenial::Faulted
+        | CommandDenial::TooManyForces
+        | CommandDenial::NoProgram
+        | CommandDenial::Gone => RefusalKind::Refused,
     };
-    Refusal::new(kind, why.to_string())
+    RequestRefusal::new(kind, why.to_string())
 }
 
 /// The scan thread has not answered in time.
-pub(super) fn no_answer() -> Refusal {
+pub(super) fn no_answer() -> RequestRefusal {
     let message = "no scan has processed it in time, and no later scan begins it; a scan that \
                    hangs may have begun it";
-    Refusal::new(RefusalKind::NoAnswer, message)
+    RequestRefusal::new(RefusalKind::NoAnswer, message)
 }
 
 /// A mode with its reason.
@@ -73,7 +73,7 @@ pub(super) fn in_words(mode: Mode) -> String {
 }
 
 /// Logs a change that was refused. `how`: behind "operator's command refused".
-pub(super) fn tell_refused(peer: &Peer, what: &str, how: &str) {
+pub(super) fn tell_refused(peer: &OperatorPeer, what: &str, how: &str) {
     say!(
         OPERATOR_REFUSED,
         who = %peer.name,

@@ -17,15 +17,15 @@ use tokio::net::{UnixListener, UnixStream};
 use tokio::task::JoinSet;
 use tokio::time::{Instant, interval, sleep_until};
 
-use super::desk::Desk;
-use super::pace::Pace;
-use super::peer::{Doorway, Peer};
-use super::session::{self, Session, Shared};
-use super::socket::{self, Claim, Owner, SocketTaken};
+use super::desk::OperatorService;
+use super::pace::TurnPace;
+use super::peer::{OperatorPeer, PeerSocket};
+use super::session::{self, OperatorSession, SessionShared};
+use super::socket::{self, SocketClaim, SocketOwner, SocketTaken};
 use crate::daemon::failure::StartFailure;
-use rungd_client::operator::socket_place::{Door, InsteadOf, SocketSpec};
+use rungd_client::operator::socket_place::{InsteadOf, SocketPurpose, SocketSpec};
 use rungd_config::controller::operator::Operator;
-use rungd_io::seats::{Guest, SeatSettings, Seats};
+use rungd_io::seats::{SeatClient, SeatSettings, Seats};
 use rungd_runtime::say::say;
 
 /// A client without requests is closed after the idle time. If all seats are busy, a new client is
@@ -44,42 +44,45 @@ const CLIENT_EVERY: Duration = Duration::from_millis(2);
 const LOOK_EVERY: Duration = Duration::from_secs(2);
 
 /// A bound server of one socket. The servers of a controller share the desk and the seats.
-pub(in super::super) struct Server {
+pub(in super::super) struct OperatorServer {
     listener: UnixListener,
-    socket: socket::Bound,
+    socket: socket::BoundSocket,
     /// The owner of the operator's socket: of its group, everybody may look at everything.
-    operator: Owner,
-    shared: Arc<Shared>,
-    clients: Pace,
+    operator: SocketOwner,
+    shared: Arc<SessionShared>,
+    clients: TurnPace,
     /// The socket is gone, and this has been logged.
     lost: bool,
 }
 
-impl Server {
+impl OperatorServer {
     /// Binds the claimed sockets at their places, the operator's socket first. Empty if the
     /// controller runs without it.
     ///
     /// # Errors
     /// A group is unknown, or the system refuses a socket that the controller file requires.
-    pub fn bind(claims: Vec<Claim>, desk: Desk) -> Result<Vec<Server>, StartFailure> {
+    pub fn bind(
+        claims: Vec<SocketClaim>,
+        desk: OperatorService,
+    ) -> Result<Vec<OperatorServer>, StartFailure> {
         let mut bound = Vec::new();
         for claim in claims {
             let spec = claim.spec().clone();
             match unless_done_without(&spec, claim.bind())? {
                 Some(socket) => bound.push(socket),
-                None if spec.door == Door::Operator => return Ok(Vec::new()),
+                None if spec.door == SocketPurpose::Operator => return Ok(Vec::new()),
                 None => {}
             }
         }
         let Some((_, first)) = bound.first() else { return Ok(Vec::new()) };
         let (operator, path) = (first.owner, first.path().to_owned());
-        let shared = Arc::new(Shared::new(desk, Seats::new(SEATS), path));
-        let server = |(listener, socket): (_, socket::Bound)| {
+        let shared = Arc::new(SessionShared::new(desk, Seats::new(SEATS), path));
+        let server = |(listener, socket): (_, socket::BoundSocket)| {
             let listener = UnixListener::from_std(listener)?;
             tell_open(&socket);
-            let clients = Pace::new(CLIENT_EVERY, SEATS.count_max as u32);
+            let clients = TurnPace::new(CLIENT_EVERY, SEATS.count_max as u32);
             let shared = Arc::clone(&shared);
-            Ok(Server { listener, socket, operator, shared, clients, lost: false })
+            Ok(OperatorServer { listener, socket, operator, shared, clients, lost: false })
         };
         bound.into_iter().map(server).collect()
     }
@@ -146,20 +149,20 @@ impl Server {
     }
 
     fn admit(&self, stream: UnixStream, clients: &mut JoinSet<()>) {
-        let Ok(peer) = Peer::of(&stream, &self.doorway()) else { return };
-        let guest = Guest { user: peer.uid, may_change: peer.may_change };
+        let Ok(peer) = OperatorPeer::of(&stream, &self.doorway()) else { return };
+        let guest = SeatClient { user: peer.uid, may_change: peer.may_change };
         let Some(seat) = self.shared.seats.take(guest) else {
             session::turn_away(&stream, SEATS.count_max);
             return;
         };
         let (who, pid) = (&peer, peer.pid);
         say!(OPERATOR_CONNECTED, %who, pid, "operator's client connected");
-        let session = Session::new(stream, peer, seat, Arc::clone(&self.shared));
+        let session = OperatorSession::new(stream, peer, seat, Arc::clone(&self.shared));
         clients.spawn(session.serve());
     }
 
-    fn doorway(&self) -> Doorway {
-        Doorway { door: self.socket.door(), own: self.socket.owner, operator: self.operator }
+    fn doorway(&self) -> PeerSocket {
+        PeerSocket { door: self.socket.door(), own: self.socket.owner, operator: self.operator }
     }
 
     async fn rest(&self, error: &io::Error) {
@@ -169,7 +172,7 @@ impl Server {
     }
 }
 
-fn tell_open(socket: &socket::Bound) {
+fn tell_open(socket: &socket::BoundSocket) {
     let (door, key) = (socket.door(), socket.door().keys()[0]);
     let instead = match socket.instead_of() {
         None => String::new(),
@@ -181,8 +184,8 @@ fn tell_open(socket: &socket::Bound) {
         }
     };
     let (name, limit) = match door {
-        Door::Operator => (door.name(), ""),
-        Door::View => (door.name(), "; it refuses every change"),
+        SocketPurpose::Operator => (door.name(), ""),
+        SocketPurpose::View => (door.name(), "; it refuses every change"),
     };
     say!(OPERATOR_LISTENS,
         socket = %socket.path().display(),
@@ -201,13 +204,13 @@ fn tell_open(socket: &socket::Bound) {
 pub(in super::super) fn claim(
     asked: &Operator,
     controller: &str,
-) -> Result<Vec<Claim>, StartFailure> {
+) -> Result<Vec<SocketClaim>, StartFailure> {
     let Some(operator) = SocketSpec::of(asked, controller) else { return Ok(Vec::new()) };
-    let Some(first) = unless_done_without(&operator, Claim::new(&operator))? else {
+    let Some(first) = unless_done_without(&operator, SocketClaim::new(&operator))? else {
         return Ok(Vec::new());
     };
     let view = operator.view(asked, controller);
-    let second = unless_done_without(&view, Claim::new(&view))?;
+    let second = unless_done_without(&view, SocketClaim::new(&view))?;
     Ok([first].into_iter().chain(second).collect())
 }
 
@@ -219,11 +222,11 @@ fn unless_done_without<T>(
 ) -> Result<Option<T>, StartFailure> {
     match done {
         Err(StartFailure::Environment(why))
-            if !spec.insists && (spec.door == Door::View || !why.is::<SocketTaken>()) =>
+            if !spec.insists && (spec.door == SocketPurpose::View || !why.is::<SocketTaken>()) =>
         {
             let missing = match spec.door {
-                Door::Operator => "operator's commands are not available",
-                Door::View => "there is no socket for looks alone",
+                SocketPurpose::Operator => "operator's commands are not available",
+                SocketPurpose::View => "there is no socket for looks alone",
             };
             say!(OPERATOR_NO_SOCKET,
                 socket = %spec.path.display(),

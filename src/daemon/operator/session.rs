@@ -15,9 +15,9 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::UnixStream;
 use tokio::time::{Instant, sleep_until, timeout, timeout_at};
 
-use super::desk::Desk;
-use super::pace::{Pace, metered};
-use super::peer::{Asker, Peer};
+use super::desk::OperatorService;
+use super::pace::{TurnPace, metered};
+use super::peer::{OperatorPeer, PeerRequest};
 use super::refused::tell_refused;
 use crate::daemon::narration::one_line;
 use crate::daemon::turns::{Turn, Turns};
@@ -25,10 +25,10 @@ use rungd_base::duration_text::duration_text;
 use rungd_base::locked::locked;
 use rungd_client::operator::deadline::{self, Deadline, NEVER_NS, has_left};
 use rungd_client::operator::protocol::{
-    Answered, REQUEST_BYTES_MAX, Refusal, RefusalKind, Reply, Request, received,
+    REQUEST_BYTES_MAX, RefusalKind, Reply, Request, RequestRefusal, RequestResult, received,
 };
-use rungd_client::operator::socket_place::Door;
-use rungd_io::seats::{Seat, Seats};
+use rungd_client::operator::socket_place::SocketPurpose;
+use rungd_io::seats::{Seats, TakenSeat};
 use rungd_runtime::say::say;
 
 /// The time limit for a whole line.
@@ -55,23 +55,23 @@ const NAMES_AT_ONCE: u32 = 16;
 const USERS_KEPT: usize = 64;
 
 /// The state that all sessions share.
-pub(super) struct Shared {
-    desk: Desk,
+pub(super) struct SessionShared {
+    desk: OperatorService,
     pub seats: Seats,
     /// The path of the operator's socket, for messages.
     operator_socket: PathBuf,
-    requests: Pace,
-    names: Pace,
+    requests: TurnPace,
+    names: TurnPace,
     /// The turns of the recordings, by user.
     recordings: Mutex<HashMap<u32, Turns>>,
 }
 
-impl Shared {
-    pub fn new(desk: Desk, seats: Seats, operator_socket: PathBuf) -> Shared {
-        let requests = Pace::new(REQUEST_OF_ALL_EVERY, REQUESTS_AT_ONCE);
-        let names = Pace::new(NAMES_OF_ALL_EVERY, NAMES_AT_ONCE);
+impl SessionShared {
+    pub fn new(desk: OperatorService, seats: Seats, operator_socket: PathBuf) -> SessionShared {
+        let requests = TurnPace::new(REQUEST_OF_ALL_EVERY, REQUESTS_AT_ONCE);
+        let names = TurnPace::new(NAMES_OF_ALL_EVERY, NAMES_AT_ONCE);
         let recordings = Mutex::default();
-        Shared { desk, seats, operator_socket, requests, names, recordings }
+        SessionShared { desk, seats, operator_socket, requests, names, recordings }
     }
 
     /// The turns of a user's recordings.
@@ -85,18 +85,18 @@ impl Shared {
 }
 
 /// A client being served.
-pub(super) struct Session {
+pub(super) struct OperatorSession {
     stream: UnixStream,
-    peer: Peer,
-    seat: Arc<Seat>,
-    shared: Arc<Shared>,
+    peer: OperatorPeer,
+    seat: Arc<TakenSeat>,
+    shared: Arc<SessionShared>,
     received: Vec<u8>,
     garbage: u32,
 }
 
 /// Why a connection ended.
 #[derive(Debug)]
-enum Closed {
+enum SessionEnd {
     ByClient,
     Idle,
     Unfinished,
@@ -106,23 +106,28 @@ enum Closed {
     MadeRoom,
 }
 
-impl fmt::Display for Closed {
+impl fmt::Display for SessionEnd {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Closed::ByClient => "the client closed it",
-            Closed::Idle => "no request for too long",
-            Closed::Unfinished => "a request was not finished in time",
-            Closed::NotTaken => "an answer was not taken in time",
-            Closed::TooLong => "a line was too long",
-            Closed::Garbage => "too many lines were not requests",
-            Closed::MadeRoom => "it made room for another client",
+            SessionEnd::ByClient => "the client closed it",
+            SessionEnd::Idle => "no request for too long",
+            SessionEnd::Unfinished => "a request was not finished in time",
+            SessionEnd::NotTaken => "an answer was not taken in time",
+            SessionEnd::TooLong => "a line was too long",
+            SessionEnd::Garbage => "too many lines were not requests",
+            SessionEnd::MadeRoom => "it made room for another client",
         })
     }
 }
 
-impl Session {
-    pub fn new(stream: UnixStream, peer: Peer, seat: Arc<Seat>, shared: Arc<Shared>) -> Session {
-        Session { stream, peer, seat, shared, received: Vec::new(), garbage: 0 }
+impl OperatorSession {
+    pub fn new(
+        stream: UnixStream,
+        peer: OperatorPeer,
+        seat: Arc<TakenSeat>,
+        shared: Arc<SessionShared>,
+    ) -> OperatorSession {
+        OperatorSession { stream, peer, seat, shared, received: Vec::new(), garbage: 0 }
     }
 
     pub async fn serve(mut self) {
@@ -136,13 +141,13 @@ impl Session {
     }
 
     /// One request and its answer.
-    async fn one(&mut self) -> Result<(), Closed> {
+    async fn one(&mut self) -> Result<(), SessionEnd> {
         let line = match self.line().await {
-            Err(Closed::TooLong) => {
+            Err(SessionEnd::TooLong) => {
                 let message = format!("a line has at most {REQUEST_BYTES_MAX} bytes");
-                let refusal = Refusal::new(RefusalKind::BadRequest, message);
+                let refusal = RequestRefusal::new(RefusalKind::BadRequest, message);
                 self.send(&Reply::<()>::Error(refusal)).await?;
-                return Err(Closed::TooLong);
+                return Err(SessionEnd::TooLong);
             }
             other => other?,
         };
@@ -153,28 +158,31 @@ impl Session {
             self.seat.set_busy(false);
             answered?;
         } else if now >= self.seat.idle_until() {
-            return Err(Closed::Idle);
+            return Err(SessionEnd::Idle);
         }
         self.unless_asked_to_leave(sleep_until(now + REQUEST_EVERY)).await
     }
 
     /// Waits for a turn. A client that waits counts as idle: it makes room for a new client.
-    async fn wait_for(&self, pace: &Pace) -> Result<(), Closed> {
+    async fn wait_for(&self, pace: &TurnPace) -> Result<(), SessionEnd> {
         self.seat.set_busy(false);
         self.unless_asked_to_leave(pace.turn()).await?;
         self.seat.set_busy(true);
         Ok(())
     }
 
-    async fn unless_asked_to_leave(&self, wait: impl Future<Output = ()>) -> Result<(), Closed> {
+    async fn unless_asked_to_leave(
+        &self,
+        wait: impl Future<Output = ()>,
+    ) -> Result<(), SessionEnd> {
         tokio::select! {
-            () = self.seat.asked_to_leave() => Err(Closed::MadeRoom),
+            () = self.seat.asked_to_leave() => Err(SessionEnd::MadeRoom),
             () = wait => Ok(()),
         }
     }
 
     /// The next line, without its end.
-    async fn line(&mut self) -> Result<Vec<u8>, Closed> {
+    async fn line(&mut self) -> Result<Vec<u8>, SessionEnd> {
         let mut deadline = match self.received.is_empty() {
             true => self.seat.idle_until(),
             false => Instant::now() + LINE_MAX,
@@ -189,18 +197,18 @@ impl Session {
             }
             looked = self.received.len();
             if looked >= REQUEST_BYTES_MAX {
-                return Err(Closed::TooLong);
+                return Err(SessionEnd::TooLong);
             }
-            let Session { stream, seat, received, .. } = self;
+            let OperatorSession { stream, seat, received, .. } = self;
             let room = REQUEST_BYTES_MAX - looked;
             let mut part = [0; 4096];
             let part = &mut part[..room.min(4096)];
             let count = tokio::select! {
-                () = seat.asked_to_leave() => return Err(Closed::MadeRoom),
+                () = seat.asked_to_leave() => return Err(SessionEnd::MadeRoom),
                 read = timeout_at(deadline, stream.read(part)) => match read {
-                    Err(_) if received.is_empty() => return Err(Closed::Idle),
-                    Err(_) => return Err(Closed::Unfinished),
-                    Ok(Err(_) | Ok(0)) => return Err(Closed::ByClient),
+                    Err(_) if received.is_empty() => return Err(SessionEnd::Idle),
+                    Err(_) => return Err(SessionEnd::Unfinished),
+                    Ok(Err(_) | Ok(0)) => return Err(SessionEnd::ByClient),
                     Ok(Ok(count)) => count,
                 },
             };
@@ -211,17 +219,17 @@ impl Session {
         }
     }
 
-    async fn answer(&mut self, line: &[u8]) -> Result<(), Closed> {
+    async fn answer(&mut self, line: &[u8]) -> Result<(), SessionEnd> {
         let (request, deadline) = match received(line) {
             Ok(received) => received,
             Err(error) => {
                 self.garbage += 1;
                 let message =
                     format!("not a request: {error} (docs/operator.md shows all requests)");
-                let refusal = Refusal::new(RefusalKind::BadRequest, message);
+                let refusal = RequestRefusal::new(RefusalKind::BadRequest, message);
                 self.send(&Reply::<()>::Error(refusal)).await?;
                 let enough = self.garbage >= GARBAGE_MAX;
-                return if enough { Err(Closed::Garbage) } else { Ok(()) };
+                return if enough { Err(SessionEnd::Garbage) } else { Ok(()) };
             }
         };
         self.garbage = 0;
@@ -245,11 +253,11 @@ impl Session {
     }
 
     /// Waits for the turn of this user.
-    async fn turn(&self) -> Result<Turn, Closed> {
+    async fn turn(&self) -> Result<Turn, SessionEnd> {
         self.seat.set_busy(false);
         let turns = self.shared.turns_of(self.peer.uid);
         let turn = tokio::select! {
-            () = self.seat.asked_to_leave() => return Err(Closed::MadeRoom),
+            () = self.seat.asked_to_leave() => return Err(SessionEnd::MadeRoom),
             turn = turns.turn() => turn,
         };
         self.seat.set_busy(true);
@@ -257,24 +265,24 @@ impl Session {
     }
 
     /// Carries out a request whose turn has come, unless its client has given up by now.
-    async fn done(&self, request: &Request, deadline: Option<Deadline>) -> Answered<Vec<u8>> {
+    async fn done(&self, request: &Request, deadline: Option<Deadline>) -> RequestResult<Vec<u8>> {
         if !request.only_looks() && !self.peer.may_change {
             let message = match self.peer.door {
-                Door::Operator => format!(
+                SocketPurpose::Operator => format!(
                     "{} may only look: changes and dry runs are for root, the user rungd runs as, \
                      and members of the socket's group",
                     self.peer
                 ),
-                Door::View => format!(
+                SocketPurpose::View => format!(
                     "this is the view socket, which refuses every change and dry run: send it to \
                      the operator's socket, {}",
                     self.shared.operator_socket.display()
                 ),
             };
-            return Err(Refusal::new(RefusalKind::NotPermitted, message));
+            return Err(RequestRefusal::new(RefusalKind::NotPermitted, message));
         }
         let until_ns = self.until_ns(request, deadline)?;
-        let asker = Asker { peer: self.peer.clone(), until_ns };
+        let asker = PeerRequest { peer: self.peer.clone(), until_ns };
         self.shared.desk.answer(&asker, request).await
     }
 
@@ -282,7 +290,7 @@ impl Session {
     ///
     /// # Errors
     /// It is over, or the client is gone.
-    fn until_ns(&self, request: &Request, deadline: Option<Deadline>) -> Answered<u64> {
+    fn until_ns(&self, request: &Request, deadline: Option<Deadline>) -> RequestResult<u64> {
         let Some(deadline) = deadline.filter(|_| !request.only_looks()) else {
             return Ok(NEVER_NS);
         };
@@ -296,11 +304,11 @@ impl Session {
         } else {
             return Ok(until_ns);
         };
-        Err(Refusal::new(RefusalKind::TooLate, message))
+        Err(RequestRefusal::new(RefusalKind::TooLate, message))
     }
 
     /// A refused change is worth a warning; a refused look is a detail.
-    fn tell_refusal(&self, request: &Request, refusal: &Refusal) {
+    fn tell_refusal(&self, request: &Request, refusal: &RequestRefusal) {
         let is_own = matches!(refusal.kind, RefusalKind::NotPermitted | RefusalKind::TooLate);
         if matches!(request, Request::Reload { .. } | Request::Rollback {}) && !is_own {
             // The code that refused it has logged the findings.
@@ -321,22 +329,22 @@ impl Session {
         }
     }
 
-    async fn send(&mut self, reply: &Reply<()>) -> Result<(), Closed> {
+    async fn send(&mut self, reply: &Reply<()>) -> Result<(), SessionEnd> {
         self.send_line(&reply.line()).await
     }
 
-    async fn send_line(&mut self, line: &[u8]) -> Result<(), Closed> {
+    async fn send_line(&mut self, line: &[u8]) -> Result<(), SessionEnd> {
         // The request is done: a client that does not take the answer makes room like an idle one.
         self.seat.set_busy(false);
-        let Session { stream, seat, .. } = self;
+        let OperatorSession { stream, seat, .. } = self;
         tokio::select! {
             biased;
             taken = timeout(TAKE_MAX, stream.write_all(line)) => match taken {
-                Err(_) => Err(Closed::NotTaken),
-                Ok(Err(_)) => Err(Closed::ByClient),
+                Err(_) => Err(SessionEnd::NotTaken),
+                Ok(Err(_)) => Err(SessionEnd::ByClient),
                 Ok(Ok(())) => Ok(()),
             },
-            () = seat.asked_to_leave() => Err(Closed::MadeRoom),
+            () = seat.asked_to_leave() => Err(SessionEnd::MadeRoom),
         }
     }
 }
@@ -353,6 +361,6 @@ fn short(text: &str) -> String {
 /// Informs a client that no seat is free, if this is possible without waiting.
 pub(super) fn turn_away(stream: &UnixStream, seats: usize) {
     let message = format!("{seats} clients are being served already; try again");
-    let refusal = Refusal::new(RefusalKind::Refused, message);
+    let refusal = RequestRefusal::new(RefusalKind::Refused, message);
     let _ = stream.try_write(&Reply::<()>::Error(refusal).line());
 }

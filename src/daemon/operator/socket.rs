@@ -18,7 +18,7 @@ use rustix::net::listen;
 
 use crate::daemon::failure::StartFailure;
 use rungd_client::operator::running::RunningEntry;
-use rungd_client::operator::socket_place::{Door, InsteadOf, SocketSpec, known_group};
+use rungd_client::operator::socket_place::{InsteadOf, SocketPurpose, SocketSpec, known_group};
 use rungd_config::controller::operator::SOCKET_BYTES_MAX;
 
 /// The most clients that wait to be let in. A further client waits in `connect`, instead of behind
@@ -32,17 +32,17 @@ pub(in super::super) struct SocketTaken(String);
 /// The place of a socket, held by its lock: no other controller can take it.
 ///
 /// A start claims it before it touches anything else, so that a refused start leaves nothing.
-pub(in super::super) struct Claim {
+pub(in super::super) struct SocketClaim {
     spec: SocketSpec,
     lock: Option<File>,
 }
 
 /// A bound socket; dropping it removes the file.
-pub(super) struct Bound {
+pub(super) struct BoundSocket {
     spec: SocketSpec,
     /// The number of the socket's file, by which the file is recognised as its own.
     inode: u64,
-    pub owner: Owner,
+    pub owner: SocketOwner,
     lock: Option<File>,
     /// The entry of the operator's socket in the list of running controllers.
     listed: Option<RunningEntry>,
@@ -50,14 +50,14 @@ pub(super) struct Bound {
 
 /// The user and the group that a socket belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Owner {
+pub(super) struct SocketOwner {
     pub uid: u32,
     pub gid: u32,
 }
 
-impl Owner {
-    fn of(socket: &fs::Metadata) -> Owner {
-        Owner { uid: socket.uid(), gid: socket.gid() }
+impl SocketOwner {
+    fn of(socket: &fs::Metadata) -> SocketOwner {
+        SocketOwner { uid: socket.uid(), gid: socket.gid() }
     }
 }
 
@@ -85,12 +85,12 @@ fn not_made(spec: &SocketSpec, why: &str, error: &io::Error) -> StartFailure {
     )
 }
 
-impl Claim {
+impl SocketClaim {
     /// Claims a place.
     ///
     /// # Errors
     /// A controller answers there, or the system refuses.
-    pub fn new(spec: &SocketSpec) -> Result<Claim, StartFailure> {
+    pub fn new(spec: &SocketSpec) -> Result<SocketClaim, StartFailure> {
         // These checks come first: a lock belongs only beside a socket.
         if spec.path.as_os_str().len() > SOCKET_BYTES_MAX {
             let why = format!(
@@ -102,18 +102,18 @@ impl Claim {
         is_socket_or_nothing(spec)?;
         let lock = spec.needs_lock().then(|| lock(spec)).transpose()?;
         clear(spec)?;
-        Ok(Claim { spec: spec.clone(), lock })
+        Ok(SocketClaim { spec: spec.clone(), lock })
     }
 
     /// Makes the socket at its place.
-    pub(super) fn bind(self) -> Result<(UnixListener, Bound), StartFailure> {
+    pub(super) fn bind(self) -> Result<(UnixListener, BoundSocket), StartFailure> {
         let (listener, meta) = make(&self.spec)?;
-        let (owner, inode) = (Owner::of(&meta), meta.ino());
+        let (owner, inode) = (SocketOwner::of(&meta), meta.ino());
         let listed = match self.spec.door {
-            Door::Operator => RunningEntry::new(&self.spec.path, &self.spec.controller),
-            Door::View => None,
+            SocketPurpose::Operator => RunningEntry::new(&self.spec.path, &self.spec.controller),
+            SocketPurpose::View => None,
         };
-        Ok((listener, Bound { spec: self.spec, inode, owner, lock: self.lock, listed }))
+        Ok((listener, BoundSocket { spec: self.spec, inode, owner, lock: self.lock, listed }))
     }
 
     pub(super) fn spec(&self) -> &SocketSpec {
@@ -155,14 +155,14 @@ fn make(spec: &SocketSpec) -> Result<(UnixListener, fs::Metadata), StartFailure>
     Ok((listener, meta))
 }
 
-impl Bound {
+impl BoundSocket {
     /// The path of the socket.
     pub fn path(&self) -> &Path {
         &self.spec.path
     }
 
     /// What the socket is for.
-    pub fn door(&self) -> Door {
+    pub fn door(&self) -> SocketPurpose {
         self.spec.door
     }
 
@@ -206,7 +206,7 @@ impl Bound {
         }
         clear(&self.spec)?;
         let (listener, meta) = make(&self.spec)?;
-        (self.owner, self.inode) = (Owner::of(&meta), meta.ino());
+        (self.owner, self.inode) = (SocketOwner::of(&meta), meta.ino());
         Ok(listener)
     }
 }
@@ -283,7 +283,7 @@ fn clear(spec: &SocketSpec) -> Result<(), StartFailure> {
     }
 }
 
-fn group_number(door: Door, group: &str) -> Result<u32, StartFailure> {
+fn group_number(door: SocketPurpose, group: &str) -> Result<u32, StartFailure> {
     known_group(group).ok_or_else(|| {
         let key = door.keys()[1];
         StartFailure::Configuration(format!(
@@ -293,7 +293,7 @@ fn group_number(door: Door, group: &str) -> Result<u32, StartFailure> {
     })
 }
 
-impl Drop for Bound {
+impl Drop for BoundSocket {
     fn drop(&mut self) {
         if self.lost().is_none() {
             let _ = fs::remove_file(self.path());

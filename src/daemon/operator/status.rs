@@ -10,51 +10,52 @@ use std::time::{Duration, Instant};
 use super::outputs::{DeviceOutputs, OutputSight};
 use crate::daemon::alarm_book::AlarmBook;
 use crate::daemon::alarm_keeper::SharedBook;
-use crate::daemon::config::{LadderFacts, Setup};
+use crate::daemon::config::{ControllerSetup, LadderFacts};
 use crate::daemon::log;
-use crate::daemon::record_thread::Recording;
-use crate::daemon::retain_thread::Retention;
+use crate::daemon::record_thread::RecordHandle;
+use crate::daemon::retain_thread::RetainHandle;
 use rungd_base::locked::locked;
-use rungd_client::operator::names::Names;
+use rungd_client::operator::names::OperandNames;
 use rungd_client::operator::protocol::{
-    self, Alarm, Bar, BlockStatus, Devices, FieldDevice, Ladder, LogState, Modbus, PROTOCOL,
-    Posture, Record, RecordDir, Retain, Scan, ShownValue, Spread, Status,
+    self, AlarmStatus, BlockStatus, ControllerStatus, DevicesStatus, FieldDevice, HistogramBar,
+    LadderStatus, LogStatus, ModbusStatus, PROTOCOL, PostureStatus, RecordDir, RecordStatus,
+    RetainStatus, ScanStatus, ShownValue, SpreadStatus,
 };
 use rungd_engine::isa::{self, Address, Bit, BitSpace, BlockId, DeviceId, StageId};
 use rungd_engine::{BitCell, Layout};
 use rungd_history::record::RecordedFile;
-use rungd_io::device::Health;
+use rungd_io::device::DeviceHealth;
 use rungd_io::seats::Seats;
 use rungd_language::lower;
 use rungd_language::resolve::name_book::{BlockName, NameBook};
 use rungd_language::resolve::program::BlockKind;
 use rungd_runtime::exchange::{Mode, Snapshot, Tempo};
-use rungd_runtime::{self as runtime, Gauge, Grant, Prepared, monotonic_ns};
+use rungd_runtime::{self as runtime, Grant, PreparedThreads, ThreadGauge, monotonic_ns};
 
 /// The facts that were collected at the start. They are the same for every program.
 #[derive(Clone)]
-pub(in super::super) struct AboutParts {
+pub(in super::super) struct StatusSources {
     pub grants: Vec<Grant>,
-    pub gauge: Gauge,
+    pub gauge: ThreadGauge,
     pub started: Instant,
     /// The Modbus server's address, its greatest number of clients, and their seats.
     pub modbus: Option<(String, u32, Seats)>,
-    pub retention: Option<Retention>,
-    pub recording: Recording,
+    pub retention: Option<RetainHandle>,
+    pub recording: RecordHandle,
     /// The field devices, by number.
-    pub devices: Vec<Health>,
+    pub devices: Vec<DeviceHealth>,
     /// The book of alarms.
     pub book: SharedBook,
 }
 
-impl AboutParts {
+impl StatusSources {
     /// The facts without a Modbus server, field devices and alarms; the caller adds these.
     pub fn new(
-        prepared: &Prepared,
-        retention: Option<Retention>,
-        recording: Recording,
-    ) -> AboutParts {
-        AboutParts {
+        prepared: &PreparedThreads,
+        retention: Option<RetainHandle>,
+        recording: RecordHandle,
+    ) -> StatusSources {
+        StatusSources {
             grants: prepared.grants().to_vec(),
             gauge: prepared.gauge(),
             started: Instant::now(),
@@ -68,38 +69,38 @@ impl AboutParts {
 }
 
 /// The data that the desk needs about a program.
-pub(in super::super) struct View {
-    pub names: Arc<Names>,
-    pub about: About,
+pub(in super::super) struct ProgramView {
+    pub names: Arc<OperandNames>,
+    pub about: StatusFacts,
     /// The operands that pages may write.
     pub pages_write: Vec<Address>,
 }
 
-impl View {
-    pub fn new(setup: &Setup, parts: &AboutParts) -> View {
-        let (names, about) = (Arc::clone(&setup.names), About::new(setup, parts));
-        View { names, about, pages_write: setup.pages_write.clone() }
+impl ProgramView {
+    pub fn new(setup: &ControllerSetup, parts: &StatusSources) -> ProgramView {
+        let (names, about) = (Arc::clone(&setup.names), StatusFacts::new(setup, parts));
+        ProgramView { names, about, pages_write: setup.pages_write.clone() }
     }
 
     /// The sight of the latest image.
     pub(super) fn sight<'a>(&self, latest: &'a Snapshot) -> OutputSight<'a> {
-        let About { parts, outputs, .. } = &self.about;
+        let StatusFacts { parts, outputs, .. } = &self.about;
         OutputSight::new(latest, parts.devices.iter().zip(outputs))
     }
 }
 
 /// The facts of a status that stay the same while a program runs, and the sources of the others.
-pub(in super::super) struct About {
+pub(in super::super) struct StatusFacts {
     controller: String,
     ladder: LadderFacts,
     files: Arc<[RecordedFile]>,
-    parts: AboutParts,
+    parts: StatusSources,
     tempo: Tempo,
     blocks: Vec<NamedBlock>,
     layout: Layout,
     rules: usize,
     /// The alarms, each with the cell of its bit.
-    alarms: Vec<(BitCell, Alarm)>,
+    alarms: Vec<(BitCell, AlarmStatus)>,
     /// The name of each driver, with the addresses that it moves.
     movers: Vec<(String, HashSet<Address>)>,
     /// The outputs of each field device, by number.
@@ -113,8 +114,8 @@ struct NamedBlock {
     stages: Vec<(StageId, String)>,
 }
 
-impl About {
-    fn new(setup: &Setup, parts: &AboutParts) -> About {
+impl StatusFacts {
+    fn new(setup: &ControllerSetup, parts: &StatusSources) -> StatusFacts {
         let modbus = setup.modbus.as_ref();
         let input = |n| Address::Bit(Bit::Space(BitSpace::X, n));
         let simulated = setup.rules.iter().map(|rule| input(rule.input)).collect();
@@ -128,7 +129,7 @@ impl About {
             let moved = device.inputs.iter().map(|input| input.address).collect();
             (format!("device {}", device.name), moved)
         }));
-        About {
+        StatusFacts {
             controller: setup.controller.clone(),
             ladder: setup.ladder.clone(),
             files: Arc::clone(&setup.files),
@@ -144,12 +145,12 @@ impl About {
     }
 
     /// Retentive memory, if the controller file has it.
-    pub(super) fn retention(&self) -> Option<&Retention> {
+    pub(super) fn retention(&self) -> Option<&RetainHandle> {
         self.parts.retention.as_ref()
     }
 
     /// The scan log.
-    pub(super) fn recording(&self) -> &Recording {
+    pub(super) fn recording(&self) -> &RecordHandle {
         &self.parts.recording
     }
 
@@ -169,16 +170,16 @@ impl About {
         latest: &Snapshot,
         forces: Vec<ShownValue>,
         outputs: Vec<ShownValue>,
-    ) -> Status {
+    ) -> ControllerStatus {
         let now_ns = monotonic_ns();
         let ladder = &self.ladder;
-        Status {
+        ControllerStatus {
             protocol: PROTOCOL,
             version: env!("CARGO_PKG_VERSION").to_owned(),
             pid: std::process::id(),
             uptime_ms: self.parts.started.elapsed().as_millis() as u64,
             controller: self.controller.clone(),
-            ladder: Ladder {
+            ladder: LadderStatus {
                 name: ladder.name.clone(),
                 files: ladder.files.clone(),
                 sha256: ladder.sha256.clone(),
@@ -197,9 +198,9 @@ impl About {
             alarms: self.standing(latest),
             forces,
             outputs,
-            devices: Devices {
+            devices: DevicesStatus {
                 modbus: self.parts.modbus.as_ref().map(|(address, connections_max, seats)| {
-                    Modbus {
+                    ModbusStatus {
                         address: address.clone(),
                         clients: seats.count(),
                         connections_max: *connections_max,
@@ -210,7 +211,7 @@ impl About {
             },
             retain: self.parts.retention.as_ref().map(retain),
             record: record(&self.parts.recording),
-            log: LogState {
+            log: LogStatus {
                 level: log::level(),
                 lines_dropped: log::lines_dropped(),
                 records_dropped: self.parts.gauge.records_dropped(),
@@ -224,10 +225,10 @@ impl About {
     }
 
     /// The alarms that are ON. For an alarm that has just risen, the book may have no entry yet.
-    fn standing(&self, latest: &Snapshot) -> Vec<Alarm> {
+    fn standing(&self, latest: &Snapshot) -> Vec<AlarmStatus> {
         let (book, now_ns) = (self.book(), monotonic_ns());
         let standing = self.alarms.iter().enumerate().filter(|(_, (cell, _))| latest.bit(*cell));
-        let booked = |(number, (_, alarm)): (usize, &(BitCell, Alarm))| {
+        let booked = |(number, (_, alarm)): (usize, &(BitCell, AlarmStatus))| {
             let booked = book.standing((latest.generation, number), now_ns);
             booked.unwrap_or_else(|| alarm.clone())
         };
@@ -236,14 +237,14 @@ impl About {
 
     fn field(&self, latest: &Snapshot) -> Vec<FieldDevice> {
         let is_on = |bit| latest.bit(self.layout.bit(bit));
-        let device = |(at, health): (usize, &Health)| {
+        let device = |(at, health): (usize, &DeviceHealth)| {
             let (id, reading) = (DeviceId(at as u32), health.condition());
             FieldDevice {
                 name: reading.name,
                 driver: reading.driver.to_owned(),
                 peer: reading.peer,
-                ok: is_on(Bit::Device(id, isa::Health::Ok)),
-                stale: is_on(Bit::Device(id, isa::Health::Stale)),
+                ok: is_on(Bit::Device(id, isa::DeviceBit::Ok)),
+                stale: is_on(Bit::Device(id, isa::DeviceBit::Stale)),
                 exchanges: reading.exchanges,
                 failures: reading.failures,
                 took_us: reading.took.as_micros() as u64,
@@ -268,12 +269,12 @@ impl About {
     }
 }
 
-fn alarms(setup: &Setup) -> Vec<(BitCell, Alarm)> {
-    let alarm = |named: &lower::Alarm| Alarm {
+fn alarms(setup: &ControllerSetup) -> Vec<(BitCell, AlarmStatus)> {
+    let alarm = |named: &lower::Alarm| AlarmStatus {
         tag: named.tag.clone(),
         text: named.text.clone(),
         priority: named.priority,
-        ..Alarm::default()
+        ..AlarmStatus::default()
     };
     setup.symbols.alarms.iter().map(|named| (named.bit, alarm(named))).collect()
 }
@@ -290,11 +291,11 @@ fn named_blocks(names: &NameBook) -> Vec<NamedBlock> {
     blocks
 }
 
-fn retain(retention: &Retention) -> Retain {
+fn retain(retention: &RetainHandle) -> RetainStatus {
     let (wanted, figures) = (&retention.wanted, retention.figures());
     let us = |time: Duration| time.as_micros() as u64;
     let kept = figures.kept.as_ref();
-    Retain {
+    RetainStatus {
         file: wanted.path.display().to_string(),
         interval_ms: wanted.interval.as_millis() as u64,
         image: kept.map(|(kept, _)| kept.stamp.sequence),
@@ -311,9 +312,9 @@ fn retain(retention: &Retention) -> Retain {
     }
 }
 
-fn record(recording: &Recording) -> Record {
+fn record(recording: &RecordHandle) -> RecordStatus {
     let figures = recording.figures();
-    Record {
+    RecordStatus {
         memory_ms: figures.reach_ns / 1_000_000,
         memory_bytes: figures.memory_bytes,
         lost: figures.lost,
@@ -327,17 +328,17 @@ fn record(recording: &Recording) -> Record {
     }
 }
 
-fn posture(grant: &Grant) -> Posture {
-    Posture {
+fn posture(grant: &Grant) -> PostureStatus {
+    PostureStatus {
         asked: grant.what.clone(),
         granted: grant.refused.is_none(),
         why: grant.refused.as_ref().map(|refusal| refusal.why.clone()),
     }
 }
 
-fn scan(reading: &runtime::MeterReading) -> Scan {
+fn scan(reading: &runtime::MeterReading) -> ScanStatus {
     let statistics = &reading.statistics;
-    Scan {
+    ScanStatus {
         over_ms: statistics.over_ns / 1_000_000,
         scans: statistics.scans,
         overruns: statistics.overruns,
@@ -347,10 +348,13 @@ fn scan(reading: &runtime::MeterReading) -> Scan {
     }
 }
 
-fn spread(spread: &runtime::Spread, bars: &[runtime::Bar]) -> protocol::Spread {
+fn spread(spread: &runtime::Spread, bars: &[runtime::HistogramBucket]) -> protocol::SpreadStatus {
     use crate::daemon::narration::us;
-    let bar = |bar: &runtime::Bar| Bar { up_to_us: us(bar.up_to_ns), count: bar.count };
-    Spread {
+    let bar = |bar: &runtime::HistogramBucket| HistogramBar {
+        up_to_us: us(bar.up_to_ns),
+        count: bar.count,
+    };
+    SpreadStatus {
         last_us: us(spread.last_ns),
         min_us: us(spread.min_ns),
         sum_us: us(spread.sum_ns),

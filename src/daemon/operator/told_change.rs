@@ -5,54 +5,58 @@
 use std::fmt::Display;
 use std::time::Duration;
 
-use super::peer::Peer;
+use super::peer::OperatorPeer;
 use rungd_base::duration_text::duration_text;
 use rungd_client::operator::operand::Variable;
-use rungd_client::operator::protocol::Held;
-use rungd_runtime::command::Before;
+use rungd_client::operator::protocol::BitOrNumber;
+use rungd_runtime::command::StateBefore;
 use rungd_runtime::events::{self, Event};
 use rungd_runtime::exchange::Snapshot;
 use rungd_runtime::say::say;
 
 /// A change of an operand, and the user who made it.
 #[derive(Clone, Copy)]
-pub(super) struct ToldChange<'a> {
-    peer: &'a Peer,
+pub(super) struct LoggedOperandChange<'a> {
+    peer: &'a OperatorPeer,
     operand: &'a Variable,
-    was: Was,
+    was: PreviousState,
 }
 
 /// The state of an operand before a change.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Was {
-    pub value: Held,
+pub(super) struct PreviousState {
+    pub value: BitOrNumber,
     pub forced: bool,
 }
 
 /// A write that no scan has seen yet.
 #[derive(Clone, Copy)]
 pub(super) struct WaitingWrite {
-    pub written: Held,
+    pub written: BitOrNumber,
     /// The scan period.
     pub period: Duration,
 }
 
-impl Was {
+impl PreviousState {
     /// The state of an operand in an image of its own program.
-    pub fn of(operand: &Variable, image: &Snapshot) -> Was {
+    pub fn of(operand: &Variable, image: &Snapshot) -> PreviousState {
         let value = operand.held(image.value(operand.cell));
-        Was { value, forced: image.forces.has(operand.cell) }
+        PreviousState { value, forced: image.forces.has(operand.cell) }
     }
 
     /// The state of an operand that the scan thread found before a command.
-    pub fn found(operand: &Variable, before: Before) -> Was {
-        Was { value: operand.held(before.value), forced: before.forced }
+    pub fn found(operand: &Variable, before: StateBefore) -> PreviousState {
+        PreviousState { value: operand.held(before.value), forced: before.forced }
     }
 }
 
-impl<'a> ToldChange<'a> {
-    pub fn new(peer: &'a Peer, operand: &'a Variable, was: Was) -> ToldChange<'a> {
-        ToldChange { peer, operand, was }
+impl<'a> LoggedOperandChange<'a> {
+    pub fn new(
+        peer: &'a OperatorPeer,
+        operand: &'a Variable,
+        was: PreviousState,
+    ) -> LoggedOperandChange<'a> {
+        LoggedOperandChange { peer, operand, was }
     }
 
     pub fn operand(self) -> &'a Variable {
@@ -60,16 +64,16 @@ impl<'a> ToldChange<'a> {
     }
 
     /// Logs the change. `now`: the value after it.
-    pub fn tell(self, event: &Event, did: &str, now: Held) {
-        let Was { value, forced } = self.was;
+    pub fn log(self, event: &Event, did: &str, now: BitOrNumber) {
+        let PreviousState { value, forced } = self.was;
         let forced = if forced { ", forced" } else { "" };
         let words = format!("{did}: it was {value}{forced}, and is {now}");
         self.line(event, now, &words);
     }
 
     /// Logs a change of an operand that a reload has removed meanwhile: there is no value after it.
-    pub fn tell_gone(self, event: &Event, did: &str) {
-        let Was { value, .. } = self.was;
+    pub fn log_removed(self, event: &Event, did: &str) {
+        let PreviousState { value, .. } = self.was;
         let words = format!("{did}: it was {value}; a reload has removed it meanwhile");
         self.line(event, "gone", &words);
     }

@@ -8,29 +8,31 @@ use std::time::Duration;
 
 use tokio::time::timeout;
 
-use super::desk::Desk;
-use super::peer::Asker;
+use super::desk::OperatorService;
+use super::peer::PeerRequest;
 use super::refused::{denied, no_answer, not_after_reload, not_for_pages, not_taken, tell_refused};
-use super::told_change::{ToldChange, WaitingWrite, Was};
+use super::told_change::{LoggedOperandChange, PreviousState, WaitingWrite};
 use rungd_client::operator::deadline::NEVER_NS;
 use rungd_client::operator::operand::Variable;
-use rungd_client::operator::protocol::{Answered, Change, GivenValue, Refusal, RefusalKind};
+use rungd_client::operator::protocol::{
+    ChangedOperand, GivenValue, RefusalKind, RequestRefusal, RequestResult,
+};
 use rungd_engine::Cell;
 use rungd_runtime::Origin;
-use rungd_runtime::command::Denial;
+use rungd_runtime::command::CommandDenial;
 use rungd_runtime::events;
-use rungd_runtime::exchange::{BatchTerms, Refused, Snapshot, Ticket, Write};
+use rungd_runtime::exchange::{BatchRefusal, BatchTerms, OperandWrite, Snapshot, Ticket};
 
 /// The longest period at which a write is answered only after the scan that sees it.
 const PERIOD_AWAITED_MAX: Duration = Duration::from_secs(1);
 
-impl Desk {
+impl OperatorService {
     pub(super) async fn write(
         &self,
-        asker: &Asker,
+        asker: &PeerRequest,
         text: &str,
         (given, from_page): (&GivenValue, bool),
-    ) -> Answered<Change> {
+    ) -> RequestResult<ChangedOperand> {
         let (before, view) = self.seen();
         let operand = view.names.find_one(text)?;
         // The list of the image's program, so that no page writes by a list of before a reload.
@@ -49,23 +51,23 @@ impl Desk {
         let ticket = self.port.submit_by(terms, vec![write]);
         let ticket = ticket.map_err(|why| not_taken(why, &self.port))?;
         self.port.sign(Origin::Batch(ticket), asker.peer.to_string());
-        let (was, written) = (Was::of(&operand, &before), operand.held(value));
-        let told = ToldChange::new(&asker.peer, &operand, was);
+        let (was, written) = (PreviousState::of(&operand, &before), operand.held(value));
+        let told = LoggedOperandChange::new(&asker.peer, &operand, was);
         let seen = match self.taken(ticket, is_long).await? {
-            Taken::Overtaken if from_page => return Err(not_after_reload(text)),
-            Taken::Overtaken => None,
-            Taken::Seen => Some(true),
-            Taken::Waits => Some(false),
+            WriteResult::Overtaken if from_page => return Err(not_after_reload(text)),
+            WriteResult::Overtaken => None,
+            WriteResult::Seen => Some(true),
+            WriteResult::Waits => Some(false),
         };
         let Some((seen, sight)) = seen.zip(self.sight(&operand)) else {
             // A scan may have taken the write before the reload, unless the batch was refused.
             let asked = format!("asked to write {written} to {operand}");
-            told.tell_gone(&events::OPERATOR_WRITE, &asked);
-            return Err(denied(Denial::Gone));
+            told.log_removed(&events::OPERATOR_WRITE, &asked);
+            return Err(denied(CommandDenial::Gone));
         };
         let note = if seen {
             let did = format!("wrote {written} to {operand}");
-            told.tell(&events::OPERATOR_WRITE, &did, sight.shown().value);
+            told.log(&events::OPERATOR_WRITE, &did, sight.shown().value);
             sight.note(written, &before)
         } else {
             let write = WaitingWrite { written, period };
@@ -73,28 +75,28 @@ impl Desk {
             self.tell_if_lost(ticket, asker, &operand);
             Some(write.note())
         };
-        Ok(Change { note, ..sight.change(was) })
+        Ok(ChangedOperand { note, ..sight.change(was) })
     }
 
     /// Waits for the scan that takes a write, or for a moment if its scan is far away.
-    async fn taken(&self, ticket: Ticket, is_long: bool) -> Answered<Taken> {
+    async fn taken(&self, ticket: Ticket, is_long: bool) -> RequestResult<WriteResult> {
         let patience = if is_long { PERIOD_AWAITED_MAX } else { self.wait() };
         match timeout(patience, self.port.done(ticket)).await {
-            Ok(Ok(())) => Ok(Taken::Seen),
-            Ok(Err(Refused::Overtaken)) => Ok(Taken::Overtaken),
+            Ok(Ok(())) => Ok(WriteResult::Seen),
+            Ok(Err(BatchRefusal::Overtaken)) => Ok(WriteResult::Overtaken),
             Ok(Err(why)) => Err(not_taken(why, &self.port)),
-            Err(_) if is_long => Ok(Taken::Waits),
+            Err(_) if is_long => Ok(WriteResult::Waits),
             Err(_) => Err(no_answer()),
         }
     }
 
     /// Logs if the scan that was far away does not take a write after all.
-    fn tell_if_lost(&self, ticket: Ticket, asker: &Asker, operand: &Variable) {
+    fn tell_if_lost(&self, ticket: Ticket, asker: &PeerRequest, operand: &Variable) {
         let (port, done) = (self.port.clone(), self.port.done(ticket));
         let (peer, what) = (asker.peer.clone(), operand.operand.clone());
         tokio::spawn(async move {
             let Err(why) = done.await else { return };
-            let why = match why == Refused::Overtaken {
+            let why = match why == BatchRefusal::Overtaken {
                 true => not_after_reload(&what),
                 false => not_taken(why, &port),
             };
@@ -105,7 +107,7 @@ impl Desk {
 }
 
 /// What became of a write.
-enum Taken {
+enum WriteResult {
     /// A scan has seen it.
     Seen,
     /// A reload came first.
@@ -114,7 +116,7 @@ enum Taken {
     Waits,
 }
 
-fn refuse_forced(text: &str, operand: &Variable, before: &Snapshot) -> Answered<()> {
+fn refuse_forced(text: &str, operand: &Variable, before: &Snapshot) -> RequestResult<()> {
     if !before.forces.has(operand.cell) {
         return Ok(());
     }
@@ -122,13 +124,13 @@ fn refuse_forced(text: &str, operand: &Variable, before: &Snapshot) -> Answered<
         "`{text}` is forced to {}, and a write to it is discarded: unforce it first",
         operand.held(before.value(operand.cell))
     );
-    Err(Refusal::new(RefusalKind::Refused, message))
+    Err(RequestRefusal::new(RefusalKind::Refused, message))
 }
 
-fn write_of(operand: &Variable, value: i32) -> Write {
+fn write_of(operand: &Variable, value: i32) -> OperandWrite {
     match (operand.input(), operand.cell) {
-        (Some(x), _) => Write::Input(x, value != 0),
-        (None, Cell::Bit(cell)) => Write::Bit(cell, value != 0),
-        (None, Cell::Word(cell)) => Write::Word(cell, value),
+        (Some(x), _) => OperandWrite::Input(x, value != 0),
+        (None, Cell::Bit(cell)) => OperandWrite::Bit(cell, value != 0),
+        (None, Cell::Word(cell)) => OperandWrite::Word(cell, value),
     }
 }

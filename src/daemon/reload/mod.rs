@@ -23,25 +23,25 @@ use tokio::task::spawn_blocking;
 use tokio::time::timeout;
 
 pub(super) use caller::Caller;
-pub(super) use views::Views;
+pub(super) use views::ProgramViews;
 
-use super::config::Setup;
+use super::config::ControllerSetup;
 use super::log;
-use super::systemd::{Notice, Systemd};
+use super::systemd::{Systemd, SystemdNotice};
 use super::turns::Turns;
 use reading::FileReader;
-use ready::Ready;
-pub(super) use ready::Running;
+use ready::ReadyProgram;
+pub(super) use ready::RunningProgram;
 use rungd_base::locked::locked;
 use rungd_client::operator::deadline;
-use rungd_client::operator::protocol::{Answered, Refusal, RefusalKind, Reloaded};
+use rungd_client::operator::protocol::{RefusalKind, ReloadResult, RequestRefusal, RequestResult};
 use rungd_engine::Cell;
-use rungd_runtime::command::{Answer, CommandId, Denial};
+use rungd_runtime::command::{CommandDenial, CommandId, CommandOutcome};
 use rungd_runtime::exchange::{FaultReason, Mode, Port, Snapshot, StopReason};
 use rungd_runtime::say::say;
 use rungd_runtime::{Package, Reloader, Swapped, Taped, monotonic_ns};
 use rungd_state::reload::{OldMemory, ReloadPlan};
-use trial::{Trial, Verdict};
+use trial::{Probation, ProbationVerdict};
 
 /// The shortest time limit for the scan thread's answer.
 const ANSWER_LEAST: Duration = Duration::from_secs(10);
@@ -51,6 +51,9 @@ const STILL_WAITS: &str = "the program of an earlier request still waits for the
                            restart rungd";
 /// The longest time that a reload waits for the end of earlier reloads.
 const TURN_MAX: Duration = Duration::from_secs(60);
+
+/// The answer to a reload or a rollback.
+type ReloadAnswer = RequestResult<ReloadResult>;
 
 /// Does reloads and rollbacks.
 pub(super) struct Reloads {
@@ -63,43 +66,43 @@ pub(super) struct Reloads {
     /// A swap was not answered in time; the scan thread may still make it.
     swap_waits: AtomicBool,
     /// Locked during a swap, never while files are read.
-    inner: tokio::sync::Mutex<Inner>,
+    inner: tokio::sync::Mutex<ReloadState>,
     /// The generation of the program on trial, and its trial.
-    trial: Mutex<Option<(u32, Trial)>>,
+    trial: Mutex<Option<(u32, Probation)>>,
     port: Port,
-    views: Views,
+    views: ProgramViews,
     systemd: Systemd,
 }
 
 /// The parts of [`Reloads`].
 pub(super) struct ReloadParts {
-    pub running: Arc<Running>,
+    pub running: Arc<RunningProgram>,
     pub reloader: Reloader<Taped>,
     pub port: Port,
-    pub views: Views,
+    pub views: ProgramViews,
     /// The longest time to read and check the files.
     pub limit: Duration,
 }
 
-struct Inner {
+struct ReloadState {
     reloader: Reloader<Taped>,
     /// The first program of the process. Settings that a reload does not apply keep the values of
     /// this program.
-    started: Arc<Running>,
-    running: Arc<Running>,
+    started: Arc<RunningProgram>,
+    running: Arc<RunningProgram>,
     /// The target of a rollback: of the programs before the running one, the last that passed its
     /// probation.
-    way_back: Option<Arc<Running>>,
+    way_back: Option<Arc<RunningProgram>>,
     /// The program that was handed to the scan thread and has no answer yet.
-    pending: Option<Pending>,
+    pending: Option<PendingSwap>,
     generation: u32,
 }
 
 /// A program that waits for the scan thread's swap.
-struct Pending {
+struct PendingSwap {
     id: CommandId,
     generation: u32,
-    running: Arc<Running>,
+    running: Arc<RunningProgram>,
     plan: ReloadPlan,
     /// The forced cells before the swap.
     forces: Vec<Cell>,
@@ -137,7 +140,7 @@ impl Reloads {
         let ReloadParts { running, reloader, port, views, limit } = parts;
         let (way_back, pending, generation) = (None, None, 0);
         let started = Arc::clone(&running);
-        let inner = Inner { reloader, started, running, way_back, pending, generation };
+        let inner = ReloadState { reloader, started, running, way_back, pending, generation };
         Reloads {
             turn: tokio::sync::Mutex::default(),
             dry: Turns::new(),
@@ -153,7 +156,7 @@ impl Reloads {
     }
 
     /// Reads the files again, and swaps in their program.
-    pub async fn reload(self: Arc<Self>, caller: Caller, dry_run: bool) -> Answered<Reloaded> {
+    pub async fn reload(self: Arc<Self>, caller: Caller, dry_run: bool) -> ReloadAnswer {
         let done = tokio::spawn(async move {
             let done = match dry_run {
                 true => match self.dry.try_turn().await {
@@ -178,7 +181,7 @@ impl Reloads {
     }
 
     /// Swaps the previous program back in.
-    pub async fn rollback(self: Arc<Self>, caller: Caller) -> Answered<Reloaded> {
+    pub async fn rollback(self: Arc<Self>, caller: Caller) -> ReloadAnswer {
         let done = tokio::spawn(async move {
             let done = self.go_back(&caller, None).await;
             if let Err(refusal) = &done {
@@ -201,17 +204,17 @@ impl Reloads {
         let Some((generation, on_trial)) = &mut *trial else { return };
         let generation = *generation;
         match on_trial.look(latest.mode, latest.scans, Instant::now()) {
-            Verdict::Wait => {}
-            Verdict::Proved => {
+            ProbationVerdict::Wait => {}
+            ProbationVerdict::Proved => {
                 say!(RELOAD_PROVED, "the new program has passed its probation");
                 *trial = None;
             }
-            Verdict::NoWayBack => {
-                let why = Denial::EngineBroken;
+            ProbationVerdict::NoWayBack => {
+                let why = CommandDenial::EngineBroken;
                 say!(ROLLBACK_FAILED, "the rollback failed: {why}");
                 *trial = None;
             }
-            Verdict::GoBack { fault, first } => {
+            ProbationVerdict::GoBack { fault, first } => {
                 let reloads = Arc::clone(self);
                 let fault = OwnFault { generation, reason: fault };
                 tokio::spawn(async move {
@@ -225,7 +228,7 @@ impl Reloads {
         }
     }
 
-    async fn in_turn(&self, caller: &Caller, dry_run: bool) -> Answered<Reloaded> {
+    async fn in_turn(&self, caller: &Caller, dry_run: bool) -> ReloadAnswer {
         let turn = timeout(TURN_MAX, self.turn.lock()).await;
         self.hangup_waits.store(false, Ordering::Release);
         let Ok(_turn) = turn else {
@@ -233,19 +236,19 @@ impl Reloads {
                 "the reloads before this one have not ended; try again".to_owned(),
             ));
         };
-        self.notify(Notice::Reloading { since_us: monotonic_ns() / 1000 }, dry_run);
+        self.notify(SystemdNotice::Reloading { since_us: monotonic_ns() / 1000 }, dry_run);
         let done = self.read_and_swap(caller, dry_run).await;
-        self.notify(Notice::Ready, dry_run);
+        self.notify(SystemdNotice::Ready, dry_run);
         done
     }
 
-    fn notify(&self, notice: Notice, dry_run: bool) {
+    fn notify(&self, notice: SystemdNotice, dry_run: bool) {
         if !dry_run {
             let _ = self.systemd.send(&notice);
         }
     }
 
-    async fn read_and_swap(&self, caller: &Caller, dry_run: bool) -> Answered<Reloaded> {
+    async fn read_and_swap(&self, caller: &Caller, dry_run: bool) -> ReloadAnswer {
         let started = |latest: &Snapshot| latest.mode != Mode::Stop(StopReason::NotStarted);
         if timeout(ANSWER_LEAST, self.port.shows(started)).await.is_err() {
             return Err(refused("the first scan is still to come; try again".to_owned()));
@@ -277,49 +280,59 @@ impl Reloads {
             let report = report::with_texts(&ready.plan, &seen, (&running.setup, setup));
             let report = [report, settings].concat();
             let dry_run = true;
-            return Ok(Reloaded { dry_run, restart, ..self.reloaded(setup, report, None) });
+            return Ok(ReloadResult { dry_run, restart, ..self.reloaded(setup, report, None) });
         }
         let (caller, direction) = (caller.clone(), SwapDirection::Forward);
         self.swap(&mut inner, ready, SwapRequest { caller, direction, settings, restart }).await
     }
 
     /// Reads the current files.
-    async fn read(&self, first: &Arc<Running>) -> Answered<Running> {
+    async fn read(&self, first: &Arc<RunningProgram>) -> RequestResult<RunningProgram> {
         let (path, first) = (PathBuf::from(&first.setup.controller), Arc::clone(first));
         let read = self.files.done(move |progress| ready::read(&path, &first, progress)).await;
         let read = read.map_err(|why| refused(format!("{why} Nothing is changed")))?;
-        read.map_err(|text| Refusal::new(RefusalKind::BadFiles, text))
+        read.map_err(|text| RequestRefusal::new(RefusalKind::BadFiles, text))
     }
 
     /// The answer if the files are unchanged: nothing is swapped, and a rollback has the same
     /// target as before.
-    fn same(&self, who: &str, setup: &Setup, restart: Vec<String>, dry_run: bool) -> Reloaded {
+    fn same(
+        &self,
+        who: &str,
+        setup: &ControllerSetup,
+        restart: Vec<String>,
+        dry_run: bool,
+    ) -> ReloadResult {
         let reloaded = self.reloaded(setup, Vec::new(), None);
-        let same = Reloaded { dry_run, same: true, restart, ..reloaded };
+        let same = ReloadResult { dry_run, same: true, restart, ..reloaded };
         if !dry_run {
             tell::same(who, &same);
         }
         same
     }
 
-    async fn ready(&self, inner: &mut Inner, next: Arc<Running>) -> Answered<Ready> {
+    async fn ready(
+        &self,
+        inner: &mut ReloadState,
+        next: Arc<RunningProgram>,
+    ) -> RequestResult<ReadyProgram> {
         if inner.pending.is_some() {
-            // It would be prepared as the successor of the running program, and follow the waiting
-            // one.
+            // It would follow the waiting program, but be prepared for the running one.
             return Err(refused(STILL_WAITS.to_owned()));
         }
         let (running, generation) = (Arc::clone(&inner.running), inner.generation + 1);
         let latest = self.port.latest();
-        let made = spawn_blocking(move || Ready::of(&running, next, generation, &latest)).await;
+        let make = move || ReadyProgram::of(&running, next, generation, &latest);
+        let made = spawn_blocking(make).await;
         made.map_err(|bug| refused(format!("a bug in rungd: {bug}")))
     }
 
     /// Swaps the previous program back in. `fault` is the fault of the new program, if it is the
     /// reason.
-    async fn go_back(&self, caller: &Caller, fault: Option<OwnFault>) -> Answered<Reloaded> {
+    async fn go_back(&self, caller: &Caller, fault: Option<OwnFault>) -> ReloadAnswer {
         let mut inner = self.settled().await;
         if let Some(OwnFault { generation, .. }) = fault
-            && self.on_trial().is_none_or(|(of, _)| of != generation)
+            && self.on_trial().is_none_or(|(trial_generation, _)| trial_generation != generation)
         {
             return Err(refused("the program that faulted is no longer loaded".to_owned()));
         }
@@ -338,33 +351,33 @@ impl Reloads {
     /// Hands a program to the scan thread, and waits for the swap.
     async fn swap(
         &self,
-        inner: &mut Inner,
-        ready: Ready,
+        inner: &mut ReloadState,
+        ready: ReadyProgram,
         request: SwapRequest,
-    ) -> Answered<Reloaded> {
+    ) -> ReloadAnswer {
         if request.caller.until_ns < deadline::now_ns() {
             let message = "nothing is swapped: its client had stopped waiting when the files were \
                            read";
-            return Err(Refusal::new(RefusalKind::TooLate, message));
+            return Err(RequestRefusal::new(RefusalKind::TooLate, message));
         }
-        let Ready { running, plan, package, .. } = ready;
+        let ReadyProgram { running, plan, package, .. } = ready;
         let generation = package.generation;
         self.views.insert(generation, &running.setup);
         inner.generation = generation;
         let forces = self.port.latest().forces.list().to_vec();
         let resume = matches!(request.direction, SwapDirection::Back(Some(_)));
-        let denied = |denial: Denial| {
+        let denied = |denial: CommandDenial| {
             self.views.remove(generation);
             refused(denial.to_string())
         };
         let id = inner.reloader.hand_in(*package, resume).map_err(denied)?;
-        inner.pending = Some(Pending { id, generation, running, plan, forces, request });
+        inner.pending = Some(PendingSwap { id, generation, running, plan, forces, request });
         let patience = self.port.patience().max(ANSWER_LEAST);
         match timeout(patience, self.port.answered(id)).await {
             Err(_) => {
                 self.swap_waits.store(true, Ordering::Release);
                 let message = "no scan has processed it in time; it may still be done";
-                Err(Refusal::new(RefusalKind::NoAnswer, message))
+                Err(RequestRefusal::new(RefusalKind::NoAnswer, message))
             }
             Ok(Err(denial)) => {
                 inner.pending = None;
@@ -379,16 +392,16 @@ impl Reloads {
     }
 
     /// The program on trial, if there is one.
-    fn trial(&self) -> MutexGuard<'_, Option<(u32, Trial)>> {
+    fn trial(&self) -> MutexGuard<'_, Option<(u32, Probation)>> {
         locked(&self.trial)
     }
 
-    fn on_trial(&self) -> Option<(u32, Trial)> {
+    fn on_trial(&self) -> Option<(u32, Probation)> {
         *self.trial()
     }
 
     /// Locks the programs, and enters the swaps that the scan thread has completed.
-    async fn settled(&self) -> tokio::sync::MutexGuard<'_, Inner> {
+    async fn settled(&self) -> tokio::sync::MutexGuard<'_, ReloadState> {
         let mut inner = self.inner.lock().await;
         self.settle(&mut inner);
         inner
@@ -396,17 +409,17 @@ impl Reloads {
 
     /// Takes back the packages that the scan thread has returned. Enters and logs the swap of the
     /// waiting program, and returns its report.
-    fn settle(&self, inner: &mut Inner) -> Option<Reloaded> {
+    fn settle(&self, inner: &mut ReloadState) -> Option<ReloadResult> {
         let mut done = None;
         while let Some(package) = inner.reloader.returned() {
             let Some(swapped) = package.swapped else { continue };
-            let waits = |pending: &mut Pending| pending.generation == package.generation;
+            let waits = |pending: &mut PendingSwap| pending.generation == package.generation;
             if let Some(pending) = inner.pending.take_if(waits) {
                 done = Some(self.enter(inner, pending, &package, swapped));
             }
         }
-        if let Some(Pending { id, generation, .. }) = inner.pending
-            && let Some(Answer::Denied(_)) = self.port.answer(id)
+        if let Some(PendingSwap { id, generation, .. }) = inner.pending
+            && let Some(CommandOutcome::Denied(_)) = self.port.answer(id)
         {
             inner.pending = None;
             self.views.remove(generation);
@@ -416,12 +429,12 @@ impl Reloads {
 
     fn enter(
         &self,
-        inner: &mut Inner,
-        pending: Pending,
+        inner: &mut ReloadState,
+        pending: PendingSwap,
         package: &Package<Taped>,
         swapped: Swapped,
-    ) -> Reloaded {
-        let Pending { generation, running, plan, forces, request, .. } = pending;
+    ) -> ReloadResult {
+        let PendingSwap { generation, running, plan, forces, request, .. } = pending;
         // The image of the new program may not be published yet.
         let shown = self.port.latest().generation;
         self.views.forget_before(generation.saturating_sub(1).min(shown));
@@ -442,14 +455,16 @@ impl Reloads {
                 running.setup.probation
             }
         };
-        let trial = Trial::new(probation, swapped.mode);
+        let trial = Probation::new(probation, swapped.mode);
         *on_trial = trial.map(|trial| (generation, trial));
         drop(on_trial);
         let report = report::of_swap(&plan, package, &forces, (&old.setup, &running.setup));
         let report = [report, request.settings].concat();
         let swap_us = Some(swapped.took_ns as f64 / 1000.0);
-        let done =
-            Reloaded { restart: request.restart, ..self.reloaded(&running.setup, report, swap_us) };
+        let done = ReloadResult {
+            restart: request.restart,
+            ..self.reloaded(&running.setup, report, swap_us)
+        };
         match request.direction {
             SwapDirection::Forward => tell::done(&request.caller.who, &done, &running.setup, trial),
             SwapDirection::Back(fault) => tell::rolled_back(&request.caller.who, &done, fault),
@@ -457,8 +472,13 @@ impl Reloads {
         done
     }
 
-    fn reloaded(&self, setup: &Setup, report: Vec<String>, swap_us: Option<f64>) -> Reloaded {
-        Reloaded {
+    fn reloaded(
+        &self,
+        setup: &ControllerSetup,
+        report: Vec<String>,
+        swap_us: Option<f64>,
+    ) -> ReloadResult {
+        ReloadResult {
             dry_run: false,
             same: false,
             report,
@@ -471,10 +491,10 @@ impl Reloads {
     }
 }
 
-fn another_dry_run() -> Answered<Reloaded> {
+fn another_dry_run() -> ReloadAnswer {
     Err(refused("another dry run is under way; try again when it has ended".to_owned()))
 }
 
-fn refused(message: String) -> Refusal {
-    Refusal::new(RefusalKind::Refused, message)
+fn refused(message: String) -> RequestRefusal {
+    RequestRefusal::new(RefusalKind::Refused, message)
 }

@@ -14,7 +14,7 @@ use tokio::time::timeout;
 
 use rungd_base::duration_text::duration_text;
 use rungd_base::locked::locked;
-use rungd_base::progress::{Progress, Step};
+use rungd_base::progress::{LoadStep, Progress};
 
 /// The greatest number of threads that still run after the limit.
 const LEFT_MAX: usize = 4;
@@ -37,12 +37,12 @@ struct ReadingThreads {
 }
 
 /// Counts a thread until it ends, even if it panics.
-struct Counted {
+struct CountedThread {
     threads: Arc<Mutex<ReadingThreads>>,
     number: u64,
 }
 
-impl Drop for Counted {
+impl Drop for CountedThread {
     fn drop(&mut self) {
         locked(&self.threads).left.retain(|(number, _)| *number != self.number);
     }
@@ -81,26 +81,27 @@ impl FileReader {
     }
 
     /// Counts a thread with this progress; `Err` is the reason why there are too many.
-    fn counted(&self, progress: &Progress) -> Result<Counted, String> {
+    fn counted(&self, progress: &Progress) -> Result<CountedThread, String> {
         let mut threads = locked(&self.threads);
         if threads.left.len() >= LEFT_MAX {
-            let steps: Vec<_> = threads.left.iter().map(|(_, of)| of.current()).collect();
+            let steps: Vec<_> =
+                threads.left.iter().map(|(_, progress)| progress.current()).collect();
             return Err(too_many(&steps));
         }
         let number = threads.next;
         threads.next += 1;
         threads.left.push((number, progress.clone()));
-        Ok(Counted { threads: Arc::clone(&self.threads), number })
+        Ok(CountedThread { threads: Arc::clone(&self.threads), number })
     }
 }
 
 /// The message while too many threads have not ended: it contains the number of threads at each
 /// step. Only a thread that reads a file waits for the system; any other thread works.
-fn too_many(steps: &[Option<Step>]) -> String {
+fn too_many(steps: &[Option<LoadStep>]) -> String {
     let mut counts: Vec<((&str, String), usize)> = Vec::new();
     for step in steps {
         let part = match step {
-            Some(step @ Step::Reading(_)) => {
+            Some(step @ LoadStep::Reading(_)) => {
                 ("wait", format!(" for the disk or network mount ({step})"))
             }
             Some(step) => ("work", format!(" on {step}")),
@@ -123,7 +124,7 @@ fn too_many(steps: &[Option<Step>]) -> String {
 fn too_long(limit: Duration, progress: &Progress) -> String {
     let limit = duration_text(limit.as_nanos() as u64);
     match progress.longest() {
-        Some(step @ Step::Reading(_)) => format!(
+        Some(step @ LoadStep::Reading(_)) => format!(
             "the files were not read and checked within {limit}. What took longest was {step}: \
              does the disk or network mount answer?"
         ),
@@ -150,7 +151,7 @@ mod tests {
     /// The error of `done` for work that begins a step and then takes longer than the limit.
     async fn given_up(
         reader: &FileReader,
-        step: Step,
+        step: LoadStep,
         wait: impl FnOnce(&Progress) + Send + 'static,
     ) -> String {
         let (begun, mut has_begun) = oneshot::channel();
@@ -184,7 +185,7 @@ mod tests {
         let reader = FileReader::new(Duration::from_secs(30));
         assert_eq!(judged(&reader).await, Ok(7));
         for _ in 0..=2 * LEFT_MAX {
-            let said = given_up(&reader, Step::Names, |progress| {
+            let said = given_up(&reader, LoadStep::Names, |progress| {
                 while !progress.is_over() {
                     thread::yield_now();
                 }
@@ -201,8 +202,8 @@ mod tests {
 
     #[tokio::test(start_paused = true)]
     async fn threads_that_have_not_ended_are_few_and_their_steps_are_named() {
-        let reading = || Step::Reading("/mnt/line.toml".to_owned());
-        let mixed = [reading(), Step::Settings, Step::Lowering, Step::Settings];
+        let reading = || LoadStep::Reading("/mnt/line.toml".to_owned());
+        let mixed = [reading(), LoadStep::Settings, LoadStep::Lowering, LoadStep::Settings];
         for (steps, said) in [
             (
                 [reading(), reading(), reading(), reading()],
@@ -242,9 +243,9 @@ mod tests {
             progress.begin(step);
             too_long(Duration::from_secs(30), &progress)
         };
-        let read = said(Step::Reading("a.toml".to_owned()));
+        let read = said(LoadStep::Reading("a.toml".to_owned()));
         assert!(read.contains("reading `a.toml`: does the disk or network mount"), "{read}");
-        let rule = said(Step::Rule("unused-tag"));
+        let rule = said(LoadStep::Rule("unused-tag"));
         assert!(rule.ends_with("What took longest was the rule `unused-tag`."), "{rule}");
     }
 

@@ -9,7 +9,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::daemon::config::{self, LoadWarning, Setup};
+use crate::daemon::config::{self, ControllerSetup, LoadWarning};
 use crate::daemon::narration::Narration;
 use crate::daemon::systemd::fault_too_late;
 use rungd_base::duration_text::duration_text;
@@ -17,29 +17,33 @@ use rungd_base::progress::Progress;
 use rungd_config::controller::device::Device;
 use rungd_engine::isa::Address;
 use rungd_engine::{self as engine, Engine};
-use rungd_io::modbus::settings::Modbus;
+use rungd_io::modbus::settings::ModbusServerSettings;
 use rungd_io::plant::settings::Rule;
 use rungd_language::source::render::Style;
 use rungd_runtime::exchange::Snapshot;
-use rungd_runtime::{Carried, Contents, Package, Safe, Taped};
-use rungd_state::reload::{self, OTHER_DEVICES, OTHER_SIZES, ReloadPlan, Side, WARNING};
+use rungd_runtime::{CarriedWatches, Package, PackageParts, SafeState, Taped};
+use rungd_state::reload::{self, LoweredProgram, OTHER_DEVICES, OTHER_SIZES, ReloadPlan, WARNING};
 
 /// A program that is or was running, with its settings.
-pub(in crate::daemon) struct Running {
+pub(in crate::daemon) struct RunningProgram {
     pub program: engine::Program,
-    pub setup: Setup,
+    pub setup: ControllerSetup,
 }
 
 /// A program that is ready for its swap.
-pub(super) struct Ready {
-    pub running: Arc<Running>,
+pub(super) struct ReadyProgram {
+    pub running: Arc<RunningProgram>,
     pub plan: ReloadPlan,
     pub package: Box<Package<Taped>>,
 }
 
 /// Reads and checks the files; the text of `Err` contains all findings. The files must keep the
 /// sizes of memory, the devices and their cells, as in `first`, the first program of the process.
-pub(super) fn read(path: &Path, first: &Running, progress: &Progress) -> Result<Running, String> {
+pub(super) fn read(
+    path: &Path,
+    first: &RunningProgram,
+    progress: &Progress,
+) -> Result<RunningProgram, String> {
     let style = Style { color: false, deny_warnings: false };
     let loaded = config::load(path, style, progress).map_err(|failure| format!("{failure:#}"))?;
     let (program, setup) = loaded?;
@@ -54,17 +58,22 @@ pub(super) fn read(path: &Path, first: &Running, progress: &Progress) -> Result<
     if let Some(why) = reload::misfit(wired, needed, symbols) {
         return Err(format!("{}: {why}", setup.controller));
     }
-    Ok(Running { program, setup })
+    Ok(RunningProgram { program, setup })
 }
 
-impl Ready {
+impl ReadyProgram {
     /// Prepares `next` as the successor of `old`.
-    pub fn of(old: &Running, next: Arc<Running>, generation: u32, latest: &Snapshot) -> Ready {
+    pub fn of(
+        old: &RunningProgram,
+        next: Arc<RunningProgram>,
+        generation: u32,
+        latest: &Snapshot,
+    ) -> ReadyProgram {
         let plan = ReloadPlan::new(side(old), side(&next));
         let mut engine = Engine::new(next.program.clone());
         engine.touch();
         let setup = &next.setup;
-        let contents = Contents {
+        let contents = PackageParts {
             transfer: plan.transfer.clone(),
             generation,
             tempo: setup.pace.tempo,
@@ -77,14 +86,19 @@ impl Ready {
         };
         let machine = Taped::new(engine).with_spares();
         let package = Box::new(Package::new(machine, contents, latest));
-        Ready { running: next, plan, package }
+        ReadyProgram { running: next, plan, package }
     }
 }
 
 /// The changed settings of the controller file that take effect with the swap, one per line.
-pub(super) fn settings(started: &Setup, old: &Setup, new: &Setup) -> Vec<String> {
+pub(super) fn settings(
+    started: &ControllerSetup,
+    old: &ControllerSetup,
+    new: &ControllerSetup,
+) -> Vec<String> {
     let (was, is) = (old.pace.tempo, new.pace.tempo);
-    let elements = |of: &Setup| of.retain.as_ref().map_or(0, |wanted| wanted.plan.elements());
+    let elements =
+        |setup: &ControllerSetup| setup.retain.as_ref().map_or(0, |wanted| wanted.plan.elements());
     let kept = if started.retain.is_some() { (elements(old), elements(new)) } else { (0, 0) };
     let said = [
         ("scan period", duration_text(was.period_ns), duration_text(is.period_ns)),
@@ -98,9 +112,10 @@ pub(super) fn settings(started: &Setup, old: &Setup, new: &Setup) -> Vec<String>
     ];
     let differ = said.into_iter().filter(|(_, was, is)| was != is);
     let mut lines: Vec<_> = differ.map(|(what, was, is)| format!("{what} {was} → {is}")).collect();
-    let ranges = |of: &Setup| of.retain.as_ref().map_or(String::new(), |r| r.plan.ranges());
+    let ranges =
+        |setup: &ControllerSetup| setup.retain.as_ref().map_or(String::new(), |r| r.plan.ranges());
     if started.retain.is_some() && ranges(old) != ranges(new) {
-        let say = |of: &Setup| Some(ranges(of)).filter(|said| !said.is_empty());
+        let say = |setup: &ControllerSetup| Some(ranges(setup)).filter(|said| !said.is_empty());
         let (was, is) = (say(old), say(new));
         let (was, is) = (was.as_deref().unwrap_or("none"), is.as_deref().unwrap_or("none"));
         lines.push(format!("retained ranges {was} → {is}"));
@@ -129,10 +144,10 @@ fn nanoseconds(time: Duration) -> u64 {
 }
 
 /// The operands that pages may write from now on, and those that they may not write any more.
-fn pages(old: &Setup, new: &Setup) -> Vec<String> {
+fn pages(old: &ControllerSetup, new: &ControllerSetup) -> Vec<String> {
     let (was, is) = (&old.pages_write, &new.pages_write);
-    let lacking = |from: &[Address], of: &[Address], setup: &Setup| {
-        let names = from.iter().filter(|address| !of.contains(address));
+    let lacking = |from: &[Address], operands: &[Address], setup: &ControllerSetup| {
+        let names = from.iter().filter(|address| !operands.contains(address));
         names.map(|address| setup.symbols.names.say(*address)).collect::<Vec<_>>()
     };
     let mut lines = Vec::new();
@@ -150,7 +165,7 @@ fn pages(old: &Setup, new: &Setup) -> Vec<String> {
 }
 
 /// The parts of `[modbus-server]` that change with the swap.
-fn modbus(was: &Modbus, is: &Modbus) -> Vec<String> {
+fn modbus(was: &ModbusServerSettings, is: &ModbusServerSettings) -> Vec<String> {
     let (old, new) = (&was.entries, &is.entries);
     let entries = old.len() != new.len()
         || !old.iter().zip(new).all(|(was, is)| was.is_like(is))
@@ -175,25 +190,25 @@ const NAMES_MAX: usize = 10;
 const WARNINGS_MAX: usize = 20;
 
 /// The warnings of the check that the running program does not have.
-fn warnings(old: &[LoadWarning], new: &Setup) -> Vec<String> {
+fn warnings(old: &[LoadWarning], new: &ControllerSetup) -> Vec<String> {
     let mut known: HashMap<&str, usize> = HashMap::new();
-    old.iter().for_each(|of| *known.entry(&of.text).or_default() += 1);
-    let mut is_new = |of: &&LoadWarning| match known.get_mut(of.text.as_str()) {
+    old.iter().for_each(|warning| *known.entry(&warning.text).or_default() += 1);
+    let mut is_new = |warning: &&LoadWarning| match known.get_mut(warning.text.as_str()) {
         Some(left) if *left > 0 => {
             *left -= 1;
             false
         }
         Some(_) | None => true,
     };
-    let fresh: Vec<&LoadWarning> = new.warnings.iter().filter(|of| is_new(of)).collect();
-    let line = |of: &&LoadWarning| {
-        let file = new.files.get(of.span.file.0 as usize);
+    let fresh: Vec<&LoadWarning> = new.warnings.iter().filter(|warning| is_new(warning)).collect();
+    let line = |warning: &&LoadWarning| {
+        let file = new.files.get(warning.span.file.0 as usize);
         let place = file.map_or_else(String::new, |file| {
-            let before = file.text.as_bytes().iter().take(of.span.start as usize);
+            let before = file.text.as_bytes().iter().take(warning.span.start as usize);
             let line = before.filter(|byte| **byte == b'\n').count() + 1;
             format!("{}:{line}: ", file.name)
         });
-        format!("{WARNING}{place}{}", of.text)
+        format!("{WARNING}{place}{}", warning.text)
     };
     let mut lines: Vec<String> = fresh.iter().take(WARNINGS_MAX).map(line).collect();
     let more = fresh.len().saturating_sub(WARNINGS_MAX);
@@ -205,8 +220,8 @@ fn warnings(old: &[LoadWarning], new: &Setup) -> Vec<String> {
 
 /// The outputs whose safe value changed: one line for each run of neighbouring outputs with the
 /// same change.
-fn safe_values(old: &[Safe], new: &[Safe]) -> Vec<String> {
-    let mut runs: Vec<(usize, usize, (Safe, Safe))> = Vec::new();
+fn safe_values(old: &[SafeState], new: &[SafeState]) -> Vec<String> {
+    let mut runs: Vec<(usize, usize, (SafeState, SafeState))> = Vec::new();
     for (y, values) in old.iter().copied().zip(new.iter().copied()).enumerate() {
         match runs.last_mut() {
             _ if values.0 == values.1 => {}
@@ -214,12 +229,12 @@ fn safe_values(old: &[Safe], new: &[Safe]) -> Vec<String> {
             _ => runs.push((y, y, values)),
         }
     }
-    let say = |safe: Safe| match safe {
-        Safe::Off => "OFF",
-        Safe::On => "ON",
-        Safe::Hold => "held",
+    let say = |safe: SafeState| match safe {
+        SafeState::Off => "OFF",
+        SafeState::On => "ON",
+        SafeState::Hold => "held",
     };
-    let line = |(first, last, (was, is)): (usize, usize, (Safe, Safe))| {
+    let line = |(first, last, (was, is)): (usize, usize, (SafeState, SafeState))| {
         let which =
             if first == last { format!("Y{y}", y = first) } else { format!("Y{first}..Y{last}") };
         format!("{which} outside RUN {} → {}", say(was), say(is))
@@ -227,12 +242,12 @@ fn safe_values(old: &[Safe], new: &[Safe]) -> Vec<String> {
     runs.into_iter().map(line).collect()
 }
 
-fn side(of: &Running) -> Side<'_> {
-    Side { program: &of.program, symbols: &of.setup.symbols }
+fn side(running: &RunningProgram) -> LoweredProgram<'_> {
+    LoweredProgram { program: &running.program, symbols: &running.setup.symbols }
 }
 
 /// Pairs the watched alarms and tags of both programs by the tags' names.
-fn carried(old: &Narration, new: &Narration) -> Carried {
+fn carried(old: &Narration, new: &Narration) -> CarriedWatches {
     let places = |old: Vec<String>, new: Vec<String>| -> Vec<Option<u32>> {
         let mut first: HashMap<String, u32> = HashMap::new();
         for (at, name) in (0..).zip(old) {
@@ -241,19 +256,19 @@ fn carried(old: &Narration, new: &Narration) -> Carried {
         new.iter().map(|name| first.get(name).copied()).collect()
     };
     let ((old_bits, old_words), (bits, words)) = (old.watched_names(), new.watched_names());
-    Carried { bits: places(old_bits, bits), words: places(old_words, words) }
+    CarriedWatches { bits: places(old_bits, bits), words: places(old_words, words) }
 }
 
 /// The settings that differ from those of the start, and that a reload does not apply.
-pub(super) fn needs_restart(old: &Setup, new: &Setup) -> Vec<String> {
-    let retain = |of: &Setup| {
-        let wanted = of.retain.as_ref()?;
+pub(super) fn needs_restart(old: &ControllerSetup, new: &ControllerSetup) -> Vec<String> {
+    let retain = |setup: &ControllerSetup| {
+        let wanted = setup.retain.as_ref()?;
         Some((wanted.path.clone(), wanted.interval, wanted.runs_cold, wanted.budget))
     };
     // If `[retain]` is gone, the line about the ranges reports it.
     let retain_differs = new.retain.is_some() && retain(old) != retain(new);
-    let modbus = |of: &Setup| {
-        let server = of.modbus.as_ref()?;
+    let modbus = |setup: &ControllerSetup| {
+        let server = setup.modbus.as_ref()?;
         let times = (server.frame_timeout_ms, server.idle_timeout_ms);
         Some((server.listen, server.connections, times))
     };

@@ -1,7 +1,7 @@
 //! The report of a reload: the differences of two programs, with the values of the old memory and
 //! the texts of both programs' files. Called by `daemon::reload`.
 
-use crate::daemon::config::Setup;
+use crate::daemon::config::ControllerSetup;
 use rungd_engine::Cell;
 use rungd_runtime::{Package, Taped};
 use rungd_state::reload::{FileTexts, OldMemory, ReloadPlan};
@@ -12,7 +12,7 @@ pub(super) fn of_swap(
     plan: &ReloadPlan,
     package: &Package<Taped>,
     forces: &[Cell],
-    setups: (&Setup, &Setup),
+    setups: (&ControllerSetup, &ControllerSetup),
 ) -> Vec<String> {
     let engine = package.machine.engine();
     let image = engine.image();
@@ -33,12 +33,12 @@ pub(super) fn of_swap(
 pub(super) fn with_texts(
     plan: &ReloadPlan,
     seen: &OldMemory<'_>,
-    (old, new): (&Setup, &Setup),
+    (old, new): (&ControllerSetup, &ControllerSetup),
 ) -> Vec<String> {
     let (old, new) = (texts(old), texts(new));
     plan.report(seen, FileTexts { old: &old, new: &new })
 }
 
-fn texts(of: &Setup) -> Vec<&str> {
-    of.files.iter().map(|file| &*file.text).collect()
+fn texts(setup: &ControllerSetup) -> Vec<&str> {
+    setup.files.iter().map(|file| &*file.text).collect()
 }

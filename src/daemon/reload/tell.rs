@@ -1,15 +1,20 @@
 //! The log lines of reloads and rollbacks.
 
-use super::trial::Trial;
-use crate::daemon::config::Setup;
+use super::trial::Probation;
+use crate::daemon::config::ControllerSetup;
 use rungd_base::duration_text::duration_text;
-use rungd_client::operator::protocol::{Refusal, RefusalKind, Reloaded, is_run};
+use rungd_client::operator::protocol::{RefusalKind, ReloadResult, RequestRefusal, is_run};
 use rungd_runtime::exchange::FaultReason;
 use rungd_runtime::say::say;
 use rungd_state::reload::WARNING;
 
 /// Logs a completed reload.
-pub(super) fn done(who: &str, done: &Reloaded, setup: &Setup, trial: Option<Trial>) {
+pub(super) fn done(
+    who: &str,
+    done: &ReloadResult,
+    setup: &ControllerSetup,
+    trial: Option<Probation>,
+) {
     report(done);
     let ladder = &setup.ladder;
     let probation = trial.map_or(0, |_| setup.probation.as_nanos() as u64);
@@ -29,7 +34,7 @@ pub(super) fn done(who: &str, done: &Reloaded, setup: &Setup, trial: Option<Tria
 }
 
 /// Logs a reload that found the files unchanged.
-pub(super) fn same(who: &str, same: &Reloaded) {
+pub(super) fn same(who: &str, same: &ReloadResult) {
     report(same);
     say!(
         RELOAD_SAME,
@@ -41,7 +46,7 @@ pub(super) fn same(who: &str, same: &Reloaded) {
 }
 
 /// Logs a completed rollback.
-pub(super) fn rolled_back(who: &str, done: &Reloaded, fault: Option<FaultReason>) {
+pub(super) fn rolled_back(who: &str, done: &ReloadResult, fault: Option<FaultReason>) {
     report(done);
     let why = fault.map_or_else(|| "asked for".to_owned(), |fault| format!("FAULT: {fault}"));
     let next = match done.mode.as_str() {
@@ -60,14 +65,14 @@ pub(super) fn rolled_back(who: &str, done: &Reloaded, fault: Option<FaultReason>
     );
 }
 
-fn takes_over(done: &Reloaded) -> String {
+fn takes_over(done: &ReloadResult) -> String {
     match done.mode.as_str() {
         mode if is_run(mode) => "scans".to_owned(),
         mode => format!("is loaded ({mode}: nothing is scanned until `rungd mode run`)"),
     }
 }
 
-fn report(done: &Reloaded) {
+fn report(done: &ReloadResult) {
     for line in &done.report {
         match line.strip_prefix(WARNING) {
             Some(line) => say!(RELOAD_WARNING, "{line}"),
@@ -80,7 +85,7 @@ fn report(done: &Reloaded) {
 }
 
 /// Logs a refusal: one line with the error, then the findings line by line.
-pub(super) fn refusal(who: &str, refusal: &Refusal) {
+pub(super) fn refusal(who: &str, refusal: &RequestRefusal) {
     if refusal.kind != RefusalKind::BadFiles {
         let why = &refusal.message;
         say!(RELOAD_REFUSED, who, "{who} asked for a change of program: {why}");

@@ -17,7 +17,7 @@ const SCANS_LEAST: u64 = 2;
 
 /// A program within its probation.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Trial {
+pub(super) struct Probation {
     span: Duration,
     /// Whether a fault causes a rollback: the previous program had no fault of its own.
     goes_back: bool,
@@ -29,7 +29,7 @@ pub(super) struct Trial {
 
 /// The result of a look at a program on trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Verdict {
+pub(super) enum ProbationVerdict {
     /// The probation continues.
     Wait,
     /// The program has passed its probation.
@@ -40,33 +40,37 @@ pub(super) enum Verdict {
     GoBack { fault: FaultReason, first: bool },
 }
 
-impl Trial {
+impl Probation {
     /// Begins the trial of a program that was swapped in while this mode was set; `None` without
     /// probation.
-    pub fn new(span: Duration, found: Mode) -> Option<Trial> {
+    pub fn new(span: Duration, found: Mode) -> Option<Probation> {
         let goes_back = !matches!(found, Mode::Fault(_));
-        (!span.is_zero()).then_some(Trial { span, goes_back, until: None, tried: None })
+        (!span.is_zero()).then_some(Probation { span, goes_back, until: None, tried: None })
     }
 
     /// Judges the program. `scans` is the number of complete scans of the process.
-    pub fn look(&mut self, mode: Mode, scans: u64, now: Instant) -> Verdict {
+    pub fn look(&mut self, mode: Mode, scans: u64, now: Instant) -> ProbationVerdict {
         match mode {
             Mode::Run => {
                 let begin = (now + self.span, scans + SCANS_LEAST);
                 let (until, enough) = *self.until.get_or_insert(begin);
-                if now >= until && scans >= enough { Verdict::Proved } else { Verdict::Wait }
+                if now >= until && scans >= enough {
+                    ProbationVerdict::Proved
+                } else {
+                    ProbationVerdict::Wait
+                }
             }
-            Mode::Fault(FaultReason::EnginePanic) => Verdict::NoWayBack,
+            Mode::Fault(FaultReason::EnginePanic) => ProbationVerdict::NoWayBack,
             Mode::Fault(fault) if self.goes_back => {
                 if self.tried.is_some_and(|tried| now < tried + TRY_AGAIN) {
-                    return Verdict::Wait;
+                    return ProbationVerdict::Wait;
                 }
                 let first = self.tried.replace(now).is_none();
-                Verdict::GoBack { fault, first }
+                ProbationVerdict::GoBack { fault, first }
             }
             Mode::Fault(_) | Mode::Stop(_) => {
                 self.until = None;
-                Verdict::Wait
+                ProbationVerdict::Wait
             }
         }
     }
@@ -82,8 +86,8 @@ mod tests {
 
     /// Looks at a trial at these times (in ms), each time in the given mode, and compares the
     /// verdicts.
-    fn check(found: Mode, looks: &[(u64, Mode, Verdict)]) {
-        let (begin, mut trial) = (Instant::now(), Trial::new(Duration::from_secs(1), found));
+    fn check(found: Mode, looks: &[(u64, Mode, ProbationVerdict)]) {
+        let (begin, mut trial) = (Instant::now(), Probation::new(Duration::from_secs(1), found));
         for (ms, mode, verdict) in looks {
             let now = begin + Duration::from_millis(*ms);
             let found = trial.as_mut().unwrap().look(*mode, ms / 10, now);
@@ -91,19 +95,20 @@ mod tests {
         }
     }
 
-    fn back(first: bool) -> Verdict {
-        Verdict::GoBack { fault: FaultReason::ScanNeverEnds, first }
+    fn back(first: bool) -> ProbationVerdict {
+        ProbationVerdict::GoBack { fault: FaultReason::ScanNeverEnds, first }
     }
 
     #[test]
     fn probation_is_time_in_run() {
-        use Verdict::{Proved, Wait};
+        use ProbationVerdict::{Proved, Wait};
         let run = Mode::Run;
         check(run, &[(0, run, Wait), (999, run, Wait), (1000, run, Proved)]);
         check(STOP, &[(0, STOP, Wait), (5000, run, Wait), (5999, run, Wait), (6000, run, Proved)]);
         check(run, &[(0, run, Wait), (900, STOP, Wait), (1000, run, Wait), (2000, run, Proved)]);
-        assert!(Trial::new(Duration::ZERO, run).is_none());
-        let (begin, mut slow) = (Instant::now(), Trial::new(Duration::from_secs(1), run).unwrap());
+        assert!(Probation::new(Duration::ZERO, run).is_none());
+        let (begin, mut slow) =
+            (Instant::now(), Probation::new(Duration::from_secs(1), run).unwrap());
         for (ms, scans, verdict) in [(0, 7, Wait), (60_000, 8, Wait), (120_000, 9, Proved)] {
             assert_eq!(slow.look(run, scans, begin + Duration::from_millis(ms)), verdict);
         }
@@ -112,7 +117,10 @@ mod tests {
     #[test]
     fn an_engine_panic_is_not_rolled_back() {
         let bug = Mode::Fault(FaultReason::EnginePanic);
-        check(Mode::Run, &[(0, Mode::Run, Verdict::Wait), (10, bug, Verdict::NoWayBack)]);
+        check(
+            Mode::Run,
+            &[(0, Mode::Run, ProbationVerdict::Wait), (10, bug, ProbationVerdict::NoWayBack)],
+        );
     }
 
     #[test]
@@ -120,12 +128,20 @@ mod tests {
         let run = Mode::Run;
         check(
             run,
-            &[(0, FAULT, back(true)), (10, FAULT, Verdict::Wait), (600, FAULT, back(false))],
+            &[
+                (0, FAULT, back(true)),
+                (10, FAULT, ProbationVerdict::Wait),
+                (600, FAULT, back(false)),
+            ],
         );
-        check(STOP, &[(0, STOP, Verdict::Wait), (9000, FAULT, back(true))]);
+        check(STOP, &[(0, STOP, ProbationVerdict::Wait), (9000, FAULT, back(true))]);
         check(
             FAULT,
-            &[(0, FAULT, Verdict::Wait), (1, run, Verdict::Wait), (9, FAULT, Verdict::Wait)],
+            &[
+                (0, FAULT, ProbationVerdict::Wait),
+                (1, run, ProbationVerdict::Wait),
+                (9, FAULT, ProbationVerdict::Wait),
+            ],
         );
     }
 }

@@ -1,31 +1,31 @@
 //! The data of a program that its readers need: the desk, the log, the Modbus server, the simulated
 //! device and retentive memory.
 
-use crate::daemon::config::Setup;
+use crate::daemon::config::ControllerSetup;
 use crate::daemon::narration::Narration;
-use crate::daemon::operator::{AboutParts, View};
+use crate::daemon::operator::{ProgramView, StatusSources};
 use crate::daemon::record;
-use rungd_io::modbus::settings::Modbus;
+use rungd_io::modbus::settings::ModbusServerSettings;
 use rungd_io::{modbus, plant};
 use rungd_language::resolve::program::Program;
 use rungd_runtime::Generations;
 use rungd_state::retain::RetainPlan;
 
 /// The readers' data of each program, by generation; one field per reader.
-pub(in super::super) struct Views {
-    pub desk: Generations<View>,
-    pub about: AboutParts,
+pub(in super::super) struct ProgramViews {
+    pub desk: Generations<ProgramView>,
+    pub about: StatusSources,
     pub narration: Generations<Narration>,
     /// The server's maps, and the settings of its start.
-    pub modbus: Option<(Generations<modbus::Map>, Modbus)>,
+    pub modbus: Option<(Generations<modbus::ModbusMap>, ModbusServerSettings)>,
     pub device: Option<Generations<plant::Rules>>,
 }
 
-impl Views {
+impl ProgramViews {
     /// Enters a program, before its swap.
-    pub(super) fn insert(&self, generation: u32, setup: &Setup) {
+    pub(super) fn insert(&self, generation: u32, setup: &ControllerSetup) {
         self.about.recording.program(record::program(setup, generation), setup.access);
-        self.desk.insert(generation, View::new(setup, &self.about));
+        self.desk.insert(generation, ProgramView::new(setup, &self.about));
         self.narration.insert(generation, setup.narration.clone());
         let layout = &setup.symbols.layout;
         if let Some((maps, started)) = &self.modbus {
@@ -34,7 +34,7 @@ impl Views {
             let none = started.clone().bare();
             let settings = setup.modbus.as_ref().unwrap_or(&none);
             let limits = |word| setup.symbols.limits(word);
-            maps.insert(generation, modbus::Map::new(settings, layout, limits));
+            maps.insert(generation, modbus::ModbusMap::new(settings, layout, limits));
         }
         if let Some(retention) = &self.about.retention {
             // If the new file has no `[retain]`, nothing is written: the file keeps its last image.

@@ -115,7 +115,7 @@ impl ChangeFollower {
         }
         if is_new {
             let Some(values) = run.begin(section) else { return };
-            run.told(&values);
+            run.mark_reported(&values);
             let program = Arc::clone(&run.program);
             events.push(LogEvent::Begins { program, values, at });
         }

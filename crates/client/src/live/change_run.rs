@@ -75,7 +75,7 @@ impl ChangeRun {
     }
 
     /// Marks the contents at the start of a section as reported.
-    pub fn told(&mut self, values: &[i32]) {
+    pub fn mark_reported(&mut self, values: &[i32]) {
         self.values.iter_mut().zip(values).for_each(|(known, value)| *known = Some(*value));
     }
 
@@ -88,7 +88,9 @@ impl ChangeRun {
         tell: &mut dyn FnMut(LoggedChange),
     ) -> bool {
         let name = (process_start_ns, sequence);
-        let begun = self.done.filter(|(of, done)| *of == name && *done <= section.entries.len());
+        let begun = self
+            .done
+            .filter(|(section_name, done)| *section_name == name && *done <= section.entries.len());
         let begin_ns = begin_unix_ns(section);
         if begun.is_none() {
             if !self.engine.resume(&section.state) {

@@ -28,16 +28,16 @@ pub struct LiveEvent {
 
 /// The events of sections, the newest last.
 pub(super) fn events(program: &LiveProgram, sections: &[Arc<TapeSection>]) -> Vec<LiveEvent> {
-    let told = told(program);
+    let told = reported_cells(program);
     let cells: Vec<Cell> = told.iter().map(|(cell, _)| *cell).collect();
     let changes = program.subject.changes(sections, &cells);
     let mut all: Vec<LiveEvent> = Vec::new();
     for change in changes.iter().filter(|change| change.before.is_some()) {
-        let of = told.iter().filter(|(cell, _)| *cell == change.cell);
-        all.extend(of.map(|(_, what)| LiveEvent {
+        let kinds = told.iter().filter(|(cell, _)| *cell == change.cell);
+        all.extend(kinds.map(|(_, what)| LiveEvent {
             scan: change.scan,
             unix_ns: change.unix_ns,
-            is_alarm: matches!(what, Told::Alarm(..)) && change.after != 0,
+            is_alarm: matches!(what, ChangeKind::Alarm(..)) && change.after != 0,
             text: what.text([change.before.unwrap_or(0), change.after], &|content| {
                 value_text(program, change.cell, content)
             }),
@@ -50,7 +50,7 @@ pub(super) fn events(program: &LiveProgram, sections: &[Arc<TapeSection>]) -> Ve
 }
 
 /// The kind of event that a change of a cell causes.
-enum Told {
+enum ChangeKind {
     Block(String),
     Stage(String),
     /// The tag and its text.
@@ -59,14 +59,14 @@ enum Told {
     Word(String),
 }
 
-impl Told {
+impl ChangeKind {
     fn operand(&self) -> &str {
         match self {
-            Told::Block(name)
-            | Told::Stage(name)
-            | Told::Alarm(name, _)
-            | Told::Bit(name)
-            | Told::Word(name) => name,
+            ChangeKind::Block(name)
+            | ChangeKind::Stage(name)
+            | ChangeKind::Alarm(name, _)
+            | ChangeKind::Bit(name)
+            | ChangeKind::Word(name) => name,
         }
     }
 
@@ -74,35 +74,36 @@ impl Told {
     fn text(&self, [before, after]: [i32; 2], value: &dyn Fn(i32) -> String) -> String {
         let state = if after != 0 { "ON" } else { "OFF" };
         match self {
-            Told::Block(name) => {
+            ChangeKind::Block(name) => {
                 let name = name.trim_end_matches(".Running");
                 format!("{name} {}", if after != 0 { "started" } else { "stopped" })
             }
-            Told::Stage(name) => format!("Stage {name} is {state}"),
-            Told::Alarm(tag, text) if after != 0 => format!("alarm: {text} ({tag})"),
-            Told::Alarm(tag, text) => format!("alarm gone: {text} ({tag})"),
-            Told::Bit(name) => format!("{name} is {state}"),
-            Told::Word(name) => format!("{name} is {}, was {}", value(after), value(before)),
+            ChangeKind::Stage(name) => format!("Stage {name} is {state}"),
+            ChangeKind::Alarm(tag, text) if after != 0 => format!("alarm: {text} ({tag})"),
+            ChangeKind::Alarm(tag, text) => format!("alarm gone: {text} ({tag})"),
+            ChangeKind::Bit(name) => format!("{name} is {state}"),
+            ChangeKind::Word(name) => format!("{name} is {}, was {}", value(after), value(before)),
         }
     }
 }
 
-fn told(program: &LiveProgram) -> Vec<(Cell, Told)> {
+fn reported_cells(program: &LiveProgram) -> Vec<(Cell, ChangeKind)> {
     let symbols = program.subject.symbols();
     let bit = |bit: Bit| symbols.layout.cell(Address::Bit(bit));
     let blocks = (0..).zip(&symbols.names.blocks).filter_map(|(at, block)| {
-        let running = Told::Block(format!("{}.Running", block.name));
+        let running = ChangeKind::Block(format!("{}.Running", block.name));
         Some((bit(Bit::Running(BlockId(at)))?, running))
     });
     let stages = (0..).zip(&symbols.names.stages).filter_map(|(at, stage)| {
-        Some((bit(Bit::Stage(StageId(at)))?, Told::Stage(stage.whole.clone())))
+        Some((bit(Bit::Stage(StageId(at)))?, ChangeKind::Stage(stage.whole.clone())))
     });
     let alarms = symbols.alarms.iter();
-    let alarms = alarms
-        .map(|alarm| (Cell::Bit(alarm.bit), Told::Alarm(alarm.tag.clone(), alarm.text.clone())));
-    let tags = symbols.logged.iter().map(|of| match of.cell {
-        Cell::Bit(_) => (of.cell, Told::Bit(of.tag.clone())),
-        Cell::Word(_) => (of.cell, Told::Word(of.tag.clone())),
+    let alarms = alarms.map(|alarm| {
+        (Cell::Bit(alarm.bit), ChangeKind::Alarm(alarm.tag.clone(), alarm.text.clone()))
+    });
+    let tags = symbols.logged.iter().map(|logged| match logged.cell {
+        Cell::Bit(_) => (logged.cell, ChangeKind::Bit(logged.tag.clone())),
+        Cell::Word(_) => (logged.cell, ChangeKind::Word(logged.tag.clone())),
     });
     blocks.chain(stages).chain(alarms).chain(tags).collect()
 }
@@ -120,7 +121,7 @@ fn outside(program: &LiveProgram, section: &TapeSection, all: &mut Vec<LiveEvent
         };
         match step.entry {
             TapeEntry::Mode(mode) => all.push(event(mode.to_string(), None)),
-            TapeEntry::Origin(of) => origin = Some(of),
+            TapeEntry::Origin(entry_origin) => origin = Some(entry_origin),
             TapeEntry::Call(call) => {
                 let who = origin.and_then(|origin| who(section, origin));
                 all.extend(done(program, call, who).map(|(text, name)| event(text, Some(name))));
@@ -138,7 +139,7 @@ fn who(section: &TapeSection, origin: Origin) -> Option<&str> {
     match origin {
         Origin::Inputs | Origin::Device(_) => None,
         Origin::Batch(_) | Origin::Command(_) => {
-            let mut known = section.who.iter().filter(|(of, _)| *of == origin);
+            let mut known = section.who.iter().filter(|(known_origin, _)| *known_origin == origin);
             known.next().map(|(_, who)| who.as_str())
         }
     }

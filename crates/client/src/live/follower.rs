@@ -12,7 +12,7 @@ use super::live_past::{EarlierProgram, LivePast};
 use super::program::LiveProgram;
 use super::view::LiveView;
 use crate::operator::client::{self, CallFailure};
-use crate::operator::protocol::{Present, RecordingBytes, Request};
+use crate::operator::protocol::{PresentOutputs, RecordingBytes, Request};
 use rungd_engine::Program;
 use rungd_history::observe::{PowerRun, ScanPower};
 use rungd_history::playback::Playback;
@@ -58,13 +58,13 @@ type KeptSection = (u64, Arc<TapeSection>);
 
 /// Follows a controller.
 #[derive(Default)]
-pub struct Follower {
+pub struct ControllerFollower {
     /// The running program and its scans.
-    known: Option<KnownProgram>,
+    known: Option<FollowedProgram>,
     last: LastProgram,
 }
 
-struct KnownProgram {
+struct FollowedProgram {
     program: Arc<LiveProgram>,
     run: PowerRun,
     playback: Playback<Program>,
@@ -76,7 +76,7 @@ struct KnownProgram {
     earlier: Option<Arc<EarlierProgram>>,
 }
 
-impl Follower {
+impl ControllerFollower {
     /// Looks at the last scan. Sends the controller one request; blocks until it has answered.
     ///
     /// # Errors
@@ -105,7 +105,7 @@ impl Follower {
         if self.known.as_ref().is_none_or(|known| known.program.recorded != running) {
             let earlier = self.known.take().and_then(|known| known.ended(&recording, &running));
             let program = LiveProgram::of(running).map_err(LookFailure::Unusable)?;
-            let known = KnownProgram { earlier, ..KnownProgram::new(Arc::new(program)) };
+            let known = FollowedProgram { earlier, ..FollowedProgram::new(Arc::new(program)) };
             self.known = Some(known);
         }
         let known = self.known.as_mut().ok_or_else(exchanged)?;
@@ -128,7 +128,7 @@ impl Follower {
 pub(super) fn recorded(
     socket: &Path,
     from_section: u64,
-) -> Result<(Vec<u8>, Option<Present>), LookFailure> {
+) -> Result<(Vec<u8>, Option<PresentOutputs>), LookFailure> {
     let request = Request::Recording { from_section: Some(from_section) };
     let answer: RecordingBytes = client::ask_within(socket, &request, ANSWER_MAX)?;
     let unusable = || LookFailure::Unusable("the controller's answer is not a recording".into());
@@ -152,13 +152,13 @@ fn exchanged() -> LookFailure {
     LookFailure::Unusable("the program has just been exchanged".to_owned())
 }
 
-impl KnownProgram {
-    fn new(program: Arc<LiveProgram>) -> KnownProgram {
+impl FollowedProgram {
+    fn new(program: Arc<LiveProgram>) -> FollowedProgram {
         let run = PowerRun::new(Arc::clone(&program.subject));
         let power = Arc::new(ScanPower::nothing());
         let playback = Playback::new(Recording::default(), program.subject.whole_code());
         let (has_minute, sections) = (false, Vec::new());
-        KnownProgram { program, run, playback, has_minute, sections, power, earlier: None }
+        FollowedProgram { program, run, playback, has_minute, sections, power, earlier: None }
     }
 
     /// Takes the sections of the program, and executes them up to the last scan.
@@ -190,7 +190,8 @@ impl KnownProgram {
 
     /// Drops the oldest sections.
     fn forget(&mut self) {
-        let mut entries: usize = self.sections.iter().map(|(_, of)| of.entries.len()).sum();
+        let mut entries: usize =
+            self.sections.iter().map(|(_, section)| section.entries.len()).sum();
         let mut first = self.sections.len().saturating_sub(SECTIONS_MAX as usize);
         for (_, section) in &self.sections {
             if entries <= ENTRIES_MAX || first + 1 >= self.sections.len() {
@@ -221,7 +222,7 @@ impl KnownProgram {
         is_next.then(|| Arc::new(earlier))
     }
 
-    fn view(&self, present: Option<Arc<Present>>) -> LiveView {
+    fn view(&self, present: Option<Arc<PresentOutputs>>) -> LiveView {
         LiveView {
             present,
             program: Arc::clone(&self.program),

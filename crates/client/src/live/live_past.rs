@@ -36,8 +36,8 @@ impl EarlierProgram {
 
 impl LivePast {
     fn limited(self, programs: u32) -> LivePast {
-        let earlier = self.earlier.filter(|_| programs > 0).map(|of| {
-            let EarlierProgram { subject, past } = &*of;
+        let earlier = self.earlier.filter(|_| programs > 0).map(|earlier_program| {
+            let EarlierProgram { subject, past } = &*earlier_program;
             let past = past.clone().limited(programs - 1);
             Arc::new(EarlierProgram { subject: Arc::clone(subject), past })
         });
@@ -59,7 +59,10 @@ impl Past for LivePast {
     }
 
     fn earlier(&mut self, _: &[&str]) -> Option<EarlierPast> {
-        let of = self.earlier.as_ref()?;
-        Some(EarlierPast { subject: Arc::clone(&of.subject), past: Box::new(of.past.clone()) })
+        let earlier = self.earlier.as_ref()?;
+        Some(EarlierPast {
+            subject: Arc::clone(&earlier.subject),
+            past: Box::new(earlier.past.clone()),
+        })
     }
 }

@@ -54,12 +54,12 @@ impl LoggedProgram {
 }
 
 /// A recorded program, and the program made from it or why it cannot be made.
-type KnownProgram = (Arc<RecordedProgram>, Result<Arc<LoggedProgram>, String>);
+type PreparedProgram = (Arc<RecordedProgram>, Result<Arc<LoggedProgram>, String>);
 
 /// The programs made so far, so that none is made twice.
 pub(super) struct LoggedPrograms {
     choose: ChooseCells,
-    known: Vec<KnownProgram>,
+    known: Vec<PreparedProgram>,
 }
 
 /// The most programs that are kept.
@@ -75,8 +75,11 @@ impl LoggedPrograms {
     /// # Errors
     /// This version of rungd cannot load it.
     pub fn of(&mut self, recorded: &Arc<RecordedProgram>) -> Result<Arc<LoggedProgram>, String> {
-        let is_it = |of: &Arc<RecordedProgram>| Arc::ptr_eq(of, recorded) || of == recorded;
-        if let Some((_, known)) = self.known.iter().find(|(of, _)| is_it(of)) {
+        let is_it = |known_program: &Arc<RecordedProgram>| {
+            Arc::ptr_eq(known_program, recorded) || known_program == recorded
+        };
+        if let Some((_, known)) = self.known.iter().find(|(known_program, _)| is_it(known_program))
+        {
             return known.clone();
         }
         let made = LoggedProgram::of(recorded, &self.choose).map(Arc::new);

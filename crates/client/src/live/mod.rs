@@ -1,11 +1,11 @@
 //! Follows a running controller from outside: its program, and every scan of the last minute with
 //! the power of each contact.
 //!
-//! A read-only client of the operator's socket. [`Follower`] requests the newest part of the scan
-//! log and keeps the last minute. Each look returns a [`LiveView`], which answers questions without
-//! the controller; `web` and `monitor` show it. A [`ChangeFollower`] reports every change of chosen
-//! cells once, and a [`ChangeHistory`] reports the changes of the past; `edge` publishes them.
-//! Deliberately absent: threads and clocks.
+//! A read-only client of the operator's socket. [`ControllerFollower`] requests the newest part of
+//! the scan log and keeps the last minute. Each look returns a [`LiveView`], which answers
+//! questions without the controller; `web` and `monitor` show it. A [`ChangeFollower`] reports
+//! every change of chosen cells once, and a [`ChangeHistory`] reports the changes of the past;
+//! `edge` publishes them. Deliberately absent: threads and clocks.
 
 mod change_follower;
 mod change_history;
@@ -26,7 +26,7 @@ mod view;
 pub use change_follower::ChangeFollower;
 pub use change_history::{ChangeHistory, HistorySpan, RecordedFolder};
 pub use events::LiveEvent;
-pub use follower::{Follower, LookFailure};
+pub use follower::{ControllerFollower, LookFailure};
 pub use log_event::{LogEvent, LogGap, LogPosition, LoggedChange};
 pub use logged_program::{ChooseCells, LoggedProgram, NamedCell};
 pub use program::{LiveProgram, LiveTag};

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::change_run::ChangeRun;
 use super::logged_program::{ChooseCells, LoggedProgram};
 use super::{LiveProgram, LiveView};
-use crate::operator::protocol::{Present, UnknownOutput};
+use crate::operator::protocol::{PresentOutputs, UnknownOutput};
 use rungd_config::controller::{OUTPUT_UNKNOWN, OutputState};
 use rungd_engine::{Cell, Engine, EngineCall, EngineState, ScanTimes};
 use rungd_history::observe::PowerRun;
@@ -96,7 +96,7 @@ impl Log {
         self.section.entries.push(TapeEntry::Mode(mode));
     }
 
-    fn view(&self, present: Option<Present>) -> LiveView {
+    fn view(&self, present: Option<PresentOutputs>) -> LiveView {
         let program = Arc::clone(&self.program);
         let mut run = PowerRun::new(Arc::clone(&program.subject));
         let power = Arc::new(run.last_of(&self.section).expect("it has scans"));
@@ -210,7 +210,7 @@ fn the_controller_knows_more_than_its_log() {
     let log = in_run();
     let lost = UnknownOutput { device: "cabinet".to_owned(), last: Some(false) };
     let unix_ns = 60_000_000_000;
-    let present = Present {
+    let present = PresentOutputs {
         mode: "FAULT".to_owned(),
         reason: None,
         unix_ns,

@@ -64,21 +64,22 @@ impl LiveProgram {
         let subject = Arc::new(subject);
         let picture = Picture::of(&subject);
         let mut parts: HashMap<String, HashMap<PartNumber, PartPlace>> = HashMap::new();
-        for (part, of) in (0..).zip(subject.contacts()) {
-            let of_element = parts.entry(of.element).or_default();
-            of_element.insert((of.rung, of.branch), PartPlace { part, first: of.first });
+        for (part, contact) in (0..).zip(subject.contacts()) {
+            let of_element = parts.entry(contact.element).or_default();
+            of_element
+                .insert((contact.rung, contact.branch), PartPlace { part, first: contact.first });
         }
         Ok(LiveProgram { recorded, subject, picture, controller, parts })
     }
 
     /// The number of the first contact of a rung or branch, among the contacts of the program.
     pub fn first_contact(&self, element: &str, rung: u32, branch: Option<u32>) -> Option<u32> {
-        self.place(element, (rung, branch)).map(|of| of.first)
+        self.place(element, (rung, branch)).map(|place| place.first)
     }
 
     /// The number of a rung or branch, among the parts of the program.
     pub fn part(&self, element: &str, rung: u32, branch: Option<u32>) -> Option<u32> {
-        self.place(element, (rung, branch)).map(|of| of.part)
+        self.place(element, (rung, branch)).map(|place| place.part)
     }
 
     fn place(&self, element: &str, part: PartNumber) -> Option<&PartPlace> {
@@ -116,7 +117,7 @@ impl LiveProgram {
         let branches = (1..).map(Some);
         let parts = std::iter::once(None)
             .chain(branches)
-            .map_while(|branch| self.place(element, (rung, branch)).map(|of| of.part));
+            .map_while(|branch| self.place(element, (rung, branch)).map(|place| place.part));
         let cells = parts.flat_map(cells);
         let mut names: Vec<String> = Vec::new();
         for name in cells.map(|cell| self.subject.operand(cell).name) {

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use super::program::LiveProgram;
-use crate::operator::protocol::Present;
+use crate::operator::protocol::PresentOutputs;
 use rungd_config::controller::OutputState;
 use rungd_engine::{BitCell, Cell};
 use rungd_history::observe::CellChanged;
@@ -43,7 +43,7 @@ pub(super) struct TrendMinute<'a> {
     pub program: &'a LiveProgram,
     pub sections: &'a [Arc<TapeSection>],
     /// What the controller does at present, and the content of the cell at the last scan.
-    pub present: Option<&'a Present>,
+    pub present: Option<&'a PresentOutputs>,
     pub content: i32,
 }
 
@@ -53,8 +53,11 @@ pub(super) fn trend(view: TrendMinute<'_>, cell: Cell) -> Trend {
         let begun = section.begins().last()?;
         Some((begun.number, section.start.unix_ns(begun.now_ns)))
     });
-    let point =
-        |of: CellChanged| TrendPoint { scan: of.scan, unix_ns: of.unix_ns, value: Some(of.after) };
+    let point = |changed: CellChanged| TrendPoint {
+        scan: changed.scan,
+        unix_ns: changed.unix_ns,
+        value: Some(changed.after),
+    };
     let points: Vec<TrendPoint> = match view.program.subject.output_rules().number(cell) {
         None => subject.changes(sections, &[cell]).into_iter().map(point).collect(),
         Some(number) => {
@@ -100,7 +103,9 @@ fn driven(view: TrendMinute<'_>, cell: Cell) -> Vec<TrendPoint> {
     let mut values = vec![0; cells.len()];
     let mut points: Vec<TrendPoint> = Vec::new();
     let mut add = |at: (i64, u64), mode: Mode, values: &[i32]| {
-        let ok = |ok: BitCell| cells.iter().zip(values).any(|of| of == (&Cell::Bit(ok), &1));
+        let ok = |ok: BitCell| {
+            cells.iter().zip(values).any(|cell_and_value| cell_and_value == (&Cell::Bit(ok), &1))
+        };
         let is_lost = rules.is_lost(cell, ok);
         let value = (!is_lost).then(|| rules.driven(cell, (mode, values[0])));
         if points.last().is_none_or(|last| last.value != value) {
@@ -110,14 +115,16 @@ fn driven(view: TrendMinute<'_>, cell: Cell) -> Vec<TrendPoint> {
     let changes = view.program.subject.changes(view.sections, &cells);
     for (number, change) in changes.iter().enumerate() {
         let at = (change.unix_ns, change.scan);
-        while let Some((of, next)) = modes.next_if(|(of, _)| *of < at) {
+        while let Some((changed_at, next)) = modes.next_if(|(changed_at, _)| *changed_at < at) {
             mode = next;
-            add(of, mode, &values);
+            add(changed_at, mode, &values);
         }
-        while let Some((_, next)) = modes.next_if(|(of, next)| *of == at && *next == Mode::Run) {
+        while let Some((_, next)) =
+            modes.next_if(|(changed_at, next)| *changed_at == at && *next == Mode::Run)
+        {
             mode = next;
         }
-        if let Some(place) = cells.iter().position(|of| *of == change.cell) {
+        if let Some(place) = cells.iter().position(|cell| *cell == change.cell) {
             values[place] = change.after;
         }
         // The changes of one scan count together.
@@ -125,9 +132,9 @@ fn driven(view: TrendMinute<'_>, cell: Cell) -> Vec<TrendPoint> {
             add(at, mode, &values);
         }
     }
-    for (of, next) in modes {
+    for (changed_at, next) in modes {
         mode = next;
-        add(of, mode, &values);
+        add(changed_at, mode, &values);
     }
     points
 }

@@ -8,7 +8,7 @@ use super::events::{LiveEvent, events};
 use super::live_past::{EarlierProgram, LivePast};
 use super::program::LiveProgram;
 use super::trend::{Trend, TrendMinute, trend};
-use crate::operator::protocol::Present;
+use crate::operator::protocol::PresentOutputs;
 use rungd_config::controller::OutputState;
 use rungd_engine::Cell;
 use rungd_engine::isa::Real;
@@ -27,7 +27,7 @@ pub struct LiveView {
     /// Whether `sections` contains the minute before the first look.
     pub has_minute: bool,
     /// The mode and the outputs at the look; `None` from an earlier version of rungd.
-    pub present: Option<Arc<Present>>,
+    pub present: Option<Arc<PresentOutputs>>,
     /// The sections of the minute, in order.
     pub(super) sections: Vec<Arc<TapeSection>>,
     /// The program that ran right before the first section.
@@ -114,7 +114,7 @@ impl LiveView {
     /// Whether the blocks are executed, as the log and the controller say.
     pub fn executes(&self, power: &ScanPower) -> bool {
         let is_last = power.scan == self.power.scan;
-        let stands = self.present.as_ref().is_some_and(|of| is_last && of.on.is_some());
+        let stands = self.present.as_ref().is_some_and(|outputs| is_last && outputs.on.is_some());
         power.mode == Mode::Run && !stands
     }
 

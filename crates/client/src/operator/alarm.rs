@@ -25,7 +25,7 @@ pub enum AlarmState {
 
 impl AlarmState {
     /// Whether the alarm's bit is ON.
-    pub fn stands(self) -> bool {
+    pub fn is_active(self) -> bool {
         match self {
             AlarmState::Unacknowledged | AlarmState::Acknowledged => true,
             AlarmState::Normal | AlarmState::Returned => false,
@@ -46,7 +46,7 @@ impl AlarmState {
 /// How many alarms of a list are active, and how many returned before anybody acknowledged them, as
 /// a sentence's beginning: `2 active alarms, 1 returned unacknowledged`.
 pub fn alarm_count(states: impl Iterator<Item = AlarmState>) -> String {
-    let (active, returned): (Vec<_>, Vec<_>) = states.partition(|state| state.stands());
+    let (active, returned): (Vec<_>, Vec<_>) = states.partition(|state| state.is_active());
     let counted = match active.len() {
         0 => "no active alarm".to_owned(),
         1 => "1 active alarm".to_owned(),
@@ -78,7 +78,7 @@ pub struct AlarmAck {
 
 /// An alarm that stands, or that went away unacknowledged.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Alarm {
+pub struct AlarmStatus {
     /// The tag.
     pub tag: String,
     /// The alarm's text, written by the ladder's author.
@@ -122,7 +122,7 @@ pub struct AlarmList {
     pub scans: u64,
     /// The standing alarms, in the order in which they rose; then the alarms that only wait for an
     /// acknowledgement.
-    pub alarms: Vec<Alarm>,
+    pub alarms: Vec<AlarmStatus>,
 }
 
 /// The answer to `ack` and `ack-all`.

@@ -21,7 +21,8 @@ use rustix::process::geteuid;
 use super::deadline::Deadline;
 use super::deadline::SLACK_MAX;
 use super::protocol::{
-    Awaited, DEADLINE, RECORDING_BYTES_MAX, Refusal, RefusalKind, Reply, Request, SentRequest,
+    AwaitedPart, DEADLINE, RECORDING_BYTES_MAX, RefusalKind, Reply, Request, RequestRefusal,
+    SentRequest,
 };
 use super::search_failure::SearchFailure;
 use super::view_socket_beside;
@@ -55,7 +56,7 @@ pub enum CallFailure {
     /// The connection broke, or the received bytes are not an answer.
     Broken(PathBuf, io::Error),
     /// The controller refuses.
-    Refused(Refusal),
+    Refused(RequestRefusal),
 }
 
 /// Sends a request to the controller at a socket, and returns the answer.
@@ -110,7 +111,7 @@ pub fn ask_by<T: DeserializeOwned>(
 /// # Errors
 /// [`CallFailure`].
 pub fn listener(socket: &Path) -> Result<Option<i32>, CallFailure> {
-    Ok(Process::of(&opened(socket)?).0)
+    Ok(PeerProcess::of(&opened(socket)?).0)
 }
 
 /// Opens a connection for a request. One that only looks goes through the view socket, if there is
@@ -174,10 +175,10 @@ fn exchanged_by<T: DeserializeOwned>(
     deadline: Option<Deadline>,
     (limit, tell): (Duration, &dyn Fn(&str)),
 ) -> Result<T, CallFailure> {
-    let wait = Wait { request, deadline, limit, began: Instant::now(), tell };
+    let wait = PendingRequest { request, deadline, limit, began: Instant::now(), tell };
     match wait.answered(socket) {
         Err(CallFailure::Refused(refusal)) if is_of_earlier(&refusal) => {
-            Wait { deadline: None, ..wait }.answered(socket)
+            PendingRequest { deadline: None, ..wait }.answered(socket)
         }
         other => other,
     }
@@ -185,7 +186,7 @@ fn exchanged_by<T: DeserializeOwned>(
 
 /// Whether a rungd refuses a deadline because it is of an earlier version, which an upgrade has not
 /// ended.
-fn is_of_earlier(refusal: &Refusal) -> bool {
+fn is_of_earlier(refusal: &RequestRefusal) -> bool {
     refusal.kind == RefusalKind::BadRequest && refusal.message.contains(&format!("`{DEADLINE}`"))
 }
 
@@ -217,14 +218,14 @@ fn connected(socket: &Path) -> io::Result<UnixStream> {
 
 fn limit_of(request: &Request) -> Duration {
     match request.awaits() {
-        Awaited::Nothing if matches!(request, Request::Names { .. }) => NAMES_MAX,
-        Awaited::Nothing => ANSWER_MAX,
-        Awaited::ScanThread | Awaited::Files | Awaited::Image => CHANGE_MAX,
+        AwaitedPart::Nothing if matches!(request, Request::Names { .. }) => NAMES_MAX,
+        AwaitedPart::Nothing => ANSWER_MAX,
+        AwaitedPart::ScanThread | AwaitedPart::Files | AwaitedPart::Image => CHANGE_MAX,
     }
 }
 
 /// A request that waits for its answer.
-struct Wait<'a> {
+struct PendingRequest<'a> {
     request: &'a Request,
     /// The moment after which the controller must not begin the request.
     deadline: Option<Deadline>,
@@ -233,7 +234,7 @@ struct Wait<'a> {
     tell: &'a dyn Fn(&str),
 }
 
-impl Wait<'_> {
+impl PendingRequest<'_> {
     fn answered<T: DeserializeOwned>(&self, socket: &Path) -> Result<T, CallFailure> {
         let broken = |error| CallFailure::Broken(socket.into(), error);
         let stream = opened_for(self.request, socket)?;
@@ -266,7 +267,7 @@ impl Wait<'_> {
             let count = match stream.read(&mut part) {
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
-                    let process = Process::of(stream);
+                    let process = PeerProcess::of(stream);
                     if told || until == self.limit {
                         return Err(io::Error::new(
                             io::ErrorKind::TimedOut,
@@ -295,12 +296,12 @@ impl Wait<'_> {
     }
 
     /// A sentence about the reason for the wait, and the remedy.
-    fn waiting(&self, process: Process) -> String {
+    fn waiting(&self, process: PeerProcess) -> String {
         let awaited = match self.request.awaits() {
-            Awaited::Nothing => "",
-            Awaited::ScanThread => "; it is answered when the scan thread has done it",
-            Awaited::Files => "; it is answered when the files are checked",
-            Awaited::Image => {
+            AwaitedPart::Nothing => "",
+            AwaitedPart::ScanThread => "; it is answered when the scan thread has done it",
+            AwaitedPart::Files => "; it is answered when the files are checked",
+            AwaitedPart::Image => {
                 "; it is answered when the image of retentive memory is durable (`mode stop \
                  --no-wait` does not wait for it)"
             }
@@ -310,7 +311,7 @@ impl Wait<'_> {
         format!("{process} has not answered for {told} s{awaited}; waiting up to {limit} s{hint}")
     }
 
-    fn no_answer(&self, process: Process) -> String {
+    fn no_answer(&self, process: PeerProcess) -> String {
         let limit = self.limit.as_secs();
         let yet = match &self.deadline {
             _ if self.request.only_looks() => "",
@@ -323,11 +324,11 @@ impl Wait<'_> {
 
 /// The process at the other end.
 #[derive(Clone, Copy)]
-struct Process(Option<i32>);
+struct PeerProcess(Option<i32>);
 
-impl Process {
-    fn of(stream: &UnixStream) -> Process {
-        Process(socket_peercred(stream).ok().map(|peer| peer.pid.as_raw_nonzero().get()))
+impl PeerProcess {
+    fn of(stream: &UnixStream) -> PeerProcess {
+        PeerProcess(socket_peercred(stream).ok().map(|peer| peer.pid.as_raw_nonzero().get()))
     }
 
     /// A hint how to find out why the process does not answer.
@@ -343,7 +344,7 @@ impl Process {
     }
 }
 
-impl fmt::Display for Process {
+impl fmt::Display for PeerProcess {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.0 {
             Some(pid) => write!(f, "process {pid}"),

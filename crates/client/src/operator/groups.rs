@@ -1,12 +1,12 @@
 //! Names that stand for several bits or words: the name of a block, of a field device, of a use of
 //! a template.
 //!
-//! Part of [`super::names::Names`], which fills it once and looks up each member. Structures,
-//! arrays and ranges are not included: they are addresses.
+//! Part of [`super::names::OperandNames`], which fills it once and looks up each member.
+//! Structures, arrays and ranges are not included: they are addresses.
 
 use std::collections::{BTreeMap, HashMap};
 
-use rungd_engine::isa::{Address, Bit, BlockId, DeviceId, Health};
+use rungd_engine::isa::{Address, Bit, BlockId, DeviceBit, DeviceId};
 use rungd_language::resolve::program::{Block, BlockKind, Program, TagMeaning};
 
 /// The members of a name, each with its full name, in the order of the file.
@@ -31,11 +31,11 @@ impl Groups {
             groups.own.entry(block.name.clone()).or_insert_with(|| of_block(id, block));
         }
         for (at, device) in program.devices.iter().enumerate() {
-            let bit = |health: Health| {
+            let bit = |health: DeviceBit| {
                 let name = format!("{device}.{}", health.name());
                 (name, Address::Bit(Bit::Device(DeviceId(at as u32), health)))
             };
-            let bits = || Health::ALL.into_iter().map(bit).collect();
+            let bits = || DeviceBit::ALL.into_iter().map(bit).collect();
             groups.own.entry(device.clone()).or_insert_with(bits);
         }
         for (at, tag) in program.tags.iter().enumerate() {

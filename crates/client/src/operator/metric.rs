@@ -1,7 +1,7 @@
 //! The operands whose values are metrics: those of tags with `metric = true`.
 //!
-//! Made by [`super::names::Names`] for each program. `rungd metrics` requests the list when the
-//! ladder has changed; it requests the values separately.
+//! Made by [`super::names::OperandNames`] for each program. `rungd metrics` requests the list when
+//! the ladder has changed; it requests the values separately.
 
 use super::protocol::MetricList;
 use rungd_language::resolve::program::{Program, TagMeaning};

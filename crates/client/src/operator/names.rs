@@ -7,11 +7,13 @@ use std::collections::HashMap;
 
 use super::groups::Groups;
 use super::metric::MetricNames;
-use super::offer::Offer;
+use super::offer::NameOffer;
 use super::operand::Variable;
-use super::protocol::{GivenValue, MetricList, Name, OPERANDS_MAX, Refusal, RefusalKind};
+use super::protocol::{
+    GivenValue, MetricList, OPERANDS_MAX, OfferedName, RefusalKind, RequestRefusal,
+};
 use rungd_engine::Cell;
-use rungd_engine::isa::{Address, Bit, BitSpace, Health};
+use rungd_engine::isa::{Address, Bit, BitSpace, DeviceBit};
 use rungd_language::lower::Symbols;
 use rungd_language::resolve::mistake::sentence;
 use rungd_language::resolve::program::{BlockKind, Program, TagMeaning};
@@ -28,7 +30,7 @@ const SEARCHED_MAX: usize = 100;
 
 /// All names of a program.
 #[derive(Debug)]
-pub struct Names {
+pub struct OperandNames {
     scope: Scope,
     symbols: Symbols,
     /// The units of words.
@@ -36,19 +38,19 @@ pub struct Names {
     metrics: MetricNames,
     /// The names that stand for several bits or words.
     groups: Groups,
-    offered: Offer,
+    offered: NameOffer,
 }
 
-impl Names {
+impl OperandNames {
     /// The names of a program.
-    pub fn new(program: &Program, symbols: &Symbols) -> Names {
-        let mut names = Names {
+    pub fn new(program: &Program, symbols: &Symbols) -> OperandNames {
+        let mut names = OperandNames {
             scope: Scope::of(program).searching_at_most(SEARCHED_MAX),
             symbols: symbols.clone(),
             units: HashMap::new(),
             metrics: MetricNames::of(program),
             groups: Groups::of(program),
-            offered: Offer::default(),
+            offered: NameOffer::default(),
         };
         for tag in &program.tags {
             if let TagMeaning::Address(address) = tag.meaning {
@@ -74,7 +76,7 @@ impl Names {
             }
         }
         for device in &program.devices {
-            for health in Health::ALL {
+            for health in DeviceBit::ALL {
                 names.offered.add(format!("{}.{}", device, health.name()), "a field device");
             }
         }
@@ -101,7 +103,7 @@ impl Names {
     ///
     /// # Errors
     /// The text names nothing, or names more operands than one request may read.
-    pub fn find(&self, text: &str) -> Result<Vec<Variable>, Refusal> {
+    pub fn find(&self, text: &str) -> Result<Vec<Variable>, RequestRefusal> {
         let written = written(text);
         if is_range(&written.text) || self.is_array(&written.text) {
             return self.range(&written);
@@ -117,7 +119,7 @@ impl Names {
     }
 
     /// The members of a block, a device or a use; `None` for any other name.
-    fn group(&self, text: &str) -> Option<Result<Vec<Variable>, Refusal>> {
+    fn group(&self, text: &str) -> Option<Result<Vec<Variable>, RequestRefusal>> {
         let is_one = match self.scope.look_up(text).map(|found| found.thing) {
             Ok(Thing::Block(_) | Thing::Device(_)) | Err(_) => true,
             Ok(
@@ -150,7 +152,7 @@ impl Names {
         matches!(found, Ok(Thing::Array(_)))
     }
 
-    fn range(&self, written: &Text) -> Result<Vec<Variable>, Refusal> {
+    fn range(&self, written: &Text) -> Result<Vec<Variable>, RequestRefusal> {
         let range = resolve_range(&self.scope, written).map_err(|finding| refusal(&finding))?;
         let mut found = Vec::new();
         for what in range.addresses() {
@@ -162,7 +164,7 @@ impl Names {
         Ok(found)
     }
 
-    fn members(&self, text: &str, what: Address) -> Result<Vec<Variable>, Refusal> {
+    fn members(&self, text: &str, what: Address) -> Result<Vec<Variable>, RequestRefusal> {
         what.named_operands(text).map(|(name, what)| self.operand(&name, what)).collect()
     }
 
@@ -170,11 +172,11 @@ impl Names {
     ///
     /// # Errors
     /// The text names nothing, or a structure.
-    pub fn find_one(&self, text: &str) -> Result<Variable, Refusal> {
+    pub fn find_one(&self, text: &str) -> Result<Variable, RequestRefusal> {
         let written = written(text);
         let range = || {
             let message = format!("`{}` is a range: name one element of it", written.text);
-            Refusal::new(RefusalKind::BadOperand, message)
+            RequestRefusal::new(RefusalKind::BadOperand, message)
         };
         if is_range(&written.text) {
             return Err(range());
@@ -195,13 +197,13 @@ impl Names {
     }
 
     /// The refusal of a name that is not an operand; it may be a use of a template.
-    fn use_only(&self, text: &str, unknown: Refusal) -> Refusal {
+    fn use_only(&self, text: &str, unknown: RequestRefusal) -> RequestRefusal {
         let is_block = self.scope.look_up(text).is_ok();
         match self.groups.members(text, 0).first() {
             Some((tag, _)) if !is_block => {
                 let message =
                     format!("`{text}` is a use of a template: name one of its tags, as `{tag}`");
-                Refusal::new(RefusalKind::BadOperand, message)
+                RequestRefusal::new(RefusalKind::BadOperand, message)
             }
             Some(_) | None => unknown,
         }
@@ -217,17 +219,17 @@ impl Names {
     ///
     /// # Errors
     /// The value does not fit.
-    pub fn number(&self, operand: &Variable, given: &GivenValue) -> Result<i32, Refusal> {
+    pub fn number(&self, operand: &Variable, given: &GivenValue) -> Result<i32, RequestRefusal> {
         operand.number(given, |word| self.symbols.limits(word))
     }
 
-    fn look_up(&self, text: &str) -> Result<Address, Refusal> {
-        let wrong = |message| Refusal::new(RefusalKind::BadOperand, message);
+    fn look_up(&self, text: &str) -> Result<Address, RequestRefusal> {
+        let wrong = |message| RequestRefusal::new(RefusalKind::BadOperand, message);
         self.scope.address(text).map_err(wrong)
     }
 
-    fn operand(&self, text: &str, what: Address) -> Result<Variable, Refusal> {
-        let wrong = |message| Refusal::new(RefusalKind::BadOperand, message);
+    fn operand(&self, text: &str, what: Address) -> Result<Variable, RequestRefusal> {
+        let wrong = |message| RequestRefusal::new(RefusalKind::BadOperand, message);
         let cell = self.symbols.cell(what, text).map_err(wrong)?;
         let (tag, unit) = (self.tag_of(what), self.units.get(&what).cloned());
         let (operand, address) = (text.to_owned(), self.address(what));
@@ -277,17 +279,17 @@ impl Names {
     }
 
     /// The names that begin with a prefix, for completion.
-    pub fn beginning(&self, prefix: &str) -> Vec<Name> {
+    pub fn beginning(&self, prefix: &str) -> Vec<OfferedName> {
         self.offered.beginning(prefix)
     }
 }
 
-fn too_many(text: &str) -> Refusal {
+fn too_many(text: &str) -> RequestRefusal {
     let message = format!(
         "`{text}` has more than {OPERANDS_MAX} operands, and one request reads at most \
          {OPERANDS_MAX}"
     );
-    Refusal::new(RefusalKind::BadRequest, message)
+    RequestRefusal::new(RefusalKind::BadRequest, message)
 }
 
 /// A text from a request, without the spaces around it.
@@ -295,8 +297,8 @@ fn written(text: &str) -> Text {
     Text { text: text.trim().to_owned(), span: Span::default(), exact: false }
 }
 
-fn refusal(finding: &Finding) -> Refusal {
-    Refusal::new(RefusalKind::BadOperand, sentence(finding))
+fn refusal(finding: &Finding) -> RequestRefusal {
+    RequestRefusal::new(RefusalKind::BadOperand, sentence(finding))
 }
 
 #[cfg(test)]

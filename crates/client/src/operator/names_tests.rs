@@ -9,15 +9,15 @@ use rungd_language::source::nearest::counted;
 use rungd_language::source::span::SourceFile;
 
 /// The names of a ladder.
-fn names_of(text: &str) -> Names {
+fn names_of(text: &str) -> OperandNames {
     let file = SourceFile { name: "ladder.toml".into(), text: text.to_owned() };
     let (program, findings) = load_ladders(&[file], &LoadOptions::default());
     let program = program.unwrap_or_else(|| panic!("{findings:#?}"));
-    Names::new(&program, &lower(&program).1)
+    OperandNames::new(&program, &lower(&program).1)
 }
 
 /// The names of a ladder with `count` tags and `count` Stages.
-fn many(count: usize) -> Names {
+fn many(count: usize) -> OperandNames {
     let tags = (0..count).map(|n| format!("tag_{n} = {{ at = \"C{n}\", spare = true }}\n"));
     let stage = |n| format!("[[program.stage]]\nname = \"Stage_{n}\"\nrung = []\n");
     let stages = (0..count).map(stage).collect::<String>();
@@ -62,7 +62,7 @@ name = "Open"
 rung = [ { when = ["$On"], do = ["OUT Y0"] } ]
 "#;
 
-fn names() -> Names {
+fn names() -> OperandNames {
     names_of(LADDER)
 }
 
@@ -236,7 +236,7 @@ rung = []
     let (program, findings) = load_ladders(&[file], &LoadOptions::default());
     let program = program.unwrap_or_else(|| panic!("{findings:#?}"));
     assert!(findings.is_empty(), "{findings:#?}");
-    let names = Names::new(&program, &lower(&program).1);
+    let names = OperandNames::new(&program, &lower(&program).1);
     let list = names.metrics();
     assert_eq!(list.operands[..4], ["level", "pump", "shift[0]", "shift[1]"]);
     assert!(list.operands[4..].contains(&"parts.Acc".to_owned()) && list.left_out == 0);

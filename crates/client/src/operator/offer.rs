@@ -1,12 +1,12 @@
 //! The names that completion offers, limited in number and in bytes for any ladder.
 //!
-//! Part of [`super::names::Names`], which fills it once. A name is first offered up to its dot, and
-//! its members after the dot is typed.
+//! Part of [`super::names::OperandNames`], which fills it once. A name is first offered up to its
+//! dot, and its members after the dot is typed.
 
 use std::collections::BTreeMap;
 use std::ops::Bound;
 
-use super::protocol::Name;
+use super::protocol::OfferedName;
 
 /// The most names of one answer.
 const NAMES_MAX: usize = 1000;
@@ -19,18 +19,18 @@ const ABOUT_CHARS_MAX: usize = 100;
 
 /// Names, each with a short explanation.
 #[derive(Debug, Default)]
-pub(super) struct Offer {
+pub(super) struct NameOffer {
     names: BTreeMap<String, String>,
 }
 
-impl Offer {
+impl NameOffer {
     /// Offers a name; the first explanation of a name stays.
     pub fn add(&mut self, name: String, about: &str) {
         self.names.entry(name).or_insert_with(|| brief(about));
     }
 
     /// The names that begin with the prefix; if the prefix has a dot, also members.
-    pub fn beginning(&self, prefix: &str) -> Vec<Name> {
+    pub fn beginning(&self, prefix: &str) -> Vec<OfferedName> {
         let members = prefix.contains('.');
         let fits = self.from(prefix, members).take_while(|(name, _)| name.starts_with(prefix));
         let wanted = fits.filter(|(name, _)| members || !name.contains('.'));
@@ -39,8 +39,9 @@ impl Offer {
             bytes += name.len() + about.len();
             bytes <= BYTES_MAX
         });
-        let named = bounded.map(|(name, about)| Name { name: name.clone(), about: about.clone() });
-        let mut names: Vec<Name> = named.collect();
+        let named =
+            bounded.map(|(name, about)| OfferedName { name: name.clone(), about: about.clone() });
+        let mut names: Vec<OfferedName> = named.collect();
         // The prefix is a whole name: offer the members after its dot.
         if !members && names.iter().all(|name| name.name == prefix) {
             names.extend(self.beginning(&format!("{prefix}.")));
@@ -89,7 +90,7 @@ mod tests {
 
     #[test]
     fn an_answer_is_bounded_whatever_the_ladder_says() {
-        let mut offer = Offer::default();
+        let mut offer = NameOffer::default();
         for n in 0..3000 {
             offer.add(format!("tag{n:04}"), &"many words ".repeat(10_000));
         }
@@ -104,7 +105,7 @@ mod tests {
     }
     #[test]
     fn an_answer_does_not_look_at_every_stage() {
-        let mut offer = Offer::default();
+        let mut offer = NameOffer::default();
         for n in 0..20_000 {
             offer.add(format!("Main.Stage{n:05}"), "a Stage");
         }

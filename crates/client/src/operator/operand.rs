@@ -1,11 +1,11 @@
 //! One bit or word that an operator has named: its values, and whether it may be written or forced.
 //!
-//! Made by [`super::names::Names`]. This module decides whether an operand may be written and
-//! forced (`docs/operator.md`), but not which users may do this.
+//! Made by [`super::names::OperandNames`]. This module decides whether an operand may be written
+//! and forced (`docs/operator.md`), but not which users may do this.
 
 use std::fmt;
 
-use super::protocol::{GivenValue, Held, Refusal, RefusalKind, ShownValue};
+use super::protocol::{BitOrNumber, GivenValue, RefusalKind, RequestRefusal, ShownValue};
 use super::value::write_name;
 use rungd_engine::Cell;
 use rungd_engine::isa::decimal_comma::corrected;
@@ -44,7 +44,7 @@ impl Variable {
     ///
     /// # Errors
     /// It may not; the refusal contains the reason.
-    pub fn may_write(&self) -> Result<(), Refusal> {
+    pub fn may_write(&self) -> Result<(), RequestRefusal> {
         let writable = match self.what {
             Address::Bit(Bit::Space(BitSpace::X, _)) => true,
             Address::Bit(bit) => bit.writable_from_outside(),
@@ -58,7 +58,7 @@ impl Variable {
     ///
     /// # Errors
     /// It may not; the refusal contains the reason.
-    pub fn may_force(&self) -> Result<(), Refusal> {
+    pub fn may_force(&self) -> Result<(), RequestRefusal> {
         let forcible = match self.what {
             Address::Bit(bit) => bit.forcible(),
             Address::Structure(_) => false,
@@ -76,11 +76,11 @@ impl Variable {
         &self,
         given: &GivenValue,
         limits: impl Fn(Word) -> (i32, i32),
-    ) -> Result<i32, Refusal> {
+    ) -> Result<i32, RequestRefusal> {
         match self.what {
             Address::Bit(_) => bit_value(given).ok_or_else(|| {
                 let message = format!("`{}` is a bit: it takes ON or OFF", self.operand);
-                Refusal::new(RefusalKind::BadValue, message)
+                RequestRefusal::new(RefusalKind::BadValue, message)
             }),
             Address::Word(word) if word.is_real() => self.real(given, limits(word)),
             Address::Word(word) => self.word(given, limits(word)),
@@ -88,8 +88,8 @@ impl Variable {
         }
     }
 
-    fn word(&self, given: &GivenValue, (min, max): (i32, i32)) -> Result<i32, Refusal> {
-        let bad = |message: String| Refusal::new(RefusalKind::BadValue, message);
+    fn word(&self, given: &GivenValue, (min, max): (i32, i32)) -> Result<i32, RequestRefusal> {
+        let bad = |message: String| RequestRefusal::new(RefusalKind::BadValue, message);
         let beyond =
             |given: &str| bad(format!("`{}` takes {min} to {max}, not {given}", self.operand));
         let number = match given {
@@ -119,8 +119,8 @@ impl Variable {
     }
 
     /// Converts a given value to the content of an R word's cell.
-    fn real(&self, given: &GivenValue, (min, max): (i32, i32)) -> Result<i32, Refusal> {
-        let bad = |message: String| Refusal::new(RefusalKind::BadValue, message);
+    fn real(&self, given: &GivenValue, (min, max): (i32, i32)) -> Result<i32, RequestRefusal> {
+        let bad = |message: String| RequestRefusal::new(RefusalKind::BadValue, message);
         let beyond = |given: &str| {
             let [min, max] = [min, max].map(Real::of_cell);
             bad(format!("`{}` takes {min} to {max}, not {given}", self.operand))
@@ -156,13 +156,13 @@ impl Variable {
     }
 
     /// Converts a number to this operand's value: ON or OFF for a bit.
-    pub fn held(&self, value: i32) -> Held {
+    pub fn held(&self, value: i32) -> BitOrNumber {
         match self.cell {
-            Cell::Bit(_) => Held::Bit(value != 0),
+            Cell::Bit(_) => BitOrNumber::Bit(value != 0),
             Cell::Word(_) if matches!(self.what, Address::Word(word) if word.is_real()) => {
-                Held::Real(Real::of_cell(value))
+                BitOrNumber::Real(Real::of_cell(value))
             }
-            Cell::Word(_) => Held::Word(value),
+            Cell::Word(_) => BitOrNumber::Word(value),
         }
     }
 
@@ -228,7 +228,7 @@ fn bit_value(given: &GivenValue) -> Option<i32> {
     }
 }
 
-fn read_only(operand: &Variable, done: &str) -> Refusal {
+fn read_only(operand: &Variable, done: &str) -> RequestRefusal {
     let name = &operand.operand;
     let why = match operand.what {
         Address::Bit(Bit::Space(BitSpace::St, _))
@@ -245,5 +245,5 @@ fn read_only(operand: &Variable, done: &str) -> Refusal {
             "name a member of it"
         }
     };
-    Refusal::new(RefusalKind::BadOperand, format!("`{name}` cannot be {done}: {why}"))
+    RequestRefusal::new(RefusalKind::BadOperand, format!("`{name}` cannot be {done}: {why}"))
 }

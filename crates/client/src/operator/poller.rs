@@ -12,7 +12,8 @@ use serde::de::DeserializeOwned;
 
 use super::client::{self, CallFailure};
 use super::protocol::{
-    AlarmList, OPERANDS_MAX, RefusalKind, RefusedOperand, Request, ShownValue, Status, Values,
+    AlarmList, ControllerStatus, OPERANDS_MAX, OperandValues, RefusalKind, RefusedOperand, Request,
+    ShownValue,
 };
 use super::search;
 
@@ -53,7 +54,7 @@ pub struct PolledController {
 
 /// The values of a list of operands.
 #[derive(Clone, Debug, Default)]
-pub struct ReadOperands {
+pub struct PolledValues {
     /// The values of the operands that the program has.
     pub values: Vec<ShownValue>,
     /// The other operands, with the reasons.
@@ -73,7 +74,7 @@ impl PolledController {
     ///
     /// # Errors
     /// [`CallFailure`].
-    pub fn status(&self) -> Result<Status, CallFailure> {
+    pub fn status(&self) -> Result<ControllerStatus, CallFailure> {
         self.ask(&Request::Status {})
     }
 
@@ -82,7 +83,7 @@ impl PolledController {
     ///
     /// # Errors
     /// [`CallFailure`].
-    pub fn status_and_alarms(&self) -> Result<(Status, AlarmList), CallFailure> {
+    pub fn status_and_alarms(&self) -> Result<(ControllerStatus, AlarmList), CallFailure> {
         Ok((self.status()?, self.ask(&Request::Alarms {})?))
     }
 
@@ -90,14 +91,14 @@ impl PolledController {
     ///
     /// # Errors
     /// [`CallFailure`].
-    pub fn values(&self, operands: &[String]) -> Result<ReadOperands, CallFailure> {
-        let (mut all, mut left) = (ReadOperands::default(), operands.to_vec());
+    pub fn values(&self, operands: &[String]) -> Result<PolledValues, CallFailure> {
+        let (mut all, mut left) = (PolledValues::default(), operands.to_vec());
         for _ in 0..READS_MAX {
             if left.is_empty() {
                 break;
             }
             let rest = left.split_off(left.len().min(OPERANDS_MAX));
-            let Values { values, refused, .. } = self.values_of_some(&left)?;
+            let OperandValues { values, refused, .. } = self.values_of_some(&left)?;
             // What had no room beside these values is asked once more, with the rest.
             let (again, refused): (Vec<_>, Vec<_>) = refused.into_iter().partition(|operand| {
                 operand.refusal.kind == RefusalKind::BadRequest && !values.is_empty()
@@ -109,12 +110,14 @@ impl PolledController {
         Ok(all)
     }
 
-    fn values_of_some(&self, operands: &[String]) -> Result<Values, CallFailure> {
+    fn values_of_some(&self, operands: &[String]) -> Result<OperandValues, CallFailure> {
         let read = |operands: &[String], each| {
-            self.ask::<Values>(&Request::Read { operands: operands.to_vec(), each })
+            self.ask::<OperandValues>(&Request::Read { operands: operands.to_vec(), each })
         };
         let mut all = match read(operands, true) {
-            Err(CallFailure::Refused(refusal)) if refusal.is_of_operands() => Values::default(),
+            Err(CallFailure::Refused(refusal)) if refusal.is_of_operands() => {
+                OperandValues::default()
+            }
             other => return other,
         };
         // A rungd of an earlier version, which an upgrade has not ended, does not know `each`.

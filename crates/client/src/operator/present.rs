@@ -12,7 +12,7 @@ use rungd_history::observe::{Explanation, Subject};
 
 /// The mode, and the outputs.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Present {
+pub struct PresentOutputs {
     /// `RUN`, `STOP` or `FAULT`.
     pub mode: String,
     /// The reason for the mode; `None` in RUN.
@@ -28,7 +28,7 @@ pub struct Present {
     pub unknown: Vec<(u32, UnknownOutput)>,
 }
 
-impl Present {
+impl PresentOutputs {
     /// Completes an answer about the end of the log: the log does not have a scan that hangs, nor
     /// what a lost device has accepted last.
     pub fn complete(&self, answer: &mut Explanation, subject: &Subject) {
@@ -39,7 +39,7 @@ impl Present {
 
     /// The state of an output, by its number.
     pub fn output(&self, number: u32) -> OutputState {
-        let unknown = self.unknown.iter().find(|(of, _)| *of == number);
+        let unknown = self.unknown.iter().find(|(output_number, _)| *output_number == number);
         match (unknown, &self.on) {
             (Some((_, unknown)), _) => OutputState::Unknown(unknown.last),
             (None, Some(on)) => OutputState::Safe(on.contains(&number)),

@@ -10,25 +10,25 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 pub use super::alarm::{
-    AckList, AckedAlarm, Alarm, AlarmAck, AlarmList, AlarmState, AlarmTime, alarm_count,
+    AckList, AckedAlarm, AlarmAck, AlarmList, AlarmState, AlarmStatus, AlarmTime, alarm_count,
 };
 use super::deadline::Deadline;
-pub use super::present::Present;
+pub use super::present::PresentOutputs;
 pub use super::state::{
-    Bar, BlockStatus, Devices, FieldDevice, Ladder, LogState, Modbus, Record, RecordDir, Retain,
-    Scan, Spread,
+    BlockStatus, DevicesStatus, FieldDevice, HistogramBar, LadderStatus, LogStatus, ModbusStatus,
+    RecordDir, RecordStatus, RetainStatus, ScanStatus, SpreadStatus,
 };
-pub use super::state::{Posture, Status};
+pub use super::state::{ControllerStatus, PostureStatus};
 pub use super::value::GivenValue;
 pub use super::value::UnknownOutput;
-pub use super::value::{Held, ShownValue};
+pub use super::value::{BitOrNumber, ShownValue};
 use rungd_runtime::events::Level;
 use rungd_runtime::exchange::Mode;
 
 /// The most bytes of a recording in an answer; the answer contains them as base64.
 pub const RECORDING_BYTES_MAX: usize = 45 << 20;
 
-/// The version of this protocol, as sent in [`Status`].
+/// The version of this protocol, as sent in [`ControllerStatus`].
 pub const PROTOCOL: u32 = 1;
 
 /// The longest line that a client may send, with its end.
@@ -41,9 +41,9 @@ pub const OPERANDS_MAX: usize = 256;
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(tag = "do", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Request {
-    /// The state of the controller: [`Status`].
+    /// The state of the controller: [`ControllerStatus`].
     Status {},
-    /// The values of operands: [`Values`].
+    /// The values of operands: [`OperandValues`].
     Read {
         /// Tags, addresses, members; a structure stands for all its members.
         operands: Vec<String>,
@@ -52,7 +52,7 @@ pub enum Request {
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         each: bool,
     },
-    /// Writes one bit or word, in RUN: [`Change`].
+    /// Writes one bit or word, in RUN: [`ChangedOperand`].
     Write {
         /// Tag, address or member.
         operand: String,
@@ -66,19 +66,19 @@ pub enum Request {
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         from_page: bool,
     },
-    /// Forces one bit or word, in any mode: [`Change`].
+    /// Forces one bit or word, in any mode: [`ChangedOperand`].
     Force {
         /// Tag, address or member.
         operand: String,
         /// The value to force.
         value: GivenValue,
     },
-    /// Ends a force: [`Change`].
+    /// Ends a force: [`ChangedOperand`].
     Unforce {
         /// Tag, address or member.
         operand: String,
     },
-    /// Ends all forces: the current [`Values`] of the operands that were forced.
+    /// Ends all forces: the current [`OperandValues`] of the operands that were forced.
     UnforceAll {},
     /// The alarms that stand or wait for an acknowledgement: [`AlarmList`].
     Alarms {},
@@ -95,25 +95,25 @@ pub enum Request {
     /// Changes the mode to RUN or STOP: [`ModeChange`].
     Mode {
         /// The mode.
-        to: ModeWanted,
+        to: WantedMode,
         /// For a stop: answer before the last image of retentive memory is durable.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         no_wait: bool,
     },
-    /// Reads the files again and continues with the program in them: [`Reloaded`].
+    /// Reads the files again and continues with the program in them: [`ReloadResult`].
     Reload {
         /// Only report the differences, and change nothing.
         #[serde(default)]
         dry_run: bool,
     },
-    /// Returns to a previous program, the last one that passed its probation: [`Reloaded`].
+    /// Returns to a previous program, the last one that passed its probation: [`ReloadResult`].
     Rollback {},
     /// Sets the level of the log: [`LevelChange`].
     LogLevel {
         /// The least urgent level that is logged.
         level: Level,
     },
-    /// Saves retentive memory now; answered once the image is durable: [`Saved`].
+    /// Saves retentive memory now; answered once the image is durable: [`MemorySave`].
     RetainSave {},
     /// The most recent part of the scan log, with the program's files: [`RecordingBytes`].
     Recording {
@@ -164,17 +164,17 @@ pub fn received(line: &[u8]) -> serde_json::Result<(Request, Option<Deadline>)> 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 #[allow(missing_docs)]
-pub enum ModeWanted {
+pub enum WantedMode {
     Run,
     Stop,
 }
 
-impl ModeWanted {
+impl WantedMode {
     /// The mode's name in answers.
     pub fn name(self) -> &'static str {
         match self {
-            ModeWanted::Run => Mode::RUN,
-            ModeWanted::Stop => Mode::STOP,
+            WantedMode::Run => Mode::RUN,
+            WantedMode::Stop => Mode::STOP,
         }
     }
 }
@@ -191,7 +191,7 @@ pub enum Reply<T> {
     /// The request is done.
     Ok(T),
     /// The request is not done.
-    Error(Refusal),
+    Error(RequestRefusal),
 }
 
 impl<T: Serialize> Reply<T> {
@@ -205,7 +205,7 @@ impl<T: Serialize> Reply<T> {
 
 /// The reason why a request is not done.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Refusal {
+pub struct RequestRefusal {
     /// The kind, for programs.
     pub kind: RefusalKind,
     /// The message, for people.
@@ -213,7 +213,7 @@ pub struct Refusal {
 }
 
 /// The result of a request, or the reason why it is not done.
-pub type Answered<T> = Result<T, Refusal>;
+pub type RequestResult<T> = Result<T, RequestRefusal>;
 
 /// The kinds of refusal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -239,7 +239,7 @@ pub enum RefusalKind {
 
 /// The answer to a read: all values are from one complete scan.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Values {
+pub struct OperandValues {
     /// `RUN`, `STOP` or `FAULT`.
     pub mode: String,
     /// Complete scans since the process started; all values are from the last one.
@@ -258,14 +258,14 @@ pub struct RefusedOperand {
     pub operand: String,
     /// The reason.
     #[serde(flatten)]
-    pub refusal: Refusal,
+    pub refusal: RequestRefusal,
 }
 
 /// The answer to a write, force or unforce.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Change {
+pub struct ChangedOperand {
     /// The value before.
-    pub before: Held,
+    pub before: BitOrNumber,
     /// Whether it was forced before.
     pub was_forced: bool,
     /// The current value; after a write, the value after the scan that saw the write.
@@ -286,7 +286,7 @@ pub struct ModeChange {
     pub reason: Option<String>,
     /// After a stop, with retentive memory: the last image, which is durable.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub kept: Option<Saved>,
+    pub kept: Option<MemorySave>,
     /// After a stop: why the last image is not durable, and the remedy.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub not_kept: Option<String>,
@@ -294,7 +294,7 @@ pub struct ModeChange {
 
 /// The answer to a reload or rollback.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Reloaded {
+pub struct ReloadResult {
     /// Whether it was a dry run.
     pub dry_run: bool,
     /// Whether the files equal those of the running program: then nothing changed.
@@ -326,7 +326,7 @@ pub struct LevelChange {
 
 /// The answer to a request to save retentive memory.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Saved {
+pub struct MemorySave {
     /// The file.
     pub file: String,
     /// The number of the image in the file.
@@ -344,7 +344,7 @@ pub struct RecordingBytes {
     pub base64: String,
     /// What the controller does at present; `None` from an earlier version of rungd.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub present: Option<Present>,
+    pub present: Option<PresentOutputs>,
 }
 
 impl RecordingBytes {
@@ -367,19 +367,19 @@ pub struct MetricList {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct NameList {
     /// In order; incomplete if there are very many.
-    pub names: Vec<Name>,
+    pub names: Vec<OfferedName>,
 }
 
 /// A name for completion.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Name {
+pub struct OfferedName {
     /// The name.
     pub name: String,
     /// A short explanation.
     pub about: String,
 }
 
-impl Refusal {
+impl RequestRefusal {
     /// Whether the operands of the request are the reason: the program does not have one of them,
     /// or they are too many.
     pub fn is_of_operands(&self) -> bool {
@@ -387,14 +387,14 @@ impl Refusal {
     }
 
     /// A refusal.
-    pub fn new(kind: RefusalKind, message: impl Into<String>) -> Refusal {
-        Refusal { kind, message: message.into() }
+    pub fn new(kind: RefusalKind, message: impl Into<String>) -> RequestRefusal {
+        RequestRefusal { kind, message: message.into() }
     }
 }
 
 /// The part of rungd for which the answer to a request waits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Awaited {
+pub(crate) enum AwaitedPart {
     /// Nothing: the answer is made at once.
     Nothing,
     /// The scan thread.
@@ -407,7 +407,7 @@ pub(crate) enum Awaited {
 
 impl Request {
     /// The part for which the answer waits. A client that has waited for long shows it.
-    pub(crate) fn awaits(&self) -> Awaited {
+    pub(crate) fn awaits(&self) -> AwaitedPart {
         match self {
             Request::Status {}
             | Request::Read { .. }
@@ -417,17 +417,17 @@ impl Request {
             | Request::Alarms {}
             | Request::Ack { .. }
             | Request::AckAll {}
-            | Request::LogLevel { .. } => Awaited::Nothing,
-            Request::Mode { to: ModeWanted::Stop, no_wait: false } | Request::RetainSave {} => {
-                Awaited::Image
+            | Request::LogLevel { .. } => AwaitedPart::Nothing,
+            Request::Mode { to: WantedMode::Stop, no_wait: false } | Request::RetainSave {} => {
+                AwaitedPart::Image
             }
             Request::Write { .. }
             | Request::Force { .. }
             | Request::Unforce { .. }
             | Request::UnforceAll {}
             | Request::Mode { .. }
-            | Request::Rollback {} => Awaited::ScanThread,
-            Request::Reload { .. } => Awaited::Files,
+            | Request::Rollback {} => AwaitedPart::ScanThread,
+            Request::Reload { .. } => AwaitedPart::Files,
         }
     }
 

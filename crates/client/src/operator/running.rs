@@ -113,7 +113,8 @@ impl Drop for RunningEntry {
 /// service has its runtime folder in the user's.
 fn is_system_service() -> bool {
     let users = env::var_os("XDG_RUNTIME_DIR").filter(|path| !path.is_empty());
-    directories::runtime().is_some_and(|folder| !users.is_some_and(|of| folder.starts_with(of)))
+    directories::runtime()
+        .is_some_and(|folder| !users.is_some_and(|users_folder| folder.starts_with(users_folder)))
 }
 
 fn make(controller: &RunningController) -> io::Result<(PathBuf, File)> {
@@ -173,9 +174,12 @@ fn is_private(folder: &Path) -> bool {
 
 /// The running controllers of this user, in the order of their sockets.
 pub(crate) fn running_controllers() -> Vec<RunningController> {
-    let of = |folder: PathBuf| entries(&folder).filter_map(|path| read(&path));
-    let mut running: Vec<RunningController> =
-        folders().into_iter().filter(|folder| is_private(folder)).flat_map(of).collect();
+    let controllers_in = |folder: PathBuf| entries(&folder).filter_map(|path| read(&path));
+    let mut running: Vec<RunningController> = folders()
+        .into_iter()
+        .filter(|folder| is_private(folder))
+        .flat_map(controllers_in)
+        .collect();
     running.sort();
     running.dedup();
     running
@@ -224,7 +228,7 @@ fn is_free(file: &File) -> bool {
 }
 
 fn is_file_at(file: &File, path: &Path) -> bool {
-    let key = |of: fs::Metadata| (of.dev(), of.ino());
+    let key = |metadata: fs::Metadata| (metadata.dev(), metadata.ino());
     match (file.metadata(), fs::symlink_metadata(path)) {
         (Ok(own), Ok(there)) => key(own) == key(there),
         (Err(_), _) | (_, Err(_)) => false,

@@ -22,27 +22,27 @@ use rungd_language::source::span::FileId;
 
 /// What a socket is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Door {
+pub enum SocketPurpose {
     /// Looks and changes: the operator's socket.
     Operator,
     /// Looks alone: the view socket.
     View,
 }
 
-impl Door {
+impl SocketPurpose {
     /// Its name, for the log.
     pub fn name(self) -> &'static str {
         match self {
-            Door::Operator => "the operator's socket",
-            Door::View => "the view socket",
+            SocketPurpose::Operator => "the operator's socket",
+            SocketPurpose::View => "the view socket",
         }
     }
 
     /// The keys of the controller file for its path and its group.
     pub fn keys(self) -> [&'static str; 2] {
         match self {
-            Door::Operator => ["[operator] socket", "[operator] group"],
-            Door::View => ["[operator] view-socket", "[operator] view-group"],
+            SocketPurpose::Operator => ["[operator] socket", "[operator] group"],
+            SocketPurpose::View => ["[operator] view-socket", "[operator] view-group"],
         }
     }
 }
@@ -51,7 +51,7 @@ impl Door {
 #[derive(Clone, Debug)]
 pub struct SocketSpec {
     /// What it is for.
-    pub door: Door,
+    pub door: SocketPurpose,
     /// Its path.
     pub path: PathBuf,
     /// Its permissions.
@@ -126,7 +126,7 @@ impl SocketSpec {
         };
         let (mode, group, insists) = (asked.mode, asked.group.clone(), asked.socket.is_some());
         let path = path.filter(|_| asked.enabled)?;
-        let door = Door::Operator;
+        let door = SocketPurpose::Operator;
         let controller = PathBuf::from(controller);
         Some(SocketSpec { door, path, mode, group, insists, instead_of, controller })
     }
@@ -147,7 +147,7 @@ impl SocketSpec {
         let group = group.clone().or_else(group_of_environment).or_else(|| asked.group.clone());
         let (mode, insists) = (mode.unwrap_or(asked.mode), socket.is_some());
         SocketSpec {
-            door: Door::View,
+            door: SocketPurpose::View,
             path,
             mode,
             group,
@@ -161,8 +161,8 @@ impl SocketSpec {
     /// operator's socket, whose lock holds for both.
     pub fn needs_lock(&self) -> bool {
         match self.door {
-            Door::Operator => true,
-            Door::View => self.insists,
+            SocketPurpose::Operator => true,
+            SocketPurpose::View => self.insists,
         }
     }
 }
@@ -196,7 +196,9 @@ fn group_of_environment() -> Option<String> {
 
 fn may_give_to(gid: u32) -> bool {
     let is_it = |group: Gid| group.as_raw() == gid;
-    geteuid().is_root() || is_it(getegid()) || getgroups().is_ok_and(|of| of.into_iter().any(is_it))
+    geteuid().is_root()
+        || is_it(getegid())
+        || getgroups().is_ok_and(|groups| groups.into_iter().any(is_it))
 }
 
 /// The number of a group in the text of `/etc/group`.

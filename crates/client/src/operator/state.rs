@@ -4,14 +4,14 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::alarm::Alarm;
+use super::alarm::AlarmStatus;
 use super::value::ShownValue;
 use rungd_runtime::events::Level;
 
 /// The state of the controller.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[allow(missing_docs)]
-pub struct Status {
+pub struct ControllerStatus {
     pub protocol: u32,
     /// rungd's own version.
     pub version: String,
@@ -19,7 +19,7 @@ pub struct Status {
     pub uptime_ms: u64,
     /// The controller file.
     pub controller: String,
-    pub ladder: Ladder,
+    pub ladder: LadderStatus,
     /// `RUN`, `STOP` or `FAULT`.
     pub mode: String,
     /// The reason for the mode; `None` in RUN.
@@ -31,25 +31,25 @@ pub struct Status {
     pub period_us: u64,
     pub watchdog_us: u64,
     /// The requests to the machine, and whether each was granted.
-    pub posture: Vec<Posture>,
-    pub scan: Scan,
+    pub posture: Vec<PostureStatus>,
+    pub scan: ScanStatus,
     pub blocks: Vec<BlockStatus>,
     /// The alarms that are ON.
     #[serde(default)]
-    pub alarms: Vec<Alarm>,
+    pub alarms: Vec<AlarmStatus>,
     /// The forced operands.
     pub forces: Vec<ShownValue>,
     /// Outside RUN: the outputs whose state differs from memory.
     #[serde(default)]
     pub outputs: Vec<ShownValue>,
-    pub devices: Devices,
+    pub devices: DevicesStatus,
     /// Retentive memory, if the controller file has it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub retain: Option<Retain>,
+    pub retain: Option<RetainStatus>,
     /// The scan log.
     #[serde(default)]
-    pub record: Record,
-    pub log: LogState,
+    pub record: RecordStatus,
+    pub log: LogStatus,
 }
 
 /// A field device.
@@ -75,7 +75,7 @@ pub struct FieldDevice {
 /// Retentive memory.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[allow(missing_docs)]
-pub struct Retain {
+pub struct RetainStatus {
     pub file: String,
     pub interval_ms: u64,
     /// A sentence about what the start restored.
@@ -100,7 +100,7 @@ pub struct Retain {
 /// The scan log.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[allow(missing_docs)]
-pub struct Record {
+pub struct RecordStatus {
     /// The time that the recording in memory covers.
     pub memory_ms: u64,
     /// The most bytes that the recording in memory may take.
@@ -129,7 +129,7 @@ pub struct RecordDir {
 /// The ladder.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[allow(missing_docs)]
-pub struct Ladder {
+pub struct LadderStatus {
     pub name: String,
     pub files: String,
     /// SHA-256 of the concatenated bytes of the files.
@@ -140,7 +140,7 @@ pub struct Ladder {
 
 /// One request to the machine.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Posture {
+pub struct PostureStatus {
     /// The request.
     pub asked: String,
     /// Whether it was granted.
@@ -152,7 +152,7 @@ pub struct Posture {
 /// Statistics since the start of RUN.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[allow(missing_docs)]
-pub struct Scan {
+pub struct ScanStatus {
     /// The time that the statistics cover.
     pub over_ms: u64,
     pub scans: u64,
@@ -161,15 +161,15 @@ pub struct Scan {
     /// Grid points that passed without a scan because of overruns.
     pub skipped: u64,
     /// From a scan's timestamp to its end.
-    pub execution: Spread,
+    pub execution: SpreadStatus,
     /// The time from a scan's grid point until the scan thread was awake.
-    pub lateness: Spread,
+    pub lateness: SpreadStatus,
 }
 
 /// One measured quantity.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[allow(missing_docs)]
-pub struct Spread {
+pub struct SpreadStatus {
     pub last_us: f64,
     pub min_us: f64,
     /// The sum over all scans.
@@ -181,12 +181,12 @@ pub struct Spread {
     pub p999_us: f64,
     pub max_us: f64,
     /// One bar per doubling, from the first with a count to the last.
-    pub histogram: Vec<Bar>,
+    pub histogram: Vec<HistogramBar>,
 }
 
 /// A bar of a histogram.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub struct Bar {
+pub struct HistogramBar {
     /// The greatest value that this bar counts.
     pub up_to_us: f64,
     /// The number of scans.
@@ -210,9 +210,9 @@ pub struct BlockStatus {
 
 /// The servers and devices that move inputs and take outputs.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct Devices {
+pub struct DevicesStatus {
     /// The Modbus server, if there is one.
-    pub modbus: Option<Modbus>,
+    pub modbus: Option<ModbusStatus>,
     /// The simulated device's rules, if there is one.
     pub simulated_rules: Option<usize>,
     /// The field devices, in file order.
@@ -223,7 +223,7 @@ pub struct Devices {
 /// The Modbus server.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[allow(missing_docs)]
-pub struct Modbus {
+pub struct ModbusStatus {
     pub address: String,
     pub clients: usize,
     pub connections_max: u32,
@@ -231,7 +231,7 @@ pub struct Modbus {
 
 /// The log.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct LogState {
+pub struct LogStatus {
     /// The least urgent level that is logged.
     pub level: Level,
     /// Lines that were dropped: read too slowly, or could not be written.

@@ -33,7 +33,7 @@ pub struct ShownValue {
     /// Its address: `CT0.Acc`; for Stages and blocks, their name: `Drain.Open`.
     pub address: String,
     /// Its value.
-    pub value: Held,
+    pub value: BitOrNumber,
     /// The unit of its tag, if it has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
@@ -78,10 +78,10 @@ impl ShownValue {
 
     /// What the machine has: the value, or the state of the output where it is a different thing.
     /// `None`: it is not known.
-    pub fn present(&self) -> Option<Held> {
+    pub fn present(&self) -> Option<BitOrNumber> {
         match self.output() {
             OutputState::AsMemory => Some(self.value),
-            OutputState::Safe(on) => Some(Held::Bit(on)),
+            OutputState::Safe(on) => Some(BitOrNumber::Bit(on)),
             OutputState::Unknown(_) => None,
         }
     }
@@ -96,19 +96,19 @@ impl ShownValue {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(untagged)]
 #[allow(missing_docs)]
-pub enum Held {
+pub enum BitOrNumber {
     Bit(bool),
     Word(i32),
     Real(Real),
 }
 
-impl fmt::Display for Held {
+impl fmt::Display for BitOrNumber {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Held::Bit(true) => f.write_str("ON"),
-            Held::Bit(false) => f.write_str("OFF"),
-            Held::Word(value) => write!(f, "{value}"),
-            Held::Real(value) => write!(f, "{value}"),
+            BitOrNumber::Bit(true) => f.write_str("ON"),
+            BitOrNumber::Bit(false) => f.write_str("OFF"),
+            BitOrNumber::Word(value) => write!(f, "{value}"),
+            BitOrNumber::Real(value) => write!(f, "{value}"),
         }
     }
 }

@@ -2,16 +2,16 @@
 //! values; and which of them hang on a device that is lost.
 //!
 //! The one rule for every place that shows a Y of a recorded scan: pages, trends, `why`, metrics.
-//! The running controller itself drives `Snapshot::outputs`, by the same [`Safe`]; it knows more
-//! about a lost device than its log, and `daemon::operator` shows that.
+//! The running controller itself drives `Snapshot::outputs`, by the same [`SafeState`]; it knows
+//! more about a lost device than its log, and `daemon::operator` shows that.
 
 use std::collections::HashMap;
 
 use super::settings::Controller;
-use rungd_engine::isa::{Address, Bit, BitSpace, Health};
+use rungd_engine::isa::{Address, Bit, BitSpace, DeviceBit};
 use rungd_engine::{BitCell, Cell};
 use rungd_language::lower::Symbols;
-use rungd_runtime::Safe;
+use rungd_runtime::SafeState;
 use rungd_runtime::exchange::Mode;
 
 /// The state of an output.
@@ -57,7 +57,7 @@ pub const OUTPUT_UNKNOWN: i32 = -1;
 pub struct OutputRules {
     /// The cell of Y0; Y1 and so on follow it.
     first: u32,
-    safe: Vec<Safe>,
+    safe: Vec<SafeState>,
     /// The devices that an output is wired to, each as the cell of its `.Ok`.
     devices: HashMap<u32, Vec<BitCell>>,
 }
@@ -67,11 +67,11 @@ impl OutputRules {
     pub fn of(controller: Option<&Controller>, symbols: &Symbols) -> OutputRules {
         let layout = &symbols.layout;
         let count = layout.sizes().y;
-        let safe =
-            controller.map_or_else(|| vec![Safe::Off; count as usize], |of| of.safe_values(count));
+        let safe = controller
+            .map_or_else(|| vec![SafeState::Off; count as usize], |of| of.safe_values(count));
         let mut devices: HashMap<u32, Vec<BitCell>> = HashMap::new();
         for device in controller.map_or(&[][..], |of| &of.devices) {
-            let ok = layout.bit(Bit::Device(device.id, Health::Ok));
+            let ok = layout.bit(Bit::Device(device.id, DeviceBit::Ok));
             for output in &device.outputs {
                 if let Address::Bit(Bit::Space(BitSpace::Y, n)) = output.address {
                     devices.entry(n).or_default().push(ok);
@@ -101,7 +101,7 @@ impl OutputRules {
 
     /// Whether an output keeps its value outside RUN.
     pub fn is_held(&self, cell: Cell) -> bool {
-        self.number(cell).is_some_and(|n| self.safe[n as usize] == Safe::Hold)
+        self.number(cell).is_some_and(|n| self.safe[n as usize] == SafeState::Hold)
     }
 
     /// What a cell is driven to in a mode, or [`OUTPUT_UNKNOWN`]; any other content stays.

@@ -6,7 +6,7 @@ use super::operator::Operator;
 use super::record::RecordSettings;
 use super::retain::Retention;
 use super::web::WebSettings;
-use rungd_io::modbus::settings::Modbus;
+use rungd_io::modbus::settings::ModbusServerSettings;
 use rungd_io::plant::settings::Rule;
 use rungd_language::resolve::range::Range;
 use rungd_runtime::Posture;
@@ -29,7 +29,7 @@ pub struct Controller {
     /// The settings of the file that keeps these ranges.
     pub retention: Retention,
     /// The Modbus server, if there is one.
-    pub modbus: Option<Modbus>,
+    pub modbus: Option<ModbusServerSettings>,
     /// Rules of simulated inputs; at most one per input.
     pub rules: Vec<Rule>,
     /// Field devices.

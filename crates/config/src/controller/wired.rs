@@ -7,11 +7,11 @@ use std::collections::HashMap;
 
 use super::device::{Device, DeviceInput, DriverSettings, OnLoss, Output, SafeValue};
 use super::settings::Controller;
-use rungd_engine::isa::{Address, Bit, BitSpace, Health};
+use rungd_engine::isa::{Address, Bit, BitSpace, DeviceBit};
 use rungd_io::plant::settings::Rule;
 use rungd_language::lower::Symbols;
-use rungd_runtime::Safe;
-use rungd_runtime::wiring::{Source, Wiring, WiringTarget};
+use rungd_runtime::SafeState;
+use rungd_runtime::wiring::{OutputSource, Wiring, WiringTarget};
 
 const MS_NS: u64 = 1_000_000;
 const US_NS: u64 = 1_000;
@@ -41,9 +41,9 @@ impl Controller {
     }
 
     /// The value of each Y outside RUN.
-    pub fn safe_values(&self, outputs: u32) -> Vec<Safe> {
-        let mut safe = vec![Safe::Off; outputs as usize];
-        let kinds = [(&self.outputs_on, Safe::On), (&self.outputs_hold, Safe::Hold)];
+    pub fn safe_values(&self, outputs: u32) -> Vec<SafeState> {
+        let mut safe = vec![SafeState::Off; outputs as usize];
+        let kinds = [(&self.outputs_on, SafeState::On), (&self.outputs_hold, SafeState::Hold)];
         for (ranges, kind) in kinds {
             for range in ranges {
                 for output in range.first..=range.last {
@@ -68,18 +68,18 @@ fn wiring(device: &Device, symbols: &Symbols) -> Wiring {
         Address::Structure(_) => unreachable!("the resolver lets no structure through"),
     };
     let source = |output: &Output| match (output.address, output.safe) {
-        (Address::Bit(Bit::Space(BitSpace::Y, n)), _) => Source::Output(n),
+        (Address::Bit(Bit::Space(BitSpace::Y, n)), _) => OutputSource::Output(n),
         (address, safe) => {
             let cell = layout.cell(address).expect("the resolver lets no structure through");
             let safe = if let SafeValue::Value(value) = safe { Some(value) } else { None };
-            Source::Cell(cell, safe)
+            OutputSource::Cell(cell, safe)
         }
     };
     Wiring {
         inputs: device.inputs.iter().map(target).collect(),
         outputs: device.outputs.iter().map(source).collect(),
-        ok: health(Health::Ok),
-        stale: health(Health::Stale),
+        ok: health(DeviceBit::Ok),
+        stale: health(DeviceBit::Stale),
         loss_after_ns: u64::from(device.loss_after_ms) * MS_NS,
         zero_on_loss: device.on_loss == OnLoss::Zero,
         local_budget_ns: match &device.driver {

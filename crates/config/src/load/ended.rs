@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use crate::load::{Loaded, controller_file_within};
-use rungd_base::progress::{Progress, Step};
+use rungd_base::progress::{LoadStep, Progress};
 
 const CONTROLLER: &str = "ladder = [\"ladder.toml\"]\n";
 const LADDER: &str = "[tags]\nlamp = { at = \"Y0\" }\n[[program]]\nname = \"Main\"\n\
@@ -34,7 +34,7 @@ impl Folder {
     }
 
     /// The number of looks of a whole load within a step.
-    fn looks(&self, step: &Step) -> usize {
+    fn looks(&self, step: &LoadStep) -> usize {
         let progress = Progress::over_within(step.clone(), usize::MAX);
         self.load(&progress);
         usize::MAX - progress.looks_left()
@@ -52,15 +52,15 @@ fn a_load_whose_time_is_over_ends_with_the_step_that_it_is_at() {
     let folder = Folder::new(CONTROLLER, LADDER);
     let (controller, ladder) = (folder.file("controller.toml"), folder.file("ladder.toml"));
     let steps = [
-        Step::Reading(controller.clone()),
-        Step::Parsing(controller.clone()),
-        Step::Reading(ladder.clone()),
-        Step::Parsing(ladder),
-        Step::Names,
-        Step::Settings,
-        Step::Rule("owned-twice"),
-        Step::Rule("out-lost-on-jump-back"),
-        Step::Rule("unused-tag"),
+        LoadStep::Reading(controller.clone()),
+        LoadStep::Parsing(controller.clone()),
+        LoadStep::Reading(ladder.clone()),
+        LoadStep::Parsing(ladder),
+        LoadStep::Names,
+        LoadStep::Settings,
+        LoadStep::Rule("owned-twice"),
+        LoadStep::Rule("out-lost-on-jump-back"),
+        LoadStep::Rule("unused-tag"),
     ];
     for step in steps {
         let progress = Progress::over_at(step.clone());
@@ -76,12 +76,12 @@ fn a_load_whose_time_is_over_ends_with_the_step_that_it_is_at() {
 fn a_load_whose_time_is_over_ends_at_the_next_look() {
     let folder = Folder::new(&format!("{CONTROLLER}[outputs]\nhold = [\"Y1\"]\n"), LADDER);
     let steps = [
-        Step::Parsing(folder.file("controller.toml")),
-        Step::Parsing(folder.file("ladder.toml")),
-        Step::Names,
-        Step::Settings,
-        Step::Rule("never-written"),
-        Step::Rule("unused-tag"),
+        LoadStep::Parsing(folder.file("controller.toml")),
+        LoadStep::Parsing(folder.file("ladder.toml")),
+        LoadStep::Names,
+        LoadStep::Settings,
+        LoadStep::Rule("never-written"),
+        LoadStep::Rule("unused-tag"),
     ];
     for step in steps {
         let looks = folder.looks(&step);
@@ -98,7 +98,7 @@ fn a_load_whose_time_is_over_ends_at_the_next_look() {
 /// Checks that a load looks once more within a step for each further part. `text` makes the
 /// controller file and the ladder file with a number of parts.
 #[track_caller]
-fn looks_at_each(kind: &str, step: &Step, text: impl Fn(usize) -> (String, String)) {
+fn looks_at_each(kind: &str, step: &LoadStep, text: impl Fn(usize) -> (String, String)) {
     let [some, more] = [20, 40].map(|parts| {
         let (controller, ladder) = text(parts);
         Folder::new(&controller, &ladder).looks(step)
@@ -115,7 +115,7 @@ fn parts(count: usize, between: &str, part: impl Fn(usize) -> String) -> String 
 fn the_settings_look_at_each_of_their_parts() {
     let each = |kind: &str, text: &dyn Fn(usize) -> String| {
         let files = |count| (format!("{CONTROLLER}{}", text(count)), LADDER.to_owned());
-        looks_at_each(kind, &Step::Settings, files);
+        looks_at_each(kind, &LoadStep::Settings, files);
     };
     let list = |table: &str, count: usize, item: &str| {
         format!("{table} = [{}]\n", parts(count, ", ", |at| format!("\"{item}{at}\"")))
@@ -157,7 +157,7 @@ fn the_settings_look_at_each_of_their_parts() {
 fn the_settings_look_at_each_device_row_part_and_fault() {
     let each = |kind: &str, text: &dyn Fn(usize) -> String| {
         let files = |count| (format!("{CONTROLLER}{}", text(count)), LADDER.to_owned());
-        looks_at_each(kind, &Step::Settings, files);
+        looks_at_each(kind, &LoadStep::Settings, files);
     };
     let device = |name: &str, driver: &str, keys: String| {
         format!("[[device]]\nname = \"{name}\"\ndriver = \"{driver}\"\n{keys}\n")
@@ -195,7 +195,7 @@ fn the_rules_look_at_each_instruction() {
     };
     let rules =
         ["block-rule", "duplicate-out", "constant-compare", "never-written", "set-never-reset"];
-    for step in [Step::Names].into_iter().chain(rules.map(Step::Rule)) {
+    for step in [LoadStep::Names].into_iter().chain(rules.map(LoadStep::Rule)) {
         looks_at_each("rungs", &step, rungs);
     }
 }

@@ -29,7 +29,7 @@ pub use files::{identity, may_all_read, read_bytes};
 
 use crate::controller::written::WrittenController;
 use crate::controller::{self, Controller, resolve_controller_within};
-use rungd_base::progress::{Progress, Step};
+use rungd_base::progress::{LoadStep, Progress};
 use rungd_engine::isa::Address;
 use rungd_io::plant::settings::Rule;
 use rungd_language::check::{Around, check_partial, check_whole, silence};
@@ -143,7 +143,7 @@ pub fn controller_file(path: &Path) -> Result<Loaded> {
 /// # Errors
 /// The controller file cannot be read.
 pub fn controller_file_within(path: &Path, progress: &Progress) -> Result<Loaded> {
-    progress.begin(Step::Reading(path.display().to_string()));
+    progress.begin(LoadStep::Reading(path.display().to_string()));
     let input = InputFile::of(path, files::read_regular(path))?;
     Ok(controller(&input, progress, &OpenTexts::default()))
 }
@@ -193,7 +193,7 @@ fn controller(input: &InputFile, progress: &Progress, texts: &OpenTexts) -> Load
     if loaded.has_error() || loaded.progress.is_over() {
         return loaded;
     }
-    loaded.progress.begin(Step::Parsing(loaded.files[0].name.clone()));
+    loaded.progress.begin(LoadStep::Parsing(loaded.files[0].name.clone()));
     if let Some(finding) = file_kind::of_test(&loaded.files[0].text, id, "a controller file") {
         loaded.findings.push(finding);
         return loaded;
@@ -290,7 +290,7 @@ impl Loaded {
                 continue;
             }
             let path = naming.parent().unwrap_or(Path::new("")).join(&name.text);
-            self.progress.begin(Step::Reading(path.display().to_string()));
+            self.progress.begin(LoadStep::Reading(path.display().to_string()));
             let real = files::identity(&path);
             if real == own {
                 let message = format!("the {kind} names itself as its ladder");
@@ -394,7 +394,7 @@ impl Loaded {
         if self.progress.is_over() {
             return;
         }
-        self.progress.begin(Step::Settings);
+        self.progress.begin(LoadStep::Settings);
         let whole = self.program.is_some()
             && !self.findings.iter().any(|f| of_ladders(f) && f.severity() == Severity::Error);
         let bare = Program::empty(written.memory.clone());

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use super::files::identity;
 use crate::controller::written::WrittenController;
-use rungd_base::progress::{Progress, Step};
+use rungd_base::progress::{LoadStep, Progress};
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::span::{Located, Span};
 
@@ -33,7 +33,7 @@ pub(super) fn findings(
     let view = operator.and_then(|operator| operator.view_socket.as_ref());
     let beside = |name: &str| {
         let path = controller.parent().unwrap_or(Path::new("")).join(name);
-        progress.begin(Step::Reading(path.display().to_string()));
+        progress.begin(LoadStep::Reading(path.display().to_string()));
         identity(&path)
     };
     let input = |own: &Located<String>| {

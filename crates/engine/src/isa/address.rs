@@ -33,7 +33,7 @@ pub struct DeviceId(pub u32);
 
 /// A status bit of a field device (`docs/devices.md`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Health {
+pub enum DeviceBit {
     /// Its last exchange succeeded.
     Ok,
     /// Its last good exchange, or the start if there was none yet, is longer ago than `loss-after`.
@@ -81,7 +81,7 @@ pub enum Bit {
     /// `.Done` of a Task.
     Done(BlockId),
     /// A status bit of a field device.
-    Device(DeviceId, Health),
+    Device(DeviceId, DeviceBit),
 }
 
 /// One word.
@@ -288,21 +288,21 @@ impl Flag {
     }
 }
 
-impl Health {
+impl DeviceBit {
     /// All status bits of a device, in the order of their cells.
-    pub const ALL: [Health; 2] = all_variants![Health::Ok, Health::Stale];
+    pub const ALL: [DeviceBit; 2] = all_variants![DeviceBit::Ok, DeviceBit::Stale];
 
     /// The name as written after the dot.
     pub fn name(self) -> &'static str {
         match self {
-            Health::Ok => "Ok",
-            Health::Stale => "Stale",
+            DeviceBit::Ok => "Ok",
+            DeviceBit::Stale => "Stale",
         }
     }
 
     /// The bit with this name.
-    pub fn from_name(name: &str) -> Option<Health> {
-        Health::ALL.into_iter().find(|health| health.name() == name)
+    pub fn from_name(name: &str) -> Option<DeviceBit> {
+        DeviceBit::ALL.into_iter().find(|health| health.name() == name)
     }
 }
 

@@ -21,7 +21,7 @@ pub fn corrected(text: &str) -> Option<String> {
 }
 
 /// The sentence about a text that is refused because of its comma; `None` for any other text.
-pub fn told(text: &str) -> Option<String> {
+pub fn message(text: &str) -> Option<String> {
     let right = corrected(text)?;
     Some(format!("`{text}` has a decimal comma: write `{right}`"))
 }

@@ -23,7 +23,9 @@ pub(crate) mod space;
 pub mod status;
 
 pub use address::Flag;
-pub use address::{Address, Bit, BlockId, DeviceId, ElementId, Health, StageId, Structure, Word};
+pub use address::{
+    Address, Bit, BlockId, DeviceBit, DeviceId, ElementId, StageId, Structure, Word,
+};
 pub use function::Function;
 pub use instruction::Spec;
 pub use instruction::{LegName, Mnemonic, OperandKind, OperandSpec};

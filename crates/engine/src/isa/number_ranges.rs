@@ -118,7 +118,9 @@ mod tests {
             ranges.add(('x', at % 100, 65_535 - at % 100), index);
             ranges.add(('y', 2 * at, 2 * at), index);
         }
-        let count = |kind: char| ranges.covered.keys().filter(|(of, _)| *of == kind).count();
+        let count = |kind: char| {
+            ranges.covered.keys().filter(|(range_kind, _)| *range_kind == kind).count()
+        };
         assert_eq!([count('x'), count('y')], [1, 50_000]);
         assert_eq!(ranges.parts.len(), 50_001);
         assert_eq!(ranges.add(('y', 0, 99_999), 0).len(), 50_000);

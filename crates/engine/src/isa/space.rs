@@ -71,7 +71,7 @@ pub struct MemorySizes {
     pub mir: u32,
     pub ct: u32,
     pub t: u32,
-    /// Number of field devices; each has the bits of `Health`.
+    /// Number of field devices; each has the bits of `DeviceBit`.
     pub devices: u32,
 }
 

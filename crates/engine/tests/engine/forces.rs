@@ -2,7 +2,7 @@
 //! Inputs, queued writes and the writes of all instructions to it are discarded.
 
 use proptest::prelude::*;
-use rungd_runtime::{Machine, UnwiredInputs};
+use rungd_runtime::{ScannedMachine, UnwiredInputs};
 
 use rungd_test_support::plc::{Plc, plc};
 
@@ -301,7 +301,7 @@ proptest! {
                 plc.force(&format!("X{}", 64 + at), i32::from(bit(before, at)));
             }
         }
-        Machine::set_inputs(&mut plc.engine, UnwiredInputs { first: 64, values, given });
+        ScannedMachine::set_inputs(&mut plc.engine, UnwiredInputs { first: 64, values, given });
         let expected = values & given & !forced | before & !(given & !forced);
         for at in 0..64 {
             let name = format!("X{}", 64 + at);

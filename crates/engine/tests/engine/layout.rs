@@ -2,7 +2,7 @@
 
 use rungd_base::calendar::LocalTime;
 use rungd_engine::isa::{
-    Address, Bit, BitSpace, BlockId, DeviceId, Health, MemorySizes, StageId, Structure, Word,
+    Address, Bit, BitSpace, BlockId, DeviceBit, DeviceId, MemorySizes, StageId, Structure, Word,
     WordSpace,
 };
 use rungd_engine::{Cell, Engine, Layout, ScanTimes};
@@ -36,7 +36,7 @@ fn addresses(sizes: &MemorySizes) -> Vec<Address> {
     all.extend((0..STAGES).map(|n| Address::Bit(Bit::Stage(StageId(n)))));
     all.extend((0..BLOCKS).map(|n| Address::Bit(Bit::Running(BlockId(n)))));
     all.extend((0..BLOCKS).map(|n| Address::Bit(Bit::Done(BlockId(n)))));
-    let health = |n| Health::ALL.map(|health| Address::Bit(Bit::Device(DeviceId(n), health)));
+    let health = |n| DeviceBit::ALL.map(|health| Address::Bit(Bit::Device(DeviceId(n), health)));
     all.extend((0..sizes.devices).flat_map(health));
     all
 }

@@ -3,7 +3,7 @@
 //! The commands come from strangers. This module writes nothing: `node` passes on a few writes per
 //! second, and the controller checks each write like a write of an operator.
 
-use super::journal::LineKind;
+use super::journal::LineSubject;
 use super::tags::{TagMetric, given};
 use rungd_client::operator::protocol::GivenValue;
 use rungd_net::sparkplug::{DataType, Metric, MetricValue, Payload, ValueFault, vocabulary};
@@ -13,36 +13,36 @@ const METRICS_MAX: usize = 100;
 
 /// The request of a metric of a command.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum AskedCommand {
+pub(super) enum CommandRequest {
     /// A new birth of the node.
     Rebirth,
     /// A write of this value to the tag with this name.
     Write(String, GivenValue),
     /// A refused request, with the reason for the journal.
-    Refused(LineKind, String),
+    Refused(LineSubject, String),
 }
 
 /// The requests of a command, metric by metric.
-pub(super) fn asked(payload: &Payload, tags: &[TagMetric]) -> Vec<AskedCommand> {
-    let mut asked: Vec<AskedCommand> =
+pub(super) fn asked(payload: &Payload, tags: &[TagMetric]) -> Vec<CommandRequest> {
+    let mut asked: Vec<CommandRequest> =
         payload.metrics.iter().take(METRICS_MAX).filter_map(|metric| one(metric, tags)).collect();
     if payload.metrics.len() > METRICS_MAX {
         let why =
             format!("a command of {} metrics: more than {METRICS_MAX}", payload.metrics.len());
-        asked.push(AskedCommand::Refused(LineKind::UnreadCommand, why));
+        asked.push(CommandRequest::Refused(LineSubject::UnreadCommand, why));
     }
     asked
 }
 
 /// The request of one metric; `None`: it requests nothing.
-fn one(metric: &Metric, tags: &[TagMetric]) -> Option<AskedCommand> {
+fn one(metric: &Metric, tags: &[TagMetric]) -> Option<CommandRequest> {
     if metric.name.as_deref() == Some(vocabulary::REBIRTH) {
         let read = metric.content.as_ref().map(|content| DataType::Boolean.read(content));
-        return (read == Some(Ok(MetricValue::Bool(true)))).then_some(AskedCommand::Rebirth);
+        return (read == Some(Ok(MetricValue::Bool(true)))).then_some(CommandRequest::Rebirth);
     }
     Some(match write(metric, tags) {
-        Ok((name, value)) => AskedCommand::Write(name, value),
-        Err((kind, why)) => AskedCommand::Refused(kind, why),
+        Ok((name, value)) => CommandRequest::Write(name, value),
+        Err((kind, why)) => CommandRequest::Refused(kind, why),
     })
 }
 
@@ -50,14 +50,17 @@ fn one(metric: &Metric, tags: &[TagMetric]) -> Option<AskedCommand> {
 ///
 /// # Errors
 /// The reason for the refusal, for the journal.
-fn write(metric: &Metric, tags: &[TagMetric]) -> Result<(String, GivenValue), (LineKind, String)> {
-    let tag = meant(metric, tags).map_err(|why| (LineKind::UnknownTag, why))?;
+fn write(
+    metric: &Metric,
+    tags: &[TagMetric],
+) -> Result<(String, GivenValue), (LineSubject, String)> {
+    let tag = meant(metric, tags).map_err(|why| (LineSubject::UnknownTag, why))?;
     let name = &tag.metric.name;
     if !tag.may_write {
         let why = format!("{name}: `[commands] tags` does not list it");
-        return Err((LineKind::UnlistedTag, why));
+        return Err((LineSubject::UnlistedTag, why));
     }
-    let refused = |why: &str| Err((LineKind::WrongValue, format!("{name}: {why}")));
+    let refused = |why: &str| Err((LineSubject::WrongValue, format!("{name}: {why}")));
     if metric.is_historical == Some(true) {
         return refused("a historical value cannot be a command");
     }
@@ -90,8 +93,9 @@ fn write(metric: &Metric, tags: &[TagMetric]) -> Result<(String, GivenValue), (L
 /// The metric has neither, no published tag has it, or the two belong to different tags.
 fn meant<'a>(metric: &Metric, tags: &'a [TagMetric]) -> Result<&'a TagMetric, String> {
     let name = metric.name.as_deref().filter(|name| !name.is_empty());
-    let named = name.map(|name| tags.iter().find(|of| of.metric.name == name));
-    let numbered = metric.alias.map(|alias| tags.iter().find(|of| of.metric.alias == Some(alias)));
+    let named = name.map(|name| tags.iter().find(|tag| tag.metric.name == name));
+    let numbered =
+        metric.alias.map(|alias| tags.iter().find(|tag| tag.metric.alias == Some(alias)));
     let shown_name = name.map(shown);
     let shown_alias = metric.alias.map(|alias| format!("alias {alias}"));
     match (named, numbered) {

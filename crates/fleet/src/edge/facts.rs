@@ -5,7 +5,7 @@
 
 use serde_json::{Value, json};
 
-use rungd_client::operator::protocol::{AlarmList, AlarmState, Status};
+use rungd_client::operator::protocol::{AlarmList, AlarmState, ControllerStatus};
 use rungd_net::sparkplug::{
     BornMetric, DataType, Metric, MetricProperties, MetricValue, vocabulary,
 };
@@ -58,7 +58,7 @@ impl FactTable {
     pub fn born(&mut self, now_ms: u64) -> Vec<Metric> {
         self.told = self.known.clone();
         let born = FACTS.iter().zip(&self.known).enumerate();
-        born.map(|(at, (of, value))| metric(at, of).born(value.as_ref(), now_ms)).collect()
+        born.map(|(at, (fact, value))| metric(at, fact).born(value.as_ref(), now_ms)).collect()
     }
 
     /// The facts that have changed since they were last published. A change of the last scan alone
@@ -87,10 +87,10 @@ fn metric(at: usize, (name, datatype): &(&str, DataType)) -> BornMetric {
 }
 
 /// The facts of a status and of the alarm book.
-pub(super) fn of_controller(status: &Status, alarms: &AlarmList) -> Vec<NodeFact> {
+pub(super) fn of_controller(status: &ControllerStatus, alarms: &AlarmList) -> Vec<NodeFact> {
     let count = |count: usize| MetricValue::Signed(i64::try_from(count).unwrap_or(i64::MAX));
     let text = |text: &str| MetricValue::Text(text.to_owned());
-    let standing = alarms.alarms.iter().filter(|alarm| alarm.state.stands()).count();
+    let standing = alarms.alarms.iter().filter(|alarm| alarm.state.is_active()).count();
     let waits = |state: AlarmState| match state {
         AlarmState::Unacknowledged | AlarmState::Returned => true,
         AlarmState::Acknowledged | AlarmState::Normal => false,

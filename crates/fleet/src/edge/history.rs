@@ -3,13 +3,13 @@
 use std::collections::{HashMap, VecDeque};
 
 use super::tags::TagMetric;
-use super::throttle::{Throttle, ToldChanges};
+use super::throttle::{DueChanges, Throttle};
 use rungd_client::live::{HistorySpan, LogPosition, LoggedChange};
 use rungd_net::sparkplug::DataType;
 
 /// The parts of the past that are still to be published; the first part is under way.
 #[derive(Debug, Default)]
-pub(super) struct TellsHistory {
+pub(super) struct HistoryPublication {
     spans: VecDeque<HistorySpan>,
     /// The log position up to which the first part is published.
     at: Option<LogPosition>,
@@ -22,7 +22,7 @@ pub(super) struct TellsHistory {
     unplaced: u64,
 }
 
-impl TellsHistory {
+impl HistoryPublication {
     /// Whether a part is still to be published.
     pub fn is_under_way(&self) -> bool {
         !self.spans.is_empty()
@@ -35,7 +35,7 @@ impl TellsHistory {
 
     /// Forgets all parts.
     pub fn clear(&mut self) {
-        *self = TellsHistory::default();
+        *self = HistoryPublication::default();
     }
 
     /// Adds a part of the past; returns it if it is to be read now.
@@ -53,14 +53,15 @@ impl TellsHistory {
     }
 
     /// Notes that everything is published up to a log position.
-    pub fn told(&mut self, at: LogPosition) {
+    pub fn mark_published(&mut self, at: LogPosition) {
         self.at = Some(at);
     }
 
     /// Takes `past`, the tags of the program that ran next in the past; `tags`: those of the
     /// present program.
     pub fn begins(&mut self, past: &[TagMetric], tags: &[TagMetric]) {
-        self.names = past.iter().map(|of| (of.metric.name.clone(), of.metric.datatype)).collect();
+        self.names =
+            past.iter().map(|tag| (tag.metric.name.clone(), tag.metric.datatype)).collect();
         self.place(tags);
         if self.at.is_none() {
             self.throttle = Throttle::new(tags.len());
@@ -75,7 +76,7 @@ impl TellsHistory {
 
     fn place(&mut self, tags: &[TagMetric]) {
         let now = tags.iter().enumerate();
-        let now = now.map(|(at, of)| ((of.metric.name.as_str(), of.metric.datatype), at));
+        let now = now.map(|(at, tag)| ((tag.metric.name.as_str(), tag.metric.datatype), at));
         let now: HashMap<(&str, DataType), usize> = now.collect();
         let place =
             |(name, datatype): &(String, DataType)| now.get(&(name.as_str(), *datatype)).copied();
@@ -83,7 +84,7 @@ impl TellsHistory {
     }
 
     /// Takes a change of the past; adds the changes to be published to `out`.
-    pub fn take(&mut self, change: LoggedChange, tags: &[TagMetric], out: &mut ToldChanges) {
+    pub fn take(&mut self, change: LoggedChange, tags: &[TagMetric], out: &mut DueChanges) {
         let place = self.places.get(change.cell as usize).copied().flatten();
         match place.and_then(|at| Some((at, tags.get(at)?))) {
             Some(tag) => self.throttle.take(tag, change, out),
@@ -92,7 +93,7 @@ impl TellsHistory {
     }
 
     /// Adds the changes whose wait has ended before a time.
-    pub fn release(&mut self, tags: &[TagMetric], until_ns: i64, out: &mut ToldChanges) {
+    pub fn release(&mut self, tags: &[TagMetric], until_ns: i64, out: &mut DueChanges) {
         self.throttle.release(tags, until_ns, out);
     }
 }

@@ -20,7 +20,7 @@ const LIMIT: LineLimit = LineLimit::CLIENTS;
 
 /// The subject of a line that a stranger can cause.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum LineKind {
+pub enum LineSubject {
     /// The state of a host cannot be read.
     HostState,
     /// A command cannot be read.
@@ -49,23 +49,23 @@ pub enum LineKind {
     Unkept,
 }
 
-impl LineKind {
+impl LineSubject {
     /// The subject of the lines of this kind, for people.
     fn name(self) -> &'static str {
         match self {
-            LineKind::HostState => "states of hosts that cannot be read",
-            LineKind::UnreadCommand => "commands that cannot be read",
-            LineKind::RetainedCommand => "retained commands",
-            LineKind::UnknownTag => "commands for tags that are not published",
-            LineKind::UnlistedTag => "commands for tags that `[commands] tags` does not list",
-            LineKind::WrongValue => "commands whose value does not fit",
-            LineKind::FastCommand => "too many writes in a second",
-            LineKind::Write => "writes of hosts",
-            LineKind::RefusedWrite => "writes that the controller refuses",
-            LineKind::OldWrite => "writes that are too old",
-            LineKind::UnaskedMessage => "messages of other topics",
-            LineKind::LongMessage => "messages that are too long",
-            LineKind::Unkept => "files that cannot be written",
+            LineSubject::HostState => "states of hosts that cannot be read",
+            LineSubject::UnreadCommand => "commands that cannot be read",
+            LineSubject::RetainedCommand => "retained commands",
+            LineSubject::UnknownTag => "commands for tags that are not published",
+            LineSubject::UnlistedTag => "commands for tags that `[commands] tags` does not list",
+            LineSubject::WrongValue => "commands whose value does not fit",
+            LineSubject::FastCommand => "too many writes in a second",
+            LineSubject::Write => "writes of hosts",
+            LineSubject::RefusedWrite => "writes that the controller refuses",
+            LineSubject::OldWrite => "writes that are too old",
+            LineSubject::UnaskedMessage => "messages of other topics",
+            LineSubject::LongMessage => "messages that are too long",
+            LineSubject::Unkept => "files that cannot be written",
         }
     }
 }
@@ -90,7 +90,7 @@ fn shown(text: &str) -> String {
 #[derive(Clone)]
 pub(super) struct LimitedLines {
     began: Instant,
-    kinds: Arc<Mutex<LineKinds>>,
+    kinds: Arc<Mutex<SubjectLimits>>,
 }
 
 impl LimitedLines {
@@ -100,44 +100,44 @@ impl LimitedLines {
     }
 
     /// Prints a line, or counts it as withheld.
-    pub fn say(&self, kind: LineKind, text: &str) {
+    pub fn say(&self, kind: LineSubject, text: &str) {
         if self.with(|kinds, now_ns| kinds.take(kind, now_ns)) {
             say(text);
         }
     }
 
     /// Prints the numbers of withheld lines that are due; `all`: all of them, at the end.
-    pub fn tell(&self, all: bool) {
-        self.with(|kinds, now_ns| kinds.told(now_ns, all)).iter().for_each(|line| say(line));
+    pub fn report_withheld(&self, all: bool) {
+        self.with(|kinds, now_ns| kinds.due_reports(now_ns, all)).iter().for_each(|line| say(line));
     }
 
-    fn with<T>(&self, act: impl FnOnce(&mut LineKinds, u64) -> T) -> T {
+    fn with<T>(&self, act: impl FnOnce(&mut SubjectLimits, u64) -> T) -> T {
         let now_ns = u64::try_from(self.began.elapsed().as_nanos()).unwrap_or(u64::MAX);
         act(&mut locked(&self.kinds), now_ns)
     }
 }
 
 /// The limits, without a clock.
-struct LineKinds(Limiter<LineKind>);
+struct SubjectLimits(Limiter<LineSubject>);
 
-impl Default for LineKinds {
-    fn default() -> LineKinds {
-        LineKinds(Limiter::new())
+impl Default for SubjectLimits {
+    fn default() -> SubjectLimits {
+        SubjectLimits(Limiter::new())
     }
 }
 
-impl LineKinds {
-    fn take(&mut self, kind: LineKind, now_ns: u64) -> bool {
+impl SubjectLimits {
+    fn take(&mut self, kind: LineSubject, now_ns: u64) -> bool {
         self.0.take(kind, LIMIT, now_ns)
     }
 
-    fn told(&mut self, now_ns: u64, all: bool) -> Vec<String> {
-        let line = |(kind, withheld): (LineKind, WithheldLines)| {
+    fn due_reports(&mut self, now_ns: u64, all: bool) -> Vec<String> {
+        let line = |(kind, withheld): (LineSubject, WithheldLines)| {
             let seconds = withheld.lasted_ns / 1_000_000_000;
             let (lines, name) = (withheld.lines, kind.name());
             format!("{lines} more lines were left out in the last {seconds} s: {name}")
         };
-        self.0.told(now_ns, all).into_iter().map(line).collect()
+        self.0.due_reports(now_ns, all).into_iter().map(line).collect()
     }
 }
 
@@ -149,14 +149,14 @@ mod tests {
 
     #[test]
     fn a_flood_of_one_kind_hides_no_other_and_is_told_by_its_name() {
-        let mut kinds = LineKinds::default();
+        let mut kinds = SubjectLimits::default();
         let flood = |n: u64| SECOND_NS + n * 1_000_000;
-        let said = (0..5000).filter(|n| kinds.take(LineKind::FastCommand, flood(*n))).count();
+        let said = (0..5000).filter(|n| kinds.take(LineSubject::FastCommand, flood(*n))).count();
         assert!((20..=25).contains(&said), "{said}");
-        assert!(kinds.take(LineKind::UnlistedTag, flood(5000)));
-        assert_eq!(kinds.told(flood(5000), false), [""; 0]);
+        assert!(kinds.take(LineSubject::UnlistedTag, flood(5000)));
+        assert_eq!(kinds.due_reports(flood(5000), false), [""; 0]);
         // The number is printed even if no further line follows.
-        let told = kinds.told(flood(5000) + 10 * SECOND_NS, false);
+        let told = kinds.due_reports(flood(5000) + 10 * SECOND_NS, false);
         let lines = 5000 - said as u64;
         let [told] = &told[..] else { panic!("{told:?}") };
         assert!(told.starts_with(&format!("{lines} more lines were left out")), "{told}");
@@ -165,12 +165,12 @@ mod tests {
 
     #[test]
     fn what_was_left_out_is_told_at_the_end() {
-        let mut kinds = LineKinds::default();
-        (0..30).for_each(|_| _ = kinds.take(LineKind::HostState, SECOND_NS));
-        (0..25).for_each(|_| _ = kinds.take(LineKind::Write, SECOND_NS));
-        let told = kinds.told(SECOND_NS, true);
+        let mut kinds = SubjectLimits::default();
+        (0..30).for_each(|_| _ = kinds.take(LineSubject::HostState, SECOND_NS));
+        (0..25).for_each(|_| _ = kinds.take(LineSubject::Write, SECOND_NS));
+        let told = kinds.due_reports(SECOND_NS, true);
         assert_eq!(told.len(), 2, "{told:?}");
-        assert_eq!(kinds.told(SECOND_NS, true), [""; 0]);
+        assert_eq!(kinds.due_reports(SECOND_NS, true), [""; 0]);
     }
 
     #[test]

@@ -53,7 +53,9 @@ pub fn read_edge(path: &Path, bytes: &[u8]) -> ReadEdge {
         findings.extend(found);
         settings = read;
     }
-    findings.sort_by_key(|of| (of.span.file, of.span.start, of.span.end, of.code));
+    findings.sort_by_key(|finding| {
+        (finding.span.file, finding.span.start, finding.span.end, finding.code)
+    });
     let is_refused = findings.iter().any(|finding| finding.severity() == Severity::Error);
     ReadEdge { file, findings, settings: settings.filter(|_| !is_refused) }
 }
@@ -157,7 +159,8 @@ fn read_broker(mut table: Table<'_>, base: &Path) -> BrokerKeys {
         let message = "a certificate and its key belong together".to_owned();
         wrong(&table, span, message, "give both `certificate` and `key`");
     }
-    let is_plain = !addresses.is_empty() && addresses.iter().all(|of| of.starts_with("mqtt://"));
+    let is_plain =
+        !addresses.is_empty() && addresses.iter().all(|address| address.starts_with("mqtt://"));
     if is_plain && (ca.is_some() || certificate.is_some()) {
         let message = "certificates are for `mqtts://`".to_owned();
         wrong(&table, span, message, "write `mqtts://` in `addresses`");
@@ -365,7 +368,8 @@ mod tests {
             ("[comands]\n", "no key `comands`"),
         ] {
             let read = read(&format!("{LEAST}{more}\n"));
-            let messages: Vec<&str> = read.findings.iter().map(|of| &*of.message).collect();
+            let messages: Vec<&str> =
+                read.findings.iter().map(|finding| &*finding.message).collect();
             let is_said = messages.iter().any(|message| message.contains(said));
             assert!(is_said && read.settings.is_none(), "{more}: {messages:?}");
         }
@@ -380,7 +384,8 @@ mod tests {
             ("[node]\ngroup = \"g\"\nname = \"n\"\n", "", "no `node`"),
         ] {
             let read = read(&LEAST.replace(from, to));
-            let messages: Vec<&str> = read.findings.iter().map(|of| &*of.message).collect();
+            let messages: Vec<&str> =
+                read.findings.iter().map(|finding| &*finding.message).collect();
             let is_said = messages.iter().any(|message| message.contains(said));
             assert!(is_said && read.settings.is_none(), "{to}: {messages:?}");
         }
@@ -439,7 +444,7 @@ mod tests {
             ),
         ] {
             let findings = read(&LEAST.replace(broker, &wrong)).findings;
-            let helps: Vec<_> = findings.iter().filter_map(|of| of.help_text()).collect();
+            let helps: Vec<_> = findings.iter().filter_map(|finding| finding.help_text()).collect();
             assert!(helps.iter().any(|of| of.contains(help)), "{wrong}: {helps:?}");
             let rest = read(&LEAST.replace(broker, &right)).findings;
             assert!(right.contains(shown) && rest.is_empty(), "{right}: {rest:?}");

@@ -11,7 +11,7 @@ use serde_json::Value;
 use tokio::sync::mpsc;
 
 use super::facts::{NodeFact, of_controller};
-use super::journal::{LimitedLines, LineKind, say};
+use super::journal::{LimitedLines, LineSubject, say};
 use super::settings::EdgeSettings;
 use super::tags::chooser;
 use rungd_client::live::{
@@ -20,7 +20,7 @@ use rungd_client::live::{
 };
 use rungd_client::operator::client::CallFailure;
 use rungd_client::operator::poller::{ControllerPoller, PollPace};
-use rungd_client::operator::protocol::{GivenValue, Request, Status};
+use rungd_client::operator::protocol::{ControllerStatus, GivenValue, Request};
 use rungd_client::operator::socket_of_environment;
 use rungd_net::sparkplug::{MetricValue, vocabulary};
 
@@ -39,7 +39,7 @@ const COMMANDER: &str = "sparkplug";
 
 /// A request to the thread.
 #[derive(Debug)]
-pub(super) enum LogAsk {
+pub(super) enum LogRequest {
     /// Begin to read this part of the past, and forget the previous part. The reports have this
     /// number.
     Replay(u64, HistorySpan),
@@ -51,7 +51,7 @@ pub(super) enum LogAsk {
 
 /// A report of the thread.
 #[derive(Debug)]
-pub(super) enum LogTold {
+pub(super) enum LogReport {
     /// The events up to a scan.
     Live(Vec<LogEvent>, LogPosition),
     /// Facts about the controller.
@@ -67,9 +67,9 @@ pub(super) enum LogTold {
 /// The two channels of the thread.
 pub(super) struct LogThread {
     /// The requests to the thread.
-    pub asks: Sender<LogAsk>,
+    pub asks: Sender<LogRequest>,
     /// The reports of the thread.
-    pub told: mpsc::Receiver<LogTold>,
+    pub told: mpsc::Receiver<LogReport>,
 }
 
 impl LogThread {
@@ -112,7 +112,7 @@ struct LogWorker {
     /// The past that is being read, with its number.
     history: (u64, Option<ChangeHistory>),
     folder: Option<RecordedFolder>,
-    tell: mpsc::Sender<LogTold>,
+    tell: mpsc::Sender<LogReport>,
     /// The last logged line about a past that could not be read.
     unread: Option<String>,
     lines: LimitedLines,
@@ -122,7 +122,7 @@ struct LogWorker {
 struct Abandoned;
 
 impl LogWorker {
-    fn work(mut self, inbox: &Receiver<LogAsk>) {
+    fn work(mut self, inbox: &Receiver<LogRequest>) {
         let (mut look_at, mut status_at) = (Instant::now(), Instant::now());
         loop {
             let now = Instant::now();
@@ -150,7 +150,7 @@ impl LogWorker {
         }
     }
 
-    fn told(&self, told: LogTold) -> Result<(), Abandoned> {
+    fn send_report(&self, told: LogReport) -> Result<(), Abandoned> {
         self.tell.blocking_send(told).map_err(|_| Abandoned)
     }
 
@@ -167,12 +167,12 @@ impl LogWorker {
         match looked {
             Ok(events) => {
                 if let Some(at) = self.follower.position() {
-                    self.told(LogTold::Live(events, at))?;
+                    self.send_report(LogReport::Live(events, at))?;
                 }
             }
             Err(LookFailure::Call(_)) => {
                 let facts = vec![(vocabulary::CONTROLLER, MetricValue::Bool(false))];
-                self.told(LogTold::Facts(facts))?;
+                self.send_report(LogReport::Facts(facts))?;
             }
             Err(LookFailure::Unusable(_)) => {}
         }
@@ -190,33 +190,37 @@ impl LogWorker {
         let asked = self.poller.controller().and_then(|controller| controller.status_and_alarms());
         let Ok((status, alarms)) = asked else { return Ok(()) };
         self.folder = folder(&status);
-        self.told(LogTold::Facts(of_controller(&status, &alarms)))
+        self.send_report(LogReport::Facts(of_controller(&status, &alarms)))
     }
 
     /// Carries out a request and the requests that wait behind it. A request for changes may take
     /// long, and a waiting command would be too old after it. After a piece of the past, the
     /// changes of the present come first.
-    fn obey_all(&mut self, first: LogAsk, inbox: &Receiver<LogAsk>) -> Result<(), Abandoned> {
+    fn obey_all(
+        &mut self,
+        first: LogRequest,
+        inbox: &Receiver<LogRequest>,
+    ) -> Result<(), Abandoned> {
         let mut next = Some(first);
         while let Some(ask) = next {
-            let is_past = matches!(ask, LogAsk::Replay(..) | LogAsk::Next);
+            let is_past = matches!(ask, LogRequest::Replay(..) | LogRequest::Next);
             self.obey(ask)?;
             next = if is_past { None } else { inbox.try_recv().ok() };
         }
         Ok(())
     }
 
-    fn obey(&mut self, ask: LogAsk) -> Result<(), Abandoned> {
+    fn obey(&mut self, ask: LogRequest) -> Result<(), Abandoned> {
         match ask {
-            LogAsk::Replay(number, span) => {
+            LogRequest::Replay(number, span) => {
                 self.history = (number, self.replay(span));
                 match self.history.1 {
                     Some(_) => self.next(),
-                    None => self.told(LogTold::PastFailed(number)),
+                    None => self.send_report(LogReport::PastFailed(number)),
                 }
             }
-            LogAsk::Next => self.next(),
-            LogAsk::Write(operand, value, asked) => {
+            LogRequest::Next => self.next(),
+            LogRequest::Write(operand, value, asked) => {
                 self.write(operand, value, asked);
                 Ok(())
             }
@@ -250,15 +254,15 @@ impl LogWorker {
     fn next(&mut self) -> Result<(), Abandoned> {
         let (number, history) = &mut self.history;
         let number = *number;
-        let Some(known) = history else { return self.told(LogTold::PastDone(number)) };
+        let Some(known) = history else { return self.send_report(LogReport::PastDone(number)) };
         match known.next_section() {
             Some(events) => {
                 let at = known.position();
-                self.told(LogTold::Past(number, events, at))
+                self.send_report(LogReport::Past(number, events, at))
             }
             None => {
                 *history = None;
-                self.told(LogTold::PastDone(number))
+                self.send_report(LogReport::PastDone(number))
             }
         }
     }
@@ -269,19 +273,22 @@ impl LogWorker {
         if waited > WRITE_WAIT_MAX {
             let waited = waited.as_secs();
             let why = format!("it has waited {waited} s for the controller and is too old");
-            return self.lines.say(LineKind::OldWrite, &format!("{line}, and is refused: {why}"));
+            return self
+                .lines
+                .say(LineSubject::OldWrite, &format!("{line}, and is refused: {why}"));
         }
         let for_user = Some(COMMANDER.to_owned());
         let request = Request::Write { operand, value, for_user, from_page: false };
         match self.poller.controller().and_then(|controller| controller.ask::<Value>(&request)) {
-            Ok(_) => self.lines.say(LineKind::Write, &line),
+            Ok(_) => self.lines.say(LineSubject::Write, &line),
             Err(failure @ CallFailure::Broken(..)) => {
                 let line = format!("{line}; whether it was done is not known: {failure}");
-                self.lines.say(LineKind::RefusedWrite, &line);
+                self.lines.say(LineSubject::RefusedWrite, &line);
             }
             Err(failure) => {
                 let why = self.why(&LookFailure::Call(failure));
-                self.lines.say(LineKind::RefusedWrite, &format!("{line}, and is refused: {why}"));
+                self.lines
+                    .say(LineSubject::RefusedWrite, &format!("{line}, and is refused: {why}"));
             }
         }
     }
@@ -314,7 +321,7 @@ impl LogWorker {
 
 /// The folder in which the controller records. A relative path is resolved in the controller's
 /// working directory.
-fn folder(status: &Status) -> Option<RecordedFolder> {
+fn folder(status: &ControllerStatus) -> Option<RecordedFolder> {
     let disk = status.record.disk.as_ref()?;
     let controller = Path::new(&status.controller).file_stem()?.to_string_lossy().into_owned();
     let named = PathBuf::from(&disk.dir);

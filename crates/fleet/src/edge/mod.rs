@@ -22,7 +22,7 @@ mod tags;
 mod throttle;
 
 pub use keys::{ReadEdge, read_edge, shape};
-pub use node::{EdgeNode, NodeOut};
+pub use node::{EdgeNode, NodeAction};
 pub use settings::{BrokerKeys, EdgeSettings, PublishRule};
 pub use shell::run;
 pub use tags::{chooser, number};

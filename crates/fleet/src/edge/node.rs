@@ -1,19 +1,19 @@
 //! The edge node as a state machine without I/O, clock and threads: what it publishes, and when.
 //!
 //! `shell` passes in each event with its time, and carries out the actions that the node returns
-//! ([`NodeOut`]). Present values are published as they arrive. Past values are published in
+//! ([`NodeAction`]). Present values are published as they arrive. Past values are published in
 //! between, with a flag. Each of these two streams is in the order of scans.
 
 use std::collections::VecDeque;
 
-use super::commands::{AskedCommand, CommandPace, asked};
+use super::commands::{CommandPace, CommandRequest, asked};
 use super::facts::{ALIASES, FactTable, NodeFact};
-use super::history::TellsHistory;
-use super::journal::LineKind;
+use super::history::HistoryPublication;
+use super::journal::LineSubject;
 use super::primary::{HostNews, PrimaryHost};
 use super::settings::EdgeSettings;
 use super::tags::{self, TagMetric};
-use super::throttle::{Throttle, ToldChanges};
+use super::throttle::{DueChanges, Throttle};
 use rungd_base::calendar::Utc;
 use rungd_client::live::{HistorySpan, LogEvent, LogGap, LogPosition, LoggedProgram};
 use rungd_client::operator::protocol::GivenValue;
@@ -33,7 +33,7 @@ const METRICS_MAX: usize = 1000;
 
 /// An action for `shell`.
 #[derive(Clone, Debug, PartialEq)]
-pub enum NodeOut {
+pub enum NodeAction {
     /// Publish this payload on this topic, unretained, with QoS 0.
     Publish(String, Vec<u8>),
     /// Read this part of the past.
@@ -45,7 +45,7 @@ pub enum NodeOut {
     /// A line for the journal.
     Say(String),
     /// A line for the journal that a stranger can cause.
-    SayLimited(LineKind, String),
+    SayLimited(LineSubject, String),
 }
 
 /// The state of the node towards its host.
@@ -73,7 +73,7 @@ pub struct EdgeNode {
     live_at: Option<LogPosition>,
     /// The log position up to which a broker has everything.
     confirmed: Option<LogPosition>,
-    history: TellsHistory,
+    history: HistoryPublication,
     /// Whether the past is to be published as soon as the present is known.
     owes_history: bool,
     lost: u64,
@@ -85,7 +85,7 @@ pub struct EdgeNode {
     began: (u64, Option<LogPosition>),
     beat_ms: u64,
     pace: CommandPace,
-    out: VecDeque<NodeOut>,
+    out: VecDeque<NodeAction>,
 }
 
 impl EdgeNode {
@@ -107,7 +107,7 @@ impl EdgeNode {
             facts,
             live_at: None,
             confirmed,
-            history: TellsHistory::default(),
+            history: HistoryPublication::default(),
             owes_history: false,
             lost: 0,
             host: PrimaryHost::default(),
@@ -121,7 +121,7 @@ impl EdgeNode {
     }
 
     /// The next action.
-    pub fn take_out(&mut self) -> Option<NodeOut> {
+    pub fn take_out(&mut self) -> Option<NodeAction> {
         self.out.pop_front()
     }
 
@@ -207,7 +207,7 @@ impl EdgeNode {
 
     fn replay(&mut self, span: HistorySpan) {
         let next = self.history.add(span);
-        self.out.extend(next.map(NodeOut::Replay));
+        self.out.extend(next.map(NodeAction::Replay));
         self.facts.set(vocabulary::HISTORY_REPLAYING, MetricValue::Bool(true));
     }
 
@@ -226,7 +226,7 @@ impl EdgeNode {
         self.throttle.born(&self.values, at.unix_ns);
         let payload = Payload { timestamp: Some(now_ms), metrics, seq: Some(self.seq.number()) };
         let topic = self.topic(MessageKind::NodeBirth);
-        self.out.push_back(NodeOut::Publish(topic, payload.bytes()));
+        self.out.push_back(NodeAction::Publish(topic, payload.bytes()));
     }
 
     fn birth_number(&self, now_ms: u64) -> Metric {
@@ -252,13 +252,13 @@ impl EdgeNode {
             let (timestamp, seq) = (Some(now_ms), Some(self.seq.number()));
             let payload = Payload { timestamp, metrics, seq };
             let topic = self.topic(MessageKind::NodeData);
-            self.out.push_back(NodeOut::Publish(topic, payload.bytes()));
+            self.out.push_back(NodeAction::Publish(topic, payload.bytes()));
             metrics = rest;
         }
     }
 
     /// Publishes changes as data, in the order of their times.
-    fn tell(&mut self, mut told: ToldChanges, is_historical: bool, now_ms: u64) {
+    fn publish_changes(&mut self, mut told: DueChanges, is_historical: bool, now_ms: u64) {
         told.sort_by_key(|(_, change)| change.unix_ns);
         let metric = |(at, change): &(usize, rungd_client::live::LoggedChange)| {
             let tag = self.tags.get(*at)?;
@@ -280,11 +280,11 @@ impl EdgeNode {
 
     /// Takes the events of the controller up to a scan.
     pub fn live(&mut self, events: Vec<LogEvent>, at: LogPosition, now_ms: u64) {
-        let mut told = ToldChanges::new();
+        let mut told = DueChanges::new();
         for event in events {
             match event {
                 LogEvent::Begins { program, values, at } => {
-                    self.tell(std::mem::take(&mut told), false, now_ms);
+                    self.publish_changes(std::mem::take(&mut told), false, now_ms);
                     self.run_on(&program, values, at);
                     if self.state == NodeState::Born {
                         self.bear(now_ms);
@@ -313,7 +313,7 @@ impl EdgeNode {
         self.confirmed.get_or_insert(at);
         let scan = i64::try_from(at.scan).unwrap_or(i64::MAX);
         self.facts.set(vocabulary::SCAN, MetricValue::Signed(scan));
-        self.tell(told, false, now_ms);
+        self.publish_changes(told, false, now_ms);
         if self.state == NodeState::Born {
             self.owe();
         }
@@ -329,9 +329,9 @@ impl EdgeNode {
         self.live_at = Some(at);
         for name in &self.settings.commands {
             if !self.tags.iter().any(|tag| tag.metric.name == *name) {
-                let line =
-                    format!("`[commands] tags` lists {name}: the program publishes no such tag");
-                self.out.push_back(NodeOut::Say(line));
+                self.out.push_back(NodeAction::Say(format!(
+                    "`[commands] tags` lists {name}: the program publishes no such tag"
+                )));
             }
         }
     }
@@ -347,7 +347,7 @@ impl EdgeNode {
         if self.state != NodeState::Born || !self.history.is_under_way() {
             return;
         }
-        let mut told = ToldChanges::new();
+        let mut told = DueChanges::new();
         for event in events {
             match event {
                 LogEvent::Begins { program, .. } => {
@@ -360,8 +360,8 @@ impl EdgeNode {
             }
         }
         self.history.release(&self.tags, at.unix_ns, &mut told);
-        self.tell(told, true, now_ms);
-        self.history.told(at);
+        self.publish_changes(told, true, now_ms);
+        self.history.mark_published(at);
         self.tell_facts(now_ms, false);
     }
 
@@ -372,13 +372,12 @@ impl EdgeNode {
         }
         let (next, unplaced) = self.history.done();
         if unplaced > 0 {
-            self.out.push_back(NodeOut::Say(format!(
-                "{unplaced} past values are not sent: the current program has no tag of that name \
-                 and type"
-            )));
+            let why = "the current program has no tag of that name and type";
+            let line = format!("{unplaced} past values are not sent: {why}");
+            self.out.push_back(NodeAction::Say(line));
         }
         self.facts.set(vocabulary::HISTORY_REPLAYING, MetricValue::Bool(next.is_some()));
-        self.out.extend(next.map(NodeOut::Replay));
+        self.out.extend(next.map(NodeAction::Replay));
         self.tell_facts(now_ms, true);
     }
 
@@ -393,7 +392,7 @@ impl EdgeNode {
         let time = |unix_ns: i64| Utc::of((unix_ns / 1_000_000_000).try_into().unwrap_or(0));
         let (from, to) = (time(gap.from_ns), time(gap.to_ns));
         let why = &gap.why;
-        self.out.push_back(NodeOut::Say(format!("lost: {scans} from {from}Z to {to}Z: {why}")));
+        self.out.push_back(NodeAction::Say(format!("lost: {scans} from {from}Z to {to}Z: {why}")));
     }
 
     /// Publishes a requested birth or a heartbeat, if it is due.
@@ -434,7 +433,9 @@ impl EdgeNode {
             {
                 match HostState::read(payload) {
                     Ok(state) => self.host(state, now_ms),
-                    Err(why) => self.out.push_back(NodeOut::SayLimited(LineKind::HostState, why)),
+                    Err(why) => {
+                        self.out.push_back(NodeAction::SayLimited(LineSubject::HostState, why))
+                    }
                 }
             }
             Some(Topic::Node { kind: MessageKind::NodeCommand, group, node, device: None })
@@ -442,17 +443,19 @@ impl EdgeNode {
             {
                 match Payload::read(payload) {
                     Ok(payload) => self.command(&payload, now_ms),
-                    Err(why) => {
-                        let line = format!("a command is refused: {why}");
-                        self.out.push_back(NodeOut::SayLimited(LineKind::UnreadCommand, line));
-                    }
+                    Err(why) => self.refuse(LineSubject::UnreadCommand, &why),
                 }
             }
             Some(_) | None => {
                 let line = "a message of a topic that was not subscribed to is ignored".to_owned();
-                self.out.push_back(NodeOut::SayLimited(LineKind::UnaskedMessage, line));
+                self.out.push_back(NodeAction::SayLimited(LineSubject::UnaskedMessage, line));
             }
         }
+    }
+
+    fn refuse(&mut self, subject: LineSubject, why: &impl std::fmt::Display) {
+        let line = format!("a command is refused: {why}");
+        self.out.push_back(NodeAction::SayLimited(subject, line));
     }
 
     /// Takes a state of the primary host.
@@ -460,7 +463,7 @@ impl EdgeNode {
         match (self.state, self.host.hear(state)) {
             (NodeState::Waits, HostNews::Came | HostNews::Still) => self.begin(now_ms),
             (NodeState::Born, HostNews::Gone) => {
-                self.out.push_back(NodeOut::Leave("the primary host is offline".to_owned()));
+                self.out.push_back(NodeAction::Leave("the primary host is offline".to_owned()));
             }
             (NodeState::Born, HostNews::Came) => {
                 (self.host.is_owed, self.wants_rebirth) = (true, true);
@@ -476,17 +479,14 @@ impl EdgeNode {
         }
         for asked in asked(payload, &self.tags) {
             match asked {
-                AskedCommand::Rebirth => self.wants_rebirth = true,
-                AskedCommand::Refused(kind, why) => {
-                    let line = format!("a command is refused: {why}");
-                    self.out.push_back(NodeOut::SayLimited(kind, line));
+                CommandRequest::Rebirth => self.wants_rebirth = true,
+                CommandRequest::Refused(subject, why) => self.refuse(subject, &why),
+                CommandRequest::Write(operand, value) if self.pace.take(now_ms) => {
+                    self.out.push_back(NodeAction::Write(operand, value));
                 }
-                AskedCommand::Write(operand, value) if self.pace.take(now_ms) => {
-                    self.out.push_back(NodeOut::Write(operand, value));
-                }
-                AskedCommand::Write(operand, _) => {
-                    let line = format!("a command is refused: {operand}: too many in a second");
-                    self.out.push_back(NodeOut::SayLimited(LineKind::FastCommand, line));
+                CommandRequest::Write(operand, _) => {
+                    let why = format!("{operand}: too many in a second");
+                    self.refuse(LineSubject::FastCommand, &why);
                 }
             }
         }

@@ -3,9 +3,9 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::journal::LineKind;
+use super::journal::LineSubject;
 use super::keys::read_edge;
-use super::node::{EdgeNode, NodeOut};
+use super::node::{EdgeNode, NodeAction};
 use super::settings::EdgeSettings;
 use super::tags::chooser;
 use rungd_base::random::SplitMix64;
@@ -76,22 +76,22 @@ fn born(more: &str) -> (EdgeNode, Arc<LoggedProgram>) {
     (node, program)
 }
 
-fn outs(node: &mut EdgeNode) -> Vec<NodeOut> {
+fn outs(node: &mut EdgeNode) -> Vec<NodeAction> {
     std::iter::from_fn(|| node.take_out()).collect()
 }
 
 /// The published messages: kind and payload.
 fn published(node: &mut EdgeNode) -> Vec<(String, Payload)> {
-    let message = |out: NodeOut| match out {
-        NodeOut::Publish(topic, payload) => {
+    let message = |out: NodeAction| match out {
+        NodeAction::Publish(topic, payload) => {
             let kind = topic.split('/').nth(2).unwrap_or_default().to_owned();
             Some((kind, Payload::read(&payload).expect("a payload")))
         }
-        NodeOut::Replay(_)
-        | NodeOut::Write(..)
-        | NodeOut::Leave(_)
-        | NodeOut::Say(_)
-        | NodeOut::SayLimited(..) => None,
+        NodeAction::Replay(_)
+        | NodeAction::Write(..)
+        | NodeAction::Leave(_)
+        | NodeAction::Say(_)
+        | NodeAction::SayLimited(..) => None,
     };
     outs(node).into_iter().filter_map(message).collect()
 }
@@ -179,14 +179,14 @@ fn without_the_primary_host_nothing_is_published() {
     let all = outs(&mut node);
     // The changes since the start are published too.
     let span = HistorySpan { from: at(1), margin_ns: 30_000_000_000, until: at(5) };
-    assert!(all.contains(&NodeOut::Replay(span)), "{all:?}");
-    assert!(all.iter().any(|out| matches!(out, NodeOut::Publish(..))));
+    assert!(all.contains(&NodeAction::Replay(span)), "{all:?}");
+    assert!(all.iter().any(|out| matches!(out, NodeAction::Publish(..))));
     // An older state and an already known state change nothing.
     node.message(topic, &state(false, 69), 2400);
     node.message(topic, &state(true, 70), 2400);
     assert_eq!(outs(&mut node), []);
     node.message(topic, &state(false, 70), 2500);
-    assert!(matches!(&outs(&mut node)[..], [NodeOut::Leave(_)]));
+    assert!(matches!(&outs(&mut node)[..], [NodeAction::Leave(_)]));
     // At a different broker, the host's state has a different time.
     node.disconnected();
     node.connected(2600);
@@ -223,7 +223,7 @@ fn the_past_is_published_as_historical_beside_the_present() {
     node.connected(4000);
     let all = outs(&mut node);
     let span = HistorySpan { from: at(1), margin_ns: 30_000_000_000, until: at(9) };
-    assert!(all.contains(&NodeOut::Replay(span)), "{all:?}");
+    assert!(all.contains(&NodeAction::Replay(span)), "{all:?}");
     assert_eq!(node.published(), Some(at(1)), "nothing of the past is told yet");
     // The present is published at the same time.
     node.live(vec![changed(&program, "start", (12, 0))], at(12), 4100);
@@ -254,12 +254,12 @@ fn missing_changes_are_counted_and_reported() {
     let gap = LogGap { scans: Some(77), from_ns: 0, to_ns: 60_000_000_000, why };
     node.past(vec![LogEvent::Missing(gap)], at(9000), 5000);
     let all = outs(&mut node);
-    let is_said = |out: &NodeOut| {
-        let NodeOut::Say(line) = out else { return false };
+    let is_said = |out: &NodeAction| {
+        let NodeAction::Say(line) = out else { return false };
         line.contains("77 scans") && line.contains("it is gone")
     };
-    let is_told = |out: &NodeOut| {
-        let NodeOut::Publish(_, payload) = out else { return false };
+    let is_told = |out: &NodeAction| {
+        let NodeAction::Publish(_, payload) = out else { return false };
         let payload = Payload::read(payload).expect("a payload");
         payload.metrics.iter().any(|of| of.content == Some(MetricContent::Long(77)))
     };
@@ -283,7 +283,7 @@ fn a_reload_is_a_birth_and_a_jump_asks_for_the_past() {
     metric(&messages[1].1, "height");
     node.live(vec![LogEvent::Jumped { from: at(7), to: at(50) }], at(51), 3100);
     let span = HistorySpan { from: at(7), margin_ns: 0, until: at(50) };
-    assert_eq!(outs(&mut node)[0], NodeOut::Replay(span));
+    assert_eq!(outs(&mut node)[0], NodeAction::Replay(span));
     // Past values are assigned to tags by name and type; values without such a tag are dropped.
     let past = vec![
         began(&program, 7),
@@ -298,7 +298,8 @@ fn a_reload_is_a_birth_and_a_jump_asks_for_the_past() {
     node.past_done(3300);
     let all = outs(&mut node);
     assert!(
-        all.iter().any(|out| matches!(out, NodeOut::Say(line) if line.contains("1 past values")))
+        all.iter()
+            .any(|out| matches!(out, NodeAction::Say(line) if line.contains("1 past values")))
     );
 }
 
@@ -309,7 +310,7 @@ fn commands_are_refused_unless_listed() {
     let topic = "spBv1.0/g/NCMD/n";
     let level = |value| named("level", DataType::Int32, MetricValue::Signed(value));
     node.message(topic, &ncmd(vec![level(7)]), 3000);
-    let write = NodeOut::Write("level".to_owned(), GivenValue::Number(7));
+    let write = NodeAction::Write("level".to_owned(), GivenValue::Number(7));
     assert_eq!(outs(&mut node), std::slice::from_ref(&write));
     // Hosts address a tag by its alias.
     let alias = metric(&birth, "level").alias;
@@ -340,7 +341,7 @@ fn commands_are_refused_unless_listed() {
     ] {
         node.message(topic, &ncmd(vec![refused.clone()]), 5000);
         let all = outs(&mut node);
-        assert!(matches!(&all[..], [NodeOut::SayLimited(..)]), "{refused:?}: {all:?}");
+        assert!(matches!(&all[..], [NodeAction::SayLimited(..)]), "{refused:?}: {all:?}");
     }
     // Each refusal has its own kind of line, so that a flood of one kind hides no other.
     let mut kinds = Vec::new();
@@ -350,18 +351,19 @@ fn commands_are_refused_unless_listed() {
         named("start", DataType::Int32, MetricValue::Signed(1)),
     ] {
         node.message(topic, &ncmd(vec![refused]), 5000);
-        let kind = |out| if let NodeOut::SayLimited(kind, _) = out { Some(kind) } else { None };
+        let kind = |out| if let NodeAction::SayLimited(kind, _) = out { Some(kind) } else { None };
         kinds.extend(outs(&mut node).into_iter().filter_map(kind));
     }
-    assert_eq!(kinds, [LineKind::UnlistedTag, LineKind::UnknownTag, LineKind::WrongValue]);
+    assert_eq!(kinds, [LineSubject::UnlistedTag, LineSubject::UnknownTag, LineSubject::WrongValue]);
     node.message("spBv1.0/g/NCMD/other", &ncmd(vec![level(7)]), 5000);
     node.message(topic, &[0xff; 30], 5000);
-    assert!(outs(&mut node).iter().all(|out| matches!(out, NodeOut::SayLimited(..))));
+    assert!(outs(&mut node).iter().all(|out| matches!(out, NodeAction::SayLimited(..))));
     // In a flood, ten writes per second are passed on.
     for _ in 0..20 {
         node.message(topic, &ncmd((0..5).map(level).collect()), 9000);
     }
-    let writes = |all: &[NodeOut]| all.iter().filter(|of| matches!(of, NodeOut::Write(..))).count();
+    let writes =
+        |all: &[NodeAction]| all.iter().filter(|of| matches!(of, NodeAction::Write(..))).count();
     assert_eq!(writes(&outs(&mut node)), 10);
 }
 
@@ -394,7 +396,7 @@ fn a_rebirth_publishes_the_past_again() {
         node.message("spBv1.0/g/NCMD/n", &rebirth, asked_ms);
         node.tick(asked_ms);
         let all = outs(&mut node).into_iter();
-        let span = |out| if let NodeOut::Replay(span) = out { Some(span.from) } else { None };
+        let span = |out| if let NodeAction::Replay(span) = out { Some(span.from) } else { None };
         all.filter_map(span).collect::<Vec<_>>()
     };
     assert_eq!(spans(2100), [at(1)]);

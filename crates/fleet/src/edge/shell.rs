@@ -14,9 +14,9 @@ use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep, sleep_until};
 
 use super::cursor::NodeCursor;
-use super::journal::{LimitedLines, LineKind, say};
-use super::log_thread::{LogAsk, LogThread, LogTold};
-use super::node::{EdgeNode, NodeOut};
+use super::journal::{LimitedLines, LineSubject, say};
+use super::log_thread::{LogReport, LogRequest, LogThread};
+use super::node::{EdgeNode, NodeAction};
 use super::settings::{BrokerKeys, EdgeSettings};
 use rungd_base::directories;
 use rungd_base::wall_clock::now_ms;
@@ -147,7 +147,7 @@ struct EdgeShell {
 }
 
 /// The reason for the end of a connection.
-enum EndedTime {
+enum ConnectionEndReason {
     /// The process received a signal to end. The text reports whether the death was published.
     Told(String),
     /// The broker is gone or was left, for this reason.
@@ -159,7 +159,7 @@ impl EdgeShell {
         let mut ends = [signal(SignalKind::terminate())?, signal(SignalKind::interrupt())?];
         let _ = sd_notify::notify(&[sd_notify::NotifyState::Ready]);
         let ended = self.work(&mut ends).await;
-        self.lines.tell(true);
+        self.lines.report_withheld(true);
         say(&format!("ends after a signal: {}", ended?));
         Ok(())
     }
@@ -176,8 +176,8 @@ impl EdgeShell {
             let why = match self.connect(ends).await {
                 Ok(None) => return Ok("it had not reached a broker yet".to_owned()),
                 Ok(Some(session)) => match self.converse(session, ends).await? {
-                    EndedTime::Told(death) => return Ok(death),
-                    EndedTime::Broker(why) => why,
+                    ConnectionEndReason::Told(death) => return Ok(death),
+                    ConnectionEndReason::Broker(why) => why,
                 },
                 Err(failure) => failure.to_string(),
             };
@@ -201,7 +201,7 @@ impl EdgeShell {
                 () = &mut over => return Ok(false),
                 () = told_to_end(ends) => return Ok(true),
                 told = self.log.told.recv() => self.take(told)?,
-                _ = tells.tick() => self.lines.tell(false),
+                _ = tells.tick() => self.lines.report_withheld(false),
             }
             self.drop_out();
         }
@@ -217,7 +217,7 @@ impl EdgeShell {
         let birth = self.node.next_birth();
         if let Err(error) = self.cursor.keep_birth(birth) {
             let line = format!("the number of the birth cannot be saved: {error}");
-            self.lines.say(LineKind::Unkept, &line);
+            self.lines.say(LineSubject::Unkept, &line);
         }
         let (topic, payload) = self.node.death(now_ms());
         let will = LastWill { topic, payload, qos: Qos::AtLeastOnce, retain: false };
@@ -240,7 +240,7 @@ impl EdgeShell {
         &mut self,
         mut session: MqttSession,
         ends: &mut [Signal; 2],
-    ) -> Result<EndedTime> {
+    ) -> Result<ConnectionEndReason> {
         say(&format!("the broker at {} answers", session.broker()));
         self.node.connected(now_ms());
         let mut host_until = Some(Instant::now() + HOST_WAIT);
@@ -266,12 +266,12 @@ impl EdgeShell {
                     self.next_past = None;
                     match self.unread.take() {
                         Some(span) => self.replay(span),
-                        None => drop(self.log.asks.send(LogAsk::Next)),
+                        None => drop(self.log.asks.send(LogRequest::Next)),
                     }
                 }
                 _ = ticks.tick() => {
                     self.node.tick(now_ms());
-                    self.lines.tell(false);
+                    self.lines.report_withheld(false);
                     if let Some(why) = self.missed_host(&mut host_until) {
                         return Ok(self.leave(session, &why).await);
                     }
@@ -284,7 +284,7 @@ impl EdgeShell {
                     }
                 }
                 () = told_to_end(ends) => {
-                    return Ok(EndedTime::Told(self.farewell(session).await));
+                    return Ok(ConnectionEndReason::Told(self.farewell(session).await));
                 }
             }
         }
@@ -292,10 +292,10 @@ impl EdgeShell {
 
     /// The reason for a failed session. It includes the client's id if the broker ended the
     /// session: two nodes with the same name end each other's sessions.
-    fn broken(&self, failure: &MqttFailure) -> EndedTime {
+    fn broken(&self, failure: &MqttFailure) -> ConnectionEndReason {
         let id = &self.broker.client_id;
         let is_ended = matches!(failure.cause, MqttCause::Closed | MqttCause::Ended(_));
-        EndedTime::Broker(if is_ended {
+        ConnectionEndReason::Broker(if is_ended {
             format!("{failure} (this client's id is `{id}`, of the node's group and name)")
         } else {
             failure.to_string()
@@ -311,13 +311,13 @@ impl EdgeShell {
                     "a retained command is ignored: it would be carried out at each connection (an \
                      empty retained message for `{topic}` removes it)"
                 );
-                self.lines.say(LineKind::RetainedCommand, &line);
+                self.lines.say(LineSubject::RetainedCommand, &line);
             }
             MqttEvent::Message { topic, payload, .. } => {
                 self.node.message(&topic, &payload, now_ms());
             }
             MqttEvent::LeftOut(message) => {
-                self.lines.say(LineKind::LongMessage, &format!("left out: {message}"));
+                self.lines.say(LineSubject::LongMessage, &format!("left out: {message}"));
             }
             MqttEvent::Pong(count) => self.confirm(count, asked),
             MqttEvent::Acknowledged(_) => {}
@@ -344,17 +344,17 @@ impl EdgeShell {
     async fn send(&mut self, session: &mut MqttSession) -> Result<Option<String>, MqttFailure> {
         while let Some(out) = self.node.take_out() {
             match out {
-                NodeOut::Publish(topic, payload) => {
+                NodeAction::Publish(topic, payload) => {
                     session.publish(&topic, &payload, Qos::AtMostOnce, false).await?;
                 }
-                NodeOut::Leave(why) => return Ok(Some(why)),
-                NodeOut::Replay(span) => self.replay(span),
-                NodeOut::Write(operand, value) => {
+                NodeAction::Leave(why) => return Ok(Some(why)),
+                NodeAction::Replay(span) => self.replay(span),
+                NodeAction::Write(operand, value) => {
                     let now = std::time::Instant::now();
-                    let _ = self.log.asks.send(LogAsk::Write(operand, value, now));
+                    let _ = self.log.asks.send(LogRequest::Write(operand, value, now));
                 }
-                NodeOut::Say(line) => say(&line),
-                NodeOut::SayLimited(kind, line) => self.lines.say(kind, &line),
+                NodeAction::Say(line) => say(&line),
+                NodeAction::SayLimited(kind, line) => self.lines.say(kind, &line),
             }
         }
         Ok(None)
@@ -364,7 +364,7 @@ impl EdgeShell {
     fn replay(&mut self, span: HistorySpan) {
         (self.past, self.span) = (self.past + 1, Some(span));
         (self.next_past, self.unread) = (None, None);
-        let _ = self.log.asks.send(LogAsk::Replay(self.past, span));
+        let _ = self.log.asks.send(LogRequest::Replay(self.past, span));
     }
 
     /// Drops the node's actions, because no broker is connected. Lines for the journal are still
@@ -372,12 +372,12 @@ impl EdgeShell {
     fn drop_out(&mut self) {
         while let Some(out) = self.node.take_out() {
             match out {
-                NodeOut::Say(line) => say(&line),
-                NodeOut::SayLimited(kind, line) => self.lines.say(kind, &line),
-                NodeOut::Publish(..)
-                | NodeOut::Leave(_)
-                | NodeOut::Replay(_)
-                | NodeOut::Write(..) => {}
+                NodeAction::Say(line) => say(&line),
+                NodeAction::SayLimited(kind, line) => self.lines.say(kind, &line),
+                NodeAction::Publish(..)
+                | NodeAction::Leave(_)
+                | NodeAction::Replay(_)
+                | NodeAction::Write(..) => {}
             }
         }
     }
@@ -386,33 +386,35 @@ impl EdgeShell {
     ///
     /// # Errors
     /// The log thread has ended.
-    fn take(&mut self, told: Option<LogTold>) -> Result<()> {
+    fn take(&mut self, told: Option<LogReport>) -> Result<()> {
         let Some(told) = told else {
             bail!("the log thread has ended: the reason is in the lines above")
         };
         match told {
-            LogTold::Live(events, at) => self.node.live(events, at, now_ms()),
-            LogTold::Facts(facts) => self.node.facts(facts, now_ms()),
-            LogTold::Past(number, events, at) if number == self.past => {
+            LogReport::Live(events, at) => self.node.live(events, at, now_ms()),
+            LogReport::Facts(facts) => self.node.facts(facts, now_ms()),
+            LogReport::Past(number, events, at) if number == self.past => {
                 self.node.past(events, at, now_ms());
                 self.next_past = Some(Instant::now() + PAST_PACE);
             }
-            LogTold::PastDone(number) if number == self.past => {
+            LogReport::PastDone(number) if number == self.past => {
                 self.node.past_done(now_ms());
             }
-            LogTold::PastFailed(number) if number == self.past => {
+            LogReport::PastFailed(number) if number == self.past => {
                 self.next_past = Some(Instant::now() + PAST_RETRY);
                 self.unread = self.span;
             }
             // Reports for an earlier request.
-            LogTold::Past(..) | LogTold::PastDone(_) | LogTold::PastFailed(_) => {}
+            LogReport::Past(..) | LogReport::PastDone(_) | LogReport::PastFailed(_) => {}
         }
         Ok(())
     }
 
     /// Notes that the broker has read everything that was published before this Ping.
     fn confirm(&mut self, count: u64, asked: &mut VecDeque<(u64, LogPosition)>) {
-        while let Some((_, at)) = asked.front().copied().filter(|(of, _)| *of <= count) {
+        while let Some((_, at)) =
+            asked.front().copied().filter(|(asked_count, _)| *asked_count <= count)
+        {
             asked.pop_front();
             self.node.confirm(at);
             self.confirmed = Some(at);
@@ -428,15 +430,15 @@ impl EdgeShell {
         let kept = self.confirmed.map_or(Ok(()), |at| self.cursor.keep(at));
         if let Err(error) = kept {
             let line = format!("the log position cannot be saved: {error}");
-            self.lines.say(LineKind::Unkept, &line);
+            self.lines.say(LineSubject::Unkept, &line);
         }
     }
 
     /// Leaves a broker that may still work.
-    async fn leave(&mut self, session: MqttSession, why: &str) -> EndedTime {
+    async fn leave(&mut self, session: MqttSession, why: &str) -> ConnectionEndReason {
         let broker = session.broker().clone();
         let death = self.farewell(session).await;
-        EndedTime::Broker(format!("disconnects from {broker}: {why}; {death}"))
+        ConnectionEndReason::Broker(format!("disconnects from {broker}: {why}; {death}"))
     }
 
     /// Publishes the death and closes the session in order. Returns a text about whether the death

@@ -8,7 +8,7 @@ use rungd_client::live::LoggedChange;
 
 /// The publishing state of a tag.
 #[derive(Clone, Copy, Debug, Default)]
-struct ToldTag {
+struct TagPublication {
     /// The last published content and its time, ns since 1970 (UTC).
     last: Option<(i32, i64)>,
     /// A change that waits.
@@ -18,7 +18,7 @@ struct ToldTag {
 /// The publishing state of all tags.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Throttle {
-    tags: Vec<ToldTag>,
+    tags: Vec<TagPublication>,
     /// Whether a change waits.
     any_waits: bool,
 }
@@ -26,13 +26,13 @@ pub(super) struct Throttle {
 impl Throttle {
     /// The state for this number of tags before their first values.
     pub fn new(tags: usize) -> Throttle {
-        Throttle { tags: vec![ToldTag::default(); tags], any_waits: false }
+        Throttle { tags: vec![TagPublication::default(); tags], any_waits: false }
     }
 
     /// Notes that a birth published all tags.
     pub fn born(&mut self, values: &[i32], unix_ns: i64) {
         for (tag, value) in self.tags.iter_mut().zip(values) {
-            *tag = ToldTag { last: Some((*value, unix_ns)), waits: None };
+            *tag = TagPublication { last: Some((*value, unix_ns)), waits: None };
         }
         self.any_waits = false;
     }
@@ -40,24 +40,24 @@ impl Throttle {
     /// Takes a change of the tag with this number; adds the changes to be published to `out`.
     pub fn take(
         &mut self,
-        (at, of): (usize, &TagMetric),
+        (at, metric): (usize, &TagMetric),
         change: LoggedChange,
-        out: &mut ToldChanges,
+        out: &mut DueChanges,
     ) {
         let Some(tag) = self.tags.get_mut(at) else { return };
-        let every_ns = i64::try_from(of.rule.every.as_nanos()).unwrap_or(i64::MAX);
-        if every_ns == 0 && of.rule.deadband == 0.0 {
+        let every_ns = i64::try_from(metric.rule.every.as_nanos()).unwrap_or(i64::MAX);
+        if every_ns == 0 && metric.rule.deadband == 0.0 {
             tag.last = Some((change.value, change.unix_ns));
             out.push((at, change));
             return;
         }
-        tag.release((at, of), change.unix_ns, out);
+        tag.release((at, metric), change.unix_ns, out);
         match tag.last {
             Some((_, at_ns)) if change.unix_ns < at_ns.saturating_add(every_ns) => {
                 tag.waits = Some(change);
                 self.any_waits = true;
             }
-            Some((known, _)) if !differs(of, known, change.value) => {}
+            Some((known, _)) if !differs(metric, known, change.value) => {}
             Some(_) | None => {
                 tag.last = Some((change.value, change.unix_ns));
                 out.push((at, change));
@@ -66,30 +66,30 @@ impl Throttle {
     }
 
     /// Adds the changes whose wait has ended before a time.
-    pub fn release(&mut self, tags: &[TagMetric], until_ns: i64, out: &mut ToldChanges) {
+    pub fn release(&mut self, tags: &[TagMetric], until_ns: i64, out: &mut DueChanges) {
         if !self.any_waits {
             return;
         }
-        for (at, (tag, of)) in self.tags.iter_mut().zip(tags).enumerate() {
-            tag.release((at, of), until_ns, out);
+        for (at, (tag, metric)) in self.tags.iter_mut().zip(tags).enumerate() {
+            tag.release((at, metric), until_ns, out);
         }
         self.any_waits = self.tags.iter().any(|tag| tag.waits.is_some());
     }
 }
 
 /// The changes to be published, each with the number of its tag.
-pub(super) type ToldChanges = Vec<(usize, LoggedChange)>;
+pub(super) type DueChanges = Vec<(usize, LoggedChange)>;
 
-impl ToldTag {
-    fn release(&mut self, (at, of): (usize, &TagMetric), until_ns: i64, out: &mut ToldChanges) {
-        let every_ns = i64::try_from(of.rule.every.as_nanos()).unwrap_or(i64::MAX);
+impl TagPublication {
+    fn release(&mut self, (at, metric): (usize, &TagMetric), until_ns: i64, out: &mut DueChanges) {
+        let every_ns = i64::try_from(metric.rule.every.as_nanos()).unwrap_or(i64::MAX);
         let Some((waits, (known, last_ns))) = self.waits.zip(self.last) else { return };
         let unix_ns = last_ns.saturating_add(every_ns);
         if unix_ns > until_ns {
             return;
         }
         self.waits = None;
-        if differs(of, known, waits.value) {
+        if differs(metric, known, waits.value) {
             self.last = Some((waits.value, unix_ns));
             out.push((at, LoggedChange { unix_ns, ..waits }));
         }
@@ -97,10 +97,10 @@ impl ToldTag {
 }
 
 /// Whether a content differs from the known one by at least the deadband.
-fn differs(of: &TagMetric, known: i32, now: i32) -> bool {
-    let number = |content| number(&value(of.metric.datatype, content)?);
+fn differs(metric: &TagMetric, known: i32, now: i32) -> bool {
+    let number = |content| number(&value(metric.metric.datatype, content)?);
     match number(known).zip(number(now)) {
-        Some((known, now)) => known != now && (known - now).abs() >= of.rule.deadband,
+        Some((known, now)) => known != now && (known - now).abs() >= metric.rule.deadband,
         None => known != now,
     }
 }
@@ -122,14 +122,14 @@ mod tests {
     }
 
     /// The values that are published for these changes (ms, value) up to a time.
-    fn told(of: &TagMetric, changes: &[(i64, i32)], until_ms: i64) -> Vec<(i64, i32)> {
+    fn told(metric: &TagMetric, changes: &[(i64, i32)], until_ms: i64) -> Vec<(i64, i32)> {
         let (mut throttle, mut out) = (Throttle::new(1), Vec::new());
         for (ms, value) in changes {
             let unix_ns = ms * 1_000_000;
             let change = LoggedChange { cell: 0, value: *value, scan: 0, unix_ns };
-            throttle.take((0, of), change, &mut out);
+            throttle.take((0, metric), change, &mut out);
         }
-        throttle.release(std::slice::from_ref(of), until_ms * 1_000_000, &mut out);
+        throttle.release(std::slice::from_ref(metric), until_ms * 1_000_000, &mut out);
         out.iter().map(|(_, change)| (change.unix_ns / 1_000_000, change.value)).collect()
     }
 

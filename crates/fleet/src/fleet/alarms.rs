@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::heard::NodeName;
 use super::limits::{FleetCounts, cut};
-use rungd_client::operator::protocol::Alarm;
+use rungd_client::operator::protocol::AlarmStatus;
 
 /// The maximum number of alarms of a node.
 const ALARMS_MAX: usize = 100;
@@ -24,7 +24,7 @@ pub struct FleetAlarm {
     /// online, the alarms are those that it last published.
     pub state: String,
     /// The alarm.
-    pub alarm: Alarm,
+    pub alarm: AlarmStatus,
 }
 
 /// The alarms of all nodes; the answer of `rungd fleet alarms`.
@@ -85,7 +85,7 @@ impl FleetAlarmList {
 }
 
 /// The alarms of a text, and the number of entries that are left out. `None`: the text is no list.
-pub(super) fn alarms_of(text: &str) -> Option<(Vec<Alarm>, u64)> {
+pub(super) fn alarms_of(text: &str) -> Option<(Vec<AlarmStatus>, u64)> {
     let list: Value = serde_json::from_str(text).ok()?;
     let list = match list {
         Value::Array(list) => list,
@@ -97,7 +97,7 @@ pub(super) fn alarms_of(text: &str) -> Option<(Vec<Alarm>, u64)> {
     };
     let (mut alarms, mut unread) = (Vec::new(), 0);
     for entry in list {
-        match serde_json::from_value::<Alarm>(entry) {
+        match serde_json::from_value::<AlarmStatus>(entry) {
             Ok(alarm) if alarms.len() < ALARMS_MAX => alarms.push(short(alarm)),
             Ok(_) | Err(_) => unread += 1,
         }
@@ -106,7 +106,7 @@ pub(super) fn alarms_of(text: &str) -> Option<(Vec<Alarm>, u64)> {
 }
 
 /// An alarm whose texts are cut to the limit.
-fn short(mut alarm: Alarm) -> Alarm {
+fn short(mut alarm: AlarmStatus) -> AlarmStatus {
     alarm.tag = cut(&alarm.tag);
     alarm.text = cut(&alarm.text);
     if let Some(acknowledged) = &mut alarm.acknowledged {

@@ -21,7 +21,7 @@ impl fmt::Display for NodeName {
 
 /// A message as a broker delivers it.
 #[derive(Clone, Copy, Debug)]
-pub struct HeardMessage<'m> {
+pub struct ReceivedMessage<'m> {
     /// Its topic.
     pub topic: &'m str,
     /// Its bytes.

@@ -11,7 +11,7 @@ use anyhow::Result;
 use tokio::time::{Instant, MissedTickBehavior, interval, timeout, timeout_at};
 
 use super::ask::rebirth_request;
-use super::heard::HeardMessage;
+use super::heard::ReceivedMessage;
 use super::host::{HostSession, StateMessage};
 use super::limits::FleetLimits;
 use super::news::FleetChange;
@@ -61,7 +61,7 @@ pub struct FleetOptions {
 
 /// An event during listening.
 #[derive(Debug)]
-pub enum FleetWord<'w> {
+pub enum FleetEvent<'w> {
     /// A session with a broker has begun.
     Connected(&'w BrokerAddress),
     /// No session could begin, or the session has ended.
@@ -74,7 +74,7 @@ pub enum FleetWord<'w> {
 
 /// The result of listening.
 #[derive(Debug)]
-pub struct FleetHeard {
+pub struct FleetResult {
     /// The nodes and hosts.
     pub view: FleetView,
     /// The reason why there is no session at the end.
@@ -86,19 +86,19 @@ pub struct FleetHeard {
 }
 
 /// Receives the events, for example to print them.
-pub(crate) type FleetEar<'e> = &'e mut dyn FnMut(FleetWord) -> Result<()>;
+pub(crate) type FleetEventSink<'e> = &'e mut dyn FnMut(FleetEvent) -> Result<()>;
 
 /// Listens until the end.
 ///
 /// # Errors
 /// `ear` fails, or the system refuses a thread.
-pub fn listen(options: &FleetOptions, ear: FleetEar) -> Result<FleetHeard> {
+pub fn listen(options: &FleetOptions, ear: FleetEventSink) -> Result<FleetResult> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     runtime.block_on(async {
         let stop = StopSignals::new(options.lasts)?;
         let view = FleetView::new(FleetLimits::default(), options.group.clone());
         let (began, lasted) = (Instant::now(), Duration::ZERO);
-        let heard = FleetHeard { view, failure: None, was_connected: false, lasted };
+        let heard = FleetResult { view, failure: None, was_connected: false, lasted };
         let mut heard = FleetListener { options, ear, stop, heard }.run().await?;
         heard.lasted = began.elapsed();
         Ok(heard)
@@ -106,7 +106,7 @@ pub fn listen(options: &FleetOptions, ear: FleetEar) -> Result<FleetHeard> {
 }
 
 /// The reason for the end of a session.
-enum Over {
+enum FleetSessionEnd {
     /// Listening is to end.
     Stopped,
     /// The session broke.
@@ -115,26 +115,26 @@ enum Over {
 
 struct FleetListener<'l> {
     options: &'l FleetOptions,
-    ear: FleetEar<'l>,
+    ear: FleetEventSink<'l>,
     stop: StopSignals,
-    heard: FleetHeard,
+    heard: FleetResult,
 }
 
 impl FleetListener<'_> {
-    async fn run(mut self) -> Result<FleetHeard> {
+    async fn run(mut self) -> Result<FleetResult> {
         let mut wait = AGAIN;
         let addresses = &self.options.brokers.addresses;
         for (number, address) in (1..).zip(addresses.iter().cycle()) {
             let began = Instant::now();
             let failure = match self.session(address).await? {
-                Over::Stopped => return Ok(self.heard),
-                Over::Broken(failure) => failure,
+                FleetSessionEnd::Stopped => return Ok(self.heard),
+                FleetSessionEnd::Broken(failure) => failure,
             };
-            (self.ear)(FleetWord::Failed(&failure))?;
+            (self.ear)(FleetEvent::Failed(&failure))?;
             let is_ours = is_ours(&failure);
             self.heard.failure = Some(failure);
             let changes = self.heard.view.lose_link(now_ms());
-            (self.ear)(FleetWord::Changed(&changes))?;
+            (self.ear)(FleetEvent::Changed(&changes))?;
             if is_ours {
                 break;
             }
@@ -153,17 +153,17 @@ impl FleetListener<'_> {
     }
 
     /// One session, from its connection to its end.
-    async fn session(&mut self, address: &BrokerAddress) -> Result<Over> {
+    async fn session(&mut self, address: &BrokerAddress) -> Result<FleetSessionEnd> {
         let mut link = tokio::select! {
             begun = begin(self.options, address) => match begun {
                 Ok(link) => link,
-                Err(failure) => return Ok(Over::Broken(failure)),
+                Err(failure) => return Ok(FleetSessionEnd::Broken(failure)),
             },
-            () = self.stop.wait() => return Ok(Over::Stopped),
+            () = self.stop.wait() => return Ok(FleetSessionEnd::Stopped),
         };
         (self.heard.was_connected, self.heard.failure) = (true, None);
         let over = self.follow(&mut link, address).await;
-        if !matches!(over, Ok(Over::Broken(_))) {
+        if !matches!(over, Ok(FleetSessionEnd::Broken(_))) {
             // Publishes the death of this host, even if a change could not be printed.
             end(link).await;
         }
@@ -171,8 +171,12 @@ impl FleetListener<'_> {
     }
 
     /// Handles the events of a session, until it breaks or is to end.
-    async fn follow(&mut self, link: &mut FleetLink, address: &BrokerAddress) -> Result<Over> {
-        (self.ear)(FleetWord::Connected(address))?;
+    async fn follow(
+        &mut self,
+        link: &mut FleetLink,
+        address: &BrokerAddress,
+    ) -> Result<FleetSessionEnd> {
+        (self.ear)(FleetEvent::Connected(address))?;
         let mut asks = interval(ASK_EVERY);
         asks.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
@@ -184,11 +188,11 @@ impl FleetListener<'_> {
                 _ = asks.tick() => self.ask(link).await,
                 () = self.stop.wait() => {
                     self.take_rest(link).await?;
-                    return Ok(Over::Stopped);
+                    return Ok(FleetSessionEnd::Stopped);
                 }
             };
             if let Err(failure) = step {
-                return Ok(Over::Broken(failure));
+                return Ok(FleetSessionEnd::Broken(failure));
             }
         }
     }
@@ -217,20 +221,20 @@ impl FleetListener<'_> {
             MqttEvent::Message { topic, payload, retained: is_retained, .. } => {
                 let host = link.host.as_mut();
                 let answer = host.and_then(|host| host.hear(&topic, &payload, now_ms));
-                let message = HeardMessage { topic: &topic, payload: &payload, is_retained };
+                let message = ReceivedMessage { topic: &topic, payload: &payload, is_retained };
                 (self.heard.view.hear(message, now_ms), answer)
             }
             MqttEvent::LeftOut(message) => (self.heard.view.miss(&message, now_ms), None),
             MqttEvent::Acknowledged(_) | MqttEvent::Pong(_) => return Ok(Ok(())),
         };
         for what in self.heard.view.counts.begun(&before) {
-            (self.ear)(FleetWord::LeftOut(what))?;
+            (self.ear)(FleetEvent::LeftOut(what))?;
         }
         if !changes.is_empty() {
-            (self.ear)(FleetWord::Changed(&changes))?;
+            (self.ear)(FleetEvent::Changed(&changes))?;
         }
         Ok(match answer {
-            Some(state) => tell(&mut link.session, state).await,
+            Some(state) => publish_state(&mut link.session, state).await,
             None => Ok(()),
         })
     }
@@ -240,7 +244,7 @@ impl FleetListener<'_> {
     async fn ask(&mut self, link: &mut FleetLink) -> Result<(), MqttFailure> {
         let now_ms = now_ms();
         if let Some(state) = link.host.as_mut().and_then(|host| host.due(now_ms)) {
-            tell(&mut link.session, state).await?;
+            publish_state(&mut link.session, state).await?;
         }
         if !self.options.asks_births {
             return Ok(());
@@ -269,7 +273,7 @@ async fn begin(options: &FleetOptions, address: &BrokerAddress) -> Result<FleetL
         filters.iter().map(|filter| (filter.as_str(), Qos::AtLeastOnce)).collect();
     session.subscribe(&filters).await?;
     if let Some(host) = &mut host {
-        tell(&mut session, host.birth()).await?;
+        publish_state(&mut session, host.birth()).await?;
     }
     Ok(FleetLink { session, host })
 }
@@ -286,7 +290,7 @@ fn filters(group: Option<&str>, host: Option<&HostSession>) -> Vec<String> {
     of_nodes.chain([of_hosts]).collect()
 }
 
-async fn tell(session: &mut MqttSession, state: StateMessage) -> Result<(), MqttFailure> {
+async fn publish_state(session: &mut MqttSession, state: StateMessage) -> Result<(), MqttFailure> {
     session.publish(&state.topic, &state.payload, Qos::AtLeastOnce, true).await.map(drop)
 }
 
@@ -301,7 +305,7 @@ async fn end(FleetLink { mut session, host }: FleetLink) {
         let _ = timeout(CLOSE_MAX, session.disconnect()).await;
         return;
     };
-    if tell(&mut session, host.death(now_ms())).await.is_ok() {
+    if publish_state(&mut session, host.death(now_ms())).await.is_ok() {
         let _ = session.disconnect().await;
     }
 }

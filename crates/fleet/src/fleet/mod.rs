@@ -27,9 +27,9 @@ mod tests;
 
 pub use alarms::{CutAlarms, FleetAlarmList};
 pub use expect::{ExpectedLadders, LadderVerdict};
-pub use heard::{HeardMessage, NodeName};
+pub use heard::{NodeName, ReceivedMessage};
 pub use limits::FleetLimits;
-pub use listen::{FleetHeard, FleetOptions, FleetWord, listen};
+pub use listen::{FleetEvent, FleetOptions, FleetResult, listen};
 pub use news::shown;
 pub use news::{FleetChange, FleetNews};
 pub use report::FleetReport;

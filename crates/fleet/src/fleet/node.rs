@@ -13,7 +13,7 @@ use rungd_net::sparkplug::{Metric, MetricContent, Payload, Sequence, vocabulary}
 
 /// The state of a node's session.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Standing {
+pub(crate) enum NodeSession {
     /// Messages came, but no birth: the node's metrics are not known.
     Unborn,
     /// All messages since its birth came.
@@ -61,7 +61,7 @@ impl StaleReason {
 /// A node.
 #[derive(Clone, Debug)]
 pub(super) struct NodeView {
-    pub standing: Standing,
+    pub standing: NodeSession,
     pub metrics: MetricTable,
     /// The time of its last message by this machine's clock, ms since 1970.
     pub heard_ms: u64,
@@ -98,7 +98,7 @@ type TimedMetric<'m> = (&'m Metric, Option<u64>);
 
 /// The kind of a value.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum ValueKind {
+enum ValueAge {
     /// The value has changed.
     Present,
     /// The value is from a birth, and no earlier value is known.
@@ -107,9 +107,9 @@ enum ValueKind {
     Past,
 }
 
-impl ValueKind {
-    fn of_birth(is_first: bool) -> ValueKind {
-        if is_first { ValueKind::First } else { ValueKind::Present }
+impl ValueAge {
+    fn of_birth(is_first: bool) -> ValueAge {
+        if is_first { ValueAge::First } else { ValueAge::Present }
     }
 }
 
@@ -119,7 +119,7 @@ pub(super) type NodeRoom<'l> = (&'l FleetLimits, usize);
 impl NodeView {
     pub fn new(now_ms: u64) -> NodeView {
         NodeView {
-            standing: Standing::Unborn,
+            standing: NodeSession::Unborn,
             metrics: MetricTable::default(),
             heard_ms: now_ms,
             born_ms: None,
@@ -146,7 +146,7 @@ impl NodeView {
         self.born_ms = Some(now_ms);
         self.bd_seq = bd_seq(payload);
         self.seq = payload.seq.and_then(Sequence::of);
-        self.standing = Standing::Online;
+        self.standing = NodeSession::Online;
         let mut values = Vec::new();
         for metric in &payload.metrics {
             let count = self.metrics.len();
@@ -160,7 +160,7 @@ impl NodeView {
             let old = before.get(&known.name);
             if old.is_none_or(|old| old.value != known.value) {
                 let told_ms = metric.timestamp.or(payload.timestamp);
-                values.push(value_news(known, ValueKind::of_birth(old.is_none()), told_ms));
+                values.push(value_news(known, ValueAge::of_birth(old.is_none()), told_ms));
             }
         }
         let metrics = self.metrics.len();
@@ -168,11 +168,11 @@ impl NodeView {
     }
 
     /// NDATA.
-    pub fn told(&mut self, payload: &Payload, room: NodeRoom) -> Vec<FleetNews> {
+    pub fn take_data(&mut self, payload: &Payload, room: NodeRoom) -> Vec<FleetNews> {
         let mut news: Vec<FleetNews> = self.follow(payload).into_iter().collect();
         for metric in &payload.metrics {
             // A metric may make the node stale; the metrics after it then need names.
-            let fits = self.standing == Standing::Online || metric.name.is_some();
+            let fits = self.standing == NodeSession::Online || metric.name.is_some();
             let told_ms = metric.timestamp.or(payload.timestamp);
             news.extend(fits.then(|| self.metric((metric, told_ms), room)).flatten());
         }
@@ -193,8 +193,8 @@ impl NodeView {
             return Vec::new();
         }
         self.seq = None;
-        let was = std::mem::replace(&mut self.standing, Standing::Offline);
-        let is_new = was != Standing::Offline;
+        let was = std::mem::replace(&mut self.standing, NodeSession::Offline);
+        let is_new = was != NodeSession::Offline;
         is_new.then_some(FleetNews::Died).into_iter().collect()
     }
 
@@ -203,17 +203,17 @@ impl NodeView {
     /// again after 255.
     fn is_of_missed_session(&self, number: Option<u64>) -> bool {
         let ahead = number.zip(self.bd_seq).map(|(theirs, ours)| theirs.wrapping_sub(ours) % 256);
-        let is_doubted = matches!(self.standing, Standing::Stale(_));
+        let is_doubted = matches!(self.standing, NodeSession::Stale(_));
         is_doubted && ahead.is_some_and(|ahead| (1..128).contains(&ahead))
     }
 
     /// Notes that the values may be old from now on.
     pub fn doubt(&mut self, why: StaleReason) -> Vec<FleetNews> {
         match self.standing {
-            Standing::Unborn | Standing::Offline | Standing::Stale(_) => Vec::new(),
-            Standing::Online => {
+            NodeSession::Unborn | NodeSession::Offline | NodeSession::Stale(_) => Vec::new(),
+            NodeSession::Online => {
                 let news = FleetNews::Stale { why: why.text() };
-                self.standing = Standing::Stale(why);
+                self.standing = NodeSession::Stale(why);
                 vec![news]
             }
         }
@@ -221,15 +221,15 @@ impl NodeView {
 
     /// Checks the sequence number of a message of this session.
     fn follow(&mut self, payload: &Payload) -> Option<FleetNews> {
-        if self.standing == Standing::Offline {
+        if self.standing == NodeSession::Offline {
             // The node is alive, but its birth was missed.
-            self.standing = Standing::Unborn;
+            self.standing = NodeSession::Unborn;
             return Some(FleetNews::Heard);
         }
         let came = payload.seq.and_then(Sequence::of);
         let due = self.seq.map(Sequence::next);
         self.seq = came.or(self.seq);
-        if self.standing != Standing::Online || (came.is_some() && came == due) {
+        if self.standing != NodeSession::Online || (came.is_some() && came == due) {
             return None;
         }
         self.counts.gaps += 1;
@@ -248,7 +248,7 @@ impl NodeView {
         }
         match self.metrics.take(at, metric.0, room) {
             Ok(is_new) => {
-                is_new.then(|| value_news(self.metrics.at(at), ValueKind::Present, metric.1))
+                is_new.then(|| value_news(self.metrics.at(at), ValueAge::Present, metric.1))
             }
             Err(fault) => {
                 self.count(fault);
@@ -274,7 +274,7 @@ impl NodeView {
         }
         let mut told = then.at(0).clone();
         told.unit = unit;
-        Some(value_news(&told, ValueKind::Past, told_ms))
+        Some(value_news(&told, ValueAge::Past, told_ms))
     }
 
     /// Takes a metric that the birth does not have.
@@ -288,7 +288,7 @@ impl NodeView {
             self.count(fault);
             return None;
         };
-        if self.standing == Standing::Online {
+        if self.standing == NodeSession::Online {
             return self.doubt(StaleReason::Unknown(alias)).pop();
         }
         // Without a birth, a metric with a name is taken.
@@ -296,7 +296,7 @@ impl NodeView {
         match self.metrics.born(&told, room.0, room.1) {
             Ok(()) => {
                 let known = self.metrics.at(self.metrics.len() - 1);
-                Some(value_news(known, ValueKind::Present, told_ms))
+                Some(value_news(known, ValueAge::Present, told_ms))
             }
             Err(fault) => {
                 self.count(fault);
@@ -316,16 +316,16 @@ impl NodeView {
     }
 }
 
-fn value_news(metric: &KnownMetric, kind: ValueKind, told_ms: Option<u64>) -> FleetNews {
+fn value_news(metric: &KnownMetric, kind: ValueAge, told_ms: Option<u64>) -> FleetNews {
     let (name, value, unit) = (metric.name.clone(), metric.value.clone(), metric.unit.clone());
-    let (historical, first) = (kind == ValueKind::Past, kind == ValueKind::First);
+    let (historical, first) = (kind == ValueAge::Past, kind == ValueAge::First);
     FleetNews::Value { name, value, unit, historical, first, told_ms }
 }
 
 /// The session number in a birth or a death.
 fn bd_seq(payload: &Payload) -> Option<u64> {
-    let of = |metric: &&Metric| metric.name.as_deref() == Some(vocabulary::BD_SEQ);
-    match payload.metrics.iter().find(of)?.content.as_ref()? {
+    let is_birth_number = |metric: &&Metric| metric.name.as_deref() == Some(vocabulary::BD_SEQ);
+    match payload.metrics.iter().find(is_birth_number)?.content.as_ref()? {
         MetricContent::Int(number) | MetricContent::Long(number) => Some(*number),
         MetricContent::Float(_)
         | MetricContent::Double(_)

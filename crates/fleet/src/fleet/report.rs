@@ -9,7 +9,7 @@ use super::alarms::{FleetAlarmList, UnknownAlarms};
 use super::expect::{ExpectedLadders, LadderVerdict};
 use super::heard::NodeName;
 use super::limits::{FleetCounts, cut};
-use super::node::{NodeView, Standing};
+use super::node::{NodeSession, NodeView};
 use super::view::FleetView;
 use rungd_client::operator::protocol::is_run;
 use rungd_net::sparkplug::{HostState, MetricValue, vocabulary};
@@ -166,7 +166,7 @@ impl FleetView {
 
     /// The messages and the parts of messages that were left out, for people.
     pub fn left_out(&self) -> Vec<String> {
-        let sum = |of: fn(&NodeView) -> u64| self.nodes.values().map(of).sum::<u64>();
+        let sum = |count: fn(&NodeView) -> u64| self.nodes.values().map(count).sum::<u64>();
         let rows = [
             (sum(|node| node.counts.metrics_refused), "metrics beyond the limits"),
             (sum(|node| node.counts.values_refused), "values without a name or not of their type"),
@@ -186,8 +186,8 @@ impl FleetView {
                     list.add((name, state_of(node, now_ms)), text);
                     continue;
                 }
-                (None, Standing::Unborn) => "no birth was received",
-                (None, Standing::Online | Standing::Stale(_) | Standing::Offline) => {
+                (None, NodeSession::Unborn) => "no birth was received",
+                (None, NodeSession::Online | NodeSession::Stale(_) | NodeSession::Offline) => {
                     "it publishes no alarm list"
                 }
             };
@@ -243,8 +243,8 @@ impl FleetReport {
 fn node_report(name: &NodeName, node: &NodeView, now_ms: u64) -> NodeReport {
     let counts = node.counts;
     let why = match &node.standing {
-        Standing::Stale(why) => Some(why.text()),
-        Standing::Unborn | Standing::Online | Standing::Offline => None,
+        NodeSession::Stale(why) => Some(why.text()),
+        NodeSession::Unborn | NodeSession::Online | NodeSession::Offline => None,
     };
     let ahead = |(told, came): (u64, u64)| {
         i64::try_from(i128::from(told) - i128::from(came)).unwrap_or(i64::MAX)
@@ -258,7 +258,7 @@ fn node_report(name: &NodeName, node: &NodeView, now_ms: u64) -> NodeReport {
         clock_ahead_ms: node.told_ms.map(ahead),
         born_ms: node.born_ms.map(|born| now_ms.saturating_sub(born)),
         is_rungd: is_rungd(node),
-        told: told(node),
+        told: controller_report(node),
         ladder_verdict: None,
         metrics: node.metrics.len(),
         messages: counts.messages,
@@ -275,11 +275,11 @@ fn node_report(name: &NodeName, node: &NodeView, now_ms: u64) -> NodeReport {
 fn state_of(node: &NodeView, now_ms: u64) -> &'static str {
     let is_silent = is_rungd(node) && now_ms.saturating_sub(node.heard_ms) > SILENT_MS;
     match node.standing {
-        Standing::Unborn => "unborn",
-        Standing::Online if is_silent => "silent",
-        Standing::Online => "online",
-        Standing::Stale(_) => "stale",
-        Standing::Offline => "offline",
+        NodeSession::Unborn => "unborn",
+        NodeSession::Online if is_silent => "silent",
+        NodeSession::Online => "online",
+        NodeSession::Stale(_) => "stale",
+        NodeSession::Offline => "offline",
     }
 }
 
@@ -288,7 +288,7 @@ fn is_rungd(node: &NodeView) -> bool {
     node.metrics.get(vocabulary::SCAN).is_some()
 }
 
-fn told(node: &NodeView) -> ControllerReport {
+fn controller_report(node: &NodeView) -> ControllerReport {
     ControllerReport {
         version: text(node, vocabulary::VERSION),
         controller: flag(node, vocabulary::CONTROLLER),

@@ -7,10 +7,10 @@
 
 use std::collections::BTreeMap;
 
-use super::heard::{HeardMessage, NodeName};
+use super::heard::{NodeName, ReceivedMessage};
 use super::limits::{FleetCounts, FleetLimits};
 use super::news::{FleetChange, FleetNews};
-use super::node::{NodeView, StaleReason, Standing};
+use super::node::{NodeSession, NodeView, StaleReason};
 use rungd_net::mqtt::LongMessage;
 use rungd_net::sparkplug::{HostState, MessageKind, Payload, Topic};
 
@@ -39,7 +39,7 @@ impl FleetView {
     }
 
     /// Takes a message. `now_ms`: this machine's clock, ms since 1970.
-    pub fn hear(&mut self, message: HeardMessage, now_ms: u64) -> Vec<FleetChange> {
+    pub fn hear(&mut self, message: ReceivedMessage, now_ms: u64) -> Vec<FleetChange> {
         self.counts.messages += 1;
         match Topic::read(message.topic) {
             None => self.counts.foreign_topics += 1,
@@ -85,10 +85,10 @@ impl FleetView {
     /// The nodes from which a birth is to be requested now. Each request is repeated after a while.
     pub fn wants_birth(&mut self, now_ms: u64) -> Vec<NodeName> {
         let is_due = |node: &NodeView| match node.standing {
-            Standing::Unborn | Standing::Stale(_) => {
+            NodeSession::Unborn | NodeSession::Stale(_) => {
                 node.asked_ms.is_none_or(|asked| now_ms.saturating_sub(asked) >= ASK_AGAIN_MS)
             }
-            Standing::Online | Standing::Offline => false,
+            NodeSession::Online | NodeSession::Offline => false,
         };
         let mut due: Vec<(&NodeName, &mut NodeView)> =
             self.nodes.iter_mut().filter(|(_, node)| is_due(node)).collect();
@@ -154,7 +154,7 @@ impl FleetView {
             (Err(why), _) => node.doubt(why),
             (Ok(payload), MessageKind::NodeBirth) => node.born(&payload, now_ms, room),
             (Ok(payload), MessageKind::NodeDeath) => node.died(&payload),
-            (Ok(payload), MessageKind::NodeData) => node.told(&payload, room),
+            (Ok(payload), MessageKind::NodeData) => node.take_data(&payload, room),
             (
                 Ok(payload),
                 MessageKind::DeviceBirth | MessageKind::DeviceData | MessageKind::DeviceDeath,

@@ -6,7 +6,7 @@
 use super::family::{MetricFamily, MetricKind, MetricSample, flag};
 use super::scraped::Scraped;
 use super::text::number;
-pub use rungd_client::operator::protocol::{Scan, Spread, Status};
+pub use rungd_client::operator::protocol::{ControllerStatus, ScanStatus, SpreadStatus};
 use rungd_runtime::exchange::Mode;
 
 /// The modes.
@@ -35,7 +35,7 @@ pub(super) fn families(seen: &Scraped) -> Vec<MetricFamily> {
     families
 }
 
-fn about(status: &Status, start_s: f64) -> Vec<MetricFamily> {
+fn about(status: &ControllerStatus, start_s: f64) -> Vec<MetricFamily> {
     let labels = [
         ("version", status.version.as_str()),
         ("ladder", &status.ladder.name),
@@ -61,8 +61,8 @@ fn about(status: &Status, start_s: f64) -> Vec<MetricFamily> {
     ]
 }
 
-fn scans(status: &Status) -> Vec<MetricFamily> {
-    let Scan { overruns, skipped, execution, lateness, .. } = &status.scan;
+fn scans(status: &ControllerStatus) -> Vec<MetricFamily> {
+    let ScanStatus { overruns, skipped, execution, lateness, .. } = &status.scan;
     let seconds = |us: u64| us as f64 / US;
     vec![
         MetricFamily::gauge(
@@ -100,13 +100,13 @@ fn scans(status: &Status) -> Vec<MetricFamily> {
 }
 
 /// The settings that the controller requested from the machine.
-fn requests(status: &Status) -> Vec<MetricFamily> {
+fn requests(status: &ControllerStatus) -> Vec<MetricFamily> {
     let help = "Whether the machine granted what the controller file asks of it (0, 1).";
     let family = MetricFamily::new(MetricKind::Gauge, "rungd_posture_granted", help);
     vec![family.each(&status.posture, |of| (vec![("asked", &*of.asked)], flag(of.granted)))]
 }
 
-fn histogram(name: &'static str, help: &'static str, spread: &Spread) -> MetricFamily {
+fn histogram(name: &'static str, help: &'static str, spread: &SpreadStatus) -> MetricFamily {
     let mut family = MetricFamily::new(MetricKind::Histogram, name, help);
     let mut push = |suffix, labels, value| {
         family.samples.push(MetricSample { suffix, labels, value });

@@ -57,13 +57,13 @@ impl MetricFamily {
         self
     }
 
-    /// Adds a value for each element of `of`.
+    /// Adds a value for each element of `items`.
     pub fn each<T>(
         self,
-        of: &[T],
+        items: &[T],
         sample: impl Fn(&T) -> (Vec<(&'static str, &str)>, f64),
     ) -> MetricFamily {
-        of.iter().fold(self, |family, thing| {
+        items.iter().fold(self, |family, thing| {
             let (labels, value) = sample(thing);
             family.with(&labels, value)
         })

@@ -4,7 +4,8 @@
 use super::family::{MetricFamily, MetricKind, flag};
 use super::scraped::Scraped;
 pub use rungd_client::operator::protocol::{
-    Alarm, AlarmState, Devices, FieldDevice, Held, LogState, Record, Retain, ShownValue,
+    AlarmState, AlarmStatus, BitOrNumber, DevicesStatus, FieldDevice, LogStatus, RecordStatus,
+    RetainStatus, ShownValue,
 };
 use rungd_language::resolve::priority::Priority;
 
@@ -39,15 +40,17 @@ pub(super) fn families(seen: &Scraped) -> Vec<MetricFamily> {
     families
 }
 
-fn alarms(alarms: &[Alarm]) -> Vec<MetricFamily> {
+fn alarms(alarms: &[AlarmStatus]) -> Vec<MetricFamily> {
     let help = "Alarms that stand or wait for an acknowledgement, by priority and state.";
     let mut counts = gauges("rungd_alarms", help);
-    for (priority, state) in Priority::ALL.iter().flat_map(|of| STATES.map(|state| (*of, state))) {
-        let fits = |alarm: &&Alarm| (alarm.priority, alarm.state) == (priority, state);
+    for (priority, state) in
+        Priority::ALL.iter().flat_map(|priority| STATES.map(|state| (*priority, state)))
+    {
+        let fits = |alarm: &&AlarmStatus| (alarm.priority, alarm.state) == (priority, state);
         let labels = [("priority", priority.name()), ("state", state.name())];
         counts = counts.with(&labels, alarms.iter().filter(fits).count() as f64);
     }
-    let mut named: Vec<&Alarm> = alarms.iter().collect();
+    let mut named: Vec<&AlarmStatus> = alarms.iter().collect();
     named.sort_by_key(|alarm| alarm.priority);
     let help = "1 for each alarm that stands or waits for an acknowledgement.";
     let mut each = gauges("rungd_alarm", help);
@@ -64,9 +67,9 @@ fn alarms(alarms: &[Alarm]) -> Vec<MetricFamily> {
     vec![counts, each]
 }
 
-fn devices(devices: &Devices) -> Vec<MetricFamily> {
+fn devices(devices: &DevicesStatus) -> Vec<MetricFamily> {
     let field = &devices.field;
-    let of = |family: MetricFamily, value: &dyn Fn(&FieldDevice) -> f64| {
+    let device_family = |family: MetricFamily, value: &dyn Fn(&FieldDevice) -> f64| {
         family.each(field, |device| (vec![("device", &*device.name)], value(device)))
     };
     let up = gauges("rungd_device_up", "Whether a field device answers and is fresh (0, 1).");
@@ -75,17 +78,19 @@ fn devices(devices: &Devices) -> Vec<MetricFamily> {
             let labels = vec![("device", &*device.name), ("driver", &*device.driver)];
             (labels, flag(device.ok && !device.stale))
         }),
-        of(counters("rungd_device_exchanges", "Good exchanges with a field device."), &|device| {
-            device.exchanges as f64
-        }),
-        of(counters("rungd_device_failures", "Failed exchanges with a field device."), &|device| {
-            device.failures as f64
-        }),
-        of(
+        device_family(
+            counters("rungd_device_exchanges", "Good exchanges with a field device."),
+            &|device| device.exchanges as f64,
+        ),
+        device_family(
+            counters("rungd_device_failures", "Failed exchanges with a field device."),
+            &|device| device.failures as f64,
+        ),
+        device_family(
             gauges("rungd_device_exchange_seconds", "The duration of the last good exchange."),
             &|device| device.took_us as f64 / US,
         ),
-        of(
+        device_family(
             gauges("rungd_device_exchange_max_seconds", "The duration of the slowest exchange."),
             &|device| device.took_max_us as f64 / US,
         ),
@@ -99,7 +104,7 @@ fn devices(devices: &Devices) -> Vec<MetricFamily> {
     families
 }
 
-fn retain(retain: &Retain) -> Vec<MetricFamily> {
+fn retain(retain: &RetainStatus) -> Vec<MetricFamily> {
     let age = gauges("rungd_retain_age_seconds", "The age of the last durable image.");
     let age = match retain.age_ms {
         Some(ms) => age.with(&[], ms as f64 / MS),
@@ -127,7 +132,7 @@ fn retain(retain: &Retain) -> Vec<MetricFamily> {
     ]
 }
 
-fn record(record: &Record) -> Vec<MetricFamily> {
+fn record(record: &RecordStatus) -> Vec<MetricFamily> {
     let mut families = vec![
         MetricFamily::counter(
             "rungd_record_lost_scans",
@@ -157,7 +162,7 @@ fn record(record: &Record) -> Vec<MetricFamily> {
     families
 }
 
-fn log(log: &LogState) -> Vec<MetricFamily> {
+fn log(log: &LogStatus) -> Vec<MetricFamily> {
     let lines = "Lines of the log that were dropped.";
     let records = "Records of the scan thread that the log lacks.";
     vec![
@@ -169,7 +174,7 @@ fn log(log: &LogState) -> Vec<MetricFamily> {
 fn tags(values: &[ShownValue], left_out: usize) -> Vec<MetricFamily> {
     let family = gauges("rungd_tag", "The value of a tag with `metric = true`.");
     // What is not known has no sample: a line of a graph ends there.
-    let known: Vec<(&ShownValue, Held)> =
+    let known: Vec<(&ShownValue, BitOrNumber)> =
         values.iter().filter_map(|value| Some((value, value.present()?))).collect();
     let family = family.each(&known, |(value, present)| {
         let unit = value.unit.as_deref().unwrap_or_default();
@@ -179,11 +184,11 @@ fn tags(values: &[ShownValue], left_out: usize) -> Vec<MetricFamily> {
     vec![family, MetricFamily::gauge("rungd_tags_left_out", help, left_out as f64)]
 }
 
-fn number(value: Held) -> f64 {
+fn number(value: BitOrNumber) -> f64 {
     match value {
-        Held::Bit(on) => flag(on),
-        Held::Word(word) => f64::from(word),
+        BitOrNumber::Bit(on) => flag(on),
+        BitOrNumber::Word(word) => f64::from(word),
         // The shortest digits: 0.1 instead of 0.10000000149011612.
-        Held::Real(real) => real.to_string().parse().unwrap_or(f64::NAN),
+        BitOrNumber::Real(real) => real.to_string().parse().unwrap_or(f64::NAN),
     }
 }

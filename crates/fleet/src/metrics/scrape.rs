@@ -13,7 +13,7 @@ use super::{controller, parts};
 use rungd_client::operator::client::CallFailure;
 use rungd_client::operator::poller::{ControllerPoller, PolledController};
 use rungd_client::operator::protocol::{
-    MetricList, OPERANDS_MAX, Request, ShownValue, Status, Values,
+    ControllerStatus, MetricList, OPERANDS_MAX, OperandValues, Request, ShownValue,
 };
 
 /// The longest wait for an answer. A scraper usually waits ten seconds.
@@ -73,19 +73,19 @@ impl Scraper {
         controller: &PolledController,
         sha256: &str,
     ) -> Result<(Vec<ShownValue>, usize), CallFailure> {
-        if self.known.as_ref().is_none_or(|(of, _)| of != sha256) {
+        if self.known.as_ref().is_none_or(|(known_sha256, _)| known_sha256 != sha256) {
             self.known = Some((sha256.to_owned(), controller.ask(&Request::Metrics {})?));
         }
         let Some((_, list)) = &self.known else { return Ok((Vec::new(), 0)) };
         let mut values = Vec::new();
         for operands in list.operands.chunks(OPERANDS_MAX) {
             let read = Request::Read { operands: operands.to_vec(), each: false };
-            values.extend(controller.ask::<Values>(&read)?.values);
+            values.extend(controller.ask::<OperandValues>(&read)?.values);
         }
         Ok((values, list.left_out))
     }
 
-    fn start_s(&mut self, status: &Status) -> f64 {
+    fn start_s(&mut self, status: &ControllerStatus) -> f64 {
         let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let start_s = now.as_secs_f64() - status.uptime_ms as f64 / 1000.0;
         let known = self

@@ -23,7 +23,7 @@ use super::journal::say;
 use super::scrape::Scraper;
 use super::text::{Exposition, text};
 use rungd_io::listening::cannot_listen;
-use rungd_io::seats::{Seat, SeatSettings, Seats};
+use rungd_io::seats::{SeatSettings, Seats, TakenSeat};
 use rungd_net::http::{self, ExpectedHosts, with_port};
 
 /// The limits of connections.
@@ -37,10 +37,10 @@ const SEATS: SeatSettings = SeatSettings {
 /// The time for which the result of a look is used again.
 const FRESH: Duration = Duration::from_secs(1);
 
-type Page = Response<Full<Bytes>>;
+type MetricsPage = Response<Full<Bytes>>;
 
 /// Makes the looks, and keeps the last one.
-struct Looks {
+struct ScrapeCache {
     scraper: Scraper,
     last: Option<(Instant, Arc<Vec<MetricFamily>>)>,
 }
@@ -49,7 +49,7 @@ struct Looks {
 #[derive(Clone)]
 struct MetricsSite {
     hosts: Arc<ExpectedHosts>,
-    looks: Arc<Mutex<Looks>>,
+    looks: Arc<Mutex<ScrapeCache>>,
 }
 
 /// Serves until SIGINT or SIGTERM.
@@ -73,7 +73,7 @@ async fn run(listen: SocketAddr, hosts: &[String], socket: Option<PathBuf>) -> R
         Err(failure) => format!("a controller that is still sought: {}", failure.in_one_line()),
     };
     say(&format!("listens at http://{at}/metrics, for {from}"));
-    let looks = Arc::new(Mutex::new(Looks { scraper, last: None }));
+    let looks = Arc::new(Mutex::new(ScrapeCache { scraper, last: None }));
     let site = MetricsSite { hosts: Arc::new(expected(hosts, at.port())), looks };
     let _ = sd_notify::notify(&[sd_notify::NotifyState::Ready]);
     let accept = async || Ok(listener.accept().await?.0);
@@ -100,7 +100,7 @@ fn own_name() -> String {
 }
 
 /// Answers the requests of a connection. While one is answered, the connection keeps its seat.
-async fn conversation(connection: TcpStream, seat: Arc<Seat>, site: MetricsSite) {
+async fn conversation(connection: TcpStream, seat: Arc<TakenSeat>, site: MetricsSite) {
     let service = service_fn(|request: Request<Incoming>| {
         let (seat, site) = (Arc::clone(&seat), site.clone());
         async move {
@@ -112,7 +112,7 @@ async fn conversation(connection: TcpStream, seat: Arc<Seat>, site: MetricsSite)
 }
 
 /// Answers a request. (For a `HEAD`, hyper omits the body.)
-async fn page(request: &Request<Incoming>, site: MetricsSite) -> Page {
+async fn page(request: &Request<Incoming>, site: MetricsSite) -> MetricsPage {
     if let Err(why) = site.hosts.host(request.uri(), request.headers()) {
         return answer(StatusCode::FORBIDDEN, PLAIN, why + "\n");
     }
@@ -135,7 +135,7 @@ async fn page(request: &Request<Incoming>, site: MetricsSite) -> Page {
 
 const PLAIN: &str = "text/plain; charset=utf-8";
 
-fn answer(status: StatusCode, kind: &'static str, text: String) -> Page {
+fn answer(status: StatusCode, kind: &'static str, text: String) -> MetricsPage {
     let mut answer = Response::new(Full::new(Bytes::from(text)));
     *answer.status_mut() = status;
     answer.headers_mut().insert(CONTENT_TYPE, HeaderValue::from_static(kind));
@@ -150,7 +150,7 @@ fn accept_of(headers: &HeaderMap) -> String {
 
 /// The families of a new look, or of a look in the last second. A look continues if its client
 /// disconnects: the thread that looks has the lock.
-async fn look(looks: Arc<Mutex<Looks>>) -> Arc<Vec<MetricFamily>> {
+async fn look(looks: Arc<Mutex<ScrapeCache>>) -> Arc<Vec<MetricFamily>> {
     let mut looks = looks.lock_owned().await;
     if let Some((at, families)) = &looks.last
         && at.elapsed() < FRESH
@@ -161,7 +161,7 @@ async fn look(looks: Arc<Mutex<Looks>>) -> Arc<Vec<MetricFamily>> {
     looked.unwrap_or_else(|_| Arc::new(Vec::new()))
 }
 
-impl Looks {
+impl ScrapeCache {
     fn look(&mut self) -> Arc<Vec<MetricFamily>> {
         let (families, failure) = self.scraper.families();
         if self.scraper.poller.has_turned(failure.is_none()) {

@@ -58,8 +58,8 @@ pub(super) fn text(families: &[MetricFamily], form: Exposition) -> String {
     for family in families.iter().filter(|family| !family.samples.is_empty()) {
         head(&mut text, family, form);
         let ending = form.ending(family.kind);
-        for of in &family.samples {
-            sample(&mut text, (family.name, ending), of);
+        for metric_sample in &family.samples {
+            sample(&mut text, (family.name, ending), metric_sample);
         }
     }
     if form == Exposition::OpenMetrics {

@@ -9,7 +9,7 @@ use super::reasons::TOLD_MAX;
 use super::replay::{Changed, SEARCHED_MAX};
 use rungd_engine::isa::status::st;
 use rungd_engine::isa::{Address, Bit, BitSpace, BlockId, Flag, Structure, Word};
-use rungd_engine::{Cell, Deed, EngineCall};
+use rungd_engine::{Cell, EngineCall, ScanStep};
 use rungd_language::resolve::instruction::OperandValue;
 use rungd_runtime::{Origin, SectionStart, TapeEntry, TapeSection};
 
@@ -134,7 +134,7 @@ impl Inquiry<'_> {
     /// The cause of a step: an instruction, or the termination pass over an instruction.
     fn step(
         &mut self,
-        deed: Deed,
+        deed: ScanStep,
         (leaves, operands): (&[LeafSeen], &[Side]),
         at: Moment,
         depth: u32,
@@ -147,7 +147,7 @@ impl Inquiry<'_> {
             None => self.subject.rung(site.part).extent,
         };
         let place = self.subject.place(span);
-        if let Deed::Pass(_) = deed {
+        if let ScanStep::Pass(_) = deed {
             return Cause::Pass { rung, place, stop: self.stop(site.part, at, depth) };
         }
         let legs = self.legs(site.part, leaves, at, depth);
@@ -273,14 +273,14 @@ impl Inquiry<'_> {
     }
 
     /// The operation of the instruction that owns a structure.
-    fn owner(&self, of: Structure) -> Option<Deed> {
+    fn owner(&self, of: Structure) -> Option<ScanStep> {
         let acc = Cell::Word(self.subject.symbols.layout.word(Word::Acc(of)));
         self.subject.writers(acc).into_iter().find(|deed| {
             let site = self.subject.site(*deed);
             let instruction =
                 site.and_then(|site| self.subject.instruction(site.part, site.instruction?));
             let owned = instruction.and_then(|instruction| instruction.owned());
-            matches!(deed, Deed::Batch(_)) && owned == Some(of)
+            matches!(deed, ScanStep::Batch(_)) && owned == Some(of)
         })
     }
 

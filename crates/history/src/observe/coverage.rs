@@ -13,7 +13,7 @@ use super::subject::Subject;
 use super::walk::{Witness, walk};
 use rungd_engine::isa::status::st;
 use rungd_engine::isa::{Bit, BitSpace, StageId};
-use rungd_engine::{BitCell, Deed, Engine, EngineCall, EngineState, Image, Slice};
+use rungd_engine::{BitCell, Engine, EngineCall, EngineState, Image, ScanStep, Slice};
 use rungd_language::resolve::program::Contact;
 
 /// The states seen of something that can be OFF and ON.
@@ -229,11 +229,11 @@ impl Witness for Spotter<'_> {
         of.now = now;
     }
 
-    fn before(&mut self, deed: Deed, _: u32, image: &Image) {
+    fn before(&mut self, deed: ScanStep, _: u32, image: &Image) {
         self.follow(self.writers.before(deed), image);
     }
 
-    fn after(&mut self, deed: Deed, _: u32, image: &Image) {
+    fn after(&mut self, deed: ScanStep, _: u32, image: &Image) {
         self.follow(self.writers.after(deed), image);
     }
 }

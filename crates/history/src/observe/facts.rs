@@ -2,7 +2,7 @@
 
 use super::subject::Subject;
 use rungd_engine::isa::status::dst;
-use rungd_engine::isa::{Address, Bit, DeviceId, Health, Word, WordSpace};
+use rungd_engine::isa::{Address, Bit, DeviceBit, DeviceId, Word, WordSpace};
 use rungd_engine::{self as engine, Cell};
 use rungd_language::resolve::program::Program;
 
@@ -42,7 +42,7 @@ impl Subject {
     pub fn well(&self) -> Vec<Cell> {
         let ids = (0..self.program.devices.len() as u32).map(DeviceId);
         let layout = &self.symbols.layout;
-        ids.map(|id| Cell::Bit(layout.bit(Bit::Device(id, Health::Ok)))).collect()
+        ids.map(|id| Cell::Bit(layout.bit(Bit::Device(id, DeviceBit::Ok)))).collect()
     }
 
     /// Whether the program names a word of the time of day.

@@ -9,12 +9,12 @@ use std::sync::Arc;
 
 use super::subject::Subject;
 use super::walk::{Witness, walk};
-use rungd_engine::{BitCell, Cell, Deed, Engine, EngineCall, Image, Slice};
+use rungd_engine::{BitCell, Cell, Engine, EngineCall, Image, ScanStep, Slice};
 use rungd_runtime::TapeSection;
 
 /// The steps that may write some bits.
 pub(super) struct BitWriters {
-    of: HashMap<Deed, Vec<usize>>,
+    of: HashMap<ScanStep, Vec<usize>>,
     /// The bits that turns of blocks write, at the begin of the turn too: a turn starts the initial
     /// Stage, and that may be left before the turn ends.
     turned: Vec<usize>,
@@ -27,7 +27,7 @@ impl BitWriters {
         for (at, bit) in bits.iter().enumerate() {
             for deed in subject.writers(Cell::Bit(*bit)) {
                 writers.of.entry(deed).or_default().push(at);
-                if matches!(deed, Deed::Turn(_)) && writers.turned.last() != Some(&at) {
+                if matches!(deed, ScanStep::Turn(_)) && writers.turned.last() != Some(&at) {
                     writers.turned.push(at);
                 }
             }
@@ -36,15 +36,15 @@ impl BitWriters {
     }
 
     /// The bits that may have changed before a step, by their places in the list.
-    pub fn before(&self, deed: Deed) -> &[usize] {
+    pub fn before(&self, deed: ScanStep) -> &[usize] {
         match deed {
-            Deed::Element(_) => &self.turned,
-            Deed::Turn(_) | Deed::Batch(_) | Deed::Pass(_) => &[],
+            ScanStep::Element(_) => &self.turned,
+            ScanStep::Turn(_) | ScanStep::Batch(_) | ScanStep::Pass(_) => &[],
         }
     }
 
     /// The bits that a step may have changed, by their places in the list.
-    pub fn after(&self, deed: Deed) -> &[usize] {
+    pub fn after(&self, deed: ScanStep) -> &[usize] {
         self.of.get(&deed).map_or(&[], Vec::as_slice)
     }
 }
@@ -148,11 +148,11 @@ struct Within<'a> {
 impl Witness for Within<'_> {
     const PARTS: bool = false;
 
-    fn before(&mut self, deed: Deed, _: u32, image: &Image) {
+    fn before(&mut self, deed: ScanStep, _: u32, image: &Image) {
         self.look(self.writers.before(deed), image);
     }
 
-    fn after(&mut self, deed: Deed, _: u32, image: &Image) {
+    fn after(&mut self, deed: ScanStep, _: u32, image: &Image) {
         self.look(self.writers.after(deed), image);
     }
 }

@@ -7,7 +7,7 @@ use super::inquiry::Inquiry;
 use super::past::Moment;
 use super::watch::Watch;
 use rungd_engine::isa::{Address, Bit, OperandRole};
-use rungd_engine::{Cell, Deed, EngineCall};
+use rungd_engine::{Cell, EngineCall, ScanStep};
 use rungd_language::resolve::program::Instruction;
 use rungd_runtime::TapeEntry;
 
@@ -29,7 +29,8 @@ impl Inquiry<'_> {
         let subject = self.subject;
         let mut writers = Vec::new();
         for deed in subject.writers(cell) {
-            let Some(site) = subject.site(deed).filter(|_| matches!(deed, Deed::Batch(_))) else {
+            let Some(site) = subject.site(deed).filter(|_| matches!(deed, ScanStep::Batch(_)))
+            else {
                 continue;
             };
             let Some(number) = site.instruction else { continue };

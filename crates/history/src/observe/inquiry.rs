@@ -11,7 +11,7 @@ use super::slice_run::CellChange;
 use super::subject::Subject;
 use super::watch::{Decided, Watch};
 use rungd_engine::isa::BlockId;
-use rungd_engine::{Cell, Deed, EngineCall};
+use rungd_engine::{Cell, EngineCall, ScanStep};
 use rungd_runtime::TapeEntry;
 
 /// A question that is being answered.
@@ -82,7 +82,7 @@ pub(super) struct ChangePlace {
 #[derive(Debug)]
 pub(super) enum FoundWriter {
     /// An instruction or a step of a pass, with the contacts of its part and its operands.
-    Step { deed: Deed, leaves: Vec<LeafSeen>, operands: Vec<Side> },
+    Step { deed: ScanStep, leaves: Vec<LeafSeen>, operands: Vec<Side> },
     /// A block's turn.
     Turn(BlockId),
     /// The call of an entry itself.
@@ -203,9 +203,9 @@ impl<'a> Inquiry<'a> {
         let ChangePlace { at, in_last_scan } = place;
         let writer = match change.by {
             None => FoundWriter::Call,
-            Some(Deed::Turn(block)) => FoundWriter::Turn(block),
-            Some(Deed::Element(_)) => FoundWriter::Call,
-            Some(deed @ (Deed::Batch(_) | Deed::Pass(_))) => {
+            Some(ScanStep::Turn(block)) => FoundWriter::Turn(block),
+            Some(ScanStep::Element(_)) => FoundWriter::Call,
+            Some(deed @ (ScanStep::Batch(_) | ScanStep::Pass(_))) => {
                 let limit = at.step.saturating_add(1);
                 let mut watch = Watch::new(self.subject, cell, vec![deed], limit);
                 self.replay.see(at.section, at.entry, &mut watch);

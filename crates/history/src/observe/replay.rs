@@ -14,7 +14,7 @@ use super::section_log::SectionLog;
 use super::slice_run::{CellChange, SliceRun};
 use super::subject::Subject;
 use super::walk::{Witness, walk};
-use rungd_engine::{Cell, Deed, Engine, EngineCall, EngineState, Image, Slice};
+use rungd_engine::{Cell, Engine, EngineCall, EngineState, Image, ScanStep, Slice};
 use rungd_runtime::{TapeEntry, TapeSection};
 
 /// The maximum number of changes in the logs.
@@ -323,13 +323,13 @@ struct Peek {
 impl Witness for Peek {
     const PARTS: bool = false;
 
-    fn before(&mut self, _: Deed, number: u32, image: &Image) {
+    fn before(&mut self, _: ScanStep, number: u32, image: &Image) {
         if number >= self.step && self.value.is_none() {
             self.value = Some(image.value(self.cell));
         }
     }
 
-    fn after(&mut self, deed: Deed, number: u32, image: &Image) {
+    fn after(&mut self, deed: ScanStep, number: u32, image: &Image) {
         self.before(deed, number, image);
     }
 }

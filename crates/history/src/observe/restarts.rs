@@ -10,11 +10,11 @@ use super::walk::Witness;
 use super::watch::Watch;
 use rungd_engine::isa::{Bit, BlockId};
 use rungd_engine::ops::{ControlKind, OpKind, Power};
-use rungd_engine::{BitCell, Cell, Deed, Image};
+use rungd_engine::{BitCell, Cell, Image, ScanStep};
 
 /// A RESTART of a block: its operation, its leg, the cell of its edge history.
 struct Restarter {
-    deed: Deed,
+    deed: ScanStep,
     leg: Power,
     history: u32,
 }
@@ -29,7 +29,7 @@ struct RestartWatch<'s> {
     /// far.
     ends_at_turn: bool,
     ended: bool,
-    found: Option<(Deed, u32)>,
+    found: Option<(ScanStep, u32)>,
 }
 
 impl Witness for RestartWatch<'_> {
@@ -37,8 +37,8 @@ impl Witness for RestartWatch<'_> {
         self.watch.part(part, number, image);
     }
 
-    fn before(&mut self, deed: Deed, number: u32, image: &Image) {
-        if deed == Deed::Turn(self.block) {
+    fn before(&mut self, deed: ScanStep, number: u32, image: &Image) {
+        if deed == ScanStep::Turn(self.block) {
             if self.ends_at_turn {
                 self.ended = true;
             } else {
@@ -83,7 +83,7 @@ impl Inquiry<'_> {
 
     fn restart_of(
         &mut self,
-        deed: Deed,
+        deed: ScanStep,
         leaves: &[LeafSeen],
         at: Moment,
         depth: u32,
@@ -109,7 +109,11 @@ fn restarters(subject: &Subject, block: BlockId) -> Vec<Restarter> {
         if let ControlKind::Restart(of) = control.kind
             && of.program == block
         {
-            all.push(Restarter { deed: Deed::Batch(at), leg: control.leg, history: of.history });
+            all.push(Restarter {
+                deed: ScanStep::Batch(at),
+                leg: control.leg,
+                history: of.history,
+            });
         }
     }
     all

@@ -12,7 +12,8 @@ use super::subject::Subject;
 use rungd_engine::isa::status::{DST_COUNT, ST_COUNT};
 use rungd_engine::isa::{Bit, BitSpace, BlockId, Word, WordSpace};
 use rungd_engine::{
-    BitCell, Cell, Deed, Element, Engine, EngineCall, EngineState, Eye, Image, Slice, WordCell,
+    BitCell, Cell, Element, Engine, EngineCall, EngineState, Image, ScanObserver, ScanStep, Slice,
+    WordCell,
 };
 
 /// A change of a cell.
@@ -25,7 +26,7 @@ pub(super) struct CellChange {
     /// The cell.
     pub cell: Cell,
     /// The step that made it; `None`: the call itself.
-    pub by: Option<Deed>,
+    pub by: Option<ScanStep>,
     /// The value before.
     pub before: i32,
     /// The value after.
@@ -135,7 +136,7 @@ impl<'s> RunEye<'s> {
     }
 
     /// Notes a cell, if it has changed.
-    fn note(&mut self, number: u32, image: &Image, (step, by): (u32, Option<Deed>)) {
+    fn note(&mut self, number: u32, image: &Image, (step, by): (u32, Option<ScanStep>)) {
         let at = number as usize;
         let (cell, before, after) = match at.checked_sub(self.bits.len()) {
             None => {
@@ -166,7 +167,7 @@ impl<'s> RunEye<'s> {
     }
 
     /// Notes the cells of a step. `step`: its number among the batches, passes and turns.
-    fn step(&mut self, step: usize, image: &Image, by: (u32, Option<Deed>)) {
+    fn step(&mut self, step: usize, image: &Image, by: (u32, Option<ScanStep>)) {
         let slice = self.slice;
         slice.wiring.written(step).iter().for_each(|cell| self.note(*cell, image, by));
     }
@@ -195,7 +196,7 @@ impl<'s> RunEye<'s> {
     }
 }
 
-impl Eye for RunEye<'_> {
+impl ScanObserver for RunEye<'_> {
     fn next(&mut self, batches: Range<u32>) -> u32 {
         let mut at = batches.start;
         while at < batches.end {
@@ -209,33 +210,33 @@ impl Eye for RunEye<'_> {
         batches.end
     }
 
-    fn before(&mut self, deed: Deed, image: &Image) {
+    fn before(&mut self, deed: ScanStep, image: &Image) {
         let number = self.numbers.before(deed, self.slice);
         if !std::mem::replace(&mut self.begun, true) {
             // The engine has started LastScan.
             self.blocks(image, 0);
         }
         match deed {
-            Deed::Batch(at) => self.due[at as usize / 64] &= !(1 << (at % 64)),
-            Deed::Element(Element::Block(block)) => {
-                self.step(self.turn(block), image, (number, Some(Deed::Turn(block))));
+            ScanStep::Batch(at) => self.due[at as usize / 64] &= !(1 << (at % 64)),
+            ScanStep::Element(Element::Block(block)) => {
+                self.step(self.turn(block), image, (number, Some(ScanStep::Turn(block))));
             }
-            Deed::Element(Element::Stage(stage)) => {
+            ScanStep::Element(Element::Stage(stage)) => {
                 let block = self.subject.program.stages[stage.0 as usize].0;
-                self.step(self.turn(block), image, (number, Some(Deed::Turn(block))));
+                self.step(self.turn(block), image, (number, Some(ScanStep::Turn(block))));
             }
-            Deed::Turn(_) | Deed::Pass(_) => {}
+            ScanStep::Turn(_) | ScanStep::Pass(_) => {}
         }
     }
 
-    fn after(&mut self, deed: Deed, image: &Image) {
+    fn after(&mut self, deed: ScanStep, image: &Image) {
         let number = self.numbers.after(deed);
         let batches = self.slice.places.len();
         let (step, by) = match deed {
-            Deed::Batch(at) => (at as usize, self.slice.whole(deed)),
-            Deed::Pass(at) => (batches + at as usize, deed),
-            Deed::Turn(block) => (self.turn(block), deed),
-            Deed::Element(_) => return,
+            ScanStep::Batch(at) => (at as usize, self.slice.whole(deed)),
+            ScanStep::Pass(at) => (batches + at as usize, deed),
+            ScanStep::Turn(block) => (self.turn(block), deed),
+            ScanStep::Element(_) => return,
         };
         self.step(step, image, (number, Some(by)));
     }

@@ -1,7 +1,7 @@
 //! The numbers of the steps of a call: the same whenever the call is executed from the same state,
 //! even if batches are left out.
 
-use rungd_engine::{Deed, Slice};
+use rungd_engine::{ScanStep, Slice};
 
 /// The number of the step that executes now. The numbers rise in the order of execution.
 #[derive(Clone, Copy, Debug, Default)]
@@ -15,11 +15,11 @@ pub(super) struct StepNumbers {
 
 impl StepNumbers {
     /// The number of a step at its beginning.
-    pub fn before(&mut self, deed: Deed, slice: &Slice) -> u32 {
+    pub fn before(&mut self, deed: ScanStep, slice: &Slice) -> u32 {
         match deed {
-            Deed::Batch(at) => self.now = self.element + 1 + (at - self.first),
-            Deed::Turn(_) | Deed::Pass(_) => self.now += 1,
-            Deed::Element(of) => {
+            ScanStep::Batch(at) => self.now = self.element + 1 + (at - self.first),
+            ScanStep::Turn(_) | ScanStep::Pass(_) => self.now += 1,
+            ScanStep::Element(of) => {
                 let batches = &slice.code(of).batches;
                 self.now += 1;
                 self.element = self.now;
@@ -30,11 +30,11 @@ impl StepNumbers {
     }
 
     /// The number of a step at its end. The end of a turn, block or Stage has a new number.
-    pub fn after(&mut self, deed: Deed) -> u32 {
+    pub fn after(&mut self, deed: ScanStep) -> u32 {
         match deed {
-            Deed::Batch(_) | Deed::Pass(_) => {}
-            Deed::Turn(_) => self.now += 1,
-            Deed::Element(_) => self.now = self.element + self.count + 1,
+            ScanStep::Batch(_) | ScanStep::Pass(_) => {}
+            ScanStep::Turn(_) => self.now += 1,
+            ScanStep::Element(_) => self.now = self.element + self.count + 1,
         }
         self.now
     }

@@ -10,7 +10,7 @@ use super::answer::{BlockPlace, Place, RungName};
 use super::cell_index::CellIndex;
 use rungd_config::controller::OutputRules;
 use rungd_engine::isa::{BlockId, ElementId};
-use rungd_engine::{self as engine, Cell, Deed, Engine, EngineState, Stretches};
+use rungd_engine::{self as engine, Cell, Engine, EngineState, ScanStep, Stretches};
 use rungd_language::lower::sites::{RungPart, Site, Sites};
 use rungd_language::lower::{Symbols, lower_seen};
 use rungd_language::resolve::program::{self, Instruction, Program};
@@ -40,7 +40,7 @@ pub struct Subject {
     ready: Vec<(u32, u32)>,
     /// By batch: the index in `ready` of its first part.
     ready_from: Vec<u32>,
-    writers: CellIndex<Deed>,
+    writers: CellIndex<ScanStep>,
     /// What its outputs are driven to, if its controller file is known.
     pub(super) outputs: OutputRules,
 }
@@ -146,24 +146,24 @@ impl Subject {
     }
 
     /// The origin of a step in the program; a turn has none.
-    pub(super) fn site(&self, deed: Deed) -> Option<Site> {
+    pub(super) fn site(&self, deed: ScanStep) -> Option<Site> {
         match deed {
-            Deed::Batch(at) => self.sites.batches.get(at as usize).copied(),
-            Deed::Pass(at) => self.sites.passes.get(at as usize).copied(),
-            Deed::Turn(_) | Deed::Element(_) => None,
+            ScanStep::Batch(at) => self.sites.batches.get(at as usize).copied(),
+            ScanStep::Pass(at) => self.sites.passes.get(at as usize).copied(),
+            ScanStep::Turn(_) | ScanStep::Element(_) => None,
         }
     }
 
     /// All steps, with the cells that each may write.
-    fn steps(&self) -> impl Iterator<Item = (Deed, &Stretches)> {
-        let batches = (0..).zip(&self.batches).map(|(at, of)| (Deed::Batch(at), of));
-        let passes = (0..).zip(&self.passes).map(|(at, of)| (Deed::Pass(at), of));
-        let turns = (0..).zip(&self.turns).map(|(at, of)| (Deed::Turn(BlockId(at)), of));
+    fn steps(&self) -> impl Iterator<Item = (ScanStep, &Stretches)> {
+        let batches = (0..).zip(&self.batches).map(|(at, of)| (ScanStep::Batch(at), of));
+        let passes = (0..).zip(&self.passes).map(|(at, of)| (ScanStep::Pass(at), of));
+        let turns = (0..).zip(&self.turns).map(|(at, of)| (ScanStep::Turn(BlockId(at)), of));
         batches.chain(passes).chain(turns)
     }
 
     /// The steps that may write a cell: operations, then passes, then turns.
-    pub(super) fn writers(&self, cell: Cell) -> Vec<Deed> {
+    pub(super) fn writers(&self, cell: Cell) -> Vec<ScanStep> {
         self.writers.of(cell)
     }
 

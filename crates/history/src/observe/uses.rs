@@ -11,7 +11,7 @@ use super::cell_index::CellIndex;
 use super::leaves::own_contacts;
 use super::subject::Subject;
 use rungd_engine::isa::ElementId;
-use rungd_engine::{Cell, Deed, Stretches};
+use rungd_engine::{Cell, ScanStep, Stretches};
 use rungd_language::resolve::program::{BlockKind, Contact};
 pub use rungd_language::resolve::reads::ReadOperand;
 use rungd_language::source::span::Span;
@@ -76,7 +76,7 @@ impl ProgramUses<'_> {
     /// The uses of some cells, each place once.
     pub fn of(&self, cells: &[Cell]) -> CellUses {
         let mut uses = CellUses::default();
-        let mut deeds: Vec<Deed> =
+        let mut deeds: Vec<ScanStep> =
             cells.iter().flat_map(|cell| self.subject.writers(*cell)).collect();
         let mut sites: Vec<u32> = cells.iter().flat_map(|cell| self.reads.of(*cell)).collect();
         deeds.sort_unstable_by_key(order);
@@ -87,17 +87,17 @@ impl ProgramUses<'_> {
         let (mut written, mut reset) = (BTreeSet::new(), HashSet::new());
         for deed in deeds {
             match deed {
-                Deed::Turn(block) => {
+                ScanStep::Turn(block) => {
                     let element = ElementId { block, stage: None };
                     uses.turns.push(self.subject.element(element));
                 }
-                Deed::Batch(_) | Deed::Pass(_) => {
+                ScanStep::Batch(_) | ScanStep::Pass(_) => {
                     let site = self.subject.site(deed);
                     let at = site.and_then(|site| Some((site.part, site.instruction?)));
                     written.extend(at);
-                    reset.extend(at.filter(|_| matches!(deed, Deed::Pass(_))));
+                    reset.extend(at.filter(|_| matches!(deed, ScanStep::Pass(_))));
                 }
-                Deed::Element(_) => {}
+                ScanStep::Element(_) => {}
             }
         }
         let write = |at| self.write(at, reset.contains(&at));
@@ -137,12 +137,12 @@ impl ProgramUses<'_> {
     }
 }
 
-fn order(deed: &Deed) -> (u32, u32) {
+fn order(deed: &ScanStep) -> (u32, u32) {
     match deed {
-        Deed::Turn(block) => (0, block.0),
-        Deed::Element(_) => (1, 0),
-        Deed::Batch(at) => (2, *at),
-        Deed::Pass(at) => (3, *at),
+        ScanStep::Turn(block) => (0, block.0),
+        ScanStep::Element(_) => (1, 0),
+        ScanStep::Batch(at) => (2, *at),
+        ScanStep::Pass(at) => (3, *at),
     }
 }
 

@@ -8,7 +8,7 @@
 
 use super::step_numbers::StepNumbers;
 use super::subject::Subject;
-use rungd_engine::{Deed, Engine, EngineCall, Eye, Image, Slice};
+use rungd_engine::{Engine, EngineCall, Image, ScanObserver, ScanStep, Slice};
 
 /// Observes a scan rung by rung. The default methods do nothing.
 pub(crate) trait Witness {
@@ -19,10 +19,10 @@ pub(crate) trait Witness {
     fn part(&mut self, _part: u32, _number: u32, _image: &Image) {}
 
     /// A step begins.
-    fn before(&mut self, _deed: Deed, _number: u32, _image: &Image) {}
+    fn before(&mut self, _deed: ScanStep, _number: u32, _image: &Image) {}
 
     /// A step has ended. The end of a turn, block or Stage has a new number.
-    fn after(&mut self, _deed: Deed, _number: u32, _image: &Image) {}
+    fn after(&mut self, _deed: ScanStep, _number: u32, _image: &Image) {}
 }
 
 /// The engine's eye that calls a witness.
@@ -43,10 +43,10 @@ pub(crate) fn walk(
     engine.apply_seen(call, &mut Walk { subject, slice, witness, numbers: StepNumbers::default() });
 }
 
-impl<W: Witness> Eye for Walk<'_, W> {
-    fn before(&mut self, deed: Deed, image: &Image) {
+impl<W: Witness> ScanObserver for Walk<'_, W> {
+    fn before(&mut self, deed: ScanStep, image: &Image) {
         let number = self.numbers.before(deed, self.slice);
-        if let Deed::Batch(at) = deed
+        if let ScanStep::Batch(at) = deed
             && W::PARTS
         {
             for part in self.subject.ready_at(self.slice.places[at as usize].clone()) {
@@ -56,7 +56,7 @@ impl<W: Witness> Eye for Walk<'_, W> {
         self.witness.before(self.slice.whole(deed), number, image);
     }
 
-    fn after(&mut self, deed: Deed, image: &Image) {
+    fn after(&mut self, deed: ScanStep, image: &Image) {
         let number = self.numbers.after(deed);
         self.witness.after(self.slice.whole(deed), number, image);
     }

@@ -7,7 +7,7 @@ use super::leaves::{LeafSeen, legs, look};
 use super::subject::Subject;
 use super::walk::Witness;
 use rungd_engine::isa::{Address, Bit, BitSpace};
-use rungd_engine::{Cell, Deed, Image};
+use rungd_engine::{Cell, Image, ScanStep};
 use rungd_language::resolve::program::Instruction;
 
 use super::leaves::Side;
@@ -19,7 +19,7 @@ pub(super) struct Decided {
     /// The number of the step.
     pub step: u32,
     /// The step.
-    pub by: Deed,
+    pub by: ScanStep,
     /// The value before it.
     pub before: i32,
     /// The value after it.
@@ -36,7 +36,7 @@ pub(super) struct Watch<'s> {
     /// Only steps before this number count.
     until: u32,
     /// The steps that may write the cell.
-    writers: Vec<Deed>,
+    writers: Vec<ScanStep>,
     /// The value before the step that executes now, and its operands.
     now: Option<(i32, Vec<Side>)>,
     /// The steps that decided, in order.
@@ -47,7 +47,7 @@ pub(super) struct Watch<'s> {
 }
 
 impl<'s> Watch<'s> {
-    pub fn new(subject: &'s Subject, cell: Cell, writers: Vec<Deed>, until: u32) -> Watch<'s> {
+    pub fn new(subject: &'s Subject, cell: Cell, writers: Vec<ScanStep>, until: u32) -> Watch<'s> {
         let mut wanted: Vec<u32> = Vec::new();
         for site in writers.iter().filter_map(|deed| subject.site(*deed)) {
             wanted.push(site.part);
@@ -68,7 +68,7 @@ impl<'s> Watch<'s> {
         }
     }
 
-    fn instruction(&self, deed: Deed) -> Option<(u32, &'s Instruction)> {
+    fn instruction(&self, deed: ScanStep) -> Option<(u32, &'s Instruction)> {
         let site = self.subject.site(deed)?;
         Some((site.part, self.subject.instruction(site.part, site.instruction?)?))
     }
@@ -81,9 +81,9 @@ impl<'s> Watch<'s> {
     }
 
     /// Whether a step that does not change the value decides it.
-    fn decides(&self, deed: Deed) -> bool {
+    fn decides(&self, deed: ScanStep) -> bool {
         let Some((part, instruction)) = self.instruction(deed) else { return false };
-        if let Deed::Pass(_) = deed {
+        if let ScanStep::Pass(_) = deed {
             // A pass decides every value that it writes, except `.Running`: a Task that it disables
             // may already be OFF.
             return !matches!(self.address, Some(Address::Bit(Bit::Running(_))));
@@ -107,7 +107,7 @@ impl Witness for Watch<'_> {
         }
     }
 
-    fn before(&mut self, deed: Deed, number: u32, image: &Image) {
+    fn before(&mut self, deed: ScanStep, number: u32, image: &Image) {
         self.now = None;
         if number >= self.until || !self.writers.contains(&deed) {
             return;
@@ -123,8 +123,8 @@ impl Witness for Watch<'_> {
         self.now = Some((image.value(self.cell), read.unwrap_or_default()));
     }
 
-    fn after(&mut self, deed: Deed, number: u32, image: &Image) {
-        if let Deed::Turn(_) | Deed::Element(_) = deed {
+    fn after(&mut self, deed: ScanStep, number: u32, image: &Image) {
+        if let ScanStep::Turn(_) | ScanStep::Element(_) = deed {
             return;
         }
         let Some((before, operands)) = self.now.take() else { return };

@@ -14,7 +14,7 @@ use crate::record::{Recording, SectionBody};
 use rungd_engine::{BitCell, Cell, Engine, EngineCall, EngineState, Transfer, WordCell};
 use rungd_runtime::exchange::Mode;
 use rungd_runtime::{TapeEntry, TapeSection};
-use rungd_state::reload::{ReloadPlan, Side};
+use rungd_state::reload::{LoweredProgram, ReloadPlan};
 
 /// Both programs at the end of a scan.
 pub struct TwinScan<'a> {
@@ -121,7 +121,7 @@ impl<'a> TwinRun<'a> {
         let new = self.new.as_ref().ok_or("it has no engine")?;
         let state = EngineState::of(&new.engine);
         let there = |entry: &TapeEntry| match entry.call() {
-            Some(call) => new.there(call).map(TapeEntry::Call),
+            Some(call) => new.translate(call).map(TapeEntry::Call),
             None => Some(*entry),
         };
         let entries = body.entries.iter().filter_map(there).collect();
@@ -201,14 +201,14 @@ impl NewRun {
             | EngineCall::RequestStop
             | EngineCall::Begin { .. } => {}
         }
-        if let Some(call) = self.there(step.call) {
+        if let Some(call) = self.translate(step.call) {
             self.engine.apply(call);
         }
     }
 
     /// A call of the old program as a call of the new program; `None` if the new program has no
     /// such cell.
-    fn there(&self, call: EngineCall) -> Option<EngineCall> {
+    fn translate(&self, call: EngineCall) -> Option<EngineCall> {
         let there = |cell: Cell| self.transfer.cell(cell);
         match call {
             EngineCall::Write(cell, value) => Some(EngineCall::Write(there(cell)?, value)),
@@ -232,8 +232,8 @@ fn reason(why: Unplayable) -> String {
     }
 }
 
-fn side(program: &PlayableProgram) -> Side<'_> {
-    Side { program: &program.code, symbols: &program.symbols }
+fn side(program: &PlayableProgram) -> LoweredProgram<'_> {
+    LoweredProgram { program: &program.code, symbols: &program.symbols }
 }
 
 /// The forced cells of a state.

@@ -12,7 +12,7 @@ use std::future::Future;
 
 /// Why an exchange takes place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Occasion {
+pub enum ExchangeReason {
     /// No scan is complete yet: read all inputs, so that the first scan sees them. Write nothing,
     /// and feed no watchdog.
     First,
@@ -27,7 +27,7 @@ pub enum Occasion {
 
 /// The extent of an exchange.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Extent {
+pub enum ExchangeExtent {
     /// The exchange is complete.
     Whole,
     /// Some inputs are not read yet, because a write was urgent. The next exchange follows at once
@@ -39,7 +39,7 @@ pub enum Extent {
 /// A request for one exchange.
 pub struct Exchange<'a> {
     /// The reason for the exchange.
-    pub occasion: Occasion,
+    pub occasion: ExchangeReason,
     /// The values of all outputs, one per point, in the order of the map; a bit is 0 or 1.
     pub outputs: &'a [i32],
     /// All inputs, one per point, in the order of the map; the driver fills them in. `None`: not
@@ -54,7 +54,7 @@ pub struct Exchange<'a> {
 
 /// Why an exchange failed.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Trouble {
+pub struct ExchangeFailure {
     /// A clause for the log: `no answer in 200 ms`.
     pub reason: String,
     /// Whether the connection cannot be used any more, so that the task has to connect again.
@@ -68,32 +68,32 @@ pub struct Trouble {
 pub trait Driver: Send + 'static {
     /// Connects to the peer, after the start and after every trouble that disconnects. The call may
     /// be abandoned at the end of the process. The next exchange writes all outputs.
-    fn connect(&mut self) -> impl Future<Output = Result<(), Trouble>> + Send;
+    fn connect(&mut self) -> impl Future<Output = Result<(), ExchangeFailure>> + Send;
 
     /// Exchanges once. At the end of the process the call may be abandoned at any await;
     /// `disconnect` follows then.
     fn exchange(
         &mut self,
         exchange: Exchange<'_>,
-    ) -> impl Future<Output = Result<Extent, Trouble>> + Send;
+    ) -> impl Future<Output = Result<ExchangeExtent, ExchangeFailure>> + Send;
 
     /// Closes the connection to the peer.
     fn disconnect(&mut self);
 }
 
-impl Trouble {
+impl ExchangeFailure {
     /// Trouble after which the connection stays: an exception, or a value that is not valid.
-    pub fn kept(reason: impl Into<String>) -> Trouble {
-        Trouble { reason: reason.into(), is_disconnected: false, is_repeated: false }
+    pub fn kept(reason: impl Into<String>) -> ExchangeFailure {
+        ExchangeFailure { reason: reason.into(), is_disconnected: false, is_repeated: false }
     }
 
     /// Trouble that ends the connection.
-    pub fn disconnected(reason: impl Into<String>) -> Trouble {
-        Trouble { reason: reason.into(), is_disconnected: true, is_repeated: false }
+    pub fn disconnected(reason: impl Into<String>) -> ExchangeFailure {
+        ExchangeFailure { reason: reason.into(), is_disconnected: true, is_repeated: false }
     }
 }
 
-impl fmt::Display for Trouble {
+impl fmt::Display for ExchangeFailure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.reason)
     }

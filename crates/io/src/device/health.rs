@@ -14,13 +14,13 @@ use std::time::{Duration, Instant};
 use rungd_base::locked::locked;
 use rungd_runtime::events::LineLimit;
 use rungd_runtime::events::limit::Budget;
-use rungd_runtime::local::Exchanged;
+use rungd_runtime::local::ExchangeCounts;
 pub use rungd_runtime::say::say;
 
 /// A handle to a device's condition. Cheap to clone.
 #[derive(Clone, Debug)]
-pub struct Health {
-    inner: Arc<Mutex<Condition>>,
+pub struct DeviceHealth {
+    inner: Arc<Mutex<DeviceCondition>>,
     lines: Arc<Mutex<OutageLines>>,
 }
 
@@ -56,7 +56,7 @@ struct Outage {
 
 /// A device's condition, as `status` and the log show it.
 #[derive(Clone, Debug, Default)]
-pub struct Condition {
+pub struct DeviceCondition {
     /// Its name.
     pub name: String,
     /// Its driver's name.
@@ -98,17 +98,18 @@ pub(super) struct InputsRead {
     pub all: usize,
 }
 
-impl Health {
+impl DeviceHealth {
     /// The condition of a device that has not exchanged yet.
-    pub fn new(name: &str, driver: &'static str, peer: String) -> Health {
-        let condition = Condition { name: name.to_owned(), driver, peer, ..Condition::default() };
+    pub fn new(name: &str, driver: &'static str, peer: String) -> DeviceHealth {
+        let condition =
+            DeviceCondition { name: name.to_owned(), driver, peer, ..DeviceCondition::default() };
         let (started, budget) = (Instant::now(), Budget::new(LineLimit::DEVICE));
         let lines = OutageLines { started, budget, withheld: 0, outage: None };
-        Health { inner: Arc::new(Mutex::new(condition)), lines: Arc::new(Mutex::new(lines)) }
+        DeviceHealth { inner: Arc::new(Mutex::new(condition)), lines: Arc::new(Mutex::new(lines)) }
     }
 
     /// The present condition.
-    pub fn condition(&self) -> Condition {
+    pub fn condition(&self) -> DeviceCondition {
         locked(&self.inner).clone()
     }
 
@@ -167,7 +168,7 @@ impl Health {
     }
 
     /// Notes that the device is open; `exchanged`: the scan's exchanges so far.
-    pub(super) fn open(&self, exchanged: Exchanged) {
+    pub(super) fn open(&self, exchanged: ExchangeCounts) {
         {
             let mut condition = locked(&self.inner);
             (condition.is_open, condition.exchanges) = (true, exchanged.count);
@@ -350,15 +351,15 @@ mod tests {
     const LINES_MAX: u32 = LineLimit::DEVICE.burst;
 
     /// Makes `count` outages of one failure each.
-    fn outages(health: &Health, count: u32) {
+    fn outages(health: &DeviceHealth, count: u32) {
         for _ in 0..count {
             health.trouble("no answer in 200 ms");
             health.good(Duration::ZERO);
         }
     }
 
-    fn panel() -> Health {
-        Health::new("panel", "gpio", "/dev/gpiochip0".to_owned())
+    fn panel() -> DeviceHealth {
+        DeviceHealth::new("panel", "gpio", "/dev/gpiochip0".to_owned())
     }
 
     #[test]
@@ -374,7 +375,7 @@ mod tests {
     fn each_remedy_is_logged_once_in_an_outage() {
         let health = panel();
         health.trouble("refused");
-        let left = |health: &Health| {
+        let left = |health: &DeviceHealth| {
             let mut lines = health.lines();
             let now_ns = lines.now_ns();
             (1..=LINES_MAX).rev().find(|count| lines.budget.has(now_ns, *count))

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use tokio::time::{sleep, timeout};
 
-use super::health::Health;
+use super::health::DeviceHealth;
 use super::retry::Retry;
 use rungd_runtime::exchange::{Mode, Port, StopReason};
 use rungd_runtime::local::{Local, LocalEnd};
@@ -32,14 +32,19 @@ pub trait Opener: Send + Sync + 'static {
 pub struct DeviceKeeper {
     opener: Arc<dyn Opener>,
     end: LocalEnd,
-    health: Health,
+    health: DeviceHealth,
     port: Port,
     retry: Retry,
 }
 
 impl DeviceKeeper {
     /// A keeper that has not opened its device yet.
-    pub fn new(opener: Arc<dyn Opener>, end: LocalEnd, health: Health, port: Port) -> DeviceKeeper {
+    pub fn new(
+        opener: Arc<dyn Opener>,
+        end: LocalEnd,
+        health: DeviceHealth,
+        port: Port,
+    ) -> DeviceKeeper {
         DeviceKeeper { opener, end, health, port, retry: Retry::new() }
     }
 

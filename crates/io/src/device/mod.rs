@@ -12,8 +12,8 @@ mod keeper;
 mod retry;
 mod task;
 
-pub use driver::{Driver, Exchange, Extent, Occasion, Trouble};
-pub use health::Health;
+pub use driver::{Driver, Exchange, ExchangeExtent, ExchangeFailure, ExchangeReason};
+pub use health::DeviceHealth;
 pub use keeper::{DeviceKeeper, Opener};
 pub(super) use retry::Retry;
 pub use task::{DeviceParts, DeviceTask};

@@ -15,15 +15,15 @@ use std::time::Duration;
 
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep, timeout, timeout_at};
 
-use super::driver::{Driver, Exchange, Extent, Occasion, Trouble};
-use super::health::{Health, InputsRead};
+use super::driver::{Driver, Exchange, ExchangeExtent, ExchangeFailure, ExchangeReason};
+use super::health::{DeviceHealth, InputsRead};
 use super::retry::Retry;
 use crate::caught::caught;
 use rungd_base::faults::{self, FaultPoint};
 use rungd_runtime::exchange::{Mode, Port, Snapshot, StopReason};
 use rungd_runtime::inputs::InputEnd;
 use rungd_runtime::monotonic_ns;
-use rungd_runtime::wiring::{Source, last_words, outgoing};
+use rungd_runtime::wiring::{OutputSource, last_words, outgoing};
 
 /// The time limit for the safe values at the end; the process waits longer than this.
 const END_MAX: Duration = Duration::from_secs(2);
@@ -39,8 +39,8 @@ pub struct DeviceTask<D> {
     driver: D,
     input_end: InputEnd,
     port: Port,
-    outputs: Vec<Source>,
-    health: Health,
+    outputs: Vec<OutputSource>,
+    health: DeviceHealth,
     poll: Duration,
     retry: Retry,
     /// The inputs that the exchange under way has read so far.
@@ -64,9 +64,9 @@ pub struct DeviceParts<D> {
     /// The number of inputs.
     pub inputs: usize,
     /// The sources of the outputs.
-    pub outputs: Vec<Source>,
+    pub outputs: Vec<OutputSource>,
     /// Its condition, which the task updates.
-    pub health: Health,
+    pub health: DeviceHealth,
     /// The time between exchanges.
     pub poll: Duration,
 }
@@ -78,21 +78,21 @@ fn has_begun(image: &Snapshot) -> bool {
 }
 
 /// The events that a device waits for.
-enum Due {
+enum DeviceEvent {
     Poll,
     Change,
     Stop,
 }
 
 /// The request to end, remembered once it has come.
-struct Stop<'a, F> {
+struct StopRequest<'a, F> {
     future: Pin<&'a mut F>,
     told: Option<Instant>,
 }
 
-impl<F: Future<Output = ()>> Stop<'_, F> {
+impl<F: Future<Output = ()>> StopRequest<'_, F> {
     /// Waits for the request, and returns its time. Once the request has come, returns at once.
-    async fn told(&mut self) -> Instant {
+    async fn requested(&mut self) -> Instant {
         match self.told {
             Some(told) => told,
             None => {
@@ -127,13 +127,13 @@ impl<D: Driver> DeviceTask<D> {
     /// Exchanges until `stop`, then writes the safe values once more and disconnects.
     pub async fn run(mut self, stop: impl Future<Output = ()>) {
         let future = pin!(stop);
-        let mut stop = Stop { future, told: None };
+        let mut stop = StopRequest { future, told: None };
         loop {
             if !self.reach(&mut stop).await || !self.exchange_on(&mut stop).await {
                 break;
             }
         }
-        let deadline = stop.told().await + END_MAX;
+        let deadline = stop.requested().await + END_MAX;
         if has_begun(&self.port.latest())
             && !self.outputs.is_empty()
             && timeout_at(deadline, self.last(&mut stop)).await.is_err()
@@ -144,7 +144,7 @@ impl<D: Driver> DeviceTask<D> {
     }
 
     /// Tries to write the safe values until they are written.
-    async fn last(&mut self, stop: &mut Stop<'_, impl Future<Output = ()>>) {
+    async fn last(&mut self, stop: &mut StopRequest<'_, impl Future<Output = ()>>) {
         let image = self.port.latest();
         let mut retry = Retry::at_the_end();
         last_words(&self.outputs, &image, &mut self.values);
@@ -157,24 +157,26 @@ impl<D: Driver> DeviceTask<D> {
     async fn try_last(
         &mut self,
         image: &Arc<Snapshot>,
-        stop: &mut Stop<'_, impl Future<Output = ()>>,
-    ) -> Result<(), Trouble> {
+        stop: &mut StopRequest<'_, impl Future<Output = ()>>,
+    ) -> Result<(), ExchangeFailure> {
         if !self.connected {
             let connect = caught(self.driver.connect());
             match timeout(LAST_CONNECT_MAX, connect).await {
                 Ok(connected) => connected.unwrap_or_else(|| Err(bug()))?,
-                Err(_) => return Err(Trouble::disconnected(no_connection(LAST_CONNECT_MAX))),
+                Err(_) => {
+                    return Err(ExchangeFailure::disconnected(no_connection(LAST_CONNECT_MAX)));
+                }
             }
             self.connected = true;
         }
-        self.exchange(Occasion::Last, image, stop).await.map(|_| ())
+        self.exchange(ExchangeReason::Last, image, stop).await.map(|_| ())
     }
 
     /// Tries to connect until it succeeds; false if `stop` comes first.
-    async fn reach(&mut self, stop: &mut Stop<'_, impl Future<Output = ()>>) -> bool {
+    async fn reach(&mut self, stop: &mut StopRequest<'_, impl Future<Output = ()>>) -> bool {
         loop {
             let connected = tokio::select! {
-                _ = stop.told() => return false,
+                _ = stop.requested() => return false,
                 connected = caught(self.driver.connect()) => {
                     connected.unwrap_or_else(|| Err(bug()))
                 }
@@ -187,14 +189,14 @@ impl<D: Driver> DeviceTask<D> {
                 Err(trouble) => self.fail(&trouble),
             }
             tokio::select! {
-                _ = stop.told() => return false,
+                _ = stop.requested() => return false,
                 () = sleep(self.retry.next()) => {}
             }
         }
     }
 
     /// Exchanges until the connection is lost (true) or `stop` comes (false).
-    async fn exchange_on(&mut self, stop: &mut Stop<'_, impl Future<Output = ()>>) -> bool {
+    async fn exchange_on(&mut self, stop: &mut StopRequest<'_, impl Future<Output = ()>>) -> bool {
         let mut poll = interval(self.poll);
         poll.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let mut image = self.port.latest();
@@ -202,28 +204,28 @@ impl<D: Driver> DeviceTask<D> {
         loop {
             let due = tokio::select! {
                 biased;
-                _ = stop.told() => Due::Stop,
-                () = ready(()), if is_part => Due::Poll,
-                _ = poll.tick() => Due::Poll,
-                () = self.port.changed(&image), if !self.outputs.is_empty() => Due::Change,
+                _ = stop.requested() => DeviceEvent::Stop,
+                () = ready(()), if is_part => DeviceEvent::Poll,
+                _ = poll.tick() => DeviceEvent::Poll,
+                () = self.port.changed(&image), if !self.outputs.is_empty() => DeviceEvent::Change,
             };
             image = self.port.latest();
             let occasion = match due {
-                Due::Stop => return false,
-                Due::Change if !has_begun(&image) || !self.has_changed(&image) => continue,
-                Due::Change => Occasion::Change,
-                Due::Poll => {
+                DeviceEvent::Stop => return false,
+                DeviceEvent::Change if !has_begun(&image) || !self.has_changed(&image) => continue,
+                DeviceEvent::Change => ExchangeReason::Change,
+                DeviceEvent::Poll => {
                     outgoing(&self.outputs, &image, &mut self.values);
-                    if has_begun(&image) { Occasion::Poll } else { Occasion::First }
+                    if has_begun(&image) { ExchangeReason::Poll } else { ExchangeReason::First }
                 }
             };
             let done = self.exchange(occasion, &image, stop).await;
-            is_part = done == Ok(Extent::Part);
+            is_part = done == Ok(ExchangeExtent::Part);
             if let Err(trouble) = done {
                 self.fail(&trouble);
                 if !self.connected {
                     tokio::select! {
-                        _ = stop.told() => return false,
+                        _ = stop.requested() => return false,
                         () = sleep(self.retry.next()) => return true,
                     }
                 }
@@ -238,23 +240,23 @@ impl<D: Driver> DeviceTask<D> {
 
     async fn exchange(
         &mut self,
-        occasion: Occasion,
+        occasion: ExchangeReason,
         image: &Arc<Snapshot>,
-        stop: &mut Stop<'_, impl Future<Output = ()>>,
-    ) -> Result<Extent, Trouble> {
+        stop: &mut StopRequest<'_, impl Future<Output = ()>>,
+    ) -> Result<ExchangeExtent, ExchangeFailure> {
         if self.begun.is_none() {
             self.inputs.fill(None);
         }
         let begun = *self.begun.get_or_insert_with(Instant::now);
         let done = self.call(occasion, image, stop).await;
         // Also if the exchange failed: the driver writes these outputs at the next poll.
-        if occasion != Occasion::First {
+        if occasion != ExchangeReason::First {
             self.offered.copy_from_slice(&self.values);
-            if done == Ok(Extent::Whole) {
+            if done == Ok(ExchangeExtent::Whole) {
                 self.health.accepted(&self.values);
             }
         }
-        if done != Ok(Extent::Part) {
+        if done != Ok(ExchangeExtent::Part) {
             self.judge(occasion, begun, done.is_ok());
         }
         done
@@ -264,10 +266,10 @@ impl<D: Driver> DeviceTask<D> {
     /// and has a short time left; it is not abandoned at once.
     async fn call(
         &mut self,
-        occasion: Occasion,
+        occasion: ExchangeReason,
         image: &Arc<Snapshot>,
-        stop: &mut Stop<'_, impl Future<Output = ()>>,
-    ) -> Result<Extent, Trouble> {
+        stop: &mut StopRequest<'_, impl Future<Output = ()>>,
+    ) -> Result<ExchangeExtent, ExchangeFailure> {
         let DeviceTask { driver, port, outputs, values, inputs, .. } = self;
         let (ending, values) = (AtomicBool::new(false), &values[..]);
         let is_urgent =
@@ -280,22 +282,24 @@ impl<D: Driver> DeviceTask<D> {
         let done = tokio::select! {
             biased;
             done = &mut call => Ok(done),
-            told = stop.told() => {
+            told = stop.requested() => {
                 ending.store(true, Ordering::Relaxed);
-                let limit = if occasion == Occasion::Last { END_MAX } else { UNDER_WAY_MAX };
+                let limit = if occasion == ExchangeReason::Last { END_MAX } else { UNDER_WAY_MAX };
                 timeout_at(told + limit, call).await
             }
         };
         match done {
             Ok(done) => done.unwrap_or_else(|| Err(bug())),
-            Err(_) => Err(Trouble::disconnected("the exchange under way did not end in time")),
+            Err(_) => {
+                Err(ExchangeFailure::disconnected("the exchange under way did not end in time"))
+            }
         }
     }
 
     /// Ends an exchange. If it was good, delivers its inputs.
-    fn judge(&mut self, occasion: Occasion, begun: Instant, is_good: bool) {
+    fn judge(&mut self, occasion: ExchangeReason, begun: Instant, is_good: bool) {
         self.begun = None;
-        if is_good && matches!(occasion, Occasion::Poll | Occasion::First) {
+        if is_good && matches!(occasion, ExchangeReason::Poll | ExchangeReason::First) {
             let now_ns = monotonic_ns();
             self.retry.reset();
             self.input_end.deliver(&self.inputs, now_ns);
@@ -308,7 +312,7 @@ impl<D: Driver> DeviceTask<D> {
     /// were read are valid and are delivered. If the connection is lost, they are dropped:
     /// otherwise, the inputs of a device that loses its connection again and again would switch
     /// between fresh and stale.
-    fn fail(&mut self, trouble: &Trouble) {
+    fn fail(&mut self, trouble: &ExchangeFailure) {
         self.input_end.trouble();
         if trouble.is_disconnected {
             self.health.trouble(&trouble.reason);
@@ -331,7 +335,11 @@ impl<D: Driver> DeviceTask<D> {
 
 /// Whether the latest outputs differ from `given`, the outputs that an exchange took from the image
 /// `seen`.
-fn is_to_write(port: &Port, seen: &Arc<Snapshot>, (sources, given): (&[Source], &[i32])) -> bool {
+fn is_to_write(
+    port: &Port,
+    seen: &Arc<Snapshot>,
+    (sources, given): (&[OutputSource], &[i32]),
+) -> bool {
     let image = port.latest();
     if sources.is_empty() || Arc::ptr_eq(&image, seen) || !has_begun(&image) {
         return false;
@@ -346,6 +354,6 @@ fn no_connection(within: Duration) -> String {
 }
 
 /// The trouble of a driver that panicked; its connection is in an unknown state.
-fn bug() -> Trouble {
-    Trouble::disconnected("a bug in its driver (see the line before)")
+fn bug() -> ExchangeFailure {
+    ExchangeFailure::disconnected("a bug in its driver (see the line before)")
 }

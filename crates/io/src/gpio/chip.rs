@@ -4,7 +4,7 @@
 
 use std::io;
 
-use super::settings::{Chip as ChipName, Setting};
+use super::settings::{ChipId as ChipName, LineSetting};
 
 /// The most lines of a request: their values are the bits of a 64-bit word.
 pub const REQUEST_LINES_MAX: usize = 64;
@@ -13,16 +13,16 @@ pub const REQUEST_LINES_MAX: usize = 64;
 pub const CONSUMER: &str = "rungd";
 
 /// A source of chips.
-pub trait Chips: Send + Sync + 'static {
+pub trait ChipSource: Send + Sync + 'static {
     /// Opens a chip.
     ///
     /// # Errors
     /// The chip does not exist, or it may not be opened.
-    fn open(&self, chip: &ChipName) -> io::Result<Box<dyn Chip>>;
+    fn open(&self, chip: &ChipName) -> io::Result<Box<dyn GpioChip>>;
 }
 
 /// A chip.
-pub trait Chip {
+pub trait GpioChip {
     /// The number of its lines.
     ///
     /// # Errors
@@ -55,7 +55,7 @@ pub struct LineRequest<'a> {
     /// Their numbers, 64 at most.
     pub(crate) offsets: &'a [u32],
     /// The setting of all these lines.
-    pub(crate) setting: Setting,
+    pub(crate) setting: LineSetting,
     /// The first values of outputs, one bit per line; `None` for inputs.
     pub(crate) values: Option<u64>,
 }

@@ -8,11 +8,11 @@ use std::path::{Path, PathBuf};
 use gpiocdev_uapi::v2::{self, LineFlags, LineValues};
 use gpiocdev_uapi::{Error, Name};
 
-use super::chip::{CONSUMER, Chip, Chips, LineFacts, LineRequest, TakenLines};
-use super::settings::{Bias, Chip as ChipName, LineDrive};
+use super::chip::{CONSUMER, ChipSource, GpioChip, LineFacts, LineRequest, TakenLines};
+use super::settings::{Bias, ChipId as ChipName, LineDrive};
 
 /// The chips of this machine.
-pub struct Kernel;
+pub struct KernelChips;
 
 struct OpenChip(File);
 
@@ -22,8 +22,8 @@ struct KernelLines {
     mask: u64,
 }
 
-impl Chips for Kernel {
-    fn open(&self, chip: &ChipName) -> io::Result<Box<dyn Chip>> {
+impl ChipSource for KernelChips {
+    fn open(&self, chip: &ChipName) -> io::Result<Box<dyn GpioChip>> {
         let path = match chip {
             ChipName::Path(path) => PathBuf::from(path),
             ChipName::Label(label) => labelled(label)?,
@@ -57,7 +57,7 @@ fn labelled(label: &str) -> io::Result<PathBuf> {
     }
 }
 
-impl Chip for OpenChip {
+impl GpioChip for OpenChip {
     fn lines(&self) -> io::Result<u32> {
         Ok(v2::get_chip_info(&self.0).map_err(system)?.num_lines)
     }

@@ -1,9 +1,10 @@
 //! Lines of a chip of this machine (Linux character devices), read and written by the scan itself.
 //!
-//! [`Gpio`] opens them: lines with the same setting form a group of 64 at most. The outputs have
-//! their first values from the moment of opening, so no output glitches. An exchange is one call of
-//! the kernel per group and allocates nothing. The kernel is reached through [`Chips`], which tests
-//! implement with chips of their own; `kernel` is the only file that uses the uAPI.
+//! [`GpioSettings`] opens them: lines with the same setting form a group of 64 at most. The outputs
+//! have their first values from the moment of opening, so no output glitches. An exchange is one
+//! call of the kernel per group and allocates nothing. The kernel is reached through
+//! [`ChipSource`], which tests implement with chips of their own; `kernel` is the only file that
+//! uses the uAPI.
 
 mod chip;
 mod kernel;
@@ -19,18 +20,18 @@ use super::device::Opener;
 use rungd_runtime::local::Local;
 
 pub(crate) use chip::REQUEST_LINES_MAX;
-pub use chip::{Chip, Chips, LineFacts, LineRequest, TakenLines};
-pub use kernel::Kernel;
-use settings::{Gpio as Settings, GpioLine, LineId, Setting};
+pub use chip::{ChipSource, GpioChip, LineFacts, LineRequest, TakenLines};
+pub use kernel::KernelChips;
+use settings::{GpioLine, GpioSettings as Settings, LineId, LineSetting};
 
 /// Opens the lines of a device.
-pub struct Gpio<C> {
+pub struct GpioOpener<C> {
     settings: Settings,
     chips: C,
 }
 
 /// The lines of one request, with the number of each line's point.
-struct Group {
+struct LineGroup {
     lines: Box<dyn TakenLines>,
     points: Vec<usize>,
     /// The values of inputs that were read last; kept here so that the scan allocates nothing.
@@ -39,21 +40,22 @@ struct Group {
 
 /// All lines of a device.
 struct OpenLines {
-    inputs: Vec<Group>,
-    outputs: Vec<Group>,
+    inputs: Vec<LineGroup>,
+    outputs: Vec<LineGroup>,
 }
 
-impl<C: Chips> Gpio<C> {
+impl<C: ChipSource> GpioOpener<C> {
     /// The lines of a device, not opened yet.
-    pub fn new(settings: &Settings, chips: C) -> Gpio<C> {
-        Gpio { settings: settings.clone(), chips }
+    pub fn new(settings: &Settings, chips: C) -> GpioOpener<C> {
+        GpioOpener { settings: settings.clone(), chips }
     }
 }
 
-impl<C: Chips> Opener for Gpio<C> {
+impl<C: ChipSource> Opener for GpioOpener<C> {
     fn open(&self, outputs: &[i32]) -> io::Result<Arc<dyn Local>> {
         let Settings { chip: wanted, inputs, outputs: driven, .. } = &self.settings;
-        let chip = self.chips.open(wanted).map_err(|error| told(error, &wanted.to_string()))?;
+        let chip =
+            self.chips.open(wanted).map_err(|error| with_place(error, &wanted.to_string()))?;
         let found = LineNumbers::new(chip.as_ref(), inputs.iter().chain(driven))?;
         let (read, driven) = (&found.offsets[..inputs.len()], &found.offsets[inputs.len()..]);
         // Outputs are requested first: they have their safe values from then on.
@@ -64,7 +66,7 @@ impl<C: Chips> Opener for Gpio<C> {
 }
 
 /// Adds the place of the failure to an error. The error's kind stays; its number is in its text.
-fn told(error: io::Error, at: &str) -> io::Error {
+fn with_place(error: io::Error, at: &str) -> io::Error {
     io::Error::new(error.kind(), format!("{at}: {error}"))
 }
 
@@ -75,7 +77,7 @@ struct LineNumbers {
 
 impl LineNumbers {
     fn new<'a>(
-        chip: &dyn Chip,
+        chip: &dyn GpioChip,
         lines: impl Iterator<Item = &'a GpioLine>,
     ) -> io::Result<LineNumbers> {
         let mut offsets = Vec::new();
@@ -98,7 +100,7 @@ impl LineNumbers {
     }
 }
 
-fn by_name(chip: &dyn Chip, name: &str) -> io::Result<u32> {
+fn by_name(chip: &dyn GpioChip, name: &str) -> io::Result<u32> {
     for offset in 0..chip.lines()? {
         if chip.line(offset)?.name == name {
             return Ok(offset);
@@ -109,13 +111,13 @@ fn by_name(chip: &dyn Chip, name: &str) -> io::Result<u32> {
 
 /// Requests lines: those with the same setting in one request.
 fn groups(
-    chip: &dyn Chip,
+    chip: &dyn GpioChip,
     (lines, offsets): (&[GpioLine], &[u32]),
     values: Option<&[i32]>,
-) -> io::Result<Vec<Group>> {
-    let mut alike: Vec<(Setting, Vec<usize>)> = Vec::new();
+) -> io::Result<Vec<LineGroup>> {
+    let mut alike: Vec<(LineSetting, Vec<usize>)> = Vec::new();
     for (at, line) in lines.iter().enumerate() {
-        let room = |(setting, points): &&mut (Setting, Vec<usize>)| {
+        let room = |(setting, points): &&mut (LineSetting, Vec<usize>)| {
             *setting == line.setting && points.len() < REQUEST_LINES_MAX
         };
         match alike.iter_mut().find(room) {
@@ -123,18 +125,18 @@ fn groups(
             None => alike.push((line.setting, vec![at])),
         }
     }
-    let ask = |(setting, points): (Setting, Vec<usize>)| {
+    let ask = |(setting, points): (LineSetting, Vec<usize>)| {
         let offsets: Vec<u32> = points.iter().map(|at| offsets[*at]).collect();
         let values = values.map(|values| packed(&points, values));
         let request = LineRequest { offsets: &offsets, setting, values };
         let lines = chip.request(&request).map_err(|error| refused(chip, &offsets, error))?;
-        Ok(Group { lines, points, bits: AtomicU64::new(0) })
+        Ok(LineGroup { lines, points, bits: AtomicU64::new(0) })
     };
     alike.into_iter().map(ask).collect()
 }
 
 /// The error of a refused request; it names the holder if another program has one of the lines.
-fn refused(chip: &dyn Chip, offsets: &[u32], error: io::Error) -> io::Error {
+fn refused(chip: &dyn GpioChip, offsets: &[u32], error: io::Error) -> io::Error {
     let is_busy = error.raw_os_error() == Some(libc::EBUSY);
     let held = offsets.iter().filter(|_| is_busy).find_map(|offset| {
         let holder = chip.line(*offset).ok()?.holder?;
@@ -149,7 +151,7 @@ fn refused(chip: &dyn Chip, offsets: &[u32], error: io::Error) -> io::Error {
         }
         None => {
             let lines: Vec<_> = offsets.iter().map(u32::to_string).collect();
-            told(error, &format!("lines {}", lines.join(", ")))
+            with_place(error, &format!("lines {}", lines.join(", ")))
         }
     }
 }
@@ -163,10 +165,10 @@ fn packed(points: &[usize], values: &[i32]) -> u64 {
 impl Local for OpenLines {
     fn read(&self, inputs: &mut [i32]) -> Result<(), i32> {
         // Read all groups first: if one fails, the scan sees no new value of the others.
-        for Group { lines, bits, .. } in &self.inputs {
+        for LineGroup { lines, bits, .. } in &self.inputs {
             bits.store(lines.get()?, Ordering::Relaxed);
         }
-        for Group { points, bits, .. } in &self.inputs {
+        for LineGroup { points, bits, .. } in &self.inputs {
             let bits = bits.load(Ordering::Relaxed);
             for (bit, at) in points.iter().enumerate() {
                 inputs[*at] = (bits >> bit & 1) as i32;
@@ -177,7 +179,7 @@ impl Local for OpenLines {
 
     fn write(&self, outputs: &[i32]) -> Result<(), i32> {
         // Write all groups even if one fails: as many outputs as possible become safe.
-        let set = |Group { lines, points, .. }: &Group| lines.set(packed(points, outputs));
+        let set = |LineGroup { lines, points, .. }: &LineGroup| lines.set(packed(points, outputs));
         self.outputs.iter().map(set).fold(Ok(()), Result::and)
     }
 }

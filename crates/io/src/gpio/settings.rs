@@ -3,9 +3,9 @@
 
 /// The settings of a device.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Gpio {
+pub struct GpioSettings {
     /// The chip.
-    pub chip: Chip,
+    pub chip: ChipId,
     /// The longest time an exchange may take, µs.
     pub budget_us: u32,
     /// Lines that are read.
@@ -16,7 +16,7 @@ pub struct Gpio {
 
 /// A chip.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Chip {
+pub enum ChipId {
     /// Its character device.
     Path(String),
     /// Its label, which stays the same when its number changes with a boot.
@@ -29,7 +29,7 @@ pub struct GpioLine {
     /// The line's name or number.
     pub at: LineId,
     /// The setting to request it with.
-    pub setting: Setting,
+    pub setting: LineSetting,
 }
 
 /// The name or number of a chip's line.
@@ -43,7 +43,7 @@ pub enum LineId {
 
 /// The setting of a line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Setting {
+pub struct LineSetting {
     /// A low level is ON.
     pub active_low: bool,
     /// The resistor that holds it when nothing drives it.
@@ -99,11 +99,11 @@ impl std::fmt::Display for LineId {
     }
 }
 
-impl std::fmt::Display for Chip {
+impl std::fmt::Display for ChipId {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Chip::Path(path) => f.write_str(path),
-            Chip::Label(label) => write!(f, "the chip labelled {label}"),
+            ChipId::Path(path) => f.write_str(path),
+            ChipId::Label(label) => write!(f, "the chip labelled {label}"),
         }
     }
 }

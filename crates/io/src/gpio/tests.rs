@@ -5,7 +5,7 @@ use std::sync::Mutex;
 
 use super::chip::CONSUMER;
 use super::*;
-use crate::gpio::settings::{Bias, Chip as ChipName, LineDrive};
+use crate::gpio::settings::{Bias, ChipId as ChipName, LineDrive};
 
 /// A chip in memory; its clones share one state.
 #[derive(Clone, Default)]
@@ -18,7 +18,7 @@ struct ChipState {
     levels: BTreeMap<u32, bool>,
     holders: BTreeMap<u32, String>,
     /// The requests: lines, setting, first values.
-    asked: Vec<(Vec<u32>, Setting, Option<u64>)>,
+    asked: Vec<(Vec<u32>, LineSetting, Option<u64>)>,
     gone: bool,
     /// A line that makes every read of its request fail.
     broken: Option<u32>,
@@ -42,8 +42,8 @@ impl Fake {
     }
 }
 
-impl Chips for Fake {
-    fn open(&self, _: &ChipName) -> io::Result<Box<dyn Chip>> {
+impl ChipSource for Fake {
+    fn open(&self, _: &ChipName) -> io::Result<Box<dyn GpioChip>> {
         if self.state().gone {
             return Err(io::Error::from_raw_os_error(libc::ENOENT));
         }
@@ -51,7 +51,7 @@ impl Chips for Fake {
     }
 }
 
-impl Chip for Fake {
+impl GpioChip for Fake {
     fn lines(&self) -> io::Result<u32> {
         Ok(self.state().names.len() as u32)
     }
@@ -116,28 +116,28 @@ impl Drop for FakeLines {
 }
 
 fn plain(offset: u32) -> GpioLine {
-    GpioLine { at: LineId::Offset(offset), setting: Setting::default() }
+    GpioLine { at: LineId::Offset(offset), setting: LineSetting::default() }
 }
 
-fn with(offset: u32, setting: Setting) -> GpioLine {
+fn with(offset: u32, setting: LineSetting) -> GpioLine {
     GpioLine { at: LineId::Offset(offset), setting }
 }
 
-fn device(chip: &Fake, inputs: Vec<GpioLine>, outputs: Vec<GpioLine>) -> Gpio<Fake> {
+fn device(chip: &Fake, inputs: Vec<GpioLine>, outputs: Vec<GpioLine>) -> GpioOpener<Fake> {
     let wanted = ChipName::Path("/dev/gpiochip0".into());
-    Gpio::new(&Settings { chip: wanted, budget_us: 200, inputs, outputs }, chip.clone())
+    GpioOpener::new(&Settings { chip: wanted, budget_us: 200, inputs, outputs }, chip.clone())
 }
 
-fn why(device: &Gpio<Fake>, outputs: &[i32]) -> String {
+fn why(device: &GpioOpener<Fake>, outputs: &[i32]) -> String {
     device.open(outputs).err().expect("it is refused").to_string()
 }
 
 #[test]
 fn lines_that_are_asked_for_alike_go_together_and_outputs_begin_as_told() {
     let chip = Fake::of(16);
-    let low = Setting { active_low: true, ..Setting::default() };
-    let slow = Setting { debounce_ms: 5, bias: Bias::PullUp, ..Setting::default() };
-    let open = Setting { drive: LineDrive::OpenDrain, ..Setting::default() };
+    let low = LineSetting { active_low: true, ..LineSetting::default() };
+    let slow = LineSetting { debounce_ms: 5, bias: Bias::PullUp, ..LineSetting::default() };
+    let open = LineSetting { drive: LineDrive::OpenDrain, ..LineSetting::default() };
     let inputs = vec![plain(4), with(5, slow), plain(2), with(6, low)];
     let outputs = vec![plain(7), with(9, open), plain(8)];
     let _opened = device(&chip, inputs, outputs).open(&[1, 1, 0]).unwrap();
@@ -145,9 +145,9 @@ fn lines_that_are_asked_for_alike_go_together_and_outputs_begin_as_told() {
     assert_eq!(
         asked,
         [
-            (vec![7, 8], Setting::default(), Some(0b01)),
+            (vec![7, 8], LineSetting::default(), Some(0b01)),
             (vec![9], open, Some(1)),
-            (vec![4, 2], Setting::default(), None),
+            (vec![4, 2], LineSetting::default(), None),
             (vec![5], slow, None),
             (vec![6], low, None),
         ]
@@ -157,7 +157,7 @@ fn lines_that_are_asked_for_alike_go_together_and_outputs_begin_as_told() {
 #[test]
 fn each_point_is_its_line() {
     let chip = Fake::of(16);
-    let low = Setting { active_low: true, ..Setting::default() };
+    let low = LineSetting { active_low: true, ..LineSetting::default() };
     let inputs = vec![plain(4), with(5, low), plain(2)];
     let outputs = vec![with(7, low), plain(8)];
     let opened = device(&chip, inputs, outputs).open(&[0, 0]).unwrap();
@@ -204,7 +204,7 @@ fn lines_go_by_name_too() {
     let chip = Fake::of(4);
     chip.state().names = vec!["SDA", "SCL", "GPIO17", ""];
     let named =
-        |name: &str| GpioLine { at: LineId::Name(name.into()), setting: Setting::default() };
+        |name: &str| GpioLine { at: LineId::Name(name.into()), setting: LineSetting::default() };
     let _opened = device(&chip, vec![named("GPIO17")], vec![]).open(&[]).unwrap();
     assert_eq!(chip.state().asked[0].0, [2]);
     let unknown = device(&chip, vec![named("GPIO18")], vec![]);
@@ -217,7 +217,7 @@ fn lines_go_by_name_too() {
 fn what_the_chip_does_not_have_is_refused() {
     let chip = Fake::of(8);
     assert_eq!(why(&device(&chip, vec![plain(8)], vec![]), &[]), "line 8: the chip has 8 lines");
-    let down = Setting { bias: Bias::PullDown, ..Setting::default() };
+    let down = LineSetting { bias: Bias::PullDown, ..LineSetting::default() };
     let said = why(&device(&chip, vec![with(2, down), with(3, down)], vec![]), &[]);
     assert_eq!(said, "lines 2, 3: Invalid argument (os error 22)");
     chip.state().gone = true;
@@ -237,7 +237,7 @@ fn a_chip_that_is_unplugged_says_so_by_number() {
 #[test]
 fn a_read_that_fails_in_its_second_request_moves_no_input() {
     let chip = Fake::of(8);
-    let low = Setting { active_low: true, ..Setting::default() };
+    let low = LineSetting { active_low: true, ..LineSetting::default() };
     let inputs = vec![plain(1), with(2, low)];
     let opened = device(&chip, inputs, vec![]).open(&[]).unwrap();
     let mut read = [0, 0];

@@ -4,30 +4,35 @@
 //! waits until a complete scan has seen it, and calls [`written`]. `docs/modbus.md` has the order
 //! of the checks.
 
-use super::map::{Asker, Map, Read};
-use super::pdu::{self, Exception, ModbusRequest, Table};
+use super::map::{ModbusMap, RequestSource, TableRead};
+use super::pdu::{self, ModbusException, ModbusRequest, ModbusTable};
 use super::refusal::ModbusRefusal;
-use rungd_runtime::exchange::{Snapshot, Write};
+use rungd_runtime::exchange::{OperandWrite, Snapshot};
 
 /// The decision on a request.
 #[derive(Debug, PartialEq, Eq)]
-pub enum Answer<'a> {
+pub enum RequestDecision<'a> {
     /// The reply's PDU.
     Reply(Vec<u8>),
     /// The request is well-formed and refused; [`refused`] makes the reply.
     Refused(ModbusRequest<'a>, ModbusRefusal),
     /// The batch has to be handed in; [`written`] makes the reply.
-    Write(ModbusRequest<'a>, Vec<Write>),
+    Write(ModbusRequest<'a>, Vec<OperandWrite>),
 }
 
 /// Judges a request's PDU against the last complete scan.
-pub fn answer<'a>(map: &Map, asker: Asker, pdu: &'a [u8], latest: &Snapshot) -> Answer<'a> {
+pub fn answer<'a>(
+    map: &ModbusMap,
+    asker: RequestSource,
+    pdu: &'a [u8],
+    latest: &Snapshot,
+) -> RequestDecision<'a> {
     if !map.answers(asker.unit) {
-        return Answer::Reply(exception(pdu, Exception::NoSuchUnit));
+        return RequestDecision::Reply(exception(pdu, ModbusException::NoSuchUnit));
     }
     let request = match pdu::parse(pdu) {
         Ok(request) => request,
-        Err(found) => return Answer::Reply(exception(pdu, found)),
+        Err(found) => return RequestDecision::Reply(exception(pdu, found)),
     };
     // Function 23 reads here too: if its read fails, the request has to be refused before the
     // write.
@@ -35,14 +40,14 @@ pub fn answer<'a>(map: &Map, asker: Asker, pdu: &'a [u8], latest: &Snapshot) -> 
     if let Some(read) = read_of(pdu, &request)
         && let Err(refusal) = map.read(asker.unit, read, latest, &mut reply)
     {
-        return Answer::Refused(request, refusal);
+        return RequestDecision::Refused(request, refusal);
     }
     if let ModbusRequest::Read { .. } = request {
-        return Answer::Reply(reply);
+        return RequestDecision::Reply(reply);
     }
     match map.writes(asker, &request) {
-        Ok(batch) => Answer::Write(request, batch),
-        Err(refusal) => Answer::Refused(request, refusal),
+        Ok(batch) => RequestDecision::Write(request, batch),
+        Err(refusal) => RequestDecision::Refused(request, refusal),
     }
 }
 
@@ -51,7 +56,7 @@ pub fn answer<'a>(map: &Map, asker: Asker, pdu: &'a [u8], latest: &Snapshot) -> 
 /// # Errors
 /// If the map has changed and does not have the elements to read.
 pub fn written(
-    map: &Map,
+    map: &ModbusMap,
     unit: u8,
     (pdu, request): (&[u8], &ModbusRequest<'_>),
     latest: &Snapshot,
@@ -69,18 +74,18 @@ pub fn refused(pdu: &[u8], refusal: ModbusRefusal) -> Vec<u8> {
     exception(pdu, refusal.exception())
 }
 
-fn exception(pdu: &[u8], exception: Exception) -> Vec<u8> {
+fn exception(pdu: &[u8], exception: ModbusException) -> Vec<u8> {
     let mut reply = Vec::new();
     pdu::push_exception(&mut reply, pdu.first().copied().unwrap_or(0), exception);
     reply
 }
 
 /// The read that a request contains, if any.
-fn read_of(pdu: &[u8], request: &ModbusRequest<'_>) -> Option<Read> {
+fn read_of(pdu: &[u8], request: &ModbusRequest<'_>) -> Option<TableRead> {
     let (table, first, count) = match *request {
         ModbusRequest::Read { table, first, count } => (table, first, count),
         ModbusRequest::ReadWrite { read_first, read_count, .. } => {
-            (Table::HoldingRegisters, read_first, read_count)
+            (ModbusTable::HoldingRegisters, read_first, read_count)
         }
         ModbusRequest::WriteCoils { .. }
         | ModbusRequest::WriteRegisters { .. }
@@ -88,5 +93,5 @@ fn read_of(pdu: &[u8], request: &ModbusRequest<'_>) -> Option<Read> {
             return None;
         }
     };
-    Some(Read { function: *pdu.first()?, table, first, count })
+    Some(TableRead { function: *pdu.first()?, table, first, count })
 }

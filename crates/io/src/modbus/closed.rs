@@ -4,11 +4,11 @@ use std::fmt;
 use std::io;
 use std::time::Duration;
 
-use super::frame::Broken;
+use super::frame::FrameError;
 
 /// Why a connection ended.
 #[derive(Debug)]
-pub(super) enum Closed {
+pub(super) enum ConnectionEnd {
     /// The client closed it, between two frames.
     ByClient,
     /// The client closed it within a frame.
@@ -20,34 +20,34 @@ pub(super) enum Closed {
     /// The client did not read a reply in time.
     NotTaken(Duration),
     /// The received bytes are not Modbus TCP.
-    Broken(Broken),
+    Broken(FrameError),
     /// The connection failed.
     Failed(io::Error),
     /// A new client needed its place.
     MadeRoom,
 }
 
-impl Closed {
+impl ConnectionEnd {
     /// Whether connections usually end in this way.
     pub fn is_usual(&self) -> bool {
-        matches!(self, Closed::ByClient | Closed::Idle(_) | Closed::Failed(_))
+        matches!(self, ConnectionEnd::ByClient | ConnectionEnd::Idle(_) | ConnectionEnd::Failed(_))
     }
 }
 
-impl fmt::Display for Closed {
+impl fmt::Display for ConnectionEnd {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let seconds = |f: &mut fmt::Formatter<'_>, words, limit: &Duration| {
             write!(f, "{words} {} s", limit.as_secs_f64())
         };
         match self {
-            Closed::ByClient => f.write_str("the client closed it"),
-            Closed::WithinFrame => f.write_str("the client closed it within a frame"),
-            Closed::Idle(limit) => seconds(f, "no request for", limit),
-            Closed::Unfinished(limit) => seconds(f, "a frame unfinished after", limit),
-            Closed::NotTaken(limit) => seconds(f, "a reply not taken for", limit),
-            Closed::Broken(broken) => broken.fmt(f),
-            Closed::Failed(error) => error.fmt(f),
-            Closed::MadeRoom => {
+            ConnectionEnd::ByClient => f.write_str("the client closed it"),
+            ConnectionEnd::WithinFrame => f.write_str("the client closed it within a frame"),
+            ConnectionEnd::Idle(limit) => seconds(f, "no request for", limit),
+            ConnectionEnd::Unfinished(limit) => seconds(f, "a frame unfinished after", limit),
+            ConnectionEnd::NotTaken(limit) => seconds(f, "a reply not taken for", limit),
+            ConnectionEnd::Broken(broken) => broken.fmt(f),
+            ConnectionEnd::Failed(error) => error.fmt(f),
+            ConnectionEnd::MadeRoom => {
                 f.write_str("it had sent no request, and a new client needs its place")
             }
         }

@@ -13,39 +13,39 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::time::{Instant, timeout, timeout_at};
 
-use super::answer::{self, Answer};
-use super::closed::Closed;
-use super::frame::{self, Broken, FRAME_BYTES_MAX, Header, Split};
-use super::map::Asker;
+use super::answer::{self, RequestDecision};
+use super::closed::ConnectionEnd;
+use super::frame::{self, FRAME_BYTES_MAX, FrameError, FrameHeader, FrameSplit};
+use super::map::RequestSource;
 use super::refusal::ModbusRefusal;
 use super::shared::ServerState;
-use crate::seats::Seat;
+use crate::seats::TakenSeat;
 use rungd_runtime::Origin;
-use rungd_runtime::exchange::Write;
+use rungd_runtime::exchange::OperandWrite;
 use rungd_runtime::say::say;
 
 /// One client's connection.
-pub(super) struct Connection {
+pub(super) struct ClientConnection {
     stream: TcpStream,
     client: SocketAddr,
     shared: Arc<ServerState>,
-    seat: Arc<Seat>,
+    seat: Arc<TakenSeat>,
     received: [u8; FRAME_BYTES_MAX],
     filled: usize,
     /// The end of the present wait for bytes.
     deadline: Instant,
 }
 
-impl Connection {
+impl ClientConnection {
     /// A connection that keeps its seat after its first answer.
     pub fn new(
         stream: TcpStream,
         client: SocketAddr,
         shared: Arc<ServerState>,
-        seat: Arc<Seat>,
-    ) -> Connection {
+        seat: Arc<TakenSeat>,
+    ) -> ClientConnection {
         let (received, deadline) = ([0; FRAME_BYTES_MAX], seat.idle_until());
-        Connection { stream, client, shared, seat, received, filled: 0, deadline }
+        ClientConnection { stream, client, shared, seat, received, filled: 0, deadline }
     }
 
     /// Answers requests until the connection ends, and logs its beginning and its end.
@@ -54,7 +54,7 @@ impl Connection {
         say!(MODBUS_CONNECTED, %client, "Modbus client connected");
         let why = tokio::select! {
             why = self.answer_all() => why,
-            () = seat.asked_to_leave() => Closed::MadeRoom,
+            () = seat.asked_to_leave() => ConnectionEnd::MadeRoom,
         };
         if why.is_usual() {
             say!(MODBUS_GONE, %client, "Modbus client gone: {why}");
@@ -63,15 +63,15 @@ impl Connection {
         }
     }
 
-    async fn answer_all(&mut self) -> Closed {
+    async fn answer_all(&mut self) -> ConnectionEnd {
         // Replies are sent without delay: the client waits for its reply, which is one small
         // packet.
         let _ = self.stream.set_nodelay(true);
         loop {
             let closed = match self.next_frame() {
-                Next::Frame { header, pdu } => self.answer(header, &pdu).await.err(),
-                Next::More => self.receive().await.err(),
-                Next::Broken(broken) => Some(Closed::Broken(broken)),
+                NextStep::Frame { header, pdu } => self.answer(header, &pdu).await.err(),
+                NextStep::More => self.receive().await.err(),
+                NextStep::Broken(broken) => Some(ConnectionEnd::Broken(broken)),
             };
             if let Some(closed) = closed {
                 return closed;
@@ -80,27 +80,27 @@ impl Connection {
     }
 
     /// Takes the first frame out of the received bytes.
-    fn next_frame(&mut self) -> Next {
+    fn next_frame(&mut self) -> NextStep {
         let (header, pdu, bytes) = match frame::split(&self.received[..self.filled]) {
-            Split::More => return Next::More,
-            Split::Broken(broken) => return Next::Broken(broken),
-            Split::Frame { header, pdu, bytes } => (header, pdu.to_vec(), bytes),
+            FrameSplit::More => return NextStep::More,
+            FrameSplit::Broken(broken) => return NextStep::Broken(broken),
+            FrameSplit::Frame { header, pdu, bytes } => (header, pdu.to_vec(), bytes),
         };
         self.received.copy_within(bytes..self.filled, 0);
         self.filled -= bytes;
-        Next::Frame { header, pdu }
+        NextStep::Frame { header, pdu }
     }
 
     /// Waits for further bytes of the frame, or for the first byte of the next frame.
-    async fn receive(&mut self) -> Result<(), Closed> {
+    async fn receive(&mut self) -> Result<(), ConnectionEnd> {
         let free = &mut self.received[self.filled..];
         let limits = &self.shared;
         match timeout_at(self.deadline, self.stream.read(free)).await {
-            Err(_) if self.filled == 0 => Err(Closed::Idle(self.seat.idle_max())),
-            Err(_) => Err(Closed::Unfinished(limits.frame_timeout())),
-            Ok(Err(error)) => Err(Closed::Failed(error)),
-            Ok(Ok(0)) if self.filled == 0 => Err(Closed::ByClient),
-            Ok(Ok(0)) => Err(Closed::WithinFrame),
+            Err(_) if self.filled == 0 => Err(ConnectionEnd::Idle(self.seat.idle_max())),
+            Err(_) => Err(ConnectionEnd::Unfinished(limits.frame_timeout())),
+            Ok(Err(error)) => Err(ConnectionEnd::Failed(error)),
+            Ok(Ok(0)) if self.filled == 0 => Err(ConnectionEnd::ByClient),
+            Ok(Ok(0)) => Err(ConnectionEnd::WithinFrame),
             Ok(Ok(count)) => {
                 if self.filled == 0 {
                     self.deadline = Instant::now() + limits.frame_timeout();
@@ -112,14 +112,14 @@ impl Connection {
     }
 
     /// Answers one request, and starts the wait for the next.
-    async fn answer(&mut self, header: Header, pdu: &[u8]) -> Result<(), Closed> {
+    async fn answer(&mut self, header: FrameHeader, pdu: &[u8]) -> Result<(), ConnectionEnd> {
         let busy = self.seat.busy();
         let reply = self.reply(header.unit, pdu).await;
         let frame = frame::around(header, |bytes| bytes.extend_from_slice(&reply));
         let limits = &self.shared;
         match timeout(limits.frame_timeout(), self.stream.write_all(&frame)).await {
-            Err(_) => return Err(Closed::NotTaken(limits.frame_timeout())),
-            Ok(Err(error)) => return Err(Closed::Failed(error)),
+            Err(_) => return Err(ConnectionEnd::NotTaken(limits.frame_timeout())),
+            Ok(Err(error)) => return Err(ConnectionEnd::Failed(error)),
             Ok(Ok(())) => self.seat.keep(),
         }
         drop(busy);
@@ -132,12 +132,12 @@ impl Connection {
 
     /// The reply's PDU.
     async fn reply(&self, unit: u8, pdu: &[u8]) -> Vec<u8> {
-        let asker = Asker { unit, client: self.client.ip() };
+        let asker = RequestSource { unit, client: self.client.ip() };
         let (latest, map) = self.shared.latest();
         let (request, done) = match answer::answer(&map, asker, pdu, &latest) {
-            Answer::Reply(reply) => return reply,
-            Answer::Refused(request, refusal) => (request, Err(refusal)),
-            Answer::Write(request, batch) => {
+            RequestDecision::Reply(reply) => return reply,
+            RequestDecision::Refused(request, refusal) => (request, Err(refusal)),
+            RequestDecision::Write(request, batch) => {
                 let done = self.write(latest.generation, batch).await.and_then(|()| {
                     let (latest, map) = self.shared.latest();
                     answer::written(&map, unit, (pdu, &request), &latest)
@@ -146,7 +146,8 @@ impl Connection {
             }
         };
         done.unwrap_or_else(|refusal| {
-            let (place, said) = (map.place(unit, &request), refusal.say(|what| map.called(what)));
+            let (place, said) =
+                (map.place(unit, &request), refusal.log_text(|what| map.called(what)));
             self.shared.log_refusal(self.client, (&place, &said), &request, refusal);
             answer::refused(pdu, refusal)
         })
@@ -154,7 +155,7 @@ impl Connection {
 
     /// Hands in a write as one batch, and waits until a complete scan has seen it. A reload in
     /// between can only move operands that have a name; the write follows them to their new cells.
-    async fn write(&self, generation: u32, batch: Vec<Write>) -> Result<(), ModbusRefusal> {
+    async fn write(&self, generation: u32, batch: Vec<OperandWrite>) -> Result<(), ModbusRefusal> {
         let port = &self.shared.port;
         let ticket = port
             .submit_to(generation, batch)
@@ -171,8 +172,8 @@ impl Connection {
 }
 
 /// The next step, which depends on the received bytes.
-enum Next {
+enum NextStep {
     More,
-    Frame { header: Header, pdu: Vec<u8> },
-    Broken(Broken),
+    Frame { header: FrameHeader, pdu: Vec<u8> },
+    Broken(FrameError),
 }

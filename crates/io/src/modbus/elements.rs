@@ -1,11 +1,11 @@
 //! The elements of the map: the bit or register at each address of each table.
 //!
-//! The map builds [`Places`] once, for all units or for one unit, and looks up elements in them.
-//! Each element contains all data for reading and writing it, so a request needs no ranges and no
-//! settings.
+//! The map builds [`TableElements`] once, for all units or for one unit, and looks up elements in
+//! them. Each element contains all data for reading and writing it, so a request needs no ranges
+//! and no settings.
 
-use super::number::{NumberType, WordOrder};
-use super::pdu::Table;
+use super::number::{RegisterNumberType, WordOrder};
+use super::pdu::ModbusTable;
 use super::refusal::ModbusRefusal;
 use rungd_engine::isa::{Bit, Real, Word};
 use rungd_engine::{BitCell, WordCell};
@@ -32,8 +32,8 @@ pub(super) struct BitElement {
 pub(super) struct Register {
     pub word: Word,
     pub cell: WordCell,
-    pub kind: NumberType,
-    pub part: WordPart,
+    pub kind: RegisterNumberType,
+    pub part: RegisterPart,
     pub order: WordOrder,
     pub lists: ListSet,
     /// The least and greatest value of the word: its range, narrowed by its tags.
@@ -42,7 +42,7 @@ pub(super) struct Register {
 
 /// The part of the word that a register holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum WordPart {
+pub(super) enum RegisterPart {
     Whole,
     First,
     Second,
@@ -50,24 +50,24 @@ pub(super) enum WordPart {
 
 /// The elements of the four tables.
 #[derive(Debug, Default)]
-pub(super) struct Places {
-    pub coils: Rows<BitElement>,
-    pub discrete: Rows<BitElement>,
-    pub holding: Rows<Register>,
-    pub input: Rows<Register>,
+pub(super) struct TableElements {
+    pub coils: ElementRows<BitElement>,
+    pub discrete: ElementRows<BitElement>,
+    pub holding: ElementRows<Register>,
+    pub input: ElementRows<Register>,
 }
 
 /// Elements by address: rows of consecutive addresses, in ascending order.
 #[derive(Debug)]
-pub(super) struct Rows<T>(Vec<(u32, Vec<T>)>);
+pub(super) struct ElementRows<T>(Vec<(u32, Vec<T>)>);
 
-impl<T> Default for Rows<T> {
+impl<T> Default for ElementRows<T> {
     fn default() -> Self {
-        Rows(Vec::new())
+        ElementRows(Vec::new())
     }
 }
 
-impl<T> Rows<T> {
+impl<T> ElementRows<T> {
     /// Adds a row after or between the others. Its addresses must be free.
     pub fn add(&mut self, first: u32, elements: Vec<T>) {
         if !elements.is_empty() {
@@ -84,15 +84,15 @@ impl<T> Rows<T> {
     }
 }
 
-impl Places {
+impl TableElements {
     /// The bits of a table of bits.
-    pub fn bits(&self, table: Table) -> &Rows<BitElement> {
-        if table == Table::Coils { &self.coils } else { &self.discrete }
+    pub fn bits(&self, table: ModbusTable) -> &ElementRows<BitElement> {
+        if table == ModbusTable::Coils { &self.coils } else { &self.discrete }
     }
 
     /// The registers of a table of words.
-    pub fn words(&self, table: Table) -> &Rows<Register> {
-        if table == Table::HoldingRegisters { &self.holding } else { &self.input }
+    pub fn words(&self, table: ModbusTable) -> &ElementRows<Register> {
+        if table == ModbusTable::HoldingRegisters { &self.holding } else { &self.input }
     }
 }
 
@@ -116,9 +116,9 @@ impl Register {
         };
         let [first, second] = self.order.split(bits as u32);
         match self.part {
-            WordPart::Whole => bits as u16,
-            WordPart::First => first,
-            WordPart::Second => second,
+            RegisterPart::Whole => bits as u16,
+            RegisterPart::First => first,
+            RegisterPart::Second => second,
         }
     }
 
@@ -145,7 +145,7 @@ impl Register {
     /// Whether it accepts and shows every 16-bit value, so that every mask write is valid.
     pub fn takes_mask(&self) -> bool {
         let (min, max) = self.limits;
-        self.part == WordPart::Whole && self.kind.range() == (min.into(), max.into())
+        self.part == RegisterPart::Whole && self.kind.range() == (min.into(), max.into())
     }
 }
 
@@ -155,7 +155,7 @@ mod tests {
 
     #[test]
     fn rows_are_found_by_address() {
-        let mut rows = Rows::default();
+        let mut rows = ElementRows::default();
         rows.add(10, vec!['d', 'e']);
         rows.add(0, vec!['a', 'b', 'c']);
         rows.add(3, vec!['x']);
@@ -163,6 +163,6 @@ mod tests {
         let found: String = (0..14).map(|at| rows.at(at).copied().unwrap_or('.')).collect();
         assert_eq!(found, "abcx......de..");
         assert_eq!(rows.at(u32::MAX), None);
-        assert_eq!(Rows::<char>::default().at(0), None);
+        assert_eq!(ElementRows::<char>::default().at(0), None);
     }
 }

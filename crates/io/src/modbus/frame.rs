@@ -24,7 +24,7 @@ const LENGTH_MAX: usize = 254;
 
 /// The fields that a reply copies from its request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Header {
+pub struct FrameHeader {
     /// The client's number for the request.
     pub(crate) transaction: u16,
     /// The unit that the request addresses.
@@ -33,59 +33,59 @@ pub struct Header {
 
 /// The content at the start of the received bytes.
 #[derive(Debug, PartialEq, Eq)]
-pub enum Split<'a> {
+pub enum FrameSplit<'a> {
     /// No whole frame yet.
     More,
     /// A frame.
     Frame {
         /// Its header.
-        header: Header,
+        header: FrameHeader,
         /// Its PDU: the function code and what follows; 1 to 253 bytes.
         pdu: &'a [u8],
         /// The number of bytes of the frame.
         bytes: usize,
     },
     /// Not Modbus TCP; the start of the next frame cannot be found.
-    Broken(Broken),
+    Broken(FrameError),
 }
 
 /// The reason why bytes are not a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Broken {
+pub enum FrameError {
     /// The protocol identifier is not 0.
     Protocol(u16),
     /// The length is below 2 or above 254.
     Length(u16),
 }
 
-impl std::fmt::Display for Broken {
+impl std::fmt::Display for FrameError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Broken::Protocol(id) => write!(f, "not Modbus TCP: protocol identifier {id}"),
-            Broken::Length(n) => write!(f, "not Modbus TCP: length {n}, not 2 to 254"),
+            FrameError::Protocol(id) => write!(f, "not Modbus TCP: protocol identifier {id}"),
+            FrameError::Length(n) => write!(f, "not Modbus TCP: length {n}, not 2 to 254"),
         }
     }
 }
 
 /// The first frame of the bytes received so far. A wrong header is reported as soon as the wrong
 /// field has been received, so no caller waits for the rest.
-pub fn split(bytes: &[u8]) -> Split<'_> {
+pub fn split(bytes: &[u8]) -> FrameSplit<'_> {
     let word = |at: usize| Some(u16::from_be_bytes([*bytes.get(at)?, *bytes.get(at + 1)?]));
     if let Some(protocol @ 1..) = word(2) {
-        return Split::Broken(Broken::Protocol(protocol));
+        return FrameSplit::Broken(FrameError::Protocol(protocol));
     }
     let (Some(transaction), Some(length)) = (word(0), word(4)) else {
-        return Split::More;
+        return FrameSplit::More;
     };
     if !(LENGTH_MIN..=LENGTH_MAX).contains(&usize::from(length)) {
-        return Split::Broken(Broken::Length(length));
+        return FrameSplit::Broken(FrameError::Length(length));
     }
     let end = HEADER_BYTES - 1 + usize::from(length);
     match (bytes.get(HEADER_BYTES - 1), bytes.get(HEADER_BYTES..end)) {
         (Some(&unit), Some(pdu)) => {
-            Split::Frame { header: Header { transaction, unit }, pdu, bytes: end }
+            FrameSplit::Frame { header: FrameHeader { transaction, unit }, pdu, bytes: end }
         }
-        _ => Split::More,
+        _ => FrameSplit::More,
     }
 }
 
@@ -93,7 +93,7 @@ pub fn split(bytes: &[u8]) -> Split<'_> {
 ///
 /// # Panics
 /// If `pdu` appends more bytes than a PDU can have. The callers' PDUs are never longer.
-pub fn around(header: Header, pdu: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
+pub fn around(header: FrameHeader, pdu: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
     let mut frame = Vec::with_capacity(FRAME_BYTES_MAX);
     frame.extend_from_slice(&header.transaction.to_be_bytes());
     frame.extend_from_slice(&[0, 0, 0, 0, header.unit]);
@@ -113,35 +113,35 @@ mod tests {
     fn a_frame_needs_all_its_bytes() {
         let bytes = [0x12, 0x34, 0, 0, 0, 6, 9, 3, 0, 0, 0, 1, 0xff];
         for end in 0..12 {
-            assert_eq!(split(&bytes[..end]), Split::More, "{end}");
+            assert_eq!(split(&bytes[..end]), FrameSplit::More, "{end}");
         }
-        let header = Header { transaction: 0x1234, unit: 9 };
-        let frame = Split::Frame { header, pdu: &bytes[7..12], bytes: 12 };
+        let header = FrameHeader { transaction: 0x1234, unit: 9 };
+        let frame = FrameSplit::Frame { header, pdu: &bytes[7..12], bytes: 12 };
         assert_eq!(split(&bytes), frame);
     }
 
     #[test]
     fn what_is_not_modbus_shows_at_once() {
-        assert_eq!(split(b"GET "), Split::Broken(Broken::Protocol(0x5420)));
+        assert_eq!(split(b"GET "), FrameSplit::Broken(FrameError::Protocol(0x5420)));
         let length = |n: u16| split_length(n.to_be_bytes());
-        assert_eq!(length(0), Some(Broken::Length(0)));
-        assert_eq!(length(1), Some(Broken::Length(1)));
+        assert_eq!(length(0), Some(FrameError::Length(0)));
+        assert_eq!(length(1), Some(FrameError::Length(1)));
         assert_eq!(length(2), None);
         assert_eq!(length(254), None);
-        assert_eq!(length(255), Some(Broken::Length(255)));
-        assert_eq!(length(u16::MAX), Some(Broken::Length(u16::MAX)));
+        assert_eq!(length(255), Some(FrameError::Length(255)));
+        assert_eq!(length(u16::MAX), Some(FrameError::Length(u16::MAX)));
     }
 
-    fn split_length(length: [u8; 2]) -> Option<Broken> {
+    fn split_length(length: [u8; 2]) -> Option<FrameError> {
         match split(&[0, 1, 0, 0, length[0], length[1]]) {
-            Split::Broken(broken) => Some(broken),
-            Split::More | Split::Frame { .. } => None,
+            FrameSplit::Broken(broken) => Some(broken),
+            FrameSplit::More | FrameSplit::Frame { .. } => None,
         }
     }
 
     #[test]
     fn a_reply_is_a_frame() {
-        let header = Header { transaction: 7, unit: 1 };
+        let header = FrameHeader { transaction: 7, unit: 1 };
         let bytes = around(header, |pdu| pdu.extend_from_slice(&[0x83, 2]));
         assert_eq!(bytes, [0, 7, 0, 0, 0, 3, 1, 0x83, 2]);
     }
@@ -150,13 +150,13 @@ mod tests {
         #[test]
         fn any_bytes_split_without_a_panic_and_within_bounds(bytes: Vec<u8>) {
             match split(&bytes) {
-                Split::Frame { pdu, bytes: taken, .. } => {
+                FrameSplit::Frame { pdu, bytes: taken, .. } => {
                     prop_assert!(taken <= bytes.len() && taken <= FRAME_BYTES_MAX);
                     prop_assert_eq!(pdu.len(), taken - HEADER_BYTES);
                     prop_assert!(!pdu.is_empty());
                 }
-                Split::More => prop_assert!(bytes.len() < FRAME_BYTES_MAX),
-                Split::Broken(_) => {}
+                FrameSplit::More => prop_assert!(bytes.len() < FRAME_BYTES_MAX),
+                FrameSplit::Broken(_) => {}
             }
         }
     }

@@ -13,25 +13,25 @@ use std::collections::{BTreeMap, HashMap};
 use std::net::IpAddr;
 
 use super::clients::Network;
-use super::elements::{BitElement, ListSet, Places, Register, Rows, WordPart};
-use super::number::{NumberType, WordOrder};
-use super::pdu::{self, ModbusRequest, Table};
+use super::elements::{BitElement, ElementRows, ListSet, Register, RegisterPart, TableElements};
+use super::number::{RegisterNumberType, WordOrder};
+use super::pdu::{self, ModbusRequest, ModbusTable};
 use super::refusal::ModbusRefusal;
-use super::settings::{MappedOperands, Modbus};
+use super::settings::{MappedOperands, ModbusServerSettings};
 use rungd_engine::isa::{Address, Bit, BitSpace, Word, WordSpace};
 use rungd_engine::{BitCell, Layout};
 use rungd_language::resolve::range::Range;
-use rungd_runtime::exchange::{Snapshot, Write};
+use rungd_runtime::exchange::{OperandWrite, Snapshot};
 
 /// Every element that a client can address, by protocol address.
 #[derive(Debug)]
-pub struct Map {
+pub struct ModbusMap {
     /// The units that are answered; `None`: all.
     units: Option<Vec<u8>>,
     /// The elements for all units.
-    common: Places,
+    common: TableElements,
     /// The elements for one unit each.
-    own: BTreeMap<u8, Places>,
+    own: BTreeMap<u8, TableElements>,
     /// The networks that each write list admits; `None`: every client.
     lists: Vec<Option<Vec<Network>>>,
     /// The coils that are copied to inputs, with the numbers of the inputs.
@@ -42,34 +42,38 @@ pub struct Map {
 
 /// The client of a request, and the unit that the request addresses.
 #[derive(Clone, Copy, Debug)]
-pub struct Asker {
+pub struct RequestSource {
     /// The unit identifier of the request.
     pub unit: u8,
     /// The client's address.
     pub client: IpAddr,
 }
 
-/// A read, for [`Map::read`].
+/// A read, for [`ModbusMap::read`].
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Read {
+pub(crate) struct TableRead {
     /// The function code, for the reply.
     pub function: u8,
     /// The table.
-    pub table: Table,
+    pub table: ModbusTable,
     /// The first address.
     pub first: u16,
     /// The number of elements.
     pub count: u16,
 }
 
-impl Map {
+impl ModbusMap {
     /// The map of a program's memory for a server's settings. `limits` returns the least and
     /// greatest value of a word: its range, narrowed by the tags of its address.
-    pub fn new(settings: &Modbus, layout: &Layout, limits: impl Fn(Word) -> (i32, i32)) -> Map {
-        let make = Make { settings, layout, limits: &limits };
-        let mut map = Map {
+    pub fn new(
+        settings: &ModbusServerSettings,
+        layout: &Layout,
+        limits: impl Fn(Word) -> (i32, i32),
+    ) -> ModbusMap {
+        let make = ElementSources { settings, layout, limits: &limits };
+        let mut map = ModbusMap {
             units: settings.units.clone(),
-            common: Places::default(),
+            common: TableElements::default(),
             own: BTreeMap::new(),
             lists: settings.lists.iter().map(|list| list.clients.clone()).collect(),
             inputs: Vec::new(),
@@ -110,11 +114,11 @@ impl Map {
     pub(crate) fn read(
         &self,
         unit: u8,
-        ask: Read,
+        ask: TableRead,
         snapshot: &Snapshot,
         reply: &mut Vec<u8>,
     ) -> Result<(), ModbusRefusal> {
-        let Read { function, table, first, count } = ask;
+        let TableRead { function, table, first, count } = ask;
         if table.is_bits() {
             let bits = self.bits(unit, table, (first, count))?;
             pdu::push_bits(reply, function, bits.iter().map(|bit| bit.shown(snapshot)));
@@ -132,9 +136,9 @@ impl Map {
     /// value. Then nothing is written.
     pub(crate) fn writes(
         &self,
-        asker: Asker,
+        asker: RequestSource,
         request: &ModbusRequest<'_>,
-    ) -> Result<Vec<Write>, ModbusRefusal> {
+    ) -> Result<Vec<OperandWrite>, ModbusRefusal> {
         match *request {
             ModbusRequest::Read { .. } => Ok(Vec::new()),
             ModbusRequest::WriteCoils { first, count, packed } => {
@@ -150,11 +154,11 @@ impl Map {
 
     fn coil_writes(
         &self,
-        asker: Asker,
+        asker: RequestSource,
         place: (u16, u16),
         packed: &[u8],
-    ) -> Result<Vec<Write>, ModbusRefusal> {
-        let coils = self.bits(asker.unit, Table::Coils, place)?;
+    ) -> Result<Vec<OperandWrite>, ModbusRefusal> {
+        let coils = self.bits(asker.unit, ModbusTable::Coils, place)?;
         let admitted = self.admitted(asker.client);
         for coil in &coils {
             may_write(Address::Bit(coil.bit), coil.lists, admitted)?;
@@ -162,60 +166,61 @@ impl Map {
         let values = packed.iter().flat_map(|byte| (0..8).map(move |bit| byte >> bit & 1 != 0));
         let mut writes = Vec::with_capacity(coils.len() * 2);
         for (coil, on) in coils.iter().zip(values) {
-            writes.push(Write::Bit(coil.cell, on));
-            writes.extend(coil.input.map(|x| Write::Input(x, on)));
+            writes.push(OperandWrite::Bit(coil.cell, on));
+            writes.extend(coil.input.map(|x| OperandWrite::Input(x, on)));
         }
         Ok(writes)
     }
 
     fn register_writes(
         &self,
-        asker: Asker,
+        asker: RequestSource,
         first: u16,
         values: &[u8],
-    ) -> Result<Vec<Write>, ModbusRefusal> {
+    ) -> Result<Vec<OperandWrite>, ModbusRefusal> {
         let place = (first, (values.len() / 2) as u16);
-        let registers = self.words(asker.unit, Table::HoldingRegisters, place)?;
+        let registers = self.words(asker.unit, ModbusTable::HoldingRegisters, place)?;
         let admitted = self.admitted(asker.client);
         for register in &registers {
             may_write(Address::Word(register.word), register.lists, admitted)?;
         }
         // Both halves of a value are neighbours in the map, so only the ends of a request can
         // separate them.
-        let ends = [(registers.first(), WordPart::Second), (registers.last(), WordPart::First)];
+        let ends =
+            [(registers.first(), RegisterPart::Second), (registers.last(), RegisterPart::First)];
         let parted = ends.iter().find_map(|(end, part)| end.filter(|it| it.part == *part));
         if let Some(register) = parted {
             return Err(ModbusRefusal::HalfOf(register.word));
         }
         let mut values = values.chunks_exact(2).map(|two| u16::from_be_bytes([two[0], two[1]]));
         let mut writes = Vec::with_capacity(registers.len());
-        for register in registers.iter().filter(|register| register.part != WordPart::Second) {
+        for register in registers.iter().filter(|register| register.part != RegisterPart::Second) {
             let Some(first) = values.next() else { break };
-            let second = if register.part == WordPart::First { values.next() } else { None };
-            writes.push(Write::Word(register.cell, register.value(first, second)?));
+            let second = if register.part == RegisterPart::First { values.next() } else { None };
+            writes.push(OperandWrite::Word(register.cell, register.value(first, second)?));
         }
         Ok(writes)
     }
 
     fn mask(
         &self,
-        asker: Asker,
+        asker: RequestSource,
         at: u16,
         (and, or): (u16, u16),
-    ) -> Result<Vec<Write>, ModbusRefusal> {
-        let registers = self.words(asker.unit, Table::HoldingRegisters, (at, 1))?;
+    ) -> Result<Vec<OperandWrite>, ModbusRefusal> {
+        let registers = self.words(asker.unit, ModbusTable::HoldingRegisters, (at, 1))?;
         let admitted = self.admitted(asker.client);
         let mut writes = Vec::with_capacity(1);
         for register in registers {
             may_write(Address::Word(register.word), register.lists, admitted)?;
-            if register.part != WordPart::Whole {
+            if register.part != RegisterPart::Whole {
                 return Err(ModbusRefusal::HalfOf(register.word));
             }
             if !register.takes_mask() {
                 return Err(ModbusRefusal::NoMask(register.word));
             }
-            let signed = register.kind == NumberType::I16;
-            writes.push(Write::Masked { cell: register.cell, and, or, signed });
+            let signed = register.kind == RegisterNumberType::I16;
+            writes.push(OperandWrite::Masked { cell: register.cell, and, or, signed });
         }
         Ok(writes)
     }
@@ -228,13 +233,13 @@ impl Map {
         if low == high { low } else { format!("{low}..{high}") }
     }
 
-    fn name(&self, unit: u8, table: Table, at: u32) -> String {
+    fn name(&self, unit: u8, table: ModbusTable, at: u32) -> String {
         let address = match table {
-            Table::Coils | Table::DiscreteInputs => {
+            ModbusTable::Coils | ModbusTable::DiscreteInputs => {
                 let bit = self.element(unit, at, |places| places.bits(table));
                 bit.map(|bit| Address::Bit(bit.bit))
             }
-            Table::HoldingRegisters | Table::InputRegisters => {
+            ModbusTable::HoldingRegisters | ModbusTable::InputRegisters => {
                 let word = self.element(unit, at, |places| places.words(table));
                 word.map(|word| Address::Word(word.word))
             }
@@ -269,28 +274,28 @@ impl Map {
     fn bits(
         &self,
         unit: u8,
-        table: Table,
-        of: (u16, u16),
+        table: ModbusTable,
+        range: (u16, u16),
     ) -> Result<Vec<&BitElement>, ModbusRefusal> {
-        self.elements(unit, table, of, |places| places.bits(table))
+        self.elements(unit, table, range, |places| places.bits(table))
     }
 
     fn words(
         &self,
         unit: u8,
-        table: Table,
-        of: (u16, u16),
+        table: ModbusTable,
+        range: (u16, u16),
     ) -> Result<Vec<&Register>, ModbusRefusal> {
-        self.elements(unit, table, of, |places| places.words(table))
+        self.elements(unit, table, range, |places| places.words(table))
     }
 
     /// The elements of a request, if all exist.
     fn elements<'a, T: 'a>(
         &'a self,
         unit: u8,
-        table: Table,
+        table: ModbusTable,
         (first, count): (u16, u16),
-        rows: impl Fn(&'a Places) -> &'a Rows<T> + Copy,
+        rows: impl Fn(&'a TableElements) -> &'a ElementRows<T> + Copy,
     ) -> Result<Vec<&'a T>, ModbusRefusal> {
         let first = u32::from(first);
         let element = |at| {
@@ -303,7 +308,7 @@ impl Map {
         &'a self,
         unit: u8,
         at: u32,
-        rows: impl Fn(&'a Places) -> &'a Rows<T>,
+        rows: impl Fn(&'a TableElements) -> &'a ElementRows<T>,
     ) -> Option<&'a T> {
         let own = self.own.get(&unit).and_then(|places| rows(places).at(at));
         own.or_else(|| rows(&self.common).at(at))
@@ -319,24 +324,29 @@ fn may_write(what: Address, lists: ListSet, admitted: ListSet) -> Result<(), Mod
 }
 
 /// The data from which elements are made.
-struct Make<'a> {
-    settings: &'a Modbus,
+struct ElementSources<'a> {
+    settings: &'a ModbusServerSettings,
     layout: &'a Layout,
     limits: &'a dyn Fn(Word) -> (i32, i32),
 }
 
-impl Make<'_> {
-    fn standard(&self) -> Places {
+impl ElementSources<'_> {
+    fn standard(&self) -> TableElements {
         let sizes = self.layout.sizes();
         let bits =
             |space, count| (1..=count).map(|n| self.bit(Bit::Space(space, n))).collect::<Vec<_>>();
         let words = |space, count| {
             let order = WordOrder::default();
-            let word =
-                |n| self.register(Word::Space(space, n), (NumberType::U16, order), WordPart::Whole);
+            let word = |n| {
+                self.register(
+                    Word::Space(space, n),
+                    (RegisterNumberType::U16, order),
+                    RegisterPart::Whole,
+                )
+            };
             (1..=count).map(word).collect::<Vec<_>>()
         };
-        let mut places = Places::default();
+        let mut places = TableElements::default();
         places.coils.add(0, bits(BitSpace::Mc, sizes.mc));
         places.discrete.add(0, bits(BitSpace::Mi, sizes.mi));
         places.holding.add(0, words(WordSpace::Mhr, sizes.mhr));
@@ -344,16 +354,16 @@ impl Make<'_> {
         places
     }
 
-    fn add(&self, entry: &MappedOperands, places: &mut Places) {
+    fn add(&self, entry: &MappedOperands, places: &mut TableElements) {
         let (mut bits, mut words) = (Vec::new(), Vec::new());
         for address in entry.operands.addresses() {
             match address {
                 Address::Bit(bit) => bits.push(self.bit(bit)),
                 Address::Word(word) => {
-                    let kind = entry.kind.unwrap_or_else(|| NumberType::of(word));
+                    let kind = entry.kind.unwrap_or_else(|| RegisterNumberType::of(word));
                     let parts = match kind.registers() {
-                        1 => &[WordPart::Whole][..],
-                        _ => &[WordPart::First, WordPart::Second],
+                        1 => &[RegisterPart::Whole][..],
+                        _ => &[RegisterPart::First, RegisterPart::Second],
                     };
                     let register = |part| self.register(word, (kind, entry.order), part);
                     words.extend(parts.iter().map(|part| register(*part)));
@@ -363,15 +373,15 @@ impl Make<'_> {
         }
         let first = u32::from(entry.address);
         match entry.table {
-            Table::Coils => places.coils.add(first, bits),
-            Table::DiscreteInputs => places.discrete.add(first, bits),
-            Table::HoldingRegisters => places.holding.add(first, words),
-            Table::InputRegisters => places.input.add(first, words),
+            ModbusTable::Coils => places.coils.add(first, bits),
+            ModbusTable::DiscreteInputs => places.discrete.add(first, bits),
+            ModbusTable::HoldingRegisters => places.holding.add(first, words),
+            ModbusTable::InputRegisters => places.input.add(first, words),
         }
     }
 
     fn bit(&self, bit: Bit) -> BitElement {
-        let Modbus { inputs, outputs, .. } = *self.settings;
+        let ModbusServerSettings { inputs, outputs, .. } = *self.settings;
         let (mut input, mut output) = (None, None);
         match bit {
             Bit::Space(BitSpace::Mc, n) => input = inputs.and_then(|(mc, x)| across(mc, x, n)),
@@ -393,8 +403,8 @@ impl Make<'_> {
     fn register(
         &self,
         word: Word,
-        (kind, order): (NumberType, WordOrder),
-        part: WordPart,
+        (kind, order): (RegisterNumberType, WordOrder),
+        part: RegisterPart,
     ) -> Register {
         let (cell, limits) = (self.layout.word(word), (self.limits)(word));
         let lists = self.lists(Address::Word(word));

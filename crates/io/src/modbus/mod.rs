@@ -3,9 +3,10 @@
 //! `frame` finds frames in bytes, `pdu` reads requests from them, `map` finds their `elements` and
 //! checks write permissions, `refusal` has the reasons of refusals, and `answer` decides on a
 //! request; all six are pure. `connection` serves one client, and `server` has the listening
-//! socket. The daemon binds and runs a [`Server`] if the controller file has `[modbus-server]`. The
-//! server does not use tags' names, reaches the scan only through the port, and does not limit its
-//! log lines, because the log does. `docs/modbus.md` describes the server for its clients.
+//! socket. The daemon binds and runs a [`BoundModbusServer`] if the controller file has
+//! `[modbus-server]`. The server does not use tags' names, reaches the scan only through the port,
+//! and does not limit its log lines, because the log does. `docs/modbus.md` describes the server
+//! for its clients.
 
 pub mod answer;
 pub mod clients;
@@ -24,5 +25,5 @@ mod shared;
 #[cfg(test)]
 mod tests;
 
-pub use map::Map;
-pub use server::Server;
+pub use map::ModbusMap;
+pub use server::BoundModbusServer;

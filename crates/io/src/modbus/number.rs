@@ -2,7 +2,8 @@
 //!
 //! Used by both ends of Modbus: by the server for the words of its map, by the clients for the
 //! registers of a peer. Numbers are not scaled here: the clients do that (`modbus_client::values`).
-//! A word of memory never has 64 bits, so the server uses only the types of [`NumberType::NARROW`].
+//! A word of memory never has 64 bits, so the server uses only the types of
+//! [`RegisterNumberType::NARROW`].
 
 use rungd_base::variants::all_variants;
 use rungd_engine::isa::{Real, Structure, Word, WordSpace};
@@ -10,7 +11,7 @@ use rungd_engine::isa::{Real, Structure, Word, WordSpace};
 /// The type of the number in one, two or four registers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub enum NumberType {
+pub enum RegisterNumberType {
     U16,
     I16,
     U32,
@@ -50,65 +51,67 @@ pub struct NumberOrder {
     pub bytes: ByteOrder,
 }
 
-impl NumberType {
+impl RegisterNumberType {
     /// All types with their names; those of a word of memory first.
-    pub const NAMES: [(&'static str, NumberType); 8] = all_variants![
-        ("u16", NumberType::U16),
-        ("i16", NumberType::I16),
-        ("u32", NumberType::U32),
-        ("i32", NumberType::I32),
-        ("f32", NumberType::F32),
-        ("u64", NumberType::U64),
-        ("i64", NumberType::I64),
-        ("f64", NumberType::F64),
+    pub const NAMES: [(&'static str, RegisterNumberType); 8] = all_variants![
+        ("u16", RegisterNumberType::U16),
+        ("i16", RegisterNumberType::I16),
+        ("u32", RegisterNumberType::U32),
+        ("i32", RegisterNumberType::I32),
+        ("f32", RegisterNumberType::F32),
+        ("u64", RegisterNumberType::U64),
+        ("i64", RegisterNumberType::I64),
+        ("f64", RegisterNumberType::F64),
     ];
 
     /// The types that the server has: those of one or two registers.
-    pub const NARROW: &'static [(&'static str, NumberType)] = Self::NAMES.split_at(5).0;
+    pub const NARROW: &'static [(&'static str, RegisterNumberType)] = Self::NAMES.split_at(5).0;
 
     /// The type that holds every value of a word.
-    pub fn of(word: Word) -> NumberType {
+    pub fn of(word: Word) -> RegisterNumberType {
         match word {
-            Word::Space(WordSpace::V | WordSpace::Mhr | WordSpace::Mir, _) => NumberType::U16,
-            Word::Acc(Structure::Sensaphone(_)) | Word::Pre(_) => NumberType::I16,
-            Word::Space(WordSpace::D | WordSpace::Dst, _) | Word::Acc(_) => NumberType::I32,
-            Word::Space(WordSpace::R, _) => NumberType::F32,
+            Word::Space(WordSpace::V | WordSpace::Mhr | WordSpace::Mir, _) => {
+                RegisterNumberType::U16
+            }
+            Word::Acc(Structure::Sensaphone(_)) | Word::Pre(_) => RegisterNumberType::I16,
+            Word::Space(WordSpace::D | WordSpace::Dst, _) | Word::Acc(_) => RegisterNumberType::I32,
+            Word::Space(WordSpace::R, _) => RegisterNumberType::F32,
         }
     }
 
     /// The number of its registers: 1, 2 or 4.
     pub fn registers(self) -> u16 {
         match self {
-            NumberType::U16 | NumberType::I16 => 1,
-            NumberType::U32 | NumberType::I32 | NumberType::F32 => 2,
-            NumberType::U64 | NumberType::I64 | NumberType::F64 => 4,
+            RegisterNumberType::U16 | RegisterNumberType::I16 => 1,
+            RegisterNumberType::U32 | RegisterNumberType::I32 | RegisterNumberType::F32 => 2,
+            RegisterNumberType::U64 | RegisterNumberType::I64 | RegisterNumberType::F64 => 4,
         }
     }
 
     /// Whether it is a binary32 or binary64; else an integer.
     pub(crate) fn is_real(self) -> bool {
         match self {
-            NumberType::F32 | NumberType::F64 => true,
-            NumberType::U16
-            | NumberType::I16
-            | NumberType::U32
-            | NumberType::I32
-            | NumberType::U64
-            | NumberType::I64 => false,
+            RegisterNumberType::F32 | RegisterNumberType::F64 => true,
+            RegisterNumberType::U16
+            | RegisterNumberType::I16
+            | RegisterNumberType::U32
+            | RegisterNumberType::I32
+            | RegisterNumberType::U64
+            | RegisterNumberType::I64 => false,
         }
     }
 
     /// The least and the greatest integer that the registers hold; for a real, the range of memory.
     pub(crate) fn range(self) -> (i128, i128) {
         match self {
-            NumberType::U16 => (0, u16::MAX.into()),
-            NumberType::I16 => (i16::MIN.into(), i16::MAX.into()),
-            NumberType::U32 => (0, u32::MAX.into()),
-            NumberType::I32 | NumberType::F32 | NumberType::F64 => {
+            RegisterNumberType::U16 => (0, u16::MAX.into()),
+            RegisterNumberType::I16 => (i16::MIN.into(), i16::MAX.into()),
+            RegisterNumberType::U32 => (0, u32::MAX.into()),
+            RegisterNumberType::I32 | RegisterNumberType::F32 | RegisterNumberType::F64 => {
                 (i32::MIN.into(), i32::MAX.into())
             }
-            NumberType::U64 => (0, u64::MAX.into()),
-            NumberType::I64 => (i64::MIN.into(), i64::MAX.into()),
+            RegisterNumberType::U64 => (0, u64::MAX.into()),
+            RegisterNumberType::I64 => (i64::MIN.into(), i64::MAX.into()),
         }
     }
 
@@ -116,27 +119,29 @@ impl NumberType {
     /// `None`: a real that is not a number.
     pub(crate) fn value(self, bits: u64) -> Option<i128> {
         Some(match self {
-            NumberType::U16 => (bits as u16).into(),
-            NumberType::I16 => (bits as u16 as i16).into(),
-            NumberType::U32 => (bits as u32).into(),
-            NumberType::I32 => (bits as u32 as i32).into(),
-            NumberType::U64 => bits.into(),
-            NumberType::I64 => (bits as i64).into(),
-            NumberType::F32 | NumberType::F64 => return Some(self.number(bits)?.round() as i128),
+            RegisterNumberType::U16 => (bits as u16).into(),
+            RegisterNumberType::I16 => (bits as u16 as i16).into(),
+            RegisterNumberType::U32 => (bits as u32).into(),
+            RegisterNumberType::I32 => (bits as u32 as i32).into(),
+            RegisterNumberType::U64 => bits.into(),
+            RegisterNumberType::I64 => (bits as i64).into(),
+            RegisterNumberType::F32 | RegisterNumberType::F64 => {
+                return Some(self.number(bits)?.round() as i128);
+            }
         })
     }
 
     /// The number of these bits, as text.
     pub fn text(self, bits: u64) -> String {
         match self {
-            NumberType::F32 => format!("{:?}", f32::from_bits(bits as u32)),
-            NumberType::F64 => format!("{:?}", f64::from_bits(bits)),
-            NumberType::U16 => (bits as u16).to_string(),
-            NumberType::I16 => (bits as u16 as i16).to_string(),
-            NumberType::U32 => (bits as u32).to_string(),
-            NumberType::I32 => (bits as u32).cast_signed().to_string(),
-            NumberType::U64 => bits.to_string(),
-            NumberType::I64 => bits.cast_signed().to_string(),
+            RegisterNumberType::F32 => format!("{:?}", f32::from_bits(bits as u32)),
+            RegisterNumberType::F64 => format!("{:?}", f64::from_bits(bits)),
+            RegisterNumberType::U16 => (bits as u16).to_string(),
+            RegisterNumberType::I16 => (bits as u16 as i16).to_string(),
+            RegisterNumberType::U32 => (bits as u32).to_string(),
+            RegisterNumberType::I32 => (bits as u32).cast_signed().to_string(),
+            RegisterNumberType::U64 => bits.to_string(),
+            RegisterNumberType::I64 => bits.cast_signed().to_string(),
         }
     }
 
@@ -144,15 +149,17 @@ impl NumberType {
     /// `None`: a real that is not a number.
     pub fn number(self, bits: u64) -> Option<f64> {
         match self {
-            NumberType::F32 => Real::finite(f32::from_bits(bits as u32)).map(f64::from),
+            RegisterNumberType::F32 => Real::finite(f32::from_bits(bits as u32)).map(f64::from),
             // Not -0, like every real of memory.
-            NumberType::F64 => Some(f64::from_bits(bits) + 0.0).filter(|number| number.is_finite()),
-            NumberType::U16
-            | NumberType::I16
-            | NumberType::U32
-            | NumberType::I32
-            | NumberType::U64
-            | NumberType::I64 => self.value(bits).map(|value| value as f64),
+            RegisterNumberType::F64 => {
+                Some(f64::from_bits(bits) + 0.0).filter(|number| number.is_finite())
+            }
+            RegisterNumberType::U16
+            | RegisterNumberType::I16
+            | RegisterNumberType::U32
+            | RegisterNumberType::I32
+            | RegisterNumberType::U64
+            | RegisterNumberType::I64 => self.value(bits).map(|value| value as f64),
         }
     }
 
@@ -160,14 +167,14 @@ impl NumberType {
     /// away from zero.
     pub fn nearest_bits(self, number: f64) -> u64 {
         match self {
-            NumberType::F32 => Real::stored(number).real.number().to_bits().into(),
-            NumberType::F64 => (number + 0.0).to_bits(),
-            NumberType::U16
-            | NumberType::I16
-            | NumberType::U32
-            | NumberType::I32
-            | NumberType::U64
-            | NumberType::I64 => self.bits(number.round() as i128),
+            RegisterNumberType::F32 => Real::stored(number).real.number().to_bits().into(),
+            RegisterNumberType::F64 => (number + 0.0).to_bits(),
+            RegisterNumberType::U16
+            | RegisterNumberType::I16
+            | RegisterNumberType::U32
+            | RegisterNumberType::I32
+            | RegisterNumberType::U64
+            | RegisterNumberType::I64 => self.bits(number.round() as i128),
         }
     }
 
@@ -176,11 +183,11 @@ impl NumberType {
         let (min, max) = self.range();
         let value = value.clamp(min, max);
         match self {
-            NumberType::U16 | NumberType::I16 => (value as u16).into(),
-            NumberType::U32 | NumberType::I32 => (value as u32).into(),
-            NumberType::U64 | NumberType::I64 => value as u64,
-            NumberType::F32 => (value as f32).to_bits().into(),
-            NumberType::F64 => (value as f64).to_bits(),
+            RegisterNumberType::U16 | RegisterNumberType::I16 => (value as u16).into(),
+            RegisterNumberType::U32 | RegisterNumberType::I32 => (value as u32).into(),
+            RegisterNumberType::U64 | RegisterNumberType::I64 => value as u64,
+            RegisterNumberType::F32 => (value as f32).to_bits().into(),
+            RegisterNumberType::F64 => (value as f64).to_bits(),
         }
     }
 }
@@ -284,17 +291,19 @@ mod tests {
 
     #[test]
     fn every_type_holds_its_ends() {
-        for (name, kind) in NumberType::NAMES.into_iter().filter(|(_, kind)| !kind.is_real()) {
+        for (name, kind) in
+            RegisterNumberType::NAMES.into_iter().filter(|(_, kind)| !kind.is_real())
+        {
             let (min, max) = kind.range();
             for (value, held) in [(min, min), (max, max), (min - 1, min), (max + 1, max)] {
                 assert_eq!(kind.value(kind.bits(value)), Some(held), "{name}");
             }
             assert_eq!(kind.text(kind.bits(max)), max.to_string());
         }
-        assert_eq!(NumberType::F64.number(f64::INFINITY.to_bits()), None);
-        assert_eq!(NumberType::F64.number((-0.0f64).to_bits()).map(f64::to_bits), Some(0));
-        assert_eq!(NumberType::F64.value(2.5f64.to_bits()), Some(3));
-        assert_eq!(NumberType::F64.text(2.5f64.to_bits()), "2.5");
+        assert_eq!(RegisterNumberType::F64.number(f64::INFINITY.to_bits()), None);
+        assert_eq!(RegisterNumberType::F64.number((-0.0f64).to_bits()).map(f64::to_bits), Some(0));
+        assert_eq!(RegisterNumberType::F64.value(2.5f64.to_bits()), Some(3));
+        assert_eq!(RegisterNumberType::F64.text(2.5f64.to_bits()), "2.5");
     }
 
     proptest! {

@@ -6,7 +6,7 @@
 
 use std::fmt;
 
-pub use super::settings::Table;
+pub use super::settings::ModbusTable;
 
 /// A well-formed request. Addresses are those of the protocol, from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,7 +14,7 @@ pub enum ModbusRequest<'a> {
     /// FC 1 to 4.
     Read {
         /// The table.
-        table: Table,
+        table: ModbusTable,
         /// The first address.
         first: u16,
         /// The number of elements: 1..=2000 bits, 1..=125 words.
@@ -60,7 +60,7 @@ pub enum ModbusRequest<'a> {
 
 /// The exceptions that the server sends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Exception {
+pub enum ModbusException {
     /// 1: the function is not one of the ten.
     IllegalFunction = 1,
     /// 2: the address does not exist, or cannot be written.
@@ -91,50 +91,50 @@ const READ_WRITE_WORDS_MAX: u16 = 121;
 /// Reads a request from a PDU.
 ///
 /// # Errors
-/// [`Exception::IllegalFunction`] or [`Exception::IllegalValue`].
-pub fn parse(pdu: &[u8]) -> Result<ModbusRequest<'_>, Exception> {
-    let (&function, body) = pdu.split_first().ok_or(Exception::IllegalFunction)?;
+/// [`ModbusException::IllegalFunction`] or [`ModbusException::IllegalValue`].
+pub fn parse(pdu: &[u8]) -> Result<ModbusRequest<'_>, ModbusException> {
+    let (&function, body) = pdu.split_first().ok_or(ModbusException::IllegalFunction)?;
     match function {
-        1 => read(Table::Coils, body, READ_BITS_MAX),
-        2 => read(Table::DiscreteInputs, body, READ_BITS_MAX),
-        3 => read(Table::HoldingRegisters, body, READ_WORDS_MAX),
-        4 => read(Table::InputRegisters, body, READ_WORDS_MAX),
+        1 => read(ModbusTable::Coils, body, READ_BITS_MAX),
+        2 => read(ModbusTable::DiscreteInputs, body, READ_BITS_MAX),
+        3 => read(ModbusTable::HoldingRegisters, body, READ_WORDS_MAX),
+        4 => read(ModbusTable::InputRegisters, body, READ_WORDS_MAX),
         5 => write_coil(body),
         6 => write_register(body),
         15 => write_coils(body),
         16 => write_registers(body),
         MASK_WRITE => mask_write(body),
         23 => read_write(body),
-        _ => Err(Exception::IllegalFunction),
+        _ => Err(ModbusException::IllegalFunction),
     }
 }
 
-fn read(table: Table, body: &[u8], max: u16) -> Result<ModbusRequest<'_>, Exception> {
+fn read(table: ModbusTable, body: &[u8], max: u16) -> Result<ModbusRequest<'_>, ModbusException> {
     match words(body) {
         Some(([first, count], [])) if (1..=max).contains(&count) => {
             Ok(ModbusRequest::Read { table, first, count })
         }
-        _ => Err(Exception::IllegalValue),
+        _ => Err(ModbusException::IllegalValue),
     }
 }
 
-fn write_coil(body: &[u8]) -> Result<ModbusRequest<'_>, Exception> {
+fn write_coil(body: &[u8]) -> Result<ModbusRequest<'_>, ModbusException> {
     let (first, packed) = match words(body) {
         Some(([first, 0xff00], [])) => (first, &[1]),
         Some(([first, 0x0000], [])) => (first, &[0]),
-        _ => return Err(Exception::IllegalValue),
+        _ => return Err(ModbusException::IllegalValue),
     };
     Ok(ModbusRequest::WriteCoils { first, count: 1, packed })
 }
 
-fn write_register(body: &[u8]) -> Result<ModbusRequest<'_>, Exception> {
+fn write_register(body: &[u8]) -> Result<ModbusRequest<'_>, ModbusException> {
     match words(body) {
         Some(([first, _], [])) => Ok(ModbusRequest::WriteRegisters { first, values: &body[2..] }),
-        _ => Err(Exception::IllegalValue),
+        _ => Err(ModbusException::IllegalValue),
     }
 }
 
-fn write_coils(body: &[u8]) -> Result<ModbusRequest<'_>, Exception> {
+fn write_coils(body: &[u8]) -> Result<ModbusRequest<'_>, ModbusException> {
     match words(body) {
         Some(([first, count], [bytes, packed @ ..]))
             if (1..=WRITE_BITS_MAX).contains(&count)
@@ -143,11 +143,11 @@ fn write_coils(body: &[u8]) -> Result<ModbusRequest<'_>, Exception> {
         {
             Ok(ModbusRequest::WriteCoils { first, count, packed })
         }
-        _ => Err(Exception::IllegalValue),
+        _ => Err(ModbusException::IllegalValue),
     }
 }
 
-fn write_registers(body: &[u8]) -> Result<ModbusRequest<'_>, Exception> {
+fn write_registers(body: &[u8]) -> Result<ModbusRequest<'_>, ModbusException> {
     match words(body) {
         Some(([first, count], [bytes, values @ ..]))
             if (1..=WRITE_WORDS_MAX).contains(&count)
@@ -156,23 +156,23 @@ fn write_registers(body: &[u8]) -> Result<ModbusRequest<'_>, Exception> {
         {
             Ok(ModbusRequest::WriteRegisters { first, values })
         }
-        _ => Err(Exception::IllegalValue),
+        _ => Err(ModbusException::IllegalValue),
     }
 }
 
-fn mask_write(body: &[u8]) -> Result<ModbusRequest<'_>, Exception> {
+fn mask_write(body: &[u8]) -> Result<ModbusRequest<'_>, ModbusException> {
     match body {
         [a, b, c, d, e, f] => {
             let word = |high: &u8, low: &u8| u16::from_be_bytes([*high, *low]);
             Ok(ModbusRequest::MaskWrite { first: word(a, b), and: word(c, d), or: word(e, f) })
         }
-        _ => Err(Exception::IllegalValue),
+        _ => Err(ModbusException::IllegalValue),
     }
 }
 
-fn read_write(body: &[u8]) -> Result<ModbusRequest<'_>, Exception> {
+fn read_write(body: &[u8]) -> Result<ModbusRequest<'_>, ModbusException> {
     let Some(([read_first, read_count], write)) = words(body) else {
-        return Err(Exception::IllegalValue);
+        return Err(ModbusException::IllegalValue);
     };
     match words(write) {
         Some(([first, count], [bytes, values @ ..]))
@@ -183,7 +183,7 @@ fn read_write(body: &[u8]) -> Result<ModbusRequest<'_>, Exception> {
         {
             Ok(ModbusRequest::ReadWrite { read_first, read_count, first, values })
         }
-        _ => Err(Exception::IllegalValue),
+        _ => Err(ModbusException::IllegalValue),
     }
 }
 
@@ -220,26 +220,26 @@ pub fn push_written(reply: &mut Vec<u8>, request: &[u8]) {
 }
 
 /// Appends the reply of a refusal.
-pub fn push_exception(reply: &mut Vec<u8>, function: u8, exception: Exception) {
+pub fn push_exception(reply: &mut Vec<u8>, function: u8, exception: ModbusException) {
     reply.extend_from_slice(&[function | 0x80, exception as u8]);
 }
 
 impl ModbusRequest<'_> {
     /// The table, the first address and the quantity; for FC 23, those of its write.
-    pub fn place(&self) -> (Table, u16, u16) {
+    pub fn place(&self) -> (ModbusTable, u16, u16) {
         match *self {
             ModbusRequest::Read { table, first, count } => (table, first, count),
-            ModbusRequest::WriteCoils { first, count, .. } => (Table::Coils, first, count),
+            ModbusRequest::WriteCoils { first, count, .. } => (ModbusTable::Coils, first, count),
             ModbusRequest::WriteRegisters { first, values }
             | ModbusRequest::ReadWrite { first, values, .. } => {
-                (Table::HoldingRegisters, first, (values.len() / 2) as u16)
+                (ModbusTable::HoldingRegisters, first, (values.len() / 2) as u16)
             }
-            ModbusRequest::MaskWrite { first, .. } => (Table::HoldingRegisters, first, 1),
+            ModbusRequest::MaskWrite { first, .. } => (ModbusTable::HoldingRegisters, first, 1),
         }
     }
 }
 
-impl fmt::Display for Exception {
+impl fmt::Display for ModbusException {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "exception {}", *self as u8)
     }
@@ -257,10 +257,10 @@ mod tests {
     #[test]
     fn reads() {
         let tables = [
-            (1, Table::Coils, 2000u16),
-            (2, Table::DiscreteInputs, 2000),
-            (3, Table::HoldingRegisters, 125),
-            (4, Table::InputRegisters, 125),
+            (1, ModbusTable::Coils, 2000u16),
+            (2, ModbusTable::DiscreteInputs, 2000),
+            (3, ModbusTable::HoldingRegisters, 125),
+            (4, ModbusTable::InputRegisters, 125),
         ];
         for (function, table, max) in tables {
             let pdu = |count: u16| {

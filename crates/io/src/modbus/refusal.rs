@@ -2,10 +2,10 @@
 
 use std::fmt;
 
-use super::number::NumberType;
-use super::pdu::{Exception, Table};
+use super::number::RegisterNumberType;
+use super::pdu::{ModbusException, ModbusTable};
 use rungd_engine::isa::{Address, Word};
-use rungd_runtime::exchange::{Mode, Refused};
+use rungd_runtime::exchange::{BatchRefusal, Mode};
 
 /// The reason of a refusal. The exception follows from it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,7 +13,7 @@ pub enum ModbusRefusal {
     /// An element of the request does not exist.
     NoSuchElement {
         /// The table.
-        table: Table,
+        table: ModbusTable,
         /// The protocol address.
         address: u32,
     },
@@ -28,7 +28,7 @@ pub enum ModbusRefusal {
         /// The word.
         word: Word,
         /// The type of the value in the registers.
-        kind: NumberType,
+        kind: RegisterNumberType,
         /// Its bits.
         bits: u64,
         /// The least allowed content of the word's cell.
@@ -50,36 +50,36 @@ pub enum ModbusRefusal {
 
 impl ModbusRefusal {
     /// The refusal for a batch that the exchange did not accept in this mode.
-    pub fn of_batch(refused: Refused, mode: Mode) -> ModbusRefusal {
+    pub fn of_batch(refused: BatchRefusal, mode: Mode) -> ModbusRefusal {
         match refused {
-            Refused::NotRunning => ModbusRefusal::NotRunning(mode),
-            Refused::QueueFull | Refused::TooLarge => ModbusRefusal::QueueFull,
-            Refused::Overtaken | Refused::Late => ModbusRefusal::Overtaken,
+            BatchRefusal::NotRunning => ModbusRefusal::NotRunning(mode),
+            BatchRefusal::QueueFull | BatchRefusal::TooLarge => ModbusRefusal::QueueFull,
+            BatchRefusal::Overtaken | BatchRefusal::Late => ModbusRefusal::Overtaken,
         }
     }
 
     /// The exception for the client.
-    pub fn exception(self) -> Exception {
+    pub fn exception(self) -> ModbusException {
         match self {
             ModbusRefusal::NoSuchElement { .. }
             | ModbusRefusal::NotWritable(_)
             | ModbusRefusal::NotByThisClient(_)
-            | ModbusRefusal::HalfOf(_) => Exception::IllegalAddress,
+            | ModbusRefusal::HalfOf(_) => ModbusException::IllegalAddress,
             ModbusRefusal::BeyondLimits { .. } | ModbusRefusal::NoMask(_) => {
-                Exception::IllegalValue
+                ModbusException::IllegalValue
             }
             ModbusRefusal::NotRunning(_) | ModbusRefusal::Overtaken | ModbusRefusal::NotSeen => {
-                Exception::DeviceFailure
+                ModbusException::DeviceFailure
             }
-            ModbusRefusal::QueueFull => Exception::DeviceBusy,
+            ModbusRefusal::QueueFull => ModbusException::DeviceBusy,
         }
     }
 }
 
 impl ModbusRefusal {
     /// The reason for the log; `name` returns the name of an address.
-    pub fn say(self, name: impl Fn(Address) -> String) -> String {
-        let of = |word| name(Address::Word(word));
+    pub fn log_text(self, name: impl Fn(Address) -> String) -> String {
+        let word_name = |word| name(Address::Word(word));
         match self {
             ModbusRefusal::NoSuchElement { table, address } => {
                 format!("nothing is at {} {address}", table.name())
@@ -89,14 +89,14 @@ impl ModbusRefusal {
                 format!("only other clients may write {}", name(what))
             }
             ModbusRefusal::HalfOf(word) => {
-                format!("{} needs a write to both of its registers", of(word))
+                format!("{} needs a write to both of its registers", word_name(word))
             }
             ModbusRefusal::BeyondLimits { word, kind, bits, min, max } => {
                 let [min, max] = [min, max].map(|content| word.text(content));
-                format!("{} takes {min} to {max}, not {}", of(word), kind.text(bits))
+                format!("{} takes {min} to {max}, not {}", word_name(word), kind.text(bits))
             }
             ModbusRefusal::NoMask(word) => {
-                format!("{} does not take every value of 16 bits", of(word))
+                format!("{} does not take every value of 16 bits", word_name(word))
             }
             ModbusRefusal::NotRunning(mode) => format!("the controller is in {}", mode.name()),
             ModbusRefusal::QueueFull => "too many writes wait for the next scan".to_owned(),
@@ -111,7 +111,7 @@ impl ModbusRefusal {
 
 impl fmt::Display for ModbusRefusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.say(|address| address.to_string()))
+        f.write_str(&self.log_text(|address| address.to_string()))
     }
 }
 
@@ -123,7 +123,7 @@ mod tests {
     #[test]
     fn what_has_a_name_alone_is_told_by_it() {
         let word = Word::Space(WordSpace::V, 4095);
-        let said = |refusal: ModbusRefusal| refusal.say(|_| "shift".to_owned());
+        let said = |refusal: ModbusRefusal| refusal.log_text(|_| "shift".to_owned());
         assert_eq!(
             said(ModbusRefusal::NotWritable(Address::Word(word))),
             "shift is not in `writable`"

@@ -16,9 +16,9 @@ use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::task::{JoinError, JoinSet};
 
-use super::connection::Connection;
-use super::map::Map;
-use super::settings::Modbus;
+use super::connection::ClientConnection;
+use super::map::ModbusMap;
+use super::settings::ModbusServerSettings;
 use super::shared::ServerState;
 use crate::seats::{ANY_GUEST, SeatSettings, Seats};
 pub use rungd_runtime::Generations;
@@ -33,7 +33,7 @@ const REST_AFTER_FAILURE: Duration = Duration::from_millis(20);
 const WRITE_WAIT_LEAST: Duration = Duration::from_secs(10);
 
 /// A bound server.
-pub struct Server {
+pub struct BoundModbusServer {
     listener: TcpListener,
     shared: Arc<ServerState>,
     seats: Seats,
@@ -43,18 +43,18 @@ fn log_bug(error: &JoinError) {
     say!(MODBUS_BUG, %error, "a bug in rungd ended a Modbus client's connection");
 }
 
-impl Server {
+impl BoundModbusServer {
     /// Binds the socket, and sets the inputs of the image to their first values. `maps` must be
     /// made from the same settings. A write waits for 10 s, or for `patience` if that is longer.
     ///
     /// # Errors
     /// When the address cannot be bound.
     pub async fn bind(
-        settings: Modbus,
-        maps: Generations<Map>,
+        settings: ModbusServerSettings,
+        maps: Generations<ModbusMap>,
         port: Port,
         patience: Duration,
-    ) -> io::Result<Server> {
+    ) -> io::Result<BoundModbusServer> {
         let listener = TcpListener::bind(settings.listen).await?;
         for (x, on) in maps.of(0).first_inputs(&port.latest()) {
             port.set_input(x, on);
@@ -68,7 +68,7 @@ impl Server {
             rest: REST_AFTER_FAILURE,
         });
         let shared = ServerState { settings, maps, port, write_wait };
-        let server = Server { listener, shared: Arc::new(shared), seats };
+        let server = BoundModbusServer { listener, shared: Arc::new(shared), seats };
         server.log_start();
         Ok(server)
     }
@@ -123,11 +123,12 @@ impl Server {
             );
             return;
         };
-        clients.spawn(Connection::new(stream, client, Arc::clone(&self.shared), seat).serve());
+        clients
+            .spawn(ClientConnection::new(stream, client, Arc::clone(&self.shared), seat).serve());
     }
 
     fn log_start(&self) {
-        let Modbus { listen, connections, .. } = self.shared.settings;
+        let ModbusServerSettings { listen, connections, .. } = self.shared.settings;
         let address = self.address().unwrap_or(listen);
         say!(MODBUS_LISTENS, %address, connections, "Modbus server listens");
         if !address.ip().is_loopback() {

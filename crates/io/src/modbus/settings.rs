@@ -4,7 +4,7 @@
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 
 use super::clients::Network;
-use super::number::{NumberType, WordOrder};
+use super::number::{RegisterNumberType, WordOrder};
 use rungd_base::variants::all_variants;
 use rungd_language::resolve::operands::Operands;
 use rungd_language::resolve::range::Range;
@@ -12,7 +12,7 @@ use rungd_language::source::span::Span;
 
 /// A Modbus server.
 #[derive(Clone, Debug)]
-pub struct Modbus {
+pub struct ModbusServerSettings {
     /// The address at which it listens.
     pub listen: SocketAddr,
     /// The unit identifiers that are answered; `None`: all.
@@ -37,7 +37,7 @@ pub struct Modbus {
 
 /// The four tables of Modbus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Table {
+pub enum ModbusTable {
     /// Bits, read and written: `coil`.
     Coils,
     /// Bits, read: `discrete`.
@@ -54,11 +54,11 @@ pub struct MappedOperands {
     /// The operands.
     pub operands: Operands,
     /// The table.
-    pub table: Table,
+    pub table: ModbusTable,
     /// The protocol address of the first element.
     pub address: u16,
     /// For words: the number type of their registers.
-    pub kind: Option<NumberType>,
+    pub kind: Option<RegisterNumberType>,
     /// The register of a pair that has the higher 16 bits.
     pub order: WordOrder,
     /// The only unit identifier that shows it; `None`: all.
@@ -82,7 +82,9 @@ pub const LISTS_MAX: usize = 64;
 impl MappedOperands {
     /// Whether it is the same row as another one, wherever both stand.
     pub fn is_like(&self, other: &MappedOperands) -> bool {
-        let place = |of: &MappedOperands| (of.table, of.address, of.kind, of.order, of.unit);
+        let place = |operands: &MappedOperands| {
+            (operands.table, operands.address, operands.kind, operands.order, operands.unit)
+        };
         place(self) == place(other) && is_like(&self.operands, &other.operands)
     }
 }
@@ -102,10 +104,10 @@ fn is_like(a: &Operands, b: &Operands) -> bool {
     a.text == b.text && a.count == b.count && (a.is_placed || a.first == b.first)
 }
 
-impl Default for Modbus {
+impl Default for ModbusServerSettings {
     /// A server on loopback, at a port that needs no privilege, unlike 502.
-    fn default() -> Modbus {
-        Modbus {
+    fn default() -> ModbusServerSettings {
+        ModbusServerSettings {
             listen: SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 1502),
             units: None,
             standard_map: true,
@@ -120,46 +122,52 @@ impl Default for Modbus {
     }
 }
 
-impl Modbus {
+impl ModbusServerSettings {
     /// These settings without write lists, map entries and image: a server that has only reads of
     /// the standard map.
-    pub fn bare(self) -> Modbus {
+    pub fn bare(self) -> ModbusServerSettings {
         let none = WriteList { ranges: Vec::new(), clients: None };
-        Modbus { lists: vec![none], entries: Vec::new(), inputs: None, outputs: None, ..self }
+        ModbusServerSettings {
+            lists: vec![none],
+            entries: Vec::new(),
+            inputs: None,
+            outputs: None,
+            ..self
+        }
     }
 }
 
-impl Table {
+impl ModbusTable {
     /// All tables with their names in a controller file.
-    pub const NAMES: [(&'static str, Table); 4] = all_variants![
-        ("coil", Table::Coils),
-        ("discrete", Table::DiscreteInputs),
-        ("holding", Table::HoldingRegisters),
-        ("input", Table::InputRegisters),
+    pub const NAMES: [(&'static str, ModbusTable); 4] = all_variants![
+        ("coil", ModbusTable::Coils),
+        ("discrete", ModbusTable::DiscreteInputs),
+        ("holding", ModbusTable::HoldingRegisters),
+        ("input", ModbusTable::InputRegisters),
     ];
 
     /// Whether its elements are bits.
     pub fn is_bits(self) -> bool {
-        matches!(self, Table::Coils | Table::DiscreteInputs)
+        matches!(self, ModbusTable::Coils | ModbusTable::DiscreteInputs)
     }
 
     /// Whether a client can write it.
     pub fn is_writable(self) -> bool {
-        matches!(self, Table::Coils | Table::HoldingRegisters)
+        matches!(self, ModbusTable::Coils | ModbusTable::HoldingRegisters)
     }
 
     /// Its name in a controller file.
     pub fn name(self) -> &'static str {
-        Table::NAMES[self as usize].0
+        ModbusTable::NAMES[self as usize].0
     }
 
     /// The prefix of its elements in the standard map.
     pub fn prefix(self) -> &'static str {
         match self {
-            Table::Coils => "MC",
-            Table::DiscreteInputs => "MI",
-            Table::HoldingRegisters => "MHR",
-            Table::InputRegisters => "MIR",
+            ModbusTable::Coils => "MC",
+            ModbusTable::DiscreteInputs => "MI",
+            ModbusTable::HoldingRegisters => "MHR",
+            ModbusTable::InputRegisters => "MIR",
         }
     }
 }
@@ -167,6 +175,6 @@ impl Table {
 impl MappedOperands {
     /// The number of its addresses.
     pub fn length(&self) -> u32 {
-        self.operands.count * u32::from(self.kind.map_or(1, NumberType::registers))
+        self.operands.count * u32::from(self.kind.map_or(1, RegisterNumberType::registers))
     }
 }

@@ -7,19 +7,19 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::map::Map;
+use super::map::ModbusMap;
 use super::pdu::ModbusRequest;
 use super::refusal::ModbusRefusal;
-use super::settings::Modbus;
+use super::settings::ModbusServerSettings;
 pub use rungd_runtime::Generations;
 use rungd_runtime::exchange::{Port, Snapshot};
 pub use rungd_runtime::say::say;
 
 /// The state that the connections share.
 pub(super) struct ServerState {
-    pub settings: Modbus,
+    pub settings: ModbusServerSettings,
     /// The map of each program. Reads and writes use the map of the image's own program.
-    pub maps: Generations<Map>,
+    pub maps: Generations<ModbusMap>,
     pub port: Port,
     /// The time limit of the wait until a scan has seen a write.
     pub write_wait: Duration,
@@ -27,7 +27,7 @@ pub(super) struct ServerState {
 
 impl ServerState {
     /// The latest image, and the map of its program.
-    pub fn latest(&self) -> (Arc<Snapshot>, Arc<Map>) {
+    pub fn latest(&self) -> (Arc<Snapshot>, Arc<ModbusMap>) {
         self.maps.latest(&self.port)
     }
 

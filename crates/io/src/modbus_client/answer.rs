@@ -1,14 +1,14 @@
 //! Checks whether a PDU answers a request, and finds the data in it.
 //!
 //! The functions are pure, and accept any received bytes: they do not panic or allocate. For a PDU
-//! that is not an answer they return [`Wrong`]. Its clause for the log is the same each time, so
-//! that lasting trouble is one line.
+//! that is not an answer they return [`AnswerFault`]. Its clause for the log is the same each time,
+//! so that lasting trouble is one line.
 
 use std::fmt;
 
 /// The reason why a PDU is not an answer to its request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Wrong {
+pub enum AnswerFault {
     /// It is a refusal with this exception.
     Exception(u8),
     /// It has no bytes.
@@ -35,31 +35,31 @@ const GATEWAY: [u8; 2] = [10, 11];
 ///
 /// # Errors
 /// The PDU is not an answer to this request.
-pub fn check<'a>(request: &[u8], answer: &'a [u8]) -> Result<&'a [u8], Wrong> {
-    let (&asked, body) = request.split_first().ok_or(Wrong::Empty)?;
-    let (&function, rest) = answer.split_first().ok_or(Wrong::Empty)?;
+pub fn check<'a>(request: &[u8], answer: &'a [u8]) -> Result<&'a [u8], AnswerFault> {
+    let (&asked, body) = request.split_first().ok_or(AnswerFault::Empty)?;
+    let (&function, rest) = answer.split_first().ok_or(AnswerFault::Empty)?;
     if function == asked | 0x80 {
         return match rest {
-            [exception] => Err(Wrong::Exception(*exception)),
-            _ => Err(Wrong::Length),
+            [exception] => Err(AnswerFault::Exception(*exception)),
+            _ => Err(AnswerFault::Length),
         };
     }
     if function != asked {
-        return Err(Wrong::Function(function));
+        return Err(AnswerFault::Function(function));
     }
     let Some(bytes) = data_bytes(request) else {
         return match rest.len() {
             4 if body.starts_with(rest) => Ok(&[]),
-            4 => Err(Wrong::Echo),
-            _ => Err(Wrong::Length),
+            4 => Err(AnswerFault::Echo),
+            _ => Err(AnswerFault::Length),
         };
     };
     match rest.split_first() {
         Some((&came, data)) if usize::from(came) == data.len() => match came == bytes {
             true => Ok(data),
-            false => Err(Wrong::Count { came, asked: bytes }),
+            false => Err(AnswerFault::Count { came, asked: bytes }),
         },
-        _ => Err(Wrong::Length),
+        _ => Err(AnswerFault::Length),
     }
 }
 
@@ -79,27 +79,27 @@ pub(crate) fn expected_bytes(request: &[u8]) -> usize {
     data_bytes(request).map_or(5, |bytes| 2 + usize::from(bytes))
 }
 
-impl Wrong {
+impl AnswerFault {
     /// Whether a gateway reports that its unit does not answer.
     pub(crate) fn is_absence(self) -> bool {
-        matches!(self, Wrong::Exception(code) if GATEWAY.contains(&code))
+        matches!(self, AnswerFault::Exception(code) if GATEWAY.contains(&code))
     }
 }
 
-impl fmt::Display for Wrong {
+impl fmt::Display for AnswerFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            Wrong::Exception(code) => match exception(code) {
+            AnswerFault::Exception(code) => match exception(code) {
                 Some(name) => write!(f, "exception {code} ({name})"),
                 None => write!(f, "exception {code}, which Modbus does not have"),
             },
-            Wrong::Empty => f.write_str("the answer is empty"),
-            Wrong::Function(code) => write!(f, "the answer is of function {code}"),
-            Wrong::Length => f.write_str("the answer has a wrong length"),
-            Wrong::Count { came, asked } => {
+            AnswerFault::Empty => f.write_str("the answer is empty"),
+            AnswerFault::Function(code) => write!(f, "the answer is of function {code}"),
+            AnswerFault::Length => f.write_str("the answer has a wrong length"),
+            AnswerFault::Count { came, asked } => {
                 write!(f, "{came} bytes of data instead of {asked}")
             }
-            Wrong::Echo => f.write_str("the answer confirms a different write"),
+            AnswerFault::Echo => f.write_str("the answer confirms a different write"),
         }
     }
 }

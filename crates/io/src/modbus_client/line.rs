@@ -19,13 +19,13 @@ use tokio::sync::Mutex;
 use tokio::time::{Instant, sleep, sleep_until, timeout_at};
 
 use super::answer::expected_bytes;
-use super::link::{Link, LinkFailure};
-use super::pace::{Hint, RequestPace};
+use super::link::{LinkFailure, PeerLink};
+use super::pace::{RequestPace, SilenceHint};
 use super::port::RtuWire;
-use super::rtu::{self, FRAME_BYTES_MAX, Heard};
-use super::settings::{ConnectionUse, Habits, Parity, RtuLine, RtuPort};
+use super::rtu::{self, FRAME_BYTES_MAX, ReceivedFrame};
+use super::settings::{ConnectionUse, Parity, PeerHabits, RtuLine, RtuPort};
 use super::tcp::{self, NONE_AFTER_ANSWER, REST_IS_LATE};
-use crate::device::Trouble;
+use crate::device::ExchangeFailure;
 
 /// The most bytes received for a question: a request sent back and an answer. More bytes than that
 /// are noise.
@@ -44,9 +44,9 @@ pub struct RtuLines {
 }
 
 /// A device's link over its line.
-pub struct Rtu {
+pub struct RtuLink {
     line: Arc<Mutex<SharedLine>>,
-    habits: Habits,
+    habits: PeerHabits,
     timeout: Duration,
 }
 
@@ -76,15 +76,15 @@ enum Echo {
 impl RtuLines {
     /// A link over this line, for a device with these habits, whose answers are complete within
     /// `timeout`.
-    pub fn link(&mut self, settings: &RtuLine, habits: Habits, timeout: Duration) -> Rtu {
+    pub fn link(&mut self, settings: &RtuLine, habits: PeerHabits, timeout: Duration) -> RtuLink {
         let new = || Arc::new(Mutex::new(SharedLine::new(settings.clone())));
         let line = self.by_port.entry(settings.port.name()).or_insert_with(new);
-        Rtu { line: Arc::clone(line), habits, timeout }
+        RtuLink { line: Arc::clone(line), habits, timeout }
     }
 }
 
 impl Echo {
-    fn hear<'a>(self, received: &'a [u8], frame: &[u8], is_late: bool) -> Heard<'a> {
+    fn hear<'a>(self, received: &'a [u8], frame: &[u8], is_late: bool) -> ReceivedFrame<'a> {
         match self {
             Echo::Wanted => rtu::behind_echo(received, frame),
             Echo::Seen | Echo::Unseen => rtu::hear(received, frame, is_late),
@@ -92,24 +92,24 @@ impl Echo {
     }
 
     /// The new state after a request.
-    fn after(self, request: &[u8], heard: Heard<'_>) -> Echo {
+    fn after(self, request: &[u8], heard: ReceivedFrame<'_>) -> Echo {
         match (self, heard) {
             (Echo::Wanted, _) => Echo::Wanted,
-            (_, Heard::Echo) => Echo::Seen,
-            (_, Heard::Answer(_)) if !rtu::is_answered_by_itself(request) => Echo::Unseen,
-            (Echo::Seen | Echo::Unseen, Heard::Answer(_) | Heard::Nothing) => self,
+            (_, ReceivedFrame::Echo) => Echo::Seen,
+            (_, ReceivedFrame::Answer(_)) if !rtu::is_answered_by_itself(request) => Echo::Unseen,
+            (Echo::Seen | Echo::Unseen, ReceivedFrame::Answer(_) | ReceivedFrame::Nothing) => self,
         }
     }
 }
 
-impl Link for Rtu {
+impl PeerLink for RtuLink {
     const STARTS_ANEW: bool = true;
 
-    async fn connect(&mut self) -> Result<(), Trouble> {
+    async fn connect(&mut self) -> Result<(), ExchangeFailure> {
         let mut line = self.line.lock().await;
         match line.port {
             Some(_) => Ok(()),
-            None => line.open().await.map_err(Trouble::disconnected),
+            None => line.open().await.map_err(ExchangeFailure::disconnected),
         }
     }
 
@@ -148,7 +148,7 @@ impl Link for Rtu {
         unit == BROADCAST
     }
 
-    async fn tell(&mut self, request: &[u8]) -> Result<(), LinkFailure> {
+    async fn broadcast(&mut self, request: &[u8]) -> Result<(), LinkFailure> {
         let mut line = self.line.lock().await;
         line.ready(&self.habits).await?;
         let sent = line.send(BROADCAST, request, self.timeout).await;
@@ -194,7 +194,7 @@ impl SharedLine {
     }
 
     /// Waits until a question may be sent to a device with these habits, over a port that is open.
-    async fn ready(&mut self, habits: &Habits) -> Result<(), LinkFailure> {
+    async fn ready(&mut self, habits: &PeerHabits) -> Result<(), LinkFailure> {
         let silence = match (&self.port, &self.settings.port) {
             // The time of three and a half characters.
             (_, RtuPort::Serial(_)) => (self.wire_time(7) / 2).max(SILENCE_MIN),
@@ -238,7 +238,7 @@ impl SharedLine {
         let talk = async {
             while self.received.len() < RECEIVED_MAX {
                 port.receive(&mut self.received, RECEIVED_MAX).await?;
-                if self.echo.hear(&self.received, &self.frame, false) != Heard::Nothing {
+                if self.echo.hear(&self.received, &self.frame, false) != ReceivedFrame::Nothing {
                     break;
                 }
             }
@@ -250,13 +250,13 @@ impl SharedLine {
         let heard = self.echo.hear(&self.received, &self.frame, is_late);
         self.echo = self.echo.after(request, heard);
         Ok(match heard {
-            Heard::Answer(pdu) if self.echo != Echo::Seen => Some(pdu.to_vec()),
-            Heard::Nothing | Heard::Answer(_) | Heard::Echo => None,
+            ReceivedFrame::Answer(pdu) if self.echo != Echo::Seen => Some(pdu.to_vec()),
+            ReceivedFrame::Nothing | ReceivedFrame::Answer(_) | ReceivedFrame::Echo => None,
         })
     }
 
     /// Handles a silence; returns the reason for the log.
-    fn miss(&mut self, request: &[u8], habits: &Habits, timeout: Duration) -> String {
+    fn miss(&mut self, request: &[u8], habits: &PeerHabits, timeout: Duration) -> String {
         self.pace.miss();
         let reason = self.why_none(request, timeout);
         if matches!(self.settings.port, RtuPort::Tcp(_)) && self.pace.is_over(habits) {
@@ -315,16 +315,16 @@ impl SharedLine {
     /// What may help after a silence, as an end of its sentence.
     fn hint(&self) -> &'static str {
         match (self.pace.hint(), &self.settings.port) {
-            (Hint::SinceOpening, RtuPort::Serial(_)) => {
+            (SilenceHint::SinceOpening, RtuPort::Serial(_)) => {
                 ", and none since the port was opened: check `unit`, `baud` and `parity`, or try \
                  `connect-delay`, or a longer `timeout`"
             }
-            (Hint::SinceOpening, RtuPort::Tcp(_)) => {
+            (SilenceHint::SinceOpening, RtuPort::Tcp(_)) => {
                 ", and none since connecting: try `connect-delay`, a longer `timeout`, another \
                  `unit`; for a gateway that translates, `driver = \"modbus-tcp\"`"
             }
-            (Hint::AfterAnswer, _) => NONE_AFTER_ANSWER,
-            (Hint::None, _) => "",
+            (SilenceHint::AfterAnswer, _) => NONE_AFTER_ANSWER,
+            (SilenceHint::None, _) => "",
         }
     }
 }

@@ -2,12 +2,12 @@
 
 use std::future::Future;
 
-use crate::device::Trouble;
+use crate::device::ExchangeFailure;
 
 /// The reason why there is no answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum LinkFailure {
-    /// No answer came, or no answer that fits the request. [`Link::is_usable`] says whether the
+    /// No answer came, or no answer that fits the request. [`PeerLink::is_usable`] says whether the
     /// link has to be connected again.
     Silent(String),
     /// The received bytes may or may not be the answer; the unit may be present.
@@ -20,13 +20,13 @@ pub enum LinkFailure {
 }
 
 /// A way to a peer.
-pub trait Link: Send + 'static {
+pub trait PeerLink: Send + 'static {
     /// Whether the link stays usable after a wrong answer, because it discards old bytes before the
     /// next question. Such a link cannot tell a late answer from the right one.
     const STARTS_ANEW: bool;
 
     /// Connects, unless it is connected.
-    fn connect(&mut self) -> impl Future<Output = Result<(), Trouble>> + Send;
+    fn connect(&mut self) -> impl Future<Output = Result<(), ExchangeFailure>> + Send;
 
     /// Sends the PDU of a request to a unit; the PDU of the answer replaces the content of
     /// `answer`. Takes at most the device's `timeout` plus the transmission time, after the pauses
@@ -42,7 +42,8 @@ pub trait Link: Send + 'static {
     fn is_broadcast(&self, unit: u8) -> bool;
 
     /// Sends the PDU of a write to all units, and waits for as long as they may take.
-    fn tell(&mut self, request: &[u8]) -> impl Future<Output = Result<(), LinkFailure>> + Send;
+    fn broadcast(&mut self, request: &[u8])
+    -> impl Future<Output = Result<(), LinkFailure>> + Send;
 
     /// Whether the link can still be used after a silence.
     fn is_usable(&self) -> bool;

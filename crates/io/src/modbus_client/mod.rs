@@ -2,11 +2,11 @@
 //!
 //! `plan` groups points into few requests, `outputs` plans the writes, `request` and `answer` have
 //! the PDUs in both directions, `values` converts registers and numbers, `rtu` has the frames of
-//! Modbus RTU; all six are pure. [`Client`] is the driver of one device. It exchanges with each
-//! `unit` through `talk` over a [`Link`]: `tcp` has the frames of Modbus TCP, which are the
-//! server's ([`super::modbus::frame`]); `line` has the frames of Modbus RTU over a `port`, which
-//! is a serial line or a connection. `pace` keeps the habits of a peer (delays, pauses) for both
-//! links. `io::device` decides the times of exchanges and the reaction to trouble.
+//! Modbus RTU; all six are pure. [`ModbusClient`] is the driver of one device. It exchanges with
+//! each `unit` through `talk` over a [`PeerLink`]: `tcp` has the frames of Modbus TCP, which are
+//! the server's ([`super::modbus::frame`]); `line` has the frames of Modbus RTU over a `port`,
+//! which is a serial line or a connection. `pace` keeps the habits of a peer (delays, pauses) for
+//! both links. `io::device` decides the times of exchanges and the reaction to trouble.
 //! `docs/modbus-devices.md` describes the devices for authors.
 
 pub mod answer;
@@ -25,9 +25,9 @@ mod tcp;
 mod unit;
 mod values;
 
-pub use client::Client;
-pub use line::{Rtu, RtuLines};
-pub use link::{Link, LinkFailure};
+pub use client::ModbusClient;
+pub use line::{RtuLines, RtuLink};
+pub use link::{LinkFailure, PeerLink};
 pub use outputs::{OutputRun, runs};
 pub use plan::reads;
-pub use tcp::Tcp;
+pub use tcp::TcpConnection;

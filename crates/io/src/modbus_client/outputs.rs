@@ -6,7 +6,7 @@
 //! after a failed write.
 
 use super::request::{push_write_multiple, push_write_single};
-use super::settings::{Habits, ModbusPoint, PointForm, Table, Writes};
+use super::settings::{ModbusPoint, ModbusTable, PeerHabits, PointForm, WriteFunctions};
 use super::values;
 use crate::modbus::pdu::{WRITE_BITS_MAX, WRITE_WORDS_MAX};
 
@@ -16,7 +16,7 @@ pub struct OutputRun {
     /// The unit.
     pub unit: u8,
     /// Coils or holding registers.
-    pub table: Table,
+    pub table: ModbusTable,
     /// The first address.
     pub first: u16,
     /// The outputs, each with its number in the order of the map.
@@ -44,7 +44,7 @@ impl RunPart {
 }
 
 /// The runs of all outputs.
-pub fn runs(points: &[ModbusPoint], habits: &Habits) -> Vec<OutputRun> {
+pub fn runs(points: &[ModbusPoint], habits: &PeerHabits) -> Vec<OutputRun> {
     let mut runs: Vec<OutputRun> = Vec::new();
     for (at, point) in ModbusPoint::by_place(points) {
         let run = match runs.last_mut() {
@@ -76,7 +76,7 @@ impl OutputRun {
     }
 
     /// Whether a point belongs to this run. The point must not be before the run's first point.
-    fn takes(&self, point: &ModbusPoint, habits: &Habits) -> bool {
+    fn takes(&self, point: &ModbusPoint, habits: &PeerHabits) -> bool {
         let max = if self.table.is_bits() { WRITE_BITS_MAX } else { WRITE_WORDS_MAX };
         let max = habits.elements_max(self.table, max);
         let place = usize::from(point.at.wrapping_sub(self.first));
@@ -134,20 +134,26 @@ impl OutputRun {
     }
 
     /// The number of requests that write a part.
-    pub fn requests(&self, part: RunPart, writes: Writes) -> usize {
-        if writes == Writes::Single { part.to - part.from } else { 1 }
+    pub fn requests(&self, part: RunPart, writes: WriteFunctions) -> usize {
+        if writes == WriteFunctions::Single { part.to - part.from } else { 1 }
     }
 
     /// Appends one of these requests; `number` counts from 0.
-    pub fn push_request(&self, pdu: &mut Vec<u8>, part: RunPart, writes: Writes, number: usize) {
+    pub fn push_request(
+        &self,
+        pdu: &mut Vec<u8>,
+        part: RunPart,
+        writes: WriteFunctions,
+        number: usize,
+    ) {
         let are_coils = self.table.is_bits();
         let single = |at: usize| (self.first + at as u16, self.wanted[at]);
         match (writes, part.to - part.from) {
-            (Writes::Single, _) | (Writes::Fitting, 1) => {
+            (WriteFunctions::Single, _) | (WriteFunctions::Fitting, 1) => {
                 let (address, value) = single(part.from + number);
                 push_write_single(pdu, are_coils, address, value);
             }
-            (Writes::Multiple | Writes::Fitting, _) => {
+            (WriteFunctions::Multiple | WriteFunctions::Fitting, _) => {
                 let values = &self.wanted[part.from..part.to];
                 push_write_multiple(pdu, are_coils, self.first + part.from as u16, values);
             }
@@ -164,25 +170,39 @@ impl OutputRun {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::modbus::number::{ByteOrder, NumberOrder, NumberType, WordOrder};
+    use crate::modbus::number::{ByteOrder, NumberOrder, RegisterNumberType, WordOrder};
     use crate::modbus::pdu;
-    use crate::modbus_client::settings::{Number, NumberPart};
+    use crate::modbus_client::settings::{NumberPart, RegisterNumber};
     use crate::scaling::Scaling;
     use proptest::prelude::*;
 
     fn coil(at: u16) -> ModbusPoint {
-        ModbusPoint { unit: 1, table: Table::Coils, at, form: PointForm::Bit }
+        ModbusPoint { unit: 1, table: ModbusTable::Coils, at, form: PointForm::Bit }
     }
 
-    fn register(at: u16, kind: NumberType) -> ModbusPoint {
+    fn register(at: u16, kind: RegisterNumberType) -> ModbusPoint {
         let scaling = Scaling::none(false);
-        let number =
-            Number { kind, order: NumberOrder::default(), part: NumberPart::Whole, scaling };
-        ModbusPoint { unit: 1, table: Table::HoldingRegisters, at, form: PointForm::Number(number) }
+        let number = RegisterNumber {
+            kind,
+            order: NumberOrder::default(),
+            part: NumberPart::Whole,
+            scaling,
+        };
+        ModbusPoint {
+            unit: 1,
+            table: ModbusTable::HoldingRegisters,
+            at,
+            form: PointForm::Number(number),
+        }
     }
 
     /// The requests of a write that the peer accepts.
-    fn written(run: &mut OutputRun, all: bool, writes: Writes, outputs: &[i32]) -> Vec<Vec<u8>> {
+    fn written(
+        run: &mut OutputRun,
+        all: bool,
+        writes: WriteFunctions,
+        outputs: &[i32],
+    ) -> Vec<Vec<u8>> {
         run.want(outputs);
         let Some(part) = run.due(all) else { return Vec::new() };
         let request = |number| {
@@ -197,8 +217,8 @@ mod tests {
 
     #[test]
     fn all_outputs_are_sent_first_then_changed_ones() {
-        let mut run = runs(&[coil(4), coil(5), coil(6)], &Habits::default()).remove(0);
-        let mut write = |all, outputs| written(&mut run, all, Writes::Fitting, outputs);
+        let mut run = runs(&[coil(4), coil(5), coil(6)], &PeerHabits::default()).remove(0);
+        let mut write = |all, outputs| written(&mut run, all, WriteFunctions::Fitting, outputs);
         assert_eq!(write(false, &[1, 0, 0]), [[15, 0, 4, 0, 3, 1, 0b001]]);
         assert_eq!(write(false, &[1, 0, 0]), [[0u8; 0]; 0]);
         assert_eq!(write(false, &[1, 1, 0]), [[5, 0, 5, 0xff, 0]]);
@@ -208,13 +228,13 @@ mod tests {
 
     #[test]
     fn a_failed_output_is_sent_again_even_if_unchanged() {
-        let mut run = runs(&[coil(0), coil(1)], &Habits::default()).remove(0);
-        written(&mut run, false, Writes::Fitting, &[0, 0]);
+        let mut run = runs(&[coil(0), coil(1)], &PeerHabits::default()).remove(0);
+        written(&mut run, false, WriteFunctions::Fitting, &[0, 0]);
         run.want(&[1, 0]);
         assert!(run.due(false).is_some());
         run.forget();
         assert_eq!(
-            written(&mut run, false, Writes::Fitting, &[0, 0]),
+            written(&mut run, false, WriteFunctions::Fitting, &[0, 0]),
             [[15, 0, 0, 0, 2, 1, 0]],
             "the peer may have taken the 1"
         );
@@ -223,44 +243,49 @@ mod tests {
     #[test]
     fn both_halves_of_a_number_go_out_together() {
         let points = [
-            register(0, NumberType::U16),
-            register(1, NumberType::I32),
-            register(3, NumberType::U16),
+            register(0, RegisterNumberType::U16),
+            register(1, RegisterNumberType::I32),
+            register(3, RegisterNumberType::U16),
         ];
-        let mut run = runs(&points, &Habits::default()).remove(0);
-        written(&mut run, false, Writes::Fitting, &[1, 2, 3]);
-        let half = written(&mut run, false, Writes::Fitting, &[1, 4, 3]);
+        let mut run = runs(&points, &PeerHabits::default()).remove(0);
+        written(&mut run, false, WriteFunctions::Fitting, &[1, 2, 3]);
+        let half = written(&mut run, false, WriteFunctions::Fitting, &[1, 4, 3]);
         assert_eq!(half, [[16, 0, 1, 0, 2, 4, 0, 0, 0, 4]]);
-        let one = written(&mut run, false, Writes::Fitting, &[7, 4, 3]);
+        let one = written(&mut run, false, WriteFunctions::Fitting, &[7, 4, 3]);
         assert_eq!(one, [[6, 0, 0, 0, 7]]);
-        let one = written(&mut run, false, Writes::Multiple, &[8, 4, 3]);
+        let one = written(&mut run, false, WriteFunctions::Multiple, &[8, 4, 3]);
         assert_eq!(one, [[16, 0, 0, 0, 1, 2, 0, 8]]);
     }
 
     #[test]
     fn numbers_of_64_bits_go_out_in_any_order_and_whole() {
         let wide = |order, part| {
-            let number =
-                Number { kind: NumberType::I64, order, part, scaling: Scaling::none(false) };
-            ModbusPoint { form: PointForm::Number(number), ..register(4, NumberType::I64) }
+            let number = RegisterNumber {
+                kind: RegisterNumberType::I64,
+                order,
+                part,
+                scaling: Scaling::none(false),
+            };
+            ModbusPoint { form: PointForm::Number(number), ..register(4, RegisterNumberType::I64) }
         };
         let swapped = NumberOrder { words: WordOrder::LowFirst, bytes: ByteOrder::LowFirst };
-        let mut run = runs(&[wide(swapped, NumberPart::Whole)], &Habits::default()).remove(0);
-        let requests = written(&mut run, false, Writes::Fitting, &[0x1234_5678]);
+        let mut run = runs(&[wide(swapped, NumberPart::Whole)], &PeerHabits::default()).remove(0);
+        let requests = written(&mut run, false, WriteFunctions::Fitting, &[0x1234_5678]);
         assert_eq!(requests, [[16, 0, 4, 0, 4, 8, 0x78, 0x56, 0x34, 0x12, 0, 0, 0, 0]]);
         let words = NumberOrder { words: WordOrder::LowFirst, ..NumberOrder::default() };
         let halves = [wide(words, NumberPart::High), wide(words, NumberPart::Low)];
-        let mut run = runs(&halves, &Habits::default()).remove(0);
-        let all = written(&mut run, false, Writes::Fitting, &[0x1_0002, 0x3_0004]);
+        let mut run = runs(&halves, &PeerHabits::default()).remove(0);
+        let all = written(&mut run, false, WriteFunctions::Fitting, &[0x1_0002, 0x3_0004]);
         assert_eq!(all, [[16, 0, 4, 0, 4, 8, 0, 4, 0, 3, 0, 2, 0, 1]]);
-        let again = written(&mut run, false, Writes::Fitting, &[0x1_0002, 5]);
+        let again = written(&mut run, false, WriteFunctions::Fitting, &[0x1_0002, 5]);
         assert_eq!(again, [[16, 0, 4, 0, 4, 8, 0, 5, 0, 0, 0, 2, 0, 1]], "both halves");
     }
 
     #[test]
     fn writes_are_as_long_as_the_peer_takes() {
-        let habits = Habits { registers_max: 2, bits_max: 1, ..Habits::default() };
-        let registers: Vec<ModbusPoint> = (0..3).map(|at| register(at, NumberType::U16)).collect();
+        let habits = PeerHabits { registers_max: 2, bits_max: 1, ..PeerHabits::default() };
+        let registers: Vec<ModbusPoint> =
+            (0..3).map(|at| register(at, RegisterNumberType::U16)).collect();
         let shape = |points: &[ModbusPoint]| -> Vec<(u16, u16)> {
             runs(points, &habits).iter().map(|run| (run.first, run.count())).collect()
         };
@@ -270,31 +295,39 @@ mod tests {
 
     #[test]
     fn single_writes_are_one_a_point() {
-        let mut run =
-            runs(&[register(7, NumberType::U16), register(8, NumberType::I16)], &Habits::default())
-                .remove(0);
-        let requests = written(&mut run, false, Writes::Single, &[1, -1]);
+        let mut run = runs(
+            &[register(7, RegisterNumberType::U16), register(8, RegisterNumberType::I16)],
+            &PeerHabits::default(),
+        )
+        .remove(0);
+        let requests = written(&mut run, false, WriteFunctions::Single, &[1, -1]);
         assert_eq!(requests, [[6, 0, 7, 0, 1], [6, 0, 8, 0xff, 0xff]]);
     }
 
     #[test]
     fn bits_of_one_register_make_one_value() {
-        let bit =
-            |bit| ModbusPoint { form: PointForm::RegisterBit(bit), ..register(5, NumberType::U16) };
-        let mut run = runs(&[bit(0), bit(15), bit(3)], &Habits::default()).remove(0);
-        let requests = written(&mut run, false, Writes::Fitting, &[1, 1, 0]);
+        let bit = |bit| ModbusPoint {
+            form: PointForm::RegisterBit(bit),
+            ..register(5, RegisterNumberType::U16)
+        };
+        let mut run = runs(&[bit(0), bit(15), bit(3)], &PeerHabits::default()).remove(0);
+        let requests = written(&mut run, false, WriteFunctions::Fitting, &[1, 1, 0]);
         assert_eq!(requests, [[6, 0, 5, 0x80, 1]]);
     }
 
     #[test]
     fn runs_end_at_holes_and_at_the_protocols_limits() {
         let shape = |points: &[ModbusPoint]| -> Vec<(u16, u16)> {
-            runs(points, &Habits::default()).iter().map(|run| (run.first, run.count())).collect()
+            runs(points, &PeerHabits::default())
+                .iter()
+                .map(|run| (run.first, run.count()))
+                .collect()
         };
         assert_eq!(shape(&[coil(0), coil(2)]), [(0, 1), (2, 1)]);
         let coils: Vec<ModbusPoint> = (0..2000).map(coil).collect();
         assert_eq!(shape(&coils), [(0, 1968), (1968, 32)]);
-        let wide: Vec<ModbusPoint> = (0..70).map(|at| register(at * 2, NumberType::U32)).collect();
+        let wide: Vec<ModbusPoint> =
+            (0..70).map(|at| register(at * 2, RegisterNumberType::U32)).collect();
         assert_eq!(shape(&wide), [(0, 122), (122, 18)]);
         assert_eq!(shape(&[coil(65_535)]), [(65_535, 1)]);
     }
@@ -303,14 +336,14 @@ mod tests {
         #[test]
         fn a_peer_gets_the_requested_outputs(
             steps in prop::collection::vec(prop::collection::vec(-2i32..3, 6), 1..20),
-            writes in prop::sample::select(vec![Writes::Fitting, Writes::Multiple]),
+            writes in prop::sample::select(vec![WriteFunctions::Fitting, WriteFunctions::Multiple]),
         ) {
-            let (one, two) = (NumberType::I16, NumberType::I32);
+            let (one, two) = (RegisterNumberType::I16, RegisterNumberType::I32);
             let kinds = [one, two, one, two, one, one];
             let addresses = [0, 1, 3, 4, 6, 9];
             let points: Vec<ModbusPoint> =
                 addresses.into_iter().zip(kinds).map(|(at, kind)| register(at, kind)).collect();
-            let (mut planned, mut peer) = (runs(&points, &Habits::default()), [0u16; 10]);
+            let (mut planned, mut peer) = (runs(&points, &PeerHabits::default()), [0u16; 10]);
             for outputs in steps {
                 for run in &mut planned {
                     for request in written(run, false, writes, &outputs) {

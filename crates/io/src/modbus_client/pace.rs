@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use tokio::time::Instant;
 
-use super::settings::Habits;
+use super::settings::PeerHabits;
 
 /// The silences in a row after which the connection may be over.
 const SILENCES_MAX: u32 = 2;
@@ -34,14 +34,14 @@ pub(super) struct RequestPace {
     /// The silences since the last answer.
     silences: u32,
     /// The present request.
-    asked: Request,
+    asked: RequestTime,
     /// The earliest that was answered.
-    earliest: Request,
+    earliest: RequestTime,
 }
 
 /// The time at which a request is sent.
 #[derive(Clone, Copy, Debug, Default)]
-struct Request {
+struct RequestTime {
     /// After the opening of the connection.
     after_open: Option<Duration>,
     /// After the last answer over this connection.
@@ -50,7 +50,7 @@ struct Request {
 
 /// What a silence suggests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Hint {
+pub(super) enum SilenceHint {
     /// Nothing more than the silence itself.
     None,
     /// Nothing has been answered over this connection, and no request so early ever was.
@@ -68,8 +68,8 @@ impl RequestPace {
             rests_until: now,
             answered: None,
             silences: 0,
-            asked: Request::default(),
-            earliest: Request::default(),
+            asked: RequestTime::default(),
+            earliest: RequestTime::default(),
         }
     }
 
@@ -85,7 +85,7 @@ impl RequestPace {
 
     /// The earliest time of a request to a peer with these habits; `silence` separates the frames
     /// of a line.
-    pub fn ready_at(&self, habits: &Habits, silence: Duration) -> Instant {
+    pub fn ready_at(&self, habits: &PeerHabits, silence: Duration) -> Instant {
         let pause = silence.max(ms(habits.pause_ms));
         let deaf_until = self.opened + ms(habits.connect_delay_ms);
         deaf_until.max(self.rests_until).max(self.quiet_since + pause)
@@ -95,11 +95,11 @@ impl RequestPace {
     pub fn ask(&mut self) {
         let since = |then: Instant| then.elapsed();
         let after_open = self.answered.is_none().then(|| since(self.opened));
-        self.asked = Request { after_open, after_answer: self.answered.map(since) };
+        self.asked = RequestTime { after_open, after_answer: self.answered.map(since) };
     }
 
     /// Notes the end of a request to a peer with these habits.
-    pub fn end(&mut self, habits: &Habits) {
+    pub fn end(&mut self, habits: &PeerHabits) {
         self.quiet_since = Instant::now();
         self.rests_until = self.quiet_since + ms(habits.pause_ms);
     }
@@ -120,23 +120,23 @@ impl RequestPace {
     }
 
     /// What the silence after the present request suggests.
-    pub fn hint(&self) -> Hint {
+    pub fn hint(&self) -> SilenceHint {
         let is_new = |asked: Option<Duration>, earliest: Option<Duration>| {
             asked.is_some_and(|asked| earliest.is_none_or(|earliest| asked < earliest))
         };
-        let Request { after_open, after_answer } = self.asked;
+        let RequestTime { after_open, after_answer } = self.asked;
         if is_new(after_open, self.earliest.after_open) {
-            return Hint::SinceOpening;
+            return SilenceHint::SinceOpening;
         }
         let is_soon = after_answer.is_some_and(|after| after < SOON) && self.silences <= 1;
         match is_soon && is_new(after_answer, self.earliest.after_answer) {
-            true => Hint::AfterAnswer,
-            false => Hint::None,
+            true => SilenceHint::AfterAnswer,
+            false => SilenceHint::None,
         }
     }
 
     /// Whether the silences are a reason for a new connection.
-    pub fn is_over(&self, habits: &Habits) -> bool {
+    pub fn is_over(&self, habits: &PeerHabits) -> bool {
         let is_deaf =
             !self.is_proven() && self.opened.elapsed() < DEAF_MAX + ms(habits.connect_delay_ms);
         self.silences >= SILENCES_MAX && !is_deaf
@@ -157,7 +157,7 @@ mod tests {
 
     #[tokio::test(start_paused = true)]
     async fn a_request_waits_for_all_that_the_peer_needs() {
-        let habits = Habits { connect_delay_ms: 2000, pause_ms: 50, ..Habits::default() };
+        let habits = PeerHabits { connect_delay_ms: 2000, pause_ms: 50, ..PeerHabits::default() };
         let mut pace = RequestPace::new();
         after(10).await;
         pace.open();
@@ -165,14 +165,14 @@ mod tests {
         let ready =
             |pace: &RequestPace, habits| pace.ready_at(&habits, ms(2)).duration_since(begun);
         assert_eq!(ready(&pace, habits), ms(2000));
-        assert_eq!(ready(&pace, Habits::default()), ms(0));
+        assert_eq!(ready(&pace, PeerHabits::default()), ms(0));
         after(2000).await;
         pace.end(&habits);
         assert_eq!(ready(&pace, habits), ms(2050));
-        assert_eq!(ready(&pace, Habits::default()), ms(2050), "the last peer's pause");
+        assert_eq!(ready(&pace, PeerHabits::default()), ms(2050), "the last peer's pause");
         after(100).await;
-        pace.end(&Habits::default());
-        assert_eq!(ready(&pace, Habits::default()), ms(2102));
+        pace.end(&PeerHabits::default());
+        assert_eq!(ready(&pace, PeerHabits::default()), ms(2102));
     }
 
     #[tokio::test(start_paused = true)]
@@ -180,28 +180,28 @@ mod tests {
         let mut pace = RequestPace::new();
         pace.open();
         pace.ask();
-        assert_eq!(pace.hint(), Hint::SinceOpening);
+        assert_eq!(pace.hint(), SilenceHint::SinceOpening);
         after(1200).await;
         pace.ask();
         pace.answer();
         pace.ask();
-        assert_eq!(pace.hint(), Hint::AfterAnswer);
+        assert_eq!(pace.hint(), SilenceHint::AfterAnswer);
         pace.answer();
         after(20).await;
         pace.ask();
-        assert_eq!(pace.hint(), Hint::None, "it was answered sooner before");
+        assert_eq!(pace.hint(), SilenceHint::None, "it was answered sooner before");
         pace.open();
         pace.ask();
-        assert_eq!(pace.hint(), Hint::SinceOpening);
+        assert_eq!(pace.hint(), SilenceHint::SinceOpening);
         after(1300).await;
         pace.ask();
-        assert_eq!(pace.hint(), Hint::None, "it was answered earlier before");
+        assert_eq!(pace.hint(), SilenceHint::None, "it was answered earlier before");
     }
 
     #[tokio::test(start_paused = true)]
     async fn silence_ends_a_connection_not_at_once_and_a_new_one_later() {
         let mut pace = RequestPace::new();
-        let habits = Habits::default();
+        let habits = PeerHabits::default();
         pace.open();
         for _ in 0..5 {
             pace.miss();

@@ -5,17 +5,17 @@
 //! protocol and of the peer. A number in several registers stays within one request, so that all
 //! of them are from the same moment.
 
-use super::settings::{Habits, ModbusPoint, PointForm, Table};
+use super::settings::{ModbusPoint, ModbusTable, PeerHabits, PointForm};
 use super::values;
 use crate::modbus::pdu::{READ_BITS_MAX, READ_WORDS_MAX};
 
 /// One request that reads.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Group {
+pub struct ReadGroup {
     /// The unit.
     pub unit: u8,
     /// The table.
-    pub table: Table,
+    pub table: ModbusTable,
     /// The first address.
     pub first: u16,
     /// The number of elements.
@@ -25,15 +25,15 @@ pub struct Group {
 }
 
 /// The requests that read all points.
-pub fn reads(points: &[ModbusPoint], gap: u16, habits: &Habits) -> Vec<Group> {
-    let mut groups: Vec<Group> = Vec::new();
+pub fn reads(points: &[ModbusPoint], gap: u16, habits: &PeerHabits) -> Vec<ReadGroup> {
+    let mut groups: Vec<ReadGroup> = Vec::new();
     for (at, point) in ModbusPoint::by_place(points) {
         match groups.last_mut() {
             Some(group) if group.takes(&point, gap, habits) => {
                 group.count = group.count.max(point.at - group.first + point.width());
                 group.points.push((at, point));
             }
-            _ => groups.push(Group {
+            _ => groups.push(ReadGroup {
                 unit: point.unit,
                 table: point.table,
                 first: point.at,
@@ -45,10 +45,10 @@ pub fn reads(points: &[ModbusPoint], gap: u16, habits: &Habits) -> Vec<Group> {
     groups
 }
 
-impl Group {
+impl ReadGroup {
     /// Whether a point belongs to this request. The point must not be before the request's first
     /// point.
-    fn takes(&self, point: &ModbusPoint, gap: u16, habits: &Habits) -> bool {
+    fn takes(&self, point: &ModbusPoint, gap: u16, habits: &PeerHabits) -> bool {
         if (self.unit, self.table) != (point.unit, point.table) {
             return false;
         }
@@ -97,36 +97,36 @@ fn word(data: &[u8], place: usize) -> u16 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::modbus::number::{NumberOrder, NumberType, WordOrder};
-    use crate::modbus_client::settings::{Number, NumberPart};
+    use crate::modbus::number::{NumberOrder, RegisterNumberType, WordOrder};
+    use crate::modbus_client::settings::{NumberPart, RegisterNumber};
     use crate::scaling::Scaling;
     use proptest::prelude::*;
 
-    fn number(kind: NumberType, words: WordOrder) -> PointForm {
+    fn number(kind: RegisterNumberType, words: WordOrder) -> PointForm {
         let order = NumberOrder { words, ..NumberOrder::default() };
         let (part, scaling) = (NumberPart::Whole, Scaling::none(false));
-        PointForm::Number(Number { kind, order, part, scaling })
+        PointForm::Number(RegisterNumber { kind, order, part, scaling })
     }
 
     fn register(at: u16) -> ModbusPoint {
         ModbusPoint {
             unit: 1,
-            table: Table::HoldingRegisters,
+            table: ModbusTable::HoldingRegisters,
             at,
-            form: number(NumberType::U16, WordOrder::HighFirst),
+            form: number(RegisterNumberType::U16, WordOrder::HighFirst),
         }
     }
 
     fn wide(at: u16) -> ModbusPoint {
-        ModbusPoint { form: number(NumberType::U32, WordOrder::HighFirst), ..register(at) }
+        ModbusPoint { form: number(RegisterNumberType::U32, WordOrder::HighFirst), ..register(at) }
     }
 
     fn bit(at: u16) -> ModbusPoint {
-        ModbusPoint { unit: 1, table: Table::DiscreteInputs, at, form: PointForm::Bit }
+        ModbusPoint { unit: 1, table: ModbusTable::DiscreteInputs, at, form: PointForm::Bit }
     }
 
     fn shape(points: &[ModbusPoint], gap: u16) -> Vec<(u16, u16)> {
-        reads(points, gap, &Habits::default())
+        reads(points, gap, &PeerHabits::default())
             .iter()
             .map(|group| (group.first, group.count))
             .collect()
@@ -146,8 +146,8 @@ mod tests {
     #[test]
     fn units_and_tables_have_requests_of_their_own() {
         let other_unit = ModbusPoint { unit: 2, ..register(11) };
-        let other_table = ModbusPoint { table: Table::InputRegisters, ..register(12) };
-        let groups = reads(&[register(10), other_unit, other_table], 100, &Habits::default());
+        let other_table = ModbusPoint { table: ModbusTable::InputRegisters, ..register(12) };
+        let groups = reads(&[register(10), other_unit, other_table], 100, &PeerHabits::default());
         assert_eq!(groups.len(), 3);
     }
 
@@ -163,7 +163,7 @@ mod tests {
     #[test]
     fn requests_are_as_long_as_the_peer_takes() {
         let limited = |points: &[ModbusPoint], registers_max, bits_max| -> Vec<(u16, u16)> {
-            let habits = Habits { registers_max, bits_max, ..Habits::default() };
+            let habits = PeerHabits { registers_max, bits_max, ..PeerHabits::default() };
             reads(points, 100, &habits).iter().map(|group| (group.first, group.count)).collect()
         };
         let registers: Vec<ModbusPoint> = (0..5).map(register).collect();
@@ -178,14 +178,15 @@ mod tests {
     #[test]
     fn the_halves_of_a_number_are_read_together() {
         let half = |part| {
-            let PointForm::Number(number) = number(NumberType::U64, WordOrder::HighFirst) else {
+            let PointForm::Number(number) = number(RegisterNumberType::U64, WordOrder::HighFirst)
+            else {
                 unreachable!()
             };
-            let form = PointForm::Number(Number { part, ..number });
+            let form = PointForm::Number(RegisterNumber { part, ..number });
             ModbusPoint { form, ..register(10) }
         };
         let points = [half(NumberPart::High), half(NumberPart::Low), register(14)];
-        let habits = Habits { registers_max: 4, ..Habits::default() };
+        let habits = PeerHabits { registers_max: 4, ..PeerHabits::default() };
         let groups = reads(&points, 0, &habits);
         assert_eq!(groups.len(), 2);
         let mut inputs = [None; 3];
@@ -202,15 +203,17 @@ mod tests {
 
     #[test]
     fn what_is_read_goes_to_its_points() {
-        let low_first =
-            ModbusPoint { form: number(NumberType::I32, WordOrder::LowFirst), ..register(12) };
+        let low_first = ModbusPoint {
+            form: number(RegisterNumberType::I32, WordOrder::LowFirst),
+            ..register(12)
+        };
         let flag = ModbusPoint { form: PointForm::RegisterBit(9), ..register(11) };
         let points = [low_first, register(10), flag];
         let mut inputs = [None; 3];
-        let groups = reads(&points, 0, &Habits::default());
+        let groups = reads(&points, 0, &PeerHabits::default());
         assert!(groups[0].bring_in(&[0, 7, 2, 0, 0, 5, 0, 1], &mut inputs));
         assert_eq!(inputs, [Some(65_541), Some(7), Some(1)]);
-        let bits = reads(&[bit(3), bit(8)], 1, &Habits::default());
+        let bits = reads(&[bit(3), bit(8)], 1, &PeerHabits::default());
         let mut inputs = [None; 2];
         assert!(bits[0].bring_in(&[0b10_0000], &mut inputs));
         assert_eq!(inputs, [Some(0), Some(1)]);
@@ -218,26 +221,31 @@ mod tests {
 
     #[test]
     fn what_is_no_number_is_told_and_not_read() {
-        let form = number(NumberType::F32, WordOrder::HighFirst);
+        let form = number(RegisterNumberType::F32, WordOrder::HighFirst);
         let float = |at| ModbusPoint { form, ..register(at) };
         let mut inputs = [None; 2];
         let data = [0x7f, 0xc0, 0, 0, 0x3f, 0x80, 0, 0];
         assert!(
-            !reads(&[float(0), float(2)], 0, &Habits::default())[0].bring_in(&data, &mut inputs)
+            !reads(&[float(0), float(2)], 0, &PeerHabits::default())[0]
+                .bring_in(&data, &mut inputs)
         );
         assert_eq!(inputs, [None, Some(1)], "its neighbour is read");
     }
 
-    const TABLES: [Table; 4] =
-        [Table::Coils, Table::DiscreteInputs, Table::HoldingRegisters, Table::InputRegisters];
+    const TABLES: [ModbusTable; 4] = [
+        ModbusTable::Coils,
+        ModbusTable::DiscreteInputs,
+        ModbusTable::HoldingRegisters,
+        ModbusTable::InputRegisters,
+    ];
 
     fn any_point() -> impl Strategy<Value = ModbusPoint> {
         (1u8..4, 0..4usize, 0u16..700, any::<bool>()).prop_map(|(unit, table, at, is_wide)| {
             let table = TABLES[table];
             let form = match (table.is_bits(), is_wide) {
                 (true, _) => PointForm::Bit,
-                (false, true) => number(NumberType::U32, WordOrder::HighFirst),
-                (false, false) => number(NumberType::U16, WordOrder::HighFirst),
+                (false, true) => number(RegisterNumberType::U32, WordOrder::HighFirst),
+                (false, false) => number(RegisterNumberType::U16, WordOrder::HighFirst),
             };
             ModbusPoint { unit, table, at, form }
         })
@@ -249,7 +257,7 @@ mod tests {
             points in prop::collection::vec(any_point(), 0..200), gap in 0u16..=100,
         ) {
             let mut seen = vec![0; points.len()];
-            for group in reads(&points, gap, &Habits::default()) {
+            for group in reads(&points, gap, &PeerHabits::default()) {
                 let max = if group.table.is_bits() { READ_BITS_MAX } else { READ_WORDS_MAX };
                 prop_assert!((1..=max).contains(&group.count));
                 for (at, point) in &group.points {

@@ -14,7 +14,7 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 
 use super::rtu::FRAME_BYTES_MAX;
-use super::settings::{Parity, RtuPort, Serial};
+use super::settings::{Parity, RtuPort, SerialSettings};
 use super::tcp;
 
 /// The most bytes that are discarded before a request: a peer that sends more never stops.
@@ -104,7 +104,7 @@ impl RtuWire {
 }
 
 /// Opens a port, and sets it to raw bytes with the speed and format of the settings.
-fn open_serial(settings: &Serial) -> io::Result<AsyncFd<OwnedFd>> {
+fn open_serial(settings: &SerialSettings) -> io::Result<AsyncFd<OwnedFd>> {
     let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
     let port = open(&settings.path, flags, Mode::empty())?;
     let mut modes = tcgetattr(&port)?;

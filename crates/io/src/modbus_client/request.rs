@@ -2,7 +2,7 @@
 //!
 //! The callers keep all numbers within the limits of the protocol; this module does not check them.
 
-use super::settings::Table;
+use super::settings::ModbusTable;
 
 /// The function codes of writes.
 const WRITE_COIL: u8 = 5;
@@ -11,12 +11,12 @@ const WRITE_COILS: u8 = 15;
 const WRITE_REGISTERS: u8 = 16;
 
 /// Appends a read of `count` elements from `first` on.
-pub fn push_read(pdu: &mut Vec<u8>, table: Table, (first, count): (u16, u16)) {
+pub fn push_read(pdu: &mut Vec<u8>, table: ModbusTable, (first, count): (u16, u16)) {
     let function = match table {
-        Table::Coils => 1,
-        Table::DiscreteInputs => 2,
-        Table::HoldingRegisters => 3,
-        Table::InputRegisters => 4,
+        ModbusTable::Coils => 1,
+        ModbusTable::DiscreteInputs => 2,
+        ModbusTable::HoldingRegisters => 3,
+        ModbusTable::InputRegisters => 4,
     };
     push(pdu, function, [first, count]);
 }
@@ -57,7 +57,7 @@ mod tests {
     use super::*;
     use crate::modbus::pdu;
 
-    fn of(make: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
+    fn request_bytes(make: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
         let mut pdu = Vec::new();
         make(&mut pdu);
         pdu
@@ -65,27 +65,33 @@ mod tests {
 
     #[test]
     fn requests_are_what_the_specification_shows() {
-        assert_eq!(of(|p| push_read(p, Table::Coils, (19, 19))), [1, 0, 19, 0, 19]);
-        assert_eq!(of(|p| push_read(p, Table::InputRegisters, (8, 1))), [4, 0, 8, 0, 1]);
-        assert_eq!(of(|p| push_write_single(p, true, 172, 1)), [5, 0, 172, 0xff, 0]);
-        assert_eq!(of(|p| push_write_single(p, true, 172, 0)), [5, 0, 172, 0, 0]);
-        assert_eq!(of(|p| push_write_single(p, false, 1, 3)), [6, 0, 1, 0, 3]);
+        assert_eq!(
+            request_bytes(|p| push_read(p, ModbusTable::Coils, (19, 19))),
+            [1, 0, 19, 0, 19]
+        );
+        assert_eq!(
+            request_bytes(|p| push_read(p, ModbusTable::InputRegisters, (8, 1))),
+            [4, 0, 8, 0, 1]
+        );
+        assert_eq!(request_bytes(|p| push_write_single(p, true, 172, 1)), [5, 0, 172, 0xff, 0]);
+        assert_eq!(request_bytes(|p| push_write_single(p, true, 172, 0)), [5, 0, 172, 0, 0]);
+        assert_eq!(request_bytes(|p| push_write_single(p, false, 1, 3)), [6, 0, 1, 0, 3]);
         let coils = [1, 0, 1, 1, 0, 0, 1, 1, 1, 0];
-        let pdu = of(|p| push_write_multiple(p, true, 19, &coils));
+        let pdu = request_bytes(|p| push_write_multiple(p, true, 19, &coils));
         assert_eq!(pdu, [15, 0, 19, 0, 10, 2, 0xcd, 1]);
-        let pdu = of(|p| push_write_multiple(p, false, 1, &[10, 258]));
+        let pdu = request_bytes(|p| push_write_multiple(p, false, 1, &[10, 258]));
         assert_eq!(pdu, [16, 0, 1, 0, 2, 4, 0, 10, 1, 2]);
     }
 
     #[test]
     fn the_longest_are_taken_by_a_server() {
-        let tables = [(Table::Coils, 2000), (Table::HoldingRegisters, 125)];
+        let tables = [(ModbusTable::Coils, 2000), (ModbusTable::HoldingRegisters, 125)];
         for (table, count) in tables {
-            assert!(pdu::parse(&of(|p| push_read(p, table, (0, count)))).is_ok());
+            assert!(pdu::parse(&request_bytes(|p| push_read(p, table, (0, count)))).is_ok());
         }
-        let longest = of(|p| push_write_multiple(p, true, 0, &[1; 1968]));
+        let longest = request_bytes(|p| push_write_multiple(p, true, 0, &[1; 1968]));
         assert!(pdu::parse(&longest).is_ok());
-        let longest = of(|p| push_write_multiple(p, false, 0, &[1; 123]));
+        let longest = request_bytes(|p| push_write_multiple(p, false, 0, &[1; 123]));
         assert!(pdu::parse(&longest).is_ok());
     }
 }

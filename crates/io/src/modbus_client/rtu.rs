@@ -43,7 +43,7 @@ pub fn frame(frame: &mut Vec<u8>, unit: u8, pdu: &[u8]) {
 
 /// The content of the bytes received so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Heard<'a> {
+pub(crate) enum ReceivedFrame<'a> {
     /// No answer yet.
     Nothing,
     /// The PDU of an answer.
@@ -60,31 +60,31 @@ pub(crate) fn is_answered_by_itself(request: &[u8]) -> bool {
 
 /// Reads the bytes of a line that should not send requests back; `frame` is the request's frame.
 /// Until the time limit is over (`is_late`), bytes that may still become an echo count as nothing.
-pub(crate) fn hear<'a>(received: &'a [u8], frame: &[u8], is_late: bool) -> Heard<'a> {
-    let Some((unit, request)) = parts(frame) else { return Heard::Nothing };
+pub(crate) fn hear<'a>(received: &'a [u8], frame: &[u8], is_late: bool) -> ReceivedFrame<'a> {
+    let Some((unit, request)) = parts(frame) else { return ReceivedFrame::Nothing };
     if is_answered_by_itself(request) {
-        return find(received, unit, request).map_or(Heard::Nothing, Heard::Answer);
+        return find(received, unit, request).map_or(ReceivedFrame::Nothing, ReceivedFrame::Answer);
     }
     for start in 0..received.len() {
         let bytes = &received[start..];
         if bytes.starts_with(frame) {
-            return Heard::Echo;
+            return ReceivedFrame::Echo;
         }
         if frame.starts_with(bytes) && !is_late {
-            return Heard::Nothing;
+            return ReceivedFrame::Nothing;
         }
         if let Some(answer) = at_start(bytes, unit, request) {
-            return Heard::Answer(answer);
+            return ReceivedFrame::Answer(answer);
         }
     }
-    Heard::Nothing
+    ReceivedFrame::Nothing
 }
 
 /// Reads the bytes of a line that sends requests back: the answer follows the request's frame.
-pub(crate) fn behind_echo<'a>(received: &'a [u8], frame: &[u8]) -> Heard<'a> {
+pub(crate) fn behind_echo<'a>(received: &'a [u8], frame: &[u8]) -> ReceivedFrame<'a> {
     let behind = received.strip_prefix(frame).zip(parts(frame));
     let answer = behind.and_then(|(received, (unit, request))| find(received, unit, request));
-    answer.map_or(Heard::Nothing, Heard::Answer)
+    answer.map_or(ReceivedFrame::Nothing, ReceivedFrame::Answer)
 }
 
 /// The unit and the PDU of a frame.
@@ -215,12 +215,16 @@ mod tests {
                 let [high, low] = at.to_be_bytes();
                 let request = framed(1, &[function, high, low, 0, 8]);
                 for end in 0..8 {
-                    assert_eq!(hear(&request[..end], &request, false), Heard::Nothing, "{at}");
+                    assert_eq!(
+                        hear(&request[..end], &request, false),
+                        ReceivedFrame::Nothing,
+                        "{at}"
+                    );
                 }
-                assert_eq!(hear(&request, &request, false), Heard::Echo, "{at}");
+                assert_eq!(hear(&request, &request, false), ReceivedFrame::Echo, "{at}");
                 let noisy = [&[0xff, 0], &request[..]].concat();
-                assert_eq!(hear(&noisy, &request, false), Heard::Echo, "{at}");
-                assert_eq!(behind_echo(&request, &request), Heard::Nothing);
+                assert_eq!(hear(&noisy, &request, false), ReceivedFrame::Echo, "{at}");
+                assert_eq!(behind_echo(&request, &request), ReceivedFrame::Nothing);
             }
         }
     }
@@ -230,14 +234,14 @@ mod tests {
         let answer = framed(1, &[3, 2, 0, 7]);
         let read = framed(1, &READ);
         let both = [&read[..], &answer].concat();
-        assert_eq!(behind_echo(&both, &read), Heard::Answer(&[3, 2, 0, 7]));
-        assert_eq!(hear(&both, &read, false), Heard::Echo);
-        assert_eq!(hear(&answer, &read, false), Heard::Answer(&[3, 2, 0, 7]));
-        assert_eq!(behind_echo(&answer, &read), Heard::Nothing, "no echo");
+        assert_eq!(behind_echo(&both, &read), ReceivedFrame::Answer(&[3, 2, 0, 7]));
+        assert_eq!(hear(&both, &read, false), ReceivedFrame::Echo);
+        assert_eq!(hear(&answer, &read, false), ReceivedFrame::Answer(&[3, 2, 0, 7]));
+        assert_eq!(behind_echo(&answer, &read), ReceivedFrame::Nothing, "no echo");
         let write = framed(1, &[6, 0, 1, 0, 3]);
-        assert_eq!(behind_echo(&write, &write), Heard::Nothing);
+        assert_eq!(behind_echo(&write, &write), ReceivedFrame::Nothing);
         let twice = [&write[..], &write].concat();
-        assert_eq!(behind_echo(&twice, &write), Heard::Answer(&[6, 0, 1, 0, 3]));
+        assert_eq!(behind_echo(&twice, &write), ReceivedFrame::Answer(&[6, 0, 1, 0, 3]));
     }
 
     #[test]
@@ -250,9 +254,9 @@ mod tests {
         let [zero, count] = crc(&[unit, 1, 1, at]).to_le_bytes();
         let mut request = Vec::new();
         frame(&mut request, unit, &[1, 1, at, zero, count]);
-        assert_eq!(hear(&request[..6], &request, false), Heard::Nothing);
-        assert_eq!(hear(&request[..6], &request, true), Heard::Answer(&[1, 1, at]));
-        assert_eq!(hear(&request, &request, true), Heard::Echo);
+        assert_eq!(hear(&request[..6], &request, false), ReceivedFrame::Nothing);
+        assert_eq!(hear(&request[..6], &request, true), ReceivedFrame::Answer(&[1, 1, at]));
+        assert_eq!(hear(&request, &request, true), ReceivedFrame::Echo);
     }
 
     proptest! {

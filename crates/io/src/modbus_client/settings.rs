@@ -4,24 +4,24 @@
 
 use std::net::SocketAddr;
 
-use crate::modbus::number::{NumberOrder, NumberType, WordOrder};
+use crate::modbus::number::{NumberOrder, RegisterNumberType, WordOrder};
 use crate::modbus::pdu::{READ_BITS_MAX, READ_WORDS_MAX};
-pub use crate::modbus::settings::Table;
+pub use crate::modbus::settings::ModbusTable;
 use crate::scaling::Scaling;
 
 /// A Modbus client's settings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClientSettings {
     /// The way to its peer.
-    pub link: Link,
+    pub link: LinkSettings,
     /// The time limit for a whole answer, ms.
     pub timeout_ms: u32,
     /// The peer's limits and pauses.
-    pub habits: Habits,
+    pub habits: PeerHabits,
     /// The interval at which all outputs are written even if none has changed, ms; 0: never.
     pub write_every_ms: u32,
     /// The functions that write.
-    pub writes: Writes,
+    pub writes: WriteFunctions,
     /// The most unused registers, or 16 times as many bits, between two points of one read request.
     pub gap: u16,
     /// A register that a counter is written to.
@@ -32,9 +32,9 @@ pub struct ClientSettings {
     pub outputs: Vec<ModbusPoint>,
 }
 
-/// The way to a peer: the frames, and what carries them. [`Habits`] are the same for every way.
+/// The way to a peer: the frames, and what carries them. [`PeerHabits`] are the same for every way.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Link {
+pub enum LinkSettings {
     /// Frames of Modbus TCP over TCP.
     Tcp(TcpLink),
     /// Frames of Modbus RTU over a line.
@@ -74,14 +74,14 @@ pub struct RtuLine {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum RtuPort {
     /// A serial line of this machine.
-    Serial(Serial),
+    Serial(SerialSettings),
     /// TCP, to a serial server that passes on all bytes.
     Tcp(TcpPeer),
 }
 
 /// A serial line.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Serial {
+pub struct SerialSettings {
     /// Its character device.
     pub path: String,
     /// Bits per second.
@@ -114,7 +114,7 @@ pub enum Transaction {
 
 /// The habits of a peer that its requests respect, by any link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Habits {
+pub struct PeerHabits {
     /// The time after connecting, or opening the port, in which nothing is sent, ms.
     pub connect_delay_ms: u32,
     /// The least time from an answer to the next request, ms.
@@ -149,20 +149,20 @@ impl Transaction {
         [("check", Transaction::Check), ("ignore", Transaction::Ignore)];
 }
 
-impl Habits {
+impl PeerHabits {
     /// The time after a broadcast if no key gives one: the specification's 100 to 200 ms.
     pub const BROADCAST_DELAY_MS: u32 = 100;
 
     /// The most elements of a table in one request, within the protocol's `most`.
-    pub(super) fn elements_max(&self, table: Table, most: u16) -> u16 {
+    pub(super) fn elements_max(&self, table: ModbusTable, most: u16) -> u16 {
         most.min(if table.is_bits() { self.bits_max } else { self.registers_max })
     }
 }
 
-impl Default for Habits {
+impl Default for PeerHabits {
     /// Those of a peer that does everything that the specification allows.
-    fn default() -> Habits {
-        Habits {
+    fn default() -> PeerHabits {
+        PeerHabits {
             connect_delay_ms: 0,
             pause_ms: 0,
             broadcast_delay_ms: Self::BROADCAST_DELAY_MS,
@@ -189,7 +189,7 @@ impl Parity {
 
 /// The functions that write.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Writes {
+pub enum WriteFunctions {
     /// 5 and 6 for one element, 15 and 16 for several.
     #[default]
     Fitting,
@@ -199,10 +199,13 @@ pub enum Writes {
     Multiple,
 }
 
-impl Writes {
+impl WriteFunctions {
     /// All values with their names.
-    pub const NAMES: [(&'static str, Writes); 3] =
-        [("fitting", Writes::Fitting), ("single", Writes::Single), ("multiple", Writes::Multiple)];
+    pub const NAMES: [(&'static str, WriteFunctions); 3] = [
+        ("fitting", WriteFunctions::Fitting),
+        ("single", WriteFunctions::Single),
+        ("multiple", WriteFunctions::Multiple),
+    ];
 }
 
 /// A holding register that a counter is written to.
@@ -222,7 +225,7 @@ pub struct ModbusPoint {
     /// The unit.
     pub unit: u8,
     /// The table.
-    pub table: Table,
+    pub table: ModbusTable,
     /// The protocol address of its bit, or of its first register.
     pub at: u16,
     /// The form of its value.
@@ -237,14 +240,14 @@ pub enum PointForm {
     /// A bit of a register; 0 is the lowest.
     RegisterBit(u8),
     /// A number.
-    Number(Number),
+    Number(RegisterNumber),
 }
 
 /// A number in one, two or four registers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Number {
+pub struct RegisterNumber {
     /// Its type.
-    pub kind: NumberType,
+    pub kind: RegisterNumberType,
     /// The order of its bytes.
     pub order: NumberOrder,
     /// What the point has of it.
@@ -284,7 +287,7 @@ impl ModbusPoint {
     /// The elements that it writes, as an output: those of its half, if it has half a number.
     pub fn written(&self) -> std::ops::Range<u32> {
         let (at, width) = (u32::from(self.at), u32::from(self.width()));
-        let PointForm::Number(Number { part, order, .. }) = self.form else {
+        let PointForm::Number(RegisterNumber { part, order, .. }) = self.form else {
             return at..at + width;
         };
         let is_first = (part == NumberPart::High) == (order.words == WordOrder::HighFirst);

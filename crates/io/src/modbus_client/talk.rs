@@ -2,22 +2,22 @@
 //!
 //! Called by `client`, which chooses the requests. This module decides the scope of trouble: an
 //! exception affects its request, silence affects its unit, and garbage affects the connection. Two
-//! kinds of trouble end the connection but not the exchange ([`Cut::Anew`]): the exchange continues
-//! over a new connection.
+//! kinds of trouble end the connection but not the exchange ([`ConnectionLoss::Anew`]): the
+//! exchange continues over a new connection.
 
 use std::fmt;
 use std::time::Duration;
 
-use super::answer::{self, Wrong};
-use super::link::{Link, LinkFailure};
-use super::settings::Table;
-use super::unit::Unit;
-use crate::device::Trouble;
+use super::answer::{self, AnswerFault};
+use super::link::{LinkFailure, PeerLink};
+use super::settings::ModbusTable;
+use super::unit::UnitState;
+use crate::device::ExchangeFailure;
 
 /// The link, and the state of the units that it reaches.
-pub(super) struct Talk<L> {
+pub(super) struct UnitTalk<L> {
     pub link: L,
-    pub units: Vec<Unit>,
+    pub units: Vec<UnitState>,
     pub request: Vec<u8>,
     answer: Vec<u8>,
     /// The shortest time for which no request is sent to a silent unit. If answers do not identify
@@ -30,20 +30,20 @@ pub(super) struct Talk<L> {
 }
 
 /// The end of a connection during an exchange.
-pub(super) enum Cut {
+pub(super) enum ConnectionLoss {
     /// The exchange has failed.
-    Off(Trouble),
+    Off(ExchangeFailure),
     /// The exchange can continue over a new connection. If connecting fails, this trouble is
     /// reported.
-    Anew(Trouble),
+    Anew(ExchangeFailure),
 }
 
 /// The question, for the log.
 #[derive(Clone, Copy)]
-pub(super) struct Question {
+pub(super) struct RequestText {
     pub verb: &'static str,
     pub unit: u8,
-    pub table: Table,
+    pub table: ModbusTable,
     pub first: u16,
     pub count: u16,
     /// Whether a smaller limit of elements would divide it into several requests.
@@ -53,19 +53,19 @@ pub(super) struct Question {
 /// The verb of questions for inputs.
 pub(super) const READING: &str = "reading";
 
-impl<L: Link> Talk<L> {
+impl<L: PeerLink> UnitTalk<L> {
     /// A talk with these units, whose answers are complete within `timeout`.
-    pub fn new(link: L, mut units: Vec<u8>, timeout: Duration) -> Talk<L> {
+    pub fn new(link: L, mut units: Vec<u8>, timeout: Duration) -> UnitTalk<L> {
         units.sort_unstable();
         units.dedup();
-        let units = units.into_iter().map(Unit::new).collect();
+        let units = units.into_iter().map(UnitState::new).collect();
         let pause = if L::STARTS_ANEW { timeout } else { Duration::ZERO };
         let (request, answer) = (Vec::new(), Vec::new());
-        Talk { link, units, request, answer, pause, has_heard: false, was_silent: false }
+        UnitTalk { link, units, request, answer, pause, has_heard: false, was_silent: false }
     }
 
     /// Begins an exchange.
-    pub fn begin(&mut self, begin: impl FnMut(&mut Unit)) {
+    pub fn begin(&mut self, begin: impl FnMut(&mut UnitState)) {
         (self.has_heard, self.was_silent) = (false, false);
         self.units.iter_mut().for_each(begin);
     }
@@ -76,7 +76,7 @@ impl<L: Link> Talk<L> {
         self.was_silent && !self.has_heard
     }
 
-    pub fn unit(&mut self, number: u8) -> &mut Unit {
+    pub fn unit(&mut self, number: u8) -> &mut UnitState {
         let at = self.units.binary_search_by_key(&number, |unit| unit.number);
         &mut self.units[at.expect("every unit of the plan is listed")]
     }
@@ -86,14 +86,14 @@ impl<L: Link> Talk<L> {
     ///
     /// # Errors
     /// The connection has ended.
-    pub async fn ask(&mut self, what: &Question) -> Result<Option<&[u8]>, Cut> {
+    pub async fn ask(&mut self, what: &RequestText) -> Result<Option<&[u8]>, ConnectionLoss> {
         if self.unit(what.unit).is_left {
             return Ok(None);
         }
-        let Talk { link, request, answer, .. } = self;
+        let UnitTalk { link, request, answer, .. } = self;
         if link.is_broadcast(what.unit) {
             // Nobody answers: that it is sent is all that is known.
-            return match link.tell(request).await {
+            return match link.broadcast(request).await {
                 Ok(()) => Ok(Some(&[])),
                 Err(failure) => self.fail(what, failure).map(|()| None),
             };
@@ -113,7 +113,7 @@ impl<L: Link> Talk<L> {
     }
 
     /// Handles a missing answer.
-    fn fail(&mut self, what: &Question, failure: LinkFailure) -> Result<(), Cut> {
+    fn fail(&mut self, what: &RequestText, failure: LinkFailure) -> Result<(), ConnectionLoss> {
         let (pause, is_alone, is_first) = (self.pause, self.units.len() == 1, !self.has_heard);
         let is_usable = self.link.is_usable();
         let unit = self.unit(what.unit);
@@ -124,14 +124,14 @@ impl<L: Link> Talk<L> {
                     unit.miss(reason, pause);
                     return Ok(());
                 }
-                let trouble = Trouble::disconnected(reason.clone());
+                let trouble = ExchangeFailure::disconnected(reason.clone());
                 if is_alone {
-                    return Err(Cut::Off(trouble));
+                    return Err(ConnectionLoss::Off(trouble));
                 }
                 // The other units of the link may still answer.
                 unit.miss(reason, pause);
                 self.was_silent = true;
-                Err(Cut::Anew(trouble))
+                Err(ConnectionLoss::Anew(trouble))
             }
             // The unit receives further requests: a read shows whether it is present.
             LinkFailure::Doubtful(reason) => {
@@ -141,40 +141,40 @@ impl<L: Link> Talk<L> {
             // The peer closed the connection while it was idle. The request can be repeated even if
             // the peer has executed it: a read changes nothing, and a write sets the same values
             // again.
-            LinkFailure::Closed(reason) if is_first => {
-                Err(Cut::Anew(Trouble::disconnected(format!("{what}: {reason}"))))
-            }
+            LinkFailure::Closed(reason) if is_first => Err(ConnectionLoss::Anew(
+                ExchangeFailure::disconnected(format!("{what}: {reason}")),
+            )),
             LinkFailure::Closed(reason) => {
                 let reason = format!("{what}: {reason} {CLOSED_AFTER_ANSWER}");
-                Err(Cut::Off(Trouble::disconnected(reason)))
+                Err(ConnectionLoss::Off(ExchangeFailure::disconnected(reason)))
             }
             LinkFailure::Broken(reason) => {
-                Err(Cut::Off(Trouble::disconnected(format!("{what}: {reason}"))))
+                Err(ConnectionLoss::Off(ExchangeFailure::disconnected(format!("{what}: {reason}"))))
             }
         }
     }
 
     /// Handles a PDU that is not a good answer.
-    fn refuse(&mut self, what: &Question, wrong: Wrong) -> Result<(), Cut> {
+    fn refuse(&mut self, what: &RequestText, wrong: AnswerFault) -> Result<(), ConnectionLoss> {
         let hint = what.hint(&self.request, wrong);
         let (reason, pause) = (format!("{what}: {wrong}{hint}"), self.pause);
         let unit = self.unit(what.unit);
         match wrong {
-            Wrong::Exception(_) if wrong.is_absence() => unit.miss(reason, Duration::ZERO),
-            Wrong::Exception(_) => {
+            AnswerFault::Exception(_) if wrong.is_absence() => unit.miss(reason, Duration::ZERO),
+            AnswerFault::Exception(_) => {
                 unit.found();
                 // A unit that refuses a read still accepts its outputs.
                 let noted = if what.verb == READING { &mut unit.unread } else { &mut unit.trouble };
                 noted.get_or_insert(reason);
             }
             // The PDU may answer an earlier request, and the right answer may still arrive.
-            Wrong::Empty
-            | Wrong::Function(_)
-            | Wrong::Length
-            | Wrong::Count { .. }
-            | Wrong::Echo => {
+            AnswerFault::Empty
+            | AnswerFault::Function(_)
+            | AnswerFault::Length
+            | AnswerFault::Count { .. }
+            | AnswerFault::Echo => {
                 if !L::STARTS_ANEW {
-                    return Err(Cut::Off(Trouble::disconnected(reason)));
+                    return Err(ConnectionLoss::Off(ExchangeFailure::disconnected(reason)));
                 }
                 unit.miss(reason, pause);
             }
@@ -187,30 +187,30 @@ impl<L: Link> Talk<L> {
 const CLOSED_AFTER_ANSWER: &str = "after an answer: for a device that always does so, set \
      `connection = \"per-request\"`";
 
-impl Question {
+impl RequestText {
     /// The key that a peer with this refusal may need, as an end of its sentence.
-    fn hint(&self, request: &[u8], wrong: Wrong) -> &'static str {
+    fn hint(&self, request: &[u8], wrong: AnswerFault) -> &'static str {
         let is_bits = self.table.is_bits();
-        let is_short = matches!(wrong, Wrong::Count { came, asked } if came < asked);
+        let is_short = matches!(wrong, AnswerFault::Count { came, asked } if came < asked);
         match (wrong, request.first()) {
-            (Wrong::Exception(2..=4), _) | (Wrong::Count { .. }, _)
-                if self.is_joined && (is_short || matches!(wrong, Wrong::Exception(_))) =>
+            (AnswerFault::Exception(2..=4), _) | (AnswerFault::Count { .. }, _)
+                if self.is_joined && (is_short || matches!(wrong, AnswerFault::Exception(_))) =>
             {
                 match is_bits {
                     true => "; if it accepts shorter requests, set `max-bits`",
                     false => "; if it accepts shorter requests, set `max-registers`",
                 }
             }
-            (Wrong::Exception(1), Some(5 | 6)) => "; try `writes = \"multiple\"`",
-            (Wrong::Exception(1), Some(15 | 16)) => "; try `writes = \"single\"`",
+            (AnswerFault::Exception(1), Some(5 | 6)) => "; try `writes = \"multiple\"`",
+            (AnswerFault::Exception(1), Some(15 | 16)) => "; try `writes = \"single\"`",
             _ => "",
         }
     }
 }
 
-impl fmt::Display for Question {
+impl fmt::Display for RequestText {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Question { verb, unit, table, first, count, .. } = *self;
+        let RequestText { verb, unit, table, first, count, .. } = *self;
         write!(f, "{verb} {} {first}", table.name())?;
         if count > 1 {
             write!(f, "..{}", u32::from(first) + u32::from(count) - 1)?;

@@ -15,17 +15,17 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::time::{Instant, sleep_until, timeout};
 
-use super::link::{Link, LinkFailure};
-use super::pace::{Hint, RequestPace};
+use super::link::{LinkFailure, PeerLink};
+use super::pace::{RequestPace, SilenceHint};
 use super::rtu;
-use super::settings::{ConnectionUse, Habits, TcpLink, TcpPeer, Transaction};
-use crate::device::Trouble;
-use crate::modbus::frame::{self, FRAME_BYTES_MAX, Header, Split};
+use super::settings::{ConnectionUse, PeerHabits, TcpLink, TcpPeer, Transaction};
+use crate::device::ExchangeFailure;
+use crate::modbus::frame::{self, FRAME_BYTES_MAX, FrameHeader, FrameSplit};
 
 /// A peer, and the connection to it.
-pub struct Tcp {
+pub struct TcpConnection {
     settings: TcpLink,
-    habits: Habits,
+    habits: PeerHabits,
     timeout: Duration,
     stream: Option<TcpStream>,
     pace: RequestPace,
@@ -35,10 +35,10 @@ pub struct Tcp {
     received: [u8; FRAME_BYTES_MAX],
 }
 
-impl Tcp {
+impl TcpConnection {
     /// A link that is not connected yet, for answers that are complete within `timeout`.
-    pub fn new(settings: TcpLink, habits: Habits, timeout: Duration) -> Tcp {
-        Tcp {
+    pub fn new(settings: TcpLink, habits: PeerHabits, timeout: Duration) -> TcpConnection {
+        TcpConnection {
             settings,
             habits,
             timeout,
@@ -58,7 +58,7 @@ impl Tcp {
     }
 
     /// Sends a question and receives its answer; `Ok(None)` if no byte of it came in time.
-    async fn exchange(&mut self, header: Header, request: &[u8]) -> Result<usize, Unanswered> {
+    async fn exchange(&mut self, header: FrameHeader, request: &[u8]) -> Result<usize, Unanswered> {
         let ready_at = self.pace.ready_at(&self.habits, Duration::ZERO);
         if ready_at > Instant::now() {
             sleep_until(ready_at).await;
@@ -97,9 +97,9 @@ impl Tcp {
         self.lost = self.lost.saturating_add(1);
         self.pace.miss();
         let hint = match self.pace.hint() {
-            Hint::SinceOpening => NONE_SINCE_CONNECTING,
-            Hint::AfterAnswer => NONE_AFTER_ANSWER,
-            Hint::None => "",
+            SilenceHint::SinceOpening => NONE_SINCE_CONNECTING,
+            SilenceHint::AfterAnswer => NONE_AFTER_ANSWER,
+            SilenceHint::None => "",
         };
         // Without transactions, a late answer would be taken for the next one.
         if self.settings.transaction == Transaction::Ignore || self.pace.is_over(&self.habits) {
@@ -127,11 +127,11 @@ pub(super) const NONE_AFTER_ANSWER: &str =
 /// What may help if only the beginning of an answer came.
 pub(super) const REST_IS_LATE: &str = "; if the rest was only late, set a longer `timeout`";
 
-impl Link for Tcp {
+impl PeerLink for TcpConnection {
     const STARTS_ANEW: bool = false;
 
-    async fn connect(&mut self) -> Result<(), Trouble> {
-        self.open().await.map_err(Trouble::disconnected)
+    async fn connect(&mut self) -> Result<(), ExchangeFailure> {
+        self.open().await.map_err(ExchangeFailure::disconnected)
     }
 
     async fn ask(
@@ -145,7 +145,7 @@ impl Link for Tcp {
             self.open().await.map_err(LinkFailure::Broken)?;
         }
         self.transaction = self.transaction.wrapping_add(1);
-        let header = Header { transaction: self.transaction, unit };
+        let header = FrameHeader { transaction: self.transaction, unit };
         let done = self.exchange(header, request).await;
         self.pace.end(&self.habits);
         let done = match done {
@@ -177,7 +177,7 @@ impl Link for Tcp {
         false
     }
 
-    async fn tell(&mut self, _: &[u8]) -> Result<(), LinkFailure> {
+    async fn broadcast(&mut self, _: &[u8]) -> Result<(), LinkFailure> {
         Err(LinkFailure::Broken("Modbus TCP has no broadcasts".to_owned()))
     }
 
@@ -220,14 +220,14 @@ async fn receive(
         }
         loop {
             match frame::split(&bytes[..*filled]) {
-                Split::More => break,
-                Split::Frame { header, bytes: end, .. }
+                FrameSplit::More => break,
+                FrameSplit::Frame { header, bytes: end, .. }
                     if (1..=lost).contains(&transaction.wrapping_sub(header.transaction)) =>
                 {
                     bytes.copy_within(end..*filled, 0);
                     *filled -= end;
                 }
-                Split::Frame { .. } | Split::Broken(_) => return Ok(()),
+                FrameSplit::Frame { .. } | FrameSplit::Broken(_) => return Ok(()),
             }
         }
     }
@@ -246,34 +246,34 @@ pub(super) fn is_closed(error: &io::Error) -> bool {
 /// Takes the answer's PDU out of the received bytes.
 fn check(
     (received, request): (&[u8], &[u8]),
-    asked: Header,
+    asked: FrameHeader,
     transaction: Transaction,
     answer: &mut Vec<u8>,
 ) -> Result<(), String> {
-    let is_other = |header: Header| {
+    let is_other = |header: FrameHeader| {
         transaction == Transaction::Check && header.transaction != asked.transaction
     };
     match frame::split(received) {
-        Split::More => Err("no whole answer".to_owned()),
-        Split::Broken(_) if rtu::find(received, asked.unit, request).is_some() => {
+        FrameSplit::More => Err("no whole answer".to_owned()),
+        FrameSplit::Broken(_) if rtu::find(received, asked.unit, request).is_some() => {
             Err("the answer is a frame of Modbus RTU: `driver = \"modbus-rtu\"` with \
                  `port = \"tcp://…\"` reads it"
                 .to_owned())
         }
-        Split::Broken(broken) => Err(broken.to_string()),
-        Split::Frame { header, .. } if is_other(header) => {
+        FrameSplit::Broken(broken) => Err(broken.to_string()),
+        FrameSplit::Frame { header, .. } if is_other(header) => {
             Err("the answer is to a different question (transaction): for a device that always \
                  answers so, set `transaction = \"ignore\"`"
                 .to_owned())
         }
-        Split::Frame { header, .. } if header.unit != asked.unit => {
+        FrameSplit::Frame { header, .. } if header.unit != asked.unit => {
             let (unit, wanted) = (header.unit, asked.unit);
             Err(format!("the answer is unit {unit}'s, not unit {wanted}'s: try `unit = {unit}`"))
         }
-        Split::Frame { bytes, .. } if bytes < received.len() => {
+        FrameSplit::Frame { bytes, .. } if bytes < received.len() => {
             Err("there are more bytes after the answer".to_owned())
         }
-        Split::Frame { pdu, .. } => {
+        FrameSplit::Frame { pdu, .. } => {
             answer.clear();
             answer.extend_from_slice(pdu);
             Ok(())

@@ -7,9 +7,9 @@ use std::time::Duration;
 
 use tokio::time::Instant;
 
-use crate::device::{Occasion, Retry};
+use crate::device::{ExchangeReason, Retry};
 
-pub(super) struct Unit {
+pub(super) struct UnitState {
     pub number: u8,
     /// The first silence or refused write of this exchange; of an earlier exchange if the unit
     /// receives no request in this one.
@@ -28,9 +28,9 @@ pub(super) struct Unit {
     rests_until: Option<Instant>,
 }
 
-impl Unit {
-    pub fn new(number: u8) -> Unit {
-        Unit {
+impl UnitState {
+    pub fn new(number: u8) -> UnitState {
+        UnitState {
             number,
             trouble: None,
             unread: None,
@@ -44,17 +44,19 @@ impl Unit {
     }
 
     pub fn begin_anew(&mut self) {
-        *self = Unit::new(self.number);
+        *self = UnitState::new(self.number);
     }
 
     /// Prepares for an exchange: a unit in trouble receives requests when inputs are due, not at
     /// every change. `is_anew`: inputs are read from the first group on.
-    pub fn begin(&mut self, occasion: Occasion, now: Instant, is_anew: bool) {
+    pub fn begin(&mut self, occasion: ExchangeReason, now: Instant, is_anew: bool) {
         self.was_troubled = self.trouble.is_some();
         self.is_left = match occasion {
-            Occasion::Change => self.was_troubled,
-            Occasion::First | Occasion::Poll => self.rests_until.is_some_and(|until| now < until),
-            Occasion::Last => false,
+            ExchangeReason::Change => self.was_troubled,
+            ExchangeReason::First | ExchangeReason::Poll => {
+                self.rests_until.is_some_and(|until| now < until)
+            }
+            ExchangeReason::Last => false,
         };
         self.rests = self.is_left;
         if !self.is_left {

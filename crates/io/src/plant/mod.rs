@@ -21,7 +21,7 @@ pub use drive::{PlantDrive, Rules};
 pub use model::{Lost, Model};
 pub use rules::RuleSet;
 
-use super::device::{Driver, Exchange, Extent, Trouble};
+use super::device::{Driver, Exchange, ExchangeExtent, ExchangeFailure};
 use settings::Plant as Settings;
 
 /// A plant that runs by the machine's clock.
@@ -41,19 +41,22 @@ impl Plant {
 }
 
 impl Driver for Plant {
-    async fn connect(&mut self) -> Result<(), Trouble> {
+    async fn connect(&mut self) -> Result<(), ExchangeFailure> {
         Ok(())
     }
 
-    async fn exchange(&mut self, exchange: Exchange<'_>) -> Result<Extent, Trouble> {
+    async fn exchange(
+        &mut self,
+        exchange: Exchange<'_>,
+    ) -> Result<ExchangeExtent, ExchangeFailure> {
         let now_ms = self.started.get_or_insert_with(Instant::now).elapsed().as_millis() as u64;
         if self.model.step(now_ms, exchange.outputs, &mut self.inputs) == Err(Lost) {
-            return Err(Trouble::kept("the plant does not answer: a fault has cut it off"));
+            return Err(ExchangeFailure::kept("the plant does not answer: a fault has cut it off"));
         }
         for (input, value) in exchange.inputs.iter_mut().zip(&self.inputs) {
             *input = Some(*value);
         }
-        Ok(Extent::Whole)
+        Ok(ExchangeExtent::Whole)
     }
 
     fn disconnect(&mut self) {}

@@ -5,9 +5,10 @@ use std::time::Duration;
 
 use crate::io::rig::{Rig, rig};
 use rungd_io::device::{
-    DeviceParts, DeviceTask, Driver, Exchange, Extent, Health, Occasion, Trouble,
+    DeviceHealth, DeviceParts, DeviceTask, Driver, Exchange, ExchangeExtent, ExchangeFailure,
+    ExchangeReason,
 };
-use rungd_runtime::wiring::Source;
+use rungd_runtime::wiring::OutputSource;
 use tokio::sync::oneshot;
 use tokio::task::{JoinHandle, LocalSet};
 use tokio::time::{Instant, sleep};
@@ -16,7 +17,7 @@ use tokio::time::{Instant, sleep};
 #[derive(Clone, Debug, PartialEq)]
 pub enum Call {
     Connect,
-    Exchange(Occasion, Vec<i32>),
+    Exchange(ExchangeReason, Vec<i32>),
     Disconnect,
 }
 
@@ -24,10 +25,10 @@ pub enum Call {
 pub struct Script {
     pub calls: Vec<(Duration, Call)>,
     /// The results of the next connects; success if empty. `exchanges` has those of the exchanges.
-    pub connects: Vec<Result<(), Trouble>>,
+    pub connects: Vec<Result<(), ExchangeFailure>>,
     /// The number of next attempts to connect that do not end.
     pub hangs: u32,
-    pub exchanges: Vec<Result<(), Trouble>>,
+    pub exchanges: Vec<Result<(), ExchangeFailure>>,
     /// The number of requests of an exchange, and the duration of each.
     pub requests: (u32, Duration),
     /// The inputs that an exchange reads.
@@ -53,12 +54,12 @@ impl Scripted {
 pub const BUG: &str = "a bug of this driver";
 
 /// Removes the next result from the script; success if there is none.
-pub fn next(answers: &mut Vec<Result<(), Trouble>>) -> Result<(), Trouble> {
+pub fn next(answers: &mut Vec<Result<(), ExchangeFailure>>) -> Result<(), ExchangeFailure> {
     if answers.is_empty() { Ok(()) } else { answers.remove(0) }
 }
 
 impl Driver for Scripted {
-    async fn connect(&mut self) -> Result<(), Trouble> {
+    async fn connect(&mut self) -> Result<(), ExchangeFailure> {
         let (answer, hangs) = {
             let mut script = self.note(Call::Connect);
             let hangs = script.hangs > 0;
@@ -71,7 +72,10 @@ impl Driver for Scripted {
         answer
     }
 
-    async fn exchange(&mut self, exchange: Exchange<'_>) -> Result<Extent, Trouble> {
+    async fn exchange(
+        &mut self,
+        exchange: Exchange<'_>,
+    ) -> Result<ExchangeExtent, ExchangeFailure> {
         let call = Call::Exchange(exchange.occasion, exchange.outputs.to_vec());
         let (answer, (requests, each)) = {
             let mut script = self.note(call);
@@ -79,17 +83,17 @@ impl Driver for Scripted {
             (next(&mut script.exchanges), script.requests)
         };
         assert!(!answer.as_ref().is_err_and(|trouble| trouble.reason == BUG), "{BUG}");
-        if matches!(exchange.occasion, Occasion::Poll | Occasion::First) {
+        if matches!(exchange.occasion, ExchangeReason::Poll | ExchangeReason::First) {
             while self.requests < requests {
                 sleep(each).await;
                 self.requests += 1;
                 if self.requests < requests && (exchange.is_urgent)() {
-                    return Ok(Extent::Part);
+                    return Ok(ExchangeExtent::Part);
                 }
             }
             self.requests = 0;
         }
-        answer.map(|()| Extent::Whole)
+        answer.map(|()| ExchangeExtent::Whole)
     }
 
     fn disconnect(&mut self) {
@@ -100,7 +104,7 @@ impl Driver for Scripted {
 pub struct Bench {
     pub rig: Rig,
     pub script: Arc<Mutex<Script>>,
-    pub health: Health,
+    pub health: DeviceHealth,
     pub stop: Option<oneshot::Sender<()>>,
     pub task: JoinHandle<()>,
 }
@@ -119,7 +123,7 @@ impl Bench {
         Bench::of(rig(false), script)
     }
 
-    pub fn of_sources(script: Script, sources: Vec<Source>) -> Bench {
+    pub fn of_sources(script: Script, sources: Vec<OutputSource>) -> Bench {
         let mut rig = rig(false);
         rig.sources = sources;
         rig.scans(1);
@@ -129,7 +133,7 @@ impl Bench {
     pub fn of(mut rig: Rig, script: Script) -> Bench {
         let script =
             Arc::new(Mutex::new(Script { inputs: [1, 0, 42, 7].map(Some).into(), ..script }));
-        let health = Health::new("line1", "scripted", "the test".to_owned());
+        let health = DeviceHealth::new("line1", "scripted", "the test".to_owned());
         let driver = Scripted { script: Arc::clone(&script), begun: Instant::now(), requests: 0 };
         let (stop, stopped) = oneshot::channel::<()>();
         let input_end = rig.take_line();
@@ -172,5 +176,5 @@ pub fn run(test: impl Future<Output = ()>) {
 }
 
 pub fn poll(y2: i32, d1: i32, v0: i32) -> Call {
-    Call::Exchange(Occasion::Poll, vec![y2, d1, v0])
+    Call::Exchange(ExchangeReason::Poll, vec![y2, d1, v0])
 }

@@ -6,7 +6,7 @@ use crate::io::device_bench::*;
 use std::sync::Arc;
 use std::time::Duration;
 
-use rungd_io::device::{Health, Occasion, Trouble};
+use rungd_io::device::{DeviceHealth, ExchangeFailure, ExchangeReason};
 use tokio::time::{Instant, sleep};
 
 #[test]
@@ -29,7 +29,7 @@ fn before_the_first_scan_inputs_are_read_and_no_output_is_touched() {
     run(async {
         let mut bench = Bench::before_the_first_scan(Script::default());
         sleep(Duration::from_millis(30)).await;
-        let first = || Call::Exchange(Occasion::First, vec![0, -1, 0]);
+        let first = || Call::Exchange(ExchangeReason::First, vec![0, -1, 0]);
         assert_eq!(bench.calls(), [Call::Connect, first(), first()]);
         assert!(bench.health.has_exchanged());
         bench.rig.advance_to_now();
@@ -40,7 +40,7 @@ fn before_the_first_scan_inputs_are_read_and_no_output_is_touched() {
             "the first scan sees it"
         );
         sleep(Duration::from_millis(1)).await;
-        let changed = Call::Exchange(Occasion::Change, vec![1, 42, 8]);
+        let changed = Call::Exchange(ExchangeReason::Change, vec![1, 42, 8]);
         assert_eq!(bench.calls(), [changed], "its outputs leave at once");
     });
 }
@@ -65,7 +65,7 @@ fn an_output_that_changes_goes_out_at_once() {
         bench.rig.advance_to_now();
         bench.rig.scans(1);
         sleep(Duration::from_millis(1)).await;
-        let changed = Call::Exchange(Occasion::Change, vec![1, 42, 8]);
+        let changed = Call::Exchange(ExchangeReason::Change, vec![1, 42, 8]);
         assert_eq!(bench.timed(), [(Duration::from_millis(5), changed)]);
         bench.rig.scans(1);
         sleep(Duration::from_millis(1)).await;
@@ -76,7 +76,7 @@ fn an_output_that_changes_goes_out_at_once() {
 #[test]
 fn trouble_that_the_connection_outlives_does_not_connect_again() {
     run(async {
-        let exchanges = vec![Ok(()), Err(Trouble::kept("exception 2"))];
+        let exchanges = vec![Ok(()), Err(ExchangeFailure::kept("exception 2"))];
         let mut bench = Bench::start(Script { exchanges, ..Script::default() });
         sleep(Duration::from_millis(30)).await;
         assert_eq!(bench.calls(), [Call::Connect, poll(0, 0, 1), poll(0, 0, 1)]);
@@ -92,7 +92,8 @@ fn trouble_that_the_connection_outlives_does_not_connect_again() {
 
 #[test]
 fn what_a_failed_exchange_has_read_is_handed_on_unless_the_connection_is_lost() {
-    for (trouble, seen) in [(Trouble::kept("exception 2"), 43), (Trouble::disconnected("cut"), 42)]
+    for (trouble, seen) in
+        [(ExchangeFailure::kept("exception 2"), 43), (ExchangeFailure::disconnected("cut"), 42)]
     {
         run(async {
             let exchanges = vec![Ok(()), Err(trouble.clone())];
@@ -116,7 +117,7 @@ fn what_a_failed_exchange_has_read_is_handed_on_unless_the_connection_is_lost() 
 #[test]
 fn a_change_that_was_not_taken_waits_for_the_next_poll() {
     run(async {
-        let exchanges = vec![Ok(()), Err(Trouble::kept("exception 6"))];
+        let exchanges = vec![Ok(()), Err(ExchangeFailure::kept("exception 6"))];
         let mut bench = Bench::start(Script { exchanges, ..Script::default() });
         sleep(Duration::from_millis(2)).await;
         bench.calls();
@@ -125,7 +126,7 @@ fn a_change_that_was_not_taken_waits_for_the_next_poll() {
             bench.rig.scans(1);
             sleep(Duration::from_millis(1)).await;
         }
-        let changed = Call::Exchange(Occasion::Change, vec![1, 42, 8]);
+        let changed = Call::Exchange(ExchangeReason::Change, vec![1, 42, 8]);
         assert_eq!(bench.calls(), [changed], "once, not with every scan");
         sleep(Duration::from_millis(10)).await;
         assert_eq!(bench.calls(), [poll(1, 42, 8)]);
@@ -135,7 +136,7 @@ fn a_change_that_was_not_taken_waits_for_the_next_poll() {
 #[test]
 fn a_connection_that_is_lost_is_made_again_and_all_outputs_are_written() {
     run(async {
-        let exchanges = vec![Ok(()), Err(Trouble::disconnected("no answer in 200 ms"))];
+        let exchanges = vec![Ok(()), Err(ExchangeFailure::disconnected("no answer in 200 ms"))];
         let bench = Bench::start(Script { exchanges, ..Script::default() });
         sleep(Duration::from_millis(400)).await;
         let calls = bench.calls();
@@ -148,7 +149,7 @@ fn a_connection_that_is_lost_is_made_again_and_all_outputs_are_written() {
 #[test]
 fn a_panic_of_a_driver_costs_its_connection_and_nothing_else() {
     run(async {
-        let bug = || Err(Trouble::kept(BUG));
+        let bug = || Err(ExchangeFailure::kept(BUG));
         let script = Script { exchanges: vec![Ok(()), bug()], ..Script::default() };
         let mut bench = Bench::start(script);
         sleep(Duration::from_millis(30)).await;
@@ -167,7 +168,7 @@ fn a_panic_of_a_driver_costs_its_connection_and_nothing_else() {
 #[test]
 fn attempts_to_connect_are_further_and_further_apart_and_never_end() {
     run(async {
-        let refused = || Err(Trouble::disconnected("connection refused"));
+        let refused = || Err(ExchangeFailure::disconnected("connection refused"));
         let connects = (0..200).map(|_| refused()).collect();
         let bench = Bench::start(Script { connects, ..Script::default() });
         sleep(Duration::from_secs(2000)).await;
@@ -190,7 +191,7 @@ fn the_end_writes_the_safe_values_once_more() {
         sleep(Duration::from_millis(1)).await;
         bench.calls();
         bench.end().await;
-        let last = Call::Exchange(Occasion::Last, vec![0, -1, 8]);
+        let last = Call::Exchange(ExchangeReason::Last, vec![0, -1, 8]);
         assert_eq!(bench.calls(), [last, Call::Disconnect]);
     });
 }
@@ -198,7 +199,7 @@ fn the_end_writes_the_safe_values_once_more() {
 #[test]
 fn the_end_tries_a_device_that_is_not_there_for_two_seconds() {
     run(async {
-        let connects = (0..99).map(|_| Err(Trouble::disconnected("no route"))).collect();
+        let connects = (0..99).map(|_| Err(ExchangeFailure::disconnected("no route"))).collect();
         let mut bench = Bench::start(Script { connects, ..Script::default() });
         sleep(Duration::from_millis(500)).await;
         bench.calls();
@@ -215,7 +216,7 @@ fn the_end_tries_a_device_that_is_not_there_for_two_seconds() {
 #[test]
 fn the_end_writes_to_a_device_that_comes_back_within_two_seconds_and_waits_no_longer() {
     run(async {
-        let connects = (0..99).map(|_| Err(Trouble::disconnected("no route"))).collect();
+        let connects = (0..99).map(|_| Err(ExchangeFailure::disconnected("no route"))).collect();
         let mut bench = Bench::start(Script { connects, ..Script::default() });
         sleep(Duration::from_millis(500)).await;
         let (begun, script) = (Instant::now(), Arc::clone(&bench.script));
@@ -248,7 +249,7 @@ fn the_end_tries_again_a_device_that_refuses_its_safe_values() {
         let mut bench = Bench::start(Script::default());
         sleep(Duration::from_millis(1)).await;
         bench.calls();
-        let busy = || Err(Trouble::kept("exception 6"));
+        let busy = || Err(ExchangeFailure::kept("exception 6"));
         bench.script.lock().unwrap().exchanges = vec![busy(), busy(), busy()];
         bench.end().await;
         assert_eq!(bench.calls(), [last(), last(), last(), last(), Call::Disconnect]);
@@ -258,7 +259,7 @@ fn the_end_tries_again_a_device_that_refuses_its_safe_values() {
 #[test]
 fn the_end_of_a_device_without_outputs_waits_for_nothing() {
     run(async {
-        let connects = (0..99).map(|_| Err(Trouble::disconnected("no route"))).collect();
+        let connects = (0..99).map(|_| Err(ExchangeFailure::disconnected("no route"))).collect();
         let mut bench = Bench::of_sources(Script { connects, ..Script::default() }, Vec::new());
         sleep(Duration::from_millis(500)).await;
         let begun = Instant::now();
@@ -275,13 +276,13 @@ fn scan(bench: &mut Bench) {
 
 /// The last exchange of a controller that scanned twice.
 fn last() -> Call {
-    Call::Exchange(Occasion::Last, vec![0, -1, 1])
+    Call::Exchange(ExchangeReason::Last, vec![0, -1, 1])
 }
 
 #[test]
 fn the_end_connects_once_more_to_a_device_in_back_off() {
     run(async {
-        let connects = (0..9).map(|_| Err(Trouble::disconnected("refused"))).collect();
+        let connects = (0..9).map(|_| Err(ExchangeFailure::disconnected("refused"))).collect();
         let mut bench = Bench::start(Script { connects, ..Script::default() });
         sleep(Duration::from_millis(460)).await;
         bench.calls();
@@ -297,7 +298,7 @@ fn the_end_connects_once_more_to_a_device_in_back_off() {
 #[test]
 fn the_end_connects_anew_where_the_exchange_under_way_or_the_last_one_fails() {
     run(async {
-        let lost = || Err(Trouble::disconnected("no answer in 200 ms"));
+        let lost = || Err(ExchangeFailure::disconnected("no answer in 200 ms"));
         let exchanges = vec![lost(), lost()];
         let mut bench = Bench::start(Script { exchanges, ..Script::default() });
         sleep(Duration::from_millis(1)).await;
@@ -364,7 +365,7 @@ fn the_end_interrupts_a_long_exchange_and_the_first_scan_does() {
         sleep(Duration::from_millis(10)).await;
         scan(&mut bench);
         sleep(Duration::from_millis(150)).await;
-        let first = Call::Exchange(Occasion::First, vec![0, -1, 0]);
+        let first = Call::Exchange(ExchangeReason::First, vec![0, -1, 0]);
         assert_eq!(bench.calls(), [Call::Connect, first, poll(0, 0, 1)]);
         let begun = Instant::now();
         bench.end().await;
@@ -375,7 +376,7 @@ fn the_end_interrupts_a_long_exchange_and_the_first_scan_does() {
 
 #[test]
 fn a_device_that_comes_and_goes_writes_so_many_lines_and_says_what_it_left_out() {
-    let health = Health::new("line1", "scripted", String::new());
+    let health = DeviceHealth::new("line1", "scripted", String::new());
     let told = (0..50).filter(|_| health.may_tell().is_some()).count();
     assert_eq!(told, 20);
 }

@@ -7,9 +7,9 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self};
 use std::time::{Duration, Instant};
 
-use rungd_io::device::{DeviceKeeper, Health, Opener};
-use rungd_runtime::Safe;
-use rungd_runtime::command::Command;
+use rungd_io::device::{DeviceHealth, DeviceKeeper, Opener};
+use rungd_runtime::SafeState;
+use rungd_runtime::command::ScanCommand;
 use rungd_runtime::exchange::{FaultReason, Mode};
 use rungd_runtime::local::{Local, LocalFailure};
 use rungd_runtime::pacing::Clock;
@@ -53,11 +53,11 @@ fn other_safe_values_of_a_reload_in_stop_go_out_at_once() {
     fake.set(1, 1);
     rig.scans(3);
     assert_eq!(fake.written().last().unwrap()[..], [0, 1, 1, 1, 1]);
-    rig.reload([Safe::Off, Safe::On, Safe::Hold]);
+    rig.reload([SafeState::Off, SafeState::On, SafeState::Hold]);
     assert_eq!(fake.written(), [[0; 0]; 0], "the same ones");
-    rig.reload([Safe::On, Safe::Hold, Safe::Hold]);
+    rig.reload([SafeState::On, SafeState::Hold, SafeState::Hold]);
     assert_eq!(fake.written(), [[1, 1, 1, 1, 1]], "what is held stays as it is");
-    rig.reload([Safe::Hold, Safe::Off, Safe::Off]);
+    rig.reload([SafeState::Hold, SafeState::Off, SafeState::Off]);
     assert_eq!(fake.written(), [[1, 0, 0, 1, 1]]);
     assert_eq!(rig.port.latest().outputs[..3], [1, 0, 0], "and for all others");
 }
@@ -68,11 +68,11 @@ fn a_command_of_an_operator_does_so_too() {
     let mut rig = Rig::with(&fake);
     rig.scans(2);
     fake.written();
-    let _ = rig.port.command(Command::Stop);
+    let _ = rig.port.command(ScanCommand::Stop);
     rig.scans(3);
     assert!(matches!(rig.mode(), Mode::Stop(_)));
     assert_eq!(fake.written().last().unwrap()[..], [0, 1, 0, 1, 0]);
-    let _ = rig.port.command(Command::Run);
+    let _ = rig.port.command(ScanCommand::Run);
     rig.scans(3);
     assert_eq!(fake.written().last().unwrap()[..], OFF);
 }
@@ -251,7 +251,7 @@ fn writes_in_time_do_not_excuse_reads_that_are_late() {
 fn lines_that_come_in_stop_are_made_safe() {
     let fake = fake(1);
     let mut rig = rig();
-    let _ = rig.port.command(Command::Stop);
+    let _ = rig.port.command(ScanCommand::Stop);
     rig.scans(3);
     assert!(matches!(rig.mode(), Mode::Stop(_)));
     rig.hand_in(&fake);
@@ -284,7 +284,7 @@ fn a_keeper_opens_again_with_safe_values_and_ends_with_them() {
     let fake = fake(1);
     let (refusals, opened) = (AtomicI32::new(2), Mutex::default());
     let shop = Arc::new(Shop { fake: Arc::clone(&fake), refusals, opened });
-    let health = Health::new("local", "gpio", "a shop".into());
+    let health = DeviceHealth::new("local", "gpio", "a shop".into());
     let mut keeper = DeviceKeeper::new(Arc::clone(&shop) as _, line, health.clone(), port.clone());
     keeper.open();
     assert_eq!(
@@ -339,7 +339,7 @@ fn a_keeper_opens_a_chip_that_comes_back_within_two_seconds_of_the_end_with_safe
         let Rig { mut scanner, mut monitor, port, line, clock, .. } = rig();
         let (refusals, opened) = (AtomicI32::new(refusals), Mutex::default());
         let shop = Arc::new(Shop { fake: fake(1), refusals, opened });
-        let health = Health::new("local", "gpio", "a shop".into());
+        let health = DeviceHealth::new("local", "gpio", "a shop".into());
         let mut keeper = DeviceKeeper::new(Arc::clone(&shop) as _, line, health, port.clone());
         keeper.open();
         assert!(scanner.step());

@@ -14,10 +14,11 @@ use rungd_language::source::span::SourceFile;
 use rungd_runtime::exchange::{FaultReason, Mode, Port, Snapshot, Tempo};
 use rungd_runtime::local::{Local, LocalEnd};
 use rungd_runtime::pacing::Clock;
-use rungd_runtime::wiring::{Source, Wiring, WiringTarget};
+use rungd_runtime::wiring::{OutputSource, Wiring, WiringTarget};
 use rungd_runtime::{
-    Carried, Contents, Memory, Monitor, Observer, Pace, Package, Posture, Record, Reloader, Safe,
-    Scanner, Settings, Statistics, Watched, Whole, assemble_whole,
+    CarriedWatches, Monitor, Observer, Package, PackageParts, Posture, PublicMemory, Reloader,
+    RuntimeParts, SafeState, ScanRecord, Scanner, ScannerSettings, Statistics, ThreadSettings,
+    WatchedCells, assemble_whole,
 };
 
 pub use rungd_test_support::patience::PATIENCE;
@@ -60,7 +61,7 @@ impl Clock for TestClock {
 pub struct Deaf;
 
 impl Observer for Deaf {
-    fn record(&mut self, _: &Record) {}
+    fn record(&mut self, _: &ScanRecord) {}
     fn statistics(&mut self, _: &Statistics) {}
     fn dropped(&mut self, _: u64) {}
     fn tripped(&mut self, _: FaultReason, _: u64) {}
@@ -136,7 +137,7 @@ pub struct Rig {
     pub line: LocalEnd,
     pub clock: TestClock,
     pub code: rungd_engine::Program,
-    pub contents: Contents,
+    pub contents: PackageParts,
     pub c8: rungd_engine::BitCell,
 }
 
@@ -156,11 +157,11 @@ pub fn rig() -> Rig {
     let wiring = Wiring {
         inputs: vec![WiringTarget::Input(0), WiringTarget::Input(1)],
         outputs: vec![
-            Source::Output(0),
-            Source::Output(1),
-            Source::Output(2),
-            Source::Cell(c0, Some(1)),
-            Source::Cell(c0, None),
+            OutputSource::Output(0),
+            OutputSource::Output(1),
+            OutputSource::Output(2),
+            OutputSource::Cell(c0, Some(1)),
+            OutputSource::Cell(c0, None),
         ],
         ok: bit("local.Ok"),
         stale: bit("local.Stale"),
@@ -168,35 +169,35 @@ pub fn rig() -> Rig {
         zero_on_loss: false,
         local_budget_ns: Some(BUDGET_NS),
     };
-    let mut safe = vec![Safe::Off; program.sizes.y as usize];
-    safe[1..3].copy_from_slice(&[Safe::On, Safe::Hold]);
-    let settings = Settings {
-        pace: Pace {
+    let mut safe = vec![SafeState::Off; program.sizes.y as usize];
+    safe[1..3].copy_from_slice(&[SafeState::On, SafeState::Hold]);
+    let settings = ThreadSettings {
+        pace: ScannerSettings {
             tempo: Tempo { period_ns: 10 * MS, watchdog_ns: 200 * MS },
             scans: None,
             statistics_every_ns: None,
             start_in_stop: None,
         },
-        memory: Memory::new(layout, safe),
-        watched: Watched::default(),
+        memory: PublicMemory::new(layout, safe),
+        watched: WatchedCells::default(),
         posture: Posture::default(),
         field: vec![wiring],
     };
     let clock = TestClock::default();
     clock.0.store(1000 * MS, Ordering::Relaxed);
-    let contents = Contents {
+    let contents = PackageParts {
         transfer: Transfer::memory(layout, layout),
         generation: 0,
         tempo: settings.pace.tempo,
         asked: Vec::new(),
-        watched: Watched::default(),
-        carried: Carried::default(),
+        watched: WatchedCells::default(),
+        carried: CarriedWatches::default(),
         bits: settings.memory.bits,
         words: settings.memory.words,
         safe: settings.memory.safe.clone(),
     };
     let whole = assemble_whole(Engine::new(code.clone()), clock.clone(), &settings, Deaf);
-    let Whole { mut scanner, monitor, port, reloader, mut lines } = whole;
+    let RuntimeParts { mut scanner, monitor, port, reloader, mut lines } = whole;
     scanner.start();
     let line = lines.remove(0).local.expect("it is local");
     Rig { scanner, monitor, port, reloader, line, clock, code, contents, c8: bit("C8") }
@@ -223,7 +224,7 @@ impl Rig {
     }
 
     /// Reloads the same program with these safe values of Y0, Y1 and Y2.
-    pub fn reload(&mut self, safe: [Safe; 3]) {
+    pub fn reload(&mut self, safe: [SafeState; 3]) {
         self.contents.generation += 1;
         self.contents.safe[..3].copy_from_slice(&safe);
         let (machine, latest) = (Engine::new(self.code.clone()), self.port.latest());

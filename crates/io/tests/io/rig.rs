@@ -14,10 +14,11 @@ use rungd_language::source::span::SourceFile;
 use rungd_runtime::exchange::{FaultReason, Port, Snapshot, Tempo};
 use rungd_runtime::inputs::InputEnd;
 use rungd_runtime::pacing::Clock;
-use rungd_runtime::wiring::{Source, Wiring, WiringTarget};
+use rungd_runtime::wiring::{OutputSource, Wiring, WiringTarget};
 use rungd_runtime::{
-    DeviceEdge, Memory, Monitor, Observer, Pace, Posture, Record, RecordEvent, Safe, Scanner,
-    Settings, Statistics, Watched, Whole, assemble_whole, monotonic_ns,
+    DeviceEdge, Monitor, Observer, Posture, PublicMemory, RecordEvent, RuntimeParts, SafeState,
+    ScanRecord, Scanner, ScannerSettings, Statistics, ThreadSettings, WatchedCells, assemble_whole,
+    monotonic_ns,
 };
 
 pub const MS: u64 = 1_000_000;
@@ -46,7 +47,7 @@ impl Clock for SimulatedClock {
 pub struct Heard(pub Arc<Mutex<Vec<(u64, DeviceEdge)>>>);
 
 impl Observer for Heard {
-    fn record(&mut self, record: &Record) {
+    fn record(&mut self, record: &ScanRecord) {
         if let RecordEvent::Device { device: 0, edge } = record.what {
             self.0.lock().unwrap().push((record.scan, edge));
         }
@@ -87,7 +88,7 @@ pub struct Rig {
     line: Option<InputEnd>,
     pub clock: SimulatedClock,
     /// The device's outputs: Y2, D1 (safe: -1), V0 (safe: as it is).
-    pub sources: Vec<Source>,
+    pub sources: Vec<OutputSource>,
 }
 
 /// X0, X3, D0 and V0 come from the device; Y2, D1 and V0 go to it.
@@ -112,9 +113,9 @@ pub fn rig(zero_on_loss: bool) -> Rig {
     let wiring = Wiring {
         inputs: vec![WiringTarget::Input(0), WiringTarget::Input(3), target("D0"), target("V0")],
         outputs: vec![
-            Source::Output(2),
-            Source::Cell(rungd_engine::Cell::Word(word("D1").0), Some(-1)),
-            Source::Cell(rungd_engine::Cell::Word(word("V0").0), None),
+            OutputSource::Output(2),
+            OutputSource::Cell(rungd_engine::Cell::Word(word("D1").0), Some(-1)),
+            OutputSource::Cell(rungd_engine::Cell::Word(word("V0").0), None),
         ],
         ok: bit("line1.Ok"),
         stale: bit("line1.Stale"),
@@ -122,17 +123,17 @@ pub fn rig(zero_on_loss: bool) -> Rig {
         zero_on_loss,
         local_budget_ns: None,
     };
-    let mut safe = vec![Safe::Off; program.sizes.y as usize];
-    safe[3] = Safe::Hold;
-    let settings = Settings {
-        pace: Pace {
+    let mut safe = vec![SafeState::Off; program.sizes.y as usize];
+    safe[3] = SafeState::Hold;
+    let settings = ThreadSettings {
+        pace: ScannerSettings {
             tempo: Tempo { period_ns: PERIOD_NS, watchdog_ns: 200 * MS },
             scans: None,
             statistics_every_ns: None,
             start_in_stop: None,
         },
-        memory: Memory::new(layout, safe),
-        watched: Watched::default(),
+        memory: PublicMemory::new(layout, safe),
+        watched: WatchedCells::default(),
         posture: Posture::default(),
         field: vec![wiring.clone()],
     };
@@ -140,7 +141,7 @@ pub fn rig(zero_on_loss: bool) -> Rig {
     clock.0.set(1000 * MS);
     let engine = Engine::new(code);
     let whole = assemble_whole(engine, clock.clone(), &settings, heard.clone());
-    let Whole { mut scanner, monitor, port, mut lines, .. } = whole;
+    let RuntimeParts { mut scanner, monitor, port, mut lines, .. } = whole;
     port.set_input(3, true);
     scanner.start();
     let (line, sources) = (Some(lines.remove(0).inputs), wiring.outputs);

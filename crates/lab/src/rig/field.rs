@@ -11,14 +11,14 @@ use rungd_config::controller::device::{Device, DriverSettings};
 use rungd_engine::isa::{Bit, BitSpace, DeviceId};
 use rungd_engine::{BitCell, Cell, Image};
 use rungd_io::plant::Model;
-use rungd_runtime::field::{Field, InputStep, field};
+use rungd_runtime::field::{FieldDevices, InputStep, field};
 use rungd_runtime::inputs::InputEnd;
-use rungd_runtime::wiring::{Source, Wiring, WiringTarget};
-use rungd_runtime::{Machine, Origin, Safe, Taped};
+use rungd_runtime::wiring::{OutputSource, Wiring, WiringTarget};
+use rungd_runtime::{Origin, SafeState, ScannedMachine, Taped};
 
 /// All field devices of a rig.
 pub(super) struct RigField {
-    field: Field,
+    field: FieldDevices,
     devices: Vec<RigDevice>,
     unwired: Vec<UnwiredDevice>,
 }
@@ -35,7 +35,7 @@ struct UnwiredDevice {
 struct RigDevice {
     end: InputEnd,
     inputs: Vec<WiringTarget>,
-    outputs: Vec<Source>,
+    outputs: Vec<OutputSource>,
     poll_ns: u64,
     next_ns: u64,
     /// The outputs that were last passed to it.
@@ -62,7 +62,7 @@ enum Peer {
 #[derive(Clone, Copy)]
 pub(super) struct Driven<'a> {
     pub image: &'a Image,
-    safe: &'a [Safe],
+    safe: &'a [SafeState],
     first_output: u32,
     /// In RUN, after the first complete scan.
     runs: bool,
@@ -87,12 +87,12 @@ impl<'a> Driven<'a> {
         if self.runs { in_memory } else { safe.driven(in_memory) }
     }
 
-    fn value(&self, source: Source) -> i32 {
+    fn value(&self, source: OutputSource) -> i32 {
         match source {
-            Source::Output(y) => self.output(y).into(),
-            Source::Cell(_, Some(fixed)) if !self.runs => fixed,
-            Source::Cell(Cell::Bit(bit), _) => self.image.bit(bit).into(),
-            Source::Cell(Cell::Word(word), _) => self.image.word(word),
+            OutputSource::Output(y) => self.output(y).into(),
+            OutputSource::Cell(_, Some(fixed)) if !self.runs => fixed,
+            OutputSource::Cell(Cell::Bit(bit), _) => self.image.bit(bit).into(),
+            OutputSource::Cell(Cell::Word(word), _) => self.image.word(word),
         }
     }
 }
@@ -239,7 +239,7 @@ impl RigField {
 }
 
 /// The side of the scan of all devices. On the rig, every device exchanges outside of the scan.
-fn scan_side(program: &RigProgram, now_ns: u64) -> (Field, Vec<InputEnd>) {
+fn scan_side(program: &RigProgram, now_ns: u64) -> (FieldDevices, Vec<InputEnd>) {
     let beside = |wiring: &Wiring| Wiring { local_budget_ns: None, ..wiring.clone() };
     let wirings: Vec<Wiring> = program.wirings.iter().map(beside).collect();
     let first = program.symbols.layout.bit(Bit::Space(BitSpace::Y, 0));

@@ -32,8 +32,8 @@ use rungd_engine::{Cell, Engine, Image};
 use rungd_io::plant::RuleSet;
 use rungd_runtime::exchange::{Mode, StopReason, Ticket};
 use rungd_runtime::field::InputStep;
-use rungd_runtime::{Machine, Origin, ScanStart, TapeSection, Taped};
-use rungd_state::reload::{ReloadPlan, Side};
+use rungd_runtime::{Origin, ScanStart, ScannedMachine, TapeSection, Taped};
+use rungd_state::reload::{LoweredProgram, ReloadPlan};
 use tape::RigTape;
 
 const S_NS: u64 = 1_000_000_000;
@@ -273,8 +273,8 @@ impl Rig {
         let side = |of: &RigProgram| (of.code.clone(), Arc::clone(&of.symbols));
         let ((old_code, old_symbols), (code, symbols)) = (side(&self.program), side(program));
         let plan = ReloadPlan::new(
-            Side { program: &old_code, symbols: &old_symbols },
-            Side { program: &code, symbols: &symbols },
+            LoweredProgram { program: &old_code, symbols: &old_symbols },
+            LoweredProgram { program: &code, symbols: &symbols },
         );
         let mut engine = Engine::new(code);
         engine.touch();

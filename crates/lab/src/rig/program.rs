@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use rungd_config::controller::Controller;
-use rungd_engine::isa::{Bit, DeviceId, Health};
+use rungd_engine::isa::{Bit, DeviceBit, DeviceId};
 use rungd_engine::{self as engine, BitCell};
 use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::program::Program;
-use rungd_runtime::Safe;
+use rungd_runtime::SafeState;
 use rungd_runtime::wiring::Wiring;
 use rungd_state::retain::RetainPlan;
 
@@ -20,7 +20,7 @@ pub struct RigProgram {
     /// The settings.
     pub controller: Arc<Controller>,
     pub(super) wirings: Vec<Wiring>,
-    pub(super) safe: Vec<Safe>,
+    pub(super) safe: Vec<SafeState>,
     pub(super) plan: RetainPlan,
     /// The bits of devices that the ladder names without a controller file.
     pub(super) unwired: Vec<UnwiredBits>,
@@ -42,7 +42,8 @@ impl RigProgram {
             false => 0,
         };
         let bit = |id, health| symbols.layout.bit(Bit::Device(DeviceId(id), health));
-        let unwired = |id| UnwiredBits { ok: bit(id, Health::Ok), stale: bit(id, Health::Stale) };
+        let unwired =
+            |id| UnwiredBits { ok: bit(id, DeviceBit::Ok), stale: bit(id, DeviceBit::Stale) };
         RigProgram {
             unwired: (0..count).map(unwired).collect(),
             wirings: controller.wirings(&symbols),

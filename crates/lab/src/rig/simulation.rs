@@ -16,7 +16,7 @@ use crate::sim::stimulus::{Change, Stimulus, StimulusTarget};
 use crate::sim::trace::{RowName, Trace, Watched};
 use rungd_config::controller::Controller;
 use rungd_engine::Cell;
-use rungd_engine::isa::{Address, Bit, DeviceId, Health};
+use rungd_engine::isa::{Address, Bit, DeviceBit, DeviceId};
 use rungd_language::lower::Symbols;
 use rungd_language::resolve::program::Program;
 use rungd_language::resolve::scope::Scope;
@@ -68,7 +68,7 @@ impl<'a> StimulusTargets<'a> {
         if let Some(mover) = self.moved.get(&address) {
             return Err(format!("`{operand}` is moved by {mover} at every scan"));
         }
-        if let Address::Bit(Bit::Device(DeviceId(at), Health::Stale)) = address
+        if let Address::Bit(Bit::Device(DeviceId(at), DeviceBit::Stale)) = address
             && (at as usize) < self.devices
         {
             return Err(format!(
@@ -120,7 +120,7 @@ pub fn run(
     let ids = (0..program.controller.devices.len() as u32).map(DeviceId);
     let layout = &program.symbols.layout;
     let devices: HashMap<Cell, DeviceId> =
-        ids.map(|id| (Cell::Bit(layout.bit(Bit::Device(id, Health::Ok))), id)).collect();
+        ids.map(|id| (Cell::Bit(layout.bit(Bit::Device(id, DeviceBit::Ok))), id)).collect();
     let mut next_change = 0;
     for scan in 0..simulation.scans {
         if simulation.stop && scan + 1 == simulation.scans {

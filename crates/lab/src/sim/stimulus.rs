@@ -286,7 +286,7 @@ fn parse_header(header: &str, lookup: Lookup) -> Result<StimulusHeader, String> 
 /// The first scan at or after the time of a row.
 fn parse_time(text: &str, period_ms: u32, last_scan: Option<u64>) -> Result<u64, String> {
     let wrong = || {
-        decimal_comma::told(text)
+        decimal_comma::message(text)
             .unwrap_or_else(|| format!("`{text}` is not a time: write it as 0.35s, 350ms or 1m30s"))
     };
     let time_us = seconds_us(text)
@@ -376,7 +376,7 @@ fn parse_cell(text: &str, name: &str, target: StimulusTarget) -> Result<Change, 
                 Err(RealError::Form) => integer(text),
             };
             let Some(value) = value else {
-                return Err(decimal_comma::told(text).unwrap_or_else(|| {
+                return Err(decimal_comma::message(text).unwrap_or_else(|| {
                     format!("`{name}` is a real: it takes a number as 12.5, not `{text}`")
                 }));
             };

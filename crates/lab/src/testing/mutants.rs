@@ -124,7 +124,7 @@ fn rungs(program: &Program) -> impl Iterator<Item = (ProgramPart<'_>, &Rung, Run
 
 /// The mutations of one rung.
 fn found(ground: &Ground, part: ProgramPart, rung: &Rung) -> Vec<Found> {
-    let mut found = instructions::wholes(ground, rung);
+    let mut found = instructions::rung_mutations(ground, rung);
     found.extend(contacts::contacts(ground, rung));
     found.extend(instructions::instructions(ground, part, rung));
     found

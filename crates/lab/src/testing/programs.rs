@@ -114,7 +114,7 @@ impl<'a> Programs<'a> {
             Some(text) => ProgramLoad::Refused(text),
             None => match test_program(loaded) {
                 Ok(program) => ProgramLoad::Ready(self.add(program)),
-                Err(loaded) => ProgramLoad::Refused(told(&loaded)),
+                Err(loaded) => ProgramLoad::Refused(findings_text(&loaded)),
             },
         };
         self.loads.push((list, load.clone()));
@@ -191,7 +191,7 @@ impl<'a> Programs<'a> {
     /// The reason why a reload refuses files; `None`: it accepts them.
     fn refusal(&self, loaded: &Loaded) -> Option<String> {
         let (Some(program), Some(_)) = (&loaded.program, &loaded.controller) else {
-            return Some(told(loaded));
+            return Some(findings_text(loaded));
         };
         let running = &self.programs[0].program;
         let file = loaded.files.first().map_or("", |file| file.name.as_str());
@@ -212,7 +212,7 @@ impl<'a> Programs<'a> {
 }
 
 /// The findings of a load, as a command prints them.
-fn told(loaded: &Loaded) -> String {
+fn findings_text(loaded: &Loaded) -> String {
     render(&loaded.findings, &loaded.files, Style::default())
 }
 

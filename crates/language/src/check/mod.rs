@@ -11,7 +11,7 @@ pub use outside::Read;
 
 use crate::resolve::program::Program;
 use crate::source::finding::{Code, Finding};
-use rungd_base::progress::Step;
+use rungd_base::progress::LoadStep;
 
 mod bare_timer_value;
 mod block_never_started;
@@ -131,7 +131,7 @@ fn apply(program: &Program, around: Around, most: Needs) -> Vec<Finding> {
     let mut findings = Vec::new();
     let rules = RULES.iter().filter(|(needs, ..)| *needs <= most);
     for (_, code, rule) in around.progress.during(rules) {
-        around.progress.begin(Step::Rule(code.name()));
+        around.progress.begin(LoadStep::Rule(code.name()));
         rule(&context, &mut findings);
     }
     findings.sort_by_key(|finding| (finding.span.file, finding.span.start, finding.code));

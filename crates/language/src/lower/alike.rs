@@ -10,7 +10,9 @@
 use std::collections::HashMap;
 
 use super::last_uses::LastUses;
-pub use rungd_engine::ops::{Accumulator, Formulas, Math, Op, Step, StepShape, Touches, shapes};
+pub use rungd_engine::ops::{
+    Accumulator, FormulaStep, Formulas, Math, Op, StepShape, TouchedCells, shapes,
+};
 
 /// The least number of MATHs in columns: with fewer, the loops cost more than the dispatches. Two
 /// in a debug build, so that the small programs of tests have columns too.
@@ -24,8 +26,12 @@ pub(super) struct AlikeMaths {
 }
 
 /// Puts MATHs into groups. `steps` are those of all formulas.
-pub(super) fn groups(maths: Vec<Math>, steps: &[Step], formulas: Formulas) -> Vec<AlikeMaths> {
-    let touches = Touches { formulas, ..Touches::default() };
+pub(super) fn groups(
+    maths: Vec<Math>,
+    steps: &[FormulaStep],
+    formulas: Formulas,
+) -> Vec<AlikeMaths> {
+    let touches = TouchedCells { formulas, ..TouchedCells::default() };
     let mut grouping = Grouping { touches, ..Grouping::default() };
     for math in maths {
         grouping.place(math, steps);
@@ -52,11 +58,11 @@ struct Grouping<'f> {
     uses: LastUses,
     /// No group before this one accepts a further MATH.
     open_from: usize,
-    touches: Touches<'f>,
+    touches: TouchedCells<'f>,
 }
 
 impl Grouping<'_> {
-    fn place(&mut self, math: Math, steps: &[Step]) {
+    fn place(&mut self, math: Math, steps: &[FormulaStep]) {
         self.touches.clear();
         Op::Math(math).touches(&mut self.touches);
         let stays = self.stays();

@@ -7,8 +7,8 @@ use crate::resolve::instruction::{Filling, Instruction, Value};
 use rungd_engine::isa::status::st;
 pub use rungd_engine::isa::{Bit, BitSpace, LegName};
 pub use rungd_engine::ops::{
-    BitRead, BitsRead, BitsWritten, CopyBits, CopyWords, FillBits, FillWords, LegPowers, Op, Shift,
-    Sr, WordForm, WordsRead, WordsWritten,
+    BitRead, BitsRead, BitsWritten, CopyBits, CopyWords, FillBits, FillWords, LegPowers, Op,
+    ShiftState, Sr, WordForm, WordsRead, WordsWritten,
 };
 
 impl Assembler<'_> {
@@ -57,6 +57,6 @@ impl Assembler<'_> {
         let [data, clk, rst] =
             [LegName::Data, LegName::Clk, LegName::Rst].map(|name| legs.leg(name));
         let bits = BitsWritten(self.cells(run.array));
-        Op::Sr(Sr { data, clk, rst, bits, shift: Shift { history, down: run.down } })
+        Op::Sr(Sr { data, clk, rst, bits, shift: ShiftState { history, down: run.down } })
     }
 }

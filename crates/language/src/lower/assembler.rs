@@ -16,7 +16,8 @@ pub use rungd_engine::isa::{
     Address, Bit, BitSpace, BlockId, Mnemonic, NumberMap, StageId, Structure, Word,
 };
 pub use rungd_engine::ops::{
-    ArrayLimits, BitOwn, Cells, Formulas, Math, Op, OpKind, Reads, StageList, Step, reads,
+    ArrayLimits, BitOwn, CellRange, FormulaReads, FormulaStep, Formulas, Math, Op, OpKind,
+    StageList, reads,
 };
 pub use rungd_engine::{
     self as engine, Batch, BitCell, BlockCode, Cell, ElementCode, Layout, PassStep, Tables,
@@ -37,9 +38,9 @@ pub(super) struct Assembler<'p> {
     window: usize,
     tables: Tables,
     /// The steps of the current element's formulas.
-    steps: Vec<Step>,
+    steps: Vec<FormulaStep>,
     /// The cells that the formulas of MATHs read, by the MATH's number.
-    formulas: Vec<Reads>,
+    formulas: Vec<FormulaReads>,
     /// The rung of each MATH, by its number, for the log.
     pub maths: Vec<String>,
     bits: u32,
@@ -178,13 +179,13 @@ impl<'p> Assembler<'p> {
     }
 
     /// The cells of an array.
-    pub fn cells(&mut self, array: Array) -> Cells {
+    pub fn cells(&mut self, array: Array) -> CellRange {
         self.has_arrays = true;
         let first = match self.layout.cell(array.element(0)) {
             Some(Cell::Bit(BitCell(cell)) | Cell::Word(WordCell(cell))) => cell,
             None => unreachable!("arrays are of bits or words"),
         };
-        Cells { first, count: array.count }
+        CellRange { first, count: array.count }
     }
 
     /// The limits of the elements of an array of words.
@@ -241,7 +242,7 @@ impl<'p> Assembler<'p> {
 
     /// Keeps the steps of a MATH's formula until its element ends, and the number of slots that
     /// it needs; returns the first step and the MATH's number.
-    pub fn formula(&mut self, steps: &[Step], slots: u32) -> (u32, u32) {
+    pub fn formula(&mut self, steps: &[FormulaStep], slots: u32) -> (u32, u32) {
         let first = self.steps.len() as u32;
         self.steps.extend(steps);
         self.tables.slots = self.tables.slots.max(slots);

@@ -13,7 +13,8 @@ pub use rungd_engine::PassStep;
 use rungd_engine::isa::status::st;
 use rungd_engine::isa::{Bit, BitSpace, Space};
 pub use rungd_engine::ops::{
-    BitWritten, Elements, LegPowers, Math, Op, Power, Put, PutAt, Target, WordRead, WordWritten,
+    ArrayTarget, BitWritten, ElementType, LegPowers, Math, MathTarget, Op, Power, WordRead,
+    WordTarget, WordWritten,
 };
 
 impl Assembler<'_> {
@@ -35,7 +36,7 @@ impl Assembler<'_> {
     pub fn bit_while(&mut self, element: Element, leg: LegPowers) -> u32 {
         let cell = self.private_bit();
         let parts = vec![Part::Word(element.index), Part::Element(element.array)];
-        let math = self.formula_into(Put::Bit(BitWritten(cell)), &Formula { parts }, leg);
+        let math = self.formula_into(MathTarget::Bit(BitWritten(cell)), &Formula { parts }, leg);
         self.op(Op::Math(Math { quiet: true, ..math }));
         cell
     }
@@ -61,10 +62,10 @@ impl Assembler<'_> {
         let cell = self.private_word();
         let parts = vec![Part::Word(element.index), Part::Element(element.array)];
         let (min, max) = (i32::MIN, i32::MAX);
-        let to = Target { word: WordWritten(cell), min, max };
+        let to = WordTarget { word: WordWritten(cell), min, max };
         let put = match element.array.is_real() {
-            true => Put::Real(to),
-            false => Put::Word { to, low: min, high: max },
+            true => MathTarget::Real(to),
+            false => MathTarget::Word { to, low: min, high: max },
         };
         let math = self.formula_into(put, &Formula { parts }, leg);
         (Math { quiet: true, ..math }, WordRead(cell))
@@ -85,18 +86,20 @@ impl Assembler<'_> {
     }
 
     /// An element as a target; its index is the word in the cell `index`.
-    pub fn put_at(&mut self, array: Array, index: u32) -> Put {
+    pub fn put_at(&mut self, array: Array, index: u32) -> MathTarget {
         let cells = self.cells(array);
         let kind = match array.space {
-            Space::Bit(_) => Elements::Bits,
-            _ if array.is_real() => Elements::Reals,
-            _ if array.first_word().is_some_and(|word| word.range().0 == 0) => Elements::Unsigned,
+            Space::Bit(_) => ElementType::Bits,
+            _ if array.is_real() => ElementType::Reals,
+            _ if array.first_word().is_some_and(|word| word.range().0 == 0) => {
+                ElementType::Unsigned
+            }
             Space::Word(_) | Space::Counter | Space::Timer | Space::Sensaphone => {
-                Elements::Integers
+                ElementType::Integers
             }
         };
         let limits = self.array_limits(array);
-        Put::At(PutAt {
+        MathTarget::At(ArrayTarget {
             first: cells.first,
             count: cells.count as u16,
             kind,

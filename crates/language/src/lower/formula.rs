@@ -12,12 +12,13 @@ use crate::resolve::formula::{Binary, Formula, NumberType, Part, Unary, type_of,
 use rungd_engine::isa::status::st;
 use rungd_engine::isa::{Bit, BitSpace, Real, Word};
 pub use rungd_engine::ops::{
-    Accumulator, At, Code, LegPowers, Math, Operator, Put, PutAt, Step, Target, WordWritten,
+    Accumulator, ArrayTarget, Code, FormulaStep, LegPowers, Math, MathTarget, Operator,
+    StepOperand, WordTarget, WordWritten,
 };
 
 impl Assembler<'_> {
     /// A MATH that evaluates a formula and stores the result in `put`.
-    pub fn formula_into(&mut self, put: Put, formula: &Formula, leg: LegPowers) -> Math {
+    pub fn formula_into(&mut self, put: MathTarget, formula: &Formula, leg: LegPowers) -> Math {
         let mut builder = Builder {
             assembler: self,
             steps: Vec::new(),
@@ -25,7 +26,7 @@ impl Assembler<'_> {
             jumps: Vec::new(),
             slots: 1,
         };
-        if let Put::At(at) = put {
+        if let MathTarget::At(at) = put {
             builder.check_index(at, formula);
         }
         let result = builder.walk(formula);
@@ -35,10 +36,10 @@ impl Assembler<'_> {
     }
 
     /// A word as a target.
-    pub fn put_in_word(&self, word: Word) -> Put {
+    pub fn put_in_word(&self, word: Word) -> MathTarget {
         let ((low, high), (min, max)) = (word.range(), self.limits(word));
-        let to = Target { word: WordWritten(self.layout.word(word).0), min, max };
-        if word.is_real() { Put::Real(to) } else { Put::Word { to, low, high } }
+        let to = WordTarget { word: WordWritten(self.layout.word(word).0), min, max };
+        if word.is_real() { MathTarget::Real(to) } else { MathTarget::Word { to, low, high } }
     }
 }
 
@@ -61,7 +62,7 @@ pub(super) enum OperandPlace {
 
 pub(super) struct Builder<'a, 'p> {
     assembler: &'a mut Assembler<'p>,
-    steps: Vec<Step>,
+    steps: Vec<FormulaStep>,
     pub operands: Vec<Operand>,
     /// The jumps whose targets are not known yet.
     jumps: Vec<usize>,
@@ -87,7 +88,7 @@ impl Builder<'_, '_> {
     }
 
     /// A formula that reads `$IndexError` must see that the index of its target is outside.
-    fn check_index(&mut self, at: PutAt, formula: &Formula) {
+    fn check_index(&mut self, at: ArrayTarget, formula: &Formula) {
         let error = Bit::Space(BitSpace::St, st::INDEX_ERROR);
         let reads = |part: &Part| matches!(part, Part::Bit(bit) if *bit == error);
         if formula.parts.iter().any(reads) {
@@ -147,7 +148,7 @@ impl Builder<'_, '_> {
     }
 
     pub(super) fn step(&mut self, code: Code, to: u32, a: u32, b: u32) {
-        self.steps.push(Step { code, to, a, b });
+        self.steps.push(FormulaStep { code, to, a, b });
     }
 
     /// If an operand is in this accumulator, assigns the slot of its place to it. Returns the slot
@@ -178,12 +179,12 @@ impl Builder<'_, '_> {
     }
 
     /// The cell and place of an operand, as an operator of this type reads it.
-    fn source(&mut self, at: usize, of: NumberType) -> (At, u32) {
+    fn source(&mut self, at: usize, of: NumberType) -> (StepOperand, u32) {
         let operand = self.operands[at];
-        let word = if operand.of == of { At::Word } else { At::Whole };
+        let word = if operand.of == of { StepOperand::Word } else { StepOperand::Whole };
         match operand.place {
-            OperandPlace::Accumulator => (At::Accumulator, 0),
-            OperandPlace::Slot(slot) => (At::Slot, slot),
+            OperandPlace::Accumulator => (StepOperand::Accumulator, 0),
+            OperandPlace::Slot(slot) => (StepOperand::Slot, slot),
             OperandPlace::Word(cell) => (word, cell),
             OperandPlace::Integer(n) => (word, self.assembler.constant(n as i32)),
             OperandPlace::Real(real) => (word, self.assembler.constant(real.cell())),
@@ -200,10 +201,10 @@ impl Builder<'_, '_> {
         self.convert(at, of);
         let (place, cell) = self.source(at, of);
         let code = match place {
-            At::Accumulator => return,
-            At::Slot => typed(of, Code::LoadSlot, Code::LoadRealSlot),
-            At::Word => typed(of, Code::LoadWord, Code::LoadReal),
-            At::Whole => Code::LoadWhole,
+            StepOperand::Accumulator => return,
+            StepOperand::Slot => typed(of, Code::LoadSlot, Code::LoadRealSlot),
+            StepOperand::Word => typed(of, Code::LoadWord, Code::LoadReal),
+            StepOperand::Whole => Code::LoadWhole,
         };
         let to = self.slot_of_waiting(of);
         self.step(code, to, cell, 0);
@@ -311,11 +312,11 @@ impl Builder<'_, '_> {
             if let Some(code) = operator.code(a.0, b.0) {
                 break (code, a, b);
             }
-            let is_right = a.0 == At::Accumulator || b.0 == At::Slot;
+            let is_right = a.0 == StepOperand::Accumulator || b.0 == StepOperand::Slot;
             self.load_as(if is_right { right } else { left }, of);
         };
         self.operands.truncate(left.min(right));
-        let is_free = a.0 != At::Accumulator && b.0 != At::Accumulator;
+        let is_free = a.0 != StepOperand::Accumulator && b.0 != StepOperand::Accumulator;
         let to = if is_free { self.slot_of_waiting(of) } else { 0 };
         if of != result {
             self.save(result);

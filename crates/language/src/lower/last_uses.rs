@@ -4,7 +4,7 @@
 //! a written cell with it.
 
 use rungd_engine::isa::NumberMap;
-use rungd_engine::ops::Touches;
+use rungd_engine::ops::TouchedCells;
 
 /// For each cell, the last places that read and wrote it.
 #[derive(Default)]
@@ -22,7 +22,7 @@ struct CellUses {
 
 impl LastUses {
     /// Records the cells that an operation at a place touches.
-    pub fn mark(&mut self, touches: &Touches, at: usize) {
+    pub fn mark(&mut self, touches: &TouchedCells, at: usize) {
         let mark = |uses: &mut NumberMap<u32, CellUses>, read: &[u32], written: &[u32]| {
             for cell in read {
                 let uses = uses.entry(*cell).or_default();
@@ -38,7 +38,7 @@ impl LastUses {
 
     /// The first place for an operation: not before any place that it must follow. With `behind`,
     /// it is after every place that wrote a cell that the operation reads, never at the same place.
-    pub fn earliest(&self, touches: &Touches, behind: bool) -> usize {
+    pub fn earliest(&self, touches: &TouchedCells, behind: bool) -> usize {
         let earliest = |uses: &NumberMap<u32, CellUses>, read: &[u32], written: &[u32]| {
             let of = |cell: &u32| uses.get(cell).copied().unwrap_or_default();
             let reads = read.iter().map(|cell| of(cell).written).filter(|written| *written > 0);

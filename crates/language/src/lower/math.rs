@@ -6,7 +6,7 @@ use super::assembler::Assembler;
 use crate::resolve::array::Array;
 use crate::resolve::formula::{Formula, Part};
 use crate::resolve::instruction::{Calculation, Instruction, Target};
-pub use rungd_engine::ops::{BitWritten, LegPowers, Op, Put, WordWritten};
+pub use rungd_engine::ops::{BitWritten, LegPowers, MathTarget, Op, WordWritten};
 
 impl Assembler<'_> {
     /// Lowers a MATH.
@@ -14,7 +14,7 @@ impl Assembler<'_> {
         let Calculation { index, value } =
             instruction.calculation.as_deref().expect("a MATH has an expression");
         let put = match (instruction.operands.required("target"), index) {
-            (Target::Bit(bit), _) => Put::Bit(BitWritten(self.layout.bit(bit).0)),
+            (Target::Bit(bit), _) => MathTarget::Bit(BitWritten(self.layout.bit(bit).0)),
             (Target::Word(word), _) => self.put_in_word(word),
             (Target::Array(array), Some(index)) => self.math_element(array, index, leg),
             (Target::Array(_), None) => unreachable!("an element has an index"),
@@ -23,12 +23,12 @@ impl Assembler<'_> {
     }
 
     /// The target of a MATH with an index, which is evaluated first.
-    fn math_element(&mut self, array: Array, index: &Formula, leg: LegPowers) -> Put {
+    fn math_element(&mut self, array: Array, index: &Formula, leg: LegPowers) -> MathTarget {
         let cell = match index.parts[..] {
             [Part::Word(word)] => self.layout.word(word).0,
             _ => {
                 let cell = self.private_word();
-                let math = self.formula_into(Put::Index(WordWritten(cell)), index, leg);
+                let math = self.formula_into(MathTarget::Index(WordWritten(cell)), index, leg);
                 self.op(Op::Math(math));
                 cell
             }

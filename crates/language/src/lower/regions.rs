@@ -7,7 +7,7 @@
 
 use std::ops::Range;
 
-pub use rungd_engine::ops::{Cells, Formulas, Op, Touches};
+pub use rungd_engine::ops::{CellRange, Formulas, Op, TouchedCells};
 
 /// The regions of bits and of words, ascending and disjoint.
 #[derive(Debug, Default)]
@@ -19,7 +19,7 @@ pub(super) struct Regions {
 impl Regions {
     /// The regions of operations.
     pub fn of(ops: &[Op], formulas: Formulas) -> Regions {
-        let mut touches = Touches { formulas, ..Touches::default() };
+        let mut touches = TouchedCells { formulas, ..TouchedCells::default() };
         let (mut bits, mut words) = (Vec::new(), Vec::new());
         for op in ops {
             touches.clear();
@@ -32,11 +32,11 @@ impl Regions {
     }
 
     /// Replaces every cell within a region by the region's first cell.
-    pub fn represent(&self, touches: &mut Touches) {
+    pub fn represent(&self, touches: &mut TouchedCells) {
         if self.bits.is_empty() && self.words.is_empty() {
             return;
         }
-        let first = |cells: &Cells| cells.first;
+        let first = |cells: &CellRange| cells.first;
         touches.bits_read.extend(touches.bit_arrays_read.iter().map(first));
         touches.bits_written.extend(touches.bit_arrays_written.iter().map(first));
         touches.words_read.extend(touches.word_arrays_read.iter().map(first));
@@ -48,7 +48,7 @@ impl Regions {
     }
 }
 
-fn range(cells: &Cells) -> Range<u32> {
+fn range(cells: &CellRange) -> Range<u32> {
     cells.first..cells.first + cells.count
 }
 

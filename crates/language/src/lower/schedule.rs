@@ -14,7 +14,7 @@ use std::collections::HashMap;
 
 use super::last_uses::LastUses;
 use super::regions::Regions;
-pub use rungd_engine::ops::{Formulas, Op, OpKind, Touches};
+pub use rungd_engine::ops::{Formulas, Op, OpKind, TouchedCells};
 
 /// Number of operations that are scheduled together.
 pub const WINDOW: usize = 4096;
@@ -32,7 +32,7 @@ pub(crate) fn schedule(
     let regions = if has_arrays { Regions::of(&ops, formulas) } else { Regions::default() };
     let regions = &regions;
     let begin = || {
-        let touches = Touches { formulas, ..Touches::default() };
+        let touches = TouchedCells { formulas, ..TouchedCells::default() };
         Segment { touches, regions: Some(regions), ..Segment::default() }
     };
     let mut segment = begin();
@@ -57,7 +57,7 @@ struct Segment<'f> {
     /// The positions of the batches of each kind, ascending.
     of_kind: HashMap<OpKind, Vec<usize>>,
     uses: LastUses,
-    touches: Touches<'f>,
+    touches: TouchedCells<'f>,
     regions: Option<&'f Regions>,
     count: usize,
 }

@@ -7,7 +7,7 @@ use crate::resolve::formula::{Binary, Formula, NumberType, Part, type_of_array};
 use crate::resolve::instruction::{Value, WordPlace};
 use crate::resolve::program::Written;
 pub use rungd_engine::ops::{
-    Add, AddMixed, AnyTarget, LegPowers, Math, Move, Op, Sub, SubMixed, Target, WordWritten,
+    Add, AddMixed, AnyTarget, LegPowers, Math, Move, Op, Sub, SubMixed, WordTarget, WordWritten,
 };
 
 /// The number that MOVE, ADD and SUB store.
@@ -41,7 +41,7 @@ impl Assembler<'_> {
         };
         let (min, max) = self.limits(to);
         let real = to.is_real();
-        let to = Target { word: WordWritten(self.layout.word(to).0), min, max };
+        let to = WordTarget { word: WordWritten(self.layout.word(to).0), min, max };
         // A MOVE from a real to a real copies the cell; a sum of reals is never a sum of cells.
         let mixed = match source {
             Source::Value(a) => a.is_real() != real,

@@ -60,7 +60,7 @@ use crate::source::room::Room;
 use crate::source::span::{FileId, SourceFile};
 use program::Program;
 use resolver::Resolver;
-use rungd_base::progress::Step;
+use rungd_base::progress::LoadStep;
 
 pub use resolver::LoadOptions;
 pub use template::placeholders;
@@ -93,7 +93,7 @@ pub fn resolve_ladders(
     let mut room = Room::of(options.progress.clone());
     for (at, file) in files.iter().enumerate() {
         let id = FileId(options.first_file.0 + at as u32);
-        options.progress.begin(Step::Parsing(file.name.clone()));
+        options.progress.begin(LoadStep::Parsing(file.name.clone()));
         let (ladder, found) = ladder::read(&mut room, &file.text, id);
         findings.extend(found);
         ladders.push((id, ladder));
@@ -109,7 +109,7 @@ pub fn resolve_ladders(
     if options.progress.is_over() {
         return (None, Vec::new());
     }
-    options.progress.begin(Step::Names);
+    options.progress.begin(LoadStep::Names);
     let mut resolver = Resolver::new(files, options);
     resolver.misread = !findings.is_empty();
     let program = Program { lost, ..resolver.program(whole) };

@@ -23,7 +23,7 @@ use crate::source::nearest::{KnownNames, Near};
 use crate::source::span::Span;
 use rungd_engine::isa::address_text::{self, AddressError, reads_as_address};
 use rungd_engine::isa::{
-    Address, Bit, BlockId, DeviceId, Health, MemorySizes, Real, StageId, Structure,
+    Address, Bit, BlockId, DeviceBit, DeviceId, MemorySizes, Real, StageId, Structure,
 };
 
 /// All names of one program.
@@ -399,8 +399,8 @@ impl LookUp {
 
 fn of_device(base: &str, id: DeviceId, member: Option<&str>) -> Result<Thing, Mistake> {
     let Some(member) = member else { return Ok(Thing::Device(id)) };
-    let names = Health::ALL.map(Health::name);
-    match Health::from_name(member) {
+    let names = DeviceBit::ALL.map(DeviceBit::name);
+    match DeviceBit::from_name(member) {
         Some(health) => Ok(Thing::Address(Address::Bit(Bit::Device(id, health)))),
         None => Err(unknown_member(&format!("{base}.{member}"), &names)),
     }

@@ -10,7 +10,7 @@ use super::proposal::{Proposal, Proposals};
 use super::scene::CompletionScene;
 use crate::names::Meaning;
 use crate::slots::DeclaredKind;
-use rungd_engine::isa::{Address, Health, MemorySizes, Structure, address_text, status};
+use rungd_engine::isa::{Address, DeviceBit, MemorySizes, Structure, address_text, status};
 
 /// Ranks, by the place of the declaration.
 const OWN: u8 = 1;
@@ -97,7 +97,7 @@ fn members(scene: &CompletionScene, base: &str, wish: Wish, into: &mut Proposals
         }
         Some(Meaning::Address(_) | Meaning::Member | Meaning::Status | Meaning::Unknown) | None => {
             if scene.announced_devices().any(|device| device == base) {
-                words(&Health::ALL.map(Health::name), "bit of a field device", into);
+                words(&DeviceBit::ALL.map(DeviceBit::name), "bit of a field device", into);
             }
         }
     }
@@ -112,7 +112,7 @@ fn members_of(scene: &CompletionScene, at: usize, wish: Wish, into: &mut Proposa
         DeclaredKind::Program => words(&["Running"], "bit of a program", into),
         DeclaredKind::Task => words(&["Running", "Done"], "bit of a task", into),
         DeclaredKind::Device => {
-            words(&Health::ALL.map(Health::name), "bit of a field device", into);
+            words(&DeviceBit::ALL.map(DeviceBit::name), "bit of a field device", into);
         }
         DeclaredKind::Tag
         | DeclaredKind::OwnTag

@@ -3,7 +3,7 @@
 use ratatui_core::layout::Rect;
 
 use super::pen::{Accent, ScreenPen};
-use crate::dialog::{ChangeWanted, Dialog, Typed};
+use crate::dialog::{Dialog, TypedName, WantedChange};
 use crate::rows::value_text;
 use crate::state::MonitorState;
 
@@ -27,12 +27,12 @@ pub(super) fn dialog(pen: &mut ScreenPen, area: Rect, (state, dialog): (&Monitor
         Dialog::Confirm { wanted, operand, text } => {
             let now = present(state, operand);
             let new = match wanted {
-                ChangeWanted::Force => format!("new value: {text}, forced until it is released"),
-                ChangeWanted::Write => format!("new value: {text}"),
-                ChangeWanted::Release => {
+                WantedChange::Force => format!("new value: {text}, forced until it is released"),
+                WantedChange::Write => format!("new value: {text}"),
+                WantedChange::Release => {
                     "the force ends; the next write decides its value".to_owned()
                 }
-                ChangeWanted::Acknowledge => {
+                WantedChange::Acknowledge => {
                     "the log says that you have seen this alarm; its value stays".to_owned()
                 }
             };
@@ -52,7 +52,7 @@ fn present(state: &MonitorState, operand: &str) -> String {
     state.value(operand).map_or_else(|| "not known yet".to_owned(), value_text)
 }
 
-fn add(typed: &Typed) -> Vec<String> {
+fn add(typed: &TypedName) -> Vec<String> {
     let mut lines = vec![format!("Watch which operand? {}_", typed.shown())];
     for (at, name) in typed.names.iter().enumerate() {
         let sign = if typed.chosen == Some(at) { '▶' } else { ' ' };

@@ -5,7 +5,7 @@ use ratatui_core::layout::Rect;
 use super::pen::{Accent, ScreenPen};
 use crate::state::MonitorState;
 use rungd_base::duration_text::duration_text;
-use rungd_client::operator::protocol::{Status, is_run};
+use rungd_client::operator::protocol::{ControllerStatus, is_run};
 
 /// Draws the head.
 pub(super) fn head(pen: &mut ScreenPen, area: Rect, state: &MonitorState) {
@@ -27,7 +27,7 @@ pub(super) fn head(pen: &mut ScreenPen, area: Rect, state: &MonitorState) {
     pen.row(area, 2, (&text, Accent::Alarming));
 }
 
-fn mode(pen: &mut ScreenPen, area: Rect, status: &Status) {
+fn mode(pen: &mut ScreenPen, area: Rect, status: &ControllerStatus) {
     let runs = is_run(&status.mode);
     let why = status.reason.as_ref().map_or(String::new(), |why| format!(" ({why})"));
     let since = duration_text(status.mode_ms * 1_000_000);
@@ -38,7 +38,7 @@ fn mode(pen: &mut ScreenPen, area: Rect, status: &Status) {
     pen.put_right(area, 0, &format!("scan {}", status.scans));
 }
 
-fn scan(status: &Status) -> String {
+fn scan(status: &ControllerStatus) -> String {
     let execution = &status.scan.execution;
     format!(
         "every {}  last {:.1} us  p99 {:.1} us  max {:.1} us  overruns {}",
@@ -50,8 +50,9 @@ fn scan(status: &Status) -> String {
     )
 }
 
-fn counts(status: &Status) -> String {
-    let troubled = status.devices.field.iter().filter(|of| of.stale || of.trouble.is_some());
+fn counts(status: &ControllerStatus) -> String {
+    let troubled =
+        status.devices.field.iter().filter(|device| device.stale || device.trouble.is_some());
     let devices = match troubled.count() {
         0 => String::new(),
         count => format!("  devices in trouble: {count}"),

@@ -101,7 +101,9 @@ fn rung_lines(rung: &RungPicture, seen: &RungView, symbol: Option<usize>) -> Vec
     let mut lines = vec![(format!("{sign}{}{idle}", rung.title()), accent, None)];
     let place = symbol.and_then(|at| seen.text.symbols.get(at));
     for (at, line) in seen.text.lines.iter().enumerate() {
-        let columns = place.filter(|of| of.line == at).map(|of| of.columns);
+        let columns = place
+            .filter(|symbol_place| symbol_place.line == at)
+            .map(|symbol_place| symbol_place.columns);
         lines.push((format!(" {line}"), Accent::Plain, columns));
     }
     lines.push((String::new(), Accent::Plain, None));

@@ -43,7 +43,7 @@ fn shares(height: u16, wanted: &[usize]) -> Vec<u16> {
     if let Some(last) = heights.last_mut() {
         *last += left;
     }
-    heights.into_iter().map(|of| u16::try_from(of).unwrap_or(u16::MAX)).collect()
+    heights.into_iter().map(|height| u16::try_from(height).unwrap_or(u16::MAX)).collect()
 }
 
 fn pane(pen: &mut ScreenPen, area: Rect, (state, at): (&MonitorState, usize)) {
@@ -80,8 +80,8 @@ struct PaneHeading<'a> {
 }
 
 /// Draws `━▶ Alarms 2 of 7 ━━━`, with a heavy line if the pane has the focus.
-fn heading(pen: &mut ScreenPen, area: Rect, of: &PaneHeading) {
-    let PaneHeading { text, has_keys, chosen, count } = *of;
+fn heading(pen: &mut ScreenPen, area: Rect, pane_heading: &PaneHeading) {
+    let PaneHeading { text, has_keys, chosen, count } = *pane_heading;
     let count = match count {
         0 | 1 => String::new(),
         _ => format!(" {} of {count}", chosen + 1),

@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 
 use super::status;
 use crate::asker;
-use crate::message::{Look, MonitorNews, MonitorOrder};
+use crate::message::{ControllerLook, MonitorNews, ThreadOrder};
 use rungd_client::operator::protocol::Request;
 
 /// A time limit, far longer than any answer takes.
@@ -105,7 +105,7 @@ fn next<T>(news: &Receiver<MonitorNews>, wanted: impl Fn(MonitorNews) -> Option<
     }
 }
 
-fn look_of(news: MonitorNews) -> Option<Box<Look>> {
+fn look_of(news: MonitorNews) -> Option<Box<ControllerLook>> {
     if let MonitorNews::Look(look) = news { Some(look) } else { None }
 }
 
@@ -114,7 +114,7 @@ fn an_unknown_operand_hides_no_other_one() {
     let fake = FakeController::start("unknown", vec!["D0", "D1"]);
     let (orders, news) = asker::start(fake.socket.clone()).expect("a thread");
     let operands = ["D0", "gone", "D1"].map(str::to_owned).to_vec();
-    orders.send(MonitorOrder::Read(operands)).expect("a thread");
+    orders.send(ThreadOrder::Read(operands)).expect("a thread");
     let wanted = |news| look_of(news).filter(|look| !look.unknown.is_empty());
     let look = next(&news, wanted);
     let values: Vec<&str> = look.values.iter().map(|of| of.operand.as_str()).collect();
@@ -140,13 +140,13 @@ fn answers_and_refusals_are_told() {
     };
     let force = serde_json::from_value(json!({"do": "force", "operand": "D0", "value": "7"}));
     let force: Request = force.expect("a request");
-    assert_eq!(told(MonitorOrder::Find("D0".into())), Ok("D0".to_owned()));
+    assert_eq!(told(ThreadOrder::Find("D0".into())), Ok("D0".to_owned()));
     let refused = Err("`D9` names nothing".to_owned());
-    assert_eq!(told(MonitorOrder::Find("D9".into())), refused);
-    assert_eq!(told(MonitorOrder::Change(force)), Ok("D0: 7, forced, was 5".to_owned()));
-    assert_eq!(told(MonitorOrder::Why("D0".into())), Err("not today".to_owned()));
-    assert_eq!(told(MonitorOrder::Ladder), Err("not today".to_owned()));
-    assert_eq!(told(MonitorOrder::Names("m".into())), Ok("m".to_owned()));
+    assert_eq!(told(ThreadOrder::Find("D9".into())), refused);
+    assert_eq!(told(ThreadOrder::Change(force)), Ok("D0: 7, forced, was 5".to_owned()));
+    assert_eq!(told(ThreadOrder::Why("D0".into())), Err("not today".to_owned()));
+    assert_eq!(told(ThreadOrder::Ladder), Err("not today".to_owned()));
+    assert_eq!(told(ThreadOrder::Names("m".into())), Ok("m".to_owned()));
     assert!(fake.asked("write").is_empty() && fake.asked("force").len() == 1);
 }
 

@@ -1,14 +1,14 @@
 //! Nothing is changed in a controller without a dialog that is confirmed by `y`.
 
 use super::{Bench, bit, word};
-use crate::message::{MonitorNews, Press};
+use crate::message::{KeyPress, MonitorNews};
 use rungd_base::random::SplitMix64;
 
 /// A monitor that watches two operands; the first one is chosen.
 fn watching() -> Bench {
     let mut bench = Bench::start();
     bench.news(MonitorNews::Found(Ok(vec![word("D0", 12), bit("motor", "Y0", true)])));
-    bench.press(Press::Home);
+    bench.press(KeyPress::Home);
     bench.orders();
     bench
 }
@@ -17,7 +17,7 @@ fn watching() -> Bench {
 fn a_force_is_typed_and_confirmed() {
     let mut bench = watching();
     bench.keys("f75");
-    bench.press(Press::Enter);
+    bench.press(KeyPress::Enter);
     assert_eq!(bench.orders(), [""; 0], "nothing before the answer");
     bench.keys("y");
     assert_eq!(bench.orders(), [r#"{"do":"force","operand":"D0","value":"75"}"#]);
@@ -28,9 +28,9 @@ fn a_force_is_typed_and_confirmed() {
 #[test]
 fn a_bit_is_offered_its_other_value() {
     let mut bench = watching();
-    bench.press(Press::Down);
+    bench.press(KeyPress::Down);
     bench.keys("s");
-    bench.press(Press::Enter);
+    bench.press(KeyPress::Enter);
     bench.keys("y");
     assert_eq!(bench.orders(), [r#"{"do":"write","operand":"motor","value":"OFF"}"#]);
 }
@@ -38,7 +38,7 @@ fn a_bit_is_offered_its_other_value() {
 #[test]
 fn a_value_is_proposed_until_one_types() {
     let mut bench = Bench::start();
-    [Press::Tab, Press::Tab].into_iter().for_each(|press| bench.press(press));
+    [KeyPress::Tab, KeyPress::Tab].into_iter().for_each(|press| bench.press(press));
     bench.keys("f");
     assert!(bench.orders().contains(&r#"Read(["jam"])"#.to_owned()), "its value is asked for");
     assert!(bench.shown().contains("present value: not known yet"));
@@ -46,7 +46,7 @@ fn a_value_is_proposed_until_one_types() {
     assert!(bench.shown().contains("new value: OFF_"), "{}", bench.shown());
     bench.keys("ON");
     assert!(bench.shown().contains("new value: ON_"), "{}", bench.shown());
-    [Press::Backspace; 2].into_iter().for_each(|press| bench.press(press));
+    [KeyPress::Backspace; 2].into_iter().for_each(|press| bench.press(press));
     bench.look(super::status(), vec![bit("jam", "C0", true)]);
     assert!(bench.shown().contains("new value: _"), "{}", bench.shown());
 }
@@ -54,7 +54,7 @@ fn a_value_is_proposed_until_one_types() {
 #[test]
 fn a_force_is_released_after_a_question() {
     let mut bench = watching();
-    [Press::Tab; 3].into_iter().for_each(|press| bench.press(press));
+    [KeyPress::Tab; 3].into_iter().for_each(|press| bench.press(press));
     bench.keys("u");
     let shown = bench.shown();
     assert!(shown.contains("Release the force of stop?"), "{shown}");
@@ -67,7 +67,7 @@ fn a_force_is_released_after_a_question() {
 #[test]
 fn an_alarm_is_acknowledged_after_a_question() {
     let mut bench = Bench::start();
-    [Press::Tab; 2].into_iter().for_each(|press| bench.press(press));
+    [KeyPress::Tab; 2].into_iter().for_each(|press| bench.press(press));
     bench.keys("k");
     assert!(bench.shown().contains("Acknowledge jam?"), "{}", bench.shown());
     bench.orders();
@@ -78,19 +78,21 @@ fn an_alarm_is_acknowledged_after_a_question() {
 
 #[test]
 fn every_other_key_changes_nothing() {
-    for leave in [Press::Escape, Press::Char('n'), Press::Interrupt] {
+    for leave in [KeyPress::Escape, KeyPress::Char('n'), KeyPress::Interrupt] {
         let mut bench = watching();
         bench.keys("f75");
-        bench.press(Press::Enter);
-        [Press::Enter, Press::Tab, Press::Down].into_iter().for_each(|press| bench.press(press));
+        bench.press(KeyPress::Enter);
+        [KeyPress::Enter, KeyPress::Tab, KeyPress::Down]
+            .into_iter()
+            .for_each(|press| bench.press(press));
         bench.press(leave);
         let orders = bench.orders();
         assert!(orders.iter().all(|order| order == "quit"), "{orders:?}");
-        assert!(bench.state.dialog.is_none() || leave == Press::Interrupt);
+        assert!(bench.state.dialog.is_none() || leave == KeyPress::Interrupt);
     }
     let mut bench = watching();
     bench.keys("s");
-    bench.press(Press::Enter);
+    bench.press(KeyPress::Enter);
     bench.keys("y");
     assert_eq!(bench.orders(), [""; 0], "an empty value is not confirmed");
 }
@@ -99,20 +101,20 @@ fn every_other_key_changes_nothing() {
 #[test]
 fn no_keys_change_anything_by_chance() {
     let presses = [
-        Press::Enter,
-        Press::Escape,
-        Press::Tab,
-        Press::BackTab,
-        Press::Up,
-        Press::Down,
-        Press::Left,
-        Press::Right,
-        Press::PageUp,
-        Press::PageDown,
-        Press::Home,
-        Press::End,
-        Press::Backspace,
-        Press::Delete,
+        KeyPress::Enter,
+        KeyPress::Escape,
+        KeyPress::Tab,
+        KeyPress::BackTab,
+        KeyPress::Up,
+        KeyPress::Down,
+        KeyPress::Left,
+        KeyPress::Right,
+        KeyPress::PageUp,
+        KeyPress::PageDown,
+        KeyPress::Home,
+        KeyPress::End,
+        KeyPress::Backspace,
+        KeyPress::Delete,
     ];
     let letters: Vec<char> = "adwfuskl?1x\u{1b}é".chars().collect();
     let mut random = SplitMix64(3);
@@ -126,7 +128,7 @@ fn no_keys_change_anything_by_chance() {
             2 if by.is_multiple_of(3) => bench.news(MonitorNews::Silent("gone".into())),
             2 => bench.look(super::status(), vec![word("D0", 4)]),
             3..6 => bench.press(presses[at(presses.len(), random.next())]),
-            _ => bench.press(Press::Char(letters[at(letters.len(), random.next())])),
+            _ => bench.press(KeyPress::Char(letters[at(letters.len(), random.next())])),
         }
         if step % 16 == 0 {
             bench.size = (at(120, random.next()) as u16 + 1, at(40, random.next()) as u16 + 1);

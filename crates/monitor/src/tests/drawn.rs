@@ -5,8 +5,8 @@ use std::sync::Arc;
 use expect_test::{Expect, expect};
 
 use super::{Bench, SomeConduct, bit, status, word};
-use crate::message::{MonitorNews, Press};
-use rungd_client::operator::protocol::Name;
+use crate::message::{KeyPress, MonitorNews};
+use rungd_client::operator::protocol::OfferedName;
 
 fn check(bench: &Bench, expect: Expect) {
     expect.assert_eq(&bench.shown());
@@ -63,7 +63,7 @@ fn the_ladder_shows_power_without_colours() {
     let mut bench = Bench::start();
     bench.keys("l");
     bench.news(MonitorNews::Power(Ok(Arc::new(SomeConduct(&[(1, 1), (1, 2)])))));
-    bench.press(Press::Right);
+    bench.press(KeyPress::Right);
     bench.look(status(), vec![bit("motor", "Y0", true)]);
     check(
         &bench,
@@ -126,7 +126,7 @@ fn a_ladder_without_power_shows_the_reason() {
     bench.news(MonitorNews::Power(Err("the scan log has no room".into())));
     assert!(bench.shown().contains("start; no power is shown: the scan log has no room"));
     bench.news(MonitorNews::Power(Ok(Arc::new(SomeConduct(&[])))));
-    bench.press(Press::Tab);
+    bench.press(KeyPress::Tab);
     check(
         &bench,
         expect![[r#"
@@ -154,9 +154,9 @@ fn a_ladder_without_power_shows_the_reason() {
 fn names_are_offered_while_one_is_typed() {
     let mut bench = Bench::start();
     bench.keys("am");
-    let name = |name: &str, about: &str| Name { name: name.into(), about: about.into() };
+    let name = |name: &str, about: &str| OfferedName { name: name.into(), about: about.into() };
     bench.news(MonitorNews::Names("m".into(), vec![name("motor", "Y0"), name("M\u{1b}[2J", "")]));
-    bench.press(Press::Down);
+    bench.press(KeyPress::Down);
     check(
         &bench,
         expect![[r#"
@@ -222,7 +222,7 @@ fn a_change_is_confirmed_with_both_values() {
             Enter: accept  Esc: cancel
         "#]],
     );
-    bench.press(Press::Enter);
+    bench.press(KeyPress::Enter);
     check(
         &bench,
         expect![[r#"
@@ -329,9 +329,9 @@ fn the_help_and_an_answer_fit() {
             arrows scroll  Esc back  q quit
         "#]],
     );
-    bench.press(Press::Escape);
-    bench.press(Press::BackTab);
-    bench.press(Press::Down);
+    bench.press(KeyPress::Escape);
+    bench.press(KeyPress::BackTab);
+    bench.press(KeyPress::Down);
     bench.keys("w");
     bench.news(MonitorNews::Why("io.Ok".into(), Ok("io.Ok is OFF\n  it is stale\n".into())));
     check(
@@ -378,8 +378,8 @@ fn no_window_is_too_small_or_too_large() {
             let shown = bench.shown();
             assert!(!shown.contains(|c: char| c.is_control() && c != '\n'), "{shown}");
         }
-        bench.press(Press::Escape);
-        bench.press(Press::Escape);
+        bench.press(KeyPress::Escape);
+        bench.press(KeyPress::Escape);
     }
 }
 

@@ -12,13 +12,15 @@ use ratatui_core::backend::TestBackend;
 use ratatui_core::terminal::Terminal;
 use serde_json::{Value, json};
 
-use super::message::{Look, MonitorEvent, MonitorNews, MonitorOrder, MonitorWish, Press};
+use super::message::{
+    ControllerLook, KeyPress, MonitorAction, MonitorEvent, MonitorNews, ThreadOrder,
+};
 use super::paint::paint;
 use super::power_of::PowerOf;
 use super::state::MonitorState;
 use super::update::update;
 use rungd_client::live::LiveProgram;
-use rungd_client::operator::protocol::{Held, ShownValue, Status};
+use rungd_client::operator::protocol::{BitOrNumber, ControllerStatus, ShownValue};
 use rungd_history::record::{RecordedFile, RecordedProgram};
 use rungd_lab::draw::circuit::ContactSymbol;
 
@@ -60,7 +62,7 @@ name = "Drain"
 struct Bench {
     state: MonitorState,
     /// The wishes since the last call of `orders`.
-    wishes: Vec<MonitorWish>,
+    wishes: Vec<MonitorAction>,
     size: (u16, u16),
 }
 
@@ -101,18 +103,18 @@ impl Bench {
     }
 
     fn look(&mut self, status: Value, values: Vec<ShownValue>) {
-        let status: Status = serde_json::from_value(status).expect("a status");
-        let look = Look { status, values, unknown: Vec::new() };
+        let status: ControllerStatus = serde_json::from_value(status).expect("a status");
+        let look = ControllerLook { status, values, unknown: Vec::new() };
         self.news(MonitorNews::Look(Box::new(look)));
     }
 
-    fn press(&mut self, press: Press) {
+    fn press(&mut self, press: KeyPress) {
         self.wishes.extend(update(&mut self.state, MonitorEvent::Press(press)));
     }
 
     /// Presses one key for each letter.
     fn keys(&mut self, text: &str) {
-        text.chars().for_each(|c| self.press(Press::Char(c)));
+        text.chars().for_each(|c| self.press(KeyPress::Char(c)));
     }
 
     fn tick(&mut self, ms: u64) {
@@ -121,12 +123,12 @@ impl Bench {
 
     /// The orders since the last call, as text.
     fn orders(&mut self) -> Vec<String> {
-        let order = |wish: MonitorWish| match wish {
-            MonitorWish::Quit => "quit".to_owned(),
-            MonitorWish::Ask(MonitorOrder::Change(request)) => {
+        let order = |wish: MonitorAction| match wish {
+            MonitorAction::Quit => "quit".to_owned(),
+            MonitorAction::Ask(ThreadOrder::Change(request)) => {
                 serde_json::to_string(&request).expect("a request")
             }
-            MonitorWish::Ask(order) => format!("{order:?}"),
+            MonitorAction::Ask(order) => format!("{order:?}"),
         };
         std::mem::take(&mut self.wishes).into_iter().map(order).collect()
     }
@@ -159,7 +161,7 @@ fn bit(operand: &str, address: &str, on: bool) -> ShownValue {
         operand,
         tag,
         address,
-        value: Held::Bit(on),
+        value: BitOrNumber::Bit(on),
         unit: None,
         forced: false,
         driven: None,
@@ -168,7 +170,7 @@ fn bit(operand: &str, address: &str, on: bool) -> ShownValue {
 }
 
 fn word(operand: &str, value: i32) -> ShownValue {
-    ShownValue { value: Held::Word(value), ..bit(operand, operand, false) }
+    ShownValue { value: BitOrNumber::Word(value), ..bit(operand, operand, false) }
 }
 
 fn status() -> Value {

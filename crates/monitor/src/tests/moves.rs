@@ -2,9 +2,9 @@
 //! cause.
 
 use super::{Bench, bit, program, status, word};
-use crate::message::{MonitorNews, Press};
+use crate::message::{KeyPress, MonitorNews};
 use crate::state::{MonitorPage, MonitorPane};
-use rungd_client::operator::protocol::Name;
+use rungd_client::operator::protocol::OfferedName;
 
 #[test]
 fn tab_goes_round_the_panes() {
@@ -12,11 +12,11 @@ fn tab_goes_round_the_panes() {
     let mut seen = Vec::new();
     for _ in 0..6 {
         seen.push(bench.state.focus());
-        bench.press(Press::Tab);
+        bench.press(KeyPress::Tab);
     }
     assert_eq!(seen[..5], MonitorPane::ALL);
     assert_eq!(seen[5], MonitorPane::Watch);
-    bench.press(Press::BackTab);
+    bench.press(KeyPress::BackTab);
     assert_eq!(bench.state.focus(), MonitorPane::Watch);
 }
 
@@ -27,11 +27,11 @@ fn an_operand_is_added_by_its_beginning_and_removed() {
     bench.keys("amo");
     let names = |prefix: &str| format!("Names({prefix:?})");
     assert_eq!(bench.orders(), [names(""), names("m"), names("mo")]);
-    let motor = Name { name: "motor".into(), about: String::new() };
+    let motor = OfferedName { name: "motor".into(), about: String::new() };
     bench.news(MonitorNews::Names("m".into(), vec![]));
     bench.news(MonitorNews::Names("mo".into(), vec![motor]));
-    bench.press(Press::Tab);
-    bench.press(Press::Enter);
+    bench.press(KeyPress::Tab);
+    bench.press(KeyPress::Enter);
     assert_eq!(bench.orders(), [r#"Find("motor")"#]);
     bench.news(MonitorNews::Found(Ok(vec![bit("motor", "Y0", true)])));
     assert_eq!(bench.orders(), [r#"Read(["motor"])"#]);
@@ -71,14 +71,14 @@ fn the_ladder_is_asked_for_once_for_each_program() {
 #[test]
 fn enter_on_a_stage_opens_its_rungs() {
     let mut bench = Bench::start();
-    bench.press(Press::Tab);
-    [Press::Down, Press::Down].into_iter().for_each(|press| bench.press(press));
-    bench.press(Press::Enter);
+    bench.press(KeyPress::Tab);
+    [KeyPress::Down, KeyPress::Down].into_iter().for_each(|press| bench.press(press));
+    bench.press(KeyPress::Enter);
     assert_eq!(bench.state.page(), MonitorPage::Ladder);
     let shown = bench.shown();
     assert!(shown.contains("Stage Filler.Fill, 2 of 2"), "{shown}");
     assert_eq!(bench.orders().last().map(String::as_str), Some("Follow(true)"));
-    bench.press(Press::Escape);
+    bench.press(KeyPress::Escape);
     assert_eq!(bench.orders().last().map(String::as_str), Some("Follow(false)"));
 }
 
@@ -89,15 +89,15 @@ fn the_ladder_has_an_operand_under_its_mark() {
     let mut operands = Vec::new();
     for _ in 0..5 {
         operands.push(bench.state.ladder.operand().unwrap_or_default());
-        bench.press(Press::Right);
+        bench.press(KeyPress::Right);
     }
     assert_eq!(operands, ["start", "motor", "stop", "motor", "motor"]);
-    bench.press(Press::Down);
+    bench.press(KeyPress::Down);
     assert_eq!(bench.state.ladder.operand().as_deref(), Some("D0"));
     bench.orders();
-    bench.press(Press::Enter);
+    bench.press(KeyPress::Enter);
     assert_eq!(bench.orders(), [r#"Why("D0")"#, "Read([])"]);
-    bench.press(Press::Escape);
+    bench.press(KeyPress::Escape);
     assert_eq!(bench.state.page(), MonitorPage::Ladder, "back to where it was asked");
     bench.keys("a");
     assert_eq!(bench.orders(), [r#"Read(["D0"])"#, r#"Find("D0")"#]);
@@ -107,7 +107,7 @@ fn the_ladder_has_an_operand_under_its_mark() {
 fn a_new_program_keeps_the_place_in_the_ladder() {
     let mut bench = Bench::start();
     bench.keys("l");
-    bench.press(Press::Down);
+    bench.press(KeyPress::Down);
     bench.news(MonitorNews::Ladder("def".into(), Ok(program())));
     assert_eq!((bench.state.ladder.element, bench.state.ladder.rung), (0, 1));
     bench.news(MonitorNews::Ladder("ghi".into(), Err("it cannot be loaded".into())));
@@ -124,7 +124,7 @@ fn the_watch_list_ends_somewhere() {
 
 #[test]
 fn q_and_ctrl_c_end() {
-    for press in [Press::Char('q'), Press::Interrupt] {
+    for press in [KeyPress::Char('q'), KeyPress::Interrupt] {
         let mut bench = Bench::start();
         bench.orders();
         bench.press(press);

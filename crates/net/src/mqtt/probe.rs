@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 
 use super::packets::OutMessage;
 use super::settings::{BrokerSettings, LastWill, MqttVersion, Qos};
-use super::wire::{BrokerWord, Wire};
+use super::wire::{BrokerPacket, SessionProtocol};
 
 /// The maximum packet length in this conversation: so short that many messages are longer.
 const PACKET_BYTES_MAX: u32 = 200;
@@ -27,7 +27,7 @@ pub fn conversation(bytes: &[u8]) {
     }
     let (topic, qos) = ("t/0", Qos::AtLeastOnce);
     let will = LastWill { topic: topic.to_owned(), payload: vec![1], qos, retain: false };
-    let mut wire = Wire::new(&settings, Some(&will)).expect("they fit");
+    let mut wire = SessionProtocol::new(&settings, Some(&will)).expect("they fit");
     let mut heard = VecDeque::new();
     if choice & 2 != 0 {
         wire.receive(welcome, &mut heard).expect("it is a CONNACK");
@@ -43,7 +43,7 @@ pub fn conversation(bytes: &[u8]) {
             break;
         }
     }
-    let kept: usize = heard.iter().map(BrokerWord::bytes).sum();
+    let kept: usize = heard.iter().map(BrokerPacket::bytes).sum();
     assert!(kept <= 128 * (bytes.len() + 16), "{kept} bytes of {}", bytes.len());
     let answers = wire.out().len() - sent;
     assert!(answers <= bytes.len() + 64, "{answers} bytes answer {}", bytes.len());

@@ -16,7 +16,7 @@ const PONG_KEEPALIVES: u32 = 4;
 
 /// The next action of the session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum PulseVerdict {
+pub(super) enum KeepAliveVerdict {
     /// Nothing is to be done.
     Well,
     /// A PINGREQ is due.
@@ -26,7 +26,7 @@ pub(super) enum PulseVerdict {
 }
 
 /// The times that decide the verdict.
-pub(super) struct Pulse {
+pub(super) struct KeepAliveTimes {
     keepalive: Duration,
     /// The time of the last queued packet.
     sent: Instant,
@@ -42,9 +42,9 @@ pub(super) struct Pulse {
     doubted: Option<Instant>,
 }
 
-impl Pulse {
-    pub fn new(keepalive: Duration, now: Instant) -> Pulse {
-        Pulse {
+impl KeepAliveTimes {
+    pub fn new(keepalive: Duration, now: Instant) -> KeepAliveTimes {
+        KeepAliveTimes {
             keepalive,
             sent: now,
             heard: now,
@@ -95,14 +95,18 @@ impl Pulse {
     /// The verdict after the socket was read and written as far as possible. `waiting`: bytes wait
     /// to be sent. `reading`: the receive queue has room, so that bytes from the broker would have
     /// been read.
-    pub fn judge(&mut self, waiting: bool, reading: bool, now: Instant) -> PulseVerdict {
+    pub fn judge(&mut self, waiting: bool, reading: bool, now: Instant) -> KeepAliveVerdict {
         let Some(silence) = self.silence(waiting, reading, now) else {
             self.doubted = None;
             let due = now >= self.ask_at();
-            return if due { PulseVerdict::Ask } else { PulseVerdict::Well };
+            return if due { KeepAliveVerdict::Ask } else { KeepAliveVerdict::Well };
         };
         let since = *self.doubted.get_or_insert(now);
-        if now >= since + DOUBT { PulseVerdict::Silent(silence) } else { PulseVerdict::Well }
+        if now >= since + DOUBT {
+            KeepAliveVerdict::Silent(silence)
+        } else {
+            KeepAliveVerdict::Well
+        }
     }
 
     /// The time of the next verdict, if nothing happens.

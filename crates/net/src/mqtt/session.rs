@@ -16,9 +16,9 @@ use tokio::time::{Instant, Sleep, sleep_until, timeout};
 use super::connect::{BrokerSocket, open};
 use super::failure::{LinkSilence, MqttCause, MqttFailure};
 use super::packets::OutMessage;
-use super::pulse::{Pulse, PulseVerdict};
+use super::pulse::{KeepAliveTimes, KeepAliveVerdict};
 use super::settings::{BrokerAddress, BrokerSettings, LastWill, Qos};
-use super::wire::{BrokerWord, MqttEvent, Wire};
+use super::wire::{BrokerPacket, MqttEvent, SessionProtocol};
 
 /// The maximum number of bytes of a read.
 const READ_BYTES: usize = 16 * 1024;
@@ -33,10 +33,10 @@ pub struct MqttSession {
     broker: BrokerAddress,
     settings: BrokerSettings,
     socket: Box<dyn BrokerSocket>,
-    wire: Wire,
-    pulse: Pulse,
+    wire: SessionProtocol,
+    pulse: KeepAliveTimes,
     /// The received events that the caller has not taken yet.
-    heard: VecDeque<BrokerWord>,
+    heard: VecDeque<BrokerPacket>,
     heard_bytes: usize,
     /// Whether bytes were written since the socket was flushed.
     flushing: bool,
@@ -83,8 +83,8 @@ impl MqttSession {
             broker: address.clone(),
             settings: settings.clone(),
             socket,
-            wire: Wire::new(settings, will)?,
-            pulse: Pulse::new(settings.keepalive, now),
+            wire: SessionProtocol::new(settings, will)?,
+            pulse: KeepAliveTimes::new(settings.keepalive, now),
             heard: VecDeque::new(),
             heard_bytes: 0,
             flushing: false,
@@ -248,7 +248,7 @@ impl MqttSession {
 impl MqttSession {
     fn poll_welcome(&mut self, cx: &mut Context<'_>) -> Poll<Result<(), MqttCause>> {
         loop {
-            if let Some(BrokerWord::Welcome(keepalive)) = self.heard.front() {
+            if let Some(BrokerPacket::Welcome(keepalive)) = self.heard.front() {
                 if let Some(keepalive) = keepalive {
                     self.pulse.shorten(*keepalive);
                 }
@@ -263,7 +263,7 @@ impl MqttSession {
     fn poll_next(&mut self, cx: &mut Context<'_>) -> Poll<Result<MqttEvent, MqttCause>> {
         loop {
             while let Some(heard) = self.take() {
-                if let BrokerWord::Event(event) = heard {
+                if let BrokerPacket::Event(event) = heard {
                     return Poll::Ready(Ok(event));
                 }
             }
@@ -277,7 +277,7 @@ impl MqttSession {
 
     fn poll_subscribed(&mut self, cx: &mut Context<'_>, asked: u16) -> Poll<Result<(), MqttCause>> {
         loop {
-            if self.heard.contains(&BrokerWord::Subscribed(asked)) {
+            if self.heard.contains(&BrokerPacket::Subscribed(asked)) {
                 return Poll::Ready(Ok(()));
             }
             ready!(self.step(cx, self.settings.queue_bytes_max.max(FLOOD_BYTES_MAX)))?;
@@ -318,12 +318,12 @@ impl MqttSession {
             let now = Instant::now();
             let waiting = !self.wire.out().is_empty();
             match self.pulse.judge(waiting, reading, now) {
-                PulseVerdict::Well => {}
-                PulseVerdict::Silent(silence) => {
+                KeepAliveVerdict::Well => {}
+                KeepAliveVerdict::Silent(silence) => {
                     let longest = self.pulse.keepalive();
                     return Poll::Ready(self.fail(MqttCause::Silent(silence, longest)));
                 }
-                PulseVerdict::Ask => {
+                KeepAliveVerdict::Ask => {
                     self.ask()?;
                     self.write(cx)?;
                 }
@@ -388,7 +388,7 @@ impl MqttSession {
         self.pulse.heard(now);
         let (before, unanswered) = (self.heard.len(), self.wire.unanswered());
         let received = self.wire.receive(buffer.filled(), &mut self.heard);
-        self.heard_bytes += self.heard.iter().skip(before).map(BrokerWord::bytes).sum::<usize>();
+        self.heard_bytes += self.heard.iter().skip(before).map(BrokerPacket::bytes).sum::<usize>();
         if self.wire.unanswered() < unanswered {
             let more = self.wire.unanswered() > 0;
             self.pulse.answered(more, self.before_question.is_none(), now);
@@ -399,7 +399,7 @@ impl MqttSession {
         })
     }
 
-    fn take(&mut self) -> Option<BrokerWord> {
+    fn take(&mut self) -> Option<BrokerPacket> {
         let heard = self.heard.pop_front()?;
         self.heard_bytes -= heard.bytes();
         Some(heard)

@@ -56,7 +56,7 @@ pub enum MqttEvent {
 
 /// A decoded packet of the broker.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) enum BrokerWord {
+pub(super) enum BrokerPacket {
     /// The session begins; the broker may require a shorter keepalive.
     Welcome(Option<Duration>),
     /// The broker has accepted the subscription with this number.
@@ -65,24 +65,24 @@ pub(super) enum BrokerWord {
     Event(MqttEvent),
 }
 
-impl BrokerWord {
+impl BrokerPacket {
     /// The bytes that it takes in memory.
     pub fn bytes(&self) -> usize {
-        let beside = size_of::<BrokerWord>();
+        let beside = size_of::<BrokerPacket>();
         match self {
-            BrokerWord::Event(MqttEvent::Message { topic, payload, .. }) => {
+            BrokerPacket::Event(MqttEvent::Message { topic, payload, .. }) => {
                 beside + topic.len() + payload.len()
             }
-            BrokerWord::Event(MqttEvent::LeftOut(message)) => beside + message.topic.len(),
-            BrokerWord::Event(MqttEvent::Acknowledged(_) | MqttEvent::Pong(_))
-            | BrokerWord::Welcome(_)
-            | BrokerWord::Subscribed(_) => beside,
+            BrokerPacket::Event(MqttEvent::LeftOut(message)) => beside + message.topic.len(),
+            BrokerPacket::Event(MqttEvent::Acknowledged(_) | MqttEvent::Pong(_))
+            | BrokerPacket::Welcome(_)
+            | BrokerPacket::Subscribed(_) => beside,
         }
     }
 }
 
 /// The protocol of a session.
-pub(super) struct Wire {
+pub(super) struct SessionProtocol {
     core: Connection<role::Client>,
     sieve: PacketSieve,
     version: MqttVersion,
@@ -99,19 +99,22 @@ pub(super) struct Wire {
     out: VecDeque<u8>,
 }
 
-impl Wire {
+impl SessionProtocol {
     /// The protocol of a new session, with its CONNECT queued.
     ///
     /// # Errors
     /// The settings or the will do not fit into a CONNECT.
-    pub fn new(settings: &BrokerSettings, will: Option<&LastWill>) -> Result<Wire, MqttCause> {
+    pub fn new(
+        settings: &BrokerSettings,
+        will: Option<&LastWill>,
+    ) -> Result<SessionProtocol, MqttCause> {
         let options = ConnectionOptions::new().maximum_packet_size_recv(settings.packet_bytes_max);
         let version = match settings.version {
             MqttVersion::V3 => Version::V3_1_1,
             MqttVersion::V5 => Version::V5_0,
         };
         let core = Connection::with_options(version, options);
-        let mut wire = Wire {
+        let mut wire = SessionProtocol {
             core,
             sieve: PacketSieve::new(settings.packet_bytes_max),
             version: settings.version,
@@ -246,7 +249,7 @@ impl Wire {
     pub fn receive(
         &mut self,
         mut bytes: &[u8],
-        heard: &mut VecDeque<BrokerWord>,
+        heard: &mut VecDeque<BrokerPacket>,
     ) -> Result<(), MqttCause> {
         if !self.is_welcome {
             let missing = 4 - self.beginning.len().min(4);
@@ -265,7 +268,7 @@ impl Wire {
                 Some(SiftedBytes::LeftOut(message, number)) => {
                     // Otherwise the broker would send it again.
                     self.acknowledge(number)?;
-                    heard.push_back(BrokerWord::Event(MqttEvent::LeftOut(message)));
+                    heard.push_back(BrokerPacket::Event(MqttEvent::LeftOut(message)));
                 }
                 None => return Ok(()),
             }
@@ -273,7 +276,7 @@ impl Wire {
     }
 
     /// Passes bytes to the library.
-    fn read(&mut self, bytes: &[u8], heard: &mut VecDeque<BrokerWord>) -> Result<(), MqttCause> {
+    fn read(&mut self, bytes: &[u8], heard: &mut VecDeque<BrokerPacket>) -> Result<(), MqttCause> {
         let mut cursor = Cursor::new(bytes);
         while cursor.position() < bytes.len() as u64 {
             for event in self.core.recv(&mut cursor) {
@@ -305,7 +308,7 @@ impl Wire {
         MqttCause::Garbage(error.to_string())
     }
 
-    fn heard(&mut self, packet: Packet) -> Result<Option<BrokerWord>, MqttCause> {
+    fn heard(&mut self, packet: Packet) -> Result<Option<BrokerPacket>, MqttCause> {
         let is_connack = matches!(packet, Packet::V3_1_1Connack(_) | Packet::V5_0Connack(_));
         if is_connack == self.is_welcome {
             let what = if is_connack { "a second CONNACK" } else { NO_CONNACK };
@@ -375,17 +378,17 @@ impl Wire {
             .map_err(|_| MqttCause::Garbage("a message with the number 0".to_owned()))
     }
 
-    fn welcome_3(&mut self, packet: &v3_1_1::Connack) -> Result<Option<BrokerWord>, MqttCause> {
+    fn welcome_3(&mut self, packet: &v3_1_1::Connack) -> Result<Option<BrokerPacket>, MqttCause> {
         match packet.return_code() as u8 {
             0 => {
                 self.is_welcome = true;
-                Ok(Some(BrokerWord::Welcome(None)))
+                Ok(Some(BrokerPacket::Welcome(None)))
             }
             code => Err(MqttCause::Refused(self.version, code)),
         }
     }
 
-    fn welcome_5(&mut self, packet: &v5_0::Connack) -> Result<Option<BrokerWord>, MqttCause> {
+    fn welcome_5(&mut self, packet: &v5_0::Connack) -> Result<Option<BrokerPacket>, MqttCause> {
         if packet.reason_code() != ConnectReasonCode::Success {
             return Err(MqttCause::Refused(self.version, packet.reason_code() as u8));
         }
@@ -399,18 +402,22 @@ impl Wire {
             }
         }
         self.is_welcome = true;
-        Ok(Some(BrokerWord::Welcome(keepalive)))
+        Ok(Some(BrokerPacket::Welcome(keepalive)))
     }
 
-    fn acknowledged(&mut self, number: u16, code: u8) -> Result<Option<BrokerWord>, MqttCause> {
+    fn acknowledged(&mut self, number: u16, code: u8) -> Result<Option<BrokerPacket>, MqttCause> {
         self.in_flight = self.in_flight.saturating_sub(1);
         if code >= 0x80 {
             return Err(MqttCause::MessageRefused(code, number));
         }
-        Ok(Some(BrokerWord::Event(MqttEvent::Acknowledged(number))))
+        Ok(Some(BrokerPacket::Event(MqttEvent::Acknowledged(number))))
     }
 
-    fn subscribed(&mut self, number: u16, codes: Vec<u8>) -> Result<Option<BrokerWord>, MqttCause> {
+    fn subscribed(
+        &mut self,
+        number: u16,
+        codes: Vec<u8>,
+    ) -> Result<Option<BrokerPacket>, MqttCause> {
         let at = self.asked.iter().position(|(asked, _)| *asked == number);
         let filters = at.map(|at| self.asked.swap_remove(at).1).unwrap_or_default();
         if filters.len() != codes.len() {
@@ -422,15 +429,15 @@ impl Wire {
                 return Err(MqttCause::FilterRefused(self.version, code, filter));
             }
         }
-        Ok(Some(BrokerWord::Subscribed(number)))
+        Ok(Some(BrokerPacket::Subscribed(number)))
     }
 
-    fn pong(&mut self) -> Result<Option<BrokerWord>, MqttCause> {
+    fn pong(&mut self) -> Result<Option<BrokerPacket>, MqttCause> {
         if self.unanswered() == 0 {
             return Err(MqttCause::Garbage("a PINGRESP without a PINGREQ".to_owned()));
         }
         self.pongs += 1;
-        Ok(Some(BrokerWord::Event(MqttEvent::Pong(self.pongs))))
+        Ok(Some(BrokerPacket::Event(MqttEvent::Pong(self.pongs))))
     }
 }
 
@@ -439,7 +446,7 @@ fn message(
     payload: &[u8],
     qos: packet::Qos,
     retained: bool,
-) -> Result<BrokerWord, MqttCause> {
+) -> Result<BrokerPacket, MqttCause> {
     let qos = match qos {
         packet::Qos::AtMostOnce => Qos::AtMostOnce,
         packet::Qos::AtLeastOnce => Qos::AtLeastOnce,
@@ -451,5 +458,5 @@ fn message(
         return Err(MqttCause::Garbage("a message without a proper topic".to_owned()));
     }
     let (topic, payload) = (topic.to_owned(), payload.to_vec());
-    Ok(BrokerWord::Event(MqttEvent::Message { topic, payload, retained, qos }))
+    Ok(BrokerPacket::Event(MqttEvent::Message { topic, payload, retained, qos }))
 }

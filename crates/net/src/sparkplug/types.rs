@@ -71,7 +71,7 @@ pub enum ValueFault {
 impl DataType {
     /// The type with this number; `None`: the number is unknown to the specification or to rungd.
     pub fn of(number: u32) -> Option<DataType> {
-        ALL.into_iter().find(|of| of.number() == number)
+        ALL.into_iter().find(|datatype| datatype.number() == number)
     }
 
     /// Its number.
@@ -236,10 +236,12 @@ mod tests {
     /// A written value is read again unchanged, for the extremes of each type.
     #[test]
     fn a_value_comes_back() {
-        let signed = |of, low: i64, high: i64| {
-            [low, -1, 0, 1, high].map(|value| (of, MetricValue::Signed(value)))
+        let signed = |datatype, low: i64, high: i64| {
+            [low, -1, 0, 1, high].map(|value| (datatype, MetricValue::Signed(value)))
         };
-        let unsigned = |of, high: u64| [0, 1, high].map(|value| (of, MetricValue::Unsigned(value)));
+        let unsigned = |datatype, high: u64| {
+            [0, 1, high].map(|value| (datatype, MetricValue::Unsigned(value)))
+        };
         let mut all = Vec::new();
         all.extend(signed(DataType::Int8, i8::MIN.into(), i8::MAX.into()));
         all.extend(signed(DataType::Int16, i16::MIN.into(), i16::MAX.into()));
@@ -254,9 +256,10 @@ mod tests {
         all.push((DataType::Double, MetricValue::Real(0.1)));
         all.push((DataType::Float, MetricValue::Real(0.5)));
         all.push((DataType::String, MetricValue::Text("é".to_owned())));
-        for (of, value) in all {
-            let sent = of.write(&value).unwrap_or_else(|| panic!("{value:?} is no {of:?}"));
-            assert_eq!(of.read(&sent), Ok(value), "{of:?}");
+        for (datatype, value) in all {
+            let sent =
+                datatype.write(&value).unwrap_or_else(|| panic!("{value:?} is no {datatype:?}"));
+            assert_eq!(datatype.read(&sent), Ok(value), "{datatype:?}");
         }
     }
 
@@ -273,8 +276,8 @@ mod tests {
     #[test]
     fn a_number_beyond_32_bits_is_not_cut() {
         let long = MetricContent::Int((1 << 32) + 5);
-        for of in [DataType::Int32, DataType::Int16, DataType::UInt32, DataType::UInt16] {
-            assert_eq!(of.read(&long), Err(ValueFault::OutOfRange), "{of:?}");
+        for datatype in [DataType::Int32, DataType::Int16, DataType::UInt32, DataType::UInt16] {
+            assert_eq!(datatype.read(&long), Err(ValueFault::OutOfRange), "{datatype:?}");
         }
         let below = MetricContent::Int((i64::from(i32::MIN) - 1) as u64);
         assert_eq!(DataType::Int32.read(&below), Err(ValueFault::OutOfRange));
@@ -282,7 +285,7 @@ mod tests {
 
     #[test]
     fn a_short_negative_number_is_written_in_its_own_width() {
-        let written = |of: DataType| of.write(&MetricValue::Signed(-1));
+        let written = |datatype: DataType| datatype.write(&MetricValue::Signed(-1));
         assert_eq!(written(DataType::Int8), Some(MetricContent::Int(255)));
         assert_eq!(written(DataType::Int16), Some(MetricContent::Int(65_535)));
         assert_eq!(written(DataType::Int32), Some(MetricContent::Int(u32::MAX.into())));
@@ -297,8 +300,8 @@ mod tests {
 
     #[test]
     fn each_number_names_its_type() {
-        for of in ALL {
-            assert_eq!(DataType::of(of.number()), Some(of));
+        for datatype in ALL {
+            assert_eq!(DataType::of(datatype.number()), Some(datatype));
         }
         assert_eq!(DataType::of(0), None);
         assert_eq!(DataType::of(15), None);

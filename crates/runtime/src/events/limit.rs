@@ -82,7 +82,7 @@ impl Budget {
 
 /// The number of lines that were withheld and not yet reported.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Withheld {
+pub struct WithheldCount {
     lines: u64,
     since_ns: u64,
 }
@@ -96,7 +96,7 @@ pub struct WithheldLines {
     pub lasted_ns: u64,
 }
 
-impl Withheld {
+impl WithheldCount {
     /// Counts withheld lines.
     pub fn add(&mut self, lines: u64, now_ns: u64) {
         if self.lines == 0 {
@@ -113,7 +113,7 @@ impl Withheld {
 
     /// The count at any time, for example at the end of the log.
     pub fn rest(&mut self, now_ns: u64) -> Option<WithheldLines> {
-        let Withheld { lines, since_ns } = std::mem::take(self);
+        let WithheldCount { lines, since_ns } = std::mem::take(self);
         let lasted_ns = now_ns.saturating_sub(since_ns);
         (lines > 0).then_some(WithheldLines { lines, lasted_ns })
     }
@@ -121,7 +121,7 @@ impl Withheld {
 
 /// The budget of each key, with the count of its withheld lines.
 #[derive(Debug, Default)]
-pub struct Limiter<K>(BTreeMap<K, (Budget, Withheld)>);
+pub struct Limiter<K>(BTreeMap<K, (Budget, WithheldCount)>);
 
 impl<K: Ord + Copy> Limiter<K> {
     /// A limiter without any key.
@@ -134,7 +134,7 @@ impl<K: Ord + Copy> Limiter<K> {
         if limit == LineLimit::NONE {
             return true;
         }
-        let fresh = || (Budget::new(limit), Withheld::default());
+        let fresh = || (Budget::new(limit), WithheldCount::default());
         let (budget, withheld) = self.0.entry(key).or_insert_with(fresh);
         let is_taken = budget.draw(now_ns, 1);
         if !is_taken {
@@ -144,7 +144,7 @@ impl<K: Ord + Copy> Limiter<K> {
     }
 
     /// The counts of withheld lines for each key: those that are due, or at the end all of them.
-    pub fn told(&mut self, now_ns: u64, all: bool) -> Vec<(K, WithheldLines)> {
+    pub fn due_reports(&mut self, now_ns: u64, all: bool) -> Vec<(K, WithheldLines)> {
         let told = self.0.iter_mut().filter_map(|(key, (_, withheld))| {
             let told = if all { withheld.rest(now_ns) } else { withheld.due(now_ns) };
             Some((*key, told?))
@@ -166,10 +166,12 @@ mod tests {
         let mut take = |now_ns| limiter.take("tag-on", LineLimit::PLANT, now_ns);
         let taken = (0..6000).filter(|n| take(start + n * 10 * MS_NS)).count();
         assert!((1350..1450).contains(&taken), "200 at once, 20 a second for a minute: {taken}");
-        let told = limiter.told(start + 60 * SECOND_NS, false);
-        let [(of, WithheldLines { lines, .. })] = told[..] else { panic!("{}", told.len()) };
-        assert_eq!((of, lines), ("tag-on", 6000 - taken as u64));
-        assert!(limiter.told(start + 60 * SECOND_NS, true).is_empty(), "told once");
+        let told = limiter.due_reports(start + 60 * SECOND_NS, false);
+        let [(event_name, WithheldLines { lines, .. })] = told[..] else {
+            panic!("{}", told.len())
+        };
+        assert_eq!((event_name, lines), ("tag-on", 6000 - taken as u64));
+        assert!(limiter.due_reports(start + 60 * SECOND_NS, true).is_empty(), "told once");
         let later = start + 600 * SECOND_NS;
         let taken = (0..300).filter(|_| limiter.take("tag-on", LineLimit::PLANT, later)).count();
         assert_eq!(taken, 200);
@@ -180,9 +182,9 @@ mod tests {
         let mut limiter = Limiter::new();
         (0..LineLimit::PLANT.burst + 7)
             .for_each(|_| _ = limiter.take(1, LineLimit::PLANT, SECOND_NS));
-        assert!(limiter.told(2 * SECOND_NS, false).is_empty());
+        assert!(limiter.due_reports(2 * SECOND_NS, false).is_empty());
         let expected = WithheldLines { lines: 7, lasted_ns: SECOND_NS };
-        assert_eq!(limiter.told(2 * SECOND_NS, true), [(1, expected)]);
+        assert_eq!(limiter.due_reports(2 * SECOND_NS, true), [(1, expected)]);
     }
 
     #[test]
@@ -198,9 +200,13 @@ mod tests {
 
     #[test]
     fn a_limit_says_how_many_lines_a_second() {
-        let of = |limit: LineLimit| limit.per_second();
+        let per_second = |limit: LineLimit| limit.per_second();
         assert_eq!(
-            (of(LineLimit::PLANT), of(LineLimit::CLIENTS), of(LineLimit::ALARM)),
+            (
+                per_second(LineLimit::PLANT),
+                per_second(LineLimit::CLIENTS),
+                per_second(LineLimit::ALARM)
+            ),
             (20, 1, 2)
         );
     }

@@ -1,6 +1,6 @@
 //! Tests of the time of day that the scanner passes to the machine, and of the clock of deadlines.
 
-use super::super::command::{Answer, Command, Denial};
+use super::super::command::{CommandDenial, CommandOutcome, ScanCommand};
 use super::super::exchange::BatchTerms;
 use super::*;
 
@@ -29,17 +29,17 @@ fn a_change_that_waited_while_the_machine_was_suspended_is_late() {
     let until_ns = rig.clock.now_ns() + 5_000 * MS;
     let terms = BatchTerms { generation: 0, is_bound: false, until_ns };
     let hand_in = |port: &Port| {
-        let force = Command::Force { cell: engine::Cell::Word(WordCell(0)), value: 7 };
-        let write = port.submit_by(terms, vec![Write::Bit(BitCell(2), true)]).unwrap();
+        let force = ScanCommand::Force { cell: engine::Cell::Word(WordCell(0)), value: 7 };
+        let write = port.submit_by(terms, vec![OperandWrite::Bit(BitCell(2), true)]).unwrap();
         (write, port.command_until(until_ns, 0, force).unwrap())
     };
     let (write, force) = hand_in(&rig.port);
     rig.steps(2);
-    assert_eq!(rig.port.outcome(write), Outcome::Applied);
-    assert!(matches!(rig.port.answer(force), Some(Answer::Done(_))));
+    assert_eq!(rig.port.outcome(write), BatchOutcome::Applied);
+    assert!(matches!(rig.port.answer(force), Some(CommandOutcome::Done(_))));
     let (write, force) = hand_in(&rig.port);
     rig.clock.2.set(3_600_000 * MS);
     rig.steps(2);
-    assert_eq!(rig.port.outcome(write), Outcome::Refused(Refused::Late));
-    assert_eq!(rig.port.answer(force), Some(Answer::Denied(Denial::Late)));
+    assert_eq!(rig.port.outcome(write), BatchOutcome::Refused(BatchRefusal::Late));
+    assert_eq!(rig.port.answer(force), Some(CommandOutcome::Denied(CommandDenial::Late)));
 }

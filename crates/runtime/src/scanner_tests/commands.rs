@@ -1,26 +1,26 @@
 //! Tests of an operator's commands to the scanner.
 
-use super::super::command::{Answer, Before, Command, CommandId, Denial};
+use super::super::command::{CommandDenial, CommandId, CommandOutcome, ScanCommand, StateBefore};
 use super::super::link::SPARES;
 use super::*;
 
 const FORCED: engine::Cell = engine::Cell::Word(WordCell(0));
 
 impl Rig {
-    pub(super) fn order(&self, command: Command) -> CommandId {
+    pub(super) fn order(&self, command: ScanCommand) -> CommandId {
         self.port.command(command).unwrap()
     }
 
-    pub(super) fn order_and_step(&mut self, command: Command) -> CommandId {
+    pub(super) fn order_and_step(&mut self, command: ScanCommand) -> CommandId {
         let id = self.order(command);
         self.step();
         id
     }
 
     /// The mode before a command; the command must be done.
-    fn done(&self, id: CommandId) -> Before {
+    fn done(&self, id: CommandId) -> StateBefore {
         match self.port.answer(id) {
-            Some(Answer::Done(before)) => before,
+            Some(CommandOutcome::Done(before)) => before,
             other => panic!("{other:?}"),
         }
     }
@@ -34,7 +34,7 @@ impl Rig {
 fn an_operators_stop_is_orderly_and_ends_no_thread() {
     let mut rig = rig(|_, _| {});
     rig.step();
-    let stop = rig.order(Command::Stop);
+    let stop = rig.order(ScanCommand::Stop);
     assert_eq!(rig.port.answer(stop), None);
     assert!(rig.step() && rig.step());
     assert_eq!(rig.done(stop).mode, Mode::Run);
@@ -42,7 +42,7 @@ fn an_operators_stop_is_orderly_and_ends_no_thread() {
     assert_eq!((latest.scans, latest.mode), (2, Mode::Stop(StopReason::Operator)));
     assert_eq!(latest.since_ns, 1010 * MS);
     assert_eq!((&*latest.bits, &*latest.outputs), (&[1, 0, 0][..], &[0][..]), "terminated");
-    let again = rig.order(Command::Stop);
+    let again = rig.order(ScanCommand::Stop);
     rig.step();
     assert_eq!(rig.done(again).mode, Mode::Stop(StopReason::Operator), "nothing to do");
     rig.monitor.beat.request_stop();
@@ -53,10 +53,10 @@ fn an_operators_stop_is_orderly_and_ends_no_thread() {
 fn an_operators_run_leaves_stop_with_memory_as_it_is_and_fresh_statistics() {
     let mut rig = rig(|fake, _| fake.takes_ns = vec![25 * MS, MS]);
     rig.steps(2);
-    rig.order(Command::Stop);
+    rig.order(ScanCommand::Stop);
     rig.steps(5);
     let words = rig.port.latest().words.clone();
-    let run = rig.order(Command::Run);
+    let run = rig.order(ScanCommand::Run);
     rig.step();
     assert_eq!(rig.done(run).mode, Mode::Stop(StopReason::Operator));
     let began = rig.clock.now_ns();
@@ -70,7 +70,7 @@ fn an_operators_run_leaves_stop_with_memory_as_it_is_and_fresh_statistics() {
     assert_eq!((statistics.scans, statistics.overruns), (4, 0));
     let whole = rig.scanner.meter().read(rig.clock.now_ns()).statistics;
     assert_eq!((whole.scans, whole.execution.max_ns), (4, MS));
-    let again = rig.order_and_step(Command::Run);
+    let again = rig.order_and_step(ScanCommand::Run);
     assert_eq!(rig.done(again).mode, Mode::Run, "nothing to do");
 }
 
@@ -79,7 +79,7 @@ fn a_start_in_stop_is_left_by_run() {
     let reason = StopReason::RestartGuard;
     let mut rig = rig(|_, settings| settings.pace.start_in_stop = Some(reason));
     rig.step();
-    let run = rig.order_and_step(Command::Run);
+    let run = rig.order_and_step(ScanCommand::Run);
     rig.step();
     assert_eq!(rig.done(run).mode, Mode::Stop(reason));
     assert_eq!((rig.mode(), rig.port.latest().scans), (Mode::Run, 1));
@@ -88,8 +88,8 @@ fn a_start_in_stop_is_left_by_run() {
 #[test]
 fn a_long_period_does_not_make_an_operator_wait_outside_run() {
     let mut rig = rig(|_, settings| settings.pace.tempo.period_ns = 60_000 * MS);
-    rig.order_and_step(Command::Stop);
-    let run = rig.order(Command::Run);
+    rig.order_and_step(ScanCommand::Stop);
+    let run = rig.order(ScanCommand::Run);
     let asked = rig.clock.now_ns();
     rig.step();
     assert_eq!(rig.done(run).mode, Mode::Stop(StopReason::Operator));
@@ -104,10 +104,10 @@ fn a_fault_is_cleared_by_run_and_what_executed_is_terminated_first() {
     rig.steps(3);
     let fault = Mode::Fault(FaultReason::ScanTooLong { scan_us: 36_000 });
     assert_eq!(rig.mode(), fault);
-    let stop = rig.order_and_step(Command::Stop);
-    assert_eq!(rig.port.answer(stop), Some(Answer::Denied(Denial::Faulted)));
+    let stop = rig.order_and_step(ScanCommand::Stop);
+    assert_eq!(rig.port.answer(stop), Some(CommandOutcome::Denied(CommandDenial::Faulted)));
     rig.heard.take();
-    let run = rig.order_and_step(Command::Run);
+    let run = rig.order_and_step(ScanCommand::Run);
     assert_eq!(rig.done(run).mode, fault);
     rig.step();
     // The pass has turned bit 0 ON, and then the scan has toggled it.
@@ -121,7 +121,7 @@ fn a_run_that_faults_in_its_first_scan_is_a_new_fault() {
     let mut rig = rig(|fake, _| fake.takes_ns = vec![36 * MS]);
     rig.step();
     let first = rig.port.latest().since_ns;
-    rig.order_and_step(Command::Run);
+    rig.order_and_step(ScanCommand::Run);
     rig.step();
     let latest = rig.port.latest();
     assert!(matches!(latest.mode, Mode::Fault(_)) && latest.since_ns > first);
@@ -131,9 +131,11 @@ fn a_run_that_faults_in_its_first_scan_is_a_new_fault() {
 fn a_broken_engine_is_not_run_again() {
     let mut rig = rig(|fake, _| fake.panics_in = Some(1));
     rig.steps(3);
-    for command in [Command::Run, Command::Force { cell: FORCED, value: 1 }, Command::ReleaseAll] {
+    for command in
+        [ScanCommand::Run, ScanCommand::Force { cell: FORCED, value: 1 }, ScanCommand::ReleaseAll]
+    {
         let id = rig.order_and_step(command);
-        assert_eq!(rig.port.answer(id), Some(Answer::Denied(Denial::EngineBroken)));
+        assert_eq!(rig.port.answer(id), Some(CommandOutcome::Denied(CommandDenial::EngineBroken)));
     }
     assert_eq!(rig.mode(), Mode::Fault(FaultReason::EnginePanic));
 }
@@ -149,19 +151,19 @@ fn a_stuck_scan_thread_takes_no_command_until_it_returns() {
         rig.monitor.turn(due + ms * MS);
     });
     assert_eq!(rig.mode(), Mode::Fault(FaultReason::ScanNeverBegins));
-    assert_eq!(rig.port.command(Command::Run), Err(Denial::ScanThreadStuck));
-    assert_eq!(rig.port.outcome(waiting), Outcome::Refused(Refused::NotRunning));
+    assert_eq!(rig.port.command(ScanCommand::Run), Err(CommandDenial::ScanThreadStuck));
+    assert_eq!(rig.port.outcome(waiting), BatchOutcome::Refused(BatchRefusal::NotRunning));
     rig.step();
     rig.step();
-    assert_eq!(rig.port.outcome(waiting), Outcome::Refused(Refused::NotRunning));
-    let run = rig.order_and_step(Command::Run);
+    assert_eq!(rig.port.outcome(waiting), BatchOutcome::Refused(BatchRefusal::NotRunning));
+    let run = rig.order_and_step(ScanCommand::Run);
     assert_eq!(rig.done(run).mode, Mode::Fault(FaultReason::ScanNeverBegins));
     rig.step();
     assert_eq!(rig.mode(), Mode::Run);
-    let ticket = rig.port.submit(vec![Write::Word(WordCell(0), 50)]).unwrap();
-    assert_eq!(rig.port.outcome(ticket), Outcome::Pending);
+    let ticket = rig.port.submit(vec![OperandWrite::Word(WordCell(0), 50)]).unwrap();
+    assert_eq!(rig.port.outcome(ticket), BatchOutcome::Pending);
     rig.step();
-    assert_eq!(rig.port.outcome(ticket), Outcome::Applied);
+    assert_eq!(rig.port.outcome(ticket), BatchOutcome::Applied);
     // The watchdog works again.
     let due = rig.clock.now_ns() + 9 * MS;
     rig.monitor.beat.expect(due);
@@ -175,26 +177,26 @@ fn a_stuck_scan_thread_takes_no_command_until_it_returns() {
 fn forces_show_in_every_mode_and_move_no_output_outside_run() {
     let output = engine::Cell::Bit(BitCell(1));
     let mut rig = rig(|fake, _| fake.takes_ns = vec![MS, MS, 36 * MS]);
-    let force = rig.order_and_step(Command::Force { cell: FORCED, value: 40 });
-    assert_eq!(rig.done(force), Before { mode: Mode::Run, value: 0, forced: false });
+    let force = rig.order_and_step(ScanCommand::Force { cell: FORCED, value: 40 });
+    assert_eq!(rig.done(force), StateBefore { mode: Mode::Run, value: 0, forced: false });
     assert_eq!(rig.port.latest().forces.list(), [FORCED]);
-    rig.order_and_step(Command::Stop);
-    let force = rig.order_and_step(Command::Force { cell: output, value: 1 });
+    rig.order_and_step(ScanCommand::Stop);
+    let force = rig.order_and_step(ScanCommand::Force { cell: output, value: 1 });
     assert_eq!(rig.done(force).value, 0);
     let latest = rig.port.latest();
     assert_eq!((latest.bits[1], latest.outputs[0]), (1, 0), "hold: as terminated");
-    let release = rig.order_and_step(Command::Release(output));
+    let release = rig.order_and_step(ScanCommand::Release(output));
     assert!(rig.done(release).forced);
     assert_eq!(rig.port.latest().forces.list(), [FORCED]);
-    rig.order_and_step(Command::Run);
+    rig.order_and_step(ScanCommand::Run);
     rig.step();
     assert!(matches!(rig.mode(), Mode::Fault(_)));
     let word = rig.port.latest().words[0];
-    rig.order_and_step(Command::Force { cell: output, value: 0 });
+    rig.order_and_step(ScanCommand::Force { cell: output, value: 0 });
     let latest = rig.port.latest();
     assert!(matches!(latest.mode, Mode::Fault(_)));
     assert_eq!((latest.bits[1], latest.words[0] == word, latest.outputs[0]), (0, false, 0));
-    rig.order_and_step(Command::ReleaseAll);
+    rig.order_and_step(ScanCommand::ReleaseAll);
     assert_eq!(rig.port.latest().forces.list(), []);
 }
 
@@ -202,7 +204,7 @@ fn forces_show_in_every_mode_and_move_no_output_outside_run() {
 fn commands_are_done_in_order_and_a_run_behind_a_stop_runs_again() {
     let mut rig = rig(|_, _| {});
     rig.step();
-    let (stop, run) = (rig.order(Command::Stop), rig.order(Command::Run));
+    let (stop, run) = (rig.order(ScanCommand::Stop), rig.order(ScanCommand::Run));
     rig.steps(3);
     assert_eq!(rig.done(stop).mode, Mode::Run);
     assert_eq!(rig.done(run).mode, Mode::Stop(StopReason::Operator));
@@ -221,7 +223,7 @@ fn slow() -> Rig {
 #[test]
 fn with_a_long_period_a_force_does_not_wait_for_the_next_scan() {
     let mut rig = slow();
-    let force = rig.order(Command::Force { cell: FORCED, value: 7 });
+    let force = rig.order(ScanCommand::Force { cell: FORCED, value: 7 });
     let pulses = rig.monitor.beat.pulses();
     rig.step();
     assert_eq!(rig.done(force).mode, Mode::Run);
@@ -234,7 +236,7 @@ fn with_a_long_period_a_force_does_not_wait_for_the_next_scan() {
 #[test]
 fn with_a_long_period_the_last_scan_comes_at_once() {
     let mut rig = slow();
-    let stop = rig.order(Command::Stop);
+    let stop = rig.order(ScanCommand::Stop);
     rig.step();
     assert_eq!(rig.done(stop).mode, Mode::Run);
     let latest = rig.port.latest();
@@ -251,8 +253,8 @@ fn with_a_long_period_the_last_scan_comes_at_once() {
 #[test]
 fn with_a_long_period_a_queued_stop_comes_at_once() {
     let mut rig = slow();
-    let force = rig.order(Command::Force { cell: FORCED, value: 7 });
-    let stop = rig.order(Command::Stop);
+    let force = rig.order(ScanCommand::Force { cell: FORCED, value: 7 });
+    let stop = rig.order(ScanCommand::Stop);
     rig.step();
     assert_eq!((rig.done(force).mode, rig.done(stop).mode), (Mode::Run, Mode::Run));
     assert_eq!(rig.port.latest().now_ns, 1101 * MS);
@@ -269,13 +271,13 @@ fn without_spares(rig: &mut Rig) {
 fn an_answer_waits_for_the_image_that_shows_what_was_done() {
     let mut rig = rig(|_, _| {});
     without_spares(&mut rig);
-    let force = rig.order_and_step(Command::Force { cell: FORCED, value: 7 });
+    let force = rig.order_and_step(ScanCommand::Force { cell: FORCED, value: 7 });
     assert_eq!((rig.port.answer(force), rig.port.latest().forces.list()), (None, &[][..]));
     rig.step();
     assert_eq!((rig.done(force).mode, rig.port.latest().forces.list()), (Mode::Run, &[FORCED][..]));
 
     without_spares(&mut rig);
-    let stop = rig.order_and_step(Command::Stop);
+    let stop = rig.order_and_step(ScanCommand::Stop);
     assert_eq!((rig.port.answer(stop), rig.mode()), (None, Mode::Run));
     rig.step();
     assert_eq!(rig.done(stop).mode, Mode::Run);
@@ -286,7 +288,7 @@ fn an_answer_waits_for_the_image_that_shows_what_was_done() {
 fn with_a_long_period_an_answer_without_image_does_not_wait() {
     let mut rig = slow();
     without_spares(&mut rig);
-    let force = rig.order(Command::Force { cell: FORCED, value: 7 });
+    let force = rig.order(ScanCommand::Force { cell: FORCED, value: 7 });
     assert!(rig.scanner.pause());
     rig.monitor.turn(rig.clock.now_ns());
     assert_eq!(rig.port.answer(force), None);
@@ -300,7 +302,7 @@ fn with_a_long_period_an_answer_without_image_does_not_wait() {
 fn a_force_in_the_very_scan_that_fails_shows() {
     let mut rig = rig(|fake, _| fake.takes_ns = vec![MS, 36 * MS]);
     rig.step();
-    let force = rig.order_and_step(Command::Force { cell: FORCED, value: 7 });
+    let force = rig.order_and_step(ScanCommand::Force { cell: FORCED, value: 7 });
     let fault = Mode::Fault(FaultReason::ScanTooLong { scan_us: 36_000 });
     assert_eq!((rig.port.answer(force), rig.mode()), (None, fault));
     rig.step();
@@ -313,8 +315,8 @@ fn a_force_in_the_very_scan_that_fails_shows() {
 fn a_mask_changes_what_the_scan_finds() {
     let mut rig = rig(|_, _| {});
     let cell = WordCell(0);
-    let mask = |and, or, signed| Write::Masked { cell, and, or, signed };
-    rig.port.submit(vec![Write::Word(cell, 0x12), mask(0xf2, 0x25, false)]).unwrap();
+    let mask = |and, or, signed| OperandWrite::Masked { cell, and, or, signed };
+    rig.port.submit(vec![OperandWrite::Word(cell, 0x12), mask(0xf2, 0x25, false)]).unwrap();
     rig.step();
     assert_eq!(
         rig.port.latest().words[0],

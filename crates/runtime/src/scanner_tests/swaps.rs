@@ -1,8 +1,8 @@
 //! Tests of the swap of a program between two scans: the publications and the returned package.
 
-use super::super::command::{Answer, Command, CommandId, Denial};
-use super::super::record::Carried;
-use super::super::swap::{Contents, Package};
+use super::super::command::{CommandDenial, CommandId, CommandOutcome, ScanCommand};
+use super::super::record::CarriedWatches;
+use super::super::swap::{Package, PackageParts};
 use super::*;
 use rungd_engine::{Cell, Transfer, WordCell};
 
@@ -22,22 +22,22 @@ impl Rig {
             times: Rc::clone(&self.times),
             local: Rc::clone(&self.local),
         };
-        let contents = Contents {
+        let contents = PackageParts {
             transfer: Transfer::default(),
             generation,
             tempo: self.port.tempo(),
             asked: vec![Cell::Word(WordCell(0))],
-            watched: Watched { bits: vec![BitCell(1)], words: vec![] },
-            carried: Carried { bits: vec![None], words: vec![] },
+            watched: WatchedCells { bits: vec![BitCell(1)], words: vec![] },
+            carried: CarriedWatches { bits: vec![None], words: vec![] },
             bits: 2,
             words: 1,
-            safe: vec![Safe::On],
+            safe: vec![SafeState::On],
         };
         Package::new(machine, contents, &self.port.latest())
     }
 
     /// Does the same as [`Rig::package`], with this safe value of Y0.
-    fn package_with(&self, generation: u32, takes_ns: u64, safe: Safe) -> Package<Fake> {
+    fn package_with(&self, generation: u32, takes_ns: u64, safe: SafeState) -> Package<Fake> {
         let mut package = self.package(generation, takes_ns);
         package.safe = vec![safe];
         package.fresh.iter_mut().for_each(|fresh| {
@@ -62,7 +62,7 @@ fn a_swap_is_between_two_scans_and_the_old_machine_comes_back() {
     let latest = rig.port.latest();
     assert_eq!((latest.generation, latest.scans, latest.mode), (1, 4, Mode::Run));
     assert_eq!((&*latest.bits, &*latest.words), (&[0, 1][..], &[4][..]), "its shape, and memory");
-    assert!(matches!(rig.port.answer(id), Some(Answer::Done(_))));
+    assert!(matches!(rig.port.answer(id), Some(CommandOutcome::Done(_))));
     let back = rig.reloader.returned().expect("the package comes back");
     assert_eq!(back.swapped.map(|swapped| swapped.mode), Some(Mode::Run));
     assert_eq!((back.machine.scans, back.machine.words[0]), (3, 3));
@@ -77,7 +77,7 @@ fn a_swap_is_between_two_scans_and_the_old_machine_comes_back() {
 /// The log's reader is late: the ring of records is full.
 #[test]
 fn a_swap_is_told_before_every_record_with_the_numbers_of_its_program() {
-    let watched = Watched { bits: vec![BitCell(0)], words: vec![] };
+    let watched = WatchedCells { bits: vec![BitCell(0)], words: vec![] };
     let mut rig = rig(|_, settings| settings.watched = watched);
     rig.steps(3);
     let told = |rig: &Rig| rig.heard.take().join("\n");
@@ -134,7 +134,7 @@ fn after_a_panic_no_program_is_swapped_in_and_none_lost() {
     std::panic::set_hook(hook);
     assert_eq!(rig.port.latest().mode, Mode::Fault(FaultReason::EnginePanic));
     let id = rig.swap(1, MS, false);
-    assert_eq!(rig.port.answer(id), Some(Answer::Denied(Denial::EngineBroken)));
+    assert_eq!(rig.port.answer(id), Some(CommandOutcome::Denied(CommandDenial::EngineBroken)));
     let mut back = 0;
     for generation in 2..20 {
         let package = rig.package(generation, MS);
@@ -142,9 +142,12 @@ fn after_a_panic_no_program_is_swapped_in_and_none_lost() {
         rig.step();
         match handed_in {
             Ok(id) => {
-                assert_eq!(rig.port.answer(id), Some(Answer::Denied(Denial::EngineBroken)));
+                assert_eq!(
+                    rig.port.answer(id),
+                    Some(CommandOutcome::Denied(CommandDenial::EngineBroken))
+                );
             }
-            Err(denial) => assert_eq!(denial, Denial::QueueFull, "until those are back"),
+            Err(denial) => assert_eq!(denial, CommandDenial::QueueFull, "until those are back"),
         }
         while let Some(package) = rig.reloader.returned() {
             assert_eq!(package.swapped, None);
@@ -161,7 +164,7 @@ fn after_a_panic_no_program_is_swapped_in_and_none_lost() {
 fn a_fault_in_the_first_scan_of_a_new_program_shows_this_program() {
     let mut rig = rig(|_, _| {});
     rig.steps(3);
-    let package = rig.package_with(1, 100 * MS, Safe::Off);
+    let package = rig.package_with(1, 100 * MS, SafeState::Off);
     let id = rig.reloader.hand_in(package, false).unwrap();
     rig.step();
     let latest = rig.port.latest();
@@ -169,16 +172,16 @@ fn a_fault_in_the_first_scan_of_a_new_program_shows_this_program() {
     assert_eq!((latest.generation, latest.scans, latest.mode), (1, 3, fault));
     assert_eq!((latest.bits.len(), &*latest.words), (2, &[3][..]), "as that scan found it");
     assert_eq!(*latest.outputs, [0], "its safe values");
-    assert!(matches!(rig.port.answer(id), Some(Answer::Done(_))));
+    assert!(matches!(rig.port.answer(id), Some(CommandOutcome::Done(_))));
 
     let id = rig.swap(2, 100 * MS, true);
-    assert!(matches!(rig.port.answer(id), Some(Answer::Done(_))));
+    assert!(matches!(rig.port.answer(id), Some(CommandOutcome::Done(_))));
     rig.step();
     let latest = rig.port.latest();
     assert_eq!((latest.generation, latest.scans, latest.mode), (2, 3, fault), "resumed, and again");
-    let force = rig.order_and_step(Command::Force { cell: Cell::Word(WordCell(0)), value: 7 });
+    let force = rig.order_and_step(ScanCommand::Force { cell: Cell::Word(WordCell(0)), value: 7 });
     assert!(
-        matches!(rig.port.answer(force), Some(Answer::Done(_))),
+        matches!(rig.port.answer(force), Some(CommandOutcome::Done(_))),
         "no cell is of a gone program"
     );
 }
@@ -188,16 +191,16 @@ fn a_fault_in_the_first_scan_of_a_new_program_shows_this_program() {
 fn a_fault_of_the_last_scan_before_stop_is_no_reason_to_scan_again() {
     let mut rig = rig(|fake, _| fake.takes_ns = vec![MS, MS, 100 * MS, MS]);
     rig.steps(2);
-    rig.order(Command::Stop);
+    rig.order(ScanCommand::Stop);
     rig.steps(2);
     let fault = Mode::Fault(FaultReason::ScanTooLong { scan_us: 100_000 });
     assert_eq!((rig.port.latest().mode, rig.port.latest().scans), (fault, 2));
     let id = rig.swap(1, MS, true);
-    assert!(matches!(rig.port.answer(id), Some(Answer::Done(_))), "it is taken back");
+    assert!(matches!(rig.port.answer(id), Some(CommandOutcome::Done(_))), "it is taken back");
     rig.steps(3);
     let latest = rig.port.latest();
     assert_eq!((latest.generation, latest.scans, latest.mode), (1, 2, fault));
-    rig.order_and_step(Command::Run);
+    rig.order_and_step(ScanCommand::Run);
     rig.step();
     assert_eq!((rig.port.latest().mode, rig.port.latest().scans), (Mode::Run, 3));
 }
@@ -206,7 +209,7 @@ fn a_fault_of_the_last_scan_before_stop_is_no_reason_to_scan_again() {
 fn a_first_scan_that_hangs_shows_its_program_with_its_safe_values() {
     let mut rig = rig(|_, _| {});
     rig.steps(3);
-    let package = rig.package_with(1, MS, Safe::Off);
+    let package = rig.package_with(1, MS, SafeState::Off);
     let _ = rig.reloader.hand_in(package, false).unwrap();
     let now_ns = rig.clock.now_ns();
     rig.scanner.obey(now_ns);
@@ -224,11 +227,14 @@ fn a_first_scan_that_hangs_shows_its_program_with_its_safe_values() {
 fn another_programs_safe_values_hold_from_the_swap_on() {
     let mut rig = rig(|_, _| {});
     rig.steps(2);
-    rig.port.command(super::super::command::Command::Stop).unwrap();
+    rig.port.command(super::super::command::ScanCommand::Stop).unwrap();
     rig.steps(3);
-    for (generation, safe, outputs) in
-        [(1, Safe::On, 1), (2, Safe::Hold, 1), (3, Safe::Off, 0), (4, Safe::Hold, 0)]
-    {
+    for (generation, safe, outputs) in [
+        (1, SafeState::On, 1),
+        (2, SafeState::Hold, 1),
+        (3, SafeState::Off, 0),
+        (4, SafeState::Hold, 0),
+    ] {
         let package = rig.package_with(generation, MS, safe);
         rig.reloader.hand_in(package, false).unwrap();
         rig.step();
@@ -241,7 +247,7 @@ fn another_programs_safe_values_hold_from_the_swap_on() {
 fn in_stop_memory_is_shown_in_the_new_shape() {
     let mut rig = rig(|_, _| {});
     rig.steps(2);
-    rig.port.command(super::super::command::Command::Stop).unwrap();
+    rig.port.command(super::super::command::ScanCommand::Stop).unwrap();
     rig.steps(3);
     rig.swap(1, MS, false);
     let latest = rig.port.latest();

@@ -3,19 +3,25 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-use super::memory::Kept;
-use super::plan::{OldState, Pairs, ReloadPlan, Side, Start, element_of};
+use super::memory::KeptOwners;
+use super::plan::{
+    ElementPairs, InitialStageStart, LoweredProgram, OldState, ReloadPlan, element_of,
+};
 use super::report::preset;
 use rungd_engine::isa::{Address, Bit, BitSpace, BlockId, ElementId, StageId};
-pub use rungd_engine::{BitCell, BlockRole, Cell, ElementCode, PassStep, Restage, Stretch};
+pub use rungd_engine::{BitCell, BlockRole, Cell, ElementCode, KeptCells, PassStep, StageRestart};
 use rungd_language::lower::identity::Interval;
 use rungd_language::resolve::name_book::BlockName;
 use rungd_language::resolve::program::BlockKind;
 pub use rungd_language::resolve::program::Value;
 
 /// The old program's Tasks that lose their recurrent ENTASK. The ENTASK's pass disables them.
-pub(super) fn disabled(names: &Pairs<'_>, old: Side<'_>, new: Side<'_>) -> HashSet<BlockId> {
-    let there = There::of(new);
+pub(super) fn disabled(
+    names: &ElementPairs<'_>,
+    old: LoweredProgram<'_>,
+    new: LoweredProgram<'_>,
+) -> HashSet<BlockId> {
+    let there = OldInstructions::of(new);
     let gone = |(element, task): (ElementId, BlockId)| {
         let block = names.block(element.block);
         let to = block.and_then(|block| Some((block, names.block(task)?)));
@@ -25,7 +31,7 @@ pub(super) fn disabled(names: &Pairs<'_>, old: Side<'_>, new: Side<'_>) -> HashS
 }
 
 /// Recurrent ENTASKs: their elements and their Tasks.
-fn enabled(side: Side<'_>) -> impl Iterator<Item = (ElementId, BlockId)> {
+fn enabled(side: LoweredProgram<'_>) -> impl Iterator<Item = (ElementId, BlockId)> {
     elements(side).flat_map(move |(element, code)| {
         code.terminations.clone().filter_map(move |at| {
             let pass = &side.program.tables.terminations[at as usize];
@@ -38,32 +44,35 @@ fn enabled(side: Side<'_>) -> impl Iterator<Item = (ElementId, BlockId)> {
 /// Pairs blocks and Stages by name, and transfers their bits.
 pub(super) fn blocks(
     plan: &mut ReloadPlan,
-    names: &Pairs<'_>,
-    (old, new): (Side<'_>, Side<'_>),
+    names: &ElementPairs<'_>,
+    (old, new): (LoweredProgram<'_>, LoweredProgram<'_>),
     disabled: &HashSet<BlockId>,
 ) {
     for at in 0..names.old.names.blocks.len() as u32 {
         let id = BlockId(at);
         let running = old.symbols.layout.bit(Bit::Running(id)).0;
-        let said = say(names.old.names.block(id));
+        let said = block_title(names.old.names.block(id));
         let Some(to) = names.block(id) else {
             plan.transfer.gone_blocks.push(id);
             let state = OldState::Gone { cell: running, off: "not running" };
-            plan.say_of(format!("{said} is gone"), state);
+            plan.add_line_with_state(format!("{said} is gone"), state);
             continue;
         };
         plan.transfer.blocks.push((id, to));
         for bit in [Bit::Running, Bit::Done] {
-            let cell = |side: Side<'_>, id| side.symbols.layout.bit(bit(id)).0;
+            let cell = |side: LoweredProgram<'_>, id| side.symbols.layout.bit(bit(id)).0;
             let (from, to) = (cell(old, id), cell(new, to));
-            plan.transfer.bits.push(Stretch { from, to, count: 1 });
+            plan.transfer.bits.push(KeptCells { from, to, count: 1 });
         }
         if disabled.contains(&id) {
-            plan.say_of(said, OldState::Disabled { running });
+            plan.add_line_with_state(said, OldState::Disabled { running });
         } else if !names.old.names.block(id).kind.is_built_in()
             && names.old.names.block(id).name != "Main"
         {
-            plan.say_of(format!("{said} continues to run"), OldState::Stays { cell: running });
+            plan.add_line_with_state(
+                format!("{said} continues to run"),
+                OldState::Stays { cell: running },
+            );
         }
         restage(plan, names, (id, to), (old, new));
     }
@@ -72,7 +81,7 @@ pub(super) fn blocks(
     intervals(plan, names);
 }
 
-fn new_blocks(plan: &mut ReloadPlan, names: &Pairs<'_>, new: Side<'_>) {
+fn new_blocks(plan: &mut ReloadPlan, names: &ElementPairs<'_>, new: LoweredProgram<'_>) {
     let known: HashSet<BlockId> = plan.transfer.blocks.iter().map(|(_, to)| *to).collect();
     for (at, block) in names.new.names.blocks.iter().enumerate() {
         let id = BlockId(at as u32);
@@ -85,14 +94,19 @@ fn new_blocks(plan: &mut ReloadPlan, names: &Pairs<'_>, new: Side<'_>) {
             BlockRole::Task | BlockRole::FirstScan | BlockRole::LastScan => false,
         };
         let and = if starts { ", and starts" } else { "" };
-        plan.say(format!("{} is new{and}", say(block)));
+        plan.add_line(format!("{} is new{and}", block_title(block)));
         if starts {
             plan.transfer.starting.push(id);
         }
     }
 }
 
-fn stages(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new: Side<'_>) {
+fn stages(
+    plan: &mut ReloadPlan,
+    names: &ElementPairs<'_>,
+    old: LoweredProgram<'_>,
+    new: LoweredProgram<'_>,
+) {
     for (at, stage) in names.old.names.stages.iter().enumerate() {
         let id = StageId(at as u32);
         let from = old.symbols.layout.bit(Bit::Stage(id)).0;
@@ -101,11 +115,17 @@ fn stages(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new: Side<'_>
             Some(to) => {
                 plan.transfer.stages.push((id, to));
                 let to = new.symbols.layout.bit(Bit::Stage(to)).0;
-                plan.transfer.bits.push(Stretch { from, to, count: 1 });
-                plan.say_of(format!("{said} stays ON"), OldState::Stays { cell: from });
+                plan.transfer.bits.push(KeptCells { from, to, count: 1 });
+                plan.add_line_with_state(
+                    format!("{said} stays ON"),
+                    OldState::Stays { cell: from },
+                );
             }
             None if names.block(stage.block).is_some() => {
-                plan.say_of(format!("{said} is gone"), OldState::Gone { cell: from, off: "OFF" });
+                plan.add_line_with_state(
+                    format!("{said} is gone"),
+                    OldState::Gone { cell: from, off: "OFF" },
+                );
             }
             None => {}
         }
@@ -115,21 +135,24 @@ fn stages(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new: Side<'_>
     for (at, stage) in names.new.names.stages.iter().enumerate() {
         let id = StageId(at as u32);
         if !known.contains(&id) && blocks.contains(&stage.block) {
-            plan.say(format!("Stage {} is new", names.new.names.stage(id)));
+            plan.add_line(format!("Stage {} is new", names.new.names.stage(id)));
         }
     }
     for (program, (initial, start)) in plan.starts.clone() {
         let (program, stage) =
-            (say(names.new.names.block(program)), names.new.names.stage(initial));
-        plan.say_of(format!("{program} begins at its Stage {stage}"), OldState::Starts(start));
+            (block_title(names.new.names.block(program)), names.new.names.stage(initial));
+        plan.add_line_with_state(
+            format!("{program} begins at its Stage {stage}"),
+            OldState::Starts(start),
+        );
     }
 }
 
 fn restage(
     plan: &mut ReloadPlan,
-    names: &Pairs<'_>,
+    names: &ElementPairs<'_>,
     (id, to): (BlockId, BlockId),
-    (old, new): (Side<'_>, Side<'_>),
+    (old, new): (LoweredProgram<'_>, LoweredProgram<'_>),
 ) {
     let mut stages = new.program.blocks[to.0 as usize].stages.clone();
     let Some(initial) = stages.next().map(StageId) else { return };
@@ -139,17 +162,18 @@ fn restage(
         before.map(StageId).partition(|id| names.stage(*id).is_some());
     if had_none || !lost.is_empty() {
         let layout = &old.symbols.layout;
-        let cells =
-            |of: &[StageId]| of.iter().map(|id| layout.bit(Bit::Stage(*id)).0).collect::<Vec<_>>();
+        let cells = |stages: &[StageId]| {
+            stages.iter().map(|id| layout.bit(Bit::Stage(*id)).0).collect::<Vec<_>>()
+        };
         let running = layout.bit(Bit::Running(id)).0;
-        let start = Start { running, kept: cells(&kept), lost: cells(&lost), had_none };
+        let start = InitialStageStart { running, kept: cells(&kept), lost: cells(&lost), had_none };
         plan.starts.insert(to, (initial, start));
-        plan.transfer.restages.push(Restage { program: to, initial, lost, had_none });
+        plan.transfer.restages.push(StageRestart { program: to, initial, lost, had_none });
     }
 }
 
 /// Reports and transfers the changed intervals of recurrent ENTASKs.
-fn intervals(plan: &mut ReloadPlan, names: &Pairs<'_>) {
+fn intervals(plan: &mut ReloadPlan, names: &ElementPairs<'_>) {
     let mut first: HashMap<BlockId, &Interval> = HashMap::new();
     for now in &names.new.intervals {
         first.entry(now.task).or_insert(now);
@@ -161,7 +185,7 @@ fn intervals(plan: &mut ReloadPlan, names: &Pairs<'_>) {
             let name = &names.new.names.block(task).name;
             let was = preset(names.old, before.every, true);
             let is = preset(names.new, now.every, true);
-            plan.say(format!("interval of {name} {was} → {is}"));
+            plan.add_line(format!("interval of {name} {was} → {is}"));
             // An element of an array is read when the Task is enabled again.
             if !matches!(now.every, Value::Element(_)) {
                 plan.transfer.intervals.push((task, now.word.0));
@@ -172,14 +196,14 @@ fn intervals(plan: &mut ReloadPlan, names: &Pairs<'_>) {
 
 /// The elements of instructions with a pass: those that drive bits, and recurrent ENTASKs.
 #[derive(Default)]
-struct There {
+struct OldInstructions {
     outputs: HashMap<(BlockId, u32), Vec<ElementId>>,
     enabled: HashMap<(BlockId, BlockId), ElementId>,
 }
 
-impl There {
-    fn of(side: Side<'_>) -> There {
-        let mut there = There::default();
+impl OldInstructions {
+    fn of(side: LoweredProgram<'_>) -> OldInstructions {
+        let mut there = OldInstructions::default();
         for (element, code) in elements(side) {
             for at in code.terminations.clone() {
                 match side.program.tables.terminations[at as usize] {
@@ -214,11 +238,11 @@ impl There {
 /// the new program. The swap executes these steps.
 pub(super) fn terminations(
     plan: &mut ReloadPlan,
-    names: &Pairs<'_>,
-    (old, new): (Side<'_>, Side<'_>),
-    kept: &Kept,
+    names: &ElementPairs<'_>,
+    (old, new): (LoweredProgram<'_>, LoweredProgram<'_>),
+    kept: &KeptOwners,
 ) {
-    let there = There::of(new);
+    let there = OldInstructions::of(new);
     let mut undriven: BTreeMap<(BlockId, u32), Vec<u32>> = BTreeMap::new();
     for (element, code) in elements(old) {
         let Some(block) = names.block(element.block) else { continue };
@@ -233,19 +257,19 @@ pub(super) fn terminations(
                         Some(Cell::Bit(to)) => there.driven(block, to.0, before),
                         _ => None,
                     }
-                    .map(|now| plan.moves(names, element, now))
+                    .map(|now| plan.record_move(names, element, now))
                     .is_some()
                 }
                 PassStep::DisableTask(task) => names
                     .block(*task)
                     .and_then(|task| there.enabled.get(&(block, task)))
-                    .map(|now| plan.moves(names, element, *now))
+                    .map(|now| plan.record_move(names, element, *now))
                     .is_some(),
                 PassStep::Counter(..)
                 | PassStep::Timer(..)
                 | PassStep::HoldTimer(_)
                 | PassStep::CountUp(_)
-                | PassStep::CountDown(_) => kept.goes_on(termination, element),
+                | PassStep::CountDown(_) => kept.is_kept(termination, element),
             };
             if stays {
                 continue;
@@ -259,13 +283,13 @@ pub(super) fn terminations(
     for ((block, bit), active) in undriven {
         let (said, block) = (say_bit(old, bit), &names.old.names.block(block).name);
         let state = OldState::Undriven { bit, active };
-        plan.say_of(format!("{said} is not driven in {block} any more"), state);
+        plan.add_line_with_state(format!("{said} is not driven in {block} any more"), state);
     }
 }
 
 /// Reports bits that no instruction of the new program writes. Only bits that the old program SET,
 /// RST or toggled are reported, because a pass may turn the others OFF.
-pub(super) fn unwritten(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
+pub(super) fn unwritten(plan: &mut ReloadPlan, names: &ElementPairs<'_>, old: LoweredProgram<'_>) {
     let tables = &old.program.tables;
     let driven: HashSet<u32> = tables
         .terminations
@@ -292,23 +316,23 @@ pub(super) fn unwritten(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>)
         let (was, now) = (Address::Bit(bit), Address::Bit(now));
         let is_tagged = names.new.names.tag(now).is_some();
         let said = if is_tagged { names.new.names.say(now) } else { names.old.names.say(was) };
-        plan.say_of(said, OldState::Unwritten { bit: cell });
+        plan.add_line_with_state(said, OldState::Unwritten { bit: cell });
     }
 }
 
 /// The bit that is ON while an element executes: the bit of its Stage, or the `.Running` of its
 /// block.
-fn active(side: Side<'_>, element: ElementId) -> u32 {
+fn active(side: LoweredProgram<'_>, element: ElementId) -> u32 {
     let bit = element.stage.map_or(Bit::Running(element.block), Bit::Stage);
     side.symbols.layout.bit(bit).0
 }
 
-fn say(block: &BlockName) -> String {
+fn block_title(block: &BlockName) -> String {
     let kind = if block.kind == BlockKind::Program { "Program" } else { "Task" };
     format!("{kind} {}", block.name)
 }
 
-fn say_bit(side: Side<'_>, cell: u32) -> String {
+fn say_bit(side: LoweredProgram<'_>, cell: u32) -> String {
     let layout = &side.symbols.layout;
     let spaces = [BitSpace::Y, BitSpace::C, BitSpace::Mc, BitSpace::Mi];
     for space in spaces {
@@ -322,7 +346,7 @@ fn say_bit(side: Side<'_>, cell: u32) -> String {
 }
 
 /// Every element of a program.
-fn elements<'a>(side: Side<'a>) -> impl Iterator<Item = (ElementId, &'a ElementCode)> {
+fn elements<'a>(side: LoweredProgram<'a>) -> impl Iterator<Item = (ElementId, &'a ElementCode)> {
     side.program.blocks.iter().enumerate().flat_map(move |(at, code)| {
         let block = BlockId(at as u32);
         let own = (ElementId { block, stage: None }, &code.own);

@@ -20,8 +20,8 @@
 use std::collections::{HashMap, VecDeque};
 use std::sync::Arc;
 
-use super::plan::{Pairs, ReloadPlan};
-pub use rungd_engine::Stretch;
+use super::plan::{ElementPairs, ReloadPlan};
+pub use rungd_engine::KeptCells;
 use rungd_engine::isa::{BlockId, ElementId};
 use rungd_language::lower::identity::{History, Identity};
 
@@ -35,7 +35,7 @@ struct HistoryKey {
     whole: Option<Arc<str>>,
 }
 
-pub(super) fn histories(plan: &mut ReloadPlan, names: &Pairs<'_>) {
+pub(super) fn histories(plan: &mut ReloadPlan, names: &ElementPairs<'_>) {
     let mut old: Vec<Option<&History>> = names.old.histories.iter().map(Some).collect();
     let mut new: Vec<Option<&History>> = names.new.histories.iter().map(Some).collect();
     let keys = [unedited, unedited_elsewhere, exactly, elsewhere, by_whole_rung, by_rung, by_text];
@@ -54,8 +54,8 @@ pub(super) fn histories(plan: &mut ReloadPlan, names: &Pairs<'_>) {
             if names.block(before.element.block) != Some(history.element.block) {
                 continue;
             }
-            goes_on(plan, before, history);
-            plan.moves(names, before.element, history.element);
+            keep_history(plan, before, history);
+            plan.record_move(names, before.element, history.element);
             *place = None;
         }
     }
@@ -63,7 +63,11 @@ pub(super) fn histories(plan: &mut ReloadPlan, names: &Pairs<'_>) {
 }
 
 /// Histories without a partner share the value of an old history with the same text and element.
-fn share<'a>(plan: &mut ReloadPlan, names: &Pairs<'_>, new: impl Iterator<Item = &'a History>) {
+fn share<'a>(
+    plan: &mut ReloadPlan,
+    names: &ElementPairs<'_>,
+    new: impl Iterator<Item = &'a History>,
+) {
     let mut known: HashMap<(ElementId, &str), &History> = HashMap::new();
     for history in &names.old.histories {
         if let Some(element) = names.element(history.element) {
@@ -72,13 +76,13 @@ fn share<'a>(plan: &mut ReloadPlan, names: &Pairs<'_>, new: impl Iterator<Item =
     }
     for history in new.filter(|history| kind(history) != "ND") {
         if let Some(before) = known.get(&(history.element, history.text.as_str())) {
-            goes_on(plan, before, history);
+            keep_history(plan, before, history);
         }
     }
 }
 
-fn goes_on(plan: &mut ReloadPlan, before: &History, now: &History) {
-    plan.transfer.bits.push(Stretch { from: before.cell.0, to: now.cell.0, count: 1 });
+fn keep_history(plan: &mut ReloadPlan, before: &History, now: &History) {
+    plan.transfer.bits.push(KeptCells { from: before.cell.0, to: now.cell.0, count: 1 });
 }
 
 /// `rise`, `fall`, or the instruction.

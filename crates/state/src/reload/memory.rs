@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-use super::plan::{Elsewhere, OldState, Pairs, ReloadPlan, Side};
+use super::plan::{ElementPairs, LoweredProgram, MovedStage, OldState, ReloadPlan};
 use super::report::preset;
 use rungd_engine::isa::{
     Address, Bit, BitSpace, ElementId, Flag, Mnemonic, Space, Structure, Word,
@@ -14,9 +14,9 @@ pub use rungd_language::resolve::program::Value;
 
 /// The kept owners of the old program: record, CTU or CTD, and element.
 #[derive(Default)]
-pub(super) struct Kept(HashMap<(u32, Option<Mnemonic>), ElementId>);
+pub(super) struct KeptOwners(HashMap<(u32, Option<Mnemonic>), ElementId>);
 
-impl Kept {
+impl KeptOwners {
     fn note(&mut self, record: u32, owner: &Owner) {
         let halves = [Mnemonic::Ctu, Mnemonic::Ctd];
         let half = Some(owner.mnemonic).filter(|mnemonic| halves.contains(mnemonic));
@@ -24,7 +24,7 @@ impl Kept {
     }
 
     /// Whether the instruction of a pass step is kept.
-    pub fn goes_on(&self, termination: &PassStep, element: ElementId) -> bool {
+    pub fn is_kept(&self, termination: &PassStep, element: ElementId) -> bool {
         let half = match termination {
             PassStep::CountUp(_) => Some(Mnemonic::Ctu),
             PassStep::CountDown(_) => Some(Mnemonic::Ctd),
@@ -45,11 +45,11 @@ impl Kept {
 /// different owner is reset.
 pub(super) fn structures(
     plan: &mut ReloadPlan,
-    names: &Pairs<'_>,
-    old: Side<'_>,
-    new: Side<'_>,
-) -> Kept {
-    let mut kept = Kept::default();
+    names: &ElementPairs<'_>,
+    old: LoweredProgram<'_>,
+    new: LoweredProgram<'_>,
+) -> KeptOwners {
+    let mut kept = KeptOwners::default();
     let (before, now) = (by_structure(&names.old.owners), by_structure(&names.new.owners));
     for (structure, owners) in &now {
         let mut goes_on = false;
@@ -65,8 +65,8 @@ pub(super) fn structures(
             let Some(same) = same else { continue };
             goes_on = true;
             kept.note(old.symbols.layout.record(same.structure), same);
-            plan.moves(names, same.element, owner.element);
-            tell_kept(plan, names, old, (same, owner));
+            plan.record_move(names, same.element, owner.element);
+            report_kept(plan, names, old, (same, owner));
         }
         if let Some(was) = was.filter(|_| goes_on) {
             sensaphone_preset(plan, (was, *structure), (old, new));
@@ -83,18 +83,18 @@ pub(super) fn structures(
             let said = names.old.names.say(Address::Structure(*structure));
             let Owner { mnemonic, element, .. } = owners[0];
             let (name, block) = (mnemonic.spec().name, &names.old.names.block(element.block).name);
-            plan.say(format!("{said} is gone: {name} in {block}"));
+            plan.add_line(format!("{said} is gone: {name} in {block}"));
         }
     }
     kept
 }
 
 fn by_structure(owners: &[Owner]) -> BTreeMap<Structure, Vec<&Owner>> {
-    let mut of: BTreeMap<Structure, Vec<&Owner>> = BTreeMap::new();
+    let mut lists: BTreeMap<Structure, Vec<&Owner>> = BTreeMap::new();
     for owner in owners {
-        of.entry(owner.structure).or_default().push(owner);
+        lists.entry(owner.structure).or_default().push(owner);
     }
-    of
+    lists
 }
 
 /// Writes an edited constant preset to PRE, as a cold start would. If the preset is unedited, PRE
@@ -102,10 +102,10 @@ fn by_structure(owners: &[Owner]) -> BTreeMap<Structure, Vec<&Owner>> {
 fn sensaphone_preset(
     plan: &mut ReloadPlan,
     (was, structure): (Structure, Structure),
-    (old, new): (Side<'_>, Side<'_>),
+    (old, new): (LoweredProgram<'_>, LoweredProgram<'_>),
 ) {
     let Structure::Sensaphone(_) = structure else { return };
-    let constant = |side: Side<'_>, structure: Structure| {
+    let constant = |side: LoweredProgram<'_>, structure: Structure| {
         let cell = side.symbols.layout.word(Word::Pre(structure.number()));
         side.program.initial_words.iter().find(|(at, _)| *at == cell).map(|(_, value)| *value)
     };
@@ -114,23 +114,24 @@ fn sensaphone_preset(
     }
 }
 
-fn put_preset(plan: &mut ReloadPlan, structure: Structure, new: Side<'_>) {
+fn put_preset(plan: &mut ReloadPlan, structure: Structure, new: LoweredProgram<'_>) {
     let cell = new.symbols.layout.word(Word::Pre(structure.number()));
     let initial = new.program.initial_words.iter().find(|(at, _)| *at == cell);
     plan.transfer.new_words.push((cell, initial.map_or(0, |(_, value)| *value)));
 }
 
-fn tell_kept(
+fn report_kept(
     plan: &mut ReloadPlan,
-    names: &Pairs<'_>,
-    old: Side<'_>,
+    names: &ElementPairs<'_>,
+    old: LoweredProgram<'_>,
     (before, now): (&Owner, &Owner),
 ) {
     let said = names.new.names.say(Address::Structure(now.structure));
     let timer = matches!(now.structure, Structure::Timer(_));
-    let of = |owner: &Owner, name| owner.presets.iter().find(|(n, _)| *n == name).map(|(_, v)| *v);
+    let preset_value =
+        |owner: &Owner, name| owner.presets.iter().find(|(n, _)| *n == name).map(|(_, v)| *v);
     for name in ["preset", "up-preset", "dn-preset"] {
-        let (was, is) = (of(before, name), of(now, name));
+        let (was, is) = (preset_value(before, name), preset_value(now, name));
         let say = |identity: &Identity, value: Option<Value>| {
             value.map_or("none".into(), |value| preset(identity, value, timer))
         };
@@ -140,11 +141,11 @@ fn tell_kept(
         };
         if differ {
             let (was, is) = (say(names.old, was), say(names.new, is));
-            plan.say(format!("{name} of {said} {was} → {is}"));
+            plan.add_line(format!("{name} of {said} {was} → {is}"));
         }
     }
     let layout = &old.symbols.layout;
-    let now_preset = of(now, "preset").or(of(now, "up-preset"));
+    let now_preset = preset_value(now, "preset").or(preset_value(now, "up-preset"));
     let preset_word = match now_preset {
         Some(Value::Word(word)) => match names.moves.before(Address::Word(word)) {
             Some(Address::Word(word)) => Some(layout.word(word).0),
@@ -156,7 +157,10 @@ fn tell_kept(
     let into = into(plan, names, old, (before.element, now.element));
     let done = Bit::Flag(before.structure, Flag::Done);
     let done = is_done_at_preset(now.mnemonic).then(|| layout.bit(done).0);
-    plan.say_of(said, OldState::Keeps { timer, acc, preset: now_preset, preset_word, done, into });
+    plan.add_line_with_state(
+        said,
+        OldState::Keeps { timer, acc, preset: now_preset, preset_word, done, into },
+    );
 }
 
 /// Whether Done is `.Acc >= preset` at each execution, so that a smaller preset turns it ON.
@@ -176,36 +180,41 @@ fn is_done_at_preset(mnemonic: Mnemonic) -> bool {
 /// The Stage of an instruction, if the instruction is in a different element now.
 fn into(
     plan: &ReloadPlan,
-    names: &Pairs<'_>,
-    old: Side<'_>,
+    names: &ElementPairs<'_>,
+    old: LoweredProgram<'_>,
     (before, now): (ElementId, ElementId),
-) -> Option<Elsewhere> {
+) -> Option<MovedStage> {
     let stage = now.stage.filter(|_| names.element(before) != Some(now))?;
     let was = names.stage_before(stage).map(|id| old.symbols.layout.bit(Bit::Stage(id)).0);
     let start = plan.starts.get(&now.block).filter(|(initial, _)| *initial == stage);
     let start = start.map(|(_, start)| start.clone());
-    Some(Elsewhere { said: names.new.names.stage(stage).to_owned(), stage: was, start })
+    Some(MovedStage { said: names.new.names.stage(stage).to_owned(), stage: was, start })
 }
 
 fn tell_new(
     plan: &mut ReloadPlan,
-    names: &Pairs<'_>,
+    names: &ElementPairs<'_>,
     structure: Structure,
     (before, now): (Option<&&Owner>, &Owner),
 ) {
     let said = names.new.names.say(Address::Structure(structure));
     let Some(before) = before else {
-        return plan.say(format!("{said} is new"));
+        return plan.add_line(format!("{said} is new"));
     };
     let owner = |owner: &Owner, block: &str| format!("{} in {block}", owner.mnemonic.spec().name);
     let was = owner(before, &names.old.names.block(before.element.block).name);
     let is = owner(now, &names.new.names.block(now.element.block).name);
-    plan.say(format!("{said} starts again: {is}, was {was}"));
+    plan.add_line(format!("{said} starts again: {is}, was {was}"));
 }
 
 /// Applies a tag's `initial` to an address that the old program does not use. Also reports changed
 /// memory sizes.
-pub(super) fn initial(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new: Side<'_>) {
+pub(super) fn initial(
+    plan: &mut ReloadPlan,
+    names: &ElementPairs<'_>,
+    old: LoweredProgram<'_>,
+    new: LoweredProgram<'_>,
+) {
     let mut arrays = NewElements::new();
     for (address, value) in &names.new.initial {
         let before = names.moves.before(*address);
@@ -227,7 +236,7 @@ pub(super) fn initial(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, n
                 let said = names.new.names.say(*address);
                 arrays.entry(array.to_owned()).or_default().push((said, state));
             }
-            None => plan.say_of(names.new.names.say(*address), state),
+            None => plan.add_line_with_state(names.new.names.say(*address), state),
         }
     }
     tell_arrays(plan, names, arrays);
@@ -235,7 +244,7 @@ pub(super) fn initial(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, n
     for space in Space::ALL {
         let (before, now) = (space.count(before), space.count(now));
         if before != now {
-            plan.say(format!("memory {} {before} → {now}", space.name()));
+            plan.add_line(format!("memory {} {before} → {now}", space.name()));
         }
     }
 }
@@ -250,13 +259,13 @@ type NewElements = BTreeMap<String, Vec<(String, OldState)>>;
 
 /// Reports each array with new elements in one line. `places` reports a `type` tag whose `count`
 /// has changed.
-fn tell_arrays(plan: &mut ReloadPlan, names: &Pairs<'_>, arrays: NewElements) {
+fn tell_arrays(plan: &mut ReloadPlan, names: &ElementPairs<'_>, arrays: NewElements) {
     for (array, mut elements) in arrays {
         let (old, new) =
             (names.old.names.places.named(&array), names.new.names.places.named(&array));
         match elements.len() {
             _ if old.is_some() && new.is_some() => {}
-            1 => elements.drain(..).for_each(|(said, state)| plan.say_of(said, state)),
+            1 => elements.drain(..).for_each(|(said, state)| plan.add_line_with_state(said, state)),
             count => {
                 let text = format!("{array}: {count} elements are new, with their `initial`");
                 let forced = elements.iter().filter_map(|(_, state)| {
@@ -265,7 +274,7 @@ fn tell_arrays(plan: &mut ReloadPlan, names: &Pairs<'_>, arrays: NewElements) {
                 });
                 let cells = forced.collect();
                 let force = "those that are forced stay as they are".to_owned();
-                plan.say_of(text, OldState::Named { cells, force });
+                plan.add_line_with_state(text, OldState::Named { cells, force });
             }
         }
     }
@@ -294,8 +303,8 @@ impl NewValues {
         match cell {
             Cell::Bit(at) => self.bits.get(&at).map(|on| i32::from(*on)),
             Cell::Word(at) => {
-                let of = self.words.get(&at).copied();
-                of.or_else(|| self.fresh.contains(&at.0).then_some(0))
+                let word = self.words.get(&at).copied();
+                word.or_else(|| self.fresh.contains(&at.0).then_some(0))
             }
         }
     }

@@ -18,9 +18,9 @@ mod rungs;
 mod tags;
 mod wired;
 
-use moves::Moves;
-use plan::Pairs;
-pub use plan::{ReloadPlan, Side};
+use moves::MovedElements;
+use plan::ElementPairs;
+pub use plan::{LoweredProgram, ReloadPlan};
 pub use report::OldMemory;
 pub use report::WARNING;
 pub use rung_texts::FileTexts;
@@ -36,11 +36,11 @@ pub const OTHER_SIZES: &str = "the sizes in `[memory]` differ from the running p
 
 impl ReloadPlan {
     /// Compares `old` and `new`.
-    pub fn new(old: Side<'_>, new: Side<'_>) -> ReloadPlan {
+    pub fn new(old: LoweredProgram<'_>, new: LoweredProgram<'_>) -> ReloadPlan {
         let (before, now) = (&old.symbols.identity, &new.symbols.identity);
-        let moves = Moves::of(before, now);
+        let moves = MovedElements::of(before, now);
         let renamed = moves.renamed(before);
-        let names = Pairs::new(renamed.as_ref().unwrap_or(before), now, moves);
+        let names = ElementPairs::new(renamed.as_ref().unwrap_or(before), now, moves);
         let transfer = Transfer::memory(&old.symbols.layout, &new.symbols.layout);
         let mut plan = ReloadPlan { transfer, ..ReloadPlan::default() };
         let layouts = (&old.symbols.layout, &new.symbols.layout);
@@ -54,7 +54,7 @@ impl ReloadPlan {
         tags::moved(&mut plan, &names, old);
         tags::renamed(&mut plan, &names, old);
         tags::unnamed(&mut plan, &names, old);
-        places::tell(&mut plan, &names, old);
+        places::report_places(&mut plan, &names, old);
         tags::limits(&mut plan, &names, old, new);
         tags::initial(&mut plan, &names, old, new);
         elements::unwritten(&mut plan, &names, old);

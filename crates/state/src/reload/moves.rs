@@ -2,8 +2,8 @@
 //! program that an element of the new program continues.
 //!
 //! Called by `ReloadPlan::new` before everything else. An address of such a tag may mean different
-//! elements in the two programs, so the other files look it up in [`Moves`]. All other addresses
-//! mean the same in both programs.
+//! elements in the two programs, so the other files look it up in [`MovedElements`]. All other
+//! addresses mean the same in both programs.
 //!
 //! | old program | new program | what is kept |
 //! |---|---|---|
@@ -15,24 +15,25 @@
 use std::collections::{HashMap, HashSet};
 
 use rungd_engine::isa::{Address, Bit, BitSpace, Space, Structure, Word};
-pub use rungd_engine::{Cell, Layout, Renumbered, Stretch, Transfer};
+pub use rungd_engine::{Cell, KeptCells, Layout, Renumbered, Transfer};
 use rungd_language::lower::identity::Identity;
 use rungd_language::resolve::places::TagPlace;
 
 /// Pairs of elements, by address; a structure stands for its members.
 #[derive(Default)]
-pub(super) struct Moves {
+pub(super) struct MovedElements {
     after: HashMap<Address, Option<Address>>,
     before: HashMap<Address, Option<Address>>,
     /// The names in the texts of the old program, each with its name in the texts of the new one.
     texts: HashMap<String, String>,
 }
 
-impl Moves {
-    pub fn of(old: &Identity, new: &Identity) -> Moves {
-        let mut moves = Moves::default();
-        let elements = |of: &Identity| -> Vec<Address> {
-            of.names
+impl MovedElements {
+    pub fn of(old: &Identity, new: &Identity) -> MovedElements {
+        let mut moves = MovedElements::default();
+        let elements = |identity: &Identity| -> Vec<Address> {
+            identity
+                .names
                 .places
                 .by_name()
                 .flat_map(|place| place.addresses().collect::<Vec<_>>())
@@ -121,21 +122,21 @@ impl Moves {
 }
 
 /// The elements that a program's tags and operands name by address.
-fn named(of: &Identity) -> HashSet<Address> {
-    let elements = of.addresses.iter().filter_map(|address| Space::with_members(*address));
+fn named(identity: &Identity) -> HashSet<Address> {
+    let elements = identity.addresses.iter().filter_map(|address| Space::with_members(*address));
     let elements = elements.map(|(space, number)| space.address(number));
-    elements.filter(|element| of.names.places.at(*element).is_none()).collect()
+    elements.filter(|element| identity.names.places.at(*element).is_none()).collect()
 }
 
 /// The addresses of the tags with the names of a place's elements, in the place's space.
 pub(super) fn addresses<'a>(
-    of: &'a Identity,
+    identity: &'a Identity,
     place: &'a TagPlace,
 ) -> impl Iterator<Item = (u32, Address)> + 'a {
     (0..place.count).filter_map(|index| {
-        let address = *of.tags.get(&place.name_of(index))?;
+        let address = *identity.tags.get(&place.name_of(index))?;
         let (space, _) = Space::of(address)?;
-        let fits = space == place.space && of.names.places.at(address).is_none();
+        let fits = space == place.space && identity.names.places.at(address).is_none();
         fits.then_some((index, address))
     })
 }
@@ -177,7 +178,7 @@ fn renamed(text: &str, texts: &HashMap<String, String>) -> String {
 fn copy(transfer: &mut Transfer, (from, to): (Address, Address), (old, new): (&Layout, &Layout)) {
     if let (Address::Structure(from), Address::Structure(to)) = (from, to) {
         let (first, behind) = (old.record_bits(from), new.record_bits(to));
-        let stretch = Stretch { from: first.start, to: behind.start, count: first.len() as u32 };
+        let stretch = KeptCells { from: first.start, to: behind.start, count: first.len() as u32 };
         transfer.bits.push(stretch);
     }
     for (from, to) in from.operands().into_iter().zip(to.operands()) {
@@ -194,12 +195,12 @@ fn copy(transfer: &mut Transfer, (from, to): (Address, Address), (old, new): (&L
 }
 
 /// Adds a cell: to the last stretch if it follows it directly, else as a new stretch.
-fn push(stretches: &mut Vec<Stretch>, (from, to): (u32, u32)) {
+fn push(stretches: &mut Vec<KeptCells>, (from, to): (u32, u32)) {
     match stretches.last_mut() {
         Some(last) if (last.from + last.count, last.to + last.count) == (from, to) => {
             last.count += 1;
         }
-        _ => stretches.push(Stretch { from, to, count: 1 }),
+        _ => stretches.push(KeptCells { from, to, count: 1 }),
     }
 }
 

@@ -4,7 +4,7 @@
 use std::cmp::Ordering;
 
 use super::moves::addresses;
-use super::plan::{OldState, Pairs, ReloadPlan, Side};
+use super::plan::{ElementPairs, LoweredProgram, OldState, ReloadPlan};
 use rungd_engine::Cell;
 use rungd_engine::isa::Address;
 use rungd_language::resolve::places::TagPlace;
@@ -19,9 +19,9 @@ fn resized(was: &TagPlace, now: &TagPlace) -> String {
             format!("tag {name} has {} elements instead of {}", now.count, was.count)
         }
     };
-    let between = |of: &TagPlace, from: u32| match of.count - from {
-        1 => of.name_of(from),
-        _ => format!("{} to {}", of.name_of(from), of.name_of(of.count - 1)),
+    let between = |place: &TagPlace, from: u32| match place.count - from {
+        1 => place.name_of(from),
+        _ => format!("{} to {}", place.name_of(from), place.name_of(place.count - 1)),
     };
     match was.count.cmp(&now.count) {
         Ordering::Less => format!("{text}; new: {}", between(now, was.count)),
@@ -34,7 +34,11 @@ fn resized(was: &TagPlace, now: &TagPlace) -> String {
 
 /// Reports the tags with a `type` that start again or are gone, those that have an address in one
 /// program, and forces on addresses that are now the place of a tag.
-pub(super) fn tell(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
+pub(super) fn report_places(
+    plan: &mut ReloadPlan,
+    names: &ElementPairs<'_>,
+    old: LoweredProgram<'_>,
+) {
     let layout = &old.symbols.layout;
     let cells = |addresses: &mut dyn Iterator<Item = Address>| -> Vec<Cell> {
         addresses.flat_map(Address::operands).filter_map(|part| layout.cell(part)).collect()
@@ -60,7 +64,7 @@ pub(super) fn tell(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
         };
         let lost = place.addresses().filter(|element| names.moves.after(*element).is_none());
         let force = "its force ends".to_owned();
-        plan.say_of(text, OldState::Named { cells: cells(&mut { lost }), force });
+        plan.add_line_with_state(text, OldState::Named { cells: cells(&mut { lost }), force });
     }
     for place in names.new.names.places.by_name() {
         if names.old.names.places.named(&place.name).is_none()
@@ -71,14 +75,14 @@ pub(super) fn tell(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
             let stays = names.moves.after(at) == Some(at);
             let taken: Vec<Cell> = if stays { cells(&mut [at].into_iter()) } else { Vec::new() };
             let force = format!("the force stays on {at}");
-            plan.say_of(text, OldState::Named { cells: taken, force });
+            plan.add_line_with_state(text, OldState::Named { cells: taken, force });
         }
         for element in place.addresses() {
             if names.old.names.places.at(element).is_none() && names.moves.after(element).is_none()
             {
                 let force = format!("{element} is not named any more: its force ends");
                 let taken = cells(&mut [element].into_iter());
-                plan.say_of(String::new(), OldState::Named { cells: taken, force });
+                plan.add_line_with_state(String::new(), OldState::Named { cells: taken, force });
             }
         }
     }

@@ -4,7 +4,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::moves::Moves;
+use super::moves::MovedElements;
 use super::rung_texts::RungDifference;
 use rungd_engine::isa::{Address, BlockId, ElementId, StageId, Structure};
 use rungd_engine::{self as engine, Cell, Element, Transfer};
@@ -14,7 +14,7 @@ pub use rungd_language::resolve::program::Value;
 
 /// A lowered program.
 #[derive(Clone, Copy, Debug)]
-pub struct Side<'a> {
+pub struct LoweredProgram<'a> {
     /// For the engine.
     pub program: &'a engine::Program,
     /// Its names.
@@ -30,7 +30,7 @@ pub struct ReloadPlan {
     pub(crate) differences: Vec<Difference>,
     /// Programs that may begin at their initial Stage, by their new number, each with that Stage
     /// and the condition.
-    pub(super) starts: BTreeMap<BlockId, (StageId, Start)>,
+    pub(super) starts: BTreeMap<BlockId, (StageId, InitialStageStart)>,
 }
 
 /// One difference: at most one line of the report.
@@ -55,7 +55,7 @@ pub enum OldState {
         /// Its bit Done, if that is ON as soon as the value has reached the preset.
         done: Option<u32>,
         /// The new Stage of its instruction, if it moved.
-        into: Option<Elsewhere>,
+        into: Option<MovedStage>,
     },
     /// A removed block or Stage: its bit, and the word in the report if the bit is OFF.
     Gone { cell: u32, off: &'static str },
@@ -67,7 +67,7 @@ pub enum OldState {
     /// execute.
     Undriven { bit: u32, active: Vec<u32> },
     /// A Program that may begin at its initial Stage: the line appears if it begins there.
-    Starts(Start),
+    Starts(InitialStageStart),
     /// An address that takes its `initial`; `forced`: the cell whose force it keeps, if any.
     Initial { cell: Cell, value: i32, forced: Option<Cell> },
     /// A tag with a changed address; `begins`: the value that the new address begins with.
@@ -117,7 +117,7 @@ pub struct MovedElement {
 /// `lost` Stage is ON or it had no Stages.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub struct Start {
+pub struct InitialStageStart {
     /// The bit that is ON while the Program runs.
     pub running: u32,
     /// The bits of its Stages that the new program has too.
@@ -131,26 +131,30 @@ pub struct Start {
 /// The new Stage of an instruction that moved.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub struct Elsewhere {
+pub struct MovedStage {
     pub said: String,
     /// The Stage's bit in the old program, if the Stage existed there.
     pub stage: Option<u32>,
     /// The condition, if this is the initial Stage of a Program that may begin there.
-    pub start: Option<Start>,
+    pub start: Option<InitialStageStart>,
 }
 
 /// The pairs of blocks, Stages and elements of both programs.
-pub(super) struct Pairs<'a> {
+pub(super) struct ElementPairs<'a> {
     pub old: &'a Identity,
     pub new: &'a Identity,
     pub(super) blocks: HashMap<BlockId, BlockId>,
     pub(super) stages: HashMap<StageId, StageId>,
     stages_before: HashMap<StageId, StageId>,
-    pub(super) moves: Moves,
+    pub(super) moves: MovedElements,
 }
 
-impl<'a> Pairs<'a> {
-    pub(super) fn new(old: &'a Identity, new: &'a Identity, moves: Moves) -> Pairs<'a> {
+impl<'a> ElementPairs<'a> {
+    pub(super) fn new(
+        old: &'a Identity,
+        new: &'a Identity,
+        moves: MovedElements,
+    ) -> ElementPairs<'a> {
         let ids = |identity: &'a Identity| {
             let named = identity.names.blocks.iter().enumerate();
             named.map(|(at, block)| ((block.name.as_str(), block.kind), BlockId(at as u32)))
@@ -176,7 +180,7 @@ impl<'a> Pairs<'a> {
         });
         let stages: HashMap<_, _> = stages.collect();
         let stages_before = stages.iter().map(|(old, new)| (*new, *old)).collect();
-        Pairs { old, new, blocks, stages, stages_before, moves }
+        ElementPairs { old, new, blocks, stages, stages_before, moves }
     }
 
     /// A structure's new number.
@@ -244,16 +248,16 @@ pub(super) fn element_of(element: ElementId) -> Element {
 }
 
 impl ReloadPlan {
-    pub(super) fn say(&mut self, text: impl Into<String>) {
+    pub(super) fn add_line(&mut self, text: impl Into<String>) {
         self.differences.push(Difference { text: text.into(), state: None });
     }
 
-    pub(super) fn say_of(&mut self, text: impl Into<String>, state: OldState) {
+    pub(super) fn add_line_with_state(&mut self, text: impl Into<String>, state: OldState) {
         self.differences.push(Difference { text: text.into(), state: Some(state) });
     }
 
     /// Records that a part with state moved to a different element of its block.
-    pub(super) fn moves(&mut self, names: &Pairs<'_>, old: ElementId, new: ElementId) {
+    pub(super) fn record_move(&mut self, names: &ElementPairs<'_>, old: ElementId, new: ElementId) {
         if names.element(old) != Some(new) {
             let pair = (element_of(old), element_of(new));
             if !self.transfer.moved.contains(&pair) {

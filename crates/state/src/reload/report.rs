@@ -6,7 +6,7 @@
 //! does not show that. After the swap, `OldMemory` also holds the memory after the passes, and the
 //! lines state what happened.
 
-use super::plan::{Difference, Elsewhere, MovedElement, OldState, ReloadPlan, Start};
+use super::plan::{Difference, InitialStageStart, MovedElement, MovedStage, OldState, ReloadPlan};
 use super::rung_texts::FileTexts;
 use rungd_engine::isa::{Address, duration};
 use rungd_engine::{BitCell, Cell, Layout, WordCell};
@@ -61,7 +61,7 @@ impl OldMemory<'_> {
     }
 
     /// Whether a Program begins at its initial Stage.
-    fn starts(&self, start: &Start) -> bool {
+    fn starts(&self, start: &InitialStageStart) -> bool {
         let none_kept = !start.kept.iter().any(|stage| self.is_on(*stage));
         let loses = start.had_none || start.lost.iter().any(|stage| self.is_on(*stage));
         self.is_on(start.running) && loses && none_kept
@@ -82,7 +82,7 @@ impl OldMemory<'_> {
         }
     }
 
-    fn say(&self, cell: Cell) -> String {
+    fn shown_value(&self, cell: Cell) -> String {
         let value = self.held(cell, self.value(cell));
         let forced = if self.is_forced(cell) { " (forced)" } else { "" };
         format!("{value}{forced}")
@@ -152,7 +152,7 @@ impl OldState {
                 [from, to].into_iter().for_each(|cell| push(*cell, bits, words));
             }
             OldState::MovedArray { elements, .. } => {
-                let cells = elements.iter().flat_map(|of| [of.from, of.to]);
+                let cells = elements.iter().flat_map(|element| [element.from, element.to]);
                 cells.for_each(|cell| push(cell, bits, words));
             }
         }
@@ -166,7 +166,7 @@ fn push(cell: Cell, bits: &mut Vec<u32>, words: &mut Vec<u32>) {
     }
 }
 
-impl Start {
+impl InitialStageStart {
     fn asked(&self, bits: &mut Vec<u32>) {
         bits.push(self.running);
         bits.extend(self.kept.iter().chain(&self.lost));
@@ -197,7 +197,7 @@ fn line(difference: &Difference, seen: &OldMemory<'_>, texts: FileTexts<'_>) -> 
         OldState::Initial { cell, value, forced } => {
             let value = seen.held(*cell, *value);
             match forced.is_some_and(|cell| seen.is_forced(cell)) {
-                true => format!("{text} is new: {value}, but stays {}", seen.say(*cell)),
+                true => format!("{text} is new: {value}, but stays {}", seen.shown_value(*cell)),
                 false => format!("{text} is new: {value}"),
             }
         }
@@ -238,16 +238,19 @@ fn keeps(text: &str, state: &OldState, seen: &OldMemory<'_>) -> Option<String> {
     if acc == 0 {
         return None;
     }
-    let of = match (preset_word, preset) {
+    let preset_value = match (preset_word, preset) {
         (Some(word), _) => Some(seen.word(*word)),
         (None, Some(Value::Const(value, _))) => Some(*value),
         _ => None,
     };
-    let said = of.map_or_else(String::new, |of| format!(" of {}", say(of, *timer)));
-    let becomes_done = done.is_some_and(|done| !seen.is_on(done)) && of.is_some_and(|of| acc >= of);
+    let said = preset_value.map_or_else(String::new, |preset_value| {
+        format!(" of {}", count_text(preset_value, *timer))
+    });
+    let becomes_done = done.is_some_and(|done| !seen.is_on(done))
+        && preset_value.is_some_and(|preset_value| acc >= preset_value);
     let done = if becomes_done { ": Done at its next execution" } else { "" };
-    let line = format!("{text} keeps {}{said}", say(acc, *timer));
-    let executes = |into: &Elsewhere| {
+    let line = format!("{text} keeps {}{said}", count_text(acc, *timer));
+    let executes = |into: &MovedStage| {
         into.stage.is_some_and(|stage| seen.is_on(stage))
             || into.start.as_ref().is_some_and(|start| seen.starts(start))
     };
@@ -261,7 +264,7 @@ fn moved(text: &str, state: &OldState, seen: &OldMemory<'_>) -> String {
     let OldState::Moved { from, to, old, new, begins, input, force } = state else {
         return text.to_owned();
     };
-    let was = seen.say(*from);
+    let was = seen.shown_value(*from);
     let force = match seen.is_forced(*from) && !seen.is_forced(*to) {
         true => format!("; {force}"),
         false => String::new(),
@@ -273,15 +276,16 @@ fn moved(text: &str, state: &OldState, seen: &OldMemory<'_>) -> String {
         Some(value) if !seen.is_forced(*to) => {
             format!("{new} begins at {}", seen.held(*to, *value))
         }
-        _ if seen.say(*to) == was => return format!("{text}: both are {was}"),
-        _ => format!("{new} keeps its own value {}", seen.say(*to)),
+        _ if seen.shown_value(*to) == was => return format!("{text}: both are {was}"),
+        _ => format!("{new} keeps its own value {}", seen.shown_value(*to)),
     };
     format!("{WARNING}{text}: {is}; {old}'s was {was}{force}")
 }
 
 /// The words about forces that stay on the old addresses of an array; empty without such forces.
 fn left_forces(elements: &[MovedElement], force: &str, seen: &OldMemory<'_>) -> String {
-    let is_left = |of: &MovedElement| seen.is_forced(of.from) && !seen.is_forced(of.to);
+    let is_left =
+        |element: &MovedElement| seen.is_forced(element.from) && !seen.is_forced(element.to);
     match elements.iter().any(is_left) {
         true => format!("; {force}"),
         false => String::new(),
@@ -291,14 +295,14 @@ fn left_forces(elements: &[MovedElement], force: &str, seen: &OldMemory<'_>) -> 
 /// The line about an array whose addresses have changed: the number of values that differ, and the
 /// first of them.
 fn moved_array(text: &str, elements: &[MovedElement], force: &str, seen: &OldMemory<'_>) -> String {
-    let differs = |of: &&MovedElement| now(of, seen) != seen.say(of.from);
+    let differs = |element: &&MovedElement| now(element, seen) != seen.shown_value(element.from);
     let count = elements.iter().filter(differs).count();
     match elements.iter().find(differs) {
         Some(first) => {
-            let (of, is, was) = (&first.tag, now(first, seen), seen.say(first.from));
+            let (tag, is, was) = (&first.tag, now(first, seen), seen.shown_value(first.from));
             let all = elements.len();
             format!(
-                "{WARNING}{text}: {count} of {all} values differ: {of} is {is}, was {was}{force}"
+                "{WARNING}{text}: {count} of {all} values differ: {tag} is {is}, was {was}{force}"
             )
         }
         None if force.is_empty() => format!("{text}: all values are the same"),
@@ -307,10 +311,10 @@ fn moved_array(text: &str, elements: &[MovedElement], force: &str, seen: &OldMem
 }
 
 /// The value that an element has at its new address.
-fn now(of: &MovedElement, seen: &OldMemory<'_>) -> String {
-    match of.begins {
-        Some(value) if !seen.is_forced(of.to) => seen.held(of.to, value),
-        _ => seen.say(of.to),
+fn now(element: &MovedElement, seen: &OldMemory<'_>) -> String {
+    match element.begins {
+        Some(value) if !seen.is_forced(element.to) => seen.held(element.to, value),
+        _ => seen.shown_value(element.to),
     }
 }
 
@@ -335,7 +339,7 @@ fn beyond(
 /// A preset as text for people.
 pub(super) fn preset(identity: &Identity, value: Value, is_time: bool) -> String {
     match value {
-        Value::Const(value, _) => say(value, is_time),
+        Value::Const(value, _) => count_text(value, is_time),
         Value::Real(real) => real.to_string(),
         Value::Word(word) => identity.address(Address::Word(word)),
         Value::Element(element) => identity.element(&element),
@@ -343,7 +347,7 @@ pub(super) fn preset(identity: &Identity, value: Value, is_time: bool) -> String
 }
 
 /// A count, or a time: `250 ms`, `4.2 s`, `1m30s`.
-fn say(value: i32, is_time: bool) -> String {
+fn count_text(value: i32, is_time: bool) -> String {
     match value {
         _ if !is_time => value.to_string(),
         0..1000 => format!("{value} ms"),

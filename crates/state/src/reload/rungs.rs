@@ -9,7 +9,7 @@
 use std::collections::{HashMap, HashSet, VecDeque};
 use std::sync::Arc;
 
-use super::plan::{OldState, Pairs, ReloadPlan, Side};
+use super::plan::{ElementPairs, LoweredProgram, OldState, ReloadPlan};
 use super::rung_texts::RungDifference;
 use rungd_engine::isa::{BlockId, ElementId};
 use rungd_language::lower::identity::RungText;
@@ -33,7 +33,12 @@ impl RungKey {
     }
 }
 
-pub(super) fn rungs(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new: Side<'_>) {
+pub(super) fn rungs(
+    plan: &mut ReloadPlan,
+    names: &ElementPairs<'_>,
+    old: LoweredProgram<'_>,
+    new: LoweredProgram<'_>,
+) {
     let new_place = |rung: &RungText| {
         names.element(rung.element).map(|element| RungText { element, ..rung.clone() })
     };
@@ -57,24 +62,24 @@ pub(super) fn rungs(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new
     let (changed, added, gone) = (edited.len(), now.len(), before.len() + lost);
     if (changed, added, gone) != (0, 0, 0) {
         let s = if changed == 1 { "" } else { "s" };
-        plan.say(format!("{changed} rung{s} edited, {added} new, {gone} gone"));
+        plan.add_line(format!("{changed} rung{s} edited, {added} new, {gone} gone"));
     } else if !in_order {
-        plan.say("the order of the rungs has changed");
+        plan.add_line("the order of the rungs has changed");
     }
     let edited = edited.into_iter().map(|(was, is)| RungDifference::Edited(was, is));
     let new_ones = now.into_iter().map(RungDifference::New);
-    tell(plan, edited.chain(new_ones).chain(before.into_iter().map(RungDifference::Gone)));
+    report_rungs(plan, edited.chain(new_ones).chain(before.into_iter().map(RungDifference::Gone)));
     order(plan, names, old, new);
 }
 
 /// Adds the differences of rungs, up to a maximum.
-fn tell(plan: &mut ReloadPlan, differences: impl Iterator<Item = RungDifference>) {
+fn report_rungs(plan: &mut ReloadPlan, differences: impl Iterator<Item = RungDifference>) {
     let mut all: Vec<RungDifference> = differences.collect();
     let more = all.len().saturating_sub(TOLD_MAX);
     all.truncate(TOLD_MAX);
-    all.into_iter().for_each(|rung| plan.say_of("", OldState::Rung(Box::new(rung))));
+    all.into_iter().for_each(|rung| plan.add_line_with_state("", OldState::Rung(Box::new(rung))));
     if more > 0 {
-        plan.say_of("", OldState::MoreRungs(more));
+        plan.add_line_with_state("", OldState::MoreRungs(more));
     }
 }
 
@@ -104,12 +109,17 @@ fn pair(
 }
 
 /// Reports a changed scan order of the blocks that both programs have.
-fn order(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new: Side<'_>) {
+fn order(
+    plan: &mut ReloadPlan,
+    names: &ElementPairs<'_>,
+    old: LoweredProgram<'_>,
+    new: LoweredProgram<'_>,
+) {
     let before: Vec<_> = old.program.order.iter().filter_map(|id| names.block(*id)).collect();
     let both: HashSet<_> = before.iter().copied().collect();
     let now = new.program.order.iter().copied();
     let now: Vec<_> = now.filter(|id| both.contains(id)).collect();
     if before != now {
-        plan.say("the scan order of the blocks has changed");
+        plan.add_line("the scan order of the blocks has changed");
     }
 }

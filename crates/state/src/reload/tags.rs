@@ -3,29 +3,29 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap, VecDeque};
 
 use super::memory::{NewValues, array_of};
-use super::plan::{MovedElement, OldState, Pairs, ReloadPlan, Side};
+use super::plan::{ElementPairs, LoweredProgram, MovedElement, OldState, ReloadPlan};
 use rungd_engine::isa::{Address, Bit, BitSpace, Word};
 use rungd_engine::{Cell, Layout};
 use rungd_language::lower::identity::Identity;
 
 /// Whether the tag, or the array of an element, has a `type` in either program. `places` reports
 /// these tags.
-fn is_placed(names: &Pairs<'_>, tag: &str) -> bool {
+fn is_placed(names: &ElementPairs<'_>, tag: &str) -> bool {
     let whole = array_of(tag).unwrap_or(tag);
     names.old.names.places.named(whole).or(names.new.names.places.named(whole)).is_some()
 }
 
 /// Reports constants with a changed value.
-pub(super) fn constants(plan: &mut ReloadPlan, names: &Pairs<'_>) {
+pub(super) fn constants(plan: &mut ReloadPlan, names: &ElementPairs<'_>) {
     for (name, value) in &names.new.constants {
         if let Some(before) = names.old.constants.get(name).filter(|before| *before != value) {
-            plan.say(format!("constant {name} {before} → {value}"));
+            plan.add_line(format!("constant {name} {before} → {value}"));
         }
     }
 }
 
 /// Reports tags with a changed address. The value stays at the old address.
-pub(super) fn moved(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
+pub(super) fn moved(plan: &mut ReloadPlan, names: &ElementPairs<'_>, old: LoweredProgram<'_>) {
     let (layout, values) = (&old.symbols.layout, NewValues::of(plan));
     let mut arrays: BTreeMap<&str, Vec<(Address, Address, MovedElement)>> = BTreeMap::new();
     for (tag, to) in &names.new.tags {
@@ -36,7 +36,7 @@ pub(super) fn moved(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
         let text = format!("tag {tag} moved from {from} to {to}");
         let cells = (layout.cell(held(*from)), layout.cell(held(*to)));
         let (Some(from_cell), Some(to_cell)) = cells else {
-            plan.say(text);
+            plan.add_line(text);
             continue;
         };
         let begins = values.get(to_cell);
@@ -47,7 +47,7 @@ pub(super) fn moved(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
         }
         let left = names.new.names.tag(*from);
         let left = left.map_or_else(String::new, |other| format!(", which is {other} now"));
-        plan.say_of(
+        plan.add_line_with_state(
             text,
             OldState::Moved {
                 from: from_cell,
@@ -76,7 +76,7 @@ fn moved_array(
     let elements = elements.into_iter().map(|(.., element)| element).collect();
     let force = format!("forces stay on {old}; {array} ({new}) is not forced");
     let text = format!("array {array} moved from {old} to {new}");
-    plan.say_of(text, OldState::MovedArray { elements, input, force });
+    plan.add_line_with_state(text, OldState::MovedArray { elements, input, force });
 }
 
 /// The first and the last of some consecutive addresses, as text.
@@ -94,7 +94,7 @@ fn is_input(at: Address) -> bool {
 }
 
 /// Reports renamed tags: the address is the same.
-pub(super) fn renamed(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
+pub(super) fn renamed(plan: &mut ReloadPlan, names: &ElementPairs<'_>, old: LoweredProgram<'_>) {
     let layout = &old.symbols.layout;
     let lacks =
         |other: &Identity, tag: &String| !other.tags.contains_key(tag) && !is_placed(names, tag);
@@ -112,19 +112,22 @@ pub(super) fn renamed(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
         }
         let text = format!("tag {tag} ({address}) was renamed to {now}");
         let cells = cells(layout, *address);
-        plan.say_of(text, OldState::Named { cells, force: "the force stays on it".to_owned() });
+        plan.add_line_with_state(
+            text,
+            OldState::Named { cells, force: "the force stays on it".to_owned() },
+        );
     }
     for ((from, to), addresses) in arrays {
         let text =
             format!("array {from} ({}) was renamed to {to}", span(addresses.iter().copied()));
         let cells = addresses.iter().flat_map(|address| cells(layout, *address)).collect();
         let force = "its forces stay".to_owned();
-        plan.say_of(text, OldState::Named { cells, force });
+        plan.add_line_with_state(text, OldState::Named { cells, force });
     }
 }
 
 /// Reports removed tags whose address has no tag any more, if the address is forced.
-pub(super) fn unnamed(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
+pub(super) fn unnamed(plan: &mut ReloadPlan, names: &ElementPairs<'_>, old: LoweredProgram<'_>) {
     for (tag, address) in &names.old.tags {
         let has_tag = || names.new.names.tag(*address).is_some();
         let goes_on = names.moves.after(*address) == Some(*address);
@@ -133,7 +136,7 @@ pub(super) fn unnamed(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
         }
         let cells = cells(&old.symbols.layout, *address);
         let force = format!("tag {tag} is gone; the force stays on {address}");
-        plan.say_of(String::new(), OldState::Named { cells, force });
+        plan.add_line_with_state(String::new(), OldState::Named { cells, force });
     }
 }
 
@@ -143,7 +146,12 @@ fn cells(layout: &Layout, address: Address) -> Vec<Cell> {
 }
 
 /// Reports words with changed limits; with a warning, if the value is beyond the new limits.
-pub(super) fn limits(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new: Side<'_>) {
+pub(super) fn limits(
+    plan: &mut ReloadPlan,
+    names: &ElementPairs<'_>,
+    old: LoweredProgram<'_>,
+    new: LoweredProgram<'_>,
+) {
     let values = NewValues::of(plan);
     let mut told = BTreeSet::new();
     for address in &names.new.addresses {
@@ -154,7 +162,7 @@ pub(super) fn limits(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, ne
         if before == (min, max) || !names.old.addresses.contains(&Address::Word(was)) {
             continue;
         }
-        let said = |side: Side<'_>, word: Word, (min, max): (i32, i32)| {
+        let said = |side: LoweredProgram<'_>, word: Word, (min, max): (i32, i32)| {
             let text = |content| {
                 side.symbols.layout.text(Cell::Word(side.symbols.layout.word(word)), content)
             };
@@ -171,11 +179,11 @@ pub(super) fn limits(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, ne
         };
         let line = format!("limits of {name} {before} → {now}");
         if told.insert(line.clone()) {
-            plan.say(line);
+            plan.add_line(line);
         }
         let cell = Cell::Word(old.symbols.layout.word(was));
         let begins = new.symbols.layout.cell(*address).and_then(|cell| values.get(cell));
-        plan.say_of(
+        plan.add_line_with_state(
             names.new.names.say(*address),
             OldState::Limits { cell, begins, limits: (min, max) },
         );
@@ -183,10 +191,15 @@ pub(super) fn limits(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, ne
 }
 
 /// Reports changed values of `initial`. They act at the next cold start; the present value stays.
-pub(super) fn initial(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new: Side<'_>) {
-    let value = |side: Side<'_>, address: Address, of: Option<&i32>| {
-        let content = of.copied().unwrap_or(0);
-        match (of, address) {
+pub(super) fn initial(
+    plan: &mut ReloadPlan,
+    names: &ElementPairs<'_>,
+    old: LoweredProgram<'_>,
+    new: LoweredProgram<'_>,
+) {
+    let value = |side: LoweredProgram<'_>, address: Address, number: Option<&i32>| {
+        let content = number.copied().unwrap_or(0);
+        match (number, address) {
             (None, _) => "none".to_owned(),
             (Some(_), Address::Bit(_)) => if content != 0 { "ON" } else { "OFF" }.to_owned(),
             (Some(_), Address::Word(word)) => {
@@ -206,7 +219,7 @@ pub(super) fn initial(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, n
         }
         let (was, is) = (value(old, before, was), value(new, *address, is));
         let said = names.new.names.say(*address);
-        plan.say(format!("initial of {said} {was} → {is}, from the next cold start on"));
+        plan.add_line(format!("initial of {said} {was} → {is}, from the next cold start on"));
     }
 }
 

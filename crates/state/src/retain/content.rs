@@ -53,7 +53,7 @@ pub struct RetainedElement {
 
 /// Neighbouring elements of one space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Run {
+pub(crate) struct ElementRun {
     /// The space of all these elements.
     pub space: Space,
     /// The number of the first element.
@@ -64,7 +64,7 @@ pub(crate) struct Run {
     pub terminated: bool,
 }
 
-impl Run {
+impl ElementRun {
     /// The element of this number.
     pub(super) fn element(&self, number: u32) -> RetainedElement {
         RetainedElement { space: self.space, number }
@@ -84,7 +84,7 @@ pub struct RetainedValue {
 
 /// A content after it was read.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Content {
+pub struct RetainedContent {
     /// All elements with their values, in the order of the file.
     pub elements: Vec<(RetainedElement, RetainedValue)>,
     /// Tags: name and element.
@@ -162,7 +162,7 @@ fn number_of(space: Space) -> u8 {
 }
 
 fn space_of(number: u8) -> Option<Space> {
-    NUMBERS.iter().find(|(of, _)| *of == number).map(|(_, space)| *space)
+    NUMBERS.iter().find(|(space_number, _)| *space_number == number).map(|(_, space)| *space)
 }
 
 /// The element at an address, if it can be retained.
@@ -178,7 +178,7 @@ pub fn address(element: RetainedElement) -> String {
 
 /// The lists before the values.
 pub(super) struct ContentLists<'a> {
-    pub runs: &'a [Run],
+    pub runs: &'a [ElementRun],
     pub tags: &'a [(String, RetainedElement)],
     /// The elements whose only address is the name of their tag.
     pub placed: &'a HashSet<RetainedElement>,
@@ -228,7 +228,7 @@ impl Preamble {
     }
 }
 
-fn put_runs(bytes: &mut Vec<u8>, runs: &[Run]) {
+fn put_runs(bytes: &mut Vec<u8>, runs: &[ElementRun]) {
     put_u32(bytes, runs.len());
     for run in runs {
         let flags = if run.terminated { TERMINATED } else { 0 };
@@ -252,14 +252,14 @@ fn put_u32(bytes: &mut Vec<u8>, count: usize) {
 }
 
 /// Reads a content; `None` if it is inconsistent.
-pub fn read(bytes: &[u8]) -> Option<Content> {
+pub fn read(bytes: &[u8]) -> Option<RetainedContent> {
     let mut reader = ByteSource(bytes);
     let mut runs = Vec::new();
     let mut total = 0;
     for _ in 0..reader.u32()? {
         let head = reader.take(4)?;
         let (space, terminated) = (space_of(head[0])?, head[1] & TERMINATED != 0);
-        let run = Run { space, first: reader.u32()?, count: reader.u32()?, terminated };
+        let run = ElementRun { space, first: reader.u32()?, count: reader.u32()?, terminated };
         run.first.checked_add(run.count)?;
         total += u64::from(run.count);
         if total > ELEMENTS_MAX {
@@ -268,11 +268,11 @@ pub fn read(bytes: &[u8]) -> Option<Content> {
         runs.push(run);
     }
     let tags = reader.texts()?;
-    let placed = |text: &Text| (text.flags & PLACED != 0).then_some(text.element);
+    let placed = |text: &NameText| (text.flags & PLACED != 0).then_some(text.element);
     let placed = tags.iter().filter_map(placed).collect();
     let tags = tags.into_iter().map(|tag| (tag.text, tag.element)).collect();
     let (mut owners, mut clocks) = (HashMap::new(), HashSet::new());
-    for Text { text, element, flags } in reader.texts()? {
+    for NameText { text, element, flags } in reader.texts()? {
         if matches!(element.space, Space::Bit(_)) && flags & CLK_ON != 0 {
             clocks.insert((element, text.clone()));
         }
@@ -288,12 +288,12 @@ pub fn read(bytes: &[u8]) -> Option<Content> {
             elements.push((element, reader.value(run.space)?));
         }
     }
-    let content = Content { elements, tags, placed, owners, clocks, terminated };
+    let content = RetainedContent { elements, tags, placed, owners, clocks, terminated };
     reader.0.is_empty().then_some(content)
 }
 
 /// The name of a tag or of an owner.
-struct Text {
+struct NameText {
     text: String,
     element: RetainedElement,
     flags: u8,
@@ -301,13 +301,13 @@ struct Text {
 
 /// The forms of a content, read from bytes.
 trait ContentSource: Sized {
-    fn texts(&mut self) -> Option<Vec<Text>>;
+    fn texts(&mut self) -> Option<Vec<NameText>>;
 
     fn value(&mut self, space: Space) -> Option<RetainedValue>;
 }
 
 impl ContentSource for ByteSource<'_> {
-    fn texts(&mut self) -> Option<Vec<Text>> {
+    fn texts(&mut self) -> Option<Vec<NameText>> {
         let mut texts = Vec::new();
         for _ in 0..self.u32()? {
             let head = self.take(4)?;
@@ -317,7 +317,7 @@ impl ContentSource for ByteSource<'_> {
             let text = self.take(length.next_multiple_of(4))?;
             let text = std::str::from_utf8(&text[..length]).ok()?;
             let element = RetainedElement { space, number };
-            texts.push(Text { text: text.to_owned(), element, flags: head[1] });
+            texts.push(NameText { text: text.to_owned(), element, flags: head[1] });
         }
         Some(texts)
     }
@@ -349,8 +349,12 @@ mod tests {
 
     #[test]
     fn a_content_that_makes_no_sense_is_refused() {
-        let runs =
-            [Run { space: Space::Word(WordSpace::D), first: 3, count: 2, terminated: false }];
+        let runs = [ElementRun {
+            space: Space::Word(WordSpace::D),
+            first: 3,
+            count: 2,
+            terminated: false,
+        }];
         let level = RetainedElement { space: Space::Word(WordSpace::D), number: 4 };
         let tags = [("level".to_owned(), level)];
         let placed = HashSet::from([level]);
@@ -385,8 +389,12 @@ mod tests {
 
     #[test]
     fn values_out_of_range_are_the_nearest_in_it_and_of_an_element_in_two_runs_the_later_counts() {
-        let run =
-            |count| Run { space: Space::Word(WordSpace::V), first: 3, count, terminated: false };
+        let run = |count| ElementRun {
+            space: Space::Word(WordSpace::V),
+            first: 3,
+            count,
+            terminated: false,
+        };
         let mut bytes = Vec::new();
         let placed = HashSet::new();
         let runs = [run(2), run(1)];

@@ -23,7 +23,7 @@ pub struct FileDevice {
 
 /// The file's metadata: it changes if a different process writes, shortens or replaces the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Trace {
+pub struct FileMetadata {
     identity: FileIdentity,
     length: u64,
     /// The last change of the content.
@@ -85,9 +85,9 @@ impl FileDevice {
 
     /// The metadata of the file that has this name now. Every change of the file changes it; a read
     /// does not.
-    pub(crate) fn trace(&self) -> Option<Trace> {
+    pub(crate) fn trace(&self) -> Option<FileMetadata> {
         let named = fs::metadata(&self.path).ok()?;
-        Some(Trace {
+        Some(FileMetadata {
             identity: identity(&named),
             length: named.len(),
             modified: FileTime { s: named.mtime(), ns: named.mtime_nsec() },
@@ -179,8 +179,8 @@ fn busy() -> io::Error {
     )
 }
 
-fn identity(of: &fs::Metadata) -> FileIdentity {
-    FileIdentity { device: of.dev(), inode: of.ino() }
+fn identity(metadata: &fs::Metadata) -> FileIdentity {
+    FileIdentity { device: metadata.dev(), inode: metadata.ino() }
 }
 
 /// Whether a path is the path of an open file.

@@ -45,7 +45,7 @@ pub struct Geometry {
 
 /// The numbers of an image, without its content.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Stamp {
+pub struct ImageStamp {
     /// The number of the image in its file, from 1 on. The newest image has the highest.
     pub sequence: u64,
     /// The number of complete scans of the process that wrote the image.
@@ -165,7 +165,7 @@ fn header_copy(copy: &[u8]) -> Option<Geometry> {
 }
 
 /// Writes an image to a buffer, as whole blocks for the beginning of a slot.
-pub fn put_slot(into: &mut Vec<u8>, id: u64, stamp: &Stamp, content: &[u8]) {
+pub fn put_slot(into: &mut Vec<u8>, id: u64, stamp: &ImageStamp, content: &[u8]) {
     into.clear();
     into.extend_from_slice(&SLOT_MAGIC);
     for number in [id, stamp.sequence, stamp.scan, stamp.saved_ms] {
@@ -190,7 +190,7 @@ pub fn put_slot(into: &mut Vec<u8>, id: u64, stamp: &Stamp, content: &[u8]) {
 ///
 /// # Errors
 /// [`BadSlot`].
-pub fn read_slot(bytes: &[u8], id: u64) -> Result<(Stamp, &[u8]), BadSlot> {
+pub fn read_slot(bytes: &[u8], id: u64) -> Result<(ImageStamp, &[u8]), BadSlot> {
     let head = bytes.get(..HEAD_BYTES).ok_or(BadSlot::Cut)?;
     if head.iter().all(|byte| *byte == 0) {
         return Err(BadSlot::Empty);
@@ -204,7 +204,7 @@ pub fn read_slot(bytes: &[u8], id: u64) -> Result<(Stamp, &[u8]), BadSlot> {
     if u64_at(head, 8) != id {
         return Err(BadSlot::OtherFile);
     }
-    let stamp = Stamp {
+    let stamp = ImageStamp {
         sequence: u64_at(head, 16),
         scan: u64_at(head, 24),
         saved_ms: u64_at(head, 32),
@@ -276,8 +276,8 @@ mod tests {
 
     const GEOMETRY: Geometry = Geometry { slot_bytes: 8192, slots: 4, id: 7 };
 
-    fn stamp() -> Stamp {
-        Stamp { sequence: 3, scan: 99, saved_ms: 5, flags: FLAG_FINAL }
+    fn stamp() -> ImageStamp {
+        ImageStamp { sequence: 3, scan: 99, saved_ms: 5, flags: FLAG_FINAL }
     }
 
     #[test]

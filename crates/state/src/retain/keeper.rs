@@ -8,10 +8,10 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::content;
-use super::file::{Access, FileDevice, Trace, keep_aside, rename_aside};
-use super::format::{BadSlot, FLAG_FINAL, Geometry, Stamp};
+use super::file::{Access, FileDevice, FileMetadata, keep_aside, rename_aside};
+use super::format::{BadSlot, FLAG_FINAL, Geometry, ImageStamp};
 use super::plan::{Restoration, RetainPlan};
-use super::slots::{FoundImage, Slots, Survey, Unusable, survey};
+use super::slots::{FoundImage, SlotSurvey, Slots, UnusableReason, survey};
 
 /// Keeps one controller's memory in one file.
 pub struct Keeper {
@@ -20,34 +20,34 @@ pub struct Keeper {
     slots: Option<Slots<FileDevice>>,
     gathered: Vec<u8>,
     /// The numbers of the durable image.
-    kept: Option<Kept>,
+    kept: Option<StoredImage>,
     kept_content: Vec<u8>,
     /// The file's metadata at the last check that the file holds that image.
-    trace: Option<Trace>,
+    trace: Option<FileMetadata>,
     /// The error, if a different process owns the file.
     busy: Option<io::Error>,
 }
 
 /// An image that is durable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Kept {
+pub struct StoredImage {
     /// Its numbers.
-    pub stamp: Stamp,
+    pub stamp: ImageStamp,
     /// The number of bytes written for it.
     pub bytes: usize,
 }
 
 /// The result of the start.
-pub struct Start {
+pub struct StartResult {
     /// The image and its restoration, or the reason why there is none.
-    pub image: Result<(Stamp, Restoration), String>,
+    pub image: Result<(ImageStamp, Restoration), String>,
     /// Further news for the log.
-    pub news: Vec<News>,
+    pub news: Vec<FileNews>,
 }
 
 /// News of the file for the log.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum News {
+pub enum FileNews {
     /// A slot that should hold an image does not.
     Slot(usize, BadSlot),
     /// The file at the path was unusable; it was renamed to this path.
@@ -60,7 +60,7 @@ pub enum News {
 
 /// The image of one scan, to be saved.
 #[derive(Clone, Copy, Debug)]
-pub struct Image<'a> {
+pub struct ScanImage<'a> {
     /// The number of complete scans of the process.
     pub scan: u64,
     /// All public bits.
@@ -96,7 +96,7 @@ impl Keeper {
     ///
     /// # Errors
     /// A different process owns the file.
-    pub fn open(path: &Path, plan: RetainPlan, id: u64) -> io::Result<(Keeper, Start)> {
+    pub fn open(path: &Path, plan: RetainPlan, id: u64) -> io::Result<(Keeper, StartResult)> {
         let mut keeper = Keeper {
             path: path.to_owned(),
             plan,
@@ -115,14 +115,14 @@ impl Keeper {
                 Err("there is no file yet".to_owned())
             }
             Err(error) => {
-                news.push(News::NotWritable(error.to_string()));
+                news.push(FileNews::NotWritable(error.to_string()));
                 keeper.read_only(&mut news)
             }
             Ok(device) => keeper.take_over(device, id, &mut news),
         };
         match keeper.busy.take() {
             Some(busy) => Err(busy),
-            None => Ok((keeper, Start { image, news })),
+            None => Ok((keeper, StartResult { image, news })),
         }
     }
 
@@ -137,7 +137,7 @@ impl Keeper {
     }
 
     /// The last durable image of this process.
-    pub fn kept(&self) -> Option<Kept> {
+    pub fn kept(&self) -> Option<StoredImage> {
         self.kept
     }
 
@@ -145,16 +145,16 @@ impl Keeper {
         &mut self,
         device: FileDevice,
         id: u64,
-        news: &mut Vec<News>,
-    ) -> Result<(Stamp, Restoration), String> {
+        news: &mut Vec<FileNews>,
+    ) -> Result<(ImageStamp, Restoration), String> {
         let seen = device.identity();
         let (slots, survey) = match Slots::open(device) {
             Ok(opened) => opened,
-            Err(Unusable::Io(error)) => {
-                news.push(News::NotWritable(error.to_string()));
+            Err(UnusableReason::Io(error)) => {
+                news.push(FileNews::NotWritable(error.to_string()));
                 return Err(format!("it cannot be read: {error}"));
             }
-            Err(Unusable::Header(bad)) => {
+            Err(UnusableReason::Header(bad)) => {
                 let aside = seen.and_then(|seen| keep_aside(&self.path, seen));
                 self.put_aside(id, aside, news);
                 return Err(bad.to_string());
@@ -181,12 +181,16 @@ impl Keeper {
     }
 
     /// The newest image of a survey and its restoration; damaged slots become news.
-    fn judge(&self, survey: &Survey, news: &mut Vec<News>) -> Result<(Stamp, Restoration), String> {
+    fn judge(
+        &self,
+        survey: &SlotSurvey,
+        news: &mut Vec<FileNews>,
+    ) -> Result<(ImageStamp, Restoration), String> {
         for (at, slot) in survey.slots.iter().enumerate() {
             if let Err(bad) = slot
                 && *bad != BadSlot::Empty
             {
-                news.push(News::Slot(at, *bad));
+                news.push(FileNews::Slot(at, *bad));
             }
         }
         let newest = survey.newest.as_ref().ok_or("no slot of it holds a whole image")?;
@@ -197,41 +201,41 @@ impl Keeper {
     }
 
     /// Restores from a file that can be read but not written.
-    fn read_only(&mut self, news: &mut Vec<News>) -> Result<(Stamp, Restoration), String> {
+    fn read_only(&mut self, news: &mut Vec<FileNews>) -> Result<(ImageStamp, Restoration), String> {
         let opened = FileDevice::open(&self.path, Access::Read);
         let mut device = opened.map_err(|error| format!("it cannot be opened: {error}"))?;
         match survey(&mut device) {
             Ok(survey) => self.judge(&survey, news),
-            Err(Unusable::Header(bad)) => Err(bad.to_string()),
-            Err(Unusable::Io(error)) => Err(format!("it cannot be read: {error}")),
+            Err(UnusableReason::Header(bad)) => Err(bad.to_string()),
+            Err(UnusableReason::Io(error)) => Err(format!("it cannot be read: {error}")),
         }
     }
 
-    fn put_aside(&mut self, id: u64, aside: io::Result<PathBuf>, news: &mut Vec<News>) {
+    fn put_aside(&mut self, id: u64, aside: io::Result<PathBuf>, news: &mut Vec<FileNews>) {
         match aside {
             Ok(aside) => {
-                news.push(News::Aside(aside));
+                news.push(FileNews::Aside(aside));
                 self.make(NewFile::empty(id), news);
             }
             Err(error) if error.kind() == io::ErrorKind::ResourceBusy => self.busy = Some(error),
             // A different process has renamed the file since it was opened.
             Err(error) if error.kind() == io::ErrorKind::NotFound => self.busy = Some(error),
             Err(error) => {
-                news.push(News::NotWritable(format!("it cannot be renamed: {error}")));
+                news.push(FileNews::NotWritable(format!("it cannot be renamed: {error}")));
             }
         }
     }
 
     /// Makes a file and keeps it open; a failure becomes news.
-    fn make(&mut self, new: NewFile<'_>, news: &mut Vec<News>) {
+    fn make(&mut self, new: NewFile<'_>, news: &mut Vec<FileNews>) {
         match self.try_make(new) {
             Ok(slots) => {
-                news.push(News::Made(*slots.geometry()));
+                news.push(FileNews::Made(*slots.geometry()));
                 self.slots = Some(slots);
             }
             Err(error) if error.kind() == io::ErrorKind::ResourceBusy => self.busy = Some(error),
             Err(error) => {
-                news.push(News::NotWritable(format!("a new file cannot be made: {error}")));
+                news.push(FileNews::NotWritable(format!("a new file cannot be made: {error}")));
             }
         }
     }
@@ -266,7 +270,7 @@ impl Keeper {
         self.kept.is_some() && self.trace_now() != self.trace
     }
 
-    fn trace_now(&self) -> Option<Trace> {
+    fn trace_now(&self) -> Option<FileMetadata> {
         self.slots.as_ref().and_then(|slots| slots.device().trace())
     }
 
@@ -277,7 +281,7 @@ impl Keeper {
     /// The error of the system. The previous image stays durable, except after `NotFound`: then the
     /// file is gone, or its bytes were changed. The next save repairs the file, and may be called
     /// at once.
-    pub fn save(&mut self, image: Image<'_>) -> io::Result<Option<Kept>> {
+    pub fn save(&mut self, image: ScanImage<'_>) -> io::Result<Option<StoredImage>> {
         self.plan.gather(image.bits, image.words, &mut self.gathered);
         let flags = if image.is_final { FLAG_FINAL } else { 0 };
         if self.kept.is_some_and(|kept| kept.stamp.flags == flags)
@@ -286,7 +290,7 @@ impl Keeper {
         {
             return Ok(None);
         }
-        let stamp = Stamp { sequence: 0, scan: image.scan, saved_ms: image.now_ms, flags };
+        let stamp = ImageStamp { sequence: 0, scan: image.scan, saved_ms: image.now_ms, flags };
         let mut slots = match self.slots.take() {
             Some(slots) if slots.takes(self.gathered.len()) => slots,
             Some(slots) => self.grow(slots, image.now_ms)?,
@@ -295,7 +299,7 @@ impl Keeper {
         match slots.save(stamp, &self.gathered) {
             Ok((stamp, bytes)) => {
                 self.slots = Some(slots);
-                self.kept = Some(Kept { stamp, bytes });
+                self.kept = Some(StoredImage { stamp, bytes });
                 self.kept_content.clone_from(&self.gathered);
                 self.trace = self.trace_now();
                 Ok(self.kept)
@@ -360,8 +364,8 @@ impl Keeper {
                 Ok(slots)
             }
             Ok((slots, _)) => self.grow(slots, id),
-            Err(Unusable::Io(error)) => Err(error),
-            Err(Unusable::Header(_)) => {
+            Err(UnusableReason::Io(error)) => Err(error),
+            Err(UnusableReason::Header(_)) => {
                 keep_aside(&self.path, seen)?;
                 self.try_make(NewFile::empty(id))
             }

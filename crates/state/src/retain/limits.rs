@@ -13,24 +13,24 @@ use rungd_language::resolve::program::{Program, TagMeaning};
 
 /// The limits of words, if they are narrower than the range of the word.
 #[derive(Clone, Debug, Default)]
-pub(super) struct WordLimits(HashMap<RetainedElement, WordLimit>);
+pub(super) struct RetainedLimits(HashMap<RetainedElement, RetainedLimit>);
 
 #[derive(Clone, Copy, Debug)]
-struct WordLimit {
+struct RetainedLimit {
     min: i32,
     max: i32,
     /// The value after a cold start.
     initial: i32,
 }
 
-impl WordLimits {
+impl RetainedLimits {
     /// The limits of a program.
     pub fn new(
         program: &Program,
         symbols: &Symbols,
         element_of: impl Fn(Address) -> Option<RetainedElement>,
-    ) -> WordLimits {
-        let mut limits: HashMap<RetainedElement, WordLimit> = HashMap::new();
+    ) -> RetainedLimits {
+        let mut limits: HashMap<RetainedElement, RetainedLimit> = HashMap::new();
         for tag in &program.tags {
             let TagMeaning::Address(at @ Address::Word(word @ Word::Space(..))) = tag.meaning
             else {
@@ -39,15 +39,15 @@ impl WordLimits {
             let ((min, max), Some(element)) = (symbols.limits(word), element_of(at)) else {
                 continue;
             };
-            let limit = limits.entry(element).or_insert(WordLimit { min, max, initial: 0 });
+            let limit = limits.entry(element).or_insert(RetainedLimit { min, max, initial: 0 });
             limit.initial = tag.initial.map_or(limit.initial, |(initial, _)| initial);
         }
-        WordLimits(limits)
+        RetainedLimits(limits)
     }
 
     /// The reason why a word cannot take a value; `None` if it can.
     pub fn refuse(&self, element: RetainedElement, value: i32) -> Option<String> {
-        let WordLimit { min, max, initial } = *self.0.get(&element)?;
+        let RetainedLimit { min, max, initial } = *self.0.get(&element)?;
         // A cold start sets the initial value anyway, so nothing is lost.
         if (min..=max).contains(&value) || value == initial {
             return None;

@@ -25,5 +25,5 @@ pub mod slots;
 
 pub use device::Storage;
 pub use keeper::Keeper;
-pub use keeper::Kept;
+pub use keeper::StoredImage;
 pub use plan::RetainPlan;

@@ -5,7 +5,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::content::{Content, RetainedElement, element_of};
+use super::content::{RetainedContent, RetainedElement, element_of};
 use rungd_engine::isa::Address;
 use rungd_engine::{BitCell, Cell};
 use rungd_language::lower::identity::Identity;
@@ -17,7 +17,7 @@ const FROM_LOCATION: &str = "from a location";
 
 /// The preset in the instructions of a Sensaphone counter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Preset {
+pub(super) enum SensaphonePreset {
     Constant(i32),
     Location,
 }
@@ -67,16 +67,16 @@ pub(super) fn owners(program: &Program) -> Vec<(String, RetainedElement)> {
 }
 
 /// The preset in the text of an owner; `None` if the text has none.
-pub(super) fn preset(owner: &str) -> Option<Preset> {
+pub(super) fn preset(owner: &str) -> Option<SensaphonePreset> {
     match owner.rsplit_once(WITH_PRESET)?.1 {
-        FROM_LOCATION => Some(Preset::Location),
-        constant => constant.parse().ok().map(Preset::Constant),
+        FROM_LOCATION => Some(SensaphonePreset::Location),
+        constant => constant.parse().ok().map(SensaphonePreset::Constant),
     }
 }
 
 /// The SRs of which all bits are retained. The history of CLK is retained with the bits.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Shifts {
+pub(super) struct RetainedShifts {
     /// `SR in Main`, with the first bit in the direction of the shift. A further SR with the same
     /// bit and block has a number.
     pub texts: Vec<(String, RetainedElement)>,
@@ -84,9 +84,9 @@ pub(super) struct Shifts {
     pub clocks: Vec<BitCell>,
 }
 
-impl Shifts {
-    pub fn new(identity: &Identity, is_kept: impl Fn(&RetainedElement) -> bool) -> Shifts {
-        let mut shifts = Shifts::default();
+impl RetainedShifts {
+    pub fn new(identity: &Identity, is_kept: impl Fn(&RetainedElement) -> bool) -> RetainedShifts {
+        let mut shifts = RetainedShifts::default();
         let mut seen: HashMap<(String, RetainedElement), u32> = HashMap::new();
         for shift in &identity.shifts {
             let mut bits: Vec<_> = shift.bits.array.addresses().map(element_of).collect();
@@ -111,7 +111,7 @@ impl Shifts {
     /// an element takes its value.
     pub fn restore(
         &self,
-        found: &Content,
+        found: &RetainedContent,
         from: impl Fn(RetainedElement) -> Option<RetainedElement>,
     ) -> Vec<(Cell, i32)> {
         let was_on = |(text, first): &(String, RetainedElement)| {

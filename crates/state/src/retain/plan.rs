@@ -11,11 +11,11 @@
 use std::collections::{HashMap, HashSet};
 
 use super::content::{
-    self, Content, ContentLists, Preamble, RECORD_BYTES, RetainedElement, RetainedValue, Run,
-    address, element_of, range, type_name, value_bytes,
+    self, ContentLists, ElementRun, Preamble, RECORD_BYTES, RetainedContent, RetainedElement,
+    RetainedValue, address, element_of, range, type_name, value_bytes,
 };
-use super::limits::WordLimits;
-use super::owners::{Preset, Shifts, owners, preset, terminated};
+use super::limits::RetainedLimits;
+use super::owners::{RetainedShifts, SensaphonePreset, owners, preset, terminated};
 use rungd_engine::isa::{Address, Space, Structure, Word};
 use rungd_engine::{BitCell, Cell, Layout, WordCell};
 use rungd_language::lower::Symbols;
@@ -26,13 +26,13 @@ use rungd_language::resolve::range::Range;
 #[derive(Clone, Debug)]
 pub struct RetainPlan {
     layout: Layout,
-    limits: WordLimits,
-    runs: Vec<Run>,
+    limits: RetainedLimits,
+    runs: Vec<ElementRun>,
     tags: Vec<(String, RetainedElement)>,
     /// The elements whose only address is the name of their tag.
     placed: HashSet<RetainedElement>,
     owners: HashMap<RetainedElement, String>,
-    shifts: Shifts,
+    shifts: RetainedShifts,
     preamble: Preamble,
 }
 
@@ -44,7 +44,7 @@ pub struct Restoration {
     /// The number of restored elements.
     pub restored: usize,
     /// The elements that were not restored, with the reasons: tags one by one, addresses in runs.
-    pub dropped: Vec<Dropped>,
+    pub dropped: Vec<DroppedElement>,
     /// Remarks on restored values that the author may not expect.
     pub notes: Vec<String>,
     /// The number of elements that are set to OFF or 0. The image was taken in RUN, and its program
@@ -57,7 +57,7 @@ pub struct Restoration {
 
 /// An element of the image that was not restored.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Dropped {
+pub struct DroppedElement {
     /// A tag with its address, or a run of addresses.
     pub what: String,
     /// The reason.
@@ -81,7 +81,7 @@ impl RetainPlan {
         let is_placed =
             |at: &RetainedElement| program.names.places.at(at.space.address(at.number)).is_some();
         let placed = tags.iter().map(|(_, element)| *element).filter(is_placed).collect();
-        let shifts = Shifts::new(&symbols.identity, is_kept);
+        let shifts = RetainedShifts::new(&symbols.identity, is_kept);
         let lists = ContentLists {
             runs: &runs,
             tags: &tags,
@@ -91,7 +91,7 @@ impl RetainPlan {
         };
         let preamble = Preamble::new(&lists);
         let owners = owners.into_iter().map(|(text, element)| (element, text)).collect();
-        let limits = WordLimits::new(program, symbols, element_of);
+        let limits = RetainedLimits::new(program, symbols, element_of);
         let layout = symbols.layout.clone();
         RetainPlan { layout, limits, runs, tags, placed, owners, shifts, preamble }
     }
@@ -176,7 +176,7 @@ impl RetainPlan {
     /// is left to these passes, because a reset value can be a preset that a later pass resets. All
     /// else that the image's program terminates is terminated here, because the program of this
     /// plan may not terminate it.
-    pub fn restore(&self, found: &Content, is_final: bool) -> Restoration {
+    pub fn restore(&self, found: &RetainedContent, is_final: bool) -> Restoration {
         let mut restoration = Restoration::default();
         let mut drops = Vec::new();
         let values: HashMap<RetainedElement, &RetainedValue> =
@@ -219,7 +219,7 @@ impl RetainPlan {
                 drops.push((*element, self.why(*element, &then, &now)));
             }
         }
-        restoration.dropped.splice(0..0, told(&drops, &then));
+        restoration.dropped.splice(0..0, dropped_lines(&drops, &then));
         restoration
     }
 
@@ -264,12 +264,12 @@ impl RetainPlan {
         owner: Option<&str>,
     ) -> bool {
         let now = self.owners.get(&element).and_then(|now| preset(now));
-        let Some(Preset::Constant(now)) = now else { return true };
-        let what = format!("{}.PRE", TagIndex::new(&self.tags, &self.placed).say(element));
+        let Some(SensaphonePreset::Constant(now)) = now else { return true };
+        let what = format!("{}.PRE", TagIndex::new(&self.tags, &self.placed).element_text(element));
         let from = match owner.and_then(preset) {
-            Some(Preset::Constant(then)) if then == now => return true,
-            Some(Preset::Constant(then)) => format!("the ladder had {then}"),
-            Some(Preset::Location) => "the ladder had a location".to_owned(),
+            Some(SensaphonePreset::Constant(then)) if then == now => return true,
+            Some(SensaphonePreset::Constant(then)) => format!("the ladder had {then}"),
+            Some(SensaphonePreset::Location) => "the ladder had a location".to_owned(),
             None => {
                 if value != now {
                     to.notes.push(format!("{what} is restored as {value}; the ladder has {now}"));
@@ -279,7 +279,7 @@ impl RetainPlan {
         };
         if value != now {
             let why = format!("it was {value} ({from}), and is {now} now");
-            to.dropped.push(Dropped { what, why });
+            to.dropped.push(DroppedElement { what, why });
         }
         false
     }
@@ -298,7 +298,7 @@ impl RetainPlan {
             }
             return format!(
                 "`{tag}` is {0} now, and {0} got its value from a different tag",
-                now.say(at)
+                now.element_text(at)
             );
         }
         let here = hold(&self.runs, element);
@@ -311,7 +311,7 @@ impl RetainPlan {
 }
 
 /// Changes a value as a stop would have changed it.
-fn terminate(element: RetainedElement, found: &Content, value: &mut RetainedValue) {
+fn terminate(element: RetainedElement, found: &RetainedContent, value: &mut RetainedValue) {
     if element.space == Space::Sensaphone {
         // The count stays; the enable bits and histories are as for a rung that is OFF.
         let enabled_and_histories = [0, 1, 5, 6, 7];
@@ -371,7 +371,7 @@ impl<'a> TagIndex<'a> {
     }
 
     /// An element as text for people: its address, or its tag if rungd has chosen the address.
-    fn say(&self, element: RetainedElement) -> String {
+    fn element_text(&self, element: RetainedElement) -> String {
         let tag = self.tags_of(element).first().filter(|_| self.placed.contains(&element));
         tag.map_or_else(|| address(element), |tag| (*tag).to_owned())
     }
@@ -383,7 +383,7 @@ impl<'a> TagIndex<'a> {
 
 /// One line for each tag. Neighbouring addresses without a tag and with the same reason share a
 /// line.
-fn told(drops: &[(RetainedElement, String)], then: &TagIndex<'_>) -> Vec<Dropped> {
+fn dropped_lines(drops: &[(RetainedElement, String)], then: &TagIndex<'_>) -> Vec<DroppedElement> {
     let mut lines: Vec<(RetainedElement, u32, &str, Option<String>)> = Vec::new();
     for (element, why) in drops {
         let tag = then.tags_of(*element).first();
@@ -400,13 +400,14 @@ fn told(drops: &[(RetainedElement, String)], then: &TagIndex<'_>) -> Vec<Dropped
         });
         lines.push((*element, element.number, why, tag));
     }
-    let told = |(first, last, why, tag): (RetainedElement, u32, &str, Option<String>)| Dropped {
-        what: match tag {
-            Some(tag) => tag,
-            None => span(first.space, first.number, last),
-        },
-        why: why.to_owned(),
-    };
+    let told =
+        |(first, last, why, tag): (RetainedElement, u32, &str, Option<String>)| DroppedElement {
+            what: match tag {
+                Some(tag) => tag,
+                None => span(first.space, first.number, last),
+            },
+            why: why.to_owned(),
+        };
     lines.into_iter().map(told).collect()
 }
 
@@ -417,33 +418,33 @@ fn span(space: Space, first: u32, last: u32) -> String {
 }
 
 /// Whether an element is in one of the runs, which are in order and do not overlap.
-fn hold(runs: &[Run], element: RetainedElement) -> bool {
-    let begins = |run: &Run| (run.space, run.first) <= (element.space, element.number);
+fn hold(runs: &[ElementRun], element: RetainedElement) -> bool {
+    let begins = |run: &ElementRun| (run.space, run.first) <= (element.space, element.number);
     let run = runs[..runs.partition_point(begins)].last();
     run.is_some_and(|run| run.space == element.space && element.number < run.first + run.count)
 }
 
 /// The ranges in order and without overlaps. Each run contains only elements that a stop
 /// terminates, or only elements that it does not.
-fn runs(ranges: &[Range], terminated: &HashSet<RetainedElement>) -> Vec<Run> {
-    let mut divided: Vec<Run> = Vec::new();
+fn runs(ranges: &[Range], terminated: &HashSet<RetainedElement>) -> Vec<ElementRun> {
+    let mut divided: Vec<ElementRun> = Vec::new();
     for run in merged(ranges) {
         for number in run.first..run.first + run.count {
             let is = terminated.contains(&run.element(number));
             match divided.last_mut() {
                 Some(last) if number > run.first && last.terminated == is => last.count += 1,
-                _ => divided.push(Run { first: number, count: 1, terminated: is, ..run }),
+                _ => divided.push(ElementRun { first: number, count: 1, terminated: is, ..run }),
             }
         }
     }
     divided
 }
 
-fn merged(ranges: &[Range]) -> Vec<Run> {
+fn merged(ranges: &[Range]) -> Vec<ElementRun> {
     let kept = ranges.iter().filter(|range| Space::RETAINABLE.contains(&range.space));
     let mut all: Vec<(Space, u32, u32)> = kept.map(|r| (r.space, r.first, r.last)).collect();
     all.sort_unstable();
-    let mut runs: Vec<Run> = Vec::new();
+    let mut runs: Vec<ElementRun> = Vec::new();
     for (space, first, last) in all {
         if let Some(run) = runs.last_mut()
             && run.space == space
@@ -452,7 +453,7 @@ fn merged(ranges: &[Range]) -> Vec<Run> {
             run.count = run.count.max(last + 1 - run.first);
             continue;
         }
-        runs.push(Run { space, first, count: last + 1 - first, terminated: false });
+        runs.push(ElementRun { space, first, count: last + 1 - first, terminated: false });
     }
     runs
 }

@@ -5,10 +5,10 @@
 use std::collections::HashMap;
 use std::fmt::Write as _;
 
-use super::content::{self, Content, RetainedElement, RetainedValue, address};
+use super::content::{self, RetainedContent, RetainedElement, RetainedValue, address};
 use super::device::Storage;
-use super::format::{BadSlot, FLAG_FINAL, Stamp};
-use super::slots::{Unusable, survey};
+use super::format::{BadSlot, FLAG_FINAL, ImageStamp};
+use super::slots::{UnusableReason, survey};
 use rungd_base::calendar::Utc;
 use rungd_engine::isa::Space;
 use rungd_language::resolve::places::type_of;
@@ -19,8 +19,8 @@ use rungd_language::resolve::places::type_of;
 /// The reason why the file cannot be shown.
 pub fn show<D: Storage>(device: &mut D) -> Result<String, String> {
     let survey = survey(device).map_err(|why| match why {
-        Unusable::Header(bad) => bad.to_string(),
-        Unusable::Io(error) => error.to_string(),
+        UnusableReason::Header(bad) => bad.to_string(),
+        UnusableReason::Io(error) => error.to_string(),
     })?;
     let geometry = survey.geometry;
     let mut text = format!(
@@ -46,7 +46,7 @@ pub fn show<D: Storage>(device: &mut D) -> Result<String, String> {
     Ok(text)
 }
 
-fn slot_text(slot: &Result<Stamp, BadSlot>) -> String {
+fn slot_text(slot: &Result<ImageStamp, BadSlot>) -> String {
     match slot {
         Err(bad) => bad.to_string(),
         Ok(stamp) => {
@@ -61,7 +61,7 @@ fn slot_text(slot: &Result<Stamp, BadSlot>) -> String {
     }
 }
 
-fn values(text: &mut String, content: &Content) {
+fn values(text: &mut String, content: &RetainedContent) {
     let mut tags: HashMap<RetainedElement, Vec<&str>> = HashMap::new();
     for (name, element) in &content.tags {
         tags.entry(*element).or_default().push(name);
@@ -120,8 +120,8 @@ mod tests {
 
     #[test]
     fn what_is_kept_before_a_stop_may_be_of_run_or_of_a_fault() {
-        let stamp = Stamp { sequence: 3, scan: 9, saved_ms: 0, flags: 0 };
-        let said = |flags| slot_text(&Ok(Stamp { flags, ..stamp }));
+        let stamp = ImageStamp { sequence: 3, scan: 9, saved_ms: 0, flags: 0 };
+        let said = |flags| slot_text(&Ok(ImageStamp { flags, ..stamp }));
         let when = "1970-01-01 00:00:00 UTC";
         assert_eq!(said(0), format!("image 3 of scan 9, without an orderly stop, {when}"));
         assert_eq!(said(FLAG_FINAL), format!("image 3 of scan 9, after an orderly stop, {when}"));

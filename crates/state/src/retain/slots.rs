@@ -12,8 +12,8 @@ use std::io;
 
 use super::device::{Storage, read_all, write_all};
 use super::format::{
-    BLOCK_BYTES, BadHeader, BadSlot, Geometry, HEADER_COPIES, Stamp, header, put_slot, read_header,
-    read_slot, slot_bytes,
+    BLOCK_BYTES, BadHeader, BadSlot, Geometry, HEADER_COPIES, ImageStamp, header, put_slot,
+    read_header, read_slot, slot_bytes,
 };
 
 const NOT_OURS: &str = "it is not what was written there";
@@ -39,27 +39,27 @@ pub struct FoundImage {
     /// Its slot.
     pub slot: usize,
     /// Its numbers.
-    pub stamp: Stamp,
+    pub stamp: ImageStamp,
     /// Its content.
     pub content: Vec<u8>,
 }
 
 /// The state of all slots.
 #[derive(Clone, Debug)]
-pub struct Survey {
+pub struct SlotSurvey {
     /// The division of the file into slots.
     pub geometry: Geometry,
     /// Whether the device has its full length.
     pub whole: bool,
     /// The stamp of each slot's image, or the reason why the slot has none.
-    pub slots: Vec<Result<Stamp, BadSlot>>,
+    pub slots: Vec<Result<ImageStamp, BadSlot>>,
     /// The newest image.
     pub newest: Option<FoundImage>,
 }
 
 /// Why a device is unusable.
 #[derive(Debug)]
-pub enum Unusable {
+pub enum UnusableReason {
     /// Its header is not the header of a retentive memory file.
     Header(BadHeader),
     /// It cannot be read.
@@ -99,8 +99,8 @@ impl<D: Storage> Slots<D> {
     /// Opens a device and reads all its slots.
     ///
     /// # Errors
-    /// [`Unusable`]; nothing was written.
-    pub fn open(mut device: D) -> Result<(Slots<D>, Survey), Unusable> {
+    /// [`UnusableReason`]; nothing was written.
+    pub fn open(mut device: D) -> Result<(Slots<D>, SlotSurvey), UnusableReason> {
         device.settle();
         let survey = survey(&mut device)?;
         let mut slots = Slots::new(device, survey.geometry);
@@ -143,7 +143,7 @@ impl<D: Storage> Slots<D> {
     /// # Errors
     /// The error of the device, or the content is longer than a slot. The previous image stays
     /// durable.
-    pub fn save(&mut self, stamp: Stamp, content: &[u8]) -> io::Result<(Stamp, usize)> {
+    pub fn save(&mut self, stamp: ImageStamp, content: &[u8]) -> io::Result<(ImageStamp, usize)> {
         if !self.geometry.fits(content.len()) {
             return Err(io::Error::new(io::ErrorKind::InvalidInput, "longer than a slot"));
         }
@@ -157,7 +157,7 @@ impl<D: Storage> Slots<D> {
         // The keeper makes a new file before this happens.
         let used_up = || io::Error::new(io::ErrorKind::InvalidData, "its numbers are used up");
         self.sequence = self.sequence.checked_add(1).ok_or_else(used_up)?;
-        let stamp = Stamp { sequence: self.sequence, ..stamp };
+        let stamp = ImageStamp { sequence: self.sequence, ..stamp };
         put_slot(&mut self.buffer, self.geometry.id, &stamp, content);
         self.held[slot] = 0;
         let at = self.geometry.slot_at(slot);
@@ -177,13 +177,13 @@ impl<D: Storage> Slots<D> {
     /// # Errors
     /// `NotFound` if the path has a different file or none, or if the file is too short; else the
     /// error of the device.
-    pub fn has(&mut self, stamp: &Stamp, content: &[u8]) -> io::Result<bool> {
+    pub fn has(&mut self, stamp: &ImageStamp, content: &[u8]) -> io::Result<bool> {
         let read = self.read_back(stamp, content);
         self.doubted |= read.is_err();
         read
     }
 
-    fn read_back(&mut self, stamp: &Stamp, content: &[u8]) -> io::Result<bool> {
+    fn read_back(&mut self, stamp: &ImageStamp, content: &[u8]) -> io::Result<bool> {
         self.device.in_place()?;
         let whole = self.device.size()? >= self.geometry.file_bytes();
         if !whole || read_geometry(&mut self.device)? != Ok(self.geometry) {
@@ -209,8 +209,10 @@ impl<D: Storage> Slots<D> {
         self.device.in_place()?;
         match survey(&mut self.device) {
             Ok(survey) => Ok(survey.newest),
-            Err(Unusable::Io(error)) => Err(error),
-            Err(Unusable::Header(_)) => Err(io::Error::new(io::ErrorKind::NotFound, NOT_OURS)),
+            Err(UnusableReason::Io(error)) => Err(error),
+            Err(UnusableReason::Header(_)) => {
+                Err(io::Error::new(io::ErrorKind::NotFound, NOT_OURS))
+            }
         }
     }
 
@@ -235,12 +237,13 @@ impl<D: Storage> Slots<D> {
 /// Reads all slots of a device, and writes nothing.
 ///
 /// # Errors
-/// [`Unusable`].
-pub fn survey<D: Storage>(device: &mut D) -> Result<Survey, Unusable> {
-    let geometry = read_geometry(device).map_err(Unusable::Io)?.map_err(Unusable::Header)?;
-    let size = device.size().map_err(Unusable::Io)?;
+/// [`UnusableReason`].
+pub fn survey<D: Storage>(device: &mut D) -> Result<SlotSurvey, UnusableReason> {
+    let geometry =
+        read_geometry(device).map_err(UnusableReason::Io)?.map_err(UnusableReason::Header)?;
+    let size = device.size().map_err(UnusableReason::Io)?;
     let mut survey =
-        Survey { geometry, whole: size >= geometry.file_bytes(), slots: vec![], newest: None };
+        SlotSurvey { geometry, whole: size >= geometry.file_bytes(), slots: vec![], newest: None };
     let mut bytes = vec![0; geometry.slot_bytes as usize];
     for slot in 0..geometry.slots as usize {
         let count = read_all(device, geometry.slot_at(slot), &mut bytes);

@@ -9,7 +9,7 @@ use rungd_base::calendar::LocalTime;
 use rungd_engine::{Cell, Engine, Program, ScanTimes};
 use rungd_lab::sim::stimulus::{Change, Stimulus};
 use rungd_language::lower::{Symbols, lower};
-use rungd_state::reload::{ReloadPlan, Side};
+use rungd_state::reload::{LoweredProgram, ReloadPlan};
 use rungd_test_support::model::case::Case;
 use rungd_test_support::model::generate::generate;
 use rungd_test_support::model::rng::Rng;
@@ -77,8 +77,8 @@ struct Loaded {
 }
 
 impl Loaded {
-    fn side(&self) -> Side<'_> {
-        Side { program: &self.program, symbols: &self.symbols }
+    fn side(&self) -> LoweredProgram<'_> {
+        LoweredProgram { program: &self.program, symbols: &self.symbols }
     }
 }
 

@@ -8,7 +8,7 @@ use rungd_base::calendar::LocalTime;
 use rungd_engine::{Cell, Engine, Program, ScanTimes};
 use rungd_lab::sim::stimulus::{Change, Stimulus};
 use rungd_language::lower::{Symbols, lower};
-use rungd_state::reload::{ReloadPlan, Side};
+use rungd_state::reload::{LoweredProgram, ReloadPlan};
 use rungd_test_support::run::{cell, load, target, value};
 use rungd_test_support::setting::setting;
 use rungd_test_support::written_out::Case;
@@ -34,8 +34,8 @@ impl Version {
         Version { program: code, symbols, stimulus, watch }
     }
 
-    fn side(&self) -> Side<'_> {
-        Side { program: &self.program, symbols: &self.symbols }
+    fn side(&self) -> LoweredProgram<'_> {
+        LoweredProgram { program: &self.program, symbols: &self.symbols }
     }
 }
 

@@ -10,7 +10,7 @@ use rungd_language::resolve::program::Program;
 use rungd_language::resolve::range::Range;
 use rungd_language::resolve::{LoadOptions, load_ladders};
 use rungd_language::source::span::{SourceFile, Span};
-use rungd_state::reload::{ReloadPlan, Side};
+use rungd_state::reload::{LoweredProgram, ReloadPlan};
 use rungd_state::retain::RetainPlan;
 
 /// The smaller size, and the factor from the smaller to the larger size.
@@ -49,8 +49,8 @@ impl Large {
         Large::new(&format!("[tags]\n{}", (0..count).map(line).collect::<String>()))
     }
 
-    fn side(&self) -> Side<'_> {
-        Side { program: &self.code, symbols: &self.symbols }
+    fn side(&self) -> LoweredProgram<'_> {
+        LoweredProgram { program: &self.code, symbols: &self.symbols }
     }
 }
 

@@ -10,7 +10,7 @@ use rungd_engine::isa::{Bit, BitSpace, Word, WordSpace};
 use rungd_engine::{Engine, ScanTimes, Transfer};
 use rungd_lab::sim::stimulus::{Change, Stimulus};
 use rungd_language::lower::{Symbols, lower};
-use rungd_state::reload::{ReloadPlan, Side};
+use rungd_state::reload::{LoweredProgram, ReloadPlan};
 use rungd_test_support::model::case::Case;
 use rungd_test_support::model::generate::generate;
 use rungd_test_support::model::rng::Rng;
@@ -41,7 +41,10 @@ fn plan(old: &Loaded, new: &Loaded) -> ReloadPlan {
         (of.program.clone(), of.symbols.clone())
     };
     let ((a, b), (c, d)) = (side(old), side(new));
-    ReloadPlan::new(Side { program: &a, symbols: &b }, Side { program: &c, symbols: &d })
+    ReloadPlan::new(
+        LoweredProgram { program: &a, symbols: &b },
+        LoweredProgram { program: &c, symbols: &d },
+    )
 }
 
 fn swapped(engine: &mut Engine, to: &Loaded, transfer: &Transfer) -> Engine {

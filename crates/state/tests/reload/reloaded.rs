@@ -2,7 +2,7 @@
 
 use rungd_engine::{Cell, Engine};
 use rungd_language::lower::lower;
-use rungd_state::reload::{FileTexts, OldMemory, ReloadPlan, Side};
+use rungd_state::reload::{FileTexts, LoweredProgram, OldMemory, ReloadPlan};
 use rungd_test_support::plc::{Plc, of_ladder};
 use rungd_test_support::run;
 
@@ -53,8 +53,8 @@ impl Reloaded {
         let program = run::load(ladder).unwrap_or_else(|errors| panic!("{errors}"));
         let (engine_program, symbols) = lower(&program);
         let plan = ReloadPlan::new(
-            Side { program: self.plc.engine.program(), symbols: &self.plc.symbols },
-            Side { program: &engine_program, symbols: &symbols },
+            LoweredProgram { program: self.plc.engine.program(), symbols: &self.plc.symbols },
+            LoweredProgram { program: &engine_program, symbols: &symbols },
         );
         let image = self.plc.engine.image();
         let (bits, words) = (image.bits().to_vec(), image.words().to_vec());

@@ -12,7 +12,7 @@ use rungd_engine::{Cell, Engine, Image, ScanTimes};
 use rungd_lab::sim::stimulus::{Change, Stimulus};
 use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::program::Program;
-use rungd_state::reload::{FileTexts, OldMemory, ReloadPlan, Side};
+use rungd_state::reload::{FileTexts, LoweredProgram, OldMemory, ReloadPlan};
 use rungd_test_support::model::case::{BUILTIN, Case, Rung, Tag};
 use rungd_test_support::model::generate::generate;
 use rungd_test_support::model::rng::Rng;
@@ -32,8 +32,8 @@ impl Loaded {
         Some(Loaded { program, code, symbols })
     }
 
-    fn side(&self) -> Side<'_> {
-        Side { program: &self.code, symbols: &self.symbols }
+    fn side(&self) -> LoweredProgram<'_> {
+        LoweredProgram { program: &self.code, symbols: &self.symbols }
     }
 
     fn value(&self, image: &Image, name: &str) -> i64 {

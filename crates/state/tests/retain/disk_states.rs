@@ -14,8 +14,8 @@ use std::rc::Rc;
 use std::time::Instant;
 
 use crate::retain::disk::{Bytes, Fault, Handle};
-use rungd_state::retain::format::{Geometry, Stamp};
-use rungd_state::retain::slots::{Slots, Survey, survey};
+use rungd_state::retain::format::{Geometry, ImageStamp};
+use rungd_state::retain::slots::{SlotSurvey, Slots, survey};
 use rungd_test_support::numbers::Numbers;
 
 const FAULTS: [Fault; 4] = [Fault::Errno(5), Fault::Errno(28), Fault::Errno(4), Fault::Short];
@@ -37,8 +37,8 @@ fn image(scan: u64, bytes: usize) -> Vec<u8> {
     image
 }
 
-fn stamp(scan: u64) -> Stamp {
-    Stamp { sequence: 0, scan, saved_ms: 7, flags: 0 }
+fn stamp(scan: u64) -> ImageStamp {
+    ImageStamp { sequence: 0, scan, saved_ms: 7, flags: 0 }
 }
 
 fn geometry(content: usize) -> Geometry {
@@ -47,7 +47,7 @@ fn geometry(content: usize) -> Geometry {
 }
 
 /// The scan of the newest image; checks that it is exactly that scan's image.
-fn found(survey: &Survey, images: &[Vec<u8>]) -> u64 {
+fn found(survey: &SlotSurvey, images: &[Vec<u8>]) -> u64 {
     let Some(newest) = &survey.newest else { return 0 };
     let scan = newest.stamp.scan;
     let content = &newest.content;

@@ -8,7 +8,7 @@ use std::process::{Command, Output};
 
 use rungd_engine::isa::{BitSpace, Space};
 use rungd_state::retain::content::RetainedElement;
-use rungd_state::retain::format::{Geometry, Stamp, put_slot};
+use rungd_state::retain::format::{Geometry, ImageStamp, put_slot};
 use rungd_state::retain::slots::{Slots, survey};
 
 /// A hand-made content in the page's format: D3; the tag `level` in D4, which has no address; C5 of
@@ -62,7 +62,7 @@ fn page_agrees(test: &str, disk: &disk::Handle) {
     let errors = String::from_utf8_lossy(&output.stderr).into_owned();
     let none = match newest {
         Ok(Some(newest)) => {
-            let Stamp { sequence, scan, .. } = newest.stamp;
+            let ImageStamp { sequence, scan, .. } = newest.stamp;
             let image = format!("image {sequence} of scan {scan}");
             assert_eq!(said.lines().next(), Some(image.as_str()), "{test}: {errors}");
             return;
@@ -86,7 +86,7 @@ fn the_reader_of_the_page_reads_what_is_written() {
     let disk = disk::Handle::new(512, geometry.file_bytes() as usize);
     let mut slots = Slots::format(disk.clone(), geometry).unwrap();
     for scan in [5, 6, 9, 12, 40] {
-        slots.save(Stamp { sequence: 0, scan, saved_ms: 0, flags: 0 }, &content).unwrap();
+        slots.save(ImageStamp { sequence: 0, scan, saved_ms: 0, flags: 0 }, &content).unwrap();
     }
     let mut bytes = disk.0.borrow().durable.clone();
     // Damage the first copy of the header and the second newest image.
@@ -113,12 +113,12 @@ fn three_images() -> (disk::Handle, Geometry) {
     (disk, geometry)
 }
 
-fn stamp(sequence: u64, scan: u64) -> Stamp {
-    Stamp { sequence, scan, saved_ms: 0, flags: 0 }
+fn stamp(sequence: u64, scan: u64) -> ImageStamp {
+    ImageStamp { sequence, scan, saved_ms: 0, flags: 0 }
 }
 
 /// Overwrites a slot with a whole image.
-fn put(disk: &disk::Handle, geometry: &Geometry, slot: usize, image: (Stamp, &[u8])) {
+fn put(disk: &disk::Handle, geometry: &Geometry, slot: usize, image: (ImageStamp, &[u8])) {
     let mut bytes = Vec::new();
     put_slot(&mut bytes, geometry.id, &image.0, image.1);
     let at = geometry.slot_at(slot) as usize;

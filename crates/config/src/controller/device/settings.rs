@@ -1,7 +1,7 @@
 //! The settings of field devices, for the daemon: inputs, outputs, and the driver's settings.
 
 use rungd_engine::isa::{Address, DeviceId};
-use rungd_io::gpio::settings::Gpio;
+use rungd_io::gpio::settings::GpioSettings;
 use rungd_io::modbus_client::settings::ClientSettings;
 use rungd_io::plant::settings::Plant;
 use rungd_language::source::span::Span;
@@ -91,7 +91,7 @@ pub enum DriverSettings {
     /// Remote I/O over Modbus, over TCP or a serial line.
     Modbus(ClientSettings),
     /// Local lines.
-    Gpio(Gpio),
+    Gpio(GpioSettings),
     /// A plant in software.
     Simulated(Plant),
 }

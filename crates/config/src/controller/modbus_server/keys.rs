@@ -5,8 +5,8 @@
 
 use std::net::SocketAddr;
 
-use rungd_io::modbus::number::{NumberType, WordOrder};
-use rungd_io::modbus::settings::{Modbus, Table as ModbusTable};
+use rungd_io::modbus::number::{RegisterNumberType, WordOrder};
+use rungd_io::modbus::settings::{ModbusServerSettings, ModbusTable};
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::key::{NOT_EMPTY, key};
 use rungd_language::source::reader::{Table, Text};
@@ -19,7 +19,7 @@ pub struct ModbusServer {
     /// The place of its header.
     pub span: Span,
     /// The keys that contain no names of the program.
-    pub settings: Modbus,
+    pub settings: ModbusServerSettings,
     /// The place of `units`.
     pub units_at: Span,
     /// `writable`: the ranges that every client may write.
@@ -55,7 +55,7 @@ pub struct MapEntry {
     /// `address`: the protocol address of the first element, from 0.
     pub address: Option<Located<u16>>,
     /// `type`: the number type of its registers.
-    pub kind: Option<Located<NumberType>>,
+    pub kind: Option<Located<RegisterNumberType>>,
     /// `word-order`: the register of a pair that has the higher 16 bits.
     pub word_order: Option<Located<WordOrder>>,
     /// `unit`: only this unit identifier shows it.
@@ -87,8 +87,9 @@ const TABLE: KeyWords<ModbusTable> = KeyWords::new(&ModbusTable::NAMES).refused_
     "table",
     "`coil` or `discrete` of bits, `holding` or `input` of words",
 ));
-pub(super) const NUMBER_TYPE: KeyWords<NumberType> = KeyWords::new(NumberType::NARROW)
-    .refused_as(WrongWord::No("type", "`u16`, `i16`, `u32`, `i32` or `f32`"));
+pub(super) const NUMBER_TYPE: KeyWords<RegisterNumberType> =
+    KeyWords::new(RegisterNumberType::NARROW)
+        .refused_as(WrongWord::No("type", "`u16`, `i16`, `u32`, `i32` or `f32`"));
 const WORD_ORDER: KeyWords<WordOrder> = KeyWords::new(&WordOrder::NAMES)
     .refused_as(WrongWord::No("word order", "`high-first` or `low-first`"));
 /// The time limit of a client.
@@ -101,7 +102,7 @@ pub(in crate::controller) fn read_in(root: &mut Table<'_>) -> Option<ModbusServe
 }
 
 fn read(mut table: Table<'_>) -> ModbusServer {
-    let mut settings = Modbus::default();
+    let mut settings = ModbusServerSettings::default();
     let explained = key("listen", "Address and port; 127.0.0.1:1502 if not given.");
     settings.listen = table.value_of(explained, &LISTEN).unwrap_or(settings.listen);
     let units = read_units(&mut table);

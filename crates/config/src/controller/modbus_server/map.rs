@@ -21,8 +21,8 @@ use std::collections::HashSet;
 use super::keys::{self as written, NUMBER_TYPE};
 use rungd_base::progress::Progress;
 use rungd_engine::isa::{Address, MemorySizes, NumberRanges};
-use rungd_io::modbus::number::{NumberType, WordOrder};
-use rungd_io::modbus::settings::{MappedOperands, Table};
+use rungd_io::modbus::number::{RegisterNumberType, WordOrder};
+use rungd_io::modbus::settings::{MappedOperands, ModbusTable};
 use rungd_language::resolve::operands::{Operands, resolve_operands};
 use rungd_language::resolve::scope::Scope;
 use rungd_language::source::finding::{Code, Finding};
@@ -44,8 +44,9 @@ pub(super) fn resolve(
     let answered: HashSet<u8> = units.into_iter().flatten().copied().collect();
     for map in progress.during(&server.maps) {
         let Some(entry) = resolve_entry(map, scope, findings) else { continue };
-        let lies_at =
-            |table: Table, at| server.settings.standard_map.then(|| standard(table, sizes) > at);
+        let lies_at = |table: ModbusTable, at| {
+            server.settings.standard_map.then(|| standard(table, sizes) > at)
+        };
         if lies_at(entry.table, u32::from(entry.address)) == Some(true) {
             findings.push(over_standard(&entry, server.span, sizes));
         }
@@ -69,12 +70,12 @@ pub(super) fn resolve(
 }
 
 /// The number of elements that the standard map has in a table, from address 0.
-fn standard(table: Table, sizes: &MemorySizes) -> u32 {
+fn standard(table: ModbusTable, sizes: &MemorySizes) -> u32 {
     match table {
-        Table::Coils => sizes.mc,
-        Table::DiscreteInputs => sizes.mi,
-        Table::HoldingRegisters => sizes.mhr,
-        Table::InputRegisters => sizes.mir,
+        ModbusTable::Coils => sizes.mc,
+        ModbusTable::DiscreteInputs => sizes.mi,
+        ModbusTable::HoldingRegisters => sizes.mhr,
+        ModbusTable::InputRegisters => sizes.mir,
     }
 }
 
@@ -93,9 +94,9 @@ fn over_standard(entry: &MappedOperands, server: Span, sizes: &MemorySizes) -> F
 /// The places that entries have taken.
 #[derive(Default)]
 struct TakenPlaces {
-    of_any: NumberRanges<Table>,
+    of_any: NumberRanges<ModbusTable>,
     /// Those of the entries for one unit, and of the entries for all units.
-    of_units: NumberRanges<(Table, Option<u8>)>,
+    of_units: NumberRanges<(ModbusTable, Option<u8>)>,
 }
 
 impl TakenPlaces {
@@ -152,7 +153,7 @@ fn resolve_entry(
     let unit = map.unit.as_ref().map(|unit| unit.value);
     let kind = match (operands.first, &map.kind) {
         (Address::Word(_), Some(kind)) => Some(kind.value),
-        (Address::Word(word), None) => Some(NumberType::of(word)),
+        (Address::Word(word), None) => Some(RegisterNumberType::of(word)),
         (Address::Bit(_) | Address::Structure(_), _) => None,
     };
     let entry = MappedOperands { operands, table, address, kind, order, unit, span: map.span };
@@ -167,7 +168,7 @@ fn resolve_entry(
 /// The finding for a word of reals with an integer type, or a word of integers with a real type.
 fn fits_type(map: &written::MapEntry, entry: &MappedOperands) -> Option<Finding> {
     let (Address::Word(word), Some(kind)) = (entry.operands.first, &map.kind) else { return None };
-    let (is, right) = match (word.is_real(), kind.value == NumberType::F32) {
+    let (is, right) = match (word.is_real(), kind.value == RegisterNumberType::F32) {
         (true, false) => ("holds reals", "`f32`, or nothing"),
         (false, true) => ("holds whole numbers", "`u16`, `i16`, `u32` or `i32`"),
         (true, true) | (false, false) => return None,
@@ -178,7 +179,7 @@ fn fits_type(map: &written::MapEntry, entry: &MappedOperands) -> Option<Finding>
 
 /// The finding for words in a table of bits, or bits in a table of words.
 fn fits_table(map: &written::MapEntry, entry: &MappedOperands) -> Option<Finding> {
-    let bits = matches!(entry.table, Table::Coils | Table::DiscreteInputs);
+    let bits = matches!(entry.table, ModbusTable::Coils | ModbusTable::DiscreteInputs);
     let Operands { first, span, .. } = &entry.operands;
     let (is, instead) = match (first, bits) {
         (Address::Bit(_), false) => ("registers are words", "`coil` or `discrete`"),

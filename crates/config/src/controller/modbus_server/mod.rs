@@ -14,17 +14,21 @@ use rungd_engine::isa::{
     Address, Bit, BitSpace, MemorySizes, NumberRanges, Space, Structure, Word, WordSpace,
 };
 use rungd_io::modbus::clients::Network;
-use rungd_io::modbus::settings::{LISTS_MAX, Modbus, Table, WriteList};
+use rungd_io::modbus::settings::{LISTS_MAX, ModbusServerSettings, ModbusTable, WriteList};
 use rungd_language::resolve::operands::{Operands, numbers, resolve_operands};
 use rungd_language::resolve::range::Range;
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::reader::Text;
 
 impl Resolver<'_> {
-    pub(super) fn modbus(&mut self, server: &written::ModbusServer, sizes: &MemorySizes) -> Modbus {
+    pub(super) fn modbus(
+        &mut self,
+        server: &written::ModbusServer,
+        sizes: &MemorySizes,
+    ) -> ModbusServerSettings {
         let inputs = [(BitSpace::Mc, "coils (MC)"), (BitSpace::X, "inputs (X)")];
         let outputs = [(BitSpace::Y, "outputs (Y)"), (BitSpace::Mi, "discrete inputs (MI)")];
-        let mut modbus = Modbus {
+        let mut modbus = ModbusServerSettings {
             entries: map::resolve(server, (self.scope, sizes), self.progress, &mut self.findings),
             inputs: server.inputs.as_ref().and_then(|mapping| self.mapping(mapping, inputs)),
             outputs: server.outputs.as_ref().and_then(|mapping| self.mapping(mapping, outputs)),
@@ -35,7 +39,11 @@ impl Resolver<'_> {
     }
 
     /// `writable`, followed by the lists of `[[modbus-server.write]]`.
-    fn lists(&mut self, server: &written::ModbusServer, modbus: &Modbus) -> Vec<WriteList> {
+    fn lists(
+        &mut self,
+        server: &written::ModbusServer,
+        modbus: &ModbusServerSettings,
+    ) -> Vec<WriteList> {
         let places = WritablePlaces::of(modbus, self.progress);
         let writable = self.writable(&server.writable, &places);
         let mut lists = vec![WriteList { ranges: writable, clients: None }];
@@ -132,10 +140,10 @@ struct WritablePlaces {
 }
 
 impl WritablePlaces {
-    fn of(modbus: &Modbus, progress: &Progress) -> WritablePlaces {
+    fn of(modbus: &ModbusServerSettings, progress: &Progress) -> WritablePlaces {
         let mut mapped = NumberRanges::default();
         for entry in progress.during(&modbus.entries) {
-            if matches!(entry.table, Table::Coils | Table::HoldingRegisters) {
+            if matches!(entry.table, ModbusTable::Coils | ModbusTable::HoldingRegisters) {
                 mapped.add(numbers(entry.operands.first, entry.operands.count), 0);
             }
         }

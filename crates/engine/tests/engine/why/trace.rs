@@ -3,7 +3,9 @@
 //! instruction writes.
 
 use super::bench::Bench;
-use rungd_engine::{BitCell, Cell, Deed, Engine, EngineCall, EngineState, Eye, Image, WordCell};
+use rungd_engine::{
+    BitCell, Cell, Engine, EngineCall, EngineState, Image, ScanObserver, ScanStep, WordCell,
+};
 use rungd_history::observe::At;
 use rungd_language::lower::lower_seen;
 use rungd_language::lower::sites::Sites;
@@ -192,13 +194,13 @@ fn values(all: &[Expr], states: &[bool], at: &mut usize) -> Vec<bool> {
     all.iter().map(|one| value(one, states, at)).collect()
 }
 
-impl Eye for Brute<'_> {
-    fn before(&mut self, deed: Deed, image: &Image) {
+impl ScanObserver for Brute<'_> {
+    fn before(&mut self, deed: ScanStep, image: &Image) {
         let around = self.around();
         self.note(around, image);
         match deed {
-            Deed::Turn(block) => self.turn = Some(block.0),
-            Deed::Batch(batch) => {
+            ScanStep::Turn(block) => self.turn = Some(block.0),
+            ScanStep::Batch(batch) => {
                 for (number, part) in (0..).zip(&self.sites.parts) {
                     if part.ready == batch {
                         let leaves = part.leaves.start as usize..part.leaves.end as usize;
@@ -210,18 +212,18 @@ impl Eye for Brute<'_> {
                     }
                 }
             }
-            Deed::Element(_) | Deed::Pass(_) => {}
+            ScanStep::Element(_) | ScanStep::Pass(_) => {}
         }
     }
 
-    fn after(&mut self, deed: Deed, image: &Image) {
+    fn after(&mut self, deed: ScanStep, image: &Image) {
         let (site, in_pass) = match deed {
-            Deed::Batch(at) => (self.sites.batches[at as usize], false),
-            Deed::Pass(at) => (self.sites.passes[at as usize], true),
-            Deed::Turn(_) | Deed::Element(_) => {
+            ScanStep::Batch(at) => (self.sites.batches[at as usize], false),
+            ScanStep::Pass(at) => (self.sites.passes[at as usize], true),
+            ScanStep::Turn(_) | ScanStep::Element(_) => {
                 let around = self.around();
                 self.note(around, image);
-                if let Deed::Turn(_) = deed {
+                if let ScanStep::Turn(_) = deed {
                     self.turn = None;
                 }
                 return;

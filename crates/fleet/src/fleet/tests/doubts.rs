@@ -2,7 +2,7 @@
 
 use super::{Fleet, death, running};
 use crate::fleet::ask::rebirth_request;
-use crate::fleet::{FleetNews, HeardMessage};
+use crate::fleet::{FleetNews, ReceivedMessage};
 use rungd_net::sparkplug::{DataType, MetricContent, MetricValue, Payload, Topic, vocabulary};
 
 fn jam() -> (DataType, MetricValue) {
@@ -152,7 +152,7 @@ fn retained_messages_are_not_current() {
     let mut fleet = Fleet::new();
     let payload = super::birth(0, &running(), 5).bytes();
     let topic = "spBv1.0/plant/NBIRTH/press";
-    let kept = HeardMessage { topic, payload: &payload, is_retained: true };
+    let kept = ReceivedMessage { topic, payload: &payload, is_retained: true };
     assert_eq!(fleet.view.hear(kept, 1), []);
     let report = fleet.report();
     assert_eq!((report.nodes.len(), report.counts.kept_by_broker), (0, 1));

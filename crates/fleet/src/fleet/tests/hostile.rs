@@ -4,7 +4,7 @@
 use proptest::prelude::*;
 
 use super::{Fleet, birth, running};
-use crate::fleet::{FleetLimits, FleetView, HeardMessage};
+use crate::fleet::{FleetLimits, FleetView, ReceivedMessage};
 use rungd_net::mqtt::LongMessage;
 use rungd_net::sparkplug::{DataType, MetricValue, vocabulary};
 
@@ -223,7 +223,7 @@ proptest! {
         fleet.born(0, &running());
         for (topic, payload, is_retained) in &messages {
             let (topic, is_retained) = (topics[*topic], *is_retained);
-            let message = HeardMessage { topic, payload, is_retained };
+            let message = ReceivedMessage { topic, payload, is_retained };
             fleet.view.hear(message, fleet.now_ms);
         }
         fleet.view.wants_birth(fleet.now_ms);

@@ -5,7 +5,7 @@ mod folder;
 mod hostile;
 mod nodes;
 
-use super::{FleetChange, FleetLimits, FleetNews, FleetReport, FleetView, HeardMessage};
+use super::{FleetChange, FleetLimits, FleetNews, FleetReport, FleetView, ReceivedMessage};
 use rungd_net::sparkplug::{
     BornMetric, DataType, MetricProperties, MetricValue, Payload, metric_of, vocabulary,
 };
@@ -25,7 +25,7 @@ impl Fleet {
     }
 
     pub fn hear(&mut self, topic: &str, payload: &[u8]) -> Vec<FleetNews> {
-        let message = HeardMessage { topic, payload, is_retained: false };
+        let message = ReceivedMessage { topic, payload, is_retained: false };
         let changes = self.view.hear(message, self.now_ms);
         changes.into_iter().map(|FleetChange { news, .. }| news).collect()
     }

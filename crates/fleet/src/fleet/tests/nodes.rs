@@ -1,7 +1,7 @@
 //! A node without faults: its births, data, deaths, past values and report.
 
 use super::{Fleet, birth, death, running};
-use crate::fleet::{FleetNews, HeardMessage};
+use crate::fleet::{FleetNews, ReceivedMessage};
 use rungd_net::sparkplug::{DataType, MetricValue, vocabulary};
 
 #[test]
@@ -104,7 +104,7 @@ fn a_death_has_the_time_at_which_it_was_heard() {
     fleet.now_ms += 86_400_000;
     let will = death(0, 5).bytes();
     let topic = "spBv1.0/plant/NDEATH/press";
-    let heard = HeardMessage { topic, payload: &will, is_retained: false };
+    let heard = ReceivedMessage { topic, payload: &will, is_retained: false };
     let changes = fleet.view.hear(heard, fleet.now_ms);
     assert_eq!((changes.len(), changes[0].at_ms), (1, fleet.now_ms));
     assert_eq!(fleet.report().nodes[0].clock_ahead_ms, Some(0), "its clock is right");
@@ -123,7 +123,7 @@ fn a_value_has_its_own_time() {
     past.metrics[1].timestamp = None;
     let payload = past.bytes();
     let topic = "spBv1.0/plant/NDATA/press";
-    let heard = HeardMessage { topic, payload: &payload, is_retained: false };
+    let heard = ReceivedMessage { topic, payload: &payload, is_retained: false };
     let changes = fleet.view.hear(heard, fleet.now_ms);
     let times: Vec<u64> = changes.iter().map(|change| change.at_ms).collect();
     assert_eq!(times, [77, 5_000], "that of the message, if the value has none");

@@ -6,7 +6,7 @@ use super::tape::tape;
 use crate::observe::leaves::{legs, states};
 use crate::observe::subject::Subject;
 use crate::observe::walk::{Witness, walk};
-use rungd_engine::{Deed, Engine, Image};
+use rungd_engine::{Engine, Image, ScanStep};
 use rungd_runtime::TapeEntry;
 
 /// For each part: whether every contact was OFF, and was ON; the same for the legs.
@@ -30,7 +30,7 @@ impl Witness for Coverage<'_> {
         }
     }
 
-    fn after(&mut self, deed: Deed, _: u32, _: &Image) {
+    fn after(&mut self, deed: ScanStep, _: u32, _: &Image) {
         let is_instruction = self.subject.site(deed).is_some_and(|site| site.instruction.is_some());
         self.instructions += u32::from(is_instruction);
     }

@@ -8,14 +8,16 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use super::super::{Map, Server};
+use super::super::{BoundModbusServer, ModbusMap};
 use super::{any_client, loopback, range};
-use crate::modbus::settings::Modbus;
+use crate::modbus::settings::ModbusServerSettings;
 use rungd_engine::Layout;
 use rungd_engine::isa::{Bit, BitSpace, MemorySizes, Space, Word, WordSpace};
 use rungd_runtime::command::Forces;
-use rungd_runtime::exchange::{FaultReason, Mode, Port, StopReason, Write};
-use rungd_runtime::{Facts, Safe, ScanSide, Shape, UnwiredInputs, WorldSide, link};
+use rungd_runtime::exchange::{FaultReason, Mode, OperandWrite, Port, StopReason};
+use rungd_runtime::{
+    ExchangeShape, SafeState, ScanFacts, ScanSide, UnwiredInputs, WorldSide, link,
+};
 
 /// An order of a test to the scan thread.
 #[derive(Clone, Copy)]
@@ -45,9 +47,9 @@ pub struct Controller {
 
 /// The write list has MC1..MC32 and MHR1..MHR123. A tag limits MHR110 to 1..=100. MC101..MC104 are
 /// copied to X0..X3, and Y0..Y3 to MI11..MI14.
-pub fn settings() -> Modbus {
+pub fn settings() -> ModbusServerSettings {
     let [mc, x, y, mi] = [BitSpace::Mc, BitSpace::X, BitSpace::Y, BitSpace::Mi].map(Space::Bit);
-    Modbus {
+    ModbusServerSettings {
         lists: vec![any_client(&["MC1..MC32", "MHR1..MHR123"])],
         inputs: Some((range(mc, 101, 104), range(x, 0, 3))),
         outputs: Some((range(y, 0, 3), range(mi, 11, 14))),
@@ -56,11 +58,11 @@ pub fn settings() -> Modbus {
 }
 
 impl Controller {
-    pub fn start(settings: Modbus, period: Duration) -> Controller {
+    pub fn start(settings: ModbusServerSettings, period: Duration) -> Controller {
         let layout = Layout::new(&MemorySizes::default(), 0, 0);
-        let mut safe = vec![Safe::Off; layout.sizes().y as usize];
-        safe[2] = Safe::On;
-        let (port, scan, world) = link(Shape {
+        let mut safe = vec![SafeState::Off; layout.sizes().y as usize];
+        safe[2] = SafeState::On;
+        let (port, scan, world) = link(ExchangeShape {
             inputs: layout.sizes().x,
             bits: vec![0; layout.bit_count() as usize],
             words: vec![0; layout.word_count() as usize],
@@ -157,7 +159,7 @@ impl std::io::Write for LogBuffer {
 }
 
 fn serve(
-    (settings, log): (Modbus, LogBuffer),
+    (settings, log): (ModbusServerSettings, LogBuffer),
     layout: &Layout,
     port: &Port,
     stop: &Arc<AtomicBool>,
@@ -166,9 +168,13 @@ fn serve(
     let limits = |word: Word| {
         if word == Word::Space(WordSpace::Mhr, 110) { (1, 100) } else { word.range() }
     };
-    let map = Map::new(&settings, layout, limits);
-    let bound =
-        Server::bind(settings, rungd_runtime::Generations::new(map), port.clone(), Duration::ZERO);
+    let map = ModbusMap::new(&settings, layout, limits);
+    let bound = BoundModbusServer::bind(
+        settings,
+        rungd_runtime::Generations::new(map),
+        port.clone(),
+        Duration::ZERO,
+    );
     let server = runtime.block_on(bound).unwrap();
     let address = server.address().unwrap();
     let stop = Arc::clone(stop);
@@ -235,13 +241,13 @@ impl Scanner {
         while let Some((_, writes)) = self.scan.next_batch(usize::MAX) {
             for write in writes {
                 match *write {
-                    Write::Bit(cell, on) => bits[cell.0 as usize] = u8::from(on),
-                    Write::Word(cell, value) => words[cell.0 as usize] = value,
-                    Write::Masked { cell, and, or, signed } => {
+                    OperandWrite::Bit(cell, on) => bits[cell.0 as usize] = u8::from(on),
+                    OperandWrite::Word(cell, value) => words[cell.0 as usize] = value,
+                    OperandWrite::Masked { cell, and, or, signed } => {
                         let word = &mut words[cell.0 as usize];
-                        *word = Write::masked(*word, (and, or), signed);
+                        *word = OperandWrite::masked(*word, (and, or), signed);
                     }
-                    Write::Input(x, on) => bits[input(x)] = u8::from(on),
+                    OperandWrite::Input(x, on) => bits[input(x)] = u8::from(on),
                 }
             }
         }
@@ -253,7 +259,7 @@ impl Scanner {
     fn publish(&mut self, scans: u64, mode: Mode, image: (&[u8], &[i32])) {
         let forces = &Forces::default();
         self.scan.publish(
-            Facts { scans, now_ns: scans, mode, since_ns: 0, ending: false, forces },
+            ScanFacts { scans, now_ns: scans, mode, since_ns: 0, ending: false, forces },
             image,
         );
     }

@@ -8,7 +8,7 @@ use std::time::Duration;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 
-use super::super::frame::{Split, split};
+use super::super::frame::{FrameSplit, split};
 use super::controller::{Controller, RawClient, settings};
 
 const PERIOD: Duration = Duration::from_millis(1);
@@ -32,7 +32,7 @@ fn send(client: &mut RawClient, mut bytes: &[u8], pieces: &[usize]) {
 /// The number of whole frames at the start of the bytes.
 fn frames(mut bytes: &[u8]) -> usize {
     let mut count = 0;
-    while let Split::Frame { bytes: taken, .. } = split(bytes) {
+    while let FrameSplit::Frame { bytes: taken, .. } = split(bytes) {
         bytes = &bytes[taken..];
         count += 1;
     }

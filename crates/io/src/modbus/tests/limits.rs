@@ -5,7 +5,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use super::controller::{Controller, settings};
-use crate::modbus::settings::Modbus;
+use crate::modbus::settings::ModbusServerSettings;
 
 const PERIOD: Duration = Duration::from_millis(2);
 const READ: [u8; 5] = [3, 0, 0, 0, 1];
@@ -14,12 +14,16 @@ const IDLE: Duration = Duration::from_millis(600);
 
 fn impatient() -> Controller {
     let [frame_timeout_ms, idle_timeout_ms] = [FRAME, IDLE].map(|limit| limit.as_millis() as u32);
-    Controller::start(Modbus { frame_timeout_ms, idle_timeout_ms, ..settings() }, PERIOD)
+    Controller::start(
+        ModbusServerSettings { frame_timeout_ms, idle_timeout_ms, ..settings() },
+        PERIOD,
+    )
 }
 
 #[test]
 fn the_newest_connection_too_many_is_closed() {
-    let controller = Controller::start(Modbus { connections: 3, ..settings() }, PERIOD);
+    let controller =
+        Controller::start(ModbusServerSettings { connections: 3, ..settings() }, PERIOD);
     let mut inside: Vec<_> = (0..3).map(|_| controller.client()).collect();
     for client in &mut inside {
         client.ask(&READ);
@@ -44,7 +48,8 @@ fn the_newest_connection_too_many_is_closed() {
 
 #[test]
 fn silent_connections_are_closed_for_new_ones_oldest_first() {
-    let controller = Controller::start(Modbus { connections: 3, ..settings() }, PERIOD);
+    let controller =
+        Controller::start(ModbusServerSettings { connections: 3, ..settings() }, PERIOD);
     let mut panel = controller.client();
     panel.ask(&READ);
     let (mut first, mut second) = (controller.client(), controller.client());

@@ -5,7 +5,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use super::controller::{Controller, Do, settings};
-use crate::modbus::settings::Modbus;
+use crate::modbus::settings::ModbusServerSettings;
 
 const PERIOD: Duration = Duration::from_millis(1);
 
@@ -39,7 +39,7 @@ fn a_refused_write_is_logged_with_client_place_and_reason() {
 
 #[test]
 fn connections_are_logged_with_why_they_end() {
-    let limits = Modbus { connections: 1, idle_timeout_ms: 300, ..settings() };
+    let limits = ModbusServerSettings { connections: 1, idle_timeout_ms: 300, ..settings() };
     let controller = Controller::start(limits, PERIOD);
     let mut client = controller.client();
     let address = client.stream.local_addr().unwrap().to_string();

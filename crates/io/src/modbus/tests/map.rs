@@ -2,24 +2,24 @@
 
 use std::net::{IpAddr, Ipv4Addr};
 
-use super::super::map::{Asker, Map, Read};
+use super::super::map::{ModbusMap, RequestSource, TableRead};
 use super::super::pdu::{self, ModbusRequest};
 use super::{any_client, loopback, range};
-use crate::modbus::settings::Modbus;
+use crate::modbus::settings::ModbusServerSettings;
 use rungd_engine::Layout;
 use rungd_engine::isa::{Bit, BitSpace, MemorySizes, Space, Word, WordSpace};
-use rungd_runtime::exchange::{Mode, Snapshot, StopReason, Write};
+use rungd_runtime::exchange::{Mode, OperandWrite, Snapshot, StopReason};
 
-const ASKER: Asker = Asker { unit: 1, client: IpAddr::V4(Ipv4Addr::LOCALHOST) };
+const ASKER: RequestSource = RequestSource { unit: 1, client: IpAddr::V4(Ipv4Addr::LOCALHOST) };
 
 /// The memory has MC1..MC8, MI1..MI4, MHR1..MHR4 and MIR1..MIR2. The write list has MC1, MC2 and
 /// MHR1..MHR3. MC3 and MC4 are copied to X0 and X1, and Y0 and Y1 to MI2 and MI3. A tag limits MHR2
 /// to 5..=9.
-fn small() -> (Map, Layout) {
+fn small() -> (ModbusMap, Layout) {
     let sizes = MemorySizes { mc: 8, mi: 4, mhr: 4, mir: 2, ..MemorySizes::default() };
     let layout = Layout::new(&sizes, 1, 0);
     let [mc, x, y, mi] = [BitSpace::Mc, BitSpace::X, BitSpace::Y, BitSpace::Mi].map(Space::Bit);
-    let settings = Modbus {
+    let settings = ModbusServerSettings {
         lists: vec![any_client(&["MC1..MC2", "MHR1..MHR3"])],
         inputs: Some((range(mc, 3, 4), range(x, 0, 1))),
         outputs: Some((range(y, 0, 1), range(mi, 2, 3))),
@@ -28,20 +28,20 @@ fn small() -> (Map, Layout) {
     let limits = |word: Word| {
         if word == Word::Space(WordSpace::Mhr, 2) { (5, 9) } else { word.range() }
     };
-    (Map::new(&settings, &layout, limits), layout)
+    (ModbusMap::new(&settings, &layout, limits), layout)
 }
 
-fn write(pdu: &[u8]) -> Result<Vec<Write>, u8> {
+fn write(pdu: &[u8]) -> Result<Vec<OperandWrite>, u8> {
     let request = pdu::parse(pdu).expect("a well-formed request");
     small().0.writes(ASKER, &request).map_err(|refusal| refusal.exception() as u8)
 }
 
-fn coil(n: u32, on: bool) -> Write {
-    Write::Bit(small().1.bit(Bit::Space(BitSpace::Mc, n)), on)
+fn coil(n: u32, on: bool) -> OperandWrite {
+    OperandWrite::Bit(small().1.bit(Bit::Space(BitSpace::Mc, n)), on)
 }
 
-fn register(n: u32, value: i32) -> Write {
-    Write::Word(small().1.word(Word::Space(WordSpace::Mhr, n)), value)
+fn register(n: u32, value: i32) -> OperandWrite {
+    OperandWrite::Word(small().1.word(Word::Space(WordSpace::Mhr, n)), value)
 }
 
 #[test]
@@ -73,9 +73,9 @@ fn a_coil_of_the_image_is_writable_and_an_input() {
     let writes = vec![
         coil(2, true),
         coil(3, false),
-        Write::Input(0, false),
+        OperandWrite::Input(0, false),
         coil(4, true),
-        Write::Input(1, true),
+        OperandWrite::Input(1, true),
     ];
     assert_eq!(write(&[15, 0, 1, 0, 3, 1, 0b101]), Ok(writes));
 }
@@ -102,7 +102,7 @@ fn read(snapshot: &Snapshot, pdu: &[u8]) -> Result<Vec<u8>, u8> {
         panic!("no read: {pdu:?}")
     };
     let mut reply = Vec::new();
-    let ask = Read { function: pdu[0], table, first, count };
+    let ask = TableRead { function: pdu[0], table, first, count };
     let done = small().0.read(1, ask, snapshot, &mut reply);
     done.map(|()| reply).map_err(|refusal| refusal.exception() as u8)
 }

@@ -5,18 +5,18 @@ use std::time::Duration;
 use super::controller::{Controller, RawClient, settings};
 use super::{any_client, operands};
 use crate::modbus::clients::Network;
-use crate::modbus::number::{NumberType, WordOrder};
-use crate::modbus::settings::{MappedOperands, Modbus, Table, WriteList};
+use crate::modbus::number::{RegisterNumberType, WordOrder};
+use crate::modbus::settings::{MappedOperands, ModbusServerSettings, ModbusTable, WriteList};
 use rungd_engine::isa::{Address, BitSpace};
 use rungd_language::source::span::Span;
-use rungd_runtime::exchange::Write;
+use rungd_runtime::exchange::OperandWrite;
 
 const PERIOD: Duration = Duration::from_millis(2);
 
-fn entry(text: &str, table: Table, address: u16) -> MappedOperands {
+fn entry(text: &str, table: ModbusTable, address: u16) -> MappedOperands {
     let operands = operands(text);
     let kind = match operands.first {
-        Address::Word(word) => Some(NumberType::of(word)),
+        Address::Word(word) => Some(RegisterNumberType::of(word)),
         Address::Bit(_) | Address::Structure(_) => None,
     };
     let (order, span) = (WordOrder::default(), Span::default());
@@ -27,15 +27,15 @@ fn entry(text: &str, table: Table, address: u16) -> MappedOperands {
 /// Coils from 4000: C0..C3, MC101 (copied to X0), Y0, X0. Discrete inputs from 4000: Y0..Y3. Unit 9
 /// has V7 at 5000. Every client may write all these words except V5, and C0..C1. V5 is writable
 /// from 10.0.0.0/8, C2 from loopback.
-fn mapped() -> Modbus {
-    use Table::{Coils, DiscreteInputs, HoldingRegisters as Holding};
+fn mapped() -> ModbusServerSettings {
+    use ModbusTable::{Coils, DiscreteInputs, HoldingRegisters as Holding};
     let entries = vec![
         entry("CT0.Acc", Holding, 4000),
         MappedOperands { order: WordOrder::LowFirst, ..entry("D0", Holding, 4002) },
-        MappedOperands { kind: Some(NumberType::I16), ..entry("D1", Holding, 4004) },
+        MappedOperands { kind: Some(RegisterNumberType::I16), ..entry("D1", Holding, 4004) },
         entry("N0.ACC", Holding, 4005),
         entry("V5", Holding, 4006),
-        MappedOperands { kind: Some(NumberType::U32), ..entry("D2", Holding, 4007) },
+        MappedOperands { kind: Some(RegisterNumberType::U32), ..entry("D2", Holding, 4007) },
         entry("C0..C3", Coils, 4000),
         entry("MC101", Coils, 4004),
         entry("Y0", Coils, 4005),
@@ -50,7 +50,7 @@ fn mapped() -> Modbus {
         clients: Some(vec![Network::of(network.0.parse().unwrap(), network.1)]),
     };
     let lists = vec![any, list("V5", ("10.0.0.0", 8)), list("C2", ("127.0.0.0", 8))];
-    Modbus { entries, lists, units: Some(vec![17, 9]), ..settings() }
+    ModbusServerSettings { entries, lists, units: Some(vec![17, 9]), ..settings() }
 }
 
 fn start() -> (Controller, RawClient) {
@@ -69,7 +69,7 @@ fn word(controller: &Controller, text: &str) -> i32 {
 fn put(controller: &Controller, text: &str, value: i32) {
     let Address::Word(word) = operands(text).first else { panic!("{text}") };
     let cell = controller.layout.word(word);
-    controller.port.submit(vec![Write::Word(cell, value)]).unwrap();
+    controller.port.submit(vec![OperandWrite::Word(cell, value)]).unwrap();
     while controller.port.latest().word(cell) != value {
         std::thread::sleep(Duration::from_millis(1));
     }

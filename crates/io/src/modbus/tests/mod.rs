@@ -12,15 +12,15 @@ mod scans;
 
 use std::net::SocketAddr;
 
-use crate::modbus::settings::{Modbus, WriteList};
+use crate::modbus::settings::{ModbusServerSettings, WriteList};
 use rungd_engine::isa::{MemorySizes, Space, address_text};
 use rungd_language::resolve::operands::Operands;
 use rungd_language::resolve::range::Range;
 use rungd_language::source::span::Span;
 
 /// A server on a port of loopback that the system chooses; nothing is writable.
-pub(super) fn loopback() -> Modbus {
-    Modbus {
+pub(super) fn loopback() -> ModbusServerSettings {
+    ModbusServerSettings {
         listen: SocketAddr::from(([127, 0, 0, 1], 0)),
         units: None,
         standard_map: true,

@@ -1,6 +1,6 @@
 //! The operand of a cross-reference: the meaning of a name as bits and words.
 
-use rungd_engine::isa::{Address, Bit, BlockId, DeviceId, Health, StageId};
+use rungd_engine::isa::{Address, Bit, BlockId, DeviceBit, DeviceId, StageId};
 use rungd_language::resolve::mistake::sentence;
 use rungd_language::resolve::program::{Program, Tag, TagMeaning};
 use rungd_language::resolve::scope::{LookUp, Thing};
@@ -117,6 +117,6 @@ fn of_block(program: &Program, plain: AskedOperand, id: BlockId) -> AskedOperand
 }
 
 fn of_device(plain: AskedOperand, id: DeviceId) -> AskedOperand {
-    let bits = Health::ALL.into_iter().map(|health| Bit::Device(id, health));
+    let bits = DeviceBit::ALL.into_iter().map(|health| Bit::Device(id, health));
     AskedOperand { addresses: bits.map(Address::Bit).collect(), ..plain }
 }

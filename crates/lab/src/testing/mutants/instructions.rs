@@ -15,7 +15,7 @@ use super::mutation::{InstructionIndex, Mutation};
 use super::values::ConstantStep;
 
 /// The mutations that leave out the rung, or one of its branches.
-pub(super) fn wholes(ground: &Ground, rung: &Rung) -> Vec<Found> {
+pub(super) fn rung_mutations(ground: &Ground, rung: &Rung) -> Vec<Found> {
     let place = ground.place(rung.extent);
     let rung_out = |what: &str| Found {
         kind: MutantKind::RungOut,

@@ -1,6 +1,6 @@
 //! The keys of local lines (`gpio`) in a `[[device]]` and its map.
 
-use rungd_io::gpio::settings::{Bias, Chip, LineDrive};
+use rungd_io::gpio::settings::{Bias, ChipId, LineDrive};
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::key::key;
 use rungd_language::source::reader::Table;
@@ -16,7 +16,7 @@ pub struct Keys {
     /// Whether the device names this driver; only then can a required key be missing.
     pub is_named: bool,
     /// `chip`: the chip's character device, or its label.
-    pub chip: Option<Chip>,
+    pub chip: Option<ChipId>,
     /// `budget-us`: the longest time for an exchange.
     pub budget_us: u32,
     /// The keys of each row of the map.
@@ -36,16 +36,16 @@ pub struct RowKeys {
     pub drive: Option<Located<LineDrive>>,
 }
 
-const CHIP: ParsedText<Chip> = ParsedText::new(|_, text| {
+const CHIP: ParsedText<ChipId> = ParsedText::new(|_, text| {
     if let Some(label) = text.text.strip_prefix("label:") {
-        return Ok(Chip::Label(label.trim().to_owned()));
+        return Ok(ChipId::Label(label.trim().to_owned()));
     }
     if !text.text.starts_with('/') {
         let message = format!("`{}` is no chip", text.text);
         let help = "write its path: `chip = \"/dev/gpiochip0\"`; or `chip = \"label:…\"`";
         return Err(Finding::new(Code::Controller, text.span, message).help(help));
     }
-    Ok(Chip::Path(text.text.clone()))
+    Ok(ChipId::Path(text.text.clone()))
 });
 
 impl Keys {

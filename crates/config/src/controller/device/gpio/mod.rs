@@ -20,7 +20,7 @@ use super::driver::{
     DriverKeys, PointBeginning, ResolvedRow, ResolvedRows, RowDirection, WrittenDevice,
 };
 use super::settings::DriverSettings;
-use rungd_io::gpio::settings::{Gpio, GpioLine, LineDrive, LineId, Setting};
+use rungd_io::gpio::settings::{GpioLine, GpioSettings, LineDrive, LineId, LineSetting};
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::reader::Table;
 use rungd_language::source::span::Span;
@@ -72,7 +72,7 @@ fn lines_of(
     device: &WrittenDevice,
     rows: ResolvedRows<'_>,
     findings: &mut Vec<Finding>,
-) -> Option<Gpio> {
+) -> Option<GpioSettings> {
     let before = findings.len();
     if let Some(poll) = &device.poll {
         let message = "lines of a chip are read and written by every scan";
@@ -100,7 +100,7 @@ fn lines_of(
         }
     }
     let chip = keys.chip.clone().filter(|_| findings.len() == before)?;
-    Some(Gpio { chip, budget_us: keys.budget_us, inputs, outputs })
+    Some(GpioSettings { chip, budget_us: keys.budget_us, inputs, outputs })
 }
 
 /// The lines of a row: one for each of its addresses.
@@ -165,7 +165,7 @@ fn enter(at: &LineId, span: Span, seen: &mut HashMap<LineId, Span>, findings: &m
     }
 }
 
-fn setting(row: &ResolvedRow<'_>, keys: &RowKeys, findings: &mut Vec<Finding>) -> Setting {
+fn setting(row: &ResolvedRow<'_>, keys: &RowKeys, findings: &mut Vec<Finding>) -> LineSetting {
     let is_output = row.direction == RowDirection::Out;
     if let Some(debounce) = &keys.debounce_ms {
         if is_output {
@@ -182,7 +182,7 @@ fn setting(row: &ResolvedRow<'_>, keys: &RowKeys, findings: &mut Vec<Finding>) -
         let help = "take it out; `bias` holds an open input";
         findings.push(Finding::new(Code::Controller, drive.span, message).help(help));
     }
-    Setting {
+    LineSetting {
         active_low: keys.active_low,
         bias: keys.bias,
         drive: keys.drive.as_ref().map_or_else(LineDrive::default, |drive| drive.value),

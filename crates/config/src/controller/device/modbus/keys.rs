@@ -2,8 +2,8 @@
 
 use super::super::scaling::ScalingKeys;
 use super::link::{self, Medium, SOME_TIME};
-use rungd_io::modbus::number::{ByteOrder, NumberType, WordOrder};
-use rungd_io::modbus_client::settings::{Habits, Link, Writes};
+use rungd_io::modbus::number::{ByteOrder, RegisterNumberType, WordOrder};
+use rungd_io::modbus_client::settings::{LinkSettings, PeerHabits, WriteFunctions};
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::key::{Key, key};
 use rungd_language::source::reader::Table;
@@ -33,9 +33,9 @@ pub struct Keys {
     /// The medium to the peer, if the device names a driver.
     pub medium: Option<Medium>,
     /// The way to the peer; `None` after a finding.
-    pub link: Option<Link>,
+    pub link: Option<LinkSettings>,
     /// The habits of the peer.
-    pub habits: Habits,
+    pub habits: PeerHabits,
     /// The place of `pause`.
     pub pause_at: Option<Span>,
     /// `unit` of the rows without a `unit` of their own.
@@ -45,7 +45,7 @@ pub struct Keys {
     /// `write-every`, ms; 0: on change only.
     pub write_every_ms: u32,
     /// `writes`: the function codes of writes.
-    pub writes: Writes,
+    pub writes: WriteFunctions,
     /// `gap`: the most unmapped registers between two points of one read request.
     pub gap: u16,
     /// `watchdog`.
@@ -74,7 +74,7 @@ pub struct RowKeys {
     /// `unit`; if not given, the device's.
     pub unit: Option<u8>,
     /// `type` of a register's number.
-    pub kind: Option<Located<NumberType>>,
+    pub kind: Option<Located<RegisterNumberType>>,
     /// `word-order` of a number in several registers.
     pub word_order: Option<Located<WordOrder>>,
     /// `byte-order` in each register.
@@ -114,7 +114,8 @@ impl Keys {
             "writes",
             "Modbus: write by functions 5 and 6, by 15 and 16, or by those that fit.",
         );
-        self.writes = table.value_of(explained, &KeyWords::new(&Writes::NAMES)).unwrap_or_default();
+        self.writes =
+            table.value_of(explained, &KeyWords::new(&WriteFunctions::NAMES)).unwrap_or_default();
         let explained = key(
             "gap",
             "Modbus: the most unmapped registers read between two points; 0 if not given.",
@@ -144,7 +145,7 @@ impl Keys {
         let bits = table.whole(explained, BITS_MAX);
         self.pause_at = pause.as_ref().map(|pause| pause.span);
         let usual = self.habits;
-        self.habits = Habits {
+        self.habits = PeerHabits {
             connect_delay_ms: connect_delay_ms.unwrap_or(usual.connect_delay_ms),
             pause_ms: pause.map_or(usual.pause_ms, |pause| pause.value),
             registers_max: registers.map_or(usual.registers_max, |most| most.value),
@@ -185,7 +186,7 @@ impl Keys {
             "type",
             "Modbus: the number type of one, two or four registers; `u16` if not given.",
         );
-        let kind = row.value(explained, &KeyWords::new(&NumberType::NAMES));
+        let kind = row.value(explained, &KeyWords::new(&RegisterNumberType::NAMES));
         let explained =
             key("word-order", "Modbus: the register of a number that has the highest 16 bits.");
         let word_order = row.value(explained, &KeyWords::new(&WordOrder::NAMES));

@@ -5,7 +5,8 @@
 use std::net::{IpAddr, SocketAddr};
 
 use rungd_io::modbus_client::settings::{
-    ConnectionUse, Habits, Link, Parity, RtuLine, RtuPort, Serial, TcpLink, TcpPeer, Transaction,
+    ConnectionUse, LinkSettings, Parity, PeerHabits, RtuLine, RtuPort, SerialSettings, TcpLink,
+    TcpPeer, Transaction,
 };
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::key::key;
@@ -88,7 +89,7 @@ struct LineKeys {
 
 /// The way to the peer, and the pause after a broadcast. `None` after a finding, or if there is no
 /// medium: then the keys of both media are read.
-pub(super) fn read(table: &mut Table<'_>, medium: Option<Medium>) -> (Option<Link>, u32) {
+pub(super) fn read(table: &mut Table<'_>, medium: Option<Medium>) -> (Option<LinkSettings>, u32) {
     let (is_tcp, is_line) = (medium != Some(Medium::Serial), medium != Some(Medium::Tcp));
     match medium {
         Some(Medium::Tcp) => table.require("address", "\"192.168.1.20:502\""),
@@ -100,13 +101,12 @@ pub(super) fn read(table: &mut Table<'_>, medium: Option<Medium>) -> (Option<Lin
     let delay_ms = line.as_ref().and_then(|(_, delay_ms)| *delay_ms);
     let keys = read_connection(table);
     let link = match (medium, tcp, line) {
-        (Some(Medium::Tcp), Some((address, transaction)), _) => {
-            address.map(|address| Link::Tcp(TcpLink { peer: keys.peer(address), transaction }))
-        }
+        (Some(Medium::Tcp), Some((address, transaction)), _) => address
+            .map(|address| LinkSettings::Tcp(TcpLink { peer: keys.peer(address), transaction })),
         (Some(Medium::Serial), _, Some((line, _))) => line.link(table, &keys),
         (Some(Medium::Tcp | Medium::Serial) | None, ..) => None,
     };
-    (link, delay_ms.unwrap_or(Habits::BROADCAST_DELAY_MS))
+    (link, delay_ms.unwrap_or(PeerHabits::BROADCAST_DELAY_MS))
 }
 
 fn read_tcp(table: &mut Table<'_>) -> (Option<SocketAddr>, Transaction) {
@@ -160,7 +160,7 @@ impl ConnectionKeys {
 }
 
 impl LineKeys {
-    fn link(self, table: &Table<'_>, connection: &ConnectionKeys) -> Option<Link> {
+    fn link(self, table: &Table<'_>, connection: &ConnectionKeys) -> Option<LinkSettings> {
         let port = match &self.port {
             Some(LinePort::Server(address)) => {
                 let of_line = [
@@ -184,14 +184,14 @@ impl LineKeys {
             }
             None => return None,
         };
-        Some(Link::Rtu(RtuLine { port, echo: self.echo }))
+        Some(LinkSettings::Rtu(RtuLine { port, echo: self.echo }))
     }
 
-    fn serial(&self, path: String) -> Serial {
+    fn serial(&self, path: String) -> SerialSettings {
         let parity = self.parity.as_ref().map_or(Parity::Even, |parity| parity.value);
         // The specification requires eleven bits per character.
         let usual = if parity == Parity::None { 2 } else { 1 };
-        Serial {
+        SerialSettings {
             path,
             baud: self.baud.as_ref().map_or(BAUD, |baud| baud.value),
             parity,

@@ -6,7 +6,7 @@
 //! these notations, which a test tries. No findings are made here.
 
 use super::stretch::Stretch;
-use rungd_io::modbus::settings::Table;
+use rungd_io::modbus::settings::ModbusTable;
 
 /// The number of elements of a table.
 const ELEMENTS: u32 = 65_536;
@@ -49,24 +49,24 @@ enum Behind<'a> {
 #[derive(Clone, Copy)]
 struct Digit {
     digit: u32,
-    table: Table,
+    table: ModbusTable,
 }
 
 const DIGITS: [Digit; 4] = [
-    Digit { digit: 0, table: Table::Coils },
-    Digit { digit: 1, table: Table::DiscreteInputs },
-    Digit { digit: 3, table: Table::InputRegisters },
-    Digit { digit: 4, table: Table::HoldingRegisters },
+    Digit { digit: 0, table: ModbusTable::Coils },
+    Digit { digit: 1, table: ModbusTable::DiscreteInputs },
+    Digit { digit: 3, table: ModbusTable::InputRegisters },
+    Digit { digit: 4, table: ModbusTable::HoldingRegisters },
 ];
 
 /// The names of tables in other programs, without spaces and signs.
-const NAMES: [(Table, &[&str]); 4] = [
+const NAMES: [(ModbusTable, &[&str]); 4] = [
     (
-        Table::Coils,
+        ModbusTable::Coils,
         &["coil", "coils", "coilstatus", "outputcoil", "outputcoils", "co", "do", "fc1", "fc01"],
     ),
     (
-        Table::DiscreteInputs,
+        ModbusTable::DiscreteInputs,
         &[
             "discrete",
             "discretes",
@@ -80,11 +80,11 @@ const NAMES: [(Table, &[&str]); 4] = [
         ],
     ),
     (
-        Table::InputRegisters,
+        ModbusTable::InputRegisters,
         &["input", "inputregister", "inputregisters", "inputreg", "ir", "ai", "fc4", "fc04"],
     ),
     (
-        Table::HoldingRegisters,
+        ModbusTable::HoldingRegisters,
         &[
             "holding",
             "holdings",
@@ -167,15 +167,15 @@ fn numbered(text: &str) -> Vec<Reading> {
     }
     let Some(written) = WrittenElements::of(text) else { return all };
     if hexadecimal(written.first).is_some() {
-        push(&mut all, Table::HoldingRegisters, &written, (hexadecimal, "in hexadecimal"));
+        push(&mut all, ModbusTable::HoldingRegisters, &written, (hexadecimal, "in hexadecimal"));
     } else if let Some(digit) = manual_digit(written.first) {
         push(&mut all, digit.table, &written, (manual_element, ""));
     } else {
         for (table, when) in [
-            (Table::HoldingRegisters, "a holding register"),
-            (Table::InputRegisters, "an input register"),
-            (Table::Coils, "a coil"),
-            (Table::DiscreteInputs, "a discrete input"),
+            (ModbusTable::HoldingRegisters, "a holding register"),
+            (ModbusTable::InputRegisters, "an input register"),
+            (ModbusTable::Coils, "a coil"),
+            (ModbusTable::DiscreteInputs, "a discrete input"),
         ] {
             push(&mut all, table, &written, (plain, when));
         }
@@ -192,7 +192,7 @@ fn named(text: &str) -> Vec<Reading> {
         push(&mut all, table, &written, (manual_element, "of a manual, counted from 1"));
     }
     let is_hexadecimal = hexadecimal(written.first).is_some();
-    let is_manual_coil = is_hexadecimal && table == Table::Coils && written.first.len() >= 6;
+    let is_manual_coil = is_hexadecimal && table == ModbusTable::Coils && written.first.len() >= 6;
     if is_manual_coil && written.first[2..].bytes().all(|byte| byte.is_ascii_digit()) {
         let from_one = |number: &str| plain(number.get(2..)?)?.checked_sub(1);
         push(&mut all, table, &written, (from_one, "of a manual, counted from 1"));
@@ -219,9 +219,9 @@ fn iec(address: &str) -> Vec<Reading> {
         Some((plain(byte)?, plain(bit).filter(|bit| *bit < 8)?))
     };
     let (registers, bits) = match kind.chars().next() {
-        Some('I') => (Table::InputRegisters, Table::DiscreteInputs),
-        Some('Q') => (Table::HoldingRegisters, Table::Coils),
-        Some('M') => (Table::HoldingRegisters, Table::Coils),
+        Some('I') => (ModbusTable::InputRegisters, ModbusTable::DiscreteInputs),
+        Some('Q') => (ModbusTable::HoldingRegisters, ModbusTable::Coils),
+        Some('M') => (ModbusTable::HoldingRegisters, ModbusTable::Coils),
         _ => return all,
     };
     match &kind[1..] {
@@ -266,7 +266,7 @@ fn iec(address: &str) -> Vec<Reading> {
 /// Adds the meanings of written elements, if they are in the table.
 fn push(
     all: &mut Vec<Reading>,
-    table: Table,
+    table: ModbusTable,
     written: &WrittenElements<'_>,
     (number, when): (fn(&str) -> Option<u32>, &'static str),
 ) {
@@ -304,7 +304,12 @@ fn push(
     }
 }
 
-fn push_elements(all: &mut Vec<Reading>, table: Table, elements: Elements, when: &'static str) {
+fn push_elements(
+    all: &mut Vec<Reading>,
+    table: ModbusTable,
+    elements: Elements,
+    when: &'static str,
+) {
     let Elements { first, last, bit } = elements;
     if last < first || last >= ELEMENTS {
         return;
@@ -346,7 +351,7 @@ impl<'a> WrittenElements<'a> {
 }
 
 /// The table that a text begins with, the text behind it, and whether this is its own name.
-fn table_of(text: &str) -> Option<(Table, &str, bool)> {
+fn table_of(text: &str) -> Option<(ModbusTable, &str, bool)> {
     let is_name = |c: char| c.is_ascii_alphabetic() || matches!(c, ' ' | '-' | '_');
     let letters = text.find(|c| !is_name(c))?;
     let digits = text[letters..].find(|c: char| !c.is_ascii_digit());

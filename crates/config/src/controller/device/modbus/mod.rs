@@ -14,7 +14,9 @@ mod stretch;
 
 use super::driver::{DriverKeys, ResolvedRow, ResolvedRows, RowDirection, WrittenDevice};
 use super::settings::DriverSettings;
-use rungd_io::modbus_client::settings::{ClientSettings, ModbusPoint, PointForm, Watchdog, Writes};
+use rungd_io::modbus_client::settings::{
+    ClientSettings, ModbusPoint, PointForm, Watchdog, WriteFunctions,
+};
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::reader::{Table, Text};
 use rungd_language::source::span::Span;
@@ -73,7 +75,7 @@ fn client(
         let unit = keys.rows[row.at].unit.unwrap_or(keys.unit);
         let Some(found) = reader.row(row, unit) else { continue };
         let is_wide = found.first().is_some_and(|point| point.width() > 1);
-        if row.direction == RowDirection::Out && is_wide && keys.writes == Writes::Single {
+        if row.direction == RowDirection::Out && is_wide && keys.writes == WriteFunctions::Single {
             let message =
                 "several registers cannot be written as one value with `writes = \"single\"`";
             reader.findings.push(row.find(message.to_owned()));

@@ -4,16 +4,16 @@
 use super::super::driver::ResolvedRow;
 use super::ModbusReader;
 use super::keys::RowKeys;
-use rungd_io::modbus::number::{ByteOrder, NumberOrder, NumberType, WordOrder};
-use rungd_io::modbus_client::settings::{Number, NumberPart};
+use rungd_io::modbus::number::{ByteOrder, NumberOrder, RegisterNumberType, WordOrder};
+use rungd_io::modbus_client::settings::{NumberPart, RegisterNumber};
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::span::Span;
 
 /// The numbers of a row.
 #[derive(Clone, Copy)]
 pub(super) struct RowNumber {
-    pub kind: NumberType,
-    whole: Number,
+    pub kind: RegisterNumberType,
+    whole: RegisterNumber,
     is_split: bool,
 }
 
@@ -27,8 +27,8 @@ impl RowNumber {
     }
 
     /// A part of a number.
-    pub fn part(self, part: NumberPart) -> Number {
-        Number { part, ..self.whole }
+    pub fn part(self, part: NumberPart) -> RegisterNumber {
+        RegisterNumber { part, ..self.whole }
     }
 }
 
@@ -43,7 +43,7 @@ impl ModbusReader<'_> {
         if is_bits {
             self.refuse_of_bits(keys);
         }
-        let kind = keys.kind.as_ref().map_or(NumberType::U16, |kind| kind.value);
+        let kind = keys.kind.as_ref().map_or(RegisterNumberType::U16, |kind| kind.value);
         let is_single = kind.registers() == 1 && !keys.has_wrong_type;
         if let (Some(order), true, false) = (&keys.word_order, is_single, is_bits) {
             let message = "a single register has no word order";
@@ -64,7 +64,7 @@ impl ModbusReader<'_> {
             words: keys.word_order.as_ref().map_or_else(WordOrder::default, |order| order.value),
             bytes: keys.byte_order.as_ref().map_or_else(ByteOrder::default, |order| order.value),
         };
-        let whole = Number { kind, order, part: NumberPart::Whole, scaling };
+        let whole = RegisterNumber { kind, order, part: NumberPart::Whole, scaling };
         Some(RowNumber { kind, whole, is_split })
     }
 
@@ -89,20 +89,20 @@ impl ModbusReader<'_> {
     fn refuse_split(
         &mut self,
         keys: &RowKeys,
-        (kind, row): (NumberType, &ResolvedRow<'_>),
+        (kind, row): (RegisterNumberType, &ResolvedRow<'_>),
         span: Span,
     ) {
         let mut refuse = |message: &str, help: &str| {
             self.findings.push(Finding::new(Code::Controller, span, message).help(help));
         };
         match kind {
-            NumberType::U64 | NumberType::I64 => {}
-            NumberType::U16
-            | NumberType::I16
-            | NumberType::U32
-            | NumberType::I32
-            | NumberType::F32
-            | NumberType::F64 => {
+            RegisterNumberType::U64 | RegisterNumberType::I64 => {}
+            RegisterNumberType::U16
+            | RegisterNumberType::I16
+            | RegisterNumberType::U32
+            | RegisterNumberType::I32
+            | RegisterNumberType::F32
+            | RegisterNumberType::F64 => {
                 return refuse(
                     "only a whole number of 64 bits is split",
                     "`split` goes with `type = \"u64\"` or `\"i64\"`; a `f64` goes into an R",

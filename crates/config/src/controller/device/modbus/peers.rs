@@ -20,7 +20,7 @@ use super::super::settings::{Device, DriverSettings};
 use rungd_base::progress::Progress;
 use rungd_engine::isa::DeviceId;
 use rungd_io::modbus_client::settings::{
-    ClientSettings, Link, ModbusPoint, PointForm, RtuLine, RtuPort, Table,
+    ClientSettings, LinkSettings, ModbusPoint, ModbusTable, PointForm, RtuLine, RtuPort,
 };
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::span::Span;
@@ -34,7 +34,7 @@ struct PeerElement {
     /// The number of the peer.
     peer: usize,
     unit: u8,
-    table: Table,
+    table: ModbusTable,
     at: u16,
 }
 
@@ -86,7 +86,7 @@ struct Broadcasts {
     /// The names of the ports with broadcasts.
     ports: HashSet<String>,
     /// The first output of each element, by port, and whether it is a broadcast's.
-    first: HashMap<(usize, Table, u16), (Span, bool)>,
+    first: HashMap<(usize, ModbusTable, u16), (Span, bool)>,
 }
 
 impl Broadcasts {
@@ -165,8 +165,8 @@ pub(in crate::controller::device) fn at_odds(
 /// The peer of a device, as a text.
 fn peer(client: &ClientSettings) -> String {
     match &client.link {
-        Link::Tcp(tcp) => tcp.peer.address.to_string(),
-        Link::Rtu(line) => line.port.name(),
+        LinkSettings::Tcp(tcp) => tcp.peer.address.to_string(),
+        LinkSettings::Rtu(line) => line.port.name(),
     }
 }
 
@@ -194,7 +194,7 @@ fn outputs(
     }
     if let Some(watchdog) = client.watchdog {
         let (unit, at) = (watchdog.unit, watchdog.register);
-        let element = PeerElement { peer, unit, table: Table::HoldingRegisters, at };
+        let element = PeerElement { peer, unit, table: ModbusTable::HoldingRegisters, at };
         let writer = Writer { device: device.id, bits: u16::MAX, span: watchdog_at };
         outputs.push((element, writer));
     }
@@ -220,7 +220,7 @@ struct OnLine<'a> {
 fn lines(devices: &[Device]) -> Vec<OnLine<'_>> {
     let mut lines = Vec::new();
     for (device, client) in clients(devices) {
-        if let Link::Rtu(line) = &client.link {
+        if let LinkSettings::Rtu(line) = &client.link {
             lines.push(OnLine { device, client, line, port: line.port.name() });
         }
     }

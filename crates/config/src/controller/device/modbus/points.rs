@@ -8,7 +8,7 @@
 use super::manuals::{self, ManualNumber, Reading};
 use super::stretch::Stretch;
 use crate::controller::device::driver::PointBeginning;
-use rungd_io::modbus::settings::Table;
+use rungd_io::modbus::settings::ModbusTable;
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::nearest::nearest;
 use rungd_language::source::reader::Text;
@@ -38,13 +38,13 @@ pub(super) fn other_notation(points: &Text) -> Option<Finding> {
 
 /// The beginnings of points, for editors: the tables of a device.
 pub(in crate::controller::device) fn beginnings() -> Vec<PointBeginning> {
-    let beginning = |table: Table| {
+    let beginning = |table: ModbusTable| {
         let element = if table.is_bits() { "bit" } else { "word" };
         let access = if table.is_writable() { "read and written" } else { "only read" };
         let (text, about) = (format!("{} ", table.name()), format!("a {element}, {access}"));
         PointBeginning { text, about, is_written: table.is_writable() }
     };
-    Table::NAMES.into_iter().map(|(_, table)| beginning(table)).collect()
+    ModbusTable::NAMES.into_iter().map(|(_, table)| beginning(table)).collect()
 }
 
 /// The points of a text, or the finding with the text to write instead.
@@ -56,7 +56,7 @@ pub(super) fn parse(points: &Text) -> Result<Stretch, Finding> {
         readings => format!("write {}", rows_text(readings)),
     };
     let (table, rest) = text.trim().split_once(char::is_whitespace).unwrap_or((text, ""));
-    let named = Table::NAMES.into_iter().find(|(name, _)| *name == table);
+    let named = ModbusTable::NAMES.into_iter().find(|(name, _)| *name == table);
     let (_, table) = named.ok_or_else(|| {
         find(format!("no table of a Modbus device is called `{table}`"))
             .help(help_or(table_help(table, rest.trim())))
@@ -99,7 +99,7 @@ pub(super) fn doubt(points: &Text, stretch: &Stretch, is_output: bool) -> Option
 
 /// The same for the register of a watchdog.
 pub(super) fn doubt_of_watchdog(register: &Located<u16>) -> Option<Finding> {
-    let (table, first) = (Table::HoldingRegisters, u32::from(register.value));
+    let (table, first) = (ModbusTable::HoldingRegisters, u32::from(register.value));
     let stretch =
         Stretch { table, first, count: 1, is_bits_of_registers: false, is_hexadecimal: false };
     let ManualNumber { number, row, .. } = manuals::doubt(&stretch, true)?;
@@ -126,7 +126,7 @@ fn rows_text(readings: &[Reading]) -> String {
 
 /// The help for a word that is not the name of a table.
 fn table_help(name: &str, points: &str) -> String {
-    let names = || Table::NAMES.into_iter().map(|(name, _)| name);
+    let names = || ModbusTable::NAMES.into_iter().map(|(name, _)| name);
     let longer = names().find(|known| name.to_ascii_lowercase().starts_with(known));
     match longer.or_else(|| nearest(name, names())) {
         Some(known) => bounded(format!("did you mean `{known} {points}`?")),
@@ -143,7 +143,7 @@ struct WrittenElement {
 }
 
 /// Reads `5` as element 5, and `5.3` as bit 16 * 5 + 3.
-fn element(text: &str, table: Table) -> Option<WrittenElement> {
+fn element(text: &str, table: ModbusTable) -> Option<WrittenElement> {
     let (register, bit) = text.split_once('.').map_or((text, None), |(at, bit)| (at, Some(bit)));
     let is_hexadecimal = register.starts_with("0x");
     let register = match is_hexadecimal {
@@ -164,9 +164,9 @@ fn number(text: &str) -> Option<u32> {
 }
 
 /// Reads `0x9C41`. A coil `0x0001` is refused: in manuals it is the first coil.
-fn hexadecimal(text: &str, table: Table) -> Option<u32> {
+fn hexadecimal(text: &str, table: ModbusTable) -> Option<u32> {
     let digits = text.strip_prefix("0x")?;
-    let is_manual = table == Table::Coils
+    let is_manual = table == ModbusTable::Coils
         && digits.len() >= 4
         && digits.bytes().all(|byte| byte.is_ascii_digit());
     let is_plain = digits.bytes().all(|byte| byte.is_ascii_hexdigit()) && !is_manual;
@@ -183,7 +183,7 @@ mod tests {
         Text { text: text.to_owned(), span: Span::default(), exact: false }
     }
 
-    fn stretch(text: &str) -> (Table, u32, u32, bool) {
+    fn stretch(text: &str) -> (ModbusTable, u32, u32, bool) {
         let found = parse(&points(text)).unwrap_or_else(|finding| panic!("{text}: {finding:?}"));
         (found.table, found.first, found.count, found.is_bits_of_registers)
     }
@@ -202,19 +202,19 @@ mod tests {
 
     #[test]
     fn what_is_written_is_what_is_asked_for() {
-        assert_eq!(stretch("coil 0..7"), (Table::Coils, 0, 8, false));
-        assert_eq!(stretch("discrete 65535"), (Table::DiscreteInputs, 65_535, 1, false));
-        assert_eq!(stretch("holding 10 .. 11"), (Table::HoldingRegisters, 10, 2, false));
-        assert_eq!(stretch("holding 5.3"), (Table::HoldingRegisters, 83, 1, true));
-        assert_eq!(stretch("input  5.0..6.15"), (Table::InputRegisters, 80, 32, true));
+        assert_eq!(stretch("coil 0..7"), (ModbusTable::Coils, 0, 8, false));
+        assert_eq!(stretch("discrete 65535"), (ModbusTable::DiscreteInputs, 65_535, 1, false));
+        assert_eq!(stretch("holding 10 .. 11"), (ModbusTable::HoldingRegisters, 10, 2, false));
+        assert_eq!(stretch("holding 5.3"), (ModbusTable::HoldingRegisters, 83, 1, true));
+        assert_eq!(stretch("input  5.0..6.15"), (ModbusTable::InputRegisters, 80, 32, true));
     }
 
     #[test]
     fn hexadecimal_is_the_protocols_address() {
-        assert_eq!(stretch("holding 0x9C41"), (Table::HoldingRegisters, 40_001, 1, false));
-        assert_eq!(stretch("input 0x10..0x11"), (Table::InputRegisters, 16, 2, false));
-        assert_eq!(stretch("holding 0x9c41.3"), (Table::HoldingRegisters, 640_019, 1, true));
-        assert_eq!(stretch("coil 0xFF"), (Table::Coils, 255, 1, false));
+        assert_eq!(stretch("holding 0x9C41"), (ModbusTable::HoldingRegisters, 40_001, 1, false));
+        assert_eq!(stretch("input 0x10..0x11"), (ModbusTable::InputRegisters, 16, 2, false));
+        assert_eq!(stretch("holding 0x9c41.3"), (ModbusTable::HoldingRegisters, 640_019, 1, true));
+        assert_eq!(stretch("coil 0xFF"), (ModbusTable::Coils, 255, 1, false));
         assert_eq!(
             help("coil 0x0011"),
             "write `coil 10` (of a manual, counted from 1), or `coil 17` (in hexadecimal)"

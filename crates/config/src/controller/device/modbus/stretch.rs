@@ -1,11 +1,11 @@
 //! A stretch of points of a Modbus device, and its text in a map. Made by `points` and `manuals`.
 
-use rungd_io::modbus::settings::Table;
+use rungd_io::modbus::settings::ModbusTable;
 
 /// The bits or registers that a text names: consecutive addresses of one table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Stretch {
-    pub table: Table,
+    pub table: ModbusTable,
     /// The first address; for bits of registers, 16 times the register plus the bit.
     pub first: u32,
     pub count: u32,
