@@ -119,12 +119,17 @@ impl Outline {
         self
     }
 
+    /// The pairs of an object.
+    pub fn pairs_in(&self, object: usize) -> impl Iterator<Item = &KeyPair> {
+        self.pairs_of[object].iter().map(|number| &self.pairs[*number])
+    }
+
     /// The keys of the root.
     pub fn root_keys(&self) -> HashSet<&str> {
         let first = |path: &'_ str| path.split('.').next().unwrap_or_default().len();
         let headers = self.headers.iter().map(|header| &header.path[..first(&header.path)]);
-        let pairs = self.pairs_of[0].iter().filter_map(|pair| self.pairs[*pair].keys.first());
-        headers.chain(pairs.map(|key| key.text.as_str())).collect()
+        let pairs = self.pairs_in(0).map(|pair| pair.keys[0].text.as_str());
+        headers.chain(pairs).collect()
     }
 
     /// The path of a pair from the root on: `program.rung.when`.
@@ -222,6 +227,17 @@ impl PairPaths {
 }
 
 impl KeyPair {
+    /// The keys of its path.
+    pub fn names(&self) -> Vec<&str> {
+        self.keys.iter().map(|key| key.text.as_str()).collect()
+    }
+
+    /// The key behind these keys, if its path begins with them and is longer.
+    pub fn key_below(&self, keys: &[&str]) -> Option<&KeyPart> {
+        let is_same = self.keys.iter().zip(keys).all(|(own, key)| own.text == *key);
+        self.keys.get(keys.len()).filter(|_| is_same)
+    }
+
     /// The last key of its path.
     pub fn key(&self) -> &KeyPart {
         &self.keys[self.keys.len() - 1]

@@ -49,12 +49,8 @@ impl FileKind {
 
 /// Whether a key of the root is a table, written as a header or as dotted keys.
 fn is_root_table(outline: &Outline, key: &str) -> bool {
-    let is_below = |pair: &usize| match outline.pairs[*pair].keys.as_slice() {
-        [first, _, ..] => first.text == key,
-        _ => false,
-    };
     outline.headers.iter().any(|header| header.path == key)
-        || outline.pairs_of[0].iter().any(is_below)
+        || outline.pairs_in(0).any(|pair| pair.key_below(&[key]).is_some())
 }
 
 /// The kind of a declaration.
@@ -126,8 +122,7 @@ pub(super) enum Slot {
 /// What the value of a pair stands for.
 pub(super) fn of_value(outline: &Outline, kind: FileKind, pair: &KeyPair) -> Slot {
     let object = outline.objects[pair.object].kind.as_str();
-    let keys: Vec<&str> = pair.keys.iter().map(|key| key.text.as_str()).collect();
-    of_path(kind, object, &keys)
+    of_path(kind, object, &pair.names())
 }
 
 /// What a value stands for, by the kind of its object and its keys below the object.
@@ -192,8 +187,7 @@ fn of_test(object: &str, keys: &[&str]) -> Slot {
 /// What key number `at` of a pair stands for: a name, or a word of the file format.
 pub(super) fn of_key(outline: &Outline, kind: FileKind, pair: &KeyPair, at: usize) -> KeySlot {
     let object = outline.objects[pair.object].kind.as_str();
-    let keys: Vec<&str> = pair.keys[..at].iter().map(|key| key.text.as_str()).collect();
-    of_key_path(kind, object, &keys)
+    of_key_path(kind, object, &pair.names()[..at])
 }
 
 /// What a key stands for, by the kind of its object and the keys before it.

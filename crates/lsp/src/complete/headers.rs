@@ -6,7 +6,6 @@ use lsp_types::CompletionItemKind;
 use super::proposal::{Proposal, Proposals};
 use super::scene::CompletionScene;
 use super::shapes::is_taken;
-use crate::outline::KeyPart;
 use rungd_language::source::shape::{Shape, ValueForm};
 
 /// A header that a file of this kind may have.
@@ -76,17 +75,13 @@ fn is_present(scene: &CompletionScene, object: usize, header: &KnownHeader) -> b
     let outline = &scene.file.outline;
     let depth = header.around.split('.').filter(|part| !part.is_empty()).count();
     let own = &header.path[depth..];
-    let pairs = outline.pairs_of[object].iter().map(|pair| &outline.pairs[*pair]);
-    let of_pair = |keys: &[KeyPart]| {
-        keys.len() > own.len() && keys.iter().zip(own).all(|(key, name)| key.text == *name)
-    };
     let path = header.path.join(".");
     let extent = &outline.objects[object].extent;
     let by_header = outline.headers.iter().any(|of| {
         let is_at_cursor = of.span.start <= scene.offset && scene.offset <= of.span.end;
         of.path == path && !is_at_cursor && (object == 0 || extent.contains(&of.span.start))
     });
-    by_header || pairs.map(|pair| &pair.keys[..]).any(of_pair)
+    by_header || outline.pairs_in(object).any(|pair| pair.key_below(own).is_some())
 }
 
 /// Collects the headers below a table. `(before, around)`: the path of the table, and the array of

@@ -8,6 +8,7 @@ use super::describe::{detail, doc, instruction_doc, symbol};
 use super::nature::Wish;
 use super::proposal::{Proposal, Proposals};
 use super::scene::CompletionScene;
+use crate::outline::KeyPair;
 use crate::slots::DeclaredKind;
 use rungd_engine::isa::instruction::TABLE;
 use rungd_engine::isa::{LegName, Mnemonic, OperandKind, OperandSpec, Spec};
@@ -56,15 +57,13 @@ fn rest_of_string(scene: &CompletionScene) -> bool {
 
 /// The keys of the legs in the rung around the cursor; `None` if the rung has no legs yet.
 fn legs(scene: &CompletionScene) -> Option<Vec<&'static str>> {
-    let outline = &scene.file.outline;
-    let pairs = outline.pairs_of[scene.site.object].iter().map(|pair| &outline.pairs[*pair]);
-    let leg = |keys: Vec<&str>| match keys.as_slice() {
+    let leg = |pair: &KeyPair| match pair.names().as_slice() {
         ["when"] => Some(LegName::When.key()),
         ["leg", name, ..] => LegName::KEYED.map(LegName::key).into_iter().find(|key| key == name),
         _ => None,
     };
-    let of = pairs.filter_map(|pair| leg(pair.keys.iter().map(|key| key.text.as_str()).collect()));
-    let mut legs: Vec<&'static str> = of.collect();
+    let pairs = scene.file.outline.pairs_in(scene.site.object);
+    let mut legs: Vec<&'static str> = pairs.filter_map(leg).collect();
     legs.sort_unstable();
     legs.dedup();
     Some(legs).filter(|legs| !legs.is_empty())

@@ -11,6 +11,7 @@ use super::nature::Wish;
 use super::proposal::{Proposal, Proposals};
 use super::scene::CompletionScene;
 use super::shapes::{is_taken, skeleton, table};
+use crate::outline::KeyPair;
 use crate::slots::{FileKind, KeySlot, of_key_path};
 use rungd_engine::isa::{LegName, Mnemonic};
 use rungd_language::source::shape::ValueForm;
@@ -78,17 +79,13 @@ fn is_open(scene: &CompletionScene) -> bool {
 
 /// The keys that the table has, without the key at the cursor.
 fn present<'s>(scene: &'s CompletionScene) -> Vec<&'s str> {
-    let outline = &scene.file.outline;
-    let object = scene.table();
     let keys = scene.keys();
-    let next = |pair: &usize| {
-        let of = &outline.pairs[*pair].keys;
-        let same = of.len() > keys.len() && of.iter().zip(&keys).all(|(a, b)| a.text == *b);
-        let next = of.get(keys.len()).filter(|_| same)?;
+    let next = |pair: &'s KeyPair| {
+        let next = pair.key_below(&keys)?;
         let at_cursor = next.span.start <= scene.offset && scene.offset <= next.span.end;
         (!at_cursor).then_some(next.text.as_str())
     };
-    outline.pairs_of[object].iter().filter_map(next).collect()
+    scene.file.outline.pairs_in(scene.table()).filter_map(next).collect()
 }
 
 /// Whether keys of the table follow the cursor: a header here would move them to its own table.
@@ -96,10 +93,8 @@ fn is_above_keys(scene: &CompletionScene) -> bool {
     let (outline, keys) = (&scene.file.outline, scene.keys());
     let line = scene.file.line(scene.offset);
     let in_header = |at| outline.header_at(at).is_some_and(|header| header.span.contains(&at));
-    outline.pairs_of[scene.table()].iter().any(|pair| {
-        let of = &outline.pairs[*pair].keys;
-        let is_same = of.iter().zip(&keys).all(|(a, b)| a.text == *b);
-        let own = of.get(keys.len()).map(|key| key.span.start).filter(|_| is_same);
+    outline.pairs_in(scene.table()).any(|pair| {
+        let own = pair.key_below(&keys).map(|key| key.span.start);
         own.is_some_and(|own| own >= line.end && !in_header(own))
     })
 }

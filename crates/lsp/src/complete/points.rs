@@ -47,8 +47,7 @@ pub fn plant(scene: &CompletionScene, device: usize, is_target: bool, into: &mut
             let (label, about) = (format!("{name}.{point}"), format!("{holds}, {about}"));
             add((&label, &about, u8::from(is_command != is_target)), into);
         }
-        let pairs = outline.pairs_of[object].iter().map(|pair| &outline.pairs[*pair]);
-        let places = pairs.filter(|pair| {
+        let places = outline.pairs_in(object).filter(|pair| {
             pair.keys.len() == 2 && matches!(pair.keys[0].text.as_str(), "eyes" | "switches")
         });
         for place in places {

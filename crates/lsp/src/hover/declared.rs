@@ -53,19 +53,13 @@ fn place(project: &Project, declared: &Declared) -> String {
 /// The keys and values in the table of a declaration: `at = "X0"`, `min = 0`.
 fn said(file: &EditorFile, declared: &Declared) -> Vec<String> {
     let outline = &file.outline;
-    let of_pair = match is_of_key(declared.kind) {
-        true => outline.pairs[declared.pair].keys.len(),
-        false => 0,
+    let own = match is_of_key(declared.kind) {
+        true => outline.pairs[declared.pair].names(),
+        false => Vec::new(),
     };
-    let own = &outline.pairs[declared.pair].keys[..of_pair];
-    let pairs = outline.pairs_of[declared.object].iter().map(|pair| &outline.pairs[*pair]);
-    let named = pairs.filter(|pair| pair.keys.len() > of_pair);
-    let named = named.filter(|pair| {
-        let same = pair.keys[..of_pair].iter().map(|key| &key.text);
-        same.eq(own.iter().map(|key| &key.text))
-    });
-    let shown = named.filter_map(|pair| {
-        let keys: Vec<&str> = pair.keys[of_pair..].iter().map(|key| key.text.as_str()).collect();
+    let shown = outline.pairs_in(declared.object).filter_map(|pair| {
+        pair.key_below(&own)?;
+        let keys = &pair.names()[own.len()..];
         let value = file.slice(pair.value.clone());
         let is_shown = !LEFT_OUT.contains(&keys[0])
             && !matches!(keys[0], "tags" | "parameters")
