@@ -328,3 +328,76 @@ impl<'a> Array<'a> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Checks the headers, and the keys with their values; the values are shown without spaces.
+    fn check(text: &str, expected: &[&str]) {
+        let shown = |piece: &Piece<'_>| match piece {
+            Piece::Head(head) => Some(text[head.span.clone()].to_owned()),
+            Piece::Pair(pair) => Some(pair_text(pair)),
+            Piece::Blank | Piece::Remark(_) => None,
+        };
+        let found: Vec<String> = TomlTree::read(text).pieces.iter().filter_map(shown).collect();
+        assert_eq!(found, expected, "{text}");
+    }
+
+    fn pair_text(pair: &Pair<'_>) -> String {
+        let key: Vec<&str> = pair.key.iter().map(|part| part.text()).collect();
+        format!("{}={}", key.join("."), value_text(&pair.value))
+    }
+
+    fn value_text(value: &Content<'_>) -> String {
+        match value {
+            Content::Scalar(text) => text.text().to_owned(),
+            Content::Array(array) => {
+                let rows: Vec<String> =
+                    array.rows.iter().filter_map(Row::element).map(value_text).collect();
+                format!("[{}]", rows.join(","))
+            }
+            Content::Table(table) => {
+                let pairs: Vec<String> = table.pairs.iter().map(pair_text).collect();
+                format!("{{{}}}", pairs.join(","))
+            }
+        }
+    }
+
+    #[test]
+    fn toml_is_read_exactly() {
+        check(
+            "a.'b c' = [ # one\n  [true, 1.5],\n  [inf],\n\n]\n[t]\n\
+             at = 1979-05-27 07:32:00 # two\n\
+             s = '''\n[[x]]\ny = 1\n'''\nw = { x = [\n{ y = 1 },\n] }",
+            &[
+                "a.'b c'=[[true,1.5],[inf]]",
+                "[t]",
+                "at=1979-05-27 07:32:00",
+                "s='''\n[[x]]\ny = 1\n'''",
+                "w={x=[{y=1}]}",
+            ],
+        );
+    }
+
+    #[test]
+    fn what_is_not_closed_ends_before_the_next_statement() {
+        check("a = [\"x\",\nb = 1", &["a=[\"x\"]", "b=1"]);
+        check("a = [\"x\n[[t]]\nb = \"y\nc.d", &["a=[\"x]", "[[t]]", "b=\"y", "c.d="]);
+        check("[[t]\n'q' = { x = [1,\n\"r\" = 2", &["[[t]", "'q'={x=[1]}", "\"r\"=2"]);
+    }
+
+    #[test]
+    fn a_row_that_is_not_closed_ends_with_its_line() {
+        check("r = [\n{ a = 1, b\n{ a = 2 },\n]", &["r=[{a=1,b=},{a=2}]"]);
+        check("r = [{ a = [1 }, { a = 2 ]", &["r=[{a=[1]},{a=2}]"]);
+    }
+
+    #[test]
+    fn the_end_of_a_text_is_known() {
+        let end = |text| TomlTree::read(text).end;
+        assert_eq!(["", "a = 1\n  "].map(end), [TextEnd::LineStart; 2]);
+        assert_eq!(["# a", "a = [ # b"].map(end), [TextEnd::Comment; 2]);
+        assert_eq!(["a", "a = ", "a = [\n", "[t]"].map(end), [TextEnd::Statement; 4]);
+    }
+}
