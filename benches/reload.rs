@@ -31,7 +31,7 @@ fn main() {
 fn row(name: &str, rungs: usize, edit: impl Fn(usize) -> Option<usize>) {
     let old = program(rungs, |_| Some(0));
     let new = program(rungs, edit);
-    fn side((program, symbols): &(rungd_engine::Program, Symbols)) -> LoweredProgram<'_> {
+    fn side((program, symbols): &(rungd_engine::EngineProgram, Symbols)) -> LoweredProgram<'_> {
         LoweredProgram { program, symbols }
     }
     let plan = ReloadPlan::new(side(&old), side(&new));
@@ -77,7 +77,7 @@ fn row(name: &str, rungs: usize, edit: impl Fn(usize) -> Option<usize>) {
 fn program(
     rungs: usize,
     edit: impl Fn(usize) -> Option<usize>,
-) -> (rungd_engine::Program, Symbols) {
+) -> (rungd_engine::EngineProgram, Symbols) {
     let mut text = String::from("[[program]]\nname = \"Main\"\nrung = [\n");
     for n in 0..rungs {
         let Some(more) = edit(n) else { continue };

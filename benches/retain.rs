@@ -14,7 +14,7 @@ use rungd_language::resolve::{LoadOptions, load_ladders};
 use rungd_language::source::span::{FileId, SourceFile, Span};
 use rungd_runtime::command::Forces;
 use rungd_runtime::exchange::Mode;
-use rungd_runtime::{ExchangeShape, SafeState, ScanFacts, link};
+use rungd_runtime::{ExchangeShape, ImageCells, SafeState, ScanFacts, link};
 use rungd_state::retain::RetainPlan;
 use rungd_state::retain::format::{ImageStamp, put_slot};
 
@@ -69,7 +69,7 @@ fn publish(what: &str, bits: usize, words: usize) {
         let (mode, since_ns, ending, forces) = (Mode::Run, 0, false, &forces);
         let facts = ScanFacts { scans: now_ns, now_ns, mode, since_ns, ending, forces };
         let begin = Instant::now();
-        assert!(scan.publish(facts, black_box((&bits[..], &words[..]))));
+        assert!(scan.publish(facts, black_box(ImageCells { bits: &bits, words: &words })));
         times.push(begin.elapsed().as_nanos() as u64);
         world.pump();
     }

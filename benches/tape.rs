@@ -26,7 +26,7 @@ fn main() {
     state();
 }
 
-fn program() -> rungd_engine::Program {
+fn program() -> rungd_engine::EngineProgram {
     let text = "[[program]]\nname = \"Main\"\nrung = [ { when = [\"X0\"], do = [\"OUT Y0\"] } ]\n";
     let file = SourceFile { name: "bench.toml".into(), text: text.into() };
     let options = LoadOptions { sizes: MemorySizes::default(), ..LoadOptions::default() };

@@ -36,7 +36,7 @@ impl Scanned {
         Ok(Scanned::of(lower::lower(&resolve(text, sizes)?).0, coils))
     }
 
-    fn of(program: engine::Program, coils: usize) -> Scanned {
+    fn of(program: engine::EngineProgram, coils: usize) -> Scanned {
         let mut engine = Engine::new(program);
         engine.start(0);
         let layout = &engine.program().layout;

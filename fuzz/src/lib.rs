@@ -25,7 +25,7 @@ use rungd_io::modbus::map::Asker;
 use rungd_io::modbus::number::{ByteOrder, NumberOrder, NumberType, WordOrder};
 use rungd_io::modbus_client as client;
 use rungd_io::scaling::Scaling;
-use rungd_lab::sim::stimulus::{Stimulus, StimulusTarget};
+use rungd_lab::traces::stimulus::{Stimulus, StimulusTarget};
 use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::program::Program;
 use rungd_language::resolve::{LoadOptions, load_ladders};

@@ -16,7 +16,7 @@ use rungd_base::duration_text::duration_text;
 use rungd_client::operator::protocol::{
     AlarmList, AlarmState, AlarmStatus, AlarmTime, RecordingBytes, Request, alarm_count,
 };
-use rungd_history::observe::{At, Limits, Subject};
+use rungd_history::observe::{Limits, QuestionTime, Subject};
 use rungd_history::playback::{self, RecordedQuestion};
 use rungd_history::record::Recording;
 
@@ -132,9 +132,9 @@ fn reason(
     let rise = alarm.since.as_ref().and_then(|since| {
         let section = recording.place_of_scan(since.scan)?;
         let is_same = recording.program(section) == recording.program(last);
-        is_same.then_some((section, At::Scan(since.scan)))
+        is_same.then_some((section, QuestionTime::Scan(since.scan)))
     });
-    let (section, at) = rise.unwrap_or((last, At::Now));
+    let (section, at) = rise.unwrap_or((last, QuestionTime::Now));
     let limits = Limits { depth: DEPTH, change: false, ..Limits::default() };
     let question = RecordedQuestion { section, at, limits };
     match playback::why(subject, recording, &alarm.tag, question) {

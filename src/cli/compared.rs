@@ -5,12 +5,12 @@
 
 use super::recorded_trace::seconds;
 use super::when::LocalClock;
-use rungd_history::playback::{Compared, ComparedAs, Comparison};
-use rungd_lab::sim::trace::Watched;
+use rungd_history::playback::{ComparedAs, ComparedOperand, ProgramComparison};
+use rungd_lab::traces::trace::TracedOperand;
 use rungd_language::source::wording::{counted, thousands};
 
 /// The report: one line for each operand that differs, and the number of operands that differ.
-pub(super) fn text(comparison: &Comparison, clock: &LocalClock) -> String {
+pub(super) fn text(comparison: &ProgramComparison, clock: &LocalClock) -> String {
     let mut text: String =
         comparison.operands.iter().filter_map(|operand| line(operand, clock)).collect();
     let count = |wanted: ComparedAs, what: &str| {
@@ -37,7 +37,7 @@ pub(super) fn text(comparison: &Comparison, clock: &LocalClock) -> String {
 }
 
 /// `feeder (Y0): old ON, new OFF first at …; 4 times, 1.200 s in all`.
-fn line(operand: &Compared, clock: &LocalClock) -> Option<String> {
+fn line(operand: &ComparedOperand, clock: &LocalClock) -> Option<String> {
     let (scan, [was, is]) = (operand.first?.scan, operand.first_texts()?);
     let kind = match operand.compared_as {
         ComparedAs::Alarm => "alarm ",
@@ -55,7 +55,10 @@ fn line(operand: &Compared, clock: &LocalClock) -> Option<String> {
 }
 
 /// The operands of a trace: for each operand, first the old and then the new one.
-pub(super) fn watched(comparison: &Comparison, only_asked: bool) -> (Vec<usize>, Vec<Watched>) {
+pub(super) fn watched(
+    comparison: &ProgramComparison,
+    only_asked: bool,
+) -> (Vec<usize>, Vec<TracedOperand>) {
     let all = comparison.operands.iter().enumerate();
     let chosen = all.filter(|(_, o)| !only_asked || o.compared_as == ComparedAs::Watched);
     let mut places = Vec::new();
@@ -64,7 +67,7 @@ pub(super) fn watched(comparison: &Comparison, only_asked: bool) -> (Vec<usize>,
         let Some(cell) = operand.cell() else { continue };
         for (side, place) in [("old", 2 * at), ("new", 2 * at + 1)] {
             let name = format!("{}@{side}", operand.name);
-            watched.push(Watched { name, cell, real: operand.real });
+            watched.push(TracedOperand { name, cell, real: operand.real });
             places.push(place);
         }
     }

@@ -114,8 +114,8 @@ fn status(args: &FleetStatusArgs) -> Result<Exit> {
         None => None,
     };
     let heard = match for_a_while(&args.at, args.wait.wait)? {
-        Ok(heard) => heard,
-        Err(exit) => return Ok(exit),
+        Listened::Heard(heard) => heard,
+        Listened::Failed(exit) => return Ok(exit),
     };
     let mut report = heard.view.report(now_ms());
     expected.iter_mut().for_each(|folder| report.compare(folder));
@@ -131,8 +131,8 @@ fn status(args: &FleetStatusArgs) -> Result<Exit> {
 
 fn alarms(args: &FleetAlarmsArgs) -> Result<Exit> {
     let heard = match for_a_while(&args.at, args.wait.wait)? {
-        Ok(heard) => heard,
-        Err(exit) => return Ok(exit),
+        Listened::Heard(heard) => heard,
+        Listened::Failed(exit) => return Ok(exit),
     };
     let list = heard.view.alarms(now_ms());
     answer(args.at.json, &list, || alarms_page(&list, heard.lasted, &LocalClock::here()))?;
@@ -175,12 +175,18 @@ fn watch(args: &FleetWatchArgs) -> Result<Exit> {
     Ok(args.at.exit(&heard))
 }
 
-/// Listens for the time `wait`. The inner `Err` is the exit code of a failure, which has been
-/// printed.
-fn for_a_while(at: &BrokerArgs, wait: Duration) -> Result<Result<FleetResult, Exit>> {
+/// The result of listening for a while.
+enum Listened {
+    Heard(Box<FleetResult>),
+    /// The exit code of a failure, which has been printed.
+    Failed(Exit),
+}
+
+/// Listens for the time `wait`.
+fn for_a_while(at: &BrokerArgs, wait: Duration) -> Result<Listened> {
     let options = match at.options(Some(wait)) {
         Ok(options) => options,
-        Err(exit) => return Ok(Err(exit)),
+        Err(exit) => return Ok(Listened::Failed(exit)),
     };
     let heard = listen(&options, &mut |word| {
         match word {
@@ -190,7 +196,10 @@ fn for_a_while(at: &BrokerArgs, wait: Duration) -> Result<Result<FleetResult, Ex
         }
         Ok(())
     })?;
-    Ok(if heard.was_connected { Ok(heard) } else { Err(at.exit(&heard)) })
+    Ok(match heard.was_connected {
+        true => Listened::Heard(Box::new(heard)),
+        false => Listened::Failed(at.exit(&heard)),
+    })
 }
 
 /// Prints an answer as a line of JSON or as text.

@@ -12,7 +12,7 @@ use super::trace_file::TraceFile;
 use super::when::LocalClock;
 use rungd_engine::{Cell, Image, Layout};
 use rungd_history::playback::{AlarmLog, AlarmStretch, PlacedProgram, PlayedScan};
-use rungd_lab::sim::trace::{RowName, ValueTrace, Watched};
+use rungd_lab::traces::trace::{RowName, TracedOperand, ValueTrace};
 
 /// The content of a cell in an image; 0 for an operand that the program does not have.
 pub(super) fn content(image: &Image, cell: Option<Cell>) -> i32 {
@@ -23,7 +23,7 @@ pub(super) fn content(image: &Image, cell: Option<Cell>) -> i32 {
 pub(super) struct RecordedTrace<'a> {
     file: TraceFile<'a>,
     path: &'a Path,
-    watched: &'a [Watched],
+    watched: &'a [TracedOperand],
     /// The index of the present program, and the operands' cells in it.
     cells: Option<(usize, Vec<Option<Cell>>)>,
     begin_ns: Option<i64>,
@@ -36,7 +36,7 @@ impl<'a> RecordedTrace<'a> {
     ///
     /// # Errors
     /// The error of the system.
-    pub fn create(path: &'a Path, watched: &'a [Watched]) -> Result<RecordedTrace<'a>> {
+    pub fn create(path: &'a Path, watched: &'a [TracedOperand]) -> Result<RecordedTrace<'a>> {
         let file = TraceFile::create(path, watched)?;
         let (cells, begin_ns, values, failed) = (None, None, Vec::new(), None);
         Ok(RecordedTrace { file, path, watched, cells, begin_ns, values, failed })
@@ -45,7 +45,7 @@ impl<'a> RecordedTrace<'a> {
     /// Adds the row of a scan. An error is returned by [`RecordedTrace::finish`].
     pub fn look(&mut self, (place, program): PlacedProgram, scan: &PlayedScan, image: &Image) {
         if self.cells.as_ref().is_none_or(|(program_place, _)| *program_place != place) {
-            let cell = |watched: &Watched| {
+            let cell = |watched: &TracedOperand| {
                 same_kind(watched, program.cell(&watched.name), program.layout())
             };
             let cells = self.watched.iter().map(cell).collect();
@@ -88,8 +88,12 @@ impl<'a> RecordedTrace<'a> {
 
 /// The cell of a traced operand in a program, if the program has one of the same kind. `cell`: what
 /// the program has under its name.
-pub(super) fn same_kind(watched: &Watched, cell: Option<Cell>, layout: &Layout) -> Option<Cell> {
-    let here = Watched::new(&watched.name, cell?, layout);
+pub(super) fn same_kind(
+    watched: &TracedOperand,
+    cell: Option<Cell>,
+    layout: &Layout,
+) -> Option<Cell> {
+    let here = TracedOperand::new(&watched.name, cell?, layout);
     let is_same = match (here.cell, watched.cell) {
         (Cell::Bit(_), Cell::Bit(_)) => true,
         (Cell::Word(_), Cell::Word(_)) => here.real == watched.real,

@@ -107,11 +107,7 @@ fn reload_process(
 /// Prints the findings if the files cannot be run as they are; returns the exit code.
 fn refused_files(at: &OperatorArgs, controller: &Path) -> Option<Exit> {
     let style = Style { color: false, deny_warnings: false };
-    let findings = match config::load(controller, style, &Progress::default()) {
-        Ok(Ok(_)) => return None,
-        Ok(Err(findings)) => findings,
-        Err(failure) => format!("{failure:#}"),
-    };
+    let findings = config::load(controller, style, &Progress::default()).err()?.text();
     Some(
         at.print_failure(&CallFailure::Refused(RequestRefusal::new(
             RefusalKind::BadFiles,

@@ -19,7 +19,7 @@ use super::replay_why;
 use super::terminal::{say_findings, say_line};
 use super::when::LocalClock;
 use rungd_config::load::{self, library};
-use rungd_history::playback::{Comparison, PlayableProgram, TwinRun};
+use rungd_history::playback::{PlayableProgram, ProgramComparison, TwinRun};
 use rungd_history::record::{RecordedFile, RecordedProgram, Recording};
 use rungd_language::source::render::{refuses, render};
 use rungd_language::source::span::SourceFile;
@@ -43,7 +43,7 @@ pub(super) fn replay(
         return Ok(Exit::Config);
     };
     let mut comparison =
-        Comparison::of(programs, &new, args.watch.as_deref()).map_err(CommandLine)?;
+        ProgramComparison::of(programs, &new, args.watch.as_deref()).map_err(CommandLine)?;
     let (places, watched) = compared::watched(&comparison, args.watch.is_some());
     let mut trace = match &args.trace {
         Some(path) => Some(RecordedTrace::create(path, &watched)?),

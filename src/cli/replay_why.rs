@@ -6,9 +6,10 @@
 
 use std::sync::Arc;
 
-use rungd_history::observe::{At, Limits, Subject};
+use rungd_history::observe::{Limits, QuestionTime, Subject};
 use rungd_history::playback::{
-    self, Compared, Comparison, FirstDifference, PlayableProgram, RecordedQuestion, TwinRun,
+    self, ComparedOperand, FirstDifference, PlayableProgram, ProgramComparison, RecordedQuestion,
+    TwinRun,
 };
 use rungd_history::record::Recording;
 
@@ -22,9 +23,9 @@ const SECTIONS_MAX: usize = 60;
 pub(super) fn reasons(
     recording: &Arc<Recording>,
     (first, new, mut again): (usize, &PlayableProgram, TwinRun),
-    comparison: &Comparison,
+    comparison: &ProgramComparison,
 ) -> String {
-    let mut differing: Vec<(&Compared, FirstDifference)> =
+    let mut differing: Vec<(&ComparedOperand, FirstDifference)> =
         comparison.operands.iter().filter_map(|o| Some((o, o.first?))).collect();
     differing.sort_by_key(|(_, first)| (first.scan.section, first.scan.number));
     let Some((_, earliest)) = differing.first() else { return String::new() };
@@ -38,7 +39,7 @@ pub(super) fn reasons(
     let mut text = String::new();
     let in_it = differing.iter().filter(|(_, first)| first.scan.section == last);
     for (operand, first) in in_it.take(EXPLAINED_MAX) {
-        let (number, at) = (first.scan.number, At::Scan(first.scan.number));
+        let (number, at) = (first.scan.number, QuestionTime::Scan(first.scan.number));
         let question = RecordedQuestion { section: last, at, limits };
         let old = old_subject.as_ref();
         let old = old.and_then(|old| playback::why(old, recording, &operand.name, question).ok());

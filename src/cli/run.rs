@@ -12,6 +12,7 @@ use super::check::style;
 use super::exit::Exit;
 use super::folders::has_text_path;
 use super::terminal::say_findings;
+use crate::daemon::config::LoadFailure;
 use crate::daemon::guard::{self, ProcessEnd, RestartGuard};
 use crate::daemon::log::{self, LogFormat};
 use crate::daemon::{
@@ -125,9 +126,10 @@ fn run_logged(args: &RunArgs, host: &mut ProcessHost, guard: &mut RestartGuard) 
     else {
         return Ok(Exit::Ok);
     };
-    let settled = match loaded? {
+    let settled = match loaded {
         Ok(settled) => settled,
-        Err(why) => return Ok(refuse(args, &why)),
+        Err(LoadFailure::Unreadable(failure)) => return Err(failure),
+        Err(LoadFailure::Refused(why)) => return Ok(refuse(args, &why)),
     };
     let options = ShellOptions {
         scans: args.scans,

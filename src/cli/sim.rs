@@ -22,8 +22,8 @@ use rungd_engine::isa::duration::{self, DurationError, not_a_duration};
 use rungd_lab::rig::simulation::{
     self, DEFAULT_PERIOD_MS, DEFAULT_SCANS, Simulation, StimulusTargets,
 };
-use rungd_lab::sim::stimulus::{Stimulus, StimulusRows};
-use rungd_lab::sim::trace::{ChangesOnly, RowName, Trace};
+use rungd_lab::traces::stimulus::{Stimulus, StimulusRows};
+use rungd_lab::traces::trace::{ChangesOnly, RowName, Trace};
 use rungd_language::resolve::program::Program;
 use rungd_language::source::render::{refuses, render};
 

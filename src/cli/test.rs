@@ -20,7 +20,7 @@ use super::folders::search;
 use super::terminal::{one_line, plain_json, print, say, say_drawn, say_findings};
 use super::test_trace;
 use rungd_lab::testing::{
-    self, Coverage, CoverageOptions, FileVerdicts, ReadSuite, RunOptions, Suite, Verdict,
+    self, Coverage, CoverageOptions, FileVerdicts, ReadSuite, RunOptions, Suite, TestVerdict,
     read_suite,
 };
 use rungd_language::source::render::{refuses, render};
@@ -165,7 +165,7 @@ fn run_one(
     suite: &Suite,
     name: &str,
     coverage: &mut Coverage,
-) -> Result<Vec<Verdict>> {
+) -> Result<Vec<TestVerdict>> {
     let programs = testing::programs(suite);
     let progress = ProgressLine::new(name);
     let show = |done, all| progress.show(done, all);
@@ -188,7 +188,7 @@ fn run_one(
 }
 
 /// The lines about one file, with all failures in full.
-fn file_text(name: &str, verdicts: &[Verdict], verbose: bool) -> String {
+fn file_text(name: &str, verdicts: &[TestVerdict], verbose: bool) -> String {
     let failed = verdicts.iter().filter(|verdict| verdict.failure.is_some()).count();
     let mut text = format!("{}: {}\n", one_line(name), counts(verdicts.len(), failed));
     for verdict in verdicts {

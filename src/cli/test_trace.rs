@@ -15,8 +15,8 @@ use super::watched_operands;
 use rungd_engine::Cell;
 use rungd_lab::rig::RigProgram;
 use rungd_lab::rig::simulation::all_named;
-use rungd_lab::sim::trace::{RowName, ValueTrace, Watched};
 use rungd_lab::testing::{self, ProgramId, Scenario, Suite, TracedScan};
+use rungd_lab::traces::trace::{RowName, TracedOperand, ValueTrace};
 
 /// Runs the scenarios of a suite whose names contain the filter. Writes a trace of all operands
 /// that its ladders name for each: `FOLDER/<test file>-<scenario>.csv`.
@@ -60,7 +60,7 @@ pub(super) fn write(
 
 /// The columns of a trace: the operands of all programs of a scenario.
 struct TraceColumns {
-    watched: Vec<Watched>,
+    watched: Vec<TracedOperand>,
     /// By program: the cell of each column; `None`: the program has none.
     cells: Vec<Vec<Option<Cell>>>,
 }
@@ -70,7 +70,7 @@ impl TraceColumns {
     fn of(
         (suite, programs): (&Suite, &[Arc<RigProgram>]),
         scenario: &Scenario,
-        first: &[Watched],
+        first: &[TracedOperand],
     ) -> TraceColumns {
         let mut watched = first.to_vec();
         for ProgramId(at) in reloaded(scenario) {

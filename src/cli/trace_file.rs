@@ -1,6 +1,6 @@
 //! The file of a trace. The ending of its name selects the form: CSV, a timing diagram or waves.
 //!
-//! Used by the commands that trace. `sim` contains the forms themselves.
+//! Used by the commands that trace. `traces` of the lab contains the forms themselves.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -10,9 +10,9 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 
 use super::exit::CommandLine;
-use rungd_lab::sim::svg::SvgTrace;
-use rungd_lab::sim::trace::{CsvTrace, RowName, ValueTrace, Watched};
-use rungd_lab::sim::vcd::VcdTrace;
+use rungd_lab::traces::svg::SvgTrace;
+use rungd_lab::traces::trace::{CsvTrace, RowName, TracedOperand, ValueTrace};
+use rungd_lab::traces::vcd::VcdTrace;
 
 type TraceOutput = Box<dyn Write>;
 
@@ -28,7 +28,7 @@ impl<'a> TraceFile<'a> {
     ///
     /// # Errors
     /// The error of the system.
-    pub fn create(path: &Path, watched: &'a [Watched]) -> Result<TraceFile<'a>> {
+    pub fn create(path: &Path, watched: &'a [TracedOperand]) -> Result<TraceFile<'a>> {
         let out = output(path)?;
         Ok(match extension(path) {
             Some("svg") => TraceFile::Svg(SvgTrace::new(watched), out),
@@ -52,7 +52,7 @@ impl<'a> TraceFile<'a> {
 }
 
 impl ValueTrace for TraceFile<'_> {
-    fn watched(&self) -> &[Watched] {
+    fn watched(&self) -> &[TracedOperand] {
         match self {
             TraceFile::Csv(trace) => trace.watched(),
             TraceFile::Svg(trace, _) => trace.watched(),

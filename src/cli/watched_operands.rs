@@ -8,8 +8,8 @@ use super::exit::CommandLine;
 use super::terminal::say;
 use rungd_engine::isa::Structure;
 use rungd_lab::rig::simulation::{ELEMENTS_MAX, all_named};
-use rungd_lab::sim::stimulus::split_element;
-use rungd_lab::sim::trace::Watched;
+use rungd_lab::traces::stimulus::split_element;
+use rungd_lab::traces::trace::TracedOperand;
 use rungd_language::lower::Symbols;
 use rungd_language::resolve::program::Program;
 
@@ -27,9 +27,9 @@ pub(super) fn watched(
     names: Option<&[String]>,
     program: &Program,
     symbols: &Symbols,
-) -> Result<Vec<Watched>> {
+) -> Result<Vec<TracedOperand>> {
     let scope = program.scope();
-    let named = |name: &str| -> Result<Watched> {
+    let named = |name: &str| -> Result<TracedOperand> {
         if name.contains("..") {
             usage!("--watch: `{name}`: a range is not taken here: name each, as `X0,X1`");
         }
@@ -38,7 +38,7 @@ pub(super) fn watched(
             let member = address.structure().map_or("Done", Structure::done_name);
             usage!("--watch: `{name}` is a structure: name its members, as `{name}.{member}`");
         };
-        Ok(Watched::new(name, cell, &symbols.layout))
+        Ok(TracedOperand::new(name, cell, &symbols.layout))
     };
     match names {
         Some(names) => {

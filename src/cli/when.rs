@@ -89,7 +89,7 @@ impl LocalClock {
     /// The clock of this process. Its time zone is from `TZ`, else from `/etc/localtime`.
     pub fn here() -> LocalClock {
         let tz = std::env::var("TZ").ok();
-        let zone = local_time::read(tz.as_deref(), Path::new("/etc/localtime"));
+        let zone = local_time::read_zone(tz.as_deref(), Path::new("/etc/localtime"));
         let now_ns = match SystemTime::now().duration_since(UNIX_EPOCH) {
             Ok(since) => i64::try_from(since.as_nanos()).unwrap_or(i64::MAX),
             Err(_) => 0,
@@ -220,7 +220,7 @@ mod tests {
     /// A clock in Central Europe, which does not depend on the files of the machine.
     fn berlin(now: &str) -> LocalClock {
         let rule = "CET-1CEST,M3.5.0,M10.5.0/3";
-        let zone = local_time::read(Some(rule), Path::new("")).unwrap();
+        let zone = local_time::read_zone(Some(rule), Path::new("")).unwrap();
         let utc = LocalClock::at(TimeZone::utc(), 0);
         LocalClock::at(zone, found(now, &utc, 0..=0))
     }

@@ -13,7 +13,7 @@ use super::operator::{OperatorArgs, complete};
 use super::recording;
 use super::terminal::{plain_json, print, say_line};
 use super::when::{LocalClock, RecordingPlace, WrittenTime};
-use rungd_history::observe::{At, Limits};
+use rungd_history::observe::{Limits, QuestionTime};
 use rungd_history::playback::{self, RecordedQuestion};
 use rungd_history::record::Recording;
 
@@ -67,7 +67,7 @@ pub fn why(args: &WhyArgs) -> Result<Exit> {
     let limits = Limits { depth: args.depth, ..Limits::default() };
     let question = RecordedQuestion { section, at, limits };
     let mut answer = playback::why(&subject, &Arc::new(recording), &args.operand, question);
-    if let (Ok(answer), Some(present), At::Now) = (&mut answer, &present, at) {
+    if let (Ok(answer), Some(present), QuestionTime::Now) = (&mut answer, &present, at) {
         present.complete(answer, &subject);
     }
     match answer {
@@ -99,17 +99,18 @@ fn refused(args: &WhyArgs, why: &str) -> Exit {
 }
 
 /// The section of a question, and the moment in it.
-fn place(at: Option<&WrittenTime>, recording: &Recording) -> Result<(usize, At), String> {
+fn place(at: Option<&WrittenTime>, recording: &Recording) -> Result<(usize, QuestionTime), String> {
     let span = recording.span().ok_or("the recording is empty")?;
     let last = recording.count() - 1;
-    let Some(when) = at else { return Ok((last, At::Now)) };
+    let Some(when) = at else { return Ok((last, QuestionTime::Now)) };
     let clock = LocalClock::here();
     let scan = match when.find(&clock, span.clone()) {
         RecordingPlace::Scan(scan) => Some(scan),
         RecordingPlace::Time(unix_ns) if unix_ns > span.end().saturating_add(LATE_NS) => None,
         RecordingPlace::Time(unix_ns) => recording.scan_at(unix_ns),
     };
-    let found = scan.and_then(|scan| Some((recording.place_of_scan(scan)?, At::Scan(scan))));
+    let found =
+        scan.and_then(|scan| Some((recording.place_of_scan(scan)?, QuestionTime::Scan(scan))));
     found.ok_or_else(|| {
         let (begin, end) = (clock.text(*span.start()), clock.text(*span.end()));
         format!("the recording has no such scan: it is of {begin} to {end}")

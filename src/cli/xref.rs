@@ -16,7 +16,7 @@ use super::exit::Exit;
 use super::terminal::{plain_json, print, say, say_findings, say_line};
 use rungd_config::load::{self, Loaded, identity};
 use rungd_history::observe::Subject;
-use rungd_lab::draw::xref::{Index, text};
+use rungd_lab::draw::xref::{CrossReferenceIndex, text};
 use rungd_lab::testing::{self, TestTouch};
 use rungd_language::source::render::render;
 use rungd_language::source::wording::counted;
@@ -99,8 +99,8 @@ impl AskedProgram {
     }
 
     /// The index of the program, for look-ups.
-    pub fn index<'a>(&'a self, tests: &'a [TestTouch]) -> Index<'a> {
-        Index::new(&self.subject, self.loaded.controller.as_ref(), tests)
+    pub fn index<'a>(&'a self, tests: &'a [TestTouch]) -> CrossReferenceIndex<'a> {
+        CrossReferenceIndex::new(&self.subject, self.loaded.controller.as_ref(), tests)
     }
 }
 

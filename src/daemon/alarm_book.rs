@@ -1,5 +1,5 @@
-//! The book of alarms: which alarms stand, since when, in which order they rose, who acknowledged
-//! them.
+//! The book of alarms: which alarms are active, since when, in which order they rose, who
+//! acknowledged them.
 //!
 //! Pure: times are arguments. `alarm_keeper` enters the alarms' changes that the scan thread
 //! reports; `operator` reads the book and acknowledges alarms. The size of the book is bounded by
@@ -213,7 +213,7 @@ impl AlarmBook {
         list
     }
 
-    /// The alarm with this number in a program, if it stands.
+    /// The alarm with this number in a program, if it is active.
     pub fn standing(&self, (generation, number): (u32, usize), now_ns: u64) -> Option<AlarmStatus> {
         let alarm = self.alarms.get(number).filter(|alarm| alarm.state.is_active())?;
         (self.generation == generation).then(|| alarm.shown(now_ns))

@@ -15,7 +15,7 @@ use rungd_runtime::monotonic_ns;
 /// The most changes that wait.
 const WAITING_MAX: usize = 10_000;
 
-/// The book, for the monitor thread and the operator's desk.
+/// The book, for the monitor thread and the operator's service.
 pub(super) type SharedBook = Arc<Mutex<AlarmBook>>;
 
 /// A change to be entered.

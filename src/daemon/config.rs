@@ -7,8 +7,6 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use anyhow::Result;
-
 use rungd_base::progress::{LoadStep, Progress};
 use rungd_client::operator::names::OperandNames;
 use rungd_config::controller::Controller;
@@ -140,7 +138,7 @@ const TIME_OVER: &str = "its time was over";
 pub fn settle(
     loaded: &Loaded,
     progress: &Progress,
-) -> Result<(engine::Program, ControllerSetup), String> {
+) -> Result<(engine::EngineProgram, ControllerSetup), String> {
     let Loaded { files, program: Some(program), controller: Some(controller), .. } = loaded else {
         return Err("nothing was loaded".to_owned());
     };
@@ -179,25 +177,43 @@ pub fn settle(
     Ok((code, setup))
 }
 
-/// Loads the files and makes them ready to run. The inner `Err` is the reason why they cannot run.
-/// Only the scan log keeps the texts of the files.
+/// The reason why no program was loaded.
+pub enum LoadFailure {
+    /// The controller file cannot be read.
+    Unreadable(anyhow::Error),
+    /// The files cannot run: their findings as text, or that the time was over.
+    Refused(String),
+}
+
+impl LoadFailure {
+    /// The reason as text.
+    pub fn text(self) -> String {
+        match self {
+            LoadFailure::Unreadable(failure) => format!("{failure:#}"),
+            LoadFailure::Refused(why) => why,
+        }
+    }
+}
+
+/// Loads the files and makes them ready to run. Only the scan log keeps the texts of the files.
 ///
 /// # Errors
-/// The controller file cannot be read.
+/// The controller file cannot be read, or the files cannot run.
 pub fn load(
     path: &Path,
     style: Style,
     progress: &Progress,
-) -> Result<Result<(engine::Program, ControllerSetup), String>> {
-    let loaded = load::controller_file_within(path, progress)?;
+) -> Result<(engine::EngineProgram, ControllerSetup), LoadFailure> {
+    let loaded = load::controller_file_within(path, progress).map_err(LoadFailure::Unreadable)?;
     if progress.is_over() {
-        return Ok(Err(TIME_OVER.to_owned()));
+        return Err(LoadFailure::Refused(TIME_OVER.to_owned()));
     }
     if refuses(&loaded.findings, style) {
         progress.begin(LoadStep::Findings);
-        return Ok(Err(render_within(&loaded.findings, &loaded.files, style, progress)));
+        let findings = render_within(&loaded.findings, &loaded.files, style, progress);
+        return Err(LoadFailure::Refused(findings));
     }
-    Ok(settle(&loaded, progress))
+    settle(&loaded, progress).map_err(LoadFailure::Refused)
 }
 
 /// Who may read the files.

@@ -85,11 +85,11 @@ impl DeviceStarter<'_> {
         for ((device, wiring), ends) in devices.zip(ends) {
             let (name, points) = (&device.name, device.inputs.len() + device.outputs.len());
             say!(DEVICE, device = %name, points, "device {name}: {points} points");
-            self.one((device, wiring), ends, &mut lines, tasks);
+            self.start_device((device, wiring), ends, &mut lines, tasks);
         }
     }
 
-    fn one(
+    fn start_device(
         &self,
         (device, wiring): (&Device, &Wiring),
         ends: DeviceEnds,

@@ -30,23 +30,23 @@ const STACK_BYTES: usize = 256 << 10;
 /// # Errors
 /// The system cannot start a thread.
 pub(super) fn keep() -> io::Result<Arc<UtcOffset>> {
-    let (offset, mut keeper) = looked();
+    let (offset, mut keeper) = first_offset();
     let held = Arc::downgrade(&offset);
     let named = thread::Builder::new().name("rungd-zone".into()).stack_size(STACK_BYTES);
-    named.spawn(move || keeper.work(&held))?;
+    named.spawn(move || keeper.run(&held))?;
     Ok(offset)
 }
 
 /// The offset now and until its next change, without a thread.
 pub(super) fn at_start() -> Arc<UtcOffset> {
-    looked().0
+    first_offset().0
 }
 
-fn looked() -> (Arc<UtcOffset>, ZoneKeeper) {
+fn first_offset() -> (Arc<UtcOffset>, ZoneKeeper) {
     let offset = Arc::new(UtcOffset::default());
     let tz = std::env::var_os("TZ").map(|tz| tz.to_string_lossy().into_owned());
     let mut keeper = ZoneKeeper::new(tz, PathBuf::from("/etc/localtime"));
-    keeper.look(&offset, now_s());
+    keeper.update(&offset, now_s());
     (offset, keeper)
 }
 
@@ -71,16 +71,16 @@ impl ZoneKeeper {
         ZoneKeeper { tz, localtime, zone: None, failing: false }
     }
 
-    fn work(&mut self, held: &Weak<UtcOffset>) {
+    fn run(&mut self, held: &Weak<UtcOffset>) {
         loop {
             thread::sleep(LOOK_EVERY);
             let Some(offset) = held.upgrade() else { return };
-            self.look(&offset, now_s());
+            self.update(&offset, now_s());
         }
     }
 
-    fn look(&mut self, offset: &UtcOffset, now_s: i64) {
-        match read(self.tz.as_deref(), &self.localtime) {
+    fn update(&mut self, offset: &UtcOffset, now_s: i64) {
+        match read_zone(self.tz.as_deref(), &self.localtime) {
             Ok(zone) => (self.zone, self.failing) = (Some(zone), false),
             // By convention, a machine without a zone is in UTC.
             Err(_) if self.zone.is_none() && self.tz.is_none() && !self.localtime.exists() => {}
@@ -95,13 +95,13 @@ impl ZoneKeeper {
             }
         }
         if let Some(zone) = &self.zone {
-            offset.set(offset_s(zone, now_s), change(zone, now_s));
+            offset.set(offset_s(zone, now_s), next_change(zone, now_s));
         }
     }
 }
 
 /// The zone of `TZ`, or of the machine's file; an error if the zone cannot be read.
-pub(crate) fn read(tz: Option<&str>, localtime: &Path) -> Result<TimeZone, tz::Error> {
+pub(crate) fn read_zone(tz: Option<&str>, localtime: &Path) -> Result<TimeZone, tz::Error> {
     let file = |path: &str| Ok(read_bytes(Path::new(path))?);
     let Some(tz) = tz else {
         return match read_bytes(localtime) {
@@ -131,7 +131,7 @@ pub(crate) fn offset_s(zone: &TimeZone, at_s: i64) -> i32 {
 }
 
 /// The next change of the offset, if it is near: its time, and the offset from then on.
-fn change(zone: &TimeZone, now_s: i64) -> Option<(i64, i32)> {
+fn next_change(zone: &TimeZone, now_s: i64) -> Option<(i64, i32)> {
     let (before, mut from, mut to) = (offset_s(zone, now_s), now_s, now_s + AHEAD_S);
     let after = offset_s(zone, to);
     if before == after {
@@ -153,7 +153,7 @@ mod tests {
     fn local(tz: &str, looked_s: i64, at_s: i64) -> i64 {
         let mut keeper = ZoneKeeper::new(Some(tz.to_owned()), PathBuf::new());
         let offset = UtcOffset::default();
-        keeper.look(&offset, looked_s);
+        keeper.update(&offset, looked_s);
         assert!(!keeper.failing, "{tz}");
         offset.local_s(at_s) - at_s
     }
@@ -204,7 +204,7 @@ mod tests {
         let mut keeper = ZoneKeeper::new(None, localtime.clone());
         let offset = UtcOffset::default();
         let mut local = |now_s: i64| {
-            keeper.look(&offset, now_s);
+            keeper.update(&offset, now_s);
             (offset.local_s(now_s) - now_s, keeper.failing)
         };
         assert_eq!(local(1_795_000_000), (0, false));

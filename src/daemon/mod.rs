@@ -21,7 +21,7 @@ mod log_rules;
 mod log_screen;
 mod log_writer;
 mod narration;
-mod operator;
+mod operator_server;
 mod posture;
 mod record;
 mod record_disk;

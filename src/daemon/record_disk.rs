@@ -22,7 +22,7 @@ use rungd_base::duration_text::duration_text;
 use rungd_base::faults::{self, FaultPoint};
 use rungd_base::locked::locked;
 use rungd_history::record::{
-    Folder, FolderOnDisk, RecordBlock, Store, StoreNews, StoreSettings, TapeClock,
+    FolderOnDisk, RecordBlock, RecordFolder, Store, StoreNews, StoreSettings, TapeClock,
 };
 use rungd_runtime::say::say;
 
@@ -210,7 +210,7 @@ struct DiskWriter<F> {
     clock: fn() -> TapeClock,
 }
 
-impl<F: Folder> DiskWriter<F> {
+impl<F: RecordFolder> DiskWriter<F> {
     /// Works until no further block can come, and all that came are written.
     fn work(mut self, inbox: &Receiver<Box<RecordBlock>>, ended: &Sender<()>) {
         loop {
@@ -355,7 +355,7 @@ mod tests {
         }
     }
 
-    impl Folder for CountingFolder {
+    impl RecordFolder for CountingFolder {
         fn own(&mut self, _: &str) -> io::Result<()> {
             Ok(())
         }

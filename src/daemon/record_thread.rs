@@ -2,7 +2,7 @@
 //! minute in memory, and hands every block to the disk's thread.
 //!
 //! It is an ordinary thread, and touches no file: a disk that stalls delays only `record_disk`. The
-//! operator's desk requests the scans in memory; a reload announces its program before the swap.
+//! operator's service requests the scans in memory; a reload announces its program before the swap.
 
 use std::io;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};

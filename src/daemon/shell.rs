@@ -21,7 +21,7 @@ use super::local_time;
 use super::log;
 use super::log_writer::LogWriter;
 use super::narration::{LogFacts, Narration};
-use super::operator;
+use super::operator_server;
 use super::posture;
 use super::record;
 use super::record_disk::RecordDisk;
@@ -110,7 +110,7 @@ const DRIVERS_END_MAX: Duration = Duration::from_secs(3);
 /// The controller cannot start.
 pub fn run(
     host: &mut ProcessHost,
-    (program, setup): (engine::Program, ControllerSetup),
+    (program, setup): (engine::EngineProgram, ControllerSetup),
     options: &ShellOptions,
     guard: &mut RestartGuard,
 ) -> Result<ControllerEnd, StartFailure> {
@@ -179,7 +179,7 @@ pub fn run(
 }
 
 /// The inputs whose initial value is ON: they are ON until their driver writes them.
-fn initial_inputs(program: &engine::Program, setup: &ControllerSetup) -> Vec<u32> {
+fn initial_inputs(program: &engine::EngineProgram, setup: &ControllerSetup) -> Vec<u32> {
     let first = setup.symbols.layout.bit(Bit::Space(BitSpace::X, 0)).0;
     let on = program.initial_bits.iter().filter(|(_, on)| *on);
     let numbers = on.filter_map(|(cell, _)| cell.0.checked_sub(first));
@@ -196,7 +196,7 @@ struct FirstProgram {
     /// The longest time in which a reload reads and checks its files.
     limit: Duration,
     /// The places of the operator's socket and of the view socket.
-    sockets: Vec<operator::SocketClaim>,
+    sockets: Vec<operator_server::SocketClaim>,
     /// The book of alarms.
     book: SharedBook,
     start: StartWatch,
@@ -376,7 +376,8 @@ async fn start_drivers(
     let (setup, port) = (&running.setup, &prepared.port());
     let layout = &setup.symbols.layout;
     let patience = port.patience();
-    let mut about = operator::StatusSources::new(prepared, retention.clone(), recording.clone());
+    let mut about =
+        operator_server::StatusSources::new(prepared, retention.clone(), recording.clone());
     about.devices.clone_from(&healths);
     about.book = book;
     let mut modbus = None;
@@ -400,15 +401,16 @@ async fn start_drivers(
         device = Some(rules.clone());
         drivers.spawn(plant::PlantDrive::new(rules, port.clone()).run(when_stopped(stopped)));
     }
-    let desk = Generations::new(operator::ProgramView::new(setup, &about));
-    let views = ProgramViews { desk: desk.clone(), about, narration, modbus, device };
+    let operator = Generations::new(operator_server::ProgramView::new(setup, &about));
+    let views = ProgramViews { operator: operator.clone(), about, narration, modbus, device };
     let (first_program, port) = (Arc::clone(&running), port.clone());
     let parts =
         reload::ReloadParts { running: first_program, reloader, port: port.clone(), views, limit };
     let reloads = Arc::new(Reloads::new(parts));
-    let desk = operator::OperatorService::new(desk, port.clone(), Arc::clone(&reloads));
+    let service =
+        operator_server::OperatorService::new(operator, port.clone(), Arc::clone(&reloads));
     let part = StartPart::Sockets(setup.controller.clone());
-    let servers = start.during(part, || operator::OperatorServer::bind(sockets, desk))?;
+    let servers = start.during(part, || operator_server::OperatorServer::bind(sockets, service))?;
     for server in servers {
         drivers.spawn(server.run(when_stopped(stopped)));
     }

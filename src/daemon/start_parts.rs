@@ -5,7 +5,7 @@
 
 use super::config::ControllerSetup;
 use super::failure::StartFailure;
-use super::operator;
+use super::operator_server;
 use super::retain::{self, RestoredFile, RetainSettings};
 use super::signals::ProcessHost;
 use super::start_wait::StartPart;
@@ -14,7 +14,7 @@ use rungd_engine::Engine;
 /// The places of the sockets, and an engine with the file of retentive memory from which it was
 /// restored, if there is one.
 pub(super) struct StartParts {
-    pub sockets: Vec<operator::SocketClaim>,
+    pub sockets: Vec<operator_server::SocketClaim>,
     pub engine: Engine,
     pub retained: Option<RestoredFile>,
 }
@@ -46,10 +46,10 @@ pub(super) fn start_parts(
 fn claimed(
     host: &mut ProcessHost,
     setup: &ControllerSetup,
-) -> Option<Result<Vec<operator::SocketClaim>, StartFailure>> {
+) -> Option<Result<Vec<operator_server::SocketClaim>, StartFailure>> {
     let (specs, controller) = (setup.operator.clone(), setup.controller.clone());
     let part = StartPart::Sockets(controller.clone());
-    host.unless_stopped(part, move || operator::claim(&specs, &controller))
+    host.unless_stopped(part, move || operator_server::claim(&specs, &controller))
 }
 
 type RestoredEngine = Result<(Engine, Option<RestoredFile>), StartFailure>;

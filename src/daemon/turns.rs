@@ -2,8 +2,8 @@
 //!
 //! A dry run reads and checks files like a reload, and changes nothing. A recording can have many
 //! megabytes. Only this limit prevents clients from requesting them without end. Used by
-//! `daemon::reload` for all dry runs together, and by `daemon::operator` for the recordings of each
-//! user.
+//! `daemon::reload` for all dry runs together, and by `daemon::operator_server` for the recordings
+//! of each user.
 
 use std::sync::Arc;
 

@@ -11,7 +11,7 @@ use rungd_language::resolve::program::Program;
 use rungd_language::resolve::scope::Scope;
 use rungd_language::source::span::SourceFile;
 use rungd_runtime::exchange::{Mode, StopReason};
-use rungd_runtime::{ScanStart, ScannedMachine, TapeReader, Taped, tape};
+use rungd_runtime::{ImageCells, ScanStart, ScannedMachine, TapeReader, Taped, tape};
 use rungd_state::reload::{LoweredProgram, ReloadPlan};
 use rungd_test_support::model::generate::generate;
 use rungd_test_support::shown::lines_match;
@@ -400,7 +400,7 @@ fn random_programs_replay_and_equal_themselves() {
         let case = generate(seed);
         let mut line = Line::new(&case.ladder());
         let (bits, words) = {
-            let (bits, words) = ScannedMachine::image(&line.taped);
+            let ImageCells { bits, words } = ScannedMachine::image(&line.taped);
             (bits.len() as u64, words.len() as u64)
         };
         for scan in 0..150 {

@@ -157,7 +157,7 @@ fn a_pages_write_that_waits_for_a_scan_is_not_carried_out_after_a_reload() {
     assert_eq!(line["event"], "operator-refused", "{line}");
 }
 
-/// The desk has handed in the change in time, but the scan thread hangs.
+/// The service has handed in the change in time, but the scan thread hangs.
 #[test]
 fn a_change_that_a_hanging_scan_reaches_after_the_deadline_is_not_carried_out() {
     let live = Live::start_to_stall(LADDER, "scan.watchdog = \"50s\"\n", &[]);

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use rungd_config::load::{self, Loaded};
-use rungd_lab::sim::stimulus::Stimulus;
+use rungd_lab::traces::stimulus::Stimulus;
 use rungd_language::lower::lower;
 use serde_json::{Value, json};
 

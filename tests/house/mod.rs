@@ -22,7 +22,7 @@ const ROOMS: [(&str, &[&str]); 10] = [
     ("config", &["explain", "load", "controller"]),
     ("fleet", &["edge", "fleet", "metrics"]),
     ("history", &["playback", "record", "observe"]),
-    ("lab", &["draw", "testing", "rig", "sim", "svg"]),
+    ("lab", &["draw", "testing", "rig", "traces", "svg"]),
     ("language", &["lower", "check", "resolve", "format", "source"]),
     ("net", &["http", "mqtt", "sparkplug"]),
     ("state", &["retain", "reload"]),

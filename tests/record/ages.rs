@@ -7,7 +7,7 @@ use std::path::Path;
 use crate::record::folder::Handle;
 use crate::record::stored::{SECOND_NS, UNIX_NS, all_found, blocks, clock, known, settings};
 use rungd_history::record::{
-    Folder, FolderOnDisk, RecordBlock, Recording, Store, StoreSettings, TapeClock,
+    FolderOnDisk, RecordBlock, RecordFolder, Recording, Store, StoreSettings, TapeClock,
 };
 
 const JUMP_NS: i64 = 1000 * 86_400 * SECOND_NS;

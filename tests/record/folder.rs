@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::io::{self, Error};
 use std::rc::Rc;
 
-use rungd_history::record::{Folder, passed_ns};
+use rungd_history::record::{RecordFolder, passed_ns};
 
 /// The bytes of a sector of this disk: few, so that a block has several sectors.
 pub const SECTOR: usize = 128;
@@ -114,7 +114,7 @@ impl Disk {
     }
 }
 
-impl Folder for Handle {
+impl RecordFolder for Handle {
     fn own(&mut self, _: &str) -> io::Result<()> {
         Ok(())
     }

@@ -14,7 +14,7 @@ use crate::record::drawn::{DrawnRecord, Numbers, mode, origin, write};
 use crate::record::line::{COUNTER, Line, engine, in_memory, on_disk};
 use crate::record::replayed::random_line;
 use rungd_engine::{BitCell, Cell, Engine, EngineCall, EngineState, WordCell};
-use rungd_history::observe::{At, Limits, Past, Subject};
+use rungd_history::observe::{Limits, Past, QuestionTime, Subject};
 use rungd_history::playback::{MakeEngine, Playback};
 use rungd_history::record::{BlockHead, RecordBlock, RecordedProgram, Recording, SectionBody};
 use rungd_lab::testing::{ScenarioOf, scenario};
@@ -249,7 +249,7 @@ impl<M: MakeEngine> Past for Sections<M> {
 }
 
 /// Executes a recording.
-fn execute(bytes: &[u8], program: &rungd_engine::Program) {
+fn execute(bytes: &[u8], program: &rungd_engine::EngineProgram) {
     let make = |_: &RecordedProgram| Ok(Engine::new(program.clone()));
     let mut replay = Playback::new(Recording::of_bytes(bytes.to_vec()), make);
     let count = replay.recording().count();
@@ -278,7 +278,7 @@ fn ask(bytes: &[u8], subject: &Subject, numbers: &mut Numbers) {
     for name in ["Y0", "Y3", "C1", "D0", "V1"] {
         let Ok(cell) = subject.cell(name) else { continue };
         let scan = numbers.below(60);
-        for at in [At::Now, At::Scan(scan)] {
+        for at in [QuestionTime::Now, QuestionTime::Scan(scan)] {
             if let Ok(answer) = subject.why(&mut past, cell, (at, Limits::default())) {
                 let _ = (answer.text(), answer.json().to_string());
             }

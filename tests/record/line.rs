@@ -8,7 +8,7 @@ use rungd_history::record::{
 };
 use rungd_language::lower::lower;
 use rungd_runtime::exchange::{Mode, StopReason};
-use rungd_runtime::{ScanStart, ScannedMachine, TapeEntry, TapeReader, Taped, tape};
+use rungd_runtime::{ImageCells, ScanStart, ScannedMachine, TapeEntry, TapeReader, Taped, tape};
 use rungd_state::reload::{LoweredProgram, ReloadPlan};
 use rungd_test_support::run::load;
 
@@ -34,9 +34,9 @@ pub fn engine(program: &RecordedProgram) -> Result<Engine, String> {
 }
 
 /// The hash of bits and words.
-pub fn hashed(image: (&[u8], &[i32])) -> u64 {
+pub fn hashed(image: ImageCells<'_>) -> u64 {
     let mut hasher = DefaultHasher::new();
-    image.hash(&mut hasher);
+    (image.bits, image.words).hash(&mut hasher);
     hasher.finish()
 }
 

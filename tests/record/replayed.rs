@@ -14,11 +14,11 @@ use rungd_base::calendar::parse_seconds;
 use rungd_engine::{BitCell, Cell, EngineState, WordCell};
 use rungd_history::playback::Playback;
 use rungd_history::record::{LastProgram, RecordedProgram, Recording};
-use rungd_lab::sim::stimulus::{Change, Stimulus};
+use rungd_lab::traces::stimulus::{Stimulus, StimulusChange};
 use rungd_language::lower::lower;
 use rungd_runtime::command::CommandId;
 use rungd_runtime::exchange::Ticket;
-use rungd_runtime::{Origin, ScannedMachine, TapeSection};
+use rungd_runtime::{ImageCells, Origin, ScannedMachine, TapeSection};
 use rungd_test_support::model::clock;
 use rungd_test_support::model::generate::generate;
 use rungd_test_support::run::{load, target};
@@ -48,9 +48,11 @@ pub fn random_line(seed: u64) -> Line {
             for change in stimulus.of_scan(scan, &mut next) {
                 taped.comes_from(Origin::Batch(Ticket(scan)));
                 match change {
-                    Change::Input(n, on) => taped.set_input(n, on),
-                    Change::Bit(cell, on) => ScannedMachine::write_bit(taped, cell, on),
-                    Change::Word(cell, value) => ScannedMachine::write_word(taped, cell, value),
+                    StimulusChange::Input(n, on) => taped.set_input(n, on),
+                    StimulusChange::Bit(cell, on) => ScannedMachine::write_bit(taped, cell, on),
+                    StimulusChange::Word(cell, value) => {
+                        ScannedMachine::write_word(taped, cell, value)
+                    }
                 }
             }
         });
@@ -71,7 +73,7 @@ pub fn random_line(seed: u64) -> Line {
 
 /// Forces or releases a cell, as an operator does.
 fn force(line: &mut Line, numbers: &mut Numbers, scan: u64) {
-    let (bits, words) = ScannedMachine::image(&line.taped);
+    let ImageCells { bits, words } = ScannedMachine::image(&line.taped);
     let (bits, words) = (bits.len() as u64, words.len() as u64);
     let cell = match numbers.below(2) {
         // The first cells are memory, the last ones belong to the program itself.
@@ -102,7 +104,7 @@ fn assert_replays(line: &Line, bytes: Vec<u8>, seed: u64) {
     let mut images = line.images.iter();
     let visited = replay.scans(0..count, |scan, engine| {
         let image = engine.image();
-        let found = (scan.number, hashed((image.bits(), image.words())));
+        let found = (scan.number, hashed(ImageCells { bits: image.bits(), words: image.words() }));
         assert_eq!(Some(&found), images.next(), "seed {seed}: {scan:?}");
         ControlFlow::Continue(())
     });
@@ -209,7 +211,8 @@ fn a_reload_begins_a_segment_and_goes_on() {
         let mut images = line.images.iter();
         let visited = replay.scans(0..count, |scan, engine| {
             let image = engine.image();
-            let found = (scan.number, hashed((image.bits(), image.words())));
+            let found =
+                (scan.number, hashed(ImageCells { bits: image.bits(), words: image.words() }));
             assert_eq!(Some(&found), images.next());
             ControlFlow::Continue(())
         });

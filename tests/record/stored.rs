@@ -12,7 +12,7 @@ use crate::record::folder::{Disk, Fault, Handle};
 use crate::record::line::{Line, engine, in_memory};
 use rungd_history::playback::Playback;
 use rungd_history::record::{
-    BlockHead, Folder, FolderOnDisk, RecordBlock, Recording, SectionBody, Store, StoreNews,
+    BlockHead, FolderOnDisk, RecordBlock, RecordFolder, Recording, SectionBody, Store, StoreNews,
     StoreSettings, TapeClock, index,
 };
 use rungd_runtime::ScannedMachine;

@@ -5,8 +5,8 @@ use std::io;
 
 use rungd_base::calendar::LocalTime;
 use rungd_engine::{self as engine, Engine, ScanTimes};
-use rungd_lab::sim::stimulus::{Change, Stimulus};
-use rungd_lab::sim::trace::{RowName, Trace};
+use rungd_lab::traces::stimulus::{Stimulus, StimulusChange};
+use rungd_lab::traces::trace::{RowName, Trace};
 
 const NS_PER_MS: u64 = 1_000_000;
 const US_PER_MS: u64 = 1000;
@@ -32,7 +32,7 @@ pub struct Plan {
 ///
 /// # Errors
 /// The error of the trace.
-pub fn run(program: engine::Program, plan: &Plan, trace: &mut dyn Trace) -> io::Result<()> {
+pub fn run(program: engine::EngineProgram, plan: &Plan, trace: &mut dyn Trace) -> io::Result<()> {
     let mut engine = Engine::new(program);
     let times = ScanTimes::default();
     let mut next_change = 0;
@@ -46,9 +46,9 @@ pub fn run(program: engine::Program, plan: &Plan, trace: &mut dyn Trace) -> io::
         engine.begin_scan(time_ms * NS_PER_MS, &times, &local);
         for change in plan.stimulus.of_scan(scan, &mut next_change) {
             match change {
-                Change::Input(n, on) => engine.set_input(n, on),
-                Change::Bit(cell, on) => engine.write_bit(cell, on),
-                Change::Word(cell, value) => engine.write_word(cell, value),
+                StimulusChange::Input(n, on) => engine.set_input(n, on),
+                StimulusChange::Bit(cell, on) => engine.write_bit(cell, on),
+                StimulusChange::Word(cell, value) => engine.write_word(cell, value),
             }
         }
         let end = engine.execute();

@@ -3,13 +3,13 @@
 
 use std::collections::HashMap;
 
-use rungd_engine::{Engine, EngineState, Program};
+use rungd_engine::{Engine, EngineProgram, EngineState};
 use rungd_runtime::{TapeEntry, TapeReader};
 
 /// An engine that makes the calls of a tape again.
 pub struct Follower {
     reader: TapeReader,
-    programs: HashMap<u32, Program>,
+    programs: HashMap<u32, EngineProgram>,
     engine: Option<Engine>,
     /// States that were compared with the engine's.
     pub compared: u32,
@@ -21,13 +21,13 @@ pub struct Follower {
 
 impl Follower {
     /// Follows a tape that begins with program 0.
-    pub fn new(reader: TapeReader, first: Program) -> Follower {
+    pub fn new(reader: TapeReader, first: EngineProgram) -> Follower {
         let programs = HashMap::from([(0, first)]);
         Follower { reader, programs, engine: None, compared: 0, lost: 0, calls: 0 }
     }
 
     /// Adds a program that may occur on the tape.
-    pub fn know(&mut self, generation: u32, program: Program) {
+    pub fn know(&mut self, generation: u32, program: EngineProgram) {
         self.programs.insert(generation, program);
     }
 

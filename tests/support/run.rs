@@ -4,8 +4,8 @@ use std::io;
 
 use rungd_engine::isa::{Address, Bit, BitSpace, Word};
 use rungd_engine::{Cell, Image, Layout};
-use rungd_lab::sim::stimulus::{Stimulus, StimulusTarget};
-use rungd_lab::sim::trace::{RowName as TraceRow, Trace};
+use rungd_lab::traces::stimulus::{Stimulus, StimulusTarget};
+use rungd_lab::traces::trace::{RowName as TraceRow, Trace};
 use rungd_language::check::{Around, check};
 use rungd_language::lower::{Symbols, lower, lower_with};
 use rungd_language::resolve::program::Program;

@@ -12,7 +12,7 @@ use super::eye::{ScanObserver, ScanStep};
 use super::machine::Machine;
 use super::math::Maths;
 use super::ops::OpKind;
-use super::program::{BlockRole, Program};
+use super::program::{BlockRole, EngineProgram};
 use super::reach::Reach;
 use crate::isa::{Bit, BlockId, ElementId, StageId};
 
@@ -186,7 +186,8 @@ impl Machine {
     /// Executes a batch of MATHs. Their mishaps are inserted in the order of their rungs, behind
     /// the first `told` events.
     fn calculate<R: Reach>(&mut self, at: Range<usize>, in_columns: bool, told: usize) {
-        let Machine { program: Program { tables, .. }, memory, calculator, events, .. } = self;
+        let Machine { program: EngineProgram { tables, .. }, memory, calculator, events, .. } =
+            self;
         let maths = Maths { maths: &tables.ops.math[at], steps: &tables.steps };
         let report = |math, mishaps| events.insert_math(MathEvent { math, mishaps }, told);
         if in_columns {

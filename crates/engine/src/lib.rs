@@ -1,9 +1,9 @@
 //! The engine: a memory image, operations on it, blocks, and the scan.
 //!
-//! `lower` builds a [`Program`]. The simulator and the scan thread own an [`Engine`] and call, for
-//! each scan, `begin_scan`, then inputs and queued writes, then `execute`; after the last scan,
-//! `terminate`. Time is an argument. The engine allocates nothing after [`Engine::new`], and uses
-//! no clock, log, file or name.
+//! `lower` builds a [`EngineProgram`]. The simulator and the scan thread own an [`Engine`] and
+//! call, for each scan, `begin_scan`, then inputs and queued writes, then `execute`; after the last
+//! scan, `terminate`. Time is an argument. The engine allocates nothing after [`Engine::new`], and
+//! uses no clock, log, file or name.
 //!
 //! No instruction in a block's rungs is skipped: it executes with its power, ON or OFF. So a
 //! block's own rungs, or a Stage, are a straight line of operations without branches. Two
@@ -62,7 +62,7 @@ pub use layout::{Cell, Layout};
 pub use mishap::Mishap;
 pub use mishap::Mishaps;
 pub use power::Power;
-pub use program::Program;
+pub use program::EngineProgram;
 pub use program::{Batch, BlockCode, BlockRole, ElementCode, PassStep, Tables};
 pub use scan::{Engine, ScanEnd, ScanTimes};
 pub use slice::Slice;

@@ -9,7 +9,7 @@ use super::events::{BlockEvent, Element, Events, MathEvent};
 use super::image::BitCell;
 use super::math::{Calculator, Maths};
 use super::memory::Memory;
-use super::program::Program;
+use super::program::EngineProgram;
 use super::reach::FarReach;
 use crate::isa::{Bit, BlockId, StageId};
 
@@ -76,7 +76,7 @@ impl StageState {
 /// A program, its memory and the state of its blocks.
 #[derive(Debug)]
 pub(super) struct Machine {
-    pub program: Program,
+    pub program: EngineProgram,
     pub memory: Memory,
     pub calculator: Calculator,
     pub blocks: Box<[BlockState]>,
@@ -160,7 +160,8 @@ impl Machine {
     /// Reads an element of an array outside of the batches, for a pass or an ENTASK. Writes only
     /// private words and status bits, which are never forced.
     pub fn pick(&mut self, pick: u32) {
-        let Machine { program: Program { tables, .. }, memory, calculator, events, .. } = self;
+        let Machine { program: EngineProgram { tables, .. }, memory, calculator, events, .. } =
+            self;
         let pick = pick as usize;
         let maths = Maths { maths: &tables.picks[pick..=pick], steps: &tables.steps };
         calculator.run::<FarReach>(maths, memory.view::<FarReach>(), |math, mishaps| {

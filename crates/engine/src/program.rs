@@ -107,7 +107,7 @@ pub struct BlockCode {
 
 /// A whole program for an [`Engine`](super::Engine).
 #[derive(Clone, Debug)]
-pub struct Program {
+pub struct EngineProgram {
     /// The cells of all addresses.
     pub layout: Layout,
     /// Number of all bits: the public ones and the program's own.
@@ -129,7 +129,7 @@ pub struct Program {
     pub order: Vec<BlockId>,
 }
 
-impl Program {
+impl EngineProgram {
     /// The block with this number.
     pub(super) fn block(&self, id: BlockId) -> &BlockCode {
         &self.blocks[id.0 as usize]

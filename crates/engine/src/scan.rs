@@ -11,7 +11,7 @@ use super::layout::Cell;
 use super::machine::{BlockState, Machine, StageState};
 use super::math::Calculator;
 use super::memory::Memory;
-use super::program::{BlockRole, Program};
+use super::program::{BlockRole, EngineProgram};
 use super::reach::{FarReach, ForcedReach, NearReach, Reach};
 use crate::isa::status::{dst, st};
 use crate::isa::{Bit, BitSpace, BlockId, Word, WordSpace};
@@ -45,7 +45,7 @@ pub struct Engine {
 
 impl Engine {
     /// Allocates everything; memory is as after a cold start. Call [`Engine::start`] next.
-    pub fn new(program: Program) -> Engine {
+    pub fn new(program: EngineProgram) -> Engine {
         let mut image = Image::new(program.bit_count as usize, program.word_count as usize);
         for (cell, on) in &program.initial_bits {
             image.bits[cell.0 as usize] = u8::from(*on);
@@ -332,7 +332,7 @@ impl Engine {
     }
 
     /// The program.
-    pub fn program(&self) -> &Program {
+    pub fn program(&self) -> &EngineProgram {
         &self.machine.program
     }
 }

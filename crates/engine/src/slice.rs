@@ -23,7 +23,7 @@ use super::eye::ScanStep;
 use super::image::{BitCell, WordCell};
 use super::layout::Cell;
 use super::ops::{CellRange, FormulaReads, Formulas, Math, OpKind, TouchedCells, reads};
-use super::program::{ElementCode, PassStep, Program};
+use super::program::{ElementCode, EngineProgram, PassStep};
 use super::record::RECORD;
 use super::role::FieldRole;
 use super::wiring::{SliceCells, SliceCellsBuilder};
@@ -37,7 +37,7 @@ const LISTED_MAX: u32 = 16;
 #[derive(Clone, Debug)]
 pub struct Slice {
     /// The program with only the kept batches.
-    pub program: Program,
+    pub program: EngineProgram,
     /// For each batch of the slice, a range of places in the whole program. The last place is that
     /// of the batch itself. The places before it are those of the batches of its element that were
     /// left out since the last kept batch.
@@ -71,7 +71,7 @@ impl Slice {
     }
 }
 
-impl Program {
+impl EngineProgram {
     /// The slice for some cells.
     pub fn slice(&self, cells: &[Cell]) -> Slice {
         let reads = self.formulas();
@@ -145,7 +145,7 @@ impl Program {
 }
 
 /// The number of a cell: bits first.
-fn number(program: &Program, cell: Cell) -> usize {
+fn number(program: &EngineProgram, cell: Cell) -> usize {
     match cell {
         Cell::Bit(BitCell(at)) => at as usize,
         Cell::Word(WordCell(at)) => (program.bit_count + at) as usize,
@@ -169,7 +169,7 @@ struct CellNumbers {
 
 /// The known cells and the kept steps, while they are being searched.
 struct SliceSearch<'p> {
-    program: &'p Program,
+    program: &'p EngineProgram,
     formulas: Formulas<'p>,
     /// The steps that write a cell, by the cell's number. Memory has far more cells than a small
     /// program writes.
@@ -186,7 +186,7 @@ struct SliceSearch<'p> {
 }
 
 impl<'p> SliceSearch<'p> {
-    fn new(program: &'p Program, formulas: Formulas<'p>) -> SliceSearch<'p> {
+    fn new(program: &'p EngineProgram, formulas: Formulas<'p>) -> SliceSearch<'p> {
         let tables = &program.tables;
         let steps = tables.batches.len() + tables.terminations.len() + program.blocks.len();
         let cells = (program.bit_count + program.word_count) as usize;

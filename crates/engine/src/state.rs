@@ -7,7 +7,7 @@
 use super::image::{BitCell, WordCell};
 use super::layout::Cell;
 use super::machine::{BlockState, StageState};
-use super::program::Program;
+use super::program::EngineProgram;
 use super::scan::Engine;
 
 /// The state of an engine between two calls.
@@ -73,7 +73,7 @@ impl EngineState {
     }
 
     /// Whether its numbers of bits, words, blocks and Stages are those of a program.
-    pub fn fits(&self, program: &Program) -> bool {
+    pub fn fits(&self, program: &EngineProgram) -> bool {
         self.bits.len() == program.bit_count as usize
             && self.words.len() == program.word_count as usize
             && self.blocks.len() == program.blocks.len()

@@ -10,7 +10,7 @@ use std::ops::Range;
 use super::call::EngineCall;
 use super::image::{BitCell, WordCell};
 use super::layout::{Cell, Layout};
-use super::program::Program;
+use super::program::EngineProgram;
 use super::state::EngineState;
 use crate::isa::space::SENSAPHONE_COUNT;
 use crate::isa::{Structure, Word, WordSpace};
@@ -25,7 +25,7 @@ pub(super) const INTERVAL_MAX_NS: u64 = i32::MAX as u64 * 1_000_000;
 impl EngineState {
     /// Whether it can be a state of a program: its shape and its constants are those of the
     /// program, only public cells are forced, and every word is within the range of its memory.
-    pub(crate) fn is_of(&self, program: &Program) -> bool {
+    pub(crate) fn is_of(&self, program: &EngineProgram) -> bool {
         let layout = &program.layout;
         let public = (layout.bit_count() as usize, layout.word_count() as usize);
         let constants =
@@ -41,7 +41,7 @@ impl EngineState {
     }
 }
 
-impl Program {
+impl EngineProgram {
     /// Whether the scan thread could make this call: for a public cell, with a value in its range.
     pub fn has(&self, call: EngineCall) -> bool {
         let (cell, value) = match call {

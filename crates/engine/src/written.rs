@@ -9,7 +9,7 @@ use super::eye::ScanStep;
 use super::image::{BitCell, Image, WordCell};
 use super::layout::Cell;
 use super::ops::{ElementType, Formulas, MathTarget, OpKind, TouchedCells};
-use super::program::{PassStep, Program};
+use super::program::{EngineProgram, PassStep};
 use super::role::{self, FieldRole};
 use crate::isa::{Bit, BitSpace, BlockId, ElementId};
 
@@ -54,14 +54,14 @@ impl Stretches {
     }
 
     /// Removes private cells; `keeps_bits` keeps the bit of an edge.
-    fn public(mut self, program: &Program, keeps_bits: bool) -> Stretches {
+    fn public(mut self, program: &EngineProgram, keeps_bits: bool) -> Stretches {
         self.bits.retain(|(first, _)| keeps_bits || *first < program.layout.bit_count());
         self.words.retain(|(first, _)| *first < program.layout.word_count());
         self
     }
 }
 
-impl Program {
+impl EngineProgram {
     /// The cells that an operation may write, in a block or Stage.
     pub fn written_by_batch(&self, batch: u32, element: ElementId) -> Stretches {
         let batch = self.tables.batches[batch as usize];

@@ -1,6 +1,6 @@
 //! Elements of SVG as text, with escaping: the one writer of timing diagrams and ladder drawings.
 //!
-//! Called by `sim` and `draw`, which decide what is drawn, and where. All positions are px.
+//! Called by `traces` and `draw`, which decide what is drawn, and where. All positions are px.
 
 use std::fmt::{Display, Write as _};
 

@@ -13,9 +13,9 @@ use rungd_engine::Image;
 pub use rungd_lab::rig::simulation::{
     self, DEFAULT_PERIOD_MS, DEFAULT_SCANS, Simulation, all_named,
 };
-use rungd_lab::sim::stimulus::Stimulus;
-use rungd_lab::sim::svg::SvgTrace;
-use rungd_lab::sim::trace::{CsvTrace, RowName, Trace};
+use rungd_lab::traces::stimulus::Stimulus;
+use rungd_lab::traces::svg::SvgTrace;
+use rungd_lab::traces::trace::{CsvTrace, RowName, Trace};
 use rungd_language::source::finding::Severity;
 
 /// The maximum number of operands in a picture; with more operands the result is a table.

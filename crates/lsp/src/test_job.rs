@@ -9,7 +9,7 @@ use anyhow::{Context, Result, bail};
 use super::jobs::{JobPlace, Made};
 use super::test_results::{FileResults, TestedTexts};
 use rungd_config::load::{OpenTexts, decode};
-use rungd_lab::testing::{self, ReadSuite, RunOptions, Suite, Verdict};
+use rungd_lab::testing::{self, ReadSuite, RunOptions, Suite, TestVerdict};
 use rungd_language::source::finding::Severity;
 use rungd_language::source::span::{FileId, SourceFile};
 
@@ -62,7 +62,7 @@ fn suite(TestOrder { path, open, .. }: &TestOrder) -> Result<Suite> {
 }
 
 /// Runs all tests one after the other and returns their verdicts; `None` if the job is replaced.
-fn verdicts(suite: &mut Suite, place: &JobPlace) -> Option<Vec<Verdict>> {
+fn verdicts(suite: &mut Suite, place: &JobPlace) -> Option<Vec<TestVerdict>> {
     let programs = testing::programs(suite);
     let jobs = std::thread::available_parallelism().map_or(1, usize::from);
     let options =

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use lsp_types::{Diagnostic, DiagnosticSeverity};
 
 use super::file::EditorFile;
-use rungd_lab::testing::{Failure, Verdict};
+use rungd_lab::testing::{Failure, TestVerdict};
 use rungd_language::source::wording::counted;
 
 /// The source of the diagnostics.
@@ -27,13 +27,13 @@ pub(super) struct FileResults {
     /// The texts that were tested.
     pub texts: TestedTexts,
     /// The verdicts.
-    pub verdicts: Vec<Verdict>,
+    pub verdicts: Vec<TestVerdict>,
 }
 
 /// The last results of all tests whose texts are unchanged.
 #[derive(Debug, Default)]
 pub(super) struct TestResults {
-    files: HashMap<PathBuf, (TestedTexts, BTreeMap<String, Verdict>)>,
+    files: HashMap<PathBuf, (TestedTexts, BTreeMap<String, TestVerdict>)>,
 }
 
 impl TestResults {
@@ -50,7 +50,7 @@ impl TestResults {
     }
 
     /// The last verdict of a test.
-    pub fn of(&self, path: &Path, test: &str) -> Option<&Verdict> {
+    pub fn of(&self, path: &Path, test: &str) -> Option<&TestVerdict> {
         self.files.get(path)?.1.get(test)
     }
 
@@ -76,7 +76,7 @@ pub(super) fn are_present(texts: &TestedTexts, text: impl Fn(&Path) -> Option<Ar
 }
 
 /// A verdict in a few words: `passed, 120 scans`; `failed at step 3`.
-pub(super) fn told(verdict: &Verdict) -> String {
+pub(super) fn told(verdict: &TestVerdict) -> String {
     match verdict.failure.as_deref().map(|failure| failure.step) {
         None => format!("passed, {}", counted(verdict.scans, "scan")),
         Some(Some((step, _))) => format!("failed at step {step}"),
@@ -85,11 +85,11 @@ pub(super) fn told(verdict: &Verdict) -> String {
 }
 
 /// A failure in full, as `rungd test` prints it.
-pub(super) fn whole(file: &Path, verdict: &Verdict, failure: &Failure) -> String {
+pub(super) fn whole(file: &Path, verdict: &TestVerdict, failure: &Failure) -> String {
     format!("{}\n{}", verdict.line_text(), failure.text(&file.display().to_string()))
 }
 
-fn diagnostic(file: &EditorFile, verdict: &Verdict, failure: &Failure) -> Diagnostic {
+fn diagnostic(file: &EditorFile, verdict: &TestVerdict, failure: &Failure) -> Diagnostic {
     let offset = file.offset_of(failure.place);
     let step = file.outline.value_at(&(offset..offset + 1)).filter(|value| value.is_string);
     let place = step.map_or_else(|| file.line(offset), |step| step.inner.clone());

@@ -11,7 +11,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use super::jobs::{JobPlace, Made};
 use rungd_client::operator::client;
 use rungd_client::operator::protocol::{RecordingBytes, Request};
-use rungd_history::observe::{At, Limits};
+use rungd_history::observe::{Limits, QuestionTime};
 use rungd_history::playback::{self, RecordedQuestion};
 use rungd_history::record::Recording;
 
@@ -35,7 +35,8 @@ fn answer(operand: &str, socket: &Path) -> Result<String> {
     let (recording, present) = (Arc::new(Recording::of_bytes(bytes)), told.present);
     let Some(last) = recording.count().checked_sub(1) else { bail!("nothing is recorded yet") };
     let subject = playback::subject(recording.program(last)).map_err(anyhow::Error::msg)?;
-    let question = RecordedQuestion { section: last, at: At::Now, limits: Limits::default() };
+    let question =
+        RecordedQuestion { section: last, at: QuestionTime::Now, limits: Limits::default() };
     let answer = playback::why(&subject, &recording, operand, question);
     let mut answer = answer.map_err(anyhow::Error::msg)?;
     if let Some(present) = present {

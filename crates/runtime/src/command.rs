@@ -132,13 +132,13 @@ pub(super) struct CommandReceiver {
 /// The monitor's end of the ring of answers.
 pub(super) struct AnswerReceiver(Consumer<CommandAnswer>);
 
-pub(super) fn desk() -> (CommandEntry, CommandReceiver, AnswerReceiver) {
+pub(super) fn command_rings() -> (CommandEntry, CommandReceiver, AnswerReceiver) {
     let (order_in, orders) = RingBuffer::new(COMMANDS_MAX);
     let (answer_in, answers) = RingBuffer::new(2 * COMMANDS_MAX);
-    let desk =
+    let entry =
         CommandEntry { orders: order_in, last: 0, answers: VecDeque::with_capacity(ANSWERS_KEPT) };
     let taken = Vec::with_capacity(COMMANDS_MAX);
-    (desk, CommandReceiver { orders, answers: answer_in, taken }, AnswerReceiver(answers))
+    (entry, CommandReceiver { orders, answers: answer_in, taken }, AnswerReceiver(answers))
 }
 
 impl CommandEntry {
@@ -203,10 +203,10 @@ impl AnswerReceiver {
     }
 
     /// Makes this number of answers visible.
-    pub(crate) fn show(&mut self, count: usize, desk: &mut CommandEntry) {
+    pub(crate) fn show(&mut self, count: usize, entry: &mut CommandEntry) {
         for _ in 0..count {
             if let Ok(answered) = self.0.pop() {
-                desk.put(answered);
+                entry.put(answered);
             }
         }
     }
@@ -251,20 +251,20 @@ mod tests {
 
     #[test]
     fn limits_are_limits_and_every_command_has_its_answer() {
-        let (mut desk, mut orders, mut answers) = desk();
+        let (mut entry, mut orders, mut answers) = command_rings();
         let ids: Vec<_> =
-            (0..1000).map_while(|_| desk.hand_in(0, ScanCommand::Run, u64::MAX).ok()).collect();
+            (0..1000).map_while(|_| entry.hand_in(0, ScanCommand::Run, u64::MAX).ok()).collect();
         assert_eq!(ids.len(), COMMANDS_MAX);
         while let Some(order) = orders.next() {
             orders.note(order.id, CommandOutcome::Denied(CommandDenial::Ending));
         }
-        assert_eq!(desk.answer(ids[0]), None);
+        assert_eq!(entry.answer(ids[0]), None);
         orders.give();
-        answers.show(answers.waiting(), &mut desk);
+        answers.show(answers.waiting(), &mut entry);
         assert!(
             ids.iter()
-                .all(|id| desk.answer(*id) == Some(CommandOutcome::Denied(CommandDenial::Ending)))
+                .all(|id| entry.answer(*id) == Some(CommandOutcome::Denied(CommandDenial::Ending)))
         );
-        assert_eq!(desk.answer(ids[0]), None, "once");
+        assert_eq!(entry.answer(ids[0]), None, "once");
     }
 }

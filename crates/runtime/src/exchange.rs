@@ -140,7 +140,7 @@ pub(super) struct ExchangeState {
     latest: Mutex<Arc<Snapshot>>,
     door: Mutex<BatchEntry>,
     refusals: Mutex<LateRefusals>,
-    desk: Mutex<CommandEntry>,
+    commands: Mutex<CommandEntry>,
     /// The tasks that wait for a change.
     waiting: Mutex<Vec<Waker>>,
     /// The senders of batches and commands, for the scan log.
@@ -166,14 +166,14 @@ impl Port {
         inputs: u32,
         first: Snapshot,
         queue: rtrb::Producer<WriteBatch>,
-        desk: CommandEntry,
+        commands: CommandEntry,
     ) -> Port {
         let shared = ExchangeState {
             gate: ScanGate::new(inputs),
             latest: Mutex::new(Arc::new(first)),
             door: Mutex::new(BatchEntry { queue, last: 0 }),
             refusals: Mutex::default(),
-            desk: Mutex::new(desk),
+            commands: Mutex::new(commands),
             waiting: Mutex::default(),
             signatures: Mutex::default(),
         };
@@ -368,7 +368,7 @@ impl Port {
         if self.is_stuck() {
             return Err(CommandDenial::ScanThreadStuck);
         }
-        locked(&self.shared.desk).hand_in(generation, command, until_ns)
+        locked(&self.shared.commands).hand_in(generation, command, until_ns)
     }
 
     /// Whether the scan thread is stuck or has ended, so that it accepts no command.
@@ -393,11 +393,11 @@ impl Port {
     /// The answer to a command, after its effect is in [`Port::latest`]. It is returned once. A
     /// stuck scan thread answers when it comes back.
     pub fn answer(&self, id: CommandId) -> Option<CommandOutcome> {
-        locked(&self.shared.desk).answer(id)
+        locked(&self.shared.commands).answer(id)
     }
 
-    pub(super) fn at_desk(&self, show: impl FnOnce(&mut CommandEntry)) {
-        show(&mut locked(&self.shared.desk));
+    pub(super) fn at_commands(&self, show: impl FnOnce(&mut CommandEntry)) {
+        show(&mut locked(&self.shared.commands));
         self.wake();
     }
 

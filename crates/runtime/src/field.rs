@@ -16,7 +16,7 @@ use super::image::SafeState;
 use super::inputs::{ExchangePulse, InputEnd};
 use super::latest::{InputReader, LatestInput, latest};
 use super::local::{LocalEnd, LocalSide};
-use super::machine::ScannedMachine;
+use super::machine::{ImageCells, ScannedMachine};
 use super::origin::Origin;
 use super::record::{DeviceEdge, RecordEvent};
 use super::wiring::{Wiring, WiringTarget};
@@ -158,7 +158,7 @@ impl FieldDevices {
 
     /// Called after RUN: sets local outputs to their safe values. A held output takes its value
     /// from `image`; without an image it stays as it is.
-    pub fn make_safe(&mut self, image: Option<(&[u8], &[i32])>) {
+    pub fn make_safe(&mut self, image: Option<ImageCells<'_>>) {
         let FieldDevices { devices, safe, first_output, .. } = self;
         for device in devices {
             if let Some(local) = &mut device.local
@@ -170,7 +170,7 @@ impl FieldDevices {
     }
 
     /// A tick outside RUN: no inputs are written; a local device that was handed in is made safe.
-    pub fn tick(&mut self, image: Option<(&[u8], &[i32])>) {
+    pub fn tick(&mut self, image: Option<ImageCells<'_>>) {
         let FieldDevices { devices, safe, first_output, .. } = self;
         for device in devices {
             if let Some(local) = &mut device.local

@@ -58,7 +58,7 @@ pub use histogram::HistogramBucket;
 pub use image::SafeState;
 pub use link::{ExchangeShape, ScanFacts, link};
 pub use link::{ScanSide, WorldSide};
-pub use machine::{ScanStart, ScannedMachine};
+pub use machine::{ImageCells, ScanStart, ScannedMachine};
 pub use monitor::{Monitor, Observer};
 pub use origin::Origin;
 pub use posture::NotGranted;
@@ -225,7 +225,7 @@ pub fn assemble_whole<M: ScannedMachine, C: Clock, O: Observer>(
     observer: O,
 ) -> RuntimeParts<M, C, O> {
     let memory = &settings.memory;
-    let (bits, words) = machine.image();
+    let ImageCells { bits, words } = machine.image();
     let (port, side, world) = link(ExchangeShape {
         inputs: memory.inputs,
         bits: bits[..memory.bits].to_vec(),

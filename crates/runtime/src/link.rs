@@ -13,13 +13,14 @@ use std::sync::Arc;
 
 use rtrb::{Consumer, Producer, RingBuffer};
 
-use super::command::{AnswerReceiver, CommandReceiver, desk};
+use super::command::{AnswerReceiver, CommandReceiver, command_rings};
 use super::earlier::EarlierPrograms;
 use super::exchange::{
     BatchRefusal, BatchTerms, OperandWrite, Port, QUEUED_BATCHES_MAX, Tempo, Ticket, WriteBatch,
 };
 use super::forces::Forces;
 use super::image::{SafeState, Snapshot};
+use super::machine::ImageCells;
 use super::mode::{FaultReason, Mode, StopReason};
 use super::unwired::UnwiredInputs;
 use rungd_engine::{BitCell, Cell, Renumbered, WordCell};
@@ -147,8 +148,8 @@ pub fn link(shape: ExchangeShape) -> (Port, ScanSide, WorldSide) {
         let _ = spare_in.push(Arc::new(first.clone()));
     }
     let taken = Vec::with_capacity(QUEUED_BATCHES_MAX);
-    let (desk, orders, answers) = desk();
-    let port = Port::new(shape.inputs, first, batch_in, desk);
+    let (commands, orders, answers) = command_rings();
+    let port = Port::new(shape.inputs, first, batch_in, commands);
     let scan = ScanSide {
         port: port.clone(),
         batches,
@@ -267,14 +268,14 @@ impl ScanSide {
     }
 
     /// Publishes an image; false if there is no spare snapshot.
-    pub fn publish(&mut self, facts: ScanFacts<'_>, image: (&[u8], &[i32])) -> bool {
+    pub fn publish(&mut self, facts: ScanFacts<'_>, image: ImageCells<'_>) -> bool {
         let Some(snapshot) = self.snapshot(facts, image) else { return false };
         self.hand_over(Publication::Image(snapshot));
         true
     }
 
     /// Publishes the beginning of a program that was swapped in.
-    pub fn publish_beginning(&mut self, facts: ScanFacts<'_>, image: (&[u8], &[i32])) {
+    pub fn publish_beginning(&mut self, facts: ScanFacts<'_>, image: ImageCells<'_>) {
         // The program has brought spare snapshots.
         if let Some(snapshot) = self.snapshot(facts, image) {
             self.hand_over(Publication::Beginning(snapshot));
@@ -282,7 +283,7 @@ impl ScanSide {
     }
 
     /// A spare snapshot with this image; `None` if there is no spare.
-    fn snapshot(&mut self, facts: ScanFacts<'_>, image: (&[u8], &[i32])) -> Option<Arc<Snapshot>> {
+    fn snapshot(&mut self, facts: ScanFacts<'_>, image: ImageCells<'_>) -> Option<Arc<Snapshot>> {
         let mut spare = self.spare()?;
         // A spare has no reader: the world has checked that before it put it into the ring.
         if let Some(snapshot) = Arc::get_mut(&mut spare) {
@@ -292,8 +293,8 @@ impl ScanSide {
             snapshot.since_ns = facts.since_ns;
             snapshot.ending = facts.ending;
             snapshot.forces.copy_from(facts.forces);
-            snapshot.bits.copy_from_slice(&image.0[..snapshot.bits.len()]);
-            snapshot.words.copy_from_slice(&image.1[..snapshot.words.len()]);
+            snapshot.bits.copy_from_slice(&image.bits[..snapshot.bits.len()]);
+            snapshot.words.copy_from_slice(&image.words[..snapshot.words.len()]);
             snapshot.tickets_done = self.applied;
         }
         Some(spare)
@@ -353,7 +354,7 @@ impl WorldSide {
         self.drain_returns();
         if answers > 0 {
             let WorldSide { port, answers: ring, .. } = self;
-            port.at_desk(|desk| ring.show(answers, desk));
+            port.at_commands(|entry| ring.show(answers, entry));
         }
         self.refill();
         any

@@ -8,6 +8,7 @@ use super::exchange::{
 };
 use super::image::SafeState;
 use super::link::*;
+use super::machine::ImageCells;
 use super::swap::Generations;
 use super::unwired::UnwiredInputs;
 use std::future::Future;
@@ -40,7 +41,7 @@ fn scan(side: &mut ScanSide, number: u64, bits: [u8; 4]) {
 fn publish(side: &mut ScanSide, scans: u64, mode: Mode, bits: [u8; 4]) -> bool {
     let forces = &Forces::default();
     let facts = ScanFacts { scans, now_ns: scans * 10, mode, since_ns: 0, ending: false, forces };
-    side.publish(facts, (&bits, &[scans as i32, 0]))
+    side.publish(facts, ImageCells { bits: &bits, words: &[scans as i32, 0] })
 }
 
 #[test]

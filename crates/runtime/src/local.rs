@@ -13,6 +13,7 @@ use rtrb::{Consumer, Producer, RingBuffer};
 
 use super::exchange::Snapshot;
 use super::image::SafeState;
+use super::machine::ImageCells;
 use super::sys::monotonic_ns;
 use super::wiring::{OutputSource, Wiring, last_words};
 use rungd_base::locked::locked;
@@ -253,7 +254,7 @@ impl LocalSide {
     }
 
     /// Writes the outputs of a complete scan, if they changed.
-    pub(crate) fn write_image(&mut self, image: (&[u8], &[i32]), first_output: usize) -> bool {
+    pub(crate) fn write_image(&mut self, image: ImageCells<'_>, first_output: usize) -> bool {
         for (value, source) in self.values.iter_mut().zip(&self.outputs) {
             *value = value_in(*source, image, first_output);
         }
@@ -265,7 +266,7 @@ impl LocalSide {
     pub(crate) fn write_safe(
         &mut self,
         safe: &[SafeState],
-        image: Option<(&[u8], &[i32])>,
+        image: Option<ImageCells<'_>>,
         first_output: usize,
     ) -> bool {
         for (at, source) in self.outputs.iter().enumerate() {
@@ -328,10 +329,10 @@ impl LocalSide {
     }
 }
 
-fn value_in(source: OutputSource, image: (&[u8], &[i32]), first_output: usize) -> i32 {
+fn value_in(source: OutputSource, image: ImageCells<'_>, first_output: usize) -> i32 {
     match source {
-        OutputSource::Output(y) => i32::from(image.0[first_output + y as usize]),
-        OutputSource::Cell(Cell::Bit(cell), _) => i32::from(image.0[cell.0 as usize]),
-        OutputSource::Cell(Cell::Word(cell), _) => image.1[cell.0 as usize],
+        OutputSource::Output(y) => i32::from(image.bits[first_output + y as usize]),
+        OutputSource::Cell(Cell::Bit(cell), _) => i32::from(image.bits[cell.0 as usize]),
+        OutputSource::Cell(Cell::Word(cell), _) => image.words[cell.0 as usize],
     }
 }

@@ -9,6 +9,15 @@ use super::unwired::UnwiredInputs;
 use rungd_base::calendar::LocalTime;
 use rungd_engine::{BitCell, BlockEvent, Cell, Engine, MathEvent, ScanTimes, Transfer, WordCell};
 
+/// All bits and words of a machine.
+#[derive(Clone, Copy, Debug)]
+pub struct ImageCells<'a> {
+    /// The bits, each in a byte.
+    pub bits: &'a [u8],
+    /// The words.
+    pub words: &'a [i32],
+}
+
 /// The machine that is scanned: the engine, or a stand-in in tests.
 pub trait ScannedMachine {
     /// RUN begins.
@@ -39,7 +48,7 @@ pub trait ScannedMachine {
     where
         Self: Sized;
     /// All bits and words.
-    fn image(&self) -> (&[u8], &[i32]);
+    fn image(&self) -> ImageCells<'_>;
     /// The changes of blocks in the last scan or in `terminate`, and the number of dropped changes.
     fn events(&self) -> (&[BlockEvent], u32);
     /// The MATHs that had a mishap in the last scan.
@@ -142,9 +151,9 @@ impl ScannedMachine for Engine {
         Engine::adopt(self, old, transfer, running, forces);
     }
 
-    fn image(&self) -> (&[u8], &[i32]) {
+    fn image(&self) -> ImageCells<'_> {
         let image = Engine::image(self);
-        (image.bits(), image.words())
+        ImageCells { bits: image.bits(), words: image.words() }
     }
 
     fn events(&self) -> (&[BlockEvent], u32) {

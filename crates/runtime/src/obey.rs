@@ -6,7 +6,7 @@
 
 use super::command::{CommandDenial, CommandOutcome, ScanCommand, StateBefore, WaitingCommand};
 use super::exchange::{FaultReason, Mode, StopReason, Tempo};
-use super::machine::ScannedMachine;
+use super::machine::{ImageCells, ScannedMachine};
 use super::origin::Origin;
 use super::pacing::Clock;
 use super::record::RecordEvent;
@@ -118,7 +118,7 @@ impl<M: ScannedMachine, C: Clock> Scanner<M, C> {
             &mut *package;
         self.machine.adopt(old, transfer, running, self.forces.list());
         self.forces.renumber(|cell| transfer.cell(cell));
-        watches.carry(&self.watches, carried, self.machine.image().1, now_ns);
+        watches.carry(&self.watches, carried, self.machine.image().words, now_ns);
         std::mem::swap(&mut self.watches, watches);
         std::mem::swap(&mut self.side.fresh, fresh);
         self.field.exchange_safe(safe, !running);
@@ -173,7 +173,7 @@ impl<M: ScannedMachine, C: Clock> Scanner<M, C> {
 
     /// The state before a command for a bit or word.
     fn before(&self, cell: Cell) -> StateBefore {
-        let (bits, words) = self.machine.image();
+        let ImageCells { bits, words } = self.machine.image();
         let value = match cell {
             Cell::Bit(bit) => i32::from(bits[bit.0 as usize]),
             Cell::Word(word) => words[word.0 as usize],

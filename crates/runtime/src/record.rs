@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use rtrb::{Consumer, Producer, RingBuffer};
 
 use super::exchange::Mode;
+use super::machine::ImageCells;
 use super::statistics::Statistics;
 use rungd_engine::{BitCell, BlockEvent, MathEvent, WordCell};
 
@@ -176,12 +177,12 @@ impl Watches {
     /// Reports every change in an image.
     pub fn compare(
         &mut self,
-        image: (&[u8], &[i32]),
+        image: ImageCells<'_>,
         mut tell: impl FnMut(RecordEvent),
         now_ns: u64,
     ) {
         for (watch, (cell, on, since_ns)) in self.bits.iter_mut().enumerate() {
-            let is_on = image.0[cell.0 as usize] != 0;
+            let is_on = image.bits[cell.0 as usize] != 0;
             if is_on != *on {
                 let after_ns = now_ns.saturating_sub(*since_ns);
                 (*on, *since_ns) = (is_on, now_ns);
@@ -189,7 +190,7 @@ impl Watches {
             }
         }
         for (watch, (cell, value)) in self.words.iter_mut().enumerate() {
-            let to = image.1[cell.0 as usize];
+            let to = image.words[cell.0 as usize];
             if to != *value {
                 let from = std::mem::replace(value, to);
                 tell(RecordEvent::Word { watch: watch as u32, from, to });
@@ -243,7 +244,8 @@ mod tests {
         let mut watches = Watches::new(&watched, &[5], 100);
         let mut told = Vec::new();
         for (bit, word, now_ns) in [(0, 5, 110), (1, 6, 120), (1, 6, 130), (0, 5, 150)] {
-            watches.compare((&[9, bit], &[word]), |what| told.push(what), now_ns);
+            let image = ImageCells { bits: &[9, bit], words: &[word] };
+            watches.compare(image, |what| told.push(what), now_ns);
         }
         let bit = |on, after_ns| RecordEvent::Bit { watch: 0, on, after_ns };
         let word = |from, to| RecordEvent::Word { watch: 0, from, to };

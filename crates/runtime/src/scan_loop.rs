@@ -130,7 +130,7 @@ impl<M: ScannedMachine, C: Clock> Scanner<M, C> {
                     OperandWrite::Bit(cell, on) => self.machine.write_bit(cell, on),
                     OperandWrite::Word(cell, value) => self.machine.write_word(cell, value),
                     OperandWrite::Masked { cell, and, or, signed } => {
-                        let held = self.machine.image().1[cell.0 as usize];
+                        let held = self.machine.image().words[cell.0 as usize];
                         self.machine
                             .write_word(cell, OperandWrite::masked(held, (and, or), signed));
                     }

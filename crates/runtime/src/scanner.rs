@@ -17,7 +17,7 @@ use super::command::Forces;
 use super::exchange::{FaultReason, Mode, StopReason, Tempo};
 use super::field::FieldDevices;
 use super::link::{ScanFacts, ScanSide};
-use super::machine::ScannedMachine;
+use super::machine::{ImageCells, ScannedMachine};
 use super::pacing::{Clock, ScanGrid};
 use super::record::{Journal, OverrunSummary, RecordEvent, WatchedCells, Watches};
 use super::statistics::{RunMeter, ScanMeasurements, Statistics};
@@ -105,7 +105,7 @@ impl<M: ScannedMachine, C: Clock> Scanner<M, C> {
             parts;
         let now_ns = clock.now_ns();
         Scanner {
-            watches: Watches::new(&watched, machine.image().1, now_ns),
+            watches: Watches::new(&watched, machine.image().words, now_ns),
             grid: ScanGrid::new(now_ns, pace.tempo.period_ns),
             books: ScanMeasurements::new(now_ns),
             overruns: OverrunSummary::default(),
@@ -213,7 +213,7 @@ impl<M: ScannedMachine, C: Clock> Scanner<M, C> {
     }
 
     /// What is published: the facts and the image, beside the end that publishes them.
-    pub(super) fn shown(&mut self, now_ns: u64) -> (&mut ScanSide, ScanFacts<'_>, (&[u8], &[i32])) {
+    pub(super) fn shown(&mut self, now_ns: u64) -> (&mut ScanSide, ScanFacts<'_>, ImageCells<'_>) {
         let Scanner { scans, mode, since_ns, ending, .. } = *self;
         let Scanner { side, forces, machine, .. } = self;
         let facts = ScanFacts { scans, now_ns, mode, since_ns, ending, forces };

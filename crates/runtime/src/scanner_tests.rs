@@ -129,8 +129,8 @@ impl ScannedMachine for Fake {
         (self.bits, self.words) = (old.bits, old.words);
     }
 
-    fn image(&self) -> (&[u8], &[i32]) {
-        (&self.bits, &self.words)
+    fn image(&self) -> ImageCells<'_> {
+        ImageCells { bits: &self.bits, words: &self.words }
     }
 
     fn events(&self) -> (&[BlockEvent], u32) {

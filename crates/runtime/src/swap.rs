@@ -16,7 +16,7 @@ use super::command::{CommandDenial, CommandId, ScanCommand};
 use super::exchange::{Mode, Port, Snapshot, Tempo};
 use super::image::SafeState;
 use super::link::SPARES;
-use super::machine::ScannedMachine;
+use super::machine::{ImageCells, ScannedMachine};
 use super::record::{CarriedWatches, WatchedCells, Watches};
 use rungd_base::locked::locked;
 use rungd_engine::{Cell, Transfer};
@@ -84,7 +84,7 @@ pub struct PackageParts {
 impl<M: ScannedMachine> Package<M> {
     /// Stores the present values of the cells in `asked`. Nothing is allocated.
     pub(super) fn note(&mut self, old: &M) {
-        let (bits, words) = old.image();
+        let ImageCells { bits, words } = old.image();
         for (cell, value) in &mut self.asked {
             *value = match cell {
                 Cell::Bit(bit) => i32::from(bits[bit.0 as usize]),

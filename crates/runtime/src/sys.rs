@@ -1,8 +1,8 @@
 //! The system calls of the scan thread: the clocks, the absolute sleep, the scheduler.
 //!
-//! One of the two files with `unsafe` in this crate; the other is `daemon/operator/peer.rs`. Every
-//! call passes pointers to local values that outlive it, or none; every result is checked. Nothing
-//! here decides anything.
+//! One of the two files with `unsafe` in this crate; the other is `daemon/operator_server/peer.rs`.
+//! Every call passes pointers to local values that outlive it, or none; every result is checked.
+//! Nothing here decides anything.
 #![allow(unsafe_code)]
 
 use std::io;

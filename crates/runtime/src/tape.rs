@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rtrb::{Consumer, Producer};
 
-use super::machine::{ScanStart, ScannedMachine};
+use super::machine::{ImageCells, ScanStart, ScannedMachine};
 use super::mode::{FaultReason, Mode};
 use super::origin::Origin;
 use rungd_engine::{
@@ -351,7 +351,7 @@ impl ScannedMachine for Taped {
         self.tape = old.tape.take();
     }
 
-    fn image(&self) -> (&[u8], &[i32]) {
+    fn image(&self) -> ImageCells<'_> {
         ScannedMachine::image(&self.engine)
     }
 

@@ -171,7 +171,8 @@ impl FollowedController {
         });
     }
 
-    /// The status, with all listed alarms, including those that are over but not acknowledged.
+    /// The status, with all listed alarms: active ones, and returned ones that nobody has
+    /// acknowledged.
     fn status(&self) -> Option<Value> {
         self.poller.kept()?;
         let controller = self.poller.controller().ok()?;

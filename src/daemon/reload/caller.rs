@@ -1,4 +1,4 @@
-//! Who asks for a reload or a rollback, and until when. Made by the operator's desk and by
+//! Who asks for a reload or a rollback, and until when. Made by the operator's service and by
 //! `super::Reloads`.
 
 use rungd_client::operator::deadline::NEVER_NS;

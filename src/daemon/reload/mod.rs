@@ -1,6 +1,6 @@
 //! A reload from its request to its report: files, check, plan, the swap, and the way back.
 //!
-//! The operator's desk and SIGHUP request it; the shell checks whether a new program faults. A
+//! The operator's service and SIGHUP request it; the shell checks whether a new program faults. A
 //! separate thread reads, checks and lowers the files, within a time limit; the result goes to the
 //! scan thread in a package. There is one reload at a time. It runs as a separate task, so that it
 //! is completed even if its client disconnects. While a reload reads files, it holds no lock that a

@@ -26,7 +26,7 @@ use rungd_state::reload::{self, LoweredProgram, OTHER_DEVICES, OTHER_SIZES, Relo
 
 /// A program that is or was running, with its settings.
 pub(in crate::daemon) struct RunningProgram {
-    pub program: engine::Program,
+    pub program: engine::EngineProgram,
     pub setup: ControllerSetup,
 }
 
@@ -45,8 +45,8 @@ pub(super) fn read(
     progress: &Progress,
 ) -> Result<RunningProgram, String> {
     let style = Style { color: false, deny_warnings: false };
-    let loaded = config::load(path, style, progress).map_err(|failure| format!("{failure:#}"))?;
-    let (program, setup) = loaded?;
+    let loaded = config::load(path, style, progress);
+    let (program, setup) = loaded.map_err(config::LoadFailure::text)?;
     let (symbols, needed) = (&setup.symbols, &first.setup.symbols);
     if symbols.names.devices != needed.names.devices {
         return Err(format!("{}: {OTHER_DEVICES}", setup.controller));

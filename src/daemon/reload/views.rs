@@ -1,9 +1,9 @@
-//! The data of a program that its readers need: the desk, the log, the Modbus server, the simulated
-//! device and retentive memory.
+//! The data of a program that its readers need: the operator's service, the log, the Modbus server,
+//! the simulated device and retentive memory.
 
 use crate::daemon::config::ControllerSetup;
 use crate::daemon::narration::Narration;
-use crate::daemon::operator::{ProgramView, StatusSources};
+use crate::daemon::operator_server::{ProgramView, StatusSources};
 use crate::daemon::record;
 use rungd_io::modbus::settings::ModbusServerSettings;
 use rungd_io::{modbus, plant};
@@ -13,7 +13,7 @@ use rungd_state::retain::RetainPlan;
 
 /// The readers' data of each program, by generation; one field per reader.
 pub(in super::super) struct ProgramViews {
-    pub desk: Generations<ProgramView>,
+    pub operator: Generations<ProgramView>,
     pub about: StatusSources,
     pub narration: Generations<Narration>,
     /// The server's maps, and the settings of its start.
@@ -25,7 +25,7 @@ impl ProgramViews {
     /// Enters a program, before its swap.
     pub(super) fn insert(&self, generation: u32, setup: &ControllerSetup) {
         self.about.recording.program(record::program(setup, generation), setup.access);
-        self.desk.insert(generation, ProgramView::new(setup, &self.about));
+        self.operator.insert(generation, ProgramView::new(setup, &self.about));
         self.narration.insert(generation, setup.narration.clone());
         let layout = &setup.symbols.layout;
         if let Some((maps, started)) = &self.modbus {
@@ -49,7 +49,7 @@ impl ProgramViews {
 
     /// Removes a program that was not swapped in.
     pub(super) fn remove(&self, generation: u32) {
-        self.desk.remove(generation);
+        self.operator.remove(generation);
         self.narration.remove(generation);
         self.modbus.iter().for_each(|(maps, _)| maps.remove(generation));
         self.device.iter().for_each(|rules| rules.remove(generation));
@@ -58,7 +58,7 @@ impl ProgramViews {
 
     /// Removes the programs that no snapshot shows any more.
     pub(super) fn forget_before(&self, generation: u32) {
-        self.desk.forget_before(generation);
+        self.operator.forget_before(generation);
         self.narration.forget_before(generation);
         self.modbus.iter().for_each(|(maps, _)| maps.forget_before(generation));
         self.device.iter().for_each(|rules| rules.forget_before(generation));

@@ -13,7 +13,7 @@ use super::program::LiveProgram;
 use super::view::LiveView;
 use crate::operator::client::{self, CallFailure};
 use crate::operator::protocol::{PresentOutputs, RecordingBytes, Request};
-use rungd_engine::Program;
+use rungd_engine::EngineProgram;
 use rungd_history::observe::{PowerRun, ScanPower};
 use rungd_history::playback::Playback;
 use rungd_history::record::{LastProgram, RecordedProgram, Recording};
@@ -67,7 +67,7 @@ pub struct ControllerFollower {
 struct FollowedProgram {
     program: Arc<LiveProgram>,
     run: PowerRun,
-    playback: Playback<Program>,
+    playback: Playback<EngineProgram>,
     /// Whether the minute before the first look has been fetched.
     has_minute: bool,
     sections: Vec<KeptSection>,

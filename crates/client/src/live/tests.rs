@@ -9,7 +9,7 @@ use rungd_base::random::SplitMix64;
 use rungd_config::load;
 use rungd_engine::isa::{Bit, BitSpace};
 use rungd_engine::{Cell, Engine, EngineCall, EngineState, ScanTimes};
-use rungd_history::observe::{At, Cause, Limits, PowerRun};
+use rungd_history::observe::{Cause, Limits, PowerRun, QuestionTime};
 use rungd_history::record::{RecordedFile, RecordedProgram};
 use rungd_lab::draw::power::flow_of_power;
 use rungd_runtime::exchange::Mode;
@@ -91,7 +91,7 @@ fn compared(view: &LiveView, scan: u64) -> u32 {
     for tag in program.tags().skip(scan as usize % SOME).step_by(SOME) {
         let Ok(cell @ Cell::Bit(_)) = program.subject.cell(tag.name) else { continue };
         let mut past = view.sections.clone();
-        let asked = program.subject.why(&mut past, cell, (At::Scan(scan), limits));
+        let asked = program.subject.why(&mut past, cell, (QuestionTime::Scan(scan), limits));
         let root = asked.expect("it has an answer").root;
         assert_eq!(root.value, power.value(cell), "{} in scan {scan}", tag.name);
         let Cause::Instruction { rung, legs, .. } = &root.write.cause else { continue };

@@ -12,7 +12,7 @@ use crate::operator::protocol::PresentOutputs;
 use rungd_config::controller::OutputState;
 use rungd_engine::Cell;
 use rungd_engine::isa::Real;
-use rungd_history::observe::{At, Explanation, Limits, PowerRun, ScanPower};
+use rungd_history::observe::{Explanation, Limits, PowerRun, QuestionTime, ScanPower};
 use rungd_lab::draw::circuit::ContactSymbol;
 use rungd_runtime::TapeSection;
 use rungd_runtime::exchange::Mode;
@@ -125,7 +125,7 @@ impl LiveView {
     pub fn why(&self, operand: &str, scan: Option<u64>) -> Result<Explanation, String> {
         let subject = &self.program.subject;
         let cell = subject.cell(operand)?;
-        let at = scan.map_or(At::Now, At::Scan);
+        let at = scan.map_or(QuestionTime::Now, QuestionTime::Scan);
         let mut past = LivePast { sections: self.sections.clone(), earlier: self.earlier.clone() };
         let limits = Limits::default();
         let answer = subject.why(&mut past, cell, (at, limits));

@@ -14,10 +14,10 @@ pub use rungd_language::resolve::priority::Priority;
 pub enum AlarmState {
     /// Its bit is OFF, and nothing is left to be acknowledged.
     Normal,
-    /// It stands, and is not acknowledged.
+    /// It is active, and not acknowledged.
     #[default]
     Unacknowledged,
-    /// It stands, and is acknowledged.
+    /// It is active, and acknowledged.
     Acknowledged,
     /// It went away unacknowledged.
     Returned,
@@ -76,7 +76,7 @@ pub struct AlarmAck {
     pub unix_ns: i64,
 }
 
-/// An alarm that stands, or that went away unacknowledged.
+/// An active alarm, or one that returned to normal unacknowledged.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AlarmStatus {
     /// The tag.

@@ -1,10 +1,9 @@
 //! The operator's commands, for both ends: the protocol, the names, the client.
 //!
 //! `cli` sends requests through [`client`], to the controller that `search` finds;
-//! `daemon::operator` answers them, and puts its socket on the list of `running`. Programs that
-//! show a controller's state or pass it on ask through [`poller`].
-//! `docs/operator.md` describes the protocol for authors of other clients. This module uses neither
-//! tokio nor the log.
+//! `daemon::operator_server` answers them, and puts its socket on the list of `running`. Programs
+//! that show a controller's state or pass it on ask through [`poller`]. `docs/operator.md`
+//! describes the protocol for authors of other clients. This module uses neither tokio nor the log.
 
 mod alarm;
 pub mod client;

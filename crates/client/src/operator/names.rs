@@ -1,6 +1,6 @@
 //! Resolves an operator's texts: tags, addresses and ranges, by the names of the ladder.
 //!
-//! Made once for each program; `daemon::operator` looks up every operand of a request in it.
+//! Made once for each program; `daemon::operator_server` looks up every operand of a request in it.
 //! `operand` decides whether an operand may be written or forced.
 
 use std::collections::HashMap;

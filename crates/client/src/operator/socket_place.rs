@@ -1,7 +1,7 @@
 //! The places of the operator's socket and of the view socket: what the controller file, the
 //! environment and systemd say of them.
 //!
-//! Called by `daemon::operator`, which makes the sockets there, and by clients that know the
+//! Called by `daemon::operator_server`, which makes the sockets there, and by clients that know the
 //! controller file of their controller. It makes no file.
 
 use std::fs;

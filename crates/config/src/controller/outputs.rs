@@ -3,7 +3,7 @@
 //!
 //! The one rule for every place that shows a Y of a recorded scan: pages, trends, `why`, metrics.
 //! The running controller itself drives `Snapshot::outputs`, by the same [`SafeState`]; it knows
-//! more about a lost device than its log, and `daemon::operator` shows that.
+//! more about a lost device than its log, and `daemon::operator_server` shows that.
 
 use std::collections::HashMap;
 

@@ -98,7 +98,7 @@ type Left = (Vec<i32>, Vec<u8>, Vec<(u32, String)>, u32);
 
 /// The results of seven scans with random inputs and words; `force`: one word and one bit are
 /// forced.
-fn scans(program: rungd_engine::Program, seed: u64, force: bool) -> Vec<Left> {
+fn scans(program: rungd_engine::EngineProgram, seed: u64, force: bool) -> Vec<Left> {
     let layout = program.layout.clone();
     let mut engine = Engine::new(program);
     let mut numbers = Numbers(seed);

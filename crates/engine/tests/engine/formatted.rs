@@ -5,8 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use rungd_config::load::ladder_files;
-use rungd_lab::sim::stimulus::Stimulus;
-use rungd_lab::sim::trace::{CsvTrace, Watched};
+use rungd_lab::traces::stimulus::Stimulus;
+use rungd_lab::traces::trace::{CsvTrace, TracedOperand};
 use rungd_language::format::formatted;
 use rungd_language::lower::lower;
 use rungd_language::resolve::program::Program;
@@ -38,9 +38,9 @@ fn trace(program: &Program) -> String {
     let operands = program.named(64);
     let watched = operands.iter().filter_map(|operand| {
         let cell = cell(program, &symbols, &operand.name).ok()?;
-        Some(Watched::new(&operand.name, cell, &symbols.layout))
+        Some(TracedOperand::new(&operand.name, cell, &symbols.layout))
     });
-    let watched: Vec<Watched> = watched.collect();
+    let watched: Vec<TracedOperand> = watched.collect();
     let mut trace = CsvTrace::new(&watched, Vec::new()).expect("a Vec takes all");
     run(engine_program, &plan, &mut trace).expect("a Vec takes all");
     String::from_utf8(trace.finish().expect("a Vec takes all")).expect("CSV is text")

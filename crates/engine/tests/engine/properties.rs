@@ -8,8 +8,8 @@
 use rungd_base::calendar::{LocalTime, parse_seconds};
 use rungd_engine::isa::{Bit, BitSpace};
 use rungd_engine::{Cell, Engine, ScanTimes};
-use rungd_lab::sim::stimulus::{Change, Stimulus};
-use rungd_lab::sim::trace::{CsvTrace, Watched};
+use rungd_lab::traces::stimulus::{Stimulus, StimulusChange};
+use rungd_lab::traces::trace::{CsvTrace, TracedOperand};
 use rungd_language::lower::{lower, lower_with};
 use rungd_language::resolve::program::Program;
 use rungd_test_support::bare_run::{Plan, run};
@@ -43,9 +43,9 @@ fn trace(case: &Case, program: &Program, plan: &Plan, window: Option<usize>) -> 
     };
     let watched = case.watch().into_iter().map(|name| {
         let cell = cell(program, &symbols, &name).unwrap_or_else(|error| panic!("{error}"));
-        Watched::new(&name, cell, &symbols.layout)
+        TracedOperand::new(&name, cell, &symbols.layout)
     });
-    let watched: Vec<Watched> = watched.collect();
+    let watched: Vec<TracedOperand> = watched.collect();
     let mut trace = CsvTrace::new(&watched, Vec::new()).expect("a Vec takes all");
     run(engine_program, plan, &mut trace).expect("a Vec takes all");
     String::from_utf8(trace.finish().expect("a Vec takes all")).expect("CSV is text")
@@ -98,9 +98,9 @@ fn inputs_do_not_change_within_a_scan() {
             engine.begin_scan(now_ns, &ScanTimes::default(), &LocalTime::default());
             for change in plan.stimulus.of_scan(scan, &mut next) {
                 match change {
-                    Change::Input(n, on) => engine.set_input(n, on),
-                    Change::Bit(cell, on) => engine.write_bit(cell, on),
-                    Change::Word(cell, value) => engine.write_word(cell, value),
+                    StimulusChange::Input(n, on) => engine.set_input(n, on),
+                    StimulusChange::Bit(cell, on) => engine.write_bit(cell, on),
+                    StimulusChange::Word(cell, value) => engine.write_word(cell, value),
                 }
             }
             let image = |engine: &Engine| -> Vec<i64> {

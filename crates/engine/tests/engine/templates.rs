@@ -4,8 +4,8 @@
 //! `RUNGD_PROPERTY_TEMPLATES` (60) is the number of random ladders, `RUNGD_PROPERTY_SEED` (1) the
 //! first seed.
 
-use rungd_lab::sim::stimulus::Stimulus;
-use rungd_lab::sim::trace::{CsvTrace, Watched};
+use rungd_lab::traces::stimulus::Stimulus;
+use rungd_lab::traces::trace::{CsvTrace, TracedOperand};
 use rungd_language::lower::lower;
 
 use rungd_test_support::bare_run::{Plan, run};
@@ -22,9 +22,9 @@ fn trace(ladder: &str, stimulus: &str, watch: &[&str]) -> String {
     let plan = Plan { period_ms, scans, stop: true, clock_s: 0, stimulus };
     let watched = watch.iter().map(|name| {
         let cell = cell(&program, &symbols, name).unwrap_or_else(|error| panic!("{error}"));
-        Watched::new(name, cell, &symbols.layout)
+        TracedOperand::new(name, cell, &symbols.layout)
     });
-    let watched: Vec<Watched> = watched.collect();
+    let watched: Vec<TracedOperand> = watched.collect();
     let mut trace = CsvTrace::new(&watched, Vec::new()).expect("a Vec takes all");
     run(engine_program, &plan, &mut trace).expect("a Vec takes all");
     let text = String::from_utf8(trace.finish().expect("a Vec takes all")).expect("CSV is text");

@@ -5,6 +5,7 @@
 //! every event of the link. Only the messages that the options request are published: the state of
 //! this host (`--host-id`), and requests for births (`--rebirth`).
 
+use std::ops::ControlFlow;
 use std::time::Duration;
 
 use anyhow::Result;
@@ -183,15 +184,15 @@ impl FleetListener<'_> {
             let step = tokio::select! {
                 event = link.session.next() => match event {
                     Ok(event) => self.take(link, event).await?,
-                    Err(failure) => Err(failure),
+                    Err(failure) => ControlFlow::Break(failure),
                 },
-                _ = asks.tick() => self.ask(link).await,
+                _ = asks.tick() => session_flow(self.ask(link).await),
                 () = self.stop.wait() => {
                     self.take_rest(link).await?;
                     return Ok(FleetSessionEnd::Stopped);
                 }
             };
-            if let Err(failure) = step {
+            if let ControlFlow::Break(failure) = step {
                 return Ok(FleetSessionEnd::Broken(failure));
             }
         }
@@ -203,19 +204,19 @@ impl FleetListener<'_> {
         while Instant::now() < end {
             // This timeout lets only data through that has already arrived.
             let Ok(Ok(event)) = timeout(Duration::ZERO, link.session.next()).await else { break };
-            if self.take(link, event).await?.is_err() {
+            if self.take(link, event).await?.is_break() {
                 break;
             }
         }
         Ok(())
     }
 
-    /// Handles an event of the session.
+    /// Handles an event of the session. Breaks if the session has failed.
     async fn take(
         &mut self,
         link: &mut FleetLink,
         event: MqttEvent,
-    ) -> Result<Result<(), MqttFailure>> {
+    ) -> Result<ControlFlow<MqttFailure>> {
         let (now_ms, before) = (now_ms(), self.heard.view.counts);
         let (changes, answer) = match event {
             MqttEvent::Message { topic, payload, retained: is_retained, .. } => {
@@ -225,7 +226,9 @@ impl FleetListener<'_> {
                 (self.heard.view.hear(message, now_ms), answer)
             }
             MqttEvent::LeftOut(message) => (self.heard.view.miss(&message, now_ms), None),
-            MqttEvent::Acknowledged(_) | MqttEvent::Pong(_) => return Ok(Ok(())),
+            MqttEvent::Acknowledged(_) | MqttEvent::Pong(_) => {
+                return Ok(ControlFlow::Continue(()));
+            }
         };
         for what in self.heard.view.counts.begun(&before) {
             (self.ear)(FleetEvent::LeftOut(what))?;
@@ -234,8 +237,8 @@ impl FleetListener<'_> {
             (self.ear)(FleetEvent::Changed(&changes))?;
         }
         Ok(match answer {
-            Some(state) => publish_state(&mut link.session, state).await,
-            None => Ok(()),
+            Some(state) => session_flow(publish_state(&mut link.session, state).await),
+            None => ControlFlow::Continue(()),
         })
     }
 
@@ -254,6 +257,14 @@ impl FleetListener<'_> {
             link.session.publish(&topic, &payload, Qos::AtMostOnce, false).await?;
         }
         Ok(())
+    }
+}
+
+/// Breaks if an action has failed.
+fn session_flow(done: Result<(), MqttFailure>) -> ControlFlow<MqttFailure> {
+    match done {
+        Ok(()) => ControlFlow::Continue(()),
+        Err(failure) => ControlFlow::Break(failure),
     }
 }
 

@@ -160,7 +160,7 @@ impl Node {
     /// Whether the answer of the program before the last reload says all that is known about the
     /// value.
     pub(super) fn is_told_by_earlier(&self) -> bool {
-        let is_same = self.earlier.as_ref().is_some_and(|of| of.root.value == self.value);
+        let is_same = self.earlier.as_ref().is_some_and(|earlier| earlier.root.value == self.value);
         is_same && self.write.cause == Cause::Older(TapeEnd::Swapped)
     }
 }

@@ -1,10 +1,10 @@
 //! Operands with the writes that decided their values, as data.
 
 use super::answer::{About, Cause, Cut, Followed, Node, Since, Stop, TapeEnd, Write};
-use super::inquiry::{Found, FoundWriter, Inquiry, Shown};
-use super::leaves::{LeafSeen, Side, is_status, side};
+use super::inquiry::{ExplainedWrite, FoundWrite, FoundWriter, Inquiry};
+use super::leaves::{LeafSeen, SeenValue, is_status, side};
 use super::operands::structure;
-use super::past::{self, Moment};
+use super::past::{self, TapeMoment};
 use super::reasons::TOLD_MAX;
 use super::replay::{Changed, SEARCHED_MAX};
 use rungd_engine::isa::status::st;
@@ -18,7 +18,7 @@ const ZEROS_TOLD: usize = 3;
 
 impl Inquiry<'_> {
     /// The reasons of an operand, if there is room for them.
-    pub fn follow(&mut self, cell: Cell, value: i32, at: Moment, depth: u32) -> Followed {
+    pub fn follow(&mut self, cell: Cell, value: i32, at: TapeMoment, depth: u32) -> Followed {
         let address = self.subject.address(cell);
         if let Some(Address::Bit(Bit::Space(BitSpace::St, st::ON | st::OFF))) = address {
             return Followed::Cut(Cut::Constant);
@@ -44,7 +44,7 @@ impl Inquiry<'_> {
     }
 
     /// Whether the answer has explained the last change of a cell before a moment.
-    fn is_change_shown(&mut self, cell: Cell, at: Moment) -> bool {
+    fn is_change_shown(&mut self, cell: Cell, at: TapeMoment) -> bool {
         if self.shown.iter().all(|shown| shown.cell != cell) {
             return false;
         }
@@ -54,7 +54,7 @@ impl Inquiry<'_> {
     }
 
     /// An operand with the write that decided its value; `None` if the answer has it already.
-    pub fn node(&mut self, cell: Cell, value: i32, at: Moment, depth: u32) -> Option<Node> {
+    pub fn node(&mut self, cell: Cell, value: i32, at: TapeMoment, depth: u32) -> Option<Node> {
         let address = self.subject.address(cell);
         let (mut number, cuts) = (None, self.cuts);
         let write = if let Some(since) = self.replay.forced(cell, at) {
@@ -62,12 +62,12 @@ impl Inquiry<'_> {
             self.force(since, at)
         } else {
             let found = self.find(cell, at);
-            let write = Shown { cell, at: found.at, depth };
+            let write = ExplainedWrite { cell, at: found.at, depth };
             if self.shown.iter().any(|shown| shown.covers(write)) {
                 return None;
             }
             self.nodes += 1;
-            self.shown.push(Shown { depth: u32::MAX, ..write });
+            self.shown.push(ExplainedWrite { depth: u32::MAX, ..write });
             number = self.shown.len().checked_sub(1);
             let is_status = is_status(address) && !matches!(found.writer, FoundWriter::Step { .. });
             if is_status { self.status(at) } else { self.write(cell, value, found, depth) }
@@ -81,7 +81,7 @@ impl Inquiry<'_> {
             true => Vec::new(),
             false => self.idle((cell, address), value, at, depth),
         };
-        let about = structure(address).and_then(|of| self.about(of, at));
+        let about = structure(address).and_then(|owner| self.about(owner, at));
         let operand = self.subject.operand(cell);
         if let Some(shown) = number.and_then(|number| self.shown.get_mut(number))
             && self.cuts > cuts
@@ -91,7 +91,7 @@ impl Inquiry<'_> {
         Some(Node { operand, value, write, about, idle, earlier: None })
     }
 
-    fn force(&mut self, since: Result<Moment, TapeEnd>, at: Moment) -> Write {
+    fn force(&mut self, since: Result<TapeMoment, TapeEnd>, at: TapeMoment) -> Write {
         let (since, who) = match since {
             Ok(moment) => {
                 let section = self.replay.section(moment.section);
@@ -103,13 +103,13 @@ impl Inquiry<'_> {
         Write { since, before: None, in_last_scan: true, cause: Cause::Force { who } }
     }
 
-    fn status(&mut self, at: Moment) -> Write {
+    fn status(&mut self, at: TapeMoment) -> Write {
         let since = Since::At(self.replay.when(at));
         Write { since, before: None, in_last_scan: true, cause: Cause::Status }
     }
 
-    pub fn write(&mut self, cell: Cell, value: i32, found: Found, depth: u32) -> Write {
-        let Found { at, before, in_last_scan, writer } = found;
+    pub fn write(&mut self, cell: Cell, value: i32, found: FoundWrite, depth: u32) -> Write {
+        let FoundWrite { at, before, in_last_scan, writer } = found;
         let mut since = Since::At(self.replay.when_of(at.section, at.entry));
         let cause = match writer {
             FoundWriter::Step { deed, leaves, operands } => {
@@ -119,8 +119,10 @@ impl Inquiry<'_> {
             FoundWriter::Call => self.call(at),
             FoundWriter::End(end, section) => {
                 since = Since::Before(self.replay.start_of(section));
-                let of = self.replay.section(section).filter(|_| end != TapeEnd::Searched);
-                let is_start = of.is_some_and(|of| is_first(&of));
+                let searched_section =
+                    self.replay.section(section).filter(|_| end != TapeEnd::Searched);
+                let is_start =
+                    searched_section.is_some_and(|found_section| is_first(&found_section));
                 match is_start {
                     true if self.subject.initial.value(cell) == value => Cause::Initial,
                     true => Cause::Restored,
@@ -135,8 +137,8 @@ impl Inquiry<'_> {
     fn step(
         &mut self,
         deed: ScanStep,
-        (leaves, operands): (&[LeafSeen], &[Side]),
-        at: Moment,
+        (leaves, operands): (&[LeafSeen], &[SeenValue]),
+        at: TapeMoment,
         depth: u32,
     ) -> Cause {
         let Some(site) = self.subject.site(deed) else { return Cause::Controller };
@@ -152,7 +154,10 @@ impl Inquiry<'_> {
         }
         let legs = self.legs(site.part, leaves, at, depth);
         let (operands, zeros) = without_zeros(operands);
-        let operands = operands.into_iter().map(|of| self.side(of, at, depth)).collect::<Vec<_>>();
+        let operands = operands
+            .into_iter()
+            .map(|read_operand| self.side(read_operand, at, depth))
+            .collect::<Vec<_>>();
         let operands = operands
             .into_iter()
             .filter_map(|(value, operand, followed)| Some((operand?, value, followed)))
@@ -161,7 +166,7 @@ impl Inquiry<'_> {
     }
 
     /// Why a termination pass ran over the block or Stage of a part.
-    fn stop(&mut self, part: u32, at: Moment, depth: u32) -> Stop {
+    fn stop(&mut self, part: u32, at: TapeMoment, depth: u32) -> Stop {
         let section = self.replay.section(at.section);
         let call = section.as_ref().and_then(|section| section.entries.get(at.entry));
         if call == Some(&TapeEntry::Call(EngineCall::Terminate)) {
@@ -181,10 +186,10 @@ impl Inquiry<'_> {
         Stop::Again(self.subject.element(element), restart)
     }
 
-    fn turn(&mut self, cell: Cell, block: BlockId, at: Moment, depth: u32) -> Cause {
+    fn turn(&mut self, cell: Cell, block: BlockId, at: TapeMoment, depth: u32) -> Cause {
         let running = Cell::Bit(self.subject.symbols.layout.bit(Bit::Running(block)));
         let element = rungd_engine::isa::ElementId { block, stage: None };
-        let of = self.subject.element(element);
+        let element_place = self.subject.element(element);
         let restart = match running == cell {
             true => None,
             false => self.restart(block, at, depth),
@@ -196,11 +201,11 @@ impl Inquiry<'_> {
                 self.node(running, value, at, depth.saturating_sub(1)).map(Box::new)
             }
         };
-        Cause::Turn { block: of, running: node, restart }
+        Cause::Turn { block: element_place, running: node, restart }
     }
 
     /// The cause of a write by the call of an entry.
-    fn call(&mut self, at: Moment) -> Cause {
+    fn call(&mut self, at: TapeMoment) -> Cause {
         let Some(section) = self.replay.section(at.section) else { return Cause::Controller };
         match section.entries.get(at.entry) {
             Some(TapeEntry::Call(EngineCall::Write(..))) => {
@@ -237,13 +242,13 @@ impl Inquiry<'_> {
     }
 
     /// The state of a timer or counter at a moment.
-    fn about(&mut self, of: Structure, at: Moment) -> Option<About> {
+    fn about(&mut self, structure: Structure, at: TapeMoment) -> Option<About> {
         let layout = &self.subject.symbols.layout;
-        let bit = |flag| Cell::Bit(layout.bit(Bit::Flag(of, flag)));
-        let acc_cell = Cell::Word(layout.word(Word::Acc(of)));
-        let presets = self.presets(of, at);
+        let bit = |flag| Cell::Bit(layout.bit(Bit::Flag(structure, flag)));
+        let acc_cell = Cell::Word(layout.word(Word::Acc(structure)));
+        let presets = self.presets(structure, at);
         let acc = self.replay.value(acc_cell, at);
-        match of {
+        match structure {
             Structure::Timer(_) => {
                 let (timing, done) = (bit(Flag::Timing), bit(Flag::Done));
                 let is_done = self.replay.value(done, at) != 0;
@@ -257,7 +262,7 @@ impl Inquiry<'_> {
             }
             Structure::Counter(_) => {
                 let counts = |step: i32| step == 1 || step == -1;
-                let owner = self.owner(of);
+                let owner = self.owner(structure);
                 Some(About::Counter {
                     acc,
                     presets,
@@ -273,20 +278,20 @@ impl Inquiry<'_> {
     }
 
     /// The operation of the instruction that owns a structure.
-    fn owner(&self, of: Structure) -> Option<ScanStep> {
-        let acc = Cell::Word(self.subject.symbols.layout.word(Word::Acc(of)));
+    fn owner(&self, structure: Structure) -> Option<ScanStep> {
+        let acc = Cell::Word(self.subject.symbols.layout.word(Word::Acc(structure)));
         self.subject.writers(acc).into_iter().find(|deed| {
             let site = self.subject.site(*deed);
             let instruction =
                 site.and_then(|site| self.subject.instruction(site.part, site.instruction?));
             let owned = instruction.and_then(|instruction| instruction.owned());
-            matches!(deed, ScanStep::Batch(_)) && owned == Some(of)
+            matches!(deed, ScanStep::Batch(_)) && owned == Some(structure)
         })
     }
 
-    fn presets(&mut self, of: Structure, at: Moment) -> Vec<i32> {
+    fn presets(&mut self, structure: Structure, at: TapeMoment) -> Vec<i32> {
         let mut all = self.subject.program.instructions();
-        let owner = all.find(|(_, instruction)| instruction.owned() == Some(of));
+        let owner = all.find(|(_, instruction)| instruction.owned() == Some(structure));
         let Some((_, owner)) = owner else { return Vec::new() };
         let subject = self.subject;
         let Some(engine) = self.replay.seek(at.section, at.entry) else { return Vec::new() };
@@ -300,9 +305,10 @@ impl Inquiry<'_> {
 
 /// The operands that an instruction used; of many, without most zeros that add nothing to a sum or
 /// an OR, and the number of these zeros.
-fn without_zeros(operands: &[Side]) -> (Vec<Side>, usize) {
+fn without_zeros(operands: &[SeenValue]) -> (Vec<SeenValue>, usize) {
     let used = operands.iter().copied().filter(|side| side.cell.is_some());
-    let (zeros, deciding): (Vec<Side>, Vec<Side>) = used.clone().partition(|of| of.adds_nothing);
+    let (zeros, deciding): (Vec<SeenValue>, Vec<SeenValue>) =
+        used.clone().partition(|side| side.adds_nothing);
     let told = ZEROS_TOLD.saturating_sub(deciding.len());
     if deciding.len() + zeros.len() <= TOLD_MAX || zeros.len() <= told + 1 {
         return (used.collect(), 0);

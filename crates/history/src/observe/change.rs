@@ -7,7 +7,7 @@
 
 use super::answer::{BlockPlace, Edit, Remedy, SearchEnd};
 use super::inquiry::Inquiry;
-use super::past::Moment;
+use super::past::TapeMoment;
 use super::subject::Subject;
 use rungd_engine::isa::{Address, Bit, BitSpace, BlockId, ElementId, Word, WordSpace};
 use rungd_engine::{Cell, Engine, EngineCall, EngineState, ScanTimes};
@@ -29,7 +29,7 @@ const ELEMENTS_MAX: usize = 256;
 
 /// An edit that can be tried.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Try {
+enum TriedEdit {
     Write(Cell, i32),
     Run(BlockId),
 }
@@ -37,7 +37,7 @@ enum Try {
 /// The start of a scan, as the tape has it.
 #[derive(Clone, Copy)]
 struct SeenBegin {
-    at: Moment,
+    at: TapeMoment,
     now_ns: u64,
     times: ScanTimes,
     /// Local time.
@@ -57,7 +57,7 @@ struct TrialScan<'a> {
 
 impl TrialScan<'_> {
     /// Whether these edits change the bit; `None`: the search has reached its limit.
-    fn turns_over(&mut self, edits: &[Try]) -> Option<bool> {
+    fn turns_over(&mut self, edits: &[TriedEdit]) -> Option<bool> {
         if self.tried >= self.tried_max {
             return None;
         }
@@ -66,8 +66,10 @@ impl TrialScan<'_> {
         self.engine.apply(self.begin);
         for edit in edits {
             match edit {
-                Try::Write(cell, value) => self.engine.apply(EngineCall::Write(*cell, *value)),
-                Try::Run(block) => self.engine.try_run(*block),
+                TriedEdit::Write(cell, value) => {
+                    self.engine.apply(EngineCall::Write(*cell, *value))
+                }
+                TriedEdit::Run(block) => self.engine.try_run(*block),
             }
         }
         self.engine.apply(EngineCall::Execute);
@@ -76,13 +78,13 @@ impl TrialScan<'_> {
     }
 
     /// The first set of `size` edits that changes the bit.
-    fn search(&mut self, all: &[Try], size: usize) -> Option<Option<Vec<Try>>> {
+    fn search(&mut self, all: &[TriedEdit], size: usize) -> Option<Option<Vec<TriedEdit>>> {
         let mut places: Vec<usize> = (0..size).collect();
         if all.len() < size {
             return Some(None);
         }
         loop {
-            let edits: Vec<Try> = places.iter().map(|at| all[*at]).collect();
+            let edits: Vec<TriedEdit> = places.iter().map(|at| all[*at]).collect();
             if self.turns_over(&edits)? {
                 return Some(Some(edits));
             }
@@ -96,16 +98,16 @@ impl TrialScan<'_> {
     }
 
     /// The edits that give an operand one of these values.
-    fn values(&self, cell: Cell, values: &[i32]) -> Vec<Try> {
+    fn values(&self, cell: Cell, values: &[i32]) -> Vec<TriedEdit> {
         let now = self.state.value(cell);
         let address = self.subject.address(cell);
         let (low, high) = match address {
             Some(Address::Word(word)) => self.subject.symbols.limits(word),
             Some(Address::Bit(_) | Address::Structure(_)) | None => (0, 1),
         };
-        let mut tries: Vec<Try> = Vec::new();
+        let mut tries: Vec<TriedEdit> = Vec::new();
         for value in values.iter().copied().filter(|value| (low..=high).contains(value)) {
-            let edit = Try::Write(cell, value);
+            let edit = TriedEdit::Write(cell, value);
             if value != now && !tries.contains(&edit) {
                 tries.push(edit);
             }
@@ -128,7 +130,7 @@ impl TrialScan<'_> {
 
 impl Inquiry<'_> {
     /// The remedy that would change a bit in the scan after a moment.
-    pub fn change(&mut self, cell: Cell, at: Moment) -> Remedy {
+    pub fn change(&mut self, cell: Cell, at: TapeMoment) -> Remedy {
         if self.replay.forced(cell, at).is_some() {
             return Remedy::Release;
         }
@@ -161,7 +163,7 @@ impl Inquiry<'_> {
         self.singles_end.is_some_and(|end| tried > end)
     }
 
-    fn try_all(&mut self, trial: &mut TrialScan) -> Option<Option<Vec<Try>>> {
+    fn try_all(&mut self, trial: &mut TrialScan) -> Option<Option<Vec<TriedEdit>>> {
         if trial.turns_over(&[])? {
             return Some(Some(Vec::new()));
         }
@@ -184,22 +186,22 @@ impl Inquiry<'_> {
     }
 
     /// Edits of the operands among the reasons, and of the Programs that do not run.
-    fn reasons(&self, trial: &TrialScan) -> Vec<Try> {
+    fn reasons(&self, trial: &TrialScan) -> Vec<TriedEdit> {
         let free = self.free.iter().filter(|(cell, _)| trial.is_free(*cell));
-        let mut tries: Vec<Try> =
+        let mut tries: Vec<TriedEdit> =
             free.flat_map(|(cell, values)| trial.values(*cell, values)).collect();
         for block in &self.stopped {
-            let of = self.subject.program.block(*block);
-            let is_started = of.kind == BlockKind::Program && !of.is_main();
-            if is_started && !tries.contains(&Try::Run(*block)) {
-                tries.push(Try::Run(*block));
+            let block_place = self.subject.program.block(*block);
+            let is_started = block_place.kind == BlockKind::Program && !block_place.is_main();
+            if is_started && !tries.contains(&TriedEdit::Run(*block)) {
+                tries.push(TriedEdit::Run(*block));
             }
         }
         tries
     }
 
     /// Edits of all other bits that the ladder names and that can affect the bit of the question.
-    fn others(&self, trial: &TrialScan, reasons: &[Try]) -> Vec<Try> {
+    fn others(&self, trial: &TrialScan, reasons: &[TriedEdit]) -> Vec<TriedEdit> {
         let layout = &self.subject.symbols.layout;
         let named = self.subject.program.named(ELEMENTS_MAX);
         let cells = named.iter().filter_map(|operand| layout.cell(operand.address));
@@ -207,17 +209,17 @@ impl Inquiry<'_> {
         let bits = cells
             .filter(|cell| matches!(cell, Cell::Bit(_)) && slice.knows(*cell))
             .filter(|cell| trial.is_free(*cell));
-        let tries = bits.map(|cell| Try::Write(cell, 1 - trial.state.value(cell)));
+        let tries = bits.map(|cell| TriedEdit::Write(cell, 1 - trial.state.value(cell)));
         tries.filter(|edit| !reasons.contains(edit)).collect()
     }
 
-    fn edit(&self, edit: Try) -> Edit {
+    fn edit(&self, edit: TriedEdit) -> Edit {
         match edit {
-            Try::Write(cell, value) => {
+            TriedEdit::Write(cell, value) => {
                 let operand = self.subject.operand(cell);
                 Edit::Write { operand, value }
             }
-            Try::Run(block) => Edit::Run { block: self.block(block) },
+            TriedEdit::Run(block) => Edit::Run { block: self.block(block) },
         }
     }
 
@@ -227,7 +229,7 @@ impl Inquiry<'_> {
 
     /// The start of the scan after a moment, one period after the last start; `None` if no scan
     /// follows.
-    fn next_begin(&mut self, at: Moment) -> Option<EngineCall> {
+    fn next_begin(&mut self, at: TapeMoment) -> Option<EngineCall> {
         if !self.runs(at)? {
             return None;
         }
@@ -237,25 +239,25 @@ impl Inquiry<'_> {
         let now_ns = section.state.now_ns();
         let cold = SeenBegin { at, now_ns, times: ScanTimes::default(), local_s: 0 };
         let SeenBegin { now_ns: last_ns, times, local_s, .. } = last.unwrap_or(cold);
-        let period_ns = before.map_or(PERIOD_NS, |of| last_ns.saturating_sub(of.now_ns));
+        let period_ns = before.map_or(PERIOD_NS, |before| last_ns.saturating_sub(before.now_ns));
         Some(EngineCall::Begin { now_ns: last_ns.saturating_add(period_ns), times, local_s })
     }
 
     /// The last scan that began before a moment.
-    fn begin_before(&mut self, at: Moment) -> Option<SeenBegin> {
+    fn begin_before(&mut self, at: TapeMoment) -> Option<SeenBegin> {
         let (section, entry) = self.replay.last_begin(at)?;
-        let of = self.replay.section(section)?;
+        let section_tape = self.replay.section(section)?;
         let Some(TapeEntry::Call(EngineCall::Begin { now_ns, times, local_s })) =
-            of.entries.get(entry)
+            section_tape.entries.get(entry)
         else {
             return None;
         };
-        let at = Moment { section, entry, step: 0 };
+        let at = TapeMoment { section, entry, step: 0 };
         Some(SeenBegin { at, now_ns: *now_ns, times: *times, local_s: *local_s })
     }
 
     /// Whether the controller scans at a moment.
-    pub fn runs(&mut self, at: Moment) -> Option<bool> {
+    pub fn runs(&mut self, at: TapeMoment) -> Option<bool> {
         let section = self.replay.section(at.section)?;
         let mut runs = section.start.mode == Mode::Run;
         for entry in section.entries.get(..at.entries())? {

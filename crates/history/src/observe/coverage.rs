@@ -18,7 +18,7 @@ use rungd_language::resolve::program::Contact;
 
 /// The states seen of something that can be OFF and ON.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct TwoWays {
+pub struct SeenStates {
     /// It was OFF; a Stage or an alarm: OFF after it was ON.
     pub off: bool,
     /// It was ON.
@@ -31,9 +31,9 @@ pub struct LadderCoverage {
     /// The rungs and their branches, in file order.
     pub parts: Vec<PartCoverage>,
     /// Each Stage with its Program's name: entered (ON) and left (OFF).
-    pub stages: Vec<(String, TwoWays)>,
+    pub stages: Vec<(String, SeenStates)>,
     /// Each tag with an alarm: raised (ON) and gone (OFF).
-    pub alarms: Vec<(String, TwoWays)>,
+    pub alarms: Vec<(String, SeenStates)>,
 }
 
 /// The states seen of a rung's legs, or of a branch.
@@ -44,7 +44,7 @@ pub struct PartCoverage {
     /// The place of its first contact or instruction.
     pub place: Place,
     /// Each leg by its key, with its power.
-    pub legs: Vec<(&'static str, TwoWays)>,
+    pub legs: Vec<(&'static str, SeenStates)>,
     /// Its contacts, from left to right.
     pub contacts: Vec<ContactCoverage>,
 }
@@ -55,15 +55,15 @@ pub struct ContactCoverage {
     /// Its place and text.
     pub place: Place,
     /// Its states.
-    pub seen: TwoWays,
+    pub seen: SeenStates,
 }
 
 /// A part of a rung that is observed.
 struct WatchedPart {
     /// The rung's own part, if it is a branch.
     outer: Option<usize>,
-    legs: Vec<(&'static str, Logic, TwoWays)>,
-    contacts: Vec<TwoWays>,
+    legs: Vec<(&'static str, Logic, SeenStates)>,
+    contacts: Vec<SeenStates>,
     /// The states of its contacts at their last evaluation.
     now: Vec<bool>,
 }
@@ -75,11 +75,11 @@ pub struct CoverageRun {
     engine: Engine,
     parts: Vec<WatchedPart>,
     /// The bits of the Stages, then those of the alarms.
-    followed: Vec<(BitCell, TwoWays)>,
+    followed: Vec<(BitCell, SeenStates)>,
     writers: BitWriters,
 }
 
-impl TwoWays {
+impl SeenStates {
     /// Notes a state.
     fn see(&mut self, on: bool) {
         match on {
@@ -115,7 +115,7 @@ impl CoverageRun {
             stages.chain(subject.symbols.alarms.iter().map(|alarm| alarm.bit)).collect();
         CoverageRun {
             writers: BitWriters::new(&subject, &bits),
-            followed: bits.into_iter().map(|bit| (bit, TwoWays::default())).collect(),
+            followed: bits.into_iter().map(|bit| (bit, SeenStates::default())).collect(),
             parts,
             engine,
             slice,
@@ -131,7 +131,7 @@ impl CoverageRun {
     /// Makes a call.
     pub fn call(&mut self, call: EngineCall) {
         let CoverageRun { subject, slice, engine, parts, followed, writers } = self;
-        let mut spotter = Spotter { subject, parts, followed, writers };
+        let mut spotter = ContactCollector { subject, parts, followed, writers };
         walk((&*subject, &*slice), engine, call, &mut spotter);
         if matches!(call, EngineCall::Execute | EngineCall::Terminate) {
             for (cell, seen) in followed {
@@ -156,20 +156,20 @@ impl CoverageRun {
 
     /// The coverage of a part; `None` for a branch without contacts, which has the power of its
     /// rung.
-    fn part(&self, at: u32, of: &WatchedPart) -> Option<PartCoverage> {
+    fn part(&self, at: u32, watched: &WatchedPart) -> Option<PartCoverage> {
         let subject = &self.subject;
         let mut leaves = Leaves::default();
         own_contacts(subject, at).into_iter().for_each(|contact| drop(leaves.add(contact)));
-        let contacts = leaves.contacts.iter().zip(&of.contacts);
+        let contacts = leaves.contacts.iter().zip(&watched.contacts);
         let contacts = contacts.filter(|(contact, _)| !is_constant(contact));
-        let contact = |(contact, seen): (&&Contact, &TwoWays)| ContactCoverage {
+        let contact = |(contact, seen): (&&Contact, &SeenStates)| ContactCoverage {
             place: subject.place(contact.span()),
             seen: *seen,
         };
         let rung = subject.place_of_rung(at);
         let place = subject.place(subject.rung(at).extent);
-        let legs: Vec<_> = of.legs.iter().map(|(name, _, seen)| (*name, *seen)).collect();
-        let is_seen = rung.branch.is_none() || !of.contacts.is_empty();
+        let legs: Vec<_> = watched.legs.iter().map(|(name, _, seen)| (*name, *seen)).collect();
+        let is_seen = rung.branch.is_none() || !watched.contacts.is_empty();
         is_seen.then(|| PartCoverage {
             rung,
             place,
@@ -191,42 +191,42 @@ fn is_constant(contact: &Contact) -> bool {
 
 fn watched(subject: &Subject, part: u32) -> WatchedPart {
     let outer = subject.outer(part).map(|outer| outer as usize);
-    let of = &subject.part(part).leaves;
-    let count = (of.end - of.start) as usize;
+    let leaves = &subject.part(part).leaves;
+    let count = (leaves.end - leaves.start) as usize;
     // A leg that consists of constants always has the same power.
     let legs = legs(subject, part).0.into_iter();
     let legs = legs.filter(|leg| !leg.series.iter().all(|contact| is_constant(contact)));
     WatchedPart {
         outer,
-        legs: legs.map(|leg| (leg.name.key(), leg.logic, TwoWays::default())).collect(),
-        contacts: vec![TwoWays::default(); count],
+        legs: legs.map(|leg| (leg.name.key(), leg.logic, SeenStates::default())).collect(),
+        contacts: vec![SeenStates::default(); count],
         now: vec![false; count],
     }
 }
 
 /// Collects the states of the contacts of each part, and of the followed bits.
-struct Spotter<'a> {
+struct ContactCollector<'a> {
     subject: &'a Subject,
     parts: &'a mut [WatchedPart],
-    followed: &'a mut [(BitCell, TwoWays)],
+    followed: &'a mut [(BitCell, SeenStates)],
     writers: &'a BitWriters,
 }
 
-impl Witness for Spotter<'_> {
+impl Witness for ContactCollector<'_> {
     fn part(&mut self, part: u32, _: u32, image: &Image) {
         let at = part as usize;
         let now = states(self.subject, part, image);
         let outer = self.parts[at].outer.map(|outer| self.parts[outer].now.clone());
         let all: Vec<bool> =
             outer.unwrap_or_default().into_iter().chain(now.iter().copied()).collect();
-        let of = &mut self.parts[at];
-        for (seen, on) in of.contacts.iter_mut().zip(&now) {
+        let watched = &mut self.parts[at];
+        for (seen, on) in watched.contacts.iter_mut().zip(&now) {
             seen.see(*on);
         }
-        for (_, logic, seen) in &mut of.legs {
+        for (_, logic, seen) in &mut watched.legs {
             seen.see(logic.is_on(&|leaf| all.get(leaf).copied().unwrap_or(false)));
         }
-        of.now = now;
+        watched.now = now;
     }
 
     fn before(&mut self, deed: ScanStep, _: u32, image: &Image) {
@@ -238,7 +238,7 @@ impl Witness for Spotter<'_> {
     }
 }
 
-impl Spotter<'_> {
+impl ContactCollector<'_> {
     fn follow(&mut self, places: &[usize], image: &Image) {
         for at in places {
             let (cell, seen) = &mut self.followed[*at];

@@ -12,7 +12,7 @@ use super::answer::{
 const OPERANDS_MAX: usize = 8;
 
 /// An operand whose explanation ends at the exchange of the program.
-pub(super) struct EndedThere<'n> {
+pub(super) struct EndedOperand<'n> {
     /// Its name in both programs: an address if it has one, because a reload keeps memory by
     /// address.
     pub name: String,
@@ -24,7 +24,7 @@ pub(super) struct EndedThere<'n> {
 
 /// The operands of an answer whose explanation ends at the exchange of the program; that of the
 /// question is the first one. `depth`: the depth of the answer.
-pub(super) fn ended_there(answer: &mut Explanation, depth: u32) -> Vec<EndedThere<'_>> {
+pub(super) fn ended_there(answer: &mut Explanation, depth: u32) -> Vec<EndedOperand<'_>> {
     let mut ended = Vec::new();
     let is_root = answer.changed.as_ref().is_some_and(is_swapped);
     collect(&mut answer.root, (depth, is_root), &mut ended);
@@ -38,11 +38,15 @@ fn is_swapped(changed: &LastChange) -> bool {
 
 /// Collects the operands of a node that end there; `is_ended`: whether the node itself does, beside
 /// the cause of its write.
-fn collect<'n>(node: &'n mut Node, (depth, is_ended): (u32, bool), into: &mut Vec<EndedThere<'n>>) {
+fn collect<'n>(
+    node: &'n mut Node,
+    (depth, is_ended): (u32, bool),
+    into: &mut Vec<EndedOperand<'n>>,
+) {
     if is_ended || node.write.cause == Cause::Older(TapeEnd::Swapped) {
         let operand = &node.operand;
         let name = operand.address.clone().unwrap_or_else(|| operand.name.clone());
-        into.push(EndedThere { name, depth, earlier: &mut node.earlier });
+        into.push(EndedOperand { name, depth, earlier: &mut node.earlier });
     }
     let depth = depth.saturating_sub(1);
     match &mut node.write.cause {
@@ -74,12 +78,12 @@ fn collect<'n>(node: &'n mut Node, (depth, is_ended): (u32, bool), into: &mut Ve
     }
 }
 
-fn of_leg<'n>(leg: &'n mut LegSeen, depth: u32, into: &mut Vec<EndedThere<'n>>) {
-    leg.contacts.iter_mut().for_each(|of| of_contact(of, depth, into));
-    leg.also_off.iter_mut().for_each(|of| of_contact(of, depth, into));
+fn of_leg<'n>(leg: &'n mut LegSeen, depth: u32, into: &mut Vec<EndedOperand<'n>>) {
+    leg.contacts.iter_mut().for_each(|contact| of_contact(contact, depth, into));
+    leg.also_off.iter_mut().for_each(|contact| of_contact(contact, depth, into));
 }
 
-fn of_contact<'n>(contact: &'n mut ContactSeen, depth: u32, into: &mut Vec<EndedThere<'n>>) {
+fn of_contact<'n>(contact: &'n mut ContactSeen, depth: u32, into: &mut Vec<EndedOperand<'n>>) {
     match &mut contact.detail {
         ContactDetail::Bit(_, next) => of_followed(next, depth, into),
         ContactDetail::Element { bit, index: (_, _, index) } => {
@@ -90,12 +94,12 @@ fn of_contact<'n>(contact: &'n mut ContactSeen, depth: u32, into: &mut Vec<Ended
             sides.iter_mut().for_each(|(_, _, next)| of_followed(next, depth, into));
         }
         ContactDetail::Edge { inner, .. } => {
-            inner.iter_mut().for_each(|of| of_contact(of, depth, into));
+            inner.iter_mut().for_each(|contact| of_contact(contact, depth, into));
         }
     }
 }
 
-fn of_followed<'n>(followed: &'n mut Followed, depth: u32, into: &mut Vec<EndedThere<'n>>) {
+fn of_followed<'n>(followed: &'n mut Followed, depth: u32, into: &mut Vec<EndedOperand<'n>>) {
     match followed {
         Followed::Node(node) => collect(node, (depth, false), into),
         Followed::Cut(_) => {}

@@ -13,23 +13,23 @@ impl Subject {
     }
 
     /// The program in executable form.
-    pub fn code(&self) -> &engine::Program {
+    pub fn code(&self) -> &engine::EngineProgram {
         &self.seen
     }
 
     /// The part of the program that can affect a cell. Its states have the same layout as those of
     /// the program.
-    pub fn code_for(&self, cell: Cell) -> engine::Program {
+    pub fn code_for(&self, cell: Cell) -> engine::EngineProgram {
         self.code_for_all(&[cell])
     }
 
     /// The part of the program that can affect any of some cells.
-    pub(crate) fn code_for_all(&self, cells: &[Cell]) -> engine::Program {
+    pub(crate) fn code_for_all(&self, cells: &[Cell]) -> engine::EngineProgram {
         self.seen.slice(cells).program
     }
 
     /// The whole program, as a slice.
-    pub fn whole_code(&self) -> engine::Program {
+    pub fn whole_code(&self) -> engine::EngineProgram {
         self.seen.whole().program
     }
 

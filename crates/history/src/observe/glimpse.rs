@@ -14,7 +14,7 @@ use rungd_runtime::TapeSection;
 
 /// The steps that may write some bits.
 pub(super) struct BitWriters {
-    of: HashMap<ScanStep, Vec<usize>>,
+    by_step: HashMap<ScanStep, Vec<usize>>,
     /// The bits that turns of blocks write, at the begin of the turn too: a turn starts the initial
     /// Stage, and that may be left before the turn ends.
     turned: Vec<usize>,
@@ -23,10 +23,10 @@ pub(super) struct BitWriters {
 impl BitWriters {
     /// The writers of these bits.
     pub fn new(subject: &Subject, bits: &[BitCell]) -> BitWriters {
-        let mut writers = BitWriters { of: HashMap::new(), turned: Vec::new() };
+        let mut writers = BitWriters { by_step: HashMap::new(), turned: Vec::new() };
         for (at, bit) in bits.iter().enumerate() {
             for deed in subject.writers(Cell::Bit(*bit)) {
-                writers.of.entry(deed).or_default().push(at);
+                writers.by_step.entry(deed).or_default().push(at);
                 if matches!(deed, ScanStep::Turn(_)) && writers.turned.last() != Some(&at) {
                     writers.turned.push(at);
                 }
@@ -45,7 +45,7 @@ impl BitWriters {
 
     /// The bits that a step may have changed, by their places in the list.
     pub fn after(&self, deed: ScanStep) -> &[usize] {
-        self.of.get(&deed).map_or(&[], Vec::as_slice)
+        self.by_step.get(&deed).map_or(&[], Vec::as_slice)
     }
 }
 
@@ -60,7 +60,7 @@ impl Subject {
         from: u64,
     ) -> Vec<Option<u64>> {
         let slice = self.seen.whole();
-        let mut glimpser = Glimpser {
+        let mut glimpser = BitObserver {
             subject: self,
             engine: Engine::new(slice.program.clone()),
             slice,
@@ -71,7 +71,7 @@ impl Subject {
         let generation = sections.last().map(|section| section.start.generation);
         let same = |section: &&Arc<TapeSection>| Some(section.start.generation) == generation;
         sections.iter().filter(same).for_each(|section| glimpser.section(section));
-        glimpser.bits.iter().map(|of| of.glimpse).collect()
+        glimpser.bits.iter().map(|states| states.glimpse).collect()
     }
 }
 
@@ -92,7 +92,7 @@ impl BitStates {
 }
 
 /// An engine that executes a tape.
-struct Glimpser<'s> {
+struct BitObserver<'s> {
     subject: &'s Subject,
     slice: Slice,
     engine: Engine,
@@ -101,7 +101,7 @@ struct Glimpser<'s> {
     writers: BitWriters,
 }
 
-impl Glimpser<'_> {
+impl BitObserver<'_> {
     fn section(&mut self, section: &TapeSection) {
         self.engine.resume(&section.state);
         self.note_ends(None);
@@ -120,8 +120,8 @@ impl Glimpser<'_> {
             self.note_ends(None);
             return;
         }
-        let Glimpser { subject, slice, engine, bits, writers, .. } = self;
-        bits.iter_mut().for_each(|of| of.within = engine.image().bit(of.bit));
+        let BitObserver { subject, slice, engine, bits, writers, .. } = self;
+        bits.iter_mut().for_each(|states| states.within = engine.image().bit(states.bit));
         walk((*subject, &*slice), engine, EngineCall::Execute, &mut Within { bits, writers });
         self.note_ends(Some(number));
     }
@@ -129,12 +129,12 @@ impl Glimpser<'_> {
     /// Notes the states at the end of a scan; `number`: its number, if it was observed.
     fn note_ends(&mut self, number: Option<u64>) {
         let image = self.engine.image();
-        for of in &mut self.bits {
-            let now = image.bit(of.bit);
-            if of.within && !now && !of.before {
-                of.glimpse = number.or(of.glimpse);
+        for states in &mut self.bits {
+            let now = image.bit(states.bit);
+            if states.within && !now && !states.before {
+                states.glimpse = number.or(states.glimpse);
             }
-            (of.before, of.within) = (now, false);
+            (states.before, states.within) = (now, false);
         }
     }
 }
@@ -160,8 +160,8 @@ impl Witness for Within<'_> {
 impl Within<'_> {
     fn look(&mut self, places: &[usize], image: &Image) {
         for at in places {
-            let of = &mut self.bits[*at];
-            of.within |= image.bit(of.bit);
+            let states = &mut self.bits[*at];
+            states.within |= image.bit(states.bit);
         }
     }
 }

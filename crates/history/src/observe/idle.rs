@@ -4,7 +4,7 @@
 use super::answer::{Hindrance, Idle};
 use super::decide::{Decides, decides};
 use super::inquiry::Inquiry;
-use super::past::Moment;
+use super::past::TapeMoment;
 use super::watch::Watch;
 use rungd_engine::isa::{Address, Bit, OperandRole};
 use rungd_engine::{Cell, EngineCall, ScanStep};
@@ -20,7 +20,7 @@ impl Inquiry<'_> {
         &mut self,
         (cell, address): (Cell, Option<Address>),
         value: i32,
-        at: Moment,
+        at: TapeMoment,
         depth: u32,
     ) -> Vec<Idle> {
         if depth == 0 {
@@ -75,7 +75,7 @@ impl Inquiry<'_> {
     }
 
     /// The bit of a part's block or Stage, if it is OFF.
-    fn stopped(&mut self, part: u32, at: Moment) -> Option<(Bit, Cell)> {
+    fn stopped(&mut self, part: u32, at: TapeMoment) -> Option<(Bit, Cell)> {
         let element = self.subject.part(part).element;
         let stage = element.stage.map(Bit::Stage);
         [Bit::Running(element.block)].into_iter().chain(stage).find_map(|bit| {
@@ -85,12 +85,12 @@ impl Inquiry<'_> {
     }
 
     /// The execution of the last scan that began before a moment.
-    pub fn last_execution(&mut self, at: Moment) -> Option<Moment> {
+    pub fn last_execution(&mut self, at: TapeMoment) -> Option<TapeMoment> {
         let (section, begin) = self.replay.last_begin(at)?;
-        let of = self.replay.section(section)?;
+        let section_tape = self.replay.section(section)?;
         let is_it = |entry: &TapeEntry| *entry == TapeEntry::Call(EngineCall::Execute);
-        let entry = begin + of.entries.get(begin..)?.iter().position(is_it)?;
-        let entry = Moment { section, entry, step: 0 };
+        let entry = begin + section_tape.entries.get(begin..)?.iter().position(is_it)?;
+        let entry = TapeMoment { section, entry, step: 0 };
         (entry < at).then_some(entry)
     }
 }

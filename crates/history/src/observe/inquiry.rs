@@ -4,12 +4,12 @@
 //! value.
 
 use super::answer::{Limits, TapeEnd};
-use super::leaves::{LeafSeen, Side};
-use super::past::Moment;
+use super::leaves::{LeafSeen, SeenValue};
+use super::past::TapeMoment;
 use super::replay::{Changed, Replay, SEARCHED_MAX};
 use super::slice_run::CellChange;
 use super::subject::Subject;
-use super::watch::{Decided, Watch};
+use super::watch::{DecidingStep, Watch};
 use rungd_engine::isa::BlockId;
 use rungd_engine::{Cell, EngineCall, ScanStep};
 use rungd_runtime::TapeEntry;
@@ -22,7 +22,7 @@ pub(super) struct Inquiry<'a> {
     /// The operands explained so far.
     pub nodes: u32,
     /// The writes explained so far.
-    pub shown: Vec<Shown>,
+    pub shown: Vec<ExplainedWrite>,
     /// The reasons that were cut.
     pub cuts: u32,
     /// The depth that would explain all reasons that were cut because of the depth.
@@ -42,27 +42,27 @@ pub(super) struct Inquiry<'a> {
 
 /// A write that was explained.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Shown {
+pub(super) struct ExplainedWrite {
     pub cell: Cell,
     /// The moment right before the write.
-    pub at: Moment,
+    pub at: TapeMoment,
     /// The number of steps to reasons of reasons that were explained; the maximum if nothing below
     /// was cut.
     pub depth: u32,
 }
 
-impl Shown {
+impl ExplainedWrite {
     /// Whether this explanation is as deep as the explanation that is due now.
-    pub fn covers(self, now: Shown) -> bool {
+    pub fn covers(self, now: ExplainedWrite) -> bool {
         (self.cell, self.at) == (now.cell, now.at) && self.depth >= now.depth
     }
 }
 
 /// A write that was found.
 #[derive(Debug)]
-pub(super) struct Found {
+pub(super) struct FoundWrite {
     /// The moment right before the write.
-    pub at: Moment,
+    pub at: TapeMoment,
     /// The value before the write, if the write changed it.
     pub before: Option<i32>,
     /// Whether it happened in the last scan before the question.
@@ -73,7 +73,7 @@ pub(super) struct Found {
 /// The place of a change from the log.
 pub(super) struct ChangePlace {
     /// The moment right before the write.
-    pub at: Moment,
+    pub at: TapeMoment,
     /// Whether it happened in the last scan before the question.
     pub in_last_scan: bool,
 }
@@ -82,7 +82,7 @@ pub(super) struct ChangePlace {
 #[derive(Debug)]
 pub(super) enum FoundWriter {
     /// An instruction or a step of a pass, with the contacts of its part and its operands.
-    Step { deed: ScanStep, leaves: Vec<LeafSeen>, operands: Vec<Side> },
+    Step { deed: ScanStep, leaves: Vec<LeafSeen>, operands: Vec<SeenValue> },
     /// A block's turn.
     Turn(BlockId),
     /// The call of an entry itself.
@@ -111,11 +111,11 @@ impl<'a> Inquiry<'a> {
 
     /// The write that decided the value of a cell at a moment: the write in the last scan if there
     /// is one, else the last write that changed the value.
-    pub fn find(&mut self, cell: Cell, until: Moment) -> Found {
+    pub fn find(&mut self, cell: Cell, until: TapeMoment) -> FoundWrite {
         // For the operand of the question, the whole tape is searched.
         let most = if self.nodes == 0 { usize::MAX } else { SEARCHED_MAX };
         let begin = self.replay.last_begin(until);
-        let begin = begin.map(|(section, entry)| Moment { section, entry, step: 0 });
+        let begin = begin.map(|(section, entry)| TapeMoment { section, entry, step: 0 });
         let decided = begin.and_then(|begin| self.decided_in_scan(cell, begin, until));
         if let Some(found) = decided {
             if !self.may_be_later(cell, found.at, until) {
@@ -133,8 +133,8 @@ impl<'a> Inquiry<'a> {
                 let in_last_scan = begin.is_some_and(|begin| at >= begin);
                 self.changed(cell, change, ChangePlace { at, in_last_scan })
             }
-            Changed::Never(end, section) => Found {
-                at: Moment { section, entry: 0, step: 0 },
+            Changed::Never(end, section) => FoundWrite {
+                at: TapeMoment { section, entry: 0, step: 0 },
                 before: None,
                 in_last_scan: false,
                 writer: FoundWriter::End(end, section),
@@ -144,7 +144,7 @@ impl<'a> Inquiry<'a> {
 
     /// Whether a block's turn or a write from outside may have written the cell after a step of the
     /// last scan. The watch does not see these writes.
-    fn may_be_later(&mut self, cell: Cell, at: Moment, until: Moment) -> bool {
+    fn may_be_later(&mut self, cell: Cell, at: TapeMoment, until: TapeMoment) -> bool {
         let is_of_block = self.subject.turns.iter().any(|turn| turn.has(cell));
         is_of_block || at.section != until.section || {
             let Some(section) = self.replay.section(at.section) else { return true };
@@ -156,17 +156,22 @@ impl<'a> Inquiry<'a> {
     }
 
     /// The last step that decided a cell in a scan.
-    fn decided_in_scan(&mut self, cell: Cell, begin: Moment, until: Moment) -> Option<Found> {
+    fn decided_in_scan(
+        &mut self,
+        cell: Cell,
+        begin: TapeMoment,
+        until: TapeMoment,
+    ) -> Option<FoundWrite> {
         let writers = self.subject.writers(cell);
         if writers.is_empty() {
             return None;
         }
         for section in (begin.section..=until.section).rev() {
-            let of = self.replay.section(section)?;
+            let section_tape = self.replay.section(section)?;
             let from = if section == begin.section { begin.entry } else { 0 };
             let to = if section == until.section { until.entries() } else { usize::MAX };
-            for entry in (from..to.min(of.entries.len())).rev() {
-                let call = of.entries.get(entry);
+            for entry in (from..to.min(section_tape.entries.len())).rev() {
+                let call = section_tape.entries.get(entry);
                 let is_seen = matches!(
                     call,
                     Some(TapeEntry::Call(EngineCall::Execute | EngineCall::Terminate))
@@ -179,17 +184,17 @@ impl<'a> Inquiry<'a> {
                 let mut watch = Watch::new(self.subject, cell, writers.clone(), limit);
                 self.replay.see(section, entry, &mut watch)?;
                 if let Some(decided) = watch.decided.last().cloned() {
-                    let at = Moment { section, entry, step: decided.step };
+                    let at = TapeMoment { section, entry, step: decided.step };
                     let before = (decided.before != decided.after).then_some(decided.before);
                     let writer = self.writer(&watch, &decided);
-                    return Some(Found { at, before, in_last_scan: true, writer });
+                    return Some(FoundWrite { at, before, in_last_scan: true, writer });
                 }
             }
         }
         None
     }
 
-    fn writer(&self, watch: &Watch, decided: &Decided) -> FoundWriter {
+    fn writer(&self, watch: &Watch, decided: &DecidingStep) -> FoundWriter {
         let part = self.subject.site(decided.by).map(|site| site.part);
         FoundWriter::Step {
             deed: decided.by,
@@ -199,7 +204,7 @@ impl<'a> Inquiry<'a> {
     }
 
     /// The write of a change from the log, with the contacts and operands that its rung saw.
-    pub fn changed(&mut self, cell: Cell, change: CellChange, place: ChangePlace) -> Found {
+    pub fn changed(&mut self, cell: Cell, change: CellChange, place: ChangePlace) -> FoundWrite {
         let ChangePlace { at, in_last_scan } = place;
         let writer = match change.by {
             None => FoundWriter::Call,
@@ -215,12 +220,12 @@ impl<'a> Inquiry<'a> {
                 }
             }
         };
-        Found { at, before: Some(change.before), in_last_scan, writer }
+        FoundWrite { at, before: Some(change.before), in_last_scan, writer }
     }
 
     /// Adds a cell to those that a search for a change may edit.
     pub fn propose(&mut self, cell: Cell, values: Vec<i32>) {
-        let known = self.free.iter_mut().find(|(of, _)| *of == cell);
+        let known = self.free.iter_mut().find(|(free_cell, _)| *free_cell == cell);
         match known {
             Some((_, known)) => known.extend(values),
             None => self.free.push((cell, values)),

@@ -19,14 +19,14 @@ pub(super) struct LeafSeen {
     /// Whether it was ON.
     pub on: bool,
     /// For a compare, left and right; for an element, the index.
-    pub sides: Vec<Side>,
+    pub sides: Vec<SeenValue>,
     /// The bit of an element; `None` if the index is outside of the array.
     pub selected: Option<Cell>,
 }
 
 /// A value in a contact or an instruction.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Side {
+pub(super) struct SeenValue {
     /// The content of its cell, or the constant.
     pub value: i32,
     /// Its cell; `None` for a constant, and for an element outside of its array.
@@ -37,15 +37,15 @@ pub(super) struct Side {
     pub adds_nothing: bool,
 }
 
-impl Side {
+impl SeenValue {
     /// A constant.
-    pub fn constant(value: i32, real: bool) -> Side {
-        Side { value, cell: None, real, adds_nothing: false }
+    pub fn constant(value: i32, real: bool) -> SeenValue {
+        SeenValue { value, cell: None, real, adds_nothing: false }
     }
 
     /// The content of a cell.
-    pub fn of(cell: Cell, value: i32, real: bool) -> Side {
-        Side { value, cell: Some(cell), real, adds_nothing: false }
+    pub fn of(cell: Cell, value: i32, real: bool) -> SeenValue {
+        SeenValue { value, cell: Some(cell), real, adds_nothing: false }
     }
 }
 
@@ -85,8 +85,8 @@ pub(super) fn states(subject: &Subject, part: u32, image: &Image) -> Vec<bool> {
 }
 
 fn powers(subject: &Subject, part: u32) -> &[Power] {
-    let of = &subject.part(part).leaves;
-    subject.sites.leaves.get(of.start as usize..of.end as usize).unwrap_or_default()
+    let leaves = &subject.part(part).leaves;
+    subject.sites.leaves.get(leaves.start as usize..leaves.end as usize).unwrap_or_default()
 }
 
 /// The same states, with all values that the contacts read.
@@ -104,7 +104,7 @@ pub(super) fn look(subject: &Subject, part: u32, step: u32, image: &Image) -> Ve
     .collect()
 }
 
-fn values(subject: &Subject, contact: &Contact, image: &Image) -> (Vec<Side>, Option<Cell>) {
+fn values(subject: &Subject, contact: &Contact, image: &Image) -> (Vec<SeenValue>, Option<Cell>) {
     match contact {
         Contact::Compare(a, _, b, _) => {
             (vec![side(subject, *a, image), side(subject, *b, image)], None)
@@ -122,31 +122,35 @@ fn values(subject: &Subject, contact: &Contact, image: &Image) -> (Vec<Side>, Op
 }
 
 /// A value in an image.
-pub(super) fn side(subject: &Subject, value: Value, image: &Image) -> Side {
+pub(super) fn side(subject: &Subject, value: Value, image: &Image) -> SeenValue {
     let real = value.is_real();
     match value {
-        Value::Const(value, _) => Side::constant(value, real),
-        Value::Real(value) => Side::constant(value.cell(), real),
+        Value::Const(value, _) => SeenValue::constant(value, real),
+        Value::Real(value) => SeenValue::constant(value.cell(), real),
         Value::Word(at) => word(subject, at, image),
         Value::Element(element) => {
             let cell = select(subject, element, image).1;
             let value = cell.map_or(0, |cell| image.value(cell));
-            Side { cell, ..Side::constant(value, real) }
+            SeenValue { cell, ..SeenValue::constant(value, real) }
         }
     }
 }
 
 /// A word in an image.
-pub(super) fn word(subject: &Subject, word: Word, image: &Image) -> Side {
+pub(super) fn word(subject: &Subject, word: Word, image: &Image) -> SeenValue {
     let cell = Cell::Word(subject.symbols.layout.word(word));
-    Side::of(cell, image.value(cell), word.is_real())
+    SeenValue::of(cell, image.value(cell), word.is_real())
 }
 
 /// The word that selects an element, and the selected cell.
-pub(super) fn select(subject: &Subject, of: Element, image: &Image) -> (Side, Option<Cell>) {
-    let index = word(subject, of.index, image);
-    let at = u32::try_from(index.value).ok().filter(|at| *at < of.array.count);
-    let cell = at.and_then(|at| subject.symbols.layout.cell(of.array.element(at)));
+pub(super) fn select(
+    subject: &Subject,
+    element: Element,
+    image: &Image,
+) -> (SeenValue, Option<Cell>) {
+    let index = word(subject, element.index, image);
+    let at = u32::try_from(index.value).ok().filter(|at| *at < element.array.count);
+    let cell = at.and_then(|at| subject.symbols.layout.cell(element.array.element(at)));
     (index, cell)
 }
 

@@ -56,7 +56,7 @@ impl<'p> Leaves<'p> {
 /// The reason of a power: the leaves that alone decide it, and other leaves of a series that were
 /// OFF.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(super) struct Named {
+pub(super) struct PowerReason {
     pub named: Vec<usize>,
     pub also_off: Vec<usize>,
 }
@@ -93,7 +93,7 @@ impl Logic {
         }
     }
 
-    fn reason(&self, on: &dyn Fn(usize) -> bool, into: &mut Named) {
+    fn reason(&self, on: &dyn Fn(usize) -> bool, into: &mut PowerReason) {
         match self {
             Logic::Leaf(at) => into.named.push(*at),
             Logic::Not(inner) => inner.reason(on, into),
@@ -104,7 +104,7 @@ impl Logic {
                     first.reason(on, into);
                 }
                 for other in off {
-                    let mut also = Named::default();
+                    let mut also = PowerReason::default();
                     other.reason(on, &mut also);
                     into.also_off.extend(also.named.into_iter().chain(also.also_off));
                 }
@@ -120,14 +120,14 @@ impl Logic {
         match self {
             Logic::Leaf(at) => into.push(*at),
             Logic::Not(inner) => inner.leaves(into),
-            Logic::All(of) | Logic::Any(of) => of.iter().for_each(|one| one.leaves(into)),
+            Logic::All(terms) | Logic::Any(terms) => terms.iter().for_each(|one| one.leaves(into)),
         }
     }
 
     /// The smallest reason for its value. `key` returns the number of the first leaf with the same
     /// contact: a contact has the same state at all its places.
-    pub fn why(&self, on: &dyn Fn(usize) -> bool, key: &dyn Fn(usize) -> usize) -> Named {
-        let mut found = Named::default();
+    pub fn why(&self, on: &dyn Fn(usize) -> bool, key: &dyn Fn(usize) -> usize) -> PowerReason {
+        let mut found = PowerReason::default();
         self.reason(on, &mut found);
         let mut all = Vec::new();
         self.leaves(&mut all);
@@ -173,7 +173,7 @@ impl Logic {
                 if named.contains(&at) {
                     return Some(on(at));
                 }
-                free.iter().position(|of| *of == at).map(|place| bits >> place & 1 == 1)
+                free.iter().position(|leaf| *leaf == at).map(|place| bits >> place & 1 == 1)
             };
             self.known(&state) == Some(value)
         })

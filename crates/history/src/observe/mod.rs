@@ -49,8 +49,8 @@ pub use answer::{
     RungName, SearchEnd, Since, Stop, TapeEnd, When, Write,
 };
 pub use changes::CellChanged;
-pub use coverage::{ContactCoverage, CoverageRun, LadderCoverage, PartCoverage, TwoWays};
-pub use past::{At, EarlierPast, Past, Refusal};
+pub use coverage::{ContactCoverage, CoverageRun, LadderCoverage, PartCoverage, SeenStates};
+pub use past::{EarlierPast, Past, QuestionTime, WhyRefusal};
 pub use power::{PartContacts, PowerRun, ScanPower};
 pub use subject::Subject;
 pub use uses::{ProgramUses, ReadUse, WriteUse};

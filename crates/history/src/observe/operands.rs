@@ -1,7 +1,7 @@
 //! The words and bits that an instruction reads in addition to its contacts, to compute the value
 //! of a cell.
 
-use super::leaves::{Side, select, side, word};
+use super::leaves::{SeenValue, select, side, word};
 use super::subject::Subject;
 use rungd_engine::isa::function::Function;
 use rungd_engine::isa::{Bit, OperandKind, OperandRole, Structure};
@@ -17,7 +17,7 @@ pub(super) fn operands(
     instruction: &Instruction,
     to: Cell,
     image: &Image,
-) -> Vec<Side> {
+) -> Vec<SeenValue> {
     let mut sides = Vec::new();
     for operand in &instruction.operands.0 {
         let is_read = operand.row.role == OperandRole::Reads;
@@ -56,16 +56,16 @@ pub(super) fn operands(
 }
 
 /// The words and bits of an expression, each once.
-fn formula(subject: &Subject, of: &Formula, image: &Image) -> Vec<Side> {
-    let mut read: Vec<Side> = Vec::new();
+fn formula(subject: &Subject, formula: &Formula, image: &Image) -> Vec<SeenValue> {
+    let mut read: Vec<SeenValue> = Vec::new();
     let layout = &subject.symbols.layout;
-    let added = added(of);
-    for (at, part) in of.parts.iter().enumerate() {
+    let added = added(formula);
+    for (at, part) in formula.parts.iter().enumerate() {
         let mut side = match part {
             Part::Word(at) => word(subject, *at, image),
             Part::Bit(of) => bit(Cell::Bit(layout.bit(*of)), image),
             // A word that is an index comes right before its element.
-            Part::Element(array) => match at.checked_sub(1).map(|before| &of.parts[before]) {
+            Part::Element(array) => match at.checked_sub(1).map(|before| &formula.parts[before]) {
                 Some(Part::Word(index)) => {
                     let element = Element { array: *array, index: *index };
                     let Some(cell) = select(subject, element, image).1 else { continue };
@@ -90,11 +90,11 @@ fn formula(subject: &Subject, of: &Formula, image: &Image) -> Vec<Side> {
 
 /// For each part, whether it is an operand of `+`, `|`, `||` or an argument of `sum`: if it is 0,
 /// it adds nothing to the result.
-fn added(of: &Formula) -> Vec<bool> {
-    let mut added = vec![false; of.parts.len()];
+fn added(formula: &Formula) -> Vec<bool> {
+    let mut added = vec![false; formula.parts.len()];
     // The parts whose results are not used yet.
     let mut open: Vec<usize> = Vec::new();
-    for (at, part) in of.parts.iter().enumerate() {
+    for (at, part) in formula.parts.iter().enumerate() {
         let (count, adds) = match part {
             Part::Integer(_) | Part::Real(_) | Part::Word(_) | Part::Bit(_) => (0, false),
             Part::Element(_) | Part::Unary(..) => (1, false),
@@ -117,25 +117,25 @@ fn copied(
     (from, to): (Array, Array),
     cell: Cell,
     image: &Image,
-) -> Option<Side> {
+) -> Option<SeenValue> {
     let layout = &subject.symbols.layout;
     let at = to.addresses().position(|address| layout.cell(address) == Some(cell))?;
     let from = layout.cell(from.element(at as u32))?;
     Some(any(subject, from, image))
 }
 
-fn selected(subject: &Subject, element: Element, image: &Image) -> Side {
+fn selected(subject: &Subject, element: Element, image: &Image) -> SeenValue {
     let cell = select(subject, element, image).1;
-    Side { cell, ..Side::constant(cell.map_or(0, |cell| image.value(cell)), false) }
+    SeenValue { cell, ..SeenValue::constant(cell.map_or(0, |cell| image.value(cell)), false) }
 }
 
-fn bit(cell: Cell, image: &Image) -> Side {
-    Side::of(cell, image.value(cell), false)
+fn bit(cell: Cell, image: &Image) -> SeenValue {
+    SeenValue::of(cell, image.value(cell), false)
 }
 
-fn any(subject: &Subject, cell: Cell, image: &Image) -> Side {
+fn any(subject: &Subject, cell: Cell, image: &Image) -> SeenValue {
     let real = matches!(cell, Cell::Word(word) if subject.symbols.layout.is_real(word));
-    Side::of(cell, image.value(cell), real)
+    SeenValue::of(cell, image.value(cell), real)
 }
 
 /// The structure of which a bit or word is a member.

@@ -50,7 +50,7 @@ impl Past for Vec<Arc<TapeSection>> {
 
 /// The time that a question is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum At {
+pub enum QuestionTime {
     /// The end of the tape.
     Now,
     /// The end of a scan, by its number; the first of a process is 1.
@@ -59,7 +59,7 @@ pub enum At {
 
 /// Why a question has no answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Refusal {
+pub enum WhyRefusal {
     /// The tape has no section that fits the program.
     NoPast,
     /// The scan is not on the tape.
@@ -73,21 +73,21 @@ pub enum Refusal {
     NoSuchCell,
 }
 
-impl fmt::Display for Refusal {
+impl fmt::Display for WhyRefusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Refusal::NoPast => f.write_str("the recording does not fit its program"),
-            Refusal::NoSuchScan { first, last } => {
+            WhyRefusal::NoPast => f.write_str("the recording does not fit its program"),
+            WhyRefusal::NoSuchScan { first, last } => {
                 write!(f, "that scan is not in the recording: it has scans {first} to {last}")
             }
-            Refusal::NoSuchCell => f.write_str("the program has no such operand"),
+            WhyRefusal::NoSuchCell => f.write_str("the program has no such operand"),
         }
     }
 }
 
 /// A moment: right before a step of a call, or right before the whole call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub(super) struct Moment {
+pub(super) struct TapeMoment {
     /// The section.
     pub section: usize,
     /// The entry of the section.
@@ -96,7 +96,7 @@ pub(super) struct Moment {
     pub step: u32,
 }
 
-impl Moment {
+impl TapeMoment {
     /// The number of entries that have begun.
     pub fn entries(self) -> usize {
         self.entry + usize::from(self.step > 0)
@@ -121,10 +121,17 @@ fn at(section: &TapeSection, scan: Option<u64>, now_ns: u64) -> When {
 
 /// The origin of a write, force or release, and the name of its sender.
 pub(super) fn origin(section: &TapeSection, entry: usize) -> (Origin, Option<String>) {
-    let begins = |of: &&TapeEntry| matches!(of, TapeEntry::Call(EngineCall::Begin { .. }));
-    let before = section.entries.iter().take(entry).rev().take_while(|of| !begins(of));
-    let origin = before.filter_map(|of| of.origin()).next().unwrap_or(Origin::Inputs);
-    let who = section.who.iter().find(|(of, _)| *of == origin).map(|(_, who)| who.clone());
+    let begins =
+        |tape_entry: &&TapeEntry| matches!(tape_entry, TapeEntry::Call(EngineCall::Begin { .. }));
+    let before =
+        section.entries.iter().take(entry).rev().take_while(|tape_entry| !begins(tape_entry));
+    let origin =
+        before.filter_map(|tape_entry| tape_entry.origin()).next().unwrap_or(Origin::Inputs);
+    let who = section
+        .who
+        .iter()
+        .find(|(noted_origin, _)| *noted_origin == origin)
+        .map(|(_, who)| who.clone());
     (origin, who)
 }
 

@@ -8,7 +8,7 @@ use rungd_runtime::Origin;
 
 /// Writes times relative to the time of the question.
 #[derive(Clone, Copy)]
-pub(super) struct Telling {
+pub(super) struct PhraseWriter {
     /// The time of the question.
     pub now: When,
 }
@@ -16,13 +16,13 @@ pub(super) struct Telling {
 /// The facts of a write that a phrase needs: its operand, the value, and whether it lies in the
 /// past.
 #[derive(Clone, Copy)]
-pub(super) struct Written<'a> {
+pub(super) struct WriteFacts<'a> {
     pub operand: &'a OperandName,
     pub value: i32,
     pub past: bool,
 }
 
-impl Telling {
+impl PhraseWriter {
     /// Whether something happened in an earlier scan than that of the question.
     pub fn is_earlier(self, since: Since) -> bool {
         match since {
@@ -32,9 +32,9 @@ impl Telling {
     }
 
     /// The write as one line; `changed`: the last change, if this write did not change the value.
-    pub fn write(self, write: &Write, of: Written, changed: Option<&LastChange>) -> String {
-        let did = self.did(write, of, changed);
-        let value = value_text(of.operand, of.value);
+    pub fn write(self, write: &Write, written: WriteFacts, changed: Option<&LastChange>) -> String {
+        let did = self.did(write, written, changed);
+        let value = value_text(written.operand, written.value);
         match &write.cause {
             Cause::Instruction { rung, place, .. } => {
                 format!("{} {did}: {}", place.text, rung_text(rung, place))
@@ -58,12 +58,12 @@ impl Telling {
                     // The force has ended, or a later force has replaced it.
                     return format!("a force{by} {did}");
                 }
-                let was = if of.past { "it was forced" } else { "forced" };
+                let was = if written.past { "it was forced" } else { "forced" };
                 format!("{was} to {value}{by} since {}", self.since(write.since))
             }
             Cause::Outside { origin, who } => match (origin, who) {
                 (Origin::Inputs, _) => {
-                    let address = of.operand.address.as_ref().unwrap_or(&of.operand.name);
+                    let address = written.operand.address.as_ref().unwrap_or(&written.operand.name);
                     format!("input {address} {did}")
                 }
                 (Origin::Device(_), Some(device)) => format!("device {device} {did}"),
@@ -77,7 +77,7 @@ impl Telling {
             Cause::Status => "the controller writes it at the start of every scan".to_owned(),
             Cause::Controller => format!("the controller {did}"),
             Cause::Initial | Cause::Restored | Cause::Older(_) => {
-                let then = if of.past { "until then " } else { "" };
+                let then = if written.past { "until then " } else { "" };
                 let what = if write.cause == Cause::Initial {
                     ": its initial value"
                 } else if write.cause == Cause::Restored {
@@ -91,9 +91,9 @@ impl Telling {
     }
 
     /// The effect of a write on the value, and its time.
-    fn did(self, write: &Write, of: Written, changed: Option<&LastChange>) -> String {
-        let value = value_text(of.operand, of.value);
-        let is_bit = of.operand.is_bit;
+    fn did(self, write: &Write, written: WriteFacts, changed: Option<&LastChange>) -> String {
+        let value = value_text(written.operand, written.value);
+        let is_bit = written.operand.is_bit;
         let when = self.at(write.since);
         let at = if is_bit { "" } else { "at " };
         let is_earlier = self.is_earlier(write.since);

@@ -128,7 +128,9 @@ impl PowerRun {
 
     fn until(&mut self, section: &TapeSection, scan: u64) -> Option<ScanPower> {
         let name = (section.start.number, section.start.generation);
-        let begun = self.done.filter(|(of, done)| *of == name && *done <= section.entries.len());
+        let begun = self
+            .done
+            .filter(|(section_name, done)| *section_name == name && *done <= section.entries.len());
         let from = match begun {
             Some((_, done)) => done,
             None => {
@@ -195,7 +197,7 @@ impl PowerRun {
 
 /// The mode right before an entry.
 fn mode_at(section: &TapeSection, entry: usize) -> Mode {
-    let mode = section.entries.iter().take(entry).rev().find_map(|of| of.mode());
+    let mode = section.entries.iter().take(entry).rev().find_map(|tape_entry| tape_entry.mode());
     mode.unwrap_or(section.start.mode)
 }
 
@@ -203,8 +205,8 @@ fn mode_at(section: &TapeSection, entry: usize) -> Mode {
 fn public(subject: &Subject, image: &Image) -> (Vec<u8>, Vec<i32>) {
     let layout = &subject.symbols.layout;
     let (bits, words) = (layout.bit_count() as usize, layout.word_count() as usize);
-    let of = |all: &[u8]| all.get(..bits).unwrap_or(all).to_vec();
-    (of(image.bits()), image.words().get(..words).unwrap_or(image.words()).to_vec())
+    let program_bits = |all: &[u8]| all.get(..bits).unwrap_or(all).to_vec();
+    (program_bits(image.bits()), image.words().get(..words).unwrap_or(image.words()).to_vec())
 }
 
 /// Collects the states of the contacts of each part.

@@ -4,9 +4,9 @@ use std::collections::HashMap;
 
 use super::answer::{ContactDetail, ContactSeen, Cut, Followed, LegSeen, OperandName};
 use super::inquiry::Inquiry;
-use super::leaves::{LeafSeen, LegLogic, Side, legs};
+use super::leaves::{LeafSeen, LegLogic, SeenValue, legs};
 use super::logic::{Leaves, Logic};
-use super::past::Moment;
+use super::past::TapeMoment;
 use super::replay::{Changed, SEARCHED_MAX};
 use rungd_engine::{BitCell, Cell};
 pub use rungd_language::resolve::program::{self, Comparison};
@@ -25,7 +25,7 @@ struct PartSeen<'s> {
     /// For each leaf, the first leaf with the same contact.
     keys: Vec<usize>,
     /// The moment of the call.
-    at: Moment,
+    at: TapeMoment,
 }
 
 impl PartSeen<'_> {
@@ -38,15 +38,21 @@ impl PartSeen<'_> {
     }
 
     /// The moment at which a contact was evaluated.
-    fn moment(&self, leaf: usize) -> Moment {
+    fn moment(&self, leaf: usize) -> TapeMoment {
         let step = self.seen.get(leaf).map_or(self.at.step, |leaf| leaf.step);
-        Moment { step, ..self.at }
+        TapeMoment { step, ..self.at }
     }
 }
 
 impl Inquiry<'_> {
     /// The legs of an instruction of a part, at its execution.
-    pub fn legs(&mut self, part: u32, seen: &[LeafSeen], at: Moment, depth: u32) -> Vec<LegSeen> {
+    pub fn legs(
+        &mut self,
+        part: u32,
+        seen: &[LeafSeen],
+        at: TapeMoment,
+        depth: u32,
+    ) -> Vec<LegSeen> {
         let (legs, leaves) = legs(self.subject, part);
         let keys = keys(&leaves);
         let part = PartSeen { leaves, seen, keys, at };
@@ -172,7 +178,7 @@ impl Inquiry<'_> {
         &mut self,
         cell: Cell,
         value: i32,
-        at: Moment,
+        at: TapeMoment,
         depth: u32,
     ) -> (OperandName, Followed) {
         if let Cell::Bit(_) = cell {
@@ -185,8 +191,8 @@ impl Inquiry<'_> {
     /// A side of a compare, or an operand of an instruction.
     pub fn side(
         &mut self,
-        side: Side,
-        at: Moment,
+        side: SeenValue,
+        at: TapeMoment,
         depth: u32,
     ) -> (i32, Option<OperandName>, Followed) {
         match side.cell {
@@ -202,7 +208,7 @@ impl Inquiry<'_> {
         &mut self,
         seen: &LeafSeen,
         how: Comparison,
-        at: Moment,
+        at: TapeMoment,
         depth: u32,
     ) -> ContactDetail {
         let left = seen.sides.first().copied().unwrap_or(NO_SIDE);
@@ -241,7 +247,7 @@ impl Inquiry<'_> {
     }
 }
 
-const NO_SIDE: Side = Side { value: 0, cell: None, real: false, adds_nothing: false };
+const NO_SIDE: SeenValue = SeenValue { value: 0, cell: None, real: false, adds_nothing: false };
 
 /// For each leaf, the first leaf with the same contact. Edges are never the same, because each has
 /// its own history.

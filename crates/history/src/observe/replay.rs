@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use super::answer::{Since, TapeEnd, When};
 use super::leaves::is_status;
-use super::past::{self, At, Moment, Past, Refusal, joins};
+use super::past::{self, Past, QuestionTime, TapeMoment, WhyRefusal, joins};
 use super::section_log::SectionLog;
 use super::slice_run::{CellChange, SliceRun};
 use super::subject::Subject;
@@ -51,7 +51,7 @@ pub(super) struct Replay<'a> {
 #[derive(Clone, Copy)]
 pub(super) enum Changed {
     /// The change, and its moment.
-    At(CellChange, Moment),
+    At(CellChange, TapeMoment),
     /// No change from this section on.
     Never(TapeEnd, usize),
 }
@@ -98,17 +98,17 @@ impl<'a> Replay<'a> {
     }
 
     /// The moment of a question.
-    pub fn moment(&mut self, at: At) -> Result<Moment, Refusal> {
-        let newest = self.past.count().checked_sub(1).ok_or(Refusal::NoPast)?;
-        let end = self.section(newest).ok_or(Refusal::NoPast)?;
-        let At::Scan(scan) = at else {
-            return Ok(Moment { section: newest, entry: end.entries.len(), step: 0 });
+    pub fn moment(&mut self, at: QuestionTime) -> Result<TapeMoment, WhyRefusal> {
+        let newest = self.past.count().checked_sub(1).ok_or(WhyRefusal::NoPast)?;
+        let end = self.section(newest).ok_or(WhyRefusal::NoPast)?;
+        let QuestionTime::Scan(scan) = at else {
+            return Ok(TapeMoment { section: newest, entry: end.entries.len(), step: 0 });
         };
         let mut at = newest;
         while let Some(section) = self.section(at) {
             if let Some(found) = section.begins().find(|begin| begin.number == scan) {
                 let entry = end_of_scan(&section, found.at);
-                return Ok(Moment { section: at, entry, step: 0 });
+                return Ok(TapeMoment { section: at, entry, step: 0 });
             }
             if section.start.number < scan || at == 0 {
                 break;
@@ -118,7 +118,7 @@ impl<'a> Replay<'a> {
         let first = self.section(0).map_or(0, |section| section.start.number);
         let last = end.begins().last().map(|begin| begin.number);
         let last = last.unwrap_or(end.start.number.saturating_sub(1));
-        Err(Refusal::NoSuchScan { first, last })
+        Err(WhyRefusal::NoSuchScan { first, last })
     }
 
     /// The changes of a section.
@@ -151,13 +151,13 @@ impl<'a> Replay<'a> {
 
     /// The engine, right before an entry. `None` if the section is gone.
     pub fn seek(&mut self, section: usize, entry: usize) -> Option<&mut Engine> {
-        let of = self.section(section)?;
+        let section_tape = self.section(section)?;
         if let Some((_, state)) = self.states.iter().find(|(at, _)| *at == (section, entry)) {
             self.run.engine().resume(state);
             return Some(self.run.engine());
         }
-        self.run.resume(&of.state);
-        for (at, entry) in (0..).zip(of.entries.iter().take(entry)) {
+        self.run.resume(&section_tape.state);
+        for (at, entry) in (0..).zip(section_tape.entries.iter().take(entry)) {
             if let Some(call) = entry.call() {
                 self.run.call(at, call, None);
             }
@@ -170,8 +170,8 @@ impl<'a> Replay<'a> {
 
     /// Executes an entry again, observed by a witness.
     pub fn see(&mut self, section: usize, entry: usize, witness: &mut impl Witness) -> Option<()> {
-        let of = self.section(section)?;
-        let call = of.entries.get(entry)?.call()?;
+        let section_tape = self.section(section)?;
+        let call = section_tape.entries.get(entry)?.call()?;
         let (subject, slice) = (self.subject, self.slice);
         walk((subject, slice), self.seek(section, entry)?, call, witness);
         Some(())
@@ -179,7 +179,7 @@ impl<'a> Replay<'a> {
 
     /// The last change of a cell before a moment. `most`: the maximum number of sections that are
     /// executed for a cell that the program writes.
-    pub fn last_change(&mut self, cell: Cell, before: Moment, most: usize) -> Changed {
+    pub fn last_change(&mut self, cell: Cell, before: TapeMoment, most: usize) -> Changed {
         let mut section = before.section;
         let mut end = (before.entry, before.step);
         let most = if self.subject.is_written(cell) { most } else { usize::MAX };
@@ -194,7 +194,7 @@ impl<'a> Replay<'a> {
             }
             if let Some(change) = self.log(section).and_then(|log| log.last(cell, end, |_| true)) {
                 let (entry, step) = (change.entry as usize, change.step);
-                break Changed::At(change, Moment { section, entry, step });
+                break Changed::At(change, TapeMoment { section, entry, step });
             }
             match self.older(section) {
                 Ok(older) => section = older,
@@ -208,21 +208,21 @@ impl<'a> Replay<'a> {
     }
 
     /// The moment since which a cell is forced; `None` if it is not forced.
-    pub fn forced(&mut self, cell: Cell, at: Moment) -> Option<Result<Moment, TapeEnd>> {
+    pub fn forced(&mut self, cell: Cell, at: TapeMoment) -> Option<Result<TapeMoment, TapeEnd>> {
         let mut section = at.section;
         let mut end = at.entries();
         loop {
-            let of = self.section(section)?;
-            for (entry, call) in of.entries.iter().enumerate().take(end).rev() {
+            let section_tape = self.section(section)?;
+            for (entry, call) in section_tape.entries.iter().enumerate().take(end).rev() {
                 let call = call.call();
                 if call == Some(EngineCall::Release(cell)) {
                     return None;
                 }
                 if matches!(call, Some(EngineCall::Force(forced, _)) if forced == cell) {
-                    return Some(Ok(Moment { section, entry, step: 0 }));
+                    return Some(Ok(TapeMoment { section, entry, step: 0 }));
                 }
             }
-            if !of.state.is_forced(cell) {
+            if !section_tape.state.is_forced(cell) {
                 return None;
             }
             match self.older(section) {
@@ -234,13 +234,15 @@ impl<'a> Replay<'a> {
     }
 
     /// The last scan that began before a moment: its section and entry.
-    pub fn last_begin(&mut self, at: Moment) -> Option<(usize, usize)> {
+    pub fn last_begin(&mut self, at: TapeMoment) -> Option<(usize, usize)> {
         let (mut section, mut end) = (at.section, at.entries());
         loop {
-            let of = self.section(section)?;
+            let section_tape = self.section(section)?;
             let begins =
                 |entry: &TapeEntry| matches!(entry, TapeEntry::Call(EngineCall::Begin { .. }));
-            let found = of.entries[..end.min(of.entries.len())].iter().rposition(begins);
+            let found = section_tape.entries[..end.min(section_tape.entries.len())]
+                .iter()
+                .rposition(begins);
             if let Some(entry) = found {
                 return Some((section, entry));
             }
@@ -250,7 +252,7 @@ impl<'a> Replay<'a> {
     }
 
     /// The scan and time of a moment.
-    pub fn when(&mut self, at: Moment) -> When {
+    pub fn when(&mut self, at: TapeMoment) -> When {
         match self.section(at.section) {
             Some(section) => {
                 let last = at.entries().saturating_sub(usize::from(at.step == 0 && at.entry > 0));
@@ -263,20 +265,20 @@ impl<'a> Replay<'a> {
 
     /// The scan and time of an entry.
     pub fn when_of(&mut self, section: usize, entry: usize) -> When {
-        self.when(Moment { section, entry, step: 1 })
+        self.when(TapeMoment { section, entry, step: 1 })
     }
 
     /// The scan and time at the start of a section.
     pub fn start_of(&mut self, section: usize) -> When {
         match self.section(section) {
-            Some(of) => past::start(&of),
+            Some(section_tape) => past::start(&section_tape),
             None => When { scan: None, now_ns: 0, unix_ns: 0 },
         }
     }
 
     /// When a cell had its last change for which `is` returns true. Only the last two minutes are
     /// searched.
-    pub fn since(&mut self, cell: Cell, at: Moment, is: &dyn Fn(&CellChange) -> bool) -> Since {
+    pub fn since(&mut self, cell: Cell, at: TapeMoment, is: &dyn Fn(&CellChange) -> bool) -> Since {
         let mut section = at.section;
         let mut end = (at.entry, at.step);
         for _ in 0..SEARCHED_MAX {
@@ -291,7 +293,7 @@ impl<'a> Replay<'a> {
     }
 
     /// The value of a cell at a moment.
-    pub fn value(&mut self, cell: Cell, at: Moment) -> i32 {
+    pub fn value(&mut self, cell: Cell, at: TapeMoment) -> i32 {
         // No log contains the writes at the start of a scan.
         let layout = &self.subject.symbols.layout;
         if !is_status(layout.address(cell))

@@ -4,7 +4,7 @@
 use super::answer::Restart;
 use super::inquiry::Inquiry;
 use super::leaves::LeafSeen;
-use super::past::Moment;
+use super::past::TapeMoment;
 use super::subject::Subject;
 use super::walk::Witness;
 use super::watch::Watch;
@@ -45,8 +45,10 @@ impl Witness for RestartWatch<'_> {
                 self.found = None;
             }
         }
-        let acts = |of: &&Restarter| {
-            of.deed == deed && image.power(of.leg) && !image.bit(BitCell(of.history))
+        let acts = |restarter: &&Restarter| {
+            restarter.deed == deed
+                && image.power(restarter.leg)
+                && !image.bit(BitCell(restarter.history))
         };
         if !self.ended && self.all.iter().find(acts).is_some() {
             self.found = Some((deed, number));
@@ -56,10 +58,10 @@ impl Witness for RestartWatch<'_> {
 
 impl Inquiry<'_> {
     /// The RESTART that caused the turn of a block. `at`: a moment in that turn.
-    pub fn restart(&mut self, block: BlockId, at: Moment, depth: u32) -> Option<Box<Restart>> {
+    pub fn restart(&mut self, block: BlockId, at: TapeMoment, depth: u32) -> Option<Box<Restart>> {
         let (section, entry) = self.replay.last_begin(at)?;
-        let before = self.last_execution(Moment { section, entry, step: 0 });
-        let now = Some(Moment { step: 0, ..at });
+        let before = self.last_execution(TapeMoment { section, entry, step: 0 });
+        let now = Some(TapeMoment { step: 0, ..at });
         for (call, ends_at_turn) in [(now, true), (before, false)] {
             let Some(call) = call else { continue };
             let all = restarters(self.subject, block);
@@ -67,7 +69,7 @@ impl Inquiry<'_> {
                 return None;
             }
             let running = Cell::Bit(self.subject.symbols.layout.bit(Bit::Running(block)));
-            let deeds = all.iter().map(|of| of.deed).collect();
+            let deeds = all.iter().map(|restarter| restarter.deed).collect();
             let watch = Watch::new(self.subject, running, deeds, u32::MAX);
             let (ended, found) = (false, None);
             let mut watch = RestartWatch { block, all, watch, ends_at_turn, ended, found };
@@ -75,7 +77,7 @@ impl Inquiry<'_> {
             if let Some((deed, step)) = watch.found {
                 let part = self.subject.site(deed)?.part;
                 let leaves = watch.watch.leaves(part);
-                return self.restart_of(deed, &leaves, Moment { step, ..call }, depth);
+                return self.restart_of(deed, &leaves, TapeMoment { step, ..call }, depth);
             }
         }
         None
@@ -85,7 +87,7 @@ impl Inquiry<'_> {
         &mut self,
         deed: ScanStep,
         leaves: &[LeafSeen],
-        at: Moment,
+        at: TapeMoment,
         depth: u32,
     ) -> Option<Box<Restart>> {
         let site = self.subject.site(deed)?;

@@ -15,12 +15,12 @@ impl Subject {
     /// The words of a rung's part, in the order of its contacts and instructions; `part`: its
     /// number among those of [`Subject::contacts`].
     pub fn words(&self, part: u32) -> Vec<Cell> {
-        self.named(part, |of| matches!(of, Address::Word(_)))
+        self.named(part, |address| matches!(address, Address::Word(_)))
     }
 
     /// The outputs that the contacts and instructions of a rung's part name.
     pub fn outputs(&self, part: u32) -> Vec<Cell> {
-        self.named(part, |of| matches!(of, Address::Bit(Bit::Space(BitSpace::Y, _))))
+        self.named(part, |address| matches!(address, Address::Bit(Bit::Space(BitSpace::Y, _))))
     }
 
     fn named(&self, part: u32, is_wanted: fn(&Address) -> bool) -> Vec<Cell> {
@@ -30,7 +30,7 @@ impl Subject {
         let body = self.body(part).iter().flat_map(named_by);
         let wanted = contacts.chain(body).filter(is_wanted);
         let mut cells = Vec::new();
-        for cell in wanted.filter_map(|of| self.symbols.layout.cell(of)) {
+        for cell in wanted.filter_map(|address| self.symbols.layout.cell(address)) {
             if !cells.contains(&cell) {
                 cells.push(cell);
             }
@@ -39,8 +39,8 @@ impl Subject {
     }
 }
 
-fn address(of: ReadOperand) -> Option<Address> {
-    match of {
+fn address(operand: ReadOperand) -> Option<Address> {
+    match operand {
         ReadOperand::Address(address) => Some(address),
         ReadOperand::Array(_) => None,
     }

@@ -19,8 +19,8 @@ impl SectionLog {
         if !goes_on {
             run.resume(&section.state);
         }
-        for (entry, of) in (0..).zip(&section.entries) {
-            if let Some(call) = of.call() {
+        for (entry, tape_entry) in (0..).zip(&section.entries) {
+            if let Some(call) = tape_entry.call() {
                 run.call(entry, call, Some(&mut changes));
             }
         }

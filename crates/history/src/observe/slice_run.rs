@@ -36,14 +36,14 @@ pub(super) struct CellChange {
 /// An engine of a slice, with the record of the operations that it may leave out.
 pub(super) struct SliceRun<'s> {
     engine: Engine,
-    eye: RunEye<'s>,
+    eye: SliceObserver<'s>,
 }
 
 impl<'s> SliceRun<'s> {
     /// A run that needs a [`SliceRun::resume`] before its first call.
     pub fn new(subject: &'s Subject, slice: &'s Slice) -> SliceRun<'s> {
         let engine = Engine::new(slice.program.clone());
-        let eye = RunEye::new(subject, slice, &EngineState::of(&engine));
+        let eye = SliceObserver::new(subject, slice, &EngineState::of(&engine));
         SliceRun { engine, eye }
     }
 
@@ -87,7 +87,7 @@ impl<'s> SliceRun<'s> {
 
 /// Notes the cells that change, and the batches that are due for that reason. Cells are numbered as
 /// in the wiring.
-struct RunEye<'s> {
+struct SliceObserver<'s> {
     subject: &'s Subject,
     slice: &'s Slice,
     /// All of memory, as it was last noted.
@@ -105,8 +105,8 @@ struct RunEye<'s> {
     begun: bool,
 }
 
-impl<'s> RunEye<'s> {
-    fn new(subject: &'s Subject, slice: &'s Slice, state: &EngineState) -> RunEye<'s> {
+impl<'s> SliceObserver<'s> {
+    fn new(subject: &'s Subject, slice: &'s Slice, state: &EngineState) -> SliceObserver<'s> {
         let (bits, words) = (state.bits().to_vec(), state.words().to_vec());
         let layout = &subject.symbols.layout;
         let mut told = vec![false; bits.len() + words.len()];
@@ -125,7 +125,19 @@ impl<'s> RunEye<'s> {
         let due = vec![u64::MAX; moves.len()];
         let (changes, numbers) = (Vec::new(), StepNumbers::default());
         let (entry, begun) = (0, false);
-        RunEye { subject, slice, bits, words, due, moves, told, changes, numbers, entry, begun }
+        SliceObserver {
+            subject,
+            slice,
+            bits,
+            words,
+            due,
+            moves,
+            told,
+            changes,
+            numbers,
+            entry,
+            begun,
+        }
     }
 
     fn number(&self, cell: Cell) -> u32 {
@@ -196,7 +208,7 @@ impl<'s> RunEye<'s> {
     }
 }
 
-impl ScanObserver for RunEye<'_> {
+impl ScanObserver for SliceObserver<'_> {
     fn next(&mut self, batches: Range<u32>) -> u32 {
         let mut at = batches.start;
         while at < batches.end {

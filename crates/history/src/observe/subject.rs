@@ -21,7 +21,7 @@ use rungd_language::source::span::{SourceFile, Span};
 pub struct Subject {
     pub(super) program: Arc<Program>,
     /// The lowered program: one operation in each batch, in file order.
-    pub(super) seen: engine::Program,
+    pub(super) seen: engine::EngineProgram,
     pub(super) symbols: Symbols,
     /// The part and the instruction of each batch.
     pub sites: Sites,
@@ -156,9 +156,9 @@ impl Subject {
 
     /// All steps, with the cells that each may write.
     fn steps(&self) -> impl Iterator<Item = (ScanStep, &Stretches)> {
-        let batches = (0..).zip(&self.batches).map(|(at, of)| (ScanStep::Batch(at), of));
-        let passes = (0..).zip(&self.passes).map(|(at, of)| (ScanStep::Pass(at), of));
-        let turns = (0..).zip(&self.turns).map(|(at, of)| (ScanStep::Turn(BlockId(at)), of));
+        let batches = (0..).zip(&self.batches).map(|(at, batch)| (ScanStep::Batch(at), batch));
+        let passes = (0..).zip(&self.passes).map(|(at, pass)| (ScanStep::Pass(at), pass));
+        let turns = (0..).zip(&self.turns).map(|(at, turn)| (ScanStep::Turn(BlockId(at)), turn));
         batches.chain(passes).chain(turns)
     }
 
@@ -190,14 +190,14 @@ impl Subject {
 
     /// The rung of a part, for people.
     pub(super) fn place_of_rung(&self, part: u32) -> RungName {
-        let (of, rung) = (self.part(part), self.rung(part));
-        let element = self.element(of.element);
+        let (part_place, rung) = (self.part(part), self.rung(part));
+        let element = self.element(part_place.element);
         RungName {
-            label: rung.label(&element.name, of.rung as usize),
+            label: rung.label(&element.name, part_place.rung as usize),
             element,
             name: rung.name.clone(),
-            number: of.rung + 1,
-            branch: of.branch.map(|branch| branch + 1),
+            number: part_place.rung + 1,
+            branch: part_place.branch.map(|branch| branch + 1),
         }
     }
 

@@ -6,8 +6,8 @@ use super::answer::{
     LastChange, LegSeen, Node, Remedy, Restart, Since, Stop,
 };
 use super::phrases::{
-    ComparedSide, Telling, Written, edit_text, ms, operand_text, rung_text, sides_text, state,
-    value_text,
+    ComparedSide, PhraseWriter, WriteFacts, edit_text, ms, operand_text, rung_text, sides_text,
+    state, value_text,
 };
 use super::reasons::TOLD_MAX;
 use rungd_config::controller::OutputState;
@@ -21,9 +21,9 @@ const CONTACTS_TOLD: usize = 4;
 const SHOWN_MAX: usize = 500;
 
 /// Lines, each with an indent.
-struct Lines {
+struct IndentedLines {
     text: String,
-    telling: Telling,
+    telling: PhraseWriter,
     /// The number of earlier programs whose answers are being told.
     earlier: u32,
     /// The operands that answers of earlier programs have explained. Each program answers on its
@@ -55,8 +55,9 @@ impl Line {
 impl Explanation {
     /// The answer as text, with a line end.
     pub fn text(&self) -> String {
-        let telling = Telling { now: self.at };
-        let mut lines = Lines { text: String::new(), telling, earlier: 0, shown: Vec::new() };
+        let telling = PhraseWriter { now: self.at };
+        let mut lines =
+            IndentedLines { text: String::new(), telling, earlier: 0, shown: Vec::new() };
         let Node { operand, value, .. } = &self.root;
         let head = format!("{} is {}", operand_text(operand), value_text(operand, *value));
         let head = head + &self.output_text();
@@ -82,7 +83,7 @@ impl Explanation {
     /// The state of the output beside the value in memory.
     fn output_text(&self) -> String {
         let mode =
-            self.mode.map_or("outside RUN".to_owned(), |(of, _)| format!("in {}", of.name()));
+            self.mode.map_or("outside RUN".to_owned(), |(mode, _)| format!("in {}", mode.name()));
         match self.output {
             OutputState::AsMemory => String::new(),
             OutputState::Safe(on) => {
@@ -138,7 +139,7 @@ fn keeps(idle: &Idle, legs: &[LegSeen], node: &Node) -> bool {
     is_out && legs.iter().all(|leg| leg.on) == (node.value != 0)
 }
 
-impl Lines {
+impl IndentedLines {
     fn add(&mut self, indent: usize, line: &str) {
         self.text.push_str(&"  ".repeat(indent));
         // A text of the ladder must not add a line to the answer.
@@ -158,7 +159,7 @@ impl Lines {
             in_last_scan: false,
             cause: cause.clone(),
         };
-        let written = Written { operand: &root.operand, value: root.value, past: line.past };
+        let written = WriteFacts { operand: &root.operand, value: root.value, past: line.past };
         let told = self.telling.write(&write, written, None);
         self.add(line.indent, &told);
         self.cause(cause, Line { past: true, ..line });
@@ -166,7 +167,7 @@ impl Lines {
 
     /// The write of an operand, with its reasons.
     fn node(&mut self, node: &Node, changed: Option<&LastChange>, line: Line) {
-        let written = Written { operand: &node.operand, value: node.value, past: line.past };
+        let written = WriteFacts { operand: &node.operand, value: node.value, past: line.past };
         if !node.is_told_by_earlier() {
             let told = self.telling.write(&node.write, written, changed);
             self.add(line.indent, &told);
@@ -290,10 +291,10 @@ impl Lines {
     /// Contacts; of many, only the first ones, and the number of the others.
     fn contacts(&mut self, all: &[&ContactSeen], line: Line, before: &str) {
         let told = if all.len() > TOLD_MAX { CONTACTS_TOLD } else { all.len() };
-        all.iter().take(told).for_each(|of| self.contact(of, line, before));
+        all.iter().take(told).for_each(|contact| self.contact(contact, line, before));
         let folded = &all[told..];
         for on in [true, false] {
-            let count = folded.iter().filter(|of| of.on == on).count();
+            let count = folded.iter().filter(|contact| contact.on == on).count();
             if count > 0 {
                 let are = line.are();
                 self.add(line.indent, &format!("and {count} that {are} {before}{}", state(on)));
@@ -418,8 +419,8 @@ impl Lines {
         };
         match about {
             About::Timer { acc_ms, preset_ms, timing, since, done } => {
-                let of = preset_ms.map(|preset| format!(" of {}", ms(preset)));
-                let time = format!("{}{}", ms(*acc_ms), of.unwrap_or_default());
+                let preset_text = preset_ms.map(|preset| format!(" of {}", ms(preset)));
+                let time = format!("{}{}", ms(*acc_ms), preset_text.unwrap_or_default());
                 match done {
                     Some(done) => format!("done{}: {time}", lasting(*done)),
                     None => {
@@ -430,7 +431,7 @@ impl Lines {
             }
             About::Counter { acc, presets, counted, reset } => {
                 let presets: Vec<String> = presets.iter().map(i32::to_string).collect();
-                let of = match presets.is_empty() {
+                let preset_text = match presets.is_empty() {
                     true => String::new(),
                     false => format!(" of {}", presets.join(" and ")),
                 };
@@ -439,17 +440,17 @@ impl Lines {
                         Since::At(when) => format!("last {did} {}", self.telling.ago(*when)),
                         Since::Before(when) => self.telling.missing(&format!("not {did}"), *when),
                     });
-                format!("{acc}{of}, {counted}, {reset}")
+                format!("{acc}{preset_text}, {counted}, {reset}")
             }
         }
     }
 
-    fn change(&self, of: &Explanation, change: &Remedy) -> String {
-        let to = state(of.root.value == 0);
+    fn change(&self, explanation: &Explanation, change: &Remedy) -> String {
+        let to = state(explanation.root.value == 0);
         match change {
             Remedy::Edits(edits) => {
                 if let [super::answer::Edit::Write { operand, .. }] = edits.as_slice()
-                    && operand.cell == of.root.operand.cell
+                    && operand.cell == explanation.root.operand.cell
                 {
                     return "nothing in the ladder writes it".to_owned();
                 }
@@ -458,8 +459,8 @@ impl Lines {
             }
             Remedy::Itself => format!("it turns {to} in the next scan by itself"),
             Remedy::Release => "it is forced: only a release lets it change".to_owned(),
-            Remedy::NoScan => self.no_scan(of.mode),
-            Remedy::None(end) => of.not_found(end.every_single, end.tried, to),
+            Remedy::NoScan => self.no_scan(explanation.mode),
+            Remedy::None(end) => explanation.not_found(end.every_single, end.tried, to),
         }
     }
 

@@ -5,8 +5,8 @@
 use super::answer::{
     Cause, ContactDetail, ContactSeen, Followed, LastChange, LegSeen, Node, Remedy, Since, Write,
 };
-use super::inquiry::{ChangePlace, Found, FoundWriter, Inquiry, Shown};
-use super::past::Moment;
+use super::inquiry::{ChangePlace, ExplainedWrite, FoundWrite, FoundWriter, Inquiry};
+use super::past::TapeMoment;
 use super::replay::{Changed, SEARCHED_MAX};
 use rungd_engine::Cell;
 use rungd_runtime::exchange::Mode;
@@ -18,7 +18,7 @@ const FARTHER: usize = 30;
 impl Inquiry<'_> {
     /// The last change of the operand of the question, and the operand itself. If the change has
     /// reasons, the operand is explained again without the reasons that the change already gives.
-    pub fn unchanged(&mut self, root: Node, at: Moment) -> (Node, Option<LastChange>) {
+    pub fn unchanged(&mut self, root: Node, at: TapeMoment) -> (Node, Option<LastChange>) {
         let is_step = matches!(root.write.cause, Cause::Instruction { .. } | Cause::Pass { .. });
         if !is_step || !root.write.in_last_scan || root.write.before.is_some() {
             return (root, None);
@@ -31,7 +31,7 @@ impl Inquiry<'_> {
         let half = self.limits.nodes.div_ceil(2);
         let shown = std::mem::take(&mut self.shown);
         self.nodes = half;
-        self.shown.push(Shown { cell, at: found.at, depth: u32::MAX });
+        self.shown.push(ExplainedWrite { cell, at: found.at, depth: u32::MAX });
         let depth_then = if is_word { 0 } else { depth };
         let Write { since, before, cause, .. } = self.write(cell, value, found, depth_then);
         let is_root = matches!(cause, Cause::Initial | Cause::Restored | Cause::Older(_));
@@ -51,9 +51,9 @@ impl Inquiry<'_> {
     }
 
     /// The last change, if it is older than the last scan.
-    fn last_change(&mut self, root: &Node, at: Moment) -> Option<Found> {
+    fn last_change(&mut self, root: &Node, at: TapeMoment) -> Option<FoundWrite> {
         let (section, entry) = self.replay.last_begin(at)?;
-        let begin = Moment { section, entry, step: 0 };
+        let begin = TapeMoment { section, entry, step: 0 };
         let most = SEARCHED_MAX * FARTHER;
         let cell = root.operand.cell;
         match self.replay.last_change(cell, at, most) {
@@ -61,8 +61,8 @@ impl Inquiry<'_> {
                 Some(self.changed(cell, change, ChangePlace { at: when, in_last_scan: false }))
             }
             Changed::At(..) => None,
-            Changed::Never(end, section) => Some(Found {
-                at: Moment { section, entry: 0, step: 0 },
+            Changed::Never(end, section) => Some(FoundWrite {
+                at: TapeMoment { section, entry: 0, step: 0 },
                 before: None,
                 in_last_scan: false,
                 writer: FoundWriter::End(end, section),
@@ -79,18 +79,19 @@ impl Inquiry<'_> {
     }
 
     /// The mode at a moment, and since when; `None` if the mode is RUN or is not on the tape.
-    pub fn mode(&mut self, at: Moment) -> Option<(Mode, Since)> {
+    pub fn mode(&mut self, at: TapeMoment) -> Option<(Mode, Since)> {
         let (mut section, mut end) = (at.section, at.entries());
         let mut known = None;
         loop {
-            let of = self.replay.section(section)?;
-            let entries = of.entries.iter().enumerate().take(end);
-            let found = entries.rev().find_map(|(entry, of)| Some((entry, of.mode()?)));
+            let section_tape = self.replay.section(section)?;
+            let entries = section_tape.entries.iter().enumerate().take(end);
+            let found =
+                entries.rev().find_map(|(entry, tape_entry)| Some((entry, tape_entry.mode()?)));
             if let Some((entry, mode)) = found {
                 let since = Since::At(self.replay.when_of(section, entry));
                 return Some((mode, since)).filter(|(mode, _)| *mode != Mode::Run);
             }
-            let mode = *known.get_or_insert(of.start.mode);
+            let mode = *known.get_or_insert(section_tape.start.mode);
             match self.replay.older(section) {
                 Ok(older) => section = older,
                 Err(_) => {

@@ -26,7 +26,7 @@ pub(crate) trait Witness {
 }
 
 /// The engine's eye that calls a witness.
-struct Walk<'a, W> {
+struct WitnessWalk<'a, W> {
     subject: &'a Subject,
     slice: &'a Slice,
     witness: &'a mut W,
@@ -40,10 +40,13 @@ pub(crate) fn walk(
     call: EngineCall,
     witness: &mut impl Witness,
 ) {
-    engine.apply_seen(call, &mut Walk { subject, slice, witness, numbers: StepNumbers::default() });
+    engine.apply_seen(
+        call,
+        &mut WitnessWalk { subject, slice, witness, numbers: StepNumbers::default() },
+    );
 }
 
-impl<W: Witness> ScanObserver for Walk<'_, W> {
+impl<W: Witness> ScanObserver for WitnessWalk<'_, W> {
     fn before(&mut self, deed: ScanStep, image: &Image) {
         let number = self.numbers.before(deed, self.slice);
         if let ScanStep::Batch(at) = deed

@@ -10,12 +10,12 @@ use rungd_engine::isa::{Address, Bit, BitSpace};
 use rungd_engine::{Cell, Image, ScanStep};
 use rungd_language::resolve::program::Instruction;
 
-use super::leaves::Side;
+use super::leaves::SeenValue;
 use super::operands::operands;
 
 /// A step that decided the value of a cell.
 #[derive(Clone, Debug)]
-pub(super) struct Decided {
+pub(super) struct DecidingStep {
     /// The number of the step.
     pub step: u32,
     /// The step.
@@ -25,7 +25,7 @@ pub(super) struct Decided {
     /// The value after it.
     pub after: i32,
     /// The operands that its instruction read, without its contacts.
-    pub operands: Vec<Side>,
+    pub operands: Vec<SeenValue>,
 }
 
 /// Observes the steps that write a cell.
@@ -38,9 +38,9 @@ pub(super) struct Watch<'s> {
     /// The steps that may write the cell.
     writers: Vec<ScanStep>,
     /// The value before the step that executes now, and its operands.
-    now: Option<(i32, Vec<Side>)>,
+    now: Option<(i32, Vec<SeenValue>)>,
     /// The steps that decided, in order.
-    pub decided: Vec<Decided>,
+    pub decided: Vec<DecidingStep>,
     /// The contacts of parts with a writer, and of the rungs of branches.
     pub seen: BTreeMap<u32, Vec<LeafSeen>>,
     wanted: Vec<u32>,
@@ -119,7 +119,7 @@ impl Witness for Watch<'_> {
             return;
         }
         let read = self.instruction(deed);
-        let read = read.map(|(_, of)| operands(self.subject, of, self.cell, image));
+        let read = read.map(|(_, reader)| operands(self.subject, reader, self.cell, image));
         self.now = Some((image.value(self.cell), read.unwrap_or_default()));
     }
 
@@ -130,7 +130,7 @@ impl Witness for Watch<'_> {
         let Some((before, operands)) = self.now.take() else { return };
         let after = image.value(self.cell);
         if before != after || self.decides(deed) {
-            self.decided.push(Decided { step: number, by: deed, before, after, operands });
+            self.decided.push(DecidingStep { step: number, by: deed, before, after, operands });
         }
     }
 }

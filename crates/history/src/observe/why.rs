@@ -1,9 +1,9 @@
 //! `why`: the question and its answer.
 
 use super::answer::{Explanation, Limits};
-use super::earlier::{EndedThere, ended_there};
+use super::earlier::{EndedOperand, ended_there};
 use super::inquiry::Inquiry;
-use super::past::{At, EarlierPast, Moment, Past, Refusal};
+use super::past::{EarlierPast, Past, QuestionTime, TapeMoment, WhyRefusal};
 use super::replay::{Changed, Replay};
 use super::subject::Subject;
 use rungd_config::controller::OutputState;
@@ -15,9 +15,9 @@ const RELOADS_MAX: u32 = 8;
 
 /// A question.
 #[derive(Clone, Copy)]
-struct Asked {
+struct WhyQuestion {
     /// The time that it is about.
-    at: At,
+    at: QuestionTime,
     limits: Limits,
     /// The number of reloads between this program and the one that was asked first.
     reloads: u32,
@@ -34,9 +34,9 @@ impl Subject {
         &self,
         past: &mut dyn Past,
         cell: Cell,
-        (at, limits): (At, Limits),
-    ) -> Result<Explanation, Refusal> {
-        self.explained(past, cell, Asked { at, limits, reloads: 0, remedy: limits.change })
+        (at, limits): (QuestionTime, Limits),
+    ) -> Result<Explanation, WhyRefusal> {
+        self.explained(past, cell, WhyQuestion { at, limits, reloads: 0, remedy: limits.change })
     }
 
     /// The same, of this program or of one before it.
@@ -44,8 +44,8 @@ impl Subject {
         &self,
         past: &mut dyn Past,
         cell: Cell,
-        asked: Asked,
-    ) -> Result<Explanation, Refusal> {
+        asked: WhyQuestion,
+    ) -> Result<Explanation, WhyRefusal> {
         let mut answer = self.answer(past, cell, asked)?;
         if asked.reloads < RELOADS_MAX {
             behind_the_reload(&mut answer, past, asked);
@@ -57,26 +57,26 @@ impl Subject {
         &self,
         past: &mut dyn Past,
         cell: Cell,
-        Asked { at, limits, reloads: _, remedy }: Asked,
-    ) -> Result<Explanation, Refusal> {
+        WhyQuestion { at, limits, reloads: _, remedy }: WhyQuestion,
+    ) -> Result<Explanation, WhyRefusal> {
         let layout = &self.symbols.layout;
         let is_known = match cell {
             Cell::Bit(BitCell(at)) => at < layout.bit_count(),
             Cell::Word(WordCell(at)) => at < layout.word_count(),
         };
         if !is_known {
-            return Err(Refusal::NoSuchCell);
+            return Err(WhyRefusal::NoSuchCell);
         }
         let slice = self.seen.slice(&[cell]);
         let mut replay = Replay::new(self, &slice, past);
         let moment = replay.moment(at)?;
-        let image = replay.seek(moment.section, moment.entry).ok_or(Refusal::NoPast)?.image();
+        let image = replay.seek(moment.section, moment.entry).ok_or(WhyRefusal::NoPast)?.image();
         let value = image.value(cell);
         let outputs = &self.outputs;
         let is_lost = outputs.is_lost(cell, |ok| image.bit(ok));
         let when = replay.when(moment);
         let mut inquiry = Inquiry::new(self, replay, limits);
-        let root = inquiry.node(cell, value, moment, limits.depth).ok_or(Refusal::NoPast)?;
+        let root = inquiry.node(cell, value, moment, limits.depth).ok_or(WhyRefusal::NoPast)?;
         let (root, changed) = match limits.change {
             true => inquiry.unchanged(root, moment),
             false => (root, None),
@@ -114,9 +114,9 @@ impl Subject {
 
 impl Inquiry<'_> {
     /// The state of an output right before its device was lost; `None` if the past begins later.
-    fn last_known(&mut self, cell: Cell, moment: Moment) -> Option<bool> {
+    fn last_known(&mut self, cell: Cell, moment: TapeMoment) -> Option<bool> {
         let outputs = &self.subject.outputs;
-        let mut first: Option<Moment> = None;
+        let mut first: Option<TapeMoment> = None;
         for ok in outputs.devices(cell).iter().map(|ok| Cell::Bit(*ok)) {
             if self.replay.value(ok, moment) != 0 {
                 continue;
@@ -134,17 +134,22 @@ impl Inquiry<'_> {
 }
 
 /// Asks the program before this one about the operands that nothing has changed since then.
-fn behind_the_reload(answer: &mut Explanation, past: &mut dyn Past, asked: Asked) {
+fn behind_the_reload(answer: &mut Explanation, past: &mut dyn Past, asked: WhyQuestion) {
     let ended = ended_there(answer, asked.limits.depth);
     if ended.is_empty() {
         return;
     }
-    let names: Vec<&str> = ended.iter().map(|of| of.name.as_str()).collect();
+    let names: Vec<&str> = ended.iter().map(|operand| operand.name.as_str()).collect();
     let Some(EarlierPast { subject, mut past }) = past.earlier(&names) else { return };
-    for EndedThere { name, depth, earlier } in ended {
+    for EndedOperand { name, depth, earlier } in ended {
         let Ok(cell) = subject.cell(&name) else { continue };
         let limits = Limits { depth, ..asked.limits };
-        let asked = Asked { at: At::Now, limits, reloads: asked.reloads + 1, remedy: false };
+        let asked = WhyQuestion {
+            at: QuestionTime::Now,
+            limits,
+            reloads: asked.reloads + 1,
+            remedy: false,
+        };
         *earlier = subject.explained(&mut *past, cell, asked).ok().map(Box::new);
     }
 }

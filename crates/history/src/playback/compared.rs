@@ -28,7 +28,7 @@ pub enum ComparedAs {
 
 /// An operand of both programs.
 #[derive(Debug)]
-pub struct Compared {
+pub struct ComparedOperand {
     /// Its text in the report.
     pub label: String,
     /// Its name in commands.
@@ -63,24 +63,36 @@ pub struct FirstDifference {
 
 /// All operands that are compared.
 #[derive(Debug)]
-pub struct Comparison {
+pub struct ProgramComparison {
     /// The operands.
-    pub operands: Vec<Compared>,
+    pub operands: Vec<ComparedOperand>,
     /// The values of the last scan: the old and the new value of each operand.
     pub values: Vec<i32>,
 }
 
-impl Compared {
+impl ComparedOperand {
     fn new(
         (label, name, compared_as): (String, String, ComparedAs),
         old: Vec<Option<Cell>>,
         (program, new): (&PlayableProgram, Option<Cell>),
-    ) -> Compared {
+    ) -> ComparedOperand {
         let is_real = |cell| matches!(cell, Cell::Word(word) if program.layout().is_real(word));
         let real = new.or(old.iter().find_map(|cell| *cell)).is_some_and(is_real);
         let (first, since_ns) = (None, None);
         let (times, scans, ns) = (0, 0, 0);
-        Compared { label, name, compared_as, old, new, real, first, times, scans, ns, since_ns }
+        ComparedOperand {
+            label,
+            name,
+            compared_as,
+            old,
+            new,
+            real,
+            first,
+            times,
+            scans,
+            ns,
+            since_ns,
+        }
     }
 
     /// Its cell in the new program, or else in a recorded one.
@@ -124,7 +136,7 @@ impl Compared {
     }
 }
 
-impl Comparison {
+impl ProgramComparison {
     /// The outputs and alarms of the programs, and the watched operands.
     ///
     /// # Errors
@@ -133,7 +145,7 @@ impl Comparison {
         programs: &RecordedPrograms,
         new: &PlayableProgram,
         watch: Option<&[String]>,
-    ) -> Result<Comparison, String> {
+    ) -> Result<ProgramComparison, String> {
         let mut operands = outputs(programs, new);
         operands.extend(mapped_words(programs, new));
         operands.extend(alarms(programs, new));
@@ -145,9 +157,9 @@ impl Comparison {
                 return Err(format!("--watch: neither program has a bit or word `{name}`"));
             }
             let named = (name.clone(), name, ComparedAs::Watched);
-            operands.push(Compared::new(named, old, (new, here)));
+            operands.push(ComparedOperand::new(named, old, (new, here)));
         }
-        Ok(Comparison { operands, values: Vec::new() })
+        Ok(ProgramComparison { operands, values: Vec::new() })
     }
 
     /// Compares both images at the end of a scan. `place` is the place of the old program among the
@@ -177,17 +189,17 @@ fn each(
     programs.all.iter().map(|program| program.as_ref().ok().and_then(&cell)).collect()
 }
 
-fn output(programs: &RecordedPrograms, new: &PlayableProgram, address: Address) -> Compared {
+fn output(programs: &RecordedPrograms, new: &PlayableProgram, address: Address) -> ComparedOperand {
     let mut both = std::iter::once(new).chain(programs.first());
     let tag = both.find_map(|program| program.symbols.names.tag(address));
     let label = tag.map_or_else(|| address.to_string(), |tag| format!("{tag} ({address})"));
     let name = tag.map_or_else(|| address.to_string(), str::to_owned);
     let old = each(programs, |program| program.layout().cell(address));
-    Compared::new((label, name, ComparedAs::Output), old, (new, new.layout().cell(address)))
+    ComparedOperand::new((label, name, ComparedAs::Output), old, (new, new.layout().cell(address)))
 }
 
 /// Every Y that a ladder names or a device outputs, in order.
-fn outputs(programs: &RecordedPrograms, new: &PlayableProgram) -> Vec<Compared> {
+fn outputs(programs: &RecordedPrograms, new: &PlayableProgram) -> Vec<ComparedOperand> {
     let mut numbers = HashSet::new();
     for program in std::iter::once(new).chain(programs.all.iter().flatten()) {
         let named = program.program.named(ELEMENTS_MAX).into_iter().map(|operand| operand.address);
@@ -211,7 +223,7 @@ fn taken(program: &PlayableProgram) -> Vec<Vec<Address>> {
 
 /// The words and other bits that devices output. Both programs have the same controller file, so
 /// the points are paired by their places in it: the address of a tag may differ.
-fn mapped_words(programs: &RecordedPrograms, new: &PlayableProgram) -> Vec<Compared> {
+fn mapped_words(programs: &RecordedPrograms, new: &PlayableProgram) -> Vec<ComparedOperand> {
     let mut all = Vec::new();
     for (device, addresses) in taken(new).iter().enumerate() {
         for (point, address) in addresses.iter().enumerate() {
@@ -232,7 +244,7 @@ fn mapped_words(programs: &RecordedPrograms, new: &PlayableProgram) -> Vec<Compa
 }
 
 /// The alarms of both programs, by their tags.
-fn alarms(programs: &RecordedPrograms, new: &PlayableProgram) -> Vec<Compared> {
+fn alarms(programs: &RecordedPrograms, new: &PlayableProgram) -> Vec<ComparedOperand> {
     let mut tags: Vec<&str> = Vec::new();
     let mut seen = HashSet::new();
     for program in programs.all.iter().flatten().chain([new]) {
@@ -246,7 +258,7 @@ fn alarms(programs: &RecordedPrograms, new: &PlayableProgram) -> Vec<Compared> {
     let compared = |tag: &str| {
         let old = each(programs, |program| cell(program, tag));
         let named = (tag.to_owned(), tag.to_owned(), ComparedAs::Alarm);
-        Compared::new(named, old, (new, cell(new, tag)))
+        ComparedOperand::new(named, old, (new, cell(new, tag)))
     };
     tags.into_iter().map(compared).collect()
 }

@@ -12,7 +12,7 @@ mod replay;
 mod twin_run;
 
 pub use alarm_log::{AlarmLog, AlarmStretch};
-pub use compared::{Compared, ComparedAs, Comparison, FirstDifference};
+pub use compared::{ComparedAs, ComparedOperand, FirstDifference, ProgramComparison};
 pub use programs::{PlacedProgram, PlayableProgram, RecordedPrograms};
 pub use recorded::{RecordedQuestion, loaded, subject, subject_and_settings, whole_program, why};
 pub use replay::{MakeEngine, Playback, PlayedScan, PlayedStep, Unplayable, Verified};

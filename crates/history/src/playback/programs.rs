@@ -23,7 +23,7 @@ pub struct PlayableProgram {
     /// Its files and its controller's settings.
     pub loaded: Loaded,
     /// Its operations.
-    pub code: engine::Program,
+    pub code: engine::EngineProgram,
     /// Its names and cells.
     pub symbols: Symbols,
     /// What its outputs are driven to.

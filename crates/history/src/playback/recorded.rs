@@ -7,11 +7,11 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::replay::Playback;
-use crate::observe::{At, EarlierPast, Explanation, Limits, Past, Subject, TapeEnd};
+use crate::observe::{EarlierPast, Explanation, Limits, Past, QuestionTime, Subject, TapeEnd};
 use crate::record::{RecordedFile, RecordedProgram, Recording};
 use rungd_config::controller::{Controller, OutputRules};
 use rungd_config::load::{self, Loaded};
-use rungd_engine::{Cell, Engine, Program};
+use rungd_engine::{Cell, Engine, EngineProgram};
 use rungd_language::lower::lower;
 use rungd_language::resolve::program;
 use rungd_language::source::span::SourceFile;
@@ -75,7 +75,7 @@ pub struct RecordedQuestion {
     /// The section of the moment, or of a later one of the same program.
     pub section: usize,
     /// The moment.
-    pub at: At,
+    pub at: QuestionTime,
     /// The limits of the answer.
     pub limits: Limits,
 }
@@ -97,7 +97,7 @@ pub fn why(
 
 /// The sections of one program in a recording, for a question about it.
 struct RecordedPast {
-    playback: Playback<Program>,
+    playback: Playback<EngineProgram>,
     first: usize,
     end: usize,
     /// The sections from a base image to the section that was requested last.
@@ -107,7 +107,7 @@ struct RecordedPast {
 impl RecordedPast {
     /// The sections with the same program as `section`, from the first to the last. `slice`: the
     /// part of the program that the question needs.
-    fn around(recording: Arc<Recording>, section: usize, slice: Program) -> RecordedPast {
+    fn around(recording: Arc<Recording>, section: usize, slice: EngineProgram) -> RecordedPast {
         let same = |at: &usize| recording.program(*at) == recording.program(section);
         let first = (0..=section).rev().take_while(same).last().unwrap_or(section);
         let end = (section..recording.count()).take_while(same).last().unwrap_or(section) + 1;

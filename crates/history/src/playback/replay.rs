@@ -83,7 +83,7 @@ impl<F: FnMut(&RecordedProgram) -> Result<Engine, String>> MakeEngine for F {
 }
 
 /// The same code for every program, such as the slice for a question about one program.
-impl MakeEngine for engine::Program {
+impl MakeEngine for engine::EngineProgram {
     fn engine(&mut self, _: &Arc<RecordedProgram>) -> Result<Engine, String> {
         Ok(Engine::new(self.clone()))
     }
@@ -285,8 +285,8 @@ impl<M: MakeEngine> Playback<M> {
             }
             self.at = Some(at);
         }
-        if let Some((of, _)) = &mut self.engine {
-            *of = program;
+        if let Some((running_program, _)) = &mut self.engine {
+            *running_program = program;
         }
         if self.at != Some(at) {
             return Err(Unplayable::NoBase);

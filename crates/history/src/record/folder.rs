@@ -1,7 +1,7 @@
 //! The folder of the segments: files that grow at their end and are deleted.
 //!
-//! `store` writes through [`Folder`], so that a test can simulate a full disk, failing calls and
-//! power failures. [`FolderOnDisk`] is the real folder.
+//! `store` writes through [`RecordFolder`], so that a test can simulate a full disk, failing calls
+//! and power failures. [`FolderOnDisk`] is the real folder.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
@@ -16,7 +16,7 @@ use rungd_base::regular_file;
 use rungd_state::retain::file::is_named;
 
 /// A folder with at most one file open for writing.
-pub trait Folder {
+pub trait RecordFolder {
     /// Owns the files of a controller until the folder is dropped: no other process deletes them.
     /// It is called again after a failure.
     ///
@@ -145,7 +145,7 @@ fn is_order(file: &File) -> bool {
     let mut begin = vec![0; ORDER_BEGIN.len()];
     let count = file.read_at(&mut begin, 0).unwrap_or(0);
     let is_begin = ORDER_BEGIN.as_bytes().starts_with(&begin[..count]);
-    is_begin && file.metadata().is_ok_and(|of| of.is_file())
+    is_begin && file.metadata().is_ok_and(|metadata| metadata.is_file())
 }
 
 /// Writes an order of files, durably. An order that is only half written is not whole.
@@ -157,7 +157,7 @@ fn write_order(file: &File, begun_ns: &[i64]) -> io::Result<()> {
     file.sync_data()
 }
 
-impl Folder for FolderOnDisk {
+impl RecordFolder for FolderOnDisk {
     fn own(&mut self, controller: &str) -> io::Result<()> {
         fs::create_dir_all(&self.path)?;
         let path = self.path.join(format!("{controller}.lock"));

@@ -15,7 +15,7 @@ pub(super) const NEAR: std::ops::RangeInclusive<i64> = -96..=95;
 
 /// The expectations.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Foretold {
+pub(super) struct Expectations {
     /// The time between two scans, µs.
     pub period_us: u64,
     /// The grid's time of the last scan, µs.
@@ -32,10 +32,10 @@ pub(super) struct Foretold {
     values: HashMap<u32, i32>,
 }
 
-impl Foretold {
+impl Expectations {
     /// The expectations before the first entry.
-    pub fn new(period_us: u64, grid_us: u64, local_offset_us: i64) -> Foretold {
-        Foretold { period_us, grid_us, local_offset_us, ..Foretold::default() }
+    pub fn new(period_us: u64, grid_us: u64, local_offset_us: i64) -> Expectations {
+        Expectations { period_us, grid_us, local_offset_us, ..Expectations::default() }
     }
 
     /// Appends the numbers that a reader needs at the start.
@@ -46,10 +46,10 @@ impl Foretold {
     }
 
     /// Reads the numbers that the writer had at the start.
-    pub fn read(bytes: &mut ByteSource<'_>) -> Option<Foretold> {
+    pub fn read(bytes: &mut ByteSource<'_>) -> Option<Expectations> {
         let (period_us, grid_us) = (bytes.number()?, bytes.number()?);
         let local_offset_us = bytes.signed()?;
-        Some(Foretold::new(period_us, grid_us, local_offset_us))
+        Some(Expectations::new(period_us, grid_us, local_offset_us))
     }
 
     fn due_us(&self) -> u64 {

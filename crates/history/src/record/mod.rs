@@ -32,7 +32,7 @@ mod zip;
 pub use block::{BlockHead, RecordBlock, StateHash, state_hash};
 pub use codes::ENTRIES_MAX;
 pub use file_name::EXTENSION;
-pub use folder::{Folder, FolderOnDisk};
+pub use folder::{FolderOnDisk, RecordFolder};
 pub use program::{RecordedFile, RecordedProgram};
 pub use program_read::read_program;
 pub use recent::Recent;

@@ -109,7 +109,7 @@ impl Recording {
         let (mut sources, mut indexes) = (Vec::new(), Vec::new());
         let last = &mut LastProgram::default();
         let mut indexer = RecordIndexer { last, texts: ProgramTexts::all() };
-        for path in dir.map_or(Ok(Vec::new()), |of| own_files(of, from_ns))? {
+        for path in dir.map_or(Ok(Vec::new()), |folder| own_files(folder, from_ns))? {
             let index = match open_file(&path) {
                 Ok(mut file) => Some(indexer.index(&mut file)?),
                 Err(error) => excused(error)?,
@@ -258,7 +258,7 @@ impl Recording {
         for at in first..range.end {
             let program = self.program(at);
             let start = match segment {
-                Some((of, start)) if of == program => start,
+                Some((known_program, start)) if known_program == program => start,
                 Some(_) | None => {
                     let start = SegmentStart::new(program);
                     out.write_all(&start.bytes)?;

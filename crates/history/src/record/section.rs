@@ -5,7 +5,7 @@
 //! the deviation of its time from the expected time, and the scan time before it (`quiet`).
 
 use super::codes::{code, scan_flag};
-use super::foretold::{Foretold, NEAR};
+use super::foretold::{Expectations, NEAR};
 use super::quiet::{QuietRun, QuietScan};
 use rungd_base::byte_source::{put_number, put_signed, put_text};
 use rungd_engine::{BitCell, Cell, EngineCall, ScanTimes, WordCell};
@@ -101,11 +101,11 @@ fn scans(entries: &[TapeEntry]) -> impl Iterator<Item = (u64, i64)> {
 }
 
 /// The expectations that fit these entries best.
-fn foretold(entries: &[TapeEntry]) -> Foretold {
+fn foretold(entries: &[TapeEntry]) -> Expectations {
     let times: Vec<u64> = scans(entries).map(|(now_ns, _)| now_ns / 1000).collect();
     let period_us = period_us(&times);
     let grid_us = times.first().map_or(0, |first| first.wrapping_sub(period_us));
-    Foretold::new(period_us, grid_us, local_offset_us(entries))
+    Expectations::new(period_us, grid_us, local_offset_us(entries))
 }
 
 /// The mean time between scans, without unusual gaps.
@@ -138,7 +138,7 @@ fn local_offset_us(entries: &[TapeEntry]) -> i64 {
 /// The bytes of the entries so far, and the expectation of the next entry.
 struct EntryWriter {
     out: Vec<u8>,
-    foretold: Foretold,
+    foretold: Expectations,
     /// The quiet scans right after these bytes.
     quiet: QuietRun,
 }

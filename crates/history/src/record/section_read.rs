@@ -3,7 +3,7 @@
 //! Bytes from outside never cause a panic, and the result has at most `ENTRIES_MAX` entries.
 
 use super::codes::{ENTRIES_MAX, code, scan_flag};
-use super::foretold::Foretold;
+use super::foretold::Expectations;
 use super::quiet::{self, QuietScan};
 use super::section::SectionBody;
 use rungd_base::byte_source::ByteSource;
@@ -26,7 +26,7 @@ impl SectionBody {
             // The name is printed in lines of a report.
             who.push((origin(kind, number)?, escaped(&bytes.text()?).into_owned()));
         }
-        let foretold = Foretold::read(&mut bytes)?;
+        let foretold = Expectations::read(&mut bytes)?;
         let mut reader = EntryReader { bytes, foretold, entries: Vec::new() };
         while !reader.bytes.0.is_empty() {
             reader.entry()?;
@@ -76,7 +76,7 @@ fn time_ns(time_ns: u64) -> Option<u64> {
 /// The bytes that are left, and the entries so far.
 struct EntryReader<'b> {
     bytes: ByteSource<'b>,
-    foretold: Foretold,
+    foretold: Expectations,
     entries: Vec<TapeEntry>,
 }
 

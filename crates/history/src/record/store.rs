@@ -14,11 +14,11 @@ use std::sync::Arc;
 
 use super::block::RecordBlock;
 use super::file_name::{begun_ns, file_name};
-use super::folder::Folder;
+use super::folder::RecordFolder;
 use super::program::RecordedProgram;
 use super::recorder::TapeClock;
 use super::segment::SegmentStart;
-use super::stored_files::{Limits, StoredFiles};
+use super::stored_files::{StoreLimits, StoredFiles};
 
 const SECOND_NS: u64 = 1_000_000_000;
 
@@ -88,7 +88,7 @@ pub struct Store<F> {
     /// Whether `files` agrees with the folder.
     is_known: bool,
     open: Option<OpenFile>,
-    trouble: Option<Trouble>,
+    trouble: Option<StoreTrouble>,
     last_trouble: LastTrouble,
     lost_blocks: u64,
     /// The name of a file that was found removed, until this is told.
@@ -118,7 +118,7 @@ struct OpenFile {
     sequence: Option<u64>,
 }
 
-struct Trouble {
+struct StoreTrouble {
     error: String,
     /// The number of blocks lost before the failure.
     lost_before: u64,
@@ -131,7 +131,7 @@ fn now_ns(clock: TapeClock) -> u64 {
     clock.unix_ns.saturating_sub(clock.unix_offset_ns).max(0) as u64
 }
 
-impl<F: Folder> Store<F> {
+impl<F: RecordFolder> Store<F> {
     /// A store in a folder. The folder is not touched before the first block.
     pub fn new(folder: F, settings: StoreSettings) -> Store<F> {
         Store {
@@ -212,7 +212,7 @@ impl<F: Folder> Store<F> {
     }
 
     fn works(&mut self, now_ns: u64) -> Option<StoreNews> {
-        let Trouble { lost_before, pause_ns, .. } = self.trouble.take()?;
+        let StoreTrouble { lost_before, pause_ns, .. } = self.trouble.take()?;
         self.last_trouble = LastTrouble { pause_ns, worked_ns: now_ns };
         Some(StoreNews::Resumed { lost_blocks: self.lost_blocks - lost_before })
     }
@@ -235,7 +235,8 @@ impl<F: Folder> Store<F> {
         let pause_ns = pause_ns.clamp(FIRST_PAUSE_NS, LONGEST_PAUSE_NS);
         let retry_ns = now_ns.saturating_add(pause_ns);
         let lost_before = before.as_ref().map_or(self.lost_blocks, |before| before.lost_before);
-        self.trouble = Some(Trouble { error: error.to_string(), lost_before, retry_ns, pause_ns });
+        self.trouble =
+            Some(StoreTrouble { error: error.to_string(), lost_before, retry_ns, pause_ns });
         before.is_none().then_some(StoreNews::Stopped(error))
     }
 
@@ -320,7 +321,7 @@ impl<F: Folder> Store<F> {
         if open_bytes.saturating_add(bytes) > bytes_max {
             return Ok(false);
         }
-        let limits = Limits { keep_ns, bytes_max, file_ns };
+        let limits = StoreLimits { keep_ns, bytes_max, file_ns };
         while let Some(name) = self.files.next_deleted(bytes, (open, limits), &mut self.folder) {
             match self.folder.remove(&name) {
                 Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),

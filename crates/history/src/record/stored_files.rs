@@ -12,12 +12,12 @@
 use std::collections::BTreeMap;
 
 use super::block::BlockHead;
-use super::folder::Folder;
+use super::folder::RecordFolder;
 use super::passed::PassedTime;
 
 /// The limits that the files must keep.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Limits {
+pub(super) struct StoreLimits {
     /// A file is deleted when this much time was recorded after its last scan, ns.
     pub keep_ns: u64,
     /// The maximum number of bytes of all files.
@@ -139,8 +139,8 @@ impl StoredFiles {
     pub fn next_deleted(
         &mut self,
         bytes: u64,
-        (open, limits): (Option<&str>, Limits),
-        folder: &mut impl Folder,
+        (open, limits): (Option<&str>, StoreLimits),
+        folder: &mut impl RecordFolder,
     ) -> Option<String> {
         let oldest = self.0.iter().position(|file| Some(&*file.name) != open)?;
         let is_too_much = self.bytes().saturating_add(bytes) > limits.bytes_max;
@@ -150,7 +150,7 @@ impl StoredFiles {
 
     /// Whether the time to keep was recorded after a file. Reads the heads of at most one file: the
     /// next call goes on.
-    fn is_old(&mut self, at: usize, limits: Limits, folder: &mut impl Folder) -> bool {
+    fn is_old(&mut self, at: usize, limits: StoreLimits, folder: &mut impl RecordFolder) -> bool {
         let later = &mut self.0[at + 1..];
         // As long as there are only a few later files, none of them needs to be read.
         if (later.len() as u64).saturating_mul(limits.file_ns.saturating_mul(2)) < limits.keep_ns {

@@ -111,15 +111,17 @@ impl RecordingSummary {
         let lasts_ns = |begin_ns: i64, end_ns: i64| end_ns.saturating_sub(begin_ns);
         let recorded_ns: u128 = stretches
             .iter()
-            .map(|of| u128::from(lasts_ns(of.begin_ns, of.end_ns).max(0).unsigned_abs()))
+            .map(|stretch| {
+                u128::from(lasts_ns(stretch.begin_ns, stretch.end_ns).max(0).unsigned_abs())
+            })
             .sum();
         let bytes = recording.bytes();
         let a_day = (u128::from(bytes) * DAY_NS).checked_div(recorded_ns);
-        let gaps = stretches.iter().filter_map(|of| {
-            let what = recording.gap_before(of.sections.start)?.to_string();
-            let before_ns = recording.head(of.sections.start - 1).end_ns;
-            let after_ns = lasts_ns(before_ns, of.begin_ns);
-            Some(SummaryGap { unix_ns: of.begin_ns, after_ns, what })
+        let gaps = stretches.iter().filter_map(|stretch| {
+            let what = recording.gap_before(stretch.sections.start)?.to_string();
+            let before_ns = recording.head(stretch.sections.start - 1).end_ns;
+            let after_ns = lasts_ns(before_ns, stretch.begin_ns);
+            Some(SummaryGap { unix_ns: stretch.begin_ns, after_ns, what })
         });
         let span = recording.span();
         let mut summary = RecordingSummary {

@@ -136,7 +136,7 @@ pub struct Rig {
     pub reloader: Reloader<Engine>,
     pub line: LocalEnd,
     pub clock: TestClock,
-    pub code: rungd_engine::Program,
+    pub code: rungd_engine::EngineProgram,
     pub contents: PackageParts,
     pub c8: rungd_engine::BitCell,
 }

@@ -103,7 +103,7 @@ impl RungCircuit {
     /// The circuit of a rung.
     pub(super) fn of(rung: &Rung, wording: &Wording) -> RungCircuit {
         let mut legs = CircuitMaker { wording, branch: None, leaf: 0 };
-        let symbol = |of: &Instruction| symbol(of, wording);
+        let symbol = |instruction: &Instruction| symbol(instruction, wording);
         if let ([instruction], [leg, ..], []) = (&*rung.body, &*rung.legs, &*rung.branches)
             && leg.name != LegName::When
         {
@@ -112,7 +112,7 @@ impl RungCircuit {
         }
         let contacts = rung.legs.first();
         let contacts = contacts.map_or(series(Vec::new()), |leg| legs.series(&leg.contacts));
-        let body = rung.body.iter().map(|of| Outlet::Instruction(symbol(of)));
+        let body = rung.body.iter().map(|instruction| Outlet::Instruction(symbol(instruction)));
         let branches = (1..).zip(&rung.branches).map(|(number, branch)| {
             let body = branch.body.iter().map(symbol).collect();
             let mut maker = CircuitMaker { wording, branch: Some(number), leaf: 0 };
@@ -180,14 +180,16 @@ impl CircuitMaker<'_, '_> {
         let bit = |bit: &Bit| wording.label(Address::Bit(*bit));
         let either = |plain, opposite| if is_plain { plain } else { opposite };
         let (form, label) = match contact {
-            Contact::Bit(of, _) => (either(ContactForm::Open, ContactForm::Closed), bit(of)),
+            Contact::Bit(address, _) => {
+                (either(ContactForm::Open, ContactForm::Closed), bit(address))
+            }
             Contact::Element(..) => (either(ContactForm::Open, ContactForm::Closed), text()),
             Contact::Edge(edge, inner, _) => match (&**inner, edge) {
-                (Contact::Bit(of, _), Edge::Rise) => {
-                    (either(ContactForm::Rising, ContactForm::NotRising), bit(of))
+                (Contact::Bit(address, _), Edge::Rise) => {
+                    (either(ContactForm::Rising, ContactForm::NotRising), bit(address))
                 }
-                (Contact::Bit(of, _), Edge::Fall) => {
-                    (either(ContactForm::Falling, ContactForm::NotFalling), bit(of))
+                (Contact::Bit(address, _), Edge::Fall) => {
+                    (either(ContactForm::Falling, ContactForm::NotFalling), bit(address))
                 }
                 (_, Edge::Rise | Edge::Fall) => {
                     (either(ContactForm::Boxed, ContactForm::NotBoxed), text())
@@ -208,7 +210,10 @@ fn symbol(instruction: &Instruction, wording: &Wording) -> InstructionSymbol {
     let (mnemonic, operands) = wording.instruction(instruction);
     let (mut coil, mut label) = (None, OperandLabel::default());
     if let Some(bit) = instruction.operands.get("bit") {
-        coil = LETTERS.iter().find(|(of, _)| *of == instruction.mnemonic).map(|(_, text)| *text);
+        coil = LETTERS
+            .iter()
+            .find(|(coil_mnemonic, _)| *coil_mnemonic == instruction.mnemonic)
+            .map(|(_, text)| *text);
         label = wording.label(Address::Bit(bit.value));
     }
     InstructionSymbol { mnemonic, coil, label, operands }

@@ -63,7 +63,7 @@ impl Face {
     }
 
     pub fn width(&self) -> usize {
-        let widths = [&self.above, &self.symbol, &self.below].map(|of| of.chars().count());
+        let widths = [&self.above, &self.symbol, &self.below].map(|text| text.chars().count());
         widths.into_iter().max().unwrap_or(0)
     }
 }

@@ -21,7 +21,7 @@ pub(super) fn flow(block: &BlockPicture) -> String {
     for (at, name) in names.iter().enumerate() {
         graph.stage(at, name, &format!("{}.{name}", block.name));
     }
-    let place = |name: &String| names.iter().position(|of| of == name);
+    let place = |name: &String| names.iter().position(|known_name| known_name == name);
     for jump in &block.jumps {
         let from = match jump.waits_for.is_empty() {
             true => jump.from.as_slice(),

@@ -123,8 +123,8 @@ impl RungGrid {
             Circuit::Series(parts) => {
                 let (mut width, mut height) = (0, 1);
                 for part in parts {
-                    let of = self.place(part, (column + width, row));
-                    (width, height) = (width + of.0, height.max(of.1));
+                    let placed_size = self.place(part, (column + width, row));
+                    (width, height) = (width + placed_size.0, height.max(placed_size.1));
                 }
                 (width, height)
             }
@@ -133,9 +133,9 @@ impl RungGrid {
                 let (mut height, mut last) = (0, row);
                 for part in parts {
                     last = row + height;
-                    let of = self.place(part, (column, last));
-                    self.wire_along(last, (column + of.0, column + width));
-                    height += of.1;
+                    let placed_size = self.place(part, (column, last));
+                    self.wire_along(last, (column + placed_size.0, column + width));
+                    height += placed_size.1;
                 }
                 self.wire_down(column, (row, last));
                 self.wire_down(column + width, (row, last));
@@ -161,11 +161,13 @@ impl RungGrid {
 fn size(circuit: &Circuit) -> (usize, usize) {
     match circuit {
         Circuit::Contact(_) => (1, 1),
-        Circuit::Series(parts) => {
-            parts.iter().map(size).fold((0, 1), |all, of| (all.0 + of.0, all.1.max(of.1)))
-        }
-        Circuit::Parallel(parts) => {
-            parts.iter().map(size).fold((0, 0), |all, of| (all.0.max(of.0), all.1 + of.1))
-        }
+        Circuit::Series(parts) => parts
+            .iter()
+            .map(size)
+            .fold((0, 1), |all, part_size| (all.0 + part_size.0, all.1.max(part_size.1))),
+        Circuit::Parallel(parts) => parts
+            .iter()
+            .map(size)
+            .fold((0, 0), |all, part_size| (all.0.max(part_size.0), all.1 + part_size.1)),
     }
 }

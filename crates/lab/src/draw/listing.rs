@@ -56,10 +56,10 @@ impl Listing<'_> {
         let mut last_use = None;
         for rung in rungs {
             if rung.of_use != last_use
-                && let Some(of) = &rung.of_use
+                && let Some(template_use) = &rung.of_use
             {
-                let (file, line) = &of.place;
-                let _ = writeln!(self.text, "Use {}, {file}:{line}\n", of.name);
+                let (file, line) = &template_use.place;
+                let _ = writeln!(self.text, "Use {}, {file}:{line}\n", template_use.name);
             }
             last_use.clone_from(&rung.of_use);
             self.rung(element, rung);
@@ -75,7 +75,7 @@ impl Listing<'_> {
         for contact in &rung.grid.contacts {
             let symbol = &contact.symbol;
             let part = (element.to_owned(), rung.number as u32, symbol.branch);
-            let mark = self.coverage.and_then(|of| of.mark(&part, symbol.leaf));
+            let mark = self.coverage.and_then(|coverage| coverage.mark(&part, symbol.leaf));
             if let Some((_, said)) = mark {
                 let _ = writeln!(self.text, "  tests: {} {said}", symbol.label.name);
             }

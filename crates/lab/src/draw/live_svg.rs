@@ -11,9 +11,9 @@ use super::power::flow_of_power;
 use super::svg::{self, Decoration};
 use crate::svg::escaped;
 
-struct Live;
+struct LivePen;
 
-impl Decoration for Live {
+impl Decoration for LivePen {
     fn link(&self, _: &str) -> Option<String> {
         None
     }
@@ -29,7 +29,7 @@ impl Decoration for Live {
 
 /// The drawing of a rung, an `svg` element. `title`: its description for screen readers.
 pub fn drawing(grid: &RungGrid, title: &str) -> String {
-    let drawing = svg::rung(grid, &Live);
+    let drawing = svg::rung(grid, &LivePen);
     let ([width, height], title) = (drawing.size, escaped(title));
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" aria-label=\"{title}\" \

@@ -19,7 +19,7 @@ pub fn page(
     references: &[CrossReference],
     coverage: Option<&CoverageMarks>,
 ) -> String {
-    let names = references.iter().map(|of| of.name.as_str()).collect();
+    let names = references.iter().map(|reference| reference.name.as_str()).collect();
     let mut page = PageMaker { names, coverage, text: String::new() };
     page.head(picture);
     page.contents(picture);
@@ -162,9 +162,9 @@ impl PageMaker<'_> {
     /// Writes rungs. The rungs of one use of a template unfold together.
     fn rungs(&mut self, element: &str, rungs: &[RungPicture]) {
         for of_use in rungs.chunk_by(|a, b| a.of_use == b.of_use) {
-            let of = of_use.first().and_then(|rung| rung.of_use.as_ref());
-            if let Some(of) = of {
-                let (name, (file, line)) = (escaped(&of.name), &of.place);
+            let template_use = of_use.first().and_then(|rung| rung.of_use.as_ref());
+            if let Some(template_use) = template_use {
+                let (name, (file, line)) = (escaped(&template_use.name), &template_use.place);
                 let file = escaped(file);
                 let _ = writeln!(
                     self.text,
@@ -173,7 +173,7 @@ impl PageMaker<'_> {
                 );
             }
             of_use.iter().for_each(|rung| self.rung(element, rung));
-            if of.is_some() {
+            if template_use.is_some() {
                 self.text.push_str("</details>\n");
             }
         }
@@ -206,18 +206,22 @@ impl PageMaker<'_> {
              <table id=\"rows\"><thead><tr><th>Name</th><th>Address</th><th>Meaning</th>\
              <th>Written by</th><th>Read by</th><th>Outside</th></tr></thead><tbody>\n",
         );
-        references.iter().for_each(|of| self.reference(of));
+        references.iter().for_each(|reference| self.reference(reference));
         self.text.push_str("</tbody></table></div>\n");
     }
 
-    fn reference(&mut self, of: &CrossReference) {
-        let name = escaped(&of.name);
-        let address = of.address.as_deref().map(escaped).unwrap_or_default();
-        let doc = of.doc.as_deref().map(escaped).unwrap_or_default();
-        let mut outside: Vec<String> = of.outside.iter().map(|of| escaped(&of.text)).collect();
-        outside.extend(of.retained.then(|| "retained".to_owned()));
-        let written = links(of.written.iter().map(|of| (of.anchor.as_str(), of.text.as_str())));
-        let read = links(of.read.iter().map(|of| (of.anchor.as_str(), of.text.as_str())));
+    fn reference(&mut self, reference: &CrossReference) {
+        let name = escaped(&reference.name);
+        let address = reference.address.as_deref().map(escaped).unwrap_or_default();
+        let doc = reference.doc.as_deref().map(escaped).unwrap_or_default();
+        let mut outside: Vec<String> =
+            reference.outside.iter().map(|outside_use| escaped(&outside_use.text)).collect();
+        outside.extend(reference.retained.then(|| "retained".to_owned()));
+        let written = links(
+            reference.written.iter().map(|place| (place.anchor.as_str(), place.text.as_str())),
+        );
+        let read =
+            links(reference.read.iter().map(|place| (place.anchor.as_str(), place.text.as_str())));
         let _ = writeln!(
             self.text,
             "<tr id=\"x-{name}\" data-words=\"\"><td class=\"name\">{name}</td><td>{address}</td>\

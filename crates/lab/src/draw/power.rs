@@ -36,7 +36,8 @@ pub struct ContactPower {
 /// The flow of power through an executed rung.
 pub fn flow_of_power(grid: &RungGrid, conducts: &dyn Fn(&ContactSymbol) -> bool) -> FlowOfPower {
     let mut nodes = Nodes::of(grid);
-    let conducting: Vec<bool> = grid.contacts.iter().map(|of| conducts(&of.symbol)).collect();
+    let conducting: Vec<bool> =
+        grid.contacts.iter().map(|contact| conducts(&contact.symbol)).collect();
     let has_power = nodes.reached(grid, &conducting);
     let mut at = |column: usize, row: usize| has_power[nodes.node(column, row)];
     let mut flow = FlowOfPower {
@@ -44,14 +45,15 @@ pub fn flow_of_power(grid: &RungGrid, conducts: &dyn Fn(&ContactSymbol) -> bool)
         down: grid.down.iter().map(|(column, from, _)| at(*column, *from)).collect(),
         ..FlowOfPower::default()
     };
-    for (of, conducts) in grid.contacts.iter().zip(conducting) {
-        let (before, behind) = (at(of.column, of.row), at(of.column + 1, of.row));
+    for (contact, conducts) in grid.contacts.iter().zip(conducting) {
+        let (before, behind) =
+            (at(contact.column, contact.row), at(contact.column + 1, contact.row));
         flow.contacts.push(ContactPower { conducts, before, behind });
     }
-    for of in &grid.instructions {
-        let rows: Vec<usize> = match of.legs.is_empty() {
-            true => vec![of.row],
-            false => of.legs.iter().map(|(_, row)| *row).collect(),
+    for instruction in &grid.instructions {
+        let rows: Vec<usize> = match instruction.legs.is_empty() {
+            true => vec![instruction.row],
+            false => instruction.legs.iter().map(|(_, row)| *row).collect(),
         };
         flow.outlets.push(rows.into_iter().map(|row| at(grid.columns, row)).collect());
     }
@@ -101,9 +103,10 @@ impl Nodes {
     /// Whether each node has power, by the root of the node.
     fn reached(&mut self, grid: &RungGrid, conducting: &[bool]) -> Vec<bool> {
         let mut behind = vec![Vec::new(); self.leads.len()];
-        for (of, _) in grid.contacts.iter().zip(conducting).filter(|(_, conducts)| **conducts) {
-            let from = self.node(of.column, of.row);
-            behind[from].push(self.node(of.column + 1, of.row));
+        for (contact, _) in grid.contacts.iter().zip(conducting).filter(|(_, conducts)| **conducts)
+        {
+            let from = self.node(contact.column, contact.row);
+            behind[from].push(self.node(contact.column + 1, contact.row));
         }
         let mut has_power = vec![false; self.leads.len()];
         let mut todo = vec![self.node(0, 0)];

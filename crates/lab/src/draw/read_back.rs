@@ -39,7 +39,9 @@ impl ReadRung {
             }
             for (a, b) in &self.wires {
                 if lies_on(point, (*a, *b)) {
-                    todo.extend(self.points().into_iter().filter(|of| lies_on(*of, (*a, *b))));
+                    todo.extend(
+                        self.points().into_iter().filter(|point| lies_on(*point, (*a, *b))),
+                    );
                 }
             }
             for (from, to, statement, plain) in &self.contacts {
@@ -75,9 +77,9 @@ pub(super) fn expected(
     (rung, wording): (&Rung, &Wording),
     truth: Truth,
 ) -> Vec<(String, String, bool)> {
-    let all = |contacts: &[Contact]| contacts.iter().all(|of| is_on(of, wording, truth));
-    let text = |of| {
-        let (mnemonic, operands) = wording.instruction(of);
+    let all = |contacts: &[Contact]| contacts.iter().all(|contact| is_on(contact, wording, truth));
+    let text = |instruction| {
+        let (mnemonic, operands) = wording.instruction(instruction);
         [&[mnemonic.to_owned()], &*operands].concat().join(" ")
     };
     let mut powers = Vec::new();
@@ -90,18 +92,18 @@ pub(super) fn expected(
         return powers;
     }
     let own = rung.legs.first().is_none_or(|leg| all(&leg.contacts));
-    powers.extend(rung.body.iter().map(|of| (String::new(), text(of), own)));
+    powers.extend(rung.body.iter().map(|instruction| (String::new(), text(instruction), own)));
     for branch in &rung.branches {
         let on = own && all(&branch.contacts);
-        powers.extend(branch.body.iter().map(|of| (String::new(), text(of), on)));
+        powers.extend(branch.body.iter().map(|instruction| (String::new(), text(instruction), on)));
     }
     powers
 }
 
 fn is_on(contact: &Contact, wording: &Wording, truth: Truth) -> bool {
     match contact {
-        Contact::All(all, _) => all.iter().all(|of| is_on(of, wording, truth)),
-        Contact::Any(any, _) => any.iter().any(|of| is_on(of, wording, truth)),
+        Contact::All(all, _) => all.iter().all(|contact| is_on(contact, wording, truth)),
+        Contact::Any(any, _) => any.iter().any(|contact| is_on(contact, wording, truth)),
         Contact::Not(inner, _) => !is_on(inner, wording, truth),
         Contact::Edge(edge, inner, _) => match (&**inner, edge) {
             (Contact::Bit(..), Edge::Rise) => truth(&format!("P {}", wording.contact(inner))),
@@ -115,7 +117,7 @@ fn is_on(contact: &Contact, wording: &Wording, truth: Truth) -> bool {
 }
 
 /// Compares a drawing that was read with its rung, for random values of the statements.
-pub(super) fn compare(read: &ReadRung, of: (&Rung, &Wording), drawn: &str) {
+pub(super) fn compare(read: &ReadRung, rung_and_wording: (&Rung, &Wording), drawn: &str) {
     let mut random = SplitMix64(7);
     for _ in 0..60 {
         let mut known: BTreeMap<String, bool> = BTreeMap::new();
@@ -126,7 +128,7 @@ pub(super) fn compare(read: &ReadRung, of: (&Rung, &Wording), drawn: &str) {
         let truth = |statement: &str| {
             *known.get(statement).unwrap_or_else(|| panic!("`{statement}` is not in\n{drawn}"))
         };
-        assert_eq!(read.powers(&truth), expected(of, &truth), "{known:?}\n{drawn}");
+        assert_eq!(read.powers(&truth), expected(rung_and_wording, &truth), "{known:?}\n{drawn}");
     }
 }
 
@@ -282,7 +284,7 @@ fn group(read: &mut ReadRung, group: &str) {
     let name = attribute(group, "data-name");
     let wires: Vec<(Point, Point)> = group
         .split("<path ")
-        .filter(|of| of.starts_with("class=\"wire\""))
+        .filter(|element| element.starts_with("class=\"wire\""))
         .flat_map(paths)
         .collect();
     if let Some(form) = class.strip_prefix("contact ") {
@@ -308,7 +310,7 @@ fn group(read: &mut ReadRung, group: &str) {
 }
 
 fn attribute(tag: &str, name: &str) -> String {
-    let value = tag.split(&format!("{name}=\"")).nth(1).and_then(|of| of.split('"').next());
+    let value = tag.split(&format!("{name}=\"")).nth(1).and_then(|rest| rest.split('"').next());
     let text = value.unwrap_or_default().replace("&lt;", "<").replace("&gt;", ">");
     text.replace("&quot;", "\"").replace("&#39;", "'").replace("&amp;", "&")
 }
@@ -318,12 +320,12 @@ fn paths(tag: &str) -> Vec<(Point, Point)> {
     let path = attribute(tag, " d");
     let number = |text: &str| text.trim().parse::<usize>().expect("a number");
     path.split('M')
-        .filter(|of| !of.is_empty())
-        .map(|of| {
-            let (start, along) = of.split_once(['H', 'V']).expect("a straight line");
+        .filter(|part| !part.is_empty())
+        .map(|part| {
+            let (start, along) = part.split_once(['H', 'V']).expect("a straight line");
             let (x, y) = start.split_once(' ').expect("a point");
             let (start, to) = ((number(x), number(y)), number(along));
-            (start, if of.contains('H') { (to, start.1) } else { (start.0, to) })
+            (start, if part.contains('H') { (to, start.1) } else { (start.0, to) })
         })
         .collect()
 }

@@ -45,8 +45,8 @@ pub(super) struct Drawing {
 pub(super) fn rung(grid: &RungGrid, with: &dyn Decoration) -> Drawing {
     let mut pen = Pen::new(grid, with);
     pen.wires(grid);
-    grid.contacts.iter().for_each(|of| pen.contact(of));
-    grid.instructions.iter().for_each(|of| pen.instruction(of));
+    grid.contacts.iter().for_each(|contact| pen.contact(contact));
+    grid.instructions.iter().for_each(|instruction| pen.instruction(instruction));
     let height = grid.rows.max(1) * ROW;
     Drawing { size: [pen.width + MARGIN, height], body: pen.svg.text }
 }

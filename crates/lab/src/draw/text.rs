@@ -60,7 +60,7 @@ pub struct SymbolPlace {
 }
 
 /// The positions of the columns and rows of a grid on a canvas.
-struct Lay {
+struct GridPlan {
     /// The column of characters of each boundary. The instructions begin at the last one.
     boundaries: Vec<usize>,
     /// The line of wires of each row.
@@ -71,7 +71,7 @@ struct Lay {
 
 /// The lines of a rung, without trailing spaces.
 pub fn lines(grid: &RungGrid, style: WireStyle) -> Vec<String> {
-    let lay = Lay::of(grid, false);
+    let lay = GridPlan::of(grid, false);
     let mut canvas = Canvas::new(lay.width, lay.height);
     canvas.draw(grid, &lay, None);
     canvas.lines(style)
@@ -79,7 +79,7 @@ pub fn lines(grid: &RungGrid, style: WireStyle) -> Vec<String> {
 
 /// A rung with its power; `None`: the rung is not executed.
 pub fn powered(grid: &RungGrid, flow: Option<&FlowOfPower>) -> PoweredRung {
-    let lay = Lay::of(grid, true);
+    let lay = GridPlan::of(grid, true);
     let mut canvas = Canvas::new(lay.width, lay.height);
     let symbols = canvas.draw(grid, &lay, Some(flow));
     PoweredRung { lines: canvas.lines(WireStyle::Lines), symbols }
@@ -87,7 +87,7 @@ pub fn powered(grid: &RungGrid, flow: Option<&FlowOfPower>) -> PoweredRung {
 
 /// The power to draw: `None`: without power; `Some(None)`: the rung is not executed; otherwise the
 /// flow.
-type Shown<'f> = Option<Option<&'f FlowOfPower>>;
+type ShownPower<'f> = Option<Option<&'f FlowOfPower>>;
 
 /// The first operand in the text of a box.
 fn first_operand(text: &str) -> String {
@@ -99,13 +99,15 @@ fn first_operand(text: &str) -> String {
 
 /// The first operand of an instruction that is not a constant; for `to=D1`, the part after `=`.
 fn operand_of_box(operands: &[String]) -> String {
-    let value = |of: &String| first_operand(of.split_once('=').map_or(of, |(_, value)| value));
-    operands.iter().map(value).find(|of| !of.is_empty()).unwrap_or_default()
+    let value = |operand: &String| {
+        first_operand(operand.split_once('=').map_or(operand, |(_, value)| value))
+    };
+    operands.iter().map(value).find(|value| !value.is_empty()).unwrap_or_default()
 }
 
-impl Lay {
+impl GridPlan {
     /// `marks`: whether each symbol has room for a mark.
-    fn of(grid: &RungGrid, marks: bool) -> Lay {
+    fn of(grid: &RungGrid, marks: bool) -> GridPlan {
         let marked = |face: Face| if marks { face.marked(false) } else { face };
         let mut widths = vec![1; grid.columns];
         let mut has_address = vec![false; grid.rows.max(1)];
@@ -133,7 +135,7 @@ impl Lay {
             next += 2 + usize::from(has_address);
         }
         let width = boundaries.last().unwrap_or(&0) + LEAD + last + 3;
-        Lay { boundaries, lines, width, height: next - 1 }
+        GridPlan { boundaries, lines, width, height: next - 1 }
     }
 }
 
@@ -144,7 +146,7 @@ impl Canvas {
     }
 
     /// Draws a rung. Returns the positions of its symbols.
-    fn draw(&mut self, grid: &RungGrid, lay: &Lay, shown: Shown) -> Vec<SymbolPlace> {
+    fn draw(&mut self, grid: &RungGrid, lay: &GridPlan, shown: ShownPower) -> Vec<SymbolPlace> {
         let flow = shown.flatten();
         let heavy = |on: Option<bool>| if on == Some(true) { HEAVY } else { 0 };
         for (at, (row, from, to)) in grid.along.iter().enumerate() {
@@ -161,13 +163,13 @@ impl Canvas {
             let line = lay.lines[contact.row];
             let (from, to) = (lay.boundaries[contact.column], lay.boundaries[contact.column + 1]);
             let middle = usize::midpoint(from, to);
-            self.weight = heavy(power.map(|of| of.before));
+            self.weight = heavy(power.map(|power| power.before));
             self.along(line, (from, middle));
-            self.weight = heavy(power.map(|of| of.behind));
+            self.weight = heavy(power.map(|power| power.behind));
             self.along(line, (middle, to));
             let mut face = Face::of_contact(&contact.symbol);
             if shown.is_some() {
-                face = face.marked(power.is_some_and(|of| of.conducts));
+                face = face.marked(power.is_some_and(|power| power.conducts));
             }
             symbols.push(self.put_face(&face, (line, from + 1, to)));
         }
@@ -230,11 +232,11 @@ impl Canvas {
     fn instruction(
         &mut self,
         placed: &PlacedInstruction,
-        lay: &Lay,
+        lay: &GridPlan,
         powers: Option<&[bool]>,
     ) -> SymbolPlace {
         let at = lay.boundaries.last().copied().unwrap_or(0);
-        let power = |leg: usize| powers.and_then(|of| of.get(leg)).copied().unwrap_or(false);
+        let power = |leg: usize| powers.and_then(|power| power.get(leg)).copied().unwrap_or(false);
         let heavy = |on: bool| if on { HEAVY } else { 0 };
         let mut face = Face::of_instruction(&placed.symbol);
         let line = lay.lines[placed.row];

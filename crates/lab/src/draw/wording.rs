@@ -54,9 +54,16 @@ impl<'p> Wording<'p> {
             let text = self.operand(operand.value);
             match (operand.row.key, &instruction.calculation) {
                 (Some(key), _) => format!("{key}={text}"),
-                (None, Some(of)) => {
-                    let index = of.index.as_ref().map(|index| format!("[{}]", self.formula(index)));
-                    format!("{text}{} = {}", index.unwrap_or_default(), self.formula(&of.value))
+                (None, Some(template_use)) => {
+                    let index = template_use
+                        .index
+                        .as_ref()
+                        .map(|index| format!("[{}]", self.formula(index)));
+                    format!(
+                        "{text}{} = {}",
+                        index.unwrap_or_default(),
+                        self.formula(&template_use.value)
+                    )
                 }
                 (None, None) => text,
             }
@@ -109,9 +116,9 @@ impl<'p> Wording<'p> {
                 (format!("{}[{index}]", self.program.names.array(*array)), ATOM)
             }
             Part::Unary(unary, _) => {
-                let (of, binds) = take();
-                let of = if binds < UNARY { format!("({of})") } else { of };
-                (format!("{}{of}", unary.sign()), UNARY)
+                let (operand, binds) = take();
+                let operand = if binds < UNARY { format!("({operand})") } else { operand };
+                (format!("{}{operand}", unary.sign()), UNARY)
             }
             Part::Binary(binary, _) => {
                 let (right, left) = (take(), take());

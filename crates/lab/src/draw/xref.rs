@@ -24,7 +24,7 @@ use rungd_language::resolve::program::{Program, TagMeaning};
 
 /// A program whose operands can be looked up.
 #[derive(Debug)]
-pub struct Index<'a> {
+pub struct CrossReferenceIndex<'a> {
     subject: &'a Subject,
     uses: ProgramUses<'a>,
     controller: Option<&'a Controller>,
@@ -32,13 +32,13 @@ pub struct Index<'a> {
     tests: Vec<(&'a TestTouch, Vec<Cell>)>,
 }
 
-impl<'a> Index<'a> {
+impl<'a> CrossReferenceIndex<'a> {
     /// Walks a program. `tests`: the uses of operands in test files, in the order of the files.
     pub fn new(
         subject: &'a Subject,
         controller: Option<&'a Controller>,
         tests: &'a [TestTouch],
-    ) -> Index<'a> {
+    ) -> CrossReferenceIndex<'a> {
         let cells = |touch: &TestTouch| {
             let names = touch.names.iter().filter_map(|name| {
                 let wanted = AskedOperand::named(subject.program(), name).ok()?;
@@ -47,7 +47,7 @@ impl<'a> Index<'a> {
             names.flatten().collect()
         };
         let tests = tests.iter().map(|touch| (touch, cells(touch))).collect();
-        Index { subject, uses: subject.uses(), controller, tests }
+        CrossReferenceIndex { subject, uses: subject.uses(), controller, tests }
     }
 
     /// The cross-reference of an operand: a tag, an address, a member, a structure, an array, a
@@ -63,7 +63,7 @@ impl<'a> Index<'a> {
     /// blocks, in this order.
     pub fn all(&self) -> Vec<CrossReference> {
         let program = self.program();
-        let tags = program.tags.iter().filter(|tag| tag.of_array.is_none_or(|of| of.at == 0));
+        let tags = program.tags.iter().filter(|tag| tag.of_array.is_none_or(|array| array.at == 0));
         let names = tags.map(|tag| tag.array_name());
         let meant = program.tags.iter().filter_map(|tag| match tag.meaning {
             TagMeaning::Address(address) => Some(address),
@@ -91,8 +91,9 @@ impl<'a> Index<'a> {
     fn of_wanted(&self, wanted: &AskedOperand) -> CrossReference {
         let cells = cells_of(self.subject, wanted);
         let uses = self.uses.of(&cells);
-        let touches = |of: &[Cell]| of.iter().any(|cell| cells.contains(cell));
-        let tests = self.tests.iter().filter(|(_, of)| touches(of)).map(|(touch, _)| *touch);
+        let touches = |touched: &[Cell]| touched.iter().any(|cell| cells.contains(cell));
+        let tests =
+            self.tests.iter().filter(|(_, touched)| touches(touched)).map(|(touch, _)| *touch);
         let (mut outside, mut kept) = (Vec::new(), false);
         if let Some(controller) = self.controller {
             outside = outside::of(controller, &wanted.addresses, self.subject);
@@ -104,9 +105,9 @@ impl<'a> Index<'a> {
             doc: wanted.doc.clone(),
             declared: wanted.span.map(|span| FileLine::of(&self.subject.place(span))),
             constants: self.constants(wanted),
-            written: uses.writes.iter().map(|of| self.write(of)).collect(),
-            turned: uses.turns.iter().map(|of| of.name.clone()).collect(),
-            read: uses.reads.iter().map(|of| self.read(of)).collect(),
+            written: uses.writes.iter().map(|write_use| self.write(write_use)).collect(),
+            turned: uses.turns.iter().map(|turn| turn.name.clone()).collect(),
+            read: uses.reads.iter().map(|read_use| self.read(read_use)).collect(),
             outside,
             retained: kept,
             tests: tests.map(test).collect(),
@@ -120,19 +121,24 @@ impl<'a> Index<'a> {
         named.map(|(span, _)| FileLine::of(&self.subject.place(*span))).collect()
     }
 
-    fn write(&self, of: &observe::WriteUse) -> WritePlace {
+    fn write(&self, write_use: &observe::WriteUse) -> WritePlace {
         WritePlace {
-            text: of.place.text.clone(),
-            rung: of.rung.text(),
-            anchor: anchor(&of.rung),
-            place: FileLine::of(&of.place),
-            reset_at_end_of: of.reset_at_end.clone(),
+            text: write_use.place.text.clone(),
+            rung: write_use.rung.text(),
+            anchor: anchor(&write_use.rung),
+            place: FileLine::of(&write_use.place),
+            reset_at_end_of: write_use.reset_at_end.clone(),
         }
     }
 
-    fn read(&self, of: &observe::ReadUse) -> ReadPlace {
-        let (text, rung) = (of.place.text.clone(), of.rung.text());
-        ReadPlace { text, rung, anchor: anchor(&of.rung), place: FileLine::of(&of.place) }
+    fn read(&self, read_use: &observe::ReadUse) -> ReadPlace {
+        let (text, rung) = (read_use.place.text.clone(), read_use.rung.text());
+        ReadPlace {
+            text,
+            rung,
+            anchor: anchor(&read_use.rung),
+            place: FileLine::of(&read_use.place),
+        }
     }
 }
 
@@ -146,7 +152,7 @@ fn anchor(rung: &observe::RungName) -> String {
     format!("{}-{}", rung.element.name, rung.number)
 }
 
-fn test(of: &TestTouch) -> TestPlace {
-    let place = FileLine { file: of.file.clone(), line: of.line };
-    TestPlace { test: of.test.clone(), text: of.text.clone(), place }
+fn test(touch: &TestTouch) -> TestPlace {
+    let place = FileLine { file: touch.file.clone(), line: touch.line };
+    TestPlace { test: touch.test.clone(), text: touch.text.clone(), place }
 }

@@ -205,7 +205,7 @@ impl RigField {
         now_ns: u64,
         is_it: impl Fn(&WiringTarget) -> bool,
     ) -> bool {
-        for device in self.devices.iter_mut().filter(|of| matches!(of.peer, Peer::Silent)) {
+        for device in self.devices.iter_mut().filter(|device| matches!(device.peer, Peer::Silent)) {
             if let Some(at) = device.inputs.iter().position(&is_it) {
                 device.read[at] = Some(value);
                 if device.is_there {

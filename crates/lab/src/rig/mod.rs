@@ -270,7 +270,8 @@ impl Rig {
 
     /// Swaps the program between two scans, as a reload does. Field devices stay.
     pub fn reload(&mut self, program: &Arc<RigProgram>) {
-        let side = |of: &RigProgram| (of.code.clone(), Arc::clone(&of.symbols));
+        let side =
+            |rig_program: &RigProgram| (rig_program.code.clone(), Arc::clone(&rig_program.symbols));
         let ((old_code, old_symbols), (code, symbols)) = (side(&self.program), side(program));
         let plan = ReloadPlan::new(
             LoweredProgram { program: &old_code, symbols: &old_symbols },
@@ -381,7 +382,7 @@ fn put(machine: &mut Taped, cell: Cell, value: i32) {
 
 /// Sets the level of an input, by its X.
 fn put_level(levels: &mut Vec<(u32, bool)>, x: u32, on: bool) {
-    match levels.iter_mut().find(|(of, _)| *of == x) {
+    match levels.iter_mut().find(|(input, _)| *input == x) {
         Some(level) => level.1 = on,
         None => levels.push((x, on)),
     }

@@ -14,7 +14,7 @@ use rungd_state::retain::RetainPlan;
 /// A program with its settings, ready to run.
 #[derive(Debug)]
 pub struct RigProgram {
-    pub(super) code: engine::Program,
+    pub(super) code: engine::EngineProgram,
     /// Its names and cells.
     pub symbols: Arc<Symbols>,
     /// The settings.

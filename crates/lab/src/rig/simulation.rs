@@ -12,8 +12,8 @@ use std::sync::Arc;
 
 use super::mode::MS_NS;
 use super::{Rig, RigProgram, RigSetup};
-use crate::sim::stimulus::{Change, Stimulus, StimulusTarget};
-use crate::sim::trace::{RowName, Trace, Watched};
+use crate::traces::stimulus::{Stimulus, StimulusChange, StimulusTarget};
+use crate::traces::trace::{RowName, Trace, TracedOperand};
 use rungd_config::controller::Controller;
 use rungd_engine::Cell;
 use rungd_engine::isa::{Address, Bit, DeviceBit, DeviceId};
@@ -97,10 +97,10 @@ pub fn fits(scans: u64, period_ms: u32) -> bool {
 }
 
 /// All operands that the ladder names; for arrays, the first [`ELEMENTS_MAX`] elements.
-pub fn all_named(program: &Program, symbols: &Symbols) -> Vec<Watched> {
+pub fn all_named(program: &Program, symbols: &Symbols) -> Vec<TracedOperand> {
     let watched = program.named(ELEMENTS_MAX).into_iter().filter_map(|operand| {
         let cell = symbols.layout.cell(operand.address)?;
-        Some(Watched::new(&operand.name, cell, &symbols.layout))
+        Some(TracedOperand::new(&operand.name, cell, &symbols.layout))
     });
     watched.collect()
 }
@@ -140,11 +140,11 @@ pub fn run(
     Ok(())
 }
 
-fn apply(rig: &mut Rig, change: Change, devices: &HashMap<Cell, DeviceId>) {
+fn apply(rig: &mut Rig, change: StimulusChange, devices: &HashMap<Cell, DeviceId>) {
     let (cell, value) = match change {
-        Change::Input(x, on) => return rig.set_input(x, on),
-        Change::Bit(cell, on) => (Cell::Bit(cell), i32::from(on)),
-        Change::Word(cell, value) => (Cell::Word(cell), value),
+        StimulusChange::Input(x, on) => return rig.set_input(x, on),
+        StimulusChange::Bit(cell, on) => (Cell::Bit(cell), i32::from(on)),
+        StimulusChange::Word(cell, value) => (Cell::Word(cell), value),
     };
     match devices.get(&cell) {
         Some(device) if value != 0 => rig.restore_device(*device),

@@ -106,6 +106,10 @@ impl RigTape {
         let named = |section: &TapeSection| {
             Arc::new(TapeSection { who: self.who.clone(), ..section.clone() })
         };
-        self.sections.iter().map(|of| named(of)).chain(self.now.as_ref().map(named)).collect()
+        self.sections
+            .iter()
+            .map(|section| named(section))
+            .chain(self.now.as_ref().map(named))
+            .collect()
     }
 }

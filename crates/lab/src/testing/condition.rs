@@ -54,7 +54,9 @@ impl Condition {
             text: text.trim().to_owned(),
             operands: operands.collect(),
             edges,
-            selected: selected.map(|(name, of)| (name, ElementCells::of(of, layout))).collect(),
+            selected: selected
+                .map(|(name, cells)| (name, ElementCells::of(cells, layout)))
+                .collect(),
             judge,
         }
     }
@@ -83,10 +85,10 @@ impl Condition {
     /// The elements that words select on an image, as `recipe[3]`. An index outside of its array
     /// has no element.
     pub fn elements(&self, image: &Image) -> Vec<(String, Cell)> {
-        let element = |(written, of): &(String, ElementCells)| {
+        let element = |(written, cells): &(String, ElementCells)| {
             let name = written.split('[').next().unwrap_or(written);
-            let at = image.word(of.index);
-            Some((format!("{name}[{at}]"), of.cell(image)?))
+            let at = image.word(cells.index);
+            Some((format!("{name}[{at}]"), cells.cell(image)?))
         };
         self.selected.iter().filter_map(element).collect()
     }
@@ -134,7 +136,8 @@ impl Judge {
             Judge::Not(inner) | Judge::Edge(_, _, inner) => inner.deciding(image, into),
             Judge::All(items) | Judge::Any(items) => {
                 let value = self.known(image);
-                let decides = |item: &&Judge| item.known(image).is_none_or(|of| Some(of) == value);
+                let decides =
+                    |item: &&Judge| item.known(image).is_none_or(|known| Some(known) == value);
                 let all = value.is_none() || value == Some(matches!(self, Judge::All(_)));
                 let items = items.iter().filter(|item| all || decides(item));
                 items.for_each(|item| item.deciding(image, into));

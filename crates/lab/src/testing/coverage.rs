@@ -17,7 +17,7 @@ use super::random_run;
 use super::suite::Suite;
 use crate::rig::{Rig, RigProgram, TapeListener};
 use rungd_engine::EngineState;
-use rungd_history::observe::{CoverageRun, LadderCoverage, PartCoverage, Subject, TwoWays};
+use rungd_history::observe::{CoverageRun, LadderCoverage, PartCoverage, SeenStates, Subject};
 use rungd_runtime::TapeEntry;
 
 /// The coverage of test files.
@@ -27,12 +27,12 @@ pub struct Coverage {
 }
 
 /// Collects the coverage of one program. The programs of reloads are not observed.
-struct Listener {
+struct CoverageListener {
     program: Arc<RigProgram>,
     run: Rc<RefCell<CoverageRun>>,
 }
 
-impl TapeListener for Listener {
+impl TapeListener for CoverageListener {
     fn hear(&mut self, program: &Arc<RigProgram>, entry: TapeEntry, state: Option<&EngineState>) {
         if !Arc::ptr_eq(program, &self.program) {
             return;
@@ -80,18 +80,18 @@ impl Coverage {
     /// Plays the tests of a suite that count, and adds their coverage.
     pub fn add(&mut self, suite: &Suite, programs: &[Arc<RigProgram>], options: CoverageOptions) {
         let stage = LoweredSuite { suite, programs, given_up: None };
-        let of = &suite.programs[0];
-        let subject = Subject::new(Arc::clone(&of.program), of.files.clone());
+        let program = &suite.programs[0];
+        let subject = Subject::new(Arc::clone(&program.program), program.files.clone());
         let run = Rc::new(RefCell::new(CoverageRun::new(subject)));
         let wanted = |name: &str| options.filter.is_none_or(|text| name.contains(text));
         let listener = || -> Box<dyn TapeListener> {
-            Box::new(Listener { program: Arc::clone(&programs[0]), run: Rc::clone(&run) })
+            Box::new(CoverageListener { program: Arc::clone(&programs[0]), run: Rc::clone(&run) })
         };
-        for scenario in suite.scenarios.iter().filter(|of| wanted(&of.name)) {
+        for scenario in suite.scenarios.iter().filter(|scenario| wanted(&scenario.name)) {
             play(stage, scenario, true, &mut CoverageSeat(Some(listener())));
         }
         let counts = |name: &str| options.with_random && wanted(name);
-        for test in suite.randoms.iter().filter(|of| counts(&of.name)) {
+        for test in suite.randoms.iter().filter(|random_test| counts(&random_test.name)) {
             (0..test.runs).for_each(|run| random_run::heard(stage, test, (run, listener())));
         }
         self.files.push((suite.name.clone(), run.borrow().coverage()));
@@ -99,22 +99,23 @@ impl Coverage {
 
     /// The coverage for people: the counts, and the parts that were not seen both ways.
     pub fn text(&self) -> String {
-        self.files.iter().map(|(name, of)| file_text(name, of)).collect()
+        self.files.iter().map(|(name, coverage)| file_text(name, coverage)).collect()
     }
 
     /// The coverage as JSON: the same, with all states that were seen.
     pub fn json(&self) -> Value {
-        let ways = |seen: TwoWays| json!({ "on": seen.on, "off": seen.off });
-        let named = |(name, seen): &(String, TwoWays)| json!({ "name": name, "seen": ways(*seen) });
+        let ways = |seen: SeenStates| json!({ "on": seen.on, "off": seen.off });
+        let named =
+            |(name, seen): &(String, SeenStates)| json!({ "name": name, "seen": ways(*seen) });
         let leg =
-            |(name, seen): &(&'static str, TwoWays)| json!({ "leg": name, "seen": ways(*seen) });
+            |(name, seen): &(&'static str, SeenStates)| json!({ "leg": name, "seen": ways(*seen) });
         let part = |part: &PartCoverage| {
             let contacts: Vec<Value> = part
                 .contacts
                 .iter()
-                .map(|of| {
-                    let (text, line) = (&of.place.text, of.place.line);
-                    json!({ "text": text, "line": line, "seen": ways(of.seen) })
+                .map(|contact| {
+                    let (text, line) = (&contact.place.text, contact.place.line);
+                    json!({ "text": text, "line": line, "seen": ways(contact.seen) })
                 })
                 .collect();
             json!({
@@ -128,23 +129,24 @@ impl Coverage {
                 "contacts": contacts,
             })
         };
-        let file = |(name, of): &(String, LadderCoverage)| {
+        let file = |(name, coverage): &(String, LadderCoverage)| {
             json!({
                 "file": name,
-                "rungs": of.parts.iter().map(part).collect::<Vec<_>>(),
-                "stages": of.stages.iter().map(named).collect::<Vec<_>>(),
-                "alarms": of.alarms.iter().map(named).collect::<Vec<_>>(),
+                "rungs": coverage.parts.iter().map(part).collect::<Vec<_>>(),
+                "stages": coverage.stages.iter().map(named).collect::<Vec<_>>(),
+                "alarms": coverage.alarms.iter().map(named).collect::<Vec<_>>(),
             })
         };
         Value::Array(self.files.iter().map(file).collect())
     }
 }
 
-fn file_text(name: &str, of: &LadderCoverage) -> String {
-    let legs = || of.parts.iter().flat_map(|part| part.legs.iter().map(|(_, seen)| *seen));
-    let contacts = || of.parts.iter().flat_map(|part| part.contacts.iter().map(|of| of.seen));
+fn file_text(name: &str, coverage: &LadderCoverage) -> String {
+    let legs = || coverage.parts.iter().flat_map(|part| part.legs.iter().map(|(_, seen)| *seen));
+    let contacts =
+        || coverage.parts.iter().flat_map(|part| part.contacts.iter().map(|contact| contact.seen));
     let mut text = format!("coverage of {name}:\n");
-    let mut count = |what: &str, seen: Vec<TwoWays>| {
+    let mut count = |what: &str, seen: Vec<SeenStates>| {
         let whole = seen.iter().filter(|seen| seen.is_whole()).count();
         let _ = match seen.len() {
             0 => Ok(()),
@@ -153,9 +155,9 @@ fn file_text(name: &str, of: &LadderCoverage) -> String {
     };
     count("legs, power ON and OFF", legs().collect());
     count("contacts, ON and OFF", contacts().collect());
-    count("Stages, entered and left", of.stages.iter().map(|(_, seen)| *seen).collect());
-    count("alarms, raised and gone", of.alarms.iter().map(|(_, seen)| *seen).collect());
-    for part in &of.parts {
+    count("Stages, entered and left", coverage.stages.iter().map(|(_, seen)| *seen).collect());
+    count("alarms, raised and gone", coverage.alarms.iter().map(|(_, seen)| *seen).collect());
+    for part in &coverage.parts {
         let (rung, place) = (part.rung.text(), &part.place);
         let missing = missing(part);
         if !missing.is_empty() {
@@ -163,11 +165,11 @@ fn file_text(name: &str, of: &LadderCoverage) -> String {
             let _ = writeln!(text, "  {file}:{line}: {rung}: {}", missing.join(", "));
         }
     }
-    for (name, seen) in of.stages.iter().filter(|(_, seen)| !seen.is_whole()) {
+    for (name, seen) in coverage.stages.iter().filter(|(_, seen)| !seen.is_whole()) {
         let what = if seen.on { "never left" } else { "never entered" };
         let _ = writeln!(text, "  Stage {name}: {what}");
     }
-    for (name, seen) in of.alarms.iter().filter(|(_, seen)| !seen.is_whole()) {
+    for (name, seen) in coverage.alarms.iter().filter(|(_, seen)| !seen.is_whole()) {
         let what = if seen.on { "never gone" } else { "never raised" };
         let _ = writeln!(text, "  alarm {name}: {what}");
     }
@@ -176,7 +178,7 @@ fn file_text(name: &str, of: &LadderCoverage) -> String {
 
 /// The states of a part that were not seen.
 fn missing(part: &PartCoverage) -> Vec<String> {
-    let state = |seen: TwoWays| match (seen.on, seen.off) {
+    let state = |seen: SeenStates| match (seen.on, seen.off) {
         (true, true) => None,
         (false, false) => Some("never executed"),
         (false, true) => Some("never ON"),
@@ -189,7 +191,7 @@ fn missing(part: &PartCoverage) -> Vec<String> {
     let legs = part.legs.iter().filter(|_| has_contacts);
     let legs = legs.filter_map(|(leg, seen)| Some(format!("leg {leg} {}", state(*seen)?)));
     let contacts = part.contacts.iter();
-    let contacts =
-        contacts.filter_map(|of| Some(format!("`{}` {}", of.place.text, state(of.seen)?)));
+    let contacts = contacts
+        .filter_map(|contact| Some(format!("`{}` {}", contact.place.text, state(contact.seen)?)));
     legs.chain(contacts).collect()
 }

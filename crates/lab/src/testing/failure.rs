@@ -7,15 +7,15 @@
 use std::sync::Arc;
 
 use super::condition::Condition;
-use super::history::{History, OperandChange};
+use super::history::{OperandChange, OperandHistory};
 use super::lowered_suite::LoweredSuite;
 use super::pasted::{PastedRun, pasted};
-use super::player::{Failed, FailedWhy, Nobody, condition, play};
+use super::player::{FailedStep, FailedWhy, NoSpectator, condition, play};
 use super::random_run::BrokenRun;
 use super::suite::{RandomTest, Scenario};
 use crate::rig::RigMode;
 use rungd_engine::{BitCell, Cell};
-use rungd_history::observe::{At, Limits, Subject};
+use rungd_history::observe::{Limits, QuestionTime, Subject};
 use rungd_language::source::wording::counted;
 use rungd_runtime::TapeSection;
 
@@ -78,10 +78,10 @@ pub struct SeenChange {
 }
 
 /// Explains a scenario that failed.
-pub(super) fn failure(stage: LoweredSuite, scenario: &Scenario, failed: &Failed) -> Failure {
+pub(super) fn failure(stage: LoweredSuite, scenario: &Scenario, failed: &FailedStep) -> Failure {
     let step = &scenario.steps[failed.step];
     let suite = stage.suite;
-    let judged = judged(stage, scenario, failed);
+    let judged = false_condition(stage, scenario, failed);
     let text = match failed.why {
         FailedWhy::Always(at) => format!("always: {}", suite.always[failed.program.0][at].text),
         FailedWhy::Unmet
@@ -129,7 +129,7 @@ pub(super) fn failure_of_run(
 ) -> Failure {
     // A bit that the ladder holds ON cannot be pulsed: then the changes are separate steps.
     let breaks = |run: PastedRun| {
-        let failed = play(stage, &run.scenario, false, &mut Nobody).0.failed?;
+        let failed = play(stage, &run.scenario, false, &mut NoSpectator).0.failed?;
         matches!(failed.why, FailedWhy::Always(_)).then_some((run, Some(failed)))
     };
     let short = breaks(pasted(stage, test, broken, true));
@@ -142,26 +142,26 @@ pub(super) fn failure_of_run(
         format!("the condition is false; this is run {} of {}, shortened", run + 1, test.runs);
     let place = stage.suite.place(test.span);
     let explained = failed.map(|failed| failure(stage, &scenario, &failed));
-    let of = |scan: u64| scan * stage.programs[0].period_ns();
+    let scan_time = |scan: u64| scan * stage.programs[0].period_ns();
     Failure {
         step: None,
         place,
         text: line,
         what,
         scan: broken.scan + 1,
-        now_ns: of(broken.scan),
-        operands: explained.as_ref().map_or_else(Vec::new, |of| of.operands.clone()),
-        why: explained.map_or_else(Vec::new, |of| of.why),
+        now_ns: scan_time(broken.scan),
+        operands: explained.as_ref().map_or_else(Vec::new, |explained| explained.operands.clone()),
+        why: explained.map_or_else(Vec::new, |explained| explained.why),
         scenario: Some(text),
         findings: None,
     }
 }
 
 /// The condition that is false.
-fn judged<'a>(
+fn false_condition<'a>(
     stage: LoweredSuite<'a>,
     scenario: &'a Scenario,
-    failed: &Failed,
+    failed: &FailedStep,
 ) -> Option<&'a Condition> {
     match &failed.why {
         FailedWhy::Always(at) => Some(&stage.suite.always[failed.program.0][*at]),
@@ -176,7 +176,7 @@ fn judged<'a>(
     }
 }
 
-fn what(stage: LoweredSuite, scenario: &Scenario, failed: &Failed) -> String {
+fn what(stage: LoweredSuite, scenario: &Scenario, failed: &FailedStep) -> String {
     match &failed.why {
         FailedWhy::Unmet => "the condition is false".to_owned(),
         FailedWhy::Never(count) => {
@@ -222,11 +222,11 @@ fn ordinal(number: u64) -> String {
 fn explain(
     stage: LoweredSuite,
     scenario: &Scenario,
-    (failed, condition): (&Failed, &Condition),
+    (failed, condition): (&FailedStep, &Condition),
     failure: &mut Failure,
 ) {
     let program = &stage.programs[failed.program.0];
-    let mut history = History::new(Arc::clone(program), condition, failed.scans);
+    let mut history = OperandHistory::new(Arc::clone(program), condition, failed.scans);
     let (_, rig) = play(stage, scenario, true, &mut history);
     if failed.scans == 0 || !matches!(failed.why, FailedWhy::Always(_)) {
         // Steps without a scan may have changed memory since the last scan.
@@ -241,10 +241,10 @@ fn explain(
     let operands = condition.operands.iter().zip(history.changes());
     failure.operands = operands
         .map(|((name, cell), changes)| {
-            let seen = |of: &OperandChange| SeenChange {
-                scan: of.scan,
-                now_ns: of.now_ns,
-                value: text(*cell, of.value),
+            let seen = |change: &OperandChange| SeenChange {
+                scan: change.scan,
+                now_ns: change.now_ns,
+                value: text(*cell, change.value),
             };
             let value = rig.image().value(*cell);
             SeenOperand {
@@ -267,20 +267,20 @@ fn explain(
     };
     failure.operands.extend(condition.elements(rig.image()).into_iter().map(element));
     let of_scan = matches!(failed.why, FailedWhy::Always(_)) && failed.scan > 0;
-    let at = if of_scan { At::Scan(failed.scan) } else { At::Now };
-    let of = &stage.suite.programs[failed.program.0];
-    let subject = Subject::new(Arc::clone(&of.program), of.files.clone());
+    let at = if of_scan { QuestionTime::Scan(failed.scan) } else { QuestionTime::Now };
+    let test_program = &stage.suite.programs[failed.program.0];
+    let subject = Subject::new(Arc::clone(&test_program.program), test_program.files.clone());
     let mut sections = rig.sections();
-    glimpse(&subject, &sections, (failed, condition), &mut failure.operands);
+    note_on_within(&subject, &sections, (failed, condition), &mut failure.operands);
     failure.why = why(&subject, &mut sections, (history.deciding, at));
 }
 
 /// Notes which bits of a condition were ON only within a scan: for `within` in all its scans, else
 /// in the last one.
-fn glimpse(
+fn note_on_within(
     subject: &Subject,
     sections: &[Arc<TapeSection>],
-    (failed, condition): (&Failed, &Condition),
+    (failed, condition): (&FailedStep, &Condition),
     operands: &mut [SeenOperand],
 ) {
     let count = match failed.why {
@@ -311,7 +311,7 @@ fn glimpse(
 fn why(
     subject: &Subject,
     sections: &mut Vec<Arc<TapeSection>>,
-    (deciding, at): (Vec<Cell>, At),
+    (deciding, at): (Vec<Cell>, QuestionTime),
 ) -> Vec<String> {
     let mut answers = Vec::new();
     for cell in deciding.into_iter().take(EXPLAINED_MAX) {

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use serde_json::{Value, json};
 
 use super::failure::{Failure, SeenOperand};
-use super::runner::Verdict;
+use super::runner::TestVerdict;
 
 /// The verdicts of one test file.
 #[derive(Clone, Debug)]
@@ -13,13 +13,14 @@ pub struct FileVerdicts {
     /// The displayed name of the file.
     pub file: String,
     /// The verdicts, in file order.
-    pub verdicts: Vec<Verdict>,
+    pub verdicts: Vec<TestVerdict>,
 }
 
 /// The verdicts as JUnit XML. Its times are virtual, so that the same tests give the same bytes.
 pub fn junit(files: &[FileVerdicts]) -> String {
-    let count = |of: &dyn Fn(&FileVerdicts) -> usize| files.iter().map(of).sum::<usize>();
-    let (tests, failed) = (count(&|of| of.verdicts.len()), count(&FileVerdicts::failed));
+    let count =
+        |count_in: &dyn Fn(&FileVerdicts) -> usize| files.iter().map(count_in).sum::<usize>();
+    let (tests, failed) = (count(&|file| file.verdicts.len()), count(&FileVerdicts::failed));
     let mut text = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
     let _ = writeln!(text, "<testsuites tests=\"{tests}\" failures=\"{failed}\">");
     for file in files {
@@ -35,7 +36,7 @@ pub fn junit(files: &[FileVerdicts]) -> String {
     text + "</testsuites>\n"
 }
 
-fn case(file: &str, verdict: &Verdict) -> String {
+fn case(file: &str, verdict: &TestVerdict) -> String {
     let (class, name, line) = (xml(file), xml(&verdict.name), verdict.line);
     let seconds = verdict.virtual_ns as f64 / 1e9;
     let head = format!(
@@ -67,15 +68,15 @@ fn xml(text: &str) -> String {
 
 /// The verdicts as JSON: one object for all files.
 pub fn json(files: &[FileVerdicts]) -> Value {
-    let of_file = |of: &FileVerdicts| {
-        let tests: Vec<Value> = of.verdicts.iter().map(of_verdict).collect();
-        json!({ "file": of.file, "failed": of.failed(), "tests": tests })
+    let of_file = |verdicts: &FileVerdicts| {
+        let tests: Vec<Value> = verdicts.verdicts.iter().map(of_verdict).collect();
+        json!({ "file": verdicts.file, "failed": verdicts.failed(), "tests": tests })
     };
     let failed: usize = files.iter().map(FileVerdicts::failed).sum();
     json!({ "failed": failed, "files": files.iter().map(of_file).collect::<Vec<_>>() })
 }
 
-fn of_verdict(verdict: &Verdict) -> Value {
+fn of_verdict(verdict: &TestVerdict) -> Value {
     json!({
         "name": verdict.name,
         "line": verdict.line,
@@ -88,14 +89,14 @@ fn of_verdict(verdict: &Verdict) -> Value {
 }
 
 fn of_failure(failure: &Failure) -> Value {
-    let operand = |of: &SeenOperand| {
-        let changes: Vec<Value> = of
+    let operand = |operand: &SeenOperand| {
+        let changes: Vec<Value> = operand
             .changes
             .iter()
             .map(|at| json!({ "scan": at.scan, "ms": at.now_ns / 1_000_000, "value": at.value }))
             .collect();
-        let mut json = json!({ "name": of.name, "value": of.value, "changes": changes });
-        if let Some(scan) = of.on_within {
+        let mut json = json!({ "name": operand.name, "value": operand.value, "changes": changes });
+        if let Some(scan) = operand.on_within {
             json["on_within_scan"] = scan.into();
         }
         json

@@ -6,7 +6,7 @@
 
 use super::names::TestTarget;
 use super::step_words::StepWord;
-use crate::sim::stimulus::StimulusTarget;
+use crate::traces::stimulus::StimulusTarget;
 use rungd_engine::isa::Real;
 use rungd_engine::isa::duration;
 use rungd_language::source::atom::{Atom, AtomKind};

@@ -22,7 +22,7 @@ pub(super) struct OperandChange {
 }
 
 /// The last changes of the operands of a condition.
-pub(super) struct History<'a> {
+pub(super) struct OperandHistory<'a> {
     program: Arc<RigProgram>,
     condition: &'a Condition,
     /// The operands that decide the value of the condition at the last scan.
@@ -32,11 +32,15 @@ pub(super) struct History<'a> {
     changes: Vec<VecDeque<OperandChange>>,
 }
 
-impl<'a> History<'a> {
+impl<'a> OperandHistory<'a> {
     /// The history of a condition over a program's cells, up to a scan.
-    pub fn new(program: Arc<RigProgram>, condition: &'a Condition, until: u64) -> History<'a> {
+    pub fn new(
+        program: Arc<RigProgram>,
+        condition: &'a Condition,
+        until: u64,
+    ) -> OperandHistory<'a> {
         let changes = vec![VecDeque::new(); condition.operands.len()];
-        History { program, condition, deciding: Vec::new(), until, changes }
+        OperandHistory { program, condition, deciding: Vec::new(), until, changes }
     }
 
     /// The changes of each cell, the newest last.
@@ -45,7 +49,7 @@ impl<'a> History<'a> {
     }
 }
 
-impl Spectator for History<'_> {
+impl Spectator for OperandHistory<'_> {
     fn scanned(&mut self, rig: &Rig, scans: u64) {
         if scans > self.until || !Arc::ptr_eq(rig.program(), &self.program) {
             return;

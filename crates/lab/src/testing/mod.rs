@@ -47,7 +47,7 @@ pub use mutants::{Mutant, MutantKind, mutants};
 pub use mutation::{JudgedMutant, MutateOptions, first_failure, mutate};
 pub use reading::{ReadSuite, read_among, read_suite, read_text};
 pub use report::time_text;
-pub use runner::{RunOptions, Verdict, programs, run};
+pub use runner::{RunOptions, TestVerdict, programs, run};
 pub use scenario::{ScenarioOf, scenario};
 pub use step_forms::{FORMS as STEP_FORMS, step_form};
 pub use suite::{

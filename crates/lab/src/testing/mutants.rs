@@ -25,7 +25,7 @@ pub use kind::MutantKind;
 use std::cmp::Reverse;
 use std::collections::HashMap;
 
-use ground::{Found, Ground};
+use ground::{FoundMutation, Ground};
 use mutation::{Mutation, RungIndex, without_lone_groups};
 use rungd_language::resolve::program::{Program, ProgramPart, Rung};
 use rungd_language::source::span::{SourceFile, Span};
@@ -116,14 +116,16 @@ fn put_groups_right(rung: &mut Rung) {
 fn rungs(program: &Program) -> impl Iterator<Item = (ProgramPart<'_>, &Rung, RungIndex)> {
     program.parts().flat_map(|part| {
         let block = part.block.id.0 as usize;
-        let stage = part.stage.and_then(|of| part.block.stages.iter().position(|s| s.id == of.id));
+        let stage =
+            part.stage.and_then(|stage| part.block.stages.iter().position(|s| s.id == stage.id));
         let rungs = part.rungs.iter().enumerate();
-        rungs.map(move |(rung, of)| (part, of, RungIndex { block, stage, rung }))
+        rungs
+            .map(move |(rung, rung_content)| (part, rung_content, RungIndex { block, stage, rung }))
     })
 }
 
 /// The mutations of one rung.
-fn found(ground: &Ground, part: ProgramPart, rung: &Rung) -> Vec<Found> {
+fn found(ground: &Ground, part: ProgramPart, rung: &Rung) -> Vec<FoundMutation> {
     let mut found = instructions::rung_mutations(ground, rung);
     found.extend(contacts::contacts(ground, rung));
     found.extend(instructions::instructions(ground, part, rung));

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 use super::lowered_suite::LoweredSuite;
 use super::mutants::{Mutant, MutantKind, mutants};
-use super::player::{Nobody, play};
+use super::player::{NoSpectator, play};
 use super::random_run;
 use super::suite::Suite;
 use crate::rig::RigProgram;
@@ -46,8 +46,9 @@ pub fn first_failure(suite: &Suite) -> Option<String> {
 
 /// Judges the mutants of the suite's ladder, in file order.
 pub fn mutate(suite: &Suite, options: &MutateOptions) -> Vec<JudgedMutant> {
-    let of = &suite.programs[0];
-    let mut all = mutants(&of.program, &of.files, of.controller.period_ms);
+    let test_program = &suite.programs[0];
+    let mut all =
+        mutants(&test_program.program, &test_program.files, test_program.controller.period_ms);
     all.retain(|mutant| options.kinds.is_empty() || options.kinds.contains(&mutant.kind));
     let programs = super::runner::programs(suite);
     let (next, done) = (AtomicUsize::new(0), AtomicU64::new(0));
@@ -57,7 +58,8 @@ pub fn mutate(suite: &Suite, options: &MutateOptions) -> Vec<JudgedMutant> {
         loop {
             let at = next.fetch_add(1, Ordering::Relaxed);
             let Some(mutant) = all.get(at) else { return judged };
-            let program = RigProgram::new(&mutant.apply(&of.program), &of.controller);
+            let program =
+                RigProgram::new(&mutant.apply(&test_program.program), &test_program.controller);
             let mut programs = programs.clone();
             programs[0] = Arc::new(program);
             judged.push((
@@ -80,7 +82,7 @@ pub fn mutate(suite: &Suite, options: &MutateOptions) -> Vec<JudgedMutant> {
 /// The first test that fails: scenarios in file order, then random tests.
 fn failing(stage: LoweredSuite, runs_max: u32) -> Option<String> {
     for scenario in &stage.suite.scenarios {
-        let (played, _) = play(stage, scenario, false, &mut Nobody);
+        let (played, _) = play(stage, scenario, false, &mut NoSpectator);
         if played.failed.is_some() {
             return Some(scenario.name.clone());
         }

@@ -11,7 +11,7 @@ use super::condition::Condition;
 use super::step_text::WrittenCondition;
 use super::step_words::StepWord;
 use super::suite::TestOperand;
-use crate::sim::stimulus::StimulusTarget;
+use crate::traces::stimulus::StimulusTarget;
 use rungd_config::controller::Controller;
 use rungd_engine::Cell;
 use rungd_engine::isa::{Address, Bit, BitSpace, DeviceId};
@@ -76,7 +76,8 @@ impl<'a> TestNames<'a> {
                 "field devices are those of a controller file: `controller = \"rungd.toml\"`",
             ));
         }
-        let names: Vec<String> = self.devices.iter().take(12).map(|of| format!("`{of}`")).collect();
+        let names: Vec<String> =
+            self.devices.iter().take(12).map(|device| format!("`{device}`")).collect();
         let help = format!("there is {}", names.join(", "));
         Err(finding(format!("no device is called `{name}`")).help(help).near(name, &self.devices))
     }
@@ -94,7 +95,8 @@ impl<'a> TestNames<'a> {
             }
             Err(mistake) => {
                 let finding = mistake.finding(span);
-                let finding = finding.map(|of| of.declared_as(|| NOT_IN_LADDER.to_owned()));
+                let finding =
+                    finding.map(|finding| finding.declared_as(|| NOT_IN_LADDER.to_owned()));
                 Err(finding.unwrap_or_else(|| {
                     Finding::new(Code::UnknownName, span, format!("nothing is called `{name}`"))
                 }))

@@ -15,18 +15,18 @@ const MS_NS: u64 = 1_000_000;
 
 /// The result of a played scenario.
 #[derive(Clone, Debug)]
-pub(super) struct Played {
+pub(super) struct PlayedScenario {
     /// The number of scans in all processes.
     pub scans: u64,
     /// The virtual time that passed, ns.
     pub virtual_ns: u64,
     /// The failure; `None`: it passed.
-    pub failed: Option<Failed>,
+    pub failed: Option<FailedStep>,
 }
 
 /// A failure as data.
 #[derive(Clone, Debug)]
-pub(super) struct Failed {
+pub(super) struct FailedStep {
     /// The index of the step in the scenario.
     pub step: usize,
     pub why: FailedWhy,
@@ -76,9 +76,9 @@ pub(super) trait Spectator {
 }
 
 /// A spectator that notes nothing.
-pub(super) struct Nobody;
+pub(super) struct NoSpectator;
 
-impl Spectator for Nobody {
+impl Spectator for NoSpectator {
     fn scanned(&mut self, _: &Rig, _: u64) {}
 }
 
@@ -92,7 +92,7 @@ struct Player<'a, S> {
     always: Vec<Vec<bool>>,
     /// The steps whose conditions have edges.
     edged: Vec<EdgedStep>,
-    beats: Vec<Beat<'a>>,
+    beats: Vec<PulseTiming<'a>>,
     step: usize,
     scans: u64,
     /// The number of scans since the last start.
@@ -109,7 +109,7 @@ struct EdgedStep {
 }
 
 /// A pulse, as a step or in the background.
-struct Beat<'a> {
+struct PulseTiming<'a> {
     operand: &'a TestOperand,
     on: u64,
     every: u64,
@@ -124,7 +124,7 @@ pub(super) fn play<S: Spectator>(
     scenario: &Scenario,
     is_taped: bool,
     spectator: &mut S,
-) -> (Played, Rig) {
+) -> (PlayedScenario, Rig) {
     let setup = setup(scenario, is_taped);
     let rig = Rig::new(&stage.programs[0], &setup);
     let mut player = Player {
@@ -144,7 +144,7 @@ pub(super) fn play<S: Spectator>(
     player.spectator.takes_place(&mut player.rig);
     let failed = player.steps();
     let (scans, virtual_ns) = (player.scans, player.rig.next_ns());
-    (Played { scans, virtual_ns, failed }, player.rig)
+    (PlayedScenario { scans, virtual_ns, failed }, player.rig)
 }
 
 fn setup(scenario: &Scenario, is_taped: bool) -> RigSetup {
@@ -190,7 +190,7 @@ pub(super) fn condition(step: &TestStep) -> Option<&Condition> {
 }
 
 impl<'a, S: Spectator> Player<'a, S> {
-    fn steps(&mut self) -> Option<Failed> {
+    fn steps(&mut self) -> Option<FailedStep> {
         let scenario = self.scenario;
         for (at, step) in scenario.steps.iter().enumerate() {
             self.step = at;
@@ -202,8 +202,8 @@ impl<'a, S: Spectator> Player<'a, S> {
         None
     }
 
-    fn failed(&self, why: FailedWhy) -> Failed {
-        Failed {
+    fn failed(&self, why: FailedWhy) -> FailedStep {
+        FailedStep {
             step: self.step,
             why,
             program: self.program,
@@ -226,12 +226,12 @@ impl<'a, S: Spectator> Player<'a, S> {
             },
             TestStep::Pulse { operand, on, every, times } => {
                 let (on, every) = (self.scans_of(*on), self.scans_of(*every));
-                self.pulse(Beat { operand, on, every, passed: 0, ticket }, *times)
+                self.pulse(PulseTiming { operand, on, every, passed: 0, ticket }, *times)
             }
             TestStep::Beat { operand, on, every } => {
                 let (on, every) = (self.scans_of(*on), self.scans_of(*every));
                 self.beats.retain(|beat| beat.operand.cell != operand.cell);
-                self.beats.push(Beat { operand, on, every, passed: 0, ticket });
+                self.beats.push(PulseTiming { operand, on, every, passed: 0, ticket });
                 Ok(())
             }
             TestStep::Run(time) => self.run(self.scans_of(*time)),
@@ -310,8 +310,8 @@ impl<'a, S: Spectator> Player<'a, S> {
         }
     }
 
-    fn pulse(&mut self, of: Beat<'a>, times: u32) -> Result<(), FailedWhy> {
-        let Beat { operand, on, every, ticket, .. } = of;
+    fn pulse(&mut self, beat: PulseTiming<'a>, times: u32) -> Result<(), FailedWhy> {
+        let PulseTiming { operand, on, every, ticket, .. } = beat;
         self.needs(RigMode::Run)?;
         let is_on = |image: &Image| match operand.cell {
             Cell::Bit(bit) => image.bit(bit),
@@ -470,14 +470,16 @@ impl<'a, S: Spectator> Player<'a, S> {
     /// the steps from `first` until the next reload.
     fn look_at_program(&mut self, first: usize) {
         let always = &self.stage.suite.always[self.program.0];
-        self.always = always.iter().map(|of| vec![false; of.edges]).collect();
+        self.always = always.iter().map(|condition| vec![false; condition.edges]).collect();
         self.edged.clear();
         for (at, step) in self.scenario.steps.iter().enumerate().skip(first) {
             if matches!(step.value, TestStep::Reload(_)) {
                 break;
             }
-            if let Some(of) = condition(&step.value).filter(|of| of.edges > 0) {
-                let edges = vec![false; of.edges];
+            if let Some(edged) =
+                condition(&step.value).filter(|step_condition| step_condition.edges > 0)
+            {
+                let edges = vec![false; edged.edges];
                 self.edged.push(EdgedStep { step: at, before: edges.clone(), now: edges });
             }
         }

@@ -171,16 +171,16 @@ impl<'a> Programs<'a> {
             BenchSettings::Test(settings) => {
                 let settings = settings.of_test_with_ladder(&names);
                 {
-                    let of = (first.clone(), InputKind::Ladder);
-                    Ok(bench(self.path, of, &settings, self.texts))
+                    let key = (first.clone(), InputKind::Ladder);
+                    Ok(bench(self.path, key, &settings, self.texts))
                 }
             }
             BenchSettings::Controller => {
                 let (written, _) = controller::read(&first.text, FileId(0));
                 match written {
                     Some(written) => {
-                        let of = (first.clone(), InputKind::Controller);
-                        Ok(bench(self.path, of, &written.with_ladder(&names), self.texts))
+                        let key = (first.clone(), InputKind::Controller);
+                        Ok(bench(self.path, key, &written.with_ladder(&names), self.texts))
                     }
                     None => Ok(Loaded::default()),
                 }

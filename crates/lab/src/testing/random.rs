@@ -7,7 +7,7 @@ use super::programs::Programs;
 use super::steps::twice;
 use super::suite::{Chance, RandomChange, RandomMotion};
 use super::written::{WrittenChange, WrittenRandom};
-use crate::sim::stimulus::StimulusTarget;
+use crate::traces::stimulus::StimulusTarget;
 use rungd_engine::TIME_END_NS;
 use rungd_language::source::atom::{Atom, AtomKind};
 use rungd_language::source::finding::{Code, Finding};

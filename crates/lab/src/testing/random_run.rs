@@ -23,14 +23,14 @@ pub(super) struct RandomEvent {
     /// The index of the change in the test.
     pub change: usize,
     /// What the generator chose.
-    pub draw: Draw,
+    pub draw: RandomDraw,
     /// The new content of the cell, which follows from it and from the content before.
     pub value: i32,
 }
 
 /// A choice of the generator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Draw {
+pub(super) enum RandomDraw {
     /// A bit goes ON, or OFF.
     Toggle(bool),
     /// A step up, or down.
@@ -98,7 +98,7 @@ fn drawn_run(
             changes.push((at, value));
         }
     });
-    let scans = broken.map_or(test.scans, |of| of.scan + 1);
+    let scans = broken.map_or(test.scans, |broken_run| broken_run.scan + 1);
     (scans, broken.map(|BrokenLine { scan, always }| BrokenRun { events, scan, always }))
 }
 
@@ -148,8 +148,8 @@ fn drive(
     scans: u64,
     mut changes: impl FnMut(u64, &Image, &mut Vec<(usize, i32)>),
 ) -> Option<BrokenLine> {
-    let inputs = test.set.iter().filter_map(|(of, value)| Some((of.input?, *value != 0)));
-    let others = test.set.iter().filter(|(of, _)| of.input.is_none());
+    let inputs = test.set.iter().filter_map(|(operand, value)| Some((operand.input?, *value != 0)));
+    let others = test.set.iter().filter(|(operand, _)| operand.input.is_none());
     let setup = RigSetup {
         set: others.map(|(operand, value)| (operand.cell, *value)).collect(),
         inputs: inputs.collect(),
@@ -162,7 +162,8 @@ fn drive(
         rig.listen(listener);
     }
     let always = &stage.suite.always[0];
-    let mut edges: Vec<Vec<bool>> = always.iter().map(|of| vec![false; of.edges]).collect();
+    let mut edges: Vec<Vec<bool>> =
+        always.iter().map(|condition| vec![false; condition.edges]).collect();
     let mut now = Vec::new();
     for scan in 0..scans {
         if rig.mode() == RigMode::Stop || stage.is_given_up() {
@@ -197,32 +198,32 @@ fn drawn(
     layout: &Layout,
     change: &RandomChange,
     (image, random): (&Image, &mut SplitMix64),
-) -> Draw {
+) -> RandomDraw {
     let is_real = is_real(layout, change.operand.cell);
     match change.motion {
-        RandomMotion::Toggle => Draw::Toggle(image.value(change.operand.cell) == 0),
-        RandomMotion::Walk { .. } => Draw::Walk(random.next() >> 63 == 1),
+        RandomMotion::Toggle => RandomDraw::Toggle(image.value(change.operand.cell) == 0),
+        RandomMotion::Walk { .. } => RandomDraw::Walk(random.next() >> 63 == 1),
         RandomMotion::Jump { low, high } if is_real => {
             // 53 random bits: the precision of a binary64 between 0 and 1.
             let to = low + (high - low) * ((random.next() >> 11) as f64 / (1_u64 << 53) as f64);
-            Draw::Jump(Real::stored(to).real.cell())
+            RandomDraw::Jump(Real::stored(to).real.cell())
         }
         RandomMotion::Jump { low, high } => {
             let count = (high - low) as u64 + 1;
-            Draw::Jump((low + (random.next() % count) as f64) as i32)
+            RandomDraw::Jump((low + (random.next() % count) as f64) as i32)
         }
     }
 }
 
 /// The content of an operand after a change, by the choice of the generator.
-fn moved(layout: &Layout, change: &RandomChange, (image, draw): (&Image, Draw)) -> i32 {
+fn moved(layout: &Layout, change: &RandomChange, (image, draw): (&Image, RandomDraw)) -> i32 {
     let now = image.value(change.operand.cell);
     match (draw, change.motion) {
-        (Draw::Jump(to), _) => to,
+        (RandomDraw::Jump(to), _) => to,
         // A bit that changes in every scan always toggles.
-        (Draw::Toggle(_), _) if change.is_certain() => i32::from(now == 0),
-        (Draw::Toggle(on), _) => i32::from(on),
-        (Draw::Walk(up), RandomMotion::Walk { low, high, step }) => {
+        (RandomDraw::Toggle(_), _) if change.is_certain() => i32::from(now == 0),
+        (RandomDraw::Toggle(on), _) => i32::from(on),
+        (RandomDraw::Walk(up), RandomMotion::Walk { low, high, step }) => {
             let step = if up { step } else { -step };
             match is_real(layout, change.operand.cell) {
                 true => {
@@ -232,7 +233,7 @@ fn moved(layout: &Layout, change: &RandomChange, (image, draw): (&Image, Draw)) 
                 false => (f64::from(now) + step).clamp(low, high) as i32,
             }
         }
-        (Draw::Walk(_), RandomMotion::Toggle | RandomMotion::Jump { .. }) => now,
+        (RandomDraw::Walk(_), RandomMotion::Toggle | RandomMotion::Jump { .. }) => now,
     }
 }
 

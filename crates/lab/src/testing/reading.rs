@@ -73,21 +73,24 @@ pub fn read_among(
     texts: &OpenTexts,
 ) -> ReadSuite {
     let (findings, files) = (undecoded.into_iter().collect(), vec![file]);
-    let mut reading = Reading { findings, files, texts: texts.clone(), lost: LostTexts::default() };
+    let mut reading =
+        SuiteReading { findings, files, texts: texts.clone(), lost: LostTexts::default() };
     let suite = match reading.findings.is_empty() {
         true => reading.suite(path),
         false => None,
     };
-    let Reading { mut findings, files, lost, .. } = reading;
+    let SuiteReading { mut findings, files, lost, .. } = reading;
     lost.keep_sure(&mut findings);
-    findings.sort_by_key(|of| (of.span.file, of.span.start, of.span.end, of.code));
+    findings.sort_by_key(|finding| {
+        (finding.span.file, finding.span.start, finding.span.end, finding.code)
+    });
     let refused =
         !lost.is_empty() || findings.iter().any(|finding| finding.severity() == Severity::Error);
     ReadSuite { files, findings, suite: suite.filter(|_| !refused) }
 }
 
 /// The files and findings so far.
-struct Reading {
+struct SuiteReading {
     files: Vec<SourceFile>,
     findings: Vec<Finding>,
     texts: OpenTexts,
@@ -97,7 +100,7 @@ struct Reading {
 /// A scenario whose steps have been read, but not resolved.
 type ReadScenario = (WrittenScenario, Vec<Located<WrittenStep>>);
 
-impl Reading {
+impl SuiteReading {
     fn suite(&mut self, path: &Path) -> Option<Suite> {
         let (written, found) = written::read(&self.files[0].text, FileId(0));
         self.findings.extend(found);
@@ -125,7 +128,10 @@ impl Reading {
     /// Adds findings for tests with the same name.
     fn names(&mut self, scenarios: &[WrittenScenario], randoms: &[WrittenRandom]) {
         let mut seen: HashMap<&str, Span> = HashMap::new();
-        let names = scenarios.iter().map(|of| &of.name).chain(randoms.iter().map(|of| &of.name));
+        let names = scenarios
+            .iter()
+            .map(|scenario| &scenario.name)
+            .chain(randoms.iter().map(|random_test| &random_test.name));
         for name in names.flatten() {
             if let Some(first) = seen.insert(&name.text, name.span) {
                 let message = format!("two tests are called `{}`", name.text);
@@ -156,7 +162,9 @@ impl Reading {
         for text in std::mem::take(&mut scenario.steps) {
             match step_text::parse(&text.text, text.span) {
                 Ok(value) => {
-                    self.findings.extend(value.condition().map_or(Vec::new(), |of| of.doubts()));
+                    self.findings.extend(
+                        value.condition().map_or(Vec::new(), |condition| condition.doubts()),
+                    );
                     steps.push(Located { value, span: text.span });
                 }
                 Err(finding) => self.findings.push(finding),
@@ -174,8 +182,8 @@ impl Reading {
         let (loaded, settings, names) = match bench_written {
             WrittenBench::Ladders(settings) => {
                 let names = settings.ladder.iter().map(|name| name.text.clone()).collect();
-                let of = (self.files[0].clone(), InputKind::Ladder);
-                let loaded = bench(path, of, &settings, &self.texts);
+                let key = (self.files[0].clone(), InputKind::Ladder);
+                let loaded = bench(path, key, &settings, &self.texts);
                 (loaded, BenchSettings::Test(settings), names)
             }
             WrittenBench::Controller(name) => {

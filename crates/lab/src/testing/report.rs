@@ -6,7 +6,7 @@
 use std::fmt::Write as _;
 
 use super::failure::{Failure, SeenOperand};
-use super::runner::Verdict;
+use super::runner::TestVerdict;
 use rungd_language::source::wording::counted;
 
 /// The maximum number of columns of a timing diagram.
@@ -15,7 +15,7 @@ const COLUMNS_MAX: usize = 9;
 /// The minimum width of a column.
 const COLUMN_WIDTH: usize = 8;
 
-impl Verdict {
+impl TestVerdict {
     /// One line: the result, the name, the number of scans and the time.
     pub fn line_text(&self) -> String {
         let word = if self.failure.is_some() { "FAILED" } else { "ok" };
@@ -60,11 +60,12 @@ impl Failure {
     }
 
     fn operands_text(&self) -> String {
-        let width = self.operands.iter().map(|of| of.name.chars().count()).max().unwrap_or(0);
+        let width =
+            self.operands.iter().map(|operand| operand.name.chars().count()).max().unwrap_or(0);
         let is_hex = self.text.contains("0x");
-        let shown = |of: &SeenOperand| match is_hex {
-            true => with_hex(&of.value),
-            false => of.value.clone(),
+        let shown = |operand: &SeenOperand| match is_hex {
+            true => with_hex(&operand.value),
+            false => operand.value.clone(),
         };
         let values: Vec<String> = self.operands.iter().map(shown).collect();
         let length = values.iter().map(|value| value.chars().count()).max().unwrap_or(0);
@@ -110,8 +111,10 @@ fn since_text(operand: &SeenOperand, now_ns: u64) -> String {
 /// The last changes of the operands as a timing diagram, with a column from each change to the
 /// next.
 fn diagram(operands: &[SeenOperand], now_ns: u64) -> String {
-    let mut moments: Vec<u64> =
-        operands.iter().flat_map(|of| of.changes.iter().map(|change| change.now_ns)).collect();
+    let mut moments: Vec<u64> = operands
+        .iter()
+        .flat_map(|operand| operand.changes.iter().map(|change| change.now_ns))
+        .collect();
     moments.push(now_ns);
     moments.sort_unstable();
     moments.dedup();
@@ -119,9 +122,10 @@ fn diagram(operands: &[SeenOperand], now_ns: u64) -> String {
         return String::new();
     }
     let moments = &moments[moments.len().saturating_sub(COLUMNS_MAX)..];
-    let names = operands.iter().map(|of| of.name.chars().count()).max().unwrap_or(0).max(4);
+    let names =
+        operands.iter().map(|operand| operand.name.chars().count()).max().unwrap_or(0).max(4);
     let heads = heads(moments);
-    let cells: Vec<Vec<String>> = operands.iter().map(|of| cells(of, moments)).collect();
+    let cells: Vec<Vec<String>> = operands.iter().map(|operand| cells(operand, moments)).collect();
     let width = |column: usize| {
         let texts = cells.iter().map(|row| row[column].chars().count());
         texts.chain([heads[column].chars().count(), COLUMN_WIDTH - 1]).max().unwrap_or(0) + 1

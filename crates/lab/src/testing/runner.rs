@@ -1,6 +1,6 @@
 //! Runs suites: every scenario, and every run of a random test, on several threads.
 //!
-//! `cli` passes suites and gets a [`Verdict`] for each test, in file order. The verdicts do not
+//! `cli` passes suites and gets a [`TestVerdict`] for each test, in file order. The verdicts do not
 //! depend on the number of threads: the verdict of a random test is that of its first failing run.
 
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, AtomicUsize, Ordering}
 
 use super::failure::{Failure, failure, failure_of_run};
 use super::lowered_suite::LoweredSuite;
-use super::player::{Nobody, Played, play};
+use super::player::{NoSpectator, PlayedScenario, play};
 use super::random_run::{self, BrokenRun};
 use super::shrink::shrink;
 use super::suite::Suite;
@@ -21,7 +21,7 @@ const RUNS_AT_ONCE: u32 = 8;
 
 /// The result of a test.
 #[derive(Clone, Debug)]
-pub struct Verdict {
+pub struct TestVerdict {
     /// The test's name.
     pub name: String,
     /// The line of the test in its file.
@@ -51,14 +51,14 @@ pub struct RunOptions<'a> {
 
 /// A piece of work for a thread.
 #[derive(Clone, Copy)]
-enum Work {
+enum WorkItem {
     Scenario(usize),
     /// Runs of a random test: its index, the first run, and the run after the last one.
     Runs(usize, u32, u32),
 }
 
 /// The result of a scenario, with its failure explained.
-type JudgedScenario = (Played, Option<Box<Failure>>);
+type JudgedScenario = (PlayedScenario, Option<Box<Failure>>);
 
 /// The results, filled in by all threads.
 struct Results {
@@ -76,14 +76,15 @@ struct RandomResult {
 
 /// Lowers the programs of a suite.
 pub fn programs(suite: &Suite) -> Vec<Arc<RigProgram>> {
-    let program =
-        |of: &super::suite::TestProgram| Arc::new(RigProgram::new(&of.program, &of.controller));
+    let program = |program: &super::suite::TestProgram| {
+        Arc::new(RigProgram::new(&program.program, &program.controller))
+    };
     suite.programs.iter().map(program).collect()
 }
 
 /// Runs the tests of a suite whose names contain the filter, in file order: scenarios, then random
 /// tests.
-pub fn run(suite: &Suite, programs: &[Arc<RigProgram>], options: &RunOptions) -> Vec<Verdict> {
+pub fn run(suite: &Suite, programs: &[Arc<RigProgram>], options: &RunOptions) -> Vec<TestVerdict> {
     let stage = LoweredSuite { suite, programs, given_up: options.given_up };
     let is_wanted = |name: &str| options.filter.is_none_or(|text| name.contains(text));
     let work = work(suite, is_wanted);
@@ -110,13 +111,15 @@ pub fn run(suite: &Suite, programs: &[Arc<RigProgram>], options: &RunOptions) ->
     results.verdicts(stage, is_wanted)
 }
 
-fn work(suite: &Suite, is_wanted: impl Fn(&str) -> bool) -> Vec<Work> {
+fn work(suite: &Suite, is_wanted: impl Fn(&str) -> bool) -> Vec<WorkItem> {
     let scenarios = suite.scenarios.iter().enumerate();
-    let mut work: Vec<Work> =
-        scenarios.filter(|(_, of)| is_wanted(&of.name)).map(|(at, _)| Work::Scenario(at)).collect();
-    for (at, test) in suite.randoms.iter().enumerate().filter(|(_, of)| is_wanted(&of.name)) {
+    let mut work: Vec<WorkItem> = scenarios
+        .filter(|(_, scenario)| is_wanted(&scenario.name))
+        .map(|(at, _)| WorkItem::Scenario(at))
+        .collect();
+    for (at, test) in suite.randoms.iter().enumerate().filter(|(_, test)| is_wanted(&test.name)) {
         for first in (0..test.runs).step_by(RUNS_AT_ONCE as usize) {
-            work.push(Work::Runs(at, first, (first + RUNS_AT_ONCE).min(test.runs)));
+            work.push(WorkItem::Runs(at, first, (first + RUNS_AT_ONCE).min(test.runs)));
         }
     }
     work
@@ -142,11 +145,11 @@ impl RandomResult {
 }
 
 impl Results {
-    fn work(&self, stage: LoweredSuite, work: Work) {
+    fn work(&self, stage: LoweredSuite, work: WorkItem) {
         match work {
-            Work::Scenario(at) => {
+            WorkItem::Scenario(at) => {
                 let scenario = &stage.suite.scenarios[at];
-                let (played, _) = play(stage, scenario, false, &mut Nobody);
+                let (played, _) = play(stage, scenario, false, &mut NoSpectator);
                 if stage.is_given_up() {
                     return;
                 }
@@ -154,7 +157,7 @@ impl Results {
                 let failure = failed.map(|failed| Box::new(failure(stage, scenario, failed)));
                 *locked(&self.scenarios[at]) = Some((played, failure));
             }
-            Work::Runs(at, first, end) => {
+            WorkItem::Runs(at, first, end) => {
                 let (test, result) = (&stage.suite.randoms[at], &self.randoms[at]);
                 for run in first..end {
                     if result.first.load(Ordering::Relaxed) < run || stage.is_given_up() {
@@ -170,12 +173,12 @@ impl Results {
         }
     }
 
-    fn verdicts(self, stage: LoweredSuite, is_wanted: impl Fn(&str) -> bool) -> Vec<Verdict> {
+    fn verdicts(self, stage: LoweredSuite, is_wanted: impl Fn(&str) -> bool) -> Vec<TestVerdict> {
         let suite = stage.suite;
         let mut verdicts = Vec::new();
         for (scenario, result) in suite.scenarios.iter().zip(self.scenarios) {
             let Some((played, failure)) = taken(result) else { continue };
-            verdicts.push(Verdict {
+            verdicts.push(TestVerdict {
                 name: scenario.name.clone(),
                 line: suite.line(scenario.span),
                 scans: played.scans,
@@ -197,7 +200,7 @@ impl Results {
                 let short = shrink(stage, test, broken);
                 Box::new(failure_of_run(stage, test, (&short, run)))
             });
-            verdicts.push(Verdict {
+            verdicts.push(TestVerdict {
                 name: test.name.clone(),
                 line: suite.line(test.span),
                 scans,

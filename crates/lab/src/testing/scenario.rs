@@ -34,21 +34,21 @@ pub struct ScenarioOf<'a> {
 }
 
 /// The text of a test file.
-pub fn scenario(of: &ScenarioOf) -> String {
-    let subject = of.subject;
+pub fn scenario(source: &ScenarioOf) -> String {
+    let subject = source.subject;
     let watched = outputs(subject);
     let mut engine = Engine::new(subject.code().clone());
-    let Some(first) = of.sections.first() else { return String::new() };
+    let Some(first) = source.sections.first() else { return String::new() };
     if !engine.resume(&first.state) {
         return String::new();
     }
-    let period_ns = u64::from(of.period_ms) * 1_000_000;
-    let scans = happened(engine, of.sections, (period_ns, &watched));
+    let period_ns = u64::from(source.period_ms) * 1_000_000;
+    let scans = happened(engine, source.sections, (period_ns, &watched));
     let set = set(subject, &first.state);
-    let trial = trial(subject, (&set, &scans), of);
-    let mut text = head(of, &set, first);
+    let trial = trial(subject, (&set, &scans), source);
+    let mut text = head(source, &set, first);
     text += "steps = [\n";
-    if let Some(local_s) = clock(subject, of.sections) {
+    if let Some(local_s) = clock(subject, source.sections) {
         let _ = writeln!(text, "    \"clock {}\",", iso(local_s));
     }
     let lines = steps(subject, &scans, (&watched, &trial));
@@ -57,8 +57,8 @@ pub fn scenario(of: &ScenarioOf) -> String {
     text
 }
 
-fn head(of: &ScenarioOf, set: &[(Cell, i32)], first: &TapeSection) -> String {
-    let ladders: Vec<String> = of.ladders.iter().map(|name| quoted(name)).collect();
+fn head(source: &ScenarioOf, set: &[(Cell, i32)], first: &TapeSection) -> String {
+    let ladders: Vec<String> = source.ladders.iter().map(|name| quoted(name)).collect();
     let mut text = String::from("# Made from a recording by `rungd record test`.\n");
     if first.start.number > 1 || first.state.scans() > 0 {
         let number = first.start.number;
@@ -69,14 +69,14 @@ fn head(of: &ScenarioOf, set: &[(Cell, i32)], first: &TapeSection) -> String {
         );
     }
     let _ = writeln!(text, "ladder = [{}]", ladders.join(", "));
-    let _ = writeln!(text, "period = \"{}ms\"\n", of.period_ms);
-    let _ = writeln!(text, "[[scenario]]\nname  = {}", quoted(&of.name));
+    let _ = writeln!(text, "period = \"{}ms\"\n", source.period_ms);
+    let _ = writeln!(text, "[[scenario]]\nname  = {}", quoted(&source.name));
     if !set.is_empty() {
         let one = |(cell, value): &(Cell, i32)| {
             format!(
                 "{} = {}",
-                quoted(&of.subject.operand(*cell).name),
-                shown(of.subject, *cell, *value)
+                quoted(&source.subject.operand(*cell).name),
+                shown(source.subject, *cell, *value)
             )
         };
         let all: Vec<String> = set.iter().map(one).collect();
@@ -118,12 +118,12 @@ fn set(subject: &Subject, state: &EngineState) -> Vec<(Cell, i32)> {
 fn trial(
     subject: &Subject,
     (set, scans): (&[(Cell, i32)], &[HappenedScan]),
-    of: &ScenarioOf,
+    source: &ScenarioOf,
 ) -> Vec<Vec<i32>> {
     let watched = outputs(subject);
     let mut engine = Engine::new(subject.code().clone());
-    let period_ns = u64::from(of.period_ms) * 1_000_000;
-    let local_s = clock(subject, of.sections).unwrap_or(LocalTime::SIMULATED_S);
+    let period_ns = u64::from(source.period_ms) * 1_000_000;
+    let local_s = clock(subject, source.sections).unwrap_or(LocalTime::SIMULATED_S);
     // The test does not change field devices, so their `.Ok` bits are ON.
     let well = subject.well();
     set.iter().for_each(|(cell, value)| put(&mut engine, *cell, *value));

@@ -27,7 +27,7 @@ pub(super) struct StepResolver<'p, 'a> {
 }
 
 /// Whether a scenario continues after a step.
-enum Behind {
+enum AfterStep {
     GoesOn,
     Ends,
 }
@@ -75,7 +75,7 @@ impl<'p, 'a> StepResolver<'p, 'a> {
                 }
             };
             steps.push(Located { value, span });
-            if let Behind::Ends = behind {
+            if let AfterStep::Ends = behind {
                 break;
             }
         }
@@ -86,7 +86,11 @@ impl<'p, 'a> StepResolver<'p, 'a> {
         &mut self.programs.names[self.current.0]
     }
 
-    fn step(&mut self, step: WrittenStep, span: Span) -> Result<(TestStep, Behind), Vec<Finding>> {
+    fn step(
+        &mut self,
+        step: WrittenStep,
+        span: Span,
+    ) -> Result<(TestStep, AfterStep), Vec<Finding>> {
         let resolved = match step {
             WrittenStep::Set(operand, value) => {
                 let (operand, content) = self.assigned(&operand, &value, Self::written)?;
@@ -138,7 +142,7 @@ impl<'p, 'a> StepResolver<'p, 'a> {
             }
             WrittenStep::Clock(seconds) => TestStep::Clock(seconds),
         };
-        Ok((resolved, Behind::GoesOn))
+        Ok((resolved, AfterStep::GoesOn))
     }
 
     fn written(&mut self, word: &StepWord) -> Result<TestTarget, Finding> {
@@ -232,14 +236,14 @@ impl<'p, 'a> StepResolver<'p, 'a> {
         Err(Finding::new(Code::TestStep, span, message).help("let less time pass"))
     }
 
-    fn reload(&mut self, files: &[StepWord]) -> Result<(TestStep, Behind), Finding> {
+    fn reload(&mut self, files: &[StepWord]) -> Result<(TestStep, AfterStep), Finding> {
         match self.programs.reload(files)? {
             ProgramLoad::Ready(id) => {
                 self.current = id;
-                Ok((TestStep::Reload(Reload::To(id)), Behind::GoesOn))
+                Ok((TestStep::Reload(Reload::To(id)), AfterStep::GoesOn))
             }
             ProgramLoad::Refused(text) => {
-                Ok((TestStep::Reload(Reload::Refused(text)), Behind::Ends))
+                Ok((TestStep::Reload(Reload::Refused(text)), AfterStep::Ends))
             }
         }
     }

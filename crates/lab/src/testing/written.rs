@@ -289,7 +289,7 @@ fn read_prove(root: &mut Table<'_>) {
 /// Refuses a file without tests, and a file with too many tests or steps.
 fn limits(root: &Table<'_>, scenarios: &[WrittenScenario], randoms: &[WrittenRandom]) {
     let tests = scenarios.len() + randoms.len();
-    let steps = scenarios.iter().map(|of| of.steps.len()).sum::<usize>();
+    let steps = scenarios.iter().map(|scenario| scenario.steps.len()).sum::<usize>();
     let place =
         |keys: &[&str]| keys.iter().find_map(|key| root.key_span(key)).unwrap_or(root.span());
     let find = |code, message: String, help: &str| {

@@ -336,8 +336,8 @@ impl<'p> Assembler<'p> {
         blocks: Vec<BlockCode>,
         stages: Vec<ElementCode>,
         order: Vec<BlockId>,
-    ) -> engine::Program {
-        engine::Program {
+    ) -> engine::EngineProgram {
+        engine::EngineProgram {
             layout: self.layout,
             bit_count: self.bits,
             word_count: self.words,

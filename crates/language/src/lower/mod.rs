@@ -46,12 +46,15 @@ use rungd_engine::{self as engine, BlockRole, ElementCode};
 use sites::Sites;
 
 /// Lowers a program, with operations of one kind put together.
-pub fn lower(program: &Program) -> (engine::Program, Symbols) {
+pub fn lower(program: &Program) -> (engine::EngineProgram, Symbols) {
     lower_with(program, schedule::WINDOW)
 }
 
 /// As [`lower`], for a load that its caller may end; `None` if the load must end.
-pub fn lower_within(program: &Program, progress: &Progress) -> Option<(engine::Program, Symbols)> {
+pub fn lower_within(
+    program: &Program,
+    progress: &Progress,
+) -> Option<(engine::EngineProgram, Symbols)> {
     let (code, symbols, _) = lower_noting(program, schedule::WINDOW, None, progress)?;
     Some((code, symbols))
 }
@@ -59,7 +62,7 @@ pub fn lower_within(program: &Program, progress: &Progress) -> Option<(engine::P
 /// Does the same as [`lower`], with a window: the number of operations among which operations may
 /// change places. 1 keeps them in file order. The memory after a scan is the same with every
 /// window; a test compares it.
-pub fn lower_with(program: &Program, window: usize) -> (engine::Program, Symbols) {
+pub fn lower_with(program: &Program, window: usize) -> (engine::EngineProgram, Symbols) {
     let lowered = lower_noting(program, window, None, &UNASKED);
     let (code, symbols, _) = lowered.expect(NOT_ENDED);
     (code, symbols)
@@ -68,7 +71,7 @@ pub fn lower_with(program: &Program, window: usize) -> (engine::Program, Symbols
 /// Lowers a program for observation: each operation has a batch of its own, in file order, and a
 /// site. The memory after a scan is the same as with [`lower`], cell by cell, including the
 /// program's own cells.
-pub fn lower_seen(program: &Program) -> (engine::Program, Symbols, Sites) {
+pub fn lower_seen(program: &Program) -> (engine::EngineProgram, Symbols, Sites) {
     let lowered = lower_noting(program, 1, Some(Sites::default()), &UNASKED);
     let (code, symbols, sites) = lowered.expect(NOT_ENDED);
     (code, symbols, sites.unwrap_or_default())
@@ -82,7 +85,7 @@ fn lower_noting(
     window: usize,
     sites: Option<Sites>,
     progress: &Progress,
-) -> Option<(engine::Program, Symbols, Option<Sites>)> {
+) -> Option<(engine::EngineProgram, Symbols, Option<Sites>)> {
     let mut assembler = Assembler::new(program, window, progress);
     assembler.sites = sites;
     let mut blocks = Vec::new();

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::memory::KeptOwners;
 use super::plan::{
-    ElementPairs, InitialStageStart, LoweredProgram, OldState, ReloadPlan, element_of,
+    ElementPairs, InitialStageStart, LoweredPair, LoweredProgram, OldState, ReloadPlan, element_of,
 };
 use super::report::preset;
 use rungd_engine::isa::{Address, Bit, BitSpace, BlockId, ElementId, StageId};
@@ -45,7 +45,7 @@ fn enabled(side: LoweredProgram<'_>) -> impl Iterator<Item = (ElementId, BlockId
 pub(super) fn blocks(
     plan: &mut ReloadPlan,
     names: &ElementPairs<'_>,
-    (old, new): (LoweredProgram<'_>, LoweredProgram<'_>),
+    LoweredPair { old, new }: LoweredPair<'_>,
     disabled: &HashSet<BlockId>,
 ) {
     for at in 0..names.old.names.blocks.len() as u32 {
@@ -74,7 +74,7 @@ pub(super) fn blocks(
                 OldState::Stays { cell: running },
             );
         }
-        restage(plan, names, (id, to), (old, new));
+        restart_stages(plan, names, (id, to), LoweredPair { old, new });
     }
     new_blocks(plan, names, new);
     stages(plan, names, old, new);
@@ -148,11 +148,11 @@ fn stages(
     }
 }
 
-fn restage(
+fn restart_stages(
     plan: &mut ReloadPlan,
     names: &ElementPairs<'_>,
     (id, to): (BlockId, BlockId),
-    (old, new): (LoweredProgram<'_>, LoweredProgram<'_>),
+    LoweredPair { old, new }: LoweredPair<'_>,
 ) {
     let mut stages = new.program.blocks[to.0 as usize].stages.clone();
     let Some(initial) = stages.next().map(StageId) else { return };
@@ -239,7 +239,7 @@ impl OldInstructions {
 pub(super) fn terminations(
     plan: &mut ReloadPlan,
     names: &ElementPairs<'_>,
-    (old, new): (LoweredProgram<'_>, LoweredProgram<'_>),
+    LoweredPair { old, new }: LoweredPair<'_>,
     kept: &KeptOwners,
 ) {
     let there = OldInstructions::of(new);
@@ -281,7 +281,7 @@ pub(super) fn terminations(
         }
     }
     for ((block, bit), active) in undriven {
-        let (said, block) = (say_bit(old, bit), &names.old.names.block(block).name);
+        let (said, block) = (bit_name(old, bit), &names.old.names.block(block).name);
         let state = OldState::Undriven { bit, active };
         plan.add_line_with_state(format!("{said} is not driven in {block} any more"), state);
     }
@@ -332,7 +332,7 @@ fn block_title(block: &BlockName) -> String {
     format!("{kind} {}", block.name)
 }
 
-fn say_bit(side: LoweredProgram<'_>, cell: u32) -> String {
+fn bit_name(side: LoweredProgram<'_>, cell: u32) -> String {
     let layout = &side.symbols.layout;
     let spaces = [BitSpace::Y, BitSpace::C, BitSpace::Mc, BitSpace::Mi];
     for space in spaces {

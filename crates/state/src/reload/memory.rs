@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-use super::plan::{ElementPairs, LoweredProgram, MovedStage, OldState, ReloadPlan};
+use super::plan::{ElementPairs, LoweredPair, LoweredProgram, MovedStage, OldState, ReloadPlan};
 use super::report::preset;
 use rungd_engine::isa::{
     Address, Bit, BitSpace, ElementId, Flag, Mnemonic, Space, Structure, Word,
@@ -69,7 +69,7 @@ pub(super) fn structures(
             report_kept(plan, names, old, (same, owner));
         }
         if let Some(was) = was.filter(|_| goes_on) {
-            sensaphone_preset(plan, (was, *structure), (old, new));
+            sensaphone_preset(plan, (was, *structure), LoweredPair { old, new });
             continue;
         }
         plan.transfer.fresh.push(new.symbols.layout.record(*structure));
@@ -102,7 +102,7 @@ fn by_structure(owners: &[Owner]) -> BTreeMap<Structure, Vec<&Owner>> {
 fn sensaphone_preset(
     plan: &mut ReloadPlan,
     (was, structure): (Structure, Structure),
-    (old, new): (LoweredProgram<'_>, LoweredProgram<'_>),
+    LoweredPair { old, new }: LoweredPair<'_>,
 ) {
     let Structure::Sensaphone(_) = structure else { return };
     let constant = |side: LoweredProgram<'_>, structure: Structure| {

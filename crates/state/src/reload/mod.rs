@@ -19,7 +19,7 @@ mod tags;
 mod wired;
 
 use moves::MovedElements;
-use plan::ElementPairs;
+use plan::{ElementPairs, LoweredPair};
 pub use plan::{LoweredProgram, ReloadPlan};
 pub use report::OldMemory;
 pub use report::WARNING;
@@ -46,20 +46,20 @@ impl ReloadPlan {
         let layouts = (&old.symbols.layout, &new.symbols.layout);
         names.moves.enter(&mut plan.transfer, layouts, now);
         rungs::rungs(&mut plan, &names, old, new);
-        tags::constants(&mut plan, &names);
+        tags::report_constants(&mut plan, &names);
         let disabled = elements::disabled(&names, old, new);
-        elements::blocks(&mut plan, &names, (old, new), &disabled);
+        elements::blocks(&mut plan, &names, LoweredPair { old, new }, &disabled);
         let kept = memory::structures(&mut plan, &names, old, new);
         memory::initial(&mut plan, &names, old, new);
-        tags::moved(&mut plan, &names, old);
-        tags::renamed(&mut plan, &names, old);
-        tags::unnamed(&mut plan, &names, old);
+        tags::report_moved(&mut plan, &names, old);
+        tags::report_renamed(&mut plan, &names, old);
+        tags::report_unnamed(&mut plan, &names, old);
         places::report_places(&mut plan, &names, old);
-        tags::limits(&mut plan, &names, old, new);
-        tags::initial(&mut plan, &names, old, new);
+        tags::report_limits(&mut plan, &names, old, new);
+        tags::report_initial(&mut plan, &names, old, new);
         elements::unwritten(&mut plan, &names, old);
         histories::histories(&mut plan, &names);
-        elements::terminations(&mut plan, &names, (old, new), &kept);
+        elements::terminations(&mut plan, &names, LoweredPair { old, new }, &kept);
         plan
     }
 }

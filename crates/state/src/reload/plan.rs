@@ -16,9 +16,16 @@ pub use rungd_language::resolve::program::Value;
 #[derive(Clone, Copy, Debug)]
 pub struct LoweredProgram<'a> {
     /// For the engine.
-    pub program: &'a engine::Program,
+    pub program: &'a engine::EngineProgram,
     /// Its names.
     pub symbols: &'a Symbols,
+}
+
+/// Both programs of a reload.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LoweredPair<'a> {
+    pub old: LoweredProgram<'a>,
+    pub new: LoweredProgram<'a>,
 }
 
 /// The plan of a reload: the transfer for the engine, and the differences for people.

@@ -16,7 +16,7 @@ fn is_placed(names: &ElementPairs<'_>, tag: &str) -> bool {
 }
 
 /// Reports constants with a changed value.
-pub(super) fn constants(plan: &mut ReloadPlan, names: &ElementPairs<'_>) {
+pub(super) fn report_constants(plan: &mut ReloadPlan, names: &ElementPairs<'_>) {
     for (name, value) in &names.new.constants {
         if let Some(before) = names.old.constants.get(name).filter(|before| *before != value) {
             plan.add_line(format!("constant {name} {before} → {value}"));
@@ -25,7 +25,11 @@ pub(super) fn constants(plan: &mut ReloadPlan, names: &ElementPairs<'_>) {
 }
 
 /// Reports tags with a changed address. The value stays at the old address.
-pub(super) fn moved(plan: &mut ReloadPlan, names: &ElementPairs<'_>, old: LoweredProgram<'_>) {
+pub(super) fn report_moved(
+    plan: &mut ReloadPlan,
+    names: &ElementPairs<'_>,
+    old: LoweredProgram<'_>,
+) {
     let (layout, values) = (&old.symbols.layout, NewValues::of(plan));
     let mut arrays: BTreeMap<&str, Vec<(Address, Address, MovedElement)>> = BTreeMap::new();
     for (tag, to) in &names.new.tags {
@@ -94,7 +98,11 @@ fn is_input(at: Address) -> bool {
 }
 
 /// Reports renamed tags: the address is the same.
-pub(super) fn renamed(plan: &mut ReloadPlan, names: &ElementPairs<'_>, old: LoweredProgram<'_>) {
+pub(super) fn report_renamed(
+    plan: &mut ReloadPlan,
+    names: &ElementPairs<'_>,
+    old: LoweredProgram<'_>,
+) {
     let layout = &old.symbols.layout;
     let lacks =
         |other: &Identity, tag: &String| !other.tags.contains_key(tag) && !is_placed(names, tag);
@@ -127,7 +135,11 @@ pub(super) fn renamed(plan: &mut ReloadPlan, names: &ElementPairs<'_>, old: Lowe
 }
 
 /// Reports removed tags whose address has no tag any more, if the address is forced.
-pub(super) fn unnamed(plan: &mut ReloadPlan, names: &ElementPairs<'_>, old: LoweredProgram<'_>) {
+pub(super) fn report_unnamed(
+    plan: &mut ReloadPlan,
+    names: &ElementPairs<'_>,
+    old: LoweredProgram<'_>,
+) {
     for (tag, address) in &names.old.tags {
         let has_tag = || names.new.names.tag(*address).is_some();
         let goes_on = names.moves.after(*address) == Some(*address);
@@ -146,7 +158,7 @@ fn cells(layout: &Layout, address: Address) -> Vec<Cell> {
 }
 
 /// Reports words with changed limits; with a warning, if the value is beyond the new limits.
-pub(super) fn limits(
+pub(super) fn report_limits(
     plan: &mut ReloadPlan,
     names: &ElementPairs<'_>,
     old: LoweredProgram<'_>,
@@ -191,7 +203,7 @@ pub(super) fn limits(
 }
 
 /// Reports changed values of `initial`. They act at the next cold start; the present value stays.
-pub(super) fn initial(
+pub(super) fn report_initial(
     plan: &mut ReloadPlan,
     names: &ElementPairs<'_>,
     old: LoweredProgram<'_>,

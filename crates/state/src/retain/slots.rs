@@ -149,7 +149,7 @@ impl<D: Storage> Slots<D> {
         }
         if self.doubted {
             self.open_anew()?;
-        } else if read_geometry(&mut self.device)? != Ok(self.geometry) {
+        } else if !self.has_own_header()? {
             // The file was emptied or overwritten: the next start would not find the image.
             return Err(io::Error::new(io::ErrorKind::NotFound, NOT_OURS));
         }
@@ -186,7 +186,7 @@ impl<D: Storage> Slots<D> {
     fn read_back(&mut self, stamp: &ImageStamp, content: &[u8]) -> io::Result<bool> {
         self.device.in_place()?;
         let whole = self.device.size()? >= self.geometry.file_bytes();
-        if !whole || read_geometry(&mut self.device)? != Ok(self.geometry) {
+        if !whole || !self.has_own_header()? {
             return Err(io::Error::new(io::ErrorKind::NotFound, NOT_OURS));
         }
         let Some(slot) = self.durable else { return Ok(false) };
@@ -224,13 +224,21 @@ impl<D: Storage> Slots<D> {
 
     fn open_anew(&mut self) -> io::Result<()> {
         self.device.reopen()?;
-        let geometry = read_geometry(&mut self.device)?;
-        if geometry != Ok(self.geometry) {
+        if !self.has_own_header()? {
             let message = "a different file has its name now";
             return Err(io::Error::new(io::ErrorKind::NotFound, message));
         }
         self.doubted = false;
         Ok(())
+    }
+
+    /// Whether the file still has the header with which it was opened.
+    fn has_own_header(&mut self) -> io::Result<bool> {
+        match read_geometry(&mut self.device) {
+            Ok(geometry) => Ok(geometry == self.geometry),
+            Err(UnusableReason::Header(_)) => Ok(false),
+            Err(UnusableReason::Io(error)) => Err(error),
+        }
     }
 }
 
@@ -239,8 +247,7 @@ impl<D: Storage> Slots<D> {
 /// # Errors
 /// [`UnusableReason`].
 pub fn survey<D: Storage>(device: &mut D) -> Result<SlotSurvey, UnusableReason> {
-    let geometry =
-        read_geometry(device).map_err(UnusableReason::Io)?.map_err(UnusableReason::Header)?;
+    let geometry = read_geometry(device)?;
     let size = device.size().map_err(UnusableReason::Io)?;
     let mut survey =
         SlotSurvey { geometry, whole: size >= geometry.file_bytes(), slots: vec![], newest: None };
@@ -262,16 +269,17 @@ pub fn survey<D: Storage>(device: &mut D) -> Result<SlotSurvey, UnusableReason> 
     Ok(survey)
 }
 
-fn read_geometry<D: Storage>(device: &mut D) -> io::Result<Result<Geometry, BadHeader>> {
+fn read_geometry<D: Storage>(device: &mut D) -> Result<Geometry, UnusableReason> {
     let mut blocks = [0; HEADER_COPIES * BLOCK_BYTES];
     let count = match read_all(device, 0, &mut blocks) {
         Ok(count) => count,
         // One copy may be in a sector that cannot be read.
         Err(first) => {
             let (_, second) = blocks.split_at_mut(BLOCK_BYTES);
-            let count = read_all(device, BLOCK_BYTES as u64, second).map_err(|_| first)?;
+            let count = read_all(device, BLOCK_BYTES as u64, second);
+            let count = count.map_err(|_| UnusableReason::Io(first))?;
             BLOCK_BYTES + count
         }
     };
-    Ok(read_header(&blocks[..count]))
+    read_header(&blocks[..count]).map_err(UnusableReason::Header)
 }

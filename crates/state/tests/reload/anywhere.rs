@@ -6,8 +6,8 @@
 
 use crate::reload::properties::seeds;
 use rungd_base::calendar::LocalTime;
-use rungd_engine::{Cell, Engine, Program, ScanTimes};
-use rungd_lab::sim::stimulus::{Change, Stimulus};
+use rungd_engine::{Cell, Engine, EngineProgram, ScanTimes};
+use rungd_lab::traces::stimulus::{Stimulus, StimulusChange};
 use rungd_language::lower::{Symbols, lower};
 use rungd_state::reload::{LoweredProgram, ReloadPlan};
 use rungd_test_support::model::case::Case;
@@ -70,7 +70,7 @@ fn named(text: &str, fixed: &[String], names: &mut Vec<(String, &'static str)>) 
 /// A program, and the operands that are compared.
 struct Loaded {
     naming: Naming,
-    program: Program,
+    program: EngineProgram,
     symbols: Symbols,
     stimulus: Stimulus,
     watch: Vec<Cell>,
@@ -178,9 +178,9 @@ fn trace(case: &Case, of: &Loaded, reload: Option<(u64, &Loaded)>) -> Vec<Vec<i6
         engine.begin_scan(now_ns, &ScanTimes::default(), &LocalTime::default());
         for change in now.stimulus.of_scan(scan, &mut next) {
             match change {
-                Change::Input(n, on) => engine.set_input(n, on),
-                Change::Bit(cell, on) => engine.write_bit(cell, on),
-                Change::Word(cell, value) => engine.write_word(cell, value),
+                StimulusChange::Input(n, on) => engine.set_input(n, on),
+                StimulusChange::Bit(cell, on) => engine.write_bit(cell, on),
+                StimulusChange::Word(cell, value) => engine.write_word(cell, value),
             }
         }
         let last = engine.execute().last;

@@ -5,8 +5,8 @@
 //! Tests `RUNGD_PROPERTY_TEMPLATES` (12) ladders from the seed `RUNGD_PROPERTY_SEED` (1) on.
 
 use rungd_base::calendar::LocalTime;
-use rungd_engine::{Cell, Engine, Program, ScanTimes};
-use rungd_lab::sim::stimulus::{Change, Stimulus};
+use rungd_engine::{Cell, Engine, EngineProgram, ScanTimes};
+use rungd_lab::traces::stimulus::{Stimulus, StimulusChange};
 use rungd_language::lower::{Symbols, lower};
 use rungd_state::reload::{LoweredProgram, ReloadPlan};
 use rungd_test_support::run::{cell, load, target, value};
@@ -17,7 +17,7 @@ const SCANS: u64 = 60;
 
 /// A program, and the cells that are compared.
 struct Version {
-    program: Program,
+    program: EngineProgram,
     symbols: Symbols,
     stimulus: Stimulus,
     watch: Vec<Cell>,
@@ -54,9 +54,9 @@ fn trace(first: &Version, reloads: &[(u64, &Version)]) -> Vec<Vec<i64>> {
         engine.begin_scan(scan * 10_000_000, &ScanTimes::default(), &LocalTime::default());
         for change in now.stimulus.of_scan(scan, &mut next) {
             match change {
-                Change::Input(n, on) => engine.set_input(n, on),
-                Change::Bit(cell, on) => engine.write_bit(cell, on),
-                Change::Word(cell, value) => engine.write_word(cell, value),
+                StimulusChange::Input(n, on) => engine.set_input(n, on),
+                StimulusChange::Bit(cell, on) => engine.write_bit(cell, on),
+                StimulusChange::Word(cell, value) => engine.write_word(cell, value),
             }
         }
         engine.execute();

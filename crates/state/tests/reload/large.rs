@@ -24,7 +24,7 @@ const LITTLE: Duration = Duration::from_millis(20);
 
 struct Large {
     program: Program,
-    code: rungd_engine::Program,
+    code: rungd_engine::EngineProgram,
     symbols: Symbols,
 }
 

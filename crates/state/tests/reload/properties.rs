@@ -8,7 +8,7 @@
 use rungd_base::calendar::LocalTime;
 use rungd_engine::isa::{Bit, BitSpace, Word, WordSpace};
 use rungd_engine::{Engine, ScanTimes, Transfer};
-use rungd_lab::sim::stimulus::{Change, Stimulus};
+use rungd_lab::traces::stimulus::{Stimulus, StimulusChange};
 use rungd_language::lower::{Symbols, lower};
 use rungd_state::reload::{LoweredProgram, ReloadPlan};
 use rungd_test_support::model::case::Case;
@@ -23,7 +23,7 @@ pub fn seeds() -> std::ops::Range<u64> {
 }
 
 struct Loaded {
-    program: rungd_engine::Program,
+    program: rungd_engine::EngineProgram,
     symbols: Symbols,
     stimulus: Stimulus,
 }
@@ -37,7 +37,7 @@ fn loaded(case: &Case) -> Loaded {
 }
 
 fn plan(old: &Loaded, new: &Loaded) -> ReloadPlan {
-    let side = |of: &Loaded| -> (rungd_engine::Program, Symbols) {
+    let side = |of: &Loaded| -> (rungd_engine::EngineProgram, Symbols) {
         (of.program.clone(), of.symbols.clone())
     };
     let ((a, b), (c, d)) = (side(old), side(new));
@@ -84,9 +84,9 @@ fn rows(case: &Case, of: &Loaded, (other, at): (&Loaded, impl Fn(u64) -> bool)) 
         engine.begin_scan(now_ns, &ScanTimes::default(), &LocalTime::default());
         for change in of.stimulus.of_scan(scan, &mut next) {
             match change {
-                Change::Input(n, on) => engine.set_input(n, on),
-                Change::Bit(cell, on) => engine.write_bit(cell, on),
-                Change::Word(cell, value) => engine.write_word(cell, value),
+                StimulusChange::Input(n, on) => engine.set_input(n, on),
+                StimulusChange::Bit(cell, on) => engine.write_bit(cell, on),
+                StimulusChange::Word(cell, value) => engine.write_word(cell, value),
             }
         }
         let last = engine.execute().last;
@@ -181,7 +181,7 @@ fn a_different_program_keeps_data_memory() {
         for scan in 0..a.scans as u64 {
             engine.begin_scan(scan * 10_000_000, &ScanTimes::default(), &LocalTime::default());
             for change in old.stimulus.of_scan(scan, &mut next) {
-                if let Change::Input(n, on) = change {
+                if let StimulusChange::Input(n, on) = change {
                     engine.set_input(n, on);
                 }
             }

@@ -9,7 +9,7 @@ use std::collections::HashSet;
 use rungd_base::calendar::LocalTime;
 use rungd_engine::isa::{Bit, BitSpace, BlockId, StageId};
 use rungd_engine::{Cell, Engine, Image, ScanTimes};
-use rungd_lab::sim::stimulus::{Change, Stimulus};
+use rungd_lab::traces::stimulus::{Stimulus, StimulusChange};
 use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::program::Program;
 use rungd_state::reload::{FileTexts, LoweredProgram, OldMemory, ReloadPlan};
@@ -21,7 +21,7 @@ use rungd_test_support::setting::setting;
 
 struct Loaded {
     program: Program,
-    code: rungd_engine::Program,
+    code: rungd_engine::EngineProgram,
     symbols: Symbols,
 }
 
@@ -339,9 +339,9 @@ fn the_report_matches_the_engine() {
             );
             for change in stimulus.of_scan(scan, &mut next) {
                 match change {
-                    Change::Input(n, on) => engine.set_input(n, on),
-                    Change::Bit(cell, on) => engine.write_bit(cell, on),
-                    Change::Word(cell, value) => engine.write_word(cell, value),
+                    StimulusChange::Input(n, on) => engine.set_input(n, on),
+                    StimulusChange::Bit(cell, on) => engine.write_bit(cell, on),
+                    StimulusChange::Word(cell, value) => engine.write_word(cell, value),
                 }
             }
             if engine.execute().last {

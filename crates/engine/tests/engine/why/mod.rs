@@ -14,7 +14,7 @@ mod trace;
 mod verdict;
 
 use bench::Bench;
-use rungd_history::observe::{At, Cause, Limits};
+use rungd_history::observe::{Cause, Limits, QuestionTime};
 use rungd_test_support::model::rng::Rng;
 use rungd_test_support::setting::setting;
 use std::collections::BTreeMap;
@@ -40,8 +40,8 @@ fn why_agrees_with_an_independent_judge() {
             let of = if is_lively { &bench.lively } else { &bench.operands };
             let name = rng.pick(of).clone();
             let at = match rng.chance(50) {
-                true => At::Now,
-                false => At::Scan(rng.below(bench.scans as usize) as u64),
+                true => QuestionTime::Now,
+                false => QuestionTime::Scan(rng.below(bench.scans as usize) as u64),
             };
             let mut past = bench.sections.clone();
             let cell = bench.cell(&name).expect("it is an operand");

@@ -3,7 +3,7 @@
 
 use super::bench::Recorder;
 use rungd_engine::{Engine, EngineCall, ScanTimes};
-use rungd_history::observe::{At, Limits, Subject};
+use rungd_history::observe::{Limits, QuestionTime, Subject};
 use rungd_language::lower::lower;
 use rungd_language::resolve::{LoadOptions, load_ladders};
 use rungd_language::source::span::SourceFile;
@@ -39,7 +39,8 @@ fn the_example_is_what_the_program_says() {
     }
     let mut past: Vec<_> = recorder.sections.into_iter().map(Arc::new).collect();
     let cell = subject.cell("pusher").expect("a tag");
-    let answer = subject.why(&mut past, cell, (At::Now, Limits::default())).expect("an answer");
+    let answer =
+        subject.why(&mut past, cell, (QuestionTime::Now, Limits::default())).expect("an answer");
     let told = between(&page, "```text\n", "```");
     if env::var_os("UPDATE_PAGES").is_some() {
         let new =

@@ -5,7 +5,7 @@
 
 use super::bench::Recorder;
 use rungd_engine::{Engine, EngineCall, ScanTimes};
-use rungd_history::observe::{At, Limits, PowerRun, ScanPower, Subject};
+use rungd_history::observe::{Limits, PowerRun, QuestionTime, ScanPower, Subject};
 use rungd_lab::draw::circuit::ContactSymbol;
 use rungd_lab::draw::ladder::{Picture, RungPicture};
 use rungd_lab::draw::live_svg;
@@ -132,8 +132,11 @@ fn the_ladder_is_drawn_with_the_power_of_the_scan_that_fills_the_bin() {
 fn the_answer_of_why_is_drawn_as_a_terminal_shows_it() {
     let (subject, mut sections) = filled();
     let feeder = subject.cell("feeder").expect("a tag");
-    let answer =
-        subject.why(&mut sections, feeder, (At::Now, Limits { depth: 2, ..Limits::default() }));
+    let answer = subject.why(
+        &mut sections,
+        feeder,
+        (QuestionTime::Now, Limits { depth: 2, ..Limits::default() }),
+    );
     let text = answer.expect("an answer").text();
     assert!(text.starts_with("feeder (Y0) is OFF") && text.contains("12 of 12"), "{text}");
     let lines: Vec<&str> =

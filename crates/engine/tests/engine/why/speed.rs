@@ -3,7 +3,7 @@
 use super::bench::Recorder;
 use rungd_engine::isa::MemorySizes;
 use rungd_engine::{Engine, EngineCall, ScanTimes};
-use rungd_history::observe::{At, Limits, Subject};
+use rungd_history::observe::{Limits, QuestionTime, Subject};
 use rungd_language::lower::lower;
 use rungd_language::resolve::program::Program;
 use rungd_language::resolve::{LoadOptions, load_ladders};
@@ -106,7 +106,9 @@ fn times(text: String, names: &[&str]) {
         let mut past = past.clone();
         let begin = Instant::now();
         let cell = subject.cell(name).expect("an operand");
-        let answer = subject.why(&mut past, cell, (At::Now, Limits::default())).expect("an answer");
+        let answer = subject
+            .why(&mut past, cell, (QuestionTime::Now, Limits::default()))
+            .expect("an answer");
         println!("why {name}: {:?}\n{}", begin.elapsed(), answer.text());
     }
 }

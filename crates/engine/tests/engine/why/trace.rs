@@ -6,7 +6,7 @@ use super::bench::Bench;
 use rungd_engine::{
     BitCell, Cell, Engine, EngineCall, EngineState, Image, ScanObserver, ScanStep, WordCell,
 };
-use rungd_history::observe::At;
+use rungd_history::observe::QuestionTime;
 use rungd_language::lower::lower_seen;
 use rungd_language::lower::sites::Sites;
 use rungd_runtime::TapeEntry;
@@ -240,7 +240,7 @@ impl ScanObserver for Brute<'_> {
 }
 
 /// Executes the tape to the moment of the question.
-pub fn trace(bench: &Bench, cell: Cell, at: At) -> Trace {
+pub fn trace(bench: &Bench, cell: Cell, at: QuestionTime) -> Trace {
     let (code, _, sites) = lower_seen(&bench.program);
     let mut engine = Engine::new(code);
     let instructions = instructions(bench);
@@ -278,7 +278,8 @@ pub fn trace(bench: &Bench, cell: Cell, at: At) -> Trace {
         }
         let found = brute.found.drain(..);
         steps.extend(found.map(|(by, changed)| Step { by, scan, changed }));
-        if *call == EngineCall::Execute && matches!(at, At::Scan(of) if Some(of) == scan) {
+        if *call == EngineCall::Execute && matches!(at, QuestionTime::Scan(of) if Some(of) == scan)
+        {
             break;
         }
     }

@@ -5,8 +5,8 @@ use super::contacts::{Reader, Tree};
 use super::trace::{By, Instruction, Trace, content, trace};
 use rungd_engine::{Cell, Engine, EngineCall, ScanTimes};
 use rungd_history::observe::{
-    At, Cause, ContactDetail, ContactSeen, Edit, Explanation, Followed, Hindrance, LegSeen, Node,
-    Place, Remedy, RungName, Since, Stop,
+    Cause, ContactDetail, ContactSeen, Edit, Explanation, Followed, Hindrance, LegSeen, Node,
+    Place, QuestionTime, Remedy, RungName, Since, Stop,
 };
 use rungd_language::lower::lower;
 use rungd_test_support::model::rng::Rng;
@@ -18,7 +18,7 @@ const TRIES: u64 = 40;
 pub fn judge(
     bench: &Bench,
     cell: Cell,
-    at: At,
+    at: QuestionTime,
     answer: &Explanation,
     rng: &mut Rng,
 ) -> Result<(), String> {

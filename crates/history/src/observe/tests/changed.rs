@@ -4,7 +4,7 @@
 use expect_test::expect;
 
 use super::tape::{Tape, check, tape};
-use crate::observe::{At, Limits};
+use crate::observe::{Limits, QuestionTime};
 use rungd_engine::EngineCall;
 use rungd_runtime::exchange::{Mode, StopReason, Ticket};
 use rungd_runtime::{Origin, TapeEntry};
@@ -82,7 +82,7 @@ fn a_seal_in_names_what_dropped_it_and_what_keeps_it_so() {
             start (X0) ON would turn it ON in the next scan
         "#]],
     );
-    let json = plc.answer("motor", At::Now).json();
+    let json = plc.answer("motor", QuestionTime::Now).json();
     assert_eq!(json["changed"]["since"]["scan"], 17);
     assert_eq!(json["changed"]["from"], true);
     let contact = &json["changed"]["cause"]["legs"][0]["contacts"][0];
@@ -276,7 +276,7 @@ fn the_same_reasons_are_told_once() {
                     input X0 turned it ON 40 ms ago, in scan 25
         "#]],
     );
-    assert!(plc.answer("Y0", At::Scan(4)).changed.is_none());
+    assert!(plc.answer("Y0", QuestionTime::Scan(4)).changed.is_none());
 }
 
 #[test]

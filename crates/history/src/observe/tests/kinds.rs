@@ -3,7 +3,7 @@
 use expect_test::expect;
 
 use super::tape::{Tape, check, tape};
-use crate::observe::At;
+use crate::observe::QuestionTime;
 use rungd_runtime::Origin;
 use rungd_runtime::command::CommandId;
 use rungd_runtime::exchange::Ticket;
@@ -306,7 +306,7 @@ fn what_a_rung_saw_is_what_counts_not_what_came_after() {
             it turns ON in the next scan by itself
         "#]],
     );
-    let text = plc.answer("Y0", At::Scan(3)).text();
+    let text = plc.answer("Y0", QuestionTime::Scan(3)).text();
     assert!(text.starts_with("Y0 is OFF\n"), "{text}");
 }
 
@@ -373,7 +373,7 @@ fn indexed_elements_are_named() {
 fn json_has_what_the_text_has() {
     let mut plc = rung(r#""X0""#, r#""OUT Y0""#);
     plc.scan(&[("X0", 1)]);
-    let json = plc.answer("Y0", At::Now).json();
+    let json = plc.answer("Y0", QuestionTime::Now).json();
     let cause = &json["operand"]["write"]["cause"];
     assert_eq!(cause["kind"], "instruction");
     assert_eq!(cause["place"]["line"], 5);

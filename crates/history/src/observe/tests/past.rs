@@ -4,14 +4,14 @@ use std::sync::Arc;
 
 use super::tape::tape;
 use crate::observe::answer::Cause;
-use crate::observe::{At, Limits, Past, Refusal, Since, TapeEnd};
+use crate::observe::{Limits, Past, QuestionTime, Since, TapeEnd, WhyRefusal};
 use rungd_engine::{Cell, EngineCall, WordCell};
 use rungd_runtime::{TapeEntry, TapeSection};
 
 const RUNG: &str = "[[program.rung]]\nwhen = [\"X0\"]\ndo = [\"SET C0\"]\n";
 
 /// The cause of C0, after some change of the sections.
-fn cause(edit: impl Fn(&mut Vec<TapeSection>)) -> Result<Cause, Refusal> {
+fn cause(edit: impl Fn(&mut Vec<TapeSection>)) -> Result<Cause, WhyRefusal> {
     let mut plc = tape(RUNG);
     plc.scan(&[("X0", 1)]);
     plc.scan(&[("X0", 0)]);
@@ -21,7 +21,7 @@ fn cause(edit: impl Fn(&mut Vec<TapeSection>)) -> Result<Cause, Refusal> {
     edit(&mut sections);
     let mut past: Vec<Arc<TapeSection>> = sections.into_iter().map(Arc::new).collect();
     let (cell, limits) = (plc.cell("C0"), Limits::default());
-    let answer = plc.subject.why(&mut past, cell, (At::Now, limits));
+    let answer = plc.subject.why(&mut past, cell, (QuestionTime::Now, limits));
     answer.map(|answer| answer.root.write.cause)
 }
 
@@ -55,7 +55,7 @@ fn the_first_scan_of_a_process_has_the_number_one() {
         let mut first = (*plc.sections[0]).clone();
         (first.start.number, first.start.follows) = (1, follows);
         let mut past = vec![Arc::new(first)];
-        let asked = (At::Now, Limits::default());
+        let asked = (QuestionTime::Now, Limits::default());
         plc.subject.why(&mut past, plc.cell("C0"), asked).map(|answer| answer.root.write.cause)
     };
     assert_eq!(cause(false), Ok(Cause::Initial));
@@ -75,8 +75,8 @@ fn a_section_of_another_shape_or_with_other_cells_ends_the_past() {
     let found = cause(|sections| sections[1].entries.push(wild));
     assert_eq!(found, Ok(Cause::Older(TapeEnd::Unreadable)));
     let found = cause(|sections| sections.last_mut().expect("a section").entries.push(wild));
-    assert_eq!(found, Err(Refusal::NoPast));
-    assert_eq!(cause(Vec::clear), Err(Refusal::NoPast));
+    assert_eq!(found, Err(WhyRefusal::NoPast));
+    assert_eq!(cause(Vec::clear), Err(WhyRefusal::NoPast));
 }
 
 #[test]
@@ -97,14 +97,14 @@ fn a_scan_is_found_by_its_number() {
     plc.scans(25);
     plc.scan(&[("X0", 1)]);
     plc.scan(&[("X0", 0)]);
-    let before = plc.answer("C0", At::Scan(24));
+    let before = plc.answer("C0", QuestionTime::Scan(24));
     assert_eq!((before.root.value, before.at.scan), (0, Some(24)));
-    let after = plc.answer("C0", At::Scan(25));
+    let after = plc.answer("C0", QuestionTime::Scan(25));
     assert_eq!((after.root.value, after.at.now_ns), (1, 250_000_000));
     assert!(matches!(after.root.write.since, Since::At(when) if when.scan == Some(25)));
     let mut past = plc.sections.clone();
     assert_eq!(past.count(), 2);
     let cell = plc.cell("C0");
-    let asked = plc.subject.why(&mut past, cell, (At::Scan(70), Limits::default()));
-    assert_eq!(asked, Err(Refusal::NoSuchScan { first: 0, last: 19 }));
+    let asked = plc.subject.why(&mut past, cell, (QuestionTime::Scan(70), Limits::default()));
+    assert_eq!(asked, Err(WhyRefusal::NoSuchScan { first: 0, last: 19 }));
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use expect_test::Expect;
 
-use crate::observe::{At, Explanation, Limits, Subject};
+use crate::observe::{Explanation, Limits, QuestionTime, Subject};
 use rungd_engine::{Cell, Engine, EngineCall, EngineState, ScanTimes};
 use rungd_language::resolve::{LoadOptions, load_ladders};
 use rungd_language::source::span::SourceFile;
@@ -106,16 +106,16 @@ impl Tape {
         self.sections.push(Arc::new(std::mem::replace(&mut self.now, next)));
     }
 
-    pub fn answer(&self, name: &str, at: At) -> Explanation {
+    pub fn answer(&self, name: &str, at: QuestionTime) -> Explanation {
         self.asked(name, (at, Limits::default()))
     }
 
     /// The answer for the current time, with limits.
     pub fn limited(&self, name: &str, limits: Limits) -> Explanation {
-        self.asked(name, (At::Now, limits))
+        self.asked(name, (QuestionTime::Now, limits))
     }
 
-    fn asked(&self, name: &str, how: (At, Limits)) -> Explanation {
+    fn asked(&self, name: &str, how: (QuestionTime, Limits)) -> Explanation {
         let mut past = self.sections.clone();
         past.push(Arc::new(self.now.clone()));
         let answer = self.subject.why(&mut past, self.cell(name), how);
@@ -124,7 +124,7 @@ impl Tape {
 
     /// The answer for the current time, as text.
     pub fn why(&self, name: &str) -> String {
-        self.answer(name, At::Now).text()
+        self.answer(name, QuestionTime::Now).text()
     }
 
     pub fn write(&mut self, cell: Cell, value: i32) {

@@ -16,7 +16,7 @@ use rungd_engine::isa::{Bit, BitSpace, MemorySizes, Space, Word, WordSpace};
 use rungd_runtime::command::Forces;
 use rungd_runtime::exchange::{FaultReason, Mode, OperandWrite, Port, StopReason};
 use rungd_runtime::{
-    ExchangeShape, SafeState, ScanFacts, ScanSide, UnwiredInputs, WorldSide, link,
+    ExchangeShape, ImageCells, SafeState, ScanFacts, ScanSide, UnwiredInputs, WorldSide, link,
 };
 
 /// An order of a test to the scan thread.
@@ -220,7 +220,7 @@ impl Scanner {
                 self.scan.set_running(mode == Mode::Run);
                 if mode != Mode::Run {
                     self.scan.refuse_waiting();
-                    self.publish(number, mode, (&bits, &words));
+                    self.publish(number, mode, ImageCells { bits: &bits, words: &words });
                 }
             }
             if mode == Mode::Run && !frozen {
@@ -253,10 +253,10 @@ impl Scanner {
         }
         self.program(number, bits, words);
         self.scan.answer(true);
-        self.publish(number, Mode::Run, (bits, words));
+        self.publish(number, Mode::Run, ImageCells { bits, words });
     }
 
-    fn publish(&mut self, scans: u64, mode: Mode, image: (&[u8], &[i32])) {
+    fn publish(&mut self, scans: u64, mode: Mode, image: ImageCells<'_>) {
         let forces = &Forces::default();
         self.scan.publish(
             ScanFacts { scans, now_ns: scans, mode, since_ns: 0, ending: false, forces },

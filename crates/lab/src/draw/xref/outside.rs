@@ -73,9 +73,9 @@ struct OutsideList<'a> {
 impl OutsideList<'_> {
     fn add(&mut self, writes: bool, text: String, span: Option<Span>) {
         let place = span.map(|span| FileLine::of(&self.subject.place(span)));
-        let of = OutsideUse { text, writes, place };
-        if !self.all.contains(&of) {
-            self.all.push(of);
+        let outside_use = OutsideUse { text, writes, place };
+        if !self.all.contains(&outside_use) {
+            self.all.push(outside_use);
         }
     }
 }

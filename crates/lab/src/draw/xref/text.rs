@@ -10,7 +10,7 @@ use rungd_language::source::wording::counted;
 const COLUMN_MAX: usize = 44;
 
 /// A line below a title: the text, the rung, the line of a file, and a note.
-struct Row {
+struct ListRow {
     text: String,
     rung: String,
     place: String,
@@ -18,46 +18,55 @@ struct Row {
 }
 
 /// The whole cross-reference: each list below its title.
-pub fn whole(of: &CrossReference) -> String {
-    let mut text = headline(of);
-    if let Some(declared) = &of.declared {
+pub fn whole(reference: &CrossReference) -> String {
+    let mut text = headline(reference);
+    if let Some(declared) = &reference.declared {
         let _ = writeln!(text, "  declared at {}", line(declared));
     }
-    list(&mut text, "written by", written(of));
-    for block in &of.turned {
+    list(&mut text, "written by", written(reference));
+    for block in &reference.turned {
         let _ = writeln!(text, "  {block} itself, as it starts and ends");
     }
-    let read = of.read.iter().map(|of| row(&of.text, &of.rung, &of.place));
-    let named = of.constants.iter().map(|place| row("", "", place));
+    let read = reference
+        .read
+        .iter()
+        .map(|read_place| row(&read_place.text, &read_place.rung, &read_place.place));
+    let named = reference.constants.iter().map(|place| row("", "", place));
     list(&mut text, "read by", read.chain(named).collect());
-    let outside = of.outside.iter().map(|of| Row {
-        text: of.text.clone(),
+    let outside = reference.outside.iter().map(|outside_use| ListRow {
+        text: outside_use.text.clone(),
         rung: String::new(),
-        place: of.place.as_ref().map(line).unwrap_or_default(),
+        place: outside_use.place.as_ref().map(line).unwrap_or_default(),
         note: String::new(),
     });
     list(&mut text, "controller file", outside.collect());
-    if of.retained {
+    if reference.retained {
         text.push_str("retentive memory keeps it\n");
     }
-    list(&mut text, "tests", tests(of));
-    if is_untouched(of) {
+    list(&mut text, "tests", tests(reference));
+    if is_untouched(reference) {
         text.push_str("nothing writes it, nothing reads it\n");
     }
     text
 }
 
 /// A summary: the number of places that write and read the operand, and its other uses.
-pub fn short(of: &CrossReference) -> String {
+pub fn short(reference: &CrossReference) -> String {
     let places = |count: usize| counted(count as u64, "place");
-    let tests: BTreeSet<_> = of.tests.iter().map(|of| (&of.place.file, &of.test)).collect();
-    let mut text = headline(of);
-    let _ = writeln!(text, "  written at {}", places(of.written.len() + of.turned.len()));
-    let _ = writeln!(text, "  read at {}", places(of.read.len() + of.constants.len()));
-    for outside in &of.outside {
+    let tests: BTreeSet<_> = reference
+        .tests
+        .iter()
+        .map(|test_place| (&test_place.place.file, &test_place.test))
+        .collect();
+    let mut text = headline(reference);
+    let _ =
+        writeln!(text, "  written at {}", places(reference.written.len() + reference.turned.len()));
+    let _ =
+        writeln!(text, "  read at {}", places(reference.read.len() + reference.constants.len()));
+    for outside in &reference.outside {
         let _ = writeln!(text, "  {}", outside.text);
     }
-    if of.retained {
+    if reference.retained {
         text.push_str("  retentive memory keeps it\n");
     }
     if !tests.is_empty() {
@@ -66,40 +75,40 @@ pub fn short(of: &CrossReference) -> String {
     text
 }
 
-fn headline(of: &CrossReference) -> String {
-    let address = of.address.as_ref().map(|at| format!(" ({at})")).unwrap_or_default();
-    let doc = of.doc.as_ref().map(|doc| format!(": {doc}")).unwrap_or_default();
-    format!("{}{address}{doc}\n", of.name)
+fn headline(reference: &CrossReference) -> String {
+    let address = reference.address.as_ref().map(|at| format!(" ({at})")).unwrap_or_default();
+    let doc = reference.doc.as_ref().map(|doc| format!(": {doc}")).unwrap_or_default();
+    format!("{}{address}{doc}\n", reference.name)
 }
 
-fn is_untouched(of: &CrossReference) -> bool {
-    of.written.is_empty()
-        && of.turned.is_empty()
-        && of.read.is_empty()
-        && of.constants.is_empty()
-        && of.outside.is_empty()
+fn is_untouched(reference: &CrossReference) -> bool {
+    reference.written.is_empty()
+        && reference.turned.is_empty()
+        && reference.read.is_empty()
+        && reference.constants.is_empty()
+        && reference.outside.is_empty()
 }
 
-fn written(of: &CrossReference) -> Vec<Row> {
-    let row = |of: &WritePlace| {
-        let end = of.reset_at_end_of.as_ref();
+fn written(reference: &CrossReference) -> Vec<ListRow> {
+    let row = |write_place: &WritePlace| {
+        let end = write_place.reset_at_end_of.as_ref();
         let note = end.map(|block| format!("; the end of {block} resets it")).unwrap_or_default();
-        Row { note, ..row(&of.text, &of.rung, &of.place) }
+        ListRow { note, ..row(&write_place.text, &write_place.rung, &write_place.place) }
     };
-    of.written.iter().map(row).collect()
+    reference.written.iter().map(row).collect()
 }
 
 /// A row for each test, with the lines that name the operand.
-fn tests(of: &CrossReference) -> Vec<Row> {
-    let mut rows: Vec<Row> = Vec::new();
-    for TestPlace { test, place, .. } in &of.tests {
+fn tests(reference: &CrossReference) -> Vec<ListRow> {
+    let mut rows: Vec<ListRow> = Vec::new();
+    for TestPlace { test, place, .. } in &reference.tests {
         let name = test.as_deref().unwrap_or("always");
         let of_file = format!("{}:", place.file);
         match rows.last_mut().filter(|row| row.place == name && row.text.starts_with(&of_file)) {
             Some(row) => {
                 let _ = write!(row.text, ", {}", place.line);
             }
-            None => rows.push(Row {
+            None => rows.push(ListRow {
                 text: line(place),
                 rung: String::new(),
                 place: name.to_owned(),
@@ -110,9 +119,9 @@ fn tests(of: &CrossReference) -> Vec<Row> {
     rows
 }
 
-fn row(text: &str, rung: &str, place: &FileLine) -> Row {
+fn row(text: &str, rung: &str, place: &FileLine) -> ListRow {
     let (text, rung) = (text.to_owned(), rung.to_owned());
-    Row { text, rung, place: line(place), note: String::new() }
+    ListRow { text, rung, place: line(place), note: String::new() }
 }
 
 fn line(place: &FileLine) -> String {
@@ -120,17 +129,17 @@ fn line(place: &FileLine) -> String {
 }
 
 /// Appends a list in columns.
-fn list(text: &mut String, title: &str, rows: Vec<Row>) {
+fn list(text: &mut String, title: &str, rows: Vec<ListRow>) {
     if rows.is_empty() {
         return;
     }
     let _ = writeln!(text, "{title}");
-    let wide = |column: fn(&Row) -> &str| {
+    let wide = |column: fn(&ListRow) -> &str| {
         let widths = rows.iter().map(|row| column(row).chars().count());
         widths.filter(|width| *width <= COLUMN_MAX).max().unwrap_or(0)
     };
     let (first, second) = (wide(|row| &row.text), wide(|row| &row.rung));
-    for Row { text: what, rung, place, note } in &rows {
+    for ListRow { text: what, rung, place, note } in &rows {
         let mut line = String::new();
         for (column, width) in [(what, first), (rung, second)] {
             if width > 0 || !column.is_empty() {

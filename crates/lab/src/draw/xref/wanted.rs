@@ -81,11 +81,11 @@ impl AskedOperand {
 /// The bits and words of all tags of a use of a template.
 fn of_use(program: &Program, name: &str) -> Vec<Address> {
     let is_below = |tag: &&Tag| tag.name.strip_prefix(name).is_some_and(|at| at.starts_with('.'));
-    let of = program.tags.iter().filter(is_below).filter_map(|tag| match tag.meaning {
+    let addresses = program.tags.iter().filter(is_below).filter_map(|tag| match tag.meaning {
         TagMeaning::Address(address) => Some(address.operands()),
         TagMeaning::Constant(..) | TagMeaning::Real(_) | TagMeaning::Array(_) => None,
     });
-    of.flatten().collect()
+    addresses.flatten().collect()
 }
 
 fn of_address(program: &Program, plain: AskedOperand, address: Address) -> AskedOperand {

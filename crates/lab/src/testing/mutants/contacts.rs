@@ -9,22 +9,22 @@ pub use rungd_language::resolve::program::{
 };
 use rungd_language::source::span::Span;
 
-use super::ground::{Found, Ground, change_of_constant};
+use super::ground::{FoundMutation, Ground, MutationSite, change_of_constant};
 use super::kind::MutantKind;
-use super::mutation::{ContactSeries, Mutation};
+use super::mutation::{Mutation, RungContacts};
 use super::values::{ConstantStep, Direction};
 
 /// All mutations of a rung's contacts, in file order.
-pub(super) fn contacts(ground: &Ground, rung: &Rung) -> Vec<Found> {
+pub(super) fn contacts(ground: &Ground, rung: &Rung) -> Vec<FoundMutation> {
     let mut found = Vec::new();
     for (at, leg) in rung.legs.iter().enumerate() {
-        let mut search = ContactSearch::new(ground, ContactSeries::Leg(at), &leg.contacts);
+        let mut search = ContactSearch::new(ground, RungContacts::Leg(at), &leg.contacts);
         search.sees_edges_only = sees_edges_only(rung, leg.name);
         leg.contacts.iter().for_each(|contact| search.contact(contact, false));
         found.append(&mut search.found);
     }
     for (at, branch) in rung.branches.iter().enumerate() {
-        let mut search = ContactSearch::new(ground, ContactSeries::Branch(at), &branch.contacts);
+        let mut search = ContactSearch::new(ground, RungContacts::Branch(at), &branch.contacts);
         branch.contacts.iter().for_each(|contact| search.contact(contact, false));
         found.append(&mut search.found);
     }
@@ -33,13 +33,13 @@ pub(super) fn contacts(ground: &Ground, rung: &Rung) -> Vec<Found> {
 
 /// Whether only the rising edges of a leg have an effect.
 fn sees_edges_only(rung: &Rung, leg: LegName) -> bool {
-    let of = |instruction: &Instruction| {
+    let contacts = |instruction: &Instruction| {
         matches!(instruction.mnemonic, Mnemonic::Pd | Mnemonic::Ponoff | Mnemonic::Restart)
             || instruction.runs_once()
     };
     match leg {
         LegName::Up | LegName::Dn | LegName::Clk => true,
-        LegName::When => rung.branches.is_empty() && rung.body.iter().all(of),
+        LegName::When => rung.branches.is_empty() && rung.body.iter().all(contacts),
         LegName::Rst | LegName::En | LegName::Data => false,
     }
 }
@@ -47,17 +47,17 @@ fn sees_edges_only(rung: &Rung, leg: LegName) -> bool {
 /// A walk over one series.
 struct ContactSearch<'g, 'a> {
     ground: &'g Ground<'a>,
-    series: ContactSeries,
+    series: RungContacts,
     /// Whether the series has one contact.
     is_alone: bool,
     sees_edges_only: bool,
     /// The number of the next contact in the walk.
     number: u32,
-    found: Vec<Found>,
+    found: Vec<FoundMutation>,
 }
 
 impl<'g, 'a> ContactSearch<'g, 'a> {
-    fn new(ground: &'g Ground<'a>, series: ContactSeries, contacts: &[Contact]) -> Self {
+    fn new(ground: &'g Ground<'a>, series: RungContacts, contacts: &[Contact]) -> Self {
         let is_alone = contacts.len() == 1;
         let found = Vec::new();
         ContactSearch { ground, series, is_alone, sees_edges_only: false, number: 0, found }
@@ -78,7 +78,11 @@ impl<'g, 'a> ContactSearch<'g, 'a> {
                 if is_group && !is_part {
                     let text = self.ground.text_within(inner.span(), *span);
                     let what = self.became("contact ", *span, text);
-                    self.find((MutantKind::Inverted, *span, 0), what, (number, inner));
+                    self.find(
+                        MutationSite::new(MutantKind::Inverted, *span),
+                        what,
+                        (number, inner),
+                    );
                 }
                 self.contact(inner, !is_group);
             }
@@ -118,7 +122,7 @@ impl<'g, 'a> ContactSearch<'g, 'a> {
             }
         };
         let what = self.became("contact ", contact.span(), &new_text);
-        self.find((MutantKind::Inverted, contact.span(), 0), what, (number, &new));
+        self.find(MutationSite::new(MutantKind::Inverted, contact.span()), what, (number, &new));
     }
 
     fn left_out(&mut self, contact: &Contact, number: u32) {
@@ -127,8 +131,8 @@ impl<'g, 'a> ContactSearch<'g, 'a> {
             true => format!("contact `{text}` is always ON"),
             false => format!("contact `{text}` left out"),
         };
-        let key = (MutantKind::ContactOut, contact.span(), 0);
-        self.push(key, what, Mutation::Contact(self.series, number, None));
+        let site = MutationSite::new(MutantKind::ContactOut, contact.span());
+        self.push(site, what, Mutation::Contact(self.series, number, None));
     }
 
     fn group(&mut self, contact: &Contact, members: &[Contact], number: u32) {
@@ -142,7 +146,7 @@ impl<'g, 'a> ContactSearch<'g, 'a> {
             text = format!("({text})");
         }
         let what = self.became("", span, &text);
-        self.find((MutantKind::Group, span, 0), what, (number, &new));
+        self.find(MutationSite::new(MutantKind::Group, span), what, (number, &new));
     }
 
     fn edge(&mut self, (contact, number): (&Contact, u32), edge: Edge, inner: &Contact) {
@@ -151,7 +155,7 @@ impl<'g, 'a> ContactSearch<'g, 'a> {
         let is_leg = number == 0 && self.is_alone;
         if !(edge == Edge::Rise && self.sees_edges_only && is_leg) {
             let what = self.became("", span, inner_text);
-            self.find((MutantKind::Level, span, 0), what, (number, inner));
+            self.find(MutationSite::new(MutantKind::Level, span), what, (number, inner));
         }
         let other = match edge {
             Edge::Rise => Edge::Fall,
@@ -160,7 +164,7 @@ impl<'g, 'a> ContactSearch<'g, 'a> {
         let new = Contact::Edge(other, Box::new(inner.clone()), span);
         let inner_text = inside(inner_text).unwrap_or(inner_text);
         let what = self.became("", span, &format!("{}({inner_text})", other.name()));
-        self.find((MutantKind::OtherEdge, span, 0), what, (number, &new));
+        self.find(MutationSite::new(MutantKind::OtherEdge, span), what, (number, &new));
     }
 
     fn compare(&mut self, (a, how, b): (Value, Comparison, Value), span: Span, number: u32) {
@@ -168,7 +172,7 @@ impl<'g, 'a> ContactSearch<'g, 'a> {
         if let Some(moved) = moved {
             let what = self.became("", span, &self.compared(span, moved));
             let new = Contact::Compare(a, moved, b, span);
-            self.find((MutantKind::Border, span, 0), what, (number, &new));
+            self.find(MutationSite::new(MutantKind::Border, span), what, (number, &new));
         }
         let is_timer = |value| matches!(value, Value::Word(Word::Acc(Structure::Timer(_))));
         for (side, value, other) in [(0, a, b), (1, b, a)] {
@@ -191,7 +195,11 @@ impl<'g, 'a> ContactSearch<'g, 'a> {
                 let what = format!("{what} in `{}`", self.text(span));
                 let variant = side as u32 * 2 + to as u32;
                 let new = Contact::Compare(a, how, b, span);
-                self.find((MutantKind::Number, span, variant), what, (number, &new));
+                self.find(
+                    MutationSite { kind: MutantKind::Number, span, variant },
+                    what,
+                    (number, &new),
+                );
             }
         }
     }
@@ -219,17 +227,18 @@ impl<'g, 'a> ContactSearch<'g, 'a> {
         format!("{before}`{}` is `{new}`", self.text(span))
     }
 
-    fn find(&mut self, key: (MutantKind, Span, u32), what: String, (number, new): (u32, &Contact)) {
-        self.push(key, what, Mutation::Contact(self.series, number, Some(new.clone())));
+    fn find(&mut self, site: MutationSite, what: String, (number, new): (u32, &Contact)) {
+        self.push(site, what, Mutation::Contact(self.series, number, Some(new.clone())));
     }
 
-    fn push(&mut self, (kind, span, variant): (MutantKind, Span, u32), what: String, of: Mutation) {
+    fn push(&mut self, site: MutationSite, what: String, mutation: Mutation) {
         let branch = match self.series {
-            ContactSeries::Leg(_) => None,
-            ContactSeries::Branch(at) => Some(at + 1),
+            RungContacts::Leg(_) => None,
+            RungContacts::Branch(at) => Some(at + 1),
         };
+        let MutationSite { kind, span, variant } = site;
         let place = self.ground.place(span);
-        self.found.push(Found { kind, place, variant, what, branch, mutation: of });
+        self.found.push(FoundMutation { kind, place, variant, what, branch, mutation });
     }
 }
 

@@ -12,7 +12,7 @@ pub use rungd_language::source::expression::{self, PartKind};
 use rungd_language::source::instruction;
 use rungd_language::source::span::Span;
 
-use super::ground::{Found, Ground, change_of_constant};
+use super::ground::{FoundMutation, Ground, change_of_constant};
 use super::kind::MutantKind;
 use super::mutation::{FormulaOf, InstructionIndex, Mutation};
 use super::values::{ConstantStep, Direction, near};
@@ -21,11 +21,12 @@ use super::values::{ConstantStep, Direction, near};
 pub(super) fn formulas(
     ground: &Ground,
     (instruction, index): (&Instruction, InstructionIndex),
-) -> Vec<Found> {
+) -> Vec<FoundMutation> {
     let Some(calculation) = &instruction.calculation else { return Vec::new() };
     let whole = ground.place(instruction.span);
     let text = ground.text(whole);
-    let parsed = instruction::parse(text, whole, &mut Vec::new()).and_then(|of| of.formula);
+    let parsed = instruction::parse(text, whole, &mut Vec::new())
+        .and_then(|instruction| instruction.formula);
     let (written, written_index) = match &parsed {
         Some(parsed) => (Some(&parsed.expression), parsed.index.as_ref()),
         None => (None, None),
@@ -50,8 +51,8 @@ fn is_alike(formula: &Formula, written: &expression::Expression) -> bool {
         (Part::Binary(a, _), PartKind::Binary(b, _)) => a == b,
         (Part::Call(function, ..), PartKind::Call(name, _)) => function.spec().name == name.value,
         (Part::Element(_), PartKind::Element(_)) => true,
-        (Part::Integer(_) | Part::Real(_) | Part::Word(_) | Part::Bit(_), of) => {
-            matches!(of, PartKind::Integer(_) | PartKind::Real(_) | PartKind::Name(_))
+        (Part::Integer(_) | Part::Real(_) | Part::Word(_) | Part::Bit(_), kind) => {
+            matches!(kind, PartKind::Integer(_) | PartKind::Real(_) | PartKind::Name(_))
         }
         (Part::Unary(..) | Part::Binary(..) | Part::Call(..) | Part::Element(_), _) => false,
     };
@@ -67,7 +68,7 @@ struct FormulaSearch<'g, 'a> {
     whole: Span,
     formula: &'g Formula,
     written: Option<&'g expression::Expression>,
-    found: Vec<Found>,
+    found: Vec<FoundMutation>,
 }
 
 impl FormulaSearch<'_, '_> {
@@ -82,12 +83,12 @@ impl FormulaSearch<'_, '_> {
                         self.constant((at, to), texts, Part::Real(new));
                     }
                 }
-                Part::Unary(sign, of) => self.sign(at, sign, of),
-                Part::Binary(operator, of) => self.operator(at, operator, of),
-                Part::Call(function, count, of) => {
+                Part::Unary(sign, number_type) => self.sign(at, sign, number_type),
+                Part::Binary(operator, number_type) => self.operator(at, operator, number_type),
+                Part::Call(function, count, number_type) => {
                     if let Some(other) = other_function(function) {
                         let texts = (function.spec().name, other.spec().name);
-                        self.exchanged(at, texts, Part::Call(other, count, of));
+                        self.exchanged(at, texts, Part::Call(other, count, number_type));
                     }
                 }
                 Part::Word(_) | Part::Bit(_) | Part::Element(_) => {}
@@ -119,9 +120,9 @@ impl FormulaSearch<'_, '_> {
         rungd_engine::isa::duration::parse(text).is_ok()
     }
 
-    fn sign(&mut self, at: usize, sign: Unary, of: NumberType) {
+    fn sign(&mut self, at: usize, sign: Unary, number_type: NumberType) {
         // A real without its `!` would not be an integer.
-        let keeps_type = sign == Unary::Minus || of == NumberType::Integer;
+        let keeps_type = sign == Unary::Minus || number_type == NumberType::Integer;
         // 2147483648 is allowed only after a `-`.
         let before = at.checked_sub(1).map(|before| self.formula.parts[before]);
         let is_too_great = matches!(before, Some(Part::Integer(n)) if i32::try_from(n).is_err());
@@ -131,7 +132,7 @@ impl FormulaSearch<'_, '_> {
         }
     }
 
-    fn operator(&mut self, at: usize, operator: Binary, of: NumberType) {
+    fn operator(&mut self, at: usize, operator: Binary, number_type: NumberType) {
         // Exchanges without an effect: `x + 0` is `x - 0`, `x * 1` is `x / 1`. A bit is 1 or 0, and
         // `x / 0` gives 0 as `x * 0` does.
         let is_sum = matches!(operator, Binary::Add | Binary::Subtract);
@@ -151,7 +152,7 @@ impl FormulaSearch<'_, '_> {
         };
         if !is_neutral {
             let other = other_operator(operator);
-            self.exchanged(at, (operator.sign(), other.sign()), Part::Binary(other, of));
+            self.exchanged(at, (operator.sign(), other.sign()), Part::Binary(other, number_type));
         }
     }
 
@@ -186,7 +187,7 @@ impl FormulaSearch<'_, '_> {
         let mutation = Mutation::Part(self.index, self.which, at, new);
         let branch = self.index.branch.map(|at| at + 1);
         let place = self.place(at);
-        self.found.push(Found { kind, place, variant, what, branch, mutation });
+        self.found.push(FoundMutation { kind, place, variant, what, branch, mutation });
     }
 }
 

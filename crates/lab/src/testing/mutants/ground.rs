@@ -23,8 +23,24 @@ pub(super) struct Ground<'a> {
     limits: WordLimits,
 }
 
+/// What a mutation changes: the kind of the change, the changed text, and the number of the change
+/// among those of the same kind at this text.
+#[derive(Clone, Copy)]
+pub(super) struct MutationSite {
+    pub kind: MutantKind,
+    pub span: Span,
+    pub variant: u32,
+}
+
+impl MutationSite {
+    /// The only change of its kind at a text.
+    pub fn new(kind: MutantKind, span: Span) -> MutationSite {
+        MutationSite { kind, span, variant: 0 }
+    }
+}
+
 /// A mutation of one rung that was found.
-pub(super) struct Found {
+pub(super) struct FoundMutation {
     /// Its kind.
     pub kind: MutantKind,
     /// Its place, in a file.

@@ -6,18 +6,17 @@
 use rungd_engine::isa::{Bit, BitSpace, Mnemonic, OperandRole, StageId, Word, status::st};
 use rungd_language::resolve::instruction::{OperandList, OperandValue, ResolvedOperand};
 use rungd_language::resolve::program::{Contact, Instruction, ProgramPart, Rung, Value};
-use rungd_language::source::span::Span;
 
 use super::formula::formulas;
-use super::ground::{Found, Ground, change_of_constant};
+use super::ground::{FoundMutation, Ground, MutationSite, change_of_constant};
 use super::kind::MutantKind;
 use super::mutation::{InstructionIndex, Mutation};
 use super::values::ConstantStep;
 
 /// The mutations that leave out the rung, or one of its branches.
-pub(super) fn rung_mutations(ground: &Ground, rung: &Rung) -> Vec<Found> {
+pub(super) fn rung_mutations(ground: &Ground, rung: &Rung) -> Vec<FoundMutation> {
     let place = ground.place(rung.extent);
-    let rung_out = |what: &str| Found {
+    let rung_out = |what: &str| FoundMutation {
         kind: MutantKind::RungOut,
         place,
         variant: 0,
@@ -29,7 +28,7 @@ pub(super) fn rung_mutations(ground: &Ground, rung: &Rung) -> Vec<Found> {
     let is_all = rung.body.is_empty() && rung.branches.len() == 1;
     for (at, branch) in rung.branches.iter().enumerate().filter(|_| !is_all) {
         let Some(span) = branch.body.first().map(|first| first.span) else { continue };
-        found.push(Found {
+        found.push(FoundMutation {
             kind: MutantKind::BranchOut,
             place: ground.place(span),
             variant: 0,
@@ -42,7 +41,7 @@ pub(super) fn rung_mutations(ground: &Ground, rung: &Rung) -> Vec<Found> {
 }
 
 /// All mutations of a rung's instructions, in file order.
-pub(super) fn instructions(ground: &Ground, part: ProgramPart, rung: &Rung) -> Vec<Found> {
+pub(super) fn instructions(ground: &Ground, part: ProgramPart, rung: &Rung) -> Vec<FoundMutation> {
     let mut found = Vec::new();
     let behind = rung.branches.iter().enumerate();
     let behind = behind.map(|(at, branch)| (Some(at), &branch.body));
@@ -91,20 +90,23 @@ struct InstructionSearch<'g, 'a> {
     ground: &'g Ground<'a>,
     instruction: &'g Instruction,
     index: InstructionIndex,
-    found: Vec<Found>,
+    found: Vec<FoundMutation>,
 }
 
 impl InstructionSearch<'_, '_> {
     fn left_out(&mut self) {
         let what = format!("`{}` left out", self.text());
-        let key = (MutantKind::InstructionOut, self.instruction.span, 0);
-        self.push(key, what, Mutation::Instruction(self.index, None));
+        let site = MutationSite::new(MutantKind::InstructionOut, self.instruction.span);
+        self.push(site, what, Mutation::Instruction(self.index, None));
     }
 
     /// Replaces the instruction by its opposite. An OUT that is always ON has the same effect as a
     /// SET.
     fn opposite(&mut self, stays_on: bool) {
-        let mnemonic = match OPPOSITES.iter().find(|(of, _)| *of == self.instruction.mnemonic) {
+        let mnemonic = match OPPOSITES
+            .iter()
+            .find(|(opposite_of, _)| *opposite_of == self.instruction.mnemonic)
+        {
             Some((Mnemonic::Out, _)) if stays_on => return,
             // `ADD a 0` is `SUB a 0`.
             Some(_) if self.values().nth(1).is_some_and(is_zero) => return,
@@ -113,14 +115,14 @@ impl InstructionSearch<'_, '_> {
         };
         let rest = self.text().split_once(char::is_whitespace).map_or("", |(_, rest)| rest.trim());
         let what = format!("`{}` is `{} {rest}`", self.text(), mnemonic.spec().name);
-        let key = (MutantKind::Instruction, self.instruction.span, 0);
+        let site = MutationSite::new(MutantKind::Instruction, self.instruction.span);
         let rows = mnemonic.spec().operands;
         let operands = self.instruction.operands.0.iter().map(|operand| {
             let row = rows.iter().find(|row| row.name == operand.row.name);
             ResolvedOperand { row: row.unwrap_or(operand.row), ..*operand }
         });
         let operands = OperandList(operands.collect());
-        self.replaced(key, what, Instruction { mnemonic, operands, ..self.instruction.clone() });
+        self.replaced(site, what, Instruction { mnemonic, operands, ..self.instruction.clone() });
     }
 
     /// Exchanges each Stage that the instruction enters for the next Stage of its Program.
@@ -138,7 +140,7 @@ impl InstructionSearch<'_, '_> {
             let what = format!("`{}` is `{}` in `{}`", name(old), name(new), self.text());
             let mut changed = self.instruction.clone();
             changed.operands.0[at].value = OperandValue::Stage(new);
-            self.replaced((MutantKind::Stage, operand.span, 0), what, changed);
+            self.replaced(MutationSite::new(MutantKind::Stage, operand.span), what, changed);
         }
     }
 
@@ -174,7 +176,9 @@ impl InstructionSearch<'_, '_> {
                 let before = row.key.map_or_else(String::new, |key| format!("{key} "));
                 let what = format!("{before}{what} in `{}`", self.text());
                 let mutation = Mutation::Value(self.index, number, new);
-                self.at((MutantKind::Number, place, to as u32), what, mutation);
+                let site =
+                    MutationSite { kind: MutantKind::Number, span: place, variant: to as u32 };
+                self.at(site, what, mutation);
             }
         }
     }
@@ -209,9 +213,9 @@ impl InstructionSearch<'_, '_> {
     /// Whether a second instruction sets the preset of the same Sensaphone counter: both presets
     /// must be equal.
     fn is_shared_preset(&self) -> bool {
-        let constant = |of: &Instruction| {
-            let counter = of.owned_sensaphone()?;
-            of.preset()?.value.constant().map(|_| counter)
+        let constant = |instruction: &Instruction| {
+            let counter = instruction.owned_sensaphone()?;
+            instruction.preset()?.value.constant().map(|_| counter)
         };
         let Some(own) = constant(self.instruction) else { return false };
         let all = self.ground.program.instructions();
@@ -222,22 +226,19 @@ impl InstructionSearch<'_, '_> {
         self.ground.text_of(self.instruction.span)
     }
 
-    fn replaced(&mut self, key: (MutantKind, Span, u32), what: String, new: Instruction) {
-        self.push(key, what, Mutation::Instruction(self.index, Some(Box::new(new))));
+    fn replaced(&mut self, site: MutationSite, what: String, new: Instruction) {
+        self.push(site, what, Mutation::Instruction(self.index, Some(Box::new(new))));
     }
 
-    fn push(&mut self, (kind, span, variant): (MutantKind, Span, u32), what: String, of: Mutation) {
-        self.at((kind, self.ground.place(span), variant), what, of);
+    fn push(&mut self, site: MutationSite, what: String, mutation: Mutation) {
+        let span = self.ground.place(site.span);
+        self.at(MutationSite { span, ..site }, what, mutation);
     }
 
-    fn at(
-        &mut self,
-        (kind, place, variant): (MutantKind, Span, u32),
-        what: String,
-        mutation: Mutation,
-    ) {
+    fn at(&mut self, site: MutationSite, what: String, mutation: Mutation) {
         let branch = self.index.branch.map(|at| at + 1);
-        self.found.push(Found { kind, place, variant, what, branch, mutation });
+        let MutationSite { kind, span: place, variant } = site;
+        self.found.push(FoundMutation { kind, place, variant, what, branch, mutation });
     }
 }
 
@@ -247,9 +248,9 @@ fn is_zero(value: Value) -> bool {
 
 /// The Stage after a Stage in its Program; after the last Stage, the first one. Skips the Stages in
 /// `but`.
-fn next(part: ProgramPart, of: StageId, but: &[StageId]) -> Option<StageId> {
+fn next(part: ProgramPart, current: StageId, but: &[StageId]) -> Option<StageId> {
     let stages = &part.block.stages;
-    let at = stages.iter().position(|stage| stage.id == of)?;
+    let at = stages.iter().position(|stage| stage.id == current)?;
     let others = stages.iter().cycle().skip(at + 1).take(stages.len());
     let mut others = others.map(|stage| stage.id);
     others.find(|id| !but.contains(id))

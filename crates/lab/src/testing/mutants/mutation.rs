@@ -40,7 +40,7 @@ impl RungIndex {
 
 /// A series of contacts of a rung.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum ContactSeries {
+pub(super) enum RungContacts {
     /// The leg with this index.
     Leg(usize),
     /// The contacts of the branch with this index.
@@ -74,7 +74,7 @@ pub(super) enum Mutation {
     BranchOut(usize),
     /// A contact is replaced or left out: the contact with this number in a walk over the series,
     /// in which each contact comes before the contacts in it.
-    Contact(ContactSeries, u32, Option<Contact>),
+    Contact(RungContacts, u32, Option<Contact>),
     /// The instruction is replaced or left out.
     Instruction(InstructionIndex, Option<Box<Instruction>>),
     /// The value with this number among the values of the instruction is replaced.
@@ -91,10 +91,8 @@ impl Mutation {
         match self {
             Mutation::RungOut => (0, 0, 0, 0),
             Mutation::BranchOut(at) => (1, *at, 0, 0),
-            Mutation::Contact(ContactSeries::Leg(leg), number, _) => (2, *leg, *number as usize, 0),
-            Mutation::Contact(ContactSeries::Branch(at), number, _) => {
-                (3, *at, *number as usize, 0)
-            }
+            Mutation::Contact(RungContacts::Leg(leg), number, _) => (2, *leg, *number as usize, 0),
+            Mutation::Contact(RungContacts::Branch(at), number, _) => (3, *at, *number as usize, 0),
             Mutation::Instruction(at, _) => (4, instruction(at).0, instruction(at).1, 0),
             Mutation::Value(at, number, _) => (5, instruction(at).0, instruction(at).1, *number),
             Mutation::Part(at, FormulaOf::Value, part, _) => {
@@ -124,8 +122,8 @@ impl Mutation {
             Mutation::BranchOut(at) => drop(rung.branches.remove(*at)),
             Mutation::Contact(series, number, new) => {
                 let contacts = match *series {
-                    ContactSeries::Leg(at) => &mut rung.legs[at].contacts,
-                    ContactSeries::Branch(at) => &mut rung.branches[at].contacts,
+                    RungContacts::Leg(at) => &mut rung.legs[at].contacts,
+                    RungContacts::Branch(at) => &mut rung.branches[at].contacts,
                 };
                 let mut walk = ContactWalk { left: *number, new: new.clone() };
                 walk.series(contacts, Span::default());
@@ -166,8 +164,8 @@ fn body(rung: &mut Rung, at: InstructionIndex) -> &mut Vec<Instruction> {
     }
 }
 
-fn formula(calculation: &mut Calculation, of: FormulaOf) -> Option<&mut Formula> {
-    match of {
+fn formula(calculation: &mut Calculation, place: FormulaOf) -> Option<&mut Formula> {
+    match place {
         FormulaOf::Value => Some(&mut calculation.value),
         FormulaOf::Index => calculation.index.as_mut(),
     }

@@ -80,14 +80,14 @@ fn try_all(program: &Program, mutants: &[Mutant]) {
     assert!(same.is_empty(), "{same:#?}");
 }
 
-fn digest(code: &engine::Program) -> u64 {
+fn digest(code: &engine::EngineProgram) -> u64 {
     let mut hasher = DefaultHasher::new();
     format!("{code:?}").hash(&mut hasher);
     hasher.finish()
 }
 
 /// Runs 200 scans with inputs and words that change at random.
-fn run(program: &Program, code: engine::Program) {
+fn run(program: &Program, code: engine::EngineProgram) {
     let layout = code.layout.clone();
     let inputs = (0..program.sizes.x).take(16).map(|n| Address::Bit(Bit::Space(BitSpace::X, n)));
     let words = (0..8).map(|n| Address::Word(Word::Space(WordSpace::D, n)));

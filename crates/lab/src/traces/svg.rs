@@ -13,7 +13,7 @@ use super::svg_columns::WideColumns;
 use super::svg_wide::{
     self, ColumnHead, HEAD, HIGH, LOW, NAME_CHAR, NUMBER_CHAR, ROW, STYLE, WIDTH_MAX,
 };
-use super::trace::{RowName, ValueTrace, Watched, ms_text};
+use super::trace::{RowName, TracedOperand, ValueTrace, ms_text};
 use crate::svg::{SvgArea, SvgWriter};
 use rungd_engine::Cell;
 
@@ -25,7 +25,7 @@ const COLUMN_MIN: usize = 4;
 
 /// Collects rows, and draws them in [`SvgTrace::finish`].
 pub struct SvgTrace<'a> {
-    watched: &'a [Watched],
+    watched: &'a [TracedOperand],
     /// The name of each scan, and its time, µs.
     columns: Vec<(RowName, u64)>,
     values: Vec<Vec<i32>>,
@@ -55,7 +55,7 @@ impl Measures {
 
 impl<'a> SvgTrace<'a> {
     /// A diagram of these operands.
-    pub fn new(watched: &'a [Watched]) -> SvgTrace<'a> {
+    pub fn new(watched: &'a [TracedOperand]) -> SvgTrace<'a> {
         let values = vec![Vec::new(); watched.len()];
         SvgTrace { watched, columns: Vec::new(), values, wide: None }
     }
@@ -175,7 +175,7 @@ fn bit_line(svg: &mut SvgWriter, values: &[i32], top: usize, measures: &Measures
 }
 
 impl ValueTrace for SvgTrace<'_> {
-    fn watched(&self) -> &[Watched] {
+    fn watched(&self) -> &[TracedOperand] {
         self.watched
     }
 
@@ -201,8 +201,8 @@ mod tests {
 
     use super::*;
 
-    fn watched(name: &str, cell: Cell) -> Watched {
-        Watched { name: name.to_owned(), cell, real: false }
+    fn watched(name: &str, cell: Cell) -> TracedOperand {
+        TracedOperand { name: name.to_owned(), cell, real: false }
     }
 
     /// A diagram of a bit and a word. The last column is the stop.

@@ -1,6 +1,6 @@
 //! The lines in the log about an operand that an operator has changed.
 //!
-//! Called by `desk` after the change. It changes nothing itself.
+//! Called by `service` after the change. It changes nothing itself.
 
 use std::fmt::Display;
 use std::time::Duration;

@@ -7,7 +7,7 @@
 use std::fmt::Write as _;
 
 use super::svg_columns::{ColumnSpread, WideColumns, number};
-use super::trace::{RowName, Watched, ms_text};
+use super::trace::{RowName, TracedOperand, ms_text};
 use crate::svg::{SvgArea, SvgWriter};
 use rungd_engine::Cell;
 
@@ -39,7 +39,7 @@ pub(super) fn opened([width, height]: [usize; 2]) -> SvgWriter {
 }
 
 /// Draws the name of an operand and the line above its row.
-pub(super) fn name(svg: &mut SvgWriter, watched: &Watched, top: usize, right: usize) {
+pub(super) fn name(svg: &mut SvgWriter, watched: &TracedOperand, top: usize, right: usize) {
     svg.path("g", format_args!("M6 {top}H{right}"));
     svg.label("", [6, top + 19], &watched.name);
     svg.end_line();
@@ -90,7 +90,7 @@ impl WideMeasures {
 }
 
 /// The text of a diagram.
-pub(super) fn draw(watched: &[Watched], columns: &WideColumns) -> String {
+pub(super) fn draw(watched: &[TracedOperand], columns: &WideColumns) -> String {
     let names = watched.iter().map(|w| w.name.chars().count()).max().unwrap_or(0).max(4);
     let ends = watched.iter().enumerate().filter(|(_, w)| matches!(w.cell, Cell::Word(_)));
     let ends = ends.map(|(at, w)| {
@@ -179,7 +179,7 @@ fn bit(svg: &mut SvgWriter, spreads: &[ColumnSpread], top: usize, measures: &Wid
 /// scale on the right. A word that never changes is a band with its value.
 fn word(
     svg: &mut SvgWriter,
-    (watched, at, columns): (&Watched, usize, &WideColumns),
+    (watched, at, columns): (&TracedOperand, usize, &WideColumns),
     top: usize,
     measures: &WideMeasures,
 ) {
@@ -221,11 +221,11 @@ fn height(content: i32, (least, greatest): ColumnSpread, real: bool) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sim::trace::RowName;
+    use crate::traces::trace::RowName;
     use rungd_engine::{BitCell, WordCell};
 
     fn drawn(rows: u64, value: impl Fn(u64) -> [i32; 3]) -> String {
-        let named = |name: &str, cell| Watched { name: name.to_owned(), cell, real: false };
+        let named = |name: &str, cell| TracedOperand { name: name.to_owned(), cell, real: false };
         let watched = [
             named("X0", Cell::Bit(BitCell(0))),
             named("level", Cell::Word(WordCell(0))),

@@ -10,7 +10,7 @@
 use std::collections::HashSet;
 use std::io::{self, Write};
 
-use super::trace::{RowName, ValueTrace, Watched};
+use super::trace::{RowName, TracedOperand, ValueTrace};
 use rungd_engine::Cell;
 use rungd_engine::isa::Real;
 
@@ -20,7 +20,7 @@ const CHARACTERS: usize = 94;
 
 /// Writes rows as VCD.
 pub struct VcdTrace<'a, W: Write> {
-    watched: &'a [Watched],
+    watched: &'a [TracedOperand],
     out: W,
     /// The short names of the operands, and, as the last, the short name of `stop`.
     codes: Vec<String>,
@@ -38,7 +38,7 @@ impl<'a, W: Write> VcdTrace<'a, W> {
     ///
     /// # Errors
     /// The error of the output.
-    pub fn new(watched: &'a [Watched], mut out: W) -> io::Result<Self> {
+    pub fn new(watched: &'a [TracedOperand], mut out: W) -> io::Result<Self> {
         let codes: Vec<String> = (0..=watched.len()).map(code).collect();
         writeln!(out, "$version rungd {} $end", env!("CARGO_PKG_VERSION"))?;
         writeln!(out, "$timescale 1 us $end")?;
@@ -105,7 +105,7 @@ impl<'a, W: Write> VcdTrace<'a, W> {
 }
 
 impl<W: Write> ValueTrace for VcdTrace<'_, W> {
-    fn watched(&self) -> &[Watched] {
+    fn watched(&self) -> &[TracedOperand] {
         self.watched
     }
 
@@ -149,7 +149,7 @@ fn code(mut number: usize) -> String {
 }
 
 /// The operands' names as Verilog identifiers: all different, and none of them `stop`.
-fn names(watched: &[Watched]) -> Vec<String> {
+fn names(watched: &[TracedOperand]) -> Vec<String> {
     let mut taken = HashSet::from(["stop".to_owned()]);
     let mut names = Vec::new();
     for watched in watched {
@@ -178,15 +178,15 @@ mod tests {
     use super::*;
     use rungd_engine::{BitCell, WordCell};
 
-    fn bit(name: &str) -> Watched {
-        Watched { name: name.to_owned(), cell: Cell::Bit(BitCell(0)), real: false }
+    fn bit(name: &str) -> TracedOperand {
+        TracedOperand { name: name.to_owned(), cell: Cell::Bit(BitCell(0)), real: false }
     }
 
-    fn word(name: &str, real: bool) -> Watched {
-        Watched { name: name.to_owned(), cell: Cell::Word(WordCell(0)), real }
+    fn word(name: &str, real: bool) -> TracedOperand {
+        TracedOperand { name: name.to_owned(), cell: Cell::Word(WordCell(0)), real }
     }
 
-    fn vcd(watched: &[Watched], rows: &[(RowName, u64, &[i32])]) -> String {
+    fn vcd(watched: &[TracedOperand], rows: &[(RowName, u64, &[i32])]) -> String {
         let mut trace = VcdTrace::new(watched, Vec::new()).unwrap();
         for (name, time_us, values) in rows {
             trace.values(*name, *time_us, values).unwrap();
@@ -252,7 +252,7 @@ mod tests {
     #[test]
     fn names_are_identifiers_and_each_is_once() {
         let all = ["a.b", "a_b", "a[12]", "stop", "7up", "é", "x y", "Y0@old"];
-        let watched: Vec<Watched> = all.iter().map(|name| bit(name)).collect();
+        let watched: Vec<TracedOperand> = all.iter().map(|name| bit(name)).collect();
         let named = ["a_b", "a_b_2", "a_12", "stop_2", "_7up", "_", "x_y", "Y0_old"];
         assert_eq!(names(&watched), named);
     }

@@ -1,10 +1,10 @@
 //! Traces: one row for each scan, with the values at its end.
 //!
-//! `sim::run` passes rows as images, through [`Trace`]. A replay may have two images, so it passes
-//! rows as values, through [`ValueTrace`]. Every form of a trace accepts both. The CSV form: the
-//! header is `scan,time_ms,` and the operands as requested; bits are 0 and 1, words are decimal,
-//! reals have the form of the ladder, and the time is in ms, with a fraction if it is not whole.
-//! The row after an orderly stop is called `stop`.
+//! `rig::simulation` passes rows as images, through [`Trace`]. A replay may have two images, so it
+//! passes rows as values, through [`ValueTrace`]. Every form of a trace accepts both. The CSV form:
+//! the header is `scan,time_ms,` and the operands as requested; bits are 0 and 1, words are
+//! decimal, reals have the form of the ladder, and the time is in ms, with a fraction if it is not
+//! whole. The row after an orderly stop is called `stop`.
 
 use std::fmt;
 use std::io::{self, Write};
@@ -14,7 +14,7 @@ use rungd_engine::{Cell, Image, Layout};
 
 /// A traced operand: its name for the header, and its cell.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Watched {
+pub struct TracedOperand {
     /// Its name for the header.
     pub name: String,
     /// Its cell.
@@ -23,11 +23,11 @@ pub struct Watched {
     pub real: bool,
 }
 
-impl Watched {
+impl TracedOperand {
     /// The operand at a cell.
-    pub fn new(name: &str, cell: Cell, layout: &Layout) -> Watched {
+    pub fn new(name: &str, cell: Cell, layout: &Layout) -> TracedOperand {
         let real = matches!(cell, Cell::Word(word) if layout.is_real(word));
-        Watched { name: name.to_owned(), cell, real }
+        TracedOperand { name: name.to_owned(), cell, real }
     }
 
     /// The cell's content in an image.
@@ -71,7 +71,7 @@ pub trait Trace {
 /// Accepts rows as values.
 pub trait ValueTrace {
     /// The traced operands.
-    fn watched(&self) -> &[Watched];
+    fn watched(&self) -> &[TracedOperand];
 
     /// Adds one row with a value for each operand; the time is in µs.
     ///
@@ -106,7 +106,7 @@ impl<T: ValueTrace> ChangesOnly<T> {
 }
 
 impl<T: ValueTrace> ValueTrace for ChangesOnly<T> {
-    fn watched(&self) -> &[Watched] {
+    fn watched(&self) -> &[TracedOperand] {
         self.trace.watched()
     }
 
@@ -132,7 +132,7 @@ pub(super) fn ms_text(time_us: u64) -> String {
 
 /// Writes rows as CSV.
 pub struct CsvTrace<'a, W: Write> {
-    watched: &'a [Watched],
+    watched: &'a [TracedOperand],
     out: W,
 }
 
@@ -141,7 +141,7 @@ impl<'a, W: Write> CsvTrace<'a, W> {
     ///
     /// # Errors
     /// The error of the output.
-    pub fn new(watched: &'a [Watched], mut out: W) -> io::Result<Self> {
+    pub fn new(watched: &'a [TracedOperand], mut out: W) -> io::Result<Self> {
         write!(out, "scan,time_ms")?;
         for watched in watched {
             write!(out, ",{}", watched.name)?;
@@ -161,7 +161,7 @@ impl<'a, W: Write> CsvTrace<'a, W> {
 }
 
 impl<W: Write> ValueTrace for CsvTrace<'_, W> {
-    fn watched(&self) -> &[Watched] {
+    fn watched(&self) -> &[TracedOperand] {
         self.watched
     }
 

@@ -15,10 +15,10 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::UnixStream;
 use tokio::time::{Instant, sleep_until, timeout, timeout_at};
 
-use super::desk::OperatorService;
 use super::pace::{TurnPace, metered};
 use super::peer::{OperatorPeer, PeerRequest};
 use super::refused::tell_refused;
+use super::service::OperatorService;
 use crate::daemon::narration::one_line;
 use crate::daemon::turns::{Turn, Turns};
 use rungd_base::duration_text::duration_text;
@@ -56,7 +56,7 @@ const USERS_KEPT: usize = 64;
 
 /// The state that all sessions share.
 pub(super) struct SessionShared {
-    desk: OperatorService,
+    service: OperatorService,
     pub seats: Seats,
     /// The path of the operator's socket, for messages.
     operator_socket: PathBuf,
@@ -67,11 +67,11 @@ pub(super) struct SessionShared {
 }
 
 impl SessionShared {
-    pub fn new(desk: OperatorService, seats: Seats, operator_socket: PathBuf) -> SessionShared {
+    pub fn new(service: OperatorService, seats: Seats, operator_socket: PathBuf) -> SessionShared {
         let requests = TurnPace::new(REQUEST_OF_ALL_EVERY, REQUESTS_AT_ONCE);
         let names = TurnPace::new(NAMES_OF_ALL_EVERY, NAMES_AT_ONCE);
         let recordings = Mutex::default();
-        SessionShared { desk, seats, operator_socket, requests, names, recordings }
+        SessionShared { service, seats, operator_socket, requests, names, recordings }
     }
 
     /// The turns of a user's recordings.
@@ -283,7 +283,7 @@ impl OperatorSession {
         }
         let until_ns = self.until_ns(request, deadline)?;
         let asker = PeerRequest { peer: self.peer.clone(), until_ns };
-        self.shared.desk.answer(&asker, request).await
+        self.shared.service.answer(&asker, request).await
     }
 
     /// The moment after which a request is not carried out.

@@ -1,6 +1,6 @@
 //! The refusals of changes, and the line of the log about one.
 //!
-//! Used by `desk`, `write` and `session`.
+//! Used by `service`, `write` and `session`.
 
 use super::peer::OperatorPeer;
 use super::status::reason;

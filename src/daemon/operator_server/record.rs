@@ -1,10 +1,10 @@
 //! Answers an operator with the part of the scan log that is in memory. `rungd why` and
 //! `rungd record` use it.
 //!
-//! Called by `desk`. A recording contains the files of its programs. So a client that may only look
-//! gets a recording only if everybody may read the files of the running program, and could read
-//! those of all earlier programs in it when they were loaded. A recording can have many megabytes,
-//! so other threads read rights and make the answer.
+//! Called by `service`. A recording contains the files of its programs. So a client that may only
+//! look gets a recording only if everybody may read the files of the running program, and could
+//! read those of all earlier programs in it when they were loaded. A recording can have many
+//! megabytes, so other threads read rights and make the answer.
 
 use std::path::Path;
 use std::sync::Arc;

@@ -22,7 +22,7 @@ use rungd_language::source::span::Span;
 
 /// One change of an input, or one queued write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Change {
+pub enum StimulusChange {
     /// The state of `Xn` from now on.
     Input(u32, bool),
     /// One queued write of a bit.
@@ -86,7 +86,7 @@ pub(crate) type Lookup<'a> = &'a dyn Fn(&str) -> Result<StimulusTarget, String>;
 /// All changes, in order of scans.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Stimulus {
-    changes: Vec<(u64, Change)>,
+    changes: Vec<(u64, StimulusChange)>,
     rows: StimulusRows,
 }
 
@@ -182,7 +182,11 @@ impl Stimulus {
 
     /// The changes of one scan. Call it for the scans in order, each time with the same variable
     /// `from`: it holds the index at which the previous call stopped.
-    pub fn of_scan<'a>(&'a self, scan: u64, from: &mut usize) -> impl Iterator<Item = Change> + 'a {
+    pub fn of_scan<'a>(
+        &'a self,
+        scan: u64,
+        from: &mut usize,
+    ) -> impl Iterator<Item = StimulusChange> + 'a {
         let start = *from;
         let count = self.changes[start..].iter().take_while(|(at, _)| *at == scan).count();
         *from += count;
@@ -350,21 +354,21 @@ fn whole(text: &str, name: &str) -> Result<i64, String> {
     }
 }
 
-fn parse_cell(text: &str, name: &str, target: StimulusTarget) -> Result<Change, String> {
+fn parse_cell(text: &str, name: &str, target: StimulusTarget) -> Result<StimulusChange, String> {
     let bit = || match text {
         "0" => Ok(false),
         "1" => Ok(true),
         _ => Err(format!("`{name}` is a bit: it takes 0 or 1, not `{text}`")),
     };
     match target {
-        StimulusTarget::Input(n) => Ok(Change::Input(n, bit()?)),
-        StimulusTarget::Bit(cell) => Ok(Change::Bit(cell, bit()?)),
+        StimulusTarget::Input(n) => Ok(StimulusChange::Input(n, bit()?)),
+        StimulusTarget::Bit(cell) => Ok(StimulusChange::Bit(cell, bit()?)),
         StimulusTarget::Word(cell, (min, max)) => {
             let value = whole(text, name)?;
             if value < i64::from(min) || value > i64::from(max) {
                 return Err(format!("`{name}` takes {min} to {max}, not {value}"));
             }
-            Ok(Change::Word(cell, value as i32))
+            Ok(StimulusChange::Word(cell, value as i32))
         }
         StimulusTarget::Real(cell, (min, max)) => {
             let integer = |text: &str| text.parse().map(Real::nearest).ok();
@@ -383,7 +387,7 @@ fn parse_cell(text: &str, name: &str, target: StimulusTarget) -> Result<Change, 
             if !(min..=max).contains(&value) {
                 return Err(beyond(&value));
             }
-            Ok(Change::Word(cell, value.cell()))
+            Ok(StimulusChange::Word(cell, value.cell()))
         }
     }
 }

@@ -17,9 +17,9 @@ use tokio::net::{UnixListener, UnixStream};
 use tokio::task::JoinSet;
 use tokio::time::{Instant, interval, sleep_until};
 
-use super::desk::OperatorService;
 use super::pace::TurnPace;
 use super::peer::{OperatorPeer, PeerSocket};
+use super::service::OperatorService;
 use super::session::{self, OperatorSession, SessionShared};
 use super::socket::{self, SocketClaim, SocketOwner, SocketTaken};
 use crate::daemon::failure::StartFailure;
@@ -43,7 +43,7 @@ const CLIENT_EVERY: Duration = Duration::from_millis(2);
 /// The interval at which the server checks that the socket is still in its place.
 const LOOK_EVERY: Duration = Duration::from_secs(2);
 
-/// A bound server of one socket. The servers of a controller share the desk and the seats.
+/// A bound server of one socket. The servers of a controller share the service and the seats.
 pub(in super::super) struct OperatorServer {
     listener: UnixListener,
     socket: socket::BoundSocket,
@@ -63,7 +63,7 @@ impl OperatorServer {
     /// A group is unknown, or the system refuses a socket that the controller file requires.
     pub fn bind(
         claims: Vec<SocketClaim>,
-        desk: OperatorService,
+        service: OperatorService,
     ) -> Result<Vec<OperatorServer>, StartFailure> {
         let mut bound = Vec::new();
         for claim in claims {
@@ -76,7 +76,7 @@ impl OperatorServer {
         }
         let Some((_, first)) = bound.first() else { return Ok(Vec::new()) };
         let (operator, path) = (first.owner, first.path().to_owned());
-        let shared = Arc::new(SessionShared::new(desk, Seats::new(SEATS), path));
+        let shared = Arc::new(SessionShared::new(service, Seats::new(SEATS), path));
         let server = |(listener, socket): (_, socket::BoundSocket)| {
             let listener = UnixListener::from_std(listener)?;
             tell_open(&socket);

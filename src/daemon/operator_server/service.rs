@@ -12,12 +12,12 @@ use std::time::Duration;
 use serde::Serialize;
 use tokio::time::timeout;
 
+use super::logged_change::{LoggedOperandChange, PreviousState};
 use super::memory;
 use super::peer::{OperatorPeer, PeerRequest};
 use super::record;
 use super::refused::{denied, in_words, no_answer};
 use super::status::{ProgramView, reason};
-use super::told_change::{LoggedOperandChange, PreviousState};
 use crate::daemon::log;
 use crate::daemon::reload::{Caller, Reloads};
 use rungd_base::locked::locked;
@@ -383,7 +383,7 @@ impl OperatorService {
         Ok(id)
     }
 
-    /// The moment after which a change is not begun: at the client's deadline, and when the desk
+    /// The moment after which a change is not begun: at the client's deadline, and when the service
     /// itself stops waiting.
     pub(super) fn until_ns(&self, asker: &PeerRequest) -> u64 {
         asker.until_ns.min(deadline::now_ns().saturating_add(self.wait().as_nanos() as u64))

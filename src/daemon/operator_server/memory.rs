@@ -1,7 +1,7 @@
 //! Answers an operator about retentive memory: saves it on request, and waits for the image of a
 //! stop.
 //!
-//! Called by `desk`. `retain_thread` writes; this module turns the outcome into an answer.
+//! Called by `service`. `retain_thread` writes; this module turns the outcome into an answer.
 
 use tokio::time::timeout;
 

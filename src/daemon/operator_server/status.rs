@@ -68,7 +68,7 @@ impl StatusSources {
     }
 }
 
-/// The data that the desk needs about a program.
+/// The data that the service needs about a program.
 pub(in super::super) struct ProgramView {
     pub names: Arc<OperandNames>,
     pub about: StatusFacts,

@@ -1,6 +1,6 @@
 //! Writes a bit or a word for an operator, or for a user of a page.
 //!
-//! Called by `desk`. A page writes only what `[web] write` lists, in the program that the scan
+//! Called by `service`. A page writes only what `[web] write` lists, in the program that the scan
 //! executes when it takes the write: a write of a page is for the program with whose list it was
 //! checked, and a reload that comes before the scan refuses it.
 
@@ -8,10 +8,10 @@ use std::time::Duration;
 
 use tokio::time::timeout;
 
-use super::desk::OperatorService;
+use super::logged_change::{LoggedOperandChange, PreviousState, WaitingWrite};
 use super::peer::PeerRequest;
 use super::refused::{denied, no_answer, not_after_reload, not_for_pages, not_taken, tell_refused};
-use super::told_change::{LoggedOperandChange, PreviousState, WaitingWrite};
+use super::service::OperatorService;
 use rungd_client::operator::deadline::NEVER_NS;
 use rungd_client::operator::operand::Variable;
 use rungd_client::operator::protocol::{

@@ -3,7 +3,7 @@
 //! `svg` passes any number of rows; `svg_wide` draws the columns. When there are too many columns,
 //! each pair becomes one column, so the memory and the picture have a maximum size.
 
-use super::trace::{RowName, Watched};
+use super::trace::{RowName, TracedOperand};
 use rungd_engine::isa::Real;
 
 /// The maximum number of columns.
@@ -29,7 +29,7 @@ pub(super) struct WideColumns {
 
 impl WideColumns {
     /// No columns.
-    pub fn new(watched: &[Watched]) -> WideColumns {
+    pub fn new(watched: &[TracedOperand]) -> WideColumns {
         let spreads = vec![Vec::with_capacity(COLUMNS_MAX); watched.len()];
         let reals = watched.iter().map(|watched| watched.real).collect();
         WideColumns { scans: 1, heads: Vec::new(), spreads, reals, in_last: 0 }
@@ -95,7 +95,7 @@ mod tests {
     fn every_value_is_in_its_column_however_many_there_are() {
         for rows in [1u64, 2, 1_199, 1_200, 1_201, 2_401, 50_000, 100_001] {
             let watched =
-                [Watched { name: "D0".into(), cell: Cell::Word(WordCell(0)), real: false }];
+                [TracedOperand { name: "D0".into(), cell: Cell::Word(WordCell(0)), real: false }];
             let mut columns = WideColumns::new(&watched);
             let value = |row: u64| (row * 7_919 % 1_009) as i32 - 300;
             for row in 0..rows {
@@ -105,8 +105,8 @@ mod tests {
             assert_eq!(columns.heads.len() as u64, rows.div_ceil(columns.scans), "{rows}");
             for (at, spread) in columns.spreads[0].iter().enumerate() {
                 let from = at as u64 * columns.scans;
-                let of = (from..rows.min(from + columns.scans)).map(value);
-                let expected = (of.clone().min().unwrap(), of.max().unwrap());
+                let values = (from..rows.min(from + columns.scans)).map(value);
+                let expected = (values.clone().min().unwrap(), values.max().unwrap());
                 assert_eq!((*spread, columns.heads[at].1), (expected, from), "{rows}");
             }
         }
@@ -115,7 +115,8 @@ mod tests {
     #[test]
     fn reals_are_compared_as_reals() {
         let cells = [-2.0, 1.0, -1.0].map(|number| Real::finite(number).unwrap().cell());
-        let watched = [Watched { name: "R0".into(), cell: Cell::Word(WordCell(0)), real: true }];
+        let watched =
+            [TracedOperand { name: "R0".into(), cell: Cell::Word(WordCell(0)), real: true }];
         let mut columns = WideColumns::new(&watched);
         cells.iter().for_each(|cell| columns.put((RowName::Stop, 0), &[*cell]));
         assert_eq!(columns.whole(0), (cells[0], cells[1]));

@@ -21,10 +21,10 @@ fn rows_become_changes_of_their_scans() {
     let text = "scan,X0,C0,D0\r\n0,1,,-5\r\n\r\n3,0,1,\r\n";
     let stimulus = Stimulus::parse_timed(text, 10, &lookup).unwrap();
     let mut from = 0;
-    let of: Vec<Vec<Change>> =
+    let of: Vec<Vec<StimulusChange>> =
         (0..4).map(|scan| stimulus.of_scan(scan, &mut from).collect()).collect();
-    let first = vec![Change::Input(0, true), Change::Word(WordCell(7), -5)];
-    let last = vec![Change::Input(0, false), Change::Bit(BitCell(5), true)];
+    let first = vec![StimulusChange::Input(0, true), StimulusChange::Word(WordCell(7), -5)];
+    let last = vec![StimulusChange::Input(0, false), StimulusChange::Bit(BitCell(5), true)];
     assert_eq!(of, [first, vec![], vec![], last]);
 }
 
@@ -49,9 +49,9 @@ fn a_word_takes_whole_numbers_as_a_ladder_does() {
         let stimulus = Stimulus::parse_timed(&text, 10, &lookup).unwrap();
         stimulus.of_scan(0, &mut 0).collect::<Vec<_>>()
     };
-    assert_eq!(change("0x5"), [Change::Word(WordCell(7), 5)]);
-    assert_eq!(change("-0x5"), [Change::Word(WordCell(7), -5)]);
-    assert_eq!(change("5ms"), [Change::Word(WordCell(7), 5)]);
+    assert_eq!(change("0x5"), [StimulusChange::Word(WordCell(7), 5)]);
+    assert_eq!(change("-0x5"), [StimulusChange::Word(WordCell(7), -5)]);
+    assert_eq!(change("5ms"), [StimulusChange::Word(WordCell(7), 5)]);
     let wanted = "`D0` is a word: it takes a whole number, as 12, 0x1F or 1m30s";
     for (cell, why) in [
         ("16#5", format!("{wanted}, not `16#5`: write `0x5`")),

@@ -3,12 +3,12 @@
 //! The shell makes [`SocketClaim`]s before it opens any other file, binds the [`OperatorServer`]s
 //! before the first scan, and runs them among the drivers. `socket` manages a socket's file, `peer`
 //! identifies the user at the other end, `io::seats` and `pace` have the limits, `session` serves
-//! one client; `desk` carries out requests (`write`: the writes), `told_change` logs changes of
-//! operands, `status` reports the state of the controller. Nothing here can make a scan wait.
+//! one client; `service` carries out requests (`write`: the writes), `logged_change` logs changes
+//! of operands, `status` reports the state of the controller. Nothing here can make a scan wait.
 
 mod accounts;
 mod alarms;
-mod desk;
+mod logged_change;
 mod memory;
 mod outputs;
 mod pace;
@@ -16,13 +16,13 @@ mod peer;
 mod record;
 mod refused;
 mod server;
+mod service;
 mod session;
 mod socket;
 mod status;
-mod told_change;
 mod write;
 
-pub(super) use desk::OperatorService;
 pub(super) use server::{OperatorServer, claim};
+pub(super) use service::OperatorService;
 pub(super) use socket::SocketClaim;
 pub(super) use status::{ProgramView, StatusSources};

@@ -1,15 +1,15 @@
 //! Answers an operator about alarms: lists them, and acknowledges them.
 //!
-//! Called by `desk`. `daemon::alarm_book` holds the alarms. The monitor thread enters their changes
-//! a few milliseconds after the image that shows them, and an answer waits for this entry.
+//! Called by `service`. `daemon::alarm_book` holds the alarms. The monitor thread enters their
+//! changes a few milliseconds after the image that shows them, and an answer waits for this entry.
 
 use std::sync::Arc;
 use std::time::Duration;
 
 use tokio::time::{Instant, sleep};
 
-use super::desk::OperatorService;
 use super::peer::OperatorPeer;
+use super::service::OperatorService;
 use super::status::ProgramView;
 use crate::daemon::alarm_book::AlarmBook;
 use crate::daemon::alarm_keeper::unix_ns;
