@@ -17,7 +17,7 @@ use super::folders::search_on;
 use super::terminal::{one_line, print, say_findings, say_line};
 use rungd_config::load::decode;
 use rungd_config::load::files::read_bytes;
-use rungd_language::format::formatted;
+use rungd_language::format::{Upgraded, formatted, upgraded};
 use rungd_language::source::file_kind;
 use rungd_language::source::finding::Finding;
 use rungd_language::source::render::render;
@@ -26,8 +26,8 @@ use rungd_language::source::span::{FileId, SourceFile};
 /// Writes ladder files, controller files and test files in one layout
 ///
 /// It changes spaces, blank lines, line breaks in arrays, and the order of keys in the tables of a
-/// ladder; never a value or a comment. A file that is not TOML is left as it is: its findings are
-/// printed.
+/// ladder; never a value or a comment. Only `--upgrade` changes tables and keys. A file that is not
+/// TOML is left as it is: its findings are printed.
 #[derive(Args, Debug)]
 pub struct FmtArgs {
     /// Files, and folders that are searched for *.toml of rungd; `-` is standard input, which goes
@@ -37,6 +37,18 @@ pub struct FmtArgs {
     /// Write nothing: print the names of the files that would change, with their first difference
     #[arg(long)]
     check: bool,
+    /// Rewrite an older form of a file as well, and say what has changed: each
+    /// `[[simulated-device]]` of a controller file becomes a part of a simulated plant
+    #[arg(long)]
+    upgrade: bool,
+}
+
+/// The present text of a file, and the text that it gets.
+struct FileChange {
+    before: String,
+    after: String,
+    /// The changes of an upgrade.
+    notes: Vec<String>,
 }
 
 /// The result for all files.
@@ -58,12 +70,12 @@ pub fn fmt(args: &FmtArgs) -> Result<Exit> {
     let mut outcome = FormatOutcome::default();
     for path in &args.paths {
         if path == Path::new("-") {
-            standard_input(args.check, &mut outcome)?;
+            standard_input(args, &mut outcome)?;
         } else if path.is_dir() {
-            let done = folder(path, args.check, &mut outcome);
+            let done = folder(path, args, &mut outcome);
             outcome.go_on(done)?;
         } else {
-            let done = read(path).and_then(|bytes| file(path, &bytes, args.check, &mut outcome));
+            let done = read(path).and_then(|bytes| file(path, &bytes, args, &mut outcome));
             outcome.go_on(done)?;
         }
     }
@@ -94,16 +106,18 @@ impl FormatOutcome {
         }
     }
 
-    /// The present text of a file, and its text in the layout. `None` if the file is broken: then
-    /// its findings are kept.
-    fn formatted(&mut self, name: String, bytes: &[u8]) -> Option<(String, String)> {
+    /// The change of a file; `None` if the file is broken: then its findings are kept.
+    fn change(&mut self, name: String, bytes: &[u8], args: &FmtArgs) -> Option<FileChange> {
         let file = FileId(self.files.len() as u32);
         let (text, finding) = decode(bytes, file);
-        let mut findings = match finding.map_or_else(|| formatted(&text), |found| Err(vec![found]))
-        {
-            Ok(after) => {
+        let present = || match args.upgrade {
+            true => upgraded(&text).map(|Upgraded { text, notes }| (text, notes)),
+            false => formatted(&text).map(|text| (text, Vec::new())),
+        };
+        let mut findings = match finding.map_or_else(present, |found| Err(vec![found])) {
+            Ok((after, notes)) => {
                 self.differs |= after != text;
-                return Some((text, after));
+                return Some(FileChange { before: text, after, notes });
             }
             Err(findings) => findings,
         };
@@ -117,12 +131,14 @@ impl FormatOutcome {
     }
 }
 
-fn standard_input(check: bool, outcome: &mut FormatOutcome) -> Result<()> {
+fn standard_input(args: &FmtArgs, outcome: &mut FormatOutcome) -> Result<()> {
     let mut bytes = Vec::new();
     io::stdin().lock().read_to_end(&mut bytes).context("standard input")?;
     let name = "<standard input>";
-    let Some((before, after)) = outcome.formatted(name.to_owned(), &bytes) else { return Ok(()) };
-    if !check {
+    let Some(change) = outcome.change(name.to_owned(), &bytes, args) else { return Ok(()) };
+    let FileChange { before, after, notes } = change;
+    notes.iter().for_each(|note| say_line(&format!("{name}: {note}")));
+    if !args.check {
         // The text is not escaped, because control characters are part of the file.
         io::stdout().lock().write_all(after.as_bytes())?;
     } else if before != after {
@@ -132,7 +148,7 @@ fn standard_input(check: bool, outcome: &mut FormatOutcome) -> Result<()> {
 }
 
 /// Formats the files of rungd in a folder and the folders in it.
-fn folder(folder: &Path, check: bool, outcome: &mut FormatOutcome) -> Result<()> {
+fn folder(folder: &Path, args: &FmtArgs, outcome: &mut FormatOutcome) -> Result<()> {
     let (found, failed) = search_on(folder, ".toml");
     let mut is_empty = failed.is_empty();
     for why in failed {
@@ -143,7 +159,7 @@ fn folder(folder: &Path, check: bool, outcome: &mut FormatOutcome) -> Result<()>
         let done = read(&path).and_then(|bytes| {
             let is_own = file_kind::may_be_of_rungd(&String::from_utf8_lossy(&bytes));
             is_empty &= !is_own;
-            if is_own { file(&path, &bytes, check, outcome) } else { Ok(()) }
+            if is_own { file(&path, &bytes, args, outcome) } else { Ok(()) }
         });
         is_empty &= done.is_ok();
         outcome.go_on(done)?;
@@ -159,13 +175,17 @@ fn read(path: &Path) -> Result<Vec<u8>> {
     read_bytes(path).with_context(|| path.display().to_string())
 }
 
-fn file(path: &Path, bytes: &[u8], check: bool, outcome: &mut FormatOutcome) -> Result<()> {
+fn file(path: &Path, bytes: &[u8], args: &FmtArgs, outcome: &mut FormatOutcome) -> Result<()> {
     let name = path.display().to_string();
-    let Some((before, after)) = outcome.formatted(name.clone(), bytes) else { return Ok(()) };
+    let Some(change) = outcome.change(name.clone(), bytes, args) else { return Ok(()) };
+    let FileChange { before, after, notes } = change;
+    for note in notes {
+        print(&format!("{}: {note}\n", one_line(&name)))?;
+    }
     if before == after {
         return Ok(());
     }
-    if check {
+    if args.check {
         print(&fmt_file::difference(&name, &before, &after))?;
         return Ok(());
     }

@@ -391,12 +391,12 @@ async fn start_drivers(
     let stop = stopped.clone();
     DeviceStarter { setup, port, healths: &healths, stop }.start(ends, &mut drivers);
     let mut device = None;
+    let inputs = setup.devices.iter().flat_map(|device| &device.inputs);
+    let rules = setup.rules.len() + inputs.filter(|input| input.is_of_part).count();
+    if rules > 0 {
+        say!(SIMULATED_DEVICE, rules, "a simulated device moves inputs: this is no real plant");
+    }
     if !setup.rules.is_empty() {
-        say!(
-            SIMULATED_DEVICE,
-            rules = setup.rules.len(),
-            "a simulated device moves inputs: this is no real plant"
-        );
         let rules = Generations::new(plant::Rules::new(&setup.rules, layout));
         device = Some(rules.clone());
         drivers.spawn(plant::PlantDrive::new(rules, port.clone()).run(when_stopped(stopped)));

@@ -17,6 +17,7 @@ mod record;
 pub mod replay;
 mod sim;
 mod sim_controller;
+mod upgrade;
 mod waves;
 mod why_reload;
 mod xref;

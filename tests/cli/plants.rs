@@ -1,28 +1,24 @@
 //! Each controller file of `config/` with its own simulated device, in virtual time: the plant
 //! fulfils its purpose.
 //!
-//! Device and engine step in turn on the same grid, so every time here is exact. The device
-//! receives an output in the step after the scan that set it. `tests/cli/examples.rs` tests single
-//! rungs.
+//! The plant moves every millisecond, so every time here is exact to the scan. It receives an output
+//! in the millisecond after the scan that set it. `tests/cli/examples.rs` tests single rungs.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::Arc;
 
-use rungd_base::calendar::LocalTime;
 use rungd_config::load;
-use rungd_engine::{Cell, Engine, ScanTimes};
-use rungd_io::plant::RuleSet;
-use rungd_language::lower::{Symbols, lower};
+use rungd_engine::Cell;
+use rungd_lab::rig::{Rig, RigProgram, RigSetup};
 use rungd_language::resolve::scope::Scope;
+use rungd_runtime::exchange::Ticket;
 use rungd_test_support::calm::calmed;
 
 /// A controller with its simulated device.
 struct Plant {
     scope: Scope,
-    symbols: Symbols,
-    engine: Engine,
-    device: RuleSet,
-    period_ms: u64,
+    rig: Rig,
     now_ms: u64,
     stopped: bool,
 }
@@ -36,15 +32,10 @@ impl Plant {
         let loaded = load::controller_file(&path).expect("a readable controller file");
         assert!(loaded.findings.is_empty(), "{:#?}", loaded.findings);
         let (program, controller) = (loaded.program.unwrap(), loaded.controller.unwrap());
-        let (engine_program, symbols) = lower(&program);
-        let mut engine = Engine::new(engine_program);
-        engine.start(0);
+        let lowered = Arc::new(RigProgram::new(&program, &Arc::new(controller)));
         Plant {
             scope: Scope::of(&program),
-            symbols,
-            engine,
-            device: RuleSet::new(&controller.rules),
-            period_ms: controller.period_ms.into(),
+            rig: Rig::new(&lowered, &RigSetup::default()),
             now_ms: 0,
             stopped: false,
         }
@@ -52,40 +43,27 @@ impl Plant {
 
     fn cell(&self, name: &str) -> Cell {
         let address = self.scope.address(name).expect("an operand");
-        self.symbols.layout.cell(address).expect("a bit or a word")
+        self.rig.program().symbols.layout.cell(address).expect("a bit or a word")
     }
 
     fn on(&self, name: &str) -> bool {
         let Cell::Bit(bit) = self.cell(name) else { panic!("{name} is a word") };
-        self.engine.image().bit(bit)
+        self.rig.image().bit(bit)
     }
 
     fn word(&self, name: &str) -> i32 {
         let Cell::Word(word) = self.cell(name) else { panic!("{name} is a bit") };
-        self.engine.image().word(word)
+        self.rig.image().word(word)
     }
 
     fn force(&mut self, name: &str, on: bool) {
-        let Cell::Bit(bit) = self.cell(name) else { panic!("{name} is a word") };
-        self.engine.force_bit(bit, on);
+        self.rig.force(self.cell(name), on.into(), Ticket(1));
     }
 
     fn scan(&mut self) {
-        let (layout, image) = (&self.symbols.layout, self.engine.image());
-        let changes = self.device.step(self.now_ms, |bit| image.bit(layout.bit(bit)));
-        self.engine.begin_scan(
-            self.now_ms * 1_000_000,
-            &ScanTimes::default(),
-            &LocalTime::default(),
-        );
-        for (x, on) in changes {
-            self.engine.set_input(x, on);
-        }
-        let end = self.engine.execute();
-        if end.last {
-            self.engine.terminate();
-            self.stopped = true;
-        }
+        let is_last = self.rig.scan();
+        self.rig.end_scan(is_last);
+        self.stopped = is_last;
     }
 
     /// Scans up to a time, including the scan at that time; calls `look` after each scan.
@@ -93,7 +71,7 @@ impl Plant {
         while self.now_ms <= end_ms && !self.stopped {
             self.scan();
             look(self);
-            self.now_ms += self.period_ms;
+            self.now_ms += self.rig.period_ns() / 1_000_000;
         }
     }
 

@@ -164,6 +164,10 @@ fn of_controller(object: &str, keys: &[&str]) -> Slot {
         ("", ["allow"]) => Slot::Allow,
         ("device", ["name"]) => Slot::Declares(DeclaredKind::Device),
         ("device.map", ["from" | "to"]) => Slot::Point,
+        (
+            "device.part",
+            ["to" | "in" | "enable" | "of" | "run" | "trip" | "reset" | "feed" | "jam"],
+        ) => Slot::Point,
         ("", ["outputs" | "retain" | "modbus-server", _, ..])
         | ("simulated-device", ["input" | "follows" | "while" | "when"])
         | ("", ["web", "write"])

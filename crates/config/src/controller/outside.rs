@@ -3,9 +3,10 @@
 //!
 //! Called by `load` once the settings are resolved.
 
-use super::device::{Device, DriverSettings, Output};
+use super::device::{Device, DeviceInput, DriverSettings, Output};
 use super::settings::Controller;
 use rungd_engine::isa::{Address, Bit, BitSpace, NumberRanges};
+use rungd_io::plant::settings::RuleCommand;
 use rungd_language::check::{Outside, Read};
 use rungd_language::resolve::operands::numbers;
 
@@ -18,7 +19,8 @@ impl Controller {
         let moved = of_devices.map(|input| input.address);
         let moved = moved.chain(self.rules.iter().map(|rule| x(rule.input)));
         let moved = moved.chain(self.web.write.iter().map(|(_, address)| *address));
-        let moves_x = |device: &&Device| device.inputs.iter().any(|input| is_x(input.address));
+        let is_row = |input: &DeviceInput| !input.is_of_part && is_x(input.address);
+        let moves_x = |device: &&Device| device.inputs.iter().any(is_row);
         let (mut listed, mut image) = (NumberRanges::default(), Vec::new());
         if let Some(server) = &self.modbus {
             for operands in server.lists.iter().flat_map(|list| &list.ranges) {
@@ -58,9 +60,10 @@ impl Controller {
         }
         for rule in &self.rules {
             let reader = format!("`X{}` depends on it", rule.input);
-            let of_rule = rule.reads();
-            let read = |(bit, at)| Read::new((Address::Bit(bit), 1), at, reader.clone());
-            reads.extend(of_rule.map(read));
+            let read = |command: RuleCommand| {
+                Read::new((Address::Bit(command.bit), 1), command.span, reader.clone())
+            };
+            reads.extend(rule.reads().map(read));
         }
         for entry in self.modbus.iter().flat_map(|server| &server.entries) {
             let operands = (entry.operands.first, entry.operands.count);

@@ -1,11 +1,14 @@
-//! `[[simulated-device]]`: the keys of a rule, and their meaning. A rule moves one input: it is a
-//! part of a simulated plant between the input and the bits that drive it (`io::plant::rules`).
+//! `[[simulated-device]]`, an older form: each rule becomes a part of a plant, of kind `pulse` or
+//! `delay`, between one input and the bits that drive the part (`io::plant::rules`).
+//!
+//! New files have such parts in a `[[device]]` with `driver = "simulated"`; `rungd fmt --upgrade`
+//! rewrites old ones. Nothing else knows the older keys.
 
 use std::collections::HashMap;
 
 use super::resolver::Resolver;
 use rungd_engine::isa::{Bit, BitSpace};
-use rungd_io::plant::settings::{Motion, Rule};
+use rungd_io::plant::settings::{Delays, PartSettings, Rule, RuleCommand};
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::key::key;
 use rungd_language::source::reader::{Table, Text};
@@ -44,9 +47,16 @@ const PULSES_OR_FOLLOWS: &str = r#"{"oneOf":[
              "not":{"anyOf":[{"required":["pulse"]},{"required":["every"]},
                              {"required":["offset"]}]}}]}"#;
 
+/// The schema's mark of an older form.
+const DEPRECATED: &str = r#"{"deprecated":true}"#;
+
 /// Reads all `[[simulated-device]]` tables.
 pub(super) fn read_in(root: &mut Table<'_>) -> Vec<WrittenRule> {
-    let explained = key("simulated-device", "Inputs that move by themselves, instead of a plant.");
+    let explained = key(
+        "simulated-device",
+        "An older form of a simulated plant's parts: `rungd fmt --upgrade` rewrites it.",
+    );
+    let explained = explained.limited(DEPRECATED);
     root.tables(explained, "a simulated device").into_iter().map(read).collect()
 }
 
@@ -94,28 +104,28 @@ impl Resolver<'_> {
 
     fn rule(&mut self, rule: &WrittenRule) -> Option<Rule> {
         let input = self.bit(rule.input.as_ref());
-        let while_on = self.bit(rule.while_on.as_ref());
-        let motion = self.motion(rule);
+        let while_on = self.command(rule.while_on.as_ref());
+        let follows = self.command(rule.follows.as_ref());
+        let part = self.part(rule);
         let Bit::Space(BitSpace::X, input) = input? else {
             let span = rule.input.as_ref().map_or(rule.span, |input| input.span);
             let finding = Finding::new(Code::Controller, span, "a simulated device moves an input");
             self.findings.push(finding.help("name an X bit, or a tag of one"));
             return None;
         };
-        let at = |name: &Option<Text>| name.as_ref().map_or(rule.span, |name| name.span);
-        Some(Rule {
-            input,
-            motion: motion?,
-            while_on,
-            invert: rule.invert,
-            span: rule.span,
-            follows_at: at(&rule.follows),
-            while_at: at(&rule.while_on),
-        })
+        let commands = match rule.follows {
+            Some(_) => vec![Some(follows?), while_on],
+            None => vec![while_on],
+        };
+        Some(Rule { input, part: part?, commands, span: rule.span })
     }
 
-    fn motion(&mut self, rule: &WrittenRule) -> Option<Motion> {
-        let bit = self.bit(rule.follows.as_ref());
+    fn command(&mut self, name: Option<&Text>) -> Option<RuleCommand> {
+        let (bit, name) = (self.bit(name)?, name?);
+        Some(RuleCommand { bit, span: name.span })
+    }
+
+    fn part(&mut self, rule: &WrittenRule) -> Option<PartSettings> {
         let pulse_keys = [&rule.pulse_ms, &rule.every_ms, &rule.offset_ms];
         let follow_keys = [&rule.after_ms, &rule.release_ms];
         let given = |keys: &[&Option<Located<i32>>]| keys.iter().find_map(|k| k.as_ref()).cloned();
@@ -135,7 +145,8 @@ impl Resolver<'_> {
         if rule.follows.is_some() {
             let after_ms = ms(&rule.after_ms).unwrap_or(0);
             let release_ms = ms(&rule.release_ms).unwrap_or(after_ms);
-            return Some(Motion::Follow { bit: bit?, after_ms, release_ms });
+            let delays = Delays { after_ms, release_ms };
+            return Some(PartSettings::Delay { delays, invert: rule.invert });
         }
         let (Some(width_ms), Some(every_ms)) = (ms(&rule.pulse_ms), ms(&rule.every_ms)) else {
             let message = "a rule without `pulse` or `follows` moves nothing";
@@ -149,6 +160,6 @@ impl Resolver<'_> {
             return None;
         }
         let offset_ms = ms(&rule.offset_ms).unwrap_or(0);
-        Some(Motion::Pulse { width_ms, every_ms, offset_ms })
+        Some(PartSettings::Pulse { width_ms, every_ms, offset_ms, invert: rule.invert })
     }
 }

@@ -249,7 +249,7 @@ fn mark_mapped(program: &mut Program, controller: &Controller) {
     let devices = &controller.devices;
     let inputs = devices.iter().flat_map(|device| &device.inputs).map(|input| input.address);
     let outputs = devices.iter().flat_map(|device| &device.outputs).map(|output| output.address);
-    let followed = controller.rules.iter().flat_map(Rule::reads).map(|(bit, _)| Address::Bit(bit));
+    let followed = controller.rules.iter().flat_map(Rule::reads).map(|read| Address::Bit(read.bit));
     let mapped: HashSet<Address> = inputs.chain(outputs).chain(followed).collect();
     for tag in &mut program.tags {
         if let TagMeaning::Address(address) = tag.meaning {

@@ -21,7 +21,7 @@ pub(super) enum PartState {
     Conveyor(Belt),
     Tank(Tank),
     Sensor(Sensor),
-    Pulse { width_ms: u64, every_ms: u64, offset_ms: u64, since_ms: Option<u64> },
+    Pulse(PulsePart),
     Lag(Lag),
 }
 
@@ -53,6 +53,16 @@ pub(super) struct Tank {
     drain_rate: u64,
     switches: Vec<u64>,
     level: u64,
+}
+
+/// Pulses; `since_ms` is the time at which they were turned on.
+#[derive(Clone, Debug)]
+pub(super) struct PulsePart {
+    width_ms: u64,
+    every_ms: u64,
+    offset_ms: u64,
+    invert: bool,
+    since_ms: Option<u64>,
 }
 
 #[derive(Clone, Debug)]
@@ -113,12 +123,15 @@ impl PartState {
                     follower,
                 })
             }
-            &PartSettings::Pulse { width_ms, every_ms, offset_ms } => PartState::Pulse {
-                width_ms: width_ms.into(),
-                every_ms: every_ms.max(1).into(),
-                offset_ms: offset_ms.into(),
-                since_ms: None,
-            },
+            &PartSettings::Pulse { width_ms, every_ms, offset_ms, invert } => {
+                PartState::Pulse(PulsePart {
+                    width_ms: width_ms.into(),
+                    every_ms: every_ms.max(1).into(),
+                    offset_ms: offset_ms.into(),
+                    invert,
+                    since_ms: None,
+                })
+            }
             &PartSettings::Lag { gain, ambient, initial, time_ms } => {
                 PartState::Lag(Lag::new([gain, ambient, initial], time_ms))
             }
@@ -128,12 +141,14 @@ impl PartState {
     /// Sets its outputs before the first tick, so that this tick finds their first values.
     pub fn begin(&self, points: &mut [i32]) {
         match self {
-            PartState::Delay { invert, .. } | PartState::Sensor(Sensor { invert, .. }) => {
+            PartState::Delay { invert, .. } => points[2] = i32::from(*invert),
+            PartState::Sensor(Sensor { invert, .. })
+            | PartState::Pulse(PulsePart { invert, .. }) => {
                 points[1] = i32::from(*invert);
             }
             PartState::Tank(tank) => tank.tell(points),
             PartState::Lag(lag) => points[1] = lag.value(),
-            PartState::Motor { .. } | PartState::Conveyor(_) | PartState::Pulse { .. } => {}
+            PartState::Motor { .. } | PartState::Conveyor(_) => {}
         }
     }
 
@@ -141,8 +156,12 @@ impl PartState {
     pub fn tick(&mut self, now_ms: u64, points: &mut [i32]) {
         match self {
             PartState::Delay { delays, invert, follower } => {
-                let on = followed(follower, now_ms, points[0] != 0, *delays);
-                points[1] = i32::from(on != *invert);
+                let (input, enable) = (points[0] != 0, points[1] != 0);
+                if !enable {
+                    *follower = Follower::default();
+                }
+                let on = enable && followed(follower, now_ms, input, *delays);
+                points[2] = i32::from(on != *invert);
             }
             PartState::Motor { delays, follower, tripped } => {
                 let (run, trip, reset) = (points[0] != 0, points[1] != 0, points[2] != 0);
@@ -157,17 +176,20 @@ impl PartState {
                 lag.tick(opened(points[0]));
                 points[1] = lag.value();
             }
-            PartState::Pulse { width_ms, every_ms, offset_ms, since_ms } => {
-                if points[0] == 0 {
-                    *since_ms = None;
-                    points[1] = 0;
-                    return;
-                }
-                let since_ms = *since_ms.get_or_insert(now_ms);
-                let since_first = (now_ms - since_ms).checked_sub(*offset_ms);
-                points[1] = since_first.is_some_and(|ms| ms % *every_ms < *width_ms).into();
-            }
+            PartState::Pulse(pulse) => points[1] = pulse.tick(now_ms, points[0] != 0).into(),
         }
+    }
+}
+
+impl PulsePart {
+    fn tick(&mut self, now_ms: u64, run: bool) -> bool {
+        if !run {
+            self.since_ms = None;
+            return self.invert;
+        }
+        let since_ms = *self.since_ms.get_or_insert(now_ms);
+        let since_first = (now_ms - since_ms).checked_sub(self.offset_ms);
+        since_first.is_some_and(|ms| ms % self.every_ms < self.width_ms) != self.invert
     }
 }
 

@@ -1,16 +1,14 @@
-//! The rules of `[[simulated-device]]`: parts of a plant, each between a bit and an input.
+//! The rules of `[[simulated-device]]`: parts of a plant, each between some bits and an input.
 //!
-//! A pulse is a part of kind `pulse`; a rule that follows a bit is a part of kind `delay`. A rule
-//! has no points: it reads the bits that drive it from an image, and its part's output is an input
-//! of the controller. A step ticks each part once, at the given time, so a late step does not shift
-//! later steps. A part is at rest while the rule's `while` bit is OFF. A rule can invert its input.
-//! Rules have no clock.
+//! A rule has no plant around it: the commands of its part come from the bits of an image, and the
+//! part's output is an input of the controller. A step ticks each part once, at the given time, so
+//! a late step does not shift later steps. Rules have no clock.
 //!
 //! `controller` has made sure that no two rules move the same input, and that their times are
 //! valid.
 
 use super::part::PartState;
-use super::settings::{Delays, Motion, PartSettings, Rule};
+use super::settings::Rule;
 use rungd_engine::isa::Bit;
 
 /// All rules with their state.
@@ -24,6 +22,8 @@ pub struct RuleSet {
 struct Moved {
     rule: Rule,
     part: PartState,
+    /// The part's commands, and its output.
+    points: Vec<i32>,
     /// The input's value in the last step; `None` before the first step.
     given: Option<bool>,
 }
@@ -31,8 +31,12 @@ struct Moved {
 impl RuleSet {
     /// A device at rest.
     pub fn new(rules: &[Rule]) -> RuleSet {
-        let moved =
-            |rule: &Rule| Moved { rule: rule.clone(), part: at_rest(rule.motion), given: None };
+        let moved = |rule: &Rule| Moved {
+            rule: rule.clone(),
+            part: PartState::new(&rule.part),
+            points: vec![0; rule.commands.len() + 1],
+            given: None,
+        };
         RuleSet { moved: rules.iter().map(moved).collect() }
     }
 
@@ -40,11 +44,7 @@ impl RuleSet {
     pub fn going_on(&self, rules: &[Rule]) -> RuleSet {
         let mut device = RuleSet::new(rules);
         for moved in &mut device.moved {
-            let known = |before: &&Moved| {
-                let (a, b) = (&before.rule, &moved.rule);
-                (a.input, a.motion, a.while_on, a.invert)
-                    == (b.input, b.motion, b.while_on, b.invert)
-            };
+            let known = |before: &&Moved| before.rule.is_like(&moved.rule);
             if let Some(before) = self.moved.iter().find(known) {
                 *moved = before.clone();
             }
@@ -64,37 +64,20 @@ impl RuleSet {
     }
 }
 
-fn at_rest(motion: Motion) -> PartState {
-    PartState::new(&match motion {
-        Motion::Pulse { width_ms, every_ms, offset_ms } => {
-            PartSettings::Pulse { width_ms, every_ms, offset_ms }
-        }
-        Motion::Follow { after_ms, release_ms, .. } => {
-            PartSettings::Delay { delays: Delays { after_ms, release_ms }, invert: false }
-        }
-    })
-}
-
 impl Moved {
     fn step(&mut self, now_ms: u64, read: &impl Fn(Bit) -> bool) -> bool {
-        let Rule { motion, while_on, invert, .. } = self.rule;
-        if !while_on.is_none_or(read) {
-            self.part = at_rest(motion);
-            return invert;
+        for (point, command) in self.points.iter_mut().zip(&self.rule.commands) {
+            *point = command.is_none_or(|command| read(command.bit)).into();
         }
-        let driven = match motion {
-            Motion::Pulse { .. } => true,
-            Motion::Follow { bit, .. } => read(bit),
-        };
-        let mut points = [driven.into(), 0];
-        self.part.tick(now_ms, &mut points);
-        (points[1] != 0) != invert
+        self.part.tick(now_ms, &mut self.points);
+        self.points.last().is_some_and(|out| *out != 0)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plant::settings::{Delays, PartSettings, RuleCommand};
     use proptest::prelude::*;
     use rungd_engine::isa::BitSpace;
     use rungd_language::source::span::Span;
@@ -102,16 +85,35 @@ mod tests {
     const MOTOR: Bit = Bit::Space(BitSpace::Y, 1);
     const ENABLE: Bit = Bit::Space(BitSpace::C, 7);
 
+    fn command(bit: Bit) -> Option<RuleCommand> {
+        Some(RuleCommand { bit, span: Span::default() })
+    }
+
     fn pulse(width_ms: u32, every_ms: u32, offset_ms: u32) -> Rule {
-        let motion = Motion::Pulse { width_ms, every_ms, offset_ms };
-        let [span, follows_at, while_at] = [Span::default(); 3];
-        Rule { input: 0, motion, while_on: None, invert: false, span, follows_at, while_at }
+        let part = PartSettings::Pulse { width_ms, every_ms, offset_ms, invert: false };
+        Rule { input: 0, part, commands: vec![None], span: Span::default() }
     }
 
     fn follow(after_ms: u32, release_ms: u32) -> Rule {
-        let motion = Motion::Follow { bit: MOTOR, after_ms, release_ms };
-        let [span, follows_at, while_at] = [Span::default(); 3];
-        Rule { input: 0, motion, while_on: None, invert: false, span, follows_at, while_at }
+        let delays = Delays { after_ms, release_ms };
+        let part = PartSettings::Delay { delays, invert: false };
+        Rule { input: 0, part, commands: vec![command(MOTOR), None], span: Span::default() }
+    }
+
+    /// The rule with its last command, that of `while`, driven by `ENABLE`.
+    fn enabled(mut rule: Rule) -> Rule {
+        rule.commands.pop();
+        rule.commands.push(command(ENABLE));
+        rule
+    }
+
+    fn inverted(mut rule: Rule) -> Rule {
+        if let PartSettings::Pulse { invert, .. } | PartSettings::Delay { invert, .. } =
+            &mut rule.part
+        {
+            *invert = true;
+        }
+        rule
     }
 
     /// Steps a rule once per millisecond from 0, and returns its input's values as a line. `#` is
@@ -142,7 +144,7 @@ mod tests {
 
     #[test]
     fn while_cuts_a_pulse_and_restarts_its_phase() {
-        let rule = Rule { while_on: Some(ENABLE), ..pulse(2, 5, 1) };
+        let rule = enabled(pulse(2, 5, 1));
         let (enable, input) = ("..########.##.######", "...##...##..#..##...");
         assert_eq!(line(rule, "", enable), input);
     }
@@ -155,15 +157,15 @@ mod tests {
 
     #[test]
     fn invert_turns_rest_and_motion_round() {
-        let rule = Rule { invert: true, ..follow(0, 0) };
+        let rule = inverted(follow(0, 0));
         assert_eq!(line(rule, "..##..", ""), "##..##");
-        let rule = Rule { invert: true, while_on: Some(ENABLE), ..pulse(1, 2, 0) };
+        let rule = inverted(enabled(pulse(1, 2, 0)));
         assert_eq!(line(rule, "", "..####.."), "##.#.###");
     }
 
     #[test]
     fn while_lets_a_follower_go_at_once_and_start_over() {
-        let rule = Rule { while_on: Some(ENABLE), ..follow(2, 2) };
+        let rule = enabled(follow(2, 2));
         let motor = "############";
         assert_eq!(line(rule, motor, "######.#####"), "..####...###");
     }
@@ -199,8 +201,8 @@ mod tests {
         ) {
             let [width_ms, every_ms, after_ms, release_ms] = times;
             nows.sort_unstable();
-            let pulse = pulse(width_ms, every_ms, after_ms);
-            let pulse = Rule { invert, while_on: Some(ENABLE), ..pulse };
+            let pulse = enabled(pulse(width_ms, every_ms, after_ms));
+            let pulse = if invert { inverted(pulse) } else { pulse };
             let mut device = RuleSet::new(&[pulse, follow(after_ms, release_ms)]);
             for (now_ms, bit) in nows.into_iter().zip(bits) {
                 device.step(now_ms, |_| bit);

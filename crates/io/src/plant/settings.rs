@@ -86,7 +86,7 @@ pub enum PartSettings {
     Conveyor { length_mm: u32, speed_mm_s: u32, every_ms: u32, part_mm: u32, eyes_mm: Vec<u32> },
     Tank { capacity: u32, fill_rate: u32, drain_rate: u32, initial: u32, switches: Vec<u32> },
     Sensor { on_at: i32, off_at: i32, delays: Delays, invert: bool, scale: Option<Scale> },
-    Pulse { width_ms: u32, every_ms: u32, offset_ms: u32 },
+    Pulse { width_ms: u32, every_ms: u32, offset_ms: u32, invert: bool },
     Lag { gain: i32, ambient: i32, initial: i32, time_ms: u32 },
 }
 
@@ -135,62 +135,40 @@ pub enum Effect {
     Lost,
 }
 
-/// A rule that moves one input.
+/// A part of its own that moves one input: a rule of `[[simulated-device]]`.
 #[derive(Clone, Debug)]
 pub struct Rule {
     /// The number of the X bit.
     pub input: u32,
-    /// How it moves.
-    pub motion: Motion,
-    /// The input moves only while this bit is ON; otherwise it is OFF.
-    pub while_on: Option<Bit>,
-    /// Whether the input is ON when the rule's value is OFF, and OFF when it is ON.
-    pub invert: bool,
+    /// The part; its last point moves the input.
+    pub part: PartSettings,
+    /// The drivers of the part's commands, in the order of their points; a command without one is
+    /// ON.
+    pub commands: Vec<Option<RuleCommand>>,
     /// The place of the rule.
     pub span: Span,
-    /// The places of the followed bit and of the `while` bit; the rule's place if there is no such
-    /// bit.
-    pub follows_at: Span,
-    /// The place of the `while` bit.
-    pub while_at: Span,
+}
+
+/// A bit that drives a command of a rule's part.
+#[derive(Clone, Copy, Debug)]
+pub struct RuleCommand {
+    /// The bit.
+    pub bit: Bit,
+    /// Its place in the file.
+    pub span: Span,
 }
 
 impl Rule {
     /// Whether an input moves as by another rule, wherever both stand.
     pub fn is_like(&self, other: &Rule) -> bool {
-        let form = |of: &Rule| (of.input, of.motion, of.while_on, of.invert);
-        form(self) == form(other)
+        let bits = |rule: &Rule| -> Vec<_> {
+            rule.commands.iter().map(|command| command.map(|command| command.bit)).collect()
+        };
+        (self.input, &self.part) == (other.input, &other.part) && bits(self) == bits(other)
     }
 
     /// The bits that it reads, each with its place.
-    pub fn reads(&self) -> impl Iterator<Item = (Bit, Span)> + use<> {
-        let followed = match self.motion {
-            Motion::Follow { bit, .. } => Some((bit, self.follows_at)),
-            Motion::Pulse { .. } => None,
-        };
-        followed.into_iter().chain(self.while_on.map(|bit| (bit, self.while_at)))
+    pub fn reads(&self) -> impl Iterator<Item = RuleCommand> {
+        self.commands.iter().copied().flatten()
     }
-}
-
-/// How a simulated input moves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Motion {
-    /// ON for `width_ms` in every `every_ms`, from `offset_ms` on.
-    Pulse {
-        /// The length of a pulse; less than `every_ms`.
-        width_ms: u32,
-        /// The time between the starts of two pulses.
-        every_ms: u32,
-        /// The start of the first pulse.
-        offset_ms: u32,
-    },
-    /// The input follows a bit, with a delay.
-    Follow {
-        /// The bit.
-        bit: Bit,
-        /// The time for which the bit has to be ON before the input turns ON.
-        after_ms: u32,
-        /// The time for which the bit has to be OFF before the input turns OFF.
-        release_ms: u32,
-    },
 }

@@ -1,19 +1,44 @@
-//! The simulated device and the real engine, together in virtual time: the plant of
-//! `docs/simulated-device.md`.
+//! The rules of `[[simulated-device]]` and the real engine, together in virtual time: the plant of
+//! `docs/simulated-device.md` in its older form.
 
 use rungd_base::calendar::LocalTime;
 use rungd_config::controller::{Controller, read, resolve_controller};
 use rungd_engine::Engine;
 use rungd_engine::isa::Address;
 use rungd_io::plant::RuleSet;
-use rungd_io::plant::settings::{Motion, Rule};
+use rungd_io::plant::settings::{PartSettings, Rule};
+use rungd_language::format::upgraded;
 use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::program::Program;
 use rungd_language::resolve::{LoadOptions, load_ladders};
+use rungd_language::source::reader::Text;
 use rungd_language::source::span::{FileId, SourceFile};
 use rungd_test_support::page;
 
 const PERIOD_MS: u64 = 10;
+
+/// The page's controller file in the older form.
+const OLD: &str = r#"# conveyor-controller.toml
+ladder = ["conveyor.toml"]
+
+[[simulated-device]]           # a part passes the eye every 800 ms while the motor runs
+input  = "X0"
+pulse  = "200ms"
+every  = "800ms"
+offset = "100ms"
+while  = "Y1"
+
+[[simulated-device]]           # the contactor answers after 300 ms, and lets go after 50 ms
+input   = "X4"
+follows = "Y1"
+after   = "300ms"
+release = "50ms"
+
+[[simulated-device]]           # a guard that is closed (ON) while nothing moves
+input   = "X5"
+follows = "Y1"
+invert  = true
+"#;
 
 struct Plant {
     engine: Engine,
@@ -23,13 +48,18 @@ struct Plant {
     now_ms: u64,
 }
 
-/// The page's ladder and controller file, loaded without a finding.
-fn load(page: &str) -> (Program, Controller) {
+/// The page's ladder, loaded without a finding with a controller file.
+fn load(page: &str, controller: &str) -> (Program, Controller) {
+    let devices = match controller.contains("[[device]]") {
+        true => vec![Text { text: "simulated".into(), ..Text::default() }],
+        false => Vec::new(),
+    };
+    let options = LoadOptions { devices, ..LoadOptions::default() };
     let name = "conveyor.toml".to_owned();
     let source = SourceFile { text: page::file(page, &name), name };
-    let (program, findings) = load_ladders(&[source], &LoadOptions::default());
+    let (program, findings) = load_ladders(&[source], &options);
     let program = program.unwrap_or_else(|| panic!("{findings:#?}"));
-    let (written, findings) = read(&page::file(page, "conveyor-controller.toml"), FileId(1));
+    let (written, findings) = read(controller, FileId(1));
     assert!(findings.is_empty(), "{findings:#?}");
     let (controller, findings) = resolve_controller(&written.expect("TOML"), &program);
     assert!(findings.is_empty(), "{findings:#?}");
@@ -39,7 +69,7 @@ fn load(page: &str) -> (Program, Controller) {
 /// The page's plant with changed rules.
 fn plant(change: impl Fn(&mut [Rule])) -> Plant {
     let page = page::text("simulated-device.md");
-    let (program, controller) = load(&page);
+    let (program, controller) = load(&page, OLD);
     let (code, symbols) = lower(&program);
     let mut engine = Engine::new(code);
     engine.start(0);
@@ -106,13 +136,25 @@ fn parts_come_while_the_motor_runs() {
 
 #[test]
 fn a_slow_answer_is_an_alarm() {
-    let mut plant = plant(|rules| match &mut rules[1].motion {
-        Motion::Follow { after_ms, .. } => *after_ms = 600,
-        other => panic!("the answer follows: {other:?}"),
+    let mut plant = plant(|rules| {
+        let PartSettings::Delay { delays, .. } = &mut rules[1].part else {
+            panic!("the answer follows: {:?}", rules[1])
+        };
+        delays.after_ms = 600;
     });
     plant.press(2);
     plant.run_for(1_000);
     assert_eq!((plant.value("motor"), plant.value("no_motor")), (0, 1));
+}
+
+#[test]
+fn the_page_has_the_present_form() {
+    let page = page::text("simulated-device.md");
+    let text = page::file(&page, "conveyor-controller.toml");
+    let present = upgraded(OLD).expect("TOML").text;
+    assert_eq!(text.trim_end(), present.trim_end());
+    let (_, controller) = load(&page, &text);
+    assert_eq!((controller.devices.len(), controller.rules.len()), (1, 0));
 }
 
 #[test]

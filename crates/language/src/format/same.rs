@@ -1,8 +1,8 @@
 //! Checks that a formatted text has the same content as the text before it.
 //!
-//! Called by `format` for each text that it has changed. The values are compared after parsing, the
-//! headers in their order, and the comments as a list without an order, because keys may have
-//! moved.
+//! Called by `format` for each text that it has changed; of an upgraded text only the comments are
+//! compared. The values are compared after parsing, the headers in their order, and the comments as
+//! a list without an order, because keys may have moved.
 
 use toml::de::{DeTable, DeValue};
 use toml_parser::Source;
@@ -11,6 +11,11 @@ use toml_parser::lexer::TokenKind;
 /// Whether two texts have the same values, headers and comments.
 pub(super) fn is_same(before: &str, after: &str) -> bool {
     has_same_values(before, after) && Outline::of(before) == Outline::of(after)
+}
+
+/// Whether two texts have the same comments.
+pub(super) fn has_same_comments(before: &str, after: &str) -> bool {
+    Outline::of(before).remarks == Outline::of(after).remarks
 }
 
 fn has_same_values(before: &str, after: &str) -> bool {

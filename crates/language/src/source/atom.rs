@@ -16,6 +16,14 @@ pub fn is_name(text: &str) -> bool {
     text.starts_with(|c: char| c.is_ascii_alphabetic()) && text.chars().all(is_name_letter)
 }
 
+/// Whether a text has the form of a point of a simulated plant: two names with a dot between them;
+/// the second name begins with a small letter.
+pub fn is_plant_point(text: &str) -> bool {
+    text.split_once('.').is_some_and(|(part, point)| {
+        is_name(part) && is_name(point) && point.starts_with(char::is_lowercase)
+    })
+}
+
 /// Whether a name may have this character after its first letter.
 pub(crate) fn is_name_letter(c: char) -> bool {
     c.is_ascii_alphanumeric() || c == '_'

@@ -151,7 +151,7 @@ pub fn tokens(text: &str) -> impl Iterator<Item = &str> {
 
 impl<'a> TextSlice<'a> {
     /// A place in a text.
-    pub(super) fn new(text: &'a str, span: Range<usize>) -> TextSlice<'a> {
+    pub(crate) fn new(text: &'a str, span: Range<usize>) -> TextSlice<'a> {
         TextSlice { start: span.start, text: text.get(span).unwrap_or_default() }
     }
 

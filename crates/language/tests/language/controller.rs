@@ -6,7 +6,7 @@ use rungd_config::controller::Controller;
 use rungd_config::controller::log::LogSettings;
 use rungd_config::load::controller_file;
 use rungd_engine::isa::{Bit, BitSpace};
-use rungd_io::plant::settings::Motion;
+use rungd_io::plant::settings::{Delays, PartSettings, Rule};
 use rungd_language::source::render::{Style, render};
 use rungd_runtime::{Policy, Posture};
 
@@ -120,9 +120,15 @@ fn written_settings_are_used() {
     assert_eq!((from.to_string(), to.to_string()), ("Y0..Y7".into(), "MI1..MI8".into()));
     let gate = Bit::Space(BitSpace::Y, 1);
     let [eye, behind] = &controller.rules[..] else { panic!("two rules") };
-    assert_eq!((eye.input, eye.while_on), (3, Some(gate)));
-    assert_eq!(eye.motion, Motion::Pulse { width_ms: 200, every_ms: 1_000, offset_ms: 0 });
-    let follow = Motion::Follow { bit: gate, after_ms: 30, release_ms: 30 };
-    assert_eq!((behind.input, behind.motion, behind.invert), (4, follow, true));
+    let bits = |rule: &Rule| -> Vec<_> {
+        rule.commands.iter().map(|command| command.map(|command| command.bit)).collect()
+    };
+    assert_eq!((eye.input, bits(eye)), (3, vec![Some(gate)]));
+    let [width_ms, every_ms, offset_ms] = [200, 1_000, 0];
+    let pulse = PartSettings::Pulse { width_ms, every_ms, offset_ms, invert: false };
+    assert_eq!(eye.part, pulse);
+    let delays = Delays { after_ms: 30, release_ms: 30 };
+    assert_eq!((behind.input, bits(behind)), (4, vec![Some(gate), None]));
+    assert_eq!(behind.part, PartSettings::Delay { delays, invert: true });
     assert_eq!(controller.log.statistics_ms, 0);
 }

@@ -21,7 +21,7 @@ rows! {
     SIMULATED_DEVICE = 4, "simulated-device", Info, NONE, Never:
         "1cf973db919f48e8810b922fbf72a8ad",
         "A simulated device moves inputs: no real plant is behind them.",
-        "On a real plant, take the `[[simulated-device]]` tables out of the controller file.";
+        "On a real plant, take the simulated parts out of the controller file.";
 
     PROCESS_END = 5, "process-end", Info, NONE, Never:
         "61462cda98654a4cb1012be91dc1ab68",

@@ -31,7 +31,7 @@ pub struct WrittenDevice {
     pub on_loss: OnLoss,
     /// `loss-after`, ms: the age of the last good exchange at which the device is lost.
     pub loss_after: Option<Located<u32>>,
-    /// `map`, in file order.
+    /// `map`, in file order, then the rows of the device's parts.
     pub map: Vec<MapRow>,
     /// Whether `map` is a single table. The reader has already reported that.
     pub map_is_table: bool,
@@ -63,6 +63,9 @@ pub struct MapRow {
     pub safe: Option<Located<Constant>>,
     /// `hold`: an output that is not a Y keeps its value outside RUN.
     pub hold: Option<Located<bool>>,
+    /// The direction of a row that stands for a part's own key, as `run` of a plant's part; `None`
+    /// for a row of `map`.
+    pub of_part: Option<RowDirection>,
 }
 
 /// A driver's keys in one `[[device]]`, and their meaning.
@@ -72,6 +75,11 @@ pub trait DriverKeys: Debug {
 
     /// Reads the keys of the device.
     fn read(&mut self, table: &mut Table<'_>);
+
+    /// Rows for the keys of the device's parts that name memory; they follow those of `map`.
+    fn rows_of_parts(&mut self) -> Vec<MapRow> {
+        Vec::new()
+    }
 
     /// Whether a text is in the notation of the driver's points. This decides a row's direction.
     fn is_point(&self, text: &str) -> bool;

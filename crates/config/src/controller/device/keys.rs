@@ -59,11 +59,12 @@ fn read(mut table: Table<'_>) -> WrittenDevice {
     let map_is_table = table.has_table("map");
     let map = table
         .tables(key("map", "Rows that connect its points with bits and words."), "a device's map");
-    let map = map.into_iter().map(|row| read_row(row, &mut drivers)).collect();
+    let mut map: Vec<MapRow> = map.into_iter().map(|row| read_row(row, &mut drivers)).collect();
     drivers.iter_mut().for_each(|driver| driver.read(&mut table));
     table.finish();
     // Without a named driver, the keys of all drivers were read; no settings can be made of them.
-    let driver = drivers.pop().filter(|_| name_of_driver.is_some());
+    let mut driver = drivers.pop().filter(|_| name_of_driver.is_some());
+    map.extend(driver.iter_mut().flat_map(|driver| driver.rows_of_parts()));
     WrittenDevice { span, name, driver, poll, on_loss, loss_after, map, map_is_table }
 }
 
@@ -81,6 +82,7 @@ fn read_row(mut table: Table<'_>, drivers: &mut [Box<dyn DriverKeys>]) -> MapRow
         )),
         hold: table
             .boolean(key("hold", "An output that is not a Y keeps its value in STOP and FAULT.")),
+        of_part: None,
     };
     drivers.iter_mut().for_each(|driver| driver.read_row(&mut table));
     table.finish();

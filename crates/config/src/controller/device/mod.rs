@@ -134,7 +134,11 @@ fn row<'a>(
 ) -> Option<ResolvedRow<'a>> {
     let (from, to) = (written.from.as_ref()?, written.to.as_ref()?);
     let driver = device.driver.as_deref()?;
-    let (direction, points, text) = match (driver.is_point(&from.text), driver.is_point(&to.text)) {
+    let are_points = match written.of_part {
+        Some(direction) => (direction == RowDirection::In, direction == RowDirection::Out),
+        None => (driver.is_point(&from.text), driver.is_point(&to.text)),
+    };
+    let (direction, points, text) = match are_points {
         (true, false) => (RowDirection::In, from, to),
         (false, true) => (RowDirection::Out, to, from),
         (both, _) => {
@@ -209,10 +213,10 @@ fn inputs(rows: &[ResolvedRow<'_>], findings: &mut Vec<Finding>) -> Vec<DeviceIn
         }
     }
     let row = |row: &ResolvedRow<'_>| {
-        let span = row.text.span;
+        let (span, is_of_part) = (row.text.span, row.written.of_part.is_some());
         row.addresses
             .iter()
-            .map(|address| DeviceInput { address: *address, span })
+            .map(|address| DeviceInput { address: *address, span, is_of_part })
             .collect::<Vec<_>>()
     };
     rows().flat_map(row).collect()
@@ -224,7 +228,8 @@ fn outputs(rows: &[ResolvedRow<'_>], findings: &mut Vec<Finding>) -> Vec<Output>
     for row in rows.iter().filter(|row| row.direction == RowDirection::Out) {
         for address in &row.addresses {
             let safe = safe_value(row, *address, findings);
-            outputs.push(Output { address: *address, safe, span: row.text.span });
+            let (span, is_of_part) = (row.text.span, row.written.of_part.is_some());
+            outputs.push(Output { address: *address, safe, span, is_of_part });
         }
     }
     outputs
@@ -259,7 +264,8 @@ fn safe_value(row: &ResolvedRow<'_>, address: Address, findings: &mut Vec<Findin
         Address::Bit(_) | Address::Structure(_) => (0, 1),
     };
     let Some(safe) = &row.written.safe else {
-        return match (is_output, row.written.hold.as_ref().is_some_and(|hold| hold.value)) {
+        let is_held = row.written.hold.as_ref().is_some_and(|hold| hold.value);
+        return match (is_output, is_held || row.written.of_part.is_some()) {
             (true, _) => SafeValue::AsOutput,
             (false, true) => SafeValue::Hold,
             (false, false) => SafeValue::Value(0),

@@ -60,6 +60,9 @@ pub struct DeviceInput {
     pub address: Address,
     /// The place of its row.
     pub span: Span,
+    /// Whether a key of a plant's part names it, not a row of the map: the findings about inputs
+    /// and outputs that are missing in the map do not count it.
+    pub is_of_part: bool,
 }
 
 /// A bit or word that goes to a device.
@@ -71,6 +74,9 @@ pub struct Output {
     pub(crate) safe: SafeValue,
     /// The place of its row.
     pub span: Span,
+    /// Whether a key of a plant's part names it, not a row of the map: the findings about inputs
+    /// and outputs that are missing in the map do not count it.
+    pub is_of_part: bool,
 }
 
 /// The value of an output outside RUN.

@@ -16,7 +16,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::settings::{Device, DriverSettings};
+use super::settings::{Device, DriverSettings, Output};
 use crate::controller::settings::Controller;
 use rungd_engine::isa::{Address, Bit, BitSpace, Space};
 use rungd_language::resolve::program::Program;
@@ -42,8 +42,7 @@ pub fn moved_twice(controller: &Controller) -> Vec<Finding> {
         for input in &device.inputs {
             movers.enter(device, (input.address, input.span), TWO_MOVERS, &mut findings);
         }
-        let outputs = device.outputs.iter().filter(|output| is_y(output.address));
-        for output in outputs {
+        for output in device.outputs.iter().filter(is_row_of_y) {
             takers.enter(device, (output.address, output.span), TWO_TAKERS, &mut findings);
         }
     }
@@ -56,7 +55,7 @@ pub(in crate::controller) fn unmapped_outputs(
     program: &Program,
 ) -> Vec<Finding> {
     let outputs = || controller.devices.iter().flat_map(|device| &device.outputs);
-    if !outputs().any(|output| is_y(output.address)) {
+    if !outputs().any(|output| is_row_of_y(&output)) {
         return Vec::new();
     }
     let image = controller.modbus.as_ref().and_then(|server| server.outputs);
@@ -153,6 +152,11 @@ impl<'c> FirstUses<'c> {
 
 fn x(n: u32) -> Address {
     Address::Bit(Bit::Space(BitSpace::X, n))
+}
+
+/// Whether a row of a map sends a Y. A part of a plant that reads it is no second contactor.
+fn is_row_of_y(output: &&Output) -> bool {
+    !output.is_of_part && is_y(output.address)
 }
 
 fn is_y(address: Address) -> bool {

@@ -30,8 +30,8 @@ pub(super) fn of(
         if wanted(Address::Bit(Bit::Space(BitSpace::X, rule.input))) {
             list.add(true, "a simulated device moves it".to_owned(), None);
         }
-        for (_, at) in rule.reads().filter(|(bit, _)| wanted(Address::Bit(*bit))) {
-            list.add(false, format!("X{} is simulated by it", rule.input), Some(at));
+        for read in rule.reads().filter(|read| wanted(Address::Bit(read.bit))) {
+            list.add(false, format!("X{} is simulated by it", rule.input), Some(read.span));
         }
     }
     for address in addresses {

@@ -31,7 +31,8 @@ pub struct WrittenPart {
     pub name: Option<Text>,
     /// `kind`, if it is a known one.
     pub kind: Option<PartKind>,
-    /// The keys that name the drivers of a command: one point, or several for an opening.
+    /// The keys that name the drivers of a command: one point, or several for an opening. A key
+    /// that names memory becomes a row (`rows_of_parts`).
     pub driven: Vec<(&'static str, Vec<Text>)>,
     /// Its durations, ms, by key.
     pub times: Vec<(&'static str, Located<i32>)>,
@@ -41,6 +42,8 @@ pub struct WrittenPart {
     pub pairs: Vec<(&'static str, Located<Vec<i64>>)>,
     /// `eyes` of a conveyor, `switches` of a tank: a name and its place.
     pub places: Vec<(Text, Located<i64>)>,
+    /// `to`: the memory that its `out` moves.
+    pub to: Option<Text>,
     /// `invert`.
     pub invert: bool,
 }
@@ -117,30 +120,50 @@ const ANY: (i64, i64) = (i32::MIN as i64, i32::MAX as i64);
 const NUMBER: i64 = i32::MAX as i64;
 
 /// The keys of a part besides `name`, `kind` and `invert`, and the kinds of part that have them.
-const KEYS: [(Key, PartKeyForm, &[PartKind]); 30] = {
+const KEYS: [(Key, PartKeyForm, &[PartKind]); 31] = {
     use PartKeyForm::{Driven, DrivenTogether, Number, Pair, Places, Time};
     use PartKind::{Conveyor, Delay, Lag, Motor, Pulse, Sensor, Tank};
     [
         (
-            key("in", "The point of the plant that a delay or a lag follows, if no row drives it."),
+            key("in", "The point of the plant, or the memory, that a delay or a lag follows."),
             Driven,
             &[Delay, Lag],
         ),
-        (key("of", "A sensor's: the point of the plant that it measures."), Driven, &[Sensor]),
         (
-            key("run", "The point of the plant that makes it run."),
+            key("of", "A sensor's: the point of the plant, or the memory, that it measures."),
+            Driven,
+            &[Sensor],
+        ),
+        (
+            key("enable", "A delay's: the point or bit without which it is at rest."),
+            Driven,
+            &[Delay],
+        ),
+        (
+            key("run", "The point of the plant, or the memory, that makes it run."),
             Driven,
             &[Motor, Conveyor, Pulse],
         ),
-        (key("trip", "A motor's: the point of the plant that trips it."), Driven, &[Motor]),
-        (key("reset", "A motor's: the point of the plant that resets it."), Driven, &[Motor]),
         (
-            key("feed", "A conveyor's: the point of the plant that lays a part on the belt."),
+            key("trip", "A motor's: the point of the plant, or the bit, that trips it."),
+            Driven,
+            &[Motor],
+        ),
+        (
+            key("reset", "A motor's: the point of the plant, or the bit, that resets it."),
+            Driven,
+            &[Motor],
+        ),
+        (
+            key(
+                "feed",
+                "A conveyor's: the point of the plant, or the bit, that lays a part on it.",
+            ),
             Driven,
             &[Conveyor],
         ),
         (
-            key("jam", "A conveyor's: the point of the plant that jams its parts."),
+            key("jam", "A conveyor's: the point of the plant, or the bit, that jams its parts."),
             Driven,
             &[Conveyor],
         ),
@@ -317,6 +340,7 @@ fn read_part(mut table: Table<'_>) -> WrittenPart {
         numbers: Vec::new(),
         pairs: Vec::new(),
         places: Vec::new(),
+        to: None,
         invert: false,
     };
     let is_of = |kinds: &[PartKind]| kind.is_none_or(|kind| kinds.contains(&kind));
@@ -325,7 +349,9 @@ fn read_part(mut table: Table<'_>) -> WrittenPart {
             part.read(&mut table, *key, form);
         }
     }
-    if is_of(&[PartKind::Delay, PartKind::Sensor]) {
+    if is_of(&[PartKind::Delay, PartKind::Sensor, PartKind::Pulse]) {
+        part.to =
+            table.string(key("to", "The bit that its `out` moves, if no row of the map has it."));
         part.invert = table.flag(key("invert", "Whether its output is inverted."), false);
     }
     table.finish();

@@ -13,6 +13,9 @@
 //! map = [{ from = "Y0", to = "pump.run" }, { from = "pump.running", to = "X0" }]
 //! # fails without the first row: nothing drives `pump.run`
 //! ```
+//!
+//! A part's own keys can name memory instead of rows: `run = "Y0"`, and `to = "X0"` for its `out`.
+//! They become rows too, which are not of the map.
 
 pub mod keys;
 mod parts;
@@ -21,16 +24,16 @@ mod wires;
 
 pub use points::{OfferedPoint, points_of};
 
-use keys::Keys;
+use keys::{Keys, WrittenPart};
 
-use super::driver::{DriverKeys, ResolvedRows, WrittenDevice};
+use super::driver::{DriverKeys, MapRow, ResolvedRows, RowDirection, WrittenDevice};
 use super::scaling::ScalingKeys;
 use super::settings::DriverSettings;
 use rungd_io::plant::settings::{FaultSettings, PartSettings, Plant, PlantPart};
 use rungd_io::scaling::Scaling;
-use rungd_language::source::atom::is_name;
+use rungd_language::source::atom::{is_name, is_plant_point};
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::reader::Table;
+use rungd_language::source::reader::{Table, Text};
 
 /// The longest time between two steps of a plant, ms.
 const POLL_MS_MAX: u32 = 1000;
@@ -44,8 +47,14 @@ impl DriverKeys for Keys {
         self.read_device(table);
     }
 
+    fn rows_of_parts(&mut self) -> Vec<MapRow> {
+        let rows: Vec<MapRow> = self.parts.iter_mut().flat_map(rows_of_part).collect();
+        self.rows.resize_with(self.rows.len() + rows.len(), ScalingKeys::default);
+        rows
+    }
+
     fn is_point(&self, text: &str) -> bool {
-        is_point(text)
+        is_plant_point(text)
     }
 
     fn example(&self) -> &'static str {
@@ -62,12 +71,38 @@ impl DriverKeys for Keys {
     }
 }
 
-/// Whether a text has the form of a point of a plant: two names with a dot between them; the second
-/// name begins with a small letter.
-fn is_point(text: &str) -> bool {
-    text.split_once('.').is_some_and(|(part, point)| {
-        is_name(part) && is_name(point) && point.starts_with(char::is_lowercase)
-    })
+/// Takes the keys of a part that name memory, and returns a row for each.
+fn rows_of_part(part: &mut WrittenPart) -> Vec<MapRow> {
+    let Some(name) = part.name.as_ref().filter(|name| is_name(&name.text)) else {
+        return Vec::new();
+    };
+    let point = |point: &str, memory: &Text| Text {
+        text: format!("{}.{point}", name.text),
+        span: memory.span,
+        exact: false,
+    };
+    let row = |from: Text, to: Text, direction| MapRow {
+        span: from.span,
+        from: Some(from),
+        to: Some(to),
+        safe: None,
+        hold: None,
+        of_part: Some(direction),
+    };
+    let is_memory = |from: &[Text]| matches!(from, [memory] if !is_plant_point(&memory.text));
+    let driven = part.driven.extract_if(.., |(_, from)| is_memory(from));
+    let driven = driven.flat_map(|(command, from)| from.into_iter().map(move |m| (command, m)));
+    let mut rows: Vec<MapRow> = driven
+        .map(|(command, memory)| {
+            let command = point(command, &memory);
+            row(memory, command, RowDirection::Out)
+        })
+        .collect();
+    rows.extend(part.to.take().map(|memory| {
+        let out = point("out", &memory);
+        row(out, memory, RowDirection::In)
+    }));
+    rows
 }
 
 fn plant(

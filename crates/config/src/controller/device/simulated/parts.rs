@@ -173,6 +173,7 @@ impl PartReader<'_> {
             width_ms,
             every_ms,
             offset_ms: self.time("offset").unwrap_or(0),
+            invert: self.part.invert,
         })
     }
 }

@@ -131,8 +131,11 @@ impl Holds {
     }
 }
 
-const DELAY: [Fixed; 2] =
-    [point("in", Holds::Bit, PointRole::Needed), point("out", Holds::Bit, PointRole::Told)];
+const DELAY: [Fixed; 3] = [
+    point("in", Holds::Bit, PointRole::Needed),
+    point("enable", Holds::Bit, PointRole::Command(1)),
+    point("out", Holds::Bit, PointRole::Told),
+];
 
 const MOTOR: [Fixed; 5] = [
     point("run", Holds::Bit, PointRole::Needed),
