@@ -1,8 +1,8 @@
 //! Each controller file of `config/` with its own simulated device, in virtual time: the plant
 //! fulfils its purpose.
 //!
-//! The plant moves every millisecond, so every time here is exact to the scan. It receives an output
-//! in the millisecond after the scan that set it. `tests/cli/examples.rs` tests single rungs.
+//! The plant moves every millisecond, so every time here is exact to the scan. It receives an
+//! output in the millisecond after the scan that set it. `tests/cli/examples.rs` tests single rungs.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -1,6 +1,9 @@
 //! The answer to `why` as data, for text, JSON and tests.
 //!
-//! Types only; `inquiry` makes the answers. The value of a word is the content of its cell.
+//! Types only, with their forms as JSON (`json` has those that depend on the content); `inquiry`
+//! makes the answers. The value of a word is the content of its cell.
+
+use serde::{Serialize, Serializer};
 
 use rungd_config::controller::OutputState;
 use rungd_engine::Cell;
@@ -61,11 +64,12 @@ impl Default for Limits {
 }
 
 /// A scan and its time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct When {
     /// Its number; the first of a process is 1. `None` before the first scan.
     pub scan: Option<u64>,
     /// Its timestamp, monotonic.
+    #[serde(skip)]
     pub now_ns: u64,
     /// The same as ns since 1970 (UTC).
     pub unix_ns: i64,
@@ -81,9 +85,10 @@ pub enum Since {
 }
 
 /// A bit or word.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct OperandName {
     /// Its cell.
+    #[serde(skip)]
     pub cell: Cell,
     /// Its tag, or else its address, nickname, Stage or block.
     pub name: String,
@@ -92,15 +97,18 @@ pub struct OperandName {
     /// The tag's `doc`.
     pub doc: Option<String>,
     /// Whether it is a bit.
+    #[serde(skip)]
     pub is_bit: bool,
     /// Whether it holds a real.
+    #[serde(skip)]
     pub is_real: bool,
     /// Whether it is a time in ms.
+    #[serde(skip)]
     pub is_time: bool,
 }
 
 /// A place in a file, with its text.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Place {
     /// The file as it was given.
     pub file: String,
@@ -115,7 +123,7 @@ pub struct Place {
 }
 
 /// A block or Stage.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct BlockPlace {
     /// Its name; for a Stage, with the name of its Program.
     pub name: String,
@@ -123,12 +131,19 @@ pub struct BlockPlace {
     pub place: Place,
 }
 
+/// Writes the name of a block or Stage alone.
+fn element_name<S: Serializer>(element: &BlockPlace, to: S) -> Result<S::Ok, S::Error> {
+    to.serialize_str(&element.name)
+}
+
 /// A rung, or a branch of one.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct RungName {
     /// Its block or Stage.
+    #[serde(rename = "in", serialize_with = "element_name")]
     pub element: BlockPlace,
     /// The rung for people: its name, or its number and the use that it belongs to.
+    #[serde(skip)]
     pub label: String,
     /// Its name.
     pub name: Option<String>,
@@ -250,7 +265,7 @@ pub enum Stop {
 }
 
 /// A RESTART that acted.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Restart {
     /// The scan in which it acted.
     pub at: When,
@@ -263,7 +278,8 @@ pub struct Restart {
 }
 
 /// The end of the tape that can be searched.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum TapeEnd {
     /// The oldest section.
     Oldest,
@@ -281,7 +297,7 @@ pub enum TapeEnd {
 }
 
 /// A leg of an instruction, at its execution.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LegSeen {
     /// `when`, or the name after `leg.`.
     pub name: &'static str,
@@ -293,19 +309,21 @@ pub struct LegSeen {
     pub contacts: Vec<ContactSeen>,
     /// The order in which they are told, as indices of `contacts`: of many, those that changed last
     /// come first.
+    #[serde(skip)]
     pub latest: Vec<usize>,
     /// Other contacts of a series that were OFF.
     pub also_off: Vec<ContactSeen>,
 }
 
 /// A contact with its state when its rung was executed.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ContactSeen {
     /// Its place and text.
     pub place: Place,
     /// Its state.
     pub on: bool,
     /// Its kind, with its operands.
+    #[serde(rename = "is")]
     pub detail: ContactDetail,
 }
 
@@ -349,7 +367,8 @@ pub enum Followed {
 }
 
 /// Why reasons are not given.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Cut {
     /// The depth is reached.
     Depth,
@@ -362,7 +381,8 @@ pub enum Cut {
 }
 
 /// The state of a timer or counter.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "lowercase")]
 pub enum About {
     /// A timer.
     Timer {
@@ -391,7 +411,7 @@ pub enum About {
 }
 
 /// An instruction that could change a value, but does not.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Idle {
     /// The rung of the instruction.
     pub rung: RungName,
