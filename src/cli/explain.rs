@@ -69,7 +69,7 @@ fn named(name: &str) -> Result<String, String> {
     let template = || library::of_template(name).map(of_library);
     explanation(name).or_else(template).ok_or_else(|| {
         let help = did_you_mean(name, known())
-            .unwrap_or_else(|| "`rungd explain` lists what can be explained".to_owned());
+            .unwrap_or_else(|| "`rungd explain` lists what can be explained".into());
         format!("no instruction, function, finding or event is called `{name}`: {help}")
     })
 }

@@ -23,7 +23,7 @@ struct Module {
 }
 
 /// Names of methods that one file defines, and that types of the standard library have too.
-const OF_THE_STANDARD_LIBRARY: [&str; 3] = ["any", "clone", "spawn"];
+const OF_THE_STANDARD_LIBRARY: [&str; 4] = ["any", "clone", "iter", "spawn"];
 
 pub struct Sources {
     modules: BTreeMap<Path, Module>,

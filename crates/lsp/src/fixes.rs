@@ -1,8 +1,8 @@
 //! Code actions that repair a finding as its help advises, or silence a warning with `allow`.
 //!
-//! `requests` calls [`actions`]. `help` extracts the advice from a help, `change` turns the advice
-//! into changes of the file, and `silence` makes the changes of `allow`. A proposal is offered only
-//! if `verify` accepts the changed text: a wrong proposal costs time, but does no harm.
+//! `requests` calls [`actions`]. `change` turns the fixes of a finding into changes of the file,
+//! and `silence` makes the changes of `allow`. A proposal is offered only if `verify` accepts the
+//! changed text: a wrong proposal costs time, but does no harm.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -14,7 +14,6 @@ use lsp_types::{
     Diagnostic, NumberOrString, TextEdit, WorkspaceEdit,
 };
 
-use self::advice::AdviceLead;
 use self::edit::{Proposal, TextChange};
 use self::verify::{FixTrial, FixWorth};
 use super::diagnostics::{path_of as judged_path, told};
@@ -23,14 +22,12 @@ use super::judge::Judgement;
 use super::uri::path_of;
 use super::workspace::Workspace;
 use rungd_language::source::finding::{Finding, Severity};
+use rungd_language::source::fix::{Applicability, Fix};
 use rungd_language::source::span::SourceFile;
 
-mod advice;
 mod change;
 mod edit;
-mod help;
 mod places;
-mod sentences;
 mod silence;
 mod tables;
 mod verify;
@@ -157,25 +154,24 @@ fn offers(
 ) -> Vec<Offer> {
     let span = finding.span.start as usize..finding.span.end as usize;
     let mut offers = Vec::new();
-    let help = finding.help_text().unwrap_or_default();
+    let advice = finding.advice();
+    let is_choice =
+        |fix: &Fix| matches!(fix.applicability, Applicability::Spelling | Applicability::Possible);
     let mut choices = 0;
-    for advice in help::read(&help) {
-        choices += usize::from(advice.is_choice());
-        if advice.is_choice() && choices > CHOICES_MAX {
+    for fix in advice.iter().flat_map(|help| &help.fixes) {
+        choices += usize::from(is_choice(fix));
+        if is_choice(fix) && choices > CHOICES_MAX {
             continue;
         }
-        let taken = best(change::proposed(file, &span, &advice), |changes| {
-            left.take(trial.bytes()).then(|| trial.repairs(changes, &advice))
+        let taken = best(change::proposed(file, &span, fix), |changes| {
+            left.take(trial.bytes()).then(|| trial.repairs(changes, fix.applicability))
         });
         if let Some((changes, worth)) = taken
             && !offers.iter().any(|known: &Offer| known.changes == changes)
         {
             let changed = changes.first().map_or(span.clone(), |change| change.range.clone());
-            let title = advice.title(file, changed);
-            let is_example = advice.lead() == AdviceLead::Example
-                || help.starts_with("give it ")
-                || help.starts_with("most ");
-            let is_sure = !is_example && worth == FixWorth::Whole;
+            let title = change::title(file, fix, changed);
+            let is_sure = fix.applicability != Applicability::Possible && worth == FixWorth::Whole;
             offers.push(Offer { title, changes, repairs: true, is_sure });
         }
     }

@@ -11,6 +11,7 @@ use rungd_base::progress::Progress;
 use rungd_engine::isa::{Address, Bit, BitSpace, NumberRanges, Space};
 use rungd_language::resolve::program::{Instruction, Program};
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::{Edit, advise, pair};
 
 /// The longest period without a warning, ms.
 const PERIOD_MS_MAX: u32 = 1000;
@@ -37,7 +38,8 @@ fn long_period(written: &WrittenController, controller: &Controller) -> Option<F
     let message = format!("scans are {seconds} s apart");
     let finding = Finding::new(Code::LongPeriod, written.scan.period_ms.span, message);
     let finding = finding.label("an input must last longer than this to be seen");
-    Some(finding.help("most plants need milliseconds: `period = \"10ms\"`"))
+    let period = pair("period = \"10ms\"").possible();
+    Some(finding.help(advise("most plants need milliseconds: `{}`", [period])))
 }
 
 /// The warnings for outputs whose `hold` a termination pass overrides.
@@ -107,8 +109,12 @@ fn cold_for_ever(written: &WrittenController, controller: &Controller) -> Option
     let finding = Finding::new(Code::ColdForEver, place, message)
         .label("without an operator's socket")
         .related(range, "retained here");
-    Some(finding.help(
-        "write `[retain] cold-start = \"run\"`; or start it the first time with `rungd run \
+    Some(
+        finding
+            .help(
+                "write `[retain] cold-start = \"run\"`; or start it the first time with `rungd run \
          --cold-start run FILE`; or enable the socket",
-    ))
+            )
+            .fix(Edit::Under { table: "retain", pair: "cold-start = \"run\"".to_owned() }),
+    )
 }

@@ -6,6 +6,7 @@
 //! here, but on the command line and by `rungd log-level`.
 
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::{Edit, advise, meant, one_of, pair};
 use rungd_language::source::key::key;
 use rungd_language::source::nearest::KnownNames;
 use rungd_language::source::reader::{Table, Text};
@@ -177,7 +178,7 @@ impl ValueKind for LevelOf {
         let named = Level::ALL.into_iter().find(|level| level.name() == text.text);
         if named.is_none() && text.text != "off" {
             let message = format!("`{}` is no level", text.text);
-            let help = format!("write one of `{}`", self.words().join("`, `"));
+            let help = one_of("write one of", self.words());
             let finding = Finding::new(Code::Controller, text.span, message).help(help);
             find(finding.near(&text.text, &KnownNames::new(self.words())));
             return None;
@@ -193,14 +194,11 @@ impl ValueKind for LevelOf {
 /// The finding for an event whose lines must be seen.
 fn kept(event: &Event, text: &Text) -> Finding {
     let message = format!("`{}` must stay in the log", event.name);
-    let help = format!(
-        "take the line out, or give it a level that is seen: `{} = \"{}\"`",
-        event.name,
-        event.level.name()
-    );
+    let level = pair(format!("{} = \"{}\"", event.name, event.level.name())).possible();
+    let help = advise("take the line out, or give it a level that is seen: `{}`", [level]);
     Finding::new(Code::KeptEvent, text.span, message)
         .label("a fault, mode, alarm, loss or change is logged at info, warn or error")
-        .help(help)
+        .help(help.with(Edit::Delete))
 }
 
 /// The warning for a level of an event whose lines are left out.
@@ -225,7 +223,7 @@ fn unknown_events(table: &Table<'_>) {
         let message = format!("no event of the log is called `{}`", name.text);
         let finding = Finding::new(Code::UnknownEvent, name.span, message);
         let finding = match events::coded(&name.text) {
-            Some(event) => finding.help(format!("did you mean `{}`?", event.name)),
+            Some(event) => finding.help(meant(event.name)),
             None => finding.help("`rungd events` lists all events").near(&name.text, &known),
         };
         table.find(finding);

@@ -2,6 +2,7 @@
 //! Only run time shows whether the groups exist and the sockets can be made.
 
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::{Help, advise, pair, possible, propose};
 use rungd_language::source::key::key;
 use rungd_language::source::reader::{Table, Text};
 use rungd_language::source::span::{Located, Span};
@@ -105,7 +106,7 @@ const VIEW_GROUP: ParsedText<String> = ParsedText::new(|key, text| group(key, te
 const PERMISSIONS: ParsedText<u32> =
     ParsedText::new(permissions).limited(r#"{"pattern":"^(0o)?0?[0-7]{3}$"}"#);
 
-fn wrong<T>(text: &Text, message: String, help: String) -> Result<T, Finding> {
+fn wrong<T>(text: &Text, message: String, help: Help) -> Result<T, Finding> {
     Err(Finding::new(Code::Controller, text.span, message).help(help))
 }
 
@@ -113,12 +114,13 @@ fn wrong<T>(text: &Text, message: String, help: String) -> Result<T, Finding> {
 fn socket(key: &str, socket: &Text, name: &str) -> Result<String, Finding> {
     let path = &socket.text;
     if path.is_empty() || path.ends_with('/') || path.contains('\0') {
-        let help = format!("write `{key} = \"/run/rungd/{name}\"`");
+        let help = propose(pair(format!("{key} = \"/run/rungd/{name}\"")));
         return wrong(socket, "a socket is a file".to_owned(), help);
     }
     if path.len() > SOCKET_BYTES_MAX {
         let message = format!("a socket's path has at most {SOCKET_BYTES_MAX} bytes");
-        return wrong(socket, message, format!("choose a shorter one, as `/run/rungd/{name}`"));
+        let shorter = possible(format!("/run/rungd/{name}"));
+        return wrong(socket, message, advise("choose a shorter one, as `{}`", [shorter]));
     }
     Ok(path.clone())
 }
@@ -127,7 +129,8 @@ fn permissions(key: &str, mode: &Text) -> Result<u32, Finding> {
     octal(&mode.text).map_or_else(
         || {
             let message = format!("`{}` is no file mode", mode.text);
-            wrong(mode, message, format!("write it in octal digits: `{key} = \"0660\"`"))
+            let digits = pair(format!("{key} = \"0660\"")).proposed();
+            wrong(mode, message, advise("write it in octal digits: `{}`", [digits]))
         },
         Ok,
     )
@@ -138,7 +141,8 @@ fn group(key: &str, group: &Text, name: &str) -> Result<String, Finding> {
     let odd = |c: char| c.is_whitespace() || is_unseen(c) || c == ':';
     if group.text.is_empty() || group.text.contains(odd) {
         let message = format!("`{}` is no group", group.text);
-        return wrong(group, message, format!("write its name or number: `{key} = \"{name}\"`"));
+        let name = pair(format!("{key} = \"{name}\"")).possible();
+        return wrong(group, message, advise("write its name or number: `{}`", [name]));
     }
     Ok(group.text.clone())
 }

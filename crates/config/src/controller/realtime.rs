@@ -4,6 +4,7 @@
 //! shows at run time whether the machine grants the requests.
 
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::{Edit, advise, give_one, pair, possible, propose};
 use rungd_language::source::key::{NOT_EMPTY, key};
 use rungd_language::source::reader::{Table, Text};
 use rungd_language::source::value_kind::{KeyWords, ParsedText, WrongWord};
@@ -61,7 +62,7 @@ fn read_policy(table: &mut Table<'_>) -> Policy {
         if let (Some(priority), false) = (&priority, has_policy) {
             let message = "`priority` has no effect without a `policy`";
             let finding = Finding::new(Code::MissingKey, priority.span, message);
-            table.find(finding.help("give it one: `policy = \"fifo\"`"));
+            table.find(finding.help(give_one("policy", "\"fifo\"")));
         }
         return Policy::Other;
     };
@@ -72,14 +73,16 @@ fn read_policy(table: &mut Table<'_>) -> Policy {
             if !has_priority {
                 let message = format!("policy `{}` has no `priority`", POLICIES.word(policy.value));
                 let finding = Finding::new(Code::MissingKey, policy.span, message);
-                table.find(finding.help("give it one, 1 to 99: `priority = 80`"));
+                let priority = pair("priority = 80").possible();
+                table.find(finding.help(advise("give it one, 1 to 99: `{}`", [priority])));
             }
             Policy::Other
         }
         (PolicyWord::Other, Some(priority)) => {
             let message = "`priority` has no effect with policy `other`";
             let finding = Finding::new(Code::Controller, priority.span, message);
-            table.find(finding.help("write `policy = \"fifo\"`, or take `priority` out"));
+            let help = propose(pair("policy = \"fifo\"")).and(", or take `priority` out");
+            table.find(finding.help(help).fix(Edit::Delete));
             Policy::Other
         }
         (PolicyWord::Other, None) => Policy::Other,
@@ -98,7 +101,8 @@ fn read_cpus(table: &mut Table<'_>) -> Vec<u32> {
     numbers.dedup();
     if numbers.is_empty() && !table.doc().has_finding_in(cpus.span) {
         let finding = Finding::new(Code::Controller, cpus.span, "no CPU is named");
-        table.find(finding.help("write `cpus = [1]`, or take the key out"));
+        let help = propose(pair("cpus = [1]")).and(", or take the key out");
+        table.find(finding.help(help).fix(Edit::Delete));
     }
     numbers
 }
@@ -114,12 +118,15 @@ fn latency(_key: &str, text: &Text) -> Result<i32, Finding> {
     let Some(us) = parts.and_then(|(number, us)| Some(digits(number)?.saturating_mul(us))) else {
         let message = format!("`{}` is no latency", text.text);
         let finding = Finding::new(Code::BadDuration, text.span, message);
-        return Err(finding.help("write a number and its unit: `0us`, `20us`, `1ms`"));
+        let latencies = ["0us", "20us", "1ms"].map(possible);
+        return Err(
+            finding.help(advise("write a number and its unit: `{}`, `{}`, `{}`", latencies))
+        );
     };
     let us = i32::try_from(us).ok().filter(|us| *us <= LATENCY_US_MAX);
     us.ok_or_else(|| {
         let message = "`cpu-latency` is at most a second";
         let finding = Finding::new(Code::OutOfRange, text.span, message);
-        finding.help("write `0us` to keep idle CPUs awake")
+        finding.help(propose("0us").and(" to keep idle CPUs awake"))
     })
 }

@@ -3,6 +3,7 @@
 
 use rungd_engine::isa::duration;
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::{Help, advise, pair, write};
 use rungd_language::source::key::{KeyLimit, key};
 use rungd_language::source::reader::{Table, Text};
 use rungd_language::source::value_kind::{ParsedText, ValueKind};
@@ -73,7 +74,7 @@ fn read(mut table: Table<'_>) -> RecordSettings {
 const DIR: ParsedText<String> = ParsedText::new(|_, dir| {
     if dir.text.is_empty() || dir.text.contains('\0') {
         let finding = Finding::new(Code::Controller, dir.span, "recordings are kept in a folder");
-        return Err(finding.help("write `dir = \"/var/lib/rungd/record\"`"));
+        return Err(finding.propose(pair("dir = \"/var/lib/rungd/record\"")));
     }
     Ok(dir.text.clone())
 });
@@ -88,7 +89,7 @@ struct Measure {
     /// Whether it is a duration, which is written in whole numbers.
     takes_durations: bool,
     beyond: &'static str,
-    help: &'static str,
+    help: fn() -> Help,
 }
 
 /// A JSON Schema: a number of bytes.
@@ -101,7 +102,10 @@ const AGE: Measure = Measure {
     no_form: "no time",
     takes_durations: true,
     beyond: "not between a minute and ten years",
-    help: "write hours or days: `keep = \"24h\"`, `keep = \"30d\"`",
+    help: || {
+        let ages = ["keep = \"24h\"", "keep = \"30d\""].map(|age| pair(age).possible());
+        advise("write hours or days: `{}`, `{}`", ages)
+    },
 };
 const ON_DISK: Measure = Measure {
     parse: bytes,
@@ -110,12 +114,15 @@ const ON_DISK: Measure = Measure {
     no_form: "no size",
     takes_durations: false,
     beyond: "not between 1 MB and 1,000 GB",
-    help: "write megabytes or gigabytes: `size = \"256MB\"`, `size = \"2GB\"`",
+    help: || {
+        let sizes = ["size = \"256MB\"", "size = \"2GB\""].map(|size| pair(size).possible());
+        advise("write megabytes or gigabytes: `{}`, `{}`", sizes)
+    },
 };
 const IN_MEMORY: Measure = Measure {
     limits: MEMORY_BYTES,
     beyond: "not between 1 MB and 4 GB",
-    help: "write megabytes: `memory = \"16MB\"`",
+    help: || advise("write megabytes: `{}`", [pair("memory = \"16MB\"").proposed()]),
     ..ON_DISK
 };
 
@@ -133,7 +140,7 @@ impl ValueKind for Measure {
             let wrong = if amount.is_some() { self.beyond } else { self.no_form };
             let whole = duration::of_fraction(&text.text)
                 .filter(|_| self.takes_durations && amount.is_none());
-            let help = whole.map_or(self.help.to_owned(), |text| format!("write `\"{text}\"`"));
+            let help = whole.map_or_else(self.help, |text| write(format!("\"{text}\"")));
             let message = format!("`{}` is {wrong}", text.text);
             find(Finding::new(Code::Controller, text.span, message).help(help));
         }

@@ -32,7 +32,8 @@ impl Resolver<'_> {
         let range = match resolve_range(self.scope, text) {
             Ok(range) => range,
             Err(finding) => {
-                let help = || format!("no ladder declares it; this key accepts {}", wanted.words);
+                let help =
+                    || format!("no ladder declares it; this key accepts {}", wanted.words).into();
                 self.findings.push(finding.declared_as(help));
                 return None;
             }

@@ -2,6 +2,7 @@
 //! whether the file can be made.
 
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::{Edit, pair};
 use rungd_language::source::key::{Key, key};
 use rungd_language::source::reader::{Table, Text};
 use rungd_language::source::span::{Located, Span};
@@ -55,7 +56,8 @@ pub(super) fn read_in_test(root: &mut Table<'_>) -> WrittenRetain {
     if let Some(name) = retain.file.take() {
         let message = "the retentive memory of a test has no file";
         let finding = Finding::new(Code::TestFile, name.span, message);
-        doc.find(finding.help("take `file` away: a test keeps its memory to itself"));
+        let help = "take `file` away: a test keeps its memory to itself";
+        doc.find(finding.help(help).fix(Edit::Remove("file")));
     }
     retain
 }
@@ -66,7 +68,7 @@ const FILE: Key =
 const PATH: ParsedText<String> = ParsedText::new(|_, file| {
     if file.text.is_empty() || file.text.ends_with('/') || file.text.contains('\0') {
         let finding = Finding::new(Code::Controller, file.span, "memory is kept in a file");
-        return Err(finding.help("write `file = \"/var/lib/rungd/memory\"`"));
+        return Err(finding.propose(pair("file = \"/var/lib/rungd/memory\"")));
     }
     Ok(file.text.clone())
 });
@@ -124,8 +126,8 @@ fn keeps_nothing(table: &Table<'_>, lists: [Option<&Located<Vec<Text>>>; 2]) {
 
 fn nothing(table: &Table<'_>, place: Span, message: &str) {
     let finding = Finding::new(Code::RetainsNothing, place, message);
-    table.find(finding.label("every start is a cold start").help(
-        "say what a restart keeps, `ranges = [\"D0..D99\", \"CT0..CT7\"]`, `tags = [\"total_*\"]`; \
-         or take `[retain]` away",
-    ));
+    let help = "say what a restart keeps, `ranges = [\"D0..D99\", \"CT0..CT7\"]`, `tags = \
+                [\"total_*\"]`; or take `[retain]` away";
+    let finding = finding.label("every start is a cold start").help(help);
+    table.find(finding.fix(Edit::Remove("[retain]")));
 }

@@ -18,6 +18,7 @@ use rungd_engine::isa::{Address, Space};
 use rungd_language::resolve::program::{Program, Tag, TagMeaning};
 use rungd_language::resolve::range::Range;
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::{advise, possible};
 use rungd_language::source::nearest::KnownNames;
 use rungd_language::source::reader::Text;
 use rungd_language::source::wording::thousands;
@@ -146,10 +147,14 @@ fn nothing(pattern: &Text, known: &KnownNames) -> Finding {
     let (message, help) = match text.contains('*') {
         true => (
             format!("no tag has a name like `{text}`"),
-            "`*` stands for any part of a name: `total_*`, `*.hours`",
+            advise(
+                "`*` stands for any part of a name: `{}`, `{}`",
+                ["total_*", "*.hours"].map(possible),
+            ),
         ),
         false => {
-            (format!("no tag is called `{text}`"), "name tags here; addresses belong in `ranges`")
+            let help = "name tags here; addresses belong in `ranges`";
+            (format!("no tag is called `{text}`"), help.into())
         }
     };
     Finding::new(Code::UnknownName, pattern.span, message).help(help).near(text, known)

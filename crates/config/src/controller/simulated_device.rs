@@ -10,6 +10,7 @@ use super::resolver::Resolver;
 use rungd_engine::isa::{Bit, BitSpace};
 use rungd_io::plant::settings::{Delays, PartSettings, Rule, RuleCommand};
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::{Edit, possible};
 use rungd_language::source::key::key;
 use rungd_language::source::reader::{Table, Text};
 use rungd_language::source::span::{Located, Span};
@@ -138,7 +139,8 @@ impl Resolver<'_> {
             "either `pulse` and `every` (and `offset`), or `follows` (and `after`, `release`)";
         if let Some(stray) = stray {
             let message = "a device pulses or follows, not both";
-            self.findings.push(Finding::new(Code::Controller, stray.span, message).help(help));
+            let finding = Finding::new(Code::Controller, stray.span, message).help(help);
+            self.findings.push(finding.fix(possible(Edit::Delete)));
             return None;
         }
         let ms = |value: &Option<Located<i32>>| value.as_ref().map(|ms| ms.value.unsigned_abs());

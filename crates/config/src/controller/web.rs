@@ -8,6 +8,7 @@ use super::resolver::Resolver;
 use rungd_base::variants::all_variants;
 use rungd_engine::isa::{Address, Bit, BitSpace};
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::{advise, possible};
 use rungd_language::source::key::{NOT_EMPTY, key};
 use rungd_language::source::reader::{Table, Text};
 use rungd_language::source::span::Span;
@@ -241,7 +242,7 @@ fn operand(text: &Text, resolver: &mut Resolver<'_>) -> Option<Address> {
         Ok(Address::Structure(_)) => {
             let message = format!("`{name}` is a structure");
             let finding = Finding::new(Code::Controller, text.span, message);
-            finding.help(format!("name a member, as `{name}.Acc`"))
+            finding.help(advise("name a member, as `{}`", [possible(format!("{name}.Acc"))]))
         }
         Ok(address @ (Address::Bit(_) | Address::Word(_))) => return Some(address),
         Err(message) => Finding::new(Code::Controller, text.span, message),

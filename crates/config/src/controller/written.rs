@@ -16,6 +16,7 @@ use super::web::{self, WrittenWeb};
 use rungd_base::progress::{Progress, UNASKED};
 use rungd_engine::isa::MemorySizes;
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::pair;
 use rungd_language::source::key::{Key, key};
 use rungd_language::source::lost::LostText;
 use rungd_language::source::reader::{self, Table, Text};
@@ -171,7 +172,7 @@ fn read_ladders(root: &mut Table<'_>) -> Vec<Text> {
     let explained = key("ladder", "The ladder files, relative to this file: one program.");
     root.some_texts(explained, |span| {
         let finding = Finding::new(Code::Controller, span, "no ladder file is named");
-        finding.help("write `ladder = [\"ladder.toml\"]`")
+        finding.propose(pair("ladder = [\"ladder.toml\"]"))
     })
 }
 

@@ -4,6 +4,7 @@
 
 use rungd_language::source::file_kind::LIBRARY;
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::{Help, one_of};
 use rungd_language::source::nearest::{did_you_mean, nearest};
 use rungd_language::source::span::{SourceFile, Span};
 use rungd_language::source::wording::shell_word;
@@ -65,13 +66,13 @@ impl LibraryFile {
 ///
 /// # Errors
 /// The library has no such file. The texts are the message and the help.
-pub fn named(path: &str) -> Option<Result<&'static LibraryFile, (String, String)>> {
+pub fn named(path: &str) -> Option<Result<&'static LibraryFile, (String, Help)>> {
     let name = path.strip_prefix(LIBRARY)?;
     let found = FILES.iter().find(|file| file.name == name);
     Some(found.ok_or_else(|| {
         let names = || FILES.iter().map(|file| file.name);
-        let list = names().map(|of| format!("`{LIBRARY}{of}`")).collect::<Vec<_>>().join(", ");
-        let help = did_you_mean(name, names()).unwrap_or_else(|| format!("there is {list}"));
+        let all = || one_of("there is", names().map(|of| format!("{LIBRARY}{of}")));
+        let help = did_you_mean(name, names()).unwrap_or_else(all);
         (format!("the library has no `{name}`"), help)
     }))
 }

@@ -37,6 +37,7 @@ use rungd_language::resolve::program::{Program, TagMeaning};
 use rungd_language::resolve::{LoadOptions, resolve_ladders};
 use rungd_language::source::file_kind;
 use rungd_language::source::finding::{Code, Finding, Severity};
+use rungd_language::source::fix::{Edit, Help, possible};
 use rungd_language::source::lost::LostTexts;
 use rungd_language::source::reader::Text;
 use rungd_language::source::span::{FileId, SourceFile, Span};
@@ -303,7 +304,8 @@ impl Loaded {
                 let message = format!("`{}` is named twice", name.text);
                 let finding = Finding::new(Code::Controller, name.span, message);
                 let finding = finding.related(*first, "the same file");
-                self.findings.push(finding.help("remove one of the two"));
+                let finding = finding.help("remove one of the two").fix(possible(Edit::Delete));
+                self.findings.push(finding);
                 whole = false;
                 continue;
             }
@@ -336,7 +338,7 @@ impl Loaded {
     fn add_library(
         &mut self,
         name: &Text,
-        text: Result<&str, (String, String)>,
+        text: Result<&str, (String, Help)>,
         seen: &mut HashMap<PathBuf, Span>,
     ) -> bool {
         let finding = |message| Finding::new(Code::Controller, name.span, message);
@@ -344,7 +346,8 @@ impl Loaded {
             (Err((message, help)), _) => finding(message).help(help),
             (Ok(_), Some(first)) => finding(format!("`{}` is named twice", name.text))
                 .related(first, "the same file")
-                .help("remove one of the two"),
+                .help("remove one of the two")
+                .fix(possible(Edit::Delete)),
             (Ok(text), None) => {
                 self.add(name.text.clone(), text.as_bytes());
                 return true;

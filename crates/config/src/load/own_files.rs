@@ -11,6 +11,7 @@ use super::files::identity;
 use crate::controller::written::WrittenController;
 use rungd_base::progress::{LoadStep, Progress};
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::pair;
 use rungd_language::source::span::{Located, Span};
 
 /// A file that the controller already uses.
@@ -52,20 +53,21 @@ pub(super) fn findings(
             Some(OtherFile { what, named: Some(socket.span) })
         });
         let other = input(memory).or(socket);
-        let help = "write `file = \"/var/lib/rungd/memory\"`";
-        findings.extend(other.map(|other| finding(memory, &other, "memory").help(help)));
+        let file = || pair("file = \"/var/lib/rungd/memory\"");
+        findings.extend(other.map(|other| finding(memory, &other, "memory").propose(file())));
     }
     if let Some(socket) = socket {
-        let help = "write `socket = \"rungd.sock\"`";
-        findings.extend(input(socket).map(|other| finding(socket, &other, "a socket").help(help)));
+        let path = || pair("socket = \"rungd.sock\"");
+        let other = input(socket);
+        findings.extend(other.map(|other| finding(socket, &other, "a socket").propose(path())));
     }
     if let Some(view) = view {
         let same = socket.filter(|socket| beside(&socket.value) == beside(&view.value));
         let same = same
             .map(|socket| OtherFile { what: "the operator's socket", named: Some(socket.span) });
-        let help = "write `view-socket = \"rungd-view.sock\"`";
+        let path = || pair("view-socket = \"rungd-view.sock\"");
         let other = input(view).or(same);
-        findings.extend(other.map(|other| finding(view, &other, "a socket").help(help)));
+        findings.extend(other.map(|other| finding(view, &other, "a socket").propose(path())));
     }
     findings
 }

@@ -7,6 +7,7 @@
 use std::net::IpAddr;
 
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::{Help, propose};
 use rungd_language::source::reader::Text;
 
 /// An address, or all addresses that begin with the same bits.
@@ -39,12 +40,12 @@ impl Network {
     /// The finding.
     pub fn read(text: &Text) -> Result<Network, Finding> {
         let written = text.text.trim();
-        let wrong = |message: String, help: String| {
+        let wrong = |message: String, help: Help| {
             Finding::new(Code::Controller, text.span, message).help(help)
         };
         let bad = || {
             let help = "write an IP address or a network: `10.0.0.5`, `192.168.1.0/24`, `fd00::/8`";
-            wrong(format!("`{written}` is no client's address"), help.to_owned())
+            wrong(format!("`{written}` is no client's address"), help.into())
         };
         let (address, prefix) = match written.split_once('/') {
             Some((address, prefix)) => (address, Some(prefix)),
@@ -67,7 +68,10 @@ impl Network {
         if bits & !mask(prefix, v4) != 0 {
             let message = format!("`{written}` has bits beyond its prefix");
             let network = address_of(bits & mask(prefix, v4), v4);
-            return Err(wrong(message, format!("write `{network}/{prefix}`, or no prefix")));
+            return Err(wrong(
+                message,
+                propose(format!("{network}/{prefix}")).and(", or no prefix"),
+            ));
         }
         Ok(Network { bits, prefix, v4 })
     }

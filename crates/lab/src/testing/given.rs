@@ -11,6 +11,7 @@ use rungd_engine::isa::Real;
 use rungd_engine::isa::duration;
 use rungd_language::source::atom::{Atom, AtomKind};
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::{advise, possible};
 use rungd_language::source::reader::Constant;
 use rungd_language::source::span::{Located, Span};
 
@@ -48,7 +49,7 @@ fn content(target: &TestTarget, given: Constant, span: Span) -> Result<i32, Find
     let beyond = |min: String, max: String, value: String| {
         let message = format!("`{name}` takes {min} to {max}, not {value}");
         let finding = Finding::new(Code::OutOfRange, span, message);
-        finding.help(format!("write `{min}`, `{max}`, or what lies between"))
+        finding.help(advise("write `{}`, `{}`, or what lies between", [min, max].map(possible)))
     };
     match (target.takes, given) {
         (StimulusTarget::Input(_) | StimulusTarget::Bit(_), Constant::Bit(on)) => Ok(on.into()),
@@ -99,12 +100,15 @@ fn wrong(target: &TestTarget, given: &str, span: Span) -> Finding {
     let name = &target.operand.name;
     let (kind, takes, help) = match target.takes {
         StimulusTarget::Input(_) | StimulusTarget::Bit(_) => {
-            ("a bit", "0 or 1", "write `1`, or `0`")
+            ("a bit", "0 or 1", advise("write `{}`, or `{}`", ["1", "0"].map(possible)))
         }
         StimulusTarget::Word(..) => {
-            ("a word", "a whole number or a duration", "write it as `12`, `-3`, `1m30s`")
+            let help = "write it as `12`, `-3`, `1m30s`".into();
+            ("a word", "a whole number or a duration", help)
         }
-        StimulusTarget::Real(..) => ("a real", "a number", "write it as `12.5`, `-3`, `2e-3`"),
+        StimulusTarget::Real(..) => {
+            ("a real", "a number", "write it as `12.5`, `-3`, `2e-3`".into())
+        }
     };
     let message = format!("`{name}` is {kind}: it takes {takes}, not `{given}`");
     Finding::new(Code::TestStep, span, message).help(help)

@@ -17,10 +17,11 @@ use rungd_engine::Cell;
 use rungd_engine::isa::{Address, Bit, BitSpace, DeviceId};
 use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::LoadOptions;
-use rungd_language::resolve::condition::{ConditionNames, NOT_IN_LADDER};
+use rungd_language::resolve::condition::{ConditionNames, not_in_ladder};
 use rungd_language::resolve::program::Program;
 use rungd_language::resolve::scope::{LookUp, Thing};
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::{advise, one_of, pair, possible, proposed};
 use rungd_language::source::nearest::KnownNames;
 use rungd_language::source::span::Span;
 
@@ -72,13 +73,11 @@ impl<'a> TestNames<'a> {
         let finding = |message: String| Finding::new(Code::TestStep, word.span, message);
         if self.devices.iter().len() == 0 {
             let finding = finding(format!("there is no device `{name}`"));
-            return Err(finding.help(
-                "field devices are those of a controller file: `controller = \"rungd.toml\"`",
-            ));
+            let controller = pair("controller = \"rungd.toml\"").possible();
+            let words = "field devices are those of a controller file: `{}`";
+            return Err(finding.help(advise(words, [controller])));
         }
-        let names: Vec<String> =
-            self.devices.iter().take(12).map(|device| format!("`{device}`")).collect();
-        let help = format!("there is {}", names.join(", "));
+        let help = one_of("there is", self.devices.iter().take(12));
         Err(finding(format!("no device is called `{name}`")).help(help).near(name, &self.devices))
     }
 
@@ -90,13 +89,12 @@ impl<'a> TestNames<'a> {
             Ok(_) => {
                 let message = scope.address(name).err().unwrap_or_default();
                 let finding = Finding::new(Code::OperandType, span, message);
-                Err(finding
-                    .help("name one bit or one word: `bottle`, `X0`, `late.Acc`, `recipe[3]`"))
+                let words = "name one bit or one word: `{}`, `X0`, `{}`, `recipe[3]`";
+                Err(finding.help(advise(words, ["bottle", "late.Acc"].map(possible))))
             }
             Err(mistake) => {
                 let finding = mistake.finding(span);
-                let finding =
-                    finding.map(|finding| finding.declared_as(|| NOT_IN_LADDER.to_owned()));
+                let finding = finding.map(|finding| finding.declared_as(not_in_ladder));
                 Err(finding.unwrap_or_else(|| {
                     Finding::new(Code::UnknownName, span, format!("nothing is called `{name}`"))
                 }))
@@ -110,21 +108,21 @@ impl<'a> TestNames<'a> {
         let finding = |message: String| Finding::new(Code::TestStep, span, message);
         if let Some(mover) = self.moved.get(&address) {
             let finding = finding(format!("`{name}` is moved by {mover} at every scan"));
-            return Err(
-                finding.help(format!("force it, `force {name} 1`, or use a fault of the plant"))
-            );
+            let force = [proposed(format!("force {name} 1"))];
+            return Err(finding.help(advise("force it, `{}`, or use a fault of the plant", force)));
         }
         if let Address::Bit(Bit::Device(id, _)) = address {
             let device = self.symbols.names.device(id);
             let finding =
                 finding(format!("`{name}` shows the state of the device: nothing else writes it"));
-            return Err(finding.help(format!("write `lose {device}`, `restore {device}`")));
+            let steps = [format!("lose {device}"), format!("restore {device}")].map(possible);
+            return Err(finding.help(advise("write `{}`, `{}`", steps)));
         }
         let takes = StimulusTarget::at(address, name, &self.symbols).map_err(|message| {
             let finding = finding(message);
             match address {
                 Address::Bit(bit) if bit.forcible() => {
-                    finding.help(format!("force it: `force {name} 1`"))
+                    finding.help(advise("force it: `{}`", [proposed(format!("force {name} 1"))]))
                 }
                 Address::Bit(_) | Address::Word(_) => {
                     finding.help("the ladder changes it: set what the ladder reads")

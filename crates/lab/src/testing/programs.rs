@@ -19,6 +19,7 @@ use rungd_config::load::{self, Loaded, OpenTexts};
 use rungd_language::lower::lower;
 use rungd_language::resolve::LoadOptions;
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::{Edit, advise, possible, proposed};
 use rungd_language::source::render::{Style, render};
 use rungd_language::source::span::FileId;
 use rungd_state::reload;
@@ -142,7 +143,7 @@ impl<'a> Programs<'a> {
             }
             if !seen.insert(identity.clone()) {
                 let finding = finding(format!("`{}` is named twice", file.value));
-                return Err(finding.help("remove one of the two"));
+                return Err(finding.help("remove one of the two").fix(possible(Edit::Delete)));
             }
             identities.push(identity);
         }
@@ -153,8 +154,8 @@ impl<'a> Programs<'a> {
                 let message =
                     format!("`{}` is a controller file, given with other files", file.value);
                 let finding = Finding::new(Code::TestStep, file.span, message);
-                Err(finding
-                    .help(format!("name it alone, `reload {}`, or name ladders alone", file.value)))
+                let alone = [proposed(format!("reload {}", file.value))];
+                Err(finding.help(advise("name it alone, `{}`, or name ladders alone", alone)))
             }
         }
     }

@@ -11,6 +11,7 @@ use crate::traces::stimulus::StimulusTarget;
 use rungd_engine::TIME_END_NS;
 use rungd_language::source::atom::{Atom, AtomKind};
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::{Help, advise, pair, possible, propose};
 use rungd_language::source::reader::Text;
 use rungd_language::source::span::Span;
 
@@ -45,7 +46,7 @@ fn too_long(programs: &Programs<'_>, written: &WrittenRandom) -> Option<Finding>
     let lasts_ns = u128::from(scans.value.unsigned_abs()) * period_ns;
     (lasts_ns >= u128::from(TIME_END_NS)).then(|| {
         let message = "a run lasts longer than 146 years, the maximum";
-        Finding::new(Code::TestFile, scans.span, message).help("write `scans = 5000`")
+        Finding::new(Code::TestFile, scans.span, message).propose(pair("scans = 5000"))
     })
 }
 
@@ -61,12 +62,13 @@ fn resolve(target: TestTarget, change: &WrittenChange) -> Result<RandomChange, F
             let message = format!("`{name}` is a word: it does not toggle");
             let finding = Finding::new(Code::TestFile, text.span, message);
             let form = format!("{{ jump = \"0..9\", chance = \"{}\" }}", text.text);
-            Err(finding.help(format!("write `{name} = {form}`, or `walk` with a `step`")))
+            let help = propose(pair(format!("{name} = {form}"))).and(", or `walk` with a `step`");
+            Err(finding.help(help))
         }
         WrittenChange::Moves { span, .. } if is_bit => {
             let message = format!("`{name}` is a bit: it only toggles");
             let finding = Finding::new(Code::TestFile, *span, message);
-            Err(finding.help(format!("write `{name} = \"1%\"`")))
+            Err(finding.propose(pair(format!("{name} = \"1%\""))))
         }
         WrittenChange::Moves { span, walk, jump, step, chance: written } => {
             // A missing chance already has a finding.
@@ -96,10 +98,12 @@ fn resolve(target: TestTarget, change: &WrittenChange) -> Result<RandomChange, F
 }
 
 fn form(span: Span, message: &str) -> Finding {
-    Finding::new(Code::TestFile, span, message).help(
-        "write `{ walk = \"0..100\", step = 3, chance = \"10%\" }`, or `{ jump = \"0..9\", chance \
-         = \"2%\" }`",
-    )
+    let changes = [
+        "{ walk = \"0..100\", step = 3, chance = \"10%\" }",
+        "{ jump = \"0..9\", chance = \"2%\" }",
+    ];
+    let help = advise("write `{}`, or `{}`", changes.map(possible));
+    Finding::new(Code::TestFile, span, message).help(help)
 }
 
 /// A probability: `0.1%`.
@@ -121,8 +125,9 @@ fn chance(text: &Text) -> Result<Chance, Finding> {
     match parts {
         Some(parts @ 1..=1_000_000) => Ok(Chance(parts)),
         Some(_) => Err(finding("is no probability that changes anything")
-            .help("write `\"0.0001%\"` to `\"100%\"`")),
-        None => Err(finding("is no probability").help("write `\"1%\"`, `\"0.1%\"`")),
+            .help(propose("\"0.0001%\"").and(" to `\"100%\"`"))),
+        None => Err(finding("is no probability")
+            .help(advise("write `{}`, `{}`", ["\"1%\"", "\"0.1%\""].map(possible)))),
     }
 }
 
@@ -136,15 +141,15 @@ fn limits(target: &TestTarget, text: &Text) -> Result<(f64, f64), Finding> {
     let Some((low, high)) = ends else {
         let finding = finding(Code::TestFile, format!("`{}` is no range of values", text.text));
         return Err(finding.help(match target.takes {
-            StimulusTarget::Real(..) => "write `\"-5..100\"`, `\"0.5..2.5\"`",
+            StimulusTarget::Real(..) => "write `\"-5..100\"`, `\"0.5..2.5\"`".into(),
             StimulusTarget::Input(_) | StimulusTarget::Bit(_) | StimulusTarget::Word(..) => {
-                "write whole numbers: `\"-5..100\"`"
+                advise("write whole numbers: `{}`", [possible("\"-5..100\"")])
             }
         }));
     };
     if low >= high {
         let finding = finding(Code::OutOfRange, "a range goes from low to high".to_owned());
-        return Err(finding.help(format!("write `\"{high}..{low}\"`")));
+        return Err(finding.write(format!("\"{high}..{low}\"")));
     }
     let (least, most, shown) = match target.takes {
         StimulusTarget::Word(_, (min, max)) => {
@@ -158,10 +163,16 @@ fn limits(target: &TestTarget, text: &Text) -> Result<(f64, f64), Finding> {
     if low < least || high > most {
         let [min, max] = shown;
         let message = format!("`{}` takes {min} to {max}", target.operand.name);
-        return Err(finding(Code::OutOfRange, message)
-            .help(format!("write a range within it: `\"{min}..{max}\"`")));
+        return Err(finding(Code::OutOfRange, message).help(advise(
+            "write a range within it: `{}`",
+            [possible(format!("\"{min}..{max}\""))],
+        )));
     }
     Ok((low, high))
+}
+
+fn step(words: &str, step: &str) -> Help {
+    advise(words, [pair(format!("step = {step}")).possible()])
 }
 
 fn step_of(target: &TestTarget, text: &Text) -> Result<f64, Finding> {
@@ -171,9 +182,9 @@ fn step_of(target: &TestTarget, text: &Text) -> Result<f64, Finding> {
             let message = format!("`{}` is no step", text.text);
             let finding = Finding::new(Code::TestFile, text.span, message);
             Err(finding.help(match target.takes {
-                StimulusTarget::Real(..) => "a step is a number above 0: `step = 0.5`",
+                StimulusTarget::Real(..) => step("a step is a number above 0: `{}`", "0.5"),
                 StimulusTarget::Input(_) | StimulusTarget::Bit(_) | StimulusTarget::Word(..) => {
-                    "a step is a whole number above 0: `step = 3`"
+                    step("a step is a whole number above 0: `{}`", "3")
                 }
             }))
         }

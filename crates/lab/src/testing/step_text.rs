@@ -12,6 +12,9 @@ use rungd_language::source::atom::bad_duration;
 pub use rungd_language::source::contact::Contact;
 use rungd_language::source::contact_sum::Sum;
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::{
+    Edit, Help, advise, meant, possible, propose, proposed, text as fix,
+};
 use rungd_language::source::nearest::nearest;
 use rungd_language::source::span::{Located, Span};
 use rungd_language::source::sum_parser::parse_condition;
@@ -44,7 +47,7 @@ fn doubts(contact: &Contact<Sum>, found: &mut Vec<Finding>) {
             if parts.iter().any(is_bare) {
                 let message = "`&` and `|` are mixed without parentheses";
                 let finding = Finding::new(Code::MixedAndOr, *span, message);
-                let help = format!("as it is read now: `{contact}`");
+                let help = advise("as it is read now: `{}`", [fix(contact.to_string()).same()]);
                 found.push(finding.label("`&` binds tighter").help(help));
             }
             parts.iter().for_each(|part| doubts(part, found));
@@ -117,7 +120,8 @@ fn step(text: &str, span: Span) -> ParsedStep<WrittenStep> {
     let mut words = StepWords::new(text, span);
     let Some(first) = words.next() else {
         let finding = error(span, "an empty step");
-        return Err(finding.help("take it away, or write `run 2s`").into());
+        let help = advise("take it away, or write `{}`", [proposed("run 2s")]);
+        return Err(finding.help(help.with(Edit::Delete)).into());
     };
     // `expect:` and `expect :` are the same.
     let name = first.value.split(':').next().unwrap_or_default().to_owned();
@@ -139,7 +143,7 @@ fn step(text: &str, span: Span) -> ParsedStep<WrittenStep> {
     }
     if first.value != name {
         let finding = error(first.span, format!("`{name}` has no `:` after it"));
-        return Err(finding.help(format!("write `{form}`")).into());
+        return Err(finding.propose(form).into());
     }
     let read = step.plain(&name)?;
     step.end()?;
@@ -154,15 +158,25 @@ fn unknown(first: &StepWord, name: &str) -> Finding {
     let finding = error(first.span, format!("there is no step `{name}`"));
     let lower = name.to_ascii_lowercase();
     if let Some((_, form)) = HABITS.iter().find(|(habit, _)| *habit == lower) {
-        return finding.help(format!("write it as `{form}`"));
+        return finding.help(as_form(form));
     }
     let colon = if first.value.ends_with(':') { ":" } else { "" };
     let near = nearest(name, FORMS.iter().map(|(known, ..)| *known));
-    let near = near.map(|near| format!("did you mean `{near}{colon}`?"));
+    let near = near.map(|near| meant(format!("{near}{colon}")));
     finding.help(near.unwrap_or_else(|| {
         let names: Vec<String> = FORMS.iter().map(|(known, ..)| format!("`{known}`")).collect();
-        format!("the steps are {}", names.join(", "))
+        format!("the steps are {}", names.join(", ")).into()
     }))
+}
+
+/// The place of a duration with the word `every` before it.
+pub(super) fn behind_every(duration: Span) -> Span {
+    Span { start: duration.start.saturating_sub("every ".len() as u32), ..duration }
+}
+
+/// The help to write a step in its form.
+fn as_form(form: &str) -> Help {
+    advise("write it as `{}`", [proposed(form)])
 }
 
 /// The rest of a step after its name.
@@ -226,7 +240,7 @@ impl StepParser<'_> {
     }
 
     fn fail(&self, place: Span, message: impl Into<String>) -> Box<Finding> {
-        Box::new(error(place, message).help(format!("write it as `{}`", self.form)))
+        Box::new(error(place, message).help(as_form(self.form)))
     }
 
     /// The next word; `what`: the meaning of the word.
@@ -254,19 +268,19 @@ impl StepParser<'_> {
             let name = &self.name;
             let value = self.words.next().map_or("1".to_owned(), |word| word.value);
             let finding = error(sign.span, format!("`{name}` has no `{}`", sign.value));
-            return Err(finding.help(format!("write `{name} {} {value}`", operand.value)).into());
+            return Err(finding.write(format!("{name} {} {value}", operand.value)).into());
         }
         if let Some((left, right)) = operand.value.split_once('=') {
             let finding = error(operand.span, format!("`{}` has no `=`", self.name));
-            let help = format!("write `{} {left} {}`", self.name, right.trim_start_matches('='));
-            return Err(finding.help(help).into());
+            let right = format!("{} {left} {}", self.name, right.trim_start_matches('='));
+            return Err(finding.write(right).into());
         }
         match value {
             Some(value) => Ok((operand, value)),
             None => {
                 let message = format!("`{} {}` wants a value here", self.name, operand.value);
                 let finding = error(self.words.end(), message);
-                Err(finding.help(format!("write `{} {} 1`", self.name, operand.value)).into())
+                Err(finding.propose(format!("{} {} 1", self.name, operand.value)).into())
             }
         }
     }
@@ -311,9 +325,9 @@ impl StepParser<'_> {
             format!("a pulse of {} every {} is never OFF", shown(on.value), shown(every.value));
         let finding = error(every.span, message).related(on.span, "ON for this time");
         let longer = on.value.saturating_mul(2).max(1).min(i32::MAX.cast_unsigned());
-        Err(finding
-            .help(format!("`every` is longer than the pulse: `every {}`", shown(longer)))
-            .into())
+        let place = behind_every(every.span);
+        let every = possible(format!("every {}", shown(longer))).at(place);
+        Err(finding.help(advise("`every` is longer than the pulse: `{}`", [every])).into())
     }
 
     fn literal(&mut self, wanted: &str) -> ParsedStep<()> {
@@ -343,9 +357,12 @@ impl StepParser<'_> {
         match self.words.next() {
             Some(word) if word.value == "scans" => {
                 let (message, help) = match count(n) {
-                    Ok(0) => ("no scan passes here", "write `run 1 scans`, or take it away"),
+                    Ok(0) => {
+                        let help = propose("run 1 scans").and(", or take it away");
+                        ("no scan passes here", help.with(Edit::Delete))
+                    }
                     Ok(scans) => return Ok(TestTime::Scans(scans)),
-                    Err(_) => ("more scans than can be counted", "write `run 1000000 scans`"),
+                    Err(_) => ("more scans than can be counted", propose("run 1000000 scans")),
                 };
                 Err(error(first.span, message).help(help).into())
             }
@@ -353,12 +370,12 @@ impl StepParser<'_> {
                 let message = format!("`scans` belongs here, not `{}`", word.value);
                 let unit = ["ms", "s", "m", "h"].contains(&word.value.as_str());
                 let joined = if unit { format!("{n}{}", word.value) } else { format!("{n} scans") };
-                Err(error(word.span, message).help(format!("write `run {joined}`")).into())
+                Err(error(word.span, message).propose(format!("run {joined}")).into())
             }
             None => {
                 let finding = error(first.span, format!("`{n}` of what?"));
-                let help = format!("write `run {n}s`, `run {n}ms` or `run {n} scans`");
-                Err(finding.help(help).into())
+                let runs = ["s", "ms", " scans"].map(|unit| possible(format!("run {n}{unit}")));
+                Err(finding.help(advise("write `{}`, `{}` or `{}`", runs)).into())
             }
         }
     }
@@ -393,7 +410,7 @@ impl StepParser<'_> {
         let spaces = behind.len() - behind.trim_start().len();
         if !behind.trim_start().starts_with(':') {
             let finding = error(span.part(at, text.len()), "`expect` wants a `:` after it");
-            return Err(finding.help(format!("write `expect: {}`", behind.trim())).into());
+            return Err(finding.write(format!("expect: {}", behind.trim())).into());
         }
         self.contacts(text, span, at + spaces + 1).map(WrittenStep::Expect)
     }
@@ -425,9 +442,9 @@ impl StepParser<'_> {
         let name = &self.name;
         let finding = error(place, format!("`{name}` wants a duration and a `:` after it"));
         if duration::parse(word).is_ok() && !rest.is_empty() {
-            return Box::new(finding.help(format!("write `{name} {word}: {}`", rest.trim())));
+            return Box::new(finding.write(format!("{name} {word}: {}", rest.trim())));
         }
-        Box::new(finding.help(format!("write it as `{}`", self.form)))
+        Box::new(finding.help(as_form(self.form)))
     }
 
     fn contacts(&self, text: &str, span: Span, at: usize) -> ParsedStep<WrittenCondition> {

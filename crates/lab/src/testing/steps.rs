@@ -7,13 +7,14 @@
 use super::given;
 use super::names::TestTarget;
 use super::programs::{ProgramLoad, Programs};
-use super::step_text::WrittenStep;
+use super::step_text::{WrittenStep, behind_every};
 use super::step_words::StepWord;
 use super::suite::{ProgramId, Reload, TestOperand, TestStep, TestTime};
 use super::written::WrittenSet;
 use rungd_engine::isa::duration;
 use rungd_engine::{Cell, TIME_END_NS};
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::{Edit, possible, text};
 use rungd_language::source::span::{Located, Span};
 
 /// Resolves one scenario after the other.
@@ -173,7 +174,7 @@ impl<'p, 'a> StepResolver<'p, 'a> {
                 let name = &word.value;
                 let message = format!("`{name}` is a word: `{step}` switches a bit");
                 let finding = Finding::new(Code::OperandType, word.span, message);
-                Err(finding.help(format!("write `set {name} 1`")))
+                Err(finding.propose(format!("set {name} 1")))
             }
         }
     }
@@ -208,8 +209,9 @@ impl<'p, 'a> StepResolver<'p, 'a> {
         let message = format!("at a period of {period} ms no scan is OFF between two pulses");
         let least = u128::from(period) * (on + 1);
         let least = i32::try_from(least).unwrap_or(i32::MAX);
-        let help = format!("write `every {}`", duration::print(least));
-        Err(Finding::new(Code::TestStep, every.span, message).help(help))
+        let every_least = format!("every {}", duration::print(least));
+        let finding = Finding::new(Code::TestStep, every.span, message);
+        Err(finding.propose(text(every_least).at(behind_every(every.span))))
     }
 
     fn period_ms(&self) -> u32 {
@@ -253,7 +255,7 @@ impl<'p, 'a> StepResolver<'p, 'a> {
 pub(super) fn twice(name: &str, span: Span, first: Span) -> Finding {
     let message = format!("`{name}` already has a value");
     let finding = Finding::new(Code::TestFile, span, message).related(first, "given here");
-    finding.help("take one of the two away")
+    finding.help("take one of the two away").fix(possible(Edit::Delete))
 }
 
 fn one(finding: Finding) -> Vec<Finding> {

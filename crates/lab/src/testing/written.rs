@@ -6,6 +6,7 @@
 use rungd_config::controller::bench;
 use rungd_config::controller::written::WrittenController;
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::{Edit, advise, pair, possible};
 use rungd_language::source::key::{Key, NOT_EMPTY, key};
 use rungd_language::source::lost::LostText;
 use rungd_language::source::reader::{self, Constant, Table, Text, TextOrTable};
@@ -150,22 +151,23 @@ fn read_bench(root: &mut Table<'_>, file: FileId) -> Option<WrittenBench> {
     match (root.key_span("ladder"), root.key_span("controller")) {
         (Some(_), Some(place)) => {
             let finding = finding(place, "a test file has `ladder` or `controller`, not both");
-            root.find(finding.help("a controller file names its ladders itself: take one away"));
+            let help = "a controller file names its ladders itself: take one away";
+            root.find(finding.help(help).fix(possible(Edit::Delete)));
             None
         }
         (None, None) => {
             let place = root.span();
             let finding = Finding::new(Code::MissingKey, place, "the file names no ladder to test");
-            root.find(finding.help(
-                "give it one: `ladder = [\"ladder.toml\"]`, or `controller = \"rungd.toml\"`",
-            ));
+            let files = ["ladder = [\"ladder.toml\"]", "controller = \"rungd.toml\""];
+            let files = files.map(|file| pair(file).possible());
+            root.find(finding.help(advise("give it one: `{}`, or `{}`", files)));
             None
         }
         (Some(_), None) => {
             let ladder = ladder?;
             if ladder.value.is_empty() && !root.doc().has_finding_in(ladder.span) {
                 let finding = finding(ladder.span, "no ladder file is named");
-                root.find(finding.help("write `ladder = [\"ladder.toml\"]`"));
+                root.find(finding.propose(pair("ladder = [\"ladder.toml\"]")));
                 return None;
             }
             Some(WrittenBench::Ladders(Box::new(settings)))
@@ -175,7 +177,8 @@ fn read_bench(root: &mut Table<'_>, file: FileId) -> Option<WrittenBench> {
                 if let Some(place) = root.key_span(name) {
                     let message = format!("`{name}` cannot be given together with `controller`");
                     let finding = finding(place, &message);
-                    root.find(finding.help("take it away: the controller file has this setting"));
+                    let help = "take it away: the controller file has this setting";
+                    root.find(finding.help(help).fix(Edit::Delete));
                 }
             }
             Some(WrittenBench::Controller(controller?))
@@ -235,7 +238,8 @@ fn read_name(table: &mut Table<'_>) -> Option<Text> {
         table.required_string(key("name", "Its name; unique in this file.").limited(NAME))?;
     if name.text.trim().is_empty() {
         let finding = Finding::new(Code::TestFile, name.span, "an empty name");
-        table.find(finding.help("say what it tests: `name = \"a full crate is pushed out\"`"));
+        let example = pair("name = \"a full crate is pushed out\"").possible();
+        table.find(finding.help(advise("say what it tests: `{}`", [example])));
         return None;
     }
     Some(name)
@@ -282,7 +286,7 @@ fn read_prove(root: &mut Table<'_>) {
     if let Some(place) = root.key_span("prove") {
         let finding = Finding::new(Code::TestFile, place, "proofs are not available yet");
         let help = "take `[prove]` away; `[[random]]` looks for runs that break `always`";
-        root.find(finding.help(help));
+        root.find(finding.help(help).fix(Edit::Remove("[prove]")));
     }
 }
 

@@ -21,6 +21,7 @@
 
 use crate::resolve::program::{Contact, Tag, Value, Written};
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::{Help, text};
 use crate::source::span::{Located, Span};
 use rungd_engine::isa::{OperandKind, Structure, Word, duration};
 
@@ -57,7 +58,7 @@ fn in_tags(tag: &Tag, place: Span, message: String, number: i32) -> Finding {
     Finding::new(Code::BareTimerValue, place, message)
         .label("read as ms")
         .related(tag.span, format!("{number} here"))
-        .help(format!("give the tag its unit: {help}"))
+        .help(format!("give the tag its unit: {}", help.text))
 }
 
 fn operand(
@@ -76,7 +77,7 @@ fn operand(
     let help = match context.program.layers.is_given(span.file) {
         true => {
             let help = choice(number, |ms| format!("\"{}\"", duration::print(ms)));
-            format!("where the use gives it, write {help}")
+            format!("where the use gives it, write {}", help.text).into()
         }
         false => choice(number, |ms| format!("{key}={}", duration::print(ms))),
     };
@@ -121,11 +122,12 @@ fn bare(value: Value) -> Option<i32> {
 }
 
 /// Both meanings of the number, as texts for the help.
-fn choice(number: i32, write: impl Fn(i32) -> String) -> String {
-    match number.checked_mul(1000) {
+fn choice(number: i32, write: impl Fn(i32) -> String) -> Help {
+    let words = match number.checked_mul(1000) {
         Some(s) => format!("`{}`, as it is read now, or `{}`", write(number), write(s)),
         None => format!("`{}`", write(number)),
-    }
+    };
+    Help::from(words).with(text(write(number)).same())
 }
 
 #[cfg(test)]

@@ -24,13 +24,14 @@
 
 use crate::resolve::program::{Block, BlockKind};
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::{Edit, Help, advise, possible, proposed};
 pub use rungd_engine::isa::{Mnemonic, OperandRole};
 
 use super::context::{Context, Placed};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
-    let mut push = |placed: &Placed, (message, label, help): (String, &str, String)| {
+    let mut push = |placed: &Placed, (message, label, help): Words| {
         let finding = Finding::new(Code::BlockRule, placed.instruction.span, message);
         findings.push(finding.label(label).help(help));
     };
@@ -46,29 +47,29 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     }
 }
 
-type Words = (String, &'static str, String);
+type Words = (String, &'static str, Help);
 
 fn exit(block: &Block) -> Option<Words> {
     let name = &block.name;
     if block.is_main() {
-        let help = "to stop the controller in an orderly way: `STOP`\n\
-                    put rungs that end by themselves into a program that `Main` RUNs";
+        let help = stop().and("\nput rungs that end by themselves into a program that `Main` RUNs");
         let message = "`EXIT` in `Main`, which always runs".to_owned();
-        return Some((message, "`Main` never ends", help.to_owned()));
+        return Some((message, "`Main` never ends", help));
     }
     if block.kind == BlockKind::Program {
         return None;
     }
     let help = match block.kind {
-        BlockKind::Task => format!("delete it, or end the task at once with `HALT {name}`"),
+        BlockKind::Task => format!("delete it, or end the task at once with `HALT {name}`").into(),
         BlockKind::Program
         | BlockKind::FirstScan
         | BlockKind::TopOfScan
         | BlockKind::BottomOfScan
         | BlockKind::LastScan => {
-            "delete it; a rung that must not execute gets a contact for it".to_owned()
+            Help::from("delete it; a rung that must not execute gets a contact for it")
         }
     };
+    let help = help.with(Edit::Delete);
     let message = format!("`EXIT` in task `{name}`: a task ends when its rungs have executed");
     Some((message, "EXIT ends programs only", help))
 }
@@ -82,32 +83,38 @@ fn start_or_stop(placed: &Placed, block: &Block) -> Option<Words> {
         return Some((
             format!("`{instruction}` of `Main`, which always runs"),
             "`Main` is not started or stopped",
-            main_help(placed).to_owned(),
+            main_help(placed),
         ));
     }
     let role = placed.instruction.acting_role();
     if role == Some(OperandRole::Starts) && block.kind == BlockKind::Task {
-        let help =
-            format!("to run it once: `ENTASK {name}`; at an interval: `ENTASK {name} every=1s`");
+        let ways = [format!("ENTASK {name}"), format!("ENTASK {name} every=1s")].map(possible);
+        let help = advise("to run it once: `{}`; at an interval: `{}`", ways);
         let message = format!("`{instruction}` starts programs, and `{name}` is a task");
         return Some((message, "a task", help));
     }
     if role == Some(OperandRole::Enables) && block.kind == BlockKind::Program {
         let message = format!("`ENTASK` starts tasks, and `{name}` is a program");
-        return Some((message, "a program", format!("`RUN {name}`")));
+        let help = advise("`{}`", [proposed(format!("RUN {name}"))]);
+        return Some((message, "a program", help));
     }
     None
 }
 
-fn main_help(placed: &Placed) -> &'static str {
+fn main_help(placed: &Placed) -> Help {
     if placed.instruction.acting_role() == Some(OperandRole::Stops) {
-        return "to stop the controller in an orderly way: `STOP`";
+        return stop();
     }
     if placed.mnemonic() == Mnemonic::Restart {
         return "put the rungs that must start again into a program of their own, and `RESTART` \
-                that program";
+                that program"
+            .into();
     }
-    "delete it: `Main` runs from the first scan on"
+    Help::from("delete it: `Main` runs from the first scan on").with(Edit::Delete)
+}
+
+fn stop() -> Help {
+    advise("to stop the controller in an orderly way: `{}`", [possible("STOP")])
 }
 
 #[cfg(test)]

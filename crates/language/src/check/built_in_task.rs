@@ -17,6 +17,7 @@
 
 use crate::resolve::program::BlockKind;
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::Edit;
 
 use super::context::Context;
 
@@ -36,7 +37,8 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
         findings.push(
             Finding::new(Code::BuiltInTask, target.span, message)
                 .label("built in")
-                .help(format!("delete this: {}", executes(block.kind))),
+                .help(format!("delete this: {}", executes(block.kind)))
+                .fix(Edit::Delete),
         );
     }
 }

@@ -22,6 +22,7 @@
 use crate::resolve::layers::Layers;
 use crate::resolve::program::{Comparison, Contact, Value};
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::text;
 use crate::source::span::Span;
 use rungd_engine::isa::status::{clock_range, dst};
 use rungd_engine::isa::{Address, Word, WordSpace};
@@ -45,7 +46,8 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
         findings.push(
             Finding::new(Code::ConstantCompare, *span, message)
                 .label(format!("always {word}"))
-                .help(format!("{}; if it is meant, write `{bit}`", remedy(*left, *right))),
+                .help(format!("{}; if it is meant, write `{bit}`", remedy(*left, *right)))
+                .fix(text(bit).same()),
         );
     }
 }

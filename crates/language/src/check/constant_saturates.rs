@@ -19,6 +19,7 @@
 //! ```
 
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::text;
 use rungd_engine::isa::{Address, Word};
 
 use super::context::{Context, Placed, WriteLimits};
@@ -51,12 +52,13 @@ fn judge(context: &Context, placed: &Placed, room: &mut usize) -> Option<Finding
     let message = format!("{said} holds {least} to {most}: `{}` stores {stored}", placed.name());
     let finding = Finding::new(Code::ConstantSaturates, storing.place, message)
         .label("never stored unchanged");
-    let meant = match storing.to {
-        Words::One(_) => format!("if it is meant, write `MOVE {stored} to={name}`"),
-        Words::Of(_) => format!("if it is meant, write `{stored}`"),
+    let right = match storing.to {
+        Words::One(_) => format!("MOVE {stored} to={name}"),
+        Words::Of(_) => stored,
     };
+    let meant = format!("if it is meant, write `{right}`");
     let of_tag = limits.of_tag.filter(|_| word.range() != (limits.min, limits.max));
-    Some(match of_tag {
+    let finding = match of_tag {
         Some(tag) => finding
             .related(tag.span, "`min` and `max` are given here")
             .help(format!("give tag `{}` other limits; {meant}", tag.name)),
@@ -64,7 +66,12 @@ fn judge(context: &Context, placed: &Placed, room: &mut usize) -> Option<Finding
             finding.help(format!("an R word holds more; {meant}"))
         }
         None => finding.help(format!("a D word holds more; {meant}")),
-    })
+    };
+    let right = text(right).same();
+    Some(finding.fix(match storing.to {
+        Words::One(_) => right.at(placed.instruction.span),
+        Words::Of(_) => right,
+    }))
 }
 
 /// The limit that a word stores instead of the numbers `low` to `high`; `None` if one of them may

@@ -22,6 +22,7 @@
 
 use crate::resolve::program::{Contact, Value, Written};
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::{Help, text};
 use crate::source::span::{Located, Span};
 use rungd_engine::isa::{OperandKind, Structure, Word, duration};
 
@@ -44,9 +45,10 @@ fn preset(placed: &Placed, key: &str, value: &Located<Value>) -> Option<Finding>
     let ms = time(value.value)?;
     let (name, said) = (placed.name(), duration::print(ms));
     let message = format!("`{key}={said}` of `{name}` is a time, and `{name}` counts: {ms} counts");
+    let right = format!("{key}={ms}");
     let help =
-        format!("write a number of counts, `{key}={ms}` as it is read now; a timer takes a time");
-    Some(finding(value.span, message, help))
+        format!("write a number of counts, `{right}` as it is read now; a timer takes a time");
+    Some(finding(value.span, message, Help::from(help).with(text(right).same())))
 }
 
 fn compare(context: &Context, contact: &Contact) -> Option<Finding> {
@@ -68,10 +70,10 @@ fn compare(context: &Context, contact: &Contact) -> Option<Finding> {
         *span,
     ));
     let help = format!("write a number of counts, `{right}` as it is read now");
-    Some(finding(*span, message, help))
+    Some(finding(*span, message, Help::from(help).with(text(right).same())))
 }
 
-fn finding(place: Span, message: String, help: String) -> Finding {
+fn finding(place: Span, message: String, help: Help) -> Finding {
     Finding::new(Code::DurationAsCount, place, message).label("read as a number").help(help)
 }
 

@@ -21,6 +21,7 @@
 
 use crate::resolve::program::{Contact, Edge};
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::write;
 pub use rungd_engine::isa::{LegName, Mnemonic};
 
 use super::context::Context;
@@ -65,7 +66,7 @@ fn edges(context: &Context, told: EdgeLeg, contact: &Contact, findings: &mut Vec
             findings.push(
                 Finding::new(Code::EdgeInClk, *span, message)
                     .label("an edge of an edge")
-                    .help(format!("write `{meant}`: {} when that comes ON", told.acts)),
+                    .help(write(meant).and(&format!(": {} when that comes ON", told.acts))),
             );
         }
         Contact::Not(inner, _) => edges(context, told, inner, findings),

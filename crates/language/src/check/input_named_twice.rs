@@ -21,6 +21,7 @@
 
 use crate::resolve::program::{Tag, TagMeaning};
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::pair;
 use rungd_engine::isa::{Address, Bit, BitSpace, NumberMap};
 
 use super::context::Context;
@@ -55,6 +56,7 @@ fn finding(address: Address, first: &Tag, second: &Tag) -> Finding {
             "give `{two}` the input that it is wired to; if the two are one, delete `{two}` and \
              name `{one}` in its place, or say that it is meant: `spare = true`"
         ))
+        .fix(pair("spare = true").same())
 }
 
 #[cfg(test)]

@@ -17,6 +17,7 @@
 //! ```
 
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::{advise, pair};
 use rungd_engine::isa::OperandRole;
 
 use super::context::{Context, Placed};
@@ -47,9 +48,9 @@ fn finding(context: &Context, jump: &Placed) -> Finding {
         .collect();
     Finding::new(Code::JumpOutsideStage, jump.instruction.span, message)
         .label("no stage to leave")
-        .help(format!(
-            "to turn a stage ON from here: `do = [{}]`; SGRST turns the others OFF",
-            sets.join(", ")
+        .help(advise(
+            "to turn a stage ON from here: `{}`; SGRST turns the others OFF",
+            [pair(format!("do = [{}]", sets.join(", "))).possible()],
         ))
 }
 

@@ -18,6 +18,7 @@
 //! ```
 
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::text;
 use rungd_engine::isa::Address;
 
 use super::context::{Context, Placed};
@@ -42,7 +43,8 @@ fn judge(context: &Context, placed: &Placed) -> Option<Finding> {
     let message = format!("{said} holds whole numbers: `{name}` drops the fraction of {fraction}");
     let help = format!("store it in an R word; if it is meant, write `{whole}`");
     let finding = Finding::new(Code::LostFraction, stored.place, message);
-    Some(finding.label("the fraction is never stored").help(help))
+    let whole = text(whole.to_string()).same();
+    Some(finding.label("the fraction is never stored").help(help).fix(whole))
 }
 
 #[cfg(test)]

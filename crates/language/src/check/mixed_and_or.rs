@@ -17,6 +17,7 @@
 
 use crate::resolve::program::Contact;
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::{advise, text};
 
 use super::context::Context;
 
@@ -30,7 +31,10 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
         findings.push(
             Finding::new(Code::MixedAndOr, *span, "`&` and `|` are mixed without parentheses")
                 .label("`&` binds tighter")
-                .help(format!("as it is read now: `{}`", context.program.names.contact(contact))),
+                .help(advise(
+                    "as it is read now: `{}`",
+                    [text(context.program.names.contact(contact)).same()],
+                )),
         );
     }
 }

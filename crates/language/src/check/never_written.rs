@@ -18,6 +18,7 @@
 
 use crate::resolve::program::TagMeaning;
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::{Edit, Fix, Help};
 use crate::source::span::Span;
 use rungd_engine::isa::{Address, Bit, BitSpace, NumberSet, Structure, Word, WordSpace};
 
@@ -83,14 +84,11 @@ fn finding(context: &Context, address: Address, span: Span) -> Finding {
     if let Address::Bit(Bit::Space(BitSpace::Y, _)) = address {
         return finding.help(format!("`OUT {name}` in a rung with its condition"));
     }
-    let setting = setting(context, address);
     let elsewhere = match context.outside {
         Some(_) => "a device writes it by a row of its `map`, a Modbus client if it is `writable`",
         None => "check the controller file to know what devices and Modbus clients write",
     };
-    finding.help(format!(
-        "write it in the ladder; or if an operator sets it, say so {setting}\n{elsewhere}"
-    ))
+    finding.help(setting(context, address).and(&format!("\n{elsewhere}")))
 }
 
 /// The value of an address that nothing writes: as shown in a finding, and as written in `initial`.
@@ -102,15 +100,22 @@ pub(super) fn always(address: Address) -> (&'static str, &'static str) {
     }
 }
 
-/// The help text about declaring that an operator sets the address.
-pub(super) fn setting(context: &Context, address: Address) -> String {
+/// The help to write an address, or to declare that an operator sets it.
+pub(super) fn setting(context: &Context, address: Address) -> Help {
     let initial = always(address).1;
+    let words = "write it in the ladder; or if an operator sets it, say so by";
     match context.tag_at(address) {
-        Some(_) => format!("by `initial = {initial}` in tag `{}`", context.name(address)),
-        None => format!(
-            "by a tag: `setting = {{ at = \"{address}\", initial = {initial} }}`, with its name \
-             `setting` here"
-        ),
+        Some(_) => {
+            let (tag, pair) = (context.name(address), format!("initial = {initial}"));
+            let words = format!("{words} `{pair}` in tag `{tag}`");
+            Help::from(words).with(Fix::from(Edit::InTag { tag, pair }).same())
+        }
+        None => {
+            let tag = format!("setting = {{ at = \"{address}\", initial = {initial} }}");
+            let words = format!("{words} a tag: `{tag}`, with its name `setting` here");
+            let name = Edit::Word { old: address.to_string(), new: "setting".to_owned() };
+            Help::from(words).with(Fix::from(name).after(Edit::Declare(tag)).same())
+        }
     }
 }
 

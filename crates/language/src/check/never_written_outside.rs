@@ -16,6 +16,7 @@
 
 use crate::resolve::operands::{numbered, numbers};
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::Edit;
 use rungd_engine::isa::{Address, Bit, BitSpace, NumberRanges, NumberSet};
 
 use super::context::Context;
@@ -73,12 +74,12 @@ fn finding(context: &Context, read: &Read) -> Finding {
     }
     match first {
         Address::Bit(Bit::Space(BitSpace::Y, _)) => {
-            finding.help(format!("`OUT {name}` in a rung with its condition; or take this away"))
+            let help = format!("`OUT {name}` in a rung with its condition; or take this away");
+            finding.help(help).fix(Edit::Delete)
         }
-        Address::Bit(_) | Address::Word(_) | Address::Structure(_) => finding.help(format!(
-            "write it in the ladder; or if an operator sets it, say so {}",
-            setting(context, first)
-        )),
+        Address::Bit(_) | Address::Word(_) | Address::Structure(_) => {
+            finding.help(setting(context, first))
+        }
     }
 }
 

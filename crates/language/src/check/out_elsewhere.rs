@@ -41,7 +41,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
         for second in context.progress.during(drivers) {
             if let Some(first) = firsts.competitor(second) {
                 let help = help.get_or_init(|| self::help(context, bit, drivers));
-                findings.push(finding(context, bit, (first, second)).help(help));
+                findings.push(finding(context, bit, (first, second)).help(help.as_str()));
             }
             firsts.add(second);
         }

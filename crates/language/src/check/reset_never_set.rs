@@ -17,6 +17,7 @@
 use std::collections::HashSet;
 
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::{Edit, possible};
 use rungd_engine::isa::{Address, OperandRole};
 
 use super::context::{Context, Effect};
@@ -41,7 +42,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
             context.name(address)
         );
         let finding = Finding::new(Code::ResetNeverSet, bit.span, message);
-        findings.push(finding.label("always OFF").help(help));
+        findings.push(finding.label("always OFF").help(help).fix(possible(Edit::Delete)));
     }
 }
 

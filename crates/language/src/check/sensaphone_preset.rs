@@ -23,6 +23,7 @@
 
 use crate::resolve::program::Value;
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::{advise, text};
 use crate::source::span::Located;
 use rungd_engine::isa::{Address, Structure};
 
@@ -66,7 +67,7 @@ fn none_stated(context: &Context, structure: Structure, owners: &[Placed]) -> Fi
     let name = context.name(Address::Structure(structure));
     let mut finding = Finding::new(Code::SensaphonePreset, owners[0].instruction.span, message)
         .label("preset missing")
-        .help(format!("`{} {name} preset=10`", owners[0].name()));
+        .help(advise("`{}`", [text(format!("{} {name} preset=10", owners[0].name())).possible()]));
     for other in &owners[1..] {
         finding = finding.related(other.instruction.span, "nor here");
     }
@@ -84,7 +85,10 @@ fn different(context: &Context, structure: Structure, first: Stated, second: Sta
     Finding::new(Code::SensaphonePreset, second.1.span, message)
         .label("a different preset")
         .related(first.1.span, "the first")
-        .help(format!("leave it out here: `{} {name}`", second.0.name()))
+        .help(advise(
+            "leave it out here: `{}`",
+            [text(format!("{} {name}", second.0.name())).at(second.0.instruction.span).proposed()],
+        ))
 }
 
 #[cfg(test)]

@@ -20,6 +20,7 @@
 
 use crate::resolve::program::{Tag, TagMeaning};
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::{Edit, Help, advise, pair};
 use rungd_engine::isa::{Address, NumberSet};
 
 use super::context::Context;
@@ -46,9 +47,7 @@ fn typed(context: &Context, tag: &Tag) -> Option<Finding> {
     let finding = Finding::new(Code::UnusedTag, tag.span, message).label("unused");
     // A template declares its own tags without the name of the use.
     let name = name.rsplit('.').next().unwrap_or(name);
-    Some(finding.help(format!(
-        "delete it, or say that it is meant: `{name} = {{ type = \"{kind}\", spare = true }}`"
-    )))
+    Some(finding.help(spare(format!("{name} = {{ type = \"{kind}\", spare = true }}"))))
 }
 
 fn finding(named: &NumberSet<Address>, tag: &Tag) -> Finding {
@@ -57,23 +56,23 @@ fn finding(named: &NumberSet<Address>, tag: &Tag) -> Finding {
     match tag.meaning {
         TagMeaning::Address(_) | TagMeaning::Array(_) if tag.of_array.is_some() => {
             let at = tag.of_array.map_or(String::new(), |of| of.array.to_string());
-            finding(format!("nothing names the array `{name}` ({at})"))
-                .help("delete it, or say that it is meant: `spare = true`")
+            finding(format!("nothing names the array `{name}` ({at})")).help(spare("spare = true"))
         }
         TagMeaning::Address(address) if named.contains(&address) => finding(format!(
             "nothing names tag `{name}`, though the ladder uses {address} by its address"
         ))
         .help(format!("write `{name}` where the ladder says `{address}`")),
         TagMeaning::Address(address) => finding(format!("nothing names tag `{name}` ({address})"))
-            .help(format!(
-                "delete it, or say that it is meant: `{name} = {{ at = \"{address}\", spare = \
-                 true }}`"
-            )),
+            .help(spare(format!("{name} = {{ at = \"{address}\", spare = true }}"))),
         TagMeaning::Constant(..) | TagMeaning::Real(_) | TagMeaning::Array(_) => {
-            finding(format!("nothing names the constant `{name}`"))
-                .help("delete it, or say that it is meant: `spare = true`")
+            finding(format!("nothing names the constant `{name}`")).help(spare("spare = true"))
         }
     }
+}
+
+/// The help to delete a tag, or to keep it by a pair.
+fn spare(kept: impl Into<String>) -> Help {
+    advise("delete it, or say that it is meant: `{}`", [pair(kept).same()]).with(Edit::Delete)
 }
 
 /// The addresses that the ladder names. If it names a structure or one of its members, all

@@ -12,6 +12,7 @@ use crate::source::atom::AtomKind;
 use crate::source::contact::{Comparison, Contact, Edge};
 use crate::source::contact_sum::{Sum, SumPart, SumSign};
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::{Help, advise, possible};
 use crate::source::span::Span;
 use rungd_engine::isa::{Address, Bit};
 
@@ -96,7 +97,7 @@ impl<'a> ConditionNames<'a> {
                 Ok(ResolvedCondition { contact, reads, elements })
             }
             Some(_) | None => {
-                let of_test = |of: Finding| of.declared_as(|| NOT_IN_LADDER.to_owned());
+                let of_test = |of: Finding| of.declared_as(not_in_ladder);
                 Err(findings.into_iter().map(of_test).collect())
             }
         }
@@ -195,7 +196,7 @@ impl<'a> ConditionNames<'a> {
             return false;
         }
         let finding = Finding::new(Code::ContactSyntax, span, "a minus without spaces around it");
-        self.resolver.findings.push(finding.help(format!("write `{left} - {right}`")));
+        self.resolver.findings.push(finding.write(format!("{left} - {right}")));
         true
     }
 
@@ -230,5 +231,8 @@ impl<'a> ConditionNames<'a> {
 }
 
 /// The help for a name that no ladder has.
-pub const NOT_IN_LADDER: &str = "it is in no ladder: name a tag of the ladder, an \
-    address as `D0`, a block's `Main.Running`, a Stage's `Drain.Open`";
+pub fn not_in_ladder() -> Help {
+    let words = "it is in no ladder: name a tag of the ladder, an address as `{}`, a block's \
+                 `Main.Running`, a Stage's `Drain.Open`";
+    advise(words, [possible("D0")])
+}

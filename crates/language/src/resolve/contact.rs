@@ -7,6 +7,7 @@ use super::scope::{Misplaced, Thing};
 use crate::source::atom::{Atom, AtomKind};
 use crate::source::contact::{self as written, Comparison};
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::{advise, possible, proposed};
 use crate::source::span::Span;
 use rungd_engine::isa::Address;
 
@@ -56,7 +57,7 @@ impl Resolver<'_> {
         let right = if state == is_same { name.to_owned() } else { format!("!{name}") };
         let message = format!("`{name}` is a bit, not a number");
         let finding = Finding::new(Code::OperandType, *span, message);
-        self.find(finding.help(format!("a bit stands alone: write `{right}`")));
+        self.find(finding.help(advise("a bit stands alone: write `{}`", [right])));
         true
     }
 
@@ -77,20 +78,25 @@ impl Resolver<'_> {
                 return Some(Contact::Element(element, span));
             }
             Thing::Address(Address::Word(_)) | Thing::Element(_) => {
-                format!("compare it: `{name} != 0`")
+                advise("compare it: `{}`", [proposed(format!("{name} != 0"))])
             }
             Thing::Array(array) => of_array(name, array),
             Thing::Address(Address::Structure(structure)) => {
                 let flag = if structure.members().contains(&"Done") { "Done" } else { "DN" };
-                format!("name one of its flags: `{name}.{flag}`")
+                advise("name one of its flags: `{}`", [possible(format!("{name}.{flag}"))])
             }
             Thing::Constant(..) | Thing::Real(_) => {
-                format!("compare something with it: `D0 == {name}`")
+                let compare = possible(format!("D0 == {name}"));
+                advise("compare something with it: `{}`", [compare])
             }
-            Thing::Device(_) => format!("`{name}.Ok` is ON while it exchanges"),
-            Thing::Block(_) => format!("`{name}.Running` is ON while it runs"),
+            Thing::Device(_) => {
+                advise("`{}` is ON while it exchanges", [proposed(format!("{name}.Ok"))])
+            }
+            Thing::Block(_) => {
+                advise("`{}` is ON while it runs", [proposed(format!("{name}.Running"))])
+            }
         };
-        self.wrong_kind(Misplaced { name, span, thing }, "a bit", &help);
+        self.wrong_kind(Misplaced { name, span, thing }, "a bit", help);
         None
     }
 
@@ -122,19 +128,18 @@ impl Resolver<'_> {
             Thing::Array(array) => of_array(name, array),
             Thing::Address(Address::Structure(structure)) => {
                 let acc = if structure.members().contains(&"Acc") { "Acc" } else { "ACC" };
-                format!("its value is `{name}.{acc}`")
+                advise("its value is `{}`", [proposed(format!("{name}.{acc}"))])
             }
-            Thing::Address(Address::Bit(_)) | Thing::Element(_) => {
-                format!(
-                    "a bit stands alone in contacts: `{name}`, or `!{name}`; a number is a \
-                     constant or a word, as `D0`"
-                )
-            }
+            Thing::Address(Address::Bit(_)) | Thing::Element(_) => advise(
+                "a bit stands alone in contacts: `{}`, or `{}`; a number is a constant or a word, \
+                 as `{}`",
+                [name.to_owned(), format!("!{name}"), "D0".to_owned()].map(possible),
+            ),
             Thing::Block(_) | Thing::Device(_) => {
-                "a number, a duration, or a word as `D0` belongs here".to_owned()
+                advise("a number, a duration, or a word as `{}` belongs here", [possible("D0")])
             }
         };
-        self.wrong_kind(Misplaced { name, span: atom.span, thing }, "a number", &help);
+        self.wrong_kind(Misplaced { name, span: atom.span, thing }, "a number", help);
         None
     }
 }

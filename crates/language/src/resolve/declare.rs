@@ -10,6 +10,7 @@ use super::names::{NameRole, forbidden, kept};
 use super::program::{Block, BlockKind, Program, Stage};
 use super::scope::BlockNames;
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::{Edit, Help, advise, meant, pair};
 use crate::source::ladder::{self, BlockForm, Ladder};
 use crate::source::nearest::{KnownNames, nearest};
 use crate::source::reader::Text;
@@ -104,25 +105,26 @@ impl Resolver<'_> {
         // The trial of a template has a block that is in no file.
         let blocks = || program.blocks.iter().filter(|block| !Layers::is_layered(block.span));
         if let Some(block) = blocks().find(|block| block.name.eq_ignore_ascii_case("Main")) {
-            let help = "write `name = \"Main\"`: names are case-sensitive";
+            let name = [pair("name = \"Main\"").proposed()];
+            let help = advise("write `{}`: names are case-sensitive", name);
             return self.find(find(block.span).help(help));
         }
         let near = nearest("Main", blocks().map(|block| &*block.name));
         if let Some(block) = blocks().find(|block| near == Some(&*block.name)) {
-            return self.find(find(block.span).help("did you mean `Main`?"));
+            return self.find(find(block.span).help(meant("Main")));
         }
         if let Some(name) = templates.iter().find(|name| name.text.eq_ignore_ascii_case("Main")) {
             let finding = find(name.span).label("this is a template");
-            return self.find(finding.help(
-                "a template runs where it is used. The program that always runs is:\n\
-                 [[program]]\nname = \"Main\"",
-            ));
+            return self.find(finding.help(main_program(
+                "a template runs where it is used. The program that always runs is:",
+            )));
         }
         let start = Span { file: self.options.first_file, start: 0, end: 0 };
-        self.find(find(start).help(
-            "Main is the program that always runs; without it nothing runs:\n[[program]]\nname = \
-             \"Main\"",
-        ));
+        self.find(
+            find(start).help(main_program(
+                "Main is the program that always runs; without it nothing runs:",
+            )),
+        );
     }
 
     fn declare_name(&mut self, name: &Text, role: NameRole, names: &mut HashMap<String, Span>) {
@@ -234,8 +236,15 @@ impl Resolver<'_> {
         {
             let message = "`Main` always runs: it cannot be kept from starting";
             let finding = Finding::new(Code::BlockRule, autostart.span, message);
-            self.find(finding.help("take `autostart` away, or give the program another name"));
+            let help = "take `autostart` away, or give the program another name";
+            self.find(finding.help(help).fix(Edit::Remove("autostart")));
         }
         main || block.autostart.as_ref().is_some_and(|autostart| autostart.value)
     }
+}
+
+/// The help to add the program `Main`.
+fn main_program(words: &str) -> Help {
+    let lines = "[[program]]\nname = \"Main\"".to_owned();
+    advise(&format!("{words}\n{{}}"), [Edit::Lines { lines, instead: None }])
 }

@@ -12,6 +12,7 @@ use super::program::NamedArray;
 use super::resolver::of_array;
 use super::scope::Thing;
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::advise;
 use crate::source::span::{Located, Span};
 use rungd_engine::isa::Address;
 
@@ -122,7 +123,8 @@ impl Resolver<'_> {
         }
         let text = self.text(index.span);
         let finding = Finding::new(Code::OperandType, index.span, "an index is a whole number");
-        let help = format!("write `round({text})` or `trunc({text})`");
+        let help =
+            advise("write `{}` or `{}`", [format!("round({text})"), format!("trunc({text})")]);
         self.find(finding.label("a real").help(help));
         false
     }
@@ -134,7 +136,7 @@ impl Resolver<'_> {
         let name = self.text(operand.span).to_owned();
         let message = format!("`{name}` is an array, not a value");
         let finding = Finding::new(Code::OperandType, operand.span, message);
-        let help = format!("{}; `sum`, `min` and `max` take whole arrays", of_array(&name, array));
+        let help = of_array(&name, array).and("; `sum`, `min` and `max` take whole arrays");
         self.find(finding.label("a value belongs here").help(help));
     }
 }

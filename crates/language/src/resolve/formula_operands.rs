@@ -6,8 +6,10 @@
 use super::Resolver;
 use super::array::{Array, Element};
 use super::formula::{NumberType, Part, type_of};
+use super::mistake::{bit_of_block, bits_of_device};
 use super::resolver::of_array;
 use super::scope::{Misplaced, Thing};
+use crate::source::fix::{advise, proposed};
 use crate::source::span::Span;
 use rungd_engine::isa::Address;
 
@@ -95,13 +97,13 @@ impl Resolver<'_> {
             }
             Thing::Address(Address::Structure(structure)) => {
                 let acc = if structure.members().contains(&"Acc") { "Acc" } else { "ACC" };
-                format!("its value is `{name}.{acc}`")
+                advise("its value is `{}`", [proposed(format!("{name}.{acc}"))])
             }
             Thing::Array(array) | Thing::Element(Element { array, .. }) => of_array(name, array),
-            Thing::Block(_) => format!("its bit is `{name}.Running`"),
-            Thing::Device(_) => format!("its bits are `{name}.Ok` and `{name}.Stale`"),
+            Thing::Block(_) => bit_of_block(name),
+            Thing::Device(_) => advise("its bits are `{}` and `{}`", bits_of_device(name)),
         };
-        self.wrong_kind(Misplaced { name, span, thing }, "a value", &help);
+        self.wrong_kind(Misplaced { name, span, thing }, "a value", help);
         None
     }
 }

@@ -9,6 +9,7 @@ use super::formula::{Binary, Formula, NumberType, Part, Unary};
 use super::formula_operands::{OperandForm, TypedOperand, Walk};
 use crate::source::expression::{self as written, PartKind};
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::{Help, advise, one_of, possible};
 use crate::source::nearest::did_you_mean;
 use crate::source::span::{Located, Span};
 pub use rungd_engine::isa::Function;
@@ -110,7 +111,8 @@ impl Resolver<'_> {
         for operand in operands.iter().filter(|operand| operand.of == NumberType::Real) {
             let message = format!("`{sign}` works on the bits of integers, not on a real");
             let text = self.text(operand.span);
-            let help = format!("an integer of it is `round({text})` or `trunc({text})`");
+            let integers = [format!("round({text})"), format!("trunc({text})")].map(possible);
+            let help = advise("an integer of it is `{}` or `{}`", integers);
             let finding = Finding::new(Code::OperandType, operand.span, message);
             self.find(finding.label("a real").help(help));
             walk.whole = false;
@@ -162,21 +164,18 @@ fn unknown_function(name: &Located<String>) -> Finding {
     let message = format!("there is no function `{}`", name.value);
     let names = || FUNCTIONS.iter().map(|spec| spec.name);
     let other = match name.value.to_ascii_lowercase().as_str() {
-        "pow" | "power" => Some("a power is `x ** y`"),
-        "mod" => Some("a remainder is `x % y`"),
-        "not" => Some("write `!(…)`"),
-        "rise" | "fall" => Some("an edge is a contact: `when = [\"rise(X0)\"]`"),
-        "log" => Some("write `ln(x)` or `log10(x)`"),
-        "int" | "toint" => Some("write `trunc(x)` or `round(x)`"),
-        "real" | "float" => Some("write `toreal(x)`"),
+        "pow" | "power" => Some(Help::from("a power is `x ** y`")),
+        "mod" => Some("a remainder is `x % y`".into()),
+        "not" => Some(Help::from("write `!(…)`").with("!")),
+        "rise" | "fall" => Some("an edge is a contact: `when = [\"rise(X0)\"]`".into()),
+        "log" => Some(Help::from("write `ln(x)` or `log10(x)`").with("ln").with("log10")),
+        "int" | "toint" => {
+            Some(Help::from("write `trunc(x)` or `round(x)`").with("trunc").with("round"))
+        }
+        "real" | "float" => Some(Help::from("write `toreal(x)`").with("toreal")),
         _ => None,
     };
-    let help = other.map(str::to_owned).or_else(|| did_you_mean(&name.value, names()));
-    let help = help.unwrap_or_else(|| {
-        format!(
-            "there are {}",
-            names().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
-        )
-    });
+    let help = other.or_else(|| did_you_mean(&name.value, names()));
+    let help = help.unwrap_or_else(|| one_of("there are", names()));
     Finding::new(Code::UnknownFunction, name.span, message).help(help)
 }

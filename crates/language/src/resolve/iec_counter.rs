@@ -10,6 +10,7 @@
 use super::Resolver;
 use super::scope::Thing;
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::{Edit, advise};
 use crate::source::instruction::{Instruction, Operand};
 use crate::source::ladder;
 pub use rungd_engine::isa::{Address, Mnemonic, Structure};
@@ -77,7 +78,10 @@ impl Resolver<'_> {
             format!("`{own}` is Sensaphone's counter: the `{own}` of IEC is `{}`", spec.name);
         Finding::new(Code::OperandType, instruction.span, message)
             .label(format!("a counter is counted by `{}`", spec.name))
-            .help(format!("write its legs {instead}:\n{lines}"))
+            .help(advise(
+                &format!("write its legs {instead}:\n{{}}"),
+                [Edit::Lines { lines, instead: rung.legs.is_empty().then_some("when") }],
+            ))
     }
 }
 

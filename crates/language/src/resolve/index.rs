@@ -4,10 +4,11 @@
 //! whose number is read at run time.
 
 use super::array::{Array, Element};
-use super::mistake::{Mistake, mistake, new};
+use super::mistake::{Mistake, bit_of_block, bits_of_device, mistake};
 use super::program::TagMeaning;
 use super::scope::{LookUp, Scope, Thing};
 use crate::source::finding::Code;
+use crate::source::fix::{advise, possible, propose, proposed, write};
 use rungd_engine::isa::{Address, Space};
 
 /// An index: a constant, or the name of a word.
@@ -68,21 +69,16 @@ impl Scope {
         let help = match found.thing {
             Thing::Address(Address::Structure(structure)) => {
                 let members = structure.members().join("`, `.");
-                format!("name a member of it, `.{members}`, or declare a tag with `count`")
+                format!("name a member of it, `.{members}`, or declare a tag with `count`").into()
             }
-            Thing::Block(_) => {
-                format!("its bit is `{base}.Running`; an array is a tag with `count`")
-            }
-            Thing::Device(_) => {
-                format!(
-                    "its bits are `{base}.Ok` and `{base}.Stale`; an array is a tag with `count`"
-                )
-            }
+            Thing::Block(_) => bit_of_block(base).and("; an array is a tag with `count`"),
+            Thing::Device(_) => advise("its bits are `{}` and `{}`", bits_of_device(base))
+                .and("; an array is a tag with `count`"),
             Thing::Address(Address::Bit(_) | Address::Word(_))
             | Thing::Constant(..)
             | Thing::Real(_)
             | Thing::Array(_)
-            | Thing::Element(_) => format!("write `{base}`, or declare a tag with `count`"),
+            | Thing::Element(_) => propose(base).and(", or declare a tag with `count`"),
         };
         Err(mistake(Code::OperandType, message, help))
     }
@@ -105,31 +101,26 @@ impl Scope {
         let mut ends = [0; 2];
         for (end, text) in ends.iter_mut().zip([low, high]) {
             let last = array.count - 1;
-            let beyond = |mistake| match mistake {
+            let beyond = |beyond| match beyond {
                 Mistake::New { code: Code::OutOfRange, message, .. } => {
-                    let help = format!("the longest is `{base}[0..{last}]`");
-                    new(Code::OutOfRange, message, Some(help))
+                    let help =
+                        advise("the longest is `{}`", [proposed(format!("{base}[0..{last}]"))]);
+                    mistake(Code::OutOfRange, message, help)
                 }
                 other @ (Mistake::New { .. } | Mistake::Reported) => other,
             };
             let Index::Constant(at, _) = self.index(base, array, text).map_err(beyond)? else {
                 let message = format!("the ends of a slice are constants, not `{text}`");
-                return Err(mistake(
-                    Code::OperandType,
-                    message,
-                    format!("write `{base}[0..{last}]`"),
-                ));
+                let help = propose(format!("{base}[0..{last}]"));
+                return Err(mistake(Code::OperandType, message, help));
             };
             *end = at;
         }
         let [from, to] = ends;
         if from > to {
             let message = "a slice goes from low to high".to_owned();
-            return Err(mistake(
-                Code::OutOfRange,
-                message,
-                format!("write `{base}[{high}..{low}]`"),
-            ));
+            let help = write(format!("{base}[{high}..{low}]"));
+            return Err(mistake(Code::OutOfRange, message, help));
         }
         let thing = Thing::Array(array.slice(from, to));
         Ok(LookUp { thing, tag: Some(first + from as usize), index: None })
@@ -169,8 +160,8 @@ impl Scope {
             None => {
                 let message = format!("`{base}` has the elements 0 to {last}, not {number}");
                 let help = match base.contains('[') {
-                    true => format!("the last one is number {last} of the slice"),
-                    false => format!("the last one is `{base}[{last}]`"),
+                    true => format!("the last one is number {last} of the slice").into(),
+                    false => advise("the last one is `{}`", [proposed(format!("{base}[{last}]"))]),
                 };
                 Err(mistake(Code::OutOfRange, message, help))
             }
@@ -205,7 +196,7 @@ fn whole(text: &str) -> Option<i64> {
 
 fn no_index(text: &str) -> Mistake {
     let message = format!("`{text}` is no index");
-    let help = "an index is a whole number or a word of whole numbers: `recipe[3]`, \
-                `recipe[step]`; MATH computes one: `MATH step = …`";
-    mistake(Code::OperandType, message, help.to_owned())
+    let help = "an index is a whole number or a word of whole numbers: `{}`, `recipe[step]`; MATH \
+                computes one: `MATH step = …`";
+    mistake(Code::OperandType, message, advise(help, [possible("recipe[3]")]))
 }

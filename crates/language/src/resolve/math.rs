@@ -13,6 +13,7 @@ use super::scope::Thing;
 use crate::source::atom::{Atom, AtomKind};
 use crate::source::expression as written;
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::{advise, proposed, text};
 use crate::source::span::{Located, Span};
 use rungd_engine::isa::{Address, Spec};
 
@@ -68,6 +69,7 @@ impl Resolver<'_> {
         match target {
             _ if target.is_real() => {
                 let Some((sign, [left, right])) = whole.division else { return };
+                let place = left.to(right);
                 let (left, right) = (self.text(left), self.text(right));
                 let is_constant = right.bytes().all(|b| b.is_ascii_digit());
                 let real = match is_constant {
@@ -76,14 +78,15 @@ impl Resolver<'_> {
                 };
                 let message = "a division of integers loses its fraction before it is stored";
                 let finding = Finding::new(Code::IntegerDivisionIntoReal, sign, message);
-                let help = format!("write `{real}`, or `trunc({real})` if the loss is meant");
-                self.find(finding.label("both sides are integers").help(help));
+                let right = [real.clone(), format!("trunc({real})")];
+                let help = advise("write `{}`, or `{}` if the loss is meant", right.map(text));
+                self.find(finding.label("both sides are integers").help(help.at(place)));
             }
             _ if target.is_bit() && whole.form == OperandForm::ComplementOfBit => {
                 let name = self.text(whole.span).trim_start_matches('~').trim_start();
                 let message = "`~` of a bit is -1 or -2, which is never 0";
                 let finding = Finding::new(Code::ComplementOfBit, whole.span, message);
-                let help = format!("the opposite of a bit is `!{name}`");
+                let help = advise("the opposite of a bit is `{}`", [proposed(format!("!{name}"))]);
                 self.find(finding.label("the target is always ON").help(help));
             }
             Target::Word(_) | Target::Bit(_) | Target::Array(_) => {}

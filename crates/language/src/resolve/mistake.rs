@@ -3,9 +3,11 @@
 //! Made by [`super::scope`] when a look-up fails. Looks nothing up itself.
 
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::{
+    Edit, Fix, Help, advise, meant, one_of, possible, propose, proposed, write,
+};
 use crate::source::nearest::{KnownNames, Near, did_you_mean, nearest};
 use crate::source::span::Span;
-use crate::source::wording::bounded;
 use rungd_engine::isa::Structure;
 use rungd_engine::isa::address_text::AddressError;
 
@@ -21,7 +23,7 @@ pub enum Mistake {
         /// The mistake.
         message: String,
         /// What to write instead.
-        help: Option<String>,
+        help: Option<Help>,
         /// The known names; if one is near, it replaces the help.
         near: Option<Box<Near>>,
     },
@@ -40,17 +42,19 @@ impl Mistake {
 }
 
 /// The help for a name in the notation of a different controller.
-pub(super) fn habit(name: &str) -> Option<String> {
-    let help = match name.to_ascii_uppercase().as_str() {
-        "AND" => "write `&`",
-        "OR" => "write `|`",
-        "NOT" => "write `!`",
-        "TRUE" | "ON" | "ALWAYS" => "write `$On`",
-        "FALSE" | "OFF" | "NEVER" => "write `$Off`",
-        "NAN" | "INF" | "INFINITY" => "a constant is a finite number: `1.5`, `-2.5e-7`",
+pub(super) fn habit(name: &str) -> Option<Help> {
+    Some(write(match name.to_ascii_uppercase().as_str() {
+        "AND" => "&",
+        "OR" => "|",
+        "NOT" => "!",
+        "TRUE" | "ON" | "ALWAYS" => "$On",
+        "FALSE" | "OFF" | "NEVER" => "$Off",
+        "NAN" | "INF" | "INFINITY" => {
+            let numbers = ["1.5", "-2.5e-7"].map(possible);
+            return Some(advise("a constant is a finite number: `{}`, `{}`", numbers));
+        }
         _ => return None,
-    };
-    Some(help.to_owned())
+    }))
 }
 
 /// The help for an unknown name that is not in a file. In a file, the help is to declare the name.
@@ -65,12 +69,8 @@ pub fn sentence(finding: &Finding) -> String {
 }
 
 /// A mistake with a help.
-pub(super) fn mistake(code: Code, message: String, help: String) -> Mistake {
-    new(code, message, Some(help))
-}
-
-pub(super) fn new(code: Code, message: String, help: Option<String>) -> Mistake {
-    Mistake::New { code, message, help, near: None }
+pub(super) fn mistake(code: Code, message: String, help: impl Into<Help>) -> Mistake {
+    Mistake::New { code, message, help: Some(help.into()), near: None }
 }
 
 /// The mistake in a text that has the form of an address but is not one.
@@ -79,44 +79,42 @@ pub(super) fn address_mistake(name: &str, error: AddressError) -> Mistake {
     match error {
         AddressError::NotAnAddress => {
             let help = "addresses read `X0`, `Y0`, `C0`, `D0`, `V0`, `MC1`, `MHR1`, `CT0`, `T0`";
-            new(Code::UnknownName, format!("`{name}` is no address"), Some(help.to_owned()))
+            mistake(Code::UnknownName, format!("`{name}` is no address"), help)
         }
-        AddressError::Case(right) => new(
-            Code::WrongCase,
-            format!("`{name}` is in the wrong case"),
-            Some(format!("write `{right}`")),
-        ),
-        AddressError::LeadingZero(right) => new(
+        AddressError::Case(right) => {
+            mistake(Code::WrongCase, format!("`{name}` is in the wrong case"), write(right))
+        }
+        AddressError::LeadingZero(right) => mistake(
             Code::UnknownName,
             format!("`{base}` is no address: a number has no leading zeros"),
-            Some(format!("write `{right}`; all numbers are decimal")),
+            write(right).and("; all numbers are decimal"),
         ),
         AddressError::BeyondMemory { space, first, last } => {
             let message = format!("`{base}` lies beyond memory: {space}{first}..{space}{last}");
             let help = (space != "N" && space != "ST" && space != "DST")
-                .then(|| "sizes are set under `[memory]` of the controller file".to_owned());
-            new(Code::BeyondMemory, message, help)
+                .then(|| "sizes are set under `[memory]` of the controller file".into());
+            Mistake::New { code: Code::BeyondMemory, message, help, near: None }
         }
         AddressError::UnknownMember(_) if name.contains("..") => a_range(name),
         AddressError::UnknownMember(&[]) => {
             let message = format!("`{base}` is a single value: it has no members");
-            new(Code::UnknownMember, message, Some(format!("write `{base}`")))
+            mistake(Code::UnknownMember, message, propose(base))
         }
         AddressError::UnknownMember(members) => unknown_member(name, members),
         AddressError::UnknownNickname => {
             let all: Vec<&str> = rungd_engine::isa::status::nicknames().collect();
             let help = did_you_mean(name, all.iter().copied());
-            let help = help.unwrap_or_else(|| format!("there are {}", all.join(", ")));
-            new(Code::UnknownName, format!("no status is called `{name}`"), Some(help))
+            let help = help.unwrap_or_else(|| format!("there are {}", all.join(", ")).into());
+            mistake(Code::UnknownName, format!("no status is called `{name}`"), help)
         }
         AddressError::SensaphoneElement => {
             let counter = name.split(',').nth(1).unwrap_or("n").trim();
             let message = "a Sensaphone counter has the elements 0 to 6".to_owned();
-            let help = format!(
-                "the current value is `N,{counter},6` or `N{counter}.ACC` (element 7 in the \
-                 manual's example is a misprint); the preset is `N{counter}.PRE`"
-            );
-            new(Code::UnknownMember, message, Some(help))
+            let elements =
+                [format!("N,{counter},6"), format!("N{counter}.ACC"), format!("N{counter}.PRE")];
+            let help = "the current value is `{}` or `{}` (element 7 in the manual's example is a \
+                        misprint); the preset is `{}`";
+            mistake(Code::UnknownMember, message, advise(help, elements.map(possible)))
         }
     }
 }
@@ -132,16 +130,16 @@ fn a_range(name: &str) -> Mistake {
     };
     let message = format!("`{name}` is a range, and one name belongs here");
     let help = format!("declare an array: a tag with `at = \"{low}\", count = {count}`");
-    new(Code::UnknownName, message, Some(help))
+    mistake(Code::UnknownName, message, help)
 }
 
 pub(super) fn unknown_member(name: &str, members: &[&str]) -> Mistake {
     let (base, member) = name.split_once('.').unwrap_or((name, ""));
     let list = members.iter().map(|m| format!("`.{m}`")).collect::<Vec<_>>().join(", ");
     let near = nearest(member, members.iter().copied());
-    let near = near.map_or(String::new(), |near| format!("did you mean `{base}.{near}`? "));
-    let help = bounded(near) + &format!("it has {list}");
-    new(Code::UnknownMember, format!("`{base}` has no member `.{member}`"), Some(help))
+    let help = near.map_or(Help::from(""), |near| meant(format!("{base}.{near}")).and(" "));
+    let help = help.and(&format!("it has {list}"));
+    mistake(Code::UnknownMember, format!("`{base}` has no member `.{member}`"), help)
 }
 
 pub(super) fn member_mistake(base: &str, structure: Structure, member: &str) -> Mistake {
@@ -159,11 +157,36 @@ pub(super) fn member_mistake(base: &str, structure: Structure, member: &str) -> 
 pub(super) const LISTED_MAX: usize = 12;
 
 /// A help: the names that may follow a block's name and a dot.
-pub(super) fn members_of(base: &str, known: &KnownNames) -> String {
-    let first = known.iter().take(LISTED_MAX);
-    let list = first.map(|name| format!("`{base}.{name}`")).collect::<Vec<_>>().join(", ");
-    match known.iter().len() - known.iter().len().min(LISTED_MAX) {
-        0 => format!("there is {list}"),
-        more => format!("there is {list}, and {more} more"),
+pub(super) fn members_of(base: &str, known: &KnownNames) -> Help {
+    let first = known.iter().take(LISTED_MAX).map(|name| format!("{base}.{name}"));
+    let help = one_of("there is", first);
+    match known.iter().len().saturating_sub(LISTED_MAX) {
+        0 => help,
+        more => help.and(&format!(", and {more} more")),
     }
+}
+
+/// The help for a block in the place of a value.
+pub(super) fn bit_of_block(name: &str) -> Help {
+    advise("its bit is `{}`", [proposed(format!("{name}.Running"))])
+}
+
+/// The bits of a device, each of which can be meant.
+pub(super) fn bits_of_device(name: &str) -> [Fix; 2] {
+    [format!("{name}.Ok"), format!("{name}.Stale")].map(possible)
+}
+
+/// The help to declare a tag of one of some types; `others`: all but the first, in words.
+pub(super) fn declared(name: &str, types: &[&str], others: &str) -> Help {
+    let tag = |kind: &&str| format!("{name} = {{ type = \"{kind}\" }}");
+    let first = types.first().map_or(String::new(), tag);
+    let help = Help::from(format!("declare it under [tags]: `{first}`{others}"));
+    help.with_all(types.iter().map(tag).map(Edit::Declare))
+}
+
+/// The help to declare a block or a Stage.
+pub(super) fn declared_table(header: &str, name: &str) -> Help {
+    let line = format!("name = \"{name}\"");
+    let words = format!("declare it: a `{header}` with `{line}`");
+    Help::from(words).with(Edit::Table { header: header.to_owned(), line })
 }

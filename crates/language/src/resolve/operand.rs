@@ -3,12 +3,14 @@
 use super::Resolver;
 use super::declare::BUILT_IN;
 use super::instruction::{Instruction, OperandList, OperandValue, ResolvedOperand, Value};
+use super::mistake::declared_table;
 use super::places::type_of;
 use super::program::BlockKind;
 use super::scope::{Misplaced, Thing};
 use super::writable::reset_of;
 use crate::source::atom::Atom;
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::{Edit, Help, advise, possible, proposed, write};
 use crate::source::instruction::{self as written};
 use crate::source::nearest::did_you_mean;
 use crate::source::span::Span;
@@ -79,10 +81,11 @@ impl Resolver<'_> {
         if row.is_none() {
             let message = format!("`{}` has no operand `{}=`", spec.name, key.value);
             let keys = spec.operands.iter().filter_map(|row| row.key);
-            let mut help = format!("its form is `{}`", spec.form());
-            if let Some(near) = did_you_mean(&key.value, keys) {
-                help = format!("{near} {help}");
-            }
+            let form = format!("its form is `{}`", spec.form());
+            let help = match did_you_mean(&key.value, keys) {
+                Some(near) => near.and(&format!(" {form}")),
+                None => form.into(),
+            };
             self.find(Finding::new(Code::UnknownOperand, key.span, message).help(help));
         }
         if given.contains(&key.value.as_str()) {
@@ -171,10 +174,13 @@ impl Resolver<'_> {
             let nearest = if n < least { least } else { most };
             let help = match (row.kind, row.key) {
                 (OperandKind::Duration, _) => {
-                    "a time is never negative: `3s`, or a number of ms".into()
+                    let times = [possible("3s")];
+                    advise("a time is never negative: `{}`, or a number of ms", times)
                 }
-                (_, Some(key)) => format!("the nearest is `{key}={nearest}`"),
-                _ => format!("the nearest is `{nearest}`"),
+                (_, Some(key)) => {
+                    advise("the nearest is `{}`", [proposed(format!("{key}={nearest}"))])
+                }
+                _ => advise("the nearest is `{}`", [proposed(nearest.to_string())]),
             };
             self.find(Finding::new(Code::OutOfRange, atom.span, message).help(help));
             return None;
@@ -208,18 +214,19 @@ impl Resolver<'_> {
             Ok(Thing::Address(Address::Structure(structure)))
                 if fits(&structure) && base != name =>
             {
-                format!("name the whole structure: `{base}`")
+                advise("name the whole structure: `{}`", [proposed(base)])
             }
             Ok(Thing::Address(Address::Structure(structure)))
                 if spec.legs == [LegName::When] && !spec.mnemonic.owns_structure() =>
             {
-                format!("write `{} {base}`", reset_of(structure))
+                write(format!("{} {base}", reset_of(structure)))
             }
             Ok(_) | Err(_) => {
-                format!("`{}` works on {wanted}: `{like}`, or a tag of one", spec.name)
+                let words = format!("`{}` works on {wanted}: `{{}}`, or a tag of one", spec.name);
+                advise(&words, [possible(like.to_string())])
             }
         };
-        self.wrong_kind(Misplaced { name, span: atom.span, thing }, wanted, &help);
+        self.wrong_kind(Misplaced { name, span: atom.span, thing }, wanted, help);
         None
     }
 
@@ -246,11 +253,14 @@ impl Resolver<'_> {
         if BUILT_IN.iter().any(|(built_in, _)| *built_in == name) {
             let message = format!("`{name}` is a built-in task: nothing starts or stops it");
             let finding = Finding::new(Code::BuiltInTask, atom.span, message);
-            return self
-                .find(finding.help("delete this; a task of your own needs a different name"));
+            return self.find(
+                finding
+                    .help("delete this; a task of your own needs a different name")
+                    .fix(Edit::Delete),
+            );
         }
         let header = if wanted == "a task" { "task" } else { "program" };
-        let declare = format!("declare it: a `[[{header}]]` with `name = \"{name}\"`");
+        let declare = declared_table(&format!("[[{header}]]"), &name);
         let message = format!("no program or task is called `{name}`");
         let finding = Finding::new(Code::UnknownBlock, atom.span, message).help(declare);
         self.find(finding.near(&name, self.scope.known_blocks()));
@@ -265,16 +275,15 @@ impl Resolver<'_> {
         let message = format!("`{program}` has no stage `{name}`");
         let own = name.strip_prefix(program).and_then(|rest| rest.strip_prefix('.'));
         let help = if let Some(stage) = own.filter(|stage| names.stages.contains_key(*stage)) {
-            format!("a stage of the same program goes without its name: `{stage}`")
+            advise("a stage of the same program goes without its name: `{}`", [stage])
         } else if name.contains('.') {
-            format!("`{}` reaches the stages of its own program only", spec.name)
+            format!("`{}` reaches the stages of its own program only", spec.name).into()
         } else if names.stages.is_empty() && names.kind != BlockKind::Program {
-            "tasks have no stages; make it a `[[program]]`".to_owned()
+            "tasks have no stages; make it a `[[program]]`".into()
         } else if names.stages.is_empty() {
-            "stages are declared by `[[program.stage]]`, and only a rung of a stage jumps"
-                .to_owned()
+            "stages are declared by `[[program.stage]]`, and only a rung of a stage jumps".into()
         } else {
-            let declare = format!("declare it: a `[[program.stage]]` with `name = \"{name}\"`");
+            let declare = declared_table("[[program.stage]]", &name);
             let finding = Finding::new(Code::UnknownStage, atom.span, message).help(declare);
             self.find(finding.near(&name, names.known_stages()));
             return None;
@@ -285,7 +294,7 @@ impl Resolver<'_> {
 }
 
 /// The help for a real in the place of a whole number.
-fn whole_help(atom: &Atom, value: Value, row: &OperandSpec) -> String {
+fn whole_help(atom: &Atom, value: Value, row: &OperandSpec) -> Help {
     let is_time = matches!(row.kind, OperandKind::Duration | OperandKind::Interval);
     let seconds = match value {
         Value::Real(real) if is_time => duration::of_seconds(f64::from(real.number())),
@@ -293,14 +302,18 @@ fn whole_help(atom: &Atom, value: Value, row: &OperandSpec) -> String {
     };
     let key = row.key.map_or(String::new(), |key| format!("{key}="));
     match (seconds, atom.name()) {
-        (Some(time), None) => format!("if it is in seconds, write `{key}{time}`"),
+        (Some(time), None) => {
+            advise("if it is in seconds, write `{}`", [proposed(format!("{key}{time}"))])
+        }
         (Some(time), Some(name)) => format!(
             "if it is in seconds, give the tag a duration: `{name} = {{ value = \"{time}\" }}`"
-        ),
+        )
+        .into(),
         (None, _) if is_time => {
             format!("compute the ms in a D word, and name it here: `MATH D0 = {atom} * 1000.0`")
+                .into()
         }
-        (None, _) => "`MOVE` a real to a D word, and name that word here".to_owned(),
+        (None, _) => "`MOVE` a real to a D word, and name that word here".into(),
     }
 }
 
@@ -335,8 +348,9 @@ fn too_many(text: &written::Instruction, operand: &written::Operand, spec: &Spec
     let free = spec.operands.iter().filter_map(|row| row.key).find(|key| !is_taken(key));
     let message = format!("`{}` has no place for `{}`", spec.name, operand.value);
     let help = match free {
-        Some(key) => format!("write `{key}={}`; the form is `{}`", operand.value, spec.form()),
-        None => format!("its form is `{}`", spec.form()),
+        Some(key) => write(format!("{key}={}", operand.value))
+            .and(&format!("; the form is `{}`", spec.form())),
+        None => format!("its form is `{}`", spec.form()).into(),
     };
     Finding::new(Code::UnknownOperand, operand.span, message).label("one too many").help(help)
 }

@@ -9,6 +9,7 @@ use super::instruction::{Filling, OperandList, OperandValue, Value};
 use super::scope::Thing;
 use crate::source::atom::{Atom, AtomKind};
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::{Help, advise, possible, propose, text};
 use crate::source::span::{Located, Span};
 use rungd_engine::isa::address_text::{self, AddressError};
 pub use rungd_engine::isa::{Address, Mnemonic, Space, Spec};
@@ -54,9 +55,11 @@ impl Resolver<'_> {
         let name = spec.name;
         let message = format!("the bit of `{name}` has a constant index");
         let finding = Finding::new(Code::OperandType, atom.span, message);
-        self.find(finding.label("a moving index would leave bits behind").help(format!(
-            "write `{base}[0]`, or SET and RST `{atom}`; MATH stores a bit too: `MATH {atom} = …`"
-        )));
+        self.find(finding.label("a moving index would leave bits behind").help(
+            propose(format!("{base}[0]")).and(&format!(
+                ", or SET and RST `{atom}`; MATH stores a bit too: `MATH {atom} = …`"
+            )),
+        ));
         None
     }
 
@@ -92,7 +95,7 @@ impl Resolver<'_> {
         if down && up {
             let message = format!("`{name}` goes from high to low");
             let finding = Finding::new(Code::OutOfRange, atom.span, message);
-            self.find(finding.help(format!("write `{high}..{low}`")));
+            self.find(finding.write(format!("{high}..{low}")));
             return None;
         }
         let (from, to) = (first.1.min(last.1), first.1.max(last.1));
@@ -137,9 +140,12 @@ impl Resolver<'_> {
         let message = format!("`{atom}` is {what}, not an array");
         let finding = Finding::new(Code::OperandType, atom.span, message);
         let range = if spec.mnemonic == Mnemonic::Sr { "C0..C7" } else { "D0..D9" };
-        self.find(finding.label("an array belongs here").help(format!(
-            "`{}` works on an array, a slice `recipe[0..6]`, or a range: `{range}`",
-            spec.name
+        self.find(finding.label("an array belongs here").help(advise(
+            &format!(
+                "`{}` works on an array, a slice `recipe[0..6]`, or a range: `{{}}`",
+                spec.name
+            ),
+            [possible(range)],
         )));
     }
 
@@ -220,7 +226,7 @@ impl Resolver<'_> {
             let [source, target] = [a, b].map(|array| self.scope.places().say(array.element(0)));
             let one = if a.is_bits() { source } else { format!("{source} != 0") };
             let help = "COPY copies bits to bits and words to words; one element at a time:";
-            (message, format!("{help} `MATH {target} = {one}`"))
+            (message, format!("{help} `MATH {target} = {one}`").into())
         } else if a.count != b.count {
             let message = format!("`COPY` of {} elements to {}", a.count, b.count);
             let (longer, count) = if a.count > b.count { (from, b.count) } else { (to, a.count) };
@@ -234,16 +240,20 @@ impl Resolver<'_> {
     }
 
     /// The help to name only the first elements of an array.
-    fn first_of(&self, array: Located<Array>, count: u32) -> String {
+    fn first_of(&self, array: Located<Array>, count: u32) -> Help {
         let last = count - 1;
         let ends = [0, last].map(|at| self.scope.places().say(array.value.element(at)));
         let name = self.text(array.span);
         let is_whole = self.scope.tag_index(name).is_some();
         let [first, end] = ends;
         match is_whole && !name.contains('[') {
-            true => format!("name a part of `{name}`, as `{name}[0..{last}]`"),
+            true => advise(
+                &format!("name a part of `{name}`, as `{{}}`"),
+                [text(format!("{name}[0..{last}]")).at(array.span).possible()],
+            ),
             false => {
                 format!("both have the same number of elements: `{first}` to `{end}` are {count}")
+                    .into()
             }
         }
     }

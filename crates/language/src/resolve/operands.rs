@@ -4,9 +4,11 @@
 //! including a Stage. A [`range`](super::range), in contrast, contains whole structures and no
 //! members. Used by `modbus_server` and `device`.
 
+use super::mistake::{bit_of_block, bits_of_device};
 use super::range::{Range, look_up, other_range, placed_in};
 use super::scope::{Scope, Thing};
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::{Help, advise, possible};
 use crate::source::reader::Text;
 use crate::source::span::Span;
 use rungd_engine::isa::{Address, Bit, Space, Word};
@@ -97,48 +99,45 @@ pub fn resolve_operands(scope: &Scope, text: &Text) -> Result<Operands, Finding>
     }
     if to < from {
         let finding = finding("a range goes from low to high".to_owned());
-        return Err(finding.help(format!("write `{high}..{low}`")));
+        return Err(finding.write(format!("{high}..{low}")));
     }
     let (count, span, text) = (to - from + 1, text.span, written.to_owned());
     Ok(Operands { first, count, text, is_placed: false, span })
 }
 
 fn element(scope: &Scope, name: &str, span: Span) -> Result<Address, Finding> {
-    let wrong = |message: String, help: String| {
-        Err(Finding::new(Code::Controller, span, message).help(help))
-    };
+    let wrong =
+        |message: String, help: Help| Err(Finding::new(Code::Controller, span, message).help(help));
     let constant = |value: String| {
         wrong(
             format!("`{name}` is a constant, {value}: no memory holds it"),
-            "name a bit or word".to_owned(),
+            "name a bit or word".into(),
         )
     };
     match look_up(scope, name, span)? {
-        Thing::Address(Address::Structure(structure)) => {
-            let members = structure.members().join("`, `.");
-            wrong(
-                format!("`{name}` is a whole structure, not a bit or word"),
-                format!("name a member: `.{members}`"),
-            )
-        }
+        Thing::Address(Address::Structure(structure)) => wrong(
+            format!("`{name}` is a whole structure, not a bit or word"),
+            format!("name a member: `.{}`", structure.members().join("`, `.")).into(),
+        ),
         Thing::Address(address) => Ok(address),
         Thing::Constant(value, _) => constant(value.to_string()),
         Thing::Real(real) => constant(real.to_string()),
         Thing::Array(array) => wrong(
             format!("`{name}` is an array, not a bit or word"),
-            format!("name an element, `{name}[0]`, or the array alone: {array}"),
+            advise(
+                &format!("name an element, `{{}}`, or the array alone: {array}"),
+                [possible(format!("{name}[0]"))],
+            ),
         ),
         Thing::Element(_) => wrong(
             format!("the index of `{name}` is a word"),
-            "an element has a constant index here".to_owned(),
+            "an element has a constant index here".into(),
         ),
         Thing::Device(_) => wrong(
             format!("`{name}` is a device"),
-            format!("its bits are `{name}.Ok`, `{name}.Stale`"),
+            advise("its bits are `{}`, `{}`", bits_of_device(name)),
         ),
-        Thing::Block(_) => {
-            wrong(format!("`{name}` is a block"), format!("its bit is `{name}.Running`"))
-        }
+        Thing::Block(_) => wrong(format!("`{name}` is a block"), bit_of_block(name)),
     }
 }
 

@@ -5,6 +5,7 @@
 use super::Resolver;
 use super::program::{Block, BlockKind, Program};
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::Edit;
 use crate::source::ladder::Ladder;
 use crate::source::reader::Text;
 use crate::source::span::{FileId, Located};
@@ -56,7 +57,7 @@ impl Resolver<'_> {
             if !has_turn(kind) {
                 let message = format!("`{}` is a built-in task: its turn is fixed", name.text);
                 let finding = Finding::new(Code::BuiltInTask, name.span, message);
-                self.find(finding.help("take it out of `order`"));
+                self.find(finding.help("take it out of `order`").fix(Edit::Delete));
                 continue;
             }
             if let Some(first) = places[id.0 as usize] {

@@ -2,6 +2,7 @@
 
 use super::scope::{Scope, Thing};
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::{Help, advise, possible, propose, proposed, write};
 use crate::source::reader::Text;
 use crate::source::span::Span;
 use rungd_engine::isa::{Address, Space};
@@ -99,7 +100,8 @@ pub fn resolve_range(scope: &Scope, text: &Text) -> Result<Range, Finding> {
     if is_range(&text.text) && (low.is_empty() || high.is_empty()) {
         let message = format!("`{}` is no range", text.text);
         let finding = Finding::new(Code::Controller, text.span, message);
-        return Err(finding.help("write both ends: `Y8..Y9`, `D100..D199`"));
+        let ranges = ["Y8..Y9", "D100..D199"].map(possible);
+        return Err(finding.help(advise("write both ends: `{}`, `{}`", ranges)));
     }
     let (space, first) = element(scope, low, text.span)?;
     let (other, last) = element(scope, high, text.span)?;
@@ -119,7 +121,7 @@ pub fn resolve_range(scope: &Scope, text: &Text) -> Result<Range, Finding> {
     }
     if last < first {
         let finding = finding("a range goes from low to high".to_owned());
-        return Err(finding.help(format!("write `{high}..{low}`")));
+        return Err(finding.write(format!("{high}..{low}")));
     }
     Ok(range)
 }
@@ -132,7 +134,8 @@ pub(super) fn placed_in(scope: &Scope, range: &Range, low: &str) -> Option<Findi
     let has_members = matches!(range.space, Space::Counter | Space::Timer | Space::Sensaphone);
     let member = low.rsplit_once('.').filter(|_| has_members);
     let member = member.map_or(String::new(), |(_, member)| format!(".{member}"));
-    Some(finding.help(format!("name it alone: `{name}{member}`; ranges are of addresses")))
+    let alone = [proposed(format!("{name}{member}"))];
+    Some(finding.help(advise("name it alone: `{}`; ranges are of addresses", alone)))
 }
 
 /// The finding for a range in a different notation, such as `Y8-Y9`.
@@ -147,11 +150,14 @@ pub fn other_range(scope: &Scope, text: &Text) -> Option<Finding> {
     element(scope, low, text.span).ok()?;
     let message = format!("`{}` is no range", text.text);
     let finding = Finding::new(Code::Controller, text.span, message);
-    Some(finding.help(if sign == "," {
-        format!("write `{low}..{high}` for all of them; or `{low}` and `{high}`, each on its own")
-    } else {
-        format!("write `{low}..{high}`")
-    }))
+    let range = format!("{low}..{high}");
+    Some(
+        finding.help(match sign {
+            "," => propose(range)
+                .and(&format!(" for all of them; or `{low}` and `{high}`, each on its own")),
+            _ => write(range),
+        }),
+    )
 }
 
 /// Looks up a name.
@@ -173,12 +179,14 @@ pub(super) fn look_up(scope: &Scope, name: &str, span: Span) -> Result<Thing, Fi
 
 fn element(scope: &Scope, name: &str, span: Span) -> Result<(Space, u32), Finding> {
     let thing = look_up(scope, name, span)?;
-    let wrong = |help: &str| {
+    let wrong = |help: Help| {
         let message = format!("`{name}` cannot stand in a range");
         Err(Finding::new(Code::Controller, span, message).help(help))
     };
     let Thing::Address(address) = thing else {
-        return wrong("ranges are of addresses: `Y8..Y9`, `D100..D199`, `CT8..CT15`");
+        let ranges = ["Y8..Y9", "D100..D199", "CT8..CT15"].map(possible);
+        return wrong(advise("ranges are of addresses: `{}`, `{}`, `{}`", ranges));
     };
-    Space::of(address).map_or_else(|| wrong("name whole structures: `CT8..CT15`"), Ok)
+    let structures = || advise("name whole structures: `{}`", [possible("CT8..CT15")]);
+    Space::of(address).map_or_else(|| wrong(structures()), Ok)
 }

@@ -5,11 +5,13 @@ use std::sync::LazyLock;
 
 use super::array::{Array, Element};
 use super::layers::Layers;
+use super::mistake::declared;
 use super::program::{BlockKind, NamedArray, NamedOperand};
 use super::scope::{Misplaced, Scope, Thing};
 use super::template::pending::{Argument, Trial};
 use crate::source::atom::Atom;
 use crate::source::finding::{Code, Finding, Severity, TABLE};
+use crate::source::fix::{Help, advise, possible};
 use crate::source::nearest::KnownNames;
 use crate::source::reader::Text;
 use crate::source::span::{FileId, Located, SourceFile, Span};
@@ -157,13 +159,12 @@ impl<'a> Resolver<'a> {
     pub(super) fn look_up_as(&mut self, name: &str, span: Span, types: &[&str]) -> Option<Thing> {
         let before = self.findings.len();
         let thing = self.look_up(name, span);
-        if let (None, [first, others @ ..]) = (thing, types)
+        if let (None, [_, others @ ..]) = (thing, types)
             && !name.contains(['.', '['])
         {
             let mut found = self.findings.split_off(before);
-            let others = others.iter().map(|other| format!(", or \"{other}\"")).collect::<String>();
-            let declared =
-                || format!("declare it under [tags]: `{name} = {{ type = \"{first}\" }}`{others}");
+            let words = others.iter().map(|other| format!(", or \"{other}\"")).collect::<String>();
+            let declared = || declared(name, types, &words);
             self.findings.extend(found.drain(..).map(|finding| finding.declared_as(declared)));
         }
         thing
@@ -256,7 +257,7 @@ impl<'a> Resolver<'a> {
     }
 
     /// Adds the finding for a thing of the wrong kind.
-    pub(super) fn wrong_kind(&mut self, of: Misplaced, wanted: &str, help: &str) {
+    pub(super) fn wrong_kind(&mut self, of: Misplaced, wanted: &str, help: Help) {
         let Misplaced { name, span, thing } = of;
         let message = format!("`{name}` is {}, not {wanted}", self.kind_words(thing));
         self.find(
@@ -287,15 +288,16 @@ impl<'a> Resolver<'a> {
 }
 
 /// The help for an array in the place of one element.
-pub(super) fn of_array(name: &str, array: Array) -> String {
+pub(super) fn of_array(name: &str, array: Array) -> Help {
     if let Some((array, _)) = name.split_once('[') {
-        return format!(
-            "name one element: `{array}[3]`, or `{array}[step]` with a word as the index"
+        return advise(
+            &format!("name one element: `{{}}`, or `{array}[step]` with a word as the index"),
+            [possible(format!("{array}[3]"))],
         );
     }
     let last = array.count - 1;
-    format!(
-        "name one element, `{name}[0]` to `{name}[{last}]`, or `{name}[step]` with a word as the \
-         index"
-    )
+    let words = format!(
+        "name one element, `{{}}` to `{name}[{last}]`, or `{name}[step]` with a word as the index"
+    );
+    advise(&words, [possible(format!("{name}[0]"))])
 }

@@ -9,6 +9,7 @@ use super::names::{NAME_MAX, kept};
 use super::program::{Block, Branch, Leg, Rung};
 use crate::source::atom::AtomKind;
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::{Edit, Help, advise, dialect, pair, propose};
 use crate::source::instruction::Instruction;
 use crate::source::ladder;
 use crate::source::nearest::{KnownNames, nearest};
@@ -135,18 +136,18 @@ impl Resolver<'_> {
             let right = mnemonic.spec().name;
             let message = format!("`{name}` is written `{right}`");
             let finding = Finding::new(Code::WrongCase, span, message);
-            self.find(finding.help(format!("write `{right}`")));
+            self.find(finding.write(right));
             return Some(mnemonic.spec());
         }
         let message = format!("there is no instruction `{name}`");
         let finding = Finding::new(Code::UnknownInstruction, span, message);
         let function = Function::from_name(&name.to_ascii_lowercase());
         if let Some(help) = iec_timer(instruction).or_else(|| own_form(instruction)) {
-            self.find(finding.help(help));
+            self.find(finding.help(help.at(instruction.span)));
             return None;
         }
         self.find(match (dialects::instead_of(name), function) {
-            (Some(help), _) => finding.help(help),
+            (Some(help), _) => finding.help(dialect(help).at(instruction.span)),
             (None, Some(function)) => {
                 let form = function.spec().form();
                 finding.help(format!("a function stands in MATH: `MATH R0 = {form}`"))
@@ -195,7 +196,10 @@ impl Resolver<'_> {
         Finding::new(Code::MissingLeg, when.key.span, message)
             .label("names no leg")
             .related(instruction.mnemonic.span, "of this instruction")
-            .help(format!("write its legs instead of `when`:\n{help}"))
+            .help(advise(
+                "write its legs instead of `when`:\n{}",
+                [Edit::Lines { lines: help, instead: Some("when") }],
+            ))
     }
 
     /// The lines of a help with an instruction's legs; the first leg gets the contacts of `when`.
@@ -283,14 +287,14 @@ impl Resolver<'_> {
             // One unknown leg and one missing leg are one mistake.
             let last = at + 1 == unknown.len();
             let help = if let Some(help) = reset_elsewhere(spec, instruction, &leg.key.text) {
-                help
+                help.into()
             } else if let Some(meant) = leg_meant(&leg.key.text, &missing, last) {
                 missing.retain(|name| *name != meant);
-                format!("write `leg.{} = {}`", meant.key(), self.text(leg.span))
+                propose(pair(format!("leg.{} = {}", meant.key(), self.text(leg.span))))
             } else {
                 unclear = true;
                 let list = names.iter().map(|n| format!("`leg.{n}`")).collect::<Vec<_>>();
-                format!("its legs are {}", list.join(", "))
+                format!("its legs are {}", list.join(", ")).into()
             };
             self.find(Finding::new(Code::UnknownLeg, leg.key.span, message).help(help));
             self.contacts(&leg.contacts);
@@ -309,7 +313,7 @@ impl Resolver<'_> {
 }
 
 /// The help for IEC's on-delay, with its own timer and time.
-fn iec_timer(instruction: &Instruction) -> Option<String> {
+fn iec_timer(instruction: &Instruction) -> Option<Help> {
     let [timer, time] = instruction.operands.as_slice() else { return None };
     let is_time = time
         .key
@@ -318,11 +322,12 @@ fn iec_timer(instruction: &Instruction) -> Option<String> {
     let is_clear = matches!(time.value.kind, AtomKind::Duration(_));
     let is_on_delay = instruction.mnemonic.value.eq_ignore_ascii_case("TON");
     (is_on_delay && is_clear && is_time && timer.key.is_none())
-        .then(|| format!("an on-delay: write `TMR {} preset={}`", timer.value, time.value))
+        .then(|| format!("TMR {} preset={}", timer.value, time.value))
+        .map(|timer| advise("an on-delay: write `{}`", [timer]))
 }
 
 /// The help for a contact or a coil of another controller, with its own operands.
-fn own_form(instruction: &Instruction) -> Option<String> {
+fn own_form(instruction: &Instruction) -> Option<Help> {
     let name = &instruction.mnemonic.value;
     let operands: Vec<String> =
         instruction.operands.iter().map(|operand| operand.value.to_string()).collect();
@@ -332,10 +337,10 @@ fn own_form(instruction: &Instruction) -> Option<String> {
     }
     let coil = operands.first().filter(|_| operands.len() == 1);
     if let Some(right) = coil.and_then(|operand| dialects::coil(name, operand)) {
-        return Some(format!("a coil: write `{right}`"));
+        return Some(advise("a coil: write `{}`", [right]));
     }
     let right = dialects::contact(name, &operands)?;
-    Some(format!("a contact stands in `when`, not here: `when = [\"{right}\"]`"))
+    Some(format!("a contact stands in `when`, not here: `when = [\"{right}\"]`").into())
 }
 
 /// The missing leg that an unknown key probably means.
@@ -375,7 +380,10 @@ fn missing_leg(spec: &Spec, instruction: &Instruction, leg: LegName) -> Finding 
         format!("`{}` has a leg `{}`, which is missing in the rung", spec.name, leg.key());
     Finding::new(Code::MissingLeg, instruction.mnemonic.span, message)
         .label(format!("`leg.{}` is missing", leg.key()))
-        .help(format!("if nothing drives it, write:\nleg.{} = [\"$Off\"]", leg.key()))
+        .help(advise(
+            "if nothing drives it, write:\n{}",
+            [Edit::Lines { lines: format!("leg.{} = [\"$Off\"]", leg.key()), instead: None }],
+        ))
 }
 
 fn legs_not_alone(spec: &Spec, instruction: &Instruction) -> Finding {
@@ -387,5 +395,5 @@ fn legs_not_alone(spec: &Spec, instruction: &Instruction) -> Finding {
 
 fn one_leg(spec: &Spec, leg: &ladder::Leg, array: &str) -> Finding {
     let message = format!("`{}` has no leg `{}`: its only one is `when`", spec.name, leg.key.text);
-    Finding::new(Code::UnknownLeg, leg.key.span, message).help(format!("write `when = {array}`"))
+    Finding::new(Code::UnknownLeg, leg.key.span, message).propose(pair(format!("when = {array}")))
 }

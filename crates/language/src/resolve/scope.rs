@@ -12,13 +12,14 @@ use std::sync::OnceLock;
 use super::array::{Array, Element};
 use super::block_kind::BlockKind;
 use super::mistake::{
-    Mistake, address_mistake, member_mistake, members_of, new, sentence, unknown_member,
+    Mistake, address_mistake, member_mistake, members_of, mistake, sentence, unknown_member,
 };
 use super::places::Places;
 use super::tag::TagMeaning;
 use super::uses::Uses;
 use crate::source::atom::Written;
 use crate::source::finding::Code;
+use crate::source::fix::{propose, write};
 use crate::source::nearest::{KnownNames, Near};
 use crate::source::span::Span;
 use rungd_engine::isa::address_text::{self, AddressError, reads_as_address};
@@ -303,7 +304,7 @@ impl Scope {
                 let message = format!(
                     "`{address}` is the place of `{name}`, which can be used only by its name"
                 );
-                return Err(new(Code::UnknownName, message, Some(format!("write `{name}`"))));
+                return Err(mistake(Code::UnknownName, message, write(name)));
             }
             Err(AddressError::NotAnAddress) => {}
             Err(error) => return Err(address_mistake(name, error)),
@@ -354,7 +355,7 @@ impl Scope {
             TagMeaning::Array(array) => format!("it is the array {array}"),
         };
         let message = format!("`{base}` has no members: {what}");
-        Err(new(Code::UnknownMember, message, Some(format!("write `{base}`"))))
+        Err(mistake(Code::UnknownMember, message, propose(base)))
     }
 
     /// Whether a text is a declared name or an address.
@@ -424,8 +425,8 @@ fn of_block(
     }
     if program && member == "Done" {
         let message = format!("`{base}` is a program, and only tasks have `.Done`");
-        let help = format!("write `!{base}.Running`, or have its last stage SET a bit");
-        return Err(new(Code::UnknownMember, message, Some(help)));
+        let help = propose(format!("!{base}.Running")).and(", or have its last stage SET a bit");
+        return Err(mistake(Code::UnknownMember, message, help));
     }
     let (code, message) = if program {
         (Code::UnknownStage, format!("program `{base}` has no stage `{member}`"))

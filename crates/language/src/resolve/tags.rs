@@ -9,6 +9,7 @@ use super::names::kept;
 use super::priority::Priority;
 use super::program::{Program, Tag, TagMeaning, Written};
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::{Edit, Help, advise, pair, possible, propose, write};
 use crate::source::ladder;
 use crate::source::reader::{Constant, Text};
 use crate::source::span::{Located, Span};
@@ -58,8 +59,8 @@ impl Resolver<'_> {
             let message = "a list of values does not fit a tag without `count`";
             let finding = Finding::new(Code::TagKey, list.span, message);
             self.find(finding.help(match list.value.len() {
-                0 | 1 => "write one value, without brackets".to_owned(),
-                count => format!("write `count = {count}`, or one value"),
+                0 | 1 => "write one value, without brackets".into(),
+                count => propose(pair(format!("count = {count}"))).and(", or one value"),
             }));
         }
     }
@@ -85,10 +86,10 @@ impl Resolver<'_> {
         if Priority::named(&written.text).is_none() {
             let message = format!("`priority` has no value `{}`", kept(&written.text));
             let help = match Priority::named(&written.text.to_lowercase()) {
-                Some(meant) => format!("write `priority = \"{}\"`", meant.name()),
+                Some(meant) => write(pair(format!("priority = \"{}\"", meant.name()))),
                 None => {
                     let words = Priority::ALL.map(|priority| format!("`{}`", priority.name()));
-                    format!("the priorities are {}", words.join(", "))
+                    format!("the priorities are {}", words.join(", ")).into()
                 }
             };
             self.find(Finding::new(Code::TagKey, written.span, message).help(help));
@@ -99,7 +100,8 @@ impl Resolver<'_> {
                 Some(_) => "leave it out: a tag with `count` has no `alarm`",
                 None => "add `alarm = \"…\"`: the text that people read; or leave `priority` out",
             };
-            self.find(Finding::new(Code::TagKey, written.span, message).help(help));
+            let finding = Finding::new(Code::TagKey, written.span, message);
+            self.find(finding.help(help).fix(Edit::Delete));
         }
     }
 
@@ -122,7 +124,8 @@ impl Resolver<'_> {
             let message = format!("tag `{name}` has both `type` and `{key}`");
             let finding = Finding::new(Code::TagKey, kind.span, message)
                 .related(span, format!("`{key}` is here"))
-                .help("with a `type`, rungd gives the tag its place: keep one");
+                .help("with a `type`, rungd gives the tag its place: keep one")
+                .fix(possible(Edit::Delete));
             self.find(finding);
             return None;
         }
@@ -131,7 +134,8 @@ impl Resolver<'_> {
                 let message = format!("tag `{name}` has both `at` and `value`");
                 let finding = Finding::new(Code::TagKey, value.span, message)
                     .related(at.span, "`at` is here")
-                    .help("`at` names an address, `value` a constant: keep one");
+                    .help("`at` names an address, `value` a constant: keep one")
+                    .fix(possible(Edit::Delete));
                 self.find(finding);
                 None
             }
@@ -152,7 +156,7 @@ impl Resolver<'_> {
                 if !tag.has_meaning {
                     let message = format!("tag `{name}` has none of `at`, `type` and `value`");
                     let finding = Finding::new(Code::MissingKey, tag.name.span, message);
-                    self.find(finding.help(format!("write `{name} = {{ type = \"bit\" }}`")));
+                    self.find(finding.propose(pair(format!("{name} = {{ type = \"bit\" }}"))));
                 }
                 None
             }
@@ -194,19 +198,27 @@ impl Resolver<'_> {
             let what = if read_only && (bit || word) { "a read-only location" } else { what };
             let message = format!("`{key}` does not fit {what}");
             let help = match key {
-                "alarm" => "an alarm watches a bit: OUT a C bit from the compare, and watch that",
-                "min" | "max" => "only a word has limits: `D0`, `V0`, `CT0.Acc`",
-                _ if constant => "a constant never changes",
-                "unit" if bit => "a bit is ON or OFF; `doc` has room for what that means",
-                "log" | "unit" => "name a member: `at = \"CT0.Acc\"`",
-                _ => "bits and words of memory have an initial value: `X0`, `Y0`, `D0`, `CT0.Acc`",
+                "alarm" => {
+                    "an alarm watches a bit: OUT a C bit from the compare, and watch that".into()
+                }
+                "min" | "max" => "only a word has limits: `D0`, `V0`, `CT0.Acc`".into(),
+                _ if constant => Help::from("a constant never changes").with(Edit::Delete),
+                "unit" if bit => {
+                    Help::from("a bit is ON or OFF; `doc` has room for what that means")
+                        .with(Edit::Delete)
+                }
+                "log" | "unit" => {
+                    advise("name a member: `{}`", [pair("at = \"CT0.Acc\"").possible()])
+                }
+                _ => "bits and words of memory have an initial value: `X0`, `Y0`, `D0`, `CT0.Acc`"
+                    .into(),
             };
             self.find(Finding::new(Code::TagKey, span, message).help(help));
         }
         if let Some(log) = tag.log.as_ref().filter(|log| log.text != "change") {
             let message = format!("`log` has no value `{}`", log.text);
             let finding = Finding::new(Code::TagKey, log.span, message);
-            self.find(finding.help("write `log = \"change\"`"));
+            self.find(finding.write(pair("log = \"change\"")));
         }
         self.priority_misfits(tag);
         self.unit_misfits(tag);
@@ -246,11 +258,14 @@ impl Resolver<'_> {
             }
         }
         let mut between = |low, high, words| self.between(tag, (low, high), words);
-        let exchange =
-            |low: &str, high: &str| format!("exchange them: `min = {high}, max = {low}`");
+        let exchange = |low: &str, high: &str| {
+            let lines = format!("min = {high}\nmax = {low}");
+            Help::from(format!("exchange them: `min = {high}, max = {low}`"))
+                .with(Edit::Lines { lines, instead: None })
+        };
         between(tag.min, tag.max, ("`min` is greater than `max`", exchange));
         let change =
-            |_: &str, _: &str| "`min` <= `initial` <= `max`: change one of them".to_owned();
+            |_: &str, _: &str| Help::from("`min` <= `initial` <= `max`: change one of them");
         between(tag.min, tag.initial, ("`initial` is less than `min`", change));
         between(tag.initial, tag.max, ("`initial` is greater than `max`", change));
     }
@@ -290,7 +305,8 @@ impl Resolver<'_> {
                     let message = format!("`{key}` of `{address}` is given twice, differently");
                     let finding = Finding::new(Code::TagKey, span, message);
                     let finding = finding.related(place, "another tag of this address gives this");
-                    self.find(finding.help(format!("leave `{key}` to one of the two tags")));
+                    let help = format!("leave `{key}` to one of the two tags");
+                    self.find(finding.help(help).fix(possible(Edit::Delete)));
                 }
             }
         }
@@ -307,7 +323,7 @@ fn priority(tag: &ladder::Tag) -> Priority {
 pub(super) type PairOfCells = (Option<(i32, Span)>, Option<(i32, Span)>);
 
 /// Makes a help from two values of a tag, as they are written.
-type PairHelp = fn(&str, &str) -> String;
+type PairHelp = fn(&str, &str) -> Help;
 
 /// The content of a bit's cell; `None` with the message of the finding.
 fn bit_cell(value: Constant) -> (Option<i32>, &'static str) {

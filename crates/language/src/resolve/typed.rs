@@ -16,6 +16,7 @@ use super::places::{Places, TYPES, type_of};
 use super::program::TagMeaning;
 use crate::source::atom::is_name_letter;
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::Help;
 use crate::source::ladder::{self, Ladder, Rung};
 use crate::source::nearest::did_you_mean;
 use crate::source::reader::Text;
@@ -48,7 +49,8 @@ impl Resolver<'_> {
             let message = format!("a tag has no type `{}`", kind.text);
             let names = TYPES.map(|(name, _)| name);
             let help = did_you_mean(&kind.text, names);
-            let help = help.unwrap_or_else(|| format!("the types are {}", names.join(", ")));
+            let all = || Help::from(format!("the types are {}", names.join(", ")));
+            let help = help.unwrap_or_else(all);
             self.find(Finding::new(Code::TagKey, kind.span, message).help(help));
         }
         let place = self.scope.places().named(&tag.name.text)?;

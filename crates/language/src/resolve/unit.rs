@@ -10,6 +10,7 @@ use super::Resolver;
 use super::names::kept;
 use super::program::{Program, TagMeaning};
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::{Edit, possible};
 use crate::source::ladder;
 use crate::source::reader::Text;
 use crate::source::wording::is_obeyed;
@@ -35,7 +36,8 @@ impl Resolver<'_> {
         } else {
             return;
         };
-        self.find(Finding::new(Code::TagKey, unit.span, message).help(help));
+        let finding = Finding::new(Code::TagKey, unit.span, message).help(help);
+        self.find(if unit.text.trim().is_empty() { finding.fix(Edit::Delete) } else { finding });
     }
 
     /// Reports two tags of one location with different units.
@@ -52,7 +54,8 @@ impl Resolver<'_> {
                 let message = format!("`unit` of `{address}` is given twice, differently");
                 let finding = Finding::new(Code::TagKey, unit.span, message);
                 let finding = finding.related(other.span, "another tag of this address gives this");
-                self.find(finding.help("leave `unit` to one of the two tags"));
+                let help = "leave `unit` to one of the two tags";
+                self.find(finding.help(help).fix(possible(Edit::Delete)));
             }
         }
     }

@@ -8,6 +8,7 @@ use std::collections::HashSet;
 
 use super::mistake::{LISTED_MAX, Mistake};
 use crate::source::finding::Code;
+use crate::source::fix::one_of;
 use crate::source::nearest::{KnownNames, did_you_mean};
 
 /// All uses of a program.
@@ -61,8 +62,8 @@ impl Uses {
         let (of, member) = (&name[..end], name.get(end + 1..));
         let prefix = format!("{of}.");
         let own = KnownNames::new(names.beginning_with(&prefix).take(LISTED_MAX));
-        let list = own.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-        if list.is_empty() && !self.known.contains(of) {
+        let is_empty = own.iter().len() == 0;
+        if is_empty && !self.known.contains(of) {
             return None;
         }
         let message = match member {
@@ -70,9 +71,9 @@ impl Uses {
             None => format!("`{of}` is a use of a template, not a tag"),
         };
         let help = member.and_then(|_| did_you_mean(name, own.iter()));
-        let help = help.unwrap_or_else(|| match list.is_empty() {
-            true => "its template has no tags of its own".to_owned(),
-            false => format!("there is {list}"),
+        let help = help.unwrap_or_else(|| match is_empty {
+            true => "its template has no tags of its own".into(),
+            false => one_of("there is", own.iter()),
         });
         Some(Mistake::New { code: Code::UnknownName, message, help: Some(help), near: None })
     }

@@ -7,6 +7,7 @@ use super::resolver::of_array;
 use super::scope::{Misplaced, Thing};
 use crate::source::atom::Atom;
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::{Help, advise, possible, proposed, write};
 pub use rungd_engine::isa::{Address, Bit, BitSpace, Mnemonic, Spec, Structure, Word};
 
 impl Resolver<'_> {
@@ -17,7 +18,7 @@ impl Resolver<'_> {
             let help = match thing {
                 Thing::Array(array) => of_array(name, array),
                 Thing::Address(Address::Structure(structure)) if spec.mnemonic == Mnemonic::Rst => {
-                    format!("write `{} {name}`", reset_of(structure))
+                    write(format!("{} {name}", reset_of(structure)))
                 }
                 Thing::Address(_)
                 | Thing::Constant(..)
@@ -25,10 +26,12 @@ impl Resolver<'_> {
                 | Thing::Block(_)
                 | Thing::Device(_)
                 | Thing::Element(_) => {
-                    format!("`{}` writes a bit: `Y0`, `C0`, or a tag of one", spec.name)
+                    let words =
+                        format!("`{}` writes a bit: `{{}}`, `{{}}`, or a tag of one", spec.name);
+                    advise(&words, ["Y0", "C0"].map(possible))
                 }
             };
-            self.wrong_kind(Misplaced { name, span: atom.span, thing }, "a bit", &help);
+            self.wrong_kind(Misplaced { name, span: atom.span, thing }, "a bit", help);
             return None;
         };
         if bit.writable_by_ladder() {
@@ -62,9 +65,12 @@ impl Resolver<'_> {
         let Thing::Address(address @ Address::Word(word)) = thing else {
             let help = match thing {
                 Thing::Address(Address::Structure(Structure::Sensaphone(_))) => {
-                    format!("its words are `{name}.ACC` and `{name}.PRE`")
+                    let words = [format!("{name}.ACC"), format!("{name}.PRE")].map(possible);
+                    advise("its words are `{}` and `{}`", words)
                 }
-                Thing::Address(Address::Structure(_)) => format!("its word is `{name}.Acc`"),
+                Thing::Address(Address::Structure(_)) => {
+                    advise("its word is `{}`", [proposed(format!("{name}.Acc"))])
+                }
                 Thing::Array(array) => of_array(name, array),
                 Thing::Address(Address::Bit(_) | Address::Word(_))
                 | Thing::Constant(..)
@@ -74,16 +80,18 @@ impl Resolver<'_> {
                 | Thing::Element(_)
                     if spec.mnemonic == Mnemonic::Math =>
                 {
-                    "its target is a word or a bit: `MATH D0 = …`".to_owned()
+                    "its target is a word or a bit: `MATH D0 = …`".into()
                 }
                 Thing::Address(Address::Bit(_) | Address::Word(_))
                 | Thing::Constant(..)
                 | Thing::Real(_)
                 | Thing::Block(_)
                 | Thing::Device(_)
-                | Thing::Element(_) => format!("`{}` writes to a word: `to=D0`", spec.name),
+                | Thing::Element(_) => {
+                    Help::from(format!("`{}` writes to a word: `to=D0`", spec.name))
+                }
             };
-            self.wrong_kind(Misplaced { name, span: atom.span, thing }, "a word", &help);
+            self.wrong_kind(Misplaced { name, span: atom.span, thing }, "a word", help);
             return None;
         };
         if !word.writable() {

@@ -6,6 +6,7 @@
 use std::fmt;
 
 use super::finding::{Code, Finding};
+use super::fix::{advise, possible, proposed, write};
 use super::span::Span;
 use rungd_engine::isa::duration::{self, DurationError};
 pub use rungd_engine::isa::real::RealError;
@@ -124,7 +125,7 @@ fn constant(word: &str, span: Span) -> Result<AtomKind, Finding> {
     if hexadecimal.is_none() && !digits.bytes().all(|b| b.is_ascii_digit()) {
         if sign < 0 && duration::parse(digits).is_ok() {
             let finding = Finding::new(Code::BadDuration, span, "a duration is never negative");
-            return Err(finding.help(format!("write `{digits}`, or a number of ms")));
+            return Err(finding.help(advise("write `{}`, or a number of ms", [proposed(digits)])));
         }
         if !duration::looks_like(digits) && duration::of_fraction(digits).is_none() {
             return Err(no_number(word, span));
@@ -142,9 +143,9 @@ fn constant(word: &str, span: Span) -> Result<AtomKind, Finding> {
         let message = format!("`{word}` lies outside -2147483648..2147483647");
         let finding = Finding::new(Code::OutOfRange, span, message);
         match u32::try_from(number) {
-            Ok(bits) if hexadecimal.is_some() => finding.help(format!(
+            Ok(bits) if hexadecimal.is_some() => finding.help(advise(
                 "numbers are signed 32-bit: the same bits are `{}`",
-                bits.cast_signed()
+                [bits.cast_signed().to_string()],
             )),
             _ => finding.help("numbers are signed, of 32 bits"),
         }
@@ -155,7 +156,7 @@ fn constant(word: &str, span: Span) -> Result<AtomKind, Finding> {
 pub(super) fn other_notation(word: &str, span: Span, code: Code) -> Option<Finding> {
     let right = notation::corrected(word)?;
     let message = format!("`{word}` is in the notation of other systems");
-    Some(Finding::new(code, span, message).help(format!("write `{right}`")))
+    Some(Finding::new(code, span, message).write(right))
 }
 
 /// As [`other_notation`], for the constant with a `#` at the beginning of a text.
@@ -171,16 +172,17 @@ pub(super) fn typed_literal(rest: &str, span: Span, code: Code) -> Option<Findin
 fn no_number(word: &str, span: Span) -> Finding {
     if let Some(right) = decimal_comma::corrected(word) {
         let finding = Finding::new(Code::InstructionSyntax, span, "a decimal comma in a number");
-        return finding.help(format!("write `{right}`"));
+        return finding.write(right);
     }
     if let Some(finding) = other_notation(word, span, Code::InstructionSyntax) {
         return finding;
     }
     let message = format!("`{word}` is neither a number nor a duration");
-    Finding::new(Code::InstructionSyntax, span, message).help(
-        "write `123`, `-5`, `0x1F`, a real: `12.5`, `2e-3`, or a duration: `250ms`, `1m30s`; names \
-         begin with a letter",
-    )
+    Finding::new(Code::InstructionSyntax, span, message).help(advise(
+        "write `123`, `-5`, `0x1F`, a real: `12.5`, `2e-3`, or a duration: `{}`, `{}`; names begin \
+         with a letter",
+        ["250ms", "1m30s"].map(possible),
+    ))
 }
 
 /// The finding for a text that is not a duration.
@@ -188,33 +190,33 @@ pub fn bad_duration(text: &str, span: Span, error: DurationError) -> Finding {
     let (message, help) = match error {
         DurationError::Form if ["us", "µs", "ns"].iter().any(|unit| text.ends_with(unit)) => (
             format!("`{text}` is not a duration"),
-            "the smallest unit is the millisecond: the least is `1ms`",
+            "the smallest unit is the millisecond: the least is `1ms`".into(),
         ),
         DurationError::Form if let Some(right) = duration::of_fraction(text) => {
             let message = format!("`{text}` is not a duration: its numbers are whole");
             let finding = Finding::new(Code::BadDuration, span, message);
-            return finding.help(format!("write `{right}`"));
+            return finding.write(right);
         }
         DurationError::Form if let Some([first, second]) = duration::without_unit(text) => {
             let message = format!("`{text}` is not a duration: it lacks its unit");
             let finding = Finding::new(Code::BadDuration, span, message);
-            return finding.help(format!("write `{first}` or `{second}`"));
+            return finding.help(advise("write `{}` or `{}`", [first, second].map(possible)));
         }
         DurationError::Form => (
             format!("`{text}` is not a duration"),
-            "write `250ms`, `2s`, `1m30s`, `1h2m3s4ms`, or `HH:MM:SS:mmm`",
+            "write `250ms`, `2s`, `1m30s`, `1h2m3s4ms`, or `HH:MM:SS:mmm`".into(),
         ),
         DurationError::Order => {
             let message = format!("the units of `{text}` do not descend");
             let help = match duration::in_order(text) {
-                Some(right) => format!("write `{right}`"),
-                None => "units descend, each once: `1h2m3s4ms`".to_owned(),
+                Some(right) => write(right),
+                None => advise("units descend, each once: `{}`", [possible("1h2m3s4ms")]),
             };
             return Finding::new(Code::BadDuration, span, message).help(help);
         }
         DurationError::TooLong => (
             format!("`{text}` is too long a duration"),
-            "the longest is 2147483647 ms: `596h31m23s647ms`",
+            advise("the longest is 2147483647 ms: `{}`", [possible("596h31m23s647ms")]),
         ),
     };
     Finding::new(Code::BadDuration, span, message).help(help)

@@ -16,7 +16,7 @@ pub(super) fn foreign(text: &str, span: Span) -> Option<Finding> {
     let name = words(text).into_iter().next()?;
     let right = converted(text)?;
     let message = format!("`{name}` is a contact of other controllers");
-    Some(Finding::new(Code::ContactSyntax, span, message).help(format!("write `{right}`")))
+    Some(Finding::new(Code::ContactSyntax, span, message).write(right))
 }
 
 /// The contact of rungd for the contacts of another controller.

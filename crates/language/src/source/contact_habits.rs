@@ -7,6 +7,7 @@
 use super::contact_dialects::foreign;
 use super::contact_signs::SIGNS_ALONE;
 use super::finding::{Code, Finding};
+use super::fix::{Edit, Help, advise, possible, proposed, text as fix, write};
 use super::span::Span;
 use rungd_engine::isa::address_text::{self, AddressError};
 pub use rungd_engine::isa::function::ResultType;
@@ -21,37 +22,40 @@ pub(super) fn stray(text: &str, at: usize, span: Span) -> Finding {
     let first = rest.chars().next().unwrap_or(' ');
     let behind = rest[first.len_utf8()..].trim();
     let place = span.part(at, at + first.len_utf8());
+    let word = &rest[first.len_utf8()..];
+    let word = word.split(|c: char| !c.is_ascii_alphanumeric()).next().unwrap_or_default();
     let finding = |message: String, place| Finding::new(Code::ContactSyntax, place, message);
     if let Some((wrong, right)) = doubled(rest) {
         let two = span.part(at, at + wrong.len());
-        return finding(format!("`{wrong}` is written `{right}`"), two)
-            .help(format!("write `{right}`"));
+        return finding(format!("`{wrong}` is written `{right}`"), two).write(right);
     }
     let is_sum = is_value_end(before) && !behind.is_empty();
     let is_compared = COMPARES.iter().any(|sign| text.contains(sign));
     match first {
-        '=' => finding("`=` is written `==`".into(), place).help("write `==`"),
+        '=' => finding("`=` is written `==`".into(), place).write("=="),
         '+' if !is_sum && behind.starts_with(|c: char| c.is_ascii_digit()) => {
-            finding("a number has no `+`".into(), place).help("take the `+` away")
+            finding("a number has no `+`".into(), place).help("take the `+` away").fix("")
         }
         '+' if rest[1..].starts_with(|c: char| c.is_ascii_digit()) && is_after_compare(before) => {
-            finding("a number has no `+`".into(), place).help("take the `+` away")
+            finding("a number has no `+`".into(), place).help("take the `+` away").fix("")
         }
         '%' if !is_sum => finding("`%` belongs to no contact".into(), place)
-            .help("addresses go without `%`: `X0`, `Y0`, `C0`, `D0`"),
+            .help("addresses go without `%`: `X0`, `Y0`, `C0`, `D0`")
+            .fix(fix(word).at(span.part(at, at + 1 + word.len()))),
         '+' | '-' | '*' | '%' => {
-            finding(format!("`{first}` in a contact"), place).help(computed(text, at))
+            finding(format!("`{first}` in a contact"), place).help(computed(text, at, span))
         }
         '/' | '^' if is_sum && is_compared => {
-            finding(format!("`{first}` in a contact"), place).help(computed(text, at))
+            finding(format!("`{first}` in a contact"), place).help(computed(text, at, span))
         }
         '/' | '~' | '^' => finding(format!("`{first}` does not negate a contact"), place)
-            .help(negated(before, behind)),
-        ',' => foreign(text, span).unwrap_or_else(|| comma(text, at, place)),
+            .help(negated(before, behind, span.part(at, text.len()))),
+        ',' => foreign(text, span).unwrap_or_else(|| comma(text, at, span)),
         c if c.is_alphabetic() => finding(format!("`{c}` belongs to no name"), place)
             .help("names are of the letters A to Z and a to z, digits and `_`: `groesse`"),
         '"' | '\'' => finding(format!("`{first}` belongs to no contact"), place)
-            .help("a name has no quotes of its own: `X0`"),
+            .help("a name has no quotes of its own: `X0`")
+            .fix(fix(word).at(span.part(at, at + word.len() + 2))),
         _ => finding(format!("`{}` belongs to no contact", first.escape_debug()), place)
             .help(notation(first)),
     }
@@ -78,46 +82,56 @@ const CONTACT_FORMS: &str =
     "a contact is a bit, a compare or an edge: `X0`, `!X0`, `D0 > 3`, `rise(X0)`";
 
 /// The help for a character that contacts never contain.
-fn notation(first: char) -> &'static str {
+fn notation(first: char) -> Help {
     match first {
-        '[' | ']' => "contacts go without brackets; an index follows its name: `recipe[3]`",
-        ';' => "contacts in series are strings of their own: `[\"X0\", \"X1\"]`",
-        '.' => "a member follows its name without a space: `T0.Done`; a real begins with a digit",
-        ':' => "take it away; a duration reads `1m30s`",
-        _ => CONTACT_FORMS,
+        '[' | ']' => "contacts go without brackets; an index follows its name: `recipe[3]`".into(),
+        ';' => "contacts in series are strings of their own: `[\"X0\", \"X1\"]`".into(),
+        '.' => advise(
+            "a member follows its name without a space: `{}`; a real begins with a digit",
+            [possible("T0.Done")],
+        ),
+        ':' => Help::from("take it away; a duration reads `1m30s`").with(possible(Edit::Delete)),
+        _ => CONTACT_FORMS.into(),
     }
 }
 
 /// The help for contacts with no sign between them.
-pub(super) fn in_series(before: &str, behind: &str) -> String {
+pub(super) fn in_series(before: &str, behind: &str) -> Help {
     let is_name = |word: &str| word.chars().all(|c| c.is_ascii_alphanumeric() || "_.$".contains(c));
     let begins = behind.trim_start_matches(['!', '(', '$']);
     let is_contact = begins.starts_with(|c: char| c.is_ascii_alphanumeric());
     if !is_contact || !is_balanced(before) || !is_balanced(behind) {
-        return CONTACT_FORMS.to_owned();
+        return CONTACT_FORMS.into();
     }
     let parts: Vec<&str> = match behind.split_whitespace().all(is_name) {
         true => std::iter::once(before).chain(behind.split_whitespace()).collect(),
         false => vec![before, behind],
     };
-    format!("contacts in series are strings of their own: `\"{}\"`", parts.join("\", \""))
+    strings(&parts)
+}
+
+/// The help to write contacts as elements of their own.
+fn strings(contacts: &[&str]) -> Help {
+    let elements = format!("\"{}\"", contacts.join("\", \""));
+    advise("contacts in series are strings of their own: `{}`", [proposed(elements)])
 }
 
 fn is_balanced(text: &str) -> bool {
     text.matches('(').count() == text.matches(')').count()
 }
 
-fn negated(before: &str, behind: &str) -> String {
+/// The help for a foreign sign of negation between two texts; `rest`: the place from the sign on.
+fn negated(before: &str, behind: &str, rest: Span) -> Help {
+    let right = format!("!{behind}");
     match before.is_empty() || before.ends_with(['&', '|', '(', '!']) {
-        true => format!("write `!{behind}`"),
-        false => {
-            format!("contacts in series are strings of their own: `\"{before}\", \"!{behind}\"`")
-        }
+        true => write(fix(right).at(rest)),
+        false => strings(&[before, &right]),
     }
 }
 
 /// The finding for a comma: a decimal comma in a number, or a comma between contacts.
-fn comma(text: &str, at: usize, place: Span) -> Finding {
+fn comma(text: &str, at: usize, span: Span) -> Finding {
+    let place = span.part(at, at + 1);
     let digits = |c: char| c.is_ascii_digit();
     let whole = text[..at].trim_end_matches(digits);
     let fraction = text[at + 1..].starts_with(digits);
@@ -128,25 +142,26 @@ fn comma(text: &str, at: usize, place: Span) -> Finding {
     if let Some(right) = decimal_comma::corrected(written).filter(|_| number && fraction) {
         let right = format!("{whole}{right}{}", &behind[unit..]);
         let finding = Finding::new(Code::ContactSyntax, place, "a decimal comma in a number");
-        return finding.help(format!("write `{}`", right.trim()));
+        return finding.write(fix(right.trim()).at(span));
     }
     Finding::new(Code::ContactSyntax, place, "a comma in a contact")
         .help("contacts in series are strings of their own: `[\"X0\", \"X1\"]`")
 }
 
 /// The help for a function in a contact.
-pub(super) fn called(text: &str, at: usize) -> Option<String> {
+pub(super) fn called(text: &str, at: usize, span: Span) -> Option<Help> {
     let name = text[at..].split('(').next()?.trim().to_ascii_lowercase();
-    Function::from_name(&name).map(|_| computed(text, at))
+    Function::from_name(&name).map(|_| computed(text, at, span))
 }
 
 /// The help for a sum or a function at a place of a contact: MATH computes it in an earlier rung.
-pub(super) fn computed(text: &str, at: usize) -> String {
+pub(super) fn computed(text: &str, at: usize, span: Span) -> Help {
     let start = text[..at].rfind(['&', '|']).map_or(0, |sign| sign + 1);
     let end = text[at..].find(['&', '|']).map_or(text.len(), |sign| at + sign);
     let (piece, at) = (&text[start..end], at - start);
     let skipped = piece.len() - piece.trim_start_matches([' ', '!']).len();
     let (piece, at) = (&piece[skipped..], at.saturating_sub(skipped));
+    let place = span.part(start + skipped, start + skipped + piece.trim_end().len());
     let sign = COMPARES.iter().find_map(|sign| Some((*sign, piece.find(sign)?)));
     let (formula, compare) = match sign {
         _ if !is_balanced(piece) => ("…".to_owned(), "result > …".to_owned()),
@@ -163,26 +178,33 @@ pub(super) fn computed(text: &str, at: usize) -> String {
             }
         }
     };
-    computed_as(&formula, &compare)
+    computed_as(&formula, &compare, place)
 }
 
 /// The help for a word with a mask: MATH computes it, and in conditions of tests a `&` in
 /// parentheses.
-pub(super) fn masked(formula: &str, compare: &str, has_sums: bool) -> String {
+pub(super) fn masked(formula: &str, compare: &str, has_sums: bool, place: Span) -> Help {
     match has_sums {
-        true if formula.contains('|') => SIGNS_ALONE.to_owned(),
-        true => format!("write `({formula}) {compare}`"),
-        false => computed_as(formula, &format!("result {compare}")),
+        true if formula.contains('|') => SIGNS_ALONE.into(),
+        true => write(fix(format!("({formula}) {compare}")).at(place)),
+        false => computed_as(formula, &format!("result {compare}"), place),
     }
 }
 
 /// As [`computed`], for a known formula and the compare of its result.
-fn computed_as(formula: &str, compare: &str) -> String {
+fn computed_as(formula: &str, compare: &str, place: Span) -> Help {
     let kind = if is_real(formula) { "real" } else { "int" };
-    format!(
-        "contacts compute nothing: declare `result = {{ type = \"{kind}\" }}` under [tags], write \
-         `MATH result = {formula}` in a rung before, and `{compare}` here"
-    )
+    let tag = format!("result = {{ type = \"{kind}\" }}");
+    let math = format!("MATH result = {formula}");
+    let help = Help::from(format!(
+        "contacts compute nothing: declare `{tag}` under [tags], write `{math}` in a rung before, \
+         and `{compare}` here"
+    ));
+    match formula {
+        "…" => help,
+        _ => help
+            .with(proposed(compare).at(place).after(Edit::Before(math)).after(Edit::Declare(tag))),
+    }
 }
 
 /// Whether the text of a formula shows a real: `1.5`, `sqrt(…)`.
@@ -195,24 +217,25 @@ fn is_real(formula: &str) -> bool {
 }
 
 /// The help for an address in two words: `X 0`.
-pub(super) fn split_address(before: &str, behind: &str) -> Option<String> {
+pub(super) fn split_address(text: &str, at: usize, span: Span) -> Option<Help> {
+    let before = text[..at].trim_end();
     let letters = before.rsplit([' ', '(', '!', '&', '|']).next()?;
-    let number = behind.split(|c: char| !c.is_ascii_digit()).next()?;
+    let number = text[at..].split(|c: char| !c.is_ascii_digit()).next()?;
+    let place = span.part(before.len() - letters.len(), at + number.len());
     if letters.is_empty() || number.is_empty() {
         return None;
     }
     let address = format!("{letters}{number}");
-    match address_text::parse(&address, &MemorySizes::default()) {
-        Ok(_) => Some(format!("an address is one word: `{address}`")),
-        Err(AddressError::Case(right) | AddressError::LeadingZero(right)) => {
-            Some(format!("an address is one word: `{right}`"))
-        }
+    let right = match address_text::parse(&address, &MemorySizes::default()) {
+        Ok(_) => address,
+        Err(AddressError::Case(right) | AddressError::LeadingZero(right)) => right,
         Err(
             AddressError::NotAnAddress
             | AddressError::BeyondMemory { .. }
             | AddressError::UnknownMember(_)
             | AddressError::UnknownNickname
             | AddressError::SensaphoneElement,
-        ) => None,
-    }
+        ) => return None,
+    };
+    Some(advise("an address is one word: `{}`", [fix(right).at(place)]))
 }

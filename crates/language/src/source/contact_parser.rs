@@ -7,11 +7,13 @@
 use super::atom::{Atom, AtomKind};
 use super::contact::{Contact, Edge};
 use super::contact_dialects::foreign;
-use super::contact_habits::{called, computed, in_series, masked, split_address};
+use super::contact_habits::{called, computed, in_series, split_address};
 use super::contact_lexer::{Parsed, Token, lex};
 use super::contact_signs::{self, SIGNS_ALONE};
 use super::contact_sum::SumSign;
+use super::contact_words::TokensAround;
 use super::finding::{Code, Finding};
+use super::fix::{Edit, Help, advise, possible, text, write};
 use super::nearest::did_you_mean;
 use super::span::{Located, Span};
 use rungd_engine::isa::dialects;
@@ -33,10 +35,14 @@ pub(super) fn parse_as<V: Compared>(text: &str, span: Span) -> Result<Contact<V>
     let mut parser = Parser { text, span, tokens, at: 0, has_sums: V::HAS_SUMS };
     if parser.tokens.is_empty() {
         let finding = Finding::new(Code::ContactSyntax, span, "an empty contact");
-        return Err(finding.help(match V::HAS_SUMS {
-            true => "a contact is a bit, a compare or an edge: `X0`, `D0 > 3`, `rise(X0)`",
-            false => "take it away; a leg that is always ON is [\"$On\"]",
-        }));
+        return Err(match V::HAS_SUMS {
+            true => {
+                finding.help("a contact is a bit, a compare or an edge: `X0`, `D0 > 3`, `rise(X0)`")
+            }
+            false => {
+                finding.help("take it away; a leg that is always ON is [\"$On\"]").fix(Edit::Delete)
+            }
+        });
     }
     let contact = parser.expression(BindingPower::Or, 0)?;
     match parser.peek() {
@@ -98,6 +104,11 @@ impl Parser<'_> {
         let token = self.tokens.get(self.at).cloned();
         self.at += usize::from(token.is_some());
         token
+    }
+
+    fn around(&self) -> TokensAround<'_> {
+        let (tokens, at) = (&*self.tokens, self.at);
+        TokensAround { text: self.text, span: self.span, tokens, at }
     }
 
     pub(super) fn take(&mut self, wanted: &Token) -> Option<Span> {
@@ -212,9 +223,10 @@ impl Parser<'_> {
                 format!("`!` binds tighter than `{}`", sign.sign()),
             );
             let (written, negated) = (sign.sign(), sign.negated().sign());
-            return Err(finding
-                .label(format!("this would compare `!{a}`"))
-                .help(format!("write `!({a} {written} {b})`, or `{a} {negated} {b}`")));
+            return Err(finding.label(format!("this would compare `!{a}`")).help(advise(
+                "write `{}`, or `{}`",
+                [format!("!({a} {written} {b})"), format!("{a} {negated} {b}")],
+            )));
         }
         let begin = self.at;
         let inner = self.operand(depth + 1)?;
@@ -225,7 +237,7 @@ impl Parser<'_> {
             && self.tokens.get(begin).is_some_and(|(_, first)| first.start == inner.span().start)
         {
             let finding = self.error(whole, "`!` binds tighter than a compare");
-            return Err(finding.help(format!("write `!({inner})`")));
+            return Err(finding.write(format!("!({inner})")));
         }
         Ok(Contact::Not(Box::new(inner), whole))
     }
@@ -269,7 +281,7 @@ impl Parser<'_> {
         match atom.kind {
             AtomKind::Name(value) => Ok(Contact::Bit(Located { value, span: atom.span })),
             AtomKind::Integer(_) | AtomKind::Duration(_) | AtomKind::Real(_) => {
-                if let Some(finding) = self.mask(&atom, V::HAS_SUMS) {
+                if let Some(finding) = self.around().mask(&atom, V::HAS_SUMS) {
                     return Err(finding);
                 }
                 let message = format!("`{atom}` is a number, not a contact");
@@ -277,30 +289,6 @@ impl Parser<'_> {
                 Err(finding.help(format!("compare it with something: `D0 == {atom}`")))
             }
         }
-    }
-
-    /// The finding for a number that was just read, if `&` or `|` joins it with a word.
-    fn mask(&self, number: &Atom, has_sums: bool) -> Option<Finding> {
-        let read = &self.tokens[..self.at];
-        let [.., (Token::Atom(word), _), (Token::And | Token::Or, sign), _] = read else {
-            return None;
-        };
-        let text = |span: Span| {
-            &self.text
-                [(span.start - self.span.start) as usize..(span.end - self.span.start) as usize]
-        };
-        let (written, sign) = (text(number.span), text(*sign));
-        let behind = self.tokens[self.at..].iter().map(|(token, _)| token);
-        let mut behind = behind.skip_while(|token| **token == Token::Close);
-        let compare = match (behind.next(), behind.next()) {
-            (Some(Token::Compare(how)), Some(Token::Atom(atom))) => {
-                format!("{} {atom}", how.sign())
-            }
-            _ => "!= 0".to_owned(),
-        };
-        let help = masked(&format!("{} {sign} {written}", word.name()?), &compare, has_sums);
-        let finding = self.error(number.span, format!("`{written}` is a number, not a contact"));
-        Some(finding.help(help))
     }
 
     fn edge<V: Compared>(&mut self, word: &str, span: Span, depth: u32) -> Parsed<Contact<V>> {
@@ -313,15 +301,16 @@ impl Parser<'_> {
                 if let Some(finding) = foreign(self.text, self.span) {
                     return Err(finding);
                 }
-                if let Some(help) = called(self.text, (span.start - self.span.start) as usize) {
-                    return Err(finding.help(if V::HAS_SUMS { SIGNS_ALONE } else { &help }));
+                let at = (span.start - self.span.start) as usize;
+                if let Some(help) = called(self.text, at, self.span) {
+                    return Err(finding.help(if V::HAS_SUMS { SIGNS_ALONE.into() } else { help }));
                 }
                 return Err(finding.help(match word.to_ascii_lowercase().as_str() {
-                    "rise" => "write `rise(…)`".to_owned(),
-                    "fall" => "write `fall(…)`".to_owned(),
-                    "not" => "write `!(…)`".to_owned(),
+                    "rise" => Help::from("write `rise(…)`").with("rise"),
+                    "fall" => Help::from("write `fall(…)`").with("fall"),
+                    "not" => Help::from("write `!(…)`").with("!"),
                     word => did_you_mean(word, ["rise", "fall"])
-                        .unwrap_or_else(|| "only `rise(…)` and `fall(…)` have".to_owned()),
+                        .unwrap_or_else(|| "only `rise(…)` and `fall(…)` have".into()),
                 }));
             }
         };
@@ -345,17 +334,18 @@ impl Parser<'_> {
         let behind = behind.trim_start();
         let is_number = behind.starts_with(|c: char| c.is_ascii_digit());
         let name = behind.split([' ', '\t', '(', ')', '&', '|']).next().unwrap_or_default();
+        let end = self.text.len() - behind.len() + name.len();
+        let whole = place.to(self.span.part(0, end));
         let help = match sign {
-            SumSign::Subtract if is_number => format!("write `-{name}`"),
-            SumSign::Subtract if !name.is_empty() => format!("write `0 - {name}`"),
-            SumSign::Add => "take the `+` away".to_owned(),
+            SumSign::Subtract if is_number => write(text(format!("-{name}")).at(whole)),
+            SumSign::Subtract if !name.is_empty() => write(text(format!("0 - {name}")).at(whole)),
+            SumSign::Add => Help::from("take the `+` away").with(""),
             SumSign::Subtract
             | SumSign::Multiply
             | SumSign::Divide
             | SumSign::Remainder
             | SumSign::And => {
-                "addresses go without `%`, and a sign stands between two values: `D0 * 2`"
-                    .to_owned()
+                "addresses go without `%`, and a sign stands between two values: `D0 * 2`".into()
             }
         };
         let message = format!("a value is missing before `{}`", sign.sign());
@@ -367,7 +357,8 @@ impl Parser<'_> {
         let Some((Token::Compare(comparison), sign)) = self.peek() else {
             let message = format!("`{left}` is a number, not a contact");
             let finding = Finding::new(Code::ContactSyntax, left.span(), message);
-            return Err(finding.help(format!("compare it with something: `{left} > 0`")));
+            let right = possible(format!("{left} > 0"));
+            return Err(finding.help(advise("compare it with something: `{}`", [right])));
         };
         let comparison = *comparison;
         self.at += 1;
@@ -379,13 +370,14 @@ impl Parser<'_> {
         let right = V::read(self, depth)?;
         if let Some((Token::Compare(second), place)) = self.peek() {
             let finding = Finding::new(Code::ContactSyntax, place, "two compares in a row");
-            let third = match self.tokens.get(self.at + 1) {
-                Some((Token::Atom(third), _)) => third.to_string(),
-                _ => "…".to_owned(),
+            let (third, end) = match self.tokens.get(self.at + 1) {
+                Some((Token::Atom(third), end)) => (third.to_string(), *end),
+                _ => ("…".to_owned(), place),
             };
             let (first, second) = (comparison.sign(), second.sign());
-            return Err(finding
-                .help(format!("join them: `{left} {first} {right} & {right} {second} {third}`")));
+            let joined = format!("{left} {first} {right} & {right} {second} {third}");
+            let joined = text(joined).at(left.span().to(end));
+            return Err(finding.help(advise("join them: `{}`", [joined])));
         }
         let span = left.span().to(right.span());
         Ok(Contact::Compare(left, comparison, right, span))
@@ -399,27 +391,6 @@ impl Parser<'_> {
             Some((Token::Not | Token::And | Token::Or | Token::Close | Token::Compare(_), _))
             | None => false,
         }
-    }
-
-    /// The place and the help of a word that other notations have instead of a sign. The word is at
-    /// the given place, or just before it.
-    fn habit(&self, place: Span) -> Option<(Span, &'static str)> {
-        let at = self.tokens.iter().position(|(_, span)| *span == place)?;
-        let first = self.tokens.first()?.1;
-        let words = [self.tokens.get(at), at.checked_sub(1).and_then(|at| self.tokens.get(at))];
-        words.into_iter().flatten().find_map(|(token, span)| {
-            let Token::Atom(atom) = token else { return None };
-            let help = match atom.name()?.to_ascii_lowercase().as_str() {
-                "and" => "write `&`",
-                "or" if *span == first => "`|` stands between two contacts of one text: `X0 | X1`",
-                "or" => "write `|`",
-                "not" => "write `!`",
-                "rise" => "write `rise(…)`",
-                "fall" => "write `fall(…)`",
-                _ => return None,
-            };
-            Some((*span, help))
-        })
     }
 
     pub(super) fn error(&self, place: Span, message: impl Into<String>) -> Finding {
@@ -436,7 +407,9 @@ impl Parser<'_> {
             {
                 match self.has_sums {
                     true => contact_signs::no_spaces(self.text, at, self.span),
-                    false => self.error(place, "`-` in a contact").help(computed(self.text, at)),
+                    false => self
+                        .error(place, "`-` in a contact")
+                        .help(computed(self.text, at, self.span)),
                 }
             }
             Token::Atom(_) | Token::Not | Token::Open => {
@@ -444,10 +417,10 @@ impl Parser<'_> {
                 if let Some(finding) = foreign(self.text, self.span) {
                     return finding;
                 }
-                if let Some((place, help)) = self.habit(place) {
-                    return self.error(place, "a word in the place of a sign").help(help);
+                if let Some((place, help)) = self.around().habit(place) {
+                    return self.error(place, "a word where a sign is needed").help(help);
                 }
-                if let Some(help) = split_address(before, behind) {
+                if let Some(help) = split_address(self.text, at, self.span) {
                     return self.error(place, "a number does not stand alone").help(help);
                 }
                 // A tag may have the same name as such an instruction. In lower case, it is more
@@ -455,7 +428,9 @@ impl Parser<'_> {
                 let first = before.split_whitespace().next().unwrap_or_default();
                 let is_upper = first.chars().all(|c| c.is_ascii_uppercase());
                 let help = match dialects::instead_of(first).filter(|_| is_upper) {
-                    Some(instead) => format!("for the `{first}` of other controllers: {instead}"),
+                    Some(instead) => {
+                        format!("for the `{first}` of other controllers: {instead}").into()
+                    }
                     None => in_series(before, behind),
                 };
                 self.error(place, "`&` or `|` is missing before this").help(help)

@@ -5,6 +5,7 @@
 
 use super::contact_sum::SumSign;
 use super::finding::{Code, Finding};
+use super::fix::text as written;
 use super::span::Span;
 
 /// The help for an operator or a function that only MATH has.
@@ -55,10 +56,12 @@ pub(super) fn sign(text: &str, at: usize, span: Span) -> Option<Result<(SumSign,
 
 /// The finding for a minus at a place of a text that lacks a space on one of its sides.
 pub(super) fn no_spaces(text: &str, at: usize, span: Span) -> Finding {
-    let (before, behind) = (text[..at].trim(), text[at + 1..].trim());
-    let left = before.rsplit(['&', '|', '!']).next().unwrap_or(before).trim();
-    let right = behind.split(['&', '|']).next().unwrap_or(behind).trim();
-    let place = span.part(at, at + 1);
-    Finding::new(Code::ContactSyntax, place, "a minus without spaces around it")
-        .help(format!("write `{left} - {right}`"))
+    let start = text[..at].rfind(['&', '|', '!']).map_or(0, |sign| sign + 1);
+    let end = text[at..].find(['&', '|']).map_or(text.len(), |sign| at + sign);
+    let (left, right) = (text[start..at].trim(), text[at + 1..end].trim());
+    let whole = &text[start..end];
+    let start = start + whole.len() - whole.trim_start().len();
+    let whole = span.part(start, start + whole.trim().len());
+    Finding::new(Code::ContactSyntax, span.part(at, at + 1), "a minus without spaces around it")
+        .write(written(format!("{left} - {right}")).at(whole))
 }

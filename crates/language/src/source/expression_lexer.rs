@@ -7,6 +7,7 @@ use super::atom::{Atom, AtomKind, other_notation, typed_literal};
 use super::contact_lexer::split;
 use super::expression::{Binary, PartKind, Unary};
 use super::finding::{Code, Finding};
+use super::fix::{advise, possible, write};
 use super::span::Span;
 use rungd_engine::isa::Real;
 pub use rungd_engine::isa::real::RealError;
@@ -109,7 +110,8 @@ fn number(word: &str, span: Span) -> Result<PartKind, Finding> {
     {
         let bits = u32::from_str_radix(digits, 16).map_err(|_| {
             let message = format!("`{word}` has more than 32 bits");
-            error(Code::OutOfRange, message).help("the greatest is `0xFFFFFFFF`, which is -1")
+            error(Code::OutOfRange, message)
+                .help(advise("the greatest is `{}`, which is -1", [possible("0xFFFFFFFF")]))
         })?;
         return Ok(PartKind::Integer(i64::from(bits.cast_signed())));
     }
@@ -147,10 +149,10 @@ fn real(word: &str, span: Span) -> Result<PartKind, Finding> {
             let right = word.to_ascii_lowercase().replace("e+", "e");
             let right = if right.ends_with('.') { format!("{right}0") } else { right };
             let help = match right != word && right.parse::<Real>().is_ok() {
-                true => format!("write `{right}`"),
+                true => write(right),
                 false => "a real has digits on both sides of its point, or an exponent: `12.5`, \
                           `1e3`, `2.5e-7`"
-                    .to_owned(),
+                    .into(),
             };
             let message = format!("`{word}` is no number");
             Err(Finding::new(Code::ExpressionSyntax, span, message).help(help))
@@ -164,15 +166,11 @@ fn stray(rest: &str, first: char, span: Span) -> Finding {
         Finding::new(Code::ExpressionSyntax, span.part(0, length.min(rest.len())), message)
     };
     match first {
-        '<' => finding("`<>` is written `!=`".into(), 2).help("write `!=`"),
-        '=' if rest.starts_with("=>") => {
-            finding("`=>` is written `>=`".into(), 2).help("write `>=`")
-        }
-        '=' if rest.starts_with("=<") => {
-            finding("`=<` is written `<=`".into(), 2).help("write `<=`")
-        }
+        '<' => finding("`<>` is written `!=`".into(), 2).write("!="),
+        '=' if rest.starts_with("=>") => finding("`=>` is written `>=`".into(), 2).write(">="),
+        '=' if rest.starts_with("=<") => finding("`=<` is written `<=`".into(), 2).write("<="),
         '=' => finding("`=` in an expression".into(), 1)
-            .help("a compare is `==`; one MATH stores in one target"),
+            .help(advise("a compare is `{}`; one MATH stores in one target", [possible("==")])),
         '.' => finding("a point without digits before it".into(), 1)
             .help("a real has digits on both sides of its point: `0.5`"),
         '?' => finding("`?` is no operator".into(), 1).help("a choice is `if(c, x, y)`"),

@@ -9,6 +9,7 @@ use super::expression::{Binary, Expression, Formula, Part, PartKind, Unary};
 use super::expression_lexer::{Token, lex};
 use super::expression_rules::{Root, Said, Term};
 use super::finding::{Code, Finding};
+use super::fix::{Help, advise, possible, text as fix, write};
 use super::span::{Located, Span};
 use rungd_engine::isa::decimal_comma;
 
@@ -71,11 +72,12 @@ fn split(text: &str, span: Span) -> Parsed<Split> {
         let sign = &name[word.len()..];
         let message = format!("`{sign}=` is no sign here");
         let word = word.trim_end();
-        let help = match sign {
-            ":" => format!("write `{word} = …`"),
-            _ => format!("write `{word} = {word} {sign} …`"),
+        let signs = span.part(start + name.len() - 1, at + 1);
+        let (help, right) = match sign {
+            ":" => (format!("write `{word} = …`"), "=".to_owned()),
+            _ => (format!("write `{word} = {word} {sign} …`"), format!("= {word} {sign}")),
         };
-        return Err(error(place, &message).help(help));
+        return Err(error(place, &message).help(help).fix(fix(right).at(signs)));
     }
     let is_name = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '$');
     if !name.chars().all(is_name) || name.starts_with(|c: char| c.is_ascii_digit()) {
@@ -209,9 +211,10 @@ impl Parser<'_> {
             }
             Token::Open => self.wait(Waiting::Group(place), place).map(|()| true),
             Token::Close if self.is_empty_call() => self.close(place).map(|()| false),
-            Token::Sign(Binary::Add) => {
-                Err(self.error(place, "a value has no `+` before it").help("take the `+` away"))
-            }
+            Token::Sign(Binary::Add) => Err(self
+                .error(place, "a value has no `+` before it")
+                .help("take the `+` away")
+                .fix("")),
             Token::Sign(_) | Token::Close | Token::Comma | Token::IndexEnd => {
                 Err(self.missing(place))
             }
@@ -275,19 +278,21 @@ impl Parser<'_> {
 
     fn no_operator(&self, token: &Token, place: Span) -> Finding {
         let habit = |word: &str| match word.to_ascii_lowercase().as_str() {
-            "and" => Some("write `&&`"),
-            "or" => Some("write `||`"),
-            "mod" => Some("write `%`"),
-            "xor" => Some("write `^`"),
+            "and" => Some("&&"),
+            "or" => Some("||"),
+            "mod" => Some("%"),
+            "xor" => Some("^"),
             _ => None,
         };
-        let named = |kind: &PartKind| {
-            if let PartKind::Name(name) = kind { habit(name) } else { None }
+        let named = |kind: &PartKind, at: Span| {
+            let PartKind::Name(name) = kind else { return None };
+            habit(name).map(|sign| write(fix(sign).at(at)))
         };
-        let before = self.parts.last().and_then(|part| named(&part.kind));
-        let own = if let Token::Operand(kind) = token { named(kind) } else { None };
+        let before = self.parts.last().and_then(|part| named(&part.kind, part.span));
+        let own = if let Token::Operand(kind) = token { named(kind, place) } else { None };
         let finding = self.error(place, "an operator is missing before this");
-        finding.help(own.or(before).unwrap_or("operators are `+ - * / % **` and the like"))
+        let all = || Help::from("operators are `+ - * / % **` and the like");
+        finding.help(own.or(before).unwrap_or_else(all))
     }
 
     /// Pushes a bracket, or an operator with one operand, onto the waiting stack.
@@ -327,7 +332,8 @@ impl Parser<'_> {
         let text = self.text_of(place);
         let message = format!("`{text}` lies outside -2147483648..2147483647");
         let finding = Finding::new(Code::OutOfRange, place, message);
-        Err(finding.help(format!("constants have 32 bits; a real may be larger: `{text}.0`")))
+        let real = possible(format!("{text}.0"));
+        Err(finding.help(advise("constants have 32 bits; a real may be larger: `{}`", [real])))
     }
 
     /// Adds a complete operand, and applies to it the operators with one operand before it.
@@ -384,7 +390,7 @@ impl Parser<'_> {
         }
         if let Some((number, right)) = self.decimal_comma(place) {
             let finding = self.error(number, "a decimal comma in a number");
-            return Err(finding.help(format!("write `{right}`")));
+            return Err(finding.write(right));
         }
         let finding = self.error(place, "a comma outside a call");
         Err(finding.help("a Sensaphone element is written `N0.ACC` here, a real `12.5`"))

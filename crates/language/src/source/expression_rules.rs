@@ -6,6 +6,7 @@
 
 use super::expression::{Binary, Unary};
 use super::finding::{Code, Finding};
+use super::fix::{advise, text as written};
 use super::span::Span;
 
 /// A complete operand: its place, and its outermost operator, unless the operand is in parentheses.
@@ -46,7 +47,7 @@ impl Said {
             return Some(
                 finding
                     .label(format!("this would compare `{left}`"))
-                    .help(format!("write `!({inner} {sign} {right})`")),
+                    .write(format!("!({inner} {sign} {right})")),
             );
         }
         if let Root::Binary(first) = self.left.root
@@ -55,7 +56,8 @@ impl Said {
         {
             let middle = left.rsplit(first.sign()).next().unwrap_or("").trim();
             let finding = error("two compares in a row".to_owned());
-            return Some(finding.help(format!("join them: `{left} && {middle} {sign} {right}`")));
+            let joined = format!("{left} && {middle} {sign} {right}");
+            return Some(finding.help(advise("join them: `{}`", [joined])));
         }
         None
     }
@@ -74,11 +76,12 @@ impl Said {
         let (sign, inner) = (self.operator.sign(), inner.sign());
         let message = format!("`{sign}` and `{inner}` are mixed without parentheses");
         let read = format!("{} {sign} {}", side(self.left), side(self.right));
+        let read = written(read).same().at(self.left.span.to(self.right.span));
         let finding = Finding::new(Code::MixedOperators, self.sign, message);
         Some(
             finding
                 .label(format!("`{inner}` binds tighter"))
-                .help(format!("it is read as `{read}`")),
+                .help(advise("it is read as `{}`", [read])),
         )
     }
 }

@@ -9,9 +9,10 @@
 
 use std::borrow::Cow;
 
+use super::fix::{Edit, Fix, Help, propose, write};
 use super::nearest::{KnownNames, Near};
 use super::span::Span;
-use super::wording::{bounded, bounded_line};
+use super::wording::bounded_line;
 
 /// How severe a finding is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -35,8 +36,8 @@ pub struct Finding {
     pub label: String,
     /// Related places, each with a few words.
     pub related: Vec<(Span, String)>,
-    /// The text to write instead, ready to paste.
-    help: Option<String>,
+    /// What to write instead.
+    help: Option<Box<Help>>,
     /// For an unknown name: the nearest known name replaces the help, if there is one.
     near: Option<Box<Near>>,
 }
@@ -65,14 +66,31 @@ impl Finding {
     }
 
     /// Sets the help: what to write instead.
-    pub fn help(mut self, help: impl Into<String>) -> Finding {
-        self.help = Some(bounded(help.into()));
+    pub fn help(mut self, help: impl Into<Help>) -> Finding {
+        self.help = Some(Box::new(help.into().bounded()));
+        self
+    }
+
+    /// Sets the help: to write this text.
+    pub fn write(self, fix: impl Into<Fix>) -> Finding {
+        self.help(write(fix))
+    }
+
+    /// As [`Finding::write`], for the author to decide.
+    pub fn propose(self, fix: impl Into<Fix>) -> Finding {
+        self.help(propose(fix))
+    }
+
+    /// Adds a fix that the words of the help describe.
+    pub fn fix(mut self, fix: impl Into<Fix>) -> Finding {
+        self.help = self.help.map(|help| Box::new(help.with(fix).bounded()));
         self
     }
 
     /// Replaces the help, if that is to declare a name.
-    pub fn declared_as(self, help: impl FnOnce() -> String) -> Finding {
-        match self.help.as_deref().is_some_and(|help| help.starts_with("declare it under")) {
+    pub fn declared_as(self, help: impl FnOnce() -> Help) -> Finding {
+        let declares = |fix: &Fix| matches!(fix.edits[..], [Edit::Declare(_)]);
+        match self.help.as_ref().is_some_and(|help| help.fixes.iter().any(declares)) {
             true => self.help(help()),
             false => self,
         }
@@ -105,9 +123,17 @@ impl Finding {
 
     /// The help: what to write instead. Searches for the nearest name, so call it only for findings
     /// that are shown.
-    pub fn help_text(&self) -> Option<Cow<'_, str>> {
+    pub fn advice(&self) -> Option<Cow<'_, Help>> {
         let near = self.near.as_ref().and_then(|near| near.help()).map(Cow::Owned);
         near.or_else(|| self.help.as_deref().map(Cow::Borrowed))
+    }
+
+    /// The words of its help, as [`Finding::advice`].
+    pub fn help_text(&self) -> Option<Cow<'_, str>> {
+        Some(match self.advice()? {
+            Cow::Owned(help) => Cow::Owned(help.text),
+            Cow::Borrowed(help) => Cow::Borrowed(&help.text),
+        })
     }
 
     /// Adds a related place, up to `RELATED_MAX`.
@@ -120,13 +146,14 @@ impl Finding {
 
     /// Changes its message, its label and its help.
     pub(crate) fn reword(&mut self, change: impl Fn(&str) -> String) {
-        let texts = [&mut self.message, &mut self.label].into_iter().chain(&mut self.help);
-        texts.for_each(|text| *text = change(text));
+        let texts = [&mut self.message, &mut self.label];
+        texts.into_iter().for_each(|text| *text = change(text));
+        self.reword_help(change);
     }
 
-    /// Changes the words of its help.
+    /// Changes the words of its help, and the texts to write.
     pub(crate) fn reword_help(&mut self, change: impl Fn(&str) -> String) {
-        self.help.iter_mut().for_each(|text| *text = change(text));
+        self.help.iter_mut().for_each(|help| help.reword(&change));
     }
 
     /// Its severity.

@@ -16,6 +16,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::doc::Doc;
 use super::finding::{Code, Finding};
+use super::fix::{Edit, Fix, Help, advise, propose, proposed, write};
 use super::span::Span;
 
 /// A header, or the place at which a header is missing.
@@ -71,7 +72,7 @@ pub(super) fn doubled(doc: Doc<'_>, place: Range<usize>) -> Option<Finding> {
     if !line.starts_with("[[") {
         let message = format!("`[{name}]` again: blocks, stages, rungs and branches are lists");
         let finding = Finding::new(Code::OutOfPlace, doc.span(place), message);
-        return Some(finding.help(format!("write `[[{name}]]`, each time")));
+        return Some(finding.help(write(format!("[[{name}]]")).and(", each time")));
     }
     let mut at = 0;
     let mut single = None;
@@ -97,19 +98,20 @@ pub(super) fn doubled(doc: Doc<'_>, place: Range<usize>) -> Option<Finding> {
     }
     let finding =
         Finding::new(Code::OutOfPlace, single?, format!("`[{name}]`, and `[[{name}]]` below"));
-    Some(finding.help(format!("write `[[{name}]]`, each time")))
+    Some(finding.help(write(format!("[[{name}]]")).and(", each time")))
 }
 
 /// The help for a header above its parent: where the header belongs.
-fn move_help(header: &str, parent: &str, before: &str) -> String {
+fn move_help(header: &str, parent: &str, before: &str) -> Help {
     let below = format!("move it below the header of its parent: `[[{parent}]]`");
     let last = |name: &str| name.rsplit('.').next().unwrap_or_default().to_owned();
     let (own, open) = (last(header), last(before));
     let stands = |(part, parents): &(&str, &[&str])| *part == own && parents.contains(&&*open);
     if !PARENTS.iter().any(stands) {
-        return below;
+        return below.into();
     }
-    format!("write `[[{before}.{own}]]` to continue in the table above, or {below}")
+    propose(format!("[[{before}.{own}]]"))
+        .and(&format!(" to continue in the table above, or {below}"))
 }
 
 /// The name in a line, if the line is a header.
@@ -186,12 +188,23 @@ fn stands_open(header: &Header<'_>, before: &Header<'_>) -> bool {
 fn headless(header: &Header<'_>, length: usize) -> Finding {
     let (text, parent) = (header.path.join("."), header.path[..length].join("."));
     let message = format!("`[[{text}]]` stands before any `[[{parent}]]`");
-    let help = match header.path[length - 1] {
-        "program" => format!("begin the program first:\n[[{parent}]]\nname = \"Main\""),
-        "task" => format!("begin the task first:\n[[{parent}]]\nname = \"Housekeeping\""),
-        "template" => format!("begin the template first:\n[[{parent}]]\nname = \"Pump\""),
-        "stage" => format!("begin the stage first:\n[[{parent}]]\nname = \"Open\""),
-        part => format!("begin the {part} first: `[[{parent}]]`"),
+    let part = header.path[length - 1];
+    let name = match part {
+        "program" => "Main",
+        "task" => "Housekeeping",
+        "template" => "Pump",
+        "stage" => "Open",
+        _ => "",
+    };
+    let help = match name {
+        "" => {
+            advise(&format!("begin the {part} first: `{{}}`"), [proposed(format!("[[{parent}]]"))])
+        }
+        _ => {
+            let lines = format!("[[{parent}]]\nname = \"{name}\"");
+            let words = format!("begin the {part} first:\n{{}}");
+            advise(&words, [Fix::from(Edit::Lines { lines, instead: None })])
+        }
     };
     Finding::new(Code::OutOfPlace, header.span, message).help(help)
 }
@@ -206,9 +219,10 @@ fn out_of_place(header: &Header<'_>, before: &Header<'_>) -> Finding {
         .label("out of place")
         .related(before.span, closer);
     match meant(header, before) {
-        Some(meant) => finding.help(format!(
-            "write `[[{meant}]]` to continue in the table above, or a new `[[{parent}]]` first"
-        )),
+        Some(meant) => finding.help(
+            propose(format!("[[{meant}]]"))
+                .and(&format!(" to continue in the table above, or a new `[[{parent}]]` first")),
+        ),
         None => finding.help(format!("move it up to its `[[{parent}]]`, or begin a new one")),
     }
 }

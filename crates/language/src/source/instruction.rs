@@ -3,10 +3,13 @@
 //! Called by the reader of ladder files. `key=value` is split here; the resolver checks mnemonics,
 //! keys and values. The text behind `MATH` has a grammar of its own, in `expression_parser`.
 
+use std::ops::Range;
+
 use super::atom::Atom;
 use super::expression::Formula;
 use super::expression_parser::parse_formula;
 use super::finding::{Code, Finding};
+use super::fix::{Edit, advise, possible, text as written};
 use super::instruction_commas::{called, comma_help, is_element, listed, pointed};
 use super::instruction_habits::{other_form, several};
 use super::span::{Located, Span};
@@ -42,7 +45,8 @@ pub fn parse(text: &str, span: Span, findings: &mut Vec<Finding>) -> Option<Inst
     let all = words(text);
     let Some((&(at, mnemonic), behind)) = all.split_first() else {
         let finding = Finding::new(Code::InstructionSyntax, span, "an empty instruction");
-        findings.push(finding.help("take it away, or name an instruction: `OUT Y0`"));
+        let help = "take it away, or name an instruction: `OUT Y0`";
+        findings.push(finding.help(help).fix(Edit::Delete));
         return None;
     };
     let mnemonic = Located { value: mnemonic.to_owned(), span: span.part(at, at + mnemonic.len()) };
@@ -73,8 +77,17 @@ pub fn parse(text: &str, span: Span, findings: &mut Vec<Finding>) -> Option<Inst
             Ok(operand) => operands.push(operand),
             Err(finding) => {
                 findings.push(match joined(behind, number) {
-                    Some(right) => finding.help(format!("write it without spaces: `{right}`")),
-                    None => *finding,
+                    Some((right, place)) => {
+                        let right = written(right).at(span.part(place.start, place.end));
+                        finding.help(advise("write it without spaces: `{}`", [right]))
+                    }
+                    None => match behind.get(number.wrapping_sub(1)) {
+                        Some((name_at, name)) if word.starts_with('[') => {
+                            let place = span.part(*name_at, at + word.len());
+                            finding.fix(written(format!("{name}{word}")).at(place))
+                        }
+                        Some(_) | None => *finding,
+                    },
                 });
                 whole = false;
             }
@@ -92,14 +105,15 @@ fn formula(text: &str, mnemonic: Span, span: Span, findings: &mut Vec<Finding>) 
 }
 
 /// The operand of several words without its spaces: `to=D0` for `to = D0`, `to= D0` and `to =D0`.
-/// `number` is the index of the word with the `=`.
-fn joined(words: &[(usize, &str)], number: usize) -> Option<String> {
+/// `number` is the index of the word with the `=`. Also returns the place of the words.
+fn joined(words: &[(usize, &str)], number: usize) -> Option<(String, Range<usize>)> {
     let word = words[number].1;
-    let key = if word.starts_with('=') { words.get(number.checked_sub(1)?)?.1 } else { "" };
-    let value = if word.ends_with('=') { words.get(number + 1)?.1 } else { "" };
-    let all = format!("{key}{word}{value}");
+    let first = number.checked_sub(usize::from(word.starts_with('=')))?;
+    let last = number + usize::from(word.ends_with('='));
+    let (end, value) = words.get(last)?;
+    let all: String = words[first..=last].iter().map(|(_, word)| *word).collect();
     let plain = all.matches('=').count() == 1 && all.len() <= 80;
-    (plain && !(key.is_empty() && value.is_empty())).then_some(all)
+    (plain && first < last).then_some((all, words[first].0..end + value.len()))
 }
 
 /// The words of a text that spaces separate, each with its place.
@@ -122,13 +136,13 @@ fn operand(word: &str, mnemonic: &str, span: Span) -> Result<Operand, Box<Findin
         let signed = word.strip_prefix('+').filter(|digits| digits.parse::<u32>().is_ok());
         if let Some(digits) = signed {
             let finding = error("a number has no `+`".to_owned());
-            return Err(Box::new(finding.help(format!("write `{digits}`"))));
+            return Err(Box::new(finding.write(digits)));
         }
         let value = word.split_once('=').map_or(word, |(_, value)| value);
         if let Some(right) = notation::corrected(value) {
             let (key, message) = (&word[..word.len() - value.len()], "of other systems");
             let finding = error(format!("`{value}` is in the notation {message}"));
-            return Err(Box::new(finding.help(format!("write `{key}{right}`"))));
+            return Err(Box::new(finding.write(format!("{key}{right}"))));
         }
         let help = match stray {
             c if c.is_alphabetic() => {
@@ -143,7 +157,8 @@ fn operand(word: &str, mnemonic: &str, span: Span) -> Result<Operand, Box<Findin
     }
     if word.contains("][") {
         let finding = error("an element has one index".to_owned());
-        return Err(Box::new(finding.help("count from element 0 of the whole array: `recipe[3]`")));
+        let help = advise("count from element 0 of the whole array: `{}`", [possible("recipe[3]")]);
+        return Err(Box::new(finding.help(help)));
     }
     if word.matches('[').count() != word.matches(']').count() || word.starts_with('[') {
         let finding = error("an index is one word with its name".to_owned());
@@ -152,7 +167,7 @@ fn operand(word: &str, mnemonic: &str, span: Span) -> Result<Operand, Box<Findin
     if word.contains(',') && !is_element(word) {
         if let Some(right) = pointed(word) {
             let finding = error("a decimal comma in a number".to_owned());
-            return Err(Box::new(finding.help(format!("write `{right}`"))));
+            return Err(Box::new(finding.write(right)));
         }
         let finding = error("operands are separated by spaces".to_owned());
         return Err(Box::new(finding.help(comma_help(word, mnemonic))));

@@ -4,6 +4,7 @@
 //! Called by `instruction`. Operands are separated by spaces; each help shows the text to write.
 
 use super::finding::{Code, Finding};
+use super::fix::{Help, advise, dialect, possible, propose, write};
 use super::span::Span;
 pub use rungd_engine::isa::{Function, Mnemonic, OperandKind, decimal_comma, dialects};
 
@@ -18,7 +19,7 @@ pub(super) fn listed(all: &[(usize, &str)], span: Span) -> Option<Finding> {
     let help = without_commas(mnemonic, &plain?);
     let place = span.part(at, at + first.len());
     let message = "operands are separated by spaces";
-    Some(Finding::new(Code::InstructionSyntax, place, message).help(help))
+    Some(Finding::new(Code::InstructionSyntax, place, message).help(help.at(span)))
 }
 
 /// The finding for operands in parentheses: `OTE(b)`, `MOVE(5,D0)`. `None` for any other text.
@@ -36,29 +37,29 @@ pub(super) fn called(text: &str, span: Span) -> Option<Finding> {
     let spec = Mnemonic::from_name(&name.to_ascii_uppercase()).map(Mnemonic::spec);
     let coil = operands.first().filter(|_| operands.len() == 1);
     let help = if let Some(right) = coil.and_then(|operand| dialects::coil(name, operand)) {
-        format!("write `{right}`")
+        write(right)
     } else if let Some(right) = dialects::contact(name, &operands) {
-        format!("a contact stands in `when`, not here: `when = [\"{right}\"]`")
+        format!("a contact stands in `when`, not here: `when = [\"{right}\"]`").into()
     } else if let Some(spec) = spec {
         let plain = operands.iter().take(spec.operands.len()).map(|of| (*of).to_owned());
         without_commas(spec.name, &plain.collect::<Vec<String>>())
     } else {
-        dialects::instead_of(name)?.to_owned()
+        dialect(dialects::instead_of(name)?)
     };
     let message = "operands stand behind the mnemonic, without parentheses";
     Some(Finding::new(Code::InstructionSyntax, span, message).help(help))
 }
 
 /// The help for an instruction: its operands without commas, with the keys that they need.
-fn without_commas(mnemonic: &str, plain: &[String]) -> String {
+fn without_commas(mnemonic: &str, plain: &[String]) -> Help {
     let joined = plain.join(" ");
     let Some(spec) = Mnemonic::from_name(&mnemonic.to_ascii_uppercase()).map(Mnemonic::spec) else {
-        return format!("write `{mnemonic} {joined}`");
+        return write(format!("{mnemonic} {joined}"));
     };
     let places = spec.operands.iter().take_while(|operand| operand.key.is_none()).count();
     let has_stages = spec.operands.iter().any(|operand| operand.kind == OperandKind::Stages);
     if places == 1 && spec.operands.len() == 1 && plain.len() > 1 && !has_stages {
-        return one_each(mnemonic, plain);
+        return one_each(plain.iter().map(|name| format!("{mnemonic} {name}")));
     }
     let mut keys = spec.operands.iter().filter_map(|operand| operand.key);
     let mut keyed = |at: usize, word: &String| {
@@ -71,17 +72,18 @@ fn without_commas(mnemonic: &str, plain: &[String]) -> String {
     let is_vendors = || plain.first().is_none_or(|word| word.starts_with(['N', 'n']));
     let is_counter = [Mnemonic::Ctu, Mnemonic::Ctd].contains(&spec.mnemonic);
     match is_counter && !is_vendors() {
-        true => format!(
-            "write `{mnemonic} {right}` for Sensaphone's counter; the counter of IEC is \
-             `CNT {right}`, with its legs `leg.up` and `leg.rst` instead of `when`"
-        ),
-        false => format!("write `{mnemonic} {right}`"),
+        true => propose(format!("{mnemonic} {right}")).and(&format!(
+            " for Sensaphone's counter; the counter of IEC is `CNT {right}`, with its legs \
+             `leg.up` and `leg.rst` instead of `when`"
+        )),
+        false => write(format!("{mnemonic} {right}")),
     }
 }
 
-fn one_each(mnemonic: &str, names: &[impl std::fmt::Display]) -> String {
-    let each = names.iter().map(|name| format!("\"{mnemonic} {name}\""));
-    format!("one instruction for each: {}", each.collect::<Vec<_>>().join(", "))
+/// The help to write each instruction as a string of its own.
+pub(super) fn one_each(instructions: impl Iterator<Item = String>) -> Help {
+    let each = instructions.map(|one| format!("\"{one}\"")).collect::<Vec<_>>().join(", ");
+    advise("one instruction for each: {}", [each])
 }
 
 /// A word with a point for the decimal comma; `None` if its comma is neither that nor the comma of
@@ -105,13 +107,14 @@ pub(super) fn is_element(word: &str) -> bool {
 }
 
 /// The help for `N3,0`: the number of a Sensaphone counter is also written behind a comma.
-fn sensaphone_help(word: &str) -> Option<String> {
+fn sensaphone_help(word: &str) -> Option<Help> {
     let word = word.split_once('=').map_or(word, |(_, value)| value);
     let (number, element) = word.strip_prefix(['N', 'n'])?.split_once(',')?;
     let (n, _) = (number.parse::<u32>().ok()?, element.parse::<u32>().ok()?);
-    Some(format!(
-        "a Sensaphone counter is `N,{n}` or `N{n}`, and its elements are `N,{n},0` to `N,{n},6`"
-    ))
+    let words = format!(
+        "a Sensaphone counter is `{{}}` or `{{}}`, and its elements are `N,{n},0` to `N,{n},6`"
+    );
+    Some(advise(&words, [format!("N,{n}"), format!("N{n}")].map(possible)))
 }
 
 /// A word without the decimal comma of its number or duration, with or without a key before it.
@@ -122,7 +125,7 @@ pub(super) fn pointed(word: &str) -> Option<String> {
 }
 
 /// The help for a word with a comma in it: the operands of the word, apart.
-pub(super) fn comma_help(word: &str, mnemonic: &str) -> String {
+pub(super) fn comma_help(word: &str, mnemonic: &str) -> Help {
     if let Some(help) = sensaphone_help(word) {
         return help;
     }
@@ -135,11 +138,11 @@ pub(super) fn comma_help(word: &str, mnemonic: &str) -> String {
                 && positional().count() == 1
                 && positional().all(|operand| operand.kind != OperandKind::Stages) =>
         {
-            one_each(mnemonic, &names)
+            one_each(names.iter().map(|name| format!("{mnemonic} {name}")))
         }
-        [_, _, ..] => format!("write `{}`", names.join(" ")),
-        [name] => format!("write `{name}`"),
-        [] => "take the comma away".to_owned(),
+        [_, _, ..] => write(names.join(" ")),
+        [name] => write(*name),
+        [] => Help::from("remove the comma").with(""),
     }
 }
 
@@ -166,7 +169,7 @@ mod tests {
             ("NOSUCH", "a b", "write `NOSUCH a b`"),
         ] {
             let words: Vec<String> = words.split(' ').map(str::to_owned).collect();
-            assert_eq!(without_commas(mnemonic, &words), right);
+            assert_eq!(without_commas(mnemonic, &words).text, right);
         }
     }
 }

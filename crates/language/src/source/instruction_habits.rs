@@ -4,6 +4,8 @@
 //! as it is, with the author's own operands.
 
 use super::finding::{Code, Finding};
+use super::fix::{Help, advise, possible, write};
+use super::instruction_commas::one_each;
 use super::span::Span;
 pub use rungd_engine::isa::{Address, MemorySizes, Mnemonic, OperandKind, address_text};
 
@@ -20,13 +22,12 @@ pub(super) fn several(text: &str, words: &[(usize, &str)], span: Span) -> Option
         true => parted,
         false => side_by_side(text, words)?,
     };
-    let each: Vec<String> = each.iter().map(|part| format!("\"{part}\"")).collect();
     let finding = Finding::new(
         Code::InstructionSyntax,
         span,
         format!("{} instructions in one text", each.len()),
     );
-    Some(finding.help(format!("one instruction for each: {}", each.join(", "))))
+    Some(finding.help(one_each(each.iter().map(|part| (*part).to_owned()))))
 }
 
 /// Whether a text begins with a mnemonic, in capitals, and has the operands that it needs.
@@ -77,21 +78,23 @@ fn assignment(text: &str, span: Span) -> Option<Finding> {
 }
 
 /// The help for an assignment: the instruction to write instead.
-fn assigned(verb: &str, target: &str, right: &str) -> String {
+fn assigned(verb: &str, target: &str, right: &str) -> Help {
     let address = address_text::parse(target, &MemorySizes::default()).ok();
     let is_word = matches!(address, Some(Address::Word(_)));
     let is_bit = matches!(address, Some(Address::Bit(_)))
         || (!is_word && ["OUT", "SET", "RST"].contains(&verb));
     match right.to_ascii_lowercase().as_str() {
         "1" | "true" | "on" if is_bit && verb == "OUT" => {
-            format!("`OUT {target}` is ON while the rung is; `SET {target}` keeps it ON")
+            let coils = [format!("OUT {target}"), format!("SET {target}")].map(possible);
+            advise("`{}` is ON while the rung is; `{}` keeps it ON", coils)
         }
-        "1" | "true" | "on" if is_bit => format!("write `SET {target}`"),
-        "0" | "false" | "off" if is_bit => format!("write `RST {target}`"),
-        _ if is_word && right.bytes().all(|b| b.is_ascii_alphanumeric()) => {
-            format!("write `MOVE {right} to={target}`, or `MATH {target} = {right}`")
-        }
-        _ => format!("write `MATH {target} = {right}`"),
+        "1" | "true" | "on" if is_bit => write(format!("SET {target}")),
+        "0" | "false" | "off" if is_bit => write(format!("RST {target}")),
+        _ if is_word && right.bytes().all(|b| b.is_ascii_alphanumeric()) => advise(
+            "write `{}`, or `{}`",
+            [format!("MOVE {right} to={target}"), format!("MATH {target} = {right}")],
+        ),
+        _ => write(format!("MATH {target} = {right}")),
     }
 }
 
@@ -128,5 +131,5 @@ fn keys_alone(words: &[(usize, &str)], span: Span) -> Option<Finding> {
         place.filter(|_| right.len() <= 160)?,
         "an operand with a key is one word: `key=value`",
     );
-    Some(finding.help(format!("write `{right}`")))
+    Some(finding.help(write(right).at(span)))
 }

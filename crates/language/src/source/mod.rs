@@ -18,6 +18,7 @@ mod contact_signs;
 pub mod contact_sum;
 #[cfg(test)]
 mod contact_tests;
+mod contact_words;
 mod doc;
 pub mod expression;
 mod expression_lexer;
@@ -27,6 +28,7 @@ mod expression_rules;
 mod expression_tests;
 pub mod file_kind;
 pub mod finding;
+pub mod fix;
 mod headers;
 pub mod instruction;
 mod instruction_commas;

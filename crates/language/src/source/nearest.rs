@@ -8,7 +8,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use super::wording::bounded;
+use super::fix::{Edit, Help, meant};
 
 /// Number of a name's characters that are compared.
 const COMPARED_MAX: usize = 64;
@@ -109,12 +109,12 @@ impl Near {
     }
 
     /// `did you mean …?`, if a name is near.
-    pub fn help(&self) -> Option<String> {
+    pub fn help(&self) -> Option<Help> {
         let Some(near) = nearest(&self.name, self.known.around(&self.name, self.searched_max))
         else {
             return self.otherwise.as_ref()?.help();
         };
-        Some(bounded(format!("did you mean `{}{near}{}`?", self.before, self.after)))
+        Some(meant(format!("{}{near}{}", self.before, self.after)).bounded())
     }
 }
 
@@ -177,8 +177,8 @@ impl Letters {
 
 /// `did you mean …?` for a help text, if a name is near. For few known names only: with many, the
 /// finding keeps a [`Near`].
-pub fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
-    nearest(name, known).map(|near| bounded(format!("did you mean `{near}`?")))
+pub fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<Help> {
+    nearest(name, known).map(|near| meant(near).bounded())
 }
 
 /// The words of other systems for keys, and the keys that can be meant: the first one that the
@@ -225,27 +225,26 @@ pub(super) fn key_help(
     keys: &[&'static str],
     place: &str,
     has: impl Fn(&str) -> bool,
-) -> String {
+) -> Help {
     let free: Vec<&'static str> = keys.iter().copied().filter(|key| !has(key)).collect();
     meant_key(name, &free, place).unwrap_or_else(|| {
         let known: Vec<String> = keys.iter().map(|key| format!("`{key}`")).collect();
-        format!("the keys here are {}", known.join(", "))
+        format!("the keys here are {}", known.join(", ")).into()
     })
 }
 
 /// The question for a wrong key of a table: the key that other systems call so, else the nearest.
 /// `place`: what the table is called.
-fn meant_key(name: &str, keys: &[&'static str], place: &str) -> Option<String> {
+fn meant_key(name: &str, keys: &[&'static str], place: &str) -> Option<Help> {
     let folded = fold(name);
     let is_in = |words: &[&str]| words.contains(&folded.as_str());
     if let Some((.., help)) = ELSEWHERE.iter().find(|(at, words, _)| *at == place && is_in(words)) {
-        return Some((*help).to_owned());
+        return Some(Help::from(*help).with(Edit::Delete));
     }
     let rows = WORDS.iter().filter(|(words, _)| is_in(words));
     let other = rows.flat_map(|(_, meant)| meant.iter()).find(|key| keys.contains(key));
     let key = keys.iter().find(|key| **key == folded).or(other);
-    key.map(|key| format!("did you mean `{key}`?"))
-        .or_else(|| did_you_mean(name, keys.iter().copied()))
+    key.map(|key| meant(*key)).or_else(|| did_you_mean(name, keys.iter().copied()))
 }
 
 fn fold(name: &str) -> String {
@@ -313,10 +312,11 @@ mod tests {
             ("frobnicate", &TAG, None),
         ];
         for (name, keys, wanted) in pairs {
-            assert_eq!(meant_key(name, keys, "a tag").as_deref(), wanted, "{name}");
+            let help = meant_key(name, keys, "a tag").map(|help| help.text);
+            assert_eq!(help.as_deref(), wanted, "{name}");
         }
         let retain = |place| meant_key("retain", &TAG, place);
-        assert!(retain("a tag").is_some_and(|help| help.contains("[retain]")));
+        assert!(retain("a tag").is_some_and(|help| help.text.contains("[retain]")));
         assert_eq!(retain("a rung"), None);
     }
 
@@ -351,7 +351,7 @@ mod tests {
         ] {
             counted::take_candidates();
             let help = Near::new(wrong, &known).searching_at_most(20).help();
-            assert_eq!(help, near.map(|near| format!("did you mean `{near}`?")), "{wrong}");
+            assert_eq!(help, near.map(meant), "{wrong}");
             assert!(counted::take_candidates() <= 20, "{wrong}");
         }
         assert_eq!(known.around("pump_500", usize::MAX).count(), 1000);
@@ -366,7 +366,7 @@ mod tests {
             counted::take_candidates();
             let second = Near::new(name, &all).followed_by(".run");
             let help = Near::new(name, &own).or(Some(Box::new(second))).help();
-            (help.unwrap_or_default(), counted::take_candidates())
+            (help.map_or(String::new(), |help| help.text), counted::take_candidates())
         };
         assert_eq!(near("leved"), ("did you mean `level`?".to_owned(), 1));
         assert_eq!(near("pmup_1"), ("did you mean `pump_1.run`?".to_owned(), 3));

@@ -7,6 +7,7 @@
 use super::contact::Contact;
 use super::contact_parser;
 use super::finding::{Code, Finding};
+use super::fix::{advise, pair, possible};
 use super::instruction::{self, Instruction};
 use super::key::{BLOCK_NAME, Key, NOT_EMPTY, key};
 use super::reader::{Table, Text};
@@ -222,7 +223,10 @@ fn check_legs(table: &Table<'_>) {
                 .help("`when` is for instructions with one leg; `leg.*` names the legs of others")
         }
         (false, None) => Finding::new(Code::MixedLegs, table.span(), "a rung without contacts")
-            .help("a rung that is always ON says so: `when = [\"$On\"]`"),
+            .help(advise(
+                "a rung that is always ON says so: `{}`",
+                [pair("when = [\"$On\"]").possible()],
+            )),
         _ => return,
     };
     table.find(finding);
@@ -265,7 +269,8 @@ fn read_when(table: &mut Table<'_>, when: Key) -> Option<Leg> {
 fn read_leg(table: &Table<'_>, key: Text, texts: Located<Vec<Text>>) -> Leg {
     if texts.value.is_empty() && !table.doc().has_finding_in(texts.span) {
         let finding = Finding::new(Code::EmptyLeg, texts.span, "a leg without contacts");
-        table.find(finding.help("always ON is `[\"$On\"]`, always OFF is `[\"$Off\"]`"));
+        let ends = ["[\"$On\"]", "[\"$Off\"]"].map(possible);
+        table.find(finding.help(advise("always ON is `{}`, always OFF is `{}`", ends)));
     }
     let mut contacts = Vec::new();
     for text in &texts.value {

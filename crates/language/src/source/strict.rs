@@ -147,7 +147,8 @@ fn inline_table(doc: Doc<'_>, table: &DeTable<'_>, whole: Range<usize>) {
         doc.find(
             Finding::new(Code::TomlSyntax, place, "a comma after the last key of an inline table")
                 .label("TOML 1.0 allows none here")
-                .help("take the comma away"),
+                .help("remove the comma")
+                .fix(""),
         );
     }
 }

@@ -17,13 +17,13 @@ use super::span::Span;
 /// # Errors
 /// The first mistake in it, with its exact place.
 pub fn parse_condition(text: &str, span: Span) -> Result<Contact<Sum>, Finding> {
-    parse_as(text, span).map_err(|mut finding| {
+    parse_as(text, span).map_err(|finding| {
         // A condition is one string, so this help of `contact_parser` does not fit.
-        finding.reword_help(|help| match help.starts_with("contacts in series are strings") {
-            true => "contacts are joined by `&` and `|`: `X0 & X1`".to_owned(),
-            false => help.to_owned(),
-        });
-        finding
+        let help = finding.help_text().filter(|help| help.starts_with("contacts in series are"));
+        match help.is_some() {
+            true => finding.help("contacts are joined by `&` and `|`: `X0 & X1`"),
+            false => finding,
+        }
     })
 }
 

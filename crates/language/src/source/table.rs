@@ -17,6 +17,7 @@ use toml::de::{DeString, DeTable, DeValue};
 use super::atom::{Atom, AtomKind, bad_duration};
 use super::doc::{Doc, Text, describe};
 use super::finding::{Code, Finding};
+use super::fix::{Help, advise, give_one, pair, possible};
 use super::headers;
 use super::key::Key;
 use super::nearest::key_help;
@@ -196,10 +197,7 @@ impl<'a> Table<'a> {
             return;
         }
         let message = format!("{} has no `{key}`", self.place);
-        self.find(
-            Finding::new(Code::MissingKey, self.span, message)
-                .help(format!("give it one: `{key} = {example}`")),
-        );
+        self.find(Finding::new(Code::MissingKey, self.span, message).help(give_one(key, example)));
     }
 
     /// `true` or `false`.
@@ -303,7 +301,8 @@ impl<'a> Table<'a> {
             Ok(AtomKind::Name(name)) => {
                 let message = format!("{} is a constant, not `{name}`", self.what(key));
                 let finding = Finding::new(Code::WrongType, text.span, message);
-                self.find(finding.help("write a number, or a duration as `\"2s500ms\"`"));
+                let words = "write a number, or a duration as `{}`";
+                self.find(finding.help(advise(words, [possible("\"2s500ms\"")])));
                 return None;
             }
             Err(mut finding) => {
@@ -329,11 +328,11 @@ impl<'a> Table<'a> {
             DeValue::Array(array) => array,
             DeValue::String(text) => {
                 let message = format!("{} is always an array", self.what(key));
-                let help = format!("{prefix}{key} = [{}]", self.doc.slice(value.span()));
+                let right = format!("{prefix}{key} = [{}]", self.doc.slice(value.span()));
                 self.find(
                     Finding::new(Code::BareString, span, message)
                         .label("a string alone")
-                        .help(format!("write `{help}`")),
+                        .write(pair(right)),
                 );
                 return Some(Located { value: vec![self.doc.text(text, value.span())], span });
             }
@@ -409,7 +408,7 @@ impl<'a> Table<'a> {
         &mut self,
         any: Key,
         place: &'static str,
-        help: impl Fn(&str, &str) -> String,
+        help: impl Fn(&str, &str) -> Help,
     ) -> Vec<NamedTable<'a>> {
         let mut entries = Vec::new();
         if let Some((below, form)) = self.noted_below(place) {

@@ -2,6 +2,7 @@
 //!
 //! Called by the readers of ladders and templates. The resolver determines the meaning of a tag.
 
+use super::fix::{Help, pair, write};
 use super::key::{Key, key};
 use super::reader::{Constant, NamedTable, Table, Text};
 use super::span::Located;
@@ -81,7 +82,7 @@ pub(super) fn read_all(root: &mut Table<'_>, tags: Key) -> Vec<Tag> {
             return above(name);
         }
         let key = if value.starts_with('"') { "at" } else { "value" };
-        format!("write `{name} = {{ {key} = {value} }}`")
+        write(pair(format!("{name} = {{ {key} = {value} }}")))
     };
     let entries = tags.entries(any, "a tag", help);
     entries.into_iter().map(read_tag).collect()
@@ -149,6 +150,6 @@ fn read_tag(NamedTable { name, table }: NamedTable<'_>) -> Tag {
 }
 
 /// The help for an array in a table of names: it belongs to the table above.
-pub(super) fn above(name: &str) -> String {
-    format!("write `{name} = [ … ]` above the header of this table: here it would be a name")
+pub(super) fn above(name: &str) -> Help {
+    format!("write `{name} = [ … ]` above the header of this table: here it would be a name").into()
 }

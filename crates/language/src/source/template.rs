@@ -2,6 +2,7 @@
 //!
 //! Called by the reader of ladder files. No name is looked up here, and no rung is expanded.
 
+use super::fix::{pair, propose, write};
 use super::key::{BLOCK_NAME, key};
 use super::reader::{NamedTable, Table, Text};
 use super::rung::{self, Entry, Stage};
@@ -73,8 +74,8 @@ fn read_parameters(table: &mut Table<'_>) -> Vec<Parameter> {
     let any = key("*", "A parameter: a name for an argument.");
     let help = |name: &str, value: &str| match value.as_bytes() {
         [b'[', ..] => tag::above(name),
-        [b'"', ..] => format!("write `{name} = {{ type = {value} }}`"),
-        _ => format!("write `{name} = {{ type = \"int\", default = {value} }}`"),
+        [b'"', ..] => write(pair(format!("{name} = {{ type = {value} }}"))),
+        _ => propose(pair(format!("{name} = {{ type = \"int\", default = {value} }}"))),
     };
     let entries = parameters.entries(any, "a parameter", help);
     entries.into_iter().map(read_parameter).collect()

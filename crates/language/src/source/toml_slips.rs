@@ -24,16 +24,16 @@ pub(super) fn slip(doc: Doc<'_>, error_at: usize) -> Option<Finding> {
     let place = |part: Range<usize>| doc.span(line.start + part.start..line.start + part.end);
     if let Some((part, word)) = printed_quotes(text) {
         let finding = Finding::new(Code::TomlSyntax, place(part), "quotes of print, not of TOML");
-        return Some(finding.help(format!("write `\"{word}\"`")));
+        return Some(finding.write(format!("\"{word}\"")));
     }
     if let Some((part, quote)) = unopened(text) {
         let word = text[part.start..part.end - 1].trim_end();
         let finding = Finding::new(Code::TomlSyntax, place(part.clone()), "no quote opens this");
-        return Some(finding.help(format!("write `{quote}{word}{quote}`")));
+        return Some(finding.write(format!("{quote}{word}{quote}")));
     }
     if let Some((part, word)) = doubled_quote(text) {
         let finding = Finding::new(Code::TomlSyntax, place(part), "a quote too many");
-        return Some(finding.help(format!("write `\"{word}\"`")));
+        return Some(finding.write(format!("\"{word}\"")));
     }
     // An apostrophe within a text, or a text in apostrophes.
     let is_mixed = text.contains('\'') && text.contains('"');
@@ -43,13 +43,13 @@ pub(super) fn slip(doc: Doc<'_>, error_at: usize) -> Option<Finding> {
         let finding = Finding::new(Code::TomlSyntax, place(part), "a quote is not closed");
         return Some(match word.contains('\\') {
             true => finding.help("close it on the same line"),
-            false => finding.help(format!("write `\"{word}\"`")),
+            false => finding.write(format!("\"{word}\"")),
         });
     }
     let part = number_with_comma(text)?;
     let right = decimal_comma::corrected(&text[part.clone()])?;
     let finding = Finding::new(Code::TomlSyntax, place(part), "a decimal comma in a number");
-    Some(finding.help(format!("write `{right}`")))
+    Some(finding.write(right))
 }
 
 /// The finding for a text without quotes at the place of an error: `[OUT r]`.
@@ -67,10 +67,10 @@ pub(super) fn unquoted(doc: Doc<'_>, error_at: usize) -> Option<Finding> {
     let folded = word.to_ascii_lowercase();
     if ["true", "false"].contains(&folded.as_str()) {
         let finding = Finding::new(Code::TomlSyntax, place, "`true` and `false` are in lower case");
-        return Some(finding.help(format!("write `{folded}`")));
+        return Some(finding.write(folded));
     }
     let finding = Finding::new(Code::TomlSyntax, place, "a text without quotes");
-    Some(finding.help(format!("write `\"{word}\"`")))
+    Some(finding.write(format!("\"{word}\"")))
 }
 
 /// The line of a place, without its end; `None` if it is long.

@@ -7,6 +7,7 @@
 use super::atom::bad_duration;
 use super::doc::Text;
 use super::finding::{Code, Finding};
+use super::fix::{Help, one_of, pair, propose, proposed};
 use super::key::KeyLimit;
 use super::nearest::{KnownNames, did_you_mean};
 use super::shape::ValueForm;
@@ -94,15 +95,17 @@ impl WrongWord {
                 finding(format!("`{key}` is {}, not \"{written}\"", listed('"', " or ")))
             }
             WrongWord::NoValue => finding(format!("`{written}` is no value of `{key}`"))
-                .help(format!("write one of {}", listed('`', ", ")))
+                .help(one_of("write one of", words.iter().copied()))
                 .near(written, &KnownNames::new(words.iter().copied())),
             WrongWord::NoneCalled(noun) => {
                 let help = did_you_mean(written, words.iter().copied());
                 finding(format!("no {noun} is called `{written}`"))
-                    .help(help.unwrap_or_else(|| format!("there are {}", listed('`', ", "))))
+                    .help(help.unwrap_or_else(|| one_of("there are", words.iter().copied())))
             }
             WrongWord::No(noun, help) => {
-                finding(format!("`{written}` is no {noun}")).help(format!("write {help}"))
+                let help = Help::from(format!("write {help}"));
+                let help = help.with_all(words.iter().map(|word| proposed(*word)));
+                finding(format!("`{written}` is no {noun}")).help(help)
             }
         }
     }
@@ -178,17 +181,17 @@ impl ValueKind for Millis {
 
     fn read(&self, key: &str, text: &Text, find: &mut dyn FnMut(Finding)) -> Option<u32> {
         let ms = read_duration(text, find)?;
-        let mut refuse = |message: String, help: String| {
+        let mut refuse = |message: String, help: Help| {
             find(Finding::new(Code::OutOfRange, text.span, message).help(help));
         };
         if let Some(example) = self.some.filter(|_| ms == 0) {
-            let help = format!("write `{key} = \"{example}\"`");
+            let help = propose(pair(format!("{key} = \"{example}\"")));
             refuse(format!("`{key}` is at least 1ms"), help);
             return None;
         }
         match self.most_s {
             Some(most_s) if ms > most_s * 1000 => {
-                let help = format!("write `{key} = \"{most_s}s\"`, or less");
+                let help = propose(pair(format!("{key} = \"{most_s}s\""))).and(", or less");
                 refuse(format!("`{key}` is at most {most_s}s"), help);
                 Some(most_s * 1000)
             }

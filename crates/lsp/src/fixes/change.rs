@@ -1,44 +1,30 @@
-//! The changes of a text that an advice can mean, the most likely first. `verify` decides which are
-//! offered.
+//! The changes of a text that a fix can mean, the most likely first, and the title of its action.
+//! `verify` decides which are offered.
 
 use std::ops::Range;
 
 use super::super::file::EditorFile;
 use super::super::outline::{KeyPair, TableHeader};
-use super::advice::Advice;
 use super::edit::{Proposal, added, as_pair, declared, one, same_key, with_comma, without_pair};
 use super::places::{
     end_in_braces, header_at, is_inline, lines, object_at, pair_at, value_at, word_around,
 };
 use super::tables;
-use rungd_engine::isa::address_text::reads_as_address;
+use rungd_language::source::fix::{Edit, Fix};
 
-/// The maximum number of proposals for an advice.
+/// The maximum number of proposals for a fix.
 const PROPOSALS_MAX: usize = 8;
-/// The longest string that is compared with spaces ignored.
-const SPACED_MAX: usize = 1000;
 
-/// The changes that an advice about a place can mean.
-pub(super) fn proposed(file: &EditorFile, span: &Range<usize>, advice: &Advice) -> Vec<Proposal> {
-    let mut all = match advice {
-        Advice::Write { text, .. } if names_others(file, span, text) => Vec::new(),
-        Advice::Write { text, tag: Some(tag), .. } => into_tag(file, tag, text),
-        Advice::Write { text, tag: None, .. } => written(file, span, text),
-        Advice::Declare(text) => vec![declared(file, text)],
-        Advice::Lines { lines, instead } => of_lines(file, span, (lines, instead.as_deref())),
-        Advice::Delete => deleted(file, span),
-        Advice::Drop(sign) => {
-            let rest = file.slice(span.clone()).replacen(sign.as_str(), "", 1);
-            vec![vec![one(span.clone(), rest)]]
-        }
-        Advice::Row(row) => tables::row(file, span, row),
-        Advice::Under { table, text } => tables::under(file, span, (table, text)),
-        Advice::Table { header, line } => tables::table(file, span, (header, line)),
-        Advice::Remove(key) => tables::removed(file, span, key),
-        Advice::Here { declare, before, text } => {
-            tables::here(file, span, (declare, before.as_deref(), text))
-        }
-    };
+/// The changes that a fix of a finding at a place can mean.
+pub(super) fn proposed(file: &EditorFile, span: &Range<usize>, fix: &Fix) -> Vec<Proposal> {
+    let mut all: Vec<Proposal> = vec![Vec::new()];
+    for edit in &fix.edits {
+        let parts = edited(file, span, edit);
+        let with = |whole: &Proposal| {
+            parts.iter().map(|part| [whole.as_slice(), part].concat()).collect::<Vec<_>>()
+        };
+        all = all.iter().flat_map(with).collect();
+    }
     let mut known: Vec<Proposal> = Vec::new();
     all.retain(|proposal| {
         let is_new = !known.contains(proposal) && is_change(file, proposal);
@@ -53,99 +39,88 @@ fn is_change(file: &EditorFile, proposal: &Proposal) -> bool {
     proposal.iter().any(|change| file.slice(change.range.clone()) != change.text)
 }
 
-/// Whether a text contains addresses that the lines of the place do not contain; such a text is an
-/// example. A single name may be a different spelling of the address there, as `Y7` of `%Q0.7`.
-fn names_others(file: &EditorFile, span: &Range<usize>, text: &str) -> bool {
-    let is_letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
-    let own = file.slice(lines(file, span)).to_ascii_lowercase();
-    let words: Vec<&str> = own.split(|c| !is_letter(c)).collect();
-    let is_name = !text.contains([' ', '"', '=']);
-    text.split(|c| !is_letter(c)).filter(|word| reads_as_address(word)).any(|word| {
-        let digits = word.trim_start_matches(|c: char| c.is_ascii_alphabetic());
-        let is_spelt = is_name && own.contains(digits);
-        !is_spelt && !words.contains(&word.to_ascii_lowercase().as_str())
-    })
+/// The changes that a part of a fix can mean.
+fn edited(file: &EditorFile, span: &Range<usize>, edit: &Edit) -> Vec<Proposal> {
+    let only = |change| Vec::from_iter(change).into_iter().map(|change| vec![change]).collect();
+    match edit {
+        Edit::Write(Some(place), text) => {
+            written(file, &(place.start as usize..place.end as usize), text)
+        }
+        Edit::Write(None, text) => written(file, span, text),
+        Edit::Pair(text) => match as_pair(text) {
+            Some(keys) => as_key(file, span, (&keys, text)),
+            None => Vec::new(),
+        },
+        Edit::InTag { tag, pair } => into_tag(file, tag, pair),
+        Edit::Word { old, new } => only(tables::word(file, span, (old, new))),
+        Edit::Declare(text) => vec![declared(file, text)],
+        Edit::Lines { lines, instead } => {
+            let lines: Vec<String> = lines.lines().map(|line| line.trim().to_owned()).collect();
+            of_lines(file, span, (&lines, *instead))
+        }
+        Edit::Delete => deleted(file, span),
+        Edit::Row(row) => tables::row(file, span, row),
+        Edit::Under { table, pair } => tables::under(file, span, (table, pair)),
+        Edit::Table { header, line } => tables::table(file, span, (header, line)),
+        Edit::Remove(key) => tables::removed(file, span, key),
+        Edit::Before(instruction) => only(tables::rung_before(file, span, instruction)),
+    }
 }
 
-/// The proposals that replace something at a place with a text.
+/// The title of the action of a fix; `changed`: the place that it changes.
+pub(super) fn title(file: &EditorFile, fix: &Fix, changed: Range<usize>) -> String {
+    if let ([Edit::Declare(tag), ..], Some(last)) = (&fix.edits[..], fix.edits.get(1..)) {
+        return match last.last() {
+            Some(edit) => format!("Declare `{tag}` and write `{}`", edit.text()),
+            None => format!("Declare `{tag}` under [tags]"),
+        };
+    }
+    match fix.edits.last() {
+        Some(Edit::Delete) | None => {
+            let text = file.slice(changed).trim().lines().next().unwrap_or_default();
+            format!("Delete `{}`", text.chars().take(40).collect::<String>())
+        }
+        Some(Edit::Write(_, text)) if text.is_empty() => {
+            format!("Take `{}` away", file.slice(changed))
+        }
+        Some(Edit::InTag { tag, pair }) => format!("Write `{pair}` in tag `{tag}`"),
+        Some(Edit::Lines { lines, .. }) => format!("Write `{}`", lines.replace('\n', "`, `")),
+        Some(Edit::Row(row)) => format!("Add the row `{row}`"),
+        Some(Edit::Under { table, pair }) => format!("Write `{pair}` under `[{table}]`"),
+        Some(Edit::Table { header, line }) => format!("Add `{header}` with `{line}`"),
+        Some(Edit::Remove(key)) => format!("Take `{key}` away"),
+        Some(edit) => format!("Write `{}`", edit.text()),
+    }
+}
+
+/// The changes that write a text at a place: exactly there, in the whole value or word around it,
+/// or in the whole header.
 fn written(file: &EditorFile, span: &Range<usize>, text: &str) -> Vec<Proposal> {
-    if text.starts_with('[') && !text.starts_with("[\"") && text.ends_with(']') {
-        let header = header_at(file, span.start).filter(|of| span.start < of.span.end);
-        if let Some(header) = header {
-            let before = file.line(header.span.start).start;
-            let whole = vec![one(header.span.clone(), text)];
-            return vec![whole, vec![one(before..before, format!("{text}\n"))]];
+    let mut places = vec![span.clone()];
+    let value = value_at(file, span);
+    let string = value.filter(|value| value.is_string).map(|value| &value.inner);
+    if let Some(value) = value.filter(|_| text.starts_with(['"', '['])) {
+        places.insert(0, value.span.clone());
+    }
+    match string {
+        Some(_) if text.contains(['"', '\\', '\n']) => places.truncate(places.len() - 1),
+        Some(inner) => {
+            let is_inner = inner.start <= span.start && span.end <= inner.end;
+            places.extend(is_inner.then(|| word_around(file, inner, span)));
+            // The contacts of a step, the expression of a MATH.
+            for sign in [": ", " = "] {
+                let at = file.slice(inner.clone()).find(sign);
+                places.extend(at.map(|at| inner.start + at + sign.len()..inner.end));
+            }
+            places.push(inner.clone());
+        }
+        None => {
+            let pair = pair_at(file, span).filter(|pair| !pair.value.is_empty());
+            places.extend(pair.map(|pair| pair.value.clone()));
+            places.extend(header_at(file, span.start).map(|header| header.span.clone()));
         }
     }
-    let mut all = Vec::new();
-    if let Some(keys) = as_pair(text) {
-        all.extend(as_key(file, span, (&keys, text)));
-    }
-    let value = value_at(file, span);
-    if let Some(value) = value.filter(|_| text.starts_with(['"', '['])) {
-        all.push(vec![one(value.span.clone(), text)]);
-    }
-    let string = value.filter(|value| value.is_string);
-    let Some(string) = string else {
-        all.push(vec![one(span.clone(), text)]);
-        let pair = pair_at(file, span).filter(|pair| !pair.value.is_empty());
-        all.extend(pair.map(|pair| vec![one(pair.value.clone(), text)]));
-        return all;
-    };
-    if text.contains(['"', '\\', '\n']) {
-        return all;
-    }
-    if span.start >= string.inner.start && span.end <= string.inner.end {
-        all.push(vec![one(span.clone(), text)]);
-        all.push(vec![one(word_around(file, &string.inner, span), text)]);
-    }
-    let parts = parts(file, &string.inner, (span, text));
-    all.extend(parts.into_iter().map(|place| vec![one(place, text)]));
-    all.push(vec![one(string.inner.clone(), text)]);
-    all
-}
-
-/// The parts of a string that a text can replace: a part that differs only in spaces; the place
-/// with the word before it, if the text repeats that word; the contacts of a step; the expression
-/// of a MATH.
-fn parts(
-    file: &EditorFile,
-    inner: &Range<usize>,
-    (span, text): (&Range<usize>, &str),
-) -> Vec<Range<usize>> {
-    let whole = file.slice(inner.clone());
-    let own = |part: Range<usize>| inner.start + part.start..inner.start + part.end;
-    let mut parts: Vec<Range<usize>> = spaced_otherwise(whole, text).into_iter().map(own).collect();
-    let first = text.split(' ').next().unwrap_or_default();
-    if first.len() < text.len() && inner.start <= span.start && span.end <= inner.end {
-        let word = word_around(file, inner, span);
-        let before = file.slice(inner.start..word.start).trim_end();
-        parts.extend(before.ends_with(first).then(|| {
-            let start = inner.start + before.len() - first.len();
-            start..word.end
-        }));
-    }
-    for sign in [": ", " = "] {
-        let at = whole.find(sign).map(|at| at + sign.len()..whole.len());
-        parts.extend(at.map(own));
-    }
-    parts
-}
-
-/// The part of a string that equals a text if spaces are ignored.
-fn spaced_otherwise(whole: &str, text: &str) -> Option<Range<usize>> {
-    if whole.len() > SPACED_MAX {
-        return None;
-    }
-    let plain = |text: &str| -> Vec<(usize, char)> {
-        text.char_indices().filter(|(_, c)| *c != ' ').collect()
-    };
-    let (all, wanted) = (plain(whole), plain(text));
-    let same = |at: &usize| all[*at..].iter().zip(&wanted).all(|(own, of)| own.1 == of.1);
-    let last = all.len().checked_sub(wanted.len().max(1))?;
-    let at = (0..=last).find(same)?;
-    let (end, c) = all[at + wanted.len() - 1];
-    Some(all[at].0..end + c.len_utf8())
+    places.into_iter().map(|place| vec![one(place, text)]).collect()
 }
 
 /// The proposals that write a pair: replace the pair with the same key, replace the pair at the

@@ -2,7 +2,7 @@
 //! key, add a pair to a table, add a declaration, find an element with its comma.
 //!
 //! `change`, `tables` and `silence` use them; `verify` tries the proposals. Nothing here depends on
-//! an advice.
+//! a fix.
 
 use std::ops::Range;
 
@@ -33,15 +33,6 @@ pub(super) fn as_pair(text: &str) -> Option<Vec<String>> {
     })?;
     let is_spaced = text.contains(" = ") || text.contains(" =") || text.contains("= ");
     is_spaced.then(|| pair.keys.iter().map(|key| key.text.clone()).collect())
-}
-
-/// The pairs of a text that consists of several pairs: `min = 5, max = 10`.
-pub(super) fn as_pairs(text: &str) -> Option<Vec<String>> {
-    let whole = format!("x = {{ {text} }}");
-    let outline = read(&whole);
-    let inner = outline.pairs.iter().filter(|pair| pair.outer == 1 && pair.keys.len() == 2);
-    let pairs: Vec<String> = inner.map(|pair| whole[pair.extent()].to_owned()).collect();
-    (pairs.len() > 1 && pairs.join(", ") == text).then_some(pairs)
 }
 
 /// The pair of an object with these keys, after the outer keys of the pair `beside`.

@@ -1,14 +1,14 @@
 //! Changes outside of the finding's table: a row of a map, a pair under a header, a new table, a
 //! declaration, a rung before the rung of the finding.
 //!
-//! Called by `change`, for the advice that `sentences` reads.
+//! Called by `change`.
 
 use std::ops::Range;
 
 use super::super::file::EditorFile;
 use super::super::outline::KeyPair;
 use super::super::words::names;
-use super::edit::{Proposal, TextChange, as_pair, declared, one, same_key, without_pair};
+use super::edit::{Proposal, TextChange, as_pair, one, same_key, without_pair};
 use super::places::{end_of_table, is_inline, lines, object_at, pair_at, value_at};
 
 /// The kinds of tables that are rungs.
@@ -100,36 +100,24 @@ pub(super) fn removed(file: &EditorFile, span: &Range<usize>, key: &str) -> Vec<
     same.map(|pair| vec![without_pair(file, pair)]).into_iter().collect()
 }
 
-/// Adds a declaration, adds an instruction in a rung before the rung of a place, and writes a text
-/// at the place.
-pub(super) fn here(
+/// Replaces a word in the string at a place.
+pub(super) fn word(
     file: &EditorFile,
     span: &Range<usize>,
-    (declare, before, text): (&str, Option<&str>, &str),
-) -> Vec<Proposal> {
-    let mut first = declared(file, declare);
-    if let Some(instruction) = before {
-        let Some(rung) = rung_before(file, span, instruction) else { return Vec::new() };
-        first.push(rung);
-    }
-    let string = value_at(file, span).filter(|value| value.is_string);
-    let string = string.map(|value| value.inner.clone());
-    let address = string.as_ref().and_then(|string| address_in(file, string, declare));
-    let places = [address, Some(span.clone()), string];
-    let whole = |place| [first.as_slice(), &[one(place, text)]].concat();
-    places.into_iter().flatten().map(whole).collect()
-}
-
-/// The word in a string that is the address of a declaration.
-fn address_in(file: &EditorFile, string: &Range<usize>, declare: &str) -> Option<Range<usize>> {
-    let (_, rest) = declare.split_once("at = \"")?;
-    let (address, _) = rest.split_once('"')?;
-    let mut words = names(file.slice(string.clone()), true).into_iter().map(|name| name.place);
+    (old, new): (&str, &str),
+) -> Option<TextChange> {
+    let string = &value_at(file, span).filter(|value| value.is_string)?.inner;
+    let words = names(file.slice(string.clone()), true).into_iter().map(|name| name.place);
     let place = |word: Range<usize>| string.start + word.start..string.start + word.end;
-    words.find_map(|word| Some(place(word)).filter(|at| file.slice(at.clone()) == address))
+    words.map(place).find(|at| file.slice(at.clone()) == old).map(|at| one(at, new))
 }
 
-fn rung_before(file: &EditorFile, span: &Range<usize>, instruction: &str) -> Option<TextChange> {
+/// Adds an instruction in a rung before the rung of a place.
+pub(super) fn rung_before(
+    file: &EditorFile,
+    span: &Range<usize>,
+    instruction: &str,
+) -> Option<TextChange> {
     let rung = file.outline.enclosing(object_at(file, span), &RUNGS)?;
     let of = &file.outline.objects[rung];
     let start = of.extent.start;

@@ -7,11 +7,11 @@
 //!   the table or line of the change are accepted, but the change is never the preferred one.
 //! - A constant that a rule has computed (`if it is meant, write …`) is a different operation with
 //!   the same result, and `initial = 0` is the value with which memory begins anyway. A project
-//!   with errors has no program to compare. In these cases the help must introduce the text as one
-//!   with the same meaning, and no finding may be new.
+//!   with errors has no program to compare. In these cases the fix must be one with the same
+//!   meaning, and no finding may be new.
 //! - The settings of a controller file and the tests are not part of the program, so their effect
 //!   cannot be compared. There the program must be the same and no finding may be new. Such a
-//!   change writes only the text in the help, and is never the preferred one.
+//!   change writes only the text of the fix, and is never the preferred one.
 
 use std::collections::HashMap;
 use std::collections::hash_map::DefaultHasher;
@@ -25,13 +25,13 @@ use super::super::file::EditorFile;
 use super::super::judge::{Judgement, judge};
 use super::super::slots::FileKind;
 use super::super::workspace::Workspace;
-use super::advice::{Advice, AdviceLead};
 use super::edit::TextChange;
 use super::places::object_at;
 use rungd_config::load::OpenTexts;
 use rungd_language::lower::lower;
 use rungd_language::resolve::program::Program;
 use rungd_language::source::finding::{Code, Finding, Severity};
+use rungd_language::source::fix::Applicability;
 
 /// Warnings whose help gives a text with the same value: the value that a rule has computed, or the
 /// value with which memory begins.
@@ -83,13 +83,17 @@ impl<'w> FixTrial<'w> {
         self.judgement.files.iter().map(|file| file.text.len()).sum()
     }
 
-    /// The worth of the changes of an advice; `None` if they do not repair the finding.
-    pub fn repairs(&mut self, changes: &[TextChange], advice: &Advice) -> Option<FixWorth> {
+    /// The worth of the changes of a fix; `None` if they do not repair the finding.
+    pub fn repairs(
+        &mut self,
+        changes: &[TextChange],
+        applicability: Applicability,
+    ) -> Option<FixWorth> {
         let after = self.tried(changes)?;
         let has_error = after.new.iter().any(is_error);
         if self.finding.severity() == Severity::Error {
             let is_spelling =
-                advice.lead() == AdviceLead::Spelling || self.finding.code == Code::WrongCase;
+                applicability == Applicability::Spelling || self.finding.code == Code::WrongCase;
             let is_toml = after.new.iter().all(|finding| finding.code != Code::TomlSyntax);
             return match has_error {
                 false => Some(FixWorth::Whole),
@@ -106,7 +110,7 @@ impl<'w> FixTrial<'w> {
         let before = *self.program.get_or_insert_with(|| digest(self.judgement));
         let is_same = digest(&after.judgement) == before;
         let is_clean = after.new.is_empty();
-        let is_as_read = advice.lead() == AdviceLead::AsRead && is_clean;
+        let is_as_read = applicability == Applicability::Same && is_clean;
         match self.file.kind {
             FileKind::Controller | FileKind::Test => {
                 (is_clean && is_same).then_some(FixWorth::First)

@@ -24,6 +24,7 @@ use rungd_language::resolve::names::NAME_MAX;
 use rungd_language::resolve::operands::resolve_operands;
 use rungd_language::resolve::scope::Scope;
 use rungd_language::source::finding::{Code, Finding, Severity};
+use rungd_language::source::fix::{Edit, Fix, Help, advise, possible};
 use rungd_language::source::reader::{Constant, Text};
 
 pub use settings::{Device, DriverSettings, OnLoss};
@@ -153,11 +154,12 @@ fn row<'a>(
             } else {
                 "neither `from` nor `to` is a point of the device"
             };
-            let help = format!(
-                "an input: `{{ from = \"{0}\", to = \"X0\" }}`; an output: \
-                 `{{ from = \"Y0\", to = \"{0}\" }}`",
-                driver.example()
-            );
+            let point = driver.example();
+            let rows = [
+                format!("{{ from = \"{point}\", to = \"X0\" }}"),
+                format!("{{ from = \"Y0\", to = \"{point}\" }}"),
+            ];
+            let help = advise("an input: `{}`; an output: `{}`", rows.map(possible));
             findings.push(Finding::new(Code::Controller, written.span, message).help(help));
             return None;
         }
@@ -209,7 +211,8 @@ fn inputs(rows: &[ResolvedRow<'_>], findings: &mut Vec<Finding>) -> Vec<DeviceIn
         if let Some(safe) = &row.written.safe {
             let message = "an input has no safe value";
             let help = "the device's `on-loss` sets its value when the device is lost";
-            findings.push(Finding::new(Code::Controller, safe.span, message).help(help));
+            let finding = Finding::new(Code::Controller, safe.span, message).help(help);
+            findings.push(finding.fix(Edit::Delete));
         }
     }
     let row = |row: &ResolvedRow<'_>| {
@@ -242,19 +245,26 @@ fn misplaced_hold(row: &ResolvedRow<'_>) -> Option<Finding> {
     let (message, help) = match row.direction {
         RowDirection::In => (
             "an input has no safe value".to_owned(),
-            "the device's `on-loss` sets its value when the device is lost",
+            Help::from("the device's `on-loss` sets its value when the device is lost")
+                .with(Edit::Delete),
         ),
         RowDirection::Out if row.addresses.iter().any(is_y) => (
             format!("the safe value of `{}` is set in `[outputs]`", row.text.text),
-            "write it in `[outputs]`: `hold = [\"Y1\"]`",
+            advise("write it in `[outputs]`: `{}`", [in_outputs("hold = [\"Y1\"]")]),
         ),
         RowDirection::Out if row.written.safe.is_some() => (
             "`hold` and `safe` in one row".to_owned(),
-            "write one of the two: `hold` keeps its value, `safe` gives one",
+            Help::from("write one of the two: `hold` keeps its value, `safe` gives one")
+                .with(possible(Edit::Delete)),
         ),
         RowDirection::Out => return None,
     };
     Some(Finding::new(Code::Controller, hold.span, message).help(help))
+}
+
+/// A pair in `[outputs]`, instead of the key at the place of the finding.
+fn in_outputs(pair: &str) -> Fix {
+    Fix::from(Edit::Under { table: "outputs", pair: pair.to_owned() })
 }
 
 fn safe_value(row: &ResolvedRow<'_>, address: Address, findings: &mut Vec<Finding>) -> SafeValue {
@@ -271,7 +281,7 @@ fn safe_value(row: &ResolvedRow<'_>, address: Address, findings: &mut Vec<Findin
             (false, false) => SafeValue::Value(0),
         };
     };
-    let mut refuse = |message: String, help: String| {
+    let mut refuse = |message: String, help: Help| {
         // Only one finding per row, which is then the last.
         if findings.last().is_none_or(|finding| finding.span != safe.span) {
             findings.push(Finding::new(Code::Controller, safe.span, message).help(help));
@@ -279,8 +289,11 @@ fn safe_value(row: &ResolvedRow<'_>, address: Address, findings: &mut Vec<Findin
         SafeValue::Value(0)
     };
     if is_output {
-        let help = "write it in `[outputs]`: `on = [\"Y0\"]`, `hold = [\"Y1\"]`; else it is OFF";
-        return refuse(format!("the safe value of `{address}` is set in `[outputs]`"), help.into());
+        let help = advise(
+            "write it in `[outputs]`: `{}`, `hold = [\"Y1\"]`; else it is OFF",
+            [in_outputs("on = [\"Y0\"]")],
+        );
+        return refuse(format!("the safe value of `{address}` is set in `[outputs]`"), help);
     }
     let holds_reals = matches!(address, Address::Word(word) if word.is_real());
     let value = match safe.value {
@@ -290,8 +303,10 @@ fn safe_value(row: &ResolvedRow<'_>, address: Address, findings: &mut Vec<Findin
         Constant::Integer(value) | Constant::Duration(value) => value,
         Constant::Real(value) if holds_reals => value.cell(),
         Constant::Real(_) => {
-            let help = "an R word holds reals".to_owned();
-            return refuse(format!("`{address}` holds whole numbers"), help);
+            return refuse(
+                format!("`{address}` holds whole numbers"),
+                "an R word holds reals".into(),
+            );
         }
         Constant::Bit(on) => i32::from(on),
     };

@@ -22,6 +22,7 @@ use rungd_engine::isa::{Address, Bit, BitSpace, Space};
 use rungd_language::resolve::program::Program;
 use rungd_language::resolve::range::Range;
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::Edit;
 use rungd_language::source::span::Span;
 
 /// A finding for every input that has a second mover besides a device, and for every Y that is in
@@ -73,10 +74,11 @@ pub(in crate::controller) fn unmapped_outputs(
     let simulated = |device: &Device| matches!(device.driver, DriverSettings::Simulated(_));
     let is_all_simulated = controller.devices.iter().all(simulated);
     let finding = |name: &String| {
+        let row = format!("{{ from = \"{name}\", to = \"lamp.in\" }}");
         let help = if is_all_simulated {
             format!(
-                "add a row to the map: `{{ from = \"{name}\", to = \"lamp.in\" }}`; for a lamp or \
-                 a horn, a part of kind `delay` receives it"
+                "add a row to the map: `{row}`; for a lamp or a horn, a part of kind `delay` \
+                 receives it"
             )
         } else {
             format!("add a row to a map: `{{ from = \"{name}\", to = \"…\" }}`, or use a C bit")
@@ -85,6 +87,7 @@ pub(in crate::controller) fn unmapped_outputs(
         Finding::new(Code::OutputUnmapped, place, message)
             .label("the devices begin here")
             .help(help)
+            .fix(Edit::Row(row))
     };
     lost.map(|operand| finding(&operand.name)).collect()
 }

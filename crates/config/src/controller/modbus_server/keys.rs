@@ -8,6 +8,7 @@ use std::net::SocketAddr;
 use rungd_io::modbus::number::{RegisterNumberType, WordOrder};
 use rungd_io::modbus::settings::{ModbusServerSettings, ModbusTable};
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::{Edit, advise, pair, possible, propose};
 use rungd_language::source::key::{NOT_EMPTY, key};
 use rungd_language::source::reader::{Table, Text};
 use rungd_language::source::span::{Located, Span};
@@ -80,7 +81,8 @@ const LISTEN: ParsedText<SocketAddr> = ParsedText::new(|_, listen| {
     listen.text.parse().map_err(|_| {
         let message = format!("`{}` is no address to listen at", listen.text);
         let finding = Finding::new(Code::Controller, listen.span, message);
-        finding.help("write an IP address and a port: `127.0.0.1:1502`, `[::]:502`")
+        let addresses = ["127.0.0.1:1502", "[::]:502"].map(possible);
+        finding.help(advise("write an IP address and a port: `{}`, `{}`", addresses))
     })
 });
 const TABLE: KeyWords<ModbusTable> = KeyWords::new(&ModbusTable::NAMES).refused_as(WrongWord::No(
@@ -139,7 +141,8 @@ fn read_units(table: &mut Table<'_>) -> Option<Located<Vec<u8>>> {
     let Located { value, span } = table.integers(explained.limited(NOT_EMPTY), UNITS)?;
     if value.is_empty() && !table.doc().has_finding_in(span) {
         let finding = Finding::new(Code::Controller, span, "no unit is answered");
-        table.find(finding.help("write `units = [1]`, or take the key out"));
+        let help = propose(pair("units = [1]")).and(", or take the key out");
+        table.find(finding.help(help).fix(Edit::Delete));
     }
     let units = value.into_iter().filter_map(|unit| u8::try_from(unit).ok()).collect();
     Some(Located { value: units, span })

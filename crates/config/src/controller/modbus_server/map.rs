@@ -26,6 +26,7 @@ use rungd_io::modbus::settings::{MappedOperands, ModbusTable};
 use rungd_language::resolve::operands::{Operands, resolve_operands};
 use rungd_language::resolve::scope::Scope;
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::{Help, pair, propose, proposed};
 use rungd_language::source::span::{Located, Span};
 
 /// Protocol addresses are 16 bits.
@@ -88,7 +89,10 @@ fn over_standard(entry: &MappedOperands, server: Span, sizes: &MemorySizes) -> F
             server,
             format!("{space}1..{space}{count} are at {} 0..{}", entry.table.name(), count - 1),
         )
-        .help(format!("write `address = {count}` or a higher one, or `standard-map = false`"))
+        .help(
+            propose(pair(format!("address = {count}")))
+                .and(" or a higher one, or `standard-map = false`"),
+        )
 }
 
 /// The places that entries have taken.
@@ -168,13 +172,19 @@ fn resolve_entry(
 /// The finding for a word of reals with an integer type, or a word of integers with a real type.
 fn fits_type(map: &written::MapEntry, entry: &MappedOperands) -> Option<Finding> {
     let (Address::Word(word), Some(kind)) = (entry.operands.first, &map.kind) else { return None };
-    let (is, right) = match (word.is_real(), kind.value == RegisterNumberType::F32) {
-        (true, false) => ("holds reals", "`f32`, or nothing"),
-        (false, true) => ("holds whole numbers", "`u16`, `i16`, `u32` or `i32`"),
-        (true, true) | (false, false) => return None,
-    };
+    let (is, words, right): (_, _, &[&str]) =
+        match (word.is_real(), kind.value == RegisterNumberType::F32) {
+            (true, false) => ("holds reals", "write `f32`, or nothing", &["f32"]),
+            (false, true) => (
+                "holds whole numbers",
+                "write `u16`, `i16`, `u32` or `i32`",
+                &["u16", "i16", "u32", "i32"],
+            ),
+            (true, true) | (false, false) => return None,
+        };
     let message = format!("`{word}` {is}: no `{}`", NUMBER_TYPE.word(kind.value));
-    Some(Finding::new(Code::Controller, kind.span, message).help(format!("write {right}")))
+    let help = Help::from(words).with_all(right.iter().map(|right| proposed(*right)));
+    Some(Finding::new(Code::Controller, kind.span, message).help(help))
 }
 
 /// The finding for words in a table of bits, or bits in a table of words.

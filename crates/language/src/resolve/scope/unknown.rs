@@ -1,9 +1,10 @@
 //! The mistake in a name that nothing declares, with the help that fits it best.
 
 use super::{Scope, parts};
-use crate::resolve::mistake::{Mistake, habit, new};
+use crate::resolve::mistake::{Mistake, declared, habit, mistake};
 use crate::source::atom::is_name;
 use crate::source::finding::Code;
+use crate::source::fix::{Help, advise, possible, propose};
 use crate::source::nearest::Near;
 use rungd_engine::isa::Structure;
 
@@ -15,14 +16,15 @@ impl Scope {
         }
         let (base, member) = parts(name);
         if base.is_empty() {
-            let help = "name a tag or an address: `D0`; a range is `D0..D3`".to_owned();
-            return new(Code::UnknownName, "a name is missing".to_owned(), Some(help));
+            let help = "name a tag or an address: `D0`; a range is `D0..D3`";
+            return mistake(Code::UnknownName, "a name is missing".to_owned(), help);
         }
         let message = format!("nothing is called `{base}`");
         let with_stage = self.stages.get(base).filter(|_| member.is_none());
         if let Some(block) = with_stage.and_then(|id| self.block_names.get(id)) {
-            let help = format!("a stage is named with its program: `{block}.{base}`");
-            return new(Code::UnknownName, message, Some(help));
+            let name = format!("{block}.{base}");
+            let help = advise("a stage is named with its program: `{}`", [name]);
+            return mistake(Code::UnknownName, message, help);
         }
         let help = habit(base).unwrap_or_else(|| self.instead(base, member));
         let member = member.map_or(String::new(), |member| format!(".{member}"));
@@ -33,10 +35,10 @@ impl Scope {
     }
 
     /// The help for a name that is not near any known name.
-    fn instead(&self, base: &str, member: Option<&str>) -> String {
+    fn instead(&self, base: &str, member: Option<&str>) -> Help {
         if base.contains(',') {
             return "a Sensaphone counter is `N,19` or `N19`, and its value `N,19,6` or `N19.ACC`"
-                .to_owned();
+                .into();
         }
         let of_structure = |member: &&str| {
             let structures = [Structure::Timer(0), Structure::Counter(0)];
@@ -45,29 +47,27 @@ impl Scope {
         if is_name(base) && member.is_some_and(|member| !of_structure(&member)) {
             return "names with members are timers, counters, programs, tasks, devices and uses of \
                     templates"
-                .to_owned();
+                .into();
         }
         if is_name(base) {
-            let (first, others) = match member {
-                None => ("bit", "\"int\", \"real\""),
-                Some(_) => ("timer", "\"counter\""),
+            let (types, others): (&[_], _) = match member {
+                None => (&["bit", "int", "real"], "\"int\", \"real\""),
+                Some(_) => (&["timer", "counter"], "\"counter\""),
             };
-            return format!(
-                "declare it under [tags]: `{base} = {{ type = \"{first}\" }}`, or {others}; \
-                 or with an address: `at = \"…\"`"
-            );
+            let words = format!(", or {others}; or with an address: `at = \"…\"`");
+            return declared(base, types, &words);
         }
         if let Some((low, high)) = base.split_once('-') {
             let together = format!("{low}{high}");
             if self.is_known(&together) {
-                return format!("write `{together}`");
+                return propose(together);
             }
             if self.is_known(low) {
-                return "nothing is computed here: `MATH D0 = a - b` in a rung above, then `D0`"
-                    .to_owned();
+                let words =
+                    "nothing is computed here: `MATH D0 = a - b` in a rung above, then `{}`";
+                return advise(words, [possible("D0")]);
             }
         }
-        "a tag is a letter, then letters, digits and `_`; a block's name may have `-` too"
-            .to_owned()
+        "a tag is a letter, then letters, digits and `_`; a block's name may have `-` too".into()
     }
 }

@@ -11,6 +11,7 @@ use crate::resolve::range::is_range;
 use crate::resolve::scope::Thing;
 use crate::source::atom::{Atom, AtomKind};
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::{advise, possible, proposed};
 pub use rungd_engine::isa::{Address, Mnemonic, Structure as Of};
 
 impl Resolver<'_> {
@@ -111,27 +112,28 @@ impl Resolver<'_> {
         );
         let help = match (argument.kind, thing) {
             (Kind::Real, Thing::Element(element)) if !element.array.is_bits() => {
-                format!("`MOVE {atom} to=R0` in a rung above, and give the R word")
+                format!("`MOVE {atom} to=R0` in a rung above, and give the R word").into()
             }
             (Kind::Real, Thing::Address(Address::Word(_))) => {
-                format!("`MOVE {atom} to=R0` in a rung above, and give the R word")
+                format!("`MOVE {atom} to=R0` in a rung above, and give the R word").into()
             }
             (Kind::Real, Thing::Constant(value, _)) => {
-                format!("write the constant as a real: `value = {value}.0`")
+                format!("write the constant as a real: `value = {value}.0`").into()
             }
             (Kind::Output, Thing::Element(element)) if element.array.is_bits() => {
                 let base = atom.name().and_then(|name| name.split('[').next()).unwrap_or_default();
-                format!("a moving index would leave bits behind: give `{base}[0]`")
+                let element = proposed(format!("{base}[0]"));
+                advise("a moving index would leave bits behind: give `{}`", [element])
             }
             (_, Thing::Array(_)) => {
                 let base = atom.name().and_then(|name| name.split('[').next()).unwrap_or_default();
-                format!("give one element: `{base}[0]`")
+                advise("give one element: `{}`", [possible(format!("{base}[0]"))])
             }
             (_, Thing::Address(Address::Structure(structure))) => {
                 let members = structure.members().join("`, `.");
-                format!("give a member of it: `.{members}`")
+                format!("give a member of it: `.{members}`").into()
             }
-            _ => format!("for example `\"{example}\"`"),
+            _ => format!("for example `\"{example}\"`").into(),
         };
         let finding = Finding::new(Code::TemplateArgument, atom.span, message);
         self.find(finding.label(format!("{wanted} belongs here")).help(help));

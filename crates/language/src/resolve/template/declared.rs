@@ -8,9 +8,11 @@ use std::collections::{HashMap, HashSet};
 use super::kind::{KINDS, Kind};
 use super::{given, texts};
 use crate::resolve::mistake::LISTED_MAX;
+use crate::resolve::mistake::declared_table;
 use crate::resolve::names::{NAME_MAX, NameRole, forbidden, kept};
 use crate::source::file_kind::LIBRARY;
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::{Edit, Help, pair, propose};
 use crate::source::ladder::{Entry, Parameter, Template, Use};
 use crate::source::nearest::{KnownNames, did_you_mean};
 use crate::source::reader::Text;
@@ -179,7 +181,7 @@ impl<'t> Templates<'t> {
             let finding = Finding::new(Code::UnusedTemplate, name.span, message).label("unused");
             let help =
                 format!("delete it, or use it in the place of a rung: `use = \"{}\"`", name.text);
-            Some(finding.help(help))
+            Some(finding.help(help).fix(Edit::Delete))
         };
         unused.filter_map(finding).collect()
     }
@@ -197,7 +199,7 @@ impl<'t> Templates<'t> {
                     name.text
                 ))];
             }
-            let help = format!("declare it: a `[[template]]` with `name = \"{}\"`", name.text);
+            let help = declared_table("[[template]]", &name.text);
             return vec![finding.help(help).near(&name.text, &self.known)];
         };
         let declared = &self.all[at];
@@ -278,7 +280,7 @@ fn parameters(declared: &Declared, findings: &mut Vec<Finding>) {
             let message = format!("a parameter has no type `{}`", kind.text);
             let names = || KINDS.iter().map(|(name, _)| *name);
             let help = did_you_mean(&kind.text, names()).unwrap_or_else(|| {
-                format!("the types are `{}`", names().collect::<Vec<_>>().join("`, `"))
+                Help::from(format!("the types are `{}`", names().collect::<Vec<_>>().join("`, `")))
             });
             findings.push(Finding::new(Code::TemplateParameter, kind.span, message).help(help));
             continue;
@@ -299,10 +301,9 @@ fn tags(declared: &Declared, findings: &mut Vec<Finding>) {
             let name = &tag.name.text;
             let message = format!("own tag `{name}` has an address: all uses would share it");
             let finding = Finding::new(Code::TemplateRule, at.span, message);
-            findings.push(finding.help(format!(
-                "write `{name} = {{ type = \"bit\" }}`: each use has its own; or name a tag of \
-                 the ladder"
-            )));
+            let own = propose(pair(format!("{name} = {{ type = \"bit\" }}")));
+            let help = own.and(": each use has its own; or name a tag of the ladder");
+            findings.push(finding.help(help));
         }
         let alarm = tag.alarm.as_ref().map(|alarm| (&*alarm.text, alarm.span));
         let doc = tag.doc.as_deref().map(|doc| (doc, tag.name.span));

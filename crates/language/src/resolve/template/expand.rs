@@ -18,6 +18,7 @@ use crate::resolve::tags::TEXT_MAX;
 use crate::source::atom::{Atom, AtomKind};
 use crate::source::contact::Contact;
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::{advise, proposed};
 use crate::source::ladder::{
     Block, BlockForm, Branch, Entry, Ladder, Leg, Parameter, Rung, Stage, Tag, Use,
 };
@@ -114,7 +115,7 @@ impl<'t> Expansion<'t> {
         let Some(name) = of.name.as_ref().filter(|name| name.text.contains('-')) else { return };
         let message = format!("`{}` cannot be the name of a use", name.text);
         let finding = Finding::new(Code::ForbiddenName, name.span, message);
-        let help = format!("a use's name has no `-`: `{}`", name.text.replace('-', "_"));
+        let help = advise("a use's name has no `-`: `{}`", [proposed(name.text.replace('-', "_"))]);
         self.findings.push(finding.help(help));
     }
 

@@ -5,6 +5,7 @@ use crate::source::atom::{Atom, AtomKind};
 use crate::source::contact::Contact;
 use crate::source::contact_parser;
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::{Help, advise, possible};
 use crate::source::reader::Text;
 use crate::source::span::{FileId, Located, Span};
 use rungd_engine::isa::Real;
@@ -48,10 +49,11 @@ pub fn read(kind: Kind, text: &Text, by: FileId) -> Result<Given, Box<Finding>> 
     let legal = |c: char| c.is_ascii_alphanumeric() || "_-.,$:[]".contains(c);
     if word.is_empty() || !word.chars().all(legal) || !is_indexed_once(word) {
         let finding = error(format!("`{word}` is not {}", kind.words()));
-        let help = format!("write one name or constant: `\"{}\"`", kind.example());
+        let example = possible(format!("\"{}\"", kind.example()));
+        let help = advise("write one name or constant: `{}`", [example]);
         return Err(Box::new(finding.help(match contact_parser::parse(word, span) {
             Ok(_) if matches!(kind, Kind::Bit) => {
-                format!("{help}; a parameter with `type = \"contact\"` takes any contacts")
+                help.and("; a parameter with `type = \"contact\"` takes any contacts")
             }
             Ok(_) | Err(_) => help,
         })));
@@ -61,13 +63,16 @@ pub fn read(kind: Kind, text: &Text, by: FileId) -> Result<Given, Box<Finding>> 
 }
 
 /// The help for a name with a minus, given as a number.
-fn negated(kind: Kind, word: &str) -> Option<String> {
+fn negated(kind: Kind, word: &str) -> Option<Help> {
     let name =
         word.strip_prefix('-').filter(|_| matches!(kind.wanted(), Wanted::Whole | Wanted::Real))?;
     match name.to_ascii_lowercase().as_str() {
-        "nan" | "inf" | "infinity" => Some("give a finite number: `-2.5e-7`".to_owned()),
+        "nan" | "inf" | "infinity" => {
+            Some(advise("give a finite number: `{}`", [possible("-2.5e-7")]))
+        }
         _ => name.starts_with(|c: char| c.is_ascii_alphabetic()).then(|| {
             format!("compute it in a rung above, `MATH negated = {word}`, and give `negated`")
+                .into()
         }),
     }
 }

@@ -4,6 +4,7 @@
 
 use super::declared::{Templates, uses};
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::Edit;
 use crate::source::ladder::Use;
 
 /// Maximum nesting depth of templates.
@@ -87,6 +88,6 @@ fn circles(
         let Some((_, last)) = path.last() else { continue };
         let message = format!("a template cannot use itself: {}", names.join(" → "));
         let finding = Finding::new(Code::TemplateRecursion, last.span, message);
-        findings.push(finding.label("this use").help("take this use away"));
+        findings.push(finding.label("this use").help("take this use away").fix(Edit::Delete));
     }
 }

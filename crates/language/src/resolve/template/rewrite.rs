@@ -16,6 +16,7 @@ use crate::source::atom::{Atom, AtomKind};
 use crate::source::contact::Contact;
 use crate::source::expression::{Expression, Formula, Part, PartKind};
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::{Help, advise, possible, propose};
 use crate::source::instruction::{Instruction, Operand};
 use crate::source::span::{FileId, Located, Span};
 pub use rungd_engine::isa::{Mnemonic, Spec};
@@ -52,7 +53,7 @@ impl<'t> Rewrite<'_, 't> {
         Span { file: self.instance.layer, ..span }
     }
 
-    fn find(&mut self, code: Code, at: Span, message: String, help: String) {
+    fn find(&mut self, code: Code, at: Span, message: String, help: impl Into<Help>) {
         self.findings.push(Finding::new(code, at, message).help(help));
     }
 
@@ -77,7 +78,7 @@ impl<'t> Rewrite<'_, 't> {
         if !self.instance.given.contains_key(own) {
             // Only a default names a parameter before its argument is known.
             let message = format!("a default names the parameter `{own}`");
-            let help = "a default is a constant, or a name of the ladder".to_owned();
+            let help = "a default is a constant, or a name of the ladder";
             self.find(Code::TemplateParameter, at, message, help);
             return Some(Err(()));
         }
@@ -94,7 +95,7 @@ impl<'t> Rewrite<'_, 't> {
         let (parameter, behind) = base(name);
         let (message, help) = if !behind.is_empty() {
             let message = format!("the parameter `{parameter}` is {}", kind.words());
-            (format!("{message}: it has no members"), format!("write `{parameter}`"))
+            (format!("{message}: it has no members"), propose(parameter))
         } else {
             let (is, not) = (kind.words(), wanted.words());
             let message = format!("the parameter `{parameter}` is {is}, not {not}");
@@ -102,19 +103,21 @@ impl<'t> Rewrite<'_, 't> {
                 (Kind::Contact, Some(name)) if wanted != Wanted::Bit => format!(
                     "a parameter with contacts is accepted only in contacts; one here needs \
                      `type = \"{name}\"`"
-                ),
+                )
+                .into(),
                 (Kind::Contact, _) => {
                     "a parameter with contacts is accepted only in contacts: OUT it to an own tag \
                      with `type = \"bit\"`, and name that tag"
-                        .to_owned()
+                        .into()
                 }
                 (Kind::Timer | Kind::Counter | Kind::Sensaphone, _)
                     if matches!(wanted, Wanted::Bit | Wanted::Number | Wanted::Operand) =>
                 {
-                    format!("name a member of it: `{parameter}.Done`, `{parameter}.Acc`")
+                    let members = [format!("{parameter}.Done"), format!("{parameter}.Acc")];
+                    advise("name a member of it: `{}`, `{}`", members.map(possible))
                 }
-                (_, Some(name)) => format!("a parameter here needs `type = \"{name}\"`"),
-                (_, None) => "a template names programs and tasks of the ladder".to_owned(),
+                (_, Some(name)) => format!("a parameter here needs `type = \"{name}\"`").into(),
+                (_, None) => "a template names programs and tasks of the ladder".into(),
             };
             (message, help)
         };
@@ -235,7 +238,7 @@ impl<'t> Rewrite<'_, 't> {
         let Given::Contacts(contact, deep) = &self.instance.given[own] else { return None };
         if depth + deep > DEPTH_MAX {
             let message = format!("more than {DEPTH_MAX} levels of parentheses and `!`");
-            let help = "give parts of it bits of their own, with OUT".to_owned();
+            let help = "give parts of it bits of their own, with OUT";
             self.find(Code::TemplateSize, at, message, help);
             return None;
         }

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use crate::source::atom::{is_name, is_name_letter};
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::{Help, possible, write};
 use crate::source::nearest::KnownNames;
 use crate::source::span::Span;
 
@@ -56,8 +57,9 @@ pub(super) fn check(text: &str, span: Span, known: &KnownNames) -> Vec<Finding> 
             let begin: String = plain[open..].chars().take(SHOWN_MAX).collect();
             let word = begin[1..].trim_start().split(|c: char| !is_name_letter(c)).next();
             let help = match word.filter(|word| known.has(word)) {
-                Some(word) => format!("write `{{{word}}}`"),
-                None => format!("{holds}; braces in pairs, as `{{}}`, are plain text"),
+                Some(word) => write(format!("{{{word}}}")),
+                None => Help::from(format!("{holds}; braces in pairs, as `{{}}`, are plain text"))
+                    .with(possible("{}")),
             };
             findings.push(find(format!("the brace of `{begin}` is not closed")).help(help));
         }

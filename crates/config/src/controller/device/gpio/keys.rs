@@ -2,6 +2,7 @@
 
 use rungd_io::gpio::settings::{Bias, ChipId, LineDrive};
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::{advise, pair};
 use rungd_language::source::key::key;
 use rungd_language::source::reader::Table;
 use rungd_language::source::span::Located;
@@ -42,7 +43,8 @@ const CHIP: ParsedText<ChipId> = ParsedText::new(|_, text| {
     }
     if !text.text.starts_with('/') {
         let message = format!("`{}` is no chip", text.text);
-        let help = "write its path: `chip = \"/dev/gpiochip0\"`; or `chip = \"label:…\"`";
+        let path = pair("chip = \"/dev/gpiochip0\"").possible();
+        let help = advise("write its path: `{}`; or `chip = \"label:…\"`", [path]);
         return Err(Finding::new(Code::Controller, text.span, message).help(help));
     }
     Ok(ChipId::Path(text.text.clone()))

@@ -22,6 +22,7 @@ use super::driver::{
 use super::settings::DriverSettings;
 use rungd_io::gpio::settings::{GpioLine, GpioSettings, LineDrive, LineId, LineSetting};
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::{Edit, advise, possible, proposed};
 use rungd_language::source::reader::Table;
 use rungd_language::source::span::Span;
 
@@ -77,7 +78,8 @@ fn lines_of(
     if let Some(poll) = &device.poll {
         let message = "lines of a chip are read and written by every scan";
         let finding = Finding::new(Code::Controller, poll.span, message);
-        findings.push(finding.help("remove `poll`; `[scan] period` sets the rate"));
+        let help = "remove `poll`; `[scan] period` sets the rate";
+        findings.push(finding.help(help).fix(Edit::Remove("poll")));
     }
     let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
     let mut seen: HashMap<LineId, Span> = HashMap::new();
@@ -120,7 +122,7 @@ fn lines(row: &ResolvedRow<'_>) -> Result<Vec<LineId>, Finding> {
     };
     if high < low {
         let message = "a range goes from low to high".to_owned();
-        return Err(row.find(message).help(format!("write `line {high}..{low}`")));
+        return Err(row.find(message).write(format!("line {high}..{low}")));
     }
     fits((high - low + 1) as usize, row)?;
     Ok((low..=high).map(LineId::Offset).collect())
@@ -128,7 +130,8 @@ fn lines(row: &ResolvedRow<'_>) -> Result<Vec<LineId>, Finding> {
 
 fn named(text: &str, row: &ResolvedRow<'_>) -> Result<Vec<LineId>, Finding> {
     if text.is_empty() {
-        return Err(row.find(format!("`{}` names no line", row.points.text)).help("as `line 17`"));
+        let finding = row.find(format!("`{}` names no line", row.points.text));
+        return Err(finding.help(advise("as `{}`", [possible("line 17")])));
     }
     fits(1, row)?;
     Ok(vec![LineId::Name(text.to_owned())])
@@ -149,7 +152,8 @@ fn number(text: &str, row: &ResolvedRow<'_>) -> Result<u32, Finding> {
     let number = text.trim().parse().ok().filter(|number| *number < LINES_MAX);
     number.ok_or_else(|| {
         let message = format!("`{}` is no line's number", text.trim());
-        row.find(message).help("write `line 17`, or `line 4..7`")
+        let lines = [proposed("line 17"), possible("line 4..7")];
+        row.find(message).help(advise("write `{}`, or `{}`", lines))
     })
 }
 
@@ -171,7 +175,7 @@ fn setting(row: &ResolvedRow<'_>, keys: &RowKeys, findings: &mut Vec<Finding>) -
         if is_output {
             let finding =
                 Finding::new(Code::Controller, debounce.span, "an output has no debounce");
-            findings.push(finding.help("take it out"));
+            findings.push(finding.help("take it out").fix(Edit::Delete));
         } else if debounce.value > DEBOUNCE_MS_MAX {
             let message = "a debounce lasts 10s at most";
             findings.push(Finding::new(Code::OutOfRange, debounce.span, message));
@@ -180,7 +184,8 @@ fn setting(row: &ResolvedRow<'_>, keys: &RowKeys, findings: &mut Vec<Finding>) -
     if let Some(drive) = keys.drive.as_ref().filter(|_| !is_output) {
         let message = "an input drives nothing: it has no `drive`";
         let help = "take it out; `bias` holds an open input";
-        findings.push(Finding::new(Code::Controller, drive.span, message).help(help));
+        let finding = Finding::new(Code::Controller, drive.span, message).help(help);
+        findings.push(finding.fix(Edit::Delete));
     }
     LineSetting {
         active_low: keys.active_low,

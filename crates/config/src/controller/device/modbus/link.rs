@@ -9,6 +9,7 @@ use rungd_io::modbus_client::settings::{
     TcpPeer, Transaction,
 };
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::{Edit, Help, advise, possible, proposed};
 use rungd_language::source::key::key;
 use rungd_language::source::reader::{Table, Text};
 use rungd_language::source::span::{Located, Span};
@@ -36,29 +37,30 @@ pub enum Medium {
 const ADDRESS: ParsedText<SocketAddr> = ParsedText::new(|_, text| {
     let alone = || text.text.parse::<IpAddr>().map(|ip| SocketAddr::new(ip, PORT));
     let address = text.text.parse::<SocketAddr>().or_else(|_| alone());
-    let help = "write it as `192.168.1.20:502`, or `[fd00::20]:502`; names are not looked up";
+    let addresses = ["192.168.1.20:502", "[fd00::20]:502"].map(possible);
+    let help = advise("write it as `{}`, or `{}`; names are not looked up", addresses);
     with_port(address.ok(), text, help)
 });
 
 const PORT_OF_LINE: ParsedText<LinePort> = ParsedText::new(|_, text| {
     if let Some(address) = text.text.strip_prefix(SCHEME) {
-        let help = "write it as `tcp://192.168.1.20:4001`; names are not looked up";
+        let server = [proposed("tcp://192.168.1.20:4001")];
+        let help = advise("write it as `{}`; names are not looked up", server);
         return with_port(address.parse().ok(), text, help).map(LinePort::Server);
     }
     if text.text.starts_with('/') {
         return Ok(LinePort::Serial(text.text.clone()));
     }
     let message = format!("`{}` is no path of a serial line", text.text);
-    let help = "write it as `/dev/ttyUSB0`, or as `/dev/serial/by-id/…`, which never changes; a \
-                serial server is `tcp://192.168.1.20:4001`";
+    let help = advise(
+        "write it as `{}`, or as `/dev/serial/by-id/…`, which never changes; a serial server is \
+         `{}`",
+        ["/dev/ttyUSB0", "tcp://192.168.1.20:4001"].map(possible),
+    );
     Err(Finding::new(Code::Controller, text.span, message).help(help))
 });
 
-fn with_port(
-    address: Option<SocketAddr>,
-    text: &Text,
-    help: &'static str,
-) -> Result<SocketAddr, Finding> {
+fn with_port(address: Option<SocketAddr>, text: &Text, help: Help) -> Result<SocketAddr, Finding> {
     address.filter(|address| address.port() != 0).ok_or_else(|| {
         let message = format!("`{}` is no IP address with a port", text.text);
         Finding::new(Code::Controller, text.span, message).help(help)
@@ -205,6 +207,6 @@ fn refuse(table: &Table<'_>, keys: &[(&str, Option<Span>)], reason: &str, help: 
     for (name, place) in keys {
         let Some(span) = *place else { continue };
         let finding = Finding::new(Code::Controller, span, format!("`{name}` {reason}"));
-        table.find(finding.help(help));
+        table.find(finding.help(help).fix(Edit::Delete));
     }
 }

@@ -18,6 +18,7 @@ use rungd_io::modbus_client::settings::{
     ClientSettings, ModbusPoint, PointForm, Watchdog, WriteFunctions,
 };
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::{Help, advise, pair, propose, proposed};
 use rungd_language::source::reader::{Table, Text};
 use rungd_language::source::span::Span;
 
@@ -109,11 +110,9 @@ impl ModbusReader<'_> {
         let (pause_ms, loss_after_ms) = (self.keys.habits.pause_ms, self.device.loss_after_ms());
         let Some(span) = self.keys.pause_at.filter(|_| pause_ms >= loss_after_ms) else { return };
         let message = format!("the device is lost after {loss_after_ms} ms, in one `pause`");
-        let help = format!(
-            "write `loss-after = \"{}ms\"`, or more: an exchange has a pause for each of its \
-             requests",
-            u64::from(pause_ms) * 3
-        );
+        let loss_after = format!("loss-after = \"{}ms\"", u64::from(pause_ms) * 3);
+        let help = propose(pair(loss_after))
+            .and(", or more: an exchange has a pause for each of its requests");
         self.findings.push(Finding::new(Code::Controller, span, message).help(help));
     }
 
@@ -122,7 +121,7 @@ impl ModbusReader<'_> {
         if every_ms < poll_ms {
             let message =
                 format!("the watchdog is written at exchanges, and `poll` is {poll_ms}ms");
-            let help = format!("write `every = \"{poll_ms}ms\"`, or more");
+            let help = propose(pair(format!("every = \"{poll_ms}ms\""))).and(", or more");
             let finding = Finding::new(Code::Controller, watchdog.every_at, message);
             self.findings.push(finding.help(help));
         }
@@ -190,8 +189,8 @@ impl ModbusReader<'_> {
             return None;
         }
         let message = format!("a number of {width} registers, and `max-registers` is {most}");
-        let help =
-            format!("write `max-registers = {width}`, or read {width} numbers of one register");
+        let help = propose(pair(format!("max-registers = {width}")))
+            .and(&format!(", or read {width} numbers of one register"));
         Some(of_points(row, message).help(help))
     }
 }
@@ -215,7 +214,8 @@ fn mismatch(row: &ResolvedRow<'_>, stretch: &Stretch, is_bits: bool) -> Option<F
         }
         (false, false) => {
             let message = format!("`{}` names words, and `{memory}` names bits", row.points.text);
-            let help = format!("a register's lowest bit is written `{name} {}.0`", stretch.first);
+            let bit = [proposed(format!("{name} {}.0", stretch.first))];
+            let help = advise("a register's lowest bit is written `{}`", bit);
             Some(of_points(row, message).help(help))
         }
         _ => None,
@@ -242,11 +242,10 @@ fn wrong_count(row: &ResolvedRow<'_>, stretch: &Stretch, width: u32) -> Finding 
         true => format!("{}.{}", at / 16, at % 16),
         false => at.to_string(),
     };
-    let help = match last == first {
-        true => format!("write `{name} {}`", show(first)),
-        false => format!("write `{name} {}..{}`", show(first), show(last)),
-    };
-    of_points(row, message).help(help)
+    of_points(row, message).propose(match last == first {
+        true => format!("{name} {}", show(first)),
+        false => format!("{name} {}..{}", show(first), show(last)),
+    })
 }
 
 fn count_word(registers: u32) -> &'static str {
@@ -269,7 +268,7 @@ const ELEMENTS: u32 = 65_536;
 /// The help for points that do not fit between the first point and the end of the table: it names
 /// the last stretch that fits. `end` is the number of elements in the table, or of bits for bits of
 /// registers.
-fn no_room(name: &str, width: u32, addresses: u32, end: u32) -> String {
+fn no_room(name: &str, width: u32, addresses: u32, end: u32) -> Help {
     let what = match (width, addresses) {
         (2.., 1) => format!("a number of this type takes {} registers", count_word(width)),
         (2.., _) => {
@@ -279,12 +278,13 @@ fn no_room(name: &str, width: u32, addresses: u32, end: u32) -> String {
     };
     let wanted = addresses * width;
     if wanted > end {
-        return format!("{what}, and a table has 65536");
+        return format!("{what}, and a table has 65536").into();
     }
     let first = end - wanted;
     let (first, last) = match end > ELEMENTS {
         true => (format!("{}.{}", first / 16, first % 16), "65535.15".to_owned()),
         false => (first.to_string(), "65535".to_owned()),
     };
-    format!("{what}: the last that fit are `{name} {first}..{last}`")
+    let last = proposed(format!("{name} {first}..{last}"));
+    advise(&format!("{what}: the last that fit are `{{}}`"), [last])
 }

@@ -7,6 +7,7 @@ use super::keys::RowKeys;
 use rungd_io::modbus::number::{ByteOrder, NumberOrder, RegisterNumberType, WordOrder};
 use rungd_io::modbus_client::settings::{NumberPart, RegisterNumber};
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::Edit;
 use rungd_language::source::span::Span;
 
 /// The numbers of a row.
@@ -80,7 +81,8 @@ impl ModbusReader<'_> {
             let Some(span) = place else { continue };
             let message = format!("a bit has no `{name}`");
             let help = format!("take `{name}` out of this row");
-            self.findings.push(Finding::new(Code::Controller, span, message).help(help));
+            let finding = Finding::new(Code::Controller, span, message).help(help);
+            self.findings.push(finding.fix(Edit::Delete));
         }
         keys.scaling.refuse(self.findings);
     }

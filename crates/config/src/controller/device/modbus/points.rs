@@ -10,10 +10,10 @@ use super::stretch::Stretch;
 use crate::controller::device::driver::PointBeginning;
 use rungd_io::modbus::settings::ModbusTable;
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::{Help, advise, meant, proposed};
 use rungd_language::source::nearest::nearest;
 use rungd_language::source::reader::Text;
 use rungd_language::source::span::Located;
-use rungd_language::source::wording::bounded;
 
 /// Whether a text is intended as this notation, even if it has mistakes. An address of memory never
 /// has a space before a digit.
@@ -31,8 +31,7 @@ pub(super) fn other_notation(points: &Text) -> Option<Finding> {
     let message = format!("`{text}` is in a notation of manuals and other programs");
     let finding = Finding::new(Code::Controller, points.span, message);
     (!readings.is_empty()).then(|| {
-        let rows = rows_text(&readings);
-        finding.help(format!("addresses are those of the protocol, from 0: write {rows}"))
+        finding.help(rows_help("addresses are those of the protocol, from 0: write", &readings))
     })
 }
 
@@ -51,9 +50,9 @@ pub(in crate::controller::device) fn beginnings() -> Vec<PointBeginning> {
 pub(super) fn parse(points: &Text) -> Result<Stretch, Finding> {
     let text = &points.text;
     let find = |message: String| Finding::new(Code::Controller, points.span, message);
-    let help_or = |help: String| match &manuals::readings(text)[..] {
+    let help_or = |help: Help| match &manuals::readings(text)[..] {
         [] => help,
-        readings => format!("write {}", rows_text(readings)),
+        readings => rows_help("write", readings),
     };
     let (table, rest) = text.trim().split_once(char::is_whitespace).unwrap_or((text, ""));
     let named = ModbusTable::NAMES.into_iter().find(|(name, _)| *name == table);
@@ -65,8 +64,14 @@ pub(super) fn parse(points: &Text) -> Result<Stretch, Finding> {
     let (low, high) = rest.split_once("..").unwrap_or((rest, rest));
     let wrong = || {
         let name = table.name();
-        let example = if table.is_bits() { "0..7" } else { "0..3` or `holding 5.3" };
-        let help = format!("write `{name} {example}`; addresses are 0 to 65535");
+        let example = proposed(format!("{name} {}", if table.is_bits() { "0..7" } else { "0..3" }));
+        let help = match table.is_bits() {
+            true => advise("write `{}`; addresses are 0 to 65535", [example]),
+            false => advise(
+                "write `{}` or `{}`; addresses are 0 to 65535",
+                [example, proposed("holding 5.3")],
+            ),
+        };
         find(format!("`{text}` names no points")).help(help_or(help))
     };
     let first = element(low.trim(), table).ok_or_else(wrong)?;
@@ -78,8 +83,8 @@ pub(super) fn parse(points: &Text) -> Result<Stretch, Finding> {
     let is_hexadecimal = first.is_hexadecimal || last.is_hexadecimal;
     let (first, last) = (first.number, last.number);
     if last < first {
-        let help = format!("write `{} {}..{}`", table.name(), high.trim(), low.trim());
-        return Err(find("a range goes from low to high".into()).help(help));
+        let range = format!("{} {}..{}", table.name(), high.trim(), low.trim());
+        return Err(find("a range goes from low to high".into()).write(range));
     }
     let count = last - first + 1;
     Ok(Stretch { table, first, count, is_bits_of_registers: is_bit, is_hexadecimal })
@@ -94,7 +99,8 @@ pub(super) fn doubt(points: &Text, stretch: &Stretch, is_output: bool) -> Option
         "if the manual counts so, write `{row}`; if {number} is the protocol's address, write \
          `{exact}`, or in a ladder `allow = [\"vendor-number\"]` under `[ladder]`"
     );
-    Some(Finding::new(Code::VendorNumber, points.span, message).label(label).help(help))
+    let finding = Finding::new(Code::VendorNumber, points.span, message).label(label).help(help);
+    Some([row, exact].into_iter().fold(finding, |finding, row| finding.fix(proposed(row))))
 }
 
 /// The same for the register of a watchdog.
@@ -110,27 +116,30 @@ pub(super) fn doubt_of_watchdog(register: &Located<u16>) -> Option<Finding> {
         "if the manual counts so, write `{address}`; if {number} is the protocol's address, write \
          in a ladder `allow = [\"vendor-number\"]` under `[ladder]`"
     );
-    Some(Finding::new(Code::VendorNumber, register.span, message).label(label).help(help))
+    let finding = Finding::new(Code::VendorNumber, register.span, message).label(label);
+    Some(finding.help(help).fix(proposed(address)))
 }
 
-/// Readings, for a help.
-fn rows_text(readings: &[Reading]) -> String {
+/// A help with readings.
+fn rows_help(words: &str, readings: &[Reading]) -> Help {
     let is_one = readings.len() == 1;
     let row = |reading: &Reading| match reading.when {
         "" => format!("`{}`", reading.row),
         _ if is_one => format!("`{}`", reading.row),
         when => format!("`{}` ({when})", reading.row),
     };
-    readings.iter().map(row).collect::<Vec<_>>().join(", or ")
+    let rows = readings.iter().map(row).collect::<Vec<_>>().join(", or ");
+    let help = Help::from(format!("{words} {rows}"));
+    help.with_all(readings.iter().map(|reading| proposed(&*reading.row)))
 }
 
 /// The help for a word that is not the name of a table.
-fn table_help(name: &str, points: &str) -> String {
+fn table_help(name: &str, points: &str) -> Help {
     let names = || ModbusTable::NAMES.into_iter().map(|(name, _)| name);
     let longer = names().find(|known| name.to_ascii_lowercase().starts_with(known));
     match longer.or_else(|| nearest(name, names())) {
-        Some(known) => bounded(format!("did you mean `{known} {points}`?")),
-        None => "there are `coil`, `discrete`, `holding` and `input`".to_owned(),
+        Some(known) => meant(format!("{known} {points}")),
+        None => "there are `coil`, `discrete`, `holding` and `input`".into(),
     }
 }
 

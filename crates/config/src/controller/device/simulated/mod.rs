@@ -33,6 +33,7 @@ use rungd_io::plant::settings::{FaultSettings, PartSettings, Plant, PlantPart};
 use rungd_io::scaling::Scaling;
 use rungd_language::source::atom::{is_name, is_plant_point};
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::{advise, pair};
 use rungd_language::source::reader::{Table, Text};
 
 /// The longest time between two steps of a plant, ms.
@@ -114,13 +115,13 @@ fn plant(
     let (before, progress) = (findings.len(), rows.progress);
     if keys.parts.is_empty() {
         let finding = Finding::new(Code::Controller, device.span, "a plant without parts");
-        let help = "add one: `part = [{ name = \"pump\", kind = \"motor\" }]`";
-        findings.push(finding.help(help));
+        let part = pair("part = [{ name = \"pump\", kind = \"motor\" }]").possible();
+        findings.push(finding.help(advise("add one: `{}`", [part])));
     }
     if let Some(poll) = device.poll.as_ref().filter(|poll| poll.value > POLL_MS_MAX) {
         let message = "`poll` of a plant is at most 1s";
         let finding = Finding::new(Code::OutOfRange, poll.span, message);
-        findings.push(finding.help("write `poll = \"20ms\"`"));
+        findings.push(finding.propose(pair("poll = \"20ms\"")));
     }
     let kinds: Vec<Option<PartSettings>> =
         progress.during(&keys.parts).map(|part| parts::resolve(part, findings)).collect();

@@ -3,6 +3,7 @@
 use super::keys::{PartKind, WrittenPart};
 use rungd_io::plant::settings::{Delays, PartSettings, Scale};
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::{Help, advise, give_one, pair, propose};
 use rungd_language::source::span::{Located, Span};
 
 /// The length of a part on a belt if `part-length` is not given, mm.
@@ -29,15 +30,14 @@ struct PartReader<'a> {
 }
 
 impl PartReader<'_> {
-    fn find(&mut self, code: Code, span: Span, message: impl Into<String>, help: &str) {
+    fn find(&mut self, code: Code, span: Span, message: impl Into<String>, help: impl Into<Help>) {
         self.findings.push(Finding::new(code, span, message).help(help));
     }
 
     fn missing<T>(&mut self, key: &str, example: &str) -> Option<T> {
         let kind = self.part.kind.map_or("part", PartKind::name);
         let message = format!("a {kind} has no `{key}`");
-        let help = format!("give it one: `{key} = {example}`");
-        self.find(Code::MissingKey, self.part.span, message, &help);
+        self.find(Code::MissingKey, self.part.span, message, give_one(key, example));
         None
     }
 
@@ -53,8 +53,8 @@ impl PartReader<'_> {
     fn some_time(&mut self, key: &str) -> Option<u32> {
         match self.part.time(key) {
             Some(ms) if ms.value < 1 => {
-                let help = format!("write `{key} = \"2s\"`");
-                self.find(Code::OutOfRange, ms.span, format!("`{key}` is at least 1ms"), &help);
+                let help = propose(pair(format!("{key} = \"2s\"")));
+                self.find(Code::OutOfRange, ms.span, format!("`{key}` is at least 1ms"), help);
                 None
             }
             Some(ms) => Some(ms.value.unsigned_abs()),
@@ -110,7 +110,7 @@ impl PartReader<'_> {
         for (name, at) in part.places.iter().filter(|(_, at)| at.value > i64::from(end)) {
             let message = format!("`{}` lies beyond {what}", name.text);
             let help = format!("the last place is {end}");
-            self.find(Code::OutOfRange, at.span, message, &help);
+            self.find(Code::OutOfRange, at.span, message, help);
         }
         part.places.iter().map(|(_, at)| small(at.value)).collect()
     }
@@ -121,7 +121,8 @@ impl PartReader<'_> {
         let off_at = at("off-at").unwrap_or(on_at);
         if let Some(written) = self.part.number("off-at").filter(|_| off_at > on_at) {
             let message = "`off-at` must be at or below `on-at`";
-            let help = "for a sensor that is ON below a value, add `invert = true`";
+            let invert = pair("invert = true").possible();
+            let help = advise("for a sensor that is ON below a value, add `{}`", [invert]);
             self.find(Code::Controller, written.span, message, help);
         }
         let (range, raw) = (self.pair("range"), self.pair("raw"));
@@ -132,9 +133,10 @@ impl PartReader<'_> {
                 let (there, missing) =
                     if range.is_some() { ("range", "raw") } else { ("raw", "range") };
                 let span = self.part.pair(there).map_or(self.part.span, |pair| pair.span);
-                let help = format!("give it `{missing}` too: `{missing} = [0, 1000]`");
+                let ends = pair(format!("{missing} = [0, 1000]")).possible();
+                let help = advise(&format!("give it `{missing}` too: `{{}}`"), [ends]);
                 let message = format!("`{there}` without `{missing}`");
-                self.find(Code::MissingKey, span, message, &help);
+                self.find(Code::MissingKey, span, message, help);
                 return None;
             }
         };
@@ -146,7 +148,7 @@ impl PartReader<'_> {
         let two: Option<[i64; 2]> = pair.value.as_slice().try_into().ok();
         if two.is_none_or(|[low, high]| key == "range" && low == high) {
             let message = format!("`{key}` is two numbers, one for each end");
-            self.find(Code::Controller, pair.span, message, "write `[0, 1000]`");
+            self.find(Code::Controller, pair.span, message, propose("[0, 1000]"));
             return Some(None);
         }
         Some(two.map(|two| two.map(|number| number as i32)))

@@ -8,6 +8,7 @@ use rungd_io::plant::settings::PointId;
 use rungd_language::resolve::names::NAME_MAX;
 use rungd_language::source::atom::is_name;
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::{Help, one_of};
 use rungd_language::source::nearest::{KnownNames, Near};
 use rungd_language::source::reader::Text;
 use rungd_language::source::span::Span;
@@ -269,7 +270,7 @@ impl Points {
             None => {
                 let parts = || KnownNames::new(self.by_part.keys().map(String::as_str));
                 let near = Near::new(part, self.known_parts.get_or_init(parts));
-                (format!("there is no part `{part}`"), near.followed_by(&format!(".{name}")))
+                (format!("there is no part `{part}`").into(), near.followed_by(&format!(".{name}")))
             }
         };
         let finding = Finding::new(Code::UnknownName, text.span, message);
@@ -282,13 +283,13 @@ impl Points {
     }
 
     /// A help: the points of a part.
-    fn listed(&self, of: &PointsOfPart) -> String {
+    fn listed(&self, of: &PointsOfPart) -> Help {
         let first = of.points.iter().take(LISTED_MAX);
-        let names = first.map(|id| format!("`{}`", self.all[id.0 as usize].name));
-        let list = names.collect::<Vec<_>>().join(", ");
+        let names = first.map(|id| &*self.all[id.0 as usize].name);
+        let help = one_of("there are", names).possible();
         match of.points.len().saturating_sub(LISTED_MAX) {
-            0 => format!("there are {list}"),
-            more => format!("there are {list}, and {more} more"),
+            0 => help,
+            more => help.and(&format!(", and {more} more")),
         }
     }
 }

@@ -10,6 +10,7 @@ use rungd_io::plant::settings::{
     CommandShare, Effect, FaultSettings, Feed, PlantCommand, PointId, opening,
 };
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::{Edit, give_one, pair, propose};
 use rungd_language::source::reader::Text;
 use rungd_language::source::span::Span;
 
@@ -147,13 +148,13 @@ impl Wires<'_> {
 fn undriven(point: &PlantPoint) -> Finding {
     let (part, command) = point.name.split_once('.').unwrap_or_default();
     let key = if part == FAULT { "when" } else { command };
+    let row = format!("{{ from = \"Y0\", to = \"{}\" }}", point.name);
     let help = format!(
-        "add a row to the map: `{{ from = \"Y0\", to = \"{}\" }}`; or name what drives it \
-         within the plant: `{key} = \"pump.running\"`",
-        point.name
+        "add a row to the map: `{row}`; or name what drives it within the plant: `{key} = \
+         \"pump.running\"`"
     );
     let message = format!("nothing drives `{}`", point.name);
-    Finding::new(Code::Controller, point.span, message).help(help)
+    Finding::new(Code::Controller, point.span, message).help(help).fix(Edit::Row(row))
 }
 
 /// The factor from a driver's value to the point's value: a bit opens an opening fully.
@@ -229,8 +230,7 @@ fn effect(
 ) -> Result<Effect, Finding> {
     let missing = |key: &str, example: &str| {
         let message = format!("a fault `{}` has no `{key}`", kind.name());
-        let help = format!("give it one: `{key} = {example}`");
-        Finding::new(Code::MissingKey, fault.span, message).help(help)
+        Finding::new(Code::MissingKey, fault.span, message).help(give_one(key, example))
     };
     let text = fault.point.as_ref().ok_or_else(|| missing("point", "\"belt.eye\""))?;
     let (id, point) = points.find(text)?;
@@ -243,7 +243,7 @@ fn effect(
     let every_ms = || at_least_1ms("every", fault.every_ms.as_ref().map(|ms| (ms.value, ms.span)));
     Ok(match kind {
         FaultKind::StuckOn | FaultKind::StuckOff if is_number => {
-            let help = "write `kind = \"stuck\"` with a `value`";
+            let help = propose(pair("kind = \"stuck\"")).and(" with a `value`");
             return Err(wrong(format!("`{}` is a number", point.name)).help(help));
         }
         FaultKind::StuckOn => Effect::Fixed { point: id, value: gain(point, true) },
