@@ -9,6 +9,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use super::fix::{Edit, Help, meant};
+use super::span::Span;
 
 /// Number of a name's characters that are compared.
 const COMPARED_MAX: usize = 64;
@@ -68,6 +69,8 @@ pub struct Near {
     after: Box<str>,
     /// The search among other names, if none of these is near.
     otherwise: Option<Box<Near>>,
+    /// The place of the unknown name; `None`: the place of the finding.
+    place: Option<Span>,
 }
 
 impl Near {
@@ -81,7 +84,13 @@ impl Near {
             before: "".into(),
             after: "".into(),
             otherwise: None,
+            place: None,
         }
+    }
+
+    /// For a name that is a part of the finding's place.
+    pub(crate) fn at(self, place: Option<Span>) -> Near {
+        Near { place, ..self }
     }
 
     /// Searches at most this number of names: those next to the unknown name in the order. Such a
@@ -114,7 +123,11 @@ impl Near {
         else {
             return self.otherwise.as_ref()?.help();
         };
-        Some(meant(format!("{}{near}{}", self.before, self.after)).bounded())
+        let help = meant(format!("{}{near}{}", self.before, self.after)).bounded();
+        Some(match self.place {
+            Some(place) => help.at(place),
+            None => help,
+        })
     }
 }
 

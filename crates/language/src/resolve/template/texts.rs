@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use crate::source::atom::{is_name, is_name_letter};
 use crate::source::finding::{Code, Finding};
-use crate::source::fix::{Help, possible, write};
-use crate::source::nearest::KnownNames;
+use crate::source::fix::{Fix, Help, possible, write};
+use crate::source::nearest::{KnownNames, Near};
 use crate::source::span::Span;
 
 /// The pieces of a text. Each is a plain text, and the word in braces behind it, if there is one.
@@ -51,13 +51,26 @@ pub fn placeholders(text: &str) -> impl Iterator<Item = Range<usize>> {
 pub(super) fn check(text: &str, span: Span, known: &KnownNames) -> Vec<Finding> {
     let holds = "a text may hold `{name}`, the use's name, and parameters in braces";
     let find = |message: String| Finding::new(Code::TemplateRule, span, message);
+    // The text of a `doc` is not at the place of its findings.
+    let is_there = (span.end - span.start) as usize == text.len();
+    let place = |start: usize, length: usize| is_there.then(|| span.part(start, start + length));
     let mut findings = Vec::new();
+    let mut end = 0;
     for (plain, word) in pieces(text) {
+        let start = end;
+        end += plain.len() + word.map_or(0, |word| word.len() + 2);
         if let Some(open) = unclosed(plain) {
             let begin: String = plain[open..].chars().take(SHOWN_MAX).collect();
             let word = begin[1..].trim_start().split(|c: char| !is_name_letter(c)).next();
             let help = match word.filter(|word| known.has(word)) {
-                Some(word) => write(format!("{{{word}}}")),
+                Some(word) => {
+                    let length = plain[open..].find(word).unwrap_or(0) + word.len();
+                    let right = Fix::from(format!("{{{word}}}"));
+                    write(match place(start + open, length) {
+                        Some(place) => right.at(place),
+                        None => right,
+                    })
+                }
                 None => Help::from(format!("{holds}; braces in pairs, as `{{}}`, are plain text"))
                     .with(possible("{}")),
             };
@@ -66,7 +79,8 @@ pub(super) fn check(text: &str, span: Span, known: &KnownNames) -> Vec<Finding> 
         if let Some(word) = word.filter(|word| !known.has(word)) {
             let finding =
                 find(format!("`{{{word}}}` is neither `{{name}}` nor a parameter")).help(holds);
-            findings.push(finding.near(word, known));
+            let near = Near::new(word, known).at(place(end - word.len() - 1, word.len()));
+            findings.push(finding.near_any(Some(Box::new(near))));
         }
     }
     findings
