@@ -9,7 +9,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use rungd_engine::isa::MemorySizes;
-use rungd_language::check::{Around, check};
+use rungd_language::check::{CheckInputs, check};
 use rungd_language::lower::lower;
 use rungd_language::resolve::{LoadOptions, load_ladders};
 use rungd_language::source::span::SourceFile;
@@ -27,7 +27,7 @@ fn main() {
         let begin = Instant::now();
         let (program, findings) = load_ladders(&files, &options);
         let program = program.unwrap_or_else(|| panic!("{:?}", findings.first()));
-        let findings = check(&program, Around::of(&[]));
+        let findings = check(&program, CheckInputs::of(&[]));
         black_box(lower(&program));
         times.push(begin.elapsed().as_secs_f64() * 1e3);
         assert!(findings.is_empty(), "{:?}", findings.first());

@@ -10,19 +10,19 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use rungd_base::calendar::LocalTime;
-use rungd_client::operator::names::Names;
+use rungd_client::operator::names::OperandNames;
 use rungd_client::operator::protocol::{GivenValue, Request};
 use rungd_config::controller::{self, Controller, resolve_controller};
 use rungd_config::load::decode;
 use rungd_engine::isa::{MemorySizes, address_text, duration};
 use rungd_engine::{Engine, ScanTimes};
-use rungd_fleet::fleet::{FleetLimits, FleetView, HeardMessage};
+use rungd_fleet::fleet::{FleetLimits, FleetView, ReceivedMessage};
 use rungd_history::record::{RecordedProgram, Recording, SectionBody, SegmentStart, read_program};
-use rungd_io::modbus::Map;
-use rungd_io::modbus::answer::{Answer, answer, refused, written};
-use rungd_io::modbus::frame::{self, FRAME_BYTES_MAX, Split};
-use rungd_io::modbus::map::Asker;
-use rungd_io::modbus::number::{ByteOrder, NumberOrder, NumberType, WordOrder};
+use rungd_io::modbus::ModbusMap;
+use rungd_io::modbus::answer::{RequestDecision, answer, refused, written};
+use rungd_io::modbus::frame::{self, FRAME_BYTES_MAX, FrameSplit};
+use rungd_io::modbus::map::RequestSource;
+use rungd_io::modbus::number::{ByteOrder, NumberOrder, RegisterNumberType, WordOrder};
 use rungd_io::modbus_client as client;
 use rungd_io::scaling::Scaling;
 use rungd_lab::traces::stimulus::{Stimulus, StimulusTarget};
@@ -36,7 +36,7 @@ use rungd_language::source::{contact_parser, instruction};
 use rungd_runtime::command::Forces;
 use rungd_runtime::exchange::{Mode, Snapshot};
 use rungd_state::retain::Storage;
-use rungd_state::retain::format::{Stamp, put_slot, read_slot};
+use rungd_state::retain::format::{ImageStamp, put_slot, read_slot};
 
 const LADDER: &str = include_str!("../../tests/io/oracle/ladder.toml");
 const CONTROLLER: &str = include_str!("../../tests/io/oracle/controller.toml");
@@ -46,7 +46,7 @@ struct Known {
     program: Program,
     symbols: Symbols,
     settings: Controller,
-    names: Names,
+    names: OperandNames,
 }
 
 /// Made once; every run only reads it.
@@ -56,7 +56,7 @@ static KNOWN: LazyLock<Known> = LazyLock::new(|| {
     let symbols = lower(&program).1;
     let written = controller::read(CONTROLLER, FileId(0)).0.expect("a controller file");
     let settings = resolve_controller(&written, &program).0;
-    let names = Names::new(&program, &symbols);
+    let names = OperandNames::new(&program, &symbols);
     Known { program, symbols, settings, names }
 });
 
@@ -79,8 +79,10 @@ pub fn ladder(bytes: &[u8]) {
     let (program, found) = load_ladders(&files, &LoadOptions::default());
     findings.extend(found);
     if let Some(program) = program {
-        findings
-            .extend(rungd_language::check::check(&program, rungd_language::check::Around::of(&[])));
+        findings.extend(rungd_language::check::check(
+            &program,
+            rungd_language::check::CheckInputs::of(&[]),
+        ));
         if findings.iter().all(|finding| finding.severity() != Severity::Error) {
             let _ = lower(&program);
         }
@@ -128,7 +130,7 @@ pub fn controller_file(bytes: &[u8]) {
         findings.extend(found);
         if let (false, Some(modbus)) = (error, settings.modbus) {
             let symbols = &KNOWN.symbols;
-            let _ = Map::new(&modbus, &symbols.layout, |word| symbols.limits(word));
+            let _ = ModbusMap::new(&modbus, &symbols.layout, |word| symbols.limits(word));
         }
     }
     show(&findings, file);
@@ -186,22 +188,22 @@ pub fn texts(bytes: &[u8]) {
 
 /// The bytes that a Modbus server receives: a stream of frames, each answered by one frame.
 pub fn modbus_server(mut bytes: &[u8]) {
-    static MAP: LazyLock<(Map, Snapshot)> = LazyLock::new(|| {
+    static MAP: LazyLock<(ModbusMap, Snapshot)> = LazyLock::new(|| {
         let Known { symbols, settings, .. } = &*KNOWN;
         let settings = settings.modbus.as_ref().expect("it has a server");
-        let map = Map::new(settings, &symbols.layout, |word| symbols.limits(word));
+        let map = ModbusMap::new(settings, &symbols.layout, |word| symbols.limits(word));
         (map, image(symbols))
     });
     let (map, latest) = &*MAP;
-    let asker = |unit| Asker { unit, client: IpAddr::V4(Ipv4Addr::LOCALHOST) };
-    while let Split::Frame { header, pdu, bytes: taken } = frame::split(bytes) {
+    let asker = |unit| RequestSource { unit, client: IpAddr::V4(Ipv4Addr::LOCALHOST) };
+    while let FrameSplit::Frame { header, pdu, bytes: taken } = frame::split(bytes) {
         let reply = match answer(map, asker(header.unit), pdu, latest) {
-            Answer::Reply(reply) => reply,
-            Answer::Refused(request, refusal) => {
+            RequestDecision::Reply(reply) => reply,
+            RequestDecision::Refused(request, refusal) => {
                 let _ = (map.place(header.unit, &request), refusal.to_string());
                 refused(pdu, refusal)
             }
-            Answer::Write(request, batch) => {
+            RequestDecision::Write(request, batch) => {
                 assert!(!batch.is_empty() && batch.len() <= 4096);
                 written(map, header.unit, (pdu, &request), latest).expect("as it was")
             }
@@ -210,7 +212,7 @@ pub fn modbus_server(mut bytes: &[u8]) {
         let framed = frame::around(header, |frame| frame.extend_from_slice(&reply));
         assert!(framed.len() <= FRAME_BYTES_MAX);
         let whole = frame::split(&framed);
-        assert!(matches!(whole, Split::Frame { pdu, .. } if pdu == reply));
+        assert!(matches!(whole, FrameSplit::Frame { pdu, .. } if pdu == reply));
         bytes = &bytes[taken..];
     }
 }
@@ -237,7 +239,7 @@ pub fn modbus_client(bytes: &[u8]) {
             assert!(pdu[0] & 0x7f == request[0]);
             let _ = client::answer::check(request, pdu);
         }
-        if let Split::Frame { pdu, .. } = frame::split(bytes) {
+        if let FrameSplit::Frame { pdu, .. } = frame::split(bytes) {
             let _ = client::answer::check(request, pdu);
         }
     }
@@ -257,12 +259,12 @@ pub fn modbus_points(bytes: &[u8]) {
         controller_file(format!("ladder = [\"l.toml\"]\n{device}\nmap = [{rows}]\n").as_bytes());
     }
     let Some(form) = PointNumber::read(bytes) else { return };
-    let group = client::reads(&[form.point], 0, &client::settings::Habits::default()).remove(0);
+    let group = client::reads(&[form.point], 0, &client::settings::PeerHabits::default()).remove(0);
     let mut inputs = [None];
     let is_number = group.bring_in(&form.registers[..usize::from(group.count) * 2], &mut inputs);
     assert_eq!(is_number, inputs[0].is_some());
     let Some(value) = inputs[0] else { return };
-    let mut run = client::runs(&[form.point], &client::settings::Habits::default()).remove(0);
+    let mut run = client::runs(&[form.point], &client::settings::PeerHabits::default()).remove(0);
     let sent = |run: &mut client::OutputRun, value| {
         run.want(&[value]);
         let part = run.due(true).expect("all is due");
@@ -289,11 +291,12 @@ struct PointNumber<'a> {
 
 impl<'a> PointNumber<'a> {
     fn read(bytes: &'a [u8]) -> Option<PointNumber<'a>> {
-        use client::settings::{ModbusPoint, Number, NumberPart, PointForm, Table};
+        use client::settings::{ModbusPoint, ModbusTable, NumberPart, PointForm, RegisterNumber};
         let (head, registers) = bytes.split_at_checked(10)?;
         let registers = registers.get(..8)?;
         let [kind, form, a, b, c, d, e, f, g, h] = *head.first_chunk::<10>()?;
-        let (_, kind) = NumberType::NAMES[usize::from(kind) % NumberType::NAMES.len()];
+        let (_, kind) =
+            RegisterNumberType::NAMES[usize::from(kind) % RegisterNumberType::NAMES.len()];
         let words = [WordOrder::HighFirst, WordOrder::LowFirst][usize::from(form & 1)];
         let bytes = [ByteOrder::HighFirst, ByteOrder::LowFirst][usize::from(form >> 1 & 1)];
         let is_real = form & 4 != 0;
@@ -307,10 +310,16 @@ impl<'a> PointNumber<'a> {
             },
             false => Scaling { real: is_real, multiply: 1, divide: 1, offset: 0 },
         };
-        let number =
-            Number { kind, order: NumberOrder { words, bytes }, part: NumberPart::Whole, scaling };
-        let (table, form) = (Table::HoldingRegisters, PointForm::Number(number));
-        let is_exact = !is_scaled && !is_real && matches!(kind, NumberType::I32 | NumberType::I64);
+        let number = RegisterNumber {
+            kind,
+            order: NumberOrder { words, bytes },
+            part: NumberPart::Whole,
+            scaling,
+        };
+        let (table, form) = (ModbusTable::HoldingRegisters, PointForm::Number(number));
+        let is_exact = !is_scaled
+            && !is_real
+            && matches!(kind, RegisterNumberType::I32 | RegisterNumberType::I64);
         Some(PointNumber {
             point: ModbusPoint { unit: 1, table, at: 7, form },
             registers,
@@ -389,7 +398,7 @@ pub fn retain(bytes: &[u8]) {
         let _ = format!("{content:?}");
     }
     // Every slot is read as it was written.
-    let stamp = Stamp { sequence: 3, scan: 2, saved_ms: 1, flags: 0 };
+    let stamp = ImageStamp { sequence: 3, scan: 2, saved_ms: 1, flags: 0 };
     let mut slot = Vec::new();
     put_slot(&mut slot, 7, &stamp, bytes);
     assert_eq!(read_slot(&slot, 7), Ok((stamp, bytes)));
@@ -465,7 +474,7 @@ pub fn sparkplug(mut bytes: &[u8]) {
             6 => "spBv1.0/STATE/h",
             _ => &raw,
         };
-        let message = HeardMessage { topic, payload, is_retained: head & 8 != 0 };
+        let message = ReceivedMessage { topic, payload, is_retained: head & 8 != 0 };
         let _ = view.hear(message, now_ms);
         if head & 16 != 0 {
             now_ms += 7_000;

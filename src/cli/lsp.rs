@@ -5,7 +5,7 @@ use anyhow::Result;
 use clap::Args;
 
 use super::exit::Exit;
-use rungd_lsp::{self as editor, EditorEnd, Wire};
+use rungd_lsp::{self as editor, EditorConnection, EditorEnd};
 
 /// Serves an editor: findings as one types, completion, hover, go to definition, rename
 ///
@@ -24,7 +24,7 @@ pub struct LspArgs {
 /// # Errors
 /// The editor does not follow the protocol.
 pub fn lsp(_args: &LspArgs) -> Result<Exit> {
-    let (connection, wire) = Wire::open()?;
+    let (connection, wire) = EditorConnection::open()?;
     let end = editor::serve(&connection)?;
     // The threads end when the connection is dropped.
     drop(connection);

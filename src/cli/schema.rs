@@ -16,7 +16,7 @@ use rungd_config::controller;
 use rungd_lab::testing;
 use rungd_language::source::key::{Key, KeyLimit};
 use rungd_language::source::ladder;
-use rungd_language::source::shape::{Shape, ValueForm};
+use rungd_language::source::shape::{TableShape, ValueForm};
 
 /// Prints the JSON Schema of a kind of file
 #[derive(Args, Debug)]
@@ -76,7 +76,7 @@ struct SchemaWriter {
 }
 
 impl SchemaWriter {
-    fn table(&mut self, shape: &Shape) -> Map<String, Value> {
+    fn table(&mut self, shape: &TableShape) -> Map<String, Value> {
         let noted = shape.noted();
         let mut properties = Map::new();
         for (key, form) in &noted.keys {
@@ -150,7 +150,7 @@ impl SchemaWriter {
     }
 
     /// A reference to the schema of a table that occurs in several places.
-    fn place(&mut self, shape: &Shape) -> Value {
+    fn place(&mut self, shape: &TableShape) -> Value {
         let place = shape.noted().place;
         let name = place.trim_start_matches("a ").replace(' ', "-");
         let schema = Value::Object(self.table(shape));
@@ -192,7 +192,7 @@ mod tests {
         }
     }
 
-    fn pieces(shape: &Shape, found: &mut Vec<&'static str>) {
+    fn pieces(shape: &TableShape, found: &mut Vec<&'static str>) {
         let noted = shape.noted();
         found.extend(&noted.together);
         for (key, form) in noted.keys.iter().chain(&noted.others) {

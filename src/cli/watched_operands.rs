@@ -56,7 +56,7 @@ pub(super) fn watched(
 
 /// Prints which arrays have more elements than the trace without `--watch` shows.
 fn say_left_out(program: &Program) {
-    for array_tag in program.arrays.iter().filter(|of| of.array.count as usize > ELEMENTS_MAX) {
+    for array_tag in program.arrays.iter().filter(|tag| tag.array.count as usize > ELEMENTS_MAX) {
         let (name, count) =
             (array_tag.name.split('[').next().unwrap_or(&array_tag.name), array_tag.array.count);
         say(&format!(

@@ -19,7 +19,7 @@ use rungd_engine as engine;
 use rungd_engine::isa::Address;
 use rungd_history::record::RecordedFile;
 use rungd_io::modbus::settings::ModbusServerSettings;
-use rungd_io::plant::settings::Rule;
+use rungd_io::plant::settings::InputRule;
 use rungd_language::lower::{Symbols, lower_within};
 use rungd_language::resolve::program::Program;
 use rungd_language::source::finding::Finding;
@@ -57,7 +57,7 @@ pub struct ControllerSetup {
     pub(super) memory: PublicMemory,
     pub(super) posture: Posture,
     pub(super) modbus: Option<ModbusServerSettings>,
-    pub(super) rules: Vec<Rule>,
+    pub(super) rules: Vec<InputRule>,
     pub(super) devices: Vec<rungd_config::controller::device::Device>,
     /// The wiring of each of `devices`, in the same order.
     pub(super) field: Vec<Wiring>,

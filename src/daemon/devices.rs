@@ -17,7 +17,7 @@ use rungd_io::device::{DeviceHealth, DeviceKeeper, DeviceParts, Driver, Opener};
 use rungd_io::gpio::{GpioOpener, KernelChips};
 use rungd_io::modbus_client::settings::{self as modbus, LinkSettings};
 use rungd_io::modbus_client::{ModbusClient, RtuLines, TcpConnection};
-use rungd_io::plant::Plant;
+use rungd_io::plant::RunningPlant;
 use rungd_runtime::exchange::Port;
 use rungd_runtime::field::DeviceEnds;
 use rungd_runtime::say::say;
@@ -109,7 +109,7 @@ impl DeviceStarter<'_> {
                 }
             },
             Settings::Simulated(plant) => {
-                self.beside(Plant::new(plant), (device, wiring), ends, tasks);
+                self.beside(RunningPlant::new(plant), (device, wiring), ends, tasks);
             }
             Settings::Gpio(lines) => {
                 self.within(Arc::new(GpioOpener::new(lines, KernelChips)), device, ends, tasks);

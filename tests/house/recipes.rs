@@ -57,8 +57,8 @@ const BLIPS: Additions = &[
     ("src/cli/mod.rs", "enum Command {\n", "enum Command {\n    Blip,\n"),
     (
         "crates/config/src/controller/device/settings.rs",
-        "    Simulated(Plant),\n",
-        "    Simulated(Plant),\n    Blip,\n",
+        "    Simulated(PlantSettings),\n",
+        "    Simulated(PlantSettings),\n    Blip,\n",
     ),
 ];
 
@@ -380,8 +380,8 @@ const HALF: Additions = &[
     ),
     (
         "crates/language/src/check/mod.rs",
-        "    (Needs::Place, Code::OwnedTwice,",
-        "    (Needs::Place, Code::Blip, blip::check),\n    (Needs::Place, Code::OwnedTwice,",
+        "    (RuleNeeds::Place, Code::OwnedTwice,",
+        "    (RuleNeeds::Place, Code::Blip, blip::check),\n    (RuleNeeds::Place, Code::OwnedTwice,",
     ),
 ];
 
@@ -459,7 +459,7 @@ fn every_rule_of_the_check_has_its_tests() {
         fs::read_to_string(root().join("crates/language/src/check").join(file)).expect(file)
     };
     let table = text("mod.rs");
-    let rows = table.lines().filter_map(|line| line.trim().strip_prefix("(Needs::"));
+    let rows = table.lines().filter_map(|line| line.trim().strip_prefix("(RuleNeeds::"));
     let rules: BTreeSet<&str> =
         rows.filter_map(|row| row.rsplit(", ").next()?.split("::").next()).collect();
     assert!(rules.len() > 20, "{rules:?}");

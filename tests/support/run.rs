@@ -6,7 +6,7 @@ use rungd_engine::isa::{Address, Bit, BitSpace, Word};
 use rungd_engine::{Cell, Image, Layout};
 use rungd_lab::traces::stimulus::{Stimulus, StimulusTarget};
 use rungd_lab::traces::trace::{RowName as TraceRow, Trace};
-use rungd_language::check::{Around, check};
+use rungd_language::check::{CheckInputs, check};
 use rungd_language::lower::{Symbols, lower, lower_with};
 use rungd_language::resolve::program::Program;
 use rungd_language::resolve::{LoadOptions, load_ladders};
@@ -29,7 +29,7 @@ pub fn load(ladder: &str) -> Result<Program, String> {
     let file = SourceFile { name: "case.toml".into(), text: ladder.into() };
     let (program, mut findings) = load_ladders(&[file], &LoadOptions::default());
     if let Some(program) = &program {
-        findings.extend(check(program, Around::of(&[])));
+        findings.extend(check(program, CheckInputs::of(&[])));
     }
     findings.retain(|finding| finding.severity() == Severity::Error);
     let line = |f: &Finding| format!("{}: {}", f.code.name(), f.message);

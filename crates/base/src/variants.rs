@@ -8,24 +8,24 @@
 #[macro_export]
 macro_rules! all_variants {
     ($($Enum:ident::$Variant:ident $(($Inner:ident::$Of:ident))?),+ $(,)?) => {{
-        const fn listed(of: &$crate::variants::first_of!($($Enum)+)) {
-            match of { $($Enum::$Variant $(($Inner::$Of))? => {})+ }
+        const fn listed(variant: &$crate::variants::first_of!($($Enum)+)) {
+            match variant { $($Enum::$Variant $(($Inner::$Of))? => {})+ }
         }
         let all = [$($Enum::$Variant $(($Inner::$Of))?),+];
         listed(&all[0]);
         all
     }};
     ($(($name:literal, $Enum:ident::$Variant:ident)),+ $(,)?) => {{
-        const fn listed(of: &$crate::variants::first_of!($($Enum)+)) {
-            match of { $($Enum::$Variant => {})+ }
+        const fn listed(variant: &$crate::variants::first_of!($($Enum)+)) {
+            match variant { $($Enum::$Variant => {})+ }
         }
         let all = [$(($name, $Enum::$Variant)),+];
         listed(&all[0].1);
         all
     }};
     ($(($Enum:ident::$Variant:ident, $name:literal)),+ $(,)?) => {{
-        const fn listed(of: &$crate::variants::first_of!($($Enum)+)) {
-            match of { $($Enum::$Variant => {})+ }
+        const fn listed(variant: &$crate::variants::first_of!($($Enum)+)) {
+            match variant { $($Enum::$Variant => {})+ }
         }
         let all = [$(($Enum::$Variant, $name)),+];
         listed(&all[0].0);

@@ -9,11 +9,11 @@ use serde_json::{Value, json};
 
 use super::commands;
 use super::complete;
-use super::lines::Columns;
+use super::lines::ColumnUnit;
 use super::tokens;
 
 /// The answer to `initialize`.
-pub(super) fn of(columns: Columns) -> Value {
+pub(super) fn of(columns: ColumnUnit) -> Value {
     let sync = TextDocumentSyncCapability::Kind(TextDocumentSyncKind::INCREMENTAL);
     let rename = RenameOptions {
         prepare_provider: Some(true),

@@ -11,13 +11,13 @@ use lsp_types::{ExecuteCommandParams, MessageType, Position, Uri};
 use serde_json::Value;
 
 use super::hover;
-use super::jobs::{JobSubject, Made};
+use super::jobs::{JobResult, JobSubject};
 use super::operands;
 use super::outbox::Refreshed;
 use super::simulate_job::{self, SimulateOrder};
 use super::slots::FileKind;
 use super::test_job::{self, TestOrder};
-use super::test_results::{FileResults, TestedTexts, are_present, told, whole};
+use super::test_results::{FileResults, TestedTexts, are_present, verdict_text, whole};
 use super::uri::path_of;
 use super::why_job;
 use super::workspace::{Cursor, Workspace};
@@ -108,7 +108,7 @@ fn show_failure(workspace: &mut Workspace, arguments: &Arguments) -> Result<()> 
     let path = arguments.path()?;
     let test = arguments.text(1).context("the second argument is the name of a test")?;
     let verdict = workspace.tests.of(&path, test);
-    let failed = verdict.and_then(|of| Some((of, of.failure.as_deref()?)));
+    let failed = verdict.and_then(|verdict| Some((verdict, verdict.failure.as_deref()?)));
     let (verdict, failure) = failed.context("this test has not failed")?;
     let name = PathBuf::from(path.file_name().unwrap_or_default());
     let text = whole(&name, verdict, failure);
@@ -169,9 +169,9 @@ fn show(workspace: &mut Workspace, name: &str, text: &str) -> Result<()> {
 }
 
 /// Shows the result of a job.
-pub(super) fn done(workspace: &mut Workspace, made: Made) {
+pub(super) fn done(workspace: &mut Workspace, made: JobResult) {
     match made {
-        Made::Document(path, outside) => {
+        JobResult::Document(path, outside) => {
             match std::fs::read_to_string(&path) {
                 Ok(text) if !outside && !workspace.outbox.shows_documents() => {
                     workspace.outbox.say(MessageType::INFO, text);
@@ -179,8 +179,8 @@ pub(super) fn done(workspace: &mut Workspace, made: Made) {
                 Ok(_) | Err(_) => workspace.outbox.show(&path, outside),
             };
         }
-        Made::Failed(why) => workspace.outbox.say(MessageType::ERROR, why),
-        Made::Tests(results) => tested(workspace, results),
+        JobResult::Failed(why) => workspace.outbox.say(MessageType::ERROR, why),
+        JobResult::Tests(results) => tested(workspace, results),
     }
 }
 
@@ -193,7 +193,7 @@ fn tested(workspace: &mut Workspace, results: FileResults) {
         .verdicts
         .iter()
         .filter(|verdict| verdict.failure.is_some())
-        .map(|verdict| format!("{}: {}", verdict.name, told(verdict)))
+        .map(|verdict| format!("{}: {}", verdict.name, verdict_text(verdict)))
         .collect();
     if !failed.is_empty() {
         workspace.outbox.say(MessageType::ERROR, failed.join("\n"));

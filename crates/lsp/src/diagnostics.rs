@@ -12,7 +12,7 @@ use lsp_types::{
 };
 
 use super::judge::Judgement;
-use super::lines::{Columns, Lines};
+use super::lines::{ColumnUnit, LineIndex};
 use super::uri::uri_of;
 use super::workspace::Workspace;
 use rungd_config::load::identity;
@@ -26,7 +26,7 @@ const SHOWN_MAX: usize = 1000;
 pub(super) const SOURCE: &str = "rungd";
 
 /// The text of a diagnostic: the message, the label and the help of its finding.
-pub(super) fn told(finding: &Finding) -> String {
+pub(super) fn message_text(finding: &Finding) -> String {
     let mut text = finding.message.clone();
     if !finding.label.is_empty() {
         text.push_str(&format!(" ({})", finding.label));
@@ -60,15 +60,15 @@ pub(super) fn all(workspace: &Workspace) -> BTreeMap<PathBuf, Vec<Diagnostic>> {
         for finding in &judgement.findings {
             let Span { file, start, end } = finding.span;
             let Some(path) = files.paths.get(file.0 as usize) else { continue };
-            let of = shown.entry(path.clone()).or_default();
+            let findings = shown.entry(path.clone()).or_default();
             let key = (path.clone(), start, end, finding.code, finding.message.as_str());
-            if of.len() < SHOWN_MAX && *told.entry(key).or_insert(root) == root {
-                of.extend(files.diagnostic(finding));
+            if findings.len() < SHOWN_MAX && *told.entry(key).or_insert(root) == root {
+                findings.extend(files.diagnostic(finding));
             }
         }
         if let Some(failure) = &judgement.failure {
-            let of = shown.entry(judgement.root.path().to_owned()).or_default();
-            of.push(Diagnostic { message: failure.clone(), ..diagnostic(Severity::Error) });
+            let findings = shown.entry(judgement.root.path().to_owned()).or_default();
+            findings.push(Diagnostic { message: failure.clone(), ..diagnostic(Severity::Error) });
         }
     }
     shown
@@ -78,15 +78,15 @@ pub(super) fn all(workspace: &Workspace) -> BTreeMap<PathBuf, Vec<Diagnostic>> {
 struct JudgedPlaces<'j> {
     files: &'j [SourceFile],
     paths: Vec<PathBuf>,
-    lines: Vec<Lines>,
-    columns: Columns,
+    lines: Vec<LineIndex>,
+    columns: ColumnUnit,
 }
 
 impl<'j> JudgedPlaces<'j> {
     fn of(workspace: &Workspace, judgement: &'j Judgement) -> JudgedPlaces<'j> {
         let files = &judgement.files;
         let paths = files.iter().map(path_of).collect();
-        let lines = files.iter().map(|file| Lines::of(&file.text)).collect();
+        let lines = files.iter().map(|file| LineIndex::of(&file.text)).collect();
         JudgedPlaces { files, paths, lines, columns: workspace.library.columns() }
     }
 
@@ -108,7 +108,7 @@ impl<'j> JudgedPlaces<'j> {
         Some(Diagnostic {
             range: self.location(finding.span)?.range,
             code: Some(NumberOrString::String(finding.code.name().to_owned())),
-            message: told(finding),
+            message: message_text(finding),
             related_information: (!related.is_empty()).then_some(related),
             tags: is_unused.then(|| vec![DiagnosticTag::UNNECESSARY]),
             ..diagnostic(finding.severity())

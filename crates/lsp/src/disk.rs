@@ -79,7 +79,7 @@ impl DiskView {
 
 fn listed(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).into_iter().flatten();
-    let paths = entries.filter_map(|of| Some(of.ok()?.path()));
+    let paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
     let is_toml = |path: &PathBuf| path.extension().is_some_and(|end| end == "toml");
     let mut paths: Vec<PathBuf> = paths.filter(is_toml).take(FILES_MAX).collect();
     paths.sort_unstable();

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use lsp_types::{Position, Range as Place, TextDocumentContentChangeEvent};
 
-use super::lines::{Columns, Lines};
+use super::lines::{ColumnUnit, LineIndex};
 use super::project::Library;
 
 /// The text of an open file after some changes, in order; `None` if it is not open.
@@ -39,8 +39,8 @@ pub(super) fn applied(
     })
 }
 
-fn replaced(text: &str, columns: Columns, (place, new): (Place, &str)) -> String {
-    let lines = Lines::of(text);
+fn replaced(text: &str, columns: ColumnUnit, (place, new): (Place, &str)) -> String {
+    let lines = LineIndex::of(text);
     let start = lines.offset(text, columns, place.start);
     let end = lines.offset(text, columns, place.end).max(start);
     [&text[..start], new, &text[end..]].concat()
@@ -49,7 +49,7 @@ fn replaced(text: &str, columns: Columns, (place, new): (Place, &str)) -> String
 /// A text divided at the line of the last change, so that the next change moves only the lines
 /// between the two changes.
 struct EditedText<'t> {
-    columns: Columns,
+    columns: ColumnUnit,
     /// The lines before the division, each with its line end.
     before: Vec<Cow<'t, str>>,
     /// The other lines, the last one first.
@@ -57,8 +57,8 @@ struct EditedText<'t> {
 }
 
 impl<'t> EditedText<'t> {
-    fn of(text: &'t str, columns: Columns) -> EditedText<'t> {
-        let behind = Lines::of(text).whole(text).rev().map(Cow::Borrowed).collect();
+    fn of(text: &'t str, columns: ColumnUnit) -> EditedText<'t> {
+        let behind = LineIndex::of(text).whole(text).rev().map(Cow::Borrowed).collect();
         EditedText { columns, before: Vec::new(), behind }
     }
 
@@ -78,7 +78,7 @@ impl<'t> EditedText<'t> {
         {
             changed.insert_str(0, &last);
         }
-        let lines = Lines::of(&changed);
+        let lines = LineIndex::of(&changed);
         self.behind.extend(lines.whole(&changed).rev().map(|line| Cow::Owned(line.to_owned())));
     }
 
@@ -116,11 +116,11 @@ mod tests {
             };
             let (first, news) = (text(12), [text(1), text(3), text(0), text(2)]);
             let mut one_by_one = first.clone();
-            let mut edited = EditedText::of(&first, Columns::Utf16);
+            let mut edited = EditedText::of(&first, ColumnUnit::Utf16);
             for new in &news {
                 let mut position = || Position::new(number(9) as u32, number(4) as u32);
                 let place = Place::new(position(), position());
-                one_by_one = replaced(&one_by_one, Columns::Utf16, (place, new));
+                one_by_one = replaced(&one_by_one, ColumnUnit::Utf16, (place, new));
                 edited.replace(place, new);
             }
             assert_eq!(edited.text(), one_by_one, "{first:?} {news:?}");

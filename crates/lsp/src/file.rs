@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use lsp_types::{Position, Range as Place};
 
-use super::lines::{Columns, Lines};
+use super::lines::{ColumnUnit, LineIndex};
 use super::outline::Outline;
 use super::outline_reader::read;
 use super::slots::FileKind;
@@ -27,17 +27,17 @@ pub(super) struct EditorFile {
     pub outline: Outline,
     /// The names in it.
     pub words: FileWords,
-    lines: Lines,
-    columns: Columns,
+    lines: LineIndex,
+    columns: ColumnUnit,
 }
 
 impl EditorFile {
     /// Reads a text.
-    pub fn new(path: &Path, text: Arc<str>, columns: Columns) -> EditorFile {
+    pub fn new(path: &Path, text: Arc<str>, columns: ColumnUnit) -> EditorFile {
         let outline = read(&text);
         let kind = FileKind::of(&path.to_string_lossy(), &outline);
         let words = FileWords::of(&text, &outline, kind);
-        let lines = Lines::of(&text);
+        let lines = LineIndex::of(&text);
         EditorFile { path: path.to_owned(), text, kind, outline, words, lines, columns }
     }
 

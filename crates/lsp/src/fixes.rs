@@ -14,9 +14,9 @@ use lsp_types::{
     Diagnostic, NumberOrString, TextEdit, WorkspaceEdit,
 };
 
-use self::edit::{Proposal, TextChange};
+use self::edit::{ProposedChanges, TextChange};
 use self::verify::{FixTrial, FixWorth};
-use super::diagnostics::{path_of as judged_path, told};
+use super::diagnostics::{message_text, path_of as judged_path};
 use super::file::EditorFile;
 use super::judge::Judgement;
 use super::uri::path_of;
@@ -61,7 +61,7 @@ impl TrialBudget {
 }
 
 /// A change that is offered.
-struct Offer {
+struct OfferedFix {
     title: String,
     changes: Vec<TextChange>,
     /// Whether it repairs the finding; otherwise it silences the finding.
@@ -103,8 +103,9 @@ pub(super) fn actions(
 
 /// Whether the editor supports code actions that contain edits.
 fn takes_literals(workspace: &Workspace) -> bool {
-    let of = workspace.client.text_document.as_ref().and_then(|of| of.code_action.as_ref());
-    of.is_some_and(|of| of.code_action_literal_support.is_some())
+    let abilities =
+        workspace.client.text_document.as_ref().and_then(|document| document.code_action.as_ref());
+    abilities.is_some_and(|action| action.code_action_literal_support.is_some())
 }
 
 /// The findings in a range of the present text of a file, each once. The finding nearest to the
@@ -117,7 +118,9 @@ fn findings<'w>(
 ) -> Vec<(&'w Judgement, &'w Finding)> {
     let mut near: Vec<(&Judgement, &Finding)> = Vec::new();
     for judgement in workspace.judged.values() {
-        let is_here = |of: &SourceFile| judged_path(of) == path && *of.text == *file.text;
+        let is_here = |judged_file: &SourceFile| {
+            judged_path(judged_file) == path && *judged_file.text == *file.text
+        };
         let here: Vec<bool> = judgement.files.iter().map(is_here).collect();
         let asked = judgement.findings.iter().filter(|finding| {
             finding.span.start as usize <= within.end
@@ -151,7 +154,7 @@ fn offers(
     finding: &Finding,
     trial: &mut FixTrial,
     left: &mut TrialBudget,
-) -> Vec<Offer> {
+) -> Vec<OfferedFix> {
     let span = finding.span.start as usize..finding.span.end as usize;
     let mut offers = Vec::new();
     let advice = finding.advice();
@@ -167,18 +170,18 @@ fn offers(
             left.take(trial.bytes()).then(|| trial.repairs(changes, fix.applicability))
         });
         if let Some((changes, worth)) = taken
-            && !offers.iter().any(|known: &Offer| known.changes == changes)
+            && !offers.iter().any(|known: &OfferedFix| known.changes == changes)
         {
             let changed = changes.first().map_or(span.clone(), |change| change.range.clone());
             let title = change::title(file, fix, changed);
             let is_sure = fix.applicability != Applicability::Possible && worth == FixWorth::Whole;
-            offers.push(Offer { title, changes, repairs: true, is_sure });
+            offers.push(OfferedFix { title, changes, repairs: true, is_sure });
         }
     }
     if finding.severity() == Severity::Warning {
         for (title, changes) in silence::proposed(file, &span, finding.code.name()) {
             if left.take(trial.bytes()) && trial.silences(&changes) {
-                offers.push(Offer { title, changes, repairs: false, is_sure: false });
+                offers.push(OfferedFix { title, changes, repairs: false, is_sure: false });
             }
         }
     }
@@ -188,9 +191,9 @@ fn offers(
 /// The first proposal that is fully verified, else the first proposal that repairs. `repairs`
 /// returns the worth of a proposal, or `None` if no more proposals may be tried.
 fn best(
-    proposed: Vec<Proposal>,
+    proposed: Vec<ProposedChanges>,
     mut repairs: impl FnMut(&[TextChange]) -> Option<Option<FixWorth>>,
-) -> Option<(Proposal, FixWorth)> {
+) -> Option<(ProposedChanges, FixWorth)> {
     let mut first = None;
     for changes in proposed {
         match repairs(&changes) {
@@ -213,7 +216,7 @@ fn shown<'d>(
 ) -> Option<&'d Diagnostic> {
     let place = file.place(finding.span.start as usize..finding.span.end as usize);
     let code = NumberOrString::String(finding.code.name().to_owned());
-    let message = told(finding);
+    let message = message_text(finding);
     diagnostics.iter().find(|diagnostic| {
         diagnostic.code.as_ref() == Some(&code)
             && diagnostic.range == place
@@ -222,7 +225,7 @@ fn shown<'d>(
 }
 
 #[allow(clippy::mutable_key_type)] // The type of the protocol.
-fn action(params: &CodeActionParams, file: &EditorFile, offer: &Offer) -> CodeAction {
+fn action(params: &CodeActionParams, file: &EditorFile, offer: &OfferedFix) -> CodeAction {
     let edits = offer.changes.iter().map(|change| TextEdit {
         range: file.place(change.range.clone()),
         new_text: change.text.clone(),

@@ -5,7 +5,7 @@ use anyhow::Result;
 use lsp_types::{InlayHint, InlayHintKind, InlayHintLabel, InlayHintParams};
 
 use super::file::EditorFile;
-use super::live::{LiveValue, LiveValues};
+use super::live_poller::{LiveValue, LiveValues};
 use super::operands::{NamedWord, named, values, words};
 use super::outline::OutlineValue;
 use super::project::Project;
@@ -37,9 +37,9 @@ pub(super) fn hints(
     workspace.live.shows(&path, bytes.clone());
     let Some(live) = workspace.live.values(&project.root) else { return Ok(None) };
     let shown = values(file, bytes.start).take_while(|(value, _)| value.span.start <= bytes.end);
-    let hint = |of: (&OutlineValue, Slot)| {
-        let label = label((&project, number), of, &live)?;
-        Some(hint(file, of.0, label))
+    let hint = |value_and_slot: (&OutlineValue, Slot)| {
+        let label = label((&project, number), value_and_slot, &live)?;
+        Some(hint(file, value_and_slot.0, label))
     };
     Ok(Some(shown.filter_map(hint).collect()))
 }
@@ -73,7 +73,7 @@ fn label(
             BitOrNumber::Bit(_) => slot == Slot::Instruction && word.is_written,
             BitOrNumber::Word(_) | BitOrNumber::Real(_) => true,
         };
-        let text = told(&word, value);
+        let text = hint_text(&word, value);
         if is_wanted && !shown.contains(&text) && shown.len() < SHOWN_MAX {
             shown.push(text);
         }
@@ -81,7 +81,7 @@ fn label(
     (!shown.is_empty()).then(|| shown.join(", "))
 }
 
-fn told(word: &NamedWord, value: LiveValue) -> String {
+fn hint_text(word: &NamedWord, value: LiveValue) -> String {
     let held = value.held();
     let value = match value.output {
         OutputState::AsMemory => held_text(word, held),

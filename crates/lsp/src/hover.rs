@@ -11,7 +11,7 @@ use lsp_types::{ClientCapabilities, Hover, HoverContents, HoverParams, MarkupCon
 
 use super::names::Meaning;
 use super::navigate::part_at;
-use super::words::Role;
+use super::words::FileWordRole;
 use super::workspace::{Cursor, Workspace};
 use rungd_config::explain;
 
@@ -47,8 +47,8 @@ pub(super) fn explained(cursor: &Cursor) -> Option<(String, String)> {
 
 /// Whether an editor shows only plain text, or prefers it.
 fn wants_plain(client: &ClientCapabilities) -> bool {
-    let of = client.text_document.as_ref().and_then(|of| of.hover.as_ref());
-    let formats = of.and_then(|of| of.content_format.as_ref());
+    let abilities = client.text_document.as_ref().and_then(|document| document.hover.as_ref());
+    let formats = abilities.and_then(|hover| hover.content_format.as_ref());
     formats.and_then(|formats| formats.first()) == Some(&MarkupKind::PlainText)
 }
 
@@ -62,20 +62,22 @@ fn of_word(cursor: &Cursor) -> Option<(Range<usize>, String)> {
     let word = cursor.word().filter(|word| cursor.offset < word.span.end)?;
     let whole = |text: String| Some((word.span.clone(), text));
     match word.role {
-        Role::Mnemonic(mnemonic) => whole(explain::instruction_page(mnemonic.spec())),
-        Role::Function(function) => whole(explain::explanation(function.spec().name)?),
-        Role::Warning => whole(explain::explanation(cursor.file().slice(word.span.clone()))?),
-        Role::File => None,
-        Role::Declares(_)
-        | Role::Reads
-        | Role::Writes
-        | Role::Names
-        | Role::Block
-        | Role::Stage
-        | Role::Template
-        | Role::Parameter
-        | Role::Placeholder
-        | Role::Device => of_name(cursor),
+        FileWordRole::Mnemonic(mnemonic) => whole(explain::instruction_page(mnemonic.spec())),
+        FileWordRole::Function(function) => whole(explain::explanation(function.spec().name)?),
+        FileWordRole::Warning => {
+            whole(explain::explanation(cursor.file().slice(word.span.clone()))?)
+        }
+        FileWordRole::File => None,
+        FileWordRole::Declares(_)
+        | FileWordRole::Reads
+        | FileWordRole::Writes
+        | FileWordRole::Names
+        | FileWordRole::Block
+        | FileWordRole::Stage
+        | FileWordRole::Template
+        | FileWordRole::Parameter
+        | FileWordRole::Placeholder
+        | FileWordRole::Device => of_name(cursor),
     }
 }
 

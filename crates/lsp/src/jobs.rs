@@ -19,7 +19,7 @@ use super::test_results::{FileResults, TestedTexts, are_present};
 
 /// The result of a job.
 #[derive(Debug)]
-pub(super) enum Made {
+pub(super) enum JobResult {
     /// A file to show; `true`: in the desktop's program for it.
     Document(PathBuf, bool),
     /// The verdicts of tests.
@@ -34,7 +34,7 @@ pub(super) struct JobReport {
     name: String,
     number: u64,
     /// The result of the job.
-    pub made: Made,
+    pub made: JobResult,
 }
 
 /// The jobs of a server.
@@ -105,7 +105,7 @@ impl Jobs {
         &mut self,
         name: String,
         subject: JobSubject,
-        work: impl FnOnce(&JobPlace) -> Result<Option<Made>> + Send + 'static,
+        work: impl FnOnce(&JobPlace) -> Result<Option<JobResult>> + Send + 'static,
     ) -> Result<()> {
         self.number += 1;
         let (number, is_replaced) = (self.number, Arc::new(AtomicBool::new(false)));
@@ -118,7 +118,7 @@ impl Jobs {
             let made = match work(&JobPlace { is_replaced, scratch }) {
                 Ok(Some(made)) => made,
                 Ok(None) => return,
-                Err(failure) => Made::Failed(format!("{failure:#}")),
+                Err(failure) => JobResult::Failed(format!("{failure:#}")),
             };
             // If the channel is closed, the server has ended.
             let _ = send.send(JobReport { name, number, made });
@@ -129,7 +129,7 @@ impl Jobs {
     }
 
     /// Ends a job. Returns its result, unless the job was replaced.
-    pub fn ended(&mut self, report: JobReport) -> Option<Made> {
+    pub fn ended(&mut self, report: JobReport) -> Option<JobResult> {
         if self.latest.get(&report.name)?.number != report.number {
             return None;
         }
@@ -171,7 +171,7 @@ mod tests {
     fn a_second_start_replaces_the_first_one() {
         let (mut jobs, reports) = Jobs::new();
         let (go, wait) = unbounded::<()>();
-        let failed = |words: &str| Ok(Some(Made::Failed(words.to_owned())));
+        let failed = |words: &str| Ok(Some(JobResult::Failed(words.to_owned())));
         let first = move |place: &JobPlace| {
             let _ = wait.recv();
             assert!(place.is_replaced());

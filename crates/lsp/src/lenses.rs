@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::commands::{LIVE_OFF, LIVE_ON, SHOW_FAILURE, SIMULATE, TEST};
 use super::file::EditorFile;
 use super::slots::FileKind;
-use super::test_results::{TestResults, told};
+use super::test_results::{TestResults, verdict_text};
 use super::workspace::Workspace;
 
 /// The lenses of a file.
@@ -39,7 +39,7 @@ fn of_tests(file: &EditorFile, uri: &Value, results: &TestResults) -> Vec<CodeLe
         lenses.push(lens(file, place.clone(), ("run", TEST, arguments.clone())));
         let Some(verdict) = results.of(&file.path, name) else { continue };
         let command = if verdict.failure.is_some() { SHOW_FAILURE } else { TEST };
-        lenses.push(lens(file, place, (&told(verdict), command, arguments)));
+        lenses.push(lens(file, place, (&verdict_text(verdict), command, arguments)));
     }
     if !lenses.is_empty() {
         lenses.insert(0, lens(file, 0..0, ("run all", TEST, vec![uri.clone()])));

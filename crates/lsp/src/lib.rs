@@ -3,7 +3,7 @@
 //! `cli::lsp` calls [`serve`]. Every text, even a broken one, is read into an `outline` and
 //! `words`; the words of a project's files are resolved to `names`. Requests are answered from
 //! these at once. `judge` produces the findings on its own thread, with the same functions as
-//! `rungd check`. Only `live` reads a clock.
+//! `rungd check`. Only `live_poller` reads a clock.
 //!
 //! # The way of an edit
 //!
@@ -37,7 +37,7 @@ mod jobs;
 mod judge;
 mod lenses;
 mod lines;
-mod live;
+mod live_poller;
 mod live_targets;
 mod live_view;
 mod names;
@@ -65,4 +65,4 @@ mod words;
 mod workspace;
 
 pub use server::{EditorEnd, serve};
-pub use wire::Wire;
+pub use wire::EditorConnection;

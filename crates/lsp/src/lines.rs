@@ -7,7 +7,7 @@ use lsp_types::{Position, PositionEncodingKind, Range as Place};
 
 /// The unit of a column.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) enum Columns {
+pub(super) enum ColumnUnit {
     /// UTF-16 units, which every editor supports.
     #[default]
     Utf16,
@@ -15,20 +15,20 @@ pub(super) enum Columns {
     Utf8,
 }
 
-impl Columns {
+impl ColumnUnit {
     /// The best unit that an editor offers.
-    pub fn of(offered: Option<&Vec<PositionEncodingKind>>) -> Columns {
+    pub fn of(offered: Option<&Vec<PositionEncodingKind>>) -> ColumnUnit {
         match offered.is_some_and(|offered| offered.contains(&PositionEncodingKind::UTF8)) {
-            true => Columns::Utf8,
-            false => Columns::Utf16,
+            true => ColumnUnit::Utf8,
+            false => ColumnUnit::Utf16,
         }
     }
 
     /// Its name in the protocol.
     pub fn kind(self) -> PositionEncodingKind {
         match self {
-            Columns::Utf16 => PositionEncodingKind::UTF16,
-            Columns::Utf8 => PositionEncodingKind::UTF8,
+            ColumnUnit::Utf16 => PositionEncodingKind::UTF16,
+            ColumnUnit::Utf8 => PositionEncodingKind::UTF8,
         }
     }
 }
@@ -38,7 +38,7 @@ const MARKED_BYTES: usize = 256;
 
 /// Where the lines of a text begin. A line ends with `\n`, `\r\n` or `\r`.
 #[derive(Clone, Debug)]
-pub(super) struct Lines {
+pub(super) struct LineIndex {
     starts: Vec<usize>,
     /// The number of UTF-16 units before every 256th byte, so that a position in a line of a
     /// megabyte costs no more than a position in a short line. Empty if every unit is a byte.
@@ -53,9 +53,9 @@ struct UnitMark {
     units: usize,
 }
 
-impl Lines {
+impl LineIndex {
     /// The lines of a text.
-    pub fn of(text: &str) -> Lines {
+    pub fn of(text: &str) -> LineIndex {
         let mut starts = vec![0];
         starts.extend(text.match_indices('\n').map(|(at, _)| at + 1));
         let lone = text.match_indices('\r').map(|(at, _)| at + 1);
@@ -65,7 +65,7 @@ impl Lines {
             starts.sort_unstable();
         }
         let marks = if text.is_ascii() { Vec::new() } else { marks(text) };
-        Lines { starts, marks }
+        LineIndex { starts, marks }
     }
 
     /// The number of units of a text before a byte at the start of a character.
@@ -97,7 +97,7 @@ impl Lines {
     }
 
     /// The position of a byte; for a byte within a character, the position of the character.
-    pub fn position(&self, text: &str, columns: Columns, offset: usize) -> Position {
+    pub fn position(&self, text: &str, columns: ColumnUnit, offset: usize) -> Position {
         let mut offset = offset.min(text.len());
         while !text.is_char_boundary(offset) {
             offset -= 1;
@@ -105,24 +105,24 @@ impl Lines {
         let line = self.line(offset);
         let start = self.starts[line];
         let column = match columns {
-            Columns::Utf8 => offset - start,
-            Columns::Utf16 => self.units(text, offset) - self.units(text, start),
+            ColumnUnit::Utf8 => offset - start,
+            ColumnUnit::Utf16 => self.units(text, offset) - self.units(text, start),
         };
         Position::new(line as u32, column as u32)
     }
 
     /// The place of some bytes.
-    pub fn place(&self, text: &str, columns: Columns, range: Range<usize>) -> Place {
+    pub fn place(&self, text: &str, columns: ColumnUnit, range: Range<usize>) -> Place {
         let position = |offset| self.position(text, columns, offset);
         Place::new(position(range.start), position(range.end))
     }
 
     /// The byte at a position. A column after the end of a line means the end of the line; a line
     /// after the end of the text means the end of the text.
-    pub fn offset(&self, text: &str, columns: Columns, position: Position) -> usize {
+    pub fn offset(&self, text: &str, columns: ColumnUnit, position: Position) -> usize {
         let line = self.span(text, position.line as usize);
         let wanted = position.character as usize;
-        let is_bytes = columns == Columns::Utf8 || self.marks.is_empty();
+        let is_bytes = columns == ColumnUnit::Utf8 || self.marks.is_empty();
         let offset = match is_bytes {
             true => line.start.saturating_add(wanted),
             false => self.offset_of_unit(text, self.units(text, line.start) + wanted),
@@ -165,23 +165,23 @@ mod tests {
     #[test]
     fn positions_count_in_units_of_utf_16_and_lines_end_before_their_return() {
         let text = "a\u{1F600}b\r\n\u{e4}c";
-        let lines = Lines::of(text);
-        let at = |offset| lines.position(text, Columns::Utf16, offset);
+        let lines = LineIndex::of(text);
+        let at = |offset| lines.position(text, ColumnUnit::Utf16, offset);
         assert_eq!((at(5), at(6)), (Position::new(0, 3), Position::new(0, 4)));
         assert_eq!(at(10), Position::new(1, 1));
-        assert_eq!(lines.position(text, Columns::Utf8, 10), Position::new(1, 2));
+        assert_eq!(lines.position(text, ColumnUnit::Utf8, 10), Position::new(1, 2));
         for offset in [0, 1, 5, 6, 8, 10, 11] {
-            for columns in [Columns::Utf16, Columns::Utf8] {
+            for columns in [ColumnUnit::Utf16, ColumnUnit::Utf8] {
                 assert_eq!(
                     lines.offset(text, columns, lines.position(text, columns, offset)),
                     offset
                 );
             }
         }
-        assert_eq!(lines.offset(text, Columns::Utf16, Position::new(0, 99)), 6);
-        assert_eq!(lines.offset(text, Columns::Utf16, Position::new(9, 9)), text.len());
-        assert_eq!(lines.offset(text, Columns::Utf16, Position::new(0, 2)), 5);
-        let lone = Lines::of("a\rb\n");
-        assert_eq!(lone.position("a\rb\n", Columns::Utf8, 2), Position::new(1, 0));
+        assert_eq!(lines.offset(text, ColumnUnit::Utf16, Position::new(0, 99)), 6);
+        assert_eq!(lines.offset(text, ColumnUnit::Utf16, Position::new(9, 9)), text.len());
+        assert_eq!(lines.offset(text, ColumnUnit::Utf16, Position::new(0, 2)), 5);
+        let lone = LineIndex::of("a\rb\n");
+        assert_eq!(lone.position("a\rb\n", ColumnUnit::Utf8, 2), Position::new(1, 0));
     }
 }

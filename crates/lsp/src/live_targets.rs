@@ -7,7 +7,7 @@ use std::collections::HashSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::live::LiveTarget;
+use super::live_poller::LiveTarget;
 use super::operands::{named, values, words};
 use super::project::{Project, named_files};
 use super::slots::FileKind;

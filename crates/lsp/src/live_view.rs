@@ -11,13 +11,15 @@ use std::sync::Arc;
 use lsp_types::MessageType;
 use serde_json::Value;
 
-use super::live::{LiveNews, LiveOrder, LiveState, LiveTarget, LiveValues, are_same, socket};
+use super::live_poller::{
+    LiveNews, LiveOrder, LiveState, LiveTarget, LiveValues, are_same, socket,
+};
 use super::outbox::{Outbox, Refreshed};
 use rungd_client::operator::client::CallFailure;
 
 /// The live view.
 #[derive(Debug, Default)]
-pub(super) struct LiveView {
+pub(super) struct EditorLiveView {
     is_on: bool,
     /// The socket in the user's settings.
     socket: Option<PathBuf>,
@@ -31,7 +33,7 @@ pub(super) struct LiveView {
     is_stale: bool,
 }
 
-impl LiveView {
+impl EditorLiveView {
     /// Applies settings: `{"live": true, "socket": "/run/rungd/rungd.sock"}`, or the same below a
     /// key `rungd`.
     pub fn configure(&mut self, settings: &Value, outbox: &mut Outbox) {
@@ -88,7 +90,7 @@ impl LiveView {
         self.is_stale |= self.is_on;
     }
 
-    /// Whether [`LiveView::aim`] is due.
+    /// Whether [`EditorLiveView::aim`] is due.
     pub fn is_stale(&self) -> bool {
         self.is_stale
     }
@@ -105,7 +107,7 @@ impl LiveView {
             return None;
         }
         self.order = order;
-        self.found.retain(|root, _| self.order.targets.iter().any(|of| of.root == *root));
+        self.found.retain(|root, _| self.order.targets.iter().any(|target| target.root == *root));
         if !is_same {
             show_again(outbox);
         }

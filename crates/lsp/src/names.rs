@@ -10,13 +10,13 @@ use std::sync::Arc;
 
 use super::file::EditorFile;
 use super::slots::DeclaredKind;
-use super::words::{FileWord, Role};
+use super::words::{FileWord, FileWordRole};
 use rungd_engine::isa::address_text;
 use rungd_engine::isa::{Address, MemorySizes};
 
 /// A declaration in a project.
 #[derive(Debug)]
-pub(super) struct Declared {
+pub(super) struct Declaration {
     /// Its kind.
     pub kind: DeclaredKind,
     /// Its name.
@@ -63,9 +63,9 @@ pub(super) struct WordPart {
 
 /// All names of a project.
 #[derive(Debug, Default)]
-pub(super) struct Names {
+pub(super) struct ProjectNames {
     /// The declarations, by file and place.
-    pub all: Vec<Declared>,
+    pub all: Vec<Declaration>,
     globals: HashMap<String, usize>,
     templates: HashMap<String, usize>,
     /// By the parent and the name.
@@ -80,13 +80,13 @@ pub(super) struct Names {
 const HOLDERS: [&str; 7] =
     ["program", "task", "template", "program.stage", "template.stage", "device", "scenario"];
 
-impl Names {
+impl ProjectNames {
     /// The names of the files of a project.
-    pub fn of(files: &[Arc<EditorFile>]) -> Names {
-        let mut names = Names::default();
+    pub fn of(files: &[Arc<EditorFile>]) -> ProjectNames {
+        let mut names = ProjectNames::default();
         for (number, file) in files.iter().enumerate() {
             for word in &file.words.all {
-                if let Role::Declares(kind) = word.role {
+                if let FileWordRole::Declares(kind) = word.role {
                     names.declare((number, file), word, kind);
                 }
             }
@@ -135,13 +135,13 @@ impl Names {
             self.objects.entry((number, object)).or_insert(at);
         }
         let (file, pair, parent) = (number, word.pair, None);
-        self.all.push(Declared { kind, name, file, span, object, pair, parent, doc, template });
+        self.all.push(Declaration { kind, name, file, span, object, pair, parent, doc, template });
     }
 
     /// Sets the parent of a declaration, and registers its name there.
     fn link(&mut self, at: usize, (number, file): (usize, &EditorFile)) {
-        let of = &self.all[at];
-        let (kind, name, object) = (of.kind, of.name.clone(), of.object);
+        let declared = &self.all[at];
+        let (kind, name, object) = (declared.kind, declared.name.clone(), declared.object);
         let parent = match is_holder(kind) {
             true if object == 0 => None,
             true => self.holder(number, file, file.outline.objects[object].parent),
@@ -157,10 +157,10 @@ impl Names {
     /// Several controller files with the same ladder each declare the device that the ladder names.
     /// They count as one declaration, the first of them.
     fn unite(&mut self, at: usize) {
-        let of = &self.all[at];
-        let place = (of.file, of.span.start);
-        let same = self.global(&of.name).filter(|first| {
-            self.all[*first].kind == DeclaredKind::Device && self.all[*first].file != of.file
+        let declared = &self.all[at];
+        let place = (declared.file, declared.span.start);
+        let same = self.global(&declared.name).filter(|first| {
+            self.all[*first].kind == DeclaredKind::Device && self.all[*first].file != declared.file
         });
         if let Some(first) = same {
             self.places.insert(place, first);
@@ -242,9 +242,9 @@ impl Names {
     }
 
     /// The declaration that a part after a dot names.
-    pub fn member(&self, of: usize, name: &str) -> Option<usize> {
-        let own = self.members.get(&(of, name.to_owned())).copied();
-        let template = || self.template(self.all[of].template.as_deref()?);
+    pub fn member(&self, holder: usize, name: &str) -> Option<usize> {
+        let own = self.members.get(&(holder, name.to_owned())).copied();
+        let template = || self.template(self.all[holder].template.as_deref()?);
         own.or_else(|| self.own(template()?, name))
     }
 
@@ -254,35 +254,40 @@ impl Names {
         let one = |meaning| vec![WordPart { span: word.span.clone(), meaning }];
         let known = |at: Option<usize>| one(at.map_or(Meaning::Unknown, Meaning::Declared));
         match word.role {
-            Role::Declares(_) => known(self.places.get(&(number, word.span.start)).copied()),
-            Role::Reads | Role::Writes | Role::Names => {
+            FileWordRole::Declares(_) => {
+                known(self.places.get(&(number, word.span.start)).copied())
+            }
+            FileWordRole::Reads | FileWordRole::Writes | FileWordRole::Names => {
                 let block = self.block_of((number, file), word.object);
                 self.dotted(text, word.span.start, block)
             }
-            Role::Block => {
+            FileWordRole::Block => {
                 let is_block = |at: &usize| {
                     matches!(self.all[*at].kind, DeclaredKind::Program | DeclaredKind::Task)
                 };
                 known(self.global(text).filter(is_block))
             }
-            Role::Stage => {
+            FileWordRole::Stage => {
                 let block = self.block_of((number, file), word.object);
                 known(block.and_then(|block| self.member(block, text)))
             }
-            Role::Template => known(self.template(text)),
-            Role::Parameter => {
+            FileWordRole::Template => known(self.template(text)),
+            FileWordRole::Parameter => {
                 let used = file.value(word.object, &["use"]);
                 let used = used.and_then(|used| self.template(used));
                 known(used.and_then(|template| self.own(template, text)))
             }
-            Role::Device => {
+            FileWordRole::Device => {
                 known(self.global(text).filter(|at| self.all[*at].kind == DeclaredKind::Device))
             }
-            Role::Placeholder => {
+            FileWordRole::Placeholder => {
                 let block = self.block_of((number, file), word.object);
                 known(block.and_then(|block| self.own(block, text)))
             }
-            Role::File | Role::Mnemonic(_) | Role::Function(_) | Role::Warning => Vec::new(),
+            FileWordRole::File
+            | FileWordRole::Mnemonic(_)
+            | FileWordRole::Function(_)
+            | FileWordRole::Warning => Vec::new(),
         }
     }
 

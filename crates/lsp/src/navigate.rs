@@ -12,7 +12,7 @@ use lsp_types::{
 use super::names::Meaning;
 use super::project::{Project, is_library, named_file};
 use super::uri::uri_of;
-use super::words::Role;
+use super::words::FileWordRole;
 use super::workspace::{Cursor, Workspace, location};
 use rungd_config::load::library;
 
@@ -61,7 +61,7 @@ pub(super) fn definition(
 
 /// The file that the word at the cursor names, if that file exists.
 fn file_at(cursor: &Cursor) -> Option<PathBuf> {
-    let word = cursor.word().filter(|word| word.role == Role::File)?;
+    let word = cursor.word().filter(|word| word.role == FileWordRole::File)?;
     let path = named_file(cursor.file(), cursor.file().slice(word.span.clone()));
     (is_library(&path) || path.is_file()).then_some(path)
 }
@@ -113,19 +113,19 @@ pub(super) fn highlights(
     let mut places = Vec::new();
     for word in file.words.all.iter().filter(|_| is_one_thing(meaning)) {
         let kind = match word.role {
-            Role::Writes | Role::Declares(_) => DocumentHighlightKind::WRITE,
-            Role::Reads
-            | Role::Names
-            | Role::Block
-            | Role::Stage
-            | Role::Template
-            | Role::Parameter
-            | Role::Device
-            | Role::File
-            | Role::Mnemonic(_)
-            | Role::Function(_)
-            | Role::Warning
-            | Role::Placeholder => DocumentHighlightKind::READ,
+            FileWordRole::Writes | FileWordRole::Declares(_) => DocumentHighlightKind::WRITE,
+            FileWordRole::Reads
+            | FileWordRole::Names
+            | FileWordRole::Block
+            | FileWordRole::Stage
+            | FileWordRole::Template
+            | FileWordRole::Parameter
+            | FileWordRole::Device
+            | FileWordRole::File
+            | FileWordRole::Mnemonic(_)
+            | FileWordRole::Function(_)
+            | FileWordRole::Warning
+            | FileWordRole::Placeholder => DocumentHighlightKind::READ,
         };
         let parts = cursor.project.names.parts(cursor.numbered(), word);
         let same = parts.into_iter().filter(|part| part.meaning == meaning);

@@ -11,7 +11,7 @@ use super::outline::OutlineValue;
 use super::project::Project;
 use super::slots::{DeclaredKind, FileKind, Slot, of_value};
 use super::tag_facts::TagFacts;
-use super::words::{FileWord, Role};
+use super::words::{FileWord, FileWordRole};
 use rungd_engine::isa::{Address, Structure, Word as WordAddress};
 
 /// A word that names an operand.
@@ -34,19 +34,19 @@ pub(super) fn named(
     word: &FileWord,
 ) -> Option<NamedWord> {
     let is_written = match word.role {
-        Role::Writes => true,
-        Role::Reads | Role::Names => false,
-        Role::Declares(_)
-        | Role::Block
-        | Role::Stage
-        | Role::Template
-        | Role::Parameter
-        | Role::Device
-        | Role::File
-        | Role::Mnemonic(_)
-        | Role::Function(_)
-        | Role::Warning
-        | Role::Placeholder => return None,
+        FileWordRole::Writes => true,
+        FileWordRole::Reads | FileWordRole::Names => false,
+        FileWordRole::Declares(_)
+        | FileWordRole::Block
+        | FileWordRole::Stage
+        | FileWordRole::Template
+        | FileWordRole::Parameter
+        | FileWordRole::Device
+        | FileWordRole::File
+        | FileWordRole::Mnemonic(_)
+        | FileWordRole::Function(_)
+        | FileWordRole::Warning
+        | FileWordRole::Placeholder => return None,
     };
     let text = file.slice(word.span.clone());
     let parts = project.names.parts((number, file), word);
@@ -71,8 +71,8 @@ pub(super) fn named(
         Meaning::Declared(_) | Meaning::Member | Meaning::Status | Meaning::Unknown => !has_member,
     };
     let mut operand = format!("{text}{}", index(file, word)?);
-    if let Some(of) = structure.filter(|_| is_whole) {
-        operand = format!("{operand}.{}", of.acc_name());
+    if let Some(whole_structure) = structure.filter(|_| is_whole) {
+        operand = format!("{operand}.{}", whole_structure.acc_name());
     }
     let is_time = matches!(structure, Some(Structure::Timer(_))) && operand.ends_with(".Acc");
     Some(NamedWord { span: word.span.clone(), operand, is_time, is_written })
@@ -175,14 +175,14 @@ pub(super) fn words<'f>(file: &'f EditorFile, value: &OutlineValue) -> &'f [File
 
 #[cfg(test)]
 mod tests {
-    use super::super::lines::Columns;
+    use super::super::lines::ColumnUnit;
     use super::super::project::Library;
     use super::*;
     use std::path::Path;
 
     fn told(text: &str) -> Vec<String> {
         let path = Path::new("/no such folder/a.toml");
-        let mut library = Library::new(Columns::Utf8);
+        let mut library = Library::new(ColumnUnit::Utf8);
         library.open(path, text.into());
         let project = library.project(path).unwrap();
         let file = &project.files[0];

@@ -53,9 +53,11 @@ impl Refreshed {
     fn is_known(self, can: &ClientCapabilities) -> bool {
         let Some(can) = &can.workspace else { return false };
         let refreshes = match self {
-            Refreshed::Hints => can.inlay_hint.as_ref().and_then(|of| of.refresh_support),
-            Refreshed::Tokens => can.semantic_tokens.as_ref().and_then(|of| of.refresh_support),
-            Refreshed::Lenses => can.code_lens.as_ref().and_then(|of| of.refresh_support),
+            Refreshed::Hints => can.inlay_hint.as_ref().and_then(|hints| hints.refresh_support),
+            Refreshed::Tokens => {
+                can.semantic_tokens.as_ref().and_then(|tokens| tokens.refresh_support)
+            }
+            Refreshed::Lenses => can.code_lens.as_ref().and_then(|lenses| lenses.refresh_support),
         };
         refreshes.unwrap_or(false)
     }
@@ -101,8 +103,12 @@ impl Outbox {
 
     /// Asks the editor to report changes of TOML files on disk, if it can.
     pub fn watch(&mut self) {
-        let of = self.can.workspace.as_ref().and_then(|of| of.did_change_watched_files.as_ref());
-        if of.is_none_or(|of| of.dynamic_registration != Some(true)) {
+        let abilities = self
+            .can
+            .workspace
+            .as_ref()
+            .and_then(|workspace| workspace.did_change_watched_files.as_ref());
+        if abilities.is_none_or(|watching| watching.dynamic_registration != Some(true)) {
             return;
         }
         let options = json!({ "watchers": [{ "globPattern": "**/*.toml" }] });

@@ -148,14 +148,14 @@ impl Outline {
     pub fn enclosing(&self, object: usize, kinds: &[&str]) -> Option<usize> {
         let mut at = object;
         loop {
-            let of = &self.objects[at];
-            if kinds.contains(&of.kind.as_str()) {
+            let table = &self.objects[at];
+            if kinds.contains(&table.kind.as_str()) {
                 return Some(at);
             }
-            if at == of.parent {
+            if at == table.parent {
                 return None;
             }
-            at = of.parent;
+            at = table.parent;
         }
     }
 
@@ -178,16 +178,17 @@ impl Outline {
 
     /// The first value of a key below a pair, in an inline table or in the table of a header.
     pub fn value_below(&self, pair: usize, key: &str) -> Option<&OutlineValue> {
-        let of = &self.pairs[pair];
+        let key_pair = &self.pairs[pair];
         let is_below = |number: &usize| {
             let at = &self.pairs[*number];
-            let names = at.keys.iter().zip(&of.keys).all(|(own, of)| own.text == of.text);
-            at.object == of.object && at.keys.len() > of.keys.len() && names
+            let names =
+                at.keys.iter().zip(&key_pair.keys).all(|(own, other)| own.text == other.text);
+            at.object == key_pair.object && at.keys.len() > key_pair.keys.len() && names
         };
         let mut below = (pair + 1..self.pairs.len()).take_while(is_below);
         let at = below.find(|number| {
             let keys = &self.pairs[*number].keys;
-            keys.len() == of.keys.len() + 1 && self.pairs[*number].key().text == key
+            keys.len() == key_pair.keys.len() + 1 && self.pairs[*number].key().text == key
         })?;
         self.value_of[at].map(|value| &self.values[value])
     }

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::outline::{KeyPair, KeyPart, Outline, OutlineValue, TableHeader, TableObject};
 use rungd_language::source::toml_tree::{
-    Array, Content, Head, InlineTable, Pair, Piece, Row, TextSlice, TomlTree,
+    Content, InlineTable, Piece, TextSlice, TomlArray, TomlHead, TomlPair, TomlRow, TomlTree,
 };
 
 /// The maximum depth of arrays and inline tables that are read.
@@ -43,7 +43,7 @@ struct OutlineReader {
 }
 
 impl OutlineReader {
-    fn header(&mut self, head: &Head<'_>) {
+    fn header(&mut self, head: &TomlHead<'_>) {
         self.close(head.span.start);
         let path = parts(&head.path);
         let names: Vec<&str> = path.iter().map(|key| key.text.as_str()).collect();
@@ -92,14 +92,14 @@ impl OutlineReader {
         let end = end.max(header).min(at);
         let mut object = self.into;
         while object != 0 {
-            let of = &mut self.outline.objects[object];
-            of.extent.end = of.extent.end.max(end);
-            object = of.parent;
+            let table = &mut self.outline.objects[object];
+            table.extent.end = table.extent.end.max(end);
+            object = table.parent;
         }
     }
 
     /// Adds a key and its value. `outer`: the keys of the header and of the braces around them.
-    fn pair(&mut self, pair: &Pair<'_>, object: usize, outer: Vec<KeyPart>, depth: usize) {
+    fn pair(&mut self, pair: &TomlPair<'_>, object: usize, outer: Vec<KeyPart>, depth: usize) {
         let mut keys = outer;
         let outer = keys.len();
         keys.extend(parts(&pair.key));
@@ -115,14 +115,14 @@ impl OutlineReader {
     /// Adds a value of a pair, or an element of its array.
     fn value(&mut self, value: &Content<'_>, pair: usize, depth: usize) {
         match value {
-            Content::Array(Array { rows, .. }) if depth < DEPTH_MAX => {
+            Content::Array(TomlArray { rows, .. }) if depth < DEPTH_MAX => {
                 for row in rows {
                     match row {
-                        Row::Element(Content::Table(table), _) => {
+                        TomlRow::Element(Content::Table(table), _) => {
                             self.row(table, pair, depth + 1);
                         }
-                        Row::Element(value, _) => self.value(value, pair, depth + 1),
-                        Row::Blank | Row::Remark(_) => {}
+                        TomlRow::Element(value, _) => self.value(value, pair, depth + 1),
+                        TomlRow::Blank | TomlRow::Remark(_) => {}
                     }
                 }
             }
@@ -142,8 +142,8 @@ impl OutlineReader {
 
     /// Adds an inline table in an array: it is an object of its own.
     fn row(&mut self, table: &InlineTable<'_>, pair: usize, depth: usize) {
-        let of = &self.outline.pairs[pair];
-        let (kind, parent) = (self.outline.path(of), of.object);
+        let key_pair = &self.outline.pairs[pair];
+        let (kind, parent) = (self.outline.path(key_pair), key_pair.object);
         let object = self.object(kind, parent, table.brackets.span.clone());
         self.table(table, object, &[], depth);
     }

@@ -10,10 +10,10 @@ use std::sync::{Arc, Mutex};
 
 use super::disk::{DiskView, FileStamp};
 use super::file::EditorFile;
-use super::lines::Columns;
-use super::names::Names;
+use super::lines::ColumnUnit;
+use super::names::ProjectNames;
 use super::slots::FileKind;
-use super::words::Role;
+use super::words::FileWordRole;
 use rungd_base::locked::locked;
 use rungd_config::load::{OpenTexts, identity, library};
 use rungd_language::source::file_kind::LIBRARY;
@@ -28,7 +28,7 @@ pub(super) struct Library {
     open: HashMap<PathBuf, Arc<EditorFile>>,
     /// Files that are not open, with the time of their last change and their size.
     read: Mutex<HashMap<PathBuf, ReadFile>>,
-    columns: Columns,
+    columns: ColumnUnit,
     disk: DiskView,
     found: Mutex<FoundFiles>,
 }
@@ -59,7 +59,7 @@ pub(super) struct Project {
     /// The number of the first `files` that are the root and the files that it names.
     own: usize,
     /// The names in the files, with their meanings.
-    pub names: Names,
+    pub names: ProjectNames,
 }
 
 /// Whether the text of a file is the one on disk.
@@ -70,12 +70,12 @@ fn is_on_disk(known: &ReadFile) -> bool {
 
 impl Library {
     /// A library without open files.
-    pub fn new(columns: Columns) -> Library {
+    pub fn new(columns: ColumnUnit) -> Library {
         Library { columns, ..Library::default() }
     }
 
     /// How positions count columns.
-    pub fn columns(&self) -> Columns {
+    pub fn columns(&self) -> ColumnUnit {
         self.columns
     }
 
@@ -200,7 +200,7 @@ impl Library {
         let tests = self.tests(&[of_root, others].concat());
         self.add(&mut files, tests);
         self.add(&mut files, vec![path.to_owned()]);
-        let names = Names::of(&files);
+        let names = ProjectNames::of(&files);
         Some(Project { root, files, own, names })
     }
 
@@ -357,7 +357,7 @@ pub(super) fn named_file(naming: &EditorFile, name: &str) -> PathBuf {
 
 /// The paths of the files that a file names; for files of the library, their names.
 fn named_paths(file: &EditorFile) -> impl Iterator<Item = PathBuf> {
-    let words = file.words.all.iter().filter(|word| word.role == Role::File);
+    let words = file.words.all.iter().filter(|word| word.role == FileWordRole::File);
     words.map(|word| named_path(file, file.slice(word.span.clone())))
 }
 

@@ -16,7 +16,7 @@ use lsp_types::{
 
 use super::file::EditorFile;
 use super::judge::{JudgedRoot, judge};
-use super::names::{Declared, Meaning, Names};
+use super::names::{Declaration, Meaning, ProjectNames};
 use super::navigate::{part_at, places_of};
 use super::project::{Project, is_library, named_files};
 use super::slots::{DeclaredKind, FileKind};
@@ -37,7 +37,7 @@ pub(super) fn prepare(
 }
 
 /// The declaration at a cursor, and the place of its name there.
-fn renamed(cursor: &Cursor) -> Result<(Range<usize>, &Declared)> {
+fn renamed(cursor: &Cursor) -> Result<(Range<usize>, &Declaration)> {
     let (span, at) = match part_at(cursor) {
         Some((span, Meaning::Declared(at))) => (span, at),
         Some((_, Meaning::Address(address))) => {
@@ -92,7 +92,7 @@ pub(super) fn rename(
 
 /// Refuses an invalid name. A name consists of letters, digits and `_`; the name of a block, rung
 /// or device may also contain `-`; the name of a test is any text without quotes.
-fn check_name(declared: &Declared, new: &str) -> Result<()> {
+fn check_name(declared: &Declaration, new: &str) -> Result<()> {
     let hyphens = match declared.kind {
         DeclaredKind::Tag
         | DeclaredKind::OwnTag
@@ -158,7 +158,7 @@ fn joined_here(project: &Project, places: &BTreeMap<usize, Vec<Range<usize>>>) -
 
 /// Refuses a rename that would change the meaning of a word.
 fn same_meanings(project: &Project, changed: &[Arc<EditorFile>], new: &str) -> Result<()> {
-    let names = Names::of(changed);
+    let names = ProjectNames::of(changed);
     for (number, (before, after)) in project.files.iter().zip(changed).enumerate() {
         if before.words.all.len() != after.words.all.len() {
             bail!("with `{new}` the file would be read differently");
@@ -198,18 +198,22 @@ fn same_judgement(
     });
     for root in std::iter::once(JudgedRoot::of(project)).chain(others) {
         let (was, is) = (judge(0, &root, &before), judge(0, &root, &after));
-        let errors = |of: &super::judge::Judgement| {
-            let errors = of.findings.iter().filter(|of| of.severity() == Severity::Error);
+        let errors = |judgement: &super::judge::Judgement| {
+            let errors =
+                judgement.findings.iter().filter(|finding| finding.severity() == Severity::Error);
             let mut codes: Vec<Code> = errors.map(|finding| finding.code).collect();
             codes.sort_unstable();
             codes
         };
         if errors(&was) != errors(&is) {
-            let known = |of: &&Finding| {
-                was.findings.iter().any(|old| (old.code, &old.message) == (of.code, &of.message))
+            let known = |finding: &&Finding| {
+                was.findings
+                    .iter()
+                    .any(|old| (old.code, &old.message) == (finding.code, &finding.message))
             };
-            let mut new = is.findings.iter().filter(|of| of.severity() == Severity::Error);
-            let new = new.clone().find(|of| !known(of)).or_else(|| new.next());
+            let mut new =
+                is.findings.iter().filter(|finding| finding.severity() == Severity::Error);
+            let new = new.clone().find(|finding| !known(finding)).or_else(|| new.next());
             let why = new.map_or_else(String::new, |finding| {
                 let file = is.files.get(finding.span.file.0 as usize);
                 let file = file.map_or("", |file| file.name.as_str());

@@ -39,7 +39,7 @@ pub(super) struct RefusedRequest {
 /// # Errors
 /// The request is unknown, its parameters cannot be read, or it fails.
 pub(super) fn answer(workspace: &mut Workspace, request: Request) -> Result<Value, RefusedRequest> {
-    let asked = Asked { workspace, request };
+    let asked = AskedRequest { workspace, request };
     match asked.request.method.as_str() {
         GotoDefinition::METHOD => asked.by::<GotoDefinition>(navigate::definition),
         References::METHOD => asked.by::<References>(navigate::references),
@@ -95,12 +95,12 @@ fn code_actions(
     Ok(Some(all))
 }
 
-struct Asked<'w> {
+struct AskedRequest<'w> {
     workspace: &'w mut Workspace,
     request: Request,
 }
 
-impl Asked<'_> {
+impl AskedRequest<'_> {
     /// Answers the request with a function.
     fn by<R: RequestOf>(
         self,

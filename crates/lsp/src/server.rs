@@ -25,8 +25,8 @@ use lsp_types::{
 use super::complete::proposal::ItemAbilities;
 use super::jobs::{JobReport, Jobs};
 use super::judge::{self, JudgeOrder, JudgedRoot, Judgement};
-use super::lines::Columns;
-use super::live::{self, LiveNews, LiveOrder};
+use super::lines::ColumnUnit;
+use super::live_poller::{self, LiveNews, LiveOrder};
 use super::outbox::Outbox;
 use super::requests::DiskCare;
 use super::uri::{path_of, uri_of};
@@ -55,11 +55,11 @@ pub enum EditorEnd {
 pub fn serve(connection: &Connection) -> Result<EditorEnd> {
     let Some((id, params)) = begun(connection)? else { return Ok(EditorEnd::Gone) };
     let general = params.capabilities.general.as_ref();
-    let columns = Columns::of(general.and_then(|general| general.position_encodings.as_ref()));
+    let columns = ColumnUnit::of(general.and_then(|general| general.position_encodings.as_ref()));
     let told = capabilities::of(columns);
     connection.sender.send(Response::new_ok(id, told).into()).context(CLOSED)?;
     let (orders, judgements) = judge::start();
-    let (live, news) = live::start();
+    let (live, news) = live_poller::start();
     let (jobs, reports) = Jobs::new();
     let client = params.capabilities;
     let mut workspace = Workspace::new(columns, jobs, Outbox::new(client.clone()));
@@ -280,8 +280,8 @@ impl EditorServer {
                 return Ok(());
             }
             DidChangeWatchedFiles::METHOD => {
-                let of = serde_json::from_value::<DidChangeWatchedFilesParams>(told.params);
-                let paths = of.into_iter().flat_map(|of| of.changes);
+                let params = serde_json::from_value::<DidChangeWatchedFilesParams>(told.params);
+                let paths = params.into_iter().flat_map(|params| params.changes);
                 for path in paths.filter_map(|change| path_of(&change.uri)) {
                     self.workspace.library.forget(&path);
                 }

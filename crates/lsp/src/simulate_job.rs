@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use anyhow::{Result, bail};
 
-use super::jobs::{JobPlace, Made};
+use super::jobs::{JobPlace, JobResult};
 use rungd_config::load::{self, Loaded, OpenTexts};
 use rungd_engine::Image;
 pub use rungd_lab::rig::simulation::{
@@ -44,14 +44,15 @@ pub(super) struct SimulateOrder {
 ///
 /// # Errors
 /// The program has errors, or the file cannot be written.
-pub(super) fn run(order: &SimulateOrder, place: &JobPlace) -> Result<Option<Made>> {
+pub(super) fn run(order: &SimulateOrder, place: &JobPlace) -> Result<Option<JobResult>> {
     let Loaded { program, controller, findings, .. } = load::open_file(&order.root, &order.open)?;
     let Some(program) = program else {
         let error = findings.iter().find(|finding| finding.severity() == Severity::Error);
         let why = error.map_or("it has no program", |error| error.message.as_str());
         bail!("the program cannot be simulated: {why}");
     };
-    let period_ms = controller.as_ref().map_or(DEFAULT_PERIOD_MS, |of| of.period_ms);
+    let period_ms =
+        controller.as_ref().map_or(DEFAULT_PERIOD_MS, |controller| controller.period_ms);
     let scans = order.scans.unwrap_or(DEFAULT_SCANS);
     let simulation = Simulation { scans, stop: false, clock_s: CLOCK_S };
     let lowered = simulation::lowered(&program, controller, period_ms);
@@ -80,7 +81,7 @@ pub(super) fn run(order: &SimulateOrder, place: &JobPlace) -> Result<Option<Made
     let ladder = order.root.file_stem().unwrap_or_default().to_string_lossy();
     let form = if is_table { "csv" } else { "svg" };
     let path = place.scratch.write(&format!("{ladder}-simulated.{form}"), &content)?;
-    Ok(Some(Made::Document(path, !is_table)))
+    Ok(Some(JobResult::Document(path, !is_table)))
 }
 
 /// A trace that ends as soon as its job is replaced.

@@ -5,7 +5,7 @@
 use super::outline::{KeyPair, Outline};
 use rungd_config::controller;
 use rungd_lab::testing;
-use rungd_language::source::shape::Shape;
+use rungd_language::source::shape::TableShape;
 use rungd_language::source::{file_kind, ladder};
 
 /// The kind of a file.
@@ -31,7 +31,7 @@ impl FileKind {
     }
 
     /// The keys that a file of this kind may have.
-    pub fn shape(self) -> Shape {
+    pub fn shape(self) -> TableShape {
         match self {
             FileKind::Ladder => ladder::shape(),
             FileKind::Controller => controller::shape(),

@@ -9,7 +9,7 @@ use lsp_types::{
 use super::file::EditorFile;
 use super::names::is_of_key;
 use super::slots::DeclaredKind;
-use super::words::Role;
+use super::words::FileWordRole;
 use super::workspace::Workspace;
 
 /// The symbols of a file.
@@ -26,7 +26,7 @@ fn tree(file: &EditorFile) -> Vec<DocumentSymbol> {
     let outline = &file.outline;
     let mut children: Vec<Vec<DocumentSymbol>> = outline.objects.iter().map(|_| vec![]).collect();
     for word in &file.words.all {
-        if let Role::Declares(kind) = word.role
+        if let FileWordRole::Declares(kind) = word.role
             && is_of_key(kind)
         {
             let extent = outline.pairs[word.pair].extent();

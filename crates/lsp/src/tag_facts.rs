@@ -4,7 +4,7 @@
 //! declaration still has its keys.
 
 use super::file::EditorFile;
-use super::names::Declared;
+use super::names::Declaration;
 use super::outline::KeyPair;
 use rungd_engine::isa::address_text;
 use rungd_engine::isa::{Address, MemorySizes};
@@ -14,7 +14,7 @@ pub(super) struct TagFacts<'f>(Vec<(&'f str, &'f str)>);
 
 impl<'f> TagFacts<'f> {
     /// The keys of a declaration, from the pairs that follow its own pair.
-    pub fn of(declared: &Declared, file: &'f EditorFile) -> TagFacts<'f> {
+    pub fn of(declared: &Declaration, file: &'f EditorFile) -> TagFacts<'f> {
         let outline = &file.outline;
         let own = &outline.pairs[declared.pair];
         let length = own.keys.iter().position(|key| key.span.start == declared.span.start);

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 
-use super::jobs::{JobPlace, Made};
+use super::jobs::{JobPlace, JobResult};
 use super::test_results::{FileResults, TestedTexts};
 use rungd_config::load::{OpenTexts, decode};
 use rungd_lab::testing::{self, ReadSuite, RunOptions, Suite, TestVerdict};
@@ -30,18 +30,18 @@ pub(super) struct TestOrder {
 ///
 /// # Errors
 /// The tests of the file cannot be run.
-pub(super) fn run(order: TestOrder, place: &JobPlace) -> Result<Option<Made>> {
+pub(super) fn run(order: TestOrder, place: &JobPlace) -> Result<Option<JobResult>> {
     let mut suite = suite(&order)?;
     if let Some(test) = &order.test {
-        suite.scenarios.retain(|of| of.name == *test);
-        suite.randoms.retain(|of| of.name == *test);
+        suite.scenarios.retain(|scenario| scenario.name == *test);
+        suite.randoms.retain(|random_test| random_test.name == *test);
         if suite.scenarios.is_empty() && suite.randoms.is_empty() {
             bail!("the file has no test `{test}`");
         }
     }
     let Some(verdicts) = verdicts(&mut suite, place) else { return Ok(None) };
     let TestOrder { path, texts, .. } = order;
-    Ok(Some(Made::Tests(FileResults { path, texts, verdicts })))
+    Ok(Some(JobResult::Tests(FileResults { path, texts, verdicts })))
 }
 
 fn suite(TestOrder { path, open, .. }: &TestOrder) -> Result<Suite> {

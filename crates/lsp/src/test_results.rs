@@ -41,7 +41,8 @@ impl TestResults {
     pub fn add(&mut self, results: FileResults) {
         let (texts, verdicts) = self.files.entry(results.path).or_default();
         *texts = results.texts;
-        verdicts.extend(results.verdicts.into_iter().map(|of| (of.name.clone(), of)));
+        verdicts
+            .extend(results.verdicts.into_iter().map(|verdict| (verdict.name.clone(), verdict)));
     }
 
     /// Removes the results whose texts have changed; `text` returns the present text of a file.
@@ -76,7 +77,7 @@ pub(super) fn are_present(texts: &TestedTexts, text: impl Fn(&Path) -> Option<Ar
 }
 
 /// A verdict in a few words: `passed, 120 scans`; `failed at step 3`.
-pub(super) fn told(verdict: &TestVerdict) -> String {
+pub(super) fn verdict_text(verdict: &TestVerdict) -> String {
     match verdict.failure.as_deref().map(|failure| failure.step) {
         None => format!("passed, {}", counted(verdict.scans, "scan")),
         Some(Some((step, _))) => format!("failed at step {step}"),

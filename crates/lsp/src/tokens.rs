@@ -17,7 +17,7 @@ use super::operands::named;
 use super::project::Project;
 use super::slots::{DeclaredKind, FileKind};
 use super::uri::path_of;
-use super::words::{FileWord, Role};
+use super::words::{FileWord, FileWordRole};
 use super::workspace::Workspace;
 pub use rungd_client::operator::protocol::BitOrNumber;
 
@@ -90,7 +90,7 @@ pub(super) fn tokens(
             if span.start < end || span.is_empty() || place.start.line != place.end.line {
                 continue;
             }
-            let declares = matches!(word.role, Role::Declares(_));
+            let declares = matches!(word.role, FileWordRole::Declares(_));
             let is_same_line = place.start.line == last.line;
             data.push(SemanticToken {
                 delta_line: place.start.line - last.line,
@@ -112,14 +112,14 @@ fn parts(
 ) -> Vec<(std::ops::Range<usize>, NameToken)> {
     let one = |kind| vec![(word.span.clone(), kind)];
     match word.role {
-        Role::Mnemonic(_) | Role::Function(_) => one(NameToken::Function),
-        Role::Block | Role::Device => one(NameToken::Namespace),
-        Role::Stage => one(NameToken::Property),
-        Role::Template => one(NameToken::Class),
-        Role::Parameter | Role::Placeholder => one(NameToken::Parameter),
-        Role::Declares(kind) => one(kind_of(kind)),
-        Role::File | Role::Warning => Vec::new(),
-        Role::Reads | Role::Writes | Role::Names => {
+        FileWordRole::Mnemonic(_) | FileWordRole::Function(_) => one(NameToken::Function),
+        FileWordRole::Block | FileWordRole::Device => one(NameToken::Namespace),
+        FileWordRole::Stage => one(NameToken::Property),
+        FileWordRole::Template => one(NameToken::Class),
+        FileWordRole::Parameter | FileWordRole::Placeholder => one(NameToken::Parameter),
+        FileWordRole::Declares(kind) => one(kind_of(kind)),
+        FileWordRole::File | FileWordRole::Warning => Vec::new(),
+        FileWordRole::Reads | FileWordRole::Writes | FileWordRole::Names => {
             let parts = project.names.parts((number, &project.files[number]), word);
             let kind = |meaning| match meaning {
                 Meaning::Declared(at) => Some(kind_of(project.names.all[at].kind)),

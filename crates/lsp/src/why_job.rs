@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result, anyhow, bail};
 
-use super::jobs::{JobPlace, Made};
+use super::jobs::{JobPlace, JobResult};
 use rungd_client::operator::client;
 use rungd_client::operator::protocol::{RecordingBytes, Request};
 use rungd_history::observe::{Limits, QuestionTime};
@@ -19,13 +19,13 @@ use rungd_history::record::Recording;
 ///
 /// # Errors
 /// No controller answers, or its program has no such operand.
-pub(super) fn run(operand: &str, socket: &Path, place: &JobPlace) -> Result<Option<Made>> {
+pub(super) fn run(operand: &str, socket: &Path, place: &JobPlace) -> Result<Option<JobResult>> {
     let text = answer(operand, socket)?;
     if place.is_replaced() {
         return Ok(None);
     }
     let path: PathBuf = place.scratch.write(&format!("why-{operand}.txt"), text.as_bytes())?;
-    Ok(Some(Made::Document(path, false)))
+    Ok(Some(JobResult::Document(path, false)))
 }
 
 fn answer(operand: &str, socket: &Path) -> Result<String> {

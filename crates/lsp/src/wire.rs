@@ -23,7 +23,7 @@ const BODY_MAX: u64 = 1 << 30;
 
 /// A connection, and the threads that read and write it.
 #[derive(Debug)]
-pub struct Wire {
+pub struct EditorConnection {
     reader: JoinHandle<Result<()>>,
     writer: JoinHandle<io::Result<()>>,
 }
@@ -34,18 +34,18 @@ struct SharedOutput<W>(Arc<Mutex<W>>);
 
 /// A refused message: the ID for the answer, and the reason.
 #[derive(Debug)]
-struct Refused {
+struct RefusedMessage {
     id: Value,
     code: ErrorCode,
     why: String,
 }
 
-impl Wire {
+impl EditorConnection {
     /// Starts to read standard input and to write standard output.
     ///
     /// # Errors
     /// The system cannot create the threads.
-    pub fn open() -> Result<(Connection, Wire)> {
+    pub fn open() -> Result<(Connection, EditorConnection)> {
         let (sender, outgoing) = bounded::<Message>(0);
         let (incoming, receiver) = bounded(0);
         let output = SharedOutput(Arc::new(Mutex::new(io::stdout())));
@@ -54,7 +54,7 @@ impl Wire {
         let write = move || outgoing.into_iter().try_for_each(|message| output.write(&message));
         let reader = thread::Builder::new().name("lsp-reader".to_owned()).spawn(read)?;
         let writer = thread::Builder::new().name("lsp-writer".to_owned()).spawn(write)?;
-        Ok((Connection { sender, receiver }, Wire { reader, writer }))
+        Ok((Connection { sender, receiver }, EditorConnection { reader, writer }))
     }
 
     /// Waits until all messages are written. The connection must be dropped before.
@@ -75,7 +75,7 @@ impl<W: Write> SharedOutput<W> {
 
     /// Answers a frame that contains no message. The message types are not used, because they allow
     /// no null as an ID.
-    fn refuse(&self, Refused { id, code, why }: Refused) -> io::Result<()> {
+    fn refuse(&self, RefusedMessage { id, code, why }: RefusedMessage) -> io::Result<()> {
         let error = json!({ "code": code as i32, "message": why });
         let text = json!({ "jsonrpc": "2.0", "id": id, "error": error }).to_string();
         let mut output = locked(&self.0);
@@ -94,7 +94,11 @@ fn read<W: Write>(
         if length > BODY_MAX {
             io::copy(&mut input.by_ref().take(length), &mut io::sink())?;
             let why = format!("a message of {length} bytes is too long: at most {BODY_MAX}");
-            output.refuse(Refused { id: Value::Null, code: ErrorCode::InvalidRequest, why })?;
+            output.refuse(RefusedMessage {
+                id: Value::Null,
+                code: ErrorCode::InvalidRequest,
+                why,
+            })?;
             continue;
         }
         let mut body = Vec::new();
@@ -149,8 +153,8 @@ fn header(input: &mut impl BufRead) -> io::Result<Option<u64>> {
 }
 
 /// The message in a body; `None` for an unreadable response, because responses get no answer.
-fn message(body: &[u8]) -> Result<Option<Message>, Refused> {
-    let refused = |id, code, why| Err(Refused { id, code, why });
+fn message(body: &[u8]) -> Result<Option<Message>, RefusedMessage> {
+    let refused = |id, code, why| Err(RefusedMessage { id, code, why });
     let value: Value = match serde_json::from_slice(body) {
         Ok(value) => value,
         Err(error) => {

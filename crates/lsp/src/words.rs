@@ -19,7 +19,7 @@ pub(super) struct FileWord {
     /// Its place.
     pub span: Range<usize>,
     /// Its role there.
-    pub role: Role,
+    pub role: FileWordRole,
     /// The object that contains it.
     pub object: usize,
     /// The pair that contains it.
@@ -28,7 +28,7 @@ pub(super) struct FileWord {
 
 /// The role of a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Role {
+pub(super) enum FileWordRole {
     /// It declares something.
     Declares(DeclaredKind),
     /// A bit or word is read.
@@ -116,7 +116,7 @@ fn parts<'t>(text: &'t str, outline: &Outline) -> HashSet<(usize, &'t str)> {
 }
 
 impl<'t> WordReader<'t> {
-    fn push(&mut self, span: Range<usize>, role: Role) {
+    fn push(&mut self, span: Range<usize>, role: FileWordRole) {
         if !span.is_empty() {
             self.words.push(FileWord { span, role, object: self.object, pair: self.pair });
         }
@@ -127,9 +127,11 @@ impl<'t> WordReader<'t> {
     fn keys(&mut self, outline: &Outline, kind: FileKind, pair: &KeyPair) {
         for (at, KeyPart { span, .. }) in pair.keys.iter().enumerate().skip(pair.outer) {
             match of_key(outline, kind, pair, at) {
-                KeySlot::Declares(declared) => self.push(span.clone(), Role::Declares(declared)),
-                KeySlot::Parameter => self.push(span.clone(), Role::Parameter),
-                KeySlot::Operand => self.contacts(span.clone(), Role::Names),
+                KeySlot::Declares(declared) => {
+                    self.push(span.clone(), FileWordRole::Declares(declared))
+                }
+                KeySlot::Parameter => self.push(span.clone(), FileWordRole::Parameter),
+                KeySlot::Operand => self.contacts(span.clone(), FileWordRole::Names),
                 KeySlot::Word => {}
             }
         }
@@ -150,24 +152,26 @@ impl<'t> WordReader<'t> {
             return;
         }
         match slot {
-            Slot::Declares(declared) => self.push(whole, Role::Declares(declared)),
-            Slot::Contacts | Slot::Condition => self.contacts(whole, Role::Reads),
-            Slot::Argument | Slot::Operand | Slot::Point => self.contacts(whole, Role::Names),
-            Slot::Address => self.contacts(whole, Role::Names),
+            Slot::Declares(declared) => self.push(whole, FileWordRole::Declares(declared)),
+            Slot::Contacts | Slot::Condition => self.contacts(whole, FileWordRole::Reads),
+            Slot::Argument | Slot::Operand | Slot::Point => {
+                self.contacts(whole, FileWordRole::Names)
+            }
+            Slot::Address => self.contacts(whole, FileWordRole::Names),
             Slot::Instruction => self.instruction(whole),
             Slot::Step => self.step(whole),
-            Slot::Template => self.push(whole, Role::Template),
-            Slot::Allow => self.push(whole, Role::Warning),
-            Slot::Block => self.push(whole, Role::Block),
-            Slot::File => self.push(whole, Role::File),
-            Slot::Device => self.push(whole, Role::Device),
+            Slot::Template => self.push(whole, FileWordRole::Template),
+            Slot::Allow => self.push(whole, FileWordRole::Warning),
+            Slot::Block => self.push(whole, FileWordRole::Block),
+            Slot::File => self.push(whole, FileWordRole::File),
+            Slot::Device => self.push(whole, FileWordRole::Device),
             Slot::Placeholders => self.placeholders(whole),
             Slot::Type | Slot::Other => {}
         }
     }
 
     /// The names in contacts, conditions and operands.
-    fn contacts(&mut self, place: Range<usize>, role: Role) {
+    fn contacts(&mut self, place: Range<usize>, role: FileWordRole) {
         for NameInText { place: span, is_called } in names(&self.text[place.clone()], true) {
             let span = place.start + span.start..place.start + span.end;
             if !(is_called && matches!(&self.text[span.clone()], "rise" | "fall")) {
@@ -179,16 +183,16 @@ impl<'t> WordReader<'t> {
     /// The words in braces of a text.
     fn placeholders(&mut self, place: Range<usize>) {
         for word in placeholders(&self.text[place.clone()]) {
-            self.push(place.start + word.start..place.start + word.end, Role::Placeholder);
+            self.push(place.start + word.start..place.start + word.end, FileWordRole::Placeholder);
         }
     }
 
     /// The names of an expression.
-    fn expression(&mut self, place: Range<usize>, role: Role) {
+    fn expression(&mut self, place: Range<usize>, role: FileWordRole) {
         for NameInText { place: span, is_called } in names(&self.text[place.clone()], false) {
             let span = place.start + span.start..place.start + span.end;
             match Function::from_name(&self.text[span.clone()]).filter(|_| is_called) {
-                Some(function) => self.push(span, Role::Function(function)),
+                Some(function) => self.push(span, FileWordRole::Function(function)),
                 None => self.push(span, role),
             }
         }
@@ -206,13 +210,13 @@ impl<'t> WordReader<'t> {
         let Some(first) = words.next() else { return };
         let Some(mnemonic) = Mnemonic::from_name(&self.text[first.clone()]) else { return };
         let operands: Vec<Range<usize>> = words.collect();
-        self.push(first.clone(), Role::Mnemonic(mnemonic));
+        self.push(first.clone(), FileWordRole::Mnemonic(mnemonic));
         if mnemonic == Mnemonic::Math {
             let behind = first.end..place.end;
             let equals = self.text[behind.clone()].find('=').map(|at| behind.start + at);
             let equals = equals.unwrap_or(behind.end);
-            self.expression(behind.start..equals, Role::Writes);
-            self.expression(equals..behind.end, Role::Reads);
+            self.expression(behind.start..equals, FileWordRole::Writes);
+            self.expression(equals..behind.end, FileWordRole::Reads);
             return;
         }
         let mut number = 0;
@@ -228,7 +232,7 @@ impl<'t> WordReader<'t> {
             };
             number += usize::from(key.is_none());
             let value = operand.start + key.map_or(0, |at| at + 1)..operand.end;
-            self.contacts(value, row.map_or(Role::Reads, role));
+            self.contacts(value, row.map_or(FileWordRole::Reads, role));
         }
     }
 
@@ -240,30 +244,30 @@ impl<'t> WordReader<'t> {
         match verb {
             "expect" | "within" | "hold" => {
                 let Some(colon) = text.find(':') else { return };
-                self.contacts(place.start + colon + 1..place.end, Role::Reads);
+                self.contacts(place.start + colon + 1..place.end, FileWordRole::Reads);
             }
             "set" | "force" | "unforce" | "pulse" | "beat" => {
                 let operand = words.next();
-                operand.into_iter().for_each(|operand| self.contacts(operand, Role::Names));
+                operand.into_iter().for_each(|operand| self.contacts(operand, FileWordRole::Names));
             }
             "lose" | "restore" => {
-                words.next().into_iter().for_each(|device| self.push(device, Role::Device));
+                words.next().into_iter().for_each(|device| self.push(device, FileWordRole::Device));
             }
-            "reload" => words.for_each(|file| self.push(file, Role::File)),
+            "reload" => words.for_each(|file| self.push(file, FileWordRole::File)),
             _ => {}
         }
     }
 }
 
 /// What an instruction does with an operand.
-fn role(operand: &OperandSpec) -> Role {
+fn role(operand: &OperandSpec) -> FileWordRole {
     let is_block =
         matches!(operand.kind, OperandKind::Program | OperandKind::Block | OperandKind::Task);
     match operand.kind.is_stage() {
-        true => Role::Stage,
-        false if is_block => Role::Block,
-        false if operand.role == OperandRole::Reads => Role::Reads,
-        false => Role::Writes,
+        true => FileWordRole::Stage,
+        false if is_block => FileWordRole::Block,
+        false if operand.role == OperandRole::Reads => FileWordRole::Reads,
+        false => FileWordRole::Writes,
     }
 }
 

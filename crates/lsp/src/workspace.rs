@@ -15,8 +15,8 @@ use super::complete::proposal::ItemAbilities;
 use super::file::EditorFile;
 use super::jobs::Jobs;
 use super::judge::{JudgedRoot, Judgement};
-use super::lines::Columns;
-use super::live_view::LiveView;
+use super::lines::ColumnUnit;
+use super::live_view::EditorLiveView;
 use super::outbox::Outbox;
 use super::project::{Library, Project, is_library};
 use super::slots::FileKind;
@@ -42,7 +42,7 @@ pub(super) struct Workspace {
     /// The capabilities of the editor for completion items.
     pub can: ItemAbilities,
     /// The live view.
-    pub live: LiveView,
+    pub live: EditorLiveView,
     /// The results of tests.
     pub tests: TestResults,
     /// The jobs that commands have started.
@@ -83,7 +83,7 @@ impl Cursor {
 
 impl Workspace {
     /// A workspace without files.
-    pub fn new(columns: Columns, jobs: Jobs, outbox: Outbox) -> Workspace {
+    pub fn new(columns: ColumnUnit, jobs: Jobs, outbox: Outbox) -> Workspace {
         Workspace {
             client: ClientCapabilities::default(),
             library: Library::new(columns),
@@ -91,7 +91,7 @@ impl Workspace {
             versions: HashMap::new(),
             judged: BTreeMap::new(),
             can: ItemAbilities::default(),
-            live: LiveView::default(),
+            live: EditorLiveView::default(),
             tests: TestResults::default(),
             jobs,
             outbox,
@@ -125,7 +125,8 @@ impl Workspace {
         // Tests may name each other in a circle.
         let is_test = self.library.file(&root).is_none_or(|file| file.kind == FileKind::Test);
         let of_root = if is_test || root == path { None } else { self.project(&root) };
-        let shared = of_root.filter(|of| of.root == root && self.library.is_of(path, of));
+        let shared =
+            of_root.filter(|project| project.root == root && self.library.is_of(path, project));
         let project = match shared {
             Some(shared) => shared,
             None => Arc::new(self.library.project(path)?),
@@ -139,8 +140,8 @@ impl Workspace {
     }
 
     /// The cursor of a request.
-    pub fn cursor(&self, of: &TextDocumentPositionParams) -> Option<Cursor> {
-        self.cursor_at(&of.text_document.uri, of.position)
+    pub fn cursor(&self, position: &TextDocumentPositionParams) -> Option<Cursor> {
+        self.cursor_at(&position.text_document.uri, position.position)
     }
 
     /// The cursor at a position in a file.

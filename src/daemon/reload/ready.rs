@@ -18,7 +18,7 @@ use rungd_config::controller::device::Device;
 use rungd_engine::isa::Address;
 use rungd_engine::{self as engine, Engine};
 use rungd_io::modbus::settings::ModbusServerSettings;
-use rungd_io::plant::settings::Rule;
+use rungd_io::plant::settings::InputRule;
 use rungd_language::source::render::Style;
 use rungd_runtime::exchange::Snapshot;
 use rungd_runtime::{CarriedWatches, Package, PackageParts, SafeState, Taped};
@@ -125,7 +125,7 @@ pub(super) fn settings(
     if let (Some(was), Some(is)) = (&old.modbus, &new.modbus) {
         lines.extend(modbus(was, is));
     }
-    let is_like = |(was, is): (&Rule, &Rule)| was.is_like(is);
+    let is_like = |(was, is): (&InputRule, &InputRule)| was.is_like(is);
     let mut rules = old.rules.iter().zip(&new.rules);
     if old.rules.len() != new.rules.len() || !rules.all(is_like) {
         lines.push("the rules of `[[simulated-device]]`: changed".to_owned());

@@ -18,7 +18,7 @@ use rungd_language::lower::Symbols;
 use rungd_language::resolve::mistake::sentence;
 use rungd_language::resolve::program::{BlockKind, Program, TagMeaning};
 use rungd_language::resolve::range::{is_range, other_range, resolve_range};
-use rungd_language::resolve::scope::{Scope, Thing};
+use rungd_language::resolve::scope::{NamedThing, Scope};
 use rungd_language::source::finding::Finding;
 use rungd_language::source::reader::Text;
 use rungd_language::source::span::Span;
@@ -121,13 +121,13 @@ impl OperandNames {
     /// The members of a block, a device or a use; `None` for any other name.
     fn group(&self, text: &str) -> Option<Result<Vec<Variable>, RequestRefusal>> {
         let is_one = match self.scope.look_up(text).map(|found| found.thing) {
-            Ok(Thing::Block(_) | Thing::Device(_)) | Err(_) => true,
+            Ok(NamedThing::Block(_) | NamedThing::Device(_)) | Err(_) => true,
             Ok(
-                Thing::Address(_)
-                | Thing::Constant(..)
-                | Thing::Real(_)
-                | Thing::Array(_)
-                | Thing::Element(_),
+                NamedThing::Address(_)
+                | NamedThing::Constant(..)
+                | NamedThing::Real(_)
+                | NamedThing::Array(_)
+                | NamedThing::Element(_),
             ) => false,
         };
         let members = if is_one { self.groups.members(text, OPERANDS_MAX) } else { Vec::new() };
@@ -149,7 +149,7 @@ impl OperandNames {
 
     fn is_array(&self, text: &str) -> bool {
         let found = self.scope.look_up(text).map(|found| found.thing);
-        matches!(found, Ok(Thing::Array(_)))
+        matches!(found, Ok(NamedThing::Array(_)))
     }
 
     fn range(&self, written: &Text) -> Result<Vec<Variable>, RequestRefusal> {

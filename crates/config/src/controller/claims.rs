@@ -14,7 +14,7 @@
 //! ```
 
 use super::settings::Controller;
-use rungd_io::plant::settings::Rule;
+use rungd_io::plant::settings::InputRule;
 use rungd_language::source::finding::{Code, Finding};
 
 /// A finding for every rule whose input Modbus clients also move.
@@ -24,7 +24,7 @@ pub fn moved_twice(controller: &Controller) -> Vec<Finding> {
     };
     let inputs = image.first..=image.last;
     let clashing = controller.rules.iter().filter(|device| inputs.contains(&device.input));
-    let finding = |device: &Rule| {
+    let finding = |device: &InputRule| {
         let message = format!("`X{}` is moved by a rule and by Modbus clients", device.input);
         Finding::new(Code::Controller, device.span, message)
             .related(image.span, "its coil is copied to it here")

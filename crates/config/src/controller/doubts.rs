@@ -11,7 +11,7 @@ use rungd_base::progress::Progress;
 use rungd_engine::isa::{Address, Bit, BitSpace, NumberRanges, Space};
 use rungd_language::resolve::program::{Instruction, Program};
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::fix::{Edit, advise, pair};
+use rungd_language::source::fix::{FixEdit, advise, pair};
 
 /// The longest period without a warning, ms.
 const PERIOD_MS_MAX: u32 = 1000;
@@ -115,6 +115,6 @@ fn cold_for_ever(written: &WrittenController, controller: &Controller) -> Option
                 "write `[retain] cold-start = \"run\"`; or start it the first time with `rungd run \
          --cold-start run FILE`; or enable the socket",
             )
-            .fix(Edit::Under { table: "retain", pair: "cold-start = \"run\"".to_owned() }),
+            .fix(FixEdit::Under { table: "retain", pair: "cold-start = \"run\"".to_owned() }),
     )
 }

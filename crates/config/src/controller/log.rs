@@ -6,7 +6,7 @@
 //! here, but on the command line and by `rungd log-level`.
 
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::fix::{Edit, advise, meant, one_of, pair};
+use rungd_language::source::fix::{FixEdit, advise, meant, one_of, pair};
 use rungd_language::source::key::key;
 use rungd_language::source::nearest::KnownNames;
 use rungd_language::source::reader::{Table, Text};
@@ -86,7 +86,8 @@ impl Default for LogSettings {
 impl LogSettings {
     /// The changes from these settings to `new` that a reload applies, one per line.
     pub fn changes(&self, new: &LogSettings) -> Vec<String> {
-        let level = |of: &LogSettings, event| of.levels.of(event).map_or("off", Level::name);
+        let level =
+            |settings: &LogSettings, event| settings.levels.of(event).map_or("off", Level::name);
         let mut said = vec![
             ("log of blocks".to_owned(), BLOCKS.word(self.blocks), BLOCKS.word(new.blocks)),
             ("time of the log".to_owned(), TIMES.word(self.time), TIMES.word(new.time)),
@@ -198,7 +199,7 @@ fn kept(event: &Event, text: &Text) -> Finding {
     let help = advise("take the line out, or give it a level that is seen: `{}`", [level]);
     Finding::new(Code::KeptEvent, text.span, message)
         .label("a fault, mode, alarm, loss or change is logged at info, warn or error")
-        .help(help.with(Edit::Delete))
+        .help(help.with(FixEdit::Delete))
 }
 
 /// The warning for a level of an event whose lines are left out.

@@ -6,7 +6,6 @@
 //! (`io::NAME::settings`). This module does no I/O: only run time shows whether a port is free or a
 //! priority is granted.
 
-pub mod bench;
 mod claims;
 pub mod device;
 mod doubts;
@@ -22,12 +21,13 @@ pub mod retain;
 mod retain_tags;
 mod settings;
 mod simulated_device;
+pub mod test_settings;
 pub mod web;
 mod wired;
 pub mod written;
 
 pub use outputs::{OUTPUT_UNKNOWN, OutputRules, OutputState};
-use resolver::{AllowedSpaces, Resolver};
+use resolver::{AllowedSpaces, SettingsResolver};
 pub use settings::Controller;
 use written::WrittenController;
 pub use written::read;
@@ -56,7 +56,7 @@ pub(crate) fn resolve_controller_within(
     program: &Program,
     progress: &Progress,
 ) -> (Controller, Vec<Finding>) {
-    let mut resolver = Resolver { scope: program.scope(), findings: Vec::new(), progress };
+    let mut resolver = SettingsResolver { scope: program.scope(), findings: Vec::new(), progress };
     let outputs = [Space::Bit(BitSpace::Y)];
     let wanted = AllowedSpaces { spaces: &outputs, words: "outputs (Y)", code: Code::Controller };
     let outputs_on = resolver.ranges(&written.outputs.on, &wanted);
@@ -107,7 +107,7 @@ impl Controller {
     }
 }
 
-impl Resolver<'_> {
+impl SettingsResolver<'_> {
     /// Reports ranges of outputs that are to be held and to be ON.
     fn held_and_on(&mut self, held: &[Range], on: &[Range]) {
         let mut outputs = NumberRanges::default();

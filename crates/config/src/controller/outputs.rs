@@ -67,10 +67,12 @@ impl OutputRules {
     pub fn of(controller: Option<&Controller>, symbols: &Symbols) -> OutputRules {
         let layout = &symbols.layout;
         let count = layout.sizes().y;
-        let safe = controller
-            .map_or_else(|| vec![SafeState::Off; count as usize], |of| of.safe_values(count));
+        let safe = controller.map_or_else(
+            || vec![SafeState::Off; count as usize],
+            |controller| controller.safe_values(count),
+        );
         let mut devices: HashMap<u32, Vec<BitCell>> = HashMap::new();
-        for device in controller.map_or(&[][..], |of| &of.devices) {
+        for device in controller.map_or(&[][..], |controller| &controller.devices) {
             let ok = layout.bit(Bit::Device(device.id, DeviceBit::Ok));
             for output in &device.outputs {
                 if let Address::Bit(Bit::Space(BitSpace::Y, n)) = output.address {

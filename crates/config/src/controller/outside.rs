@@ -3,16 +3,16 @@
 //!
 //! Called by `load` once the settings are resolved.
 
-use super::device::{Device, DeviceInput, DriverSettings, Output};
+use super::device::{Device, DeviceInput, DeviceOutput, DriverSettings};
 use super::settings::Controller;
 use rungd_engine::isa::{Address, Bit, BitSpace, NumberRanges};
 use rungd_io::plant::settings::RuleCommand;
-use rungd_language::check::{Outside, Read};
+use rungd_language::check::{OutsideOperands, OutsideRead};
 use rungd_language::resolve::operands::numbers;
 
 impl Controller {
     /// The bits and words that are written from outside, and the reads from outside.
-    pub(crate) fn outside(&self) -> Outside {
+    pub(crate) fn outside(&self) -> OutsideOperands {
         let x = |n| Address::Bit(Bit::Space(BitSpace::X, n));
         let is_x = |address| matches!(address, Address::Bit(Bit::Space(BitSpace::X, _)));
         let of_devices = self.devices.iter().flat_map(|device| &device.inputs);
@@ -28,7 +28,7 @@ impl Controller {
             }
             image.extend(server.inputs.iter().flat_map(|(coils, inputs)| [*coils, *inputs]));
         }
-        Outside {
+        OutsideOperands {
             moved: moved.collect(),
             listed,
             image,
@@ -39,21 +39,21 @@ impl Controller {
 
     /// The operands that rows of maps send, simulated inputs follow, or the Modbus server's map
     /// shows.
-    fn reads(&self) -> Vec<Read> {
-        let mut reads: Vec<Read> = Vec::new();
+    fn reads(&self) -> Vec<OutsideRead> {
+        let mut reads: Vec<OutsideRead> = Vec::new();
         for device in &self.devices {
             let first = reads.len();
             // Outputs to a simulated plant that are not a Y are its levers, which an operator moves
             // by hand.
             let is_simulated = matches!(device.driver, DriverSettings::Simulated(_));
-            let is_judged = |output: &&Output| !is_simulated || is_y(output.address);
+            let is_judged = |output: &&DeviceOutput| !is_simulated || is_y(output.address);
             for output in device.outputs.iter().filter(is_judged) {
                 // All outputs of a row have the row's place, and consecutive addresses.
                 match reads[first..].last_mut().filter(|read| read.span == output.span) {
                     Some(read) => read.count += 1,
                     None => {
                         let reader = format!("device `{}` receives it", device.name);
-                        reads.push(Read::new((output.address, 1), output.span, reader));
+                        reads.push(OutsideRead::new((output.address, 1), output.span, reader));
                     }
                 }
             }
@@ -61,13 +61,13 @@ impl Controller {
         for rule in &self.rules {
             let reader = format!("`X{}` depends on it", rule.input);
             let read = |command: RuleCommand| {
-                Read::new((Address::Bit(command.bit), 1), command.span, reader.clone())
+                OutsideRead::new((Address::Bit(command.bit), 1), command.span, reader.clone())
             };
             reads.extend(rule.reads().map(read));
         }
         for entry in self.modbus.iter().flat_map(|server| &server.entries) {
             let operands = (entry.operands.first, entry.operands.count);
-            reads.push(Read::new(operands, entry.span, "Modbus clients read it".to_owned()));
+            reads.push(OutsideRead::new(operands, entry.span, "Modbus clients read it".to_owned()));
         }
         reads
     }

@@ -4,7 +4,7 @@
 //! shows at run time whether the machine grants the requests.
 
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::fix::{Edit, advise, give_one, pair, possible, propose};
+use rungd_language::source::fix::{FixEdit, advise, give_one, pair, possible, propose};
 use rungd_language::source::key::{NOT_EMPTY, key};
 use rungd_language::source::reader::{Table, Text};
 use rungd_language::source::value_kind::{KeyWords, ParsedText, WrongWord};
@@ -82,7 +82,7 @@ fn read_policy(table: &mut Table<'_>) -> Policy {
             let message = "`priority` has no effect with policy `other`";
             let finding = Finding::new(Code::Controller, priority.span, message);
             let help = propose(pair("policy = \"fifo\"")).and(", or take `priority` out");
-            table.find(finding.help(help).fix(Edit::Delete));
+            table.find(finding.help(help).fix(FixEdit::Delete));
             Policy::Other
         }
         (PolicyWord::Other, None) => Policy::Other,
@@ -102,7 +102,7 @@ fn read_cpus(table: &mut Table<'_>) -> Vec<u32> {
     if numbers.is_empty() && !table.doc().has_finding_in(cpus.span) {
         let finding = Finding::new(Code::Controller, cpus.span, "no CPU is named");
         let help = propose(pair("cpus = [1]")).and(", or take the key out");
-        table.find(finding.help(help).fix(Edit::Delete));
+        table.find(finding.help(help).fix(FixEdit::Delete));
     }
     numbers
 }

@@ -80,7 +80,7 @@ const DIR: ParsedText<String> = ParsedText::new(|_, dir| {
 });
 
 /// Amounts within limits.
-struct Measure {
+struct LimitedAmount {
     parse: fn(&str) -> Option<u64>,
     /// Its form, as a JSON Schema.
     form: &'static str,
@@ -95,7 +95,7 @@ struct Measure {
 /// A JSON Schema: a number of bytes.
 const SIZE: &str = r#"{"pattern":"^[0-9]+(kB|MB|GB)$"}"#;
 
-const AGE: Measure = Measure {
+const AGE: LimitedAmount = LimitedAmount {
     parse: age_s,
     form: r#"{"pattern":"^[0-9]+d$|^([0-9]+(h|m|s|ms))+$"}"#,
     limits: KEEP_S,
@@ -107,7 +107,7 @@ const AGE: Measure = Measure {
         advise("write hours or days: `{}`, `{}`", ages)
     },
 };
-const ON_DISK: Measure = Measure {
+const ON_DISK: LimitedAmount = LimitedAmount {
     parse: bytes,
     form: SIZE,
     limits: SIZE_BYTES,
@@ -119,14 +119,14 @@ const ON_DISK: Measure = Measure {
         advise("write megabytes or gigabytes: `{}`, `{}`", sizes)
     },
 };
-const IN_MEMORY: Measure = Measure {
+const IN_MEMORY: LimitedAmount = LimitedAmount {
     limits: MEMORY_BYTES,
     beyond: "not between 1 MB and 4 GB",
     help: || advise("write megabytes: `{}`", [pair("memory = \"16MB\"").proposed()]),
     ..ON_DISK
 };
 
-impl ValueKind for Measure {
+impl ValueKind for LimitedAmount {
     type Value = u64;
 
     fn limit(&self) -> KeyLimit {

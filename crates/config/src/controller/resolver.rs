@@ -3,7 +3,7 @@
 use rungd_base::progress::Progress;
 use rungd_engine::isa::{Address, Bit, BitSpace, Space};
 use rungd_language::resolve::range::{Range, resolve_range};
-use rungd_language::resolve::scope::{LookUp, Scope, Thing};
+use rungd_language::resolve::scope::{LookUp, NamedThing, Scope};
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::reader::Text;
 use rungd_language::source::span::Span;
@@ -16,13 +16,13 @@ pub struct AllowedSpaces<'a> {
 }
 
 /// The names that resolving needs, the findings that it makes, and the progress of the load.
-pub struct Resolver<'a> {
+pub struct SettingsResolver<'a> {
     pub scope: &'a Scope,
     pub findings: Vec<Finding>,
     pub progress: &'a Progress,
 }
 
-impl Resolver<'_> {
+impl SettingsResolver<'_> {
     pub fn ranges(&mut self, texts: &[Text], wanted: &AllowedSpaces<'_>) -> Vec<Range> {
         let progress = self.progress;
         progress.during(texts).filter_map(|text| self.range(text, wanted)).collect()
@@ -56,7 +56,7 @@ impl Resolver<'_> {
     /// The address of a name, or the reason why it has none. `None` after a finding about the name.
     pub fn address(&mut self, name: &str, span: Span) -> Option<Result<Address, String>> {
         match self.scope.look_up(name) {
-            Ok(LookUp { thing: Thing::Address(address), .. }) => Some(Ok(address)),
+            Ok(LookUp { thing: NamedThing::Address(address), .. }) => Some(Ok(address)),
             Ok(_) => Some(self.scope.address(name)),
             Err(mistake) => {
                 self.findings.extend(mistake.finding(span));

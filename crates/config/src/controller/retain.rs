@@ -2,7 +2,7 @@
 //! whether the file can be made.
 
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::fix::{Edit, pair};
+use rungd_language::source::fix::{FixEdit, pair};
 use rungd_language::source::key::{Key, key};
 use rungd_language::source::reader::{Table, Text};
 use rungd_language::source::span::{Located, Span};
@@ -57,7 +57,7 @@ pub(super) fn read_in_test(root: &mut Table<'_>) -> WrittenRetain {
         let message = "the retentive memory of a test has no file";
         let finding = Finding::new(Code::TestFile, name.span, message);
         let help = "take `file` away: a test keeps its memory to itself";
-        doc.find(finding.help(help).fix(Edit::Remove("file")));
+        doc.find(finding.help(help).fix(FixEdit::Remove("file")));
     }
     retain
 }
@@ -129,5 +129,5 @@ fn nothing(table: &Table<'_>, place: Span, message: &str) {
     let help = "say what a restart keeps, `ranges = [\"D0..D99\", \"CT0..CT7\"]`, `tags = \
                 [\"total_*\"]`; or take `[retain]` away";
     let finding = finding.label("every start is a cold start").help(help);
-    table.find(finding.fix(Edit::Remove("[retain]")));
+    table.find(finding.fix(FixEdit::Remove("[retain]")));
 }

@@ -40,7 +40,9 @@ pub(super) fn resolve(
     let compares_stars = too_many.is_none();
     findings.extend(too_many);
     let mut tags = Tags::of(program);
-    let known = || program.tags.iter().filter(|tag| tag.of_array.is_none_or(|of| of.at == 0));
+    let known = || {
+        program.tags.iter().filter(|tag| tag.of_array.is_none_or(|array_place| array_place.at == 0))
+    };
     let known = KnownNames::new(known().map(Tag::array_name));
     let mut found: HashMap<&str, RetainedNames> = HashMap::new();
     for pattern in progress.during(patterns) {
@@ -94,8 +96,10 @@ impl<'p> Tags<'p> {
         let mut by_name: HashMap<&str, ops::Range<usize>> = HashMap::new();
         for (at, tag) in program.tags.iter().enumerate() {
             by_name.entry(&tag.name).or_insert(at..at + 1);
-            if let Some(of) = tag.of_array.filter(|of| of.at == 0) {
-                by_name.entry(tag.array_name()).or_insert(at..at + of.array.count as usize);
+            if let Some(array_place) = tag.of_array.filter(|array_element| array_element.at == 0) {
+                by_name
+                    .entry(tag.array_name())
+                    .or_insert(at..at + array_place.array.count as usize);
             }
         }
         let retainable = program.tags.iter().map(|tag| range(program, tag)).collect();

@@ -7,7 +7,7 @@ use super::record::RecordSettings;
 use super::retain::Retention;
 use super::web::WebSettings;
 use rungd_io::modbus::settings::ModbusServerSettings;
-use rungd_io::plant::settings::Rule;
+use rungd_io::plant::settings::InputRule;
 use rungd_language::resolve::range::Range;
 use rungd_runtime::Posture;
 
@@ -31,7 +31,7 @@ pub struct Controller {
     /// The Modbus server, if there is one.
     pub modbus: Option<ModbusServerSettings>,
     /// Rules of simulated inputs; at most one per input.
-    pub rules: Vec<Rule>,
+    pub rules: Vec<InputRule>,
     /// Field devices.
     pub devices: Vec<Device>,
     /// The operator's socket.

@@ -6,11 +6,11 @@
 
 use std::collections::HashMap;
 
-use super::resolver::Resolver;
+use super::resolver::SettingsResolver;
 use rungd_engine::isa::{Bit, BitSpace};
-use rungd_io::plant::settings::{Delays, PartSettings, Rule, RuleCommand};
+use rungd_io::plant::settings::{Delays, InputRule, PartSettings, RuleCommand};
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::fix::{Edit, possible};
+use rungd_language::source::fix::{FixEdit, possible};
 use rungd_language::source::key::key;
 use rungd_language::source::reader::{Table, Text};
 use rungd_language::source::span::{Located, Span};
@@ -85,9 +85,9 @@ fn read(mut table: Table<'_>) -> WrittenRule {
     rule
 }
 
-impl Resolver<'_> {
-    pub(super) fn rules(&mut self, rules: &[WrittenRule]) -> Vec<Rule> {
-        let mut devices: Vec<Rule> = Vec::new();
+impl SettingsResolver<'_> {
+    pub(super) fn rules(&mut self, rules: &[WrittenRule]) -> Vec<InputRule> {
+        let mut devices: Vec<InputRule> = Vec::new();
         let mut firsts: HashMap<u32, Span> = HashMap::new();
         for rule in self.progress.during(rules) {
             let Some(device) = self.rule(rule) else { continue };
@@ -103,7 +103,7 @@ impl Resolver<'_> {
         devices
     }
 
-    fn rule(&mut self, rule: &WrittenRule) -> Option<Rule> {
+    fn rule(&mut self, rule: &WrittenRule) -> Option<InputRule> {
         let input = self.bit(rule.input.as_ref());
         let while_on = self.command(rule.while_on.as_ref());
         let follows = self.command(rule.follows.as_ref());
@@ -118,7 +118,7 @@ impl Resolver<'_> {
             Some(_) => vec![Some(follows?), while_on],
             None => vec![while_on],
         };
-        Some(Rule { input, part: part?, commands, span: rule.span })
+        Some(InputRule { input, part: part?, commands, span: rule.span })
     }
 
     fn command(&mut self, name: Option<&Text>) -> Option<RuleCommand> {
@@ -140,7 +140,7 @@ impl Resolver<'_> {
         if let Some(stray) = stray {
             let message = "a device pulses or follows, not both";
             let finding = Finding::new(Code::Controller, stray.span, message).help(help);
-            self.findings.push(finding.fix(possible(Edit::Delete)));
+            self.findings.push(finding.fix(possible(FixEdit::Delete)));
             return None;
         }
         let ms = |value: &Option<Located<i32>>| value.as_ref().map(|ms| ms.value.unsigned_abs());

@@ -4,7 +4,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::resolver::Resolver;
+use super::resolver::SettingsResolver;
 use rungd_base::variants::all_variants;
 use rungd_engine::isa::{Address, Bit, BitSpace};
 use rungd_language::source::finding::{Code, Finding};
@@ -191,7 +191,7 @@ fn read_widget(mut table: Table<'_>) -> Option<(Widget, Text)> {
 }
 
 /// Makes the settings from the keys, with a finding for each wrong value.
-pub(super) fn resolve(written: &WrittenWeb, resolver: &mut Resolver<'_>) -> WebSettings {
+pub(super) fn resolve(written: &WrittenWeb, resolver: &mut SettingsResolver<'_>) -> WebSettings {
     let mut web = WebSettings::default();
     let progress = resolver.progress;
     for text in progress.during(&written.write) {
@@ -236,7 +236,7 @@ fn may_write(address: Address) -> bool {
 }
 
 /// The bit or word of a name.
-fn operand(text: &Text, resolver: &mut Resolver<'_>) -> Option<Address> {
+fn operand(text: &Text, resolver: &mut SettingsResolver<'_>) -> Option<Address> {
     let name = text.text.trim();
     let finding = match resolver.address(name, text.span)? {
         Ok(Address::Structure(_)) => {
@@ -256,7 +256,7 @@ fn widget(
     widget: &Widget,
     text: &Text,
     writable: &HashSet<Address>,
-    resolver: &mut Resolver<'_>,
+    resolver: &mut SettingsResolver<'_>,
 ) -> Option<Widget> {
     let address = operand(text, resolver)?;
     let name = &widget.operand;

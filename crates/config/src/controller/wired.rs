@@ -5,10 +5,10 @@
 
 use std::collections::HashMap;
 
-use super::device::{Device, DeviceInput, DriverSettings, OnLoss, Output, SafeValue};
+use super::device::{Device, DeviceInput, DeviceOutput, DriverSettings, OnLoss, SafeValue};
 use super::settings::Controller;
 use rungd_engine::isa::{Address, Bit, BitSpace, DeviceBit};
-use rungd_io::plant::settings::Rule;
+use rungd_io::plant::settings::InputRule;
 use rungd_language::lower::Symbols;
 use rungd_runtime::SafeState;
 use rungd_runtime::wiring::{OutputSource, Wiring, WiringTarget};
@@ -24,7 +24,7 @@ impl Controller {
 
     /// The addresses that simulated devices move at every scan, each with the words for its device.
     pub fn simulated(&self) -> HashMap<Address, String> {
-        let is_simulated = |of: &&Device| match of.driver {
+        let is_simulated = |wired_device: &&Device| match wired_device.driver {
             DriverSettings::Simulated(_) => true,
             DriverSettings::Modbus(_) | DriverSettings::Gpio(_) => false,
         };
@@ -33,7 +33,7 @@ impl Controller {
             let mover = format!("device `{}`", device.name);
             device.inputs.iter().map(move |input| (input.address, mover.clone()))
         });
-        let rule = |rule: &Rule| {
+        let rule = |rule: &InputRule| {
             let input = Address::Bit(Bit::Space(BitSpace::X, rule.input));
             (input, "a `[[simulated-device]]` rule".to_owned())
         };
@@ -67,7 +67,7 @@ fn wiring(device: &Device, symbols: &Symbols) -> Wiring {
         }
         Address::Structure(_) => unreachable!("the resolver lets no structure through"),
     };
-    let source = |output: &Output| match (output.address, output.safe) {
+    let source = |output: &DeviceOutput| match (output.address, output.safe) {
         (Address::Bit(Bit::Space(BitSpace::Y, n)), _) => OutputSource::Output(n),
         (address, safe) => {
             let cell = layout.cell(address).expect("the resolver lets no structure through");

@@ -6,7 +6,7 @@
 use super::device::driver::WrittenDevice;
 use super::device::keys as device;
 use super::log::{self, LogSettings};
-use super::modbus_server::keys::{self as modbus_server, ModbusServer};
+use super::modbus_server::keys::{self as modbus_server, WrittenModbusServer};
 use super::operator::{self, WrittenOperator};
 use super::realtime;
 use super::record::{self, RecordSettings};
@@ -20,8 +20,8 @@ use rungd_language::source::fix::pair;
 use rungd_language::source::key::{Key, key};
 use rungd_language::source::lost::LostText;
 use rungd_language::source::reader::{self, Table, Text};
-use rungd_language::source::room::Room;
-use rungd_language::source::shape::Shape;
+use rungd_language::source::room::LoadRoom;
+use rungd_language::source::shape::TableShape;
 use rungd_language::source::span::{FileId, Located, Span};
 use rungd_language::source::value_kind::Millis;
 use rungd_runtime::Posture;
@@ -38,7 +38,7 @@ pub struct WrittenController {
     /// `[memory]`.
     pub memory: MemorySizes,
     /// `[scan]`.
-    pub scan: Scan,
+    pub scan: WrittenScan,
     /// `[realtime]`.
     pub realtime: Posture,
     /// `[outputs]`.
@@ -46,7 +46,7 @@ pub struct WrittenController {
     /// `[retain]`.
     pub(crate) retain: WrittenRetain,
     /// `[modbus-server]`.
-    pub modbus_server: Option<ModbusServer>,
+    pub modbus_server: Option<WrittenModbusServer>,
     /// `[[simulated-device]]`, in file order.
     pub rules: Vec<WrittenRule>,
     /// `[[device]]`, in file order.
@@ -76,7 +76,7 @@ pub struct SafeOutputs {
 
 /// `[scan]`.
 #[derive(Clone, Debug)]
-pub struct Scan {
+pub struct WrittenScan {
     /// `period`, ms; at least 1.
     pub period_ms: Located<u32>,
     /// `watchdog`, ms; at least 1.
@@ -100,7 +100,7 @@ pub fn read_within(
     file: FileId,
     progress: &Progress,
 ) -> (Option<WrittenController>, Vec<Finding>) {
-    let mut room = Room::of(progress.clone());
+    let mut room = LoadRoom::of(progress.clone());
     reader::document_within(&mut room, source, file, |root| read_root(root, file))
 }
 
@@ -111,7 +111,7 @@ pub(super) fn defaults(file: FileId) -> WrittenController {
 }
 
 /// The keys of a controller file.
-pub fn shape() -> Shape {
+pub fn shape() -> TableShape {
     reader::shape(|root| drop(read_root(root, FileId(0))))
 }
 
@@ -207,10 +207,12 @@ fn read_memory(root: &mut Table<'_>) -> MemorySizes {
     sizes
 }
 
-fn read_scan(root: &mut Table<'_>, file: FileId) -> Scan {
+fn read_scan(root: &mut Table<'_>, file: FileId) -> WrittenScan {
     let nowhere = Span { file, start: 0, end: 0 };
-    let mut scan =
-        Scan { period_ms: Located { value: PERIOD_MS, span: nowhere }, watchdog_ms: WATCHDOG_MS };
+    let mut scan = WrittenScan {
+        period_ms: Located { value: PERIOD_MS, span: nowhere },
+        watchdog_ms: WATCHDOG_MS,
+    };
     let Some(mut table) =
         root.table(key("scan", "The scan's period and its longest time."), "`[scan]`")
     else {
@@ -224,7 +226,7 @@ fn read_scan(root: &mut Table<'_>, file: FileId) -> Scan {
 }
 
 /// Reads `period`, of `[scan]` or of a test.
-pub(super) fn read_period(table: &mut Table<'_>, scan: &mut Scan) {
+pub(super) fn read_period(table: &mut Table<'_>, scan: &mut WrittenScan) {
     let explained =
         key("period", "The time between the beginnings of two scans; 10ms if not given.");
     if let Some(period) = table.value(explained, &SCAN_TIME) {

@@ -8,8 +8,8 @@ use std::fmt::Write as _;
 use super::page::{indented, section, wrapped};
 use crate::load::library::{self, LibraryFile};
 use rungd_language::source::file_kind::LIBRARY;
-pub use rungd_language::source::ladder::{self, Parameter, Tag, Template};
-use rungd_language::source::room::Room;
+pub use rungd_language::source::ladder::{self, Parameter, Template, WrittenTag};
+use rungd_language::source::room::LoadRoom;
 use rungd_language::source::span::FileId;
 
 /// The sections of a page that a terminal shows; it cannot show the timing diagram.
@@ -51,7 +51,7 @@ pub fn facts(name: &str) -> String {
 }
 
 fn of_file(file: &LibraryFile) -> String {
-    let (ladder, _) = ladder::read(&mut Room::default(), file.text, FileId(0));
+    let (ladder, _) = ladder::read(&mut LoadRoom::default(), file.text, FileId(0));
     let templates = ladder.map(|ladder| ladder.templates).unwrap_or_default();
     templates.iter().map(of_template).collect::<Vec<_>>().join("\n")
 }
@@ -81,7 +81,7 @@ fn of_parameter(parameter: &Parameter) -> [String; 4] {
 
 /// An own tag, with the dot that follows the name of a use. `None` for a tag without an
 /// explanation: such a tag is internal to the template.
-fn of_tag(tag: &Tag) -> Option<[String; 4]> {
+fn of_tag(tag: &WrittenTag) -> Option<[String; 4]> {
     let kind = tag.kind.as_ref().map_or(String::new(), |kind| kind.text.clone());
     let alarm = || {
         let text = &tag.alarm.as_ref()?.text;

@@ -12,12 +12,16 @@ fn load(text: &str) -> Loaded {
 }
 
 /// The line and the name of each finding.
-fn told(loaded: &Loaded) -> Vec<String> {
+fn finding_lines(loaded: &Loaded) -> Vec<String> {
     assert!(loaded.program.is_none() && loaded.controller.is_none());
     let line = |place: rungd_language::source::span::Span| {
         loaded.files[place.file.0 as usize].line_column(place.start).0
     };
-    loaded.findings.iter().map(|of| format!("{} {}", line(of.span), of.code.name())).collect()
+    loaded
+        .findings
+        .iter()
+        .map(|finding| format!("{} {}", line(finding.span), finding.code.name()))
+        .collect()
 }
 
 const MAIN: &str = "[[program]]\nname = \"Main\"\n";
@@ -33,31 +37,31 @@ fn the_rest_of_a_broken_ladder_is_judged() {
         "8 unknown-instruction",
         "8 duplicate-out",
     ];
-    assert_eq!(told(&load(&format!("{MAIN}{rungs}"))), expected);
+    assert_eq!(finding_lines(&load(&format!("{MAIN}{rungs}"))), expected);
 }
 
 #[test]
 fn a_name_that_may_be_declared_in_what_is_lost_is_no_finding() {
     let rung = "[[program.rung]]\nwhen = [\"lamp\", \"lmap\"]\ndo = [\"OUT Y0\"]\n";
-    let of = |tags: &str| told(&load(&format!("[tags]\n{tags}\n{MAIN}{rung}")));
-    assert_eq!(of("lamp = { at = \"Y1\""), ["3 toml-syntax", "6 unknown-name"]);
-    assert_eq!(of("la\"mp = { at = \"Y1\" }"), ["2 toml-syntax"]);
-    assert_eq!(of("lamp { at = \"Y1\" }"), ["2 toml-syntax"]);
+    let findings_of = |tags: &str| finding_lines(&load(&format!("[tags]\n{tags}\n{MAIN}{rung}")));
+    assert_eq!(findings_of("lamp = { at = \"Y1\""), ["3 toml-syntax", "6 unknown-name"]);
+    assert_eq!(findings_of("la\"mp = { at = \"Y1\" }"), ["2 toml-syntax"]);
+    assert_eq!(findings_of("lamp { at = \"Y1\" }"), ["2 toml-syntax"]);
 }
 
 #[test]
 fn what_is_missing_as_a_whole_is_no_finding() {
     let lone = "[ladder]\norder = [\"Main\"]\n[tags]\n\
                 lamp = { at = \"Y0\" }\n[[program]\nname = \"Main\"\n";
-    assert_eq!(told(&load(lone)), ["5 toml-syntax"]);
+    assert_eq!(finding_lines(&load(lone)), ["5 toml-syntax"]);
     let rung = format!(
         "{MAIN}[[program.rung]]\nwhen = [\"X0\"]\ndo = [\"RUN Drain\n\
          [[program]]\nname = \"Drain\"\n"
     );
-    assert_eq!(told(&load(&rung)), ["5 toml-syntax"]);
+    assert_eq!(finding_lines(&load(&rung)), ["5 toml-syntax"]);
     let silenced = "[ladder]\nallow = [\"bare-timer-value\"\n[[program]]\nname = \"Main\"\n\
                     rung = [{ when = [\"X0\"], do = [\"TMR T0 preset=5\"] }]\n";
-    assert_eq!(told(&load(silenced)), ["3 toml-syntax"]);
+    assert_eq!(finding_lines(&load(silenced)), ["3 toml-syntax"]);
 }
 
 /// The findings of a controller file that contains `line`, and of its ladder.
@@ -65,7 +69,7 @@ fn controlled(line: &str, ladder: &str) -> Vec<String> {
     let text = format!("ladder = [\"ladder.toml\"]\n{line}\n");
     let file = |name: &str, text: String| SourceFile { name: name.to_owned(), text };
     let files = [file("controller.toml", text), file("ladder.toml", ladder.to_owned())];
-    told(&recorded_files(&files))
+    finding_lines(&recorded_files(&files))
 }
 
 #[test]
@@ -91,7 +95,7 @@ fn a_ladder_file_that_is_broken_lets_the_others_be_judged() {
         file("main.toml", &other),
     ];
     assert_eq!(
-        told(&ladder_inputs(&files).unwrap()),
+        finding_lines(&ladder_inputs(&files).unwrap()),
         ["3 toml-syntax", "3 unknown-name", "3 unknown-name"]
     );
 }
@@ -122,7 +126,7 @@ fn every_place_lies_in_the_file_whatever_is_broken() {
                     assert!(text.get(range).is_some(), "{finding:?} in\n{text}");
                 }
             }
-            let is_broken = loaded.findings.iter().any(|of| of.code == Code::TomlSyntax);
+            let is_broken = loaded.findings.iter().any(|finding| finding.code == Code::TomlSyntax);
             assert!(!is_broken || loaded.program.is_none());
         }
     }

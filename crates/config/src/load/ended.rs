@@ -11,10 +11,10 @@ const LADDER: &str = "[tags]\nlamp = { at = \"Y0\" }\n[[program]]\nname = \"Main
                       rung = [ { when = [\"X0\"], do = [\"OUT lamp\"] } ]\n";
 
 /// A folder with a controller file and a ladder file, removed at the end of the test.
-struct Folder(std::path::PathBuf);
+struct EndedFolder(std::path::PathBuf);
 
-impl Folder {
-    fn new(controller: &str, ladder: &str) -> Folder {
+impl EndedFolder {
+    fn new(controller: &str, ladder: &str) -> EndedFolder {
         static NEXT: AtomicU32 = AtomicU32::new(0);
         let number = NEXT.fetch_add(1, Ordering::Relaxed);
         let name = format!("rungd-ended-{}-{number}", std::process::id());
@@ -22,7 +22,7 @@ impl Folder {
         std::fs::create_dir_all(&folder).unwrap();
         std::fs::write(folder.join("controller.toml"), controller).unwrap();
         std::fs::write(folder.join("ladder.toml"), ladder).unwrap();
-        Folder(folder)
+        EndedFolder(folder)
     }
 
     fn file(&self, name: &str) -> String {
@@ -41,7 +41,7 @@ impl Folder {
     }
 }
 
-impl Drop for Folder {
+impl Drop for EndedFolder {
     fn drop(&mut self) {
         let _ = std::fs::remove_dir_all(&self.0);
     }
@@ -49,7 +49,7 @@ impl Drop for Folder {
 
 #[test]
 fn a_load_whose_time_is_over_ends_with_the_step_that_it_is_at() {
-    let folder = Folder::new(CONTROLLER, LADDER);
+    let folder = EndedFolder::new(CONTROLLER, LADDER);
     let (controller, ladder) = (folder.file("controller.toml"), folder.file("ladder.toml"));
     let steps = [
         LoadStep::Reading(controller.clone()),
@@ -74,7 +74,7 @@ fn a_load_whose_time_is_over_ends_with_the_step_that_it_is_at() {
 
 #[test]
 fn a_load_whose_time_is_over_ends_at_the_next_look() {
-    let folder = Folder::new(&format!("{CONTROLLER}[outputs]\nhold = [\"Y1\"]\n"), LADDER);
+    let folder = EndedFolder::new(&format!("{CONTROLLER}[outputs]\nhold = [\"Y1\"]\n"), LADDER);
     let steps = [
         LoadStep::Parsing(folder.file("controller.toml")),
         LoadStep::Parsing(folder.file("ladder.toml")),
@@ -101,7 +101,7 @@ fn a_load_whose_time_is_over_ends_at_the_next_look() {
 fn looks_at_each(kind: &str, step: &LoadStep, text: impl Fn(usize) -> (String, String)) {
     let [some, more] = [20, 40].map(|parts| {
         let (controller, ladder) = text(parts);
-        Folder::new(&controller, &ladder).looks(step)
+        EndedFolder::new(&controller, &ladder).looks(step)
     });
     assert!(more >= some + 20, "{kind}, {step}: {some} looks, then {more}");
 }

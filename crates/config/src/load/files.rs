@@ -56,7 +56,7 @@ pub fn may_all_read(path: &Path) -> bool {
     }
     let Ok(path) = path.canonicalize() else { return false };
     let allows = |path: &Path, bits: u32| {
-        std::fs::metadata(path).is_ok_and(|of| of.permissions().mode() & bits == bits)
+        std::fs::metadata(path).is_ok_and(|metadata| metadata.permissions().mode() & bits == bits)
     };
     allows(&path, 0o004) && path.ancestors().skip(1).all(|folder| allows(folder, 0o001))
 }

@@ -29,12 +29,12 @@ type Texts = (String, String);
 /// about one finding for each entry; `None`: there is none at all.
 type Case = (&'static str, Option<Code>, fn(usize) -> Texts);
 
-fn many(n: usize, of: impl Fn(usize) -> String) -> String {
-    (0..n).map(of).collect()
+fn many(n: usize, entry: impl Fn(usize) -> String) -> String {
+    (0..n).map(entry).collect()
 }
 
-fn list(n: usize, of: impl Fn(usize) -> String) -> String {
-    (0..n).map(of).collect::<Vec<_>>().join(", ")
+fn list(n: usize, entry: impl Fn(usize) -> String) -> String {
+    (0..n).map(entry).collect::<Vec<_>>().join(", ")
 }
 
 fn rungs(n: usize, rung: impl Fn(usize) -> String) -> String {

@@ -28,12 +28,12 @@ fn rungs(n: usize, rung: impl Fn(usize) -> String) -> String {
     (0..n).map(|k| format!("[[program.rung]]\n{}\n", rung(k))).collect()
 }
 
-fn many(n: usize, of: impl Fn(usize) -> String) -> String {
-    (0..n).map(of).collect()
+fn many(n: usize, entry: impl Fn(usize) -> String) -> String {
+    (0..n).map(entry).collect()
 }
 
-fn list(n: usize, of: impl Fn(usize) -> String) -> String {
-    (0..n).map(of).collect::<Vec<_>>().join(", ")
+fn list(n: usize, entry: impl Fn(usize) -> String) -> String {
+    (0..n).map(entry).collect::<Vec<_>>().join(", ")
 }
 
 fn tags(n: usize) -> String {
@@ -154,8 +154,9 @@ fn the_points_of_a_device_have_a_greatest_number() {
         let device = format!("[[device]]\nname = \"rio\"\n{keys}\nmap = [{rows}]\n");
         let text = format!("[memory]\nX = 65536\n{device}");
         let loaded = controlled(&text, &format!("{MAIN}rung = []\n"));
-        let of_points = loaded.findings.iter().filter(|of| of.message.contains(" points"));
-        of_points.map(|of| of.message.clone()).collect::<Vec<_>>()
+        let of_points =
+            loaded.findings.iter().filter(|finding| finding.message.contains(" points"));
+        of_points.map(|finding| finding.message.clone()).collect::<Vec<_>>()
     };
     assert!(said(1).is_empty());
     assert_eq!(said(5_000), ["a device has at most 65536 points"]);

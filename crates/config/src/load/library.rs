@@ -71,7 +71,7 @@ pub fn named(path: &str) -> Option<Result<&'static LibraryFile, (String, Help)>>
     let found = FILES.iter().find(|file| file.name == name);
     Some(found.ok_or_else(|| {
         let names = || FILES.iter().map(|file| file.name);
-        let all = || one_of("there is", names().map(|of| format!("{LIBRARY}{of}")));
+        let all = || one_of("there is", names().map(|name| format!("{LIBRARY}{name}")));
         let help = did_you_mean(name, names()).unwrap_or_else(all);
         (format!("the library has no `{name}`"), help)
     }))
@@ -79,7 +79,7 @@ pub fn named(path: &str) -> Option<Result<&'static LibraryFile, (String, Help)>>
 
 /// The file that declares a template.
 pub fn of_template(name: &str) -> Option<&'static LibraryFile> {
-    FILES.iter().find(|file| file.templates().any(|of| of == name))
+    FILES.iter().find(|file| file.templates().any(|template_name| template_name == name))
 }
 
 /// Adds the library's files to the help texts of findings about templates that are in the library.
@@ -89,7 +89,8 @@ pub(crate) fn offered(
     files: &[SourceFile],
     has_controller: bool,
 ) -> Vec<Finding> {
-    let wanted: Vec<Option<Wanted>> = findings.iter().map(|of| Wanted::of(of, files)).collect();
+    let wanted: Vec<Option<WantedLibrary>> =
+        findings.iter().map(|finding| WantedLibrary::of(finding, files)).collect();
     let mut lacking: Vec<String> = Vec::new();
     for file in wanted.iter().flatten().map(|wanted| format!("{LIBRARY}{}", wanted.file.name)) {
         if !lacking.contains(&file) && files.iter().all(|given| given.name != file) {
@@ -97,7 +98,7 @@ pub(crate) fn offered(
         }
     }
     let how = how(&lacking, files, has_controller);
-    let with_help = |(finding, wanted): (Finding, Option<Wanted>)| match wanted {
+    let with_help = |(finding, wanted): (Finding, Option<WantedLibrary>)| match wanted {
         Some(wanted) => finding.near_any(None).help(wanted.help(&how)),
         None => no_file(finding, files),
     };
@@ -105,28 +106,32 @@ pub(crate) fn offered(
 }
 
 /// The file of the library that a `use` needs.
-struct Wanted {
+struct WantedLibrary {
     file: &'static LibraryFile,
     /// If the `use` names the file, or a name near it, instead of a template: the template to name.
     template: Option<&'static str>,
 }
 
-impl Wanted {
-    fn of(finding: &Finding, files: &[SourceFile]) -> Option<Wanted> {
+impl WantedLibrary {
+    fn of(finding: &Finding, files: &[SourceFile]) -> Option<WantedLibrary> {
         let name = unknown_template(finding, files)?;
         let Some(name) = name.strip_prefix(LIBRARY) else {
-            return Some(Wanted { file: of_template(name)?, template: None });
+            return Some(WantedLibrary { file: of_template(name)?, template: None });
         };
         let near = || nearest(name, FILES.iter().map(|file| file.name));
         let of_file = |name: &str| FILES.iter().find(|file| file.name == name);
         let file = of_file(name).or_else(|| of_template(name)).or_else(|| of_file(near()?))?;
-        let own = file.templates().find(|of| *of == name).or_else(|| file.templates().next());
-        Some(Wanted { file, template: Some(own.unwrap_or_default()) })
+        let own = file
+            .templates()
+            .find(|template_name| *template_name == name)
+            .or_else(|| file.templates().next());
+        Some(WantedLibrary { file, template: Some(own.unwrap_or_default()) })
     }
 
     fn help(&self, how: &str) -> String {
         let Some(first) = self.template else { return how.to_owned() };
-        let names: Vec<String> = self.file.templates().map(|of| format!("`{of}`")).collect();
+        let names: Vec<String> =
+            self.file.templates().map(|template_name| format!("`{template_name}`")).collect();
         let what = names.join(", ");
         let verb = if names.len() == 1 { "template is" } else { "templates are" };
         let file = self.file.name;

@@ -5,7 +5,6 @@
 //! A mistake *in* a file is a finding. A ladder file that cannot be read is a finding too, at its
 //! name in the controller file. If a file that the caller names cannot be read, the load fails.
 
-pub mod bench;
 #[cfg(test)]
 mod broken;
 #[cfg(test)]
@@ -17,6 +16,7 @@ mod growth;
 mod large;
 pub mod library;
 mod own_files;
+pub mod test_ladders;
 
 use std::collections::{HashMap, HashSet};
 use std::io::ErrorKind;
@@ -31,13 +31,13 @@ use crate::controller::written::WrittenController;
 use crate::controller::{self, Controller, resolve_controller_within};
 use rungd_base::progress::{LoadStep, Progress};
 use rungd_engine::isa::Address;
-use rungd_io::plant::settings::Rule;
-use rungd_language::check::{Around, check_partial, check_whole, silence};
+use rungd_io::plant::settings::InputRule;
+use rungd_language::check::{CheckInputs, check_partial, check_whole, silence};
 use rungd_language::resolve::program::{Program, TagMeaning};
 use rungd_language::resolve::{LoadOptions, resolve_ladders};
 use rungd_language::source::file_kind;
 use rungd_language::source::finding::{Code, Finding, Severity};
-use rungd_language::source::fix::{Edit, Help, possible};
+use rungd_language::source::fix::{FixEdit, Help, possible};
 use rungd_language::source::lost::LostTexts;
 use rungd_language::source::reader::Text;
 use rungd_language::source::span::{FileId, SourceFile, Span};
@@ -250,7 +250,8 @@ fn mark_mapped(program: &mut Program, controller: &Controller) {
     let devices = &controller.devices;
     let inputs = devices.iter().flat_map(|device| &device.inputs).map(|input| input.address);
     let outputs = devices.iter().flat_map(|device| &device.outputs).map(|output| output.address);
-    let followed = controller.rules.iter().flat_map(Rule::reads).map(|read| Address::Bit(read.bit));
+    let followed =
+        controller.rules.iter().flat_map(InputRule::reads).map(|read| Address::Bit(read.bit));
     let mapped: HashSet<Address> = inputs.chain(outputs).chain(followed).collect();
     for tag in &mut program.tags {
         if let TagMeaning::Address(address) = tag.meaning {
@@ -304,7 +305,7 @@ impl Loaded {
                 let message = format!("`{}` is named twice", name.text);
                 let finding = Finding::new(Code::Controller, name.span, message);
                 let finding = finding.related(*first, "the same file");
-                let finding = finding.help("remove one of the two").fix(possible(Edit::Delete));
+                let finding = finding.help("remove one of the two").fix(possible(FixEdit::Delete));
                 self.findings.push(finding);
                 whole = false;
                 continue;
@@ -347,7 +348,7 @@ impl Loaded {
             (Ok(_), Some(first)) => finding(format!("`{}` is named twice", name.text))
                 .related(first, "the same file")
                 .help("remove one of the two")
-                .fix(possible(Edit::Delete)),
+                .fix(possible(FixEdit::Delete)),
             (Ok(text), None) => {
                 self.add(name.text.clone(), text.as_bytes());
                 return true;
@@ -426,7 +427,8 @@ impl Loaded {
         if let Some(program) = &self.program {
             let retained = self.controller.as_ref().map_or(&[][..], |c| &c.retain);
             let outside = self.controller.as_ref().map(Controller::outside);
-            let around = Around { retained, outside: outside.as_ref(), progress: &self.progress };
+            let around =
+                CheckInputs { retained, outside: outside.as_ref(), progress: &self.progress };
             if self.has_error() {
                 let misplaced = self.findings.iter().any(|f| f.code == Code::OutOfPlace);
                 self.findings.extend(check_partial(program, around, misplaced));
@@ -434,14 +436,14 @@ impl Loaded {
                 self.findings.extend(check_whole(program, around));
             }
             if let Some(trial) = &program.trial {
-                let found = check_partial(trial, Around { retained: &[], ..around }, false);
+                let found = check_partial(trial, CheckInputs { retained: &[], ..around }, false);
                 let of_trials = found.into_iter().filter(|f| program.layers.is_trial(f.span));
                 self.findings.extend(of_trials);
             }
             // The controller file is read first.
             let controller = self.controller.as_ref().map(|_| FileId(0));
             self.findings = silence(program, std::mem::take(&mut self.findings), controller);
-            self.findings = program.layers.told(std::mem::take(&mut self.findings));
+            self.findings = program.layers.placed_findings(std::mem::take(&mut self.findings));
         }
         self.lost.keep_sure(&mut self.findings);
         self.findings.sort_by_key(|f| (f.span.file, f.span.start, f.span.end, f.code));

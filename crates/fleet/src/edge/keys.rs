@@ -11,7 +11,7 @@ use rungd_engine::isa::{Real, duration};
 use rungd_language::source::finding::{Code, Finding, Severity};
 use rungd_language::source::key::{Key, NOT_EMPTY, key};
 use rungd_language::source::reader::{self, Constant, Table, Text};
-use rungd_language::source::shape::{Shape, ValueForm};
+use rungd_language::source::shape::{TableShape, ValueForm};
 use rungd_language::source::span::{FileId, Located, SourceFile, Span};
 use rungd_language::source::value_kind::{Millis, ParsedText, ValueKind, read_duration};
 use rungd_language::source::wording::is_unseen;
@@ -61,7 +61,7 @@ pub fn read_edge(path: &Path, bytes: &[u8]) -> ReadEdge {
 }
 
 /// The keys of EDGE.toml.
-pub fn shape() -> Shape {
+pub fn shape() -> TableShape {
     reader::shape(|root| drop(read_root(root, None)))
 }
 

@@ -103,7 +103,11 @@ fn scans(status: &ControllerStatus) -> Vec<MetricFamily> {
 fn requests(status: &ControllerStatus) -> Vec<MetricFamily> {
     let help = "Whether the machine granted what the controller file asks of it (0, 1).";
     let family = MetricFamily::new(MetricKind::Gauge, "rungd_posture_granted", help);
-    vec![family.each(&status.posture, |of| (vec![("asked", &*of.asked)], flag(of.granted)))]
+    vec![
+        family.each(&status.posture, |posture| {
+            (vec![("asked", &*posture.asked)], flag(posture.granted))
+        }),
+    ]
 }
 
 fn histogram(name: &'static str, help: &'static str, spread: &SpreadStatus) -> MetricFamily {

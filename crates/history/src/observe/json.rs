@@ -20,8 +20,8 @@ impl Explanation {
         json!({
             "at": self.at,
             "operand": self.root,
-            "changed": self.changed.as_ref().map(|of| changed(of, &self.root.operand)),
-            "change": self.change.as_ref().map(|of| change(of, self)),
+            "changed": self.changed.as_ref().map(|last| changed(last, &self.root.operand)),
+            "change": self.change.as_ref().map(|remedy| change(remedy, self)),
             "deeper": self.deeper,
             "output": output(self.output),
         })
@@ -48,24 +48,24 @@ serialize_by! {
     Hindrance => hindrance,
 }
 
-fn output(of: OutputState) -> Value {
-    match of {
+fn output(state: OutputState) -> Value {
+    match state {
         OutputState::AsMemory => Value::Null,
         OutputState::Safe(on) => json!({ "known": true, "on": on }),
         OutputState::Unknown(last) => json!({ "known": false, "last": last }),
     }
 }
 
-fn changed(of: &LastChange, operand: &OperandName) -> Value {
+fn changed(last_change: &LastChange, operand: &OperandName) -> Value {
     json!({
-        "since": of.since,
-        "from": of.before.map(|before| value(operand, before)),
-        "cause": of.cause,
+        "since": last_change.since,
+        "from": last_change.before.map(|before| value(operand, before)),
+        "cause": last_change.cause,
     })
 }
 
-fn since(of: &Since) -> Value {
-    let (at, before) = match of {
+fn since(time: &Since) -> Value {
+    let (at, before) = match time {
         Since::At(at) => (at, false),
         Since::Before(at) => (at, true),
     };
@@ -80,47 +80,47 @@ fn number(value: i32, real: bool) -> Value {
     if real { json!(f64::from(Real::of_cell(value))) } else { json!(value) }
 }
 
-fn node(of: &Node) -> Value {
+fn node(explained: &Node) -> Value {
     json!({
-        "name": of.operand.name,
-        "address": of.operand.address,
-        "doc": of.operand.doc,
-        "value": value(&of.operand, of.value),
-        "write": write(&of.write, &of.operand),
-        "state": of.about,
-        "idle": of.idle,
-        "earlier": of.earlier.as_ref().map(|of| json!({
-            "operand": of.root,
-            "changed": of.changed.as_ref().map(|then| changed(then, &of.root.operand)),
+        "name": explained.operand.name,
+        "address": explained.operand.address,
+        "doc": explained.operand.doc,
+        "value": value(&explained.operand, explained.value),
+        "write": write(&explained.write, &explained.operand),
+        "state": explained.about,
+        "idle": explained.idle,
+        "earlier": explained.earlier.as_ref().map(|earlier| json!({
+            "operand": earlier.root,
+            "changed": earlier.changed.as_ref().map(|then| changed(then, &earlier.root.operand)),
         })),
     })
 }
 
-fn write(of: &Write, operand: &OperandName) -> Value {
+fn write(decided: &Write, operand: &OperandName) -> Value {
     json!({
-        "since": of.since,
-        "from": of.before.map(|before| value(operand, before)),
-        "in_last_scan": of.in_last_scan,
-        "cause": of.cause,
+        "since": decided.since,
+        "from": decided.before.map(|before| value(operand, before)),
+        "in_last_scan": decided.in_last_scan,
+        "cause": decided.cause,
     })
 }
 
-fn cause(of: &Cause) -> Value {
-    match of {
-        Cause::Instruction { rung: of, place: at, legs, operands, zeros } => json!({
+fn cause(write_cause: &Cause) -> Value {
+    match write_cause {
+        Cause::Instruction { rung: rung_name, place: at, legs, operands, zeros } => json!({
             "kind": "instruction",
-            "rung": of,
+            "rung": rung_name,
             "place": at,
             "legs": legs,
             "operands": operands.iter().map(operand_read).collect::<Vec<_>>(),
             "zeros": zeros,
         }),
-        Cause::Pass { rung: of, place: at, stop: by } => json!({
-            "kind": "pass", "rung": of, "place": at, "stop": by,
+        Cause::Pass { rung: rung_name, place: at, stop: by } => json!({
+            "kind": "pass", "rung": rung_name, "place": at, "stop": by,
         }),
-        Cause::Turn { block: of, running, restart: by } => json!({
+        Cause::Turn { block: name, running, restart: by } => json!({
             "kind": "turn",
-            "block": of,
+            "block": name,
             "running": running,
             "restart": by,
         }),
@@ -142,27 +142,27 @@ fn cause(of: &Cause) -> Value {
     }
 }
 
-fn stop(of: &Stop) -> Value {
-    match of {
+fn stop(termination: &Stop) -> Value {
+    match termination {
         Stop::Controller => json!({ "kind": "controller" }),
         Stop::Bit(bit) => json!({ "kind": "bit", "bit": bit }),
         Stop::Again(block, by) => json!({ "kind": "again", "block": block, "restart": by }),
     }
 }
 
-fn operand_read((of, content, next): &(OperandName, i32, Followed)) -> Value {
-    json!({ "operand": of, "value": value(of, *content), "why": next })
+fn operand_read((name, content, next): &(OperandName, i32, Followed)) -> Value {
+    json!({ "operand": name, "value": value(name, *content), "why": next })
 }
 
-fn followed(of: &Followed) -> Value {
-    match of {
-        Followed::Node(of) => node(of),
+fn followed(reasons: &Followed) -> Value {
+    match reasons {
+        Followed::Node(explained) => node(explained),
         Followed::Cut(cut) => json!({ "cut": cut }),
     }
 }
 
-fn contact_detail(of: &ContactDetail) -> Value {
-    match of {
+fn contact_detail(detail: &ContactDetail) -> Value {
+    match detail {
         ContactDetail::Bit(bit, next) => json!({ "kind": "bit", "operand": bit, "why": next }),
         ContactDetail::Element { bit, index } => json!({
             "kind": "element",
@@ -183,15 +183,15 @@ fn contact_detail(of: &ContactDetail) -> Value {
     }
 }
 
-fn hindrance(of: &Hindrance) -> Value {
-    match of {
+fn hindrance(obstacle: &Hindrance) -> Value {
+    match obstacle {
         Hindrance::Stopped(bit, next) => json!({ "kind": "stopped", "operand": bit, "why": next }),
         Hindrance::Legs(legs) => json!({ "kind": "legs", "legs": legs }),
     }
 }
 
-fn change(of: &Remedy, answer: &Explanation) -> Value {
-    match of {
+fn change(remedy: &Remedy, answer: &Explanation) -> Value {
+    match remedy {
         Remedy::Edits(edits) => json!({
             "kind": "edits",
             "edits": edits.iter().map(edit).collect::<Vec<_>>(),
@@ -211,11 +211,11 @@ fn change(of: &Remedy, answer: &Explanation) -> Value {
     }
 }
 
-fn edit(of: &Edit) -> Value {
-    match of {
-        Edit::Write { operand: of, value: content } => {
-            json!({ "write": of, "value": value(of, *content) })
+fn edit(memory_edit: &Edit) -> Value {
+    match memory_edit {
+        Edit::Write { operand: name, value: content } => {
+            json!({ "write": name, "value": value(name, *content) })
         }
-        Edit::Run { block: of } => json!({ "run": of }),
+        Edit::Run { block: name } => json!({ "run": name }),
     }
 }

@@ -6,7 +6,7 @@ use rungd_engine::isa::status::st;
 use rungd_engine::isa::{Address, Bit, BitSpace, LegName, Word, WordSpace};
 use rungd_engine::ops::Power;
 use rungd_engine::{Cell, Image};
-use rungd_language::resolve::array::Element;
+use rungd_language::resolve::array::ArrayElement;
 use rungd_language::resolve::program::{Contact, Value};
 
 /// The state of a contact.
@@ -145,7 +145,7 @@ pub(super) fn word(subject: &Subject, word: Word, image: &Image) -> SeenValue {
 /// The word that selects an element, and the selected cell.
 pub(super) fn select(
     subject: &Subject,
-    element: Element,
+    element: ArrayElement,
     image: &Image,
 ) -> (SeenValue, Option<Cell>) {
     let index = word(subject, element.index, image);

@@ -6,8 +6,8 @@ use super::subject::Subject;
 use rungd_engine::isa::function::Function;
 use rungd_engine::isa::{Bit, OperandKind, OperandRole, Structure};
 use rungd_engine::{Cell, Image};
-use rungd_language::resolve::array::{Array, Element};
-pub use rungd_language::resolve::formula::{Binary, Formula, Part};
+use rungd_language::resolve::array::{Array, ArrayElement};
+pub use rungd_language::resolve::formula::{Binary, Formula, FormulaPart};
 use rungd_language::resolve::instruction::OperandValue;
 use rungd_language::resolve::program::{Instruction, Value};
 
@@ -62,22 +62,24 @@ fn formula(subject: &Subject, formula: &Formula, image: &Image) -> Vec<SeenValue
     let added = added(formula);
     for (at, part) in formula.parts.iter().enumerate() {
         let mut side = match part {
-            Part::Word(at) => word(subject, *at, image),
-            Part::Bit(of) => bit(Cell::Bit(layout.bit(*of)), image),
+            FormulaPart::Word(at) => word(subject, *at, image),
+            FormulaPart::Bit(of) => bit(Cell::Bit(layout.bit(*of)), image),
             // A word that is an index comes right before its element.
-            Part::Element(array) => match at.checked_sub(1).map(|before| &formula.parts[before]) {
-                Some(Part::Word(index)) => {
-                    let element = Element { array: *array, index: *index };
-                    let Some(cell) = select(subject, element, image).1 else { continue };
-                    any(subject, cell, image)
+            FormulaPart::Element(array) => {
+                match at.checked_sub(1).map(|before| &formula.parts[before]) {
+                    Some(FormulaPart::Word(index)) => {
+                        let element = ArrayElement { array: *array, index: *index };
+                        let Some(cell) = select(subject, element, image).1 else { continue };
+                        any(subject, cell, image)
+                    }
+                    Some(_) | None => continue,
                 }
-                Some(_) | None => continue,
-            },
-            Part::Integer(_)
-            | Part::Real(_)
-            | Part::Unary(..)
-            | Part::Binary(..)
-            | Part::Call(..) => continue,
+            }
+            FormulaPart::Integer(_)
+            | FormulaPart::Real(_)
+            | FormulaPart::Unary(..)
+            | FormulaPart::Binary(..)
+            | FormulaPart::Call(..) => continue,
         };
         side.adds_nothing = side.value == 0 && added.get(at).copied().unwrap_or_default();
         match read.iter_mut().find(|other| other.cell == side.cell) {
@@ -96,12 +98,15 @@ fn added(formula: &Formula) -> Vec<bool> {
     let mut open: Vec<usize> = Vec::new();
     for (at, part) in formula.parts.iter().enumerate() {
         let (count, adds) = match part {
-            Part::Integer(_) | Part::Real(_) | Part::Word(_) | Part::Bit(_) => (0, false),
-            Part::Element(_) | Part::Unary(..) => (1, false),
-            Part::Binary(operator, _) => {
+            FormulaPart::Integer(_)
+            | FormulaPart::Real(_)
+            | FormulaPart::Word(_)
+            | FormulaPart::Bit(_) => (0, false),
+            FormulaPart::Element(_) | FormulaPart::Unary(..) => (1, false),
+            FormulaPart::Binary(operator, _) => {
                 (2, matches!(operator, Binary::Add | Binary::Or | Binary::OrElse))
             }
-            Part::Call(function, count, _) => (*count as usize, *function == Function::Sum),
+            FormulaPart::Call(function, count, _) => (*count as usize, *function == Function::Sum),
         };
         for used in open.split_off(open.len().saturating_sub(count)) {
             added[used] = adds;
@@ -124,7 +129,7 @@ fn copied(
     Some(any(subject, from, image))
 }
 
-fn selected(subject: &Subject, element: Element, image: &Image) -> SeenValue {
+fn selected(subject: &Subject, element: ArrayElement, image: &Image) -> SeenValue {
     let cell = select(subject, element, image).1;
     SeenValue { cell, ..SeenValue::constant(cell.map_or(0, |cell| image.value(cell)), false) }
 }

@@ -11,7 +11,7 @@ use super::cell_index::CellIndex;
 use rungd_config::controller::OutputRules;
 use rungd_engine::isa::{BlockId, ElementId};
 use rungd_engine::{self as engine, Cell, Engine, EngineState, ScanStep, Stretches};
-use rungd_language::lower::sites::{RungPart, Site, Sites};
+use rungd_language::lower::sites::{LoweredRungPart, OperationSite, Sites};
 use rungd_language::lower::{Symbols, lower_seen};
 use rungd_language::resolve::program::{self, Instruction, Program};
 use rungd_language::source::span::{SourceFile, Span};
@@ -50,7 +50,7 @@ impl Subject {
     pub fn new(program: Arc<Program>, files: Vec<SourceFile>) -> Subject {
         let (seen, symbols, sites) = lower_seen(&program);
         let initial = EngineState::of(&Engine::new(seen.clone()));
-        let element = |site: &Site| sites.parts[site.part as usize].element;
+        let element = |site: &OperationSite| sites.parts[site.part as usize].element;
         let batches = sites.batches.iter().enumerate();
         let batches =
             batches.map(|(at, site)| seen.written_by_batch(at as u32, element(site))).collect();
@@ -111,13 +111,13 @@ impl Subject {
     }
 
     /// A part of a rung.
-    pub(super) fn part(&self, part: u32) -> &RungPart {
+    pub(super) fn part(&self, part: u32) -> &LoweredRungPart {
         &self.sites.parts[part as usize]
     }
 
     /// The rung of a part.
     pub(super) fn rung(&self, part: u32) -> &program::Rung {
-        let RungPart { element, rung, .. } = self.part(part);
+        let LoweredRungPart { element, rung, .. } = self.part(part);
         let rungs = match element.stage {
             Some(stage) => &self.program.stage(stage).rungs,
             None => &self.program.block(element.block).rungs,
@@ -146,7 +146,7 @@ impl Subject {
     }
 
     /// The origin of a step in the program; a turn has none.
-    pub(super) fn site(&self, deed: ScanStep) -> Option<Site> {
+    pub(super) fn site(&self, deed: ScanStep) -> Option<OperationSite> {
         match deed {
             ScanStep::Batch(at) => self.sites.batches.get(at as usize).copied(),
             ScanStep::Pass(at) => self.sites.passes.get(at as usize).copied(),
@@ -230,7 +230,7 @@ impl Subject {
     }
 }
 
-fn has_steps(part: &RungPart) -> bool {
+fn has_steps(part: &LoweredRungPart) -> bool {
     // A rung without its own `do` counts too: its branches execute after its contacts.
     !part.instructions.is_empty() || part.branch.is_none()
 }

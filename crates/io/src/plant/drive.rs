@@ -7,7 +7,7 @@ use std::time::Duration;
 use tokio::time::{Instant, MissedTickBehavior, interval};
 
 use super::rules::RuleSet;
-use super::settings::Rule;
+use super::settings::InputRule;
 use rungd_engine::Layout;
 use rungd_engine::isa::{Bit, BitSpace};
 pub use rungd_runtime::Generations;
@@ -19,13 +19,13 @@ const STEP: Duration = Duration::from_millis(1);
 /// The rules for a program, and the program's layout, which has the cells of their bits.
 #[derive(Clone, Debug)]
 pub struct Rules {
-    rules: Vec<Rule>,
+    rules: Vec<InputRule>,
     layout: Layout,
 }
 
 impl Rules {
     /// The rules of a controller file, for its program's layout.
-    pub fn new(rules: &[Rule], layout: &Layout) -> Rules {
+    pub fn new(rules: &[InputRule], layout: &Layout) -> Rules {
         Rules { rules: rules.to_vec(), layout: layout.clone() }
     }
 }

@@ -5,7 +5,7 @@
 
 use std::collections::VecDeque;
 
-use super::settings::{Effect, FaultSettings, PointId};
+use super::settings::{FaultEffect, FaultSettings, PointId};
 use rungd_base::random::SplitMix64;
 
 /// The point that a fault falsifies: a command before the parts move, or a report after they have
@@ -24,7 +24,7 @@ pub(super) struct Fault {
     pub falsifies: Falsifies,
     when: usize,
     point: usize,
-    effect: Effect,
+    effect: FaultEffect,
     /// The time at which it was turned on; `None` while it is off.
     since_ms: Option<u64>,
     /// The value of a stuck point; the deviation of a noisy point.
@@ -42,12 +42,12 @@ impl Fault {
         is_command: impl Fn(PointId) -> bool,
     ) -> Option<Fault> {
         let point = match settings.effect {
-            Effect::Fixed { point, .. }
-            | Effect::Stuck { point }
-            | Effect::Bouncing { point, .. }
-            | Effect::Noisy { point, .. }
-            | Effect::Late { point, .. } => point,
-            Effect::Lost => return None,
+            FaultEffect::Fixed { point, .. }
+            | FaultEffect::Stuck { point }
+            | FaultEffect::Bouncing { point, .. }
+            | FaultEffect::Noisy { point, .. }
+            | FaultEffect::Late { point, .. } => point,
+            FaultEffect::Lost => return None,
         };
         Some(Fault {
             falsifies: match is_command(point) {
@@ -66,13 +66,13 @@ impl Fault {
 
     /// Whether it acts in a tick. It does while it is on; a fault that delays always acts.
     pub fn acts(&self, values: &[i32]) -> bool {
-        values[self.when] != 0 || matches!(self.effect, Effect::Late { .. })
+        values[self.when] != 0 || matches!(self.effect, FaultEffect::Late { .. })
     }
 
     /// Falsifies its point in this tick.
     pub fn tick(&mut self, now_ms: u64, values: &mut [i32], before: &[i32]) {
         let mut value = values[self.point];
-        if let Effect::Late { by_ms, .. } = self.effect {
+        if let FaultEffect::Late { by_ms, .. } = self.effect {
             value = self.late(value, by_ms);
         }
         if values[self.when] == 0 {
@@ -83,20 +83,20 @@ impl Fault {
         let since_ms = *self.since_ms.get_or_insert(now_ms);
         let is_due = |every_ms: u32| (now_ms - since_ms).is_multiple_of(every_ms.max(1).into());
         match self.effect {
-            Effect::Fixed { value: fixed, .. } => value = fixed,
-            Effect::Stuck { .. } => {
+            FaultEffect::Fixed { value: fixed, .. } => value = fixed,
+            FaultEffect::Stuck { .. } => {
                 if is_new {
                     self.held = before[self.point];
                 }
                 value = self.held;
             }
-            Effect::Bouncing { every_ms, .. } => {
+            FaultEffect::Bouncing { every_ms, .. } => {
                 if is_due(every_ms) {
                     self.held = (self.random.next() >> 63) as i32;
                 }
                 value = self.held;
             }
-            Effect::Noisy { every_ms, amplitude, .. } => {
+            FaultEffect::Noisy { every_ms, amplitude, .. } => {
                 if is_due(every_ms) {
                     let span = 2 * u64::from(amplitude) + 1;
                     let off = (self.random.next() % span) as i64 - i64::from(amplitude);
@@ -104,7 +104,7 @@ impl Fault {
                 }
                 value = value.saturating_add(self.held);
             }
-            Effect::Late { .. } | Effect::Lost => {}
+            FaultEffect::Late { .. } | FaultEffect::Lost => {}
         }
         values[self.point] = value;
     }

@@ -5,13 +5,13 @@
 
 /// The present value, and the time of a change that is not followed yet.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Follower {
+pub(super) struct BitFollower {
     on: bool,
     /// The time since which the input bit differs from `on`.
     differs_ms: Option<u64>,
 }
 
-impl Follower {
+impl BitFollower {
     /// The value at this time. The time never goes back.
     pub fn step(&mut self, now_ms: u64, bit: bool, after_ms: u32, release_ms: u32) -> bool {
         if bit == self.on {
@@ -21,7 +21,7 @@ impl Follower {
         let since_ms = *self.differs_ms.get_or_insert(now_ms);
         let delay_ms = if bit { after_ms } else { release_ms };
         if now_ms - since_ms >= delay_ms.into() {
-            *self = Follower { on: bit, differs_ms: None };
+            *self = BitFollower { on: bit, differs_ms: None };
         }
         self.on
     }

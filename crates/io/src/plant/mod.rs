@@ -1,8 +1,8 @@
 //! A plant in software, as a field device: belts with parts on them, tanks, motors, faults.
 //!
 //! [`Model`] is pure: it takes the time and the outputs to the plant, and returns the inputs. Tests
-//! step it by hand; [`Plant`] makes it a driver, and steps it up to the present time at each
-//! exchange. `docs/simulated-plant.md` describes the parts and faults. The rules of
+//! step it by hand; [`RunningPlant`] makes it a driver, and steps it up to the present time at
+//! each exchange. `docs/simulated-plant.md` describes the parts and faults. The rules of
 //! `[[simulated-device]]` are single parts without a plant ([`RuleSet`], and [`PlantDrive`] beside
 //! a running controller).
 
@@ -22,10 +22,10 @@ pub use model::{Lost, Model};
 pub use rules::RuleSet;
 
 use super::device::{Driver, Exchange, ExchangeExtent, ExchangeFailure};
-use settings::Plant as Settings;
+use settings::PlantSettings as Settings;
 
 /// A plant that runs by the machine's clock.
-pub struct Plant {
+pub struct RunningPlant {
     model: Model,
     /// The inputs that it drives, as cells.
     pub inputs: Vec<i32>,
@@ -33,14 +33,18 @@ pub struct Plant {
     started: Option<Instant>,
 }
 
-impl Plant {
+impl RunningPlant {
     /// A plant at rest.
-    pub fn new(settings: &Settings) -> Plant {
-        Plant { model: Model::new(settings), inputs: vec![0; settings.inputs.len()], started: None }
+    pub fn new(settings: &Settings) -> RunningPlant {
+        RunningPlant {
+            model: Model::new(settings),
+            inputs: vec![0; settings.inputs.len()],
+            started: None,
+        }
     }
 }
 
-impl Driver for Plant {
+impl Driver for RunningPlant {
     async fn connect(&mut self) -> Result<(), ExchangeFailure> {
         Ok(())
     }

@@ -8,7 +8,9 @@
 
 use super::fault::{Falsifies, Fault};
 use super::part::PartState;
-use super::settings::{CommandShare, Effect, Feed, Plant, PlantCommand, PointId, opening};
+use super::settings::{
+    CommandShare, FaultEffect, Feed, PlantCommand, PlantSettings, PointId, opening,
+};
 use crate::scaling::Scaling;
 
 /// The most ticks that one step catches up with. If the process stood still for longer, the rest of
@@ -46,14 +48,14 @@ pub struct Lost;
 
 impl Model {
     /// A plant at rest.
-    pub fn new(settings: &Plant) -> Model {
+    pub fn new(settings: &PlantSettings) -> Model {
         let is_command = |point| settings.commands.iter().any(|command| command.point == point);
         let faults = settings.faults.iter().enumerate();
         let faults = faults.filter_map(|(at, fault)| {
             let seed = settings.seed.wrapping_add(at as u64);
             Fault::new(fault, seed, is_command)
         });
-        let lost = |effect: &Effect| matches!(effect, Effect::Lost);
+        let lost = |effect: &FaultEffect| matches!(effect, FaultEffect::Lost);
         let losses = settings.faults.iter().filter(|fault| lost(&fault.effect));
         let parts = settings.parts.iter();
         let parts: Vec<_> =

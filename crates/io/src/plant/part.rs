@@ -6,7 +6,7 @@
 
 use std::collections::VecDeque;
 
-use super::follower::Follower;
+use super::follower::BitFollower;
 use super::lag::Lag;
 use super::settings::{Delays, PartSettings, Scale, opening};
 
@@ -16,8 +16,8 @@ const MILLION: u64 = 1_000_000;
 /// A part with its state.
 #[derive(Clone, Debug)]
 pub(super) enum PartState {
-    Delay { delays: Delays, invert: bool, follower: Follower },
-    Motor { delays: Delays, follower: Follower, tripped: bool },
+    Delay { delays: Delays, invert: bool, follower: BitFollower },
+    Motor { delays: Delays, follower: BitFollower, tripped: bool },
     Conveyor(Belt),
     Tank(Tank),
     Sensor(Sensor),
@@ -73,13 +73,13 @@ pub(super) struct Sensor {
     invert: bool,
     scale: Option<Scale>,
     is_above: bool,
-    follower: Follower,
+    follower: BitFollower,
 }
 
 impl PartState {
     /// A part at rest.
     pub fn new(kind: &PartSettings) -> PartState {
-        let follower = Follower::default();
+        let follower = BitFollower::default();
         match kind {
             PartSettings::Delay { delays, invert } => {
                 PartState::Delay { delays: *delays, invert: *invert, follower }
@@ -158,7 +158,7 @@ impl PartState {
             PartState::Delay { delays, invert, follower } => {
                 let (input, enable) = (points[0] != 0, points[1] != 0);
                 if !enable {
-                    *follower = Follower::default();
+                    *follower = BitFollower::default();
                 }
                 let on = enable && followed(follower, now_ms, input, *delays);
                 points[2] = i32::from(on != *invert);
@@ -193,7 +193,7 @@ impl PulsePart {
     }
 }
 
-fn followed(follower: &mut Follower, now_ms: u64, bit: bool, delays: Delays) -> bool {
+fn followed(follower: &mut BitFollower, now_ms: u64, bit: bool, delays: Delays) -> bool {
     follower.step(now_ms, bit, delays.after_ms, delays.release_ms)
 }
 

@@ -8,7 +8,7 @@
 //! valid.
 
 use super::part::PartState;
-use super::settings::Rule;
+use super::settings::InputRule;
 use rungd_engine::isa::Bit;
 
 /// All rules with their state.
@@ -20,7 +20,7 @@ pub struct RuleSet {
 /// An input, and the part that moves it.
 #[derive(Clone, Debug)]
 struct Moved {
-    rule: Rule,
+    rule: InputRule,
     part: PartState,
     /// The part's commands, and its output.
     points: Vec<i32>,
@@ -30,8 +30,8 @@ struct Moved {
 
 impl RuleSet {
     /// A device at rest.
-    pub fn new(rules: &[Rule]) -> RuleSet {
-        let moved = |rule: &Rule| Moved {
+    pub fn new(rules: &[InputRule]) -> RuleSet {
+        let moved = |rule: &InputRule| Moved {
             rule: rule.clone(),
             part: PartState::new(&rule.part),
             points: vec![0; rule.commands.len() + 1],
@@ -41,7 +41,7 @@ impl RuleSet {
     }
 
     /// A device with these rules. A rule that has not changed continues from its present state.
-    pub fn going_on(&self, rules: &[Rule]) -> RuleSet {
+    pub fn going_on(&self, rules: &[InputRule]) -> RuleSet {
         let mut device = RuleSet::new(rules);
         for moved in &mut device.moved {
             let known = |before: &&Moved| before.rule.is_like(&moved.rule);
@@ -89,25 +89,25 @@ mod tests {
         Some(RuleCommand { bit, span: Span::default() })
     }
 
-    fn pulse(width_ms: u32, every_ms: u32, offset_ms: u32) -> Rule {
+    fn pulse(width_ms: u32, every_ms: u32, offset_ms: u32) -> InputRule {
         let part = PartSettings::Pulse { width_ms, every_ms, offset_ms, invert: false };
-        Rule { input: 0, part, commands: vec![None], span: Span::default() }
+        InputRule { input: 0, part, commands: vec![None], span: Span::default() }
     }
 
-    fn follow(after_ms: u32, release_ms: u32) -> Rule {
+    fn follow(after_ms: u32, release_ms: u32) -> InputRule {
         let delays = Delays { after_ms, release_ms };
         let part = PartSettings::Delay { delays, invert: false };
-        Rule { input: 0, part, commands: vec![command(MOTOR), None], span: Span::default() }
+        InputRule { input: 0, part, commands: vec![command(MOTOR), None], span: Span::default() }
     }
 
     /// The rule with its last command, that of `while`, driven by `ENABLE`.
-    fn enabled(mut rule: Rule) -> Rule {
+    fn enabled(mut rule: InputRule) -> InputRule {
         rule.commands.pop();
         rule.commands.push(command(ENABLE));
         rule
     }
 
-    fn inverted(mut rule: Rule) -> Rule {
+    fn inverted(mut rule: InputRule) -> InputRule {
         if let PartSettings::Pulse { invert, .. } | PartSettings::Delay { invert, .. } =
             &mut rule.part
         {
@@ -118,7 +118,7 @@ mod tests {
 
     /// Steps a rule once per millisecond from 0, and returns its input's values as a line. `#` is
     /// ON, in the bits' lines too.
-    fn line(rule: Rule, motor: &str, enable: &str) -> String {
+    fn line(rule: InputRule, motor: &str, enable: &str) -> String {
         let mut device = RuleSet::new(&[rule]);
         let mut input = None;
         let steps = motor.len().max(enable.len());
@@ -184,7 +184,8 @@ mod tests {
 
     #[test]
     fn every_rule_has_its_input() {
-        let rules = [Rule { input: 3, ..follow(0, 0) }, Rule { input: 9, ..pulse(1, 2, 1) }];
+        let rules =
+            [InputRule { input: 3, ..follow(0, 0) }, InputRule { input: 9, ..pulse(1, 2, 1) }];
         let mut device = RuleSet::new(&rules);
         assert_eq!(device.step(0, |_| true), [(3, true), (9, false)]);
         assert_eq!(device.step(1, |_| true), [(9, true)]);

@@ -17,7 +17,7 @@ pub mod opening {
 
 /// A simulated plant.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Plant {
+pub struct PlantSettings {
     /// The seed of the noise.
     pub seed: u64,
     /// Its parts, in file order.
@@ -114,13 +114,13 @@ pub struct FaultSettings {
     /// The point that turns it on.
     pub when: PointId,
     /// Its effect.
-    pub effect: Effect,
+    pub effect: FaultEffect,
 }
 
 /// The effect of a fault while it is on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub enum Effect {
+pub enum FaultEffect {
     /// The point has this value.
     Fixed { point: PointId, value: i32 },
     /// The point keeps the value that it had before the fault was turned on.
@@ -137,7 +137,7 @@ pub enum Effect {
 
 /// A part of its own that moves one input: a rule of `[[simulated-device]]`.
 #[derive(Clone, Debug)]
-pub struct Rule {
+pub struct InputRule {
     /// The number of the X bit.
     pub input: u32,
     /// The part; its last point moves the input.
@@ -158,10 +158,10 @@ pub struct RuleCommand {
     pub span: Span,
 }
 
-impl Rule {
+impl InputRule {
     /// Whether an input moves as by another rule, wherever both stand.
-    pub fn is_like(&self, other: &Rule) -> bool {
-        let bits = |rule: &Rule| -> Vec<_> {
+    pub fn is_like(&self, other: &InputRule) -> bool {
+        let bits = |rule: &InputRule| -> Vec<_> {
             rule.commands.iter().map(|command| command.map(|command| command.bit)).collect()
         };
         (self.input, &self.part) == (other.input, &other.part) && bits(self) == bits(other)

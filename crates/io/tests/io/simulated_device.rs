@@ -6,7 +6,7 @@ use rungd_config::controller::{Controller, read, resolve_controller};
 use rungd_engine::Engine;
 use rungd_engine::isa::Address;
 use rungd_io::plant::RuleSet;
-use rungd_io::plant::settings::{PartSettings, Rule};
+use rungd_io::plant::settings::{InputRule, PartSettings};
 use rungd_language::format::upgraded;
 use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::program::Program;
@@ -67,7 +67,7 @@ fn load(page: &str, controller: &str) -> (Program, Controller) {
 }
 
 /// The page's plant with changed rules.
-fn plant(change: impl Fn(&mut [Rule])) -> Plant {
+fn plant(change: impl Fn(&mut [InputRule])) -> Plant {
     let page = page::text("simulated-device.md");
     let (program, controller) = load(&page, OLD);
     let (code, symbols) = lower(&program);

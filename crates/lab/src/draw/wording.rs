@@ -5,7 +5,7 @@
 
 use rungd_engine::isa::Address;
 use rungd_language::resolve::array::ShiftBits;
-use rungd_language::resolve::formula::{Binary, Formula, Part};
+use rungd_language::resolve::formula::{Binary, Formula, FormulaPart};
 use rungd_language::resolve::operand_list::OperandValue;
 use rungd_language::resolve::program::{Contact, Instruction, Program};
 
@@ -104,27 +104,27 @@ impl<'p> Wording<'p> {
 
     /// A part of an expression with its operands, which are taken from the stack. Returns its text,
     /// and how tightly it binds.
-    fn part(&self, part: &Part, stack: &mut Vec<(String, u8)>) -> (String, u8) {
+    fn part(&self, part: &FormulaPart, stack: &mut Vec<(String, u8)>) -> (String, u8) {
         let mut take = || stack.pop().unwrap_or_default();
         match part {
-            Part::Integer(value) => (value.to_string(), ATOM),
-            Part::Real(value) => (value.to_string(), ATOM),
-            Part::Word(word) => (self.program.names.name(Address::Word(*word)), ATOM),
-            Part::Bit(bit) => (self.program.names.name(Address::Bit(*bit)), ATOM),
-            Part::Element(array) => {
+            FormulaPart::Integer(value) => (value.to_string(), ATOM),
+            FormulaPart::Real(value) => (value.to_string(), ATOM),
+            FormulaPart::Word(word) => (self.program.names.name(Address::Word(*word)), ATOM),
+            FormulaPart::Bit(bit) => (self.program.names.name(Address::Bit(*bit)), ATOM),
+            FormulaPart::Element(array) => {
                 let (index, _) = take();
                 (format!("{}[{index}]", self.program.names.array(*array)), ATOM)
             }
-            Part::Unary(unary, _) => {
+            FormulaPart::Unary(unary, _) => {
                 let (operand, binds) = take();
                 let operand = if binds < UNARY { format!("({operand})") } else { operand };
                 (format!("{}{operand}", unary.sign()), UNARY)
             }
-            Part::Binary(binary, _) => {
+            FormulaPart::Binary(binary, _) => {
                 let (right, left) = (take(), take());
                 (binary_text(*binary, left, right), binary.precedence())
             }
-            Part::Call(function, count, _) => {
+            FormulaPart::Call(function, count, _) => {
                 let mut arguments: Vec<String> = (0..*count).map(|_| take().0).collect();
                 arguments.reverse();
                 (format!("{}({})", function.spec().name, arguments.join(", ")), ATOM)

@@ -7,7 +7,7 @@
 use super::quantity::{ElementCells, Quantity};
 use rungd_engine::isa::NumberSet;
 use rungd_engine::{BitCell, Cell, Image, Layout};
-pub use rungd_language::resolve::condition::{Resolved, ResolvedCondition};
+pub use rungd_language::resolve::condition::{AddressCondition, ResolvedCondition};
 pub use rungd_language::source::contact::{Comparison, Edge};
 
 /// A condition with its operands.
@@ -95,22 +95,24 @@ impl Condition {
 }
 
 impl Judge {
-    fn of(resolved: &Resolved, layout: &Layout, edges: &mut usize) -> Judge {
-        let mut all = |items: &[Resolved]| -> Box<[Judge]> {
+    fn of(resolved: &AddressCondition, layout: &Layout, edges: &mut usize) -> Judge {
+        let mut all = |items: &[AddressCondition]| -> Box<[Judge]> {
             items.iter().map(|item| Judge::of(item, layout, edges)).collect()
         };
         match resolved {
-            Resolved::Bit(bit) => Judge::Bit(layout.bit(*bit)),
-            Resolved::Element(element) => Judge::Element(ElementCells::of(*element, layout)),
-            Resolved::Not(inner) => Judge::Not(Box::new(Judge::of(inner, layout, edges))),
-            Resolved::All(items) => Judge::All(all(items)),
-            Resolved::Any(items) => Judge::Any(all(items)),
-            Resolved::Edge(edge, inner) => {
+            AddressCondition::Bit(bit) => Judge::Bit(layout.bit(*bit)),
+            AddressCondition::Element(element) => {
+                Judge::Element(ElementCells::of(*element, layout))
+            }
+            AddressCondition::Not(inner) => Judge::Not(Box::new(Judge::of(inner, layout, edges))),
+            AddressCondition::All(items) => Judge::All(all(items)),
+            AddressCondition::Any(items) => Judge::Any(all(items)),
+            AddressCondition::Edge(edge, inner) => {
                 let number = *edges;
                 *edges += 1;
                 Judge::Edge(*edge, number, Box::new(Judge::of(inner, layout, edges)))
             }
-            Resolved::Compare(a, comparison, b) => {
+            AddressCondition::Compare(a, comparison, b) => {
                 Judge::Compare(Quantity::of(a, layout), *comparison, Quantity::of(b, layout))
             }
         }

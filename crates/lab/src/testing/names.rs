@@ -19,7 +19,7 @@ use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::LoadOptions;
 use rungd_language::resolve::condition::{ConditionNames, not_in_ladder};
 use rungd_language::resolve::program::Program;
-use rungd_language::resolve::scope::{LookUp, Thing};
+use rungd_language::resolve::scope::{LookUp, NamedThing};
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::fix::{advise, one_of, pair, possible, proposed};
 use rungd_language::source::nearest::KnownNames;
@@ -67,7 +67,9 @@ impl<'a> TestNames<'a> {
     /// A device.
     pub fn device(&self, word: &StepWord) -> Result<DeviceId, Finding> {
         let name = &word.value;
-        if let Ok(LookUp { thing: Thing::Device(id), .. }) = self.conditions.scope().look_up(name) {
+        if let Ok(LookUp { thing: NamedThing::Device(id), .. }) =
+            self.conditions.scope().look_up(name)
+        {
             return Ok(id);
         }
         let finding = |message: String| Finding::new(Code::TestStep, word.span, message);
@@ -85,7 +87,7 @@ impl<'a> TestNames<'a> {
     fn address(&self, name: &str, span: Span) -> Result<Address, Finding> {
         let scope = self.conditions.scope();
         match scope.look_up(name) {
-            Ok(LookUp { thing: Thing::Address(address), .. }) => Ok(address),
+            Ok(LookUp { thing: NamedThing::Address(address), .. }) => Ok(address),
             Ok(_) => {
                 let message = scope.address(name).err().unwrap_or_default();
                 let finding = Finding::new(Code::OperandType, span, message);

@@ -14,12 +14,12 @@ use super::suite::{ProgramId, TestProgram};
 use rungd_config::controller;
 use rungd_config::controller::device::Device;
 use rungd_config::controller::written::WrittenController;
-pub use rungd_config::load::bench::{InputKind, bench, identity_of, input_kind, path_of};
+pub use rungd_config::load::test_ladders::{InputKind, bench, identity_of, input_kind, path_of};
 use rungd_config::load::{self, Loaded, OpenTexts};
 use rungd_language::lower::lower;
 use rungd_language::resolve::LoadOptions;
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::fix::{Edit, advise, possible, proposed};
+use rungd_language::source::fix::{FixEdit, advise, possible, proposed};
 use rungd_language::source::render::{Style, render};
 use rungd_language::source::span::FileId;
 use rungd_state::reload;
@@ -143,7 +143,7 @@ impl<'a> Programs<'a> {
             }
             if !seen.insert(identity.clone()) {
                 let finding = finding(format!("`{}` is named twice", file.value));
-                return Err(finding.help("remove one of the two").fix(possible(Edit::Delete)));
+                return Err(finding.help("remove one of the two").fix(possible(FixEdit::Delete)));
             }
             identities.push(identity);
         }

@@ -6,8 +6,8 @@
 
 use rungd_engine::isa::{Bit, Real, Word};
 pub use rungd_engine::{BitCell, Cell, Image, Layout, Mishaps, WordCell, integer, real};
-use rungd_language::resolve::array::Element;
-pub use rungd_language::resolve::condition::Term;
+use rungd_language::resolve::array::ArrayElement;
+pub use rungd_language::resolve::condition::SumTerm;
 use rungd_language::resolve::program::Value;
 pub use rungd_language::source::contact::Comparison;
 pub use rungd_language::source::contact_sum::SumSign;
@@ -56,7 +56,7 @@ pub(super) struct ElementCells {
 }
 
 impl ElementCells {
-    pub fn of(element: Element, layout: &Layout) -> ElementCells {
+    pub fn of(element: ArrayElement, layout: &Layout) -> ElementCells {
         let first = layout.cell(element.array.element(0)).expect("an array is of bits or words");
         let (is_real, count) = (element.array.is_real(), element.array.count);
         ElementCells { first, is_real, count, index: layout.word(element.index) }
@@ -74,9 +74,9 @@ impl ElementCells {
 
 impl Quantity {
     /// The quantity of a sum in postfix order.
-    pub fn of(terms: &[Term], layout: &Layout) -> Quantity {
+    pub fn of(terms: &[SumTerm], layout: &Layout) -> Quantity {
         match terms {
-            [Term::Value(value)] => Quantity::of_value(*value, layout),
+            [SumTerm::Value(value)] => Quantity::of_value(*value, layout),
             _ => Quantity::Sum(terms.iter().map(|term| SumStep::of(*term, layout)).collect()),
         }
     }
@@ -133,14 +133,14 @@ impl Quantity {
 }
 
 impl SumStep {
-    fn of(term: Term, layout: &Layout) -> SumStep {
+    fn of(term: SumTerm, layout: &Layout) -> SumStep {
         match term {
-            Term::Value(value) => SumStep::Read(Quantity::of_value(value, layout)),
-            Term::Bit(bit) => SumStep::Read(Quantity::of_bit(bit, layout)),
-            Term::BitElement(element) => {
+            SumTerm::Value(value) => SumStep::Read(Quantity::of_value(value, layout)),
+            SumTerm::Bit(bit) => SumStep::Read(Quantity::of_bit(bit, layout)),
+            SumTerm::BitElement(element) => {
                 SumStep::Read(Quantity::Element(ElementCells::of(element, layout)))
             }
-            Term::Sign(sign) => SumStep::Compute(sign),
+            SumTerm::Sign(sign) => SumStep::Compute(sign),
         }
     }
 }

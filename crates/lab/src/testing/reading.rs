@@ -16,7 +16,7 @@ use super::step_text::{self, WrittenCondition, WrittenStep};
 use super::steps::StepResolver;
 use super::suite::{RandomTest, Scenario, Suite, TestOperand, TestProgram};
 use super::written::{self, WrittenBench, WrittenRandom, WrittenScenario, WrittenSuite};
-pub use rungd_config::load::bench::{InputKind, bench};
+pub use rungd_config::load::test_ladders::{InputKind, bench};
 pub use rungd_config::load::{self, Loaded, OpenTexts, decode, read_bytes};
 use rungd_language::resolve::LoadOptions;
 use rungd_language::source::finding::{Code, Finding, Severity};
@@ -187,7 +187,7 @@ impl SuiteReading {
                 (loaded, BenchSettings::Test(settings), names)
             }
             WrittenBench::Controller(name) => {
-                let controller = load::bench::path_of(path, &name.text);
+                let controller = load::test_ladders::path_of(path, &name.text);
                 match load::controller_among(&controller, &self.texts) {
                     Ok(loaded) => (loaded, BenchSettings::Controller, vec![name.text]),
                     Err(failure) => {

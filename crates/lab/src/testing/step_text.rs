@@ -9,11 +9,11 @@ use super::suite::TestTime;
 use rungd_base::calendar;
 use rungd_engine::isa::duration;
 use rungd_language::source::atom::bad_duration;
-pub use rungd_language::source::contact::Contact;
+pub use rungd_language::source::contact::WrittenContact;
 use rungd_language::source::contact_sum::Sum;
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::fix::{
-    Edit, Help, advise, meant, possible, propose, proposed, text as fix,
+    FixEdit, Help, advise, meant, possible, propose, proposed, text as fix,
 };
 use rungd_language::source::nearest::nearest;
 use rungd_language::source::span::{Located, Span};
@@ -23,7 +23,7 @@ use rungd_language::source::sum_parser::parse_condition;
 #[derive(Clone, Debug)]
 pub(super) struct WrittenCondition {
     pub text: String,
-    pub contact: Contact<Sum>,
+    pub contact: WrittenContact<Sum>,
 }
 
 impl WrittenCondition {
@@ -35,15 +35,15 @@ impl WrittenCondition {
     }
 }
 
-fn doubts(contact: &Contact<Sum>, found: &mut Vec<Finding>) {
-    let is_bare = |part: &Contact<Sum>| {
-        if let Contact::All(parts, span) = part {
+fn doubts(contact: &WrittenContact<Sum>, found: &mut Vec<Finding>) {
+    let is_bare = |part: &WrittenContact<Sum>| {
+        if let WrittenContact::All(parts, span) = part {
             return parts.first().is_some_and(|first| first.span().start == span.start);
         }
         false
     };
     match contact {
-        Contact::Any(parts, span) => {
+        WrittenContact::Any(parts, span) => {
             if parts.iter().any(is_bare) {
                 let message = "`&` and `|` are mixed without parentheses";
                 let finding = Finding::new(Code::MixedAndOr, *span, message);
@@ -52,9 +52,9 @@ fn doubts(contact: &Contact<Sum>, found: &mut Vec<Finding>) {
             }
             parts.iter().for_each(|part| doubts(part, found));
         }
-        Contact::All(parts, _) => parts.iter().for_each(|part| doubts(part, found)),
-        Contact::Not(inner, _) | Contact::Edge(_, inner, _) => doubts(inner, found),
-        Contact::Bit(_) | Contact::Compare(..) => {}
+        WrittenContact::All(parts, _) => parts.iter().for_each(|part| doubts(part, found)),
+        WrittenContact::Not(inner, _) | WrittenContact::Edge(_, inner, _) => doubts(inner, found),
+        WrittenContact::Bit(_) | WrittenContact::Compare(..) => {}
     }
 }
 
@@ -121,7 +121,7 @@ fn step(text: &str, span: Span) -> ParsedStep<WrittenStep> {
     let Some(first) = words.next() else {
         let finding = error(span, "an empty step");
         let help = advise("take it away, or write `{}`", [proposed("run 2s")]);
-        return Err(finding.help(help.with(Edit::Delete)).into());
+        return Err(finding.help(help.with(FixEdit::Delete)).into());
     };
     // `expect:` and `expect :` are the same.
     let name = first.value.split(':').next().unwrap_or_default().to_owned();
@@ -359,7 +359,7 @@ impl StepParser<'_> {
                 let (message, help) = match count(n) {
                     Ok(0) => {
                         let help = propose("run 1 scans").and(", or take it away");
-                        ("no scan passes here", help.with(Edit::Delete))
+                        ("no scan passes here", help.with(FixEdit::Delete))
                     }
                     Ok(scans) => return Ok(TestTime::Scans(scans)),
                     Err(_) => ("more scans than can be counted", propose("run 1000000 scans")),

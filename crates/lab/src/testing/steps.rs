@@ -14,7 +14,7 @@ use super::written::WrittenSet;
 use rungd_engine::isa::duration;
 use rungd_engine::{Cell, TIME_END_NS};
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::fix::{Edit, possible, text};
+use rungd_language::source::fix::{FixEdit, possible, text};
 use rungd_language::source::span::{Located, Span};
 
 /// Resolves one scenario after the other.
@@ -255,7 +255,7 @@ impl<'p, 'a> StepResolver<'p, 'a> {
 pub(super) fn twice(name: &str, span: Span, first: Span) -> Finding {
     let message = format!("`{name}` already has a value");
     let finding = Finding::new(Code::TestFile, span, message).related(first, "given here");
-    finding.help("take one of the two away").fix(possible(Edit::Delete))
+    finding.help("take one of the two away").fix(possible(FixEdit::Delete))
 }
 
 fn one(finding: Finding) -> Vec<Finding> {

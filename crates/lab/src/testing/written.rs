@@ -3,14 +3,14 @@
 //! [`read`] parses the text of the file. Steps and conditions are texts here: `step_text` and the
 //! parser of contacts read them; `steps` and `random` resolve the names.
 
-use rungd_config::controller::bench;
+use rungd_config::controller::test_settings;
 use rungd_config::controller::written::WrittenController;
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::fix::{Edit, advise, pair, possible};
+use rungd_language::source::fix::{FixEdit, advise, pair, possible};
 use rungd_language::source::key::{Key, NOT_EMPTY, key};
 use rungd_language::source::lost::LostText;
 use rungd_language::source::reader::{self, Constant, Table, Text, TextOrTable};
-use rungd_language::source::shape::Shape;
+use rungd_language::source::shape::TableShape;
 use rungd_language::source::span::{FileId, Located, Span};
 
 /// The maximum number of tests of a file.
@@ -110,7 +110,7 @@ pub(super) fn read(source: &str, file: FileId) -> (Option<WrittenSuite>, Vec<Fin
 }
 
 /// The keys of a test file.
-pub fn shape() -> Shape {
+pub fn shape() -> TableShape {
     reader::shape(|root| drop(read_root(root, FileId(0))))
 }
 
@@ -146,13 +146,13 @@ fn read_bench(root: &mut Table<'_>, file: FileId) -> Option<WrittenBench> {
          its simulated devices.",
     ));
     let names = ladder.as_ref().map_or(Vec::new(), |ladder| ladder.value.clone());
-    let settings = bench::read(root, names, file);
+    let settings = test_settings::read(root, names, file);
     let finding = |place, message: &str| Finding::new(Code::TestFile, place, message);
     match (root.key_span("ladder"), root.key_span("controller")) {
         (Some(_), Some(place)) => {
             let finding = finding(place, "a test file has `ladder` or `controller`, not both");
             let help = "a controller file names its ladders itself: take one away";
-            root.find(finding.help(help).fix(possible(Edit::Delete)));
+            root.find(finding.help(help).fix(possible(FixEdit::Delete)));
             None
         }
         (None, None) => {
@@ -178,7 +178,7 @@ fn read_bench(root: &mut Table<'_>, file: FileId) -> Option<WrittenBench> {
                     let message = format!("`{name}` cannot be given together with `controller`");
                     let finding = finding(place, &message);
                     let help = "take it away: the controller file has this setting";
-                    root.find(finding.help(help).fix(Edit::Delete));
+                    root.find(finding.help(help).fix(FixEdit::Delete));
                 }
             }
             Some(WrittenBench::Controller(controller?))
@@ -286,7 +286,7 @@ fn read_prove(root: &mut Table<'_>) {
     if let Some(place) = root.key_span("prove") {
         let finding = Finding::new(Code::TestFile, place, "proofs are not available yet");
         let help = "take `[prove]` away; `[[random]]` looks for runs that break `always`";
-        root.find(finding.help(help).fix(Edit::Remove("[prove]")));
+        root.find(finding.help(help).fix(FixEdit::Remove("[prove]")));
     }
 }
 

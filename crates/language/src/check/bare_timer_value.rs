@@ -19,13 +19,13 @@
 //! ]
 //! ```
 
-use crate::resolve::program::{Contact, Tag, Value, Written};
+use crate::resolve::program::{ConstantForm, Contact, Tag, Value};
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{Help, text};
 use crate::source::span::{Located, Span};
 use rungd_engine::isa::{OperandKind, Structure, Word, duration};
 
-use super::context::{Context, Placed};
+use super::context::{Context, ProgramInstruction};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
@@ -63,7 +63,7 @@ fn in_tags(tag: &Tag, place: Span, message: String, number: i32) -> Finding {
 
 fn operand(
     context: &Context,
-    placed: &Placed,
+    placed: &ProgramInstruction,
     key: &str,
     Located { value, span }: Located<Value>,
 ) -> Option<Finding> {
@@ -100,7 +100,7 @@ fn compare(context: &Context, contact: &Contact) -> Option<Finding> {
     }
     let help = choice(number, |ms| {
         let timed = |value: &Value| match value {
-            Value::Const(..) => Value::Const(ms, Written::Duration),
+            Value::Const(..) => Value::Const(ms, ConstantForm::Duration),
             other @ (Value::Real(_) | Value::Word(_) | Value::Element(_)) => *other,
         };
         context.program.names.contact(&Contact::Compare(
@@ -116,7 +116,7 @@ fn compare(context: &Context, contact: &Contact) -> Option<Finding> {
 /// A constant without a unit; `None` for 0 and negative numbers.
 fn bare(value: Value) -> Option<i32> {
     match value {
-        Value::Const(number, Written::Integer) if number > 0 => Some(number),
+        Value::Const(number, ConstantForm::Integer) if number > 0 => Some(number),
         Value::Const(..) | Value::Real(_) | Value::Word(_) | Value::Element(_) => None,
     }
 }

@@ -24,14 +24,14 @@
 
 use crate::resolve::program::{Block, BlockKind};
 use crate::source::finding::{Code, Finding};
-use crate::source::fix::{Edit, Help, advise, possible, proposed};
+use crate::source::fix::{FixEdit, Help, advise, possible, proposed};
 pub use rungd_engine::isa::{Mnemonic, OperandRole};
 
-use super::context::{Context, Placed};
+use super::context::{Context, ProgramInstruction};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
-    let mut push = |placed: &Placed, (message, label, help): Words| {
+    let mut push = |placed: &ProgramInstruction, (message, label, help): BlockWords| {
         let finding = Finding::new(Code::BlockRule, placed.instruction.span, message);
         findings.push(finding.label(label).help(help));
     };
@@ -47,9 +47,9 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     }
 }
 
-type Words = (String, &'static str, Help);
+type BlockWords = (String, &'static str, Help);
 
-fn exit(block: &Block) -> Option<Words> {
+fn exit(block: &Block) -> Option<BlockWords> {
     let name = &block.name;
     if block.is_main() {
         let help = stop().and("\nput rungs that end by themselves into a program that `Main` RUNs");
@@ -69,12 +69,12 @@ fn exit(block: &Block) -> Option<Words> {
             Help::from("delete it; a rung that must not execute gets a contact for it")
         }
     };
-    let help = help.with(Edit::Delete);
+    let help = help.with(FixEdit::Delete);
     let message = format!("`EXIT` in task `{name}`: a task ends when its rungs have executed");
     Some((message, "EXIT ends programs only", help))
 }
 
-fn start_or_stop(placed: &Placed, block: &Block) -> Option<Words> {
+fn start_or_stop(placed: &ProgramInstruction, block: &Block) -> Option<BlockWords> {
     if block.kind.is_built_in() {
         return None;
     }
@@ -101,7 +101,7 @@ fn start_or_stop(placed: &Placed, block: &Block) -> Option<Words> {
     None
 }
 
-fn main_help(placed: &Placed) -> Help {
+fn main_help(placed: &ProgramInstruction) -> Help {
     if placed.instruction.acting_role() == Some(OperandRole::Stops) {
         return stop();
     }
@@ -110,7 +110,7 @@ fn main_help(placed: &Placed) -> Help {
                 that program"
             .into();
     }
-    Help::from("delete it: `Main` runs from the first scan on").with(Edit::Delete)
+    Help::from("delete it: `Main` runs from the first scan on").with(FixEdit::Delete)
 }
 
 fn stop() -> Help {

@@ -17,7 +17,7 @@
 
 use crate::resolve::program::BlockKind;
 use crate::source::finding::{Code, Finding};
-use crate::source::fix::Edit;
+use crate::source::fix::FixEdit;
 
 use super::context::Context;
 
@@ -38,7 +38,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
             Finding::new(Code::BuiltInTask, target.span, message)
                 .label("built in")
                 .help(format!("delete this: {}", executes(block.kind)))
-                .fix(Edit::Delete),
+                .fix(FixEdit::Delete),
         );
     }
 }

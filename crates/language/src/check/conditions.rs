@@ -48,10 +48,10 @@ impl ContactSeries<'_> {
 
 impl<'a> Context<'a> {
     /// A value as text; a bare number of milliseconds gets its unit.
-    pub fn milliseconds(&self, of: Value) -> String {
-        match of {
+    pub fn milliseconds(&self, value: Value) -> String {
+        match value {
             Value::Const(ms, _) => duration::print(ms),
-            Value::Real(_) | Value::Word(_) | Value::Element(_) => self.program.names.value(of),
+            Value::Real(_) | Value::Word(_) | Value::Element(_) => self.program.names.value(value),
         }
     }
 

@@ -22,8 +22,8 @@ use crate::source::finding::{Code, Finding};
 use crate::source::fix::text;
 use rungd_engine::isa::{Address, Word};
 
-use super::context::{Context, Placed, WriteLimits};
-use super::stored::{Words, storing};
+use super::context::{Context, ProgramInstruction, WriteLimits};
+use super::stored::{StoredWords, storing};
 
 /// Maximum number of array elements that are looked at. Each of many thousand instructions may name
 /// an array as long as memory; beyond this number, instructions with arrays have no findings.
@@ -35,7 +35,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     findings.extend(context.instructions().filter_map(|placed| judge(context, placed, &mut room)));
 }
 
-fn judge(context: &Context, placed: &Placed, room: &mut usize) -> Option<Finding> {
+fn judge(context: &Context, placed: &ProgramInstruction, room: &mut usize) -> Option<Finding> {
     let storing = storing(placed.instruction)?;
     let word = storing.to.first()?;
     let limits = context.limits(word);
@@ -53,8 +53,8 @@ fn judge(context: &Context, placed: &Placed, room: &mut usize) -> Option<Finding
     let finding = Finding::new(Code::ConstantSaturates, storing.place, message)
         .label("never stored unchanged");
     let right = match storing.to {
-        Words::One(_) => format!("MOVE {stored} to={name}"),
-        Words::Of(_) => stored,
+        StoredWords::One(_) => format!("MOVE {stored} to={name}"),
+        StoredWords::Of(_) => stored,
     };
     let meant = format!("if it is meant, write `{right}`");
     let of_tag = limits.of_tag.filter(|_| word.range() != (limits.min, limits.max));
@@ -69,8 +69,8 @@ fn judge(context: &Context, placed: &Placed, room: &mut usize) -> Option<Finding
     };
     let right = text(right).same();
     Some(finding.fix(match storing.to {
-        Words::One(_) => right.at(placed.instruction.span),
-        Words::Of(_) => right,
+        StoredWords::One(_) => right.at(placed.instruction.span),
+        StoredWords::Of(_) => right,
     }))
 }
 

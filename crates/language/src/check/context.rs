@@ -21,23 +21,23 @@ pub use rungd_engine::isa::{
     Address, Bit, ElementId, Mnemonic, NumberMap, NumberRanges, NumberSet, Space, Structure, Word,
 };
 
-use super::outside::Outside;
+use super::outside::OutsideOperands;
 
 /// The data that a check uses in addition to the program.
 #[derive(Clone, Copy)]
-pub struct Around<'a> {
+pub struct CheckInputs<'a> {
     /// The retained ranges of the controller file; empty without a controller file.
     pub retained: &'a [Range],
     /// The writers of the controller file; `None` without a controller file.
-    pub outside: Option<&'a Outside>,
+    pub outside: Option<&'a OutsideOperands>,
     /// The progress of the load.
     pub progress: &'a Progress,
 }
 
-impl<'a> Around<'a> {
+impl<'a> CheckInputs<'a> {
     /// The data for a load of ladders without a controller file and without a time limit.
-    pub fn of(retained: &'a [Range]) -> Around<'a> {
-        Around { retained, outside: None, progress: &rungd_base::progress::UNASKED }
+    pub fn of(retained: &'a [Range]) -> CheckInputs<'a> {
+        CheckInputs { retained, outside: None, progress: &rungd_base::progress::UNASKED }
     }
 }
 
@@ -52,13 +52,13 @@ pub struct Context<'a> {
     /// The same ranges, by their elements.
     retained_numbers: NumberRanges<Space>,
     /// The writers of the controller file; `None` without a controller file.
-    pub outside: Option<&'a Outside>,
+    pub outside: Option<&'a OutsideOperands>,
     /// The progress of the load.
     pub progress: &'a Progress,
-    instructions: Vec<Placed<'a>>,
+    instructions: Vec<ProgramInstruction<'a>>,
     contacts: Vec<&'a Contact>,
-    drivers: BTreeMap<Bit, Vec<Driver<'a>>>,
-    owners: BTreeMap<Structure, Vec<Placed<'a>>>,
+    drivers: BTreeMap<Bit, Vec<DrivingInstruction<'a>>>,
+    owners: BTreeMap<Structure, Vec<ProgramInstruction<'a>>>,
     /// For counters, timers and Sensaphone counters: the first that is free, if there is one.
     free: [OnceCell<Option<Structure>>; 3],
     /// The limits that tags set for words.
@@ -68,12 +68,12 @@ pub struct Context<'a> {
     /// The addresses that the ladder reads and writes. `usage` makes both, once for all rules.
     pub reads: OnceCell<Vec<(Address, Span)>>,
     /// The addresses that the ladder writes, with the effect.
-    pub writes: OnceCell<NumberMap<Address, Effect>>,
+    pub writes: OnceCell<NumberMap<Address, WriteEffect>>,
 }
 
 /// The combined effect of all writes of the ladder on a bit or word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Effect {
+pub enum WriteEffect {
     /// The bit can only go OFF: all writes are RST.
     Off,
     /// The bit or word can change to any value.
@@ -108,7 +108,7 @@ pub struct RungPlace<'a> {
 
 /// An instruction and its place.
 #[derive(Clone, Copy)]
-pub struct Placed<'a> {
+pub struct ProgramInstruction<'a> {
     /// The place.
     pub place: RungPlace<'a>,
     /// The instruction.
@@ -118,17 +118,17 @@ pub struct Placed<'a> {
 /// An instruction that writes a bit ON and OFF at every execution: OUT, PD, ND, and the outputs
 /// of ONDTMR and OFFDTMR.
 #[derive(Clone, Copy)]
-pub struct Driver<'a> {
+pub struct DrivingInstruction<'a> {
     /// The instruction and its place.
-    pub placed: Placed<'a>,
+    pub placed: ProgramInstruction<'a>,
     /// The place of the operand that names the bit.
     pub span: Span,
 }
 
 impl<'a> Context<'a> {
     /// Walks the program.
-    pub fn new(program: &'a Program, around: Around<'a>, whole: bool) -> Context<'a> {
-        let Around { retained, outside, progress } = around;
+    pub fn new(program: &'a Program, around: CheckInputs<'a>, whole: bool) -> Context<'a> {
+        let CheckInputs { retained, outside, progress } = around;
         let mut context = Context {
             program,
             whole,
@@ -168,7 +168,7 @@ impl<'a> Context<'a> {
             rung.branches.iter().for_each(|branch| self.walk_contacts(&branch.contacts));
             self.instructions.extend(rung.instructions().map(|(branch, instruction)| {
                 let place = RungPlace { block, stage, rung, rung_number: at + 1, branch };
-                Placed { place, instruction }
+                ProgramInstruction { place, instruction }
             }));
         }
     }
@@ -189,7 +189,7 @@ impl<'a> Context<'a> {
     fn index(&mut self) {
         for &placed in &self.instructions {
             if let Some(Located { value: bit, span }) = placed.instruction.driven() {
-                self.drivers.entry(bit).or_default().push(Driver { placed, span });
+                self.drivers.entry(bit).or_default().push(DrivingInstruction { placed, span });
             }
             if let Some(structure) = placed.instruction.owned() {
                 self.owners.entry(structure).or_default().push(placed);
@@ -198,7 +198,7 @@ impl<'a> Context<'a> {
     }
 
     /// Every instruction, in file order, until the load must end.
-    pub fn instructions(&self) -> impl Iterator<Item = &Placed<'a>> {
+    pub fn instructions(&self) -> impl Iterator<Item = &ProgramInstruction<'a>> {
         self.progress.during(&self.instructions)
     }
 
@@ -209,17 +209,17 @@ impl<'a> Context<'a> {
     }
 
     /// Every driven bit with its drivers, in file order, until the load must end.
-    pub fn drivers(&self) -> impl Iterator<Item = (Bit, &[Driver<'a>])> {
+    pub fn drivers(&self) -> impl Iterator<Item = (Bit, &[DrivingInstruction<'a>])> {
         self.progress.during(&self.drivers).map(|(bit, drivers)| (*bit, drivers.as_slice()))
     }
 
     /// The drivers of a bit, in file order.
-    pub fn drivers_of(&self, bit: Bit) -> &[Driver<'a>] {
+    pub fn drivers_of(&self, bit: Bit) -> &[DrivingInstruction<'a>] {
         self.drivers.get(&bit).map_or(&[], Vec::as_slice)
     }
 
     /// Every owned structure with its owners, in file order, until the load must end.
-    pub fn owners(&self) -> impl Iterator<Item = (Structure, &[Placed<'a>])> {
+    pub fn owners(&self) -> impl Iterator<Item = (Structure, &[ProgramInstruction<'a>])> {
         self.progress
             .during(&self.owners)
             .map(|(structure, owners)| (*structure, owners.as_slice()))
@@ -281,7 +281,7 @@ impl WriteLimits<'_> {
     }
 }
 
-impl<'a> Placed<'a> {
+impl<'a> ProgramInstruction<'a> {
     /// The mnemonic.
     pub fn mnemonic(&self) -> Mnemonic {
         self.instruction.mnemonic

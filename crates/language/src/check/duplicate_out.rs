@@ -25,14 +25,14 @@ use crate::resolve::program::TagMeaning;
 use crate::source::finding::{Code, Finding};
 pub use rungd_engine::isa::{Address, Bit, Mnemonic, NumberMap};
 
-use super::context::{Context, Driver};
+use super::context::{Context, DrivingInstruction};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let named = named(context);
     for (bit, drivers) in context.drivers() {
         let subject = || subject(context, bit, named.get(&Address::Bit(bit)));
-        let mut elements: BTreeMap<_, Vec<&Driver>> = BTreeMap::new();
+        let mut elements: BTreeMap<_, Vec<&DrivingInstruction>> = BTreeMap::new();
         for driver in drivers {
             elements.entry(driver.placed.place.element()).or_default().push(driver);
         }
@@ -49,7 +49,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     }
 }
 
-fn finding(subject: &str, pair: (&Driver, &Driver)) -> Finding {
+fn finding(subject: &str, pair: (&DrivingInstruction, &DrivingInstruction)) -> Finding {
     let (first, second) = pair;
     let message = format!(
         "{subject} driven twice, by `{}` in {}, and by `{}` in {}: the last one decides",
@@ -85,7 +85,7 @@ fn subject(context: &Context, bit: Bit, tags: Option<&Vec<&str>>) -> String {
     }
 }
 
-fn help(context: &Context, bit: Bit, all: &[&Driver]) -> String {
+fn help(context: &Context, bit: Bit, all: &[&DrivingInstruction]) -> String {
     let name = context.name(Address::Bit(bit));
     let outs = all.iter().all(|d| d.placed.mnemonic() == Mnemonic::Out);
     let powers = all.iter().map(|d| context.power(&d.placed.place).filter(|_| outs));

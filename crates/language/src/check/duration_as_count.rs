@@ -20,13 +20,13 @@
 //! rung = [ { leg.up = ["X0"], leg.rst = ["X1"], do = ["CNT CT0 preset=3s"] } ]
 //! ```
 
-use crate::resolve::program::{Contact, Value, Written};
+use crate::resolve::program::{ConstantForm, Contact, Value};
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{Help, text};
 use crate::source::span::{Located, Span};
 use rungd_engine::isa::{OperandKind, Structure, Word, duration};
 
-use super::context::{Context, Placed};
+use super::context::{Context, ProgramInstruction};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
@@ -41,7 +41,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     findings.extend(context.contacts().filter_map(|contact| compare(context, contact)));
 }
 
-fn preset(placed: &Placed, key: &str, value: &Located<Value>) -> Option<Finding> {
+fn preset(placed: &ProgramInstruction, key: &str, value: &Located<Value>) -> Option<Finding> {
     let ms = time(value.value)?;
     let (name, said) = (placed.name(), duration::print(ms));
     let message = format!("`{key}={said}` of `{name}` is a time, and `{name}` counts: {ms} counts");
@@ -60,7 +60,7 @@ fn compare(context: &Context, contact: &Contact) -> Option<Finding> {
     let said = context.program.names.contact(contact);
     let message = format!("`{said}` compares a count with a time: {ms} counts");
     let bare = |value: &Value| match value {
-        Value::Const(n, _) => Value::Const(*n, Written::Integer),
+        Value::Const(n, _) => Value::Const(*n, ConstantForm::Integer),
         Value::Real(_) | Value::Word(_) | Value::Element(_) => *value,
     };
     let right = context.program.names.contact(&Contact::Compare(
@@ -91,10 +91,11 @@ fn is_count(value: &Value) -> bool {
 /// A constant with a unit.
 fn time(value: Value) -> Option<i32> {
     match value {
-        Value::Const(ms, Written::Duration) => Some(ms),
-        Value::Const(_, Written::Integer) | Value::Real(_) | Value::Word(_) | Value::Element(_) => {
-            None
-        }
+        Value::Const(ms, ConstantForm::Duration) => Some(ms),
+        Value::Const(_, ConstantForm::Integer)
+        | Value::Real(_)
+        | Value::Word(_)
+        | Value::Element(_) => None,
     }
 }
 

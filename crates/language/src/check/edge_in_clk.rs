@@ -36,7 +36,9 @@ const EDGE_LEGS: [(Mnemonic, &str, &[LegName]); 2] = [
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     for placed in context.instructions() {
         let mnemonic = placed.mnemonic();
-        let Some((_, acts, legs)) = EDGE_LEGS.iter().find(|(of, ..)| *of == mnemonic) else {
+        let Some((_, acts, legs)) =
+            EDGE_LEGS.iter().find(|(own_mnemonic, ..)| *own_mnemonic == mnemonic)
+        else {
             continue;
         };
         for leg in placed.place.rung.legs.iter().filter(|leg| legs.contains(&leg.name)) {

@@ -24,11 +24,11 @@ use std::collections::BTreeMap;
 use crate::source::finding::{Code, Finding};
 use rungd_engine::isa::{BlockId, OperandRole};
 
-use super::context::{Context, Placed};
+use super::context::{Context, ProgramInstruction};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
-    let mut enabled: BTreeMap<BlockId, Vec<&Placed>> = BTreeMap::new();
+    let mut enabled: BTreeMap<BlockId, Vec<&ProgramInstruction>> = BTreeMap::new();
     for placed in context.instructions() {
         if let Some(task) = placed.instruction.operand_with(OperandRole::Enables) {
             enabled.entry(task.value).or_default().push(placed);
@@ -45,7 +45,12 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     }
 }
 
-fn finding(context: &Context, name: &str, recurrent: &Placed, other: &Placed) -> Finding {
+fn finding(
+    context: &Context,
+    name: &str,
+    recurrent: &ProgramInstruction,
+    other: &ProgramInstruction,
+) -> Finding {
     let (message, label, help) = if other.instruction.is_recurrent() {
         (
             format!("task `{name}` is enabled recurrently twice, here and in {}", recurrent.place),
@@ -66,7 +71,7 @@ fn finding(context: &Context, name: &str, recurrent: &Placed, other: &Placed) ->
 }
 
 /// The help: one ENTASK for both rungs, with its condition if the condition is known.
-fn joined(context: &Context, recurrent: &Placed, other: &Placed) -> String {
+fn joined(context: &Context, recurrent: &ProgramInstruction, other: &ProgramInstruction) -> String {
     let same_element = recurrent.place.element() == other.place.element();
     let both = [recurrent, other].into_iter();
     match context.any_of(both.map(|p| context.power(&p.place).filter(|_| same_element))) {

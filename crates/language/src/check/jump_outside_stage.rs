@@ -20,7 +20,7 @@ use crate::source::finding::{Code, Finding};
 use crate::source::fix::{advise, pair};
 use rungd_engine::isa::OperandRole;
 
-use super::context::{Context, Placed};
+use super::context::{Context, ProgramInstruction};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
@@ -30,11 +30,11 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
 }
 
 /// Whether an instruction leaves its own Stage for others.
-pub fn is_jump(placed: &Placed) -> bool {
+pub fn is_jump(placed: &ProgramInstruction) -> bool {
     placed.instruction.acting_role() == Some(OperandRole::Enters)
 }
 
-fn finding(context: &Context, jump: &Placed) -> Finding {
+fn finding(context: &Context, jump: &ProgramInstruction) -> Finding {
     let block = jump.place.block;
     let message = format!(
         "`{}` leaves the stage of its rung, and this rung of program `{}` is in no stage",

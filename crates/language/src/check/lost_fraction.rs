@@ -21,7 +21,7 @@ use crate::source::finding::{Code, Finding};
 use crate::source::fix::text;
 use rungd_engine::isa::Address;
 
-use super::context::{Context, Placed};
+use super::context::{Context, ProgramInstruction};
 use super::stored::storing;
 
 /// The rule.
@@ -29,7 +29,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     findings.extend(context.instructions().filter_map(|placed| judge(context, placed)));
 }
 
-fn judge(context: &Context, placed: &Placed) -> Option<Finding> {
+fn judge(context: &Context, placed: &ProgramInstruction) -> Option<Finding> {
     let stored = storing(placed.instruction)?;
     let fraction = stored.fraction?;
     let word = stored.to.first().filter(|word| !word.is_real())?;

@@ -5,9 +5,9 @@
 //! and a ladder that fails. A rule only reads the program and adds findings (the mistake, its
 //! place, and the text to write instead). All rules run, even if other rules have findings.
 
-pub use context::Around;
-pub use outside::Outside;
-pub use outside::Read;
+pub use context::CheckInputs;
+pub use outside::OutsideOperands;
+pub use outside::OutsideRead;
 
 use crate::resolve::program::Program;
 use crate::source::finding::{Code, Finding};
@@ -60,11 +60,11 @@ mod writers;
 
 pub use silence::silence;
 
-type Rule = fn(&context::Context, &mut Vec<Finding>);
+type CheckRule = fn(&context::Context, &mut Vec<Finding>);
 
 /// The part of a program that a rule needs for correct findings.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Needs {
+enum RuleNeeds {
     /// One contact or instruction by itself.
     Itself,
     /// The places of instructions. Parts that are left out of the program can hide findings, but
@@ -74,60 +74,60 @@ enum Needs {
     Whole,
 }
 
-const RULES: &[(Needs, Code, Rule)] = &[
-    (Needs::Place, Code::OwnedTwice, owned_twice::check),
-    (Needs::Whole, Code::ResetWithoutOwner, reset_without_owner::check),
-    (Needs::Place, Code::SensaphonePreset, sensaphone_preset::check_different),
-    (Needs::Whole, Code::SensaphonePreset, sensaphone_preset::check_missing),
-    (Needs::Place, Code::JumpOutsideStage, jump_outside_stage::check),
-    (Needs::Itself, Code::BuiltInTask, built_in_task::check),
-    (Needs::Place, Code::BlockRule, block_rule::check),
-    (Needs::Place, Code::EntaskConflict, entask_conflict::check),
-    (Needs::Place, Code::DuplicateOut, duplicate_out::check),
-    (Needs::Place, Code::OutElsewhere, out_elsewhere::check),
-    (Needs::Whole, Code::OutLostOnJumpBack, out_lost_on_jump_back::check),
-    (Needs::Whole, Code::RunsThrough, runs_through::check),
-    (Needs::Whole, Code::StageNeverEntered, stage_never_entered::check),
-    (Needs::Whole, Code::BlockNeverStarted, block_never_started::check),
-    (Needs::Whole, Code::SetNeverReset, set_never_reset::check),
-    (Needs::Whole, Code::ResetNeverSet, reset_never_set::check),
-    (Needs::Whole, Code::NeverWritten, never_written::check),
-    (Needs::Whole, Code::NeverWritten, never_written_outside::check),
-    (Needs::Itself, Code::InputNamedTwice, input_named_twice::check),
-    (Needs::Whole, Code::InputUnmapped, input_unmapped::check),
-    (Needs::Whole, Code::MultiScanInTask, multi_scan_in_task::check),
-    (Needs::Place, Code::TaskStartsItself, task_starts_itself::check),
-    (Needs::Itself, Code::ConstantCompare, constant_compare::check),
-    (Needs::Itself, Code::ConstantSaturates, constant_saturates::check),
-    (Needs::Itself, Code::LostFraction, lost_fraction::check),
-    (Needs::Itself, Code::BareTimerValue, bare_timer_value::check),
-    (Needs::Itself, Code::DurationAsCount, duration_as_count::check),
-    (Needs::Itself, Code::MixedAndOr, mixed_and_or::check),
-    (Needs::Itself, Code::EdgeInClk, edge_in_clk::check),
-    (Needs::Itself, Code::SelfResetLosesTime, self_reset_loses_time::check),
-    (Needs::Place, Code::RetainedButReset, retained_but_reset::check),
-    (Needs::Whole, Code::UnusedTag, unused_tag::check),
+const RULES: &[(RuleNeeds, Code, CheckRule)] = &[
+    (RuleNeeds::Place, Code::OwnedTwice, owned_twice::check),
+    (RuleNeeds::Whole, Code::ResetWithoutOwner, reset_without_owner::check),
+    (RuleNeeds::Place, Code::SensaphonePreset, sensaphone_preset::check_different),
+    (RuleNeeds::Whole, Code::SensaphonePreset, sensaphone_preset::check_missing),
+    (RuleNeeds::Place, Code::JumpOutsideStage, jump_outside_stage::check),
+    (RuleNeeds::Itself, Code::BuiltInTask, built_in_task::check),
+    (RuleNeeds::Place, Code::BlockRule, block_rule::check),
+    (RuleNeeds::Place, Code::EntaskConflict, entask_conflict::check),
+    (RuleNeeds::Place, Code::DuplicateOut, duplicate_out::check),
+    (RuleNeeds::Place, Code::OutElsewhere, out_elsewhere::check),
+    (RuleNeeds::Whole, Code::OutLostOnJumpBack, out_lost_on_jump_back::check),
+    (RuleNeeds::Whole, Code::RunsThrough, runs_through::check),
+    (RuleNeeds::Whole, Code::StageNeverEntered, stage_never_entered::check),
+    (RuleNeeds::Whole, Code::BlockNeverStarted, block_never_started::check),
+    (RuleNeeds::Whole, Code::SetNeverReset, set_never_reset::check),
+    (RuleNeeds::Whole, Code::ResetNeverSet, reset_never_set::check),
+    (RuleNeeds::Whole, Code::NeverWritten, never_written::check),
+    (RuleNeeds::Whole, Code::NeverWritten, never_written_outside::check),
+    (RuleNeeds::Itself, Code::InputNamedTwice, input_named_twice::check),
+    (RuleNeeds::Whole, Code::InputUnmapped, input_unmapped::check),
+    (RuleNeeds::Whole, Code::MultiScanInTask, multi_scan_in_task::check),
+    (RuleNeeds::Place, Code::TaskStartsItself, task_starts_itself::check),
+    (RuleNeeds::Itself, Code::ConstantCompare, constant_compare::check),
+    (RuleNeeds::Itself, Code::ConstantSaturates, constant_saturates::check),
+    (RuleNeeds::Itself, Code::LostFraction, lost_fraction::check),
+    (RuleNeeds::Itself, Code::BareTimerValue, bare_timer_value::check),
+    (RuleNeeds::Itself, Code::DurationAsCount, duration_as_count::check),
+    (RuleNeeds::Itself, Code::MixedAndOr, mixed_and_or::check),
+    (RuleNeeds::Itself, Code::EdgeInClk, edge_in_clk::check),
+    (RuleNeeds::Itself, Code::SelfResetLosesTime, self_reset_loses_time::check),
+    (RuleNeeds::Place, Code::RetainedButReset, retained_but_reset::check),
+    (RuleNeeds::Whole, Code::UnusedTag, unused_tag::check),
 ];
 
 /// All findings of the rules, with places in files.
-pub fn check(program: &Program, around: Around) -> Vec<Finding> {
-    program.layers.told(check_whole(program, around))
+pub fn check(program: &Program, around: CheckInputs) -> Vec<Finding> {
+    program.layers.placed_findings(check_whole(program, around))
 }
 
 /// All findings of the rules, in order of place. A place may be in a layer of the program.
-pub fn check_whole(program: &Program, around: Around) -> Vec<Finding> {
-    apply(program, around, Needs::Whole)
+pub fn check_whole(program: &Program, around: CheckInputs) -> Vec<Finding> {
+    apply(program, around, RuleNeeds::Whole)
 }
 
 /// The correct findings for a program with parts left out because of mistakes. `misplaced`: headers
 /// are misplaced, so places may differ from the intended ones. Then rules that need places do not
 /// run.
-pub fn check_partial(program: &Program, around: Around, misplaced: bool) -> Vec<Finding> {
-    apply(program, around, if misplaced { Needs::Itself } else { Needs::Place })
+pub fn check_partial(program: &Program, around: CheckInputs, misplaced: bool) -> Vec<Finding> {
+    apply(program, around, if misplaced { RuleNeeds::Itself } else { RuleNeeds::Place })
 }
 
-fn apply(program: &Program, around: Around, most: Needs) -> Vec<Finding> {
-    let context = context::Context::new(program, around, most == Needs::Whole);
+fn apply(program: &Program, around: CheckInputs, most: RuleNeeds) -> Vec<Finding> {
+    let context = context::Context::new(program, around, most == RuleNeeds::Whole);
     let mut findings = Vec::new();
     let rules = RULES.iter().filter(|(needs, ..)| *needs <= most);
     for (_, code, rule) in around.progress.during(rules) {

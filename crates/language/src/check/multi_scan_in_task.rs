@@ -23,7 +23,7 @@ use crate::source::finding::{Code, Finding};
 use crate::source::span::Span;
 use rungd_engine::isa::BlockId;
 
-use super::context::{Context, Placed};
+use super::context::{Context, ProgramInstruction};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
@@ -49,11 +49,11 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     }
 }
 
-fn works_over_scans(placed: &Placed) -> bool {
+fn works_over_scans(placed: &ProgramInstruction) -> bool {
     placed.mnemonic().spec().multi_scan && !placed.instruction.runs_once()
 }
 
-fn finding(placed: &Placed, started: Option<Span>) -> Finding {
+fn finding(placed: &ProgramInstruction, started: Option<Span>) -> Finding {
     let task = &placed.place.block.name;
     let message = format!(
         "`{}` works over several scans, but task `{task}` executes once and terminates",

@@ -18,7 +18,7 @@
 
 use crate::resolve::program::TagMeaning;
 use crate::source::finding::{Code, Finding};
-use crate::source::fix::{Edit, Fix, Help};
+use crate::source::fix::{Fix, FixEdit, Help};
 use crate::source::span::Span;
 use rungd_engine::isa::{Address, Bit, BitSpace, NumberSet, Structure, Word, WordSpace};
 
@@ -108,13 +108,13 @@ pub(super) fn setting(context: &Context, address: Address) -> Help {
         Some(_) => {
             let (tag, pair) = (context.name(address), format!("initial = {initial}"));
             let words = format!("{words} `{pair}` in tag `{tag}`");
-            Help::from(words).with(Fix::from(Edit::InTag { tag, pair }).same())
+            Help::from(words).with(Fix::from(FixEdit::InTag { tag, pair }).same())
         }
         None => {
             let tag = format!("setting = {{ at = \"{address}\", initial = {initial} }}");
             let words = format!("{words} a tag: `{tag}`, with its name `setting` here");
-            let name = Edit::Word { old: address.to_string(), new: "setting".to_owned() };
-            Help::from(words).with(Fix::from(name).after(Edit::Declare(tag)).same())
+            let name = FixEdit::Word { old: address.to_string(), new: "setting".to_owned() };
+            Help::from(words).with(Fix::from(name).after(FixEdit::Declare(tag)).same())
         }
     }
 }

@@ -16,13 +16,13 @@
 
 use crate::resolve::operands::{numbered, numbers};
 use crate::source::finding::{Code, Finding};
-use crate::source::fix::Edit;
+use crate::source::fix::FixEdit;
 use rungd_engine::isa::{Address, Bit, BitSpace, NumberRanges, NumberSet};
 
 use super::context::Context;
 use super::names::owner_of;
 use super::never_written::{always, is_always_written, setting};
-use super::outside::Read;
+use super::outside::OutsideRead;
 use super::usage::{reads, structure_of, writes};
 use super::writers::is_writable;
 
@@ -31,11 +31,13 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let Some(outside) = context.outside.filter(|outside| !outside.reads.is_empty()) else { return };
     let writes = writes(context);
     let told: NumberSet<Address> = reads(context).iter().map(|(address, _)| *address).collect();
-    let is_owned = |of| structure_of(of).is_some_and(|structure| context.is_owned(structure));
+    let is_owned =
+        |address| structure_of(address).is_some_and(|structure| context.is_owned(structure));
     let is_written = |address: &Address| {
-        let of = *address;
-        let is_ladders = is_always_written(of) || writes.contains_key(address) || is_owned(of);
-        is_ladders || is_writable(context, of)
+        let operand = *address;
+        let is_ladders =
+            is_always_written(operand) || writes.contains_key(address) || is_owned(operand);
+        is_ladders || is_writable(context, operand)
     };
     // A file may have thousands of rows, each with the same thousands of operands: an operand that
     // nothing writes is looked up only once.
@@ -57,7 +59,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     }
 }
 
-fn finding(context: &Context, read: &Read) -> Finding {
+fn finding(context: &Context, read: &OutsideRead) -> Finding {
     let (kind, _, last) = numbers(read.first, read.count);
     let (first, last) = (read.first, numbered(kind, last));
     let said = match first == last {
@@ -75,7 +77,7 @@ fn finding(context: &Context, read: &Read) -> Finding {
     match first {
         Address::Bit(Bit::Space(BitSpace::Y, _)) => {
             let help = format!("`OUT {name}` in a rung with its condition; or take this away");
-            finding.help(help).fix(Edit::Delete)
+            finding.help(help).fix(FixEdit::Delete)
         }
         Address::Bit(_) | Address::Word(_) | Address::Structure(_) => {
             finding.help(setting(context, first))

@@ -31,13 +31,13 @@ use std::collections::HashMap;
 use crate::source::finding::{Code, Finding};
 pub use rungd_engine::isa::{Address, Bit, BlockId, ElementId, Mnemonic};
 
-use super::context::{Context, Driver};
+use super::context::{Context, DrivingInstruction};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     for (bit, drivers) in context.drivers() {
         let help = OnceCell::new();
-        let mut firsts = Firsts::default();
+        let mut firsts = FirstDrivers::default();
         for second in context.progress.during(drivers) {
             if let Some(first) = firsts.competitor(second) {
                 let help = help.get_or_init(|| self::help(context, bit, drivers));
@@ -50,20 +50,21 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
 
 /// The first drivers of a bit, collected so that thousands of drivers are compared in one pass.
 #[derive(Default)]
-struct Firsts<'c> {
+struct FirstDrivers<'c> {
     /// For each block: the first driver in its own rungs, and the first in one of its stages.
-    of_block: HashMap<BlockId, [Option<(usize, &'c Driver<'c>)>; 2]>,
+    of_block: HashMap<BlockId, [Option<(usize, &'c DrivingInstruction<'c>)>; 2]>,
     /// The first driver, and the first driver in a different block.
-    of_two_blocks: Vec<(usize, &'c Driver<'c>)>,
+    of_two_blocks: Vec<(usize, &'c DrivingInstruction<'c>)>,
     count: usize,
 }
 
-impl<'c> Firsts<'c> {
-    fn add(&mut self, driver: &'c Driver<'c>) {
+impl<'c> FirstDrivers<'c> {
+    fn add(&mut self, driver: &'c DrivingInstruction<'c>) {
         let ElementId { block, stage } = driver.placed.place.element();
         let first = &mut self.of_block.entry(block).or_default()[usize::from(stage.is_some())];
         first.get_or_insert((self.count, driver));
-        let is_other = |(_, other): &(usize, &Driver)| other.placed.place.block.id != block;
+        let is_other =
+            |(_, other): &(usize, &DrivingInstruction)| other.placed.place.block.id != block;
         if self.of_two_blocks.len() < 2 && self.of_two_blocks.iter().all(is_other) {
             self.of_two_blocks.push((self.count, driver));
         }
@@ -71,18 +72,23 @@ impl<'c> Firsts<'c> {
     }
 
     /// The first driver in a different element, unless both elements are stages of one program.
-    fn competitor(&self, driver: &Driver) -> Option<&'c Driver<'c>> {
+    fn competitor(&self, driver: &DrivingInstruction) -> Option<&'c DrivingInstruction<'c>> {
         let ElementId { block, stage } = driver.placed.place.element();
         let in_block =
             self.of_block.get(&block).and_then(|firsts| firsts[usize::from(stage.is_none())]);
-        let is_other = |(_, other): &&(usize, &Driver)| other.placed.place.block.id != block;
+        let is_other =
+            |(_, other): &&(usize, &DrivingInstruction)| other.placed.place.block.id != block;
         let elsewhere = self.of_two_blocks.iter().find(is_other).copied();
         let both = in_block.into_iter().chain(elsewhere);
         both.min_by_key(|(at, _)| *at).map(|(_, first)| first)
     }
 }
 
-fn finding(context: &Context, bit: Bit, pair: (&Driver, &Driver)) -> Finding {
+fn finding(
+    context: &Context,
+    bit: Bit,
+    pair: (&DrivingInstruction, &DrivingInstruction),
+) -> Finding {
     let (first, second) = pair;
     let message = format!(
         "{} is driven in two places, {}, and {}: the one that executes last in a scan decides",
@@ -95,7 +101,7 @@ fn finding(context: &Context, bit: Bit, pair: (&Driver, &Driver)) -> Finding {
         .related(first.span, "driven here")
 }
 
-fn help(context: &Context, bit: Bit, all: &[Driver]) -> String {
+fn help(context: &Context, bit: Bit, all: &[DrivingInstruction]) -> String {
     let name = context.name(Address::Bit(bit));
     let outs = all.iter().all(|d| d.placed.mnemonic() == Mnemonic::Out);
     let powers = all.iter().map(|d| context.power_from_outside(&d.placed.place).filter(|_| outs));

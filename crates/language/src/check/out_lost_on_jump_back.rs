@@ -38,7 +38,7 @@ use crate::source::span::Span;
 pub use rungd_engine::isa::{Address, Bit, BlockId, Mnemonic, OperandRole, StageId};
 
 use super::conditions::PLACES_MAX;
-use super::context::{Context, Placed};
+use super::context::{Context, ProgramInstruction};
 use super::jump_outside_stage::is_jump;
 use super::names::list;
 
@@ -48,7 +48,7 @@ const LOST_MAX: usize = 16;
 const STAGES_MAX: usize = 16;
 
 /// The stage that a jump leaves, and the stage that it enters.
-type Pair = (StageId, StageId);
+type StagePair = (StageId, StageId);
 
 /// The bits that each stage writes, and the names that a help needs.
 #[derive(Default)]
@@ -68,7 +68,7 @@ struct Stages<'a> {
 #[derive(Default)]
 struct BitOfStages<'a> {
     /// The first drivers, one more than a condition has places.
-    drivers: Vec<Placed<'a>>,
+    drivers: Vec<ProgramInstruction<'a>>,
     /// Whether one of the instructions is not an OUT.
     has_non_out: bool,
     /// The first stages that drive or SET the bit, as many as a condition names.
@@ -79,7 +79,7 @@ struct BitOfStages<'a> {
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let stages = Stages::of(context);
     let mut helps: HashMap<(BlockId, Vec<Bit>), String> = HashMap::new();
-    let mut losses: HashMap<Pair, Vec<Bit>> = HashMap::new();
+    let mut losses: HashMap<StagePair, Vec<Bit>> = HashMap::new();
     for jump in context.instructions() {
         for pair in context.progress.during(jumps_back(context, jump)) {
             let lost = losses.entry(pair).or_insert_with(|| stages.lost(pair));
@@ -117,14 +117,14 @@ impl<'a> Stages<'a> {
     }
 
     /// Adds an instruction that drives or SETs a bit to those of its block.
-    fn note(&mut self, placed: &Placed<'a>, (stage, bit): (StageId, Bit)) {
-        let of = self.of_blocks.entry((placed.place.block.id, bit)).or_default();
-        of.has_non_out |= placed.mnemonic() != Mnemonic::Out;
-        if placed.instruction.driven().is_some() && of.drivers.len() <= PLACES_MAX {
-            of.drivers.push(*placed);
+    fn note(&mut self, placed: &ProgramInstruction<'a>, (stage, bit): (StageId, Bit)) {
+        let writes = self.of_blocks.entry((placed.place.block.id, bit)).or_default();
+        writes.has_non_out |= placed.mnemonic() != Mnemonic::Out;
+        if placed.instruction.driven().is_some() && writes.drivers.len() <= PLACES_MAX {
+            writes.drivers.push(*placed);
         }
-        if of.stages.last() != Some(&stage) && of.stages.len() < STAGES_MAX {
-            of.stages.push(stage);
+        if writes.stages.last() != Some(&stage) && writes.stages.len() < STAGES_MAX {
+            writes.stages.push(stage);
         }
     }
 
@@ -138,7 +138,7 @@ impl<'a> Stages<'a> {
 
     /// The bits that the left stage drives and that the target drives or SETs. Goes through the
     /// bits of the stage that has fewer.
-    fn lost(&self, (left, target): Pair) -> Vec<Bit> {
+    fn lost(&self, (left, target): StagePair) -> Vec<Bit> {
         let Some(bits) = self.driven.get(&left) else { return Vec::new() };
         let (driven, set) = (self.driven.get(&target), self.set.get(&target));
         if driven.map_or(0, BTreeMap::len) + set.map_or(0, BTreeSet::len) < bits.len() {
@@ -159,7 +159,7 @@ impl<'a> Stages<'a> {
 
 /// The pairs (left, target) in which the left stage terminates after the target's execution in the
 /// same scan.
-fn jumps_back(context: &Context, jump: &Placed) -> Vec<Pair> {
+fn jumps_back(context: &Context, jump: &ProgramInstruction) -> Vec<StagePair> {
     let at = |stage: StageId| context.program.stages[stage.0 as usize].1;
     let here = jump.place.stage.map(|stage| stage.id);
     let awaited = jump.instruction.operands_with(OperandRole::Awaits).map(|stage| stage.value);
@@ -176,8 +176,8 @@ fn jumps_back(context: &Context, jump: &Placed) -> Vec<Pair> {
 fn finding(
     context: &Context,
     stages: &Stages,
-    jump: &Placed,
-    ((left, target), lost): (Pair, &[Bit]),
+    jump: &ProgramInstruction,
+    ((left, target), lost): (StagePair, &[Bit]),
 ) -> Finding {
     let names: Vec<String> = lost.iter().map(|bit| context.say_bit(*bit)).collect();
     let (left_name, target_name) =
@@ -226,11 +226,11 @@ fn help<'a>(context: &Context<'a>, stages: &Stages<'a>, block: &Block, lost: &[B
 
 /// The stages that turn the bit ON, with the conditions of their OUTs if they can be printed.
 fn condition<'a>(context: &Context<'a>, stages: &Stages<'a>, block: &Block, bit: Bit) -> String {
-    let Some(of) = stages.of_blocks.get(&(block.id, bit)) else { return String::new() };
-    let power = |placed: &Placed<'a>| context.power_from_outside(&placed.place);
-    let powers = of.drivers.iter().map(|placed| power(placed).filter(|_| !of.has_non_out));
+    let Some(writes) = stages.of_blocks.get(&(block.id, bit)) else { return String::new() };
+    let power = |placed: &ProgramInstruction<'a>| context.power_from_outside(&placed.place);
+    let powers = writes.drivers.iter().map(|placed| power(placed).filter(|_| !writes.has_non_out));
     context.any_of(powers).unwrap_or_else(|| {
-        let names = of.stages.iter().map(|id| context.name(Address::Bit(Bit::Stage(*id))));
+        let names = writes.stages.iter().map(|id| context.name(Address::Bit(Bit::Stage(*id))));
         names.collect::<Vec<_>>().join(" | ")
     })
 }

@@ -1,8 +1,8 @@
 //! The devices and Modbus clients that write bits and words of a ladder.
 //!
-//! `controller` makes an [`Outside`] from its settings. Without a controller file, the writers are
-//! guessed from the ladder ([`may_be_moved`]). Called by `writers`, which adds the settings of the
-//! ladder.
+//! `controller` makes an [`OutsideOperands`] from its settings. Without a controller file, the
+//! writers are guessed from the ladder ([`may_be_moved`]). Called by `writers`, which adds the
+//! settings of the ladder.
 
 use crate::resolve::operands::numbers;
 use crate::resolve::range::Range;
@@ -11,7 +11,7 @@ use rungd_engine::isa::{Address, Bit, BitSpace, NumberRanges, NumberSet, Word, W
 
 /// The bits and words that devices and Modbus clients write or read, by the controller file.
 #[derive(Debug, Default)]
-pub struct Outside {
+pub struct OutsideOperands {
     /// The addresses that devices and rules of simulated devices move.
     pub moved: NumberSet<Address>,
     /// The numbers of the operands that Modbus clients may write, by their kinds ([`numbers`]).
@@ -23,12 +23,12 @@ pub struct Outside {
     pub wired: Option<Span>,
     /// The parts of the controller file that read addresses: rows of maps, simulated inputs and
     /// others.
-    pub reads: Vec<Read>,
+    pub reads: Vec<OutsideRead>,
 }
 
 /// A part of a controller file that reads consecutive bits or words of the ladder.
 #[derive(Debug)]
-pub struct Read {
+pub struct OutsideRead {
     /// The first address.
     pub first: Address,
     /// The number of addresses; at least 1.
@@ -39,14 +39,14 @@ pub struct Read {
     pub reader: String,
 }
 
-impl Read {
+impl OutsideRead {
     /// A read of `count` elements from `first` on.
-    pub fn new((first, count): (Address, u32), span: Span, reader: String) -> Read {
-        Read { first, count, span, reader }
+    pub fn new((first, count): (Address, u32), span: Span, reader: String) -> OutsideRead {
+        OutsideRead { first, count, span, reader }
     }
 }
 
-impl Outside {
+impl OutsideOperands {
     /// Whether a device or a Modbus client may write an address.
     pub(super) fn writes(&self, address: Address) -> bool {
         self.moved.contains(&address)

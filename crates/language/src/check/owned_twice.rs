@@ -24,13 +24,13 @@ use std::cell::OnceCell;
 use crate::source::finding::{Code, Finding};
 use rungd_engine::isa::{Address, Structure};
 
-use super::context::{Context, Placed};
+use super::context::{Context, ProgramInstruction};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     for (structure, owners) in context.owners() {
         let free = OnceCell::new();
-        let mut firsts: Vec<&Placed> = Vec::new();
+        let mut firsts: Vec<&ProgramInstruction> = Vec::new();
         for owner in owners {
             match firsts.iter().find(|first| collide(structure, first, owner)) {
                 Some(first) => {
@@ -44,15 +44,15 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
 }
 
 /// Whether two owners conflict. Only one CTU and one CTD may share a Sensaphone counter.
-fn collide(structure: Structure, first: &Placed, second: &Placed) -> bool {
+fn collide(structure: Structure, first: &ProgramInstruction, second: &ProgramInstruction) -> bool {
     !matches!(structure, Structure::Sensaphone(_)) || first.mnemonic() == second.mnemonic()
 }
 
 fn finding(
     context: &Context,
     free: Option<Structure>,
-    first: &Placed,
-    second: &Placed,
+    first: &ProgramInstruction,
+    second: &ProgramInstruction,
 ) -> Option<Finding> {
     let structure = second.instruction.structure()?;
     let message = format!(

@@ -17,10 +17,10 @@
 use std::collections::HashSet;
 
 use crate::source::finding::{Code, Finding};
-use crate::source::fix::{Edit, possible};
+use crate::source::fix::{FixEdit, possible};
 use rungd_engine::isa::{Address, OperandRole};
 
-use super::context::{Context, Effect};
+use super::context::{Context, WriteEffect};
 use super::usage::writes;
 use super::writers::is_writable;
 
@@ -31,7 +31,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     for placed in context.instructions() {
         let Some(bit) = placed.instruction.operand_with(OperandRole::TurnsOff) else { continue };
         let address = Address::Bit(bit.value);
-        let is_set = writes.get(&address) == Some(&Effect::Any);
+        let is_set = writes.get(&address) == Some(&WriteEffect::Any);
         // One finding for each bit is enough, at the first RST.
         if is_set || is_writable(context, address) || !seen.insert(address) {
             continue;
@@ -42,7 +42,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
             context.name(address)
         );
         let finding = Finding::new(Code::ResetNeverSet, bit.span, message);
-        findings.push(finding.label("always OFF").help(help).fix(possible(Edit::Delete)));
+        findings.push(finding.label("always OFF").help(help).fix(possible(FixEdit::Delete)));
     }
 }
 

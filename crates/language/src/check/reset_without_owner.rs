@@ -21,7 +21,7 @@
 use crate::source::finding::{Code, Finding};
 use rungd_engine::isa::{OperandRole, Structure};
 
-use super::context::{Context, Placed};
+use super::context::{Context, ProgramInstruction};
 use super::names::{list, owner_of};
 
 /// The rule.
@@ -35,7 +35,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     }
 }
 
-fn finding(context: &Context, reset: &Placed, structure: Structure) -> Finding {
+fn finding(context: &Context, reset: &ProgramInstruction, structure: Structure) -> Finding {
     let said = context.say_structure(structure);
     let message = format!("`{}` resets {said}, which no instruction owns", reset.name());
     let add = owner_of(context, structure);

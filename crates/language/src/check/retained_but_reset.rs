@@ -28,7 +28,7 @@ use crate::source::finding::{Code, Finding};
 use rungd_engine::isa::instruction::Termination;
 use rungd_engine::isa::{Address, Bit, NumberRanges, Space, Structure, Word, WordSpace};
 
-use super::context::{Context, Driver, Placed};
+use super::context::{Context, DrivingInstruction, ProgramInstruction};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
@@ -36,7 +36,8 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     for (structure, owners) in context.owners() {
         let range = context.retained_with(structure.space(), structure.number());
         let Some(range) = range else { continue };
-        let resets = |p: &&Placed| p.mnemonic().spec().termination == Termination::Reset;
+        let resets =
+            |p: &&ProgramInstruction| p.mnemonic().spec().termination == Termination::Reset;
         if let Some(owner) = owners.iter().find(resets) {
             let word = *word.get_or_init(|| self::word(context));
             findings.push(finding(context, (structure, owner), range, word));
@@ -60,7 +61,7 @@ fn check_bits(context: &Context, findings: &mut Vec<Finding>) {
     }
 }
 
-fn driven(context: &Context, (bit, driver): (Bit, &Driver), range: &Range) -> Finding {
+fn driven(context: &Context, (bit, driver): (Bit, &DrivingInstruction), range: &Range) -> Finding {
     let by = driver.placed.name();
     let message = format!(
         "{} is retained, but a stop turns OFF every bit that `{by}` drives: it is OFF after every \
@@ -79,7 +80,7 @@ fn driven(context: &Context, (bit, driver): (Bit, &Driver), range: &Range) -> Fi
 
 fn finding(
     context: &Context,
-    (structure, owner): (Structure, &Placed),
+    (structure, owner): (Structure, &ProgramInstruction),
     range: &Range,
     (word, and_retain): (Word, &str),
 ) -> Finding {

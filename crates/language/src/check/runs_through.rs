@@ -26,7 +26,7 @@ use crate::resolve::program::{Contact, Stage};
 use crate::source::finding::{Code, Finding};
 pub use rungd_engine::isa::{Address, BlockId, Mnemonic, OperandRole, StageId};
 
-use super::context::{Context, Driver, Placed};
+use super::context::{Context, DrivingInstruction, ProgramInstruction};
 use super::implied::{KnownStates, cases};
 use super::jump_outside_stage::is_jump;
 use super::scan_order::{Between, OrderedStep, ScanOrder};
@@ -65,7 +65,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
 }
 
 /// Whether an instruction leaves its own Stage for a different one.
-fn leaves(placed: &Placed, stage: &Stage) -> bool {
+fn leaves(placed: &ProgramInstruction, stage: &Stage) -> bool {
     is_jump(placed) && placed.instruction.stages_entered().all(|to| to != stage.id)
 }
 
@@ -165,7 +165,7 @@ impl<'a> ThroughRule<'_, 'a> {
     }
 
     /// An instruction as written.
-    fn said(&self, placed: &Placed) -> String {
+    fn said(&self, placed: &ProgramInstruction) -> String {
         let program = self.context.program;
         let stages = placed.instruction.stages_entered().map(|id| program.stage(id).name.clone());
         let block = placed.instruction.target_block().map(|block| &program.block(block.value).name);
@@ -203,8 +203,9 @@ impl<'a> ThroughRule<'_, 'a> {
         let power = self.context.power(&out.placed.place)?;
         let [Contact::Bit(bit, _)] = power.contacts.as_slice() else { return None };
         let drivers = self.context.drivers_of(*bit);
-        let is_pulse =
-            |driver: &Driver| matches!(driver.placed.mnemonic(), Mnemonic::Pd | Mnemonic::Nd);
+        let is_pulse = |driver: &DrivingInstruction| {
+            matches!(driver.placed.mnemonic(), Mnemonic::Pd | Mnemonic::Nd)
+        };
         drivers.iter().any(is_pulse).then(|| self.context.name(Address::Bit(*bit)))
     }
 
@@ -221,7 +222,7 @@ impl<'a> ThroughRule<'_, 'a> {
 
 /// Whether an instruction that names a block ends its execution. A RESTART from a different block
 /// lets it begin anew.
-fn ends_block(placed: &Placed, block: BlockId) -> bool {
+fn ends_block(placed: &ProgramInstruction, block: BlockId) -> bool {
     let is_own = placed.place.block.id == block;
     match placed.instruction.target_block() {
         Some(_) if placed.mnemonic() == Mnemonic::Restart => is_own,

@@ -16,13 +16,13 @@ pub use rungd_engine::isa::{
     Word, WordSpace,
 };
 
-use super::context::{Context, Placed, RungPlace};
+use super::context::{Context, ProgramInstruction, RungPlace};
 use super::implied::Unchanged;
 
 /// An instruction with its position.
 #[derive(Clone, Copy)]
 pub struct OrderedStep<'a> {
-    pub placed: Placed<'a>,
+    pub placed: ProgramInstruction<'a>,
     /// Its own position.
     pub at: u32,
     /// The position at which its rung begins, and the position behind the rung.
@@ -73,7 +73,7 @@ impl<'a> ScanOrder<'a> {
             let count = rung.instructions().count() as u32;
             for (n, (branch, instruction)) in (1..).zip(rung.instructions()) {
                 let place = RungPlace { block, stage, rung, rung_number: at + 1, branch };
-                let placed = Placed { place, instruction };
+                let placed = ProgramInstruction { place, instruction };
                 let step = OrderedStep { placed, at: begin + n, rung: (begin, begin + count + 1) };
                 self.note(instruction, block, step.at);
                 self.steps.push(step);

@@ -25,7 +25,7 @@ use crate::source::finding::{Code, Finding};
 pub use rungd_engine::isa::{Address, Bit, Flag, LegName, Mnemonic, Structure, Word};
 
 use super::constant_compare::mirrored;
-use super::context::{Context, Placed};
+use super::context::{Context, ProgramInstruction};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
@@ -55,10 +55,11 @@ struct SelfTimer {
 }
 
 impl SelfTimer {
-    fn of(placed: &Placed) -> Option<SelfTimer> {
-        let of = placed.instruction;
-        let t = of.owned().filter(|_| placed.mnemonic() != Mnemonic::Offdtmr)?;
-        let (preset, output) = (of.preset()?.value, of.driven().map(|output| output.value));
+    fn of(placed: &ProgramInstruction) -> Option<SelfTimer> {
+        let instruction = placed.instruction;
+        let t = instruction.owned().filter(|_| placed.mnemonic() != Mnemonic::Offdtmr)?;
+        let (preset, output) =
+            (instruction.preset()?.value, instruction.driven().map(|output| output.value));
         matches!(t, Structure::Timer(_)).then_some(SelfTimer { t, preset, output })
     }
 
@@ -87,7 +88,12 @@ impl SelfTimer {
         }
     }
 
-    fn finding(&self, context: &Context, placed: &Placed, contact: &Contact) -> Finding {
+    fn finding(
+        &self,
+        context: &Context,
+        placed: &ProgramInstruction,
+        contact: &Contact,
+    ) -> Finding {
         let t = context.name(Address::Structure(self.t));
         let preset = context.milliseconds(self.preset);
         let resets = context.program.names.contact(contact);

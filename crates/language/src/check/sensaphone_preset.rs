@@ -27,7 +27,7 @@ use crate::source::fix::{advise, text};
 use crate::source::span::Located;
 use rungd_engine::isa::{Address, Structure};
 
-use super::context::{Context, Placed};
+use super::context::{Context, ProgramInstruction};
 use super::names::list;
 
 /// Reports counters without a preset.
@@ -47,18 +47,20 @@ pub fn check_different(context: &Context, findings: &mut Vec<Finding>) {
     }
 }
 
-fn counters<'c>(context: &'c Context<'c>) -> impl Iterator<Item = (Structure, &'c [Placed<'c>])> {
+fn counters<'c>(
+    context: &'c Context<'c>,
+) -> impl Iterator<Item = (Structure, &'c [ProgramInstruction<'c>])> {
     context.owners().filter(|(structure, _)| matches!(structure, Structure::Sensaphone(_)))
 }
 
 /// An owner that has a preset, with the preset.
-type Stated<'c> = (&'c Placed<'c>, Located<Value>);
+type StatedPreset<'c> = (&'c ProgramInstruction<'c>, Located<Value>);
 
-fn stated<'c>(owners: &'c [Placed<'c>]) -> Vec<Stated<'c>> {
+fn stated<'c>(owners: &'c [ProgramInstruction<'c>]) -> Vec<StatedPreset<'c>> {
     owners.iter().filter_map(|owner| Some((owner, owner.instruction.preset()?))).collect()
 }
 
-fn none_stated(context: &Context, structure: Structure, owners: &[Placed]) -> Finding {
+fn none_stated(context: &Context, structure: Structure, owners: &[ProgramInstruction]) -> Finding {
     let said = context.say_structure(structure);
     let names: Vec<String> = owners.iter().map(|o| format!("`{}`", o.name())).collect();
     let verb = if owners.len() == 1 { "does" } else { "do" };
@@ -74,7 +76,12 @@ fn none_stated(context: &Context, structure: Structure, owners: &[Placed]) -> Fi
     finding
 }
 
-fn different(context: &Context, structure: Structure, first: Stated, second: Stated) -> Finding {
+fn different(
+    context: &Context,
+    structure: Structure,
+    first: StatedPreset,
+    second: StatedPreset,
+) -> Finding {
     let said = context.say_structure(structure);
     let name = context.name(Address::Structure(structure));
     let message = format!(

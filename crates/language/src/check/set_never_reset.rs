@@ -20,7 +20,7 @@ use crate::source::finding::{Code, Finding};
 use crate::source::span::Located;
 use rungd_engine::isa::{Address, Bit, BitSpace, NumberRanges, OperandRole};
 
-use super::context::{Context, Placed};
+use super::context::{Context, ProgramInstruction};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
@@ -29,7 +29,9 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
         let turns_on = placed.instruction.acting_role() == Some(OperandRole::TurnsOn);
         placed.instruction.written_bit().filter(|_| !turns_on).map(|bit| bit.value)
     }));
-    let is_set = |placed: &&Placed| placed.instruction.acting_role() == Some(OperandRole::TurnsOn);
+    let is_set = |placed: &&ProgramInstruction| {
+        placed.instruction.acting_role() == Some(OperandRole::TurnsOn)
+    };
     let others = context.instructions().filter(|placed| !is_set(placed));
     let mut arrays = NumberRanges::default();
     for placed in others {

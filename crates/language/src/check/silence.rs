@@ -24,7 +24,7 @@ pub fn silence(
     let in_any: HashSet<&str> = program.allow.iter().map(|(_, name)| name.as_str()).collect();
     let silenced = |finding: &Finding| {
         let name = finding.code.name();
-        let place = program.layers.stands_at(finding.span);
+        let place = program.layers.place_in_rung(finding.span);
         let in_file = |span| in_files.contains(&(program.layers.in_file(span).file, name));
         let of_controller = Some(place.file) == controller && in_any.contains(name);
         of_controller || in_file(finding.span) || in_file(place) || allows.hold(name, place)

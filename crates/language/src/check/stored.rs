@@ -3,7 +3,7 @@
 //! Called by the rules about constants that do not fit: `constant_saturates`, `lost_fraction`.
 
 use crate::resolve::array::Array;
-use crate::resolve::formula::{Formula, Part, Unary};
+use crate::resolve::formula::{Formula, FormulaPart, Unary};
 use crate::resolve::program::{Instruction, Value};
 use crate::resolve::writes::WrittenOperand;
 use crate::source::span::{Located, Span};
@@ -11,7 +11,7 @@ pub use rungd_engine::isa::{Address, Mnemonic, OperandRole, Word};
 
 /// The words in which an instruction stores: one word, or one or all elements of an array.
 #[derive(Clone, Copy)]
-pub enum Words {
+pub enum StoredWords {
     One(Word),
     Of(Array),
 }
@@ -20,7 +20,7 @@ pub enum Words {
 #[derive(Clone, Copy)]
 pub struct Storing {
     /// The words in which it stores them.
-    pub to: Words,
+    pub to: StoredWords,
     /// The least and greatest number.
     pub range: (f64, f64),
     /// A constant with a fraction, if all other numbers are whole.
@@ -29,28 +29,28 @@ pub struct Storing {
     pub place: Span,
 }
 
-impl Words {
+impl StoredWords {
     /// The first word.
     pub fn first(self) -> Option<Word> {
         match self {
-            Words::One(word) => Some(word),
-            Words::Of(array) => array.first_word(),
+            StoredWords::One(word) => Some(word),
+            StoredWords::Of(array) => array.first_word(),
         }
     }
 
     /// The number of words.
     pub fn count(self) -> usize {
         match self {
-            Words::One(_) => 1,
-            Words::Of(array) => array.count as usize,
+            StoredWords::One(_) => 1,
+            StoredWords::Of(array) => array.count as usize,
         }
     }
 
     /// All words.
     pub fn each(self) -> impl Iterator<Item = Word> {
         let (one, array) = match self {
-            Words::One(word) => (Some(word), None),
-            Words::Of(array) => (None, Some(array)),
+            StoredWords::One(word) => (Some(word), None),
+            StoredWords::Of(array) => (None, Some(array)),
         };
         let elements = array.into_iter().flat_map(|array| array.addresses());
         one.into_iter().chain(elements.filter_map(|address| match address {
@@ -66,13 +66,13 @@ pub fn storing(instruction: &Instruction) -> Option<Storing> {
     let written =
         instruction.written().filter(|_| instruction.acting_role() == Some(OperandRole::Stores));
     let to = match written?.value {
-        WrittenOperand::Word(word) => Words::One(word),
-        WrittenOperand::Array(array) => Words::Of(array),
+        WrittenOperand::Word(word) => StoredWords::One(word),
+        WrittenOperand::Array(array) => StoredWords::Of(array),
         WrittenOperand::Bit(_) => return None,
     };
     to.first()?;
-    if let Some(of) = &instruction.calculation {
-        return Some(Storing::of(to, alone(&of.value)?, written?.span));
+    if let Some(calculation) = &instruction.calculation {
+        return Some(Storing::of(to, alone(&calculation.value)?, written?.span));
     }
     let values: Vec<Located<Value>> = instruction.operands_with(OperandRole::Reads).collect();
     // Without a constant, there is nothing to report.
@@ -91,7 +91,7 @@ pub fn storing(instruction: &Instruction) -> Option<Storing> {
 
 impl Storing {
     /// The storing of a constant.
-    fn of(to: Words, number: f64, place: Span) -> Storing {
+    fn of(to: StoredWords, number: f64, place: Span) -> Storing {
         let fraction = Some(number).filter(|number| number.fract() != 0.0);
         Storing { to, range: (number, number), fraction, place }
     }
@@ -122,17 +122,17 @@ fn range(value: Value) -> (f64, f64) {
 fn alone(formula: &Formula) -> Option<f64> {
     let (number, sign) = match *formula.parts.as_slice() {
         [number] => (number, 1.0),
-        [number, Part::Unary(Unary::Minus, _)] => (number, -1.0),
+        [number, FormulaPart::Unary(Unary::Minus, _)] => (number, -1.0),
         _ => return None,
     };
     match number {
-        Part::Integer(n) => Some(sign * n as f64),
-        Part::Real(real) => Some(sign * f64::from(real)),
-        Part::Word(_)
-        | Part::Bit(_)
-        | Part::Element(_)
-        | Part::Unary(..)
-        | Part::Binary(..)
-        | Part::Call(..) => None,
+        FormulaPart::Integer(n) => Some(sign * n as f64),
+        FormulaPart::Real(real) => Some(sign * f64::from(real)),
+        FormulaPart::Word(_)
+        | FormulaPart::Bit(_)
+        | FormulaPart::Element(_)
+        | FormulaPart::Unary(..)
+        | FormulaPart::Binary(..)
+        | FormulaPart::Call(..) => None,
     }
 }

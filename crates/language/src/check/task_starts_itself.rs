@@ -22,7 +22,7 @@
 use crate::source::finding::{Code, Finding};
 use rungd_engine::isa::OperandRole;
 
-use super::context::{Context, Placed};
+use super::context::{Context, ProgramInstruction};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
@@ -34,7 +34,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     }
 }
 
-fn finding(entask: &Placed) -> Finding {
+fn finding(entask: &ProgramInstruction) -> Finding {
     let task = &entask.place.block.name;
     let effect = if entask.instruction.is_recurrent() {
         "it can only be enabled while it runs"

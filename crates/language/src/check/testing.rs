@@ -2,7 +2,7 @@
 
 use expect_test::Expect;
 
-use super::{Around, Outside, Read};
+use super::{CheckInputs, OutsideOperands, OutsideRead};
 use crate::resolve::operands::{numbers, resolve_operands};
 use crate::resolve::program::Program;
 use crate::resolve::range::{Range, resolve_range};
@@ -77,7 +77,7 @@ fn compare_retained((ranges, of_tag): (&[&str], bool), rungs: &str, expected: Ex
         Range { of_tag, ..resolve_range(scope, &text).expect("a range") }
     };
     let retained: Vec<_> = ranges.iter().map(range).collect();
-    expected.assert_eq(&print(&ladder, &super::check(&program, Around::of(&retained))));
+    expected.assert_eq(&print(&ladder, &super::check(&program, CheckInputs::of(&retained))));
 }
 
 /// As [`check_main`], with a controller file and all findings. A device moves X0, C1, D1 and R1;
@@ -86,21 +86,21 @@ pub fn check_outside(rungs: &str, expected: Expect) {
     let ladder = main(rungs);
     let program = load(&ladder).0.expect("the ladder has no errors");
     let scope = program.scope();
-    let text = |of: &str| Text { text: of.to_owned(), span: Span::default(), exact: true };
+    let text = |source: &str| Text { text: source.to_owned(), span: Span::default(), exact: true };
     let address = |name: &str| scope.address(name).expect("an address");
     let range = |name: &str| resolve_range(scope, &text(name)).expect("a range");
     let mut listed = NumberRanges::default();
     for name in ["MC1", "MHR1", "CT1.Acc"] {
         listed.add(numbers(address(name), 1), 0);
     }
-    let outside = Outside {
+    let outside = OutsideOperands {
         moved: ["X0", "C1", "D1", "R1"].map(address).into_iter().collect(),
         listed,
         image: ["MC5", "X5"].map(range).into(),
         wired: Some(Span::default()),
         reads: Vec::new(),
     };
-    let around = Around { outside: Some(&outside), ..Around::of(&[]) };
+    let around = CheckInputs { outside: Some(&outside), ..CheckInputs::of(&[]) };
     expected.assert_eq(&print(&ladder, &super::check(&program, around)));
 }
 
@@ -115,17 +115,17 @@ pub fn check_read_outside(rungs: &str, reads: &[(&str, &str)], expected: Expect)
     let read = |name: &str, reader: &str| {
         let text = Text { text: name.to_owned(), span: Span::default(), exact: true };
         let operands = resolve_operands(scope, &text).expect("operands");
-        Read::new((operands.first, operands.count), Span::default(), reader.to_owned())
+        OutsideRead::new((operands.first, operands.count), Span::default(), reader.to_owned())
     };
     let reads = reads.iter().flat_map(|&(names, reader)| {
         names.split(' ').map(|name| read(name, reader)).collect::<Vec<_>>()
     });
-    let outside = Outside {
+    let outside = OutsideOperands {
         moved: ["D1", "R1", "MC1"].map(address).into_iter().collect(),
         reads: reads.collect(),
-        ..Outside::default()
+        ..OutsideOperands::default()
     };
-    let around = Around { outside: Some(&outside), ..Around::of(&[]) };
+    let around = CheckInputs { outside: Some(&outside), ..CheckInputs::of(&[]) };
     let mut findings = super::check(&program, around);
     findings.retain(|finding| finding.span == Span::default());
     expected.assert_eq(&print(&ladder, &findings));
@@ -135,7 +135,7 @@ pub fn check_read_outside(rungs: &str, reads: &[(&str, &str)], expected: Expect)
 fn findings(ladder: &str) -> Vec<Finding> {
     let (program, mut findings) = load(ladder);
     let Some(program) = program else { return findings };
-    findings.extend(super::check(&program, Around::of(&[])));
+    findings.extend(super::check(&program, CheckInputs::of(&[])));
     super::silence(&program, findings, None)
 }
 

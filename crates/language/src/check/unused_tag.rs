@@ -20,7 +20,7 @@
 
 use crate::resolve::program::{Tag, TagMeaning};
 use crate::source::finding::{Code, Finding};
-use crate::source::fix::{Edit, Help, advise, pair};
+use crate::source::fix::{FixEdit, Help, advise, pair};
 use rungd_engine::isa::{Address, NumberSet};
 
 use super::context::Context;
@@ -29,7 +29,7 @@ use super::usage::structure_of;
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     // In the program, each element of an array is a tag. Only the first one is reported.
-    let first = |tag: &Tag| tag.of_array.is_none_or(|of| of.at == 0);
+    let first = |tag: &Tag| tag.of_array.is_none_or(|place| place.at == 0);
     let idle = |tag: &&Tag| {
         let watched = tag.is_shown();
         first(tag) && !tag.used && !tag.spare && !watched
@@ -55,7 +55,7 @@ fn finding(named: &NumberSet<Address>, tag: &Tag) -> Finding {
     let finding = |message| Finding::new(Code::UnusedTag, tag.span, message).label("unused");
     match tag.meaning {
         TagMeaning::Address(_) | TagMeaning::Array(_) if tag.of_array.is_some() => {
-            let at = tag.of_array.map_or(String::new(), |of| of.array.to_string());
+            let at = tag.of_array.map_or(String::new(), |place| place.array.to_string());
             finding(format!("nothing names the array `{name}` ({at})")).help(spare("spare = true"))
         }
         TagMeaning::Address(address) if named.contains(&address) => finding(format!(
@@ -72,7 +72,7 @@ fn finding(named: &NumberSet<Address>, tag: &Tag) -> Finding {
 
 /// The help to delete a tag, or to keep it by a pair.
 fn spare(kept: impl Into<String>) -> Help {
-    advise("delete it, or say that it is meant: `{}`", [pair(kept).same()]).with(Edit::Delete)
+    advise("delete it, or say that it is meant: `{}`", [pair(kept).same()]).with(FixEdit::Delete)
 }
 
 /// The addresses that the ladder names. If it names a structure or one of its members, all

@@ -4,7 +4,7 @@
 //! compare, or an operand that an instruction reads. For a MATH, the place is the whole
 //! instruction.
 
-use crate::resolve::formula::Part;
+use crate::resolve::formula::FormulaPart;
 use crate::resolve::program::{Contact, Tag, Value};
 use crate::resolve::writes::WrittenOperand;
 use crate::source::span::Span;
@@ -12,7 +12,7 @@ use rungd_engine::isa::{
     Address, Bit, NumberMap, NumberRanges, NumberSet, OperandRole, Structure, Word,
 };
 
-use super::context::{Context, Effect, Placed};
+use super::context::{Context, ProgramInstruction, WriteEffect};
 
 /// Every address that the ladder reads, once, with the first place that reads it. In order of
 /// place.
@@ -25,7 +25,7 @@ fn listed(context: &Context) -> Vec<(Address, Span)> {
     context.contacts().for_each(|contact| of_contact(contact, &mut all));
     context.instructions().for_each(|placed| of_instruction(placed, &mut all));
     // For a whole array in a formula, element 0 is enough.
-    let is_first = |tag: &Tag| tag.of_array.is_none_or(|of| of.at == 0);
+    let is_first = |tag: &Tag| tag.of_array.is_none_or(|place| place.at == 0);
     all.retain(|(address, _)| context.tag_at(*address).is_none_or(is_first));
     all.sort_by_key(|(_, span)| (span.file, span.start));
     let mut seen = NumberSet::default();
@@ -50,21 +50,22 @@ fn of_contact(contact: &Contact, reads: &mut Vec<(Address, Span)>) {
     }
 }
 
-fn of_instruction(placed: &Placed, reads: &mut Vec<(Address, Span)>) {
+fn of_instruction(placed: &ProgramInstruction, reads: &mut Vec<(Address, Span)>) {
     let operands = &placed.instruction.operands;
-    let values = operands.of::<Value>().filter_map(|(_, of)| Some((word(of.value)?, of.span)));
+    let values =
+        operands.of::<Value>().filter_map(|(_, value)| Some((word(value.value)?, value.span)));
     reads.extend(values);
-    let Some(of) = &placed.instruction.calculation else { return };
-    reads.extend(of.value.parts.iter().filter_map(|part| {
+    let Some(calculation) = &placed.instruction.calculation else { return };
+    reads.extend(calculation.value.parts.iter().filter_map(|part| {
         let address = match part {
-            Part::Word(word) => Address::Word(*word),
-            Part::Bit(bit) => Address::Bit(*bit),
-            Part::Integer(_)
-            | Part::Real(_)
-            | Part::Element(_)
-            | Part::Unary(..)
-            | Part::Binary(..)
-            | Part::Call(..) => return None,
+            FormulaPart::Word(word) => Address::Word(*word),
+            FormulaPart::Bit(bit) => Address::Bit(*bit),
+            FormulaPart::Integer(_)
+            | FormulaPart::Real(_)
+            | FormulaPart::Element(_)
+            | FormulaPart::Unary(..)
+            | FormulaPart::Binary(..)
+            | FormulaPart::Call(..) => return None,
         };
         Some((address, placed.instruction.span))
     }));
@@ -78,23 +79,23 @@ fn word(value: Value) -> Option<Address> {
 }
 
 /// Every address that an instruction names and writes. Structures that are owned are not listed.
-pub fn writes<'c>(context: &'c Context) -> &'c NumberMap<Address, Effect> {
+pub fn writes<'c>(context: &'c Context) -> &'c NumberMap<Address, WriteEffect> {
     context.writes.get_or_init(|| effects(context))
 }
 
-fn effects(context: &Context) -> NumberMap<Address, Effect> {
+fn effects(context: &Context) -> NumberMap<Address, WriteEffect> {
     let mut writes = NumberMap::default();
     let mut arrays = NumberRanges::default();
     for placed in context.instructions() {
         let only_off = placed.instruction.operand_with::<Bit>(OperandRole::TurnsOff).is_some();
-        let effect = if only_off { Effect::Off } else { Effect::Any };
+        let effect = if only_off { WriteEffect::Off } else { WriteEffect::Any };
         match placed.instruction.written().map(|written| written.value) {
             Some(WrittenOperand::Bit(bit)) => note(&mut writes, Address::Bit(bit), effect),
             Some(WrittenOperand::Word(word)) => note(&mut writes, Address::Word(word), effect),
             Some(WrittenOperand::Array(array)) => {
                 for (first, last) in arrays.add(array.numbers(), 0) {
                     let addresses = (first..=last).map(|n| array.space.address(n));
-                    addresses.for_each(|address| note(&mut writes, address, Effect::Any));
+                    addresses.for_each(|address| note(&mut writes, address, WriteEffect::Any));
                 }
             }
             None => {}
@@ -103,7 +104,7 @@ fn effects(context: &Context) -> NumberMap<Address, Effect> {
     writes
 }
 
-fn note(writes: &mut NumberMap<Address, Effect>, address: Address, effect: Effect) {
+fn note(writes: &mut NumberMap<Address, WriteEffect>, address: Address, effect: WriteEffect) {
     let known = writes.entry(address).or_insert(effect);
     *known = effect.max(*known);
 }

@@ -5,7 +5,7 @@
 //! that the comment does not move to different lines; only a second blank line is removed.
 
 use super::order::KeyOrder;
-use crate::source::toml_tree::{Head, Piece};
+use crate::source::toml_tree::{Piece, TomlHead};
 
 /// Sets the blank lines between the pieces.
 pub(super) fn space(pieces: Vec<Piece<'_>>) -> Vec<Piece<'_>> {
@@ -44,7 +44,7 @@ fn close_up(keys: KeyOrder, spaced: &mut Vec<Piece<'_>>) {
 
 /// Adds the blank line before a header. If a comment is directly above the header, the blank line
 /// is above that comment.
-fn part(head: &Head<'_>, spaced: &mut Vec<Piece<'_>>) {
+fn part(head: &TomlHead<'_>, spaced: &mut Vec<Piece<'_>>) {
     let remarks = spaced.iter().rev().take_while(|piece| matches!(piece, Piece::Remark(_))).count();
     let at = spaced.len() - remarks;
     let Some(before) = at.checked_sub(1) else { return };
@@ -62,7 +62,7 @@ fn part(head: &Head<'_>, spaced: &mut Vec<Piece<'_>>) {
 
 /// Whether a header is `[[program.rung.branch]]` or `[program.rung.with]`: these have no blank line
 /// before them.
-fn is_part_of_a_rung(head: &Head<'_>) -> bool {
+fn is_part_of_a_rung(head: &TomlHead<'_>) -> bool {
     let Some((last, parents)) = head.path.split_last() else { return false };
     matches!(last.text(), "branch" | "with") && KeyOrder::of(parents) == KeyOrder::Rung
 }

@@ -5,7 +5,7 @@
 //! the order of their author. A key moves together with the comments above it and behind it, and
 //! never across a blank line.
 
-use crate::source::toml_tree::{Content, Pair, Piece, Row, TextSlice};
+use crate::source::toml_tree::{Content, Piece, TextSlice, TomlPair, TomlRow};
 
 /// A kind of table. Its keys have an order, or it contains such tables, or it is a different table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,8 +96,9 @@ impl KeyOrder {
     fn rank(self, key: &[TextSlice<'_>]) -> (usize, usize) {
         let rank = |keys: KeyOrder, key: Option<&TextSlice<'_>>| {
             let order = keys.order();
-            let place =
-                |key: &TextSlice<'_>| order.iter().position(|of| *of == key.unquoted().text());
+            let place = |key: &TextSlice<'_>| {
+                order.iter().position(|ordered_key| *ordered_key == key.unquoted().text())
+            };
             key.and_then(place).unwrap_or(order.len())
         };
         let below = key.first().map_or(KeyOrder::Other, |key| self.below(key));
@@ -178,7 +179,7 @@ fn order_value(keys: KeyOrder, value: &mut Content<'_>) {
         Content::Table(table) => order_pairs(keys, &mut table.pairs),
         Content::Array(array) => {
             for row in &mut array.rows {
-                if let Row::Element(value, _) = row {
+                if let TomlRow::Element(value, _) = row {
                     order_value(keys, value);
                 }
             }
@@ -186,7 +187,7 @@ fn order_value(keys: KeyOrder, value: &mut Content<'_>) {
     }
 }
 
-fn order_pairs(keys: KeyOrder, pairs: &mut [Pair<'_>]) {
+fn order_pairs(keys: KeyOrder, pairs: &mut [TomlPair<'_>]) {
     for pair in pairs.iter_mut() {
         order_value(keys.below_all(&pair.key), &mut pair.value);
     }

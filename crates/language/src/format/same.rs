@@ -10,12 +10,12 @@ use toml_parser::lexer::TokenKind;
 
 /// Whether two texts have the same values, headers and comments.
 pub(super) fn is_same(before: &str, after: &str) -> bool {
-    has_same_values(before, after) && Outline::of(before) == Outline::of(after)
+    has_same_values(before, after) && TextOutline::of(before) == TextOutline::of(after)
 }
 
 /// Whether two texts have the same comments.
 pub(super) fn has_same_comments(before: &str, after: &str) -> bool {
-    Outline::of(before).remarks == Outline::of(after).remarks
+    TextOutline::of(before).remarks == TextOutline::of(after).remarks
 }
 
 fn has_same_values(before: &str, after: &str) -> bool {
@@ -57,14 +57,14 @@ const BLANK: [TokenKind; 3] = [TokenKind::Whitespace, TokenKind::Newline, TokenK
 /// The headers of a text, and its comments in byte order. It is made from the tokens, not from the
 /// pieces, so that it detects a mistake in the reading of pieces.
 #[derive(Debug, Default, PartialEq, Eq)]
-struct Outline<'a> {
+struct TextOutline<'a> {
     heads: Vec<&'a str>,
     remarks: Vec<&'a str>,
 }
 
-impl<'a> Outline<'a> {
-    fn of(text: &'a str) -> Outline<'a> {
-        let mut outline = Outline::default();
+impl<'a> TextOutline<'a> {
+    fn of(text: &'a str) -> TextOutline<'a> {
+        let mut outline = TextOutline::default();
         let (mut depth, mut part) = (0_usize, LineKind::Start);
         for token in Source::new(text).lex() {
             let kind = token.kind();

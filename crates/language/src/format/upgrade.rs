@@ -7,7 +7,7 @@
 use std::collections::HashSet;
 
 use crate::source::atom::{is_name_letter, is_plant_point};
-use crate::source::toml_tree::{Content, Head, Pair, Piece, TextSlice};
+use crate::source::toml_tree::{Content, Piece, TextSlice, TomlHead, TomlPair};
 
 /// The name of the older table.
 const OLD: &str = "simulated-device";
@@ -98,7 +98,7 @@ fn free_name(text: &str, taken: &mut HashSet<String>) -> String {
     format!("\"{name}\"")
 }
 
-fn is_called(pair: &Pair<'_>, key: &str) -> bool {
+fn is_called(pair: &TomlPair<'_>, key: &str) -> bool {
     is_path(&pair.key, key)
 }
 
@@ -113,18 +113,18 @@ fn is_in_device(path: &[TextSlice<'_>]) -> bool {
 }
 
 /// The value of a key, if it is no array and no table, without its quotes.
-fn scalar<'a>(pair: &Pair<'a>) -> &'a str {
+fn scalar<'a>(pair: &TomlPair<'a>) -> &'a str {
     if let Content::Scalar(text) = &pair.value { text.unquoted().text() } else { "" }
 }
 
 /// A table `[[simulated-device]]`: its header, and the pieces up to the next one.
 struct OldTable<'a> {
-    head: Head<'a>,
+    head: TomlHead<'a>,
     pieces: Vec<Piece<'a>>,
 }
 
 impl<'a> OldTable<'a> {
-    fn pairs(&self) -> impl Iterator<Item = &Pair<'a>> {
+    fn pairs(&self) -> impl Iterator<Item = &TomlPair<'a>> {
         self.pieces.iter().filter_map(|piece| match piece {
             Piece::Pair(pair) => Some(pair),
             Piece::Blank | Piece::Remark(_) | Piece::Head(_) => None,
@@ -148,7 +148,7 @@ impl<'a> OldTable<'a> {
         if self.value("input").is_none() {
             return Err("it has no `input`".to_owned());
         }
-        let is_known = |pair: &&Pair<'_>| form.keys.iter().any(|(old, _)| is_called(pair, old));
+        let is_known = |pair: &&TomlPair<'_>| form.keys.iter().any(|(old, _)| is_called(pair, old));
         if let Some(wrong) = self.pairs().find(|pair| !is_known(pair)) {
             return Err(format!(
                 "it cannot have the key `{}`",
@@ -257,7 +257,7 @@ impl<'a> Upgrade<'a> {
             self.device();
         }
         self.parts += 1;
-        let head = Head { path: vec![slice("device"), slice("part")], ..table.head };
+        let head = TomlHead { path: vec![slice("device"), slice("part")], ..table.head };
         self.pieces.extend([Piece::Head(head), pair("name", name), pair("kind", form.kind)]);
         self.pieces.extend(table.pieces.into_iter().map(|piece| match piece {
             Piece::Pair(pair) => Piece::Pair(renamed(pair, form)),
@@ -271,7 +271,7 @@ impl<'a> Upgrade<'a> {
         let remarks = self.pieces.iter().rev().take_while(is_remark).count();
         let at = self.pieces.len() - remarks;
         let (path, span) = (vec![slice("device")], 0..0);
-        let head = Head { path, is_array: true, span, tail: None };
+        let head = TomlHead { path, is_array: true, span, tail: None };
         let name = pair("name", &self.names.devices[self.devices]);
         let (driver, poll) = (pair("driver", "\"simulated\""), pair("poll", "\"1ms\""));
         self.pieces.splice(at..at, [Piece::Head(head), name, driver, poll]);
@@ -291,14 +291,14 @@ impl<'a> Upgrade<'a> {
     }
 }
 
-fn renamed<'a>(pair: Pair<'a>, form: PartForm) -> Pair<'a> {
+fn renamed<'a>(pair: TomlPair<'a>, form: PartForm) -> TomlPair<'a> {
     let present = form.keys.iter().find(|(old, _)| is_called(&pair, old));
-    Pair { key: present.map_or(pair.key, |(_, present)| vec![slice(present)]), ..pair }
+    TomlPair { key: present.map_or(pair.key, |(_, present)| vec![slice(present)]), ..pair }
 }
 
 fn pair<'a>(key: &'a str, text: &'a str) -> Piece<'a> {
     let value = Content::Scalar(slice(text));
-    Piece::Pair(Pair { key: vec![slice(key)], is_assigned: true, value, tail: None })
+    Piece::Pair(TomlPair { key: vec![slice(key)], is_assigned: true, value, tail: None })
 }
 
 fn slice(text: &str) -> TextSlice<'_> {

@@ -6,7 +6,7 @@
 
 use super::tails::{self, TextLine};
 use crate::source::toml_tree::{
-    Array, Content, Head, InlineTable, Pair, Piece, Row, Tail, TextSlice,
+    Content, InlineTable, Piece, Tail, TextSlice, TomlArray, TomlHead, TomlPair, TomlRow,
 };
 
 /// The maximum length of a line in characters. An array that makes a line longer is split.
@@ -19,7 +19,7 @@ const INDENT: usize = 4;
 
 /// The text of pieces, with this end of line.
 pub(super) fn write(pieces: &[Piece<'_>], line_end: &str) -> String {
-    let mut writer = Writer::default();
+    let mut writer = TomlWriter::default();
     let (mut rest, mut is_root) = (pieces, true);
     while !rest.is_empty() {
         let is_blank = |piece: &Piece<'_>| matches!(piece, Piece::Blank | Piece::Head(_));
@@ -33,13 +33,13 @@ pub(super) fn write(pieces: &[Piece<'_>], line_end: &str) -> String {
 }
 
 #[derive(Default)]
-struct Writer<'a> {
+struct TomlWriter<'a> {
     lines: Vec<TextLine<'a>>,
     /// The line that is being written.
     line: String,
 }
 
-impl<'a> Writer<'a> {
+impl<'a> TomlWriter<'a> {
     /// Writes a group of keys and comments, or one other piece. The keys above the first header are
     /// not aligned.
     fn run(&mut self, run: &[Piece<'a>], is_root: bool) {
@@ -58,7 +58,7 @@ impl<'a> Writer<'a> {
                 Piece::Head(head) => self.head(head),
                 Piece::Pair(pair) => {
                     let width = if is_list_of_tables(pair) { 0 } else { width };
-                    self.pair(pair, width, Spot::Lines(0));
+                    self.pair(pair, width, ValuePosition::Lines(0));
                     self.end(pair.tail);
                 }
             }
@@ -70,7 +70,7 @@ impl<'a> Writer<'a> {
         self.lines.push(TextLine { text: std::mem::take(&mut self.line), tail });
     }
 
-    fn head(&mut self, head: &Head<'a>) {
+    fn head(&mut self, head: &TomlHead<'a>) {
         let brackets = if head.is_array { ("[[", "]]") } else { ("[", "]") };
         self.line.push_str(brackets.0);
         key(&head.path, &mut self.line);
@@ -78,7 +78,7 @@ impl<'a> Writer<'a> {
         self.end(head.tail);
     }
 
-    fn pair(&mut self, pair: &Pair<'a>, width: usize, spot: Spot) {
+    fn pair(&mut self, pair: &TomlPair<'a>, width: usize, spot: ValuePosition) {
         key(&pair.key, &mut self.line);
         let gap = width.saturating_sub(key_chars(&pair.key));
         self.spaces(gap);
@@ -90,7 +90,7 @@ impl<'a> Writer<'a> {
         self.line.extend(std::iter::repeat_n(' ', count));
     }
 
-    fn value(&mut self, value: &Content<'a>, spot: Spot) {
+    fn value(&mut self, value: &Content<'a>, spot: ValuePosition) {
         match value {
             Content::Scalar(text) => self.line.push_str(text),
             Content::Array(array) => match self.breaks(array, spot) {
@@ -102,10 +102,10 @@ impl<'a> Writer<'a> {
     }
 
     /// The indent of an array on several lines; `None` if the array is on one line.
-    fn breaks(&self, array: &Array<'a>, spot: Spot) -> Option<usize> {
+    fn breaks(&self, array: &TomlArray<'a>, spot: ValuePosition) -> Option<usize> {
         let (indent, is_free) = match spot {
-            Spot::Lines(indent) => (indent, true),
-            Spot::Line(indent) => (indent, false),
+            ValuePosition::Lines(indent) => (indent, true),
+            ValuePosition::Line(indent) => (indent, false),
         };
         if array.has_remarks {
             return Some(indent);
@@ -116,8 +116,8 @@ impl<'a> Writer<'a> {
 
     /// Whether the line would be too long with the array. An array that contains a string of
     /// several lines is never too long.
-    fn is_too_long(&self, array: &Array<'a>) -> bool {
-        let mut trial = Writer::default();
+    fn is_too_long(&self, array: &TomlArray<'a>) -> bool {
+        let mut trial = TomlWriter::default();
         trial.flat(array);
         let own = trial.line;
         let before = self.line.rsplit('\n').next().unwrap_or_default();
@@ -126,40 +126,40 @@ impl<'a> Writer<'a> {
         !own.contains('\n') && before.chars().count() + own.chars().count() + comma > LINE_CHARS_MAX
     }
 
-    fn flat(&mut self, array: &Array<'a>) {
+    fn flat(&mut self, array: &TomlArray<'a>) {
         self.line.push('[');
         let mut comma = "";
         for row in &array.rows {
-            if let Row::Element(value, _) = row {
+            if let TomlRow::Element(value, _) = row {
                 self.line.push_str(comma);
-                self.value(value, Spot::Line(0));
+                self.value(value, ValuePosition::Line(0));
                 comma = ", ";
             }
         }
         self.line.push(']');
     }
 
-    fn split(&mut self, array: &Array<'a>, indent: usize) {
+    fn split(&mut self, array: &TomlArray<'a>, indent: usize) {
         self.line.push('[');
         self.end(array.opening);
         let widths = columns(array);
-        let last = array.rows.iter().rposition(|row| !matches!(row, Row::Blank));
+        let last = array.rows.iter().rposition(|row| !matches!(row, TomlRow::Blank));
         for row in &array.rows[..last.map_or(0, |last| last + 1)] {
             match row {
-                Row::Blank => self.end(None),
-                Row::Remark(text) => {
+                TomlRow::Blank => self.end(None),
+                TomlRow::Remark(text) => {
                     self.spaces(indent + INDENT);
                     self.line.push_str(text);
                     self.end(None);
                 }
-                Row::Element(value, tail) => {
+                TomlRow::Element(value, tail) => {
                     self.spaces(indent + INDENT);
                     match value {
                         Content::Table(table) => {
-                            self.table(&table.pairs, &widths, Spot::Line(indent + INDENT));
+                            self.table(&table.pairs, &widths, ValuePosition::Line(indent + INDENT));
                         }
                         Content::Array(_) | Content::Scalar(_) => {
-                            self.value(value, Spot::Lines(indent + INDENT));
+                            self.value(value, ValuePosition::Lines(indent + INDENT));
                         }
                     }
                     self.line.push(',');
@@ -172,7 +172,7 @@ impl<'a> Writer<'a> {
     }
 
     /// Writes an inline table. `widths` are the widths of its pairs, with their commas.
-    fn table(&mut self, pairs: &[Pair<'a>], widths: &[usize], spot: Spot) {
+    fn table(&mut self, pairs: &[TomlPair<'a>], widths: &[usize], spot: ValuePosition) {
         self.line.push('{');
         for (at, pair) in pairs.iter().enumerate() {
             self.line.push(' ');
@@ -190,24 +190,26 @@ impl<'a> Writer<'a> {
 
 /// The position of a value: the indent of its line, and whether the value may take several lines.
 #[derive(Clone, Copy)]
-enum Spot {
+enum ValuePosition {
     Lines(usize),
     /// Within an inline table. Even there, an array with comments takes several lines.
     Line(usize),
 }
 
-impl Spot {
-    fn within_table(self) -> Spot {
+impl ValuePosition {
+    fn within_table(self) -> ValuePosition {
         match self {
-            Spot::Lines(indent) | Spot::Line(indent) => Spot::Line(indent),
+            ValuePosition::Lines(indent) | ValuePosition::Line(indent) => {
+                ValuePosition::Line(indent)
+            }
         }
     }
 }
 
 /// Whether a value is a list of inline tables. The `=` of such a value is not aligned.
-fn is_list_of_tables(pair: &Pair<'_>) -> bool {
+fn is_list_of_tables(pair: &TomlPair<'_>) -> bool {
     let Content::Array(array) = &pair.value else { return false };
-    let is_table = |row: &Row<'_>| matches!(row, Row::Element(Content::Table(_), _));
+    let is_table = |row: &TomlRow<'_>| matches!(row, TomlRow::Element(Content::Table(_), _));
     array.rows.iter().any(is_table)
 }
 
@@ -225,11 +227,11 @@ fn key_chars(parts: &[TextSlice<'_>]) -> usize {
 
 /// The widths of the pairs in a list of inline tables that have the same keys and no arrays. Empty
 /// for other arrays.
-fn columns(array: &Array<'_>) -> Vec<usize> {
+fn columns(array: &TomlArray<'_>) -> Vec<usize> {
     let mut widths: Vec<usize> = Vec::new();
     let mut keys: Option<Vec<&[TextSlice<'_>]>> = None;
     for row in &array.rows {
-        let Row::Element(value, _) = row else { continue };
+        let TomlRow::Element(value, _) = row else { continue };
         let Content::Table(InlineTable { pairs, .. }) = value else { return Vec::new() };
         let own: Vec<&[TextSlice<'_>]> = pairs.iter().map(|pair| &pair.key[..]).collect();
         if keys.get_or_insert_with(|| own.clone()) != &own {

@@ -67,7 +67,7 @@ impl Grouping<'_> {
         Op::Math(math).touches(&mut self.touches);
         let stays = self.stays();
         let formula = &steps[math.first as usize..][..math.count as usize];
-        let shape = if stays { None } else { shapes(formula).map(|of| (of, math.result)) };
+        let shape = if stays { None } else { shapes(formula).map(|shape| (shape, math.result)) };
         let in_columns = shape.is_some();
         // In columns, an earlier group must have written the cells that it reads.
         let earliest = match stays {

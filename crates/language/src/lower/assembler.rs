@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use super::alike;
-use super::identity::{Identity, ShiftRegister, Site};
+use super::identity::{Identity, LoweringSite, ShiftRegister};
 use super::schedule;
 use super::sites::Sites;
 use super::word_limits::WordLimits;
@@ -50,7 +50,7 @@ pub(super) struct Assembler<'p> {
     initial_words: Vec<(WordCell, i32)>,
     /// The names of parts with a state, and the current place in the program.
     pub identity: Identity,
-    pub site: Site,
+    pub site: LoweringSite,
     /// The index of the current element's first termination.
     terminations_from: u32,
     /// Whether an operation touches a whole array.
@@ -87,7 +87,7 @@ impl<'p> Assembler<'p> {
             initial_bits: Vec::new(),
             initial_words: Vec::new(),
             identity: Identity::new(program),
-            site: Site::default(),
+            site: LoweringSite::default(),
             terminations_from: 0,
             has_arrays: false,
             array_limits: HashMap::new(),

@@ -49,7 +49,7 @@ impl Assembler<'_> {
                 self.none_of(contacts, &mut powers);
                 self.and(&powers).opposite()
             }
-            Contact::Edge(edge, of, _) => self.edge(*edge, of),
+            Contact::Edge(edge, inner, _) => self.edge(*edge, inner),
             Contact::Compare(a, comparison, b, _) => self.compare(*a, *comparison, *b),
         }
     }
@@ -81,18 +81,18 @@ impl Assembler<'_> {
         };
         let mut so_far = first;
         while let [b, c, d, ref others @ ..] = *rest {
-            let of = Powers::new([so_far, b, c, d]);
-            so_far = self.gate(|cell| Op::And4(And4 { cell, of }));
+            let joined = Powers::new([so_far, b, c, d]);
+            so_far = self.gate(|cell| Op::And4(And4 { cell, of: joined }));
             rest = others;
         }
         match *rest {
             [b, c] => {
-                let of = Powers::new([so_far, b, c]);
-                self.gate(|cell| Op::And3(And3 { cell, of }))
+                let joined = Powers::new([so_far, b, c]);
+                self.gate(|cell| Op::And3(And3 { cell, of: joined }))
             }
             [b] => {
-                let of = Powers::new([so_far, b]);
-                self.gate(|cell| Op::And2(And2 { cell, of }))
+                let joined = Powers::new([so_far, b]);
+                self.gate(|cell| Op::And2(And2 { cell, of: joined }))
             }
             _ => so_far,
         }
@@ -140,9 +140,9 @@ impl Assembler<'_> {
     }
 
     /// An edge of contacts; edges inside the contacts have their own histories.
-    fn edge(&mut self, edge: Edge, of: &Contact) -> Power {
-        let text = rungs::edge_contact(&self.identity, edge, of);
-        let power = self.contact(of);
+    fn edge(&mut self, edge: Edge, contact: &Contact) -> Power {
+        let text = rungs::edge_contact(&self.identity, edge, contact);
+        let power = self.contact(contact);
         let bit = BitRead(self.as_bit(power));
         let history = self.history(text);
         self.gate(|cell| match edge {
@@ -154,8 +154,8 @@ impl Assembler<'_> {
     /// The cell of a power; for an opposite, a new private bit with its value.
     fn as_bit(&mut self, power: Power) -> u32 {
         if power.is_opposite() {
-            let of = Powers::new([power, power]);
-            return self.gate(|cell| Op::And2(And2 { cell, of })).cell();
+            let joined = Powers::new([power, power]);
+            return self.gate(|cell| Op::And2(And2 { cell, of: joined })).cell();
         }
         power.cell()
     }

@@ -6,8 +6,8 @@
 //! the element.
 
 use super::assembler::Assembler;
-use crate::resolve::array::{Array, Element};
-use crate::resolve::formula::{Formula, Part};
+use crate::resolve::array::{Array, ArrayElement};
+use crate::resolve::formula::{Formula, FormulaPart};
 use crate::resolve::instruction::Value;
 pub use rungd_engine::PassStep;
 use rungd_engine::isa::status::st;
@@ -33,9 +33,9 @@ impl Assembler<'_> {
     }
 
     /// A bit that a word selects, read while a leg is ON.
-    pub fn bit_while(&mut self, element: Element, leg: LegPowers) -> u32 {
+    pub fn bit_while(&mut self, element: ArrayElement, leg: LegPowers) -> u32 {
         let cell = self.private_bit();
-        let parts = vec![Part::Word(element.index), Part::Element(element.array)];
+        let parts = vec![FormulaPart::Word(element.index), FormulaPart::Element(element.array)];
         let math = self.formula_into(MathTarget::Bit(BitWritten(cell)), &Formula { parts }, leg);
         self.op(Op::Math(Math { quiet: true, ..math }));
         cell
@@ -58,9 +58,9 @@ impl Assembler<'_> {
     }
 
     /// A MATH that reads an element into a private word.
-    fn reading(&mut self, element: Element, leg: LegPowers) -> (Math, WordRead) {
+    fn reading(&mut self, element: ArrayElement, leg: LegPowers) -> (Math, WordRead) {
         let cell = self.private_word();
-        let parts = vec![Part::Word(element.index), Part::Element(element.array)];
+        let parts = vec![FormulaPart::Word(element.index), FormulaPart::Element(element.array)];
         let (min, max) = (i32::MIN, i32::MAX);
         let to = WordTarget { word: WordWritten(cell), min, max };
         let put = match element.array.is_real() {
@@ -77,10 +77,10 @@ impl Assembler<'_> {
     }
 
     /// SET and RST of a bit that a word selects.
-    pub fn set_element(&mut self, on: bool, element: Element, leg: LegPowers) -> Op {
+    pub fn set_element(&mut self, on: bool, element: ArrayElement, leg: LegPowers) -> Op {
         let index = self.layout.word(element.index).0;
         let put = self.put_at(element.array, index);
-        let parts = vec![Part::Integer(i64::from(on))];
+        let parts = vec![FormulaPart::Integer(i64::from(on))];
         let math = self.formula_into(put, &Formula { parts }, leg);
         Op::Math(Math { quiet: true, ..math })
     }

@@ -6,9 +6,11 @@
 //! slot of its place on the stack.
 
 use super::assembler::Assembler;
-use super::formula_marks::{Mark, marks};
+use super::formula_marks::{FormulaMark, marks};
 use crate::resolve::array::Array;
-use crate::resolve::formula::{Binary, Formula, NumberType, Part, Unary, type_of, type_of_array};
+use crate::resolve::formula::{
+    Binary, Formula, FormulaPart, NumberType, Unary, type_of, type_of_array,
+};
 use rungd_engine::isa::status::st;
 use rungd_engine::isa::{Bit, BitSpace, Real, Word};
 pub use rungd_engine::ops::{
@@ -19,7 +21,7 @@ pub use rungd_engine::ops::{
 impl Assembler<'_> {
     /// A MATH that evaluates a formula and stores the result in `put`.
     pub fn formula_into(&mut self, put: MathTarget, formula: &Formula, leg: LegPowers) -> Math {
-        let mut builder = Builder {
+        let mut builder = FormulaBuilder {
             assembler: self,
             steps: Vec::new(),
             operands: Vec::new(),
@@ -45,7 +47,7 @@ impl Assembler<'_> {
 
 /// An operand that waits for its operator.
 #[derive(Clone, Copy)]
-pub(super) struct Operand {
+pub(super) struct WaitingOperand {
     pub place: OperandPlace,
     pub of: NumberType,
 }
@@ -60,17 +62,17 @@ pub(super) enum OperandPlace {
     Slot(u32),
 }
 
-pub(super) struct Builder<'a, 'p> {
+pub(super) struct FormulaBuilder<'a, 'p> {
     assembler: &'a mut Assembler<'p>,
     steps: Vec<FormulaStep>,
-    pub operands: Vec<Operand>,
+    pub operands: Vec<WaitingOperand>,
     /// The jumps whose targets are not known yet.
     jumps: Vec<usize>,
     /// The number of slots so far. Slot 0 is never read.
     slots: u32,
 }
 
-impl Builder<'_, '_> {
+impl FormulaBuilder<'_, '_> {
     /// Makes the steps; returns the accumulator with the result.
     fn walk(&mut self, formula: &Formula) -> Accumulator {
         let marks = marks(&formula.parts);
@@ -90,25 +92,27 @@ impl Builder<'_, '_> {
     /// A formula that reads `$IndexError` must see that the index of its target is outside.
     fn check_index(&mut self, at: ArrayTarget, formula: &Formula) {
         let error = Bit::Space(BitSpace::St, st::INDEX_ERROR);
-        let reads = |part: &Part| matches!(part, Part::Bit(bit) if *bit == error);
+        let reads = |part: &FormulaPart| matches!(part, FormulaPart::Bit(bit) if *bit == error);
         if formula.parts.iter().any(reads) {
             self.step(Code::CheckIndex, 0, at.index, at.count.into());
         }
     }
 
-    fn part(&mut self, part: &Part) {
+    fn part(&mut self, part: &FormulaPart) {
         match *part {
-            Part::Integer(n) => self.push(OperandPlace::Integer(n), NumberType::Integer),
-            Part::Real(real) => self.push(OperandPlace::Real(real), NumberType::Real),
-            Part::Word(word) => {
+            FormulaPart::Integer(n) => self.push(OperandPlace::Integer(n), NumberType::Integer),
+            FormulaPart::Real(real) => self.push(OperandPlace::Real(real), NumberType::Real),
+            FormulaPart::Word(word) => {
                 let cell = self.assembler.layout.word(word).0;
                 self.push(OperandPlace::Word(cell), type_of(word));
             }
-            Part::Bit(bit) => self.bit(bit),
-            Part::Element(array) => self.element(array),
-            Part::Unary(operator, of) => self.unary(operator, of),
-            Part::Binary(operator, of) => self.binary(operator, of),
-            Part::Call(function, count, of) => self.call(function, count as usize, of),
+            FormulaPart::Bit(bit) => self.bit(bit),
+            FormulaPart::Element(array) => self.element(array),
+            FormulaPart::Unary(operator, number_type) => self.unary(operator, number_type),
+            FormulaPart::Binary(operator, number_type) => self.binary(operator, number_type),
+            FormulaPart::Call(function, count, number_type) => {
+                self.call(function, count as usize, number_type)
+            }
         }
     }
 
@@ -129,22 +133,22 @@ impl Builder<'_, '_> {
     fn element(&mut self, array: Array) {
         let last = self.operands.len() - 1;
         self.load(last);
-        let of = type_of_array(array);
-        if of == NumberType::Real {
-            self.save(of);
+        let number_type = type_of_array(array);
+        if number_type == NumberType::Real {
+            self.save(number_type);
         }
-        let code = match of {
+        let code = match number_type {
             NumberType::Integer if array.is_bits() => Code::BitOf,
             NumberType::Integer => Code::WordOf,
             NumberType::Real => Code::RealOf,
         };
         let cells = self.assembler.cells(array);
         self.step(code, 0, cells.first, cells.count);
-        self.operands[last].of = of;
+        self.operands[last].of = number_type;
     }
 
-    pub(super) fn push(&mut self, place: OperandPlace, of: NumberType) {
-        self.operands.push(Operand { place, of });
+    pub(super) fn push(&mut self, place: OperandPlace, number_type: NumberType) {
+        self.operands.push(WaitingOperand { place, of: number_type });
     }
 
     pub(super) fn step(&mut self, code: Code, to: u32, a: u32, b: u32) {
@@ -153,9 +157,10 @@ impl Builder<'_, '_> {
 
     /// If an operand is in this accumulator, assigns the slot of its place to it. Returns the slot
     /// for the step that needs the accumulator; 0 if there is no such operand.
-    fn slot_of_waiting(&mut self, of: NumberType) -> u32 {
-        let is_there =
-            |operand: &Operand| operand.place == OperandPlace::Accumulator && operand.of == of;
+    fn slot_of_waiting(&mut self, number_type: NumberType) -> u32 {
+        let is_there = |operand: &WaitingOperand| {
+            operand.place == OperandPlace::Accumulator && operand.of == number_type
+        };
         match self.operands.iter().position(is_there) {
             Some(at) => self.wait(at),
             None => 0,
@@ -171,17 +176,17 @@ impl Builder<'_, '_> {
     }
 
     /// Saves the operand that is in this accumulator, if there is one.
-    fn save(&mut self, of: NumberType) {
-        let slot = self.slot_of_waiting(of);
+    fn save(&mut self, number_type: NumberType) {
+        let slot = self.slot_of_waiting(number_type);
         if slot != 0 {
-            self.step(typed(of, Code::Save, Code::SaveReal), slot, 0, 0);
+            self.step(typed(number_type, Code::Save, Code::SaveReal), slot, 0, 0);
         }
     }
 
     /// The cell and place of an operand, as an operator of this type reads it.
-    fn source(&mut self, at: usize, of: NumberType) -> (StepOperand, u32) {
+    fn source(&mut self, at: usize, number_type: NumberType) -> (StepOperand, u32) {
         let operand = self.operands[at];
-        let word = if operand.of == of { StepOperand::Word } else { StepOperand::Whole };
+        let word = if operand.of == number_type { StepOperand::Word } else { StepOperand::Whole };
         match operand.place {
             OperandPlace::Accumulator => (StepOperand::Accumulator, 0),
             OperandPlace::Slot(slot) => (StepOperand::Slot, slot),
@@ -197,25 +202,25 @@ impl Builder<'_, '_> {
     }
 
     /// Loads an operand into the accumulator of a type.
-    pub(super) fn load_as(&mut self, at: usize, of: NumberType) {
-        self.convert(at, of);
-        let (place, cell) = self.source(at, of);
+    pub(super) fn load_as(&mut self, at: usize, number_type: NumberType) {
+        self.convert(at, number_type);
+        let (place, cell) = self.source(at, number_type);
         let code = match place {
             StepOperand::Accumulator => return,
-            StepOperand::Slot => typed(of, Code::LoadSlot, Code::LoadRealSlot),
-            StepOperand::Word => typed(of, Code::LoadWord, Code::LoadReal),
+            StepOperand::Slot => typed(number_type, Code::LoadSlot, Code::LoadRealSlot),
+            StepOperand::Word => typed(number_type, Code::LoadWord, Code::LoadReal),
             StepOperand::Whole => Code::LoadWhole,
         };
-        let to = self.slot_of_waiting(of);
+        let to = self.slot_of_waiting(number_type);
         self.step(code, to, cell, 0);
-        self.operands[at] = Operand { place: OperandPlace::Accumulator, of };
+        self.operands[at] = WaitingOperand { place: OperandPlace::Accumulator, of: number_type };
     }
 
     /// Converts an integer result to a real if an operator needs a real. Words and constants are
     /// converted when they are read.
-    pub(super) fn convert(&mut self, at: usize, of: NumberType) {
+    pub(super) fn convert(&mut self, at: usize, number_type: NumberType) {
         let operand = self.operands[at];
-        if operand.of == of {
+        if operand.of == number_type {
             return;
         }
         if let OperandPlace::Slot(_) = operand.place {
@@ -224,7 +229,7 @@ impl Builder<'_, '_> {
         if self.operands[at].place == OperandPlace::Accumulator {
             self.save(NumberType::Real);
             self.step(Code::ToReal, 0, 0, 0);
-            self.operands[at].of = of;
+            self.operands[at].of = number_type;
         }
     }
 
@@ -234,54 +239,61 @@ impl Builder<'_, '_> {
         self.save(NumberType::Real);
     }
 
-    fn unary(&mut self, operator: Unary, of: NumberType) {
+    fn unary(&mut self, operator: Unary, number_type: NumberType) {
         let last = self.operands.len() - 1;
-        match (operator, of, self.operands[last].place) {
+        match (operator, number_type, self.operands[last].place) {
             // If a word can hold the constant: -(-2147483648) does not fit.
             (Unary::Minus, _, OperandPlace::Integer(n)) if i32::try_from(-n).is_ok() => {
                 self.operands[last].place = OperandPlace::Integer(-n);
             }
-            (Unary::Minus, NumberType::Integer, _) => self.one(Code::Neg, (of, of)),
-            (Unary::Minus, NumberType::Real, _) => self.one(Code::RealNeg, (of, of)),
-            (Unary::Complement, _, _) => self.one(Code::Complement, (of, of)),
+            (Unary::Minus, NumberType::Integer, _) => {
+                self.one(Code::Neg, (number_type, number_type))
+            }
+            (Unary::Minus, NumberType::Real, _) => {
+                self.one(Code::RealNeg, (number_type, number_type))
+            }
+            (Unary::Complement, _, _) => self.one(Code::Complement, (number_type, number_type)),
             (Unary::Not, ..) => {
-                let of = self.operands[last].of;
-                self.one(typed(of, Code::Not, Code::RealNot), (of, NumberType::Integer));
+                let number_type = self.operands[last].of;
+                self.one(
+                    typed(number_type, Code::Not, Code::RealNot),
+                    (number_type, NumberType::Integer),
+                );
             }
         }
     }
 
     /// Adds a step that takes the last operand as type `of` and returns type `result`.
-    pub(super) fn one(&mut self, code: Code, (of, result): (NumberType, NumberType)) {
+    pub(super) fn one(&mut self, code: Code, (number_type, result): (NumberType, NumberType)) {
         let last = self.operands.len() - 1;
-        self.load_as(last, of);
-        if of != result {
+        self.load_as(last, number_type);
+        if number_type != result {
             self.save(result);
         }
         self.step(code, 0, 0, 0);
         self.operands[last].of = result;
     }
 
-    fn binary(&mut self, sign: Binary, of: NumberType) {
+    fn binary(&mut self, sign: Binary, number_type: NumberType) {
         use Operator as O;
         let integer = NumberType::Integer;
         let (operator, result) = match sign {
             Binary::AndAlso | Binary::OrElse => return self.end_of_right(),
-            Binary::Power => (typed(of, O::Pow, O::RealPow), of),
-            Binary::Multiply => (typed(of, O::Mul, O::RealMul), of),
-            Binary::Divide => (typed(of, O::Div, O::RealDiv), of),
-            Binary::Remainder => (typed(of, O::Rem, O::RealRem), of),
-            Binary::Add => (typed(of, O::Add, O::RealAdd), of),
-            Binary::Subtract => (typed(of, O::Sub, O::RealSub), of),
+            Binary::Power => (typed(number_type, O::Pow, O::RealPow), number_type),
+            Binary::Multiply => (typed(number_type, O::Mul, O::RealMul), number_type),
+            Binary::Divide => (typed(number_type, O::Div, O::RealDiv), number_type),
+            Binary::Remainder => (typed(number_type, O::Rem, O::RealRem), number_type),
+            Binary::Add => (typed(number_type, O::Add, O::RealAdd), number_type),
+            Binary::Subtract => (typed(number_type, O::Sub, O::RealSub), number_type),
             Binary::ShiftLeft => (O::ShiftLeft, integer),
             Binary::ShiftRight => (O::ShiftRight, integer),
             Binary::ShiftRightZeros => (O::ShiftRightZeros, integer),
-            Binary::Less => (typed(of, O::Less, O::RealLess), integer),
-            Binary::AtMost => (typed(of, O::AtMost, O::RealAtMost), integer),
-            Binary::Greater => (typed(of, O::Less, O::RealLess), integer),
-            Binary::AtLeast => (typed(of, O::AtMost, O::RealAtMost), integer),
-            Binary::Equal => (typed(of, O::Equal, O::RealEqual), integer),
-            Binary::NotEqual => (typed(of, O::NotEqual, O::RealNotEqual), integer),
+            Binary::Less => (typed(number_type, O::Less, O::RealLess), integer),
+            Binary::AtMost => (typed(number_type, O::AtMost, O::RealAtMost), integer),
+            Binary::Greater => (typed(number_type, O::Less, O::RealLess), integer),
+            Binary::AtLeast => (typed(number_type, O::AtMost, O::RealAtMost), integer),
+            Binary::Equal => (typed(number_type, O::Equal, O::RealEqual), integer),
+            Binary::NotEqual => (typed(number_type, O::NotEqual, O::RealNotEqual), integer),
             Binary::And => (O::And, integer),
             Binary::Or => (O::Or, integer),
             Binary::Xor => (O::Xor, integer),
@@ -289,13 +301,13 @@ impl Builder<'_, '_> {
         let (left, right) = (self.operands.len() - 2, self.operands.len() - 1);
         let is_swapped = matches!(sign, Binary::Greater | Binary::AtLeast);
         let sides = if is_swapped { [right, left] } else { [left, right] };
-        self.sides(operator, sides, (of, result));
+        self.sides(operator, sides, (number_type, result));
     }
 
     /// Adds a step that takes the last two operands; operands and result have this type.
-    pub(super) fn both(&mut self, operator: Operator, of: NumberType) {
+    pub(super) fn both(&mut self, operator: Operator, number_type: NumberType) {
         let last = self.operands.len() - 1;
-        self.sides(operator, [last - 1, last], (of, of));
+        self.sides(operator, [last - 1, last], (number_type, number_type));
     }
 
     /// Adds a step that takes two operands as type `of` and returns type `result`.
@@ -303,33 +315,33 @@ impl Builder<'_, '_> {
         &mut self,
         operator: Operator,
         [left, right]: [usize; 2],
-        (of, result): (NumberType, NumberType),
+        (number_type, result): (NumberType, NumberType),
     ) {
-        self.convert(left, of);
-        self.convert(right, of);
+        self.convert(left, number_type);
+        self.convert(right, number_type);
         let (code, a, b) = loop {
-            let (a, b) = (self.source(left, of), self.source(right, of));
+            let (a, b) = (self.source(left, number_type), self.source(right, number_type));
             if let Some(code) = operator.code(a.0, b.0) {
                 break (code, a, b);
             }
             let is_right = a.0 == StepOperand::Accumulator || b.0 == StepOperand::Slot;
-            self.load_as(if is_right { right } else { left }, of);
+            self.load_as(if is_right { right } else { left }, number_type);
         };
         self.operands.truncate(left.min(right));
         let is_free = a.0 != StepOperand::Accumulator && b.0 != StepOperand::Accumulator;
-        let to = if is_free { self.slot_of_waiting(of) } else { 0 };
-        if of != result {
+        let to = if is_free { self.slot_of_waiting(number_type) } else { 0 };
+        if number_type != result {
             self.save(result);
         }
         self.step(code, to, a.1, b.1);
         self.push(OperandPlace::Accumulator, result);
     }
 
-    fn mark(&mut self, mark: Mark) {
+    fn mark(&mut self, mark: FormulaMark) {
         match mark {
-            Mark::AndAlso | Mark::Then => self.test(Code::JumpIfZero),
-            Mark::OrElse => self.test(Code::JumpIfTrue),
-            Mark::Else(of) => {
+            FormulaMark::AndAlso | FormulaMark::Then => self.test(Code::JumpIfZero),
+            FormulaMark::OrElse => self.test(Code::JumpIfTrue),
+            FormulaMark::Else(of) => {
                 self.end_of_value(of);
                 let test = self.jumps.pop().expect("`if` has a condition");
                 self.jumps.push(self.steps.len());
@@ -352,8 +364,11 @@ impl Builder<'_, '_> {
 
     /// Converts the last operand to 0 or 1.
     fn truth(&mut self) {
-        let of = self.operands[self.operands.len() - 1].of;
-        self.one(typed(of, Code::Truth, Code::RealTruth), (of, NumberType::Integer));
+        let number_type = self.operands[self.operands.len() - 1].of;
+        self.one(
+            typed(number_type, Code::Truth, Code::RealTruth),
+            (number_type, NumberType::Integer),
+        );
     }
 
     /// Sets the target of a jump to the next step.
@@ -370,20 +385,20 @@ impl Builder<'_, '_> {
     }
 
     /// Ends a value of `if`: loads it into the accumulator of its type.
-    fn end_of_value(&mut self, of: NumberType) {
-        self.load_as(self.operands.len() - 1, of);
+    fn end_of_value(&mut self, number_type: NumberType) {
+        self.load_as(self.operands.len() - 1, number_type);
         self.operands.pop();
     }
 
-    pub(super) fn end_of_if(&mut self, of: NumberType) {
-        self.end_of_value(of);
+    pub(super) fn end_of_if(&mut self, number_type: NumberType) {
+        self.end_of_value(number_type);
         let jump = self.jumps.pop().expect("`if` has a second argument");
         self.arrive(jump);
-        self.push(OperandPlace::Accumulator, of);
+        self.push(OperandPlace::Accumulator, number_type);
     }
 }
 
 /// The code or operator for this type.
-pub(super) fn typed<T>(of: NumberType, integer: T, real: T) -> T {
-    if of == NumberType::Real { real } else { integer }
+pub(super) fn typed<T>(number_type: NumberType, integer: T, real: T) -> T {
+    if number_type == NumberType::Real { real } else { integer }
 }

@@ -3,29 +3,29 @@
 //! Called by `formula`, once for each call, with the arguments on the stack of operands. Matches
 //! every function of `isa::function`.
 
-use super::formula::{Builder, Operand, OperandPlace, typed};
+use super::formula::{FormulaBuilder, OperandPlace, WaitingOperand, typed};
 use crate::resolve::formula::NumberType;
 pub use rungd_engine::isa::Function;
 pub use rungd_engine::ops::{Code, Operator};
 
-impl Builder<'_, '_> {
-    pub(super) fn call(&mut self, function: Function, count: usize, of: NumberType) {
+impl FormulaBuilder<'_, '_> {
+    pub(super) fn call(&mut self, function: Function, count: usize, number_type: NumberType) {
         use Operator as O;
         if function == Function::If {
-            return self.end_of_if(of);
+            return self.end_of_if(number_type);
         }
         let first = self.operands.len() - count;
-        let kept = (of, of);
+        let kept = (number_type, number_type);
         match function {
-            Function::Abs => self.one(typed(of, Code::Abs, Code::RealAbs), kept),
-            Function::Min => self.fold(typed(of, O::Min, O::RealMin), first, of),
-            Function::Max => self.fold(typed(of, O::Max, O::RealMax), first, of),
-            Function::Sum => self.fold(typed(of, O::Add, O::RealAdd), first, of),
-            Function::Clamp => self.clamp(first, of),
-            Function::Round => self.rounded(Code::Round, of),
-            Function::Floor => self.rounded(Code::Floor, of),
-            Function::Ceil => self.rounded(Code::Ceil, of),
-            Function::Trunc => self.rounded(Code::Trunc, of),
+            Function::Abs => self.one(typed(number_type, Code::Abs, Code::RealAbs), kept),
+            Function::Min => self.fold(typed(number_type, O::Min, O::RealMin), first, number_type),
+            Function::Max => self.fold(typed(number_type, O::Max, O::RealMax), first, number_type),
+            Function::Sum => self.fold(typed(number_type, O::Add, O::RealAdd), first, number_type),
+            Function::Clamp => self.clamp(first, number_type),
+            Function::Round => self.rounded(Code::Round, number_type),
+            Function::Floor => self.rounded(Code::Floor, number_type),
+            Function::Ceil => self.rounded(Code::Ceil, number_type),
+            Function::Trunc => self.rounded(Code::Trunc, number_type),
             Function::Toreal => self.load_as(first, NumberType::Real),
             Function::Sqrt => self.real(Code::Sqrt),
             Function::Exp => self.real(Code::Exp),
@@ -48,16 +48,16 @@ impl Builder<'_, '_> {
         self.one(code, (NumberType::Real, NumberType::Real));
     }
 
-    fn rounded(&mut self, code: Code, of: NumberType) {
-        match of {
+    fn rounded(&mut self, code: Code, number_type: NumberType) {
+        match number_type {
             NumberType::Integer => {}
-            NumberType::Real => self.one(code, (of, NumberType::Integer)),
+            NumberType::Real => self.one(code, (number_type, NumberType::Integer)),
         }
     }
 
     /// Moves an argument to the end of the stack, where operators find it.
     fn take(&mut self, at: usize) {
-        let taken = Operand { place: OperandPlace::Integer(0), of: NumberType::Integer };
+        let taken = WaitingOperand { place: OperandPlace::Integer(0), of: NumberType::Integer };
         let argument = std::mem::replace(&mut self.operands[at], taken);
         self.operands.push(argument);
     }
@@ -69,50 +69,50 @@ impl Builder<'_, '_> {
     }
 
     /// An operation over all arguments, from left to right.
-    fn fold(&mut self, operator: Operator, first: usize, of: NumberType) {
+    fn fold(&mut self, operator: Operator, first: usize, number_type: NumberType) {
         let arguments = first..self.operands.len();
         // Each argument gets the type of the call, even a single argument.
-        self.convert_all(first, of);
+        self.convert_all(first, number_type);
         self.take(first);
         for argument in arguments.skip(1) {
             self.take(argument);
-            self.both(operator, of);
+            self.both(operator, number_type);
         }
         self.end_of_call(first);
     }
 
     /// `clamp`: `max(min(x, hi), lo)`, which is lo if lo > hi.
-    fn clamp(&mut self, first: usize, of: NumberType) {
+    fn clamp(&mut self, first: usize, number_type: NumberType) {
         self.take(first);
         self.take(first + 2);
-        self.both(typed(of, Operator::Min, Operator::RealMin), of);
+        self.both(typed(number_type, Operator::Min, Operator::RealMin), number_type);
         self.take(first + 1);
-        self.both(typed(of, Operator::Max, Operator::RealMax), of);
+        self.both(typed(number_type, Operator::Max, Operator::RealMax), number_type);
         self.end_of_call(first);
     }
 
     /// `scale`, made of the steps of operators.
     fn scale(&mut self, first: usize) {
-        let of = NumberType::Real;
-        self.convert_all(first, of);
+        let number_type = NumberType::Real;
+        self.convert_all(first, number_type);
         self.save_all();
         let [x, in_lo, in_hi, out_lo, out_hi] = [0, 1, 2, 3, 4].map(|at| self.operands[first + at]);
         self.operands.push(out_lo);
         self.operands.extend([x, in_lo]);
-        self.both(Operator::RealSub, of);
+        self.both(Operator::RealSub, number_type);
         self.operands.extend([out_hi, out_lo]);
-        self.both(Operator::RealSub, of);
-        self.both(Operator::RealMul, of);
+        self.both(Operator::RealSub, number_type);
+        self.both(Operator::RealMul, number_type);
         self.operands.extend([in_hi, in_lo]);
-        self.both(Operator::RealSub, of);
-        self.both(Operator::RealDiv, of);
-        self.both(Operator::RealAdd, of);
+        self.both(Operator::RealSub, number_type);
+        self.both(Operator::RealDiv, number_type);
+        self.both(Operator::RealAdd, number_type);
         self.end_of_call(first);
     }
 
-    fn convert_all(&mut self, first: usize, of: NumberType) {
+    fn convert_all(&mut self, first: usize, number_type: NumberType) {
         for at in first..self.operands.len() {
-            self.convert(at, of);
+            self.convert(at, number_type);
         }
     }
 }

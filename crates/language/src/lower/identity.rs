@@ -8,7 +8,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use crate::resolve::array::{Array, Element, ShiftBits};
+use crate::resolve::array::{Array, ArrayElement, ShiftBits};
 use crate::resolve::name_book::NameBook;
 use crate::resolve::program::{Instruction, Program, TagMeaning, Value};
 use crate::source::span::Span;
@@ -94,12 +94,12 @@ pub struct RungText {
     /// Its first instruction with its first operand: `CNT CT0`.
     pub acts: String,
     /// The author's text, for people.
-    pub parts: Arc<[RungPart]>,
+    pub parts: Arc<[RungPartText]>,
 }
 
 /// A part of a rung's text: `when`, `leg.up`, `do`, and those of its branches.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct RungPart {
+pub struct RungPartText {
     /// The key; of a branch with its number: `branch 2 do`.
     pub key: String,
     /// The contacts or instructions, by their places in files.
@@ -156,14 +156,18 @@ impl Identity {
     }
 
     /// Records a history.
-    pub(super) fn history(&mut self, cell: BitCell, site: &Site, text: String) {
-        let Site { element, rung, whole, place: _ } = site.clone();
+    pub(super) fn history(&mut self, cell: BitCell, site: &LoweringSite, text: String) {
+        let LoweringSite { element, rung, whole, place: _ } = site.clone();
         self.histories.push(History { cell, element, rung, whole, text });
     }
 
     /// Records a rung.
-    pub(super) fn rung(&mut self, site: &Site, (acts, parts): (String, Arc<[RungPart]>)) {
-        let Site { element, rung: name, whole, place: said } = site.clone();
+    pub(super) fn rung(
+        &mut self,
+        site: &LoweringSite,
+        (acts, parts): (String, Arc<[RungPartText]>),
+    ) {
+        let LoweringSite { element, rung: name, whole, place: said } = site.clone();
         self.rungs.push(RungText { element, name, whole, said, acts, parts });
     }
 
@@ -174,7 +178,7 @@ impl Identity {
 
     /// The name of an element that a word selects. Array and word are separate in the name, because
     /// each can be renamed.
-    pub fn element(&self, element: &Element) -> String {
+    pub fn element(&self, element: &ArrayElement) -> String {
         format!("{} by {}", self.array(element.array), self.address(Address::Word(element.index)))
     }
 
@@ -221,16 +225,16 @@ impl Identity {
     }
 }
 
-impl Default for Site {
-    fn default() -> Site {
+impl Default for LoweringSite {
+    fn default() -> LoweringSite {
         let element = ElementId { block: BlockId(0), stage: None };
-        Site { element, rung: None, whole: "".into(), place: String::new() }
+        LoweringSite { element, rung: None, whole: "".into(), place: String::new() }
     }
 }
 
 /// The current place of lowering.
 #[derive(Clone, Debug)]
-pub(super) struct Site {
+pub(super) struct LoweringSite {
     pub(crate) element: ElementId,
     pub rung: Option<String>,
     pub whole: Arc<str>,

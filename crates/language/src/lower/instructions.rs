@@ -25,7 +25,7 @@ pub use rungd_engine::ops::{
 pub use rungd_engine::{PassStep, WordCell};
 
 /// An instruction as an operation, and the parts of it that a termination pass may act on.
-struct Lowered {
+struct LoweredInstruction {
     op: Op,
     /// The bit that it drives, or writes as an output.
     bit: Option<BitWritten>,
@@ -35,9 +35,9 @@ struct Lowered {
     rung_off: Option<PassStep>,
 }
 
-impl From<Op> for Lowered {
-    fn from(op: Op) -> Lowered {
-        Lowered { op, bit: None, reset: None, rung_off: None }
+impl From<Op> for LoweredInstruction {
+    fn from(op: Op) -> LoweredInstruction {
+        LoweredInstruction { op, bit: None, reset: None, rung_off: None }
     }
 }
 
@@ -63,7 +63,7 @@ impl Assembler<'_> {
     }
 
     /// Adds the steps of the termination pass that the instruction table names.
-    fn terminate(&mut self, pass: Termination, lowered: &Lowered) {
+    fn terminate(&mut self, pass: Termination, lowered: &LoweredInstruction) {
         let bit = lowered.bit.map(|BitWritten(cell)| PassStep::BitOff(cell));
         let parts = match pass {
             Termination::Off => [bit, None],
@@ -77,7 +77,7 @@ impl Assembler<'_> {
     }
 
     /// `None` for a reset of a structure without an owner; `check` refuses that.
-    fn lowered(&mut self, instruction: &Instruction, legs: Legs) -> Option<Lowered> {
+    fn lowered(&mut self, instruction: &Instruction, legs: Legs) -> Option<LoweredInstruction> {
         use Mnemonic as M;
         let leg = |name| legs.leg(name);
         let when = || legs.when();
@@ -100,7 +100,7 @@ impl Assembler<'_> {
             }),
             M::Cnt | M::Cntdn | M::Udc | M::Udcg => self.counter(instruction, legs),
             M::Rstct | M::Rstt | M::Res => {
-                return self.reset(instruction, when()).map(Lowered::from);
+                return self.reset(instruction, when()).map(LoweredInstruction::from);
             }
             M::Ondtmr => self.delay_timer(instruction, |timer, output| {
                 Op::Ondtmr(Ondtmr { leg: when(), timer, output })
@@ -154,22 +154,26 @@ impl Assembler<'_> {
         self.history(text)
     }
 
-    fn coil(&self, instruction: &Instruction, op: impl FnOnce(BitWritten) -> Op) -> Lowered {
+    fn coil(
+        &self,
+        instruction: &Instruction,
+        op: impl FnOnce(BitWritten) -> Op,
+    ) -> LoweredInstruction {
         let bit = BitWritten(self.layout.bit(instruction.operands.required("bit")).0);
-        Lowered { bit: Some(bit), ..op(bit).into() }
+        LoweredInstruction { bit: Some(bit), ..op(bit).into() }
     }
 
     fn edge_coil(
         &mut self,
         instruction: &Instruction,
         op: impl FnOnce(BitWritten, BitOwn) -> Op,
-    ) -> Lowered {
+    ) -> LoweredInstruction {
         let history = self.edge_history(instruction);
         self.coil(instruction, |bit| op(bit, history))
     }
 
     /// SET and RST, also of a bit that a word selects.
-    fn set(&mut self, instruction: &Instruction, on: bool, leg: LegPowers) -> Lowered {
+    fn set(&mut self, instruction: &Instruction, on: bool, leg: LegPowers) -> LoweredInstruction {
         match instruction.operands.get("bit") {
             Some(element) => self.set_element(on, element.value, leg).into(),
             None if on => self.coil(instruction, |bit| Op::Set(Set { leg, bit })),
@@ -177,7 +181,7 @@ impl Assembler<'_> {
         }
     }
 
-    fn counter(&mut self, instruction: &Instruction, legs: Legs) -> Lowered {
+    fn counter(&mut self, instruction: &Instruction, legs: Legs) -> LoweredInstruction {
         let has_reset_leg = instruction.mnemonic != Mnemonic::Udcg;
         let rule = counter_rule(instruction, |preset| self.owner_preset(preset, has_reset_leg));
         let rst = if has_reset_leg { legs.leg(LegName::Rst) } else { self.off() };
@@ -194,7 +198,7 @@ impl Assembler<'_> {
                 Op::Udc(Udc { up, dn, rst, counter, presets })
             }
         };
-        Lowered { reset: Some(PassStep::Counter(counter, rule)), ..op.into() }
+        LoweredInstruction { reset: Some(PassStep::Counter(counter, rule)), ..op.into() }
     }
 
     /// The leg that is `$Off`.
@@ -208,22 +212,26 @@ impl Assembler<'_> {
         Timer { at: self.layout.record(instruction.operands.required("t")), preset }
     }
 
-    fn timer(&mut self, instruction: &Instruction, op: impl FnOnce(Timer) -> Op) -> Lowered {
+    fn timer(
+        &mut self,
+        instruction: &Instruction,
+        op: impl FnOnce(Timer) -> Op,
+    ) -> LoweredInstruction {
         let rule = timer_rule(instruction.mnemonic);
         let timer = self.timer_of(instruction, rule);
         let reset = Some(PassStep::Timer(timer, rule));
-        Lowered { reset, rung_off: Some(PassStep::HoldTimer(timer)), ..op(timer).into() }
+        LoweredInstruction { reset, rung_off: Some(PassStep::HoldTimer(timer)), ..op(timer).into() }
     }
 
     fn delay_timer(
         &mut self,
         instruction: &Instruction,
         op: impl FnOnce(Timer, BitWritten) -> Op,
-    ) -> Lowered {
+    ) -> LoweredInstruction {
         let timer = self.timer_of(instruction, TimerRule::Zero);
         let output = BitWritten(self.layout.bit(instruction.operands.required("output")).0);
         let reset = Some(PassStep::Timer(timer, TimerRule::Zero));
-        Lowered { bit: Some(output), reset, ..op(timer, output).into() }
+        LoweredInstruction { bit: Some(output), reset, ..op(timer, output).into() }
     }
 
     /// CTU and CTD.
@@ -231,10 +239,10 @@ impl Assembler<'_> {
         &mut self,
         instruction: &Instruction,
         op: impl FnOnce(Sensaphone) -> (Op, PassStep),
-    ) -> Lowered {
+    ) -> LoweredInstruction {
         let counter = self.sensaphone_of(instruction.operands.required("n"), instruction.preset());
         let (op, pass) = op(counter);
-        Lowered { rung_off: Some(pass), ..op.into() }
+        LoweredInstruction { rung_off: Some(pass), ..op.into() }
     }
 
     /// A Sensaphone counter, with the preset of one of its instructions.
@@ -268,19 +276,29 @@ impl Assembler<'_> {
         Some(Op::Rstt(Rstt { leg, timer: Timer { at, preset }, rule }))
     }
 
-    fn control(&mut self, kind: ControlKind, leg: LegPowers) -> Lowered {
+    fn control(&mut self, kind: ControlKind, leg: LegPowers) -> LoweredInstruction {
         let leg = self.one_power(leg);
         Op::Control(Control { leg, kind }).into()
     }
 
     /// RESTART.
-    fn restart(&mut self, instruction: &Instruction, program: BlockId, leg: LegPowers) -> Lowered {
+    fn restart(
+        &mut self,
+        instruction: &Instruction,
+        program: BlockId,
+        leg: LegPowers,
+    ) -> LoweredInstruction {
         let BitOwn(history) = self.edge_history(instruction);
         self.control(ControlKind::Restart(RestartState { program, history }), leg)
     }
 
     /// ENTASK.
-    fn enable(&mut self, instruction: &Instruction, task: BlockId, leg: LegPowers) -> Lowered {
+    fn enable(
+        &mut self,
+        instruction: &Instruction,
+        task: BlockId,
+        leg: LegPowers,
+    ) -> LoweredInstruction {
         let Some(every) = instruction.operands.get("every") else {
             let BitOwn(history) = self.edge_history(instruction);
             return self.control(ControlKind::EnableOnce { task, history }, leg);
@@ -288,17 +306,17 @@ impl Assembler<'_> {
         let (every, (WordRead(word), pick)) = (every.value, self.interval(every.value));
         self.identity.intervals.push(Interval { task, every, word: WordCell(word) });
         let lowered = self.control(ControlKind::EnableEvery { task, every: word, pick }, leg);
-        Lowered { rung_off: Some(PassStep::DisableTask(task)), ..lowered }
+        LoweredInstruction { rung_off: Some(PassStep::DisableTask(task)), ..lowered }
     }
 
     /// JMP and SGDIVRG.
-    fn jump(&mut self, instruction: &Instruction, leg: LegPowers) -> Lowered {
+    fn jump(&mut self, instruction: &Instruction, leg: LegPowers) -> LoweredInstruction {
         let to = self.stage_list(instruction.stages_entered());
         self.control(ControlKind::Jump(to), leg)
     }
 
     /// SGCONVRG.
-    fn converge(&mut self, instruction: &Instruction, leg: LegPowers) -> Lowered {
+    fn converge(&mut self, instruction: &Instruction, leg: LegPowers) -> LoweredInstruction {
         let from = self
             .stage_list(instruction.operands_with(OperandRole::Awaits).map(|stage| stage.value));
         let to = instruction.operands.required("to");

@@ -9,13 +9,13 @@ use rungd_engine::ops::TouchedCells;
 /// For each cell, the last places that read and wrote it.
 #[derive(Default)]
 pub(super) struct LastUses {
-    bits: NumberMap<u32, CellUses>,
-    words: NumberMap<u32, CellUses>,
+    bits: NumberMap<u32, LastCellUses>,
+    words: NumberMap<u32, LastCellUses>,
 }
 
 /// Each place plus 1; 0: there is no place.
 #[derive(Clone, Copy, Default)]
-struct CellUses {
+struct LastCellUses {
     written: usize,
     read: usize,
 }
@@ -23,7 +23,7 @@ struct CellUses {
 impl LastUses {
     /// Records the cells that an operation at a place touches.
     pub fn mark(&mut self, touches: &TouchedCells, at: usize) {
-        let mark = |uses: &mut NumberMap<u32, CellUses>, read: &[u32], written: &[u32]| {
+        let mark = |uses: &mut NumberMap<u32, LastCellUses>, read: &[u32], written: &[u32]| {
             for cell in read {
                 let uses = uses.entry(*cell).or_default();
                 uses.read = uses.read.max(at + 1);
@@ -39,11 +39,12 @@ impl LastUses {
     /// The first place for an operation: not before any place that it must follow. With `behind`,
     /// it is after every place that wrote a cell that the operation reads, never at the same place.
     pub fn earliest(&self, touches: &TouchedCells, behind: bool) -> usize {
-        let earliest = |uses: &NumberMap<u32, CellUses>, read: &[u32], written: &[u32]| {
-            let of = |cell: &u32| uses.get(cell).copied().unwrap_or_default();
-            let reads = read.iter().map(|cell| of(cell).written).filter(|written| *written > 0);
+        let earliest = |uses: &NumberMap<u32, LastCellUses>, read: &[u32], written: &[u32]| {
+            let last_use = |cell: &u32| uses.get(cell).copied().unwrap_or_default();
+            let reads =
+                read.iter().map(|cell| last_use(cell).written).filter(|written| *written > 0);
             let reads = reads.map(|written| written - 1 + usize::from(behind));
-            let writes = written.iter().map(|cell| of(cell).written.max(of(cell).read));
+            let writes = written.iter().map(|cell| last_use(cell).written.max(last_use(cell).read));
             reads.chain(writes.map(|at| at.saturating_sub(1))).max().unwrap_or(0)
         };
         let bits = earliest(&self.bits, &touches.bits_read, &touches.bits_written);

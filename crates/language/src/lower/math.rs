@@ -4,8 +4,8 @@
 
 use super::assembler::Assembler;
 use crate::resolve::array::Array;
-use crate::resolve::formula::{Formula, Part};
-use crate::resolve::instruction::{Calculation, Instruction, Target};
+use crate::resolve::formula::{Formula, FormulaPart};
+use crate::resolve::instruction::{Calculation, FormulaTarget, Instruction};
 pub use rungd_engine::ops::{BitWritten, LegPowers, MathTarget, Op, WordWritten};
 
 impl Assembler<'_> {
@@ -14,10 +14,10 @@ impl Assembler<'_> {
         let Calculation { index, value } =
             instruction.calculation.as_deref().expect("a MATH has an expression");
         let put = match (instruction.operands.required("target"), index) {
-            (Target::Bit(bit), _) => MathTarget::Bit(BitWritten(self.layout.bit(bit).0)),
-            (Target::Word(word), _) => self.put_in_word(word),
-            (Target::Array(array), Some(index)) => self.math_element(array, index, leg),
-            (Target::Array(_), None) => unreachable!("an element has an index"),
+            (FormulaTarget::Bit(bit), _) => MathTarget::Bit(BitWritten(self.layout.bit(bit).0)),
+            (FormulaTarget::Word(word), _) => self.put_in_word(word),
+            (FormulaTarget::Array(array), Some(index)) => self.math_element(array, index, leg),
+            (FormulaTarget::Array(_), None) => unreachable!("an element has an index"),
         };
         Op::Math(self.formula_into(put, value, leg))
     }
@@ -25,7 +25,7 @@ impl Assembler<'_> {
     /// The target of a MATH with an index, which is evaluated first.
     fn math_element(&mut self, array: Array, index: &Formula, leg: LegPowers) -> MathTarget {
         let cell = match index.parts[..] {
-            [Part::Word(word)] => self.layout.word(word).0,
+            [FormulaPart::Word(word)] => self.layout.word(word).0,
             _ => {
                 let cell = self.private_word();
                 let math = self.formula_into(MathTarget::Index(WordWritten(cell)), index, leg);

@@ -139,7 +139,7 @@ fn lower_element(assembler: &mut Assembler, rungs: &[Rung], element: ElementId) 
     for (at, rung) in assembler.progress.during(rungs).enumerate() {
         let whole: Arc<str> = rungs::text(&assembler.identity, rung).into();
         let place = place(assembler, element, (at, rung));
-        assembler.site = identity::Site { element, rung: rung.name.clone(), whole, place };
+        assembler.site = identity::LoweringSite { element, rung: rung.name.clone(), whole, place };
         let acts = rungs::acts(&assembler.identity, rung);
         let parts = rungs::parts(assembler.layers, rung);
         assembler.identity.rung(&assembler.site, (acts, parts));

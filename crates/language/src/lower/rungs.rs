@@ -6,8 +6,8 @@
 
 use std::sync::Arc;
 
-use super::identity::{Identity, RungPart};
-use crate::resolve::formula::{Formula, Part};
+use super::identity::{Identity, RungPartText};
+use crate::resolve::formula::{Formula, FormulaPart};
 use crate::resolve::instruction::OperandValue;
 use crate::resolve::layers::Layers;
 use crate::resolve::program::{Contact, Edge, Instruction, Rung, Value};
@@ -30,13 +30,16 @@ pub(super) fn text(identity: &Identity, rung: &Rung) -> String {
 }
 
 /// The places of a rung's text, part by part.
-pub(super) fn parts(layers: &Layers, rung: &Rung) -> Arc<[RungPart]> {
-    let part = |key: String, texts: &mut dyn Iterator<Item = Span>| RungPart {
+pub(super) fn parts(layers: &Layers, rung: &Rung) -> Arc<[RungPartText]> {
+    let part = |key: String, texts: &mut dyn Iterator<Item = Span>| RungPartText {
         key,
         texts: texts.map(|span| layers.in_file(span)).collect(),
     };
-    let contacts = |key: String, of: &[Contact]| part(key, &mut of.iter().map(Contact::span));
-    let body = |key: String, of: &[Instruction]| part(key, &mut of.iter().map(|one| one.span));
+    let contacts =
+        |key: String, series: &[Contact]| part(key, &mut series.iter().map(Contact::span));
+    let body = |key: String, instructions: &[Instruction]| {
+        part(key, &mut instructions.iter().map(|one| one.span))
+    };
     let mut parts = Vec::new();
     for leg in &rung.legs {
         let key = match leg.name {
@@ -58,19 +61,19 @@ pub(super) fn parts(layers: &Layers, rung: &Rung) -> Arc<[RungPart]> {
     parts.into()
 }
 
-fn contacts(identity: &Identity, of: &[Contact], between: &str) -> String {
-    let said: Vec<_> = of.iter().map(|one| contact(identity, one)).collect();
+fn contacts(identity: &Identity, series: &[Contact], between: &str) -> String {
+    let said: Vec<_> = series.iter().map(|one| contact(identity, one)).collect();
     format!("({})", said.join(between))
 }
 
-fn contact(identity: &Identity, of: &Contact) -> String {
-    match of {
+fn contact(identity: &Identity, condition: &Contact) -> String {
+    match condition {
         Contact::Bit(bit, _) => identity.address(Address::Bit(*bit)),
         Contact::Element(element, _) => identity.element(element),
         Contact::Not(inner, _) => format!("!{}", grouped(identity, inner)),
         Contact::All(all, _) => contacts(identity, all, " & "),
         Contact::Any(any, _) => contacts(identity, any, " | "),
-        Contact::Edge(edge, of, _) => edge_contact(identity, *edge, of),
+        Contact::Edge(edge, inner, _) => edge_contact(identity, *edge, inner),
         Contact::Compare(a, how, b, _) => {
             format!("{} {} {}", value(identity, *a), how.sign(), value(identity, *b))
         }
@@ -78,15 +81,15 @@ fn contact(identity: &Identity, of: &Contact) -> String {
 }
 
 /// The text of a contact behind `!`.
-fn grouped(identity: &Identity, of: &Contact) -> String {
-    let text = contact(identity, of);
-    if let Contact::Compare(..) = of { format!("({text})") } else { text }
+fn grouped(identity: &Identity, inner: &Contact) -> String {
+    let text = contact(identity, inner);
+    if let Contact::Compare(..) = inner { format!("({text})") } else { text }
 }
 
 /// The text of an edge contact, by which a reload finds its history.
-pub(super) fn edge_contact(identity: &Identity, edge: Edge, of: &Contact) -> String {
-    let inner = contact(identity, of);
-    match of {
+pub(super) fn edge_contact(identity: &Identity, edge: Edge, watched: &Contact) -> String {
+    let inner = contact(identity, watched);
+    match watched {
         Contact::All(..) | Contact::Any(..) => format!("{}{inner}", edge.name()),
         Contact::Bit(..)
         | Contact::Element(..)
@@ -96,12 +99,12 @@ pub(super) fn edge_contact(identity: &Identity, edge: Edge, of: &Contact) -> Str
     }
 }
 
-fn body(identity: &Identity, of: &[Instruction]) -> String {
+fn body(identity: &Identity, instructions: &[Instruction]) -> String {
     let one = |instruction: &Instruction| {
         let operands = instruction
             .operands
             .each()
-            .map(|(name, of)| format!(" {name}={}", operand(identity, of)));
+            .map(|(name, value)| format!(" {name}={}", operand(identity, value)));
         let formula = instruction.calculation.iter().flat_map(|calculation| {
             let index = calculation.index.iter().map(|index| formula(identity, index) + " =");
             index.chain([formula(identity, &calculation.value)])
@@ -110,22 +113,26 @@ fn body(identity: &Identity, of: &[Instruction]) -> String {
         let name = instruction.mnemonic.spec().name;
         format!("{name}{}{formula}", operands.collect::<String>())
     };
-    of.iter().map(one).collect::<Vec<_>>().join(", ")
+    instructions.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
 /// The first instruction of a rung with its first operand: `CNT CT0`.
 pub(super) fn acts(identity: &Identity, rung: &Rung) -> String {
     let Some((_, instruction)) = rung.instructions().next() else { return String::new() };
-    let first =
-        instruction.operands.each().next().map(|(_, of)| operand(identity, of)).unwrap_or_default();
+    let first = instruction
+        .operands
+        .each()
+        .next()
+        .map(|(_, value)| operand(identity, value))
+        .unwrap_or_default();
     format!("{} {first}", instruction.mnemonic.spec().name)
 }
 
-fn operand(identity: &Identity, of: OperandValue) -> String {
-    match of {
+fn operand(identity: &Identity, operand_value: OperandValue) -> String {
+    match operand_value {
         OperandValue::Bit(bit) => identity.address(Address::Bit(bit)),
         OperandValue::Word(word) => identity.address(Address::Word(word)),
-        OperandValue::Value(of) => value(identity, of),
+        OperandValue::Value(number) => value(identity, number),
         OperandValue::Structure(structure) => identity.address(Address::Structure(structure)),
         OperandValue::Block(block) => identity.names.block(block).name.clone(),
         OperandValue::Stage(stage) => identity.names.stage(stage).to_owned(),
@@ -136,22 +143,22 @@ fn operand(identity: &Identity, of: OperandValue) -> String {
 }
 
 /// A formula in postfix order, so that it needs no parentheses.
-fn formula(identity: &Identity, of: &Formula) -> String {
-    let part = |part: &Part| match part {
-        Part::Integer(n) => format!(" {n}"),
-        Part::Real(real) => format!(" {real:?}"),
-        Part::Word(word) => format!(" {}", identity.address(Address::Word(*word))),
-        Part::Bit(bit) => format!(" {}", identity.address(Address::Bit(*bit))),
-        Part::Element(array) => format!(" {}[]", identity.array(*array)),
-        Part::Unary(operator, _) => format!(" {operator:?}"),
-        Part::Binary(operator, _) => format!(" {operator:?}"),
-        Part::Call(function, count, _) => format!(" {}/{count}", function.spec().name),
+fn formula(identity: &Identity, expression: &Formula) -> String {
+    let part = |part: &FormulaPart| match part {
+        FormulaPart::Integer(n) => format!(" {n}"),
+        FormulaPart::Real(real) => format!(" {real:?}"),
+        FormulaPart::Word(word) => format!(" {}", identity.address(Address::Word(*word))),
+        FormulaPart::Bit(bit) => format!(" {}", identity.address(Address::Bit(*bit))),
+        FormulaPart::Element(array) => format!(" {}[]", identity.array(*array)),
+        FormulaPart::Unary(operator, _) => format!(" {operator:?}"),
+        FormulaPart::Binary(operator, _) => format!(" {operator:?}"),
+        FormulaPart::Call(function, count, _) => format!(" {}/{count}", function.spec().name),
     };
-    of.parts.iter().map(part).collect()
+    expression.parts.iter().map(part).collect()
 }
 
-fn value(identity: &Identity, of: Value) -> String {
-    match of {
+fn value(identity: &Identity, number: Value) -> String {
+    match number {
         Value::Const(value, _) => value.to_string(),
         Value::Real(real) => real.to_string(),
         Value::Word(word) => identity.address(Address::Word(word)),

@@ -13,11 +13,11 @@ use rungd_engine::ops::Power;
 #[derive(Debug, Default)]
 pub struct Sites {
     /// For each batch, its origin.
-    pub batches: Vec<Site>,
+    pub batches: Vec<OperationSite>,
     /// For each step of the passes, its origin.
-    pub passes: Vec<Site>,
+    pub passes: Vec<OperationSite>,
     /// The parts of rungs, in file order.
-    pub parts: Vec<RungPart>,
+    pub parts: Vec<LoweredRungPart>,
     /// The powers of contacts, part by part: bits, elements, compares and edges, in their order
     /// from left to right; the contacts inside an edge come before the edge.
     pub leaves: Vec<Power>,
@@ -29,7 +29,7 @@ pub struct Sites {
 
 /// The origin of an operation or of a step of a pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Site {
+pub struct OperationSite {
     /// The part of a rung, by its index.
     pub part: u32,
     /// The instruction, by its number in the program; `None`: a contact.
@@ -38,7 +38,7 @@ pub struct Site {
 
 /// The legs of a rung with the instructions of its `do`; or one of its branches.
 #[derive(Clone, Debug)]
-pub struct RungPart {
+pub struct LoweredRungPart {
     /// The rung's block or Stage.
     pub element: ElementId,
     /// The index of the rung among those of its block or Stage.
@@ -58,7 +58,7 @@ impl Sites {
     pub(super) fn begin(&mut self, element: ElementId, rung: u32, branch: Option<u32>) {
         let (ready, leaf) = (self.batches.len() as u32, self.leaves.len() as u32);
         let (leaves, instructions) = (leaf..leaf, self.instructions..self.instructions);
-        self.parts.push(RungPart { element, rung, branch, ready, leaves, instructions });
+        self.parts.push(LoweredRungPart { element, rung, branch, ready, leaves, instructions });
     }
 
     /// Ends the contacts of the part.
@@ -101,8 +101,8 @@ impl Sites {
         self.leaves.push(power);
     }
 
-    fn site(&self) -> Site {
+    fn site(&self) -> OperationSite {
         let part = self.parts.len().saturating_sub(1) as u32;
-        Site { part, instruction: self.instruction }
+        OperationSite { part, instruction: self.instruction }
     }
 }

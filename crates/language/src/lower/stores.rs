@@ -3,9 +3,9 @@
 //! Called by `instructions`.
 
 use super::assembler::Assembler;
-use crate::resolve::formula::{Binary, Formula, NumberType, Part, type_of_array};
+use crate::resolve::formula::{Binary, Formula, FormulaPart, NumberType, type_of_array};
 use crate::resolve::instruction::{Value, WordPlace};
-use crate::resolve::program::Written;
+use crate::resolve::program::ConstantForm;
 pub use rungd_engine::ops::{
     Add, AddMixed, AnyTarget, LegPowers, Math, Move, Op, Sub, SubMixed, WordTarget, WordWritten,
 };
@@ -62,7 +62,7 @@ impl Assembler<'_> {
 
     /// MOVE, ADD and SUB with integers and reals.
     fn store_mixed(&mut self, source: Source, to: AnyTarget, leg: LegPowers) -> Op {
-        const NONE: Value = Value::Const(0, Written::Integer);
+        const NONE: Value = Value::Const(0, ConstantForm::Integer);
         let mut any = |value: Value| self.any(value);
         match source {
             Source::Value(a) => Op::AddMixed(AddMixed { leg, a: any(a), b: self.any(NONE), to }),
@@ -74,14 +74,16 @@ impl Assembler<'_> {
     /// MOVE, ADD and SUB with an element among their operands or as their target.
     fn store_elements(&mut self, source: Source, to: WordPlace, leg: LegPowers) -> Op {
         let mut parts = Vec::new();
-        let mut of = NumberType::Integer;
+        let mut number_type = NumberType::Integer;
         for value in source.values() {
-            of = of.with(push(&mut parts, value));
+            number_type = number_type.with(push(&mut parts, value));
         }
         match source {
             Source::Value(_) => {}
-            Source::Sum(..) => parts.push(Part::Binary(Binary::Add, of)),
-            Source::Difference(..) => parts.push(Part::Binary(Binary::Subtract, of)),
+            Source::Sum(..) => parts.push(FormulaPart::Binary(Binary::Add, number_type)),
+            Source::Difference(..) => {
+                parts.push(FormulaPart::Binary(Binary::Subtract, number_type))
+            }
         }
         let put = match to {
             WordPlace::Word(word) => self.put_in_word(word),
@@ -96,14 +98,14 @@ impl Assembler<'_> {
 }
 
 /// Adds the parts of a value; returns its type.
-fn push(parts: &mut Vec<Part>, value: Value) -> NumberType {
+fn push(parts: &mut Vec<FormulaPart>, value: Value) -> NumberType {
     match value {
-        Value::Const(n, _) => parts.push(Part::Integer(n.into())),
-        Value::Real(real) => parts.push(Part::Real(real)),
-        Value::Word(word) => parts.push(Part::Word(word)),
+        Value::Const(n, _) => parts.push(FormulaPart::Integer(n.into())),
+        Value::Real(real) => parts.push(FormulaPart::Real(real)),
+        Value::Word(word) => parts.push(FormulaPart::Word(word)),
         Value::Element(element) => {
-            parts.push(Part::Word(element.index));
-            parts.push(Part::Element(element.array));
+            parts.push(FormulaPart::Word(element.index));
+            parts.push(FormulaPart::Element(element.array));
             return type_of_array(element.array);
         }
     }

@@ -4,7 +4,7 @@
 //! `contacts`, `elements` and `instructions` ask for them.
 
 use super::assembler::Assembler;
-use crate::resolve::array::Element;
+use crate::resolve::array::ArrayElement;
 use crate::resolve::instruction::Value;
 pub use rungd_engine::ops::{
     AnyWord, BitOwn, BitsRead, Op, PickBit, PickWord, Power, WordRead, WordWritten, WordsRead,
@@ -27,7 +27,7 @@ impl Assembler<'_> {
     }
 
     /// The power of a bit that a word selects; OFF if the index is outside of the array.
-    pub fn picked_bit(&mut self, element: Element) -> Power {
+    pub fn picked_bit(&mut self, element: ArrayElement) -> Power {
         let from = BitsRead(self.cells(element.array));
         let index = WordRead(self.layout.word(element.index).0);
         let cell = self.private_bit();
@@ -36,7 +36,7 @@ impl Assembler<'_> {
     }
 
     /// A word that a word selects; 0 if the index is outside of the array.
-    fn picked_word(&mut self, element: Element) -> WordRead {
+    fn picked_word(&mut self, element: ArrayElement) -> WordRead {
         let from = WordsRead(self.cells(element.array));
         let index = WordRead(self.layout.word(element.index).0);
         let cell = self.private_word();

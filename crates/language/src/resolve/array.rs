@@ -20,7 +20,7 @@ pub struct Array {
 
 /// An element of an array. A word selects it at run time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Element {
+pub struct ArrayElement {
     /// The array.
     pub array: Array,
     /// The word that contains the element's number, from 0.
@@ -100,7 +100,7 @@ impl fmt::Display for ShiftBits {
     }
 }
 
-impl fmt::Display for Element {
+impl fmt::Display for ArrayElement {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}[{}]", self.array, self.index)
     }

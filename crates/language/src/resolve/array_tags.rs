@@ -18,13 +18,13 @@ use rungd_engine::isa::{Address, BitSpace, Space, WordSpace};
 /// Maximum number of elements of the arrays of all tags together: more than all memory has.
 const ELEMENTS_MAX: usize = 1_000_000;
 
-type Cell = Option<(i32, Span)>;
+type ArrayCell = Option<(i32, Span)>;
 
 impl Resolver<'_> {
     /// Resolves an array and adds its elements to the program; returns its meaning.
     pub(super) fn array_tag(
         &mut self,
-        tag: &ladder::Tag,
+        tag: &ladder::WrittenTag,
         count: &Located<i64>,
         program: &mut Program,
     ) -> Option<TagMeaning> {
@@ -90,7 +90,7 @@ impl Resolver<'_> {
 
     fn array(
         &mut self,
-        tag: &ladder::Tag,
+        tag: &ladder::WrittenTag,
         meaning: TagMeaning,
         count: &Located<i64>,
     ) -> Option<Array> {
@@ -122,7 +122,12 @@ impl Resolver<'_> {
     }
 
     /// The values of `initial`, if it is a list: one for each element.
-    fn initial_list(&mut self, tag: &ladder::Tag, meaning: TagMeaning, count: u32) -> Vec<Cell> {
+    fn initial_list(
+        &mut self,
+        tag: &ladder::WrittenTag,
+        meaning: TagMeaning,
+        count: u32,
+    ) -> Vec<ArrayCell> {
         let Some(list) = &tag.initials else { return Vec::new() };
         if list.value.len() != count as usize {
             let values = list.value.len();
@@ -137,7 +142,7 @@ impl Resolver<'_> {
     pub(super) fn share_uses(&self, tags: &mut [Tag]) {
         let mut at = 0;
         while at < tags.len() {
-            let count = tags[at].of_array.map_or(1, |of| of.array.count as usize);
+            let count = tags[at].of_array.map_or(1, |place| place.array.count as usize);
             let end = (at + count).min(tags.len());
             let used = tags[at..end].iter().any(|tag| tag.used);
             tags[at..end].iter_mut().for_each(|tag| tag.used = used);

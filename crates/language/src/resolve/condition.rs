@@ -4,12 +4,12 @@
 //! ladder's contacts (`contact`). A compare may also have sums of them; in a sum a bit is 0 or 1,
 //! as in MATH.
 
-use super::array::Element;
+use super::array::ArrayElement;
 use super::program::{NamedOperand, Program, Value};
-use super::scope::{Scope, Thing};
+use super::scope::{NamedThing, Scope};
 use super::{LoadOptions, Resolver};
 use crate::source::atom::AtomKind;
-use crate::source::contact::{Comparison, Contact, Edge};
+use crate::source::contact::{Comparison, Edge, WrittenContact};
 use crate::source::contact_sum::{Sum, SumPart, SumSign};
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{Help, advise, possible};
@@ -18,32 +18,32 @@ use rungd_engine::isa::{Address, Bit};
 
 /// A condition over addresses.
 #[derive(Clone, Debug)]
-pub enum Resolved {
+pub enum AddressCondition {
     /// A bit.
     Bit(Bit),
     /// The bit of an array that a word selects.
-    Element(Element),
+    Element(ArrayElement),
     /// `!`.
-    Not(Box<Resolved>),
+    Not(Box<AddressCondition>),
     /// `&`: two or more.
-    All(Vec<Resolved>),
+    All(Vec<AddressCondition>),
     /// `|`: two or more.
-    Any(Vec<Resolved>),
+    Any(Vec<AddressCondition>),
     /// `rise(…)`, `fall(…)`.
-    Edge(Edge, Box<Resolved>),
+    Edge(Edge, Box<AddressCondition>),
     /// A compare of two sums, each in postfix order.
-    Compare(Vec<Term>, Comparison, Vec<Term>),
+    Compare(Vec<SumTerm>, Comparison, Vec<SumTerm>),
 }
 
 /// A part of a sum.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Term {
+pub enum SumTerm {
     /// A constant or a word.
     Value(Value),
     /// A bit: 0 or 1.
     Bit(Bit),
     /// The bit of an array that a word selects: 0 or 1.
-    BitElement(Element),
+    BitElement(ArrayElement),
     /// An operator behind its two operands.
     Sign(SumSign),
 }
@@ -52,17 +52,17 @@ pub enum Term {
 #[derive(Clone, Debug)]
 pub struct ResolvedCondition {
     /// The condition.
-    pub contact: Resolved,
+    pub contact: AddressCondition,
     /// The bits and words that it reads, in the order in which they are written.
     pub reads: Vec<NamedOperand>,
     /// The elements that words select, each with its name as written.
-    pub elements: Vec<(String, Element)>,
+    pub elements: Vec<(String, ArrayElement)>,
 }
 
 /// The names of a program, for conditions.
 pub struct ConditionNames<'a> {
     resolver: Resolver<'a>,
-    elements: Vec<(String, Element)>,
+    elements: Vec<(String, ArrayElement)>,
 }
 
 impl<'a> ConditionNames<'a> {
@@ -83,7 +83,10 @@ impl<'a> ConditionNames<'a> {
     ///
     /// # Errors
     /// Its mistakes.
-    pub fn resolve(&mut self, written: &Contact<Sum>) -> Result<ResolvedCondition, Vec<Finding>> {
+    pub fn resolve(
+        &mut self,
+        written: &WrittenContact<Sum>,
+    ) -> Result<ResolvedCondition, Vec<Finding>> {
         let contact = self.contact(written);
         let resolver = &mut self.resolver;
         let (reads, elements) =
@@ -97,51 +100,54 @@ impl<'a> ConditionNames<'a> {
                 Ok(ResolvedCondition { contact, reads, elements })
             }
             Some(_) | None => {
-                let of_test = |of: Finding| of.declared_as(not_in_ladder);
+                let of_test = |finding: Finding| finding.declared_as(not_in_ladder);
                 Err(findings.into_iter().map(of_test).collect())
             }
         }
     }
 
-    fn contact(&mut self, written: &Contact<Sum>) -> Option<Resolved> {
+    fn contact(&mut self, written: &WrittenContact<Sum>) -> Option<AddressCondition> {
         match written {
-            Contact::Bit(name) if self.is_difference(&name.value, name.span) => None,
-            Contact::Bit(name) => match self.resolver.bit(&name.value, name.span)? {
+            WrittenContact::Bit(name) if self.is_difference(&name.value, name.span) => None,
+            WrittenContact::Bit(name) => match self.resolver.bit(&name.value, name.span)? {
                 super::program::Contact::Element(element, _) => {
                     self.elements.push((name.value.clone(), element));
-                    Some(Resolved::Element(element))
+                    Some(AddressCondition::Element(element))
                 }
-                super::program::Contact::Bit(bit, _) => Some(Resolved::Bit(bit)),
+                super::program::Contact::Bit(bit, _) => Some(AddressCondition::Bit(bit)),
                 super::program::Contact::Not(..)
                 | super::program::Contact::All(..)
                 | super::program::Contact::Any(..)
                 | super::program::Contact::Edge(..)
                 | super::program::Contact::Compare(..) => None,
             },
-            Contact::Not(inner, _) => Some(Resolved::Not(Box::new(self.contact(inner)?))),
-            Contact::All(items, _) => Some(Resolved::All(self.all_of(items)?)),
-            Contact::Any(items, _) => Some(Resolved::Any(self.all_of(items)?)),
-            Contact::Edge(edge, inner, _) => {
-                Some(Resolved::Edge(*edge, Box::new(self.contact(inner)?)))
+            WrittenContact::Not(inner, _) => {
+                Some(AddressCondition::Not(Box::new(self.contact(inner)?)))
             }
-            Contact::Compare(a, comparison, b, _) => {
+            WrittenContact::All(items, _) => Some(AddressCondition::All(self.all_of(items)?)),
+            WrittenContact::Any(items, _) => Some(AddressCondition::Any(self.all_of(items)?)),
+            WrittenContact::Edge(edge, inner, _) => {
+                Some(AddressCondition::Edge(*edge, Box::new(self.contact(inner)?)))
+            }
+            WrittenContact::Compare(a, comparison, b, _) => {
                 let (a, b) = (self.sum(a), self.sum(b));
-                Some(Resolved::Compare(a?, *comparison, b?))
+                Some(AddressCondition::Compare(a?, *comparison, b?))
             }
         }
     }
 
-    fn all_of(&mut self, items: &[Contact<Sum>]) -> Option<Vec<Resolved>> {
-        let all: Vec<Resolved> = items.iter().filter_map(|item| self.contact(item)).collect();
+    fn all_of(&mut self, items: &[WrittenContact<Sum>]) -> Option<Vec<AddressCondition>> {
+        let all: Vec<AddressCondition> =
+            items.iter().filter_map(|item| self.contact(item)).collect();
         (all.len() == items.len()).then_some(all)
     }
 
-    fn sum(&mut self, sum: &Sum) -> Option<Vec<Term>> {
+    fn sum(&mut self, sum: &Sum) -> Option<Vec<SumTerm>> {
         let has_signs = sum.parts.len() > 1;
         let mut terms = Vec::new();
         for part in &sum.parts {
             terms.extend(match part {
-                SumPart::Sign(sign) => Some(Term::Sign(*sign)),
+                SumPart::Sign(sign) => Some(SumTerm::Sign(*sign)),
                 SumPart::Value(atom) => match &atom.kind {
                     AtomKind::Name(name) if self.is_difference(name, atom.span) => None,
                     AtomKind::Name(name) if has_signs && self.is_bit(name) => {
@@ -152,10 +158,10 @@ impl<'a> ConditionNames<'a> {
                         if let Some(Value::Element(element)) = value {
                             self.elements.push((name.clone(), element));
                         }
-                        value.map(Term::Value)
+                        value.map(SumTerm::Value)
                     }
                     AtomKind::Integer(_) | AtomKind::Duration(_) | AtomKind::Real(_) => {
-                        self.resolver.value(atom).map(Term::Value)
+                        self.resolver.value(atom).map(SumTerm::Value)
                     }
                 },
             });
@@ -165,13 +171,13 @@ impl<'a> ConditionNames<'a> {
     }
 
     /// Reports an `&` of a real; returns whether it did.
-    fn ands_a_real(&mut self, sum: &Sum, terms: &[Term]) -> bool {
+    fn ands_a_real(&mut self, sum: &Sum, terms: &[SumTerm]) -> bool {
         let mut waiting: Vec<bool> = Vec::new();
         for term in terms {
             let is_real = match term {
-                Term::Bit(_) | Term::BitElement(_) => false,
-                Term::Value(value) => value.is_real(),
-                Term::Sign(sign) => {
+                SumTerm::Bit(_) | SumTerm::BitElement(_) => false,
+                SumTerm::Value(value) => value.is_real(),
+                SumTerm::Sign(sign) => {
                     let (b, a) = (waiting.pop() == Some(true), waiting.pop() == Some(true));
                     if *sign == SumSign::And && (a || b) {
                         let message = "`&` works on the bits of integers, not on a real";
@@ -202,30 +208,31 @@ impl<'a> ConditionNames<'a> {
 
     fn is_bit(&self, name: &str) -> bool {
         match self.resolver.scope.look_up(name).map(|found| found.thing) {
-            Ok(Thing::Address(Address::Bit(_))) => true,
-            Ok(Thing::Element(element)) => element.array.is_bits(),
+            Ok(NamedThing::Address(Address::Bit(_))) => true,
+            Ok(NamedThing::Element(element)) => element.array.is_bits(),
             Ok(
-                Thing::Address(_)
-                | Thing::Constant(..)
-                | Thing::Real(_)
-                | Thing::Block(_)
-                | Thing::Device(_)
-                | Thing::Array(_),
+                NamedThing::Address(_)
+                | NamedThing::Constant(..)
+                | NamedThing::Real(_)
+                | NamedThing::Block(_)
+                | NamedThing::Device(_)
+                | NamedThing::Array(_),
             )
             | Err(_) => false,
         }
     }
 
-    fn bit_term(&mut self, name: &str, span: Span) -> Option<Term> {
-        let written = Contact::Bit(crate::source::span::Located { value: name.to_owned(), span });
+    fn bit_term(&mut self, name: &str, span: Span) -> Option<SumTerm> {
+        let written =
+            WrittenContact::Bit(crate::source::span::Located { value: name.to_owned(), span });
         match self.contact(&written)? {
-            Resolved::Bit(bit) => Some(Term::Bit(bit)),
-            Resolved::Element(element) => Some(Term::BitElement(element)),
-            Resolved::Not(_)
-            | Resolved::All(_)
-            | Resolved::Any(_)
-            | Resolved::Edge(..)
-            | Resolved::Compare(..) => None,
+            AddressCondition::Bit(bit) => Some(SumTerm::Bit(bit)),
+            AddressCondition::Element(element) => Some(SumTerm::BitElement(element)),
+            AddressCondition::Not(_)
+            | AddressCondition::All(_)
+            | AddressCondition::Any(_)
+            | AddressCondition::Edge(..)
+            | AddressCondition::Compare(..) => None,
         }
     }
 }

@@ -1,9 +1,9 @@
 //! Resolves contacts: every name becomes a bit, or a value in a compare. Called by `rung`.
 
 use super::Resolver;
-use super::program::{Contact, Value, Written};
+use super::program::{ConstantForm, Contact, Value};
 use super::resolver::of_array;
-use super::scope::{Misplaced, Thing};
+use super::scope::{MisplacedName, NamedThing};
 use crate::source::atom::{Atom, AtomKind};
 use crate::source::contact::{self as written, Comparison};
 use crate::source::finding::{Code, Finding};
@@ -13,22 +13,26 @@ use rungd_engine::isa::Address;
 
 impl Resolver<'_> {
     /// Resolves a series of contacts; contacts with mistakes are left out and reported.
-    pub(super) fn contacts(&mut self, contacts: &[written::Contact]) -> Vec<Contact> {
+    pub(super) fn contacts(&mut self, contacts: &[written::WrittenContact]) -> Vec<Contact> {
         contacts.iter().filter_map(|contact| self.contact(contact)).collect()
     }
 
-    fn contact(&mut self, contact: &written::Contact) -> Option<Contact> {
+    fn contact(&mut self, contact: &written::WrittenContact) -> Option<Contact> {
         match contact {
-            written::Contact::Bit(name) => self.bit(&name.value, name.span),
-            written::Contact::Not(inner, span) => {
+            written::WrittenContact::Bit(name) => self.bit(&name.value, name.span),
+            written::WrittenContact::Not(inner, span) => {
                 Some(Contact::Not(Box::new(self.contact(inner)?), *span))
             }
-            written::Contact::All(items, span) => Some(Contact::All(self.all_of(items)?, *span)),
-            written::Contact::Any(items, span) => Some(Contact::Any(self.all_of(items)?, *span)),
-            written::Contact::Edge(edge, inner, span) => {
+            written::WrittenContact::All(items, span) => {
+                Some(Contact::All(self.all_of(items)?, *span))
+            }
+            written::WrittenContact::Any(items, span) => {
+                Some(Contact::Any(self.all_of(items)?, *span))
+            }
+            written::WrittenContact::Edge(edge, inner, span) => {
                 Some(Contact::Edge(*edge, Box::new(self.contact(inner)?), *span))
             }
-            written::Contact::Compare(a, comparison, b, span) => {
+            written::WrittenContact::Compare(a, comparison, b, span) => {
                 if self.is_bit_compared(contact) {
                     return None;
                 }
@@ -41,8 +45,8 @@ impl Resolver<'_> {
 
     /// Whether a contact compares a bit with ON or OFF, in the words of any system: `b == TRUE`.
     /// Then its finding has been added.
-    fn is_bit_compared(&mut self, contact: &written::Contact) -> bool {
-        let written::Contact::Compare(a, how, b, span) = contact else { return false };
+    fn is_bit_compared(&mut self, contact: &written::WrittenContact) -> bool {
+        let written::WrittenContact::Compare(a, how, b, span) = contact else { return false };
         let is_same = match how {
             Comparison::Eq => true,
             Comparison::Ne => false,
@@ -50,7 +54,7 @@ impl Resolver<'_> {
         };
         let (Some(name), Some(state)) = (a.name(), state(b)) else { return false };
         let thing = self.scope.look_up(name).map(|found| found.thing);
-        if !matches!(thing, Ok(Thing::Address(Address::Bit(_)))) {
+        if !matches!(thing, Ok(NamedThing::Address(Address::Bit(_)))) {
             return false;
         }
         self.mark_used(name);
@@ -61,7 +65,7 @@ impl Resolver<'_> {
         true
     }
 
-    fn all_of(&mut self, items: &[written::Contact]) -> Option<Vec<Contact>> {
+    fn all_of(&mut self, items: &[written::WrittenContact]) -> Option<Vec<Contact>> {
         let contacts = self.contacts(items);
         (contacts.len() == items.len()).then_some(contacts)
     }
@@ -70,76 +74,76 @@ impl Resolver<'_> {
     pub(super) fn bit(&mut self, name: &str, span: Span) -> Option<Contact> {
         let thing = self.look_up(name, span)?;
         let help = match thing {
-            Thing::Address(address @ Address::Bit(bit)) => {
+            NamedThing::Address(address @ Address::Bit(bit)) => {
                 self.note(name, span, address);
                 return Some(Contact::Bit(bit, span));
             }
-            Thing::Element(element) if element.array.is_bits() => {
+            NamedThing::Element(element) if element.array.is_bits() => {
                 return Some(Contact::Element(element, span));
             }
-            Thing::Address(Address::Word(_)) | Thing::Element(_) => {
+            NamedThing::Address(Address::Word(_)) | NamedThing::Element(_) => {
                 advise("compare it: `{}`", [proposed(format!("{name} != 0"))])
             }
-            Thing::Array(array) => of_array(name, array),
-            Thing::Address(Address::Structure(structure)) => {
+            NamedThing::Array(array) => of_array(name, array),
+            NamedThing::Address(Address::Structure(structure)) => {
                 let flag = if structure.members().contains(&"Done") { "Done" } else { "DN" };
                 advise("name one of its flags: `{}`", [possible(format!("{name}.{flag}"))])
             }
-            Thing::Constant(..) | Thing::Real(_) => {
+            NamedThing::Constant(..) | NamedThing::Real(_) => {
                 let compare = possible(format!("D0 == {name}"));
                 advise("compare something with it: `{}`", [compare])
             }
-            Thing::Device(_) => {
+            NamedThing::Device(_) => {
                 advise("`{}` is ON while it exchanges", [proposed(format!("{name}.Ok"))])
             }
-            Thing::Block(_) => {
+            NamedThing::Block(_) => {
                 advise("`{}` is ON while it runs", [proposed(format!("{name}.Running"))])
             }
         };
-        self.wrong_kind(Misplaced { name, span, thing }, "a bit", help);
+        self.wrong_kind(MisplacedName { name, span, thing }, "a bit", help);
         None
     }
 
     /// Resolves a value: a constant or a word.
     pub(super) fn value(&mut self, atom: &Atom) -> Option<Value> {
         let name = match &atom.kind {
-            AtomKind::Integer(n) => return Some(Value::Const(*n, Written::Integer)),
-            AtomKind::Duration(ms) => return Some(Value::Const(*ms, Written::Duration)),
+            AtomKind::Integer(n) => return Some(Value::Const(*n, ConstantForm::Integer)),
+            AtomKind::Duration(ms) => return Some(Value::Const(*ms, ConstantForm::Duration)),
             AtomKind::Real(real) => return Some(Value::Real(*real)),
             AtomKind::Name(name) => name,
         };
         let thing = self.look_up_as(name, atom.span, &["int", "real", "word"])?;
         let help = match thing {
-            Thing::Constant(value, written) => {
+            NamedThing::Constant(value, written) => {
                 self.note_constant(name, atom.span);
                 return Some(Value::Const(value, written));
             }
-            Thing::Real(real) => {
+            NamedThing::Real(real) => {
                 self.note_constant(name, atom.span);
                 return Some(Value::Real(real));
             }
-            Thing::Address(address @ Address::Word(word)) => {
+            NamedThing::Address(address @ Address::Word(word)) => {
                 self.note(name, atom.span, address);
                 return Some(Value::Word(word));
             }
-            Thing::Element(element) if !element.array.is_bits() => {
+            NamedThing::Element(element) if !element.array.is_bits() => {
                 return Some(Value::Element(element));
             }
-            Thing::Array(array) => of_array(name, array),
-            Thing::Address(Address::Structure(structure)) => {
+            NamedThing::Array(array) => of_array(name, array),
+            NamedThing::Address(Address::Structure(structure)) => {
                 let acc = if structure.members().contains(&"Acc") { "Acc" } else { "ACC" };
                 advise("its value is `{}`", [proposed(format!("{name}.{acc}"))])
             }
-            Thing::Address(Address::Bit(_)) | Thing::Element(_) => advise(
+            NamedThing::Address(Address::Bit(_)) | NamedThing::Element(_) => advise(
                 "a bit stands alone in contacts: `{}`, or `{}`; a number is a constant or a word, \
                  as `{}`",
                 [name.to_owned(), format!("!{name}"), "D0".to_owned()].map(possible),
             ),
-            Thing::Block(_) | Thing::Device(_) => {
+            NamedThing::Block(_) | NamedThing::Device(_) => {
                 advise("a number, a duration, or a word as `{}` belongs here", [possible("D0")])
             }
         };
-        self.wrong_kind(Misplaced { name, span: atom.span, thing }, "a number", help);
+        self.wrong_kind(MisplacedName { name, span: atom.span, thing }, "a number", help);
         None
     }
 }

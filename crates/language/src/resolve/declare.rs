@@ -10,7 +10,7 @@ use super::names::{NameRole, forbidden, kept};
 use super::program::{Block, BlockKind, Program, Stage};
 use super::scope::BlockNames;
 use crate::source::finding::{Code, Finding};
-use crate::source::fix::{Edit, Help, advise, meant, pair};
+use crate::source::fix::{FixEdit, Help, advise, meant, pair};
 use crate::source::ladder::{self, BlockForm, Ladder};
 use crate::source::nearest::{KnownNames, nearest};
 use crate::source::reader::Text;
@@ -68,7 +68,7 @@ impl Resolver<'_> {
         let lost = self.misread && !programs;
         if !lost && !program.blocks.iter().any(has_main) {
             let own = ladders().flat_map(|ladder| &ladder.templates);
-            let templates: Vec<&Text> = own.filter_map(|of| of.name.as_ref()).collect();
+            let templates: Vec<&Text> = own.filter_map(|template| template.name.as_ref()).collect();
             self.no_main(program, &templates);
         }
     }
@@ -157,7 +157,7 @@ impl Resolver<'_> {
         names.insert(name.text.clone(), name.span);
     }
 
-    fn declare_block(&mut self, block: &ladder::Block, program: &mut Program) {
+    fn declare_block(&mut self, block: &ladder::WrittenBlock, program: &mut Program) {
         let id = BlockId(program.blocks.len() as u32);
         let name = block.name.as_ref().map_or("", |name| &name.text);
         let kind = self.block_kind(block, name);
@@ -208,7 +208,7 @@ impl Resolver<'_> {
         names.insert(name.text.clone(), name.span);
     }
 
-    fn block_kind(&mut self, block: &ladder::Block, name: &str) -> BlockKind {
+    fn block_kind(&mut self, block: &ladder::WrittenBlock, name: &str) -> BlockKind {
         let built_in = BUILT_IN.iter().find(|(built_in, _)| *built_in == name);
         let span = block.name.as_ref().map_or(block.span, |name| name.span);
         match (block.form, built_in) {
@@ -228,7 +228,7 @@ impl Resolver<'_> {
         if block.form == BlockForm::Program { BlockKind::Program } else { BlockKind::Task }
     }
 
-    fn autostart(&mut self, block: &ladder::Block, name: &str) -> bool {
+    fn autostart(&mut self, block: &ladder::WrittenBlock, name: &str) -> bool {
         let main = name == "Main" && block.form == BlockForm::Program;
         if let Some(autostart) = &block.autostart
             && main
@@ -237,7 +237,7 @@ impl Resolver<'_> {
             let message = "`Main` always runs: it cannot be kept from starting";
             let finding = Finding::new(Code::BlockRule, autostart.span, message);
             let help = "take `autostart` away, or give the program another name";
-            self.find(finding.help(help).fix(Edit::Remove("autostart")));
+            self.find(finding.help(help).fix(FixEdit::Remove("autostart")));
         }
         main || block.autostart.as_ref().is_some_and(|autostart| autostart.value)
     }
@@ -246,5 +246,5 @@ impl Resolver<'_> {
 /// The help to add the program `Main`.
 fn main_program(words: &str) -> Help {
     let lines = "[[program]]\nname = \"Main\"".to_owned();
-    advise(&format!("{words}\n{{}}"), [Edit::Lines { lines, instead: None }])
+    advise(&format!("{words}\n{{}}"), [FixEdit::Lines { lines, instead: None }])
 }

@@ -11,12 +11,12 @@ pub use rungd_engine::isa::{Bit, Function, Real, Word};
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Formula {
     /// Its parts; the last part is the outermost one.
-    pub parts: Vec<Part>,
+    pub parts: Vec<FormulaPart>,
 }
 
 /// A part of an expression.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Part {
+pub enum FormulaPart {
     /// An integer constant.
     Integer(i64),
     /// A real constant.

@@ -11,7 +11,7 @@ use crate::source::span::Span;
 pub use rungd_engine::isa::Function;
 
 /// A mistake: the words for the message, and the help.
-type Doubt = (String, String);
+type ConstantDoubt = (String, String);
 
 impl Resolver<'_> {
     /// Warns about the constants of an operator.
@@ -21,11 +21,11 @@ impl Resolver<'_> {
         operands: [TypedOperand; 2],
         span: Span,
     ) {
-        let of = operands[0].of.with(operands[1].of);
+        let number_type = operands[0].of.with(operands[1].of);
         let [left, right] = operands.map(|operand| self.number(operand));
         let doubt = match operator {
             Binary::Divide | Binary::Remainder => right.filter(|n| *n == 0.0).map(|_| by_zero()),
-            Binary::Power => power(of, left, right),
+            Binary::Power => power(number_type, left, right),
             Binary::ShiftLeft | Binary::ShiftRightZeros => {
                 shift(right).map(|help| ("always 0: no bit is left".to_owned(), help))
             }
@@ -101,7 +101,7 @@ impl Resolver<'_> {
         self.doubt(doubt, span);
     }
 
-    fn doubt(&mut self, doubt: Option<Doubt>, span: Span) {
+    fn doubt(&mut self, doubt: Option<ConstantDoubt>, span: Span) {
         let Some((says, help)) = doubt else { return };
         let message = format!("`{}` is {says}", self.text(span));
         self.find(Finding::new(Code::MathConstants, span, message).help(help));
@@ -118,7 +118,7 @@ impl Resolver<'_> {
     }
 
     /// Detects `10 ^ 2`: a power as other languages write it. Masks are written as `0x…`.
-    fn exclusive_or(&self, operands: [TypedOperand; 2]) -> Option<Doubt> {
+    fn exclusive_or(&self, operands: [TypedOperand; 2]) -> Option<ConstantDoubt> {
         let is_decimal = |text: &str| text.bytes().all(|b| b.is_ascii_digit()) && !text.is_empty();
         let [left, right] = operands.map(|operand| self.text(operand.span));
         let [a, b] = operands.map(|operand| operand.literal.map(|n| n as i64));
@@ -129,7 +129,7 @@ impl Resolver<'_> {
     }
 }
 
-fn by_zero() -> Doubt {
+fn by_zero() -> ConstantDoubt {
     let says = "a division by 0: it gives 0, and turns `$DivideByZero` ON";
     (says.to_owned(), "divide by another number, or by a word".to_owned())
 }
@@ -143,12 +143,12 @@ fn shift(count: Option<f64>) -> Option<String> {
     count.filter(|count| !(0.0..=31.0).contains(count)).map(|_| help)
 }
 
-fn power(of: NumberType, left: Option<f64>, right: Option<f64>) -> Option<Doubt> {
+fn power(number_type: NumberType, left: Option<f64>, right: Option<f64>) -> Option<ConstantDoubt> {
     let exponent = right?;
     if left == Some(0.0) && exponent < 0.0 {
         return Some(by_zero());
     }
-    if of == NumberType::Integer && exponent < 0.0 {
+    if number_type == NumberType::Integer && exponent < 0.0 {
         let help = format!("a real keeps the fraction: write the exponent as `{exponent}.0`");
         return Some((out_of_range(), help));
     }

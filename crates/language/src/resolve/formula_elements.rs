@@ -5,12 +5,12 @@
 //! or bit.
 
 use super::Resolver;
-use super::array::{Array, Element};
-use super::formula::{NumberType, Part, Unary, type_of_array};
-use super::formula_operands::{OperandForm, TypedOperand, Walk};
+use super::array::{Array, ArrayElement};
+use super::formula::{FormulaPart, NumberType, Unary, type_of_array};
+use super::formula_operands::{FormulaWalk, OperandForm, TypedOperand};
 use super::program::NamedArray;
 use super::resolver::of_array;
-use super::scope::Thing;
+use super::scope::NamedThing;
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::advise;
 use crate::source::span::{Located, Span};
@@ -22,13 +22,13 @@ const ELEMENTS_MAX: usize = 1_000_000;
 
 impl Resolver<'_> {
     /// Resolves a name in an expression: one value, or a whole array.
-    pub(super) fn name(&mut self, walk: &mut Walk, name: &str, span: Span) {
+    pub(super) fn name(&mut self, walk: &mut FormulaWalk, name: &str, span: Span) {
         let array = match self.scope.look_up(name).map(|found| found.thing) {
-            Ok(Thing::Array(array)) => Some(array),
-            Ok(Thing::Element(Element { array, index })) => {
+            Ok(NamedThing::Array(array)) => Some(array),
+            Ok(NamedThing::Element(ArrayElement { array, index })) => {
                 self.look_up(name, span);
-                walk.parts.push(Part::Word(index));
-                walk.push(Part::Element(array), element(array, span));
+                walk.parts.push(FormulaPart::Word(index));
+                walk.push(FormulaPart::Element(array), element(array, span));
                 return;
             }
             Ok(_) | Err(_) => None,
@@ -48,8 +48,8 @@ impl Resolver<'_> {
             return;
         }
         let parts = array.addresses().map(|address| match address {
-            Address::Bit(bit) => Part::Bit(bit),
-            Address::Word(word) => Part::Word(word),
+            Address::Bit(bit) => FormulaPart::Bit(bit),
+            Address::Word(word) => FormulaPart::Word(word),
             Address::Structure(_) => unreachable!("arrays are of bits or words"),
         });
         walk.parts.extend(parts);
@@ -75,7 +75,12 @@ impl Resolver<'_> {
     }
 
     /// Resolves `name[index]`; the index is the last operand.
-    pub(super) fn element_of(&mut self, walk: &mut Walk, name: &Located<String>, span: Span) {
+    pub(super) fn element_of(
+        &mut self,
+        walk: &mut FormulaWalk,
+        name: &Located<String>,
+        span: Span,
+    ) {
         let Some(index) = walk.operands.pop() else { return };
         self.one_value(walk, index);
         let array = self.array_of(name).filter(|_| self.whole_number(index));
@@ -93,13 +98,13 @@ impl Resolver<'_> {
             }
             return;
         }
-        walk.push(Part::Element(array), element(array, span));
+        walk.push(FormulaPart::Element(array), element(array, span));
     }
 
     /// The array with this name. Marks its tag as used.
     pub(super) fn array_of(&mut self, name: &Located<String>) -> Option<Array> {
         let thing = self.look_up(&name.value, name.span)?;
-        if let Thing::Array(array) = thing {
+        if let NamedThing::Array(array) = thing {
             return Some(array);
         }
         let message = format!("`{}` is no array: it has no elements", name.value);
@@ -130,7 +135,7 @@ impl Resolver<'_> {
     }
 
     /// Reports a whole array in the place of one value.
-    pub(super) fn one_value(&mut self, walk: &mut Walk, operand: TypedOperand) {
+    pub(super) fn one_value(&mut self, walk: &mut FormulaWalk, operand: TypedOperand) {
         let Some(array) = operand.whole else { return };
         walk.whole = false;
         let name = self.text(operand.span).to_owned();
@@ -148,10 +153,10 @@ fn element(array: Array, span: Span) -> TypedOperand {
 }
 
 /// A constant at the end of an expression, and the number of its parts.
-pub(super) fn constant(parts: &[Part]) -> Option<(i64, usize)> {
+pub(super) fn constant(parts: &[FormulaPart]) -> Option<(i64, usize)> {
     match parts {
-        [.., Part::Integer(n), Part::Unary(Unary::Minus, _)] => Some((-n, 2)),
-        [.., Part::Integer(n)] => Some((*n, 1)),
+        [.., FormulaPart::Integer(n), FormulaPart::Unary(Unary::Minus, _)] => Some((-n, 2)),
+        [.., FormulaPart::Integer(n)] => Some((*n, 1)),
         _ => None,
     }
 }

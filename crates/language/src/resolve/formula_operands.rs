@@ -4,11 +4,11 @@
 //! for warnings.
 
 use super::Resolver;
-use super::array::{Array, Element};
-use super::formula::{NumberType, Part, type_of};
+use super::array::{Array, ArrayElement};
+use super::formula::{FormulaPart, NumberType, type_of};
 use super::mistake::{bit_of_block, bits_of_device};
 use super::resolver::of_array;
-use super::scope::{Misplaced, Thing};
+use super::scope::{MisplacedName, NamedThing};
 use crate::source::fix::{advise, proposed};
 use crate::source::span::Span;
 use rungd_engine::isa::Address;
@@ -39,9 +39,9 @@ pub(super) enum OperandForm {
 }
 
 impl TypedOperand {
-    pub fn new(of: NumberType, span: Span) -> TypedOperand {
+    pub fn new(number_type: NumberType, span: Span) -> TypedOperand {
         TypedOperand {
-            of,
+            of: number_type,
             span,
             division: None,
             form: OperandForm::Other,
@@ -52,15 +52,15 @@ impl TypedOperand {
 }
 
 /// The parts resolved so far, and the operands that wait for their operator.
-pub(super) struct Walk {
-    pub parts: Vec<Part>,
+pub(super) struct FormulaWalk {
+    pub parts: Vec<FormulaPart>,
     pub operands: Vec<TypedOperand>,
     /// Whether no part had a mistake.
     pub whole: bool,
 }
 
-impl Walk {
-    pub fn push(&mut self, part: Part, operand: TypedOperand) {
+impl FormulaWalk {
+    pub fn push(&mut self, part: FormulaPart, operand: TypedOperand) {
         self.parts.push(part);
         self.operands.push(operand);
     }
@@ -68,42 +68,51 @@ impl Walk {
     /// Adds an operand with a mistake as an integer, which causes no further finding.
     pub fn unknown(&mut self, span: Span) {
         self.whole = false;
-        self.push(Part::Integer(0), TypedOperand::new(NumberType::Integer, span));
+        self.push(FormulaPart::Integer(0), TypedOperand::new(NumberType::Integer, span));
     }
 }
 
 impl Resolver<'_> {
     /// Resolves a name as an operand of an expression.
-    pub(super) fn operand_of(&mut self, name: &str, span: Span) -> Option<(Part, TypedOperand)> {
-        let operand = |of| TypedOperand::new(of, span);
+    pub(super) fn operand_of(
+        &mut self,
+        name: &str,
+        span: Span,
+    ) -> Option<(FormulaPart, TypedOperand)> {
+        let operand = |number_type| TypedOperand::new(number_type, span);
         let integer = operand(NumberType::Integer);
         let thing = self.look_up(name, span)?;
         let help = match thing {
-            Thing::Real(real) => {
+            NamedThing::Real(real) => {
                 self.note_constant(name, span);
-                return Some((Part::Real(real), operand(NumberType::Real)));
+                return Some((FormulaPart::Real(real), operand(NumberType::Real)));
             }
-            Thing::Constant(value, _) => {
+            NamedThing::Constant(value, _) => {
                 self.note_constant(name, span);
-                return Some((Part::Integer(i64::from(value)), integer));
+                return Some((FormulaPart::Integer(i64::from(value)), integer));
             }
-            Thing::Address(address @ Address::Word(word)) => {
+            NamedThing::Address(address @ Address::Word(word)) => {
                 self.note(name, span, address);
-                return Some((Part::Word(word), operand(type_of(word))));
+                return Some((FormulaPart::Word(word), operand(type_of(word))));
             }
-            Thing::Address(address @ Address::Bit(bit)) => {
+            NamedThing::Address(address @ Address::Bit(bit)) => {
                 self.note(name, span, address);
-                return Some((Part::Bit(bit), TypedOperand { form: OperandForm::Bit, ..integer }));
+                return Some((
+                    FormulaPart::Bit(bit),
+                    TypedOperand { form: OperandForm::Bit, ..integer },
+                ));
             }
-            Thing::Address(Address::Structure(structure)) => {
+            NamedThing::Address(Address::Structure(structure)) => {
                 let acc = if structure.members().contains(&"Acc") { "Acc" } else { "ACC" };
                 advise("its value is `{}`", [proposed(format!("{name}.{acc}"))])
             }
-            Thing::Array(array) | Thing::Element(Element { array, .. }) => of_array(name, array),
-            Thing::Block(_) => bit_of_block(name),
-            Thing::Device(_) => advise("its bits are `{}` and `{}`", bits_of_device(name)),
+            NamedThing::Array(array) | NamedThing::Element(ArrayElement { array, .. }) => {
+                of_array(name, array)
+            }
+            NamedThing::Block(_) => bit_of_block(name),
+            NamedThing::Device(_) => advise("its bits are `{}` and `{}`", bits_of_device(name)),
         };
-        self.wrong_kind(Misplaced { name, span, thing }, "a value", help);
+        self.wrong_kind(MisplacedName { name, span, thing }, "a value", help);
         None
     }
 }

@@ -5,9 +5,9 @@
 #![deny(clippy::wildcard_enum_match_arm)]
 
 use super::Resolver;
-use super::formula::{Binary, Formula, NumberType, Part, Unary};
-use super::formula_operands::{OperandForm, TypedOperand, Walk};
-use crate::source::expression::{self as written, PartKind};
+use super::formula::{Binary, Formula, FormulaPart, NumberType, Unary};
+use super::formula_operands::{FormulaWalk, OperandForm, TypedOperand};
+use crate::source::expression::{self as written, ExpressionPartKind};
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{Help, advise, one_of, possible};
 use crate::source::nearest::did_you_mean;
@@ -21,26 +21,28 @@ impl Resolver<'_> {
         &mut self,
         written: &written::Expression,
     ) -> Option<(Formula, TypedOperand)> {
-        let mut walk = Walk { parts: Vec::new(), operands: Vec::new(), whole: true };
+        let mut walk = FormulaWalk { parts: Vec::new(), operands: Vec::new(), whole: true };
         for part in &written.parts {
             match &part.kind {
-                PartKind::Integer(n) => {
+                ExpressionPartKind::Integer(n) => {
                     let operand = TypedOperand::new(NumberType::Integer, part.span);
                     let literal = Some(*n as f64);
-                    walk.push(Part::Integer(*n), TypedOperand { literal, ..operand });
+                    walk.push(FormulaPart::Integer(*n), TypedOperand { literal, ..operand });
                 }
-                PartKind::Real(real) => {
+                ExpressionPartKind::Real(real) => {
                     let operand = TypedOperand::new(NumberType::Real, part.span);
                     let literal = Some(f64::from(*real));
-                    walk.push(Part::Real(*real), TypedOperand { literal, ..operand });
+                    walk.push(FormulaPart::Real(*real), TypedOperand { literal, ..operand });
                 }
-                PartKind::Name(name) => self.name(&mut walk, name, part.span),
-                PartKind::Element(name) => self.element_of(&mut walk, name, part.span),
-                PartKind::Unary(operator) => self.unary(&mut walk, *operator, part.span),
-                PartKind::Binary(operator, sign) => {
+                ExpressionPartKind::Name(name) => self.name(&mut walk, name, part.span),
+                ExpressionPartKind::Element(name) => self.element_of(&mut walk, name, part.span),
+                ExpressionPartKind::Unary(operator) => self.unary(&mut walk, *operator, part.span),
+                ExpressionPartKind::Binary(operator, sign) => {
                     self.binary(&mut walk, (*operator, *sign), part.span);
                 }
-                PartKind::Call(name, count) => self.call(&mut walk, (name, *count), part.span),
+                ExpressionPartKind::Call(name, count) => {
+                    self.call(&mut walk, (name, *count), part.span)
+                }
             }
         }
         let last = walk.operands.pop()?;
@@ -48,15 +50,15 @@ impl Resolver<'_> {
         walk.whole.then_some((Formula { parts: walk.parts }, last))
     }
 
-    fn unary(&mut self, walk: &mut Walk, operator: Unary, span: Span) {
+    fn unary(&mut self, walk: &mut FormulaWalk, operator: Unary, span: Span) {
         let Some(operand) = walk.operands.pop() else { return };
         self.one_value(walk, operand);
-        let of = operand.of;
+        let number_type = operand.of;
         let whole = match operator {
             Unary::Minus => {
                 let literal = operand.literal.map(|number| -number);
                 let division = operand.division;
-                TypedOperand { division, literal, ..TypedOperand::new(of, span) }
+                TypedOperand { division, literal, ..TypedOperand::new(number_type, span) }
             }
             Unary::Not => TypedOperand::new(NumberType::Integer, span),
             Unary::Complement => {
@@ -66,25 +68,25 @@ impl Resolver<'_> {
                 TypedOperand { form, ..TypedOperand::new(NumberType::Integer, span) }
             }
         };
-        walk.push(Part::Unary(operator, of), whole);
+        walk.push(FormulaPart::Unary(operator, number_type), whole);
     }
 
-    fn binary(&mut self, walk: &mut Walk, (operator, sign): (Binary, Span), span: Span) {
+    fn binary(&mut self, walk: &mut FormulaWalk, (operator, sign): (Binary, Span), span: Span) {
         let (Some(right), Some(left)) = (walk.operands.pop(), walk.operands.pop()) else { return };
         self.one_value(walk, left);
         self.one_value(walk, right);
-        let of = left.of.with(right.of);
+        let number_type = left.of.with(right.of);
         let division = left.division.or(right.division);
         self.constants_of(operator, [left, right], span);
         let whole = match operator {
-            Binary::Divide if of == NumberType::Integer => {
+            Binary::Divide if number_type == NumberType::Integer => {
                 let own = Some((sign, [left.span, right.span]));
-                TypedOperand { division: division.or(own), ..TypedOperand::new(of, span) }
+                TypedOperand { division: division.or(own), ..TypedOperand::new(number_type, span) }
             }
             Binary::Add | Binary::Subtract | Binary::Multiply | Binary::Divide | Binary::Power => {
-                TypedOperand { division, ..TypedOperand::new(of, span) }
+                TypedOperand { division, ..TypedOperand::new(number_type, span) }
             }
-            Binary::Remainder => TypedOperand::new(of, span),
+            Binary::Remainder => TypedOperand::new(number_type, span),
             Binary::And
             | Binary::Or
             | Binary::Xor
@@ -103,11 +105,11 @@ impl Resolver<'_> {
             | Binary::AndAlso
             | Binary::OrElse => TypedOperand::new(NumberType::Integer, span),
         };
-        walk.push(Part::Binary(operator, of), whole);
+        walk.push(FormulaPart::Binary(operator, number_type), whole);
     }
 
     /// Reports reals among the operands of an operator on bits.
-    fn wants_integers(&mut self, walk: &mut Walk, sign: &str, operands: &[TypedOperand]) {
+    fn wants_integers(&mut self, walk: &mut FormulaWalk, sign: &str, operands: &[TypedOperand]) {
         for operand in operands.iter().filter(|operand| operand.of == NumberType::Real) {
             let message = format!("`{sign}` works on the bits of integers, not on a real");
             let text = self.text(operand.span);
@@ -119,7 +121,7 @@ impl Resolver<'_> {
         }
     }
 
-    fn call(&mut self, walk: &mut Walk, (name, count): (&Located<String>, u32), span: Span) {
+    fn call(&mut self, walk: &mut FormulaWalk, (name, count): (&Located<String>, u32), span: Span) {
         let rest = walk.operands.len().saturating_sub(count as usize);
         let arguments = walk.operands.split_off(rest);
         let Some(function) = Function::from_name(&name.value) else {
@@ -140,8 +142,10 @@ impl Resolver<'_> {
         }
         // The condition of `if` does not affect its type.
         let typed = if function == Function::If { &arguments[1..] } else { &arguments[..] };
-        let all = typed.iter().fold(NumberType::Integer, |of, operand| of.with(operand.of));
-        let (of, result) = match spec.result {
+        let all = typed
+            .iter()
+            .fold(NumberType::Integer, |number_type, operand| number_type.with(operand.of));
+        let (number_type, result) = match spec.result {
             ResultType::Kept => (all, all),
             ResultType::Integer => (all, NumberType::Integer),
             ResultType::Real => (NumberType::Real, NumberType::Real),
@@ -156,7 +160,7 @@ impl Resolver<'_> {
         let count =
             arguments.iter().map(|operand| operand.whole.map_or(1, |array| array.count)).sum();
         self.constants_of_call(function, &arguments, span);
-        walk.push(Part::Call(function, count, of), whole);
+        walk.push(FormulaPart::Call(function, count, number_type), whole);
     }
 }
 

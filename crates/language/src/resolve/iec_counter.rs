@@ -8,10 +8,10 @@
 //! finding, whose help has the whole rung.
 
 use super::Resolver;
-use super::scope::Thing;
+use super::scope::NamedThing;
 use crate::source::finding::{Code, Finding};
-use crate::source::fix::{Edit, advise};
-use crate::source::instruction::{Instruction, Operand};
+use crate::source::fix::{FixEdit, advise};
+use crate::source::instruction::{OperandText, WrittenInstruction};
 use crate::source::ladder;
 pub use rungd_engine::isa::{Address, Mnemonic, Structure};
 
@@ -21,7 +21,7 @@ const RESETS: [&str; 8] = ["rst", "r", "reset", "res", "ld", "load", "clr", "cle
 impl Resolver<'_> {
     /// Whether the rung is IEC's counter. Then its finding has been added, and its instruction is
     /// not to be resolved.
-    pub(super) fn is_iec_counter(&mut self, rung: &ladder::Rung) -> bool {
+    pub(super) fn is_iec_counter(&mut self, rung: &ladder::WrittenRung) -> bool {
         let ([instruction], true) = (rung.body.as_slice(), rung.branches.is_empty()) else {
             return false;
         };
@@ -30,14 +30,15 @@ impl Resolver<'_> {
             Some(Mnemonic::Ctd) => Mnemonic::Cntdn,
             Some(_) | None => return false,
         };
-        let Some(counter) = instruction.operands.iter().find(|of| of.key.is_none()) else {
+        let Some(counter) = instruction.operands.iter().find(|operand| operand.key.is_none())
+        else {
             return false;
         };
         let named = self.scope.look_up(&counter.value.to_string()).map(|found| found.thing);
         let has_other_form = !rung.legs.is_empty() || key(instruction, "PV").is_some();
         let is_meant = match named {
-            Ok(Thing::Address(Address::Structure(Structure::Sensaphone(_)))) => false,
-            Ok(Thing::Address(Address::Structure(_))) => true,
+            Ok(NamedThing::Address(Address::Structure(Structure::Sensaphone(_)))) => false,
+            Ok(NamedThing::Address(Address::Structure(_))) => true,
             Ok(_) => has_other_form,
             Err(_) => has_other_form || !self.scope.has_sensaphone(),
         };
@@ -52,19 +53,21 @@ impl Resolver<'_> {
 
     fn iec_counter(
         &self,
-        rung: &ladder::Rung,
-        instruction: &Instruction,
-        (meant, counter): (Mnemonic, &Operand),
+        rung: &ladder::WrittenRung,
+        instruction: &WrittenInstruction,
+        (meant, counter): (Mnemonic, &OperandText),
     ) -> Finding {
         let (own, spec) = (instruction.mnemonic.value.to_ascii_uppercase(), meant.spec());
-        let is_reset =
-            |leg: &&ladder::Leg| RESETS.contains(&leg.key.text.to_ascii_lowercase().as_str());
+        let is_reset = |leg: &&ladder::WrittenLeg| {
+            RESETS.contains(&leg.key.text.to_ascii_lowercase().as_str())
+        };
         let reset = rung.legs.iter().find(is_reset);
         let count = rung.legs.iter().find(|leg| !is_reset(leg)).or(rung.when.as_ref());
-        let text = |leg: Option<&ladder::Leg>, none| leg.map_or(none, |leg| self.text(leg.span));
-        let positional = instruction.operands.iter().filter(|of| of.key.is_none()).nth(1);
+        let text =
+            |leg: Option<&ladder::WrittenLeg>, none| leg.map_or(none, |leg| self.text(leg.span));
+        let positional = instruction.operands.iter().filter(|operand| operand.key.is_none()).nth(1);
         let preset = ["preset", "PV"].iter().find_map(|name| key(instruction, name)).or(positional);
-        let preset = preset.map_or("10".to_owned(), |of| of.value.to_string());
+        let preset = preset.map_or("10".to_owned(), |preset| preset.value.to_string());
         let instead = if rung.legs.is_empty() { "instead of `when`" } else { "and no other leg" };
         let lines = format!(
             "leg.{:<3} = {}\nleg.rst = {}\ndo = [\"{} {} preset={preset}\"]",
@@ -80,14 +83,15 @@ impl Resolver<'_> {
             .label(format!("a counter is counted by `{}`", spec.name))
             .help(advise(
                 &format!("write its legs {instead}:\n{{}}"),
-                [Edit::Lines { lines, instead: rung.legs.is_empty().then_some("when") }],
+                [FixEdit::Lines { lines, instead: rung.legs.is_empty().then_some("when") }],
             ))
     }
 }
 
 /// The operand with a key, in any case.
-fn key<'i>(instruction: &'i Instruction, name: &str) -> Option<&'i Operand> {
-    let has_name =
-        |of: &&Operand| of.key.as_ref().is_some_and(|key| key.value.eq_ignore_ascii_case(name));
+fn key<'i>(instruction: &'i WrittenInstruction, name: &str) -> Option<&'i OperandText> {
+    let has_name = |operand: &&OperandText| {
+        operand.key.as_ref().is_some_and(|key| key.value.eq_ignore_ascii_case(name))
+    };
     instruction.operands.iter().find(has_name)
 }

@@ -3,16 +3,16 @@
 //! Part of the scope. A constant index gives a plain address. A word as index gives an element
 //! whose number is read at run time.
 
-use super::array::{Array, Element};
+use super::array::{Array, ArrayElement};
 use super::mistake::{Mistake, bit_of_block, bits_of_device, mistake};
 use super::program::TagMeaning;
-use super::scope::{LookUp, Scope, Thing};
+use super::scope::{LookUp, NamedThing, Scope};
 use crate::source::finding::Code;
 use crate::source::fix::{advise, possible, propose, proposed, write};
 use rungd_engine::isa::{Address, Space};
 
 /// An index: a constant, or the name of a word.
-enum Index<'n> {
+enum ArrayIndex<'n> {
     Constant(u32, Option<&'n str>),
     Word(&'n str),
 }
@@ -39,13 +39,13 @@ impl Scope {
             return self.slice((base, first, array), (low.trim(), high.trim()));
         }
         Ok(match self.index(base, array, index.trim())? {
-            Index::Constant(at, named) => LookUp {
-                thing: Thing::Address(array.element(at)),
+            ArrayIndex::Constant(at, named) => LookUp {
+                thing: NamedThing::Address(array.element(at)),
                 tag: Some(first + at as usize),
                 index: named.map(str::to_owned),
             },
-            Index::Word(word) => LookUp {
-                thing: Thing::Element(self.selected(array, word)?),
+            ArrayIndex::Word(word) => LookUp {
+                thing: NamedThing::Element(self.selected(array, word)?),
                 tag: Some(first),
                 index: Some(word.to_owned()),
             },
@@ -62,23 +62,23 @@ impl Scope {
         }
         // An unknown name has a finding of its own.
         let found = self.look_up(base)?;
-        if let LookUp { thing: Thing::Array(array), tag: Some(tag), .. } = found {
+        if let LookUp { thing: NamedThing::Array(array), tag: Some(tag), .. } = found {
             return Ok((tag, array));
         }
         let message = format!("`{base}` is no array: it has no elements");
         let help = match found.thing {
-            Thing::Address(Address::Structure(structure)) => {
+            NamedThing::Address(Address::Structure(structure)) => {
                 let members = structure.members().join("`, `.");
                 format!("name a member of it, `.{members}`, or declare a tag with `count`").into()
             }
-            Thing::Block(_) => bit_of_block(base).and("; an array is a tag with `count`"),
-            Thing::Device(_) => advise("its bits are `{}` and `{}`", bits_of_device(base))
+            NamedThing::Block(_) => bit_of_block(base).and("; an array is a tag with `count`"),
+            NamedThing::Device(_) => advise("its bits are `{}` and `{}`", bits_of_device(base))
                 .and("; an array is a tag with `count`"),
-            Thing::Address(Address::Bit(_) | Address::Word(_))
-            | Thing::Constant(..)
-            | Thing::Real(_)
-            | Thing::Array(_)
-            | Thing::Element(_) => propose(base).and(", or declare a tag with `count`"),
+            NamedThing::Address(Address::Bit(_) | Address::Word(_))
+            | NamedThing::Constant(..)
+            | NamedThing::Real(_)
+            | NamedThing::Array(_)
+            | NamedThing::Element(_) => propose(base).and(", or declare a tag with `count`"),
         };
         Err(mistake(Code::OperandType, message, help))
     }
@@ -109,7 +109,7 @@ impl Scope {
                 }
                 other @ (Mistake::New { .. } | Mistake::Reported) => other,
             };
-            let Index::Constant(at, _) = self.index(base, array, text).map_err(beyond)? else {
+            let ArrayIndex::Constant(at, _) = self.index(base, array, text).map_err(beyond)? else {
                 let message = format!("the ends of a slice are constants, not `{text}`");
                 let help = propose(format!("{base}[0..{last}]"));
                 return Err(mistake(Code::OperandType, message, help));
@@ -122,11 +122,16 @@ impl Scope {
             let help = write(format!("{base}[{high}..{low}]"));
             return Err(mistake(Code::OutOfRange, message, help));
         }
-        let thing = Thing::Array(array.slice(from, to));
+        let thing = NamedThing::Array(array.slice(from, to));
         Ok(LookUp { thing, tag: Some(first + from as usize), index: None })
     }
 
-    fn index<'n>(&self, base: &str, array: Array, text: &'n str) -> Result<Index<'n>, Mistake> {
+    fn index<'n>(
+        &self,
+        base: &str,
+        array: Array,
+        text: &'n str,
+    ) -> Result<ArrayIndex<'n>, Mistake> {
         let last = array.count - 1;
         if text.is_empty() {
             let message = format!("the index of `{base}` is missing");
@@ -143,20 +148,20 @@ impl Scope {
             return Err(no_index(text));
         } else {
             match self.look_up(text)?.thing {
-                Thing::Constant(value, _) => (i64::from(value), Some(text)),
-                Thing::Address(Address::Word(word)) if !word.is_real() => {
-                    return Ok(Index::Word(text));
+                NamedThing::Constant(value, _) => (i64::from(value), Some(text)),
+                NamedThing::Address(Address::Word(word)) if !word.is_real() => {
+                    return Ok(ArrayIndex::Word(text));
                 }
-                Thing::Address(_)
-                | Thing::Element(_)
-                | Thing::Array(_)
-                | Thing::Real(_)
-                | Thing::Block(_)
-                | Thing::Device(_) => return Err(no_index(text)),
+                NamedThing::Address(_)
+                | NamedThing::Element(_)
+                | NamedThing::Array(_)
+                | NamedThing::Real(_)
+                | NamedThing::Block(_)
+                | NamedThing::Device(_) => return Err(no_index(text)),
             }
         };
         match u32::try_from(number).ok().filter(|at| *at <= last) {
-            Some(at) => Ok(Index::Constant(at, named)),
+            Some(at) => Ok(ArrayIndex::Constant(at, named)),
             None => {
                 let message = format!("`{base}` has the elements 0 to {last}, not {number}");
                 let help = match base.contains('[') {
@@ -168,16 +173,16 @@ impl Scope {
         }
     }
 
-    fn selected(&self, array: Array, word: &str) -> Result<Element, Mistake> {
+    fn selected(&self, array: Array, word: &str) -> Result<ArrayElement, Mistake> {
         match self.look_up(word)?.thing {
-            Thing::Address(Address::Word(index)) => Ok(Element { array, index }),
-            Thing::Address(_)
-            | Thing::Element(_)
-            | Thing::Array(_)
-            | Thing::Constant(..)
-            | Thing::Real(_)
-            | Thing::Block(_)
-            | Thing::Device(_) => Err(no_index(word)),
+            NamedThing::Address(Address::Word(index)) => Ok(ArrayElement { array, index }),
+            NamedThing::Address(_)
+            | NamedThing::Element(_)
+            | NamedThing::Array(_)
+            | NamedThing::Constant(..)
+            | NamedThing::Real(_)
+            | NamedThing::Block(_)
+            | NamedThing::Device(_) => Err(no_index(word)),
         }
     }
 }

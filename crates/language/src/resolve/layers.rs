@@ -66,18 +66,18 @@ const FIRST: u32 = 1 << 31;
 struct FindingPlace {
     span: Span,
     /// The layer of the use that the finding is about.
-    of: Option<FileId>,
+    use_file: Option<FileId>,
     /// The arguments that the finding is about.
     given: Vec<Span>,
 }
 
 /// The parts that two findings have in common if they report the same mistake for several uses.
 #[derive(PartialEq, Eq, Hash)]
-struct Alike(Code, Span, Vec<Span>);
+struct FindingKey(Code, Span, Vec<Span>);
 
 impl Layers {
-    pub(super) fn add_use(&mut self, file: FileId, of: UsePlace) -> FileId {
-        self.add(Layer::Use(file, of))
+    pub(super) fn add_use(&mut self, file: FileId, used: UsePlace) -> FileId {
+        self.add(Layer::Use(file, used))
     }
 
     /// Adds a layer for contacts as an argument in `by`, at one place of their parameter.
@@ -111,9 +111,11 @@ impl Layers {
 
     /// The finding about an unknown name, with the nearest name of its template, if one is near.
     pub(super) fn near(&self, finding: Finding, name: &str) -> Finding {
-        let at = self.stands_at(finding.span);
+        let at = self.place_in_rung(finding.span);
         match self.uses(at.file).next() {
-            Some(of) if at == finding.span && !of.has(name) => finding.near_first(name, &of.own),
+            Some(used) if at == finding.span && !used.has(name) => {
+                finding.near_first(name, &used.own)
+            }
             Some(_) | None => finding,
         }
     }
@@ -143,7 +145,7 @@ impl Layers {
 
     /// The place in the text of the rung itself: for a place in an argument, the place of the
     /// parameter.
-    pub fn stands_at(&self, mut span: Span) -> Span {
+    pub fn place_in_rung(&self, mut span: Span) -> Span {
         while let Some(Layer::Contacts(given) | Layer::Atom(given)) = self.get(span.file) {
             span = given.at;
         }
@@ -154,7 +156,7 @@ impl Layers {
     /// argument.
     pub(crate) fn begin_together(&self, part: Span, whole: Span) -> bool {
         let part = match self.get(whole.file) {
-            Some(Layer::Use(..)) | None => self.stands_at(part),
+            Some(Layer::Use(..)) | None => self.place_in_rung(part),
             Some(Layer::Contacts(_) | Layer::Atom(_)) => self.text(part),
         };
         let whole = self.text(whole);
@@ -180,7 +182,7 @@ impl Layers {
         while let Some(span) = at {
             path.push((self.in_file(span).file, span.start));
             at = self.get(span.file).map(|layer| match layer {
-                Layer::Use(_, of) => of.at,
+                Layer::Use(_, used) => used.at,
                 Layer::Contacts(given) | Layer::Atom(given) => given.at,
             });
         }
@@ -190,43 +192,43 @@ impl Layers {
 
     /// Whether a place belongs to the trial of a template that nothing uses.
     pub fn is_trial(&self, span: Span) -> bool {
-        self.uses(self.stands_at(span).file).any(|of| of.is_trial)
+        self.uses(self.place_in_rung(span).file).any(|used| used.is_trial)
     }
 
     /// The whole name of the outermost use of a template that contains a place, with the place of
     /// that use in its file.
     pub fn outermost(&self, span: Span) -> Option<(&str, Span)> {
-        let of = self.uses(self.stands_at(span).file).last()?;
-        Some((&of.name, of.at))
+        let used = self.uses(self.place_in_rung(span).file).last()?;
+        Some((&used.name, used.at))
     }
 
     /// The whole name of the innermost use of a template that contains a place: `p1.lamp`.
     pub(super) fn use_of(&self, span: Span) -> Option<&str> {
-        self.uses(self.stands_at(span).file).next().map(|of| of.name.as_str())
+        self.uses(self.place_in_rung(span).file).next().map(|used| used.name.as_str())
     }
 
     /// The use of a layer, then the uses that contain it, from the inside out.
     fn uses(&self, file: FileId) -> impl Iterator<Item = &UsePlace> {
         let mut file = file;
         std::iter::from_fn(move || {
-            let Layer::Use(_, of) = self.get(file)? else { return None };
-            file = self.stands_at(of.at).file;
-            Some(of)
+            let Layer::Use(_, used) = self.get(file)? else { return None };
+            file = self.place_in_rung(used.at).file;
+            Some(used)
         })
     }
 
     /// The findings, with places in files. A finding that is the same in several uses occurs once.
-    pub fn told(&self, findings: Vec<Finding>) -> Vec<Finding> {
+    pub fn placed_findings(&self, findings: Vec<Finding>) -> Vec<Finding> {
         if self.layers.is_empty() {
             return findings;
         }
         let (layered, mut told): (Vec<_>, Vec<_>) =
             findings.into_iter().partition(|finding| Layers::is_layered(finding.span));
         told.iter_mut().for_each(|finding| self.relate(finding));
-        let mut seen: HashMap<Alike, Vec<FileId>> = HashMap::new();
+        let mut seen: HashMap<FindingKey, Vec<FileId>> = HashMap::new();
         for finding in &told {
             let related = finding.related.iter().map(|(span, _)| *span).collect();
-            seen.insert(Alike(finding.code, finding.span, related), Vec::new());
+            seen.insert(FindingKey(finding.code, finding.span, related), Vec::new());
         }
         let mut firsts = Vec::new();
         let mut untold = Vec::new();
@@ -238,18 +240,18 @@ impl Layers {
             self.relate(&mut finding);
             finding.span = place.span;
             let related = finding.related.iter().map(|(span, _)| *span).chain(place.given.clone());
-            let alike = Alike(finding.code, place.span, related.collect());
+            let alike = FindingKey(finding.code, place.span, related.collect());
             match seen.get_mut(&alike) {
-                Some(others) => others.extend(place.of),
+                Some(others) => others.extend(place.use_file),
                 None => {
-                    seen.insert(alike, place.of.into_iter().collect());
+                    seen.insert(alike, place.use_file.into_iter().collect());
                     firsts.push((finding, place));
                 }
             }
         }
         told.extend(firsts.into_iter().map(|(finding, place)| {
             let related = finding.related.iter().map(|(span, _)| *span).chain(place.given.clone());
-            let alike = Alike(finding.code, place.span, related.collect());
+            let alike = FindingKey(finding.code, place.span, related.collect());
             let uses: HashSet<FileId> = seen[&alike].iter().copied().collect();
             self.with_use(finding, &place, uses.len())
         }));
@@ -275,10 +277,12 @@ impl Layers {
     /// Turns the related places of a finding into places of files.
     fn relate(&self, finding: &mut Finding) {
         for (span, words) in &mut finding.related {
-            if let Some(of) = self.uses(self.stands_at(*span).file).find(|of| !of.is_trial) {
-                words.push_str(&format!(" (in `{}`)", of.name));
+            if let Some(used) =
+                self.uses(self.place_in_rung(*span).file).find(|use_place| !use_place.is_trial)
+            {
+                words.push_str(&format!(" (in `{}`)", used.name));
             }
-            *span = self.in_file(self.stands_at(*span));
+            *span = self.in_file(self.place_in_rung(*span));
         }
     }
 
@@ -301,41 +305,46 @@ impl Layers {
                     span = of.at;
                 }
                 Some(Layer::Use(file, _)) => {
-                    let of = Some(span.file);
-                    return Some(FindingPlace { span: Span { file: *file, ..span }, of, given });
+                    let use_file = Some(span.file);
+                    return Some(FindingPlace {
+                        span: Span { file: *file, ..span },
+                        use_file,
+                        given,
+                    });
                 }
-                None => return Some(FindingPlace { span, of: None, given }),
+                None => return Some(FindingPlace { span, use_file: None, given }),
             }
         }
     }
 
     /// The finding with the use that it is about, and the number of other uses.
     fn with_use(&self, mut finding: Finding, place: &FindingPlace, uses: usize) -> Finding {
-        let is_trial = place.of.is_some_and(|of| self.uses(of).any(|of| of.is_trial));
+        let is_trial =
+            place.use_file.is_some_and(|use_file| self.uses(use_file).any(|used| used.is_trial));
         for given in place.given.iter().filter(|_| !is_trial) {
             finding = finding.related(*given, "given here");
         }
-        let Some(layer) = place.of else { return finding };
+        let Some(layer) = place.use_file else { return finding };
         let mut others = match uses.saturating_sub(1) {
             0 => String::new(),
             1 => ", and in one more use".to_owned(),
             more => format!(", and in {more} more uses"),
         };
         match self.uses(layer).next() {
-            Some(of) if of.is_trial => finding.reword(|text| {
-                let text = without(text, &of.name);
-                bare(&text.replace(&of.name, of.name.trim_start_matches('?')))
+            Some(used) if used.is_trial => finding.reword(|text| {
+                let text = without(text, &used.name);
+                bare(&text.replace(&used.name, used.name.trim_start_matches('?')))
             }),
-            Some(of) if uses > 1 => finding.reword(|text| without(text, &of.name)),
+            Some(used) if uses > 1 => finding.reword(|text| without(text, &used.name)),
             // The right name is written in the template, without the name of the use.
-            Some(of) if finding.code == Code::UnknownName => {
-                finding.reword_help(|text| without(text, &of.name));
+            Some(used) if finding.code == Code::UnknownName => {
+                finding.reword_help(|text| without(text, &used.name));
             }
             Some(_) | None => {}
         }
-        for of in self.uses(layer).take_while(|of| !of.is_trial) {
-            let words = format!("in the use `{}`{}", of.name, std::mem::take(&mut others));
-            finding = finding.related(self.in_file(of.at), words);
+        for used in self.uses(layer).take_while(|use_place| !use_place.is_trial) {
+            let words = format!("in the use `{}`{}", used.name, std::mem::take(&mut others));
+            finding = finding.related(self.in_file(used.at), words);
         }
         finding
     }
@@ -396,7 +405,7 @@ mod tests {
         let held_back = |code| Finding::new(code, span, "of the argument".to_owned());
         let mut findings = vec![held_back(Code::OperandType), held_back(Code::UnusedTag)];
         findings.extend(others);
-        let told = layers.told(findings).into_iter();
+        let told = layers.placed_findings(findings).into_iter();
         told.map(|finding| format!("{} at {}", finding.message, finding.span.start)).collect()
     }
 

@@ -3,13 +3,13 @@
 //! Called by `operand`. The target may be an element whose index is an expression too.
 
 use super::Resolver;
-use super::formula::{Formula, Part};
+use super::formula::{Formula, FormulaPart};
 use super::formula_elements::constant;
 use super::formula_operands::{OperandForm, TypedOperand};
 use super::instruction::{
-    Calculation, Instruction, OperandList, OperandType, ResolvedOperand, Target,
+    Calculation, FormulaTarget, Instruction, OperandList, OperandType, ResolvedOperand,
 };
-use super::scope::Thing;
+use super::scope::NamedThing;
 use crate::source::atom::{Atom, AtomKind};
 use crate::source::expression as written;
 use crate::source::finding::{Code, Finding};
@@ -22,7 +22,7 @@ impl Resolver<'_> {
     pub(super) fn math(
         &mut self,
         span: Span,
-        formula: &written::Formula,
+        formula: &written::WrittenFormula,
         spec: &'static Spec,
     ) -> Option<Instruction> {
         let target = self.math_target(formula, spec);
@@ -38,9 +38,9 @@ impl Resolver<'_> {
 
     fn math_target(
         &mut self,
-        formula: &written::Formula,
+        formula: &written::WrittenFormula,
         spec: &'static Spec,
-    ) -> Option<(Located<Target>, Option<Formula>)> {
+    ) -> Option<(Located<FormulaTarget>, Option<Formula>)> {
         let name = &formula.target;
         if let Some(index) = &formula.index {
             return self.math_element(name, index, spec);
@@ -54,18 +54,20 @@ impl Resolver<'_> {
         name: String,
         span: Span,
         spec: &'static Spec,
-    ) -> Option<Located<Target>> {
+    ) -> Option<Located<FormulaTarget>> {
         let found = self.scope.look_up(&name).map(|found| found.thing);
         let atom = Atom { kind: AtomKind::Name(name), span };
         let value = match found {
-            Ok(Thing::Address(Address::Bit(_))) => Target::Bit(self.writable_bit(&atom, spec)?),
-            _ => Target::Word(self.writable_word(&atom, spec)?),
+            Ok(NamedThing::Address(Address::Bit(_))) => {
+                FormulaTarget::Bit(self.writable_bit(&atom, spec)?)
+            }
+            _ => FormulaTarget::Word(self.writable_word(&atom, spec)?),
         };
         Some(Located { value, span })
     }
 
     /// The warnings about an expression and its target.
-    fn doubts(&mut self, target: Target, whole: TypedOperand) {
+    fn doubts(&mut self, target: FormulaTarget, whole: TypedOperand) {
         match target {
             _ if target.is_real() => {
                 let Some((sign, [left, right])) = whole.division else { return };
@@ -89,7 +91,7 @@ impl Resolver<'_> {
                 let help = advise("the opposite of a bit is `{}`", [proposed(format!("!{name}"))]);
                 self.find(finding.label("the target is always ON").help(help));
             }
-            Target::Word(_) | Target::Bit(_) | Target::Array(_) => {}
+            FormulaTarget::Word(_) | FormulaTarget::Bit(_) | FormulaTarget::Array(_) => {}
         }
     }
 
@@ -99,7 +101,7 @@ impl Resolver<'_> {
         name: &Located<String>,
         index: &written::Expression,
         spec: &'static Spec,
-    ) -> Option<(Located<Target>, Option<Formula>)> {
+    ) -> Option<(Located<FormulaTarget>, Option<Formula>)> {
         let array = self.array_of(name);
         let index = self.expression(index);
         let (array, (index, whole)) = (array?, index?);
@@ -116,7 +118,7 @@ impl Resolver<'_> {
             self.plain_target(element(0), name.span, spec);
             return None;
         }
-        Some((Located { value: Target::Array(array), span: name.span }, Some(index)))
+        Some((Located { value: FormulaTarget::Array(array), span: name.span }, Some(index)))
     }
 
     /// Resolves a target that a word selects, with its index. A template's argument may be such a
@@ -125,8 +127,9 @@ impl Resolver<'_> {
         &mut self,
         name: &Located<String>,
         spec: &'static Spec,
-    ) -> Option<(Located<Target>, Option<Formula>)> {
-        let Ok(Thing::Element(element)) = self.scope.look_up(&name.value).map(|f| f.thing) else {
+    ) -> Option<(Located<FormulaTarget>, Option<Formula>)> {
+        let Ok(NamedThing::Element(element)) = self.scope.look_up(&name.value).map(|f| f.thing)
+        else {
             return Some((self.plain_target(name.value.clone(), name.span, spec)?, None));
         };
         // Marks its tag as used, and records the index.
@@ -136,7 +139,7 @@ impl Resolver<'_> {
             self.plain_target(format!("{base}[0]"), name.span, spec);
             return None;
         }
-        let index = Formula { parts: vec![Part::Word(element.index)] };
-        Some((Located { value: Target::Array(element.array), span: name.span }, Some(index)))
+        let index = Formula { parts: vec![FormulaPart::Word(element.index)] };
+        Some((Located { value: FormulaTarget::Array(element.array), span: name.span }, Some(index)))
     }
 }

@@ -4,9 +4,9 @@
 
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{
-    Edit, Fix, Help, advise, meant, one_of, possible, propose, proposed, write,
+    Fix, FixEdit, Help, advise, meant, one_of, possible, propose, proposed, write,
 };
-use crate::source::nearest::{KnownNames, Near, did_you_mean, nearest};
+use crate::source::nearest::{KnownNames, UnknownName, did_you_mean, nearest};
 use crate::source::span::Span;
 use rungd_engine::isa::Structure;
 use rungd_engine::isa::address_text::AddressError;
@@ -25,7 +25,7 @@ pub enum Mistake {
         /// What to write instead.
         help: Option<Help>,
         /// The known names; if one is near, it replaces the help.
-        near: Option<Box<Near>>,
+        near: Option<Box<UnknownName>>,
     },
 }
 
@@ -181,12 +181,12 @@ pub(super) fn declared(name: &str, types: &[&str], others: &str) -> Help {
     let tag = |kind: &&str| format!("{name} = {{ type = \"{kind}\" }}");
     let first = types.first().map_or(String::new(), tag);
     let help = Help::from(format!("declare it under [tags]: `{first}`{others}"));
-    help.with_all(types.iter().map(tag).map(Edit::Declare))
+    help.with_all(types.iter().map(tag).map(FixEdit::Declare))
 }
 
 /// The help to declare a block or a Stage.
 pub(super) fn declared_table(header: &str, name: &str) -> Help {
     let line = format!("name = \"{name}\"");
     let words = format!("declare it: a `{header}` with `{line}`");
-    Help::from(words).with(Edit::Table { header: header.to_owned(), line })
+    Help::from(words).with(FixEdit::Table { header: header.to_owned(), line })
 }

@@ -56,7 +56,7 @@ use std::sync::Arc;
 use crate::source::finding::{Finding, Severity};
 use crate::source::ladder::{self, Entry, Ladder};
 use crate::source::lost::LostTexts;
-use crate::source::room::Room;
+use crate::source::room::LoadRoom;
 use crate::source::span::{FileId, SourceFile};
 use program::Program;
 use resolver::Resolver;
@@ -73,7 +73,7 @@ pub fn load_ladders(
 ) -> (Option<Program>, Vec<Finding>) {
     let (program, mut findings) = resolve_ladders(files, options);
     if let Some(program) = &program {
-        findings = in_order(program.layers.told(findings));
+        findings = in_order(program.layers.placed_findings(findings));
         program.lost.keep_sure(&mut findings);
     }
     let refused = findings.iter().any(|f| f.severity() == Severity::Error);
@@ -90,7 +90,7 @@ pub fn resolve_ladders(
 ) -> (Option<Program>, Vec<Finding>) {
     let mut findings = Vec::new();
     let mut ladders = Vec::new();
-    let mut room = Room::of(options.progress.clone());
+    let mut room = LoadRoom::of(options.progress.clone());
     for (at, file) in files.iter().enumerate() {
         let id = FileId(options.first_file.0 + at as u32);
         options.progress.begin(LoadStep::Parsing(file.name.clone()));

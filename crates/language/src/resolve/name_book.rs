@@ -7,7 +7,7 @@
 
 use std::fmt;
 
-use super::array::{Array, Element};
+use super::array::{Array, ArrayElement};
 use super::block_kind::BlockKind;
 use super::places::Places;
 use super::tag::{OfArray, Tag, TagMeaning};
@@ -144,7 +144,8 @@ impl NameBook {
     pub fn operand_tag(&self, address: Address) -> Option<OperandTag<'_>> {
         let own = self.tag_index(address).map(|index| (index, None));
         let structure = address.structure().filter(|_| address.member().is_some());
-        let structure = structure.and_then(|of| self.tag_index(Address::Structure(of)));
+        let structure =
+            structure.and_then(|structure| self.tag_index(Address::Structure(structure)));
         let (index, member) =
             own.into_iter().chain(structure.map(|index| (index, address.member()))).min()?;
         Some(OperandTag { index, tag: &self.tags[index], member })
@@ -207,7 +208,7 @@ impl NameBook {
     }
 
     /// An element that a word selects: `recipe[step]`.
-    pub fn selected(&self, element: &Element) -> String {
+    pub fn selected(&self, element: &ArrayElement) -> String {
         let index = self.name(Address::Word(element.index));
         match self.first_arrays.get(&element.array.numbers()) {
             Some(at) => format!("{}[{index}]", self.arrays[*at].tag),
@@ -218,14 +219,16 @@ impl NameBook {
     /// The name of an array, or of a slice of an array; without a name, its addresses.
     pub fn array(&self, array: Array) -> String {
         let last = array.first + array.count;
-        let found = self.arrays.iter().find(|ArrayName { array: of, .. }| {
-            of.space == array.space && array.first >= of.first && last <= of.first + of.count
+        let found = self.arrays.iter().find(|ArrayName { array: named, .. }| {
+            named.space == array.space
+                && array.first >= named.first
+                && last <= named.first + named.count
         });
         match found {
-            Some(of) if of.array == array => of.tag.clone(),
-            Some(of) => {
-                let first = array.first - of.array.first;
-                format!("{}[{first}..{}]", of.tag, first + array.count - 1)
+            Some(named) if named.array == array => named.tag.clone(),
+            Some(named) => {
+                let first = array.first - named.array.first;
+                format!("{}[{first}..{}]", named.tag, first + array.count - 1)
             }
             None => array.to_string(),
         }

@@ -5,7 +5,7 @@
 //! from `|`.
 
 use super::name_book::NameBook;
-use super::program::{Contact, Value, Written};
+use super::program::{ConstantForm, Contact, Value};
 use rungd_engine::isa::{Address, duration};
 
 impl NameBook {
@@ -50,8 +50,8 @@ impl NameBook {
     /// A value as text.
     pub fn value(&self, value: Value) -> String {
         match value {
-            Value::Const(ms, Written::Duration) => duration::print(ms),
-            Value::Const(number, Written::Integer) => number.to_string(),
+            Value::Const(ms, ConstantForm::Duration) => duration::print(ms),
+            Value::Const(number, ConstantForm::Integer) => number.to_string(),
             Value::Real(real) => real.to_string(),
             Value::Word(word) => self.name(Address::Word(word)),
             Value::Element(element) => self.selected(&element),

@@ -6,11 +6,11 @@ use super::instruction::{Instruction, OperandList, OperandValue, ResolvedOperand
 use super::mistake::declared_table;
 use super::places::type_of;
 use super::program::BlockKind;
-use super::scope::{Misplaced, Thing};
+use super::scope::{MisplacedName, NamedThing};
 use super::writable::reset_of;
 use crate::source::atom::Atom;
 use crate::source::finding::{Code, Finding};
-use crate::source::fix::{Edit, Help, advise, possible, proposed, write};
+use crate::source::fix::{FixEdit, Help, advise, possible, proposed, write};
 use crate::source::instruction::{self as written};
 use crate::source::nearest::did_you_mean;
 use crate::source::span::Span;
@@ -21,7 +21,7 @@ impl Resolver<'_> {
     /// Resolves one instruction; `None` if it has a mistake.
     pub(super) fn instruction(
         &mut self,
-        text: &written::Instruction,
+        text: &written::WrittenInstruction,
         spec: &'static Spec,
         block: BlockId,
     ) -> Option<Instruction> {
@@ -65,8 +65,8 @@ impl Resolver<'_> {
     /// The operand's row in the instruction table.
     fn row(
         &mut self,
-        text: &written::Instruction,
-        operand: &written::Operand,
+        text: &written::WrittenInstruction,
+        operand: &written::OperandText,
         spec: &'static Spec,
         given: &[&str],
     ) -> Option<&'static OperandSpec> {
@@ -203,7 +203,7 @@ impl Resolver<'_> {
         let kind = type_of(like.space());
         let (name, thing) = self.thing(atom, wanted, kind.as_slice())?;
         let fits = |structure: &Structure| structure.space() == like.space();
-        if let Thing::Address(address @ Address::Structure(structure)) = thing
+        if let NamedThing::Address(address @ Address::Structure(structure)) = thing
             && fits(&structure)
         {
             self.note(name, atom.span, address);
@@ -211,12 +211,12 @@ impl Resolver<'_> {
         }
         let base = whole(name);
         let help = match self.scope.look_up(base).map(|found| found.thing) {
-            Ok(Thing::Address(Address::Structure(structure)))
+            Ok(NamedThing::Address(Address::Structure(structure)))
                 if fits(&structure) && base != name =>
             {
                 advise("name the whole structure: `{}`", [proposed(base)])
             }
-            Ok(Thing::Address(Address::Structure(structure)))
+            Ok(NamedThing::Address(Address::Structure(structure)))
                 if spec.legs == [LegName::When] && !spec.mnemonic.owns_structure() =>
             {
                 write(format!("{} {base}", reset_of(structure)))
@@ -226,7 +226,7 @@ impl Resolver<'_> {
                 advise(&words, [possible(like.to_string())])
             }
         };
-        self.wrong_kind(Misplaced { name, span: atom.span, thing }, wanted, help);
+        self.wrong_kind(MisplacedName { name, span: atom.span, thing }, wanted, help);
         None
     }
 
@@ -256,7 +256,7 @@ impl Resolver<'_> {
             return self.find(
                 finding
                     .help("delete this; a task of your own needs a different name")
-                    .fix(Edit::Delete),
+                    .fix(FixEdit::Delete),
             );
         }
         let header = if wanted == "a task" { "task" } else { "program" };
@@ -331,7 +331,7 @@ fn positional(spec: &'static Spec, given: &[&str]) -> Option<&'static OperandSpe
 }
 
 /// Whether an operand has no row: its key is unknown, or there are more operands than rows.
-fn has_lost(text: &written::Instruction, spec: &Spec) -> bool {
+fn has_lost(text: &written::WrittenInstruction, spec: &Spec) -> bool {
     let (keyed, positional): (Vec<_>, Vec<_>) =
         text.operands.iter().partition(|operand| operand.key.is_some());
     let known = |key: &str| spec.operands.iter().any(|row| row.key == Some(key));
@@ -341,7 +341,11 @@ fn has_lost(text: &written::Instruction, spec: &Spec) -> bool {
         || (!rows().any(|row| row.kind == OperandKind::Stages) && positional.len() > rows().count())
 }
 
-fn too_many(text: &written::Instruction, operand: &written::Operand, spec: &Spec) -> Finding {
+fn too_many(
+    text: &written::WrittenInstruction,
+    operand: &written::OperandText,
+    spec: &Spec,
+) -> Finding {
     // There may be thousands of operands; the first 32 are enough.
     let near = || text.operands.iter().take(32).filter_map(|operand| operand.key.as_ref());
     let is_taken = |key: &str| near().any(|taken| taken.value == key);
@@ -355,7 +359,7 @@ fn too_many(text: &written::Instruction, operand: &written::Operand, spec: &Spec
     Finding::new(Code::UnknownOperand, operand.span, message).label("one too many").help(help)
 }
 
-fn missing_operand(text: &written::Instruction, spec: &Spec, row: &OperandSpec) -> Finding {
+fn missing_operand(text: &written::WrittenInstruction, spec: &Spec, row: &OperandSpec) -> Finding {
     let what = match row.key {
         Some(key) => format!("`{key}=`"),
         None => format!("{} to work on", kind_words(row.kind)),

@@ -4,9 +4,9 @@
 //! word selects can be the target of SET, RST, MOVE, ADD and SUB.
 
 use super::Resolver;
-use super::array::{Array, Element, ShiftBits};
+use super::array::{Array, ArrayElement, ShiftBits};
 use super::instruction::{Filling, OperandList, OperandValue, Value};
-use super::scope::Thing;
+use super::scope::NamedThing;
 use crate::source::atom::{Atom, AtomKind};
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{Help, advise, possible, propose, text};
@@ -25,7 +25,7 @@ impl Resolver<'_> {
     ) -> Option<Option<OperandValue>> {
         let name = atom.name().filter(|name| name.contains('['))?;
         let element = match self.scope.look_up(name).map(|found| found.thing) {
-            Ok(Thing::Element(element)) if element.array.is_bits() == bits => element,
+            Ok(NamedThing::Element(element)) if element.array.is_bits() == bits => element,
             Ok(_) | Err(_) => return None,
         };
         // Marks its tag as used, and records the index.
@@ -36,7 +36,7 @@ impl Resolver<'_> {
     fn element_target(
         &mut self,
         atom: &Atom,
-        element: Element,
+        element: ArrayElement,
         spec: &Spec,
     ) -> Option<OperandValue> {
         let base = atom.name()?.split('[').next()?;
@@ -72,13 +72,13 @@ impl Resolver<'_> {
         let range = name.split_once("..").filter(|_| !name.contains('['));
         let Some((low, high)) = range else {
             return match self.look_up(name, atom.span)? {
-                Thing::Array(array) => Some(ShiftBits { array, down: false }),
-                thing @ (Thing::Address(_)
-                | Thing::Constant(..)
-                | Thing::Real(_)
-                | Thing::Block(_)
-                | Thing::Device(_)
-                | Thing::Element(_)) => {
+                NamedThing::Array(array) => Some(ShiftBits { array, down: false }),
+                thing @ (NamedThing::Address(_)
+                | NamedThing::Constant(..)
+                | NamedThing::Real(_)
+                | NamedThing::Block(_)
+                | NamedThing::Device(_)
+                | NamedThing::Element(_)) => {
                     let what = self.kind_words(thing);
                     self.no_array(atom, spec, what);
                     None
@@ -118,13 +118,13 @@ impl Resolver<'_> {
         }
         let thing = self.look_up(name, span)?;
         let address = match thing {
-            Thing::Address(address) => Some(address).filter(plain),
-            Thing::Constant(..)
-            | Thing::Real(_)
-            | Thing::Block(_)
-            | Thing::Device(_)
-            | Thing::Array(_)
-            | Thing::Element(_) => None,
+            NamedThing::Address(address) => Some(address).filter(plain),
+            NamedThing::Constant(..)
+            | NamedThing::Real(_)
+            | NamedThing::Block(_)
+            | NamedThing::Device(_)
+            | NamedThing::Array(_)
+            | NamedThing::Element(_) => None,
         };
         let end = address.and_then(Space::of);
         if end.is_none() {
@@ -182,12 +182,12 @@ impl Resolver<'_> {
     pub(super) fn filling(&mut self, atom: &Atom) -> Option<OperandValue> {
         let thing = atom.name().map(|name| self.scope.look_up(name).map(|found| found.thing));
         match (thing, atom.name()) {
-            (Some(Ok(Thing::Address(address @ Address::Bit(bit)))), Some(name)) => {
+            (Some(Ok(NamedThing::Address(address @ Address::Bit(bit)))), Some(name)) => {
                 self.look_up(name, atom.span);
                 self.note(name, atom.span, address);
                 Some(OperandValue::Bit(bit))
             }
-            (Some(Ok(Thing::Element(element))), Some(name)) if element.array.is_bits() => {
+            (Some(Ok(NamedThing::Element(element))), Some(name)) if element.array.is_bits() => {
                 self.look_up(name, atom.span);
                 Some(OperandValue::Element(element))
             }

@@ -2,14 +2,14 @@
 //!
 //! The resolver makes the list of the checked operands; an instruction keeps it.
 
-use super::array::{Array, Element, ShiftBits};
+use super::array::{Array, ArrayElement, ShiftBits};
 pub use super::value::{Filling, Value};
 use crate::source::span::{Located, Span};
 pub use rungd_engine::isa::{Bit, BlockId, OperandSpec, StageId, Structure, Word};
 
 /// The word or bit that MATH stores in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Target {
+pub enum FormulaTarget {
     /// A word.
     Word(Word),
     /// A bit.
@@ -18,22 +18,22 @@ pub enum Target {
     Array(Array),
 }
 
-impl Target {
+impl FormulaTarget {
     /// Whether it contains a real.
     pub fn is_real(self) -> bool {
         match self {
-            Target::Word(word) => word.is_real(),
-            Target::Bit(_) => false,
-            Target::Array(array) => array.is_real(),
+            FormulaTarget::Word(word) => word.is_real(),
+            FormulaTarget::Bit(_) => false,
+            FormulaTarget::Array(array) => array.is_real(),
         }
     }
 
     /// Whether it is a bit.
     pub fn is_bit(self) -> bool {
         match self {
-            Target::Word(_) => false,
-            Target::Bit(_) => true,
-            Target::Array(array) => array.is_bits(),
+            FormulaTarget::Word(_) => false,
+            FormulaTarget::Bit(_) => true,
+            FormulaTarget::Array(array) => array.is_bits(),
         }
     }
 }
@@ -43,7 +43,7 @@ impl Target {
 #[allow(missing_docs)]
 pub enum WordPlace {
     Word(Word),
-    Element(Element),
+    Element(ArrayElement),
 }
 
 /// An operand of any type.
@@ -57,7 +57,7 @@ pub enum OperandValue {
     Block(BlockId),
     Stage(StageId),
     /// A bit or word of an array, selected by a word.
-    Element(Element),
+    Element(ArrayElement),
     /// A whole array.
     Array(Array),
     /// The bits that SR shifts.
@@ -107,7 +107,7 @@ macro_rules! choices_of_operands {
 }
 
 choices_of_operands! {
-    Target: Bit Word Array;
+    FormulaTarget: Bit Word Array;
     WordPlace: Word Element;
     Filling: Value Bit Element;
 }
@@ -119,7 +119,7 @@ operand_types! {
     Structure Structure;
     Block BlockId;
     Stage StageId;
-    Element Element;
+    Element ArrayElement;
     Array Array;
     Run ShiftBits;
 }
@@ -159,7 +159,7 @@ impl OperandList {
 
     /// The operand with a name, if it is of this type.
     pub fn get<T: OperandType>(&self, name: &str) -> Option<Located<T>> {
-        self.of().find(|(of, _)| *of == name).map(|(_, operand)| operand)
+        self.of().find(|(key, _)| *key == name).map(|(_, operand)| operand)
     }
 
     /// The value of an operand that the table requires.

@@ -6,7 +6,7 @@
 
 use super::mistake::{bit_of_block, bits_of_device};
 use super::range::{Range, look_up, other_range, placed_in};
-use super::scope::{Scope, Thing};
+use super::scope::{NamedThing, Scope};
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{Help, advise, possible};
 use crate::source::reader::Text;
@@ -70,7 +70,7 @@ pub fn resolve_operands(scope: &Scope, text: &Text) -> Result<Operands, Finding>
     let written = text.text.trim();
     let finding = |message: String| Finding::new(Code::Controller, text.span, message);
     let Some((low, high)) = written.split_once("..") else {
-        if let Thing::Array(array) = look_up(scope, written, text.span)? {
+        if let NamedThing::Array(array) = look_up(scope, written, text.span)? {
             let (first, count) = (array.element(0), array.count);
             let (text, span) = (written.to_owned(), text.span);
             return Ok(Operands { first, count, text, is_placed: false, span });
@@ -115,29 +115,29 @@ fn element(scope: &Scope, name: &str, span: Span) -> Result<Address, Finding> {
         )
     };
     match look_up(scope, name, span)? {
-        Thing::Address(Address::Structure(structure)) => wrong(
+        NamedThing::Address(Address::Structure(structure)) => wrong(
             format!("`{name}` is a whole structure, not a bit or word"),
             format!("name a member: `.{}`", structure.members().join("`, `.")).into(),
         ),
-        Thing::Address(address) => Ok(address),
-        Thing::Constant(value, _) => constant(value.to_string()),
-        Thing::Real(real) => constant(real.to_string()),
-        Thing::Array(array) => wrong(
+        NamedThing::Address(address) => Ok(address),
+        NamedThing::Constant(value, _) => constant(value.to_string()),
+        NamedThing::Real(real) => constant(real.to_string()),
+        NamedThing::Array(array) => wrong(
             format!("`{name}` is an array, not a bit or word"),
             advise(
                 &format!("name an element, `{{}}`, or the array alone: {array}"),
                 [possible(format!("{name}[0]"))],
             ),
         ),
-        Thing::Element(_) => wrong(
+        NamedThing::Element(_) => wrong(
             format!("the index of `{name}` is a word"),
             "an element has a constant index here".into(),
         ),
-        Thing::Device(_) => wrong(
+        NamedThing::Device(_) => wrong(
             format!("`{name}` is a device"),
             advise("its bits are `{}`, `{}`", bits_of_device(name)),
         ),
-        Thing::Block(_) => wrong(format!("`{name}` is a block"), bit_of_block(name)),
+        NamedThing::Block(_) => wrong(format!("`{name}` is a block"), bit_of_block(name)),
     }
 }
 
@@ -166,7 +166,9 @@ fn number(address: Address) -> Option<u32> {
 pub(crate) fn numbered(address: Address, n: u32) -> Address {
     match address {
         Address::Bit(Bit::Space(space, _)) => Address::Bit(Bit::Space(space, n)),
-        Address::Bit(Bit::Flag(of, flag)) => Address::Bit(Bit::Flag(of.numbered(n), flag)),
+        Address::Bit(Bit::Flag(structure, flag)) => {
+            Address::Bit(Bit::Flag(structure.numbered(n), flag))
+        }
         Address::Word(Word::Space(space, _)) => Address::Word(Word::Space(space, n)),
         Address::Word(Word::Acc(of)) => Address::Word(Word::Acc(of.numbered(n))),
         Address::Word(Word::Pre(_)) => Address::Word(Word::Pre(n)),

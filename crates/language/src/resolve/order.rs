@@ -5,7 +5,7 @@
 use super::Resolver;
 use super::program::{Block, BlockKind, Program};
 use crate::source::finding::{Code, Finding};
-use crate::source::fix::Edit;
+use crate::source::fix::FixEdit;
 use crate::source::ladder::Ladder;
 use crate::source::reader::Text;
 use crate::source::span::{FileId, Located};
@@ -57,7 +57,7 @@ impl Resolver<'_> {
             if !has_turn(kind) {
                 let message = format!("`{}` is a built-in task: its turn is fixed", name.text);
                 let finding = Finding::new(Code::BuiltInTask, name.span, message);
-                self.find(finding.help("take it out of `order`").fix(Edit::Delete));
+                self.find(finding.help("take it out of `order`").fix(FixEdit::Delete));
                 continue;
             }
             if let Some(first) = places[id.0 as usize] {
@@ -94,6 +94,6 @@ fn with_turns(program: &Program) -> impl Iterator<Item = &Block> {
 }
 
 fn default_order(program: &Program) -> Vec<BlockId> {
-    let of = |kind| program.blocks.iter().filter(move |b| b.kind == kind).map(|b| b.id);
-    of(BlockKind::Program).chain(of(BlockKind::Task)).collect()
+    let blocks = |kind| program.blocks.iter().filter(move |b| b.kind == kind).map(|b| b.id);
+    blocks(BlockKind::Program).chain(blocks(BlockKind::Task)).collect()
 }

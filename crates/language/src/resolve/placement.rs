@@ -13,7 +13,7 @@ use rungd_engine::isa::{MemorySizes, NumberRanges, Space};
 
 /// A tag that needs a place.
 #[derive(Clone, Debug)]
-pub(super) struct Wish {
+pub(super) struct PlacementRequest {
     /// The tag's whole name.
     pub name: String,
     /// The space.
@@ -26,7 +26,7 @@ pub(super) struct Wish {
 
 /// The elements that the files name by their addresses.
 #[derive(Debug, Default)]
-pub(super) struct Used {
+pub(super) struct UsedElements {
     spaces: BTreeMap<Space, Vec<bool>>,
     /// The long ranges so far: a file may name one range of thousands of elements again and again.
     long: NumberRanges<Space>,
@@ -40,13 +40,13 @@ const LONG: u32 = 64;
 pub(super) struct Placement {
     pub places: Vec<TagPlace>,
     /// The tags without a place, in byte order.
-    pub short: Vec<Wish>,
+    pub short: Vec<PlacementRequest>,
 }
 
 /// The largest size of a space that can be set.
 pub(super) const SIZE_MAX: u32 = 65_536;
 
-impl Used {
+impl UsedElements {
     /// Marks `count` elements as used, from a number on.
     pub fn add(&mut self, (space, first): (Space, u32), count: u32) {
         let begin = first.saturating_sub(space.first()).min(SIZE_MAX);
@@ -86,13 +86,17 @@ impl Used {
 }
 
 /// Sorts the tags by name, and places them.
-pub(super) fn place(mut wishes: Vec<Wish>, used: &Used, sizes: &MemorySizes) -> Placement {
+pub(super) fn place(
+    mut wishes: Vec<PlacementRequest>,
+    used: &UsedElements,
+    sizes: &MemorySizes,
+) -> Placement {
     wishes.sort_by(|a, b| a.name.cmp(&b.name));
-    let mut spaces: BTreeMap<Space, Free> = BTreeMap::new();
+    let mut spaces: BTreeMap<Space, FreeElements> = BTreeMap::new();
     let mut placement = Placement::default();
     for wish in wishes {
         let space = wish.space;
-        let free = spaces.entry(space).or_insert_with(|| Free {
+        let free = spaces.entry(space).or_insert_with(|| FreeElements {
             stretches: used.free(space, space.count(sizes)),
             from: BTreeMap::new(),
         });
@@ -111,7 +115,7 @@ pub(super) fn place(mut wishes: Vec<Wish>, used: &Used, sizes: &MemorySizes) -> 
 }
 
 /// The free elements of a space.
-struct Free {
+struct FreeElements {
     /// The stretches of free elements, from the top downward.
     stretches: Vec<(u32, u32)>,
     /// For some numbers of elements: the index of the stretch at which the next search for that
@@ -120,7 +124,7 @@ struct Free {
     from: BTreeMap<u32, usize>,
 }
 
-impl Free {
+impl FreeElements {
     fn take(&mut self, count: u32) -> Option<u32> {
         let begin = self.from.range(..=count).next_back().map_or(0, |(_, at)| *at);
         let fits = |(first, end): &(u32, u32)| end - first >= count;
@@ -155,12 +159,12 @@ mod tests {
     /// Places `name` or `name*count` in ten D words, some of which are used.
     fn check(used: &[u32], names: &str, expected: &str) {
         let sizes = MemorySizes { d: 10, ..MemorySizes::default() };
-        let mut all = Used::default();
+        let mut all = UsedElements::default();
         used.iter().for_each(|at| all.add((D, *at), 1));
         let wish = |text: &str| {
             let (name, count) = text.split_once('*').unwrap_or((text, "1"));
             let count = count.parse().unwrap();
-            Wish { name: name.to_owned(), space: D, count, is_array: count > 1 }
+            PlacementRequest { name: name.to_owned(), space: D, count, is_array: count > 1 }
         };
         let placement = place(names.split(' ').map(wish).collect(), &all, &sizes);
         let placed = placement.places.iter().map(|place| format!("{}={}", place.name, place.first));
@@ -197,11 +201,11 @@ mod tests {
     #[test]
     fn a_hundred_thousand_tags_and_every_second_address() {
         let sizes = MemorySizes { d: SIZE_MAX, ..MemorySizes::default() };
-        let mut used = Used::default();
+        let mut used = UsedElements::default();
         (0..SIZE_MAX / 2).for_each(|at| used.add((D, 2 * at), 1));
         let wish = |at: u32| {
             let count = 1 + at % 3;
-            Wish { name: format!("t{at:06}"), space: D, count, is_array: count > 1 }
+            PlacementRequest { name: format!("t{at:06}"), space: D, count, is_array: count > 1 }
         };
         let placement = place((0..100_000).map(wish).collect(), &used, &sizes);
         assert_eq!(placement.places.len(), 32_768);

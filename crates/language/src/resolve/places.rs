@@ -74,7 +74,7 @@ pub const TYPES: [(&str, Space); 7] = [
 
 /// The `type` of the tags of a space.
 pub fn type_of(space: Space) -> Option<&'static str> {
-    TYPES.iter().find(|(_, of)| *of == space).map(|(name, _)| *name)
+    TYPES.iter().find(|(_, own_space)| *own_space == space).map(|(name, _)| *name)
 }
 
 impl Places {

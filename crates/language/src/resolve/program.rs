@@ -5,7 +5,7 @@
 //! every part that a finding may point at. If a ladder has an error, parts with mistakes are left
 //! out; then the program is checked, but never lowered or run.
 
-use super::array::{Array, Element};
+use super::array::{Array, ArrayElement};
 pub use super::block_kind::BlockKind;
 pub use super::instruction::{Instruction, Value};
 use super::layers::Layers;
@@ -14,7 +14,7 @@ use super::scope::Scope;
 pub use super::tag::{OfArray, Tag, TagMeaning};
 use std::sync::{Arc, OnceLock};
 
-pub use crate::source::atom::Written;
+pub use crate::source::atom::ConstantForm;
 pub use crate::source::contact::{Comparison, Edge};
 use crate::source::lost::LostTexts;
 use crate::source::span::{FileId, Span};
@@ -153,7 +153,7 @@ pub enum Contact {
     /// A bit.
     Bit(Bit, Span),
     /// The bit of an array that a word selects.
-    Element(Element, Span),
+    Element(ArrayElement, Span),
     /// `!`.
     Not(Box<Contact>, Span),
     /// `&`: two or more.
@@ -205,10 +205,10 @@ impl Program {
         self.blocks.iter().flat_map(|block| {
             let own = ProgramPart { block, stage: None, rungs: &block.rungs };
             let stages = block.stages.iter();
-            std::iter::once(own).chain(stages.map(move |of| ProgramPart {
+            std::iter::once(own).chain(stages.map(move |stage| ProgramPart {
                 block,
-                stage: Some(of),
-                rungs: &of.rungs,
+                stage: Some(stage),
+                rungs: &stage.rungs,
             }))
         })
     }
@@ -227,14 +227,16 @@ impl Program {
         let mut all = Vec::new();
         let mut operands = self.operands.iter().cloned();
         let mut taken = 0;
-        for of in &self.arrays {
-            all.extend(operands.by_ref().take(of.behind - taken));
-            taken = of.behind;
-            all.extend(of.array.addresses().take(most).enumerate().map(|(at, address)| {
-                let tag = of.tag.and_then(|first| self.tags.get(first + at));
-                let name = tag.map_or_else(|| address.to_string(), |tag| tag.name.clone());
-                NamedOperand { name, address }
-            }));
+        for named_array in &self.arrays {
+            all.extend(operands.by_ref().take(named_array.behind - taken));
+            taken = named_array.behind;
+            all.extend(named_array.array.addresses().take(most).enumerate().map(
+                |(at, address)| {
+                    let tag = named_array.tag.and_then(|first| self.tags.get(first + at));
+                    let name = tag.map_or_else(|| address.to_string(), |tag| tag.name.clone());
+                    NamedOperand { name, address }
+                },
+            ));
         }
         all.extend(operands);
         let mut seen = NumberSet::default();

@@ -1,6 +1,6 @@
 //! Resolves ranges of a controller file: `Y8..Y9`, `CT8..CT15`, a single address, or a tag.
 
-use super::scope::{Scope, Thing};
+use super::scope::{NamedThing, Scope};
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{Help, advise, possible, propose, proposed, write};
 use crate::source::reader::Text;
@@ -89,7 +89,7 @@ pub fn resolve_range(scope: &Scope, text: &Text) -> Result<Range, Finding> {
     if is_slice(&text.text) {
         whole.as_ref().map_err(Finding::clone)?;
     }
-    if let Ok(Thing::Array(array)) = whole {
+    if let Ok(NamedThing::Array(array)) = whole {
         let (space, first, last) = (array.space, array.first, array.first + array.count - 1);
         return Ok(Range { space, first, last, span: text.span, of_tag: false });
     }
@@ -164,7 +164,7 @@ pub fn other_range(scope: &Scope, text: &Text) -> Option<Finding> {
 ///
 /// # Errors
 /// The finding for an unknown or wrong name.
-pub(super) fn look_up(scope: &Scope, name: &str, span: Span) -> Result<Thing, Finding> {
+pub(super) fn look_up(scope: &Scope, name: &str, span: Span) -> Result<NamedThing, Finding> {
     match scope.look_up(name) {
         Ok(found) => Ok(found.thing),
         Err(mistake) => Err(mistake.finding(span).unwrap_or_else(|| {
@@ -183,7 +183,7 @@ fn element(scope: &Scope, name: &str, span: Span) -> Result<(Space, u32), Findin
         let message = format!("`{name}` cannot stand in a range");
         Err(Finding::new(Code::Controller, span, message).help(help))
     };
-    let Thing::Address(address) = thing else {
+    let NamedThing::Address(address) = thing else {
         let ranges = ["Y8..Y9", "D100..D199", "CT8..CT15"].map(possible);
         return wrong(advise("ranges are of addresses: `{}`, `{}`, `{}`", ranges));
     };

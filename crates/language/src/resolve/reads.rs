@@ -3,8 +3,8 @@
 //! `observe` uses them to list the readers of a cell. The lists do not contain the state that an
 //! instruction keeps for itself (a counter's accumulated value), nor the legs of its rung.
 
-use super::array::{Array, Element};
-use super::formula::{Formula, Part};
+use super::array::{Array, ArrayElement};
+use super::formula::{Formula, FormulaPart};
 use super::instruction::{Instruction, OperandValue};
 use super::program::{Contact, Value};
 use rungd_engine::isa::{Address, Bit, OperandRole, Word};
@@ -65,7 +65,7 @@ impl ReadOperands {
         self.0.push(ReadOperand::Address(Address::Word(word)));
     }
 
-    fn element(&mut self, Element { array, index }: Element) {
+    fn element(&mut self, ArrayElement { array, index }: ArrayElement) {
         self.word(index);
         self.0.push(ReadOperand::Array(array));
     }
@@ -93,14 +93,14 @@ impl ReadOperands {
     fn formula(&mut self, formula: &Formula) {
         for part in &formula.parts {
             match part {
-                Part::Word(word) => self.word(*word),
-                Part::Bit(bit) => self.bit(*bit),
-                Part::Element(array) => self.0.push(ReadOperand::Array(*array)),
-                Part::Integer(_)
-                | Part::Real(_)
-                | Part::Unary(..)
-                | Part::Binary(..)
-                | Part::Call(..) => {}
+                FormulaPart::Word(word) => self.word(*word),
+                FormulaPart::Bit(bit) => self.bit(*bit),
+                FormulaPart::Element(array) => self.0.push(ReadOperand::Array(*array)),
+                FormulaPart::Integer(_)
+                | FormulaPart::Real(_)
+                | FormulaPart::Unary(..)
+                | FormulaPart::Binary(..)
+                | FormulaPart::Call(..) => {}
             }
         }
     }

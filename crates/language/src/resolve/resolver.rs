@@ -3,12 +3,12 @@
 
 use std::sync::LazyLock;
 
-use super::array::{Array, Element};
+use super::array::{Array, ArrayElement};
 use super::layers::Layers;
 use super::mistake::declared;
 use super::program::{BlockKind, NamedArray, NamedOperand};
-use super::scope::{Misplaced, Scope, Thing};
-use super::template::pending::{Argument, Trial};
+use super::scope::{MisplacedName, NamedThing, Scope};
+use super::template::pending::{Argument, UnusedTemplate};
 use crate::source::atom::Atom;
 use crate::source::finding::{Code, Finding, Severity, TABLE};
 use crate::source::fix::{Help, advise, possible};
@@ -72,7 +72,7 @@ pub(super) struct Resolver<'a> {
     /// The arguments of the uses.
     pub(super) arguments: Vec<Argument>,
     /// Templates that nothing uses.
-    pub(super) trials: Vec<Trial>,
+    pub(super) trials: Vec<UnusedTemplate>,
     /// The number of elements of whole arrays in formulas, so far.
     pub(super) elements: usize,
     /// The number of elements of the arrays of all tags, so far.
@@ -120,13 +120,15 @@ impl<'a> Resolver<'a> {
     }
 
     /// Looks up a name; a mistake becomes a finding.
-    pub(super) fn look_up(&mut self, name: &str, span: Span) -> Option<Thing> {
+    pub(super) fn look_up(&mut self, name: &str, span: Span) -> Option<NamedThing> {
         match self.scope.look_up(name) {
             Ok(found) => {
                 if let Some(tag) = found.tag {
                     self.used[tag] = true;
                 }
-                if let Thing::Array(array) | Thing::Element(Element { array, .. }) = found.thing {
+                if let NamedThing::Array(array) | NamedThing::Element(ArrayElement { array, .. }) =
+                    found.thing
+                {
                     self.note_array(name, span, (array, found.tag));
                 }
                 if let Some(index) = &found.index {
@@ -156,7 +158,12 @@ impl<'a> Resolver<'a> {
 
     /// As [`Resolver::look_up`], for a place that accepts only tags of some types: the help for an
     /// unknown name proposes these types.
-    pub(super) fn look_up_as(&mut self, name: &str, span: Span, types: &[&str]) -> Option<Thing> {
+    pub(super) fn look_up_as(
+        &mut self,
+        name: &str,
+        span: Span,
+        types: &[&str],
+    ) -> Option<NamedThing> {
         let before = self.findings.len();
         let thing = self.look_up(name, span);
         if let (None, [_, others @ ..]) = (thing, types)
@@ -177,7 +184,7 @@ impl<'a> Resolver<'a> {
         atom: &'t Atom,
         wanted: &str,
         types: &[&str],
-    ) -> Option<(&'t str, Thing)> {
+    ) -> Option<(&'t str, NamedThing)> {
         let name = self.name_of(atom, wanted)?;
         Some((name, self.look_up_as(name, atom.span, types)?))
     }
@@ -196,13 +203,13 @@ impl<'a> Resolver<'a> {
     fn note_index(&mut self, name: &str, span: Span) {
         if let Some(thing) = self.look_up(name, span) {
             match thing {
-                Thing::Constant(..) => self.note_constant(name, span),
-                Thing::Address(address) => self.note(name, span, address),
-                Thing::Real(_)
-                | Thing::Block(_)
-                | Thing::Device(_)
-                | Thing::Array(_)
-                | Thing::Element(_) => {}
+                NamedThing::Constant(..) => self.note_constant(name, span),
+                NamedThing::Address(address) => self.note(name, span, address),
+                NamedThing::Real(_)
+                | NamedThing::Block(_)
+                | NamedThing::Device(_)
+                | NamedThing::Array(_)
+                | NamedThing::Element(_) => {}
             }
         }
     }
@@ -257,8 +264,8 @@ impl<'a> Resolver<'a> {
     }
 
     /// Adds the finding for a thing of the wrong kind.
-    pub(super) fn wrong_kind(&mut self, of: Misplaced, wanted: &str, help: Help) {
-        let Misplaced { name, span, thing } = of;
+    pub(super) fn wrong_kind(&mut self, misplaced: MisplacedName, wanted: &str, help: Help) {
+        let MisplacedName { name, span, thing } = misplaced;
         let message = format!("`{name}` is {}, not {wanted}", self.kind_words(thing));
         self.find(
             Finding::new(Code::OperandType, span, message)
@@ -268,18 +275,20 @@ impl<'a> Resolver<'a> {
     }
 
     /// The kind of a thing, in words.
-    pub(super) fn kind_words(&self, thing: Thing) -> &'static str {
+    pub(super) fn kind_words(&self, thing: NamedThing) -> &'static str {
         match thing {
-            Thing::Array(_) => "an array",
-            Thing::Element(element) if element.array.is_bits() => "a bit",
-            Thing::Address(Address::Bit(_)) => "a bit",
-            Thing::Address(Address::Word(_)) | Thing::Element(_) => "a word",
-            Thing::Address(Address::Structure(Structure::Counter(_))) => "a counter",
-            Thing::Address(Address::Structure(Structure::Timer(_))) => "a timer",
-            Thing::Address(Address::Structure(Structure::Sensaphone(_))) => "a Sensaphone counter",
-            Thing::Constant(..) | Thing::Real(_) => "a constant",
-            Thing::Device(_) => "a device",
-            Thing::Block(id) => match self.scope.block_of(id) {
+            NamedThing::Array(_) => "an array",
+            NamedThing::Element(element) if element.array.is_bits() => "a bit",
+            NamedThing::Address(Address::Bit(_)) => "a bit",
+            NamedThing::Address(Address::Word(_)) | NamedThing::Element(_) => "a word",
+            NamedThing::Address(Address::Structure(Structure::Counter(_))) => "a counter",
+            NamedThing::Address(Address::Structure(Structure::Timer(_))) => "a timer",
+            NamedThing::Address(Address::Structure(Structure::Sensaphone(_))) => {
+                "a Sensaphone counter"
+            }
+            NamedThing::Constant(..) | NamedThing::Real(_) => "a constant",
+            NamedThing::Device(_) => "a device",
+            NamedThing::Block(id) => match self.scope.block_of(id) {
                 Some((_, block)) if block.kind == BlockKind::Program => "a program",
                 _ => "a task",
             },

@@ -9,8 +9,8 @@ use super::names::{NAME_MAX, kept};
 use super::program::{Block, Branch, Leg, Rung};
 use crate::source::atom::AtomKind;
 use crate::source::finding::{Code, Finding};
-use crate::source::fix::{Edit, Help, advise, dialect, pair, propose};
-use crate::source::instruction::Instruction;
+use crate::source::fix::{FixEdit, Help, advise, dialect, pair, propose};
+use crate::source::instruction::WrittenInstruction;
 use crate::source::ladder;
 use crate::source::nearest::{KnownNames, nearest};
 use crate::source::reader::Text;
@@ -27,7 +27,7 @@ static INSTRUCTIONS: LazyLock<KnownNames> = LazyLock::new(|| {
 
 impl Resolver<'_> {
     /// Resolves all rungs of a block and its stages.
-    pub(super) fn rungs(&mut self, written: &ladder::Block, block: &mut Block) {
+    pub(super) fn rungs(&mut self, written: &ladder::WrittenBlock, block: &mut Block) {
         let mut names = HashMap::new();
         block.rungs = self.series(&written.rungs, block.id, &mut names);
         for (written, stage) in written.stages.iter().zip(&mut block.stages) {
@@ -37,7 +37,7 @@ impl Resolver<'_> {
 
     fn series(
         &mut self,
-        rungs: &[ladder::Rung],
+        rungs: &[ladder::WrittenRung],
         block: BlockId,
         names: &mut HashMap<String, Span>,
     ) -> Vec<Rung> {
@@ -74,7 +74,7 @@ impl Resolver<'_> {
         }
     }
 
-    fn rung(&mut self, rung: &ladder::Rung, block: BlockId) -> Rung {
+    fn rung(&mut self, rung: &ladder::WrittenRung, block: BlockId) -> Rung {
         let specs = self.specs(&rung.body);
         let branch_specs: Vec<Specs> =
             rung.branches.iter().map(|branch| self.specs(&branch.body)).collect();
@@ -113,7 +113,7 @@ impl Resolver<'_> {
 
     fn body(
         &mut self,
-        body: &[Instruction],
+        body: &[WrittenInstruction],
         specs: &Specs,
         block: BlockId,
     ) -> Vec<super::program::Instruction> {
@@ -122,11 +122,11 @@ impl Resolver<'_> {
     }
 
     /// The table rows of instructions.
-    fn specs(&mut self, body: &[Instruction]) -> Specs {
+    fn specs(&mut self, body: &[WrittenInstruction]) -> Specs {
         body.iter().map(|instruction| self.spec(instruction)).collect()
     }
 
-    fn spec(&mut self, instruction: &Instruction) -> Option<&'static Spec> {
+    fn spec(&mut self, instruction: &WrittenInstruction) -> Option<&'static Spec> {
         let name = instruction.mnemonic.value.as_str();
         if let Some(mnemonic) = Mnemonic::from_name(name) {
             return Some(mnemonic.spec());
@@ -162,8 +162,8 @@ impl Resolver<'_> {
     /// Resolves the leg of a rung with `when`.
     fn when_rung(
         &mut self,
-        rung: &ladder::Rung,
-        when: &ladder::Leg,
+        rung: &ladder::WrittenRung,
+        when: &ladder::WrittenLeg,
         specs: &Specs,
         branch_specs: &[Specs],
     ) -> Vec<Leg> {
@@ -188,7 +188,12 @@ impl Resolver<'_> {
         vec![self.leg(LegName::When, when)]
     }
 
-    fn wants_legs(&self, spec: &Spec, instruction: &Instruction, when: &ladder::Leg) -> Finding {
+    fn wants_legs(
+        &self,
+        spec: &Spec,
+        instruction: &WrittenInstruction,
+        when: &ladder::WrittenLeg,
+    ) -> Finding {
         let name = spec.name;
         let keys: Vec<String> = spec.legs.iter().map(|leg| format!("`{}`", leg.key())).collect();
         let message = format!("`{name}` has the legs {}, and no `when`", keys.join(", "));
@@ -198,12 +203,12 @@ impl Resolver<'_> {
             .related(instruction.mnemonic.span, "of this instruction")
             .help(advise(
                 "write its legs instead of `when`:\n{}",
-                [Edit::Lines { lines: help, instead: Some("when") }],
+                [FixEdit::Lines { lines: help, instead: Some("when") }],
             ))
     }
 
     /// The lines of a help with an instruction's legs; the first leg gets the contacts of `when`.
-    fn leg_lines(&self, spec: &Spec, when: Option<&ladder::Leg>) -> String {
+    fn leg_lines(&self, spec: &Spec, when: Option<&ladder::WrittenLeg>) -> String {
         let lines = spec.legs.iter().enumerate().map(|(at, leg)| {
             let array = match when {
                 Some(when) if at == 0 => self.text(when.span),
@@ -218,8 +223,8 @@ impl Resolver<'_> {
     fn legs_shared(
         &self,
         spec: &Spec,
-        instruction: &Instruction,
-        when: Option<&ladder::Leg>,
+        instruction: &WrittenInstruction,
+        when: Option<&ladder::WrittenLeg>,
     ) -> Finding {
         let message = format!("`{}` has legs, and so stands alone in its rung", spec.name);
         let lines = self.leg_lines(spec, when);
@@ -233,7 +238,7 @@ impl Resolver<'_> {
     }
 
     /// Resolves the legs of a rung with `leg.*`, in the order of its instruction's legs.
-    fn leg_rung(&mut self, rung: &ladder::Rung, specs: &Specs) -> Vec<Leg> {
+    fn leg_rung(&mut self, rung: &ladder::WrittenRung, specs: &Specs) -> Vec<Leg> {
         let legged = |spec: &Option<&'static Spec>| {
             spec.as_ref().is_some_and(|spec| spec.legs != [LegName::When])
         };
@@ -271,13 +276,13 @@ impl Resolver<'_> {
 
     fn match_legs(
         &mut self,
-        rung: &ladder::Rung,
+        rung: &ladder::WrittenRung,
         spec: &Spec,
-        instruction: &Instruction,
+        instruction: &WrittenInstruction,
     ) -> Vec<Leg> {
         let names: Vec<&str> = spec.legs.iter().map(|leg| leg.key()).collect();
         let unknown = rung.legs.iter().filter(|leg| !names.contains(&leg.key.text.as_str()));
-        let unknown: Vec<&ladder::Leg> = unknown.collect();
+        let unknown: Vec<&ladder::WrittenLeg> = unknown.collect();
         let given = |name: LegName| rung.legs.iter().find(|leg| leg.key.text == name.key());
         let mut missing: Vec<LegName> =
             spec.legs.iter().copied().filter(|name| given(*name).is_none()).collect();
@@ -307,13 +312,13 @@ impl Resolver<'_> {
         legs.map(|(name, leg)| self.leg(name, leg)).collect()
     }
 
-    fn leg(&mut self, name: LegName, leg: &ladder::Leg) -> Leg {
+    fn leg(&mut self, name: LegName, leg: &ladder::WrittenLeg) -> Leg {
         Leg { name, contacts: self.contacts(&leg.contacts) }
     }
 }
 
 /// The help for IEC's on-delay, with its own timer and time.
-fn iec_timer(instruction: &Instruction) -> Option<Help> {
+fn iec_timer(instruction: &WrittenInstruction) -> Option<Help> {
     let [timer, time] = instruction.operands.as_slice() else { return None };
     let is_time = time
         .key
@@ -327,7 +332,7 @@ fn iec_timer(instruction: &Instruction) -> Option<Help> {
 }
 
 /// The help for a contact or a coil of another controller, with its own operands.
-fn own_form(instruction: &Instruction) -> Option<Help> {
+fn own_form(instruction: &WrittenInstruction) -> Option<Help> {
     let name = &instruction.mnemonic.value;
     let operands: Vec<String> =
         instruction.operands.iter().map(|operand| operand.value.to_string()).collect();
@@ -363,7 +368,7 @@ fn leg_meant(key: &str, missing: &[LegName], last: bool) -> Option<LegName> {
 }
 
 /// The help for a reset leg of an instruction that has none.
-fn reset_elsewhere(spec: &Spec, instruction: &Instruction, key: &str) -> Option<String> {
+fn reset_elsewhere(spec: &Spec, instruction: &WrittenInstruction, key: &str) -> Option<String> {
     let resets = [(Mnemonic::Udcg, "RSTCT"), (Mnemonic::Tmrag, "RSTT")];
     let (_, reset) = resets.into_iter().find(|(global, _)| *global == spec.mnemonic)?;
     let is_reset = leg_meant(key, &[LegName::Rst], false).is_some();
@@ -375,25 +380,25 @@ fn reset_elsewhere(spec: &Spec, instruction: &Instruction, key: &str) -> Option<
     })
 }
 
-fn missing_leg(spec: &Spec, instruction: &Instruction, leg: LegName) -> Finding {
+fn missing_leg(spec: &Spec, instruction: &WrittenInstruction, leg: LegName) -> Finding {
     let message =
         format!("`{}` has a leg `{}`, which is missing in the rung", spec.name, leg.key());
     Finding::new(Code::MissingLeg, instruction.mnemonic.span, message)
         .label(format!("`leg.{}` is missing", leg.key()))
         .help(advise(
             "if nothing drives it, write:\n{}",
-            [Edit::Lines { lines: format!("leg.{} = [\"$Off\"]", leg.key()), instead: None }],
+            [FixEdit::Lines { lines: format!("leg.{} = [\"$Off\"]", leg.key()), instead: None }],
         ))
 }
 
-fn legs_not_alone(spec: &Spec, instruction: &Instruction) -> Finding {
+fn legs_not_alone(spec: &Spec, instruction: &WrittenInstruction) -> Finding {
     let message = format!("`{}` has legs, and so stands alone in its rung", spec.name);
     Finding::new(Code::LegsShared, instruction.span, message).help(
         "move the other part into a rung of its own, with this instruction's flags in its `when`",
     )
 }
 
-fn one_leg(spec: &Spec, leg: &ladder::Leg, array: &str) -> Finding {
+fn one_leg(spec: &Spec, leg: &ladder::WrittenLeg, array: &str) -> Finding {
     let message = format!("`{}` has no leg `{}`: its only one is `when`", spec.name, leg.key.text);
     Finding::new(Code::UnknownLeg, leg.key.span, message).propose(pair(format!("when = {array}")))
 }

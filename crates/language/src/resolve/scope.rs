@@ -9,18 +9,18 @@ mod unknown;
 use std::collections::HashMap;
 use std::sync::OnceLock;
 
-use super::array::{Array, Element};
+use super::array::{Array, ArrayElement};
 use super::block_kind::BlockKind;
 use super::mistake::{
     Mistake, address_mistake, member_mistake, members_of, mistake, sentence, unknown_member,
 };
 use super::places::Places;
 use super::tag::TagMeaning;
-use super::uses::Uses;
-use crate::source::atom::Written;
+use super::uses::NameUses;
+use crate::source::atom::ConstantForm;
 use crate::source::finding::Code;
 use crate::source::fix::{propose, write};
-use crate::source::nearest::{KnownNames, Near};
+use crate::source::nearest::{KnownNames, UnknownName};
 use crate::source::span::Span;
 use rungd_engine::isa::address_text::{self, AddressError, reads_as_address};
 use rungd_engine::isa::{
@@ -33,7 +33,7 @@ pub struct Scope {
     sizes: MemorySizes,
     places: Places,
     tags: HashMap<String, (usize, Option<TagMeaning>)>,
-    uses: Uses,
+    uses: NameUses,
     blocks: HashMap<String, BlockNames>,
     devices: HashMap<String, DeviceId>,
     /// Whether a declared name has the form of an address, which is forbidden.
@@ -88,19 +88,19 @@ impl BlockNames {
 const BLOCK_BITS: [&str; 2] = ["Running", "Done"];
 
 /// A name at a place where the thing that it names does not belong.
-pub(crate) struct Misplaced<'a> {
+pub(crate) struct MisplacedName<'a> {
     pub name: &'a str,
     pub span: Span,
-    pub thing: Thing,
+    pub thing: NamedThing,
 }
 
 /// The meaning of a name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Thing {
+pub enum NamedThing {
     /// A bit, word or structure.
     Address(Address),
     /// A tag with a `value`.
-    Constant(i32, Written),
+    Constant(i32, ConstantForm),
     /// A tag with a `value` that is a real.
     Real(Real),
     /// A Program or Task.
@@ -110,14 +110,14 @@ pub enum Thing {
     /// A whole array, or a slice of one.
     Array(Array),
     /// An element of an array, selected by a word.
-    Element(Element),
+    Element(ArrayElement),
 }
 
 /// The result of a look-up.
 #[derive(Debug)]
 pub struct LookUp {
     /// The meaning of the name.
-    pub thing: Thing,
+    pub thing: NamedThing,
     /// The index of the tag in the program, if the name is a tag.
     pub tag: Option<usize>,
     /// The name of the word or constant that is its index.
@@ -130,7 +130,7 @@ impl Scope {
             sizes,
             places: Places::default(),
             tags: HashMap::new(),
-            uses: Uses::default(),
+            uses: NameUses::default(),
             blocks: HashMap::new(),
             devices: HashMap::new(),
             has_address_name: false,
@@ -165,7 +165,7 @@ impl Scope {
     pub(super) fn add_tag(&mut self, name: &str, index: usize, meaning: Option<TagMeaning>) {
         self.note_name(name);
         self.known = OnceLock::new();
-        let sensaphone = |of: Structure| matches!(of, Structure::Sensaphone(_));
+        let sensaphone = |structure: Structure| matches!(structure, Structure::Sensaphone(_));
         self.has_sensaphone |= matches!(
             meaning, Some(TagMeaning::Address(Address::Structure(of))) if sensaphone(of)
         );
@@ -256,27 +256,27 @@ impl Scope {
     /// A sentence for people: the reason why the name has no address.
     pub fn address(&self, name: &str) -> Result<Address, String> {
         match self.look_up(name) {
-            Ok(LookUp { thing: Thing::Address(address), .. }) => Ok(address),
-            Ok(LookUp { thing: Thing::Constant(value, _), .. }) => {
+            Ok(LookUp { thing: NamedThing::Address(address), .. }) => Ok(address),
+            Ok(LookUp { thing: NamedThing::Constant(value, _), .. }) => {
                 Err(format!("`{name}` is a constant, {value}: it has no address"))
             }
-            Ok(LookUp { thing: Thing::Real(real), .. }) => {
+            Ok(LookUp { thing: NamedThing::Real(real), .. }) => {
                 Err(format!("`{name}` is a constant, {real}: it has no address"))
             }
-            Ok(LookUp { thing: Thing::Block(_), .. }) => {
+            Ok(LookUp { thing: NamedThing::Block(_), .. }) => {
                 Err(format!("`{name}` is a block: `{name}.Running` is its bit"))
             }
-            Ok(LookUp { thing: Thing::Array(array), .. }) => {
+            Ok(LookUp { thing: NamedThing::Array(array), .. }) => {
                 let last = array.count - 1;
                 Err(format!(
                     "`{name}` is an array: name an element, `{name}[0]` to `{name}[{last}]`"
                 ))
             }
-            Ok(LookUp { thing: Thing::Element(element), .. }) => {
+            Ok(LookUp { thing: NamedThing::Element(element), .. }) => {
                 let last = element.array.count - 1;
                 Err(format!("the index of `{name}` is a word: name an element, from 0 to {last}"))
             }
-            Ok(LookUp { thing: Thing::Device(_), .. }) => {
+            Ok(LookUp { thing: NamedThing::Device(_), .. }) => {
                 Err(format!("`{name}` is a device: `{name}.Ok` and `{name}.Stale` are its bits"))
             }
             Err(mistake) => Err(match mistake.finding(Span::default()) {
@@ -299,7 +299,7 @@ impl Scope {
             Ok(_) | Err(_) if self.has_address_name && self.is_declared(name) => {}
             Ok(address) => {
                 let Some(name) = self.places.name(address) else {
-                    return Ok(LookUp::new(Thing::Address(address)));
+                    return Ok(LookUp::new(NamedThing::Address(address)));
                 };
                 let message = format!(
                     "`{address}` is the place of `{name}`, which can be used only by its name"
@@ -333,18 +333,18 @@ impl Scope {
         base: &str,
         meaning: TagMeaning,
         member: Option<&str>,
-    ) -> Result<Thing, Mistake> {
+    ) -> Result<NamedThing, Mistake> {
         let Some(member) = member else {
             return Ok(match meaning {
-                TagMeaning::Address(address) => Thing::Address(address),
-                TagMeaning::Constant(value, written) => Thing::Constant(value, written),
-                TagMeaning::Real(real) => Thing::Real(real),
-                TagMeaning::Array(array) => Thing::Array(array),
+                TagMeaning::Address(address) => NamedThing::Address(address),
+                TagMeaning::Constant(value, written) => NamedThing::Constant(value, written),
+                TagMeaning::Real(real) => NamedThing::Real(real),
+                TagMeaning::Array(array) => NamedThing::Array(array),
             });
         };
         let what = match meaning {
             TagMeaning::Address(Address::Structure(structure)) => {
-                let address = structure.member(member).map(Thing::Address);
+                let address = structure.member(member).map(NamedThing::Address);
                 return address.ok_or_else(|| member_mistake(base, structure, member));
             }
             TagMeaning::Address(address) => match self.places.at(address) {
@@ -393,16 +393,16 @@ fn parts(name: &str) -> (&str, Option<&str>) {
 }
 
 impl LookUp {
-    fn new(thing: Thing) -> LookUp {
+    fn new(thing: NamedThing) -> LookUp {
         LookUp { thing, tag: None, index: None }
     }
 }
 
-fn of_device(base: &str, id: DeviceId, member: Option<&str>) -> Result<Thing, Mistake> {
-    let Some(member) = member else { return Ok(Thing::Device(id)) };
+fn of_device(base: &str, id: DeviceId, member: Option<&str>) -> Result<NamedThing, Mistake> {
+    let Some(member) = member else { return Ok(NamedThing::Device(id)) };
     let names = DeviceBit::ALL.map(DeviceBit::name);
     match DeviceBit::from_name(member) {
-        Some(health) => Ok(Thing::Address(Address::Bit(Bit::Device(id, health)))),
+        Some(health) => Ok(NamedThing::Address(Address::Bit(Bit::Device(id, health)))),
         None => Err(unknown_member(&format!("{base}.{member}"), &names)),
     }
 }
@@ -412,8 +412,8 @@ fn of_block(
     block: &BlockNames,
     member: Option<&str>,
     searched_max: usize,
-) -> Result<Thing, Mistake> {
-    let Some(member) = member else { return Ok(Thing::Block(block.id)) };
+) -> Result<NamedThing, Mistake> {
+    let Some(member) = member else { return Ok(NamedThing::Block(block.id)) };
     let program = block.kind == BlockKind::Program;
     let bit = match member {
         "Running" => Some(Bit::Running(block.id)),
@@ -421,7 +421,7 @@ fn of_block(
         _ => block.stages.get(member).map(|id| Bit::Stage(*id)),
     };
     if let Some(bit) = bit {
-        return Ok(Thing::Address(Address::Bit(bit)));
+        return Ok(NamedThing::Address(Address::Bit(bit)));
     }
     if program && member == "Done" {
         let message = format!("`{base}` is a program, and only tasks have `.Done`");
@@ -434,7 +434,7 @@ fn of_block(
         (Code::UnknownMember, format!("task `{base}` has no `.{member}`"))
     };
     let known = block.known_members();
-    let near = Near::new(member, known).searching_at_most(searched_max);
+    let near = UnknownName::new(member, known).searching_at_most(searched_max);
     let near = Some(Box::new(near.behind(&format!("{base}."))));
     Err(Mistake::New { code, message, help: Some(members_of(base, known)), near })
 }

@@ -3,7 +3,7 @@
 
 use super::array::Array;
 use super::priority::Priority;
-use crate::source::atom::Written;
+use crate::source::atom::ConstantForm;
 use crate::source::reader::Text;
 use crate::source::span::Span;
 use rungd_engine::isa::{Address, Real};
@@ -73,7 +73,7 @@ pub enum TagMeaning {
     /// `at`; for a tag with a `type`, the address of its place.
     Address(Address),
     /// `value`.
-    Constant(i32, Written),
+    Constant(i32, ConstantForm),
     /// `value`, a real.
     Real(Real),
     /// `at` with `count`. Only the scope has this meaning; the program has a tag for each element.

@@ -7,9 +7,9 @@ use super::layers::Layers;
 use super::mistake::address_mistake;
 use super::names::kept;
 use super::priority::Priority;
-use super::program::{Program, Tag, TagMeaning, Written};
+use super::program::{ConstantForm, Program, Tag, TagMeaning};
 use crate::source::finding::{Code, Finding};
-use crate::source::fix::{Edit, Help, advise, pair, possible, propose, write};
+use crate::source::fix::{FixEdit, Help, advise, pair, possible, propose, write};
 use crate::source::ladder;
 use crate::source::reader::{Constant, Text};
 use crate::source::span::{Located, Span};
@@ -22,7 +22,11 @@ pub(super) const TEXT_MAX: usize = 1000;
 
 impl Resolver<'_> {
     /// Resolves a tag without `count` and adds it to the program; returns its meaning.
-    pub(super) fn tag(&mut self, tag: &ladder::Tag, program: &mut Program) -> Option<TagMeaning> {
+    pub(super) fn tag(
+        &mut self,
+        tag: &ladder::WrittenTag,
+        program: &mut Program,
+    ) -> Option<TagMeaning> {
         self.long_alarm(tag);
         let meaning = self.meaning(tag)?;
         self.misfits(tag, meaning);
@@ -54,7 +58,7 @@ impl Resolver<'_> {
     }
 
     /// Reports a list of initial values for a tag without `count`.
-    fn no_list(&mut self, tag: &ladder::Tag) {
+    fn no_list(&mut self, tag: &ladder::WrittenTag) {
         if let Some(list) = &tag.initials {
             let message = "a list of values does not fit a tag without `count`";
             let finding = Finding::new(Code::TagKey, list.span, message);
@@ -67,7 +71,7 @@ impl Resolver<'_> {
 
     /// Reports an alarm's text that is too long. Texts of templates are checked elsewhere, with
     /// their arguments.
-    pub(super) fn long_alarm(&mut self, tag: &ladder::Tag) {
+    pub(super) fn long_alarm(&mut self, tag: &ladder::WrittenTag) {
         let Some(alarm) = tag.alarm.as_ref().filter(|alarm| !Layers::is_layered(alarm.span)) else {
             return;
         };
@@ -81,7 +85,7 @@ impl Resolver<'_> {
     }
 
     /// Reports a priority with an unknown word, and a priority without an alarm.
-    fn priority_misfits(&mut self, tag: &ladder::Tag) {
+    fn priority_misfits(&mut self, tag: &ladder::WrittenTag) {
         let Some(written) = &tag.priority else { return };
         if Priority::named(&written.text).is_none() {
             let message = format!("`priority` has no value `{}`", kept(&written.text));
@@ -101,12 +105,12 @@ impl Resolver<'_> {
                 None => "add `alarm = \"…\"`: the text that people read; or leave `priority` out",
             };
             let finding = Finding::new(Code::TagKey, written.span, message);
-            self.find(finding.help(help).fix(Edit::Delete));
+            self.find(finding.help(help).fix(FixEdit::Delete));
         }
     }
 
     /// `min` and `max`. For a bit, both are already refused.
-    pub(super) fn limits(&mut self, tag: &ladder::Tag, meaning: TagMeaning) -> PairOfCells {
+    pub(super) fn limits(&mut self, tag: &ladder::WrittenTag, meaning: TagMeaning) -> PairOfCells {
         if matches!(meaning, TagMeaning::Address(Address::Bit(_))) {
             return (None, None);
         }
@@ -115,7 +119,7 @@ impl Resolver<'_> {
         (cell(&tag.min), cell(&tag.max))
     }
 
-    pub(super) fn meaning(&mut self, tag: &ladder::Tag) -> Option<TagMeaning> {
+    pub(super) fn meaning(&mut self, tag: &ladder::WrittenTag) -> Option<TagMeaning> {
         let name = &tag.name.text;
         if let Some(kind) = &tag.kind {
             let other = tag.at.as_ref().map(|at| ("at", at.span));
@@ -125,7 +129,7 @@ impl Resolver<'_> {
             let finding = Finding::new(Code::TagKey, kind.span, message)
                 .related(span, format!("`{key}` is here"))
                 .help("with a `type`, rungd gives the tag its place: keep one")
-                .fix(possible(Edit::Delete));
+                .fix(possible(FixEdit::Delete));
             self.find(finding);
             return None;
         }
@@ -135,14 +139,14 @@ impl Resolver<'_> {
                 let finding = Finding::new(Code::TagKey, value.span, message)
                     .related(at.span, "`at` is here")
                     .help("`at` names an address, `value` a constant: keep one")
-                    .fix(possible(Edit::Delete));
+                    .fix(possible(FixEdit::Delete));
                 self.find(finding);
                 None
             }
             (Some(at), None) => self.at(at).map(TagMeaning::Address),
             (None, Some(value)) => match value.value {
-                Constant::Integer(n) => Some(TagMeaning::Constant(n, Written::Integer)),
-                Constant::Duration(ms) => Some(TagMeaning::Constant(ms, Written::Duration)),
+                Constant::Integer(n) => Some(TagMeaning::Constant(n, ConstantForm::Integer)),
+                Constant::Duration(ms) => Some(TagMeaning::Constant(ms, ConstantForm::Duration)),
                 Constant::Real(real) => Some(TagMeaning::Real(real)),
                 Constant::Bit(on) => {
                     let nickname = if on { "$On" } else { "$Off" };
@@ -174,7 +178,7 @@ impl Resolver<'_> {
     }
 
     /// Reports keys that do not fit the tag's meaning.
-    pub(super) fn misfits(&mut self, tag: &ladder::Tag, meaning: TagMeaning) {
+    pub(super) fn misfits(&mut self, tag: &ladder::WrittenTag, meaning: TagMeaning) {
         let (bit, word, read_only, what) = match meaning {
             TagMeaning::Constant(..) | TagMeaning::Real(_) | TagMeaning::Array(_) => {
                 (false, false, true, "a constant")
@@ -202,10 +206,10 @@ impl Resolver<'_> {
                     "an alarm watches a bit: OUT a C bit from the compare, and watch that".into()
                 }
                 "min" | "max" => "only a word has limits: `D0`, `V0`, `CT0.Acc`".into(),
-                _ if constant => Help::from("a constant never changes").with(Edit::Delete),
+                _ if constant => Help::from("a constant never changes").with(FixEdit::Delete),
                 "unit" if bit => {
                     Help::from("a bit is ON or OFF; `doc` has room for what that means")
-                        .with(Edit::Delete)
+                        .with(FixEdit::Delete)
                 }
                 "log" | "unit" => {
                     advise("name a member: `{}`", [pair("at = \"CT0.Acc\"").possible()])
@@ -261,7 +265,7 @@ impl Resolver<'_> {
         let exchange = |low: &str, high: &str| {
             let lines = format!("min = {high}\nmax = {low}");
             Help::from(format!("exchange them: `min = {high}, max = {low}`"))
-                .with(Edit::Lines { lines, instead: None })
+                .with(FixEdit::Lines { lines, instead: None })
         };
         between(tag.min, tag.max, ("`min` is greater than `max`", exchange));
         let change =
@@ -299,14 +303,14 @@ impl Resolver<'_> {
             let values = [("initial", tag.initial), ("min", tag.min), ("max", tag.max)];
             for (number, (key, value)) in (0..).zip(values) {
                 let Some((n, span)) = value else { continue };
-                let (other, place, of) =
+                let (other, place, unit) =
                     *first.entry((address, number)).or_insert((n, span, tag.span));
-                if other != n && found.insert((key, tag.span, of)) {
+                if other != n && found.insert((key, tag.span, unit)) {
                     let message = format!("`{key}` of `{address}` is given twice, differently");
                     let finding = Finding::new(Code::TagKey, span, message);
                     let finding = finding.related(place, "another tag of this address gives this");
                     let help = format!("leave `{key}` to one of the two tags");
-                    self.find(finding.help(help).fix(possible(Edit::Delete)));
+                    self.find(finding.help(help).fix(possible(FixEdit::Delete)));
                 }
             }
         }
@@ -314,7 +318,7 @@ impl Resolver<'_> {
 }
 
 /// The priority of the tag's alarm.
-fn priority(tag: &ladder::Tag) -> Priority {
+fn priority(tag: &ladder::WrittenTag) -> Priority {
     let written = tag.priority.as_ref();
     written.and_then(|written| Priority::named(&written.text)).unwrap_or_default()
 }

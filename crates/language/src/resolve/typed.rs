@@ -11,13 +11,13 @@
 use std::collections::{HashMap, HashSet};
 
 use super::Resolver;
-use super::placement::{self, Placement, SIZE_MAX, Used, Wish};
+use super::placement::{self, Placement, PlacementRequest, SIZE_MAX, UsedElements};
 use super::places::{Places, TYPES, type_of};
 use super::program::TagMeaning;
 use crate::source::atom::is_name_letter;
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::Help;
-use crate::source::ladder::{self, Ladder, Rung};
+use crate::source::ladder::{self, Ladder, WrittenRung};
 use crate::source::nearest::did_you_mean;
 use crate::source::reader::Text;
 use crate::source::span::{FileId, Span};
@@ -30,7 +30,7 @@ impl Resolver<'_> {
         let tags = || ladders.iter().flat_map(|(_, ladder)| &ladder.tags);
         let mut seen = HashSet::new();
         let fresh = tags().filter(|tag| seen.insert(tag.name.text.as_str()));
-        let wishes: Vec<Wish> = fresh.filter_map(wish).collect();
+        let wishes: Vec<PlacementRequest> = fresh.filter_map(wish).collect();
         if wishes.is_empty() {
             return;
         }
@@ -44,7 +44,7 @@ impl Resolver<'_> {
     }
 
     /// The meaning of a tag with a `type`: its place.
-    pub(super) fn typed(&mut self, tag: &ladder::Tag, kind: &Text) -> Option<TagMeaning> {
+    pub(super) fn typed(&mut self, tag: &ladder::WrittenTag, kind: &Text) -> Option<TagMeaning> {
         if space_of(kind).is_none() {
             let message = format!("a tag has no type `{}`", kind.text);
             let names = TYPES.map(|(name, _)| name);
@@ -57,8 +57,8 @@ impl Resolver<'_> {
         Some(TagMeaning::Address(place.address(0)))
     }
 
-    fn used_addresses(&self, ladders: &[(FileId, Ladder)]) -> Used {
-        let mut used = Used::default();
+    fn used_addresses(&self, ladders: &[(FileId, Ladder)]) -> UsedElements {
+        let mut used = UsedElements::default();
         let mut tags = HashMap::new();
         let sizes = &self.options.sizes;
         for tag in ladders.iter().flat_map(|(_, ladder)| &ladder.tags) {
@@ -89,7 +89,7 @@ impl Resolver<'_> {
     }
 
     /// The texts of a rung's contacts and instructions.
-    fn spans<'r>(&'r self, rung: &'r Rung) -> impl Iterator<Item = &'r str> {
+    fn spans<'r>(&'r self, rung: &'r WrittenRung) -> impl Iterator<Item = &'r str> {
         let legs = rung.when.iter().chain(&rung.legs).map(|leg| leg.span);
         let branches = rung.branches.iter();
         let contacts = branches.flat_map(|branch| &branch.contacts).map(|contact| contact.span());
@@ -102,8 +102,8 @@ impl Resolver<'_> {
     fn find_short(
         &mut self,
         placement: &Placement,
-        wishes: &[Wish],
-        used: &Used,
+        wishes: &[PlacementRequest],
+        used: &UsedElements,
         place: impl Fn(&str) -> Span,
     ) {
         for (kind, space) in TYPES {
@@ -131,41 +131,41 @@ impl Resolver<'_> {
 
 /// The help: a size of the space that is enough.
 fn enough(
-    wishes: &[Wish],
-    used: &Used,
+    wishes: &[PlacementRequest],
+    used: &UsedElements,
     sizes: &MemorySizes,
     (space, missing): (Space, u32),
 ) -> String {
     let name = space.name();
-    let of: Vec<Wish> = of(wishes, space).cloned().collect();
+    let requests: Vec<PlacementRequest> = of(wishes, space).cloned().collect();
     let mut size = space.count(sizes);
     // After some steps, the steps get longer: each places all tags.
     let mut steps = (0..).map(|step: u32| missing.max(1).saturating_mul(1 << (step / 8).min(16)));
     while size < SIZE_MAX && space != Space::Sensaphone {
         size = size.saturating_add(steps.next().unwrap_or(SIZE_MAX)).min(SIZE_MAX);
         let sizes = space.sized(sizes, size);
-        if placement::place(of.clone(), used, &sizes).short.is_empty() {
+        if placement::place(requests.clone(), used, &sizes).short.is_empty() {
             return format!("write `{name} = {size}` under `[memory]` of the controller file");
         }
     }
     format!("there are {} {name} at most: take tags away", SIZE_MAX.min(size))
 }
 
-fn of(wishes: &[Wish], space: Space) -> impl Iterator<Item = &Wish> {
+fn of(wishes: &[PlacementRequest], space: Space) -> impl Iterator<Item = &PlacementRequest> {
     wishes.iter().filter(move |wish| wish.space == space)
 }
 
-fn wish(tag: &ladder::Tag) -> Option<Wish> {
+fn wish(tag: &ladder::WrittenTag) -> Option<PlacementRequest> {
     if tag.at.is_some() || tag.value.is_some() {
         return None;
     }
     let space = space_of(tag.kind.as_ref()?)?;
     let is_array = tag.count.is_some();
-    Some(Wish { name: tag.name.text.clone(), space, count: count_of(tag), is_array })
+    Some(PlacementRequest { name: tag.name.text.clone(), space, count: count_of(tag), is_array })
 }
 
 /// The number of elements of a tag.
-fn count_of(tag: &ladder::Tag) -> u32 {
+fn count_of(tag: &ladder::WrittenTag) -> u32 {
     tag.count.as_ref().and_then(|count| u32::try_from(count.value).ok()).unwrap_or(1)
 }
 
@@ -173,7 +173,7 @@ fn space_of(kind: &Text) -> Option<Space> {
     TYPES.iter().find(|(name, _)| *name == kind.text).map(|(_, space)| *space)
 }
 
-fn rungs(ladder: &Ladder) -> impl Iterator<Item = &Rung> {
+fn rungs(ladder: &Ladder) -> impl Iterator<Item = &WrittenRung> {
     ladder.blocks.iter().flat_map(|block| {
         block.rungs.iter().chain(block.stages.iter().flat_map(|stage| &stage.rungs))
     })
@@ -187,7 +187,7 @@ fn element(text: &str, sizes: &MemorySizes) -> Option<(Space, u32)> {
 
 /// Marks every word of a text that is an address as used: `D0`, `T0` of `T0.Done`, `N,3` of
 /// `N,3,6`.
-fn add_words(used: &mut Used, text: &str, sizes: &MemorySizes) {
+fn add_words(used: &mut UsedElements, text: &str, sizes: &MemorySizes) {
     let mut rest = text;
     while let Some(begin) = rest.find(is_name_letter) {
         rest = &rest[begin..];
@@ -227,7 +227,7 @@ mod tests {
     #[test]
     fn the_words_of_a_text_that_are_addresses() {
         let check = |text: &str, expected: &[&str]| {
-            let mut used = Used::default();
+            let mut used = UsedElements::default();
             add_words(&mut used, text, &MemorySizes::default());
             let all = TYPES.into_iter().flat_map(|(_, space)| (0..99).map(move |n| (space, n)));
             let found = all.filter(|(space, n)| used.has(*space, *n));

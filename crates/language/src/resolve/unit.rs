@@ -10,7 +10,7 @@ use super::Resolver;
 use super::names::kept;
 use super::program::{Program, TagMeaning};
 use crate::source::finding::{Code, Finding};
-use crate::source::fix::{Edit, possible};
+use crate::source::fix::{FixEdit, possible};
 use crate::source::ladder;
 use crate::source::reader::Text;
 use crate::source::wording::is_obeyed;
@@ -21,7 +21,7 @@ const UNIT_CHARS_MAX: usize = 16;
 
 impl Resolver<'_> {
     /// Reports a unit that cannot be shown behind a value.
-    pub(super) fn unit_misfits(&mut self, tag: &ladder::Tag) {
+    pub(super) fn unit_misfits(&mut self, tag: &ladder::WrittenTag) {
         let Some(unit) = &tag.unit else { return };
         let count = unit.text.chars().count();
         let name = kept(&tag.name.text);
@@ -37,7 +37,7 @@ impl Resolver<'_> {
             return;
         };
         let finding = Finding::new(Code::TagKey, unit.span, message).help(help);
-        self.find(if unit.text.trim().is_empty() { finding.fix(Edit::Delete) } else { finding });
+        self.find(if unit.text.trim().is_empty() { finding.fix(FixEdit::Delete) } else { finding });
     }
 
     /// Reports two tags of one location with different units.
@@ -48,14 +48,14 @@ impl Resolver<'_> {
         for (at, tag) in program.tags.iter().enumerate() {
             let TagMeaning::Address(address) = tag.meaning else { continue };
             let Some(unit) = &tag.unit else { continue };
-            let (other, of) = *first.entry(address).or_insert((unit, at));
-            let pair = (tag.span, program.tags[of].span);
+            let (other, element) = *first.entry(address).or_insert((unit, at));
+            let pair = (tag.span, program.tags[element].span);
             if other.text != unit.text && found.insert(pair) {
                 let message = format!("`unit` of `{address}` is given twice, differently");
                 let finding = Finding::new(Code::TagKey, unit.span, message);
                 let finding = finding.related(other.span, "another tag of this address gives this");
                 let help = "leave `unit` to one of the two tags";
-                self.find(finding.help(help).fix(possible(Edit::Delete)));
+                self.find(finding.help(help).fix(possible(FixEdit::Delete)));
             }
         }
     }

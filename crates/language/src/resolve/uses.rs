@@ -13,7 +13,7 @@ use crate::source::nearest::{KnownNames, did_you_mean};
 
 /// All uses of a program.
 #[derive(Debug, Default)]
-pub(super) struct Uses {
+pub(super) struct NameUses {
     known: HashSet<String>,
     /// The uses of unknown templates: names of their tags cause no findings.
     unknown: HashSet<String>,
@@ -25,7 +25,7 @@ pub(super) struct Uses {
 /// thousands of dots.
 const LOOKED_UP_MAX: usize = 512;
 
-impl Uses {
+impl NameUses {
     pub fn add(&mut self, name: String) {
         self.longest = self.longest.max(name.len()).min(LOOKED_UP_MAX);
         self.known.insert(name);
@@ -44,8 +44,8 @@ impl Uses {
     /// Whether a name is that of a use within a use, or begins with such a name: `own.inner.lit`.
     pub fn is_of_inner(&self, name: &str) -> bool {
         let is_inner = |end: usize| {
-            let of = &name[..end];
-            of.contains('.') && self.has(of)
+            let owner = &name[..end];
+            owner.contains('.') && self.has(owner)
         };
         self.ends(name).any(is_inner)
     }
@@ -59,16 +59,16 @@ impl Uses {
         let is_use = |end: &usize| self.known.contains(&name[..*end]);
         // A scope made from a resolved program has the tags of the uses, but no list of the uses.
         let end = self.ends(name).find(is_use).or_else(|| name.find('.'))?;
-        let (of, member) = (&name[..end], name.get(end + 1..));
-        let prefix = format!("{of}.");
+        let (owner, member) = (&name[..end], name.get(end + 1..));
+        let prefix = format!("{owner}.");
         let own = KnownNames::new(names.beginning_with(&prefix).take(LISTED_MAX));
         let is_empty = own.iter().len() == 0;
-        if is_empty && !self.known.contains(of) {
+        if is_empty && !self.known.contains(owner) {
             return None;
         }
         let message = match member {
-            Some(member) => format!("the use `{of}` has no tag `{member}`"),
-            None => format!("`{of}` is a use of a template, not a tag"),
+            Some(member) => format!("the use `{owner}` has no tag `{member}`"),
+            None => format!("`{owner}` is a use of a template, not a tag"),
         };
         let help = member.and_then(|_| did_you_mean(name, own.iter()));
         let help = help.unwrap_or_else(|| match is_empty {

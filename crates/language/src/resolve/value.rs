@@ -1,20 +1,20 @@
 //! A number in a resolved program: a constant or a word. Used by contacts and instructions.
 
-use super::array::Element;
-use crate::source::atom::Written;
+use super::array::ArrayElement;
+use crate::source::atom::ConstantForm;
 use rungd_engine::isa::{Bit, Real, Word};
 
 /// A number: a constant or a location.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Value {
     /// A constant, and the form in which it was written.
-    Const(i32, Written),
+    Const(i32, ConstantForm),
     /// A real constant.
     Real(Real),
     /// A word, read again at every execution.
     Word(Word),
     /// A word of an array, selected by a second word; both are read again at every execution.
-    Element(Element),
+    Element(ArrayElement),
 }
 
 /// The value that FILL writes.
@@ -25,7 +25,7 @@ pub enum Filling {
     /// For bits: a bit.
     Bit(Bit),
     /// For bits: a bit of an array, selected by a word.
-    Element(Element),
+    Element(ArrayElement),
 }
 
 impl Value {

@@ -4,7 +4,7 @@
 
 use super::Resolver;
 use super::resolver::of_array;
-use super::scope::{Misplaced, Thing};
+use super::scope::{MisplacedName, NamedThing};
 use crate::source::atom::Atom;
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{Help, advise, possible, proposed, write};
@@ -14,24 +14,26 @@ impl Resolver<'_> {
     /// The bit that an instruction writes. Adds a finding if the ladder may not write it.
     pub(super) fn writable_bit(&mut self, atom: &Atom, spec: &Spec) -> Option<Bit> {
         let (name, thing) = self.thing(atom, "a bit", &["bit"])?;
-        let Thing::Address(address @ Address::Bit(bit)) = thing else {
+        let NamedThing::Address(address @ Address::Bit(bit)) = thing else {
             let help = match thing {
-                Thing::Array(array) => of_array(name, array),
-                Thing::Address(Address::Structure(structure)) if spec.mnemonic == Mnemonic::Rst => {
+                NamedThing::Array(array) => of_array(name, array),
+                NamedThing::Address(Address::Structure(structure))
+                    if spec.mnemonic == Mnemonic::Rst =>
+                {
                     write(format!("{} {name}", reset_of(structure)))
                 }
-                Thing::Address(_)
-                | Thing::Constant(..)
-                | Thing::Real(_)
-                | Thing::Block(_)
-                | Thing::Device(_)
-                | Thing::Element(_) => {
+                NamedThing::Address(_)
+                | NamedThing::Constant(..)
+                | NamedThing::Real(_)
+                | NamedThing::Block(_)
+                | NamedThing::Device(_)
+                | NamedThing::Element(_) => {
                     let words =
                         format!("`{}` writes a bit: `{{}}`, `{{}}`, or a tag of one", spec.name);
                     advise(&words, ["Y0", "C0"].map(possible))
                 }
             };
-            self.wrong_kind(Misplaced { name, span: atom.span, thing }, "a bit", help);
+            self.wrong_kind(MisplacedName { name, span: atom.span, thing }, "a bit", help);
             return None;
         };
         if bit.writable_by_ladder() {
@@ -62,36 +64,36 @@ impl Resolver<'_> {
     /// The word that an instruction writes. Adds a finding if the ladder may not write it.
     pub(super) fn writable_word(&mut self, atom: &Atom, spec: &Spec) -> Option<Word> {
         let (name, thing) = self.thing(atom, "a word", &["int", "real", "word"])?;
-        let Thing::Address(address @ Address::Word(word)) = thing else {
+        let NamedThing::Address(address @ Address::Word(word)) = thing else {
             let help = match thing {
-                Thing::Address(Address::Structure(Structure::Sensaphone(_))) => {
+                NamedThing::Address(Address::Structure(Structure::Sensaphone(_))) => {
                     let words = [format!("{name}.ACC"), format!("{name}.PRE")].map(possible);
                     advise("its words are `{}` and `{}`", words)
                 }
-                Thing::Address(Address::Structure(_)) => {
+                NamedThing::Address(Address::Structure(_)) => {
                     advise("its word is `{}`", [proposed(format!("{name}.Acc"))])
                 }
-                Thing::Array(array) => of_array(name, array),
-                Thing::Address(Address::Bit(_) | Address::Word(_))
-                | Thing::Constant(..)
-                | Thing::Real(_)
-                | Thing::Block(_)
-                | Thing::Device(_)
-                | Thing::Element(_)
+                NamedThing::Array(array) => of_array(name, array),
+                NamedThing::Address(Address::Bit(_) | Address::Word(_))
+                | NamedThing::Constant(..)
+                | NamedThing::Real(_)
+                | NamedThing::Block(_)
+                | NamedThing::Device(_)
+                | NamedThing::Element(_)
                     if spec.mnemonic == Mnemonic::Math =>
                 {
                     "its target is a word or a bit: `MATH D0 = …`".into()
                 }
-                Thing::Address(Address::Bit(_) | Address::Word(_))
-                | Thing::Constant(..)
-                | Thing::Real(_)
-                | Thing::Block(_)
-                | Thing::Device(_)
-                | Thing::Element(_) => {
+                NamedThing::Address(Address::Bit(_) | Address::Word(_))
+                | NamedThing::Constant(..)
+                | NamedThing::Real(_)
+                | NamedThing::Block(_)
+                | NamedThing::Device(_)
+                | NamedThing::Element(_) => {
                     Help::from(format!("`{}` writes to a word: `to=D0`", spec.name))
                 }
             };
-            self.wrong_kind(Misplaced { name, span: atom.span, thing }, "a word", help);
+            self.wrong_kind(MisplacedName { name, span: atom.span, thing }, "a word", help);
             return None;
         };
         if !word.writable() {

@@ -56,17 +56,17 @@ pub enum AtomKind {
 /// How a constant was written. The checks warn about bare integers as timer values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub enum Written {
+pub enum ConstantForm {
     Integer,
     Duration,
 }
 
-impl Written {
+impl ConstantForm {
     /// A constant as it would be written: `12`, `1m30s`.
     pub fn text(self, value: i32) -> String {
         match self {
-            Written::Integer => value.to_string(),
-            Written::Duration => duration::print(value),
+            ConstantForm::Integer => value.to_string(),
+            ConstantForm::Duration => duration::print(value),
         }
     }
 }

@@ -14,17 +14,17 @@ use super::span::{Located, Span};
 /// The place of `!…`, `…&…` and `…|…` includes the parentheses around it, if it has any. `V` is the
 /// type of a compare's values: names and constants in a ladder, and also sums of them in a test.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Contact<V = Atom> {
+pub enum WrittenContact<V = Atom> {
     /// A bit, by its name.
     Bit(Located<String>),
     /// `!`.
-    Not(Box<Contact<V>>, Span),
+    Not(Box<WrittenContact<V>>, Span),
     /// `&`: two or more.
-    All(Vec<Contact<V>>, Span),
+    All(Vec<WrittenContact<V>>, Span),
     /// `|`: two or more.
-    Any(Vec<Contact<V>>, Span),
+    Any(Vec<WrittenContact<V>>, Span),
     /// `rise(…)`, `fall(…)` of any contacts.
-    Edge(Edge, Box<Contact<V>>, Span),
+    Edge(Edge, Box<WrittenContact<V>>, Span),
     /// A compare of two values.
     Compare(V, Comparison, V, Span),
 }
@@ -85,36 +85,38 @@ impl Comparison {
     }
 }
 
-impl<V> Contact<V> {
+impl<V> WrittenContact<V> {
     /// Its place.
     pub fn span(&self) -> Span {
         match self {
-            Contact::Bit(name) => name.span,
-            Contact::Not(_, span)
-            | Contact::All(_, span)
-            | Contact::Any(_, span)
-            | Contact::Edge(_, _, span)
-            | Contact::Compare(_, _, _, span) => *span,
+            WrittenContact::Bit(name) => name.span,
+            WrittenContact::Not(_, span)
+            | WrittenContact::All(_, span)
+            | WrittenContact::Any(_, span)
+            | WrittenContact::Edge(_, _, span)
+            | WrittenContact::Compare(_, _, _, span) => *span,
         }
     }
 }
 
-impl<V: fmt::Display> fmt::Display for Contact<V> {
+impl<V: fmt::Display> fmt::Display for WrittenContact<V> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Contact::Bit(name) => f.write_str(&name.value),
-            Contact::Not(inner, _) => write!(f, "!{}", Grouped(inner)),
-            Contact::All(items, _) => series(f, items, " & "),
-            Contact::Any(items, _) => series(f, items, " | "),
-            Contact::Edge(edge, inner, _) => write!(f, "{}({inner})", edge.name()),
-            Contact::Compare(a, comparison, b, _) => write!(f, "{a} {} {b}", comparison.sign()),
+            WrittenContact::Bit(name) => f.write_str(&name.value),
+            WrittenContact::Not(inner, _) => write!(f, "!{}", GroupedContact(inner)),
+            WrittenContact::All(items, _) => series(f, items, " & "),
+            WrittenContact::Any(items, _) => series(f, items, " | "),
+            WrittenContact::Edge(edge, inner, _) => write!(f, "{}({inner})", edge.name()),
+            WrittenContact::Compare(a, comparison, b, _) => {
+                write!(f, "{a} {} {b}", comparison.sign())
+            }
         }
     }
 }
 
 fn series<V: fmt::Display>(
     f: &mut fmt::Formatter<'_>,
-    items: &[Contact<V>],
+    items: &[WrittenContact<V>],
     sign: &str,
 ) -> fmt::Result {
     for (at, item) in items.iter().enumerate() {
@@ -123,9 +125,12 @@ fn series<V: fmt::Display>(
         }
         match item {
             // `!` and compares need no parentheses beside `&` and `|`.
-            Contact::Not(..) | Contact::Compare(..) => write!(f, "{item}")?,
-            Contact::Bit(_) | Contact::Edge(..) | Contact::All(..) | Contact::Any(..) => {
-                write!(f, "{}", Grouped(item))?;
+            WrittenContact::Not(..) | WrittenContact::Compare(..) => write!(f, "{item}")?,
+            WrittenContact::Bit(_)
+            | WrittenContact::Edge(..)
+            | WrittenContact::All(..)
+            | WrittenContact::Any(..) => {
+                write!(f, "{}", GroupedContact(item))?;
             }
         }
     }
@@ -133,13 +138,17 @@ fn series<V: fmt::Display>(
 }
 
 /// A contact, in parentheses unless it is a bit or an edge.
-struct Grouped<'a, V>(&'a Contact<V>);
+struct GroupedContact<'a, V>(&'a WrittenContact<V>);
 
-impl<V: fmt::Display> fmt::Display for Grouped<'_, V> {
+impl<V: fmt::Display> fmt::Display for GroupedContact<'_, V> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.0 {
-            Contact::Bit(_) | Contact::Edge(..) | Contact::Not(..) => self.0.fmt(f),
-            Contact::All(..) | Contact::Any(..) | Contact::Compare(..) => write!(f, "({})", self.0),
+            WrittenContact::Bit(_) | WrittenContact::Edge(..) | WrittenContact::Not(..) => {
+                self.0.fmt(f)
+            }
+            WrittenContact::All(..) | WrittenContact::Any(..) | WrittenContact::Compare(..) => {
+                write!(f, "({})", self.0)
+            }
         }
     }
 }

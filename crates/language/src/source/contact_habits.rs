@@ -7,7 +7,7 @@
 use super::contact_dialects::foreign;
 use super::contact_signs::SIGNS_ALONE;
 use super::finding::{Code, Finding};
-use super::fix::{Edit, Help, advise, possible, proposed, text as fix, write};
+use super::fix::{FixEdit, Help, advise, possible, proposed, text as fix, write};
 use super::span::Span;
 use rungd_engine::isa::address_text::{self, AddressError};
 pub use rungd_engine::isa::function::ResultType;
@@ -90,7 +90,7 @@ fn notation(first: char) -> Help {
             "a member follows its name without a space: `{}`; a real begins with a digit",
             [possible("T0.Done")],
         ),
-        ':' => Help::from("take it away; a duration reads `1m30s`").with(possible(Edit::Delete)),
+        ':' => Help::from("take it away; a duration reads `1m30s`").with(possible(FixEdit::Delete)),
         _ => CONTACT_FORMS.into(),
     }
 }
@@ -202,8 +202,9 @@ fn computed_as(formula: &str, compare: &str, place: Span) -> Help {
     ));
     match formula {
         "…" => help,
-        _ => help
-            .with(proposed(compare).at(place).after(Edit::Before(math)).after(Edit::Declare(tag))),
+        _ => help.with(
+            proposed(compare).at(place).after(FixEdit::Before(math)).after(FixEdit::Declare(tag)),
+        ),
     }
 }
 

@@ -5,7 +5,8 @@
 //! contacts. Nesting is limited, so that no input can exhaust the stack.
 
 use super::atom::{Atom, AtomKind};
-use super::contact::{Contact, Edge};
+use super::contact::Edge;
+use super::contact::WrittenContact::{self, All, Any, Bit, Compare, Not};
 use super::contact_dialects::foreign;
 use super::contact_habits::{called, computed, in_series, split_address};
 use super::contact_lexer::{Parsed, Token, lex};
@@ -13,7 +14,7 @@ use super::contact_signs::{self, SIGNS_ALONE};
 use super::contact_sum::SumSign;
 use super::contact_words::TokensAround;
 use super::finding::{Code, Finding};
-use super::fix::{Edit, Help, advise, possible, text, write};
+use super::fix::{FixEdit, Help, advise, possible, text, write};
 use super::nearest::did_you_mean;
 use super::span::{Located, Span};
 use rungd_engine::isa::dialects;
@@ -25,12 +26,12 @@ pub(super) const DEPTH_MAX: u32 = 32;
 ///
 /// # Errors
 /// The first mistake in it, with its exact place.
-pub fn parse(text: &str, span: Span) -> Result<Contact, Finding> {
+pub fn parse(text: &str, span: Span) -> Result<WrittenContact, Finding> {
     parse_as(text, span)
 }
 
 /// As [`parse`], with any type of values in the compares.
-pub(super) fn parse_as<V: Compared>(text: &str, span: Span) -> Result<Contact<V>, Finding> {
+pub(super) fn parse_as<V: Compared>(text: &str, span: Span) -> Result<WrittenContact<V>, Finding> {
     let tokens = lex(text, span, V::HAS_SUMS)?;
     let mut parser = Parser { text, span, tokens, at: 0, has_sums: V::HAS_SUMS };
     if parser.tokens.is_empty() {
@@ -39,9 +40,9 @@ pub(super) fn parse_as<V: Compared>(text: &str, span: Span) -> Result<Contact<V>
             true => {
                 finding.help("a contact is a bit, a compare or an edge: `X0`, `D0 > 3`, `rise(X0)`")
             }
-            false => {
-                finding.help("take it away; a leg that is always ON is [\"$On\"]").fix(Edit::Delete)
-            }
+            false => finding
+                .help("take it away; a leg that is always ON is [\"$On\"]")
+                .fix(FixEdit::Delete),
         });
     }
     let contact = parser.expression(BindingPower::Or, 0)?;
@@ -50,6 +51,9 @@ pub(super) fn parse_as<V: Compared>(text: &str, span: Span) -> Result<Contact<V>
         Some((token, place)) => Err(parser.left_over(&token.clone(), place)),
     }
 }
+
+/// A contact, or the first mistake in it.
+type ParsedContact<V> = Parsed<WrittenContact<V>>;
 
 /// A value in a compare.
 pub(super) trait Compared: From<Atom> + std::fmt::Display {
@@ -125,7 +129,7 @@ impl Parser<'_> {
         Span { start: self.span.end, ..self.span }
     }
 
-    fn expression<V: Compared>(&mut self, least: BindingPower, depth: u32) -> Parsed<Contact<V>> {
+    fn expression<V: Compared>(&mut self, least: BindingPower, depth: u32) -> ParsedContact<V> {
         let mut left = self.operand(depth)?;
         let mut open = None;
         while let Some(power) = self.infix().filter(|power| *power >= least) {
@@ -181,7 +185,7 @@ impl Parser<'_> {
 
     /// Reads the element `one` of the grammar: `!` with an operand, parentheses, an edge, a compare
     /// or a bit.
-    fn operand<V: Compared>(&mut self, depth: u32) -> Parsed<Contact<V>> {
+    fn operand<V: Compared>(&mut self, depth: u32) -> ParsedContact<V> {
         let Some((token, span)) = self.next() else {
             return Err(self.error(self.end(), "a contact is missing here"));
         };
@@ -211,7 +215,7 @@ impl Parser<'_> {
         }
     }
 
-    fn negation<V: Compared>(&mut self, span: Span, depth: u32) -> Parsed<Contact<V>> {
+    fn negation<V: Compared>(&mut self, span: Span, depth: u32) -> ParsedContact<V> {
         // `!D0 == 3` would read as "not D0, equals 3".
         if let [(Token::Atom(a), _), (Token::Compare(sign), _), (Token::Atom(b), end), ..] =
             &self.tokens[self.at..]
@@ -233,25 +237,25 @@ impl Parser<'_> {
         let whole = span.to(inner.span());
         // `!D0 + 1 == 3` would read in the same way. A compare in parentheses is right; its place
         // begins behind the `(`.
-        if let Contact::Compare(..) = inner
+        if let Compare(..) = inner
             && self.tokens.get(begin).is_some_and(|(_, first)| first.start == inner.span().start)
         {
             let finding = self.error(whole, "`!` binds tighter than a compare");
             return Err(finding.write(format!("!({inner})")));
         }
-        Ok(Contact::Not(Box::new(inner), whole))
+        Ok(Not(Box::new(inner), whole))
     }
 
-    fn group<V: Compared>(&mut self, open: Span, depth: u32) -> Parsed<Contact<V>> {
+    fn group<V: Compared>(&mut self, open: Span, depth: u32) -> ParsedContact<V> {
         let (mut inner, close) = self.closed(open, depth)?;
-        if let Contact::Not(_, span) | Contact::All(_, span) | Contact::Any(_, span) = &mut inner {
+        if let Not(_, span) | All(_, span) | Any(_, span) = &mut inner {
             *span = open.to(close);
         }
         Ok(inner)
     }
 
     /// Reads contacts and the `)` that closes them; also returns the place of the `)`.
-    fn closed<V: Compared>(&mut self, open: Span, depth: u32) -> Parsed<(Contact<V>, Span)> {
+    fn closed<V: Compared>(&mut self, open: Span, depth: u32) -> Parsed<(WrittenContact<V>, Span)> {
         let inner = self.expression(BindingPower::Or, depth + 1)?;
         Ok((inner, self.close(open)?))
     }
@@ -268,7 +272,7 @@ impl Parser<'_> {
         Err(finding.related(open, "opened here"))
     }
 
-    fn atom<V: Compared>(&mut self, atom: Atom, depth: u32) -> Parsed<Contact<V>> {
+    fn atom<V: Compared>(&mut self, atom: Atom, depth: u32) -> ParsedContact<V> {
         if let Some((Token::Open, _)) = self.peek()
             && let Some(name) = atom.name()
         {
@@ -279,7 +283,7 @@ impl Parser<'_> {
             return self.compared(V::from(atom), depth);
         }
         match atom.kind {
-            AtomKind::Name(value) => Ok(Contact::Bit(Located { value, span: atom.span })),
+            AtomKind::Name(value) => Ok(Bit(Located { value, span: atom.span })),
             AtomKind::Integer(_) | AtomKind::Duration(_) | AtomKind::Real(_) => {
                 if let Some(finding) = self.around().mask(&atom, V::HAS_SUMS) {
                     return Err(finding);
@@ -291,7 +295,7 @@ impl Parser<'_> {
         }
     }
 
-    fn edge<V: Compared>(&mut self, word: &str, span: Span, depth: u32) -> Parsed<Contact<V>> {
+    fn edge<V: Compared>(&mut self, word: &str, span: Span, depth: u32) -> ParsedContact<V> {
         let edge = match word {
             "rise" => Edge::Rise,
             "fall" => Edge::Fall,
@@ -321,7 +325,7 @@ impl Parser<'_> {
             return Err(self.error(place, message).help(format!("write `{word}(X0)`")));
         }
         let (inner, close) = self.closed(open, depth)?;
-        Ok(Contact::Edge(edge, Box::new(inner), span.to(close)))
+        Ok(WrittenContact::Edge(edge, Box::new(inner), span.to(close)))
     }
 
     /// The finding for a token, or the end of the text, in the place of a value.
@@ -353,7 +357,7 @@ impl Parser<'_> {
     }
 
     /// Reads the rest of a compare: the sign and the right value. The left value was already read.
-    fn compared<V: Compared>(&mut self, left: V, depth: u32) -> Parsed<Contact<V>> {
+    fn compared<V: Compared>(&mut self, left: V, depth: u32) -> ParsedContact<V> {
         let Some((Token::Compare(comparison), sign)) = self.peek() else {
             let message = format!("`{left}` is a number, not a contact");
             let finding = Finding::new(Code::ContactSyntax, left.span(), message);
@@ -380,7 +384,7 @@ impl Parser<'_> {
             return Err(finding.help(advise("join them: `{}`", [joined])));
         }
         let span = left.span().to(right.span());
-        Ok(Contact::Compare(left, comparison, right, span))
+        Ok(Compare(left, comparison, right, span))
     }
 
     /// Whether a value may begin with the next token.
@@ -451,19 +455,21 @@ impl Parser<'_> {
 
 /// `left op right`. With `grow`, `left` is a series of the same operator, and `right` is appended
 /// to it.
-fn join<V>(left: Contact<V>, power: BindingPower, right: Contact<V>, grow: bool) -> Contact<V> {
+fn join<V>(
+    left: WrittenContact<V>,
+    power: BindingPower,
+    right: WrittenContact<V>,
+    grow: bool,
+) -> WrittenContact<V> {
     let span = left.span().to(right.span());
     let items = match left {
-        Contact::All(mut items, _) | Contact::Any(mut items, _) if grow => {
+        All(mut items, _) | Any(mut items, _) if grow => {
             items.push(right);
             items
         }
-        Contact::Bit(_)
-        | Contact::Not(..)
-        | Contact::All(..)
-        | Contact::Any(..)
-        | Contact::Edge(..)
-        | Contact::Compare(..) => vec![left, right],
+        Bit(_) | Not(..) | All(..) | Any(..) | WrittenContact::Edge(..) | Compare(..) => {
+            vec![left, right]
+        }
     };
-    if power == BindingPower::And { Contact::All(items, span) } else { Contact::Any(items, span) }
+    if power == BindingPower::And { All(items, span) } else { Any(items, span) }
 }

@@ -4,7 +4,7 @@ use expect_test::{Expect, expect};
 use proptest::prelude::*;
 
 use super::atom::{Atom, AtomKind};
-use super::contact::{Comparison, Contact, Edge};
+use super::contact::{Comparison, Edge, WrittenContact};
 use super::contact_parser::parse;
 use super::span::{FileId, Located, Span};
 
@@ -13,18 +13,18 @@ fn span_of(text: &str) -> Span {
 }
 
 /// The tree as an expression with the place of every part.
-fn tree(contact: &Contact) -> String {
+fn tree(contact: &WrittenContact) -> String {
     let place = |span: Span| format!("{}..{}", span.start, span.end);
-    let all = |items: &[Contact]| items.iter().map(tree).collect::<Vec<_>>().join(" ");
+    let all = |items: &[WrittenContact]| items.iter().map(tree).collect::<Vec<_>>().join(" ");
     match contact {
-        Contact::Bit(name) => format!("{}@{}", name.value, place(name.span)),
-        Contact::Not(inner, span) => format!("(not@{} {})", place(*span), tree(inner)),
-        Contact::All(items, span) => format!("(and@{} {})", place(*span), all(items)),
-        Contact::Any(items, span) => format!("(or@{} {})", place(*span), all(items)),
-        Contact::Edge(edge, inner, span) => {
+        WrittenContact::Bit(name) => format!("{}@{}", name.value, place(name.span)),
+        WrittenContact::Not(inner, span) => format!("(not@{} {})", place(*span), tree(inner)),
+        WrittenContact::All(items, span) => format!("(and@{} {})", place(*span), all(items)),
+        WrittenContact::Any(items, span) => format!("(or@{} {})", place(*span), all(items)),
+        WrittenContact::Edge(edge, inner, span) => {
             format!("({}@{} {})", edge.name(), place(*span), tree(inner))
         }
-        Contact::Compare(a, sign, b, span) => {
+        WrittenContact::Compare(a, sign, b, span) => {
             let (a, b) = (format!("{a}@{}", place(a.span)), format!("{b}@{}", place(b.span)));
             format!("({}@{} {a} {b})", sign.sign(), place(*span))
         }
@@ -133,10 +133,10 @@ fn comparison() -> impl Strategy<Value = Comparison> {
     proptest::sample::select(&[Eq, Ne, Lt, Le, Gt, Ge][..])
 }
 
-fn contact() -> impl Strategy<Value = Contact> {
+fn contact() -> impl Strategy<Value = WrittenContact> {
     let leaf = prop_oneof![
-        name().prop_map(|name| Contact::Bit(at(name))),
-        (value(), comparison(), value()).prop_map(|(a, sign, b)| Contact::Compare(
+        name().prop_map(|name| WrittenContact::Bit(at(name))),
+        (value(), comparison(), value()).prop_map(|(a, sign, b)| WrittenContact::Compare(
             a,
             sign,
             b,
@@ -148,10 +148,10 @@ fn contact() -> impl Strategy<Value = Contact> {
         let edge = proptest::sample::select(&[Edge::Rise, Edge::Fall][..]);
         let whole = (edge, inner.clone());
         prop_oneof![
-            whole.prop_map(|(edge, c)| Contact::Edge(edge, Box::new(c), Span::default())),
-            inner.clone().prop_map(|c| Contact::Not(Box::new(c), Span::default())),
-            items().prop_map(|items| Contact::All(items, Span::default())),
-            items().prop_map(|items| Contact::Any(items, Span::default())),
+            whole.prop_map(|(edge, c)| WrittenContact::Edge(edge, Box::new(c), Span::default())),
+            inner.clone().prop_map(|c| WrittenContact::Not(Box::new(c), Span::default())),
+            items().prop_map(|items| WrittenContact::All(items, Span::default())),
+            items().prop_map(|items| WrittenContact::Any(items, Span::default())),
         ]
     })
 }
@@ -161,7 +161,7 @@ proptest! {
     fn print_and_parse_agree(contact in contact()) {
         let text = contact.to_string();
         let parsed = parse(&text, span_of(&text));
-        let printed = parsed.as_ref().map(Contact::to_string);
+        let printed = parsed.as_ref().map(WrittenContact::to_string);
         prop_assert_eq!(printed.as_deref(), Ok(text.as_str()));
         prop_assert_eq!(shape(&parsed.unwrap()), shape(&contact));
     }
@@ -178,14 +178,14 @@ proptest! {
 }
 
 /// The tree without places.
-fn shape(contact: &Contact) -> String {
-    let parts = |items: &[Contact]| items.iter().map(shape).collect::<Vec<_>>().join(" ");
+fn shape(contact: &WrittenContact) -> String {
+    let parts = |items: &[WrittenContact]| items.iter().map(shape).collect::<Vec<_>>().join(" ");
     match contact {
-        Contact::Bit(name) => name.value.clone(),
-        Contact::Not(inner, _) => format!("(not {})", shape(inner)),
-        Contact::All(items, _) => format!("(and {})", parts(items)),
-        Contact::Any(items, _) => format!("(or {})", parts(items)),
-        Contact::Edge(edge, inner, _) => format!("({} {})", edge.name(), shape(inner)),
-        Contact::Compare(a, sign, b, _) => format!("({} {a} {b})", sign.sign()),
+        WrittenContact::Bit(name) => name.value.clone(),
+        WrittenContact::Not(inner, _) => format!("(not {})", shape(inner)),
+        WrittenContact::All(items, _) => format!("(and {})", parts(items)),
+        WrittenContact::Any(items, _) => format!("(or {})", parts(items)),
+        WrittenContact::Edge(edge, inner, _) => format!("({} {})", edge.name(), shape(inner)),
+        WrittenContact::Compare(a, sign, b, _) => format!("({} {a} {b})", sign.sign()),
     }
 }

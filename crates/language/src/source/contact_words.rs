@@ -30,8 +30,8 @@ impl TokensAround<'_> {
                 [(span.start - self.span.start) as usize..(span.end - self.span.start) as usize]
         };
         let (written, sign) = (text(number.span), text(*sign));
-        let closes = |of: &&(Token, Span)| of.0 == Token::Close;
-        let opens = read[..read.len() - 3].iter().rev().take_while(|of| of.0 == Token::Open);
+        let closes = |token: &&(Token, Span)| token.0 == Token::Close;
+        let opens = read[..read.len() - 3].iter().rev().take_while(|token| token.0 == Token::Open);
         let opens = opens.count();
         let closed = self.tokens[self.at..].iter().take_while(closes).count();
         let end = self.at + closed;

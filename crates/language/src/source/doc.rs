@@ -80,9 +80,9 @@ impl<'a> Doc<'a> {
     pub(super) fn drop_missing(&self, table: Span) {
         let mut findings = self.findings.borrow_mut();
         let recent = findings.len().saturating_sub(16);
-        let is_missing = |of: &Finding| {
+        let is_missing = |finding: &Finding| {
             let codes = [Code::MissingKey, Code::MixedLegs, Code::NoInstruction];
-            of.span == table && codes.contains(&of.code)
+            finding.span == table && codes.contains(&finding.code)
         };
         let kept: Vec<Finding> =
             findings.drain(recent..).filter(|finding| !is_missing(finding)).collect();

@@ -10,7 +10,7 @@ use rungd_engine::isa::Real;
 
 /// The text after `MATH`: `target = expression`.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Formula {
+pub struct WrittenFormula {
     /// The name before the `=`.
     pub target: Located<String>,
     /// The index of the target.
@@ -23,21 +23,21 @@ pub struct Formula {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Expression {
     /// Its parts, in postfix order; the last part is the outermost one.
-    pub parts: Vec<Part>,
+    pub parts: Vec<ExpressionPart>,
 }
 
 /// A constant, a name, or an operator or call behind its operands.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Part {
+pub struct ExpressionPart {
     /// The kind.
-    pub kind: PartKind,
+    pub kind: ExpressionPartKind,
     /// The place of the part with its operands and the parentheses around them.
     pub span: Span,
 }
 
 /// The kind of a part.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum PartKind {
+pub enum ExpressionPartKind {
     /// An integer, or a duration in ms. 2147483648 occurs only directly behind a unary `-`.
     Integer(i64),
     /// A real.

@@ -5,7 +5,7 @@
 
 use super::atom::{Atom, AtomKind, other_notation, typed_literal};
 use super::contact_lexer::split;
-use super::expression::{Binary, PartKind, Unary};
+use super::expression::{Binary, ExpressionPartKind, Unary};
 use super::finding::{Code, Finding};
 use super::fix::{advise, possible, write};
 use super::span::Span;
@@ -14,9 +14,9 @@ pub use rungd_engine::isa::real::RealError;
 
 /// A token.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Token {
+pub(super) enum ExpressionToken {
     /// A constant or a name.
-    Operand(PartKind),
+    Operand(ExpressionPartKind),
     /// An operator with two operands, or the `-` with one operand.
     Sign(Binary),
     /// `~` or `!`.
@@ -34,51 +34,51 @@ pub(super) enum Token {
 ///
 /// # Errors
 /// The first mistake.
-pub(super) fn lex(text: &str, span: Span) -> Result<Vec<(Token, Span)>, Finding> {
+pub(super) fn lex(text: &str, span: Span) -> Result<Vec<(ExpressionToken, Span)>, Finding> {
     split(text, span, |rest, first, at| match sign(rest) {
         Some(found) => Ok(found),
         None => operand(rest, first, span.part(at, at + rest.len())),
     })
 }
 
-fn sign(rest: &str) -> Option<(Token, usize)> {
+fn sign(rest: &str) -> Option<(ExpressionToken, usize)> {
     if rest.starts_with("<>") {
         return None;
     }
     let binary = Binary::ALL.iter().find(|operator| rest.starts_with(operator.sign()));
     if let Some(operator) = binary {
-        return Some((Token::Sign(*operator), operator.sign().len()));
+        return Some((ExpressionToken::Sign(*operator), operator.sign().len()));
     }
     let unary = Unary::ALL.iter().find(|operator| rest.starts_with(operator.sign()));
     if let Some(operator) = unary {
-        return Some((Token::Prefix(*operator), operator.sign().len()));
+        return Some((ExpressionToken::Prefix(*operator), operator.sign().len()));
     }
     let token = match rest.as_bytes()[0] {
-        b'(' => Token::Open,
-        b')' => Token::Close,
-        b',' => Token::Comma,
-        b'[' => Token::Index,
-        b']' => Token::IndexEnd,
+        b'(' => ExpressionToken::Open,
+        b')' => ExpressionToken::Close,
+        b',' => ExpressionToken::Comma,
+        b'[' => ExpressionToken::Index,
+        b']' => ExpressionToken::IndexEnd,
         _ => return None,
     };
     Some((token, 1))
 }
 
-fn operand(rest: &str, first: char, span: Span) -> Result<(Token, usize), Finding> {
+fn operand(rest: &str, first: char, span: Span) -> Result<(ExpressionToken, usize), Finding> {
     if let Some(finding) = typed_literal(rest, span, Code::ExpressionSyntax) {
         return Err(finding);
     }
     if first.is_ascii_digit() {
         let length = number_length(rest);
         let kind = number(&rest[..length], span.part(0, length))?;
-        return Ok((Token::Operand(kind), length));
+        return Ok((ExpressionToken::Operand(kind), length));
     }
     if first.is_ascii_alphabetic() || first == '$' || first == '_' {
         let tail = |c: char| !(c.is_ascii_alphanumeric() || matches!(c, '_' | '.'));
         let length = 1 + rest[1..].find(tail).unwrap_or(rest.len() - 1);
         let length = length + slice_length(&rest[length..]);
         let name = rest[..length].replace([' ', '\t'], "");
-        return Ok((Token::Operand(PartKind::Name(name)), length));
+        return Ok((ExpressionToken::Operand(ExpressionPartKind::Name(name)), length));
     }
     Err(stray(rest, first, span))
 }
@@ -102,7 +102,7 @@ fn number_length(rest: &str) -> usize {
     if is_mantissa && digits > 0 { length + 1 + digits } else { length }
 }
 
-fn number(word: &str, span: Span) -> Result<PartKind, Finding> {
+fn number(word: &str, span: Span) -> Result<ExpressionPartKind, Finding> {
     let error = |code, message: String| Finding::new(code, span, message);
     if let Some(digits) = word.strip_prefix("0x")
         && !digits.is_empty()
@@ -113,11 +113,11 @@ fn number(word: &str, span: Span) -> Result<PartKind, Finding> {
             error(Code::OutOfRange, message)
                 .help(advise("the greatest is `{}`, which is -1", [possible("0xFFFFFFFF")]))
         })?;
-        return Ok(PartKind::Integer(i64::from(bits.cast_signed())));
+        return Ok(ExpressionPartKind::Integer(i64::from(bits.cast_signed())));
     }
     if word.bytes().all(|b| b.is_ascii_digit()) {
         // A number with too many digits is too large, which the parser reports.
-        return Ok(PartKind::Integer(word.parse().unwrap_or(i64::MAX)));
+        return Ok(ExpressionPartKind::Integer(word.parse().unwrap_or(i64::MAX)));
     }
     if let Some(finding) = other_notation(word, span, Code::ExpressionSyntax) {
         return Err(finding);
@@ -126,7 +126,7 @@ fn number(word: &str, span: Span) -> Result<PartKind, Finding> {
         return real(word, span);
     }
     match Atom::parse(word, span).map(|atom| atom.kind) {
-        Ok(AtomKind::Duration(ms)) => Ok(PartKind::Integer(i64::from(ms))),
+        Ok(AtomKind::Duration(ms)) => Ok(ExpressionPartKind::Integer(i64::from(ms))),
         Ok(_) => Err(error(Code::ExpressionSyntax, format!("`{word}` is no number"))),
         Err(mut finding) => {
             if finding.code == Code::InstructionSyntax {
@@ -137,9 +137,9 @@ fn number(word: &str, span: Span) -> Result<PartKind, Finding> {
     }
 }
 
-fn real(word: &str, span: Span) -> Result<PartKind, Finding> {
+fn real(word: &str, span: Span) -> Result<ExpressionPartKind, Finding> {
     match word.parse() {
-        Ok(real) => Ok(PartKind::Real(real)),
+        Ok(real) => Ok(ExpressionPartKind::Real(real)),
         Err(RealError::Beyond) => {
             let message = format!("`{word}` lies beyond the largest real");
             let help = "a real is a binary32, up to `3.4028235e38`";

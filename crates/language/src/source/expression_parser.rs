@@ -5,9 +5,11 @@
 //! parentheses, calls and operators with one operand is limited nevertheless, because deeper
 //! expressions are not readable.
 
-use super::expression::{Binary, Expression, Formula, Part, PartKind, Unary};
-use super::expression_lexer::{Token, lex};
-use super::expression_rules::{Root, Said, Term};
+use super::expression::{
+    Binary, Expression, ExpressionPart, ExpressionPartKind, Unary, WrittenFormula,
+};
+use super::expression_lexer::{ExpressionToken, lex};
+use super::expression_rules::{OperandRoot, OperandTerm, OperatorUse};
 use super::finding::{Code, Finding};
 use super::fix::{Help, advise, possible, text as fix, write};
 use super::span::{Located, Span};
@@ -16,14 +18,14 @@ use rungd_engine::isa::decimal_comma;
 /// Maximum nesting depth of parentheses, calls and operators with one operand.
 const DEPTH_MAX: usize = 32;
 
-type Parsed<T> = Result<T, Finding>;
+type ExpressionResult<T> = Result<T, Finding>;
 
 /// Parses the text after `MATH`; `span` is its place. Adds errors and warnings to `findings`.
 pub(super) fn parse_formula(
     text: &str,
     span: Span,
     findings: &mut Vec<Finding>,
-) -> Option<Formula> {
+) -> Option<WrittenFormula> {
     let mut warnings = Vec::new();
     let parsed = split(text, span).and_then(|(target, index, at)| {
         let part = |(from, to): (usize, usize)| (&text[from..to], span.part(from, to));
@@ -34,16 +36,16 @@ pub(super) fn parse_formula(
         let index = index.transpose()?;
         let (text, place) = part((at, text.len()));
         let expression = parse(text, place, &mut warnings)?;
-        Ok(Formula { target, index, expression })
+        Ok(WrittenFormula { target, index, expression })
     });
     findings.append(&mut warnings);
     parsed.map_err(|finding| findings.push(finding)).ok()
 }
 
 /// The target, the range of its index, and the byte at which the expression begins.
-type Split = (Located<String>, Option<(usize, usize)>, usize);
+type SplitFormula = (Located<String>, Option<(usize, usize)>, usize);
 
-fn split(text: &str, span: Span) -> Parsed<Split> {
+fn split(text: &str, span: Span) -> ExpressionResult<SplitFormula> {
     let error = |place, message: &str| Finding::new(Code::ExpressionSyntax, place, message);
     let form = "its form is `MATH target = expression`: `MATH level = (raw - 6400) / 51`";
     let Some(at) = assignment(text) else {
@@ -116,9 +118,9 @@ fn assignment(text: &str) -> Option<usize> {
 ///
 /// # Errors
 /// The first mistake in it.
-pub fn parse(text: &str, span: Span, warnings: &mut Vec<Finding>) -> Parsed<Expression> {
+pub fn parse(text: &str, span: Span, warnings: &mut Vec<Finding>) -> ExpressionResult<Expression> {
     let tokens = lex(text, span)?;
-    let mut parser = Parser {
+    let mut parser = ExpressionParser {
         text,
         span,
         parts: Vec::with_capacity(tokens.len()),
@@ -143,7 +145,7 @@ pub fn parse(text: &str, span: Span, warnings: &mut Vec<Finding>) -> Parsed<Expr
 }
 
 /// An operator or an open bracket that waits for the tokens behind it.
-enum Waiting {
+enum WaitingOperator {
     Unary(Unary, Span),
     Binary(Binary, Span),
     Group(Span),
@@ -159,18 +161,18 @@ enum Waiting {
     },
 }
 
-struct Parser<'a> {
+struct ExpressionParser<'a> {
     text: &'a str,
     span: Span,
-    parts: Vec<Part>,
-    operands: Vec<Term>,
-    waiting: Vec<Waiting>,
+    parts: Vec<ExpressionPart>,
+    operands: Vec<OperandTerm>,
+    waiting: Vec<WaitingOperator>,
     /// Number of waiting brackets and operators with one operand.
     depth: usize,
     warnings: &'a mut Vec<Finding>,
 }
 
-impl Parser<'_> {
+impl ExpressionParser<'_> {
     /// The place after the last byte.
     fn end(&self) -> Span {
         Span { start: self.span.end, ..self.span }
@@ -186,62 +188,72 @@ impl Parser<'_> {
     }
 
     /// Reads a token in the place of an operand; returns whether an operand is still required.
-    fn begin(&mut self, token: &Token, place: Span, behind: Option<&Token>) -> Parsed<bool> {
+    fn begin(
+        &mut self,
+        token: &ExpressionToken,
+        place: Span,
+        behind: Option<&ExpressionToken>,
+    ) -> ExpressionResult<bool> {
         match token {
-            Token::Operand(PartKind::Name(name)) if behind == Some(&Token::Open) => {
+            ExpressionToken::Operand(ExpressionPartKind::Name(name))
+                if behind == Some(&ExpressionToken::Open) =>
+            {
                 let name = Located { value: name.clone(), span: place };
-                self.wait(Waiting::Call { name, arguments: 0, open: place }, place)?;
+                self.wait(WaitingOperator::Call { name, arguments: 0, open: place }, place)?;
                 Ok(false)
             }
-            Token::Operand(PartKind::Name(name)) if behind == Some(&Token::Index) => {
+            ExpressionToken::Operand(ExpressionPartKind::Name(name))
+                if behind == Some(&ExpressionToken::Index) =>
+            {
                 let name = Located { value: name.clone(), span: place };
-                self.wait(Waiting::Index { name, open: place }, place)?;
+                self.wait(WaitingOperator::Index { name, open: place }, place)?;
                 Ok(false)
             }
-            Token::Operand(kind) => {
+            ExpressionToken::Operand(kind) => {
                 self.constant_fits(kind, place)?;
-                self.operand(Part { kind: kind.clone(), span: place });
+                self.operand(ExpressionPart { kind: kind.clone(), span: place });
                 Ok(false)
             }
-            Token::Sign(Binary::Subtract) => {
-                self.wait(Waiting::Unary(Unary::Minus, place), place).map(|()| true)
+            ExpressionToken::Sign(Binary::Subtract) => {
+                self.wait(WaitingOperator::Unary(Unary::Minus, place), place).map(|()| true)
             }
-            Token::Prefix(operator) => {
-                self.wait(Waiting::Unary(*operator, place), place).map(|()| true)
+            ExpressionToken::Prefix(operator) => {
+                self.wait(WaitingOperator::Unary(*operator, place), place).map(|()| true)
             }
-            Token::Open => self.wait(Waiting::Group(place), place).map(|()| true),
-            Token::Close if self.is_empty_call() => self.close(place).map(|()| false),
-            Token::Sign(Binary::Add) => Err(self
+            ExpressionToken::Open => self.wait(WaitingOperator::Group(place), place).map(|()| true),
+            ExpressionToken::Close if self.is_empty_call() => self.close(place).map(|()| false),
+            ExpressionToken::Sign(Binary::Add) => Err(self
                 .error(place, "a value has no `+` before it")
                 .help("take the `+` away")
                 .fix("")),
-            Token::Sign(_) | Token::Close | Token::Comma | Token::IndexEnd => {
-                Err(self.missing(place))
-            }
-            Token::Index => Err(self.no_array(place)),
+            ExpressionToken::Sign(_)
+            | ExpressionToken::Close
+            | ExpressionToken::Comma
+            | ExpressionToken::IndexEnd => Err(self.missing(place)),
+            ExpressionToken::Index => Err(self.no_array(place)),
         }
     }
 
     /// Reads a token behind an operand; returns whether an operand must follow.
-    fn go_on(&mut self, token: &Token, place: Span) -> Parsed<bool> {
+    fn go_on(&mut self, token: &ExpressionToken, place: Span) -> ExpressionResult<bool> {
         match token {
-            Token::Sign(operator) => {
+            ExpressionToken::Sign(operator) => {
                 self.settle(|waiting| match waiting.precedence().cmp(&operator.precedence()) {
                     std::cmp::Ordering::Greater => true,
                     std::cmp::Ordering::Equal => *operator != Binary::Power,
                     std::cmp::Ordering::Less => false,
                 })?;
-                self.waiting.push(Waiting::Binary(*operator, place));
+                self.waiting.push(WaitingOperator::Binary(*operator, place));
                 Ok(true)
             }
             // The `(` behind a function's name.
-            Token::Open if self.opens_call(place) => Ok(true),
-            Token::Close => self.close(place).map(|()| false),
-            Token::Comma => self.argument(place).map(|()| true),
-            Token::Index if self.opens_index(place) => Ok(true),
-            Token::Index => Err(self.no_array(place)),
-            Token::IndexEnd => self.close_index(place).map(|()| false),
-            Token::Operand(_) | Token::Open | Token::Prefix(_) => {
+            ExpressionToken::Open if self.opens_call(place) => Ok(true),
+            ExpressionToken::Close => self.close(place).map(|()| false),
+            ExpressionToken::Comma => self.argument(place).map(|()| true),
+            ExpressionToken::Index if self.opens_index(place) => Ok(true),
+            ExpressionToken::Index => Err(self.no_array(place)),
+            ExpressionToken::IndexEnd => self.close_index(place).map(|()| false),
+            ExpressionToken::Operand(_) | ExpressionToken::Open | ExpressionToken::Prefix(_) => {
                 Err(self.no_operator(token, place))
             }
         }
@@ -254,7 +266,7 @@ impl Parser<'_> {
 
     /// Whether this `[` opens the innermost waiting index. If so, stores its place.
     fn opens_index(&mut self, place: Span) -> bool {
-        if let Some(Waiting::Index { name, open }) = self.waiting.last_mut()
+        if let Some(WaitingOperator::Index { name, open }) = self.waiting.last_mut()
             && *open == name.span
         {
             *open = place;
@@ -264,19 +276,19 @@ impl Parser<'_> {
     }
 
     /// `]`: an index is complete.
-    fn close_index(&mut self, place: Span) -> Parsed<()> {
+    fn close_index(&mut self, place: Span) -> ExpressionResult<()> {
         self.settle(|_| true)?;
-        let Some(Waiting::Index { name, .. }) = self.waiting.pop() else {
+        let Some(WaitingOperator::Index { name, .. }) = self.waiting.pop() else {
             return Err(self.error(place, "`]` closes nothing, or is too early"));
         };
         self.depth -= 1;
         self.operands.pop();
         let span = name.span.to(place);
-        self.operand(Part { kind: PartKind::Element(name), span });
+        self.operand(ExpressionPart { kind: ExpressionPartKind::Element(name), span });
         Ok(())
     }
 
-    fn no_operator(&self, token: &Token, place: Span) -> Finding {
+    fn no_operator(&self, token: &ExpressionToken, place: Span) -> Finding {
         let habit = |word: &str| match word.to_ascii_lowercase().as_str() {
             "and" => Some("&&"),
             "or" => Some("||"),
@@ -284,19 +296,20 @@ impl Parser<'_> {
             "xor" => Some("^"),
             _ => None,
         };
-        let named = |kind: &PartKind, at: Span| {
-            let PartKind::Name(name) = kind else { return None };
+        let named = |kind: &ExpressionPartKind, at: Span| {
+            let ExpressionPartKind::Name(name) = kind else { return None };
             habit(name).map(|sign| write(fix(sign).at(at)))
         };
         let before = self.parts.last().and_then(|part| named(&part.kind, part.span));
-        let own = if let Token::Operand(kind) = token { named(kind, place) } else { None };
+        let own =
+            if let ExpressionToken::Operand(kind) = token { named(kind, place) } else { None };
         let finding = self.error(place, "an operator is missing before this");
         let all = || Help::from("operators are `+ - * / % **` and the like");
         finding.help(own.or(before).unwrap_or_else(all))
     }
 
     /// Pushes a bracket, or an operator with one operand, onto the waiting stack.
-    fn wait(&mut self, waiting: Waiting, place: Span) -> Parsed<()> {
+    fn wait(&mut self, waiting: WaitingOperator, place: Span) -> ExpressionResult<()> {
         if self.depth == DEPTH_MAX {
             let message = format!("more than {DEPTH_MAX} levels of parentheses, calls and signs");
             return Err(self.error(place, message).help("give parts of it a MATH of their own"));
@@ -308,7 +321,7 @@ impl Parser<'_> {
 
     /// Whether this `(` opens the innermost waiting call. If so, stores its place.
     fn opens_call(&mut self, place: Span) -> bool {
-        if let Some(Waiting::Call { name, open, .. }) = self.waiting.last_mut()
+        if let Some(WaitingOperator::Call { name, open, .. }) = self.waiting.last_mut()
             && *open == name.span
         {
             *open = place;
@@ -319,13 +332,15 @@ impl Parser<'_> {
 
     fn is_empty_call(&self) -> bool {
         let last = self.waiting.last();
-        matches!(last, Some(Waiting::Call { name, arguments: 0, open }) if *open != name.span)
+        let Some(WaitingOperator::Call { name, arguments: 0, open }) = last else { return false };
+        *open != name.span
     }
 
     /// An integer of more than 32 bits is too large; 2147483648 is allowed behind a unary `-`.
-    fn constant_fits(&self, kind: &PartKind, place: Span) -> Parsed<()> {
-        let PartKind::Integer(n) = kind else { return Ok(()) };
-        let is_negative = matches!(self.waiting.last(), Some(Waiting::Unary(Unary::Minus, _)));
+    fn constant_fits(&self, kind: &ExpressionPartKind, place: Span) -> ExpressionResult<()> {
+        let ExpressionPartKind::Integer(n) = kind else { return Ok(()) };
+        let is_negative =
+            matches!(self.waiting.last(), Some(WaitingOperator::Unary(Unary::Minus, _)));
         if *n <= i64::from(i32::MAX) + i64::from(is_negative) {
             return Ok(());
         }
@@ -337,28 +352,31 @@ impl Parser<'_> {
     }
 
     /// Adds a complete operand, and applies to it the operators with one operand before it.
-    fn operand(&mut self, part: Part) {
-        self.operands.push(Term { span: part.span, root: Root::Closed });
+    fn operand(&mut self, part: ExpressionPart) {
+        self.operands.push(OperandTerm { span: part.span, root: OperandRoot::Closed });
         self.parts.push(part);
         self.apply_unary();
     }
 
     fn apply_unary(&mut self) {
-        while let Some(Waiting::Unary(operator, sign)) = self.waiting.last() {
+        while let Some(WaitingOperator::Unary(operator, sign)) = self.waiting.last() {
             let (operator, sign) = (*operator, *sign);
             self.waiting.pop();
             self.depth -= 1;
             let Some(operand) = self.operands.last_mut() else { return };
             operand.span = sign.to(operand.span);
-            operand.root = Root::Unary(operator);
-            self.parts.push(Part { kind: PartKind::Unary(operator), span: operand.span });
+            operand.root = OperandRoot::Unary(operator);
+            self.parts.push(ExpressionPart {
+                kind: ExpressionPartKind::Unary(operator),
+                span: operand.span,
+            });
         }
     }
 
     /// Applies waiting operators to their two operands, the last operator first, as long as
     /// `is_ready`.
-    fn settle(&mut self, is_ready: impl Fn(Binary) -> bool) -> Parsed<()> {
-        while let Some(Waiting::Binary(operator, sign)) = self.waiting.last() {
+    fn settle(&mut self, is_ready: impl Fn(Binary) -> bool) -> ExpressionResult<()> {
+        while let Some(WaitingOperator::Binary(operator, sign)) = self.waiting.last() {
             let (operator, sign) = (*operator, *sign);
             if !is_ready(operator) {
                 break;
@@ -368,23 +386,24 @@ impl Parser<'_> {
                 break;
             };
             let text = |span: Span| self.text_of(span);
-            let said = Said { operator, sign, left, right };
+            let said = OperatorUse { operator, sign, left, right };
             let (warning, mistake) = (said.warning(&text), said.mistake(&text));
             self.warnings.extend(warning);
             if let Some(finding) = mistake {
                 return Err(finding);
             }
             let span = left.span.to(right.span);
-            self.parts.push(Part { kind: PartKind::Binary(operator, sign), span });
-            self.operands.push(Term { span, root: Root::Binary(operator) });
+            self.parts
+                .push(ExpressionPart { kind: ExpressionPartKind::Binary(operator, sign), span });
+            self.operands.push(OperandTerm { span, root: OperandRoot::Binary(operator) });
         }
         Ok(())
     }
 
     /// `,`: an argument is complete.
-    fn argument(&mut self, place: Span) -> Parsed<()> {
+    fn argument(&mut self, place: Span) -> ExpressionResult<()> {
         self.settle(|_| true)?;
-        if let Some(Waiting::Call { arguments, .. }) = self.waiting.last_mut() {
+        if let Some(WaitingOperator::Call { arguments, .. }) = self.waiting.last_mut() {
             *arguments += 1;
             return Ok(());
         }
@@ -409,29 +428,37 @@ impl Parser<'_> {
     }
 
     /// `)`: a group or call is complete.
-    fn close(&mut self, place: Span) -> Parsed<()> {
+    fn close(&mut self, place: Span) -> ExpressionResult<()> {
         self.settle(|_| true)?;
         match self.waiting.pop() {
-            Some(Waiting::Group(open)) => {
+            Some(WaitingOperator::Group(open)) => {
                 self.depth -= 1;
                 let span = open.to(place);
                 if let Some(operand) = self.operands.last_mut() {
-                    *operand = Term { span, root: Root::Closed };
+                    *operand = OperandTerm { span, root: OperandRoot::Closed };
                 }
                 if let Some(part) = self.parts.last_mut() {
                     part.span = span;
                 }
                 self.apply_unary();
             }
-            Some(Waiting::Call { name, arguments, open }) => {
+            Some(WaitingOperator::Call { name, arguments, open }) => {
                 self.depth -= 1;
                 let arguments = arguments + u32::from(!self.is_blank(open, place));
                 let rest = self.operands.len() - (arguments as usize).min(self.operands.len());
                 self.operands.truncate(rest);
                 let span = name.span.to(place);
-                self.operand(Part { kind: PartKind::Call(name, arguments), span });
+                self.operand(ExpressionPart {
+                    kind: ExpressionPartKind::Call(name, arguments),
+                    span,
+                });
             }
-            Some(Waiting::Unary(..) | Waiting::Binary(..) | Waiting::Index { .. }) | None => {
+            Some(
+                WaitingOperator::Unary(..)
+                | WaitingOperator::Binary(..)
+                | WaitingOperator::Index { .. },
+            )
+            | None => {
                 return Err(self.error(place, "`)` closes nothing, or is too early"));
             }
         }
@@ -443,16 +470,16 @@ impl Parser<'_> {
         self.text_of(Span { start: open.end, end: close.start, ..open }).trim().is_empty()
     }
 
-    fn finish(mut self) -> Parsed<Expression> {
+    fn finish(mut self) -> ExpressionResult<Expression> {
         self.settle(|_| true)?;
         match self.waiting.last() {
             None => Ok(Expression { parts: self.parts }),
             Some(
-                Waiting::Group(open)
-                | Waiting::Call { open, .. }
-                | Waiting::Index { open, .. }
-                | Waiting::Unary(_, open)
-                | Waiting::Binary(_, open),
+                WaitingOperator::Group(open)
+                | WaitingOperator::Call { open, .. }
+                | WaitingOperator::Index { open, .. }
+                | WaitingOperator::Unary(_, open)
+                | WaitingOperator::Binary(_, open),
             ) => Err(self.error(self.end(), "`)` is missing").related(*open, "opened here")),
         }
     }

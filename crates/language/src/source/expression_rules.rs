@@ -11,14 +11,14 @@ use super::span::Span;
 
 /// A complete operand: its place, and its outermost operator, unless the operand is in parentheses.
 #[derive(Clone, Copy)]
-pub(super) struct Term {
+pub(super) struct OperandTerm {
     pub span: Span,
-    pub root: Root,
+    pub root: OperandRoot,
 }
 
 /// The outermost part of an operand.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Root {
+pub(super) enum OperandRoot {
     /// A constant, a name, a call, or anything in parentheses.
     Closed,
     Unary(Unary),
@@ -27,21 +27,21 @@ pub(super) enum Root {
 
 /// An operator and its operands.
 #[derive(Clone, Copy)]
-pub(super) struct Said {
+pub(super) struct OperatorUse {
     pub operator: Binary,
     pub sign: Span,
-    pub left: Term,
-    pub right: Term,
+    pub left: OperandTerm,
+    pub right: OperandTerm,
 }
 
-impl Said {
+impl OperatorUse {
     /// The finding for operators that must not be neighbours; `text` returns the text of a place.
     pub(super) fn mistake<'t>(&self, text: &impl Fn(Span) -> &'t str) -> Option<Finding> {
         let sign = self.operator.sign();
         let whole = self.left.span.to(self.right.span);
         let (left, right) = (text(self.left.span), text(self.right.span));
         let error = |message: String| Finding::new(Code::ExpressionSyntax, whole, message);
-        if self.left.root == Root::Unary(Unary::Not) && self.operator.is_compare() {
+        if self.left.root == OperandRoot::Unary(Unary::Not) && self.operator.is_compare() {
             let inner = left.trim_start_matches('!').trim_start();
             let finding = error(format!("`!` binds tighter than `{sign}`"));
             return Some(
@@ -50,7 +50,7 @@ impl Said {
                     .write(format!("!({inner} {sign} {right})")),
             );
         }
-        if let Root::Binary(first) = self.left.root
+        if let OperandRoot::Binary(first) = self.left.root
             && first.is_ordering()
             && self.operator.is_ordering()
         {
@@ -64,12 +64,12 @@ impl Said {
 
     /// The warning for operators that are easily misread.
     pub(super) fn warning<'t>(&self, text: &impl Fn(Span) -> &'t str) -> Option<Finding> {
-        let doubtful = |operand: Term| match operand.root {
-            Root::Binary(inner) if is_doubtful(self.operator, inner) => Some(inner),
-            Root::Binary(_) | Root::Unary(_) | Root::Closed => None,
+        let doubtful = |operand: OperandTerm| match operand.root {
+            OperandRoot::Binary(inner) if is_doubtful(self.operator, inner) => Some(inner),
+            OperandRoot::Binary(_) | OperandRoot::Unary(_) | OperandRoot::Closed => None,
         };
         let inner = doubtful(self.left).or(doubtful(self.right))?;
-        let side = |operand: Term| match doubtful(operand) {
+        let side = |operand: OperandTerm| match doubtful(operand) {
             Some(_) => format!("({})", text(operand.span)),
             None => text(operand.span).to_owned(),
         };

@@ -2,7 +2,7 @@
 
 use expect_test::{Expect, expect};
 
-use super::expression::{Expression, PartKind};
+use super::expression::{Expression, ExpressionPartKind};
 use super::expression_parser::{parse, parse_formula};
 use super::finding::Finding;
 use super::span::{FileId, Span};
@@ -16,18 +16,20 @@ fn tree(expression: &Expression) -> String {
     let mut operands: Vec<String> = Vec::new();
     for part in &expression.parts {
         let text = match &part.kind {
-            PartKind::Integer(n) => n.to_string(),
-            PartKind::Real(real) => real.to_string(),
-            PartKind::Name(name) => name.clone(),
-            PartKind::Unary(operator) => {
+            ExpressionPartKind::Integer(n) => n.to_string(),
+            ExpressionPartKind::Real(real) => real.to_string(),
+            ExpressionPartKind::Name(name) => name.clone(),
+            ExpressionPartKind::Unary(operator) => {
                 format!("({}{})", operator.sign(), operands.pop().unwrap())
             }
-            PartKind::Binary(operator, _) => {
+            ExpressionPartKind::Binary(operator, _) => {
                 let right = operands.pop().unwrap();
                 format!("({} {} {right})", operands.pop().unwrap(), operator.sign())
             }
-            PartKind::Element(name) => format!("{}[{}]", name.value, operands.pop().unwrap()),
-            PartKind::Call(name, count) => {
+            ExpressionPartKind::Element(name) => {
+                format!("{}[{}]", name.value, operands.pop().unwrap())
+            }
+            ExpressionPartKind::Call(name, count) => {
                 let arguments = operands.split_off(operands.len() - *count as usize);
                 format!("{}({})", name.value, arguments.join(", "))
             }

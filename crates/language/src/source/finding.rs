@@ -9,8 +9,8 @@
 
 use std::borrow::Cow;
 
-use super::fix::{Edit, Fix, Help, propose, write};
-use super::nearest::{KnownNames, Near};
+use super::fix::{Fix, FixEdit, Help, propose, write};
+use super::nearest::{KnownNames, UnknownName};
 use super::span::Span;
 use super::wording::bounded_line;
 
@@ -39,7 +39,7 @@ pub struct Finding {
     /// What to write instead.
     help: Option<Box<Help>>,
     /// For an unknown name: the nearest known name replaces the help, if there is one.
-    near: Option<Box<Near>>,
+    near: Option<Box<UnknownName>>,
 }
 
 /// Maximum number of related places of one finding.
@@ -89,7 +89,7 @@ impl Finding {
 
     /// Replaces the help, if that is to declare a name.
     pub fn declared_as(self, help: impl FnOnce() -> Help) -> Finding {
-        let declares = |fix: &Fix| matches!(fix.edits[..], [Edit::Declare(_)]);
+        let declares = |fix: &Fix| matches!(fix.edits[..], [FixEdit::Declare(_)]);
         match self.help.as_ref().is_some_and(|help| help.fixes.iter().any(declares)) {
             true => self.help(help()),
             false => self,
@@ -103,12 +103,12 @@ impl Finding {
 
     /// If one of the known names is near to `name`, it replaces the help.
     pub fn near(mut self, name: &str, known: &KnownNames) -> Finding {
-        self.near = Some(Box::new(Near::new(name, known)));
+        self.near = Some(Box::new(UnknownName::new(name, known)));
         self
     }
 
     /// As [`Finding::near`], with the result of a look-up.
-    pub fn near_any(mut self, near: Option<Box<Near>>) -> Finding {
+    pub fn near_any(mut self, near: Option<Box<UnknownName>>) -> Finding {
         self.near = near;
         self
     }
@@ -116,7 +116,7 @@ impl Finding {
     /// As [`Finding::near`], before the search that the finding has already: if one of these names
     /// is near, the other names are not searched.
     pub(crate) fn near_first(mut self, name: &str, known: &KnownNames) -> Finding {
-        let near = Near::new(name, known).or(self.near.take());
+        let near = UnknownName::new(name, known).or(self.near.take());
         self.near = Some(Box::new(near));
         self
     }

@@ -28,7 +28,7 @@ pub enum Applicability {
 
 /// A part of a fix. A text without a place is for the place of the finding.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Edit {
+pub enum FixEdit {
     /// Replaces the bytes at a place of the finding's file.
     Write(Option<Range<u32>>, String),
     /// Writes `key = value` into the table of the finding.
@@ -80,22 +80,22 @@ pub enum Edit {
     Before(String),
 }
 
-impl Edit {
+impl FixEdit {
     /// The text that it writes.
     pub fn text(&self) -> &str {
         match self {
-            Edit::Write(_, text)
-            | Edit::Pair(text)
-            | Edit::InTag { pair: text, .. }
-            | Edit::Word { new: text, .. }
-            | Edit::Declare(text)
-            | Edit::Lines { lines: text, .. }
-            | Edit::Row(text)
-            | Edit::Under { pair: text, .. }
-            | Edit::Table { line: text, .. }
-            | Edit::Before(text) => text,
-            Edit::Remove(key) => key,
-            Edit::Delete => "",
+            FixEdit::Write(_, text)
+            | FixEdit::Pair(text)
+            | FixEdit::InTag { pair: text, .. }
+            | FixEdit::Word { new: text, .. }
+            | FixEdit::Declare(text)
+            | FixEdit::Lines { lines: text, .. }
+            | FixEdit::Row(text)
+            | FixEdit::Under { pair: text, .. }
+            | FixEdit::Table { line: text, .. }
+            | FixEdit::Before(text) => text,
+            FixEdit::Remove(key) => key,
+            FixEdit::Delete => "",
         }
     }
 }
@@ -104,7 +104,7 @@ impl Edit {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fix {
     /// Its parts; they do not overlap.
-    pub edits: Vec<Edit>,
+    pub edits: Vec<FixEdit>,
     /// How sure it is.
     pub applicability: Applicability,
 }
@@ -112,7 +112,7 @@ pub struct Fix {
 impl Fix {
     /// The same fix at a place of the finding's file.
     pub fn at(mut self, span: Span) -> Fix {
-        if let Some(Edit::Write(place, _)) = self.edits.last_mut() {
+        if let Some(FixEdit::Write(place, _)) = self.edits.last_mut() {
             *place = Some(span.start..span.end);
         }
         self
@@ -134,15 +134,15 @@ impl Fix {
     }
 
     /// The same fix with one more part before the others.
-    pub fn after(mut self, edit: Edit) -> Fix {
+    pub fn after(mut self, edit: FixEdit) -> Fix {
         self.edits.insert(0, edit);
         self
     }
 }
 
-impl From<Edit> for Fix {
-    fn from(edit: Edit) -> Fix {
-        let applicability = match matches!(edit, Edit::Write(..) | Edit::Pair(_)) {
+impl From<FixEdit> for Fix {
+    fn from(edit: FixEdit) -> Fix {
+        let applicability = match matches!(edit, FixEdit::Write(..) | FixEdit::Pair(_)) {
             true => Applicability::Certain,
             false => Applicability::Proposed,
         };
@@ -152,7 +152,7 @@ impl From<Edit> for Fix {
 
 impl From<String> for Fix {
     fn from(text: String) -> Fix {
-        Edit::Write(None, text).into()
+        FixEdit::Write(None, text).into()
     }
 }
 
@@ -179,7 +179,7 @@ pub fn possible(text: impl Into<Fix>) -> Fix {
 
 /// `key = value` as a fix.
 pub fn pair(pair: impl Into<String>) -> Fix {
-    Edit::Pair(pair.into()).into()
+    FixEdit::Pair(pair.into()).into()
 }
 
 /// The help of a finding.
@@ -225,7 +225,7 @@ impl Help {
     pub(super) fn reword(&mut self, change: impl Fn(&str) -> String) {
         self.text = change(&self.text);
         for edit in self.fixes.iter_mut().flat_map(|fix| &mut fix.edits) {
-            if let Edit::Write(_, text) | Edit::Pair(text) | Edit::Declare(text) = edit {
+            if let FixEdit::Write(_, text) | FixEdit::Pair(text) | FixEdit::Declare(text) = edit {
                 *text = change(text);
             }
         }
@@ -235,7 +235,7 @@ impl Help {
     /// with a `…`.
     pub(super) fn bounded(mut self) -> Help {
         self.text = bounded(self.text);
-        let is_whole = |edit: &Edit| {
+        let is_whole = |edit: &FixEdit| {
             !edit.text().contains('…') && bounded(edit.text().to_owned()) == edit.text()
         };
         self.fixes.retain(|fix| fix.edits.iter().all(is_whole));
@@ -267,7 +267,7 @@ pub fn advise<F: Into<Fix>, const N: usize>(words: &str, fixes: [F; N]) -> Help 
     let mut pieces = words.split("{}");
     let mut text = pieces.next().unwrap_or_default().to_owned();
     for (fix, piece) in fixes.iter().zip(pieces) {
-        text.push_str(fix.edits.last().map_or("", Edit::text));
+        text.push_str(fix.edits.last().map_or("", FixEdit::text));
         text.push_str(piece);
     }
     Help { text, fixes }

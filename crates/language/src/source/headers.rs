@@ -16,7 +16,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::doc::Doc;
 use super::finding::{Code, Finding};
-use super::fix::{Edit, Fix, Help, advise, propose, proposed, write};
+use super::fix::{Fix, FixEdit, Help, advise, propose, proposed, write};
 use super::span::Span;
 
 /// A header, or the place at which a header is missing.
@@ -51,7 +51,7 @@ pub(super) fn check(doc: Doc<'_>, root: &DeTable<'_>) {
         if let Some(length) = header.headless {
             doc.find(headless(header, length));
         } else if let Some(before) = before
-            && !stands_open(header, before)
+            && !is_parent_open(header, before)
         {
             doc.find(out_of_place(header, before));
         }
@@ -180,7 +180,7 @@ fn visit<'a>(
 }
 
 /// Whether a header's parent is still open after the previous header.
-fn stands_open(header: &Header<'_>, before: &Header<'_>) -> bool {
+fn is_parent_open(header: &Header<'_>, before: &Header<'_>) -> bool {
     let parents = header.arrays.min(header.path.len() - 1);
     before.path.starts_with(&header.path[..parents])
 }
@@ -203,7 +203,7 @@ fn headless(header: &Header<'_>, length: usize) -> Finding {
         _ => {
             let lines = format!("[[{parent}]]\nname = \"{name}\"");
             let words = format!("begin the {part} first:\n{{}}");
-            advise(&words, [Fix::from(Edit::Lines { lines, instead: None })])
+            advise(&words, [Fix::from(FixEdit::Lines { lines, instead: None })])
         }
     };
     Finding::new(Code::OutOfPlace, header.span, message).help(help)

@@ -6,10 +6,10 @@
 use std::ops::Range;
 
 use super::atom::Atom;
-use super::expression::Formula;
+use super::expression::WrittenFormula;
 use super::expression_parser::parse_formula;
 use super::finding::{Code, Finding};
-use super::fix::{Edit, advise, possible, text as written};
+use super::fix::{FixEdit, advise, possible, text as written};
 use super::instruction_commas::{called, comma_help, is_element, listed, pointed};
 use super::instruction_habits::{other_form, several};
 use super::span::{Located, Span};
@@ -17,20 +17,20 @@ use rungd_engine::isa::notation;
 
 /// One instruction.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Instruction {
+pub struct WrittenInstruction {
     /// The place of its whole text.
     pub(crate) span: Span,
     /// The first word.
     pub(crate) mnemonic: Located<String>,
     /// The other words.
-    pub(crate) operands: Vec<Operand>,
+    pub(crate) operands: Vec<OperandText>,
     /// The text behind `MATH`, which is not split into words.
-    pub formula: Option<Formula>,
+    pub formula: Option<WrittenFormula>,
 }
 
 /// One operand.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Operand {
+pub(crate) struct OperandText {
     /// The place of the whole word.
     pub span: Span,
     /// The key of `key=value`.
@@ -41,12 +41,12 @@ pub(crate) struct Operand {
 
 /// Parses the text of an instruction; `span` is the place of the whole text. Adds every mistake to
 /// `findings`; returns `None` if there is a mistake.
-pub fn parse(text: &str, span: Span, findings: &mut Vec<Finding>) -> Option<Instruction> {
+pub fn parse(text: &str, span: Span, findings: &mut Vec<Finding>) -> Option<WrittenInstruction> {
     let all = words(text);
     let Some((&(at, mnemonic), behind)) = all.split_first() else {
         let finding = Finding::new(Code::InstructionSyntax, span, "an empty instruction");
         let help = "take it away, or name an instruction: `OUT Y0`";
-        findings.push(finding.help(help).fix(Edit::Delete));
+        findings.push(finding.help(help).fix(FixEdit::Delete));
         return None;
     };
     let mnemonic = Located { value: mnemonic.to_owned(), span: span.part(at, at + mnemonic.len()) };
@@ -60,7 +60,12 @@ pub fn parse(text: &str, span: Span, findings: &mut Vec<Finding>) -> Option<Inst
     }
     if mnemonic.value.eq_ignore_ascii_case("MATH") {
         let formula = formula(text, mnemonic.span, span, findings)?;
-        return Some(Instruction { span, mnemonic, operands: Vec::new(), formula: Some(formula) });
+        return Some(WrittenInstruction {
+            span,
+            mnemonic,
+            operands: Vec::new(),
+            formula: Some(formula),
+        });
     }
     if let Some(finding) = other_form(text, &all, span) {
         findings.push(finding);
@@ -93,11 +98,16 @@ pub fn parse(text: &str, span: Span, findings: &mut Vec<Finding>) -> Option<Inst
             }
         }
     }
-    whole.then_some(Instruction { span, mnemonic, operands, formula: None })
+    whole.then_some(WrittenInstruction { span, mnemonic, operands, formula: None })
 }
 
 /// Parses the text behind `MATH`; `mnemonic` is the place of the word `MATH`.
-fn formula(text: &str, mnemonic: Span, span: Span, findings: &mut Vec<Finding>) -> Option<Formula> {
+fn formula(
+    text: &str,
+    mnemonic: Span,
+    span: Span,
+    findings: &mut Vec<Finding>,
+) -> Option<WrittenFormula> {
     let behind = (mnemonic.end - span.start) as usize;
     let rest = &text[behind..];
     let place = if rest.trim().is_empty() { mnemonic } else { span.part(behind, text.len()) };
@@ -129,7 +139,7 @@ pub fn words(text: &str) -> Vec<(usize, &str)> {
     words
 }
 
-fn operand(word: &str, mnemonic: &str, span: Span) -> Result<Operand, Box<Finding>> {
+fn operand(word: &str, mnemonic: &str, span: Span) -> Result<OperandText, Box<Finding>> {
     let error = |message: String| Finding::new(Code::InstructionSyntax, span, message);
     if let Some(stray) = word.chars().find(|c| !allowed(*c)) {
         let message = format!("`{}` belongs to no operand", stray.escape_debug());
@@ -173,7 +183,11 @@ fn operand(word: &str, mnemonic: &str, span: Span) -> Result<Operand, Box<Findin
         return Err(Box::new(finding.help(comma_help(word, mnemonic))));
     }
     let Some((key, value)) = word.split_once('=') else {
-        return Ok(Operand { span, key: None, value: Atom::parse(word, span).map_err(Box::new)? });
+        return Ok(OperandText {
+            span,
+            key: None,
+            value: Atom::parse(word, span).map_err(Box::new)?,
+        });
     };
     if key.is_empty() || value.is_empty() || value.contains('=') {
         let finding = error("an operand with a key is one word: `key=value`".to_owned());
@@ -182,7 +196,7 @@ fn operand(word: &str, mnemonic: &str, span: Span) -> Result<Operand, Box<Findin
     let place = span.part(key.len() + 1, word.len());
     let key = Located { value: key.to_owned(), span: span.part(0, key.len()) };
     let value = Atom::parse(value, place).map_err(Box::new)?;
-    Ok(Operand { span, key: Some(key), value })
+    Ok(OperandText { span, key: Some(key), value })
 }
 
 fn allowed(c: char) -> bool {

@@ -32,7 +32,8 @@ pub(super) fn called(text: &str, span: Span) -> Option<Finding> {
     if name.is_empty() || !name.chars().all(is_name) || name == "MATH" || is_function {
         return None;
     }
-    let operands = inner.split(',').map(str::trim).filter(|of| !of.is_empty() && *of != "?");
+    let operands =
+        inner.split(',').map(str::trim).filter(|operand| !operand.is_empty() && *operand != "?");
     let operands: Vec<&str> = operands.collect();
     let spec = Mnemonic::from_name(&name.to_ascii_uppercase()).map(Mnemonic::spec);
     let coil = operands.first().filter(|_| operands.len() == 1);
@@ -41,7 +42,7 @@ pub(super) fn called(text: &str, span: Span) -> Option<Finding> {
     } else if let Some(right) = dialects::contact(name, &operands) {
         format!("a contact stands in `when`, not here: `when = [\"{right}\"]`").into()
     } else if let Some(spec) = spec {
-        let plain = operands.iter().take(spec.operands.len()).map(|of| (*of).to_owned());
+        let plain = operands.iter().take(spec.operands.len()).map(|operand| (*operand).to_owned());
         without_commas(spec.name, &plain.collect::<Vec<String>>())
     } else {
         dialect(dialects::instead_of(name)?)

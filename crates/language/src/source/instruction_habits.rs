@@ -66,7 +66,7 @@ fn assignment(text: &str, span: Span) -> Option<Finding> {
         _ => return None,
     };
     let is_verb = ["", "LET", "OUT", "SET", "RST", "MOVE", "MOV"].contains(&verb.as_str());
-    let is_key = Mnemonic::from_name(&verb).is_some_and(|of| has_key(of, target));
+    let is_key = Mnemonic::from_name(&verb).is_some_and(|mnemonic| has_key(mnemonic, target));
     let is_mnemonic = Mnemonic::from_name(&target.to_ascii_uppercase()).is_some();
     let is_name = target.starts_with(|c: char| c.is_ascii_alphabetic());
     let has_more = right.is_empty() || right.contains('=') || right.len() + target.len() > 80;

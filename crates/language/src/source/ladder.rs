@@ -9,20 +9,20 @@ use super::finding::{Code, Finding};
 use super::key::{BLOCK_NAME, key};
 use super::lost::LostText;
 use super::reader::{self, Table, Text};
-use super::room::Room;
+use super::room::LoadRoom;
 use super::rung::{self, USE, read_arguments};
-pub(crate) use super::rung::{Branch, Entry, Leg, Rung, Stage, Use};
-use super::shape::Shape;
+pub(crate) use super::rung::{Entry, Use, WrittenBranch, WrittenLeg, WrittenRung, WrittenStage};
+use super::shape::TableShape;
 use super::span::{FileId, Located, Span};
 use super::tag;
-pub use super::tag::Tag;
+pub use super::tag::WrittenTag;
 use super::template;
 pub use super::template::{Parameter, Template};
 
-/// One ladder file. `R` is the type of its rungs: plain rungs (`Rung`), or rungs and uses of
+/// One ladder file. `R` is the type of its rungs: plain rungs (`WrittenRung`), or rungs and uses of
 /// templates as written (`Entry`).
 #[derive(Clone, Debug)]
-pub struct Ladder<R = Rung> {
+pub struct Ladder<R = WrittenRung> {
     /// `[ladder] name`.
     pub name: Option<Text>,
     /// `[ladder] doc`.
@@ -34,9 +34,9 @@ pub struct Ladder<R = Rung> {
     /// `[ladder] order`.
     pub order: Option<Located<Vec<Text>>>,
     /// `[tags]`, in file order.
-    pub tags: Vec<Tag>,
+    pub tags: Vec<WrittenTag>,
     /// Programs and tasks, in file order.
-    pub blocks: Vec<Block<R>>,
+    pub blocks: Vec<WrittenBlock<R>>,
     /// Templates, in file order.
     pub templates: Vec<Template>,
     /// The missing parts, if the file is not completely TOML.
@@ -69,7 +69,7 @@ pub enum BlockForm {
 
 /// A Program or Task.
 #[derive(Clone, Debug)]
-pub struct Block<R = Rung> {
+pub struct WrittenBlock<R = WrittenRung> {
     /// Program or Task.
     pub form: BlockForm,
     /// The place of its header.
@@ -85,14 +85,18 @@ pub struct Block<R = Rung> {
     /// Its own rungs.
     pub rungs: Vec<R>,
     /// Its stages.
-    pub stages: Vec<Stage<R>>,
+    pub stages: Vec<WrittenStage<R>>,
 }
 
 const DEVICE_NAMES: &str = r#"{"items":{"pattern":"^[A-Za-z][A-Za-z0-9_-]*$"}}"#;
 
-/// Reads a ladder file. All files of a load share one `Room`. The ladder is `None` if the text
+/// Reads a ladder file. All files of a load share one `LoadRoom`. The ladder is `None` if the text
 /// cannot be read, or may be a different kind of file.
-pub fn read(room: &mut Room, source: &str, file: FileId) -> (Option<Ladder<Entry>>, Vec<Finding>) {
+pub fn read(
+    room: &mut LoadRoom,
+    source: &str,
+    file: FileId,
+) -> (Option<Ladder<Entry>>, Vec<Finding>) {
     let (ladder, findings) = reader::document_within(room, source, file, |mut root| {
         if let Some(finding) = file_kind::of_test_root(&root, "a ladder file") {
             root.find(finding);
@@ -118,7 +122,7 @@ fn is_unclear(root: &Table<'_>) -> bool {
 }
 
 /// The keys of a ladder file.
-pub fn shape() -> Shape {
+pub fn shape() -> TableShape {
     reader::shape(|root| drop(read_root(root)))
 }
 
@@ -178,7 +182,7 @@ fn read_root(mut root: Table<'_>) -> Ladder<Entry> {
     ladder
 }
 
-fn read_block(mut table: Table<'_>, form: BlockForm) -> Block<Entry> {
+fn read_block(mut table: Table<'_>, form: BlockForm) -> WrittenBlock<Entry> {
     let name = table.required_string(key("name", "Its name.").limited(BLOCK_NAME));
     let doc = table.string(key("doc", "What it does.")).map(|doc| doc.text);
     let program = form == BlockForm::Program;
@@ -210,7 +214,7 @@ fn read_block(mut table: Table<'_>, form: BlockForm) -> Block<Entry> {
     let stages = rung::read_stages(stages);
     let span = table.span();
     table.finish();
-    Block { form, span, name, doc, autostart, body, rungs, stages }
+    WrittenBlock { form, span, name, doc, autostart, body, rungs, stages }
 }
 
 /// Reads the use that is a Program's body.

@@ -148,8 +148,12 @@ impl LostTexts {
         match finding.code.rests_on() {
             RestsOn::Itself => true,
             RestsOn::Names => self.has_names(finding),
-            RestsOn::Table => self.has_names(finding) && self.has_whole(finding, |of| &of.tables),
-            RestsOn::Group => self.has_names(finding) && self.has_whole(finding, |of| &of.groups),
+            RestsOn::Table => {
+                self.has_names(finding) && self.has_whole(finding, |lost| &lost.tables)
+            }
+            RestsOn::Group => {
+                self.has_names(finding) && self.has_whole(finding, |lost| &lost.groups)
+            }
             RestsOn::Settings => !self.settings,
             RestsOn::Everything => false,
         }

@@ -104,7 +104,7 @@ impl Mending<'_> {
 
     /// The statement at or before a place.
     fn statement_at(&self, place: usize) -> Option<usize> {
-        self.statements.partition_point(|of| of.range.start <= place).checked_sub(1)
+        self.statements.partition_point(|statement| statement.range.start <= place).checked_sub(1)
     }
 
     /// Drops the statement at a place where it contradicts an earlier one.
@@ -121,7 +121,8 @@ impl Mending<'_> {
             return self.drop_one(at);
         }
         // Usually the header of the next list entry is missing, before this key.
-        let keys = self.statements[at..].iter().take_while(|of| of.header.is_none()).count();
+        let keys =
+            self.statements[at..].iter().take_while(|statement| statement.header.is_none()).count();
         (at..at + keys).for_each(|at| self.drop_one(at));
     }
 
@@ -129,7 +130,9 @@ impl Mending<'_> {
     /// depth.
     fn drop_tables(&mut self, header: usize, depth: usize) {
         self.drop_one(header);
-        let below = |of: &&Statement| of.header.is_none_or(|of| of > depth);
+        let below = |statement: &&Statement| {
+            statement.header.is_none_or(|header_depth| header_depth > depth)
+        };
         let count = self.statements[header + 1..].iter().take_while(below).count();
         (header + 1..=header + count).for_each(|at| self.drop_one(at));
     }

@@ -2,13 +2,13 @@
 //!
 //! The distance is the number of single-letter slips (a letter added, dropped or replaced, or two
 //! letters swapped); case is ignored. A search among thousands of names takes long, and a file may
-//! hold thousands of unknown names. Therefore a finding keeps a [`Near`], and the search runs only
-//! when its help is shown.
+//! hold thousands of unknown names. Therefore a finding keeps a [`UnknownName`], and the search
+//! runs only when its help is shown.
 
 use std::fmt;
 use std::sync::Arc;
 
-use super::fix::{Edit, Help, meant};
+use super::fix::{FixEdit, Help, meant};
 use super::span::Span;
 
 /// Number of a name's characters that are compared.
@@ -60,7 +60,7 @@ impl fmt::Debug for KnownNames {
 
 /// An unknown name, and the known names to search.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Near {
+pub struct UnknownName {
     name: Box<str>,
     known: KnownNames,
     searched_max: usize,
@@ -68,16 +68,16 @@ pub struct Near {
     before: Box<str>,
     after: Box<str>,
     /// The search among other names, if none of these is near.
-    otherwise: Option<Box<Near>>,
+    otherwise: Option<Box<UnknownName>>,
     /// The place of the unknown name; `None`: the place of the finding.
     place: Option<Span>,
 }
 
-impl Near {
+impl UnknownName {
     /// For the help of a finding about `name`.
-    pub fn new(name: &str, known: &KnownNames) -> Near {
+    pub fn new(name: &str, known: &KnownNames) -> UnknownName {
         let end = name.char_indices().nth(COMPARED_MAX).map_or(name.len(), |(at, _)| at);
-        Near {
+        UnknownName {
             name: name[..end].into(),
             known: known.clone(),
             searched_max: usize::MAX,
@@ -89,32 +89,32 @@ impl Near {
     }
 
     /// For a name that is a part of the finding's place.
-    pub(crate) fn at(self, place: Option<Span>) -> Near {
-        Near { place, ..self }
+    pub(crate) fn at(self, place: Option<Span>) -> UnknownName {
+        UnknownName { place, ..self }
     }
 
     /// Searches at most this number of names: those next to the unknown name in the order. Such a
     /// search finds a slip in a later letter among any number of names, but not a slip in the first
     /// letter.
-    pub(crate) fn searching_at_most(self, names: usize) -> Near {
-        Near { searched_max: names, ..self }
+    pub(crate) fn searching_at_most(self, names: usize) -> UnknownName {
+        UnknownName { searched_max: names, ..self }
     }
 
     /// For names of members: the help also has the text before a member (`Day.`).
-    pub fn behind(self, before: &str) -> Near {
-        Near { before: before.into(), ..self }
+    pub fn behind(self, before: &str) -> UnknownName {
+        UnknownName { before: before.into(), ..self }
     }
 
     /// For names with members: the help also has the text after a name (`.run`), which is cut like
     /// the name.
-    pub fn followed_by(self, after: &str) -> Near {
+    pub fn followed_by(self, after: &str) -> UnknownName {
         let end = after.char_indices().nth(COMPARED_MAX).map_or(after.len(), |(at, _)| at);
-        Near { after: after[..end].into(), ..self }
+        UnknownName { after: after[..end].into(), ..self }
     }
 
     /// If no name is near: the result of a different search.
-    pub(crate) fn or(self, otherwise: Option<Box<Near>>) -> Near {
-        Near { otherwise, ..self }
+    pub(crate) fn or(self, otherwise: Option<Box<UnknownName>>) -> UnknownName {
+        UnknownName { otherwise, ..self }
     }
 
     /// `did you mean …?`, if a name is near.
@@ -189,7 +189,7 @@ impl Letters {
 }
 
 /// `did you mean …?` for a help text, if a name is near. For few known names only: with many, the
-/// finding keeps a [`Near`].
+/// finding keeps a [`UnknownName`].
 pub fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<Help> {
     nearest(name, known).map(|near| meant(near).bounded())
 }
@@ -252,7 +252,7 @@ fn meant_key(name: &str, keys: &[&'static str], place: &str) -> Option<Help> {
     let folded = fold(name);
     let is_in = |words: &[&str]| words.contains(&folded.as_str());
     if let Some((.., help)) = ELSEWHERE.iter().find(|(at, words, _)| *at == place && is_in(words)) {
-        return Some(Help::from(*help).with(Edit::Delete));
+        return Some(Help::from(*help).with(FixEdit::Delete));
     }
     let rows = WORDS.iter().filter(|(words, _)| is_in(words));
     let other = rows.flat_map(|(_, meant)| meant.iter()).find(|key| keys.contains(key));
@@ -363,7 +363,7 @@ mod tests {
             ("ump_500", None),
         ] {
             counted::take_candidates();
-            let help = Near::new(wrong, &known).searching_at_most(20).help();
+            let help = UnknownName::new(wrong, &known).searching_at_most(20).help();
             assert_eq!(help, near.map(meant), "{wrong}");
             assert!(counted::take_candidates() <= 20, "{wrong}");
         }
@@ -377,8 +377,8 @@ mod tests {
         let (own, all) = (KnownNames::new(["level"]), KnownNames::new(["lever", "pump_1"]));
         let near = |name: &str| {
             counted::take_candidates();
-            let second = Near::new(name, &all).followed_by(".run");
-            let help = Near::new(name, &own).or(Some(Box::new(second))).help();
+            let second = UnknownName::new(name, &all).followed_by(".run");
+            let help = UnknownName::new(name, &own).or(Some(Box::new(second))).help();
             (help.map_or(String::new(), |help| help.text), counted::take_candidates())
         };
         assert_eq!(near("leved"), ("did you mean `level`?".to_owned(), 1));
@@ -389,7 +389,7 @@ mod tests {
     #[test]
     fn a_page_of_text_in_the_place_of_a_name_is_cut() {
         let known = KnownNames::new(["bottles"]);
-        let near = Near::new(&"ä".repeat(1_000_000), &known);
+        let near = UnknownName::new(&"ä".repeat(1_000_000), &known);
         assert_eq!((near.name.len(), near.help()), (2 * COMPARED_MAX, None));
     }
 }

@@ -12,8 +12,8 @@ pub use super::doc::{Doc, Text};
 use super::finding::{Code, Finding};
 use super::lost::LostTexts;
 use super::mend::{MendedText, mend};
-use super::room::Room;
-use super::shape::Shape;
+use super::room::LoadRoom;
+use super::shape::TableShape;
 use super::span::{FileId, Span};
 pub use super::table::{Constant, NamedTable, Table, TextOrTable};
 use super::{headers, strict};
@@ -30,12 +30,12 @@ pub fn document<T>(
     file: FileId,
     read: impl FnOnce(Table<'_>) -> T,
 ) -> (Option<T>, Vec<Finding>) {
-    document_within(&mut Room::default(), source, file, read)
+    document_within(&mut LoadRoom::default(), source, file, read)
 }
 
-/// As [`document`], with the `Room` and the progress of a load, which several files may share.
+/// As [`document`], with the `LoadRoom` and the progress of a load, which several files may share.
 pub fn document_within<T>(
-    room: &mut Room,
+    room: &mut LoadRoom,
     source: &str,
     file: FileId,
     read: impl FnOnce(Table<'_>) -> T,
@@ -94,8 +94,8 @@ fn read_mended<T>(
 }
 
 /// The shape of the files that a reader reads.
-pub fn shape(read: impl FnOnce(Table<'_>)) -> Shape {
-    let shape = Shape::of_place("the file");
+pub fn shape(read: impl FnOnce(Table<'_>)) -> TableShape {
+    let shape = TableShape::of_place("the file");
     let (findings, empty) = (RefCell::default(), DeTable::parse_recoverable("").0);
     let doc = Doc::new("", FileId(0), &findings);
     read(Table::root(doc, empty.get_ref()).noting(&shape));

@@ -209,7 +209,11 @@ fn snippets<'a>(
         let excerpt = &text[window.clone()];
         let mut snippet = Snippet::source(shown_excerpt(excerpt))
             .line_start(lines.number(window.start))
-            .path(if is_cut { told(source, lines, &spans) } else { shown_name(&source.name) });
+            .path(if is_cut {
+                excerpt_title(source, lines, &spans)
+            } else {
+                shown_name(&source.name)
+            });
         for ((_, label, kind), span) in places(part).zip(spans) {
             let at = |byte: usize| shown_place(excerpt, byte - window.start);
             let span = at(span.start)..at(span.end);
@@ -293,7 +297,7 @@ fn window(spans: &[Range<usize>], text: &str, lines: &LineStarts) -> ExcerptLine
 
 /// A file's name with the finding's place in the whole file. The drawing library has only the
 /// excerpt; the place that it prints is removed.
-fn told(source: &SourceFile, lines: &LineStarts, spans: &[Range<usize>]) -> String {
+fn excerpt_title(source: &SourceFile, lines: &LineStarts, spans: &[Range<usize>]) -> String {
     let start = spans.first().map_or(0, |span| span.start);
     let line = lines.bounds(start, &source.text).start;
     let column = source.text[line..start].chars().count() + 1;

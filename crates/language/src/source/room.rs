@@ -1,7 +1,7 @@
 //! Limits the TOML tokens and string bytes of one load, before the files are parsed.
 //!
 //! A parsed file takes many times the memory of its text: without a limit, 256 MiB of `[` would be
-//! refused only after minutes and gigabytes. `Room::take` counts marks, values, spaces and line
+//! refused only after minutes and gigabytes. `LoadRoom::take` counts marks, values, spaces and line
 //! ends in one pass that stops at the limit, and adds up the lengths of all strings (the contacts
 //! and instructions of a ladder). `reader` calls it for every file. Comments do not count.
 
@@ -20,23 +20,23 @@ pub const STRING_BYTES_MAX: usize = 32 << 20;
 
 /// The room left for further files of one load.
 #[derive(Clone, Debug)]
-pub struct Room {
+pub struct LoadRoom {
     tokens: usize,
     string_bytes: usize,
     /// The progress of the load.
     pub(super) progress: Progress,
 }
 
-impl Default for Room {
-    fn default() -> Room {
-        Room::of(Progress::default())
+impl Default for LoadRoom {
+    fn default() -> LoadRoom {
+        LoadRoom::of(Progress::default())
     }
 }
 
-impl Room {
+impl LoadRoom {
     /// The whole room, for a load with this progress.
-    pub fn of(progress: Progress) -> Room {
-        Room { tokens: TOKENS_MAX, string_bytes: STRING_BYTES_MAX, progress }
+    pub fn of(progress: Progress) -> LoadRoom {
+        LoadRoom { tokens: TOKENS_MAX, string_bytes: STRING_BYTES_MAX, progress }
     }
 
     /// Subtracts the room that a file needs.
@@ -78,8 +78,8 @@ fn refusal(place: Span, limit: &str) -> Box<Finding> {
 mod tests {
     use super::*;
 
-    fn taken(source: &str) -> Room {
-        let mut room = Room::default();
+    fn taken(source: &str) -> LoadRoom {
+        let mut room = LoadRoom::default();
         room.take(source, FileId(0)).expect("there is room");
         room
     }
@@ -94,12 +94,12 @@ mod tests {
 
     #[test]
     fn what_goes_beyond_is_refused_with_the_limit_and_its_place() {
-        let refused = |mut room: Room, text: &str| room.take(text, FileId(0)).unwrap_err();
-        let few = Room { tokens: 3, ..Room::default() };
+        let refused = |mut room: LoadRoom, text: &str| room.take(text, FileId(0)).unwrap_err();
+        let few = LoadRoom { tokens: 3, ..LoadRoom::default() };
         let finding = refused(few, "a=[1,1]");
         assert_eq!(finding.span.start, 3);
         assert!(finding.message.contains("6000000 marks"), "{}", finding.message);
-        let short = Room { string_bytes: 5, ..Room::default() };
+        let short = LoadRoom { string_bytes: 5, ..LoadRoom::default() };
         let finding = refused(short, "a='123'\nb='1'");
         assert_eq!(finding.span.start, 10);
         assert!(finding.message.contains("32 MiB of texts"), "{}", finding.message);
@@ -107,7 +107,7 @@ mod tests {
 
     #[test]
     fn files_of_one_load_share_the_room() {
-        let mut room = Room { tokens: 8, ..Room::default() };
+        let mut room = LoadRoom { tokens: 8, ..LoadRoom::default() };
         assert!(room.take("a=1\n", FileId(0)).is_ok());
         assert!(room.take("a=1\n", FileId(1)).is_err());
     }

@@ -4,19 +4,19 @@
 //! array is a rung or a use. The rungs of a template take the place of a use; the resolver finds
 //! the template and applies the arguments.
 
-use super::contact::Contact;
+use super::contact::WrittenContact;
 use super::contact_parser;
 use super::finding::{Code, Finding};
 use super::fix::{advise, pair, possible};
-use super::instruction::{self, Instruction};
+use super::instruction::{self, WrittenInstruction};
 use super::key::{BLOCK_NAME, Key, NOT_EMPTY, key};
 use super::reader::{Table, Text};
 use super::span::{Located, Span};
 
-/// A Stage. `R` is the type of its rungs: plain rungs (`Rung`), or rungs and uses as written
+/// A Stage. `R` is the type of its rungs: plain rungs (`WrittenRung`), or rungs and uses as written
 /// (`Entry`).
 #[derive(Clone, Debug)]
-pub struct Stage<R = Rung> {
+pub struct WrittenStage<R = WrittenRung> {
     /// The place of its header.
     pub span: Span,
     /// `name`.
@@ -31,7 +31,7 @@ pub struct Stage<R = Rung> {
 #[derive(Clone, Debug)]
 pub enum Entry {
     /// A rung.
-    Rung(Rung),
+    Rung(WrittenRung),
     /// The rungs of a template.
     Use(Use),
 }
@@ -54,7 +54,7 @@ pub struct Use {
 
 /// A rung.
 #[derive(Clone, Debug)]
-pub struct Rung {
+pub struct WrittenRung {
     /// From its header to the end of its last value.
     pub extent: Span,
     /// `name`.
@@ -64,35 +64,35 @@ pub struct Rung {
     /// `allow`.
     pub allow: Vec<Text>,
     /// `when`.
-    pub when: Option<Leg>,
+    pub when: Option<WrittenLeg>,
     /// `leg.*`, in file order.
-    pub legs: Vec<Leg>,
+    pub legs: Vec<WrittenLeg>,
     /// `do`.
-    pub body: Vec<Instruction>,
+    pub body: Vec<WrittenInstruction>,
     /// Its branches.
-    pub branches: Vec<Branch>,
+    pub branches: Vec<WrittenBranch>,
 }
 
 /// A series of contacts.
 #[derive(Clone, Debug)]
-pub struct Leg {
+pub struct WrittenLeg {
     /// The key: `when`, or the name after `leg.`.
     pub key: Text,
     /// The place of its array.
     pub span: Span,
     /// The readable elements.
-    pub contacts: Vec<Contact>,
+    pub contacts: Vec<WrittenContact>,
 }
 
 /// A branch of a rung.
 #[derive(Clone, Debug)]
-pub struct Branch {
+pub struct WrittenBranch {
     /// The place of its header.
     pub span: Span,
     /// Its contacts.
-    pub contacts: Vec<Contact>,
+    pub contacts: Vec<WrittenContact>,
     /// `do`.
-    pub body: Vec<Instruction>,
+    pub body: Vec<WrittenInstruction>,
 }
 
 const RUNG_NAME: &str = r#"{"pattern":"^([a-z0-9]+(-[a-z0-9]+)*|[A-Za-z][A-Za-z0-9_]*)$"}"#;
@@ -116,7 +116,7 @@ pub(super) fn read_entries(table: &mut Table<'_>, rung: Key) -> Vec<Entry> {
 }
 
 /// Reads the stages of a table.
-pub(super) fn read_stages(stages: Vec<Table<'_>>) -> Vec<Stage<Entry>> {
+pub(super) fn read_stages(stages: Vec<Table<'_>>) -> Vec<WrittenStage<Entry>> {
     stages.into_iter().map(read_stage).collect()
 }
 
@@ -125,14 +125,14 @@ pub(super) fn read_arguments(table: &mut Table<'_>) -> Vec<(Text, Option<Text>)>
     table.table(WITH, "`with`").map_or(Vec::new(), |mut with| with.scalars(ARGUMENT))
 }
 
-fn read_stage(mut table: Table<'_>) -> Stage<Entry> {
+fn read_stage(mut table: Table<'_>) -> WrittenStage<Entry> {
     let name =
         table.required_string(key("name", "Its name, unique in its program.").limited(BLOCK_NAME));
     let doc = table.string(key("doc", "What it does.")).map(|doc| doc.text);
     let rungs = read_entries(&mut table, key("rung", "Its rungs, executed while the stage is ON."));
     let span = table.span();
     table.finish();
-    Stage { span, name, doc, rungs }
+    WrittenStage { span, name, doc, rungs }
 }
 
 /// Reads a rung or a use; `None` if the load must end.
@@ -145,7 +145,7 @@ fn read_entry_in_time(table: Table<'_>) -> Option<Entry> {
 
 fn read_use(mut table: Table<'_>) -> Use {
     table.call("a use");
-    let of = Use {
+    let template_use = Use {
         span: table.span(),
         name: table.required_string(key("name", "The name of this use.")),
         template: table.string(USE),
@@ -162,7 +162,7 @@ fn read_use(mut table: Table<'_>) -> Use {
         }
         None => table.finish(),
     }
-    of
+    template_use
 }
 
 fn read_allow(table: &mut Table<'_>) -> Vec<Text> {
@@ -170,7 +170,7 @@ fn read_allow(table: &mut Table<'_>) -> Vec<Text> {
     table.strings(allow).map_or(Vec::new(), |allow| allow.value)
 }
 
-fn read_rung(mut table: Table<'_>) -> Rung {
+fn read_rung(mut table: Table<'_>) -> WrittenRung {
     let (span, extent) = (table.span(), table.extent());
     table.together(ONE_KIND_OF_LEGS);
     let name =
@@ -193,12 +193,12 @@ fn read_rung(mut table: Table<'_>) -> Rung {
         ),
         None => Vec::new(),
     };
-    let legs: Vec<Leg> =
+    let legs: Vec<WrittenLeg> =
         legs.into_iter().map(|(key, texts)| read_leg(&table, key, texts)).collect();
     check_legs(&table);
     let instructions = key("do", "Instructions, executed in order with the rung's power.");
     let body = read_body(&mut table, instructions);
-    let branches: Vec<Branch> = table
+    let branches: Vec<WrittenBranch> = table
         .tables(
             key("branch", "Further contacts after the rung's own, with instructions."),
             "a branch",
@@ -210,7 +210,7 @@ fn read_rung(mut table: Table<'_>) -> Rung {
         table.find(no_instruction("a rung", span));
     }
     table.finish();
-    Rung { extent, name, doc, allow, when, legs, body, branches }
+    WrittenRung { extent, name, doc, allow, when, legs, body, branches }
 }
 
 fn check_legs(table: &Table<'_>) {
@@ -232,7 +232,7 @@ fn check_legs(table: &Table<'_>) {
     table.find(finding);
 }
 
-fn read_branch(mut table: Table<'_>) -> Branch {
+fn read_branch(mut table: Table<'_>) -> WrittenBranch {
     let span = table.span();
     table.together(r#"{"required":["when","do"]}"#);
     let when = key("when", "Contacts in series after the rung's own.");
@@ -251,7 +251,7 @@ fn read_branch(mut table: Table<'_>) -> Branch {
         table.find(no_instruction("a branch", span));
     }
     table.finish();
-    Branch { span, contacts, body }
+    WrittenBranch { span, contacts, body }
 }
 
 fn no_instruction(what: &str, span: Span) -> Finding {
@@ -259,14 +259,14 @@ fn no_instruction(what: &str, span: Span) -> Finding {
     finding.help("give it an instruction: `do = [\"OUT …\"]`")
 }
 
-fn read_when(table: &mut Table<'_>, when: Key) -> Option<Leg> {
+fn read_when(table: &mut Table<'_>, when: Key) -> Option<WrittenLeg> {
     let key_span = table.key_span("when");
     let (texts, key_span) = (table.strings(when)?, key_span?);
     let key = Text { text: "when".to_owned(), span: key_span, exact: true };
     Some(read_leg(table, key, texts))
 }
 
-fn read_leg(table: &Table<'_>, key: Text, texts: Located<Vec<Text>>) -> Leg {
+fn read_leg(table: &Table<'_>, key: Text, texts: Located<Vec<Text>>) -> WrittenLeg {
     if texts.value.is_empty() && !table.doc().has_finding_in(texts.span) {
         let finding = Finding::new(Code::EmptyLeg, texts.span, "a leg without contacts");
         let ends = ["[\"$On\"]", "[\"$Off\"]"].map(possible);
@@ -282,10 +282,10 @@ fn read_leg(table: &Table<'_>, key: Text, texts: Located<Vec<Text>>) -> Leg {
             Err(finding) => table.find(finding),
         }
     }
-    Leg { key, span: texts.span, contacts }
+    WrittenLeg { key, span: texts.span, contacts }
 }
 
-fn read_body(table: &mut Table<'_>, body: Key) -> Vec<Instruction> {
+fn read_body(table: &mut Table<'_>, body: Key) -> Vec<WrittenInstruction> {
     let Some(texts) = table.strings(body) else { return Vec::new() };
     let unread = table.doc().has_finding_in(texts.span);
     if texts.value.is_empty() && !table.has("branch") && !unread {

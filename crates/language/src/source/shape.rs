@@ -11,11 +11,11 @@ use super::key::Key;
 
 /// The keys of a table. A clone shares the same record.
 #[derive(Clone, Debug, Default)]
-pub struct Shape(Rc<RefCell<Noted>>);
+pub struct TableShape(Rc<RefCell<NotedKeys>>);
 
 /// The record of a table.
 #[derive(Debug, Default)]
-pub struct Noted {
+pub struct NotedKeys {
     /// The table's kind, in words (`a rung`).
     pub place: &'static str,
     /// Its keys, in the order in which the reader requests them.
@@ -56,16 +56,16 @@ pub enum ValueForm {
     /// A string, or an array of strings.
     TextOrTexts,
     /// A string, or a table.
-    TextOrTable(Shape),
+    TextOrTable(TableShape),
     /// A table.
-    Table(Shape),
+    Table(TableShape),
     /// An array of tables.
-    Tables(Shape),
+    Tables(TableShape),
 }
 
 impl ValueForm {
     /// The keys of a value that is a table, or of its elements if they are tables.
-    pub fn below(&self) -> Option<&Shape> {
+    pub fn below(&self) -> Option<&TableShape> {
         match self {
             ValueForm::Table(shape) | ValueForm::Tables(shape) | ValueForm::TextOrTable(shape) => {
                 Some(shape)
@@ -86,15 +86,15 @@ impl ValueForm {
     }
 }
 
-impl Shape {
-    pub(super) fn of_place(place: &'static str) -> Shape {
-        let shape = Shape::default();
+impl TableShape {
+    pub(super) fn of_place(place: &'static str) -> TableShape {
+        let shape = TableShape::default();
         shape.0.borrow_mut().place = place;
         shape
     }
 
     /// The record.
-    pub fn noted(&self) -> Ref<'_, Noted> {
+    pub fn noted(&self) -> Ref<'_, NotedKeys> {
         self.0.borrow()
     }
 

@@ -4,7 +4,7 @@
 //! if an operator or a compare follows it; within it `&` is the operator of MATH, outside it joins
 //! contacts.
 
-use super::contact::Contact;
+use super::contact::WrittenContact;
 use super::contact_lexer::{Parsed, Token};
 use super::contact_parser::{Compared, DEPTH_MAX, Parser, parse_as};
 use super::contact_signs::SIGNS_ALONE;
@@ -16,7 +16,7 @@ use super::span::Span;
 ///
 /// # Errors
 /// The first mistake in it, with its exact place.
-pub fn parse_condition(text: &str, span: Span) -> Result<Contact<Sum>, Finding> {
+pub fn parse_condition(text: &str, span: Span) -> Result<WrittenContact<Sum>, Finding> {
     parse_as(text, span).map_err(|finding| {
         // A condition is one string, so this help of `contact_parser` does not fit.
         let help = finding.help_text().filter(|help| help.starts_with("contacts in series are"));

@@ -21,7 +21,7 @@ use super::fix::{Help, advise, give_one, pair, possible};
 use super::headers;
 use super::key::Key;
 use super::nearest::key_help;
-use super::shape::{Shape, ValueForm};
+use super::shape::{TableShape, ValueForm};
 use super::span::{Located, Span};
 use rungd_engine::isa::{Real, duration};
 
@@ -65,10 +65,10 @@ pub struct Table<'a> {
     place: &'static str,
     asked: Vec<&'static str>,
     /// The record of requested keys, if this is an empty table that is read to collect its keys.
-    shape: Option<Shape>,
+    shape: Option<TableShape>,
 }
 
-type Value<'a> = &'a Spanned<DeValue<'a>>;
+type DeNode<'a> = &'a Spanned<DeValue<'a>>;
 
 impl<'a> Table<'a> {
     /// The root table of a file.
@@ -78,7 +78,7 @@ impl<'a> Table<'a> {
     }
 
     /// The same table, with requested keys recorded in `shape`.
-    pub(super) fn noting(mut self, shape: &Shape) -> Self {
+    pub(super) fn noting(mut self, shape: &TableShape) -> Self {
         self.shape = Some(shape.clone());
         self
     }
@@ -148,7 +148,7 @@ impl<'a> Table<'a> {
         strings
     }
 
-    fn get(&mut self, key: Key, form: ValueForm) -> Option<Value<'a>> {
+    fn get(&mut self, key: Key, form: ValueForm) -> Option<DeNode<'a>> {
         self.asked.push(key.name);
         if let Some(shape) = &self.shape {
             shape.note(key, form);
@@ -219,7 +219,7 @@ impl<'a> Table<'a> {
         self.number(value, key.name, range).map(|value| Located { value, span })
     }
 
-    fn number(&self, value: Value<'a>, key: &str, range: (i64, i64)) -> Option<i64> {
+    fn number(&self, value: DeNode<'a>, key: &str, range: (i64, i64)) -> Option<i64> {
         let DeValue::Integer(integer) = value.get_ref() else {
             self.doc.wrong_type(value, &self.what(key), "an integer");
             return None;
@@ -273,7 +273,7 @@ impl<'a> Table<'a> {
         (None, Some(Located { value: each, span: self.doc.span(value.span()) }))
     }
 
-    fn constant_of(&self, value: Value<'a>, key: &str) -> Option<Located<Constant>> {
+    fn constant_of(&self, value: DeNode<'a>, key: &str) -> Option<Located<Constant>> {
         let span = self.doc.span(value.span());
         match value.get_ref() {
             DeValue::Boolean(on) => Some(Located { value: Constant::Bit(*on), span }),
@@ -322,7 +322,7 @@ impl<'a> Table<'a> {
         self.strings_of(value, key.name, "")
     }
 
-    fn strings_of(&self, value: Value<'a>, key: &str, prefix: &str) -> Option<Located<Vec<Text>>> {
+    fn strings_of(&self, value: DeNode<'a>, key: &str, prefix: &str) -> Option<Located<Vec<Text>>> {
         let span = self.doc.span(value.span());
         let array = match value.get_ref() {
             DeValue::Array(array) => array,
@@ -433,7 +433,7 @@ impl<'a> Table<'a> {
         entries
     }
 
-    fn in_file_order(&self) -> Vec<(&'a Spanned<DeString<'a>>, Value<'a>)> {
+    fn in_file_order(&self) -> Vec<(&'a Spanned<DeString<'a>>, DeNode<'a>)> {
         let mut entries: Vec<_> = self.table.iter().collect();
         entries.sort_by_key(|(key, _)| key.span().start);
         entries
@@ -454,9 +454,9 @@ impl<'a> Table<'a> {
     }
 
     /// If keys are recorded: an empty table below this one, and the shape for its keys.
-    fn noted_below(&self, place: &'static str) -> Option<(Table<'a>, Shape)> {
+    fn noted_below(&self, place: &'static str) -> Option<(Table<'a>, TableShape)> {
         self.shape.as_ref()?;
-        let shape = Shape::of_place(place);
+        let shape = TableShape::of_place(place);
         Some((self.below(self.table, 0..0, place).noting(&shape), shape))
     }
 

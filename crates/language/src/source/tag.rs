@@ -9,7 +9,7 @@ use super::span::Located;
 
 /// A tag.
 #[derive(Clone, Debug, Default)]
-pub struct Tag {
+pub struct WrittenTag {
     /// Its name.
     pub name: Text,
     /// `at`.
@@ -46,16 +46,16 @@ pub struct Tag {
     pub has_meaning: bool,
 }
 
-impl Tag {
+impl WrittenTag {
     /// A tag whose mistake is reported at its declaration.
-    fn unreadable(name: Text) -> Tag {
-        Tag { name, has_meaning: true, ..Tag::default() }
+    fn unreadable(name: Text) -> WrittenTag {
+        WrittenTag { name, has_meaning: true, ..WrittenTag::default() }
     }
 
     /// A tag with a `type` and nothing else.
-    pub(crate) fn of_type(name: Text, kind: &str) -> Tag {
+    pub(crate) fn of_type(name: Text, kind: &str) -> WrittenTag {
         let kind = Some(Text { text: kind.to_owned(), ..name.clone() });
-        Tag { kind, ..Tag::unreadable(name) }
+        WrittenTag { kind, ..WrittenTag::unreadable(name) }
     }
 }
 
@@ -71,7 +71,7 @@ const UNIT: &str = r#"{"minLength":1,"maxLength":16,"pattern":"^[^\\x00-\\x1f\\x
 const COUNT: (i64, i64) = (2, 4096);
 
 /// Reads the tags of a table.
-pub(super) fn read_all(root: &mut Table<'_>, tags: Key) -> Vec<Tag> {
+pub(super) fn read_all(root: &mut Table<'_>, tags: Key) -> Vec<WrittenTag> {
     let Some(mut tags) = root.table(tags.limited(TAG_NAME), "`[tags]`") else {
         return Vec::new();
     };
@@ -88,8 +88,8 @@ pub(super) fn read_all(root: &mut Table<'_>, tags: Key) -> Vec<Tag> {
     entries.into_iter().map(read_tag).collect()
 }
 
-fn read_tag(NamedTable { name, table }: NamedTable<'_>) -> Tag {
-    let Some(mut table) = table else { return Tag::unreadable(name) };
+fn read_tag(NamedTable { name, table }: NamedTable<'_>) -> WrittenTag {
+    let Some(mut table) = table else { return WrittenTag::unreadable(name) };
     table.together(
         r#"{"oneOf":[{"required":["at"]},{"required":["type"]},{"required":["value"]}]}"#,
     );
@@ -102,7 +102,7 @@ fn read_tag(NamedTable { name, table }: NamedTable<'_>) -> Tag {
          for each element.",
     );
     let (initial, initials) = table.constants(initial);
-    let mut tag = Tag {
+    let mut tag = WrittenTag {
         name,
         at,
         count,

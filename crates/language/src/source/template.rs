@@ -5,9 +5,9 @@
 use super::fix::{pair, propose, write};
 use super::key::{BLOCK_NAME, key};
 use super::reader::{NamedTable, Table, Text};
-use super::rung::{self, Entry, Stage};
+use super::rung::{self, Entry, WrittenStage};
 use super::span::Span;
-use super::tag::{self, Tag};
+use super::tag::{self, WrittenTag};
 
 /// A template.
 #[derive(Clone, Debug)]
@@ -19,11 +19,11 @@ pub struct Template {
     /// `[template.parameters]`, in file order.
     pub parameters: Vec<Parameter>,
     /// `[template.tags]`, in file order: each use has its own tags.
-    pub tags: Vec<Tag>,
+    pub tags: Vec<WrittenTag>,
     /// Its rungs and uses.
     pub rungs: Vec<Entry>,
     /// Its stages; a template with stages is the body of a Program.
-    pub stages: Vec<Stage<Entry>>,
+    pub stages: Vec<WrittenStage<Entry>>,
     /// `doc`.
     pub doc: Option<String>,
 }

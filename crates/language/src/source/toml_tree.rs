@@ -45,14 +45,14 @@ pub enum Piece<'a> {
     /// A comment on a line of its own.
     Remark(&'a str),
     /// A header.
-    Head(Head<'a>),
+    Head(TomlHead<'a>),
     /// A key with its value.
-    Pair(Pair<'a>),
+    Pair(TomlPair<'a>),
 }
 
 /// `[scan]`, `[[program.rung]]`.
 #[derive(Debug)]
-pub struct Head<'a> {
+pub struct TomlHead<'a> {
     /// The parts of its name.
     pub path: Vec<TextSlice<'a>>,
     /// Whether it has two brackets.
@@ -65,7 +65,7 @@ pub struct Head<'a> {
 
 /// `leg.up = ["X0"]`.
 #[derive(Debug)]
-pub struct Pair<'a> {
+pub struct TomlPair<'a> {
     /// The parts of its key; the last one is empty if it is missing: `leg.`.
     pub key: Vec<TextSlice<'a>>,
     /// Whether it has a `=`.
@@ -91,18 +91,18 @@ pub enum Content<'a> {
     /// A string, number, boolean or time, as written.
     Scalar(TextSlice<'a>),
     /// An array.
-    Array(Array<'a>),
+    Array(TomlArray<'a>),
     /// An inline table.
     Table(InlineTable<'a>),
 }
 
 /// An array.
 #[derive(Debug, Default)]
-pub struct Array<'a> {
+pub struct TomlArray<'a> {
     /// The comment behind `[`.
     pub opening: Option<Tail<'a>>,
     /// Its elements, comments and blank lines.
-    pub rows: Vec<Row<'a>>,
+    pub rows: Vec<TomlRow<'a>>,
     /// Whether its author wrote it on several lines.
     pub is_split: bool,
     /// Whether it contains a comment.
@@ -115,7 +115,7 @@ pub struct Array<'a> {
 #[derive(Debug)]
 pub struct InlineTable<'a> {
     /// Its keys with their values.
-    pub pairs: Vec<Pair<'a>>,
+    pub pairs: Vec<TomlPair<'a>>,
     /// Its braces.
     pub brackets: Brackets,
 }
@@ -133,7 +133,7 @@ pub struct Brackets {
 
 /// A part of an array.
 #[derive(Debug)]
-pub enum Row<'a> {
+pub enum TomlRow<'a> {
     /// One blank line, or several.
     Blank,
     /// A comment on a line of its own.
@@ -145,7 +145,7 @@ pub enum Row<'a> {
 /// The tokens of a text that are neither spaces nor comments.
 pub fn tokens(text: &str) -> impl Iterator<Item = &str> {
     let all = Source::new(text).lex();
-    let kept = all.filter(|of| !matches!(of.kind(), Whitespace | Newline | Comment | Eof));
+    let kept = all.filter(|token| !matches!(token.kind(), Whitespace | Newline | Comment | Eof));
     kept.map(|token| &text[token.span().start()..token.span().end()])
 }
 
@@ -207,19 +207,19 @@ impl Deref for TextSlice<'_> {
     }
 }
 
-impl Array<'_> {
+impl TomlArray<'_> {
     /// Whether it has neither an element nor a comment.
     pub fn is_empty(&self) -> bool {
-        self.opening.is_none() && self.rows.iter().all(|row| matches!(row, Row::Blank))
+        self.opening.is_none() && self.rows.iter().all(|row| matches!(row, TomlRow::Blank))
     }
 }
 
-impl<'a> Row<'a> {
+impl<'a> TomlRow<'a> {
     /// The element, if it is one.
     pub fn element(&self) -> Option<&Content<'a>> {
         match self {
-            Row::Element(value, _) => Some(value),
-            Row::Blank | Row::Remark(_) => None,
+            TomlRow::Element(value, _) => Some(value),
+            TomlRow::Blank | TomlRow::Remark(_) => None,
         }
     }
 }

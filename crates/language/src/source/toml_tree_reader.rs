@@ -10,8 +10,8 @@ use toml_parser::lexer::{Token, TokenKind};
 
 use super::statements::{is_name, looks_begun};
 use super::toml_tree::{
-    Array, Brackets, Content, Head, InlineTable, Pair, Piece, Row, Tail, TextEnd, TextSlice,
-    TomlTree,
+    Brackets, Content, InlineTable, Piece, Tail, TextEnd, TextSlice, TomlArray, TomlHead, TomlPair,
+    TomlRow, TomlTree,
 };
 
 /// The maximum depth of arrays and inline tables that are read; the parser refuses deeper ones.
@@ -135,14 +135,14 @@ impl<'a> TreeReader<'a> {
         Tail { text: text.text().trim_end_matches([' ', '\t', '\r']), column }
     }
 
-    fn head(&mut self) -> Head<'a> {
+    fn head(&mut self) -> TomlHead<'a> {
         let start = self.start();
         self.at += 1;
         let is_array = self.kind() == TokenKind::LeftSquareBracket;
         self.at += usize::from(is_array);
         let path = self.key();
         self.skip_while(|kind| kind == TokenKind::RightSquareBracket);
-        Head { path, is_array, span: start..self.end(), tail: None }
+        TomlHead { path, is_array, span: start..self.end(), tail: None }
     }
 
     /// The parts of a key, up to its `=` or the end of the header; none if no key begins here.
@@ -165,7 +165,7 @@ impl<'a> TreeReader<'a> {
     }
 
     /// Reads a key and its value; `None` if no key begins here.
-    fn pair(&mut self) -> Option<Pair<'a>> {
+    fn pair(&mut self) -> Option<TomlPair<'a>> {
         let key = self.key();
         let end = key.last()?.unquoted().span().end;
         let is_assigned = self.kind() == TokenKind::Equals;
@@ -176,7 +176,7 @@ impl<'a> TreeReader<'a> {
         } else {
             self.missing(end)
         };
-        Some(Pair { key, is_assigned, value, tail: None })
+        Some(TomlPair { key, is_assigned, value, tail: None })
     }
 
     fn missing(&self, place: usize) -> Content<'a> {
@@ -215,12 +215,12 @@ impl<'a> TreeReader<'a> {
         is_date && rest.next() == Some(b' ') && rest.next().is_some_and(|b| b.is_ascii_digit())
     }
 
-    fn array(&mut self) -> Array<'a> {
+    fn array(&mut self) -> TomlArray<'a> {
         use TokenKind as T;
         let start = self.start();
         self.at += 1;
         self.depth += 1;
-        let (mut array, mut is_fresh, mut is_closed) = (Array::default(), false, false);
+        let (mut array, mut is_fresh, mut is_closed) = (TomlArray::default(), false, false);
         array.brackets.is_open_for_next = true;
         while !is_closed && self.kind() != T::Eof {
             if is_fresh && self.begins_statement() {
@@ -302,12 +302,12 @@ fn is_key_part(kind: TokenKind) -> bool {
     matches!(kind, TokenKind::Atom | TokenKind::BasicString | TokenKind::LiteralString)
 }
 
-impl<'a> Array<'a> {
+impl<'a> TomlArray<'a> {
     fn add(&mut self, value: Content<'a>) {
         self.is_split |= matches!(&value, Content::Array(inner) if inner.is_split);
         self.has_remarks |= value.has_remarks();
         self.brackets.is_open_for_next = false;
-        self.rows.push(Row::Element(value, None));
+        self.rows.push(TomlRow::Element(value, None));
     }
 
     /// A comment: on a line of its own, or behind an element or the bracket.
@@ -315,16 +315,16 @@ impl<'a> Array<'a> {
         self.has_remarks = true;
         let is_first = self.rows.is_empty() && self.opening.is_none();
         match self.rows.last_mut() {
-            Some(Row::Element(_, behind @ None)) if !is_fresh => *behind = Some(tail),
+            Some(TomlRow::Element(_, behind @ None)) if !is_fresh => *behind = Some(tail),
             None if !is_fresh && is_first => self.opening = Some(tail),
-            _ => self.rows.push(Row::Remark(tail.text)),
+            _ => self.rows.push(TomlRow::Remark(tail.text)),
         }
     }
 
     fn line_end(&mut self, is_fresh: bool) {
         self.is_split = true;
-        if is_fresh && matches!(self.rows.last(), Some(Row::Element(..) | Row::Remark(_))) {
-            self.rows.push(Row::Blank);
+        if is_fresh && matches!(self.rows.last(), Some(TomlRow::Element(..) | TomlRow::Remark(_))) {
+            self.rows.push(TomlRow::Blank);
         }
     }
 }
@@ -344,7 +344,7 @@ mod tests {
         assert_eq!(found, expected, "{text}");
     }
 
-    fn pair_text(pair: &Pair<'_>) -> String {
+    fn pair_text(pair: &TomlPair<'_>) -> String {
         let key: Vec<&str> = pair.key.iter().map(|part| part.text()).collect();
         format!("{}={}", key.join("."), value_text(&pair.value))
     }
@@ -354,7 +354,7 @@ mod tests {
             Content::Scalar(text) => text.text().to_owned(),
             Content::Array(array) => {
                 let rows: Vec<String> =
-                    array.rows.iter().filter_map(Row::element).map(value_text).collect();
+                    array.rows.iter().filter_map(TomlRow::element).map(value_text).collect();
                 format!("[{}]", rows.join(","))
             }
             Content::Table(table) => {

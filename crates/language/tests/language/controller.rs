@@ -6,7 +6,7 @@ use rungd_config::controller::Controller;
 use rungd_config::controller::log::LogSettings;
 use rungd_config::load::controller_file;
 use rungd_engine::isa::{Bit, BitSpace};
-use rungd_io::plant::settings::{Delays, PartSettings, Rule};
+use rungd_io::plant::settings::{Delays, InputRule, PartSettings};
 use rungd_language::source::render::{Style, render};
 use rungd_runtime::{Policy, Posture};
 
@@ -120,7 +120,7 @@ fn written_settings_are_used() {
     assert_eq!((from.to_string(), to.to_string()), ("Y0..Y7".into(), "MI1..MI8".into()));
     let gate = Bit::Space(BitSpace::Y, 1);
     let [eye, behind] = &controller.rules[..] else { panic!("two rules") };
-    let bits = |rule: &Rule| -> Vec<_> {
+    let bits = |rule: &InputRule| -> Vec<_> {
         rule.commands.iter().map(|command| command.map(|command| command.bit)).collect()
     };
     assert_eq!((eye.input, bits(eye)), (3, vec![Some(gate)]));

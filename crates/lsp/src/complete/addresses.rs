@@ -5,12 +5,12 @@ use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 use lsp_types::CompletionItemKind;
 
-use super::nature::{Nature, Wish};
-use super::proposal::{Proposal, Proposals};
+use super::nature::{Nature, WantedName};
+use super::proposal::{CompletionProposal, Proposals};
 use super::scene::CompletionScene;
 use crate::slots::{DeclaredKind, FileKind};
 use crate::tag_facts::TagFacts;
-use crate::words::Role;
+use crate::words::FileWordRole;
 use rungd_engine::isa::{MemorySizes, Space, address_text};
 
 /// The ranks of addresses, after the ranks of names.
@@ -21,7 +21,7 @@ const FARTHER: u8 = 20;
 const COUNT_MAX: u32 = 4096;
 
 /// Offers addresses, as soon as the word begins like an address.
-pub(super) fn offer(scene: &CompletionScene, wish: Wish, into: &mut Proposals) {
+pub(super) fn offer(scene: &CompletionScene, wish: WantedName, into: &mut Proposals) {
     let letters = into.typed.trim_end_matches(|c: char| c.is_ascii_digit()).to_owned();
     into.is_incomplete |= letters.is_empty();
     let begins = |space: &&Space| space.name().starts_with(&letters);
@@ -35,12 +35,12 @@ pub(super) fn offer(scene: &CompletionScene, wish: Wish, into: &mut Proposals) {
 pub(super) fn offer_places(scene: &CompletionScene, into: &mut Proposals) {
     into.is_incomplete = true;
     match into.typed.is_empty() {
-        true => of_spaces(scene, &Space::ALL, Wish::Anything, into),
-        false => offer(scene, Wish::Anything, into),
+        true => of_spaces(scene, &Space::ALL, WantedName::Anything, into),
+        false => offer(scene, WantedName::Anything, into),
     }
 }
 
-fn of_spaces(scene: &CompletionScene, spaces: &[Space], wish: Wish, into: &mut Proposals) {
+fn of_spaces(scene: &CompletionScene, spaces: &[Space], wish: WantedName, into: &mut Proposals) {
     let sizes = sizes(scene);
     let tags = tagged(scene, &sizes);
     let mut used: BTreeMap<Space, BTreeSet<u32>> = BTreeMap::new();
@@ -52,7 +52,7 @@ fn of_spaces(scene: &CompletionScene, spaces: &[Space], wish: Wish, into: &mut P
         let rank = distance * FARTHER;
         let numbers = used.get(space).into_iter().flatten();
         for number in numbers {
-            let proposal = Proposal::new(
+            let proposal = CompletionProposal::new(
                 space.address(*number).to_string(),
                 CompletionItemKind::UNIT,
                 ADDRESS + rank,
@@ -64,7 +64,7 @@ fn of_spaces(scene: &CompletionScene, spaces: &[Space], wish: Wish, into: &mut P
             .find(|number| taken.is_none_or(|taken| !taken.contains(number)));
         if let Some(free) = free.filter(|_| is_given(*space)) {
             let label = space.address(free).to_string();
-            let proposal = Proposal::new(label, CompletionItemKind::UNIT, FREE + rank);
+            let proposal = CompletionProposal::new(label, CompletionItemKind::UNIT, FREE + rank);
             into.add(proposal.detail("the next free address"));
         }
     }
@@ -80,7 +80,9 @@ fn is_given(space: Space) -> bool {
 fn tagged(scene: &CompletionScene, sizes: &MemorySizes) -> BTreeMap<(Space, u32), String> {
     let mut tags = BTreeMap::new();
     let all = scene.names().all.iter();
-    for tag in all.filter(|of| matches!(of.kind, DeclaredKind::Tag | DeclaredKind::OwnTag)) {
+    for tag in
+        all.filter(|declared| matches!(declared.kind, DeclaredKind::Tag | DeclaredKind::OwnTag))
+    {
         let facts = TagFacts::of(tag, &scene.project.files[tag.file]);
         let Some(Ok(address)) = facts.text("at").map(|at| address_text::parse(at, sizes)) else {
             continue;
@@ -100,14 +102,17 @@ fn named(scene: &CompletionScene, spaces: &[Space], sizes: &MemorySizes) -> Vec<
     let (mut seen, mut found) = (HashSet::new(), Vec::new());
     for file in &scene.project.files {
         for word in &file.words.all {
-            if !matches!(word.role, Role::Reads | Role::Writes | Role::Names) {
+            if !matches!(
+                word.role,
+                FileWordRole::Reads | FileWordRole::Writes | FileWordRole::Names
+            ) {
                 continue;
             }
             let text = file.slice(word.span.clone());
             let text = text.split('.').next().unwrap_or(text);
             let begins = |space: &Space| {
                 let number = text.strip_prefix(space.name());
-                number.is_some_and(|of| of.starts_with(|c: char| c.is_ascii_digit()))
+                number.is_some_and(|number| number.starts_with(|c: char| c.is_ascii_digit()))
             };
             if spaces.iter().any(begins) && seen.insert(text) {
                 let address = address_text::parse(text, sizes).ok();

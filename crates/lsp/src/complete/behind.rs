@@ -19,7 +19,8 @@ pub(super) struct ItemEnd {
 /// The end of a header; `None` if the cursor is before the header.
 pub(super) fn header(scene: &CompletionScene, start: usize) -> Option<ItemEnd> {
     let mut headers = scene.file.outline.headers.iter();
-    let end = headers.find(|header| header.span.start == start).map_or(start, |of| of.span.end);
+    let end =
+        headers.find(|header| header.span.start == start).map_or(start, |header| header.span.end);
     (start < scene.offset).then_some(ItemEnd { end: end.max(scene.offset), comma: false })
 }
 

@@ -3,9 +3,9 @@
 
 use lsp_types::CompletionItemKind;
 
-use super::nature::Wish;
+use super::nature::WantedName;
 use super::operands;
-use super::proposal::{Proposal, Proposals};
+use super::proposal::{CompletionProposal, Proposals};
 use super::scene::CompletionScene;
 use rungd_engine::isa::function::FUNCTIONS;
 
@@ -47,14 +47,14 @@ impl<'t> DottedWord<'t> {
 
     /// The wish after the sign before the word, in a place with `wish`; `None` after a whole name,
     /// because only a sign can follow a name.
-    fn wish(&self, wish: Wish) -> Option<Wish> {
+    fn wish(&self, wish: WantedName) -> Option<WantedName> {
         let lead = self.lead.trim_end();
         let Some(last) = lead.chars().next_back() else { return Some(wish) };
         match last {
-            '=' | '<' | '>' | '+' | '*' | '/' | '%' | '-' if wish == Wish::Condition => {
-                Some(Wish::Value)
+            '=' | '<' | '>' | '+' | '*' | '/' | '%' | '-' if wish == WantedName::Condition => {
+                Some(WantedName::Value)
             }
-            '=' | '<' | '>' | '+' | '*' | '/' | '%' | '-' | '[' => Some(Wish::Number),
+            '=' | '<' | '>' | '+' | '*' | '/' | '%' | '-' | '[' => Some(WantedName::Number),
             '&' | '|' | '(' | '!' | ',' | '.' | '?' | ':' => Some(wish),
             _ => None,
         }
@@ -62,16 +62,16 @@ impl<'t> DottedWord<'t> {
 }
 
 /// Names for contacts, or for one operand.
-pub(super) fn offer(scene: &CompletionScene, before: &str, wish: Wish) -> Proposals {
+pub(super) fn offer(scene: &CompletionScene, before: &str, wish: WantedName) -> Proposals {
     let word = DottedWord::of(before, true);
     let mut found = Proposals::of(word.typed);
     let Some(wish) = word.wish(wish).filter(|_| !word.is_number()) else { return found };
-    if matches!(wish, Wish::Contact | Wish::Condition) && word.base.is_none() {
+    if matches!(wish, WantedName::Contact | WantedName::Condition) && word.base.is_none() {
         for (name, about) in [
             ("rise", "ON for one execution, when its contacts go from OFF to ON"),
             ("fall", "ON for one execution, when its contacts go from ON to OFF"),
         ] {
-            let proposal = Proposal::new(name, CompletionItemKind::FUNCTION, FUNCTION);
+            let proposal = CompletionProposal::new(name, CompletionItemKind::FUNCTION, FUNCTION);
             let snippet = Some(format!("{name}($1)"));
             found.add(proposal.detail(about).writes(format!("{name}("), snippet));
         }
@@ -85,18 +85,19 @@ pub(super) fn offer_expression(scene: &CompletionScene, before: &str) -> Proposa
     let word = DottedWord::of(before, false);
     let mut found = Proposals::of(word.typed);
     found.signs = "_";
-    if word.wish(Wish::Value).is_none() || word.is_number() {
+    if word.wish(WantedName::Value).is_none() || word.is_number() {
         return found;
     }
     if word.base.is_none() {
         for spec in FUNCTIONS {
-            let proposal = Proposal::new(spec.name, CompletionItemKind::FUNCTION, FUNCTION);
+            let proposal =
+                CompletionProposal::new(spec.name, CompletionItemKind::FUNCTION, FUNCTION);
             let snippet = Some(format!("{}($1)", spec.name));
             let proposal = proposal.detail(spec.form()).doc(spec.summary);
             found.add(proposal.writes(format!("{}(", spec.name), snippet));
         }
     }
-    operands::offer(scene, word.base, Wish::Value, &mut found);
+    operands::offer(scene, word.base, WantedName::Value, &mut found);
     found
 }
 

@@ -2,7 +2,7 @@
 
 use lsp_types::CompletionItemKind;
 
-use crate::names::Declared;
+use crate::names::Declaration;
 use crate::project::Project;
 use crate::slots::DeclaredKind;
 use crate::tag_facts::TagFacts;
@@ -23,9 +23,11 @@ pub(super) fn symbol(kind: DeclaredKind) -> CompletionItemKind {
 }
 
 /// A few words about a declaration: its address, its type or its kind.
-pub(super) fn detail(declared: &Declared, project: &Project) -> String {
+pub(super) fn detail(declared: &Declaration, project: &Project) -> String {
     let file = &project.files[declared.file];
-    let used = || declared.template.as_deref().map(|of| format!(" of {of}")).unwrap_or_default();
+    let used = || {
+        declared.template.as_deref().map(|template| format!(" of {template}")).unwrap_or_default()
+    };
     match declared.kind {
         DeclaredKind::Tag | DeclaredKind::OwnTag | DeclaredKind::Parameter => {
             tag_words(&TagFacts::of(declared, file))
@@ -52,7 +54,7 @@ fn tag_words(facts: &TagFacts) -> String {
 }
 
 /// The explanation of a declaration, with its limits.
-pub(super) fn doc(declared: &Declared, project: &Project) -> String {
+pub(super) fn doc(declared: &Declaration, project: &Project) -> String {
     let mut parts: Vec<String> = declared.doc.iter().map(|doc| plain(doc)).collect();
     if matches!(declared.kind, DeclaredKind::Tag | DeclaredKind::OwnTag) {
         let facts = TagFacts::of(declared, &project.files[declared.file]);
@@ -63,10 +65,10 @@ pub(super) fn doc(declared: &Declared, project: &Project) -> String {
             (None, None) => None,
         };
         parts.extend(limits);
-        parts.extend(facts.text("initial").map(|of| format!("After a cold start {of}.")));
-        let priority = facts.text("priority").map(|of| format!(" ({})", plain(of)));
+        parts.extend(facts.text("initial").map(|text| format!("After a cold start {text}.")));
+        let priority = facts.text("priority").map(|text| format!(" ({})", plain(text)));
         let priority = priority.unwrap_or_default();
-        parts.extend(facts.text("alarm").map(|of| format!("Alarm{priority}: {}", plain(of))));
+        parts.extend(facts.text("alarm").map(|text| format!("Alarm{priority}: {}", plain(text))));
     }
     parts.join("\n\n")
 }

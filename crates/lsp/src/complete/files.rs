@@ -5,7 +5,7 @@ use std::path::Path;
 
 use lsp_types::CompletionItemKind;
 
-use super::proposal::{Proposal, Proposals};
+use super::proposal::{CompletionProposal, Proposals};
 use super::scene::CompletionScene;
 use crate::slots::FileKind;
 use rungd_config::load::library;
@@ -40,7 +40,7 @@ pub(super) fn offer(scene: &CompletionScene, typed: &str) -> Proposals {
         let is_wanted = path != scene.file.path
             && scene.library.file(&path).is_some_and(|file| file.kind == wanted);
         if found.fits(name) && is_wanted {
-            let mut proposal = Proposal::new(name, CompletionItemKind::FILE, 0);
+            let mut proposal = CompletionProposal::new(name, CompletionItemKind::FILE, 0);
             proposal.order = order;
             found.add(proposal);
         }
@@ -49,7 +49,7 @@ pub(super) fn offer(scene: &CompletionScene, typed: &str) -> Proposals {
         for file in library::FILES {
             let name = format!("{LIBRARY}{}", file.name);
             if !others.contains(&name.as_str()) {
-                let proposal = Proposal::new(name, CompletionItemKind::FILE, 1);
+                let proposal = CompletionProposal::new(name, CompletionItemKind::FILE, 1);
                 found.add(proposal.detail("library").doc(file.head().0));
             }
         }

@@ -3,10 +3,10 @@
 
 use lsp_types::CompletionItemKind;
 
-use super::proposal::{Proposal, Proposals};
+use super::proposal::{CompletionProposal, Proposals};
 use super::scene::CompletionScene;
 use super::shapes::is_taken;
-use rungd_language::source::shape::{Shape, ValueForm};
+use rungd_language::source::shape::{TableShape, ValueForm};
 
 /// A header that a file of this kind may have.
 struct KnownHeader {
@@ -44,7 +44,7 @@ pub(super) fn add(scene: &CompletionScene, rank: u8, into: &mut Proposals) {
         // First a further table of the present kind, then the tables in the present table.
         let is_same = open[0].1 == path;
         let rank = rank + if is_same { 0 } else { 1 + u8::try_from(depth).unwrap_or(9) };
-        let mut proposal = Proposal::new(label, CompletionItemKind::MODULE, rank);
+        let mut proposal = CompletionProposal::new(label, CompletionItemKind::MODULE, rank);
         proposal.order = order;
         into.add(proposal.doc(header.doc));
     }
@@ -77,16 +77,20 @@ fn is_present(scene: &CompletionScene, object: usize, header: &KnownHeader) -> b
     let own = &header.path[depth..];
     let path = header.path.join(".");
     let extent = &outline.objects[object].extent;
-    let by_header = outline.headers.iter().any(|of| {
-        let is_at_cursor = of.span.start <= scene.offset && scene.offset <= of.span.end;
-        of.path == path && !is_at_cursor && (object == 0 || extent.contains(&of.span.start))
+    let by_header = outline.headers.iter().any(|header| {
+        let is_at_cursor = header.span.start <= scene.offset && scene.offset <= header.span.end;
+        header.path == path && !is_at_cursor && (object == 0 || extent.contains(&header.span.start))
     });
     by_header || outline.pairs_in(object).any(|pair| pair.key_below(own).is_some())
 }
 
 /// Collects the headers below a table. `(before, around)`: the path of the table, and the array of
 /// tables around it.
-fn collect(shape: &Shape, (before, around): (&[&'static str], &str), found: &mut Vec<KnownHeader>) {
+fn collect(
+    shape: &TableShape,
+    (before, around): (&[&'static str], &str),
+    found: &mut Vec<KnownHeader>,
+) {
     for (key, form) in &shape.noted().keys {
         let is_array = matches!(form, ValueForm::Tables(_));
         let is_table = matches!(form, ValueForm::Table(_));

@@ -5,8 +5,8 @@ use lsp_types::CompletionItemKind;
 
 use super::contacts::{self, DottedWord};
 use super::describe::{detail, doc, instruction_doc, symbol};
-use super::nature::Wish;
-use super::proposal::{Proposal, Proposals};
+use super::nature::WantedName;
+use super::proposal::{CompletionProposal, Proposals};
 use super::scene::CompletionScene;
 use crate::outline::KeyPair;
 use crate::slots::DeclaredKind;
@@ -23,7 +23,7 @@ pub(super) fn offer(scene: &CompletionScene, before: &str) -> Proposals {
     if mnemonic == Mnemonic::Math {
         return match rest.split_once('=') {
             Some((_, expression)) => contacts::offer_expression(scene, expression),
-            None => contacts::offer(scene, rest, Wish::Target),
+            None => contacts::offer(scene, rest, WantedName::Target),
         };
     }
     operands(scene, mnemonic.spec(), rest)
@@ -34,7 +34,7 @@ fn mnemonics(scene: &CompletionScene, typed: &str) -> Proposals {
     let given = legs(scene);
     for (number, spec) in TABLE.iter().enumerate() {
         let Some(rank) = rank(spec, given.as_deref()) else { continue };
-        let mut proposal = Proposal::new(spec.name, CompletionItemKind::KEYWORD, rank);
+        let mut proposal = CompletionProposal::new(spec.name, CompletionItemKind::KEYWORD, rank);
         if !rest_of_string(scene) {
             let needed = spec.operands.iter().any(|operand| !operand.optional);
             let space = if needed { " " } else { "" };
@@ -117,7 +117,8 @@ fn operands(scene: &CompletionScene, spec: &'static Spec, rest: &str) -> Proposa
         if !is_given && is_whole && !word.contains(['.', '[']) {
             let needed = if operand.optional { "optional" } else { "" };
             let rank = u8::from(operand.optional);
-            let proposal = Proposal::new(format!("{key}="), CompletionItemKind::PROPERTY, rank);
+            let proposal =
+                CompletionProposal::new(format!("{key}="), CompletionItemKind::PROPERTY, rank);
             found.add(proposal.detail(needed));
         }
     }
@@ -126,7 +127,7 @@ fn operands(scene: &CompletionScene, spec: &'static Spec, rest: &str) -> Proposa
 
 /// The names that fit an operand.
 fn of_kind(scene: &CompletionScene, operand: &OperandSpec, word: &str) -> Proposals {
-    if let Some(wish) = Wish::of(operand.kind) {
+    if let Some(wish) = WantedName::of(operand.kind) {
         return contacts::offer(scene, word, wish);
     }
     let mut found = Proposals::of(word);
@@ -144,18 +145,18 @@ fn of_kind(scene: &CompletionScene, operand: &OperandSpec, word: &str) -> Propos
 
 /// The Stages of the Program or template around the cursor.
 fn stages(scene: &CompletionScene, into: &mut Proposals) {
-    let stages = scene.names().all.iter().filter(|of| of.kind == DeclaredKind::Stage);
-    for stage in stages.filter(|of| of.parent.is_some() && of.parent == scene.block) {
-        let proposal = Proposal::new(&stage.name, symbol(stage.kind), 0);
+    let stages = scene.names().all.iter().filter(|declared| declared.kind == DeclaredKind::Stage);
+    for stage in stages.filter(|stage| stage.parent.is_some() && stage.parent == scene.block) {
+        let proposal = CompletionProposal::new(&stage.name, symbol(stage.kind), 0);
         into.add(proposal.detail("stage").doc(doc(stage, scene.project)));
     }
 }
 
 /// The Programs and Tasks that an instruction may name; it cannot name `Main`.
 fn blocks(scene: &CompletionScene, kinds: &[DeclaredKind], into: &mut Proposals) {
-    for block in scene.names().all.iter().filter(|of| kinds.contains(&of.kind)) {
+    for block in scene.names().all.iter().filter(|declared| kinds.contains(&declared.kind)) {
         if block.name != "Main" {
-            let proposal = Proposal::new(&block.name, symbol(block.kind), 0);
+            let proposal = CompletionProposal::new(&block.name, symbol(block.kind), 0);
             let proposal = proposal.detail(detail(block, scene.project));
             into.add(proposal.doc(doc(block, scene.project)));
         }

@@ -7,8 +7,8 @@ use lsp_types::CompletionItemKind;
 use super::contacts;
 use super::headers;
 use super::lists;
-use super::nature::Wish;
-use super::proposal::{Proposal, Proposals};
+use super::nature::WantedName;
+use super::proposal::{CompletionProposal, Proposals};
 use super::scene::CompletionScene;
 use super::shapes::{is_taken, skeleton, table};
 use crate::outline::KeyPair;
@@ -33,17 +33,23 @@ pub(super) fn offer(scene: &CompletionScene, typed: &str, quoted: bool) -> Propo
     match of_key_path(scene.file.kind, kind, &keys) {
         KeySlot::Parameter => {
             let bare = has_equals(scene);
-            for of in lists::parameters(scene, typed, &present) {
-                let name = of.label.clone();
+            for parameter in lists::parameters(scene, typed, &present) {
+                let name = parameter.label.clone();
                 let snippet = format!("{name} = \"$1\"");
-                found.add(if bare { of } else { of.writes(format!("{name} = "), Some(snippet)) });
+                found.add(if bare {
+                    parameter
+                } else {
+                    parameter.writes(format!("{name} = "), Some(snippet))
+                });
             }
             return found;
         }
         KeySlot::Operand if scene.file.kind == FileKind::Test || is_open(scene) => {
-            let mut found = contacts::offer(scene, typed, Wish::Anything);
+            let mut found = contacts::offer(scene, typed, WantedName::Anything);
             // A key without quotes cannot contain `$`, and only rungd sets the names with `$`.
-            found.retain(|of| !of.label.starts_with('$') && !present.contains(&of.label.as_str()));
+            found.retain(|proposal| {
+                !proposal.label.starts_with('$') && !present.contains(&proposal.label.as_str())
+            });
             return found;
         }
         KeySlot::Operand | KeySlot::Declares(_) | KeySlot::Word => {}
@@ -138,7 +144,7 @@ fn known(scene: &CompletionScene, present: &[&str], into: &mut Proposals) {
             continue;
         }
         let rank = if is_needed(key.name) { NEEDED } else { OPTIONAL };
-        let mut proposal = Proposal::new(key.name, CompletionItemKind::PROPERTY, rank);
+        let mut proposal = CompletionProposal::new(key.name, CompletionItemKind::PROPERTY, rank);
         proposal.order = order;
         let needed = if is_needed(key.name) { "needed" } else { "" };
         proposal = proposal.detail(needed).doc(key.doc);
@@ -166,7 +172,7 @@ fn legs(scene: &CompletionScene, present: &[&str], into: &mut Proposals) {
         return;
     }
     let first = scene.value(&["do"]).and_then(|text| text.split_whitespace().next());
-    let wanted = first.and_then(Mnemonic::from_name).map(|of| of.spec().legs);
+    let wanted = first.and_then(Mnemonic::from_name).map(|mnemonic| mnemonic.spec().legs);
     let outline = &scene.file.outline;
     let has = |leg: &LegName| {
         let pair = outline.pair(scene.table(), &["leg", leg.key()]);
@@ -183,7 +189,7 @@ fn legs(scene: &CompletionScene, present: &[&str], into: &mut Proposals) {
             None => OTHER_LEG,
         };
         let name = if within { leg.key().to_owned() } else { format!("leg.{}", leg.key()) };
-        let mut proposal = Proposal::new(&name, CompletionItemKind::PROPERTY, rank);
+        let mut proposal = CompletionProposal::new(&name, CompletionItemKind::PROPERTY, rank);
         proposal.order = order;
         proposal = proposal.detail("a leg").doc("The contacts of this leg, in series.");
         if !bare {

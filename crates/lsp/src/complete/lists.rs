@@ -3,7 +3,7 @@
 use lsp_types::CompletionItemKind;
 
 use super::describe::{detail, doc, symbol};
-use super::proposal::{Proposal, Proposals};
+use super::proposal::{CompletionProposal, Proposals};
 use super::scene::CompletionScene;
 use crate::slots::DeclaredKind;
 use crate::tag_facts::TagFacts;
@@ -17,10 +17,10 @@ pub(super) fn templates(scene: &CompletionScene, typed: &str) -> Proposals {
     let mut found = declared(scene, typed, &[DeclaredKind::Template]);
     // A template never uses itself.
     let own = scene.template().map(|at| scene.names().all[at].name.clone());
-    found.retain(|of| own.as_ref() != Some(&of.label));
+    found.retain(|proposal| own.as_ref() != Some(&proposal.label));
     for file in library::FILES {
         for name in file.templates() {
-            let proposal = Proposal::new(name, CompletionItemKind::CLASS, 1);
+            let proposal = CompletionProposal::new(name, CompletionItemKind::CLASS, 1);
             let detail = format!("template of {LIBRARY}{}", file.name);
             found.add(proposal.detail(detail).doc(file.head().0));
         }
@@ -32,7 +32,7 @@ pub(super) fn templates(scene: &CompletionScene, typed: &str) -> Proposals {
 pub(super) fn blocks(scene: &CompletionScene, typed: &str) -> Proposals {
     let mut found = declared(scene, typed, &[DeclaredKind::Program, DeclaredKind::Task]);
     let others = scene.other_values(&scene.keys());
-    found.retain(|of| !others.contains(&of.label.as_str()));
+    found.retain(|proposal| !others.contains(&proposal.label.as_str()));
     found
 }
 
@@ -40,7 +40,7 @@ pub(super) fn blocks(scene: &CompletionScene, typed: &str) -> Proposals {
 pub(super) fn devices(scene: &CompletionScene, typed: &str) -> Proposals {
     let mut found = declared(scene, typed, &[DeclaredKind::Device]);
     for device in scene.announced_devices().filter(|device| *device != typed) {
-        let proposal = Proposal::new(device, CompletionItemKind::INTERFACE, 0);
+        let proposal = CompletionProposal::new(device, CompletionItemKind::INTERFACE, 0);
         found.add(proposal.detail("field device"));
     }
     found
@@ -48,9 +48,11 @@ pub(super) fn devices(scene: &CompletionScene, typed: &str) -> Proposals {
 
 fn declared(scene: &CompletionScene, typed: &str, kinds: &[DeclaredKind]) -> Proposals {
     let mut found = Proposals::of(typed);
-    for of in scene.names().all.iter().filter(|of| kinds.contains(&of.kind)) {
-        let proposal = Proposal::new(&of.name, symbol(of.kind), 0);
-        found.add(proposal.detail(detail(of, scene.project)).doc(doc(of, scene.project)));
+    for declared in scene.names().all.iter().filter(|candidate| kinds.contains(&candidate.kind)) {
+        let proposal = CompletionProposal::new(&declared.name, symbol(declared.kind), 0);
+        found.add(
+            proposal.detail(detail(declared, scene.project)).doc(doc(declared, scene.project)),
+        );
     }
     found
 }
@@ -61,25 +63,33 @@ pub(super) fn warnings(scene: &CompletionScene, typed: &str) -> Proposals {
     let others = scene.other_values(&scene.keys());
     let rows = finding::TABLE.iter().filter(|row| row.severity == Severity::Warning);
     for row in rows.filter(|row| !others.contains(&row.name)) {
-        let proposal = Proposal::new(row.name, CompletionItemKind::CONSTANT, 0);
+        let proposal = CompletionProposal::new(row.name, CompletionItemKind::CONSTANT, 0);
         found.add(proposal.detail(row.summary));
     }
     found
 }
 
 /// The parameters of the template that is used at the site, without those in `present`.
-pub(super) fn parameters(scene: &CompletionScene, typed: &str, present: &[&str]) -> Vec<Proposal> {
+pub(super) fn parameters(
+    scene: &CompletionScene,
+    typed: &str,
+    present: &[&str],
+) -> Vec<CompletionProposal> {
     let used = scene.value(&["use"]).and_then(|name| scene.names().template(name));
     let all = scene.names().all.iter();
-    let of_template = all.filter(|of| of.kind == DeclaredKind::Parameter && of.parent == used);
-    let absent = of_template.filter(|of| used.is_some() && !present.contains(&of.name.as_str()));
+    let of_template =
+        all.filter(|declared| declared.kind == DeclaredKind::Parameter && declared.parent == used);
+    let absent =
+        of_template.filter(|declared| used.is_some() && !present.contains(&declared.name.as_str()));
     let fitting = Proposals::of(typed);
-    let of = absent.filter(|of| fitting.fits(&of.name)).enumerate().map(|(order, of)| {
-        let facts = TagFacts::of(of, &scene.project.files[of.file]);
-        let rank = u8::from(facts.text("default").is_some());
-        let mut proposal = Proposal::new(&of.name, symbol(of.kind), rank);
-        proposal.order = order;
-        proposal.detail(detail(of, scene.project)).doc(doc(of, scene.project))
-    });
-    of.collect()
+    let proposals = absent.filter(|declared| fitting.fits(&declared.name)).enumerate().map(
+        |(order, declared)| {
+            let facts = TagFacts::of(declared, &scene.project.files[declared.file]);
+            let rank = u8::from(facts.text("default").is_some());
+            let mut proposal = CompletionProposal::new(&declared.name, symbol(declared.kind), rank);
+            proposal.order = order;
+            proposal.detail(detail(declared, scene.project)).doc(doc(declared, scene.project))
+        },
+    );
+    proposals.collect()
 }

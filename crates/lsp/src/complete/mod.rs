@@ -27,7 +27,7 @@ use anyhow::Result;
 use lsp_types::{CompletionItemKind, CompletionOptions, CompletionParams, CompletionResponse};
 
 use self::behind::ItemEnd;
-use self::proposal::{ItemPlace, Proposal, Proposals};
+use self::proposal::{CompletionProposal, ItemPlace, Proposals};
 use self::scene::CompletionScene;
 use self::site::SitePlace;
 use super::workspace::Workspace;
@@ -106,7 +106,7 @@ fn bare(scene: &CompletionScene, typed: &str) -> (Proposals, Wrap) {
 fn switches(typed: &str) -> Proposals {
     let mut found = Proposals::of(typed);
     for word in ["true", "false"] {
-        found.add(Proposal::new(word, CompletionItemKind::VALUE, 0));
+        found.add(CompletionProposal::new(word, CompletionItemKind::VALUE, 0));
     }
     found
 }

@@ -5,14 +5,14 @@
 //! declaration is still offered.
 
 use crate::file::EditorFile;
-use crate::names::Declared;
+use crate::names::Declaration;
 use crate::slots::DeclaredKind;
 use crate::tag_facts::TagFacts;
 use rungd_engine::isa::{Address, OperandKind, Structure};
 
 /// The access that a ladder has to a bit or word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Reach {
+pub(super) enum OperandAccess {
     None,
     Read,
     Write,
@@ -22,13 +22,13 @@ pub(super) enum Reach {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Nature {
     /// The access to the name as a bit.
-    pub bit: Reach,
+    pub bit: OperandAccess,
     /// The access to the name as a word or constant.
-    pub word: Reach,
+    pub word: OperandAccess,
     /// The access to bits after its dot or index.
-    pub bits_inside: Reach,
+    pub bits_inside: OperandAccess,
     /// The access to words after its dot or index.
-    pub words_inside: Reach,
+    pub words_inside: OperandAccess,
     /// Its structure, if it is one; always with the number 0.
     pub structure: Option<Structure>,
     /// Whether it is an array.
@@ -39,7 +39,7 @@ pub(super) struct Nature {
 
 /// The kind of name that a place wants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Wish {
+pub(super) enum WantedName {
     /// A contact: a bit, or the first word of a compare.
     Contact,
     /// A contact of a test, whose compares may contain sums of bits.
@@ -61,39 +61,42 @@ pub(super) enum Wish {
 
 impl Nature {
     const NOTHING: Nature = Nature {
-        bit: Reach::None,
-        word: Reach::None,
-        bits_inside: Reach::None,
-        words_inside: Reach::None,
+        bit: OperandAccess::None,
+        word: OperandAccess::None,
+        bits_inside: OperandAccess::None,
+        words_inside: OperandAccess::None,
         structure: None,
         is_array: false,
         is_open: false,
     };
     /// A constant.
-    pub const CONSTANT: Nature = Nature { word: Reach::Read, ..Nature::NOTHING };
+    pub const CONSTANT: Nature = Nature { word: OperandAccess::Read, ..Nature::NOTHING };
     /// A block or device: it has bits after its dot.
-    pub const BITS_INSIDE: Nature = Nature { bits_inside: Reach::Read, ..Nature::NOTHING };
+    pub const BITS_INSIDE: Nature = Nature { bits_inside: OperandAccess::Read, ..Nature::NOTHING };
     /// A name that has names of its own after its dot, or an unknown name.
     pub const OPEN: Nature = Nature { is_open: true, ..Nature::NOTHING };
     /// Timers, counters.
-    const STRUCTURE: Nature =
-        Nature { bits_inside: Reach::Read, words_inside: Reach::Write, ..Nature::NOTHING };
+    const STRUCTURE: Nature = Nature {
+        bits_inside: OperandAccess::Read,
+        words_inside: OperandAccess::Write,
+        ..Nature::NOTHING
+    };
 
-    fn bit(bit: Reach) -> Nature {
+    fn bit(bit: OperandAccess) -> Nature {
         Nature { bit, ..Nature::NOTHING }
     }
 
-    fn word(word: Reach) -> Nature {
+    fn word(word: OperandAccess) -> Nature {
         Nature { word, ..Nature::NOTHING }
     }
 
     /// The properties of an address.
     pub fn of_address(address: Address) -> Nature {
         match address {
-            Address::Bit(bit) if bit.writable_by_ladder() => Nature::bit(Reach::Write),
-            Address::Bit(_) => Nature::bit(Reach::Read),
-            Address::Word(word) if word.writable() => Nature::word(Reach::Write),
-            Address::Word(_) => Nature::word(Reach::Read),
+            Address::Bit(bit) if bit.writable_by_ladder() => Nature::bit(OperandAccess::Write),
+            Address::Bit(_) => Nature::bit(OperandAccess::Read),
+            Address::Word(word) if word.writable() => Nature::word(OperandAccess::Write),
+            Address::Word(_) => Nature::word(OperandAccess::Read),
             Address::Structure(structure) => {
                 Nature { structure: Some(structure.numbered(0)), ..Nature::STRUCTURE }
             }
@@ -108,18 +111,18 @@ impl Nature {
 
     /// The properties of a tag or parameter with a type.
     fn of_type(name: &str) -> Nature {
-        let structure = |of| Nature::of_address(Address::Structure(of));
+        let structure = |structure| Nature::of_address(Address::Structure(structure));
         match name {
-            "bit" | "output" => Nature::bit(Reach::Write),
-            "int" | "word" | "real" | "int-out" | "real-out" => Nature::word(Reach::Write),
-            "contact" => Nature::bit(Reach::Read),
-            "duration" => Nature::word(Reach::Read),
+            "bit" | "output" => Nature::bit(OperandAccess::Write),
+            "int" | "word" | "real" | "int-out" | "real-out" => Nature::word(OperandAccess::Write),
+            "contact" => Nature::bit(OperandAccess::Read),
+            "duration" => Nature::word(OperandAccess::Read),
             "timer" => structure(Structure::Timer(0)),
             "counter" => structure(Structure::Counter(0)),
             "sensaphone" => structure(Structure::Sensaphone(0)),
             "array" => Nature {
-                bits_inside: Reach::Write,
-                words_inside: Reach::Write,
+                bits_inside: OperandAccess::Write,
+                words_inside: OperandAccess::Write,
                 is_array: true,
                 ..Nature::NOTHING
             },
@@ -129,17 +132,19 @@ impl Nature {
 
     /// The properties of a parameter with a type: a `bit`, `int` or `real` can only be read.
     fn of_parameter(name: &str) -> Nature {
-        let of = Nature::of_type(name);
+        let nature = Nature::of_type(name);
         match name {
-            "bit" | "int" | "real" => {
-                Nature { bit: of.bit.min(Reach::Read), word: of.word.min(Reach::Read), ..of }
-            }
-            _ => of,
+            "bit" | "int" | "real" => Nature {
+                bit: nature.bit.min(OperandAccess::Read),
+                word: nature.word.min(OperandAccess::Read),
+                ..nature
+            },
+            _ => nature,
         }
     }
 
     /// The properties of a declaration.
-    pub fn of(declared: &Declared, file: &EditorFile) -> Nature {
+    pub fn of(declared: &Declaration, file: &EditorFile) -> Nature {
         match declared.kind {
             DeclaredKind::Tag | DeclaredKind::OwnTag => {
                 Nature::of_tag(&TagFacts::of(declared, file))
@@ -153,7 +158,7 @@ impl Nature {
             DeclaredKind::Program | DeclaredKind::Task | DeclaredKind::Device => {
                 Nature::BITS_INSIDE
             }
-            DeclaredKind::Stage => Nature::bit(Reach::Read),
+            DeclaredKind::Stage => Nature::bit(OperandAccess::Read),
             DeclaredKind::Rung | DeclaredKind::Template | DeclaredKind::Test => Nature::NOTHING,
         }
     }
@@ -169,22 +174,24 @@ impl Nature {
     }
 }
 
-impl Wish {
+impl WantedName {
     /// The wish of an operand of an instruction; `None` for a block or Stage.
-    pub fn of(kind: OperandKind) -> Option<Wish> {
+    pub fn of(kind: OperandKind) -> Option<WantedName> {
         Some(match kind {
-            OperandKind::WritableBit => Wish::WrittenBit,
-            OperandKind::WritableWord => Wish::WrittenWord,
-            OperandKind::Target => Wish::Target,
-            OperandKind::Array | OperandKind::WritableArray | OperandKind::Shifted => Wish::Array,
-            OperandKind::Filling => Wish::Value,
-            OperandKind::Counter => Wish::Structure(Structure::Counter(0)),
-            OperandKind::Timer => Wish::Structure(Structure::Timer(0)),
-            OperandKind::Sensaphone => Wish::Structure(Structure::Sensaphone(0)),
+            OperandKind::WritableBit => WantedName::WrittenBit,
+            OperandKind::WritableWord => WantedName::WrittenWord,
+            OperandKind::Target => WantedName::Target,
+            OperandKind::Array | OperandKind::WritableArray | OperandKind::Shifted => {
+                WantedName::Array
+            }
+            OperandKind::Filling => WantedName::Value,
+            OperandKind::Counter => WantedName::Structure(Structure::Counter(0)),
+            OperandKind::Timer => WantedName::Structure(Structure::Timer(0)),
+            OperandKind::Sensaphone => WantedName::Structure(Structure::Sensaphone(0)),
             OperandKind::Number
             | OperandKind::Value(..)
             | OperandKind::Duration
-            | OperandKind::Interval => Wish::Number,
+            | OperandKind::Interval => WantedName::Number,
             OperandKind::Program
             | OperandKind::Block
             | OperandKind::Task
@@ -194,45 +201,46 @@ impl Wish {
     }
 
     /// The wish of an argument for a parameter with a type.
-    pub fn of_parameter(name: &str) -> Wish {
+    pub fn of_parameter(name: &str) -> WantedName {
         match name {
-            "contact" => Wish::Contact,
-            "bit" => Wish::Bit,
-            "int" | "real" | "duration" => Wish::Number,
-            "output" => Wish::WrittenBit,
-            "int-out" | "real-out" => Wish::WrittenWord,
-            "timer" => Wish::Structure(Structure::Timer(0)),
-            "counter" => Wish::Structure(Structure::Counter(0)),
-            "sensaphone" => Wish::Structure(Structure::Sensaphone(0)),
-            "array" => Wish::Array,
-            _ => Wish::Anything,
+            "contact" => WantedName::Contact,
+            "bit" => WantedName::Bit,
+            "int" | "real" | "duration" => WantedName::Number,
+            "output" => WantedName::WrittenBit,
+            "int-out" | "real-out" => WantedName::WrittenWord,
+            "timer" => WantedName::Structure(Structure::Timer(0)),
+            "counter" => WantedName::Structure(Structure::Counter(0)),
+            "sensaphone" => WantedName::Structure(Structure::Sensaphone(0)),
+            "array" => WantedName::Array,
+            _ => WantedName::Anything,
         }
     }
 
     /// The distance of a name from this wish: 0 if the name itself fits, 1 if something after its
     /// dot or index may fit; `None` if the name cannot be meant.
-    pub fn distance(self, of: &Nature) -> Option<u8> {
-        let reads = |reach: Reach| reach >= Reach::Read;
-        let writes = |reach: Reach| reach == Reach::Write;
-        let bits = |can: &dyn Fn(Reach) -> bool| (can(of.bit), can(of.bits_inside));
-        let words = |can: &dyn Fn(Reach) -> bool| (can(of.word), can(of.words_inside));
+    pub fn distance(self, nature: &Nature) -> Option<u8> {
+        let reads = |reach: OperandAccess| reach >= OperandAccess::Read;
+        let writes = |reach: OperandAccess| reach == OperandAccess::Write;
+        let bits = |can: &dyn Fn(OperandAccess) -> bool| (can(nature.bit), can(nature.bits_inside));
+        let words =
+            |can: &dyn Fn(OperandAccess) -> bool| (can(nature.word), can(nature.words_inside));
         let either = |(a, b): (bool, bool), (c, d): (bool, bool)| (a || c, b || d);
         let (itself, inside) = match self {
-            Wish::Contact | Wish::Condition => {
+            WantedName::Contact | WantedName::Condition => {
                 let (bit, inside) = bits(&reads);
                 (bit, inside || words(&reads) != (false, false))
             }
-            Wish::Bit => bits(&reads),
-            Wish::Number => words(&reads),
-            Wish::Value => either(bits(&reads), words(&reads)),
-            Wish::WrittenBit => bits(&writes),
-            Wish::WrittenWord => words(&writes),
-            Wish::Target => either(bits(&writes), words(&writes)),
-            Wish::Array => (of.is_array, reads(of.bit) || reads(of.word)),
-            Wish::Structure(wanted) => (of.structure == Some(wanted), false),
-            Wish::Anything => return Some(0),
+            WantedName::Bit => bits(&reads),
+            WantedName::Number => words(&reads),
+            WantedName::Value => either(bits(&reads), words(&reads)),
+            WantedName::WrittenBit => bits(&writes),
+            WantedName::WrittenWord => words(&writes),
+            WantedName::Target => either(bits(&writes), words(&writes)),
+            WantedName::Array => (nature.is_array, reads(nature.bit) || reads(nature.word)),
+            WantedName::Structure(wanted) => (nature.structure == Some(wanted), false),
+            WantedName::Anything => return Some(0),
         };
-        match (itself, inside || of.is_open) {
+        match (itself, inside || nature.is_open) {
             (true, _) => Some(0),
             (false, true) => Some(1),
             (false, false) => None,

@@ -5,8 +5,8 @@ use lsp_types::CompletionItemKind;
 
 use super::addresses;
 use super::describe::{detail, doc, symbol};
-use super::nature::{Nature, Wish};
-use super::proposal::{Proposal, Proposals};
+use super::nature::{Nature, WantedName};
+use super::proposal::{CompletionProposal, Proposals};
 use super::scene::CompletionScene;
 use crate::names::Meaning;
 use crate::slots::DeclaredKind;
@@ -22,7 +22,12 @@ const STATUS: u8 = 6;
 const FARTHER: u8 = 20;
 
 /// Offers the names for a place. `base`: the part of the word before its last dot.
-pub(super) fn offer(scene: &CompletionScene, base: Option<&str>, wish: Wish, into: &mut Proposals) {
+pub(super) fn offer(
+    scene: &CompletionScene,
+    base: Option<&str>,
+    wish: WantedName,
+    into: &mut Proposals,
+) {
     match base {
         Some(base) => members(scene, base, wish, into),
         None => {
@@ -34,15 +39,15 @@ pub(super) fn offer(scene: &CompletionScene, base: Option<&str>, wish: Wish, int
 }
 
 /// Offers the declarations that are visible at the place.
-fn declared(scene: &CompletionScene, wish: Wish, into: &mut Proposals) {
+fn declared(scene: &CompletionScene, wish: WantedName, into: &mut Proposals) {
     for at in 0..scene.names().all.len() {
-        let of = &scene.names().all[at];
-        if !into.fits(&of.name) {
+        let declared = &scene.names().all[at];
+        if !into.fits(&declared.name) {
             continue;
         }
-        let around = of.parent.and_then(|parent| scene.names().template_around(parent));
+        let around = declared.parent.and_then(|parent| scene.names().template_around(parent));
         let is_own = around.is_some() && around == scene.template();
-        let rank = match of.kind {
+        let rank = match declared.kind {
             DeclaredKind::Parameter | DeclaredKind::OwnTag if is_own => OWN,
             DeclaredKind::Use if is_own => OWN,
             DeclaredKind::Tag => TAG,
@@ -61,34 +66,35 @@ fn declared(scene: &CompletionScene, wish: Wish, into: &mut Proposals) {
     for device in scene.announced_devices() {
         if let Some(distance) = wish.distance(&Nature::BITS_INSIDE) {
             let rank = BLOCK + distance * FARTHER;
-            let of = Proposal::new(device, CompletionItemKind::INTERFACE, rank);
-            into.add(of.detail("field device"));
+            let proposal = CompletionProposal::new(device, CompletionItemKind::INTERFACE, rank);
+            into.add(proposal.detail("field device"));
         }
     }
 }
 
 /// Offers a declaration if it may fit the wish of a place.
-fn add(scene: &CompletionScene, at: usize, (wish, rank): (Wish, u8), into: &mut Proposals) {
-    let of = &scene.names().all[at];
+fn add(scene: &CompletionScene, at: usize, (wish, rank): (WantedName, u8), into: &mut Proposals) {
+    let declared = &scene.names().all[at];
     let Some(distance) = wish.distance(&scene.nature(at)) else { return };
-    let proposal = Proposal::new(&of.name, symbol(of.kind), rank + distance * FARTHER);
-    into.add(proposal.detail(detail(of, scene.project)).doc(doc(of, scene.project)));
+    let proposal =
+        CompletionProposal::new(&declared.name, symbol(declared.kind), rank + distance * FARTHER);
+    into.add(proposal.detail(detail(declared, scene.project)).doc(doc(declared, scene.project)));
 }
 
 /// Offers the names of status bits and words.
-fn nicknames(wish: Wish, into: &mut Proposals) {
+fn nicknames(wish: WantedName, into: &mut Proposals) {
     for name in status::nicknames().filter(|name| into.fits(name)).collect::<Vec<_>>() {
         let Ok(address) = address_text::parse(name, &MemorySizes::default()) else { continue };
         if let Some(distance) = wish.distance(&Nature::of_address(address)) {
             let rank = STATUS + distance * FARTHER;
-            let proposal = Proposal::new(name, CompletionItemKind::CONSTANT, rank);
+            let proposal = CompletionProposal::new(name, CompletionItemKind::CONSTANT, rank);
             into.add(proposal.detail(format!("status, {address}")));
         }
     }
 }
 
 /// Offers the members after a dot.
-fn members(scene: &CompletionScene, base: &str, wish: Wish, into: &mut Proposals) {
+fn members(scene: &CompletionScene, base: &str, wish: WantedName, into: &mut Proposals) {
     let parts = scene.names().dotted(base, 0, scene.block);
     match parts.last().map(|part| part.meaning) {
         Some(Meaning::Declared(at)) => members_of(scene, at, wish, into),
@@ -103,12 +109,12 @@ fn members(scene: &CompletionScene, base: &str, wish: Wish, into: &mut Proposals
     }
 }
 
-fn members_of(scene: &CompletionScene, at: usize, wish: Wish, into: &mut Proposals) {
-    let of = &scene.names().all[at];
+fn members_of(scene: &CompletionScene, at: usize, wish: WantedName, into: &mut Proposals) {
+    let declared = &scene.names().all[at];
     if let Some(structure) = scene.nature(at).structure {
         structure_members(structure, wish, into);
     }
-    match of.kind {
+    match declared.kind {
         DeclaredKind::Program => words(&["Running"], "bit of a program", into),
         DeclaredKind::Task => words(&["Running", "Done"], "bit of a task", into),
         DeclaredKind::Device => {
@@ -123,7 +129,7 @@ fn members_of(scene: &CompletionScene, at: usize, wish: Wish, into: &mut Proposa
         | DeclaredKind::Template
         | DeclaredKind::Test => {}
     }
-    let template = of.template.as_deref().and_then(|name| scene.names().template(name));
+    let template = declared.template.as_deref().and_then(|name| scene.names().template(name));
     for (number, inner) in scene.names().all.iter().enumerate() {
         if !into.fits(&inner.name) {
             continue;
@@ -139,13 +145,14 @@ fn members_of(scene: &CompletionScene, at: usize, wish: Wish, into: &mut Proposa
     }
 }
 
-fn structure_members(structure: Structure, wish: Wish, into: &mut Proposals) {
+fn structure_members(structure: Structure, wish: WantedName, into: &mut Proposals) {
     for (name, address) in structure.members().iter().zip(structure.member_addresses()) {
         let nature = Nature::of_address(address);
         if let Some(distance) = wish.distance(&nature) {
-            let what = if nature.word > super::nature::Reach::None { "word" } else { "bit" };
+            let what =
+                if nature.word > super::nature::OperandAccess::None { "word" } else { "bit" };
             let rank = OWN + distance * FARTHER;
-            let proposal = Proposal::new(*name, CompletionItemKind::FIELD, rank);
+            let proposal = CompletionProposal::new(*name, CompletionItemKind::FIELD, rank);
             into.add(proposal.detail(format!("{what} of a {}", structure.kind_name())));
         }
     }
@@ -153,6 +160,6 @@ fn structure_members(structure: Structure, wish: Wish, into: &mut Proposals) {
 
 fn words(words: &[&str], about: &str, into: &mut Proposals) {
     for word in words {
-        into.add(Proposal::new(*word, CompletionItemKind::FIELD, TAG).detail(about));
+        into.add(CompletionProposal::new(*word, CompletionItemKind::FIELD, TAG).detail(about));
     }
 }

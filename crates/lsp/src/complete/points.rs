@@ -6,7 +6,7 @@
 
 use lsp_types::CompletionItemKind;
 
-use super::proposal::{Proposal, Proposals};
+use super::proposal::{CompletionProposal, Proposals};
 use super::scene::CompletionScene;
 pub use rungd_config::controller::device::driver::OfferedPoints;
 use rungd_config::controller::device::drivers;
@@ -33,12 +33,14 @@ pub(super) fn offer(scene: &CompletionScene, into: &mut Proposals) {
 /// Offers the points of the parts of a plant, and the commands of its faults.
 pub fn plant(scene: &CompletionScene, device: usize, is_target: bool, into: &mut Proposals) {
     let (file, outline) = (scene.file, &scene.file.outline);
-    for (object, of) in outline.objects.iter().enumerate().filter(|(_, of)| of.parent == device) {
+    for (object, part) in
+        outline.objects.iter().enumerate().filter(|(_, part)| part.parent == device)
+    {
         let Some(name) = file.value(object, &["name"]) else { continue };
-        if of.kind == "device.fault" && is_target {
+        if part.kind == "device.fault" && is_target {
             add((&format!("fault.{name}"), "a bit, causes the fault", 0), into);
         }
-        if of.kind != "device.part" {
+        if part.kind != "device.part" {
             continue;
         }
         let points = file.value(object, &["kind"]).map(simulated::points_of).unwrap_or_default();
@@ -58,5 +60,5 @@ pub fn plant(scene: &CompletionScene, device: usize, is_target: bool, into: &mut
 }
 
 fn add((label, about, rank): (&str, &str, u8), into: &mut Proposals) {
-    into.add(Proposal::new(label, CompletionItemKind::INTERFACE, rank).detail(about));
+    into.add(CompletionProposal::new(label, CompletionItemKind::INTERFACE, rank).detail(about));
 }

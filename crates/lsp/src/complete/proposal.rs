@@ -26,18 +26,19 @@ impl ItemAbilities {
     /// The capabilities of an editor.
     pub fn of(client: &ClientCapabilities) -> ItemAbilities {
         let document = client.text_document.as_ref();
-        let item = document.and_then(|of| of.completion.as_ref()?.completion_item.as_ref());
-        let formats = item.and_then(|of| of.documentation_format.as_ref());
+        let item =
+            document.and_then(|document| document.completion.as_ref()?.completion_item.as_ref());
+        let formats = item.and_then(|item| item.documentation_format.as_ref());
         ItemAbilities {
-            snippets: item.and_then(|of| of.snippet_support).unwrap_or(false),
-            markdown: formats.is_some_and(|of| of.contains(&MarkupKind::Markdown)),
+            snippets: item.and_then(|item| item.snippet_support).unwrap_or(false),
+            markdown: formats.is_some_and(|format| format.contains(&MarkupKind::Markdown)),
         }
     }
 }
 
 /// A text that could be written at the cursor.
 #[derive(Debug)]
-pub(super) struct Proposal {
+pub(super) struct CompletionProposal {
     /// The text that is shown, and compared with the typed text.
     pub label: String,
     /// Its symbol.
@@ -56,11 +57,11 @@ pub(super) struct Proposal {
     pub order: usize,
 }
 
-impl Proposal {
+impl CompletionProposal {
     /// A proposal that inserts its label.
-    pub fn new(label: impl Into<String>, kind: CompletionItemKind, rank: u8) -> Proposal {
+    pub fn new(label: impl Into<String>, kind: CompletionItemKind, rank: u8) -> CompletionProposal {
         let (detail, doc) = (String::new(), String::new());
-        Proposal {
+        CompletionProposal {
             label: label.into(),
             kind,
             detail,
@@ -73,18 +74,18 @@ impl Proposal {
     }
 
     /// The proposal with a few words beside its label.
-    pub fn detail(self, detail: impl Into<String>) -> Proposal {
-        Proposal { detail: detail.into(), ..self }
+    pub fn detail(self, detail: impl Into<String>) -> CompletionProposal {
+        CompletionProposal { detail: detail.into(), ..self }
     }
 
     /// The proposal with an explanation.
-    pub fn doc(self, doc: impl Into<String>) -> Proposal {
-        Proposal { doc: doc.into(), ..self }
+    pub fn doc(self, doc: impl Into<String>) -> CompletionProposal {
+        CompletionProposal { doc: doc.into(), ..self }
     }
 
     /// The proposal with a different text to insert, and the snippet of that text.
-    pub fn writes(self, text: impl Into<String>, snippet: Option<String>) -> Proposal {
-        Proposal { text: Some(text.into()), snippet, ..self }
+    pub fn writes(self, text: impl Into<String>, snippet: Option<String>) -> CompletionProposal {
+        CompletionProposal { text: Some(text.into()), snippet, ..self }
     }
 }
 
@@ -93,7 +94,7 @@ impl Proposal {
 pub(super) struct Proposals {
     /// The typed part of the word.
     pub typed: String,
-    all: Vec<Proposal>,
+    all: Vec<CompletionProposal>,
     seen: HashSet<String>,
     /// Whether there may be different proposals when more is typed.
     pub is_incomplete: bool,
@@ -112,11 +113,11 @@ impl Proposals {
     /// Whether a label contains the typed characters in their order.
     pub fn fits(&self, label: &str) -> bool {
         let mut rest = label.chars();
-        self.typed.chars().all(|c| rest.any(|of| of.eq_ignore_ascii_case(&c)))
+        self.typed.chars().all(|c| rest.any(|typed| typed.eq_ignore_ascii_case(&c)))
     }
 
     /// Adds a proposal if it fits; of several with the same label, only the first.
-    pub fn add(&mut self, proposal: Proposal) {
+    pub fn add(&mut self, proposal: CompletionProposal) {
         if self.fits(&proposal.label) && self.seen.insert(proposal.label.clone()) {
             self.all.push(proposal);
         }
@@ -128,21 +129,21 @@ impl Proposals {
     }
 
     /// Keeps only some of the proposals.
-    pub fn retain(&mut self, keeps: impl FnMut(&Proposal) -> bool) {
+    pub fn retain(&mut self, keeps: impl FnMut(&CompletionProposal) -> bool) {
         self.all.retain(keeps);
     }
 
     /// The sorted proposals as items.
     pub fn items(mut self, place: &ItemPlace) -> CompletionList {
         let typed = self.typed.to_ascii_lowercase();
-        let key = |of: &Proposal| {
-            let begins = of.label.to_ascii_lowercase().starts_with(&typed);
-            (!begins, of.rank, of.order, of.label.clone())
+        let key = |proposal: &CompletionProposal| {
+            let begins = proposal.label.to_ascii_lowercase().starts_with(&typed);
+            (!begins, proposal.rank, proposal.order, proposal.label.clone())
         };
         self.all.sort_by_cached_key(key);
         self.is_incomplete |= self.all.len() > ITEMS_MAX;
         self.all.truncate(ITEMS_MAX);
-        let items = self.all.into_iter().map(|of| place.item(of)).collect();
+        let items = self.all.into_iter().map(|item| place.item(item)).collect();
         CompletionList { is_incomplete: self.is_incomplete, items }
     }
 }
@@ -162,22 +163,22 @@ pub(super) struct ItemPlace<'f> {
 }
 
 impl ItemPlace<'_> {
-    fn item(&self, of: Proposal) -> CompletionItem {
+    fn item(&self, proposal: CompletionProposal) -> CompletionItem {
         let (before, behind) = self.wrap;
         let comma = if self.comma { ", " } else { "" };
-        let plain = of.text.unwrap_or_else(|| of.label.clone());
-        let snippet = of.snippet.filter(|_| self.can.snippets);
+        let plain = proposal.text.unwrap_or_else(|| proposal.label.clone());
+        let snippet = proposal.snippet.filter(|_| self.can.snippets);
         let is_snippet = snippet.is_some();
         let text = format!("{before}{}{behind}{comma}", snippet.unwrap_or(plain));
         let kind = if self.can.markdown { MarkupKind::Markdown } else { MarkupKind::PlainText };
-        let doc = Some(of.doc).filter(|doc| !doc.is_empty());
+        let doc = Some(proposal.doc).filter(|doc| !doc.is_empty());
         let edit = TextEdit::new(self.file.place(self.range.clone()), text);
         CompletionItem {
-            sort_text: Some(format!("{:02}{:04}{}", of.rank, of.order, of.label)),
-            filter_text: Some(of.label.clone()),
-            label: of.label,
-            kind: Some(of.kind),
-            detail: Some(of.detail).filter(|detail| !detail.is_empty()),
+            sort_text: Some(format!("{:02}{:04}{}", proposal.rank, proposal.order, proposal.label)),
+            filter_text: Some(proposal.label.clone()),
+            label: proposal.label,
+            kind: Some(proposal.kind),
+            detail: Some(proposal.detail).filter(|detail| !detail.is_empty()),
             documentation: doc
                 .map(|value| Documentation::MarkupContent(MarkupContent { kind, value })),
             insert_text_format: is_snippet.then_some(InsertTextFormat::SNIPPET),

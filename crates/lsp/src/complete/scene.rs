@@ -3,11 +3,11 @@
 use super::nature::Nature;
 use super::site::CompletionSite;
 use crate::file::EditorFile;
-use crate::names::Names;
+use crate::names::ProjectNames;
 use crate::project::{Library, Project};
 use crate::slots::{DeclaredKind, Slot, of_path};
 use crate::workspace::Cursor;
-use rungd_language::source::shape::Shape;
+use rungd_language::source::shape::TableShape;
 
 /// A cursor with the data that completion needs.
 pub(super) struct CompletionScene<'c> {
@@ -35,7 +35,7 @@ impl<'c> CompletionScene<'c> {
     }
 
     /// The names of the project.
-    pub fn names(&self) -> &'c Names {
+    pub fn names(&self) -> &'c ProjectNames {
         &self.project.names
     }
 
@@ -74,7 +74,7 @@ impl<'c> CompletionScene<'c> {
     }
 
     /// The keys that a file of this kind may have.
-    pub fn shape(&self) -> Shape {
+    pub fn shape(&self) -> TableShape {
         self.file.kind.shape()
     }
 

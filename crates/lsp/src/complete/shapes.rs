@@ -3,10 +3,10 @@
 use serde_json::Value;
 
 use rungd_language::source::key::{Key, KeyLimit};
-use rungd_language::source::shape::{Shape, ValueForm};
+use rungd_language::source::shape::{TableShape, ValueForm};
 
 /// The table at the end of a path from the root on.
-pub(super) fn table(shape: &Shape, path: &[&str]) -> Option<Shape> {
+pub(super) fn table(shape: &TableShape, path: &[&str]) -> Option<TableShape> {
     match path.is_empty() {
         true => Some(shape.clone()),
         false => shape.entry(path)?.1.below().cloned(),

@@ -5,7 +5,9 @@
 //! statement is what is around the cursor. `complete` derives the proposals from the place.
 
 use crate::file::EditorFile;
-use rungd_language::source::toml_tree::{Content, Pair, Piece, Row, TextEnd, TextSlice, TomlTree};
+use rungd_language::source::toml_tree::{
+    Content, Piece, TextEnd, TextSlice, TomlPair, TomlRow, TomlTree,
+};
 
 /// The properties of a place in a file that decide what could be written there.
 #[derive(Debug)]
@@ -52,7 +54,7 @@ impl CompletionSite {
         let line = file.line(offset);
         let headers = &file.outline.headers;
         let behind = headers.partition_point(|header| header.span.start < line.start);
-        if let Some(header) = headers.get(behind).filter(|of| of.span.start <= offset) {
+        if let Some(header) = headers.get(behind).filter(|header| header.span.start <= offset) {
             let place = match file.slice(header.span.start..offset).contains(']') {
                 true => SitePlace::Nowhere,
                 false => SitePlace::Header(header.span.start),
@@ -126,7 +128,7 @@ impl SiteReader {
         text.span().end == self.end && !text.is_closed()
     }
 
-    fn pair(&mut self, pair: &Pair<'_>) -> SitePlace {
+    fn pair(&mut self, pair: &TomlPair<'_>) -> SitePlace {
         let mut keys = pair.key.as_slice();
         let typed = keys.split_last().filter(|(last, _)| !pair.is_assigned && self.continues(last));
         keys = typed.map_or(keys, |(_, before)| before);
@@ -146,7 +148,7 @@ impl SiteReader {
             Content::Scalar(text) => self.scalar(text),
             Content::Array(array) if !array.brackets.is_closed => {
                 self.in_array = true;
-                match array.rows.iter().rev().find_map(Row::element) {
+                match array.rows.iter().rev().find_map(TomlRow::element) {
                     _ if array.brackets.is_open_for_next => SitePlace::Bare(self.start + self.end),
                     Some(last) => self.value(last),
                     None => SitePlace::Nowhere,
@@ -184,12 +186,12 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::lines::Columns;
+    use crate::lines::ColumnUnit;
 
     fn told(text: &str) -> String {
         let offset = text.find('|').expect("a cursor");
         let text = text.replacen('|', "", 1);
-        let file = EditorFile::new(Path::new("a.toml"), text.as_str().into(), Columns::Utf8);
+        let file = EditorFile::new(Path::new("a.toml"), text.as_str().into(), ColumnUnit::Utf8);
         let site = CompletionSite::of(&file, offset);
         let typed = |start: usize| &text[start..offset];
         let place = match site.place {

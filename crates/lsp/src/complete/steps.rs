@@ -5,8 +5,8 @@ use lsp_types::CompletionItemKind;
 use super::contacts;
 use super::files;
 use super::lists;
-use super::nature::Wish;
-use super::proposal::{Proposal, Proposals};
+use super::nature::WantedName;
+use super::proposal::{CompletionProposal, Proposals};
 use super::scene::CompletionScene;
 use rungd_lab::testing::STEP_FORMS;
 
@@ -20,7 +20,7 @@ pub(super) fn offer(scene: &CompletionScene, before: &str) -> Proposals {
     let condition = text.split_once(':').map(|(_, condition)| condition);
     match verb {
         "expect" | "within" | "hold" => match condition {
-            Some(condition) => contacts::offer(scene, condition, Wish::Condition),
+            Some(condition) => contacts::offer(scene, condition, WantedName::Condition),
             None => Proposals::of(""),
         },
         _ => words(scene, verb, &text[verb.len()..]),
@@ -31,7 +31,7 @@ fn verbs(typed: &str) -> Proposals {
     let mut found = Proposals::of(typed);
     for (name, form, meaning) in STEP_FORMS {
         let mut proposal =
-            Proposal::new(name, CompletionItemKind::KEYWORD, 0).detail(form).doc(meaning);
+            CompletionProposal::new(name, CompletionItemKind::KEYWORD, 0).detail(form).doc(meaning);
         let rest = &form[name.len()..];
         let sign = if rest.starts_with(':') { ":" } else { "" };
         let space = if rest.is_empty() { "" } else { " " };
@@ -66,7 +66,7 @@ fn words(scene: &CompletionScene, verb: &str, rest: &str) -> Proposals {
     let number = done.split_whitespace().count();
     match (verb, number) {
         ("set" | "force" | "unforce" | "pulse" | "beat", 0) => {
-            contacts::offer(scene, word, Wish::Anything)
+            contacts::offer(scene, word, WantedName::Anything)
         }
         ("set" | "force", 1) => fixed(word, &["0", "1"]),
         ("pulse" | "beat", 2) => fixed(word, &["every"]),
@@ -82,7 +82,7 @@ fn words(scene: &CompletionScene, verb: &str, rest: &str) -> Proposals {
 fn fixed(typed: &str, words: &[&str]) -> Proposals {
     let mut found = Proposals::of(typed);
     for word in words {
-        found.add(Proposal::new(*word, CompletionItemKind::KEYWORD, 0));
+        found.add(CompletionProposal::new(*word, CompletionItemKind::KEYWORD, 0));
     }
     found
 }

@@ -9,9 +9,9 @@ use super::files;
 use super::instructions;
 use super::keys;
 use super::lists;
-use super::nature::Wish;
+use super::nature::WantedName;
 use super::points;
-use super::proposal::{Proposal, Proposals};
+use super::proposal::{CompletionProposal, Proposals};
 use super::scene::CompletionScene;
 use super::shapes::words;
 use super::steps;
@@ -22,8 +22,8 @@ use rungd_language::source::shape::ValueForm;
 /// The proposals after the text `before` in the string at the site.
 pub(super) fn offer(scene: &CompletionScene, before: &str) -> Proposals {
     match scene.slot() {
-        Slot::Contacts => contacts::offer(scene, before, Wish::Contact),
-        Slot::Condition => contacts::offer(scene, before, Wish::Condition),
+        Slot::Contacts => contacts::offer(scene, before, WantedName::Contact),
+        Slot::Condition => contacts::offer(scene, before, WantedName::Condition),
         Slot::Instruction => instructions::offer(scene, before),
         Slot::Argument => argument(scene, before),
         Slot::Template => lists::templates(scene, before),
@@ -46,10 +46,10 @@ fn argument(scene: &CompletionScene, before: &str) -> Proposals {
     let template = scene.value(&["use"]).and_then(|name| scene.names().template(name));
     let name = scene.site.keys.last().map(String::as_str).unwrap_or_default();
     let parameter = template.and_then(|template| scene.names().own(template, name));
-    let wish = parameter.map_or(Wish::Anything, |at| {
-        let of = &scene.names().all[at];
-        let kind = TagFacts::of(of, &scene.project.files[of.file]).text("type");
-        Wish::of_parameter(kind.unwrap_or_default())
+    let wish = parameter.map_or(WantedName::Anything, |at| {
+        let declared = &scene.names().all[at];
+        let kind = TagFacts::of(declared, &scene.project.files[declared.file]).text("type");
+        WantedName::of_parameter(kind.unwrap_or_default())
     });
     contacts::offer(scene, before, wish)
 }
@@ -57,7 +57,7 @@ fn argument(scene: &CompletionScene, before: &str) -> Proposals {
 /// The address of a tag, with members of structures.
 fn place(scene: &CompletionScene, before: &str) -> Proposals {
     if before.contains('.') {
-        return contacts::offer(scene, before, Wish::Anything);
+        return contacts::offer(scene, before, WantedName::Anything);
     }
     let mut found = Proposals::of(before);
     addresses::offer_places(scene, &mut found);
@@ -67,12 +67,12 @@ fn place(scene: &CompletionScene, before: &str) -> Proposals {
 /// A name, or one of the words that the key allows.
 fn operand(scene: &CompletionScene, before: &str) -> Proposals {
     let Some((key, form)) = scene.shape().entry(&keys::path(scene)) else {
-        return contacts::offer(scene, before, Wish::Anything);
+        return contacts::offer(scene, before, WantedName::Anything);
     };
     match (words(&key, &form).is_empty(), form) {
         (false, _) => words_of(scene, before),
         (true, ValueForm::Duration) => Proposals::of(before),
-        (true, _) => contacts::offer(scene, before, Wish::Anything),
+        (true, _) => contacts::offer(scene, before, WantedName::Anything),
     }
 }
 
@@ -101,19 +101,24 @@ fn placeholders(scene: &CompletionScene, before: &str) -> Proposals {
     };
     let mut found = Proposals::of(typed);
     let is_closed = scene.file.text[scene.offset + scene.tail("_")..].starts_with('}');
-    let closed = |of: Proposal| match is_closed {
-        true => of,
+    let closed = |proposal: CompletionProposal| match is_closed {
+        true => proposal,
         false => {
-            let text = format!("{}}}", of.label);
-            of.writes(text, None)
+            let text = format!("{}}}", proposal.label);
+            proposal.writes(text, None)
         }
     };
-    let name = Proposal::new("name", CompletionItemKind::VARIABLE, 0).detail("the use's name");
+    let name =
+        CompletionProposal::new("name", CompletionItemKind::VARIABLE, 0).detail("the use's name");
     found.add(closed(name));
-    let all = scene.names().all.iter().filter(|of| of.kind == DeclaredKind::Parameter);
-    for of in all.filter(|of| of.parent.is_some() && of.parent == scene.template()) {
-        let proposal = Proposal::new(&of.name, symbol(of.kind), 1);
-        found.add(closed(proposal.detail(detail(of, scene.project)).doc(doc(of, scene.project))));
+    let all = scene.names().all.iter().filter(|declared| declared.kind == DeclaredKind::Parameter);
+    for declared in
+        all.filter(|parameter| parameter.parent.is_some() && parameter.parent == scene.template())
+    {
+        let proposal = CompletionProposal::new(&declared.name, symbol(declared.kind), 1);
+        found.add(closed(
+            proposal.detail(detail(declared, scene.project)).doc(doc(declared, scene.project)),
+        ));
     }
     found
 }
@@ -123,7 +128,7 @@ fn words_of(scene: &CompletionScene, before: &str) -> Proposals {
     let mut found = Proposals::of(before);
     if let Some((key, form)) = scene.shape().entry(&keys::path(scene)) {
         for (order, word) in words(&key, &form).into_iter().enumerate() {
-            let mut proposal = Proposal::new(word, CompletionItemKind::ENUM_MEMBER, 0);
+            let mut proposal = CompletionProposal::new(word, CompletionItemKind::ENUM_MEMBER, 0);
             proposal.order = order;
             found.add(proposal);
         }

@@ -5,27 +5,29 @@ use std::ops::Range;
 
 use super::super::file::EditorFile;
 use super::super::outline::{KeyPair, TableHeader};
-use super::edit::{Proposal, added, as_pair, declared, one, same_key, with_comma, without_pair};
+use super::edit::{
+    ProposedChanges, added, as_pair, declared, one, same_key, with_comma, without_pair,
+};
 use super::places::{
     end_in_braces, header_at, is_inline, lines, object_at, pair_at, value_at, word_around,
 };
 use super::tables;
-use rungd_language::source::fix::{Edit, Fix};
+use rungd_language::source::fix::{Fix, FixEdit};
 
 /// The maximum number of proposals for a fix.
 const PROPOSALS_MAX: usize = 8;
 
 /// The changes that a fix of a finding at a place can mean.
-pub(super) fn proposed(file: &EditorFile, span: &Range<usize>, fix: &Fix) -> Vec<Proposal> {
-    let mut all: Vec<Proposal> = vec![Vec::new()];
+pub(super) fn proposed(file: &EditorFile, span: &Range<usize>, fix: &Fix) -> Vec<ProposedChanges> {
+    let mut all: Vec<ProposedChanges> = vec![Vec::new()];
     for edit in &fix.edits {
         let parts = edited(file, span, edit);
-        let with = |whole: &Proposal| {
+        let with = |whole: &ProposedChanges| {
             parts.iter().map(|part| [whole.as_slice(), part].concat()).collect::<Vec<_>>()
         };
         all = all.iter().flat_map(with).collect();
     }
-    let mut known: Vec<Proposal> = Vec::new();
+    let mut known: Vec<ProposedChanges> = Vec::new();
     all.retain(|proposal| {
         let is_new = !known.contains(proposal) && is_change(file, proposal);
         known.push(proposal.clone());
@@ -35,67 +37,67 @@ pub(super) fn proposed(file: &EditorFile, span: &Range<usize>, fix: &Fix) -> Vec
     all
 }
 
-fn is_change(file: &EditorFile, proposal: &Proposal) -> bool {
+fn is_change(file: &EditorFile, proposal: &ProposedChanges) -> bool {
     proposal.iter().any(|change| file.slice(change.range.clone()) != change.text)
 }
 
 /// The changes that a part of a fix can mean.
-fn edited(file: &EditorFile, span: &Range<usize>, edit: &Edit) -> Vec<Proposal> {
+fn edited(file: &EditorFile, span: &Range<usize>, edit: &FixEdit) -> Vec<ProposedChanges> {
     let only = |change| Vec::from_iter(change).into_iter().map(|change| vec![change]).collect();
     match edit {
-        Edit::Write(Some(place), text) => {
+        FixEdit::Write(Some(place), text) => {
             written(file, &(place.start as usize..place.end as usize), text)
         }
-        Edit::Write(None, text) => written(file, span, text),
-        Edit::Pair(text) => match as_pair(text) {
+        FixEdit::Write(None, text) => written(file, span, text),
+        FixEdit::Pair(text) => match as_pair(text) {
             Some(keys) => as_key(file, span, (&keys, text)),
             None => Vec::new(),
         },
-        Edit::InTag { tag, pair } => into_tag(file, tag, pair),
-        Edit::Word { old, new } => only(tables::word(file, span, (old, new))),
-        Edit::Declare(text) => vec![declared(file, text)],
-        Edit::Lines { lines, instead } => {
+        FixEdit::InTag { tag, pair } => into_tag(file, tag, pair),
+        FixEdit::Word { old, new } => only(tables::word(file, span, (old, new))),
+        FixEdit::Declare(text) => vec![declared(file, text)],
+        FixEdit::Lines { lines, instead } => {
             let lines: Vec<String> = lines.lines().map(|line| line.trim().to_owned()).collect();
             of_lines(file, span, (&lines, *instead))
         }
-        Edit::Delete => deleted(file, span),
-        Edit::Row(row) => tables::row(file, span, row),
-        Edit::Under { table, pair } => tables::under(file, span, (table, pair)),
-        Edit::Table { header, line } => tables::table(file, span, (header, line)),
-        Edit::Remove(key) => tables::removed(file, span, key),
-        Edit::Before(instruction) => only(tables::rung_before(file, span, instruction)),
+        FixEdit::Delete => deleted(file, span),
+        FixEdit::Row(row) => tables::row(file, span, row),
+        FixEdit::Under { table, pair } => tables::under(file, span, (table, pair)),
+        FixEdit::Table { header, line } => tables::table(file, span, (header, line)),
+        FixEdit::Remove(key) => tables::removed(file, span, key),
+        FixEdit::Before(instruction) => only(tables::rung_before(file, span, instruction)),
     }
 }
 
 /// The title of the action of a fix; `changed`: the place that it changes.
 pub(super) fn title(file: &EditorFile, fix: &Fix, changed: Range<usize>) -> String {
-    if let ([Edit::Declare(tag), ..], Some(last)) = (&fix.edits[..], fix.edits.get(1..)) {
+    if let ([FixEdit::Declare(tag), ..], Some(last)) = (&fix.edits[..], fix.edits.get(1..)) {
         return match last.last() {
             Some(edit) => format!("Declare `{tag}` and write `{}`", edit.text()),
             None => format!("Declare `{tag}` under [tags]"),
         };
     }
     match fix.edits.last() {
-        Some(Edit::Delete) | None => {
+        Some(FixEdit::Delete) | None => {
             let text = file.slice(changed).trim().lines().next().unwrap_or_default();
             format!("Delete `{}`", text.chars().take(40).collect::<String>())
         }
-        Some(Edit::Write(_, text)) if text.is_empty() => {
+        Some(FixEdit::Write(_, text)) if text.is_empty() => {
             format!("Take `{}` away", file.slice(changed))
         }
-        Some(Edit::InTag { tag, pair }) => format!("Write `{pair}` in tag `{tag}`"),
-        Some(Edit::Lines { lines, .. }) => format!("Write `{}`", lines.replace('\n', "`, `")),
-        Some(Edit::Row(row)) => format!("Add the row `{row}`"),
-        Some(Edit::Under { table, pair }) => format!("Write `{pair}` under `[{table}]`"),
-        Some(Edit::Table { header, line }) => format!("Add `{header}` with `{line}`"),
-        Some(Edit::Remove(key)) => format!("Take `{key}` away"),
+        Some(FixEdit::InTag { tag, pair }) => format!("Write `{pair}` in tag `{tag}`"),
+        Some(FixEdit::Lines { lines, .. }) => format!("Write `{}`", lines.replace('\n', "`, `")),
+        Some(FixEdit::Row(row)) => format!("Add the row `{row}`"),
+        Some(FixEdit::Under { table, pair }) => format!("Write `{pair}` under `[{table}]`"),
+        Some(FixEdit::Table { header, line }) => format!("Add `{header}` with `{line}`"),
+        Some(FixEdit::Remove(key)) => format!("Take `{key}` away"),
         Some(edit) => format!("Write `{}`", edit.text()),
     }
 }
 
 /// The changes that write a text at a place: exactly there, in the whole value or word around it,
 /// or in the whole header.
-fn written(file: &EditorFile, span: &Range<usize>, text: &str) -> Vec<Proposal> {
+fn written(file: &EditorFile, span: &Range<usize>, text: &str) -> Vec<ProposedChanges> {
     let mut places = vec![span.clone()];
     let value = value_at(file, span);
     let string = value.filter(|value| value.is_string).map(|value| &value.inner);
@@ -125,7 +127,7 @@ fn written(file: &EditorFile, span: &Range<usize>, text: &str) -> Vec<Proposal> 
 
 /// The proposals that write a pair: replace the pair with the same key, replace the pair at the
 /// place, or add the pair.
-fn as_key(file: &EditorFile, span: &Range<usize>, pair: (&[String], &str)) -> Vec<Proposal> {
+fn as_key(file: &EditorFile, span: &Range<usize>, pair: (&[String], &str)) -> Vec<ProposedChanges> {
     let (keys, text) = pair;
     let mut all = Vec::new();
     let at = pair_at(file, span);
@@ -146,7 +148,7 @@ fn as_key(file: &EditorFile, span: &Range<usize>, pair: (&[String], &str)) -> Ve
 }
 
 /// Adds the pairs of an inline table to the inline table that is there.
-fn into_braces(file: &EditorFile, same: &KeyPair, text: &str) -> Option<Proposal> {
+fn into_braces(file: &EditorFile, same: &KeyPair, text: &str) -> Option<ProposedChanges> {
     let (_, inner) = text.split_once('{')?;
     let inner = inner.strip_suffix('}')?.trim();
     let end = end_in_braces(file, &same.value)?;
@@ -155,7 +157,7 @@ fn into_braces(file: &EditorFile, same: &KeyPair, text: &str) -> Option<Proposal
 }
 
 /// Adds a key to a tag.
-fn into_tag(file: &EditorFile, tag: &str, text: &str) -> Vec<Proposal> {
+fn into_tag(file: &EditorFile, tag: &str, text: &str) -> Vec<ProposedChanges> {
     let declares = |pair: &&KeyPair| {
         pair.keys.len() == 2 && pair.keys[0].text == "tags" && pair.keys[1].text == tag
     };
@@ -169,10 +171,11 @@ fn of_lines(
     file: &EditorFile,
     span: &Range<usize>,
     (all, instead): (&[String], Option<&str>),
-) -> Vec<Proposal> {
+) -> Vec<ProposedChanges> {
     if all.first().is_some_and(|line| line.starts_with('[')) {
         let block = all.join("\n");
-        let before = header_at(file, span.start).map_or(0, |of| file.line(of.span.start).start);
+        let before = header_at(file, span.start)
+            .map_or(0, |found_header| file.line(found_header.span.start).start);
         let end = file.text.len();
         let at_end = if file.text.ends_with('\n') { "\n" } else { "\n\n" };
         return vec![
@@ -204,15 +207,19 @@ fn of_lines(
 
 /// The proposals that delete: the place in its string, the element of its array, its pair, or its
 /// table.
-fn deleted(file: &EditorFile, span: &Range<usize>) -> Vec<Proposal> {
+fn deleted(file: &EditorFile, span: &Range<usize>) -> Vec<ProposedChanges> {
     let mut all = Vec::new();
-    if let Some(header) = header_at(file, span.start).filter(|of| of.path == "template") {
+    if let Some(header) =
+        header_at(file, span.start).filter(|found_header| found_header.path == "template")
+    {
         // A template goes with the tables below it.
-        let is_next = |of: &&TableHeader| {
-            of.span.start > header.span.start && !of.path.starts_with("template.")
+        let is_next = |found_header: &&TableHeader| {
+            found_header.span.start > header.span.start
+                && !found_header.path.starts_with("template.")
         };
         let next = file.outline.headers.iter().find(is_next);
-        let end = next.map_or(file.text.len(), |of| file.line(of.span.start).start);
+        let end =
+            next.map_or(file.text.len(), |found_header| file.line(found_header.span.start).start);
         all.push(vec![one(file.line(header.span.start).start..end, "")]);
     }
     if let Some(value) = value_at(file, span) {

@@ -19,7 +19,7 @@ pub(super) struct TextChange {
 }
 
 /// The changes of one proposal; they do not overlap.
-pub(super) type Proposal = Vec<TextChange>;
+pub(super) type ProposedChanges = Vec<TextChange>;
 
 pub(super) fn one(range: Range<usize>, text: impl Into<String>) -> TextChange {
     TextChange { range, text: text.into() }
@@ -41,13 +41,13 @@ pub(super) fn same_key<'f>(
     object: usize,
     (beside, keys): (Option<&KeyPair>, &[String]),
 ) -> Option<&'f KeyPair> {
-    let of = |pair: &KeyPair, count: usize| -> Vec<String> {
+    let pair_keys = |pair: &KeyPair, count: usize| -> Vec<String> {
         pair.keys[..count].iter().map(|key| key.text.clone()).collect()
     };
-    let outer = beside.map_or(Vec::new(), |pair| of(pair, pair.outer));
+    let outer = beside.map_or(Vec::new(), |pair| pair_keys(pair, pair.outer));
     let pairs = file.outline.pairs_of[object].iter().map(|pair| &file.outline.pairs[*pair]);
     let mut same = pairs.filter(|pair| {
-        let all = of(pair, pair.keys.len());
+        let all = pair_keys(pair, pair.keys.len());
         all == [outer.as_slice(), keys].concat()
     });
     same.next()
@@ -71,7 +71,7 @@ pub(super) fn added(file: &EditorFile, span: &Range<usize>, text: &str) -> TextC
 }
 
 /// Adds a declaration at the end of `[tags]`.
-pub(super) fn declared(file: &EditorFile, text: &str) -> Proposal {
+pub(super) fn declared(file: &EditorFile, text: &str) -> ProposedChanges {
     let headers = &file.outline.headers;
     if let Some(tags) = headers.iter().find(|header| header.path == "tags") {
         let end = end_of_table(file, tags.span.start);

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::super::file::EditorFile;
 use super::super::slots::FileKind;
-use super::edit::{Proposal, added, one};
+use super::edit::{ProposedChanges, added, one};
 use super::places::{end_of_table, object_at};
 
 /// The actions that silence a warning, with their titles.
@@ -12,7 +12,7 @@ pub(super) fn proposed(
     file: &EditorFile,
     span: &Range<usize>,
     code: &str,
-) -> Vec<(String, Proposal)> {
+) -> Vec<(String, ProposedChanges)> {
     if file.kind != FileKind::Ladder {
         return Vec::new();
     }
@@ -54,7 +54,11 @@ fn added_to(
 }
 
 /// Adds a name to an existing `allow`.
-fn extended(file: &EditorFile, (object, keys): (usize, &[&str]), code: &str) -> Option<Proposal> {
+fn extended(
+    file: &EditorFile,
+    (object, keys): (usize, &[&str]),
+    code: &str,
+) -> Option<ProposedChanges> {
     let pair = &file.outline.pairs[file.outline.pair(object, keys)?];
     let inner = file.slice(pair.value.clone()).strip_suffix(']')?.trim_end();
     let end = pair.value.start + inner.len();
@@ -62,7 +66,7 @@ fn extended(file: &EditorFile, (object, keys): (usize, &[&str]), code: &str) -> 
     Some(vec![one(end..end, format!("{comma}\"{code}\""))])
 }
 
-fn in_file(file: &EditorFile, code: &str) -> Proposal {
+fn in_file(file: &EditorFile, code: &str) -> ProposedChanges {
     if let Some(change) = extended(file, (0, &["ladder", "allow"]), code) {
         return change;
     }

@@ -8,7 +8,7 @@ use std::ops::Range;
 use super::super::file::EditorFile;
 use super::super::outline::KeyPair;
 use super::super::words::names;
-use super::edit::{Proposal, TextChange, as_pair, one, same_key, without_pair};
+use super::edit::{ProposedChanges, TextChange, as_pair, one, same_key, without_pair};
 use super::places::{end_of_table, is_inline, lines, object_at, pair_at, value_at};
 
 /// The kinds of tables that are rungs.
@@ -16,7 +16,7 @@ const RUNGS: [&str; 5] =
     ["program.rung", "program.stage.rung", "task.rung", "template.rung", "template.stage.rung"];
 
 /// The proposals that add a row to a map. The map of the device at the place comes first.
-pub(super) fn row(file: &EditorFile, span: &Range<usize>, row: &str) -> Vec<Proposal> {
+pub(super) fn row(file: &EditorFile, span: &Range<usize>, row: &str) -> Vec<ProposedChanges> {
     let is_map = |pair: &&KeyPair| pair.keys.len() == 1 && pair.key().text == "map";
     let mut maps: Vec<&KeyPair> = file.outline.pairs.iter().filter(is_map).collect();
     let extent = |pair: &KeyPair| &file.outline.objects[pair.object].extent;
@@ -44,7 +44,7 @@ pub(super) fn under(
     file: &EditorFile,
     span: &Range<usize>,
     (table, text): (&str, &str),
-) -> Vec<Proposal> {
+) -> Vec<ProposedChanges> {
     let Some(new) = new_pair(file, table, text) else { return Vec::new() };
     let moved = pair_at(file, span).map(|pair| vec![new.clone(), without_pair(file, pair)]);
     std::iter::once(vec![new]).chain(moved).collect()
@@ -76,7 +76,7 @@ pub(super) fn table(
     file: &EditorFile,
     span: &Range<usize>,
     (header, line): (&str, &str),
-) -> Vec<Proposal> {
+) -> Vec<ProposedChanges> {
     let path = header.trim_matches(['[', ']']);
     let outer = path.rsplit_once('.').map(|(outer, _)| outer);
     let around = outer.and_then(|outer| file.outline.enclosing(object_at(file, span), &[outer]));
@@ -86,12 +86,12 @@ pub(super) fn table(
 }
 
 /// Deletes a key in the table of a place, or a table with this header.
-pub(super) fn removed(file: &EditorFile, span: &Range<usize>, key: &str) -> Vec<Proposal> {
+pub(super) fn removed(file: &EditorFile, span: &Range<usize>, key: &str) -> Vec<ProposedChanges> {
     if key.starts_with('[') {
         let path = key.trim_matches(['[', ']']);
-        let of = file.outline.headers.iter().filter(|header| header.path == path);
+        let headers = file.outline.headers.iter().filter(|header| header.path == path);
         let table = |at: usize| lines(file, &(at..end_of_table(file, at)));
-        return of.map(|header| vec![one(table(header.span.start), "")]).collect();
+        return headers.map(|header| vec![one(table(header.span.start), "")]).collect();
     }
     let keys = [key.to_owned()];
     let object = object_at(file, span);
@@ -119,8 +119,8 @@ pub(super) fn rung_before(
     instruction: &str,
 ) -> Option<TextChange> {
     let rung = file.outline.enclosing(object_at(file, span), &RUNGS)?;
-    let of = &file.outline.objects[rung];
-    let start = of.extent.start;
+    let object = &file.outline.objects[rung];
+    let start = object.extent.start;
     if instruction.contains(['"', '\\']) {
         return None;
     }
@@ -129,6 +129,6 @@ pub(super) fn rung_before(
         return Some(one(start..start, text));
     }
     let start = file.line(start).start;
-    let text = format!("[[{}]]\nwhen = [\"$On\"]\ndo   = [\"{instruction}\"]\n\n", of.kind);
+    let text = format!("[[{}]]\nwhen = [\"$On\"]\ndo   = [\"{instruction}\"]\n\n", object.kind);
     Some(one(start..start, text))
 }

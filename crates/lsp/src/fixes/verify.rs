@@ -65,7 +65,7 @@ struct TriedText {
 }
 
 /// A finding without its place in the file: the file, the code, the message.
-type Named<'j> = (&'j Path, Code, &'j str);
+type FindingIdentity<'j> = (&'j Path, Code, &'j str);
 
 impl<'w> FixTrial<'w> {
     /// A trial for a finding of a judgement, in this file.
@@ -138,10 +138,12 @@ impl<'w> FixTrial<'w> {
         }
         let (old_paths, new_paths) = (paths(self.judgement), paths(&judgement));
         let own = named(&old_paths, self.finding);
-        let count = |of: &HashMap<Named, usize>, name: &Named| of.get(name).copied().unwrap_or(0);
+        let count = |counts: &HashMap<FindingIdentity, usize>, name: &FindingIdentity| {
+            counts.get(name).copied().unwrap_or(0)
+        };
         let still = self.moved(changes).is_some_and(|at| {
-            let same = |of: &&Finding| of.span.start as usize == at;
-            judgement.findings.iter().filter(same).any(|of| named(&new_paths, of) == own)
+            let same = |finding: &&Finding| finding.span.start as usize == at;
+            judgement.findings.iter().filter(same).any(|finding| named(&new_paths, finding) == own)
         });
         let mut old = counted(self.judgement, &old_paths);
         if still || count(&counted(&judgement, &new_paths), &own) >= count(&old, &own) {
@@ -162,7 +164,7 @@ impl<'w> FixTrial<'w> {
     /// The start of the finding after the changes; `None` if they change the text there.
     fn moved(&self, changes: &[TextChange]) -> Option<usize> {
         let at = self.finding.span.start as usize;
-        let is_changed = |of: &TextChange| of.range.start <= at && at < of.range.end;
+        let is_changed = |change: &TextChange| change.range.start <= at && at < change.range.end;
         if changes.iter().any(is_changed) {
             return None;
         }
@@ -215,12 +217,15 @@ fn paths(judgement: &Judgement) -> Vec<PathBuf> {
     judgement.files.iter().map(path_of).collect()
 }
 
-fn named<'j>(paths: &'j [PathBuf], finding: &'j Finding) -> Named<'j> {
+fn named<'j>(paths: &'j [PathBuf], finding: &'j Finding) -> FindingIdentity<'j> {
     let path = paths.get(finding.span.file.0 as usize).map_or(Path::new(""), PathBuf::as_path);
     (path, finding.code, &finding.message)
 }
 
-fn counted<'j>(judgement: &'j Judgement, paths: &'j [PathBuf]) -> HashMap<Named<'j>, usize> {
+fn counted<'j>(
+    judgement: &'j Judgement,
+    paths: &'j [PathBuf],
+) -> HashMap<FindingIdentity<'j>, usize> {
     let mut counted = HashMap::new();
     for finding in &judgement.findings {
         *counted.entry(named(paths, finding)).or_default() += 1;

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::super::file::EditorFile;
-use super::super::names::{Declared, is_of_key};
+use super::super::names::{Declaration, is_of_key};
 use super::super::project::Project;
 use super::super::slots::DeclaredKind;
 use super::uses;
@@ -31,7 +31,7 @@ pub(super) fn shown(project: &Project, at: usize) -> String {
 }
 
 /// The kind of a declaration, and the name of its parent.
-fn place(project: &Project, declared: &Declared) -> String {
+fn place(project: &Project, declared: &Declaration) -> String {
     let kind = match declared.kind {
         DeclaredKind::Tag | DeclaredKind::OwnTag => "tag",
         DeclaredKind::Program => "Program",
@@ -51,7 +51,7 @@ fn place(project: &Project, declared: &Declared) -> String {
 }
 
 /// The keys and values in the table of a declaration: `at = "X0"`, `min = 0`.
-fn said(file: &EditorFile, declared: &Declared) -> Vec<String> {
+fn said(file: &EditorFile, declared: &Declaration) -> Vec<String> {
     let outline = &file.outline;
     let own = match is_of_key(declared.kind) {
         true => outline.pairs[declared.pair].names(),
@@ -71,7 +71,7 @@ fn said(file: &EditorFile, declared: &Declared) -> Vec<String> {
 }
 
 /// The template of a use.
-fn template(project: &Project, declared: &Declared) -> String {
+fn template(project: &Project, declared: &Declaration) -> String {
     let Some(name) = &declared.template else { return String::new() };
     let found = project.names.template(name);
     match found.and_then(|at| project.names.all[at].doc.as_ref()) {
@@ -83,19 +83,19 @@ fn template(project: &Project, declared: &Declared) -> String {
 /// The stages of a Program; the parameters and tags of a template.
 fn parts(project: &Project, at: usize) -> String {
     let mut text = String::new();
-    let of = |kind| {
+    let named = |kind| {
         let all = project.names.all.iter();
         all.filter(move |part| part.parent == Some(at) && part.kind == kind)
     };
     let stages: Vec<String> =
-        of(DeclaredKind::Stage).map(|stage| format!("`{}`", stage.name)).collect();
+        named(DeclaredKind::Stage).map(|stage| format!("`{}`", stage.name)).collect();
     if !stages.is_empty() {
         let _ = write!(text, "\nStages: {}\n", stages.join(", "));
     }
     for (title, kind) in
         [("Parameters", DeclaredKind::Parameter), ("Own tags", DeclaredKind::OwnTag)]
     {
-        let lines: Vec<String> = of(kind).map(|part| one(project, part)).collect();
+        let lines: Vec<String> = named(kind).map(|part| one(project, part)).collect();
         if !lines.is_empty() {
             let _ = write!(text, "\n{title}:\n\n{}", lines.concat());
         }
@@ -104,7 +104,7 @@ fn parts(project: &Project, at: usize) -> String {
 }
 
 /// A parameter or tag of a template, as one line.
-fn one(project: &Project, part: &Declared) -> String {
+fn one(project: &Project, part: &Declaration) -> String {
     let said = said(&project.files[part.file], part).join(", ");
     let doc = part.doc.as_ref().map(|doc| format!(" {doc}")).unwrap_or_default();
     format!("- `{}` {said}{doc}\n", part.name)

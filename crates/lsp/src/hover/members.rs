@@ -25,8 +25,8 @@ pub(super) fn of_word(cursor: &Cursor, range: &Range<usize>) -> Option<String> {
         | Meaning::Unknown => None,
     })?;
     let name = cursor.file().slice(range.clone());
-    let of = &project.names.all[before];
-    let meaning = match of.kind {
+    let declared = &project.names.all[before];
+    let meaning = match declared.kind {
         DeclaredKind::Program | DeclaredKind::Task => of_block(name)?.to_owned(),
         DeclaredKind::Device => of_device(name)?.to_owned(),
         DeclaredKind::Tag | DeclaredKind::OwnTag | DeclaredKind::Parameter => {
@@ -38,7 +38,7 @@ pub(super) fn of_word(cursor: &Cursor, range: &Range<usize>) -> Option<String> {
         | DeclaredKind::Use
         | DeclaredKind::Test => return None,
     };
-    Some(format!("**.{name}** of {}: {meaning}\n", of.name))
+    Some(format!("**.{name}** of {}: {meaning}\n", declared.name))
 }
 
 /// The meaning of a status bit or word; `None` for every other address.

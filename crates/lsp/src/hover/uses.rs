@@ -9,7 +9,7 @@ use super::super::names::Meaning;
 use super::super::project::Project;
 use super::super::slots::{DeclaredKind, FileKind};
 use super::super::tag_facts::TagFacts;
-use super::super::words::{FileWord, Role};
+use super::super::words::{FileWord, FileWordRole};
 use rungd_engine::isa::{Address, Mnemonic, Space};
 
 /// The maximum number of lines of a list.
@@ -19,7 +19,7 @@ const SHORT_MAX: usize = 70;
 
 /// The uses of a declaration or address. Each list is in the order of files and places.
 #[derive(Debug, Default)]
-pub(super) struct Uses {
+pub(super) struct HoverUses {
     /// The lists in the order of `TITLES`; uses beyond `LINES_MAX` are counted, but have no line.
     lists: [UseList; 6],
     /// How often tests name the declaration or address.
@@ -36,13 +36,13 @@ const TITLES: [&str; 6] =
     ["Written by", "Read by", "Given to", "Controller file", "Started or left by", "Used by"];
 
 /// The declarations and the address to find.
-struct Sought {
+struct SoughtUses {
     declared: HashSet<usize>,
     address: Option<Address>,
 }
 
 /// The uses of a declaration; for a tag with an address, also the uses of the address.
-pub(super) fn of_declared(project: &Project, at: usize) -> Uses {
+pub(super) fn of_declared(project: &Project, at: usize) -> HoverUses {
     let address = address_of(project, at);
     let mut sought = sought(project, address);
     sought.declared.insert(at);
@@ -55,11 +55,14 @@ pub(super) fn owners(project: &Project, tag: usize) -> Vec<Mnemonic> {
     sought.declared.insert(tag);
     let mut owners = Vec::new();
     for (number, file) in project.files.iter().enumerate() {
-        let words = file.words.all.iter().filter(|word| word.role == Role::Writes);
+        let words = file.words.all.iter().filter(|word| word.role == FileWordRole::Writes);
         for word in words.filter(|word| sought.means(project, (number, file), word)) {
-            let before = file.words.all.partition_point(|of| of.span.start < word.span.start);
+            let before = file
+                .words
+                .all
+                .partition_point(|word_before| word_before.span.start < word.span.start);
             let near = file.words.all[..before].last();
-            if let Some(FileWord { role: Role::Mnemonic(mnemonic), .. }) = near
+            if let Some(FileWord { role: FileWordRole::Mnemonic(mnemonic), .. }) = near
                 && mnemonic.owns_structure()
             {
                 owners.push(*mnemonic);
@@ -70,14 +73,16 @@ pub(super) fn owners(project: &Project, tag: usize) -> Vec<Mnemonic> {
 }
 
 /// The uses of an address, also by its tags.
-pub(super) fn of_address(project: &Project, address: Address) -> Uses {
+pub(super) fn of_address(project: &Project, address: Address) -> HoverUses {
     collect(project, &sought(project, Some(address)))
 }
 
 /// The tags of an address.
 pub(super) fn tags_of(project: &Project, address: Address) -> Vec<usize> {
     let tags = 0..project.names.all.len();
-    let has = |at: &usize| address_of(project, *at).is_some_and(|of| is_same(of, address));
+    let has = |at: &usize| {
+        address_of(project, *at).is_some_and(|own_address| is_same(own_address, address))
+    };
     tags.filter(has).collect()
 }
 
@@ -92,27 +97,29 @@ pub(super) fn address_of(project: &Project, at: usize) -> Option<Address> {
 
 /// Whether two addresses are the same, or belong to the same structure.
 fn is_same(a: Address, b: Address) -> bool {
-    a == b || Space::with_members(a).is_some_and(|of| Space::with_members(b) == Some(of))
+    a == b || Space::with_members(a).is_some_and(|space| Space::with_members(b) == Some(space))
 }
 
-fn sought(project: &Project, address: Option<Address>) -> Sought {
+fn sought(project: &Project, address: Option<Address>) -> SoughtUses {
     let declared = address.map(|address| tags_of(project, address)).unwrap_or_default();
-    Sought { declared: declared.into_iter().collect(), address }
+    SoughtUses { declared: declared.into_iter().collect(), address }
 }
 
-impl Sought {
+impl SoughtUses {
     /// Whether a word means one of them.
     fn means(&self, project: &Project, numbered: (usize, &EditorFile), word: &FileWord) -> bool {
         project.names.parts(numbered, word).iter().any(|part| match part.meaning {
             Meaning::Declared(at) => self.declared.contains(&at),
-            Meaning::Address(of) => self.address.is_some_and(|wanted| is_same(of, wanted)),
+            Meaning::Address(own_address) => {
+                self.address.is_some_and(|wanted| is_same(own_address, wanted))
+            }
             Meaning::Member | Meaning::Status | Meaning::Unknown => false,
         })
     }
 }
 
-fn collect(project: &Project, sought: &Sought) -> Uses {
-    let mut uses = Uses::default();
+fn collect(project: &Project, sought: &SoughtUses) -> HoverUses {
+    let mut uses = HoverUses::default();
     for (number, file) in project.files.iter().enumerate() {
         for word in &file.words.all {
             if sought.means(project, (number, file), word) {
@@ -123,7 +130,7 @@ fn collect(project: &Project, sought: &Sought) -> Uses {
     uses
 }
 
-impl Uses {
+impl HoverUses {
     fn add(&mut self, project: &Project, (number, file): (usize, &EditorFile), word: &FileWord) {
         let Some(list) = list(file, word) else {
             self.tests += usize::from(file.kind == FileKind::Test);
@@ -159,17 +166,29 @@ impl Uses {
 /// The number of the list that a word belongs to.
 fn list(file: &EditorFile, word: &FileWord) -> Option<usize> {
     match (file.kind, word.role) {
-        (FileKind::Test, _) | (_, Role::Declares(_)) => None,
-        (FileKind::Controller, Role::Names) => Some(3),
-        (_, Role::Writes) => Some(0),
-        (_, Role::Reads) => Some(1),
-        (FileKind::Ladder, Role::Names) => {
+        (FileKind::Test, _) | (_, FileWordRole::Declares(_)) => None,
+        (FileKind::Controller, FileWordRole::Names) => Some(3),
+        (_, FileWordRole::Writes) => Some(0),
+        (_, FileWordRole::Reads) => Some(1),
+        (FileKind::Ladder, FileWordRole::Names) => {
             let is_argument = file.outline.pairs[word.pair].keys[0].text == "with";
             is_argument.then_some(2)
         }
-        (_, Role::Block | Role::Stage) => Some(4),
-        (_, Role::Template | Role::Parameter | Role::Placeholder | Role::Device) => Some(5),
-        (_, Role::File | Role::Mnemonic(_) | Role::Function(_) | Role::Warning) => None,
+        (_, FileWordRole::Block | FileWordRole::Stage) => Some(4),
+        (
+            _,
+            FileWordRole::Template
+            | FileWordRole::Parameter
+            | FileWordRole::Placeholder
+            | FileWordRole::Device,
+        ) => Some(5),
+        (
+            _,
+            FileWordRole::File
+            | FileWordRole::Mnemonic(_)
+            | FileWordRole::Function(_)
+            | FileWordRole::Warning,
+        ) => None,
     }
 }
 
@@ -188,10 +207,10 @@ fn line(project: &Project, (number, file): (usize, &EditorFile), word: &FileWord
 fn place(project: &Project, (number, file): (usize, &EditorFile), word: &FileWord) -> String {
     let names = &project.names;
     let Some(holder) = names.holder(number, file, word.object) else { return String::new() };
-    let of = &names.all[holder];
-    let block = match of.parent.filter(|_| of.kind == DeclaredKind::Stage) {
-        Some(parent) => format!("{}.{}", names.all[parent].name, of.name),
-        None => of.name.clone(),
+    let declared = &names.all[holder];
+    let block = match declared.parent.filter(|_| declared.kind == DeclaredKind::Stage) {
+        Some(parent) => format!("{}.{}", names.all[parent].name, declared.name),
+        None => declared.name.clone(),
     };
     let name = file.value(word.object, &["name"]);
     let is_of_rung = file.outline.objects[word.object].kind.ends_with(".rung");

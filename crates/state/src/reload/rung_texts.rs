@@ -3,7 +3,7 @@
 //! Made by `rungs`, told by `report`, which gets the texts of both programs' files. Only the parts
 //! that differ are told.
 
-use rungd_language::lower::identity::{RungPart, RungText};
+use rungd_language::lower::identity::{RungPartText, RungText};
 
 /// The maximum number of characters of a part.
 const PART_MAX: usize = 300;
@@ -81,7 +81,7 @@ fn whole(rung: &RungText, files: &[&str]) -> String {
 }
 
 /// The contacts or instructions of a part on one line.
-fn text(part: &RungPart, files: &[&str]) -> String {
+fn text(part: &RungPartText, files: &[&str]) -> String {
     let texts = part.texts.iter().map(|span| {
         let text = files.get(span.file.0 as usize);
         text.and_then(|text| text.get(span.start as usize..span.end as usize)).unwrap_or("?")

@@ -19,17 +19,17 @@ pub struct DriverRow {
 pub const DRIVERS: [DriverRow; 3] = [
     DriverRow {
         names: &modbus::keys::NAMES,
-        keys: |name| Box::new(modbus::keys::Keys::of(name)),
+        keys: |name| Box::new(modbus::keys::ModbusKeys::of(name)),
         points: OfferedPoints::Beginnings(modbus::points::beginnings),
     },
     DriverRow {
         names: &["gpio"],
-        keys: |name| Box::new(gpio::keys::Keys::of(name)),
+        keys: |name| Box::new(gpio::keys::GpioKeys::of(name)),
         points: OfferedPoints::Beginnings(gpio::beginnings),
     },
     DriverRow {
         names: &["simulated"],
-        keys: |_| Box::new(simulated::keys::Keys::default()),
+        keys: |_| Box::new(simulated::keys::PlantKeys::default()),
         points: OfferedPoints::OfParts,
     },
 ];

@@ -24,11 +24,11 @@ use rungd_language::resolve::names::NAME_MAX;
 use rungd_language::resolve::operands::resolve_operands;
 use rungd_language::resolve::scope::Scope;
 use rungd_language::source::finding::{Code, Finding, Severity};
-use rungd_language::source::fix::{Edit, Fix, Help, advise, possible};
+use rungd_language::source::fix::{Fix, FixEdit, Help, advise, possible};
 use rungd_language::source::reader::{Constant, Text};
 
 pub use settings::{Device, DriverSettings, OnLoss};
-pub(crate) use settings::{DeviceInput, Output, SafeValue};
+pub(crate) use settings::{DeviceInput, DeviceOutput, SafeValue};
 pub(crate) use wiring::moved_twice;
 pub(super) use wiring::unmapped_outputs;
 
@@ -212,7 +212,7 @@ fn inputs(rows: &[ResolvedRow<'_>], findings: &mut Vec<Finding>) -> Vec<DeviceIn
             let message = "an input has no safe value";
             let help = "the device's `on-loss` sets its value when the device is lost";
             let finding = Finding::new(Code::Controller, safe.span, message).help(help);
-            findings.push(finding.fix(Edit::Delete));
+            findings.push(finding.fix(FixEdit::Delete));
         }
     }
     let row = |row: &ResolvedRow<'_>| {
@@ -225,14 +225,14 @@ fn inputs(rows: &[ResolvedRow<'_>], findings: &mut Vec<Finding>) -> Vec<DeviceIn
     rows().flat_map(row).collect()
 }
 
-fn outputs(rows: &[ResolvedRow<'_>], findings: &mut Vec<Finding>) -> Vec<Output> {
+fn outputs(rows: &[ResolvedRow<'_>], findings: &mut Vec<Finding>) -> Vec<DeviceOutput> {
     let mut outputs = Vec::new();
     findings.extend(rows.iter().filter_map(misplaced_hold));
     for row in rows.iter().filter(|row| row.direction == RowDirection::Out) {
         for address in &row.addresses {
             let safe = safe_value(row, *address, findings);
             let (span, is_of_part) = (row.text.span, row.written.of_part.is_some());
-            outputs.push(Output { address: *address, safe, span, is_of_part });
+            outputs.push(DeviceOutput { address: *address, safe, span, is_of_part });
         }
     }
     outputs
@@ -246,7 +246,7 @@ fn misplaced_hold(row: &ResolvedRow<'_>) -> Option<Finding> {
         RowDirection::In => (
             "an input has no safe value".to_owned(),
             Help::from("the device's `on-loss` sets its value when the device is lost")
-                .with(Edit::Delete),
+                .with(FixEdit::Delete),
         ),
         RowDirection::Out if row.addresses.iter().any(is_y) => (
             format!("the safe value of `{}` is set in `[outputs]`", row.text.text),
@@ -255,7 +255,7 @@ fn misplaced_hold(row: &ResolvedRow<'_>) -> Option<Finding> {
         RowDirection::Out if row.written.safe.is_some() => (
             "`hold` and `safe` in one row".to_owned(),
             Help::from("write one of the two: `hold` keeps its value, `safe` gives one")
-                .with(possible(Edit::Delete)),
+                .with(possible(FixEdit::Delete)),
         ),
         RowDirection::Out => return None,
     };
@@ -264,7 +264,7 @@ fn misplaced_hold(row: &ResolvedRow<'_>) -> Option<Finding> {
 
 /// A pair in `[outputs]`, instead of the key at the place of the finding.
 fn in_outputs(pair: &str) -> Fix {
-    Fix::from(Edit::Under { table: "outputs", pair: pair.to_owned() })
+    Fix::from(FixEdit::Under { table: "outputs", pair: pair.to_owned() })
 }
 
 fn safe_value(row: &ResolvedRow<'_>, address: Address, findings: &mut Vec<Finding>) -> SafeValue {

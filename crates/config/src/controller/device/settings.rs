@@ -3,7 +3,7 @@
 use rungd_engine::isa::{Address, DeviceId};
 use rungd_io::gpio::settings::GpioSettings;
 use rungd_io::modbus_client::settings::ClientSettings;
-use rungd_io::plant::settings::Plant;
+use rungd_io::plant::settings::PlantSettings;
 use rungd_language::source::span::Span;
 
 /// A field device.
@@ -24,7 +24,7 @@ pub struct Device {
     /// The bits and words that it moves, one per point.
     pub inputs: Vec<DeviceInput>,
     /// The bits and words that go out to it, one per point.
-    pub outputs: Vec<Output>,
+    pub outputs: Vec<DeviceOutput>,
     /// The driver's settings, with its points in the same order.
     pub driver: DriverSettings,
 }
@@ -67,7 +67,7 @@ pub struct DeviceInput {
 
 /// A bit or word that goes to a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Output {
+pub struct DeviceOutput {
     /// Its address; never a structure.
     pub address: Address,
     /// The value that goes to the device outside RUN.
@@ -99,5 +99,5 @@ pub enum DriverSettings {
     /// Local lines.
     Gpio(GpioSettings),
     /// A plant in software.
-    Simulated(Plant),
+    Simulated(PlantSettings),
 }

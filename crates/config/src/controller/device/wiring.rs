@@ -16,13 +16,13 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::settings::{Device, DriverSettings, Output};
+use super::settings::{Device, DeviceOutput, DriverSettings};
 use crate::controller::settings::Controller;
 use rungd_engine::isa::{Address, Bit, BitSpace, Space};
 use rungd_language::resolve::program::Program;
 use rungd_language::resolve::range::Range;
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::fix::Edit;
+use rungd_language::source::fix::FixEdit;
 use rungd_language::source::span::Span;
 
 /// A finding for every input that has a second mover besides a device, and for every Y that is in
@@ -87,7 +87,7 @@ pub(in crate::controller) fn unmapped_outputs(
         Finding::new(Code::OutputUnmapped, place, message)
             .label("the devices begin here")
             .help(help)
-            .fix(Edit::Row(row))
+            .fix(FixEdit::Row(row))
     };
     lost.map(|operand| finding(&operand.name)).collect()
 }
@@ -139,7 +139,7 @@ impl<'c> FirstUses<'c> {
         SecondUse { what, help }: SecondUse,
         findings: &mut Vec<Finding>,
     ) {
-        let Some((first, of)) = self.first.get(&address) else {
+        let Some((first, first_use)) = self.first.get(&address) else {
             self.first.insert(address, (span, FirstUse::Device(device)));
             return;
         };
@@ -149,7 +149,7 @@ impl<'c> FirstUses<'c> {
             return;
         }
         let finding = Finding::new(Code::Controller, span, format!("`{address}` {what}"));
-        findings.push(finding.related(*first, of.label()).help(help));
+        findings.push(finding.related(*first, first_use.label()).help(help));
     }
 }
 
@@ -158,7 +158,7 @@ fn x(n: u32) -> Address {
 }
 
 /// Whether a row of a map sends a Y. A part of a plant that reads it is no second contactor.
-fn is_row_of_y(output: &&Output) -> bool {
+fn is_row_of_y(output: &&DeviceOutput) -> bool {
     !output.is_of_part && is_y(output.address)
 }
 

@@ -8,7 +8,7 @@ use std::net::SocketAddr;
 use rungd_io::modbus::number::{RegisterNumberType, WordOrder};
 use rungd_io::modbus::settings::{ModbusServerSettings, ModbusTable};
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::fix::{Edit, advise, pair, possible, propose};
+use rungd_language::source::fix::{FixEdit, advise, pair, possible, propose};
 use rungd_language::source::key::{NOT_EMPTY, key};
 use rungd_language::source::reader::{Table, Text};
 use rungd_language::source::span::{Located, Span};
@@ -16,7 +16,7 @@ use rungd_language::source::value_kind::{KeyWords, Millis, ParsedText, WrongWord
 
 /// `[modbus-server]`.
 #[derive(Clone, Debug)]
-pub struct ModbusServer {
+pub struct WrittenModbusServer {
     /// The place of its header.
     pub span: Span,
     /// The keys that contain no names of the program.
@@ -26,9 +26,9 @@ pub struct ModbusServer {
     /// `writable`: the ranges that every client may write.
     pub writable: Vec<Text>,
     /// `[[modbus-server.write]]`: the ranges that certain clients may write.
-    pub writes: Vec<WriteList>,
+    pub writes: Vec<WrittenWriteList>,
     /// `[[modbus-server.map]]`, in file order.
-    pub maps: Vec<MapEntry>,
+    pub maps: Vec<WrittenMapEntry>,
     /// `image.inputs`: coils that are copied to inputs.
     pub inputs: Option<Mapping>,
     /// `image.outputs`: outputs that are copied to discrete inputs.
@@ -37,7 +37,7 @@ pub struct ModbusServer {
 
 /// `[[modbus-server.write]]`.
 #[derive(Clone, Debug)]
-pub struct WriteList {
+pub struct WrittenWriteList {
     /// `ranges`: the ranges that may be written.
     pub ranges: Vec<Text>,
     /// `clients`: the addresses of the clients that may write them.
@@ -46,7 +46,7 @@ pub struct WriteList {
 
 /// `[[modbus-server.map]]`.
 #[derive(Clone, Debug)]
-pub struct MapEntry {
+pub struct WrittenMapEntry {
     /// The place of its header.
     pub span: Span,
     /// `operand`.
@@ -98,12 +98,12 @@ const WORD_ORDER: KeyWords<WordOrder> = KeyWords::new(&WordOrder::NAMES)
 const TIMEOUT: Millis = Millis::some("10ms");
 
 /// Reads `[modbus-server]`, if there is one.
-pub(in crate::controller) fn read_in(root: &mut Table<'_>) -> Option<ModbusServer> {
+pub(in crate::controller) fn read_in(root: &mut Table<'_>) -> Option<WrittenModbusServer> {
     let explained = key("modbus-server", "A Modbus TCP server; without this table there is none.");
     root.table(explained, "`[modbus-server]`").map(read)
 }
 
-fn read(mut table: Table<'_>) -> ModbusServer {
+fn read(mut table: Table<'_>) -> WrittenModbusServer {
     let mut settings = ModbusServerSettings::default();
     let explained = key("listen", "Address and port; 127.0.0.1:1502 if not given.");
     settings.listen = table.value_of(explained, &LISTEN).unwrap_or(settings.listen);
@@ -133,7 +133,7 @@ fn read(mut table: Table<'_>) -> ModbusServer {
     let (span, units_at) = (table.span(), units.as_ref().map_or(table.span(), |units| units.span));
     settings.units = units.map(|units| units.value);
     table.finish();
-    ModbusServer { span, settings, units_at, writable, writes, maps, inputs, outputs }
+    WrittenModbusServer { span, settings, units_at, writable, writes, maps, inputs, outputs }
 }
 
 fn read_units(table: &mut Table<'_>) -> Option<Located<Vec<u8>>> {
@@ -142,7 +142,7 @@ fn read_units(table: &mut Table<'_>) -> Option<Located<Vec<u8>>> {
     if value.is_empty() && !table.doc().has_finding_in(span) {
         let finding = Finding::new(Code::Controller, span, "no unit is answered");
         let help = propose(pair("units = [1]")).and(", or take the key out");
-        table.find(finding.help(help).fix(Edit::Delete));
+        table.find(finding.help(help).fix(FixEdit::Delete));
     }
     let units = value.into_iter().filter_map(|unit| u8::try_from(unit).ok()).collect();
     Some(Located { value: units, span })
@@ -166,7 +166,7 @@ fn read_image(table: &mut Table<'_>) -> [Option<Mapping>; 2] {
     ]
 }
 
-fn read_entry(mut table: Table<'_>) -> MapEntry {
+fn read_entry(mut table: Table<'_>) -> WrittenMapEntry {
     let span = table.span();
     let operand = table.required_string(key(
         "operand",
@@ -192,10 +192,10 @@ fn read_entry(mut table: Table<'_>) -> MapEntry {
     let word_order = table.value(explained, &WORD_ORDER);
     let unit = table.whole(key("unit", "Only this unit identifier shows it."), UNITS);
     table.finish();
-    MapEntry { span, operand, table: kind_of_table, address, kind, word_order, unit }
+    WrittenMapEntry { span, operand, table: kind_of_table, address, kind, word_order, unit }
 }
 
-fn read_list(mut table: Table<'_>) -> WriteList {
+fn read_list(mut table: Table<'_>) -> WrittenWriteList {
     table.require("ranges", "[\"MHR10..MHR19\"]");
     table.require("clients", "[\"192.168.1.0/24\"]");
     let nothing = |name: &'static str| {
@@ -206,7 +206,7 @@ fn read_list(mut table: Table<'_>) -> WriteList {
     let explained = key("clients", "The clients: `10.0.0.5`, `192.168.1.0/24`, `fd00::/8`.");
     let clients = table.some_texts(explained, nothing(explained.name));
     table.finish();
-    WriteList { ranges, clients }
+    WrittenWriteList { ranges, clients }
 }
 
 fn read_mapping(mut table: Table<'_>, [from, to]: [&'static str; 2]) -> Mapping {

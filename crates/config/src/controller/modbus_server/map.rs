@@ -34,7 +34,7 @@ const ADDRESSES: u32 = 65_536;
 
 /// The valid entries. Wrong entries, and conflicts between entries, become findings.
 pub(super) fn resolve(
-    server: &written::ModbusServer,
+    server: &written::WrittenModbusServer,
     (scope, sizes): (&Scope, &MemorySizes),
     progress: &Progress,
     findings: &mut Vec<Finding>,
@@ -116,8 +116,8 @@ impl TakenPlaces {
         let Some(unit) = entry.unit else {
             return self.of_any.first_in((entry.table, first, last));
         };
-        let of = |unit| self.of_units.first_in(((entry.table, unit), first, last));
-        of(None).into_iter().chain(of(Some(unit))).min()
+        let of_unit = |unit| self.of_units.first_in(((entry.table, unit), first, last));
+        of_unit(None).into_iter().chain(of_unit(Some(unit))).min()
     }
 }
 
@@ -145,7 +145,7 @@ fn beside_units(units_at: Span, unit: &Located<u8>) -> Finding {
 }
 
 fn resolve_entry(
-    map: &written::MapEntry,
+    map: &written::WrittenMapEntry,
     scope: &Scope,
     findings: &mut Vec<Finding>,
 ) -> Option<MappedOperands> {
@@ -170,7 +170,7 @@ fn resolve_entry(
 }
 
 /// The finding for a word of reals with an integer type, or a word of integers with a real type.
-fn fits_type(map: &written::MapEntry, entry: &MappedOperands) -> Option<Finding> {
+fn fits_type(map: &written::WrittenMapEntry, entry: &MappedOperands) -> Option<Finding> {
     let (Address::Word(word), Some(kind)) = (entry.operands.first, &map.kind) else { return None };
     let (is, words, right): (_, _, &[&str]) =
         match (word.is_real(), kind.value == RegisterNumberType::F32) {
@@ -188,7 +188,7 @@ fn fits_type(map: &written::MapEntry, entry: &MappedOperands) -> Option<Finding>
 }
 
 /// The finding for words in a table of bits, or bits in a table of words.
-fn fits_table(map: &written::MapEntry, entry: &MappedOperands) -> Option<Finding> {
+fn fits_table(map: &written::WrittenMapEntry, entry: &MappedOperands) -> Option<Finding> {
     let bits = matches!(entry.table, ModbusTable::Coils | ModbusTable::DiscreteInputs);
     let Operands { first, span, .. } = &entry.operands;
     let (is, instead) = match (first, bits) {
@@ -212,7 +212,7 @@ fn fits_table(map: &written::MapEntry, entry: &MappedOperands) -> Option<Finding
     Some(Finding::new(Code::Controller, *span, message).help(format!("its table is {instead}")))
 }
 
-fn fits_addresses(map: &written::MapEntry, entry: &MappedOperands) -> Option<Finding> {
+fn fits_addresses(map: &written::WrittenMapEntry, entry: &MappedOperands) -> Option<Finding> {
     let end = u32::from(entry.address) + entry.length();
     if end <= ADDRESSES {
         return None;

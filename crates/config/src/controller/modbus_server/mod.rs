@@ -8,7 +8,7 @@ mod map;
 
 use keys::{self as written, Mapping};
 
-use super::resolver::{AllowedSpaces, Resolver};
+use super::resolver::{AllowedSpaces, SettingsResolver};
 use rungd_base::progress::Progress;
 use rungd_engine::isa::{
     Address, Bit, BitSpace, MemorySizes, NumberRanges, Space, Structure, Word, WordSpace,
@@ -20,10 +20,10 @@ use rungd_language::resolve::range::Range;
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::reader::Text;
 
-impl Resolver<'_> {
+impl SettingsResolver<'_> {
     pub(super) fn modbus(
         &mut self,
-        server: &written::ModbusServer,
+        server: &written::WrittenModbusServer,
         sizes: &MemorySizes,
     ) -> ModbusServerSettings {
         let inputs = [(BitSpace::Mc, "coils (MC)"), (BitSpace::X, "inputs (X)")];
@@ -41,7 +41,7 @@ impl Resolver<'_> {
     /// `writable`, followed by the lists of `[[modbus-server.write]]`.
     fn lists(
         &mut self,
-        server: &written::ModbusServer,
+        server: &written::WrittenModbusServer,
         modbus: &ModbusServerSettings,
     ) -> Vec<WriteList> {
         let places = WritablePlaces::of(modbus, self.progress);

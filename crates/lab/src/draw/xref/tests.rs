@@ -8,7 +8,7 @@ use rungd_config::load;
 use rungd_engine::isa::OperandRole;
 use rungd_engine::{BitCell, Cell, Stretches, WordCell};
 use rungd_history::observe::Subject;
-use rungd_language::lower::sites::Site;
+use rungd_language::lower::sites::OperationSite;
 
 fn subject(path: &Path) -> Option<Subject> {
     let loaded = match load::is_controller_file(path).expect("readable") {
@@ -58,7 +58,7 @@ fn compare(subject: &Subject, name: &str) -> usize {
         let listed: BTreeSet<u32> = uses.reading_parts(cell).into_iter().collect();
         let mut by_engine = BTreeSet::new();
         for (at, (read, written)) in read.iter().zip(&subject.batches).enumerate() {
-            let Site { part, instruction } = subject.sites.batches[at];
+            let OperationSite { part, instruction } = subject.sites.batches[at];
             let instruction = instruction.and_then(|number| subject.instruction(part, number));
             let is_reset =
                 instruction.is_some_and(|of| of.acting_role() == Some(OperandRole::Resets));

@@ -3,7 +3,7 @@
 use rungd_engine::isa::{Address, Bit, BlockId, DeviceBit, DeviceId, StageId};
 use rungd_language::resolve::mistake::sentence;
 use rungd_language::resolve::program::{Program, Tag, TagMeaning};
-use rungd_language::resolve::scope::{LookUp, Thing};
+use rungd_language::resolve::scope::{LookUp, NamedThing};
 use rungd_language::source::span::Span;
 
 /// The meaning of a name.
@@ -45,21 +45,21 @@ impl AskedOperand {
             }
         };
         let wanted = match thing {
-            Thing::Address(address) => of_address(program, plain, address),
-            Thing::Constant(value, _) => {
+            NamedThing::Address(address) => of_address(program, plain, address),
+            NamedThing::Constant(value, _) => {
                 AskedOperand { address: Some(value.to_string()), constant: tag, ..plain }
             }
-            Thing::Real(value) => {
+            NamedThing::Real(value) => {
                 AskedOperand { address: Some(value.to_string()), constant: tag, ..plain }
             }
-            Thing::Block(id) => of_block(program, plain, id),
-            Thing::Device(id) => of_device(plain, id),
-            Thing::Array(array) => AskedOperand {
+            NamedThing::Block(id) => of_block(program, plain, id),
+            NamedThing::Device(id) => of_device(plain, id),
+            NamedThing::Array(array) => AskedOperand {
                 address: Some(array.to_string()),
                 addresses: array.addresses().collect(),
                 ..plain
             },
-            Thing::Element(element) => AskedOperand {
+            NamedThing::Element(element) => AskedOperand {
                 address: Some(element.to_string()),
                 addresses: element.array.addresses().collect(),
                 ..plain

@@ -5,7 +5,7 @@
 
 use rungd_engine::isa::{Bit, BitSpace, LegName, Mnemonic, Structure, Word, status::st};
 pub use rungd_language::resolve::program::{
-    Comparison, Contact, Edge, Instruction, Rung, Value, Written,
+    Comparison, ConstantForm, Contact, Edge, Instruction, Rung, Value,
 };
 use rungd_language::source::span::Span;
 
@@ -176,7 +176,8 @@ impl<'g, 'a> ContactSearch<'g, 'a> {
         }
         let is_timer = |value| matches!(value, Value::Word(Word::Acc(Structure::Timer(_))));
         for (side, value, other) in [(0, a, b), (1, b, a)] {
-            let is_time = matches!(value, Value::Const(_, Written::Duration)) || is_timer(other);
+            let is_time =
+                matches!(value, Value::Const(_, ConstantForm::Duration)) || is_timer(other);
             let step = match is_time {
                 true => ConstantStep::time(self.ground.period_ms, 0),
                 false => ConstantStep::count(i32::MIN, i32::MAX),

@@ -6,9 +6,9 @@
 use std::collections::HashMap;
 
 use rungd_engine::isa::Function;
-use rungd_language::resolve::formula::{Binary, Formula, NumberType, Part, Unary};
-pub use rungd_language::resolve::program::{Instruction, Value, Written};
-pub use rungd_language::source::expression::{self, PartKind};
+use rungd_language::resolve::formula::{Binary, Formula, FormulaPart, NumberType, Unary};
+pub use rungd_language::resolve::program::{ConstantForm, Instruction, Value};
+pub use rungd_language::source::expression::{self, ExpressionPartKind};
 use rungd_language::source::instruction;
 use rungd_language::source::span::Span;
 
@@ -46,15 +46,34 @@ pub(super) fn formulas(
 
 /// Whether the resolved and the written expression have the same parts.
 fn is_alike(formula: &Formula, written: &expression::Expression) -> bool {
-    let is_same = |(part, written): (&Part, &PartKind)| match (part, written) {
-        (Part::Unary(a, _), PartKind::Unary(b)) => a == b,
-        (Part::Binary(a, _), PartKind::Binary(b, _)) => a == b,
-        (Part::Call(function, ..), PartKind::Call(name, _)) => function.spec().name == name.value,
-        (Part::Element(_), PartKind::Element(_)) => true,
-        (Part::Integer(_) | Part::Real(_) | Part::Word(_) | Part::Bit(_), kind) => {
-            matches!(kind, PartKind::Integer(_) | PartKind::Real(_) | PartKind::Name(_))
+    let is_same = |(part, written): (&FormulaPart, &ExpressionPartKind)| match (part, written) {
+        (FormulaPart::Unary(a, _), ExpressionPartKind::Unary(b)) => a == b,
+        (FormulaPart::Binary(a, _), ExpressionPartKind::Binary(b, _)) => a == b,
+        (FormulaPart::Call(function, ..), ExpressionPartKind::Call(name, _)) => {
+            function.spec().name == name.value
         }
-        (Part::Unary(..) | Part::Binary(..) | Part::Call(..) | Part::Element(_), _) => false,
+        (FormulaPart::Element(_), ExpressionPartKind::Element(_)) => true,
+        (
+            FormulaPart::Integer(_)
+            | FormulaPart::Real(_)
+            | FormulaPart::Word(_)
+            | FormulaPart::Bit(_),
+            kind,
+        ) => {
+            matches!(
+                kind,
+                ExpressionPartKind::Integer(_)
+                    | ExpressionPartKind::Real(_)
+                    | ExpressionPartKind::Name(_)
+            )
+        }
+        (
+            FormulaPart::Unary(..)
+            | FormulaPart::Binary(..)
+            | FormulaPart::Call(..)
+            | FormulaPart::Element(_),
+            _,
+        ) => false,
     };
     let kinds = written.parts.iter().map(|part| &part.kind);
     formula.parts.len() == written.parts.len() && formula.parts.iter().zip(kinds).all(is_same)
@@ -76,22 +95,24 @@ impl FormulaSearch<'_, '_> {
         let borders = borders(&self.formula.parts);
         for (at, part) in self.formula.parts.iter().enumerate() {
             match *part {
-                Part::Integer(n) => self.integer(at, n, borders.get(&at).copied()),
-                Part::Real(real) => {
+                FormulaPart::Integer(n) => self.integer(at, n, borders.get(&at).copied()),
+                FormulaPart::Real(real) => {
                     for (to, new) in near(real) {
                         let texts = (&*real.to_string(), &*new.to_string());
-                        self.constant((at, to), texts, Part::Real(new));
+                        self.constant((at, to), texts, FormulaPart::Real(new));
                     }
                 }
-                Part::Unary(sign, number_type) => self.sign(at, sign, number_type),
-                Part::Binary(operator, number_type) => self.operator(at, operator, number_type),
-                Part::Call(function, count, number_type) => {
+                FormulaPart::Unary(sign, number_type) => self.sign(at, sign, number_type),
+                FormulaPart::Binary(operator, number_type) => {
+                    self.operator(at, operator, number_type)
+                }
+                FormulaPart::Call(function, count, number_type) => {
                     if let Some(other) = other_function(function) {
                         let texts = (function.spec().name, other.spec().name);
-                        self.exchanged(at, texts, Part::Call(other, count, number_type));
+                        self.exchanged(at, texts, FormulaPart::Call(other, count, number_type));
                     }
                 }
-                Part::Word(_) | Part::Bit(_) | Part::Element(_) => {}
+                FormulaPart::Word(_) | FormulaPart::Bit(_) | FormulaPart::Element(_) => {}
             }
         }
     }
@@ -102,13 +123,13 @@ impl FormulaSearch<'_, '_> {
             true => ConstantStep::time(self.ground.period_ms, 0),
             false => ConstantStep::count(i32::MIN, i32::MAX),
         };
-        let value = Value::Const(n, Written::Integer);
+        let value = Value::Const(n, ConstantForm::Integer);
         for (to, new) in step.neighbours(value) {
             if let Value::Const(number, _) = new
                 && as_border.filter(|_| n % step.step == 0) != Some(to)
             {
                 let texts = (&*step.text(value), &*step.text(new));
-                self.constant((at, to), texts, Part::Integer(number.into()));
+                self.constant((at, to), texts, FormulaPart::Integer(number.into()));
             }
         }
     }
@@ -125,7 +146,8 @@ impl FormulaSearch<'_, '_> {
         let keeps_type = sign == Unary::Minus || number_type == NumberType::Integer;
         // 2147483648 is allowed only after a `-`.
         let before = at.checked_sub(1).map(|before| self.formula.parts[before]);
-        let is_too_great = matches!(before, Some(Part::Integer(n)) if i32::try_from(n).is_err());
+        let is_too_great =
+            matches!(before, Some(FormulaPart::Integer(n)) if i32::try_from(n).is_err());
         if keeps_type && !is_too_great {
             let what = format!("`{}` left out in `{}`", sign.sign(), self.text(at));
             self.push((MutantKind::SignOut, at, 0), what, None);
@@ -138,30 +160,34 @@ impl FormulaSearch<'_, '_> {
         let is_sum = matches!(operator, Binary::Add | Binary::Subtract);
         let is_product = matches!(operator, Binary::Multiply | Binary::Divide);
         let is_neutral = match at.checked_sub(1).map(|before| self.formula.parts[before]) {
-            Some(Part::Integer(n)) => n == 0 && is_sum || n == 1 && is_product,
-            Some(Part::Bit(_)) => is_product,
+            Some(FormulaPart::Integer(n)) => n == 0 && is_sum || n == 1 && is_product,
+            Some(FormulaPart::Bit(_)) => is_product,
             Some(
-                Part::Real(_)
-                | Part::Word(_)
-                | Part::Element(_)
-                | Part::Unary(..)
-                | Part::Binary(..)
-                | Part::Call(..),
+                FormulaPart::Real(_)
+                | FormulaPart::Word(_)
+                | FormulaPart::Element(_)
+                | FormulaPart::Unary(..)
+                | FormulaPart::Binary(..)
+                | FormulaPart::Call(..),
             )
             | None => false,
         };
         if !is_neutral {
             let other = other_operator(operator);
-            self.exchanged(at, (operator.sign(), other.sign()), Part::Binary(other, number_type));
+            self.exchanged(
+                at,
+                (operator.sign(), other.sign()),
+                FormulaPart::Binary(other, number_type),
+            );
         }
     }
 
-    fn exchanged(&mut self, at: usize, (old, new): (&str, &str), part: Part) {
+    fn exchanged(&mut self, at: usize, (old, new): (&str, &str), part: FormulaPart) {
         let what = format!("`{old}` is `{new}` in `{}`", self.text(at));
         self.push((MutantKind::Operator, at, 0), what, Some(part));
     }
 
-    fn constant(&mut self, (at, to): (usize, Direction), texts: (&str, &str), new: Part) {
+    fn constant(&mut self, (at, to): (usize, Direction), texts: (&str, &str), new: FormulaPart) {
         let written = self.written.map_or(texts.0, |_| self.text(at));
         let what = change_of_constant(written, texts);
         let what = format!("{what} in `{}`", self.ground.text(self.whole));
@@ -180,7 +206,7 @@ impl FormulaSearch<'_, '_> {
         &mut self,
         (kind, at, variant): (MutantKind, usize, u32),
         what: String,
-        new: Option<Part>,
+        new: Option<FormulaPart>,
     ) {
         // Several parts share one place if their own places are unknown.
         let variant = variant + 2 * at as u32;
@@ -193,18 +219,21 @@ impl FormulaSearch<'_, '_> {
 
 /// The integer constants at a compare of integers, each with the direction of the neighbour that
 /// has the same effect as the moved border.
-fn borders(parts: &[Part]) -> HashMap<usize, Direction> {
+fn borders(parts: &[FormulaPart]) -> HashMap<usize, Direction> {
     let mut borders = HashMap::new();
     // The starts of the operands that wait for their operator.
     let mut begins: Vec<usize> = Vec::new();
     for (at, part) in parts.iter().enumerate() {
         let count = match part {
-            Part::Integer(_) | Part::Real(_) | Part::Word(_) | Part::Bit(_) => 0,
-            Part::Unary(..) | Part::Element(_) => 1,
-            Part::Binary(..) => 2,
-            Part::Call(_, count, _) => *count as usize,
+            FormulaPart::Integer(_)
+            | FormulaPart::Real(_)
+            | FormulaPart::Word(_)
+            | FormulaPart::Bit(_) => 0,
+            FormulaPart::Unary(..) | FormulaPart::Element(_) => 1,
+            FormulaPart::Binary(..) => 2,
+            FormulaPart::Call(_, count, _) => *count as usize,
         };
-        if let Part::Binary(operator, NumberType::Integer) = part
+        if let FormulaPart::Binary(operator, NumberType::Integer) = part
             && let [.., left, right] = begins[..]
             && let Some((on_right, on_left)) = beside(*operator)
         {

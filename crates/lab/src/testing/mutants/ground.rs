@@ -103,7 +103,7 @@ impl<'a> Ground<'a> {
         let layers = &self.program.layers;
         match layers.is_given(whole.file) {
             true => self.text_of(part),
-            false => self.text(layers.in_file(layers.stands_at(part))),
+            false => self.text(layers.in_file(layers.place_in_rung(part))),
         }
     }
 

@@ -6,7 +6,7 @@
 //! more members.
 
 use rungd_engine::isa::{Bit, BitSpace, status::st};
-use rungd_language::resolve::formula::{Formula, Part};
+use rungd_language::resolve::formula::{Formula, FormulaPart};
 use rungd_language::resolve::instruction::{Calculation, OperandValue};
 use rungd_language::resolve::program::{Contact, Instruction, Program, Rung, Value};
 use rungd_language::source::span::Span;
@@ -80,7 +80,7 @@ pub(super) enum Mutation {
     /// The value with this number among the values of the instruction is replaced.
     Value(InstructionIndex, usize, Value),
     /// The part of a formula with this index is replaced or left out.
-    Part(InstructionIndex, FormulaOf, usize, Option<Part>),
+    Part(InstructionIndex, FormulaOf, usize, Option<FormulaPart>),
 }
 
 impl Mutation {

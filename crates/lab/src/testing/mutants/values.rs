@@ -1,7 +1,7 @@
 //! The numbers of an instruction, and the neighbours that an author might have written by mistake.
 
 use rungd_engine::isa::{OperandKind, Real, duration};
-pub use rungd_language::resolve::program::{Value, Written};
+pub use rungd_language::resolve::program::{ConstantForm, Value};
 
 /// The step from a constant to its neighbours, and the range of the neighbours.
 #[derive(Clone, Copy, Debug)]
@@ -31,7 +31,7 @@ impl ConstantStep {
     /// The step for a number among the operands of an instruction. `to_bits`: FILL writes bits.
     pub fn of(
         kind: OperandKind,
-        written: Option<Written>,
+        written: Option<ConstantForm>,
         period_ms: u32,
         to_bits: bool,
     ) -> ConstantStep {
@@ -45,7 +45,7 @@ impl ConstantStep {
             // 0 and less mean every scan, as does every interval up to the period.
             return ConstantStep::time(period_ms, 1);
         }
-        match kind == OperandKind::Duration || written == Some(Written::Duration) {
+        match kind == OperandKind::Duration || written == Some(ConstantForm::Duration) {
             true => ConstantStep::time(period_ms, 0),
             false => ConstantStep::count(i32::MIN, i32::MAX),
         }

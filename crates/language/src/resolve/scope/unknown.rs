@@ -5,7 +5,7 @@ use crate::resolve::mistake::{Mistake, declared, habit, mistake};
 use crate::source::atom::is_name;
 use crate::source::finding::Code;
 use crate::source::fix::{Help, advise, possible, propose};
-use crate::source::nearest::Near;
+use crate::source::nearest::UnknownName;
 use rungd_engine::isa::Structure;
 
 impl Scope {
@@ -28,7 +28,7 @@ impl Scope {
         }
         let help = habit(base).unwrap_or_else(|| self.instead(base, member));
         let member = member.map_or(String::new(), |member| format!(".{member}"));
-        let near = Near::new(base, self.known()).searching_at_most(self.searched_max);
+        let near = UnknownName::new(base, self.known()).searching_at_most(self.searched_max);
         let near = near.followed_by(&member);
         let near = Some(Box::new(near));
         Mistake::New { code: Code::UnknownName, message, help: Some(help), near }
@@ -42,7 +42,7 @@ impl Scope {
         }
         let of_structure = |member: &&str| {
             let structures = [Structure::Timer(0), Structure::Counter(0)];
-            structures.iter().any(|of| of.members().contains(member))
+            structures.iter().any(|structure| structure.members().contains(member))
         };
         if is_name(base) && member.is_some_and(|member| !of_structure(&member)) {
             return "names with members are timers, counters, programs, tasks, devices and uses of \

@@ -3,12 +3,12 @@
 //! Runs once all names are declared.
 
 use super::given::Given;
-use super::kind::{Kind, Wanted};
+use super::kind::{ParameterKind, WantedOperand};
 use super::pending::Argument;
 use crate::resolve::Resolver;
-use crate::resolve::array::Element;
+use crate::resolve::array::ArrayElement;
 use crate::resolve::range::is_range;
-use crate::resolve::scope::Thing;
+use crate::resolve::scope::NamedThing;
 use crate::source::atom::{Atom, AtomKind};
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{advise, possible, proposed};
@@ -37,7 +37,7 @@ impl Resolver<'_> {
 
     fn is_right(&mut self, argument: &Argument, atom: &Atom) -> bool {
         let AtomKind::Name(name) = &atom.kind else { return true };
-        if argument.kind == Kind::Array && is_range(name) && !name.contains('[') {
+        if argument.kind == ParameterKind::Array && is_range(name) && !name.contains('[') {
             self.range_given(argument, atom);
             return false;
         }
@@ -45,35 +45,48 @@ impl Resolver<'_> {
         let Some(thing) = self.look_up_as(name, atom.span, kind.as_slice()) else { return false };
         let spec = Mnemonic::Out.spec();
         match (argument.kind.wanted(), thing) {
-            (Wanted::Bit, Thing::Address(Address::Bit(_)))
-            | (Wanted::Array, Thing::Array(_))
-            | (Wanted::Whole, Thing::Constant(..))
-            | (Wanted::Real, Thing::Real(_))
-            | (Wanted::Timer, Thing::Address(Address::Structure(Of::Timer(_))))
-            | (Wanted::Counter, Thing::Address(Address::Structure(Of::Counter(_))))
-            | (Wanted::Sensaphone, Thing::Address(Address::Structure(Of::Sensaphone(_)))) => true,
-            (Wanted::WrittenBit, Thing::Address(Address::Bit(_))) => {
+            (WantedOperand::Bit, NamedThing::Address(Address::Bit(_)))
+            | (WantedOperand::Array, NamedThing::Array(_))
+            | (WantedOperand::Whole, NamedThing::Constant(..))
+            | (WantedOperand::Real, NamedThing::Real(_))
+            | (WantedOperand::Timer, NamedThing::Address(Address::Structure(Of::Timer(_))))
+            | (WantedOperand::Counter, NamedThing::Address(Address::Structure(Of::Counter(_))))
+            | (
+                WantedOperand::Sensaphone,
+                NamedThing::Address(Address::Structure(Of::Sensaphone(_))),
+            ) => true,
+            (WantedOperand::WrittenBit, NamedThing::Address(Address::Bit(_))) => {
                 self.writable_bit(atom, spec).is_some()
             }
-            (Wanted::Bit, Thing::Element(element)) if element.array.is_bits() => true,
-            (Wanted::Whole, Thing::Element(Element { array, .. }))
+            (WantedOperand::Bit, NamedThing::Element(element)) if element.array.is_bits() => true,
+            (WantedOperand::Whole, NamedThing::Element(ArrayElement { array, .. }))
                 if !array.is_bits() && !array.is_real() =>
             {
                 true
             }
-            (Wanted::Real, Thing::Element(element)) if element.array.is_real() => true,
-            (Wanted::WrittenWhole | Wanted::WrittenReal, Thing::Element(Element { array, .. }))
-                if !array.is_bits()
-                    && array.is_real() == (argument.kind.wanted() == Wanted::WrittenReal) =>
+            (WantedOperand::Real, NamedThing::Element(element)) if element.array.is_real() => true,
+            (
+                WantedOperand::WrittenWhole | WantedOperand::WrittenReal,
+                NamedThing::Element(ArrayElement { array, .. }),
+            ) if !array.is_bits()
+                && array.is_real() == (argument.kind.wanted() == WantedOperand::WrittenReal) =>
             {
                 self.selected(atom, false, Mnemonic::Move.spec()).flatten().is_some()
             }
-            (Wanted::Whole, Thing::Address(Address::Word(word))) if !word.is_real() => true,
-            (Wanted::Real, Thing::Address(Address::Word(word))) if word.is_real() => true,
-            (Wanted::WrittenWhole, Thing::Address(Address::Word(word))) if !word.is_real() => {
+            (WantedOperand::Whole, NamedThing::Address(Address::Word(word))) if !word.is_real() => {
+                true
+            }
+            (WantedOperand::Real, NamedThing::Address(Address::Word(word))) if word.is_real() => {
+                true
+            }
+            (WantedOperand::WrittenWhole, NamedThing::Address(Address::Word(word)))
+                if !word.is_real() =>
+            {
                 self.writable_word(atom, Mnemonic::Move.spec()).is_some()
             }
-            (Wanted::WrittenReal, Thing::Address(Address::Word(word))) if word.is_real() => {
+            (WantedOperand::WrittenReal, NamedThing::Address(Address::Word(word)))
+                if word.is_real() =>
+            {
                 self.writable_word(atom, Mnemonic::Move.spec()).is_some()
             }
             (_, thing) => {
@@ -92,44 +105,44 @@ impl Resolver<'_> {
         ));
     }
 
-    fn wrong_argument(&mut self, argument: &Argument, atom: &Atom, thing: Thing) {
+    fn wrong_argument(&mut self, argument: &Argument, atom: &Atom, thing: NamedThing) {
         let (wanted, example) = (argument.kind.words(), argument.kind.example());
         let what = match thing {
-            Thing::Address(Address::Word(word)) if word.is_real() => "a real",
-            Thing::Element(element) if element.array.is_real() => "a real",
-            Thing::Element(element) if element.array.is_bits() => "a bit",
-            Thing::Address(Address::Word(_)) | Thing::Element(_) => "an integer word",
-            Thing::Address(_)
-            | Thing::Constant(..)
-            | Thing::Real(_)
-            | Thing::Block(_)
-            | Thing::Device(_)
-            | Thing::Array(_) => self.kind_words(thing),
+            NamedThing::Address(Address::Word(word)) if word.is_real() => "a real",
+            NamedThing::Element(element) if element.array.is_real() => "a real",
+            NamedThing::Element(element) if element.array.is_bits() => "a bit",
+            NamedThing::Address(Address::Word(_)) | NamedThing::Element(_) => "an integer word",
+            NamedThing::Address(_)
+            | NamedThing::Constant(..)
+            | NamedThing::Real(_)
+            | NamedThing::Block(_)
+            | NamedThing::Device(_)
+            | NamedThing::Array(_) => self.kind_words(thing),
         };
         let message = format!(
             "`{}` of `{}` is {wanted}, and `{atom}` is {what}",
             argument.parameter, argument.template
         );
         let help = match (argument.kind, thing) {
-            (Kind::Real, Thing::Element(element)) if !element.array.is_bits() => {
+            (ParameterKind::Real, NamedThing::Element(element)) if !element.array.is_bits() => {
                 format!("`MOVE {atom} to=R0` in a rung above, and give the R word").into()
             }
-            (Kind::Real, Thing::Address(Address::Word(_))) => {
+            (ParameterKind::Real, NamedThing::Address(Address::Word(_))) => {
                 format!("`MOVE {atom} to=R0` in a rung above, and give the R word").into()
             }
-            (Kind::Real, Thing::Constant(value, _)) => {
+            (ParameterKind::Real, NamedThing::Constant(value, _)) => {
                 format!("write the constant as a real: `value = {value}.0`").into()
             }
-            (Kind::Output, Thing::Element(element)) if element.array.is_bits() => {
+            (ParameterKind::Output, NamedThing::Element(element)) if element.array.is_bits() => {
                 let base = atom.name().and_then(|name| name.split('[').next()).unwrap_or_default();
                 let element = proposed(format!("{base}[0]"));
                 advise("a moving index would leave bits behind: give `{}`", [element])
             }
-            (_, Thing::Array(_)) => {
+            (_, NamedThing::Array(_)) => {
                 let base = atom.name().and_then(|name| name.split('[').next()).unwrap_or_default();
                 advise("give one element: `{}`", [possible(format!("{base}[0]"))])
             }
-            (_, Thing::Address(Address::Structure(structure))) => {
+            (_, NamedThing::Address(Address::Structure(structure))) => {
                 let members = structure.members().join("`, `.");
                 format!("give a member of it: `.{members}`").into()
             }

@@ -5,14 +5,14 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::kind::{KINDS, Kind};
+use super::kind::{KINDS, ParameterKind};
 use super::{given, texts};
 use crate::resolve::mistake::LISTED_MAX;
 use crate::resolve::mistake::declared_table;
 use crate::resolve::names::{NAME_MAX, NameRole, forbidden, kept};
 use crate::source::file_kind::LIBRARY;
 use crate::source::finding::{Code, Finding};
-use crate::source::fix::{Edit, Help, pair, propose};
+use crate::source::fix::{FixEdit, Help, pair, propose};
 use crate::source::ladder::{Entry, Parameter, Template, Use};
 use crate::source::nearest::{KnownNames, did_you_mean};
 use crate::source::reader::Text;
@@ -22,15 +22,15 @@ use crate::source::span::Span;
 pub(super) struct Declared<'t> {
     pub template: &'t Template,
     /// The parameters with a known type.
-    parameters: HashMap<&'t str, (Kind, &'t Parameter)>,
+    parameters: HashMap<&'t str, (ParameterKind, &'t Parameter)>,
     /// Their names, for the help about an unknown parameter.
     typed: KnownNames,
     /// The names of all parameters.
     named: HashSet<&'t str>,
     /// The parameters with a known type and without a default, in file order.
-    required: Vec<(&'t Parameter, Kind)>,
+    required: Vec<(&'t Parameter, ParameterKind)>,
     /// The parameters with a known type and with a default, in file order.
-    optional: Vec<(&'t Parameter, Kind, &'t Text)>,
+    optional: Vec<(&'t Parameter, ParameterKind, &'t Text)>,
     /// The names of its own tags and inner uses.
     pub own: HashSet<&'t str>,
     /// The names in `own`, and those of the parameters.
@@ -48,7 +48,8 @@ pub(super) struct Templates<'t> {
 
 impl<'t> Declared<'t> {
     fn new(template: &'t Template) -> Declared<'t> {
-        let kind = |parameter: &'t Parameter| Kind::from_name(&parameter.kind.as_ref()?.text);
+        let kind =
+            |parameter: &'t Parameter| ParameterKind::from_name(&parameter.kind.as_ref()?.text);
         let all = || template.parameters.iter();
         let typed = || all().filter_map(|p| Some((p, kind(p)?)));
         let parameters = typed().map(|(p, kind)| (&*p.name.text, (kind, p))).collect();
@@ -57,7 +58,8 @@ impl<'t> Declared<'t> {
         let optional = optional.collect();
         let named: HashSet<&str> = all().map(|parameter| &*parameter.name.text).collect();
         let tags = template.tags.iter().map(|tag| &*tag.name.text);
-        let uses = uses(template).filter_map(|of| Some(&*of.name.as_ref()?.text));
+        let uses =
+            uses(template).filter_map(|template_use| Some(&*template_use.name.as_ref()?.text));
         let own: HashSet<&str> = tags.chain(uses).collect();
         let known = KnownNames::new(own.iter().copied().chain(named.iter().copied()));
         let typed = KnownNames::new(typed().map(|(parameter, _)| &*parameter.name.text));
@@ -73,32 +75,32 @@ impl<'t> Declared<'t> {
     }
 
     /// The parameter that a name begins with, and its type.
-    pub fn parameter(&self, name: &str) -> Option<(&'t str, Kind)> {
+    pub fn parameter(&self, name: &str) -> Option<(&'t str, ParameterKind)> {
         let (name, (kind, _)) = self.parameters.get_key_value(base(name).0)?;
         Some((name, *kind))
     }
 
     /// The parameters in file order, each with its type.
-    pub fn parameters(&self) -> impl Iterator<Item = (&'t Parameter, Kind)> {
+    pub fn parameters(&self) -> impl Iterator<Item = (&'t Parameter, ParameterKind)> {
         let parameters = self.template.parameters.iter();
         parameters.filter_map(|p| Some((p, self.parameters.get(&*p.name.text)?.0)))
     }
 
     /// The parameter of this name, and its type, if the type is a known one.
-    pub fn parameter_of(&self, name: &str) -> Option<(&'t Parameter, Kind)> {
+    pub fn parameter_of(&self, name: &str) -> Option<(&'t Parameter, ParameterKind)> {
         self.parameters.get(name).map(|(kind, parameter)| (*parameter, *kind))
     }
 
     /// The parameters with a default, in file order.
-    pub fn optional(&self) -> impl Iterator<Item = (&'t Parameter, Kind, &'t Text)> {
+    pub fn optional(&self) -> impl Iterator<Item = (&'t Parameter, ParameterKind, &'t Text)> {
         self.optional.iter().copied()
     }
 
     /// The mistakes in the arguments of a use. Of the missing arguments, only the first are
     /// reported.
-    pub fn misfits(&self, of: &Use) -> Vec<Finding> {
+    pub fn misfits(&self, template_use: &Use) -> Vec<Finding> {
         let mut findings = Vec::new();
-        for (name, text) in &of.arguments {
+        for (name, text) in &template_use.arguments {
             match (self.parameters.get(&*name.text), text) {
                 (Some((kind, _)), Some(text)) => {
                     let read = given::read(*kind, text, text.span.file);
@@ -109,11 +111,13 @@ impl<'t> Declared<'t> {
                 (None, _) => findings.push(self.unknown_argument(name)),
             }
         }
-        let given: HashSet<&str> = of.arguments.iter().map(|(name, _)| &*name.text).collect();
+        let given: HashSet<&str> =
+            template_use.arguments.iter().map(|(name, _)| &*name.text).collect();
         let missing = self.required.iter().filter(|(p, _)| !given.contains(&*p.name.text));
         for (parameter, kind) in missing.take(LISTED_MAX) {
             let name = kept(&parameter.name.text);
-            let span = of.template.as_ref().map_or(of.span, |template| template.span);
+            let span =
+                template_use.template.as_ref().map_or(template_use.span, |template| template.span);
             let message = format!("`{}` needs `{name}`, {}", self.name(), kind.words());
             let finding = Finding::new(Code::TemplateArgument, span, message);
             let help = format!("give it in `with`: `{name} = \"{}\"`", kind.example());
@@ -162,14 +166,15 @@ impl<'t> Templates<'t> {
             names(declared, &mut findings);
             parameters(declared, &mut findings);
             tags(declared, &mut findings);
-            uses(declared.template).for_each(|of| findings.extend(templates.misuses(of, false)));
+            uses(declared.template)
+                .for_each(|template_use| findings.extend(templates.misuses(template_use, false)));
         }
         (templates, findings)
     }
 
     /// The index of the template of a use.
-    pub fn of(&self, of: &Use) -> Option<usize> {
-        self.by_name.get(&*of.template.as_ref()?.text).copied()
+    pub fn of(&self, template_use: &Use) -> Option<usize> {
+        self.by_name.get(&*template_use.template.as_ref()?.text).copied()
     }
 
     /// The warnings about the templates that nothing uses.
@@ -181,15 +186,15 @@ impl<'t> Templates<'t> {
             let finding = Finding::new(Code::UnusedTemplate, name.span, message).label("unused");
             let help =
                 format!("delete it, or use it in the place of a rung: `use = \"{}\"`", name.text);
-            Some(finding.help(help).fix(Edit::Delete))
+            Some(finding.help(help).fix(FixEdit::Delete))
         };
         unused.filter_map(finding).collect()
     }
 
     /// The mistakes of a use by itself; `is_body` is whether it is a Program's body.
-    pub fn misuses(&self, of: &Use, is_body: bool) -> Vec<Finding> {
-        let Some(name) = &of.template else { return Vec::new() };
-        let Some(at) = self.of(of) else {
+    pub fn misuses(&self, template_use: &Use, is_body: bool) -> Vec<Finding> {
+        let Some(name) = &template_use.template else { return Vec::new() };
+        let Some(at) = self.of(template_use) else {
             let message = format!("there is no template `{}`", name.text);
             let finding = Finding::new(Code::UnknownTemplate, name.span, message);
             if name.text.starts_with(LIBRARY) {
@@ -203,11 +208,11 @@ impl<'t> Templates<'t> {
             return vec![finding.help(help).near(&name.text, &self.known)];
         };
         let declared = &self.all[at];
-        let mut findings = declared.misfits(of);
+        let mut findings = declared.misfits(template_use);
         if let (false, Some(stage)) = (is_body, declared.template.stages.first()) {
             let message = format!("`{}` has stages: it is the body of a program", name.text);
             let finding = Finding::new(Code::TemplateRule, name.span, message);
-            let own = of.name.as_ref().map_or("Flush", |name| &name.text);
+            let own = template_use.name.as_ref().map_or("Flush", |name| &name.text);
             findings.push(
                 finding
                     .related(stage.span, "a stage of it")
@@ -227,7 +232,7 @@ pub(super) fn base(name: &str) -> (&str, &str) {
 pub(super) fn uses(template: &Template) -> impl Iterator<Item = &Use> {
     let of_stages = template.stages.iter().flat_map(|stage| &stage.rungs);
     template.rungs.iter().chain(of_stages).filter_map(|entry| match entry {
-        Entry::Use(of) => Some(of),
+        Entry::Use(template_use) => Some(template_use),
         Entry::Rung(_) => None,
     })
 }
@@ -238,7 +243,8 @@ fn names(declared: &Declared, findings: &mut Vec<Finding>) {
     let mut seen: HashMap<&str, Span> = HashMap::new();
     let parameters = template.parameters.iter().map(|p| (&p.name, NameRole::Parameter));
     let tags = template.tags.iter().map(|tag| (&tag.name, NameRole::Tag));
-    let uses = uses(template).filter_map(|of| Some((of.name.as_ref()?, NameRole::Use)));
+    let uses = uses(template)
+        .filter_map(|template_use| Some((template_use.name.as_ref()?, NameRole::Use)));
     for (name, role) in parameters.chain(tags).chain(uses) {
         findings.extend(forbidden(name, role));
         if role == NameRole::Parameter && name.text == "name" {
@@ -276,7 +282,7 @@ fn names(declared: &Declared, findings: &mut Vec<Finding>) {
 fn parameters(declared: &Declared, findings: &mut Vec<Finding>) {
     for parameter in &declared.template.parameters {
         let Some(kind) = &parameter.kind else { continue };
-        let Some(of) = Kind::from_name(&kind.text) else {
+        let Some(own_kind) = ParameterKind::from_name(&kind.text) else {
             let message = format!("a parameter has no type `{}`", kind.text);
             let names = || KINDS.iter().map(|(name, _)| *name);
             let help = did_you_mean(&kind.text, names()).unwrap_or_else(|| {
@@ -286,7 +292,7 @@ fn parameters(declared: &Declared, findings: &mut Vec<Finding>) {
             continue;
         };
         let Some(default) = &parameter.default else { continue };
-        if let Err(mut finding) = given::read(of, default, default.span.file) {
+        if let Err(mut finding) = given::read(own_kind, default, default.span.file) {
             finding.code = Code::TemplateParameter;
             findings.push(*finding);
         }

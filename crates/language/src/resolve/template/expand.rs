@@ -7,20 +7,21 @@ use std::collections::{HashMap, HashSet};
 
 use super::declared::{Declared, Templates};
 use super::given::{self, Given};
-use super::kind::Kind;
-use super::pending::{Argument, Trial};
+use super::kind::ParameterKind;
+use super::pending::{Argument, UnusedTemplate};
 use super::rewrite::{Instance, Rewrite};
-use super::room::Room;
+use super::room::ExpansionRoom;
 use super::texts;
 use crate::resolve::layers::{Layers, UsePlace};
 use crate::resolve::names::{NAME_MAX, kept};
 use crate::resolve::tags::TEXT_MAX;
 use crate::source::atom::{Atom, AtomKind};
-use crate::source::contact::Contact;
+use crate::source::contact::WrittenContact;
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{advise, proposed};
 use crate::source::ladder::{
-    Block, BlockForm, Branch, Entry, Ladder, Leg, Parameter, Rung, Stage, Tag, Use,
+    BlockForm, Entry, Ladder, Parameter, Use, WrittenBlock, WrittenBranch, WrittenLeg, WrittenRung,
+    WrittenStage, WrittenTag,
 };
 use crate::source::reader::Text;
 use crate::source::span::{FileId, Located, Span};
@@ -51,8 +52,8 @@ pub(super) struct Expansion<'t> {
     pub written: Vec<bool>,
     /// The names of the uses in ladders so far.
     named: HashSet<String>,
-    room: Room,
-    tags: Vec<Tag>,
+    room: ExpansionRoom,
+    tags: Vec<WrittenTag>,
     trial: bool,
     /// Whether the lack of room is already reported.
     is_told: bool,
@@ -73,7 +74,7 @@ impl<'t> Expansion<'t> {
             unknown: Vec::new(),
             written: vec![false; templates.all.len()],
             named: HashSet::new(),
-            room: Room::new(),
+            room: ExpansionRoom::new(),
             tags: Vec::new(),
             trial: false,
             is_told: false,
@@ -88,38 +89,38 @@ impl<'t> Expansion<'t> {
         Ladder { name, doc, allow, devices, order, tags, blocks, templates, lost }
     }
 
-    fn block(&mut self, block: Block<Entry>, used: &mut [bool]) -> Block {
-        let Block { form, span, name, doc, autostart, body, rungs, stages } = block;
+    fn block(&mut self, block: WrittenBlock<Entry>, used: &mut [bool]) -> WrittenBlock {
+        let WrittenBlock { form, span, name, doc, autostart, body, rungs, stages } = block;
         let mut rungs = self.entries(rungs, used);
-        let mut stages: Vec<Stage> = stages
+        let mut stages: Vec<WrittenStage> = stages
             .into_iter()
             .map(|stage| {
                 let rungs = self.entries(stage.rungs, used);
-                Stage { span: stage.span, name: stage.name, doc: stage.doc, rungs }
+                WrittenStage { span: stage.span, name: stage.name, doc: stage.doc, rungs }
             })
             .collect();
-        if let Some(of) = &body {
-            self.hyphen(of);
-            let instance = self.of_ladder(of, true, used);
+        if let Some(usage) = &body {
+            self.hyphen(usage);
+            let instance = self.of_ladder(usage, true, used);
             if let Some(instance) = instance {
                 (rungs, stages) = self.body(&instance);
             }
-            self.end_if_over(of);
+            self.end_if_over(usage);
         }
-        Block { form, span, name, doc, autostart, body: None, rungs, stages }
+        WrittenBlock { form, span, name, doc, autostart, body: None, rungs, stages }
     }
 
     /// Reports a `-` in the name of a Program with a template as its body: it is also the name of a
     /// use.
-    fn hyphen(&mut self, of: &Use) {
-        let Some(name) = of.name.as_ref().filter(|name| name.text.contains('-')) else { return };
+    fn hyphen(&mut self, usage: &Use) {
+        let Some(name) = usage.name.as_ref().filter(|name| name.text.contains('-')) else { return };
         let message = format!("`{}` cannot be the name of a use", name.text);
         let finding = Finding::new(Code::ForbiddenName, name.span, message);
         let help = advise("a use's name has no `-`: `{}`", [proposed(name.text.replace('-', "_"))]);
         self.findings.push(finding.help(help));
     }
 
-    fn entries(&mut self, entries: Vec<Entry>, used: &mut [bool]) -> Vec<Rung> {
+    fn entries(&mut self, entries: Vec<Entry>, used: &mut [bool]) -> Vec<WrittenRung> {
         let mut rungs = Vec::with_capacity(entries.len());
         for entry in entries {
             match entry {
@@ -127,7 +128,7 @@ impl<'t> Expansion<'t> {
                 Entry::Use(of) => {
                     self.names.extend(of.name.clone());
                     if let Some(instance) = self.of_ladder(&of, false, used) {
-                        self.rungs(&instance.of.template.rungs, &instance, &mut rungs);
+                        self.rungs(&instance.declared.template.rungs, &instance, &mut rungs);
                     }
                     self.end_if_over(&of);
                 }
@@ -137,18 +138,18 @@ impl<'t> Expansion<'t> {
     }
 
     /// Reads a use in a ladder.
-    fn of_ladder(&mut self, of: &Use, is_body: bool, used: &mut [bool]) -> Option<Instance<'t>> {
-        if let Some(at) = self.templates.of(of) {
+    fn of_ladder(&mut self, usage: &Use, is_body: bool, used: &mut [bool]) -> Option<Instance<'t>> {
+        if let Some(at) = self.templates.of(usage) {
             used[at] = true;
         }
-        self.findings.extend(self.templates.misuses(of, is_body));
+        self.findings.extend(self.templates.misuses(usage, is_body));
         // The rungs of a second use with the same name would only cause more findings about taken
         // names.
-        let name = of.name.as_ref()?;
+        let name = usage.name.as_ref()?;
         if !self.named.insert(name.text.clone()) {
             return None;
         }
-        self.instance(of, None, is_body)
+        self.instance(usage, None, is_body)
     }
 
     /// Whether the expansion has exceeded its limit.
@@ -158,9 +159,9 @@ impl<'t> Expansion<'t> {
 
     /// Reports once that the expansion has exceeded its limit, at the use that exceeded it: also if
     /// the limit left nothing of that use.
-    fn end_if_over(&mut self, of: &Use) {
+    fn end_if_over(&mut self, usage: &Use) {
         if self.room.is_over() && !std::mem::replace(&mut self.is_told, true) {
-            let span = of.template.as_ref().map_or(of.span, |name| name.span);
+            let span = usage.template.as_ref().map_or(usage.span, |name| name.span);
             let parts = super::room::PARTS_MAX;
             let message =
                 format!("the uses of templates expand to more than {parts} contacts and operands");
@@ -170,22 +171,27 @@ impl<'t> Expansion<'t> {
     }
 
     /// Reads a use with its arguments. Adds its own tags.
-    fn instance(&mut self, of: &Use, giver: Giver<'_, 't>, is_body: bool) -> Option<Instance<'t>> {
+    fn instance(
+        &mut self,
+        usage: &Use,
+        giver: Giver<'_, 't>,
+        is_body: bool,
+    ) -> Option<Instance<'t>> {
         let usable = |number: &usize| self.templates.all[*number].is_usable;
-        let Some(number) = self.templates.of(of).filter(usable) else {
-            self.unknown.extend(of.name.as_ref().map(|name| match giver {
+        let Some(number) = self.templates.of(usage).filter(usable) else {
+            self.unknown.extend(usage.name.as_ref().map(|name| match giver {
                 Some(giver) => format!("{}.{}", giver.name, name.text),
                 None => name.text.clone(),
             }));
             return None;
         };
         let declared = &self.templates.all[number];
-        let name = of.name.as_ref()?;
+        let name = usage.name.as_ref()?;
         if self.room.is_over() || self.has_long_name(name, giver) {
             return None;
         }
         let by = giver.map_or(name.span.file, |giver| giver.layer);
-        let at = of.template.as_ref().map_or(of.span, |template| template.span);
+        let at = usage.template.as_ref().map_or(usage.span, |template| template.span);
         let at = Span { file: by, ..at };
         let (whole, path) = match giver {
             Some(giver) => {
@@ -200,14 +206,14 @@ impl<'t> Expansion<'t> {
         let own = declared.known.clone();
         let place = UsePlace { name: whole.clone(), at, is_trial: self.trial, own };
         let layer = self.layers.add_use(declared.template.span.file, place);
-        let allowed = giver.map_or(0, |giver| giver.allow.len()) + of.allow.len();
+        let allowed = giver.map_or(0, |giver| giver.allow.len()) + usage.allow.len();
         self.room.take(allowed / ALLOWED_FREE)?;
         let mut allow = giver.map_or(Vec::new(), |giver| giver.allow.clone());
-        allow.extend(of.allow.iter().cloned());
+        allow.extend(usage.allow.iter().cloned());
         let given = HashMap::new();
-        let mut instance = Instance { of: declared, layer, name: whole, path, given, allow };
-        let is_whole = self.give(&mut instance, of, giver);
-        let written = if giver.is_none() { &of.arguments[..] } else { &[] };
+        let mut instance = Instance { declared, layer, name: whole, path, given, allow };
+        let is_whole = self.give(&mut instance, usage, giver);
+        let written = if giver.is_none() { &usage.arguments[..] } else { &[] };
         self.own_tags(&instance, written);
         let is_right = declared.template.stages.is_empty() || is_body;
         if !is_whole || !is_right || self.room.take(1).is_none() {
@@ -232,11 +238,11 @@ impl<'t> Expansion<'t> {
     }
 
     /// Reads the arguments and defaults of a use; returns whether none is missing or wrong.
-    fn give(&mut self, instance: &mut Instance<'t>, of: &Use, giver: Giver<'_, 't>) -> bool {
-        let declared = instance.of;
-        let mut whole = declared.misfits(of).is_empty();
+    fn give(&mut self, instance: &mut Instance<'t>, usage: &Use, giver: Giver<'_, 't>) -> bool {
+        let declared = instance.declared;
+        let mut whole = declared.misfits(usage).is_empty();
         let mut all = HashMap::new();
-        let known = of.arguments.iter().filter_map(|(name, text)| {
+        let known = usage.arguments.iter().filter_map(|(name, text)| {
             let (parameter, kind) = declared.parameter_of(&name.text)?;
             Some((parameter, kind, text))
         });
@@ -270,7 +276,7 @@ impl<'t> Expansion<'t> {
     }
 
     /// Reads an argument in the text of a template.
-    fn given(&mut self, kind: Kind, text: &Text, giver: &Instance<'t>) -> Option<Given> {
+    fn given(&mut self, kind: ParameterKind, text: &Text, giver: &Instance<'t>) -> Option<Given> {
         let given = given::read(kind, text, giver.layer).ok()?;
         let mut rewrite = self.rewrite(giver);
         match given {
@@ -282,8 +288,12 @@ impl<'t> Expansion<'t> {
         }
     }
 
-    fn note_argument(&mut self, of: (&Declared, &Parameter, Kind), given: &Given) {
-        let (declared, parameter, kind) = of;
+    fn note_argument(
+        &mut self,
+        parameter_place: (&Declared, &Parameter, ParameterKind),
+        given: &Given,
+    ) {
+        let (declared, parameter, kind) = parameter_place;
         // An argument that an outer use passed on is checked at the outer use.
         if !self.layers.is_given(given.span().file) {
             self.arguments.push(Argument {
@@ -305,7 +315,7 @@ impl<'t> Expansion<'t> {
     }
 
     /// Expands a template of which no use was expanded, with arguments that fit.
-    pub fn trial(&mut self, declared: &'t Declared<'t>) -> Option<Trial> {
+    pub fn trial(&mut self, declared: &'t Declared<'t>) -> Option<UnusedTemplate> {
         let template = declared.template;
         let name = template.name.as_ref().filter(|_| declared.is_usable)?;
         if declared.parameters().any(|(_, kind)| kind.trial_type().is_none()) {
@@ -323,30 +333,31 @@ impl<'t> Expansion<'t> {
         for (parameter, kind) in declared.parameters() {
             let text = format!("{whole}.?{}", parameter.name.text);
             let Some(value) = kind.trial_type() else { continue };
-            self.tags.push(Tag::of_type(Text { text: text.clone(), span, exact: true }, value));
-            let stands = if kind == Kind::Contact {
-                Given::contacts(Contact::Bit(Located { value: text, span }))
+            self.tags
+                .push(WrittenTag::of_type(Text { text: text.clone(), span, exact: true }, value));
+            let stands = if kind == ParameterKind::Contact {
+                Given::contacts(WrittenContact::Bit(Located { value: text, span }))
             } else {
                 Given::Atom(Atom { kind: AtomKind::Name(text), span })
             };
             given.insert(&*parameter.name.text, stands);
         }
         let (path, allow) = (String::new(), Vec::new());
-        let instance = Instance { of: declared, layer, name: whole.clone(), path, given, allow };
+        let instance = Instance { declared, layer, name: whole.clone(), path, given, allow };
         self.own_tags(&instance, &[]);
         let (rungs, stages) = self.body(&instance);
         self.trial = false;
         let name = Some(Text { text: whole, span, exact: true });
         let (form, autostart) = (BlockForm::Program, None);
         let doc = None;
-        let block = Block { form, span, name, doc, autostart, body: None, rungs, stages };
+        let block = WrittenBlock { form, span, name, doc, autostart, body: None, rungs, stages };
         let arguments = std::mem::replace(&mut self.arguments, of_ladders);
-        Some(Trial { block, tags: std::mem::take(&mut self.tags), arguments })
+        Some(UnusedTemplate { block, tags: std::mem::take(&mut self.tags), arguments })
     }
 
     /// The rungs and stages of a Program with a template as its body.
-    fn body(&mut self, instance: &Instance<'t>) -> (Vec<Rung>, Vec<Stage>) {
-        let template = instance.of.template;
+    fn body(&mut self, instance: &Instance<'t>) -> (Vec<WrittenRung>, Vec<WrittenStage>) {
+        let template = instance.declared.template;
         let mut rungs = Vec::new();
         self.rungs(&template.rungs, instance, &mut rungs);
         let stages = template.stages.iter().map(|stage| {
@@ -355,14 +366,14 @@ impl<'t> Expansion<'t> {
             let place = |span: Span| Span { file: instance.layer, ..span };
             let name = stage.name.as_ref();
             let name = name.map(|name| Text { span: place(name.span), ..name.clone() });
-            Stage { span: place(stage.span), name, doc: stage.doc.clone(), rungs }
+            WrittenStage { span: place(stage.span), name, doc: stage.doc.clone(), rungs }
         });
         let stages = stages.collect();
         (rungs, stages)
     }
 
     /// Expands rungs and uses of a template.
-    fn rungs(&mut self, entries: &'t [Entry], instance: &Instance<'t>, out: &mut Vec<Rung>) {
+    fn rungs(&mut self, entries: &'t [Entry], instance: &Instance<'t>, out: &mut Vec<WrittenRung>) {
         for entry in entries {
             if self.room.is_over() {
                 return;
@@ -371,14 +382,14 @@ impl<'t> Expansion<'t> {
                 Entry::Rung(rung) => out.push(self.rung(rung, instance)),
                 Entry::Use(of) => {
                     if let Some(inner) = self.instance(of, Some(instance), false) {
-                        self.rungs(&inner.of.template.rungs, &inner, out);
+                        self.rungs(&inner.declared.template.rungs, &inner, out);
                     }
                 }
             }
         }
     }
 
-    fn rung(&mut self, rung: &Rung, instance: &Instance<'t>) -> Rung {
+    fn rung(&mut self, rung: &WrittenRung, instance: &Instance<'t>) -> WrittenRung {
         let mut rewrite = self.rewrite(instance);
         let place = |span: Span| Span { file: instance.layer, ..span };
         let _ = rewrite.room.take(1 + instance.allow.len() / ALLOWED_FREE);
@@ -388,17 +399,17 @@ impl<'t> Expansion<'t> {
             exact: name.exact,
         });
         let moved = |text: &Text| Text { span: place(text.span), ..text.clone() };
-        let mut leg = |leg: &Leg| Leg {
+        let mut leg = |leg: &WrittenLeg| WrittenLeg {
             key: moved(&leg.key),
             span: place(leg.span),
             contacts: rewrite.contacts(&leg.contacts),
         };
         let (when, legs) = (rung.when.as_ref().map(&mut leg), rung.legs.iter().map(leg).collect());
-        let mut body = |body: &[crate::source::instruction::Instruction]| {
+        let mut body = |body: &[crate::source::instruction::WrittenInstruction]| {
             body.iter().filter_map(|text| rewrite.instruction(text)).collect()
         };
         let own = body(&rung.body);
-        let branches = rung.branches.iter().map(|branch| Branch {
+        let branches = rung.branches.iter().map(|branch| WrittenBranch {
             span: place(branch.span),
             contacts: rewrite.contacts(&branch.contacts),
             body: branch.body.iter().filter_map(|text| rewrite.instruction(text)).collect(),
@@ -406,7 +417,7 @@ impl<'t> Expansion<'t> {
         let branches = branches.collect();
         let allow = rung.allow.iter().map(moved).chain(instance.allow.iter().cloned()).collect();
         let (extent, doc) = (place(rung.extent), rung.doc.clone());
-        Rung { extent, name, doc, allow, when, legs, body: own, branches }
+        WrittenRung { extent, name, doc, allow, when, legs, body: own, branches }
     }
 
     /// Adds the own tags of a use, with the words in braces in their texts replaced. `written` are
@@ -414,7 +425,7 @@ impl<'t> Expansion<'t> {
     fn own_tags(&mut self, instance: &Instance<'t>, written: &[(Text, Option<Text>)]) {
         let written: HashMap<&str, &Text> =
             written.iter().filter_map(|(name, text)| Some((&*name.text, text.as_ref()?))).collect();
-        for tag in &instance.of.template.tags {
+        for tag in &instance.declared.template.tags {
             if self.room.is_over() {
                 return;
             }
@@ -441,12 +452,14 @@ impl<'t> Expansion<'t> {
                 ("alarm", alarm.as_ref().map(|v| (&v.text, v.span))),
                 ("doc", doc.as_ref().map(|text| (text, tag.name.span))),
             ];
-            for (key, (text, span)) in texts.iter().filter_map(|(key, of)| Some((key, (*of)?))) {
+            for (key, (text, span)) in
+                texts.iter().filter_map(|(key, argument)| Some((key, (*argument)?)))
+            {
                 self.findings.extend(too_long(key, &name, text, Span { file: layer, ..span }));
             }
             let long = alarm.as_ref().map_or(0, |alarm| alarm.text.len());
             let _ = self.room.take(1 + (long + doc.as_ref().map_or(0, String::len)) / 16);
-            self.tags.push(moved(Tag { alarm, doc, ..tag.clone() }, name, layer));
+            self.tags.push(moved(WrittenTag { alarm, doc, ..tag.clone() }, name, layer));
         }
     }
 }
@@ -463,7 +476,7 @@ fn too_long(key: &str, tag: &str, text: &str, span: Span) -> Option<Finding> {
 }
 
 /// A tag with its whole name and its places in a layer.
-fn moved(mut tag: Tag, name: String, layer: FileId) -> Tag {
+fn moved(mut tag: WrittenTag, name: String, layer: FileId) -> WrittenTag {
     tag.name.text = name;
     tag.name.span.file = layer;
     let texts = [&mut tag.at, &mut tag.kind, &mut tag.alarm, &mut tag.priority, &mut tag.log];

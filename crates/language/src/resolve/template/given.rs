@@ -1,8 +1,8 @@
 //! Reads an argument according to the type of its parameter.
 
-use super::kind::{Kind, Wanted};
+use super::kind::{ParameterKind, WantedOperand};
 use crate::source::atom::{Atom, AtomKind};
-use crate::source::contact::Contact;
+use crate::source::contact::WrittenContact;
 use crate::source::contact_parser;
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{Help, advise, possible};
@@ -14,7 +14,7 @@ use rungd_engine::isa::Real;
 #[derive(Clone, Debug)]
 pub enum Given {
     /// Contacts, and their nesting depth.
-    Contacts(Contact, u32),
+    Contacts(WrittenContact, u32),
     /// A name or a constant.
     Atom(Atom),
 }
@@ -26,7 +26,7 @@ const BYTES_MAX: usize = 64 * 1024;
 ///
 /// # Errors
 /// The finding for a text that cannot be the argument of a parameter of this type.
-pub fn read(kind: Kind, text: &Text, by: FileId) -> Result<Given, Box<Finding>> {
+pub fn read(kind: ParameterKind, text: &Text, by: FileId) -> Result<Given, Box<Finding>> {
     let span = Span { file: by, ..text.span };
     let error = |message: String| Box::new(Finding::new(Code::TemplateArgument, span, message));
     if text.text.len() > BYTES_MAX {
@@ -36,7 +36,7 @@ pub fn read(kind: Kind, text: &Text, by: FileId) -> Result<Given, Box<Finding>> 
         let finding = error("a string with `\\` or several lines".to_owned());
         return Err(Box::new(finding.help("write it plainly, on one line")));
     }
-    if kind == Kind::Contact {
+    if kind == ParameterKind::Contact {
         let contact = contact_parser::parse(&text.text, span).map_err(Box::new)?;
         return Ok(Given::contacts(contact));
     }
@@ -52,7 +52,7 @@ pub fn read(kind: Kind, text: &Text, by: FileId) -> Result<Given, Box<Finding>> 
         let example = possible(format!("\"{}\"", kind.example()));
         let help = advise("write one name or constant: `{}`", [example]);
         return Err(Box::new(finding.help(match contact_parser::parse(word, span) {
-            Ok(_) if matches!(kind, Kind::Bit) => {
+            Ok(_) if matches!(kind, ParameterKind::Bit) => {
                 help.and("; a parameter with `type = \"contact\"` takes any contacts")
             }
             Ok(_) | Err(_) => help,
@@ -63,9 +63,10 @@ pub fn read(kind: Kind, text: &Text, by: FileId) -> Result<Given, Box<Finding>> 
 }
 
 /// The help for a name with a minus, given as a number.
-fn negated(kind: Kind, word: &str) -> Option<Help> {
-    let name =
-        word.strip_prefix('-').filter(|_| matches!(kind.wanted(), Wanted::Whole | Wanted::Real))?;
+fn negated(kind: ParameterKind, word: &str) -> Option<Help> {
+    let name = word
+        .strip_prefix('-')
+        .filter(|_| matches!(kind.wanted(), WantedOperand::Whole | WantedOperand::Real))?;
     match name.to_ascii_lowercase().as_str() {
         "nan" | "inf" | "infinity" => {
             Some(advise("give a finite number: `{}`", [possible("-2.5e-7")]))
@@ -89,13 +90,13 @@ fn is_indexed_once(word: &str) -> bool {
 }
 
 /// Converts a constant to the parameter's type; a name stays as it is.
-fn typed(kind: Kind, atom: Atom) -> Result<Atom, Box<Finding>> {
+fn typed(kind: ParameterKind, atom: Atom) -> Result<Atom, Box<Finding>> {
     let wanted = kind.wanted();
     let kind_of = match (&atom.kind, wanted) {
         (AtomKind::Name(_), _)
-        | (AtomKind::Integer(_) | AtomKind::Duration(_), Wanted::Whole)
-        | (AtomKind::Real(_), Wanted::Real) => return Ok(atom),
-        (AtomKind::Integer(n) | AtomKind::Duration(n), Wanted::Real) => {
+        | (AtomKind::Integer(_) | AtomKind::Duration(_), WantedOperand::Whole)
+        | (AtomKind::Real(_), WantedOperand::Real) => return Ok(atom),
+        (AtomKind::Integer(n) | AtomKind::Duration(n), WantedOperand::Real) => {
             AtomKind::Real(Real::nearest(*n))
         }
         (AtomKind::Integer(_) | AtomKind::Duration(_) | AtomKind::Real(_), _) => {
@@ -109,11 +110,11 @@ fn typed(kind: Kind, atom: Atom) -> Result<Atom, Box<Finding>> {
 }
 
 /// The nesting depth of contacts.
-fn depth(contact: &Contact) -> u32 {
+fn depth(contact: &WrittenContact) -> u32 {
     match contact {
-        Contact::Bit(_) | Contact::Compare(..) => 1,
-        Contact::Not(inner, _) | Contact::Edge(_, inner, _) => 1 + depth(inner),
-        Contact::All(items, _) | Contact::Any(items, _) => {
+        WrittenContact::Bit(_) | WrittenContact::Compare(..) => 1,
+        WrittenContact::Not(inner, _) | WrittenContact::Edge(_, inner, _) => 1 + depth(inner),
+        WrittenContact::All(items, _) | WrittenContact::Any(items, _) => {
             1 + items.iter().map(depth).max().unwrap_or(0)
         }
     }
@@ -121,7 +122,7 @@ fn depth(contact: &Contact) -> u32 {
 
 impl Given {
     /// Contacts as an argument.
-    pub fn contacts(contact: Contact) -> Given {
+    pub fn contacts(contact: WrittenContact) -> Given {
         let depth = depth(&contact);
         Given::Contacts(contact, depth)
     }
@@ -145,21 +146,23 @@ impl std::fmt::Display for Given {
 }
 
 /// The same contacts with different places, which `place` returns.
-pub fn moved(contact: &Contact, place: &mut dyn FnMut(Span) -> Span) -> Contact {
-    let mut all = |items: &[Contact]| items.iter().map(|item| moved(item, place)).collect();
+pub fn moved(contact: &WrittenContact, place: &mut dyn FnMut(Span) -> Span) -> WrittenContact {
+    let mut all = |items: &[WrittenContact]| items.iter().map(|item| moved(item, place)).collect();
     match contact {
-        Contact::Bit(name) => {
-            Contact::Bit(Located { value: name.value.clone(), span: place(name.span) })
+        WrittenContact::Bit(name) => {
+            WrittenContact::Bit(Located { value: name.value.clone(), span: place(name.span) })
         }
-        Contact::Not(inner, span) => Contact::Not(Box::new(moved(inner, place)), place(*span)),
-        Contact::All(items, span) => Contact::All(all(items), place(*span)),
-        Contact::Any(items, span) => Contact::Any(all(items), place(*span)),
-        Contact::Edge(edge, inner, span) => {
-            Contact::Edge(*edge, Box::new(moved(inner, place)), place(*span))
+        WrittenContact::Not(inner, span) => {
+            WrittenContact::Not(Box::new(moved(inner, place)), place(*span))
         }
-        Contact::Compare(a, comparison, b, span) => {
+        WrittenContact::All(items, span) => WrittenContact::All(all(items), place(*span)),
+        WrittenContact::Any(items, span) => WrittenContact::Any(all(items), place(*span)),
+        WrittenContact::Edge(edge, inner, span) => {
+            WrittenContact::Edge(*edge, Box::new(moved(inner, place)), place(*span))
+        }
+        WrittenContact::Compare(a, comparison, b, span) => {
             let (a, b) = (moved_atom(a, place), moved_atom(b, place));
-            Contact::Compare(a, *comparison, b, place(*span))
+            WrittenContact::Compare(a, *comparison, b, place(*span))
         }
     }
 }

@@ -5,7 +5,7 @@ use rungd_engine::isa::OperandKind;
 /// The type of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub enum Kind {
+pub enum ParameterKind {
     Contact,
     Bit,
     Int,
@@ -21,25 +21,25 @@ pub enum Kind {
 }
 
 /// The values of `type`.
-pub const KINDS: [(&str, Kind); 12] = [
-    ("contact", Kind::Contact),
-    ("bit", Kind::Bit),
-    ("int", Kind::Int),
-    ("real", Kind::Real),
-    ("duration", Kind::Duration),
-    ("output", Kind::Output),
-    ("int-out", Kind::IntOut),
-    ("real-out", Kind::RealOut),
-    ("timer", Kind::Timer),
-    ("counter", Kind::Counter),
-    ("sensaphone", Kind::Sensaphone),
-    ("array", Kind::Array),
+pub const KINDS: [(&str, ParameterKind); 12] = [
+    ("contact", ParameterKind::Contact),
+    ("bit", ParameterKind::Bit),
+    ("int", ParameterKind::Int),
+    ("real", ParameterKind::Real),
+    ("duration", ParameterKind::Duration),
+    ("output", ParameterKind::Output),
+    ("int-out", ParameterKind::IntOut),
+    ("real-out", ParameterKind::RealOut),
+    ("timer", ParameterKind::Timer),
+    ("counter", ParameterKind::Counter),
+    ("sensaphone", ParameterKind::Sensaphone),
+    ("array", ParameterKind::Array),
 ];
 
 /// The kind of operand that a place requires.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub enum Wanted {
+pub enum WantedOperand {
     /// A bit, to read.
     Bit,
     WrittenBit,
@@ -64,126 +64,137 @@ pub enum Wanted {
     Any,
 }
 
-impl Kind {
+impl ParameterKind {
     /// The type with this name.
-    pub fn from_name(name: &str) -> Option<Kind> {
-        KINDS.iter().find(|(of, _)| *of == name).map(|(_, kind)| *kind)
+    pub fn from_name(name: &str) -> Option<ParameterKind> {
+        KINDS.iter().find(|(kind_name, _)| *kind_name == name).map(|(_, kind)| *kind)
     }
 
     /// In words: `a bit`.
     pub fn words(self) -> &'static str {
         match self {
-            Kind::Contact => "contacts",
-            Kind::Bit => "a bit to read",
-            Kind::Int => "a whole number to read",
-            Kind::Real => "a real to read",
-            Kind::Duration => "a duration to read",
-            Kind::Output => "an output bit",
-            Kind::IntOut => "an integer word to write",
-            Kind::RealOut => "an R word to write",
-            Kind::Timer => "a timer",
-            Kind::Counter => "a counter",
-            Kind::Sensaphone => "a Sensaphone counter",
-            Kind::Array => "an array",
+            ParameterKind::Contact => "contacts",
+            ParameterKind::Bit => "a bit to read",
+            ParameterKind::Int => "a whole number to read",
+            ParameterKind::Real => "a real to read",
+            ParameterKind::Duration => "a duration to read",
+            ParameterKind::Output => "an output bit",
+            ParameterKind::IntOut => "an integer word to write",
+            ParameterKind::RealOut => "an R word to write",
+            ParameterKind::Timer => "a timer",
+            ParameterKind::Counter => "a counter",
+            ParameterKind::Sensaphone => "a Sensaphone counter",
+            ParameterKind::Array => "an array",
         }
     }
 
     /// An example of an argument, for a help.
     pub fn example(self) -> &'static str {
         match self {
-            Kind::Contact => "auto & !stop",
-            Kind::Bit => "X0",
-            Kind::Int => "12",
-            Kind::Real => "1.5",
-            Kind::Duration => "3s",
-            Kind::Output => "Y0",
-            Kind::IntOut => "D0",
-            Kind::RealOut => "R0",
-            Kind::Timer => "T0",
-            Kind::Counter => "CT0",
-            Kind::Sensaphone => "N0",
-            Kind::Array => "recipe",
+            ParameterKind::Contact => "auto & !stop",
+            ParameterKind::Bit => "X0",
+            ParameterKind::Int => "12",
+            ParameterKind::Real => "1.5",
+            ParameterKind::Duration => "3s",
+            ParameterKind::Output => "Y0",
+            ParameterKind::IntOut => "D0",
+            ParameterKind::RealOut => "R0",
+            ParameterKind::Timer => "T0",
+            ParameterKind::Counter => "CT0",
+            ParameterKind::Sensaphone => "N0",
+            ParameterKind::Array => "recipe",
         }
     }
 
     /// The type of a tag that is a valid argument; `None` if there is no such type.
     pub fn trial_type(self) -> Option<&'static str> {
         Some(match self {
-            Kind::Contact | Kind::Bit | Kind::Output => "bit",
-            Kind::Int | Kind::Duration | Kind::IntOut => "int",
-            Kind::Real | Kind::RealOut => "real",
-            Kind::Timer => "timer",
-            Kind::Counter => "counter",
-            Kind::Sensaphone => "sensaphone",
-            Kind::Array => return None,
+            ParameterKind::Contact | ParameterKind::Bit | ParameterKind::Output => "bit",
+            ParameterKind::Int | ParameterKind::Duration | ParameterKind::IntOut => "int",
+            ParameterKind::Real | ParameterKind::RealOut => "real",
+            ParameterKind::Timer => "timer",
+            ParameterKind::Counter => "counter",
+            ParameterKind::Sensaphone => "sensaphone",
+            ParameterKind::Array => return None,
         })
     }
 
     /// The kind of operand that an argument for it must be.
-    pub fn wanted(self) -> Wanted {
+    pub fn wanted(self) -> WantedOperand {
         match self {
-            Kind::Contact | Kind::Bit => Wanted::Bit,
-            Kind::Int | Kind::Duration => Wanted::Whole,
-            Kind::Real => Wanted::Real,
-            Kind::Output => Wanted::WrittenBit,
-            Kind::IntOut => Wanted::WrittenWhole,
-            Kind::RealOut => Wanted::WrittenReal,
-            Kind::Timer => Wanted::Timer,
-            Kind::Counter => Wanted::Counter,
-            Kind::Sensaphone => Wanted::Sensaphone,
-            Kind::Array => Wanted::Array,
+            ParameterKind::Contact | ParameterKind::Bit => WantedOperand::Bit,
+            ParameterKind::Int | ParameterKind::Duration => WantedOperand::Whole,
+            ParameterKind::Real => WantedOperand::Real,
+            ParameterKind::Output => WantedOperand::WrittenBit,
+            ParameterKind::IntOut => WantedOperand::WrittenWhole,
+            ParameterKind::RealOut => WantedOperand::WrittenReal,
+            ParameterKind::Timer => WantedOperand::Timer,
+            ParameterKind::Counter => WantedOperand::Counter,
+            ParameterKind::Sensaphone => WantedOperand::Sensaphone,
+            ParameterKind::Array => WantedOperand::Array,
         }
     }
 
     /// Whether such a place accepts the parameter; `member` is whether the parameter has a member
     /// behind it.
-    pub fn fits(self, wanted: Wanted, member: bool) -> bool {
-        let any = wanted == Wanted::Any;
-        let reads_bit = matches!(wanted, Wanted::Bit | Wanted::Operand);
-        let reads = matches!(wanted, Wanted::Number | Wanted::Operand);
-        let writes = matches!(wanted, Wanted::WrittenWord | Wanted::Target);
+    pub fn fits(self, wanted: WantedOperand, member: bool) -> bool {
+        let any = wanted == WantedOperand::Any;
+        let reads_bit = matches!(wanted, WantedOperand::Bit | WantedOperand::Operand);
+        let reads = matches!(wanted, WantedOperand::Number | WantedOperand::Operand);
+        let writes = matches!(wanted, WantedOperand::WrittenWord | WantedOperand::Target);
         let own = match self {
-            Kind::Contact => return false,
-            Kind::Bit => reads_bit,
-            Kind::Output => reads_bit || matches!(wanted, Wanted::WrittenBit | Wanted::Target),
-            Kind::Int | Kind::Duration => reads || wanted == Wanted::Whole,
-            Kind::Real => reads || wanted == Wanted::Real,
-            Kind::IntOut => {
-                reads || writes || matches!(wanted, Wanted::Whole | Wanted::WrittenWhole)
+            ParameterKind::Contact => return false,
+            ParameterKind::Bit => reads_bit,
+            ParameterKind::Output => {
+                reads_bit || matches!(wanted, WantedOperand::WrittenBit | WantedOperand::Target)
             }
-            Kind::RealOut => {
-                reads || writes || matches!(wanted, Wanted::Real | Wanted::WrittenReal)
+            ParameterKind::Int | ParameterKind::Duration => reads || wanted == WantedOperand::Whole,
+            ParameterKind::Real => reads || wanted == WantedOperand::Real,
+            ParameterKind::IntOut => {
+                reads
+                    || writes
+                    || matches!(wanted, WantedOperand::Whole | WantedOperand::WrittenWhole)
             }
-            Kind::Timer | Kind::Counter | Kind::Sensaphone if member => {
-                !matches!(wanted, Wanted::Block | Wanted::Array)
+            ParameterKind::RealOut => {
+                reads
+                    || writes
+                    || matches!(wanted, WantedOperand::Real | WantedOperand::WrittenReal)
             }
-            Kind::Timer => wanted == Wanted::Timer,
-            Kind::Counter => wanted == Wanted::Counter,
-            Kind::Sensaphone => wanted == Wanted::Sensaphone,
-            Kind::Array => wanted == Wanted::Array,
+            ParameterKind::Timer | ParameterKind::Counter | ParameterKind::Sensaphone if member => {
+                !matches!(wanted, WantedOperand::Block | WantedOperand::Array)
+            }
+            ParameterKind::Timer => wanted == WantedOperand::Timer,
+            ParameterKind::Counter => wanted == WantedOperand::Counter,
+            ParameterKind::Sensaphone => wanted == WantedOperand::Sensaphone,
+            ParameterKind::Array => wanted == WantedOperand::Array,
         };
-        let has_members = matches!(self, Kind::Timer | Kind::Counter | Kind::Sensaphone);
+        let has_members = matches!(
+            self,
+            ParameterKind::Timer | ParameterKind::Counter | ParameterKind::Sensaphone
+        );
         (own || any) && (has_members || !member)
     }
 }
 
-impl Wanted {
+impl WantedOperand {
     /// The kind of an instruction's operand; `None` for a Stage, which cannot be a parameter.
-    pub fn of(kind: OperandKind) -> Option<Wanted> {
+    pub fn of(kind: OperandKind) -> Option<WantedOperand> {
         Some(match kind {
-            OperandKind::WritableBit => Wanted::WrittenBit,
-            OperandKind::WritableWord => Wanted::WrittenWord,
-            OperandKind::Target => Wanted::Target,
-            OperandKind::Array | OperandKind::WritableArray | OperandKind::Shifted => Wanted::Array,
-            OperandKind::Filling => Wanted::Operand,
-            OperandKind::Counter => Wanted::Counter,
-            OperandKind::Timer => Wanted::Timer,
-            OperandKind::Sensaphone => Wanted::Sensaphone,
+            OperandKind::WritableBit => WantedOperand::WrittenBit,
+            OperandKind::WritableWord => WantedOperand::WrittenWord,
+            OperandKind::Target => WantedOperand::Target,
+            OperandKind::Array | OperandKind::WritableArray | OperandKind::Shifted => {
+                WantedOperand::Array
+            }
+            OperandKind::Filling => WantedOperand::Operand,
+            OperandKind::Counter => WantedOperand::Counter,
+            OperandKind::Timer => WantedOperand::Timer,
+            OperandKind::Sensaphone => WantedOperand::Sensaphone,
             OperandKind::Number
             | OperandKind::Value(..)
             | OperandKind::Duration
-            | OperandKind::Interval => Wanted::Number,
-            OperandKind::Program | OperandKind::Block | OperandKind::Task => Wanted::Block,
+            | OperandKind::Interval => WantedOperand::Number,
+            OperandKind::Program | OperandKind::Block | OperandKind::Task => WantedOperand::Block,
             OperandKind::Stage | OperandKind::Stages => return None,
         })
     }
@@ -191,38 +202,38 @@ impl Wanted {
     /// In words: `a bit`.
     pub fn words(self) -> &'static str {
         match self {
-            Wanted::Bit => "a bit",
-            Wanted::WrittenBit => "a bit to write",
-            Wanted::Number | Wanted::Any => "a number",
-            Wanted::Whole => "a whole number",
-            Wanted::Real => "a real",
-            Wanted::WrittenWord => "a word to write",
-            Wanted::WrittenWhole => "an integer word to write",
-            Wanted::WrittenReal => "an R word to write",
-            Wanted::Target => "a word or bit to write",
-            Wanted::Operand => "a value",
-            Wanted::Timer => "a timer",
-            Wanted::Counter => "a counter",
-            Wanted::Sensaphone => "a Sensaphone counter",
-            Wanted::Array => "an array",
-            Wanted::Block => "a program or task",
+            WantedOperand::Bit => "a bit",
+            WantedOperand::WrittenBit => "a bit to write",
+            WantedOperand::Number | WantedOperand::Any => "a number",
+            WantedOperand::Whole => "a whole number",
+            WantedOperand::Real => "a real",
+            WantedOperand::WrittenWord => "a word to write",
+            WantedOperand::WrittenWhole => "an integer word to write",
+            WantedOperand::WrittenReal => "an R word to write",
+            WantedOperand::Target => "a word or bit to write",
+            WantedOperand::Operand => "a value",
+            WantedOperand::Timer => "a timer",
+            WantedOperand::Counter => "a counter",
+            WantedOperand::Sensaphone => "a Sensaphone counter",
+            WantedOperand::Array => "an array",
+            WantedOperand::Block => "a program or task",
         }
     }
 
     /// The type of a parameter that such a place accepts, for a help.
     pub fn type_name(self) -> Option<&'static str> {
         Some(match self {
-            Wanted::Bit => "bit",
-            Wanted::WrittenBit | Wanted::Target => "output",
-            Wanted::Number | Wanted::Whole | Wanted::Operand => "int",
-            Wanted::Real => "real",
-            Wanted::WrittenWord | Wanted::WrittenWhole => "int-out",
-            Wanted::WrittenReal => "real-out",
-            Wanted::Timer => "timer",
-            Wanted::Counter => "counter",
-            Wanted::Sensaphone => "sensaphone",
-            Wanted::Array => "array",
-            Wanted::Block | Wanted::Any => return None,
+            WantedOperand::Bit => "bit",
+            WantedOperand::WrittenBit | WantedOperand::Target => "output",
+            WantedOperand::Number | WantedOperand::Whole | WantedOperand::Operand => "int",
+            WantedOperand::Real => "real",
+            WantedOperand::WrittenWord | WantedOperand::WrittenWhole => "int-out",
+            WantedOperand::WrittenReal => "real-out",
+            WantedOperand::Timer => "timer",
+            WantedOperand::Counter => "counter",
+            WantedOperand::Sensaphone => "sensaphone",
+            WantedOperand::Array => "array",
+            WantedOperand::Block | WantedOperand::Any => return None,
         })
     }
 }

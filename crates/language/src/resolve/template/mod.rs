@@ -38,9 +38,13 @@ impl Resolver<'_> {
         nesting::check(&mut templates, &mut findings);
         let mut expansion = Expansion::new(&templates);
         let mut used = vec![false; templates.all.len()];
-        for of in templates.all.iter().flat_map(|of| uses(of.template).map(move |u| (of, u))) {
-            let own = |to: usize| std::ptr::eq(templates.all[to].template, of.0.template);
-            if let Some(to) = templates.of(of.1).filter(|to| !own(*to)) {
+        for template_use in templates
+            .all
+            .iter()
+            .flat_map(|declared| uses(declared.template).map(move |u| (declared, u)))
+        {
+            let own = |to: usize| std::ptr::eq(templates.all[to].template, template_use.0.template);
+            if let Some(to) = templates.of(template_use.1).filter(|to| !own(*to)) {
                 used[to] = true;
             }
         }
@@ -51,7 +55,8 @@ impl Resolver<'_> {
         let of_library = |span: Span| self.file_name(span.file).starts_with(LIBRARY);
         let unused = templates.unused(&used);
         findings.extend(unused.into_iter().filter(|finding| !of_library(finding.span)));
-        let own: Vec<bool> = templates.all.iter().map(|of| !of_library(of.template.span)).collect();
+        let own: Vec<bool> =
+            templates.all.iter().map(|declared| !of_library(declared.template.span)).collect();
         // Templates that nothing uses come first: their trials also expand the templates that they
         // use.
         for is_used in [false, true] {

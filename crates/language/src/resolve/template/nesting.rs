@@ -4,7 +4,7 @@
 
 use super::declared::{Templates, uses};
 use crate::source::finding::{Code, Finding};
-use crate::source::fix::Edit;
+use crate::source::fix::FixEdit;
 use crate::source::ladder::Use;
 
 /// Maximum nesting depth of templates.
@@ -17,17 +17,22 @@ pub(super) fn check(templates: &mut Templates, findings: &mut Vec<Finding>) {
     let inner: Vec<Vec<(usize, &Use)>> = templates
         .all
         .iter()
-        .map(|of| uses(of.template).filter_map(|of| Some((templates.of(of)?, of))).collect())
+        .map(|declared| {
+            uses(declared.template)
+                .filter_map(|template_use| Some((templates.of(template_use)?, template_use)))
+                .collect()
+        })
         .collect();
     let depths = depths(&inner);
     circles(templates, &inner, &depths, findings);
     for (at, depth) in depths.iter().enumerate() {
         let Some(depth) = *depth else { continue };
         if depth == DEPTH_MAX + 1
-            && let Some((_, of)) = inner[at].iter().find(|(to, _)| depths[*to] == Some(DEPTH_MAX))
+            && let Some((_, template_use)) =
+                inner[at].iter().find(|(to, _)| depths[*to] == Some(DEPTH_MAX))
         {
             let message = format!("templates are nested more than {DEPTH_MAX} levels deep");
-            let finding = Finding::new(Code::TemplateSize, of.span, message);
+            let finding = Finding::new(Code::TemplateSize, template_use.span, message);
             findings.push(finding.help("write the rungs of some of them without templates"));
         }
     }
@@ -41,8 +46,8 @@ pub(super) fn check(templates: &mut Templates, findings: &mut Vec<Finding>) {
 fn depths(inner: &[Vec<(usize, &Use)>]) -> Vec<Option<usize>> {
     let mut outer = vec![Vec::new(); inner.len()];
     let mut waiting: Vec<usize> = inner.iter().map(Vec::len).collect();
-    for (at, of) in inner.iter().enumerate() {
-        of.iter().for_each(|(to, _)| outer[*to].push(at));
+    for (at, uses) in inner.iter().enumerate() {
+        uses.iter().for_each(|(to, _)| outer[*to].push(at));
     }
     let mut depths = vec![None; inner.len()];
     let mut ready: Vec<usize> = (0..inner.len()).filter(|at| waiting[*at] == 0).collect();
@@ -79,8 +84,8 @@ fn circles(
         if depths[at].is_some() || seen[at] != begin + 1 {
             continue;
         }
-        let Some(first) = path.iter().position(|(of, _)| *of == at) else { continue };
-        let names = path[first..].iter().map(|(of, _)| templates.all[*of].name());
+        let Some(first) = path.iter().position(|(template, _)| *template == at) else { continue };
+        let names = path[first..].iter().map(|(template, _)| templates.all[*template].name());
         let mut names: Vec<&str> = names.chain([templates.all[at].name()]).collect();
         if names.len() > NAMED_MAX {
             names.splice(NAMED_MAX / 2..names.len() - NAMED_MAX / 2, ["…"]);
@@ -88,6 +93,6 @@ fn circles(
         let Some((_, last)) = path.last() else { continue };
         let message = format!("a template cannot use itself: {}", names.join(" → "));
         let finding = Finding::new(Code::TemplateRecursion, last.span, message);
-        findings.push(finding.label("this use").help("take this use away").fix(Edit::Delete));
+        findings.push(finding.label("this use").help("take this use away").fix(FixEdit::Delete));
     }
 }

@@ -9,21 +9,21 @@ use std::collections::HashMap;
 
 use super::declared::{Declared, base};
 use super::given::{Given, moved, moved_atom};
-use super::kind::{Kind, Wanted};
-use super::room::Room;
+use super::kind::{ParameterKind, WantedOperand};
+use super::room::ExpansionRoom;
 use crate::resolve::layers::Layers;
 use crate::source::atom::{Atom, AtomKind};
-use crate::source::contact::Contact;
-use crate::source::expression::{Expression, Formula, Part, PartKind};
+use crate::source::contact::WrittenContact;
+use crate::source::expression::{Expression, ExpressionPart, ExpressionPartKind, WrittenFormula};
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{Help, advise, possible, propose};
-use crate::source::instruction::{Instruction, Operand};
+use crate::source::instruction::{OperandText, WrittenInstruction};
 use crate::source::span::{FileId, Located, Span};
 pub use rungd_engine::isa::{Mnemonic, Spec};
 
 /// A use while it is expanded.
 pub(super) struct Instance<'t> {
-    pub of: &'t Declared<'t>,
+    pub declared: &'t Declared<'t>,
     /// Its layer.
     pub layer: FileId,
     /// Its whole name: `p1.lamp`.
@@ -40,7 +40,7 @@ pub(super) struct Instance<'t> {
 pub(super) struct Rewrite<'r, 't> {
     pub instance: &'r Instance<'t>,
     pub layers: &'r mut Layers,
-    pub room: &'r mut Room,
+    pub room: &'r mut ExpansionRoom,
     pub findings: &'r mut Vec<Finding>,
 }
 
@@ -59,7 +59,7 @@ impl<'t> Rewrite<'_, 't> {
 
     /// The whole name of an own tag or of an inner use; any other name is unchanged.
     pub fn whole(&self, name: &str) -> String {
-        match self.instance.of.own.contains(base(name).0) {
+        match self.instance.declared.own.contains(base(name).0) {
             true => format!("{}.{name}", self.instance.name),
             false => name.to_owned(),
         }
@@ -71,10 +71,10 @@ impl<'t> Rewrite<'_, 't> {
         &mut self,
         name: &'n str,
         at: Span,
-        wanted: Wanted,
-    ) -> Option<Result<(&'t str, Kind, &'n str), ()>> {
+        wanted: WantedOperand,
+    ) -> Option<Result<(&'t str, ParameterKind, &'n str), ()>> {
         let (parameter, behind) = base(name);
-        let (own, kind) = self.instance.of.parameter(parameter)?;
+        let (own, kind) = self.instance.declared.parameter(parameter)?;
         if !self.instance.given.contains_key(own) {
             // Only a default names a parameter before its argument is known.
             let message = format!("a default names the parameter `{own}`");
@@ -82,7 +82,8 @@ impl<'t> Rewrite<'_, 't> {
             self.find(Code::TemplateParameter, at, message, help);
             return Some(Err(()));
         }
-        let fits = kind == Kind::Contact && wanted == Wanted::Bit && behind.is_empty();
+        let fits =
+            kind == ParameterKind::Contact && wanted == WantedOperand::Bit && behind.is_empty();
         if !fits && !kind.fits(wanted, !behind.is_empty()) {
             self.unfit(name, at, (kind, wanted));
             return Some(Err(()));
@@ -91,7 +92,7 @@ impl<'t> Rewrite<'_, 't> {
     }
 
     /// Reports a parameter at a place that does not accept its type.
-    fn unfit(&mut self, name: &str, at: Span, (kind, wanted): (Kind, Wanted)) {
+    fn unfit(&mut self, name: &str, at: Span, (kind, wanted): (ParameterKind, WantedOperand)) {
         let (parameter, behind) = base(name);
         let (message, help) = if !behind.is_empty() {
             let message = format!("the parameter `{parameter}` is {}", kind.words());
@@ -100,18 +101,21 @@ impl<'t> Rewrite<'_, 't> {
             let (is, not) = (kind.words(), wanted.words());
             let message = format!("the parameter `{parameter}` is {is}, not {not}");
             let help = match (kind, wanted.type_name()) {
-                (Kind::Contact, Some(name)) if wanted != Wanted::Bit => format!(
+                (ParameterKind::Contact, Some(name)) if wanted != WantedOperand::Bit => format!(
                     "a parameter with contacts is accepted only in contacts; one here needs \
                      `type = \"{name}\"`"
                 )
                 .into(),
-                (Kind::Contact, _) => {
+                (ParameterKind::Contact, _) => {
                     "a parameter with contacts is accepted only in contacts: OUT it to an own tag \
                      with `type = \"bit\"`, and name that tag"
                         .into()
                 }
-                (Kind::Timer | Kind::Counter | Kind::Sensaphone, _)
-                    if matches!(wanted, Wanted::Bit | Wanted::Number | Wanted::Operand) =>
+                (ParameterKind::Timer | ParameterKind::Counter | ParameterKind::Sensaphone, _)
+                    if matches!(
+                        wanted,
+                        WantedOperand::Bit | WantedOperand::Number | WantedOperand::Operand
+                    ) =>
                 {
                     let members = [format!("{parameter}.Done"), format!("{parameter}.Acc")];
                     advise("name a member of it: `{}`, `{}`", members.map(possible))
@@ -139,7 +143,7 @@ impl<'t> Rewrite<'_, 't> {
     }
 
     /// Rewrites a name that must stay a name; `None` if it has a mistake, which is reported.
-    fn name(&mut self, name: &Located<String>, wanted: Wanted) -> Option<Located<String>> {
+    fn name(&mut self, name: &Located<String>, wanted: WantedOperand) -> Option<Located<String>> {
         let at = self.place(name.span);
         if name.value.contains('[') {
             return Some(Located { value: self.indexed(&name.value, at)?, span: at });
@@ -157,25 +161,25 @@ impl<'t> Rewrite<'_, 't> {
     /// parameters.
     fn indexed(&mut self, name: &str, at: Span) -> Option<String> {
         let (array, rest) = name.split_once('[')?;
-        let array = self.named(array, at, Wanted::Array)?;
+        let array = self.named(array, at, WantedOperand::Array)?;
         let mut ends = Vec::new();
         for end in rest.trim_end_matches(']').split("..") {
             ends.push(match end.starts_with(|c: char| c.is_ascii_digit() || c == '-') {
                 true => end.to_owned(),
-                false => self.named(end, at, Wanted::Whole)?,
+                false => self.named(end, at, WantedOperand::Whole)?,
             });
         }
         Some(format!("{array}[{}]", ends.join("..")))
     }
 
     /// A name, or its argument if it is a parameter, as a text.
-    fn named(&mut self, name: &str, at: Span, wanted: Wanted) -> Option<String> {
+    fn named(&mut self, name: &str, at: Span, wanted: WantedOperand) -> Option<String> {
         let Some(argument) = self.argument(name, at, wanted) else { return Some(self.whole(name)) };
         let (own, _, behind) = argument.ok()?;
         self.atom_given(own, behind, at).map(|atom| atom.to_string())
     }
 
-    pub fn atom(&mut self, atom: &Atom, wanted: Wanted) -> Option<Atom> {
+    pub fn atom(&mut self, atom: &Atom, wanted: WantedOperand) -> Option<Atom> {
         let at = self.place(atom.span);
         let AtomKind::Name(name) = &atom.kind else {
             return Some(Atom { kind: atom.kind.clone(), span: at });
@@ -193,48 +197,53 @@ impl<'t> Rewrite<'_, 't> {
     }
 
     /// Rewrites contacts in series; contacts with mistakes are left out.
-    pub fn contacts(&mut self, contacts: &[Contact]) -> Vec<Contact> {
+    pub fn contacts(&mut self, contacts: &[WrittenContact]) -> Vec<WrittenContact> {
         contacts.iter().filter_map(|contact| self.contact(contact, 0)).collect()
     }
 
     /// Rewrites contacts; `depth` is the nesting depth of their place.
-    pub fn contact(&mut self, contact: &Contact, depth: u32) -> Option<Contact> {
+    pub fn contact(&mut self, contact: &WrittenContact, depth: u32) -> Option<WrittenContact> {
         self.room.take(1)?;
         Some(match contact {
-            Contact::Bit(name) => return self.bit(name, depth),
-            Contact::Not(inner, span) => {
-                Contact::Not(Box::new(self.contact(inner, depth + 1)?), self.place(*span))
+            WrittenContact::Bit(name) => return self.bit(name, depth),
+            WrittenContact::Not(inner, span) => {
+                WrittenContact::Not(Box::new(self.contact(inner, depth + 1)?), self.place(*span))
             }
-            Contact::Edge(edge, inner, span) => {
+            WrittenContact::Edge(edge, inner, span) => {
                 let inner = Box::new(self.contact(inner, depth + 1)?);
-                Contact::Edge(*edge, inner, self.place(*span))
+                WrittenContact::Edge(*edge, inner, self.place(*span))
             }
-            Contact::All(items, span) => Contact::All(self.all(items, depth)?, self.place(*span)),
-            Contact::Any(items, span) => Contact::Any(self.all(items, depth)?, self.place(*span)),
-            Contact::Compare(a, comparison, b, span) => {
-                let (a, b) = (self.atom(a, Wanted::Number), self.atom(b, Wanted::Number));
-                Contact::Compare(a?, *comparison, b?, self.place(*span))
+            WrittenContact::All(items, span) => {
+                WrittenContact::All(self.all(items, depth)?, self.place(*span))
+            }
+            WrittenContact::Any(items, span) => {
+                WrittenContact::Any(self.all(items, depth)?, self.place(*span))
+            }
+            WrittenContact::Compare(a, comparison, b, span) => {
+                let (a, b) =
+                    (self.atom(a, WantedOperand::Number), self.atom(b, WantedOperand::Number));
+                WrittenContact::Compare(a?, *comparison, b?, self.place(*span))
             }
         })
     }
 
-    fn all(&mut self, items: &[Contact], depth: u32) -> Option<Vec<Contact>> {
-        let all: Vec<Contact> =
+    fn all(&mut self, items: &[WrittenContact], depth: u32) -> Option<Vec<WrittenContact>> {
+        let all: Vec<WrittenContact> =
             items.iter().filter_map(|item| self.contact(item, depth + 1)).collect();
         (all.len() == items.len()).then_some(all)
     }
 
-    fn bit(&mut self, name: &Located<String>, depth: u32) -> Option<Contact> {
+    fn bit(&mut self, name: &Located<String>, depth: u32) -> Option<WrittenContact> {
         let at = self.place(name.span);
-        if let Some((own, Kind::Contact)) = self.instance.of.parameter(&name.value) {
-            self.argument(&name.value, at, Wanted::Bit)?.ok()?;
+        if let Some((own, ParameterKind::Contact)) = self.instance.declared.parameter(&name.value) {
+            self.argument(&name.value, at, WantedOperand::Bit)?.ok()?;
             return self.contacts_given(own, at, depth);
         }
-        self.name(name, Wanted::Bit).map(Contact::Bit)
+        self.name(name, WantedOperand::Bit).map(WrittenContact::Bit)
     }
 
     /// The contacts of an argument, as if in parentheses.
-    fn contacts_given(&mut self, own: &str, at: Span, depth: u32) -> Option<Contact> {
+    fn contacts_given(&mut self, own: &str, at: Span, depth: u32) -> Option<WrittenContact> {
         let Given::Contacts(contact, deep) = &self.instance.given[own] else { return None };
         if depth + deep > DEPTH_MAX {
             let message = format!("more than {DEPTH_MAX} levels of parentheses and `!`");
@@ -252,7 +261,7 @@ impl<'t> Rewrite<'_, 't> {
             Span { file: layer, ..span }
         };
         let mut contact = moved(contact, &mut place);
-        if let Contact::All(_, span) | Contact::Any(_, span) = &mut contact {
+        if let WrittenContact::All(_, span) | WrittenContact::Any(_, span) = &mut contact {
             // The quotes count as its parentheses.
             *span = Span { start: span.start - 1, end: span.end + 1, ..*span };
         }
@@ -260,7 +269,7 @@ impl<'t> Rewrite<'_, 't> {
     }
 
     /// Rewrites an instruction; `None` if it has a mistake, which is reported.
-    pub fn instruction(&mut self, text: &Instruction) -> Option<Instruction> {
+    pub fn instruction(&mut self, text: &WrittenInstruction) -> Option<WrittenInstruction> {
         self.room.take(1 + text.operands.len())?;
         let mnemonic =
             Located { value: text.mnemonic.value.clone(), span: self.place(text.mnemonic.span) };
@@ -277,74 +286,89 @@ impl<'t> Rewrite<'_, 't> {
             None => None,
         };
         let operands = operands.into_iter().collect::<Option<Vec<_>>>()?;
-        Some(Instruction { span: self.place(text.span), mnemonic, operands, formula })
+        Some(WrittenInstruction { span: self.place(text.span), mnemonic, operands, formula })
     }
 
-    fn operand(&mut self, operand: &Operand, wanted: Option<Wanted>) -> Option<Operand> {
+    fn operand(
+        &mut self,
+        operand: &OperandText,
+        wanted: Option<WantedOperand>,
+    ) -> Option<OperandText> {
         let key = operand.key.as_ref();
         let key = key.map(|key| Located { value: key.value.clone(), span: self.place(key.span) });
         let value = match wanted {
             Some(wanted) => self.atom(&operand.value, wanted)?,
             None => moved_atom(&operand.value, &mut |span| self.place(span)),
         };
-        Some(Operand { span: self.place(operand.span), key, value })
+        Some(OperandText { span: self.place(operand.span), key, value })
     }
 
-    fn formula(&mut self, formula: &Formula) -> Option<Formula> {
+    fn formula(&mut self, formula: &WrittenFormula) -> Option<WrittenFormula> {
         self.room.take(formula.expression.parts.len())?;
-        let wanted = if formula.index.is_some() { Wanted::Array } else { Wanted::Target };
+        let wanted =
+            if formula.index.is_some() { WantedOperand::Array } else { WantedOperand::Target };
         let target = self.name(&formula.target, wanted);
         let index = match &formula.index {
             Some(index) => Some(self.expression(index)?),
             None => None,
         };
         let expression = self.expression(&formula.expression);
-        Some(Formula { target: target?, index, expression: expression? })
+        Some(WrittenFormula { target: target?, index, expression: expression? })
     }
 
     fn expression(&mut self, expression: &Expression) -> Option<Expression> {
         let parts = expression.parts.iter().map(|part| self.part(part));
         // Rewrites all parts first, so that every mistake is reported.
-        let parts: Vec<Option<Part>> = parts.collect();
+        let parts: Vec<Option<ExpressionPart>> = parts.collect();
         let parts = parts.into_iter().collect::<Option<Vec<_>>>()?;
         Some(Expression { parts })
     }
 
-    fn part(&mut self, part: &Part) -> Option<Part> {
+    fn part(&mut self, part: &ExpressionPart) -> Option<ExpressionPart> {
         let span = self.place(part.span);
         let kind = match &part.kind {
-            PartKind::Name(name) => {
+            ExpressionPartKind::Name(name) => {
                 let atom = Atom { kind: AtomKind::Name(name.clone()), span: part.span };
                 // Some functions take whole arrays; the resolver checks that.
-                let wanted = match self.instance.of.parameter(name) {
-                    Some((_, Kind::Array)) => Wanted::Array,
-                    Some(_) | None => Wanted::Operand,
+                let wanted = match self.instance.declared.parameter(name) {
+                    Some((_, ParameterKind::Array)) => WantedOperand::Array,
+                    Some(_) | None => WantedOperand::Operand,
                 };
                 let atom = self.atom(&atom, wanted)?;
                 let kind = match atom.kind {
-                    AtomKind::Name(name) => PartKind::Name(name),
-                    AtomKind::Integer(n) | AtomKind::Duration(n) => PartKind::Integer(n.into()),
-                    AtomKind::Real(real) => PartKind::Real(real),
+                    AtomKind::Name(name) => ExpressionPartKind::Name(name),
+                    AtomKind::Integer(n) | AtomKind::Duration(n) => {
+                        ExpressionPartKind::Integer(n.into())
+                    }
+                    AtomKind::Real(real) => ExpressionPartKind::Real(real),
                 };
-                return Some(Part { kind, span: atom.span });
+                return Some(ExpressionPart { kind, span: atom.span });
             }
-            PartKind::Element(name) => PartKind::Element(self.name(name, Wanted::Array)?),
-            PartKind::Integer(n) => PartKind::Integer(*n),
-            PartKind::Real(real) => PartKind::Real(*real),
-            PartKind::Unary(operator) => PartKind::Unary(*operator),
-            PartKind::Binary(operator, sign) => PartKind::Binary(*operator, self.place(*sign)),
-            PartKind::Call(name, count) => {
+            ExpressionPartKind::Element(name) => {
+                ExpressionPartKind::Element(self.name(name, WantedOperand::Array)?)
+            }
+            ExpressionPartKind::Integer(n) => ExpressionPartKind::Integer(*n),
+            ExpressionPartKind::Real(real) => ExpressionPartKind::Real(*real),
+            ExpressionPartKind::Unary(operator) => ExpressionPartKind::Unary(*operator),
+            ExpressionPartKind::Binary(operator, sign) => {
+                ExpressionPartKind::Binary(*operator, self.place(*sign))
+            }
+            ExpressionPartKind::Call(name, count) => {
                 let name = Located { value: name.value.clone(), span: self.place(name.span) };
-                PartKind::Call(name, *count)
+                ExpressionPartKind::Call(name, *count)
             }
         };
-        Some(Part { kind, span })
+        Some(ExpressionPart { kind, span })
     }
 }
 
 /// The kind of operand that is required; `None` for a Stage.
-fn wanted(spec: Option<&'static Spec>, operand: &Operand, positional: usize) -> Option<Wanted> {
-    let Some(spec) = spec else { return Some(Wanted::Any) };
+fn wanted(
+    spec: Option<&'static Spec>,
+    operand: &OperandText,
+    positional: usize,
+) -> Option<WantedOperand> {
+    let Some(spec) = spec else { return Some(WantedOperand::Any) };
     let row = match &operand.key {
         Some(key) => spec.operands.iter().find(|row| row.key == Some(key.value.as_str())),
         None => {
@@ -352,5 +376,5 @@ fn wanted(spec: Option<&'static Spec>, operand: &Operand, positional: usize) -> 
             rows().nth(positional).or(rows().next_back())
         }
     };
-    row.map_or(Some(Wanted::Any), |row| Wanted::of(row.kind))
+    row.map_or(Some(WantedOperand::Any), |row| WantedOperand::of(row.kind))
 }

@@ -5,13 +5,13 @@
 pub(super) const PARTS_MAX: usize = 1_000_000;
 
 /// The room that is left.
-pub(super) struct Room {
+pub(super) struct ExpansionRoom {
     left: usize,
 }
 
-impl Room {
-    pub fn new() -> Room {
-        Room { left: PARTS_MAX }
+impl ExpansionRoom {
+    pub fn new() -> ExpansionRoom {
+        ExpansionRoom { left: PARTS_MAX }
     }
 
     /// Takes room for this number of parts; `None` if there is too little.

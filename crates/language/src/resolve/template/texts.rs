@@ -5,7 +5,7 @@ use std::ops::Range;
 use crate::source::atom::{is_name, is_name_letter};
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{Fix, Help, possible, write};
-use crate::source::nearest::{KnownNames, Near};
+use crate::source::nearest::{KnownNames, UnknownName};
 use crate::source::span::Span;
 
 /// The pieces of a text. Each is a plain text, and the word in braces behind it, if there is one.
@@ -79,7 +79,7 @@ pub(super) fn check(text: &str, span: Span, known: &KnownNames) -> Vec<Finding> 
         if let Some(word) = word.filter(|word| !known.has(word)) {
             let finding =
                 find(format!("`{{{word}}}` is neither `{{name}}` nor a parameter")).help(holds);
-            let near = Near::new(word, known).at(place(end - word.len() - 1, word.len()));
+            let near = UnknownName::new(word, known).at(place(end - word.len() - 1, word.len()));
             findings.push(finding.near_any(Some(Box::new(near))));
         }
     }
@@ -98,12 +98,12 @@ fn unclosed(plain: &str) -> Option<usize> {
 }
 
 /// The text with the words in braces replaced by their values.
-pub(super) fn filled(text: &str, of: impl Fn(&str) -> Option<String>) -> String {
+pub(super) fn filled(text: &str, value: impl Fn(&str) -> Option<String>) -> String {
     let mut filled = String::new();
     for (plain, word) in pieces(text) {
         filled.push_str(plain);
         let Some(word) = word else { continue };
-        match of(word) {
+        match value(word) {
             Some(stands) => filled.push_str(&stands),
             None => filled.push_str(&format!("{{{word}}}")),
         }

@@ -3,7 +3,7 @@
 
 use crate::resolve::Resolver;
 use crate::resolve::program::Program;
-use crate::source::ladder::{Block, Ladder, Stage};
+use crate::source::ladder::{Ladder, WrittenBlock, WrittenStage};
 use crate::source::span::FileId;
 
 impl Resolver<'_> {
@@ -39,13 +39,13 @@ impl Resolver<'_> {
 
 /// The ladder without its rungs, for its names only.
 fn without_rungs(ladder: &Ladder) -> Ladder {
-    let stage = |stage: &Stage| Stage {
+    let stage = |stage: &WrittenStage| WrittenStage {
         span: stage.span,
         name: stage.name.clone(),
         doc: None,
         rungs: Vec::new(),
     };
-    let block = |block: &Block| Block {
+    let block = |block: &WrittenBlock| WrittenBlock {
         form: block.form,
         span: block.span,
         name: block.name.clone(),

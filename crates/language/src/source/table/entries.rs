@@ -4,7 +4,7 @@
 
 use toml::de::DeValue;
 
-use super::{Constant, Table, TextOrTable, Value, ValueForm};
+use super::{Constant, DeNode, Table, TextOrTable, ValueForm};
 use crate::source::finding::{Code, Finding};
 use crate::source::key::Key;
 use crate::source::reader::Text;
@@ -100,7 +100,7 @@ impl<'a> Table<'a> {
     pub fn scalars(&mut self, any: Key) -> Vec<(Text, Option<Text>)> {
         self.shape.iter().for_each(|shape| shape.note_others(any, ValueForm::Scalar));
         let entries = self.in_file_order();
-        let scalar = |(key, value): (_, Value<'a>)| {
+        let scalar = |(key, value): (_, DeNode<'a>)| {
             let name = self.key_text(key);
             let text = self.scalar_of(value, &format!("`{}`", name.text));
             (name, text)
@@ -114,7 +114,7 @@ impl<'a> Table<'a> {
         self.scalar_of(value, &self.what(key.name))
     }
 
-    fn scalar_of(&self, value: Value<'a>, what: &str) -> Option<Text> {
+    fn scalar_of(&self, value: DeNode<'a>, what: &str) -> Option<Text> {
         let span = self.doc.span(value.span());
         let text = match value.get_ref() {
             DeValue::String(text) => return Some(self.doc.text(text, value.span())),

@@ -13,7 +13,7 @@ const BUDGET_US: u32 = 200;
 
 /// The keys of a `[[device]]` for its chip.
 #[derive(Clone, Debug, Default)]
-pub struct Keys {
+pub struct GpioKeys {
     /// Whether the device names this driver; only then can a required key be missing.
     pub is_named: bool,
     /// `chip`: the chip's character device, or its label.
@@ -21,12 +21,12 @@ pub struct Keys {
     /// `budget-us`: the longest time for an exchange.
     pub budget_us: u32,
     /// The keys of each row of the map.
-    pub rows: Vec<RowKeys>,
+    pub rows: Vec<GpioRowKeys>,
 }
 
 /// The keys of a row of the map for its lines.
 #[derive(Clone, Debug, Default)]
-pub struct RowKeys {
+pub struct GpioRowKeys {
     /// `active-low`: a low level is ON.
     pub active_low: bool,
     /// `debounce`, ms.
@@ -50,10 +50,10 @@ const CHIP: ParsedText<ChipId> = ParsedText::new(|_, text| {
     Ok(ChipId::Path(text.text.clone()))
 });
 
-impl Keys {
+impl GpioKeys {
     /// Keys that have not been read yet.
-    pub fn of(name: Option<&str>) -> Keys {
-        Keys { is_named: name.is_some(), ..Keys::default() }
+    pub fn of(name: Option<&str>) -> GpioKeys {
+        GpioKeys { is_named: name.is_some(), ..GpioKeys::default() }
     }
 
     pub(super) fn read_device(&mut self, table: &mut Table<'_>) {
@@ -70,8 +70,8 @@ impl Keys {
     }
 }
 
-impl RowKeys {
-    pub(super) fn read(row: &mut Table<'_>) -> RowKeys {
+impl GpioRowKeys {
+    pub(super) fn read(row: &mut Table<'_>) -> GpioRowKeys {
         let active_low = row.flag(key("active-low", "`gpio`: a low level is ON."), false);
         let explained =
             key("debounce", "`gpio`: a level must last this long to count; at most 10s.");
@@ -82,6 +82,6 @@ impl RowKeys {
         let explained =
             key("drive", "`gpio`: how an output drives its line; `push-pull` if not given.");
         let drive = row.value(explained, &KeyWords::new(&LineDrive::NAMES));
-        RowKeys { active_low, debounce_ms, bias, drive }
+        GpioRowKeys { active_low, debounce_ms, bias, drive }
     }
 }

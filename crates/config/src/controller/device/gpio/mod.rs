@@ -14,7 +14,7 @@ pub(crate) mod keys;
 
 use std::collections::HashMap;
 
-use keys::{Keys, RowKeys};
+use keys::{GpioKeys, GpioRowKeys};
 
 use super::driver::{
     DriverKeys, PointBeginning, ResolvedRow, ResolvedRows, RowDirection, WrittenDevice,
@@ -22,7 +22,7 @@ use super::driver::{
 use super::settings::DriverSettings;
 use rungd_io::gpio::settings::{GpioLine, GpioSettings, LineDrive, LineId, LineSetting};
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::fix::{Edit, advise, possible, proposed};
+use rungd_language::source::fix::{FixEdit, advise, possible, proposed};
 use rungd_language::source::reader::Table;
 use rungd_language::source::span::Span;
 
@@ -37,9 +37,9 @@ pub(super) fn beginnings() -> Vec<PointBeginning> {
     vec![PointBeginning { text, about, is_written: true }]
 }
 
-impl DriverKeys for Keys {
+impl DriverKeys for GpioKeys {
     fn read_row(&mut self, row: &mut Table<'_>) {
-        self.rows.push(RowKeys::read(row));
+        self.rows.push(GpioRowKeys::read(row));
     }
 
     fn read(&mut self, table: &mut Table<'_>) {
@@ -69,7 +69,7 @@ impl DriverKeys for Keys {
 }
 
 fn lines_of(
-    keys: &Keys,
+    keys: &GpioKeys,
     device: &WrittenDevice,
     rows: ResolvedRows<'_>,
     findings: &mut Vec<Finding>,
@@ -79,7 +79,7 @@ fn lines_of(
         let message = "lines of a chip are read and written by every scan";
         let finding = Finding::new(Code::Controller, poll.span, message);
         let help = "remove `poll`; `[scan] period` sets the rate";
-        findings.push(finding.help(help).fix(Edit::Remove("poll")));
+        findings.push(finding.help(help).fix(FixEdit::Remove("poll")));
     }
     let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
     let mut seen: HashMap<LineId, Span> = HashMap::new();
@@ -94,11 +94,11 @@ fn lines_of(
         let setting = setting(row, &keys.rows[row.at], findings);
         for at in lines {
             enter(&at, row.points.span, &mut seen, findings);
-            let of = match row.direction {
+            let line_name = match row.direction {
                 RowDirection::In => &mut inputs,
                 RowDirection::Out => &mut outputs,
             };
-            of.push(GpioLine { at, setting });
+            line_name.push(GpioLine { at, setting });
         }
     }
     let chip = keys.chip.clone().filter(|_| findings.len() == before)?;
@@ -169,13 +169,13 @@ fn enter(at: &LineId, span: Span, seen: &mut HashMap<LineId, Span>, findings: &m
     }
 }
 
-fn setting(row: &ResolvedRow<'_>, keys: &RowKeys, findings: &mut Vec<Finding>) -> LineSetting {
+fn setting(row: &ResolvedRow<'_>, keys: &GpioRowKeys, findings: &mut Vec<Finding>) -> LineSetting {
     let is_output = row.direction == RowDirection::Out;
     if let Some(debounce) = &keys.debounce_ms {
         if is_output {
             let finding =
                 Finding::new(Code::Controller, debounce.span, "an output has no debounce");
-            findings.push(finding.help("take it out").fix(Edit::Delete));
+            findings.push(finding.help("take it out").fix(FixEdit::Delete));
         } else if debounce.value > DEBOUNCE_MS_MAX {
             let message = "a debounce lasts 10s at most";
             findings.push(Finding::new(Code::OutOfRange, debounce.span, message));
@@ -185,7 +185,7 @@ fn setting(row: &ResolvedRow<'_>, keys: &RowKeys, findings: &mut Vec<Finding>) -
         let message = "an input drives nothing: it has no `drive`";
         let help = "take it out; `bias` holds an open input";
         let finding = Finding::new(Code::Controller, drive.span, message).help(help);
-        findings.push(finding.fix(Edit::Delete));
+        findings.push(finding.fix(FixEdit::Delete));
     }
     LineSetting {
         active_low: keys.active_low,

@@ -29,7 +29,7 @@ const WATCHDOG_MS: u32 = 500;
 
 /// The keys of a `[[device]]` for its peer.
 #[derive(Clone, Debug, Default)]
-pub struct Keys {
+pub struct ModbusKeys {
     /// The medium to the peer, if the device names a driver.
     pub medium: Option<Medium>,
     /// The way to the peer; `None` after a finding.
@@ -51,7 +51,7 @@ pub struct Keys {
     /// `watchdog`.
     pub watchdog: Option<WrittenWatchdog>,
     /// The keys of each row of the map.
-    pub rows: Vec<RowKeys>,
+    pub rows: Vec<ModbusRowKeys>,
 }
 
 /// `watchdog`: a register that the client writes a counter to.
@@ -70,7 +70,7 @@ pub struct WrittenWatchdog {
 
 /// The keys of a row of the map for its points.
 #[derive(Clone, Debug, Default)]
-pub struct RowKeys {
+pub struct ModbusRowKeys {
     /// `unit`; if not given, the device's.
     pub unit: Option<u8>,
     /// `type` of a register's number.
@@ -89,11 +89,11 @@ pub struct RowKeys {
     pub scaling: ScalingKeys,
 }
 
-impl Keys {
+impl ModbusKeys {
     /// Keys that have not been read yet; without a name, the keys of both media.
-    pub fn of(name: Option<&str>) -> Keys {
+    pub fn of(name: Option<&str>) -> ModbusKeys {
         let medium = name.map(|name| if name == RTU { Medium::Serial } else { Medium::Tcp });
-        Keys { medium, ..Keys::default() }
+        ModbusKeys { medium, ..ModbusKeys::default() }
     }
 
     pub(super) fn read_device(&mut self, table: &mut Table<'_>) {
@@ -201,7 +201,7 @@ impl Keys {
         let has_wrong_order = (row.has("word-order") && word_order.is_none())
             || (row.has("byte-order") && byte_order.is_none());
         let scaling = ScalingKeys::read(row);
-        let keys = RowKeys {
+        let keys = ModbusRowKeys {
             unit,
             kind,
             word_order,

@@ -9,7 +9,7 @@ use rungd_io::modbus_client::settings::{
     TcpPeer, Transaction,
 };
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::fix::{Edit, Help, advise, possible, proposed};
+use rungd_language::source::fix::{FixEdit, Help, advise, possible, proposed};
 use rungd_language::source::key::key;
 use rungd_language::source::reader::{Table, Text};
 use rungd_language::source::span::{Located, Span};
@@ -156,7 +156,10 @@ impl ConnectionKeys {
         TcpPeer {
             address,
             connect_timeout_ms: self.timeout_ms.as_ref().map_or(CONNECT_TIMEOUT_MS, |ms| ms.value),
-            connection: self.connection.as_ref().map_or_else(Default::default, |of| of.value),
+            connection: self
+                .connection
+                .as_ref()
+                .map_or_else(Default::default, |connection| connection.value),
         }
     }
 }
@@ -177,7 +180,10 @@ impl LineKeys {
             Some(LinePort::Serial(path)) => {
                 let of_connection = [
                     ("connect-timeout", connection.timeout_ms.as_ref().map(|ms| ms.span)),
-                    ("connection", connection.connection.as_ref().map(|of| of.span)),
+                    (
+                        "connection",
+                        connection.connection.as_ref().map(|connection| connection.span),
+                    ),
                 ];
                 let help = "it goes with `port = \"tcp://192.168.1.20:4001\"`: take it out here";
                 let reason = "is of a connection, and a serial line has none";
@@ -207,6 +213,6 @@ fn refuse(table: &Table<'_>, keys: &[(&str, Option<Span>)], reason: &str, help: 
     for (name, place) in keys {
         let Some(span) = *place else { continue };
         let finding = Finding::new(Code::Controller, span, format!("`{name}` {reason}"));
-        table.find(finding.help(help).fix(Edit::Delete));
+        table.find(finding.help(help).fix(FixEdit::Delete));
     }
 }

@@ -5,14 +5,14 @@
 //! different way, [`doubt`] returns the other meaning. `docs/modbus-devices.md` has a table of
 //! these notations, which a test tries. No findings are made here.
 
-use super::stretch::Stretch;
+use super::stretch::ElementStretch;
 use rungd_io::modbus::settings::ModbusTable;
 
 /// The number of elements of a table.
 const ELEMENTS: u32 = 65_536;
 
 /// A possible meaning of a text in a different notation.
-pub(super) struct Reading {
+pub(super) struct ManualReading {
     /// The points in the notation of a map.
     pub row: String,
     /// The condition for this meaning; empty if there is no other.
@@ -21,7 +21,7 @@ pub(super) struct Reading {
 
 /// Consecutive elements, or bits of one register.
 #[derive(Clone, Copy)]
-struct Elements {
+struct ManualElements {
     first: u32,
     last: u32,
     bit: Option<u32>,
@@ -30,12 +30,12 @@ struct Elements {
 /// Elements as a text has them, before the first is counted from 0.
 struct WrittenElements<'a> {
     first: &'a str,
-    behind: Behind<'a>,
+    behind: ElementsEnd<'a>,
 }
 
 /// What follows the first number.
 #[derive(Clone, Copy)]
-enum Behind<'a> {
+enum ElementsEnd<'a> {
     Nothing,
     /// The last number of a range.
     To(&'a str),
@@ -103,7 +103,7 @@ const NAMES: [(ModbusTable, &[&str]); 4] = [
 
 /// The points that a text in a different notation may mean, the likeliest first; none if it is in
 /// no notation that is known here.
-pub(super) fn readings(text: &str) -> Vec<Reading> {
+pub(super) fn readings(text: &str) -> Vec<ManualReading> {
     let text = text.trim();
     if let Some(address) = text.strip_prefix('%') {
         return iec(address);
@@ -116,7 +116,7 @@ pub(super) fn readings(text: &str) -> Vec<Reading> {
 
 /// The other meaning of a valid number that is written in decimal: `holding 40001` is `holding 0`
 /// if the manual counts so. An output has no meaning that can only be read.
-pub(super) fn doubt(stretch: &Stretch, is_output: bool) -> Option<ManualNumber> {
+pub(super) fn doubt(stretch: &ElementStretch, is_output: bool) -> Option<ManualNumber> {
     if stretch.is_hexadecimal {
         return None;
     }
@@ -130,11 +130,11 @@ pub(super) fn doubt(stretch: &Stretch, is_output: bool) -> Option<ManualNumber> 
     let is_possible =
         table.is_bits() == stretch.table.is_bits() && (table.is_writable() || !is_output);
     let skipped = (digit * 10_000 + 1) * bits;
-    let other = Stretch { table, first: stretch.first - skipped, ..*stretch };
+    let other = ElementStretch { table, first: stretch.first - skipped, ..*stretch };
     is_possible.then(|| ManualNumber {
         number: first,
-        row: other.text(Stretch::decimal),
-        exact: stretch.text(Stretch::hexadecimal),
+        row: other.text(ElementStretch::decimal),
+        exact: stretch.text(ElementStretch::hexadecimal),
     })
 }
 
@@ -149,7 +149,7 @@ pub(super) struct ManualNumber {
 }
 
 /// A text that begins with a digit: `40001`, `4x0001`, `4:0001`, `0x9C41`, `40001:2`, `100`.
-fn numbered(text: &str) -> Vec<Reading> {
+fn numbered(text: &str) -> Vec<ManualReading> {
     let mut all = Vec::new();
     let bytes = text.as_bytes();
     if let [digit, b'x' | b'X' | b':', ..] = bytes
@@ -184,7 +184,7 @@ fn numbered(text: &str) -> Vec<Reading> {
 }
 
 /// A text that begins with a name: `HR100`, `holding register 5`, `holding:3`, `coil 00001`.
-fn named(text: &str) -> Vec<Reading> {
+fn named(text: &str) -> Vec<ManualReading> {
     let mut all = Vec::new();
     let Some((table, rest, is_own)) = table_of(text) else { return all };
     let Some(written) = WrittenElements::of(rest) else { return all };
@@ -209,7 +209,7 @@ fn named(text: &str) -> Vec<Reading> {
 }
 
 /// An address of IEC 61131-3 without its `%`, as the servers of Modicon and CODESYS use them.
-fn iec(address: &str) -> Vec<Reading> {
+fn iec(address: &str) -> Vec<ManualReading> {
     let mut all = Vec::new();
     let kind_bytes = address.bytes().take_while(u8::is_ascii_alphabetic).count();
     let (kind, rest) = address.split_at(kind_bytes);
@@ -227,17 +227,18 @@ fn iec(address: &str) -> Vec<Reading> {
     match &kind[1..] {
         "W" => {
             if let Some(mut written) = WrittenElements::of(rest) {
-                if let Behind::BitOrCount(bit) = written.behind
+                if let ElementsEnd::BitOrCount(bit) = written.behind
                     && let Some(bit) = bit.strip_prefix(['X', 'x'])
                 {
-                    written.behind = Behind::Bit(bit);
+                    written.behind = ElementsEnd::Bit(bit);
                 }
                 push(&mut all, registers, &written, (plain, ""));
             }
         }
         "D" | "F" => {
             if let Some(first) = plain(rest) {
-                let two = |first: u32| Elements { first, last: first.saturating_add(1), bit: None };
+                let two =
+                    |first: u32| ManualElements { first, last: first.saturating_add(1), bit: None };
                 push_elements(&mut all, registers, two(first), "numbered as words");
                 let doubled = two(first.saturating_mul(2));
                 push_elements(&mut all, registers, doubled, "numbered as double words");
@@ -246,10 +247,11 @@ fn iec(address: &str) -> Vec<Reading> {
         "X" => {
             if let Some((byte, bit)) = bytes(rest) {
                 let (register, bit_of_word) = (byte / 2, byte % 2 * 8 + bit);
-                let one = Elements { first: register, last: register, bit: Some(bit_of_word) };
+                let one =
+                    ManualElements { first: register, last: register, bit: Some(bit_of_word) };
                 push_elements(&mut all, registers, one, "as a bit of a register");
                 let at = byte.saturating_mul(8) + bit;
-                let one = Elements { first: at, last: at, bit: None };
+                let one = ManualElements { first: at, last: at, bit: None };
                 push_elements(&mut all, bits, one, "as a bit of its own");
             }
         }
@@ -265,34 +267,34 @@ fn iec(address: &str) -> Vec<Reading> {
 
 /// Adds the meanings of written elements, if they are in the table.
 fn push(
-    all: &mut Vec<Reading>,
+    all: &mut Vec<ManualReading>,
     table: ModbusTable,
     written: &WrittenElements<'_>,
     (number, when): (fn(&str) -> Option<u32>, &'static str),
 ) {
     let Some(first) = number(written.first) else { return };
-    let one = Elements { first, last: first, bit: None };
+    let one = ManualElements { first, last: first, bit: None };
     let bit = |bit: &str| {
         let bit = plain(bit).filter(|bit| *bit < 16 && !table.is_bits())?;
-        Some(Elements { bit: Some(bit), ..one })
+        Some(ManualElements { bit: Some(bit), ..one })
     };
     let count = |count: &str| {
         let count = plain(count).filter(|count| (1..=ELEMENTS).contains(count))?;
-        Some(Elements { last: first.saturating_add(count - 1), ..one })
+        Some(ManualElements { last: first.saturating_add(count - 1), ..one })
     };
     match written.behind {
-        Behind::Nothing => push_elements(all, table, one, when),
-        Behind::To(last) => {
+        ElementsEnd::Nothing => push_elements(all, table, one, when),
+        ElementsEnd::To(last) => {
             if let Some(last) = number(last) {
-                push_elements(all, table, Elements { last, ..one }, when);
+                push_elements(all, table, ManualElements { last, ..one }, when);
             }
         }
-        Behind::Bit(text) => {
+        ElementsEnd::Bit(text) => {
             if let Some(elements) = bit(text) {
                 push_elements(all, table, elements, when);
             }
         }
-        Behind::BitOrCount(text) => {
+        ElementsEnd::BitOrCount(text) => {
             for (elements, when) in
                 [(bit(text), "for the bit"), (count(text), "for the number of elements")]
             {
@@ -305,12 +307,12 @@ fn push(
 }
 
 fn push_elements(
-    all: &mut Vec<Reading>,
+    all: &mut Vec<ManualReading>,
     table: ModbusTable,
-    elements: Elements,
+    elements: ManualElements,
     when: &'static str,
 ) {
-    let Elements { first, last, bit } = elements;
+    let ManualElements { first, last, bit } = elements;
     if last < first || last >= ELEMENTS {
         return;
     }
@@ -319,14 +321,15 @@ fn push_elements(
         None => (first, last - first + 1),
     };
     let is_bits_of_registers = bit.is_some();
-    let stretch = Stretch { table, first, count, is_bits_of_registers, is_hexadecimal: false };
+    let stretch =
+        ElementStretch { table, first, count, is_bits_of_registers, is_hexadecimal: false };
     // What is written here must not be in doubt again.
     let row = match doubt(&stretch, false) {
         Some(manual) => manual.exact,
-        None => stretch.text(Stretch::decimal),
+        None => stretch.text(ElementStretch::decimal),
     };
     if all.iter().all(|reading| reading.row != row) {
-        all.push(Reading { row, when });
+        all.push(ManualReading { row, when });
     }
 }
 
@@ -337,13 +340,13 @@ impl<'a> WrittenElements<'a> {
         let (first, behind) = if let Some((first, last)) =
             text.split_once("..").or(text.split_once(" to ")).or(text.split_once('-'))
         {
-            (first, Behind::To(last.trim_start_matches('.').trim()))
+            (first, ElementsEnd::To(last.trim_start_matches('.').trim()))
         } else if let Some((first, bit)) = text.split_once(['.', '/']) {
-            (first, Behind::Bit(bit.trim()))
+            (first, ElementsEnd::Bit(bit.trim()))
         } else if let Some((first, bit)) = text.split_once(':') {
-            (first, Behind::BitOrCount(bit.trim()))
+            (first, ElementsEnd::BitOrCount(bit.trim()))
         } else {
-            (text, Behind::Nothing)
+            (text, ElementsEnd::Nothing)
         };
         let first = first.trim();
         (!first.is_empty() && first.is_ascii()).then_some(WrittenElements { first, behind })

@@ -22,12 +22,12 @@ use rungd_language::source::fix::{Help, advise, pair, propose, proposed};
 use rungd_language::source::reader::{Table, Text};
 use rungd_language::source::span::Span;
 
-use keys::{Keys, WrittenWatchdog};
+use keys::{ModbusKeys, WrittenWatchdog};
 use link::Medium;
 pub(super) use peers::at_odds;
-use stretch::Stretch;
+use stretch::ElementStretch;
 
-impl DriverKeys for Keys {
+impl DriverKeys for ModbusKeys {
     fn read_row(&mut self, row: &mut Table<'_>) {
         self.read_row_keys(row);
     }
@@ -63,7 +63,7 @@ impl DriverKeys for Keys {
 }
 
 fn client(
-    keys: &Keys,
+    keys: &ModbusKeys,
     device: &WrittenDevice,
     rows: ResolvedRows<'_>,
     findings: &mut Vec<Finding>,
@@ -99,7 +99,7 @@ fn client(
 
 /// The reader of one device's keys and rows.
 struct ModbusReader<'a> {
-    keys: &'a Keys,
+    keys: &'a ModbusKeys,
     device: &'a WrittenDevice,
     findings: &'a mut Vec<Finding>,
 }
@@ -200,7 +200,7 @@ fn of_points(row: &ResolvedRow<'_>, message: String) -> Finding {
     Finding::new(Code::Controller, row.points.span, message)
 }
 
-fn mismatch(row: &ResolvedRow<'_>, stretch: &Stretch, is_bits: bool) -> Option<Finding> {
+fn mismatch(row: &ResolvedRow<'_>, stretch: &ElementStretch, is_bits: bool) -> Option<Finding> {
     let name = stretch.table.name();
     if row.direction == RowDirection::Out && !stretch.table.is_writable() {
         let message = format!("`{}` can only be read", row.points.text);
@@ -222,7 +222,7 @@ fn mismatch(row: &ResolvedRow<'_>, stretch: &Stretch, is_bits: bool) -> Option<F
     }
 }
 
-fn wrong_count(row: &ResolvedRow<'_>, stretch: &Stretch, width: u32) -> Finding {
+fn wrong_count(row: &ResolvedRow<'_>, stretch: &ElementStretch, width: u32) -> Finding {
     let (count, addresses) = (stretch.count, row.addresses.len() as u32);
     let (memory, name) = (&row.text.text, stretch.table.name());
     let points = match (width, count) {

@@ -3,11 +3,11 @@
 
 use super::super::driver::ResolvedRow;
 use super::ModbusReader;
-use super::keys::RowKeys;
+use super::keys::ModbusRowKeys;
 use rungd_io::modbus::number::{ByteOrder, NumberOrder, RegisterNumberType, WordOrder};
 use rungd_io::modbus_client::settings::{NumberPart, RegisterNumber};
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::fix::Edit;
+use rungd_language::source::fix::FixEdit;
 use rungd_language::source::span::Span;
 
 /// The numbers of a row.
@@ -37,7 +37,7 @@ impl ModbusReader<'_> {
     /// The numbers in a row's registers, according to the row's keys.
     pub(super) fn number(
         &mut self,
-        (keys, row): (&RowKeys, &ResolvedRow<'_>),
+        (keys, row): (&ModbusRowKeys, &ResolvedRow<'_>),
         is_bits: bool,
     ) -> Option<RowNumber> {
         let before = self.findings.len();
@@ -70,7 +70,7 @@ impl ModbusReader<'_> {
     }
 
     /// Findings for keys of numbers in a row of bits.
-    fn refuse_of_bits(&mut self, keys: &RowKeys) {
+    fn refuse_of_bits(&mut self, keys: &ModbusRowKeys) {
         let given = [
             ("type", keys.kind.as_ref().map(|kind| kind.span)),
             ("word-order", keys.word_order.as_ref().map(|order| order.span)),
@@ -82,7 +82,7 @@ impl ModbusReader<'_> {
             let message = format!("a bit has no `{name}`");
             let help = format!("take `{name}` out of this row");
             let finding = Finding::new(Code::Controller, span, message).help(help);
-            self.findings.push(finding.fix(Edit::Delete));
+            self.findings.push(finding.fix(FixEdit::Delete));
         }
         keys.scaling.refuse(self.findings);
     }
@@ -90,7 +90,7 @@ impl ModbusReader<'_> {
     /// Findings for a `split` that has no two halves, or whose halves would be changed.
     fn refuse_split(
         &mut self,
-        keys: &RowKeys,
+        keys: &ModbusRowKeys,
         (kind, row): (RegisterNumberType, &ResolvedRow<'_>),
         span: Span,
     ) {

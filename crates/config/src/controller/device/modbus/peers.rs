@@ -39,7 +39,7 @@ struct PeerElement {
 }
 
 /// An output that is written to an element.
-struct Writer {
+struct ElementWriter {
     device: DeviceId,
     /// The bits of the element that it writes.
     bits: u16,
@@ -50,17 +50,17 @@ struct Writer {
 /// The outputs that are written to an element. There may be thousands; only those are kept with
 /// which a further output is compared.
 #[derive(Default)]
-struct Writers {
+struct ElementWriters {
     /// Those of the first device, with different bits.
-    of_first: Vec<Writer>,
+    of_first: Vec<ElementWriter>,
     /// The first of a different device.
-    other: Option<Writer>,
+    other: Option<ElementWriter>,
 }
 
-impl Writers {
+impl ElementWriters {
     /// The output with which a further one conflicts. Two devices cannot share the bits of a
     /// register: each would write the whole register.
-    fn conflict(&self, with: &Writer) -> Option<&Writer> {
+    fn conflict(&self, with: &ElementWriter) -> Option<&ElementWriter> {
         let first = self.of_first.first()?;
         if first.device != with.device {
             return Some(first);
@@ -69,7 +69,7 @@ impl Writers {
         own.find(|own| own.bits & with.bits != 0).or(self.other.as_ref())
     }
 
-    fn add(&mut self, writer: Writer) {
+    fn add(&mut self, writer: ElementWriter) {
         match self.of_first.first() {
             Some(first) if first.device != writer.device => {
                 self.other.get_or_insert(writer);
@@ -105,7 +105,7 @@ impl Broadcasts {
         &mut self,
         element: &PeerElement,
         client: &ClientSettings,
-        writer: &Writer,
+        writer: &ElementWriter,
         told: &mut HashSet<Span>,
     ) -> Option<Finding> {
         if self.ports.is_empty() || !self.ports.contains(&peer(client)) {
@@ -132,18 +132,20 @@ pub(in crate::controller::device) fn at_odds(
     written: &[WrittenDevice],
     progress: &Progress,
 ) -> Vec<Finding> {
-    let mut writers: HashMap<PeerElement, Writers> = HashMap::new();
+    let mut writers: HashMap<PeerElement, ElementWriters> = HashMap::new();
     let mut findings = two_ways(devices, progress);
     findings.extend(asked_twice(devices, progress));
     let mut told: HashSet<Span> = findings.iter().map(|finding| finding.span).collect();
-    let names = written.iter().filter_map(|of| Some((of.name.as_ref()?.span, of)));
+    let names = written.iter().filter_map(|device| Some((device.name.as_ref()?.span, device)));
     let written: HashMap<Span, &WrittenDevice> = names.collect();
     let mut peers: HashMap<String, usize> = HashMap::new();
     let mut spread = Broadcasts::of(devices);
     for (device, client) in progress.during(clients(devices)) {
         let next = peers.len();
         let peer = *peers.entry(peer(client)).or_insert(next);
-        let watchdog = written.get(&device.span).and_then(|of| of.driver.as_ref()?.other_output());
+        let watchdog = written
+            .get(&device.span)
+            .and_then(|written_device| written_device.driver.as_ref()?.other_output());
         let outputs = outputs(device, client, (peer, watchdog.unwrap_or(device.span)));
         for (element, writer) in progress.during(outputs) {
             findings.extend(spread.enter(&element, client, &writer, &mut told));
@@ -182,20 +184,20 @@ fn outputs(
     device: &Device,
     client: &ClientSettings,
     (peer, watchdog_at): (usize, Span),
-) -> Vec<(PeerElement, Writer)> {
+) -> Vec<(PeerElement, ElementWriter)> {
     let mut outputs = Vec::new();
     for (point, output) in client.outputs.iter().zip(&device.outputs) {
         for at in point.written() {
             let (unit, table, at) = (point.unit, point.table, at as u16);
             let element = PeerElement { peer, unit, table, at };
-            let writer = Writer { device: device.id, bits: bits(point), span: output.span };
+            let writer = ElementWriter { device: device.id, bits: bits(point), span: output.span };
             outputs.push((element, writer));
         }
     }
     if let Some(watchdog) = client.watchdog {
         let (unit, at) = (watchdog.unit, watchdog.register);
         let element = PeerElement { peer, unit, table: ModbusTable::HoldingRegisters, at };
-        let writer = Writer { device: device.id, bits: u16::MAX, span: watchdog_at };
+        let writer = ElementWriter { device: device.id, bits: u16::MAX, span: watchdog_at };
         outputs.push((element, writer));
     }
     outputs

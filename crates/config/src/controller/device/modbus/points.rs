@@ -5,8 +5,8 @@
 //! consider the number type of registers: a stretch consists of bits or of registers. `manuals` has
 //! the notations of manuals and of other programs.
 
-use super::manuals::{self, ManualNumber, Reading};
-use super::stretch::Stretch;
+use super::manuals::{self, ManualNumber, ManualReading};
+use super::stretch::ElementStretch;
 use crate::controller::device::driver::PointBeginning;
 use rungd_io::modbus::settings::ModbusTable;
 use rungd_language::source::finding::{Code, Finding};
@@ -47,7 +47,7 @@ pub(in crate::controller::device) fn beginnings() -> Vec<PointBeginning> {
 }
 
 /// The points of a text, or the finding with the text to write instead.
-pub(super) fn parse(points: &Text) -> Result<Stretch, Finding> {
+pub(super) fn parse(points: &Text) -> Result<ElementStretch, Finding> {
     let text = &points.text;
     let find = |message: String| Finding::new(Code::Controller, points.span, message);
     let help_or = |help: Help| match &manuals::readings(text)[..] {
@@ -87,11 +87,11 @@ pub(super) fn parse(points: &Text) -> Result<Stretch, Finding> {
         return Err(find("a range goes from low to high".into()).write(range));
     }
     let count = last - first + 1;
-    Ok(Stretch { table, first, count, is_bits_of_registers: is_bit, is_hexadecimal })
+    Ok(ElementStretch { table, first, count, is_bits_of_registers: is_bit, is_hexadecimal })
 }
 
 /// The warning for a valid number that many manuals use in a different way.
-pub(super) fn doubt(points: &Text, stretch: &Stretch, is_output: bool) -> Option<Finding> {
+pub(super) fn doubt(points: &Text, stretch: &ElementStretch, is_output: bool) -> Option<Finding> {
     let ManualNumber { number, row, exact } = manuals::doubt(stretch, is_output)?;
     let message = format!("`{}` can be a number of a manual that counts from 1", points.text);
     let label = format!("protocol address {number}; a manual's {number} is `{row}`");
@@ -106,8 +106,13 @@ pub(super) fn doubt(points: &Text, stretch: &Stretch, is_output: bool) -> Option
 /// The same for the register of a watchdog.
 pub(super) fn doubt_of_watchdog(register: &Located<u16>) -> Option<Finding> {
     let (table, first) = (ModbusTable::HoldingRegisters, u32::from(register.value));
-    let stretch =
-        Stretch { table, first, count: 1, is_bits_of_registers: false, is_hexadecimal: false };
+    let stretch = ElementStretch {
+        table,
+        first,
+        count: 1,
+        is_bits_of_registers: false,
+        is_hexadecimal: false,
+    };
     let ManualNumber { number, row, .. } = manuals::doubt(&stretch, true)?;
     let address = row.strip_prefix("holding ")?;
     let message = format!("register {number} can be a number of a manual that counts from 1");
@@ -121,9 +126,9 @@ pub(super) fn doubt_of_watchdog(register: &Located<u16>) -> Option<Finding> {
 }
 
 /// A help with readings.
-fn rows_help(words: &str, readings: &[Reading]) -> Help {
+fn rows_help(words: &str, readings: &[ManualReading]) -> Help {
     let is_one = readings.len() == 1;
-    let row = |reading: &Reading| match reading.when {
+    let row = |reading: &ManualReading| match reading.when {
         "" => format!("`{}`", reading.row),
         _ if is_one => format!("`{}`", reading.row),
         when => format!("`{}` ({when})", reading.row),

@@ -4,7 +4,7 @@ use rungd_io::modbus::settings::ModbusTable;
 
 /// The bits or registers that a text names: consecutive addresses of one table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Stretch {
+pub(super) struct ElementStretch {
     pub table: ModbusTable,
     /// The first address; for bits of registers, 16 times the register plus the bit.
     pub first: u32,
@@ -15,7 +15,7 @@ pub(super) struct Stretch {
     pub is_hexadecimal: bool,
 }
 
-impl Stretch {
+impl ElementStretch {
     /// The stretch as it is written in a map; `number` writes a number.
     pub fn text(&self, number: fn(u32) -> String) -> String {
         let element = |at: u32| match self.is_bits_of_registers {

@@ -11,7 +11,7 @@ use rungd_language::source::value_kind::{KeyWords, WrongWord};
 
 /// The keys of a `[[device]]` for its plant.
 #[derive(Clone, Debug, Default)]
-pub struct Keys {
+pub struct PlantKeys {
     /// `[[device.part]]`, in file order.
     pub parts: Vec<WrittenPart>,
     /// `[[device.fault]]`, in file order.
@@ -30,7 +30,7 @@ pub struct WrittenPart {
     /// `name`.
     pub name: Option<Text>,
     /// `kind`, if it is a known one.
-    pub kind: Option<PartKind>,
+    pub kind: Option<PlantPartKind>,
     /// The keys that name the drivers of a command: one point, or several for an opening. A key
     /// that names memory becomes a row (`rows_of_parts`).
     pub driven: Vec<(&'static str, Vec<Text>)>,
@@ -51,7 +51,7 @@ pub struct WrittenPart {
 /// The kind of a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub enum PartKind {
+pub enum PlantPartKind {
     Delay,
     Motor,
     Conveyor,
@@ -120,9 +120,9 @@ const ANY: (i64, i64) = (i32::MIN as i64, i32::MAX as i64);
 const NUMBER: i64 = i32::MAX as i64;
 
 /// The keys of a part besides `name`, `kind` and `invert`, and the kinds of part that have them.
-const KEYS: [(Key, PartKeyForm, &[PartKind]); 31] = {
+const KEYS: [(Key, PartKeyForm, &[PlantPartKind]); 31] = {
     use PartKeyForm::{Driven, DrivenTogether, Number, Pair, Places, Time};
-    use PartKind::{Conveyor, Delay, Lag, Motor, Pulse, Sensor, Tank};
+    use PlantPartKind::{Conveyor, Delay, Lag, Motor, Pulse, Sensor, Tank};
     [
         (
             key("in", "The point of the plant, or the memory, that a delay or a lag follows."),
@@ -256,21 +256,21 @@ const KEYS: [(Key, PartKeyForm, &[PartKind]); 31] = {
     ]
 };
 
-impl PartKind {
+impl PlantPartKind {
     /// All kinds with their names.
-    pub const NAMES: [(&'static str, PartKind); 7] = [
-        ("delay", PartKind::Delay),
-        ("motor", PartKind::Motor),
-        ("conveyor", PartKind::Conveyor),
-        ("tank", PartKind::Tank),
-        ("sensor", PartKind::Sensor),
-        ("pulse", PartKind::Pulse),
-        ("lag", PartKind::Lag),
+    pub const NAMES: [(&'static str, PlantPartKind); 7] = [
+        ("delay", PlantPartKind::Delay),
+        ("motor", PlantPartKind::Motor),
+        ("conveyor", PlantPartKind::Conveyor),
+        ("tank", PlantPartKind::Tank),
+        ("sensor", PlantPartKind::Sensor),
+        ("pulse", PlantPartKind::Pulse),
+        ("lag", PlantPartKind::Lag),
     ];
 
     /// Its name in a controller file.
     pub fn name(self) -> &'static str {
-        PartKind::NAMES[self as usize].0
+        PlantPartKind::NAMES[self as usize].0
     }
 }
 
@@ -308,7 +308,7 @@ impl WrittenPart {
     }
 }
 
-impl Keys {
+impl PlantKeys {
     pub(super) fn read_device(&mut self, table: &mut Table<'_>) {
         let parts = table.tables(key("part", "`simulated`: the parts of its plant."), "a part");
         self.parts = parts.into_iter().map(read_part).collect();
@@ -329,7 +329,8 @@ fn read_part(mut table: Table<'_>) -> WrittenPart {
         key("name", "Its name: `NAME.point` is one of its points.").limited(PART_NAME),
     );
     table.require("kind", "\"conveyor\"");
-    let kinds = KeyWords::new(&PartKind::NAMES).refused_as(WrongWord::NoneCalled("kind of part"));
+    let kinds =
+        KeyWords::new(&PlantPartKind::NAMES).refused_as(WrongWord::NoneCalled("kind of part"));
     let kind = table.value_of(key("kind", "What it is."), &kinds);
     let mut part = WrittenPart {
         span: table.span(),
@@ -343,13 +344,13 @@ fn read_part(mut table: Table<'_>) -> WrittenPart {
         to: None,
         invert: false,
     };
-    let is_of = |kinds: &[PartKind]| kind.is_none_or(|kind| kinds.contains(&kind));
+    let is_of = |kinds: &[PlantPartKind]| kind.is_none_or(|kind| kinds.contains(&kind));
     for (key, form, kinds) in &KEYS {
         if is_of(kinds) {
             part.read(&mut table, *key, form);
         }
     }
-    if is_of(&[PartKind::Delay, PartKind::Sensor, PartKind::Pulse]) {
+    if is_of(&[PlantPartKind::Delay, PlantPartKind::Sensor, PlantPartKind::Pulse]) {
         part.to =
             table.string(key("to", "The bit that its `out` moves, if no row of the map has it."));
         part.invert = table.flag(key("invert", "Whether its output is inverted."), false);
@@ -391,7 +392,7 @@ fn read_fault(mut table: Table<'_>) -> WrittenFault {
     table.require("kind", "\"stuck\"");
     let kinds = KeyWords::new(&FaultKind::NAMES).refused_as(WrongWord::NoneCalled("kind of fault"));
     let kind = table.value_of(key("kind", "What it does."), &kinds);
-    let is_of = |of: FaultKind| kind.is_none_or(|kind| kind == of);
+    let is_of = |own_kind: FaultKind| kind.is_none_or(|kind| kind == own_kind);
     let mut fault = WrittenFault {
         span: table.span(),
         name,

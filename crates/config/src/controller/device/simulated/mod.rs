@@ -24,12 +24,12 @@ mod wires;
 
 pub use points::{OfferedPoint, points_of};
 
-use keys::{Keys, WrittenPart};
+use keys::{PlantKeys, WrittenPart};
 
 use super::driver::{DriverKeys, MapRow, ResolvedRows, RowDirection, WrittenDevice};
 use super::scaling::ScalingKeys;
 use super::settings::DriverSettings;
-use rungd_io::plant::settings::{FaultSettings, PartSettings, Plant, PlantPart};
+use rungd_io::plant::settings::{FaultSettings, PartSettings, PlantPart, PlantSettings};
 use rungd_io::scaling::Scaling;
 use rungd_language::source::atom::{is_name, is_plant_point};
 use rungd_language::source::finding::{Code, Finding};
@@ -39,7 +39,7 @@ use rungd_language::source::reader::{Table, Text};
 /// The longest time between two steps of a plant, ms.
 const POLL_MS_MAX: u32 = 1000;
 
-impl DriverKeys for Keys {
+impl DriverKeys for PlantKeys {
     fn read_row(&mut self, row: &mut Table<'_>) {
         self.rows.push(ScalingKeys::read(row));
     }
@@ -107,11 +107,11 @@ fn rows_of_part(part: &mut WrittenPart) -> Vec<MapRow> {
 }
 
 fn plant(
-    keys: &Keys,
+    keys: &PlantKeys,
     device: &WrittenDevice,
     rows: ResolvedRows<'_>,
     findings: &mut Vec<Finding>,
-) -> Option<Plant> {
+) -> Option<PlantSettings> {
     let (before, progress) = (findings.len(), rows.progress);
     if keys.parts.is_empty() {
         let finding = Finding::new(Code::Controller, device.span, "a plant without parts");
@@ -125,7 +125,7 @@ fn plant(
     }
     let kinds: Vec<Option<PartSettings>> =
         progress.during(&keys.parts).map(|part| parts::resolve(part, findings)).collect();
-    let points = points::Points::new(keys, findings);
+    let points = points::PlantPoints::new(keys, findings);
     let (commands, undriven) = wires::commands(keys, rows, &points, findings);
     if rows.all.len() == device.map.len() {
         // If a row was left out, it may be the row that drives the command.
@@ -140,7 +140,7 @@ fn plant(
         return None;
     }
     let parts = kinds.into_iter().zip(&points.firsts);
-    Some(Plant {
+    Some(PlantSettings {
         seed: keys.seed.as_ref().map_or(1, |seed| seed.value.unsigned_abs()),
         parts: parts
             .map(|(kind, first)| Some(PlantPart { first: *first, kind: kind? }))
@@ -156,7 +156,7 @@ fn plant(
 }
 
 /// The scaling of each row, by its number in the map.
-fn scaling(keys: &Keys, rows: ResolvedRows<'_>, findings: &mut Vec<Finding>) -> Vec<Scaling> {
+fn scaling(keys: &PlantKeys, rows: ResolvedRows<'_>, findings: &mut Vec<Finding>) -> Vec<Scaling> {
     let mut found = vec![Scaling::none(false); keys.rows.len()];
     for row in rows.each() {
         let keys = &keys.rows[row.at];

@@ -1,6 +1,6 @@
 //! Makes a part's settings from its keys.
 
-use super::keys::{PartKind, WrittenPart};
+use super::keys::{PlantPartKind, WrittenPart};
 use rungd_io::plant::settings::{Delays, PartSettings, Scale};
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::fix::{Help, advise, give_one, pair, propose};
@@ -14,13 +14,13 @@ pub fn resolve(part: &WrittenPart, findings: &mut Vec<Finding>) -> Option<PartSe
     let mut reader = PartReader { part, findings };
     let delays = reader.delays();
     Some(match part.kind? {
-        PartKind::Delay => PartSettings::Delay { delays, invert: part.invert },
-        PartKind::Motor => PartSettings::Motor { delays },
-        PartKind::Conveyor => reader.conveyor()?,
-        PartKind::Tank => reader.tank()?,
-        PartKind::Sensor => reader.sensor(delays)?,
-        PartKind::Pulse => reader.pulse()?,
-        PartKind::Lag => reader.lag()?,
+        PlantPartKind::Delay => PartSettings::Delay { delays, invert: part.invert },
+        PlantPartKind::Motor => PartSettings::Motor { delays },
+        PlantPartKind::Conveyor => reader.conveyor()?,
+        PlantPartKind::Tank => reader.tank()?,
+        PlantPartKind::Sensor => reader.sensor(delays)?,
+        PlantPartKind::Pulse => reader.pulse()?,
+        PlantPartKind::Lag => reader.lag()?,
     })
 }
 
@@ -35,7 +35,7 @@ impl PartReader<'_> {
     }
 
     fn missing<T>(&mut self, key: &str, example: &str) -> Option<T> {
-        let kind = self.part.kind.map_or("part", PartKind::name);
+        let kind = self.part.kind.map_or("part", PlantPartKind::name);
         let message = format!("a {kind} has no `{key}`");
         self.find(Code::MissingKey, self.part.span, message, give_one(key, example));
         None

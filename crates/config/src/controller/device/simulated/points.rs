@@ -3,13 +3,13 @@
 use std::cell::OnceCell;
 use std::collections::HashMap;
 
-use super::keys::{Keys, PartKind};
+use super::keys::{PlantKeys, PlantPartKind};
 use rungd_io::plant::settings::PointId;
 use rungd_language::resolve::names::NAME_MAX;
 use rungd_language::source::atom::is_name;
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::fix::{Help, one_of};
-use rungd_language::source::nearest::{KnownNames, Near};
+use rungd_language::source::nearest::{KnownNames, UnknownName};
 use rungd_language::source::reader::Text;
 use rungd_language::source::span::Span;
 
@@ -18,7 +18,7 @@ pub const FAULT: &str = "fault";
 
 /// The type of a point's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Holds {
+pub enum PointType {
     /// ON or OFF.
     Bit,
     /// 0 to 1000 thousandths; a bit that drives it is 0 or 1000.
@@ -30,9 +30,9 @@ pub enum Holds {
 }
 
 /// A point that every part of a kind has.
-struct Fixed {
+struct FixedPoint {
     name: &'static str,
-    holds: Holds,
+    holds: PointType,
     role: PointRole,
 }
 
@@ -51,7 +51,7 @@ pub enum PointRole {
 pub struct PlantPoint {
     /// Its name: `belt.eye`.
     pub name: String,
-    pub holds: Holds,
+    pub holds: PointType,
     pub role: PointRole,
     /// The place of its part.
     pub span: Span,
@@ -59,7 +59,7 @@ pub struct PlantPoint {
 
 /// All points of a plant.
 #[derive(Default)]
-pub struct Points {
+pub struct PlantPoints {
     pub all: Vec<PlantPoint>,
     /// The first point of each part.
     pub firsts: Vec<PointId>,
@@ -80,20 +80,20 @@ struct PointsOfPart {
 /// Maximum number of points in a help.
 const LISTED_MAX: usize = 12;
 
-const fn point(name: &'static str, holds: Holds, role: PointRole) -> Fixed {
-    Fixed { name, holds, role }
+const fn point(name: &'static str, holds: PointType, role: PointRole) -> FixedPoint {
+    FixedPoint { name, holds, role }
 }
 
 /// The points of a kind, in the order of `io::plant`; named places follow.
-fn fixed(kind: PartKind) -> &'static [Fixed] {
+fn fixed(kind: PlantPartKind) -> &'static [FixedPoint] {
     match kind {
-        PartKind::Delay => &DELAY,
-        PartKind::Motor => &MOTOR,
-        PartKind::Conveyor => &CONVEYOR,
-        PartKind::Tank => &TANK,
-        PartKind::Sensor => &SENSOR,
-        PartKind::Pulse => &PULSE,
-        PartKind::Lag => &LAG,
+        PlantPartKind::Delay => &DELAY,
+        PlantPartKind::Motor => &MOTOR,
+        PlantPartKind::Conveyor => &CONVEYOR,
+        PlantPartKind::Tank => &TANK,
+        PlantPartKind::Sensor => &SENSOR,
+        PlantPartKind::Pulse => &PULSE,
+        PlantPartKind::Lag => &LAG,
     }
 }
 
@@ -110,75 +110,79 @@ pub struct OfferedPoint {
 /// The points that every part of a kind has, for editors. Empty if `kind` is not the name of a
 /// kind.
 pub fn points_of(kind: &str) -> Vec<OfferedPoint> {
-    let kind = PartKind::NAMES.iter().find(|(name, _)| *name == kind);
+    let kind = PlantPartKind::NAMES.iter().find(|(name, _)| *name == kind);
     let all = kind.map_or(&[][..], |(_, kind)| fixed(*kind));
-    let offered = |of: &Fixed| OfferedPoint {
-        name: of.name,
-        holds: of.holds.words(),
-        is_command: of.role != PointRole::Told,
+    let offered = |fixed: &FixedPoint| OfferedPoint {
+        name: fixed.name,
+        holds: fixed.holds.words(),
+        is_command: fixed.role != PointRole::Told,
     };
     all.iter().map(offered).collect()
 }
 
-impl Holds {
+impl PointType {
     /// The words for this type, for editors.
     fn words(self) -> &'static str {
         match self {
-            Holds::Bit => "a bit",
-            Holds::Opening => "thousandths, or a bit",
-            Holds::Word => "a number",
-            Holds::Either => "a bit or a number",
+            PointType::Bit => "a bit",
+            PointType::Opening => "thousandths, or a bit",
+            PointType::Word => "a number",
+            PointType::Either => "a bit or a number",
         }
     }
 }
 
-const DELAY: [Fixed; 3] = [
-    point("in", Holds::Bit, PointRole::Needed),
-    point("enable", Holds::Bit, PointRole::Command(1)),
-    point("out", Holds::Bit, PointRole::Told),
+const DELAY: [FixedPoint; 3] = [
+    point("in", PointType::Bit, PointRole::Needed),
+    point("enable", PointType::Bit, PointRole::Command(1)),
+    point("out", PointType::Bit, PointRole::Told),
 ];
 
-const MOTOR: [Fixed; 5] = [
-    point("run", Holds::Bit, PointRole::Needed),
-    point("trip", Holds::Bit, PointRole::Command(0)),
-    point("reset", Holds::Bit, PointRole::Command(1)),
-    point("running", Holds::Bit, PointRole::Told),
-    point("tripped", Holds::Bit, PointRole::Told),
+const MOTOR: [FixedPoint; 5] = [
+    point("run", PointType::Bit, PointRole::Needed),
+    point("trip", PointType::Bit, PointRole::Command(0)),
+    point("reset", PointType::Bit, PointRole::Command(1)),
+    point("running", PointType::Bit, PointRole::Told),
+    point("tripped", PointType::Bit, PointRole::Told),
 ];
 
-const CONVEYOR: [Fixed; 5] = [
-    point("run", Holds::Opening, PointRole::Needed),
-    point("feed", Holds::Bit, PointRole::Command(0)),
-    point("jam", Holds::Bit, PointRole::Command(0)),
-    point("parts", Holds::Word, PointRole::Told),
-    point("out", Holds::Bit, PointRole::Told),
+const CONVEYOR: [FixedPoint; 5] = [
+    point("run", PointType::Opening, PointRole::Needed),
+    point("feed", PointType::Bit, PointRole::Command(0)),
+    point("jam", PointType::Bit, PointRole::Command(0)),
+    point("parts", PointType::Word, PointRole::Told),
+    point("out", PointType::Bit, PointRole::Told),
 ];
 
-const TANK: [Fixed; 6] = [
-    point("fill", Holds::Opening, PointRole::Command(0)),
-    point("drain", Holds::Opening, PointRole::Command(0)),
-    point("level", Holds::Word, PointRole::Told),
-    point("overflow", Holds::Bit, PointRole::Told),
-    point("empty", Holds::Bit, PointRole::Told),
-    point("outflow", Holds::Opening, PointRole::Told),
+const TANK: [FixedPoint; 6] = [
+    point("fill", PointType::Opening, PointRole::Command(0)),
+    point("drain", PointType::Opening, PointRole::Command(0)),
+    point("level", PointType::Word, PointRole::Told),
+    point("overflow", PointType::Bit, PointRole::Told),
+    point("empty", PointType::Bit, PointRole::Told),
+    point("outflow", PointType::Opening, PointRole::Told),
 ];
 
-const SENSOR: [Fixed; 3] = [
-    point("of", Holds::Either, PointRole::Needed),
-    point("out", Holds::Bit, PointRole::Told),
-    point("value", Holds::Word, PointRole::Told),
+const SENSOR: [FixedPoint; 3] = [
+    point("of", PointType::Either, PointRole::Needed),
+    point("out", PointType::Bit, PointRole::Told),
+    point("value", PointType::Word, PointRole::Told),
 ];
 
-const PULSE: [Fixed; 2] =
-    [point("run", Holds::Bit, PointRole::Command(1)), point("out", Holds::Bit, PointRole::Told)];
+const PULSE: [FixedPoint; 2] = [
+    point("run", PointType::Bit, PointRole::Command(1)),
+    point("out", PointType::Bit, PointRole::Told),
+];
 
-const LAG: [Fixed; 2] =
-    [point("in", Holds::Opening, PointRole::Needed), point("out", Holds::Word, PointRole::Told)];
+const LAG: [FixedPoint; 2] = [
+    point("in", PointType::Opening, PointRole::Needed),
+    point("out", PointType::Word, PointRole::Told),
+];
 
-impl Points {
+impl PlantPoints {
     /// The points of all parts, followed by those of all faults.
-    pub fn new(keys: &Keys, findings: &mut Vec<Finding>) -> Points {
-        let mut points = Points::default();
+    pub fn new(keys: &PlantKeys, findings: &mut Vec<Finding>) -> PlantPoints {
+        let mut points = PlantPoints::default();
         let mut names = HashMap::new();
         for part in &keys.parts {
             points.firsts.push(points.next());
@@ -189,14 +193,14 @@ impl Points {
                 continue;
             }
             let kind = part.kind.map_or(&[][..], fixed);
-            for Fixed { name: point, holds, role } in kind {
+            for FixedPoint { name: point, holds, role } in kind {
                 points.add((&name.text, point), (*holds, *role), name.span, findings);
             }
             for (place, _) in &part.places {
                 if !is_name(&place.text) || !place.text.starts_with(char::is_lowercase) {
                     findings.push(no_name(place, "a place"));
                 }
-                let told = (Holds::Bit, PointRole::Told);
+                let told = (PointType::Bit, PointRole::Told);
                 points.add((&name.text, &place.text), told, place.span, findings);
             }
         }
@@ -206,7 +210,7 @@ impl Points {
             if !name.text.starts_with(char::is_lowercase) {
                 findings.push(no_name(name, "a fault"));
             }
-            let needed = (Holds::Bit, PointRole::Needed);
+            let needed = (PointType::Bit, PointRole::Needed);
             points.add((FAULT, &name.text), needed, name.span, findings);
         }
         points
@@ -219,17 +223,17 @@ impl Points {
     fn add(
         &mut self,
         (part, point): (&str, &str),
-        (holds, role): (Holds, PointRole),
+        (holds, role): (PointType, PointRole),
         span: Span,
         findings: &mut Vec<Finding>,
     ) {
         let (name, id) = (format!("{part}.{point}"), self.next());
         let base = name.split_once('.').map_or("", |(base, _)| base);
         match self.by_part.get_mut(base) {
-            Some(of) => of.points.push(id),
+            Some(part_points) => part_points.points.push(id),
             None => {
-                let of = PointsOfPart { points: vec![id], ..PointsOfPart::default() };
-                self.by_part.insert(base.to_owned(), of);
+                let part_points = PointsOfPart { points: vec![id], ..PointsOfPart::default() };
+                self.by_part.insert(base.to_owned(), part_points);
             }
         }
         if self.by_name.insert(name.clone(), id).is_some() && part != FAULT {
@@ -242,13 +246,13 @@ impl Points {
         self.all.push(PlantPoint { name, holds, role, span });
     }
 
-    /// As [`Points::find`], for a point that drives a command: the help names outputs alone.
+    /// As [`PlantPoints::find`], for a point that drives a command: the help names outputs alone.
     pub fn find_source(&self, text: &Text) -> Result<(PointId, &PlantPoint), Finding> {
         self.find(text).map_err(|finding| {
             let part = text.text.split_once('.').map_or("", |(part, _)| part);
-            let Some(of) = self.by_part.get(part) else { return finding };
+            let Some(part_points) = self.by_part.get(part) else { return finding };
             let is_told = |id: &&PointId| self.all[id.0 as usize].role == PointRole::Told;
-            let points = of.points.iter().filter(is_told).copied().collect();
+            let points = part_points.points.iter().filter(is_told).copied().collect();
             let told = PointsOfPart { points, ..PointsOfPart::default() };
             finding.near_any(None).help(self.listed(&told))
         })
@@ -262,14 +266,14 @@ impl Points {
         let message = format!("the plant has no point `{}`", text.text);
         let (part, name) = text.text.split_once('.').unwrap_or_default();
         let (help, near) = match self.by_part.get(part) {
-            Some(of) => {
-                let known = of.known.get_or_init(|| self.known_points(of));
-                let near = Near::new(name, known).behind(&format!("{part}."));
-                (self.listed(of), near)
+            Some(part_points) => {
+                let known = part_points.known.get_or_init(|| self.known_points(part_points));
+                let near = UnknownName::new(name, known).behind(&format!("{part}."));
+                (self.listed(part_points), near)
             }
             None => {
                 let parts = || KnownNames::new(self.by_part.keys().map(String::as_str));
-                let near = Near::new(part, self.known_parts.get_or_init(parts));
+                let near = UnknownName::new(part, self.known_parts.get_or_init(parts));
                 (format!("there is no part `{part}`").into(), near.followed_by(&format!(".{name}")))
             }
         };
@@ -277,17 +281,18 @@ impl Points {
         Err(finding.help(help).near_any(Some(Box::new(near))))
     }
 
-    fn known_points(&self, of: &PointsOfPart) -> KnownNames {
-        let names = of.points.iter().map(|id| self.all[id.0 as usize].name.split_once('.'));
+    fn known_points(&self, part_points: &PointsOfPart) -> KnownNames {
+        let names =
+            part_points.points.iter().map(|id| self.all[id.0 as usize].name.split_once('.'));
         KnownNames::new(names.flatten().map(|(_, name)| name))
     }
 
     /// A help: the points of a part.
-    fn listed(&self, of: &PointsOfPart) -> Help {
-        let first = of.points.iter().take(LISTED_MAX);
+    fn listed(&self, points_of_part: &PointsOfPart) -> Help {
+        let first = points_of_part.points.iter().take(LISTED_MAX);
         let names = first.map(|id| &*self.all[id.0 as usize].name);
         let help = one_of("there are", names).possible();
-        match of.points.len().saturating_sub(LISTED_MAX) {
+        match points_of_part.points.len().saturating_sub(LISTED_MAX) {
             0 => help,
             more => help.and(&format!(", and {more} more")),
         }

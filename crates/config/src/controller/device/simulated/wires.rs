@@ -4,13 +4,13 @@
 use std::collections::HashMap;
 
 use super::super::driver::{ResolvedRow, ResolvedRows, RowDirection};
-use super::keys::{self as written, FaultKind, Keys};
-use super::points::{FAULT, Holds, PlantPoint, PointRole, Points};
+use super::keys::{self as written, FaultKind, PlantKeys};
+use super::points::{FAULT, PlantPoint, PlantPoints, PointRole, PointType};
 use rungd_io::plant::settings::{
-    CommandShare, Effect, FaultSettings, Feed, PlantCommand, PointId, opening,
+    CommandShare, FaultEffect, FaultSettings, Feed, PlantCommand, PointId, opening,
 };
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::fix::{Edit, give_one, pair, propose};
+use rungd_language::source::fix::{FixEdit, give_one, pair, propose};
 use rungd_language::source::reader::Text;
 use rungd_language::source::span::Span;
 
@@ -21,7 +21,7 @@ const NOISE_MS: u32 = 20;
 
 /// The drivers of commands that were found so far.
 struct Wires<'a> {
-    points: &'a Points,
+    points: &'a PlantPoints,
     feeds: HashMap<u32, (PlantCommand, Span)>,
     findings: &'a mut Vec<Finding>,
 }
@@ -39,9 +39,9 @@ pub fn outgoing(rows: ResolvedRows<'_>) -> impl Iterator<Item = &ResolvedRow<'_>
 /// The driver of each command, in the order of the points, and the findings for commands without a
 /// driver. These findings are valid only if no row of the map was left out.
 pub fn commands(
-    keys: &Keys,
+    keys: &PlantKeys,
     rows: ResolvedRows<'_>,
-    points: &Points,
+    points: &PlantPoints,
     findings: &mut Vec<Finding>,
 ) -> (Vec<PlantCommand>, Vec<Finding>) {
     let mut wires = Wires { points, feeds: HashMap::new(), findings };
@@ -73,7 +73,7 @@ impl Wires<'_> {
             let help = "a row that goes out drives a command, as `run`, `fill` or `in`";
             return self.findings.push(row.find(message).help(help));
         }
-        if point.holds == Holds::Bit && row.is_words() {
+        if point.holds == PointType::Bit && row.is_words() {
             return self.findings.push(row.find(format!("`{}` is a bit", point.name)));
         }
         let drive = CommandShare { feed: Feed::Output(at), gain: gain(point, !row.is_words()) };
@@ -101,14 +101,14 @@ impl Wires<'_> {
                 return None;
             }
         };
-        if point.holds == Holds::Bit && told.holds != Holds::Bit {
+        if point.holds == PointType::Bit && told.holds != PointType::Bit {
             let message = format!("`{}` is a number, and `{command}` is a bit", told.name);
             let help = "a part of kind `sensor` turns a number into a bit";
             let finding = Finding::new(Code::Controller, from.span, message);
             self.findings.push(finding.help(help));
             return None;
         }
-        let gain = gain(point, told.holds == Holds::Bit);
+        let gain = gain(point, told.holds == PointType::Bit);
         Some(CommandShare { feed: Feed::Point(source), gain })
     }
 
@@ -154,17 +154,17 @@ fn undriven(point: &PlantPoint) -> Finding {
          \"pump.running\"`"
     );
     let message = format!("nothing drives `{}`", point.name);
-    Finding::new(Code::Controller, point.span, message).help(help).fix(Edit::Row(row))
+    Finding::new(Code::Controller, point.span, message).help(help).fix(FixEdit::Row(row))
 }
 
 /// The factor from a driver's value to the point's value: a bit opens an opening fully.
 fn gain(point: &PlantPoint, from_bit: bool) -> i32 {
-    if point.holds == Holds::Opening && from_bit { opening::FULL } else { 1 }
+    if point.holds == PointType::Opening && from_bit { opening::FULL } else { 1 }
 }
 
 fn one_point<'a>(
     row: &ResolvedRow<'_>,
-    points: &'a Points,
+    points: &'a PlantPoints,
 ) -> Result<(PointId, &'a PlantPoint), Finding> {
     if row.addresses.len() != 1 {
         let message =
@@ -177,12 +177,12 @@ fn one_point<'a>(
 /// The points that are inputs, in the order of the rows.
 pub fn inputs(
     rows: ResolvedRows<'_>,
-    points: &Points,
+    points: &PlantPoints,
     findings: &mut Vec<Finding>,
 ) -> Option<Vec<PointId>> {
     let mut input = |row: &ResolvedRow<'_>| match one_point(row, points) {
         Ok((id, point)) => {
-            let is_word = point.holds != Holds::Bit;
+            let is_word = point.holds != PointType::Bit;
             if is_word != row.is_words() {
                 let what = if is_word { "a number: it goes to a word" } else { "a bit" };
                 findings.push(row.find(format!("`{}` is {what}", point.name)));
@@ -200,14 +200,14 @@ pub fn inputs(
 /// A fault's settings, if its keys are valid.
 pub fn fault(
     fault: &written::WrittenFault,
-    points: &Points,
+    points: &PlantPoints,
     findings: &mut Vec<Finding>,
 ) -> Option<FaultSettings> {
     let (name, kind) = (fault.name.as_ref()?, fault.kind?);
     let when = Text { text: format!("{FAULT}.{}", name.text), span: name.span, exact: false };
     let (when, _) = points.find(&when).ok()?;
     let effect = match kind {
-        FaultKind::Lost => Ok(Effect::Lost),
+        FaultKind::Lost => Ok(FaultEffect::Lost),
         FaultKind::StuckOn
         | FaultKind::StuckOff
         | FaultKind::Stuck
@@ -226,8 +226,8 @@ pub fn fault(
 fn effect(
     fault: &written::WrittenFault,
     kind: FaultKind,
-    points: &Points,
-) -> Result<Effect, Finding> {
+    points: &PlantPoints,
+) -> Result<FaultEffect, Finding> {
     let missing = |key: &str, example: &str| {
         let message = format!("a fault `{}` has no `{key}`", kind.name());
         Finding::new(Code::MissingKey, fault.span, message).help(give_one(key, example))
@@ -238,30 +238,30 @@ fn effect(
     if point.name.starts_with("fault.") {
         return Err(wrong(format!("`{}` is a fault itself", point.name)));
     }
-    let is_bit = point.holds == Holds::Bit;
-    let is_number = matches!(point.holds, Holds::Word | Holds::Either);
+    let is_bit = point.holds == PointType::Bit;
+    let is_number = matches!(point.holds, PointType::Word | PointType::Either);
     let every_ms = || at_least_1ms("every", fault.every_ms.as_ref().map(|ms| (ms.value, ms.span)));
     Ok(match kind {
         FaultKind::StuckOn | FaultKind::StuckOff if is_number => {
             let help = propose(pair("kind = \"stuck\"")).and(" with a `value`");
             return Err(wrong(format!("`{}` is a number", point.name)).help(help));
         }
-        FaultKind::StuckOn => Effect::Fixed { point: id, value: gain(point, true) },
-        FaultKind::StuckOff => Effect::Fixed { point: id, value: 0 },
+        FaultKind::StuckOn => FaultEffect::Fixed { point: id, value: gain(point, true) },
+        FaultKind::StuckOff => FaultEffect::Fixed { point: id, value: 0 },
         FaultKind::Stuck => match &fault.value {
             Some(value) if is_bit && !(0..=1).contains(&value.value) => {
                 return Err(wrong(format!("`{}` is a bit: 0 or 1", point.name)));
             }
-            Some(value) => Effect::Fixed { point: id, value: value.value as i32 },
-            None => Effect::Stuck { point: id },
+            Some(value) => FaultEffect::Fixed { point: id, value: value.value as i32 },
+            None => FaultEffect::Stuck { point: id },
         },
         FaultKind::Noisy if is_bit => {
-            Effect::Bouncing { point: id, every_ms: every_ms()?.unwrap_or(NOISE_MS) }
+            FaultEffect::Bouncing { point: id, every_ms: every_ms()?.unwrap_or(NOISE_MS) }
         }
         FaultKind::Noisy => {
             let amplitude = fault.amplitude.as_ref().ok_or_else(|| missing("amplitude", "20"))?;
             let every_ms = every_ms()?.unwrap_or(NOISE_MS);
-            Effect::Noisy { point: id, every_ms, amplitude: amplitude.value as u32 }
+            FaultEffect::Noisy { point: id, every_ms, amplitude: amplitude.value as u32 }
         }
         FaultKind::Late => {
             let by = fault.by_ms.as_ref().ok_or_else(|| missing("by", "\"200ms\""))?;
@@ -270,9 +270,9 @@ fn effect(
                 let message = "a fault delays a value by 60s at most";
                 return Err(Finding::new(Code::OutOfRange, by.span, message));
             }
-            Effect::Late { point: id, by_ms }
+            FaultEffect::Late { point: id, by_ms }
         }
-        FaultKind::Lost => Effect::Lost,
+        FaultKind::Lost => FaultEffect::Lost,
     })
 }
 

@@ -34,7 +34,7 @@ pub fn bench(
     }
     loaded.settings(settings);
     loaded.judge();
-    for finding in loaded.findings.iter_mut().filter(|of| of.span.file == FileId(0)) {
+    for finding in loaded.findings.iter_mut().filter(|finding| finding.span.file == FileId(0)) {
         if finding.code == Code::Controller {
             finding.code = Code::TestFile;
         }

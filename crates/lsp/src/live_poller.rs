@@ -121,21 +121,21 @@ pub(super) fn start() -> (Sender<LiveOrder>, Receiver<LiveNews>) {
     let builder = thread::Builder::new().name("live".to_owned());
     // Without the thread the channel is closed; `server` reports that.
     let _ = builder.spawn(move || {
-        let looker = Looker { news: send, known: BTreeMap::new() };
+        let looker = LivePoller { news: send, known: BTreeMap::new() };
         looker.run(&received);
     });
     (orders, news)
 }
 
 /// The thread.
-struct Looker {
+struct LivePoller {
     news: Sender<LiveNews>,
-    known: BTreeMap<PathBuf, Known>,
+    known: BTreeMap<PathBuf, PolledProject>,
 }
 
 /// The state of the thread for a project.
 #[derive(Default)]
-struct Known {
+struct PolledProject {
     texts: Vec<Arc<str>>,
     /// SHA-256 of the texts, as `status` reports it for the running texts; then SHA-256 of their
     /// tokens.
@@ -147,7 +147,7 @@ struct Known {
     told: Option<LiveState>,
 }
 
-impl Looker {
+impl LivePoller {
     fn run(mut self, orders: &Receiver<LiveOrder>) {
         let mut order = LiveOrder::default();
         let mut next = Instant::now();
@@ -159,7 +159,8 @@ impl Looker {
             match received {
                 // An order waits for the next poll: a fast typist causes no additional polls.
                 Ok(newer) => {
-                    self.known.retain(|root, _| newer.targets.iter().any(|of| of.root == *root));
+                    self.known
+                        .retain(|root, _| newer.targets.iter().any(|target| target.root == *root));
                     order = newer;
                 }
                 Err(RecvTimeoutError::Timeout) => {
@@ -201,11 +202,11 @@ pub(super) fn socket(said: Option<&PathBuf>, root: &Path) -> Result<PathBuf, Cal
     said.cloned().or_else(|| operator_socket(root).path).map_or_else(named, Ok)
 }
 
-impl Known {
+impl PolledProject {
     fn look(&mut self, socket: Result<PathBuf, CallFailure>, target: &LiveTarget) -> LiveState {
         if !are_same(&self.texts, &target.texts) {
             // The result is sent again, because it now belongs to different texts.
-            *self = Known { ran: self.ran.take(), ..Known::default() };
+            *self = PolledProject { ran: self.ran.take(), ..PolledProject::default() };
             self.texts = target.texts.clone();
             self.sha256 = sha256_of(target.texts.iter().map(|text| &**text));
             self.tokens = tokens_of(&target.texts);
