@@ -1,6 +1,6 @@
 //! Lines of a chip of this machine (Linux character devices), read and written by the scan itself.
 //!
-//! [`GpioSettings`] opens them: lines with the same setting form a group of 64 at most. The outputs
+//! [`GpioOpener`] opens them: lines with the same setting form a group of 64 at most. The outputs
 //! have their first values from the moment of opening, so no output glitches. An exchange is one
 //! call of the kernel per group and allocates nothing. The kernel is reached through
 //! [`ChipSource`], which tests implement with chips of their own; `kernel` is the only file that
