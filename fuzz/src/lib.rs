@@ -269,7 +269,7 @@ pub fn modbus_points(bytes: &[u8]) {
         run.want(&[value]);
         let part = run.due(true).expect("all is due");
         let mut request = Vec::new();
-        run.push_request(&mut request, part, client::settings::Writes::Multiple, 0);
+        run.push_request(&mut request, part, client::settings::WriteFunctions::Multiple, 0);
         request
     };
     let request = sent(&mut run, value);

@@ -1,17 +1,20 @@
 //! `rungd check`: checks files, prints the findings on standard error, and returns the exit code.
 
 use std::io::IsTerminal;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use clap::{Args, ValueEnum};
 
-use super::exit::Exit;
-use super::terminal::{print, say_findings};
+use super::exit::{CommandLine, Exit};
+use super::fmt_file;
+use super::terminal::{one_line, print, say_findings};
 use rungd_config::load::{self, InputFile, Loaded};
 use rungd_language::resolve::places::TagPlace;
 use rungd_language::resolve::program::Program;
+use rungd_language::source::file_kind::LIBRARY;
 use rungd_language::source::render::{Style, refuses, render};
+use rungd_lsp::Corrected;
 
 /// Checks ladder files and controller files, and prints all findings
 #[derive(Args, Debug)]
@@ -20,6 +23,12 @@ pub struct CheckArgs {
     /// checked with the ladder files that it names
     #[arg(required = true, value_name = "FILE.toml")]
     files: Vec<PathBuf>,
+    /// First write the corrections that are certain into the files, and print each
+    ///
+    /// A correction is certain if it repairs its finding, brings no error and, for a warning, leaves
+    /// the program the same. The other findings stay.
+    #[arg(long)]
+    fix: bool,
     /// Make warnings errors
     #[arg(long, value_name = "WHAT")]
     deny: Option<Deny>,
@@ -38,6 +47,9 @@ enum Deny {
 /// # Errors
 /// A file cannot be read.
 pub fn check(args: &CheckArgs) -> Result<Exit> {
+    if args.fix {
+        fix(&args.files)?;
+    }
     let style = style(args.deny.is_some());
     let mut ladders = Vec::new();
     let mut all = Loaded::default();
@@ -58,6 +70,38 @@ pub fn check(args: &CheckArgs) -> Result<Exit> {
     }
     say_findings(&render(&all.findings, &all.files, style));
     Ok(if refuses(&all.findings, style) { Exit::Config } else { Exit::Ok })
+}
+
+/// Corrects the files, and prints what was corrected.
+///
+/// # Errors
+/// A file is no regular file, or cannot be read or written. What was written before stays.
+fn fix(paths: &[PathBuf]) -> Result<()> {
+    for path in paths.iter().filter(|path| !is_in_library(path)) {
+        if !std::fs::metadata(path).with_context(|| path.display().to_string())?.is_file() {
+            let message = format!("{}: --fix corrects regular files only", path.display());
+            return Err(CommandLine(message).into());
+        }
+    }
+    let is_controller =
+        |path: &PathBuf| load::is_controller_file(path).map(|is| (is, path.clone()));
+    let kinds: Result<Vec<(bool, PathBuf)>> = paths.iter().map(is_controller).collect();
+    let (controllers, ladders): (Vec<_>, Vec<_>) = kinds?.into_iter().partition(|(is, _)| *is);
+    let paths = |kind: Vec<(bool, PathBuf)>| -> Vec<PathBuf> {
+        kind.into_iter().map(|(_, path)| path).collect()
+    };
+    for file in rungd_lsp::correct(&paths(controllers), &paths(ladders)) {
+        fmt_file::replace(Path::new(&file.name), file.before.as_bytes(), &file.after)
+            .with_context(|| format!("cannot write {}", file.name))?;
+        for Corrected { line, title } in &file.corrections {
+            print(&format!("{}:{line}: {}\n", one_line(&file.name), one_line(title)))?;
+        }
+    }
+    Ok(())
+}
+
+fn is_in_library(path: &Path) -> bool {
+    path.to_str().is_some_and(|name| name.starts_with(LIBRARY))
 }
 
 /// Joins the files and findings of two loads; the files of the second load get new numbers. Adds

@@ -1,6 +1,7 @@
 //! The commands that need no controller, and the pages that show them.
 
 mod addresses;
+mod check_fix;
 mod commands;
 mod differential;
 mod docs_commands;

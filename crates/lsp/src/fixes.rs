@@ -7,6 +7,7 @@
 use std::collections::HashMap;
 use std::ops::Range;
 use std::path::Path;
+use std::sync::Arc;
 
 use anyhow::Result;
 use lsp_types::{
@@ -21,6 +22,7 @@ use super::file::EditorFile;
 use super::judge::Judgement;
 use super::uri::path_of;
 use super::workspace::Workspace;
+use rungd_config::load::OpenTexts;
 use rungd_language::source::finding::{Finding, Severity};
 use rungd_language::source::fix::{Applicability, Fix};
 use rungd_language::source::span::SourceFile;
@@ -87,7 +89,7 @@ pub(super) fn actions(
     let mut left = TrialBudget { trials: TRIALS_MAX, bytes: TRIED_BYTES_MAX };
     let mut offered = Vec::new();
     for (judgement, finding) in findings(workspace, &path, &file, &within) {
-        let mut trial = FixTrial::of(workspace, (judgement, finding), &file);
+        let mut trial = FixTrial::new(workspace.library.texts(), (judgement, finding), &file);
         let offers = offers(&file, finding, &mut trial, &mut left);
         let is_clear = offers.iter().filter(|offer| offer.repairs).count() == 1;
         for offer in &offers {
@@ -186,6 +188,46 @@ fn offers(
         }
     }
     offers
+}
+
+/// A correction that is certain and fully verified.
+pub(super) struct CertainFix {
+    /// What it does.
+    pub title: String,
+    /// The first byte that it changes.
+    pub start: usize,
+    /// The corrected text of the file.
+    pub text: String,
+}
+
+/// Whether a finding has a fix that is certain.
+pub(super) fn may_be_certain(finding: &Finding) -> bool {
+    let is_certain = |fix: &Fix| fix.applicability == Applicability::Certain;
+    finding.advice().is_some_and(|help| help.fixes.iter().any(is_certain))
+}
+
+/// The first fix of a finding that is certain and fully verified by judging the changed text among
+/// these texts.
+pub(super) fn certain(
+    texts: &OpenTexts,
+    (judgement, finding): (&Judgement, &Finding),
+    file: &Arc<EditorFile>,
+) -> Option<CertainFix> {
+    let span = finding.span.start as usize..finding.span.end as usize;
+    let advice = finding.advice()?;
+    let mut trial = FixTrial::new(texts.clone(), (judgement, finding), file);
+    let is_certain = |fix: &&Fix| fix.applicability == Applicability::Certain;
+    advice.fixes.iter().filter(is_certain).find_map(|fix| {
+        let is_whole = |changes: &ProposedChanges| {
+            trial.repairs(changes, fix.applicability) == Some(FixWorth::Whole)
+        };
+        let changes = change::proposed(file, &span, fix).into_iter().find(is_whole)?;
+        let changed =
+            changes.iter().map(|change| change.range.clone()).min_by_key(|of| of.start)?;
+        let text = verify::applied(&file.text, &changes)?;
+        let start = changed.start;
+        Some(CertainFix { title: change::title(file, fix, changed), start, text })
+    })
 }
 
 /// The first proposal that is fully verified, else the first proposal that repairs. `repairs`

@@ -23,8 +23,8 @@ use rungd_language::source::span::{FileId, SourceFile};
 pub(super) enum JudgedRoot {
     /// A controller file with its ladders.
     Controller(PathBuf),
-    /// A ladder alone.
-    Ladder(PathBuf),
+    /// Ladders that form one program; in the editor one alone.
+    Ladders(Vec<PathBuf>),
     /// A test file.
     Test(PathBuf),
 }
@@ -70,16 +70,15 @@ impl JudgedRoot {
         let path = root.path.clone();
         match root.kind {
             FileKind::Controller => JudgedRoot::Controller(path),
-            FileKind::Ladder | FileKind::Test => JudgedRoot::Ladder(path),
+            FileKind::Ladder | FileKind::Test => JudgedRoot::Ladders(vec![path]),
         }
     }
 
-    /// Its path.
+    /// Its path, or the path of its first ladder.
     pub fn path(&self) -> &Path {
         match self {
-            JudgedRoot::Controller(path) | JudgedRoot::Ladder(path) | JudgedRoot::Test(path) => {
-                path
-            }
+            JudgedRoot::Controller(path) | JudgedRoot::Test(path) => path,
+            JudgedRoot::Ladders(paths) => paths.first().map_or(Path::new(""), PathBuf::as_path),
         }
     }
 }
@@ -122,7 +121,7 @@ fn newest(orders: &Receiver<JudgeOrder>, first: JudgeOrder) -> JudgeOrder {
 pub(super) fn judge(change: u64, root: &JudgedRoot, texts: &OpenTexts) -> Judgement {
     let loaded = match root {
         JudgedRoot::Controller(path) => load::controller_among(path, texts),
-        JudgedRoot::Ladder(path) => load::ladder_among(path, texts),
+        JudgedRoot::Ladders(paths) => load::ladders_among(paths, texts),
         JudgedRoot::Test(path) => test(path, texts),
     };
     let (loaded, failure) = match loaded {

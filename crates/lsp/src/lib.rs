@@ -19,12 +19,14 @@
 //! While somebody types, the text is mostly not TOML. So answers about names are made from an
 //! outline of tables and strings and from the words in them, which every text has; only findings
 //! need a whole load, the one of `rungd check`. Before a change (a rename, a correction) is
-//! offered, it is tried on the texts and checked again.
+//! offered, it is tried on the texts and checked again. `correction` does the same without an editor,
+//! for `rungd check --fix`.
 
 mod actions;
 mod capabilities;
 mod commands;
 mod complete;
+mod correction;
 mod diagnostics;
 mod disk;
 mod edits;
@@ -64,5 +66,6 @@ mod wire;
 mod words;
 mod workspace;
 
+pub use correction::{Corrected, CorrectedFile, correct};
 pub use server::{EditorEnd, serve};
 pub use wire::EditorConnection;

@@ -162,12 +162,14 @@ pub fn open_file(path: &Path, texts: &OpenTexts) -> Result<Loaded> {
     }
 }
 
-/// As [`ladder_files`], for one file. `texts` replace files on disk.
+/// As [`ladder_files`]. `texts` replace files on disk.
 ///
 /// # Errors
-/// The file cannot be read.
-pub fn ladder_among(path: &Path, texts: &OpenTexts) -> Result<Loaded> {
-    ladder_inputs(&[InputFile::open(path, texts)?])
+/// A file cannot be read, or is named twice.
+pub fn ladders_among(paths: &[PathBuf], texts: &OpenTexts) -> Result<Loaded> {
+    let inputs: Result<Vec<InputFile>> =
+        paths.iter().map(|path| InputFile::open(path, texts)).collect();
+    ladder_inputs(&inputs?)
 }
 
 /// As [`controller_file`]. `texts` replace files on disk.

@@ -24,7 +24,6 @@ use super::super::diagnostics::path_of;
 use super::super::file::EditorFile;
 use super::super::judge::{Judgement, judge};
 use super::super::slots::FileKind;
-use super::super::workspace::Workspace;
 use super::edit::TextChange;
 use super::places::object_at;
 use rungd_config::load::OpenTexts;
@@ -68,13 +67,12 @@ struct TriedText {
 type FindingIdentity<'j> = (&'j Path, Code, &'j str);
 
 impl<'w> FixTrial<'w> {
-    /// A trial for a finding of a judgement, in this file.
-    pub fn of(
-        workspace: &Workspace,
+    /// A trial for a finding of a judgement of these texts, in this file.
+    pub fn new(
+        texts: OpenTexts,
         (judgement, finding): (&'w Judgement, &'w Finding),
         file: &'w Arc<EditorFile>,
     ) -> FixTrial<'w> {
-        let texts = workspace.library.texts();
         FixTrial { judgement, finding, texts, file, program: None }
     }
 
@@ -197,7 +195,7 @@ fn is_error(finding: &Finding) -> bool {
 }
 
 /// A text with changes; `None` if they overlap.
-fn applied(text: &str, changes: &[TextChange]) -> Option<String> {
+pub(super) fn applied(text: &str, changes: &[TextChange]) -> Option<String> {
     let mut sorted: Vec<&TextChange> = changes.iter().collect();
     sorted.sort_by_key(|change| change.range.start);
     let mut changed = String::with_capacity(text.len() + 64);

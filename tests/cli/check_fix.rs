@@ -1,0 +1,141 @@
+//! `rungd check --fix`: what it writes, what it leaves, and that no file gets worse.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+const SLIPS: &str = r#"# The first line stays.
+[tags]
+go = { at = "X0" }   # START
+lamp = { at = "Y0", }
+[[program]]
+name = "Main"
+[[program.rung]]
+when = "go"      # one contact
+do = ["out lamp"]
+[[program.rung]]
+when = ["go AND lamp"]
+do = ["OUT Y1", "OUT lampe"]
+"#;
+
+const CORRECTED: &str = r#"# The first line stays.
+[tags]
+go = { at = "X0" }   # START
+lamp = { at = "Y0" }
+[[program]]
+name = "Main"
+[[program.rung]]
+when = ["go"]      # one contact
+do = ["OUT lamp"]
+[[program.rung]]
+when = ["go & lamp"]
+do = ["OUT Y1", "OUT lampe"]
+"#;
+
+struct Checked {
+    code: Option<i32>,
+    out: String,
+    errors: String,
+}
+
+impl Checked {
+    /// The number of errors that it counts.
+    fn error_count(&self) -> u32 {
+        let last = self.errors.lines().last().unwrap_or_default();
+        last.split_once(" error").and_then(|(count, _)| count.parse().ok()).unwrap_or(0)
+    }
+}
+
+fn check(folder: &Path, arguments: &[&str]) -> Checked {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+    let output = command.arg("check").args(arguments).current_dir(folder).output().unwrap();
+    let [out, errors] = [output.stdout, output.stderr].map(|said| String::from_utf8(said).unwrap());
+    Checked { code: output.status.code(), out, errors }
+}
+
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("check-fix").join(name);
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+#[test]
+fn what_is_certain_is_written_and_what_is_not_stays() {
+    let folder = folder("certain");
+    let ladder = folder.join("a.toml");
+    fs::write(&ladder, SLIPS).unwrap();
+    let first = check(&folder, &["--fix", "a.toml"]);
+    assert_eq!(fs::read_to_string(&ladder).unwrap(), CORRECTED);
+    let told = "a.toml:4: Take `,` away\na.toml:8: Write `when = [\"go\"]`\n\
+                a.toml:9: Write `OUT`\na.toml:11: Write `&`\n";
+    assert_eq!((first.out.as_str(), first.code), (told, Some(78)), "{}", first.errors);
+    assert!(first.errors.contains("did you mean `lamp`?"), "{}", first.errors);
+    assert_eq!(first.error_count(), 1, "a guess is not written: {}", first.errors);
+    let second = check(&folder, &["--fix", "a.toml"]);
+    assert_eq!((second.out.as_str(), second.errors), ("", first.errors));
+    assert_eq!(fs::read_to_string(&ladder).unwrap(), CORRECTED);
+}
+
+#[test]
+fn a_controller_file_is_corrected_with_its_ladders_and_several_ladders_are_one_program() {
+    let folder = folder("controller");
+    let ladder =
+        "[[program]]\nname = \"Main\"\n[[program.rung]]\nwhen = \"X0\"\ndo = [\"OUT Y0\"]\n";
+    fs::write(folder.join("ladder.toml"), ladder).unwrap();
+    fs::write(folder.join("c.toml"), "ladder = \"ladder.toml\"\nscan.period = \"10ms\"\n").unwrap();
+    let checked = check(&folder, &["--fix", "--deny", "warnings", "c.toml"]);
+    let told =
+        "c.toml:1: Write `ladder = [\"ladder.toml\"]`\nladder.toml:4: Write `when = [\"X0\"]`\n";
+    assert_eq!((checked.out.as_str(), checked.code), (told, Some(0)), "{}", checked.errors);
+    // The tag of the second file makes the first one right, apart from its slip.
+    let uses =
+        "[[program]]\nname = \"Main\"\n[[program.rung]]\nwhen = \"go\"\ndo = [\"OUT Y1\"]\n";
+    fs::write(folder.join("uses.toml"), uses).unwrap();
+    fs::write(folder.join("tags.toml"), "[tags]\ngo = { at = \"X1\" }\n").unwrap();
+    let checked = check(&folder, &["--fix", "uses.toml", "tags.toml"]);
+    assert_eq!(
+        (checked.out.as_str(), checked.code),
+        ("uses.toml:4: Write `when = [\"go\"]`\n", Some(0))
+    );
+}
+
+#[test]
+fn a_pipe_is_refused_and_a_file_of_the_library_stays() {
+    let folder = folder("pipe");
+    assert!(Command::new("mkfifo").arg(folder.join("p")).status().unwrap().success());
+    let checked = check(&folder, &["--fix", "p"]);
+    assert_eq!((checked.out.as_str(), checked.code), ("", Some(2)), "{}", checked.errors);
+    assert!(checked.errors.contains("--fix corrects regular files only"), "{}", checked.errors);
+    let checked = check(&folder, &["--fix", "lib:pid"]);
+    assert_eq!((checked.out.as_str(), checked.code), ("", Some(0)), "{}", checked.errors);
+}
+
+/// Every file with findings of every kind: no file has more errors afterwards, a second turn finds
+/// nothing to correct, and what is not TOML is not cut.
+#[test]
+fn no_file_gets_worse_and_a_second_turn_corrects_nothing() {
+    let folder = folder("all");
+    let shown = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/ui");
+    let mut corrected = 0;
+    for entry in fs::read_dir(shown).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        if !name.ends_with(".toml") {
+            continue;
+        }
+        fs::copy(&path, folder.join(&name)).unwrap();
+        let before = check(&folder, &[&name]);
+        let after = check(&folder, &["--fix", &name]);
+        assert!(after.error_count() <= before.error_count(), "{name}: {}", after.errors);
+        let is_same = fs::read(&path).unwrap() == fs::read(folder.join(&name)).unwrap();
+        assert_eq!(is_same, after.out.is_empty(), "{name}: what is written is told");
+        corrected += after.out.lines().count();
+        if !is_same {
+            let again = check(&folder, &["--fix", &name]);
+            assert_eq!(again.out, "", "{name}: {}", after.out);
+        }
+    }
+    assert!(corrected > 50, "only {corrected}");
+    println!("{corrected} corrections");
+}
