@@ -27,8 +27,8 @@ saw "$(cargo deb --version | head -n 1)"
 step "the package, twice"
 packages="$(mktemp -d)"
 trap 'rm -rf "$packages"' EXIT
-first="$(packaging/build-deb.sh --version 0.1.0-1 --output "$packages/" 2>"$packages/log" | tail -n 1)"
-second="$(packaging/build-deb.sh --version 0.1.0-2 --output "$packages/" 2>>"$packages/log" | tail -n 1)"
+first="$(packaging/build-deb.sh --version 0.2.0-1 --output "$packages/" 2>"$packages/log" | tail -n 1)"
+second="$(packaging/build-deb.sh --version 0.2.0-2 --output "$packages/" 2>>"$packages/log" | tail -n 1)"
 [ -e "$first" ] && [ -e "$second" ] || { cat "$packages/log"; exit 1; }
 saw "$(basename "$first"): $(($(stat -c %s "$first") / 1024)) KiB, $(dpkg -c "$first" | wc -l) entries"
 saw "$(dpkg -f "$first" Depends)"
@@ -91,7 +91,7 @@ inside systemctl --quiet disable rungd.service
 inside install -d -o rungd -g rungd -m 750 /var/lib/rungd
 touch "$root/var/lib/rungd/kept"
 install "$second"
-must "is installed" test "$(inside dpkg-query -Wf '${Version}' rungd)" = 0.1.0-2
+must "is installed" test "$(inside dpkg-query -Wf '${Version}' rungd)" = 0.2.0-2
 must "what was changed is kept" grep -q '# mine' "$root/etc/rungd/controller.toml"
 must "who disabled it finds it disabled" not test -e "$root/etc/systemd/system/multi-user.target.wants/rungd.service"
 must "what it keeps is kept" test -e "$root/var/lib/rungd/kept"

@@ -61,7 +61,7 @@ packages() {
     first=${RUNGD_DEBS% *} second=${RUNGD_DEBS#* }
     if [ -n "$RUNGD_DEBS" ]; then return; fi
     command -v cargo-deb >/dev/null || cargo install --locked --debug --quiet cargo-deb
-    first=$(package 0.1.0-1) && second=$(package 0.1.0-2) || { cat "$work/log"; exit 1; }
+    first=$(package 0.2.0-1) && second=$(package 0.2.0-2) || { cat "$work/log"; exit 1; }
 }
 
 package() {

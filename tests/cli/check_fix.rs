@@ -89,8 +89,7 @@ fn a_controller_file_is_corrected_with_its_ladders_and_several_ladders_are_one_p
         "c.toml:1: Write `ladder = [\"ladder.toml\"]`\nladder.toml:4: Write `when = [\"X0\"]`\n";
     assert_eq!((checked.out.as_str(), checked.code), (told, Some(0)), "{}", checked.errors);
     // The tag of the second file makes the first one right, apart from its slip.
-    let uses =
-        "[[program]]\nname = \"Main\"\n[[program.rung]]\nwhen = \"go\"\ndo = [\"OUT Y1\"]\n";
+    let uses = "[[program]]\nname = \"Main\"\n[[program.rung]]\nwhen = \"go\"\ndo = [\"OUT Y1\"]\n";
     fs::write(folder.join("uses.toml"), uses).unwrap();
     fs::write(folder.join("tags.toml"), "[tags]\ngo = { at = \"X1\" }\n").unwrap();
     let checked = check(&folder, &["--fix", "uses.toml", "tags.toml"]);

@@ -125,7 +125,7 @@ pub fn section(numbers: &mut Numbers) -> SectionBody {
 pub fn program(generation: u32) -> Arc<RecordedProgram> {
     let file = |name: &str, text: &str| RecordedFile { name: name.into(), text: text.into() };
     Arc::new(RecordedProgram {
-        version: "0.1.0".into(),
+        version: "0.2.0".into(),
         process_start_ns: 1_700_000_000_000_000_000,
         generation,
         source: if generation == 0 { "start".into() } else { "reload by root".into() },

@@ -19,7 +19,7 @@ pub const UNIX_NS: i64 = 1_700_000_000_000_000_000;
 pub fn recorded(ladder: &str, generation: u32) -> RecordedProgram {
     let file = RecordedFile { name: "main.toml".into(), text: ladder.into() };
     RecordedProgram {
-        version: "0.1.0".into(),
+        version: "0.2.0".into(),
         process_start_ns: UNIX_NS,
         generation,
         source: "start".into(),

@@ -18,7 +18,7 @@ fn scraped() -> Scraped {
         "p99_us": 31.0, "p999_us": 40.0, "max_us": 44.0, "histogram": bars
     });
     let status = json!({
-        "protocol": 1, "version": "0.1.0", "pid": 7, "uptime_ms": 61_000,
+        "protocol": 1, "version": "0.2.0", "pid": 7, "uptime_ms": 61_000,
         "controller": "c.toml", "mode": "RUN", "reason": null, "mode_ms": 60_500, "scans": 6000,
         "period_us": 10_000, "watchdog_us": 200_000,
         "posture": [{"asked": "memory locked", "granted": false, "why": "no permission"}],

@@ -179,7 +179,7 @@ fn status() -> Value {
         "p999_us": 40.0, "max_us": 44.0, "histogram": []
     });
     json!({
-        "protocol": 1, "version": "0.1.0", "pid": 7, "uptime_ms": 61_000,
+        "protocol": 1, "version": "0.2.0", "pid": 7, "uptime_ms": 61_000,
         "controller": "c.toml", "mode": "RUN", "reason": null, "mode_ms": 60_000, "scans": 6000,
         "period_us": 10_000, "watchdog_us": 200_000, "posture": [],
         "ladder": {"name": "belt", "files": "a.toml", "sha256": "abc", "blocks": 2, "rungs": 3},
