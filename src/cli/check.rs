@@ -25,8 +25,8 @@ pub struct CheckArgs {
     files: Vec<PathBuf>,
     /// First write the corrections that are certain into the files, and print each
     ///
-    /// A correction is certain if it repairs its finding, brings no error and, for a warning, leaves
-    /// the program the same. The other findings stay.
+    /// A correction is certain if it repairs its finding, brings no error and, for a warning,
+    /// leaves the program the same. The other findings stay.
     #[arg(long)]
     fix: bool,
     /// Make warnings errors

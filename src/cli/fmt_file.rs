@@ -1,5 +1,5 @@
-//! One file of `rungd fmt` or `rungd check --fix`: writes it so that no other program reads a half-written file, and shows
-//! its first difference from the layout.
+//! One file of `rungd fmt` or `rungd check --fix`: writes it so that no other program reads a
+//! half-written file, and shows its first difference from the layout.
 //!
 //! Called by [`super::fmt`] and [`super::check`] for each file that changes.
 
@@ -52,7 +52,8 @@ fn unchanged(path: &Path, before: &[u8]) -> io::Result<()> {
     match read_bytes(path)? == before {
         true => Ok(()),
         false => Err(io::Error::other(
-            "a different program has changed it meanwhile; nothing is written: run the command again",
+            "a different program has changed it meanwhile; nothing is written: \
+             run the command again",
         )),
     }
 }

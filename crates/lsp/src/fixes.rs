@@ -222,8 +222,10 @@ pub(super) fn certain(
             trial.repairs(changes, fix.applicability) == Some(FixWorth::Whole)
         };
         let changes = change::proposed(file, &span, fix).into_iter().find(is_whole)?;
-        let changed =
-            changes.iter().map(|change| change.range.clone()).min_by_key(|of| of.start)?;
+        let changed = changes
+            .iter()
+            .map(|change| change.range.clone())
+            .min_by_key(|changed| changed.start)?;
         let text = verify::applied(&file.text, &changes)?;
         let start = changed.start;
         Some(CertainFix { title: change::title(file, fix, changed), start, text })

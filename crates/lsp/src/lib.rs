@@ -19,8 +19,8 @@
 //! While somebody types, the text is mostly not TOML. So answers about names are made from an
 //! outline of tables and strings and from the words in them, which every text has; only findings
 //! need a whole load, the one of `rungd check`. Before a change (a rename, a correction) is
-//! offered, it is tried on the texts and checked again. `correction` does the same without an editor,
-//! for `rungd check --fix`.
+//! offered, it is tried on the texts and checked again. `correction` does the same without an
+//! editor, for `rungd check --fix`.
 
 mod actions;
 mod capabilities;

@@ -3,8 +3,8 @@
 //! The rungs of a template are resolved once for each use. A place in such a rung has the number of
 //! a *layer* instead of the number of a file. A layer is one use of a template, or one argument at
 //! one place of its parameter. So each place of a program is unique, and the rules do not depend on
-//! templates. [`Layers::placed_findings`] turns the places of findings into places of files, adds the uses
-//! that the findings are about, and reports a mistake of a template once.
+//! templates. [`Layers::placed_findings`] turns the places of findings into places of files, adds
+//! the uses that the findings are about, and reports a mistake of a template once.
 
 use std::collections::{HashMap, HashSet};
 
