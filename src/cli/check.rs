@@ -1,6 +1,8 @@
 //! `rungd check`: checks files, prints the findings on standard error, and returns the exit code.
 
+use std::collections::HashMap;
 use std::io::IsTerminal;
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
@@ -8,7 +10,7 @@ use clap::{Args, ValueEnum};
 
 use super::exit::{CommandLine, Exit};
 use super::fmt_file;
-use super::terminal::{one_line, print, say_findings};
+use super::terminal::{one_line, print, say_findings, say_line};
 use rungd_config::load::{self, InputFile, Loaded};
 use rungd_language::resolve::places::TagPlace;
 use rungd_language::resolve::program::Program;
@@ -79,7 +81,10 @@ pub fn check(args: &CheckArgs) -> Result<Exit> {
 fn fix(paths: &[PathBuf]) -> Result<()> {
     for path in paths.iter().filter(|path| !is_in_library(path)) {
         if !std::fs::metadata(path).with_context(|| path.display().to_string())?.is_file() {
-            let message = format!("{}: --fix corrects regular files only", path.display());
+            let message = format!(
+                "{}: --fix corrects regular files only: name the file itself",
+                path.display()
+            );
             return Err(CommandLine(message).into());
         }
     }
@@ -90,12 +95,24 @@ fn fix(paths: &[PathBuf]) -> Result<()> {
     let paths = |kind: Vec<(bool, PathBuf)>| -> Vec<PathBuf> {
         kind.into_iter().map(|(_, path)| path).collect()
     };
-    for file in rungd_lsp::correct(&paths(controllers), &paths(ladders)) {
+    let (files, is_whole) = rungd_lsp::correct(&paths(controllers), &paths(ladders));
+    let mut known: HashMap<(u64, u64), &str> = HashMap::new();
+    for file in &files {
+        let about = std::fs::metadata(&file.name).with_context(|| file.name.clone())?;
+        if let Some(other) = known.insert((about.dev(), about.ino()), &file.name) {
+            let message = format!("{other} and {} are one file: name one of them", file.name);
+            return Err(CommandLine(message).into());
+        }
+    }
+    for file in &files {
         fmt_file::replace(Path::new(&file.name), file.before.as_bytes(), &file.after)
             .with_context(|| format!("cannot write {}", file.name))?;
         for Corrected { line, title } in &file.corrections {
             print(&format!("{}:{line}: {}\n", one_line(&file.name), one_line(title)))?;
         }
+    }
+    if !is_whole {
+        say_line("rungd: there may be more to correct: run the command again");
     }
     Ok(())
 }

@@ -15,11 +15,11 @@ use super::exit::{CommandLine, Exit, is_broken_pipe};
 use super::fmt_file;
 use super::folders::search_on;
 use super::terminal::{one_line, print, say_findings, say_line};
-use rungd_config::load::decode;
-use rungd_config::load::files::read_bytes;
+use rungd_config::load::files::{identity, read_bytes};
+use rungd_config::load::{OpenTexts, controller_among, decode};
 use rungd_language::format::{Upgraded, formatted, upgraded};
 use rungd_language::source::file_kind;
-use rungd_language::source::finding::Finding;
+use rungd_language::source::finding::{Finding, Severity};
 use rungd_language::source::render::render;
 use rungd_language::source::span::{FileId, SourceFile};
 
@@ -171,6 +171,33 @@ fn folder(folder: &Path, args: &FmtArgs, outcome: &mut FormatOutcome) -> Result<
     Ok(())
 }
 
+/// The change, without an upgrade whose file would not load with its ladders. What is wrong before
+/// stays, too: its newer form could be right and mean something else.
+fn loadable(path: &Path, change: FileChange) -> FileChange {
+    if change.notes.is_empty() {
+        return change;
+    }
+    let error = |text: &str| {
+        let texts = OpenTexts::new([(identity(path), text.into())]);
+        let loaded = controller_among(path, &texts).map_err(|why| format!("{why:#}"));
+        let findings = loaded.map(|loaded| loaded.findings).map_err(Some);
+        let is_error = |finding: &&Finding| finding.severity() == Severity::Error;
+        match findings {
+            Ok(findings) => findings.iter().find(is_error).map(|found| found.message.clone()),
+            Err(why) => why,
+        }
+    };
+    let reason = match (error(&change.before), error(&change.after)) {
+        (None, None) => return change,
+        (Some(why), _) => format!("stays in the older form, correct the file first: {why}"),
+        (None, Some(why)) => {
+            format!("stays in the older form, the newer one would not load: {why}")
+        }
+    };
+    let after = formatted(&change.before).unwrap_or_else(|_| change.before.clone());
+    FileChange { after, notes: vec![reason], ..change }
+}
+
 fn read(path: &Path) -> Result<Vec<u8>> {
     read_bytes(path).with_context(|| path.display().to_string())
 }
@@ -178,7 +205,7 @@ fn read(path: &Path) -> Result<Vec<u8>> {
 fn file(path: &Path, bytes: &[u8], args: &FmtArgs, outcome: &mut FormatOutcome) -> Result<()> {
     let name = path.display().to_string();
     let Some(change) = outcome.change(name.clone(), bytes, args) else { return Ok(()) };
-    let FileChange { before, after, notes } = change;
+    let FileChange { before, after, notes } = loadable(path, change);
     for note in notes {
         print(&format!("{}: {note}\n", one_line(&name)))?;
     }

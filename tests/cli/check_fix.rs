@@ -14,7 +14,7 @@ name = "Main"
 when = "go"      # one contact
 do = ["out lamp"]
 [[program.rung]]
-when = ["go AND lamp"]
+when = ["go", "lamp AND x3"]
 do = ["OUT Y1", "OUT lampe"]
 "#;
 
@@ -28,7 +28,7 @@ name = "Main"
 when = ["go"]      # one contact
 do = ["OUT lamp"]
 [[program.rung]]
-when = ["go & lamp"]
+when = ["go", "lamp AND x3"]
 do = ["OUT Y1", "OUT lampe"]
 "#;
 
@@ -68,10 +68,10 @@ fn what_is_certain_is_written_and_what_is_not_stays() {
     let first = check(&folder, &["--fix", "a.toml"]);
     assert_eq!(fs::read_to_string(&ladder).unwrap(), CORRECTED);
     let told = "a.toml:4: Take `,` away\na.toml:8: Write `when = [\"go\"]`\n\
-                a.toml:9: Write `OUT`\na.toml:11: Write `&`\n";
+                a.toml:9: Write `OUT`\n";
     assert_eq!((first.out.as_str(), first.code), (told, Some(78)), "{}", first.errors);
     assert!(first.errors.contains("did you mean `lamp`?"), "{}", first.errors);
-    assert_eq!(first.error_count(), 1, "a guess is not written: {}", first.errors);
+    assert_eq!(first.error_count(), 2, "no guess, no other sign: {}", first.errors);
     let second = check(&folder, &["--fix", "a.toml"]);
     assert_eq!((second.out.as_str(), second.errors), ("", first.errors));
     assert_eq!(fs::read_to_string(&ladder).unwrap(), CORRECTED);
@@ -97,6 +97,44 @@ fn a_controller_file_is_corrected_with_its_ladders_and_several_ladders_are_one_p
         (checked.out.as_str(), checked.code),
         ("uses.toml:4: Write `when = [\"go\"]`\n", Some(0))
     );
+}
+
+/// Texts whose corrections in an editor are a choice, with two slips in one text, or not closed: what
+/// stands around a slip must never go.
+#[test]
+fn what_could_be_meant_otherwise_stays_as_it_is() {
+    let folder = folder("otherwise");
+    let rungs = [
+        r#"{ when = ["%X0 & !Y1 | %X2"], do = ["OUT Y9"] }"#,
+        r#"{ when = ["'go' & Y1 & 'go'"], do = ["OUT Y9"] }"#,
+        r#"{ when = ["level > 3,5 | level < 1,5"], do = ["OUT Y9"] }"#,
+        r#"{ when = ["LD go AND (Y1 OR Y2)"], do = ["OUT Y9"] }"#,
+        r#"{ when = ["level > 1,500"], do = ["OUT Y9"] }"#,
+        r#"{ when = ["never", "X010"], do = ["OUT Y9"] }"#,
+        r#"{ when = ["go"], do = ["OUT(Y8,Y9)", "MOVE(5,D2,D3)"] }"#,
+        r#"{ when = ["go"], do = ["MATH D1 -= level - 1", "MATH D2 = level AND 0x0F"] }"#,
+        r#"{ when = ["go"], do = ["TMR T0 preset=1,500ms", "RST Y7 = 1"] }"#,
+        r#"{ when = ["go], do = [OUT Y9] }, # why"#,
+    ];
+    for rung in rungs {
+        let tags = "[tags]\ngo = { at = \"X5\" }\nlevel = { at = \"D0\" }\n";
+        let text = format!("{tags}[[program]]\nname = \"Main\"\nrung = [\n  {rung}\n]\n");
+        fs::write(folder.join("a.toml"), &text).unwrap();
+        let checked = check(&folder, &["--fix", "a.toml"]);
+        assert_eq!(fs::read_to_string(folder.join("a.toml")).unwrap(), text, "{}", checked.out);
+        assert_eq!(checked.code, Some(78), "{rung}");
+    }
+}
+
+#[test]
+fn two_names_of_one_file_are_refused_before_anything_is_written() {
+    let folder = folder("links");
+    fs::write(folder.join("h1.toml"), SLIPS).unwrap();
+    fs::hard_link(folder.join("h1.toml"), folder.join("h2.toml")).unwrap();
+    let checked = check(&folder, &["--fix", "h1.toml", "h2.toml"]);
+    assert_eq!((checked.out.as_str(), checked.code), ("", Some(2)), "{}", checked.errors);
+    assert!(checked.errors.contains("h1.toml and h2.toml are one file: name one of them"));
+    assert_eq!(fs::read_to_string(folder.join("h1.toml")).unwrap(), SLIPS);
 }
 
 #[test]
@@ -135,6 +173,6 @@ fn no_file_gets_worse_and_a_second_turn_corrects_nothing() {
             assert_eq!(again.out, "", "{name}: {}", after.out);
         }
     }
-    assert!(corrected > 50, "only {corrected}");
+    assert!(corrected > 10, "only {corrected}");
     println!("{corrected} corrections");
 }

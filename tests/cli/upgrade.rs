@@ -189,3 +189,39 @@ fn a_file_is_rewritten_once_and_says_so() {
     assert_eq!(said(&["fmt", "--upgrade", "."], 0).0, "");
     assert!(before.0.contains("X0") && before.1.is_empty(), "{before:?}");
 }
+
+/// A file that loads must load afterwards, and one that does not must not begin to.
+#[test]
+fn no_upgrade_changes_whether_a_file_loads() {
+    let folder = folder("fmt-upgrade-loads");
+    let controller = folder.join("c.toml");
+    let upgraded = |ladder: &str, text: &str| {
+        fs::write(folder.join("a.toml"), ladder).expect("written");
+        fs::write(&controller, format!("ladder = [\"a.toml\"]\n{text}")).expect("written");
+        let before = rungd(&["check", "c.toml"], &folder).status.code();
+        let output = rungd(&["fmt", "--upgrade", "c.toml"], &folder);
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        let checked = rungd(&["check", "c.toml"], &folder);
+        assert_eq!(checked.status.code(), before, "{}", String::from_utf8_lossy(&checked.stderr));
+        let text = fs::read_to_string(&controller).expect("readable");
+        (String::from_utf8_lossy(&output.stdout).into_owned(), text)
+    };
+    let rule =
+        |input: &str| format!("[[simulated-device]]\ninput = \"{input}\"\nfollows = \"Y0\"\n");
+    let main = "[[program]]\nname = \"Main\"\nrung = [{ when = [\"!X0\"], do = [\"OUT Y0\"] }]\n";
+    // A table between two others: the second part needs a device of its own.
+    let between = format!("{}[scan]\nperiod = \"5ms\"\n{}", rule("X0"), rule("X1"));
+    let (said, text) = upgraded(main, &between);
+    assert!(!text.contains("simulated-device"), "{said}{text}");
+    // The name of the plant is a tag of the ladder.
+    let tag = format!("[tags]\nsimulated = {{ at = \"C5\", doc = \"spare\" }}\n{main}");
+    let (said, text) = upgraded(&tag, &rule("X0"));
+    assert!(said.contains("the newer one would not load: the name `simulated`"), "{said}");
+    assert!(text.contains("[[simulated-device]]"), "{text}");
+    // An error of the older form is none of the newer one.
+    let (said, text) = upgraded(main, &rule("C5"));
+    assert!(said.contains("correct the file first"), "{said}");
+    assert!(text.contains("[[simulated-device]]"), "{text}");
+    let (said, _) = upgraded(main, &format!("[device]\nname = \"x\"\n{}", rule("X0")));
+    assert!(said.contains("correct the file first"), "{said}");
+}

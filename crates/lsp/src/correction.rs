@@ -20,7 +20,7 @@ use rungd_language::source::file_kind::LIBRARY;
 use rungd_language::source::finding::{Code, Finding};
 
 /// The maximum number of corrections that are tried in one call: each judges the whole program.
-const TRIALS_MAX: usize = 2_000;
+const TRIALS_MAX: usize = 500;
 
 /// One correction.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -57,16 +57,16 @@ struct Correction {
 }
 
 /// The corrected texts of controller files, each with its ladders, and of ladders that form one
-/// program. Nothing is written. Files of the library, and files whose bytes are not their text,
-/// stay as they are.
-pub fn correct(controllers: &[PathBuf], ladders: &[PathBuf]) -> Vec<CorrectedFile> {
+/// program, and whether all corrections were tried. Nothing is written. Files of the library, and
+/// files whose bytes are not their text, stay as they are.
+pub fn correct(controllers: &[PathBuf], ladders: &[PathBuf]) -> (Vec<CorrectedFile>, bool) {
     let controllers = controllers.iter().cloned().map(JudgedRoot::Controller);
     let ladders = (!ladders.is_empty()).then(|| JudgedRoot::Ladders(ladders.to_vec()));
     let mut correction = Correction::default();
     for root in controllers.chain(ladders) {
         while correction.improve(&judge(0, &root, &correction.texts)) {}
     }
-    correction.files.into_values().collect()
+    (correction.files.into_values().collect(), correction.trials < TRIALS_MAX)
 }
 
 impl Correction {

@@ -221,7 +221,7 @@ pub(super) fn certain(
         let is_whole = |changes: &ProposedChanges| {
             trial.repairs(changes, fix.applicability) == Some(FixWorth::Whole)
         };
-        let changes = change::proposed(file, &span, fix).into_iter().find(is_whole)?;
+        let changes = change::exact(file, &span, fix).filter(is_whole)?;
         let changed = changes
             .iter()
             .map(|change| change.range.clone())

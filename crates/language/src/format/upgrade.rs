@@ -174,7 +174,8 @@ struct Upgrade<'a> {
     /// The numbers of parts and of devices that have been written.
     parts: usize,
     devices: usize,
-    /// Whether the last device of the text is one of those.
+    /// Whether the table above is a part of one of those. A part behind any other table would be
+    /// out of place.
     is_open: bool,
     /// Whether the file has its devices in one value, so that no `[[device]]` can follow.
     is_closed: bool,
@@ -223,8 +224,7 @@ impl<'a> Upgrade<'a> {
                     self.table = Some(OldTable { head, pieces: Vec::new() });
                     return;
                 }
-                self.is_open &=
-                    head.path.first().is_none_or(|name| name.unquoted().text() != "device");
+                self.is_open = false;
                 self.pieces.push(Piece::Head(head));
             }
             Piece::Blank | Piece::Remark(_) | Piece::Pair(_) => match &mut self.table {
@@ -248,6 +248,7 @@ impl<'a> Upgrade<'a> {
             Err(reason) => {
                 let input = table.value("input").unwrap_or_default();
                 self.kept.push(format!("`[[{OLD}]]` of `{input}` stays: {reason}"));
+                self.is_open = false;
                 self.pieces.push(Piece::Head(table.head));
                 self.pieces.extend(table.pieces);
                 return;

@@ -125,13 +125,18 @@ follows = "T0.Done"
             [scan]
             period = "5ms"
 
+            [[device]]
+            name   = "simulated4"
+            driver = "simulated"
+            poll   = "1ms"
+
             [[device.part]]
             name = "gate_1_2"
             kind = "delay"
             to   = "gate_1_"
             in   = "T0.Done"
             ---
-            3 tables `[[simulated-device]]` → `[[device.part]]` of `simulated2`, `simulated3`
+            3 tables `[[simulated-device]]` → `[[device.part]]` of `simulated2`, `simulated3`, `simulated4`
         "#]],
     );
 }

@@ -4,7 +4,7 @@
 
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{
-    Fix, FixEdit, Help, advise, meant, one_of, possible, propose, proposed, write,
+    Fix, FixEdit, Help, advise, certain, meant, one_of, possible, propose, proposed, write,
 };
 use crate::source::nearest::{KnownNames, UnknownName, did_you_mean, nearest};
 use crate::source::span::Span;
@@ -81,9 +81,11 @@ pub(super) fn address_mistake(name: &str, error: AddressError) -> Mistake {
             let help = "addresses read `X0`, `Y0`, `C0`, `D0`, `V0`, `MC1`, `MHR1`, `CT0`, `T0`";
             mistake(Code::UnknownName, format!("`{name}` is no address"), help)
         }
-        AddressError::Case(right) => {
-            mistake(Code::WrongCase, format!("`{name}` is in the wrong case"), write(right))
-        }
+        AddressError::Case(right) => mistake(
+            Code::WrongCase,
+            format!("`{name}` is in the wrong case"),
+            write(certain(right)),
+        ),
         AddressError::LeadingZero(right) => mistake(
             Code::UnknownName,
             format!("`{base}` is no address: a number has no leading zeros"),

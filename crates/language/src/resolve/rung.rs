@@ -9,7 +9,7 @@ use super::names::{NAME_MAX, kept};
 use super::program::{Block, Branch, Leg, Rung};
 use crate::source::atom::AtomKind;
 use crate::source::finding::{Code, Finding};
-use crate::source::fix::{FixEdit, Help, advise, dialect, pair, propose};
+use crate::source::fix::{FixEdit, Help, advise, certain, dialect, pair, propose};
 use crate::source::instruction::WrittenInstruction;
 use crate::source::ladder;
 use crate::source::nearest::{KnownNames, nearest};
@@ -136,7 +136,7 @@ impl Resolver<'_> {
             let right = mnemonic.spec().name;
             let message = format!("`{name}` is written `{right}`");
             let finding = Finding::new(Code::WrongCase, span, message);
-            self.find(finding.write(right));
+            self.find(finding.write(certain(right)));
             return Some(mnemonic.spec());
         }
         let message = format!("there is no instruction `{name}`");

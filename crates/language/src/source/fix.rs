@@ -118,6 +118,12 @@ impl Fix {
         self
     }
 
+    /// The same fix, which is what the author meant, whatever else the file says: at its place
+    /// there is no other reading.
+    pub fn certain(self) -> Fix {
+        Fix { applicability: Applicability::Certain, ..self }
+    }
+
     /// The same fix, for the author to decide.
     pub fn proposed(self) -> Fix {
         Fix { applicability: Applicability::Proposed, ..self }
@@ -142,11 +148,7 @@ impl Fix {
 
 impl From<FixEdit> for Fix {
     fn from(edit: FixEdit) -> Fix {
-        let applicability = match matches!(edit, FixEdit::Write(..) | FixEdit::Pair(_)) {
-            true => Applicability::Certain,
-            false => Applicability::Proposed,
-        };
-        Fix { edits: vec![edit], applicability }
+        Fix { edits: vec![edit], applicability: Applicability::Proposed }
     }
 }
 
@@ -165,6 +167,11 @@ impl From<&str> for Fix {
 /// A text as a fix.
 pub fn text(text: impl Into<Fix>) -> Fix {
     text.into()
+}
+
+/// A text that is certain.
+pub fn certain(text: impl Into<Fix>) -> Fix {
+    text.into().certain()
 }
 
 /// A text for the author to decide.

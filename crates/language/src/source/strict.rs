@@ -12,6 +12,7 @@ use toml::de::{DeTable, DeValue, Error};
 
 use super::doc::Doc;
 use super::finding::{Code, Finding};
+use super::fix::certain;
 use super::headers;
 use super::toml_slips::{slip, unquoted};
 
@@ -148,7 +149,7 @@ fn inline_table(doc: Doc<'_>, table: &DeTable<'_>, whole: Range<usize>) {
             Finding::new(Code::TomlSyntax, place, "a comma after the last key of an inline table")
                 .label("TOML 1.0 allows none here")
                 .help("remove the comma")
-                .fix(""),
+                .fix(certain("")),
         );
     }
 }

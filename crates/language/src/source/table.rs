@@ -332,7 +332,7 @@ impl<'a> Table<'a> {
                 self.find(
                     Finding::new(Code::BareString, span, message)
                         .label("a string alone")
-                        .write(pair(right)),
+                        .write(pair(right).certain()),
                 );
                 return Some(Located { value: vec![self.doc.text(text, value.span())], span });
             }

@@ -9,6 +9,7 @@ use std::ops::Range;
 
 use super::doc::Doc;
 use super::finding::{Code, Finding};
+use super::fix::certain;
 use rungd_engine::isa::decimal_comma;
 
 /// The longest line that is searched.
@@ -67,7 +68,7 @@ pub(super) fn unquoted(doc: Doc<'_>, error_at: usize) -> Option<Finding> {
     let folded = word.to_ascii_lowercase();
     if ["true", "false"].contains(&folded.as_str()) {
         let finding = Finding::new(Code::TomlSyntax, place, "`true` and `false` are in lower case");
-        return Some(finding.write(folded));
+        return Some(finding.write(certain(folded)));
     }
     let finding = Finding::new(Code::TomlSyntax, place, "a text without quotes");
     Some(finding.write(format!("\"{word}\"")))

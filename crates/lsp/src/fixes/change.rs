@@ -37,6 +37,23 @@ pub(super) fn proposed(file: &EditorFile, span: &Range<usize>, fix: &Fix) -> Vec
     all
 }
 
+/// The change of a fix exactly at its place: a text, or the pair there with the same key. Nothing
+/// around the place is replaced.
+pub(super) fn exact(file: &EditorFile, span: &Range<usize>, fix: &Fix) -> Option<ProposedChanges> {
+    let change = match &fix.edits[..] {
+        [FixEdit::Write(None, text)] => one(span.clone(), text),
+        [FixEdit::Write(Some(place), text)] => one(place.start as usize..place.end as usize, text),
+        [FixEdit::Pair(text)] => {
+            let at = pair_at(file, span)?;
+            let keys: Vec<String> =
+                at.keys[at.outer..].iter().map(|key| key.text.clone()).collect();
+            (keys == as_pair(text)?).then(|| one(at.extent(), text))?
+        }
+        _ => return None,
+    };
+    Some(vec![change]).filter(|changes| is_change(file, changes))
+}
+
 fn is_change(file: &EditorFile, proposal: &ProposedChanges) -> bool {
     proposal.iter().any(|change| file.slice(change.range.clone()) != change.text)
 }
