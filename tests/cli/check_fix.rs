@@ -99,8 +99,8 @@ fn a_controller_file_is_corrected_with_its_ladders_and_several_ladders_are_one_p
     );
 }
 
-/// Texts whose corrections in an editor are a choice, with two slips in one text, or not closed: what
-/// stands around a slip must never go.
+/// Texts whose corrections in an editor are a choice, with two slips in one text, or not closed:
+/// what stands around a slip must never go.
 #[test]
 fn what_could_be_meant_otherwise_stays_as_it_is() {
     let folder = folder("otherwise");

@@ -86,8 +86,6 @@ write = []
 [[simulated-device]]
 input = 'fault'
 follows = "$Off"
-[scan]
-period = "5ms"
 [[simulated-device]]
 input = "gate_1_"
 follows = "T0.Done"
@@ -122,21 +120,13 @@ follows = "T0.Done"
             to   = 'fault'
             in   = "$Off"
 
-            [scan]
-            period = "5ms"
-
-            [[device]]
-            name   = "simulated4"
-            driver = "simulated"
-            poll   = "1ms"
-
             [[device.part]]
             name = "gate_1_2"
             kind = "delay"
             to   = "gate_1_"
             in   = "T0.Done"
             ---
-            3 tables `[[simulated-device]]` → `[[device.part]]` of `simulated2`, `simulated3`, `simulated4`
+            3 tables `[[simulated-device]]` → `[[device.part]]` of `simulated2`, `simulated3`
         "#]],
     );
 }
