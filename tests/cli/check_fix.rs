@@ -1,8 +1,10 @@
 //! `rungd check --fix`: what it writes, what it leaves, and that no file gets worse.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
+
+use super::fmt::{folder, rungd};
 
 const SLIPS: &str = r#"# The first line stays.
 [tags]
@@ -47,22 +49,14 @@ impl Checked {
 }
 
 fn check(folder: &Path, arguments: &[&str]) -> Checked {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
-    let output = command.arg("check").args(arguments).current_dir(folder).output().unwrap();
+    let output = rungd(&[&["check"], arguments].concat(), folder);
     let [out, errors] = [output.stdout, output.stderr].map(|said| String::from_utf8(said).unwrap());
     Checked { code: output.status.code(), out, errors }
 }
 
-fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("check-fix").join(name);
-    let _ = fs::remove_dir_all(&folder);
-    fs::create_dir_all(&folder).unwrap();
-    folder
-}
-
 #[test]
 fn what_is_certain_is_written_and_what_is_not_stays() {
-    let folder = folder("certain");
+    let folder = folder("check-fix-certain");
     let ladder = folder.join("a.toml");
     fs::write(&ladder, SLIPS).unwrap();
     let first = check(&folder, &["--fix", "a.toml"]);
@@ -79,7 +73,7 @@ fn what_is_certain_is_written_and_what_is_not_stays() {
 
 #[test]
 fn a_controller_file_is_corrected_with_its_ladders_and_several_ladders_are_one_program() {
-    let folder = folder("controller");
+    let folder = folder("check-fix-controller");
     let ladder =
         "[[program]]\nname = \"Main\"\n[[program.rung]]\nwhen = \"X0\"\ndo = [\"OUT Y0\"]\n";
     fs::write(folder.join("ladder.toml"), ladder).unwrap();
@@ -103,7 +97,7 @@ fn a_controller_file_is_corrected_with_its_ladders_and_several_ladders_are_one_p
 /// what stands around a slip must never go.
 #[test]
 fn what_could_be_meant_otherwise_stays_as_it_is() {
-    let folder = folder("otherwise");
+    let folder = folder("check-fix-otherwise");
     let rungs = [
         r#"{ when = ["%X0 & !Y1 | %X2"], do = ["OUT Y9"] }"#,
         r#"{ when = ["'go' & Y1 & 'go'"], do = ["OUT Y9"] }"#,
@@ -128,7 +122,7 @@ fn what_could_be_meant_otherwise_stays_as_it_is() {
 
 #[test]
 fn two_names_of_one_file_are_refused_before_anything_is_written() {
-    let folder = folder("links");
+    let folder = folder("check-fix-links");
     fs::write(folder.join("h1.toml"), SLIPS).unwrap();
     fs::hard_link(folder.join("h1.toml"), folder.join("h2.toml")).unwrap();
     let checked = check(&folder, &["--fix", "h1.toml", "h2.toml"]);
@@ -139,7 +133,7 @@ fn two_names_of_one_file_are_refused_before_anything_is_written() {
 
 #[test]
 fn a_pipe_is_refused_and_a_file_of_the_library_stays() {
-    let folder = folder("pipe");
+    let folder = folder("check-fix-pipe");
     assert!(Command::new("mkfifo").arg(folder.join("p")).status().unwrap().success());
     let checked = check(&folder, &["--fix", "p"]);
     assert_eq!((checked.out.as_str(), checked.code), ("", Some(2)), "{}", checked.errors);
@@ -152,7 +146,7 @@ fn a_pipe_is_refused_and_a_file_of_the_library_stays() {
 /// nothing to correct, and what is not TOML is not cut.
 #[test]
 fn no_file_gets_worse_and_a_second_turn_corrects_nothing() {
-    let folder = folder("all");
+    let folder = folder("check-fix-all");
     let shown = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/ui");
     let mut corrected = 0;
     for entry in fs::read_dir(shown).unwrap() {

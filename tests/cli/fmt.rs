@@ -8,12 +8,13 @@ use std::process::{Command, Output, Stdio};
 
 use rungd_test_support::needs::{Need, skip};
 
-fn rungd(args: &[&str], folder: &Path) -> Output {
+pub(super) fn rungd(args: &[&str], folder: &Path) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
     command.args(args).current_dir(folder).output().expect("rungd runs")
 }
 
-fn folder(name: &str) -> PathBuf {
+/// A fresh folder with a folder `programs`.
+pub(super) fn folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(folder.join("programs")).expect("a folder");

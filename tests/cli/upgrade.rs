@@ -2,10 +2,9 @@
 //! a ladder the same inputs, scan by scan; the files that the command writes.
 
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 use std::sync::Arc;
 
+use super::fmt::{folder, rungd};
 use proptest::prelude::*;
 use proptest::sample::select;
 use rungd_config::load;
@@ -124,18 +123,6 @@ proptest! {
             prop_assert_eq!(bits(&old), bits(&new), "scan {}", scan);
         }
     }
-}
-
-fn rungd(args: &[&str], folder: &Path) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
-    command.args(args).current_dir(folder).output().expect("rungd runs")
-}
-
-fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    let _ = fs::remove_dir_all(&folder);
-    fs::create_dir_all(&folder).expect("a folder");
-    folder
 }
 
 const OLD: &str = "\
