@@ -64,14 +64,18 @@ pub fn correct(controllers: &[PathBuf], ladders: &[PathBuf]) -> (Vec<CorrectedFi
     let ladders = (!ladders.is_empty()).then(|| JudgedRoot::Ladders(ladders.to_vec()));
     let mut correction = Correction::default();
     for root in controllers.chain(ladders) {
-        while correction.improve(&judge(0, &root, &correction.texts)) {}
+        let mut judgement = judge(0, &root, &correction.texts);
+        while let Some(next) = correction.improve(&judgement) {
+            judgement = next;
+        }
     }
     (correction.files.into_values().collect(), correction.trials < TRIALS_MAX)
 }
 
 impl Correction {
-    /// Makes the first correction of a judgement that can be made; false if there is none.
-    fn improve(&mut self, judgement: &Judgement) -> bool {
+    /// Makes the first correction of a judgement that can be made, and returns the judgement of the
+    /// corrected texts; `None` if there is no correction.
+    fn improve(&mut self, judgement: &Judgement) -> Option<Judgement> {
         let findings = judgement.findings.iter().filter(|finding| may_be_certain(finding));
         let mut read: BTreeMap<PathBuf, Arc<EditorFile>> = BTreeMap::new();
         for finding in findings {
@@ -88,12 +92,11 @@ impl Correction {
             let file = read.entry(path.clone()).or_insert_with(|| Arc::new(text()));
             self.trials += 1;
             if let Some(fix) = certain(&self.texts, (judgement, finding), file) {
-                self.take(&source.name, file, fix);
-                return true;
+                return Some(self.take(&source.name, file, fix));
             }
             self.refused.insert(refused);
         }
-        false
+        None
     }
 
     /// Whether a text is what the file has on disk, or a corrected one.
@@ -102,8 +105,8 @@ impl Correction {
             || read_bytes(path).is_ok_and(|bytes| bytes == text.as_bytes())
     }
 
-    fn take(&mut self, name: &str, file: &EditorFile, fix: CertainFix) {
-        let CertainFix { title, start, text } = fix;
+    fn take(&mut self, name: &str, file: &EditorFile, fix: CertainFix) -> Judgement {
+        let CertainFix { title, start, text, judgement } = fix;
         let line = file.text[..start].matches('\n').count() as u32 + 1;
         self.texts = self.texts.with(&file.path, text.as_str().into());
         let corrected = self.files.entry(file.path.clone()).or_insert_with(|| CorrectedFile {
@@ -114,6 +117,7 @@ impl Correction {
         });
         corrected.after = text;
         corrected.corrections.push(Corrected { line, title });
+        judgement
     }
 }
 

@@ -198,6 +198,8 @@ pub(super) struct CertainFix {
     pub start: usize,
     /// The corrected text of the file.
     pub text: String,
+    /// The judgement of the corrected text.
+    pub judgement: Judgement,
 }
 
 /// Whether a finding has a fix that is certain.
@@ -218,17 +220,16 @@ pub(super) fn certain(
     let mut trial = FixTrial::new(texts.clone(), (judgement, finding), file);
     let is_certain = |fix: &&Fix| fix.applicability == Applicability::Certain;
     advice.fixes.iter().filter(is_certain).find_map(|fix| {
-        let is_whole = |changes: &ProposedChanges| {
-            trial.repairs(changes, fix.applicability) == Some(FixWorth::Whole)
-        };
-        let changes = change::exact(file, &span, fix).filter(is_whole)?;
+        let changes = change::exact(file, &span, fix)?;
+        let judged = trial.judged(&changes, fix.applicability);
+        let (_, judgement) = judged.filter(|(worth, _)| *worth == FixWorth::Whole)?;
         let changed = changes
             .iter()
             .map(|change| change.range.clone())
             .min_by_key(|changed| changed.start)?;
         let text = verify::applied(&file.text, &changes)?;
         let start = changed.start;
-        Some(CertainFix { title: change::title(file, fix, changed), start, text })
+        Some(CertainFix { title: change::title(file, fix, changed), start, text, judgement })
     })
 }
 

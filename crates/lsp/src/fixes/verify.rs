@@ -87,7 +87,26 @@ impl<'w> FixTrial<'w> {
         changes: &[TextChange],
         applicability: Applicability,
     ) -> Option<FixWorth> {
+        self.judged(changes, applicability).map(|(worth, _)| worth)
+    }
+
+    /// The same with the judgement of the changed text.
+    pub fn judged(
+        &mut self,
+        changes: &[TextChange],
+        applicability: Applicability,
+    ) -> Option<(FixWorth, Judgement)> {
         let after = self.tried(changes)?;
+        let worth = self.worth(changes, applicability, &after)?;
+        Some((worth, after.judgement))
+    }
+
+    fn worth(
+        &mut self,
+        changes: &[TextChange],
+        applicability: Applicability,
+        after: &TriedText,
+    ) -> Option<FixWorth> {
         let has_error = after.new.iter().any(is_error);
         if self.finding.severity() == Severity::Error {
             let is_spelling =
@@ -95,7 +114,7 @@ impl<'w> FixTrial<'w> {
             let is_toml = after.new.iter().all(|finding| finding.code != Code::TomlSyntax);
             return match has_error {
                 false => Some(FixWorth::Whole),
-                true => (is_spelling && is_toml && self.are_near(&after, changes))
+                true => (is_spelling && is_toml && self.are_near(after, changes))
                     .then_some(FixWorth::First),
             };
         }
