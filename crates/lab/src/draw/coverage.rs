@@ -7,8 +7,16 @@ use serde_json::Value;
 
 use super::ladder::Picture;
 
-/// A rung or branch: its block or Stage, its number, and its branch.
-type PartKey = (String, u32, Option<u32>);
+/// A rung or branch.
+#[derive(Debug, PartialEq, Eq, Hash)]
+pub(super) struct PartKey {
+    /// Its block or Stage.
+    pub element: String,
+    /// The number of the rung.
+    pub rung: u32,
+    /// The number of the branch, from 1; `None`: the rung's own legs.
+    pub branch: Option<u32>,
+}
 
 /// The coverage of a report.
 #[derive(Debug, Default)]
@@ -40,7 +48,8 @@ impl CoverageMarks {
             marks.places.insert((block.to_owned(), number as u32), place);
             let branch = rung["branch"].as_u64().map(|branch| branch as u32);
             let contacts = rung["contacts"].as_array().map(Vec::as_slice).unwrap_or_default();
-            let seen = marks.contacts.entry((block.to_owned(), number as u32, branch)).or_default();
+            let part = PartKey { element: block.to_owned(), rung: number as u32, branch };
+            let seen = marks.contacts.entry(part).or_default();
             seen.resize(seen.len().max(contacts.len()), (false, false));
             for (known, contact) in seen.iter_mut().zip(contacts) {
                 let seen = |way: &str| contact["seen"][way].as_bool().unwrap_or(false);

@@ -30,7 +30,7 @@ pub(super) fn flow(block: &BlockPicture) -> String {
         let ways = from.iter().flat_map(|from| jump.to.iter().map(move |to| (from, to)));
         for (from, to) in ways {
             if let (Some(from), Some(to)) = (place(from), place(to)) {
-                graph.way((from, to), &jump.text());
+                graph.way(from, to, &jump.text());
             }
         }
     }
@@ -60,8 +60,9 @@ impl Graph {
         self.svg.text.push_str("</a>\n");
     }
 
-    /// Draws a way: straight down to the next Stage, or at the side to any other.
-    fn way(&mut self, (from, to): (usize, usize), told: &str) {
+    /// Draws a way between two Stages, given by their numbers: straight down to the next Stage, or
+    /// at the side to any other.
+    fn way(&mut self, from: usize, to: usize, title: &str) {
         let (path, x, end, tip) = if to == from + 1 {
             let x = 8 + self.width / 2;
             (format!("M{x} {}V{}", top(from) + HEIGHT, top(to)), x, top(to), "m-4 -6l4 6l4 -6z")
@@ -72,7 +73,7 @@ impl Graph {
             (format!("M{right} {start}H{side}V{end}H{right}"), right, end, "m6 -4l-6 4l6 4z")
         };
         self.svg.text.push_str("<g>");
-        self.svg.title(told);
+        self.svg.title(title);
         self.svg.path("way", path);
         self.svg.path("tip", format_args!("M{x} {end}{tip}"));
         self.svg.text.push_str("</g>\n");

@@ -16,11 +16,30 @@ pub struct RungGrid {
     pub contacts: Vec<PlacedContact>,
     /// The instructions.
     pub instructions: Vec<PlacedInstruction>,
-    /// Wires along rows: a row, and the boundaries at the start and at the end of the wire.
-    pub along: Vec<(usize, usize, usize)>,
-    /// Wires down: a boundary, and the first and the last row. The number of a boundary is the
-    /// number of the column after it.
-    pub down: Vec<(usize, usize, usize)>,
+    /// Wires along rows: `line` is the row, the ends are boundaries.
+    pub along: Vec<GridWire>,
+    /// Wires down: `line` is the boundary, the ends are rows.
+    pub down: Vec<GridWire>,
+}
+
+/// A straight wire, longer than 0. The number of a boundary is the number of the column after it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GridWire {
+    /// The row or boundary on which the wire is.
+    pub line: usize,
+    /// The boundary or row at its start.
+    pub from: usize,
+    /// The boundary or row at its end.
+    pub to: usize,
+}
+
+/// A place of a grid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct GridPlace {
+    /// The column, or the boundary before it.
+    pub column: usize,
+    /// The row.
+    pub row: usize,
 }
 
 /// A contact in a cell.
@@ -57,7 +76,7 @@ impl RungGrid {
     }
 
     fn plain(&mut self, contacts: &Circuit, outlets: &[Outlet]) {
-        let (width, height) = self.place(contacts, (0, 0));
+        let (width, height) = self.place(contacts, GridPlace { column: 0, row: 0 });
         let wide = outlets.iter().map(|outlet| match outlet {
             Outlet::Instruction(_) => 0,
             Outlet::Branch(circuit, _) => size(circuit).0,
@@ -66,30 +85,27 @@ impl RungGrid {
         let (mut row, mut last) = (0, 0);
         for outlet in outlets {
             last = row;
+            let at = GridPlace { column: width, row };
             row = match outlet {
                 Outlet::Instruction(symbol) => {
-                    self.end(symbol, (width, row));
+                    self.end(symbol, at);
                     row + 1
                 }
-                Outlet::Branch(circuit, body) => self.branch((circuit, body), (width, row)),
+                Outlet::Branch(circuit, body) => self.branch(circuit, body, at),
             };
         }
-        self.wire_down(width, (0, last));
+        self.wire_down(GridWire { line: width, from: 0, to: last });
         self.rows = row.max(height);
     }
 
     /// Places the contacts of a branch, with their instructions. Returns the row after the branch.
-    fn branch(
-        &mut self,
-        (circuit, body): (&Circuit, &[InstructionSymbol]),
-        (column, row): (usize, usize),
-    ) -> usize {
-        let (width, height) = self.place(circuit, (column, row));
-        let (at, count) = (column + width, body.len());
+    fn branch(&mut self, circuit: &Circuit, body: &[InstructionSymbol], at: GridPlace) -> usize {
+        let (width, height) = self.place(circuit, at);
+        let (row, end, count) = (at.row, at.column + width, body.len());
         for (n, symbol) in body.iter().enumerate() {
-            self.end(symbol, (at, row + n));
+            self.end(symbol, GridPlace { column: end, row: row + n });
         }
-        self.wire_down(at, (row, row + count.saturating_sub(1)));
+        self.wire_down(GridWire { line: end, from: row, to: row + count.saturating_sub(1) });
         row + height.max(count).max(1)
     }
 
@@ -97,8 +113,8 @@ impl RungGrid {
         self.columns = legs.iter().map(|(_, circuit)| size(circuit).0).max().unwrap_or(0);
         let (mut row, mut rows) = (0, Vec::new());
         for (name, circuit) in legs {
-            let (width, height) = self.place(circuit, (0, row));
-            self.wire_along(row, (width, self.columns));
+            let (width, height) = self.place(circuit, GridPlace { column: 0, row });
+            self.wire_along(GridWire { line: row, from: width, to: self.columns });
             rows.push((*name, row));
             row += height;
         }
@@ -107,14 +123,15 @@ impl RungGrid {
     }
 
     /// Places an instruction at the end of a row, with the wire that leads to it.
-    fn end(&mut self, symbol: &InstructionSymbol, (column, row): (usize, usize)) {
-        self.wire_along(row, (column, self.columns));
+    fn end(&mut self, symbol: &InstructionSymbol, GridPlace { column, row }: GridPlace) {
+        self.wire_along(GridWire { line: row, from: column, to: self.columns });
         let symbol = symbol.clone();
         self.instructions.push(PlacedInstruction { row, legs: Vec::new(), symbol });
     }
 
     /// Places a circuit at a column and row. Returns its width and height.
-    fn place(&mut self, circuit: &Circuit, (column, row): (usize, usize)) -> (usize, usize) {
+    fn place(&mut self, circuit: &Circuit, at: GridPlace) -> (usize, usize) {
+        let GridPlace { column, row } = at;
         match circuit {
             Circuit::Contact(symbol) => {
                 self.contacts.push(PlacedContact { row, column, symbol: symbol.clone() });
@@ -123,7 +140,7 @@ impl RungGrid {
             Circuit::Series(parts) => {
                 let (mut width, mut height) = (0, 1);
                 for part in parts {
-                    let placed_size = self.place(part, (column + width, row));
+                    let placed_size = self.place(part, GridPlace { column: column + width, row });
                     (width, height) = (width + placed_size.0, height.max(placed_size.1));
                 }
                 (width, height)
@@ -133,26 +150,30 @@ impl RungGrid {
                 let (mut height, mut last) = (0, row);
                 for part in parts {
                     last = row + height;
-                    let placed_size = self.place(part, (column, last));
-                    self.wire_along(last, (column + placed_size.0, column + width));
+                    let placed_size = self.place(part, GridPlace { column, row: last });
+                    let (from, to) = (column + placed_size.0, column + width);
+                    self.wire_along(GridWire { line: last, from, to });
                     height += placed_size.1;
                 }
-                self.wire_down(column, (row, last));
-                self.wire_down(column + width, (row, last));
+                for line in [column, column + width] {
+                    self.wire_down(GridWire { line, from: row, to: last });
+                }
                 (width, height)
             }
         }
     }
 
-    fn wire_along(&mut self, row: usize, (from, to): (usize, usize)) {
-        if from < to {
-            self.along.push((row, from, to));
+    /// Adds a wire along a row, unless its length is 0.
+    fn wire_along(&mut self, wire: GridWire) {
+        if wire.from < wire.to {
+            self.along.push(wire);
         }
     }
 
-    fn wire_down(&mut self, column: usize, (from, to): (usize, usize)) {
-        if from < to {
-            self.down.push((column, from, to));
+    /// Adds a wire down a boundary, unless its length is 0.
+    fn wire_down(&mut self, wire: GridWire) {
+        if wire.from < wire.to {
+            self.down.push(wire);
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::coverage::CoverageMarks;
+use super::coverage::{CoverageMarks, PartKey};
 use super::ladder::{BlockPicture, Picture, RungPicture};
 use super::text::{self, WireStyle};
 
@@ -74,7 +74,8 @@ impl Listing<'_> {
         }
         for contact in &rung.grid.contacts {
             let symbol = &contact.symbol;
-            let part = (element.to_owned(), rung.number as u32, symbol.branch);
+            let (element, number) = (element.to_owned(), rung.number as u32);
+            let part = PartKey { element, rung: number, branch: symbol.branch };
             let mark = self.coverage.and_then(|coverage| coverage.mark(&part, symbol.leaf));
             if let Some((_, said)) = mark {
                 let _ = writeln!(self.text, "  tests: {} {said}", symbol.label.name);

@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use std::fmt::Write as _;
 
 use super::circuit::ContactSymbol;
-use super::coverage::CoverageMarks;
+use super::coverage::{CoverageMarks, PartKey};
 use super::flow_drawing;
 use super::ladder::{BlockPicture, Picture, RungPicture};
 use super::svg::{self, Decoration};
@@ -88,8 +88,9 @@ impl Decoration for RungMarks<'_> {
     }
 
     fn mark(&self, contact: &ContactSymbol) -> Option<(&'static str, &'static str)> {
-        let rung = (self.element.to_owned(), self.rung.number as u32, contact.branch);
-        self.coverage?.mark(&rung, contact.leaf)
+        let element = self.element.to_owned();
+        let part = PartKey { element, rung: self.rung.number as u32, branch: contact.branch };
+        self.coverage?.mark(&part, contact.leaf)
     }
 }
 

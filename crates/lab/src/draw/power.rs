@@ -7,7 +7,7 @@
 //! has no such way.
 
 use super::circuit::ContactSymbol;
-use super::grid::RungGrid;
+use super::grid::{GridPlace, RungGrid};
 
 /// The parts of a rung with power. Each list is in the order of the grid's own list.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -39,10 +39,10 @@ pub fn flow_of_power(grid: &RungGrid, conducts: &dyn Fn(&ContactSymbol) -> bool)
     let conducting: Vec<bool> =
         grid.contacts.iter().map(|contact| conducts(&contact.symbol)).collect();
     let has_power = nodes.reached(grid, &conducting);
-    let mut at = |column: usize, row: usize| has_power[nodes.node(column, row)];
+    let mut at = |column: usize, row: usize| has_power[nodes.node(GridPlace { column, row })];
     let mut flow = FlowOfPower {
-        along: grid.along.iter().map(|(row, from, _)| at(*from, *row)).collect(),
-        down: grid.down.iter().map(|(column, from, _)| at(*column, *from)).collect(),
+        along: grid.along.iter().map(|wire| at(wire.from, wire.line)).collect(),
+        down: grid.down.iter().map(|wire| at(wire.line, wire.from)).collect(),
         ..FlowOfPower::default()
     };
     for (contact, conducts) in grid.contacts.iter().zip(conducting) {
@@ -71,27 +71,32 @@ impl Nodes {
     fn of(grid: &RungGrid) -> Nodes {
         let rows = grid.rows.max(1);
         let mut nodes = Nodes { rows, leads: (0..(grid.columns + 1) * rows).collect() };
+        let point = |column, row| GridPlace { column, row };
         // The rail joins the left ends of all rows.
         for row in 1..rows {
-            nodes.join((0, 0), (0, row));
+            nodes.join(point(0, 0), point(0, row));
         }
-        for (row, from, to) in &grid.along {
-            (*from..*to).for_each(|column| nodes.join((column, *row), (column + 1, *row)));
+        for wire in &grid.along {
+            for column in wire.from..wire.to {
+                nodes.join(point(column, wire.line), point(column + 1, wire.line));
+            }
         }
-        for (column, from, to) in &grid.down {
-            (*from..*to).for_each(|row| nodes.join((*column, row), (*column, row + 1)));
+        for wire in &grid.down {
+            for row in wire.from..wire.to {
+                nodes.join(point(wire.line, row), point(wire.line, row + 1));
+            }
         }
         nodes
     }
 
-    fn join(&mut self, one: (usize, usize), other: (usize, usize)) {
-        let (one, other) = (self.node(one.0, one.1), self.node(other.0, other.1));
+    fn join(&mut self, one: GridPlace, other: GridPlace) {
+        let (one, other) = (self.node(one), self.node(other));
         self.leads[one.max(other)] = one.min(other);
     }
 
     /// The node of a point.
-    fn node(&mut self, column: usize, row: usize) -> usize {
-        let mut at = column * self.rows + row;
+    fn node(&mut self, point: GridPlace) -> usize {
+        let mut at = point.column * self.rows + point.row;
         while self.leads[at] != at {
             // Path halving: each walk shortens the path.
             self.leads[at] = self.leads[self.leads[at]];
@@ -105,11 +110,12 @@ impl Nodes {
         let mut behind = vec![Vec::new(); self.leads.len()];
         for (contact, _) in grid.contacts.iter().zip(conducting).filter(|(_, conducts)| **conducts)
         {
-            let from = self.node(contact.column, contact.row);
-            behind[from].push(self.node(contact.column + 1, contact.row));
+            let before = GridPlace { column: contact.column, row: contact.row };
+            let from = self.node(before);
+            behind[from].push(self.node(GridPlace { column: contact.column + 1, ..before }));
         }
         let mut has_power = vec![false; self.leads.len()];
-        let mut todo = vec![self.node(0, 0)];
+        let mut todo = vec![self.node(GridPlace { column: 0, row: 0 })];
         while let Some(node) = todo.pop() {
             if !std::mem::replace(&mut has_power[node], true) {
                 todo.append(&mut behind[node]);

@@ -17,7 +17,7 @@ use rungd_language::resolve::program::Rung;
 
 /// Gives the contacts random values, and compares the power at the outlets with the logic of the
 /// rung.
-pub(super) fn hold_against_the_rung(grid: &RungGrid, of: (&Rung, &Wording)) {
+pub(super) fn hold_against_the_rung(grid: &RungGrid, rung: &Rung, wording: &Wording) {
     let mut random = SplitMix64(11);
     for _ in 0..60 {
         let known: RefCell<BTreeMap<String, bool>> = RefCell::default();
@@ -44,7 +44,7 @@ pub(super) fn hold_against_the_rung(grid: &RungGrid, of: (&Rung, &Wording)) {
         }
         powers.sort_by_key(|(row, ..)| *row);
         let powers: Vec<_> = powers.into_iter().map(|(_, leg, on)| (leg.to_owned(), on)).collect();
-        let wanted = expected(of, &|statement| known.borrow()[statement]);
+        let wanted = expected(rung, wording, &|statement| known.borrow()[statement]);
         let wanted: Vec<_> = wanted.into_iter().map(|(leg, _, on)| (leg, on)).collect();
         assert_eq!(powers, wanted, "{:?}\n{grid:?}", known.borrow());
         hold_against_wires(grid, &flow);
@@ -57,10 +57,11 @@ fn hold_against_wires(grid: &RungGrid, flow: &FlowOfPower) {
         assert!(!(power.before && power.conducts) || power.behind, "{contact:?} {power:?}");
         assert!(contact.column > 0 || power.before, "the rail has power: {contact:?}");
     }
-    for ((row, from, to), on) in grid.along.iter().zip(&flow.along) {
-        for ((column, first, last), down) in grid.down.iter().zip(&flow.down) {
-            let touch = (from..=to).contains(&column) && (first..=last).contains(&row);
-            assert!(!touch || on == down, "row {row} and boundary {column} of {grid:?}");
+    for (along, has_power) in grid.along.iter().zip(&flow.along) {
+        for (down, power_down) in grid.down.iter().zip(&flow.down) {
+            let touch = (along.from..=along.to).contains(&down.line)
+                && (down.from..=down.to).contains(&along.line);
+            assert!(!touch || has_power == power_down, "{along:?} and {down:?} of {grid:?}");
         }
     }
 }
@@ -147,7 +148,7 @@ fn what_has_power_is_heavy_and_marked() {
     assert_eq!(operands, ["X0", "X1", "X2", "Y0"]);
     for symbol in idle.symbols {
         let line: Vec<char> = idle.lines[symbol.line].chars().collect();
-        assert!("](".contains(line[symbol.columns.0]), "{symbol:?}");
+        assert!("](".contains(line[symbol.columns.start]), "{symbol:?}");
     }
 }
 

@@ -2,6 +2,7 @@
 //! the original rung.
 
 use std::collections::{BTreeMap, HashSet};
+use std::ops::Range;
 
 use rungd_base::random::SplitMix64;
 use rungd_engine::isa::LegName;
@@ -9,19 +10,50 @@ use rungd_language::resolve::program::{Contact, Edge, Rung};
 
 use super::wording::Wording;
 
-/// A point of a drawing.
-type Point = (usize, usize);
+/// A point of a drawing, in characters or in pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct ReadPoint {
+    x: usize,
+    y: usize,
+}
+
+/// A straight wire between two points.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ReadWire {
+    from: ReadPoint,
+    to: ReadPoint,
+}
+
+impl ReadWire {
+    fn has(self, point: ReadPoint) -> bool {
+        let ReadWire { from: a, to: b } = self;
+        let within =
+            |at: usize, one: usize, other: usize| at >= one.min(other) && at <= one.max(other);
+        within(point.x, a.x, b.x) && within(point.y, a.y, b.y)
+    }
+}
+
+/// A symbol in a line of text.
+struct ReadSymbol<'t> {
+    symbol: &'t str,
+    /// The word above it.
+    above: &'t str,
+    /// The ends of the wires before and after it.
+    place: ReadWire,
+    /// Whether there is a wire after it.
+    continues: bool,
+}
 
 /// The wires, contacts and instructions that were read.
 #[derive(Debug, Default)]
 pub(super) struct ReadRung {
-    /// Straight wires: the two end points of each.
-    pub wires: Vec<(Point, Point)>,
+    /// The wires.
+    pub wires: Vec<ReadWire>,
     /// Contacts between two points. A contact conducts while its statement is true, or with
     /// `false`, while it is false.
-    pub contacts: Vec<(Point, Point, String, bool)>,
+    pub contacts: Vec<(ReadPoint, ReadPoint, String, bool)>,
     /// The point from which an instruction gets its power, its leg (or ""), and its text.
-    pub outlets: Vec<(Point, String, String)>,
+    pub outlets: Vec<(ReadPoint, String, String)>,
 }
 
 /// The truth of the statements at contacts.
@@ -30,19 +62,15 @@ pub(super) type Truth<'t> = &'t dyn Fn(&str) -> bool;
 impl ReadRung {
     /// The powers of the outlets, in the order of their points.
     fn powers(&self, truth: Truth) -> Vec<(String, String, bool)> {
-        let mut reached: HashSet<Point> = HashSet::new();
+        let mut reached: HashSet<ReadPoint> = HashSet::new();
         let mut todo = self.points();
-        todo.retain(|point| point.0 == 0);
+        todo.retain(|point| point.x == 0);
         while let Some(point) = todo.pop() {
             if !reached.insert(point) {
                 continue;
             }
-            for (a, b) in &self.wires {
-                if lies_on(point, (*a, *b)) {
-                    todo.extend(
-                        self.points().into_iter().filter(|point| lies_on(*point, (*a, *b))),
-                    );
-                }
+            for wire in self.wires.iter().filter(|wire| wire.has(point)) {
+                todo.extend(self.points().into_iter().filter(|point| wire.has(*point)));
             }
             for (from, to, statement, plain) in &self.contacts {
                 if *from == point && truth(statement) == *plain {
@@ -51,30 +79,26 @@ impl ReadRung {
             }
         }
         let mut outlets: Vec<_> = self.outlets.iter().collect();
-        outlets.sort_by_key(|(point, ..)| (point.1, point.0));
-        let power = |(point, leg, text): &&(Point, String, String)| {
+        outlets.sort_by_key(|(point, ..)| (point.y, point.x));
+        let power = |(point, leg, text): &&(ReadPoint, String, String)| {
             (leg.clone(), text.clone(), reached.contains(point))
         };
         outlets.iter().map(power).collect()
     }
 
     /// All points at which a wire or contact begins or ends, or an outlet begins.
-    fn points(&self) -> Vec<Point> {
-        let wires = self.wires.iter().flat_map(|(a, b)| [*a, *b]);
+    fn points(&self) -> Vec<ReadPoint> {
+        let wires = self.wires.iter().flat_map(|wire| [wire.from, wire.to]);
         let contacts = self.contacts.iter().flat_map(|(a, b, ..)| [*a, *b]);
         let outlets = self.outlets.iter().map(|(point, ..)| *point);
         wires.chain(contacts).chain(outlets).collect()
     }
 }
 
-fn lies_on(point: Point, (a, b): (Point, Point)) -> bool {
-    let within = |at: usize, one: usize, other: usize| at >= one.min(other) && at <= one.max(other);
-    within(point.0, a.0, b.0) && within(point.1, a.1, b.1)
-}
-
 /// The powers at the outlets of a rung, by its text.
 pub(super) fn expected(
-    (rung, wording): (&Rung, &Wording),
+    rung: &Rung,
+    wording: &Wording,
     truth: Truth,
 ) -> Vec<(String, String, bool)> {
     let all = |contacts: &[Contact]| contacts.iter().all(|contact| is_on(contact, wording, truth));
@@ -117,7 +141,7 @@ fn is_on(contact: &Contact, wording: &Wording, truth: Truth) -> bool {
 }
 
 /// Compares a drawing that was read with its rung, for random values of the statements.
-pub(super) fn compare(read: &ReadRung, rung_and_wording: (&Rung, &Wording), drawn: &str) {
+pub(super) fn compare(read: &ReadRung, rung: &Rung, wording: &Wording, drawn: &str) {
     let mut random = SplitMix64(7);
     for _ in 0..60 {
         let mut known: BTreeMap<String, bool> = BTreeMap::new();
@@ -128,7 +152,7 @@ pub(super) fn compare(read: &ReadRung, rung_and_wording: (&Rung, &Wording), draw
         let truth = |statement: &str| {
             *known.get(statement).unwrap_or_else(|| panic!("`{statement}` is not in\n{drawn}"))
         };
-        assert_eq!(read.powers(&truth), expected(rung_and_wording, &truth), "{known:?}\n{drawn}");
+        assert_eq!(read.powers(&truth), expected(rung, wording, &truth), "{known:?}\n{drawn}");
     }
 }
 
@@ -141,10 +165,12 @@ pub(super) fn of_text(lines: &[String]) -> ReadRung {
         let mut x = 0;
         while x < line.len() {
             if goes_right(line[x]) && goes_left(at(x + 1, y)) {
-                read.wires.push(((x, y), (x + 1, y)));
+                read.wires
+                    .push(ReadWire { from: ReadPoint { x, y }, to: ReadPoint { x: x + 1, y } });
             }
             if goes_down(line[x]) && goes_up(at(x, y + 1)) {
-                read.wires.push(((x, y), (x, y + 1)));
+                read.wires
+                    .push(ReadWire { from: ReadPoint { x, y }, to: ReadPoint { x, y: y + 1 } });
             }
             let begins = matches!(line[x], ']' | '[' | '(');
             if !begins || x == 0 || !goes_right(line[x - 1]) {
@@ -153,26 +179,25 @@ pub(super) fn of_text(lines: &[String]) -> ReadRung {
             }
             let end = symbol_end(line, x);
             let symbol: String = line[x..end].iter().collect();
-            let above = label(chars.get(y.wrapping_sub(1)), (x, end));
-            symbol_read(&mut read, (&symbol, &above), ((x, y), end, goes_left(at(end, y))));
+            let above = label(chars.get(y.wrapping_sub(1)), x..end);
+            let place = ReadWire { from: ReadPoint { x: x - 1, y }, to: ReadPoint { x: end, y } };
+            let continues = goes_left(at(end, y));
+            let symbol = ReadSymbol { symbol: &symbol, above: &above, place, continues };
+            symbol_read(&mut read, &symbol);
             x = end;
         }
     }
     read
 }
 
-fn symbol_read(
-    read: &mut ReadRung,
-    (symbol, above): (&str, &str),
-    ((x, y), end, goes_on): (Point, usize, bool),
-) {
-    let (from, to) = ((x - 1, y), (end, y));
+fn symbol_read(read: &mut ReadRung, ReadSymbol { symbol, above, place, continues }: &ReadSymbol) {
+    let ReadWire { from, to } = *place;
     let mut contact = |statement: String, plain: bool| {
         read.contacts.push((from, to, statement, plain));
     };
-    match symbol {
-        "] [" => contact(above.to_owned(), true),
-        "]/[" => contact(above.to_owned(), false),
+    match *symbol {
+        "] [" => contact((*above).to_owned(), true),
+        "]/[" => contact((*above).to_owned(), false),
         "]P[" => contact(format!("P {above}"), true),
         "]N[" => contact(format!("N {above}"), true),
         "]/P[" => contact(format!("P {above}"), false),
@@ -184,7 +209,7 @@ fn symbol_read(
         "(N)" => read.outlets.push((from, String::new(), format!("ND {above}"))),
         boxed => {
             let inner = boxed.trim_start_matches('[').strip_suffix(']').unwrap_or(boxed);
-            match (goes_on, inner.strip_prefix("!(")) {
+            match (*continues, inner.strip_prefix("!(")) {
                 (true, Some(inner)) => {
                     contact(inner.strip_suffix(')').unwrap_or(inner).to_owned(), false);
                 }
@@ -197,7 +222,7 @@ fn symbol_read(
 
 /// Reads an instruction in a box. If the instruction has legs, its text is in the first row, after
 /// the leg.
-fn outlet(read: &mut ReadRung, from: Point, inner: &str) {
+fn outlet(read: &mut ReadRung, from: ReadPoint, inner: &str) {
     let first = inner.split(' ').next().unwrap_or_default();
     let is_leg = !first.is_empty() && first.chars().all(|c| c.is_ascii_lowercase());
     if !is_leg {
@@ -228,11 +253,11 @@ fn symbol_end(line: &[char], start: usize) -> usize {
 }
 
 /// The word above a symbol.
-fn label(line: Option<&Vec<char>>, (from, to): (usize, usize)) -> String {
+fn label(line: Option<&Vec<char>>, mut columns: Range<usize>) -> String {
     let Some(line) = line else { return String::new() };
     let is_name =
         |at: &usize| line.get(*at).is_some_and(|c| *c != ' ' && !"│├┤┼┬┴┘┐└┌".contains(*c));
-    let Some(inside) = (from..to).find(is_name) else { return String::new() };
+    let Some(inside) = columns.find(is_name) else { return String::new() };
     let start = (0..=inside).rev().take_while(is_name).last().unwrap_or(inside);
     let end = (inside..line.len()).take_while(is_name).last().unwrap_or(inside);
     line[start..=end].iter().collect()
@@ -272,23 +297,23 @@ pub(super) fn of_svg(body: &str) -> ReadRung {
     }
     // The drawing begins at the rail, which is at the left.
     let rail = 12;
-    let left = |(x, y): Point| if x == rail { (0, y) } else { (x, y) };
-    read.wires.iter_mut().for_each(|(a, b)| (*a, *b) = (left(*a), left(*b)));
-    read.contacts.iter_mut().for_each(|(a, b, ..)| (*a, *b) = (left(*a), left(*b)));
-    read.outlets.iter_mut().for_each(|(point, ..)| *point = left(*point));
+    let left = |point: &mut ReadPoint| point.x = if point.x == rail { 0 } else { point.x };
+    read.wires.iter_mut().flat_map(|wire| [&mut wire.from, &mut wire.to]).for_each(left);
+    read.contacts.iter_mut().flat_map(|(from, to, ..)| [from, to]).for_each(left);
+    read.outlets.iter_mut().map(|(point, ..)| point).for_each(left);
     read
 }
 
 fn group(read: &mut ReadRung, group: &str) {
     let class = attribute(group, "class");
     let name = attribute(group, "data-name");
-    let wires: Vec<(Point, Point)> = group
+    let wires: Vec<ReadWire> = group
         .split("<path ")
         .filter(|element| element.starts_with("class=\"wire\""))
         .flat_map(paths)
         .collect();
     if let Some(form) = class.strip_prefix("contact ") {
-        let (from, to) = (wires[0].0, wires[1].1);
+        let (from, to) = (wires[0].from, wires[1].to);
         let (statement, plain) = match form {
             "open" | "boxed" => (name, true),
             "closed" | "not-boxed" => (name, false),
@@ -303,9 +328,9 @@ fn group(read: &mut ReadRung, group: &str) {
     let mnemonic = attribute(group, "data-mnemonic");
     let text = if class == "coil" { format!("{mnemonic} {name}") } else { name };
     let legs: Vec<&str> = group.split("<text class=\"leg\"").skip(1).collect();
-    for (at, (from, _)) in wires.iter().enumerate() {
+    for (at, wire) in wires.iter().enumerate() {
         let leg = legs.get(at).and_then(|leg| leg.split(['>', '<']).nth(1)).unwrap_or_default();
-        read.outlets.push((*from, leg.to_owned(), text.clone()));
+        read.outlets.push((wire.from, leg.to_owned(), text.clone()));
     }
 }
 
@@ -316,7 +341,7 @@ fn attribute(tag: &str, name: &str) -> String {
 }
 
 /// The straight lines of a path, such as `M12 30H40M40 30V88`.
-fn paths(tag: &str) -> Vec<(Point, Point)> {
+fn paths(tag: &str) -> Vec<ReadWire> {
     let path = attribute(tag, " d");
     let number = |text: &str| text.trim().parse::<usize>().expect("a number");
     path.split('M')
@@ -324,8 +349,14 @@ fn paths(tag: &str) -> Vec<(Point, Point)> {
         .map(|part| {
             let (start, along) = part.split_once(['H', 'V']).expect("a straight line");
             let (x, y) = start.split_once(' ').expect("a point");
-            let (start, to) = ((number(x), number(y)), number(along));
-            (start, if part.contains('H') { (to, start.1) } else { (start.0, to) })
+            let (from, along) = (ReadPoint { x: number(x), y: number(y) }, number(along));
+            let is_level = part.contains('H');
+            let to = if is_level {
+                ReadPoint { x: along, ..from }
+            } else {
+                ReadPoint { y: along, ..from }
+            };
+            ReadWire { from, to }
         })
         .collect()
 }

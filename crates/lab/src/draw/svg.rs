@@ -5,10 +5,11 @@
 //! not covered, since not everyone can distinguish colours.
 
 use std::fmt::Write as _;
+use std::ops::Range;
 
 use super::circuit::{ContactForm, ContactSymbol};
 use super::face::boxed;
-use super::grid::{PlacedContact, PlacedInstruction, RungGrid};
+use super::grid::{GridWire, PlacedContact, PlacedInstruction, RungGrid};
 use crate::svg::{SvgArea, SvgWriter, escaped};
 
 /// The width of a character, in pixels.
@@ -86,11 +87,12 @@ impl<'a> Pen<'a> {
 
     fn wires(&mut self, grid: &RungGrid) {
         let along = grid.along.iter();
-        let along = along
-            .map(|(row, from, to)| format!("M{} {}H{}", self.x(*from), wire(*row), self.x(*to)));
+        let along = along.map(|GridWire { line, from, to }| {
+            format!("M{} {}H{}", self.x(*from), wire(*line), self.x(*to))
+        });
         let down = grid.down.iter();
-        let down = down.map(|(column, from, to)| {
-            format!("M{} {}V{}", self.x(*column), wire(*from), wire(*to))
+        let down = down.map(|GridWire { line, from, to }| {
+            format!("M{} {}V{}", self.x(*line), wire(*from), wire(*to))
         });
         let wires: Vec<String> = along.chain(down).collect();
         let height = grid.rows.max(1) * ROW;
@@ -130,13 +132,13 @@ impl<'a> Pen<'a> {
             self.lit()
         );
         self.title(symbol.label.doc.as_deref(), mark.map(|(_, said)| said));
-        self.touch((left, right), y);
+        self.touch(left..right, y);
         match symbol.form {
             ContactForm::Boxed | ContactForm::NotBoxed => {
                 let (from, width) = (left + CHAR / 2, right - left - CHAR);
                 self.wire(&format!("M{left} {y}H{from}"));
                 self.wire(&format!("M{} {y}H{right}", from + width));
-                self.boxed((from, y, width), &said(symbol));
+                self.boxed([from, y], width, &said(symbol));
             }
             ContactForm::Open
             | ContactForm::Closed
@@ -149,7 +151,7 @@ impl<'a> Pen<'a> {
                 self.wire(&format!("M{left} {y}H{from}"));
                 self.wire(&format!("M{to} {y}H{right}"));
                 self.svg.path("symbol", format_args!("M{from} {top}V{bottom}M{to} {top}V{bottom}"));
-                self.inside(symbol.form, (middle, y));
+                self.inside(symbol.form, [middle, y]);
                 let text = symbol.label.name.as_str();
                 self.label(&Label { text, at: [middle, y - HALF - 6], class: "name" });
             }
@@ -170,7 +172,7 @@ impl<'a> Pen<'a> {
     }
 
     /// Draws the sign in the gap of a contact.
-    fn inside(&mut self, form: ContactForm, (x, y): (usize, usize)) {
+    fn inside(&mut self, form: ContactForm, [x, y]: [usize; 2]) {
         let (slash, letter) = match form {
             ContactForm::Open | ContactForm::Boxed | ContactForm::NotBoxed => (false, ""),
             ContactForm::Closed => (true, ""),
@@ -206,25 +208,26 @@ impl<'a> Pen<'a> {
         );
         self.title(symbol.label.doc.as_deref(), None);
         let end = match symbol.coil {
-            Some(letter) => self.coil(placed, letter, (x, y)),
-            None => self.legs(placed, (x, y)),
+            Some(letter) => self.coil(placed, letter, [x, y]),
+            None => self.legs(placed, [x, y]),
         };
         self.width = self.width.max(end);
-        self.touch((x, end), y);
+        self.touch(x..end, y);
         self.svg.text.push_str("</g>\n");
     }
 
     /// In a live drawing, draws the area of a symbol that reacts to a press, including the space
-    /// between its lines.
-    fn touch(&mut self, (left, right): (usize, usize), y: usize) {
+    /// between its lines. `columns`: its left and right edge.
+    fn touch(&mut self, columns: Range<usize>, y: usize) {
         if self.with.is_live() {
-            let area = SvgArea { x: left, y: y - WIRE, width: right - left, height: ROW };
+            let width = columns.end - columns.start;
+            let area = SvgArea { x: columns.start, y: y - WIRE, width, height: ROW };
             self.svg.rect("touch", area);
         }
     }
 
     /// Draws a coil. Returns the position of its end.
-    fn coil(&mut self, placed: &PlacedInstruction, letter: &str, (x, y): (usize, usize)) -> usize {
+    fn coil(&mut self, placed: &PlacedInstruction, letter: &str, [x, y]: [usize; 2]) -> usize {
         let label = &placed.symbol.label;
         let wide = label.name.chars().count().max(label.address.as_deref().map_or(0, str::len));
         let middle = x + CHAR * 2 + (wide * CHAR / 2).max(HALF);
@@ -246,7 +249,7 @@ impl<'a> Pen<'a> {
     }
 
     /// Draws a box with its legs. Returns the position of its end.
-    fn legs(&mut self, placed: &PlacedInstruction, (x, y): (usize, usize)) -> usize {
+    fn legs(&mut self, placed: &PlacedInstruction, [x, y]: [usize; 2]) -> usize {
         let text = boxed(&placed.symbol);
         let names = placed.legs.iter().map(|(name, _)| name.len() + 1).max().unwrap_or(0);
         let from = x + CHAR * 2;
@@ -270,7 +273,8 @@ impl<'a> Pen<'a> {
         from + width
     }
 
-    fn boxed(&mut self, (x, y, width): (usize, usize, usize), text: &str) {
+    /// Draws a box with a text. `x`: its left edge; `y`: its middle.
+    fn boxed(&mut self, [x, y]: [usize; 2], width: usize, text: &str) {
         let area = SvgArea { x, y: y - HALF - 2, width, height: 2 * HALF + 4 };
         self.svg.rect("symbol", area);
         self.label(&Label { text, at: [x + width / 2, y + 4], class: "inner" });

@@ -34,10 +34,10 @@ fn drawn_and_read(program: &Program) -> usize {
     for rung in &rungs {
         let grid = RungGrid::of(&RungCircuit::of(rung, &wording));
         let lines = text::lines(&grid, WireStyle::Lines);
-        compare(&of_text(&lines), (rung, &wording), &lines.join("\n"));
+        compare(&of_text(&lines), rung, &wording, &lines.join("\n"));
         let body = svg::rung(&grid, &Plain).body;
-        compare(&of_svg(&body), (rung, &wording), &body);
-        hold_against_the_rung(&grid, (rung, &wording));
+        compare(&of_svg(&body), rung, &wording, &body);
+        hold_against_the_rung(&grid, rung, &wording);
         // The number of elements that can be lit is the length of the power string.
         let live = live_svg::drawing(&grid, "a rung");
         let power = live_svg::power(&grid, &|contact| contact.leaf % 2 == 0);

@@ -4,6 +4,8 @@
 //! has two. If the power is drawn, wires with power are heavy, symbols with power are marked, and
 //! the positions of the symbols are returned.
 
+use std::ops::{Range, RangeInclusive};
+
 use super::face::{Face, MARK, boxed, plain};
 use super::grid::{PlacedInstruction, RungGrid};
 use super::power::FlowOfPower;
@@ -54,7 +56,7 @@ pub struct SymbolPlace {
     /// Its line, from 0.
     pub line: usize,
     /// The column of its first character, and the column after its last.
-    pub columns: (usize, usize),
+    pub columns: Range<usize>,
     /// The operand of the symbol, or the first operand in its text; "" if there is none.
     pub operand: String,
 }
@@ -149,13 +151,14 @@ impl Canvas {
     fn draw(&mut self, grid: &RungGrid, lay: &GridPlan, shown: ShownPower) -> Vec<SymbolPlace> {
         let flow = shown.flatten();
         let heavy = |on: Option<bool>| if on == Some(true) { HEAVY } else { 0 };
-        for (at, (row, from, to)) in grid.along.iter().enumerate() {
+        for (at, wire) in grid.along.iter().enumerate() {
             self.weight = heavy(flow.map(|flow| flow.along[at]));
-            self.along(lay.lines[*row], (lay.boundaries[*from], lay.boundaries[*to]));
+            let columns = lay.boundaries[wire.from]..=lay.boundaries[wire.to];
+            self.along(lay.lines[wire.line], columns);
         }
-        for (at, (column, from, to)) in grid.down.iter().enumerate() {
+        for (at, wire) in grid.down.iter().enumerate() {
             self.weight = heavy(flow.map(|flow| flow.down[at]));
-            self.down(lay.boundaries[*column], (lay.lines[*from], lay.lines[*to]));
+            self.down(lay.boundaries[wire.line], lay.lines[wire.from]..=lay.lines[wire.to]);
         }
         let mut symbols = Vec::new();
         for (at, contact) in grid.contacts.iter().enumerate() {
@@ -164,14 +167,14 @@ impl Canvas {
             let (from, to) = (lay.boundaries[contact.column], lay.boundaries[contact.column + 1]);
             let middle = usize::midpoint(from, to);
             self.weight = heavy(power.map(|power| power.before));
-            self.along(line, (from, middle));
+            self.along(line, from..=middle);
             self.weight = heavy(power.map(|power| power.behind));
-            self.along(line, (middle, to));
+            self.along(line, middle..=to);
             let mut face = Face::of_contact(&contact.symbol);
             if shown.is_some() {
                 face = face.marked(power.is_some_and(|power| power.conducts));
             }
-            symbols.push(self.put_face(&face, (line, from + 1, to)));
+            symbols.push(self.put_face(&face, line, from + 1..to));
         }
         for (at, instruction) in grid.instructions.iter().enumerate() {
             let powers = flow.map_or(&[][..], |flow| &flow.outlets[at]);
@@ -182,7 +185,9 @@ impl Canvas {
         symbols
     }
 
-    fn along(&mut self, line: usize, (from, to): (usize, usize)) {
+    /// Draws a wire along a line.
+    fn along(&mut self, line: usize, columns: RangeInclusive<usize>) {
+        let (from, to) = columns.into_inner();
         for at in from..=to {
             self.wires[line][at] |= if at > from { LEFT } else { 0 };
             self.wires[line][at] |= if at < to { RIGHT } else { 0 };
@@ -190,7 +195,9 @@ impl Canvas {
         }
     }
 
-    fn down(&mut self, at: usize, (from, to): (usize, usize)) {
+    /// Draws a wire down a column of characters.
+    fn down(&mut self, at: usize, lines: RangeInclusive<usize>) {
+        let (from, to) = lines.into_inner();
         for line in from..=to {
             self.wires[line][at] |= if line > from { UP } else { 0 };
             self.wires[line][at] |= if line < to { DOWN } else { 0 };
@@ -200,11 +207,12 @@ impl Canvas {
 
     /// Draws the rail on the left, along all lines.
     fn rail(&mut self) {
-        self.down(0, (0, self.wires.len().saturating_sub(1)));
+        self.down(0, 0..=self.wires.len().saturating_sub(1));
         self.wires.iter_mut().for_each(|line| line[0] |= UP | DOWN);
     }
 
-    fn put(&mut self, (line, at): (usize, usize), text: &str) {
+    /// Puts a text into a line, from the column `at` on.
+    fn put(&mut self, line: usize, at: usize, text: &str) {
         let Some(row) = self.chars.get_mut(line) else { return };
         for (cell, c) in row.iter_mut().skip(at).zip(text.chars()) {
             *cell = if c == ' ' { BLANK } else { c };
@@ -212,19 +220,20 @@ impl Canvas {
     }
 
     /// Puts a symbol in the middle of its cell. Returns its position.
-    fn put_face(&mut self, face: &Face, (line, from, to): (usize, usize, usize)) -> SymbolPlace {
-        let middle = |text: &str| from + (to - from).saturating_sub(text.chars().count()) / 2;
-        self.put((line - 1, middle(&face.above)), &face.above);
-        self.put((line, middle(&face.symbol)), &face.symbol);
+    fn put_face(&mut self, face: &Face, line: usize, cell: Range<usize>) -> SymbolPlace {
+        let (from, width) = (cell.start, cell.end - cell.start);
+        let middle = |text: &str| from + width.saturating_sub(text.chars().count()) / 2;
+        self.put(line - 1, middle(&face.above), &face.above);
+        self.put(line, middle(&face.symbol), &face.symbol);
         if !face.below.is_empty() {
-            self.put((line + 1, middle(&face.below)), &face.below);
+            self.put(line + 1, middle(&face.below), &face.below);
         }
         let at = middle(&face.symbol);
         let operand = match face.above.is_empty() {
             true => first_operand(face.symbol.trim_start_matches(['[', MARK])),
             false => face.above.clone(),
         };
-        SymbolPlace { line, columns: (at, at + face.symbol.chars().count()), operand }
+        SymbolPlace { line, columns: at..at + face.symbol.chars().count(), operand }
     }
 
     /// Draws an instruction. `powers`: the power of each leg, or of the instruction; `None`:
@@ -246,9 +255,9 @@ impl Canvas {
                 face = face.marked(power(0));
             }
             let symbol = face.width().saturating_sub(face.symbol.chars().count()) / 2;
-            self.along(line, (at, at + LEAD + symbol));
+            self.along(line, at..=at + LEAD + symbol);
             let to = at + LEAD + face.width();
-            let mut place = self.put_face(&face, (line, at + LEAD, to));
+            let mut place = self.put_face(&face, line, at + LEAD..to);
             if placed.symbol.coil.is_none() {
                 place.operand = operand_of_box(&placed.symbol.operands);
             }
@@ -259,19 +268,19 @@ impl Canvas {
         let width = text.chars().count() + name + 1;
         let last = lay.lines[placed.legs.last().map_or(placed.row, |(_, row)| *row)];
         for line in line..=last {
-            self.put((line, at + LEAD), &format!("[{:width$}]", ""));
+            self.put(line, at + LEAD, &format!("[{:width$}]", ""));
         }
         for (number, (leg, row)) in placed.legs.iter().enumerate() {
             self.weight = heavy(power(number));
-            self.along(lay.lines[*row], (at, at + LEAD));
-            self.put((lay.lines[*row], at + LEAD + 1), leg);
+            self.along(lay.lines[*row], at..=at + LEAD);
+            self.put(lay.lines[*row], at + LEAD + 1, leg);
             if power(number) {
-                self.put((lay.lines[*row], at + LEAD + 1 + leg.len()), &MARK.to_string());
+                self.put(lay.lines[*row], at + LEAD + 1 + leg.len(), &MARK.to_string());
             }
         }
-        self.put((line, at + LEAD + 2 + name), &text);
         let from = at + LEAD + 2 + name;
-        let columns = (from, from + text.chars().count());
+        self.put(line, from, &text);
+        let columns = from..from + text.chars().count();
         SymbolPlace { line, columns, operand: operand_of_box(&placed.symbol.operands) }
     }
 

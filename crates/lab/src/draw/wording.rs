@@ -94,43 +94,50 @@ impl<'p> Wording<'p> {
 
     /// An expression, with the parentheses that it needs.
     fn formula(&self, formula: &Formula) -> String {
-        let mut stack: Vec<(String, u8)> = Vec::new();
+        let mut stack: Vec<FormulaText> = Vec::new();
         for part in &formula.parts {
             let item = self.part(part, &mut stack);
             stack.push(item);
         }
-        stack.pop().map(|(text, _)| text).unwrap_or_default()
+        stack.pop().unwrap_or_default().text
     }
 
-    /// A part of an expression with its operands, which are taken from the stack. Returns its text,
-    /// and how tightly it binds.
-    fn part(&self, part: &FormulaPart, stack: &mut Vec<(String, u8)>) -> (String, u8) {
+    /// The text of a part of an expression with its operands, which are taken from the stack.
+    fn part(&self, part: &FormulaPart, stack: &mut Vec<FormulaText>) -> FormulaText {
         let mut take = || stack.pop().unwrap_or_default();
+        let atom = |text: String| FormulaText { text, binds: ATOM };
         match part {
-            FormulaPart::Integer(value) => (value.to_string(), ATOM),
-            FormulaPart::Real(value) => (value.to_string(), ATOM),
-            FormulaPart::Word(word) => (self.program.names.name(Address::Word(*word)), ATOM),
-            FormulaPart::Bit(bit) => (self.program.names.name(Address::Bit(*bit)), ATOM),
+            FormulaPart::Integer(value) => atom(value.to_string()),
+            FormulaPart::Real(value) => atom(value.to_string()),
+            FormulaPart::Word(word) => atom(self.program.names.name(Address::Word(*word))),
+            FormulaPart::Bit(bit) => atom(self.program.names.name(Address::Bit(*bit))),
             FormulaPart::Element(array) => {
-                let (index, _) = take();
-                (format!("{}[{index}]", self.program.names.array(*array)), ATOM)
+                atom(format!("{}[{}]", self.program.names.array(*array), take().text))
             }
             FormulaPart::Unary(unary, _) => {
-                let (operand, binds) = take();
-                let operand = if binds < UNARY { format!("({operand})") } else { operand };
-                (format!("{}{operand}", unary.sign()), UNARY)
+                let FormulaText { text, binds } = take();
+                let operand = if binds < UNARY { format!("({text})") } else { text };
+                FormulaText { text: format!("{}{operand}", unary.sign()), binds: UNARY }
             }
             FormulaPart::Binary(binary, _) => {
                 let (right, left) = (take(), take());
-                (binary_text(*binary, left, right), binary.precedence())
+                binary_text(*binary, left, right)
             }
             FormulaPart::Call(function, count, _) => {
-                let mut arguments: Vec<String> = (0..*count).map(|_| take().0).collect();
+                let mut arguments: Vec<String> = (0..*count).map(|_| take().text).collect();
                 arguments.reverse();
-                (format!("{}({})", function.spec().name, arguments.join(", ")), ATOM)
+                atom(format!("{}({})", function.spec().name, arguments.join(", ")))
             }
         }
     }
+}
+
+/// The text of an expression.
+#[derive(Debug, Default)]
+struct FormulaText {
+    text: String,
+    /// How tightly its outermost operator binds: the operator's precedence, or `ATOM`.
+    binds: u8,
 }
 
 /// Binds tighter than every operator.
@@ -140,10 +147,12 @@ const UNARY: u8 = 11;
 
 /// Two operands with their operator. A right operand that binds as tightly as the operator has
 /// parentheses too, so that a reader need not know the order.
-fn binary_text(binary: Binary, left: (String, u8), right: (String, u8)) -> String {
-    let grouped = |(text, binds): (String, u8), is_left: bool| {
-        let is_chain = is_left && binds == binary.precedence() && binary != Binary::Power;
-        if binds > binary.precedence() || is_chain { text } else { format!("({text})") }
+fn binary_text(binary: Binary, left: FormulaText, right: FormulaText) -> FormulaText {
+    let precedence = binary.precedence();
+    let grouped = |FormulaText { text, binds }, is_left: bool| {
+        let is_chain = is_left && binds == precedence && binary != Binary::Power;
+        if binds > precedence || is_chain { text } else { format!("({text})") }
     };
-    format!("{} {} {}", grouped(left, true), binary.sign(), grouped(right, false))
+    let text = format!("{} {} {}", grouped(left, true), binary.sign(), grouped(right, false));
+    FormulaText { text, binds: precedence }
 }

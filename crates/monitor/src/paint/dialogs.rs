@@ -11,7 +11,7 @@ use crate::state::MonitorState;
 const WIDE: u16 = 64;
 
 /// Draws a dialog.
-pub(super) fn dialog(pen: &mut ScreenPen, area: Rect, (state, dialog): (&MonitorState, &Dialog)) {
+pub(super) fn dialog(pen: &mut ScreenPen, area: Rect, state: &MonitorState, dialog: &Dialog) {
     let lines = match dialog {
         Dialog::Add(typed) => add(typed),
         Dialog::NewValue { wanted, operand, text, .. } => {

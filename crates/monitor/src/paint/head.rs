@@ -24,7 +24,7 @@ pub(super) fn head(pen: &mut ScreenPen, area: Rect, state: &MonitorState) {
     let since = duration_text(state.now_ms.saturating_sub(silence.since_ms) * 1_000_000);
     let old = if state.status.is_some() { "; the values shown are old" } else { "" };
     let text = format!("NO ANSWER for {since}{old}: {}", silence.why);
-    pen.row(area, 2, (&text, Accent::Alarming));
+    pen.row(area, 2, &text, Accent::Alarming);
 }
 
 fn mode(pen: &mut ScreenPen, area: Rect, status: &ControllerStatus) {

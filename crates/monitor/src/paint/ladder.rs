@@ -3,6 +3,8 @@
 //! Only the rungs on the screen are drawn, so that a block with thousands of rungs is drawn as fast
 //! as a small one.
 
+use std::ops::Range;
+
 use ratatui_core::layout::Rect;
 
 use super::pen::{Accent, ScreenPen};
@@ -11,8 +13,20 @@ use crate::rows::value_text;
 use crate::state::MonitorState;
 use rungd_lab::draw::ladder::RungPicture;
 
-/// A line of the page: its text, its emphasis, and the columns of the chosen symbol.
-type PageLine = (String, Accent, Option<(usize, usize)>);
+/// A line of the page.
+struct PageLine {
+    text: String,
+    accent: Accent,
+    /// The columns of the chosen symbol in the drawing, which begins at the second column.
+    chosen: Option<Range<usize>>,
+}
+
+impl PageLine {
+    /// A line without the chosen symbol.
+    fn new(text: String, accent: Accent) -> PageLine {
+        PageLine { text, accent, chosen: None }
+    }
+}
 
 /// Draws the page.
 pub(super) fn ladder(pen: &mut ScreenPen, area: Rect, state: &MonitorState) {
@@ -27,12 +41,12 @@ pub(super) fn ladder(pen: &mut ScreenPen, area: Rect, state: &MonitorState) {
     pen.put(area, 0, &title, Accent::Strong);
     pen.put_right(area, 0, &format!("rung {} of {}", view.rung + 1, rungs.len()));
     let body = Rect { y: area.y + 2, height: area.height.saturating_sub(2), ..area };
-    let (lines, said) = lines(view, (&element, rungs), usize::from(body.height));
+    let (lines, said) = lines(view, &element, rungs, usize::from(body.height));
     pen.put(area, 1, &what_is_chosen(state, &said), Accent::Plain);
-    let wanted = lines.iter().find_map(|(.., columns)| *columns).map_or(0, |(_, to)| to);
+    let wanted = lines.iter().find_map(|line| line.chosen.as_ref()).map_or(0, |chosen| chosen.end);
     let skipped = (wanted + 2).saturating_sub(usize::from(body.width));
     for (row, line) in (0..body.height).zip(&lines) {
-        draw_line(pen, body, (row, skipped, line));
+        draw_line(pen, Rect { y: body.y + row, height: 1, ..body }, line, skipped);
     }
 }
 
@@ -64,7 +78,8 @@ fn value(state: &MonitorState, operand: &str) -> Option<String> {
 /// The lines of the rungs around the chosen one, and the state of its marked symbol in words.
 fn lines(
     view: &LadderView,
-    (element, rungs): (&str, &[RungPicture]),
+    element: &str,
+    rungs: &[RungPicture],
     height: usize,
 ) -> (Vec<PageLine>, String) {
     let Some(chosen) = rungs.get(view.rung) else { return (Vec::new(), String::new()) };
@@ -87,7 +102,7 @@ fn lines(
         lines.extend(rung_lines(rung, &view.rung_view(element, rung), None));
     }
     // If a rung is higher than the page, the part with the symbol is shown.
-    let marked = lines.iter().position(|(.., columns)| columns.is_some()).unwrap_or(0);
+    let marked = lines.iter().position(|line| line.chosen.is_some()).unwrap_or(0);
     let skipped = (marked + 3).saturating_sub(height);
     lines.drain(..skipped.min(lines.len()));
     (lines, said)
@@ -98,15 +113,15 @@ fn rung_lines(rung: &RungPicture, seen: &RungView, symbol: Option<usize>) -> Vec
     let idle = if seen.executes == Some(false) { "  not executed" } else { "" };
     let sign = if symbol.is_some() { "▶" } else { " " };
     let accent = if symbol.is_some() { Accent::Strong } else { Accent::Plain };
-    let mut lines = vec![(format!("{sign}{}{idle}", rung.title()), accent, None)];
+    let mut lines = vec![PageLine::new(format!("{sign}{}{idle}", rung.title()), accent)];
     let place = symbol.and_then(|at| seen.text.symbols.get(at));
     for (at, line) in seen.text.lines.iter().enumerate() {
-        let columns = place
+        let chosen = place
             .filter(|symbol_place| symbol_place.line == at)
-            .map(|symbol_place| symbol_place.columns);
-        lines.push((format!(" {line}"), Accent::Plain, columns));
+            .map(|symbol_place| symbol_place.columns.clone());
+        lines.push(PageLine { text: format!(" {line}"), accent: Accent::Plain, chosen });
     }
-    lines.push((String::new(), Accent::Plain, None));
+    lines.push(PageLine::new(String::new(), Accent::Plain));
     lines
 }
 
@@ -128,26 +143,23 @@ fn said(seen: &RungView, symbol: usize) -> &'static str {
     }
 }
 
-/// Draws a line without its first columns, and marks the edges that it exceeds.
-fn draw_line(
-    pen: &mut ScreenPen,
-    area: Rect,
-    (row, skipped, (text, accent, columns)): (u16, usize, &PageLine),
-) {
-    let rest: String = text.chars().skip(skipped).collect();
-    pen.put(area, row, &rest, *accent);
+/// Draws a line into a row of the page, without its first `skipped` columns, and marks the edges
+/// that it exceeds.
+fn draw_line(pen: &mut ScreenPen, area: Rect, line: &PageLine, skipped: usize) {
+    let rest: String = line.text.chars().skip(skipped).collect();
+    pen.put(area, 0, &rest, line.accent);
     let wide = usize::from(area.width);
-    if skipped > 0 && !text.is_empty() {
-        pen.put(area, row, "‹", Accent::Plain);
+    if skipped > 0 && !line.text.is_empty() {
+        pen.put(area, 0, "‹", Accent::Plain);
     }
     if rest.chars().count() > wide {
         let last = Rect { x: area.x + area.width - 1, width: 1, ..area };
-        pen.put(last, row, "›", Accent::Plain);
+        pen.put(last, 0, "›", Accent::Plain);
     }
-    let Some((from, to)) = columns else { return };
+    let Some(chosen) = &line.chosen else { return };
     // The drawing is one column to the right.
     let at = |column: usize| u16::try_from((column + 1).saturating_sub(skipped)).unwrap_or(0);
-    let (from, to) = (at(*from), at(*to).min(area.width));
+    let (from, to) = (at(chosen.start), at(chosen.end).min(area.width));
     let width = to.saturating_sub(from);
-    pen.mark(Rect { x: area.x + from, y: area.y + row, width, height: 1 }, Accent::Chosen);
+    pen.mark(Rect { x: area.x + from, width, ..area }, Accent::Chosen);
 }

@@ -46,9 +46,9 @@ pub(super) fn paint(frame: &mut Frame, state: &MonitorState, has_colours: bool) 
     }
     let foot = Rect { y: area.y + area.height - FOOT, height: FOOT, ..area };
     said(&mut pen, Rect { height: area.height - 1, ..area }, &state.said);
-    pen.row(foot, 1, (keys(state), Accent::Chosen));
+    pen.row(foot, 1, keys(state), Accent::Chosen);
     if let Some(dialog) = &state.dialog {
-        dialogs::dialog(&mut pen, body, (state, dialog));
+        dialogs::dialog(&mut pen, body, state, dialog);
     }
 }
 
@@ -59,7 +59,7 @@ fn said(pen: &mut ScreenPen, area: Rect, text: &str) {
     let height = u16::try_from(lines.len()).unwrap_or(SAID_MAX).min(SAID_MAX);
     let below = Rect { y: area.y + area.height - height, height, ..area };
     for (row, line) in (0..height).zip(&lines) {
-        pen.row(below, row, (line, Accent::Strong));
+        pen.row(below, row, line, Accent::Strong);
     }
 }
 

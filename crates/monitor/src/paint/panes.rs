@@ -24,7 +24,7 @@ pub(super) fn panes(pen: &mut ScreenPen, area: Rect, state: &MonitorState) {
         areas
     };
     for (at, area) in split(left, &[0, 1]).into_iter().chain(split(right, &[2, 3, 4])) {
-        pane(pen, area, (state, at));
+        pane(pen, area, state, at);
     }
 }
 
@@ -46,7 +46,7 @@ fn shares(height: u16, wanted: &[usize]) -> Vec<u16> {
     heights.into_iter().map(|height| u16::try_from(height).unwrap_or(u16::MAX)).collect()
 }
 
-fn pane(pen: &mut ScreenPen, area: Rect, (state, at): (&MonitorState, usize)) {
+fn pane(pen: &mut ScreenPen, area: Rect, state: &MonitorState, at: usize) {
     let pane = MonitorPane::ALL[at];
     let has_keys = state.focus() == pane;
     let rows = state.rows(pane);
@@ -61,9 +61,10 @@ fn pane(pen: &mut ScreenPen, area: Rect, (state, at): (&MonitorState, usize)) {
     let top = (chosen + 1).saturating_sub(usize::from(body.height));
     for (n, row) in rows.iter().enumerate().skip(top).take(usize::from(body.height)) {
         let line = u16::try_from(n - top).unwrap_or(u16::MAX);
-        draw_row(pen, body, state, (line, row));
-        if has_keys && n == chosen && line < body.height {
-            pen.mark(Rect { y: body.y + line, height: 1, ..body }, Accent::Chosen);
+        let line = Rect { y: body.y + line, height: 1, ..body };
+        draw_row(pen, line, state, row);
+        if has_keys && n == chosen {
+            pen.mark(line, Accent::Chosen);
         }
     }
 }
@@ -103,12 +104,13 @@ fn empty(pane: MonitorPane) -> &'static str {
     }
 }
 
-fn draw_row(pen: &mut ScreenPen, area: Rect, state: &MonitorState, (line, row): (u16, &PaneRow)) {
+/// Draws a row of a pane into a line of the screen.
+fn draw_row(pen: &mut ScreenPen, line: Rect, state: &MonitorState, row: &PaneRow) {
     let accent = if row.is_marked { Accent::Strong } else { Accent::Plain };
-    pen.put(area, line, &row.text, accent);
+    pen.put(line, 0, &row.text, accent);
     if let Some(watched) = row.watched.and_then(|at| state.watch.rows.get(at)) {
-        let room = usize::from(area.width).saturating_sub(visible(&row.text).chars().count() + 2);
-        pen.put_right(area, line, &watched.trend.line(room.min(24)));
+        let room = usize::from(line.width).saturating_sub(visible(&row.text).chars().count() + 2);
+        pen.put_right(line, 0, &watched.trend.line(room.min(24)));
     }
 }
 

@@ -55,14 +55,14 @@ impl ScreenPen<'_> {
     }
 
     /// Writes a text into a row, and fills the rest of the row with spaces.
-    pub fn row(&mut self, area: Rect, row: u16, (text, accent): (&str, Accent)) {
+    pub fn row(&mut self, area: Rect, row: u16, text: &str, accent: Accent) {
         let wide = usize::from(area.width);
         self.put(area, row, &format!("{text:wide$}"), accent);
     }
 
     /// Empties an area.
     pub fn clear(&mut self, area: Rect) {
-        (0..area.height).for_each(|row| self.row(area, row, ("", Accent::Plain)));
+        (0..area.height).for_each(|row| self.row(area, row, "", Accent::Plain));
     }
 
     /// Gives the characters already in an area an emphasis.
