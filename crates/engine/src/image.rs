@@ -176,7 +176,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn packed_bits_are_those_of_the_image(values: u64, first in 0u32..NEAR as u32 - 64) {
+        fn packed_bits_equal_the_bits_of_the_image(values: u64, first in 0u32..NEAR as u32 - 64) {
             let mut image = Image::new(NEAR, 1);
             for at in 0..64 {
                 image.write_bit(BitCell(first + at), values >> at & 1 != 0);

@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn results_stay_at_the_limits_with_overflow() {
+    fn results_beyond_64_bits_saturate_and_set_overflow() {
         check(&[
             (add, 2, 3, 5, &[]),
             (add, MAX, 1, MAX, &[Overflow]),
@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn division_goes_towards_zero_and_the_remainder_has_the_dividends_sign() {
+    fn division_truncates_and_the_remainder_has_the_sign_of_the_dividend() {
         check(&[
             (div, 7, 2, 3, &[]),
             (div, -7, 2, -3, &[]),
@@ -261,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn a_power_is_repeated_multiplication() {
+    fn a_power_equals_repeated_multiplication() {
         check(&[
             (pow, 3, 4, 81, &[]),
             (pow, 0, 0, 1, &[]),
@@ -281,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn bits_are_the_low_32_and_a_shift_counts_to_31() {
+    fn bit_operators_use_the_low_32_bits_and_shift_by_at_most_31() {
         check(&[
             (and, 0xF_0000_000F, 0x0F0F, 0xF, &[]),
             (or, 0x8000_0000, 1, -0x7FFF_FFFF, &[]),
@@ -301,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_stored_is_limited() {
+    fn a_stored_integer_is_limited_to_the_range_of_its_target() {
         let mut mishaps = Mishaps::default();
         assert_eq!(within(65_535, 0, 65_535, &mut mishaps), 65_535);
         assert!(mishaps.is_empty());

@@ -232,7 +232,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_operation_is_no_longer_than_it_was() {
+    fn operations_keep_their_size_in_bytes() {
         assert_eq!(size_of::<Op>(), 56);
         assert_eq!(size_of::<FormulaStep>(), 16);
         assert_eq!(size_of::<And2>(), 16);
@@ -241,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn what_an_operation_touches_is_what_its_fields_say() {
+    fn an_operation_touches_exactly_the_cells_of_its_fields() {
         let leg = LegPowers::new([Power::of(1), Power::of(2)]);
         let timer = Timer { at: 10, preset: WordRead(20) };
         let op = Op::Ondtmr(Ondtmr { leg, timer, output: BitWritten(3) });

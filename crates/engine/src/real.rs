@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn results_stay_at_the_largest_number_and_are_never_minus_0() {
+    fn real_results_saturate_and_are_never_negative_zero() {
         check(&[
             (add, 0.1, 0.2, 0.1 + 0.2, &[]),
             (add, MAX, MAX, MAX, &[Overflow]),
@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn a_power_is_a_binary32() {
+    fn a_power_is_rounded_to_binary32() {
         check(&[
             (pow, 2.0, 0.5, f64::from(std::f32::consts::SQRT_2), &[]),
             (pow, 2.0, -1.0, 0.5, &[]),
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn functions_are_binary32_within_their_domains() {
+    fn functions_round_to_binary32_and_report_values_outside_their_domains() {
         check(&[
             (|a, _, m| sqrt(a, m), 2.0, 0.0, std::f64::consts::SQRT_2, &[]),
             (|a, _, m| sqrt(a, m), -1.0, 0.0, 0.0, &[OutOfRange]),
@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn roundings_give_integers_at_the_limits() {
+    fn roundings_give_integers_and_saturate() {
         type One = fn(f64, &mut Mishaps) -> i64;
         let rows: [(One, f64, i64, bool); 12] = [
             (round, 2.5, 3, false),

@@ -30,7 +30,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_reason_has_its_remedy() {
+    fn each_listen_error_is_reported_with_a_remedy() {
         let at: SocketAddr = "127.0.0.1:80".parse().expect("an address");
         let told = |kind: io::ErrorKind| cannot_listen(at, &kind.into(), "use `--listen`");
         for (kind, words) in [

@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn an_r_word_takes_fractions_and_gives_them_back() {
+    fn an_r_word_keeps_fractions_in_both_directions() {
         let percent = into_reals(100, 27_648, 0);
         assert_eq!(percent.of_integer(13_824), real("50.0"));
         assert_eq!(percent.of_integer(1), real("0.0036168981"));
@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn an_r_word_is_never_beyond_its_range_and_never_minus_zero() {
+    fn an_r_word_stays_within_its_range_and_is_never_negative_zero() {
         let thousand = into_reals(1000, 1, 0);
         assert_eq!(thousand.of_real(f32::MAX.into()), Real::MAX.cell());
         assert_eq!(thousand.of_real(f32::MIN.into()), Real::MIN.cell());

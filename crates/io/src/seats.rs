@@ -281,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn the_idle_of_the_greediest_make_room_and_the_busy_stay() {
+    fn an_idle_client_of_the_user_with_most_connections_is_closed_first() {
         let seats = seats(3, 0);
         let honest = seats.take(guest(1, true)).unwrap();
         let first = seats.take(guest(2, true)).unwrap();
@@ -306,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn no_user_takes_the_last_seats_and_those_that_look_leave_some_to_those_that_may_change() {
+    fn some_connections_are_reserved_for_other_users_and_users_who_may_write() {
         let seats = seats(10, 2);
         let busy = |uid: u32, may_change: bool| {
             let seat = seats.take(guest(uid, may_change))?;
@@ -339,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn a_client_that_stays_keeps_its_seat_and_the_oldest_of_the_others_goes() {
+    fn a_kept_client_stays_connected_and_the_oldest_other_client_is_closed() {
         let seats = seats(2, 0);
         let stays = seats.take(ANY_GUEST).unwrap();
         stays.keep();
@@ -353,7 +353,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn a_newcomer_waits_while_all_are_busy_until_one_is_idle_or_leaves() {
+    async fn a_new_client_waits_until_a_busy_client_becomes_idle_or_leaves() {
         let seats = seats(1, 0);
         let seat = seats.take(ANY_GUEST).unwrap();
         let busy = seat.busy();
@@ -374,7 +374,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn without_descriptors_an_idle_client_is_asked_to_leave() {
+    async fn an_idle_client_is_closed_when_file_descriptors_run_out() {
         let seats = seats(9, 0);
         let [idle, other] = [(); 2].map(|()| seats.take(ANY_GUEST).unwrap());
         let began = Instant::now();
@@ -386,7 +386,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn the_next_client_gets_the_descriptor_of_one_that_leaves_without_a_pause() {
+    async fn a_leaving_client_frees_its_descriptor_at_once_for_the_next_client() {
         let seats = seats(9, 0);
         let (idle, began) = (seats.take(ANY_GUEST).unwrap(), Instant::now());
         let leaves = async {
@@ -400,7 +400,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn the_idle_time_begins_with_the_end_of_a_request() {
+    async fn the_idle_time_starts_at_the_end_of_a_request() {
         let seats = seats(1, 0);
         let seat = seats.take(ANY_GUEST).unwrap();
         let until = seat.idle_until();

@@ -129,7 +129,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_scan_is_called_too_long_once_and_both_sides_agree() {
+    fn a_too_long_scan_is_reported_once_and_both_threads_agree() {
         let beat = Beat::default();
         assert!(!beat.trip(1000, 10), "no scan is under way");
         beat.begin(100);
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scan_is_called_missing_once_and_both_sides_agree() {
+    fn a_missing_scan_is_reported_once_and_both_threads_agree() {
         let beat = Beat::default();
         assert_eq!((beat.awaited(), beat.miss(100)), (None, false));
         beat.expect(100);

@@ -250,7 +250,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn limits_are_limits_and_every_command_has_its_answer() {
+    fn the_command_queue_is_limited_and_every_command_is_answered() {
         let (mut entry, mut orders, mut answers) = command_rings();
         let ids: Vec<_> =
             (0..1000).map_while(|_| entry.hand_in(0, ScanCommand::Run, u64::MAX).ok()).collect();

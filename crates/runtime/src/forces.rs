@@ -77,7 +77,7 @@ mod tests {
     use rungd_engine::WordCell;
 
     #[test]
-    fn forces_are_a_list_without_doubles() {
+    fn the_list_of_forces_has_no_duplicates() {
         let mut forces = Forces::default();
         let (bit, word) = (Cell::Bit(BitCell(3)), Cell::Word(WordCell(3)));
         assert!(forces.add(bit) && forces.add(word) && forces.add(bit));

@@ -104,7 +104,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_value_lies_below_its_edge_by_three_per_cent_at_most() {
+    fn a_bucket_edge_exceeds_its_values_by_at_most_three_per_cent() {
         for log2 in 0..36 {
             for value in [1_u64 << log2, (1 << log2) + (1 << log2) / 3, (2 << log2) - 1] {
                 let edge = upper_edge(bucket(value));
@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn percentiles_of_a_thousand() {
+    fn percentiles_are_accurate_to_four_per_cent() {
         let histogram = Histogram::default();
         assert_eq!(histogram.percentile(500), 0);
         (1..=1000).for_each(|n| histogram.add(n * 1000));

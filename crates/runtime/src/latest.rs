@@ -89,7 +89,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_reader_sees_the_newest_and_keeps_it() {
+    fn the_reader_sees_and_keeps_the_newest_image() {
         let (mut writer, mut reader) = latest(2);
         let image =
             |n: i32| [n, -n].map(|value| LatestInput { value, read_ns: n.unsigned_abs().into() });

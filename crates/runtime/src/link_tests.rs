@@ -45,7 +45,7 @@ fn publish(side: &mut ScanSide, scans: u64, mode: Mode, bits: [u8; 4]) -> bool {
 }
 
 #[test]
-fn before_the_first_scan_outputs_are_safe_and_nothing_is_taken() {
+fn outputs_are_safe_and_writes_are_refused_before_the_first_scan() {
     let (port, _scan, _world) = small();
     let latest = port.latest();
     assert_eq!((latest.scans, latest.mode), (0, Mode::Stop(StopReason::NotStarted)));
@@ -54,7 +54,7 @@ fn before_the_first_scan_outputs_are_safe_and_nothing_is_taken() {
 }
 
 #[test]
-fn inputs_are_read_as_set_last() {
+fn the_scan_reads_the_last_value_of_each_input() {
     let (port, scan, _world) = small();
     port.set_input(0, true);
     port.set_input(2, true);
@@ -67,7 +67,7 @@ fn inputs_are_read_as_set_last() {
 }
 
 #[test]
-fn a_ticket_is_applied_once_its_scan_is_visible() {
+fn a_write_counts_as_applied_once_its_scan_is_published() {
     let (port, mut side, mut world) = small();
     side.set_running(true);
     let ticket = port.submit(vec![OperandWrite::Bit(BitCell(0), true)]).unwrap();
@@ -82,7 +82,7 @@ fn a_ticket_is_applied_once_its_scan_is_visible() {
 }
 
 #[test]
-fn leaving_run_refuses_what_waits_and_holds_what_holds() {
+fn leaving_run_refuses_pending_writes_and_keeps_held_outputs() {
     let (port, mut side, mut world) = small();
     side.set_running(true);
     let seen = port.submit(vec![]).unwrap();
@@ -113,7 +113,7 @@ fn a_watchdog_trip_refuses_pending_requests() {
 }
 
 #[test]
-fn a_trip_that_comes_late_closes_nothing_for_good() {
+fn writes_are_accepted_again_after_a_late_watchdog_trip() {
     let (port, mut side, mut world) = small();
     world.trip(FaultReason::ScanNeverEnds, 9);
     side.set_running(true);
@@ -128,7 +128,7 @@ fn a_trip_that_comes_late_closes_nothing_for_good() {
 }
 
 #[test]
-fn limits_are_limits() {
+fn a_batch_and_the_queue_have_a_maximum_size() {
     let (port, mut side, _world) = small();
     side.set_running(true);
     let big = vec![OperandWrite::Bit(BitCell(0), true); BATCH_WRITES_MAX + 1];
@@ -139,7 +139,7 @@ fn limits_are_limits() {
 }
 
 #[test]
-fn no_more_writes_wait_than_the_next_scan_applies() {
+fn the_queue_holds_only_as_many_writes_as_one_scan_applies() {
     let (port, mut side, _world) = small();
     side.set_running(true);
     let most = || vec![OperandWrite::Bit(BitCell(0), true); BATCH_WRITES_MAX];
@@ -154,7 +154,7 @@ fn no_more_writes_wait_than_the_next_scan_applies() {
 }
 
 #[test]
-fn a_batch_that_does_not_fit_waits_whole() {
+fn a_batch_that_does_not_fit_is_not_split() {
     let (port, mut side, _world) = small();
     side.set_running(true);
     port.submit(vec![OperandWrite::Word(WordCell(0), 1); 3]).unwrap();
@@ -163,7 +163,7 @@ fn a_batch_that_does_not_fit_waits_whole() {
 }
 
 #[test]
-fn readers_that_hold_on_do_not_starve_the_scan() {
+fn readers_that_keep_images_do_not_starve_the_scan() {
     let (port, mut side, mut world) = small();
     let mut held = Vec::new();
     for number in 1..200 {
@@ -195,7 +195,7 @@ fn poll<F: Future>(future: Pin<&mut F>, bell: &Arc<Bell>) -> Poll<F::Output> {
 }
 
 #[test]
-fn a_write_and_a_command_of_an_earlier_program_go_to_where_their_element_lies_now() {
+fn writes_and_commands_of_an_earlier_program_reach_the_new_address_of_their_element() {
     let (port, mut side, _world) = small();
     side.set_running(true);
     let [bit, word] = [0, 1].map(|at| (Cell::Bit(BitCell(at)), Cell::Word(WordCell(at))));
@@ -226,7 +226,7 @@ fn a_write_and_a_command_of_an_earlier_program_go_to_where_their_element_lies_no
 }
 
 #[test]
-fn a_batch_with_a_write_to_a_gone_element_is_refused_whole() {
+fn a_batch_with_a_write_to_a_removed_element_is_refused_whole() {
     let (port, mut side, mut world) = small();
     side.set_running(true);
     let [first, second] = [0, 1].map(|at| OperandWrite::Bit(BitCell(at), true));
@@ -272,7 +272,7 @@ fn a_batch_for_one_program_only_is_refused_by_the_next_one() {
 }
 
 #[test]
-fn a_wait_for_a_batch_ends_when_its_scan_is_visible_or_it_is_refused() {
+fn a_wait_for_a_batch_ends_when_its_scan_is_published_or_the_batch_is_refused() {
     let (port, mut side, mut world) = small();
     side.set_running(true);
     let ticket = port.submit(vec![OperandWrite::Bit(BitCell(0), true)]).unwrap();
@@ -294,7 +294,7 @@ fn a_wait_for_a_batch_ends_when_its_scan_is_visible_or_it_is_refused() {
 }
 
 #[test]
-fn a_wait_for_a_batch_ends_when_the_scan_thread_is_called_stuck() {
+fn a_wait_for_a_batch_ends_when_the_scan_thread_is_reported_stuck() {
     let (port, mut side, mut world) = small();
     side.set_running(true);
     let ticket = port.submit(vec![OperandWrite::Bit(BitCell(0), true)]).unwrap();
@@ -326,7 +326,7 @@ fn a_wait_for_a_command_ends_with_its_answer() {
 }
 
 #[test]
-fn a_wait_for_an_image_ends_with_the_first_that_is_as_wanted() {
+fn a_wait_for_an_image_ends_with_the_first_matching_image() {
     let (port, mut side, mut world) = small();
     let (bell, mut shows) = (Arc::new(Bell::default()), pin!(port.shows(|seen| seen.scans >= 2)));
     assert!(poll(shows.as_mut(), &bell).is_pending());

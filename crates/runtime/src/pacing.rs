@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn another_period_counts_from_the_point_that_is_due() {
+    fn a_new_period_counts_from_the_next_due_time() {
         let mut grid = ScanGrid::new(100, 10);
         assert_eq!((grid.advance(101), grid.deadline_ns()), (0, 110));
         grid.change(25);
@@ -114,12 +114,12 @@ mod tests {
     }
 
     #[test]
-    fn a_scan_that_ends_on_the_next_point_is_in_time() {
+    fn a_scan_that_ends_exactly_at_the_next_deadline_is_in_time() {
         check(&[110], &[(0, 110)]);
     }
 
     #[test]
-    fn an_overrun_skips_to_the_next_point() {
+    fn an_overrun_skips_to_the_next_deadline_of_the_grid() {
         check(&[111, 121], &[(1, 120), (0, 130)]);
         check(&[145], &[(4, 150)]);
         check(&[150], &[(4, 150)]);

@@ -155,7 +155,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn by_default_only_the_timer_slack_is_asked_for() {
+    fn only_the_timer_slack_is_requested_by_default() {
         let (_held, process) = Posture::default().apply_to_process();
         assert_eq!(process, []);
         let thread = std::thread::spawn(|| Posture::default().apply_to_scan_thread()).join();
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn a_refusal_says_why_and_what_would_grant_it() {
+    fn a_refusal_has_a_reason_and_a_remedy() {
         let asked = Posture { cpus: vec![0, 1000], ..Posture::default() };
         let thread = std::thread::spawn(move || asked.apply_to_scan_thread()).join().unwrap();
         assert_eq!(thread[1].what, "CPU 0 1000");

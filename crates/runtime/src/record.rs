@@ -239,7 +239,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn changes_are_told_once_with_the_time_before_them() {
+    fn each_change_is_recorded_once_with_the_duration_of_the_previous_value() {
         let watched = WatchedCells { bits: vec![BitCell(1)], words: vec![WordCell(0)] };
         let mut watches = Watches::new(&watched, &[5], 100);
         let mut told = Vec::new();
@@ -253,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_overrun_is_told_at_once_and_the_rest_in_sums() {
+    fn the_first_overrun_is_reported_at_once_and_later_overruns_are_summed() {
         let s = 1_000_000_000;
         let mut summary = OverrunSummary::default();
         assert_eq!(summary.due(0), None);
@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_counted() {
+    fn dropped_records_are_counted() {
         let (mut journal, reader) = journal();
         for scan in 0..RECORDS_MAX as u64 + 3 {
             journal.push(scan, 0, RecordEvent::EventsLost(1));

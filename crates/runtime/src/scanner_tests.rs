@@ -261,14 +261,14 @@ impl Rig {
 }
 
 #[test]
-fn scans_keep_the_grid_however_long_they_take() {
+fn scans_of_any_length_within_the_period_keep_the_grid() {
     let mut rig = rig(|fake, _| fake.takes_ns = vec![MS, 9 * MS, 10 * MS, 0, 3 * MS]);
     assert_eq!(rig.scans_at_ms(6), [0, 10, 20, 30, 40, 50]);
     assert_eq!(rig.scanner.report().statistics.overruns, 0);
 }
 
 #[test]
-fn an_overrun_skips_to_the_grid_and_is_counted_and_told_once() {
+fn an_overrun_skips_to_the_grid_and_is_counted_and_reported_once() {
     let mut rig = rig(|fake, _| fake.takes_ns = vec![MS, 25 * MS, MS, 11 * MS, MS]);
     assert_eq!(rig.scans_at_ms(5), [0, 10, 40, 50, 70]);
     let statistics = rig.scanner.report().statistics;
@@ -279,7 +279,7 @@ fn an_overrun_skips_to_the_grid_and_is_counted_and_told_once() {
 }
 
 #[test]
-fn a_late_wake_up_is_lateness_and_no_overrun() {
+fn a_late_wake_up_counts_as_lateness_and_not_as_an_overrun() {
     let mut rig = rig(|_, _| {});
     rig.step();
     rig.clock.pass(12 * MS);
@@ -289,7 +289,7 @@ fn a_late_wake_up_is_lateness_and_no_overrun() {
 }
 
 #[test]
-fn the_nth_scan_is_the_last_and_the_passes_run() {
+fn the_controller_terminates_its_blocks_after_the_configured_number_of_scans() {
     let mut rig = rig(|_, settings| settings.pace.scans = Some(3));
     assert!(rig.step() && rig.step());
     assert_eq!(rig.port.latest().mode, Mode::Run);
@@ -301,14 +301,14 @@ fn the_nth_scan_is_the_last_and_the_passes_run() {
 }
 
 #[test]
-fn one_scan_is_first_and_last() {
+fn a_run_of_one_scan_ends_after_that_scan() {
     let mut rig = rig(|_, settings| settings.pace.scans = Some(1));
     assert!(!rig.step());
     assert_eq!(rig.port.latest().scans, 1);
 }
 
 #[test]
-fn a_request_gives_one_more_scan_which_is_the_last() {
+fn a_stop_request_is_followed_by_one_last_scan() {
     let mut rig = rig(|_, _| {});
     rig.step();
     rig.monitor.beat.request_stop();
@@ -318,7 +318,7 @@ fn a_request_gives_one_more_scan_which_is_the_last() {
 }
 
 #[test]
-fn the_stop_instruction_leaves_a_thread_that_ticks_until_a_signal() {
+fn the_scan_thread_keeps_running_after_a_stop_instruction_until_a_signal() {
     let mut rig = rig(|fake, _| fake.stops_in = Some(1));
     assert!(rig.step() && rig.step() && rig.step());
     let before = rig.monitor.beat.pulses();
@@ -330,7 +330,7 @@ fn the_stop_instruction_leaves_a_thread_that_ticks_until_a_signal() {
 }
 
 #[test]
-fn a_start_in_stop_ticks_with_cold_memory_until_a_signal() {
+fn the_scan_thread_of_a_start_in_stop_waits_with_initial_memory_until_a_signal() {
     let reason = StopReason::RestartGuard;
     let mut rig = rig(|_, settings| settings.pace.start_in_stop = Some(reason));
     assert!(rig.step() && rig.step());
@@ -345,7 +345,7 @@ fn a_start_in_stop_ticks_with_cold_memory_until_a_signal() {
 }
 
 #[test]
-fn a_scan_longer_than_the_watchdog_is_a_fault_and_not_complete() {
+fn a_scan_longer_than_the_watchdog_is_a_fault_and_is_not_published() {
     let mut rig = rig(|fake, _| fake.takes_ns = vec![MS, 35 * MS, 36 * MS]);
     assert!(rig.step() && rig.step());
     let ticket = rig.port.submit(vec![OperandWrite::Word(WordCell(0), 77)]).unwrap();
@@ -369,7 +369,7 @@ fn a_panic_in_the_engine_is_a_fault() {
 }
 
 #[test]
-fn with_a_number_of_scans_a_fault_ends_the_thread() {
+fn a_fault_ends_the_scan_thread_if_the_number_of_scans_is_limited() {
     let mut rig = rig(|fake, settings| {
         settings.pace.scans = Some(9);
         fake.panics_in = Some(0);
@@ -378,7 +378,7 @@ fn with_a_number_of_scans_a_fault_ends_the_thread() {
 }
 
 #[test]
-fn a_scan_that_does_not_end_is_seen_from_outside() {
+fn the_monitor_detects_a_scan_that_does_not_end() {
     let mut rig = rig(|_, _| {});
     rig.step();
     // The monitor checks while a scan executes.
@@ -394,7 +394,7 @@ fn a_scan_that_does_not_end_is_seen_from_outside() {
 }
 
 #[test]
-fn a_scan_that_does_not_come_is_seen_from_outside() {
+fn the_monitor_detects_a_scan_that_does_not_start() {
     let mut rig = rig(|_, _| {});
     rig.step();
     let due = rig.clock.now_ns() + 9 * MS;
@@ -417,7 +417,7 @@ fn a_scan_that_does_not_come_is_seen_from_outside() {
 }
 
 #[test]
-fn a_process_that_stood_still_has_one_more_watchdog_of_time() {
+fn a_suspended_process_gets_one_more_watchdog_time() {
     let mut rig = rig(|_, _| {});
     rig.step();
     let due = rig.clock.now_ns() + 9 * MS;
@@ -433,7 +433,7 @@ fn a_process_that_stood_still_has_one_more_watchdog_of_time() {
 }
 
 #[test]
-fn inputs_and_writes_reach_the_scan_and_scan_times_the_program() {
+fn inputs_and_writes_reach_the_scan_and_scan_times_reach_the_program() {
     let mut rig = rig(|_, _| {});
     rig.port.set_input(0, true);
     let ticket = rig.port.submit(vec![OperandWrite::Word(WordCell(0), 100)]).unwrap();
@@ -450,7 +450,7 @@ fn inputs_and_writes_reach_the_scan_and_scan_times_the_program() {
 }
 
 #[test]
-fn statistics_come_early_once_and_then_at_their_interval() {
+fn statistics_are_reported_once_early_and_then_at_their_interval() {
     let mut rig = rig(|_, _| {});
     rig.steps(499);
     assert_eq!(rig.heard.take().len(), 1, "the mode, and no statistics yet");
@@ -461,7 +461,7 @@ fn statistics_come_early_once_and_then_at_their_interval() {
 }
 
 #[test]
-fn a_reader_that_stalls_costs_publications_and_not_scans() {
+fn a_stalled_reader_delays_publications_but_not_scans() {
     let mut rig = rig(|_, _| {});
     for _ in 0..100 {
         rig.scanner.step();
@@ -473,7 +473,7 @@ fn a_reader_that_stalls_costs_publications_and_not_scans() {
 }
 
 #[test]
-fn an_input_in_a_batch_is_seen_by_the_scan_that_applies_the_rest_of_it() {
+fn one_scan_applies_the_inputs_and_the_writes_of_a_batch() {
     let mut rig = rig(|_, _| {});
     let ticket =
         rig.port.submit(vec![OperandWrite::Word(WordCell(0), 5), OperandWrite::Input(0, true)]);

@@ -268,7 +268,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_report_begins_anew_and_the_whole_goes_on() {
+    fn a_report_resets_its_interval_but_not_the_totals() {
         let mut books = ScanMeasurements::new(0);
         books.scan(4_000, 100);
         books.scan(2_000, 300);
@@ -286,7 +286,7 @@ mod tests {
     }
 
     #[test]
-    fn scan_times_are_microseconds_and_the_mean_follows_slowly() {
+    fn scan_times_are_in_microseconds_and_their_mean_is_filtered() {
         let mut books = ScanMeasurements::new(0);
         assert_eq!(books.scan_times(), ScanTimes::default());
         books.scan(16_000, 0);
@@ -298,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_measured_is_zero() {
+    fn statistics_without_measurements_are_zero() {
         assert_eq!(ScanMeasurements::new(7).take_report(7), Statistics::default());
     }
 }

@@ -137,7 +137,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sleeping_reaches_the_deadline_and_a_past_one_returns_at_once() {
+    fn sleeping_lasts_until_the_deadline_and_returns_at_once_if_it_has_passed() {
         let deadline = monotonic_ns() + 2_000_000;
         sleep_until_ns(deadline);
         assert!(monotonic_ns() >= deadline);
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn slack_needs_no_privilege_and_a_cpu_must_exist() {
+    fn timer_slack_needs_no_privilege_and_an_unknown_cpu_is_refused() {
         set_timer_slack_ns(1).unwrap();
         assert!(pin_to_cpus(&[100_000]).is_err());
         let partly = std::thread::spawn(|| pin_to_cpus(&[0, 1023])).join().unwrap();

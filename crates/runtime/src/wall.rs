@@ -46,12 +46,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_offset_is_0_at_first() {
+    fn the_utc_offset_is_initially_zero() {
         assert_eq!(UtcOffset::default().local_s(1_795_000_000), 1_795_000_000);
     }
 
     #[test]
-    fn an_offset_is_added_whatever_the_time() {
+    fn the_utc_offset_is_added_at_any_time() {
         let offset = UtcOffset::default();
         for by in [0, 20_700, -43_200, 93_599, -89_999, 1, -1] {
             offset.set(by, None);
@@ -62,7 +62,7 @@ mod tests {
     }
 
     #[test]
-    fn a_change_comes_at_its_second() {
+    fn an_offset_change_takes_effect_at_its_second() {
         let offset = UtcOffset::default();
         for change_s in [1_774_746_000, 1_792_890_000, (7 << 28) + 2, (7 << 28) - 2, 0] {
             offset.set(3600, Some((change_s, 7200)));

@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn other_names_of_the_same_element() {
+    fn aliases_print_as_the_address_of_the_same_element() {
         check("N,19,6", "N19.ACC");
         check("N, 0, 5", "N0.PRE");
         check("$On", "ST1");
@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_are_told_apart() {
+    fn each_wrong_address_gives_its_own_error() {
         check("part_seen", "NotAnAddress");
         check("x0", "Case(\"X0\")");
         check("CT0.done", "Case(\"CT0.Done\")");
@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn names_that_read_as_addresses_in_any_case() {
+    fn a_name_reads_as_an_address_in_upper_and_lower_case() {
         assert!(reads_as_address("T1") && reads_as_address("x0") && reads_as_address("mhr7"));
         assert!(!reads_as_address("tank1") && !reads_as_address("T1a") && !reads_as_address("T"));
     }

@@ -165,7 +165,7 @@ mod tests {
     use crate::isa::Mnemonic;
 
     #[test]
-    fn no_row_hides_an_instruction_and_what_it_names_exists() {
+    fn no_foreign_name_is_an_instruction_and_every_suggestion_exists() {
         let mut seen = HashSet::new();
         for (names, text) in ROWS {
             for name in *names {
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn contacts_and_coils_have_their_own_operands() {
+    fn foreign_contacts_and_coils_translate_with_their_operands() {
         let pairs = [
             ("XIC", &["b"][..], Some("b")),
             ("xio", &["b"], Some("!b")),

@@ -161,7 +161,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_number_without_a_unit_gets_two() {
+    fn a_number_without_a_unit_is_suggested_in_two_units() {
         let given = |text: &str| without_unit(text).map(|both| both.join(" "));
         assert_eq!(given("5").as_deref(), Some("5ms 5s"));
         assert_eq!(given("1,5").as_deref(), Some("1s500ms 1m30s"));
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn reads_both_forms() {
+    fn durations_are_read_in_both_notations() {
         for (text, ms) in [
             ("250ms", 250),
             ("2s", 2_000),
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn says_what_is_wrong() {
+    fn each_wrong_duration_gives_its_own_error() {
         for (text, error) in [
             ("", DurationError::Form),
             ("5", DurationError::Form),
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn units_are_put_in_order() {
+    fn misplaced_units_are_sorted() {
         assert_eq!(in_order("2s5m").as_deref(), Some("5m2s"));
         assert_eq!(in_order("5ms1h2s").as_deref(), Some("1h2s5ms"));
         assert_eq!(in_order("2s2s"), None);
@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn print_and_parse_agree() {
+    fn printed_durations_parse_to_the_same_value() {
         for ms in [0, 1, 999, 1_000, 61_001, 3_600_000, i32::MAX] {
             assert_eq!(parse(&print(ms)), Ok(ms));
         }

@@ -110,7 +110,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_table_is_indexed_by_function_and_its_forms_have_their_arguments() {
+    fn the_table_finds_each_function_and_lists_its_arguments() {
         for spec in FUNCTIONS {
             assert_eq!(Function::from_name(spec.name).map(|f| f.spec().name), Some(spec.name));
             let named = spec.arguments.split(", ").filter(|name| *name != "…").count() as u32;

@@ -68,7 +68,7 @@ mod tests {
     use crate::isa::Space;
 
     #[test]
-    fn the_table_is_indexed_by_mnemonic() {
+    fn the_table_finds_each_instruction_by_its_mnemonic() {
         for spec in TABLE {
             assert_eq!(spec.mnemonic.spec().name, spec.name);
             assert_eq!(Mnemonic::from_name(spec.name), Some(spec.mnemonic));
@@ -76,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn every_instruction_has_its_page() {
+    fn every_instruction_has_a_page() {
         for spec in TABLE {
             let head = format!("# {}: {}\n", spec.name, spec.title);
             assert!(spec.page.starts_with(&head), "{head}");
@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn forms_read_as_in_the_reference() {
+    fn the_table_gives_the_syntax_shown_in_the_reference() {
         assert_eq!(Mnemonic::Cnt.spec().form(), "CNT ct preset=v");
         assert_eq!(Mnemonic::Udc.spec().form(), "UDC ct [up-preset=v] [dn-preset=v]");
         assert_eq!(Mnemonic::Sgconvrg.spec().form(), "SGCONVRG s … to=s");
@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn owners() {
+    fn counters_and_timers_own_their_structures() {
         let owners: Vec<&str> =
             TABLE.iter().filter(|s| s.mnemonic.owns_structure()).map(|s| s.name).collect();
         assert_eq!(

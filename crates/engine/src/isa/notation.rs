@@ -85,7 +85,7 @@ mod tests {
     use super::corrected;
 
     #[test]
-    fn literals_of_other_systems_have_a_form_here() {
+    fn literals_of_other_systems_are_converted() {
         let pairs = [
             ("0XFF", Some("0xFF")),
             ("-0X1f", Some("-0x1F")),

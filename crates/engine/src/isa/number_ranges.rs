@@ -76,7 +76,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_number_is_new_once() {
+    fn adding_a_range_returns_only_its_new_numbers() {
         let mut ranges = NumberRanges::default();
         assert_eq!(ranges.add(('x', 4, 6), 0), [(4, 6)]);
         assert_eq!(ranges.add(('y', 4, 6), 1), [(4, 6)]);
@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_has_the_first_of_its_ranges() {
+    fn a_number_belongs_to_the_first_range_that_contains_it() {
         let mut ranges = NumberRanges::default();
         for (index, (first, last)) in [(4, 6), (0, 5), (20, 30), (25, 40)].into_iter().enumerate() {
             ranges.add(('x', first, last), index);
@@ -112,7 +112,7 @@ mod tests {
 
     /// Overlapping ranges are merged: the work does not grow with the number of earlier ranges.
     #[test]
-    fn many_long_ranges_are_few_parts() {
+    fn overlapping_ranges_are_merged() {
         let mut ranges = NumberRanges::default();
         for (index, at) in (0..50_000).enumerate() {
             ranges.add(('x', at % 100, 65_535 - at % 100), index);

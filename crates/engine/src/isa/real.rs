@@ -154,7 +154,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn texts_read_back() {
+    fn printed_reals_parse_to_the_same_value() {
         for text in ["12.5", "-0.02", "0.0", "3.0", "1.5e-7", "1e20", "0.0001", "-3.4028235e38"] {
             assert_eq!(text.parse::<Real>().map(|real| real.to_string()).as_deref(), Ok(text));
         }
@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn cells_sort_as_the_reals() {
+    fn cells_of_reals_sort_as_the_reals_do() {
         let texts = ["-3.4028235e38", "-1e0", "-1e-45", "0.0", "1e-45", "0.5", "1e0", "1e20"];
         let reals: Vec<Real> = texts.iter().filter_map(|text| text.parse().ok()).collect();
         assert_eq!(reals.len(), texts.len());
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_stored_is_rounded_to_even_and_limited() {
+    fn a_stored_real_is_rounded_to_even_and_limited() {
         let stored = |number: f64| {
             let NearestReal { real, is_beyond } = Real::stored(number);
             (real.number(), is_beyond)

@@ -133,7 +133,7 @@ fn scans(program: rungd_engine::EngineProgram, seed: u64, force: bool) -> Vec<Le
 }
 
 #[test]
-fn maths_executed_together_equal_maths_one_by_one() {
+fn maths_executed_together_give_the_results_of_single_execution() {
     let mut columns = 0;
     for seed in 1..12 {
         let text = ladder(&mut Numbers(seed));
@@ -160,14 +160,14 @@ fn twenty(maths: impl Fn(u32) -> String) -> Plc {
 }
 
 #[test]
-fn a_math_reads_what_the_one_before_it_wrote() {
+fn a_math_reads_the_result_of_the_math_before_it() {
     let mut plc = twenty(|n| format!("\"MATH D{} = D{n} + 1\"", n + 1));
     plc.scan(&[("X0", 1), ("D0", 5)]);
     assert_eq!(plc.values(["D1", "D10", "D20"]), [6, 15, 25]);
 }
 
 #[test]
-fn a_math_reads_the_status_bits_of_those_before_it() {
+fn a_math_reads_the_status_bits_of_the_maths_before_it() {
     let maths =
         |n| format!("\"MATH D{} = 1 / D{n}\", \"MATH D{} = $DivideByZero + 0\"", n + 100, n + 200);
     let mut plc = twenty(maths);

@@ -27,7 +27,7 @@ rung = [ { when = ["$On"], do = ["ADD D2 1 to=D2"] } ]
 "#;
 
 #[test]
-fn blocks_and_stages_tell_what_happens() {
+fn blocks_and_stages_report_their_changes_as_events() {
     let mut plc = plc(BLOCKS);
     plc.scan(&[]);
     assert_eq!(plc.events(), ["started Main"]);
@@ -46,7 +46,7 @@ fn blocks_and_stages_tell_what_happens() {
 }
 
 #[test]
-fn tasks_tell_what_happens() {
+fn tasks_report_their_changes_as_events() {
     let mut plc = plc(BLOCKS);
     plc.scan(&[("X2", 1), ("X4", 1)]);
     assert_eq!(plc.events(), ["started Main", "started Job", "started Tick", "completed Job"]);
@@ -55,7 +55,7 @@ fn tasks_tell_what_happens() {
 }
 
 #[test]
-fn a_stop_tells_the_passes_and_the_stops() {
+fn a_stop_reports_each_termination_and_each_stopped_block() {
     let mut plc = plc(BLOCKS);
     plc.scan(&[("X0", 1), ("X4", 1)]);
     plc.stop();
@@ -75,7 +75,7 @@ fn a_stop_tells_the_passes_and_the_stops() {
 }
 
 #[test]
-fn a_start_tells_what_runs_from_the_first_scan() {
+fn a_start_reports_the_blocks_that_run_from_the_first_scan() {
     let main = r#"
 rung = [ { when = ["$On"], do = ["ADD D0 1 to=D0"] } ]
 [[program]]
@@ -94,7 +94,7 @@ rung = [ { when = ["$On"], do = ["ADD D1 1 to=D1"] } ]
 }
 
 #[test]
-fn a_scan_keeps_so_many_events_and_counts_the_rest() {
+fn a_scan_keeps_256_events_and_counts_the_others() {
     let pair = r#"{ when = ["X0"], do = ["RUN P", "HALT P"] },"#;
     let main = format!(
         "rung = [ {} ]\n[[program]]\nname = \"P\"\nrung = [ {{ when = [\"$On\"], do = [\"OUT Y0\"] \

@@ -120,7 +120,7 @@ fn a_forced_word_keeps_its_value_against_every_instruction_and_pass() {
 }
 
 #[test]
-fn unforced_cells_run_normally() {
+fn a_force_does_not_affect_other_cells() {
     let watched = || BITS.iter().chain(&WORDS);
     let mut free = plc(ALL);
     let mut other_forced = plc(ALL);
@@ -136,7 +136,7 @@ fn unforced_cells_run_normally() {
 }
 
 #[test]
-fn inputs_are_discarded() {
+fn inputs_do_not_change_forced_cells() {
     let mut plc = plc(r#"rung = [ { when = ["X0"], do = ["OUT Y0"] } ]"#);
     plc.force("X0", 1);
     plc.scan(&[("X0", 0)]);
@@ -147,7 +147,7 @@ fn inputs_are_discarded() {
 }
 
 #[test]
-fn queued_writes_are_discarded() {
+fn queued_writes_do_not_change_forced_cells() {
     let mut plc = plc(r#"rung = [ { when = ["C0", "D0 == 4"], do = ["OUT Y0"] } ]"#);
     plc.force("C0", 1);
     plc.force("D0", 4);
@@ -172,7 +172,7 @@ fn a_released_cell_keeps_its_value_until_something_writes_it() {
 }
 
 #[test]
-fn a_coils_forced_bit_is_what_later_rungs_see() {
+fn later_rungs_read_the_forced_value_of_a_coil() {
     let main = r#"rung = [
       { when = ["X0"], do = ["OUT C0"] },
       { when = ["C0"], do = ["OUT Y0"] },
@@ -184,7 +184,7 @@ fn a_coils_forced_bit_is_what_later_rungs_see() {
 }
 
 #[test]
-fn a_counters_flags_follow_what_its_acc_holds() {
+fn the_flags_of_a_counter_follow_its_forced_accumulator() {
     let main = r#"rung = [ { leg.up = ["X0"], leg.rst = ["X1"], do = ["CNT CT0 preset=5"] } ]"#;
     let mut plc = plc(main);
     plc.force("CT0.Acc", 5);
@@ -203,7 +203,7 @@ fn a_counters_flags_follow_what_its_acc_holds() {
 }
 
 #[test]
-fn a_timers_flags_follow_what_its_acc_holds() {
+fn the_flags_of_a_timer_follow_its_forced_accumulator() {
     let main = r#"rung = [
       { when = ["$On"], do = ["ONDTMR T0 preset=30ms output=Y0", "TMRDOWN T1 preset=30ms"] },
     ]"#;
@@ -222,7 +222,7 @@ fn a_timers_flags_follow_what_its_acc_holds() {
 }
 
 #[test]
-fn an_off_delay_with_a_forced_acc_goes_on_timing() {
+fn an_off_delay_timer_with_a_forced_accumulator_keeps_timing() {
     let main = r#"rung = [ { when = ["X0"], do = ["OFFDTMR T0 preset=30ms output=Y0"] } ]"#;
     let mut plc = plc(main);
     plc.scan(&[("X0", 1)]);
@@ -236,7 +236,7 @@ fn an_off_delay_with_a_forced_acc_goes_on_timing() {
 }
 
 #[test]
-fn a_sensaphone_counters_done_follows_what_its_acc_holds() {
+fn the_done_bit_of_a_sensaphone_counter_follows_its_forced_accumulator() {
     let mut plc = plc(r#"rung = [ { when = ["X0"], do = ["CTU N0 preset=3"] } ]"#);
     plc.force("N0.ACC", 3);
     plc.scan(&[("X0", 1)]);
@@ -269,7 +269,7 @@ fn forces_active_is_on_while_anything_is_forced() {
 }
 
 #[test]
-fn outside_run_forces_active_follows_at_once() {
+fn forces_active_follows_at_once_outside_run() {
     let mut plc =
         rungd_test_support::plc::stopped(r#"rung = [ { when = ["X0"], do = ["OUT Y0"] } ]"#);
     assert_eq!(plc.value("ST9"), 0);
@@ -292,7 +292,9 @@ proptest! {
     /// The scanner sets inputs 64 at a time, and skips those that already have their value: all end
     /// as if they were set one by one, forced inputs and those of devices included.
     #[test]
-    fn inputs_are_set_together_as_one_by_one(before: u64, values: u64, given: u64, forced: u64) {
+    fn setting_64_inputs_at_once_equals_setting_each_input(
+        before: u64, values: u64, given: u64, forced: u64,
+    ) {
         let bit = |of: u64, at: u32| of >> at & 1 != 0;
         let mut plc = rungd_test_support::plc::stopped("");
         for at in 0..64 {

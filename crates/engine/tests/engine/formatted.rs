@@ -72,7 +72,7 @@ fn columns(trace: &str) -> Vec<Vec<&str>> {
 }
 
 #[test]
-fn a_formatted_ladder_has_the_trace_of_the_ladder() {
+fn a_formatted_ladder_gives_the_trace_of_the_original() {
     let config = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("config");
     let mut ladders = 0;
     for entry in fs::read_dir(config.join("programs")).expect("a folder") {

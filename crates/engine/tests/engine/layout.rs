@@ -64,12 +64,12 @@ fn assert_dense(sizes: &MemorySizes) {
 }
 
 #[test]
-fn every_address_has_a_cell_of_its_own() {
+fn every_address_has_its_own_cell() {
     assert_dense(&MemorySizes::default());
 }
 
 #[test]
-fn every_address_has_a_cell_of_its_own_with_other_sizes() {
+fn every_address_has_its_own_cell_in_memories_of_other_sizes() {
     let (x, y, c, mc, mi) = (3, 9, 5, 11, 2);
     let (v, d, r, mhr, mir, ct, t) = (13, 4, 5, 6, 8, 10, 7);
     assert_dense(&MemorySizes { x, y, c, mc, mi, v, d, r, mhr, mir, ct, t, devices: 3 });
@@ -101,7 +101,7 @@ fn an_image_shows_all_bits_and_words_by_cell() {
 /// space's last cell exceeds 16 bits: this cell is written, and the cell with the same low 16 bits
 /// is not.
 #[test]
-fn cells_beyond_16_bits_are_themselves() {
+fn cells_numbered_beyond_16_bits_are_addressed_correctly() {
     let sizes = MemorySizes { c: 65_536, d: 65_536, ..MemorySizes::default() };
     let ladder = "[[program]]\nname = \"Main\"\nrung = [ \
          { when = [\"X1\"], do = [\"OUT C65535\", \"MOVE 7 to=D65535\"] } ]";

@@ -50,7 +50,7 @@ fn check(rows: &str) {
 }
 
 #[test]
-fn operands_are_constants_durations_words_members_and_bits() {
+fn operands_can_be_constants_durations_words_members_and_bits() {
     check(
         "
         42 -> 42
@@ -68,7 +68,7 @@ fn operands_are_constants_durations_words_members_and_bits() {
 }
 
 #[test]
-fn operators_bind_in_order_and_from_left_to_right() {
+fn operators_bind_by_precedence_and_from_left_to_right() {
     check(
         "
         2 + 3 * 4 -> 14
@@ -115,7 +115,7 @@ fn integers_have_64_bits_within_an_expression() {
 }
 
 #[test]
-fn division_and_remainder() {
+fn division_and_remainder_truncate_and_report_zero() {
     check(
         "
         D1 / 2 -> 3
@@ -135,7 +135,7 @@ fn division_and_remainder() {
 }
 
 #[test]
-fn powers() {
+fn powers_saturate_and_report_values_out_of_range() {
     check(
         "
         D1 ** 2 -> 49
@@ -154,7 +154,7 @@ fn powers() {
 }
 
 #[test]
-fn bits_of_integers() {
+fn bit_operators_work_on_32_bits() {
     check(
         "
         12 & 10 -> 8
@@ -176,7 +176,7 @@ fn bits_of_integers() {
 }
 
 #[test]
-fn one_real_makes_an_operator_real_and_compares_give_integers() {
+fn one_real_operand_makes_the_result_real_and_compares_give_integers() {
     check(
         "
         7 / 2 * 2.0 -> 6
@@ -197,7 +197,7 @@ fn one_real_makes_an_operator_real_and_compares_give_integers() {
 }
 
 #[test]
-fn what_is_left_out_sets_no_status_bit() {
+fn operands_that_are_not_evaluated_set_no_status_bit() {
     check(
         "
         0 && 1 / D3 -> 0
@@ -218,7 +218,7 @@ fn what_is_left_out_sets_no_status_bit() {
 }
 
 #[test]
-fn a_status_bit_shows_what_happened_before_it_in_its_expression() {
+fn a_status_bit_shows_the_errors_of_the_operands_before_it() {
     check(
         "
         1 / D3 + $DivideByZero -> 1; $DivideByZero
@@ -236,7 +236,7 @@ fn a_status_bit_shows_what_happened_before_it_in_its_expression() {
 }
 
 #[test]
-fn functions_keep_the_type_or_give_integers_or_reals() {
+fn functions_return_the_type_that_the_page_defines() {
     check(
         "
         abs(D2) -> 7
@@ -279,7 +279,7 @@ fn functions_keep_the_type_or_give_integers_or_reals() {
 }
 
 #[test]
-fn scale_is_its_operators() {
+fn scale_equals_its_formula_of_operators() {
     check(
         "
         scale(D6, 0, 200, 0, 1000) -> 500
@@ -293,7 +293,7 @@ fn scale_is_its_operators() {
 }
 
 #[test]
-fn calls_and_lazy_parts_keep_their_operands_apart() {
+fn nested_calls_and_lazy_operands_do_not_mix_their_operands() {
     check(
         "
         (D1 + 1) * min(D1 + 2, D2, 9, D6 - 1) - max(D3 - 1, 4, D1 * 2) -> -70
@@ -311,7 +311,7 @@ fn calls_and_lazy_parts_keep_their_operands_apart() {
 }
 
 #[test]
-fn a_result_is_limited_to_its_target() {
+fn a_result_is_limited_to_the_range_of_its_target() {
     let stored = |math: &str, target: &str| {
         let plc = after(math);
         (plc.value(target), bits(&plc))
@@ -332,7 +332,7 @@ fn a_result_is_limited_to_its_target() {
 }
 
 #[test]
-fn a_tags_limits_come_after_the_range_and_silently() {
+fn the_limits_of_a_tag_apply_after_the_range_and_set_no_status_bit() {
     let mut plc = plc("rung = [ { when = [\"$On\"], do = [\"MATH level = D1 * 10\"] } ]\n\
          [tags]\nlevel = { at = \"D0\", min = 10, max = 50 }");
     for (value, expected) in [(3, 30), (7, 50), (-3, 10)] {
@@ -342,7 +342,7 @@ fn a_tags_limits_come_after_the_range_and_silently() {
 }
 
 #[test]
-fn status_bits_stay_on_for_later_rungs_of_the_scan() {
+fn status_bits_stay_on_for_later_rungs_of_the_same_scan() {
     let mut plc = plc(r#"rung = [
         { when = ["$Overflow"], do = ["OUT Y0"] },
         { when = ["X0"], do = ["MATH V0 = D1", "OUT Y1"] },
@@ -360,7 +360,7 @@ fn status_bits_stay_on_for_later_rungs_of_the_scan() {
 }
 
 #[test]
-fn a_rung_that_is_off_does_nothing_and_a_pass_keeps_the_target() {
+fn math_on_a_rung_without_power_and_a_termination_pass_keep_the_target() {
     let mut plc =
         plc(r#"rung = [ { when = ["X0"], do = ["RUN P"] }, { when = ["X1"], do = ["HALT P"] } ]
         [[program]]
@@ -378,7 +378,7 @@ fn a_rung_that_is_off_does_nothing_and_a_pass_keeps_the_target() {
 }
 
 #[test]
-fn a_forced_target_keeps_its_value_and_the_bits_are_set() {
+fn math_keeps_a_forced_target_and_sets_status_bits() {
     let mut plc =
         plc(r#"rung = [ { when = ["$On"], do = ["MATH D0 = 1 / D1", "MATH C5 = D1"] } ]"#);
     plc.force("D0", 42);
@@ -388,7 +388,7 @@ fn a_forced_target_keeps_its_value_and_the_bits_are_set() {
 }
 
 #[test]
-fn each_math_with_a_mishap_is_reported_with_its_rung() {
+fn each_math_that_sets_a_status_bit_is_reported_with_its_rung() {
     let mut plc = plc(r#"
         [[program.rung]]
         when = ["X0"]
@@ -425,7 +425,7 @@ fn each_math_with_a_mishap_is_reported_with_its_rung() {
 }
 
 #[test]
-fn only_so_many_maths_of_a_scan_are_reported() {
+fn a_scan_reports_at_most_16_maths() {
     let maths = "\"MATH D0 = 1 / D1\", ".repeat(100);
     let mut plc = plc(&format!("rung = [ {{ when = [\"$On\"], do = [{maths}] }} ]"));
     plc.scan(&[]);

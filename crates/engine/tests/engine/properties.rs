@@ -68,7 +68,7 @@ fn two_runs_give_the_same_trace() {
 }
 
 #[test]
-fn the_order_of_operations_shows_nowhere() {
+fn the_order_of_operations_does_not_change_the_trace() {
     for case in cases() {
         let (program, plan) = loaded(&case);
         let in_file_order = trace(&case, &program, &plan, Some(1));
@@ -122,7 +122,7 @@ fn inputs_do_not_change_within_a_scan() {
 }
 
 #[test]
-fn rungs_that_have_nothing_to_do_with_each_other_execute_in_a_few_batches() {
+fn independent_rungs_execute_in_few_batches() {
     let rung = |n: u32| {
         format!(
             "{{ when = [\"X{n}\", \"rise(X{})\"], do = [\"OUT C{n}\", \"MOVE D{n} to=V{n}\"] }},\n\

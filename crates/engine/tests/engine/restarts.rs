@@ -73,7 +73,7 @@ fn assert_started_afresh(plc: &Plc) {
 }
 
 #[test]
-fn stop_and_start_keep_memory_and_start_blocks_afresh() {
+fn a_stop_and_a_start_keep_memory_and_restart_the_blocks() {
     let mut plc = busy();
     plc.stop();
     assert_eq!(plc.values(SURVIVES), [1, 50, 1, 6, 1, 1]);
@@ -88,7 +88,7 @@ fn stop_and_start_keep_memory_and_start_blocks_afresh() {
 }
 
 #[test]
-fn after_a_fault_executed_blocks_terminate_before_the_start() {
+fn executed_blocks_terminate_before_the_start_after_a_fault() {
     // At a fault there is no last scan and no pass: the runtime executes the passes before it
     // starts.
     let mut plc = busy();
@@ -103,7 +103,7 @@ fn after_a_fault_executed_blocks_terminate_before_the_start() {
 }
 
 #[test]
-fn a_stop_that_was_asked_for_before_a_fault_is_forgotten() {
+fn a_fault_discards_an_earlier_stop_request() {
     let mut plc = busy();
     plc.engine.request_stop();
     plc.engine.terminate();
@@ -112,7 +112,7 @@ fn a_stop_that_was_asked_for_before_a_fault_is_forgotten() {
 }
 
 #[test]
-fn a_start_says_which_blocks_it_started() {
+fn a_start_reports_the_blocks_that_it_starts() {
     let mut plc = busy();
     plc.stop();
     start_later(&mut plc);
@@ -124,7 +124,7 @@ fn a_start_says_which_blocks_it_started() {
 }
 
 #[test]
-fn forces_last_over_stop_and_start() {
+fn forces_survive_a_stop_and_can_be_released_in_stop() {
     let mut plc = busy();
     plc.force("Y0", 1);
     plc.force("CT1.Acc", 7);

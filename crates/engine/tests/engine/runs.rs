@@ -5,13 +5,13 @@ use rungd_engine::{EngineState, ScanTimes};
 use rungd_test_support::plc::{plc, stopped};
 
 #[test]
-fn before_the_start_nothing_runs_and_on_is_on() {
+fn no_block_runs_before_the_start_and_the_on_bit_is_on() {
     let plc = stopped(r#"rung = [ { when = ["$On"], do = ["OUT Y0"] } ]"#);
     assert_eq!(plc.values(["Main.Running", "$On", "$FirstScan", "Y0"]), [0, 1, 0, 0]);
 }
 
 #[test]
-fn stop_to_run_is_a_start_with_memory_as_it_is() {
+fn a_change_from_stop_to_run_starts_with_unchanged_memory() {
     let main = r#"
 rung = [
   { leg.up = ["$On"], leg.rst = ["$Off"], do = ["CNT CT0 preset=2"] },
@@ -45,7 +45,7 @@ rung = [ { when = ["$On"], do = ["ADD D2 1 to=D2"] } ]
 }
 
 #[test]
-fn stopped_programs_stages_begin_anew() {
+fn the_stages_of_a_stopped_program_restart() {
     let main = r#"
 [[program.stage]]
 name = "A"
@@ -65,7 +65,7 @@ rung = [ { when = ["$On"], do = ["OUT Y0"] } ]
 }
 
 #[test]
-fn done_bits_stay_over_a_stop_until_a_task_is_started_again() {
+fn the_done_bit_of_a_task_survives_a_stop_until_the_task_starts_again() {
     let main = r#"
 rung = [ { when = ["X0"], do = ["ENTASK Job"] } ]
 [[task]]
@@ -96,7 +96,7 @@ rung = [ { when = ["$On"], do = ["ADD D2 1 to=D2"] } ]
 }
 
 #[test]
-fn a_pass_counts_as_cntdns_first_load_over_a_stop() {
+fn a_termination_pass_counts_as_the_first_load_of_cntdn_over_a_stop() {
     let main = r#"rung = [
       { leg.dn = ["X0"], leg.rst = ["$Off"], do = ["CNTDN CT0 preset=D0"] },
       { leg.en = ["X0"], leg.rst = ["$Off"], do = ["TMRADOWN T0 preset=D0"] },
@@ -111,7 +111,7 @@ fn a_pass_counts_as_cntdns_first_load_over_a_stop() {
 }
 
 #[test]
-fn a_second_stop_passes_only_what_executed_since() {
+fn a_second_stop_terminates_only_blocks_executed_since_the_first() {
     let main = r#"
 rung = [ { when = ["X0"], do = ["RUN P"] } ]
 [[program]]
@@ -129,7 +129,7 @@ rung = [ { leg.up = ["$On"], leg.rst = ["$Off"], do = ["CNT CT0 preset=2"] } ]
 }
 
 #[test]
-fn a_block_halted_in_the_last_scan_owes_nothing_to_the_next_run() {
+fn a_block_halted_in_the_last_scan_terminates_within_that_run() {
     let main = r#"
 rung = [ { when = ["X0"], do = ["RESTART P"] } ]
 [[program]]
@@ -151,7 +151,7 @@ rung = [ { when = ["$On"], do = ["TMRAG T0 preset=1s", "PONOFF C0"] } ]
 }
 
 #[test]
-fn a_recurrent_task_disabled_by_the_stop_starts_afresh() {
+fn a_stop_resets_the_interval_of_a_recurrent_task() {
     let main = r#"
 rung = [ { when = ["$On"], do = ["ENTASK Job every=30ms"] } ]
 [[task]]
@@ -172,7 +172,7 @@ rung = [ { when = ["$On"], do = ["ADD D0 1 to=D0"] } ]
 }
 
 #[test]
-fn scan_times_become_status_words() {
+fn status_words_show_the_scan_times() {
     let mut plc = plc(r#"rung = [ { when = ["$On"], do = ["MOVE $MaxScanTime to=D0"] } ]"#);
     plc.times = ScanTimes { mean_us: 12, min_us: 7, max_us: 40, last_us: 13 };
     plc.scan(&[]);
@@ -225,7 +225,7 @@ fn the_clock_bits_count_from_the_start_of_run() {
 }
 
 #[test]
-fn time_is_the_difference_of_whole_milliseconds() {
+fn timers_count_the_difference_of_whole_milliseconds() {
     let mut plc = plc(r#"rung = [ { when = ["$On"], do = ["TMR T0 preset=1s"] } ]"#);
     plc.now_ns = 999_999;
     plc.period_ns = 400_000;
@@ -239,7 +239,7 @@ fn time_is_the_difference_of_whole_milliseconds() {
 }
 
 #[test]
-fn milliseconds_wrap_without_a_trace() {
+fn timers_survive_the_wrap_of_the_millisecond_counter() {
     let mut plc = plc(r#"rung = [ { when = ["$On"], do = ["TMR T0 preset=1s"] } ]"#);
     plc.now_ns = (u64::from(u32::MAX) - 4) * 1_000_000;
     plc.scans(3);
@@ -266,7 +266,7 @@ rung = [ { when = ["$On"], do = ["ADD D0 1 to=D0"] } ]
 }
 
 #[test]
-fn a_requested_stop_ends_after_the_next_scan() {
+fn a_requested_stop_takes_effect_after_the_next_scan() {
     let mut plc = plc(r#"rung = [ { when = ["X0"], do = ["STOP"] } ]"#);
     assert!(!plc.scan(&[]).last);
     assert!(!plc.scan(&[("X0", 1)]).last);

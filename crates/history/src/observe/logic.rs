@@ -199,14 +199,14 @@ mod tests {
     }
 
     #[test]
-    fn a_series_that_is_on_names_all_and_one_that_is_off_the_leftmost() {
+    fn a_series_names_all_contacts_when_on_and_the_leftmost_off_contact_when_off() {
         let series = Logic::All(vec![leaf(0), leaf(1), leaf(2)]);
         assert_eq!(why(&series, &[1, 1, 1]), (vec![0, 1, 2], vec![]));
         assert_eq!(why(&series, &[1, 0, 0]), (vec![1], vec![2]));
     }
 
     #[test]
-    fn a_parallel_that_is_on_names_its_first_branch_and_one_that_is_off_all() {
+    fn a_parallel_names_its_first_on_branch_when_on_and_all_branches_when_off() {
         let any = Logic::Any(vec![leaf(0), Logic::All(vec![leaf(1), leaf(2)])]);
         assert_eq!(why(&any, &[1, 1, 1]), (vec![0], vec![]));
         assert_eq!(why(&any, &[0, 1, 1]), (vec![1, 2], vec![]));
@@ -214,14 +214,14 @@ mod tests {
     }
 
     #[test]
-    fn an_opposite_turns_it_round() {
+    fn a_negation_swaps_the_reasons_of_on_and_off() {
         let not = Logic::Not(Box::new(Logic::Any(vec![leaf(0), leaf(1)])));
         assert_eq!(why(&not, &[0, 0]), (vec![0, 1], vec![]));
         assert_eq!(why(&not, &[0, 1]), (vec![1], vec![]));
     }
 
     #[test]
-    fn a_contact_that_another_place_decides_is_left_out() {
+    fn a_contact_decided_by_another_contact_is_omitted() {
         // (a | b) & b
         let logic = Logic::All(vec![Logic::Any(vec![leaf(0), leaf(1)]), leaf(2)]);
         let found = logic.why(&|_| true, &|at| at.min(1));

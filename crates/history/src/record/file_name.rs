@@ -42,7 +42,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_name_says_when_its_file_was_begun_and_whose_it_is() {
+    fn a_file_name_contains_the_controller_and_the_start_time() {
         let begun = 1_795_381_500_123_456_000;
         let name = file_name("bottling", begun);
         assert_eq!(name, "bottling-20261122T210500Z-123456.rungd-log");

@@ -59,7 +59,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_is_set_adds_no_time() {
+    fn a_clock_adjustment_adds_no_recorded_time() {
         let mut passed = PassedTime::default();
         let thousand_days = 86_400_000;
         for (begin_s, end_s, expected_s) in [

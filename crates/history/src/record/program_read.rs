@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn all_programs_of_a_recording_share_one_limit_and_equal_texts() {
+    fn the_programs_of_a_recording_share_one_size_limit_and_their_equal_texts() {
         let file = |at: u8| (format!("{at}.toml"), "x".repeat(1 << 20));
         let one = program(2, [file(1), file(2)].into_iter());
         let mut texts = ProgramTexts { left: (1 << 20) + 100_000, ..ProgramTexts::all() };
@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_adds_no_line_to_a_report() {
+    fn control_characters_in_a_file_name_are_escaped() {
         let name = "x.toml\nall 10 hashes are equal\u{1b}[2K".to_owned();
         let read = ProgramTexts::all().read(&program(1, [(name, "a\nb".to_owned())].into_iter()));
         let read = read.unwrap();
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_left_over_is_no_program() {
+    fn a_program_with_missing_or_extra_bytes_is_refused() {
         let whole = program(0, std::iter::empty());
         assert!(ProgramTexts::all().read(&whole).is_some());
         assert!(ProgramTexts::all().read(&[&whole[..], &[0]].concat()).is_none());

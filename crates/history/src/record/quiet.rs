@@ -132,7 +132,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_run_comes_back_in_fewer_bits() {
+    fn a_run_of_quiet_scans_is_packed_without_loss() {
         for (count, spread, bytes_max) in [(1, 1, 3), (5, 50, 15), (100, 41, 165), (100, 1, 110)] {
             let mut run = QuietRun::default();
             let scan = |at: i64| QuietScan {
@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scan_that_took_far_longer_begins_a_new_run() {
+    fn a_much_longer_scan_begins_a_new_run() {
         let mut run = QuietRun::default();
         let scan = |last_us| QuietScan { deviation_us: 0, last_us };
         assert!(run.takes(scan(300), 300) && run.takes(scan(363), 300));
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn a_promise_of_many_scans_in_no_bits_is_refused() {
+    fn a_run_that_claims_too_many_scans_is_refused() {
         let run = |count: u64, widths: [u8; 2]| {
             let mut out = Vec::new();
             put_number(&mut out, count);

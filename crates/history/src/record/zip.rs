@@ -29,7 +29,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_limit_holds() {
+    fn data_beyond_the_size_limit_is_not_unpacked() {
         let zeros = vec![0; 1 << 20];
         let packed = packed(&zeros);
         assert!(packed.len() < 2000);

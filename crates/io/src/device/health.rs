@@ -363,7 +363,7 @@ mod tests {
     }
 
     #[test]
-    fn one_that_comes_and_goes_is_limited_by_itself_task_and_keeper_alike() {
+    fn the_log_lines_of_a_flapping_device_are_limited() {
         let health = panel();
         outages(&health, 50);
         assert_eq!(health.lines().withheld, 30);
@@ -399,7 +399,7 @@ mod tests {
     }
 
     #[test]
-    fn trouble_that_is_repeated_counts_no_failure_and_is_still_shown() {
+    fn repeated_trouble_is_shown_but_not_counted_as_a_failure() {
         let health = panel();
         health.trouble("no answer");
         for _ in 0..5 {
@@ -412,7 +412,7 @@ mod tests {
     }
 
     #[test]
-    fn an_outage_is_one_line_and_its_end_counts_the_failures() {
+    fn an_outage_writes_one_line_and_its_end_counts_the_failures() {
         let health = panel();
         for reason in ["no answer", "refused", "refused", "no route", "busy", "late", "late"] {
             health.trouble(reason);
@@ -429,7 +429,7 @@ mod tests {
     }
 
     #[test]
-    fn an_outage_whose_begin_found_no_line_left_has_its_line_later() {
+    fn a_suppressed_outage_line_is_written_once_the_limit_permits() {
         let health = panel();
         outages(&health, LINES_MAX);
         let is_told = || health.lines().outage.as_ref().unwrap().is_told;

@@ -52,7 +52,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn waits_grow_to_five_seconds_with_jitter_and_begin_anew() {
+    fn waits_grow_to_five_seconds_with_jitter_and_restart_after_a_reset() {
         let mut retry = Retry::new();
         for expected_ms in [100, 200, 400, 800, 1600, 3200, 5000, 5000] {
             let wait_ms = retry.next().as_millis();
@@ -63,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn two_devices_do_not_wait_alike() {
+    fn two_devices_wait_for_different_times() {
         let waits = |mut retry: Retry| (0..8).map(|_| retry.next()).collect::<Vec<_>>();
         assert_ne!(waits(Retry::new()), waits(Retry::new()));
     }

@@ -133,7 +133,7 @@ fn why(device: &GpioOpener<Fake>, outputs: &[i32]) -> String {
 }
 
 #[test]
-fn lines_that_are_asked_for_alike_go_together_and_outputs_begin_as_told() {
+fn lines_with_equal_settings_share_a_request_and_outputs_have_their_first_values() {
     let chip = Fake::of(16);
     let low = LineSetting { active_low: true, ..LineSetting::default() };
     let slow = LineSetting { debounce_ms: 5, bias: Bias::PullUp, ..LineSetting::default() };
@@ -155,7 +155,7 @@ fn lines_that_are_asked_for_alike_go_together_and_outputs_begin_as_told() {
 }
 
 #[test]
-fn each_point_is_its_line() {
+fn each_point_reads_and_writes_its_own_line() {
     let chip = Fake::of(16);
     let low = LineSetting { active_low: true, ..LineSetting::default() };
     let inputs = vec![plain(4), with(5, low), plain(2)];
@@ -174,7 +174,7 @@ fn each_point_is_its_line() {
 }
 
 #[test]
-fn more_than_64_lines_are_several_requests() {
+fn more_than_64_lines_are_split_into_several_requests() {
     let chip = Fake::of(200);
     let opened = device(&chip, (0..150).map(plain).collect(), vec![]).open(&[]).unwrap();
     let counts: Vec<usize> = chip.state().asked.iter().map(|(lines, ..)| lines.len()).collect();
@@ -200,7 +200,7 @@ fn a_line_in_use_is_refused_with_its_holder() {
 }
 
 #[test]
-fn lines_go_by_name_too() {
+fn lines_can_be_requested_by_name() {
     let chip = Fake::of(4);
     chip.state().names = vec!["SDA", "SCL", "GPIO17", ""];
     let named =
@@ -214,7 +214,7 @@ fn lines_go_by_name_too() {
 }
 
 #[test]
-fn what_the_chip_does_not_have_is_refused() {
+fn lines_and_settings_that_the_chip_lacks_are_refused() {
     let chip = Fake::of(8);
     assert_eq!(why(&device(&chip, vec![plain(8)], vec![]), &[]), "line 8: the chip has 8 lines");
     let down = LineSetting { bias: Bias::PullDown, ..LineSetting::default() };
@@ -226,7 +226,7 @@ fn what_the_chip_does_not_have_is_refused() {
 }
 
 #[test]
-fn a_chip_that_is_unplugged_says_so_by_number() {
+fn an_unplugged_chip_returns_its_error_number() {
     let chip = Fake::of(8);
     let opened = device(&chip, vec![plain(1)], vec![plain(2)]).open(&[0]).unwrap();
     chip.state().gone = true;
@@ -235,7 +235,7 @@ fn a_chip_that_is_unplugged_says_so_by_number() {
 }
 
 #[test]
-fn a_read_that_fails_in_its_second_request_moves_no_input() {
+fn a_partly_failed_read_changes_no_input() {
     let chip = Fake::of(8);
     let low = LineSetting { active_low: true, ..LineSetting::default() };
     let inputs = vec![plain(1), with(2, low)];

@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn networks_and_single_addresses() {
+    fn networks_and_single_addresses_admit_only_their_clients() {
         for (network, client, admitted) in [
             ("10.0.0.5", "10.0.0.5", true),
             ("10.0.0.5", "10.0.0.4", false),
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_network() {
+    fn invalid_networks_are_refused_with_a_correction() {
         for bad in ["", "x", "10.0.0", "10.0.0.5/33", "10.0.0.0/+8", "10.0.0.0/", "::/129", "a/8"] {
             assert!(read(bad).unwrap_err().starts_with("write an IP address"), "{bad}");
         }

@@ -110,7 +110,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn a_frame_needs_all_its_bytes() {
+    fn an_incomplete_frame_waits_for_more_bytes() {
         let bytes = [0x12, 0x34, 0, 0, 0, 6, 9, 3, 0, 0, 0, 1, 0xff];
         for end in 0..12 {
             assert_eq!(split(&bytes[..end]), FrameSplit::More, "{end}");
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_modbus_shows_at_once() {
+    fn bytes_that_are_not_modbus_are_detected_in_the_header() {
         assert_eq!(split(b"GET "), FrameSplit::Broken(FrameError::Protocol(0x5420)));
         let length = |n: u16| split_length(n.to_be_bytes());
         assert_eq!(length(0), Some(FrameError::Length(0)));
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn a_reply_is_a_frame() {
+    fn a_reply_is_framed_with_the_header_of_its_request() {
         let header = FrameHeader { transaction: 7, unit: 1 };
         let bytes = around(header, |pdu| pdu.extend_from_slice(&[0x83, 2]));
         assert_eq!(bytes, [0, 7, 0, 0, 0, 3, 1, 0x83, 2]);

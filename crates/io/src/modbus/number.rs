@@ -272,7 +272,7 @@ mod tests {
 
     /// The letters of manuals: A is the highest byte of the number.
     #[test]
-    fn the_orders_are_those_that_manuals_call_by_letters() {
+    fn byte_orders_equal_the_letter_notation_of_manuals() {
         let eight = [["ABCDEFGH", "BADCFEHG"], ["GHEFCDAB", "HGFEDCBA"]].concat();
         let four = [["ABCD", "BADC"], ["CDAB", "DCBA"]].concat();
         let two = [["AB", "BA"], ["AB", "BA"]].concat();
@@ -290,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn every_type_holds_its_ends() {
+    fn every_number_type_holds_its_minimum_and_maximum() {
         for (name, kind) in
             RegisterNumberType::NAMES.into_iter().filter(|(_, kind)| !kind.is_real())
         {
@@ -308,7 +308,9 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_split_is_joined(bits: u64, registers in prop::sample::select(vec![1u32, 2, 4])) {
+        fn a_split_number_joins_to_the_same_number(
+            bits: u64, registers in prop::sample::select(vec![1u32, 2, 4]),
+        ) {
             let bits = bits >> (64 - 16 * registers);
             for order in orders() {
                 let mut split = vec![0; registers as usize];

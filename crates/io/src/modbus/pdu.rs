@@ -255,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn reads() {
+    fn read_requests_are_parsed_and_limited() {
         let tables = [
             (1, ModbusTable::Coils, 2000u16),
             (2, ModbusTable::DiscreteInputs, 2000),
@@ -279,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn single_writes() {
+    fn single_write_requests_are_parsed_or_refused() {
         let on = ModbusRequest::WriteCoils { first: 7, count: 1, packed: &[1] };
         let off = ModbusRequest::WriteCoils { first: 7, count: 1, packed: &[0] };
         assert_eq!(parse(&[5, 0, 7, 0xff, 0]), Ok(on));
@@ -294,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn multiple_writes() {
+    fn multiple_write_requests_are_parsed_or_refused() {
         let coils = ModbusRequest::WriteCoils { first: 0, count: 9, packed: &[0xff, 1] };
         assert_eq!(parse(&[15, 0, 0, 0, 9, 2, 0xff, 1]), Ok(coils));
         assert_eq!(refused(&[15, 0, 0, 0, 9, 1, 0xff]), 3, "nine coils in one byte");
@@ -309,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn other_functions() {
+    fn unknown_functions_are_refused_with_exception_1() {
         for function in [0, 7, 8, 14, 17, 21, 24, 43, 0x80, 0x83, 0xff] {
             assert_eq!(refused(&[function, 0, 0, 0, 1]), 1);
         }
@@ -317,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn replies() {
+    fn replies_are_packed_as_the_specification_defines() {
         let mut reply = Vec::new();
         let bits = [true, false, true, false, false, false, false, false, true];
         push_bits(&mut reply, 1, bits.into_iter());
@@ -328,7 +328,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mask_has_three_words_and_comes_back_whole() {
+    fn a_mask_write_is_parsed_and_echoed() {
         let pdu = [22, 0, 4, 0, 0xf2, 0, 0x25];
         assert_eq!(parse(&pdu), Ok(ModbusRequest::MaskWrite { first: 4, and: 0xf2, or: 0x25 }));
         assert_eq!(refused(&pdu[..6]), 3);
@@ -339,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn read_and_write_in_one() {
+    fn a_read_write_request_is_parsed_and_limited() {
         let pdu = |read: u16, write: u16, bytes: u8, values: usize| {
             let head = [[0, 3], read.to_be_bytes(), [0, 14], write.to_be_bytes()].concat();
             [vec![23], head, vec![bytes], vec![7; values]].concat()
@@ -375,7 +375,9 @@ mod tests {
         }
 
         #[test]
-        fn bytes_behind_each_function_too(function in 0u8..25, rest: [u8; 16], len in 0usize..16) {
+        fn any_bytes_after_a_function_code_parse_without_a_panic(
+            function in 0u8..25, rest: [u8; 16], len in 0usize..16,
+        ) {
             let pdu = [&[function], &rest[..len]].concat();
             if let Ok(request) = parse(&pdu) {
                 let (_, _, count) = request.place();

@@ -121,7 +121,7 @@ mod tests {
     use rungd_engine::isa::WordSpace;
 
     #[test]
-    fn what_has_a_name_alone_is_told_by_it() {
+    fn a_refusal_names_operands_without_an_address_by_their_name() {
         let word = Word::Space(WordSpace::V, 4095);
         let said = |refusal: ModbusRefusal| refusal.log_text(|_| "shift".to_owned());
         assert_eq!(

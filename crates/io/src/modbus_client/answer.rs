@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn right_answers() {
+    fn correct_answers_are_accepted() {
         assert_eq!(check(&READ_3, &[3, 4, 1, 2, 3, 4]), Ok(&[1, 2, 3, 4][..]));
         assert_eq!(check(&[1, 0, 0, 0, 9], &[1, 2, 0xff, 1]), Ok(&[0xff, 1][..]));
         assert_eq!(check(&WRITE_6, &WRITE_6), Ok(&[][..]));
@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn every_mismatch_has_its_words() {
+    fn every_mismatch_of_an_answer_has_its_own_message() {
         let cases: [(&[u8], &[u8], &str); 13] = [
             (&READ_3, &[0x83, 2], "exception 2 (illegal data address)"),
             (&READ_3, &[0x83, 99], "exception 99, which Modbus does not have"),
@@ -164,7 +164,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn any_bytes_are_judged_without_a_panic(
+        fn checking_any_answer_does_not_panic(
             request in prop::collection::vec(any::<u8>(), 0..12),
             answer in prop::collection::vec(any::<u8>(), 0..300),
         ) {
@@ -175,7 +175,7 @@ mod tests {
         }
 
         #[test]
-        fn data_is_as_long_as_the_request_wants(
+        fn an_answer_is_accepted_only_with_the_requested_length(
             function in 1u8..5,
             count in 1u16..=125,
             data in prop::collection::vec(any::<u8>(), 0..=255),

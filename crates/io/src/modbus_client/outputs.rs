@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn all_outputs_are_sent_first_then_changed_ones() {
+    fn all_outputs_are_sent_first_and_then_only_changed_outputs() {
         let mut run = runs(&[coil(4), coil(5), coil(6)], &PeerHabits::default()).remove(0);
         let mut write = |all, outputs| written(&mut run, all, WriteFunctions::Fitting, outputs);
         assert_eq!(write(false, &[1, 0, 0]), [[15, 0, 4, 0, 3, 1, 0b001]]);
@@ -241,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn both_halves_of_a_number_go_out_together() {
+    fn both_registers_of_a_number_are_written_together() {
         let points = [
             register(0, RegisterNumberType::U16),
             register(1, RegisterNumberType::I32),
@@ -258,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_of_64_bits_go_out_in_any_order_and_whole() {
+    fn numbers_of_64_bits_are_written_whole_in_any_word_order() {
         let wide = |order, part| {
             let number = RegisterNumber {
                 kind: RegisterNumberType::I64,
@@ -282,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn writes_are_as_long_as_the_peer_takes() {
+    fn writes_stay_within_the_limits_of_the_peer() {
         let habits = PeerHabits { registers_max: 2, bits_max: 1, ..PeerHabits::default() };
         let registers: Vec<ModbusPoint> =
             (0..3).map(|at| register(at, RegisterNumberType::U16)).collect();
@@ -294,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn single_writes_are_one_a_point() {
+    fn single_write_functions_send_one_request_per_point() {
         let mut run = runs(
             &[register(7, RegisterNumberType::U16), register(8, RegisterNumberType::I16)],
             &PeerHabits::default(),
@@ -305,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn bits_of_one_register_make_one_value() {
+    fn bits_of_one_register_are_written_as_one_value() {
         let bit = |bit| ModbusPoint {
             form: PointForm::RegisterBit(bit),
             ..register(5, RegisterNumberType::U16)
@@ -316,7 +316,7 @@ mod tests {
     }
 
     #[test]
-    fn runs_end_at_holes_and_at_the_protocols_limits() {
+    fn write_runs_end_at_gaps_and_at_the_limits_of_the_protocol() {
         let shape = |points: &[ModbusPoint]| -> Vec<(u16, u16)> {
             runs(points, &PeerHabits::default())
                 .iter()

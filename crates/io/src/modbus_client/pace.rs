@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn a_request_waits_for_all_that_the_peer_needs() {
+    async fn a_request_waits_for_every_delay_of_the_peer() {
         let habits = PeerHabits { connect_delay_ms: 2000, pause_ms: 50, ..PeerHabits::default() };
         let mut pace = RequestPace::new();
         after(10).await;
@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn a_hint_is_given_only_if_the_peer_was_never_so_fast() {
+    async fn a_hint_is_given_only_if_the_peer_never_answered_at_this_pace() {
         let mut pace = RequestPace::new();
         pace.open();
         pace.ask();
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn silence_ends_a_connection_not_at_once_and_a_new_one_later() {
+    async fn repeated_silence_ends_a_connection_and_a_new_connection_later() {
         let mut pace = RequestPace::new();
         let habits = PeerHabits::default();
         pace.open();

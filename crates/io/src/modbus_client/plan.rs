@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn neighbours_share_a_request_in_whatever_order_they_are_written() {
+    fn adjacent_points_share_a_request_in_any_order_of_the_map() {
         let points = [register(12), register(10), wide(13), register(11)];
         assert_eq!(shape(&points, 0), [(10, 5)]);
         assert_eq!(shape(&[register(10), register(12)], 0), [(10, 1), (12, 1)]);
@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn units_and_tables_have_requests_of_their_own() {
+    fn each_unit_and_table_has_its_own_requests() {
         let other_unit = ModbusPoint { unit: 2, ..register(11) };
         let other_table = ModbusPoint { table: ModbusTable::InputRegisters, ..register(12) };
         let groups = reads(&[register(10), other_unit, other_table], 100, &PeerHabits::default());
@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn requests_are_as_long_as_the_protocol_allows() {
+    fn requests_stay_within_the_limits_of_the_protocol() {
         let registers: Vec<ModbusPoint> = (0..300).map(register).collect();
         assert_eq!(shape(&registers, 0), [(0, 125), (125, 125), (250, 50)]);
         let bits: Vec<ModbusPoint> = (0..2001).map(bit).collect();
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn requests_are_as_long_as_the_peer_takes() {
+    fn requests_stay_within_the_limits_of_the_peer() {
         let limited = |points: &[ModbusPoint], registers_max, bits_max| -> Vec<(u16, u16)> {
             let habits = PeerHabits { registers_max, bits_max, ..PeerHabits::default() };
             reads(points, 100, &habits).iter().map(|group| (group.first, group.count)).collect()
@@ -196,13 +196,13 @@ mod tests {
     }
 
     #[test]
-    fn a_number_in_two_registers_is_never_split() {
+    fn a_number_in_two_registers_is_never_split_across_requests() {
         let numbers: Vec<ModbusPoint> = (0..100).map(|at| wide(at * 2)).collect();
         assert_eq!(shape(&numbers, 0), [(0, 124), (124, 76)]);
     }
 
     #[test]
-    fn what_is_read_goes_to_its_points() {
+    fn read_values_are_assigned_to_their_points() {
         let low_first = ModbusPoint {
             form: number(RegisterNumberType::I32, WordOrder::LowFirst),
             ..register(12)
@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_number_is_told_and_not_read() {
+    fn values_that_are_not_numbers_are_reported_and_not_stored() {
         let form = number(RegisterNumberType::F32, WordOrder::HighFirst);
         let float = |at| ModbusPoint { form, ..register(at) };
         let mut inputs = [None; 2];
@@ -253,7 +253,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn every_point_is_read_once_and_whole(
+        fn every_point_is_read_exactly_once_and_whole(
             points in prop::collection::vec(any_point(), 0..200), gap in 0u16..=100,
         ) {
             let mut seen = vec![0; points.len()];

@@ -64,7 +64,7 @@ mod tests {
     }
 
     #[test]
-    fn requests_are_what_the_specification_shows() {
+    fn requests_equal_the_examples_of_the_specification() {
         assert_eq!(
             request_bytes(|p| push_read(p, ModbusTable::Coils, (19, 19))),
             [1, 0, 19, 0, 19]
@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn the_longest_are_taken_by_a_server() {
+    fn a_server_accepts_the_longest_requests() {
         let tables = [(ModbusTable::Coils, 2000), (ModbusTable::HoldingRegisters, 125)];
         for (table, count) in tables {
             assert!(pdu::parse(&request_bytes(|p| push_read(p, table, (0, count)))).is_ok());

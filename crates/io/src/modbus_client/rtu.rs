@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn the_checksum_is_the_specifications() {
+    fn the_checksum_equals_the_examples_of_the_specification() {
         // The example of the specification, and the check value of CRC catalogues.
         assert_eq!(crc(&[2, 7]), 0x1241);
         assert_eq!(crc(b"123456789"), 0x4b37);
@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn an_answer_is_found_whatever_is_around_it() {
+    fn an_answer_is_found_between_other_bytes() {
         let answer = framed(1, &[3, 2, 0, 7]);
         let request = framed(1, &READ);
         let other = framed(2, &[3, 2, 0, 9]);
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_answer_is_not_found() {
+    fn incomplete_or_corrupt_answers_are_not_found() {
         let answer = framed(1, &[3, 2, 0, 7]);
         for end in 0..answer.len() {
             assert_eq!(find(&answer[..end], 1, &READ), None, "{end}");
@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn an_answer_of_a_different_unit_is_known() {
+    fn an_answer_of_another_unit_is_recognized() {
         let answer = framed(7, &[3, 2, 0, 7]);
         let line = [&[0xff, 7, 3][..], &answer].concat();
         assert_eq!(answering_unit(&line, &READ), Some(7));
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn the_beginning_of_an_answer_is_known() {
+    fn the_beginning_of_an_answer_is_recognized() {
         let answer = framed(1, &[3, 4, 0, 7, 0, 8]);
         for end in 3..answer.len() {
             assert!(begins(&[&[0xff], &answer[..end]].concat(), 1, &READ), "{end}");
@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn the_answer_follows_the_echo() {
+    fn the_answer_is_read_after_the_echo_of_the_request() {
         let answer = framed(1, &[3, 2, 0, 7]);
         let read = framed(1, &READ);
         let both = [&read[..], &answer].concat();
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn an_answer_that_begins_as_its_request_does_is_taken_when_no_more_comes() {
+    fn an_answer_that_begins_like_its_echo_is_accepted_if_no_more_bytes_follow() {
         // The request's first six bytes are a whole answer with one byte of data.
         let (unit, at) = (0..=255u8)
             .flat_map(|unit| (0..=255u8).map(move |at| (unit, at)))
@@ -261,7 +261,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn any_bytes_are_heard_without_a_panic(
+        fn interpreting_any_bytes_does_not_panic(
             received in prop::collection::vec(any::<u8>(), 0..300),
             frame in prop::collection::vec(any::<u8>(), 0..10),
             is_late: bool,
@@ -272,7 +272,7 @@ mod tests {
         }
 
         #[test]
-        fn any_bytes_are_searched_without_a_panic(
+        fn searching_any_bytes_does_not_panic(
             received in prop::collection::vec(any::<u8>(), 0..300),
             request in prop::collection::vec(any::<u8>(), 0..8),
             unit in 0u8..4,
@@ -284,7 +284,7 @@ mod tests {
         }
 
         #[test]
-        fn any_answer_is_found_in_noise_that_is_shorter(
+        fn any_answer_is_found_after_shorter_noise(
             noise in prop::collection::vec(any::<u8>(), 0..20),
             data in prop::collection::vec(any::<u8>(), 0..250),
         ) {

@@ -47,7 +47,7 @@ mod tests {
     }
 
     #[test]
-    fn bits_are_what_their_type_says() {
+    fn register_bits_are_decoded_by_their_number_type() {
         let cases = [
             (RegisterNumberType::U16, 0xffff, 65_535),
             (RegisterNumberType::I16, 0xffff, -1),
@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn scaling_rounds_to_the_nearest_and_halves_away_from_zero() {
+    fn scaling_rounds_to_the_nearest_integer_and_half_away_from_zero() {
         // 4 to 20 mA as 0 to 27648, shown in tenths of a percent.
         let percent = number(RegisterNumberType::I16, 1000, 27_648, 0);
         assert_eq!(decode(&percent, 13_824), Some(500));
@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn outputs_go_the_way_back_and_stop_at_the_registers_end() {
+    fn outputs_are_scaled_back_and_limited_to_the_range_of_the_register() {
         let percent = number(RegisterNumberType::I16, 1000, 27_648, 0);
         assert_eq!(encode(&percent, 500), 13_824);
         assert_eq!(encode(&percent, 100_000), i16::MAX as u64);
@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn an_r_word_takes_the_number_of_any_type_without_rounding() {
+    fn an_r_word_holds_a_number_of_any_type_without_rounding_to_integers() {
         let into_real = |kind| RegisterNumber {
             scaling: Scaling { divide: 10, ..Scaling::none(true) },
             ..plain(kind)
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn an_r_word_takes_64_bits_as_the_nearest_real() {
+    fn an_r_word_holds_a_64_bit_number_as_the_nearest_real() {
         let into_real = |kind| RegisterNumber { scaling: Scaling::none(true), ..plain(kind) };
         let real = |text: &str| text.parse::<Real>().unwrap().cell();
         let largest = into_real(RegisterNumberType::U64);
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn halves_are_bits() {
+    fn the_halves_of_a_64_bit_number_keep_their_bits() {
         let half = |part| RegisterNumber { part, ..plain(RegisterNumberType::U64) };
         let (high, low) = (half(NumberPart::High), half(NumberPart::Low));
         assert_eq!(decode(&high, 0xffff_fffe_8000_0001), Some(-2));
@@ -193,7 +193,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn nothing_overflows(
+        fn decoding_and_encoding_never_overflow(
             kind in kinds(), (bits, value) in any::<(u64, i32)>(), scaling in scalings(),
         ) {
             let number = RegisterNumber { scaling, ..plain(kind) };

@@ -55,7 +55,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_series_is_the_exponential() {
+    fn the_series_approximates_the_exponential_function() {
         for time_ms in [1_u32, 2, 3, 10, 1000, 86_400_000, u32::MAX] {
             let x = 1.0 / f64::from(time_ms);
             let (ours, theirs) = (covered(x), -(-x).exp_m1());
@@ -64,7 +64,7 @@ mod tests {
     }
 
     #[test]
-    fn rounding_does_not_add_up() {
+    fn rounding_errors_do_not_accumulate() {
         let time_ms = 86_400_000;
         let mut lag = Lag::new([100_000, 2_000, 2_000], time_ms);
         for _ in 0..10_000_000 {

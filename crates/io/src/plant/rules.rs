@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pulse_comes_every_so_often() {
+    fn a_pulse_repeats_at_its_interval_and_offset() {
         assert_eq!(line(pulse(2, 5, 0), "............", ""), "##...##...##");
         assert_eq!(line(pulse(2, 5, 3), "............", ""), "...##...##..");
         assert_eq!(line(pulse(5, 5, 0), "............", ""), "############");
@@ -143,20 +143,20 @@ mod tests {
     }
 
     #[test]
-    fn while_cuts_a_pulse_and_restarts_its_phase() {
+    fn a_while_condition_cuts_a_pulse_and_restarts_its_phase() {
         let rule = enabled(pulse(2, 5, 1));
         let (enable, input) = ("..########.##.######", "...##...##..#..##...");
         assert_eq!(line(rule, "", enable), input);
     }
 
     #[test]
-    fn a_follower_waits_both_ways() {
+    fn a_follower_delays_both_edges() {
         let (motor, input) = (".#.##.#####...#....#.....", "........##########.......");
         assert_eq!(line(follow(2, 3), motor, ""), input);
     }
 
     #[test]
-    fn invert_turns_rest_and_motion_round() {
+    fn invert_swaps_on_and_off() {
         let rule = inverted(follow(0, 0));
         assert_eq!(line(rule, "..##..", ""), "##..##");
         let rule = inverted(enabled(pulse(1, 2, 0)));
@@ -164,14 +164,14 @@ mod tests {
     }
 
     #[test]
-    fn while_lets_a_follower_go_at_once_and_start_over() {
+    fn a_while_condition_resets_a_follower_at_once() {
         let rule = enabled(follow(2, 2));
         let motor = "############";
         assert_eq!(line(rule, motor, "######.#####"), "..####...###");
     }
 
     #[test]
-    fn a_late_step_does_not_shift_the_pulses() {
+    fn a_late_step_does_not_shift_later_pulses() {
         let mut device = RuleSet::new(&[pulse(100, 1000, 0)]);
         let mut at = |ms| device.step(ms, |_| false);
         assert_eq!(at(50), [(0, true)], "the start is the first step");
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn every_rule_has_its_input() {
+    fn every_rule_drives_only_its_own_input() {
         let rules =
             [InputRule { input: 3, ..follow(0, 0) }, InputRule { input: 9, ..pulse(1, 2, 1) }];
         let mut device = RuleSet::new(&rules);

@@ -10,7 +10,7 @@ use rungd_io::device::{DeviceHealth, ExchangeFailure, ExchangeReason};
 use tokio::time::{Instant, sleep};
 
 #[test]
-fn it_exchanges_every_poll_and_the_scan_sees_it() {
+fn the_task_exchanges_at_every_poll_and_the_scan_sees_the_inputs() {
     run(async {
         let mut bench = Bench::start(Script::default());
         sleep(Duration::from_millis(50)).await;
@@ -25,7 +25,7 @@ fn it_exchanges_every_poll_and_the_scan_sees_it() {
 }
 
 #[test]
-fn before_the_first_scan_inputs_are_read_and_no_output_is_touched() {
+fn inputs_are_read_but_no_output_is_written_before_the_first_scan() {
     run(async {
         let mut bench = Bench::before_the_first_scan(Script::default());
         sleep(Duration::from_millis(30)).await;
@@ -46,7 +46,7 @@ fn before_the_first_scan_inputs_are_read_and_no_output_is_touched() {
 }
 
 #[test]
-fn an_end_before_the_first_scan_touches_no_output() {
+fn a_shutdown_before_the_first_scan_writes_no_output() {
     run(async {
         let mut bench = Bench::before_the_first_scan(Script::default());
         sleep(Duration::from_millis(1)).await;
@@ -57,7 +57,7 @@ fn an_end_before_the_first_scan_touches_no_output() {
 }
 
 #[test]
-fn an_output_that_changes_goes_out_at_once() {
+fn a_changed_output_is_written_at_once() {
     run(async {
         let mut bench = Bench::start(Script::default());
         sleep(Duration::from_millis(5)).await;
@@ -74,7 +74,7 @@ fn an_output_that_changes_goes_out_at_once() {
 }
 
 #[test]
-fn trouble_that_the_connection_outlives_does_not_connect_again() {
+fn an_error_that_keeps_the_connection_does_not_reconnect() {
     run(async {
         let exchanges = vec![Ok(()), Err(ExchangeFailure::kept("exception 2"))];
         let mut bench = Bench::start(Script { exchanges, ..Script::default() });
@@ -91,7 +91,7 @@ fn trouble_that_the_connection_outlives_does_not_connect_again() {
 }
 
 #[test]
-fn what_a_failed_exchange_has_read_is_handed_on_unless_the_connection_is_lost() {
+fn inputs_read_by_a_failed_exchange_are_used_unless_the_connection_is_lost() {
     for (trouble, seen) in
         [(ExchangeFailure::kept("exception 2"), 43), (ExchangeFailure::disconnected("cut"), 42)]
     {
@@ -115,7 +115,7 @@ fn what_a_failed_exchange_has_read_is_handed_on_unless_the_connection_is_lost() 
 }
 
 #[test]
-fn a_change_that_was_not_taken_waits_for_the_next_poll() {
+fn a_refused_output_change_is_repeated_at_the_next_poll() {
     run(async {
         let exchanges = vec![Ok(()), Err(ExchangeFailure::kept("exception 6"))];
         let mut bench = Bench::start(Script { exchanges, ..Script::default() });
@@ -134,7 +134,7 @@ fn a_change_that_was_not_taken_waits_for_the_next_poll() {
 }
 
 #[test]
-fn a_connection_that_is_lost_is_made_again_and_all_outputs_are_written() {
+fn a_lost_connection_is_reopened_and_all_outputs_are_written() {
     run(async {
         let exchanges = vec![Ok(()), Err(ExchangeFailure::disconnected("no answer in 200 ms"))];
         let bench = Bench::start(Script { exchanges, ..Script::default() });
@@ -147,7 +147,7 @@ fn a_connection_that_is_lost_is_made_again_and_all_outputs_are_written() {
 }
 
 #[test]
-fn a_panic_of_a_driver_costs_its_connection_and_nothing_else() {
+fn a_panic_of_a_driver_only_closes_its_connection() {
     run(async {
         let bug = || Err(ExchangeFailure::kept(BUG));
         let script = Script { exchanges: vec![Ok(()), bug()], ..Script::default() };
@@ -166,7 +166,7 @@ fn a_panic_of_a_driver_costs_its_connection_and_nothing_else() {
 }
 
 #[test]
-fn attempts_to_connect_are_further_and_further_apart_and_never_end() {
+fn connection_attempts_continue_for_ever_at_growing_intervals() {
     run(async {
         let refused = || Err(ExchangeFailure::disconnected("connection refused"));
         let connects = (0..200).map(|_| refused()).collect();
@@ -182,7 +182,7 @@ fn attempts_to_connect_are_further_and_further_apart_and_never_end() {
 }
 
 #[test]
-fn the_end_writes_the_safe_values_once_more() {
+fn a_shutdown_writes_the_safe_values_once_more() {
     run(async {
         let mut bench = Bench::start(Script::default());
         sleep(Duration::from_millis(1)).await;
@@ -197,7 +197,7 @@ fn the_end_writes_the_safe_values_once_more() {
 }
 
 #[test]
-fn the_end_tries_a_device_that_is_not_there_for_two_seconds() {
+fn a_shutdown_tries_to_reach_an_absent_device_for_two_seconds() {
     run(async {
         let connects = (0..99).map(|_| Err(ExchangeFailure::disconnected("no route"))).collect();
         let mut bench = Bench::start(Script { connects, ..Script::default() });
@@ -214,7 +214,7 @@ fn the_end_tries_a_device_that_is_not_there_for_two_seconds() {
 }
 
 #[test]
-fn the_end_writes_to_a_device_that_comes_back_within_two_seconds_and_waits_no_longer() {
+fn a_shutdown_writes_to_a_device_that_returns_within_two_seconds() {
     run(async {
         let connects = (0..99).map(|_| Err(ExchangeFailure::disconnected("no route"))).collect();
         let mut bench = Bench::start(Script { connects, ..Script::default() });
@@ -232,7 +232,7 @@ fn the_end_writes_to_a_device_that_comes_back_within_two_seconds_and_waits_no_lo
 }
 
 #[test]
-fn the_end_hangs_in_no_attempt_to_connect() {
+fn a_hanging_connection_attempt_does_not_block_a_shutdown() {
     run(async {
         let mut bench = Bench::start(Script { hangs: 3, ..Script::default() });
         sleep(Duration::from_millis(1)).await;
@@ -244,7 +244,7 @@ fn the_end_hangs_in_no_attempt_to_connect() {
 }
 
 #[test]
-fn the_end_tries_again_a_device_that_refuses_its_safe_values() {
+fn a_shutdown_repeats_refused_safe_values() {
     run(async {
         let mut bench = Bench::start(Script::default());
         sleep(Duration::from_millis(1)).await;
@@ -257,7 +257,7 @@ fn the_end_tries_again_a_device_that_refuses_its_safe_values() {
 }
 
 #[test]
-fn the_end_of_a_device_without_outputs_waits_for_nothing() {
+fn a_shutdown_does_not_wait_for_a_device_without_outputs() {
     run(async {
         let connects = (0..99).map(|_| Err(ExchangeFailure::disconnected("no route"))).collect();
         let mut bench = Bench::of_sources(Script { connects, ..Script::default() }, Vec::new());
@@ -280,7 +280,7 @@ fn last() -> Call {
 }
 
 #[test]
-fn the_end_connects_once_more_to_a_device_in_back_off() {
+fn a_shutdown_reconnects_to_a_device_in_back_off() {
     run(async {
         let connects = (0..9).map(|_| Err(ExchangeFailure::disconnected("refused"))).collect();
         let mut bench = Bench::start(Script { connects, ..Script::default() });
@@ -296,7 +296,7 @@ fn the_end_connects_once_more_to_a_device_in_back_off() {
 }
 
 #[test]
-fn the_end_connects_anew_where_the_exchange_under_way_or_the_last_one_fails() {
+fn a_shutdown_reconnects_if_the_current_or_last_exchange_fails() {
     run(async {
         let lost = || Err(ExchangeFailure::disconnected("no answer in 200 ms"));
         let exchanges = vec![lost(), lost()];
@@ -310,7 +310,7 @@ fn the_end_connects_anew_where_the_exchange_under_way_or_the_last_one_fails() {
 }
 
 #[test]
-fn the_end_takes_two_seconds_at_most_with_any_driver() {
+fn a_shutdown_takes_at_most_two_seconds_with_any_driver() {
     run(async {
         let requests = (1, Duration::from_secs(60));
         let mut bench = Bench::start(Script { requests, ..Script::default() });
@@ -325,7 +325,7 @@ fn the_end_takes_two_seconds_at_most_with_any_driver() {
 }
 
 #[test]
-fn a_change_goes_out_between_two_requests_of_a_long_exchange() {
+fn an_output_change_is_written_between_requests_of_a_long_exchange() {
     run(async {
         let requests = (40, Duration::from_millis(150));
         let mut bench = Bench::start(Script { requests, ..Script::default() });
@@ -345,7 +345,7 @@ fn a_change_goes_out_between_two_requests_of_a_long_exchange() {
 }
 
 #[test]
-fn outputs_that_change_with_every_scan_starve_no_inputs() {
+fn outputs_that_change_at_every_scan_do_not_starve_inputs() {
     run(async {
         let requests = (40, Duration::from_millis(150));
         let mut bench = Bench::start(Script { requests, ..Script::default() });
@@ -358,7 +358,7 @@ fn outputs_that_change_with_every_scan_starve_no_inputs() {
 }
 
 #[test]
-fn the_end_interrupts_a_long_exchange_and_the_first_scan_does() {
+fn a_shutdown_and_the_first_scan_interrupt_a_long_exchange() {
     run(async {
         let requests = (40, Duration::from_millis(150));
         let mut bench = Bench::before_the_first_scan(Script { requests, ..Script::default() });
@@ -375,7 +375,7 @@ fn the_end_interrupts_a_long_exchange_and_the_first_scan_does() {
 }
 
 #[test]
-fn a_device_that_comes_and_goes_writes_so_many_lines_and_says_what_it_left_out() {
+fn a_flapping_device_writes_at_most_20_log_lines() {
     let health = DeviceHealth::new("line1", "scripted", String::new());
     let told = (0..50).filter(|_| health.may_tell().is_some()).count();
     assert_eq!(told, 20);

@@ -18,7 +18,7 @@ fn text(path: &str) -> String {
 }
 
 #[test]
-fn a_folder_is_a_row() {
+fn every_driver_folder_has_a_row_in_the_table() {
     let entries = fs::read_dir(root("crates/config/src/controller/device"))
         .expect("the folder of all drivers");
     let folders = entries.map(|entry| entry.expect("an entry").path()).filter(|path| path.is_dir());
@@ -32,7 +32,7 @@ fn a_folder_is_a_row() {
 }
 
 #[test]
-fn a_driver_has_findings_a_start_and_a_page() {
+fn every_driver_has_findings_a_start_and_a_page() {
     let cases = fs::read_dir(root("tests/ui")).expect("the cases of findings");
     let cases = cases.map(|entry| entry.expect("an entry").path().join("controller.toml"));
     let cases: Vec<_> = cases.filter_map(|path| fs::read_to_string(path).ok()).collect();
@@ -54,7 +54,7 @@ fn a_driver_has_findings_a_start_and_a_page() {
 /// A driver rejects the keys of other drivers as unknown. An unknown driver has no findings about
 /// keys.
 #[test]
-fn a_driver_knows_its_keys_alone() {
+fn a_driver_accepts_only_its_own_keys() {
     let findings = |driver: &str, key: &str| {
         let text = format!(
             "ladder = [\"l.toml\"]\n[[device]]\nname = \"d\"\ndriver = \"{driver}\"\n{key}\nmap = []\n"

@@ -11,7 +11,7 @@ use rungd_runtime::exchange::{FaultReason, Mode, Snapshot, StopReason};
 use rungd_runtime::wiring::{last_words, outgoing};
 
 #[test]
-fn an_image_is_seen_by_the_next_scan_and_whole() {
+fn the_next_scan_sees_a_whole_input_image() {
     let mut rig = rig(false);
     rig.deliver(1, 0, 70_000, 5);
     rig.scans(1);
@@ -24,7 +24,7 @@ fn an_image_is_seen_by_the_next_scan_and_whole() {
 }
 
 #[test]
-fn the_newest_of_several_images_is_taken() {
+fn the_first_scan_takes_the_newest_of_several_images() {
     let mut rig = rig(false);
     for d0 in 1..=3 {
         rig.deliver(0, 0, d0, 0);
@@ -34,7 +34,7 @@ fn the_newest_of_several_images_is_taken() {
 }
 
 #[test]
-fn a_scan_takes_the_newest_of_several_images() {
+fn every_scan_takes_the_newest_of_several_images() {
     let mut rig = rig(false);
     for round in 1..4 {
         for n in 0..10 {
@@ -46,7 +46,7 @@ fn a_scan_takes_the_newest_of_several_images() {
 }
 
 #[test]
-fn before_the_first_exchange_inputs_are_what_their_tags_say() {
+fn inputs_have_their_initial_values_before_the_first_exchange() {
     let mut rig = rig(true);
     rig.scans(5);
     assert_eq!(rig.values(&["X3", "Y3", "line1.Ok", "line1.Stale"]), [1, 1, 0, 0]);
@@ -63,7 +63,7 @@ fn before_the_first_exchange_inputs_are_what_their_tags_say() {
 }
 
 #[test]
-fn a_ladder_does_not_keep_its_write_to_a_device_input() {
+fn a_device_input_overwrites_a_value_written_by_the_ladder() {
     let mut rig = rig(false);
     rig.deliver(0, 0, 1, 7);
     rig.scans(5);
@@ -71,7 +71,7 @@ fn a_ladder_does_not_keep_its_write_to_a_device_input() {
 }
 
 #[test]
-fn a_value_beyond_its_cell_is_brought_to_the_nearest() {
+fn an_input_value_beyond_the_range_of_its_cell_is_limited() {
     let mut rig = rig(false);
     rig.deliver(17, -1, i32::MIN, -5);
     rig.scans(1);
@@ -83,7 +83,7 @@ fn a_value_beyond_its_cell_is_brought_to_the_nearest() {
 }
 
 #[test]
-fn trouble_ends_ok_at_once_and_a_good_exchange_brings_it_back() {
+fn an_error_turns_ok_off_at_once_and_a_good_exchange_turns_it_on() {
     let mut rig = rig(true);
     rig.deliver(1, 0, 5, 0);
     rig.scans(1);
@@ -116,7 +116,7 @@ fn a_lost_device_holds_its_inputs() {
 }
 
 #[test]
-fn a_lost_device_zeroes_its_inputs_where_that_is_said() {
+fn a_lost_device_zeroes_its_inputs_if_configured() {
     let rig = lost(true);
     assert_eq!(rig.values(&["X0", "X3", "D0", "V0"]), [0, 0, 0, 1]);
 }
@@ -133,7 +133,7 @@ const BITS: [&str; 2] = ["line1.Ok", "line1.Stale"];
 const INPUTS: [&str; 4] = ["X0", "X3", "D0", "V0"];
 
 #[test]
-fn inputs_that_are_not_read_grow_old_by_themselves() {
+fn unread_inputs_become_stale_individually() {
     for (zero_on_loss, old) in [(false, [1, 10]), (true, [0, 1])] {
         let mut rig = rig(zero_on_loss);
         rig.deliver(1, 1, 5, 9);
@@ -161,7 +161,7 @@ fn inputs_that_are_not_read_grow_old_by_themselves() {
 }
 
 #[test]
-fn an_input_that_was_never_read_is_what_its_tag_says() {
+fn an_input_that_was_never_read_has_its_initial_value() {
     let mut rig = rig(true);
     parts(&mut rig, 30, (1, 5));
     assert_eq!(rig.values(&INPUTS), [1, 1, 5, 30], "X3 is `initial = true`, V0 the ladder's");
@@ -173,7 +173,7 @@ fn an_input_that_was_never_read_is_what_its_tag_says() {
 }
 
 #[test]
-fn a_device_that_takes_no_outputs_has_inputs_as_young_as_ever() {
+fn refused_outputs_do_not_make_the_inputs_stale() {
     let mut rig = rig(true);
     rig.deliver(1, 1, 5, 9);
     for n in 0..30 {
@@ -184,7 +184,7 @@ fn a_device_that_takes_no_outputs_has_inputs_as_young_as_ever() {
 }
 
 #[test]
-fn a_device_that_comes_back_says_for_how_long_it_was_lost() {
+fn a_returning_device_reports_how_long_it_was_lost() {
     let mut rig = lost(true);
     rig.scans(312 - 1);
     rig.deliver(1, 0, 6, 0);
@@ -195,7 +195,7 @@ fn a_device_that_comes_back_says_for_how_long_it_was_lost() {
 }
 
 #[test]
-fn the_same_values_again_keep_a_device_well() {
+fn unchanged_values_keep_a_device_ok() {
     let mut rig = rig(true);
     for _ in 0..50 {
         rig.deliver(1, 0, 5, 0);
@@ -205,7 +205,7 @@ fn the_same_values_again_keep_a_device_well() {
 }
 
 #[test]
-fn outputs_are_the_scans_in_run_and_safe_outside() {
+fn outputs_follow_the_scan_in_run_and_are_safe_outside_run() {
     let mut rig = rig(false);
     rig.deliver(1, 0, 42, 7);
     rig.scans(1);

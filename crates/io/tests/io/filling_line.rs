@@ -65,7 +65,7 @@ impl Witness {
 }
 
 #[test]
-fn a_bad_bottle_is_rejected_at_its_own_place_and_no_other() {
+fn only_the_bad_bottle_is_rejected() {
     let mut plant = plant("2026-11-22T09:00:00");
     let mut witness = Witness::default();
     plant.until(100_000, |plant| {
@@ -84,7 +84,7 @@ fn a_bad_bottle_is_rejected_at_its_own_place_and_no_other() {
 }
 
 #[test]
-fn the_place_is_right_wherever_the_belt_stopped() {
+fn a_bad_bottle_is_rejected_even_if_the_belt_stopped_meanwhile() {
     let mut plant = plant("2026-11-22T09:00:00");
     let mut witness = Witness::default();
     // STOP is ON for a second at irregular times; START comes every 30 s.
@@ -99,7 +99,7 @@ fn the_place_is_right_wherever_the_belt_stopped() {
 }
 
 #[test]
-fn each_shift_counts_for_itself_and_the_totals_of_the_last_ones_stay() {
+fn each_shift_has_its_own_count_and_earlier_totals_are_kept() {
     let mut plant = plant("2026-11-22T13:59:20");
     plant.until(39_990, |_| {});
     let (early, early_bad) = (plant.value("good[0]"), plant.value("rejects[0]"));

@@ -52,7 +52,7 @@ fn watch(plant: &mut Plant, seconds: u64) -> (Vec<&'static str>, f64, f64) {
 }
 
 #[test]
-fn the_level_is_held_and_the_lead_rotates() {
+fn the_pumps_hold_the_level_and_the_lead_rotates() {
     let mut plant = plant();
     run(&mut plant, 1);
     let (starts, low, high) = watch(&mut plant, 200);
@@ -64,7 +64,7 @@ fn the_level_is_held_and_the_lead_rotates() {
 }
 
 #[test]
-fn a_storm_calls_all_three_one_after_the_other() {
+fn a_storm_starts_all_three_pumps_one_after_another() {
     let mut plant = plant();
     plant.force("C103", true);
     let (starts, _, high) = watch(&mut plant, 59);
@@ -140,7 +140,7 @@ fn a_broken_wire_raises_its_alarm_and_the_float_takes_over() {
 }
 
 #[test]
-fn hours_count_for_each_pump_and_a_lost_device_is_one_alarm() {
+fn each_pump_has_its_own_hours_and_a_lost_device_raises_one_alarm() {
     let mut plant = plant();
     run(&mut plant, 30);
     let first = plant.value("p1.meter.part.Acc");

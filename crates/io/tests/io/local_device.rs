@@ -19,7 +19,7 @@ const ON: [i32; 5] = [1, 0, 1, 1, 1];
 const OFF: [i32; 5] = [0, 1, 0, 0, 0];
 
 #[test]
-fn inputs_are_of_this_scan_and_outputs_go_out_where_they_changed() {
+fn a_local_device_reads_inputs_and_writes_changed_outputs_in_the_same_scan() {
     let fake = fake(1);
     let mut rig = Rig::with(&fake);
     rig.scans(3);
@@ -46,7 +46,7 @@ fn a_stop_makes_outputs_safe() {
 }
 
 #[test]
-fn other_safe_values_of_a_reload_in_stop_go_out_at_once() {
+fn safe_values_changed_by_a_reload_in_stop_are_written_at_once() {
     let fake = fake(1);
     let mut rig = Rig::with(&fake);
     rig.scans(2);
@@ -63,7 +63,7 @@ fn other_safe_values_of_a_reload_in_stop_go_out_at_once() {
 }
 
 #[test]
-fn a_command_of_an_operator_does_so_too() {
+fn a_stop_by_an_operator_makes_outputs_safe_and_a_run_drives_them_again() {
     let fake = fake(0);
     let mut rig = Rig::with(&fake);
     rig.scans(2);
@@ -78,7 +78,7 @@ fn a_command_of_an_operator_does_so_too() {
 }
 
 #[test]
-fn a_scan_that_took_too_long_makes_outputs_safe_and_drives_nothing() {
+fn a_scan_longer_than_the_watchdog_only_writes_safe_outputs() {
     let fake = fake(1);
     let mut rig = Rig::with(&fake);
     rig.scans(2);
@@ -113,7 +113,7 @@ fn await_stuck(fake: &Fake) {
 }
 
 #[test]
-fn where_a_scan_never_ends_the_monitor_makes_outputs_safe() {
+fn the_monitor_makes_outputs_safe_if_a_scan_never_ends() {
     let fake = fake(1);
     let mut rig = Rig::with(&fake);
     rig.scans(2);
@@ -137,7 +137,7 @@ fn where_a_scan_never_ends_the_monitor_makes_outputs_safe() {
 }
 
 #[test]
-fn where_the_output_step_never_ends_the_monitor_sees_it() {
+fn the_monitor_detects_an_output_step_that_never_ends() {
     let fake = fake(1);
     let mut rig = Rig::with(&fake);
     rig.scans(2);
@@ -167,7 +167,7 @@ fn where_the_output_step_never_ends_the_monitor_sees_it() {
 }
 
 #[test]
-fn failed_lines_are_released_and_others_requested() {
+fn failed_lines_are_released_and_requested_again() {
     let first = fake(1);
     let mut rig = Rig::with(&first);
     rig.scans(2);
@@ -186,7 +186,7 @@ fn failed_lines_are_released_and_others_requested() {
 }
 
 #[test]
-fn a_write_that_fails_lets_go_too() {
+fn a_failed_write_releases_the_lines() {
     let fake = fake(1);
     let mut rig = Rig::with(&fake);
     rig.scans(2);
@@ -205,7 +205,7 @@ fn a_write_that_fails_lets_go_too() {
 }
 
 #[test]
-fn one_late_exchange_is_forgiven_and_several_are_not() {
+fn only_several_late_exchanges_are_a_failure() {
     let fake = fake(1);
     let mut rig = Rig::with(&fake);
     fake.slow_read.store(BUDGET_NS + MS, Ordering::Release);
@@ -221,7 +221,7 @@ fn one_late_exchange_is_forgiven_and_several_are_not() {
 }
 
 #[test]
-fn exchanges_are_counted_and_the_last_and_the_slowest_are_told_apart() {
+fn the_last_and_the_slowest_exchange_are_counted_separately() {
     let fake = fake(0);
     let mut rig = Rig::with(&fake);
     fake.slow_read.store(BUDGET_NS + MS, Ordering::Release);
@@ -236,7 +236,7 @@ fn exchanges_are_counted_and_the_last_and_the_slowest_are_told_apart() {
 
 /// In every scan the read is late, and the write is in time.
 #[test]
-fn writes_in_time_do_not_excuse_reads_that_are_late() {
+fn timely_writes_do_not_excuse_late_reads() {
     let fake = fake(1);
     let mut rig = Rig::with(&fake);
     fake.slow_read.store(BUDGET_NS + MS, Ordering::Release);
@@ -248,7 +248,7 @@ fn writes_in_time_do_not_excuse_reads_that_are_late() {
 }
 
 #[test]
-fn lines_that_come_in_stop_are_made_safe() {
+fn lines_opened_in_stop_get_safe_values() {
     let fake = fake(1);
     let mut rig = rig();
     let _ = rig.port.command(ScanCommand::Stop);
@@ -277,7 +277,7 @@ impl Opener for Shop {
 }
 
 #[test]
-fn a_keeper_opens_again_with_safe_values_and_ends_with_them() {
+fn lines_are_reopened_and_closed_with_safe_values() {
     let runtime =
         tokio::runtime::Builder::new_current_thread().enable_time().build().expect("a runtime");
     let Rig { mut scanner, mut monitor, port, line, clock, .. } = rig();
@@ -329,7 +329,7 @@ fn a_keeper_opens_again_with_safe_values_and_ends_with_them() {
 }
 
 #[test]
-fn a_keeper_opens_a_chip_that_comes_back_within_two_seconds_of_the_end_with_safe_values() {
+fn a_shutdown_writes_safe_values_to_a_chip_that_returns_within_two_seconds() {
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_time()
         .start_paused(true)

@@ -68,7 +68,7 @@ fn findings(rows: &[(&str, String)]) -> String {
 }
 
 #[test]
-fn every_notation_of_the_page_is_told_with_rows_that_are_right() {
+fn the_finding_for_every_notation_of_the_page_shows_valid_rows() {
     let table = table();
     assert!(table.len() > 10, "the table is read");
     let (mut free, mut right) = (0, Vec::new());

@@ -114,7 +114,7 @@ impl Plant {
 }
 
 #[test]
-fn parts_come_while_the_motor_runs() {
+fn parts_arrive_only_while_the_motor_runs() {
     let mut plant = plant(|_| {});
     plant.run_for(2_000);
     assert_eq!(plant.value("parts.Acc"), 0, "nothing moves before the start");
@@ -135,7 +135,7 @@ fn parts_come_while_the_motor_runs() {
 }
 
 #[test]
-fn a_slow_answer_is_an_alarm() {
+fn a_slow_motor_answer_raises_an_alarm() {
     let mut plant = plant(|rules| {
         let PartSettings::Delay { delays, .. } = &mut rules[1].part else {
             panic!("the answer follows: {:?}", rules[1])
@@ -148,7 +148,7 @@ fn a_slow_answer_is_an_alarm() {
 }
 
 #[test]
-fn the_page_has_the_present_form() {
+fn the_controller_file_of_the_page_is_in_the_new_form() {
     let page = page::text("simulated-device.md");
     let text = page::file(&page, "conveyor-controller.toml");
     let present = upgraded(OLD).expect("TOML").text;
@@ -158,7 +158,7 @@ fn the_page_has_the_present_form() {
 }
 
 #[test]
-fn two_runs_are_the_same() {
+fn two_runs_of_the_simulation_give_equal_memory() {
     let run = || {
         let mut plant = plant(|_| {});
         plant.press(2);

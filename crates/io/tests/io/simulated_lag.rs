@@ -40,7 +40,7 @@ fn a_lag_follows_its_formula_to_the_unit() {
 }
 
 #[test]
-fn a_lag_is_switched_by_a_bit_and_begins_where_it_is_told() {
+fn a_bit_switches_a_lag_that_starts_at_its_initial_value() {
     let parts = r#"part = [
         { name = "oven", kind = "lag", gain = 1000, ambient = 20, time-constant = "1s",
           initial = 520 },
@@ -56,7 +56,7 @@ fn a_lag_is_switched_by_a_bit_and_begins_where_it_is_told() {
 }
 
 #[test]
-fn a_lag_goes_into_an_r_and_is_driven_by_one() {
+fn an_r_word_drives_and_receives_a_lag() {
     let rows = "map = [{ from = \"R1\", to = \"oven.in\", divide = 10 },\
                 { from = \"oven.out\", to = \"R0\", divide = 100 }]";
     let mut model = model(&format!(

@@ -111,7 +111,7 @@ impl Bench {
 }
 
 #[test]
-fn a_delay_follows_what_lasts() {
+fn a_delay_ignores_inputs_shorter_than_its_time() {
     let parts = r#"part = [{ name = "door", kind = "delay", after = "30ms", release = "10ms" }]"#;
     let mut bench = bench(parts, &["door.in"], &["door.out"]);
     let on_for = |from, to| [(from, "door.in", 1), (to, "door.in", 0)];
@@ -132,7 +132,7 @@ fn a_motor_answers_and_trips_until_it_is_reset() {
 }
 
 #[test]
-fn a_motor_that_nothing_resets_is_well_again_by_itself() {
+fn a_motor_without_a_reset_input_recovers_after_a_trip() {
     let parts = r#"part = [{ name = "m", kind = "motor" }]"#;
     let mut bench = bench(parts, &["m.run", "m.trip"], &["m.running"]);
     bench.run(50, &[(1, "m.run", 1), (10, "m.trip", 1), (20, "m.trip", 0)]);
@@ -164,14 +164,14 @@ fn a_part_stops_where_the_belt_stops() {
 }
 
 #[test]
-fn a_drive_at_half_speed_takes_twice_as_long() {
+fn a_belt_at_half_speed_takes_twice_as_long() {
     let mut bench = bench(BELT, &["#belt.run"], &["belt.eye"]);
     bench.run(2000, &[(0, "belt.run", 500)]);
     assert_eq!(bench.of("belt.eye"), [(0, 0), (2000, 1)]);
 }
 
 #[test]
-fn a_jam_keeps_the_parts_though_the_belt_runs() {
+fn a_jam_holds_the_parts_while_the_belt_runs() {
     let mut bench = bench(BELT, &["belt.run", "belt.jam"], &["belt.eye"]);
     let script = [(0, "belt.run", 1), (1100, "belt.jam", 1), (9000, "belt.jam", 0)];
     bench.run(9300, &script);
@@ -179,7 +179,7 @@ fn a_jam_keeps_the_parts_though_the_belt_runs() {
 }
 
 #[test]
-fn a_part_that_leaves_a_belt_is_laid_on_the_next() {
+fn a_part_that_leaves_a_belt_enters_the_next_belt() {
     let parts = r#"part = [
         { name = "a", kind = "conveyor", length = 100, speed = 1000, part-length = 20 },
         { name = "b", kind = "conveyor", length = 100, speed = 1000, part-length = 20,
@@ -197,7 +197,7 @@ const TANK: &str = r#"part = [{ name = "tank", kind = "tank", capacity = 100, in
     fill-rate = 40, drain-rate = 20, switches = { low = 20, high = 80 } }]"#;
 
 #[test]
-fn a_tank_fills_drains_and_runs_over() {
+fn a_tank_fills_drains_and_overflows() {
     let told = ["#tank.level", "tank.low", "tank.high", "tank.overflow", "tank.empty"];
     let mut bench = bench(TANK, &["tank.fill", "tank.drain"], &told);
     let script = [
@@ -219,7 +219,7 @@ fn a_tank_fills_drains_and_runs_over() {
 }
 
 #[test]
-fn liquid_leaving_a_tank_enters_the_next() {
+fn liquid_that_leaves_a_tank_enters_the_next_tank() {
     let parts = r#"part = [
         { name = "a", kind = "tank", capacity = 100, initial = 60, drain-rate = 50 },
         { name = "b", kind = "tank", capacity = 100, fill-rate = 50, fill = "a.outflow" }]"#;
@@ -231,7 +231,7 @@ fn liquid_leaving_a_tank_enters_the_next() {
 }
 
 #[test]
-fn several_pumps_on_one_tank_have_equal_shares_of_its_rate() {
+fn several_pumps_share_the_rate_of_their_tank_equally() {
     let parts = r#"part = [
         { name = "p1", kind = "motor" },
         { name = "p2", kind = "motor" },
@@ -273,7 +273,7 @@ fn a_sensor_has_thresholds_delays_and_a_signal() {
 }
 
 #[test]
-fn what_stands_at_the_begin_is_measured_at_once() {
+fn sensors_measure_initial_values_in_the_first_step() {
     let sensor = r#"{ name = "gauge", kind = "sensor", of = "tank.level", on-at = 5 }]"#;
     let parts = format!("{},{sensor}", TANK.trim_end_matches(']'));
     let mut bench = bench(&parts, &[], &["#gauge.value", "gauge.out"]);
@@ -282,7 +282,7 @@ fn what_stands_at_the_begin_is_measured_at_once() {
 }
 
 #[test]
-fn pulses_come_while_they_are_wanted() {
+fn pulses_occur_only_while_enabled() {
     let parts = r#"part = [
         { name = "meter", kind = "pulse", pulse = "20ms", every = "50ms", offset = "10ms" },
         { name = "always", kind = "pulse", pulse = "1ms", every = "100ms" }]"#;
@@ -297,7 +297,7 @@ fn with_fault(parts: &str, fault: &str) -> String {
 }
 
 #[test]
-fn an_eye_sticks_on_off_or_as_it_was() {
+fn a_stuck_eye_stays_on_off_or_unchanged() {
     // The eye detects a part from 1000 to 1200 ms; the fault begins at 900 or 1100 ms and lasts 400
     // ms.
     for (kind, from_ms, changes) in [
@@ -316,7 +316,7 @@ fn an_eye_sticks_on_off_or_as_it_was() {
 }
 
 #[test]
-fn a_word_sticks_at_what_a_broken_wire_gives() {
+fn a_stuck_word_stays_at_the_value_of_its_fault() {
     let fault = r#"{ name = "wire", point = "tank.level", kind = "stuck", value = -1 }"#;
     let mut bench = bench(&with_fault(TANK, fault), &["fault.wire"], &["#tank.level"]);
     bench.run(30, &[(10, "fault.wire", 1), (20, "fault.wire", 0)]);
@@ -324,7 +324,7 @@ fn a_word_sticks_at_what_a_broken_wire_gives() {
 }
 
 #[test]
-fn a_valve_sticks_shut_or_open() {
+fn a_stuck_valve_stays_shut_or_open() {
     for (kind, level) in [("stuck-on", 50), ("stuck-off", 10)] {
         let fault = format!("{{ name = \"valve\", point = \"tank.fill\", kind = \"{kind}\" }}");
         let parts = with_fault(TANK, &fault);
@@ -361,7 +361,7 @@ fn noise_stays_within_its_amplitude_and_follows_its_seed() {
 }
 
 #[test]
-fn a_contact_that_bounces_is_on_about_half_the_time() {
+fn a_bouncing_contact_is_on_about_half_the_time() {
     let fault = r#"{ name = "loose", point = "belt.eye", kind = "noisy", every = "5ms" }"#;
     let mut bench = bench(&with_fault(BELT, fault), &["belt.run", "fault.loose"], &["belt.eye"]);
     bench.run(4999, &[(0, "fault.loose", 1)]);
@@ -388,7 +388,7 @@ fn a_lost_device_exchanges_nothing_until_its_fault_ends() {
 }
 
 #[test]
-fn a_part_of_the_plant_can_bring_a_fault_about() {
+fn a_part_of_the_plant_can_trigger_a_fault() {
     let parts = r#"part = [
         { name = "wear", kind = "pulse", pulse = "1s", every = "5s", offset = "2s" },
         { name = "lamp", kind = "delay" }]
@@ -399,7 +399,7 @@ fault = [{ name = "lamp", point = "lamp.out", kind = "stuck-off", when = "wear.o
 }
 
 #[test]
-fn a_process_that_was_held_up_finds_its_plant_as_it_was() {
+fn a_long_pause_advances_the_plant_by_at_most_one_second() {
     let mut bench = bench(TANK, &["tank.fill"], &["#tank.level"]);
     bench.drive("tank.fill", 1);
     bench.step(0).expect("well");
@@ -433,7 +433,7 @@ fault = [
 
 proptest! {
     #[test]
-    fn the_step_size_changes_nothing(
+    fn the_step_size_does_not_change_the_simulation(
         commands in proptest::collection::vec((0u64..400, 0usize..5, -5i32..1500), 0..20),
         steps in proptest::collection::vec(1u64..90, 1..20),
     ) {

@@ -25,7 +25,7 @@ fn loaded(name: &str, ladder: &str, controller: &str) -> Loaded {
 }
 
 #[test]
-fn the_lines_of_the_gpio_page_pass_the_check() {
+fn the_files_of_the_gpio_page_pass_the_check() {
     loaded("gpio.md", "panel.toml", "panel-controller.toml");
 }
 
@@ -63,7 +63,7 @@ fn diagram() -> String {
 }
 
 #[test]
-fn the_diagram_shows_the_real_behaviour() {
+fn the_diagram_of_the_page_equals_the_simulation() {
     let text = page::text("simulated-plant.md");
     let (before, rest) = text.split_once("```text\n").expect("a diagram");
     let (shown, after) = rest.split_once("```").expect("its end");
@@ -80,7 +80,7 @@ fn the_diagram_shows_the_real_behaviour() {
 /// A proportional control alone does not reach 80 °C: 20 + 2 * power with power = 4 * (80 - T)
 /// comes to rest at 660 / 9 degrees.
 #[test]
-fn the_oven_comes_to_rest_where_its_control_does() {
+fn the_oven_settles_at_the_temperature_of_proportional_control() {
     let mut plant = Plant::of(loaded("simulated-plant.md", "oven.toml", "oven-controller.toml"));
     while plant.now_ms < 120_000 {
         plant.scan();

@@ -49,7 +49,7 @@ fn settled() -> Plant {
 }
 
 #[test]
-fn it_reaches_the_setpoint_without_overshoot_and_stays() {
+fn the_loop_reaches_its_setpoint_without_overshoot_and_stays_there() {
     let mut plant = plant();
     // The ramp needs 50 s.
     let (_, high) = range(&mut plant, 70, "oven.value");
@@ -64,7 +64,7 @@ fn it_reaches_the_setpoint_without_overshoot_and_stays() {
 }
 
 #[test]
-fn the_output_stays_in_its_limits_and_does_not_wind_up() {
+fn the_output_stays_within_its_limits_and_does_not_wind_up() {
     let mut plant = settled();
     // The heater's 80 per cent cannot follow quickly: the ramp rises faster than the oven.
     write(&mut plant, "wanted", "200.0");
@@ -79,7 +79,7 @@ fn the_output_stays_in_its_limits_and_does_not_wind_up() {
 }
 
 #[test]
-fn hand_and_automatic_change_without_a_bump() {
+fn switching_between_hand_and_automatic_is_bumpless() {
     let mut plant = settled();
     let before = plant.real("loop.out");
     plant.force("by_hand", true);
@@ -102,7 +102,7 @@ fn hand_and_automatic_change_without_a_bump() {
 }
 
 #[test]
-fn a_welded_relay_brings_the_alarm_with_its_hysteresis() {
+fn a_welded_relay_raises_the_alarm_with_hysteresis() {
     let mut plant = settled();
     plant.force("C101", true);
     let mut came = 0.0;
@@ -127,7 +127,7 @@ fn a_welded_relay_brings_the_alarm_with_its_hysteresis() {
 }
 
 #[test]
-fn a_broken_wire_cuts_the_heater_off_and_winds_nothing_up() {
+fn a_broken_wire_turns_the_heater_off_without_wind_up() {
     let mut plant = settled();
     let out = plant.real("loop.out");
     plant.force("C100", true);
@@ -142,7 +142,7 @@ fn a_broken_wire_cuts_the_heater_off_and_winds_nothing_up() {
 }
 
 #[test]
-fn noise_does_not_disturb_it() {
+fn noise_does_not_disturb_the_loop() {
     let mut plant = settled();
     plant.force("C102", true);
     let (low, high) = range(&mut plant, 40, "oven.value");
@@ -152,7 +152,7 @@ fn noise_does_not_disturb_it() {
 
 /// What a scan is too long is taken off the next cycle, so any share is exact in the long run.
 #[test]
-fn the_heater_is_on_for_the_share_that_is_asked() {
+fn the_heater_is_on_for_exactly_the_requested_share_of_time() {
     for (percent, wanted) in [("0.0", 0), ("1.0", 40), ("0.5", 20), ("33.3", 1332), ("79.9", 3196)]
     {
         let mut plant = plant();

@@ -137,7 +137,7 @@ mod tests {
     use crate::check::testing::{check, check_main};
 
     #[test]
-    fn presets_and_intervals() {
+    fn presets_and_intervals_without_a_unit_are_reported() {
         check(
             r#"
             [tags]
@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn compares_of_acc() {
+    fn compares_of_a_timer_with_a_number_without_a_unit_are_reported() {
         check_main(
             r#"
             { when = ["T0.Acc > 500", "T0.Acc > 500ms"], do = ["OUT Y2"] },
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn a_constant_of_the_tags_is_mended_there() {
+    fn the_fix_changes_the_constant_where_the_tag_defines_it() {
         check(
             r#"
             [tags]

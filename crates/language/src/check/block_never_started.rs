@@ -83,7 +83,7 @@ mod tests {
     use crate::check::testing::check;
 
     #[test]
-    fn programs_and_tasks() {
+    fn programs_and_tasks_that_nothing_starts_are_reported() {
         check(
             r#"
             [[program]]

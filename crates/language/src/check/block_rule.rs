@@ -124,7 +124,7 @@ mod tests {
     use crate::check::testing::check;
 
     #[test]
-    fn exit() {
+    fn exit_is_reported_in_blocks_that_do_not_permit_it() {
         check(
             r#"
             [[program]]
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn start_and_stop() {
+    fn instructions_that_start_or_stop_the_wrong_kind_of_block_are_reported() {
         check(
             r#"
             [[program]]

@@ -60,7 +60,7 @@ mod tests {
     use crate::check::testing::{check, check_main};
 
     #[test]
-    fn nothing_starts_or_stops_one() {
+    fn starting_or_stopping_a_built_in_task_is_reported() {
         check(
             r#"
             [[program]]
@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn also_one_that_the_ladder_does_not_have() {
+    fn starting_a_built_in_task_absent_from_the_ladder_is_reported() {
         check_main(
             r#"{ when = ["X0"], do = ["ENTASK TopOfScan"] }"#,
             expect![[r#"

@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_printed_can_be_pasted() {
+    fn printed_conditions_parse_to_the_same_condition() {
         let written = [
             "Y0 | CT0.Done",
             "!X0 & !(X1 | C2) & !rise(X3)",

@@ -222,7 +222,7 @@ mod tests {
     use crate::check::testing::{check, check_main};
 
     #[test]
-    fn the_limits_of_the_memory() {
+    fn compares_beyond_the_range_of_the_memory_are_reported() {
         check_main(
             r#"
             { when = ["V0 >= 0", "V0 > 0", "V0 <= 0", "V0 < 0"], do = ["OUT Y0"] },
@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn the_ranges_of_the_time_of_day() {
+    fn compares_beyond_the_ranges_of_the_time_of_day_are_reported() {
         check(
             r#"
             [tags]
@@ -324,7 +324,7 @@ mod tests {
     }
 
     #[test]
-    fn constants_and_a_location_with_itself() {
+    fn compares_of_two_constants_or_of_a_location_with_itself_are_reported() {
         check_main(
             r#"
             { when = ["1 == 1", "2s < 1s", "D0 == D0", "D0 < D0", "D0 == D1"], do = ["OUT Y0"] },

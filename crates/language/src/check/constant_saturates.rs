@@ -92,7 +92,7 @@ mod tests {
     use crate::check::testing::{check, check_main};
 
     #[test]
-    fn the_limits_of_any_tag_of_the_address_count() {
+    fn the_limits_of_every_tag_of_an_address_apply() {
         check(
             r#"
             [tags]
@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn arrays_and_expressions_of_a_constant() {
+    fn array_limits_and_constant_expressions_are_checked() {
         check(
             r#"
             [tags]
@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn what_can_never_be_stored() {
+    fn constants_that_the_target_can_never_hold_are_reported() {
         check_main(
             r#"
             { when = ["X0"], do = ["MOVE 65535 to=V0", "MOVE 65536 to=V0", "MOVE -1 to=V0"] },

@@ -107,7 +107,7 @@ mod tests {
     use crate::check::testing::{check, check_main};
 
     #[test]
-    fn the_help_joins_the_conditions() {
+    fn the_help_joins_the_conditions_of_both_coils() {
         check_main(
             r#"
             { when = ["X0", "X1"], do = ["OUT Y0"] },
@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn all_drivers_count_and_set_does_not() {
+    fn all_driving_instructions_count_but_set_and_rst_do_not() {
         check_main(
             r#"
             { when = ["X0"], do = ["PD Y0", "SET C0", "SET C0", "RST C0", "PONOFF C0"] },
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn within_a_branch_and_within_a_stage() {
+    fn duplicate_coils_within_a_branch_or_stage_are_reported() {
         check(
             r#"
             [tags]

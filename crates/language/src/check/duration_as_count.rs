@@ -106,7 +106,7 @@ mod tests {
     use crate::check::testing::check;
 
     #[test]
-    fn presets_and_compares_of_counters() {
+    fn durations_in_presets_and_compares_of_counters_are_reported() {
         check(
             r#"
             [tags]

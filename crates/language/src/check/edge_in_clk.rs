@@ -86,7 +86,7 @@ mod tests {
     use crate::check::testing::check_main;
 
     #[test]
-    fn edges_anywhere_in_clk() {
+    fn edges_anywhere_in_a_clk_leg_are_reported() {
         check_main(
             r#"
             { leg.clk = ["X1"], leg.data = ["rise(X0)"], leg.rst=["X2"], do=["SR C0..C7"] },
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn edges_in_both_legs_of_udcg_and_in_no_other_leg() {
+    fn edges_in_the_legs_of_udcg_but_not_of_other_counters_are_reported() {
         check_main(
             r#"
             { leg.up = ["rise(X0)"], leg.dn = ["X3", "fall(X1)"], do = ["UDCG CT0"] },

@@ -87,7 +87,7 @@ mod tests {
     use crate::check::testing::check;
 
     #[test]
-    fn recurrent_twice_and_beside_run_once() {
+    fn a_task_enabled_in_two_conflicting_ways_is_reported() {
         check(
             r#"
             [[program]]

@@ -66,7 +66,7 @@ mod tests {
     use crate::check::testing::check;
 
     #[test]
-    fn two_tags_of_one_input_and_nothing_else() {
+    fn only_two_tags_of_the_same_input_are_reported() {
         check(
             r#"
             [tags]

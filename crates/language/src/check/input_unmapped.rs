@@ -45,7 +45,7 @@ mod tests {
     use crate::check::testing::check_outside;
 
     #[test]
-    fn an_input_that_no_device_moves() {
+    fn inputs_that_no_device_maps_are_reported() {
         check_outside(
             r#"
             { when = ["X0", "!X1", "rise(X1)", "X3"], do = ["OUT Y0"] },

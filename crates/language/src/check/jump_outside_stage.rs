@@ -61,7 +61,7 @@ mod tests {
     use crate::check::testing::check;
 
     #[test]
-    fn jumps_in_own_rungs() {
+    fn jumps_outside_of_stages_are_reported() {
         check(
             r#"
             [[program]]

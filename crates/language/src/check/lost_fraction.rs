@@ -54,7 +54,7 @@ mod tests {
     use crate::check::testing::check;
 
     #[test]
-    fn fractions_into_whole_numbers() {
+    fn fractions_stored_in_integer_targets_are_reported() {
         check(
             r#"
             [tags]

@@ -52,7 +52,7 @@ mod tests {
     use crate::check::testing::check_main;
 
     #[test]
-    fn parentheses_make_it_plain() {
+    fn mixed_and_and_or_without_parentheses_are_reported() {
         check_main(
             r#"
             { when = ["X0 & X1 | X2"], do = ["OUT Y0"] },

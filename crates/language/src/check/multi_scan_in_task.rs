@@ -76,7 +76,7 @@ mod tests {
     use crate::check::testing::check;
 
     #[test]
-    fn in_run_once_tasks_only() {
+    fn multi_scan_instructions_are_reported_in_run_once_tasks_only() {
         check(
             r#"
             [[program]]

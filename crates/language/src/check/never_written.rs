@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn an_alarm_that_nothing_sets() {
+    fn alarms_that_nothing_sets_are_reported() {
         check(
             r#"
             [tags]
@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn contacts_and_compares() {
+    fn contacts_and_compares_of_unwritten_cells_are_reported() {
         let rungs = r#"
             { when = ["C0", "!C1", "rise(C2)", "C0", "X0", "$On"], do = ["OUT Y0"] },
             { when = ["V0 == V1", "R0 < 1.5"], do = ["OUT Y1"] },
@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn operands_and_writers() {
+    fn operands_that_no_instruction_writes_are_reported() {
         let rungs = r#"
             { when = ["X0"], do = ["MOVE D1 to=D2", "ADD D2 1 to=D3", "MATH D4 = D5 + C3 + D3"] },
             { when = ["X1"], do = ["TMR T0 preset=D6"] },
@@ -263,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn members_of_structures() {
+    fn members_of_unused_structures_are_reported() {
         let rungs = r#"
             { when = ["T0.Done", "T1.Done", "T1.Acc > 1s"], do = ["TMR T0 preset=3s"] },
             { when = ["CT0.Acc > 3", "CT0.Done"], do = ["MOVE 5 to=CT0.Acc"] },
@@ -286,7 +286,7 @@ mod tests {
     }
 
     #[test]
-    fn settings_and_what_a_device_may_move() {
+    fn tags_that_an_operator_or_a_device_may_write_are_not_reported() {
         let tags = r#"
             a = { at = "C0", initial = false }
             b = { at = "D0", min = 0 }
@@ -313,7 +313,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_controller_file_moves() {
+    fn cells_that_the_controller_file_writes_are_not_reported() {
         check_outside(
             r#"
             { when = ["X0", "C0", "C1", "D0 > 1", "D1 > 1"], do = ["OUT Y0"] },

@@ -92,7 +92,7 @@ mod tests {
     use crate::check::testing::check_read_outside;
 
     #[test]
-    fn what_rows_send_and_inputs_follow() {
+    fn unwritten_cells_that_device_rows_or_inputs_read_are_reported() {
         let rungs = r#"
             { when = ["X0"], do = ["OUT Y0", "SET C2", "TMR T0 preset=1s"] },
             { when = ["C2"], do = ["RST C2", "MOVE D9 to=V0"], allow = ["never-written"] },

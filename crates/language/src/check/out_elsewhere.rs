@@ -125,7 +125,7 @@ mod tests {
     use crate::check::testing::check;
 
     #[test]
-    fn two_programs_a_task_and_a_stage() {
+    fn coils_driven_in_two_blocks_are_reported() {
         check(
             r#"
             [[program]]
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn stages_of_one_program_take_turns() {
+    fn coils_driven_in_two_stages_of_one_program_are_not_reported() {
         check(
             r#"
             [[program]]

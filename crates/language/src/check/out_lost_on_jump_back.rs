@@ -242,7 +242,7 @@ mod tests {
     use crate::check::testing::check;
 
     #[test]
-    fn the_help_is_a_program_to_paste() {
+    fn the_help_shows_a_rung_that_can_be_pasted() {
         check(
             r#"
             [[program]]
@@ -284,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn to_itself_and_to_a_later_one() {
+    fn jumps_to_the_same_stage_or_a_later_stage_are_not_reported() {
         check(
             r#"
             [[program]]
@@ -307,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn diverge_converge_and_set() {
+    fn diverging_and_converging_jumps_back_are_reported() {
         check(
             r#"
             [[program]]

@@ -88,7 +88,7 @@ mod tests {
     use crate::check::testing::{check, check_main};
 
     #[test]
-    fn two_owners_of_any_kind_in_any_blocks() {
+    fn two_owners_of_one_structure_are_reported_in_any_blocks() {
         check_main(
             r#"
             { when = ["X0"], do = ["TMR T0 preset=3s"] },
@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn the_tag_is_named_and_a_free_structure() {
+    fn the_finding_names_the_tag_and_suggests_a_free_structure() {
         check(
             r#"
             [tags]
@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn one_ctu_and_one_ctd_share() {
+    fn one_ctu_and_one_ctd_can_share_a_counter() {
         check_main(
             r#"
             { when = ["X0"], do = ["CTU N0 preset=5"] },

@@ -53,7 +53,7 @@ mod tests {
     use crate::check::testing::{check, check_main};
 
     #[test]
-    fn what_turns_a_bit_on() {
+    fn bits_that_no_instruction_turns_on_are_reported() {
         check_main(
             r#"
             { when = ["X0"], do = ["RST C0", "RST C1", "RST C2", "RST C3"] },
@@ -74,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn a_setting_and_a_device_turn_it_on() {
+    fn bits_that_an_initial_value_or_a_device_turns_on_are_not_reported() {
         check(
             r#"
             [tags]

@@ -61,7 +61,7 @@ mod tests {
     use crate::check::testing::check_main;
 
     #[test]
-    fn only_owned_structures_are_reset() {
+    fn resets_of_structures_without_an_owner_are_reported() {
         check_main(
             r#"
             { when = ["X0"], do = ["TMR T0 preset=3s"] },

@@ -131,7 +131,7 @@ mod tests {
     use crate::check::testing::{check_retained, check_retained_tags};
 
     #[test]
-    fn owners_with_termination_logic() {
+    fn retained_structures_that_a_termination_pass_resets_are_reported() {
         check_retained(
             &["CT0..CT2", "T0..T1", "N0", "D10..D20"],
             r#"
@@ -163,7 +163,7 @@ mod tests {
     "#;
 
     #[test]
-    fn bits_that_a_tag_names() {
+    fn retained_tags_that_a_stop_turns_off_are_reported() {
         check_retained_tags(
             &["C0..C5", "MC2"],
             DRIVEN,
@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn bits_that_only_a_range_catches() {
+    fn driven_bits_retained_only_by_a_range_are_not_reported() {
         check_retained(&["C0..C5", "MC2"], DRIVEN, expect![""]);
     }
 }

@@ -258,7 +258,7 @@ mod tests {
     const RUN: &str = r#"{ when = ["$On"], do = ["RUN Seq", "OUT Y9"] }"#;
 
     #[test]
-    fn one_edge_through_all_stages_but_not_back() {
+    fn one_edge_that_passes_several_stages_in_a_scan_is_reported() {
         advice(
             RUN,
             &[
@@ -288,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn levels_and_parts_of_them() {
+    fn levels_that_imply_the_next_transition_are_reported() {
         advice(
             RUN,
             &[
@@ -319,7 +319,7 @@ mod tests {
     }
 
     #[test]
-    fn alternatives_must_all_lead_through() {
+    fn a_transition_is_reported_only_if_every_alternative_implies_the_next() {
         heads(
             RUN,
             &[
@@ -335,7 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_between_is_not_known() {
+    fn cells_written_between_two_transitions_count_as_unknown() {
         heads(
             r#"{ when = ["X0"], do = ["PD C0", "RUN Seq", "OUT C1"] }"#,
             &[
@@ -356,7 +356,7 @@ mod tests {
     }
 
     #[test]
-    fn run_and_the_first_stage_wait_for_the_same_edge() {
+    fn run_and_the_first_stage_on_the_same_edge_are_reported() {
         heads(
             r#"{ when = ["rise(X0)"], do = ["RUN Seq"] }, { when = ["X1"], do = ["HALT Seq"] }"#,
             &[r#"{ when = ["rise(X0)"], do = ["JMP S1"] }"#, r#"{ when = ["X2"], do = ["EXIT"] }"#],
@@ -367,7 +367,7 @@ mod tests {
     }
 
     #[test]
-    fn a_program_earlier_in_the_order_executes_in_the_next_scan() {
+    fn a_target_program_earlier_in_the_order_is_not_reported() {
         check_only(
             Code::RunsThrough,
             r#"
@@ -390,7 +390,7 @@ mod tests {
     }
 
     #[test]
-    fn a_block_that_certainly_ends_executes_no_target() {
+    fn a_jump_in_a_block_that_certainly_ends_is_not_reported() {
         heads(
             RUN,
             &[

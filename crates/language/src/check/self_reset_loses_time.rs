@@ -122,7 +122,7 @@ mod tests {
     use crate::source::finding::Code;
 
     #[test]
-    fn timers_that_reset_themselves_and_others() {
+    fn only_timers_that_reset_themselves_are_reported() {
         let rungs = r#"
             { when = ["!T0.Done"], do = ["TMR T0 preset=100ms"] },
             { when = ["X0 & !T1.Done", "X1"], do = ["TMR T1 preset=D0"] },

@@ -105,7 +105,7 @@ mod tests {
     use crate::check::testing::check_main;
 
     #[test]
-    fn none_one_and_two_presets() {
+    fn counters_without_a_preset_or_with_two_presets_are_reported() {
         check_main(
             r#"
             { when = ["X0"], do = ["CTU N0"] },

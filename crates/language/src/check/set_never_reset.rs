@@ -70,7 +70,7 @@ mod tests {
     use crate::check::testing::check_main;
 
     #[test]
-    fn what_turns_a_bit_off() {
+    fn bits_that_no_instruction_turns_off_are_reported() {
         check_main(
             r#"
             { when = ["X0"], do = ["SET C0", "SET C1", "SET C2", "SET C3"] },

@@ -64,7 +64,7 @@ mod tests {
     use crate::check::testing::{check, check_main};
 
     #[test]
-    fn a_rung_silences_what_begins_in_it() {
+    fn an_allow_of_a_rung_silences_findings_that_begin_in_the_rung() {
         check(
             r#"
             [[program]]
@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rung_of_one_line_silences_itself_alone() {
+    fn an_allow_of_a_one_line_rung_silences_only_that_rung() {
         check_main(
             r#"
             { allow = ["bare-timer-value"], when = ["X0"], do = ["TMR T0 preset=5"] },
@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ladder_silences_in_its_file_and_errors_stay() {
+    fn an_allow_of_a_ladder_silences_warnings_of_its_file_but_not_errors() {
         check(
             r#"
             [ladder]

@@ -85,7 +85,7 @@ mod tests {
     use crate::check::testing::check;
 
     #[test]
-    fn nothing_leads_there() {
+    fn stages_that_no_instruction_enters_are_reported() {
         check(
             r#"
             [[program]]
@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn own_rungs_and_all_instructions_lead() {
+    fn stages_entered_by_any_jump_instruction_are_not_reported() {
         check(
             r#"
             [[program]]

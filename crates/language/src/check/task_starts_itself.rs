@@ -57,7 +57,7 @@ mod tests {
     use crate::check::testing::check;
 
     #[test]
-    fn once_and_recurrently() {
+    fn tasks_that_enable_themselves_are_reported() {
         check(
             r#"
             [[program]]

@@ -96,7 +96,7 @@ mod tests {
     use crate::check::testing::check;
 
     #[test]
-    fn what_counts_as_use() {
+    fn tags_without_any_use_are_reported() {
         check(
             r#"
             [tags]

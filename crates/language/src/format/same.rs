@@ -107,7 +107,7 @@ mod tests {
     use super::is_same;
 
     #[test]
-    fn what_a_layout_may_change_and_what_not() {
+    fn layout_changes_compare_as_equal_and_content_changes_do_not() {
         let text = "# a\n[x]\nb = [1, 2] # c\nd = \"e\"\n[y]\nf = 1.0\n";
         let other = "# a\n\n[ x ]\nd = 'e'\nb = [\n  1,\n  2,\n] # c \n\n[y]\nf = 1.0";
         assert!(is_same(text, other));

@@ -12,7 +12,7 @@ fn check(before: &str, after: Expect) {
 }
 
 #[test]
-fn spaces_around_keys_values_and_brackets() {
+fn spaces_around_keys_values_and_brackets_are_normalized() {
     check(
         "  [ ladder ]  \nname=\"a\"  \ndoc   =\t'b'\n[[ program . rung ]]\n\
          when=[ \"X0\",\"X1\" ,]\ndo=[]\n",
@@ -38,7 +38,7 @@ fn spaces_around_keys_values_and_brackets() {
 }
 
 #[test]
-fn one_column_for_the_keys_that_stand_together() {
+fn the_values_of_adjacent_keys_are_aligned() {
     check(
         "[tags]\na = { at = \"X0\" }\n# above\nlong = { at = \"X1\" }\n\n\
          # A group\nlonger = { at = \"X2\" }\n",
@@ -72,7 +72,7 @@ fn one_column_for_the_keys_that_stand_together() {
 }
 
 #[test]
-fn blank_lines() {
+fn blank_lines_are_normalized() {
     check(
         "\n\n# The file\n\n\n[ladder]\n\nname = \"a\"\n[tags]\n# Inputs\n\
          a = { at = \"X0\" }\n\n\n\nb = { at = \"X1\" }\n# Main\n[[program]]\n\
@@ -118,7 +118,7 @@ fn blank_lines() {
 }
 
 #[test]
-fn order_of_the_keys_of_a_ladder() {
+fn the_keys_of_a_ladder_are_sorted() {
     check(
         "[[program.rung]]\ndo = [\"OUT Y0\"]\nleg.rst = [\"X1\"]\n\
          leg.up = [\"X0\"]\ndoc = \"b\"\n# of the name\n\
@@ -166,7 +166,7 @@ fn order_of_the_keys_of_a_ladder() {
 }
 
 #[test]
-fn a_key_moves_over_no_blank_line_and_no_comment_that_could_be_about_it() {
+fn a_key_is_not_moved_across_a_blank_line_or_a_related_comment() {
     check(
         "[[task]]\ndoc = \"d\"\n\n# Alone\n\nname = \"N\"\n",
         expect![[r#"
@@ -201,7 +201,7 @@ fn a_key_moves_over_no_blank_line_and_no_comment_that_could_be_about_it() {
 }
 
 #[test]
-fn arrays_keep_the_lines_of_their_author_where_they_fit() {
+fn arrays_keep_their_line_breaks_where_they_fit() {
     check(
         "[[x]]\na = [\n  1, 2,\n\n\n  3 ]\nb = [1,\n[2,3]]\nc = [\n]\n",
         expect![[r#"
@@ -233,7 +233,7 @@ fn arrays_keep_the_lines_of_their_author_where_they_fit() {
 }
 
 #[test]
-fn comments_in_arrays_stay_at_their_elements() {
+fn comments_in_arrays_stay_beside_their_elements() {
     check(
         "a = [ # first\n  # of one\n  1 # one\n  , 2, # two\n  # last\n]\n\
          b = [1, # one\n2]\nc = [{ d = [ # deep\n1] }]\n",
@@ -258,7 +258,7 @@ fn comments_in_arrays_stay_at_their_elements() {
 }
 
 #[test]
-fn points_of_a_device_stand_in_columns() {
+fn the_rows_of_a_device_map_are_aligned() {
     check(
         "[[device]]\nmap = [\n{ from = \"a\", to = \"X0\", type = \"bit\" },\n\
          # more\n{ from=\"longer\", to=\"X10\", type=\"bit\" },\n]\n",
@@ -283,7 +283,7 @@ fn points_of_a_device_stand_in_columns() {
 }
 
 #[test]
-fn comments_behind_lines_stand_in_one_column() {
+fn comments_at_the_ends_of_lines_are_aligned() {
     check(
         "[scan]     # a\nperiod=\"10ms\"  # b\nwatchdog = \"1s\"     # c\n",
         expect![[r#"
@@ -313,7 +313,7 @@ fn comments_behind_lines_stand_in_one_column() {
 }
 
 #[test]
-fn strings_and_numbers_stay_as_they_are_written() {
+fn strings_and_numbers_are_not_changed() {
     check(
         "[x]\na = \"\"\"\n  one  \n\n\n  two = [1,2] # no comment\n\"\"\" # b\n\
          b='''c\n'''\nc=0xFF\nd=1e3\ne = 2026-11-22 06:00:00\nf = -0.0\n",
@@ -336,7 +336,7 @@ fn strings_and_numbers_stay_as_they_are_written() {
 }
 
 #[test]
-fn the_ends_of_lines_stay() {
+fn line_endings_and_the_byte_order_mark_are_kept() {
     let unix = "[x]\na=[1,\n2] # b  \n\n\n[y]";
     let text = formatted(&unix.replace('\n', "\r\n")).expect("it is TOML");
     assert_eq!(text, formatted(unix).expect("it is TOML").replace('\n', "\r\n"));
@@ -348,7 +348,7 @@ fn the_ends_of_lines_stay() {
 }
 
 #[test]
-fn what_is_not_toml_is_refused_with_its_findings() {
+fn a_text_that_is_not_toml_is_refused_with_its_findings() {
     for text in ["a = \n", "[x\n", "a = 1\na = 2\n", "a = { b = 1, }\n", "a = { b = 1,\n c = 2 }\n"]
     {
         let findings = formatted(text).expect_err(text);
@@ -361,7 +361,7 @@ fn what_is_not_toml_is_refused_with_its_findings() {
 
 /// One long key or line does not lengthen the other lines.
 #[test]
-fn a_text_grows_with_its_length_alone() {
+fn one_long_line_does_not_lengthen_the_other_lines() {
     let (long, count) = ("k".repeat(20_000), 2_000);
     let keys: String = (0..count).map(|n| format!("k{n} = 1 # c\n")).collect();
     let rows: String = (0..count).map(|n| format!("{{ from = {n}, to = 1 }},\n")).collect();
@@ -379,7 +379,7 @@ fn a_text_grows_with_its_length_alone() {
 }
 
 #[test]
-fn a_header_above_its_parent_is_refused_if_it_is_no_toml() {
+fn a_header_above_its_parent_is_refused_if_the_text_is_not_toml() {
     for text in ["[[program.rung]]\n[[program]]\n", "[template.tags]\n[[template]]\n"] {
         let findings = formatted(text).expect_err(text);
         assert_eq!(findings[0].code.name(), "out-of-place", "{text}");

@@ -13,7 +13,7 @@ fn check(text: &str, wanted: &Expect) {
 }
 
 #[test]
-fn tables_become_parts_and_every_comment_stays() {
+fn old_tables_become_plant_parts_and_keep_every_comment() {
     check(
         r#"ladder = ["a.toml"]   # the line
 # --- the plant ---
@@ -73,7 +73,7 @@ invert  = true
 }
 
 #[test]
-fn names_are_free_and_devices_between_get_no_part() {
+fn upgraded_devices_get_unused_names_and_other_devices_are_kept() {
     check(
         r#"[[simulated-device]]
 input = "gate[1]"
@@ -132,7 +132,7 @@ follows = "T0.Done"
 }
 
 #[test]
-fn tables_without_a_present_form_stay() {
+fn tables_without_a_new_form_are_kept() {
     check(
         r#"[[simulated-device]]
 input = "X0"
@@ -192,7 +192,7 @@ pulse = "1s"
 }
 
 #[test]
-fn a_file_without_older_forms_is_only_laid_out() {
+fn a_file_without_old_forms_is_only_formatted() {
     check(
         "\u{feff}[scan]\r\nperiod=\"5ms\"\r\n",
         &expect![["\u{feff}[scan]\r\nperiod = \"5ms\"\r\n---\n\n"]],

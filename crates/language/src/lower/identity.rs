@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn all_that_keeps_a_state_has_a_name() {
+    fn every_element_with_a_state_has_a_name() {
         let identity = identity(
             r#"
             [tags]

@@ -75,7 +75,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ranges_that_share_cells_are_one_region() {
+    fn ranges_that_share_cells_join_one_region() {
         let regions = joined(vec![20..30, 0..5, 4..10, 10..12]);
         assert_eq!(regions, [0..10, 10..12, 20..30]);
         let of = |cell| representative(&regions, cell);

@@ -157,7 +157,7 @@ mod tests {
     use crate::resolve::LoadOptions;
 
     #[test]
-    fn the_arrays_of_all_tags_have_a_greatest_size() {
+    fn the_total_size_of_all_arrays_is_limited() {
         let options = LoadOptions::default();
         let mut resolver = Resolver::new(&[], &options);
         let mut take = || resolver.take_elements(4096, Span::default()).is_some();

@@ -390,7 +390,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn marks_of_a_trial_go_and_a_question_stays() {
+    fn trial_marks_are_removed_and_question_marks_are_kept() {
         assert_eq!(bare("`?a` and `b`? or `?c`?"), "`a` and `b`? or `c`?");
         assert_eq!(bare("`list[?a]`, `?b & !?c`. ms or s?"), "`list[a]`, `b & !c`. ms or s?");
     }
@@ -410,7 +410,7 @@ mod tests {
     }
 
     #[test]
-    fn a_finding_at_a_wrong_argument_is_held_back_only_beside_another_error() {
+    fn a_finding_at_a_wrong_argument_is_hidden_only_if_another_error_exists() {
         let other = |code| vec![Finding::new(code, Span::default(), "another".to_owned())];
         assert_eq!(told(other(Code::TemplateArgument)), ["another at 0"]);
         assert_eq!(told(other(Code::UnusedTag)), ["another at 0", "of the argument at 40"]);

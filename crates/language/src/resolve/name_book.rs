@@ -274,21 +274,21 @@ mod tests {
     const OWN: [&str; 5] = ["Drain.Open", "Drain.Running", "Tell.Done", "belt.Stale", "hours.Zero"];
 
     #[test]
-    fn what_has_no_address_is_shown_by_its_own_name_everywhere() {
+    fn elements_without_an_address_are_always_shown_by_name() {
         for text in [NameBook::address, NameBook::nickname, NameBook::name, NameBook::say] {
             assert_eq!(texts(text, &OWN), OWN);
         }
     }
 
     #[test]
-    fn a_tag_is_written_first_its_structure_next_the_nickname_last() {
+    fn names_prefer_the_tag_then_the_tag_of_the_structure_then_the_nickname() {
         let asked = ["T0", "T0.Done", "T0.Acc", "D10", "D11", "$On", "ST9", "DST4", "X7", "N3.PRE"];
         let wanted = "late ready late.Acc recipe[0] recipe[1] $On $ForcesActive DST4 X7 N3.PRE";
         assert_eq!(texts(NameBook::name, &asked).join(" "), wanted);
     }
 
     #[test]
-    fn an_operand_has_the_first_tag_of_the_file() {
+    fn an_operand_is_named_by_the_first_tag_of_the_file() {
         let tag = |book: &NameBook, address| {
             book.operand_tag(address).map_or_else(String::new, |tag| tag.to_string())
         };
@@ -298,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn an_address_is_said_with_its_own_tag() {
+    fn an_address_is_shown_with_the_tag_of_exactly_that_address() {
         let asked = ["T0.Done", "T0.Acc", "D10", "hours.Acc", "$On"];
         let wanted = ["ready (T0.Done)", "T0.Acc", "recipe[0] (D10)", "hours.Acc", "ST1"];
         assert_eq!(texts(NameBook::say, &asked), wanted);

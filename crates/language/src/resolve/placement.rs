@@ -173,19 +173,19 @@ mod tests {
     }
 
     #[test]
-    fn names_in_byte_order_from_the_top_downward() {
+    fn tags_are_placed_in_byte_order_of_their_names_from_the_top_down() {
         check(&[], "b a c", "a=9 b=8 c=7");
         check(&[], "b B a1 a.b a", "B=9 a=8 a.b=7 a1=6 b=5");
     }
 
     #[test]
-    fn no_place_that_an_address_uses() {
+    fn tags_are_not_placed_on_used_addresses() {
         check(&[9, 7, 0], "a b c", "a=8 b=6 c=5");
         check(&[50], "a", "a=9");
     }
 
     #[test]
-    fn an_array_takes_the_first_stretch_that_is_long_enough() {
+    fn an_array_takes_the_first_free_range_that_is_long_enough() {
         check(&[8], "a*2 b", "a=6 b=9");
         check(&[], "a b*3 c", "a=9 b=6 c=5");
         check(&[4], "a*5 b*4 c", "a=5 b=0 c?");
@@ -193,13 +193,13 @@ mod tests {
     }
 
     #[test]
-    fn elements_without_room_are_reported_and_others_placed() {
+    fn tags_without_room_are_reported_and_the_others_are_placed() {
         check(&[0, 1, 2, 3, 4, 5, 6, 7], "a b c d", "a=9 b=8 c? d?");
         check(&[5], "a*11 b", "b=9 a?");
     }
 
     #[test]
-    fn a_hundred_thousand_tags_and_every_second_address() {
+    fn a_hundred_thousand_tags_fit_between_used_addresses() {
         let sizes = MemorySizes { d: SIZE_MAX, ..MemorySizes::default() };
         let mut used = UsedElements::default();
         (0..SIZE_MAX / 2).for_each(|at| used.add((D, 2 * at), 1));

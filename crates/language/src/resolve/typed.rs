@@ -225,7 +225,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_words_of_a_text_that_are_addresses() {
+    fn addresses_in_a_text_count_as_used() {
         let check = |text: &str, expected: &[&str]| {
             let mut used = UsedElements::default();
             add_words(&mut used, text, &MemorySizes::default());

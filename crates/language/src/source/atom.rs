@@ -235,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn constants_and_names() {
+    fn constants_and_names_are_read_or_refused_with_a_reason() {
         check("12", "Integer(12)");
         check("-2147483648", "Integer(-2147483648)");
         check("0x1F", "Integer(31)");

@@ -80,7 +80,7 @@ mod tests {
     use super::converted;
 
     #[test]
-    fn a_row_of_other_controllers_becomes_a_contact() {
+    fn contacts_of_other_controllers_are_translated() {
         let pairs = [
             ("XIC b", Some("b")),
             ("xic b", Some("b")),

@@ -42,7 +42,7 @@ fn check(text: &str, expected: Expect) {
 }
 
 #[test]
-fn bits_and_names() {
+fn bits_and_names_parse_with_their_spans() {
     check("X0", expect!["X0@0..2"]);
     check("  part_seen ", expect!["part_seen@2..11"]);
     check("bottles.Done", expect!["bottles.Done@0..12"]);
@@ -53,7 +53,7 @@ fn bits_and_names() {
 }
 
 #[test]
-fn what_binds_tighter() {
+fn not_binds_tighter_than_and_and_and_tighter_than_or() {
     check("!X0 & X1 | X2", expect!["(or@0..13 (and@0..8 (not@0..3 X0@1..3) X1@6..8) X2@11..13)"]);
     check("X0 | X1 & X2", expect!["(or@0..12 X0@0..2 (and@5..12 X1@5..7 X2@10..12))"]);
     check("X0 & X1 & X2", expect!["(and@0..12 X0@0..2 X1@5..7 X2@10..12)"]);
@@ -61,7 +61,7 @@ fn what_binds_tighter() {
 }
 
 #[test]
-fn parentheses_widen_the_place() {
+fn parentheses_widen_the_span_of_a_group() {
     check("(X0 | X1) & X2", expect!["(and@0..14 (or@0..9 X0@1..3 X1@6..8) X2@12..14)"]);
     check("(X0 & X1) & X2", expect!["(and@0..14 (and@0..9 X0@1..3 X1@6..8) X2@12..14)"]);
     check("((X0))", expect!["X0@2..4"]);
@@ -69,7 +69,7 @@ fn parentheses_widen_the_place() {
 }
 
 #[test]
-fn edges_and_compares() {
+fn edges_and_compares_parse_with_their_spans() {
     check("rise(X0)", expect!["(rise@0..8 X0@5..7)"]);
     check("rise(!X0)", expect!["(rise@0..9 (not@5..8 X0@6..8))"]);
     check("rise(D0 > 5)", expect!["(rise@0..12 (>@5..11 D0@5..7 5@10..11))"]);
@@ -86,7 +86,7 @@ fn edges_and_compares() {
 }
 
 #[test]
-fn mistakes_have_their_exact_place() {
+fn syntax_errors_have_exact_spans() {
     check("", expect!["0..0 an empty contact"]);
     check("X0 | & X1", expect!["5..6 a contact is missing before this"]);
     check("X0 & (X1 | X2", expect!["13..13 `)` is missing"]);
@@ -100,7 +100,7 @@ fn mistakes_have_their_exact_place() {
 }
 
 #[test]
-fn depth_is_limited() {
+fn the_nesting_depth_of_a_contact_is_limited() {
     let deep = |n: usize| format!("{}X0{}", "!(".repeat(n), ")".repeat(n));
     assert!(parse(&deep(15), span_of(&deep(15))).is_ok());
     let text = deep(100_000);
@@ -158,7 +158,7 @@ fn contact() -> impl Strategy<Value = WrittenContact> {
 
 proptest! {
     #[test]
-    fn print_and_parse_agree(contact in contact()) {
+    fn a_printed_contact_parses_to_the_same_contact(contact in contact()) {
         let text = contact.to_string();
         let parsed = parse(&text, span_of(&text));
         let printed = parsed.as_ref().map(WrittenContact::to_string);
@@ -167,12 +167,12 @@ proptest! {
     }
 
     #[test]
-    fn no_text_panics(text in "[X0-9a-z!&|()=<>$,.: é-]{0,40}") {
+    fn no_text_of_contact_characters_panics(text in "[X0-9a-z!&|()=<>$,.: é-]{0,40}") {
         let _ = parse(&text, span_of(&text));
     }
 
     #[test]
-    fn any_text_at_all(text in ".{0,60}") {
+    fn no_arbitrary_text_panics(text in ".{0,60}") {
         let _ = parse(&text, span_of(&text));
     }
 }

@@ -57,7 +57,7 @@ fn check(text: &str, expected: Expect) {
 }
 
 #[test]
-fn operators_bind_in_the_order_of_their_table() {
+fn operators_bind_by_the_precedence_table() {
     check("-a ** 2", expect!["((-a) ** 2)"]);
     check("2 ** -a ** b", expect!["(2 ** ((-a) ** b))"]);
     check("a ** b ** c", expect!["(a ** (b ** c))"]);
@@ -79,7 +79,7 @@ fn operators_bind_in_the_order_of_their_table() {
 }
 
 #[test]
-fn constants_are_integers_durations_and_reals() {
+fn integers_durations_and_reals_are_constants() {
     check("12 + 0x1F", expect!["(12 + 31)"]);
     check("0xFFFFFFFF", expect!["-1"]);
     check("1m30s / 00:00:02:500", expect!["(90000 / 2500)"]);
@@ -89,7 +89,7 @@ fn constants_are_integers_durations_and_reals() {
 }
 
 #[test]
-fn constants_that_do_not_fit_are_found() {
+fn constants_out_of_range_are_reported() {
     check(
         "2147483648",
         expect![[r#"
@@ -159,7 +159,7 @@ fn constants_that_do_not_fit_are_found() {
 }
 
 #[test]
-fn calls_and_names() {
+fn calls_indexes_and_names_are_parsed() {
     check("min(a, -b, c.Acc) + $100ms", expect!["(min(a, (-b), c.Acc) + $100ms)"]);
     check("sqrt (abs(x))", expect!["sqrt(abs(x))"]);
     check("f()", expect!["f()"]);
@@ -202,7 +202,7 @@ fn calls_and_names() {
 }
 
 #[test]
-fn mistakes_show_what_to_write() {
+fn each_syntax_error_shows_a_correct_form() {
     check(
         "",
         expect![[r#"
@@ -245,7 +245,7 @@ fn mistakes_show_what_to_write() {
 }
 
 #[test]
-fn signs_of_other_notations_show_what_to_write() {
+fn operators_of_other_notations_are_reported_with_the_right_operator() {
     check(
         "a = b",
         expect![[r#"
@@ -335,7 +335,7 @@ fn operators_that_are_easily_misread_get_a_warning() {
 }
 
 #[test]
-fn the_target_ends_at_the_first_assignment() {
+fn the_target_of_a_formula_ends_at_the_first_equals_sign() {
     let check = |text: &str, expected: Expect| {
         let mut findings = Vec::new();
         let found = match parse_formula(text, span_of(text), &mut findings) {
@@ -399,7 +399,7 @@ fn the_target_ends_at_the_first_assignment() {
 }
 
 #[test]
-fn nesting_ends_at_32_levels_and_length_does_not() {
+fn nesting_is_limited_to_32_levels_but_length_is_not() {
     let nested = |levels: usize| format!("{}a{}", "(".repeat(levels), ")".repeat(levels));
     let mut warnings = Vec::new();
     let mut ends = |text: String| match parse(&text, span_of(&text), &mut warnings) {

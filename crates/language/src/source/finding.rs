@@ -354,7 +354,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_table_is_indexed_by_code_and_names_are_unique() {
+    fn the_table_finds_each_code_by_its_unique_name() {
         for row in TABLE {
             assert_eq!(Code::from_name(row.name), Some(row.code));
             assert_eq!(row.code.name(), row.name);

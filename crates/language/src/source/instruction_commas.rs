@@ -152,7 +152,7 @@ mod tests {
     use super::without_commas;
 
     #[test]
-    fn operands_without_their_commas_have_their_keys() {
+    fn the_suggestion_for_missing_commas_has_the_operand_keys() {
         for (mnemonic, words, right) in [
             ("TMR", "t 5s", "write `TMR t preset=5s`"),
             ("TMR", "t preset=5s", "write `TMR t preset=5s`"),

@@ -282,12 +282,12 @@ mod tests {
     }
 
     #[test]
-    fn a_value_that_is_not_closed_is_lost_alone() {
+    fn repair_removes_only_the_unclosed_value() {
         check("a = [\"x\nb = 1\n[t]\nc = \"\n d = 2", "\nb = 1\n[t]\n\n d = 2");
     }
 
     #[test]
-    fn an_element_of_an_array_over_several_lines_is_lost_alone() {
+    fn repair_removes_only_the_broken_element_of_a_multi_line_array() {
         check(
             "rung = [\n { a = [\"x] },\n { a = 1 }, # one\n \"y,\n]\nb = 2",
             "rung = [\n\n { a = 1 }, # one\n\n]\nb = 2",
@@ -297,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn a_header_is_lost_with_all_that_is_below_it() {
+    fn repair_removes_a_broken_header_with_its_keys_and_subtables() {
         check(
             "[[p]]\na = 1\n[[p.s]\nb = 2\n[[p.s.r]]\nc = 3\n[[p.s]]\nd = 4",
             "[[p]]\na = 1\n\n\n\n\n[[p.s]]\nd = 4",
@@ -305,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn the_later_one_of_two_that_contradict_each_other_is_lost() {
+    fn repair_removes_the_second_of_two_duplicates() {
         check("[t]\na = 1\na = 2\nb = 3", "[t]\na = 1\n\nb = 3");
         check("[[t]]\na = 1\na = 2\nb = 3\n[[t]]\nb = 4", "[[t]]\na = 1\n\n\n[[t]]\nb = 4");
         check("[t]\na = 1\n[t]\nb = 2\n[u]\nc = 3", "[t]\na = 1\n\n\n[u]\nc = 3");

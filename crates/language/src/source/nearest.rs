@@ -297,7 +297,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn slips_are_forgiven_within_reason() {
+    fn only_names_with_few_typos_are_suggested() {
         let known = ["bottles", "bin_size", "bin_full", "jam"];
         assert_eq!(nearest("botles", known), Some("bottles"));
         assert_eq!(nearest("bin_fulll", known), Some("bin_full"));
@@ -310,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn a_word_of_another_system_leads_to_the_key_of_the_table() {
+    fn a_synonym_of_another_system_suggests_the_key_of_the_table() {
         const TAG: [&str; 10] =
             ["at", "count", "initial", "type", "value", "doc", "unit", "min", "max", "log"];
         const RUNG: [&str; 5] = ["name", "doc", "when", "leg", "do"];
@@ -334,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn letters_never_tell_more_slips_than_there_are() {
+    fn the_estimate_by_letters_never_exceeds_the_edit_distance() {
         let names = ["", "a", "tag_12", "tga_21", "TAG_1", "bottles", "botles", "zzzzzz", "größe"];
         for (a, b) in names.iter().flat_map(|a| names.iter().map(move |b| (fold(a), fold(b)))) {
             if a.is_ascii() {
@@ -345,7 +345,7 @@ mod tests {
     }
 
     #[test]
-    fn distances() {
+    fn a_swap_or_an_edit_adds_one_to_the_distance() {
         let d = |a: &str, b: &str| distance(&fold(a), &fold(b));
         assert_eq!(d("", "abc"), 3);
         assert_eq!(d("CNTDN", "CTNDN"), 1);
@@ -353,7 +353,7 @@ mod tests {
     }
 
     #[test]
-    fn a_limited_search_looks_at_the_names_next_to_it_in_the_order() {
+    fn a_limited_search_compares_the_neighbours_in_sorted_order() {
         let names: Vec<String> = (0..1000).map(|n| format!("pump_{n:03}")).collect();
         let known = KnownNames::new(names.iter().map(String::as_str));
         for (wrong, near) in [
@@ -387,7 +387,7 @@ mod tests {
     }
 
     #[test]
-    fn a_page_of_text_in_the_place_of_a_name_is_cut() {
+    fn an_overlong_unknown_name_is_cut() {
         let known = KnownNames::new(["bottles"]);
         let near = UnknownName::new(&"ä".repeat(1_000_000), &known);
         assert_eq!((near.name.len(), near.help()), (2 * COMPARED_MAX, None));

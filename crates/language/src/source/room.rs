@@ -93,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn what_goes_beyond_is_refused_with_the_limit_and_its_place() {
+    fn a_text_beyond_a_limit_is_refused_with_the_limit_and_its_place() {
         let refused = |mut room: LoadRoom, text: &str| room.take(text, FileId(0)).unwrap_err();
         let few = LoadRoom { tokens: 3, ..LoadRoom::default() };
         let finding = refused(few, "a=[1,1]");
@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn files_of_one_load_share_the_room() {
+    fn the_files_of_one_load_share_the_limit() {
         let mut room = LoadRoom { tokens: 8, ..LoadRoom::default() };
         assert!(room.take("a=1\n", FileId(0)).is_ok());
         assert!(room.take("a=1\n", FileId(1)).is_err());

@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn a_statement_without_its_end_ends_before_the_next_one() {
+    fn an_unclosed_statement_ends_before_the_next_statement() {
         check(
             "a = [1,\n 2]\nb = [\"x\n# note\nc = \"\"\"y\n\n[t]\nd = { e = [\n[[u]]\n",
             &[
@@ -243,13 +243,13 @@ mod tests {
     }
 
     #[test]
-    fn a_text_of_several_lines_is_one_statement() {
+    fn a_multi_line_value_is_one_statement() {
         let (doc, array) = ("doc = '''\na = 1\n[x]\n'''", "b = [\n[1],\n{ c = 2,\nd = 3 },\n]");
         check(&format!("{doc}\n{array}\n"), &[(doc, true), (array, true)]);
     }
 
     #[test]
-    fn what_is_no_statement_is_one_of_its_own() {
+    fn a_line_that_is_no_statement_stands_alone() {
         check(
             "a = 1\n]\nfoo\nb = 2",
             &[("a = 1", true), ("]", false), ("foo", false), ("b = 2", true)],

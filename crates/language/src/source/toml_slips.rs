@@ -230,7 +230,7 @@ mod tests {
     use super::{doubled_quote, number_with_comma, open_quote, printed_quotes, unopened};
 
     #[test]
-    fn one_quote_of_two_is_too_many() {
+    fn a_doubled_quote_is_found() {
         let lines = [
             (r#"when = [""b"]"#, Some((r#"""b""#, "b"))),
             (r#"when = ["b""]"#, Some((r#""b"""#, "b"))),
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn the_text_that_no_quote_opens_begins_behind_keys_and_brackets() {
+    fn a_text_without_its_opening_quote_begins_after_the_key_or_bracket() {
         let lines = [
             (r#"when = [b"]"#, Some("b\"")),
             (r#"do = [OUT r"]"#, Some("OUT r\"")),
@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn quotes_of_print_stand_around_a_value() {
+    fn typographic_quotes_around_a_value_are_found() {
         let lines = [
             ("when = [“b”]", Some("“b”")),
             ("when = [„!b“, „c“]", Some("„!b“")),
@@ -283,7 +283,7 @@ mod tests {
     }
 
     #[test]
-    fn the_open_quote_is_the_one_before_the_text_that_runs_on() {
+    fn a_missing_closing_quote_is_found_at_its_opening_quote() {
         let lines = [
             (r#"rung = [{ when = ["X0], do = ["OUT Y0"] }]"#, Some("\"X0")),
             (r#"do = ["OUT Y0]"#, Some("\"OUT Y0")),
@@ -302,7 +302,7 @@ mod tests {
     }
 
     #[test]
-    fn a_decimal_comma_is_the_value_of_a_key() {
+    fn a_decimal_comma_is_found_only_in_the_value_of_a_key() {
         let lines = [
             ("period = 1,5", Some("1,5")),
             ("a = { at = \"R0\", max=1,5 }", Some("1,5")),

@@ -365,7 +365,7 @@ mod tests {
     }
 
     #[test]
-    fn toml_is_read_exactly() {
+    fn valid_toml_is_read_exactly() {
         check(
             "a.'b c' = [ # one\n  [true, 1.5],\n  [inf],\n\n]\n[t]\n\
              at = 1979-05-27 07:32:00 # two\n\
@@ -381,20 +381,20 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_closed_ends_before_the_next_statement() {
+    fn an_unclosed_value_ends_before_the_next_statement() {
         check("a = [\"x\",\nb = 1", &["a=[\"x\"]", "b=1"]);
         check("a = [\"x\n[[t]]\nb = \"y\nc.d", &["a=[\"x]", "[[t]]", "b=\"y", "c.d="]);
         check("[[t]\n'q' = { x = [1,\n\"r\" = 2", &["[[t]", "'q'={x=[1]}", "\"r\"=2"]);
     }
 
     #[test]
-    fn a_row_that_is_not_closed_ends_with_its_line() {
+    fn an_unclosed_row_ends_with_its_line() {
         check("r = [\n{ a = 1, b\n{ a = 2 },\n]", &["r=[{a=1,b=},{a=2}]"]);
         check("r = [{ a = [1 }, { a = 2 ]", &["r=[{a=[1]},{a=2}]"]);
     }
 
     #[test]
-    fn the_end_of_a_text_is_known() {
+    fn the_tree_knows_whether_a_text_ends_in_a_statement_or_a_comment() {
         let end = |text| TomlTree::read(text).end;
         assert_eq!(["", "a = 1\n  "].map(end), [TextEnd::LineStart; 2]);
         assert_eq!(["# a", "a = [ # b"].map(end), [TextEnd::Comment; 2]);

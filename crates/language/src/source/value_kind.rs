@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn a_word_has_its_meaning_and_an_unknown_word_a_finding() {
+    fn a_known_word_has_a_value_and_an_unknown_word_gives_a_finding() {
         let words = KeyWords::new(&[("even", 2), ("odd", 1)]);
         assert_eq!(read("odd", &words), (Some(1), vec![]));
         let wrong = "`k` is \"even\" or \"odd\", not \"none\"".to_owned();
@@ -258,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn a_duration_keeps_its_limits() {
+    fn a_duration_outside_its_limits_is_refused() {
         assert_eq!(read("0ms", &Millis::ANY), (Some(0), vec![]));
         let short = "`k` is at least 1ms".to_owned();
         assert_eq!(read("0ms", &Millis::some("20ms")), (None, vec![short]));

@@ -188,7 +188,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_terminal_obeys_is_escaped() {
+    fn control_characters_are_escaped() {
         let told = |text: &str| bounded(text.to_owned());
         assert_eq!(told("`a\u{1b}[31mb`\nnext"), "`a\\u{1b}[31mb`\nnext");
         assert_eq!(told("leg.rst = [\r\n  \"X0\"\r\n]"), "leg.rst = [\n  \"X0\"\n]");
@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_have_their_thousands() {
+    fn numbers_have_thousands_separators() {
         let texts = [0, 7, 999, 1_000, 12_345, 1_234_567].map(thousands);
         assert_eq!(texts, ["0", "7", "999", "1,000", "12,345", "1,234,567"]);
         assert_eq!((counted(1, "scan"), counted(2, "scan")), ("1 scan".into(), "2 scans".into()));

@@ -133,22 +133,24 @@ fn feed_test(bytes: &[u8]) {
 
 proptest! {
     #[test]
-    fn noise(bytes in proptest::collection::vec(any::<u8>(), 0..200)) {
+    fn random_bytes_do_not_panic(bytes in proptest::collection::vec(any::<u8>(), 0..200)) {
         feed(&bytes);
     }
 
     #[test]
-    fn text(text in "[\\[\\]{}a-z\"'.=,#\\\\ \n0-9]{0,80}") {
+    fn random_text_does_not_panic(text in "[\\[\\]{}a-z\"'.=,#\\\\ \n0-9]{0,80}") {
         feed(text.as_bytes());
     }
 
     #[test]
-    fn pieces(pieces in proptest::collection::vec(proptest::sample::select(PIECES), 0..16)) {
+    fn random_pieces_of_toml_do_not_panic(
+        pieces in proptest::collection::vec(proptest::sample::select(PIECES), 0..16),
+    ) {
         feed(pieces.concat().as_bytes());
     }
 
     #[test]
-    fn pieces_with_a_byte_gone_wrong(
+    fn random_pieces_with_one_wrong_byte_do_not_panic(
         pieces in proptest::collection::vec(proptest::sample::select(PIECES), 1..10),
         at in any::<prop::sample::Index>(),
         byte in any::<u8>(),
@@ -161,7 +163,7 @@ proptest! {
 }
 
 #[test]
-fn deep_nesting_is_no_danger() {
+fn deep_nesting_does_not_panic() {
     for text in [
         format!("a = {}", "[".repeat(100_000)),
         format!("a = {}1{}", "[".repeat(1_000), "]".repeat(1_000)),

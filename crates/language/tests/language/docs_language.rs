@@ -46,7 +46,7 @@ fn errors(loaded: &Loaded) -> Vec<&str> {
 }
 
 #[test]
-fn whole_files_pass_without_a_warning() {
+fn the_files_of_the_page_load_without_a_warning() {
     let (page, folder) = (page(), folder("language-files"));
     // The controller files are for the page's first ladder.
     for (at, text) in marked(&page, "ladder").into_iter().enumerate().rev() {
@@ -91,7 +91,7 @@ fn row(spec: &Spec) -> String {
 }
 
 #[test]
-fn the_instruction_table_is_the_engines() {
+fn the_instruction_table_of_the_page_equals_the_table_of_the_engine() {
     let page = page();
     let (head, rest) = page.split_once(BEGIN).expect("the table's begin");
     let (shown, tail) = rest.split_once(END).expect("the table's end");

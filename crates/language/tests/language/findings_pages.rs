@@ -88,7 +88,7 @@ fn printed(loaded: &Loaded) -> String {
 }
 
 #[test]
-fn every_page_belongs_to_a_finding_and_says_its_summary() {
+fn every_page_belongs_to_a_finding_and_contains_its_summary() {
     let mut pages: Vec<String> = fs::read_dir(folder())
         .expect("docs/findings is there")
         .map(|entry| entry.expect("readable").file_name().to_string_lossy().into_owned())
@@ -109,7 +109,7 @@ fn summary(row: &FindingRow) -> String {
 }
 
 #[test]
-fn the_wrong_examples_give_their_finding_and_the_right_ones_none() {
+fn wrong_examples_give_their_finding_and_right_examples_give_none() {
     let mut failures = String::new();
     for row in TABLE {
         let page = page(row);

@@ -31,7 +31,7 @@ fn pointed_at(said: &str) -> String {
 }
 
 #[test]
-fn a_long_line_is_cut_around_the_place_and_the_caret_is_right() {
+fn a_long_line_is_cut_around_the_span_and_the_caret_is_aligned() {
     let long = "\"abcdefgh\", ".repeat(50_000);
     for (before, behind) in [
         (long.clone(), long.clone()),
@@ -52,7 +52,7 @@ fn a_long_line_is_cut_around_the_place_and_the_caret_is_right() {
 }
 
 #[test]
-fn a_long_place_is_cut_too() {
+fn a_long_span_is_cut() {
     let long = "x".repeat(300_000);
     let said = shown("when = [\"", &long, "\"]");
     assert!(said.len() < 4_000, "{} bytes", said.len());
@@ -60,7 +60,7 @@ fn a_long_place_is_cut_too() {
 }
 
 #[test]
-fn a_related_place_far_away_on_the_same_line_has_its_own_excerpt() {
+fn a_distant_related_span_on_the_same_line_has_its_own_excerpt() {
     let long = "\"abcdefgh\", ".repeat(50_000);
     let text = format!("jam{long}jam{long}");
     let second = place(3 + long.len(), 6 + long.len());
@@ -83,7 +83,7 @@ fn many(errors: usize, warnings: usize) -> Vec<Finding> {
 }
 
 #[test]
-fn of_thousands_a_hundred_are_shown_errors_before_warnings_and_all_are_counted() {
+fn at_most_100_findings_are_shown_errors_first_and_all_are_counted() {
     let text = "\"abcdefgh\", ".repeat(20_000);
     let shown = |findings: &[Finding]| render(findings, &file(text.clone()), Style::default());
     let said = shown(&many(10_000, 0));
@@ -100,7 +100,7 @@ fn of_thousands_a_hundred_are_shown_errors_before_warnings_and_all_are_counted()
 }
 
 #[test]
-fn in_color_the_place_is_told_the_same() {
+fn colored_output_shows_the_same_place() {
     let text = "\"abcdefgh\", ".repeat(20_000);
     let style = Style { color: true, deny_warnings: true };
     let said = render(&many(0, 150)[149..], &file(text), style);
@@ -109,7 +109,7 @@ fn in_color_the_place_is_told_the_same() {
 }
 
 #[test]
-fn windows_line_ends_and_odd_file_names_are_not_drawn() {
+fn windows_line_endings_and_control_characters_in_file_names_are_not_drawn() {
     let text = "[tags]\r\nrung = [\r\n  \"jam\",\r\n]\r\n".to_owned();
     let at = text.find("jam").unwrap();
     let finding = Finding::new(Code::UnknownName, place(at, at + 3), "`b\r\n c` is nothing")
@@ -124,7 +124,7 @@ fn windows_line_ends_and_odd_file_names_are_not_drawn() {
 
 /// C1 controls and signs that turn the direction of writing, in an excerpt and before its place.
 #[test]
-fn no_character_of_a_file_moves_the_cursor_or_turns_the_text() {
+fn no_character_of_a_file_moves_the_cursor_or_changes_the_text_direction() {
     let obeyed: String = ('\u{1}'..='\u{9f}')
         .filter(|c| c.is_control() && !matches!(c, '\t' | '\n' | '\r'))
         .chain(['\u{200e}', '\u{200f}', '\u{61c}'])

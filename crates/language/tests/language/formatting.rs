@@ -119,7 +119,7 @@ fn holds(name: &str, text: &str) -> String {
 }
 
 #[test]
-fn shipped_files_are_in_the_layout() {
+fn shipped_files_are_formatted() {
     // `rungd fmt` leaves the file of an edge node alone.
     let all = shipped().into_iter().filter(|(path, _)| !path.ends_with("edge/edge.toml"));
     for (path, text) in all {
@@ -129,7 +129,7 @@ fn shipped_files_are_in_the_layout() {
 }
 
 #[test]
-fn the_example_of_the_page_is_in_the_layout() {
+fn the_example_of_the_page_is_formatted() {
     let page = fs::read_to_string(root().join("docs/fmt.md")).expect("readable");
     let example = page.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next());
     let example = example.expect("an example");
@@ -137,7 +137,7 @@ fn the_example_of_the_page_is_in_the_layout() {
 }
 
 #[test]
-fn formatting_random_layouts_keeps_meaning_and_comments() {
+fn formatting_a_random_layout_keeps_meaning_and_comments() {
     let first = setting("RUNGD_PROPERTY_SEED", 1);
     for (path, text) in shipped() {
         let meaning = said(&text);
@@ -192,7 +192,7 @@ const PIECES: [&str; 34] = [
 
 proptest! {
     #[test]
-    fn no_text_panics(
+    fn formatting_random_text_does_not_panic(
         picks in prop::collection::vec(prop::sample::select(&PIECES[..]), 0..40)
     ) {
         let text = picks.concat();
@@ -202,7 +202,7 @@ proptest! {
     }
 
     #[test]
-    fn no_change_of_a_file_panics(
+    fn formatting_a_randomly_edited_file_does_not_panic(
         at in 0usize..4000,
         gone in 0usize..20,
         piece in any::<String>(),

@@ -49,7 +49,7 @@ fn uses(at: usize) -> String {
 }
 
 #[test]
-fn ten_thousand_templates_in_each_other_are_a_finding_in_no_time() {
+fn ten_thousand_nested_templates_give_a_finding_quickly() {
     let plain = format!("{PLAIN}, {{ use = \"N999\", name = \"u\" }}");
     let (codes, control) = load(ladder(MANY / 10, |_| PLAIN.to_owned(), &plain));
     assert_eq!(codes, []);
@@ -69,7 +69,7 @@ fn ten_thousand_templates_in_each_other_are_a_finding_in_no_time() {
 }
 
 #[test]
-fn endless_template_growth_ends_in_a_finding() {
+fn exponential_template_growth_gives_a_finding() {
     let grows = |kind: &str, given: &str, body: &str| {
         let mut text = String::new();
         for at in 0..30 {
@@ -106,7 +106,7 @@ fn endless_template_growth_ends_in_a_finding() {
 }
 
 #[test]
-fn the_whole_name_of_a_use_has_a_limit() {
+fn the_qualified_name_of_a_use_is_limited() {
     let nested = |at: usize| match at {
         0 => PLAIN.to_owned(),
         _ => format!("{{ use = \"N{}\", name = \"{}\" }}", at - 1, "n".repeat(100)),
@@ -119,7 +119,7 @@ fn the_whole_name_of_a_use_has_a_limit() {
 
 /// Each use contains the names in its `allow` again in each of its rungs.
 #[test]
-fn an_allow_that_grows_by_its_rungs_has_a_limit() {
+fn the_size_of_an_allow_copied_to_each_rung_is_limited() {
     let names = vec!["\"mixed-and-or\""; 4_000].join(", ");
     let rungs = vec![PLAIN; 2_000].join(", ");
     let used = format!("{{ use = \"N0\", name = \"u\", allow = [{names}] }}");
@@ -129,7 +129,7 @@ fn an_allow_that_grows_by_its_rungs_has_a_limit() {
 
 /// Each use contains the texts of the defaults again.
 #[test]
-fn defaults_that_grow_by_their_uses_have_a_limit() {
+fn the_size_of_defaults_copied_to_each_use_is_limited() {
     let name = "n".repeat(60_000);
     let default = |at| format!("p{at}p = {{ type = \"bit\", default = \"{name}\" }}\n");
     let defaults: String = (0..10).map(default).collect();
@@ -144,7 +144,7 @@ fn defaults_that_grow_by_their_uses_have_a_limit() {
 }
 
 #[test]
-fn a_text_that_grows_by_its_arguments_has_a_limit() {
+fn the_size_of_a_text_filled_with_arguments_is_limited() {
     let text = |times: usize| {
         format!(
             "[[template]]\nname = \"T\"\n[template.parameters]\nx = {{ type = \"contact\" }}\n\

@@ -77,7 +77,7 @@ fn load_cases() -> Vec<(PathBuf, String)> {
 }
 
 #[test]
-fn findings_read_as_recorded() {
+fn printed_findings_equal_the_recorded_texts() {
     let update = std::env::var_os("UPDATE_UI").is_some();
     let mut wrong = Vec::new();
     for (path, said) in cases() {

@@ -55,7 +55,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_entry_says_what_it_means_and_what_to_do() {
+    fn a_catalog_entry_contains_the_meaning_and_the_remedy() {
         let text = catalog();
         let event = crate::events::named("alarm-off").unwrap();
         let head =

@@ -64,7 +64,7 @@ mod tests {
     }
 
     #[test]
-    fn an_event_without_a_level_keeps_that_of_its_line() {
+    fn an_event_without_a_configured_level_keeps_the_level_of_its_line() {
         let none = EventLevels::default();
         assert_eq!(none.of_line(&STAGE_ON, Level::Debug), Some(Level::Debug));
         assert_eq!(
@@ -74,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn a_given_level_replaces_that_of_the_row() {
+    fn a_configured_level_replaces_the_level_of_the_row() {
         let off = levels(&STAGE_ON, None);
         assert_eq!((off.of(&STAGE_ON), off.of_line(&STAGE_ON, Level::Info)), (None, None));
         let debug = levels(&STAGE_ON, Some(Level::Debug));
@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn a_detail_stays_a_detail_and_what_is_louder_than_its_row_stays_loud() {
+    fn a_configured_level_applies_to_details_and_never_lowers_louder_lines() {
         let warn = levels(&BLOCK_STARTED, Some(Level::Warn));
         assert_eq!(warn.of_line(&BLOCK_STARTED, Level::Info), Some(Level::Warn));
         assert_eq!(warn.of_line(&BLOCK_STARTED, Level::Debug), Some(Level::Debug));
@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn a_detail_that_was_raised_is_to_be_listened_to() {
+    fn raising_the_level_of_a_detail_enables_its_debug_lines() {
         let raised = levels(&MODBUS_READ_REFUSED, Some(Level::Warn));
         assert_eq!(raised.said_from(Level::Info), Level::Debug);
         assert_eq!(raised.said_from(Level::Error), Level::Error);

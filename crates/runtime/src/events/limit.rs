@@ -160,7 +160,7 @@ mod tests {
     const MS_NS: u64 = 1_000_000;
 
     #[test]
-    fn a_chatter_is_thinned_out_and_what_was_left_out_is_counted() {
+    fn excess_lines_of_an_event_are_withheld_and_counted() {
         let mut limiter = Limiter::new();
         let start = 1000 * SECOND_NS;
         let mut take = |now_ns| limiter.take("tag-on", LineLimit::PLANT, now_ns);
@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_left_out_is_told_at_the_end_however_early_that_is() {
+    fn withheld_lines_are_always_reported_at_the_end() {
         let mut limiter = Limiter::new();
         (0..LineLimit::PLANT.burst + 7)
             .for_each(|_| _ = limiter.take(1, LineLimit::PLANT, SECOND_NS));
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn a_flood_of_one_key_hides_no_other() {
+    fn a_flood_of_one_event_does_not_limit_other_events() {
         let mut limiter = Limiter::new();
         let mut take = |key, limit, now_ns| limiter.take(key, limit, now_ns);
         let flood = |n| SECOND_NS + n * MS_NS;
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn a_limit_says_how_many_lines_a_second() {
+    fn a_limit_is_shown_in_lines_per_second() {
         let per_second = |limit: LineLimit| limit.per_second();
         assert_eq!(
             (

@@ -41,7 +41,7 @@ mod tests {
     use crate::events::{GROUPS, Level, Silence};
 
     #[test]
-    fn codes_rise_and_names_and_ids_are_unique() {
+    fn event_codes_rise_and_names_and_ids_are_unique() {
         let numbers: Vec<u16> = all().map(|event| event.number).collect();
         assert!(numbers.is_sorted_by(|a, b| a < b), "{numbers:?}");
         let count = numbers.len();
@@ -50,14 +50,14 @@ mod tests {
     }
 
     #[test]
-    fn a_constant_is_named_like_its_event() {
+    fn every_constant_is_named_after_its_event() {
         for (constant, event) in TABLES.into_iter().flatten() {
             assert_eq!(constant.to_ascii_lowercase().replace('_', "-"), event.name);
         }
     }
 
     #[test]
-    fn a_row_is_whole() {
+    fn every_event_has_an_id_a_meaning_and_a_remedy() {
         for event in all() {
             let name = event.name;
             let hex = |c: char| c.is_ascii_digit() || ('a'..='f').contains(&c);
@@ -71,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn an_error_is_never_silenced_and_what_is_never_silenced_is_seen_at_level_info() {
+    fn errors_cannot_be_silenced_and_all_such_events_show_at_level_info() {
         for event in all() {
             let (name, is_kept) = (event.name, event.silence == Silence::Never);
             assert!(is_kept || event.level > Level::Error, "{name} is an error");
@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn a_row_is_found_by_name_and_by_code() {
+    fn an_event_is_found_by_name_and_by_code() {
         assert_eq!(named("alarm-on").map(|event| event.number), Some(301));
         assert_eq!(coded("rungd-0301").map(|event| event.name), Some("alarm-on"));
         assert!(named("alarm").is_none() && coded("RUNGD-9999").is_none());

@@ -5,7 +5,7 @@ use super::super::exchange::BatchTerms;
 use super::*;
 
 #[test]
-fn the_clock_of_the_day_may_jump_and_no_scan_comes_sooner_or_later() {
+fn a_jump_of_the_wall_clock_does_not_move_any_scan() {
     let mut rig = rig(|_, _| {});
     let mut scan_at = |local_s: i64| {
         rig.clock.1.set(local_s);
@@ -23,7 +23,7 @@ fn the_clock_of_the_day_may_jump_and_no_scan_comes_sooner_or_later() {
 
 /// The clock of the scan's grid stands still in a suspend, the client's wait does not.
 #[test]
-fn a_change_that_waited_while_the_machine_was_suspended_is_late() {
+fn a_write_that_waited_through_a_suspend_expires() {
     let mut rig = rig(|_, _| {});
     rig.step();
     let until_ns = rig.clock.now_ns() + 5_000 * MS;

@@ -31,7 +31,7 @@ impl Rig {
 }
 
 #[test]
-fn an_operators_stop_is_orderly_and_ends_no_thread() {
+fn a_stop_by_an_operator_is_orderly_and_keeps_the_scan_thread() {
     let mut rig = rig(|_, _| {});
     rig.step();
     let stop = rig.order(ScanCommand::Stop);
@@ -50,7 +50,7 @@ fn an_operators_stop_is_orderly_and_ends_no_thread() {
 }
 
 #[test]
-fn an_operators_run_leaves_stop_with_memory_as_it_is_and_fresh_statistics() {
+fn a_run_by_an_operator_keeps_memory_and_resets_statistics() {
     let mut rig = rig(|fake, _| fake.takes_ns = vec![25 * MS, MS]);
     rig.steps(2);
     rig.order(ScanCommand::Stop);
@@ -75,7 +75,7 @@ fn an_operators_run_leaves_stop_with_memory_as_it_is_and_fresh_statistics() {
 }
 
 #[test]
-fn a_start_in_stop_is_left_by_run() {
+fn the_run_command_leaves_a_start_in_stop() {
     let reason = StopReason::RestartGuard;
     let mut rig = rig(|_, settings| settings.pace.start_in_stop = Some(reason));
     rig.step();
@@ -86,7 +86,7 @@ fn a_start_in_stop_is_left_by_run() {
 }
 
 #[test]
-fn a_long_period_does_not_make_an_operator_wait_outside_run() {
+fn an_operator_outside_run_does_not_wait_for_a_long_period() {
     let mut rig = rig(|_, settings| settings.pace.tempo.period_ns = 60_000 * MS);
     rig.order_and_step(ScanCommand::Stop);
     let run = rig.order(ScanCommand::Run);
@@ -99,7 +99,7 @@ fn a_long_period_does_not_make_an_operator_wait_outside_run() {
 }
 
 #[test]
-fn a_fault_is_cleared_by_run_and_what_executed_is_terminated_first() {
+fn the_run_command_clears_a_fault_after_terminating_executed_blocks() {
     let mut rig = rig(|fake, _| fake.takes_ns = vec![MS, 36 * MS, MS]);
     rig.steps(3);
     let fault = Mode::Fault(FaultReason::ScanTooLong { scan_us: 36_000 });
@@ -117,7 +117,7 @@ fn a_fault_is_cleared_by_run_and_what_executed_is_terminated_first() {
 }
 
 #[test]
-fn a_run_that_faults_in_its_first_scan_is_a_new_fault() {
+fn a_fault_in_the_first_scan_after_run_is_a_new_fault() {
     let mut rig = rig(|fake, _| fake.takes_ns = vec![36 * MS]);
     rig.step();
     let first = rig.port.latest().since_ns;
@@ -141,7 +141,7 @@ fn a_broken_engine_is_not_run_again() {
 }
 
 #[test]
-fn a_stuck_scan_thread_takes_no_command_until_it_returns() {
+fn a_stuck_scan_thread_accepts_no_command_until_its_scan_ends() {
     let mut rig = rig(|_, _| {});
     rig.step();
     let waiting = rig.port.submit(vec![]).unwrap();
@@ -174,7 +174,7 @@ fn a_stuck_scan_thread_takes_no_command_until_it_returns() {
 }
 
 #[test]
-fn forces_show_in_every_mode_and_move_no_output_outside_run() {
+fn forces_are_shown_in_every_mode_and_change_no_output_outside_run() {
     let output = engine::Cell::Bit(BitCell(1));
     let mut rig = rig(|fake, _| fake.takes_ns = vec![MS, MS, 36 * MS]);
     let force = rig.order_and_step(ScanCommand::Force { cell: FORCED, value: 40 });
@@ -201,7 +201,7 @@ fn forces_show_in_every_mode_and_move_no_output_outside_run() {
 }
 
 #[test]
-fn commands_are_done_in_order_and_a_run_behind_a_stop_runs_again() {
+fn commands_execute_in_order_and_a_run_after_a_stop_runs_again() {
     let mut rig = rig(|_, _| {});
     rig.step();
     let (stop, run) = (rig.order(ScanCommand::Stop), rig.order(ScanCommand::Run));
@@ -221,7 +221,7 @@ fn slow() -> Rig {
 }
 
 #[test]
-fn with_a_long_period_a_force_does_not_wait_for_the_next_scan() {
+fn a_force_does_not_wait_for_the_next_scan_of_a_long_period() {
     let mut rig = slow();
     let force = rig.order(ScanCommand::Force { cell: FORCED, value: 7 });
     let pulses = rig.monitor.beat.pulses();
@@ -234,7 +234,7 @@ fn with_a_long_period_a_force_does_not_wait_for_the_next_scan() {
 }
 
 #[test]
-fn with_a_long_period_the_last_scan_comes_at_once() {
+fn the_last_scan_does_not_wait_for_the_end_of_a_long_period() {
     let mut rig = slow();
     let stop = rig.order(ScanCommand::Stop);
     rig.step();
@@ -251,7 +251,7 @@ fn with_a_long_period_the_last_scan_comes_at_once() {
 }
 
 #[test]
-fn with_a_long_period_a_queued_stop_comes_at_once() {
+fn a_queued_stop_does_not_wait_for_the_end_of_a_long_period() {
     let mut rig = slow();
     let force = rig.order(ScanCommand::Force { cell: FORCED, value: 7 });
     let stop = rig.order(ScanCommand::Stop);
@@ -268,7 +268,7 @@ fn without_spares(rig: &mut Rig) {
 }
 
 #[test]
-fn an_answer_waits_for_the_image_that_shows_what_was_done() {
+fn an_answer_waits_for_the_image_that_shows_the_change() {
     let mut rig = rig(|_, _| {});
     without_spares(&mut rig);
     let force = rig.order_and_step(ScanCommand::Force { cell: FORCED, value: 7 });
@@ -285,7 +285,7 @@ fn an_answer_waits_for_the_image_that_shows_what_was_done() {
 }
 
 #[test]
-fn with_a_long_period_an_answer_without_image_does_not_wait() {
+fn an_answer_does_not_wait_for_a_free_image_in_a_long_period() {
     let mut rig = slow();
     without_spares(&mut rig);
     let force = rig.order(ScanCommand::Force { cell: FORCED, value: 7 });
@@ -299,7 +299,7 @@ fn with_a_long_period_an_answer_without_image_does_not_wait() {
 }
 
 #[test]
-fn a_force_in_the_very_scan_that_fails_shows() {
+fn a_force_in_a_failing_scan_is_shown() {
     let mut rig = rig(|fake, _| fake.takes_ns = vec![MS, 36 * MS]);
     rig.step();
     let force = rig.order_and_step(ScanCommand::Force { cell: FORCED, value: 7 });
@@ -312,7 +312,7 @@ fn a_force_in_the_very_scan_that_fails_shows() {
 }
 
 #[test]
-fn a_mask_changes_what_the_scan_finds() {
+fn a_masked_write_changes_the_value_present_in_the_scan() {
     let mut rig = rig(|_, _| {});
     let cell = WordCell(0);
     let mask = |and, or, signed| OperandWrite::Masked { cell, and, or, signed };

@@ -55,7 +55,7 @@ impl Rig {
 }
 
 #[test]
-fn a_swap_is_between_two_scans_and_the_old_machine_comes_back() {
+fn a_program_is_swapped_between_two_scans_and_the_old_one_is_returned() {
     let mut rig = rig(|_, _| {});
     rig.steps(3);
     let id = rig.swap(1, MS, false);
@@ -76,7 +76,7 @@ fn a_swap_is_between_two_scans_and_the_old_machine_comes_back() {
 
 /// The log's reader is late: the ring of records is full.
 #[test]
-fn a_swap_is_told_before_every_record_with_the_numbers_of_its_program() {
+fn a_swap_is_reported_before_any_record_of_the_new_program() {
     let watched = WatchedCells { bits: vec![BitCell(0)], words: vec![] };
     let mut rig = rig(|_, settings| settings.watched = watched);
     rig.steps(3);
@@ -126,7 +126,7 @@ fn a_swap_in_fault_continues_in_run_if_requested() {
 }
 
 #[test]
-fn after_a_panic_no_program_is_swapped_in_and_none_lost() {
+fn a_swap_after_a_panic_is_refused_and_loses_no_program() {
     let mut rig = rig(|fake, _| fake.panics_in = Some(1));
     let hook = std::panic::take_hook();
     std::panic::set_hook(Box::new(|_| {}));
@@ -188,7 +188,7 @@ fn a_fault_in_the_first_scan_of_a_new_program_shows_this_program() {
 
 /// The last scan before STOP faults on probation: the program is taken back, and nothing runs.
 #[test]
-fn a_fault_of_the_last_scan_before_stop_is_no_reason_to_scan_again() {
+fn a_fault_in_the_last_scan_before_stop_causes_no_further_scan() {
     let mut rig = rig(|fake, _| fake.takes_ns = vec![MS, MS, 100 * MS, MS]);
     rig.steps(2);
     rig.order(ScanCommand::Stop);
@@ -206,7 +206,7 @@ fn a_fault_of_the_last_scan_before_stop_is_no_reason_to_scan_again() {
 }
 
 #[test]
-fn a_first_scan_that_hangs_shows_its_program_with_its_safe_values() {
+fn a_hanging_first_scan_shows_its_program_and_safe_values() {
     let mut rig = rig(|_, _| {});
     rig.steps(3);
     let package = rig.package_with(1, MS, SafeState::Off);
@@ -224,7 +224,7 @@ fn a_first_scan_that_hangs_shows_its_program_with_its_safe_values() {
 }
 
 #[test]
-fn another_programs_safe_values_hold_from_the_swap_on() {
+fn safe_values_of_a_new_program_apply_from_the_swap_on() {
     let mut rig = rig(|_, _| {});
     rig.steps(2);
     rig.port.command(super::super::command::ScanCommand::Stop).unwrap();
@@ -244,7 +244,7 @@ fn another_programs_safe_values_hold_from_the_swap_on() {
 }
 
 #[test]
-fn in_stop_memory_is_shown_in_the_new_shape() {
+fn a_swap_in_stop_shows_memory_in_the_new_layout() {
     let mut rig = rig(|_, _| {});
     rig.steps(2);
     rig.port.command(super::super::command::ScanCommand::Stop).unwrap();
@@ -256,7 +256,7 @@ fn in_stop_memory_is_shown_in_the_new_shape() {
 }
 
 #[test]
-fn another_period_counts_from_the_deadline_of_the_swap() {
+fn a_new_period_counts_from_the_deadline_of_the_swap() {
     let mut rig = rig(|_, _| {});
     rig.steps(3);
     let due = |rig: &Rig| rig.port.latest().now_ns;
@@ -274,7 +274,7 @@ fn another_period_counts_from_the_deadline_of_the_swap() {
 }
 
 #[test]
-fn a_longer_watchdog_holds_from_the_scan_of_the_swap_on() {
+fn a_longer_watchdog_applies_from_the_scan_of_the_swap_on() {
     let mut rig = rig(|_, _| {});
     rig.steps(3);
     let mut package = rig.package(1, 90 * MS);

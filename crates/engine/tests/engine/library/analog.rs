@@ -11,7 +11,7 @@ fn input(more: &str) -> Bench {
 }
 
 #[test]
-fn the_value_is_the_raw_one_in_its_unit() {
+fn the_raw_value_is_scaled_to_its_unit() {
     let mut a = input("");
     for (raw, value) in [(4_000, 0.0), (20_000, 50.0), (12_000, 25.0), (4_001, 0.003_125)] {
         assert!((a.set("raw", raw).scan().real("a.value") - value).abs() < 1e-6, "{raw}");
@@ -59,7 +59,7 @@ fn a_broken_wire_is_flagged_and_the_last_value_stays() {
 }
 
 #[test]
-fn a_spike_is_no_broken_wire_and_no_value() {
+fn a_spike_neither_flags_a_broken_wire_nor_changes_the_value() {
     let mut a = input("");
     a.scan();
     for _ in 0..20 {
@@ -71,7 +71,7 @@ fn a_spike_is_no_broken_wire_and_no_value() {
 
 /// If the wire was never whole, there is no last value: `good` is OFF from the first scan on.
 #[test]
-fn a_wire_that_is_broken_from_the_start_is_not_good() {
+fn a_wire_broken_from_the_start_is_flagged() {
     let mut a = bench(
         "scaling",
         "raw = { at = \"D0\" }",
@@ -107,7 +107,7 @@ const STORY: [(i16, bool); 13] = [
 ];
 
 #[test]
-fn a_bit_goes_on_above_one_limit_and_off_below_the_other() {
+fn hysteresis_turns_a_bit_on_above_one_limit_and_off_below_the_other() {
     let mut reals = thermostat("Hysteresis", "R0");
     let mut integers = thermostat("HysteresisInt", "D0");
     for (value, on) in STORY {
@@ -117,7 +117,7 @@ fn a_bit_goes_on_above_one_limit_and_off_below_the_other() {
 }
 
 #[test]
-fn noise_within_the_band_changes_nothing() {
+fn noise_within_the_band_does_not_switch_the_output() {
     for (begin, on) in [(70.0, true), (30.0, false)] {
         let mut h = thermostat("Hysteresis", "R0");
         h.put("value", begin).scan();

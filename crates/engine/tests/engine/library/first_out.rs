@@ -31,7 +31,7 @@ fn the_first_of_several_alarms_is_held() {
 }
 
 #[test]
-fn of_alarms_in_the_same_scan_the_lowest_number_is_the_first() {
+fn the_lowest_number_is_the_first_of_several_alarms_in_one_scan() {
     let mut f = alarms("");
     f.set("X4", 1).set("X3", 1).scan();
     assert_eq!(f.int("f.first"), 3);
@@ -52,7 +52,7 @@ fn each_new_alarm_sounds_the_horn_until_it_is_acknowledged() {
 
 /// A jammed button must not silence later alarms.
 #[test]
-fn an_acknowledgement_that_stays_on_silences_no_later_alarm() {
+fn a_held_acknowledgement_does_not_silence_later_alarms() {
     let mut f = alarms("");
     assert!(!f.set("X0", 1).run(100).on("f.horn"));
     assert!(f.set("X1", 1).scan().on("f.horn"));
@@ -60,14 +60,14 @@ fn an_acknowledgement_that_stays_on_silences_no_later_alarm() {
 }
 
 #[test]
-fn an_alarm_in_the_scan_of_the_acknowledgement_sounds() {
+fn an_alarm_in_the_scan_of_the_acknowledgement_sounds_the_horn() {
     let mut f = alarms("");
     f.set("X1", 1).scan();
     assert!(f.set("X0", 1).set("X2", 1).scan().on("f.horn"));
 }
 
 #[test]
-fn the_first_is_forgotten_when_all_are_gone_and_acknowledged_in_either_order() {
+fn the_first_alarm_is_cleared_once_all_alarms_are_gone_and_acknowledged() {
     let mut f = alarms("");
     f.set("X1", 1).scan().set("X1", 0).run(1_000);
     assert_eq!((f.int("f.first"), f.on("f.horn")), (1, true), "gone, and not acknowledged");
@@ -82,7 +82,7 @@ fn the_first_is_forgotten_when_all_are_gone_and_acknowledged_in_either_order() {
 }
 
 #[test]
-fn a_reset_button_holds_the_first_until_it_is_pressed() {
+fn the_first_alarm_is_held_until_the_reset_button_is_pressed() {
     let mut f = alarms(", reset = \"X5\"");
     f.set("X1", 1).scan();
     pressed(&mut f, "X5");

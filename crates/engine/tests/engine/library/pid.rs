@@ -35,7 +35,7 @@ fn the_proportional_part_is_gain_times_error() {
 /// With an error of 1 the integral part grows by the gain in each reset time, with short and with
 /// long scans.
 #[test]
-fn the_integral_part_goes_by_time_and_not_by_scans() {
+fn the_integral_part_depends_on_time_and_not_on_scans() {
     for period in PERIODS {
         let mut p = pid(", reset = 10").period(period);
         p.put("value", 49.0).put("setpoint", 50.0).run(30_000);
@@ -48,7 +48,7 @@ fn the_integral_part_goes_by_time_and_not_by_scans() {
 
 /// A step of 1.4e-7 is too small for a real near 50, and counts nevertheless.
 #[test]
-fn a_slow_integral_loses_nothing() {
+fn a_slow_integral_keeps_small_steps() {
     let mut p = pid(", reset = 3600").period(100);
     p.put("gain", 0.5).put("hand", 50.0).set("X0", 1).put("value", 49.99).put("setpoint", 50.0);
     p.scan().set("X0", 0).scan();
@@ -59,7 +59,7 @@ fn a_slow_integral_loses_nothing() {
 
 /// A value that falls by 1 per second adds gain times rate to the output.
 #[test]
-fn the_differential_part_goes_by_time_and_not_by_scans() {
+fn the_differential_part_depends_on_time_and_not_on_scans() {
     for period in PERIODS {
         let mut p = pid(", rate = 5").period(period);
         p.put("value", 50.0).put("setpoint", 50.0).run(2_000);
@@ -75,7 +75,7 @@ fn the_differential_part_goes_by_time_and_not_by_scans() {
 
 /// The setpoint does not enter the differential part: an operator's step gives no kick.
 #[test]
-fn a_step_of_the_setpoint_gives_no_kick() {
+fn a_setpoint_step_does_not_kick_the_output() {
     let mut p = pid(", rate = 50");
     p.put("value", 50.0).put("setpoint", 50.0).run(1_000);
     p.put("setpoint", 55.0).run(100);
@@ -83,7 +83,7 @@ fn a_step_of_the_setpoint_gives_no_kick() {
 }
 
 #[test]
-fn the_first_step_gives_no_kick_whenever_it_comes() {
+fn the_first_step_of_a_loop_does_not_kick_the_output() {
     let mut p = pid(", rate = 50");
     p.put("value", 50.0).put("setpoint", 50.0);
     for _ in 0..100 {
@@ -121,7 +121,7 @@ fn the_output_stays_within_its_limits() {
 /// After a quarter of an hour at its limit, the output leaves the limit as soon as the value has
 /// reached the setpoint.
 #[test]
-fn it_does_not_wind_up() {
+fn the_integral_does_not_wind_up_at_a_limit() {
     for (value, limit) in [(0.0, 100.0), (100.0, 0.0)] {
         let mut p = pid(", reset = 5").period(100);
         p.put("value", value).put("setpoint", 50.0).run(1_000_000);
@@ -151,7 +151,7 @@ fn a_spike_at_the_limit_does_not_move_the_integral() {
 
 /// If a limit is narrowed, the integral is reduced too.
 #[test]
-fn a_limit_that_moves_does_not_wind_up() {
+fn the_integral_does_not_wind_up_at_a_moving_limit() {
     let mut p = pid(", reset = 5").period(100);
     p.put("value", 49.0).put("setpoint", 50.0).run(1_000_000);
     assert_eq!(p.real("p.out"), 100.0);
@@ -162,7 +162,7 @@ fn a_limit_that_moves_does_not_wind_up() {
 }
 
 #[test]
-fn hand_to_automatic_and_back_has_no_jump() {
+fn switching_between_hand_and_automatic_does_not_jump() {
     for (value, setpoint) in [(50.0, 50.0), (20.0, 60.0), (90.0, 10.0)] {
         let mut p = pid(", reset = 100, rate = 2");
         p.put("value", value).put("setpoint", setpoint).set("X0", 1).put("hand", 35.0).run(500);
@@ -181,7 +181,7 @@ fn hand_to_automatic_and_back_has_no_jump() {
 }
 
 #[test]
-fn the_hands_output_has_the_limits_too() {
+fn the_output_in_hand_stays_within_its_limits() {
     let mut p = pid("");
     p.set("X0", 1);
     for (hand, out) in [(150.0, 100.0), (-3.0, 0.0), (42.0, 42.0)] {
@@ -191,7 +191,7 @@ fn the_hands_output_has_the_limits_too() {
 
 /// Cooling has a negative gain: more output lowers the value.
 #[test]
-fn a_negative_gain_works_the_other_way() {
+fn a_negative_gain_reverses_the_action() {
     let mut p = pid(", reset = 10");
     p.put("gain", -2.0).put("value", 60.0).put("setpoint", 50.0).run(1_100);
     let out = p.real("p.out");

@@ -79,7 +79,7 @@ fn the_lead_changes_after_each_cycle() {
 }
 
 #[test]
-fn the_next_in_turn_helps_while_more_are_wanted() {
+fn the_next_pump_in_turn_runs_while_more_pumps_are_wanted() {
     let mut pumps = three();
     for [one, two] in [["100", "110"], ["010", "011"], ["001", "101"]] {
         assert_eq!(pumps.wanted(1), one);
@@ -101,7 +101,7 @@ fn the_next_in_turn_helps_while_more_are_wanted() {
 /// If the high float is ON without the low float below it, a float is broken: the running pump is
 /// not changed.
 #[test]
-fn the_turn_ends_when_no_pump_is_wanted_at_all() {
+fn the_turn_ends_when_no_pump_is_wanted() {
     for mut pumps in [two(), three()] {
         assert_eq!(pumps.wanted(2), "110");
         pumps.0.set("X11", 0);
@@ -142,7 +142,7 @@ fn a_lag_pump_that_fails_is_replaced_too() {
 
 /// A flickering ready contact must not start and stop pumps at its pace.
 #[test]
-fn a_lead_that_is_ready_again_waits_for_its_next_turn() {
+fn a_lead_pump_that_is_ready_again_waits_for_its_next_turn() {
     let mut pumps = three();
     assert_eq!(pumps.wanted(1), "100");
     assert_eq!(pumps.ready(1, false), "010");
@@ -159,7 +159,7 @@ fn a_lead_that_is_ready_again_waits_for_its_next_turn() {
 
 /// If a pump is in manual, under repair or failed, the others share its turns.
 #[test]
-fn a_pump_that_is_not_ready_is_passed_over() {
+fn a_pump_that_is_not_ready_is_skipped() {
     let mut pumps = three();
     pumps.ready(1, false);
     for lead in ["010", "001", "010", "001"] {
@@ -196,7 +196,7 @@ fn a_clock_can_change_the_lead_while_pumps_run() {
 }
 
 #[test]
-fn the_turn_stays_over_a_stop() {
+fn the_turn_survives_a_stop() {
     for mut pumps in [two(), three()] {
         pumps.wanted(1);
         pumps.wanted(0);
@@ -208,7 +208,7 @@ fn the_turn_stays_over_a_stop() {
 /// Every state of three pumps, with each pump as the lead: the number of running pumps is the
 /// number wanted, or the number ready if that is smaller.
 #[test]
-fn as_many_run_as_are_wanted_and_ready() {
+fn the_number_of_running_pumps_is_the_lesser_of_wanted_and_ready() {
     let mut pumps = three();
     for state in 0..3 * 8 * 4 {
         let (lead, ready, wanted) = (state % 3 + 1, state / 3 % 8, state / 24);

@@ -13,7 +13,7 @@ fn ramp(up: &str, down: &str) -> Bench {
 const PERIODS: [u64; 7] = [1, 10, 30, 60, 100, 250, 1_000];
 
 #[test]
-fn it_moves_at_its_rates_whatever_the_period_is() {
+fn a_ramp_keeps_its_rates_at_any_scan_period() {
     for period in PERIODS {
         let mut r = ramp("10", "20").period(period);
         assert_eq!((r.run(1_000).real("r.value"), r.on("r.there")), (0.0, true));
@@ -33,7 +33,7 @@ fn it_moves_at_its_rates_whatever_the_period_is() {
 
 /// No step is greater than the rate allows, and no step passes the target.
 #[test]
-fn it_never_jumps_and_never_overshoots() {
+fn a_ramp_never_jumps_and_never_overshoots() {
     for period in PERIODS {
         let mut r = ramp("7", "3").period(period);
         let seconds = period as f32 / 1_000.0;
@@ -65,7 +65,7 @@ fn a_slow_ramp_keeps_its_rate() {
 
 /// The rate also holds for a target that changes in every scan.
 #[test]
-fn a_target_that_moves_all_the_time_changes_no_rate() {
+fn a_moving_target_does_not_change_the_rate() {
     let mut r = ramp("1", "1");
     for step in 0..3_000_u16 {
         r.put("target", 500.0 + f32::from(step % 17)).scan();
@@ -75,7 +75,7 @@ fn a_target_that_moves_all_the_time_changes_no_rate() {
 }
 
 #[test]
-fn a_held_value_stays_and_resumes() {
+fn a_held_ramp_keeps_its_value_and_resumes() {
     let mut r = ramp("10", "10");
     r.put("target", 50.0).run(2_010);
     let held = r.set("X0", 1).scan().real("r.value");
@@ -85,7 +85,7 @@ fn a_held_value_stays_and_resumes() {
 }
 
 #[test]
-fn it_continues_from_a_written_value() {
+fn a_ramp_continues_from_a_written_value() {
     let mut r = ramp("10", "10");
     r.put("target", 50.0).run(1_000);
     r.put("r.value", 40.0).scan();
@@ -95,7 +95,7 @@ fn it_continues_from_a_written_value() {
 }
 
 #[test]
-fn it_resumes_after_a_stop() {
+fn a_ramp_resumes_after_a_stop() {
     let mut r = ramp("10", "10");
     r.put("target", 50.0).run(2_000);
     let before = r.real("r.value");
@@ -106,7 +106,7 @@ fn it_resumes_after_a_stop() {
 }
 
 #[test]
-fn a_rate_that_changes_counts_from_now_on() {
+fn a_changed_rate_applies_from_the_next_scan() {
     let uses = r#"{ use = "Ramp", name = "r", with = { target = 100, up = "up", down = 1 } },"#;
     let mut r = bench("ramp", "up = { at = \"R0\", initial = 10.0 }", uses);
     r.run(3_000);

@@ -9,7 +9,7 @@ fn debounce(delays: &str) -> Bench {
 }
 
 #[test]
-fn a_bounce_shorter_than_the_time_gives_nothing() {
+fn a_bounce_shorter_than_the_delay_does_not_change_the_output() {
     let mut d = debounce("");
     for _ in 0..20 {
         d.set("X0", 1).run(40);
@@ -20,7 +20,7 @@ fn a_bounce_shorter_than_the_time_gives_nothing() {
 }
 
 #[test]
-fn both_edges_come_after_their_times() {
+fn both_edges_are_delayed_by_their_times() {
     let mut d = debounce(", on_delay = \"50ms\", off_delay = \"30ms\"");
     assert!(!d.set("X0", 1).run(50).on("d.on"), "50 ms are over at the next scan");
     assert!(d.scan().on("d.on"));
@@ -35,7 +35,7 @@ fn both_edges_come_after_their_times() {
 }
 
 #[test]
-fn a_debounce_without_times_follows() {
+fn a_debounce_without_delays_follows_its_input() {
     let mut d = debounce(", on_delay = \"0ms\", off_delay = \"0ms\"");
     for state in [1, 0, 0, 1, 1, 0, 1] {
         assert_eq!(d.set("X0", state).scan().int("d.on"), i64::from(state));
@@ -51,7 +51,7 @@ fn flasher(bright: &str, dark: &str) -> Bench {
 }
 
 #[test]
-fn a_flasher_begins_bright_and_keeps_both_times() {
+fn a_flasher_starts_lit_and_keeps_both_times() {
     let mut f = flasher("50ms", "30ms");
     assert!(!f.run(100).on("f.lit"), "it is not wanted");
     f.set("X0", 1);
@@ -88,7 +88,7 @@ fn two_flashers_of_the_same_contact_flash_together() {
 }
 
 #[test]
-fn a_flasher_with_no_dark_time_stays_lit_and_with_no_bright_time_dark() {
+fn a_flasher_with_one_zero_time_stays_in_the_other_state() {
     for (bright, dark, lit) in [("500ms", "0ms", true), ("0ms", "500ms", false)] {
         let mut f = flasher(bright, dark);
         f.set("X0", 1);
@@ -130,7 +130,7 @@ fn an_hour_meter_does_not_drift() {
 }
 
 #[test]
-fn an_hour_meter_keeps_the_part_of_an_hour_over_a_stop() {
+fn an_hour_meter_keeps_a_fraction_of_an_hour_over_a_stop() {
     let mut h = hour_meter("1h").period(1_000);
     h.set("X0", 1);
     for _ in 0..10 {
@@ -141,7 +141,7 @@ fn an_hour_meter_keeps_the_part_of_an_hour_over_a_stop() {
 }
 
 #[test]
-fn service_is_due_until_it_is_done() {
+fn service_stays_due_until_it_is_reset() {
     let mut h = hour_meter("1s");
     h.set("X0", 1).run(2_990);
     assert_eq!((h.int("h.since"), h.on("h.due")), (2, false));
@@ -183,7 +183,7 @@ fn a_tick_does_not_drift() {
 }
 
 #[test]
-fn a_tick_that_is_not_wanted_begins_anew() {
+fn a_disabled_tick_restarts_its_interval() {
     let uses = "{ use = \"Tick\", name = \"t\", with = { every = \"50ms\", wanted = \"X0\" } },";
     let mut t = bench("tick", "", uses);
     assert_eq!(sum(&mut t, "t.count", 1_000), 0);
@@ -209,7 +209,7 @@ fn totalled(q: &Bench) -> i64 {
 
 /// The total is that of the time that passed, with scans of any length: to a billionth.
 #[test]
-fn a_totalizer_loses_nothing() {
+fn a_totalizer_counts_exactly_at_any_scan_period() {
     for period in [1, 7, 10, 250] {
         for (rate, per, each_ms) in [
             ("90.0", "1m", 90.0 / 60_000.0),
@@ -230,7 +230,7 @@ fn a_totalizer_loses_nothing() {
 }
 
 #[test]
-fn a_totalizer_counts_while_it_is_to_and_takes_away_too() {
+fn a_totalizer_counts_only_while_enabled_and_accepts_negative_flow() {
     let mut q = totalizer("flow", "1s");
     q.set("X0", 1).put("flow", 4.0).scan();
     q.run(1_000).set("X0", 0).run(5_000);

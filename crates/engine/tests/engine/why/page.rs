@@ -18,7 +18,7 @@ fn between<'a>(text: &'a str, from: &str, to: &str) -> &'a str {
 }
 
 #[test]
-fn the_example_is_what_the_program_says() {
+fn the_example_of_the_page_equals_the_output_of_why() {
     let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("docs/why.md");
     let page = fs::read_to_string(&path).expect("the page");
     let text = between(&page, "```toml\n", "```").to_owned();

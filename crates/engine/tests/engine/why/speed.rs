@@ -78,13 +78,13 @@ fn minute(subject: &Subject, program: &Program) -> Vec<Arc<TapeSection>> {
 
 #[test]
 #[ignore = "prints times"]
-fn times_of_a_large_ladder() {
+fn print_times_of_a_large_ladder() {
     times(ladder(), &["Y1999", "X5", "X11", "C21", "C11", "T0.Done", "D1003"]);
 }
 
 #[test]
 #[ignore = "prints times"]
-fn times_of_a_ladder_in_which_all_depends_on_all() {
+fn print_times_of_a_ladder_with_one_long_dependency_chain() {
     times(chain(), &["link_9999", "link_5000", "link_10", "X11", "Y0"]);
 }
 

@@ -40,7 +40,7 @@ fn stopped() -> Tape {
 }
 
 #[test]
-fn a_seal_in_names_what_dropped_it_and_what_keeps_it_so() {
+fn the_answer_for_a_seal_in_names_what_dropped_it_and_what_keeps_it_off() {
     let plc = stopped();
     check(
         &plc,
@@ -90,7 +90,7 @@ fn a_seal_in_names_what_dropped_it_and_what_keeps_it_so() {
 }
 
 #[test]
-fn a_bit_that_a_rung_above_its_out_has_read_is_kept_by_it() {
+fn a_bit_read_by_a_rung_above_its_coil_is_explained_by_the_coil() {
     let mut plc = tape(
         r#"
         [[program.rung]]
@@ -122,7 +122,7 @@ fn a_bit_that_a_rung_above_its_out_has_read_is_kept_by_it() {
 }
 
 #[test]
-fn a_seal_in_that_holds_is_kept_by_its_own_out() {
+fn an_active_seal_in_is_explained_by_its_own_coil() {
     let mut plc = tape(SEALED);
     plc.scans(5);
     plc.scan(&[("start", 1)]);
@@ -173,7 +173,7 @@ fn a_seal_in_that_holds_is_kept_by_its_own_out() {
 }
 
 #[test]
-fn a_contact_that_is_off_too_is_not_cut_where_it_is_the_cause() {
+fn a_contact_that_is_the_cause_is_always_shown() {
     let mut plc = tape(
         r#"
         [[program.rung]]
@@ -222,7 +222,7 @@ fn a_contact_that_is_off_too_is_not_cut_where_it_is_the_cause() {
 }
 
 #[test]
-fn a_force_that_has_ended_is_told_as_a_change() {
+fn a_released_force_is_shown_as_a_change() {
     let mut plc = tape("[[program.rung]]\nwhen = [\"X0\"]\ndo = [\"OUT Y0\"]\n");
     plc.scans(4);
     plc.force("Y0", 1, "root (uid 0)");
@@ -245,7 +245,7 @@ fn a_force_that_has_ended_is_told_as_a_change() {
 }
 
 #[test]
-fn the_same_reasons_are_told_once() {
+fn equal_reasons_are_shown_only_once() {
     let mut plc = tape("[[program.rung]]\nwhen = [\"X0\"]\ndo = [\"OUT Y0\", \"MOVE 7 to=D0\"]\n");
     plc.scan(&[("X0", 1)]);
     plc.scans(3);
@@ -280,7 +280,7 @@ fn the_same_reasons_are_told_once() {
 }
 
 #[test]
-fn a_search_for_differences_does_not_look_for_it() {
+fn an_answer_without_the_change_option_has_no_change() {
     let plc = stopped();
     let limits = Limits { change: false, ..Limits::default() };
     let answer = plc.limited("motor", limits);
@@ -288,7 +288,7 @@ fn a_search_for_differences_does_not_look_for_it() {
 }
 
 #[test]
-fn compares_and_edges_name_what_they_are_of() {
+fn compares_and_edges_show_their_operands_and_values() {
     let mut plc = tape(
         r#"
         [[program.rung]]
@@ -347,7 +347,7 @@ fn compares_and_edges_name_what_they_are_of() {
 }
 
 #[test]
-fn a_timer_that_is_done_says_so() {
+fn a_done_timer_is_shown_as_done() {
     let mut plc = tape("[[program.rung]]\nwhen = [\"X0\"]\ndo = [\"TMR T0 preset=2s\"]\n");
     plc.scans(3);
     check(
@@ -381,7 +381,7 @@ fn a_timer_that_is_done_says_so() {
 }
 
 #[test]
-fn people_and_their_writes_are_named() {
+fn writes_are_shown_with_their_users() {
     let mut plc = tape(SEALED);
     plc.scans(3);
     plc.begin();
@@ -402,7 +402,7 @@ fn people_and_their_writes_are_named() {
 }
 
 #[test]
-fn in_stop_the_mode_and_its_reason_are_named() {
+fn an_answer_in_stop_names_the_mode_and_its_reason() {
     let mut plc = stopped();
     plc.call(EngineCall::RequestStop);
     plc.scan(&[]);
@@ -417,7 +417,7 @@ fn in_stop_the_mode_and_its_reason_are_named() {
 }
 
 #[test]
-fn a_cut_says_the_depth_that_shows_it() {
+fn a_truncated_answer_names_the_depth_that_shows_more() {
     let mut plc = tape(
         r#"
         [[program.rung]]

@@ -37,7 +37,7 @@ impl Witness for Coverage<'_> {
 }
 
 #[test]
-fn a_coverage_is_a_witness() {
+fn coverage_lists_the_observed_states_of_contacts_and_legs() {
     let mut plc = tape(
         r#"
         [[program.rung]]

@@ -13,7 +13,7 @@ fn rung(when: &str, text: &str) -> Tape {
 }
 
 #[test]
-fn an_out_is_written_in_every_scan() {
+fn the_answer_for_a_coil_names_the_contacts_and_inputs_that_decide_it() {
     let mut plc = rung(r#""X0", "!X1 | X2", "X3""#, r#""OUT Y0""#);
     plc.scan(&[("X1", 1)]);
     plc.scans(25);
@@ -55,7 +55,7 @@ fn an_out_is_written_in_every_scan() {
 }
 
 #[test]
-fn a_set_is_told_after_it_acted_and_before() {
+fn a_set_bit_is_explained_before_and_after_set_has_acted() {
     let mut plc = tape(
         r#"
         [[program.rung]]
@@ -104,7 +104,7 @@ fn a_set_is_told_after_it_acted_and_before() {
 }
 
 #[test]
-fn two_writes_in_one_scan_that_leave_the_value_are_found() {
+fn two_writes_in_one_scan_that_restore_the_value_are_found() {
     let mut plc = tape(
         r#"
         [[program.rung]]
@@ -143,7 +143,7 @@ fn two_writes_in_one_scan_that_leave_the_value_are_found() {
 }
 
 #[test]
-fn a_counter_says_when_it_counted_and_was_reset() {
+fn the_answer_for_a_counter_shows_its_last_count_and_reset() {
     let mut plc = tape(
         r#"
         [[program.rung]]
@@ -176,7 +176,7 @@ fn a_counter_says_when_it_counted_and_was_reset() {
 }
 
 #[test]
-fn a_timer_says_its_time_and_since_when_it_runs() {
+fn the_answer_for_a_timer_shows_its_time_and_its_start() {
     let mut plc = rung(r#""X0""#, r#""TMR T0 preset=2s""#);
     plc.scans(3);
     plc.scan(&[("X0", 1)]);
@@ -197,7 +197,7 @@ fn a_timer_says_its_time_and_since_when_it_runs() {
 }
 
 #[test]
-fn words_name_what_they_were_made_of() {
+fn the_answer_for_a_word_names_the_operands_of_its_value() {
     let mut plc = tape(
         r#"
         [[program.rung]]
@@ -233,7 +233,7 @@ fn words_name_what_they_were_made_of() {
 }
 
 #[test]
-fn forces_and_writes_have_their_people() {
+fn forces_and_writes_are_shown_with_their_users() {
     let mut plc = rung(r#""X0""#, r#""OUT Y0""#);
     plc.scans(4);
     plc.force("Y0", 1, "root");
@@ -281,7 +281,7 @@ fn forces_and_writes_have_their_people() {
 }
 
 #[test]
-fn what_a_rung_saw_is_what_counts_not_what_came_after() {
+fn a_rung_is_explained_by_the_values_at_its_execution() {
     let mut plc = tape(
         r#"
         [[program.rung]]
@@ -311,7 +311,7 @@ fn what_a_rung_saw_is_what_counts_not_what_came_after() {
 }
 
 #[test]
-fn two_inputs_together_are_found_if_none_alone_is_enough() {
+fn two_inputs_are_found_if_neither_alone_is_sufficient() {
     let mut plc = rung(r#""X0", "X1""#, r#""OUT Y0""#);
     plc.scans(2);
     check(
@@ -331,7 +331,7 @@ fn two_inputs_together_are_found_if_none_alone_is_enough() {
 }
 
 #[test]
-fn indexed_elements_are_named() {
+fn indexed_elements_are_shown_with_their_index() {
     let mut plc = tape(
         r#"
         [[program.rung]]
@@ -370,7 +370,7 @@ fn indexed_elements_are_named() {
 }
 
 #[test]
-fn json_has_what_the_text_has() {
+fn the_json_answer_contains_the_facts_of_the_text() {
     let mut plc = rung(r#""X0""#, r#""OUT Y0""#);
     plc.scan(&[("X0", 1)]);
     let json = plc.answer("Y0", QuestionTime::Now).json();
@@ -385,7 +385,7 @@ fn json_has_what_the_text_has() {
 }
 
 #[test]
-fn a_structure_is_refused_with_a_member_that_it_has() {
+fn a_structure_is_refused_with_the_name_of_one_of_its_members() {
     let plc = rung(r#""X0""#, r#""OUT Y0""#);
     for (name, member) in [("T0", "T0.Acc"), ("CT0", "CT0.Acc"), ("N0", "N0.ACC")] {
         let refusal = plc.subject.cell(name).expect_err(name);

@@ -26,7 +26,7 @@ fn cause(edit: impl Fn(&mut Vec<TapeSection>)) -> Result<Cause, WhyRefusal> {
 }
 
 #[test]
-fn a_gap_ends_the_past() {
+fn the_search_ends_at_a_gap_of_the_recording() {
     assert!(matches!(cause(|_| {}), Ok(Cause::Instruction { .. })));
     let ends = [
         (TapeEnd::Lost, (false, 4, 1)),
@@ -64,7 +64,7 @@ fn the_first_scan_of_a_process_has_the_number_one() {
 }
 
 #[test]
-fn a_section_of_another_shape_or_with_other_cells_ends_the_past() {
+fn the_search_ends_at_a_section_with_another_memory_layout() {
     let mut other = tape("[[program.rung]]\nwhen = [\"rise(X0)\"]\ndo = [\"SET C0\"]\n");
     other.scan(&[]);
     other.cut();
@@ -80,7 +80,7 @@ fn a_section_of_another_shape_or_with_other_cells_ends_the_past() {
 }
 
 #[test]
-fn a_tape_without_its_calls_in_order_does_no_harm() {
+fn a_recording_with_calls_out_of_order_does_not_panic() {
     let scrambled = cause(|sections| {
         for section in sections.iter_mut() {
             section.entries.reverse();

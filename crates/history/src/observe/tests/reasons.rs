@@ -34,7 +34,7 @@ do = ["CTU N1 preset=D0"]
 "#;
 
 #[test]
-fn the_enable_bits_are_decided_by_their_own_instruction_at_every_execution() {
+fn enable_bits_are_explained_by_their_own_instruction() {
     let mut plc = tape(BOTH_WAYS);
     plc.scan(&[("X0", 1)]);
     plc.scans(25);
@@ -63,7 +63,7 @@ fn the_enable_bits_are_decided_by_their_own_instruction_at_every_execution() {
 }
 
 #[test]
-fn res_is_no_reason_of_a_preset() {
+fn a_preset_is_not_explained_by_res() {
     let mut plc = tape(BOTH_WAYS);
     plc.scan(&[("X2", 1)]);
     plc.scans(5);
@@ -85,7 +85,7 @@ fn res_is_no_reason_of_a_preset() {
 }
 
 #[test]
-fn an_unnamed_rung_of_a_template_says_which_use() {
+fn an_unnamed_rung_of_a_template_is_shown_with_its_use() {
     let ladder = r#"
         rung = [
           { use = "Pump", name = "p1", with = { want = "X0", motor = "Y0" } },
@@ -105,7 +105,7 @@ fn an_unnamed_rung_of_a_template_says_which_use() {
 
 /// Twelve fault bits; the last one to change stands first, and the quiet ones are counted.
 #[test]
-fn of_many_contacts_those_that_changed_last_are_told() {
+fn the_last_changed_of_many_contacts_are_shown() {
     let any: Vec<String> = (0..12).map(|at| format!("X{at}")).collect();
     let mut plc =
         tape(&format!("rung = [{{ when = [\"{}\"], do = [\"OUT Y0\"] }}]\n", any.join(" | ")));
@@ -134,7 +134,7 @@ fn of_many_contacts_those_that_changed_last_are_told() {
 }
 
 #[test]
-fn of_a_long_sum_the_zeros_are_counted() {
+fn the_zero_operands_of_a_long_sum_are_counted() {
     let all: Vec<String> = (0..12).map(|at| format!("D{at}")).collect();
     let (sum, product) = (all.join(" + "), all[..7].join(" * "));
     let (or, sum) = (all.join(" | "), format!("({sum}) * D20"));

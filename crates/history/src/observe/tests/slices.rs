@@ -222,7 +222,7 @@ fn compare(name: &str, subject: &Subject, random: &mut Random) {
 }
 
 #[test]
-fn a_slice_does_what_the_whole_program_does() {
+fn a_slice_computes_its_cells_as_the_whole_program_does() {
     let mut random = Random(7);
     let mut all = files("programs");
     assert!(all.len() > 8, "the shipped ladders are gone");
@@ -233,7 +233,7 @@ fn a_slice_does_what_the_whole_program_does() {
 }
 
 #[test]
-fn a_slice_has_only_what_can_affect_its_cell() {
+fn a_slice_contains_only_operations_that_can_affect_its_cell() {
     let plc = ladder(BLOCKS);
     let places = |name: &str| plc.subject.seen.slice(&[plc.cell(name)]).places.len();
     let whole = plc.subject.seen.tables.batches.len();

@@ -36,7 +36,7 @@ const SIDE: &str = r#"
 "#;
 
 #[test]
-fn a_bit_of_a_block_that_never_ran_names_the_block_to_start() {
+fn the_answer_for_a_bit_of_a_block_that_never_ran_names_the_block_to_start() {
     let mut plc = tape(SIDE);
     plc.scans(3);
     check(
@@ -61,7 +61,7 @@ fn a_bit_of_a_block_that_never_ran_names_the_block_to_start() {
 }
 
 #[test]
-fn a_pass_names_what_stopped_the_block() {
+fn a_termination_pass_is_explained_by_the_instruction_that_stopped_the_block() {
     let mut plc = tape(SIDE);
     plc.scan(&[("X0", 1)]);
     plc.scan(&[("X0", 0)]);
@@ -86,7 +86,7 @@ fn a_pass_names_what_stopped_the_block() {
 }
 
 #[test]
-fn a_pass_of_a_stage_names_the_jump() {
+fn a_termination_pass_of_a_stage_is_explained_by_the_jump() {
     let mut plc = tape(SIDE);
     plc.scan(&[("X0", 1)]);
     plc.scan(&[("X3", 1)]);
@@ -121,7 +121,7 @@ X2 ON would turn it ON in the next scan
 }
 
 #[test]
-fn a_restart_stops_and_starts_at_once() {
+fn a_restart_is_shown_as_a_stop_and_a_start_in_one_scan() {
     let mut plc = tape(SIDE);
     plc.scan(&[("X0", 1)]);
     plc.scan(&[("X0", 0), ("X3", 1)]);
@@ -156,7 +156,7 @@ fn a_restart_stops_and_starts_at_once() {
 }
 
 #[test]
-fn the_stop_of_the_controller_terminates() {
+fn a_bit_turned_off_by_a_controller_stop_is_explained_by_the_stop() {
     let mut plc = tape(SIDE);
     plc.scan(&[("X0", 1)]);
     plc.scans(3);
@@ -184,7 +184,7 @@ fn the_stop_of_the_controller_terminates() {
 }
 
 #[test]
-fn before_the_start_memory_is_initial() {
+fn memory_has_its_initial_values_before_the_start() {
     let text = r#"
         [tags]
         size = { at = "D0", initial = 12, doc = "Parts in a crate" }

@@ -51,7 +51,7 @@ fn the_longest_requests_are_answered() {
 }
 
 #[test]
-fn what_is_not_there_or_not_listed_is_exception_2() {
+fn addresses_that_do_not_exist_or_are_not_writable_give_exception_2() {
     let (_controller, mut client) = start();
     assert_eq!(client.ask(&[1, 4, 0, 0, 1]), [0x81, 2], "MC1025");
     assert_eq!(client.ask(&[2, 3, 0xff, 0, 2]), [0x82, 2]);
@@ -66,7 +66,7 @@ fn what_is_not_there_or_not_listed_is_exception_2() {
 }
 
 #[test]
-fn bad_quantities_and_values_are_exception_3() {
+fn bad_quantities_and_values_give_exception_3() {
     let (controller, mut client) = start();
     assert_eq!(client.ask(&[1, 0, 0, 0, 0]), [0x81, 3]);
     assert_eq!(client.ask(&[2, 0, 0, 0x07, 0xd1]), [0x82, 3]);
@@ -83,7 +83,7 @@ fn bad_quantities_and_values_are_exception_3() {
 }
 
 #[test]
-fn other_functions_are_exception_1() {
+fn unknown_functions_give_exception_1() {
     let (_controller, mut client) = start();
     for function in [0, 7, 17, 20, 24, 43, 127] {
         assert_eq!(client.ask(&[function, 0, 0, 0, 1]), [function | 0x80, 1]);
@@ -91,7 +91,7 @@ fn other_functions_are_exception_1() {
 }
 
 #[test]
-fn in_stop_and_fault_writes_are_exception_4_at_once_and_reads_go_on() {
+fn writes_in_stop_or_fault_give_exception_4_and_reads_still_work() {
     let (controller, mut client) = start();
     assert_eq!(client.ask(&[6, 0, 0, 0, 7]), [6, 0, 0, 0, 7]);
     for order in [Do::Stop, Do::Fault] {
@@ -111,7 +111,7 @@ fn in_stop_and_fault_writes_are_exception_4_at_once_and_reads_go_on() {
 }
 
 #[test]
-fn a_write_that_waits_when_the_controller_stops_is_exception_4() {
+fn a_pending_write_gives_exception_4_when_the_controller_stops() {
     let (controller, mut client) = start();
     controller.order(Do::Freeze);
     let asking = std::thread::spawn(move || client.ask(&[5, 0, 0, 0xff, 0]));
@@ -123,7 +123,7 @@ fn a_write_that_waits_when_the_controller_stops_is_exception_4() {
 }
 
 #[test]
-fn a_full_queue_is_exception_6() {
+fn a_write_to_a_full_queue_gives_exception_6() {
     let (controller, mut client) = start();
     controller.order(Do::Freeze);
     let waiting = (0..=QUEUED_BATCHES_MAX).take_while(|_| controller.port.submit(vec![]).is_ok());

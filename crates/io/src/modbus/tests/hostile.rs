@@ -40,7 +40,7 @@ fn frames(mut bytes: &[u8]) -> usize {
 }
 
 #[test]
-fn random_bytes_in_random_pieces() {
+fn random_bytes_do_not_disturb_other_clients() {
     let controller = Controller::start(settings(), PERIOD);
     let honest = std::cell::RefCell::new(controller.client());
     let bytes = prop::collection::vec(any::<u8>(), 0..600);
@@ -57,7 +57,7 @@ fn random_bytes_in_random_pieces() {
 }
 
 #[test]
-fn random_requests_in_random_pieces_are_each_answered_in_order() {
+fn random_requests_split_at_random_are_answered_in_order() {
     let controller = Controller::start(settings(), PERIOD);
     // Mostly functions that the server has, and mostly lengths that fit them.
     let function = prop_oneof![4 => 1_u8..17, 1 => any::<u8>()];
@@ -85,7 +85,7 @@ fn random_requests_in_random_pieces_are_each_answered_in_order() {
 }
 
 #[test]
-fn requests_before_the_bytes_that_are_none_are_answered() {
+fn requests_before_invalid_bytes_are_answered() {
     let controller = Controller::start(settings(), PERIOD);
     for garbage in [&b"GET / HTTP/1.1\r\n\r\n"[..], &[0, 1, 0, 0, 0, 0, 1], &[0, 1, 0, 0, 1, 0, 1]]
     {
@@ -102,7 +102,7 @@ fn requests_before_the_bytes_that_are_none_are_answered() {
 }
 
 #[test]
-fn any_unit_is_answered() {
+fn requests_of_any_unit_are_answered() {
     let controller = Controller::start(settings(), PERIOD);
     let mut client = controller.client();
     for unit in [0_u8, 1, 247, 255] {

@@ -21,7 +21,7 @@ fn impatient() -> Controller {
 }
 
 #[test]
-fn the_newest_connection_too_many_is_closed() {
+fn a_connection_beyond_the_limit_is_closed() {
     let controller =
         Controller::start(ModbusServerSettings { connections: 3, ..settings() }, PERIOD);
     let mut inside: Vec<_> = (0..3).map(|_| controller.client()).collect();
@@ -47,7 +47,7 @@ fn the_newest_connection_too_many_is_closed() {
 }
 
 #[test]
-fn silent_connections_are_closed_for_new_ones_oldest_first() {
+fn the_oldest_silent_connection_is_closed_for_a_new_client() {
     let controller =
         Controller::start(ModbusServerSettings { connections: 3, ..settings() }, PERIOD);
     let mut panel = controller.client();
@@ -78,7 +78,7 @@ fn an_unfinished_frame_ends_the_connection() {
 }
 
 #[test]
-fn a_byte_now_and_then_does_not_lengthen_a_frames_time() {
+fn single_bytes_do_not_extend_the_time_limit_of_a_frame() {
     let controller = impatient();
     let mut client = controller.client();
     let (frame, since) = (client.frame(&READ), Instant::now());
@@ -93,7 +93,7 @@ fn a_byte_now_and_then_does_not_lengthen_a_frames_time() {
 }
 
 #[test]
-fn a_silent_client_is_let_go_and_a_slow_one_is_not() {
+fn a_silent_client_is_disconnected_but_a_slow_client_is_not() {
     let controller = impatient();
     let (mut silent, mut slow) = (controller.client(), controller.client());
     let since = Instant::now();
@@ -107,7 +107,7 @@ fn a_silent_client_is_let_go_and_a_slow_one_is_not() {
 }
 
 #[test]
-fn a_client_that_takes_no_replies_is_let_go() {
+fn a_client_that_reads_no_replies_is_disconnected() {
     let controller = impatient();
     let mut greedy = controller.client();
     greedy.stream.set_write_timeout(Some(Duration::from_millis(100))).unwrap();

@@ -38,7 +38,7 @@ fn a_refused_write_is_logged_with_client_place_and_reason() {
 }
 
 #[test]
-fn connections_are_logged_with_why_they_end() {
+fn connections_are_logged_with_the_reason_of_their_end() {
     let limits = ModbusServerSettings { connections: 1, idle_timeout_ms: 300, ..settings() };
     let controller = Controller::start(limits, PERIOD);
     let mut client = controller.client();

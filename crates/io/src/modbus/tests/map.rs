@@ -45,7 +45,7 @@ fn register(n: u32, value: i32) -> OperandWrite {
 }
 
 #[test]
-fn only_what_is_listed_can_be_written() {
+fn only_listed_addresses_can_be_written() {
     assert_eq!(write(&[5, 0, 0, 0xff, 0]), Ok(vec![coil(1, true)]));
     assert_eq!(write(&[5, 0, 4, 0xff, 0]), Err(2), "MC5 is not listed");
     assert_eq!(write(&[5, 0, 8, 0xff, 0]), Err(2), "MC9 does not exist");
@@ -69,7 +69,7 @@ fn a_value_beyond_a_tags_limits_refuses_the_whole_write() {
 }
 
 #[test]
-fn a_coil_of_the_image_is_writable_and_an_input() {
+fn a_coil_of_the_image_is_writable_and_sets_its_input() {
     let writes = vec![
         coil(2, true),
         coil(3, false),
@@ -108,7 +108,7 @@ fn read(snapshot: &Snapshot, pdu: &[u8]) -> Result<Vec<u8>, u8> {
 }
 
 #[test]
-fn reads_show_each_table_to_its_end_and_no_further() {
+fn each_table_is_readable_up_to_its_last_element() {
     let layout = small().1;
     let mut image = snapshot(&layout);
     let mut set = |bit, on: bool| image.bits[layout.bit(bit).0 as usize] = u8::from(on);
@@ -131,7 +131,7 @@ fn reads_show_each_table_to_its_end_and_no_further() {
 }
 
 #[test]
-fn inputs_of_the_image_begin_as_their_coils() {
+fn inputs_of_the_image_start_with_the_values_of_their_coils() {
     let (map, layout) = small();
     let mut image = snapshot(&layout);
     image.bits[layout.bit(Bit::Space(BitSpace::Mc, 4)).0 as usize] = 1;

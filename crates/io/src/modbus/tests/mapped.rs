@@ -78,7 +78,7 @@ fn put(controller: &Controller, text: &str, value: i32) {
 const AT: u8 = 0x0f; // 4000 is 0x0fa0.
 
 #[test]
-fn two_registers_are_one_value_in_the_order_that_is_said() {
+fn two_registers_hold_one_value_in_the_configured_word_order() {
     let (controller, mut client) = start();
     assert_eq!(client.ask(&[16, AT, 0xa0, 0, 2, 4, 0x12, 0x34, 0x56, 0x78])[0], 16);
     assert_eq!(word(&controller, "CT0.Acc"), 0x1234_5678);
@@ -93,7 +93,7 @@ fn two_registers_are_one_value_in_the_order_that_is_said() {
 }
 
 #[test]
-fn half_a_value_is_not_written() {
+fn writing_half_of_a_value_is_refused() {
     let (controller, mut client) = start();
     assert_eq!(client.ask(&[6, AT, 0xa0, 0, 1]), [0x86, 2]);
     assert_eq!(client.ask(&[6, AT, 0xa1, 0, 1]), [0x86, 2]);
@@ -104,7 +104,7 @@ fn half_a_value_is_not_written() {
 }
 
 #[test]
-fn types_show_the_nearest_value_and_take_what_the_operand_holds() {
+fn registers_show_the_nearest_value_and_accept_only_values_in_range() {
     let (controller, mut client) = start();
     for (value, shown) in [(-2, 0xfffe), (-40_000, 0x8000), (40_000, 0x7fff), (7, 7)] {
         put(&controller, "D1", value);
@@ -121,7 +121,7 @@ fn types_show_the_nearest_value_and_take_what_the_operand_holds() {
 }
 
 #[test]
-fn bits_of_any_kind_are_coils_and_only_what_is_listed_is_written() {
+fn bits_of_any_kind_can_be_coils_and_only_listed_coils_are_writable() {
     let (controller, mut client) = start();
     assert_eq!(client.ask(&[15, AT, 0xa0, 0, 3, 1, 0b101])[0], 15);
     assert_eq!(client.ask(&[1, AT, 0xa0, 0, 7]), [1, 1, 0b101]);
@@ -138,7 +138,7 @@ fn bits_of_any_kind_are_coils_and_only_what_is_listed_is_written() {
 }
 
 #[test]
-fn a_list_is_for_its_clients() {
+fn a_writable_list_applies_only_to_its_clients() {
     let (controller, mut client) = start();
     assert_eq!(client.ask(&[6, AT, 0xa6, 0, 1]), [0x86, 2], "V5 is for 10.0.0.0/8");
     assert_eq!(client.ask(&[15, AT, 0xa0, 0, 3, 1, 7])[0], 15, "C2 is for loopback");
@@ -146,7 +146,7 @@ fn a_list_is_for_its_clients() {
 }
 
 #[test]
-fn a_unit_has_its_own_places_beside_the_common_ones() {
+fn a_unit_has_its_own_addresses_besides_the_common_ones() {
     let (_controller, mut client) = start();
     assert_eq!(client.ask(&[3, 0x13, 0x88, 0, 1]), [0x83, 2], "5000 is unit 9's");
     client.unit = 9;
@@ -161,7 +161,7 @@ fn a_unit_has_its_own_places_beside_the_common_ones() {
 }
 
 #[test]
-fn a_mask_works_on_what_the_word_holds() {
+fn a_mask_write_changes_the_present_value_of_the_word() {
     let (controller, mut client) = start();
     assert_eq!(client.ask(&[6, 0, 4, 0, 0x12])[0], 6);
     let pdu = [22, 0, 4, 0, 0xf2, 0, 0x25];
@@ -178,7 +178,7 @@ fn a_mask_works_on_what_the_word_holds() {
 }
 
 #[test]
-fn one_request_writes_and_reads_what_a_scan_made_of_it() {
+fn a_read_write_request_reads_after_the_scan_that_applied_its_write() {
     let (controller, mut client) = start();
     let write =
         |read: [u8; 4], first: [u8; 2]| [&[23][..], &read, &first, &[0, 2, 4, 0, 5, 0, 6]].concat();

@@ -29,7 +29,7 @@ fn a_read_never_mixes_two_scans() {
 }
 
 #[test]
-fn a_write_is_never_seen_in_part() {
+fn no_scan_sees_a_partial_write() {
     let controller = Controller::start(settings(), Duration::ZERO);
     let write = |value: u8| {
         let mut client = controller.client();
@@ -50,7 +50,7 @@ fn a_write_is_never_seen_in_part() {
 }
 
 #[test]
-fn the_reply_goes_out_after_the_scan_that_saw_the_write() {
+fn the_reply_to_a_write_is_sent_after_the_scan_that_applied_the_write() {
     let controller = Controller::start(settings(), Duration::from_millis(100));
     let mut client = controller.client();
     client.ask(&[5, 0, 1, 0xff, 0]);
@@ -62,7 +62,7 @@ fn the_reply_goes_out_after_the_scan_that_saw_the_write() {
 }
 
 #[test]
-fn a_coil_of_the_image_is_an_input_in_the_same_scan() {
+fn a_coil_of_the_image_sets_its_input_in_the_same_scan() {
     let controller = Controller::start(settings(), PERIOD);
     let mut client = controller.client();
     for round in 0..200_u8 {
@@ -77,7 +77,7 @@ fn a_coil_of_the_image_is_an_input_in_the_same_scan() {
 }
 
 #[test]
-fn outputs_of_the_image_are_as_driven() {
+fn discrete_inputs_of_the_image_show_the_outputs_as_driven() {
     let controller = Controller::start(settings(), PERIOD);
     let mut client = controller.client();
     client.ask(&[5, 0, 100, 0xff, 0]);
@@ -87,7 +87,7 @@ fn outputs_of_the_image_are_as_driven() {
 }
 
 #[test]
-fn a_client_that_leaves_while_its_write_waits_harms_nothing() {
+fn a_client_that_leaves_with_a_pending_write_does_not_disturb_others() {
     let controller = Controller::start(settings(), PERIOD);
     controller.order(Do::Freeze);
     let mut leaving = controller.client();

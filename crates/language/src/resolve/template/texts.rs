@@ -116,7 +116,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn braces_are_words_or_pairs() {
+    fn unknown_words_and_unpaired_braces_are_reported() {
         let said = |text: &str| {
             let known = KnownNames::new(["name", "patience"]);
             let findings = check(text, Span::default(), &known);
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn a_text_of_braces_is_read_in_one_pass() {
+    fn a_text_of_many_braces_is_read_in_one_pass() {
         let braces = format!("{}}} {{name}}", "{".repeat(2_000_000));
         let pieces: Vec<_> = pieces(&braces).collect();
         assert_eq!(pieces.len(), 1);
@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn words_in_braces_are_filled_and_the_rest_stays() {
+    fn known_words_in_braces_are_replaced_and_other_text_is_kept() {
         let check = |text: &str, expected: &str| {
             let of = |word: &str| (word == "name").then(|| "p1".to_owned());
             assert_eq!(filled(text, of), expected, "{text}");
