@@ -37,6 +37,13 @@ fn ladder() -> String {
     text
 }
 
+/// A place in the text, as the protocol counts: lines and characters from 0.
+#[derive(Clone, Copy)]
+struct TextPlace {
+    line: usize,
+    character: usize,
+}
+
 struct Editor {
     connection: Connection,
     number: i32,
@@ -66,10 +73,10 @@ impl Editor {
     }
 
     /// Types a character at a place, or deletes it.
-    fn key(&mut self, (line, column): (usize, usize), types: bool) {
+    fn key(&mut self, TextPlace { line, character }: TextPlace, types: bool) {
         self.version += 1;
-        let start = json!({ "line": line, "character": column });
-        let end = json!({ "line": line, "character": column + usize::from(!types) });
+        let start = json!({ "line": line, "character": character });
+        let end = json!({ "line": line, "character": character + usize::from(!types) });
         let text = if types { "x" } else { "" };
         let change = json!([{ "range": { "start": start, "end": end }, "text": text }]);
         let document = json!({ "uri": self.uri, "version": self.version });
@@ -123,7 +130,7 @@ fn main() {
     // The place is in the first contact of a rung in the middle of the text.
     let line = text[..text.len() / 2].matches('\n').count();
     let line = line + text.lines().skip(line).position(|line| line.starts_with("when")).unwrap();
-    let place = (line, 12);
+    let place = TextPlace { line, character: 12 };
     let load = || {
         let began = Instant::now();
         let loaded =
@@ -141,7 +148,7 @@ fn main() {
         ("code actions", "textDocument/codeAction"),
         ("formatting", "textDocument/formatting"),
     ] {
-        measure_request(&mut editor, (name, method), place);
+        measure_request(&mut editor, name, method, place);
     }
     let edits = std::env::var("RUNGD_EDITS").ok().and_then(|n| n.parse().ok()).unwrap_or(2_000);
     let before = resident_mb();
@@ -158,7 +165,7 @@ fn main() {
     let _ = std::fs::remove_dir_all(&folder);
 }
 
-fn measure_findings(editor: &mut Editor, place: (usize, usize)) {
+fn measure_findings(editor: &mut Editor, place: TextPlace) {
     let mut times = Vec::new();
     for time in 0..2 * TIMES {
         let began = Instant::now();
@@ -170,12 +177,12 @@ fn measure_findings(editor: &mut Editor, place: (usize, usize)) {
 }
 
 /// Measures a request directly after a keystroke, as an editor sends it.
-fn measure_request(editor: &mut Editor, (name, method): (&str, &str), place: (usize, usize)) {
+fn measure_request(editor: &mut Editor, name: &str, method: &str, place: TextPlace) {
     let mut times = Vec::new();
     for time in 0..2 * TIMES {
         let began = Instant::now();
         editor.key(place, time % 2 == 0);
-        let position = json!({ "line": place.0, "character": place.1 });
+        let position = json!({ "line": place.line, "character": place.character });
         let params = json!({
             "textDocument": { "uri": editor.uri },
             "position": position,

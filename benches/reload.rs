@@ -31,10 +31,10 @@ fn main() {
 fn row(name: &str, rungs: usize, edit: impl Fn(usize) -> Option<usize>) {
     let old = program(rungs, |_| Some(0));
     let new = program(rungs, edit);
-    fn side((program, symbols): &(rungd_engine::EngineProgram, Symbols)) -> LoweredProgram<'_> {
-        LoweredProgram { program, symbols }
-    }
-    let plan = ReloadPlan::new(side(&old), side(&new));
+    let plan = ReloadPlan::new(
+        LoweredProgram { program: &old.0, symbols: &old.1 },
+        LoweredProgram { program: &new.0, symbols: &new.1 },
+    );
     let (mut swaps, mut scans) = (Vec::new(), Vec::new());
     let mut now_ns = 0;
     let mut scan = |engine: &mut Engine| {

@@ -43,8 +43,8 @@ fn compare(changes: u32) {
     }
     let (mut without, mut with) = (Vec::new(), Vec::new());
     for number in 0..SCANS {
-        without.push(scan(&mut bare, number, (inputs, changes)));
-        with.push(scan(&mut taped, number, (inputs, changes)));
+        without.push(scan(&mut bare, number, inputs, changes));
+        with.push(scan(&mut taped, number, inputs, changes));
         while let Some((_, state)) = reader.take() {
             if let Some(state) = state {
                 reader.give_back(state);
@@ -57,7 +57,7 @@ fn compare(changes: u32) {
 }
 
 /// Makes one scan; returns the time from its first call to its end, ns.
-fn scan(machine: &mut Taped, number: u64, (inputs, changes): (u32, u32)) -> u64 {
+fn scan(machine: &mut Taped, number: u64, inputs: u32, changes: u32) -> u64 {
     let now_ns = number * PERIOD_NS;
     let start = ScanStart { number, now_ns, times: ScanTimes::default(), local_s: 0 };
     let begin = Instant::now();

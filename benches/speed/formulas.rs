@@ -18,11 +18,11 @@ const DIVIDE: u8 = 1;
 const OVERFLOW: u8 = 2;
 
 #[inline(always)]
-fn limited((value, over): (i64, bool), below: bool, m: &mut Mishaps) -> i64 {
-    if over {
+fn limited(result: Option<i64>, below: bool, m: &mut Mishaps) -> i64 {
+    let Some(value) = result else {
         m.0 |= OVERFLOW;
         return limit(below);
-    }
+    };
     value
 }
 
@@ -41,17 +41,17 @@ fn largest(infinity: f64) -> f64 {
 
 #[inline(always)]
 fn add(a: i64, b: i64, m: &mut Mishaps) -> i64 {
-    limited(a.overflowing_add(b), a < 0, m)
+    limited(a.checked_add(b), a < 0, m)
 }
 
 #[inline(always)]
 fn sub(a: i64, b: i64, m: &mut Mishaps) -> i64 {
-    limited(a.overflowing_sub(b), a < 0, m)
+    limited(a.checked_sub(b), a < 0, m)
 }
 
 #[inline(always)]
 fn mul(a: i64, b: i64, m: &mut Mishaps) -> i64 {
-    limited(a.overflowing_mul(b), (a < 0) != (b < 0), m)
+    limited(a.checked_mul(b), (a < 0) != (b < 0), m)
 }
 
 // A division by a constant becomes a multiplication.
@@ -61,7 +61,7 @@ fn div(a: i64, b: i64, m: &mut Mishaps) -> i64 {
         m.0 |= DIVIDE;
         return 0;
     }
-    limited(a.overflowing_div(b), false, m)
+    limited(a.checked_div(b), false, m)
 }
 
 #[inline(always)]

@@ -29,7 +29,7 @@ pub fn text(workload: &Workload) -> String {
             for (at, stages) in programs.iter().enumerate() {
                 write!(text, "\n[[program]]\nname = \"Line{at}\"\nautostart = true\n").unwrap();
                 for (s, stage) in stages.iter().enumerate() {
-                    staged_rungs(&mut text, (at, s), stage);
+                    staged_rungs(&mut text, at, s, stage);
                 }
             }
         }
@@ -59,7 +59,7 @@ fn flat_rung(text: &mut String, at: usize, rung: &Rung) {
     }
 }
 
-fn staged_rungs(text: &mut String, (program, at): (usize, usize), stage: &Stage) {
+fn staged_rungs(text: &mut String, program: usize, at: usize, stage: &Stage) {
     let (coil, timer) = (program * STAGED_COILS, program * STAGES + at);
     let (own, timed) = (coil + 1 + at, coil + 1 + STAGES + at);
     let next = (at + 1) % STAGES;

@@ -18,11 +18,18 @@ const READ: usize = 64;
 /// Number of MATHs executed in a round: the number of scans times the number of MATHs.
 const MATHS_IN_A_ROUND: usize = 100_000;
 
-/// A kind of expression. The function gives the expression of the MATH with this number, as written
-/// in a ladder and in Rust.
-type Kind = (&'static str, fn(usize) -> [String; 2]);
+/// A kind of expression.
+struct ExpressionKind {
+    name: &'static str,
+    /// The expression of the MATH with a number, as written in a ladder and in Rust.
+    expression: fn(usize) -> [String; 2],
+}
 
-const KINDS: [Kind; 3] = [("integers", integers), ("divisions", divisions), ("reals", reals)];
+const KINDS: [ExpressionKind; 3] = [
+    ExpressionKind { name: "integers", expression: integers },
+    ExpressionKind { name: "divisions", expression: divisions },
+    ExpressionKind { name: "reals", expression: reals },
+];
 
 /// The four words that a MATH reads.
 fn words(k: usize) -> [usize; 4] {
@@ -66,27 +73,24 @@ fn reals(k: usize) -> [String; 2] {
 
 pub fn table(rounds: usize) -> anyhow::Result<()> {
     println!("MATH              n   native ns   engine ns   ratio   (quartiles)");
-    for (name, kind) in KINDS {
+    for kind in &KINDS {
         for n in [100, 1000, 3000] {
-            row(name, (kind, n), rounds)?;
+            row(kind, n, rounds)?;
         }
     }
     Ok(())
 }
 
-fn row(
-    name: &str,
-    (kind, n): (fn(usize) -> [String; 2], usize),
-    rounds: usize,
-) -> anyhow::Result<()> {
+fn row(kind: &ExpressionKind, n: usize, rounds: usize) -> anyhow::Result<()> {
+    let ExpressionKind { name, expression } = kind;
     let (mut ladder, mut rust) =
         ("[[program]]\nname = \"Main\"\nrung = [\n".to_owned(), String::new());
     for k in 0..n {
-        let [math, source] = kind(k);
+        let [math, source] = expression(k);
         let to = READ + k;
         let x = k % INPUTS as usize;
         writeln!(ladder, "{{ when = [\"X{x}\"], do = [\"MATH D{to} = {math}\"] }},")?;
-        let put = if name == "reals" { "put_real" } else { "put" };
+        let put = if *name == "reals" { "put_real" } else { "put" };
         let source = source.replace("d!(", "d!(memory ").replace("r!(", "r!(memory ");
         writeln!(rust, "math!(memory m {k} {x} {to} {put}({source}, m));")?;
     }

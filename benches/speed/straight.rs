@@ -36,7 +36,7 @@ pub fn source(workload: &Workload) -> String {
             for (program, stages) in programs.iter().enumerate() {
                 let mut body = String::new();
                 for (at, stage) in stages.iter().enumerate() {
-                    staged_rungs(&mut body, (program, at), stage);
+                    staged_rungs(&mut body, program, at, stage);
                 }
                 parts.push(body);
                 writeln!(start, "m.on[{}] = 1;", program * STAGES).unwrap();
@@ -104,7 +104,7 @@ fn on_delay(at: usize, coil: usize, preset: i32) -> String {
 }
 
 /// A Stage: its pass if one is due, then its rungs if it is ON.
-fn staged_rungs(body: &mut String, (program, at): (usize, usize), stage: &Stage) {
+fn staged_rungs(body: &mut String, program: usize, at: usize, stage: &Stage) {
     let (coil, id) = (program * STAGED_COILS, program * STAGES + at);
     let next = program * STAGES + (at + 1) % STAGES;
     let (own, timed) = (coil + 1 + at, coil + 1 + STAGES + at);

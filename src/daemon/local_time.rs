@@ -15,7 +15,7 @@ use tz::{TimeZone, TimeZoneSettings};
 
 use rungd_config::load::read_bytes;
 use rungd_runtime::say::say;
-use rungd_runtime::wall::UtcOffset;
+use rungd_runtime::wall::{OffsetChange, UtcOffset};
 
 /// The longest time until a change of the zone is noticed.
 const LOOK_EVERY: Duration = Duration::from_secs(1);
@@ -130,8 +130,8 @@ pub(crate) fn offset_s(zone: &TimeZone, at_s: i64) -> i32 {
     }
 }
 
-/// The next change of the offset, if it is near: its time, and the offset from then on.
-fn next_change(zone: &TimeZone, now_s: i64) -> Option<(i64, i32)> {
+/// The next change of the offset, if it is near.
+fn next_change(zone: &TimeZone, now_s: i64) -> Option<OffsetChange> {
     let (before, mut from, mut to) = (offset_s(zone, now_s), now_s, now_s + AHEAD_S);
     let after = offset_s(zone, to);
     if before == after {
@@ -141,7 +141,7 @@ fn next_change(zone: &TimeZone, now_s: i64) -> Option<(i64, i32)> {
         let middle = from + (to - from) / 2;
         if offset_s(zone, middle) == before { from = middle } else { to = middle }
     }
-    Some((to, offset_s(zone, to)))
+    Some(OffsetChange { at_s: to, offset_s: offset_s(zone, to) })
 }
 
 #[cfg(test)]

@@ -70,6 +70,7 @@ impl LogRules {
 mod tests {
     use super::*;
     use rungd_runtime::events::{MODBUS_READ_REFUSED, STAGE_ON, TAG_ON};
+    use rungd_runtime::wall::OffsetChange;
 
     fn rules(level: Level, given: &[(&Event, Option<Level>)], time: LogTime) -> LogRules {
         let mut settings = LogSettings { time, ..LogSettings::default() };
@@ -107,7 +108,7 @@ mod tests {
         let spring_s = 1_774_746_000;
         assert_eq!(rules.offset_s(at(spring_s)), None);
         let zone = Arc::new(UtcOffset::default());
-        zone.set(3600, Some((spring_s as i64, 7200)));
+        zone.set(3600, Some(OffsetChange { at_s: spring_s as i64, offset_s: 7200 }));
         rules.zone = Some(zone);
         assert_eq!(rules.offset_s(at(spring_s - 1)), Some(3600));
         assert_eq!(rules.offset_s(at(spring_s)), Some(7200));

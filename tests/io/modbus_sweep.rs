@@ -115,8 +115,8 @@ impl Sweep {
                 OperandWrite::Word(cell, value) => {
                     set(&mut self.image, Cell::Word(cell), value.into())
                 }
-                OperandWrite::Masked { cell, and, or, signed } => {
-                    let value = OperandWrite::masked(self.image.word(cell), (and, or), signed);
+                OperandWrite::Masked { cell, mask, signed } => {
+                    let value = mask.apply(self.image.word(cell), signed);
                     set(&mut self.image, Cell::Word(cell), value.into());
                 }
                 OperandWrite::Input(x, on) => {

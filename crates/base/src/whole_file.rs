@@ -45,7 +45,7 @@ pub fn replace(path: &Path, bytes: &[u8], rights: FileRights) -> io::Result<()> 
     };
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let fresh = path.with_file_name(format!(".{name}.{}.new", std::process::id()));
-    let written = write_as(&fresh, bytes, (old.as_ref(), rights));
+    let written = write_as(&fresh, bytes, old.as_ref(), rights);
     let put = written.and_then(|()| fs::rename(&fresh, path));
     if put.is_err() {
         let _ = fs::remove_file(&fresh);
@@ -63,10 +63,12 @@ fn not_a_file(facts: &fs::Metadata) -> io::Error {
     io::Error::other(format!("{what} is there, and only a regular file is replaced"))
 }
 
+/// Writes a new file. `old`: the file that it will replace.
 fn write_as(
     fresh: &Path,
     bytes: &[u8],
-    (old, rights): (Option<&fs::Metadata>, FileRights),
+    old: Option<&fs::Metadata>,
+    rights: FileRights,
 ) -> io::Result<()> {
     // Removes a file that a killed process has left. A link at this path is not followed.
     match fs::remove_file(fresh) {

@@ -5,13 +5,13 @@
 
 use super::mishap::{Mishap, Mishaps};
 
-/// The value; after an overflow (`over`), the limit on that side.
+/// The result; after an overflow (`None`), the limit on that side.
 #[inline(always)]
-fn limited((value, over): (i64, bool), is_below: impl Fn() -> bool, mishaps: &mut Mishaps) -> i64 {
-    if over {
+fn limited(result: Option<i64>, is_below: impl Fn() -> bool, mishaps: &mut Mishaps) -> i64 {
+    let Some(value) = result else {
         mishaps.note(Mishap::Overflow);
         return limit(is_below());
-    }
+    };
     value
 }
 
@@ -25,19 +25,19 @@ fn limit(is_low: bool) -> i64 {
 /// `a + b`.
 #[inline(always)]
 pub fn add(a: i64, b: i64, mishaps: &mut Mishaps) -> i64 {
-    limited(a.overflowing_add(b), || a < 0, mishaps)
+    limited(a.checked_add(b), || a < 0, mishaps)
 }
 
 /// `a - b`.
 #[inline(always)]
 pub fn sub(a: i64, b: i64, mishaps: &mut Mishaps) -> i64 {
-    limited(a.overflowing_sub(b), || a < 0, mishaps)
+    limited(a.checked_sub(b), || a < 0, mishaps)
 }
 
 /// `a * b`.
 #[inline(always)]
 pub fn mul(a: i64, b: i64, mishaps: &mut Mishaps) -> i64 {
-    limited(a.overflowing_mul(b), || (a < 0) != (b < 0), mishaps)
+    limited(a.checked_mul(b), || (a < 0) != (b < 0), mishaps)
 }
 
 /// `-a`.
@@ -49,7 +49,7 @@ pub fn neg(a: i64, mishaps: &mut Mishaps) -> i64 {
 /// `abs(a)`.
 #[inline(always)]
 pub fn abs(a: i64, mishaps: &mut Mishaps) -> i64 {
-    limited(a.overflowing_abs(), || false, mishaps)
+    limited(a.checked_abs(), || false, mishaps)
 }
 
 /// `a / b`, rounded towards zero; 0 if `b` is 0.
@@ -63,7 +63,7 @@ pub fn div(a: i64, b: i64, mishaps: &mut Mishaps) -> i64 {
         mishaps.note(Mishap::DivideByZero);
         return 0;
     }
-    limited(a.overflowing_div(b), || false, mishaps)
+    limited(a.checked_div(b), || false, mishaps)
 }
 
 /// `a % b`, with the sign of `a`; 0 if `b` is 0.

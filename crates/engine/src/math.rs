@@ -73,6 +73,13 @@ pub(super) struct Maths<'p> {
     pub steps: &'p [FormulaStep],
 }
 
+/// The values of both accumulators after the last step of a formula.
+#[derive(Clone, Copy)]
+struct AccumulatorValues {
+    integer: i64,
+    real: f64,
+}
+
 impl Calculator {
     /// Makes a calculator with enough slots for every formula.
     pub fn new(slots: u32, status: u32) -> Calculator {
@@ -95,9 +102,10 @@ impl Calculator {
             let steps = &steps[math.first as usize..][..math.count as usize];
             let mut noted = Mishaps::default();
             run.evaluate(steps, &mut noted);
-            math.store(&mut run.view, (run.integer, run.real), &mut noted);
+            let values = AccumulatorValues { integer: run.integer, real: run.real };
+            math.store(&mut run.view, values, &mut noted);
             if !noted.is_empty() {
-                math.report_mishaps(&mut run.view, (self.status, noted), &mut report);
+                math.report_mishaps(&mut run.view, self.status, noted, &mut report);
             }
         }
     }
@@ -122,9 +130,11 @@ impl Calculator {
             for (at, number) in active.numbers().iter().enumerate() {
                 let math = &maths[usize::from(*number)];
                 let mut noted = lanes.noted[at];
-                math.store(&mut view, (lanes.integers[at], lanes.reals[at]), &mut noted);
+                let values =
+                    AccumulatorValues { integer: lanes.integers[at], real: lanes.reals[at] };
+                math.store(&mut view, values, &mut noted);
                 if !noted.is_empty() {
-                    math.report_mishaps(&mut view, (self.status, noted), &mut report);
+                    math.report_mishaps(&mut view, self.status, noted, &mut report);
                 }
             }
         }
@@ -138,9 +148,10 @@ impl Math {
     fn store<R: Reach>(
         &self,
         view: &mut MemoryView<R>,
-        (integer, real): (i64, f64),
+        values: AccumulatorValues,
         noted: &mut Mishaps,
     ) {
+        let AccumulatorValues { integer, real } = values;
         if let MathTarget::Word { to, low, high } = &self.put {
             let integer = match self.result {
                 Accumulator::Integer => integer,
@@ -153,7 +164,7 @@ impl Math {
             return;
         }
         let mut own = Mishaps::default();
-        self.store_elsewhere(view, (integer, real), &mut own);
+        self.store_elsewhere(view, values, &mut own);
         noted.add(own);
     }
 
@@ -162,7 +173,7 @@ impl Math {
     fn store_elsewhere<R: Reach>(
         &self,
         view: &mut MemoryView<R>,
-        (integer, real): (i64, f64),
+        AccumulatorValues { integer, real }: AccumulatorValues,
         noted: &mut Mishaps,
     ) {
         let is_real = self.result == Accumulator::Real;
@@ -191,13 +202,14 @@ impl Math {
         }
     }
 
-    /// Turns the status bits of its mishaps ON, and reports them. A separate function, because this
-    /// is rare.
+    /// Turns the status bits of its mishaps ON, and reports them. `status`: the cell of the first
+    /// status bit. A separate function, because this is rare.
     #[cold]
     fn report_mishaps<R: Reach>(
         &self,
         view: &mut MemoryView<R>,
-        (status, noted): (u32, Mishaps),
+        status: u32,
+        noted: Mishaps,
         report: &mut impl FnMut(u32, Mishaps),
     ) {
         let noted = if self.quiet { noted.of_index() } else { noted };

@@ -54,13 +54,11 @@ const SIGNATURES_KEPT: usize = 4 * QUEUED_BATCHES_MAX;
 pub enum OperandWrite {
     Bit(BitCell, bool),
     Word(WordCell, i32),
-    /// Changes the low 16 bits of a 16-bit word: bits that are 1 in `and` stay, the others become
-    /// those of `or`. The scan applies it to the word's current value, so that no write of the
-    /// ladder is lost.
+    /// Changes the low 16 bits of a 16-bit word. The scan applies the mask to the word's current
+    /// value, so that no write of the ladder is lost.
     Masked {
         cell: WordCell,
-        and: u16,
-        or: u16,
+        mask: WordMask,
         /// The 16 bits are a signed number.
         signed: bool,
     },
@@ -69,10 +67,19 @@ pub enum OperandWrite {
     Input(u32, bool),
 }
 
-impl OperandWrite {
-    /// The value of a word after a mask.
-    pub fn masked(value: i32, (and, or): (u16, u16), signed: bool) -> i32 {
-        let bits = value as u16 & and | or & !and;
+/// A change of 16 bits: those that are 1 in `and` stay, the others become those of `or`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WordMask {
+    /// The bits that stay.
+    pub and: u16,
+    /// The new values of the others.
+    pub or: u16,
+}
+
+impl WordMask {
+    /// The value of a word after the change. `signed`: its 16 bits are a signed number.
+    pub fn apply(self, value: i32, signed: bool) -> i32 {
+        let bits = value as u16 & self.and | self.or & !self.and;
         if signed { i32::from(bits as i16) } else { i32::from(bits) }
     }
 }

@@ -4,7 +4,7 @@ use super::command::Forces;
 use super::earlier::SWAPS_FOLLOWED;
 use super::exchange::{
     BATCH_WRITES_MAX, BatchOutcome, BatchRefusal, BatchTerms, FaultReason, Mode, OperandWrite,
-    Port, QUEUED_BATCHES_MAX, SCAN_WRITES_MAX, Snapshot, StopReason,
+    Port, QUEUED_BATCHES_MAX, SCAN_WRITES_MAX, Snapshot, StopReason, WordMask,
 };
 use super::image::SafeState;
 use super::link::*;
@@ -200,7 +200,8 @@ fn writes_and_commands_of_an_earlier_program_reach_the_new_address_of_their_elem
     side.set_running(true);
     let [bit, word] = [0, 1].map(|at| (Cell::Bit(BitCell(at)), Cell::Word(WordCell(at))));
     let renumbered = || Renumbered::new(vec![(bit.0, Some(word.0)), (bit.1, None)]);
-    let masked = |at| OperandWrite::Masked { cell: WordCell(at), and: 0, or: 1, signed: false };
+    let mask = WordMask { and: 0, or: 1 };
+    let masked = |at| OperandWrite::Masked { cell: WordCell(at), mask, signed: false };
     let writes =
         [OperandWrite::Bit(BitCell(0), true), OperandWrite::Word(WordCell(1), 6), masked(1)];
     let writes = [&writes[..], &[OperandWrite::Input(0, true)]].concat();

@@ -129,10 +129,9 @@ impl<M: ScannedMachine, C: Clock> Scanner<M, C> {
                 match *write {
                     OperandWrite::Bit(cell, on) => self.machine.write_bit(cell, on),
                     OperandWrite::Word(cell, value) => self.machine.write_word(cell, value),
-                    OperandWrite::Masked { cell, and, or, signed } => {
+                    OperandWrite::Masked { cell, mask, signed } => {
                         let held = self.machine.image().words[cell.0 as usize];
-                        self.machine
-                            .write_word(cell, OperandWrite::masked(held, (and, or), signed));
+                        self.machine.write_word(cell, mask.apply(held, signed));
                     }
                     OperandWrite::Input(x, on) => self.machine.set_input(x, on),
                 }

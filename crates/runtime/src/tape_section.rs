@@ -60,13 +60,14 @@ impl TapeStep {
     }
 }
 
-/// The entries of a section, in order. `start`: the number of its first scan, and the timestamp of
-/// its start.
+/// The entries of a section, in order. `number`: that of its first scan; `begin_ns`: the timestamp
+/// of its start.
 pub fn tape_steps(
     entries: &[TapeEntry],
-    start: (u64, u64),
+    number: u64,
+    begin_ns: u64,
 ) -> impl Iterator<Item = TapeStep> + use<'_> {
-    let (mut next, mut now_ns) = start;
+    let (mut next, mut now_ns) = (number, begin_ns);
     let mut number = next.saturating_sub(1);
     entries.iter().enumerate().map(move |(at, entry)| {
         if let TapeEntry::Number(number) = *entry {
@@ -89,7 +90,7 @@ impl SectionStart {
 impl TapeSection {
     /// The entries, in order, each with its scan.
     pub fn steps(&self) -> impl Iterator<Item = TapeStep> + use<'_> {
-        tape_steps(&self.entries, (self.start.number, self.begin_ns()))
+        tape_steps(&self.entries, self.start.number, self.begin_ns())
     }
 
     /// The entries with which its scans begin, in order.
@@ -100,7 +101,7 @@ impl TapeSection {
     /// The time at its start, ns of the scans' clock. If no scan of the process came before it: the
     /// time of its first scan.
     pub fn begin_ns(&self) -> u64 {
-        let mut begins = tape_steps(&self.entries, (0, 0)).filter(TapeStep::begins_scan);
+        let mut begins = tape_steps(&self.entries, 0, 0).filter(TapeStep::begins_scan);
         match self.state.now_ns() {
             0 => begins.next().map_or(0, |first| first.now_ns),
             now_ns => now_ns,

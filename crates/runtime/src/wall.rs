@@ -16,17 +16,26 @@ const CHANGE_BITS: u32 = 64 - 2 * OFFSET_BITS;
 #[derive(Debug, Default)]
 pub struct UtcOffset(AtomicU64);
 
+/// A change of the offset.
+#[derive(Clone, Copy, Debug)]
+pub struct OffsetChange {
+    /// Its time, in seconds since 1970 (UTC).
+    pub at_s: i64,
+    /// The offset from that time on, in seconds.
+    pub offset_s: i32,
+}
+
 impl UtcOffset {
-    /// Sets the offset. `change`: a time (seconds since 1970, UTC), and the offset from that time
-    /// on.
-    pub fn set(&self, offset_s: i32, change: Option<(i64, i32)>) {
-        let (change_s, after_s) = change.unwrap_or((0, offset_s));
+    /// Sets the offset, and its next change if that change is near.
+    pub fn set(&self, offset_s: i32, change: Option<OffsetChange>) {
+        let change = change.unwrap_or(OffsetChange { at_s: 0, offset_s });
         let packed = |offset_s: i32| {
             let offset_s = i64::from(offset_s.clamp(-OFFSET_MAX, OFFSET_MAX));
             offset_s as u64 & ((1 << OFFSET_BITS) - 1)
         };
-        let time = change_s as u64 & ((1 << CHANGE_BITS) - 1);
-        let word = time << (2 * OFFSET_BITS) | packed(after_s) << OFFSET_BITS | packed(offset_s);
+        let time = change.at_s as u64 & ((1 << CHANGE_BITS) - 1);
+        let after = packed(change.offset_s);
+        let word = time << (2 * OFFSET_BITS) | after << OFFSET_BITS | packed(offset_s);
         self.0.store(word, Ordering::Relaxed);
     }
 
@@ -65,12 +74,12 @@ mod tests {
     fn an_offset_change_takes_effect_at_its_second() {
         let offset = UtcOffset::default();
         for change_s in [1_774_746_000, 1_792_890_000, (7 << 28) + 2, (7 << 28) - 2, 0] {
-            offset.set(3600, Some((change_s, 7200)));
+            offset.set(3600, Some(OffsetChange { at_s: change_s, offset_s: 7200 }));
             for s in 1..=3600 {
                 assert_eq!(offset.local_s(change_s - s), change_s - s + 3600);
                 assert_eq!(offset.local_s(change_s + s - 1), change_s + s - 1 + 7200);
             }
-            offset.set(-3600, Some((change_s, -7200)));
+            offset.set(-3600, Some(OffsetChange { at_s: change_s, offset_s: -7200 }));
             assert_eq!(offset.local_s(change_s - 1), change_s - 1 - 3600);
             assert_eq!(offset.local_s(change_s), change_s - 7200);
         }

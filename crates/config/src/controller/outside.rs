@@ -53,7 +53,7 @@ impl Controller {
                     Some(read) => read.count += 1,
                     None => {
                         let reader = format!("device `{}` receives it", device.name);
-                        reads.push(OutsideRead::new((output.address, 1), output.span, reader));
+                        reads.push(OutsideRead::new(output.address, 1, output.span, reader));
                     }
                 }
             }
@@ -61,13 +61,13 @@ impl Controller {
         for rule in &self.rules {
             let reader = format!("`X{}` depends on it", rule.input);
             let read = |command: RuleCommand| {
-                OutsideRead::new((Address::Bit(command.bit), 1), command.span, reader.clone())
+                OutsideRead::new(Address::Bit(command.bit), 1, command.span, reader.clone())
             };
             reads.extend(rule.reads().map(read));
         }
         for entry in self.modbus.iter().flat_map(|server| &server.entries) {
-            let operands = (entry.operands.first, entry.operands.count);
-            reads.push(OutsideRead::new(operands, entry.span, "Modbus clients read it".to_owned()));
+            let (operands, reader) = (&entry.operands, "Modbus clients read it".to_owned());
+            reads.push(OutsideRead::new(operands.first, operands.count, entry.span, reader));
         }
         reads
     }

@@ -30,7 +30,7 @@ pub use function::Function;
 pub use instruction::Spec;
 pub use instruction::{LegName, Mnemonic, OperandKind, OperandSpec};
 pub use maps::{NumberMap, NumberSet};
-pub use number_ranges::NumberRanges;
+pub use number_ranges::{NumberRange, NumberRanges};
 pub use real::{NearestReal, Real};
 pub use role::OperandRole;
 pub use space::{BitSpace, MemorySizes, Space, WordSpace};

@@ -7,6 +7,24 @@
 
 use std::collections::BTreeMap;
 
+/// Consecutive numbers of a kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct NumberRange<K> {
+    /// Their kind.
+    pub kind: K,
+    /// The first number.
+    pub first: u32,
+    /// The last number; less than `u32::MAX`.
+    pub last: u32,
+}
+
+impl<K> NumberRange<K> {
+    /// A single number.
+    pub fn one(kind: K, number: u32) -> NumberRange<K> {
+        NumberRange { kind, first: number, last: number }
+    }
+}
+
 /// Ranges of numbers, added one after the other. Each number belongs to a kind.
 #[derive(Debug)]
 pub struct NumberRanges<K> {
@@ -25,12 +43,13 @@ impl<K> Default for NumberRanges<K> {
 }
 
 impl<K: Copy + Ord> NumberRanges<K> {
-    /// Adds the numbers `first..=last` of a kind, which must be less than `u32::MAX`. Returns those
-    /// that are new, as ranges in order; [`NumberRanges::first_in`] gives `index` for them.
-    pub fn add(&mut self, (kind, first, last): (K, u32, u32), index: usize) -> Vec<(u32, u32)> {
+    /// Adds the numbers of a range. Returns those that are new, as first and last numbers in order;
+    /// [`NumberRanges::first_in`] gives `index` for them.
+    pub fn add(&mut self, range: NumberRange<K>, index: usize) -> Vec<(u32, u32)> {
+        let NumberRange { kind, first, last } = range;
         let (mut low, mut high, mut at) = (first, last, first);
         let mut new = Vec::new();
-        for (begin, end) in self.touching((kind, first, last)) {
+        for (begin, end) in self.touching(range) {
             self.covered.remove(&(kind, begin));
             (low, high) = (low.min(begin), high.max(end));
             if at < begin {
@@ -46,8 +65,10 @@ impl<K: Copy + Ord> NumberRanges<K> {
         new
     }
 
-    /// The covered ranges that overlap `first..=last` or are next to it, in order.
-    fn touching(&self, (kind, first, last): (K, u32, u32)) -> Vec<(u32, u32)> {
+    /// The first and last numbers of the covered ranges that overlap a range or are next to it, in
+    /// order.
+    fn touching(&self, range: NumberRange<K>) -> Vec<(u32, u32)> {
+        let NumberRange { kind, first, last } = range;
         let below = self.covered.range((kind, 0)..=(kind, last + 1)).rev();
         let touching = below.take_while(|(_, end)| **end + 1 >= first);
         let mut found: Vec<(u32, u32)> = touching.map(|((_, begin), end)| (*begin, *end)).collect();
@@ -61,9 +82,9 @@ impl<K: Copy + Ord> NumberRanges<K> {
         before.filter(|(_, end)| **end >= from).map_or(from, |(_, end)| end + 1)
     }
 
-    /// Of the numbers `first..=last` that were added, the lowest: the index of the first range with
-    /// it.
-    pub fn first_in(&self, (kind, first, last): (K, u32, u32)) -> Option<usize> {
+    /// Of the numbers of a range that were added, the lowest: the index of the first range with it.
+    pub fn first_in(&self, range: NumberRange<K>) -> Option<usize> {
+        let NumberRange { kind, first, last } = range;
         let before = self.parts.range((kind, 0)..=(kind, first)).next_back();
         let around = before.filter(|(_, (end, _))| *end >= first);
         let found = around.or_else(|| self.parts.range((kind, first)..=(kind, last)).next());
@@ -75,15 +96,19 @@ impl<K: Copy + Ord> NumberRanges<K> {
 mod tests {
     use super::*;
 
+    fn range(kind: char, first: u32, last: u32) -> NumberRange<char> {
+        NumberRange { kind, first, last }
+    }
+
     #[test]
     fn adding_a_range_returns_only_its_new_numbers() {
         let mut ranges = NumberRanges::default();
-        assert_eq!(ranges.add(('x', 4, 6), 0), [(4, 6)]);
-        assert_eq!(ranges.add(('y', 4, 6), 1), [(4, 6)]);
-        assert!(ranges.add(('x', 5, 6), 2).is_empty());
-        assert_eq!(ranges.add(('x', 9, 9), 3), [(9, 9)]);
-        assert_eq!(ranges.add(('x', 0, 12), 4), [(0, 3), (7, 8), (10, 12)]);
-        assert_eq!(ranges.add(('x', 13, 14), 5), [(13, 14)]);
+        assert_eq!(ranges.add(range('x', 4, 6), 0), [(4, 6)]);
+        assert_eq!(ranges.add(range('y', 4, 6), 1), [(4, 6)]);
+        assert!(ranges.add(range('x', 5, 6), 2).is_empty());
+        assert_eq!(ranges.add(range('x', 9, 9), 3), [(9, 9)]);
+        assert_eq!(ranges.add(range('x', 0, 12), 4), [(0, 3), (7, 8), (10, 12)]);
+        assert_eq!(ranges.add(range('x', 13, 14), 5), [(13, 14)]);
         assert_eq!(ranges.covered.len(), 2);
     }
 
@@ -91,7 +116,7 @@ mod tests {
     fn a_number_belongs_to_the_first_range_that_contains_it() {
         let mut ranges = NumberRanges::default();
         for (index, (first, last)) in [(4, 6), (0, 5), (20, 30), (25, 40)].into_iter().enumerate() {
-            ranges.add(('x', first, last), index);
+            ranges.add(range('x', first, last), index);
         }
         for ((first, last), expected) in [
             ((4, 4), Some(0)),
@@ -102,10 +127,10 @@ mod tests {
             ((31, 31), Some(3)),
             ((41, 99), None),
         ] {
-            assert_eq!(ranges.first_in(('x', first, last)), expected, "{first}..{last}");
+            assert_eq!(ranges.first_in(range('x', first, last)), expected, "{first}..{last}");
         }
-        assert_eq!(ranges.first_in(('w', 0, 99)), None);
-        assert_eq!(ranges.first_in(('y', 0, 99)), None);
+        assert_eq!(ranges.first_in(range('w', 0, 99)), None);
+        assert_eq!(ranges.first_in(range('y', 0, 99)), None);
         assert_eq!([0, 6, 7, 30, 41].map(|from| ranges.next_new('x', from)), [7, 7, 7, 41, 41]);
         assert_eq!(ranges.next_new('y', 5), 5);
     }
@@ -115,15 +140,15 @@ mod tests {
     fn overlapping_ranges_are_merged() {
         let mut ranges = NumberRanges::default();
         for (index, at) in (0..50_000).enumerate() {
-            ranges.add(('x', at % 100, 65_535 - at % 100), index);
-            ranges.add(('y', 2 * at, 2 * at), index);
+            ranges.add(range('x', at % 100, 65_535 - at % 100), index);
+            ranges.add(range('y', 2 * at, 2 * at), index);
         }
         let count = |kind: char| {
             ranges.covered.keys().filter(|(range_kind, _)| *range_kind == kind).count()
         };
         assert_eq!([count('x'), count('y')], [1, 50_000]);
         assert_eq!(ranges.parts.len(), 50_001);
-        assert_eq!(ranges.add(('y', 0, 99_999), 0).len(), 50_000);
+        assert_eq!(ranges.add(range('y', 0, 99_999), 0).len(), 50_000);
         assert_eq!(ranges.covered.len(), 2);
     }
 }

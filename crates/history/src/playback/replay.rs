@@ -310,7 +310,7 @@ impl<M: MakeEngine> Playback<M> {
         self.at = None;
         let start = self.recording.start(at, body);
         let Some((_, engine)) = &mut self.engine else { return Err(Unplayable::NoBase) };
-        for step in tape_steps(&body.entries, (start.number, 0)) {
+        for step in tape_steps(&body.entries, start.number, 0) {
             let Some(call) = step.entry.call() else { continue };
             engine.apply(call);
             let unix_ns = start.unix_ns(step.now_ns);

@@ -46,7 +46,7 @@ impl Recording {
         let section = self.place_of_time(unix_ns)?;
         let (_, body) = self.read(section).ok()??;
         let start = self.start(section, &body);
-        let begins = tape_steps(&body.entries, (start.number, 0)).filter(TapeStep::begins_scan);
+        let begins = tape_steps(&body.entries, start.number, 0).filter(TapeStep::begins_scan);
         let last = begins.take_while(|begin| start.unix_ns(begin.now_ns) <= unix_ns).last();
         last.map_or(start.number.checked_sub(1), |begin| Some(begin.number))
     }

@@ -21,7 +21,7 @@ use super::settings::{MappedOperands, ModbusServerSettings};
 use rungd_engine::isa::{Address, Bit, BitSpace, Word, WordSpace};
 use rungd_engine::{BitCell, Layout};
 use rungd_language::resolve::range::Range;
-use rungd_runtime::exchange::{OperandWrite, Snapshot};
+use rungd_runtime::exchange::{OperandWrite, Snapshot, WordMask};
 
 /// Every element that a client can address, by protocol address.
 #[derive(Debug)]
@@ -148,7 +148,9 @@ impl ModbusMap {
             | ModbusRequest::ReadWrite { first, values, .. } => {
                 self.register_writes(asker, first, values)
             }
-            ModbusRequest::MaskWrite { first, and, or } => self.mask(asker, first, (and, or)),
+            ModbusRequest::MaskWrite { first, and, or } => {
+                self.mask(asker, first, WordMask { and, or })
+            }
         }
     }
 
@@ -206,7 +208,7 @@ impl ModbusMap {
         &self,
         asker: RequestSource,
         at: u16,
-        (and, or): (u16, u16),
+        mask: WordMask,
     ) -> Result<Vec<OperandWrite>, ModbusRefusal> {
         let registers = self.words(asker.unit, ModbusTable::HoldingRegisters, (at, 1))?;
         let admitted = self.admitted(asker.client);
@@ -220,7 +222,7 @@ impl ModbusMap {
                 return Err(ModbusRefusal::NoMask(register.word));
             }
             let signed = register.kind == RegisterNumberType::I16;
-            writes.push(OperandWrite::Masked { cell: register.cell, and, or, signed });
+            writes.push(OperandWrite::Masked { cell: register.cell, mask, signed });
         }
         Ok(writes)
     }

@@ -18,7 +18,8 @@ use crate::resolve::range::Range;
 use crate::source::span::{Located, Span};
 use rungd_base::progress::Progress;
 pub use rungd_engine::isa::{
-    Address, Bit, ElementId, Mnemonic, NumberMap, NumberRanges, NumberSet, Space, Structure, Word,
+    Address, Bit, ElementId, Mnemonic, NumberMap, NumberRange, NumberRanges, NumberSet, Space,
+    Structure, Word,
 };
 
 use super::outside::OutsideOperands;
@@ -249,7 +250,7 @@ impl<'a> Context<'a> {
 
     /// The retained range with an element; the first, if several have it.
     pub fn retained_with(&self, space: Space, number: u32) -> Option<&'a Range> {
-        let at = self.retained_numbers.first_in((space, number, number))?;
+        let at = self.retained_numbers.first_in(NumberRange::one(space, number))?;
         self.retained.get(at)
     }
 

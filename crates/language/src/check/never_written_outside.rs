@@ -17,7 +17,7 @@
 use crate::resolve::operands::{numbered, numbers};
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::FixEdit;
-use rungd_engine::isa::{Address, Bit, BitSpace, NumberRanges, NumberSet};
+use rungd_engine::isa::{Address, Bit, BitSpace, NumberRange, NumberRanges, NumberSet};
 
 use super::context::Context;
 use super::names::owner_of;
@@ -43,14 +43,14 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     // nothing writes is looked up only once.
     let mut unwritten = NumberRanges::default();
     for read in context.progress.during(&outside.reads) {
-        let (kind, first, last) = numbers(read.first, read.count);
+        let NumberRange { kind, first, last } = numbers(read.first, read.count);
         let mut at = unwritten.next_new(kind, first);
         while at <= last {
             let address = numbered(kind, at);
             if is_written(&address) || told.contains(&address) {
                 break;
             }
-            unwritten.add((kind, at, at), 0);
+            unwritten.add(NumberRange::one(kind, at), 0);
             at = unwritten.next_new(kind, at);
         }
         if at > last {
@@ -60,7 +60,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
 }
 
 fn finding(context: &Context, read: &OutsideRead) -> Finding {
-    let (kind, _, last) = numbers(read.first, read.count);
+    let NumberRange { kind, last, .. } = numbers(read.first, read.count);
     let (first, last) = (read.first, numbered(kind, last));
     let said = match first == last {
         true => context.say(first),

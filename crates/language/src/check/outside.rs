@@ -41,7 +41,7 @@ pub struct OutsideRead {
 
 impl OutsideRead {
     /// A read of `count` elements from `first` on.
-    pub fn new((first, count): (Address, u32), span: Span, reader: String) -> OutsideRead {
+    pub fn new(first: Address, count: u32, span: Span, reader: String) -> OutsideRead {
         OutsideRead { first, count, span, reader }
     }
 }

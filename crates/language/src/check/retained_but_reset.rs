@@ -26,7 +26,9 @@ use std::collections::BTreeSet;
 use crate::resolve::range::Range;
 use crate::source::finding::{Code, Finding};
 use rungd_engine::isa::instruction::Termination;
-use rungd_engine::isa::{Address, Bit, NumberRanges, Space, Structure, Word, WordSpace};
+use rungd_engine::isa::{
+    Address, Bit, NumberRange, NumberRanges, Space, Structure, Word, WordSpace,
+};
 
 use super::context::{Context, DrivingInstruction, ProgramInstruction};
 
@@ -54,7 +56,8 @@ fn check_bits(context: &Context, findings: &mut Vec<Finding>) {
     }
     for (bit, drivers) in context.drivers() {
         let Some((space, number)) = Space::of(Address::Bit(bit)) else { continue };
-        let range = named.first_in((space, number, number)).and_then(|at| context.retained.get(at));
+        let range = named.first_in(NumberRange::one(space, number));
+        let range = range.and_then(|at| context.retained.get(at));
         if let (Some(range), Some(driver)) = (range, drivers.first()) {
             findings.push(driven(context, (bit, driver), range));
         }

@@ -12,8 +12,8 @@ use crate::resolve::program::{Block, Instruction, ProgramPart};
 use crate::resolve::writes::WrittenOperand;
 use rungd_engine::isa::status::st;
 pub use rungd_engine::isa::{
-    Address, Bit, BitSpace, BlockId, Mnemonic, NumberMap, NumberRanges, Space, StageId, Structure,
-    Word, WordSpace,
+    Address, Bit, BitSpace, BlockId, Mnemonic, NumberMap, NumberRange, NumberRanges, Space,
+    StageId, Structure, Word, WordSpace,
 };
 
 use super::context::{Context, ProgramInstruction, RungPlace};
@@ -146,7 +146,8 @@ impl Between<'_, '_> {
     }
 
     fn is_unwritten(&self, address: Address) -> bool {
-        let in_array = |(space, n)| self.order.arrays.first_in((space, n, n)).is_some();
+        let in_array =
+            |(space, n)| self.order.arrays.first_in(NumberRange::one(space, n)).is_some();
         self.none(self.order.writes.get(&address)) && !Space::of(address).is_some_and(in_array)
     }
 

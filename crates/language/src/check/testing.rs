@@ -115,7 +115,7 @@ pub fn check_read_outside(rungs: &str, reads: &[(&str, &str)], expected: Expect)
     let read = |name: &str, reader: &str| {
         let text = Text { text: name.to_owned(), span: Span::default(), exact: true };
         let operands = resolve_operands(scope, &text).expect("operands");
-        OutsideRead::new((operands.first, operands.count), Span::default(), reader.to_owned())
+        OutsideRead::new(operands.first, operands.count, Span::default(), reader.to_owned())
     };
     let reads = reads.iter().flat_map(|&(names, reader)| {
         names.split(' ').map(|name| read(name, reader)).collect::<Vec<_>>()

@@ -5,7 +5,7 @@
 
 use std::fmt;
 
-use rungd_engine::isa::{Address, Space, Word};
+use rungd_engine::isa::{Address, NumberRange, Space, Word};
 
 /// Neighbouring bits or words of one space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,8 +44,8 @@ impl Array {
     }
 
     /// Its numbers as written, with their space.
-    pub fn numbers(&self) -> (Space, u32, u32) {
-        (self.space, self.first, self.first + self.count - 1)
+    pub fn numbers(&self) -> NumberRange<Space> {
+        NumberRange { kind: self.space, first: self.first, last: self.first + self.count - 1 }
     }
 
     /// All addresses, element 0 first.

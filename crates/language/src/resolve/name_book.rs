@@ -12,8 +12,8 @@ use super::block_kind::BlockKind;
 use super::places::Places;
 use super::tag::{OfArray, Tag, TagMeaning};
 use rungd_engine::isa::{
-    Address, Bit, BitSpace, BlockId, DeviceId, ElementId, NumberMap, Space, StageId, Word,
-    WordSpace, status,
+    Address, Bit, BitSpace, BlockId, DeviceId, ElementId, NumberMap, NumberRange, Space, StageId,
+    Word, WordSpace, status,
 };
 
 /// All names of a program.
@@ -34,7 +34,7 @@ pub struct NameBook {
     /// The arrays with a tag, in file order.
     arrays: Vec<ArrayName>,
     /// The index in `arrays` of the first tag of every such array.
-    first_arrays: NumberMap<(Space, u32, u32), usize>,
+    first_arrays: NumberMap<NumberRange<Space>, usize>,
 }
 
 /// The kind and name of a Program or Task.

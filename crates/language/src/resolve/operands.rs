@@ -11,7 +11,7 @@ use crate::source::finding::{Code, Finding};
 use crate::source::fix::{Help, advise, possible};
 use crate::source::reader::Text;
 use crate::source::span::Span;
-use rungd_engine::isa::{Address, Bit, Space, Word};
+use rungd_engine::isa::{Address, Bit, NumberRange, Space, Word};
 
 /// Bits or words of one kind with consecutive numbers.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -143,10 +143,10 @@ fn element(scope: &Scope, name: &str, span: Span) -> Result<Address, Finding> {
 
 /// The numbers of `count` addresses from `first` on, with their kind: the address with number 0. An
 /// address without a number is a kind of its own, with number 0.
-pub fn numbers(first: Address, count: u32) -> (Address, u32, u32) {
+pub fn numbers(first: Address, count: u32) -> NumberRange<Address> {
     match number(first) {
-        Some(n) => (numbered(first, 0), n, n + count - 1),
-        None => (first, 0, 0),
+        Some(n) => NumberRange { kind: numbered(first, 0), first: n, last: n + count - 1 },
+        None => NumberRange::one(first, 0),
     }
 }
 

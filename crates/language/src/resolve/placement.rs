@@ -9,7 +9,7 @@
 use std::collections::BTreeMap;
 
 use super::places::TagPlace;
-use rungd_engine::isa::{MemorySizes, NumberRanges, Space};
+use rungd_engine::isa::{MemorySizes, NumberRange, NumberRanges, Space};
 
 /// A tag that needs a place.
 #[derive(Clone, Debug)]
@@ -56,7 +56,8 @@ impl UsedElements {
         if end < (begin + LONG) as usize {
             return used[begin as usize..end].fill(true);
         }
-        for (first, last) in self.long.add((space, begin, end as u32 - 1), 0) {
+        let new = NumberRange { kind: space, first: begin, last: end as u32 - 1 };
+        for (first, last) in self.long.add(new, 0) {
             used[first as usize..=last as usize].fill(true);
         }
     }

@@ -5,7 +5,7 @@ use crate::source::finding::{Code, Finding};
 use crate::source::fix::{Help, advise, possible, propose, proposed, write};
 use crate::source::reader::Text;
 use crate::source::span::Span;
-use rungd_engine::isa::{Address, Space};
+use rungd_engine::isa::{Address, NumberRange, Space};
 
 /// Elements `first..=last` of one space, numbered as written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,8 +29,8 @@ impl Range {
     }
 
     /// Its numbers, with their space.
-    pub fn numbers(&self) -> (Space, u32, u32) {
-        (self.space, self.first, self.last)
+    pub fn numbers(&self) -> NumberRange<Space> {
+        NumberRange { kind: self.space, first: self.first, last: self.last }
     }
 
     /// Its addresses, in order.

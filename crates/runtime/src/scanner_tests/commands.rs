@@ -1,6 +1,7 @@
 //! Tests of an operator's commands to the scanner.
 
 use super::super::command::{CommandDenial, CommandId, CommandOutcome, ScanCommand, StateBefore};
+use super::super::exchange::WordMask;
 use super::super::link::SPARES;
 use super::*;
 
@@ -315,7 +316,7 @@ fn a_force_in_a_failing_scan_is_shown() {
 fn a_masked_write_changes_the_value_present_in_the_scan() {
     let mut rig = rig(|_, _| {});
     let cell = WordCell(0);
-    let mask = |and, or, signed| OperandWrite::Masked { cell, and, or, signed };
+    let mask = |and, or, signed| OperandWrite::Masked { cell, mask: WordMask { and, or }, signed };
     rig.port.submit(vec![OperandWrite::Word(cell, 0x12), mask(0xf2, 0x25, false)]).unwrap();
     rig.step();
     assert_eq!(

@@ -20,7 +20,7 @@ use std::collections::HashSet;
 
 use super::keys::{self as written, NUMBER_TYPE};
 use rungd_base::progress::Progress;
-use rungd_engine::isa::{Address, MemorySizes, NumberRanges};
+use rungd_engine::isa::{Address, MemorySizes, NumberRange, NumberRanges};
 use rungd_io::modbus::number::{RegisterNumberType, WordOrder};
 use rungd_io::modbus::settings::{MappedOperands, ModbusTable};
 use rungd_language::resolve::operands::{Operands, resolve_operands};
@@ -105,26 +105,24 @@ struct TakenPlaces {
 
 impl TakenPlaces {
     fn add(&mut self, entry: &MappedOperands, index: usize) {
-        let (first, last) = addresses(entry);
-        self.of_any.add((entry.table, first, last), index);
-        self.of_units.add(((entry.table, entry.unit), first, last), index);
+        self.of_any.add(addresses(entry, entry.table), index);
+        self.of_units.add(addresses(entry, (entry.table, entry.unit)), index);
     }
 
     /// The first entry that has an address of this entry. An entry without a unit is there for all.
     fn by(&self, entry: &MappedOperands) -> Option<usize> {
-        let (first, last) = addresses(entry);
         let Some(unit) = entry.unit else {
-            return self.of_any.first_in((entry.table, first, last));
+            return self.of_any.first_in(addresses(entry, entry.table));
         };
-        let of_unit = |unit| self.of_units.first_in(((entry.table, unit), first, last));
+        let of_unit = |unit| self.of_units.first_in(addresses(entry, (entry.table, unit)));
         of_unit(None).into_iter().chain(of_unit(Some(unit))).min()
     }
 }
 
-/// An entry's first and last address.
-fn addresses(entry: &MappedOperands) -> (u32, u32) {
+/// An entry's addresses, as numbers of a kind.
+fn addresses<K>(entry: &MappedOperands, kind: K) -> NumberRange<K> {
     let first = u32::from(entry.address);
-    (first, first + entry.length() - 1)
+    NumberRange { kind, first, last: first + entry.length() - 1 }
 }
 
 /// An entry's table and addresses, for a message.

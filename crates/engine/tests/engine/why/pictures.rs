@@ -68,8 +68,7 @@ fn style() -> String {
 }
 
 /// A whole SVG file. The style has `<` and `&` nowhere.
-fn svg(size: (usize, usize), title: &str, body: &str) -> String {
-    let (width, height) = size;
+fn svg([width, height]: [usize; 2], title: &str, body: &str) -> String {
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" aria-label=\"{title}\" \
          width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\">\n<style>\n{}\
@@ -80,8 +79,7 @@ fn svg(size: (usize, usize), title: &str, body: &str) -> String {
 }
 
 /// The drawing of a rung with the power of a scan, and its size.
-fn lit(rung: &RungPicture, power: (&Subject, &ScanPower)) -> (String, [usize; 2]) {
-    let (subject, power) = power;
+fn lit(rung: &RungPicture, subject: &Subject, power: &ScanPower) -> (String, [usize; 2]) {
     let conducts = |contact: &ContactSymbol| {
         let mut parts = subject.contacts();
         let number = rung.number as u32;
@@ -117,7 +115,7 @@ fn the_ladder_is_drawn_with_the_power_of_the_scan_that_fills_the_bin() {
     for name in SHOWN {
         let is_it = |rung: &&RungPicture| rung.name.as_deref() == Some(name);
         let rung = main.rungs.iter().find(is_it).expect("a rung");
-        let (drawn, [wide, high]) = lit(rung, (&subject, &power));
+        let (drawn, [wide, high]) = lit(rung, &subject, &power);
         let title = rung.title();
         let _ = writeln!(body, "<text class=\"doc\" x=\"12\" y=\"{}\">{title}</text>", y + 24);
         let _ = writeln!(body, "<g transform=\"translate(0 {})\">\n{drawn}</g>", y + 34);
@@ -125,7 +123,7 @@ fn the_ladder_is_drawn_with_the_power_of_the_scan_that_fills_the_bin() {
     }
     let counts = format!("parts.Acc = {}, bin_size = {}", value("parts.Acc"), value("bin_size"));
     let _ = writeln!(body, "<text class=\"doc\" x=\"12\" y=\"{}\">{counts}</text>", y + 24);
-    fresh("ladder.svg", &svg((width, y + 40), "Three rungs with their power", &body));
+    fresh("ladder.svg", &svg([width, y + 40], "Three rungs with their power", &body));
 }
 
 #[test]
@@ -147,6 +145,6 @@ fn the_answer_of_why_is_drawn_as_a_terminal_shows_it() {
         let line = line.replace('&', "&amp;").replace('<', "&lt;");
         let _ = writeln!(body, "<text xml:space=\"preserve\" x=\"12\" y=\"{y}\">{line}</text>");
     }
-    let size = (longest * 8 + 24, lines.len() * 18 + 22);
+    let size = [longest * 8 + 24, lines.len() * 18 + 22];
     fresh("why.svg", &svg(size, "The answer of rungd why feeder", &body));
 }

@@ -243,9 +243,9 @@ impl Scanner {
                 match *write {
                     OperandWrite::Bit(cell, on) => bits[cell.0 as usize] = u8::from(on),
                     OperandWrite::Word(cell, value) => words[cell.0 as usize] = value,
-                    OperandWrite::Masked { cell, and, or, signed } => {
+                    OperandWrite::Masked { cell, mask, signed } => {
                         let word = &mut words[cell.0 as usize];
-                        *word = OperandWrite::masked(*word, (and, or), signed);
+                        *word = mask.apply(*word, signed);
                     }
                     OperandWrite::Input(x, on) => bits[input(x)] = u8::from(on),
                 }
