@@ -61,7 +61,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_services_file_is_the_one_that_its_unit_runs() {
+    fn the_default_file_of_the_service_is_the_file_that_the_unit_runs() {
         let unit = include_str!("../../config/systemd/rungd.service");
         let started = unit.lines().find(|line| line.starts_with("ExecStart="));
         assert!(started.is_some_and(|line| line.ends_with(&format!("run {OF_SERVICE}"))), "{unit}");

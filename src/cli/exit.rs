@@ -80,7 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_page_lists_every_code() {
+    fn the_page_lists_every_exit_code() {
         let page = include_str!("../../docs/exit-codes.md");
         for (exit, name) in Exit::ALL {
             let row = format!("| {} | `{name}` |", exit as i32);

@@ -167,14 +167,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_client_has_a_name_that_every_broker_takes() {
+    fn the_client_id_is_accepted_by_every_broker() {
         let id = client_id();
         assert!((10..=23).contains(&id.len()), "{id}");
         assert!(id.chars().all(|c| c.is_ascii_alphanumeric()), "{id}");
     }
 
     #[test]
-    fn each_failure_has_its_exit_code() {
+    fn each_broker_failure_has_its_exit_code() {
         let broker = BrokerAddress::parse("mqtt://localhost").expect("an address");
         let exit = |cause| exit_of(&MqttFailure { broker: broker.clone(), cause });
         assert_eq!(exit(MqttCause::Refused(MqttVersion::V3, 5)), Exit::NoPerm);

@@ -329,14 +329,14 @@ mod tests {
     }
 
     #[test]
-    fn the_page_is_the_one_that_the_docs_show() {
+    fn the_status_page_equals_the_page_in_the_docs() {
         let page = status_page(&report(), Duration::from_secs(12));
         let docs = include_str!("../../docs/fleet.md");
         assert!(docs.contains(&page), "docs/fleet.md does not show this:\n{page}");
     }
 
     #[test]
-    fn a_name_adds_no_line() {
+    fn line_breaks_in_names_add_no_line_to_the_page() {
         let mut report = report();
         report.nodes[0].name.node = "a\nb\u{1b}[2J".to_owned();
         report.nodes[0].told.mode = Some("RUN\nFAULT".to_owned());
@@ -346,7 +346,7 @@ mod tests {
     }
 
     #[test]
-    fn an_oversized_text_of_one_node_moves_no_other_row() {
+    fn an_oversized_text_of_one_node_does_not_move_other_rows() {
         let mut report = report();
         report.nodes[0].name.node = "n".repeat(300);
         report.nodes[0].told.mode = Some("X\u{1b}".repeat(100_000));
@@ -356,7 +356,7 @@ mod tests {
     }
 
     #[test]
-    fn many_hosts_are_counted() {
+    fn many_hosts_are_counted_and_not_listed() {
         let mut view = FleetView::default();
         for number in 0..50 {
             let topic = format!("spBv1.0/STATE/host{number}");
@@ -378,7 +378,7 @@ mod tests {
     }
 
     #[test]
-    fn silence_is_reported() {
+    fn a_fleet_without_nodes_is_reported() {
         let page = status_page(&FleetView::default().report(0), Duration::from_secs(12));
         assert!(page.starts_with("no edge node was heard in 12s; an edge node of rungd"), "{page}");
         let alarms = FleetView::default().alarms(0);

@@ -119,7 +119,7 @@ mod tests {
     use super::{difference, replace};
 
     #[test]
-    fn what_a_different_program_has_written_meanwhile_stays() {
+    fn a_file_changed_meanwhile_by_another_program_is_not_overwritten() {
         let folder = std::env::temp_dir().join(format!("rungd-fmt-{}", std::process::id()));
         std::fs::create_dir_all(&folder).expect("a folder");
         let file = folder.join("a.toml");

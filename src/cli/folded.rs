@@ -108,7 +108,7 @@ mod tests {
         then do the same in the next rung\n\n1 error, 0 warnings\n";
 
     #[test]
-    fn titles_and_helps_are_folded_at_spaces_and_source_text_is_not() {
+    fn titles_and_helps_are_folded_at_spaces_but_source_text_is_not() {
         let told = folded(DRAWN, 80);
         let is_source = |line: &&str| line.starts_with("88 |");
         assert!(told.lines().filter(|l| !is_source(l)).all(|l| l.chars().count() <= 80), "{told}");
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn a_short_text_and_escape_codes_stay() {
+    fn a_short_text_and_escape_codes_are_kept() {
         let short = "\x1b[31merror\x1b[0m: no\n   \x1b[2m=\x1b[0m \x1b[1mhelp\x1b[0m: x\n";
         assert_eq!(folded(short, 40), short);
         let long = format!("\x1b[1m{}\x1b[0m", "word ".repeat(20));
@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn a_text_in_backticks_without_room_or_end_is_folded_too() {
+    fn a_long_or_unclosed_text_in_backticks_is_folded() {
         for text in [format!("`{}` is long", "word ".repeat(30)), "open ` ".to_owned() + DRAWN] {
             let told = folded(&text, 60);
             let long = told.lines().find(|line| line.chars().count() > 60 && !line.contains('|'));

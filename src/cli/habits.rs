@@ -69,7 +69,7 @@ mod tests {
     use crate::cli::Cli;
 
     #[test]
-    fn every_tip_names_commands_that_there_are_and_no_habit_is_one() {
+    fn every_tip_names_existing_commands_and_no_habit_is_a_command() {
         let cli = Cli::command();
         let is_command =
             |name: &str| cli.get_subcommands().any(|subcommand| subcommand.get_name() == name);

@@ -107,7 +107,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_code_has_a_sentence() {
+    fn every_exit_code_has_a_sentence_in_the_man_page() {
         assert_eq!(exits().len(), Exit::ALL.len());
         assert!(exits().iter().all(|(_, sentence)| sentence.len() > 5), "{:?}", exits());
     }

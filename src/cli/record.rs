@@ -386,7 +386,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_name_leads_out_of_the_folder() {
+    fn no_file_name_leads_out_of_the_folder() {
         assert_eq!(inside("programs/a.toml"), Path::new("programs/a.toml"));
         assert_eq!(inside("/etc/rungd/a.toml"), Path::new("etc/rungd/a.toml"));
         assert_eq!(inside("../../a.toml"), Path::new("a.toml"));

@@ -173,7 +173,7 @@ mod tests {
 
     /// If the reader itself checks the type of a value, the limit of the key contains the types.
     #[test]
-    fn every_value_has_a_type() {
+    fn every_value_of_a_schema_has_a_type() {
         fn untyped(schema: &Value, path: &str, found: &mut Vec<String>) {
             for (key, value) in schema.as_object().into_iter().flatten() {
                 let path = format!("{path}/{key}");
@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn each_added_item_is_json() {
+    fn each_schema_fragment_is_valid_json() {
         let mut found = Vec::new();
         pieces(&ladder::shape(), &mut found);
         pieces(&controller::shape(), &mut found);
@@ -221,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn the_legs_are_those_of_the_instructions() {
+    fn the_schema_lists_the_legs_of_the_instructions() {
         let schema = of(SchemaKind::Ladder);
         let legs = &schema["$defs"]["rung"]["properties"]["leg"]["propertyNames"]["enum"];
         let keys = LegName::KEYED.map(LegName::key);

@@ -134,7 +134,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_line_end_in_an_argument_is_no_line_end_of_a_message() {
+    fn a_line_break_in_an_argument_is_escaped_in_a_message() {
         let arguments =
             ["run", "--socket=/tmp/a\nrungd: all is well/s", "x\ny\u{1b}[2J", "\n", "/\n/"];
         let parts = parts_of_lines(arguments.map(str::to_owned).into_iter());
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_terminal_would_obey_is_shown() {
+    fn control_characters_are_shown_escaped() {
         assert_eq!(plain("Füllstand: 3 mm\nok\n"), "Füllstand: 3 mm\nok\n");
         assert_eq!(plain("a\u{1b}[2Jb\rc\u{9b}d"), "a\\u{1b}[2Jb\\u{d}c\\u{9b}d");
         assert_eq!(plain("on\u{202e}ffo"), "on\\u{202e}ffo");

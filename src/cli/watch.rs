@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn a_look_is_a_line_or_a_table() {
+    fn watched_values_are_printed_as_a_line_or_a_table() {
         assert_eq!(line(&values()), "RUN scan=120 jam=OFF D12=-7,forced\n");
         assert_eq!(table(&values().values), "jam  C0   OFF\nD12  D12  -7  forced\n");
         let drawing = drawing(&values(), true, (80, 25));
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn outside_run_an_output_shows_what_is_at_it() {
+    fn an_output_is_shown_with_its_driven_value_outside_run() {
         let mut values = values();
         (values.mode, values.values[0].driven) = ("STOP".into(), Some(true));
         values.values[1].driven = Some(false);
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn intervals() {
+    fn intervals_are_read_and_limited() {
         assert_eq!(interval("2s"), Ok(Duration::from_secs(2)));
         assert!(interval("10ms").is_err() && interval("often").is_err());
     }

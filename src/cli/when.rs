@@ -242,7 +242,7 @@ mod tests {
     const NIGHT: (&str, &str) = ("2026-11-20T20:00:00Z", "2026-11-22T10:30:00Z");
 
     #[test]
-    fn a_time_of_day_is_the_newest_in_the_recording() {
+    fn a_time_of_day_means_the_latest_such_time_in_the_recording() {
         assert_eq!(meant("10:02", NIGHT), "2026-11-22 10:02:00.000");
         assert_eq!(meant("11:30", NIGHT), "2026-11-22 11:30:00.000");
         assert_eq!(meant("11:31", NIGHT), "2026-11-21 11:31:00.000");
@@ -253,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn a_day_counts_from_today_and_a_duration_from_the_end() {
+    fn a_day_counts_from_today_and_a_duration_from_the_end_of_the_recording() {
         assert_eq!(meant("yesterday 23:50", NIGHT), "2026-11-21 23:50:00.000");
         assert_eq!(meant("today 08:00", NIGHT), "2026-11-22 08:00:00.000");
         assert_eq!(meant("-15m", NIGHT), "2026-11-22 11:15:00.000");
@@ -261,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn a_date_is_local_unless_it_says_utc() {
+    fn a_date_is_local_unless_it_ends_in_z() {
         assert_eq!(meant("2026-11-22T10:02:03", NIGHT), "2026-11-22 10:02:03.000");
         assert_eq!(meant("2026-11-22 10:02", NIGHT), "2026-11-22 10:02:00.000");
         assert_eq!(meant("2026-11-22T10:02:03.5Z", NIGHT), "2026-11-22 11:02:03.500");
@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn clocks_that_change_are_followed() {
+    fn clock_changes_of_the_time_zone_are_followed() {
         // 2026-03-29 02:30 does not exist, 2026-10-25 02:30 exists twice.
         assert_eq!(meant("2026-03-29T02:30:00", NIGHT), "2026-03-29 03:30:00.000");
         let clock = berlin("2026-11-22T15:00:00Z");
@@ -281,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn the_end_of_a_span_has_its_date_on_another_local_day() {
+    fn the_end_of_a_span_shows_its_date_if_it_is_on_another_local_day() {
         let clock = berlin("2026-11-22T15:00:00Z");
         let end = |(begin, end): (&str, &str)| {
             clock.end_text(found(begin, &clock, 0..=0), found(end, &clock, 0..=0))
@@ -297,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scan_is_a_number() {
+    fn a_scan_is_selected_by_its_number() {
         assert_eq!(WrittenTime::parse("scan 81234"), Ok(WrittenTime::Scan(81_234)));
         assert_eq!(WrittenTime::parse(" scan81234 "), Ok(WrittenTime::Scan(81_234)));
         let clock = berlin("2026-11-22T15:00:00Z");
@@ -338,7 +338,7 @@ mod tests {
     }
 
     #[test]
-    fn no_number_is_too_large() {
+    fn no_number_in_a_time_causes_a_panic() {
         let clock = berlin("2026-11-22T15:00:00Z");
         for end in [i64::MIN, 0, i64::MAX] {
             for text in ["10:02", "-500h", "yesterday 00:00", "9999-12-31T23:59:59"] {

@@ -67,7 +67,7 @@ fn the_first_out_is_the_first_alarm_after_none() {
 /// The scan thread reports the changes of a scan in the order of the file, not in their order in
 /// time.
 #[test]
-fn changes_of_one_scan_are_of_one_episode_in_any_order() {
+fn changes_of_one_scan_belong_to_one_episode_in_any_order() {
     for (first, second) in [((0, false), (1, true)), ((1, true), (0, false))] {
         let mut book = book();
         book.edge(0, true, at(3));
@@ -79,7 +79,7 @@ fn changes_of_one_scan_are_of_one_episode_in_any_order() {
 }
 
 #[test]
-fn the_states_are_those_of_isa_18_2() {
+fn alarms_have_the_states_of_isa_18_2() {
     let mut book = book();
     let state = |book: &AlarmBook| book.alarms[0].state;
     let acked = |book: &mut AlarmBook| {
@@ -108,7 +108,7 @@ fn the_states_are_those_of_isa_18_2() {
 }
 
 #[test]
-fn it_says_since_when_and_for_how_long() {
+fn an_alarm_shows_its_start_and_its_duration() {
     let mut book = book();
     book.edge(1, true, at(10));
     book.edge(1, true, at(11));
@@ -122,7 +122,7 @@ fn it_says_since_when_and_for_how_long() {
 }
 
 #[test]
-fn rises_are_counted_for_a_day_in_a_bounded_room() {
+fn rises_of_a_day_are_counted_in_bounded_memory() {
     let mut count = DayCount::default();
     for _ in 0..5 {
         count.add(HOUR_NS);
@@ -144,7 +144,7 @@ fn rises_are_counted_for_a_day_in_a_bounded_room() {
 }
 
 #[test]
-fn over_a_reload_an_alarm_keeps_its_name() {
+fn an_alarm_keeps_its_state_by_name_over_a_reload() {
     let mut book = book();
     for number in [0, 1, 2] {
         book.edge(number, true, at(4 + number as u64));
@@ -167,7 +167,7 @@ fn over_a_reload_an_alarm_keeps_its_name() {
 }
 
 #[test]
-fn all_that_wait_are_acknowledged_in_the_order_of_the_list() {
+fn all_unacknowledged_alarms_are_acknowledged_in_the_order_of_the_list() {
     let mut book = book();
     for (number, scan) in [(3, 1), (0, 2), (1, 3)] {
         book.edge(number, true, at(scan));

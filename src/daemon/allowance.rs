@@ -130,7 +130,7 @@ mod tests {
     const MS_NS: u64 = 1_000_000;
 
     #[test]
-    fn an_alarm_is_logged_with_both_lines_or_none() {
+    fn an_alarm_is_logged_with_its_on_and_off_lines_or_not_at_all() {
         let mut alarms = AlarmLines::new();
         let (mut told, mut on) = (0, false);
         for n in 0..4000 {
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn a_chattering_alarm_hides_no_other_and_its_last_state_is_logged() {
+    fn a_chattering_alarm_does_not_hide_others_and_its_last_state_is_logged() {
         let mut alarms = AlarmLines::new();
         let mut at_ns = SECOND_NS;
         for n in 0..3001_u64 {
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn a_standing_alarm_is_logged_once_the_limit_permits() {
+    fn an_active_alarm_is_logged_once_the_limit_permits() {
         let mut alarms = AlarmLines::new();
         let told = (0..150).filter(|watch| alarms.change(*watch, true, 9, SECOND_NS)).count();
         assert_eq!(told as u32, LineLimit::PLANT.burst / PAIR);

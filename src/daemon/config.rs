@@ -312,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn a_load_whose_time_is_over_ends_while_it_lowers_the_program() {
+    fn a_load_that_times_out_ends_while_lowering_the_program() {
         let (some, more) = (loaded(20), loaded(40));
         let looks = (looks(&some), looks(&more));
         assert!(looks.1 >= looks.0 + 20, "{looks:?}");
@@ -325,7 +325,7 @@ mod tests {
     }
 
     #[test]
-    fn the_hash_is_that_of_the_bytes_one_behind_the_other() {
+    fn the_hash_covers_the_concatenated_bytes_of_all_files() {
         let file = |text: &str| SourceFile { name: String::new(), text: text.into() };
         let whole = sha256(&[file("abc")]);
         assert!(whole.starts_with("ba7816bf8f01cfea") && whole.len() == 64);

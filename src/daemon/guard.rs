@@ -292,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn the_tenth_restart_after_unclean_ends_is_in_stop_and_so_are_those_behind_it() {
+    fn the_tenth_restart_after_unclean_ends_and_later_ones_are_in_stop() {
         let file = place("tenth");
         let trips: Vec<bool> = (0..13).map(|_| start(&file).trips()).collect();
         assert_eq!(trips.iter().position(|trips| *trips), Some(10));
@@ -300,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn an_orderly_end_begins_anew_and_a_refusal_neither_counts_nor_forgets() {
+    fn an_orderly_end_resets_the_count_and_a_refused_start_does_not_change_it() {
         let file = place("ends");
         (0..6).for_each(|_| drop(start(&file)));
         start(&file).end(ProcessEnd::Refused);
@@ -315,7 +315,7 @@ mod tests {
     }
 
     #[test]
-    fn healthy_minutes_begin_anew_and_are_seen_by_scans_in_run() {
+    fn healthy_minutes_of_scans_in_run_reset_the_count() {
         let file = place("healthy");
         (0..6).for_each(|_| drop(start(&file)));
         let mut guard = start(&file);
@@ -379,7 +379,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_is_read() {
+    fn a_written_count_is_read_back() {
         for count in [RestartCount::default(), RestartCount { restarts: 7, running: true }] {
             assert_eq!(parse(&text(count)), Some(count));
         }

@@ -76,26 +76,26 @@ mod tests {
     }
 
     #[test]
-    fn a_plain_value_stands_behind_an_equals_sign() {
+    fn a_plain_value_follows_an_equals_sign() {
         let bytes = encoded(&[("MESSAGE", "a=b"), ("RUNGD_TAG", "")]);
         assert_eq!(bytes, b"MESSAGE=a=b\nRUNGD_TAG=\n");
     }
 
     #[test]
-    fn a_value_of_several_lines_has_its_length_before_it() {
+    fn a_value_of_several_lines_follows_its_length() {
         let bytes = encoded(&[("RUNGD_WHY", "a\nMESSAGE=b"), ("PRIORITY", "6")]);
         assert_eq!(bytes, b"RUNGD_WHY\n\x0b\0\0\0\0\0\0\0a\nMESSAGE=b\nPRIORITY=6\n");
     }
 
     #[test]
-    fn a_name_is_made_one_that_journald_takes() {
+    fn field_names_are_converted_for_journald() {
         assert_eq!(encoded(&[("RUNGD_a.b-c", "1")]), b"RUNGD_A_B_C=1\n");
         let long = encoded(&[(&"X".repeat(100), "1")]);
         assert_eq!(long.len(), NAME_MAX + 3);
     }
 
     #[test]
-    fn no_socket_without_a_listener() {
+    fn no_socket_is_opened_without_a_listener() {
         assert!(Socket::new(Path::new("/nonexistent/socket")).is_none());
     }
 }

@@ -165,7 +165,7 @@ mod tests {
     const AUTUMN_S: i64 = 1_792_890_000;
 
     #[test]
-    fn a_zone_is_a_file_or_a_rule() {
+    fn a_time_zone_is_read_from_a_file_or_a_rule() {
         for (tz, by) in [
             ("", 0),
             (":", 0),
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn summer_time_begins_and_ends_at_its_second_whenever_the_thread_looked() {
+    fn summer_time_begins_and_ends_at_its_exact_second() {
         for ahead_s in [1, 2, 59, 3599, 3600] {
             for (change_s, before, after) in [(SPRING_S, 3600, 7200), (AUTUMN_S, 7200, 3600)] {
                 let looked_s = change_s - ahead_s;
@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_changes_counts_at_the_next_look_and_a_lost_one_changes_nothing() {
+    fn a_changed_zone_file_is_read_again_and_a_lost_one_is_ignored() {
         let zones = Path::new("/usr/share/zoneinfo");
         let folder = std::env::temp_dir().join(format!("rungd-zone-{}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();

@@ -309,7 +309,7 @@ mod tests {
     const SENTENCE: &str = "RUNGD-0301 alarm-on: alarm ON: Bottles jammed tag=jam scan=7\n";
 
     #[test]
-    fn a_journal_that_reads_lines_gets_priorities_and_the_fields_in_the_message() {
+    fn a_journal_that_reads_lines_gets_priorities_and_fields_in_the_message() {
         let form = LineForm::Journal { entries: false };
         assert_eq!(logged(form.clone(), Level::Info), format!("<4>{SENTENCE}"));
         let both = format!("<4>{SENTENCE}<7>RUNGD-0404 stage-on: a detail ms=1.0 on=true\n");
@@ -317,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn people_get_time_and_level_and_no_escape_codes() {
+    fn text_lines_have_time_and_level_and_no_escape_codes() {
         let text = logged(LineForm::Text { color: false }, Level::Info);
         let (time, rest) = text.split_at(27);
         assert!(time.ends_with('Z'), "{time}");
@@ -327,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn machines_get_an_object_a_line() {
+    fn json_lines_have_one_object_each() {
         let text = logged(LineForm::Json, Level::Debug);
         let mut values = text.lines().map(|line| serde_json::from_str(line).expect(line));
         let value: serde_json::Value = values.next().unwrap();
@@ -340,7 +340,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_of_several_threads_are_in_the_order_of_their_times() {
+    fn lines_of_several_threads_are_ordered_by_time() {
         let sink = Sink::default();
         let queue = LogQueue::new(sink.clone(), None).unwrap();
         let (ruled, filter) = RuledLog::new(Level::Info);
@@ -363,7 +363,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_has_the_level_that_its_event_was_given() {
+    fn a_line_has_the_configured_level_of_its_event() {
         let form = LineForm::Journal { entries: false };
         let give = |event: &'static Event, level: Option<Level>| {
             move |rules: &mut LogRules| {
@@ -386,7 +386,7 @@ mod tests {
     }
 
     #[test]
-    fn local_time_has_its_offset_and_json_stays_in_utc() {
+    fn local_times_show_their_offset_and_json_stays_in_utc() {
         let local = |rules: &mut LogRules| {
             rules.take_over(&LogSettings { time: LogTime::Local, ..LogSettings::default() });
             let zone = UtcOffset::default();
@@ -403,13 +403,13 @@ mod tests {
     }
 
     #[test]
-    fn the_journals_stream_is_known_by_device_and_inode() {
+    fn the_stream_of_the_journal_is_recognized_by_device_and_inode() {
         assert!(is_stream("8:1234", 8, 1234));
         assert!(!is_stream("8:1234", 8, 1235) && !is_stream("", 0, 0) && !is_stream("x:y", 1, 2));
     }
 
     #[test]
-    fn a_level_in_the_environment() {
+    fn the_environment_can_set_the_log_level() {
         assert_eq!(level_of_environment(None).unwrap(), Level::Info);
         assert_eq!(level_of_environment(Some("WARN")).unwrap(), Level::Warn);
         assert!(level_of_environment(Some("loud")).is_err());

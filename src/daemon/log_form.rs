@@ -246,7 +246,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_time_is_utc_with_microseconds() {
+    fn a_time_is_printed_in_utc_with_microseconds() {
         let utc = |time: SystemTime| stamp(time, None);
         let at = |seconds: u64| utc(UNIX_EPOCH + Duration::from_secs(seconds));
         assert_eq!(at(0), "1970-01-01T00:00:00.000000Z");
@@ -258,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn a_local_time_has_its_offset_from_utc() {
+    fn a_local_time_is_printed_with_its_offset_from_utc() {
         let at = |offset_s: i64| {
             stamp(UNIX_EPOCH + Duration::from_micros(1_795_263_981_113_635), Some(offset_s))
         };
@@ -271,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_that_is_no_plain_word_is_quoted() {
+    fn a_value_that_is_not_a_plain_word_is_quoted() {
         let shown = |text: &str| FieldValue::Text(text.to_owned()).to_string();
         assert_eq!(shown("jam"), "jam");
         assert_eq!(shown("a/b.toml"), "a/b.toml");

@@ -324,7 +324,7 @@ mod tests {
     }
 
     #[test]
-    fn a_log_without_room_is_waited_for_and_failures_are_counted() {
+    fn a_full_log_is_retried_and_failures_are_counted() {
         let narrow = Narrow::default();
         let queue = LogQueue::new(narrow.clone(), None).unwrap();
         queue.push(formed(b"one\n"));
@@ -349,7 +349,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stuck_log_costs_lines_and_no_time() {
+    fn a_stuck_log_loses_lines_but_does_not_block() {
         let stuck = Stuck::default();
         let queue = LogQueue::new(stuck.clone(), None).unwrap();
         let held = stuck.0.lock().unwrap();
@@ -368,7 +368,7 @@ mod tests {
     }
 
     #[test]
-    fn details_leave_room_for_news() {
+    fn details_leave_room_for_important_lines() {
         let stuck = Stuck::default();
         let queue = LogQueue::new(stuck.clone(), None).unwrap();
         let held = stuck.0.lock().unwrap();

@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn the_file_gives_levels_and_the_operator_says_from_which_on_lines_are_written() {
+    fn the_file_sets_event_levels_and_the_operator_sets_the_threshold() {
         let given = [
             (&STAGE_ON, None),
             (&TAG_ON, Some(Level::Debug)),
@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn local_time_is_shown_once_the_zone_is_known_and_changes_at_its_second() {
+    fn local_time_is_used_once_the_zone_is_known_and_follows_summer_time() {
         let mut rules = rules(Level::Info, &[], LogTime::Local);
         let at = |seconds: u64| UNIX_EPOCH + Duration::from_secs(seconds);
         // 2026-03-29 01:00:00 UTC.

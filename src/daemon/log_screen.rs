@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fact_is_a_line_with_what_the_sentence_does_not_say_and_the_code() {
+    fn a_line_shows_the_sentence_its_other_fields_and_the_code() {
         let parts = [("tag", text("parts")), ("from", FieldValue::Whole(0))];
         let fields =
             [parts.to_vec(), vec![("scan", FieldValue::Whole(1)), ("who", text("anna b"))]];
@@ -231,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn the_level_has_a_colour_and_everything_beside_the_sentence_is_dim() {
+    fn the_level_is_coloured_and_everything_but_the_sentence_is_dim() {
         let fault = LogLine { event: Some(&MODE_FAULT), ..line(Level::ERROR, "FAULT: x", vec![]) };
         let told = shown(&screen(true), &fault);
         let dim = |text: &str| format!("\x1b[2m{text}\x1b[0m");
@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn no_line_has_more_than_a_hundred_columns_and_no_word_of_a_sentence_is_lost() {
+    fn lines_have_at_most_a_hundred_columns_and_lose_no_word() {
         let screen = screen(false);
         for length in 1..60 {
             let sentence = "word ".repeat(length) + &"ü".repeat(3 * length);
@@ -258,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn fields_without_room_are_left_out_and_the_others_stay_in_the_line() {
+    fn fields_without_room_are_omitted_and_the_others_are_kept() {
         let fields = vec![
             ("a", FieldValue::Whole(1)),
             ("long", text(&"p".repeat(60))),
@@ -273,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn a_day_begins_with_its_date() {
+    fn the_first_line_of_a_day_follows_its_date() {
         let screen = LogScreen::new(false);
         let beat = line(Level::INFO, "beat", Vec::new());
         let told = |seconds: u64, offset_s: Option<i64>| {
@@ -291,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn a_short_form_for_the_screen_replaces_sentence_and_fields() {
+    fn a_short_screen_form_replaces_the_sentence_and_the_fields() {
         let beat = LogLine {
             on_screen: Some("every 10ms: p99 98us".to_owned()),
             ..line(Level::INFO, "scan statistics", vec![("scans", FieldValue::Whole(9))])

@@ -446,7 +446,7 @@ mod tests {
     }
 
     #[test]
-    fn the_reason_is_repeated_every_minute_for_as_long_as_it_lasts() {
+    fn the_reason_of_stop_or_fault_is_repeated_every_minute() {
         let mut writer = writer();
         let fault = Mode::Fault(FaultReason::EnginePanic);
         let told: Vec<u64> = (0..200)

@@ -351,7 +351,7 @@ mod tests {
     use rungd_runtime::events::Silence;
 
     #[test]
-    fn a_text_cannot_break_the_line() {
+    fn a_text_of_a_ladder_cannot_break_a_log_line() {
         assert_eq!(
             one_line("Bottles jammed\n<0>at the \u{1b}[31m\u{202e}eye"),
             "Bottles jammed <0>at the [31m eye"
@@ -365,7 +365,7 @@ mod tests {
 
     /// The setting and the rows of the catalogue agree about every event.
     #[test]
-    fn blocks_are_told_as_their_setting_and_their_events_say() {
+    fn block_events_are_logged_by_the_setting_and_their_event_levels() {
         let text = "[[program]]\nname = \"Main\"\n[[program.stage]]\nname = \"A\"\nrung = []\n";
         let file = SourceFile { name: "a.toml".into(), text: text.into() };
         let program = load_ladders(&[file], &LoadOptions::default()).0.expect("it loads");
@@ -400,7 +400,7 @@ mod tests {
     }
 
     #[test]
-    fn a_remedy_speaks_of_the_program_that_it_narrates() {
+    fn a_remedy_refers_to_the_running_program() {
         let narration_of = |rungs: usize| {
             let rung = "[[program.rung]]\nwhen = [\"X0\"]\ndo = [\"SET C0\"]\n".repeat(rungs);
             let text = format!("[[program]]\nname = \"Main\"\n{rung}");
@@ -425,7 +425,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fault_names_the_scans_before_it_and_none_if_there_is_none() {
+    fn a_fault_names_the_recorded_scans_before_it_if_there_are_any() {
         let facts = facts(true, NothingKept::default());
         assert_eq!(facts.black_box(0, 10_000_000), "no complete scan came before it");
         let told = |last| facts.black_box(last, 10_000_000);

@@ -75,7 +75,7 @@ mod tests {
     use rungd_runtime::NotGranted;
 
     #[test]
-    fn a_thread_without_priority_is_told_how_to_get_one() {
+    fn the_remedy_for_a_missing_priority_names_its_cause() {
         let grant = |what: &str, refused| Grant { what: what.to_owned(), refused };
         let slack = grant("timer slack 1 ns", None);
         let none = priority_remedy(std::slice::from_ref(&slack)).unwrap_or_default();
@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn a_load_above_the_number_of_processors_is_told() {
+    fn a_load_above_the_number_of_processors_is_reported() {
         let told = overload("10.21 4.00 2.00 12/300 99\n", 2);
         assert_eq!(told.as_deref(), Some("load 10.2 on 2 processors"));
         assert_eq!(overload("1.99 4.00 2.00 12/300 99\n", 2), None);

@@ -148,7 +148,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_disk_that_works_off_a_full_queue_has_stalled_once() {
+    fn a_disk_that_works_off_a_full_queue_counts_as_one_stall() {
         let (backlog, mut stall, now) = (Backlog::default(), DiskStall::default(), Instant::now());
         for _ in 0..4 {
             backlog.put(now);
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slow_disk_is_behind_by_two_syncs_and_told_once() {
+    fn a_slow_disk_lags_by_two_syncs_and_is_reported_once() {
         // The oldest block of a batch waited almost one sync, and is durable after the next one:
         // looked at once a second, two syncs less two seconds.
         assert_eq!(lag_of(2, 200), (vec![], 2));

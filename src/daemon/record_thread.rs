@@ -361,7 +361,7 @@ mod tests {
 
     /// The tape begins with a state, and the worker reads the orders before it takes the state.
     #[test]
-    fn an_end_that_comes_while_a_state_is_read_waits_for_the_last_block() {
+    fn a_shutdown_while_a_state_is_read_waits_for_the_last_block() {
         let (mut taped, reader) = tape(engine());
         taped.start(1_000_000);
         let (times, now_ns) = (ScanTimes::default(), 2_000_000);

@@ -283,7 +283,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nothing_is_kept_until_an_image_is_or_will_be() {
+    fn nothing_counts_as_kept_until_an_image_exists_or_will_be_written() {
         let nothing = NothingKept::new(true);
         assert_eq!((nothing.after(0), nothing.after(1)), (true, false), "the end keeps scan 1");
         nothing.failed();

@@ -398,7 +398,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn wear_is_projected_from_what_was_measured() {
+    fn disk_wear_is_projected_from_measured_writes() {
         let s = Duration::from_secs;
         assert_eq!(projected(4096, s(59), 4096), None);
         assert_eq!(projected(4097, s(2), 4096), Some(4097 * 43_200));

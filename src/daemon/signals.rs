@@ -174,7 +174,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_hangup_that_is_ignored_stays_so() {
+    fn an_inherited_ignored_hangup_is_recognized() {
         assert!(ignores_hangup("Name:\trungd\nSigIgn:\t0000000000001001\nSigCgt:\t0\n"));
         assert!(!ignores_hangup("Name:\trungd\nSigIgn:\t0000000000001000\nSigCgt:\t1\n"));
         assert!(!ignores_hangup(""));

@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn a_part_is_told_after_three_seconds_and_again_every_minute() {
+    fn a_slow_part_of_the_start_is_logged_after_three_seconds_and_every_minute() {
         let mut part = LongPart::new(memory(), Duration::from_secs(60));
         let (begin, mut told) = (part.since, Vec::new());
         for second in 0..=130 {
@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_waited_for_is_named() {
+    fn the_start_names_what_it_waits_for() {
         let files = Progress::new();
         let part = StartPart::Files(files.clone());
         assert_eq!(part.to_string(), "the disk of the controller file");

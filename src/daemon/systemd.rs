@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn unsent_messages_are_sent_again() {
+    fn unsent_notifications_are_sent_again() {
         let mut notices = DueNotices::new(Some(ms(400)));
         let run = snapshot(1, Mode::Run);
         notices.send_due(ms(100), 10, &run, |_| false);
@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn a_socket_that_nobody_reads_never_makes_the_sender_wait() {
+    fn an_unread_socket_never_blocks_the_sender() {
         let address = address(OsStr::new(&format!("@rungd-test-{}", std::process::id()))).unwrap();
         let _reader = UnixDatagram::bind_addr(&address).unwrap();
         let socket = UnixDatagram::unbound().unwrap();
@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn ready_comes_once_behind_the_first_complete_scan() {
+    fn ready_is_sent_once_after_the_first_complete_scan() {
         let mut notices = DueNotices::new(None);
         let starting = snapshot(0, Mode::Stop(StopReason::NotStarted));
         assert!(!notices.due(ms(0), 0, &starting).contains(&SystemdNotice::Ready));
@@ -254,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn a_start_that_is_meant_to_be_in_stop_is_ready_there() {
+    fn an_intended_start_in_stop_is_reported_as_ready() {
         for reason in [StopReason::CommandLine, StopReason::RestartGuard] {
             let mut notices = DueNotices::new(None);
             assert_eq!(
@@ -265,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn a_start_is_told_where_it_lasts() {
+    fn a_long_start_is_reported_in_the_status() {
         let mut notices = DueNotices::new(None);
         let starting = snapshot(0, Mode::Stop(StopReason::NotStarted));
         assert_eq!(notices.due(ms(20), 0, &starting), []);
@@ -275,14 +275,14 @@ mod tests {
     }
 
     #[test]
-    fn a_fault_in_the_first_scan_is_never_ready() {
+    fn a_fault_in_the_first_scan_is_not_reported_as_ready() {
         let mut notices = DueNotices::new(None);
         let fault = snapshot(0, Mode::Fault(FaultReason::EnginePanic));
         assert!(!notices.due(ms(5), 9, &fault).contains(&SystemdNotice::Ready));
     }
 
     #[test]
-    fn the_watchdog_is_fed_with_evidence_only() {
+    fn the_watchdog_is_fed_only_after_progress_of_the_scan_thread() {
         let mut notices = DueNotices::new(Some(ms(400)));
         let run = snapshot(1, Mode::Run);
         let mut fed =
@@ -296,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn a_watchdog_beyond_systemds_own_gets_a_sentence() {
+    fn a_scan_watchdog_longer_than_that_of_systemd_is_reported() {
         let late = |watchdog_ms: u64, limit| fault_too_late(watchdog_ms * 1_000_000, limit);
         assert_eq!(late(60_000, None), None);
         assert_eq!(late(7_500, Some(ms(10_000))), None);
@@ -306,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn the_status_changes_once_a_second_at_most() {
+    fn the_status_changes_at_most_once_a_second() {
         let mut notices = DueNotices::new(None);
         let mut told = |at, scans| {
             let due = notices.due(ms(at), 0, &snapshot(scans, Mode::Run));

@@ -69,7 +69,7 @@ mod tests {
     const SECOND: Duration = Duration::from_secs(1);
 
     #[tokio::test(start_paused = true)]
-    async fn questions_are_answered_one_at_a_time_with_equal_rests() {
+    async fn requests_are_answered_one_at_a_time_with_equal_pauses() {
         let (turns, start) = (Turns::new(), Instant::now());
         let long = async {
             let _turn = turns.turn().await;

@@ -121,7 +121,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_little_endian_and_end_with_the_bytes() {
+    fn numbers_are_read_as_little_endian_until_the_bytes_end() {
         let mut bytes = ByteSource(&[1, 2, 0, 0, 0, 254, 255, 255, 255, 3]);
         assert_eq!((bytes.byte(), bytes.u32(), bytes.i32()), (Some(1), Some(2), Some(-2)));
         assert_eq!((bytes.u32(), bytes.u64(), bytes.take(2)), (None, None, None));
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_come_back() {
+    fn written_numbers_are_read_back() {
         let edges = [0, 1, 0x7F, 0x80, 1 << 32, u64::MAX >> 1, u64::MAX - 1, u64::MAX];
         let mut out = Vec::new();
         for number in edges {
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_of_more_than_64_bits_is_none() {
+    fn a_number_of_more_than_64_bits_is_refused() {
         let mut bytes = [0xFF; 10];
         bytes[9] = 2;
         assert_eq!(ByteSource(&bytes).number(), None);

@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn known_times() {
+    fn known_timestamps_give_their_calendar_dates() {
         // Values from `date --utc --date=@N '+%Y-%-m-%-d (%u) %-H:%-M:%-S'`.
         assert_eq!(shown(0), "1970-1-1 (4) 0:0:0");
         assert_eq!(shown(-1), "1969-12-31 (3) 23:59:59");
@@ -146,7 +146,7 @@ mod tests {
 
     /// Every day of 400 years and one on each side of 1970, counted by hand.
     #[test]
-    fn days_follow_each_other() {
+    fn every_day_follows_the_day_before() {
         let (mut year, mut month, mut day) = (1600, 1, 1);
         for days_since in days(1600, 1, 1)..days(2402, 1, 1) {
             assert_eq!(date(days_since), (year, month, day));
@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn only_a_whole_time_is_parsed() {
+    fn only_a_complete_valid_time_is_parsed() {
         assert_eq!(parse_seconds("2001-01-01T00:00:00"), Some(LocalTime::SIMULATED_S));
         assert_eq!(parse_seconds("1969-12-31T23:59:59"), Some(-1));
         assert_eq!(parse_seconds("2024-02-29T06:00:00"), Some(1_709_186_400));

@@ -28,7 +28,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_first_of_several_directories_is_used_and_no_relative_one() {
+    fn the_first_directory_is_used_if_it_is_absolute() {
         let first = |list| first_of(list).map(|path| path.display().to_string());
         assert_eq!(first("/var/lib/rungd"), Some("/var/lib/rungd".to_owned()));
         assert_eq!(first("/var/lib/rungd:/var/lib/more"), Some("/var/lib/rungd".to_owned()));

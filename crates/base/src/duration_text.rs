@@ -19,7 +19,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn durations_are_short() {
+    fn durations_are_printed_in_short_form() {
         let check = |ms: u64, expected: &str| assert_eq!(duration_text(ms * 1_000_000), expected);
         check(0, "0ms");
         check(250, "250ms");

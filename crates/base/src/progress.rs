@@ -195,7 +195,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_longest_step_is_told_whether_it_has_ended_or_not() {
+    fn the_longest_step_is_found_whether_finished_or_running() {
         let (start, mut steps) = (Instant::now(), Steps::default());
         let at = |seconds| start + Duration::from_secs(seconds);
         assert_eq!(steps.longest_at(at(0)), None);
@@ -208,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn items_come_until_the_time_is_over() {
+    fn iteration_ends_when_the_time_is_over() {
         let progress = Progress::over_within(LoadStep::Names, 3);
         assert_eq!(progress.during(0..9).count(), 9, "before the step");
         progress.begin(LoadStep::Names);
@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_ends_a_load_of_which_nobody_asks() {
+    fn a_load_without_a_time_limit_is_never_ended() {
         let progress = Progress::default();
         progress.begin(LoadStep::Names);
         progress.end();

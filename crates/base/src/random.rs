@@ -25,7 +25,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_numbers_are_those_of_the_published_generator() {
+    fn the_generator_gives_the_published_numbers() {
         let mut random = SplitMix64(1_234_567);
         let first = [random.next(), random.next(), random.next()];
         let published =

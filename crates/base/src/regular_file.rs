@@ -97,7 +97,7 @@ mod tests {
     type Reader = fn(&Path) -> Result<Vec<u8>>;
 
     #[test]
-    fn only_regular_files_are_read_and_a_pipe_is_not_waited_for() {
+    fn only_regular_files_are_read_and_a_pipe_does_not_block() {
         let folder = std::env::temp_dir().join(format!("rungd-regular-{}", std::process::id()));
         std::fs::create_dir_all(&folder).expect("a folder");
         let (file, pipe) = (folder.join("file"), folder.join("pipe"));

@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn a_regular_file_alone_is_replaced_and_nothing_stays_beside_it() {
+    fn only_a_regular_file_is_replaced_and_no_temporary_file_remains() {
         let folder = Folder::new("whole");
         let path = folder.0.join("file");
         replace(&path, b"one", FileRights::Kept(0o640)).expect("it is made");
@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn one_process_at_a_time_holds_a_folder() {
+    fn only_one_process_at_a_time_locks_a_folder() {
         let folder = Folder::new("held");
         let path = folder.0.join("file");
         let held = FolderLock::of(&path).expect("it is free");
@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn a_secret_is_for_its_owner_and_the_readers_of_its_group() {
+    fn a_secret_file_must_be_readable_only_by_its_owner_and_group() {
         let folder = Folder::new("secret");
         let path = folder.0.join("key");
         fs::write(&path, "x").expect("it is written");

@@ -103,7 +103,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_system_is_asked_once_by_each_view() {
+    fn each_view_reads_the_disk_only_once() {
         let scratch = Scratch::default();
         let other = scratch.write("a.txt", b"a").unwrap();
         let (folder, path) = (other.parent().unwrap(), other.with_file_name("a.toml"));

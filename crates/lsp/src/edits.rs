@@ -106,7 +106,7 @@ mod tests {
     use rungd_base::random::SplitMix64;
 
     #[test]
-    fn many_changes_make_what_one_after_the_other_makes() {
+    fn applying_many_changes_together_equals_applying_them_in_order() {
         let mut random = SplitMix64(1);
         let pieces = ["a", "\n", "\r", "\r\n", "\u{e4}", "\u{1F600}", "b\n", ""];
         for _ in 0..2_000 {

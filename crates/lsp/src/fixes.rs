@@ -289,7 +289,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_large_project_has_few_trials_and_each_project_some() {
+    fn the_number_of_trial_fixes_shrinks_with_the_size_of_the_project() {
         let tried = |bytes: usize| {
             let mut left = TrialBudget { trials: TRIALS_MAX, bytes: TRIED_BYTES_MAX };
             (0..100).filter(|_| left.take(bytes)).count()

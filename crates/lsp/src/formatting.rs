@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn edits_make_one_text_of_the_other_and_leave_the_lines_between() {
+    fn edits_transform_one_text_into_the_other_and_keep_common_lines() {
         let cases = [
             ("a\nb\nc\n", "a\nb\nc\n", 0),
             ("a\nb\nc\n", "a\nB\nc\n", 1),

@@ -195,7 +195,7 @@ mod tests {
                            runs = 1000000\nscans = 1000000\nchange.X0 = \"1 %\"\n";
 
     #[test]
-    fn a_test_ends_with_its_text() {
+    fn a_running_test_ends_when_its_text_changes_or_closes() {
         let scratch = Scratch::default();
         scratch.write("a.toml", LADDER.as_bytes()).unwrap();
         let path = scratch.write("a.test.toml", ENDLESS.as_bytes()).unwrap();

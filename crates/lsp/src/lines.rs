@@ -163,7 +163,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn positions_count_in_units_of_utf_16_and_lines_end_before_their_return() {
+    fn positions_count_utf_16_units_and_exclude_the_carriage_return() {
         let text = "a\u{1F600}b\r\n\u{e4}c";
         let lines = LineIndex::of(text);
         let at = |offset| lines.position(text, ColumnUnit::Utf16, offset);

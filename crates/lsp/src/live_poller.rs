@@ -269,7 +269,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn comments_and_spaces_change_no_tokens() {
+    fn comments_and_spaces_do_not_change_the_tokens() {
         let of = |text: &str| tokens_of(&[Arc::from(text)]);
         let text = "[tags]\na = { at = \"X0\" }\n";
         assert_eq!(of(text), of("# all\n[tags] # here\n\n  a={at=\"X0\"}"));

@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn structures_have_their_accumulators_and_arrays_constant_indices() {
+    fn structures_are_read_by_accumulator_and_arrays_by_constant_index() {
         let text = "[tags]\nlate = { type = \"timer\" }\nlot = { at = \"CT3\" }\n\
                     r = { type = \"int\", count = 9 }\nfull = { value = 12 }\n\
                     [[program]]\nname = \"Main\"\n[[program.rung]]\n\
@@ -223,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_within_a_template_is_many_operands() {
+    fn a_name_within_a_template_stands_for_one_operand_per_use() {
         let text = "[tags]\neye = { at = \"X0\" }\n[[template]]\nname = \"P\"\n\
                     [template.parameters]\nmotor = { type = \"output\" }\n[template.tags]\n\
                     late = { type = \"timer\" }\n[[template.rung]]\n\

@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slow_editor_is_asked_once_more_and_no_more_than_that() {
+    fn a_slow_editor_gets_at_most_one_pending_refresh_of_a_kind() {
         let can = r#"{"workspace":{"inlayHint":{"refreshSupport":true}}}"#;
         let mut outbox = Outbox::new(serde_json::from_str(can).unwrap());
         outbox.refresh(Refreshed::Tokens);
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn a_document_that_cannot_be_shown_is_named() {
+    fn a_document_that_cannot_be_opened_is_named_in_a_message() {
         let mut outbox = Outbox::default();
         outbox.show(Path::new("/tmp/a.svg"), true);
         assert_eq!(methods(&mut outbox), ["window/showMessage"]);

@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn values_have_paths() {
+    fn every_value_has_the_path_of_its_keys() {
         let text = "[tags]\neye = { at = \"X0\" }\n[[program]]\nname = 'Main'\n[[program.rung]]\n\
                     leg.up = [\"eye\", \"X1\"]\ndo = [\"CNT CT0 preset=3\"]\n";
         let wanted = [
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_closed_hides_nothing_behind_its_line() {
+    fn an_unclosed_value_hides_nothing_after_its_line() {
         for broken in ["when = [\"X0\",", "when = [\"X0", "when = \"X0", "when =", "when", "w = {"]
         {
             let text = format!("[[program.rung]]\n{broken}\ndo = [\"OUT Y0\"]\n[tags]\na = 1\n");

@@ -121,7 +121,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_folder_is_the_owners_and_goes() {
+    fn the_scratch_folder_is_private_and_is_removed_at_the_end() {
         // In the common folder a different test may take the same name once it is free.
         let own = Scratch::default();
         let temp = own.write("temp/..", b"x").unwrap().parent().unwrap().to_owned();
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_without_a_living_server_goes() {
+    fn the_scratch_folder_of_a_dead_server_is_removed() {
         let own = Scratch::default();
         let temp = own.write("temp/..", b"x").unwrap().parent().unwrap().to_owned();
         let lives = made(&temp).unwrap();

@@ -76,7 +76,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_that_shows_the_library_is_the_librarys() {
+    fn a_file_that_shows_a_library_file_maps_to_the_library() {
         let path = |text: &str| path_of(&Uri::from_str(text).unwrap()).unwrap();
         assert_eq!(path("file:///tmp/rungd-editor-files-7-0/lib-pid.toml"), Path::new("lib:pid"));
         for own in ["/home/me/lib-pid.toml", "/tmp/rungd-editor-files-7-0/lib-none.toml"] {
@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn paths_go_there_and_back() {
+    fn paths_convert_to_uris_and_back() {
         let path = Path::new("/no such/gr\u{fc}n%1/a.toml");
         let uri = uri_of(path).unwrap();
         assert_eq!(uri.as_str(), "file:///no%20such/gr%C3%BCn%251/a.toml");

@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_message_is_answered_and_the_next_one_is_taken() {
+    fn an_invalid_message_is_answered_with_an_error_and_the_next_is_read() {
         let next = framed(r#"{"method":"next"}"#);
         let after = |body: &str| framed(body) + &next;
         check(&after("{"), &["next"], "-32700", "");
@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn a_header_that_cannot_be_read_ends_the_connection_with_its_reason() {
+    fn an_unreadable_header_ends_the_connection_with_a_reason() {
         check("\r\n{}", &[], "", "a header has no Content-Length");
         check("GET / HTTP/1.1\r\n", &[], "", "a line of a header has no colon: `GET / HTTP/1.1`");
         let minus = "a header has no number after Content-Length: `Content-Length: -1`";
@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn the_end_of_the_input_ends_quietly_also_within_a_message() {
+    fn the_end_of_the_input_ends_the_connection_without_an_error() {
         check("", &[], "", "");
         check("Content-Length: 100\r\n\r\n{", &[], "", "");
         check(&format!("Content-Length: {}\r\n\r\n{{", u64::MAX), &[], "too long", "");

@@ -331,7 +331,7 @@ mod tests {
     }
 
     #[test]
-    fn contacts_and_instructions() {
+    fn words_of_contacts_and_instructions_are_classified() {
         let text = "[[program]]\nname = \"Main\"\n[[program.rung]]\n\
                     when = [\"rise(a & !b.Done)\", \"D0 >= -3s\", \"drain-pump.Running\", \
                     \"r[i] | Z.\"]\n\
@@ -362,7 +362,7 @@ mod tests {
     }
 
     #[test]
-    fn tags_templates_and_uses() {
+    fn words_of_tags_templates_and_uses_are_classified() {
         let text = "tags.eye = { at = \"X0\", doc = \"no name\" }\n[[template]]\nname = \"P\"\n\
                     [template.parameters]\nx = { type = \"bit\" }\n[[program.rung]]\nuse = \"P\"\n\
                     name = \"p1\"\nwith = { x = \"eye & Main.Two\" }\n";
@@ -381,7 +381,7 @@ mod tests {
     }
 
     #[test]
-    fn tests_and_controllers() {
+    fn words_of_test_and_controller_files_are_classified() {
         let text = "ladder = [\"a.toml\"]\nalways = [\"!(a & b)\"]\n[[scenario]]\nname = \"n\"\n\
                     set = { \"p1.x\" = true, \"r[2]\" = 1 }\n\
                     steps = [\"set a 1\", \"within 2s: b + 1 == 3\", \"lose d\"]\n";

@@ -86,7 +86,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn keys_with_a_modifier_are_no_letters() {
+    fn keys_with_a_modifier_are_not_letters() {
         let key_input = |code, modifiers| input(&Event::Key(KeyEvent::new(code, modifiers)));
         let plain = KeyModifiers::NONE;
         assert_eq!(

@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn a_trend_has_the_height_of_its_values() {
+    fn a_trend_is_scaled_to_its_values() {
         let bits = trend(&[Some(0.0), Some(1.0), None, Some(1.0)]);
         assert_eq!((bits.line(10).as_str(), bits.line(2).as_str()), ("▁█ █", " ▄"));
         assert_eq!(trend(&[Some(-5.0), Some(0.0), Some(5.0)]).line(9), "▁▅█");
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_grows_without_end() {
+    fn the_watch_list_and_its_trends_are_limited() {
         let mut list = WatchList::default();
         let values: Vec<_> =
             (0..100).map(|n| shown(&format!("D{n}"), BitOrNumber::Word(n))).collect();

@@ -86,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn own_hosts_and_own_pages_alone_are_answered() {
+    fn only_requests_for_own_hosts_and_from_own_pages_are_answered() {
         let own = ("host", "localhost:8080");
         assert!(admit(Method::GET, "/", &[own]).is_ok());
         assert!(admit(Method::GET, "/", &[("host", "PLC.example")]).is_ok());

@@ -70,7 +70,7 @@ mod tests {
     use argon2::password_hash::rand_core::OsRng;
 
     #[test]
-    fn it_agrees_with_argon2_for_every_kind_of_hash_and_uses_its_memory_again() {
+    fn the_hasher_agrees_with_argon2_and_reuses_its_memory() {
         let hasher = Hasher::default();
         let kinds = [
             (Algorithm::Argon2id, Version::V0x13, Params::new(64, 2, 1, None)),

@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn hosts_are_those_that_are_named() {
+    fn only_the_configured_host_names_are_accepted() {
         let values = options("127.0.0.1:8080").host_values(Some(8080));
         assert_eq!(values, ["127.0.0.1", "localhost", "127.0.0.1:8080", "localhost:8080"]);
         let named = WebOptions { hosts: vec!["PLC.example".into()], ..options("0.0.0.0:443") };

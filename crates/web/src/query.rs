@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_question_is_refused() {
+    fn invalid_queries_are_refused_with_a_reason() {
         let judged = |text: &str| Query::of(text).judge();
         for right in ["", "operand=a%20b&scan=12&hold=1", "element=Main&from=1&to=0&tags=", "find="]
         {

@@ -149,7 +149,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_asked_by_name_is_answered_and_bytes_are_not() {
+    fn http_requests_are_answered_and_other_bytes_are_not() {
         let get = |path: &str| {
             let request = format!("GET {path} HTTP/1.1\r\nHost: localhost\r\n\r\n");
             String::from_utf8(conversation(request.as_bytes())).expect("a text")

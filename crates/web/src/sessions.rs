@@ -169,7 +169,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sessions_end() {
+    fn sessions_end_after_their_idle_time_and_on_request() {
         let (mut sessions, now) = (WebSessions::default(), Instant::now());
         let cookie = sessions.begin(None, now);
         let known = sessions.of(&cookie, now).expect("it has begun");
@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn a_link_lets_in_once() {
+    fn a_sign_in_link_works_once() {
         let mut sessions = WebSessions::default();
         assert!(!sessions.use_link(""), "there is none");
         let (old, new) = (sessions.new_link(), sessions.new_link());
@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_passwords_wait() {
+    fn further_attempts_wait_after_several_wrong_passwords() {
         let (mut sessions, now) = (WebSessions::default(), Instant::now());
         for _ in 0..WRONG_MAX {
             assert!(sessions.may_try("anna", now).is_ok());
@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn a_user_who_signs_in_again_and_again_waits_and_ends_no_session_of_others() {
+    fn repeated_sign_ins_are_delayed_and_end_no_session_of_other_users() {
         let (mut sessions, mut now) = (WebSessions::default(), Instant::now());
         let user = |name: &str| Some((name.to_owned(), "hash".to_owned()));
         let ben = sessions.begin(user("ben"), now);
@@ -231,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn there_are_so_many_sessions_and_no_more() {
+    fn the_number_of_sessions_is_limited() {
         let (mut sessions, now) = (WebSessions::default(), Instant::now());
         let first = sessions.begin(None, now);
         for second in 0..SESSIONS_MAX as u64 {
@@ -241,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn cookies_are_found() {
+    fn the_session_cookie_is_found_among_others() {
         assert_eq!(cookie_of("a=b; rungd_session=xyz; c=d"), Some("xyz"));
         assert_eq!(cookie_of("rungd_session="), Some(""));
         assert_eq!(cookie_of("xrungd_session=1"), None);

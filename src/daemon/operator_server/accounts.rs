@@ -17,7 +17,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_and_numbers() {
+    fn a_user_number_is_resolved_to_its_name() {
         let passwd = "root:x:0:0:root:/root:/bin/sh\nanna:x:1000:1000::/home/anna:/bin/sh\n";
         assert_eq!(name_of(passwd, 1000).as_deref(), Some("anna"));
         assert_eq!((name_of(passwd, 7), name_of("", 0)), (None, None));

@@ -95,7 +95,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rare_requests_do_not_wait_and_crowds_take_turns() {
+    fn rare_requests_do_not_wait_and_frequent_requests_are_paced() {
         let ms = Duration::from_millis;
         let pace = TurnPace::new(ms(2), 3);
         let start = Instant::now() + ms(1000);
@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn long_answers_leave_most_of_the_time_to_others() {
+    async fn expensive_answers_leave_most_of_the_time_to_others() {
         let ms = Duration::from_millis;
         let pace = TurnPace::new(ms(1), 3);
         for (cost, least, most) in [(ms(10), ms(1450), ms(1540)), (ms(0), ms(45), ms(90))] {
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn a_request_is_charged_for_its_own_work_and_not_for_that_of_others() {
+    async fn a_request_is_charged_only_for_its_own_work() {
         fn work() {
             let began = thread_time();
             while thread_time() - began < Duration::from_millis(50) {
@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn a_client_that_goes_before_its_turn_takes_none() {
+    async fn a_client_that_leaves_before_its_turn_uses_no_turn() {
         let ms = Duration::from_millis;
         let pace = TurnPace::new(ms(20), 1);
         pace.turn().await;

@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn a_load_whose_time_is_over_ends_and_its_step_is_named() {
+    async fn a_load_that_times_out_ends_and_its_step_is_named() {
         let reader = FileReader::new(Duration::from_secs(30));
         assert_eq!(judged(&reader).await, Ok(7));
         for _ in 0..=2 * LEFT_MAX {
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn threads_that_have_not_ended_are_few_and_their_steps_are_named() {
+    async fn unfinished_load_threads_are_limited_and_their_steps_are_named() {
         let reading = || LoadStep::Reading("/mnt/line.toml".to_owned());
         let mixed = [reading(), LoadStep::Settings, LoadStep::Lowering, LoadStep::Settings];
         for (steps, said) in [
@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_does_not_come_is_the_disks_cause_and_nothing_else_is() {
+    fn only_a_slow_file_read_is_blamed_on_the_disk() {
         let said = |step| {
             let progress = Progress::new();
             progress.begin(step);
@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn a_panic_is_told() {
+    async fn a_panic_of_a_load_is_reported() {
         let reader = FileReader::new(Duration::from_secs(9));
         let hook = std::panic::take_hook();
         std::panic::set_hook(Box::new(|_| {}));

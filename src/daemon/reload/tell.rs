@@ -118,7 +118,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_first_error_is_reported() {
+    fn a_refused_reload_reports_the_first_error() {
         let text = "warning[unused-tag]: `a` is unused\n  --> l.toml:2:1\n   |\n\n\
                     error[unknown-name]: no `b`\n  --> l.toml:9:34\n   |\n\n1 error, 1 warning\n";
         let said = "l.toml:9:34: error[unknown-name]: no `b` (1 error, 1 warning)";

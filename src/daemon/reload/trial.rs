@@ -100,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn probation_is_time_in_run() {
+    fn probation_counts_only_time_in_run() {
         use ProbationVerdict::{Proved, Wait};
         let run = Mode::Run;
         check(run, &[(0, run, Wait), (999, run, Wait), (1000, run, Proved)]);

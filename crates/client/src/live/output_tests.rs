@@ -144,7 +144,7 @@ fn in_run() -> Log {
 }
 
 #[test]
-fn in_run_an_output_is_as_memory() {
+fn an_output_equals_memory_in_run() {
     let log = in_run();
     for tag in ["off", "on", "held", "wired"] {
         assert_eq!(log.output(tag), Some(OutputState::AsMemory), "{tag}");
@@ -155,7 +155,7 @@ fn in_run_an_output_is_as_memory() {
 }
 
 #[test]
-fn outside_run_an_output_has_its_safe_value() {
+fn an_output_has_its_safe_value_outside_run() {
     let modes = [Mode::Stop(StopReason::Operator), Mode::Fault(FaultReason::ScanNeverEnds)];
     for mode in modes {
         let mut log = in_run();
@@ -189,7 +189,7 @@ fn outside_run_an_output_has_its_safe_value() {
 }
 
 #[test]
-fn the_output_of_a_lost_device_is_not_known() {
+fn the_output_of_a_lost_device_is_unknown() {
     let mut log = in_run();
     log.scan(&[("cabinet.Ok", 0)]);
     assert_eq!(log.output("wired"), Some(OutputState::Unknown(Some(true))));
@@ -206,7 +206,7 @@ fn the_output_of_a_lost_device_is_not_known() {
 }
 
 #[test]
-fn the_controller_knows_more_than_its_log() {
+fn the_present_outputs_of_the_controller_override_the_log() {
     let log = in_run();
     let lost = UnknownOutput { device: "cabinet".to_owned(), last: Some(false) };
     let unix_ns = 60_000_000_000;

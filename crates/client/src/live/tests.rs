@@ -114,7 +114,7 @@ fn compared(view: &LiveView, scan: u64) -> u32 {
 }
 
 #[test]
-fn the_power_that_is_shown_is_the_one_that_why_explains() {
+fn the_shown_power_equals_the_power_that_why_explains() {
     let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("config");
     let (mut images, mut coils) = (0, 0);
     for name in ["lift-station", "filling-line", "traffic-light", "pump-station", "car-park"] {
@@ -142,7 +142,7 @@ fn the_power_that_is_shown_is_the_one_that_why_explains() {
 
 /// Executing a growing section step by step gives the same power as executing it at once.
 #[test]
-fn a_section_that_grows_gives_what_it_gives_as_a_whole() {
+fn a_growing_section_gives_the_power_of_the_whole_section() {
     let path =
         Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("config/lift-station.toml");
     let program = program(&path);

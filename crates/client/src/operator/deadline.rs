@@ -101,7 +101,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_clock_goes_on_while_the_machine_is_suspended() {
+    fn the_deadline_clock_counts_suspended_time() {
         use rustix::time::{ClockId, clock_gettime};
         let boottime = || Duration::try_from(clock_gettime(ClockId::Boottime)).expect("a time");
         let (before, now, after) = (boottime(), now_ns(), boottime());
@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn a_client_that_has_closed_its_end_has_left_even_if_something_it_sent_is_unread() {
+    fn a_client_that_closed_its_end_has_left_even_with_unread_bytes() {
         use std::io::Write as _;
         let (near, mut far) = std::os::unix::net::UnixStream::pair().expect("a pair");
         far.write_all(b"unread").expect("it is sent");
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn a_deadline_is_before_the_end_of_the_wait_and_belongs_to_one_clock() {
+    fn a_deadline_precedes_the_end_of_the_wait_and_is_valid_for_one_clock() {
         let before = now_ns();
         let Some(deadline) = Deadline::of_wait(Duration::from_secs(10)) else { return };
         let until = deadline.until_ns().expect("our own clock");

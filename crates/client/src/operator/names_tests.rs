@@ -26,7 +26,7 @@ fn many(count: usize) -> OperandNames {
 }
 
 #[test]
-fn a_wrong_name_costs_no_search_of_many_names() {
+fn a_wrong_name_is_compared_with_few_candidates() {
     let [few, many] = [40, 2000].map(many);
     for wrong in ["tga_1", "tga_1..tga_2", "Main.Satge_1", "tag_1..tga_2"] {
         counted::take_candidates();
@@ -67,7 +67,7 @@ fn names() -> OperandNames {
 }
 
 #[test]
-fn by_tag_and_by_address_it_is_the_same() {
+fn a_tag_and_its_address_find_the_same_operand() {
     let names = names();
     let by_tag = names.find_one("parts.Acc").unwrap();
     let by_address = names.find_one("CT0.Acc").unwrap();
@@ -93,7 +93,7 @@ fn by_tag_and_by_address_it_is_the_same() {
 }
 
 #[test]
-fn what_may_be_written_and_forced() {
+fn only_writable_operands_can_be_written_and_forced() {
     let names = names();
     for (name, write, force) in [
         ("eye", true, true),
@@ -118,7 +118,7 @@ fn what_may_be_written_and_forced() {
 }
 
 #[test]
-fn values_as_people_write_them() {
+fn values_are_read_in_the_notations_of_operators() {
     let names = names();
     let value = |name: &str, given: &str| {
         let operand = names.find_one(name).unwrap();
@@ -161,7 +161,7 @@ fn values_as_people_write_them() {
 }
 
 #[test]
-fn completion_goes_up_to_the_dot_and_then_behind_it() {
+fn completion_offers_names_up_to_the_dot_and_then_members() {
     let names = names();
     let offered = |prefix: &str| {
         let names = names.beginning(prefix).into_iter();
@@ -176,7 +176,7 @@ fn completion_goes_up_to_the_dot_and_then_behind_it() {
 }
 
 #[test]
-fn a_tag_with_a_type_is_known_by_its_name_alone() {
+fn a_typed_tag_is_found_only_by_its_name() {
     let text = "[tags]\nhours = { type = \"timer\" }\n\
                 size = { type = \"int\", doc = \"Of a bin\" }\n[[program]]\nname = \"Main\"\n\
                 rung = [ { when = [\"size > 3\"], do = [\"TMR hours preset=1s\"] } ]\n";
@@ -248,7 +248,7 @@ rung = []
 }
 
 #[test]
-fn after_a_reload_an_operand_is_where_its_element_is() {
+fn an_operand_follows_its_element_over_a_reload() {
     let with = |tags: [String; 4]| {
         names_of(&format!("[tags]\n{}[[program]]\nname = \"Main\"\nrung = []\n", tags.concat()))
     };

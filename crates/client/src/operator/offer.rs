@@ -89,7 +89,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_answer_is_bounded_whatever_the_ladder_says() {
+    fn the_size_of_offered_names_is_limited_for_any_ladder() {
         let mut offer = NameOffer::default();
         for n in 0..3000 {
             offer.add(format!("tag{n:04}"), &"many words ".repeat(10_000));
@@ -104,7 +104,7 @@ mod tests {
         assert!((1..=BYTES_MAX).contains(&bytes), "{bytes}");
     }
     #[test]
-    fn an_answer_does_not_look_at_every_stage() {
+    fn offering_names_does_not_visit_every_stage() {
         let mut offer = NameOffer::default();
         for n in 0..20_000 {
             offer.add(format!("Main.Stage{n:05}"), "a Stage");

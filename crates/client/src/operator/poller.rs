@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn an_operand_that_has_no_room_is_asked_again_and_a_refused_one_is_not() {
+    fn an_operand_without_room_is_requested_again_but_a_refused_one_is_not() {
         let full = [refusal("D1", "bad-operand"), refusal("D2", "bad-request")];
         let first = read(&[value("D0")], &full);
         let second = read(&[value("D2")], &[]);
@@ -253,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn a_controller_of_an_earlier_version_is_asked_for_each_operand_alone() {
+    fn a_controller_of_an_earlier_version_gets_one_request_per_operand() {
         let refuses = |kind: &str| json!({"error": {"kind": kind, "message": "no"}});
         let one = |operand| read(&[value(operand)], &[]);
         let answers = vec![refuses("bad-request"), one("D0"), refuses("bad-operand"), one("D2")];
@@ -263,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn a_busy_controller_is_asked_less_often_and_a_silent_one_at_its_own_pace() {
+    fn a_slow_controller_is_polled_less_often_and_a_silent_one_at_the_retry_interval() {
         let ms = Duration::from_millis;
         let pace = PollPace { every: ms(200), share: 10, retry: ms(1000) };
         let pause = |took, answered| pace.pause(ms(took), answered);
@@ -273,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn a_poller_tells_once_that_the_controller_answers_or_does_not() {
+    fn a_poller_reports_each_change_between_answering_and_silent_once() {
         let mut poller = ControllerPoller::new(Some("/run/s".into()), Duration::ZERO);
         let turned = [false, false, true, true, false].map(|answers| poller.has_turned(answers));
         assert_eq!(turned, [true, false, true, false, true]);

@@ -4,7 +4,7 @@ use super::protocol::*;
 use rungd_runtime::events::Level;
 
 #[test]
-fn requests_read_as_the_page_shows_them() {
+fn the_requests_of_the_page_are_parsed_and_printed_unchanged() {
     for line in [
         r#"{"do":"status"}"#,
         r#"{"do":"read","operands":["jam","CT0"]}"#,
@@ -42,7 +42,7 @@ fn requests_read_as_the_page_shows_them() {
 /// A number is read exactly as written, to its last bit: for a real, the neighbouring number would
 /// be a different value.
 #[test]
-fn a_number_is_read_to_its_last_bit() {
+fn a_number_is_read_exactly_to_its_last_bit() {
     for number in ["199919999919.42652713", "0.1", "1.7976931348623157e308", "2.5e-7"] {
         let line = format!(r#"{{"do":"write","operand":"R0","value":{number}}}"#);
         let Ok(Request::Write { value: GivenValue::Real(read), .. }) = serde_json::from_str(&line)
@@ -54,7 +54,7 @@ fn a_number_is_read_to_its_last_bit() {
 }
 
 #[test]
-fn replies_say_ok_or_error() {
+fn replies_are_parsed_as_ok_or_error() {
     let ok: Reply<LevelChange> =
         serde_json::from_str(r#"{"ok":{"before":"info","after":"debug"}}"#).unwrap();
     assert_eq!(ok, Reply::Ok(LevelChange { before: Level::Info, after: Level::Debug }));

@@ -240,7 +240,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_entry_is_three_paths_of_any_bytes() {
+    fn an_entry_holds_three_paths_of_any_bytes() {
         let odd = PathBuf::from(OsString::from_vec(b"/a \n\xff/s".to_vec()));
         let entry =
             RunningController { socket: odd, controller: "/a/c.toml".into(), folder: "/w".into() };
@@ -252,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn a_long_list_is_read_to_its_end() {
+    fn a_long_list_of_running_controllers_is_read_completely() {
         let folder = std::env::temp_dir().join(format!("rungd-listed-{}", std::process::id()));
         fs::create_dir_all(&folder).expect("a folder");
         for number in 0..1500 {
@@ -266,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    fn it_runs_where_it_was_started_and_beside_its_files() {
+    fn a_controller_belongs_to_its_start_folder_and_the_folder_of_its_file() {
         let one = RunningController {
             socket: "/run/plant/s".into(),
             controller: "/etc/plant/c.toml".into(),

@@ -212,7 +212,7 @@ mod tests {
     use super::gid_of;
 
     #[test]
-    fn a_group_has_its_number() {
+    fn a_group_name_is_resolved_to_its_number() {
         let group = "root:x:0:\nplant:x:990:anna,ben\nbroken:x\n";
         assert_eq!((gid_of(group, "plant"), gid_of(group, "anna")), (Some(990), None));
         assert_eq!(gid_of(group, "broken"), None);

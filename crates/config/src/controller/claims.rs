@@ -60,7 +60,7 @@ mod tests {
     }
 
     #[test]
-    fn an_input_has_one_mover() {
+    fn an_input_with_two_writers_is_reported() {
         check("X0..X3", &["X4", "X5"], &[]);
         check("X4..X7", &["X3", "X8"], &[]);
         let both = "`X4` is moved by a rule and by Modbus clients";

@@ -248,13 +248,13 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_says_nothing_logs_all_in_utc() {
+    fn a_file_without_a_log_section_logs_everything_in_utc() {
         assert_eq!(read_text(""), (LogSettings::default(), Vec::new()));
         assert_eq!(read_text("[log]\n[log.events]\n"), (LogSettings::default(), Vec::new()));
     }
 
     #[test]
-    fn each_key_is_taken_over() {
+    fn each_key_of_the_log_section_is_applied() {
         let (settings, found) = read_text(
             "[log]\nstatistics = \"7s\"\nblocks = \"programs\"\ntime = \"local\"\n\
              [log.events]\ntag-value = \"debug\"\nstage-on = \"off\"\nmode-stop = \"error\"\n",
@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn every_event_can_be_named_and_those_that_must_be_seen_only_be_seen() {
+    fn every_event_has_a_level_but_essential_events_cannot_be_hidden() {
         for event in events::all() {
             for word in ["off"].into_iter().chain(Level::ALL.map(Level::name)) {
                 let (_, found) = read_text(&format!("log.events.{} = \"{word}\"\n", event.name));
@@ -281,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn a_level_of_lines_that_are_left_out_is_a_doubt() {
+    fn a_level_for_disabled_lines_is_reported() {
         for (blocks, told) in [("all", 0), ("programs", 1), ("none", 2)] {
             let text = format!(
                 "log.blocks = \"{blocks}\"\n[log.events]\nstage-on = \"debug\"\n\
@@ -292,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn a_reload_names_each_change() {
+    fn a_reload_report_names_each_changed_log_setting() {
         let was = LogSettings::default();
         let text = "[log]\nblocks = \"none\"\ntime = \"local\"\n[log.events]\n\
                     tag-value = \"off\"\nstage-on = \"info\"\n";

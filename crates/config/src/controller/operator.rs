@@ -159,7 +159,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn modes_are_octal() {
+    fn socket_modes_are_octal() {
         assert_eq!(
             (octal("0660"), octal("660"), octal("0o600")),
             (Some(0o660), Some(0o660), Some(0o600))

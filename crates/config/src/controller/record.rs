@@ -172,7 +172,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ages_and_sizes_are_read_as_people_write_them() {
+    fn ages_and_sizes_are_read_with_their_units() {
         assert_eq!(age_s("24h"), Some(DAY_S));
         assert_eq!(age_s("30d"), Some(30 * DAY_S));
         assert_eq!(age_s("1h30m"), Some(5400));

@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn a_star_is_any_part_of_a_name() {
+    fn a_star_matches_any_part_of_a_name() {
         for (pattern, fitting, others) in [
             ("total", "total", "total_a tota atotal"),
             ("total_*", "total_ total_a total_a_b", "total totals a_total_"),

@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn the_page_stands_above_the_file() {
+    fn the_printed_file_begins_with_its_page() {
         let text = of_library(library::named("lib:debounce").unwrap().unwrap());
         assert!(text.starts_with("# lib:debounce: A contact without its bounces.\n#\n"));
         let (_, behind) = text.split_once("an off delay in one.\n").unwrap();

@@ -318,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn no_event_is_called_like_a_finding() {
+    fn no_event_has_the_name_of_a_finding() {
         assert!(events::all().all(|event| Code::from_name(event.name).is_none()));
     }
 
@@ -356,7 +356,7 @@ mod tests {
     }
 
     #[test]
-    fn everything_has_an_explanation() {
+    fn every_finding_has_an_explanation() {
         for row in finding::TABLE {
             assert!(explanation(row.name).is_some_and(|text| text.contains(row.name)));
         }
@@ -364,7 +364,7 @@ mod tests {
     }
 
     #[test]
-    fn an_instruction_of_other_controllers_is_answered_with_what_there_is() {
+    fn an_instruction_of_other_controllers_is_explained_by_its_equivalent() {
         for (name, words) in [
             ("TON", "`TMR t preset=d`"),
             ("ote", "`OUT b`"),

@@ -27,7 +27,7 @@ fn finding_lines(loaded: &Loaded) -> Vec<String> {
 const MAIN: &str = "[[program]]\nname = \"Main\"\n";
 
 #[test]
-fn the_rest_of_a_broken_ladder_is_judged() {
+fn the_rest_of_a_broken_ladder_is_checked() {
     let rungs = "[[program.rung]]\nwhen = [\"X0\"\ndo = [\"OUT Y0\"]\n\
                  [[program.rung]]\nwhen = [\"D0\", \"nope\"]\ndo = [\"OUTT Y1\", \"OUT Y0\"]\n";
     let expected = [
@@ -41,7 +41,7 @@ fn the_rest_of_a_broken_ladder_is_judged() {
 }
 
 #[test]
-fn a_name_that_may_be_declared_in_what_is_lost_is_no_finding() {
+fn a_name_possibly_declared_in_a_broken_part_is_not_reported() {
     let rung = "[[program.rung]]\nwhen = [\"lamp\", \"lmap\"]\ndo = [\"OUT Y0\"]\n";
     let findings_of = |tags: &str| finding_lines(&load(&format!("[tags]\n{tags}\n{MAIN}{rung}")));
     assert_eq!(findings_of("lamp = { at = \"Y1\""), ["3 toml-syntax", "6 unknown-name"]);
@@ -50,7 +50,7 @@ fn a_name_that_may_be_declared_in_what_is_lost_is_no_finding() {
 }
 
 #[test]
-fn what_is_missing_as_a_whole_is_no_finding() {
+fn a_missing_part_of_a_broken_file_is_not_reported() {
     let lone = "[ladder]\norder = [\"Main\"]\n[tags]\n\
                 lamp = { at = \"Y0\" }\n[[program]\nname = \"Main\"\n";
     assert_eq!(finding_lines(&load(lone)), ["5 toml-syntax"]);
@@ -73,7 +73,7 @@ fn controlled(line: &str, ladder: &str) -> Vec<String> {
 }
 
 #[test]
-fn a_controller_file_and_its_ladders_are_judged_without_what_is_lost() {
+fn a_broken_controller_file_and_its_ladders_are_checked() {
     let ladder =
         format!("{MAIN}rung = [{{ when = [\"X5000\", \"rio.Ok\"], do = [\"OUTT Y0\"] }}]\n");
     let found =
@@ -87,7 +87,7 @@ fn a_controller_file_and_its_ladders_are_judged_without_what_is_lost() {
 }
 
 #[test]
-fn a_ladder_file_that_is_broken_lets_the_others_be_judged() {
+fn a_broken_ladder_file_does_not_prevent_checks_of_the_others() {
     let file = |path: &str, text: &str| InputFile { path: path.into(), bytes: text.into() };
     let other = format!("{MAIN}rung = [{{ when = [\"lamp\", \"nope\"], do = [\"OUT Y0\"] }}]\n");
     let files = [
@@ -101,7 +101,7 @@ fn a_ladder_file_that_is_broken_lets_the_others_be_judged() {
 }
 
 #[test]
-fn every_place_lies_in_the_file_whatever_is_broken() {
+fn the_spans_of_findings_lie_within_any_broken_file() {
     let pid = include_str!("../../../../config/lib/pid.toml");
     let plant = include_str!("../../../../config/programs/pump-station.toml");
     let mut random = SplitMix64(7);
@@ -134,7 +134,7 @@ fn every_place_lies_in_the_file_whatever_is_broken() {
 
 /// If the number of steps grew with the square of the number of lines, this test would not end.
 #[test]
-fn many_broken_lines_take_no_long_time() {
+fn many_broken_lines_are_checked_in_linear_time() {
     const MANY: usize = 20_000;
     let rung = "{ when = [\"X0], do = [\"OUT Y0\"] },\n";
     for text in [

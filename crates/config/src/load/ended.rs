@@ -48,7 +48,7 @@ impl Drop for EndedFolder {
 }
 
 #[test]
-fn a_load_whose_time_is_over_ends_with_the_step_that_it_is_at() {
+fn a_load_that_times_out_reports_its_current_step() {
     let folder = EndedFolder::new(CONTROLLER, LADDER);
     let (controller, ladder) = (folder.file("controller.toml"), folder.file("ladder.toml"));
     let steps = [
@@ -73,7 +73,7 @@ fn a_load_whose_time_is_over_ends_with_the_step_that_it_is_at() {
 }
 
 #[test]
-fn a_load_whose_time_is_over_ends_at_the_next_look() {
+fn a_load_that_times_out_ends_at_the_next_check_of_the_time() {
     let folder = EndedFolder::new(&format!("{CONTROLLER}[outputs]\nhold = [\"Y1\"]\n"), LADDER);
     let steps = [
         LoadStep::Parsing(folder.file("controller.toml")),
@@ -112,7 +112,7 @@ fn parts(count: usize, between: &str, part: impl Fn(usize) -> String) -> String 
 }
 
 #[test]
-fn the_settings_look_at_each_of_their_parts() {
+fn reading_settings_checks_the_time_at_each_item() {
     let each = |kind: &str, text: &dyn Fn(usize) -> String| {
         let files = |count| (format!("{CONTROLLER}{}", text(count)), LADDER.to_owned());
         looks_at_each(kind, &LoadStep::Settings, files);
@@ -154,7 +154,7 @@ fn the_settings_look_at_each_of_their_parts() {
 }
 
 #[test]
-fn the_settings_look_at_each_device_row_part_and_fault() {
+fn reading_settings_checks_the_time_at_each_row_part_and_fault() {
     let each = |kind: &str, text: &dyn Fn(usize) -> String| {
         let files = |count| (format!("{CONTROLLER}{}", text(count)), LADDER.to_owned());
         looks_at_each(kind, &LoadStep::Settings, files);
@@ -186,7 +186,7 @@ fn the_settings_look_at_each_device_row_part_and_fault() {
 }
 
 #[test]
-fn the_rules_look_at_each_instruction() {
+fn the_rules_check_the_time_at_each_instruction() {
     let rungs = |count| {
         let rung = |at: usize| format!("{{ when = [\"C{at}\"], do = [\"OUT C{}\"] }}", 100 + at);
         let rungs = parts(count, ", ", rung);

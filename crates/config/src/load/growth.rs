@@ -279,7 +279,7 @@ fn rules_cost_in_proportion() {
 
 /// Each pattern with `*` is compared with all tags, so their number has a limit.
 #[test]
-fn more_patterns_than_can_be_compared_are_one_finding() {
+fn too_many_patterns_give_one_finding() {
     let load = |patterns: usize| {
         let patterns = list(patterns, |k| format!("\"*_number_{k}\""));
         let controller = format!("[retain]\ntags = [\"tag_number_0\", {patterns}]\n");

@@ -72,7 +72,7 @@ fn looked_up_in(load: impl Fn() -> Loaded, code: Code, most: usize) {
 }
 
 #[test]
-fn the_nearest_name_is_looked_for_only_for_what_is_shown() {
+fn the_nearest_name_is_searched_only_for_shown_findings() {
     let unknown = rungs(400, |k| format!("when = [\"tga_number_{k}\"]\ndo = [\"STOP\"]"));
     let text = format!("[tags]\n{}{MAIN}{unknown}", tags(300));
     looked_up(&text, Code::UnknownName, 100 * 301);
@@ -104,7 +104,7 @@ fn the_nearest_name_is_looked_for_only_for_what_is_shown() {
 const USED: &str = "rung = [{ use = \"T\", name = \"u\" }]\n";
 
 #[test]
-fn the_nearest_name_of_a_template_is_looked_for_only_for_what_is_shown() {
+fn the_nearest_name_in_a_template_is_searched_only_for_shown_findings() {
     let own = many(300, |k| format!("tag_number_{k} = {{ type = \"bit\", spare = true }}\n"));
     let rungs =
         many(400, |k| format!("[[template.rung]]\nwhen = [\"tga_number_{k}\"]\ndo = [\"STOP\"]\n"));
@@ -122,7 +122,7 @@ fn the_nearest_name_of_a_template_is_looked_for_only_for_what_is_shown() {
 }
 
 #[test]
-fn the_nearest_name_of_a_setting_is_looked_for_only_for_what_is_shown() {
+fn the_nearest_name_of_a_setting_is_searched_only_for_shown_findings() {
     let parts = list(300, |k| {
         let keys = format!("kind = \"motor\", name = \"motor_number_{k}\"");
         format!("{{ {keys}, run = \"motor_number_0.running\" }}")
@@ -146,7 +146,7 @@ fn the_nearest_name_of_a_setting_is_looked_for_only_for_what_is_shown() {
 
 /// The points of a map are held in memory one by one, so their number has a limit.
 #[test]
-fn the_points_of_a_device_have_a_greatest_number() {
+fn the_number_of_points_of_a_device_is_limited() {
     let row = "{ from = \"coil 0..65535\", to = \"X0..X65535\" }";
     let said = |rows: usize| {
         let rows = vec![row; rows].join(", ");
@@ -163,7 +163,7 @@ fn the_points_of_a_device_have_a_greatest_number() {
 }
 
 #[test]
-fn an_answer_does_not_grow_with_a_name() {
+fn the_printed_findings_do_not_grow_with_a_long_name() {
     let name = "n".repeat(200_000);
     let dashes = format!("n{}", "-".repeat(200_000));
     let nines = "9".repeat(200_000);
@@ -200,7 +200,7 @@ fn an_answer_does_not_grow_with_a_name() {
 
 /// Tokens and trees take many times the memory of their text, so the text has a limit.
 #[test]
-fn a_text_of_contacts_or_an_instruction_has_a_greatest_length() {
+fn the_length_of_contacts_and_instructions_is_limited() {
     const MOST: usize = 64 * 1024;
     let rung = |when: &str, body: &str| {
         load(&format!("{MAIN}[[program.rung]]\nwhen = [\"{when}\"]\ndo = [\"{body}\"]\n"))
@@ -229,7 +229,7 @@ fn a_text_of_contacts_or_an_instruction_has_a_greatest_length() {
 
 /// Each element of a whole array in a formula becomes a step, so their number has a limit.
 #[test]
-fn the_whole_arrays_of_all_formulas_have_a_greatest_size() {
+fn the_total_size_of_arrays_in_formulas_is_limited() {
     let head = format!("[tags]\na = {{ type = \"int\", count = 4000 }}\n{MAIN}");
     let math = |sums: usize| {
         let sum = vec!["sum(a)"; sums].join(" + ");
@@ -245,7 +245,7 @@ fn the_whole_arrays_of_all_formulas_have_a_greatest_size() {
 }
 
 #[test]
-fn no_name_is_longer_than_a_name_may_be() {
+fn names_longer_than_128_characters_are_refused() {
     let fits = "n".repeat(128);
     let tag =
         |name: &str| load(&format!("[tags]\n{name} = {{ at = \"C0\", spare = true }}\n{MAIN}"));
@@ -275,7 +275,7 @@ fn control_characters_and_line_ends_of_windows_do_not_reach_the_terminal() {
 }
 
 #[test]
-fn a_ladder_that_cannot_be_read_is_one_finding() {
+fn an_unreadable_ladder_gives_one_finding() {
     let text = "ladder = [\"no-such-file.toml\"]\n\
                 [outputs]\non = [\"lamp\"]\n\
                 [retain]\nranges = [\"recipe\", \"part.Acc\", \"a..b\"]\n\

@@ -131,7 +131,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_changed_is_told_once() {
+    fn each_changed_fact_is_published_once() {
         let mut facts = FactTable::default();
         facts.set(vocabulary::MODE, MetricValue::Text("RUN".to_owned()));
         assert_eq!(facts.born(5).len(), FACTS.len());

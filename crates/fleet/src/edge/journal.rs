@@ -148,7 +148,7 @@ mod tests {
     const SECOND_NS: u64 = 1_000_000_000;
 
     #[test]
-    fn a_flood_of_one_kind_hides_no_other_and_is_told_by_its_name() {
+    fn a_flood_of_one_subject_hides_no_other_and_is_reported_by_name() {
         let mut kinds = SubjectLimits::default();
         let flood = |n: u64| SECOND_NS + n * 1_000_000;
         let said = (0..5000).filter(|n| kinds.take(LineSubject::FastCommand, flood(*n))).count();
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_left_out_is_told_at_the_end() {
+    fn withheld_log_lines_are_reported_at_the_end() {
         let mut kinds = SubjectLimits::default();
         (0..30).for_each(|_| _ = kinds.take(LineSubject::HostState, SECOND_NS));
         (0..25).for_each(|_| _ = kinds.take(LineSubject::Write, SECOND_NS));
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_of_a_stranger_is_short_and_plain() {
+    fn a_text_of_a_stranger_is_logged_short_and_without_control_characters() {
         assert_eq!(shown("a\nb\u{202e}c\u{1b}[2J"), "a?b?c?[2J");
         assert_eq!(shown(&"é".repeat(5000)).chars().count(), LINE_CHARS_MAX + 1);
     }

@@ -340,7 +340,7 @@ mod tests {
         "[node]\ngroup = \"g\"\nname = \"n\"\n[broker]\naddresses = [\"mqtt://h\"]\n";
 
     #[test]
-    fn what_is_not_given_has_a_default() {
+    fn every_omitted_key_has_a_default() {
         let settings = read(LEAST).settings.expect("it is enough");
         assert_eq!(settings.interval, Duration::from_millis(100));
         assert_eq!(settings.broker.keepalive, Duration::from_secs(15));
@@ -355,7 +355,7 @@ mod tests {
     }
 
     #[test]
-    fn impossible_settings_are_findings() {
+    fn impossible_settings_give_findings() {
         for (more, said) in [
             ("[sparkplug]\ninterval = \"1ms\"", "`interval` is 10ms to 1m"),
             ("[sparkplug]\nprimary-host = \"a\u{200b}b\"", "cannot be seen"),
@@ -393,7 +393,7 @@ mod tests {
 
     /// What a help shows, and the text that follows it: it leaves no finding.
     #[test]
-    fn a_help_that_is_followed_leaves_no_finding() {
+    fn following_the_help_of_a_finding_removes_the_finding() {
         let broker = "addresses = [\"mqtt://h\"]\n";
         let end = |more: &str| format!("{broker}{more}");
         for (wrong, help, shown, right) in [
@@ -452,7 +452,7 @@ mod tests {
     }
 
     #[test]
-    fn paths_are_relative_to_the_file() {
+    fn paths_are_relative_to_the_edge_file() {
         let text = LEAST.replace("name = \"n\"\n", "name = \"n\"\nstate-dir = \"state\"\n");
         let state = read(&text).settings.expect("it is right").state_dir;
         assert_eq!(state.as_deref(), Some(Path::new("/etc/rungd/state")));

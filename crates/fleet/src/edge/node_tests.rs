@@ -164,7 +164,7 @@ fn data_follow_in_order_with_the_times_of_their_scans() {
 }
 
 #[test]
-fn without_the_primary_host_nothing_is_published() {
+fn nothing_is_published_without_the_primary_host() {
     let (mut node, program) = born("[sparkplug]\nprimary-host = \"scada\"\n");
     assert!(node.awaited().is_some() && published(&mut node).is_empty());
     let state = |online, timestamp| HostState { online, timestamp }.bytes();
@@ -212,7 +212,7 @@ fn a_returning_host_gets_one_birth_a_second() {
 }
 
 #[test]
-fn the_past_is_published_as_historical_beside_the_present() {
+fn past_values_are_published_as_historical_besides_present_values() {
     let (mut node, program) = born("");
     let birth = published(&mut node).remove(0).1;
     assert_eq!(node.published(), Some(at(1)));
@@ -268,7 +268,7 @@ fn missing_changes_are_counted_and_reported() {
 }
 
 #[test]
-fn a_reload_is_a_birth_and_a_jump_asks_for_the_past() {
+fn a_reload_publishes_a_birth_and_a_gap_requests_past_values() {
     let (mut node, program) = born("");
     published(&mut node);
     let other = LADDER.replace("level = ", "height = ");
@@ -385,7 +385,7 @@ fn a_rebirth_is_sent_once_a_second() {
 /// A host that requests a birth may have understood nothing since the first birth. The log position
 /// of that birth may be far before the confirmed one.
 #[test]
-fn a_rebirth_publishes_the_past_again() {
+fn a_rebirth_publishes_past_values_again() {
     let rebirth =
         ncmd(vec![named(vocabulary::REBIRTH, DataType::Boolean, MetricValue::Bool(true))]);
     let spans = |asked_ms: u64| {
@@ -414,7 +414,7 @@ fn a_silent_controller_has_a_heartbeat() {
 }
 
 #[test]
-fn any_bytes_from_a_broker_are_survived() {
+fn any_bytes_from_a_broker_do_not_panic() {
     let (mut node, _) = born("[commands]\ntags = [\"level\"]\n[sparkplug]\nprimary-host = \"h\"\n");
     let mut random = SplitMix64(3);
     let topics = ["spBv1.0/g/NCMD/n", "spBv1.0/STATE/h", "", "spBv1.0/g/NCMD/n/d"];

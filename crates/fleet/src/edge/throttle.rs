@@ -134,19 +134,19 @@ mod tests {
     }
 
     #[test]
-    fn without_a_rule_all_is_told() {
+    fn every_change_is_published_without_a_rule() {
         let changes = [(0, 1), (1, 2), (2, 3)];
         assert_eq!(told(&tag(0.0, 0), &changes, 10), changes);
     }
 
     #[test]
-    fn a_deadband_is_from_the_value_that_was_told() {
+    fn a_deadband_counts_from_the_last_published_value() {
         let changes = [(0, 10), (1, 12), (2, 14), (3, 15), (4, 11), (5, 10)];
         assert_eq!(told(&tag(5.0, 0), &changes, 10), [(0, 10), (3, 15), (5, 10)]);
     }
 
     #[test]
-    fn of_many_changes_the_last_one_is_told() {
+    fn the_last_of_many_changes_is_published() {
         let changes = [(0, 1), (10, 2), (20, 3), (150, 4), (400, 5)];
         let expected = [(0, 1), (100, 3), (200, 4), (400, 5)];
         assert_eq!(told(&tag(0.0, 100), &changes, 1000), expected);

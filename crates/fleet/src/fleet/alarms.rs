@@ -120,7 +120,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_list_is_an_array_or_an_answer() {
+    fn an_alarm_list_is_read_from_an_array_or_an_answer() {
         let one = r#"{"tag":"jam","text":"Jam","priority":"high","state":"acknowledged"}"#;
         let (alarms, unread) = alarms_of(&format!("[{one},7]")).expect("a list");
         assert_eq!((alarms[0].tag.as_str(), alarms.len(), unread), ("jam", 1, 1));
@@ -129,21 +129,21 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_list() {
+    fn a_text_that_is_no_alarm_list_is_refused() {
         for text in ["", "7", "null", "{}", r#"{"alarms":7}"#, "[", &"[".repeat(100_000)] {
             assert!(alarms_of(text).is_none(), "{text:.20}");
         }
     }
 
     #[test]
-    fn a_text_of_an_alarm_has_an_end() {
+    fn the_text_of_an_alarm_is_limited() {
         let one = format!(r#"[{{"tag":"jam","text":"{}"}}]"#, "é".repeat(10_000));
         let (alarms, _) = alarms_of(&one).expect("a list");
         assert!(alarms[0].text.len() < 600 && alarms[0].text.ends_with('…'));
     }
 
     #[test]
-    fn what_is_left_out_of_a_list_is_told() {
+    fn omitted_alarms_of_a_list_are_counted() {
         let mut all = FleetAlarmList::default();
         let node = |at: usize| NodeName { group: "plant".to_owned(), node: at.to_string() };
         let one = r#"{"tag":"jam","text":"Jam"}"#;
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn a_list_has_an_end() {
+    fn an_alarm_list_is_limited() {
         let one = r#"{"tag":"jam","text":"Jam"}"#;
         let many = format!("[{}]", vec![one; 150].join(","));
         let (alarms, unread) = alarms_of(&many).expect("a list");

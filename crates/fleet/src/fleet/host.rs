@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn will_and_birth_have_one_time() {
+    fn the_will_and_the_birth_of_a_host_have_the_same_timestamp() {
         let mut host = HostSession::new("control-room", 1000);
         assert_eq!(host.will().topic, "spBv1.0/STATE/control-room");
         assert_eq!(text(&host.will()), r#"{"online":false,"timestamp":1000}"#);
@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn a_death_by_somebody_else_is_answered() {
+    fn a_death_published_by_another_client_is_answered_with_a_birth() {
         let mut host = HostSession::new("h", 1000);
         let dead = HostState { online: false, timestamp: 900 }.bytes();
         let topic = host.topic().to_owned();

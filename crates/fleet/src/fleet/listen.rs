@@ -332,7 +332,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn filters_do_not_overlap() {
+    fn subscription_filters_do_not_overlap() {
         let all = filters(None, None);
         assert_eq!(all[0], "spBv1.0/+/NBIRTH/+");
         assert_eq!(all[4], "spBv1.0/+/DDATA/+/+");

@@ -47,7 +47,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn without_a_pattern_all_but_the_heartbeat() {
+    fn every_metric_but_the_heartbeat_is_watched_without_a_pattern() {
         let all = WatchedMetrics::default();
         assert!(all.has("jam") && all.has("rungd/mode") && !all.has("rungd/scan"));
         assert!(!all.has("bdSeq") && !all.has("Node Control/Rebirth"));
@@ -55,7 +55,7 @@ mod tests {
     }
 
     #[test]
-    fn first_values_are_for_those_who_ask() {
+    fn first_values_are_shown_only_if_requested() {
         let first = |name: &str| FleetNews::Value {
             name: name.to_owned(),
             value: None,

@@ -67,7 +67,7 @@ fn value(tag: &str, value: serde_json::Value, unit: Option<&str>) -> serde_json:
 }
 
 #[test]
-fn every_family_in_both_forms() {
+fn every_metric_family_is_printed_in_both_formats() {
     let seen = scraped();
     let mut families = vec![controller::up(true)];
     families.extend(controller::families(&seen));
@@ -82,7 +82,7 @@ fn every_family_in_both_forms() {
 /// A graph shows what the machine has: outside RUN the safe value of an output, and nothing while
 /// the device of an output is lost.
 #[test]
-fn a_tag_of_an_output_is_what_is_driven() {
+fn the_metric_of_an_output_shows_the_driven_value() {
     let mut seen = scraped();
     let mut stopped = value("stopped", json!(true), None);
     stopped["driven"] = json!(false);
@@ -98,7 +98,7 @@ fn a_tag_of_an_output_is_what_is_driven() {
 }
 
 #[test]
-fn the_page_lists_every_name() {
+fn the_page_lists_every_metric_name() {
     let page = include_str!("../../../../docs/metrics.md");
     let text = include_str!("expected.prom");
     for line in text.lines().filter_map(|line| line.strip_prefix("# TYPE ")) {

@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn both_forms_name_types_units_and_values() {
+    fn both_formats_contain_types_units_and_values() {
         let open = "# TYPE rungd info\n# HELP rungd The program.\n\
             rungd_info{version=\"1.0\",ladder=\"a \\\"b\\\" \\\\ c\\nd\u{fffd}\"} 1\n\
             # TYPE rungd_retain_written_bytes counter\n# UNIT rungd_retain_written_bytes bytes\n\
@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn a_client_gets_the_form_that_it_accepts() {
+    fn a_client_gets_the_format_that_it_accepts() {
         let prometheus = "application/openmetrics-text;version=1.0.0;q=0.8,\
                           text/plain;version=0.0.4;q=0.5,*/*;q=0.1";
         assert_eq!(Exposition::accepted(prometheus), Exposition::OpenMetrics);

@@ -24,7 +24,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_is_whole_and_readable_and_nothing_stays_beside_it() {
+    fn a_textfile_is_replaced_whole_without_temporary_files() {
         let folder = std::env::temp_dir().join(format!("rungd-textfile-{}", std::process::id()));
         fs::create_dir_all(&folder).expect("a folder");
         let path = folder.join("rungd.prom");

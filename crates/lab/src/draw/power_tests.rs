@@ -98,7 +98,7 @@ fn grid() -> RungGrid {
 }
 
 #[test]
-fn a_contact_beside_another_one_has_power_on_both_sides() {
+fn a_contact_parallel_to_a_conducting_one_has_power_on_both_sides() {
     let flow = flow_of_power(&grid(), &|symbol| symbol.leaf == 1);
     let seen = flow.contacts.iter().map(|of| (of.before, of.conducts, of.behind));
     let beside = (true, false, true);
@@ -107,7 +107,7 @@ fn a_contact_beside_another_one_has_power_on_both_sides() {
 }
 
 #[test]
-fn no_power_goes_back_through_a_contact() {
+fn power_does_not_flow_back_through_a_contact() {
     let flow = flow_of_power(&grid(), &|symbol| symbol.leaf == 2);
     assert!(flow.contacts[2].conducts && !flow.contacts[2].before && !flow.contacts[2].behind);
     assert_eq!(flow.outlets, [[false]]);
@@ -120,7 +120,7 @@ fn an_empty_rung_has_no_power_to_show() {
 }
 
 #[test]
-fn what_has_power_is_heavy_and_marked() {
+fn elements_with_power_are_drawn_heavy_and_marked() {
     let drawn = |conducting: &[usize]| {
         let flow = flow_of_power(&grid(), &|symbol| conducting.contains(&symbol.leaf));
         powered(&grid(), Some(&flow)).lines.join("\n")

@@ -47,7 +47,7 @@ fn drawn_and_read(program: &Program) -> usize {
 }
 
 #[test]
-fn what_is_drawn_of_a_shipped_ladder_is_the_same_rung() {
+fn the_drawing_of_every_shipped_rung_equals_the_rung() {
     let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
     let mut rungs = 0;
     for folder in
@@ -70,7 +70,7 @@ fn what_is_drawn_of_a_shipped_ladder_is_the_same_rung() {
 }
 
 #[test]
-fn branches_within_branches_are_the_same_rung() {
+fn the_drawing_of_nested_branches_equals_the_rung() {
     let contacts = [
         "(X0 | (X1 & (X2 | !(X3 & X4)))) & (X5 | ((X6 | X7) & X8))",
         "!((X0 | X1) & (X2 | rise(X3)))",

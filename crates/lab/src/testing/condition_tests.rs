@@ -72,7 +72,7 @@ fn check(rows: &[(&str, &str, bool)]) {
 }
 
 #[test]
-fn contacts_are_those_of_a_ladder() {
+fn contacts_are_evaluated_as_in_a_ladder() {
     check(&[
         ("", "pusher", false),
         ("", "!pusher & $On & !$Off", true),
@@ -100,7 +100,7 @@ fn compares_are_signed_and_wide() {
 }
 
 #[test]
-fn within_the_parentheses_of_a_sum_an_and_is_that_of_math() {
+fn an_ampersand_within_the_parentheses_of_a_sum_is_the_bit_operator() {
     check(&[
         ("shift=0x1B", "(shift & 0x0F) == 0x0B & (shift & 0x04) == 0", true),
         ("", "0x10 == (shift & 0x10) & shift == 27", true),
@@ -116,7 +116,7 @@ fn within_the_parentheses_of_a_sum_an_and_is_that_of_math() {
 }
 
 #[test]
-fn arithmetic_is_that_of_math() {
+fn arithmetic_follows_the_rules_of_math() {
     check(&[
         ("shift=7 weight=2", "shift / weight == 3 & shift % weight == 1", true),
         ("shift=-7", "shift / weight == -3 & shift % weight == -1", true),
@@ -155,7 +155,7 @@ fn an_element_outside_of_its_array_is_off_and_compares_as_false() {
 }
 
 #[test]
-fn edges_compare_with_the_scan_before() {
+fn edges_compare_with_the_previous_scan() {
     let mut plant = TestPlant::new();
     let rise = plant.condition("rise(shift > 5) | fall(!pusher)").unwrap();
     let nested = plant.condition("pusher & rise(rise(bottle) | full_lamp)").unwrap();
@@ -179,7 +179,7 @@ fn edges_compare_with_the_scan_before() {
 }
 
 #[test]
-fn operands_are_listed_once_in_order_and_selected_elements_with_their_index() {
+fn operands_are_listed_once_in_order_and_array_elements_by_their_index() {
     let mut plant = TestPlant::new();
     let text = "size + weight > recipe[step] & pusher & Y0 & !gate[step] & size < late.Acc";
     let condition = plant.condition(text).unwrap();
@@ -215,7 +215,7 @@ fn deep_and_long_conditions_are_evaluated() {
 }
 
 #[test]
-fn mistakes_have_their_sentence() {
+fn each_mistake_in_a_condition_has_its_own_message() {
     let plant = TestPlant::new();
     for (text, expected) in [
         ("size + 1", "`size + 1` is a number, not a contact"),

@@ -100,7 +100,7 @@ fn check(steps: &str, expected: Expect) {
 }
 
 #[test]
-fn every_step_is_read() {
+fn every_kind_of_step_is_read() {
     check(
         "pulse bottle 100ms every 400ms times 3
         pulse bottle 50ms
@@ -205,7 +205,7 @@ weight = { jump = "-9..9", chance = "100%" }
 }
 
 #[test]
-fn later_steps_are_those_of_the_reloaded_program() {
+fn steps_after_a_reload_refer_to_the_reloaded_program() {
     check_file(
         r#"
 controller = "rungd.toml"
@@ -258,7 +258,7 @@ steps = ["reload wrong.toml", "expect: nothing"]
 }
 
 #[test]
-fn steps_behind_a_reload_name_the_new_program() {
+fn names_after_a_reload_are_checked_against_the_new_program() {
     check(
         "reload crates2.toml
         expect: bottles.Acc == 0
@@ -279,7 +279,7 @@ fn steps_behind_a_reload_name_the_new_program() {
 }
 
 #[test]
-fn an_always_line_that_the_new_program_lacks_is_found_at_the_step() {
+fn an_always_line_invalid_in_the_new_program_is_reported_at_the_reload() {
     check_file(
         r#"
 ladder = ["crates.toml"]
@@ -301,7 +301,7 @@ steps = ["reload crates2.toml", "reload crates2.toml", "expect: bottles.Acc == 0
 }
 
 #[test]
-fn a_file_without_tests_is_warned_of() {
+fn a_file_without_tests_gives_a_warning() {
     check_file(
         "ladder = [\"crates.toml\"]\nalways = [\"pusher & bottle | start\"]",
         expect![[r#"
@@ -349,7 +349,7 @@ fn a_file_without_tests_is_warned_of() {
 }
 
 #[test]
-fn files_of_other_kinds_and_with_errors_are_told() {
+fn files_of_other_kinds_and_files_with_errors_are_reported() {
     check_file(
         "ladder = [\"rungd.toml\"]",
         expect![[r#"
@@ -408,7 +408,7 @@ fn files_of_other_kinds_and_with_errors_are_told() {
 }
 
 #[test]
-fn numbers_of_tests_and_steps_are_limited() {
+fn the_numbers_of_tests_and_steps_are_limited() {
     let head = "ladder = [\"crates.toml\"]\n".to_owned();
     let test = |name: usize, steps: usize| {
         let steps = "\"stop\",".repeat(steps);

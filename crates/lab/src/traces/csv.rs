@@ -68,7 +68,7 @@ mod tests {
     use super::{CELL_MAX, cells};
 
     #[test]
-    fn quotes_belong_to_the_form_and_not_to_the_cell() {
+    fn quotes_around_a_cell_are_removed() {
         let rows = [
             ("scan,X0,D1", &["scan", "X0", "D1"][..]),
             (r#""scan","X0" , " D1 ""#, &["scan", "X0", "D1"]),

@@ -17,7 +17,7 @@ fn error(text: &str) -> String {
 }
 
 #[test]
-fn rows_become_changes_of_their_scans() {
+fn each_row_becomes_the_changes_of_its_scan() {
     let text = "scan,X0,C0,D0\r\n0,1,,-5\r\n\r\n3,0,1,\r\n";
     let stimulus = Stimulus::parse_timed(text, 10, &lookup).unwrap();
     let mut from = 0;
@@ -43,7 +43,7 @@ fn cells_in_quotes_are_read() {
 }
 
 #[test]
-fn a_word_takes_whole_numbers_as_a_ladder_does() {
+fn a_word_accepts_the_integer_notations_of_a_ladder() {
     let change = |cell: &str| {
         let text = format!("scan,D0\n0,{cell}\n");
         let stimulus = Stimulus::parse_timed(&text, 10, &lookup).unwrap();
@@ -67,7 +67,7 @@ fn a_word_takes_whole_numbers_as_a_ladder_does() {
 }
 
 #[test]
-fn times_are_the_first_scans_at_or_after_them() {
+fn a_time_selects_the_first_scan_at_or_after_it() {
     let scans = |text: &str| {
         let stimulus = Stimulus::parse_timed(text, 10, &lookup).unwrap();
         stimulus.rows.0.iter().map(|(scan, _)| *scan).collect::<Vec<_>>()
@@ -83,7 +83,7 @@ fn times_are_the_first_scans_at_or_after_them() {
 }
 
 #[test]
-fn a_row_that_is_never_reached_is_told() {
+fn a_row_that_is_never_reached_is_reported() {
     let text = "scan,X0\n0,1\n9,0\n10,1\n12,0\n";
     let mut stimulus = Stimulus::parse(text, &lookup).unwrap();
     let rows = stimulus.take_rows();
@@ -101,7 +101,7 @@ fn a_row_that_is_never_reached_is_told() {
 }
 
 #[test]
-fn an_element_by_commas_is_told_by_its_name() {
+fn an_element_written_with_commas_is_reported_with_its_name() {
     let told = |text: &str| split_element(text.split(','));
     let said = "commas separate operands here: instead of";
     assert_eq!(told("X0,N,3,6"), Some(format!("{said} `N,3,6` write `N3.ACC`")));
@@ -122,7 +122,7 @@ fn an_element_by_commas_is_told_by_its_name() {
 }
 
 #[test]
-fn mistakes_name_their_line() {
+fn errors_name_their_line() {
     assert_eq!(error(""), "1: the header is `scan,` or `time,` and operands, as `scan,X0,D1`");
     assert_eq!(error("scan,CT0.Done"), "1: `CT0.Done` cannot be written");
     assert_eq!(error("scan,C0,jam"), "1: `jam` and `C0` are the same operand");

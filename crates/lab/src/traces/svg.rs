@@ -221,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bit_is_a_line_and_a_word_is_bands() {
+    fn a_bit_is_drawn_as_a_line_and_a_word_as_bands() {
         let svg = drawn(&[0, 1, 1, 0], &[7, 7, -32_768, 0]);
         let (_, body) = svg.split_once("</style>\n").unwrap();
         expect_test::expect![[r##"
@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn labels_of_narrow_columns_keep_apart() {
+    fn labels_of_narrow_columns_do_not_overlap() {
         let svg = drawn(&[0; 300], &[0; 300]);
         let labels: Vec<usize> = svg
             .split("y=\"28\">")
@@ -280,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_a_picture_too() {
+    fn an_empty_trace_gives_a_valid_picture() {
         assert!(drawn(&[], &[]).ends_with("</svg>\n"));
     }
 }

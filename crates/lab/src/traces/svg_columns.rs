@@ -92,7 +92,7 @@ mod tests {
     use rungd_engine::{Cell, WordCell};
 
     #[test]
-    fn every_value_is_in_its_column_however_many_there_are() {
+    fn every_value_is_in_its_column_for_any_number_of_rows() {
         for rows in [1u64, 2, 1_199, 1_200, 1_201, 2_401, 50_000, 100_001] {
             let watched =
                 [TracedOperand { name: "D0".into(), cell: Cell::Word(WordCell(0)), real: false }];

@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn a_column_shows_all_that_was_in_it() {
+    fn a_column_shows_every_value_of_its_scans() {
         // A column is 1024 scans.
         let svg = drawn(1 << 20, |row| {
             let bit = match row >> 10 {
@@ -265,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_stays_small_however_much_it_shows() {
+    fn a_picture_stays_small_for_any_number_of_scans() {
         let svg = drawn(3_000_000, |row| {
             let noise = (row.wrapping_mul(2_654_435_761) >> 7) as i32;
             [noise & 1, noise, 0]

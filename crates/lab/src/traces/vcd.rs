@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_is_written_where_it_changes() {
+    fn a_value_is_written_only_when_it_changes() {
         let watched = [bit("Y0"), word("CT0.Acc", false), word("R1", true), bit("$End")];
         let real = |number: f32| Real::finite(number).unwrap().cell();
         let text = vcd(
@@ -243,14 +243,14 @@ mod tests {
     }
 
     #[test]
-    fn the_last_time_is_there_though_nothing_changes() {
+    fn the_last_time_is_written_even_without_a_change() {
         let text = vcd(&[bit("Y0")], &[(RowName::Scan(0), 0, &[1]), (RowName::Scan(1), 9, &[1])]);
         assert!(text.ends_with("$end\n#9\n"), "{text}");
         assert!(vcd(&[], &[]).ends_with("$enddefinitions $end\n"));
     }
 
     #[test]
-    fn names_are_identifiers_and_each_is_once() {
+    fn names_become_unique_identifiers() {
         let all = ["a.b", "a_b", "a[12]", "stop", "7up", "é", "x y", "Y0@old"];
         let watched: Vec<TracedOperand> = all.iter().map(|name| bit(name)).collect();
         let named = ["a_b", "a_b_2", "a_12", "stop_2", "_7up", "_", "x_y", "Y0_old"];
@@ -258,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn short_names_differ_and_have_no_blank() {
+    fn short_codes_are_unique_and_printable() {
         let codes: HashSet<String> = (0..20_000).map(code).collect();
         assert_eq!(codes.len(), 20_000);
         assert!(codes.iter().all(|code| code.bytes().all(|byte| (b'!'..=b'~').contains(&byte))));

@@ -106,7 +106,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_are_divided_at_their_last_dot() {
+    fn words_are_split_at_their_last_dot() {
         for (before, base, typed) in [
             ("", None, ""),
             ("a & st", None, "st"),

@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cursor_is_told_by_its_table_its_keys_and_what_stands_there() {
+    fn the_site_of_a_cursor_has_its_table_its_key_and_the_typed_text() {
         for (text, wanted) in [
             ("|", "  key  false"),
             ("na|", "  key na false"),

@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_that_a_terminal_obeys_is_written() {
+    fn control_characters_are_not_written_to_the_terminal() {
         let area = Rect::new(0, 0, 12, 1);
         let mut buffer = Buffer::empty(area);
         let mut pen = ScreenPen { buffer: &mut buffer, has_colours: true };

@@ -110,7 +110,7 @@ fn look_of(news: MonitorNews) -> Option<Box<ControllerLook>> {
 }
 
 #[test]
-fn an_unknown_operand_hides_no_other_one() {
+fn an_unknown_operand_does_not_hide_other_operands() {
     let fake = FakeController::start("unknown", vec!["D0", "D1"]);
     let (orders, news) = asker::start(fake.socket.clone()).expect("a thread");
     let operands = ["D0", "gone", "D1"].map(str::to_owned).to_vec();
@@ -125,7 +125,7 @@ fn an_unknown_operand_hides_no_other_one() {
 }
 
 #[test]
-fn answers_and_refusals_are_told() {
+fn answers_and_refusals_are_reported() {
     let fake = FakeController::start("answers", vec!["D0"]);
     let (orders, news) = asker::start(fake.socket.clone()).expect("a thread");
     let told = |order| {
@@ -151,7 +151,7 @@ fn answers_and_refusals_are_told() {
 }
 
 #[test]
-fn without_a_controller_the_page_reports_it_and_continues() {
+fn a_missing_controller_is_reported_and_polled_again() {
     let socket = std::env::temp_dir().join(format!("rungd-none-{}", std::process::id()));
     let (_orders, news) = asker::start(socket).expect("a thread");
     let silent = |news| if let MonitorNews::Silent(why) = news { Some(why) } else { None };

@@ -14,7 +14,7 @@ fn watching() -> Bench {
 }
 
 #[test]
-fn a_force_is_typed_and_confirmed() {
+fn a_typed_force_is_sent_after_confirmation() {
     let mut bench = watching();
     bench.keys("f75");
     bench.press(KeyPress::Enter);
@@ -26,7 +26,7 @@ fn a_force_is_typed_and_confirmed() {
 }
 
 #[test]
-fn a_bit_is_offered_its_other_value() {
+fn the_other_value_of_a_bit_is_proposed() {
     let mut bench = watching();
     bench.press(KeyPress::Down);
     bench.keys("s");
@@ -36,7 +36,7 @@ fn a_bit_is_offered_its_other_value() {
 }
 
 #[test]
-fn a_value_is_proposed_until_one_types() {
+fn the_present_value_is_proposed_until_a_key_is_typed() {
     let mut bench = Bench::start();
     [KeyPress::Tab, KeyPress::Tab].into_iter().for_each(|press| bench.press(press));
     bench.keys("f");
@@ -52,7 +52,7 @@ fn a_value_is_proposed_until_one_types() {
 }
 
 #[test]
-fn a_force_is_released_after_a_question() {
+fn a_force_is_released_after_confirmation() {
     let mut bench = watching();
     [KeyPress::Tab; 3].into_iter().for_each(|press| bench.press(press));
     bench.keys("u");
@@ -65,7 +65,7 @@ fn a_force_is_released_after_a_question() {
 }
 
 #[test]
-fn an_alarm_is_acknowledged_after_a_question() {
+fn an_alarm_is_acknowledged_after_confirmation() {
     let mut bench = Bench::start();
     [KeyPress::Tab; 2].into_iter().for_each(|press| bench.press(press));
     bench.keys("k");
@@ -77,7 +77,7 @@ fn an_alarm_is_acknowledged_after_a_question() {
 }
 
 #[test]
-fn every_other_key_changes_nothing() {
+fn every_key_but_y_cancels_a_change() {
     for leave in [KeyPress::Escape, KeyPress::Char('n'), KeyPress::Interrupt] {
         let mut bench = watching();
         bench.keys("f75");
@@ -99,7 +99,7 @@ fn every_other_key_changes_nothing() {
 
 /// For any keys and news, in any order and any window size: no panic, and no change without `y`.
 #[test]
-fn no_keys_change_anything_by_chance() {
+fn no_random_keys_cause_a_change_without_confirmation() {
     let presses = [
         KeyPress::Enter,
         KeyPress::Escape,

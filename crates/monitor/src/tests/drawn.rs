@@ -20,7 +20,7 @@ fn check_page(bench: &Bench) {
 }
 
 #[test]
-fn the_first_page_says_everything_in_words() {
+fn the_first_page_shows_its_states_in_words() {
     let mut bench = Bench::start();
     bench.news(MonitorNews::Found(Ok(vec![bit("motor", "Y0", false), word("D0", 0)])));
     for n in 0..12 {
@@ -151,7 +151,7 @@ fn a_ladder_without_power_shows_the_reason() {
 }
 
 #[test]
-fn names_are_offered_while_one_is_typed() {
+fn names_are_offered_while_a_name_is_typed() {
     let mut bench = Bench::start();
     bench.keys("am");
     let name = |name: &str, about: &str| OfferedName { name: name.into(), about: about.into() };
@@ -255,7 +255,7 @@ fn a_change_is_confirmed_with_both_values() {
 }
 
 #[test]
-fn a_silent_controller_is_told() {
+fn a_silent_controller_is_reported() {
     let mut bench = Bench::silent();
     bench.tick(1000);
     bench.news(MonitorNews::Silent("no rungd answers at /run/s: is it running?".into()));
@@ -297,7 +297,7 @@ fn a_silent_controller_is_told() {
 }
 
 #[test]
-fn the_help_and_an_answer_fit() {
+fn the_help_and_an_answer_fit_the_window() {
     let mut bench = Bench::start();
     bench.keys("?");
     check(
@@ -366,7 +366,7 @@ fn the_help_and_an_answer_fit() {
 }
 
 #[test]
-fn no_window_is_too_small_or_too_large() {
+fn pages_are_drawn_in_windows_of_any_size() {
     let mut bench = Bench::start();
     bench.news(MonitorNews::Found(Ok((0..60).map(|n| word(&format!("D{n}"), n)).collect())));
     bench.news(MonitorNews::Power(Ok(Arc::new(SomeConduct(&[])))));
@@ -384,7 +384,7 @@ fn no_window_is_too_small_or_too_large() {
 }
 
 #[test]
-fn names_of_the_controller_are_plain_text() {
+fn control_characters_in_names_of_the_controller_are_removed() {
     let mut bench = Bench::start();
     let mut status = status();
     let bad = "a\u{1b}]0;x\u{7}\u{9b}\u{202e}b";

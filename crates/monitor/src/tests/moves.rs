@@ -7,7 +7,7 @@ use crate::state::{MonitorPage, MonitorPane};
 use rungd_client::operator::protocol::OfferedName;
 
 #[test]
-fn tab_goes_round_the_panes() {
+fn the_tab_key_cycles_through_the_panes() {
     let mut bench = Bench::start();
     let mut seen = Vec::new();
     for _ in 0..6 {
@@ -21,7 +21,7 @@ fn tab_goes_round_the_panes() {
 }
 
 #[test]
-fn an_operand_is_added_by_its_beginning_and_removed() {
+fn an_operand_is_added_by_the_beginning_of_its_name_and_removed() {
     let mut bench = Bench::start();
     bench.orders();
     bench.keys("amo");
@@ -42,7 +42,7 @@ fn an_operand_is_added_by_its_beginning_and_removed() {
 }
 
 #[test]
-fn operands_of_the_command_line_wait_for_the_controller() {
+fn operands_of_the_command_line_are_requested_once_the_controller_answers() {
     let mut bench = Bench::silent();
     bench.state.at_start = vec!["motor".to_owned()];
     bench.news(MonitorNews::Silent("none answers".into()));
@@ -52,7 +52,7 @@ fn operands_of_the_command_line_wait_for_the_controller() {
 }
 
 #[test]
-fn the_ladder_is_asked_for_once_for_each_program() {
+fn the_ladder_is_requested_once_for_each_program() {
     let mut bench = Bench::start();
     bench.orders();
     let mut other = status();
@@ -83,7 +83,7 @@ fn enter_on_a_stage_opens_its_rungs() {
 }
 
 #[test]
-fn the_ladder_has_an_operand_under_its_mark() {
+fn the_mark_in_the_ladder_selects_an_operand() {
     let mut bench = Bench::start();
     bench.keys("l");
     let mut operands = Vec::new();
@@ -115,7 +115,7 @@ fn a_new_program_keeps_the_place_in_the_ladder() {
 }
 
 #[test]
-fn the_watch_list_ends_somewhere() {
+fn the_length_of_the_watch_list_is_limited() {
     let mut bench = Bench::start();
     let words: Vec<_> = (0..99).map(|n| word(&format!("D{n}"), n)).collect();
     bench.news(MonitorNews::Found(Ok(words)));
@@ -123,7 +123,7 @@ fn the_watch_list_ends_somewhere() {
 }
 
 #[test]
-fn q_and_ctrl_c_end() {
+fn q_and_ctrl_c_end_the_monitor() {
     for press in [KeyPress::Char('q'), KeyPress::Interrupt] {
         let mut bench = Bench::start();
         bench.orders();

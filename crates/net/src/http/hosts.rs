@@ -86,7 +86,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_ip_address_is_one_with_and_without_a_port() {
+    fn an_ip_address_is_recognized_with_and_without_a_port() {
         for yes in ["127.0.0.1", "10.0.3.7:9464", "[::1]", "[fe80::1]:80"] {
             assert!(is_ip(yes), "{yes}");
         }
@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn names_are_known_with_the_port_and_without() {
+    fn host_names_are_accepted_with_and_without_the_port() {
         let values = with_port(&["PLC.example".into()], Some(9464));
         assert_eq!(values, ["plc.example", "plc.example:9464"]);
         let hosts = ExpectedHosts::new(values, "rungd x --host NAME").with_any_ip();

@@ -82,7 +82,7 @@ mod tests {
     use tokio::io::AsyncWriteExt as _;
 
     #[tokio::test(start_paused = true)]
-    async fn a_peer_that_reads_nothing_is_left_and_one_that_reads_is_not() {
+    async fn only_a_peer_that_reads_nothing_is_disconnected() {
         let (near, far) = tokio::io::duplex(8);
         let mut near = NoStall::new(near);
         near.write_all(b"01234567").await.expect("there is room");

@@ -202,7 +202,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_authority_as_a_brokers_certificate_is_explained() {
+    fn an_authority_used_as_a_broker_certificate_is_explained() {
         let refused = "invalid peer certificate: Other(OtherError(CaUsedAsEndEntity))";
         let told = MqttCause::Insecure(refused.to_owned()).to_string();
         assert!(told.contains("`basicConstraints = CA:FALSE`"), "{told}");

@@ -33,7 +33,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_state_comes_back() {
+    fn a_written_host_state_is_read_back() {
         let state = HostState { online: true, timestamp: 1_700_000_000_123 };
         assert_eq!(HostState::read(&state.bytes()), Ok(state));
         assert!(HostState::read(b"ONLINE").is_err());

@@ -100,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn a_birth_comes_back() {
+    fn a_written_birth_is_read_back() {
         let metric = level().born(Some(&MetricValue::Signed(-5)), 1000);
         let payload = Payload { timestamp: Some(1001), metrics: vec![metric], seq: Some(0) };
         assert_eq!(Payload::read(&payload.bytes()), Ok(payload.clone()));
@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn data_has_the_alias_alone() {
+    fn data_metrics_carry_only_the_alias() {
         let metric = level().data(Some(&MetricValue::Signed(3)), 5);
         assert_eq!((metric.name, metric.alias, metric.datatype), (None, Some(7), None));
         assert_eq!(metric.content, Some(MetricContent::Int(3)));
@@ -121,7 +121,7 @@ mod tests {
 
     /// The bytes of a small payload, by the numbers of `sparkplug_b.proto`: key, value.
     #[test]
-    fn the_bytes_are_those_of_the_specification() {
+    fn the_bytes_of_a_payload_follow_the_specification() {
         let metric = level().data(Some(&MetricValue::Signed(-1)), 5);
         let payload = Payload { timestamp: Some(6), metrics: vec![metric], seq: Some(255) };
         let bytes = [
@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn garbage_is_an_error() {
+    fn an_invalid_payload_is_refused() {
         assert!(Payload::read(&[0x12, 200, 1, 2]).is_err());
         assert!(Payload::read(&[0xff; 40]).is_err());
     }

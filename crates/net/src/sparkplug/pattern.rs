@@ -21,7 +21,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_star_is_any_characters() {
+    fn a_star_matches_any_characters() {
         let cases = [
             ("*", "", true),
             ("*", "jam", true),

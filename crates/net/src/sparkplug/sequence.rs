@@ -27,7 +27,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_begins_again() {
+    fn the_sequence_number_wraps_from_255_to_0() {
         assert_eq!(Sequence::of(255).map(|last| last.next().number()), Some(0));
         assert_eq!(Sequence::default().next().number(), 1);
         assert_eq!(Sequence::of(256), None);

@@ -174,7 +174,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_topic_comes_back() {
+    fn a_written_topic_is_read_back() {
         for text in [
             "spBv1.0/plant/NBIRTH/press-3",
             "spBv1.0/plant/NDATA/press 3",
@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_topic() {
+    fn invalid_topics_are_refused() {
         for text in [
             "",
             "spBv1.0",
@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn names() {
+    fn names_of_groups_and_nodes_are_checked() {
         assert_eq!(check_name("Press 3 (north)"), Ok(()));
         assert_eq!(check_name(""), Err(NameFault::Empty));
         assert_eq!(check_name("a/b"), Err(NameFault::Character('/')));

@@ -235,7 +235,7 @@ mod tests {
 
     /// A written value is read again unchanged, for the extremes of each type.
     #[test]
-    fn a_value_comes_back() {
+    fn a_written_value_is_read_back() {
         let signed = |datatype, low: i64, high: i64| {
             [low, -1, 0, 1, high].map(|value| (datatype, MetricValue::Signed(value)))
         };
@@ -264,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn a_short_negative_number_is_understood() {
+    fn a_short_negative_number_is_read_as_negative() {
         assert_eq!(DataType::Int16.read(&MetricContent::Int(65_535)), Ok(MetricValue::Signed(-1)));
         assert_eq!(DataType::Int16.read(&MetricContent::Int(65_536)), Err(ValueFault::OutOfRange));
         assert_eq!(DataType::Int8.read(&MetricContent::Int(128)), Ok(MetricValue::Signed(-128)));
@@ -274,7 +274,7 @@ mod tests {
 
     /// 2^32 + 5 must not be read as 5.
     #[test]
-    fn a_number_beyond_32_bits_is_not_cut() {
+    fn a_number_beyond_32_bits_is_refused_and_not_truncated() {
         let long = MetricContent::Int((1 << 32) + 5);
         for datatype in [DataType::Int32, DataType::Int16, DataType::UInt32, DataType::UInt16] {
             assert_eq!(datatype.read(&long), Err(ValueFault::OutOfRange), "{datatype:?}");
@@ -299,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn each_number_names_its_type() {
+    fn each_type_is_found_by_its_number() {
         for datatype in ALL {
             assert_eq!(DataType::of(datatype.number()), Some(datatype));
         }

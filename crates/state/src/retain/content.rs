@@ -348,7 +348,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_content_that_makes_no_sense_is_refused() {
+    fn inconsistent_content_is_refused() {
         let runs = [ElementRun {
             space: Space::Word(WordSpace::D),
             first: 3,
@@ -388,7 +388,7 @@ mod tests {
     }
 
     #[test]
-    fn values_out_of_range_are_the_nearest_in_it_and_of_an_element_in_two_runs_the_later_counts() {
+    fn values_out_of_range_are_limited_and_a_later_run_overrides_an_earlier_one() {
         let run = |count| ElementRun {
             space: Space::Word(WordSpace::V),
             first: 3,

@@ -335,7 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn of_several_that_make_a_file_at_once_one_owns_it() {
+    fn only_one_of_several_concurrent_creators_owns_the_file() {
         assert_eq!(most_that_own_it(None), 1);
         assert_eq!(most_that_own_it(Some("half a file")), 1);
     }

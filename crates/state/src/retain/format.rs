@@ -281,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn a_header_comes_back_from_either_copy() {
+    fn a_header_is_read_from_either_copy() {
         let mut blocks = [header(&GEOMETRY), header(&GEOMETRY)].concat();
         assert_eq!(read_header(&blocks), Ok(GEOMETRY));
         blocks[30] ^= 1;
@@ -293,7 +293,7 @@ mod tests {
     }
 
     #[test]
-    fn of_two_whole_headers_the_first_counts_and_sizes_out_of_range_are_none() {
+    fn the_first_valid_header_counts_and_sizes_out_of_range_are_invalid() {
         let other = Geometry { id: 8, ..GEOMETRY };
         assert_eq!(read_header(&[header(&GEOMETRY), header(&other)].concat()), Ok(GEOMETRY));
         for (slot_bytes, slots) in
@@ -305,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn a_later_version_is_told_apart() {
+    fn a_later_version_is_reported_as_newer() {
         let mut blocks = [header(&GEOMETRY), header(&GEOMETRY)].concat();
         blocks[16] = 2;
         assert_eq!(read_header(&blocks), Ok(GEOMETRY), "one copy is damaged");
@@ -314,7 +314,7 @@ mod tests {
     }
 
     #[test]
-    fn an_image_comes_back_and_no_flipped_bit_passes() {
+    fn an_image_is_read_back_and_any_flipped_bit_is_detected() {
         for length in [0, 1, 7, 8, 100, 5000] {
             let content: Vec<u8> = (0..length).map(|n| n as u8).collect();
             let mut slot = Vec::new();

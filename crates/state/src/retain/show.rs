@@ -119,7 +119,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_kept_before_a_stop_may_be_of_run_or_of_a_fault() {
+    fn an_image_is_shown_with_or_without_an_orderly_stop() {
         let stamp = ImageStamp { sequence: 3, scan: 9, saved_ms: 0, flags: 0 };
         let said = |flags| slot_text(&Ok(ImageStamp { flags, ..stamp }));
         let when = "1970-01-01 00:00:00 UTC";
@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn a_time_of_day() {
+    fn times_are_shown_in_utc() {
         assert_eq!(utc(0), "1970-01-01 00:00:00 UTC");
         assert_eq!(utc(951_782_400_000), "2000-02-29 00:00:00 UTC");
         assert_eq!(utc(1_795_305_599_999), "2026-11-21 23:59:59 UTC");

@@ -208,7 +208,7 @@ fn same(case: &Case, (expected, found): (&[Vec<i64>], &[Vec<i64>]), how: &str) {
 }
 
 #[test]
-fn a_programs_behaviour_does_not_depend_on_memory_addresses() {
+fn the_trace_of_a_program_does_not_depend_on_memory_addresses() {
     for seed in seeds() {
         let case = generate(seed);
         let expected = trace(&case, &loaded(&case, Naming::Addresses), None);
@@ -220,7 +220,7 @@ fn a_programs_behaviour_does_not_depend_on_memory_addresses() {
 }
 
 #[test]
-fn a_reload_that_moves_memory_leaves_no_trace() {
+fn a_reload_that_moves_memory_does_not_change_the_trace() {
     for seed in seeds() {
         let (case, mut rng) = (generate(seed), Rng::new(seed ^ 0x7e1d));
         let all = NAMINGS[1..].iter().map(|naming| loaded(&case, *naming)).collect::<Vec<_>>();

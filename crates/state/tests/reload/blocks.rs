@@ -20,7 +20,7 @@ fn draining() -> Reloaded {
 }
 
 #[test]
-fn running_programs_and_stages_that_are_on_go_on_by_name() {
+fn running_programs_and_active_stages_continue_by_name() {
     let more = "[[program]]\nname = \"Before\"\n[[program.stage]]\nname = \"Open\"\nrung = [ { when = [\"$On\"], do = [\"OUT Y7\"] } ]\n";
     let drain = DRAIN.replacen("[[program]]", &format!("{more}[[program]]"), 1);
     draining()
@@ -35,7 +35,7 @@ fn running_programs_and_stages_that_are_on_go_on_by_name() {
 }
 
 #[test]
-fn a_program_that_is_gone_has_its_pass_first() {
+fn a_removed_program_is_terminated_first() {
     draining()
         .main(&format!("rung = [ {ON} ]"))
         .says("Program Drain is gone and was terminated")
@@ -43,7 +43,7 @@ fn a_program_that_is_gone_has_its_pass_first() {
 }
 
 #[test]
-fn a_program_that_loses_the_stage_that_is_on_begins_at_its_first() {
+fn a_program_that_loses_its_active_stage_restarts_at_its_first_stage() {
     draining()
         .main(&DRAIN.replace("Close", "Shut"))
         .says("Stage Drain.Close is gone and was terminated")
@@ -55,7 +55,7 @@ fn a_program_that_loses_the_stage_that_is_on_begins_at_its_first() {
 }
 
 #[test]
-fn an_instruction_that_moves_into_a_stage_that_is_off_is_terminated_there() {
+fn an_instruction_moved_into_an_inactive_stage_is_terminated() {
     let moved = DRAIN
         .replace("\"OUT Y1\"] }", "\"OUT Y1\", \"TMR T0 preset=9s\"] }")
         .replace("\"OUT Y2\", \"TMR T0 preset=9s\"", "\"OUT Y2\"");
@@ -67,7 +67,7 @@ fn an_instruction_that_moves_into_a_stage_that_is_off_is_terminated_there() {
 }
 
 #[test]
-fn an_autostart_program_that_is_new_starts_and_a_known_one_is_as_it_was() {
+fn a_new_autostart_program_starts_and_a_known_one_keeps_its_state() {
     let drain = DRAIN.replace("name = \"Drain\"", "name = \"Drain\"\nautostart = true");
     main_with(DRAIN).scans(2).main(&drain).scans(1).holds([("Drain.Running", 0)]);
     main_with(&format!("rung = [ {ON} ]")).scans(2).main(&drain).scans(1).holds([
@@ -85,7 +85,7 @@ fn recurrent(every: &str, more: &str) -> String {
 }
 
 #[test]
-fn recurrent_timing_goes_on() {
+fn a_recurrent_task_keeps_its_timing() {
     main_with(&recurrent("50ms", ""))
         .scan(&[("X0", 1)])
         .scans(3)
@@ -98,7 +98,7 @@ fn recurrent_timing_goes_on() {
 }
 
 #[test]
-fn an_edited_interval_counts_from_the_same_beginning() {
+fn an_edited_interval_counts_from_the_same_start() {
     main_with(&recurrent("50ms", ""))
         .scan(&[("X0", 1)])
         .scans(3)
@@ -111,7 +111,7 @@ fn an_edited_interval_counts_from_the_same_beginning() {
 }
 
 #[test]
-fn a_task_that_nothing_enables_any_more_is_disabled() {
+fn a_task_that_no_instruction_enables_any_more_is_disabled() {
     let text = recurrent("50ms", "");
     let without = text.replace("do = [\"ENTASK Work every=50ms\"]", "do = [\"OUT C3\"]");
     main_with(&text)
@@ -125,7 +125,7 @@ fn a_task_that_nothing_enables_any_more_is_disabled() {
 }
 
 #[test]
-fn a_task_that_goes_with_its_entask_ran() {
+fn a_task_removed_with_its_entask_is_terminated_if_it_ran() {
     let text = recurrent("50ms", "");
     main_with(&text)
         .scan(&[("X0", 1)])
@@ -139,7 +139,7 @@ fn a_task_that_goes_with_its_entask_ran() {
 }
 
 #[test]
-fn a_task_whose_entask_goes_with_its_program_is_disabled() {
+fn a_task_is_disabled_if_the_program_of_its_entask_is_removed() {
     let text = "rung = [ { when = [\"X1\"], do = [\"RUN Side\"] } ]\n[[task]]\nname = \"Work\"\n\
                 rung = [ { when = [\"$On\"], do = [\"OUT Y0\"] } ]\n";
     let side = "[[program]]\nname = \"Side\"\nautostart = true\nrung = [ { when = [\"X0\"], do = \
@@ -157,7 +157,7 @@ fn a_task_whose_entask_goes_with_its_program_is_disabled() {
 }
 
 #[test]
-fn an_entask_that_moves_into_a_stage_that_is_off_has_its_pass_there() {
+fn an_entask_moved_into_an_inactive_stage_is_terminated() {
     let stages = |open: &str, close: &str| {
         format!(
             "rung = [ {{ when = [\"$On\"], do = [\"RUN Drain\"] }} ]\n[[program]]\nname = \"Drain\"\n\
@@ -176,7 +176,7 @@ fn an_entask_that_moves_into_a_stage_that_is_off_has_its_pass_there() {
 }
 
 #[test]
-fn what_is_not_driven_any_more_goes_off_only_if_it_executed() {
+fn a_bit_that_is_no_longer_driven_turns_off_only_if_its_coil_executed() {
     let main = "{ when = [\"$On\"], do = [\"OUT Y2\"] },";
     let drain = |text: &str| {
         DRAIN.replacen("rung = [", &format!("rung = [ {main}"), 1).replace("OUT Y2\", \"TMR", text)

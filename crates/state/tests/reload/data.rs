@@ -3,7 +3,7 @@
 use crate::reload::reloaded::*;
 
 #[test]
-fn a_tag_that_moves_leaves_its_value_behind_and_the_report_warns() {
+fn the_report_warns_if_a_moved_tag_leaves_its_value_behind() {
     let main = main_text(
         "rung = [ { when = [\"Level == 5\", \"count.Done\", \"V20 == 3\"], do = [\"OUT Y0\"] }, { leg.up = [\"X0\"], leg.rst = [\"$Off\"], do = [\"CNT count preset=9\"] } ]",
     );
@@ -26,7 +26,7 @@ fn a_tag_that_moves_leaves_its_value_behind_and_the_report_warns() {
 }
 
 #[test]
-fn a_force_that_stays_behind_its_tag_is_said() {
+fn the_report_names_a_force_left_behind_by_its_tag() {
     let ladder = |fan: &str, heater: &str| {
         let tags =
             format!("[tags]\nfan = {{ at = \"{fan}\" }}\nheater = {{ at = \"{heater}\" }}\n");
@@ -39,7 +39,7 @@ fn a_force_that_stays_behind_its_tag_is_said() {
 }
 
 #[test]
-fn a_bit_that_stays_on_and_that_no_rung_writes_is_a_warning() {
+fn the_report_warns_of_a_bit_that_stays_on_and_that_no_rung_writes() {
     let set = [("X0", "SET Y0"), ("X0", "SET C5"), ("X0", "OUT Y1"), ("X1", "RST C6")];
     let plc = main_with(&rungs(&set)).scan(&[("X0", 1)]).main(&rungs(&[("X1", "RST C5")]));
     let warnings: Vec<_> = plc.report.iter().filter(|l| l.starts_with("warning: ")).collect();
@@ -48,7 +48,7 @@ fn a_bit_that_stays_on_and_that_no_rung_writes_is_a_warning() {
 }
 
 #[test]
-fn a_value_beyond_new_limits_is_a_warning() {
+fn the_report_warns_of_a_value_beyond_new_limits() {
     let tagged = |limits: &str| {
         let tags = format!("[tags]\nsize = {{ at = \"D1\"{limits} }}\n");
         tags + &main_text(&rungs(&[("size == 5", "OUT Y0")]))
@@ -64,7 +64,7 @@ fn a_value_beyond_new_limits_is_a_warning() {
 }
 
 #[test]
-fn changed_limits_and_initials_are_told_though_no_value_changes() {
+fn the_report_lists_changed_limits_and_initial_values() {
     let tagged = |size: &str, lamp: &str, row: &str| {
         let tags = format!(
             "[tags]\nsize = {{ at = \"D1\"{size} }}\nlamp = {{ at = \"C1\"{lamp} }}\n\
@@ -94,7 +94,7 @@ fn changed_limits_and_initials_are_told_though_no_value_changes() {
 }
 
 #[test]
-fn a_tag_of_another_name_is_said() {
+fn the_report_names_a_renamed_tag() {
     let tagged = |tag: &str| {
         let tags = format!("[tags]\n{tag} = {{ at = \"D1\" }}\n");
         tags + &main_text(&rungs(&[("D1 == 5", "OUT Y0")]))
@@ -103,7 +103,7 @@ fn a_tag_of_another_name_is_said() {
 }
 
 #[test]
-fn an_array_of_another_place_or_name_is_one_line() {
+fn the_report_has_one_line_for_a_moved_or_renamed_array() {
     let ladder = |name: &str, at: &str| {
         let tags = format!("[tags]\n{name} = {{ at = \"{at}\", count = 12 }}\n");
         tags + &main_text(&rungs(&[("D0 == 5", "OUT Y0")]))
@@ -133,7 +133,7 @@ fn an_array_of_another_place_or_name_is_one_line() {
 }
 
 #[test]
-fn rungs_are_counted() {
+fn the_report_counts_new_and_removed_rungs() {
     let (a, b, c) = (("X0", "OUT C0"), ("X1", "OUT C1"), ("X2", "OUT C2"));
     let said = |was: &[(&str, &str)], is: &[(&str, &str)]| {
         main_with(&rungs(was)).main(&rungs(is)).report.join("; ")
@@ -146,7 +146,7 @@ fn rungs_are_counted() {
 }
 
 #[test]
-fn an_initial_of_what_is_forced_is_not_put_there() {
+fn an_initial_value_does_not_change_a_forced_cell() {
     let tagged = "[tags]\nsize = { at = \"D1\", initial = 4 }\n";
     let main = main_text("rung = [ { when = [\"D2 == 5\"], do = [\"OUT Y0\"] } ]");
     plc(&main)
@@ -158,7 +158,7 @@ fn an_initial_of_what_is_forced_is_not_put_there() {
 }
 
 #[test]
-fn data_is_kept_by_address_and_what_is_new_takes_its_initial() {
+fn data_is_kept_by_address_and_new_tags_take_their_initial_values() {
     let tagged =
         "[tags]\nsize = { at = \"D1\", initial = 12 }\nlot = { at = \"D2\", initial = 7 }\n";
     let old = main_text("rung = [ { when = [\"D2 == 5\"], do = [\"OUT Y0\"] } ]");
@@ -171,7 +171,7 @@ fn data_is_kept_by_address_and_what_is_new_takes_its_initial() {
 }
 
 #[test]
-fn forces_survive() {
+fn forces_survive_a_reload() {
     main_with(&cnt("5"))
         .force("Y3", 1)
         .force("D7", 42)
@@ -182,7 +182,7 @@ fn forces_survive() {
 }
 
 #[test]
-fn a_sensaphone_counter_goes_on_and_an_edited_preset_counts() {
+fn a_sensaphone_counter_continues_and_uses_an_edited_preset() {
     let up = |preset| format!("{{ when = [\"X0\"], do = [\"CTU N0 preset={preset}\"] }},");
     let down = "{ when = [\"X1\"], do = [\"CTD N0\"] },";
     main_with(&format!("rung = [ {} {down} ]", up(5)))
@@ -196,14 +196,14 @@ fn a_sensaphone_counter_goes_on_and_an_edited_preset_counts() {
 }
 
 #[test]
-fn a_sensaphone_preset_that_was_written_stays_where_the_constant_does() {
+fn a_written_sensaphone_preset_is_kept_if_its_constant_is_unchanged() {
     let up =
         |more: &str| format!("rung = [ {more} {{ when = [\"X0\"], do = [\"CTU N0 preset=5\"] }} ]");
     main_with(&up("")).scan(&[("N0.PRE", 9)]).main(&up(ON)).scan(&[]).holds([("N0.PRE", 9)]);
 }
 
 #[test]
-fn first_scan_is_over_and_status_goes_on() {
+fn a_reload_causes_no_first_scan_and_keeps_status_words() {
     let first = "rung = [ { when = [\"$FirstScan\"], do = [\"ADD D0 1 to=D0\"] } ]\n[[task]]\nname = \"FirstScan\"\nrung = [ { when = [\"$On\"], do = [\"ADD D1 1 to=D1\"] } ]";
     main_with(&format!("rung = [ {ON} ]")).scans(3).main(first).scans(2).holds([
         ("D0", 0),
@@ -213,7 +213,7 @@ fn first_scan_is_over_and_status_goes_on() {
 }
 
 #[test]
-fn a_stop_that_was_asked_for_comes() {
+fn a_requested_stop_survives_a_reload() {
     let stop = |more: &str| format!("rung = [ {more} {{ when = [\"X0\"], do = [\"STOP\"] }} ]");
     let mut reloaded = main_with(&stop("")).scan(&[("X0", 1)]).main(&stop(ON));
     assert!(reloaded.plc.scan(&[]).last);

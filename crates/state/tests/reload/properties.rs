@@ -104,7 +104,7 @@ fn rows(case: &Case, of: &Loaded, (other, at): (&Loaded, impl Fn(u64) -> bool)) 
 }
 
 #[test]
-fn a_reload_of_the_identical_program_leaves_no_trace() {
+fn a_reload_of_the_identical_program_does_not_change_the_trace() {
     for seed in seeds() {
         let case = generate(seed);
         let of = loaded(&case);
@@ -159,7 +159,7 @@ fn inserted_rungs_do_not_change_other_rungs() {
 }
 
 #[test]
-fn the_identical_program_differs_in_nothing() {
+fn the_plan_for_the_identical_program_is_empty() {
     for seed in seeds() {
         let of = loaded(&generate(seed));
         let transfer = plan(&of, &of).transfer;

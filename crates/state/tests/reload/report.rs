@@ -317,7 +317,7 @@ fn judge(
 }
 
 #[test]
-fn the_report_matches_the_engine() {
+fn every_line_of_the_report_is_true_of_the_engine() {
     let first = setting("RUNGD_PROPERTY_SEED", 1);
     let (mut swaps, mut lines, mut otherwise) = (0, 0, 0);
     for seed in first..first + setting("RUNGD_PROPERTY_PROGRAMS", 30) {

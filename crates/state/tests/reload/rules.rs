@@ -20,7 +20,7 @@ fn a_leg_that_was_on_does_not_count_again() {
 }
 
 #[test]
-fn a_structure_follows_its_address_whatever_else_of_the_rung_was_edited() {
+fn a_structure_follows_its_address_through_edits_of_its_rung() {
     counted()
         .main(&format!(
             "rung = [ {ON} {{ leg.up = [\"X0\", \"!X7\"], leg.rst = [\"X5\"], do = [\"CNT CT0 preset=D3\"] }} ]"
@@ -33,7 +33,7 @@ fn a_structure_follows_its_address_whatever_else_of_the_rung_was_edited() {
 }
 
 #[test]
-fn another_mnemonic_terminates_the_old_and_begins_anew() {
+fn a_changed_mnemonic_terminates_the_old_instruction_and_starts_again() {
     counted()
         .main("rung = [ { leg.dn = [\"X0\"], leg.rst = [\"X1\"], do = [\"CNTDN CT0 preset=5\"] } ]")
         .says("CT0 starts again: CNTDN in Main, was CNT in Main")
@@ -43,7 +43,7 @@ fn another_mnemonic_terminates_the_old_and_begins_anew() {
 }
 
 #[test]
-fn another_block_begins_anew() {
+fn a_structure_moved_to_another_block_starts_again() {
     let side =
         format!("rung = [ {ON} ]\n[[program]]\nname = \"Side\"\nautostart = true\n{}", cnt("12"));
     counted()
@@ -54,7 +54,7 @@ fn another_block_begins_anew() {
 }
 
 #[test]
-fn a_counter_that_is_gone_is_terminated_and_udcg_is_not() {
+fn a_removed_counter_is_terminated_but_a_removed_udcg_is_not() {
     let udcg = "{ leg.up = [\"X0\"], leg.dn = [\"X2\"], do = [\"UDCG CT1 up-preset=5\"] }";
     let both = format!(
         "rung = [ {{ leg.up = [\"X0\"], leg.rst = [\"X1\"], do = [\"CNT CT0 preset=5\"] }}, {udcg} ]"
@@ -68,7 +68,7 @@ fn a_counter_that_is_gone_is_terminated_and_udcg_is_not() {
 }
 
 #[test]
-fn a_new_structure_is_as_after_a_cold_start() {
+fn a_new_structure_starts_as_after_a_cold_start() {
     main_with(&format!("rung = [ {ON} ]"))
         .scan(&[("CT0.Acc", 7)])
         .main(&cnt("5"))
@@ -77,7 +77,7 @@ fn a_new_structure_is_as_after_a_cold_start() {
 }
 
 #[test]
-fn a_timer_goes_on_timing() {
+fn a_timer_continues_timing() {
     let tmr = |preset| {
         format!("rung = [ {{ when = [\"X0\"], do = [\"ONDTMR T3 preset={preset} output=Y0\"] }} ]")
     };
@@ -94,7 +94,7 @@ fn a_timer_goes_on_timing() {
 
 /// A smaller preset ends it at once, which the report says; a timer that was done says nothing new.
 #[test]
-fn a_timer_that_is_done_at_once_by_its_new_preset_is_told() {
+fn the_report_names_a_timer_that_its_new_preset_completes() {
     let tmr = |preset: &str, rest: &str| {
         format!(
             "rung = [ {{ when = [\"X0\"], do = [\"TMR T3 preset={preset}\"] }}, \
@@ -128,7 +128,7 @@ fn a_pending_reset_stays_pending() {
 }
 
 #[test]
-fn an_off_delay_goes_on_timing_down() {
+fn an_off_delay_continues_timing_down() {
     let rungs = |more: &str| {
         format!(
             "rung = [ {more} {{ when = [\"X0\"], do = [\"OFFDTMR T0 preset=50ms output=Y1\"] }} ]"
@@ -146,7 +146,7 @@ fn an_off_delay_goes_on_timing_down() {
 }
 
 #[test]
-fn a_contact_history_follows_its_text() {
+fn the_history_of_an_edge_contact_follows_its_text() {
     let rung = |n: u32| format!("{{ when = [\"rise(X{n})\"], do = [\"ADD D{n} 1 to=D{n}\"] }},");
     main_with(&format!("rung = [ {} ]", rung(0)))
         .scan(&[("X0", 1), ("X1", 1)])
@@ -156,7 +156,7 @@ fn a_contact_history_follows_its_text() {
 }
 
 #[test]
-fn the_history_of_an_edge_of_contacts_follows_its_text() {
+fn the_history_of_an_edge_of_an_expression_follows_its_text() {
     let rung = |contact: &str, d: u32| {
         format!("{{ when = [\"{contact}\"], do = [\"ADD D{d} 1 to=D{d}\"] }},")
     };
@@ -169,7 +169,7 @@ fn the_history_of_an_edge_of_contacts_follows_its_text() {
 }
 
 #[test]
-fn a_contact_history_follows_the_name_of_its_rung() {
+fn the_history_of_an_edge_contact_follows_the_name_of_its_rung() {
     let rung = |contact: &str| {
         format!(
             "rung = [ {{ name = \"count\", when = [\"{contact}\"], do = [\"ADD D0 1 to=D0\"] }} ]"
@@ -186,7 +186,7 @@ const ADD: (&str, &str) = ("rise(X0)", "ADD D0 1 to=D0");
 const SET: (&str, &str) = ("rise(X0)", "SET C1");
 
 #[test]
-fn an_inserted_rung_triggers_no_edge_of_others() {
+fn an_inserted_rung_triggers_no_edge_of_other_rungs() {
     let new = ("rise(X0)", "SET C7");
     for after in [[new, ADD, SET], [ADD, new, SET], [ADD, SET, new]] {
         main_with(&rungs(&[ADD, SET]))
@@ -202,7 +202,7 @@ fn an_inserted_rung_triggers_no_edge_of_others() {
 }
 
 #[test]
-fn a_new_fall_sees_what_the_one_beside_it_saw() {
+fn a_new_falling_edge_takes_the_history_of_an_equal_contact() {
     let fall = ("fall(X0)", "ADD D0 1 to=D0");
     main_with(&rungs(&[fall]))
         .scan(&[("X0", 1)])
@@ -225,7 +225,7 @@ fn instructions_of_unedited_rungs_keep_their_history() {
 }
 
 #[test]
-fn a_history_follows_the_name_of_its_rung_only_to_its_own_kind() {
+fn a_history_is_not_transferred_to_an_edge_of_another_kind() {
     let check = |was: &str, is: &str, scan: &[(&str, i32)], fires: i64| {
         let rung = |when: &str| {
             let named = format!("name = \"n\", when = [{when}]");
@@ -248,7 +248,7 @@ fn a_history_follows_the_name_of_its_rung_only_to_its_own_kind() {
 }
 
 #[test]
-fn a_new_contact_history_is_off() {
+fn the_history_of_a_new_edge_contact_is_off() {
     let rung = |contact: &str| {
         format!("rung = [ {{ when = [\"{contact}\"], do = [\"ADD D0 1 to=D0\"] }} ]")
     };
@@ -260,7 +260,7 @@ fn a_new_contact_history_is_off() {
 }
 
 #[test]
-fn instructions_with_a_history_keep_it() {
+fn instructions_with_an_edge_history_keep_the_history() {
     let rungs = |more: &str| {
         format!(
             "rung = [ {more} {{ when = [\"X0\"], do = [\"PONOFF C0\", \"PD C1\", \"ND C2\"] }} ]"
@@ -296,7 +296,7 @@ fn the_clock_of_an_sr_keeps_its_history() {
 }
 
 #[test]
-fn an_output_that_nothing_drives_any_more_goes_off_and_set_bits_stay() {
+fn an_output_that_nothing_drives_any_more_turns_off_and_set_bits_stay() {
     main_with("rung = [ { when = [\"$On\"], do = [\"OUT Y0\", \"SET C5\", \"OUT Y1\"] } ]")
         .scans(1)
         .main("rung = [ { when = [\"Y0\"], do = [\"OUT C1\"] }, { when = [\"Y1\"], do = [\"OUT C2\"] }, { when = [\"$On\"], do = [\"OUT Y1\"] } ]")

@@ -49,7 +49,7 @@ fn running() -> Reloaded {
 }
 
 #[test]
-fn a_use_added_in_the_middle_moves_no_state() {
+fn a_use_added_in_the_middle_keeps_the_state_of_other_uses() {
     running()
         .reload(&station(PUMP, &[("p1", "X0"), ("p2", "X1"), ("p3", "X2")]))
         .holds([("p3.starts", 1), ("p3.failed", 1), ("p3.hours.Acc", 20), ("p3.done.Acc", 1)])
@@ -62,7 +62,7 @@ fn a_use_added_in_the_middle_moves_no_state() {
 }
 
 #[test]
-fn an_edited_template_keeps_what_has_a_name() {
+fn an_edited_template_keeps_the_state_of_named_elements() {
     let edited = PUMP.replace("preset=9", "preset=5").replace(
         "[[template.rung]]\nname = \"starts\"",
         "aaa = { type = \"timer\" }\n[[template.rung]]\nwhen = [\"!wanted\"]\n\
@@ -89,7 +89,7 @@ fn a_removed_use_loses_its_state() {
 }
 
 #[test]
-fn a_force_of_a_uses_tag_follows_its_name() {
+fn a_force_follows_the_name_of_a_tag_of_a_use() {
     running()
         .force("p3.failed", 0)
         .scan(&[])

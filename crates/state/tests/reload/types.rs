@@ -58,7 +58,7 @@ const HOLDS: [(&str, i64); 9] = [
 ];
 
 #[test]
-fn a_tag_before_others_moves_places_and_nothing_changes() {
+fn an_inserted_tag_moves_others_without_changing_their_values() {
     let more = format!("{TAGS}{MORE}");
     let place = |of: &Reloaded, name: &str| of.plc.cell(name);
     let (was, is) = (run(), run().reload(&ladder(&more, RUNGS)));
@@ -79,7 +79,7 @@ fn a_tag_before_others_moves_places_and_nothing_changes() {
 }
 
 #[test]
-fn forces_follow_the_name() {
+fn forces_follow_the_names_of_their_tags() {
     let more = format!("{TAGS}{MORE}");
     let forced = run().force("size", 3).force("jam", 0).force("parts.Done", 1);
     let after = forced.reload(&ladder(&more, RUNGS)).scan(&[]);
@@ -88,7 +88,7 @@ fn forces_follow_the_name() {
 }
 
 #[test]
-fn a_force_of_a_removed_name_ends() {
+fn a_force_of_a_removed_tag_ends() {
     let less = TAGS.replace("code = { type = \"word\" }\n", "");
     let rungs = RUNGS.replace("ADD code 1 to=code", "OUT C1");
     let after = run().force("code", 900).reload(&ladder(&less, &rungs));
@@ -100,7 +100,7 @@ fn a_force_of_a_removed_name_ends() {
 }
 
 #[test]
-fn another_type_begins_anew() {
+fn a_tag_with_a_changed_type_starts_again() {
     let other = TAGS.replace("code = { type = \"word\" }", "code = { type = \"int\" }");
     run()
         .force("code", 900)
@@ -110,7 +110,7 @@ fn another_type_begins_anew() {
 }
 
 #[test]
-fn another_owner_begins_anew() {
+fn a_structure_with_a_changed_owner_starts_again() {
     let rungs = RUNGS.replace("CTU drum preset=9", "CTD drum preset=9");
     run().reload(&ladder(TAGS, &rungs)).holds([("drum.ACC", 0), ("parts.Acc", 2)]);
 }
@@ -128,7 +128,7 @@ fn addressed() -> String {
 }
 
 #[test]
-fn an_address_that_becomes_a_type_takes_everything_along_and_back() {
+fn a_tag_keeps_its_state_when_its_address_becomes_a_type_and_back() {
     let forced = plc(&ladder(&addressed(), RUNGS))
         .scan(&[("X0", 1)])
         .scan(&[("X0", 0)])
@@ -155,7 +155,7 @@ fn an_address_that_becomes_a_type_takes_everything_along_and_back() {
 }
 
 #[test]
-fn an_address_that_is_named_still_keeps_its_force() {
+fn an_address_that_is_still_used_keeps_its_force() {
     let old = "size = { at = \"D6\" }";
     let rungs = "{ when = [\"X0\"], do = [\"MOVE size to=D7\"] },";
     let both = "{ when = [\"X0\"], do = [\"MOVE size to=D7\", \"MOVE D6 to=D8\"] },";
@@ -170,7 +170,7 @@ fn an_address_that_is_named_still_keeps_its_force() {
 }
 
 #[test]
-fn an_address_that_was_named_already_keeps_its_value() {
+fn an_address_that_was_already_used_keeps_its_value() {
     let both = "{ when = [\"X0\"], do = [\"MOVE size to=D7\", \"MOVE D6 to=D8\"] },";
     plc(&ladder("size = { type = \"int\" }", both))
         .scan(&[("X0", 1), ("size", 31), ("D6", 99)])
@@ -180,7 +180,7 @@ fn an_address_that_was_named_already_keeps_its_value() {
 }
 
 #[test]
-fn an_address_that_becomes_a_place_and_a_place_that_becomes_an_address_begin_anew() {
+fn a_cell_that_changes_between_an_address_and_a_placed_tag_starts_again() {
     let rungs = "{ when = [\"X0\"], do = [\"MOVE size to=D7\"] },";
     let named = "{ when = [\"X0\"], do = [\"MOVE size to=D7\", \"MOVE D4095 to=D8\"] },";
     let after = plc(&ladder("size = { type = \"int\" }", named))
@@ -196,7 +196,7 @@ fn an_address_that_becomes_a_place_and_a_place_that_becomes_an_address_begin_ane
 }
 
 #[test]
-fn a_preset_that_has_moved_is_the_same_preset() {
+fn a_moved_preset_tag_is_not_reported_as_a_changed_preset() {
     let more = format!("{TAGS}{MORE}");
     let report = run().reload(&ladder(&more, RUNGS)).report;
     assert!(!report.iter().any(|line| line.contains("preset")), "{report:#?}");
@@ -205,7 +205,7 @@ fn a_preset_that_has_moved_is_the_same_preset() {
 }
 
 #[test]
-fn a_tag_of_a_type_is_not_renamed() {
+fn a_typed_tag_with_a_new_name_starts_again() {
     let (tags, rungs) = (TAGS.replace("size", "volume"), RUNGS.replace("size", "volume"));
     run()
         .reload(&ladder(&tags, &rungs))
@@ -214,7 +214,7 @@ fn a_tag_of_a_type_is_not_renamed() {
 }
 
 #[test]
-fn an_array_follows_its_name_without_a_word() {
+fn a_moved_typed_array_keeps_its_values_without_a_report_line() {
     let tags = "bits = { type = \"bit\", count = 4 }\n\
                 recipe = { type = \"int\", count = 3, initial = [100, 7, 3] }";
     let more =
@@ -235,7 +235,7 @@ fn an_array_follows_its_name_without_a_word() {
 }
 
 #[test]
-fn an_array_at_addresses_that_gets_a_type_has_one_line_and_back() {
+fn an_array_that_changes_between_address_and_type_has_one_report_line() {
     let at = "tot = { at = \"D100\", count = 3 }";
     let typed = "tot = { type = \"int\", count = 3 }";
     let rungs = "{ when = [\"X0\"], do = [\"MOVE tot[D1] to=D3\"] },";
@@ -252,7 +252,7 @@ fn an_array_at_addresses_that_gets_a_type_has_one_line_and_back() {
 }
 
 #[test]
-fn an_array_with_new_elements_has_one_line() {
+fn an_array_with_new_elements_has_one_report_line() {
     let array = |count: u32| format!("recipe = {{ type = \"int\", count = {count}, initial = 9 }}");
     let rungs = "{ when = [\"X0\"], do = [\"MOVE recipe[D2] to=D3\"] },";
     let about = |of: &Reloaded| -> Vec<String> {

@@ -240,7 +240,7 @@ fn lives(seed: u64, count: u64) -> u64 {
 }
 
 #[test]
-fn slots_may_stand_in_any_order_and_any_may_be_gone() {
+fn slots_are_read_in_any_order_and_any_of_them_may_be_missing() {
     let (bytes, images, geometry) = six(3000);
     let slot = |at: usize| {
         let begin = geometry.slot_at(at) as usize;
@@ -273,7 +273,7 @@ fn slots_may_stand_in_any_order_and_any_may_be_gone() {
 }
 
 #[test]
-fn a_file_that_is_cut_short_gives_what_is_left() {
+fn a_truncated_file_gives_its_remaining_images() {
     let (bytes, images, _) = six(3000);
     for length in (0..bytes.len()).step_by(97) {
         match survey(&mut Bytes(&bytes[..length])) {
@@ -284,7 +284,7 @@ fn a_file_that_is_cut_short_gives_what_is_left() {
 }
 
 #[test]
-fn a_part_of_all_that_can_happen() {
+fn a_sample_of_all_disk_states_gives_a_whole_image() {
     let states = every_subset(512, 4000, 12) + every_subset(4096, 32_000, 8);
     assert!(states > 2_000, "{states}");
     let mut numbers = Numbers(1);
@@ -298,7 +298,7 @@ fn a_part_of_all_that_can_happen() {
 
 #[test]
 #[ignore = "all of it: a minute, with --release"]
-fn all_that_can_happen() {
+fn all_disk_states_give_a_whole_image() {
     let told = |what: &str, begin: Instant, count: u64| {
         let took = begin.elapsed().as_secs_f64();
         println!("{what:52} {count:>9} in {took:5.1} s");
@@ -326,7 +326,7 @@ fn all_that_can_happen() {
 }
 
 #[test]
-fn after_a_failed_write_the_slot_is_in_doubt() {
+fn a_slot_is_doubted_after_a_failed_write() {
     let geometry = geometry(300);
     let disk = Handle::new(512, geometry.file_bytes() as usize);
     let mut slots = Slots::format(disk.clone(), geometry).unwrap();

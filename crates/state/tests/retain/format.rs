@@ -74,7 +74,7 @@ fn page_agrees(test: &str, disk: &disk::Handle) {
 }
 
 #[test]
-fn the_reader_of_the_page_reads_what_is_written() {
+fn the_reader_of_the_page_reads_a_file_of_rungd() {
     let content = content();
     let read = rungd_state::retain::content::read(&content).expect("it is as the page says");
     assert_eq!((read.elements.len(), read.tags.len(), read.owners.len()), (5, 1, 2));
@@ -128,7 +128,7 @@ fn put(disk: &disk::Handle, geometry: &Geometry, slot: usize, image: (ImageStamp
 }
 
 #[test]
-fn of_two_images_with_one_number_the_first_in_the_file_counts() {
+fn the_first_of_two_images_with_equal_numbers_counts() {
     let (disk, geometry) = three_images();
     put(&disk, &geometry, 3, (stamp(3, 40), &content()));
     let found = survey(&mut disk.clone()).unwrap().newest.unwrap();
@@ -159,7 +159,7 @@ fn header(slot_bytes: u32, slots: u32, id: u64) -> Vec<u8> {
 }
 
 #[test]
-fn of_two_header_copies_the_first_with_fields_in_range_counts() {
+fn the_first_header_copy_with_fields_in_range_counts() {
     let (disk, geometry) = three_images();
     let put = |copy: usize, bytes: &[u8]| {
         disk.0.borrow_mut().cache[copy * 4096..(copy + 1) * 4096].copy_from_slice(bytes);
@@ -185,7 +185,7 @@ fn of_two_header_copies_the_first_with_fields_in_range_counts() {
 }
 
 #[test]
-fn slots_beyond_the_end_are_skipped() {
+fn slots_beyond_the_end_of_the_file_are_skipped() {
     let (disk, geometry) = three_images();
     for (bytes, newest) in [
         (geometry.slot_at(3), Some(9)),

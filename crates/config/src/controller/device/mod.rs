@@ -335,7 +335,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_points_of_all_devices_have_a_greatest_number() {
+    fn the_total_number_of_points_of_all_devices_is_limited() {
         let mut room =
             PointsRoom { of_device: POINTS_MAX, of_all: POINTS_OF_ALL_MAX, is_told: false };
         let mut findings = Vec::new();

@@ -34,7 +34,7 @@ fn a_message_without_a_number_is_a_gap() {
 }
 
 #[test]
-fn messages_of_devices_count_too() {
+fn messages_of_devices_count_in_the_sequence_of_their_node() {
     let mut fleet = Fleet::new();
     fleet.born(0, &running());
     let device = Payload { timestamp: Some(5), metrics: Vec::new(), seq: Some(1) };
@@ -63,7 +63,7 @@ fn a_value_of_a_wrong_type_is_refused() {
 }
 
 #[test]
-fn a_lost_link_makes_all_stale() {
+fn a_lost_link_makes_all_nodes_stale() {
     let mut fleet = Fleet::new();
     fleet.born(0, &running());
     let changes = fleet.view.lose_link(fleet.now_ms);
@@ -72,7 +72,7 @@ fn a_lost_link_makes_all_stale() {
 }
 
 #[test]
-fn data_after_a_death_requires_a_birth() {
+fn data_after_a_death_makes_a_node_unborn() {
     let mut fleet = Fleet::new();
     fleet.born(0, &running());
     let death = death(0, 5);
@@ -82,7 +82,7 @@ fn data_after_a_death_requires_a_birth() {
 }
 
 #[test]
-fn births_are_requested_in_time() {
+fn births_are_requested_at_most_every_ten_seconds() {
     let mut fleet = Fleet::new();
     fleet.value(7, 5, jam());
     assert_eq!(fleet.view.wants_birth(fleet.now_ms).len(), 1);
@@ -96,7 +96,7 @@ fn births_are_requested_in_time() {
 
 /// A stranger's names that never answer do not prevent requests to the other nodes.
 #[test]
-fn nodes_are_asked_in_turn() {
+fn births_are_requested_from_nodes_in_turn() {
     let mut fleet = Fleet::new();
     let payload = super::data(7, 5, jam(), 5).bytes();
     (0..1_500).for_each(|at| drop(fleet.hear(&format!("spBv1.0/junk/NDATA/{at}"), &payload)));
@@ -120,7 +120,7 @@ fn an_unknown_alias_ends_the_values_of_its_message() {
 
 /// The birth of that session was among the missing messages.
 #[test]
-fn a_death_of_a_session_that_was_missed_counts() {
+fn a_death_of_a_session_with_a_missed_birth_counts() {
     let mut fleet = Fleet::new();
     fleet.born(255, &running());
     fleet.view.lose_link(fleet.now_ms);
@@ -133,7 +133,7 @@ fn a_death_of_a_session_that_was_missed_counts() {
 }
 
 #[test]
-fn a_request_is_a_command_of_the_specification() {
+fn a_rebirth_request_is_the_command_of_the_specification() {
     let mut fleet = Fleet::new();
     fleet.born(0, &running());
     let name = fleet.report().nodes[0].name.clone();
@@ -148,7 +148,7 @@ fn a_request_is_a_command_of_the_specification() {
 }
 
 #[test]
-fn retained_messages_are_not_current() {
+fn retained_messages_are_ignored() {
     let mut fleet = Fleet::new();
     let payload = super::birth(0, &running(), 5).bytes();
     let topic = "spBv1.0/plant/NBIRTH/press";

@@ -83,7 +83,7 @@ fn each_node_is_compared_with_its_folder() {
 }
 
 #[test]
-fn all_is_as_expected() {
+fn a_fleet_that_matches_its_folder_is_as_expected() {
     let checkout = Checkout::new("all").with("plant/a", LADDER).with(".git/hooks", LADDER);
     let mut report = fleet(&[("a", LADDER)]).report();
     report.compare(&mut checkout.expected());
@@ -91,7 +91,7 @@ fn all_is_as_expected() {
 }
 
 #[test]
-fn a_node_that_was_not_heard_of_is_missing() {
+fn a_node_that_never_published_is_reported_as_missing() {
     let checkout = Checkout::new("missing").with("plant/a", LADDER).with("plant/b", LADDER);
     let mut report = fleet(&[("a", LADDER)]).report();
     report.compare(&mut checkout.expected());
@@ -101,7 +101,7 @@ fn a_node_that_was_not_heard_of_is_missing() {
 }
 
 #[test]
-fn a_name_leads_nowhere_else() {
+fn a_node_name_cannot_lead_out_of_the_folder() {
     let checkout = Checkout::new("names").with("inner/a", LADDER).with("outer", LADDER);
     let mut expected = ExpectedLadders::of(&checkout.0.join("inner")).expect("a folder");
     let name = |group: &str, node: &str| crate::fleet::NodeName {
@@ -115,7 +115,7 @@ fn a_name_leads_nowhere_else() {
 
 /// An empty folder has nothing to compare with.
 #[test]
-fn a_folder_without_files_of_nodes_is_refused() {
+fn a_folder_without_controller_files_is_refused() {
     let checkout = Checkout::new("empty").with("plant/a/deeper", LADDER);
     let refusal = |path: &PathBuf| format!("{:#}", ExpectedLadders::of(path).expect_err("none"));
     let said = refusal(&checkout.0);

@@ -105,7 +105,7 @@ fn all_bytes_together_have_a_limit() {
 }
 
 #[test]
-fn a_text_beyond_the_limit_is_no_value() {
+fn a_text_beyond_the_limit_is_refused() {
     let mut fleet = Fleet::new();
     fleet.born(0, &running());
     let long = MetricValue::Text("x".repeat((256 << 10) + 1));
@@ -129,7 +129,7 @@ fn a_birth_with_a_name_or_an_alias_twice_keeps_the_first() {
 
 /// A node beyond the limit is not kept, so its state is not known.
 #[test]
-fn what_is_beyond_the_limit_is_not_known_to_run() {
+fn a_node_beyond_the_limit_is_not_known_to_run() {
     let limits = FleetLimits { nodes_max: 1, ..FleetLimits::default() };
     let mut fleet = Fleet::new();
     fleet.view = FleetView::new(limits, None);
@@ -173,7 +173,7 @@ fn a_long_text_is_cut_in_an_answer() {
 
 /// The metrics of rungd's own nodes are ignored if they have wrong types.
 #[test]
-fn what_rungd_tells_has_its_types() {
+fn metrics_of_rungd_with_wrong_types_are_ignored() {
     let mut fleet = Fleet::new();
     let text = || MetricValue::Text("2".to_owned());
     fleet.born(
@@ -194,7 +194,7 @@ fn what_rungd_tells_has_its_types() {
 }
 
 #[test]
-fn the_first_message_of_a_kind_that_is_left_out_is_news() {
+fn the_first_ignored_message_of_each_kind_is_reported() {
     let mut fleet = Fleet::new();
     let before = fleet.view.counts;
     fleet.hear("shop/orders", b"7");
@@ -212,7 +212,7 @@ fn the_first_message_of_a_kind_that_is_left_out_is_news() {
 proptest! {
     /// No bytes cause a panic, and the count of messages is right.
     #[test]
-    fn any_bytes(
+    fn no_bytes_cause_a_panic_and_every_message_is_counted(
         messages in proptest::collection::vec((0_usize..6, any::<Vec<u8>>(), any::<bool>()), 0..40),
     ) {
         let topics = [

@@ -5,7 +5,7 @@ use crate::fleet::{FleetNews, ReceivedMessage};
 use rungd_net::sparkplug::{DataType, MetricValue, vocabulary};
 
 #[test]
-fn a_birth_tells_all() {
+fn a_birth_reports_every_metric() {
     let mut fleet = Fleet::new();
     let news = fleet.born(3, &running());
     assert_eq!(news[0], FleetNews::Born { metrics: 7 });
@@ -24,7 +24,7 @@ fn a_birth_tells_all() {
 }
 
 #[test]
-fn data_changes_values() {
+fn a_data_message_changes_values() {
     let mut fleet = Fleet::new();
     fleet.born(3, &running());
     let news = fleet.value(1, 5, (DataType::Boolean, MetricValue::Bool(true)));
@@ -46,7 +46,7 @@ fn data_changes_values() {
 }
 
 #[test]
-fn a_second_birth_tells_what_differs() {
+fn a_second_birth_reports_only_changed_metrics() {
     let mut fleet = Fleet::new();
     fleet.born(3, &running());
     let mut again = running();
@@ -57,7 +57,7 @@ fn a_second_birth_tells_what_differs() {
 }
 
 #[test]
-fn sequence_numbers_begin_again_after_255() {
+fn sequence_numbers_wrap_after_255() {
     let mut fleet = Fleet::new();
     fleet.born(0, &running());
     for number in 1..=600_u64 {
@@ -68,7 +68,7 @@ fn sequence_numbers_begin_again_after_255() {
 }
 
 #[test]
-fn a_death_of_this_session_counts() {
+fn only_a_death_of_the_present_session_counts() {
     let mut fleet = Fleet::new();
     fleet.born(4, &running());
     let old = death(3, fleet.now_ms);
@@ -84,7 +84,7 @@ fn a_death_of_this_session_counts() {
 }
 
 #[test]
-fn the_past_is_not_the_present() {
+fn historical_values_do_not_change_present_values() {
     let mut fleet = Fleet::new();
     fleet.born(0, &running());
     let mut past = super::data(1, 1, (DataType::String, MetricValue::Text("FAULT".into())), 5);
@@ -98,7 +98,7 @@ fn the_past_is_not_the_present() {
 
 /// A will has the time of its connection, which may be days ago.
 #[test]
-fn a_death_has_the_time_at_which_it_was_heard() {
+fn a_death_has_the_time_of_its_arrival() {
     let mut fleet = Fleet::new();
     fleet.born(0, &running());
     fleet.now_ms += 86_400_000;
@@ -130,7 +130,7 @@ fn a_value_has_its_own_time() {
 }
 
 #[test]
-fn a_value_of_the_past_of_a_wrong_type_is_counted() {
+fn a_historical_value_of_a_wrong_type_is_counted_as_refused() {
     let mut fleet = Fleet::new();
     fleet.born(0, &running());
     let mut past = super::data(1, 5, (DataType::Int16, MetricValue::Signed(3)), 77);
@@ -140,7 +140,7 @@ fn a_value_of_the_past_of_a_wrong_type_is_counted() {
 }
 
 #[test]
-fn a_node_without_heartbeat_is_silent() {
+fn a_node_without_a_heartbeat_becomes_silent() {
     let mut fleet = Fleet::new();
     fleet.born(0, &running());
     fleet.now_ms += 30_000;
@@ -154,7 +154,7 @@ fn a_node_without_heartbeat_is_silent() {
 }
 
 #[test]
-fn a_group_leaves_the_others_out() {
+fn a_configured_group_excludes_other_groups() {
     let mut fleet = Fleet::new();
     fleet.view = crate::fleet::FleetView::new(Default::default(), Some("north".to_owned()));
     fleet.born(0, &running());
@@ -165,7 +165,7 @@ fn a_group_leaves_the_others_out() {
 }
 
 #[test]
-fn alarms_are_those_of_the_list() {
+fn the_alarms_of_a_node_come_from_its_alarm_list() {
     let mut fleet = Fleet::new();
     let list = r#"[{"tag":"jam","text":"Belt jammed","priority":"high"}]"#;
     let list = MetricValue::Text(list.to_owned());
@@ -178,7 +178,7 @@ fn alarms_are_those_of_the_list() {
 }
 
 #[test]
-fn the_state_of_a_host_is_told() {
+fn the_state_of_a_host_is_reported() {
     let mut fleet = Fleet::new();
     fleet.hear("spBv1.0/STATE/scada", br#"{"online":true,"timestamp":7}"#);
     fleet.hear("spBv1.0/STATE/old", b"ONLINE");
@@ -188,7 +188,7 @@ fn the_state_of_a_host_is_told() {
 }
 
 #[test]
-fn a_node_without_a_birth_tells_what_it_names() {
+fn a_node_without_a_birth_reports_its_named_metrics() {
     let mut fleet = Fleet::new();
     let mut named = super::data(9, 1, (DataType::String, MetricValue::Text("RUN".into())), 5);
     (named.metrics[0].name, named.metrics[0].alias) = (Some(vocabulary::MODE.into()), None);

@@ -20,7 +20,7 @@ fn subject(path: &Path) -> Option<Subject> {
 }
 
 #[test]
-fn no_reader_of_a_shipped_ladder_is_missing() {
+fn the_cross_reference_lists_every_reader_of_the_shipped_ladders() {
     let config = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("config");
     let mut compared = 0;
     for folder in [config.clone(), config.join("programs"), config.join("lib")] {

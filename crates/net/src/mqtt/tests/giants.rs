@@ -46,7 +46,7 @@ fn sifted(parts: &[&[u8]]) -> (Vec<u8>, Vec<(LongMessage, Option<u16>)>) {
 }
 
 #[test]
-fn a_giant_among_small_ones_is_left_out_however_the_bytes_are_cut() {
+fn an_oversized_message_is_skipped_however_the_bytes_are_split() {
     for version in VERSIONS {
         for how in HOWS {
             let small = publish(version, "a", b"one", how);
@@ -78,7 +78,7 @@ fn the_longest_packet_passes_whole() {
 }
 
 #[test]
-fn of_a_long_topic_the_beginning_is_kept() {
+fn only_the_beginning_of_a_long_topic_is_kept() {
     let mut packet = vec![0x31, 0x84, 0x20, 0x0f, 0xff];
     packet.extend([b't'; 0xfff]);
     packet.extend([0; 3]);
@@ -113,7 +113,7 @@ fn a_session_continues_after_an_oversized_message() {
 }
 
 #[test]
-fn a_giant_that_is_none_ends_the_session() {
+fn an_invalid_oversized_message_ends_the_session() {
     run(async {
         for version in VERSIONS {
             for says in [
@@ -133,7 +133,7 @@ fn a_giant_that_is_none_ends_the_session() {
 }
 
 #[test]
-fn a_giant_that_is_no_message_is_refused_at_its_length() {
+fn an_oversized_packet_that_is_no_message_is_refused_by_its_length() {
     run(async {
         for version in VERSIONS {
             let (mut session, mut broker) = session(version).await;
@@ -171,7 +171,7 @@ async fn failure_beside(
 }
 
 #[test]
-fn a_giant_that_trickles_does_not_count_as_an_answer() {
+fn a_slow_oversized_message_does_not_count_as_an_answer() {
     run(async {
         let (mut session, mut broker) = session(MqttVersion::V3).await;
         let since = Instant::now();
@@ -187,7 +187,7 @@ fn a_giant_that_trickles_does_not_count_as_an_answer() {
 }
 
 #[test]
-fn giants_in_a_flood_do_not_count_as_an_answer_and_take_no_memory() {
+fn many_oversized_messages_do_not_count_as_an_answer_and_take_no_memory() {
     run(async {
         let (mut session, mut broker) = session(MqttVersion::V3).await;
         let since = Instant::now();

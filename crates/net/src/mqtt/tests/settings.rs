@@ -3,7 +3,7 @@
 use super::super::BrokerAddress;
 
 #[test]
-fn an_address_is_read_and_printed() {
+fn a_broker_address_is_parsed_and_printed() {
     for (text, host, port, tls) in [
         ("mqtt://plant", "plant", 1883, false),
         ("mqtts://plant.example", "plant.example", 8883, true),
@@ -18,7 +18,7 @@ fn an_address_is_read_and_printed() {
 }
 
 #[test]
-fn what_is_no_address_is_said() {
+fn an_invalid_broker_address_is_refused_with_a_reason() {
     for (text, word) in [
         ("plant:1883", "begins neither"),
         ("MQTT://plant", "begins neither"),

@@ -19,7 +19,7 @@ fn within(since: Instant, from: u32, to: u32) {
 }
 
 #[test]
-fn a_broker_is_pinged_after_half_a_keepalive_and_lost_after_one_more() {
+fn a_broker_is_pinged_after_half_a_keepalive_and_lost_after_another_keepalive() {
     run(async {
         let (mut session, mut broker) = session(MqttVersion::V3).await;
         let since = Instant::now();
@@ -58,7 +58,7 @@ fn a_broker_that_answers_is_never_silent() {
 }
 
 #[test]
-fn a_stream_of_messages_into_nothing_is_noticed() {
+fn publishing_to_a_broker_that_never_answers_is_detected() {
     run(async {
         let (mut session, mut broker) = session(MqttVersion::V3).await;
         let since = Instant::now();
@@ -83,7 +83,7 @@ fn a_stream_of_messages_into_nothing_is_noticed() {
 }
 
 #[test]
-fn a_blocked_link_is_noticed_and_its_queue_limited() {
+fn a_blocked_link_is_detected_and_its_queue_is_limited() {
     run(async {
         let mut settings = settings(MqttVersion::V3);
         settings.queue_bytes_max = 10_000;
@@ -103,7 +103,7 @@ fn a_blocked_link_is_noticed_and_its_queue_limited() {
 }
 
 #[test]
-fn a_slow_reader_is_not_silent() {
+fn a_slow_broker_does_not_count_as_silent() {
     run(async {
         let mut settings = settings(MqttVersion::V3);
         settings.queue_bytes_max = 2000;
@@ -129,7 +129,7 @@ fn a_slow_reader_is_not_silent() {
 }
 
 #[test]
-fn a_message_that_is_longer_than_the_queue_goes_alone() {
+fn a_message_longer_than_the_queue_limit_is_sent_alone() {
     run(async {
         let mut settings = settings(MqttVersion::V3);
         settings.queue_bytes_max = 100;
@@ -151,7 +151,7 @@ fn a_message_that_is_longer_than_the_queue_goes_alone() {
 }
 
 #[test]
-fn bytes_without_the_answer_to_a_question_do_not_count_forever() {
+fn other_bytes_do_not_replace_the_answer_to_a_ping() {
     run(async {
         let (mut session, mut broker) = session(MqttVersion::V3).await;
         let since = Instant::now();
@@ -176,7 +176,7 @@ fn bytes_without_the_answer_to_a_question_do_not_count_forever() {
 }
 
 #[test]
-fn a_client_that_was_held_reads_first_and_judges_then() {
+fn a_paused_client_reads_before_it_reports_silence() {
     run(async {
         let (mut session, mut broker) = session(MqttVersion::V3).await;
         assert_eq!(session.ping().await.unwrap(), 1);
@@ -188,7 +188,7 @@ fn a_client_that_was_held_reads_first_and_judges_then() {
 }
 
 #[test]
-fn a_broker_that_never_answers_the_beginning_is_late() {
+fn a_broker_that_never_answers_the_connect_times_out() {
     run(async {
         let (ours, _theirs) = duplex(1 << 10);
         let settings = settings(MqttVersion::V3);
@@ -199,7 +199,7 @@ fn a_broker_that_never_answers_the_beginning_is_late() {
 }
 
 #[test]
-fn a_subscription_and_messages_without_an_answer_have_an_end() {
+fn subscriptions_and_messages_without_an_answer_time_out() {
     run(async {
         let (mut session, mut broker) = session(MqttVersion::V3).await;
         let answers = async {
@@ -227,7 +227,7 @@ fn a_subscription_and_messages_without_an_answer_have_an_end() {
 }
 
 #[test]
-fn a_broker_of_version_5_may_want_a_shorter_keepalive_and_fewer_messages() {
+fn a_version_5_broker_can_lower_the_keepalive_and_the_message_limit() {
     run(async {
         // Server Keep Alive 4 s, Receive Maximum 2.
         let welcome = [0x20, 9, 0, 0, 6, 0x13, 0, 4, 0x21, 0, 2];

@@ -37,7 +37,7 @@ fn a_refusal_is_reported_in_words() {
 }
 
 #[test]
-fn what_is_no_broker_is_said() {
+fn a_peer_that_is_no_mqtt_broker_is_reported() {
     run(async {
         for version in VERSIONS {
             for says in [
@@ -109,7 +109,7 @@ fn a_lost_connection_differs_from_a_disconnect() {
 }
 
 #[test]
-fn a_refused_message_is_a_failure_with_its_reason() {
+fn a_refused_message_gives_a_failure_with_its_reason() {
     run(async {
         let (mut session, mut broker) = session(MqttVersion::V5).await;
         let once = Qos::AtLeastOnce;
@@ -123,7 +123,7 @@ fn a_refused_message_is_a_failure_with_its_reason() {
 }
 
 #[test]
-fn what_cannot_be_sent_leaves_the_session_alive() {
+fn a_message_that_cannot_be_sent_does_not_end_the_session() {
     run(async {
         for version in VERSIONS {
             let (mut session, mut broker) = session(version).await;
@@ -172,7 +172,7 @@ fn unread_messages_stay_in_the_socket() {
 }
 
 #[test]
-fn bytes_of_every_kind_end_a_conversation() {
+fn a_conversation_ends_for_any_bytes() {
     let mut random = rungd_base::random::SplitMix64(7);
     for _ in 0..20_000 {
         let length = random.next() % 60;
@@ -187,7 +187,7 @@ fn bytes_of_every_kind_end_a_conversation() {
 
 /// A message of QoS 1 with number 0, in both versions.
 #[test]
-fn a_message_with_number_0_is_garbage() {
+fn a_message_with_number_0_is_refused() {
     for version in [0, 3] {
         conversation(&[version, 0x33, 7, 0, 3, b't', b'/', b'1', 0, 0]);
         conversation(&[version, 0x33, 10, 0, 3, b't', b'/', b'1', 0, 0, 0, 0, 0]);

@@ -8,7 +8,7 @@ use super::super::{BrokerLogin, LastWill, MqttEvent, MqttSession, MqttVersion, Q
 use super::*;
 
 #[test]
-fn connect_has_all_that_is_set() {
+fn the_connect_packet_contains_every_setting() {
     run(async {
         for version in VERSIONS {
             let mut settings = settings(version);
@@ -43,7 +43,7 @@ fn connect_has_all_that_is_set() {
 }
 
 #[test]
-fn messages_come_with_what_the_broker_says_of_them() {
+fn received_messages_have_their_topic_payload_and_flags() {
     run(async {
         for version in VERSIONS {
             let (mut session, mut broker) = session(version).await;
@@ -62,7 +62,7 @@ fn messages_come_with_what_the_broker_says_of_them() {
 }
 
 #[test]
-fn frames_may_come_byte_by_byte_and_a_call_may_be_dropped() {
+fn packets_are_read_byte_by_byte_even_if_calls_are_cancelled() {
     run(async {
         for version in VERSIONS {
             let (mut session, mut broker) = session(version).await;
@@ -101,7 +101,7 @@ fn acknowledgements_have_the_numbers_of_their_messages() {
 }
 
 #[test]
-fn a_subscription_waits_for_its_answer_and_keeps_what_comes_before() {
+fn a_subscription_keeps_messages_that_arrive_before_its_answer() {
     run(async {
         for version in VERSIONS {
             let (mut session, mut broker) = session(version).await;
@@ -125,7 +125,7 @@ fn a_subscription_waits_for_its_answer_and_keeps_what_comes_before() {
 }
 
 #[test]
-fn a_refused_filter_is_a_failure_with_its_name() {
+fn a_refused_filter_gives_a_failure_with_its_name() {
     run(async {
         for (version, answer, words) in [
             (MqttVersion::V3, &[0x90, 4, 0, 1, 0, 0x80][..], "refuses it without a reason"),
@@ -158,7 +158,7 @@ fn the_answer_to_a_ping_has_its_number() {
 }
 
 #[test]
-fn a_goodbye_waits_until_the_broker_has_read_everything() {
+fn a_disconnect_waits_until_the_broker_has_read_everything() {
     run(async {
         for version in VERSIONS {
             let (mut session, mut broker) = session(version).await;

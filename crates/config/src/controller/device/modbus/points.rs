@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_is_what_is_asked_for() {
+    fn points_are_read_as_table_address_and_count() {
         assert_eq!(stretch("coil 0..7"), (ModbusTable::Coils, 0, 8, false));
         assert_eq!(stretch("discrete 65535"), (ModbusTable::DiscreteInputs, 65_535, 1, false));
         assert_eq!(stretch("holding 10 .. 11"), (ModbusTable::HoldingRegisters, 10, 2, false));
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn hexadecimal_is_the_protocols_address() {
+    fn a_hexadecimal_address_is_the_address_of_the_protocol() {
         assert_eq!(stretch("holding 0x9C41"), (ModbusTable::HoldingRegisters, 40_001, 1, false));
         assert_eq!(stretch("input 0x10..0x11"), (ModbusTable::InputRegisters, 16, 2, false));
         assert_eq!(stretch("holding 0x9c41.3"), (ModbusTable::HoldingRegisters, 640_019, 1, true));
@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_names_the_right_way() {
+    fn a_wrong_point_is_reported_with_a_correction() {
         assert_eq!(help("discrete-input 0"), "write `discrete 0`");
         assert_eq!(help("coils 0..7"), "write `coil 0..7`");
         assert_eq!(help("Holding 0"), "write `holding 0`");
@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn other_notations_are_told_with_the_row_to_write() {
+    fn points_in_other_notations_are_reported_with_the_right_row() {
         for (text, rows) in [
             ("400001", "`holding 0`"),
             ("40001", "`holding 0`"),
@@ -315,7 +315,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_that_a_manual_may_mean_otherwise_is_in_doubt() {
+    fn an_address_that_manuals_number_differently_is_reported() {
         let told = |text: &str, is_output| {
             let manual = manuals::doubt(&parse(&points(text)).unwrap(), is_output)?;
             assert!(manuals::doubt(&parse(&points(&manual.row)).unwrap(), is_output).is_none());
@@ -368,7 +368,7 @@ mod tests {
     }
 
     #[test]
-    fn addresses_of_memory_are_no_points() {
+    fn memory_addresses_are_not_read_as_points() {
         for text in ["X0..X7", "X0 .. X7", "D5", "CT0.Acc", "Filling.Fill", "coil", "count", ""] {
             assert!(!is_point(text), "{text}");
             assert!(other_notation(&points(text)).is_none(), "{text}");

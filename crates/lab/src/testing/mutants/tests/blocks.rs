@@ -62,7 +62,7 @@ do = ["EXIT"]
 "#;
 
 #[test]
-fn blocks() {
+fn blocks_have_the_listed_mutants() {
     check(
         &[("ladder.toml", BLOCKS)],
         expect![[r#"
@@ -102,7 +102,7 @@ fn blocks() {
 }
 
 #[test]
-fn stages() {
+fn stages_have_the_listed_mutants() {
     check(
         &[("ladder.toml", STAGES)],
         expect![[r#"

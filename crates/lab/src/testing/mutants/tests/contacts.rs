@@ -5,7 +5,7 @@ use expect_test::expect;
 use super::check_main;
 
 #[test]
-fn bits_and_groups() {
+fn bits_and_groups_have_the_listed_mutants() {
     check_main(
         r#"
         { name = "start", when = ["X0 & (X1 | !X2)", "!(X3 & X4)", "$On"], do = ["OUT Y0"] },
@@ -44,7 +44,7 @@ fn bits_and_groups() {
 }
 
 #[test]
-fn edges() {
+fn edges_have_the_listed_mutants() {
     check_main(
         r#"
         { when = ["rise(X0)"], do = ["SET C0"] },
@@ -101,7 +101,7 @@ fn edges() {
 }
 
 #[test]
-fn compares() {
+fn compares_have_the_listed_mutants() {
     check_main(
         r#"
         { when = ["D0 >= limit", "D1 == 3", "7 < D2", "R0 > 2.5"], do = ["OUT Y2"] },

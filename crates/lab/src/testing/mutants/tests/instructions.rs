@@ -5,7 +5,7 @@ use expect_test::expect;
 use super::check_main;
 
 #[test]
-fn bits() {
+fn bit_instructions_have_the_listed_mutants() {
     check_main(
         r#"
         { when = ["$On"], do = ["OUT Y0"] },
@@ -54,7 +54,7 @@ fn bits() {
 }
 
 #[test]
-fn counters() {
+fn counters_have_the_listed_mutants() {
     check_main(
         r#"
         { leg.up = ["X0"], leg.rst = ["$Off"], do = ["CNT CT0 preset=12"] },
@@ -119,7 +119,7 @@ fn counters() {
 }
 
 #[test]
-fn timers() {
+fn timers_have_the_listed_mutants() {
     check_main(
         r#"
         { when = ["X0"], do = ["ONDTMR T0 preset=3s output=Y2"] },
@@ -177,7 +177,7 @@ fn timers() {
 }
 
 #[test]
-fn words() {
+fn word_instructions_have_the_listed_mutants() {
     check_main(
         r#"
         { when = ["X0"], do = ["MOVE 65535 to=V0", "MOVE 2s to=D0", "MOVE 1.5 to=R0"] },
@@ -249,7 +249,7 @@ fn words() {
 }
 
 #[test]
-fn formulas_of_integers() {
+fn integer_formulas_have_the_listed_mutants() {
     check_main(
         r#"
         { when = ["X0"], do = ["MATH D0 = (D1 + 3) * -D2 - 2s"] },
@@ -314,7 +314,7 @@ fn formulas_of_integers() {
 }
 
 #[test]
-fn formulas_of_reals_and_arrays() {
+fn formulas_with_reals_and_arrays_have_the_listed_mutants() {
     check_main(
         r#"
         { when = ["X0"], do = ["MATH R0 = max(R1, 0.0) / 2.0 ** round(R2)"] },

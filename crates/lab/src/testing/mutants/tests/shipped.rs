@@ -11,7 +11,7 @@ use rungd_language::resolve::program::Program;
 use rungd_language::source::span::SourceFile;
 
 #[test]
-fn the_table_of_kinds() {
+fn the_table_finds_each_kind_of_mutant_by_name() {
     for kind in MutantKind::ALL {
         assert_eq!(MutantKind::from_name(kind.name()), Some(*kind));
     }
@@ -41,7 +41,7 @@ fn count(name: &Path, program: &Program, files: &[SourceFile]) -> String {
 }
 
 #[test]
-fn all_mutants_of_the_ladders_in_config() {
+fn the_shipped_ladders_have_the_recorded_mutants() {
     let mut text = String::new();
     for path in files("config").into_iter().chain(files("config/first")) {
         let loaded = controller_file(&path).expect("a controller file");
@@ -68,7 +68,7 @@ fn all_mutants_of_the_ladders_in_config() {
 }
 
 #[test]
-fn all_mutants_of_the_library() {
+fn the_library_has_the_recorded_mutants() {
     let mut text = String::new();
     for path in files("config/lib") {
         let file = path.file_name().expect("a name");

@@ -43,7 +43,7 @@ with = { wanted = "X3", feedback = "X4", motor = "Y1", least = 6, patience = "5s
 "#;
 
 #[test]
-fn a_slip_in_a_template_is_in_all_its_uses_and_one_in_an_argument_in_one() {
+fn a_mutant_of_a_template_is_in_all_its_uses_and_one_of_an_argument_in_one_use() {
     check(
         &[("pump.toml", PUMP), ("plant.toml", PUMPS)],
         expect![[r#"
@@ -96,7 +96,7 @@ fn a_slip_in_a_template_is_in_all_its_uses_and_one_in_an_argument_in_one() {
 }
 
 #[test]
-fn the_library_is_not_changed_unless_nothing_else_is_there() {
+fn the_library_is_mutated_only_if_there_is_no_other_file() {
     let own = format!("{PUMPS}[[program.rung]]\nwhen = [\"X7\"]\ndo = [\"OUT Y7\"]\n");
     check(
         &[("lib:pump", PUMP), ("plant.toml", &own)],
