@@ -289,7 +289,7 @@ fn assert_no_allocation(name: &str, program: &Program, scans: u64) {
 }
 
 #[test]
-fn two_hundred_generated_ladders() {
+fn scans_of_two_hundred_generated_ladders_allocate_nothing() {
     for seed in 0..200 {
         let name = format!("ladder {seed}");
         assert_no_allocation(&name, &program(&name, generated(seed)), 90);
@@ -298,7 +298,7 @@ fn two_hundred_generated_ladders() {
 
 /// Scans over many reloads, with inputs, writes and commands pending too.
 #[test]
-fn a_hundred_reloads() {
+fn scans_across_a_hundred_reloads_allocate_nothing() {
     let lowered = |seed| lower(&program(&format!("ladder {seed}"), generated(seed)));
     let (code, mut symbols) = lowered(0);
     let settings = settings(&symbols, 2000);
@@ -363,7 +363,7 @@ fn a_hundred_reloads() {
 
 /// Local lines that are read and written in every scan, fail and come back, also over a stop.
 #[test]
-fn local_lines() {
+fn scans_with_local_lines_allocate_nothing() {
     let line = |offset| GpioLine { at: LineId::Offset(offset), setting: LineSetting::default() };
     let lines = GpioLines {
         chip: ChipName::Path("/dev/none".into()),
@@ -414,7 +414,7 @@ fn local_lines() {
 }
 
 #[test]
-fn arrays() {
+fn scans_with_arrays_allocate_nothing() {
     let text = r#"
         [tags]
         word = { at = "D10", count = 9 }
@@ -433,7 +433,7 @@ fn arrays() {
 }
 
 #[test]
-fn every_shipped_ladder() {
+fn scans_of_every_shipped_ladder_allocate_nothing() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("config");
     let entries = std::fs::read_dir(folder).expect("config");
     let paths = entries.map(|entry| entry.expect("an entry").path());
@@ -446,13 +446,13 @@ fn every_shipped_ladder() {
 }
 
 #[test]
-fn the_counter_counts() {
+fn the_allocation_counter_counts_allocations() {
     let (_, calls) = counted(|| drop(std::hint::black_box(Box::new(1))));
     assert_eq!(calls, 2);
 }
 
 #[test]
-fn the_scan_threads_sources_name_nothing_that_waits() {
+fn the_sources_of_the_scan_thread_name_nothing_that_waits() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/runtime/src");
     let forbidden = [
         "Mutex", "RwLock", "Condvar", "println!", "tracing", "std::fs", "std::net", "std::io",

@@ -76,13 +76,13 @@ mod tests {
     }
 
     #[test]
-    fn a_plain_value_follows_an_equals_sign() {
+    fn a_one_line_value_is_written_after_an_equals_sign() {
         let bytes = encoded(&[("MESSAGE", "a=b"), ("RUNGD_TAG", "")]);
         assert_eq!(bytes, b"MESSAGE=a=b\nRUNGD_TAG=\n");
     }
 
     #[test]
-    fn a_value_of_several_lines_follows_its_length() {
+    fn a_multi_line_value_is_written_after_its_length() {
         let bytes = encoded(&[("RUNGD_WHY", "a\nMESSAGE=b"), ("PRIORITY", "6")]);
         assert_eq!(bytes, b"RUNGD_WHY\n\x0b\0\0\0\0\0\0\0a\nMESSAGE=b\nPRIORITY=6\n");
     }

@@ -43,7 +43,7 @@ name = "Main"
 "#;
 
 #[test]
-fn names_in_byte_order_from_the_top_of_their_space() {
+fn tags_are_placed_in_byte_order_from_the_top_of_their_space() {
     check(
         "types",
         &[("ladder.toml", TYPES)],
@@ -54,7 +54,7 @@ fn names_in_byte_order_from_the_top_of_their_space() {
 }
 
 #[test]
-fn no_place_that_the_ladder_names() {
+fn tags_are_not_placed_on_addresses_of_the_ladder() {
     let rungs = r#"
 rung = [
   { when = ["D4095 > 3 | !(T255.Done)"], do = ["MATH D4092 = D4090 + D4089", "RSTCT CT255"] },
@@ -73,7 +73,7 @@ rung = [
 }
 
 #[test]
-fn no_place_that_the_controller_file_names() {
+fn tags_are_not_placed_on_addresses_of_the_controller_file() {
     let controller = r#"
 ladder = ["ladder.toml"]
 [retain]
@@ -131,7 +131,7 @@ rung = [
 }
 
 #[test]
-fn a_trace_names_tags_and_refuses_their_addresses() {
+fn a_trace_names_placed_tags_and_refuses_their_addresses() {
     let (code, trace, errors) = sim("all", &["--scans", "1"]);
     assert_eq!(code, Some(0), "{errors}");
     let header = trace.lines().next().unwrap();
@@ -145,7 +145,7 @@ fn a_trace_names_tags_and_refuses_their_addresses() {
 }
 
 #[test]
-fn a_stimulus_names_tags_and_their_addresses_are_refused() {
+fn a_stimulus_accepts_placed_tags_and_refuses_their_addresses() {
     let stimulus = folder("sim").join("stimulus.csv");
     let path = stimulus.display().to_string();
     let of = |text: &str| {

@@ -55,7 +55,7 @@ fn check(folder: &Path, arguments: &[&str]) -> Checked {
 }
 
 #[test]
-fn what_is_certain_is_written_and_what_is_not_stays() {
+fn only_certain_corrections_are_written() {
     let folder = folder("check-fix-certain");
     let ladder = folder.join("a.toml");
     fs::write(&ladder, SLIPS).unwrap();
@@ -72,7 +72,7 @@ fn what_is_certain_is_written_and_what_is_not_stays() {
 }
 
 #[test]
-fn a_controller_file_is_corrected_with_its_ladders_and_several_ladders_are_one_program() {
+fn a_controller_file_is_corrected_together_with_its_ladders() {
     let folder = folder("check-fix-controller");
     let ladder =
         "[[program]]\nname = \"Main\"\n[[program.rung]]\nwhen = \"X0\"\ndo = [\"OUT Y0\"]\n";
@@ -96,7 +96,7 @@ fn a_controller_file_is_corrected_with_its_ladders_and_several_ladders_are_one_p
 /// Texts whose corrections in an editor are a choice, with two slips in one text, or not closed:
 /// what stands around a slip must never go.
 #[test]
-fn what_could_be_meant_otherwise_stays_as_it_is() {
+fn ambiguous_mistakes_are_not_corrected() {
     let folder = folder("check-fix-otherwise");
     let rungs = [
         r#"{ when = ["%X0 & !Y1 | %X2"], do = ["OUT Y9"] }"#,
@@ -121,7 +121,7 @@ fn what_could_be_meant_otherwise_stays_as_it_is() {
 }
 
 #[test]
-fn two_names_of_one_file_are_refused_before_anything_is_written() {
+fn two_names_of_the_same_file_are_refused_before_anything_is_written() {
     let folder = folder("check-fix-links");
     fs::write(folder.join("h1.toml"), SLIPS).unwrap();
     fs::hard_link(folder.join("h1.toml"), folder.join("h2.toml")).unwrap();
@@ -132,7 +132,7 @@ fn two_names_of_one_file_are_refused_before_anything_is_written() {
 }
 
 #[test]
-fn a_pipe_is_refused_and_a_file_of_the_library_stays() {
+fn a_pipe_is_refused_and_a_library_file_is_not_changed() {
     let folder = folder("check-fix-pipe");
     assert!(Command::new("mkfifo").arg(folder.join("p")).status().unwrap().success());
     let checked = check(&folder, &["--fix", "p"]);
@@ -145,7 +145,7 @@ fn a_pipe_is_refused_and_a_file_of_the_library_stays() {
 /// Every file with findings of every kind: no file has more errors afterwards, a second turn finds
 /// nothing to correct, and what is not TOML is not cut.
 #[test]
-fn no_file_gets_worse_and_a_second_turn_corrects_nothing() {
+fn no_correction_adds_errors_and_a_second_run_corrects_nothing() {
     let folder = folder("check-fix-all");
     let shown = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/ui");
     let mut corrected = 0;

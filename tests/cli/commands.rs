@@ -32,7 +32,7 @@ fn check(args: &[&str], code: i32, said: &str) {
 }
 
 #[test]
-fn a_good_ladder_passes() {
+fn a_correct_ladder_passes_the_check() {
     let ladder = file("good.toml", GOOD.as_bytes());
     check(&["check", &ladder], 0, "0 errors, 0 warnings\n");
 }
@@ -45,7 +45,7 @@ fn a_bad_ladder_is_refused() {
 }
 
 #[test]
-fn warnings_refuse_only_when_denied() {
+fn warnings_refuse_a_ladder_only_if_denied() {
     let spare = format!("{GOOD}[tags]\njam = {{ at = \"C0\" }}\n");
     let ladder = file("warned.toml", spare.as_bytes());
     check(&["check", &ladder], 0, "warning[unused-tag]");
@@ -56,7 +56,7 @@ fn warnings_refuse_only_when_denied() {
 }
 
 #[test]
-fn a_controller_file_brings_its_ladders() {
+fn a_controller_file_is_checked_with_its_ladders() {
     file("good-of-controller.toml", GOOD.as_bytes());
     let controller = "ladder = [\"good-of-controller.toml\"]\n\n[scan]\nperiod = \"0ms\"\n";
     let path = file("controller.toml", controller.as_bytes());
@@ -67,7 +67,7 @@ fn a_controller_file_brings_its_ladders() {
 }
 
 #[test]
-fn a_file_of_the_other_kind_is_one_finding() {
+fn a_file_of_the_wrong_kind_gives_one_finding() {
     let ladder = file("other-ladder.toml", GOOD.as_bytes());
     let controller = file("other-controller.toml", b"ladder = [\"other-ladder.toml\"]\n");
     check(&["run", &ladder], 78, "this is a ladder file, not a controller file");
@@ -78,7 +78,7 @@ fn a_file_of_the_other_kind_is_one_finding() {
 }
 
 #[test]
-fn a_ladder_file_is_given_once() {
+fn a_ladder_file_given_twice_is_refused() {
     let ladder = file("once.toml", GOOD.as_bytes());
     let again = ladder.replace("/once.toml", "/./once.toml");
     check(&["check", &ladder, &again], 78, "/./once.toml: this file is named twice");
@@ -86,19 +86,19 @@ fn a_ladder_file_is_given_once() {
 }
 
 #[test]
-fn a_file_that_is_not_there_is_a_failure_of_the_environment() {
+fn a_missing_file_is_a_failure_of_the_environment() {
     check(&["check", "no-such-file.toml"], 74, "rungd: no-such-file.toml: No such file");
 }
 
 #[test]
-fn a_file_that_is_no_text_is_a_finding_with_its_place() {
+fn a_file_that_is_not_utf_8_gives_a_finding_with_its_place() {
     let ladder = file("latin-1.toml", b"[ladder]\ndoc = \"T\xFCr\"\n");
     check(&["check", &ladder], 78, "latin-1.toml:2:9");
     check(&["check", &ladder], 78, "the file is not UTF-8 text: byte 17 is 0xFC");
 }
 
 #[test]
-fn the_command_line_has_its_own_code() {
+fn wrong_arguments_give_exit_code_2() {
     check(&["check"], 2, "Usage:");
     check(&["check", "--deny", "errors", "x.toml"], 2, "--deny");
     check(&["explain", "CNTT"], 2, "did you mean `CNT`?");
@@ -107,7 +107,7 @@ fn the_command_line_has_its_own_code() {
 }
 
 #[test]
-fn explanations_go_to_standard_output() {
+fn explanations_are_printed_to_standard_output() {
     for (name, said) in [
         ("cnt", "CNT ct preset=v"),
         ("missing-leg", "# missing-leg"),
@@ -132,7 +132,7 @@ fn the_help_of_force_says_that_its_value_stays() {
 }
 
 #[test]
-fn the_help_of_rollback_names_the_program_that_it_goes_back_to() {
+fn the_help_of_rollback_describes_the_program_that_it_restores() {
     let help = text(&rungd(&["rollback", "--help"]).stdout);
     let words = help.split("\n\nUsage:").next().unwrap();
     expect_test::expect![[r#"
@@ -159,7 +159,7 @@ fn a_pipe_is_read_once() {
 
 /// A command that opened a pipe without a writer would wait forever.
 #[test]
-fn what_is_no_file_is_refused_and_not_waited_for() {
+fn pipes_and_devices_are_refused_without_waiting() {
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("no-file");
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).unwrap();
@@ -198,7 +198,7 @@ fn what_is_no_file_is_refused_and_not_waited_for() {
 
 /// A name with a line end could add a line to an answer.
 #[test]
-fn a_line_end_in_an_argument_is_not_printed_as_one() {
+fn line_breaks_in_arguments_are_printed_escaped() {
     let odd = "none\nrungd: all is well\u{1b}[2J";
     for words in [
         &["status", "--socket", odd][..],
@@ -232,7 +232,7 @@ fn a_line_end_in_an_argument_is_not_printed_as_one() {
 
 /// The places of a command according to CONTRIBUTING.md.
 #[test]
-fn every_command_has_its_file_its_help_and_its_page() {
+fn every_command_has_a_source_file_a_help_and_a_page() {
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
     let read = |path: PathBuf| std::fs::read_to_string(path).unwrap();
     let entries = std::fs::read_dir(root.join("docs")).unwrap();
@@ -263,7 +263,7 @@ fn every_command_has_its_file_its_help_and_its_page() {
 }
 
 #[test]
-fn a_command_from_habit_or_mistyped_gets_the_right_one() {
+fn a_mistyped_or_habitual_command_gets_a_tip_with_the_right_one() {
     for (args, tip) in [
         (&["version"][..], "tip: `rungd --version` prints the version"),
         (&["-v"], "tip: `rungd --version` prints the version"),

@@ -144,7 +144,7 @@ fn was_held_up(printed: &str) -> bool {
 }
 
 #[test]
-fn a_run_that_skipped_scans_is_known_by_its_statistics() {
+fn a_run_with_skipped_scans_is_recognized_by_its_statistics() {
     let line =
         |skipped: u32| format!("x\n… 6.5s scans=650 overruns=1 skipped={skipped} over_us=1\n");
     assert!(was_held_up(&line(3)) && !was_held_up(&line(0)) && !was_held_up("0 errors\n"));
@@ -208,17 +208,17 @@ impl Execution {
 }
 
 #[test]
-fn the_five_minute_tour_prints_what_its_page_shows() {
+fn the_commands_of_the_five_minute_tour_print_what_the_page_shows() {
     run_page("docs/start.md");
 }
 
 #[test]
-fn the_first_page_shows_what_it_does() {
+fn the_commands_of_the_readme_print_what_it_shows() {
     run_page("README.md");
 }
 
 #[test]
-fn operator_commands_print_what_the_page_shows() {
+fn the_commands_of_the_operator_page_print_what_the_page_shows() {
     run_page("docs/operator.md");
 }
 
@@ -228,34 +228,34 @@ fn alarms_are_listed_and_acknowledged_as_documented() {
 }
 
 #[test]
-fn the_scan_logs_commands_print_what_the_page_shows() {
+fn the_commands_of_the_recording_page_print_what_the_page_shows() {
     run_page("docs/record.md");
 }
 
 #[test]
-fn the_page_about_tests_shows_what_they_find() {
+fn the_commands_of_the_testing_page_print_what_the_page_shows() {
     run_page("docs/testing.md");
 }
 
 #[test]
-fn the_drawing_is_what_the_page_shows() {
+fn the_commands_of_the_drawing_page_print_what_the_page_shows() {
     run_page("docs/draw.md");
 }
 
 #[test]
-fn the_cross_reference_is_what_the_page_shows() {
+fn the_commands_of_the_cross_reference_page_print_what_the_page_shows() {
     run_page("docs/xref.md");
 }
 
 #[test]
-fn the_black_box_tells_what_stopped_the_bottling_line() {
+fn the_commands_of_the_black_box_page_print_what_the_page_shows() {
     run_page("docs/black-box.md");
 }
 
 /// The first commands of `README.md`, in three terminals of one folder: the pages have an address,
 /// and the feeder has a reason.
 #[test]
-fn the_readmes_first_commands_work() {
+fn the_first_commands_of_the_readme_work() {
     let page = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md"));
     let page = page.expect("the page");
     let block = page.split("```sh\n").nth(1).and_then(|rest| rest.split("```").next());
@@ -317,7 +317,7 @@ fn run_page(name: &str) {
 }
 
 #[test]
-fn dots_stand_for_any_text_and_any_lines() {
+fn dots_match_any_text_and_any_lines() {
     let fits = |shown: &str, printed: &str| {
         let (shown, printed): (Vec<&str>, Vec<&str>) =
             (shown.lines().collect(), printed.lines().collect());

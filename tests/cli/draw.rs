@@ -79,7 +79,7 @@ fn printed(args: &[&str], folder: &Path) -> String {
 }
 
 #[test]
-fn text() {
+fn a_ladder_is_drawn_as_text() {
     let text = printed(&["draw", "plant.toml"], &folder("draw-text"));
     expect![[r#"
         Ladder plant
@@ -139,7 +139,7 @@ fn text() {
 }
 
 #[test]
-fn ascii_has_no_other_characters() {
+fn an_ascii_drawing_has_only_ascii_characters() {
     let text = printed(&["draw", "--ascii", "plant.toml"], &folder("draw-ascii"));
     assert!(text.is_ascii(), "{text}");
     assert!(text.contains("+--] [--+"), "{text}");
@@ -147,7 +147,7 @@ fn ascii_has_no_other_characters() {
 
 /// Every link of a page leads to a place in the page, and the page requests nothing from outside.
 #[test]
-fn a_page_stands_alone() {
+fn a_page_has_no_broken_links_and_no_outside_requests() {
     let folder = folder("draw-page");
     assert_eq!(printed(&["draw", "plant.toml", "-o", "plant.html"], &folder), "");
     let page = fs::read_to_string(folder.join("plant.html")).expect("a page");
@@ -175,7 +175,7 @@ fn a_page_stands_alone() {
 
 /// An instruction that turns a Stage OFF is not a transition to that Stage.
 #[test]
-fn a_stage_that_is_turned_off_is_said_and_has_no_arrow() {
+fn turning_off_a_stage_is_described_and_not_drawn_as_an_arrow() {
     let folder = folder("draw-off");
     let text = LADDER.replace("\"JMP Close\"", "\"SGRST Close\"");
     fs::write(folder.join("plant.toml"), text).expect("written");
@@ -188,7 +188,7 @@ fn a_stage_that_is_turned_off_is_said_and_has_no_arrow() {
 }
 
 #[test]
-fn a_picture_is_a_file_of_its_own() {
+fn a_picture_is_a_complete_svg_file() {
     let folder = folder("draw-picture");
     assert_eq!(printed(&["draw", "plant.toml", "-o", "plant.svg"], &folder), "");
     let picture = fs::read_to_string(folder.join("plant.svg")).expect("a picture");
@@ -198,7 +198,7 @@ fn a_picture_is_a_file_of_its_own() {
 }
 
 #[test]
-fn what_tests_have_not_seen_is_marked() {
+fn elements_that_tests_did_not_cover_are_marked() {
     let folder = folder("draw-coverage");
     let report = printed(&["test", "--coverage", "--json", "plant.test.toml"], &folder);
     fs::write(folder.join("report.json"), report).expect("written");
@@ -222,7 +222,7 @@ fn what_tests_have_not_seen_is_marked() {
 }
 
 #[test]
-fn what_cannot_be_drawn_is_refused() {
+fn an_invalid_drawing_command_is_refused() {
     let folder = folder("draw-refused");
     fs::write(folder.join("no.json"), "{}").expect("written");
     fs::write(folder.join("bad.toml"), LADDER.replace("OUT valve", "OUT valv")).expect("written");

@@ -41,7 +41,7 @@ const LOOSE: &str =
 const BROKEN: &str = "[[program]]\nname = \n";
 
 #[test]
-fn files_of_a_folder_are_written_and_named() {
+fn files_of_a_folder_are_formatted_and_named() {
     let folder = folder("fmt-folder");
     let write = |name: &str, text: &str| fs::write(folder.join(name), text).expect("written");
     write("controller.toml", "ladder=[\"programs/a.toml\"]\n");
@@ -83,7 +83,7 @@ a.toml:3:
 }
 
 #[test]
-fn a_broken_file_is_left_and_the_others_are_written() {
+fn a_broken_file_is_not_changed_and_the_others_are_formatted() {
     let folder = folder("fmt-broken");
     fs::write(folder.join("a.toml"), BROKEN).expect("written");
     fs::write(folder.join("b.toml"), LOOSE).expect("written");
@@ -98,7 +98,7 @@ fn a_broken_file_is_left_and_the_others_are_written() {
 
 /// A file or folder that cannot be read is told, the others are formatted, and the exit code tells.
 #[test]
-fn a_file_that_cannot_be_read_stops_no_other() {
+fn an_unreadable_file_does_not_stop_the_others() {
     let folder = folder("fmt-unreadable");
     fs::write(folder.join("b.toml"), LOOSE).expect("written");
     // Larger than a file of rungd may be; it takes no space.
@@ -115,7 +115,7 @@ fn a_file_that_cannot_be_read_stops_no_other() {
 
 /// A pipe in a folder would stop a reader for ever, and is no file of rungd.
 #[test]
-fn pipes_and_sockets_of_a_folder_are_passed_over() {
+fn pipes_and_sockets_of_a_folder_are_skipped() {
     let folder = folder("fmt-pipe");
     fs::write(folder.join("b.toml"), LOOSE).expect("written");
     for name in ["a.toml", "c.toml", "a.test.toml"] {
@@ -132,7 +132,7 @@ fn pipes_and_sockets_of_a_folder_are_passed_over() {
 }
 
 #[test]
-fn a_number_with_a_quote_in_it_is_refused_as_by_check() {
+fn a_number_with_a_quote_is_refused_with_the_finding_of_check() {
     let folder = folder("fmt-quoted");
     for value in ["1_000\"R1\"", "1_0'x'", "[1, 2_0\"\"]", "{ b = 1_0\"x\" }"] {
         let text = format!("[tags]\na = {value}\n");
@@ -146,7 +146,7 @@ fn a_number_with_a_quote_in_it_is_refused_as_by_check() {
 }
 
 #[test]
-fn mode_and_links_stay() {
+fn the_file_mode_and_links_are_kept() {
     let folder = folder("fmt-mode");
     let path = folder.join("programs/a.toml");
     fs::write(&path, LOOSE).expect("written");
@@ -160,7 +160,7 @@ fn mode_and_links_stay() {
 }
 
 #[test]
-fn a_file_with_two_names_keeps_both() {
+fn a_file_with_two_hard_links_keeps_both() {
     let folder = folder("fmt-names");
     let (path, other) = (folder.join("a.toml"), folder.join("programs/b.toml"));
     fs::write(&path, LOOSE.to_owned() + &"\n".repeat(1000)).expect("written");
@@ -172,7 +172,7 @@ fn a_file_with_two_names_keeps_both() {
 }
 
 #[test]
-fn the_owner_stays() {
+fn the_owner_of_a_file_is_kept() {
     if !rustix::process::geteuid().is_root() {
         skip(Need::Root, "only root may give a file away");
         return;
@@ -189,7 +189,7 @@ fn the_owner_stays() {
 
 /// A broken file without recognisable tables may still be a file of rungd, so it is reported.
 #[test]
-fn a_broken_file_without_a_key_of_others_is_told() {
+fn a_broken_file_without_foreign_keys_is_reported() {
     let folder = folder("fmt-lost");
     fs::write(folder.join("a.toml"), "[tags").expect("written");
     fs::write(folder.join("b.toml"), "[package\nname = \"x\"\n[dependencies]\n").expect("written");
@@ -207,7 +207,7 @@ fn piped(args: &[&str], text: &str) -> Output {
 }
 
 #[test]
-fn standard_input_goes_to_standard_output() {
+fn standard_input_is_formatted_to_standard_output() {
     check(&piped(&["fmt", "-"], LOOSE), 0, LADDER, "");
     check(&piped(&["fmt", "-"], LADDER), 0, LADDER, "");
     // A character that a terminal would obey is written unchanged, as a part of the text.
@@ -219,7 +219,7 @@ fn standard_input_goes_to_standard_output() {
 }
 
 #[test]
-fn the_command_line_has_its_own_code() {
+fn wrong_arguments_give_exit_code_2() {
     let folder = folder("fmt-usage");
     check(&rungd(&["fmt"], &folder), 2, "", "Usage:");
     check(
@@ -232,7 +232,7 @@ fn the_command_line_has_its_own_code() {
 }
 
 #[test]
-fn a_first_project_is_in_the_layout() {
+fn the_files_of_a_first_project_are_formatted() {
     let folder = folder("fmt-init");
     assert_eq!(rungd(&["init", "plant"], &folder).status.code(), Some(0));
     check(&rungd(&["fmt", "--check", "plant"], &folder), 0, "", "");

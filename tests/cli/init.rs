@@ -71,7 +71,7 @@ fn a_first_project_passes_the_check_and_runs() {
 }
 
 #[test]
-fn the_command_that_it_prints_can_be_pasted() {
+fn the_printed_command_can_be_pasted_into_a_shell() {
     let folder = folder("init-pasted");
     for name in ["sp ace", "it's $HOME", "-dash", "ö&b;c", "two\nlines", "it's\t\u{1b}[1m\\n"] {
         let output = rungd(&["init", "--", name], &folder);
@@ -94,7 +94,7 @@ fn the_command_that_it_prints_can_be_pasted() {
 }
 
 #[test]
-fn the_name_of_its_directory_does_not_command_the_terminal() {
+fn control_characters_in_the_directory_name_are_escaped() {
     let folder = folder("init-escape");
     let output = rungd(&["init", "dir\u{1b}[31m/pp"], &folder);
     let text = said(&output.stdout);
@@ -168,7 +168,7 @@ fn a_service_has_its_socket_in_its_own_folder() {
 
 /// The example of its README: START after a second, five parts, the lamp.
 #[test]
-fn its_ladder_does_what_its_readme_says() {
+fn the_ladder_of_a_first_project_does_what_its_readme_says() {
     let folder = folder("init-sim");
     rungd(&["init", "."], &folder);
     let stimulus = "scan,start,stop_ok,eye\n0,0,1,0\n1,1,,\n2,0,,\n3,,,1\n4,,,0\n5,,,1\n6,,,0\n\
@@ -195,7 +195,7 @@ fn its_ladder_does_what_its_readme_says() {
 }
 
 #[test]
-fn a_directory_with_something_in_it_is_left_alone() {
+fn a_directory_that_is_not_empty_is_refused() {
     let folder = folder("init-refused");
     fs::write(folder.join("mine.toml"), "").expect("a file");
     let output = rungd(&["init", "."], &folder);
@@ -219,7 +219,7 @@ fn a_fresh_repository_counts_as_empty() {
 
 /// A limit on the size of a file fails a file after the first one, as a full disk does.
 #[test]
-fn a_project_that_cannot_be_written_whole_leaves_nothing() {
+fn a_project_that_cannot_be_written_completely_leaves_no_file() {
     let folder = folder("init-full");
     let limited = |name: &str| {
         let script = format!("trap '' XFSZ; ulimit -f 5; exec \"$0\" init {name}");
@@ -243,7 +243,7 @@ fn a_project_that_cannot_be_written_whole_leaves_nothing() {
 
 /// Paths that are not UTF-8: what works, works; what cannot work says why.
 #[test]
-fn a_path_that_is_no_text_is_refused_for_that_reason() {
+fn a_path_that_is_not_utf_8_is_refused_with_that_reason() {
     let folder = folder("init-bytes");
     let name = OsStr::from_bytes(b"line\xff");
     let run = |words: &[&OsStr]| {

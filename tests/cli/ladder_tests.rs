@@ -34,7 +34,7 @@ fn cases() -> Vec<String> {
 }
 
 #[test]
-fn tests_say_what_is_recorded() {
+fn test_reports_equal_the_recorded_texts() {
     let update = std::env::var_os("UPDATE_LADDER_TESTS").is_some();
     let cases = cases();
     assert!(cases.len() >= 4, "{cases:?}");
@@ -53,7 +53,7 @@ fn tests_say_what_is_recorded() {
 }
 
 #[test]
-fn the_bytes_are_the_same_with_any_number_of_threads() {
+fn reports_are_identical_with_any_number_of_threads() {
     let of = |jobs: &str| {
         let args = ["test", "failures.test.toml", "steps.test.toml", "--json", "--jobs", jobs];
         said(&rungd(&args))
@@ -73,7 +73,7 @@ fn scratch(name: &str) -> PathBuf {
 }
 
 #[test]
-fn exit_codes_tell_passed_failed_and_findings_apart() {
+fn exit_codes_distinguish_passed_failed_and_findings() {
     let code = |file: &str| rungd(&["test", file]).status.code();
     assert_eq!(code("steps.test.toml"), Some(0));
     assert_eq!(code("failures.test.toml"), Some(1));
@@ -87,7 +87,7 @@ fn exit_codes_tell_passed_failed_and_findings_apart() {
 }
 
 #[test]
-fn a_folder_is_searched_and_a_filter_chooses() {
+fn tests_are_found_in_a_folder_and_selected_by_a_filter() {
     let output = rungd(&["test", ".", "--verbose", "--filter", "within begins"]);
     let text = said(&output);
     assert!(text.contains("ok      within begins with the next scan"), "{text}");
@@ -98,7 +98,7 @@ fn a_folder_is_searched_and_a_filter_chooses() {
 }
 
 #[test]
-fn the_result_is_json_and_junit_too() {
+fn results_are_written_as_json_and_junit() {
     let junit = scratch("result.xml");
     let args = ["test", "failures.test.toml", "--json", "--junit", junit.to_str().expect("text")];
     let output = rungd(&args);
@@ -165,7 +165,7 @@ fn coverage_sees_a_stage_and_an_alarm_within_a_scan() {
 }
 
 #[test]
-fn random_tests_count_in_coverage_where_asked() {
+fn random_tests_count_in_coverage_if_requested() {
     let legs = |more: &[&str]| {
         let args = [&["test", "random.test.toml", "--coverage"], more].concat();
         let text = said(&rungd(&args));
@@ -199,7 +199,7 @@ fn shortened(text: &str) -> Vec<Vec<(u64, String, f64)>> {
 }
 
 #[test]
-fn a_shortened_run_is_one_that_the_random_source_could_make() {
+fn the_random_source_can_produce_every_shortened_run() {
     let text = said(&rungd(&["test", "walk.test.toml"]));
     let runs = shortened(&text);
     assert_eq!(runs.len(), 2, "{text}");
@@ -229,7 +229,7 @@ fn a_shortened_run_is_one_that_the_random_source_could_make() {
 }
 
 #[test]
-fn coverage_names_what_was_not_seen_both_ways() {
+fn coverage_names_elements_not_seen_in_both_states() {
     let name = "an edge is seen by expect, within and hold";
     let text = said(&rungd(&["test", "steps.test.toml", "--filter", name, "--coverage"]));
     for line in [
@@ -302,7 +302,7 @@ const SEEDED: [SeededFault; 3] = [
 ];
 
 #[test]
-fn a_failing_run_of_thousands_of_scans_ends_as_a_few_steps() {
+fn a_failing_run_of_thousands_of_scans_is_shortened_to_a_few_steps() {
     let programs = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/programs");
     for SeededFault { ladder, change: (from, to), always, set, inputs } in SEEDED {
         let text = std::fs::read_to_string(programs.join(format!("{ladder}.toml"))).expect("text");

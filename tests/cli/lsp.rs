@@ -49,7 +49,7 @@ fn begun() -> String {
 }
 
 #[test]
-fn the_end_is_told_by_the_exit_code() {
+fn the_exit_code_shows_whether_the_shutdown_was_requested() {
     let ended = request(json!(2), "shutdown") + &notification("exit");
     check(&(begun() + &ended), 0, &[], "");
     check(&(begun() + &notification("exit")), 1, &[], "");
@@ -58,7 +58,7 @@ fn the_end_is_told_by_the_exit_code() {
 }
 
 #[test]
-fn the_beginning_tells_what_the_server_can() {
+fn the_initialize_answer_lists_the_capabilities() {
     let output = serve(begun().as_bytes());
     let written = String::from_utf8(output.stdout).expect("text");
     let (_, body) = written.split_once("\r\n\r\n").expect("a body");
@@ -67,7 +67,7 @@ fn the_beginning_tells_what_the_server_can() {
 }
 
 #[test]
-fn what_comes_before_the_beginning_is_refused() {
+fn requests_before_initialize_are_refused() {
     let early = request(json!(0), "textDocument/hover") + &notification("textDocument/didOpen");
     let odd = framed(r#"{"jsonrpc":"2.0","id":0,"method":"initialize","params":7}"#);
     let ended = request(json!(2), "shutdown") + &notification("exit");
@@ -75,7 +75,7 @@ fn what_comes_before_the_beginning_is_refused() {
 }
 
 #[test]
-fn what_is_no_message_does_not_end_the_server() {
+fn invalid_messages_do_not_end_the_server() {
     let ended = request(json!("end"), "shutdown") + &notification("exit");
     let odd = [
         framed("{"),
@@ -89,7 +89,7 @@ fn what_is_no_message_does_not_end_the_server() {
 }
 
 #[test]
-fn a_broken_header_ends_the_server_with_its_reason() {
+fn a_broken_header_ends_the_server_with_a_reason() {
     let broken = begun() + "Content-Length: many\r\n\r\n";
     let why = "rungd: standard input: a header has no number after Content-Length: \
                `Content-Length: many`\n";

@@ -29,7 +29,7 @@ fn subcommands() -> Vec<String> {
 }
 
 #[test]
-fn every_subcommand_has_a_page() {
+fn every_subcommand_has_a_man_page() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("man");
     let _ = fs::remove_dir_all(&folder);
     let output = rungd(&["man", folder.to_str().expect("a path")]);
@@ -67,7 +67,7 @@ fn completions(shell: &str, test: &str) -> PathBuf {
 }
 
 #[test]
-fn shells_read_their_completions() {
+fn shells_accept_their_completion_scripts() {
     for shell in ["bash", "zsh", "fish"] {
         let file = completions(shell, "read");
         if !usable(works(shell, Command::new(shell).arg("--version"))) {
@@ -88,7 +88,7 @@ fn shells_read_their_completions() {
 
 /// Calls the completion as bash does while a line is typed.
 #[test]
-fn bash_completes_commands_and_kinds() {
+fn bash_completes_commands_and_argument_values() {
     let file = completions("bash", "asked").display().to_string();
     let bin = Path::new(env!("CARGO_BIN_EXE_rungd")).parent().expect("a folder").display();
     let complete = |words: &str, last: &str| {

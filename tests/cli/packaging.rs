@@ -34,7 +34,7 @@ fn libraries(bill: &Value) -> BTreeSet<String> {
 }
 
 #[test]
-fn the_bill_of_materials_lists_the_licensed_libraries_with_checksums_and_dependents() {
+fn the_bill_of_materials_lists_every_library_with_checksum_and_dependents() {
     let bill: Value = serde_json::from_str(&printed_by("sbom.sh")).unwrap();
     assert_eq!((&bill["bomFormat"], &bill["specVersion"]), (&"CycloneDX".into(), &"1.5".into()));
     let own = &bill["metadata"]["component"];
@@ -66,7 +66,7 @@ fn the_bill_of_materials_lists_the_licensed_libraries_with_checksums_and_depende
 }
 
 #[test]
-fn the_libraries_without_a_licence_file_are_those_that_the_page_names() {
+fn the_page_names_every_library_without_a_licence_file() {
     const NONE: &str = "(it ships none: taken under Apache-2.0)";
     let owners = LICENCES.lines().filter(|line| line.contains(NONE));
     let owners = owners.flat_map(|line| line.split(", ")).filter(|owner| owner.ends_with(NONE));
@@ -125,7 +125,7 @@ fn every_file_of_the_docs_is_in_the_package() {
 
 /// `systemctl enable` makes links that deb-systemd-helper does not know.
 #[test]
-fn a_purge_removes_the_links_of_enabled_units_and_no_others() {
+fn a_purge_removes_only_the_links_of_enabled_units() {
     let script = fs::read_to_string(root().join("packaging/deb/postrm")).unwrap();
     let begin = script.find("    for unit in ").expect("the loop");
     let end = begin + script[begin..].find("\n    done\n").expect("its end");
@@ -150,7 +150,7 @@ fn a_purge_removes_the_links_of_enabled_units_and_no_others() {
 /// The extension gets the schemas and the checks of the rungd on the PATH; of a different version it
 /// would get wrong ones.
 #[test]
-fn the_extension_is_made_with_the_rungd_on_the_path_if_it_is_of_this_version() {
+fn the_extension_is_built_only_with_a_rungd_of_the_same_version() {
     let folder = TestFolder::new("vsix");
     let stub = |name: &str, text: &str| {
         let path = folder.path().join(name);

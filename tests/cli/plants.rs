@@ -151,7 +151,7 @@ fn every_file_in_config_passes_check_without_a_warning() {
 
 /// The `[retain]` table that a controller file proposes in a comment is right too.
 #[test]
-fn what_the_examples_propose_to_retain_passes_check() {
+fn the_retain_settings_proposed_by_the_examples_pass_check() {
     let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("config");
     let mut seen = 0;
     for path in files(config) {
@@ -170,7 +170,7 @@ fn what_the_examples_propose_to_retain_passes_check() {
 }
 
 #[test]
-fn every_controller_runs() {
+fn every_shipped_controller_runs() {
     let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("config");
     let state = Path::new(env!("CARGO_TARGET_TMPDIR")).join("plants-state");
     let _ = std::fs::remove_dir_all(&state);
@@ -351,7 +351,7 @@ fn the_mixer_makes_a_batch_to_its_recipe() {
 }
 
 #[test]
-fn the_pumps_share_the_work() {
+fn the_pumps_share_the_running_time() {
     let mut plant = Plant::of("pump-station.toml");
     let mut both = false;
     plant.until(180_000, |plant| {
@@ -368,7 +368,7 @@ fn the_pumps_share_the_work() {
 }
 
 #[test]
-fn the_lubrication_gives_a_stroke_at_every_interval_in_which_the_machine_runs() {
+fn the_lubrication_gives_a_stroke_at_every_interval_of_machine_time() {
     let mut plant = Plant::of("lubrication.toml");
     // A stroke takes 1.2 s and a few scans: the strokes begin at 10 s, 21.2 s, 32.5 s and 43.7 s.
     plant.until(60_000, |plant| assert!(!plant.on("fault")));

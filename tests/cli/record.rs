@@ -16,7 +16,7 @@ fn said(output: &Output, code: i32) -> String {
 }
 
 #[test]
-fn info_tells_what_a_recording_is() {
+fn info_describes_a_recording() {
     let place = Place::new("info");
     shown(
         &said(&place.rungd(&["record", "info", "plant.rungd-log"]), 0),
@@ -35,7 +35,7 @@ fn info_tells_what_a_recording_is() {
 
 /// A span of days would look like one of seconds.
 #[test]
-fn a_stretch_that_ends_on_another_day_has_the_date_of_its_end() {
+fn a_span_that_ends_on_another_day_shows_the_date_of_its_end() {
     let place = Place::new("days");
     let list = || said(&place.rungd(&["record", "list", "plant.rungd-log"]), 0);
     shown(&list(), "2026-11-22 10:00:00.000 to 10:00:19.990  scans 1 to 2000  plant.toml  (start)");
@@ -54,7 +54,7 @@ fn a_stretch_that_ends_on_another_day_has_the_date_of_its_end() {
 }
 
 #[test]
-fn info_tells_gaps_and_where_a_part_begins() {
+fn info_shows_gaps_and_the_start_of_a_partial_recording() {
     let place = Place::new("info_gap");
     let mut line = conveyor();
     line.bytes();
@@ -70,7 +70,7 @@ fn info_tells_gaps_and_where_a_part_begins() {
 }
 
 #[test]
-fn export_writes_what_replay_traces() {
+fn export_writes_the_same_files_as_replay() {
     let place = Place::new("export");
     let part = ["--watch", "jam,D0", "--from", "scan 1199", "--to", "scan 1203"];
     let with = |words: &[&str]| place.rungd(&[words, &part].concat());
@@ -132,7 +132,7 @@ fn no_command_panics_on_foreign_recordings() {
 
 /// The output path could be that of the recording itself, or of a ladder.
 #[test]
-fn no_file_is_overwritten() {
+fn an_existing_file_is_not_overwritten() {
     let place = Place::new("overwritten");
     let ladder = place.read("new.toml");
     for (word, there) in [("cut", "plant.rungd-log"), ("test", "new.toml")] {
@@ -145,7 +145,7 @@ fn no_file_is_overwritten() {
 }
 
 #[test]
-fn a_time_after_the_end_and_a_recording_of_nothing_are_refused() {
+fn a_time_after_the_end_and_an_empty_recording_are_refused() {
     let place = Place::new("refused");
     let late = "2099-01-01T00:00:00";
     place.write("empty.rungd-log", b"");

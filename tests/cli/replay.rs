@@ -214,7 +214,7 @@ pub fn shown(text: &str, shown: &str) {
 }
 
 #[test]
-fn a_recording_proves_itself_and_tells_its_alarms() {
+fn a_replay_verifies_all_hashes_and_lists_the_alarms() {
     let place = Place::new("proof");
     shown(
         &place.replay(0, &["plant.rungd-log"]),
@@ -227,7 +227,7 @@ fn a_recording_proves_itself_and_tells_its_alarms() {
 }
 
 #[test]
-fn a_hash_that_differs_is_exit_1_with_its_place() {
+fn a_wrong_hash_gives_exit_code_1_and_its_place() {
     let place = Place::new("differs");
     let mut line = conveyor();
     line.bytes();
@@ -246,7 +246,7 @@ fn a_hash_that_differs_is_exit_1_with_its_place() {
 }
 
 #[test]
-fn a_gap_is_told() {
+fn a_gap_of_the_recording_is_reported() {
     let place = Place::new("gap");
     let mut line = conveyor();
     line.bytes();
@@ -261,7 +261,7 @@ fn a_gap_is_told() {
 }
 
 #[test]
-fn a_part_is_traced_from_a_time_to_another() {
+fn a_span_between_two_times_can_be_traced() {
     let place = Place::new("window");
     let rows = |arguments: &[&str]| {
         let all = [&["plant.rungd-log", "--watch", "part,wait.Acc,feeder"], arguments].concat();
@@ -288,7 +288,7 @@ fn a_part_is_traced_from_a_time_to_another() {
 }
 
 #[test]
-fn a_trace_goes_into_a_file_of_any_form() {
+fn a_trace_can_be_written_in_every_file_format() {
     let place = Place::new("forms");
     for (name, begins) in [("a.csv", "scan,time_ms,"), ("a.svg", "<svg "), ("a.vcd", "$version ")] {
         let said = place.replay(0, &["plant.rungd-log", "--trace", name]);
@@ -306,7 +306,7 @@ fn a_trace_goes_into_a_file_of_any_form() {
 }
 
 #[test]
-fn another_ladder_is_compared_with_the_recorded_one() {
+fn a_new_ladder_is_compared_with_the_recorded_one() {
     let place = Place::new("ladder");
     let arguments = ["plant.rungd-log", "--ladder", "new.toml", "--watch", "parts.Acc,wait.Done"];
     shown(
@@ -331,7 +331,7 @@ fn another_ladder_is_compared_with_the_recorded_one() {
 }
 
 #[test]
-fn the_same_ladder_differs_in_nothing() {
+fn the_same_ladder_shows_no_difference() {
     let place = Place::new("same");
     place.write("same.toml", CONVEYOR.as_bytes());
     for from in ["scan 1", "scan 1150", "scan 1250"] {
@@ -341,7 +341,7 @@ fn the_same_ladder_differs_in_nothing() {
 }
 
 #[test]
-fn writes_reach_a_tag_that_lies_elsewhere() {
+fn recorded_writes_reach_a_moved_tag_of_the_new_ladder() {
     let place = Place::new("moved");
     let ladder = |tags: &str| {
         format!(
@@ -383,7 +383,7 @@ fn a_new_ladder_with_a_mistake_is_refused_with_its_finding() {
 }
 
 #[test]
-fn a_new_ladder_that_stops_itself_is_told() {
+fn a_new_ladder_that_stops_itself_is_reported() {
     let place = Place::new("stops");
     let stops =
         CONVEYOR.replace("rung = [\n", "rung = [\n  { when = [\"jam\"], do = [\"STOP\"] },\n");
@@ -394,7 +394,7 @@ fn a_new_ladder_that_stops_itself_is_told() {
 }
 
 #[test]
-fn random_programs_replay_and_equal_themselves() {
+fn random_programs_replay_without_differences() {
     let place = Place::new("random");
     for seed in 1..=4 {
         let case = generate(seed);
@@ -441,7 +441,7 @@ fn random_programs_replay_and_equal_themselves() {
 
 /// The commands of `docs/replay.md`, in a folder with the recording of that page.
 #[test]
-fn the_page_shows_what_the_commands_print() {
+fn the_commands_of_the_replay_page_print_what_the_page_shows() {
     let place = Place::new("page");
     let page = include_str!("../../docs/replay.md");
     let mut commands = 0;

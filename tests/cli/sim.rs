@@ -90,7 +90,7 @@ fn scans(trace: &str) -> Vec<&str> {
 }
 
 #[test]
-fn without_watch_everything_that_the_ladder_names_is_traced() {
+fn every_operand_of_the_ladder_is_traced_without_watch() {
     let place = Place::new("default-watch");
     let trace = place.trace("count.toml --scans 1");
     expect_test::expect![[r#"
@@ -101,7 +101,7 @@ fn without_watch_everything_that_the_ladder_names_is_traced() {
 }
 
 #[test]
-fn without_watch_arrays_are_traced_with_their_first_elements() {
+fn the_first_elements_of_arrays_are_traced_without_watch() {
     let place = Place::new("default-arrays");
     let ladder = |count: u32| {
         format!(
@@ -134,7 +134,7 @@ rung = [
 }
 
 #[test]
-fn watch_chooses_operands_and_their_order() {
+fn watch_selects_operands_and_their_order() {
     let place = Place::new("watch");
     let args = "count.toml --stimulus parts.csv --scans 6 --watch full,CT0.Acc,size,X0";
     expect_test::expect![[r#"
@@ -158,7 +158,7 @@ fn watch_chooses_operands_and_their_order() {
 }
 
 #[test]
-fn how_long_it_runs_is_said_in_scans_or_in_time() {
+fn the_length_of_a_simulation_is_given_in_scans_or_time() {
     let place = Place::new("how-long");
     assert_eq!(scans(&place.trace("count.toml --watch X0")).len(), 100);
     assert_eq!(scans(&place.trace("count.toml --watch X0 --scans 3")), ["0", "1", "2"]);
@@ -179,7 +179,7 @@ fn how_long_it_runs_is_said_in_scans_or_in_time() {
 }
 
 #[test]
-fn a_real_is_traced_and_stimulated_as_it_is_written() {
+fn reals_are_traced_and_stimulated_in_their_written_form() {
     let place = Place::new("reals");
     place.write("reals.toml", REALS);
     place.write("reals.csv", "scan,level\n1,0.1\n2,99.5\n3,7\n4,-0.0\n5,2.5e1\n");
@@ -215,7 +215,7 @@ fn a_real_is_traced_and_stimulated_as_it_is_written() {
 }
 
 #[test]
-fn a_real_has_an_exponent_where_it_is_shorter() {
+fn a_real_is_printed_with_an_exponent_where_that_is_shorter() {
     let place = Place::new("exponents");
     place.write(
         "copy.toml",
@@ -242,7 +242,7 @@ fn a_real_has_an_exponent_where_it_is_shorter() {
 }
 
 #[test]
-fn the_clock_begins_where_it_is_told() {
+fn the_clock_of_a_simulation_starts_at_the_given_time() {
     let place = Place::new("clock");
     let args = "count.toml --period 1s --scans 2 --watch $Year,$Month,$Day,$Weekday,$Hour,$Second";
     expect_test::expect![[r#"
@@ -266,7 +266,7 @@ fn the_clock_begins_where_it_is_told() {
 }
 
 #[test]
-fn stop_makes_the_last_scan_the_last_and_adds_a_row() {
+fn the_stop_option_sets_last_scan_and_adds_a_row_after_the_stop() {
     let place = Place::new("stop");
     place.write("parts.csv", WITHIN_FOUR_SCANS);
     let args = "count.toml --stimulus parts.csv --scans 4 --watch $LastScan,full,CT0.Acc,CT0.Reset";
@@ -282,7 +282,7 @@ fn stop_makes_the_last_scan_the_last_and_adds_a_row() {
 }
 
 #[test]
-fn the_stop_instruction_ends_it_a_scan_later() {
+fn the_stop_instruction_ends_the_simulation_one_scan_later() {
     let place = Place::new("stop-instruction");
     let rung = "{ when = [\"parts.Done\"], do = [\"OUT full\", \"STOP\"] }";
     let ladder = LADDER.replace("{ when = [\"parts.Done\"], do = [\"OUT full\"] }", rung);
@@ -295,7 +295,7 @@ fn the_stop_instruction_ends_it_a_scan_later() {
 }
 
 #[test]
-fn rows_of_a_stimulus_after_the_last_scan_are_warned_of() {
+fn rows_of_a_stimulus_after_the_last_scan_give_a_warning() {
     let place = Place::new("rows-left-out");
     let ladder = LADDER.replace("do = [\"OUT full\"]", "do = [\"OUT full\", \"STOP\"]");
     place.write("stops.toml", &ladder);
@@ -320,7 +320,7 @@ fn rows_of_a_stimulus_after_the_last_scan_are_warned_of() {
 }
 
 #[test]
-fn a_trace_goes_to_standard_output_or_to_a_file() {
+fn a_trace_is_written_to_standard_output_or_a_file() {
     let place = Place::new("trace");
     let args = "count.toml --stimulus parts.csv --scans 5 --watch X0,CT0.Acc";
     let shown = place.trace(args);
@@ -334,7 +334,7 @@ fn a_trace_goes_to_standard_output_or_to_a_file() {
 }
 
 #[test]
-fn a_diagram_has_no_limit_of_scans() {
+fn a_timing_diagram_shows_any_number_of_scans() {
     let place = Place::new("many-scans");
     let diagram = |scans: u32| {
         let scans = format!("count.toml --watch X0,$FirstScan,D0 --scans {scans} --trace many.svg");
@@ -351,7 +351,7 @@ fn a_diagram_has_no_limit_of_scans() {
 }
 
 #[test]
-fn a_trace_never_overwrites_what_is_read() {
+fn a_trace_never_overwrites_an_input_file() {
     let place = Place::new("overwrite");
     let link = place.0.join("link.csv");
     let _ = std::fs::remove_file(&link);
@@ -367,7 +367,7 @@ fn a_trace_never_overwrites_what_is_read() {
 }
 
 #[test]
-fn another_ending_is_refused_before_anything_is_written() {
+fn an_unknown_trace_format_is_refused_before_anything_is_written() {
     let place = Place::new("vcd");
     let said = "--trace out.xyz: the ending must be `.csv`, `.svg` or `.vcd`";
     place.refused("count.toml --trace out.xyz", 2, said);
@@ -375,7 +375,7 @@ fn another_ending_is_refused_before_anything_is_written() {
 }
 
 #[test]
-fn a_stimulus_is_refused_with_its_row() {
+fn a_wrong_stimulus_is_refused_with_its_row() {
     let place = Place::new("stimulus");
     let cases = [
         ("X0\n1,1\n", "s.csv:1: the header is `scan,` or `time,` and operands"),
@@ -402,7 +402,7 @@ fn a_stimulus_is_refused_with_its_row() {
 }
 
 #[test]
-fn a_refused_stimulus_leaves_an_old_trace_alone() {
+fn a_refused_stimulus_does_not_change_an_old_trace() {
     let place = Place::new("old-trace");
     place.write("out.csv", "old\n");
     place.write("s.csv", "scan,X0\n1,2\n");
@@ -412,7 +412,7 @@ fn a_refused_stimulus_leaves_an_old_trace_alone() {
 }
 
 #[test]
-fn several_ladder_files_are_one_program() {
+fn several_ladder_files_form_one_program() {
     let place = Place::new("several");
     place.write("parts.csv", WITHIN_FOUR_SCANS);
     place.write(
@@ -433,7 +433,7 @@ fn several_ladder_files_are_one_program() {
 }
 
 #[test]
-fn the_same_input_gives_the_same_bytes() {
+fn equal_inputs_give_identical_traces() {
     let place = Place::new("same");
     let args = "count.toml --stimulus parts.csv --for 1s --stop";
     assert_eq!(place.trace(args), place.trace(args));
@@ -444,7 +444,7 @@ fn the_same_input_gives_the_same_bytes() {
 }
 
 #[test]
-fn findings_go_to_standard_error_and_only_errors_refuse() {
+fn findings_are_printed_to_standard_error_and_only_errors_refuse() {
     let place = Place::new("findings");
     place.write("warned.toml", &LADDER.replace("[tags]", "[tags]\njam = { at = \"C0\" }"));
     let output = place.sim("warned.toml --scans 1 --watch X0");
@@ -457,7 +457,7 @@ fn findings_go_to_standard_error_and_only_errors_refuse() {
 }
 
 #[test]
-fn a_controller_file_is_told_which_ladders_to_give() {
+fn a_controller_file_among_ladders_is_refused_with_the_files_to_give() {
     let place = Place::new("controller");
     place.write("plant.toml", "ladder = [\"lib:pid\", \"count.toml\"]\n");
     place.refused(
@@ -468,7 +468,7 @@ fn a_controller_file_is_told_which_ladders_to_give() {
 }
 
 #[test]
-fn what_time_cannot_count_and_what_has_no_end_is_refused() {
+fn simulations_beyond_the_time_range_and_endless_files_are_refused() {
     let place = Place::new("bounds");
     for args in [
         "count.toml --scans 18446744073709551615",
@@ -485,7 +485,7 @@ fn what_time_cannot_count_and_what_has_no_end_is_refused() {
 }
 
 #[test]
-fn a_field_device_is_well_until_a_stimulus_says_otherwise() {
+fn a_field_device_is_ok_until_a_stimulus_changes_it() {
     let place = Place::new("device");
     let ladder = "[ladder]\ndevices = [\"line1\"]\n[[program]]\nname = \"Main\"\nrung = [\n\
                   { when = [\"line1.Ok\"], do = [\"OUT Y0\"] },\n\

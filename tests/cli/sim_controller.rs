@@ -45,7 +45,7 @@ fn a_controller_is_simulated_with_its_plant_in_a_closed_loop() {
 }
 
 #[test]
-fn a_stimulus_of_a_controller_moves_no_input_of_its_plant() {
+fn a_stimulus_cannot_write_inputs_of_the_simulated_plant() {
     let place = Place::new("loop-moved");
     place.write("loop.toml", LOOP_LADDER);
     place.write("controller.toml", LOOP);
@@ -59,7 +59,7 @@ fn a_stimulus_of_a_controller_moves_no_input_of_its_plant() {
 }
 
 #[test]
-fn rows_after_a_controller_has_stopped_are_warned_of() {
+fn rows_of_a_stimulus_after_a_stop_give_a_warning() {
     let place = Place::new("loop-stop");
     place.write("loop.toml", &LOOP_LADDER.replace("OUT Y1", "STOP"));
     place.write("controller.toml", LOOP);

@@ -91,7 +91,7 @@ fn bits(rig: &Rig) -> Vec<bool> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
     #[test]
-    fn both_forms_move_the_same_inputs(
+    fn the_old_and_the_upgraded_form_move_the_same_inputs(
         rules in proptest::collection::vec(rule(), 1..=INPUTS as usize),
         period in 1..20_u32,
         stop in 20..120_usize,
@@ -151,7 +151,7 @@ after = \"20ms\"
 const NOTE: &str = "1 table `[[simulated-device]]` → `[[device.part]]` of `simulated`";
 
 #[test]
-fn a_file_is_rewritten_once_and_says_so() {
+fn an_upgrade_rewrites_a_file_once_and_reports_it() {
     let folder = folder("fmt-upgrade");
     let controller = folder.join("c.toml");
     fs::write(&controller, OLD).expect("written");

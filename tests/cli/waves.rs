@@ -96,7 +96,7 @@ fn as_csv(waves: &Waves, csv: &str) -> String {
 }
 
 #[test]
-fn waves_say_what_the_csv_says() {
+fn a_vcd_trace_contains_the_values_of_the_csv_trace() {
     let count = std::env::var("RUNGD_WAVES").ok().and_then(|text| text.parse().ok()).unwrap_or(20);
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("waves");
     std::fs::create_dir_all(&folder).unwrap();

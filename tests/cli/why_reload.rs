@@ -56,7 +56,7 @@ fn check(place: &Place, operand: &str, expected: Expect) {
 }
 
 #[test]
-fn the_answer_goes_on_behind_reloads() {
+fn an_answer_continues_across_reloads() {
     let place = Place::new("why_reload");
     recording(&place);
     check(
@@ -117,7 +117,7 @@ fn the_answer_goes_on_behind_reloads() {
 }
 
 #[test]
-fn json_has_the_earlier_programs() {
+fn the_json_answer_contains_the_earlier_programs() {
     let place = Place::new("why_reload_json");
     recording(&place);
     let output = place.rungd(&["why", "ready", "--json", "--recording", "plant.rungd-log"]);

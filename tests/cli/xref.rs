@@ -127,7 +127,7 @@ fn check(args: &[&str], expected: Expect) {
 }
 
 #[test]
-fn an_output_and_an_input() {
+fn the_cross_reference_lists_the_uses_of_outputs_and_inputs() {
     check(
         &["valve", "start"],
         expect![[r#"
@@ -157,7 +157,7 @@ fn an_output_and_an_input() {
 }
 
 #[test]
-fn a_word_with_places_of_modbus() {
+fn the_cross_reference_lists_the_uses_and_modbus_addresses_of_a_word() {
     check(
         &["level"],
         expect![[r#"
@@ -177,7 +177,7 @@ fn a_word_with_places_of_modbus() {
 }
 
 #[test]
-fn an_array_and_one_of_its_elements() {
+fn the_cross_reference_lists_the_uses_of_an_array_and_of_an_element() {
     check(
         &["recipe", "recipe[2]"],
         expect![[r#"
@@ -205,7 +205,7 @@ fn an_array_and_one_of_its_elements() {
 }
 
 #[test]
-fn a_structure_stands_for_its_members() {
+fn the_cross_reference_of_a_structure_lists_the_uses_of_its_members() {
     check(
         &["parts", "CT0.Done"],
         expect![[r#"
@@ -228,7 +228,7 @@ fn a_structure_stands_for_its_members() {
 
 /// Retentive memory keeps a structure with all its members.
 #[test]
-fn a_member_of_a_retained_counter_is_kept() {
+fn a_member_of_a_retained_counter_is_listed_as_retained() {
     let folder = project("xref-retained");
     let text = CONTROLLER.replace("tags = [\"recipe\"]", "ranges = [\"CT0..CT3\"]");
     fs::write(folder.join("rungd.toml"), text).expect("written");
@@ -241,7 +241,7 @@ fn a_member_of_a_retained_counter_is_kept() {
 }
 
 #[test]
-fn a_constant_is_read_where_it_is_named() {
+fn the_cross_reference_lists_the_readers_of_a_constant() {
     check(
         &["late"],
         expect![[r#"
@@ -254,7 +254,7 @@ fn a_constant_is_read_where_it_is_named() {
 }
 
 #[test]
-fn a_block_and_a_stage() {
+fn the_cross_reference_lists_the_uses_of_a_block_and_a_stage() {
     check(
         &["Drain", "Drain.Close", "Y2"],
         expect![[r#"
@@ -284,7 +284,7 @@ fn a_block_and_a_stage() {
 }
 
 #[test]
-fn a_use_of_a_template() {
+fn the_cross_reference_of_a_template_use_lists_the_uses_of_its_tags() {
     check(
         &["p1", "p1.failed"],
         expect![[r#"
@@ -305,7 +305,7 @@ fn a_use_of_a_template() {
 }
 
 #[test]
-fn all_of_it_as_json() {
+fn the_whole_cross_reference_is_printed_as_json() {
     let folder = project("xref-all");
     let output = xref(&["--all", "--json"], &folder);
     let all: Value = serde_json::from_slice(&output.stdout).expect("JSON");
@@ -326,7 +326,7 @@ fn all_of_it_as_json() {
 }
 
 #[test]
-fn what_is_not_there_is_refused() {
+fn unknown_operands_are_refused() {
     let folder = project("xref-refused");
     let check = |args: &[&str], code: i32, why: &str| {
         let output = xref(args, &folder);

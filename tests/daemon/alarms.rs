@@ -55,7 +55,7 @@ fn listed(live: &Live) -> Vec<String> {
 }
 
 #[test]
-fn alarms_stand_in_the_order_in_which_they_rose_and_are_acknowledged() {
+fn alarms_are_listed_in_the_order_in_which_they_rose() {
     let live = live();
     let none = "no active alarm, and none waits for an acknowledgement\n";
     assert_eq!(live.ok("alarms"), none);
@@ -109,7 +109,7 @@ fn alarms_stand_in_the_order_in_which_they_rose_and_are_acknowledged() {
 }
 
 #[test]
-fn status_says_the_priority_and_who_has_acknowledged() {
+fn status_shows_the_priority_and_the_acknowledging_user() {
     let live = live();
     live.ok("write X1 on");
     live.await_values("Y0 C7", "OFF ON");
@@ -146,7 +146,7 @@ fn a_name_that_is_no_alarm_acknowledges_nothing() {
 }
 
 #[test]
-fn each_alarm_comes_with_what_explains_it() {
+fn each_listed_alarm_shows_its_cause() {
     let live = live();
     live.ok("write X5 on");
     live.await_values("hot", "ON");
@@ -177,7 +177,7 @@ fn the_shell_completes_alarms_that_can_be_acknowledged() {
 }
 
 #[test]
-fn over_a_reload_an_alarm_keeps_what_is_known_of_its_name() {
+fn an_alarm_keeps_its_state_by_name_over_a_reload() {
     let live = live();
     live.ok("write stuck on");
     live.ok("ack stuck");

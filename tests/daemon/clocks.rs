@@ -36,7 +36,7 @@ fn year(line: &Value) -> i32 {
 }
 
 #[test]
-fn the_wall_clock_steps_ten_years_either_way() {
+fn a_step_of_the_wall_clock_by_ten_years_disturbs_no_scan() {
     let plant = Plant::new(BLINKS, CONTROLLER);
     let Some(library) = library(&plant.0) else { return not_installed("cc") };
     let offset = plant.0.join("offset");
@@ -69,7 +69,7 @@ fn the_wall_clock_steps_ten_years_either_way() {
 }
 
 #[test]
-fn nothing_waits_by_the_wall_clock() {
+fn no_wait_depends_on_the_wall_clock() {
     let plant = Plant::new(BLINKS, CONTROLLER);
     let trace = plant.0.join("trace");
     let calls = "trace=clock_nanosleep,nanosleep,futex,timerfd_create,timerfd_settime,timer_create,\
@@ -113,7 +113,7 @@ fn shifted(by_s: i64) -> Option<Vec<Value>> {
 }
 
 #[test]
-fn the_monotonic_clock_may_count_from_anywhere() {
+fn the_monotonic_clock_may_start_at_any_value() {
     let uptime = std::fs::read_to_string("/proc/uptime").unwrap();
     let uptime: i64 = uptime.split('.').next().unwrap().parse().unwrap();
     // Ten years ahead; at 2^32 s; and almost at zero.

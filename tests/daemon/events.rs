@@ -51,7 +51,7 @@ fn sources() -> Vec<(String, String)> {
 }
 
 #[test]
-fn every_event_has_a_line() {
+fn every_event_of_the_catalogue_is_logged_somewhere() {
     let code: String = sources().into_iter().map(|(_, text)| text).collect();
     let mut used = BTreeSet::new();
     for before in ["say!(", "tell!(", "&events::"] {
@@ -73,7 +73,7 @@ fn every_event_has_a_line() {
 /// The recipe names every file that mentions events by their IDs, and every file that the recipe
 /// names exists.
 #[test]
-fn the_recipe_names_every_place() {
+fn the_recipe_names_every_file_that_mentions_events() {
     let page = fs::read_to_string(root().join("CONTRIBUTING.md")).expect("a page");
     let recipe = page.split("## Adding an event\n").nth(1).expect("the recipe");
     let recipe = recipe.split("\n## ").next().unwrap_or_default();
@@ -114,7 +114,7 @@ fn all_files(folder: &Path, files: &mut Vec<PathBuf>) {
 }
 
 #[test]
-fn a_code_never_changes() {
+fn an_event_code_never_changes() {
     let path = root().join("tests/events.txt");
     let mut kept = fs::read_to_string(&path).unwrap_or_default();
     let row = |event: &Event| format!("{} {} {}", event.code(), event.id, event.name);
@@ -158,7 +158,7 @@ fn the_catalogue_file_matches_the_program() {
 
 /// systemd's tools can read the catalogue file.
 #[test]
-fn journalctl_takes_the_catalogue() {
+fn journalctl_accepts_the_catalogue() {
     if !journal::installed("journalctl", "systemd") {
         return;
     }

@@ -93,7 +93,7 @@ fn ladder(said: &Said) -> &str {
 }
 
 #[test]
-fn the_controller_of_the_folder_else_the_only_one_else_none_is_found() {
+fn a_command_finds_the_controller_of_its_folder_or_the_only_running_one() {
     let home = Home::new("found");
     ["press", "belt", "elsewhere"].into_iter().for_each(|name| home.project(name));
     let none = home.say("press", "status");
@@ -135,7 +135,7 @@ fn the_controller_of_the_folder_else_the_only_one_else_none_is_found() {
 }
 
 #[test]
-fn a_killed_controllers_folder_is_not_answered_by_a_different_one() {
+fn the_folder_of_a_killed_controller_is_not_answered_by_another_controller() {
     let home = Home::new("found-killed");
     ["press", "belt"].into_iter().for_each(|name| home.project(name));
     let file = home.path().join("press/controller.toml");
@@ -154,7 +154,7 @@ fn a_killed_controllers_folder_is_not_answered_by_a_different_one() {
 }
 
 #[test]
-fn a_change_says_which_controller_it_goes_to() {
+fn a_change_names_the_controller_that_it_reaches() {
     let home = Home::new("found-told");
     ["press", "elsewhere"].into_iter().for_each(|name| home.project(name));
     let _press = home.start("", "press/controller.toml");
@@ -177,7 +177,7 @@ fn a_change_says_which_controller_it_goes_to() {
 }
 
 #[test]
-fn a_list_that_others_may_write_is_not_used() {
+fn a_list_of_controllers_writable_by_others_is_not_used() {
     let home = Home::new("found-open");
     ["press", "elsewhere"].into_iter().for_each(|name| home.project(name));
     let list = home.path().join("list/rungd-running");
@@ -192,7 +192,7 @@ fn a_list_that_others_may_write_is_not_used() {
 
 /// Needs root, to become another user.
 #[test]
-fn a_socket_of_a_different_user_is_used_only_by_its_name() {
+fn a_socket_of_another_user_is_used_only_if_it_is_named() {
     if fs::metadata("/proc/self").map(|of| std::os::unix::fs::MetadataExt::uid(&of)).unwrap() != 0 {
         return skip(Need::Root, "only root becomes another user");
     }

@@ -22,7 +22,7 @@ fn whole_lines(text: &str) -> Vec<Value> {
 }
 
 #[test]
-fn a_full_disk_costs_lines_and_logging_resumes_with_space() {
+fn a_full_disk_loses_log_lines_and_logging_resumes_with_space() {
     let plant = Plant::new(BLINKS, CONTROLLER);
     let disk = plant.0.join("disk");
     std::fs::create_dir(&disk).unwrap();
@@ -62,7 +62,7 @@ fn a_full_disk_costs_lines_and_logging_resumes_with_space() {
 }
 
 #[test]
-fn a_log_that_can_never_be_written_costs_no_scan() {
+fn an_unwritable_log_delays_no_scan() {
     let plant = Plant::new(BLINKS, CONTROLLER);
     let (socket, path) = plant.notify();
     let full = File::options().write(true).open("/dev/full").unwrap();
@@ -96,7 +96,7 @@ fn a_log_that_can_never_be_written_costs_no_scan() {
 }
 
 #[test]
-fn so_does_a_standard_error_that_is_closed() {
+fn a_closed_standard_error_delays_no_scan() {
     let plant = Plant::new(BLINKS, CONTROLLER);
     let mut command = plant.command(&["sh", "-c", "exec \"$@\" 2>&-", "sh"]);
     let mut running = Running::new(command.args(["--scans", "200"]));

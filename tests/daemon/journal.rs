@@ -44,7 +44,7 @@ fn command(folder: &Path, socket: &Path, controller: &str, arguments: &[&str]) -
 }
 
 #[test]
-fn an_entry_has_the_whole_line_and_each_field() {
+fn a_journal_entry_has_the_whole_line_and_each_field() {
     let journal = FakeJournal::new();
     let output = command(&journal.folder, &journal.socket(), "", &["--scans", "60"]);
     let output = { output }.output().unwrap();
@@ -75,7 +75,7 @@ fn an_entry_has_the_whole_line_and_each_field() {
 }
 
 #[test]
-fn without_a_journal_lines_with_priorities_go_to_standard_error() {
+fn lines_with_priorities_go_to_standard_error_without_a_journal() {
     let journal = FakeJournal::new();
     let nowhere = journal.folder.join("nowhere");
     let output = command(&journal.folder, &nowhere, "", &["--scans", "20"]).output().unwrap();
@@ -86,7 +86,7 @@ fn without_a_journal_lines_with_priorities_go_to_standard_error() {
 }
 
 #[test]
-fn a_journal_that_goes_away_leaves_lines() {
+fn lines_go_to_standard_error_once_the_journal_is_gone() {
     let journal = FakeJournal::new();
     let socket = journal.folder.join("brief");
     let listener = UnixDatagram::bind(&socket).unwrap();
@@ -104,7 +104,7 @@ fn a_journal_that_goes_away_leaves_lines() {
 /// Nobody reads the socket: scans continue, lines are dropped and counted, and the process ends on
 /// time.
 #[test]
-fn a_frozen_journal_costs_lines_and_no_scan() {
+fn a_frozen_journal_loses_lines_but_delays_no_scan() {
     let journal = FakeJournal::new();
     let path = journal.folder.join("frozen");
     let socket = UnixDatagram::bind(&path).unwrap();
@@ -151,7 +151,7 @@ fn a_frozen_journal_costs_lines_and_no_scan() {
 }
 
 #[test]
-fn the_heart_beats_in_run_and_in_stop() {
+fn the_heartbeat_is_logged_in_run_and_in_stop() {
     let journal = FakeJournal::new();
     let controller = "scan.period = \"2ms\"\nlog.statistics = \"150ms\"\n";
     let mut command = command(&journal.folder, &journal.socket(), controller, &[]);
@@ -181,7 +181,7 @@ fn the_heart_beats_in_run_and_in_stop() {
 
 /// A hundred alarms may be logged at once. The others stay ON until the end and are logged then.
 #[test]
-fn an_alarm_that_stands_untold_at_the_end_is_named() {
+fn an_active_alarm_not_yet_logged_is_logged_at_the_end() {
     let journal = FakeJournal::new();
     let mut command = command(&journal.folder, &journal.socket(), "", &["--scans", "4"]);
     let (mut tags, mut sets) = (String::from("[tags]\n"), Vec::new());

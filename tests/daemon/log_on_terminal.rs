@@ -40,7 +40,7 @@ fn shown(folder: &Path, arguments: &str, no_color: &str) -> Option<(String, bool
 const CONTROLLER: &str = "log.statistics = \"1s\"\nscan.watchdog = \"30s\"\n";
 
 #[test]
-fn a_terminal_gets_a_line_a_fact_in_local_time_with_the_code_at_the_end() {
+fn a_terminal_shows_short_lines_in_local_time_with_the_code_at_the_end() {
     let plant = Plant::new(BLINKS, CONTROLLER);
     let Some(text) = on_terminal(&plant, "--scans 115", "1") else { return };
     let mut lines = text.lines();
@@ -64,7 +64,7 @@ fn a_terminal_gets_a_line_a_fact_in_local_time_with_the_code_at_the_end() {
 }
 
 #[test]
-fn the_level_is_a_colour_unless_none_is_wanted_and_a_named_form_stays() {
+fn the_level_is_coloured_unless_colours_are_off_or_a_log_format_is_named() {
     let plant = Plant::new(BLINKS, &format!("{CONTROLLER}realtime.cpus = [1023]\n"));
     let Some(text) = on_terminal(&plant, "--scans 3", "") else { return };
     let warning = text.lines().find(|line| line.contains("\x1b[33mWARN ")).expect(&text);
@@ -76,7 +76,7 @@ fn the_level_is_a_colour_unless_none_is_wanted_and_a_named_form_stays() {
 
 /// The page shows the first lines; a busy machine may have warnings between them.
 #[test]
-fn the_first_page_shows_what_a_terminal_shows() {
+fn the_start_page_shows_the_log_lines_of_a_terminal() {
     let page = page::text("start.md");
     let block = page::blocks(&page, "text").remove(0);
     let (command, wanted) = block.split_once('\n').expect("a command");
@@ -100,7 +100,7 @@ fn the_first_page_shows_what_a_terminal_shows() {
 }
 
 #[test]
-fn findings_of_a_failed_start_and_of_a_check_are_folded_on_a_terminal() {
+fn findings_are_folded_to_the_width_of_a_terminal() {
     let plant = Plant::new(BLINKS, &format!("{CONTROLLER}[retain]\nranges = [\"Y0\"]\n"));
     for run in ["run controller.toml", "check controller.toml"] {
         let Some((text, is_done)) = shown(&plant.0, run, "1") else { return };

@@ -46,7 +46,7 @@ fn message(line: &Value) -> &str {
 }
 
 #[test]
-fn lines_of_blocks_are_those_that_the_file_asks_for() {
+fn block_events_are_logged_as_the_controller_file_requests() {
     for (blocks, expected) in
         [("all", (true, true)), ("programs", (false, true)), ("none", (false, false))]
     {
@@ -61,7 +61,7 @@ fn lines_of_blocks_are_those_that_the_file_asks_for() {
 }
 
 #[test]
-fn an_event_comes_at_the_level_that_it_was_given() {
+fn an_event_is_logged_at_its_configured_level() {
     let levels = "[log.events]\nblock-started = \"off\"\nstage-on = \"debug\"\n\
                   stage-off = \"warn\"\nprogram-swapped = \"info\"\nmode-run = \"warn\"\n";
     for (level, has_details) in [("info", false), ("debug", true), ("trace", true)] {
@@ -82,7 +82,7 @@ fn an_event_comes_at_the_level_that_it_was_given() {
 }
 
 #[test]
-fn a_detail_that_was_raised_is_seen_and_log_level_stays_the_operators() {
+fn a_raised_detail_is_logged_and_the_threshold_stays_with_the_operator() {
     let raised = "[log.events]\noperator-connected = \"info\"\ntag-on = \"debug\"\n\
                   tag-off = \"off\"\n";
     let live = Live::start(BLINKS, raised, &[]);
@@ -200,7 +200,7 @@ fn seconds_of(stamp: &str) -> i64 {
 }
 
 #[test]
-fn a_text_log_has_local_time_with_its_offset_if_the_file_asks_for_it() {
+fn a_text_log_shows_local_time_with_its_offset_if_configured() {
     let from_s = now_s();
     for (time, tz, ending) in [
         ("local", "<+0545>-5:45", "+05:45"),
@@ -225,7 +225,7 @@ fn a_text_log_has_local_time_with_its_offset_if_the_file_asks_for_it() {
 }
 
 #[test]
-fn local_time_changes_with_summer_time_at_its_second() {
+fn local_time_in_the_log_follows_summer_time_at_its_exact_second() {
     let folder = folder(BLINKS, "log.time = \"local\"\n");
     let Some(library) = library(&folder) else { return not_installed("cc") };
     let offset = folder.join("offset");

@@ -114,7 +114,7 @@ impl Drop for Tmux {
 }
 
 #[test]
-fn the_page_shows_forces_and_leaves_a_clean_screen() {
+fn the_monitor_shows_forces_and_leaves_a_clean_screen() {
     let live = Live::start(LADDER, "", &[]);
     let Some(tmux) = Tmux::start(&live.folder, "stop level") else { return };
     tmux.awaits(&["RUN for", "every 10ms", "● Program Main: running", "▶Watch", "stop", "OFF"]);
@@ -162,7 +162,7 @@ fn the_page_shows_forces_and_leaves_a_clean_screen() {
 }
 
 #[test]
-fn the_page_follows_a_controller_that_returns() {
+fn the_monitor_reconnects_to_a_restarted_controller() {
     let folder = folder(LADDER, "");
     let Some(tmux) = Tmux::start(&folder, "") else { return };
     tmux.awaits(&["no rungd answers at s"]);
@@ -178,7 +178,7 @@ fn the_page_follows_a_controller_that_returns() {
 }
 
 #[test]
-fn a_signal_and_a_panic_give_the_terminal_back() {
+fn a_signal_and_a_panic_restore_the_terminal() {
     let live = Live::start(LADDER, "", &[]);
     for signal in ["TERM", "HUP", "INT"] {
         let Some(tmux) = Tmux::start(&live.folder, "") else { return };
@@ -198,7 +198,7 @@ fn a_signal_and_a_panic_give_the_terminal_back() {
 }
 
 #[test]
-fn without_a_terminal_it_says_what_to_use() {
+fn the_monitor_without_a_terminal_suggests_another_command() {
     let output = Command::new(env!("CARGO_BIN_EXE_rungd")).arg("monitor").output().unwrap();
     assert_eq!(output.status.code(), Some(2));
     let said = String::from_utf8_lossy(&output.stderr);

@@ -40,7 +40,7 @@ fn live() -> Live {
 }
 
 #[test]
-fn own_tags_of_a_use_are_read_and_forced_by_their_whole_names() {
+fn tags_of_a_use_are_read_and_forced_by_their_qualified_names() {
     let live = live();
     assert_eq!(live.ok("read p1.failed total"), "p1.failed  OFF\ntotal      40\n");
     assert_eq!(live.ok("read p1.failed Y1"), "p1.failed      OFF\nY1         Y1  ON\n");
@@ -59,7 +59,7 @@ fn own_tags_of_a_use_are_read_and_forced_by_their_whole_names() {
 }
 
 #[test]
-fn a_block_stands_for_its_bits_and_stages_where_it_is_read() {
+fn reading_a_block_reads_its_bits_and_stages() {
     let live = operator_commands::live();
     assert_eq!(
         live.ok("read Drain"),
@@ -87,7 +87,7 @@ size           D1             12
 }
 
 #[test]
-fn a_use_stands_for_its_tags_where_it_is_read() {
+fn reading_a_use_reads_its_tags() {
     let live = live();
     let text = live.ok("read p1");
     let names: Vec<_> = text.lines().filter_map(|line| line.split(' ').next()).collect();
@@ -103,7 +103,7 @@ fn a_use_stands_for_its_tags_where_it_is_read() {
 }
 
 #[test]
-fn an_array_is_read_whole_or_in_part_and_written_by_its_elements() {
+fn an_array_is_read_whole_or_in_part_and_written_by_element() {
     let live = live();
     let rows = |from: usize, to: usize| -> String {
         (from..=to).map(|n| format!("recipe[{n}]  D{0}  {0}\n", 10 + n)).collect()
@@ -130,7 +130,7 @@ fn an_array_is_read_whole_or_in_part_and_written_by_its_elements() {
 
 /// A page that shows many operands sends one request, whatever a reload has removed.
 #[test]
-fn a_read_of_each_operand_answers_the_refused_ones_too() {
+fn a_read_of_each_operand_answers_refused_operands_too() {
     let live = operator_commands::live();
     let mut stream = live.connect();
     let answer = ask(

@@ -54,7 +54,7 @@ fn lack(running: &Running) {
 }
 
 #[test]
-fn clients_have_them_all() {
+fn new_clients_are_served_after_clients_used_up_all_descriptors() {
     let (plant, listen) = plant();
     let mut running = Running::new(&mut plant.command(&["prlimit", "--nofile=64:64"]));
     running.line("RUN: scanning");
@@ -70,7 +70,7 @@ fn clients_have_them_all() {
 }
 
 #[test]
-fn operators_have_them_all() {
+fn operators_are_served_after_operators_used_up_all_descriptors() {
     let controller = "scan.period = \"2ms\"\noperator.socket = \"rungd.sock\"\n";
     let plant = Plant::new(BLINKS, controller);
     let socket = plant.0.join("rungd.sock");
@@ -94,7 +94,7 @@ fn operators_have_them_all() {
 }
 
 #[test]
-fn the_limit_falls_while_it_runs() {
+fn clients_are_served_after_the_descriptor_limit_was_lowered_and_raised() {
     let (plant, listen) = plant();
     let mut running = Running::new(&mut plant.command(&[] as &[&str]));
     running.line("RUN: scanning");

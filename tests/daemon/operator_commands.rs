@@ -43,7 +43,7 @@ pub fn live() -> Live {
 }
 
 #[test]
-fn a_range_stands_for_all_in_it_where_it_is_read() {
+fn reading_a_range_reads_all_its_elements() {
     let live = live();
     assert_eq!(
         live.ok("read D0..D2 Y0..Y1"),
@@ -78,7 +78,7 @@ Y1    Y1  OFF
 }
 
 #[test]
-fn read_by_tag_and_by_address() {
+fn operands_are_read_by_tag_and_by_address() {
     let live = live();
     assert_eq!(
         live.ok("read jam D1 parts.Acc"),
@@ -123,7 +123,7 @@ fn a_write_is_applied_before_a_scan_and_logged_with_user_and_value() {
 }
 
 #[test]
-fn a_write_that_does_not_hold_says_why() {
+fn a_write_without_lasting_effect_reports_the_reason() {
     let live = live();
     let said = live.say("write C7 off");
     assert_eq!(said.code, 0);
@@ -135,7 +135,7 @@ fn a_write_that_does_not_hold_says_why() {
 }
 
 #[test]
-fn what_cannot_be_done_is_refused_with_its_reason_and_code() {
+fn impossible_commands_are_refused_with_a_reason_and_an_exit_code() {
     let live = live();
     for (command, code, words) in [
         ("read nothing_of_that_name", 2, "the shell completes them after `rungd completions`"),
@@ -168,7 +168,7 @@ fn what_cannot_be_done_is_refused_with_its_reason_and_code() {
 }
 
 #[test]
-fn a_force_is_seen_by_modbus_in_forces_active_and_in_status() {
+fn a_force_is_visible_to_modbus_in_forces_active_and_in_status() {
     let listen = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
     let controller =
         format!("[operator]\nsocket = \"s\"\n[modbus-server]\nlisten = \"{listen}\"\n");
@@ -203,7 +203,7 @@ fn a_force_is_seen_by_modbus_in_forces_active_and_in_status() {
 }
 
 #[test]
-fn a_forced_input_stays_against_its_driver() {
+fn a_driver_does_not_change_a_forced_input() {
     let rule = "[operator]\nsocket = \"s\"\n[[simulated-device]]\ninput = \"eye\"\npulse = \"20ms\"\nevery = \"40ms\"\n";
     let live = Live::start(LADDER, rule, &[]);
     assert!(live.say("write eye on").err.contains("the simulated device moves `eye`"));
@@ -218,7 +218,7 @@ fn a_forced_input_stays_against_its_driver() {
 }
 
 #[test]
-fn watch_prints_a_line_a_look_where_it_is_no_terminal() {
+fn watch_prints_one_line_per_interval_without_a_terminal() {
     let live = live();
     let out = live.ok("watch jam size --count 3 --interval 50ms");
     assert_eq!(out.lines().count(), 3);
@@ -288,7 +288,7 @@ fn a_change_of_the_log_level_is_logged_with_its_user() {
 }
 
 #[test]
-fn texts_of_a_ladder_do_not_command_the_terminal() {
+fn control_characters_in_texts_of_a_ladder_are_escaped() {
     let text = "Bottles \\u001b[2J\\u009b1mjammed\\u202e";
     let live = Live::start(&LADDER.replace("Bottles jammed", text), "", &[]);
     live.ok("force jam on");
@@ -304,7 +304,7 @@ fn texts_of_a_ladder_do_not_command_the_terminal() {
 }
 
 #[test]
-fn texts_of_a_ladder_add_no_line_to_an_answer() {
+fn line_breaks_in_texts_of_a_ladder_add_no_line_to_an_answer() {
     let text = "jammed\\n  mode        RUN for 1h";
     let live = Live::start(
         &LADDER.replace("Bottles jammed", text).replace("\"bottling\"", "\"a\\nb\""),
@@ -340,7 +340,7 @@ fn the_shell_completes_tags_and_addresses_of_the_running_ladder() {
 }
 
 #[test]
-fn the_requests_that_the_page_shows_are_done() {
+fn the_requests_of_the_page_are_answered() {
     let ladder = LADDER.replace("size  =", "bin_size = { at = \"D2\" }\nsize  =");
     let keeps = "[retain]\nranges = [\"D2\"]\ncold-start = \"run\"\n";
     let live = Live::start(&ladder, keeps, &[]);
@@ -358,7 +358,7 @@ fn the_requests_that_the_page_shows_are_done() {
 }
 
 #[test]
-fn a_stranger_needs_no_more_than_a_socket() {
+fn any_program_can_send_requests_to_the_socket() {
     let live = live();
     let mut stream = live.connect();
     let answer = ask(&mut stream, r#"{"do":"read","operands":["size"]}"#);
@@ -393,7 +393,7 @@ const DASHED_DEVICE: &str = "[[device]]\nname = \"line-1\"\ndriver = \"modbus-tc
                              \"127.0.0.1:1\"\nmap = [ { from = \"discrete 0..3\", to = \"X0..X3\" } ]\n";
 
 #[test]
-fn a_name_with_a_dash_is_an_operand_and_no_range() {
+fn a_name_with_a_dash_is_an_operand_and_not_a_range() {
     let live = Live::start(DASHES, DASHED_DEVICE, &[]);
     live.await_values("drain-pump.Running drain-pump.half-open Y0", "ON ON ON");
     assert_eq!(
@@ -425,7 +425,7 @@ fn a_name_with_a_dash_is_an_operand_and_no_range() {
 }
 
 #[test]
-fn forces_are_shown_and_ended_by_what_their_addresses_are_called_now() {
+fn forces_are_shown_and_released_by_the_present_names_of_their_addresses() {
     let live = live();
     live.ok("force size 20");
     let reload = |from: &str, to: &str| {

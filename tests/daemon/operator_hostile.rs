@@ -63,7 +63,7 @@ fn live() -> Live {
 }
 
 #[test]
-fn garbage_is_answered_for_a_while_and_then_the_line_is_closed() {
+fn a_client_that_sends_garbage_is_disconnected_after_several_answers() {
     let mut live = live();
     let mut stream = live.connect();
     for line in ["GET / HTTP/1.1", "{}", "[[[[", "\u{0}\u{1}", "null", "{\"do\":3}"] {
@@ -88,7 +88,7 @@ fn garbage_is_answered_for_a_while_and_then_the_line_is_closed() {
 }
 
 #[test]
-fn a_line_that_never_ends_is_cut() {
+fn a_client_that_sends_an_endless_line_is_disconnected() {
     let mut live = live();
     let mut stream = live.connect();
     let _ = stream.write_all(&vec![b' '; 40_000]);
@@ -103,7 +103,7 @@ fn a_line_that_never_ends_is_cut() {
 }
 
 #[test]
-fn a_client_that_never_reads_is_closed_and_delays_no_other() {
+fn a_client_that_never_reads_is_disconnected_and_does_not_delay_others() {
     let mut live = live();
     let before = descriptors(&live);
     let mut deaf: Vec<UnixStream> = (0..20).map(|_| live.connect()).collect();
@@ -181,7 +181,7 @@ fn a_thousand_connections_do_not_block_a_new_client() {
 }
 
 #[test]
-fn without_descriptors_the_idle_make_room() {
+fn idle_clients_are_closed_when_descriptors_run_out() {
     let folder = live::folder(LADDER, "");
     let mut command = std::process::Command::new("sh");
     let rungd = live::run(&folder, &[]);
@@ -196,7 +196,7 @@ fn without_descriptors_the_idle_make_room() {
 }
 
 #[test]
-fn a_flood_of_commands_is_done_and_costs_no_scan() {
+fn a_flood_of_commands_is_executed_and_delays_no_scan() {
     let mut live = live();
     let socket = &live.socket;
     std::thread::scope(|scope| {

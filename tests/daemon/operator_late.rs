@@ -58,7 +58,7 @@ const HELD: Duration = Duration::from_millis(600);
 const WITHIN_MS: i64 = 200;
 
 #[test]
-fn a_write_whose_deadline_passed_while_the_controller_was_stopped_is_not_carried_out() {
+fn a_write_that_expired_while_the_process_was_suspended_is_not_executed() {
     let live = live();
     let (soon, far) = (deadline(&live, WITHIN_MS), deadline(&live, 100_000));
     let write = |value: i32| json!({"do": "write", "operand": "size", "value": value});
@@ -85,7 +85,7 @@ fn a_write_whose_deadline_passed_while_the_controller_was_stopped_is_not_carried
 }
 
 #[test]
-fn a_command_that_was_interrupted_while_the_controller_was_stopped_is_not_carried_out() {
+fn a_command_interrupted_while_the_process_was_suspended_is_not_executed() {
     let live = live();
     live.signal("STOP");
     let mut command =
@@ -102,7 +102,7 @@ fn a_command_that_was_interrupted_while_the_controller_was_stopped_is_not_carrie
 }
 
 #[test]
-fn no_request_that_changes_something_begins_after_its_deadline() {
+fn no_changing_request_is_executed_after_its_deadline() {
     let live = live();
     let over = deadline(&live, -1000);
     let mut stream = live.connect();
@@ -135,7 +135,7 @@ fn no_request_that_changes_something_begins_after_its_deadline() {
 
 /// The list was checked when the write came in, but the scan takes the write under another list.
 #[test]
-fn a_pages_write_that_waits_for_a_scan_is_not_carried_out_after_a_reload() {
+fn a_pending_write_of_a_web_page_is_not_executed_after_a_reload() {
     let controller = "scan.period = \"60s\"\nscan.watchdog = \"20s\"\n[web]\nwrite = [\"size\"]\n";
     let live = Live::start(LADDER, controller, &[]);
     live.await_values("C7", "ON");
@@ -159,7 +159,7 @@ fn a_pages_write_that_waits_for_a_scan_is_not_carried_out_after_a_reload() {
 
 /// The service has handed in the change in time, but the scan thread hangs.
 #[test]
-fn a_change_that_a_hanging_scan_reaches_after_the_deadline_is_not_carried_out() {
+fn a_change_that_expired_during_a_hanging_scan_is_not_executed() {
     let live = Live::start_to_stall(LADDER, "scan.watchdog = \"50s\"\n", &[]);
     live.await_values("C7", "ON");
     let soon = deadline(&live, 3 * WITHIN_MS);

@@ -40,7 +40,7 @@ const KEPT: &str = "CT0.Acc C1 D0 N0.ACC";
 const ENDED: &str = "CT1.Acc T1.Acc C0 Y0 Y2 Side.Running";
 
 #[test]
-fn stop_and_run_keep_memory_as_the_termination_table_says() {
+fn stop_and_run_keep_memory_as_the_termination_table_defines() {
     let live = Live::start(LADDER, "scan.period = \"5ms\"\noutputs.hold = [\"Y1\"]\n", &[]);
     live.ok("write go on");
     live.await_values("C0 Y2", "ON ON");
@@ -77,7 +77,7 @@ fn stop_and_run_keep_memory_as_the_termination_table_says() {
 }
 
 #[test]
-fn a_start_in_stop_is_left_by_run_with_memory_as_after_a_cold_start() {
+fn the_run_command_after_a_start_in_stop_begins_with_initial_memory() {
     let live = Live::start(LADDER, "", &["--stopped"]);
     live.line("STOP: the command line requested it");
     live.await_values("D9 Main.Running", "0 OFF");
@@ -89,7 +89,7 @@ fn a_start_in_stop_is_left_by_run_with_memory_as_after_a_cold_start() {
 }
 
 #[test]
-fn a_fault_is_left_by_run_and_can_come_again() {
+fn the_run_command_leaves_a_fault_that_can_occur_again() {
     let Some(live) = with_faults() else { return };
     live.ok("write go on");
     live.await_values("C0", "ON");
@@ -125,7 +125,7 @@ fn with_faults() -> Option<Live> {
 }
 
 #[test]
-fn a_run_that_ends_in_a_fault_at_once_says_so() {
+fn the_run_command_reports_a_fault_in_the_first_scan() {
     let Some(live) = with_faults() else { return };
     live.stall();
     live.line("FAULT: a scan");
@@ -145,7 +145,7 @@ fn a_run_that_ends_in_a_fault_at_once_says_so() {
 }
 
 #[test]
-fn run_is_answered_with_the_mode_behind_the_first_scan() {
+fn the_run_command_is_answered_with_the_mode_after_the_first_scan() {
     let ladder = "[[program]]\nname = \"Main\"\nrung = [ { when = [\"$On\"], do = [\"STOP\"] } ]\n\
                   [[task]]\nname = \"LastScan\"\nrung = [ { when = [\"$On\"], do = [\"ADD D8 1 to=D8\"] } ]\n";
     let live = Live::start(ladder, "", &["--stopped"]);
@@ -166,7 +166,7 @@ fn line(child: &mut Child) -> String {
 }
 
 #[test]
-fn a_hung_process_is_reported_and_not_waited_for_forever() {
+fn a_command_reports_a_hung_process_and_ends() {
     let live = Live::start(LADDER, "", &[]);
     live.signal("STOP");
     let stopped = format!("`kill -CONT {}` continues it", live.child.id());
@@ -198,7 +198,7 @@ fn connected(live: &Live) -> Option<OwnedFd> {
 }
 
 #[test]
-fn a_force_of_an_output_outside_run_says_that_the_output_stays_safe() {
+fn a_force_of_an_output_outside_run_reports_that_the_output_stays_safe() {
     let live = Live::start(LADDER, "", &["--stopped"]);
     let words = "only in RUN does the force reach the output";
     let said = live.say("force Y7 on");
@@ -210,7 +210,7 @@ fn a_force_of_an_output_outside_run_says_that_the_output_stays_safe() {
 
 /// Y0 is SET, Y1 holds its value, Y2 is ON when it is safe.
 #[test]
-fn outside_run_an_output_shows_what_is_at_it() {
+fn an_output_is_shown_with_its_driven_value_outside_run() {
     let ladder = "[tags]\nfeeder = { at = \"Y0\" }\n[[program]]\nname = \"Main\"\nrung = [\n\
                   { when = [\"$FirstScan\"], do = [\"SET feeder\", \"SET Y1\"] },\n\
                   { when = [\"$On\"], do = [\"OUT C7\", \"OUT Y3\"] },\n]\n";
@@ -252,7 +252,7 @@ C7      C7  OFF
 }
 
 #[test]
-fn in_a_fault_memory_stays_and_the_output_is_safe() {
+fn a_fault_keeps_memory_and_makes_outputs_safe() {
     if !cfg!(debug_assertions) {
         return skip(Need::Faults, "a release build has no faults on purpose");
     }

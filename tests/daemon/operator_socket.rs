@@ -24,7 +24,7 @@ fn a_missing_controller_is_reported() {
 }
 
 #[test]
-fn a_live_socket_is_not_stolen_and_a_stale_one_is_replaced() {
+fn a_socket_in_use_is_kept_and_a_stale_socket_is_replaced() {
     let mut live = live();
     let second = said(&mut run(&live.folder, &[]));
     assert_eq!(second.code, 74);
@@ -53,7 +53,7 @@ fn a_live_socket_is_not_stolen_and_a_stale_one_is_replaced() {
 }
 
 #[test]
-fn a_lock_that_is_no_file_refuses_the_start_and_does_not_hang_it() {
+fn a_lock_that_is_not_a_file_refuses_the_start_without_hanging() {
     let folder = live::folder(LADDER, RETAINED);
     let lock = folder.join("s.lock");
     assert!(Command::new("mkfifo").arg(&lock).status().unwrap().success());
@@ -76,7 +76,7 @@ fn files(folder: &Path) -> Vec<String> {
 
 /// The lock is held but no controller answers. The refused start must not touch retained memory.
 #[test]
-fn a_start_that_is_refused_for_its_lock_leaves_nothing() {
+fn a_start_refused_by_a_lock_leaves_no_files() {
     let folder = live::folder(LADDER, RETAINED);
     let lock = File::create(folder.join("s.lock")).unwrap();
     lock.try_lock().unwrap();
@@ -90,7 +90,7 @@ fn a_start_that_is_refused_for_its_lock_leaves_nothing() {
 }
 
 #[test]
-fn without_an_explicit_socket_the_controller_runs_without_one() {
+fn the_controller_runs_without_a_default_socket_that_cannot_be_made() {
     let folder = live::folder(LADDER, "[operator]\nmode = \"0600\"\n");
     let mut command = run(&folder, &["--scans", "3"]);
     let said = said(command.env("RUNTIME_DIRECTORY", folder.join("nowhere")));
@@ -99,7 +99,7 @@ fn without_an_explicit_socket_the_controller_runs_without_one() {
 }
 
 #[test]
-fn an_unknown_group_is_a_wrong_configuration() {
+fn an_unknown_socket_group_refuses_the_start() {
     let folder = live::folder(LADDER, "[operator]\nsocket = \"s\"\ngroup = \"no-such-group\"\n");
     let said = said(&mut run(&folder, &["--scans", "3"]));
     assert!(said.code == 78 && said.err.contains("no group `no-such-group`"), "{said:?}");

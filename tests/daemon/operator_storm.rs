@@ -78,7 +78,7 @@ fn storm(
 }
 
 #[test]
-fn clients_that_reconnect_and_never_read_delay_no_other() {
+fn clients_that_reconnect_and_never_read_do_not_delay_others() {
     let mut live = live();
     let socket = live.socket.clone();
     let (count, worst) = storm(&live, 64, MOST, |goes_on, count| {
@@ -94,7 +94,7 @@ fn clients_that_reconnect_and_never_read_delay_no_other() {
 }
 
 #[test]
-fn all_together_are_answered_so_often_a_second() {
+fn the_rate_of_answers_to_all_clients_is_limited() {
     let mut live = live();
     let socket = live.socket.clone();
     let (count, worst) = storm(&live, 50, MOST, |goes_on, count| {
@@ -171,7 +171,7 @@ fn clients_that_repeat_recording_requests_do_not_block_others() {
 }
 
 #[test]
-fn blank_lines_do_not_end_a_clients_idle_time() {
+fn blank_lines_do_not_reset_the_idle_time_of_a_client() {
     let live = live();
     let mut blank = live.connect();
     let read = r#"{"do":"read","operands":["$On"]}"#;
@@ -193,7 +193,7 @@ fn blank_lines_do_not_end_a_clients_idle_time() {
 
 #[test]
 #[ignore = "a minute"]
-fn blank_lines_hold_no_connection_beyond_the_idle_time() {
+fn blank_lines_do_not_keep_a_connection_beyond_the_idle_time() {
     let live = live();
     let mut blank = live.connect();
     let begin = Instant::now();

@@ -13,7 +13,7 @@ use rungd_test_support::running::operator::Operator;
 use serde_json::from_str;
 
 #[test]
-fn every_change_is_refused_at_the_view_socket_and_every_look_is_answered() {
+fn the_view_socket_refuses_every_change_and_answers_every_read() {
     let mut live = live();
     let mut view = Operator::at(&live.folder.join("s-view"));
     for change in [
@@ -55,7 +55,7 @@ fn every_change_is_refused_at_the_view_socket_and_every_look_is_answered() {
 }
 
 #[test]
-fn a_view_socket_that_is_removed_is_made_again() {
+fn a_removed_view_socket_is_recreated() {
     let live = live();
     let path = live.folder.join("s-view");
     fs::remove_file(&path).unwrap();
@@ -65,7 +65,7 @@ fn a_view_socket_that_is_removed_is_made_again() {
 }
 
 #[test]
-fn only_a_view_socket_that_the_controller_file_names_must_be_made() {
+fn only_a_configured_view_socket_is_required_for_a_start() {
     let in_the_way = live::folder(LADDER, "");
     fs::write(in_the_way.join("s-view"), "a file").unwrap();
     let without = said(&mut run(&in_the_way, &["--scans", "3"]));
@@ -113,7 +113,7 @@ fn group_of(path: &Path) -> (u32, u32) {
 }
 
 #[test]
-fn the_view_group_looks_at_everything_and_changes_nothing() {
+fn the_view_group_can_read_everything_and_change_nothing() {
     if !is_root() {
         return skip(Need::Root, "only root becomes another user");
     }
@@ -138,7 +138,7 @@ fn the_view_group_looks_at_everything_and_changes_nothing() {
 }
 
 #[test]
-fn the_environment_gives_the_view_socket_its_group_if_the_machine_has_it() {
+fn the_environment_sets_the_group_of_the_view_socket_if_the_group_exists() {
     if !is_root() {
         return skip(Need::Root, "only root gives a socket to a strange group");
     }

@@ -95,7 +95,7 @@ fn a_refused_posture_is_reported_with_reason_and_remedy() {
 }
 
 #[test]
-fn strict_refuses_the_start_with_reason_and_remedy() {
+fn a_refused_strict_posture_refuses_the_start_with_reason_and_remedy() {
     let asked = "policy = \"rr\"\npriority = 12\nlock-memory = true\nstrict = true\n";
     let (code, lines) = run(&unprivileged(), &plant(asked));
     assert_eq!(code, Some(78), "{lines:#?}");
@@ -115,7 +115,7 @@ fn strict_refuses_the_start_with_reason_and_remedy() {
 }
 
 #[test]
-fn a_strict_posture_that_is_granted_runs() {
+fn a_granted_strict_posture_starts_the_controller() {
     if !is_root() {
         return skip(Need::Root, "handing a capability to another user wants root");
     }
@@ -133,7 +133,7 @@ fn a_strict_posture_that_is_granted_runs() {
 }
 
 #[test]
-fn the_policy_is_the_scan_threads_alone() {
+fn only_the_scan_thread_has_the_realtime_policy() {
     if !is_root() {
         return skip(Need::Root, "SCHED_FIFO wants root or a limit");
     }

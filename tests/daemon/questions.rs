@@ -384,7 +384,7 @@ fn reads_file(command: &str) -> bool {
 }
 
 #[test]
-fn each_command_for_the_journal_gives_the_answer_that_the_page_shows() {
+fn each_command_for_the_journal_gives_the_answer_of_the_page() {
     let there = installed("journalctl", "systemd");
     if !(there && installed(JOURNAL_REMOTE, "systemd-journal-remote")) {
         return;
@@ -399,7 +399,7 @@ fn each_command_for_the_journal_gives_the_answer_that_the_page_shows() {
 }
 
 #[test]
-fn each_command_for_a_text_log_gives_the_answer_that_the_page_shows() {
+fn each_command_for_a_text_log_gives_the_answer_of_the_page() {
     for clock in [Clock::Utc, Clock::Local] {
         let file = FakeJournal::new();
         let _plant = told_to_file(&file.folder, clock);
@@ -411,7 +411,7 @@ fn each_command_for_a_text_log_gives_the_answer_that_the_page_shows() {
 /// A controller file can silence the log lines of an answer only for the questions that the page
 /// names.
 #[test]
-fn questions_whose_lines_can_be_silenced_are_named() {
+fn the_page_names_the_questions_with_log_lines_that_can_be_silenced() {
     let page = page::text("questions.md");
     let is_letter = |c: char| c.is_ascii_lowercase() || c == '-';
     let can_be_silenced = |question: &str| {
@@ -428,7 +428,7 @@ fn questions_whose_lines_can_be_silenced_are_named() {
 }
 
 #[test]
-fn thirty_questions_have_commands_twenty_for_both_logs() {
+fn the_page_has_commands_for_thirty_questions_and_twenty_for_both_logs() {
     let page = page::text("questions.md");
     let questions: Vec<&str> = page.split("\n### ").skip(1).collect();
     assert_eq!(questions.len(), QUESTIONS.0);

@@ -21,7 +21,7 @@ fn live() -> Live {
 }
 
 #[test]
-fn a_real_is_read_by_tag_and_in_a_range_and_is_a_number_in_json() {
+fn a_real_is_read_by_tag_or_range_and_is_a_number_in_json() {
     let live = live();
     assert_eq!(
         live.ok("read level R0..R2"),
@@ -35,7 +35,7 @@ fn a_real_is_read_by_tag_and_in_a_range_and_is_a_number_in_json() {
 }
 
 #[test]
-fn a_real_is_written_as_people_write_numbers() {
+fn a_real_is_written_in_any_number_notation() {
     let live = live();
     assert_eq!(live.ok("write level 12.5"), "level (R1): 12.5, was 20.0\n");
     let line = live.line("wrote 12.5 to level (R1)");
@@ -52,7 +52,7 @@ fn a_real_is_written_as_people_write_numbers() {
 }
 
 #[test]
-fn what_is_no_real_is_refused_with_its_reason() {
+fn a_value_that_is_no_real_is_refused_with_a_reason() {
     let live = live();
     for (command, words) in [
         ("write R0 nan", "`R0` is a real: it takes a number, as 12.5, 12 or 2e-3"),
@@ -87,7 +87,7 @@ fn what_is_no_real_is_refused_with_its_reason() {
 }
 
 #[test]
-fn a_forced_real_stays_against_the_ladder_and_the_operator() {
+fn neither_the_ladder_nor_a_write_changes_a_forced_real() {
     let live = live();
     assert_eq!(live.served("force R2 -1.5"), "R2: -1.5, forced, was 0.5\n");
     assert_eq!(live.line("forced R2 to -1.5")["event"], "operator-force");
@@ -103,7 +103,7 @@ fn a_forced_real_stays_against_the_ladder_and_the_operator() {
 }
 
 #[test]
-fn a_change_of_a_real_is_logged_and_watched() {
+fn a_change_of_a_real_is_logged_and_shown_by_watch() {
     let live = live();
     live.ok("write level 12.25");
     let line = live.line("level is 12.25, was 20.0");

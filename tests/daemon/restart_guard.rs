@@ -36,7 +36,7 @@ fn crash(plant: &Plant, times: u32) {
 }
 
 #[test]
-fn after_ten_kills_it_starts_in_stop_and_reports_why() {
+fn the_controller_starts_in_stop_after_ten_kills_and_reports_the_reason() {
     let plant = plant();
     crash(&plant, 10);
     let (socket, path) = plant.notify();
@@ -67,7 +67,7 @@ fn after_ten_kills_it_starts_in_stop_and_reports_why() {
 }
 
 #[test]
-fn a_healthy_time_in_run_begins_the_count_anew() {
+fn a_healthy_time_in_run_resets_the_restart_count() {
     let plant = plant();
     crash(&plant, 9);
     let mut healthy = command(&plant);
@@ -86,7 +86,7 @@ fn a_healthy_time_in_run_begins_the_count_anew() {
 }
 
 #[test]
-fn a_bad_program_neither_counts_nor_forgets() {
+fn a_refused_program_does_not_change_the_restart_count() {
     let plant = plant();
     crash(&plant, 2);
     let ladder = plant.0.join("ladder.toml");
@@ -115,7 +115,7 @@ fn guard_events(lines: &[Value]) -> Vec<&Value> {
 }
 
 #[test]
-fn any_file_in_the_guards_place_is_reported_and_the_start_succeeds() {
+fn an_invalid_guard_file_is_reported_and_the_start_succeeds() {
     let plant = plant();
     let file = plant.0.join("run/restarts");
     type Spoiling = fn(&Path);
@@ -143,7 +143,7 @@ fn any_file_in_the_guards_place_is_reported_and_the_start_succeeds() {
 }
 
 #[test]
-fn without_systemd_nothing_is_counted_unless_a_file_is_named() {
+fn restarts_without_systemd_are_counted_only_in_a_named_file() {
     let plant = plant();
     let lines = three_scans(&mut plant.command(&[] as &[&str]));
     assert!(guard_events(&lines).is_empty(), "{lines:#?}");

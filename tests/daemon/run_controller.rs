@@ -9,7 +9,7 @@ use rungd_test_support::running::live::Live;
 use rungd_test_support::running::process::BLINKS;
 
 #[test]
-fn a_number_of_scans_and_an_orderly_stop() {
+fn a_run_of_a_given_number_of_scans_ends_in_an_orderly_stop() {
     let plant = Plant::new(ALIVE, "scan.period = \"2ms\"\n");
     let (code, lines) = plant.run(&["--scans", "60"]);
     assert_eq!(code, 0);
@@ -46,7 +46,7 @@ fn a_number_of_scans_and_an_orderly_stop() {
 }
 
 #[test]
-fn an_alarm_is_a_warning_and_its_end_says_how_long_it_lasted() {
+fn an_alarm_is_logged_as_a_warning_and_its_end_with_its_duration() {
     let plant = Plant::new(ALIVE, "scan.period = \"2ms\"\n");
     let (_, lines) = plant.run(&["--scans", "60"]);
     let on = find(&lines, "alarm ON: Bottles jammed");
@@ -60,7 +60,7 @@ fn an_alarm_is_a_warning_and_its_end_says_how_long_it_lasted() {
 }
 
 #[test]
-fn a_signal_stops_in_an_orderly_way() {
+fn a_signal_stops_the_controller_in_an_orderly_way() {
     for signal in ["TERM", "INT"] {
         let plant = Plant::new(ALIVE, "");
         let mut running = plant.start(&[]);
@@ -75,7 +75,7 @@ fn a_signal_stops_in_an_orderly_way() {
 }
 
 #[test]
-fn a_hangup_reads_the_files_anew() {
+fn a_hangup_signal_reloads_the_files() {
     let plant = Plant::new(ALIVE, "");
     let mut running = plant.start(&[]);
     running.line("lamp is ON");
@@ -96,7 +96,7 @@ fn a_hangup_reads_the_files_anew() {
 }
 
 #[test]
-fn the_stop_instruction_leaves_the_process_in_stop_and_the_log_repeats_why() {
+fn the_stop_instruction_leaves_the_process_in_stop_and_the_log_repeats_the_reason() {
     let plant = Plant::new(STOPS, "");
     let mut running = plant.start(&["--repeat-reason", "150ms"]);
     let stop = running.line("STOP: the ladder executed STOP");
@@ -127,7 +127,7 @@ fn a_start_in_stop_reports_stop_until_a_signal() {
 }
 
 #[test]
-fn the_passes_of_a_stop_turn_outputs_off() {
+fn the_termination_passes_of_a_stop_turn_outputs_off() {
     let plant = Plant::new(STOPS, "");
     let (code, lines) = plant.run(&["--scans", "1000"]);
     assert_eq!(code, 0, "with a number of scans, STOP ends the process");
@@ -166,7 +166,7 @@ fn a_scan_longer_than_the_watchdog_is_a_fault() {
 }
 
 #[test]
-fn a_signal_while_files_are_read_ends_the_process_at_once() {
+fn a_signal_during_the_load_ends_the_process_at_once() {
     // Enough rungs to be still loading when the signal arrives.
     let rung = "[[program.rung]]\nwhen = [\"X0\"]\ndo = [\"OUT C9\"]\n";
     let plant = Plant::new(&rung.repeat(300_000), "");
@@ -186,7 +186,7 @@ fn a_signal_while_files_are_read_ends_the_process_at_once() {
 
 /// The last scan hangs, so that it cannot end between the two signals.
 #[test]
-fn a_second_signal_ends_at_once_and_names_the_first() {
+fn a_second_signal_ends_the_process_at_once_and_names_the_first() {
     if !cfg!(debug_assertions) {
         return skip(Need::Faults, "a scan hangs only in a debug build");
     }
@@ -209,7 +209,7 @@ fn the_simulated_device_moves_before_the_first_scan() {
 }
 
 #[test]
-fn many_alarms_are_logged_in_pairs_and_omissions_counted() {
+fn many_alarms_are_logged_in_pairs_and_omitted_lines_are_counted() {
     let toggles = "[[program.rung]]\nwhen = [\"$ScanToggle\"]\ndo = [\"OUT jam\"]\n";
     let (_, lines) = Plant::new(toggles, "scan.period = \"1ms\"\n").run(&["--scans", "600"]);
     let count = |words| lines.iter().filter(|line| message(line).starts_with(words)).count();
@@ -249,7 +249,7 @@ fn slow_rungs() -> String {
 }
 
 #[test]
-fn statistics_come_at_their_interval() {
+fn statistics_are_logged_at_their_interval() {
     let plant = Plant::new(ALIVE, "scan.period = \"2ms\"\nlog.statistics = \"200ms\"\n");
     let (_, lines) = plant.run(&["--scans", "300"]);
     let reports =
@@ -265,7 +265,7 @@ fn statistics_come_at_their_interval() {
 }
 
 #[test]
-fn a_bad_file_is_refused_with_its_findings() {
+fn a_start_with_a_bad_file_is_refused_with_its_findings() {
     let plant = Plant::new("[[program.rung]]\nwhen = [\"X0\"]\ndo = [\"OUTT Y0\"]\n", "");
     let output = plant.command(&[]).output().unwrap();
     let text = String::from_utf8(output.stderr).unwrap();
@@ -297,7 +297,7 @@ fn a_strict_posture_that_is_not_granted_is_refused() {
 }
 
 #[test]
-fn an_address_that_is_taken_is_named() {
+fn a_listen_address_in_use_is_named() {
     let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let listen = taken.local_addr().unwrap();
     let plant = Plant::new(ALIVE, &format!("modbus-server.listen = \"{listen}\"\n"));
@@ -313,7 +313,7 @@ fn an_address_that_is_taken_is_named() {
 }
 
 #[test]
-fn too_few_file_descriptors_are_the_environments_fault() {
+fn too_few_file_descriptors_are_a_failure_of_the_environment() {
     let plant = Plant::new(ALIVE, "");
     let command = plant.command(&["--scans", "1"]);
     let mut shell = Command::new("sh");

@@ -10,7 +10,7 @@ use crate::daemon::bottling::{ALIVE, PATIENCE, Plant, Running, find, message};
 use serde_json::Value;
 
 #[test]
-fn people_read_lines_with_a_level_and_no_escape_codes() {
+fn text_log_lines_have_a_level_and_no_escape_codes() {
     let plant = Plant::new(ALIVE, "");
     let output = plant.command(&["--scans", "3", "--log-level", "debug"]).output().unwrap();
     let text = String::from_utf8(output.stderr).unwrap();
@@ -23,7 +23,7 @@ fn people_read_lines_with_a_level_and_no_escape_codes() {
 }
 
 #[test]
-fn the_level_can_come_from_the_environment() {
+fn the_environment_can_set_the_log_level() {
     let plant = Plant::new(ALIVE, "");
     let quiet = plant.command(&["--scans", "3"]).env("RUNGD_LOG", "error").output().unwrap();
     assert_eq!((quiet.status.code(), quiet.stderr.len()), (Some(0), 0));
@@ -32,7 +32,7 @@ fn the_level_can_come_from_the_environment() {
 }
 
 #[test]
-fn systemd_hears_ready_alive_status_and_stopping() {
+fn systemd_is_notified_of_ready_watchdog_status_and_stopping() {
     let plant = Plant::new(ALIVE, "");
     let socket_path = plant.0.join("notify");
     let socket = std::os::unix::net::UnixDatagram::bind(&socket_path).unwrap();
@@ -62,7 +62,7 @@ fn systemd_hears_ready_alive_status_and_stopping() {
 /// With a watchdog of systemd that is too short, systemd kills the process before a long scan
 /// becomes a FAULT.
 #[test]
-fn a_watchdog_longer_than_systemds_is_reported_at_the_start() {
+fn a_scan_watchdog_longer_than_that_of_systemd_is_reported_at_the_start() {
     for (watchdog, said) in [("300ms", None), ("310ms", Some("it is a fault, and no output"))] {
         let plant = Plant::new(ALIVE, &format!("scan.watchdog = \"{watchdog}\"\n"));
         let mut command = plant.command(&["--log-format", "json", "--scans", "3"]);
@@ -74,7 +74,7 @@ fn a_watchdog_longer_than_systemds_is_reported_at_the_start() {
 }
 
 #[test]
-fn an_unresponsive_systemd_blocks_nothing() {
+fn an_unresponsive_systemd_does_not_block_the_controller() {
     let plant = Plant::new(ALIVE, "scan.period = \"2ms\"\n");
     let socket_path = plant.0.join("notify");
     let socket = std::os::unix::net::UnixDatagram::bind(&socket_path).unwrap();
@@ -93,21 +93,21 @@ fn an_unresponsive_systemd_blocks_nothing() {
 }
 
 #[test]
-fn findings_that_cannot_be_written_are_no_bug() {
+fn findings_that_cannot_be_printed_do_not_change_the_exit_code() {
     let plant = Plant::new("[[program.rung]]\nwhen = [\"X0\"]\ndo = [\"OUTT Y0\"]\n", "");
     let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
     assert_eq!(plant.command(&[]).stderr(full).status().unwrap().code(), Some(78));
 }
 
 #[test]
-fn an_unread_log_costs_no_scan() {
+fn an_unread_log_delays_no_scan() {
     unread_log(Duration::from_secs(4));
 }
 
-/// `cargo test --test controller daemon::thirty -- --ignored --nocapture`
+/// `cargo test --test controller thirty_seconds -- --ignored --nocapture`
 #[test]
 #[ignore = "takes 30 seconds"]
-fn a_log_unread_for_thirty_seconds_costs_no_scan() {
+fn a_log_unread_for_thirty_seconds_delays_no_scan() {
     unread_log(Duration::from_secs(30));
 }
 
@@ -185,7 +185,7 @@ fn masked(line: &str) -> String {
 }
 
 #[test]
-fn the_page_shows_what_is_logged() {
+fn the_page_shows_the_logged_lines() {
     let page = include_str!("../../docs/running.md");
     let plant = Plant::new(ALIVE, "");
     for file in ["gate.toml", "gate-controller.toml"] {

@@ -60,7 +60,7 @@ fn live(tz: &str) -> Live {
 }
 
 #[test]
-fn it_is_local_time_as_date_says_it() {
+fn the_time_of_day_equals_the_output_of_date() {
     for tz in ["Asia/Kathmandu", ":America/St_Johns", "<+0545>-5:45", "NST3:30", ""] {
         let live = live(tz);
         let found = agree(&live, tz);
@@ -75,7 +75,7 @@ fn it_is_local_time_as_date_says_it() {
 }
 
 #[test]
-fn an_unknown_zone_is_reported_once_and_means_utc() {
+fn an_unknown_time_zone_is_reported_once_and_means_utc() {
     agree(&live("Nowhere/Land"), "UTC0");
     let plant = Plant::new(BLINKS, CONTROLLER);
     let mut command = plant.command(&[] as &[&str]);
@@ -87,7 +87,7 @@ fn an_unknown_zone_is_reported_once_and_means_utc() {
 }
 
 #[test]
-fn it_follows_a_wall_clock_that_jumps() {
+fn the_time_of_day_follows_a_jump_of_the_wall_clock() {
     let folder = folder(LADDER, CONTROLLER);
     let Some(library) = library(&folder) else { return not_installed("cc") };
     let offset = folder.join("offset");

@@ -65,7 +65,7 @@ fn free_address() -> String {
 }
 
 #[test]
-fn a_client_sees_the_fault_with_outputs_safe() {
+fn a_client_that_sees_a_fault_sees_safe_outputs() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("watchdog-fault");
     std::fs::create_dir_all(&folder).unwrap();
     std::fs::write(folder.join("ladder.toml"), ladder()).unwrap();

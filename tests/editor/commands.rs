@@ -51,7 +51,7 @@ fn editor(folder: &std::path::Path) -> Editor {
 }
 
 #[test]
-fn a_test_that_passes_says_so_in_its_lens() {
+fn the_lens_of_a_test_shows_that_the_test_passed() {
     let folder = folder();
     let mut editor = editor(folder.path());
     let text = editor.disk(TEST).replace("run 2 scans", "run 1 scans");
@@ -69,7 +69,7 @@ fn a_test_that_passes_says_so_in_its_lens() {
 }
 
 #[test]
-fn a_failure_is_a_diagnostic_at_its_step_until_the_text_changes() {
+fn a_failed_test_is_a_diagnostic_at_its_step_until_the_text_changes() {
     let folder = folder();
     let mut editor = editor(folder.path());
     editor.open(TEST);
@@ -115,7 +115,7 @@ fn a_file_with_mistakes_is_not_run() {
 }
 
 #[test]
-fn a_simulation_is_a_picture_or_a_table() {
+fn a_simulation_is_shown_as_a_picture_or_a_table() {
     let folder = folder();
     let mut editor = editor(folder.path());
     let text = editor.disk(LADDER);
@@ -142,7 +142,7 @@ fn a_simulation_is_a_picture_or_a_table() {
 }
 
 #[test]
-fn an_argument_that_cannot_be_meant_is_refused() {
+fn invalid_command_arguments_are_refused() {
     let folder = folder();
     let mut editor = editor(folder.path());
     editor.open(LADDER);
@@ -166,7 +166,7 @@ fn an_argument_that_cannot_be_meant_is_refused() {
 }
 
 #[test]
-fn without_documents_a_message_says_it() {
+fn an_editor_that_cannot_open_documents_gets_a_message_with_the_path() {
     let folder = folder();
     let mut editor = Editor::new(folder.path());
     editor.open(LADDER);
@@ -178,7 +178,7 @@ fn without_documents_a_message_says_it() {
 }
 
 #[test]
-fn a_name_is_explained_where_it_stands() {
+fn the_name_at_the_cursor_is_explained() {
     let folder = folder();
     let mut editor = Editor::new(folder.path());
     editor.open(LADDER);
@@ -206,7 +206,7 @@ fn a_name_is_explained_where_it_stands() {
 }
 
 #[test]
-fn a_command_that_cannot_be_done_is_refused() {
+fn impossible_commands_are_refused_with_a_reason() {
     let folder = folder();
     let mut editor = Editor::new(folder.path());
     editor.open(LADDER);
@@ -229,7 +229,7 @@ fn a_command_that_cannot_be_done_is_refused() {
 }
 
 #[test]
-fn a_running_controller_says_why() {
+fn a_running_controller_answers_why_in_the_editor() {
     let ladder = "[tags]\neye = { at = \"X0\" }\nlamp = { at = \"Y0\" }\n[[program]]\nname = \"Main\"\n\
                   [[program.rung]]\nname = \"light\"\nwhen = [\"eye\"]\ndo = [\"OUT lamp\"]\n";
     let live = Live::start(ladder, "", &[]);

@@ -127,7 +127,7 @@ pub fn check(name: &str, before: &str, cases: &[Case]) {
 }
 
 #[test]
-fn contacts() {
+fn bits_and_numbers_are_offered_in_contacts() {
     let before = format!("{RICH}\n[[program.stage.rung]]\n");
     let all = ["start", "level", "late", "p1", "Flush1", "drain-pump", "Hourly", "remote", "$On"];
     check(
@@ -167,7 +167,7 @@ fn contacts() {
 }
 
 #[test]
-fn contacts_in_a_template() {
+fn parameters_and_own_tags_are_offered_in_contacts_of_a_template() {
     let before = RICH.split("[[template]]\nname = \"Flush\"").next().expect("a part").to_owned();
     let wanted: &[&str] = &["wanted", "motor", "failed", "start"];
     check(
@@ -192,7 +192,7 @@ fn contacts_in_a_template() {
 }
 
 #[test]
-fn instructions() {
+fn mnemonics_and_operands_are_offered_in_instructions() {
     let before = format!("{RICH}\n[[program.stage.rung]]\nwhen = [\"start\"]\n");
     check(
         LADDER,
@@ -237,7 +237,7 @@ fn instructions() {
 }
 
 #[test]
-fn uses_tags_and_heads() {
+fn keys_and_names_are_offered_in_uses_tags_and_headers() {
     check(
         LADDER,
         RICH,
@@ -304,7 +304,7 @@ fn uses_tags_and_heads() {
 }
 
 #[test]
-fn keys_and_headers() {
+fn missing_keys_and_headers_are_offered() {
     let rung = "[[program]]\nname = \"Main\"\n[[program.rung]]\n";
     check(
         LADDER,
@@ -356,7 +356,7 @@ fn keys_and_headers() {
 }
 
 #[test]
-fn tests_of_ladders() {
+fn steps_and_names_are_offered_in_test_files() {
     let head = "controller = \"rungd.toml\"\n[[scenario]]\nname = \"n\"\n";
     check(
         TEST,
@@ -399,7 +399,7 @@ fn tests_of_ladders() {
 }
 
 #[test]
-fn what_is_broken_around_hides_nothing() {
+fn broken_text_around_the_cursor_does_not_hide_items() {
     for broken in ["[[program.rung]\nwhen = [\"a\"\n", "x = \nwhen [\n", "do = [\"OUT\n", "'''\n"] {
         let text = format!("{RICH}\n[[program.rung]]\nwhen = [\"st¦\n[[program.rung]]\n{broken}");
         check(LADDER, "", &[(text.as_str(), &["start"], &["valve"])]);
@@ -417,7 +417,7 @@ fn what_is_broken_around_hides_nothing() {
 }
 
 #[test]
-fn an_item_replaces_the_word_and_says_what_it_is() {
+fn an_item_replaces_the_typed_word_and_describes_its_name() {
     let (_folder, mut editor) = editor(json!({}));
     let text = format!("{RICH}[[program.rung]]\nwhen = [\"!\u{1F600} & st¦xx | valve\"]");
     let line = text.matches('\n').count();
@@ -440,7 +440,7 @@ fn an_item_replaces_the_word_and_says_what_it_is() {
 }
 
 #[test]
-fn snippets_are_for_editors_that_know_them() {
+fn snippets_are_sent_only_to_editors_that_support_them() {
     let text = "[[program]]\nname = \"Main\"\n[[program.rung]]\ndo = [\"TM¦\"]";
     let written = |found: &[Value]| {
         let of = found.iter().find(|item| item["label"] == "TMR").expect("it is offered");
@@ -464,7 +464,7 @@ fn snippets_are_for_editors_that_know_them() {
 }
 
 #[test]
-fn what_fits_best_stands_first() {
+fn the_best_fitting_items_are_first() {
     let (_folder, mut editor) = editor(json!({}));
     let rung = "[[program]]\nname = \"Main\"\n[[program.rung]]\n";
     let text = format!("{rung}leg.up = [\"X0\"]\nleg.rst = [\"X1\"]\ndo = [\"¦\"]");

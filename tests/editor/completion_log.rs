@@ -5,7 +5,7 @@ use crate::editor::completion::check;
 use crate::editor::project::CONTROLLER;
 
 #[test]
-fn settings_of_the_log() {
+fn keys_and_levels_are_offered_in_log_settings() {
     check(
         CONTROLLER,
         "ladder = [\"plant.toml\"]\n",

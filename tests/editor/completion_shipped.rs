@@ -131,7 +131,7 @@ fn existing_names_are_offered_after_their_first_letter() {
 }
 
 #[test]
-fn completion_answers_at_every_place() {
+fn completion_answers_at_every_place_of_the_shipped_files() {
     let mut editor = Editor::new(&Path::new(env!("CARGO_MANIFEST_DIR")).join("config"));
     for path in shipped() {
         let name = path.to_string_lossy().into_owned();

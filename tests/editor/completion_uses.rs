@@ -5,7 +5,7 @@ use crate::editor::completion::{RICH, check};
 use crate::editor::project::{CONTROLLER, LADDER};
 
 #[test]
-fn parameters_in_texts_and_in_inline_uses() {
+fn parameters_are_offered_in_texts_and_inline_uses() {
     let template = "[[template]]\nname = \"Lamp\"\n[template.parameters]\non = { type = \"bit\" }\n\
                     [template.tags]\n";
     check(
@@ -42,7 +42,7 @@ fn parameters_in_texts_and_in_inline_uses() {
 }
 
 #[test]
-fn points_of_devices() {
+fn points_are_offered_in_device_maps() {
     let plant = "ladder = [\"plant.toml\"]\n[[device]]\nname = \"plant\"\ndriver = \"simulated\"\n\
                  part = [{ name = \"pump\", kind = \"motor\" }, { name = \"belt\", kind = \
                  \"conveyor\", eyes = { infeed = 100 } }]\nfault = [{ name = \"worn\" }]\n";

@@ -19,7 +19,7 @@ fn typed_in(snippet: &str) -> String {
 /// No item makes the text invalid TOML. Places within strings are not tried: items there are only
 /// words.
 #[test]
-fn items_leave_toml() {
+fn no_completion_item_makes_the_text_invalid_toml() {
     let item = json!({ "snippetSupport": true });
     let can = json!({ "textDocument": { "completion": { "completionItem": item } } });
     let (_folder, mut editor) = editor(can);

@@ -155,13 +155,13 @@ fn compare(folder: &Path) -> usize {
 
 /// Every finding occurs in the cases of `tests/ui`.
 #[test]
-fn findings_are_shown_as_check_prints_them() {
+fn diagnostics_equal_the_findings_of_check() {
     let found = compare(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/ui"));
     assert!(found > 300, "{found} findings");
 }
 
 #[test]
-fn shipped_files_are_shown_as_check_judges_them() {
+fn diagnostics_of_shipped_files_equal_the_findings_of_check() {
     compare(&Path::new(env!("CARGO_MANIFEST_DIR")).join("config"));
 }
 
@@ -210,7 +210,7 @@ fn shown_of(editor: &mut Editor, names: &[&str]) -> Vec<String> {
 
 /// `rungd test` refuses test files that name test files as their ladder.
 #[test]
-fn tests_that_name_tests_have_findings() {
+fn test_files_that_name_test_files_have_findings() {
     let folder = empty();
     let rest = "[[scenario]]\nname = \"x\"\nsteps = [\"run 1s\", \"expect: !Y0\"]\n";
     let texts = [("a.test.toml", "a"), ("b.test.toml", "c"), ("c.test.toml", "b")]
@@ -248,7 +248,7 @@ fn a_controller_file_that_lists_itself_as_ladder_is_reported() {
 
 /// A byte that is not UTF-8 gives one finding, wherever it is in the file.
 #[test]
-fn a_wrong_byte_is_one_finding() {
+fn a_byte_that_is_not_utf_8_gives_one_finding() {
     let folder = empty();
     let main = b"[[program]]\nname = \"Main\"\nrung = [{ when = [\"X0\"], do = [\"OUT Y0\"] }]\n";
     std::fs::write(folder.path().join("a.toml"), main).unwrap();
@@ -268,7 +268,7 @@ fn a_wrong_byte_is_one_finding() {
 
 /// If only a test file is open, the findings of the ladder that it tests are shown too.
 #[test]
-fn a_test_brings_the_findings_of_its_project() {
+fn an_open_test_file_shows_the_findings_of_its_ladder() {
     let folder = folder();
     let mut editor = Editor::new(folder.path());
     let ladder = editor.disk(LADDER).replace("OUT valve", "OUT valev");
@@ -281,7 +281,7 @@ fn a_test_brings_the_findings_of_its_project() {
 }
 
 #[test]
-fn an_emptied_ladder_has_no_main() {
+fn an_emptied_ladder_is_reported_as_without_main() {
     let folder = empty();
     let mut editor = Editor::new(folder.path());
     for text in ["", "# nothing yet\n"] {

@@ -17,7 +17,7 @@ use rungd_test_support::helps::Repairs;
 
 /// The wrong example of each page of `docs/findings`, in a file or, if it has several, a folder.
 #[test]
-fn the_helps_of_the_pages_repair() {
+fn the_fixes_of_the_example_pages_remove_their_findings() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let pages = root.join("docs/findings");
     let folder = empty();
@@ -62,7 +62,7 @@ fn wrong_example(page: &str, page_name: &str) -> Vec<(String, String)> {
 }
 
 #[test]
-fn helps_become_code_actions_that_repair() {
+fn code_actions_remove_their_findings() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/ui");
     let mut editor = editor(&folder);
     let mut trials = HelpTrials::new(&mut editor, Repairs::of(&folder));
@@ -99,7 +99,7 @@ do   = ["SET Y0", "OUT Y1"]
 "#;
 
 #[test]
-fn a_repaired_warning_leaves_the_program_as_it_was() {
+fn fixing_a_warning_does_not_change_the_program() {
     let folder = empty();
     let mut editor = editor(folder.path());
     std::fs::write(folder.path().join("a.toml"), WARNED).unwrap();
@@ -159,7 +159,7 @@ const LADDER: &str = "[[program]]\nname = \"Main\"\n\
 
 /// The steps are written into the scenario that lacks them.
 #[test]
-fn a_key_is_written_into_the_table_that_lacks_it() {
+fn a_missing_key_is_inserted_into_its_table() {
     let text = "ladder = [\"a.toml\"]\n\n[[scenario]]\nname = \"one\"\nset = { X0 = true }\n\n\
                 [[scenario]]\nname = \"two\"\n\n[[scenario]]\nname = \"three\"\n\
                 steps = [\"run 1s\", \"expect: !Y0\"]\n";
@@ -177,7 +177,7 @@ fn a_key_is_written_into_the_table_that_lacks_it() {
 
 /// A correction of a controller file: it makes no new finding, and it is not marked as preferred.
 #[test]
-fn a_warning_about_a_setting_is_corrected() {
+fn a_warning_about_a_setting_has_a_fix() {
     let text = "ladder = [\"a.toml\"]\n\n[scan]\nperiod = \"10s\"\nwatchdog = \"30s\"\n";
     let folder = empty();
     let mut editor = editor(folder.path());
@@ -194,7 +194,7 @@ fn a_warning_about_a_setting_is_corrected() {
 }
 
 #[test]
-fn a_sum_in_contacts_gets_a_rung_and_a_tag() {
+fn a_sum_in_contacts_is_moved_to_its_own_rung_and_tag() {
     let text = "[[program]]\nname = \"Main\"\n\n[[program.rung]]\nwhen = [\"X1\", \
                 \"D0 / 2 == 1\"]\ndo = [\"OUT Y0\", \"MOVE 4 to=D0\"]\n";
     let title = "Declare `result = { type = \"int\" }` and write `result == 1`";
@@ -217,7 +217,7 @@ fn a_sum_in_contacts_gets_a_rung_and_a_tag() {
 }
 
 #[test]
-fn an_editor_that_knows_only_commands_is_offered_nothing() {
+fn an_editor_without_code_action_literals_is_offered_no_fix() {
     let folder = empty();
     let mut editor = Editor::new(folder.path());
     editor.open_with("a.toml", WARNED);

@@ -29,7 +29,7 @@ fn applied(text: &str, edits: &Value) -> String {
 }
 
 #[test]
-fn formatting_is_that_of_fmt() {
+fn formatting_equals_the_output_of_fmt() {
     let folder = folder();
     let mut editor = Editor::new(folder.path());
     editor.open(LADDER);
@@ -43,7 +43,7 @@ fn formatting_is_that_of_fmt() {
 
 /// So a cursor in a different rung does not move.
 #[test]
-fn one_line_that_is_wrong_is_one_edit_of_one_line() {
+fn one_unformatted_line_gives_one_edit_of_one_line() {
     let folder = folder();
     let mut editor = Editor::new(folder.path());
     let right = rungd_language::format::formatted(&editor.disk(LADDER)).unwrap();

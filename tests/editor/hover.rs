@@ -35,7 +35,7 @@ fn check(cases: &[(&str, &str, &[&str])]) {
 }
 
 #[test]
-fn a_tag_shows_its_table_its_writers_and_its_readers() {
+fn hovering_a_tag_shows_its_declaration_writers_and_readers() {
     let (_folder, mut editor) = opened();
     expect_test::expect![[r#"
         **valve**: tag
@@ -62,7 +62,7 @@ fn a_tag_shows_its_table_its_writers_and_its_readers() {
 }
 
 #[test]
-fn names_are_explained() {
+fn hovering_a_name_explains_it() {
     check(&[
         (
             LADDER,
@@ -91,7 +91,7 @@ fn names_are_explained() {
 }
 
 #[test]
-fn instructions_steps_keys_and_numbers_are_explained() {
+fn hovering_instructions_steps_keys_and_numbers_explains_them() {
     check(&[
         (LADDER, "^TMR late", &["**TMR**", "form         TMR t preset=d", "## Behaviour"]),
         (LADDER, "preset=^3s", &["`3s` is 3000 ms"]),
@@ -106,7 +106,7 @@ fn instructions_steps_keys_and_numbers_are_explained() {
 }
 
 #[test]
-fn contacts_are_read_with_all_parentheses_numbers_in_decimal_and_warnings_by_their_page() {
+fn hovering_contacts_numbers_and_warning_names_explains_them() {
     let (folder, mut editor) = opened();
     let text = "[ladder]\nallow = [\"unused-tag\"]\n[[program]]\nname = \"Main\"\n\
                 [[program.rung]]\nwhen = [\"X0|X1 & X2\", \"D0 > 0x1F\"]\n\
@@ -131,7 +131,7 @@ fn an_editor_without_markdown_gets_plain_text() {
 }
 
 #[test]
-fn every_place_of_a_broken_file_has_an_answer() {
+fn hovering_any_place_of_a_broken_file_is_answered() {
     let (_folder, mut editor) = opened();
     let whole = editor.disk(LADDER);
     for cut in (0..whole.len()).step_by(41) {

@@ -92,17 +92,17 @@ fn out_of_proportion(text: &LargeText, little: Duration) -> Option<String> {
 }
 
 #[test]
-fn large_files_cost_in_proportion() {
+fn the_cost_of_large_files_is_proportional_to_their_size() {
     assert_in_proportion(FILES);
 }
 
 #[test]
-fn long_lines_cost_in_proportion() {
+fn the_cost_of_long_lines_is_proportional_to_their_length() {
     assert_in_proportion(LINES);
 }
 
 #[test]
-fn hostile_texts_cost_in_proportion() {
+fn the_cost_of_hostile_texts_is_proportional_to_their_size() {
     assert_in_proportion(HOSTILE);
 }
 
@@ -128,7 +128,7 @@ fn cost_of_taking_edits(size: usize) -> Duration {
 }
 
 #[test]
-fn thousands_of_changes_in_a_message_cost_in_proportion() {
+fn the_cost_of_many_changes_in_a_message_is_proportional_to_their_number() {
     let (small, large) = (cost_of_taking_edits(SIZE), cost_of_taking_edits(TIMES * SIZE));
     assert!(large < small * RATIO_MAX + little(), "{small:?}, {large:?}");
 }
@@ -156,7 +156,7 @@ fn cost_among_open_files(ladders: usize) -> Duration {
 }
 
 #[test]
-fn many_open_files_cost_in_proportion() {
+fn the_cost_of_many_open_files_is_proportional_to_their_number() {
     let (small, large) = (cost_among_open_files(10), cost_among_open_files(10 * TIMES));
     assert!(large < small * RATIO_MAX + little(), "{small:?}, {large:?}");
 }

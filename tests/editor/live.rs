@@ -166,7 +166,7 @@ const ON: u64 = 2;
 const OFF: u64 = 4;
 
 #[test]
-fn values_appear_follow_and_vanish() {
+fn live_values_appear_change_and_disappear() {
     let mut live = controller();
     let mut editor = editor(&live);
     editor.open(LADDER);
@@ -196,7 +196,7 @@ fn values_appear_follow_and_vanish() {
 }
 
 #[test]
-fn nothing_is_written() {
+fn live_values_write_nothing_to_the_controller() {
     let mut live = controller();
     let mut editor = editor(&live);
     editor.open(LADDER);
@@ -214,7 +214,7 @@ fn nothing_is_written() {
 }
 
 #[test]
-fn contacts_have_the_colour_of_their_bits() {
+fn contacts_are_coloured_by_the_state_of_their_bits() {
     let live = controller();
     let mut editor = editor(&live);
     editor.open(LADDER);
@@ -262,7 +262,7 @@ fn values_are_shown_only_for_the_running_text() {
 }
 
 #[test]
-fn a_comment_changes_no_program() {
+fn live_values_stay_after_a_change_of_a_comment() {
     let live = controller();
     let mut editor = editor(&live);
     editor.open(LADDER);
@@ -276,7 +276,7 @@ fn a_comment_changes_no_program() {
 }
 
 #[test]
-fn the_settings_turn_it_on_and_name_the_socket() {
+fn the_settings_enable_live_values_and_name_the_socket() {
     let live = controller();
     let socket = live.folder.join("moved");
     std::fs::rename(&live.socket, &socket).unwrap();
@@ -291,7 +291,7 @@ fn the_settings_turn_it_on_and_name_the_socket() {
 }
 
 #[test]
-fn without_a_controller_one_message_says_so() {
+fn a_missing_controller_is_reported_in_one_message() {
     let folder = crate::editor::project::folder();
     let mut editor = Editor::new(folder.path());
     editor.open(crate::editor::project::LADDER);

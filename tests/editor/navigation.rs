@@ -61,7 +61,7 @@ fn references_are_found_in_all_files() {
 }
 
 #[test]
-fn symbols_are_a_tree() {
+fn document_symbols_form_a_tree() {
     let folder = folder();
     let mut editor = Editor::new(folder.path());
     editor.open(LADDER);
@@ -97,7 +97,7 @@ fn symbols_are_a_tree() {
 /// A file of the library is written to a place where an editor can show it, and is still treated as
 /// the library's.
 #[test]
-fn a_name_of_the_library_leads_into_its_file() {
+fn a_name_of_the_library_leads_to_the_library_file() {
     let folder = empty();
     let (rungd, plant) = ("rungd.toml", "plant.toml");
     let text = "ladder = [\"lib:pid\", \"plant.toml\"]\n";

@@ -90,7 +90,7 @@ fn neovim_shows_finds_renames_and_formats() {
 /// The installed Neovim may be too old for this configuration, so the functions that it may lack
 /// are replaced.
 #[test]
-fn the_configuration_of_a_newer_neovim_is_lua_and_names_the_server() {
+fn the_configuration_for_newer_neovim_is_valid_lua_and_names_the_server() {
     if !is_installed() {
         return;
     }

@@ -150,7 +150,7 @@ fn a_rename_edits_the_files_as_they_are_on_disk() {
 
 /// Even a change within a tick of the clock, which leaves the stamp as it was.
 #[test]
-fn the_content_counts_and_not_only_the_stamp() {
+fn a_change_on_disk_is_detected_even_with_an_equal_timestamp() {
     let folder = empty();
     let folder = folder.path();
     fs::write(folder.join("c.toml"), "ladder = [\"a.toml\", \"b.toml\"]\n").unwrap();
@@ -177,7 +177,7 @@ fn the_content_counts_and_not_only_the_stamp() {
 }
 
 #[test]
-fn an_editor_that_watches_files_is_asked_to() {
+fn an_editor_that_can_watch_files_is_asked_to_watch_them() {
     let folder = empty();
     let watches =
         json!({ "workspace": { "didChangeWatchedFiles": { "dynamicRegistration": true } } });
@@ -200,7 +200,7 @@ fn an_editor_that_watches_files_is_asked_to() {
 
 /// The server learns of a change of a closed file by the editor's notification.
 #[test]
-fn a_reported_change_is_judged_at_once() {
+fn a_reported_change_of_a_file_updates_the_diagnostics_at_once() {
     let folder = empty();
     let folder = folder.path();
     fs::write(folder.join("c.toml"), "ladder = [\"a.toml\", \"b.toml\"]\n").unwrap();

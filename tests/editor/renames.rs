@@ -173,7 +173,7 @@ fn a_device_is_renamed_in_all_controller_files_with_its_ladder() {
 
 /// Controller files that have only a library file in common do not belong to the same project.
 #[test]
-fn a_file_of_the_library_makes_no_project() {
+fn a_shared_library_file_does_not_join_two_projects() {
     let folder = empty();
     for of in ["one", "two"] {
         let controller = format!(
@@ -308,7 +308,7 @@ fn a_rename_never_changes_a_trace() {
 /// If only a test file joins two ladders, each ladder is a project of its own. A rename in one of
 /// them would break the test without a message.
 #[test]
-fn a_rename_never_covers_only_part_of_a_tests_ladders() {
+fn a_rename_that_reaches_only_some_ladders_of_a_test_is_refused() {
     let folder = empty();
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
     let template = "[[template]]\nname = \"Seal\"\n[template.parameters]\ngo = { type = \"contact\" }\n\
@@ -339,7 +339,7 @@ fn a_rename_never_covers_only_part_of_a_tests_ladders() {
 
 /// A refusal names the new error, not an error that exists already.
 #[test]
-fn a_refusal_names_what_the_new_name_would_break() {
+fn a_refused_rename_names_the_new_error() {
     let folder = folder();
     let mut editor = Editor::new(folder.path());
     let text = editor.disk(LADDER).replace("EXIT", "EXIT now");

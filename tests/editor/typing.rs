@@ -156,7 +156,7 @@ fn type_into((name, original): (&str, &str), steps: usize, seed: u64) {
 
 /// 10,000 steps, divided among files of every kind; `RUNGD_TYPED` sets a different number.
 #[test]
-fn edits_end_with_the_diagnostics_of_a_fresh_start() {
+fn diagnostics_after_many_edits_equal_those_of_a_fresh_start() {
     let steps = std::env::var("RUNGD_TYPED").ok().and_then(|n| n.parse().ok()).unwrap_or(10_000);
     let config = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("config");
     let files = [

@@ -77,7 +77,7 @@ async fn confirmed_with(session: &mut MqttSession) -> Option<u16> {
 }
 
 #[test]
-fn a_held_node_is_noticed_and_mqtt_5_is_refused_in_words() {
+fn a_paused_server_is_detected_and_mqtt_5_is_refused_with_a_reason() {
     let Some(cluster) = NatsCluster::start() else { return };
     let urls = cluster.urls();
     run(async {

@@ -61,7 +61,7 @@ pub fn are_ordered(host: &Host) {
 }
 
 #[test]
-fn changes_arrive_and_an_end_is_told() {
+fn changes_arrive_at_the_host_and_a_shutdown_is_published() {
     let Some((live, broker, host)) = plant() else { return };
     let mut edge = Edge::start(&live, &broker.url(), PRIMARY);
     host.await_it("birth", |host| host.count(MessageKind::NodeBirth) > 0);
@@ -86,7 +86,7 @@ fn changes_arrive_and_an_end_is_told() {
 }
 
 #[test]
-fn changes_during_a_held_broker_arrive_later() {
+fn changes_during_a_pause_of_the_broker_arrive_later() {
     let Some((live, broker, host)) = plant() else { return };
     let edge = Edge::start(&live, &broker.url(), PRIMARY);
     await_more(&host, 10);
@@ -103,7 +103,7 @@ fn changes_during_a_held_broker_arrive_later() {
 }
 
 #[test]
-fn changes_during_a_dead_broker_arrive_later() {
+fn changes_while_the_broker_is_dead_arrive_later() {
     let Some((live, mut broker, host)) = plant() else { return };
     let edge = Edge::start(&live, &broker.url(), PRIMARY);
     await_more(&host, 10);
@@ -117,7 +117,7 @@ fn changes_during_a_dead_broker_arrive_later() {
 }
 
 #[test]
-fn a_killed_edge_resumes_where_it_was() {
+fn a_killed_edge_node_resumes_at_its_saved_position() {
     let Some((live, broker, host)) = plant() else { return };
     let mut edge = Edge::start(&live, &broker.url(), PRIMARY);
     await_more(&host, 25);
@@ -133,7 +133,7 @@ fn a_killed_edge_resumes_where_it_was() {
 
 /// The broker drops the paused edge node, and publishes its will.
 #[test]
-fn a_held_edge_resumes_where_it_was() {
+fn a_paused_edge_node_resumes_at_its_position() {
     let Some((live, broker, host)) = plant() else { return };
     let edge = Edge::start(&live, &broker.url(), PRIMARY);
     await_more(&host, 10);
@@ -147,7 +147,7 @@ fn a_held_edge_resumes_where_it_was() {
 }
 
 #[test]
-fn a_reload_and_a_new_start_of_the_controller_are_births() {
+fn a_reload_and_a_restart_of_the_controller_publish_births() {
     let Some((mut live, broker, host)) = plant() else { return };
     let edge = Edge::start(&live, &broker.url(), PRIMARY);
     await_more(&host, 10);
@@ -194,7 +194,7 @@ fn a_killed_controller_leaves_a_reported_gap() {
 
 /// One of two brokers is killed: the other broker receives all values.
 #[test]
-fn another_broker_takes_over() {
+fn another_broker_takes_over_after_the_first_is_killed() {
     let Some((live, mut broker, _host)) = plant() else { return };
     let Some(other) = Mosquitto::start(&MosquittoOptions::default()) else { return };
     let host = Host::listen(&other.url());
@@ -225,7 +225,7 @@ fn a_cluster_that_loses_a_node_loses_no_change() {
 }
 
 #[test]
-fn certificates_are_shown_and_wanted() {
+fn an_edge_node_presents_and_verifies_certificates() {
     let options = MosquittoOptions { tls: true, ..MosquittoOptions::default() };
     let Some(broker) = Mosquitto::start(&options) else { return };
     let of = broker.certificates.as_ref().unwrap();
@@ -247,7 +247,7 @@ fn certificates_are_shown_and_wanted() {
 }
 
 #[test]
-fn only_listed_tags_are_written() {
+fn commands_write_only_listed_tags() {
     let Some((live, broker, host)) = plant() else { return };
     let more = format!("{PRIMARY}[commands]\ntags = [\"start\"]\n");
     let edge = Edge::start(&live, &broker.url(), &more);

@@ -45,7 +45,7 @@ fn an_oversized_retained_message_does_not_block_a_node() {
 }
 
 #[test]
-fn an_unread_log_blocks_nothing() {
+fn an_unread_log_does_not_block_an_edge_node() {
     let Some((live, broker, host)) = plant() else { return };
     let mut edge = Edge::start_unheard(&live, &broker.url(), PRIMARY);
     await_more(&host, 20);
@@ -54,7 +54,7 @@ fn an_unread_log_blocks_nothing() {
 }
 
 #[test]
-fn an_end_without_a_broker_is_reported() {
+fn a_shutdown_without_a_broker_is_reported() {
     let Some((live, mut broker, host)) = plant() else { return };
     let mut edge = Edge::start(&live, &broker.url(), PRIMARY);
     await_more(&host, 5);
@@ -85,7 +85,7 @@ fn a_second_node_of_the_same_name_is_reported() {
 /// A controller that hangs receives one command at a time. It would otherwise do the rest long
 /// after they were sent.
 #[test]
-fn commands_that_waited_for_a_controller_that_hangs_are_not_done() {
+fn commands_that_waited_for_a_hanging_controller_are_not_executed() {
     let Some((live, broker, host)) = plant() else { return };
     let more = format!("{PRIMARY}[commands]\ntags = [\"start\"]\n");
     let edge = Edge::start(&live, &broker.url(), &more);
@@ -106,7 +106,7 @@ fn commands_that_waited_for_a_controller_that_hangs_are_not_done() {
 /// The log reports unreadable states once in a while. A state that is older than the host's last
 /// one changes nothing.
 #[test]
-fn false_states_of_the_host_change_nothing() {
+fn invalid_and_older_host_states_are_ignored() {
     let Some((live, broker, host)) = plant() else { return };
     let mut edge = Edge::start(&live, &broker.url(), PRIMARY);
     await_more(&host, 5);

@@ -177,7 +177,7 @@ impl LinkedNode {
 }
 
 #[test]
-fn a_host_gets_every_change_whatever_the_link_does() {
+fn a_host_gets_every_change_over_any_unreliable_link() {
     for seed in 1..6 {
         let mut linked = LinkedNode::new(seed);
         linked.plant.scan();

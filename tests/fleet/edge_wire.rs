@@ -59,7 +59,7 @@ fn story(version: &str) -> Story {
 }
 
 #[test]
-fn a_node_keeps_the_statements() {
+fn an_edge_node_follows_every_checked_statement_of_sparkplug() {
     for version in ["3.1.1", "5"] {
         let story = story(version);
         let wrong = judge(&edge_rules(), &story);

@@ -86,7 +86,7 @@ fn metric(at: usize, datatype: DataType) -> BornMetric {
 }
 
 #[test]
-fn a_foreign_host_sees_the_values() {
+fn a_foreign_sparkplug_library_reads_all_values() {
     let Some(python) = library() else { return };
     let all = extremes();
     let topic = |kind| Topic::of_node("plant", kind, "press").to_string();
@@ -123,7 +123,7 @@ fn a_foreign_host_sees_the_values() {
 }
 
 #[test]
-fn a_foreign_node_is_seen() {
+fn messages_of_a_foreign_sparkplug_library_are_read() {
     let Some(python) = library() else { return };
     let printed = script(&python, "write", "");
     let mut view = FleetView::new(FleetLimits::default(), None);

@@ -151,7 +151,7 @@ fn two_controllers_behind_certificates_are_compared_with_a_checkout() {
 }
 
 #[test]
-fn alarms_and_deaths_are_reported() {
+fn the_fleet_watch_reports_alarms_and_deaths() {
     let Some(broker) = Mosquitto::start(&MosquittoOptions::default()) else { return };
     let mut plants = TwoPlants::start(&broker.url(), "");
     let url = broker.url();

@@ -32,7 +32,7 @@ fn long_list() -> String {
 
 /// A column is not wider than the largest width that a formatter can pad to.
 #[test]
-fn a_giant_text_ends_nothing() {
+fn an_oversized_text_of_a_node_does_not_end_the_command() {
     let (recorder, fleet) = listener(&["status", "--wait", "1h"]);
     recorder.deliver("spBv1.0/plant/NBIRTH/giant", telling(vocabulary::MODE, "X".repeat(200_000)));
     recorder.deliver(BIRTH, birth().bytes());
@@ -43,7 +43,7 @@ fn a_giant_text_ends_nothing() {
 
 /// A message that is too long is counted. The session continues, and the known nodes stay.
 #[test]
-fn a_message_that_is_too_long_ends_no_session() {
+fn an_oversized_message_does_not_end_the_session() {
     let (recorder, fleet) = listener(&["status", "--json", "--wait", "1h"]);
     recorder.deliver(BIRTH, birth().bytes());
     recorder.deliver("spBv1.0/plant/NDATA/giant", vec![0; 5 << 20]);
@@ -58,7 +58,7 @@ fn a_message_that_is_too_long_ends_no_session() {
 }
 
 #[test]
-fn what_is_left_out_is_said() {
+fn ignored_messages_are_reported() {
     let (recorder, fleet) = listener(&["watch"]);
     recorder.deliver("shop/orders", b"7".to_vec());
     recorder.deliver(DATA, vec![0xff; 40]);
@@ -91,7 +91,7 @@ fn what_is_left_out_is_said() {
 
 /// The last death of this host that a foreign client publishes is answered, even in a fast series.
 #[test]
-fn the_last_death_of_a_flood_is_answered() {
+fn the_last_of_many_forged_deaths_is_answered() {
     let (recorder, fleet) = listener(&["watch", "--host-id", "room"]);
     let topic = "spBv1.0/STATE/room";
     recorder.until("its state", |it| sent(it, topic) == 1);
@@ -108,7 +108,7 @@ fn the_last_death_of_a_flood_is_answered() {
 }
 
 #[test]
-fn a_reader_that_goes_ends_it() {
+fn the_command_ends_when_the_reader_of_its_output_closes() {
     let (recorder, mut fleet) = listener(&["watch"]);
     drop(fleet.stdout());
     recorder.deliver(BIRTH, birth().bytes());
@@ -134,7 +134,7 @@ fn a_reader_that_goes_ends_it() {
 /// A pager that shows its first page reads nothing. The first Ctrl-C ends listening, the second one
 /// ends the process.
 #[test]
-fn a_second_signal_ends_it_while_its_reader_pauses() {
+fn a_second_signal_ends_the_command_while_its_reader_pauses() {
     let (recorder, mut fleet) = listener(&["alarms", "--json", "--wait", "1h"]);
     for node in 0..5 {
         let topic = format!("spBv1.0/plant/NBIRTH/{node}");
@@ -150,7 +150,7 @@ fn a_second_signal_ends_it_while_its_reader_pauses() {
 
 /// An error that a new attempt cannot mend ends the command at once.
 #[test]
-fn a_wrong_argument_is_not_tried_again() {
+fn a_permanent_error_ends_the_command_without_a_retry() {
     let at = ["watch", "--broker", "mqtts://127.0.0.1:1", "--ca", "/nonexistent/ca.pem"];
     let (code, _, errors) = FleetProcess::start(&at).end();
     assert!(code == 74 && errors.contains("/nonexistent/ca.pem"), "{code} {errors}");
@@ -164,7 +164,7 @@ fn a_wrong_argument_is_not_tried_again() {
 
 /// With several addresses, a dead address causes no wait.
 #[test]
-fn a_dead_address_is_followed_by_the_next() {
+fn a_dead_broker_address_is_skipped_without_waiting() {
     let recorder = Recorder::start();
     let dead = "mqtt://127.0.0.1:1";
     let at = ["status", "--json", "--wait", "1h", "--broker", dead, "--broker", &recorder.url];

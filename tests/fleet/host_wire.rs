@@ -89,7 +89,7 @@ fn session(version: &str) -> (Recorder, Value) {
 }
 
 #[test]
-fn a_host_keeps_the_statements() {
+fn a_host_follows_every_checked_statement_of_sparkplug() {
     for version in ["3.1.1", "5"] {
         let (recorder, report) = session(version);
         recorder.until("its end", is_over);
@@ -105,7 +105,7 @@ fn a_host_keeps_the_statements() {
 
 /// Without an option that requires it, `rungd fleet` publishes nothing.
 #[test]
-fn a_listener_publishes_nothing() {
+fn a_fleet_command_without_options_publishes_nothing() {
     let recorder = Recorder::start();
     let fleet = FleetProcess::start(&["status", "--broker", &recorder.url, "--wait", "1h"]);
     recorder.until("its subscriptions", subscribed);
@@ -121,7 +121,7 @@ fn a_listener_publishes_nothing() {
 }
 
 #[test]
-fn alarms_are_listed() {
+fn the_alarms_of_a_node_are_listed() {
     let recorder = Recorder::start();
     let fleet = FleetProcess::start(&["alarms", "--broker", &recorder.url, "--wait", "1h"]);
     recorder.until("its subscriptions", subscribed);
@@ -133,7 +133,7 @@ fn alarms_are_listed() {
 
 /// After a connection breaks, every node is stale and the host connects again.
 #[test]
-fn each_change_is_a_line() {
+fn each_change_is_printed_as_one_line() {
     let recorder = Recorder::start();
     let arguments = ["watch", "--broker", &recorder.url, "--json", "jam"];
     let fleet = FleetProcess::start(&arguments);
@@ -158,7 +158,7 @@ fn each_change_is_a_line() {
 }
 
 #[test]
-fn a_broker_that_is_not_there_has_its_code() {
+fn an_unreachable_broker_has_its_own_exit_code() {
     let arguments = ["status", "--broker", "mqtt://127.0.0.1:1", "--wait", "1s"];
     let (code, out, errors) = FleetProcess::start(&arguments).end();
     assert_eq!((code, out.as_str()), (69, ""));

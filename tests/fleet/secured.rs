@@ -19,7 +19,7 @@ fn files(certificates: &Certificates) -> TlsFiles {
 }
 
 #[test]
-fn both_sides_are_checked() {
+fn client_and_broker_verify_each_other() {
     let options = MosquittoOptions { tls: true, ..MosquittoOptions::default() };
     let Some(broker) = Mosquitto::start(&options) else { return };
     let ours = files(broker.certificates.as_ref().unwrap());
@@ -57,7 +57,7 @@ fn both_sides_are_checked() {
 }
 
 #[test]
-fn a_wrong_file_is_named() {
+fn a_wrong_certificate_file_is_named() {
     let options = MosquittoOptions { tls: true, ..MosquittoOptions::default() };
     let Some(broker) = Mosquitto::start(&options) else { return };
     let ours = files(broker.certificates.as_ref().unwrap());
@@ -83,7 +83,7 @@ fn a_wrong_file_is_named() {
 }
 
 #[test]
-fn a_wrong_password_is_said_in_words() {
+fn a_wrong_password_is_reported_in_words() {
     let login = Some(("plant", "sesame"));
     let options = MosquittoOptions { login, ..MosquittoOptions::default() };
     let Some(broker) = Mosquitto::start(&options) else { return };

@@ -62,7 +62,7 @@ pub async fn confirmed(session: &mut MqttSession) -> Vec<MqttEvent> {
 }
 
 #[test]
-fn messages_come_and_are_acknowledged() {
+fn messages_arrive_and_are_acknowledged() {
     for version in VERSIONS {
         // A new broker each time: the next version would otherwise receive the retained messages.
         let Some(broker) = Mosquitto::start(&MosquittoOptions::default()) else { return };
@@ -115,7 +115,7 @@ fn the_last_will_is_sent_only_without_disconnect() {
 }
 
 #[test]
-fn a_held_broker_is_noticed_and_a_killed_one_too() {
+fn a_paused_broker_and_a_killed_broker_are_detected() {
     let Some(mut broker) = Mosquitto::start(&MosquittoOptions::default()) else { return };
     run(async {
         let mut short = settings(&broker.url(), MqttVersion::V3, "held");
@@ -145,7 +145,7 @@ fn a_held_broker_is_noticed_and_a_killed_one_too() {
 }
 
 #[test]
-fn a_message_that_is_too_long_is_left_out_and_the_session_goes_on() {
+fn an_oversized_message_is_skipped_and_the_session_continues() {
     let Some(broker) = Mosquitto::start(&MosquittoOptions::default()) else { return };
     run(async {
         let mut writer = session(&settings(&broker.url(), MqttVersion::V3, "writer")).await;

@@ -298,7 +298,7 @@ fn circles(files: &[(&str, &str)]) -> Vec<String> {
 }
 
 #[test]
-fn a_circle_is_found_through_imports_paths_and_names_handed_on() {
+fn a_cycle_is_found_through_imports_paths_and_reexports() {
     let root = ("a/mod.rs", "mod b;\nmod c;\npub use b::B;\n");
     let b = ("a/b.rs", "use super::c::{C, other};\npub struct B(C);\n");
     let handed = ("a/c.rs", "pub struct C;\nfn f(_: &crate::a::B) {}\n");
@@ -311,7 +311,7 @@ fn a_circle_is_found_through_imports_paths_and_names_handed_on() {
 }
 
 #[test]
-fn a_circle_is_found_through_methods() {
+fn a_cycle_is_found_through_methods() {
     let root = ("a/mod.rs", "mod b;\nmod c;\n");
     let own =
         ("a/b.rs", "pub struct B;\nimpl B {\n    fn one(&self) {\n        self.two();\n    }\n}\n");

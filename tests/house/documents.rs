@@ -21,7 +21,7 @@ fn links(page: &str) -> Vec<&str> {
 }
 
 #[test]
-fn the_first_page_is_short_and_shows_every_picture() {
+fn the_readme_is_short_and_shows_every_picture() {
     let page = text("README.md");
     assert!(page.lines().count() <= 125 && page.len() <= 7_750, "{} bytes", page.len());
     let links: BTreeSet<&str> = links(&page).into_iter().collect();
@@ -43,7 +43,7 @@ fn entries(folder: &str, endings: &[&str]) -> BTreeSet<String> {
 }
 
 #[test]
-fn links_of_the_first_pages_lead_to_files() {
+fn links_of_the_first_pages_lead_to_existing_files() {
     for (page, folder) in [("README.md", ""), ("docs/README.md", "docs"), (GUARANTEES, "docs")] {
         for link in links(&text(page)) {
             assert!(root().join(folder).join(link).exists(), "{page}: {link}");
@@ -52,7 +52,7 @@ fn links_of_the_first_pages_lead_to_files() {
 }
 
 #[test]
-fn every_page_is_listed_once() {
+fn every_page_is_listed_once_in_the_index() {
     let page = text("docs/README.md");
     for reader in ["Operator", "Engineer", "Administrator", "Developer"] {
         assert!(page.contains(&format!("\n## {reader}\n")), "{reader}");
@@ -106,7 +106,7 @@ fn names(text: &str) -> Vec<&str> {
 }
 
 #[test]
-fn each_guarantee_has_tests_that_exist_and_says_what_they_leave_out() {
+fn each_guarantee_names_existing_tests_and_their_limits() {
     let page = text(GUARANTEES);
     let guarantees: Vec<&str> = page.split("\n### ").skip(1).collect();
     assert!(guarantees.len() >= 15, "{} guarantees", guarantees.len());
@@ -127,7 +127,7 @@ fn each_guarantee_has_tests_that_exist_and_says_what_they_leave_out() {
 }
 
 #[test]
-fn the_tests_are_run_by_the_same_command_everywhere() {
+fn readme_contributing_and_ci_run_the_tests_by_the_same_command() {
     let page = text("README.md");
     let line = page.lines().find(|line| line.starts_with("cargo test")).expect("the command");
     let command = line.split('#').next().unwrap_or(line).trim_end();

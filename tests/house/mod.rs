@@ -131,7 +131,7 @@ fn first_word(text: &str) -> String {
 }
 
 #[test]
-fn arrows_run_down() {
+fn rooms_use_only_rooms_listed_after_them() {
     let mut wrong = Vec::new();
     for source in sources() {
         let Some((_, rooms)) = ROOMS.iter().find(|(package, _)| *package == source.package) else {
@@ -169,7 +169,7 @@ fn only_programs_print() {
 
 /// Everything is logged by `say!`, which takes a constant of the catalogue.
 #[test]
-fn nothing_logs_but_events_of_the_catalogue() {
+fn only_events_of_the_catalogue_are_logged() {
     for source in sources().iter().filter(|source| source.package == "src") {
         let code = source.text.split("#[cfg(test)]").next().unwrap_or_default();
         let path = source.path.display().to_string();
@@ -179,7 +179,7 @@ fn nothing_logs_but_events_of_the_catalogue() {
 }
 
 #[test]
-fn the_engine_knows_no_clock_file_or_lock() {
+fn the_engine_uses_no_clock_file_or_lock() {
     let forbidden =
         ["Instant", "SystemTime", "std::fs", "std::io", "Mutex", "std::thread", "unsafe {"];
     for source in
@@ -193,7 +193,7 @@ fn the_engine_knows_no_clock_file_or_lock() {
 
 /// A merge may leave its marks in documents too, which no compiler reads.
 #[test]
-fn no_document_has_the_marks_of_a_merge() {
+fn no_document_contains_conflict_markers() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut folders = vec![root.to_owned()];
     folders.extend(["docs", "tests", "config", ".ci"].map(|name| root.join(name)));
@@ -215,7 +215,7 @@ fn no_document_has_the_marks_of_a_merge() {
 }
 
 #[test]
-fn every_file_opens_with_what_it_is() {
+fn every_file_opens_with_a_description() {
     for source in sources() {
         let path = source.path.display();
         assert!(source.text.starts_with("//!"), "{path} does not open with `//!`");
@@ -223,7 +223,7 @@ fn every_file_opens_with_what_it_is() {
 }
 
 #[test]
-fn nothing_is_too_long() {
+fn files_functions_and_lines_are_within_their_limits() {
     let mut wrong = Vec::new();
     for source in sources() {
         let path = source.path.display();
@@ -266,7 +266,7 @@ fn functions(lines: &[&str]) -> Vec<(String, usize)> {
 
 /// In tests a line may be longer: many hold a whole command or a row of expected text.
 #[test]
-fn no_file_and_no_function_of_the_tests_is_too_long() {
+fn files_and_functions_of_the_tests_are_within_their_limits() {
     let mut files = Vec::new();
     for (_, sources) in source_folders() {
         let tests = sources.with_file_name("tests");
@@ -290,7 +290,7 @@ fn no_file_and_no_function_of_the_tests_is_too_long() {
 
 /// Cargo keeps the crates free of circles; this test does the same for the files of each crate.
 #[test]
-fn no_files_use_each_other_in_a_circle() {
+fn files_do_not_use_each_other_in_cycles() {
     let folders = source_folders();
     let files = sources().into_iter().map(|source| {
         let folder = folders.iter().find(|(package, _)| *package == source.package);

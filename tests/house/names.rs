@@ -88,7 +88,7 @@ fn unclear(text: &str) -> Vec<(usize, String)> {
 }
 
 #[test]
-fn each_name_stands_for_one_type() {
+fn each_type_name_is_used_once() {
     let sources = super::sources();
     let files = sources.iter().map(|s| (s.path.display().to_string(), s.text.as_str()));
     let mut shared = shared_names(files.filter(|(path, _)| !is_test_module(path)));
@@ -101,7 +101,7 @@ fn each_name_stands_for_one_type() {
 }
 
 #[test]
-fn functions_and_parameters_are_named_after_what_they_are() {
+fn no_function_or_parameter_has_an_unclear_name() {
     let mut wrong = Vec::new();
     for source in super::sources() {
         let path = source.path.display().to_string();
@@ -132,7 +132,7 @@ typed(x);
 }
 
 #[test]
-fn two_types_of_one_name_are_found() {
+fn two_types_with_the_same_name_are_found() {
     let own = ("a.rs".to_owned(), "struct Row;\n");
     let visible = ("b.rs".to_owned(), "\npub(super) struct Row;\n");
     assert!(shared_names([own.clone()]).is_empty());

@@ -26,7 +26,7 @@ fn first_column(text: &str) -> Vec<&str> {
 }
 
 #[test]
-fn the_page_lists_the_crates_with_their_rooms() {
+fn the_architecture_page_lists_the_crates_with_their_rooms() {
     let page = text("ARCHITECTURE.md");
     let house = section(&page, "## The house");
     let listed: BTreeSet<String> = first_column(house).into_iter().map(str::to_owned).collect();
@@ -45,7 +45,7 @@ fn the_page_lists_the_crates_with_their_rooms() {
 }
 
 #[test]
-fn the_page_says_why_each_dependency_is_there() {
+fn the_architecture_page_gives_a_reason_for_each_dependency() {
     let page = text("ARCHITECTURE.md");
     let manifest = text("Cargo.toml");
     let section = section(&page, "## Dependencies");
@@ -96,7 +96,7 @@ fn told_below(rows: &str, name: &str) -> BTreeSet<String> {
 }
 
 #[test]
-fn tests_readme_lists_every_file() {
+fn the_readme_of_the_tests_lists_every_file() {
     let page = text("tests/README.md");
     let (tests, rows) = (root().join("tests"), section(&page, "## Every file"));
     let is_rust = |folder: &&String| {

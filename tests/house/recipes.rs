@@ -341,7 +341,7 @@ fn recipe(title: &str) -> String {
 }
 
 #[test]
-fn the_compiler_asks_for_the_places_that_the_recipes_name() {
+fn the_compiler_reports_exactly_the_places_that_the_recipes_name() {
     let errors: Vec<_> = errors_of_all().iter().filter(|error| !is_of_half(error)).collect();
     let mut asked: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
     // The first group of errors: the operation has no `run`.
@@ -413,7 +413,7 @@ fn is_of_half(error: &CompileError) -> bool {
 /// The previous test refuses every error that is neither in `HALF_ASKED_FOR` nor a missing arm of a
 /// match.
 #[test]
-fn a_line_without_its_row_and_a_finding_without_its_page_or_rule_do_not_compile() {
+fn a_missing_row_page_or_rule_does_not_compile() {
     let errors = errors_of_all();
     for (file, missing, title, place) in HALF_ASKED_FOR {
         let of_it = |error: &&CompileError| error.file == file && error.text.contains(missing);
@@ -431,7 +431,7 @@ fn texts(folder: &str) -> String {
 
 /// The steps of the instruction's recipe that the compiler does not check.
 #[test]
-fn an_instruction_has_its_cases_its_behaviour_and_its_model() {
+fn every_instruction_has_cases_a_described_behaviour_and_a_model() {
     let semantics = fs::read_to_string(root().join("docs/semantics.md")).expect("readable");
     let (cases, model) = (texts("tests/semantics"), texts("tests/support/model"));
     for spec in TABLE {
@@ -446,7 +446,7 @@ fn an_instruction_has_its_cases_its_behaviour_and_its_model() {
 }
 
 #[test]
-fn an_instruction_needs_six_files_of_code_at_most() {
+fn a_new_instruction_needs_at_most_six_files_of_code() {
     let asked = ASKED_FOR.iter().filter(|(of, ..)| ["Mnemonic", "ControlKind"].contains(of));
     let mut files: BTreeSet<&str> = asked.flat_map(|(_, _, files)| *files).copied().collect();
     files.insert(BLIPS[0].0);
@@ -454,7 +454,7 @@ fn an_instruction_needs_six_files_of_code_at_most() {
 }
 
 #[test]
-fn every_rule_of_the_check_has_its_tests() {
+fn every_rule_of_the_check_has_tests() {
     let text = |file: &str| {
         fs::read_to_string(root().join("crates/language/src/check").join(file)).expect(file)
     };

@@ -21,7 +21,7 @@ const ALARMS: [&str; 5] =
     ["contactor_fault", "no_bottle", "not_leaving", "signal_fault", "plant_lost"];
 
 #[test]
-fn a_minute_of_bottles() {
+fn the_plant_fills_bottles_for_a_minute_without_an_alarm() {
     let mut plant = plant();
     let (mut least, mut most) = (i32::MAX, 0);
     plant.until(60_000, |plant| {
@@ -36,7 +36,7 @@ fn a_minute_of_bottles() {
 }
 
 #[test]
-fn every_fault_brings_its_alarm_about_and_start_acknowledges_it() {
+fn every_fault_raises_its_alarm_and_start_acknowledges_it() {
     for (fault, alarm) in [
         ("C100", "no_bottle"),
         ("C101", "not_leaving"),
@@ -62,7 +62,7 @@ fn every_fault_brings_its_alarm_about_and_start_acknowledges_it() {
 }
 
 #[test]
-fn noise_on_the_level_brings_nothing_about() {
+fn noise_on_the_level_raises_no_alarm() {
     let mut plant = plant();
     plant.force("C105", true);
     plant.until(60_000, |plant| assert_eq!(plant.on(&ALARMS), [""; 0]));
@@ -70,7 +70,7 @@ fn noise_on_the_level_brings_nothing_about() {
 }
 
 #[test]
-fn stop_stops_the_line() {
+fn the_stop_button_stops_the_line() {
     let mut plant = plant();
     plant.until(3_000, |_| {});
     plant.force("C107", true);
@@ -79,7 +79,7 @@ fn stop_stops_the_line() {
 }
 
 #[test]
-fn the_binary_runs_it_and_a_forced_bit_cuts_the_cable() {
+fn the_binary_runs_the_plant_and_a_forced_bit_cuts_the_cable() {
     let text = |name: &str| std::fs::read_to_string(config().join(name)).unwrap();
     let controller = text("bottling-plant.toml");
     let controller = controller.replace("ladder = [\"programs/bottling-plant.toml\"]", "");

@@ -44,7 +44,7 @@ fn device(name: &str, address: &str) -> String {
 }
 
 #[test]
-fn loss_and_return_of_a_device_show_in_status_memory_and_log() {
+fn the_loss_and_return_of_a_device_show_in_status_memory_and_log() {
     let (remote_io, address) = remote();
     let live = Live::start(LADDER, &device("line1", &address), &[]);
     live.await_values("X0 D5 line1.Ok line1.Stale", "ON 1234 ON OFF");
@@ -62,7 +62,7 @@ fn loss_and_return_of_a_device_show_in_status_memory_and_log() {
 }
 
 #[test]
-fn its_bits_are_forced_and_not_written() {
+fn the_status_bits_of_a_device_can_be_forced_but_not_written() {
     let live = Live::start(LADDER, &device("line1", "127.0.0.1:9"), &[]);
     live.await_values("line1.Ok line1.Stale C0", "OFF ON ON");
     let refused = live.say("write line1.Ok on");
@@ -83,7 +83,7 @@ fn its_bits_are_forced_and_not_written() {
 }
 
 #[test]
-fn a_reload_names_what_of_a_device_needs_a_restart() {
+fn a_reload_names_the_device_settings_that_need_a_restart() {
     let live = Live::start(LADDER, &device("line1", "127.0.0.1:9"), &[]);
     live.await_values("Y0", "ON");
     let path = live.folder.join("controller.toml");
@@ -107,7 +107,7 @@ fn a_reload_names_what_of_a_device_needs_a_restart() {
 
 /// A reload keeps a device's wiring, so it must not give the wired cell to a different element.
 #[test]
-fn a_reload_that_would_wire_a_device_to_a_different_element_is_refused() {
+fn a_reload_that_would_wire_a_device_to_another_element_is_refused() {
     let ladder = "[ladder]\ndevices = [\"line1\"]\n[[program]]\nname = \"Main\"\n\
                   [[program.stage]]\nname = \"Wait\"\nrung = [ { when = [\"X0\"], do = [\"JMP \
                   Open\"] } ]\n[[program.stage]]\nname = \"Open\"\nrung = [ { when = [\"$On\"], do \

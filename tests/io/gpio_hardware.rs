@@ -54,7 +54,7 @@ fn an_output_is_read_back_through_a_wire() {
 }
 
 #[test]
-fn a_missing_chip_is_reported_and_the_plant_runs_without_it() {
+fn a_missing_chip_is_reported_and_the_controller_runs_without_it() {
     let ladder = r#"
 [[program]]
 name = "Main"

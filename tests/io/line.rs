@@ -113,6 +113,6 @@ fn make_raw(line: &File) {
 
 #[test]
 #[should_panic(expected = "a fault of rungd")]
-fn a_failure_beside_a_calm_line_counts() {
+fn a_failure_on_an_undisturbed_line_fails_the_test() {
     over_a_line(|| panic!("a fault of rungd"));
 }

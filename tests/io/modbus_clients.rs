@@ -108,7 +108,7 @@ fn everything(output: &Output) -> String {
 }
 
 #[test]
-fn mbpoll_sees_what_the_page_shows() {
+fn mbpoll_prints_what_the_page_shows() {
     if !installed("mbpoll", &["mbpoll", "-h"]) {
         return;
     }
@@ -132,7 +132,7 @@ fn mbpoll_sees_what_the_page_shows() {
 }
 
 #[test]
-fn pymodbus_sees_what_the_page_shows() {
+fn pymodbus_prints_what_the_page_shows() {
     if !installed("pymodbus", &["python3", "-c", PYMODBUS]) {
         return;
     }
@@ -162,7 +162,7 @@ fn compiled(source: &str, library: &str) -> Option<PathBuf> {
 }
 
 #[test]
-fn libmodbus_reads_and_writes_the_pages_map() {
+fn libmodbus_reads_and_writes_the_map_of_the_page() {
     let Some(program) = compiled("libmodbus.c", "libmodbus") else { return };
     let page = page::text("modbus.md");
     let mut controller = Controller::of(&page, "libmodbus", "mixer");
@@ -172,7 +172,7 @@ fn libmodbus_reads_and_writes_the_pages_map() {
 }
 
 #[test]
-fn what_the_page_lists_for_clients_passes_the_check() {
+fn the_files_of_the_modbus_page_pass_the_check() {
     let page = page::text("modbus.md");
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("lists");
     fs::create_dir_all(&folder).unwrap();

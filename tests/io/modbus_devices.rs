@@ -221,7 +221,7 @@ fn run(controller: &str) -> (Plant, Running) {
 }
 
 #[test]
-fn bits_and_numbers_go_there_and_back_over_tcp() {
+fn bits_and_numbers_are_exchanged_over_tcp() {
     if !is_installed() {
         return;
     }
@@ -253,7 +253,7 @@ fn bits_and_numbers_go_there_and_back_over_tcp() {
 }
 
 #[test]
-fn safe_values_are_what_the_peer_has_at_the_end() {
+fn the_peer_has_the_safe_values_after_the_end() {
     if !is_installed() {
         return;
     }
@@ -310,7 +310,7 @@ fn a_returning_peer_gets_its_outputs_again() {
 }
 
 #[test]
-fn bits_and_numbers_go_there_and_back_over_a_serial_line_that_is_unplugged_once() {
+fn bits_and_numbers_are_exchanged_over_a_serial_line_before_and_after_an_outage() {
     if !are_installed() {
         return;
     }
@@ -347,7 +347,7 @@ fn bits_and_numbers_go_there_and_back_over_a_serial_line_that_is_unplugged_once(
 }
 
 #[test]
-fn devices_share_a_line_and_a_silent_one_is_silent_alone() {
+fn a_silent_device_does_not_disturb_others_on_its_serial_line() {
     if !are_installed() {
         return;
     }
@@ -439,7 +439,7 @@ fn goes_round(mut peer: Peer, device: &str) {
 }
 
 #[test]
-fn a_server_on_libmodbus_is_remote_io_over_tcp() {
+fn a_libmodbus_server_works_as_remote_io_over_tcp() {
     let Some(program) = libmodbus("tcp") else { return };
     let port = free_port();
     let mut command = Command::new(program);
@@ -452,7 +452,7 @@ fn a_server_on_libmodbus_is_remote_io_over_tcp() {
 }
 
 #[test]
-fn a_server_on_libmodbus_is_remote_io_over_a_serial_line() {
+fn a_libmodbus_server_works_as_remote_io_over_a_serial_line() {
     let Some(program) = libmodbus("rtu") else { return };
     if !has_socat() {
         return;

@@ -65,7 +65,7 @@ fn answers_after_a_configured_echo_are_read() {
 }
 
 #[test]
-fn a_configured_echo_confirms_no_write() {
+fn a_configured_echo_does_not_confirm_a_write() {
     await_over_a_line(async || {
         let mut client = line(true, TIMEOUT, |settings| settings.inputs.clear(), echo_alone).await;
         let trouble = exchange(&mut client, 1).await.unwrap_err();
@@ -75,7 +75,7 @@ fn a_configured_echo_confirms_no_write() {
 }
 
 #[test]
-fn a_configured_echo_that_is_missing_is_trouble() {
+fn a_missing_configured_echo_is_an_error() {
     await_over_a_line(async || {
         let mut client =
             line(true, TIMEOUT, |settings| settings.outputs.clear(), answer_alone).await;
@@ -86,7 +86,7 @@ fn a_configured_echo_that_is_missing_is_trouble() {
 }
 
 #[test]
-fn an_unconfigured_echo_is_no_answer_and_the_log_names_the_key() {
+fn an_unconfigured_echo_is_not_an_answer_and_the_error_names_the_key() {
     await_over_a_line(async || {
         for answer in [echo_alone, echo_and_answer] {
             for settings in [|_: &mut Settings| {}, from_1000] {
@@ -100,7 +100,7 @@ fn an_unconfigured_echo_is_no_answer_and_the_log_names_the_key() {
 }
 
 #[test]
-fn a_line_whose_echo_a_read_has_shown_confirms_no_write() {
+fn a_write_on_a_line_with_a_detected_echo_is_not_confirmed_by_the_echo() {
     await_over_a_line(async || {
         let mut client = line(false, TIMEOUT, |_| {}, echo_alone).await;
         exchange(&mut client, 1).await.unwrap_err();

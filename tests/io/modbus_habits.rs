@@ -93,7 +93,7 @@ fn requests(seen: &SharedSeen) -> Vec<(u8, Vec<u8>)> {
 }
 
 #[tokio::test]
-async fn requests_lost_after_connecting_do_not_end_the_connection_and_are_told() {
+async fn requests_lost_after_connecting_are_reported_and_keep_the_connection() {
     for rtu_frames in [false, true] {
         let peer = HabitPeer { lost: 2, rtu: rtu_frames, ..HabitPeer::default() };
         let (_, settings, seen) = device(peer);
@@ -109,7 +109,7 @@ async fn requests_lost_after_connecting_do_not_end_the_connection_and_are_told()
 }
 
 #[tokio::test]
-async fn a_connect_delay_comes_before_the_first_request_of_each_connection() {
+async fn the_connect_delay_precedes_the_first_request_of_each_connection() {
     let habits = PeerHabits { connect_delay_ms: 120, ..PeerHabits::default() };
     for peer in [HabitPeer::default(), HabitPeer { rtu: true, ..HabitPeer::default() }] {
         let (_, mut settings, _) = device(peer);
@@ -124,7 +124,7 @@ async fn a_connect_delay_comes_before_the_first_request_of_each_connection() {
 }
 
 #[tokio::test]
-async fn a_device_that_needs_a_pause_gets_it_and_the_trouble_without_it_names_the_key() {
+async fn a_configured_pause_is_kept_and_the_error_without_it_names_the_key() {
     for rtu_frames in [false, true] {
         let short =
             HabitPeer { rtu: rtu_frames, gap: Duration::from_millis(30), ..Default::default() };
@@ -152,7 +152,7 @@ async fn a_device_that_needs_a_pause_gets_it_and_the_trouble_without_it_names_th
 }
 
 #[tokio::test]
-async fn a_limit_of_elements_divides_requests_and_the_trouble_without_it_names_the_key() {
+async fn a_limit_of_elements_splits_requests_and_the_error_without_it_names_the_key() {
     for (refusal, words) in [
         (
             2,
@@ -184,7 +184,7 @@ async fn a_limit_of_elements_divides_requests_and_the_trouble_without_it_names_t
 }
 
 #[tokio::test]
-async fn writes_are_divided_too_and_a_refused_function_names_the_other() {
+async fn a_limit_splits_writes_and_a_refused_function_names_the_alternative() {
     let (_, mut settings, seen) =
         device(HabitPeer { most: Some(1), refusal: 3, ..Default::default() });
     let coil = settings.outputs[0];
@@ -202,7 +202,7 @@ async fn writes_are_divided_too_and_a_refused_function_names_the_other() {
 }
 
 #[tokio::test]
-async fn wrong_transactions_are_ignored_if_the_key_says_so_and_else_named() {
+async fn wrong_transaction_numbers_are_ignored_if_configured_and_reported_otherwise() {
     let others: [fn(u16) -> u16; 4] = [|_| 0, |n| n.wrapping_add(1), u16::swap_bytes, |n| n - 1];
     for other in others {
         let (_, mut settings, seen) =
@@ -223,7 +223,7 @@ async fn wrong_transactions_are_ignored_if_the_key_says_so_and_else_named() {
 
 /// Without transactions, only a new connection is free of late answers.
 #[tokio::test]
-async fn with_ignored_transactions_a_silence_ends_the_connection() {
+async fn a_silence_ends_a_connection_with_ignored_transaction_numbers() {
     let (_, mut settings, seen) = device(HabitPeer { lost: 1, ..HabitPeer::default() });
     let Way::Tcp(link) = &mut settings.link else { unreachable!() };
     link.transaction = Transaction::Ignore;
@@ -237,7 +237,7 @@ async fn with_ignored_transactions_a_silence_ends_the_connection() {
 }
 
 #[tokio::test]
-async fn one_request_a_connection_is_possible_and_the_trouble_without_it_names_the_key() {
+async fn one_request_per_connection_is_possible_and_the_error_without_it_names_the_key() {
     for rtu_frames in [false, true] {
         let (_, mut settings, seen) =
             device(HabitPeer { closes: true, rtu: rtu_frames, ..HabitPeer::default() });
@@ -273,7 +273,7 @@ async fn one_request_a_connection_is_possible_and_the_trouble_without_it_names_t
 }
 
 #[tokio::test]
-async fn frames_of_rtu_go_over_tcp_also_in_parts_and_over_a_connection_that_was_closed() {
+async fn rtu_frames_over_tcp_work_in_parts_and_after_a_closed_connection() {
     let (_, settings, seen) = device(HabitPeer { rtu: true, splits: true, ..Default::default() });
     let mut client = rtu(&settings, PATIENT).await;
     assert_eq!(exchange(&mut client).await, Ok([1000, 1001]));
@@ -292,7 +292,7 @@ async fn frames_of_rtu_go_over_tcp_also_in_parts_and_over_a_connection_that_was_
 
 /// Serial servers send the bytes of a frame in several packets, with gaps that no line would have.
 #[tokio::test]
-async fn a_gap_within_a_frame_is_waited_for_and_one_beyond_the_timeout_names_it() {
+async fn a_gap_within_a_frame_is_tolerated_up_to_the_timeout() {
     for rtu_frames in [false, true] {
         let gap = |split_gap| HabitPeer {
             rtu: rtu_frames,
@@ -332,7 +332,7 @@ async fn two_devices_behind_a_serial_server_share_its_connection() {
 }
 
 #[tokio::test]
-async fn the_wrong_frames_and_the_wrong_unit_are_told_with_what_reads_them() {
+async fn wrong_framing_and_a_wrong_unit_are_reported_with_the_right_setting() {
     // The first bytes of a request by Modbus TCP are not whole to a device with RTU's frames.
     let (address, settings, _) = device(HabitPeer { rtu: true, lost: 9, ..HabitPeer::default() });
     let by_tcp = ClientSettings { link: Way::Tcp(tcp_link(address)), ..settings };
@@ -347,7 +347,7 @@ async fn the_wrong_frames_and_the_wrong_unit_are_told_with_what_reads_them() {
 }
 
 #[tokio::test]
-async fn a_broadcast_is_written_and_not_waited_for() {
+async fn a_broadcast_is_written_without_waiting_for_an_answer() {
     let (_, mut settings, seen) = device(HabitPeer { rtu: true, ..HabitPeer::default() });
     settings.outputs[0].unit = 0;
     settings.habits.broadcast_delay_ms = 30;
@@ -367,7 +367,7 @@ async fn a_broadcast_is_written_and_not_waited_for() {
 }
 
 #[test]
-fn a_broadcast_over_a_serial_line_leaves_the_line_for_the_next_request() {
+fn a_request_follows_a_broadcast_on_a_serial_line() {
     await_over_a_line(async || {
         let script = crate::io::liars::honest();
         let asked = Arc::new(Mutex::new(Vec::new()));
@@ -387,7 +387,7 @@ fn a_broadcast_over_a_serial_line_leaves_the_line_for_the_next_request() {
 }
 
 #[tokio::test]
-async fn habits_come_together() {
+async fn all_peer_habits_work_together() {
     let all = HabitPeer {
         rtu: true,
         lost: 1,

@@ -49,7 +49,7 @@ const READ: [u8; 12] = [0, 7, 0, 0, 0, 6, 1, 3, 0, 0, 0, 1];
 const REPLY: [u8; 11] = [0, 7, 0, 0, 0, 5, 1, 3, 2, 0, 0];
 
 #[test]
-fn lengths_that_lie_are_closed_or_waited_for_and_never_answered_wrong() {
+fn frames_with_a_false_length_are_never_answered_wrongly() {
     let (_plant, mut running, address) = start("frame-timeout = \"200ms\"", &[]);
     let mut slowest = Duration::ZERO;
     for length in (0..=300).chain([1000, 0x7fff, 0x8000, 0xff00, 0xffff]) {
@@ -73,7 +73,7 @@ fn lengths_that_lie_are_closed_or_waited_for_and_never_answered_wrong() {
 }
 
 #[test]
-fn other_protocols_are_closed_at_once() {
+fn connections_with_another_protocol_are_closed_at_once() {
     let (_plant, mut running, address) = start("", &[]);
     for protocol in [1_u16, 0x00ff, 0x0100, 0x5420, 0xffff] {
         let mut bytes = READ.to_vec();
@@ -94,7 +94,7 @@ fn other_protocols_are_closed_at_once() {
 }
 
 #[test]
-fn frames_split_at_every_byte_and_glued_are_answered_in_order() {
+fn split_and_joined_frames_are_answered_in_order() {
     let settings = "writable = [\"MHR1..MHR9\", \"MC1..MC9\"]";
     let (_plant, mut running, address) = start(settings, &[]);
     let requests: [&[u8]; 6] = [
@@ -169,7 +169,7 @@ fn a_thousand_connections_do_not_block_a_new_client() {
 }
 
 #[test]
-fn a_slow_loris_is_closed_and_the_others_are_served() {
+fn a_client_that_sends_byte_by_byte_is_closed_and_others_are_served() {
     let settings = "connections = 4\nframe-timeout = \"300ms\"";
     let (_plant, mut running, address) = start(settings, &[]);
     let mut panel = Client::connect(&address);
@@ -194,7 +194,7 @@ fn a_slow_loris_is_closed_and_the_others_are_served() {
 }
 
 #[test]
-fn without_descriptors_open_connections_are_served() {
+fn open_connections_are_served_when_descriptors_run_out() {
     let (_plant, mut running, address) =
         start("connections = 1024", &["prlimit", "--nofile=64:64"]);
     let mut panel = Client::connect(&address);
@@ -215,7 +215,7 @@ fn without_descriptors_open_connections_are_served() {
 /// Measures how late scans are, in turns with and without many hostile clients.
 #[test]
 #[ignore = "half a minute, alone on the machine; run with --release"]
-fn harm_beside_a_control() {
+fn print_the_lateness_of_scans_with_and_without_hostile_clients() {
     const TURN: Duration = Duration::from_secs(4);
     // The settings of a punctual controller; without the right to use them, it runs like any other.
     const SETTINGS: &str = "connections = 64\n[realtime]\npolicy = \"fifo\"\npriority = 80";

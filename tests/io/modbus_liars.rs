@@ -63,7 +63,7 @@ async fn tcp(script: &Script, patience: Duration) -> ModbusClient<TcpConnection>
 }
 
 #[tokio::test]
-async fn every_lie_over_tcp_is_trouble_that_passes() {
+async fn every_wrong_answer_over_tcp_is_a_passing_error() {
     for (words, answer, is_kept) in TCP_LIES {
         let script = honest();
         let mut client = tcp(&script, patience(words)).await;
@@ -101,7 +101,7 @@ async fn told(
 }
 
 #[tokio::test]
-async fn a_write_that_is_confirmed_wrongly_is_written_again() {
+async fn a_wrongly_confirmed_write_is_repeated() {
     let script = honest();
     let mut client = tcp(&script, PATIENT).await;
     assert_eq!(exchange(&mut client).await, Ok([1000, 1001]));
@@ -219,7 +219,7 @@ async fn a_dead_unit_behind_a_gateway_does_not_block_others() {
 }
 
 #[tokio::test]
-async fn a_gateway_none_of_whose_units_answers_is_lost_itself() {
+async fn a_gateway_without_any_answering_unit_is_lost() {
     let script = honest();
     let address = listen(&script);
     let mut settings = client(LinkSettings::Tcp(tcp_link(address)));
@@ -249,7 +249,7 @@ async fn a_gateway_none_of_whose_units_answers_is_lost_itself() {
 
 /// Outputs that the peer may have lost with the connection are written again.
 #[tokio::test]
-async fn a_peer_that_closed_an_idle_connection_costs_no_exchange() {
+async fn an_idle_connection_closed_by_the_peer_fails_no_exchange() {
     let script = honest();
     let mut client = tcp(&script, PATIENT).await;
     assert_eq!(exchange(&mut client).await, Ok([1000, 1001]));
@@ -273,7 +273,7 @@ async fn a_peer_that_closed_an_idle_connection_costs_no_exchange() {
 }
 
 #[tokio::test]
-async fn a_peer_that_takes_no_connection_is_trouble() {
+async fn a_peer_that_refuses_connections_is_an_error() {
     let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap();
     drop(listener);
@@ -284,7 +284,7 @@ async fn a_peer_that_takes_no_connection_is_trouble() {
 }
 
 #[tokio::test]
-async fn a_thousand_connections_leave_nothing_behind() {
+async fn a_thousand_connections_leak_no_resources() {
     let script = honest();
     let address = listen(&script);
     let settings = client(LinkSettings::Tcp(tcp_link(address)));
@@ -314,7 +314,7 @@ fn sockets_to(port: u16) -> usize {
 }
 
 #[test]
-fn any_bytes_as_an_answer_are_contained() {
+fn any_bytes_as_an_answer_cause_at_most_an_error() {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
     let script = honest();
     let mut client = runtime.block_on(tcp(&script, PATIENT));
@@ -341,7 +341,7 @@ fn any_bytes_as_an_answer_are_contained() {
 }
 
 #[test]
-fn a_device_that_lies_disturbs_no_other_and_floods_no_log() {
+fn a_device_with_wrong_answers_disturbs_no_other_and_does_not_flood_the_log() {
     let (liar, honest) = (honest(), honest());
     for _ in 0..100 {
         TCP_LIES.iter().filter(|(.., is_kept)| *is_kept).for_each(|(_, told, _)| lie(&liar, told));

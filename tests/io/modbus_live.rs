@@ -40,7 +40,7 @@ impl Live {
 }
 
 #[test]
-fn the_program_answers_like_the_oracle() {
+fn the_server_answers_as_an_independent_implementation() {
     let controller =
         include_str!("oracle/controller.toml").replace("ladder = [\"ladder.toml\"]", "");
     let plant = Plant::new(
@@ -81,7 +81,7 @@ fn the_program_answers_like_the_oracle() {
 }
 
 #[test]
-fn a_reload_brings_its_map_units_and_lists() {
+fn a_reload_applies_its_map_units_and_lists() {
     let server = "[modbus-server]\nlisten = \"127.0.0.1:0\"\n";
     let entry = |operand: &str, table: &str, address: u16| {
         format!(

@@ -192,7 +192,7 @@ impl Plan {
 }
 
 #[test]
-fn numbers_of_64_bits_go_in_and_out_in_all_orders() {
+fn numbers_of_64_bits_are_read_and_written_in_all_word_orders() {
     let plan = Plan::new();
     let (address, seen) = HabitPeer::default().start();
     seen.lock().unwrap().registers.clone_from(&plan.held);

@@ -76,7 +76,7 @@ async fn urgent_outputs_interrupt_reads_which_then_continue() {
 }
 
 #[tokio::test]
-async fn trouble_in_a_part_is_the_whole_exchanges() {
+async fn an_error_in_a_part_fails_the_whole_exchange() {
     let refuses_one = |request: &[u8]| match request[7..10] {
         [4, 0, 0] => Lie::Say(tcp_frame(request, &[0x84, 2])),
         _ => Lie::None,
@@ -91,7 +91,7 @@ async fn trouble_in_a_part_is_the_whole_exchanges() {
 }
 
 #[tokio::test]
-async fn a_refused_write_ends_no_exchange_whose_reads_are_under_way() {
+async fn a_refused_write_does_not_end_an_exchange_with_pending_reads() {
     let refuses_writes = |request: &[u8]| match request[7] {
         5 => Lie::Say(tcp_frame(request, &[0x85, 6])),
         _ => Lie::None,
@@ -111,7 +111,7 @@ async fn a_refused_write_ends_no_exchange_whose_reads_are_under_way() {
 }
 
 #[tokio::test]
-async fn a_unit_that_refuses_a_read_takes_a_change_at_once() {
+async fn a_unit_that_refuses_a_read_receives_changes_at_once() {
     let refuses_reads = |request: &[u8]| match request[7] {
         4 => Lie::Say(tcp_frame(request, &[0x84, 2])),
         _ => Lie::None,
@@ -131,7 +131,7 @@ async fn a_unit_that_refuses_a_read_takes_a_change_at_once() {
 }
 
 #[tokio::test]
-async fn a_unit_that_refuses_a_write_is_left_until_the_next_poll() {
+async fn a_refused_write_is_repeated_at_the_next_poll() {
     let refuses_writes = |request: &[u8]| match request[7] {
         5 => Lie::Say(tcp_frame(request, &[0x85, 6])),
         _ => Lie::None,
@@ -203,19 +203,19 @@ fn last_coil_behind(lie: impl Fn() -> Lie + Clone + Send + 'static) -> Option<u8
 }
 
 #[test]
-fn the_end_makes_a_slow_peers_outputs_safe() {
+fn a_shutdown_makes_the_outputs_of_a_slow_peer_safe() {
     let coil = last_coil_behind(|| Lie::After(Duration::from_millis(150)));
     assert_eq!(coil, Some(0));
 }
 
 #[test]
-fn the_end_makes_outputs_safe_whose_peer_answers_no_read() {
+fn a_shutdown_makes_outputs_safe_if_the_peer_answers_no_read() {
     let coil = last_coil_behind(|| Lie::Silence);
     assert_eq!(coil, Some(0));
 }
 
 #[test]
-fn the_end_makes_outputs_safe_whose_peer_closes_every_connection_that_reads() {
+fn a_shutdown_makes_outputs_safe_if_the_peer_closes_connections_on_reads() {
     let coil = last_coil_behind(|| Lie::Leave(Vec::new()));
     assert_eq!(coil, Some(0));
 }

@@ -59,7 +59,7 @@ fn device(both: bool) -> ModbusClient<HalfSilent> {
 }
 
 #[tokio::test(start_paused = true)]
-async fn an_exchange_that_asks_nothing_of_a_resting_unit_counts_no_failure() {
+async fn an_exchange_that_skips_a_resting_unit_counts_no_failure() {
     for both in [false, true] {
         let mut client = device(both);
         let mut inputs = [None; 2];

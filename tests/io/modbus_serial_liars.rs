@@ -37,7 +37,7 @@ const RTU_LIES: [(&str, Answer); 17] = [
 ];
 
 #[test]
-fn every_lie_over_a_serial_line_is_trouble_that_passes() {
+fn every_wrong_answer_over_a_serial_line_is_a_passing_error() {
     await_over_a_line(async || {
         let script = honest();
         let mut client = rtu_client(Arc::clone(&script), (false, TIMEOUT), |_| ()).await;
@@ -91,7 +91,7 @@ fn every_lie_over_a_serial_line_is_trouble_that_passes() {
 
 /// RTU has no transactions: a late answer looks like the answer to the next request.
 #[test]
-fn a_late_answer_over_a_serial_line_is_never_taken_for_another() {
+fn a_late_answer_over_a_serial_line_is_never_used_for_another_request() {
     await_over_a_line(async || {
         let script = honest();
         let second_elsewhere = |settings: &mut ClientSettings| {
@@ -119,7 +119,7 @@ fn a_late_answer_over_a_serial_line_is_never_taken_for_another() {
 }
 
 #[test]
-fn a_line_that_is_gone_is_opened_again_when_it_is_back() {
+fn a_lost_serial_line_is_reopened_when_it_returns() {
     await_over_a_line(async || {
         let (master, port) = pty();
         let script = honest();

@@ -19,7 +19,7 @@ use rungd_config::load;
 use rungd_engine::isa::{Bit, BitSpace};
 use rungd_engine::{Cell, Layout};
 use rungd_io::modbus::ModbusMap;
-use rungd_io::modbus::answer::{AnsweredRequest, RequestDecision, answer, refused, written};
+use rungd_io::modbus::answer::{RequestDecision, answer, refused, written};
 use rungd_io::modbus::map::RequestSource;
 use rungd_language::lower::lower;
 use rungd_runtime::command::Forces;
@@ -99,8 +99,7 @@ impl Sweep {
                 }
                 let same = self.image.bits == self.bits && self.image.words == self.words;
                 assert!(same, "unit {unit} {client:?} {pdu:?}: another cell changed: {batch:?}");
-                let request = AnsweredRequest { pdu, request: &request };
-                written(&self.map, unit, request, &self.image).unwrap()
+                written(&self.map, unit, (pdu, &request), &self.image).unwrap()
             }
         };
         assert_eq!(reply, expected, "unit {unit} {client:?} {pdu:?}");
@@ -196,7 +195,7 @@ fn forms(sweep: &mut Sweep) {
 }
 
 #[test]
-fn near_limits_every_reply_and_cell_matches_the_oracle() {
+fn every_reply_near_the_limits_matches_an_independent_implementation() {
     let (mut sweep, began) = (Sweep::new(), Instant::now());
     forms(&mut sweep);
     for at in 0..=u16::MAX {
@@ -217,7 +216,7 @@ fn near_limits_every_reply_and_cell_matches_the_oracle() {
 
 #[test]
 #[ignore = "minutes; run with --release"]
-fn every_reply_and_every_cell_is_right() {
+fn every_reply_to_every_address_matches_an_independent_implementation() {
     let (mut sweep, began) = (Sweep::new(), Instant::now());
     forms(&mut sweep);
     for (unit, client) in ASKERS {

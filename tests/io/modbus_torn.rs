@@ -197,7 +197,7 @@ fn exchanges(count: u64, writers: u16) {
 }
 
 #[test]
-fn a_torn_pattern_would_be_seen() {
+fn the_test_detects_a_torn_pattern() {
     let (_plant, _running, address) = start();
     let mut client = Client::connect(&address);
     let place = [&FIRST[..], &[0, REGISTERS, REGISTERS * 2]].concat();
@@ -220,6 +220,6 @@ fn no_modbus_exchange_is_torn() {
 
 #[test]
 #[ignore = "minutes; run with --release"]
-fn of_a_million_exchanges_none_is_torn() {
+fn none_of_a_million_modbus_exchanges_is_torn() {
     exchanges(1_000_000, 64);
 }

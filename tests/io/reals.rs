@@ -74,7 +74,7 @@ fn read(client: &mut Client, at: u16) -> [u16; 2] {
 }
 
 #[test]
-fn a_server_shows_and_takes_reals_as_f32_in_both_word_orders() {
+fn a_server_reads_and_writes_reals_as_f32_in_both_word_orders() {
     let (live, address) = remote();
     let mut client = Client::connect(&address);
     for (number, text) in
@@ -93,7 +93,7 @@ fn a_server_shows_and_takes_reals_as_f32_in_both_word_orders() {
 }
 
 #[test]
-fn a_server_refuses_what_no_real_holds_and_says_so() {
+fn a_server_refuses_numbers_that_no_real_holds_with_a_reason() {
     let (live, address) = remote();
     let mut client = Client::connect(&address);
     assert_eq!(client.ask(1, &write(4000, high_first(2.5)))[0], 16);
@@ -136,7 +136,7 @@ map = [
 "#;
 
 #[test]
-fn a_devices_map_scales_into_reals_and_out_of_them() {
+fn the_map_of_a_device_scales_into_reals_and_back() {
     let (far, address) = remote();
     let device = format!(
         "[[device]]\nname = \"line1\"\ndriver = \"modbus-tcp\"\naddress = \"{address}\"\n{MAP}"
@@ -178,7 +178,7 @@ raw   = [6400, 32000]
 "#;
 
 #[test]
-fn a_simulated_plants_map_scales_as_a_devices_does() {
+fn the_map_of_a_simulated_plant_scales_like_that_of_a_device() {
     let ladder = LADDER.replace("MOVE 12.5 to=R10", "MOVE 100 to=R10");
     let live = Live::start(&ladder, PLANT, &[]);
     live.await_values("R0 R1 D0 R3", "4.5 55.0 115 -8000.0");
@@ -195,7 +195,7 @@ fn in_virtual_time(name: &str, ladder: &str, controller: &str) -> Plant {
 }
 
 #[test]
-fn a_command_of_a_plant_takes_the_nearest_of_its_numbers() {
+fn a_command_of_a_simulated_plant_is_rounded_to_the_nearest_step() {
     // Openings in percent: 0.04 % rounds to no thousandth; 0.05 % and 0.06 % round to one, which
     // fills 10 in 10 s.
     for (percent, filled) in [("0.04", 0), ("0.05", 10), ("0.06", 10), ("1", 100), ("-0.04", 0)] {

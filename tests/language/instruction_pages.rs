@@ -92,7 +92,7 @@ fn every_page_has_its_sections_in_order() {
 }
 
 #[test]
-fn diagrams_and_facts_are_what_the_program_says_now() {
+fn diagrams_and_facts_equal_the_output_of_the_program() {
     let mut stale = Vec::new();
     for spec in TABLE {
         if page(spec) != expected(spec) {
@@ -166,7 +166,7 @@ fn every_example_passes_the_check_without_a_finding() {
 }
 
 #[test]
-fn the_index_is_the_table_by_family() {
+fn the_index_lists_the_instructions_by_family() {
     let _ = page(&TABLE[0]);
     assert_eq!(read(&folder().join("README.md")), index());
 }
@@ -197,7 +197,7 @@ fn purpose(spec: &Spec) -> String {
 }
 
 #[test]
-fn links_lead_somewhere() {
+fn every_link_of_the_instruction_pages_leads_to_a_file_or_section() {
     let _ = page(&TABLE[0]);
     let mut pages: Vec<PathBuf> = TABLE.iter().map(|spec| folder().join(file_name(spec))).collect();
     pages.push(folder().join("README.md"));

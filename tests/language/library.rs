@@ -75,7 +75,7 @@ fn every_template_is_used_without_a_finding() {
 }
 
 #[test]
-fn the_library_is_the_folder_and_an_unknown_name_is_told() {
+fn the_library_contains_every_file_of_its_folder_and_reports_unknown_names() {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("config/lib");
     let entries = std::fs::read_dir(folder).expect("the folder");
     // The folder also contains the folder of the library's tests.
@@ -93,7 +93,7 @@ fn shown(loaded: &load::Loaded) -> String {
 }
 
 #[test]
-fn a_plant_that_is_checked_alone_says_the_command_that_checks_it() {
+fn checking_a_ladder_without_its_library_names_the_right_command() {
     for plant in ["temperature-loop", "lift-station"] {
         let path = format!("config/programs/{plant}.toml");
         let loaded = load::ladder_files(&[path.clone().into()]).expect("readable");
@@ -110,7 +110,7 @@ fn a_plant_that_is_checked_alone_says_the_command_that_checks_it() {
 }
 
 #[test]
-fn a_file_of_the_library_in_the_place_of_a_template_says_what_to_write() {
+fn a_library_file_in_place_of_a_template_is_reported_with_the_template_names() {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("library's use");
     std::fs::create_dir_all(&folder).expect("a folder");
     let plant = folder.join("plant.toml");

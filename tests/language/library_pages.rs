@@ -103,7 +103,7 @@ fn every_page_has_its_sections_in_order() {
 }
 
 #[test]
-fn titles_parameters_and_diagrams_are_what_the_program_says_now() {
+fn titles_parameters_and_diagrams_equal_the_output_of_the_program() {
     let mut stale = Vec::new();
     for name in LIBRARY {
         if page(name) != expected(name) {
@@ -152,7 +152,7 @@ fn every_example_passes_the_check_without_a_finding() {
 /// The sections that `rungd explain` prints have no links, blocks or tables, because a terminal
 /// cannot show them.
 #[test]
-fn what_explain_prints_of_a_page_is_plain_text() {
+fn explain_prints_the_pages_as_plain_text() {
     for name in LIBRARY {
         let page = page(name);
         for section in ["Behaviour", "Limits"] {
@@ -166,7 +166,7 @@ fn what_explain_prints_of_a_page_is_plain_text() {
 }
 
 #[test]
-fn links_lead_somewhere() {
+fn every_link_of_the_library_pages_leads_to_a_file_or_section() {
     let _ = page(LIBRARY[0]);
     for name in LIBRARY.into_iter().chain(["README"]) {
         for link in page_now(name).split("](").skip(1) {

@@ -136,7 +136,7 @@ fn tables(value: &Value, path: &str, found: &mut Vec<String>) {
 }
 
 #[test]
-fn every_example_fits() {
+fn every_valid_example_matches_its_schema() {
     let files = good();
     assert!(files.len() >= 25, "{}", files.len());
     for path in files {
@@ -147,7 +147,7 @@ fn every_example_fits() {
 
 /// Tries every table of each file of `config/`.
 #[test]
-fn an_unknown_key_is_refused_wherever_it_stands() {
+fn an_unknown_key_is_refused_in_every_table() {
     let mut tried = 0;
     for path in good().iter().filter(|path| path.starts_with(root().join("config"))) {
         let (value, kind) = (read(path), kind(path));
@@ -166,7 +166,7 @@ fn an_unknown_key_is_refused_wherever_it_stands() {
 }
 
 #[test]
-fn what_a_reader_refuses_by_form_is_refused() {
+fn the_schemas_refuse_ladder_syntax_that_the_reader_refuses() {
     let ladder = |text: &str| findings(SchemaKind::Ladder, &json_of(text)).is_empty();
     let rung = |rung: &str| ladder(&format!("[[program]]\nname = \"Main\"\nrung = [ {rung} ]"));
     assert!(rung(r#"{ when = ["X0"], do = ["OUT Y0"] }"#));
@@ -188,7 +188,7 @@ fn what_a_reader_refuses_by_form_is_refused() {
 }
 
 #[test]
-fn what_the_reader_of_test_files_refuses_by_form_is_refused() {
+fn the_schema_refuses_test_file_syntax_that_the_reader_refuses() {
     let test = |text: &str| findings(SchemaKind::Test, &json_of(text)).is_empty();
     let scenario = |keys: &str| test(&format!("ladder = [\"a.toml\"]\n[[scenario]]\n{keys}"));
     let change = |of: &str| {
@@ -218,7 +218,7 @@ fn what_the_reader_of_test_files_refuses_by_form_is_refused() {
 }
 
 #[test]
-fn a_real_stands_where_a_constant_does() {
+fn the_schema_accepts_a_real_wherever_a_constant_is_permitted() {
     let ladder = |text: &str| findings(SchemaKind::Ladder, &json_of(text)).is_empty();
     for tag in ["value = 2.5", "at = \"R0\", initial = -0.5, min = -1e3, max = 20"] {
         assert!(ladder(&format!("[tags]\na = {{ {tag} }}")), "{tag}");
@@ -240,7 +240,7 @@ fn a_real_stands_where_a_constant_does() {
 }
 
 #[test]
-fn an_independent_validator_agrees() {
+fn an_independent_validator_gives_the_same_results() {
     let script = root().join("tests/schema/check.py");
     let line = "import jsonschema, tomllib; jsonschema.Draft202012Validator";
     if !usable(python_can(Path::new("python3"), "Python with jsonschema and tomllib", line)) {

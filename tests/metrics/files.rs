@@ -8,7 +8,7 @@ use crate::metrics::rig::{CONTROLLER, LADDER};
 use rungd_test_support::running::live::{Live, PATIENCE, said};
 
 #[test]
-fn a_file_is_written_once_whole_and_for_everybody() {
+fn a_metrics_file_is_written_whole_and_readable_for_everybody() {
     let live = Live::start(LADDER, CONTROLLER, &[]);
     let file = live.folder.join("rungd.prom");
     let said = said(live.command("metrics --textfile").arg(&file));
@@ -22,7 +22,7 @@ fn a_file_is_written_once_whole_and_for_everybody() {
 }
 
 #[test]
-fn a_file_is_written_again_and_again_and_follows_the_end() {
+fn a_metrics_file_is_rewritten_at_its_interval_and_shows_the_end() {
     let mut live = Live::start(LADDER, CONTROLLER, &[]);
     let file = live.folder.join("rungd.prom");
     let mut command = live.command("metrics --every 1s --textfile");
@@ -50,7 +50,7 @@ fn nobody(words: &str) -> Command {
 }
 
 #[test]
-fn without_a_controller_it_says_so_in_the_metrics_and_by_its_code() {
+fn a_missing_controller_is_shown_in_the_metrics_and_the_exit_code() {
     let once = said(&mut nobody(""));
     assert_eq!(once.code, 69, "{once:?}");
     assert!(once.out.ends_with("\nrungd_up 0\n"), "{once:?}");
@@ -65,7 +65,7 @@ fn without_a_controller_it_says_so_in_the_metrics_and_by_its_code() {
 }
 
 #[test]
-fn what_does_not_go_together_is_refused() {
+fn incompatible_options_are_refused() {
     for wrong in [
         "--listen 9464",
         "--listen plant:9464",

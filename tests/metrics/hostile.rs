@@ -7,7 +7,7 @@ use std::net::TcpStream;
 use crate::metrics::rig::{Served, answer_of};
 
 #[test]
-fn only_a_get_of_metrics_is_answered() {
+fn only_a_get_or_head_of_metrics_is_answered() {
     let served = Served::start();
     let head = served.ask("HEAD /metrics", "*/*");
     assert_eq!((head.status, head.body.as_str()), (200, ""), "{head:?}");
@@ -51,7 +51,7 @@ fn a_foreign_host_name_gets_no_metrics() {
 }
 
 #[test]
-fn an_invalid_request_is_refused_and_the_next_one_answered() {
+fn an_invalid_request_is_refused_and_the_next_one_is_answered() {
     let served = Served::start();
     let long = format!("GET /{} HTTP/1.1\r\n\r\n", "a".repeat(40_000));
     let many = format!("GET /metrics HTTP/1.1\r\n{}\r\n", "A: b\r\n".repeat(200));

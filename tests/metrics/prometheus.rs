@@ -108,7 +108,7 @@ fn queries() -> Vec<String> {
 }
 
 #[test]
-fn a_prometheus_scrapes_it_and_the_dashboard_shows_it() {
+fn prometheus_scrapes_the_metrics_and_the_dashboard_shows_them() {
     if !has_prometheus() {
         return;
     }
@@ -133,7 +133,7 @@ fn a_prometheus_scrapes_it_and_the_dashboard_shows_it() {
 }
 
 #[test]
-fn the_alerts_are_rules_that_prometheus_takes_and_evaluates() {
+fn prometheus_accepts_and_evaluates_the_alert_rules() {
     if !has_prometheus() {
         return;
     }

@@ -19,7 +19,7 @@ fn unix_s() -> f64 {
 }
 
 #[test]
-fn a_scrape_has_what_status_and_read_say() {
+fn a_scrape_contains_the_values_of_status_and_read() {
     let before_s = unix_s();
     let served = Served::start();
     // The device is up after some exchanges, and the scan log once its folder is open.
@@ -53,7 +53,7 @@ fn a_scrape_has_what_status_and_read_say() {
 }
 
 #[test]
-fn both_formats_pass_their_validator() {
+fn both_metric_formats_pass_their_validator() {
     if !has_prometheus() {
         return;
     }
@@ -72,7 +72,7 @@ fn both_formats_pass_their_validator() {
 }
 
 #[test]
-fn modes_alarms_forces_and_reloads_are_followed() {
+fn metrics_follow_modes_alarms_forces_and_reloads() {
     let served = Served::start();
     served.live.ok("write asked ON");
     served.live.ok("force X3 ON");
@@ -94,7 +94,7 @@ fn modes_alarms_forces_and_reloads_are_followed() {
 }
 
 #[test]
-fn ends_and_returns_of_controllers_are_reported() {
+fn metrics_show_the_end_and_the_return_of_a_controller() {
     let mut served = Served::start();
     served.await_line("rungd_up 1");
     served.live.end();
@@ -107,7 +107,7 @@ fn ends_and_returns_of_controllers_are_reported() {
 }
 
 #[test]
-fn a_controller_without_metrics_of_its_own_has_those_of_rungd() {
+fn a_controller_without_metric_tags_has_the_metrics_of_rungd() {
     let plain = "[[program]]\nname = \"Main\"\nrung = []\n";
     let live = Live::start(plain, "", &[]);
     let text = live.ok("metrics");

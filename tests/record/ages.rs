@@ -74,13 +74,13 @@ fn jumps(mut starts: Vec<usize>, is_order_lost: bool, unplaced: std::ops::Range<
 }
 
 #[test]
-fn a_clock_that_jumps_deletes_nothing_younger_than_keep_by_recorded_time() {
+fn a_jump_of_the_clock_deletes_no_recording_younger_than_the_limit() {
     // Processes begin while the clock is right, ahead and behind.
     jumps(vec![270, 252, 180, 102, 90], false, 0..0);
 }
 
 #[test]
-fn without_a_noted_order_a_file_from_a_clock_that_was_ahead_proves_no_age() {
+fn a_file_from_a_clock_that_was_ahead_is_not_deleted_without_a_noted_order() {
     jumps(vec![180, 102, 90], true, 100..120);
 }
 
@@ -93,7 +93,7 @@ fn sequences(folder: &Path) -> Vec<u64> {
 }
 
 #[test]
-fn recordings_by_a_late_clock_keep_their_order() {
+fn recordings_of_a_slow_clock_keep_their_order() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("record-behind");
     let _ = fs::remove_dir_all(&folder);
     let all = blocks(90);
@@ -125,7 +125,7 @@ fn recordings_by_a_late_clock_keep_their_order() {
 }
 
 #[test]
-fn an_order_that_is_not_whole_counts_as_none_and_a_file_of_others_is_left_alone() {
+fn an_incomplete_order_file_is_ignored_and_foreign_files_are_not_changed() {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("record-order");
     let _ = fs::remove_dir_all(&path);
     let order = [5_000_000, 3_000_000, 9_000_000];

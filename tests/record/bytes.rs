@@ -16,7 +16,7 @@ fn a_section_survives_a_round_trip() {
 }
 
 #[test]
-fn bytes_that_are_no_section_are_refused_without_harm() {
+fn bytes_that_are_no_section_are_refused_without_a_panic() {
     for seed in 0..300 {
         let mut numbers = Numbers(seed);
         let mut bytes = section(&mut numbers).write();
@@ -87,7 +87,7 @@ fn a_recording_survives_a_round_trip() {
 }
 
 #[test]
-fn a_recording_cut_anywhere_gives_what_is_whole_before_the_cut() {
+fn a_truncated_recording_gives_its_complete_blocks() {
     let (bytes, sections) = recording();
     let mut most = 0;
     for length in 0..bytes.len() {
@@ -106,7 +106,7 @@ fn a_recording_cut_anywhere_gives_what_is_whole_before_the_cut() {
 }
 
 #[test]
-fn a_flipped_bit_costs_a_block_and_nothing_is_misread() {
+fn a_flipped_bit_loses_one_block_and_misreads_nothing() {
     let (bytes, sections) = recording();
     for at in (0..bytes.len() * 8).step_by(11) {
         let mut other = bytes.clone();
@@ -135,7 +135,7 @@ fn an_intact_header_is_found_after_any_damage() {
 }
 
 #[test]
-fn bytes_of_any_kind_give_an_index() {
+fn a_recording_of_any_bytes_can_be_indexed() {
     let (bytes, _) = recording();
     for seed in 0..400 {
         let mut numbers = Numbers(seed);
@@ -151,7 +151,7 @@ fn bytes_of_any_kind_give_an_index() {
 }
 
 #[test]
-fn memory_holds_the_newest_blocks_and_no_more_than_its_bytes() {
+fn memory_keeps_the_newest_blocks_within_its_size() {
     let mut numbers = Numbers(3);
     let programs = [program(0), program(1), program(2)];
     let size = 6_000;

@@ -190,7 +190,7 @@ fn few_bytes_that_claim_millions_of_files_cost_little_memory() {
 
 /// Twelve programs with texts of 16 MB each: a list does not keep the texts.
 #[test]
-fn a_list_reads_heads_only() {
+fn listing_recordings_reads_only_their_heads() {
     let place = Place::new("large_programs");
     let large = |letter: u8| {
         let text = std::iter::repeat_n(vec![letter; MILLION], 16);
@@ -207,7 +207,7 @@ fn a_list_reads_heads_only() {
 }
 
 #[test]
-fn a_pipe_with_the_name_of_a_recording_holds_no_command_up() {
+fn a_pipe_named_like_a_recording_blocks_no_command() {
     let place = Place::new("pipe");
     assert!(shell(&["mkfifo", place.0.join("pipe.rungd-log").to_str().unwrap()]));
     for words in COMMANDS {

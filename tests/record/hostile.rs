@@ -450,7 +450,7 @@ fn an_unreachable_base_image_is_refused() {
 
 /// A section that cannot be executed is not retried for each section that depends on it.
 #[test]
-fn sections_after_damage_cost_the_same() {
+fn sections_after_damage_cost_no_more_time() {
     let mut line = Line::new(COUNTER);
     line.start();
     for _ in 0..2_000 {

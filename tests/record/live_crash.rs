@@ -88,12 +88,12 @@ fn kills(count: usize, seed: u64) {
 }
 
 #[test]
-fn killed_at_random_it_has_all_but_the_last_moment() {
+fn a_killed_controller_loses_only_the_last_moment_of_its_recording() {
     kills(3, 1);
 }
 
 #[test]
 #[ignore = "three minutes"]
-fn killed_at_random_it_has_all_but_the_last_moment_45_times() {
+fn each_of_45_kills_loses_only_the_last_moment_of_the_recording() {
     kills(45, 2);
 }

@@ -128,7 +128,7 @@ fn scans_on(operator: &mut Operator) {
 }
 
 #[test]
-fn a_folder_that_cannot_be_made_is_told_and_used_once_it_can() {
+fn a_folder_that_cannot_be_made_is_reported_and_used_once_it_can_be_made() {
     rounds(|| {
         let home = folder(BUSY, FAST);
         // No user, not even root, can create a folder in a file.
@@ -148,7 +148,7 @@ fn a_folder_that_cannot_be_made_is_told_and_used_once_it_can() {
 }
 
 #[test]
-fn a_read_only_disk_costs_no_scan_and_is_used_once_it_can_be_written() {
+fn a_read_only_disk_delays_no_scan_and_is_used_once_it_is_writable() {
     rounds(|| {
         let Some(mut disk) = OnTmpfs::start("size=4m,ro") else { return true };
         let mut operator = Operator::new(&disk.live);
@@ -166,7 +166,7 @@ fn a_read_only_disk_costs_no_scan_and_is_used_once_it_can_be_written() {
 }
 
 #[test]
-fn a_full_disk_costs_no_scan_and_is_used_once_it_has_space() {
+fn a_full_disk_delays_no_scan_and_is_used_once_it_has_space() {
     rounds(|| {
         let Some(mut disk) = OnTmpfs::start("size=4m") else { return true };
         let mut operator = Operator::new(&disk.live);
@@ -187,7 +187,7 @@ fn a_full_disk_costs_no_scan_and_is_used_once_it_has_space() {
 }
 
 #[test]
-fn a_second_controller_of_the_name_says_so_and_records_once_the_first_has_ended() {
+fn a_second_controller_of_the_same_name_records_once_the_first_has_ended() {
     let homes = [folder(BUSY, FAST), folder(BUSY, FAST)];
     let (dir, disk) = (homes[1].join("log"), DiskPace::start(&homes[1]));
     let [mut first, mut second] =

@@ -10,7 +10,7 @@ use rungd_test_support::running::live::{folder, said};
 
 /// Runs so many processes at once that they delay each other; each has a different number of scans.
 #[test]
-fn an_orderly_end_has_every_scan() {
+fn a_recording_with_an_orderly_end_contains_every_scan() {
     let home = folder(BUSY, "");
     // No socket, because only one of the processes could have it.
     let controller = "ladder = [\"ladder.toml\"]\nscan.period = \"1ms\"\n";

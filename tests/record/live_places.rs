@@ -109,7 +109,7 @@ impl Noise {
 }
 
 #[test]
-fn the_oldest_files_go_first_and_those_of_others_stay() {
+fn the_oldest_files_are_deleted_first_and_foreign_files_are_kept() {
     const SIZE: u64 = 1_000_000;
     let settings = "[scan]\nperiod = \"2ms\"\n[record]\ndir = \"log\"\nsize = \"1MB\"\n\
                     [modbus-server]\nlisten = \"127.0.0.1:0\"\nwritable = [\"MHR1..MHR1000\"]\n";
@@ -165,7 +165,7 @@ fn the_oldest_files_go_first_and_those_of_others_stay() {
 }
 
 #[test]
-fn old_files_are_deleted() {
+fn files_older_than_the_limit_are_deleted() {
     let home = folder(BUSY, &format!("{FAST}[record]\ndir = \"log\"\nkeep = \"1m\"\n"));
     let dir = home.join("log");
     fs::create_dir(&dir).unwrap();
@@ -238,7 +238,7 @@ fn a_view_only_user_gets_the_recording_of_a_world_readable_ladder() {
 }
 
 #[test]
-fn frequent_requests_make_no_small_blocks() {
+fn frequent_requests_do_not_make_small_blocks() {
     let home = folder(BUSY, FAST);
     let dir = home.join("log");
     let mut live = Live::of(home.clone(), recorded_run(&home, &dir));

@@ -38,17 +38,17 @@ fn goes_on_without(takes_away: impl Fn(&Path)) {
 }
 
 #[test]
-fn a_removed_recording_continues_in_a_new_file() {
+fn recording_continues_in_a_new_file_after_its_file_is_removed() {
     goes_on_without(|dir| logs(dir).iter().for_each(|path| fs::remove_file(path).unwrap()));
 }
 
 #[test]
-fn after_removal_of_its_folder_recording_continues_in_a_new_file() {
+fn recording_continues_in_a_new_file_after_its_folder_is_removed() {
     goes_on_without(|dir| fs::remove_dir_all(dir).unwrap());
 }
 
 #[test]
-fn after_renaming_of_its_folder_recording_continues_in_a_new_file() {
+fn recording_continues_in_a_new_file_after_its_folder_is_renamed() {
     goes_on_without(|dir| {
         let aside = (0..).map(|at| dir.with_extension(at.to_string())).find(|path| !path.exists());
         fs::rename(dir, aside.unwrap()).unwrap();

@@ -156,18 +156,18 @@ fn stalls(time: Duration) {
 }
 
 #[test]
-fn a_stall_that_is_shorter_than_the_queue_loses_nothing() {
+fn a_disk_stall_shorter_than_the_queue_loses_no_scan() {
     stalls(Duration::from_millis(300));
 }
 
 #[test]
 #[ignore = "half a minute"]
-fn a_stall_of_30_s_loses_nothing() {
+fn a_disk_stall_of_30_seconds_loses_no_scan() {
     stalls(Duration::from_secs(30));
 }
 
 #[test]
-fn a_longer_stall_is_reported_and_leaves_a_gap() {
+fn a_disk_stall_longer_than_the_queue_is_reported_and_leaves_a_gap() {
     if !cfg!(debug_assertions) {
         return skip(Need::Faults, "a build without debug assertions has no faults on purpose");
     }
@@ -231,7 +231,7 @@ fn ends_in_a_stall(count: usize) -> (u64, Verified) {
 }
 
 #[test]
-fn an_end_during_a_stall_waits_and_writes_everything() {
+fn a_shutdown_during_a_disk_stall_waits_and_writes_everything() {
     if !cfg!(debug_assertions) {
         return skip(Need::Faults, "a build without debug assertions has no faults on purpose");
     }
@@ -241,7 +241,7 @@ fn an_end_during_a_stall_waits_and_writes_everything() {
 
 /// The order to end needs no room in the queue.
 #[test]
-fn an_end_while_the_queue_is_full_waits_and_writes_what_the_queue_holds() {
+fn a_shutdown_with_a_full_queue_waits_and_writes_the_queue() {
     if !cfg!(debug_assertions) {
         return skip(Need::Faults, "a build without debug assertions has no faults on purpose");
     }
@@ -251,7 +251,7 @@ fn an_end_while_the_queue_is_full_waits_and_writes_what_the_queue_holds() {
 
 /// The disk's thread is repeatedly a second late.
 #[test]
-fn a_disk_thread_that_is_late_loses_nothing() {
+fn a_late_disk_thread_loses_no_scan() {
     if !cfg!(debug_assertions) {
         return skip(Need::Faults, "a build without debug assertions has no faults on purpose");
     }
@@ -285,7 +285,7 @@ fn rungd(words: &[&str]) -> String {
 
 /// The log's own thread stalls while far more events come than its buffer holds.
 #[test]
-fn late_steps_are_counted_and_make_a_reported_gap() {
+fn late_steps_of_the_recorder_are_counted_and_leave_a_reported_gap() {
     if !cfg!(debug_assertions) {
         return skip(Need::Faults, "a build without debug assertions has no faults on purpose");
     }

@@ -55,7 +55,7 @@ fn past(recording: Recording, span: HistorySpan) -> ToldEvents {
 }
 
 #[test]
-fn a_follower_tells_each_change_once() {
+fn a_follower_reports_each_change_once() {
     let mut plant = LoggedPlant::new(5, 1 << 22);
     let mut follower = ChangeFollower::new(choose_all());
     let mut told = ToldEvents::default();
@@ -82,7 +82,7 @@ fn a_follower_tells_each_change_once() {
 }
 
 #[test]
-fn the_past_has_each_change_once_from_any_place() {
+fn the_past_contains_each_change_once_from_any_position() {
     let mut plant = LoggedPlant::new(7, 1 << 22);
     let mut places = vec![LogPosition { process_start_ns: 1, ..LogPosition::default() }];
     for round in 0..200 {
@@ -107,7 +107,7 @@ fn the_past_has_each_change_once_from_any_place() {
 }
 
 #[test]
-fn what_memory_does_not_reach_is_counted() {
+fn changes_older_than_memory_are_counted() {
     let mut plant = LoggedPlant::new(9, 1 << 12);
     (0..5000).for_each(|_| plant.scan());
     let from = LogPosition { process_start_ns: 1, scan: 100, unix_ns: OFFSET_NS + 1_000_000_000 };
@@ -130,7 +130,7 @@ fn what_memory_does_not_reach_is_counted() {
 
 /// A restart and a pause longer than memory are jumps, and the past has the changes between.
 #[test]
-fn a_jump_and_the_past_give_all() {
+fn a_gap_and_the_past_together_contain_every_change() {
     let mut plant = LoggedPlant::new(11, 1 << 12);
     let mut follower = ChangeFollower::new(choose_all());
     plant.scan();
@@ -168,7 +168,7 @@ fn a_jump_and_the_past_give_all() {
 
 /// A section that its program cannot execute is skipped, and the next section reports a jump.
 #[test]
-fn a_section_that_does_not_fit_is_a_jump() {
+fn a_section_that_cannot_be_executed_is_reported_as_a_gap() {
     let mut plant = LoggedPlant::new(13, 1 << 22);
     let mut follower = ChangeFollower::new(choose_all());
     (0..30).for_each(|_| plant.scan());

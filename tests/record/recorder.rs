@@ -10,7 +10,7 @@ use rungd_runtime::exchange::{Mode, Ticket};
 use rungd_runtime::{Origin, ScanStart, ScannedMachine, TapeEntry, tape_of};
 
 #[test]
-fn a_reload_whose_state_comes_late_makes_a_gap() {
+fn a_late_state_after_a_reload_makes_a_gap() {
     let mut line = Line::new(COUNTER);
     let state = EngineState::of(line.taped.engine());
     let clock = line.clock();
@@ -98,7 +98,7 @@ fn an_unannounced_program_makes_a_gap() {
 }
 
 #[test]
-fn what_is_lost_makes_a_gap_and_the_recording_goes_on_behind_it() {
+fn lost_entries_make_a_gap_and_the_recording_continues_after_it() {
     let mut line = Line::new(COUNTER);
     line.start();
     for _ in 0..100 {
@@ -193,7 +193,7 @@ fn an_unfinished_section_is_readable() {
 
 /// On a tape that nobody reads, each scan is either recorded or counted as lost.
 #[test]
-fn what_is_lost_at_the_end_of_a_tape_is_counted() {
+fn lost_scans_at_the_end_of_a_tape_are_counted() {
     for room in [4, 8, 40, 1000] {
         let (mut machine, mut reader) = tape_of(engine(&recorded(COUNTER, 0)).unwrap(), room);
         machine.start(0);
@@ -218,7 +218,7 @@ fn what_is_lost_at_the_end_of_a_tape_is_counted() {
 
 /// The clock is set by a month in each direction while a recording in memory goes on.
 #[test]
-fn the_reach_of_memory_is_the_time_that_passed() {
+fn the_reach_of_memory_is_elapsed_time_and_not_clock_time() {
     const MONTH_NS: i64 = 30 * 86_400 * 1_000_000_000;
     let mut line = Line::new(COUNTER);
     line.start();

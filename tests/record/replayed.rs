@@ -116,7 +116,7 @@ fn assert_replays(line: &Line, bytes: Vec<u8>, seed: u64) {
 }
 
 #[test]
-fn random_programs_are_replayed_as_they_ran() {
+fn random_programs_replay_exactly() {
     let first = setting("RUNGD_RECORD_SEED", 1);
     for seed in first..first + setting("RUNGD_RECORD_PROGRAMS", 25) {
         let line = random_line(seed);
@@ -126,7 +126,7 @@ fn random_programs_are_replayed_as_they_ran() {
 }
 
 #[test]
-fn a_section_reads_the_same_from_any_position() {
+fn a_section_gives_the_same_values_from_any_start_position() {
     let mut line = Line::new(COUNTER);
     line.start();
     for scan in 0..900 {
@@ -166,7 +166,7 @@ fn a_section_reads_the_same_from_any_position() {
 }
 
 #[test]
-fn an_entry_that_was_changed_shows_as_the_first_difference() {
+fn a_changed_entry_is_found_as_the_first_difference() {
     let mut line = Line::new(COUNTER);
     line.start();
     for _ in 0..500 {
@@ -182,7 +182,7 @@ fn an_entry_that_was_changed_shows_as_the_first_difference() {
 }
 
 #[test]
-fn a_reload_begins_a_segment_and_goes_on() {
+fn a_reload_begins_a_new_segment_of_the_recording() {
     let ladders = [COUNTER.to_owned(), COUNTER.replace("ADD D0 1", "ADD D0 2")];
     let mut line = Line::new(&ladders[0]);
     line.start();
@@ -230,7 +230,7 @@ fn a_reload_begins_a_segment_and_goes_on() {
 }
 
 #[test]
-fn a_recording_that_fits_no_engine_is_refused() {
+fn a_recording_that_does_not_fit_its_program_is_refused() {
     let mut line = Line::new(COUNTER);
     line.start();
     for _ in 0..200 {
@@ -251,7 +251,7 @@ fn a_recording_that_fits_no_engine_is_refused() {
 
 /// Repeated replays of the newest part read a program once and need one engine.
 #[test]
-fn a_repeated_program_is_read_once() {
+fn a_program_of_repeated_replays_is_read_once() {
     let counted = |ladder: &str| {
         let mut line = Line::new(ladder);
         line.start();

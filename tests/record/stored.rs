@@ -217,7 +217,7 @@ fn a_full_disk_is_reported_once_and_recording_resumes_with_space() {
 }
 
 #[test]
-fn the_oldest_files_go_and_the_limits_hold() {
+fn the_oldest_files_are_deleted_to_keep_the_limits() {
     let blocks = blocks(300);
     let known = known(&blocks);
     let disk = Handle::new();
@@ -323,7 +323,7 @@ fn a_folder_of_the_file_system_is_read_and_replayed() {
 }
 
 #[test]
-fn two_of_one_name_in_a_folder_leave_each_other_alone() {
+fn two_controllers_of_one_name_do_not_disturb_each_other_in_a_folder() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("record-two");
     let _ = std::fs::remove_dir_all(&folder);
     let blocks = blocks(80);
@@ -353,7 +353,7 @@ fn two_of_one_name_in_a_folder_leave_each_other_alone() {
 }
 
 #[test]
-fn blocks_that_wait_are_written_before_one_sync() {
+fn waiting_blocks_are_written_before_one_sync() {
     let blocks = blocks(40);
     let disk = Handle::new();
     let mut store = Store::new(disk.clone(), StoreSettings { file_ns: u64::MAX, ..settings() });
@@ -370,7 +370,7 @@ fn blocks_that_wait_are_written_before_one_sync() {
 }
 
 #[test]
-fn a_file_that_is_removed_is_told_and_another_one_is_begun() {
+fn a_removed_file_is_reported_and_another_one_is_begun() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("record-removed");
     let _ = std::fs::remove_dir_all(&folder);
     let blocks = blocks(40);

@@ -35,7 +35,7 @@ fn load(live: &Live, ladder: &str) -> String {
 }
 
 #[test]
-fn within_probation_the_way_back_stays_the_program_that_stood_its_own() {
+fn a_rollback_within_probation_restores_the_last_program_that_passed() {
     let live = Live::start(&says(1), "", &[]);
     live.await_values("D0", "1");
     load(&live, &says(2));
@@ -49,7 +49,7 @@ fn within_probation_the_way_back_stays_the_program_that_stood_its_own() {
 /// The rollback skips the program before the last reload, because it was replaced within its
 /// probation.
 #[test]
-fn behind_a_probation_what_was_replaced_within_its_own_is_skipped() {
+fn a_rollback_skips_programs_replaced_within_their_probation() {
     let live = Live::start(&says(1), "reload.probation = \"1h\"\n", &[]);
     live.await_values("D0", "1");
     load(&live, &says(2));
@@ -64,7 +64,7 @@ fn behind_a_probation_what_was_replaced_within_its_own_is_skipped() {
 
 /// Without probation, each program counts as having passed it.
 #[test]
-fn without_probation_the_way_back_is_the_program_before_the_last_reload() {
+fn a_rollback_without_probation_restores_the_previous_program() {
     let live = Live::start(&says(1), "reload.probation = \"0ms\"\n", &[]);
     live.await_values("D0", "1");
     load(&live, &says(2));
@@ -75,7 +75,7 @@ fn without_probation_the_way_back_is_the_program_before_the_last_reload() {
 }
 
 #[test]
-fn behind_its_probation_a_program_is_the_way_back() {
+fn a_rollback_restores_a_program_that_passed_its_probation() {
     let live = Live::start(&says(1), "reload.probation = \"50ms\"\n", &[]);
     live.await_values("D0", "1");
     load(&live, &says(2));
@@ -87,7 +87,7 @@ fn behind_its_probation_a_program_is_the_way_back() {
 
 #[test]
 #[cfg_attr(not(debug_assertions), ignore = "stalls are a debug build's")]
-fn the_same_files_change_nothing_and_a_fault_goes_back_behind_a_stray_hangup() {
+fn reloading_unchanged_files_changes_nothing_and_keeps_the_probation() {
     let live = Live::start_to_stall(&says(1), WATCHDOG, &["--stopped"]);
     load(&live, &says(2));
     for words in ["reload", "reload --dry-run"] {
@@ -113,7 +113,7 @@ fn is_reading(live: &Live) -> bool {
 }
 
 #[test]
-fn a_rollback_does_not_wait_for_a_reload_that_reads_and_that_reload_is_off() {
+fn a_rollback_cancels_a_reload_that_is_still_reading() {
     // The rollback ends the reload, however slow the machine is.
     let live = Live::start(&says(1), "", &["--reload-limit", "5m"]);
     live.await_values("D0", "1");
@@ -133,7 +133,7 @@ fn a_rollback_does_not_wait_for_a_reload_that_reads_and_that_reload_is_off() {
 }
 
 #[test]
-fn a_reload_that_takes_too_long_is_refused_and_the_next_one_is_done() {
+fn a_reload_that_takes_too_long_is_refused_and_the_next_one_succeeds() {
     let live = Live::start(&says(1), "", &["--reload-limit", "2s"]);
     live.await_values("D0", "1");
     put(&live, &long(2, 160_000));
@@ -155,7 +155,7 @@ fn a_reload_that_takes_too_long_is_refused_and_the_next_one_is_done() {
 }
 
 #[test]
-fn a_pipe_in_a_ladders_place_is_refused() {
+fn a_reload_refuses_a_pipe_in_place_of_a_ladder() {
     let live = Live::start(&says(1), "", &[]);
     live.await_values("D0", "1");
     let ladder = live.folder.join("ladder.toml");
@@ -171,7 +171,7 @@ fn a_pipe_in_a_ladders_place_is_refused() {
 
 #[test]
 #[cfg_attr(not(debug_assertions), ignore = "stalls are a debug build's")]
-fn a_rollback_by_hand_keeps_the_mode() {
+fn a_manual_rollback_keeps_the_mode() {
     let controller = format!("{WATCHDOG}reload.probation = \"0ms\"\n");
     let live = Live::start_to_stall(&says(1), &controller, &["--stopped"]);
     load(&live, &says(2));
@@ -192,7 +192,7 @@ fn a_rollback_by_hand_keeps_the_mode() {
 
 #[test]
 #[cfg_attr(not(debug_assertions), ignore = "stalls are a debug build's")]
-fn a_program_reloaded_in_fault_has_no_way_back_but_by_hand() {
+fn a_program_reloaded_in_fault_is_rolled_back_only_manually() {
     let live = Live::start_to_stall(&says(1), WATCHDOG, &[]);
     live.await_values("D0", "1");
     live.stall();
@@ -212,7 +212,7 @@ fn a_program_reloaded_in_fault_has_no_way_back_but_by_hand() {
 /// The scan hangs for longer than a reload waits for its answer.
 #[test]
 #[cfg_attr(not(debug_assertions), ignore = "stalls are a debug build's")]
-fn a_late_swap_is_recorded_before_any_other() {
+fn a_late_swap_is_recorded_before_any_later_swap() {
     let controller = "scan.watchdog = \"9s\"\nreload.probation = \"0ms\"\n";
     let live = Live::start_to_stall(&says(1), controller, &[]);
     live.await_values("D0", "1");
@@ -242,7 +242,7 @@ fn a_late_swap_is_recorded_before_any_other() {
 }
 
 #[test]
-fn a_tag_that_moves_is_a_warning() {
+fn a_reload_warns_of_a_moved_tag() {
     let tagged = |at: &str| {
         format!("[tags]\nLevel = {{ at = \"{at}\" }}\n{}", says(1).replace("D2 1", "D2 Level"))
     };
@@ -257,7 +257,7 @@ fn a_tag_that_moves_is_a_warning() {
 }
 
 #[test]
-fn ranges_of_retentive_memory_can_be_taken_away() {
+fn a_reload_can_remove_ranges_of_retentive_memory() {
     let live = Live::start(
         &says(1),
         "[retain]\nfile = \"kept\"\nranges = [\"D100..D101\"]\ncold-start = \"run\"\n",

@@ -39,7 +39,7 @@ fn is_shown(shown: &str, said: &str) -> bool {
 }
 
 #[test]
-fn the_pages_example_prints_what_the_page_shows() {
+fn the_example_of_the_page_prints_what_the_page_shows() {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/reload.md");
     let page = std::fs::read_to_string(page).unwrap();
     let (files, said) = (blocks(&page, "toml"), blocks(&page, "text"));
@@ -85,7 +85,7 @@ fn bad_files_change_nothing_and_the_command_prints_the_findings() {
 
 /// The requests arrive while the process is stopped, so both are there when it continues.
 #[test]
-fn of_two_dry_runs_at_once_one_is_refused() {
+fn one_of_two_simultaneous_dry_runs_is_refused() {
     let live = Live::start(LADDER, "", &[]);
     let clients = [live.connect(), live.connect()];
     for mut client in &clients {
@@ -117,7 +117,7 @@ fn answer(client: &UnixStream) -> Value {
 }
 
 #[test]
-fn a_reload_of_a_comment_says_that_there_is_no_difference() {
+fn a_reload_of_a_changed_comment_reports_no_difference() {
     let live = Live::start(LADDER, "", &[]);
     live.await_values("Y0", "ON");
     write(&live, "ladder.toml", &format!("# Another day.\n{LADDER}"));
@@ -129,7 +129,7 @@ fn a_reload_of_a_comment_says_that_there_is_no_difference() {
 }
 
 #[test]
-fn other_safe_values_are_told() {
+fn a_reload_reports_changed_safe_values() {
     let live = Live::start(LADDER, "", &[]);
     live.ok("mode stop");
     let controller = std::fs::read_to_string(live.folder.join("controller.toml")).unwrap();
@@ -142,7 +142,7 @@ fn other_safe_values_are_told() {
 }
 
 #[test]
-fn a_rollback_by_hand_takes_back_once() {
+fn a_manual_rollback_works_once() {
     let live = Live::start(LADDER, "", &[]);
     live.await_values("Y0", "ON");
     assert_eq!(live.say("rollback").code, 1);
@@ -183,7 +183,7 @@ fn assert_scanned_every_20_ms(live: &Live) {
 }
 
 #[test]
-fn settings_that_need_a_restart_are_named_and_others_applied() {
+fn settings_that_need_a_restart_are_named_and_others_are_applied() {
     let before = "[scan]\nperiod = \"10ms\"\nwatchdog = \"30s\"\n";
     let live = Live::start(LADDER, before, &[]);
     live.await_values("Y0", "ON");
@@ -219,7 +219,7 @@ fn settings_that_need_a_restart_are_named_and_others_applied() {
 const LONG: &str = "[scan]\nperiod = \"20m\"\nwatchdog = \"700ms\"\n";
 
 #[test]
-fn where_scans_are_far_apart_systemd_hears_of_them_and_commands_do_not_wait() {
+fn a_long_period_delays_neither_the_systemd_watchdog_nor_commands() {
     let before = "[scan]\nwatchdog = \"500ms\"\n";
     let folder = live::folder(LADDER, before);
     let notify = UnixDatagram::bind(folder.join("n")).unwrap();
@@ -265,7 +265,7 @@ fn where_scans_are_far_apart_systemd_hears_of_them_and_commands_do_not_wait() {
 
 #[test]
 #[cfg_attr(not(debug_assertions), ignore = "stalls are a debug build's")]
-fn a_program_that_faults_on_probation_is_taken_back_and_it_scans_on() {
+fn a_program_that_faults_on_probation_is_rolled_back_and_scans_continue() {
     let live = Live::start_to_stall(LADDER, "scan.watchdog = \"600ms\"\n", &[]);
     live.await_values("Y0", "ON");
     let sha256 = || live.say("status --json").json()["ladder"]["sha256"].clone();
@@ -281,7 +281,7 @@ fn a_program_that_faults_on_probation_is_taken_back_and_it_scans_on() {
 }
 
 #[test]
-fn systemd_hears_of_a_reload_in_one_datagram_and_of_its_end() {
+fn systemd_is_notified_of_the_start_and_the_end_of_a_reload() {
     let folder = live::folder(LADDER, "");
     let notify = folder.join("notify");
     let socket = UnixDatagram::bind(&notify).unwrap();
@@ -328,14 +328,14 @@ fn reloaded_by_the_unit(operator: &str) -> (Running, live::Said) {
 }
 
 #[test]
-fn a_reload_finds_the_socket_in_the_controller_file() {
+fn a_reload_reads_the_socket_from_the_controller_file() {
     let (_running, said) = reloaded_by_the_unit("socket = \"op\"");
     assert_eq!((said.code, said.err.as_str()), (0, ""), "{said:?}");
     assert!(said.out.contains("runs now: the swap"), "{said:?}");
 }
 
 #[test]
-fn a_reload_without_a_socket_is_a_signal_and_says_so() {
+fn a_reload_without_a_socket_sends_a_signal_and_reports_it() {
     let (_running, said) = reloaded_by_the_unit("enabled = false");
     assert_eq!(said.code, 0, "{said:?}");
     assert!(said.err.contains("SIGHUP is sent, and the log has the outcome"), "{said:?}");
@@ -360,7 +360,7 @@ fn changed_by_a_reload(live: &Live, change: &Value, next: &str) -> Value {
 }
 
 #[test]
-fn a_change_that_waits_for_its_scan_is_answered_from_the_reloaded_program() {
+fn a_pending_change_is_answered_from_the_reloaded_program() {
     let live = Live::start(&own_after(400), "[scan]\nperiod = \"900ms\"\nwatchdog = \"5s\"\n", &[]);
     let to = |value: u64| serde_json::json!({"do": "write", "operand": "own", "value": value});
     // `own` moves to the place of a different tag, and back.
@@ -403,7 +403,7 @@ fn a_change_that_waits_for_its_scan_is_answered_from_the_reloaded_program() {
 /// The force of a tag with a `type` belongs to the name, and a reload gives its place to a
 /// different tag.
 #[test]
-fn a_force_of_a_tag_with_a_type_is_shown_by_no_name_but_its_own() {
+fn a_force_of_a_typed_tag_is_shown_only_by_its_own_name() {
     let ladder = |tags: &str| {
         format!(
             "[tags]\n{tags}[[program]]\nname = \"Main\"\nrung = [ {{ when = [\"beta\"], do = \
@@ -431,7 +431,7 @@ fn a_force_of_a_tag_with_a_type_is_shown_by_no_name_but_its_own() {
 
 /// The texts of rungs, the values of constants, and the warnings that the new files bring.
 #[test]
-fn the_report_says_what_changed() {
+fn the_reload_report_lists_every_change() {
     let rungs = |size: &str, lamp: &str, last: &str| {
         format!(
             r#"

@@ -191,7 +191,7 @@ fn modbus_load(port: u16, stop: &AtomicBool, requests: &AtomicU64) {
 }
 
 #[test]
-fn no_scan_is_missed_or_mixed_and_a_bad_one_changes_nothing() {
+fn reloads_miss_or_mix_no_scan_and_bad_reloads_change_nothing() {
     let (count, seed) = (setting("RUNGD_RELOADS", 150), setting("RUNGD_RELOAD_SEED", 1));
     let mut numbers = Numbers(seed);
     let mut uses = Uses { has: [false; 3], late: [0; 3] };
@@ -337,7 +337,7 @@ fn watch(socket: &Path, stop: &AtomicBool) {
 }
 
 #[test]
-fn a_bad_reload_changes_no_bit() {
+fn a_refused_reload_changes_no_bit_of_memory() {
     let mut numbers = Numbers(99);
     let live = Live::start(&good(1, &mut numbers), CONTROLLER, &[]);
     let mut operator = Operator::new(&live);

@@ -39,7 +39,7 @@ fn stopped_without_a_reload(mut running: Running) {
 }
 
 #[test]
-fn a_file_with_errors_is_refused_with_its_findings_and_nothing_is_signalled() {
+fn a_reload_of_a_file_with_errors_is_refused_without_a_signal() {
     let not_toml = "ladder = [\"ladder.toml\"\n[operator]\nsocket = \"op\"\n";
     let misspelt = "ladder = [\"ladder.toml\"]\n[operator]\nsoket = \"op\"\n";
     let wrong_key = "ladder = [\"ladder.toml\"]\nfoo = 1\n[operator]\nenabled = false\n";
@@ -62,7 +62,7 @@ fn a_file_with_errors_is_refused_with_its_findings_and_nothing_is_signalled() {
 }
 
 #[test]
-fn a_file_that_is_gone_is_refused_and_nothing_is_signalled() {
+fn a_reload_of_a_missing_file_is_refused_without_a_signal() {
     let plant = Plant::new(LADDER, "[operator]\nsocket = \"op\"\n");
     let running = started(&plant);
     fs::remove_file(plant.0.join("controller.toml")).unwrap();
@@ -74,7 +74,7 @@ fn a_file_that_is_gone_is_refused_and_nothing_is_signalled() {
 
 /// The packaged controller file names no socket, so an error in it does not hide the socket.
 #[test]
-fn at_the_socket_of_systemds_folder_the_process_itself_refuses_a_file_with_errors() {
+fn the_process_at_the_default_socket_refuses_a_file_with_errors() {
     let plant = Plant::new(LADDER, "");
     let folder = plant.0.join("run");
     fs::create_dir(&folder).unwrap();
@@ -109,7 +109,7 @@ fn a_different_process_at_the_socket_is_not_reloaded() {
 /// Without a process, a file with errors does not lead to the socket of the environment: its
 /// controller may be a different one.
 #[test]
-fn a_file_with_errors_reloads_no_controller_of_the_environment() {
+fn a_file_with_errors_does_not_reload_the_controller_of_the_environment() {
     let other = Plant::new(LADDER, "[operator]\nsocket = \"op\"\n");
     let running = started(&other);
     write(&other, "ladder.toml", &format!("{LADDER}# edited\n"));

@@ -62,7 +62,7 @@ fn word(content: &RetainedContent, element: &str) -> Option<i32> {
 const LEVEL: &str = "{ when = [\"$FirstScan\"], do = [\"ADD level 55 to=level\"] }";
 
 #[test]
-fn memory_that_does_not_fit_means_a_cold_start() {
+fn retained_memory_that_does_not_fit_causes_a_cold_start() {
     let plant = plant(&main("level = { at = \"D5\" }", LEVEL), "\"D5\"");
     run(&plant, "5");
     let renamed = main("height = { at = \"D5\" }", &LEVEL.replace("level", "height"));
@@ -83,7 +83,7 @@ fn memory_that_does_not_fit_means_a_cold_start() {
 }
 
 #[test]
-fn a_reload_that_retains_nothing_any_more_leaves_the_last_image() {
+fn a_reload_that_retains_nothing_keeps_the_last_image() {
     let plant = plant(&main("level = { at = \"D5\" }", LEVEL), "\"D5\"");
     let mut running = Running::new(&mut plant.command(&[] as &[&str]));
     running.line("RUN");
@@ -105,7 +105,7 @@ fn a_reload_that_retains_nothing_any_more_leaves_the_last_image() {
 }
 
 #[test]
-fn a_pending_reset_of_the_former_program_happens_after_a_crash() {
+fn a_pending_reset_of_the_previous_program_happens_after_a_crash() {
     let before = "{ when = [\"X0\"], do = [\"OUT C5\"] },\n\
         { when = [\"X0\"], do = [\"PD C6\", \"SET C7\"] },\n\
         { when = [\"X0\"], do = [\"ONDTMR T0 preset=1ms output=C8\"] },\n\
@@ -139,7 +139,7 @@ fn a_pending_reset_of_the_former_program_happens_after_a_crash() {
 }
 
 #[test]
-fn a_preset_that_the_ladder_states_anew_counts_and_not_the_retained_one() {
+fn a_changed_preset_of_the_ladder_overrides_the_retained_one() {
     let counts = |preset: &str| {
         main("", &format!("{{ when = [\"$ScanToggle\"], do = [\"CTU N0{preset}\"] }}"))
     };

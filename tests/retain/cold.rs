@@ -48,7 +48,7 @@ fn guarded(plant: &Plant) -> Running {
 }
 
 #[test]
-fn the_restart_guard_does_not_promise_that_a_restart_runs_it() {
+fn the_restart_guard_does_not_suggest_a_restart_without_retained_memory() {
     let plant = cold(SOCKET);
     let mut running = guarded(&plant);
     let guard = line(&running, "restart-guard", "STOP");
@@ -66,7 +66,7 @@ fn the_restart_guard_does_not_promise_that_a_restart_runs_it() {
 }
 
 #[test]
-fn a_start_with_stopped_and_without_an_operator_says_how_it_runs() {
+fn a_start_in_stop_without_an_operator_socket_names_the_way_to_run() {
     let plant = cold(NO_SOCKET);
     let start = || {
         let mut command = plant.command(&[] as &[&str]);
@@ -86,7 +86,7 @@ fn a_start_with_stopped_and_without_an_operator_says_how_it_runs() {
 }
 
 #[test]
-fn a_fault_before_the_first_image_does_not_promise_that_a_restart_runs_it() {
+fn a_fault_before_the_first_image_does_not_suggest_a_restart() {
     let keeps = KEEPS.replace("cold-start = \"run\"\n", "");
     let plant = Plant::new(COUNTS, &format!("scan.watchdog = \"500ms\"\n{keeps}"));
     let faults = plant.0.join("faults");
@@ -111,7 +111,7 @@ fn a_fault_before_the_first_image_does_not_promise_that_a_restart_runs_it() {
 }
 
 #[test]
-fn after_an_image_is_kept_a_restart_is_a_remedy() {
+fn a_restart_is_suggested_once_an_image_is_kept() {
     let plant = cold(SOCKET);
     let running = Running::new(&mut plant.command(&[] as &[&str]));
     line(&running, "mode-stop", "");
@@ -122,7 +122,7 @@ fn after_an_image_is_kept_a_restart_is_a_remedy() {
 }
 
 #[test]
-fn if_no_image_can_be_written_a_restart_is_no_remedy() {
+fn a_restart_is_not_suggested_if_no_image_can_be_written() {
     let plant = cold(SOCKET);
     fs::create_dir_all(plant.0.join("memory.new/in-the-way")).unwrap();
     let running = Running::new(&mut plant.command(&[] as &[&str]));

@@ -325,7 +325,7 @@ fn stall(time: Duration) {
 }
 
 #[test]
-fn the_control_shows_a_controller_that_is_held_up() {
+fn the_control_measurement_shows_a_paused_controller() {
     // Each delay is longer, because a busy machine delays the control too.
     for hold in [100, 600, 3_600, 21_600].map(Duration::from_millis) {
         let held_up = |on: &OnDisk, begins: bool| {
@@ -345,35 +345,35 @@ fn the_control_shows_a_controller_that_is_held_up() {
 }
 
 #[test]
-fn killed_at_random() {
+fn retained_memory_survives_random_kills() {
     kills(12);
 }
 
 #[test]
-fn power_cut_at_random() {
+fn retained_memory_survives_random_power_cuts() {
     cuts(6);
 }
 
 #[test]
-fn a_disk_that_stalls_costs_no_scan() {
+fn a_stalled_disk_delays_no_scan() {
     stall(Duration::from_millis(800));
 }
 
 #[test]
 #[ignore = "some minutes"]
-fn killed_a_thousand_times() {
+fn retained_memory_survives_a_thousand_kills() {
     kills(1000);
 }
 
 #[test]
 #[ignore = "half a minute"]
-fn power_cut_a_hundred_times() {
+fn retained_memory_survives_a_hundred_power_cuts() {
     cuts(100);
 }
 
 #[test]
 #[ignore = "some minutes"]
-fn a_stall_of_30_s() {
+fn a_disk_stall_of_30_seconds_delays_no_scan() {
     stall(Duration::from_secs(30));
 }
 
@@ -391,7 +391,7 @@ fn on_tmpfs(size: &str, before: &str) -> Option<(Plant, Running, PathBuf)> {
 }
 
 #[test]
-fn a_full_disk_costs_no_scan_and_is_used_once_it_has_space() {
+fn a_full_disk_delays_no_scan_and_is_used_once_it_has_space() {
     let Some((_plant, mut running, seen)) = on_tmpfs("40k", "") else {
         return skip(Need::MountNamespace, "no mount namespace to be had");
     };
@@ -427,7 +427,7 @@ fn a_full_disk_costs_no_scan_and_is_used_once_it_has_space() {
 }
 
 #[test]
-fn a_read_only_disk_gives_what_it_has_and_costs_no_scan() {
+fn a_read_only_disk_restores_its_image_and_delays_no_scan() {
     let (plant, _) = on_disk();
     fs::create_dir(plant.0.join("disk")).unwrap();
     let mut command = plant.command(&[] as &[&str]);

@@ -75,7 +75,7 @@ fn a_restart_with_more_tags_in_another_order_keeps_every_value() {
 }
 
 #[test]
-fn an_address_that_becomes_a_type_is_kept_by_its_name_and_back() {
+fn a_value_is_kept_by_name_when_an_address_becomes_a_type_and_back() {
     let plant = plant();
     run(&plant, "5");
     write(&plant, &TAGS.replace("at = \"D6\"", "type = \"int\""), RUNGS);
@@ -102,7 +102,7 @@ fn a_removed_tag_is_reported_by_name() {
 }
 
 #[test]
-fn an_operator_names_tags_and_their_addresses_are_refused() {
+fn commands_accept_placed_tags_and_refuse_their_addresses() {
     let plant = plant();
     let mut running = Running::new(&mut plant.command(&[] as &[&str]));
     running.line("RUN");

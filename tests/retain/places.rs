@@ -37,7 +37,7 @@ fn names(folder: PathBuf) -> Vec<String> {
 }
 
 #[test]
-fn a_link_to_a_file_that_is_not_there_yet_is_followed() {
+fn a_link_to_a_missing_file_is_followed() {
     let (plant, target) = linked();
     let lines = run(&plant, "30");
     assert_eq!(find(&lines, "is made: ")["event"], "retain-made");
@@ -49,7 +49,7 @@ fn a_link_to_a_file_that_is_not_there_yet_is_followed() {
 }
 
 #[test]
-fn a_link_stays_where_a_longer_file_is_made() {
+fn a_link_is_kept_when_a_longer_file_is_made() {
     let (plant, target) = linked();
     let controller = plant.0.join("controller.toml");
     let text = fs::read_to_string(&controller).unwrap();
@@ -65,7 +65,7 @@ fn a_link_stays_where_a_longer_file_is_made() {
 }
 
 #[test]
-fn what_a_link_points_at_is_kept_aside_beside_it() {
+fn a_foreign_target_of_a_link_is_renamed_in_its_own_folder() {
     let (plant, target) = linked();
     fs::write(&target, "my only copy of something else\n").unwrap();
     let lines = run(&plant, "5");
@@ -96,7 +96,7 @@ fn a_circular_link_is_reported_and_kept() {
 }
 
 #[test]
-fn a_link_that_is_led_elsewhere_under_the_running_controller_is_followed() {
+fn a_link_changed_while_the_controller_runs_is_followed() {
     let (plant, target) = linked();
     let mut running = Running::new(&mut plant.command(&[] as &[&str]));
     running.line("RUN");
@@ -111,7 +111,7 @@ fn a_link_that_is_led_elsewhere_under_the_running_controller_is_followed() {
 }
 
 #[test]
-fn a_file_whose_numbers_are_used_up_is_followed_by_a_new_one() {
+fn a_file_with_the_last_image_number_is_replaced_by_a_new_file() {
     let plant = Plant::new(COUNTS, KEEPS);
     run(&plant, "30");
     let mut device = FileDevice::open(&file(&plant), Access::Read).unwrap();
@@ -137,7 +137,7 @@ fn a_file_whose_numbers_are_used_up_is_followed_by_a_new_one() {
 }
 
 #[test]
-fn a_file_that_was_emptied_under_the_running_controller_is_made_anew() {
+fn a_file_emptied_while_the_controller_runs_is_recreated() {
     let plant = Plant::new(COUNTS, KEEPS);
     let mut running = Running::new(&mut plant.command(&[] as &[&str]));
     running.line("RUN");
@@ -194,7 +194,7 @@ fn harmed(harm: impl Fn(&std::path::Path, &[u8])) {
 }
 
 #[test]
-fn a_file_that_is_taken_away_while_nothing_changes_is_made_anew() {
+fn a_file_removed_while_no_value_changes_is_recreated() {
     harmed(|file, _| fs::remove_file(file).unwrap());
 }
 
@@ -219,24 +219,24 @@ fn a_file_in_a_removed_folder_is_recreated_when_the_folder_returns() {
 }
 
 #[test]
-fn a_file_that_is_emptied_while_nothing_changes_is_made_anew() {
+fn a_file_emptied_while_no_value_changes_is_recreated() {
     harmed(|file, _| fs::write(file, "").unwrap());
 }
 
 #[test]
-fn a_file_that_is_cut_while_nothing_changes_is_made_anew() {
+fn a_file_truncated_while_no_value_changes_is_recreated() {
     harmed(|file, _| {
         fs::OpenOptions::new().write(true).open(file).unwrap().set_len(8192).unwrap();
     });
 }
 
 #[test]
-fn a_file_that_an_older_copy_is_written_into_is_written_again() {
+fn a_file_overwritten_with_an_older_copy_is_written_again() {
     harmed(|file, older| fs::write(file, older).unwrap());
 }
 
 #[test]
-fn a_file_that_an_older_copy_replaces_is_written_again() {
+fn a_file_replaced_by_an_older_copy_is_written_again() {
     harmed(|file, older| {
         fs::write(file.with_extension("copy"), older).unwrap();
         fs::rename(file.with_extension("copy"), file).unwrap();
@@ -256,7 +256,7 @@ fn cannot_grow(plant: &Plant, running: &Running) {
 }
 
 #[test]
-fn if_a_longer_file_cannot_be_made_the_old_one_and_its_lock_stay() {
+fn the_old_file_and_its_lock_stay_if_a_longer_file_cannot_be_made() {
     let short = KEEPS.replace("\"D0..D3999\"", "\"D0..D1\", \"D3999\"");
     let plant = Plant::new(COUNTS, &short);
     run(&plant, "30");
@@ -315,7 +315,7 @@ fn one_of_many_has_it(plant: &Plant) {
 }
 
 #[test]
-fn of_several_that_start_at_once_without_a_file_one_runs() {
+fn only_one_of_several_simultaneous_starts_owns_the_new_file() {
     for _ in 0..3 {
         let controller =
             KEEPS.replace("[operator]\nsocket = \"op\"\n", "[operator]\nenabled = false\n");
@@ -335,7 +335,7 @@ fn of_several_that_start_at_once_without_a_file_one_runs() {
 }
 
 #[test]
-fn a_file_whose_newest_image_makes_no_sense_is_kept_aside_and_no_older_one_restored() {
+fn a_file_with_an_invalid_newest_image_is_renamed_and_not_restored() {
     let plant = Plant::new(COUNTS, KEEPS);
     run(&plant, "30");
     let found = survey(&mut FileDevice::open(&file(&plant), Access::Read).unwrap()).unwrap();
@@ -354,7 +354,7 @@ fn a_file_whose_newest_image_makes_no_sense_is_kept_aside_and_no_older_one_resto
 }
 
 #[test]
-fn a_longer_file_begins_with_the_newest_image_under_its_number() {
+fn a_longer_file_begins_with_the_newest_image_and_its_number() {
     let plant = Plant::new(COUNTS, KEEPS);
     let controller = plant.0.join("controller.toml");
     let text = fs::read_to_string(&controller).unwrap();

@@ -41,7 +41,7 @@ fn a_restart_keeps_every_bit_of_a_real() {
 }
 
 #[test]
-fn a_killed_process_loses_no_more_of_reals_than_of_words() {
+fn a_killed_process_keeps_reals_like_words() {
     let plant = Plant::new(LADDER, &KEEPS.replace("cold-start", "interval = \"10ms\"\ncold-start"));
     let mut running = Running::new(&mut plant.command(&[] as &[&str]));
     // Before a complete scan no memory can be kept: its first scan writes the values.
@@ -59,7 +59,7 @@ fn a_killed_process_loses_no_more_of_reals_than_of_words() {
 }
 
 #[test]
-fn a_real_follows_its_tag_and_is_no_word_of_whole_numbers() {
+fn a_real_follows_its_tag_but_not_to_an_integer_word() {
     let plant = Plant::new(LADDER, KEEPS);
     run(&plant, "3");
     let moved = LADDER.replace("level = { at = \"R5\" }", "level = { at = \"R9\", max = 1.5 }");

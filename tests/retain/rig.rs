@@ -125,7 +125,7 @@ fn start(plant: &Plant) -> Running {
 }
 
 #[test]
-fn restarts_and_power_cuts_match_the_real_process() {
+fn simulated_restarts_and_power_cuts_match_the_real_process() {
     let (runs, seed) = (setting("RUNGD_RIG_RUNS", 3), setting("RUNGD_RIG_SEED", 1));
     for run in 0..runs {
         story(seed + run);
@@ -187,7 +187,7 @@ const PRESETS: &str = "[[program]]\nname = \"Main\"\nrung = [\n\
     { when = [\"X3\"], do = [\"CTU N0 preset=9\"] },\n]\n";
 
 #[test]
-fn a_power_cut_leaves_presets_and_enable_bits_as_a_restart_does() {
+fn a_power_cut_and_a_restart_give_equal_presets_and_enable_bits() {
     let plant = Plant::new(PRESETS, "");
     let steps = |end: &str| {
         format!(

@@ -35,7 +35,7 @@ fn keeps(ranges: &str) -> String {
 }
 
 #[test]
-fn an_orderly_stop_loses_nothing() {
+fn an_orderly_stop_loses_no_retained_value() {
     let plant = Plant::new(COUNTS, KEEPS);
     let lines = run(&plant, "50");
     assert_eq!(events(&lines, "retain-cold").len(), 1);
@@ -52,7 +52,7 @@ fn an_orderly_stop_loses_nothing() {
 }
 
 #[test]
-fn without_leave_to_run_cold_it_starts_in_stop_and_keeps_nothing() {
+fn a_cold_start_without_permission_is_in_stop_and_keeps_nothing() {
     let plant = Plant::new(COUNTS, &KEEPS.replace("cold-start = \"run\"\n", ""));
     for _ in 0..2 {
         let mut running = Running::new(&mut plant.command(&[] as &[&str]));
@@ -66,7 +66,7 @@ fn without_leave_to_run_cold_it_starts_in_stop_and_keeps_nothing() {
 }
 
 #[test]
-fn a_killed_process_has_everything_with_termination_logic_terminated() {
+fn a_restart_after_a_kill_terminates_everything_with_termination_logic() {
     let ladder = "[[program]]\nname = \"Main\"\nrung = [\n\
         { when = [\"$On\"], do = [\"ADD D0 1 to=D0\", \"OUT C1\", \"SET C2\"] },\n\
         { leg.up = [\"$ScanToggle\"], leg.rst = [\"$Off\"], do = [\"CNT CT1 preset=5\"] },\n\
@@ -123,7 +123,7 @@ fn shows(tags: &str, named: &str) -> String {
 }
 
 #[test]
-fn values_follow_their_tags_and_what_changed_its_meaning_is_dropped() {
+fn values_follow_their_tags_and_values_of_changed_elements_are_dropped() {
     let plant = Plant::new(TAGGED, &keeps("\"D5..D8\""));
     run(&plant, "3");
     let tags = "level = { at = \"D50\" }\nstarts = { at = \"CT3\" }\nnewcomer = { at = \"D8\" }\n";
@@ -153,7 +153,7 @@ fn values_follow_their_tags_and_what_changed_its_meaning_is_dropped() {
 }
 
 #[test]
-fn a_value_that_its_tag_does_not_take_any_more_is_dropped() {
+fn a_value_beyond_the_new_limits_of_its_tag_is_dropped() {
     let tags = |limits: &str| {
         format!(
             "[tags]\nsize = {{ at = \"D5\"{limits} }}\nrate = {{ at = \"D6\"{} }}\n\
@@ -206,7 +206,7 @@ fn eye(block: &str, mnemonic: &str) -> String {
 }
 
 #[test]
-fn an_edge_history_is_retained_while_mnemonic_and_block_are_the_same() {
+fn an_edge_history_is_retained_if_mnemonic_and_block_are_unchanged() {
     let plant = Plant::new(&eye("Count", "UDCG"), &keeps("\"CT0\""));
     let count = || {
         run(&plant, "5");
@@ -222,7 +222,7 @@ fn an_edge_history_is_retained_while_mnemonic_and_block_are_the_same() {
 }
 
 #[test]
-fn a_program_that_keeps_more_takes_the_image_along_into_a_longer_file() {
+fn a_program_that_retains_more_moves_the_image_to_a_longer_file() {
     let plant = Plant::new(COUNTS, &keeps("\"D0..D1\", \"D3999\", \"CT0\""));
     run(&plant, "40");
     let short = fs::metadata(file(&plant)).unwrap().len();
@@ -234,7 +234,7 @@ fn a_program_that_keeps_more_takes_the_image_along_into_a_longer_file() {
 }
 
 #[test]
-fn a_foreign_and_a_newer_file_are_kept_aside_and_never_written_over() {
+fn foreign_and_newer_files_are_renamed_and_never_overwritten() {
     let plant = Plant::new(COUNTS, KEEPS);
     let aside = |number: u32| plant.0.join(format!("memory.aside-{number}"));
     write(&plant, "memory", "my only copy of something else\n");
@@ -252,7 +252,7 @@ fn a_foreign_and_a_newer_file_are_kept_aside_and_never_written_over() {
 }
 
 #[test]
-fn a_damaged_slot_is_reported_and_the_earlier_image_used() {
+fn a_damaged_image_is_reported_and_the_earlier_image_is_used() {
     let plant = Plant::new(COUNTS, KEEPS);
     run(&plant, "5");
     run(&plant, "5");
@@ -271,7 +271,7 @@ fn a_damaged_slot_is_reported_and_the_earlier_image_used() {
 }
 
 #[test]
-fn two_controllers_do_not_share_a_file() {
+fn two_controllers_do_not_share_a_retentive_file() {
     let plant = Plant::new(COUNTS, KEEPS);
     let mut first = Running::new(&mut plant.command(&[] as &[&str]));
     first.line("RUN");
@@ -282,7 +282,7 @@ fn two_controllers_do_not_share_a_file() {
 }
 
 #[test]
-fn an_operators_save_shows_in_status() {
+fn a_save_by_an_operator_shows_in_status() {
     let plant = Plant::new(COUNTS, &KEEPS.replace("20ms", "1h"));
     let mut running = Running::new(&mut plant.command(&[] as &[&str]));
     running.line("RUN");
@@ -334,7 +334,7 @@ fn exceeding_the_daily_write_budget_is_reported_at_once() {
 }
 
 #[test]
-fn a_reloaded_program_is_kept_by_its_own_names_and_ranges() {
+fn a_reloaded_program_is_retained_by_its_own_names_and_ranges() {
     let text = keeps("\"D5..D8\"").replace("enabled = false", "socket = \"op\"");
     let plant = Plant::new(TAGGED, &text);
     let mut running = Running::new(&mut plant.command(&[] as &[&str]));
@@ -376,7 +376,7 @@ fn stopped_on_a_slow_disk(words: &[&str]) -> (Plant, String) {
 }
 
 #[test]
-fn a_stop_is_answered_when_its_image_is_durable() {
+fn a_stop_command_is_answered_once_its_image_is_durable() {
     let (plant, said) = stopped_on_a_slow_disk(&[]);
     assert!(said.starts_with("STOP (an operator requested it), was RUN\n"), "{said}");
     assert!(said.contains("memory: image ") && said.contains(", durable"), "{said}");
@@ -386,7 +386,7 @@ fn a_stop_is_answered_when_its_image_is_durable() {
 /// The figure of `docs/retain.md`. The next test is its control: there the image is lost.
 #[test]
 #[ignore = "a minute"]
-fn of_45_stops_that_were_answered_no_image_is_lost() {
+fn no_image_of_45_answered_stops_is_lost() {
     let lost = (0..45).filter(|_| {
         let (plant, _) = stopped_on_a_slow_disk(&[]);
         !held(&file(&plant)).unwrap().is_final
@@ -395,14 +395,14 @@ fn of_45_stops_that_were_answered_no_image_is_lost() {
 }
 
 #[test]
-fn a_stop_that_need_not_be_kept_is_answered_at_once() {
+fn a_stop_without_waiting_is_answered_at_once() {
     let (plant, said) = stopped_on_a_slow_disk(&["--no-wait"]);
     assert_eq!(said, "STOP (an operator requested it), was RUN\n");
     assert!(!held(&file(&plant)).unwrap().is_final, "killed while the disk was busy");
 }
 
 #[test]
-fn a_stop_whose_image_cannot_be_kept_says_so_and_what_to_do() {
+fn a_stop_with_an_unwritable_image_reports_the_failure_and_a_remedy() {
     let plant = Plant::new(COUNTS, KEEPS);
     let mut running = Running::new(&mut plant.command(&[] as &[&str]));
     running.line("RUN");
@@ -439,7 +439,7 @@ fn starts_cold_without_a_socket(command: &mut Command) {
 
 /// The environment names a socket that cannot be made; then a controller runs without one.
 #[test]
-fn without_the_socket_of_the_environment_it_is_said_how_a_cold_controller_runs() {
+fn a_cold_start_without_the_default_socket_names_the_way_to_run() {
     let keeps = KEEPS.replace("cold-start = \"run\"\n", "");
     let keeps = keeps.replace("[operator]\nsocket = \"op\"\n", "");
     let too_long = format!("/tmp/{}", "x".repeat(120));
@@ -451,7 +451,7 @@ fn without_the_socket_of_the_environment_it_is_said_how_a_cold_controller_runs()
 }
 
 #[test]
-fn without_an_operators_socket_it_is_said_how_a_cold_controller_runs() {
+fn a_cold_start_without_an_operator_socket_names_the_way_to_run() {
     let keeps =
         KEEPS.replace("cold-start = \"run\"\n", "").replace("socket = \"op\"", "enabled = false");
     let plant = Plant::new(COUNTS, &keeps);

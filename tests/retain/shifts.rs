@@ -56,7 +56,7 @@ fn bits(plant: &Plant) -> String {
 }
 
 #[test]
-fn a_part_before_the_eye_is_not_shifted_in_twice() {
+fn a_part_at_the_sensor_is_not_shifted_in_again_after_a_restart() {
     let plant = Plant::new("", "");
     let four = keeps("ranges = [\"C0..C3\"]");
     write(&plant, &shifts("Line", "C0..C3", "$On"), &four);
@@ -74,14 +74,14 @@ fn a_part_before_the_eye_is_not_shifted_in_twice() {
 }
 
 #[test]
-fn a_history_is_retained_only_with_all_bits_of_its_sr() {
+fn the_clock_history_is_retained_only_with_all_bits_of_the_sr() {
     let plant = Plant::new("", "");
     write(&plant, &shifts("Line", "C0..C3", "$On"), &keeps("ranges = [\"C0..C2\"]"));
     assert_eq!((bits(&plant), bits(&plant)), ("100".into(), "110".into()));
 }
 
 #[test]
-fn two_of_the_same_bits_in_one_block_have_a_history_each() {
+fn two_sr_of_the_same_bits_in_one_block_have_separate_histories() {
     let plant = Plant::new("", "");
     let rungs = |first: &str, second: &str| {
         program("Line", &[sr("C0..C3", first), sr("C0..C3", second)].concat())
@@ -94,7 +94,7 @@ fn two_of_the_same_bits_in_one_block_have_a_history_each() {
 }
 
 #[test]
-fn a_history_follows_an_array_without_an_address() {
+fn the_clock_history_follows_an_array_without_an_address() {
     let plant = Plant::new("", "");
     let by_name = keeps("tags = [\"belt\"]");
     let ladder = shifts("Line", "belt", "$On");
@@ -107,7 +107,7 @@ fn a_history_follows_an_array_without_an_address() {
 }
 
 #[test]
-fn a_killed_process_keeps_the_history_too() {
+fn a_killed_process_keeps_the_clock_history_of_an_sr() {
     let plant = Plant::new("", "");
     let four = keeps("ranges = [\"C0..C3\"]\ninterval = \"10ms\"");
     write(&plant, &shifts("Line", "C0..C3", "$On"), &four);

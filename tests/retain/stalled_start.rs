@@ -29,7 +29,7 @@ fn notice(socket: &UnixDatagram, words: &str) -> String {
 }
 
 #[test]
-fn a_start_on_a_stalled_disk_reports_what_it_waits_for() {
+fn a_start_on_a_stalled_disk_names_the_disk_that_it_waits_for() {
     if !cfg!(debug_assertions) {
         return skip(Need::Faults, "a build without debug assertions has no faults on purpose");
     }

@@ -296,7 +296,7 @@ impl Repairs {
 }
 
 #[test]
-fn a_help_shows_text_to_write_or_only_names() {
+fn texts_to_write_are_distinguished_from_names_in_a_help() {
     let shown = |help: &str| texts_to_write(help).join(" / ");
     assert_eq!(shown("write `SR C0..C7`, or name an array of bits"), "SR C0..C7");
     assert_eq!(shown("give it one: `name = \"…\"`"), "name = \"…\"");
@@ -316,7 +316,7 @@ fn a_help_shows_text_to_write_or_only_names() {
 }
 
 #[test]
-fn a_repair_writes_what_is_shown() {
+fn a_fix_is_compared_with_the_text_shown_in_the_help() {
     assert!(contains("do = [\"OUT Y7\"]", "OUT b"));
     assert!(contains("name =  \"A\"", "name = \"…\""));
     assert!(!contains("SET Y7", "OUT b"));

@@ -100,7 +100,7 @@ fn numbers_times_and_durations_are_masked() {
 }
 
 #[test]
-fn a_command_takes_the_number_of_now() {
+fn numbers_of_a_page_are_replaced_by_present_numbers_in_commands() {
     let mut carried = Carried::default();
     carried.learn("alarm ON tag=jam scan=860", "alarm ON tag=jam scan=913");
     carried.learn("all 3 hashes", "all 4 hashes");

@@ -154,7 +154,7 @@ fn fake(folder: &Path, name: &str, (text, code): (&str, i32)) -> std::path::Path
 }
 
 #[test]
-fn a_program_that_is_too_old_is_a_reason_to_skip() {
+fn a_test_is_skipped_if_its_program_is_too_old() {
     let folder = super::folder::TestFolder::new("needs-old");
     let of = |name: &str, said: &str, code| fake(folder.path(), name, (said, code));
     let refused = |probed: Probed, why: &str| assert_eq!(probed, Err(why.to_owned()));
@@ -172,7 +172,7 @@ fn a_program_that_is_too_old_is_a_reason_to_skip() {
 }
 
 #[test]
-fn a_program_that_is_new_enough_is_used() {
+fn a_test_runs_if_its_program_is_new_enough() {
     let folder = super::folder::TestFolder::new("needs-new");
     let of = |name: &str, said: &str, code| fake(folder.path(), name, (said, code));
     assert_eq!(nats_server(&of("nats-server", "nats-server: v2.10.0", 0)), Ok(()));
@@ -183,7 +183,7 @@ fn a_program_that_is_new_enough_is_used() {
 }
 
 #[test]
-fn what_a_module_lacks_is_the_reason() {
+fn the_reason_of_a_skip_is_the_error_of_the_missing_module() {
     let folder = super::folder::TestFolder::new("needs-module");
     let error = "ModuleNotFoundError: No module named 'serial'";
     let python = fake(folder.path(), "python3", (&format!("Traceback:\n{error}"), 1));
@@ -195,13 +195,13 @@ fn what_a_module_lacks_is_the_reason() {
 }
 
 #[test]
-fn what_is_not_required_is_skipped() {
+fn a_need_that_is_not_required_is_skipped() {
     skip_under("", Need::Ext4, "no ext4");
     skip_under("programs root", Need::Ext4, "no ext4");
 }
 
 #[test]
 #[should_panic = "no ext4, and RUNGD_REQUIRE wants ext4"]
-fn what_is_required_is_never_skipped() {
+fn a_required_need_is_never_skipped() {
     skip_under("programs ext4", Need::Ext4, "no ext4");
 }

@@ -8,7 +8,7 @@ use std::time::Duration;
 use crate::web::client::Web;
 
 #[test]
-fn silent_clients_do_not_exhaust_memory_or_controller() {
+fn silent_clients_exhaust_neither_memory_nor_the_controller() {
     let web = Web::start(&[]);
     let visitor = web.visit();
     web.until("/events?element=Main&from=1&to=2", &visitor, |event| event["scan"].is_u64());
@@ -35,7 +35,7 @@ fn silent_clients_do_not_exhaust_memory_or_controller() {
 }
 
 #[test]
-fn viewers_that_read_nothing_delay_no_other() {
+fn viewers_that_read_nothing_do_not_delay_others() {
     let web = Web::start(&[]);
     let visitor = web.visit();
     let path = "/events?element=Main&from=1&to=2";
@@ -52,7 +52,7 @@ fn viewers_that_read_nothing_delay_no_other() {
 
 /// An open page has no request under way, but receives events: it is not idle.
 #[test]
-fn an_open_page_keeps_its_place_among_a_crowd() {
+fn an_open_page_stays_connected_among_many_clients() {
     let web = Web::start(&[]);
     let visitor = web.visit();
     let mut page = web.open("/events?element=Main&from=1&to=2", &visitor);

@@ -22,7 +22,7 @@ const CONTROLLER: &str = "[outputs]\non = [\"Y1\"]\nhold = [\"Y2\"]\n";
 const WINDOW: &str = "/events?element=Main&from=1&to=1&tags=heater,fan,valve,level";
 
 #[test]
-fn outside_run_a_page_gets_what_is_driven() {
+fn a_page_gets_the_driven_outputs_outside_run() {
     let web = Web::of(Live::start(LADDER, CONTROLLER, &[]), &[]);
     let visitor = web.visit();
     web.live.ok("write heat ON");
@@ -66,7 +66,7 @@ fn outside_run_a_page_gets_what_is_driven() {
 }
 
 #[test]
-fn an_event_of_a_number_is_a_number() {
+fn values_of_number_events_are_json_numbers() {
     let web = Web::of(Live::start(LADDER, CONTROLLER, &[]), &[]);
     let visitor = web.visit();
     for write in ["level 1", "temperature 1.5", "heat ON"] {

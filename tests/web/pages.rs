@@ -9,7 +9,7 @@ use crate::web::client::Web;
 const WINDOW: &str = "/events?element=Main&from=1&to=2&tags=level,lamp,parts.Acc";
 
 #[test]
-fn the_power_of_the_ladder_is_live_and_so_are_values() {
+fn a_page_shows_live_power_and_live_values() {
     let web = Web::start(&[]);
     let visitor = web.visit();
     for (path, kind) in
@@ -46,7 +46,7 @@ fn the_power_of_the_ladder_is_live_and_so_are_values() {
 }
 
 #[test]
-fn clicking_a_name_explains_it_and_a_held_minute_stays() {
+fn the_page_can_explain_a_name_and_hold_a_moment_of_the_past() {
     let web = Web::start(&[]);
     let visitor = web.visit();
     web.live.ok("write level 50");
@@ -78,7 +78,7 @@ fn clicking_a_name_explains_it_and_a_held_minute_stays() {
 }
 
 #[test]
-fn tags_are_searched_and_trends_have_every_change() {
+fn tags_can_be_searched_and_trends_contain_every_change() {
     let began = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap();
     let web = Web::start(&[]);
     let visitor = web.visit();
@@ -140,7 +140,7 @@ fn tags_are_searched_and_trends_have_every_change() {
 
 /// After a reload the page receives a message, and loads the new program.
 #[test]
-fn a_reload_is_followed_and_so_is_a_restart() {
+fn a_page_follows_a_reload_and_a_restart() {
     let mut web = Web::start(&[]);
     let visitor = web.visit();
     let program = |web: &Web| web.get("/api/ladder", &visitor).json()["program"].clone();

@@ -19,7 +19,7 @@ fn certificate(folder: &Path) -> (String, String) {
 }
 
 #[test]
-fn browsers_speak_tls_and_nothing_else() {
+fn the_secured_server_accepts_only_tls() {
     let curl = || works("curl", Command::new("curl").arg("--version"));
     if !usable(openssl(Path::new("openssl"))) || !usable(curl()) {
         return;

@@ -11,7 +11,7 @@ fn status(web: &Web, first: &str, lines: &[&str]) -> u16 {
 }
 
 #[test]
-fn other_hosts_other_pages_and_those_without_a_session_get_nothing() {
+fn requests_from_other_hosts_or_pages_or_without_a_session_are_refused() {
     let web = Web::start(&[]);
     let visitor = web.visit();
     let (own, cookie) = (format!("Host: {}", web.host), format!("Cookie: {}", visitor.cookie));
@@ -48,7 +48,7 @@ fn other_hosts_other_pages_and_those_without_a_session_get_nothing() {
 }
 
 #[test]
-fn an_invalid_request_is_refused_and_the_next_one_answered() {
+fn an_invalid_request_is_refused_and_the_next_one_is_answered() {
     let web = Web::start(&[]);
     let visitor = web.visit();
     let long = format!("GET /{} HTTP/1.1\r\n\r\n", "a".repeat(40_000));

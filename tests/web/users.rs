@@ -34,7 +34,7 @@ fn error(answer: &HttpAnswer) -> String {
 }
 
 #[test]
-fn a_user_writes_what_is_listed_and_the_log_has_the_name() {
+fn a_user_can_write_only_listed_operands_and_the_log_names_the_user() {
     let listed = CONTROLLER.replace("\"start\"]", "\"start\", \"R0\"]");
     let live = Live::start(LADDER, &listed, &[]);
     let file = live.folder.join("users").display().to_string();
@@ -88,7 +88,7 @@ fn a_user_writes_what_is_listed_and_the_log_has_the_name() {
 }
 
 #[test]
-fn a_reload_that_takes_an_operand_from_the_list_leaves_no_time_for_a_write() {
+fn a_write_is_refused_at_once_after_a_reload_removes_its_operand_from_the_list() {
     let live = Live::start(LADDER, CONTROLLER, &[]);
     let file = live.folder.join("users").display().to_string();
     passwd(&file, "anna", "correct horse");
@@ -110,7 +110,7 @@ fn a_reload_that_takes_an_operand_from_the_list_leaves_no_time_for_a_write() {
 /// The wrong passwords wait for their turn at the same time, so each of them was admitted before
 /// the first was found to be wrong.
 #[test]
-fn a_burst_of_passwords_gets_no_more_tries_than_the_limit() {
+fn simultaneous_wrong_passwords_get_no_more_attempts_than_the_limit() {
     let live = Live::start(LADDER, CONTROLLER, &[]);
     let file = live.folder.join("users").display().to_string();
     passwd(&file, "anna", "correct horse");
@@ -134,7 +134,7 @@ fn a_burst_of_passwords_gets_no_more_tries_than_the_limit() {
 
 /// A hash takes 19 MB, which the process must not keep for every password.
 #[test]
-fn sixty_sign_ins_use_the_memory_of_one() {
+fn sixty_sign_ins_use_the_memory_of_one_password_hash() {
     let live = Live::start(LADDER, CONTROLLER, &[]);
     let file = live.folder.join("users").display().to_string();
     for user in ["anna", "ben", "carl"] {
@@ -155,7 +155,7 @@ fn sixty_sign_ins_use_the_memory_of_one() {
 
 /// Each of these makes its browser go away while `rungd web` stands still with the request.
 #[test]
-fn a_change_of_a_gone_browser_is_not_made() {
+fn a_change_by_a_browser_that_left_is_not_executed() {
     let live = Live::start(LADDER, CONTROLLER, &[]);
     let file = live.folder.join("users").display().to_string();
     passwd(&file, "anna", "correct horse");
@@ -200,7 +200,7 @@ fn a_change_of_a_gone_browser_is_not_made() {
 }
 
 #[test]
-fn users_that_are_set_at_the_same_time_all_stay() {
+fn simultaneously_set_users_are_all_kept() {
     let folder = TestFolder::new("users");
     let file = folder.path().join("users");
     let (named, text) = (folder.path().join("link"), || std::fs::read_to_string(&file).unwrap());
@@ -231,7 +231,7 @@ fn users_that_are_set_at_the_same_time_all_stay() {
 }
 
 #[test]
-fn passwords_are_not_tried_without_end() {
+fn the_number_of_password_attempts_is_limited() {
     let live = Live::start(LADDER, CONTROLLER, &[]);
     let file = live.folder.join("users").display().to_string();
     passwd(&file, "anna", "correct horse");

@@ -95,7 +95,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_text_ends_its_element() {
+    fn special_characters_in_texts_are_escaped() {
         let mut svg = SvgWriter::default();
         svg.label("name", [8, 14], "</text><script>'\"&\u{1b}");
         svg.title("a<b");

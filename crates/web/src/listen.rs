@@ -31,13 +31,6 @@ const HANDSHAKE_MAX: Duration = Duration::from_secs(10);
 pub(super) trait BrowserStream: AsyncRead + AsyncWrite + Unpin + Send {}
 impl<S: AsyncRead + AsyncWrite + Unpin + Send> BrowserStream for S {}
 
-/// A connected browser.
-pub(super) struct Browser {
-    pub connection: Box<dyn BrowserStream>,
-    /// The browser's end of the connection.
-    pub peer: PeerEnd,
-}
-
 /// The source of connections.
 pub(super) enum WebListener {
     Port(TcpListener),
@@ -79,22 +72,22 @@ impl WebListener {
         }
     }
 
-    /// The next browser that connects.
+    /// The next connection, and the browser at its other end.
     ///
     /// # Errors
     /// The system's error.
-    pub async fn accept(&self) -> io::Result<Browser> {
+    pub async fn accept(&self) -> io::Result<(Box<dyn BrowserStream>, PeerEnd)> {
         match self {
             WebListener::Port(listener) => {
                 let (stream, _) = listener.accept().await?;
                 let _ = stream.set_nodelay(true);
                 let peer = PeerEnd::of(&stream)?;
-                Ok(Browser { connection: Box::new(stream), peer })
+                Ok((Box::new(stream), peer))
             }
             WebListener::Unix(listener) => {
                 let (stream, _) = listener.accept().await?;
                 let peer = PeerEnd::of(&stream)?;
-                Ok(Browser { connection: Box::new(stream), peer })
+                Ok((Box::new(stream), peer))
             }
         }
     }

@@ -84,22 +84,22 @@ macro_rules! ways {
 }
 
 ways! {
-    the_last_scan_of_an_orderly_stop = Way::LastScan;
-    an_operators_stop = Way::Operator;
-    a_stop_instruction = Way::Instruction;
-    the_watchdog = Way::Watchdog;
-    a_panic_in_the_scan = Way::PanicInScan;
-    a_panic_of_the_scan_thread = Way::PanicInThread;
-    a_panic_of_the_monitor = Way::PanicInMonitor;
-    a_panic_of_a_driver = Way::PanicInDriver;
-    a_panic_of_the_main_thread = Way::PanicInShell;
-    sigterm = Way::Terminate;
-    sigint = Way::Interrupt;
-    sigkill = Way::Kill;
-    sigstop = Way::Stand;
-    sigsegv = Way::Segment;
-    a_device_that_is_silent = Way::Silent;
-    a_device_that_is_cut_off = Way::Cut;
+    outputs_are_as_documented_after_an_orderly_stop = Way::LastScan;
+    outputs_are_as_documented_after_a_stop_by_an_operator = Way::Operator;
+    outputs_are_as_documented_after_a_stop_instruction = Way::Instruction;
+    outputs_are_as_documented_after_a_watchdog_fault = Way::Watchdog;
+    outputs_are_as_documented_after_a_panic_in_the_scan = Way::PanicInScan;
+    outputs_are_as_documented_after_a_panic_of_the_scan_thread = Way::PanicInThread;
+    outputs_are_as_documented_after_a_panic_of_the_monitor = Way::PanicInMonitor;
+    outputs_are_as_documented_after_a_panic_of_a_driver = Way::PanicInDriver;
+    outputs_are_as_documented_after_a_panic_of_the_main_thread = Way::PanicInShell;
+    outputs_are_as_documented_after_sigterm = Way::Terminate;
+    outputs_are_as_documented_after_sigint = Way::Interrupt;
+    outputs_are_as_documented_after_sigkill = Way::Kill;
+    outputs_are_as_documented_after_sigstop = Way::Stand;
+    outputs_are_as_documented_after_sigsegv = Way::Segment;
+    outputs_are_as_documented_after_a_device_falls_silent = Way::Silent;
+    outputs_are_as_documented_after_a_device_is_cut_off = Way::Cut;
 }
 
 /// The ways that write the safe values once more at the end, with their exit codes.
@@ -107,7 +107,7 @@ const LAST_WORDS: [(Way, i32); 3] =
     [(Way::Terminate, 0), (Way::PanicInMonitor, 70), (Way::PanicInShell, 70)];
 
 #[test]
-fn a_device_that_comes_back_during_the_end_is_made_safe() {
+fn a_device_that_returns_during_the_shutdown_is_made_safe() {
     for (way, code) in LAST_WORDS {
         if !may(way) {
             continue;
@@ -120,7 +120,7 @@ fn a_device_that_comes_back_during_the_end_is_made_safe() {
 }
 
 #[test]
-fn a_device_that_does_not_come_back_during_the_end_is_named() {
+fn a_device_that_does_not_return_during_the_shutdown_is_named() {
     for (way, code) in LAST_WORDS {
         if !may(way) {
             continue;
@@ -154,7 +154,7 @@ fn many(way: Way, rounds: u32) -> Vec<Story> {
 
 #[test]
 #[ignore = "a hundred times each: a quarter of an hour, and the table of docs/endings.md"]
-fn the_page() {
+fn write_the_table_of_measured_endings_to_the_page() {
     let rounds = std::env::var("RUNGD_ENDINGS").map(|text| text.parse().expect("a number"));
     let rounds = rounds.unwrap_or(ROUNDS_OF_THE_PAGE);
     let mut rows = Vec::new();

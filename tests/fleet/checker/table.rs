@@ -40,7 +40,7 @@ fn rows() -> Vec<StatementRow> {
 }
 
 #[test]
-fn each_statement_is_listed_once() {
+fn each_statement_of_the_specification_is_listed_once() {
     let rows = rows();
     let ids: BTreeSet<&str> = rows.iter().map(|row| row.id.as_str()).collect();
     assert_eq!(ids.len(), rows.len(), "a statement stands there twice");
@@ -67,7 +67,7 @@ fn each_checked_statement_has_a_rule() {
 
 /// A `held` statement names its test, for example `crates/fleet/src/fleet/tests/nodes.rs: name_of_a_test`.
 #[test]
-fn each_kept_statement_names_a_test() {
+fn each_held_statement_names_an_existing_test() {
     for row in rows().into_iter().filter(|row| row.how == "held") {
         let place = row.what.split('`').rev().nth(1).unwrap_or_default().to_owned();
         let (file, name) = place.split_once(": ").unwrap_or_else(|| panic!("{}: {place}", row.id));

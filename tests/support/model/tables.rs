@@ -36,7 +36,7 @@ fn main_with(rungs: &str) -> String {
 }
 
 #[test]
-fn cnt() {
+fn cnt_counts_resets_and_sets_its_flags() {
     check(
         &main_with(r#"{ leg.up = ["X0"], leg.rst = ["X1"], do = ["CNT CT0 preset=2"] }"#),
         "CT0.Acc CT0.Done CT0.Reset CT0.Zero CT0.DnDone",
@@ -57,7 +57,7 @@ fn cnt() {
 }
 
 #[test]
-fn cnt_with_preset_0_is_done_in_reset_too() {
+fn cnt_with_preset_0_is_done_even_in_reset() {
     check(
         &main_with(r#"{ leg.up = ["X0"], leg.rst = ["X1"], do = ["CNT CT0 preset=D0"] }"#),
         "CT0.Acc CT0.Done CT0.Reset",
@@ -67,7 +67,7 @@ fn cnt_with_preset_0_is_done_in_reset_too() {
 }
 
 #[test]
-fn cntdn_loads_at_its_first_execution_and_follows_in_reset() {
+fn cntdn_loads_at_its_first_execution_and_follows_its_preset_in_reset() {
     check(
         &main_with(r#"{ leg.dn = ["X0"], leg.rst = ["X1"], do = ["CNTDN CT0 preset=D0"] }"#),
         "CT0.Acc CT0.Done CT0.Reset CT0.Zero",
@@ -77,7 +77,7 @@ fn cntdn_loads_at_its_first_execution_and_follows_in_reset() {
 }
 
 #[test]
-fn udc_and_its_presets() {
+fn udc_counts_both_ways_and_compares_with_both_presets() {
     let udc = r#"{ leg.up = ["X0"], leg.dn = ["X1"], leg.rst = ["X2"],
         do = ["UDC CT0 up-preset=1 dn-preset=-1"] }"#;
     check(
@@ -112,7 +112,7 @@ fn rstct_acts_at_once_and_through_the_next_execution() {
 }
 
 #[test]
-fn ondtmr() {
+fn ondtmr_delays_its_output_and_saturates() {
     check(
         &main_with(r#"{ when = ["X0"], do = ["ONDTMR T0 preset=20ms output=Y0"] }"#),
         "T0.Acc T0.Done T0.Reset T0.Zero T0.Timing Y0",
@@ -132,7 +132,7 @@ fn ondtmr() {
 }
 
 #[test]
-fn offdtmr_row_by_row() {
+fn offdtmr_delays_the_off_edge_of_its_output() {
     check(
         &main_with(
             r#"{ when = ["X0"], do = ["OFFDTMR T0 preset=D0 output=Y0"] },
@@ -190,7 +190,7 @@ fn tmrdown_loads_at_the_first_execution_with_the_leg_on() {
 }
 
 #[test]
-fn accumulating_timers() {
+fn accumulating_timers_keep_their_time_until_a_reset() {
     check(
         &main_with(
             r#"{ leg.en = ["X0"], leg.rst = ["X1"], do = ["TMRA T0 preset=20"] },
@@ -214,7 +214,7 @@ fn accumulating_timers() {
 
 /// Alpha runs in scans 0 and 1, exits in scan 1, terminates in scan 2, and runs again in scan 3.
 #[test]
-fn termination_pass() {
+fn a_termination_pass_acts_one_scan_after_the_exit() {
     let alpha = |first: &str, second: &str| {
         format!(
             "{}[[program]]\nname = \"Alpha\"\nrung = [{{ when = [\"X1\"], do = [\"EXIT\"] }},\n\
@@ -259,7 +259,7 @@ rung = [{ when = ["$On"], do = ["OUT Y1", "ADD D1 1 to=D1"] }, { when = ["X1"], 
 "#;
 
 #[test]
-fn jumps_forward_back_and_to_the_stage_itself() {
+fn jumps_forward_back_and_to_the_same_stage_change_stages() {
     check(
         STAGES,
         "Main.A Main.B Y0 Y1 D0 D1",
@@ -278,7 +278,7 @@ fn jumps_forward_back_and_to_the_stage_itself() {
 }
 
 #[test]
-fn tasks_run_once_and_recurrent() {
+fn tasks_execute_once_or_at_their_interval() {
     let ladder = |entask: &str| {
         main_with(&format!(r#"{{ when = ["X0"], do = ["{entask}"] }}"#))
             + "[[task]]\nname = \"House\"\nrung = [{ when = [\"$On\"], \
@@ -303,7 +303,7 @@ fn tasks_run_once_and_recurrent() {
 
 /// A Task that comes before Main in the order starts and terminates a scan later.
 #[test]
-fn a_task_that_is_earlier_in_the_order() {
+fn a_task_earlier_in_the_order_starts_and_terminates_a_scan_later() {
     let ladder = "[ladder]\norder = [\"House\", \"Main\"]\n".to_string()
         + &main_with(r#"{ when = ["X0"], do = ["ENTASK House"] }"#)
         + "[[task]]\nname = \"House\"\nrung = [{ when = [\"$On\"], do = [\"OUT Y0\"] }]\n";
@@ -316,7 +316,7 @@ fn a_task_that_is_earlier_in_the_order() {
 }
 
 #[test]
-fn sensaphone_wraps() {
+fn sensaphone_counters_wrap_at_16_bits() {
     check(
         &main_with(
             r#"{ when = ["X0"], do = ["CTU N0 preset=5"] }, { when = ["X1"], do = ["CTD N0"] },
@@ -336,7 +336,7 @@ fn sensaphone_wraps() {
 }
 
 #[test]
-fn words_saturate_at_their_range_and_at_the_limits_of_their_tag() {
+fn words_saturate_at_their_range_and_the_limits_of_their_tag() {
     let tags = "[tags]\nsize = { at = \"D1\", initial = 12, min = 1, max = 500 }\n";
     check(
         &(tags.to_string()
@@ -354,7 +354,7 @@ fn words_saturate_at_their_range_and_at_the_limits_of_their_tag() {
 }
 
 #[test]
-fn contacts() {
+fn contacts_combine_bits_compares_and_branches() {
     check(
         &main_with(
             r#"{ when = ["X0 | X1 & !X2"], do = ["OUT Y0"] },
@@ -371,7 +371,7 @@ fn contacts() {
 }
 
 #[test]
-fn stop_row() {
+fn a_stop_terminates_blocks_and_runs_the_last_scan_task() {
     let ladder = main_with(
         r#"{ when = ["$On"], do = ["OUT Y0", "SET Y1", "TMR T0 preset=1s"] },
            { when = ["$ScanCounter == 1"], do = ["STOP"] }"#,

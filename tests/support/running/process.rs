@@ -299,7 +299,7 @@ fn skips_allowed(whole: &Value, taken: Duration, period: Duration) -> u64 {
 }
 
 #[test]
-fn skipped_scans_without_an_excuse_are_missed() {
+fn few_skipped_scans_are_allowed_without_overruns() {
     let allowed = |overruns: u64, taken_ms: u64| {
         let whole = serde_json::json!({ "overruns": overruns });
         skips_allowed(&whole, Duration::from_millis(taken_ms), Duration::from_millis(2))

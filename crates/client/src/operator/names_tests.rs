@@ -118,7 +118,7 @@ fn only_writable_operands_can_be_written_and_forced() {
 }
 
 #[test]
-fn values_are_read_in_the_notations_of_operators() {
+fn values_are_read_in_every_accepted_notation() {
     let names = names();
     let value = |name: &str, given: &str| {
         let operand = names.find_one(name).unwrap();

@@ -30,8 +30,7 @@ const COMPARISONS_MAX: usize = 100_000_000;
 /// The ranges of the tags that the patterns name.
 pub(super) fn resolve(
     patterns: &[Text],
-    program: &Program,
-    progress: &Progress,
+    (program, progress): (&Program, &Progress),
     findings: &mut Vec<Finding>,
 ) -> Vec<Range> {
     if patterns.is_empty() {

@@ -99,7 +99,7 @@ mod tests {
     use rungd_language::source::span::SourceFile;
 
     #[test]
-    fn the_text_is_a_ladder_file_with_the_same_templates() {
+    fn the_printed_text_is_a_ladder_file_with_the_same_templates() {
         for file in library::FILES {
             let text = of_library(file);
             assert!(text.ends_with('\n') && !text.contains(" \n"), "{}", file.name);

@@ -70,7 +70,7 @@ fn used(n: usize, template: &str, argument: &str) -> Texts {
     (MEMORY.to_owned(), format!("{template}{MAIN}{used}"))
 }
 
-fn files(controller: &str, ladder: String) -> Vec<SourceFile> {
+fn files((controller, ladder): Texts) -> Vec<SourceFile> {
     let controller = format!("ladder = [\"ladder.toml\"]\n{controller}");
     let file = |name: &str, text| SourceFile { name: name.to_owned(), text };
     vec![file("controller.toml", controller), file("ladder.toml", ladder)]
@@ -91,12 +91,8 @@ fn load(files: &[SourceFile]) -> (Loaded, Duration) {
 }
 
 /// The costs of a case, if that of the larger text is out of proportion.
-fn out_of_proportion(name: &str, code: Option<Code>, texts: fn(usize) -> Texts) -> Option<String> {
-    let load_of = |size| {
-        let (controller, ladder) = texts(size);
-        load(&files(&controller, ladder))
-    };
-    let (loaded, small) = load_of(SIZE);
+fn out_of_proportion((name, code, texts): Case) -> Option<String> {
+    let (loaded, small) = load(&files(texts(SIZE)));
     let said = || render(&loaded.findings, &loaded.files, Style::default());
     match code {
         None => assert!(loaded.findings.is_empty(), "{name}: {}", said()),
@@ -105,23 +101,23 @@ fn out_of_proportion(name: &str, code: Option<Code>, texts: fn(usize) -> Texts) 
             assert!(of_code.count() >= SIZE - 1, "{name}: {}", said());
         }
     }
-    let (_, large) = load_of(TIMES * SIZE);
+    let (_, large) = load(&files(texts(TIMES * SIZE)));
     (large > small * RATIO_MAX).then(|| format!("{name}: {small:?}, {large:?}"))
 }
 
 fn assert_in_proportion(cases: &[Case]) {
     let mut wrong = Vec::new();
-    for (name, code, texts) in cases {
+    for case in cases {
         // A real excess occurs in each of three tries. A busy machine, whose caches other programs
         // empty, may cause it in one of them.
-        let tries: Vec<_> = (0..3).map_while(|_| out_of_proportion(name, *code, *texts)).collect();
+        let tries: Vec<_> = (0..3).map_while(|_| out_of_proportion(*case)).collect();
         wrong.extend((tries.len() == 3).then(|| tries.join("\n")));
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
 #[test]
-fn retentive_memory_costs_in_proportion() {
+fn the_cost_of_retentive_memory_is_proportional_to_its_settings() {
     assert_in_proportion(&[
         ("tags", None, |n| retain(n, "tag_number")),
         ("unknown tags", Some(Code::UnknownName), |n| retain(n, "tga_number")),
@@ -145,7 +141,7 @@ fn retentive_memory_costs_in_proportion() {
 }
 
 #[test]
-fn settings_cost_in_proportion() {
+fn the_cost_of_settings_is_proportional_to_their_number() {
     assert_in_proportion(&[
         ("outputs that are held", Some(Code::HeldButReset), |n| {
             let [on, hold] =
@@ -180,7 +176,7 @@ fn settings_cost_in_proportion() {
 }
 
 #[test]
-fn devices_cost_in_proportion() {
+fn the_cost_of_devices_is_proportional_to_their_number() {
     assert_in_proportion(&[
         ("points of a plant", Some(Code::UnknownName), |n| {
             let part = |k: usize| {
@@ -220,7 +216,7 @@ fn devices_cost_in_proportion() {
 }
 
 #[test]
-fn templates_cost_in_proportion() {
+fn the_cost_of_templates_is_proportional_to_their_number() {
     assert_in_proportion(&[
         ("unknown arguments", Some(Code::TemplateArgument), |n| {
             used(n, &template(n), "pra_number")
@@ -244,7 +240,7 @@ fn templates_cost_in_proportion() {
 }
 
 #[test]
-fn rules_cost_in_proportion() {
+fn the_cost_of_the_rules_is_proportional_to_the_program() {
     assert_in_proportion(&[
         ("elements of arrays", Some(Code::MixedAndOr), |n| {
             let array = |k: usize| {
@@ -287,7 +283,7 @@ fn too_many_patterns_give_one_finding() {
     let load = |patterns: usize| {
         let patterns = list(patterns, |k| format!("\"*_number_{k}\""));
         let controller = format!("[retain]\ntags = [\"tag_number_0\", {patterns}]\n");
-        load(&files(&controller, format!("{}{MAIN}{RUNG}", tags(20_000)))).0
+        load(&files((controller, format!("{}{MAIN}{RUNG}", tags(20_000))))).0
     };
     let loaded = load(5_001);
     let [finding] = &loaded.findings[..] else { panic!("{:?}", loaded.findings.len()) };

@@ -263,7 +263,7 @@ fn names_longer_than_128_characters_are_refused() {
 }
 
 #[test]
-fn control_characters_and_line_ends_of_windows_do_not_reach_the_terminal() {
+fn control_characters_and_windows_line_endings_do_not_reach_the_terminal() {
     let text = "[tags]\r\n\"a\\u001b[31m\" = { at = \"C0\" }\r\n[[program]]\r\nname = \"Main\"\r\n\
                 [[program.rung]]\r\nleg.up = [\"X0\"]\r\nleg.reset = [\r\n  \"X1\",\r\n]\r\n\
                 do = [\"CNT CT0 preset=3\"]\r\n";

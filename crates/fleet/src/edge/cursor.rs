@@ -92,7 +92,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_saved_state_is_loaded_again() {
+    fn a_saved_position_is_loaded_again() {
         let dir = std::env::temp_dir().join(format!("rungd-cursor-{}", std::process::id()));
         fs::create_dir_all(&dir).expect("a folder");
         let mut cursor = NodeCursor::new(Some(dir.clone()));

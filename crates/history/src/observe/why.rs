@@ -93,7 +93,7 @@ impl Subject {
         let output = match mode {
             _ if outputs.number(cell).is_none() => OutputState::AsMemory,
             _ if is_lost => OutputState::Unknown(inquiry.last_known(cell, moment)),
-            Some((mode, _)) => OutputState::Safe(outputs.driven(cell, mode, value) != 0),
+            Some((mode, _)) => OutputState::Safe(outputs.driven(cell, (mode, value)) != 0),
             None => OutputState::AsMemory,
         };
         let Inquiry { deeper, is_long, .. } = inquiry;
@@ -129,7 +129,7 @@ impl Inquiry<'_> {
         let lost = first?;
         let held = self.replay.value(cell, lost);
         let mode = self.mode(lost).map_or(Mode::Run, |(mode, _)| mode);
-        Some(outputs.driven(cell, mode, held) != 0)
+        Some(outputs.driven(cell, (mode, held)) != 0)
     }
 }
 

@@ -15,14 +15,6 @@ pub use rungd_runtime::Generations;
 use rungd_runtime::exchange::{Port, Snapshot};
 pub use rungd_runtime::say::say;
 
-/// The texts about a refused request, for the log.
-pub(super) struct RefusalText<'t> {
-    /// The operands of the request.
-    pub place: &'t str,
-    /// The reason.
-    pub why: &'t str,
-}
-
 /// The state that the connections share.
 pub(super) struct ServerState {
     pub settings: ModbusServerSettings,
@@ -43,7 +35,7 @@ impl ServerState {
     pub fn log_refusal(
         &self,
         client: SocketAddr,
-        RefusalText { place, why: why_said }: RefusalText,
+        (place, why_said): (&str, &str),
         request: &ModbusRequest<'_>,
         why: ModbusRefusal,
     ) {

@@ -152,7 +152,7 @@ fn a_blind_sensor_at_the_pusher_raises_its_alarm() {
 }
 
 #[test]
-fn a_recipe_changes_time_and_weight() {
+fn a_recipe_changes_the_filling_time_and_the_weight() {
     let mut plant = plant("2026-11-22T09:00:00");
     plant.write("product", 1);
     let (mut begin_ms, mut times) = (None, Vec::new());

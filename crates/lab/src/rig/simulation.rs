@@ -112,8 +112,7 @@ pub fn all_named(program: &Program, symbols: &Symbols) -> Vec<TracedOperand> {
 /// The error of writing the trace.
 pub fn run(
     program: &Arc<RigProgram>,
-    simulation: &Simulation,
-    stimulus: &Stimulus,
+    (simulation, stimulus): (&Simulation, &Stimulus),
     trace: &mut dyn Trace,
 ) -> io::Result<()> {
     let clock_s = simulation.clock_s;

@@ -86,7 +86,7 @@ fn contacts_are_evaluated_as_in_a_ladder() {
 }
 
 #[test]
-fn compares_are_signed_and_wide() {
+fn compares_are_signed_and_do_not_overflow() {
     check(&[
         ("", "shift == 0", true),
         ("shift=-2147483648", "shift < 0 & shift != 1", true),

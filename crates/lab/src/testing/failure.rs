@@ -116,7 +116,7 @@ pub(super) fn failure(stage: LoweredSuite, scenario: &Scenario, failed: &FailedS
         },
     };
     if let Some(condition) = judged {
-        explain(stage, scenario, FalseCondition { failed, condition }, &mut failure);
+        explain(stage, scenario, (failed, condition), &mut failure);
     }
     failure
 }
@@ -125,8 +125,7 @@ pub(super) fn failure(stage: LoweredSuite, scenario: &Scenario, failed: &FailedS
 pub(super) fn failure_of_run(
     stage: LoweredSuite,
     test: &RandomTest,
-    broken: &BrokenRun,
-    run: u32,
+    (broken, run): (&BrokenRun, u32),
 ) -> Failure {
     // A bit that the ladder holds ON cannot be pulsed: then the changes are separate steps.
     let breaks = |run: PastedRun| {
@@ -156,13 +155,6 @@ pub(super) fn failure_of_run(
         scenario: Some(text),
         findings: None,
     }
-}
-
-/// A step that failed, with its condition, which is false.
-#[derive(Clone, Copy)]
-struct FalseCondition<'a> {
-    failed: &'a FailedStep,
-    condition: &'a Condition,
 }
 
 /// The condition that is false.
@@ -227,8 +219,12 @@ fn ordinal(number: u64) -> String {
 }
 
 /// Plays the scenario again with a tape, and explains the operands of its condition.
-fn explain(stage: LoweredSuite, scenario: &Scenario, unmet: FalseCondition, failure: &mut Failure) {
-    let FalseCondition { failed, condition } = unmet;
+fn explain(
+    stage: LoweredSuite,
+    scenario: &Scenario,
+    (failed, condition): (&FailedStep, &Condition),
+    failure: &mut Failure,
+) {
     let program = &stage.programs[failed.program.0];
     let mut history = OperandHistory::new(Arc::clone(program), condition, failed.scans);
     let (_, rig) = play(stage, scenario, true, &mut history);
@@ -275,8 +271,8 @@ fn explain(stage: LoweredSuite, scenario: &Scenario, unmet: FalseCondition, fail
     let test_program = &stage.suite.programs[failed.program.0];
     let subject = Subject::new(Arc::clone(&test_program.program), test_program.files.clone());
     let mut sections = rig.sections();
-    note_on_within(&subject, &sections, unmet, &mut failure.operands);
-    failure.why = why(&subject, &mut sections, history.deciding, at);
+    note_on_within(&subject, &sections, (failed, condition), &mut failure.operands);
+    failure.why = why(&subject, &mut sections, (history.deciding, at));
 }
 
 /// Notes which bits of a condition were ON only within a scan: for `within` in all its scans, else
@@ -284,7 +280,7 @@ fn explain(stage: LoweredSuite, scenario: &Scenario, unmet: FalseCondition, fail
 fn note_on_within(
     subject: &Subject,
     sections: &[Arc<TapeSection>],
-    FalseCondition { failed, condition }: FalseCondition,
+    (failed, condition): (&FailedStep, &Condition),
     operands: &mut [SeenOperand],
 ) {
     let count = match failed.why {
@@ -311,13 +307,11 @@ fn note_on_within(
     }
 }
 
-/// The reasons for the values of the operands that decide a condition. `at`: the scan of the
-/// condition.
+/// The reasons for the values of the operands of a condition.
 fn why(
     subject: &Subject,
     sections: &mut Vec<Arc<TapeSection>>,
-    deciding: Vec<Cell>,
-    at: QuestionTime,
+    (deciding, at): (Vec<Cell>, QuestionTime),
 ) -> Vec<String> {
     let mut answers = Vec::new();
     for cell in deciding.into_iter().take(EXPLAINED_MAX) {

@@ -159,7 +159,7 @@ fn every_kind_of_step_is_read() {
 }
 
 #[test]
-fn a_whole_file_is_read() {
+fn a_complete_test_file_is_read() {
     check_file(
         r#"
 ladder = ["crates.toml"]

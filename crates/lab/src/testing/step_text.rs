@@ -58,22 +58,13 @@ fn doubts(contact: &WrittenContact<Sum>, found: &mut Vec<Finding>) {
     }
 }
 
-/// The repetition of a pulse.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct PulseRepeat {
-    /// The time from one pulse to the next, ms.
-    pub every: Located<u32>,
-    /// The number of pulses.
-    pub times: u32,
-}
-
 /// A step as written.
 #[derive(Clone, Debug)]
 pub(super) enum WrittenStep {
     Set(StepWord, StepWord),
     Force(StepWord, StepWord),
     Unforce(StepWord),
-    Pulse { operand: StepWord, on_ms: u32, repeat: Option<PulseRepeat> },
+    Pulse { operand: StepWord, on_ms: u32, every: Option<(Located<u32>, u32)> },
     Beat { operand: StepWord, on_ms: u32, every: Located<u32> },
     Run(TestTime),
     Expect(WrittenCondition),
@@ -298,7 +289,7 @@ impl StepParser<'_> {
         let operand = self.word("an operand and a duration")?;
         let on = self.duration("how long it is ON")?;
         let Some(every) = self.words.next() else {
-            return Ok(WrittenStep::Pulse { operand, on_ms: on.value, repeat: None });
+            return Ok(WrittenStep::Pulse { operand, on_ms: on.value, every: None });
         };
         if every.value != "every" {
             return Err(self.fail(every.span, "`every` or the end of the step belongs here"));
@@ -312,8 +303,8 @@ impl StepParser<'_> {
             return Err(self.fail(times.span, message));
         };
         self.not_shorter(on, every)?;
-        let repeat = Some(PulseRepeat { every, times: count });
-        Ok(WrittenStep::Pulse { operand, on_ms: on.value, repeat })
+        let every = Some((every, count));
+        Ok(WrittenStep::Pulse { operand, on_ms: on.value, every })
     }
 
     fn beat(&mut self) -> ParsedStep<WrittenStep> {

@@ -70,8 +70,7 @@ impl<'w> FixTrial<'w> {
     /// A trial for a finding of a judgement of these texts, in this file.
     pub fn new(
         texts: OpenTexts,
-        judgement: &'w Judgement,
-        finding: &'w Finding,
+        (judgement, finding): (&'w Judgement, &'w Finding),
         file: &'w Arc<EditorFile>,
     ) -> FixTrial<'w> {
         FixTrial { judgement, finding, texts, file, program: None }

@@ -388,7 +388,7 @@ mod tests {
     }
 
     #[test]
-    fn values_out_of_range_are_limited_and_a_later_run_overrides_an_earlier_one() {
+    fn values_out_of_range_are_limited_and_the_later_of_two_values_counts() {
         let run = |count| ElementRun {
             space: Space::Word(WordSpace::V),
             first: 3,

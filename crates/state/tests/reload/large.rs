@@ -87,7 +87,7 @@ fn plan((old, new): &(Large, Large)) {
 }
 
 #[test]
-fn renaming_many_tags_costs_in_proportion() {
+fn the_cost_of_renaming_tags_is_proportional_to_their_number() {
     let tags = |count: usize| {
         let old = Large::with_tags(count, |at| (format!("a{at:06}"), at, ""));
         (old, Large::with_tags(count, |at| (format!("b{:06}", count - at), at, "")))
@@ -96,7 +96,7 @@ fn renaming_many_tags_costs_in_proportion() {
 }
 
 #[test]
-fn moving_many_tags_with_initial_values_costs_in_proportion() {
+fn the_cost_of_moving_tags_is_proportional_to_their_number() {
     let tags = |count: usize| {
         let old = Large::with_tags(count, |at| (format!("a{at:06}"), at, ""));
         let new = |at: usize| (format!("a{at:06}"), 33_000 + at, ", initial = 1");
@@ -106,7 +106,7 @@ fn moving_many_tags_with_initial_values_costs_in_proportion() {
 }
 
 #[test]
-fn reloading_many_recurrent_tasks_costs_in_proportion() {
+fn the_cost_of_reloading_recurrent_tasks_is_proportional_to_their_number() {
     let tasks = |count: usize, every: &str| {
         let task = |at: usize| format!("[[task]]\nname = \"Task{at}\"\n");
         let rung = |at: usize| {
@@ -122,7 +122,7 @@ fn reloading_many_recurrent_tasks_costs_in_proportion() {
 }
 
 #[test]
-fn retaining_many_words_and_timers_costs_in_proportion() {
+fn the_cost_of_retained_words_and_timers_is_proportional_to_their_number() {
     let prepare = |count: usize| {
         let tag = |at: usize| format!("a{at} = {{ at = \"D{}\" }}\n", 2 * at);
         let tags: String = (0..count).map(tag).collect();

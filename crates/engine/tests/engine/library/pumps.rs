@@ -132,7 +132,7 @@ fn a_pump_that_fails_is_replaced_in_the_same_scan() {
 }
 
 #[test]
-fn a_lag_pump_that_fails_is_replaced_too() {
+fn a_failed_lag_pump_is_replaced() {
     let mut pumps = three();
     assert_eq!(pumps.wanted(2), "110");
     assert_eq!(pumps.ready(2, false), "101");

@@ -1,12 +1,12 @@
 //! When values may be old: gaps, unknown aliases, a lost link; and when births are requested.
 
-use super::{Fleet, TypedValue, death, running};
+use super::{Fleet, death, running};
 use crate::fleet::ask::rebirth_request;
 use crate::fleet::{FleetNews, ReceivedMessage};
 use rungd_net::sparkplug::{DataType, MetricContent, MetricValue, Payload, Topic, vocabulary};
 
-fn jam() -> TypedValue {
-    TypedValue { datatype: DataType::Boolean, value: MetricValue::Bool(true) }
+fn jam() -> (DataType, MetricValue) {
+    (DataType::Boolean, MetricValue::Bool(true))
 }
 
 #[test]
@@ -57,10 +57,7 @@ fn an_unknown_alias_makes_a_node_stale() {
 fn a_value_of_a_wrong_type_is_refused() {
     let mut fleet = Fleet::new();
     fleet.born(0, &running());
-    assert_eq!(
-        fleet.value(1, 5, TypedValue { datatype: DataType::Int16, value: MetricValue::Signed(1) }),
-        []
-    );
+    assert_eq!(fleet.value(1, 5, (DataType::Int16, MetricValue::Signed(1))), []);
     let report = fleet.report();
     assert_eq!((report.nodes[0].state, report.nodes[0].values_refused), ("online", 1));
 }
@@ -112,7 +109,7 @@ fn births_are_requested_from_nodes_in_turn() {
 }
 
 #[test]
-fn an_unknown_alias_ends_the_values_of_its_message() {
+fn values_after_an_unknown_alias_in_a_message_are_ignored() {
     let mut fleet = Fleet::new();
     fleet.born(0, &running());
     let mut payload = super::data(1, 99, jam(), 5);
@@ -123,7 +120,7 @@ fn an_unknown_alias_ends_the_values_of_its_message() {
 
 /// The birth of that session was among the missing messages.
 #[test]
-fn a_death_of_a_session_with_a_missed_birth_counts() {
+fn a_death_of_a_session_with_a_missed_birth_makes_a_node_offline() {
     let mut fleet = Fleet::new();
     fleet.born(255, &running());
     fleet.view.lose_link(fleet.now_ms);

@@ -3,7 +3,7 @@
 
 use proptest::prelude::*;
 
-use super::{Fleet, TypedValue, birth, running};
+use super::{Fleet, birth, running};
 use crate::fleet::{FleetLimits, FleetView, ReceivedMessage};
 use rungd_net::mqtt::LongMessage;
 use rungd_net::sparkplug::{DataType, MetricValue, vocabulary};
@@ -109,7 +109,7 @@ fn a_text_beyond_the_limit_is_refused() {
     let mut fleet = Fleet::new();
     fleet.born(0, &running());
     let long = MetricValue::Text("x".repeat((256 << 10) + 1));
-    fleet.value(1, 1, TypedValue { datatype: DataType::String, value: long });
+    fleet.value(1, 1, (DataType::String, long));
     let report = fleet.report();
     assert_eq!((report.nodes[0].told.mode.as_deref(), report.nodes[0].metrics_refused), (None, 1));
 }
@@ -129,7 +129,7 @@ fn a_birth_with_a_name_or_an_alias_twice_keeps_the_first() {
 
 /// A node beyond the limit is not kept, so its state is not known.
 #[test]
-fn a_node_beyond_the_limit_is_not_known_to_run() {
+fn a_fleet_with_nodes_beyond_the_limit_is_not_reported_as_running() {
     let limits = FleetLimits { nodes_max: 1, ..FleetLimits::default() };
     let mut fleet = Fleet::new();
     fleet.view = FleetView::new(limits, None);
@@ -141,7 +141,7 @@ fn a_node_beyond_the_limit_is_not_known_to_run() {
 
 /// The node has no heartbeat, but publishes a mode.
 #[test]
-fn a_mode_without_a_heartbeat_counts() {
+fn a_published_mode_counts_even_without_a_heartbeat() {
     let mut fleet = Fleet::new();
     let mode = |mode: &str| MetricValue::Text(mode.to_owned());
     fleet.born(0, &[(vocabulary::MODE, 1, DataType::String, mode("FAULT"))]);
