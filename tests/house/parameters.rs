@@ -9,9 +9,9 @@
 const PARAMETERS_MAX: usize = 4;
 
 /// The crates in which functions still take tuples.
-const TUPLES_LEFT: [&str; 13] = [
+const TUPLES_LEFT: [&str; 12] = [
     "client", "config", "fleet", "history", "io", "lab", "language", "lsp", "monitor", "net",
-    "state", "web", "src",
+    "web", "src",
 ];
 
 /// A function of a text.

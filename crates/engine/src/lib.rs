@@ -69,5 +69,5 @@ pub use slice::Slice;
 pub use state::EngineState;
 pub use state_check::TIME_END_NS;
 pub use transfer::{KeptCells, StageRestart};
-pub use transfer::{Renumbered, Transfer};
+pub use transfer::{Renumbered, RenumberedCell, Transfer};
 pub use written::Stretches;

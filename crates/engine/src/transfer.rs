@@ -79,22 +79,30 @@ pub struct Transfer {
     pub renumbered: Renumbered,
 }
 
-/// Cells of the old program with their cells in the new one; `None`: there is none.
+/// A cell of the old program, and its cell in the new one; `None`: there is none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[allow(missing_docs)]
+pub struct RenumberedCell {
+    pub from: Cell,
+    pub to: Option<Cell>,
+}
+
+/// The public cells that do not keep their number, in order.
 #[derive(Clone, Debug, Default)]
-pub struct Renumbered(Vec<(Cell, Option<Cell>)>);
+pub struct Renumbered(Vec<RenumberedCell>);
 
 impl Renumbered {
     /// Makes the list from cells in any order; each cell occurs once.
-    pub fn new(mut cells: Vec<(Cell, Option<Cell>)>) -> Renumbered {
-        cells.retain(|(from, to)| Some(*from) != *to);
+    pub fn new(mut cells: Vec<RenumberedCell>) -> Renumbered {
+        cells.retain(|cell| Some(cell.from) != cell.to);
         cells.sort_unstable();
         Renumbered(cells)
     }
 
     /// The new cell of a listed cell.
     fn find(&self, cell: Cell) -> Option<Option<Cell>> {
-        let at = self.0.binary_search_by_key(&cell, |(from, _)| *from).ok()?;
-        Some(self.0[at].1)
+        let at = self.0.binary_search_by_key(&cell, |renumbered| renumbered.from).ok()?;
+        Some(self.0[at].to)
     }
 
     /// The new cell of a cell whose space has the same size in both programs.

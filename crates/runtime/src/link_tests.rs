@@ -19,7 +19,7 @@ use std::task::{Context, Poll, Wake};
 use std::thread;
 
 use super::command::{CommandDenial, CommandOutcome, ScanCommand, StateBefore};
-use rungd_engine::{BitCell, Cell, Renumbered, WordCell};
+use rungd_engine::{BitCell, Cell, Renumbered, RenumberedCell, WordCell};
 /// Three inputs; bits 0..4, of which 1..=3 are Y0..Y2 (off, on, hold); two words.
 fn small() -> (Port, ScanSide, WorldSide) {
     link(ExchangeShape {
@@ -199,7 +199,10 @@ fn writes_and_commands_of_an_earlier_program_reach_the_new_address_of_their_elem
     let (port, mut side, _world) = small();
     side.set_running(true);
     let [bit, word] = [0, 1].map(|at| (Cell::Bit(BitCell(at)), Cell::Word(WordCell(at))));
-    let renumbered = || Renumbered::new(vec![(bit.0, Some(word.0)), (bit.1, None)]);
+    let renumbered = || {
+        let moved = RenumberedCell { from: bit.0, to: Some(word.0) };
+        Renumbered::new(vec![moved, RenumberedCell { from: bit.1, to: None }])
+    };
     let mask = WordMask { and: 0, or: 1 };
     let masked = |at| OperandWrite::Masked { cell: WordCell(at), mask, signed: false };
     let writes =
@@ -237,7 +240,8 @@ fn a_batch_with_a_write_to_a_removed_element_is_refused_whole() {
         vec![OperandWrite::Input(0, true)],
     ];
     let tickets = gone.map(|writes| port.submit_to(0, writes).unwrap());
-    let mut renumbered = Renumbered::new(vec![(Cell::Bit(BitCell(1)), None)]);
+    let gone = RenumberedCell { from: Cell::Bit(BitCell(1)), to: None };
+    let mut renumbered = Renumbered::new(vec![gone]);
     side.adopt(1, &mut renumbered);
     assert_eq!(side.next_batch(100), Some((tickets[1], &[first][..])), "the next one is applied");
     assert_eq!(side.next_batch(100), Some((tickets[2], &[OperandWrite::Input(0, true)][..])));

@@ -4,8 +4,9 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::memory::KeptOwners;
+use super::moves::OldAndNew;
 use super::plan::{
-    ElementPairs, InitialStageStart, LoweredPair, LoweredProgram, OldState, ReloadPlan, element_of,
+    ElementPairs, InitialStageStart, LoweredProgram, OldState, ReloadPlan, element_of,
 };
 use super::report::preset;
 use rungd_engine::isa::{Address, Bit, BitSpace, BlockId, ElementId, StageId};
@@ -45,7 +46,7 @@ fn enabled(side: LoweredProgram<'_>) -> impl Iterator<Item = (ElementId, BlockId
 pub(super) fn blocks(
     plan: &mut ReloadPlan,
     names: &ElementPairs<'_>,
-    LoweredPair { old, new }: LoweredPair<'_>,
+    OldAndNew { old, new }: OldAndNew<LoweredProgram<'_>>,
     disabled: &HashSet<BlockId>,
 ) {
     for at in 0..names.old.names.blocks.len() as u32 {
@@ -74,7 +75,7 @@ pub(super) fn blocks(
                 OldState::Stays { cell: running },
             );
         }
-        restart_stages(plan, names, (id, to), LoweredPair { old, new });
+        restart_stages(plan, names, OldAndNew { old: id, new: to }, OldAndNew { old, new });
     }
     new_blocks(plan, names, new);
     stages(plan, names, old, new);
@@ -151,12 +152,12 @@ fn stages(
 fn restart_stages(
     plan: &mut ReloadPlan,
     names: &ElementPairs<'_>,
-    (id, to): (BlockId, BlockId),
-    LoweredPair { old, new }: LoweredPair<'_>,
+    block: OldAndNew<BlockId>,
+    OldAndNew { old, new }: OldAndNew<LoweredProgram<'_>>,
 ) {
-    let mut stages = new.program.blocks[to.0 as usize].stages.clone();
+    let mut stages = new.program.blocks[block.new.0 as usize].stages.clone();
     let Some(initial) = stages.next().map(StageId) else { return };
-    let before = old.program.blocks[id.0 as usize].stages.clone();
+    let before = old.program.blocks[block.old.0 as usize].stages.clone();
     let had_none = before.is_empty();
     let (kept, lost): (Vec<_>, Vec<_>) =
         before.map(StageId).partition(|id| names.stage(*id).is_some());
@@ -165,10 +166,10 @@ fn restart_stages(
         let cells = |stages: &[StageId]| {
             stages.iter().map(|id| layout.bit(Bit::Stage(*id)).0).collect::<Vec<_>>()
         };
-        let running = layout.bit(Bit::Running(id)).0;
+        let running = layout.bit(Bit::Running(block.old)).0;
         let start = InitialStageStart { running, kept: cells(&kept), lost: cells(&lost), had_none };
-        plan.starts.insert(to, (initial, start));
-        plan.transfer.restages.push(StageRestart { program: to, initial, lost, had_none });
+        plan.starts.insert(block.new, (initial, start));
+        plan.transfer.restages.push(StageRestart { program: block.new, initial, lost, had_none });
     }
 }
 
@@ -239,7 +240,7 @@ impl OldInstructions {
 pub(super) fn terminations(
     plan: &mut ReloadPlan,
     names: &ElementPairs<'_>,
-    LoweredPair { old, new }: LoweredPair<'_>,
+    OldAndNew { old, new }: OldAndNew<LoweredProgram<'_>>,
     kept: &KeptOwners,
 ) {
     let there = OldInstructions::of(new);

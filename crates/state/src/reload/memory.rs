@@ -3,7 +3,8 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-use super::plan::{ElementPairs, LoweredPair, LoweredProgram, MovedStage, OldState, ReloadPlan};
+use super::moves::OldAndNew;
+use super::plan::{ElementPairs, LoweredProgram, MovedStage, OldState, ReloadPlan};
 use super::report::preset;
 use rungd_engine::isa::{
     Address, Bit, BitSpace, ElementId, Flag, Mnemonic, Space, Structure, Word,
@@ -66,17 +67,19 @@ pub(super) fn structures(
             goes_on = true;
             kept.note(old.symbols.layout.record(same.structure), same);
             plan.record_move(names, same.element, owner.element);
-            report_kept(plan, names, old, (same, owner));
+            report_kept(plan, names, old, OldAndNew { old: same, new: owner });
         }
         if let Some(was) = was.filter(|_| goes_on) {
-            sensaphone_preset(plan, (was, *structure), LoweredPair { old, new });
+            let both = OldAndNew { old: was, new: *structure };
+            sensaphone_preset(plan, both, OldAndNew { old, new });
             continue;
         }
         plan.transfer.fresh.push(new.symbols.layout.record(*structure));
         if let Structure::Sensaphone(_) = structure {
             put_preset(plan, *structure, new);
         }
-        tell_new(plan, names, *structure, (before.and_then(|before| before.first()), owners[0]));
+        let before = before.and_then(|before| before.first().copied());
+        tell_new(plan, names, before, owners[0]);
     }
     for (structure, owners) in &before {
         if names.structure(*structure).is_none_or(|now_is| !now.contains_key(&now_is)) {
@@ -101,16 +104,16 @@ fn by_structure(owners: &[Owner]) -> BTreeMap<Structure, Vec<&Owner>> {
 /// keeps its value.
 fn sensaphone_preset(
     plan: &mut ReloadPlan,
-    (was, structure): (Structure, Structure),
-    LoweredPair { old, new }: LoweredPair<'_>,
+    structure: OldAndNew<Structure>,
+    OldAndNew { old, new }: OldAndNew<LoweredProgram<'_>>,
 ) {
-    let Structure::Sensaphone(_) = structure else { return };
+    let Structure::Sensaphone(_) = structure.new else { return };
     let constant = |side: LoweredProgram<'_>, structure: Structure| {
         let cell = side.symbols.layout.word(Word::Pre(structure.number()));
         side.program.initial_words.iter().find(|(at, _)| *at == cell).map(|(_, value)| *value)
     };
-    if constant(old, was) != constant(new, structure) {
-        put_preset(plan, structure, new);
+    if constant(old, structure.old) != constant(new, structure.new) {
+        put_preset(plan, structure.new, new);
     }
 }
 
@@ -124,7 +127,7 @@ fn report_kept(
     plan: &mut ReloadPlan,
     names: &ElementPairs<'_>,
     old: LoweredProgram<'_>,
-    (before, now): (&Owner, &Owner),
+    OldAndNew { old: before, new: now }: OldAndNew<&Owner>,
 ) {
     let said = names.new.names.say(Address::Structure(now.structure));
     let timer = matches!(now.structure, Structure::Timer(_));
@@ -154,7 +157,7 @@ fn report_kept(
         _ => None,
     };
     let acc = layout.word(Word::Acc(before.structure)).0;
-    let into = into(plan, names, old, (before.element, now.element));
+    let into = into(plan, names, old, OldAndNew { old: before.element, new: now.element });
     let done = Bit::Flag(before.structure, Flag::Done);
     let done = is_done_at_preset(now.mnemonic).then(|| layout.bit(done).0);
     plan.add_line_with_state(
@@ -182,7 +185,7 @@ fn into(
     plan: &ReloadPlan,
     names: &ElementPairs<'_>,
     old: LoweredProgram<'_>,
-    (before, now): (ElementId, ElementId),
+    OldAndNew { old: before, new: now }: OldAndNew<ElementId>,
 ) -> Option<MovedStage> {
     let stage = now.stage.filter(|_| names.element(before) != Some(now))?;
     let was = names.stage_before(stage).map(|id| old.symbols.layout.bit(Bit::Stage(id)).0);
@@ -191,13 +194,10 @@ fn into(
     Some(MovedStage { said: names.new.names.stage(stage).to_owned(), stage: was, start })
 }
 
-fn tell_new(
-    plan: &mut ReloadPlan,
-    names: &ElementPairs<'_>,
-    structure: Structure,
-    (before, now): (Option<&&Owner>, &Owner),
-) {
-    let said = names.new.names.say(Address::Structure(structure));
+/// Reports a structure that begins anew: `now` is its owner, `before` the owner of its counterpart
+/// in the old program.
+fn tell_new(plan: &mut ReloadPlan, names: &ElementPairs<'_>, before: Option<&Owner>, now: &Owner) {
+    let said = names.new.names.say(Address::Structure(now.structure));
     let Some(before) = before else {
         return plan.add_line(format!("{said} is new"));
     };

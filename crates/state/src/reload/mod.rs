@@ -18,8 +18,8 @@ mod rungs;
 mod tags;
 mod wired;
 
-use moves::MovedElements;
-use plan::{ElementPairs, LoweredPair};
+use moves::{MovedElements, OldAndNew};
+use plan::ElementPairs;
 pub use plan::{LoweredProgram, ReloadPlan};
 pub use report::OldMemory;
 pub use report::WARNING;
@@ -43,12 +43,12 @@ impl ReloadPlan {
         let names = ElementPairs::new(renamed.as_ref().unwrap_or(before), now, moves);
         let transfer = Transfer::memory(&old.symbols.layout, &new.symbols.layout);
         let mut plan = ReloadPlan { transfer, ..ReloadPlan::default() };
-        let layouts = (&old.symbols.layout, &new.symbols.layout);
+        let layouts = OldAndNew { old: &old.symbols.layout, new: &new.symbols.layout };
         names.moves.enter(&mut plan.transfer, layouts, now);
         rungs::rungs(&mut plan, &names, old, new);
         tags::report_constants(&mut plan, &names);
         let disabled = elements::disabled(&names, old, new);
-        elements::blocks(&mut plan, &names, LoweredPair { old, new }, &disabled);
+        elements::blocks(&mut plan, &names, OldAndNew { old, new }, &disabled);
         let kept = memory::structures(&mut plan, &names, old, new);
         memory::initial(&mut plan, &names, old, new);
         tags::report_moved(&mut plan, &names, old);
@@ -59,7 +59,7 @@ impl ReloadPlan {
         tags::report_initial(&mut plan, &names, old, new);
         elements::unwritten(&mut plan, &names, old);
         histories::histories(&mut plan, &names);
-        elements::terminations(&mut plan, &names, LoweredPair { old, new }, &kept);
+        elements::terminations(&mut plan, &names, OldAndNew { old, new }, &kept);
         plan
     }
 }

@@ -15,9 +15,16 @@
 use std::collections::{HashMap, HashSet};
 
 use rungd_engine::isa::{Address, Bit, BitSpace, Space, Structure, Word};
-pub use rungd_engine::{Cell, KeptCells, Layout, Renumbered, Transfer};
+pub use rungd_engine::{Cell, KeptCells, Layout, Renumbered, RenumberedCell, Transfer};
 use rungd_language::lower::identity::Identity;
 use rungd_language::resolve::places::TagPlace;
+
+/// A part of the old program, and its counterpart in the new one; or both programs.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct OldAndNew<T> {
+    pub old: T,
+    pub new: T,
+}
 
 /// Pairs of elements, by address; a structure stands for its members.
 #[derive(Default)]
@@ -97,15 +104,15 @@ impl MovedElements {
     }
 
     /// Adds the copies, the values of new elements, and the new numbers of cells.
-    pub fn enter(&self, transfer: &mut Transfer, layouts: (&Layout, &Layout), new: &Identity) {
+    pub fn enter(&self, transfer: &mut Transfer, layouts: OldAndNew<&Layout>, new: &Identity) {
         let mut elements: Vec<_> = self.before.iter().collect();
         elements.sort_unstable();
         for (to, from) in elements {
             match from {
                 Some(from) if from == to => {}
-                Some(from) => copy(transfer, (*from, *to), layouts),
+                Some(from) => copy(transfer, OldAndNew { old: *from, new: *to }, layouts),
                 None if !new.initial.contains_key(to) => {
-                    clear(transfer, *to, layouts.1);
+                    clear(transfer, *to, layouts.new);
                 }
                 None => {}
             }
@@ -113,8 +120,8 @@ impl MovedElements {
         let mut cells = Vec::new();
         for (from, to) in &self.after {
             for from in from.operands() {
-                let to = to.and_then(|_| self.after(from)).and_then(|to| layouts.1.cell(to));
-                cells.extend(layouts.0.cell(from).map(|from| (from, to)));
+                let to = to.and_then(|_| self.after(from)).and_then(|to| layouts.new.cell(to));
+                cells.extend(layouts.old.cell(from).map(|from| RenumberedCell { from, to }));
             }
         }
         transfer.renumbered = Renumbered::new(cells);
@@ -175,7 +182,12 @@ fn renamed(text: &str, texts: &HashMap<String, String>) -> String {
     said
 }
 
-fn copy(transfer: &mut Transfer, (from, to): (Address, Address), (old, new): (&Layout, &Layout)) {
+/// Adds the copy of an element.
+fn copy(
+    transfer: &mut Transfer,
+    OldAndNew { old: from, new: to }: OldAndNew<Address>,
+    OldAndNew { old, new }: OldAndNew<&Layout>,
+) {
     if let (Address::Structure(from), Address::Structure(to)) = (from, to) {
         let (first, behind) = (old.record_bits(from), new.record_bits(to));
         let stretch = KeptCells { from: first.start, to: behind.start, count: first.len() as u32 };
@@ -184,10 +196,10 @@ fn copy(transfer: &mut Transfer, (from, to): (Address, Address), (old, new): (&L
     for (from, to) in from.operands().into_iter().zip(to.operands()) {
         match (old.cell(from), new.cell(to)) {
             (Some(Cell::Bit(from)), Some(Cell::Bit(to))) => {
-                push(&mut transfer.bits, (from.0, to.0));
+                push(&mut transfer.bits, from.0, to.0);
             }
             (Some(Cell::Word(from)), Some(Cell::Word(to))) => {
-                push(&mut transfer.words, (from.0, to.0));
+                push(&mut transfer.words, from.0, to.0);
             }
             (Some(_), _) | (None, _) => {}
         }
@@ -195,7 +207,7 @@ fn copy(transfer: &mut Transfer, (from, to): (Address, Address), (old, new): (&L
 }
 
 /// Adds a cell: to the last stretch if it follows it directly, else as a new stretch.
-fn push(stretches: &mut Vec<KeptCells>, (from, to): (u32, u32)) {
+fn push(stretches: &mut Vec<KeptCells>, from: u32, to: u32) {
     match stretches.last_mut() {
         Some(last) if (last.from + last.count, last.to + last.count) == (from, to) => {
             last.count += 1;

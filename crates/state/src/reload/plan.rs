@@ -3,6 +3,7 @@
 //! The other files of this folder do the comparison and fill it in; `report` makes the words.
 
 use std::collections::{BTreeMap, HashMap};
+use std::ops::RangeInclusive;
 
 use super::moves::MovedElements;
 use super::rung_texts::RungDifference;
@@ -19,13 +20,6 @@ pub struct LoweredProgram<'a> {
     pub program: &'a engine::EngineProgram,
     /// Its names.
     pub symbols: &'a Symbols,
-}
-
-/// Both programs of a reload.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct LoweredPair<'a> {
-    pub old: LoweredProgram<'a>,
-    pub new: LoweredProgram<'a>,
 }
 
 /// The plan of a reload: the transfer for the engine, and the differences for people.
@@ -101,7 +95,7 @@ pub enum OldState {
     Named { cells: Vec<Cell>, force: String },
     /// A word with changed limits: the line appears if its value (or the value that it begins with)
     /// is beyond them.
-    Limits { cell: Cell, begins: Option<i32>, limits: (i32, i32) },
+    Limits { cell: Cell, begins: Option<i32>, limits: RangeInclusive<i32> },
     /// A bit that no instruction writes any more: the line appears while it is ON.
     Unwritten { bit: u32 },
     /// A rung that was edited, added or removed.

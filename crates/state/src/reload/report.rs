@@ -6,6 +6,8 @@
 //! does not show that. After the swap, `OldMemory` also holds the memory after the passes, and the
 //! lines state what happened.
 
+use std::ops::RangeInclusive;
+
 use super::plan::{Difference, InitialStageStart, MovedElement, MovedStage, OldState, ReloadPlan};
 use super::rung_texts::FileTexts;
 use rungd_engine::isa::{Address, duration};
@@ -202,7 +204,10 @@ fn line(difference: &Difference, seen: &OldMemory<'_>, texts: FileTexts<'_>) -> 
             }
         }
         OldState::Limits { cell, begins, limits } => {
-            return beyond(text, (*cell, *begins), *limits, seen);
+            let begins = begins.filter(|_| !seen.is_forced(*cell));
+            let value = begins.unwrap_or_else(|| seen.value(*cell));
+            let held = |content: i32| seen.held(*cell, content);
+            return (!limits.contains(&value)).then(|| beyond(text, value, limits, held));
         }
         OldState::Unwritten { bit } => {
             let forced = if seen.is_forced(Cell::Bit(BitCell(*bit))) { " (forced)" } else { "" };
@@ -322,18 +327,15 @@ fn now(element: &MovedElement, seen: &OldMemory<'_>) -> String {
 /// not restore a saved value beyond its limits.
 fn beyond(
     text: &str,
-    (cell, begins): (Cell, Option<i32>),
-    (min, max): (i32, i32),
-    seen: &OldMemory<'_>,
-) -> Option<String> {
-    let value = begins.filter(|_| !seen.is_forced(cell)).unwrap_or_else(|| seen.value(cell));
-    let within = (min..=max).contains(&value);
-    let [value, min, max] = [value, min, max].map(|content| seen.held(cell, content));
-    let line = format!(
+    value: i32,
+    limits: &RangeInclusive<i32>,
+    held: impl Fn(i32) -> String,
+) -> String {
+    let [value, min, max] = [value, *limits.start(), *limits.end()].map(held);
+    format!(
         "{WARNING}{text} keeps {value}, which is outside its new limits, {min} to {max}; a restart \
          would discard it"
-    );
-    (!within).then_some(line)
+    )
 }
 
 /// A preset as text for people.

@@ -8,6 +8,13 @@ use rungd_engine::isa::{Address, Bit, BitSpace, Word};
 use rungd_engine::{Cell, Layout};
 use rungd_language::lower::identity::Identity;
 
+/// An element of an array, with its addresses in both programs.
+struct MovedAddress {
+    from: Address,
+    to: Address,
+    element: MovedElement,
+}
+
 /// Whether the tag, or the array of an element, has a `type` in either program. `places` reports
 /// these tags.
 fn is_placed(names: &ElementPairs<'_>, tag: &str) -> bool {
@@ -31,7 +38,7 @@ pub(super) fn report_moved(
     old: LoweredProgram<'_>,
 ) {
     let (layout, values) = (&old.symbols.layout, NewValues::of(plan));
-    let mut arrays: BTreeMap<&str, Vec<(Address, Address, MovedElement)>> = BTreeMap::new();
+    let mut arrays: BTreeMap<&str, Vec<MovedAddress>> = BTreeMap::new();
     for (tag, to) in &names.new.tags {
         let Some(from) = names.old.tags.get(tag).filter(|from| *from != to) else { continue };
         if is_placed(names, tag) {
@@ -46,7 +53,8 @@ pub(super) fn report_moved(
         let begins = values.get(to_cell);
         if let Some(array) = array_of(tag) {
             let element = MovedElement { tag: tag.clone(), from: from_cell, to: to_cell, begins };
-            arrays.entry(array).or_default().push((*from, *to, element));
+            let moved = MovedAddress { from: *from, to: *to, element };
+            arrays.entry(array).or_default().push(moved);
             continue;
         }
         let left = names.new.names.tag(*from);
@@ -68,16 +76,12 @@ pub(super) fn report_moved(
 }
 
 /// One line for an array whose addresses have changed.
-fn moved_array(
-    plan: &mut ReloadPlan,
-    array: &str,
-    mut elements: Vec<(Address, Address, MovedElement)>,
-) {
-    elements.sort_by_key(|(from, ..)| *from);
-    let old = span(elements.iter().map(|(from, ..)| *from));
-    let new = span(elements.iter().map(|(_, to, _)| *to));
-    let input = elements.iter().any(|(_, to, _)| is_input(*to));
-    let elements = elements.into_iter().map(|(.., element)| element).collect();
+fn moved_array(plan: &mut ReloadPlan, array: &str, mut moved: Vec<MovedAddress>) {
+    moved.sort_by_key(|moved| moved.from);
+    let old = span(moved.iter().map(|moved| moved.from));
+    let new = span(moved.iter().map(|moved| moved.to));
+    let input = moved.iter().any(|moved| is_input(moved.to));
+    let elements = moved.into_iter().map(|moved| moved.element).collect();
     let force = format!("forces stay on {old}; {array} ({new}) is not forced");
     let text = format!("array {array} moved from {old} to {new}");
     plan.add_line_with_state(text, OldState::MovedArray { elements, input, force });
@@ -197,7 +201,7 @@ pub(super) fn report_limits(
         let begins = new.symbols.layout.cell(*address).and_then(|cell| values.get(cell));
         plan.add_line_with_state(
             names.new.names.say(*address),
-            OldState::Limits { cell, begins, limits: (min, max) },
+            OldState::Limits { cell, begins, limits: min..=max },
         );
     }
 }

@@ -82,20 +82,29 @@ pub struct RetainedValue {
     pub(crate) record: [u8; RECORD_BYTES],
 }
 
+/// A text about an element: the name of a tag, or the owner of a structure or of bits.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct ElementText {
+    /// The text.
+    pub text: String,
+    /// Its element.
+    pub element: RetainedElement,
+}
+
 /// A content after it was read.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct RetainedContent {
     /// All elements with their values, in the order of the file.
     pub elements: Vec<(RetainedElement, RetainedValue)>,
-    /// Tags: name and element.
-    pub tags: Vec<(String, RetainedElement)>,
+    /// The names of tags.
+    pub tags: Vec<ElementText>,
     /// The elements whose only address is the name of their tag.
     pub placed: HashSet<RetainedElement>,
     /// The owner of each structure, and of the first bit that an SR shifts: the instruction and its
     /// block.
     pub owners: HashMap<RetainedElement, String>,
-    /// The SRs whose CLK was ON, by their first bits and their texts.
-    pub clocks: HashSet<(RetainedElement, String)>,
+    /// The SRs whose CLK was ON, by their texts and their first bits.
+    pub clocks: HashSet<ElementText>,
     /// The elements that the program of this image terminates at a stop.
     pub terminated: HashSet<RetainedElement>,
 }
@@ -179,12 +188,12 @@ pub fn address(element: RetainedElement) -> String {
 /// The lists before the values.
 pub(super) struct ContentLists<'a> {
     pub runs: &'a [ElementRun],
-    pub tags: &'a [(String, RetainedElement)],
+    pub tags: &'a [ElementText],
     /// The elements whose only address is the name of their tag.
     pub placed: &'a HashSet<RetainedElement>,
-    pub owners: &'a [(String, RetainedElement)],
+    pub owners: &'a [ElementText],
     /// The texts and first bits of SRs.
-    pub shifts: &'a [(String, RetainedElement)],
+    pub shifts: &'a [ElementText],
 }
 
 /// The bytes before the values. Apart from the states of the clocks, they are the same in every
@@ -202,7 +211,7 @@ impl Preamble {
         put_runs(&mut bytes, lists.runs);
         put_u32(&mut bytes, lists.tags.len());
         for tag in lists.tags {
-            put_text(&mut bytes, tag, if lists.placed.contains(&tag.1) { PLACED } else { 0 });
+            put_text(&mut bytes, tag, if lists.placed.contains(&tag.element) { PLACED } else { 0 });
         }
         put_u32(&mut bytes, lists.owners.len() + lists.shifts.len());
         lists.owners.iter().for_each(|owner| put_text(&mut bytes, owner, 0));
@@ -238,7 +247,7 @@ fn put_runs(bytes: &mut Vec<u8>, runs: &[ElementRun]) {
     }
 }
 
-fn put_text(bytes: &mut Vec<u8>, (text, element): &(String, RetainedElement), flags: u8) {
+fn put_text(bytes: &mut Vec<u8>, ElementText { text, element }: &ElementText, flags: u8) {
     let length = u16::try_from(text.len()).expect("names are shorter than 64 KiB");
     bytes.extend_from_slice(&[number_of(element.space), flags]);
     bytes.extend_from_slice(&length.to_le_bytes());
@@ -268,15 +277,15 @@ pub fn read(bytes: &[u8]) -> Option<RetainedContent> {
         runs.push(run);
     }
     let tags = reader.texts()?;
-    let placed = |text: &NameText| (text.flags & PLACED != 0).then_some(text.element);
+    let placed = |tag: &FlaggedText| (tag.flags & PLACED != 0).then_some(tag.named.element);
     let placed = tags.iter().filter_map(placed).collect();
-    let tags = tags.into_iter().map(|tag| (tag.text, tag.element)).collect();
+    let tags = tags.into_iter().map(|tag| tag.named).collect();
     let (mut owners, mut clocks) = (HashMap::new(), HashSet::new());
-    for NameText { text, element, flags } in reader.texts()? {
-        if matches!(element.space, Space::Bit(_)) && flags & CLK_ON != 0 {
-            clocks.insert((element, text.clone()));
+    for FlaggedText { named, flags } in reader.texts()? {
+        if matches!(named.element.space, Space::Bit(_)) && flags & CLK_ON != 0 {
+            clocks.insert(named.clone());
         }
-        owners.insert(element, text);
+        owners.insert(named.element, named.text);
     }
     let (mut elements, mut terminated) = (Vec::new(), HashSet::new());
     for run in runs {
@@ -292,22 +301,21 @@ pub fn read(bytes: &[u8]) -> Option<RetainedContent> {
     reader.0.is_empty().then_some(content)
 }
 
-/// The name of a tag or of an owner.
-struct NameText {
-    text: String,
-    element: RetainedElement,
+/// A text about an element, with its flags.
+struct FlaggedText {
+    named: ElementText,
     flags: u8,
 }
 
 /// The forms of a content, read from bytes.
 trait ContentSource: Sized {
-    fn texts(&mut self) -> Option<Vec<NameText>>;
+    fn texts(&mut self) -> Option<Vec<FlaggedText>>;
 
     fn value(&mut self, space: Space) -> Option<RetainedValue>;
 }
 
 impl ContentSource for ByteSource<'_> {
-    fn texts(&mut self) -> Option<Vec<NameText>> {
+    fn texts(&mut self) -> Option<Vec<FlaggedText>> {
         let mut texts = Vec::new();
         for _ in 0..self.u32()? {
             let head = self.take(4)?;
@@ -317,7 +325,8 @@ impl ContentSource for ByteSource<'_> {
             let text = self.take(length.next_multiple_of(4))?;
             let text = std::str::from_utf8(&text[..length]).ok()?;
             let element = RetainedElement { space, number };
-            texts.push(NameText { text: text.to_owned(), element, flags: head[1] });
+            let named = ElementText { text: text.to_owned(), element };
+            texts.push(FlaggedText { named, flags: head[1] });
         }
         Some(texts)
     }
@@ -356,10 +365,11 @@ mod tests {
             terminated: false,
         }];
         let level = RetainedElement { space: Space::Word(WordSpace::D), number: 4 };
-        let tags = [("level".to_owned(), level)];
+        let tags = [ElementText { text: "level".to_owned(), element: level }];
         let placed = HashSet::from([level]);
         let c9 = RetainedElement { space: Space::Bit(BitSpace::C), number: 9 };
-        let shifts = ["SR in Main", "SR in Main, 2"].map(|text| (text.to_owned(), c9));
+        let shifts = ["SR in Main", "SR in Main, 2"]
+            .map(|text| ElementText { text: text.to_owned(), element: c9 });
         let lists = ContentLists {
             runs: &runs,
             tags: &tags,
@@ -373,7 +383,7 @@ mod tests {
         let content = read(&bytes).unwrap();
         assert_eq!(content.elements[1].1.word, -2);
         assert_eq!((&content.tags[..], &content.placed), (&tags[..], &placed));
-        assert_eq!(content.clocks, HashSet::from([(c9, shifts[1].0.clone())]));
+        assert_eq!(content.clocks, HashSet::from([shifts[1].clone()]));
         for cut in 0..bytes.len() {
             assert_eq!(read(&bytes[..cut]), None, "cut at {cut}");
         }

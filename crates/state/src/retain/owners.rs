@@ -5,7 +5,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::content::{RetainedContent, RetainedElement, element_of};
+use super::content::{ElementText, RetainedContent, RetainedElement, element_of};
 use rungd_engine::isa::Address;
 use rungd_engine::{BitCell, Cell};
 use rungd_language::lower::identity::Identity;
@@ -36,8 +36,8 @@ pub(super) fn terminated(program: &Program) -> HashSet<RetainedElement> {
 
 /// The owners of structures, as `UDCG in Main`. The text of a Sensaphone counter names all its
 /// counting instructions and the preset: `CTU in Main with PRE 10`.
-pub(super) fn owners(program: &Program) -> Vec<(String, RetainedElement)> {
-    let mut owners: Vec<(String, RetainedElement)> = Vec::new();
+pub(super) fn owners(program: &Program) -> Vec<ElementText> {
+    let mut owners: Vec<ElementText> = Vec::new();
     let (mut places, mut presets) = (HashMap::new(), HashMap::new());
     for (block, instruction) in program.instructions() {
         let Some(at) = instruction.owned() else { continue };
@@ -50,11 +50,11 @@ pub(super) fn owners(program: &Program) -> Vec<(String, RetainedElement)> {
         }
         let at = *places.entry(element).or_insert(owners.len());
         match owners.get_mut(at) {
-            Some((text, _)) => *text = format!("{text}, {own}"),
-            None => owners.push((own, element)),
+            Some(owner) => owner.text = format!("{}, {own}", owner.text),
+            None => owners.push(ElementText { text: own, element }),
         }
     }
-    for (text, element) in &mut owners {
+    for ElementText { text, element } in &mut owners {
         match presets.get(element) {
             Some(Value::Const(preset, _)) => *text = format!("{text}{WITH_PRESET}{preset}"),
             Some(Value::Word(_) | Value::Element(_)) => {
@@ -79,7 +79,7 @@ pub(super) fn preset(owner: &str) -> Option<SensaphonePreset> {
 pub(super) struct RetainedShifts {
     /// `SR in Main`, with the first bit in the direction of the shift. A further SR with the same
     /// bit and block has a number.
-    pub texts: Vec<(String, RetainedElement)>,
+    pub texts: Vec<ElementText>,
     /// The cells of the histories of CLK.
     pub clocks: Vec<BitCell>,
 }
@@ -87,7 +87,7 @@ pub(super) struct RetainedShifts {
 impl RetainedShifts {
     pub fn new(identity: &Identity, is_kept: impl Fn(&RetainedElement) -> bool) -> RetainedShifts {
         let mut shifts = RetainedShifts::default();
-        let mut seen: HashMap<(String, RetainedElement), u32> = HashMap::new();
+        let mut seen: HashMap<ElementText, u32> = HashMap::new();
         for shift in &identity.shifts {
             let mut bits: Vec<_> = shift.bits.array.addresses().map(element_of).collect();
             if shift.bits.down {
@@ -98,10 +98,13 @@ impl RetainedShifts {
                 continue;
             }
             let text = format!("SR in {}", identity.names.block(shift.block).name);
-            let count = seen.entry((text.clone(), *first)).or_default();
+            let mut shown = ElementText { text, element: *first };
+            let count = seen.entry(shown.clone()).or_default();
             *count += 1;
-            let text = if *count == 1 { text } else { format!("{text}, {count}") };
-            shifts.texts.push((text, *first));
+            if *count > 1 {
+                shown.text = format!("{}, {count}", shown.text);
+            }
+            shifts.texts.push(shown);
             shifts.clocks.push(shift.cell);
         }
         shifts
@@ -114,8 +117,9 @@ impl RetainedShifts {
         found: &RetainedContent,
         from: impl Fn(RetainedElement) -> Option<RetainedElement>,
     ) -> Vec<(Cell, i32)> {
-        let was_on = |(text, first): &(String, RetainedElement)| {
-            from(*first).is_some_and(|from| found.clocks.contains(&(from, text.clone())))
+        let was_on = |shift: &ElementText| {
+            let then = |element| ElementText { text: shift.text.clone(), element };
+            from(shift.element).is_some_and(|from| found.clocks.contains(&then(from)))
         };
         let each = self.texts.iter().zip(&self.clocks);
         let on = each.filter(|(shift, _)| was_on(shift));

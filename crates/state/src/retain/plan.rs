@@ -11,8 +11,8 @@
 use std::collections::{HashMap, HashSet};
 
 use super::content::{
-    self, ContentLists, ElementRun, Preamble, RECORD_BYTES, RetainedContent, RetainedElement,
-    RetainedValue, address, element_of, range, type_name, value_bytes,
+    self, ContentLists, ElementRun, ElementText, Preamble, RECORD_BYTES, RetainedContent,
+    RetainedElement, RetainedValue, address, element_of, range, type_name, value_bytes,
 };
 use super::limits::RetainedLimits;
 use super::owners::{RetainedShifts, SensaphonePreset, owners, preset, terminated};
@@ -28,7 +28,7 @@ pub struct RetainPlan {
     layout: Layout,
     limits: RetainedLimits,
     runs: Vec<ElementRun>,
-    tags: Vec<(String, RetainedElement)>,
+    tags: Vec<ElementText>,
     /// The elements whose only address is the name of their tag.
     placed: HashSet<RetainedElement>,
     owners: HashMap<RetainedElement, String>,
@@ -73,14 +73,14 @@ impl RetainPlan {
         for tag in &program.tags {
             let TagMeaning::Address(at) = tag.meaning else { continue };
             if let Some(element) = element_of(at).filter(is_kept) {
-                tags.push((tag.name.clone(), element));
+                tags.push(ElementText { text: tag.name.clone(), element });
             }
         }
         let mut owners = owners(program);
-        owners.retain(|(_, element)| is_kept(element));
+        owners.retain(|owner| is_kept(&owner.element));
         let is_placed =
             |at: &RetainedElement| program.names.places.at(at.space.address(at.number)).is_some();
-        let placed = tags.iter().map(|(_, element)| *element).filter(is_placed).collect();
+        let placed = tags.iter().map(|tag| tag.element).filter(is_placed).collect();
         let shifts = RetainedShifts::new(&symbols.identity, is_kept);
         let lists = ContentLists {
             runs: &runs,
@@ -90,7 +90,7 @@ impl RetainPlan {
             shifts: &shifts.texts,
         };
         let preamble = Preamble::new(&lists);
-        let owners = owners.into_iter().map(|(text, element)| (element, text)).collect();
+        let owners = owners.into_iter().map(|owner| (owner.element, owner.text)).collect();
         let limits = RetainedLimits::new(program, symbols, element_of);
         let layout = symbols.layout.clone();
         RetainPlan { layout, limits, runs, tags, placed, owners, shifts, preamble }
@@ -113,8 +113,8 @@ impl RetainPlan {
             }
         }
         let said = ranges.into_iter().map(|(space, first, last)| span(space, first, last));
-        let tags = self.tags.iter().filter(|(_, element)| self.placed.contains(element));
-        let mut tags: Vec<String> = tags.map(|(name, _)| name.clone()).collect();
+        let tags = self.tags.iter().filter(|tag| self.placed.contains(&tag.element));
+        let mut tags: Vec<String> = tags.map(|tag| tag.text.clone()).collect();
         tags.sort_unstable();
         said.chain(tags).collect::<Vec<_>>().join(" ")
     }
@@ -354,14 +354,11 @@ struct TagIndex<'a> {
 }
 
 impl<'a> TagIndex<'a> {
-    fn new(
-        tags: &'a [(String, RetainedElement)],
-        placed: &'a HashSet<RetainedElement>,
-    ) -> TagIndex<'a> {
+    fn new(tags: &'a [ElementText], placed: &'a HashSet<RetainedElement>) -> TagIndex<'a> {
         let mut names = TagIndex { by_name: HashMap::new(), by_element: HashMap::new(), placed };
-        for (name, element) in tags {
-            names.by_name.insert(name, *element);
-            names.by_element.entry(*element).or_default().push(name);
+        for ElementText { text, element } in tags {
+            names.by_name.insert(text, *element);
+            names.by_element.entry(*element).or_default().push(text);
         }
         names
     }

@@ -63,8 +63,8 @@ fn slot_text(slot: &Result<ImageStamp, BadSlot>) -> String {
 
 fn values(text: &mut String, content: &RetainedContent) {
     let mut tags: HashMap<RetainedElement, Vec<&str>> = HashMap::new();
-    for (name, element) in &content.tags {
-        tags.entry(*element).or_default().push(name);
+    for tag in &content.tags {
+        tags.entry(tag.element).or_default().push(&tag.text);
     }
     let mut zeros = 0;
     for (element, value) in &content.elements {

@@ -159,8 +159,15 @@ fn loaded(case: &Case, naming: Naming) -> Loaded {
     Loaded { naming, program: code, symbols, stimulus, watch }
 }
 
+/// A reload: the scan before which it happens, and the new program.
+#[derive(Clone, Copy)]
+struct TracedReload<'a> {
+    scan: u64,
+    to: &'a Loaded,
+}
+
 /// The values at the end of every scan, with a reload before one of them.
-fn trace(case: &Case, of: &Loaded, reload: Option<(u64, &Loaded)>) -> Vec<Vec<i64>> {
+fn trace(case: &Case, of: &Loaded, reload: Option<TracedReload>) -> Vec<Vec<i64>> {
     let mut engine = Engine::new(of.program.clone());
     engine.start(0);
     let (mut rows, mut next, mut now) = (Vec::new(), 0, of);
@@ -168,7 +175,7 @@ fn trace(case: &Case, of: &Loaded, reload: Option<(u64, &Loaded)>) -> Vec<Vec<i6
         if case.stop && scan + 1 == case.scans as u64 {
             engine.request_stop();
         }
-        if let Some((_, to)) = reload.filter(|(at, _)| *at == scan) {
+        if let Some(TracedReload { to, .. }) = reload.filter(|reload| reload.scan == scan) {
             let plan = ReloadPlan::new(now.side(), to.side());
             let mut successor = Engine::new(to.program.clone());
             successor.adopt(&mut engine, &plan.transfer, true, &[]);
@@ -197,7 +204,7 @@ fn trace(case: &Case, of: &Loaded, reload: Option<(u64, &Loaded)>) -> Vec<Vec<i6
 }
 
 #[track_caller]
-fn same(case: &Case, (expected, found): (&[Vec<i64>], &[Vec<i64>]), how: &str) {
+fn same(case: &Case, expected: &[Vec<i64>], found: &[Vec<i64>], how: &str) {
     let Some(scan) = expected.iter().zip(found).position(|(a, b)| a != b) else {
         return assert_eq!(expected.len(), found.len(), "seed {}, {how}", case.seed);
     };
@@ -214,7 +221,7 @@ fn the_trace_of_a_program_does_not_depend_on_memory_addresses() {
         let expected = trace(&case, &loaded(&case, Naming::Addresses), None);
         for naming in &NAMINGS[1..] {
             let found = trace(&case, &loaded(&case, *naming), None);
-            same(&case, (&expected, &found), &format!("{naming:?}"));
+            same(&case, &expected, &found, &format!("{naming:?}"));
         }
     }
 }
@@ -227,9 +234,9 @@ fn a_reload_that_moves_memory_does_not_change_the_trace() {
         let expected = trace(&case, &all[0], None);
         for (from, to) in [(0, 1), (1, 2), (2, 1), (1, 0), (0, 2), (2, 0)] {
             let at = rng.below(case.scans as usize) as u64;
-            let found = trace(&case, &all[from], Some((at, &all[to])));
+            let found = trace(&case, &all[from], Some(TracedReload { scan: at, to: &all[to] }));
             let (from, to) = (all[from].naming, all[to].naming);
-            same(&case, (&expected, &found), &format!("{from:?} to {to:?} at {at}"));
+            same(&case, &expected, &found, &format!("{from:?} to {to:?} at {at}"));
         }
     }
 }

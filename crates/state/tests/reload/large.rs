@@ -81,7 +81,13 @@ fn costs_in_proportion<T>(prepare: impl Fn(usize) -> T, work: impl Fn(&T)) {
     assert!(tries.len() < 3, "{}", tries.join("; "));
 }
 
-fn plan((old, new): &(Large, Large)) {
+/// A reload's programs.
+struct Reload {
+    old: Large,
+    new: Large,
+}
+
+fn plan(Reload { old, new }: &Reload) {
     let plan = ReloadPlan::new(old.side(), new.side());
     assert!(!plan.transfer.blocks.is_empty());
 }
@@ -90,7 +96,8 @@ fn plan((old, new): &(Large, Large)) {
 fn the_cost_of_renaming_tags_is_proportional_to_their_number() {
     let tags = |count: usize| {
         let old = Large::with_tags(count, |at| (format!("a{at:06}"), at, ""));
-        (old, Large::with_tags(count, |at| (format!("b{:06}", count - at), at, "")))
+        let new = Large::with_tags(count, |at| (format!("b{:06}", count - at), at, ""));
+        Reload { old, new }
     };
     costs_in_proportion(tags, plan);
 }
@@ -100,7 +107,7 @@ fn the_cost_of_moving_tags_is_proportional_to_their_number() {
     let tags = |count: usize| {
         let old = Large::with_tags(count, |at| (format!("a{at:06}"), at, ""));
         let new = |at: usize| (format!("a{at:06}"), 33_000 + at, ", initial = 1");
-        (old, Large::with_tags(count, new))
+        Reload { old, new: Large::with_tags(count, new) }
     };
     costs_in_proportion(tags, plan);
 }
@@ -117,7 +124,7 @@ fn the_cost_of_reloading_recurrent_tasks_is_proportional_to_their_number() {
         let starter = format!("[[program]]\nname = \"Starter\"\nrung = [\n{rungs}]\n");
         Large::new(&format!("{tasks}{starter}"))
     };
-    let prepare = |count: usize| (tasks(count, "1s"), tasks(count, "2s"));
+    let prepare = |count: usize| Reload { old: tasks(count, "1s"), new: tasks(count, "2s") };
     costs_in_proportion(prepare, plan);
 }
 

@@ -58,15 +58,15 @@ type Rows = Vec<(Vec<u8>, Vec<i32>)>;
 
 /// Runs a case with a reload of the same program before each scan that `at` selects.
 fn trace(case: &Case, of: &Loaded, at: impl Fn(u64) -> bool) -> Rows {
-    rows(case, of, (of, at))
+    rows(case, of, of, at)
 }
 
 /// Runs a case with one reload of a different program with the same blocks.
 fn trace_into(case: &Case, of: &Loaded, other: &Loaded, reload: u64) -> Rows {
-    rows(case, of, (other, |scan| scan == reload))
+    rows(case, of, other, |scan| scan == reload)
 }
 
-fn rows(case: &Case, of: &Loaded, (other, at): (&Loaded, impl Fn(u64) -> bool)) -> Rows {
+fn rows(case: &Case, of: &Loaded, other: &Loaded, at: impl Fn(u64) -> bool) -> Rows {
     let same = plan(of, other);
     let mut engine = Engine::new(of.program.clone());
     engine.start(0);

@@ -292,12 +292,8 @@ fn acc(of: &str) -> String {
 }
 
 /// Checks a swap; returns the number of lines in which the dry run's forecast differs.
-fn judge(
-    seed: u64,
-    case: &Case,
-    swap: &Swap<'_>,
-    (forecast, report): (&[String], &[String]),
-) -> usize {
+fn judge(case: &Case, swap: &Swap<'_>, forecast: &[String], report: &[String]) -> usize {
+    let seed = case.seed;
     let false_ones: Vec<_> = report.iter().filter(|line| !swap.holds(line)).collect();
     let missed = swap.missed(report);
     assert!(
@@ -369,7 +365,7 @@ fn every_line_of_the_report_is_true_of_the_engine() {
                 after,
                 plan: &plan,
             };
-            otherwise += judge(seed, &case, &swap, (&forecast, &report));
+            otherwise += judge(&case, &swap, &forecast, &report);
             (swaps, lines) = (swaps + 1, lines + report.len());
         }
     }

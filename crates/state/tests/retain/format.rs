@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use rungd_engine::isa::{BitSpace, Space};
-use rungd_state::retain::content::RetainedElement;
+use rungd_state::retain::content::{ElementText, RetainedElement};
 use rungd_state::retain::format::{Geometry, ImageStamp, put_slot};
 use rungd_state::retain::slots::{Slots, survey};
 
@@ -78,10 +78,13 @@ fn the_reader_of_the_page_reads_a_file_of_rungd() {
     let content = content();
     let read = rungd_state::retain::content::read(&content).expect("it is as the page says");
     assert_eq!((read.elements.len(), read.tags.len(), read.owners.len()), (5, 1, 2));
-    assert_eq!(read.placed.into_iter().collect::<Vec<_>>(), [read.tags[0].1]);
+    assert_eq!(read.placed.into_iter().collect::<Vec<_>>(), [read.tags[0].element]);
     let c5 = RetainedElement { space: Space::Bit(BitSpace::C), number: 5 };
     assert_eq!(read.terminated.into_iter().collect::<Vec<_>>(), [c5]);
-    assert_eq!(read.clocks.into_iter().collect::<Vec<_>>(), [(c5, "SR in Main".to_owned())]);
+    assert_eq!(
+        read.clocks.into_iter().collect::<Vec<_>>(),
+        [ElementText { text: "SR in Main".to_owned(), element: c5 }]
+    );
     let geometry = Geometry::for_content(content.len(), 77);
     let disk = disk::Handle::new(512, geometry.file_bytes() as usize);
     let mut slots = Slots::format(disk.clone(), geometry).unwrap();
@@ -117,10 +120,16 @@ fn stamp(sequence: u64, scan: u64) -> ImageStamp {
     ImageStamp { sequence, scan, saved_ms: 0, flags: 0 }
 }
 
+/// A whole image.
+struct WholeImage<'a> {
+    stamp: ImageStamp,
+    content: &'a [u8],
+}
+
 /// Overwrites a slot with a whole image.
-fn put(disk: &disk::Handle, geometry: &Geometry, slot: usize, image: (ImageStamp, &[u8])) {
+fn put(disk: &disk::Handle, geometry: &Geometry, slot: usize, image: &WholeImage<'_>) {
     let mut bytes = Vec::new();
-    put_slot(&mut bytes, geometry.id, &image.0, image.1);
+    put_slot(&mut bytes, geometry.id, &image.stamp, image.content);
     let at = geometry.slot_at(slot) as usize;
     let mut disk = disk.0.borrow_mut();
     disk.durable[at..at + bytes.len()].copy_from_slice(&bytes);
@@ -130,11 +139,11 @@ fn put(disk: &disk::Handle, geometry: &Geometry, slot: usize, image: (ImageStamp
 #[test]
 fn the_first_of_two_images_with_equal_numbers_counts() {
     let (disk, geometry) = three_images();
-    put(&disk, &geometry, 3, (stamp(3, 40), &content()));
+    put(&disk, &geometry, 3, &WholeImage { stamp: stamp(3, 40), content: &content() });
     let found = survey(&mut disk.clone()).unwrap().newest.unwrap();
     assert_eq!((found.slot, found.stamp.scan), (2, 9));
     page_agrees("same-number", &disk);
-    put(&disk, &geometry, 1, (stamp(3, 50), &content()));
+    put(&disk, &geometry, 1, &WholeImage { stamp: stamp(3, 50), content: &content() });
     let found = survey(&mut disk.clone()).unwrap().newest.unwrap();
     assert_eq!((found.slot, found.stamp.scan), (1, 50));
     page_agrees("same-number", &disk);
@@ -224,7 +233,7 @@ fn an_intact_but_meaningless_image_counts_as_the_newest() {
         Vec::new(),
     ];
     for bad in contents {
-        put(&disk, &geometry, 3, (stamp(4, 40), &bad));
+        put(&disk, &geometry, 3, &WholeImage { stamp: stamp(4, 40), content: &bad });
         let newest = survey(&mut disk.clone()).unwrap().newest.unwrap();
         assert_eq!((newest.stamp.scan, &newest.content), (40, &bad));
         page_agrees("without-sense", &disk);
