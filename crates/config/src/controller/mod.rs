@@ -118,7 +118,7 @@ impl SettingsResolver<'_> {
             if let Some(on) = outputs.first_in(held.numbers()).map(|at| &on[at]) {
                 let message = format!("`{held}` is to be held, and `{on}` to be ON");
                 let finding = Finding::new(Code::Controller, held.span, message);
-                self.findings.push(finding.related(on.span, "ON here"));
+                self.findings.push(finding.related(on.span, "ON here").or_omit());
             }
         }
     }

@@ -42,12 +42,13 @@ impl SettingsResolver<'_> {
             let (name, words) = (text.text.trim(), wanted.words);
             let message = format!("`{name}`: this key accepts only {words}");
             let finding = Finding::new(wanted.code, text.span, message);
-            self.findings.push(match wanted.spaces {
+            let finding = match wanted.spaces {
                 [Space::Bit(BitSpace::Y)] => {
                     finding.help("name the output that it drives, as `Y0`, or a tag of it")
                 }
                 _ => finding,
-            });
+            };
+            self.findings.push(finding.or_omit());
             return None;
         }
         Some(range)

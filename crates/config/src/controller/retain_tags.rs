@@ -18,7 +18,7 @@ use rungd_engine::isa::{Address, Space};
 use rungd_language::resolve::program::{Program, Tag, TagMeaning};
 use rungd_language::resolve::range::Range;
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::fix::{advise, possible};
+use rungd_language::source::fix::{FixEdit, Help, advise, possible};
 use rungd_language::source::nearest::KnownNames;
 use rungd_language::source::reader::Text;
 use rungd_language::source::wording::thousands;
@@ -158,7 +158,8 @@ fn nothing(pattern: &Text, known: &KnownNames) -> Finding {
         ),
         false => {
             let help = "name tags here; addresses belong in `ranges`";
-            (format!("no tag is called `{text}`"), help.into())
+            let help = Help::from(help).with(possible(FixEdit::Omit));
+            (format!("no tag is called `{text}`"), help)
         }
     };
     Finding::new(Code::UnknownName, pattern.span, message).help(help).near(text, known)
@@ -174,7 +175,8 @@ fn not_retained(pattern: &Text, tag: &Tag) -> Finding {
     };
     let message = format!("`{}` cannot be retained: {what}", tag.name);
     let finding = Finding::new(Code::RetainRange, pattern.span, message);
-    finding.help("name tags of C, MC, MI, V, D, R, MHR, MIR, CT, T, N, or with a `type`")
+    let help = "name tags of C, MC, MI, V, D, R, MHR, MIR, CT, T, N, or with a `type`";
+    finding.help(help).or_omit()
 }
 
 /// A pattern: the texts between its `*`.

@@ -10,7 +10,7 @@ use super::resolver::SettingsResolver;
 use rungd_engine::isa::{Bit, BitSpace};
 use rungd_io::plant::settings::{Delays, InputRule, PartSettings, RuleCommand};
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::fix::{FixEdit, possible};
+use rungd_language::source::fix::{FixEdit, pair, possible};
 use rungd_language::source::key::key;
 use rungd_language::source::reader::{Table, Text};
 use rungd_language::source::span::{Located, Span};
@@ -94,7 +94,8 @@ impl SettingsResolver<'_> {
             if let Some(first) = firsts.get(&device.input) {
                 let message = format!("a second rule for `X{}`", device.input);
                 let finding = Finding::new(Code::Controller, rule.span, message);
-                self.findings.push(finding.related(*first, "the first one"));
+                self.findings
+                    .push(finding.related(*first, "the first one").fix(possible(FixEdit::Delete)));
                 continue;
             }
             firsts.insert(device.input, device.span);
@@ -108,10 +109,19 @@ impl SettingsResolver<'_> {
         let while_on = self.command(rule.while_on.as_ref());
         let follows = self.command(rule.follows.as_ref());
         let part = self.part(rule);
-        let Bit::Space(BitSpace::X, input) = input? else {
+        let input = input?;
+        let Bit::Space(BitSpace::X, input) = input else {
             let span = rule.input.as_ref().map_or(rule.span, |input| input.span);
             let finding = Finding::new(Code::Controller, span, "a simulated device moves an input");
-            self.findings.push(finding.help("name an X bit, or a tag of one"));
+            let finding = finding.help("name an X bit, or a tag of one");
+            self.findings.push(match input {
+                Bit::Space(_, number) => finding.fix(possible(format!("X{number}"))),
+                Bit::Flag(..)
+                | Bit::Stage(_)
+                | Bit::Running(_)
+                | Bit::Done(_)
+                | Bit::Device(..) => finding,
+            });
             return None;
         };
         let commands = match rule.follows {
@@ -152,13 +162,17 @@ impl SettingsResolver<'_> {
         }
         let (Some(width_ms), Some(every_ms)) = (ms(&rule.pulse_ms), ms(&rule.every_ms)) else {
             let message = "a rule without `pulse` or `follows` moves nothing";
-            self.findings.push(Finding::new(Code::MissingKey, rule.span, message).help(help));
+            let lines = "pulse = \"200ms\"\nevery = \"800ms\"".to_owned();
+            let pulses = possible(FixEdit::Lines { lines, instead: None });
+            let finding = Finding::new(Code::MissingKey, rule.span, message).help(help);
+            self.findings.push(finding.fix(pulses));
             return None;
         };
         if width_ms == 0 || width_ms >= every_ms {
             let span = rule.pulse_ms.as_ref().map_or(rule.span, |pulse| pulse.span);
             let message = "`pulse` must be above 0ms and below `every`";
-            self.findings.push(Finding::new(Code::Controller, span, message));
+            let half = pair(format!("pulse = \"{}ms\"", every_ms.div_ceil(2))).possible();
+            self.findings.push(Finding::new(Code::Controller, span, message).fix(half));
             return None;
         }
         let offset_ms = ms(&rule.offset_ms).unwrap_or(0);

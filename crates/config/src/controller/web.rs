@@ -8,9 +8,10 @@ use super::resolver::SettingsResolver;
 use rungd_base::variants::all_variants;
 use rungd_engine::isa::{Address, Bit, BitSpace};
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::fix::{advise, possible};
+use rungd_language::source::fix::{Fix, FixEdit, Help, advise, pair, possible};
 use rungd_language::source::key::{NOT_EMPTY, key};
 use rungd_language::source::reader::{Table, Text};
+use rungd_language::source::renaming;
 use rungd_language::source::span::Span;
 
 /// `[web]` and `[[panel]]` as written.
@@ -155,7 +156,7 @@ fn read_widget(mut table: Table<'_>) -> Option<(Widget, Text)> {
     let has_end = table.has("min") || table.has("max");
     let (span, doc) = (table.span(), table.doc());
     table.finish();
-    let wrong = |span: Span, message: String, help: &str| {
+    let wrong = |span: Span, message: String, help: Help| {
         doc.find(Finding::new(Code::Controller, span, message).help(help));
         None
     };
@@ -163,10 +164,12 @@ fn read_widget(mut table: Table<'_>) -> Option<(Widget, Text)> {
         [one] => one.clone(),
         [] => {
             let help = "write `lamp`, `button`, `value`, `bar` or `trend` with an operand";
+            let help = Help::from(help).with(possible(FixEdit::DeleteRow));
             return wrong(span, "this part shows nothing".into(), help);
         }
         [_, second, ..] => {
             let help = "write two parts: `{ lamp = \"a\" }, { value = \"b\" }`";
+            let help = Help::from(help).with(possible(FixEdit::Remove(second.0.key())));
             return wrong(second.1.span, "a part shows one operand".into(), help);
         }
     };
@@ -179,11 +182,15 @@ fn read_widget(mut table: Table<'_>) -> Option<(Widget, Text)> {
         ) => None,
         (WidgetKind::Bar | WidgetKind::Trend, ..) => {
             let message = format!("a {} goes from `min` to a greater `max`", kind.key());
-            return wrong(span, message, "write `min = 0, max = 100`");
+            let lines = "min = 0\nmax = 100".to_owned();
+            let ends = Fix::from(FixEdit::Lines { lines, instead: None }).possible();
+            return wrong(span, message, Help::from("write `min = 0, max = 100`").with(ends));
         }
         (WidgetKind::Lamp | WidgetKind::Button | WidgetKind::Value, ..) => {
             let message = format!("a {} has no `min` and `max`", kind.key());
-            return wrong(span, message, "leave them out, or write a `bar`");
+            let without = Fix::from(FixEdit::Remove("min")).after(FixEdit::Remove("max"));
+            let help = Help::from("leave them out, or write a `bar`");
+            return wrong(span, message, help.with(without.possible()));
         }
     };
     let operand = shown.text.trim().to_owned();
@@ -202,7 +209,7 @@ pub(super) fn resolve(written: &WrittenWeb, resolver: &mut SettingsResolver<'_>)
             let message = format!("`{}` cannot be written from outside", text.text.trim());
             let finding = Finding::new(Code::Controller, text.span, message);
             let help = "list inputs, data, relays, presets and accumulators: see docs/operator.md";
-            resolver.findings.push(finding.help(help));
+            resolver.findings.push(finding.help(help).or_omit());
         }
     }
     let writable: HashSet<Address> = web.write.iter().map(|(_, address)| *address).collect();
@@ -212,7 +219,8 @@ pub(super) fn resolve(written: &WrittenWeb, resolver: &mut SettingsResolver<'_>)
         if let Some(first) = firsts.get(name.text.as_str()) {
             let message = format!("a second panel `{}`", name.text);
             let finding = Finding::new(Code::Controller, name.span, message);
-            resolver.findings.push(finding.related(*first, "the first one"));
+            let fix = renaming::another(&name.text, ' ', |name| firsts.contains_key(name));
+            resolver.findings.push(finding.related(*first, "the first one").fix(fix));
             continue;
         }
         firsts.insert(&name.text, panel.span);
@@ -263,12 +271,20 @@ fn widget(
     let is_bit = matches!(address, Address::Bit(_));
     let (message, help) = match widget.kind {
         WidgetKind::Lamp | WidgetKind::Button if !is_bit => {
-            (format!("`{name}` is not a bit"), "write a `value` or a `bar`".into())
+            let value = pair(format!("value = \"{name}\"")).possible();
+            let help = Help::from("write a `value` or a `bar`").with(value);
+            (format!("`{name}` is not a bit"), help)
         }
-        WidgetKind::Bar if is_bit => (format!("`{name}` is a bit"), "write a `lamp`".into()),
+        WidgetKind::Bar if is_bit => {
+            let lamp = pair(format!("lamp = \"{name}\"")).possible();
+            let lamp = lamp.after(FixEdit::Remove("min")).after(FixEdit::Remove("max"));
+            (format!("`{name}` is a bit"), Help::from("write a `lamp`").with(lamp))
+        }
         WidgetKind::Button if !writable.contains(&address) => (
             format!("nobody may write `{name}`: this button would do nothing"),
-            format!("list it: `[web]` with `write = [\"{name}\"]`"),
+            Help::from(format!("list it: `[web]` with `write = [\"{name}\"]`")).with(possible(
+                FixEdit::Under { table: "web", pair: format!("write = [\"{name}\"]") },
+            )),
         ),
         WidgetKind::Lamp
         | WidgetKind::Button

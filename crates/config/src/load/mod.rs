@@ -299,7 +299,7 @@ impl Loaded {
             if real == own {
                 let message = format!("the {kind} names itself as its ladder");
                 let finding = Finding::new(Code::Controller, name.span, message);
-                self.findings.push(finding.help("name a file with `[[program]]`"));
+                self.findings.push(finding.help("name a file with `[[program]]`").or_omit());
                 whole = false;
                 continue;
             }

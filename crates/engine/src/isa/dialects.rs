@@ -105,6 +105,12 @@ const ROWS: &[Dialect] = &[
     (&["AFI"], "a rung that is never ON has the contact `$Off`"),
 ];
 
+/// Whether a ladder needs nothing in the place of an instruction of another controller.
+pub fn is_superfluous(name: &str) -> bool {
+    let name = name.to_ascii_uppercase();
+    matches!(name.as_str(), "NOP" | "END" | "TND" | "OUTI" | "STRI" | "IIM" | "IOM")
+}
+
 /// The contact of a rungd ladder for a contact of another controller, with its own operands:
 /// `XIO`, `["b"]` is `!b`. `None` if it is no contact, or has a different number of operands.
 pub fn contact(name: &str, operands: &[&str]) -> Option<String> {

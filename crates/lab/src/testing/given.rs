@@ -11,7 +11,7 @@ use rungd_engine::isa::Real;
 use rungd_engine::isa::duration;
 use rungd_language::source::atom::{Atom, AtomKind};
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::fix::{advise, possible};
+use rungd_language::source::fix::{Help, advise, possible};
 use rungd_language::source::reader::Constant;
 use rungd_language::source::span::{Located, Span};
 
@@ -103,7 +103,8 @@ fn wrong(target: &TestTarget, given: &str, span: Span) -> Finding {
             ("a bit", "0 or 1", advise("write `{}`, or `{}`", ["1", "0"].map(possible)))
         }
         StimulusTarget::Word(..) => {
-            let help = "write it as `12`, `-3`, `1m30s`".into();
+            let whole = given.parse::<f64>().ok().map(|real| possible(format!("{real:.0}")));
+            let help = Help::from("write it as `12`, `-3`, `1m30s`").with_all(whole);
             ("a word", "a whole number or a duration", help)
         }
         StimulusTarget::Real(..) => {

@@ -127,10 +127,14 @@ impl<'a> TestNames<'a> {
                     finding.help(advise("force it: `{}`", [proposed(format!("force {name} 1"))]))
                 }
                 Address::Bit(_) | Address::Word(_) => {
-                    finding.help("the ladder changes it: set what the ladder reads")
+                    finding.help("the ladder changes it: set what the ladder reads").or_omit()
                 }
-                Address::Structure(_) => {
-                    finding.help("one bit or one word is set: a structure has several")
+                Address::Structure(structure) => {
+                    let members = structure.members().iter();
+                    let members = members.map(|member| possible(format!("{name}.{member}")));
+                    finding
+                        .help("one bit or one word is set: a structure has several")
+                        .fixes(members)
                 }
             }
         })?;
@@ -155,7 +159,7 @@ impl<'a> TestNames<'a> {
         };
         let takes = takes.map_err(|message| {
             let finding = Finding::new(Code::TestStep, span, message);
-            finding.help("force what the ladder reads there: an input, a bit, a word")
+            finding.help("force what the ladder reads there: an input, a bit, a word").or_omit()
         })?;
         Ok(self.target(name, address, takes))
     }

@@ -85,7 +85,7 @@ fn resolve(target: TestTarget, change: &WrittenChange) -> Result<RandomChange, F
                 }
                 (Some(_), None, None) => return Err(form(*span, "`walk` wants a `step`")),
                 (None, Some(_), Some(step)) => {
-                    return Err(form(step.span, "`jump` has no `step`"));
+                    return Err(form(step.span, "`jump` has no `step`").or_omit());
                 }
                 (Some(_), Some(_), _) => {
                     return Err(form(*span, "a change has `walk` or `jump`, not both"));

@@ -22,6 +22,7 @@ use rungd_language::resolve::LoadOptions;
 use rungd_language::source::finding::{Code, Finding, Severity};
 use rungd_language::source::lost::LostTexts;
 use rungd_language::source::reader::Text;
+use rungd_language::source::renaming;
 use rungd_language::source::span::{FileId, Located, SourceFile, Span};
 
 /// The result of reading a test file.
@@ -137,7 +138,8 @@ impl SuiteReading {
                 let message = format!("two tests are called `{}`", name.text);
                 let finding = Finding::new(Code::DuplicateName, name.span, message);
                 let finding = finding.related(first, "the other one");
-                self.findings.push(finding.help("give each test a name of its own"));
+                let fix = renaming::another(&name.text, ' ', |name| seen.contains_key(name));
+                self.findings.push(finding.help("give each test a name of its own").fix(fix));
                 seen.insert(&name.text, first);
             }
         }

@@ -235,7 +235,7 @@ impl<'p, 'a> StepResolver<'p, 'a> {
         }
         self.lasts_ns = 0;
         let message = "the scenario lasts longer than 146 years, the maximum";
-        Err(Finding::new(Code::TestStep, span, message).help("let less time pass"))
+        Err(Finding::new(Code::TestStep, span, message).help("let less time pass").or_omit())
     }
 
     fn reload(&mut self, files: &[StepWord]) -> Result<(TestStep, AfterStep), Finding> {

@@ -196,7 +196,8 @@ fn read_scenario(mut table: Table<'_>) -> WrittenScenario {
         && !table.doc().has_finding_in(steps.span)
     {
         let finding = Finding::new(Code::TestEmpty, steps.span, "a scenario without steps");
-        table.find(finding.help("give it steps: `\"run 1s\"`, `\"expect: pusher\"`"));
+        let finding = finding.help("give it steps: `\"run 1s\"`, `\"expect: pusher\"`");
+        table.find(finding.fix(pair("steps = [\"run 1s\"]").possible()));
     }
     let steps = steps.map_or(Vec::new(), |steps| steps.value);
     let steps = plain(&table, steps, Code::TestStep, "a step");

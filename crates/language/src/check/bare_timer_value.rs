@@ -77,7 +77,7 @@ fn operand(
     let help = match context.program.layers.is_given(span.file) {
         true => {
             let help = choice(number, |ms| format!("\"{}\"", duration::print(ms)));
-            format!("where the use gives it, write {}", help.text).into()
+            Help { text: format!("where the use gives it, write {}", help.text), ..help }
         }
         false => choice(number, |ms| format!("{key}={}", duration::print(ms))),
     };

@@ -10,9 +10,10 @@ use super::names::kept;
 use super::priority::Priority;
 use super::program::{OfArray, Program, Tag, TagMeaning};
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::{pair, possible};
 use crate::source::ladder;
 use crate::source::span::{Located, Span};
-use rungd_engine::isa::address_text;
+use rungd_engine::isa::address_text::{self, AddressError};
 use rungd_engine::isa::{Address, BitSpace, Space, WordSpace};
 
 /// Maximum number of elements of the arrays of all tags together: more than all memory has.
@@ -108,14 +109,22 @@ impl Resolver<'_> {
         else {
             let message = "`count` does not fit this tag";
             let finding = Finding::new(Code::TagKey, count.span, message);
-            self.find(finding.help("arrays are of bits or words: `at = \"D10\"`, `at = \"C0\"`"));
+            let help = "arrays are of bits or words: `at = \"D10\"`, `at = \"C0\"`";
+            self.find(finding.help(help).or_omit());
             return None;
         };
         let count = u32::try_from(count.value).ok()?;
         let array = Array { space, first, count };
         let last = array.element(count - 1).to_string();
         if let (Err(error), Some(at)) = (address_text::parse(&last, &self.options.sizes), &tag.at) {
-            self.findings.extend(address_mistake(&last, error).finding(at.span));
+            let highest = if let AddressError::BeyondMemory { space, last, .. } = &error {
+                (last + 1).checked_sub(count).map(|first| format!("{space}{first}"))
+            } else {
+                None
+            };
+            let finding = address_mistake(&last, error).finding(at.span);
+            let finding = finding.map(|finding| finding.fixes(highest.map(possible)));
+            self.findings.extend(finding);
             return None;
         }
         Some(array)
@@ -133,7 +142,9 @@ impl Resolver<'_> {
             let values = list.value.len();
             let message = format!("`initial` has {values} values for {count} elements");
             let finding = Finding::new(Code::TagKey, list.span, message);
-            self.find(finding.help("give one value for all, or a list with one for each element"));
+            let help = "give one value for all, or a list with one for each element";
+            let count = pair(format!("count = {values}")).possible();
+            self.find(finding.help(help).fix(count).or_omit());
         }
         list.value.iter().map(|value| self.tag_value(value, meaning)).collect()
     }

@@ -10,10 +10,11 @@ use super::names::{NameRole, forbidden, kept};
 use super::program::{Block, BlockKind, Program, Stage};
 use super::scope::BlockNames;
 use crate::source::finding::{Code, Finding};
-use crate::source::fix::{FixEdit, Help, advise, meant, pair};
+use crate::source::fix::{FixEdit, Help, advise, meant, pair, possible};
 use crate::source::ladder::{self, BlockForm, Ladder};
 use crate::source::nearest::{KnownNames, nearest};
 use crate::source::reader::Text;
+use crate::source::renaming;
 use crate::source::span::{FileId, Span};
 use rungd_engine::isa::{BlockId, DeviceId, StageId};
 
@@ -151,7 +152,8 @@ impl Resolver<'_> {
                         "uses share one set of names with tags, programs and tasks, over all files"
                     }
                 });
-            self.find(finding);
+            let fix = renaming::another(&name.text, '_', |name| names.contains_key(name));
+            self.find(finding.fix(fix));
             return;
         }
         names.insert(name.text.clone(), name.span);
@@ -199,10 +201,11 @@ impl Resolver<'_> {
         }
         if let Some(first) = names.get(&name.text) {
             let message = format!("this program has a stage `{}` already", name.text);
+            let fix = renaming::another(&name.text, '_', |name| names.contains_key(name));
             let finding = Finding::new(Code::DuplicateName, name.span, message)
                 .label("again here")
                 .related(*first, "first here");
-            self.find(finding);
+            self.find(finding.fix(fix));
             return;
         }
         names.insert(name.text.clone(), name.span);
@@ -216,12 +219,14 @@ impl Resolver<'_> {
             (BlockForm::Program, Some(_)) => {
                 let message = format!("`{name}` is the name of a built-in task");
                 let finding = Finding::new(Code::ForbiddenName, span, message);
-                self.find(finding.help("write `[[task]]`, or take another name"));
+                let finding = finding.help("write `[[task]]`, or take another name");
+                self.find(finding.fix(possible(format!("{name}_2"))));
             }
             (BlockForm::Task, None) if name == "Main" => {
                 let message = "`Main` is the program that always runs, not a task";
                 let finding = Finding::new(Code::ForbiddenName, span, message);
-                self.find(finding.help("write `[[program]]`, or take another name"));
+                let finding = finding.help("write `[[program]]`, or take another name");
+                self.find(finding.fix(possible("Main_2")));
             }
             _ => {}
         }

@@ -7,11 +7,12 @@ use super::Resolver;
 use super::formula::{Binary, NumberType};
 use super::formula_operands::TypedOperand;
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::{Help, text};
 use crate::source::span::Span;
 pub use rungd_engine::isa::Function;
 
 /// A mistake: the words for the message, and the help.
-type ConstantDoubt = (String, String);
+type ConstantDoubt = (String, Help);
 
 impl Resolver<'_> {
     /// Warns about the constants of an operator.
@@ -26,12 +27,12 @@ impl Resolver<'_> {
         let doubt = match operator {
             Binary::Divide | Binary::Remainder => right.filter(|n| *n == 0.0).map(|_| by_zero()),
             Binary::Power => power(number_type, left, right),
-            Binary::ShiftLeft | Binary::ShiftRightZeros => {
-                shift(right).map(|help| ("always 0: no bit is left".to_owned(), help))
-            }
-            Binary::ShiftRight => {
-                shift(right).map(|help| ("0 or -1: only the sign is left".to_owned(), help))
-            }
+            Binary::ShiftLeft | Binary::ShiftRightZeros => shift(right)
+                .map(|help| ("always 0: no bit is left".to_owned(), help.with(text("0").same()))),
+            Binary::ShiftRight => shift(right).map(|help| {
+                let by_31 = (right > Some(31.0)).then(|| text("31").at(operands[1].span).same());
+                ("0 or -1: only the sign is left".to_owned(), help.with_all(by_31))
+            }),
             Binary::Xor => self.exclusive_or(operands),
             Binary::Multiply
             | Binary::Add
@@ -60,7 +61,7 @@ impl Resolver<'_> {
         let number = |at: usize| arguments.get(at).and_then(|operand| self.number(*operand));
         let outside = |is_outside: fn(f64) -> bool, domain: &str| {
             let help = format!("`{}` takes {domain}", function.spec().name);
-            number(0).filter(|n| is_outside(*n)).map(|_| (out_of_range(), help))
+            number(0).filter(|n| is_outside(*n)).map(|_| (out_of_range(), help.into()))
         };
         let doubt = match function {
             Function::Sqrt => outside(|n| n < 0.0, "0 and more"),
@@ -70,14 +71,15 @@ impl Resolver<'_> {
                 (Some(low), Some(high)) if low > high => {
                     let texts = [0, 2, 1].map(|at: usize| self.text(arguments[at].span));
                     let says = format!("always {low}: its lower limit is above its upper one");
-                    Some((says, format!("write `clamp({})`", texts.join(", "))))
+                    let right = format!("clamp({})", texts.join(", "));
+                    Some((says, Help::from(format!("write `{right}`")).with(right)))
                 }
                 (Some(_) | None, Some(_) | None) => None,
             },
             Function::Scale => match (number(1), number(2)) {
                 (Some(low), Some(high)) if low == high => {
-                    let help = "the second and third argument are the ends of a range".to_owned();
-                    Some((by_zero().0, help))
+                    let help = "the second and third argument are the ends of a range";
+                    Some((by_zero().0, help.into()))
                 }
                 (Some(_) | None, Some(_) | None) => None,
             },
@@ -125,21 +127,22 @@ impl Resolver<'_> {
         let is_slip = is_decimal(left) && is_decimal(right);
         let result = a.zip(b).filter(|_| is_slip).map(|(a, b)| (a ^ b) as i32)?;
         let says = format!("{result}: `^` is the exclusive or of the bits");
-        Some((says, format!("a power is `{left} ** {right}`")))
+        let help = Help::from(format!("a power is `{left} ** {right}`"));
+        Some((says, help.with(text(result.to_string()).same())))
     }
 }
 
 fn by_zero() -> ConstantDoubt {
     let says = "a division by 0: it gives 0, and turns `$DivideByZero` ON";
-    (says.to_owned(), "divide by another number, or by a word".to_owned())
+    (says.to_owned(), "divide by another number, or by a word".into())
 }
 
 fn out_of_range() -> String {
     "always 0, and turns `$OutOfRange` ON".to_owned()
 }
 
-fn shift(count: Option<f64>) -> Option<String> {
-    let help = "the operators on bits take 32 bits: shift by 0 to 31".to_owned();
+fn shift(count: Option<f64>) -> Option<Help> {
+    let help = Help::from("the operators on bits take 32 bits: shift by 0 to 31");
     count.filter(|count| !(0.0..=31.0).contains(count)).map(|_| help)
 }
 
@@ -150,9 +153,9 @@ fn power(number_type: NumberType, left: Option<f64>, right: Option<f64>) -> Opti
     }
     if number_type == NumberType::Integer && exponent < 0.0 {
         let help = format!("a real keeps the fraction: write the exponent as `{exponent}.0`");
-        return Some((out_of_range(), help));
+        return Some((out_of_range(), help.into()));
     }
     let is_outside = left.is_some_and(|base| base < 0.0) && exponent.fract() != 0.0;
-    let help = "a number below 0 has powers of whole exponents alone".to_owned();
-    is_outside.then(|| (out_of_range(), help))
+    let help = "a number below 0 has powers of whole exponents alone";
+    is_outside.then(|| (out_of_range(), help.into()))
 }

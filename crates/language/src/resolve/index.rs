@@ -8,7 +8,7 @@ use super::mistake::{Mistake, bit_of_block, bits_of_device, mistake};
 use super::program::TagMeaning;
 use super::scope::{LookUp, NamedThing, Scope};
 use crate::source::finding::Code;
-use crate::source::fix::{advise, possible, propose, proposed, write};
+use crate::source::fix::{Help, advise, possible, propose, proposed, write};
 use rungd_engine::isa::{Address, Space};
 
 /// An index: a constant, or the name of a word.
@@ -68,8 +68,12 @@ impl Scope {
         let message = format!("`{base}` is no array: it has no elements");
         let help = match found.thing {
             NamedThing::Address(Address::Structure(structure)) => {
+                let each = structure.members().iter();
                 let members = structure.members().join("`, `.");
-                format!("name a member of it, `.{members}`, or declare a tag with `count`").into()
+                Help::from(format!(
+                    "name a member of it, `.{members}`, or declare a tag with `count`"
+                ))
+                .with_all(each.map(|member| possible(format!("{base}.{member}"))))
             }
             NamedThing::Block(_) => bit_of_block(base).and("; an array is a tag with `count`"),
             NamedThing::Device(_) => advise("its bits are `{}` and `{}`", bits_of_device(base))
@@ -135,17 +139,15 @@ impl Scope {
         let last = array.count - 1;
         if text.is_empty() {
             let message = format!("the index of `{base}` is missing");
-            return Err(mistake(
-                Code::OperandType,
-                message,
-                format!("it has the elements 0 to {last}"),
-            ));
+            let help = Help::from(format!("it has the elements 0 to {last}"));
+            let first = possible(format!("{base}[0]"));
+            return Err(mistake(Code::OperandType, message, help.with(first)));
         }
         let digits = text.strip_prefix('-').unwrap_or(text);
         let (number, named) = if digits.starts_with(|c: char| c.is_ascii_digit()) {
-            (whole(text).ok_or_else(|| no_index(text))?, None)
+            (whole(text).ok_or_else(|| no_index(text, Some(base)))?, None)
         } else if text.contains(|c: char| !is_of_name(c)) {
-            return Err(no_index(text));
+            return Err(no_index(text, Some(base)));
         } else {
             match self.look_up(text)?.thing {
                 NamedThing::Constant(value, _) => (i64::from(value), Some(text)),
@@ -157,7 +159,7 @@ impl Scope {
                 | NamedThing::Array(_)
                 | NamedThing::Real(_)
                 | NamedThing::Block(_)
-                | NamedThing::Device(_) => return Err(no_index(text)),
+                | NamedThing::Device(_) => return Err(no_index(text, Some(base))),
             }
         };
         match u32::try_from(number).ok().filter(|at| *at <= last) {
@@ -182,7 +184,7 @@ impl Scope {
             | NamedThing::Constant(..)
             | NamedThing::Real(_)
             | NamedThing::Block(_)
-            | NamedThing::Device(_) => Err(no_index(word)),
+            | NamedThing::Device(_) => Err(no_index(word, None)),
         }
     }
 }
@@ -199,9 +201,11 @@ fn whole(text: &str) -> Option<i64> {
     }
 }
 
-fn no_index(text: &str) -> Mistake {
+fn no_index(text: &str, base: Option<&str>) -> Mistake {
     let message = format!("`{text}` is no index");
     let help = "an index is a whole number or a word of whole numbers: `{}`, `recipe[step]`; MATH \
                 computes one: `MATH step = …`";
-    mistake(Code::OperandType, message, advise(help, [possible("recipe[3]")]))
+    let help = advise(help, [possible("recipe[3]")]);
+    let first = base.map(|base| possible(format!("{base}[0]")));
+    mistake(Code::OperandType, message, help.with_all(first))
 }

@@ -93,9 +93,14 @@ pub(super) fn address_mistake(name: &str, error: AddressError) -> Mistake {
         ),
         AddressError::BeyondMemory { space, first, last } => {
             let message = format!("`{base}` lies beyond memory: {space}{first}..{space}{last}");
-            let help = (space != "N" && space != "ST" && space != "DST")
-                .then(|| "sizes are set under `[memory]` of the controller file".into());
-            Mistake::New { code: Code::BeyondMemory, message, help, near: None }
+            let words = match space {
+                "N" | "ST" | "DST" => "",
+                _ => "sizes are set under `[memory]` of the controller file",
+            };
+            let is_below = base[space.len()..].parse::<u32>().is_ok_and(|number| number < first);
+            let nearest = if is_below { first } else { last };
+            let nearest = format!("{space}{nearest}{}", &name[base.len()..]);
+            mistake(Code::BeyondMemory, message, Help::from(words).with(possible(nearest)))
         }
         AddressError::UnknownMember(_) if name.contains("..") => a_range(name),
         AddressError::UnknownMember(&[]) => {
@@ -106,7 +111,10 @@ pub(super) fn address_mistake(name: &str, error: AddressError) -> Mistake {
         AddressError::UnknownNickname => {
             let all: Vec<&str> = rungd_engine::isa::status::nicknames().collect();
             let help = did_you_mean(name, all.iter().copied());
-            let help = help.unwrap_or_else(|| format!("there are {}", all.join(", ")).into());
+            let help = help.unwrap_or_else(|| {
+                let meant = habit(name.trim_start_matches('$')).unwrap_or_default();
+                Help::from(format!("there are {}", all.join(", "))).with_all(meant.fixes)
+            });
             mistake(Code::UnknownName, format!("no status is called `{name}`"), help)
         }
         AddressError::SensaphoneElement => {
@@ -141,6 +149,8 @@ pub(super) fn unknown_member(name: &str, members: &[&str]) -> Mistake {
     let near = nearest(member, members.iter().copied());
     let help = near.map_or(Help::from(""), |near| meant(format!("{base}.{near}")).and(" "));
     let help = help.and(&format!("it has {list}"));
+    let all = members.iter().map(|member| possible(format!("{base}.{member}")));
+    let help = if near.is_none() { help.with_all(all) } else { help };
     mistake(Code::UnknownMember, format!("`{base}` has no member `.{member}`"), help)
 }
 

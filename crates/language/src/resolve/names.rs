@@ -5,8 +5,10 @@
 
 use crate::source::atom::is_name_letter;
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::possible;
 use crate::source::ladder::BlockForm;
 use crate::source::reader::Text;
+use crate::source::renaming::plain;
 use rungd_engine::isa::address_text::reads_as_address;
 use rungd_engine::isa::{instruction, since};
 
@@ -59,9 +61,10 @@ pub(super) fn forbidden(name: &Text, role: NameRole) -> Option<Finding> {
     if !text.starts_with(|c: char| c.is_ascii_alphabetic()) || !text.chars().all(letters) {
         let marks = if hyphen { "`_` and `-`" } else { "and `_`" };
         let finding = find(format!("`{text}` cannot be the name of a {what}"))?;
-        return Some(finding.help(format!(
+        let help = format!(
             "a {what}'s name is a letter, then letters, digits {marks} (no spaces, no accents)"
-        )));
+        );
+        return Some(finding.help(help).fix(possible(plain(text, what))));
     }
     // A template's name is used only in `use`, so it cannot be taken for an address or instruction.
     if role == NameRole::Template {
@@ -71,18 +74,23 @@ pub(super) fn forbidden(name: &Text, role: NameRole) -> Option<Finding> {
     if reads_as_address(text) {
         let since = newly(since::address(text));
         let finding = find(format!("`{text}` reads as an address{since}"))?;
-        return Some(finding.help("take a name that says what it is for"));
+        let finding = finding.help("take a name that says what it is for");
+        return Some(finding.fix(possible(format!("{what}_{}", text.to_lowercase()))));
     }
     if instruction::Mnemonic::from_name(text).is_some() || since::mnemonic(text).is_some() {
         let since = newly(since::mnemonic(text));
         let finding = find(format!("`{text}` is the name of an instruction{since}"))?;
-        return Some(finding.help("take a name that says what it is for"));
+        let finding = finding.help("take a name that says what it is for");
+        let lower = text.to_lowercase();
+        return Some(finding.fixes([lower.clone(), format!("{what}_{lower}")].map(possible)));
     }
     if matches!(text, "rise" | "fall") {
-        return find(format!("`{text}` is a word of the language: `{text}(bit)`"));
+        let finding = find(format!("`{text}` is a word of the language: `{text}(bit)`"))?;
+        return Some(finding.fix(possible(format!("{what}_{text}"))));
     }
     if role == NameRole::Stage && matches!(text, "Running" | "Done") {
-        return find(format!("`.{text}` is a bit of the block itself"));
+        let finding = find(format!("`.{text}` is a bit of the block itself"))?;
+        return Some(finding.fix(possible(format!("{what}_{text}"))));
     }
     None
 }

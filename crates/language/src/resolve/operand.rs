@@ -3,7 +3,7 @@
 use super::Resolver;
 use super::declare::BUILT_IN;
 use super::instruction::{Instruction, OperandList, OperandValue, ResolvedOperand, Value};
-use super::mistake::declared_table;
+use super::mistake::{LISTED_MAX, declared_table};
 use super::places::type_of;
 use super::program::BlockKind;
 use super::scope::{MisplacedName, NamedThing};
@@ -82,15 +82,17 @@ impl Resolver<'_> {
             let message = format!("`{}` has no operand `{}=`", spec.name, key.value);
             let keys = spec.operands.iter().filter_map(|row| row.key);
             let form = format!("its form is `{}`", spec.form());
+            let free = spec.operands.iter().filter_map(|row| row.key);
+            let free = free.filter(|key| !given.contains(key)).map(possible);
             let help = match did_you_mean(&key.value, keys) {
                 Some(near) => near.and(&format!(" {form}")),
-                None => form.into(),
+                None => Help::from(form).with_all(free),
             };
             self.find(Finding::new(Code::UnknownOperand, key.span, message).help(help));
         }
         if given.contains(&key.value.as_str()) {
             let message = format!("`{}=` is given twice", key.value);
-            self.find(Finding::new(Code::InstructionSyntax, operand.span, message));
+            self.find(Finding::new(Code::InstructionSyntax, operand.span, message).or_omit());
             return None;
         }
         row
@@ -277,7 +279,9 @@ impl Resolver<'_> {
         let help = if let Some(stage) = own.filter(|stage| names.stages.contains_key(*stage)) {
             advise("a stage of the same program goes without its name: `{}`", [stage])
         } else if name.contains('.') {
-            format!("`{}` reaches the stages of its own program only", spec.name).into()
+            let own_stages = names.known_stages().iter().take(LISTED_MAX);
+            Help::from(format!("`{}` reaches the stages of its own program only", spec.name))
+                .with_all(own_stages.map(possible))
         } else if names.stages.is_empty() && names.kind != BlockKind::Program {
             "tasks have no stages; make it a `[[program]]`".into()
         } else if names.stages.is_empty() {
@@ -356,7 +360,9 @@ fn too_many(
             .and(&format!("; the form is `{}`", spec.form())),
         None => format!("its form is `{}`", spec.form()).into(),
     };
-    Finding::new(Code::UnknownOperand, operand.span, message).label("one too many").help(help)
+    let finding = Finding::new(Code::UnknownOperand, operand.span, message);
+    let finding = finding.label("one too many").help(help);
+    if free.is_none() { finding.or_omit() } else { finding }
 }
 
 fn missing_operand(text: &written::WrittenInstruction, spec: &Spec, row: &OperandSpec) -> Finding {
@@ -366,7 +372,37 @@ fn missing_operand(text: &written::WrittenInstruction, spec: &Spec, row: &Operan
     };
     let message = format!("`{}` lacks {what}", spec.name);
     let end = Span { start: text.span.start, ..text.span };
-    Finding::new(Code::MissingOperand, end, message).help(format!("its form is `{}`", spec.form()))
+    let finding = Finding::new(Code::MissingOperand, end, message);
+    let finding = finding.help(format!("its form is `{}`", spec.form()));
+    let behind = Span { start: text.span.end, ..text.span };
+    match example(row) {
+        Some(example) => finding.fix(possible(format!(" {example}")).at(behind)),
+        None => finding,
+    }
+}
+
+/// An example of an operand.
+fn example(row: &OperandSpec) -> Option<String> {
+    let value = match row.kind {
+        OperandKind::WritableBit => "C0".to_owned(),
+        OperandKind::WritableWord | OperandKind::Target => "D0".to_owned(),
+        OperandKind::Number => "1".to_owned(),
+        OperandKind::Value(least, most) => 1.clamp(least, most).to_string(),
+        OperandKind::Duration | OperandKind::Interval => "1s".to_owned(),
+        OperandKind::Array
+        | OperandKind::WritableArray
+        | OperandKind::Shifted
+        | OperandKind::Filling
+        | OperandKind::Counter
+        | OperandKind::Timer
+        | OperandKind::Sensaphone
+        | OperandKind::Program
+        | OperandKind::Block
+        | OperandKind::Task
+        | OperandKind::Stage
+        | OperandKind::Stages => return None,
+    };
+    Some(row.key.map_or(value.clone(), |key| format!("{key}={value}")))
 }
 
 fn kind_words(kind: OperandKind) -> &'static str {

@@ -14,6 +14,9 @@ use crate::source::span::{Located, Span};
 use rungd_engine::isa::address_text::{self, AddressError};
 pub use rungd_engine::isa::{Address, Mnemonic, Space, Spec};
 
+/// Ranges as the helps show them.
+const RANGES: [&str; 2] = ["C0..C7", "D0..D9"];
+
 impl Resolver<'_> {
     /// Resolves a target that a word selects. `None` for any other operand; `Some(None)` if the
     /// target has a mistake.
@@ -113,7 +116,8 @@ impl Resolver<'_> {
         if let Err(AddressError::NotAnAddress) = address_text::parse(name, &self.options.sizes) {
             let message = format!("a range ends at addresses, not at `{name}`");
             let finding = Finding::new(Code::OperandType, span, message);
-            self.find(finding.help("write `C0..C7`, or declare an array: a tag with `count`"));
+            let help = "write `C0..C7`, or declare an array: a tag with `count`";
+            self.find(finding.help(help).fixes(RANGES.map(possible)));
             return None;
         }
         let thing = self.look_up(name, span)?;
@@ -131,7 +135,7 @@ impl Resolver<'_> {
             let what = self.kind_words(thing);
             let message = format!("a range ends at bits or words, not at `{name}`, {what}");
             let finding = Finding::new(Code::OperandType, span, message);
-            self.find(finding.help("write `C0..C7` or `D0..D9`"));
+            self.find(finding.help("write `C0..C7` or `D0..D9`").fixes(RANGES.map(possible)));
         }
         end
     }
@@ -174,7 +178,8 @@ impl Resolver<'_> {
         }
         let message = format!("`{atom}` is of words: a shift register is of bits");
         let finding = Finding::new(Code::OperandType, atom.span, message);
-        self.find(finding.help("write `SR C0..C7`, or name an array of bits"));
+        let help = "write `SR C0..C7`, or name an array of bits";
+        self.find(finding.help(help).fix(possible("C0..C7")));
         None
     }
 
@@ -213,7 +218,8 @@ impl Resolver<'_> {
                 false => ("words", "words take a constant or a word"),
             };
             let message = format!("`{}` of {what} takes no such value", spec.name);
-            self.find(Finding::new(Code::OperandType, value.span, message).help(help));
+            let finding = Finding::new(Code::OperandType, value.span, message).help(help);
+            self.find(finding.fixes(["1", "0"].map(possible)));
         }
         fits
     }
@@ -226,7 +232,8 @@ impl Resolver<'_> {
             let [source, target] = [a, b].map(|array| self.scope.places().say(array.element(0)));
             let one = if a.is_bits() { source } else { format!("{source} != 0") };
             let help = "COPY copies bits to bits and words to words; one element at a time:";
-            (message, format!("{help} `MATH {target} = {one}`").into())
+            let math = format!("MATH {target} = {one}");
+            (message, Help::from(format!("{help} `{math}`")).with(possible(math)))
         } else if a.count != b.count {
             let message = format!("`COPY` of {} elements to {}", a.count, b.count);
             let (longer, count) = if a.count > b.count { (from, b.count) } else { (to, a.count) };
@@ -252,8 +259,9 @@ impl Resolver<'_> {
                 [text(format!("{name}[0..{last}]")).at(array.span).possible()],
             ),
             false => {
-                format!("both have the same number of elements: `{first}` to `{end}` are {count}")
-                    .into()
+                let words = "both have the same number of elements";
+                Help::from(format!("{words}: `{first}` to `{end}` are {count}"))
+                    .with(possible(format!("{first}..{end}")).at(array.span))
             }
         }
     }

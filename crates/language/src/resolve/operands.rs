@@ -8,7 +8,7 @@ use super::mistake::{bit_of_block, bits_of_device};
 use super::range::{Range, look_up, other_range, placed_in};
 use super::scope::{NamedThing, Scope};
 use crate::source::finding::{Code, Finding};
-use crate::source::fix::{Help, advise, possible};
+use crate::source::fix::{FixEdit, Help, advise, possible};
 use crate::source::reader::Text;
 use crate::source::span::Span;
 use rungd_engine::isa::{Address, Bit, NumberRange, Space, Word};
@@ -111,13 +111,16 @@ fn element(scope: &Scope, name: &str, span: Span) -> Result<Address, Finding> {
     let constant = |value: String| {
         wrong(
             format!("`{name}` is a constant, {value}: no memory holds it"),
-            "name a bit or word".into(),
+            Help::from("name a bit or word").with(possible(FixEdit::Omit)),
         )
     };
     match look_up(scope, name, span)? {
         NamedThing::Address(Address::Structure(structure)) => wrong(
             format!("`{name}` is a whole structure, not a bit or word"),
-            format!("name a member: `.{}`", structure.members().join("`, `.")).into(),
+            Help::from(format!("name a member: `.{}`", structure.members().join("`, `.")))
+                .with_all(
+                    structure.members().iter().map(|member| possible(format!("{name}.{member}"))),
+                ),
         ),
         NamedThing::Address(address) => Ok(address),
         NamedThing::Constant(value, _) => constant(value.to_string()),

@@ -5,7 +5,7 @@
 use super::Resolver;
 use super::program::{Block, BlockKind, Program};
 use crate::source::finding::{Code, Finding};
-use crate::source::fix::FixEdit;
+use crate::source::fix::{FixEdit, pair};
 use crate::source::ladder::Ladder;
 use crate::source::reader::Text;
 use crate::source::span::{FileId, Located};
@@ -63,7 +63,7 @@ impl Resolver<'_> {
             if let Some(first) = places[id.0 as usize] {
                 let message = format!("`order` names `{}` twice", name.text);
                 let finding = Finding::new(Code::Order, name.span, message);
-                self.find(finding.related(first, "first here"));
+                self.find(finding.related(first, "first here").or_omit());
                 continue;
             }
             places[id.0 as usize] = Some(name.span);
@@ -76,10 +76,14 @@ impl Resolver<'_> {
             let names = names.collect::<Vec<_>>().join(", ");
             let mut finding =
                 Finding::new(Code::Order, order.span, format!("`order` leaves out {names}"));
+            let missing_names: Vec<&str> = missing.iter().map(|block| &*block.name).collect();
             for block in missing {
                 finding = finding.related(block.span, "this one");
             }
-            self.find(finding.help("`order` names every program and task once"));
+            let all = order.value.iter().map(|name| &*name.text).chain(missing_names);
+            let all: Vec<_> = all.map(|name| format!("\"{name}\"")).collect();
+            let whole = pair(format!("order = [{}]", all.join(", ")));
+            self.find(finding.help("`order` names every program and task once").fix(whole));
         }
         ids
     }

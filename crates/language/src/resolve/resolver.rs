@@ -9,7 +9,7 @@ use super::mistake::declared;
 use super::program::{BlockKind, NamedArray, NamedOperand};
 use super::scope::{MisplacedName, NamedThing, Scope};
 use super::template::pending::{Argument, UnusedTemplate};
-use crate::source::atom::Atom;
+use crate::source::atom::{Atom, AtomKind};
 use crate::source::finding::{Code, Finding, Severity, TABLE};
 use crate::source::fix::{Help, advise, possible};
 use crate::source::nearest::KnownNames;
@@ -194,7 +194,17 @@ impl<'a> Resolver<'a> {
         if atom.name().is_none() {
             let message = format!("`{atom}` is a constant, not {wanted}");
             let finding = Finding::new(Code::OperandType, atom.span, message);
-            self.find(finding.label(format!("{wanted} belongs here")));
+            let blocks: &[&str] = match wanted {
+                "a bit" => &["C", "Y"],
+                "a word" => &["D"],
+                _ => &[],
+            };
+            let number = match atom.kind {
+                AtomKind::Integer(number) => number.max(0),
+                AtomKind::Duration(_) | AtomKind::Real(_) | AtomKind::Name(_) => 0,
+            };
+            let examples = blocks.iter().map(|block| possible(format!("{block}{number}")));
+            self.find(finding.label(format!("{wanted} belongs here")).fixes(examples));
         }
         atom.name()
     }

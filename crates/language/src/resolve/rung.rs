@@ -9,11 +9,15 @@ use super::names::{NAME_MAX, kept};
 use super::program::{Block, Branch, Leg, Rung};
 use crate::source::atom::AtomKind;
 use crate::source::finding::{Code, Finding};
-use crate::source::fix::{FixEdit, Help, advise, certain, dialect, pair, propose};
+use crate::source::fix::{
+    FixEdit, Help, advise, certain, dialect, moved_to_when, pair, possible, propose,
+};
 use crate::source::instruction::WrittenInstruction;
+use crate::source::instruction_commas::in_form;
 use crate::source::ladder;
 use crate::source::nearest::{KnownNames, nearest};
 use crate::source::reader::Text;
+use crate::source::renaming;
 use crate::source::span::Span;
 pub use rungd_engine::isa::{BlockId, Function, LegName, Mnemonic, Spec, dialects};
 
@@ -65,12 +69,14 @@ impl Resolver<'_> {
         } else if !name.text.rsplit('/').next().is_some_and(|own| own.split('-').all(part)) {
             let message = format!("`{}` is not in kebab-case", name.text);
             let finding = Finding::new(Code::ForbiddenName, name.span, message);
-            self.find(finding.help("a rung's name reads `count-bottles`"));
+            let finding = finding.help("a rung's name reads `count-bottles`");
+            self.find(finding.fix(possible(renaming::kebab(&name.text))));
         }
         if let Some(first) = names.insert(name.text.clone(), name.span) {
             let message = format!("this block has a rung `{}` already", name.text);
             let finding = Finding::new(Code::DuplicateName, name.span, message);
-            self.find(finding.label("again here").related(first, "first here"));
+            let fix = renaming::another(&name.text, '-', |name| names.contains_key(name));
+            self.find(finding.label("again here").related(first, "first here").fix(fix));
         }
     }
 
@@ -147,7 +153,16 @@ impl Resolver<'_> {
             return None;
         }
         self.find(match (dialects::instead_of(name), function) {
-            (Some(help), _) => finding.help(dialect(help).at(instruction.span)),
+            (Some(help), _) => {
+                let operands: Vec<String> =
+                    instruction.operands.iter().map(|operand| operand.value.to_string()).collect();
+                let finding = finding.help(dialect(help).at(instruction.span));
+                let finding = match dialects::is_superfluous(name) {
+                    true => finding.or_omit(),
+                    false => finding,
+                };
+                finding.fixes(in_form(help, &operands).map(|fix| fix.at(instruction.span)))
+            }
             (None, Some(function)) => {
                 let form = function.spec().form();
                 finding.help(format!("a function stands in MATH: `MATH R0 = {form}`"))
@@ -259,7 +274,8 @@ impl Resolver<'_> {
                 let elsewhere = reset_elsewhere(spec, body, &leg.key.text);
                 if let Some(help) = elsewhere {
                     let message = format!("`{}` has no leg `{}`", spec.name, leg.key.text);
-                    self.find(Finding::new(Code::UnknownLeg, leg.key.span, message).help(help));
+                    let finding = Finding::new(Code::UnknownLeg, leg.key.span, message);
+                    self.find(finding.help(help).or_omit());
                 } else if at == 0 {
                     self.find(one_leg(spec, leg, self.text(leg.span)));
                 }
@@ -292,14 +308,18 @@ impl Resolver<'_> {
             // One unknown leg and one missing leg are one mistake.
             let last = at + 1 == unknown.len();
             let help = if let Some(help) = reset_elsewhere(spec, instruction, &leg.key.text) {
-                help.into()
+                Help::from(help).with(possible(FixEdit::Omit))
             } else if let Some(meant) = leg_meant(&leg.key.text, &missing, last) {
                 missing.retain(|name| *name != meant);
                 propose(pair(format!("leg.{} = {}", meant.key(), self.text(leg.span))))
             } else {
                 unclear = true;
                 let list = names.iter().map(|n| format!("`leg.{n}`")).collect::<Vec<_>>();
-                format!("its legs are {}", list.join(", ")).into()
+                let array = self.text(leg.span);
+                let right =
+                    |name: &LegName| pair(format!("leg.{} = {array}", name.key())).possible();
+                let help = Help::from(format!("its legs are {}", list.join(", ")));
+                help.with_all(missing.iter().map(right)).with(possible(FixEdit::Omit))
             };
             self.find(Finding::new(Code::UnknownLeg, leg.key.span, message).help(help));
             self.contacts(&leg.contacts);
@@ -345,7 +365,7 @@ fn own_form(instruction: &WrittenInstruction) -> Option<Help> {
         return Some(advise("a coil: write `{}`", [right]));
     }
     let right = dialects::contact(name, &operands)?;
-    Some(format!("a contact stands in `when`, not here: `when = [\"{right}\"]`").into())
+    Some(moved_to_when(&right))
 }
 
 /// The missing leg that an unknown key probably means.

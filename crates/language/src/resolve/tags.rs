@@ -9,7 +9,7 @@ use super::names::kept;
 use super::priority::Priority;
 use super::program::{ConstantForm, Program, Tag, TagMeaning};
 use crate::source::finding::{Code, Finding};
-use crate::source::fix::{FixEdit, Help, advise, pair, possible, propose, write};
+use crate::source::fix::{Fix, FixEdit, Help, advise, pair, possible, propose, text, write};
 use crate::source::ladder;
 use crate::source::reader::{Constant, Text};
 use crate::source::span::{Located, Span};
@@ -63,7 +63,7 @@ impl Resolver<'_> {
             let message = "a list of values does not fit a tag without `count`";
             let finding = Finding::new(Code::TagKey, list.span, message);
             self.find(finding.help(match list.value.len() {
-                0 | 1 => "write one value, without brackets".into(),
+                0 | 1 => Help::from("write one value, without brackets").with(unbracketed(list)),
                 count => propose(pair(format!("count = {count}"))).and(", or one value"),
             }));
         }
@@ -93,7 +93,10 @@ impl Resolver<'_> {
                 Some(meant) => write(pair(format!("priority = \"{}\"", meant.name()))),
                 None => {
                     let words = Priority::ALL.map(|priority| format!("`{}`", priority.name()));
-                    format!("the priorities are {}", words.join(", ")).into()
+                    let fixes =
+                        Priority::ALL.map(|priority| format!("priority = \"{}\"", priority.name()));
+                    Help::from(format!("the priorities are {}", words.join(", ")))
+                        .with_all(fixes.map(|fix| pair(fix).possible()))
                 }
             };
             self.find(Finding::new(Code::TagKey, written.span, message).help(help));
@@ -152,7 +155,9 @@ impl Resolver<'_> {
                     let nickname = if on { "$On" } else { "$Off" };
                     let message = "a constant is a number or a duration";
                     let finding = Finding::new(Code::WrongType, value.span, message);
-                    self.find(finding.help(format!("a bit that never changes is `{nickname}`")));
+                    let help = format!("a bit that never changes is `{nickname}`");
+                    let at = pair(format!("at = \"{nickname}\"")).possible();
+                    self.find(finding.help(help).fix(at));
                     None
                 }
             },
@@ -217,7 +222,8 @@ impl Resolver<'_> {
                 _ => "bits and words of memory have an initial value: `X0`, `Y0`, `D0`, `CT0.Acc`"
                     .into(),
             };
-            self.find(Finding::new(Code::TagKey, span, message).help(help));
+            let finding = Finding::new(Code::TagKey, span, message).help(help);
+            self.find(if key == "alarm" { finding } else { finding.or_omit() });
         }
         if let Some(log) = tag.log.as_ref().filter(|log| log.text != "change") {
             let message = format!("`log` has no value `{}`", log.text);
@@ -243,7 +249,8 @@ impl Resolver<'_> {
             | TagMeaning::Array(_) => whole_cell(value.value),
         };
         if cell.is_none() {
-            self.find(Finding::new(Code::WrongType, value.span, misfit));
+            let right = fitting(value.value, misfit).map(possible);
+            self.find(Finding::new(Code::WrongType, value.span, misfit).fixes(right));
         }
         Some((cell?, value.span))
     }
@@ -254,10 +261,12 @@ impl Resolver<'_> {
             let (least, most) = word.range();
             for (n, span) in [tag.min, tag.max, tag.initial].into_iter().flatten() {
                 if !(least..=most).contains(&n) {
+                    let is_low = n < least;
                     let [least, most, n] = [least, most, n].map(|cell| word.text(cell));
                     let address = self.scope.places().say(address);
                     let message = format!("`{address}` holds {least}..{most}, not {n}");
-                    self.find(Finding::new(Code::OutOfRange, span, message));
+                    let nearest = text(if is_low { least } else { most });
+                    self.find(Finding::new(Code::OutOfRange, span, message).fix(nearest));
                 }
             }
         }
@@ -268,8 +277,9 @@ impl Resolver<'_> {
                 .with(FixEdit::Lines { lines, instead: None })
         };
         between(tag.min, tag.max, ("`min` is greater than `max`", exchange));
-        let change =
-            |_: &str, _: &str| Help::from("`min` <= `initial` <= `max`: change one of them");
+        let change = |low: &str, _: &str| {
+            Help::from("`min` <= `initial` <= `max`: change one of them").with(possible(low))
+        };
         between(tag.min, tag.initial, ("`initial` is less than `min`", change));
         between(tag.initial, tag.max, ("`initial` is greater than `max`", change));
     }
@@ -317,6 +327,28 @@ impl Resolver<'_> {
     }
 }
 
+/// The fix that takes the brackets of a list away.
+fn unbracketed(list: &Located<Vec<Located<Constant>>>) -> Fix {
+    let Span { file, start, end } = list.span;
+    let bracket = |start: u32| text("").at(Span { file, start, end: start + 1 });
+    let Fix { edits, .. } = bracket(end - 1);
+    edits.into_iter().fold(bracket(start), Fix::after).possible()
+}
+
+/// The value of a tag's kind that is nearest to a constant which does not fit; `misfit` says the
+/// kind.
+fn fitting(value: Constant, misfit: &str) -> Option<String> {
+    Some(match value {
+        Constant::Bit(on) => u8::from(on).to_string(),
+        Constant::Integer(n) | Constant::Duration(n) if misfit == NO_BIT => (n != 0).to_string(),
+        Constant::Real(real) if misfit != NO_BIT => format!("{:.0}", real.number()),
+        Constant::Integer(_) | Constant::Duration(_) | Constant::Real(_) => return None,
+    })
+}
+
+/// The message about a value that does not fit a bit.
+const NO_BIT: &str = "a bit is `true` or `false`";
+
 /// The priority of the tag's alarm.
 fn priority(tag: &ladder::WrittenTag) -> Priority {
     let written = tag.priority.as_ref();
@@ -336,7 +368,7 @@ fn bit_cell(value: Constant) -> (Option<i32>, &'static str) {
         Constant::Integer(n @ 0..=1) => Some(n),
         Constant::Integer(_) | Constant::Duration(_) | Constant::Real(_) => None,
     };
-    (cell, "a bit is `true` or `false`")
+    (cell, NO_BIT)
 }
 
 /// The content of an R word's cell.

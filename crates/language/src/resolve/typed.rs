@@ -16,7 +16,7 @@ use super::places::{Places, TYPES, type_of};
 use super::program::TagMeaning;
 use crate::source::atom::is_name_letter;
 use crate::source::finding::{Code, Finding};
-use crate::source::fix::Help;
+use crate::source::fix::{Help, possible};
 use crate::source::ladder::{self, Ladder, WrittenRung};
 use crate::source::nearest::did_you_mean;
 use crate::source::reader::Text;
@@ -49,8 +49,15 @@ impl Resolver<'_> {
             let message = format!("a tag has no type `{}`", kind.text);
             let names = TYPES.map(|(name, _)| name);
             let help = did_you_mean(&kind.text, names);
+            let meant = match kind.text.to_ascii_lowercase().as_str() {
+                "bool" | "boolean" => Some("bit"),
+                "dint" | "int32" | "integer" | "long" => Some("int"),
+                "uint" | "uint16" | "ushort" => Some("word"),
+                "float" | "lreal" | "double" => Some("real"),
+                _ => None,
+            };
             let all = || Help::from(format!("the types are {}", names.join(", ")));
-            let help = help.unwrap_or_else(all);
+            let help = help.unwrap_or_else(|| all().with_all(meant.map(possible)));
             self.find(Finding::new(Code::TagKey, kind.span, message).help(help));
         }
         let place = self.scope.places().named(&tag.name.text)?;

@@ -37,7 +37,10 @@ impl Resolver<'_> {
             return;
         };
         let finding = Finding::new(Code::TagKey, unit.span, message).help(help);
-        self.find(if unit.text.trim().is_empty() { finding.fix(FixEdit::Delete) } else { finding });
+        self.find(match unit.text.trim().is_empty() {
+            true => finding.fix(FixEdit::Delete),
+            false => finding.or_omit(),
+        });
     }
 
     /// Reports two tags of one location with different units.

@@ -44,10 +44,12 @@ impl Resolver<'_> {
             Bit::Space(BitSpace::X, n) => {
                 let message = format!("`{name}` is an input: no instruction writes it");
                 let finding = Finding::new(Code::WriteToInput, atom.span, message);
-                self.find(finding.help(format!(
+                let help = format!(
                     "outputs are `Y{n}` and the like, internal bits `C{n}`; to try inputs out, \
                      use a stimulus or a simulated device"
-                )));
+                );
+                let others = [format!("C{n}"), format!("Y{n}")].map(possible);
+                self.find(finding.help(help).fixes(others));
                 return None;
             }
             Bit::Stage(_) => "SGSET, SGRST and JMP turn stages ON and OFF",
@@ -57,7 +59,22 @@ impl Resolver<'_> {
             Bit::Space(..) => "status bits are the controller's; use a C bit",
         };
         let message = format!("`{name}` is read-only");
-        self.find(Finding::new(Code::ReadOnly, atom.span, message).help(help));
+        let finding = Finding::new(Code::ReadOnly, atom.span, message).help(help);
+        let (owner, member) = name.split_once('.').unwrap_or((name, ""));
+        let is_set = spec.mnemonic == Mnemonic::Set;
+        let switches = is_set || spec.mnemonic == Mnemonic::Rst;
+        let instead = match bit {
+            Bit::Space(_, n) => Some(format!("C{n}")),
+            Bit::Stage(_) if is_set => Some(format!("SGSET {member}")),
+            Bit::Stage(_) => switches.then(|| format!("SGRST {member}")),
+            Bit::Running(_) if is_set => Some(format!("RUN {owner}")),
+            Bit::Running(_) => switches.then(|| format!("HALT {owner}")),
+            Bit::Flag(structure, _) if switches && !is_set => {
+                Some(format!("{} {owner}", reset_of(structure)))
+            }
+            Bit::Done(_) | Bit::Device(..) | Bit::Flag(..) => None,
+        };
+        self.find(finding.fixes(instead.map(possible)));
         None
     }
 
@@ -82,7 +99,7 @@ impl Resolver<'_> {
                 | NamedThing::Element(_)
                     if spec.mnemonic == Mnemonic::Math =>
                 {
-                    "its target is a word or a bit: `MATH D0 = …`".into()
+                    Help::from("its target is a word or a bit: `MATH D0 = …`").with(possible("D0"))
                 }
                 NamedThing::Address(Address::Bit(_) | Address::Word(_))
                 | NamedThing::Constant(..)
@@ -90,7 +107,8 @@ impl Resolver<'_> {
                 | NamedThing::Block(_)
                 | NamedThing::Device(_)
                 | NamedThing::Element(_) => {
-                    Help::from(format!("`{}` writes to a word: `to=D0`", spec.name))
+                    let help = Help::from(format!("`{}` writes to a word: `to=D0`", spec.name));
+                    help.with(possible("D0"))
                 }
             };
             self.wrong_kind(MisplacedName { name, span: atom.span, thing }, "a word", help);
@@ -99,7 +117,8 @@ impl Resolver<'_> {
         if !word.writable() {
             let message = format!("`{name}` is read-only");
             let finding = Finding::new(Code::ReadOnly, atom.span, message);
-            self.find(finding.help("status words are the controller's; use a D or V word"));
+            let help = "status words are the controller's; use a D or V word";
+            self.find(finding.help(help).fix(possible("D0")));
             return None;
         }
         self.note(name, atom.span, address);

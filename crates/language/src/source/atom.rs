@@ -6,7 +6,7 @@
 use std::fmt;
 
 use super::finding::{Code, Finding};
-use super::fix::{advise, possible, proposed, write};
+use super::fix::{Fix, Help, advise, possible, proposed, write};
 use super::span::Span;
 use rungd_engine::isa::duration::{self, DurationError};
 pub use rungd_engine::isa::real::RealError;
@@ -147,7 +147,10 @@ fn constant(word: &str, span: Span) -> Result<AtomKind, Finding> {
                 "numbers are signed 32-bit: the same bits are `{}`",
                 [bits.cast_signed().to_string()],
             )),
-            _ => finding.help("numbers are signed, of 32 bits"),
+            _ => {
+                let nearest = if sign < 0 { i32::MIN } else { i32::MAX };
+                finding.help("numbers are signed, of 32 bits").fix(possible(nearest.to_string()))
+            }
         }
     })
 }
@@ -185,6 +188,13 @@ fn no_number(word: &str, span: Span) -> Finding {
     ))
 }
 
+/// The duration in the form of a clock: `1m30s` for `1:30`.
+fn minutes_and_seconds(text: &str) -> Option<Fix> {
+    let (minutes, seconds) = text.split_once(':')?;
+    let (minutes, seconds) = (minutes.parse::<u16>().ok()?, seconds.parse::<u16>().ok()?);
+    Some(possible(format!("{minutes}m{seconds}s")))
+}
+
 /// The finding for a text that is not a duration.
 pub fn bad_duration(text: &str, span: Span, error: DurationError) -> Finding {
     let (message, help) = match error {
@@ -204,7 +214,9 @@ pub fn bad_duration(text: &str, span: Span, error: DurationError) -> Finding {
         }
         DurationError::Form => (
             format!("`{text}` is not a duration"),
-            "write `250ms`, `2s`, `1m30s`, `1h2m3s4ms`, or `HH:MM:SS:mmm`".into(),
+            Help::from("write `250ms`, `2s`, `1m30s`, `1h2m3s4ms`, or `HH:MM:SS:mmm`")
+                .with_all(minutes_and_seconds(text))
+                .with_all(["250ms", "2s", "1m30s"].map(possible)),
         ),
         DurationError::Order => {
             let message = format!("the units of `{text}` do not descend");

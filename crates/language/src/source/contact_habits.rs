@@ -7,7 +7,7 @@
 use super::contact_dialects::foreign;
 use super::contact_signs::SIGNS_ALONE;
 use super::finding::{Code, Finding};
-use super::fix::{FixEdit, Help, advise, possible, proposed, text as fix, write};
+use super::fix::{Fix, FixEdit, Help, advise, possible, proposed, text as fix, write};
 use super::span::Span;
 use rungd_engine::isa::address_text::{self, AddressError};
 pub use rungd_engine::isa::function::ResultType;
@@ -57,7 +57,8 @@ pub(super) fn stray(text: &str, at: usize, span: Span) -> Finding {
             .help("a name has no quotes of its own: `X0`")
             .fix(fix(word).at(span.part(at, at + word.len() + 2))),
         _ => finding(format!("`{}` belongs to no contact", first.escape_debug()), place)
-            .help(notation(first)),
+            .help(notation(first))
+            .fixes(without_sign(text, first, span)),
     }
 }
 
@@ -116,6 +117,19 @@ fn strings(contacts: &[&str]) -> Help {
     advise("contacts in series are strings of their own: `{}`", [proposed(elements)])
 }
 
+/// The text of contacts without the separators or brackets of another notation.
+fn without_sign(text: &str, sign: char, span: Span) -> Option<Fix> {
+    match sign {
+        ',' | ';' => {
+            let parts: Vec<&str> = text.split(sign).map(str::trim).collect();
+            let are_whole = parts.iter().all(|part| !part.is_empty() && is_balanced(part));
+            are_whole.then(|| possible(format!("\"{}\"", parts.join("\", \""))))
+        }
+        '[' | ']' => Some(possible(text.replace(['[', ']'], "")).at(span)),
+        _ => None,
+    }
+}
+
 fn is_balanced(text: &str) -> bool {
     text.matches('(').count() == text.matches(')').count()
 }
@@ -146,6 +160,7 @@ fn comma(text: &str, at: usize, span: Span) -> Finding {
     }
     Finding::new(Code::ContactSyntax, place, "a comma in a contact")
         .help("contacts in series are strings of their own: `[\"X0\", \"X1\"]`")
+        .fixes(without_sign(text, ',', span))
 }
 
 /// The help for a function in a contact.

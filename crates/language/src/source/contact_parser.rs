@@ -187,7 +187,9 @@ impl Parser<'_> {
     /// or a bit.
     fn operand<V: Compared>(&mut self, depth: u32) -> ParsedContact<V> {
         let Some((token, span)) = self.next() else {
-            return Err(self.error(self.end(), "a contact is missing here"));
+            let finding = self.error(self.end(), "a contact is missing here");
+            let sign = self.tokens.last().map(|(_, place)| possible("").at(*place));
+            return Err(finding.fixes(sign));
         };
         if depth >= DEPTH_MAX {
             let message = format!("more than {DEPTH_MAX} levels of parentheses and `!`");
@@ -207,11 +209,14 @@ impl Parser<'_> {
                 let message = format!("a value is missing before `{}`", comparison.sign());
                 Err(self.error(span, message))
             }
-            Token::Close => Err(self.error(span, "`)` closes nothing, or is too early")),
+            Token::Close => {
+                Err(self.error(span, "`)` closes nothing, or is too early").fix(possible("")))
+            }
             Token::Sign(_) => Err(self.no_value(Some((token, span)))),
             Token::And | Token::Or => Err(self
                 .error(span, "a contact is missing before this")
-                .help("a contact stands on each side of it: `X0 & X1`")),
+                .help("a contact stands on each side of it: `X0 & X1`")
+                .fix(possible(""))),
         }
     }
 
@@ -267,7 +272,7 @@ impl Parser<'_> {
         }
         let finding = match self.peek() {
             Some((token, place)) => self.left_over(&token.clone(), place),
-            None => self.error(self.end(), "`)` is missing"),
+            None => self.error(self.end(), "`)` is missing").fix(possible(")").at(self.end())),
         };
         Err(finding.related(open, "opened here"))
     }
@@ -290,7 +295,9 @@ impl Parser<'_> {
                 }
                 let message = format!("`{atom}` is a number, not a contact");
                 let finding = Finding::new(Code::ContactSyntax, atom.span, message);
-                Err(finding.help(format!("compare it with something: `D0 == {atom}`")))
+                let compare = format!("D0 == {atom}");
+                let finding = finding.help(format!("compare it with something: `{compare}`"));
+                Err(finding.fix(possible(compare)))
             }
         }
     }
@@ -322,7 +329,8 @@ impl Parser<'_> {
         self.at += 1;
         if let Some((Token::Close, place)) = self.peek() {
             let message = format!("`{word}()` has no contact");
-            return Err(self.error(place, message).help(format!("write `{word}(X0)`")));
+            let finding = self.error(place, message).help(format!("write `{word}(X0)`"));
+            return Err(finding.fix(possible("X0").at(Span { end: place.start, ..place })));
         }
         let (inner, close) = self.closed(open, depth)?;
         Ok(WrittenContact::Edge(edge, Box::new(inner), span.to(close)))
@@ -439,7 +447,7 @@ impl Parser<'_> {
                 };
                 self.error(place, "`&` or `|` is missing before this").help(help)
             }
-            Token::Close => self.error(place, "`)` closes nothing"),
+            Token::Close => self.error(place, "`)` closes nothing").fix(possible("")),
             Token::Sign(_) => self
                 .error(place, "a sum stands in a compare")
                 .help("compare it with something: `D0 + 1 > 3`"),

@@ -11,6 +11,7 @@ use toml::Spanned;
 use toml::de::DeValue;
 
 use super::finding::{Code, Finding};
+use super::fix::possible;
 use super::lost::LostText;
 use super::span::{FileId, Span};
 use rungd_base::progress::Progress;
@@ -115,7 +116,11 @@ impl<'a> Doc<'a> {
         }
         if !text.exact {
             let finding = Finding::new(code, text.span, "a string with `\\` or several lines");
-            self.find(finding.help("nothing here needs an escape: write it plainly, on one line"));
+            let finding =
+                finding.help("nothing here needs an escape: write it plainly, on one line");
+            let is_one_line = !text.text.contains(['"', '\\', '\n', '\r', '\t']);
+            let plain = is_one_line.then(|| possible(format!("\"{}\"", text.text)));
+            self.find(finding.fixes(plain));
         }
         text.exact
     }
@@ -133,9 +138,12 @@ impl<'a> Doc<'a> {
     pub(super) fn wrong_type(&self, value: &Spanned<DeValue<'_>>, what: &str, wanted: &str) {
         let found = describe(value.get_ref());
         let message = format!("{what} wants {wanted}, not {found}");
+        let written = self.slice(value.span());
         self.find(
             Finding::new(Code::WrongType, self.span(value.span()), message)
-                .label(format!("expected {wanted}")),
+                .label(format!("expected {wanted}"))
+                .fixes(converted(value.get_ref(), written, wanted).map(possible))
+                .or_omit(),
         );
     }
 
@@ -148,6 +156,29 @@ impl<'a> Doc<'a> {
         }
         Text { text: text.to_owned(), span: self.span(range), exact: false }
     }
+}
+
+/// A value of the wanted type that means the same as the written one.
+fn converted(value: &DeValue<'_>, written: &str, wanted: &str) -> Option<String> {
+    let plain = written.trim_matches(['"', '\'']);
+    let is_number = plain.parse::<i64>().is_ok();
+    let is_flag = matches!(value, DeValue::String(_) | DeValue::Integer(_));
+    let is_header = written.starts_with('[') && matches!(value, DeValue::Table(_));
+    Some(match wanted {
+        "true or false" if is_flag => match plain.to_ascii_lowercase().as_str() {
+            "true" | "yes" | "on" | "1" => "true".to_owned(),
+            "false" | "no" | "off" | "0" => "false".to_owned(),
+            _ => return None,
+        },
+        "an integer" if is_number => plain.to_owned(),
+        "an array of integers" if is_number => format!("[{plain}]"),
+        "a string" | "a string or a table" if !written.contains(['"', '\'', '\n', '[', '{']) => {
+            format!("\"{written}\"")
+        }
+        _ if wanted.starts_with("a duration") && is_number => format!("\"{plain}ms\""),
+        _ if wanted.starts_with("an array of tables") && is_header => format!("[{written}]"),
+        _ => return None,
+    })
 }
 
 /// A value's type, in words.

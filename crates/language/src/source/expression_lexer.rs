@@ -143,7 +143,8 @@ fn real(word: &str, span: Span) -> Result<ExpressionPartKind, Finding> {
         Err(RealError::Beyond) => {
             let message = format!("`{word}` lies beyond the largest real");
             let help = "a real is a binary32, up to `3.4028235e38`";
-            Err(Finding::new(Code::OutOfRange, span, message).help(help))
+            let largest = possible("3.4028235e38");
+            Err(Finding::new(Code::OutOfRange, span, message).help(help).fix(largest))
         }
         Err(RealError::Form) => {
             let right = word.to_ascii_lowercase().replace("e+", "e");

@@ -85,7 +85,7 @@ fn split(text: &str, span: Span) -> ExpressionResult<SplitFormula> {
     if !name.chars().all(is_name) || name.starts_with(|c: char| c.is_ascii_digit()) {
         let message = format!("`{name}` is no target");
         let help = "the target is the name of a word or bit: `MATH D0 = D1 + 1`";
-        return Err(error(place, &message).help(help));
+        return Err(error(place, &message).help(help).fix(possible("D0")));
     }
     Ok((Located { value: name.to_owned(), span: place }, index, at + 1))
 }
@@ -279,7 +279,7 @@ impl ExpressionParser<'_> {
     fn close_index(&mut self, place: Span) -> ExpressionResult<()> {
         self.settle(|_| true)?;
         let Some(WaitingOperator::Index { name, .. }) = self.waiting.pop() else {
-            return Err(self.error(place, "`]` closes nothing, or is too early"));
+            return Err(self.error(place, "`]` closes nothing, or is too early").fix(possible("")));
         };
         self.depth -= 1;
         self.operands.pop();
@@ -459,7 +459,8 @@ impl ExpressionParser<'_> {
                 | WaitingOperator::Index { .. },
             )
             | None => {
-                return Err(self.error(place, "`)` closes nothing, or is too early"));
+                let finding = self.error(place, "`)` closes nothing, or is too early");
+                return Err(finding.fix(possible("")));
             }
         }
         Ok(())
@@ -480,7 +481,11 @@ impl ExpressionParser<'_> {
                 | WaitingOperator::Index { open, .. }
                 | WaitingOperator::Unary(_, open)
                 | WaitingOperator::Binary(_, open),
-            ) => Err(self.error(self.end(), "`)` is missing").related(*open, "opened here")),
+            ) => {
+                let finding =
+                    self.error(self.end(), "`)` is missing").related(*open, "opened here");
+                Err(finding.fix(possible(")")))
+            }
         }
     }
 

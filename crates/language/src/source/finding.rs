@@ -9,7 +9,7 @@
 
 use std::borrow::Cow;
 
-use super::fix::{Fix, FixEdit, Help, propose, write};
+use super::fix::{Fix, FixEdit, Help, possible, propose, write};
 use super::nearest::{KnownNames, UnknownName};
 use super::span::Span;
 use super::wording::bounded_line;
@@ -81,10 +81,26 @@ impl Finding {
         self.help(propose(fix))
     }
 
-    /// Adds a fix that the words of the help describe.
-    pub fn fix(mut self, fix: impl Into<Fix>) -> Finding {
-        self.help = self.help.map(|help| Box::new(help.with(fix).bounded()));
+    /// Adds a fix that the words of the help, or of the message, describe.
+    pub fn fix(self, fix: impl Into<Fix>) -> Finding {
+        self.fixes([fix])
+    }
+
+    /// Adds several fixes.
+    pub fn fixes<F: Into<Fix>>(mut self, fixes: impl IntoIterator<Item = F>) -> Finding {
+        let help = self.help.take().map_or_else(Help::default, |help| *help);
+        self.help = Some(Box::new(help.with_all(fixes).bounded()));
         self
+    }
+
+    /// Adds that its place can be left out: the author decides whether it is needed.
+    pub fn or_omit(self) -> Finding {
+        self.fix(possible(FixEdit::Omit))
+    }
+
+    /// Adds that the row at its place can be deleted.
+    pub fn or_delete_row(self) -> Finding {
+        self.fix(possible(FixEdit::DeleteRow))
     }
 
     /// Replaces the help, if that is to declare a name.
@@ -128,12 +144,13 @@ impl Finding {
         near.or_else(|| self.help.as_deref().map(Cow::Borrowed))
     }
 
-    /// The words of its help, as [`Finding::advice`].
+    /// The words of its help, as [`Finding::advice`]; `None` if it has only fixes.
     pub fn help_text(&self) -> Option<Cow<'_, str>> {
-        Some(match self.advice()? {
+        let words = match self.advice()? {
             Cow::Owned(help) => Cow::Owned(help.text),
-            Cow::Borrowed(help) => Cow::Borrowed(&help.text),
-        })
+            Cow::Borrowed(help) => Cow::Borrowed(help.text.as_str()),
+        };
+        Some(words).filter(|words| !words.is_empty())
     }
 
     /// Adds a related place, up to `RELATED_MAX`.

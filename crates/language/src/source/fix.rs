@@ -58,6 +58,11 @@ pub enum FixEdit {
     },
     /// Deletes the element, the pair or the table at the place of the finding.
     Delete,
+    /// Deletes the part of a string, the element or the pair at the place of the finding, but no
+    /// table.
+    Omit,
+    /// Deletes the row at the place of the finding: an inline table of an array.
+    DeleteRow,
     /// Adds a row to the map of a device.
     Row(String),
     /// Writes `key = value` under the header of a table.
@@ -73,6 +78,13 @@ pub enum FixEdit {
         header: String,
         /// Its first line.
         line: String,
+    },
+    /// Adds an element to the list of a key in the table of the finding.
+    Element {
+        /// The key.
+        key: &'static str,
+        /// The element.
+        element: String,
     },
     /// Removes a key from the table of the finding, or a table with this header.
     Remove(&'static str),
@@ -93,9 +105,10 @@ impl FixEdit {
             | FixEdit::Row(text)
             | FixEdit::Under { pair: text, .. }
             | FixEdit::Table { line: text, .. }
+            | FixEdit::Element { element: text, .. }
             | FixEdit::Before(text) => text,
             FixEdit::Remove(key) => key,
-            FixEdit::Delete => "",
+            FixEdit::Delete | FixEdit::Omit | FixEdit::DeleteRow => "",
         }
     }
 }
@@ -137,6 +150,12 @@ impl Fix {
     /// The same fix, which does not change the meaning.
     pub fn same(self) -> Fix {
         Fix { applicability: Applicability::Same, ..self }
+    }
+
+    /// The same fix with one more part behind the others.
+    pub fn and(mut self, edit: FixEdit) -> Fix {
+        self.edits.push(edit);
+        self
     }
 
     /// The same fix with one more part before the others.
@@ -190,9 +209,9 @@ pub fn pair(pair: impl Into<String>) -> Fix {
 }
 
 /// The help of a finding.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Help {
-    /// Its words.
+    /// Its words; empty if the message says all.
     pub text: String,
     /// What it advises, in the order of the words.
     pub fixes: Vec<Fix>,
@@ -291,6 +310,13 @@ pub fn one_of<T: Into<String>>(words: &str, names: impl IntoIterator<Item = T>) 
 /// ``give it one: `key = …` ``
 pub fn give_one(key: &str, example: &str) -> Help {
     advise("give it one: `{}`", [pair(format!("{key} = {example}")).possible()])
+}
+
+/// The help for a contact in the place of an instruction.
+pub(crate) fn moved_to_when(contact: &str) -> Help {
+    let element = FixEdit::Element { key: "when", element: format!("\"{contact}\"") };
+    Help::from(format!("a contact stands in `when`, not here: `when = [\"{contact}\"]`"))
+        .with(Fix::from(FixEdit::Delete).possible().and(element))
 }
 
 /// ``write `…` ``

@@ -4,7 +4,7 @@
 //! Called by `instruction`. Operands are separated by spaces; each help shows the text to write.
 
 use super::finding::{Code, Finding};
-use super::fix::{Help, advise, dialect, possible, propose, write};
+use super::fix::{Fix, Help, advise, dialect, moved_to_when, possible, propose, write};
 use super::span::Span;
 pub use rungd_engine::isa::{Function, Mnemonic, OperandKind, decimal_comma, dialects};
 
@@ -40,7 +40,7 @@ pub(super) fn called(text: &str, span: Span) -> Option<Finding> {
     let help = if let Some(right) = coil.and_then(|operand| dialects::coil(name, operand)) {
         write(right)
     } else if let Some(right) = dialects::contact(name, &operands) {
-        format!("a contact stands in `when`, not here: `when = [\"{right}\"]`").into()
+        moved_to_when(&right)
     } else if let Some(spec) = spec {
         let plain = operands.iter().take(spec.operands.len()).map(|operand| (*operand).to_owned());
         without_commas(spec.name, &plain.collect::<Vec<String>>())
@@ -79,6 +79,17 @@ fn without_commas(mnemonic: &str, plain: &[String]) -> Help {
         )),
         false => write(format!("{mnemonic} {right}")),
     }
+}
+
+/// The instruction of the first form in a help, with the operands of an instruction of another
+/// controller, if it takes as many.
+pub(crate) fn in_form(help: &str, operands: &[String]) -> Option<Fix> {
+    let form = help.split('`').nth(1)?;
+    let spec = Mnemonic::from_name(form.split(' ').next()?)?.spec();
+    let required = spec.operands.iter().filter(|operand| !operand.optional).count();
+    let fits = required == operands.len() && required > 0;
+    let fixes = fits.then(|| without_commas(spec.name, operands).fixes)?;
+    fixes.into_iter().next().map(Fix::possible)
 }
 
 /// The help to write each instruction as a string of its own.

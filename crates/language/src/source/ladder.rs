@@ -223,7 +223,7 @@ fn read_body(table: &mut Table<'_>, name: Option<&Text>) -> Option<Use> {
     if !table.has("use") {
         if let Some(span) = table.key_span("with") {
             let finding = Finding::new(Code::TemplateRule, span, "`with` without `use`");
-            table.find(finding.help("name the template: `use = \"Flush\"`"));
+            table.find(finding.help("name the template: `use = \"Flush\"`").or_omit());
         }
         return None;
     }

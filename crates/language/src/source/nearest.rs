@@ -8,7 +8,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use super::fix::{FixEdit, Help, meant};
+use super::fix::{FixEdit, Help, meant, possible};
 use super::span::Span;
 
 /// Number of a name's characters that are compared.
@@ -242,7 +242,7 @@ pub(super) fn key_help(
     let free: Vec<&'static str> = keys.iter().copied().filter(|key| !has(key)).collect();
     meant_key(name, &free, place).unwrap_or_else(|| {
         let known: Vec<String> = keys.iter().map(|key| format!("`{key}`")).collect();
-        format!("the keys here are {}", known.join(", ")).into()
+        Help::from(format!("the keys here are {}", known.join(", "))).with(possible(FixEdit::Omit))
     })
 }
 

@@ -7,7 +7,7 @@
 use super::contact::WrittenContact;
 use super::contact_parser;
 use super::finding::{Code, Finding};
-use super::fix::{advise, pair, possible};
+use super::fix::{FixEdit, advise, pair, possible};
 use super::instruction::{self, WrittenInstruction};
 use super::key::{BLOCK_NAME, Key, NOT_EMPTY, key};
 use super::reader::{Table, Text};
@@ -158,7 +158,8 @@ fn read_use(mut table: Table<'_>) -> Use {
         Some((key, span)) => {
             let message = format!("a use has no `{key}`: its rungs are the template's");
             let finding = Finding::new(Code::TemplateRule, span, message);
-            table.find(finding.help("its arguments belong in `with`; or write a rung"));
+            let finding = finding.help("its arguments belong in `with`; or write a rung");
+            table.find(finding.or_omit());
         }
         None => table.finish(),
     }
@@ -179,7 +180,7 @@ fn read_rung(mut table: Table<'_>) -> WrittenRung {
     let allow = read_allow(&mut table);
     if let (None, Some(span)) = (table.string(USE), table.key_span("with")) {
         let finding = Finding::new(Code::TemplateRule, span, "`with` without `use`");
-        table.find(finding.help("name the template: `use = \"…\"`"));
+        table.find(finding.help("name the template: `use = \"…\"`").or_omit());
     }
     read_arguments(&mut table);
     let contacts = key("when", "Contacts in series; `|` is a parallel branch.");
@@ -221,6 +222,7 @@ fn check_legs(table: &Table<'_>) {
             Finding::new(Code::MixedLegs, leg, message)
                 .related(when, "`when` is here")
                 .help("`when` is for instructions with one leg; `leg.*` names the legs of others")
+                .fix(possible(FixEdit::Remove("when")))
         }
         (false, None) => Finding::new(Code::MixedLegs, table.span(), "a rung without contacts")
             .help(advise(
@@ -240,10 +242,9 @@ fn read_branch(mut table: Table<'_>) -> WrittenBranch {
         read_when(&mut table, when.limited(NOT_EMPTY)).map_or(Vec::new(), |leg| leg.contacts);
     if !table.has("when") {
         let finding = Finding::new(Code::MixedLegs, span, "a branch without contacts");
-        table.find(finding.help(
-            "a branch adds contacts to the rung's: `when = [\"X1\"]`; to do more with the rung's \
-             own, put it in the rung's `do`",
-        ));
+        let help = "a branch adds contacts to the rung's: `when = [\"X1\"]`; to do more with the \
+                    rung's own, put it in the rung's `do`";
+        table.find(finding.help(help).fix(pair("when = [\"X1\"]").possible()));
     }
     let instructions = key("do", "Instructions, executed in order.");
     let body = read_body(&mut table, instructions.limited(NOT_EMPTY));
@@ -256,7 +257,8 @@ fn read_branch(mut table: Table<'_>) -> WrittenBranch {
 
 fn no_instruction(what: &str, span: Span) -> Finding {
     let finding = Finding::new(Code::NoInstruction, span, format!("{what} that drives nothing"));
-    finding.help("give it an instruction: `do = [\"OUT …\"]`")
+    let instruction = pair("do = [\"OUT C0\"]").possible();
+    finding.help("give it an instruction: `do = [\"OUT …\"]`").fix(instruction)
 }
 
 fn read_when(table: &mut Table<'_>, when: Key) -> Option<WrittenLeg> {

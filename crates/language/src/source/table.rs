@@ -6,6 +6,7 @@
 // `_` matches the values that TOML allows and a ladder does not; the enum is the parser's.
 #![allow(clippy::wildcard_enum_match_arm)]
 
+mod constants;
 mod entries;
 mod values;
 
@@ -14,13 +15,14 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
-use super::atom::{Atom, AtomKind, bad_duration};
+use super::atom::bad_duration;
 use super::doc::{Doc, Text, describe};
 use super::finding::{Code, Finding};
-use super::fix::{Help, advise, give_one, pair, possible};
+use super::fix::{Help, give_one, pair, text};
 use super::headers;
 use super::key::Key;
 use super::nearest::key_help;
+use super::renaming;
 use super::shape::{TableShape, ValueForm};
 use super::span::{Located, Span};
 use rungd_engine::isa::{Real, duration};
@@ -197,7 +199,15 @@ impl<'a> Table<'a> {
             return;
         }
         let message = format!("{} has no `{key}`", self.place);
-        self.find(Finding::new(Code::MissingKey, self.span, message).help(give_one(key, example)));
+        let finding = Finding::new(Code::MissingKey, self.span, message);
+        let finding = finding.help(give_one(key, example));
+        self.find(match (key, self.place.rsplit(' ').next()) {
+            ("name", Some(thing)) => {
+                let name = renaming::first_of(thing);
+                finding.fix(pair(format!("name = \"{name}\"")).possible())
+            }
+            _ => finding,
+        });
     }
 
     /// `true` or `false`.
@@ -224,12 +234,14 @@ impl<'a> Table<'a> {
             self.doc.wrong_type(value, &self.what(key), "an integer");
             return None;
         };
-        let number = i64::from_str_radix(integer.as_str(), integer.radix()).ok();
-        let number = number.filter(|n| (range.0..=range.1).contains(n));
+        let parsed = i64::from_str_radix(integer.as_str(), integer.radix()).ok();
+        let number = parsed.filter(|n| (range.0..=range.1).contains(n));
         if number.is_none() {
             let message = format!("{} lies outside {}..{}", self.what(key), range.0, range.1);
+            let limit = if integer.as_str().starts_with('-') { range.0 } else { range.1 };
+            let limit = parsed.map_or(limit, |n| n.clamp(range.0, range.1)).to_string();
             let span = self.doc.span(value.span());
-            self.find(Finding::new(Code::OutOfRange, span, message));
+            self.find(Finding::new(Code::OutOfRange, span, message).fix(text(limit)));
         }
         number
     }
@@ -255,65 +267,6 @@ impl<'a> Table<'a> {
                 None
             }
         }
-    }
-
-    /// A constant: an integer, `true` or `false`, or a string that contains a constant.
-    pub fn constant(&mut self, key: Key) -> Option<Located<Constant>> {
-        let value = self.get(key, ValueForm::Constant)?;
-        self.constant_of(value, key.name)
-    }
-
-    /// One constant, or a list of constants.
-    pub fn constants(&mut self, key: Key) -> OneOrList {
-        let Some(value) = self.get(key, ValueForm::Constants) else { return (None, None) };
-        let DeValue::Array(array) = value.get_ref() else {
-            return (self.constant_of(value, key.name), None);
-        };
-        let each = array.iter().filter_map(|item| self.constant_of(item, key.name)).collect();
-        (None, Some(Located { value: each, span: self.doc.span(value.span()) }))
-    }
-
-    fn constant_of(&self, value: DeNode<'a>, key: &str) -> Option<Located<Constant>> {
-        let span = self.doc.span(value.span());
-        match value.get_ref() {
-            DeValue::Boolean(on) => Some(Located { value: Constant::Bit(*on), span }),
-            DeValue::Integer(_) => {
-                let integer = self.number(value, key, (i32::MIN.into(), i32::MAX.into()))?;
-                Some(Located { value: Constant::Integer(i32::try_from(integer).ok()?), span })
-            }
-            DeValue::Float(float) => {
-                let text = Text { text: float.as_str().to_owned(), span, exact: true };
-                self.constant_text(key, &text)
-            }
-            DeValue::String(text) => self.constant_text(key, &self.doc.text(text, value.span())),
-            _ => {
-                self.doc.wrong_type(value, &self.what(key), "a number or a duration");
-                None
-            }
-        }
-    }
-
-    fn constant_text(&self, key: &str, text: &Text) -> Option<Located<Constant>> {
-        let value = match Atom::parse(&text.text, text.span).map(|atom| atom.kind) {
-            Ok(AtomKind::Integer(n)) => Constant::Integer(n),
-            Ok(AtomKind::Duration(ms)) => Constant::Duration(ms),
-            Ok(AtomKind::Real(real)) => Constant::Real(real),
-            Ok(AtomKind::Name(name)) => {
-                let message = format!("{} is a constant, not `{name}`", self.what(key));
-                let finding = Finding::new(Code::WrongType, text.span, message);
-                let words = "write a number, or a duration as `{}`";
-                self.find(finding.help(advise(words, [possible("\"2s500ms\"")])));
-                return None;
-            }
-            Err(mut finding) => {
-                if finding.code == Code::InstructionSyntax {
-                    finding.code = Code::WrongType;
-                }
-                self.find(finding);
-                return None;
-            }
-        };
-        Some(Located { value, span: text.span })
     }
 
     /// An array of strings, with its place. A bare string is a finding with its own help.

@@ -7,7 +7,7 @@
 use super::atom::bad_duration;
 use super::doc::Text;
 use super::finding::{Code, Finding};
-use super::fix::{Help, one_of, pair, propose, proposed};
+use super::fix::{Help, one_of, pair, possible, propose, proposed};
 use super::key::KeyLimit;
 use super::nearest::{KnownNames, did_you_mean};
 use super::shape::ValueForm;
@@ -93,6 +93,7 @@ impl WrongWord {
         match self {
             WrongWord::Expected => {
                 finding(format!("`{key}` is {}, not \"{written}\"", listed('"', " or ")))
+                    .fixes(words.iter().map(|word| possible(*word)))
             }
             WrongWord::NoValue => finding(format!("`{written}` is no value of `{key}`"))
                 .help(one_of("write one of", words.iter().copied()))

@@ -78,7 +78,10 @@ fn edited(file: &EditorFile, span: &Range<usize>, edit: &FixEdit) -> Vec<Propose
             of_lines(file, span, (&lines, *instead))
         }
         FixEdit::Delete => deleted(file, span),
+        FixEdit::Omit => omitted(file, span),
+        FixEdit::DeleteRow => without_table(file, span),
         FixEdit::Row(row) => tables::row(file, span, row),
+        FixEdit::Element { key, element } => only(tables::in_list(file, span, (key, element))),
         FixEdit::Under { table, pair } => tables::under(file, span, (table, pair)),
         FixEdit::Table { header, line } => tables::table(file, span, (header, line)),
         FixEdit::Remove(key) => tables::removed(file, span, key),
@@ -95,7 +98,7 @@ pub(super) fn title(file: &EditorFile, fix: &Fix, changed: Range<usize>) -> Stri
         };
     }
     match fix.edits.last() {
-        Some(FixEdit::Delete) | None => {
+        Some(FixEdit::Delete | FixEdit::Omit | FixEdit::DeleteRow) | None => {
             let text = file.slice(changed).trim().lines().next().unwrap_or_default();
             format!("Delete `{}`", text.chars().take(40).collect::<String>())
         }
@@ -108,7 +111,8 @@ pub(super) fn title(file: &EditorFile, fix: &Fix, changed: Range<usize>) -> Stri
         Some(FixEdit::Under { table, pair }) => format!("Write `{pair}` under `[{table}]`"),
         Some(FixEdit::Table { header, line }) => format!("Add `{header}` with `{line}`"),
         Some(FixEdit::Remove(key)) => format!("Take `{key}` away"),
-        Some(edit) => format!("Write `{}`", edit.text()),
+        Some(FixEdit::Element { key, element }) => format!("Add `{element}` to `{key}`"),
+        Some(edit) => format!("Write `{}`", edit.text().trim_start()),
     }
 }
 
@@ -237,26 +241,47 @@ fn deleted(file: &EditorFile, span: &Range<usize>) -> Vec<ProposedChanges> {
         let next = file.outline.headers.iter().find(is_next);
         let end =
             next.map_or(file.text.len(), |found_header| file.line(found_header.span.start).start);
+        // A file with nothing else would be no ladder.
+        let is_all = file.outline.headers.iter().all(|header| header.path.starts_with("template"));
+        if is_all {
+            return Vec::new();
+        }
         all.push(vec![one(file.line(header.span.start).start..end, "")]);
     }
+    all.extend(omitted(file, span));
+    all.extend(without_table(file, span));
+    all
+}
+
+/// The proposals that delete the place in its string, the element of its array, or its pair.
+fn omitted(file: &EditorFile, span: &Range<usize>) -> Vec<ProposedChanges> {
+    let mut all = Vec::new();
     if let Some(value) = value_at(file, span) {
         let inner = &value.inner;
-        if value.is_string && inner.start <= span.start && span.end <= inner.end {
+        let is_part = inner.start <= span.start && span.end <= inner.end && inner != span;
+        if value.is_string && is_part {
             let behind = file.slice(span.end..inner.end);
             let spaces = behind.len() - behind.trim_start().len();
-            all.push(vec![one(span.start..span.end + spaces, "")]);
+            let before = file.slice(inner.start..span.start).trim_end().len();
+            let is_last = spaces == behind.len();
+            let start = if is_last { inner.start + before } else { span.start };
+            all.push(vec![one(start..span.end + spaces, "")]);
         }
         all.push(vec![one(with_comma(file, &value.span), "")]);
     }
     if let Some(pair) = pair_at(file, span) {
         all.push(vec![without_pair(file, pair)]);
     }
+    all
+}
+
+/// The proposal that deletes the table of a place.
+fn without_table(file: &EditorFile, span: &Range<usize>) -> Vec<ProposedChanges> {
     let object = object_at(file, span);
     let extent = file.outline.objects[object].extent.clone();
-    if object != 0 && !is_inline(file, object) {
-        all.push(vec![one(lines(file, &extent), "")]);
-    } else if object != 0 {
-        all.push(vec![one(with_comma(file, &extent), "")]);
+    match object {
+        0 => Vec::new(),
+        _ if is_inline(file, object) => vec![vec![one(with_comma(file, &extent), "")]],
+        _ => vec![vec![one(lines(file, &extent), "")]],
     }
-    all
 }

@@ -25,12 +25,18 @@ pub(super) fn value_at<'f>(file: &'f EditorFile, span: &Range<usize>) -> Option<
 /// The object that contains a place.
 pub(super) fn object_at(file: &EditorFile, span: &Range<usize>) -> usize {
     if let Some(pair) = pair_at(file, span) {
-        return pair.object;
+        return row_at(file, pair, span).unwrap_or(pair.object);
     }
     let objects = file.outline.objects.iter().enumerate().rev();
     let mut around = objects
         .filter(|(_, object)| object.extent.start <= span.start && span.end <= object.extent.end);
     around.next().map_or(0, |(at, _)| at)
+}
+
+/// The table in the array of a pair that is at a place as a whole.
+fn row_at(file: &EditorFile, pair: &KeyPair, span: &Range<usize>) -> Option<usize> {
+    let is_in_array = file.slice(pair.value.clone()).starts_with('[');
+    file.outline.objects.iter().position(|object| is_in_array && object.extent == *span)
 }
 
 /// The header above a place, or around it.

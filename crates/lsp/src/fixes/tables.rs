@@ -100,6 +100,16 @@ pub(super) fn removed(file: &EditorFile, span: &Range<usize>, key: &str) -> Vec<
     same.map(|pair| vec![without_pair(file, pair)]).into_iter().collect()
 }
 
+/// Adds an element to the array of a key of the table at a place.
+pub(super) fn in_list(
+    file: &EditorFile,
+    span: &Range<usize>,
+    (key, text): (&str, &str),
+) -> Option<TextChange> {
+    let object = object_at(file, span);
+    element(file, same_key(file, object, (None, &[key.to_owned()]))?, text)
+}
+
 /// Replaces a word in the string at a place.
 pub(super) fn word(
     file: &EditorFile,

@@ -17,6 +17,7 @@ use std::collections::HashMap;
 use std::collections::hash_map::DefaultHasher;
 use std::fmt::{self, Write as _};
 use std::hash::Hasher;
+use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -25,7 +26,7 @@ use super::super::file::EditorFile;
 use super::super::judge::{Judgement, judge};
 use super::super::slots::FileKind;
 use super::edit::TextChange;
-use super::places::object_at;
+use super::places::{header_at, object_at};
 use rungd_config::load::OpenTexts;
 use rungd_language::lower::lower;
 use rungd_language::resolve::program::Program;
@@ -34,8 +35,13 @@ use rungd_language::source::fix::Applicability;
 
 /// Warnings whose help gives a text with the same value: the value that a rule has computed, or the
 /// value with which memory begins.
-const COMPUTED: [Code; 4] =
-    [Code::ConstantCompare, Code::ConstantSaturates, Code::LostFraction, Code::NeverWritten];
+const COMPUTED: [Code; 5] = [
+    Code::ConstantCompare,
+    Code::ConstantSaturates,
+    Code::LostFraction,
+    Code::MathConstants,
+    Code::NeverWritten,
+];
 
 /// A finding, and the file on which its changes are tried.
 pub(super) struct FixTrial<'w> {
@@ -111,8 +117,11 @@ impl<'w> FixTrial<'w> {
         if self.finding.severity() == Severity::Error {
             let is_spelling =
                 applicability == Applicability::Spelling || self.finding.code == Code::WrongCase;
+            let is_proposed =
+                matches!(applicability, Applicability::Possible | Applicability::Proposed);
             let is_toml = after.new.iter().all(|finding| finding.code != Code::TomlSyntax);
             return match has_error {
+                false if is_proposed && self.brings_near(after, changes) => None,
                 false => Some(FixWorth::Whole),
                 true => (is_spelling && is_toml && self.are_near(after, changes))
                     .then_some(FixWorth::First),
@@ -193,19 +202,48 @@ impl<'w> FixTrial<'w> {
     /// Whether all new findings are in the table, or in the line, of the changes.
     fn are_near(&self, after: &TriedText, changes: &[TextChange]) -> bool {
         let Some(first) = changes.first() else { return false };
-        let around = match object_at(self.file, &first.range) {
-            0 => self.file.line(first.range.start),
+        self.near(&first.range, after, changes).count() == after.new.len()
+    }
+
+    /// Whether a new finding is in the table, or in the line, of the finding. Elsewhere there can
+    /// be new warnings because the program has an error less.
+    fn brings_near(&self, after: &TriedText, changes: &[TextChange]) -> bool {
+        let Finding { span, .. } = self.finding;
+        let place = span.start as usize..span.end as usize;
+        let header = header_at(self.file, place.start).map(|header| header.span.start);
+        let paths = paths(&after.judgement);
+        let is_at_header = |finding: &Finding| {
+            named(&paths, finding).0 == self.file.path
+                && Some(finding.span.start as usize) == header
+        };
+        after.new.iter().any(is_at_header) || self.near(&place, after, changes).next().is_some()
+    }
+
+    /// The new findings in the table, or in the line, of a place.
+    fn near<'a>(
+        &'a self,
+        place: &Range<usize>,
+        after: &'a TriedText,
+        changes: &[TextChange],
+    ) -> impl Iterator<Item = &'a Finding> {
+        let paths = paths(&after.judgement);
+        let around = self.around(place, changes);
+        after.new.iter().filter(move |finding| {
+            let at = finding.span.start as usize;
+            named(&paths, finding).0 == self.file.path && around.contains(&at)
+        })
+    }
+
+    /// The table or the line of a place, in the changed text.
+    fn around(&self, place: &Range<usize>, changes: &[TextChange]) -> RangeInclusive<usize> {
+        let around = match object_at(self.file, place) {
+            0 => self.file.line(place.start),
             object => self.file.outline.objects[object].extent.clone(),
         };
         let (more, less) = changes.iter().fold((0, 0), |(more, less), change| {
             (more + change.text.len(), less + change.range.len())
         });
-        let end = (around.end + more).saturating_sub(less);
-        let paths = paths(&after.judgement);
-        after.new.iter().all(|finding| {
-            let at = finding.span.start as usize;
-            named(&paths, finding).0 == self.file.path && around.start <= at && at <= end
-        })
+        around.start..=(around.end + more).saturating_sub(less)
     }
 }
 

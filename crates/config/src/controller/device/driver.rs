@@ -10,6 +10,7 @@ use super::settings::{DriverSettings, OnLoss};
 use rungd_base::progress::Progress;
 use rungd_engine::isa::Address;
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::{Fix, possible};
 use rungd_language::source::reader::{Constant, Table, Text};
 use rungd_language::source::span::{Located, Span};
 
@@ -176,6 +177,21 @@ impl ResolvedRow<'_> {
     /// A finding at the row's points.
     pub fn find(&self, message: String) -> Finding {
         Finding::new(Code::Controller, self.points.span, message)
+    }
+
+    /// The fix that names the address of the same number in another block of memory.
+    pub fn placed_in(&self, block: &str) -> Fix {
+        let number = self.text.text.trim_start_matches(|c: char| !c.is_ascii_digit());
+        let is_number = !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit());
+        let number = if is_number { number } else { "0" };
+        possible(format!("{block}{number}")).at(self.text.span)
+    }
+
+    /// The fix that names only its first addresses; `None` if it has not as many.
+    pub fn of_count(&self, count: usize) -> Option<Fix> {
+        let (first, last) = (self.addresses.first()?, self.addresses.get(count.checked_sub(1)?)?);
+        let text = if count == 1 { first.to_string() } else { format!("{first}..{last}") };
+        Some(possible(text).at(self.text.span))
     }
 
     /// Whether its addresses are words of reals.

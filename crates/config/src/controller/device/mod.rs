@@ -24,7 +24,7 @@ use rungd_language::resolve::names::NAME_MAX;
 use rungd_language::resolve::operands::resolve_operands;
 use rungd_language::resolve::scope::Scope;
 use rungd_language::source::finding::{Code, Finding, Severity};
-use rungd_language::source::fix::{Fix, FixEdit, Help, advise, possible};
+use rungd_language::source::fix::{Fix, FixEdit, Help, advise, pair, possible};
 use rungd_language::source::reader::{Constant, Text};
 
 pub use settings::{Device, DriverSettings, OnLoss};
@@ -110,7 +110,9 @@ fn one(
     if device.map.is_empty() && !device.map_is_table {
         let message = format!("device `{}` has no map, so it exchanges nothing", name.text);
         let help = "add rows: `map = [{ from = \"…\", to = \"X0\" }]`";
-        findings.push(Finding::new(Code::Controller, device.span, message).help(help));
+        let row = format!("{{ from = \"{}\", to = \"X0\" }}", driver.example());
+        let map = pair(format!("map = [{row}]")).possible();
+        findings.push(Finding::new(Code::Controller, device.span, message).help(help).fix(map));
     }
     findings.extend(too_early_loss(device));
     let of_driver = ResolvedRows { all: &rows, progress };
@@ -202,7 +204,10 @@ fn wrong_way(direction: RowDirection, addresses: &[Address], text: &Text) -> Opt
     }
     let message = format!("`{}` cannot be moved by a device", text.text);
     let help = "a device moves only X, C, MC, MI, V, D, R, MHR and MIR";
-    Some(Finding::new(Code::Controller, text.span, message).help(help))
+    let number = text.text.trim_matches(|c: char| !c.is_ascii_digit());
+    let block = if matches!(addresses.first(), Some(Address::Word(_))) { "D" } else { "C" };
+    let moved = possible(format!("{block}{number}"));
+    Some(Finding::new(Code::Controller, text.span, message).help(help).fix(moved).or_omit())
 }
 
 fn inputs(rows: &[ResolvedRow<'_>], findings: &mut Vec<Finding>) -> Vec<DeviceInput> {
@@ -302,16 +307,18 @@ fn safe_value(row: &ResolvedRow<'_>, address: Address, findings: &mut Vec<Findin
         }
         Constant::Integer(value) | Constant::Duration(value) => value,
         Constant::Real(value) if holds_reals => value.cell(),
-        Constant::Real(_) => {
+        Constant::Real(real) => {
             return refuse(
                 format!("`{address}` holds whole numbers"),
-                "an R word holds reals".into(),
+                Help::from("an R word holds reals").with(format!("{:.0}", real.number())),
             );
         }
         Constant::Bit(on) => i32::from(on),
     };
     if !(min..=max).contains(&value) {
-        return refuse(format!("`{address}` holds {min} to {max}"), "take one of these".into());
+        let nearest = value.clamp(min, max).to_string();
+        let help = Help::from("take one of these").with(nearest);
+        return refuse(format!("`{address}` holds {min} to {max}"), help);
     }
     SafeValue::Value(value)
 }
@@ -327,7 +334,7 @@ fn too_early_loss(device: &WrittenDevice) -> Option<Finding> {
     let finding = Finding::new(Code::Controller, loss_after.span, message)
         .label("it would be lost between any two exchanges")
         .help("`loss-after` must be longer than `poll`: start with three times `poll`");
-    Some(finding)
+    Some(finding.fix(pair(format!("loss-after = \"{}ms\"", i64::from(poll_ms) * 3))))
 }
 
 #[cfg(test)]

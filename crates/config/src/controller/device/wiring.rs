@@ -149,7 +149,7 @@ impl<'c> FirstUses<'c> {
             return;
         }
         let finding = Finding::new(Code::Controller, span, format!("`{address}` {what}"));
-        findings.push(finding.related(*first, first_use.label()).help(help));
+        findings.push(finding.related(*first, first_use.label()).help(help).or_delete_row());
     }
 }
 

@@ -199,7 +199,10 @@ fn read_list(mut table: Table<'_>) -> WrittenWriteList {
     table.require("ranges", "[\"MHR10..MHR19\"]");
     table.require("clients", "[\"192.168.1.0/24\"]");
     let nothing = |name: &'static str| {
-        move |span| Finding::new(Code::Controller, span, format!("`{name}` names nothing"))
+        move |span| {
+            let message = format!("`{name}` names nothing");
+            Finding::new(Code::Controller, span, message).fix(possible(FixEdit::Delete))
+        }
     };
     let explained = key("ranges", "The ranges that they may write.");
     let ranges = table.some_texts(explained, nothing(explained.name));

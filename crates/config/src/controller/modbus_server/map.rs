@@ -26,7 +26,7 @@ use rungd_io::modbus::settings::{MappedOperands, ModbusTable};
 use rungd_language::resolve::operands::{Operands, resolve_operands};
 use rungd_language::resolve::scope::Scope;
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::fix::{Help, pair, propose, proposed};
+use rungd_language::source::fix::{FixEdit, Help, pair, possible, propose, proposed};
 use rungd_language::source::span::{Located, Span};
 
 /// Protocol addresses are 16 bits.
@@ -56,8 +56,9 @@ pub(super) fn resolve(
             let message = format!("`{one}` at {}, where `{another}` is", place(&entry));
             let words = format!("`{another}` is at {}", place(other));
             let finding = Finding::new(Code::Controller, entry.span, message);
-            findings
-                .push(finding.related(other.span, words).help("give one of them another address"));
+            let free = pair(format!("address = {}", addresses(other, ()).last + 1)).possible();
+            let finding = finding.related(other.span, words);
+            findings.push(finding.help("give one of them another address").fix(free));
         }
         if let (Some(_), Some(unit)) = (units, &map.unit)
             && !answered.contains(&unit.value)
@@ -139,7 +140,9 @@ fn place(entry: &MappedOperands) -> String {
 fn beside_units(units_at: Span, unit: &Located<u8>) -> Finding {
     let message = format!("the server does not answer for unit {}", unit.value);
     let finding = Finding::new(Code::Controller, unit.span, message);
-    finding.related(units_at, "it answers for these units").help("add it to `units`")
+    let finding = finding.related(units_at, "it answers for these units");
+    let pair = format!("units = [{}]", unit.value);
+    finding.help("add it to `units`").fix(possible(FixEdit::Under { table: "modbus-server", pair }))
 }
 
 fn resolve_entry(
@@ -190,8 +193,8 @@ fn fits_table(map: &written::WrittenMapEntry, entry: &MappedOperands) -> Option<
     let bits = matches!(entry.table, ModbusTable::Coils | ModbusTable::DiscreteInputs);
     let Operands { first, span, .. } = &entry.operands;
     let (is, instead) = match (first, bits) {
-        (Address::Bit(_), false) => ("registers are words", "`coil` or `discrete`"),
-        (Address::Word(_), true) => ("coils and discrete inputs are bits", "`holding` or `input`"),
+        (Address::Bit(_), false) => ("registers are words", ["coil", "discrete"]),
+        (Address::Word(_), true) => ("coils and discrete inputs are bits", ["holding", "input"]),
         _ => {
             let kind = map.kind.as_ref().map(|kind| ("type", kind.span));
             let order = map.word_order.as_ref().map(|order| ("word-order", order.span));
@@ -203,11 +206,13 @@ fn fits_table(map: &written::WrittenMapEntry, entry: &MappedOperands) -> Option<
                 (false, false) => return None,
             };
             let message = format!("`{key}` has no effect here: {why}");
-            return Some(Finding::new(Code::Controller, span, message));
+            return Some(Finding::new(Code::Controller, span, message).or_omit());
         }
     };
     let message = format!("`{}` in table `{}`: {is}", entry.operands, entry.table.name());
-    Some(Finding::new(Code::Controller, *span, message).help(format!("its table is {instead}")))
+    let help = format!("its table is `{}` or `{}`", instead[0], instead[1]);
+    let tables = instead.map(|table| pair(format!("table = \"{table}\"")).possible());
+    Some(Finding::new(Code::Controller, *span, message).help(help).fixes(tables))
 }
 
 fn fits_addresses(map: &written::WrittenMapEntry, entry: &MappedOperands) -> Option<Finding> {
@@ -220,7 +225,10 @@ fn fits_addresses(map: &written::WrittenMapEntry, entry: &MappedOperands) -> Opt
     let message = format!("{length} addresses from {} reach beyond 65535", entry.address);
     let finding = Finding::new(Code::OutOfRange, span, message);
     Some(match ADDRESSES.checked_sub(length) {
-        Some(last) => finding.help(format!("the highest first address is {last}")),
+        Some(last) => {
+            let fix = pair(format!("address = {last}"));
+            finding.help(format!("the highest first address is {last}")).fix(fix)
+        }
         None => finding,
     })
 }

@@ -18,6 +18,7 @@ use rungd_io::modbus::settings::{LISTS_MAX, ModbusServerSettings, ModbusTable, W
 use rungd_language::resolve::operands::{Operands, numbers, resolve_operands};
 use rungd_language::resolve::range::Range;
 use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::fix::possible;
 use rungd_language::source::reader::Text;
 
 impl SettingsResolver<'_> {
@@ -102,7 +103,15 @@ impl SettingsResolver<'_> {
             let message =
                 format!("`{from}` has {} elements, and `{to}` {}", from.count(), to.count());
             let finding = Finding::new(Code::Controller, mapping.span, message);
-            self.findings.push(finding.help("both ranges are equally long"));
+            let finding = finding.help("both ranges are equally long");
+            let count = from.count().min(to.count());
+            let sides = [(&mapping.from, &from), (&mapping.to, &to)];
+            let cut = sides.into_iter().filter_map(|(text, range)| {
+                let last = range.first + count - 1;
+                let text = text.as_ref().filter(|_| range.last > last)?;
+                Some(possible(Range { last, ..*range }.to_string()).at(text.span))
+            });
+            self.findings.push(finding.fixes(cut));
             return None;
         }
         Some((from, to))
@@ -129,7 +138,7 @@ fn may_be_listed(operands: &Operands) -> Option<Finding> {
     };
     let message = format!("`{operands}` cannot be written: {why}");
     let finding = Finding::new(Code::Controller, operands.span, message);
-    Some(finding.help("list C, MC, MI, V, D, R, MHR, MIR, or an `.Acc`"))
+    Some(finding.help("list C, MC, MI, V, D, R, MHR, MIR, or an `.Acc`").or_omit())
 }
 
 /// The operands that have a coil or holding register.
@@ -163,6 +172,6 @@ impl WritablePlaces {
         }
         let message = format!("`{operands}` is listed, and it has no coil or holding register");
         let finding = Finding::new(Code::Controller, operands.span, message);
-        Some(finding.help("give it a place by `[[modbus-server.map]]`"))
+        Some(finding.help("give it a place by `[[modbus-server.map]]`").or_omit())
     }
 }

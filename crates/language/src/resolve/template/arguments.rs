@@ -11,7 +11,7 @@ use crate::resolve::range::is_range;
 use crate::resolve::scope::NamedThing;
 use crate::source::atom::{Atom, AtomKind};
 use crate::source::finding::{Code, Finding};
-use crate::source::fix::{advise, possible, proposed};
+use crate::source::fix::{FixEdit, Help, advise, possible, proposed};
 pub use rungd_engine::isa::{Address, Mnemonic, Structure as Of};
 
 impl Resolver<'_> {
@@ -125,11 +125,9 @@ impl Resolver<'_> {
         );
         let help = match (argument.kind, thing) {
             (ParameterKind::Real, NamedThing::Element(element)) if !element.array.is_bits() => {
-                format!("`MOVE {atom} to=R0` in a rung above, and give the R word").into()
+                moved_to_real(atom)
             }
-            (ParameterKind::Real, NamedThing::Address(Address::Word(_))) => {
-                format!("`MOVE {atom} to=R0` in a rung above, and give the R word").into()
-            }
+            (ParameterKind::Real, NamedThing::Address(Address::Word(_))) => moved_to_real(atom),
             (ParameterKind::Real, NamedThing::Constant(value, _)) => {
                 format!("write the constant as a real: `value = {value}.0`").into()
             }
@@ -144,11 +142,23 @@ impl Resolver<'_> {
             }
             (_, NamedThing::Address(Address::Structure(structure))) => {
                 let members = structure.members().join("`, `.");
-                format!("give a member of it: `.{members}`").into()
+                let each = structure.members().iter();
+                Help::from(format!("give a member of it: `.{members}`"))
+                    .with_all(each.map(|member| possible(format!("{atom}.{member}"))))
             }
-            _ => format!("for example `\"{example}\"`").into(),
+            _ => {
+                let example = format!("\"{example}\"");
+                Help::from(format!("for example `{example}`")).with(possible(example))
+            }
         };
         let finding = Finding::new(Code::TemplateArgument, atom.span, message);
         self.find(finding.label(format!("{wanted} belongs here")).help(help));
     }
+}
+
+/// The help for a word of whole numbers in the place of a real.
+fn moved_to_real(atom: &Atom) -> Help {
+    let instruction = format!("MOVE {atom} to=R0");
+    Help::from(format!("`{instruction}` in a rung above, and give the R word"))
+        .with(possible("R0").after(FixEdit::Before(instruction)))
 }

@@ -12,10 +12,11 @@ use crate::resolve::mistake::declared_table;
 use crate::resolve::names::{NAME_MAX, NameRole, forbidden, kept};
 use crate::source::file_kind::LIBRARY;
 use crate::source::finding::{Code, Finding};
-use crate::source::fix::{FixEdit, Help, pair, propose};
+use crate::source::fix::{Fix, FixEdit, Help, pair, possible, propose};
 use crate::source::ladder::{Entry, Parameter, Template, Use};
 use crate::source::nearest::{KnownNames, did_you_mean};
 use crate::source::reader::Text;
+use crate::source::renaming;
 use crate::source::span::Span;
 
 /// A template, with the data that its uses need.
@@ -120,8 +121,10 @@ impl<'t> Declared<'t> {
                 template_use.template.as_ref().map_or(template_use.span, |template| template.span);
             let message = format!("`{}` needs `{name}`, {}", self.name(), kind.words());
             let finding = Finding::new(Code::TemplateArgument, span, message);
-            let help = format!("give it in `with`: `{name} = \"{}\"`", kind.example());
-            findings.push(finding.related(parameter.name.span, "declared here").help(help));
+            let argument = format!("{name} = \"{}\"", kind.example());
+            let help = format!("give it in `with`: `{argument}`");
+            let finding = finding.related(parameter.name.span, "declared here").help(help);
+            findings.push(finding.fix(pair(format!("with = {{ {argument} }}")).possible()));
         }
         findings
     }
@@ -138,7 +141,7 @@ impl<'t> Declared<'t> {
             (_, Some(more)) => format!("its parameters are `{list}`, and {more} more"),
         };
         let finding = Finding::new(Code::TemplateArgument, name.span, message).help(help);
-        finding.near(&name.text, &self.typed)
+        finding.or_omit().near(&name.text, &self.typed)
     }
 }
 
@@ -155,7 +158,8 @@ impl<'t> Templates<'t> {
                 let message = format!("there is a template `{}` already", name.text);
                 let finding = Finding::new(Code::DuplicateName, name.span, message);
                 let first = all[*first].template.name.as_ref().map_or(name.span, |name| name.span);
-                findings.push(finding.label("again here").related(first, "first here"));
+                let fix = renaming::another(&name.text, '_', |name| by_name.contains_key(name));
+                findings.push(finding.label("again here").related(first, "first here").fix(fix));
                 continue;
             }
             by_name.insert(&name.text, at);
@@ -186,7 +190,7 @@ impl<'t> Templates<'t> {
             let finding = Finding::new(Code::UnusedTemplate, name.span, message).label("unused");
             let help =
                 format!("delete it, or use it in the place of a rung: `use = \"{}\"`", name.text);
-            Some(finding.help(help).fix(FixEdit::Delete))
+            Some(finding.help(help).fix(Fix::from(FixEdit::Delete).same()))
         };
         unused.filter_map(finding).collect()
     }
@@ -250,13 +254,16 @@ fn names(declared: &Declared, findings: &mut Vec<Finding>) {
         if role == NameRole::Parameter && name.text == "name" {
             let message = "`name` cannot be the name of a parameter";
             let finding = Finding::new(Code::ForbiddenName, name.span, message);
-            findings.push(finding.help("in a text `{name}` is the name of the use"));
+            let finding = finding.help("in a text `{name}` is the name of the use");
+            findings.push(finding.fix(possible("name_2")));
         }
         if let Some(first) = seen.insert(&name.text, name.span) {
             let message = format!("this template has a name `{}` already", name.text);
             let finding = Finding::new(Code::DuplicateName, name.span, message);
             let help = "its parameters, tags and uses share one set of names";
-            findings.push(finding.label("again here").related(first, "first here").help(help));
+            let fix = renaming::another(&name.text, '_', |name| seen.contains_key(name));
+            let finding = finding.label("again here").related(first, "first here");
+            findings.push(finding.help(help).fix(fix));
         }
     }
     if template.stages.is_empty() {
@@ -267,13 +274,15 @@ fn names(declared: &Declared, findings: &mut Vec<Finding>) {
         if let Some(own) = seen.remove(&*stage.text) {
             let message = format!("`{}` is a stage of this template too", stage.text);
             let finding = Finding::new(Code::DuplicateName, own, message);
-            findings.push(finding.related(stage.span, "the stage"));
+            let fix = renaming::another(&stage.text, '_', |name| seen.contains_key(name));
+            findings.push(finding.related(stage.span, "the stage").fix(fix));
         }
     }
     for name in ["Running", "Done"] {
         if let Some(own) = seen.get(name) {
             let message = format!("`.{name}` is a bit of the program that this template is for");
-            findings.push(Finding::new(Code::ForbiddenName, *own, message));
+            let finding = Finding::new(Code::ForbiddenName, *own, message);
+            findings.push(finding.fix(possible(format!("is_{}", name.to_lowercase()))));
         }
     }
 }
@@ -309,7 +318,7 @@ fn tags(declared: &Declared, findings: &mut Vec<Finding>) {
             let finding = Finding::new(Code::TemplateRule, at.span, message);
             let own = propose(pair(format!("{name} = {{ type = \"bit\" }}")));
             let help = own.and(": each use has its own; or name a tag of the ladder");
-            findings.push(finding.help(help));
+            findings.push(finding.help(help).fix(pair("type = \"bit\"")));
         }
         let alarm = tag.alarm.as_ref().map(|alarm| (&*alarm.text, alarm.span));
         let doc = tag.doc.as_deref().map(|doc| (doc, tag.name.span));

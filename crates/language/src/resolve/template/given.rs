@@ -103,7 +103,9 @@ fn typed(kind: ParameterKind, atom: Atom) -> Result<Atom, Box<Finding>> {
             let message = format!("`{atom}` is a constant, not {}", kind.words());
             let finding = Finding::new(Code::TemplateArgument, atom.span, message);
             let finding = finding.label(format!("{} belongs here", kind.words()));
-            return Err(Box::new(finding.help(format!("for example `\"{}\"`", kind.example()))));
+            let example = format!("\"{}\"", kind.example());
+            let finding = finding.help(format!("for example `{example}`"));
+            return Err(Box::new(finding.fix(possible(example))));
         }
     };
     Ok(Atom { kind: kind_of, span: atom.span })

@@ -100,12 +100,20 @@ impl<'t> Rewrite<'_, 't> {
         } else {
             let (is, not) = (kind.words(), wanted.words());
             let message = format!("the parameter `{parameter}` is {is}, not {not}");
+            let declared = self.instance.declared.template.parameters.iter();
+            let written = declared.filter(|declared| declared.name.text == parameter);
+            let written = written.filter_map(|declared| declared.kind.as_ref()).next();
+            let retyped = |help: Help, name: &str| {
+                help.with_all(written.map(|kind| possible(name).at(kind.span)))
+            };
             let help = match (kind, wanted.type_name()) {
-                (ParameterKind::Contact, Some(name)) if wanted != WantedOperand::Bit => format!(
-                    "a parameter with contacts is accepted only in contacts; one here needs \
-                     `type = \"{name}\"`"
-                )
-                .into(),
+                (ParameterKind::Contact, Some(name)) if wanted != WantedOperand::Bit => {
+                    let help = format!(
+                        "a parameter with contacts is accepted only in contacts; one here needs \
+                         `type = \"{name}\"`"
+                    );
+                    retyped(help.into(), name)
+                }
                 (ParameterKind::Contact, _) => {
                     "a parameter with contacts is accepted only in contacts: OUT it to an own tag \
                      with `type = \"bit\"`, and name that tag"
@@ -120,7 +128,9 @@ impl<'t> Rewrite<'_, 't> {
                     let members = [format!("{parameter}.Done"), format!("{parameter}.Acc")];
                     advise("name a member of it: `{}`, `{}`", members.map(possible))
                 }
-                (_, Some(name)) => format!("a parameter here needs `type = \"{name}\"`").into(),
+                (_, Some(name)) => {
+                    retyped(format!("a parameter here needs `type = \"{name}\"`").into(), name)
+                }
                 (_, None) => "a template names programs and tasks of the ladder".into(),
             };
             (message, help)

@@ -6,6 +6,7 @@ use toml::de::DeValue;
 
 use super::{Constant, DeNode, Table, TextOrTable, ValueForm};
 use crate::source::finding::{Code, Finding};
+use crate::source::fix::possible;
 use crate::source::key::Key;
 use crate::source::reader::Text;
 use crate::source::span::Located;
@@ -129,7 +130,8 @@ impl<'a> Table<'a> {
                 let help = format!(
                     "a bit that never changes is `\"{nickname}\"`; an output is named: `\"Y0\"`"
                 );
-                self.find(Finding::new(Code::WrongType, span, message).help(help));
+                let status = possible(format!("\"{nickname}\""));
+                self.find(Finding::new(Code::WrongType, span, message).help(help).fix(status));
                 return None;
             }
             _ => {

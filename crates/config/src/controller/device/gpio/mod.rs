@@ -22,7 +22,7 @@ use super::driver::{
 use super::settings::DriverSettings;
 use rungd_io::gpio::settings::{GpioLine, GpioSettings, LineDrive, LineId, LineSetting};
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::fix::{FixEdit, advise, possible, proposed};
+use rungd_language::source::fix::{FixEdit, advise, pair, possible, proposed};
 use rungd_language::source::reader::Table;
 use rungd_language::source::span::Span;
 
@@ -109,7 +109,9 @@ fn lines_of(
 fn lines(row: &ResolvedRow<'_>) -> Result<Vec<LineId>, Finding> {
     if row.is_words() {
         let message = format!("a line is ON or OFF, and `{}` is a word", row.text.text);
-        return Err(row.find(message).help("take a bit: X, Y, C, MC or MI"));
+        let bits = ["C", if row.direction == RowDirection::In { "X" } else { "Y" }];
+        let bits = bits.map(|block| row.placed_in(block));
+        return Err(row.find(message).help("take a bit: X, Y, C, MC or MI").fixes(bits));
     }
     let text = row.points.text.split_once(' ').map_or("", |(_, rest)| rest.trim());
     let (low, high) = match text.split_once("..") {
@@ -124,7 +126,11 @@ fn lines(row: &ResolvedRow<'_>) -> Result<Vec<LineId>, Finding> {
         let message = "a range goes from low to high".to_owned();
         return Err(row.find(message).write(format!("line {high}..{low}")));
     }
-    fits((high - low + 1) as usize, row)?;
+    fits((high - low + 1) as usize, row).map_err(|finding| {
+        let last = low.saturating_add(row.addresses.len() as u32).saturating_sub(1);
+        let range = if last == low { low.to_string() } else { format!("{low}..{last}") };
+        finding.fix(possible(format!("line {range}")))
+    })?;
     Ok((low..=high).map(LineId::Offset).collect())
 }
 
@@ -145,7 +151,7 @@ fn fits(lines: usize, row: &ResolvedRow<'_>) -> Result<(), Finding> {
     let message = format!("`{points}` and `{text}` differ in number");
     let addresses = row.addresses.len();
     let counts = format!("they are {lines} and {addresses}: write the same number of both");
-    Err(row.find(message).help(counts))
+    Err(row.find(message).help(counts).fixes(row.of_count(lines)))
 }
 
 fn number(text: &str, row: &ResolvedRow<'_>) -> Result<u32, Finding> {
@@ -165,7 +171,7 @@ fn enter(at: &LineId, span: Span, seen: &mut HashMap<LineId, Span>, findings: &m
     // Only one finding per row, which is then the last.
     if findings.last().is_none_or(|finding| finding.span != span) {
         let finding = Finding::new(Code::Controller, span, format!("{at} is in two rows"));
-        findings.push(finding.label("again here").related(*first, "first here"));
+        findings.push(finding.label("again here").related(*first, "first here").or_delete_row());
     }
 }
 
@@ -178,7 +184,8 @@ fn setting(row: &ResolvedRow<'_>, keys: &GpioRowKeys, findings: &mut Vec<Finding
             findings.push(finding.help("take it out").fix(FixEdit::Delete));
         } else if debounce.value > DEBOUNCE_MS_MAX {
             let message = "a debounce lasts 10s at most";
-            findings.push(Finding::new(Code::OutOfRange, debounce.span, message));
+            let longest = pair("debounce = \"10s\"");
+            findings.push(Finding::new(Code::OutOfRange, debounce.span, message).fix(longest));
         }
     }
     if let Some(drive) = keys.drive.as_ref().filter(|_| !is_output) {

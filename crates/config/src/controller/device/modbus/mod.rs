@@ -18,7 +18,7 @@ use rungd_io::modbus_client::settings::{
     ClientSettings, ModbusPoint, PointForm, Watchdog, WriteFunctions,
 };
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::fix::{Help, advise, pair, propose, proposed};
+use rungd_language::source::fix::{Help, advise, pair, possible, propose, proposed};
 use rungd_language::source::reader::{Table, Text};
 use rungd_language::source::span::Span;
 
@@ -146,7 +146,8 @@ impl ModbusReader<'_> {
         {
             let message = "unit 0 is all units of the line, and none of them answers".to_owned();
             let help = "read from a unit of its own, 1 to 247; only outputs may go to unit 0";
-            self.findings.push(of_points(row, message).help(help));
+            let own_unit = pair("unit = 1").possible();
+            self.findings.push(of_points(row, message).help(help).fix(own_unit));
             return None;
         }
         let number = self.number((&self.keys.rows[row.at], row), is_bits)?;
@@ -204,13 +205,16 @@ fn mismatch(row: &ResolvedRow<'_>, stretch: &ElementStretch, is_bits: bool) -> O
     let name = stretch.table.name();
     if row.direction == RowDirection::Out && !stretch.table.is_writable() {
         let message = format!("`{}` can only be read", row.points.text);
-        return Some(of_points(row, message).help("outputs go to `coil` and `holding`"));
+        let writable = if stretch.table.is_bits() { "coil" } else { "holding" };
+        let right = possible(row.points.text.replacen(name, writable, 1));
+        return Some(of_points(row, message).help("outputs go to `coil` and `holding`").fix(right));
     }
     let memory = &row.text.text;
     match (is_bits, row.is_words()) {
         (true, true) => {
             let message = format!("`{}` names bits, and `{memory}` names words", row.points.text);
-            Some(of_points(row, message).help("words go with `holding` and `input`"))
+            let right = possible(row.points.text.replacen(name, "holding", 1));
+            Some(of_points(row, message).help("words go with `holding` and `input`").fix(right))
         }
         (false, false) => {
             let message = format!("`{}` names words, and `{memory}` names bits", row.points.text);
@@ -259,7 +263,16 @@ fn odd_words(row: &ResolvedRow<'_>, parts: usize) -> Option<Finding> {
         return None;
     }
     let message = format!("a number that is split has two words, and this row has {words}");
-    Some(of_points(row, message).help("give each number two words: `to = \"D0..D1\"`"))
+    let finding = of_points(row, message).help("give each number two words: `to = \"D0..D1\"`");
+    let one = row.text.text.trim_start_matches(|c: char| c.is_ascii_alphabetic()).parse::<u32>();
+    Some(match one {
+        Ok(first) => {
+            let block = row.text.text.trim_end_matches(|c: char| c.is_ascii_digit());
+            let two = format!("{block}{first}..{block}{}", first.saturating_add(1));
+            finding.fix(possible(two).at(row.text.span))
+        }
+        Err(_) => finding,
+    })
 }
 
 /// The number of elements of a table.

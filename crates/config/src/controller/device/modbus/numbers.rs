@@ -7,7 +7,7 @@ use super::keys::ModbusRowKeys;
 use rungd_io::modbus::number::{ByteOrder, NumberOrder, RegisterNumberType, WordOrder};
 use rungd_io::modbus_client::settings::{NumberPart, RegisterNumber};
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::fix::FixEdit;
+use rungd_language::source::fix::{Fix, FixEdit, pair, text};
 use rungd_language::source::span::Span;
 
 /// The numbers of a row.
@@ -50,7 +50,8 @@ impl ModbusReader<'_> {
             let message = "a single register has no word order";
             let help = "`word-order` is for types of 32 and 64 bits; for bytes that are swapped in \
                         a register, write `byte-order`";
-            self.findings.push(Finding::new(Code::Controller, order.span, message).help(help));
+            let finding = Finding::new(Code::Controller, order.span, message).help(help);
+            self.findings.push(finding.or_omit());
         }
         let scaling = keys.scaling.resolve(row.is_real(), self.findings);
         let is_split = keys.split.as_ref().is_some_and(|split| split.value);
@@ -94,8 +95,9 @@ impl ModbusReader<'_> {
         (kind, row): (RegisterNumberType, &ResolvedRow<'_>),
         span: Span,
     ) {
-        let mut refuse = |message: &str, help: &str| {
-            self.findings.push(Finding::new(Code::Controller, span, message).help(help));
+        let mut refuse = |message: &str, help: &str, fix: Fix| {
+            let finding = Finding::new(Code::Controller, span, message).help(help);
+            self.findings.push(finding.fix(fix.possible()).or_omit());
         };
         match kind {
             RegisterNumberType::U64 | RegisterNumberType::I64 => {}
@@ -108,6 +110,7 @@ impl ModbusReader<'_> {
                 return refuse(
                     "only a whole number of 64 bits is split",
                     "`split` goes with `type = \"u64\"` or `\"i64\"`; a `f64` goes into an R",
+                    pair("type = \"u64\""),
                 );
             }
         }
@@ -115,12 +118,14 @@ impl ModbusReader<'_> {
             return refuse(
                 "the halves of a number are bits, which only a D holds",
                 "write `to = \"D0..D1\"`: the higher 32 bits, then the lower",
+                text(row.text.text.replace(char::is_alphabetic, "D")).at(row.text.span),
             );
         }
         if keys.scaling.is_given() {
             refuse(
                 "half a number is not scaled",
                 "take `multiply`, `divide` and `offset` out, or take `split` out",
+                FixEdit::Remove("divide").into(),
             );
         }
     }

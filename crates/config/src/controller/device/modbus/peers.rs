@@ -121,7 +121,8 @@ impl Broadcasts {
         let message = format!("`{} {at}` is written by a broadcast and in a unit", table.name());
         let finding = Finding::new(Code::Controller, writer.span, message);
         let finding = finding.related(span, "the other one is here");
-        Some(finding.help("unit 0 writes to all units of the line: take one of the two out"))
+        let help = "unit 0 writes to all units of the line: take one of the two out";
+        Some(finding.help(help).or_delete_row())
     }
 }
 
@@ -156,7 +157,7 @@ pub(in crate::controller::device) fn at_odds(
             {
                 let message = format!("`{} {at}` of unit {unit} is written twice", table.name());
                 let finding = Finding::new(Code::Controller, writer.span, message);
-                findings.push(finding.related(first.span, "it is written here"));
+                findings.push(finding.related(first.span, "it is written here").or_delete_row());
             }
             taken.add(writer);
         }

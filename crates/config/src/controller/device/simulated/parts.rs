@@ -88,10 +88,12 @@ impl PartReader<'_> {
         if let (Some(at), Some(most)) = (self.part.number("initial"), capacity)
             && at.value > i64::from(most)
         {
-            self.find(Code::OutOfRange, at.span, "more than the tank holds", "begin with less");
+            let help = Help::from("begin with less").with(most.to_string());
+            self.find(Code::OutOfRange, at.span, "more than the tank holds", help);
         }
         if let Some(at) = self.part.number("initial").filter(|at| at.value < 0) {
-            self.find(Code::OutOfRange, at.span, "a level below 0", "begin with 0 or more");
+            let help = Help::from("begin with 0 or more").with("0");
+            self.find(Code::OutOfRange, at.span, "a level below 0", help);
         }
         let switches = self.places("the tank", capacity);
         Some(PartSettings::Tank {
@@ -109,7 +111,7 @@ impl PartReader<'_> {
         let part = self.part;
         for (name, at) in part.places.iter().filter(|(_, at)| at.value > i64::from(end)) {
             let message = format!("`{}` lies beyond {what}", name.text);
-            let help = format!("the last place is {end}");
+            let help = Help::from(format!("the last place is {end}")).with(end.to_string());
             self.find(Code::OutOfRange, at.span, message, help);
         }
         part.places.iter().map(|(_, at)| small(at.value)).collect()
@@ -169,7 +171,9 @@ impl PartReader<'_> {
         if let Some(Located { span, .. }) = self.part.time("pulse").filter(|_| width_ms > every_ms)
         {
             let message = "`pulse` is longer than `every`";
-            self.find(Code::Controller, *span, message, "make `pulse` shorter");
+            let half = pair(format!("pulse = \"{}ms\"", every_ms.div_ceil(2)));
+            let help = Help::from("make `pulse` shorter").with(half);
+            self.find(Code::Controller, *span, message, help);
         }
         Some(PartSettings::Pulse {
             width_ms,

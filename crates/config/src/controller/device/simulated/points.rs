@@ -8,9 +8,10 @@ use rungd_io::plant::settings::PointId;
 use rungd_language::resolve::names::NAME_MAX;
 use rungd_language::source::atom::is_name;
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::fix::{Help, one_of};
+use rungd_language::source::fix::{Help, one_of, possible};
 use rungd_language::source::nearest::{KnownNames, UnknownName};
 use rungd_language::source::reader::Text;
+use rungd_language::source::renaming;
 use rungd_language::source::span::Span;
 
 /// The name of the part to which the commands of faults belong.
@@ -240,7 +241,10 @@ impl PlantPoints {
             let message = format!("`{name}` is there already");
             // The second of two parts with the same name already has a finding, which is the last.
             if findings.last().is_none_or(|finding| finding.span != span) {
-                findings.push(Finding::new(Code::DuplicateName, span, message));
+                let fix = renaming::another(point, '_', |name| {
+                    self.by_name.contains_key(&format!("{part}.{name}"))
+                });
+                findings.push(Finding::new(Code::DuplicateName, span, message).fix(fix));
             }
         }
         self.all.push(PlantPoint { name, holds, role, span });
@@ -305,7 +309,11 @@ fn no_name(name: &Text, what: &str) -> Finding {
         "a part" => "write a letter first, then letters, digits and `_`",
         _ => "write a small letter first, then letters, digits and `_`",
     };
-    Finding::new(Code::ForbiddenName, name.span, message).help(help)
+    let right = match what {
+        "a part" => renaming::plain(&name.text, "part"),
+        _ => renaming::plain(&name.text.to_lowercase(), "at"),
+    };
+    Finding::new(Code::ForbiddenName, name.span, message).help(help).fix(possible(right))
 }
 
 fn check_name<'k>(
@@ -325,12 +333,14 @@ fn check_name<'k>(
     if what == "a part" && name.text == FAULT {
         let message = "`fault` is where the faults are: `fault.NAME`";
         let finding = Finding::new(Code::ForbiddenName, name.span, message);
-        findings.push(finding.help("choose a different name for the part"));
+        let finding = finding.help("choose a different name for the part");
+        findings.push(finding.fix(possible("fault_1")));
     }
     if let Some(first) = names.get(name.text.as_str()) {
         let message = format!("{what} is called `{}` already", name.text);
         let finding = Finding::new(Code::DuplicateName, name.span, message);
-        findings.push(finding.label("again here").related(*first, "first here"));
+        let fix = renaming::another(&name.text, '_', |name| names.contains_key(name));
+        findings.push(finding.label("again here").related(*first, "first here").fix(fix));
     } else {
         names.insert(&name.text, name.span);
     }

@@ -10,7 +10,7 @@ use rungd_io::plant::settings::{
     CommandShare, FaultEffect, FaultSettings, Feed, PlantCommand, PointId, opening,
 };
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::fix::{FixEdit, give_one, pair, propose};
+use rungd_language::source::fix::{Fix, FixEdit, give_one, pair, propose, text};
 use rungd_language::source::reader::Text;
 use rungd_language::source::span::Span;
 
@@ -71,10 +71,14 @@ impl Wires<'_> {
         if point.role == PointRole::Told {
             let message = format!("`{}` is an output of the plant", point.name);
             let help = "a row that goes out drives a command, as `run`, `fill` or `in`";
-            return self.findings.push(row.find(message).help(help));
+            let swapped = text(&*row.points.text).at(row.text.span);
+            let input = row.placed_in("X").at(row.points.span);
+            let swapped = input.edits.into_iter().fold(swapped, Fix::and).possible();
+            return self.findings.push(row.find(message).help(help).fix(swapped));
         }
         if point.holds == PointType::Bit && row.is_words() {
-            return self.findings.push(row.find(format!("`{}` is a bit", point.name)));
+            let finding = row.find(format!("`{}` is a bit", point.name));
+            return self.findings.push(finding.fixes(["C", "Y"].map(|block| row.placed_in(block))));
         }
         let drive = CommandShare { feed: Feed::Output(at), gain: gain(point, !row.is_words()) };
         self.enter(PlantCommand { point: id, drives: vec![drive] }, row.points.span);
@@ -169,7 +173,7 @@ fn one_point<'a>(
     if row.addresses.len() != 1 {
         let message =
             format!("`{}` is one point, and `{}` is more than one", row.points.text, row.text.text);
-        return Err(row.find(message).help("write a row each"));
+        return Err(row.find(message).help("write a row each").fixes(row.of_count(1)));
     }
     points.find(row.points)
 }
@@ -185,7 +189,9 @@ pub fn inputs(
             let is_word = point.holds != PointType::Bit;
             if is_word != row.is_words() {
                 let what = if is_word { "a number: it goes to a word" } else { "a bit" };
-                findings.push(row.find(format!("`{}` is {what}", point.name)));
+                let blocks = if is_word { ["D", "V"] } else { ["X", "C"] };
+                let finding = row.find(format!("`{}` is {what}", point.name));
+                findings.push(finding.fixes(blocks.map(|block| row.placed_in(block))));
             }
             Some(id)
         }
@@ -250,7 +256,8 @@ fn effect(
         FaultKind::StuckOff => FaultEffect::Fixed { point: id, value: 0 },
         FaultKind::Stuck => match &fault.value {
             Some(value) if is_bit && !(0..=1).contains(&value.value) => {
-                return Err(wrong(format!("`{}` is a bit: 0 or 1", point.name)));
+                let bits = ["value = 1", "value = 0"].map(|bit| pair(bit).possible());
+                return Err(wrong(format!("`{}` is a bit: 0 or 1", point.name)).fixes(bits));
             }
             Some(value) => FaultEffect::Fixed { point: id, value: value.value as i32 },
             None => FaultEffect::Stuck { point: id },
@@ -268,7 +275,9 @@ fn effect(
             let by_ms = at_least_1ms("by", Some((by.value, by.span)))?.unwrap_or(1);
             if by.value > LATE_MS_MAX {
                 let message = "a fault delays a value by 60s at most";
-                return Err(Finding::new(Code::OutOfRange, by.span, message));
+                return Err(
+                    Finding::new(Code::OutOfRange, by.span, message).fix(pair("by = \"60s\""))
+                );
             }
             FaultEffect::Late { point: id, by_ms }
         }
