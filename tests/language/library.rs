@@ -62,7 +62,7 @@ fn every_template_is_used_without_a_finding() {
     let all = LIBRARY.map(|name| format!("\"lib:{name}\"")).join(", ");
     let controller = folder.join("controller.toml");
     // The values that a plant needs after a restart; a stop resets none of them.
-    let kept = "h.hours h.since h.part q.total q.part q.rest l2.lead l3.lead alt.others_turn fo.first p.out p.integral \
+    let kept = "h.hours h.since h.part q.total q.part q.rest l2.lead l3.lead alt.others_turn fo.first fo.came fo.horn p.out p.integral \
                 r.value";
     let kept = format!("[\"{}\"]", kept.split_whitespace().collect::<Vec<_>>().join("\", \""));
     let text = format!("ladder = [{all}, \"plant.toml\"]\n[retain]\ntags = {kept}\n");

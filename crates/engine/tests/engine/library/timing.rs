@@ -194,6 +194,19 @@ fn a_disabled_tick_restarts_its_interval() {
     assert_eq!(sum(&mut t, "t.count", 50), 0, "a stop begins anew");
 }
 
+/// Sixty days, longer than milliseconds fit into 32 bits, with scans of about a minute.
+#[test]
+fn a_tick_is_exact_over_weeks() {
+    let uses = "{ use = \"Tick\", name = \"t\", with = { every = \"1h\" } },";
+    let mut t = bench("tick", "", uses).period(61_007);
+    t.scan();
+    let begin = t.plc.now_ns;
+    let hours = sum(&mut t, "t.count", 60 * 24 * 3_600_000);
+    let passed = ((t.plc.now_ns - begin) / 1_000_000).cast_signed();
+    assert_eq!((hours, t.int("t.time.Acc")), (passed / 3_600_000, passed % 3_600_000));
+    assert_eq!(hours, 1_440);
+}
+
 fn totalizer(rate: &str, per: &str) -> Bench {
     let uses = format!(
         "{{ use = \"Totalizer\", name = \"q\", \
@@ -243,4 +256,15 @@ fn a_totalizer_counts_only_while_enabled_and_accepts_negative_flow() {
     assert_eq!(totalled(&q), 5_240_000_000, "the last scan counts, the stop adds nothing");
     q.set("X1", 1).scan();
     assert_eq!(totalled(&q), 0);
+}
+
+/// A river for sixty days: 1.25 units in each scan of 10 s, on top of a hundred million units.
+#[test]
+fn a_totalizer_is_exact_over_weeks() {
+    let mut q = totalizer("0.125", "1s").period(10_000);
+    q.set("X0", 1).set("q.total", 100_000_000).scan();
+    q.run(60 * 24 * 3_600_000);
+    assert_eq!((q.int("q.total"), q.int("q.part")), (100_648_000, 0));
+    q.run(10_000);
+    assert_eq!((q.int("q.total"), q.int("q.part")), (100_648_001, 250_000_000));
 }

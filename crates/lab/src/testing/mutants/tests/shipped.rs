@@ -82,7 +82,7 @@ fn the_library_has_the_recorded_mutants() {
     expect![[r#"
         alternate: 15
         debounce: 23
-        first-out: 53
+        first-out: 135
         flasher: 21
         hour-meter: 27
         hysteresis: 14
@@ -91,7 +91,7 @@ fn the_library_has_the_recorded_mutants() {
         ramp: 68
         scaling: 47
         tick: 26
-        totalizer: 75
+        totalizer: 103
     "#]]
     .assert_eq(&text);
 }
