@@ -12,6 +12,7 @@ const PLANT: &str = r#"
 level    = { at = "R0", initial = 20.0 }
 hand     = { at = "R1" }
 setpoint = { at = "R2", initial = 50.0 }
+hours    = { type = "int", count = 8, initial = 800 }
 raw      = { at = "D0", initial = 12000 }
 
 [[program]]
@@ -31,22 +32,37 @@ rung = [
   { use = "FirstOut", name = "fo", with = { alarm1 = "X9", alarm2 = "X10", ack = "X11" } },
   { use = "Tick", name = "t", with = { every = "100ms" } },
   { use = "Totalizer", name = "q", with = { rate = "level", clear = "t.now" } },
+  { use = "Pulse", name = "pu", with = { trigger = "X12", length = "2s" } },
+  { use = "Valve", name = "v", with = { wanted = "X14", open_switch = "X15", closed_switch = "!X15", open_time = "5s", close_time = "5s" } },
+  { use = "Vote", name = "vo", with = { call1 = "X16", call2 = "X17", call3 = "X18" } },
+  { use = "Median", name = "me", with = { value1 = "level", value2 = "a.value", value3 = "r.value", bad2 = "a.broken", deviation = 0.5 } },
+  { use = "Week", name = "w", with = { begin = "hours", end = "hours", holidays = "hours", size = 8 } },
+  { use = "Duty", name = "du", with = { need = "l3.need", ready1 = "X6", ready2 = "X7" } },
+  { use = "RampSoak", name = "rs", with = { run = "X19", reset = "X20", value = "level", targets = "hours", rates = "hours", soaks = "hours", size = 8 } },
+  { use = "ShortCycle", name = "sc", with = { wanted = "X13", on_time = "1m", off_time = "2m" } },
 ]
 "#;
 
-pub const LIBRARY: [&str; 12] = [
+pub const LIBRARY: [&str; 19] = [
     "alternate",
     "debounce",
+    "duty",
     "first-out",
     "flasher",
     "hour-meter",
     "hysteresis",
     "lead-lag",
     "pid",
+    "pulse",
     "ramp",
+    "ramp-soak",
     "scaling",
+    "short-cycle",
     "tick",
     "totalizer",
+    "valve",
+    "vote",
+    "week",
 ];
 
 #[test]
@@ -62,8 +78,9 @@ fn every_template_is_used_without_a_finding() {
     let all = LIBRARY.map(|name| format!("\"lib:{name}\"")).join(", ");
     let controller = folder.join("controller.toml");
     // The values that a plant needs after a restart; a stop resets none of them.
-    let kept = "h.hours h.since h.part q.total q.part q.rest l2.lead l3.lead alt.others_turn fo.first fo.came fo.horn p.out p.integral \
-                r.value";
+    let kept = "h.hours h.since h.part q.total q.part q.rest l2.lead l3.lead alt.others_turn \
+                fo.first fo.came fo.horn p.out p.integral r.value du.ran1 du.ran2 du.ran3 du.ran4 \
+                rs.step rs.soaking rs.from rs.time v.not_opened v.not_closed v.moved v.switches";
     let kept = format!("[\"{}\"]", kept.split_whitespace().collect::<Vec<_>>().join("\", \""));
     let text = format!("ladder = [{all}, \"plant.toml\"]\n[retain]\ntags = {kept}\n");
     std::fs::write(&controller, text).expect("writable");

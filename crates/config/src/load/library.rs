@@ -33,16 +33,23 @@ macro_rules! files {
 files! {
     "alternate"
     "debounce"
+    "duty"
     "first-out"
     "flasher"
     "hour-meter"
     "hysteresis"
     "lead-lag"
     "pid"
+    "pulse"
     "ramp"
+    "ramp-soak"
     "scaling"
+    "short-cycle"
     "tick"
     "totalizer"
+    "valve"
+    "vote"
+    "week"
 }
 
 impl LibraryFile {

@@ -5,11 +5,17 @@
 //! shows that the files load.
 
 mod analog;
+mod durations;
+mod duty;
 mod first_out;
 mod pid;
 mod pumps;
 mod ramp;
+mod ramp_soak;
 mod timing;
+mod valve;
+mod vote;
+mod week;
 
 use std::cell::RefCell;
 use std::collections::HashMap;

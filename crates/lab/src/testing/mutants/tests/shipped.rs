@@ -82,16 +82,23 @@ fn the_library_has_the_recorded_mutants() {
     expect![[r#"
         alternate: 15
         debounce: 23
+        duty: 251
         first-out: 135
         flasher: 21
         hour-meter: 27
         hysteresis: 14
         lead-lag: 143
         pid: 136
+        pulse: 26
+        ramp-soak: 135
         ramp: 68
         scaling: 47
+        short-cycle: 47
         tick: 26
         totalizer: 103
+        valve: 145
+        vote: 87
+        week: 180
     "#]]
     .assert_eq(&text);
 }
