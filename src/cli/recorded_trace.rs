@@ -43,7 +43,8 @@ impl<'a> RecordedTrace<'a> {
     }
 
     /// Adds the row of a scan. An error is returned by [`RecordedTrace::finish`].
-    pub fn look(&mut self, (place, program): PlacedProgram, scan: &PlayedScan, image: &Image) {
+    pub fn look(&mut self, program: PlacedProgram<'_>, scan: &PlayedScan, image: &Image) {
+        let PlacedProgram { place, program } = program;
         if self.cells.as_ref().is_none_or(|(program_place, _)| *program_place != place) {
             let cell = |watched: &TracedOperand| {
                 same_kind(watched, program.cell(&watched.name), program.layout())

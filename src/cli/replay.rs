@@ -19,7 +19,7 @@ use super::terminal::say_line;
 use super::trace_file;
 use super::when::LocalClock;
 use super::{recording, watched_operands};
-use rungd_history::playback::{AlarmLog, Playback, RecordedPrograms, Verified};
+use rungd_history::playback::{AlarmLog, PlacedProgram, Playback, RecordedPrograms, Verified};
 use rungd_history::record::{RecordedGap, Recording};
 use rungd_language::source::wording::{counted, thousands};
 
@@ -107,10 +107,10 @@ fn same_program(args: &ReplayArgs, recording: &Arc<Recording>, scene: ReplayScen
         if let Ok(program) = programs.program(scan.section)
             && window.has(&scan)
         {
-            let place = programs.place(scan.section);
-            alarms.look((place, program), &scan, engine.image());
+            let program = PlacedProgram { place: programs.place(scan.section), program };
+            alarms.look(program, &scan, engine.image());
             if let Some(trace) = &mut trace {
-                trace.look((place, program), &scan, engine.image());
+                trace.look(program, &scan, engine.image());
             }
         }
     });

@@ -62,7 +62,7 @@ pub(super) fn replay(
             if at < first || !window.has(&seen.scan) {
                 return;
             }
-            comparison.look(&seen.scan, (seen.place, seen.old.image()), seen.new.image());
+            comparison.look(seen);
             if let Some(trace) = &mut trace {
                 values.clear();
                 values.extend(places.iter().map(|place| comparison.values[*place]));

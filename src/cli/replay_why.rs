@@ -44,7 +44,7 @@ pub(super) fn reasons(
         let old = old_subject.as_ref();
         let old = old.and_then(|old| playback::why(old, recording, &operand.name, question).ok());
         let new = new_subject.cell(&operand.name).ok();
-        let new = new.and_then(|cell| new_subject.why(&mut new_past, cell, (at, limits)).ok());
+        let new = new.and_then(|cell| new_subject.why(&mut new_past, cell, at, limits).ok());
         for (side, answer) in [("old", old), ("new", new)] {
             let Some(answer) = answer else { continue };
             text.push_str(&format!("\n{side} program, scan {number}:\n"));

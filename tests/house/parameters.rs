@@ -9,10 +9,8 @@
 const PARAMETERS_MAX: usize = 4;
 
 /// The crates in which functions still take tuples.
-const TUPLES_LEFT: [&str; 12] = [
-    "client", "config", "fleet", "history", "io", "lab", "language", "lsp", "monitor", "net",
-    "web", "src",
-];
+const TUPLES_LEFT: [&str; 11] =
+    ["client", "config", "fleet", "io", "lab", "language", "lsp", "monitor", "net", "web", "src"];
 
 /// A function of a text.
 struct Function {

@@ -279,7 +279,7 @@ fn ask(bytes: &[u8], subject: &Subject, numbers: &mut Numbers) {
         let Ok(cell) = subject.cell(name) else { continue };
         let scan = numbers.below(60);
         for at in [QuestionTime::Now, QuestionTime::Scan(scan)] {
-            if let Ok(answer) = subject.why(&mut past, cell, (at, Limits::default())) {
+            if let Ok(answer) = subject.why(&mut past, cell, at, Limits::default()) {
                 let _ = (answer.text(), answer.json().to_string());
             }
         }

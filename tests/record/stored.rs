@@ -12,8 +12,8 @@ use crate::record::folder::{Disk, Fault, Handle};
 use crate::record::line::{Line, engine, in_memory};
 use rungd_history::playback::Playback;
 use rungd_history::record::{
-    BlockHead, FolderOnDisk, RecordBlock, RecordFolder, Recording, SectionBody, Store, StoreNews,
-    StoreSettings, TapeClock, index,
+    BlockHead, FolderOnDisk, RecordBlock, RecordFolder, RecordedFolder, Recording, SectionBody,
+    Store, StoreNews, StoreSettings, TapeClock, index,
 };
 use rungd_runtime::ScannedMachine;
 use rungd_test_support::system::shell;
@@ -420,7 +420,10 @@ fn a_pipe_named_like_a_recording_blocks_no_reader() {
     let recording = Recording::open(&folder).unwrap();
     assert_eq!((recording.count(), recording.flaws.len()), (12, 1));
     assert!(recording.flaws[0].1.to_string().contains("not a regular file"));
-    let of_controller = Recording::of_controller(Some((&folder, "line")), 0, Vec::new()).unwrap();
+    let of_controller = {
+        let folder = RecordedFolder { dir: folder.clone(), controller: "line".to_owned() };
+        Recording::of_controller(Some(&folder), 0, Vec::new()).unwrap()
+    };
     assert_eq!(of_controller.count(), 12);
     let refused = Recording::open(&pipe).unwrap_err().to_string();
     assert!(refused.contains("not a regular file"), "{refused}");

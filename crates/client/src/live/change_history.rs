@@ -4,7 +4,7 @@
 //! The log consists of the controller's memory, and of the files of its recorded folder if this
 //! process may read them. Called by `edge` after a link was down.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use super::change_follower::start;
@@ -14,18 +14,9 @@ use super::log_event::{LogEvent, LogGap, LogPosition, LoggedChange};
 use super::logged_program::{ChooseCells, LoggedProgram, LoggedPrograms};
 use crate::operator::client::CallFailure;
 use rungd_history::playback::{Playback, Unplayable};
-use rungd_history::record::Recording;
+use rungd_history::record::{RecordedFolder, Recording};
 use rungd_runtime::TapeSection;
 use rungd_runtime::exchange::Mode;
-
-/// The folder in which a controller records.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct RecordedFolder {
-    /// The folder.
-    pub dir: PathBuf,
-    /// The controller's name. The names of its files begin with it.
-    pub controller: String,
-}
 
 /// The requested part of the past.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,14 +62,14 @@ impl ChangeHistory {
         let memory = memory(socket, &span)?;
         let known = Recording::of_bytes(memory.clone());
         let folder = folder.filter(|_| !reaches(&known, span.from));
-        let Some(RecordedFolder { dir, controller }) = folder else {
+        let Some(folder) = folder else {
             return Ok((ChangeHistory::new(known, span, choose), None));
         };
         let from_ns = span.from.unix_ns.saturating_sub(span.margin_ns);
-        match Recording::of_controller(Some((dir, controller)), from_ns, memory) {
+        match Recording::of_controller(Some(folder), from_ns, memory) {
             Ok(recording) => Ok((ChangeHistory::new(recording, span, choose), None)),
             Err(error) => {
-                let dir = dir.display();
+                let dir = folder.dir.display();
                 let note = format!("the recorded folder {dir} cannot be read: {error}");
                 Ok((ChangeHistory::new(known, span, choose), Some(note)))
             }

@@ -24,11 +24,12 @@ mod trend;
 mod view;
 
 pub use change_follower::ChangeFollower;
-pub use change_history::{ChangeHistory, HistorySpan, RecordedFolder};
+pub use change_history::{ChangeHistory, HistorySpan};
 pub use events::LiveEvent;
 pub use follower::{ControllerFollower, LookFailure};
 pub use log_event::{LogEvent, LogGap, LogPosition, LoggedChange};
 pub use logged_program::{ChooseCells, LoggedProgram, NamedCell};
 pub use program::{LiveProgram, LiveTag};
+pub use rungd_history::record::RecordedFolder;
 pub use trend::{Trend, TrendPoint};
 pub use view::{LiveView, TagValue};

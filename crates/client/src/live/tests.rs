@@ -91,7 +91,7 @@ fn compared(view: &LiveView, scan: u64) -> u32 {
     for tag in program.tags().skip(scan as usize % SOME).step_by(SOME) {
         let Ok(cell @ Cell::Bit(_)) = program.subject.cell(tag.name) else { continue };
         let mut past = view.sections.clone();
-        let asked = program.subject.why(&mut past, cell, (QuestionTime::Scan(scan), limits));
+        let asked = program.subject.why(&mut past, cell, QuestionTime::Scan(scan), limits);
         let root = asked.expect("it has an answer").root;
         assert_eq!(root.value, power.value(cell), "{} in scan {scan}", tag.name);
         let Cause::Instruction { rung, legs, .. } = &root.write.cause else { continue };

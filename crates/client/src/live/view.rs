@@ -128,7 +128,7 @@ impl LiveView {
         let at = scan.map_or(QuestionTime::Now, QuestionTime::Scan);
         let mut past = LivePast { sections: self.sections.clone(), earlier: self.earlier.clone() };
         let limits = Limits::default();
-        let answer = subject.why(&mut past, cell, (at, limits));
+        let answer = subject.why(&mut past, cell, at, limits);
         let mut answer = answer.map_err(|refusal| refusal.to_string())?;
         let is_last = scan.is_none_or(|scan| scan == self.power.scan);
         if let Some(present) = self.present.as_ref().filter(|_| is_last) {

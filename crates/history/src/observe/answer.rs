@@ -25,13 +25,22 @@ pub struct Explanation {
     /// The number of sets of two or three edits that were tried.
     pub combined: u32,
     /// The mode, if it is not RUN, and since when.
-    pub mode: Option<(Mode, Since)>,
+    pub mode: Option<ModeSince>,
     /// For a Y: the state of its output, where it is not the value in memory.
     pub output: OutputState,
     /// The depth that would explain all reasons that this answer cuts because of its depth.
     pub deeper: Option<u32>,
     /// Whether reasons are cut because the answer is long enough.
     pub is_long: bool,
+}
+
+/// A mode, and since when the controller is in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ModeSince {
+    /// The mode.
+    pub mode: Mode,
+    /// Since when.
+    pub since: Since,
 }
 
 /// When a value changed last, and why.
@@ -205,7 +214,7 @@ pub enum Cause {
         /// Its legs, each with the contacts that decided its power.
         legs: Vec<LegSeen>,
         /// The operands whose values it used.
-        operands: Vec<(OperandName, i32, Followed)>,
+        operands: Vec<ExplainedOperand>,
         /// The number of further operands, all of them 0, that add nothing to a sum or an OR.
         zeros: usize,
     },
@@ -327,6 +336,24 @@ pub struct ContactSeen {
     pub detail: ContactDetail,
 }
 
+/// An operand that was read: its value, and the reasons for it.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs)]
+pub struct ExplainedOperand {
+    pub operand: OperandName,
+    pub value: i32,
+    pub followed: Followed,
+}
+
+/// A value that was read, and the reasons for it; a constant has no operand.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs)]
+pub struct ExplainedValue {
+    pub value: i32,
+    pub operand: Option<OperandName>,
+    pub followed: Followed,
+}
+
 /// The kind of a contact, with its operands.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ContactDetail {
@@ -337,12 +364,12 @@ pub enum ContactDetail {
         /// The bit; `None` if the word selects no element of the array.
         bit: Option<(OperandName, Followed)>,
         /// The word that selects the bit.
-        index: (OperandName, i32, Followed),
+        index: ExplainedOperand,
     },
     /// A compare: the left and right values with their operands; a constant has no operand.
     Compare {
         /// Left and right.
-        sides: [(i32, Option<OperandName>, Followed); 2],
+        sides: [ExplainedValue; 2],
         /// Whether left and right are reals.
         real: [bool; 2],
     },

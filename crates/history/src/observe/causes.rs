@@ -1,8 +1,11 @@
 //! Operands with the writes that decided their values, as data.
 
-use super::answer::{About, Cause, Cut, Followed, Node, Since, Stop, TapeEnd, Write};
-use super::inquiry::{ExplainedWrite, FoundWrite, FoundWriter, Inquiry};
-use super::leaves::{LeafSeen, SeenValue, is_status, side};
+use super::answer::{
+    About, Cause, Cut, ExplainedOperand, ExplainedValue, Followed, Node, Since, Stop, TapeEnd,
+    Write,
+};
+use super::inquiry::{ExplainedWrite, FoundStep, FoundWrite, FoundWriter, Inquiry};
+use super::leaves::{SeenValue, is_status, side};
 use super::operands::structure;
 use super::past::{self, TapeMoment};
 use super::reasons::TOLD_MAX;
@@ -69,7 +72,7 @@ impl Inquiry<'_> {
             self.nodes += 1;
             self.shown.push(ExplainedWrite { depth: u32::MAX, ..write });
             number = self.shown.len().checked_sub(1);
-            let is_status = is_status(address) && !matches!(found.writer, FoundWriter::Step { .. });
+            let is_status = is_status(address) && !matches!(found.writer, FoundWriter::Step(_));
             if is_status { self.status(at) } else { self.write(cell, value, found, depth) }
         };
         if let Some(Address::Bit(Bit::Running(block))) = address
@@ -79,7 +82,7 @@ impl Inquiry<'_> {
         }
         let idle = match write.in_last_scan {
             true => Vec::new(),
-            false => self.idle((cell, address), value, at, depth),
+            false => self.idle(cell, value, at, depth),
         };
         let about = structure(address).and_then(|owner| self.about(owner, at));
         let operand = self.subject.operand(cell);
@@ -112,9 +115,7 @@ impl Inquiry<'_> {
         let FoundWrite { at, before, in_last_scan, writer } = found;
         let mut since = Since::At(self.replay.when_of(at.section, at.entry));
         let cause = match writer {
-            FoundWriter::Step { deed, leaves, operands } => {
-                self.step(deed, (&leaves, &operands), at, depth)
-            }
+            FoundWriter::Step(found) => self.step(&found, at, depth),
             FoundWriter::Turn(block) => self.turn(cell, block, at, depth),
             FoundWriter::Call => self.call(at),
             FoundWriter::End(end, section) => {
@@ -134,13 +135,9 @@ impl Inquiry<'_> {
     }
 
     /// The cause of a step: an instruction, or the termination pass over an instruction.
-    fn step(
-        &mut self,
-        deed: ScanStep,
-        (leaves, operands): (&[LeafSeen], &[SeenValue]),
-        at: TapeMoment,
-        depth: u32,
-    ) -> Cause {
+    fn step(&mut self, found: &FoundStep, at: TapeMoment, depth: u32) -> Cause {
+        let FoundStep { deed, leaves, operands } = found;
+        let deed = *deed;
         let Some(site) = self.subject.site(deed) else { return Cause::Controller };
         let number = site.instruction.unwrap_or(0);
         let rung = self.subject.place_of_rung(site.part);
@@ -160,7 +157,9 @@ impl Inquiry<'_> {
             .collect::<Vec<_>>();
         let operands = operands
             .into_iter()
-            .filter_map(|(value, operand, followed)| Some((operand?, value, followed)))
+            .filter_map(|ExplainedValue { value, operand, followed }| {
+                Some(ExplainedOperand { operand: operand?, value, followed })
+            })
             .collect();
         Cause::Instruction { rung, place, legs, operands, zeros }
     }

@@ -10,7 +10,7 @@ use super::glimpse::BitWriters;
 use super::leaves::{legs, own_contacts, states};
 use super::logic::{Leaves, Logic};
 use super::subject::Subject;
-use super::walk::{Witness, walk};
+use super::walk::{WalkedProgram, Witness, walk};
 use rungd_engine::isa::status::st;
 use rungd_engine::isa::{Bit, BitSpace, StageId};
 use rungd_engine::{BitCell, Engine, EngineCall, EngineState, Image, ScanStep, Slice};
@@ -132,7 +132,7 @@ impl CoverageRun {
     pub fn call(&mut self, call: EngineCall) {
         let CoverageRun { subject, slice, engine, parts, followed, writers } = self;
         let mut spotter = ContactCollector { subject, parts, followed, writers };
-        walk((&*subject, &*slice), engine, call, &mut spotter);
+        walk(WalkedProgram { subject, slice }, engine, call, &mut spotter);
         if matches!(call, EngineCall::Execute | EngineCall::Terminate) {
             for (cell, seen) in followed {
                 seen.follow(engine.image().bit(*cell));

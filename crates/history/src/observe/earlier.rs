@@ -27,7 +27,7 @@ pub(super) struct EndedOperand<'n> {
 pub(super) fn ended_there(answer: &mut Explanation, depth: u32) -> Vec<EndedOperand<'_>> {
     let mut ended = Vec::new();
     let is_root = answer.changed.as_ref().is_some_and(is_swapped);
-    collect(&mut answer.root, (depth, is_root), &mut ended);
+    collect(&mut answer.root, depth, is_root, &mut ended);
     ended.truncate(OPERANDS_MAX);
     ended
 }
@@ -38,11 +38,7 @@ fn is_swapped(changed: &LastChange) -> bool {
 
 /// Collects the operands of a node that end there; `is_ended`: whether the node itself does, beside
 /// the cause of its write.
-fn collect<'n>(
-    node: &'n mut Node,
-    (depth, is_ended): (u32, bool),
-    into: &mut Vec<EndedOperand<'n>>,
-) {
+fn collect<'n>(node: &'n mut Node, depth: u32, is_ended: bool, into: &mut Vec<EndedOperand<'n>>) {
     if is_ended || node.write.cause == Cause::Older(TapeEnd::Swapped) {
         let operand = &node.operand;
         let name = operand.address.clone().unwrap_or_else(|| operand.name.clone());
@@ -52,10 +48,10 @@ fn collect<'n>(
     match &mut node.write.cause {
         Cause::Instruction { legs, operands, .. } => {
             legs.iter_mut().for_each(|leg| of_leg(leg, depth, into));
-            operands.iter_mut().for_each(|(_, _, next)| of_followed(next, depth, into));
+            operands.iter_mut().for_each(|operand| of_followed(&mut operand.followed, depth, into));
         }
-        Cause::Pass { stop: Stop::Bit(bit), .. } => collect(bit, (depth, false), into),
-        Cause::Turn { running: Some(running), .. } => collect(running, (depth, false), into),
+        Cause::Pass { stop: Stop::Bit(bit), .. } => collect(bit, depth, false, into),
+        Cause::Turn { running: Some(running), .. } => collect(running, depth, false, into),
         Cause::Pass { stop: Stop::Again(_, Some(restart)), .. }
         | Cause::Turn { restart: Some(restart), .. } => {
             restart.legs.iter_mut().for_each(|leg| of_leg(leg, depth, into));
@@ -86,12 +82,12 @@ fn of_leg<'n>(leg: &'n mut LegSeen, depth: u32, into: &mut Vec<EndedOperand<'n>>
 fn of_contact<'n>(contact: &'n mut ContactSeen, depth: u32, into: &mut Vec<EndedOperand<'n>>) {
     match &mut contact.detail {
         ContactDetail::Bit(_, next) => of_followed(next, depth, into),
-        ContactDetail::Element { bit, index: (_, _, index) } => {
+        ContactDetail::Element { bit, index } => {
             bit.iter_mut().for_each(|(_, next)| of_followed(next, depth, into));
-            of_followed(index, depth, into);
+            of_followed(&mut index.followed, depth, into);
         }
         ContactDetail::Compare { sides, real: _ } => {
-            sides.iter_mut().for_each(|(_, _, next)| of_followed(next, depth, into));
+            sides.iter_mut().for_each(|side| of_followed(&mut side.followed, depth, into));
         }
         ContactDetail::Edge { inner, .. } => {
             inner.iter_mut().for_each(|contact| of_contact(contact, depth, into));
@@ -101,7 +97,7 @@ fn of_contact<'n>(contact: &'n mut ContactSeen, depth: u32, into: &mut Vec<Ended
 
 fn of_followed<'n>(followed: &'n mut Followed, depth: u32, into: &mut Vec<EndedOperand<'n>>) {
     match followed {
-        Followed::Node(node) => collect(node, (depth, false), into),
+        Followed::Node(node) => collect(node, depth, false, into),
         Followed::Cut(_) => {}
     }
 }

@@ -8,7 +8,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use super::subject::Subject;
-use super::walk::{Witness, walk};
+use super::walk::{WalkedProgram, Witness, walk};
 use rungd_engine::{BitCell, Cell, Engine, EngineCall, Image, ScanStep, Slice};
 use rungd_runtime::TapeSection;
 
@@ -122,7 +122,8 @@ impl BitObserver<'_> {
         }
         let BitObserver { subject, slice, engine, bits, writers, .. } = self;
         bits.iter_mut().for_each(|states| states.within = engine.image().bit(states.bit));
-        walk((*subject, &*slice), engine, EngineCall::Execute, &mut Within { bits, writers });
+        let program = WalkedProgram { subject, slice };
+        walk(program, engine, EngineCall::Execute, &mut Within { bits, writers });
         self.note_ends(Some(number));
     }
 

@@ -16,17 +16,12 @@ const IDLE_MAX: usize = 3;
 
 impl Inquiry<'_> {
     /// The instructions that could change a cell that has a value.
-    pub fn idle(
-        &mut self,
-        (cell, address): (Cell, Option<Address>),
-        value: i32,
-        at: TapeMoment,
-        depth: u32,
-    ) -> Vec<Idle> {
+    pub fn idle(&mut self, cell: Cell, value: i32, at: TapeMoment, depth: u32) -> Vec<Idle> {
         if depth == 0 {
             return Vec::new();
         }
         let subject = self.subject;
+        let address = subject.symbols.layout.address(cell);
         let mut writers = Vec::new();
         for deed in subject.writers(cell) {
             let Some(site) = subject.site(deed).filter(|_| matches!(deed, ScanStep::Batch(_)))
@@ -35,7 +30,7 @@ impl Inquiry<'_> {
             };
             let Some(number) = site.instruction else { continue };
             let Some(instruction) = subject.instruction(site.part, number) else { continue };
-            if could_change(instruction, (address, value)) {
+            if could_change(instruction, address, value) {
                 writers.push((deed, site.part, instruction));
             }
         }
@@ -96,7 +91,7 @@ impl Inquiry<'_> {
 }
 
 /// Whether an instruction could change the value of a bit or word that it writes.
-fn could_change(instruction: &Instruction, (address, value): (Option<Address>, i32)) -> bool {
+fn could_change(instruction: &Instruction, address: Option<Address>, value: i32) -> bool {
     if decides(instruction, address) == Decides::LeavesAlone {
         return false;
     }

@@ -78,11 +78,22 @@ pub(super) struct ChangePlace {
     pub in_last_scan: bool,
 }
 
+/// A step that wrote: an instruction, or a step of a pass.
+#[derive(Debug)]
+pub(super) struct FoundStep {
+    /// The step.
+    pub deed: ScanStep,
+    /// The contacts of its part.
+    pub leaves: Vec<LeafSeen>,
+    /// Its operands.
+    pub operands: Vec<SeenValue>,
+}
+
 /// The writer of a value.
 #[derive(Debug)]
 pub(super) enum FoundWriter {
-    /// An instruction or a step of a pass, with the contacts of its part and its operands.
-    Step { deed: ScanStep, leaves: Vec<LeafSeen>, operands: Vec<SeenValue> },
+    /// An instruction or a step of a pass.
+    Step(FoundStep),
     /// A block's turn.
     Turn(BlockId),
     /// The call of an entry itself.
@@ -196,11 +207,11 @@ impl<'a> Inquiry<'a> {
 
     fn writer(&self, watch: &Watch, decided: &DecidingStep) -> FoundWriter {
         let part = self.subject.site(decided.by).map(|site| site.part);
-        FoundWriter::Step {
+        FoundWriter::Step(FoundStep {
             deed: decided.by,
             leaves: part.map(|part| watch.leaves(part)).unwrap_or_default(),
             operands: decided.operands.clone(),
-        }
+        })
     }
 
     /// The write of a change from the log, with the contacts and operands that its rung saw.
@@ -216,7 +227,10 @@ impl<'a> Inquiry<'a> {
                 self.replay.see(at.section, at.entry, &mut watch);
                 match watch.decided.last().cloned() {
                     Some(decided) => self.writer(&watch, &decided),
-                    None => FoundWriter::Step { deed, leaves: Vec::new(), operands: Vec::new() },
+                    None => {
+                        let (leaves, operands) = (Vec::new(), Vec::new());
+                        FoundWriter::Step(FoundStep { deed, leaves, operands })
+                    }
                 }
             }
         };

@@ -7,8 +7,8 @@ use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
 use super::answer::{
-    Cause, ContactDetail, Edit, Explanation, Followed, Hindrance, LastChange, Node, OperandName,
-    Remedy, Since, Stop, Write,
+    Cause, ContactDetail, Edit, ExplainedOperand, ExplainedValue, Explanation, Followed, Hindrance,
+    LastChange, ModeSince, Node, OperandName, Remedy, Since, Stop, Write,
 };
 use rungd_config::controller::OutputState;
 use rungd_engine::isa::Real;
@@ -150,8 +150,10 @@ fn stop(termination: &Stop) -> Value {
     }
 }
 
-fn operand_read((name, content, next): &(OperandName, i32, Followed)) -> Value {
-    json!({ "operand": name, "value": value(name, *content), "why": next })
+fn operand_read(
+    ExplainedOperand { operand, value: content, followed }: &ExplainedOperand,
+) -> Value {
+    json!({ "operand": operand, "value": value(operand, *content), "why": followed })
 }
 
 fn followed(reasons: &Followed) -> Value {
@@ -171,9 +173,9 @@ fn contact_detail(detail: &ContactDetail) -> Value {
         }),
         ContactDetail::Compare { sides, real } => {
             let side = |at: usize| {
-                let (content, operand, next) = &sides[at];
-                let value = number(*content, real[at]);
-                json!({ "value": value, "operand": operand, "why": next })
+                let ExplainedValue { value, operand, followed } = &sides[at];
+                let value = number(*value, real[at]);
+                json!({ "value": value, "operand": operand, "why": followed })
             };
             json!({ "kind": "compare", "left": side(0), "right": side(1) })
         }
@@ -199,7 +201,9 @@ fn change(remedy: &Remedy, answer: &Explanation) -> Value {
         Remedy::Itself => json!({ "kind": "itself" }),
         Remedy::Release => json!({ "kind": "release" }),
         Remedy::NoScan => {
-            let mode = answer.mode.map(|(mode, at)| json!({ "name": mode.name(), "since": at }));
+            let mode = answer
+                .mode
+                .map(|ModeSince { mode, since }| json!({ "name": mode.name(), "since": since }));
             json!({ "kind": "no-scan", "mode": mode })
         }
         Remedy::None(end) => json!({

@@ -142,7 +142,7 @@ impl Logic {
             while at < found.named.len() {
                 let mut without = found.named.clone();
                 without.remove(at);
-                if self.is_decided(&without, (on, key), &seen) {
+                if self.is_decided(&without, &seen, on, key) {
                     found.named = without;
                 } else {
                     at += 1;
@@ -160,8 +160,9 @@ impl Logic {
     fn is_decided(
         &self,
         named: &[usize],
-        (on, key): (&dyn Fn(usize) -> bool, &dyn Fn(usize) -> usize),
         repeated: &[usize],
+        on: &dyn Fn(usize) -> bool,
+        key: &dyn Fn(usize) -> usize,
     ) -> bool {
         let named: Vec<usize> = named.iter().map(|at| key(*at)).collect();
         let free: Vec<usize> = repeated.iter().copied().filter(|at| !named.contains(at)).collect();

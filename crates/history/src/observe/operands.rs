@@ -39,8 +39,8 @@ pub(super) fn operands(
                 sides.push(bit(Cell::Bit(subject.symbols.layout.bit(of)), image));
             }
             OperandValue::Array(from) if is_read => {
-                let arrays = instruction.written_array().map(|target| (from, target));
-                sides.extend(arrays.and_then(|arrays| copied(subject, arrays, to, image)));
+                let at = instruction.written_array().and_then(|target| place(subject, target, to));
+                sides.extend(at.and_then(|at| element(subject, from, at, image)));
             }
             OperandValue::Bit(_)
             | OperandValue::Array(_)
@@ -116,17 +116,17 @@ fn added(formula: &Formula) -> Vec<bool> {
     added
 }
 
-/// The element that COPY reads for an element that it writes.
-fn copied(
-    subject: &Subject,
-    (from, to): (Array, Array),
-    cell: Cell,
-    image: &Image,
-) -> Option<SeenValue> {
+/// The number of the element of an array that has a cell.
+fn place(subject: &Subject, array: Array, cell: Cell) -> Option<u32> {
     let layout = &subject.symbols.layout;
-    let at = to.addresses().position(|address| layout.cell(address) == Some(cell))?;
-    let from = layout.cell(from.element(at as u32))?;
-    Some(any(subject, from, image))
+    let at = array.addresses().position(|address| layout.cell(address) == Some(cell))?;
+    Some(at as u32)
+}
+
+/// An element of an array. COPY reads the element with the number of the one that it writes.
+fn element(subject: &Subject, array: Array, at: u32, image: &Image) -> Option<SeenValue> {
+    let cell = subject.symbols.layout.cell(array.element(at))?;
+    Some(any(subject, cell, image))
 }
 
 fn selected(subject: &Subject, element: ArrayElement, image: &Image) -> SeenValue {

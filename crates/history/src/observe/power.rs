@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use super::leaves::states;
 use super::subject::Subject;
-use super::walk::{Witness, walk};
+use super::walk::{WalkedProgram, Witness, walk};
 use rungd_engine::{Cell, Engine, EngineCall, Image, Slice};
 use rungd_runtime::exchange::{Mode, StopReason};
 use rungd_runtime::{TapeEntry, TapeSection, TapeStep};
@@ -178,7 +178,8 @@ impl PowerRun {
             contacts: vec![IDLE; self.subject.sites.leaves.len()],
             executed: vec![false; self.subject.sites.parts.len()],
         };
-        walk((&self.subject, &self.slice), &mut self.engine, call, &mut seen);
+        let program = WalkedProgram { subject: &self.subject, slice: &self.slice };
+        walk(program, &mut self.engine, call, &mut seen);
         let SeenContacts { contacts, executed, .. } = seen;
         let (bits, words) = public(&self.subject, self.engine.image());
         ScanPower { contacts, executed, bits, words, ..ScanPower::nothing() }

@@ -2,7 +2,10 @@
 
 use std::collections::HashMap;
 
-use super::answer::{ContactDetail, ContactSeen, Cut, Followed, LegSeen, OperandName};
+use super::answer::{
+    ContactDetail, ContactSeen, Cut, ExplainedOperand, ExplainedValue, Followed, LegSeen,
+    OperandName,
+};
 use super::inquiry::Inquiry;
 use super::leaves::{LeafSeen, LegLogic, SeenValue, legs};
 use super::logic::{Leaves, Logic};
@@ -157,19 +160,15 @@ impl Inquiry<'_> {
                 let index = seen.sides.first().copied().unwrap_or(NO_SIDE);
                 let word = index.cell.unwrap_or(Cell::Bit(BitCell(0)));
                 let (operand, followed) = self.operand(word, index.value, at, depth);
-                ContactDetail::Element { bit, index: (operand, index.value, followed) }
+                let index = ExplainedOperand { operand, value: index.value, followed };
+                ContactDetail::Element { bit, index }
             }
             program::Contact::Compare(_, how, _, _) => self.compare(&seen, *how, at, depth),
             program::Contact::Edge(..) => self.edge(part, leaf, seen.power.cell(), depth),
             // These contacts are no leaves.
             program::Contact::Not(..) | program::Contact::All(..) | program::Contact::Any(..) => {
-                ContactDetail::Compare {
-                    sides: [
-                        (0, None, Followed::Cut(Cut::Constant)),
-                        (0, None, Followed::Cut(Cut::Constant)),
-                    ],
-                    real: [false; 2],
-                }
+                let sides = [constant(0), constant(0)];
+                ContactDetail::Compare { sides, real: [false; 2] }
             }
         }
     }
@@ -189,18 +188,13 @@ impl Inquiry<'_> {
     }
 
     /// A side of a compare, or an operand of an instruction.
-    pub fn side(
-        &mut self,
-        side: SeenValue,
-        at: TapeMoment,
-        depth: u32,
-    ) -> (i32, Option<OperandName>, Followed) {
+    pub fn side(&mut self, side: SeenValue, at: TapeMoment, depth: u32) -> ExplainedValue {
         match side.cell {
             Some(cell) => {
                 let (operand, followed) = self.operand(cell, side.value, at, depth);
-                (side.value, Some(operand), followed)
+                ExplainedValue { value: side.value, operand: Some(operand), followed }
             }
-            None => (side.value, None, Followed::Cut(Cut::Constant)),
+            None => constant(side.value),
         }
     }
 
@@ -245,6 +239,11 @@ impl Inquiry<'_> {
             inner: named.iter().map(|at| self.contact(part, *at, depth)).collect(),
         }
     }
+}
+
+/// The value of a constant.
+fn constant(value: i32) -> ExplainedValue {
+    ExplainedValue { value, operand: None, followed: Followed::Cut(Cut::Constant) }
 }
 
 const NO_SIDE: SeenValue = SeenValue { value: 0, cell: None, real: false, adds_nothing: false };

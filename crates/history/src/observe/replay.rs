@@ -13,7 +13,7 @@ use super::past::{self, Past, QuestionTime, TapeMoment, WhyRefusal, joins};
 use super::section_log::SectionLog;
 use super::slice_run::{CellChange, SliceRun};
 use super::subject::Subject;
-use super::walk::{Witness, walk};
+use super::walk::{WalkedProgram, Witness, walk};
 use rungd_engine::{Cell, Engine, EngineCall, EngineState, Image, ScanStep, Slice};
 use rungd_runtime::{TapeEntry, TapeSection};
 
@@ -173,7 +173,7 @@ impl<'a> Replay<'a> {
         let section_tape = self.section(section)?;
         let call = section_tape.entries.get(entry)?.call()?;
         let (subject, slice) = (self.subject, self.slice);
-        walk((subject, slice), self.seek(section, entry)?, call, witness);
+        walk(WalkedProgram { subject, slice }, self.seek(section, entry)?, call, witness);
         Some(())
     }
 
@@ -181,7 +181,7 @@ impl<'a> Replay<'a> {
     /// executed for a cell that the program writes.
     pub fn last_change(&mut self, cell: Cell, before: TapeMoment, most: usize) -> Changed {
         let mut section = before.section;
-        let mut end = (before.entry, before.step);
+        let mut end = before;
         let most = if self.subject.is_written(cell) { most } else { usize::MAX };
         let mut passed = Vec::new();
         let changed = loop {
@@ -201,7 +201,7 @@ impl<'a> Replay<'a> {
                 Err(why) => break Changed::Never(why, section),
             }
             passed.push(section);
-            end = (usize::MAX, 0);
+            end = TapeMoment { section, entry: usize::MAX, step: 0 };
         };
         self.known.extend(passed.into_iter().map(|section| ((cell, section), changed)));
         changed
@@ -280,14 +280,14 @@ impl<'a> Replay<'a> {
     /// searched.
     pub fn since(&mut self, cell: Cell, at: TapeMoment, is: &dyn Fn(&CellChange) -> bool) -> Since {
         let mut section = at.section;
-        let mut end = (at.entry, at.step);
+        let mut end = at;
         for _ in 0..SEARCHED_MAX {
             if let Some(change) = self.log(section).and_then(|log| log.last(cell, end, is)) {
                 return Since::At(self.when_of(section, change.entry as usize));
             }
             let Ok(older) = self.older(section) else { break };
             section = older;
-            end = (usize::MAX, 0);
+            end = TapeMoment { section, entry: usize::MAX, step: 0 };
         }
         Since::Before(self.start_of(section))
     }
@@ -300,7 +300,7 @@ impl<'a> Replay<'a> {
             && let Some(log) = self.log(at.section)
             && let Some(section) = self.section(at.section)
         {
-            let last = log.last(cell, (at.entry, at.step), |_| true);
+            let last = log.last(cell, at, |_| true);
             return last.map_or_else(|| section.state.value(cell), |change| change.after);
         }
         if at.step > 0 {

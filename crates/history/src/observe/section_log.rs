@@ -2,6 +2,7 @@
 //!
 //! Made by executing the section once. Used to find the last change of a cell.
 
+use super::past::TapeMoment;
 use super::slice_run::{CellChange, SliceRun};
 use rungd_engine::Cell;
 use rungd_runtime::TapeSection;
@@ -27,14 +28,15 @@ impl SectionLog {
         SectionLog { changes }
     }
 
-    /// The last change of a cell before a step of an entry for which `is` returns true.
+    /// The last change of a cell before a moment of this section for which `is` returns true.
     pub fn last(
         &self,
         cell: Cell,
-        (entry, step): (usize, u32),
+        before: TapeMoment,
         is: impl Fn(&CellChange) -> bool,
     ) -> Option<CellChange> {
-        let end = self.changes.partition_point(|c| (c.entry as usize, c.step) < (entry, step));
+        let end = (before.entry, before.step);
+        let end = self.changes.partition_point(|c| (c.entry as usize, c.step) < end);
         self.changes[..end].iter().rev().find(|c| c.cell == cell && is(c)).copied()
     }
 }

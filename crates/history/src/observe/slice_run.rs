@@ -33,6 +33,24 @@ pub(super) struct CellChange {
     pub after: i32,
 }
 
+/// The step of a call that may change cells.
+#[derive(Clone, Copy)]
+struct ChangingStep {
+    /// Its number; 0: the call itself.
+    number: u32,
+    /// The step; `None`: the call itself.
+    by: Option<ScanStep>,
+}
+
+impl ChangingStep {
+    /// The call itself.
+    const CALL: ChangingStep = ChangingStep { number: 0, by: None };
+
+    fn new(number: u32, by: ScanStep) -> ChangingStep {
+        ChangingStep { number, by: Some(by) }
+    }
+}
+
 /// An engine of a slice, with the record of the operations that it may leave out.
 pub(super) struct SliceRun<'s> {
     engine: Engine,
@@ -63,9 +81,9 @@ impl<'s> SliceRun<'s> {
         engine.apply_seen(call, eye);
         let image = engine.image();
         match call {
-            EngineCall::Write(cell, _) => eye.note(eye.number(cell), image, (0, None)),
+            EngineCall::Write(cell, _) => eye.note(eye.number(cell), image, ChangingStep::CALL),
             EngineCall::Force(cell, _) | EngineCall::Release(cell) => {
-                eye.note(eye.number(cell), image, (0, None));
+                eye.note(eye.number(cell), image, ChangingStep::CALL);
                 eye.touched(eye.number(cell));
                 eye.status(image);
             }
@@ -148,7 +166,7 @@ impl<'s> SliceObserver<'s> {
     }
 
     /// Notes a cell, if it has changed.
-    fn note(&mut self, number: u32, image: &Image, (step, by): (u32, Option<ScanStep>)) {
+    fn note(&mut self, number: u32, image: &Image, step: ChangingStep) {
         let at = number as usize;
         let (cell, before, after) = match at.checked_sub(self.bits.len()) {
             None => {
@@ -167,7 +185,8 @@ impl<'s> SliceObserver<'s> {
         }
         self.touched(number);
         if self.told[at] {
-            self.changes.push(CellChange { entry: self.entry, step, cell, by, before, after });
+            let (entry, ChangingStep { number: step, by }) = (self.entry, step);
+            self.changes.push(CellChange { entry, step, cell, by, before, after });
         }
     }
 
@@ -179,7 +198,7 @@ impl<'s> SliceObserver<'s> {
     }
 
     /// Notes the cells of a step. `step`: its number among the batches, passes and turns.
-    fn step(&mut self, step: usize, image: &Image, by: (u32, Option<ScanStep>)) {
+    fn step(&mut self, step: usize, image: &Image, by: ChangingStep) {
         let slice = self.slice;
         slice.wiring.written(step).iter().for_each(|cell| self.note(*cell, image, by));
     }
@@ -191,7 +210,7 @@ impl<'s> SliceObserver<'s> {
     /// Notes the bits of all blocks, after a call that starts or stops them.
     fn blocks(&mut self, image: &Image, step: u32) {
         for at in 0..self.slice.program.blocks.len() as u32 {
-            self.step(self.turn(BlockId(at)), image, (step, None));
+            self.step(self.turn(BlockId(at)), image, ChangingStep { number: step, by: None });
         }
     }
 
@@ -203,7 +222,7 @@ impl<'s> SliceObserver<'s> {
         let word = self.number(Cell::Word(layout.word(Word::Space(WordSpace::Dst, 0))));
         let told = self.changes.len();
         let all = (bit..bit + ST_COUNT).chain(word..word + DST_COUNT);
-        all.for_each(|number| self.note(number, image, (0, None)));
+        all.for_each(|number| self.note(number, image, ChangingStep::CALL));
         self.changes.truncate(told);
     }
 }
@@ -231,11 +250,19 @@ impl ScanObserver for SliceObserver<'_> {
         match deed {
             ScanStep::Batch(at) => self.due[at as usize / 64] &= !(1 << (at % 64)),
             ScanStep::Element(Element::Block(block)) => {
-                self.step(self.turn(block), image, (number, Some(ScanStep::Turn(block))));
+                self.step(
+                    self.turn(block),
+                    image,
+                    ChangingStep::new(number, ScanStep::Turn(block)),
+                );
             }
             ScanStep::Element(Element::Stage(stage)) => {
                 let block = self.subject.program.stages[stage.0 as usize].0;
-                self.step(self.turn(block), image, (number, Some(ScanStep::Turn(block))));
+                self.step(
+                    self.turn(block),
+                    image,
+                    ChangingStep::new(number, ScanStep::Turn(block)),
+                );
             }
             ScanStep::Turn(_) | ScanStep::Pass(_) => {}
         }
@@ -250,6 +277,6 @@ impl ScanObserver for SliceObserver<'_> {
             ScanStep::Turn(block) => (self.turn(block), deed),
             ScanStep::Element(_) => return,
         };
-        self.step(step, image, (number, Some(by)));
+        self.step(step, image, ChangingStep::new(number, by));
     }
 }

@@ -2,8 +2,8 @@
 //! same for its operand, indented. States in an earlier scan are in the past tense.
 
 use super::answer::{
-    About, Cause, ContactDetail, ContactSeen, Cut, Explanation, Followed, Hindrance, Idle,
-    LastChange, LegSeen, Node, Remedy, Restart, Since, Stop,
+    About, Cause, ContactDetail, ContactSeen, Cut, ExplainedOperand, ExplainedValue, Explanation,
+    Followed, Hindrance, Idle, LastChange, LegSeen, ModeSince, Node, Remedy, Restart, Since, Stop,
 };
 use super::phrases::{
     ComparedSide, PhraseWriter, WriteFacts, edit_text, ms, operand_text, rung_text, sides_text,
@@ -83,7 +83,7 @@ impl Explanation {
     /// The state of the output beside the value in memory.
     fn output_text(&self) -> String {
         let mode =
-            self.mode.map_or("outside RUN".to_owned(), |(mode, _)| format!("in {}", mode.name()));
+            self.mode.map_or("outside RUN".to_owned(), |now| format!("in {}", now.mode.name()));
         match self.output {
             OutputState::AsMemory => String::new(),
             OutputState::Safe(on) => {
@@ -237,7 +237,7 @@ impl IndentedLines {
         match cause {
             Cause::Instruction { legs, operands, zeros, .. } => {
                 legs.iter().for_each(|leg| self.leg(leg, line));
-                for (operand, value, followed) in operands {
+                for ExplainedOperand { operand, value, followed } in operands {
                     let value = value_text(operand, *value);
                     let text = format!("with {} = {value}", operand_text(operand));
                     self.followed(&text, followed, line.deeper(1));
@@ -313,7 +313,7 @@ impl IndentedLines {
             ContactDetail::Bit(operand, followed) => {
                 self.followed(&head(&operand_text(operand)), followed, line);
             }
-            ContactDetail::Element { bit, index: (index, value, followed) } => {
+            ContactDetail::Element { bit, index } => {
                 let text = &contact.place.text;
                 match bit {
                     Some((operand, followed)) => {
@@ -322,20 +322,20 @@ impl IndentedLines {
                     }
                     None => self.add(line.indent, &head(&format!("{text} (outside of the array)"))),
                 }
-                let with = format!("with {} = {value}", operand_text(index));
-                self.followed(&with, followed, line.deeper(1));
+                let with = format!("with {} = {}", operand_text(&index.operand), index.value);
+                self.followed(&with, &index.followed, line.deeper(1));
             }
             ContactDetail::Compare { sides, real } => {
                 let text = &contact.place.text;
                 let side = |at: usize| ComparedSide {
-                    value: sides[at].0,
-                    operand: sides[at].1.as_ref(),
+                    value: sides[at].value,
+                    operand: sides[at].operand.as_ref(),
                     is_real: real[at],
                 };
                 let values = sides_text(text, [side(0), side(1)]);
                 let colon = if values.is_empty() { "" } else { ": " };
                 self.add(line.indent, &format!("{}{colon}{values}", head(text)));
-                for (value, operand, followed) in sides {
+                for ExplainedValue { value, operand, followed } in sides {
                     let Some(operand) = operand else { continue };
                     let value = value_text(operand, *value);
                     let side = format!("{} {} {value}", operand_text(operand), line.is());
@@ -464,8 +464,8 @@ impl IndentedLines {
         }
     }
 
-    fn no_scan(&self, mode: Option<(Mode, Since)>) -> String {
-        let Some((mode, since)) = mode else {
+    fn no_scan(&self, mode: Option<ModeSince>) -> String {
+        let Some(ModeSince { mode, since }) = mode else {
             return "the controller does not scan: it stays".to_owned();
         };
         let since = match since {

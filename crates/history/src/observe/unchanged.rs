@@ -3,7 +3,8 @@
 //! know why it dropped.
 
 use super::answer::{
-    Cause, ContactDetail, ContactSeen, Followed, LastChange, LegSeen, Node, Remedy, Since, Write,
+    Cause, ContactDetail, ContactSeen, Followed, LastChange, LegSeen, ModeSince, Node, Remedy,
+    Since, Write,
 };
 use super::inquiry::{ChangePlace, ExplainedWrite, FoundWrite, FoundWriter, Inquiry};
 use super::past::TapeMoment;
@@ -79,7 +80,7 @@ impl Inquiry<'_> {
     }
 
     /// The mode at a moment, and since when; `None` if the mode is RUN or is not on the tape.
-    pub fn mode(&mut self, at: TapeMoment) -> Option<(Mode, Since)> {
+    pub fn mode(&mut self, at: TapeMoment) -> Option<ModeSince> {
         let (mut section, mut end) = (at.section, at.entries());
         let mut known = None;
         loop {
@@ -89,14 +90,14 @@ impl Inquiry<'_> {
                 entries.rev().find_map(|(entry, tape_entry)| Some((entry, tape_entry.mode()?)));
             if let Some((entry, mode)) = found {
                 let since = Since::At(self.replay.when_of(section, entry));
-                return Some((mode, since)).filter(|(mode, _)| *mode != Mode::Run);
+                return (mode != Mode::Run).then_some(ModeSince { mode, since });
             }
             let mode = *known.get_or_insert(section_tape.start.mode);
             match self.replay.older(section) {
                 Ok(older) => section = older,
                 Err(_) => {
                     let since = Since::Before(self.replay.start_of(section));
-                    return Some((mode, since)).filter(|(mode, _)| *mode != Mode::Run);
+                    return (mode != Mode::Run).then_some(ModeSince { mode, since });
                 }
             }
             end = usize::MAX;

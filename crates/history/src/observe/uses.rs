@@ -100,7 +100,7 @@ impl ProgramUses<'_> {
                 ScanStep::Element(_) => {}
             }
         }
-        let write = |at| self.write(at, reset.contains(&at));
+        let write = |(part, number)| self.write(part, number, reset.contains(&(part, number)));
         uses.writes = written.into_iter().filter_map(write).collect();
         uses
     }
@@ -110,7 +110,7 @@ impl ProgramUses<'_> {
         self.reads.of(cell).into_iter().map(|at| self.sites[at as usize].part).collect()
     }
 
-    fn write(&self, (part, number): (u32, u32), is_reset: bool) -> Option<WriteUse> {
+    fn write(&self, part: u32, number: u32, is_reset: bool) -> Option<WriteUse> {
         let instruction = self.subject.instruction(part, number)?;
         let rung = self.subject.place_of_rung(part);
         let reset_at_end = (is_reset && self.ends(part)).then(|| rung.element.name.clone());

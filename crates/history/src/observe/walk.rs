@@ -33,9 +33,16 @@ struct WitnessWalk<'a, W> {
     numbers: StepNumbers,
 }
 
+/// A program of which a slice is executed.
+#[derive(Clone, Copy)]
+pub(crate) struct WalkedProgram<'a> {
+    pub subject: &'a Subject,
+    pub slice: &'a Slice,
+}
+
 /// Makes a call of the engine of a slice; the witness observes a scan and the passes.
 pub(crate) fn walk(
-    (subject, slice): (&Subject, &Slice),
+    WalkedProgram { subject, slice }: WalkedProgram<'_>,
     engine: &mut Engine,
     call: EngineCall,
     witness: &mut impl Witness,

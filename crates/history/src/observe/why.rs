@@ -1,6 +1,6 @@
 //! `why`: the question and its answer.
 
-use super::answer::{Explanation, Limits};
+use super::answer::{Explanation, Limits, ModeSince};
 use super::earlier::{EndedOperand, ended_there};
 use super::inquiry::Inquiry;
 use super::past::{EarlierPast, Past, QuestionTime, TapeMoment, WhyRefusal};
@@ -34,7 +34,8 @@ impl Subject {
         &self,
         past: &mut dyn Past,
         cell: Cell,
-        (at, limits): (QuestionTime, Limits),
+        at: QuestionTime,
+        limits: Limits,
     ) -> Result<Explanation, WhyRefusal> {
         self.explained(past, cell, WhyQuestion { at, limits, reloads: 0, remedy: limits.change })
     }
@@ -93,7 +94,9 @@ impl Subject {
         let output = match mode {
             _ if outputs.number(cell).is_none() => OutputState::AsMemory,
             _ if is_lost => OutputState::Unknown(inquiry.last_known(cell, moment)),
-            Some((mode, _)) => OutputState::Safe(outputs.driven(cell, (mode, value)) != 0),
+            Some(ModeSince { mode, .. }) => {
+                OutputState::Safe(outputs.driven(cell, (mode, value)) != 0)
+            }
             None => OutputState::AsMemory,
         };
         let Inquiry { deeper, is_long, .. } = inquiry;
@@ -128,7 +131,7 @@ impl Inquiry<'_> {
         }
         let lost = first?;
         let held = self.replay.value(cell, lost);
-        let mode = self.mode(lost).map_or(Mode::Run, |(mode, _)| mode);
+        let mode = self.mode(lost).map_or(Mode::Run, |known| known.mode);
         Some(outputs.driven(cell, (mode, held)) != 0)
     }
 }

@@ -45,7 +45,8 @@ pub struct AlarmLog {
 
 impl AlarmLog {
     /// Adds the changes of alarms at the end of a scan.
-    pub fn look(&mut self, (place, program): PlacedProgram, scan: &PlayedScan, image: &Image) {
+    pub fn look(&mut self, program: PlacedProgram<'_>, scan: &PlayedScan, image: &Image) {
+        let PlacedProgram { place, program } = program;
         let alarms = &program.symbols.alarms;
         let is_first = self.place.is_none();
         if self.place != Some(place) {

@@ -9,8 +9,9 @@ use std::collections::HashSet;
 
 use super::programs::{PlayableProgram, RecordedPrograms};
 use super::replay::PlayedScan;
+use super::twin_run::TwinScan;
+use rungd_engine::Cell;
 use rungd_engine::isa::{Address, Bit, BitSpace, Real};
-use rungd_engine::{Cell, Image};
 
 /// The maximum number of elements of an array that count as outputs.
 const ELEMENTS_MAX: usize = 2048;
@@ -70,11 +71,22 @@ pub struct ProgramComparison {
     pub values: Vec<i32>,
 }
 
+/// The names of a compared operand.
+struct ComparedName {
+    /// Its text in the report.
+    label: String,
+    /// Its name in commands.
+    name: String,
+    compared_as: ComparedAs,
+}
+
 impl ComparedOperand {
+    /// An operand with its cells: in each recorded program, and in the new `program`.
     fn new(
-        (label, name, compared_as): (String, String, ComparedAs),
+        ComparedName { label, name, compared_as }: ComparedName,
         old: Vec<Option<Cell>>,
-        (program, new): (&PlayableProgram, Option<Cell>),
+        new: Option<Cell>,
+        program: &PlayableProgram,
     ) -> ComparedOperand {
         let is_real = |cell| matches!(cell, Cell::Word(word) if program.layout().is_real(word));
         let real = new.or(old.iter().find_map(|cell| *cell)).is_some_and(is_real);
@@ -116,7 +128,7 @@ impl ComparedOperand {
         }
     }
 
-    fn look(&mut self, (old, new): (i32, i32), scan: &PlayedScan) {
+    fn look(&mut self, old: i32, new: i32, scan: &PlayedScan) {
         if old == new {
             self.close(scan.unix_ns);
             return;
@@ -156,22 +168,23 @@ impl ProgramComparison {
             if here.is_none() && old.iter().all(Option::is_none) {
                 return Err(format!("--watch: neither program has a bit or word `{name}`"));
             }
-            let named = (name.clone(), name, ComparedAs::Watched);
-            operands.push(ComparedOperand::new(named, old, (new, here)));
+            let compared_as = ComparedAs::Watched;
+            let label = ComparedName { label: name.clone(), name, compared_as };
+            operands.push(ComparedOperand::new(label, old, here, new));
         }
         Ok(ProgramComparison { operands, values: Vec::new() })
     }
 
-    /// Compares both images at the end of a scan. `place` is the place of the old program among the
-    /// recorded ones.
-    pub fn look(&mut self, scan: &PlayedScan, (place, old): (usize, &Image), new: &Image) {
+    /// Compares both images at the end of a scan.
+    pub fn look(&mut self, seen: &TwinScan<'_>) {
+        let (old, new) = (seen.old.image(), seen.new.image());
         self.values.clear();
         for operand in &mut self.operands {
-            let cell = operand.old.get(place).copied().flatten();
+            let cell = operand.old.get(seen.place).copied().flatten();
             // An operand that a program does not have counts as 0.
             let [old, new] = [(old, cell), (new, operand.new)]
                 .map(|(image, cell)| cell.map_or(0, |cell| image.value(cell)));
-            operand.look((old, new), scan);
+            operand.look(old, new, &seen.scan);
             self.values.extend([old, new]);
         }
     }
@@ -195,7 +208,8 @@ fn output(programs: &RecordedPrograms, new: &PlayableProgram, address: Address) 
     let label = tag.map_or_else(|| address.to_string(), |tag| format!("{tag} ({address})"));
     let name = tag.map_or_else(|| address.to_string(), str::to_owned);
     let old = each(programs, |program| program.layout().cell(address));
-    ComparedOperand::new((label, name, ComparedAs::Output), old, (new, new.layout().cell(address)))
+    let label = ComparedName { label, name, compared_as: ComparedAs::Output };
+    ComparedOperand::new(label, old, new.layout().cell(address), new)
 }
 
 /// Every Y that a ladder names or a device outputs, in order.
@@ -257,8 +271,9 @@ fn alarms(programs: &RecordedPrograms, new: &PlayableProgram) -> Vec<ComparedOpe
     };
     let compared = |tag: &str| {
         let old = each(programs, |program| cell(program, tag));
-        let named = (tag.to_owned(), tag.to_owned(), ComparedAs::Alarm);
-        ComparedOperand::new(named, old, (new, cell(new, tag)))
+        let (label, name) = (tag.to_owned(), tag.to_owned());
+        let label = ComparedName { label, name, compared_as: ComparedAs::Alarm };
+        ComparedOperand::new(label, old, cell(new, tag), new)
     };
     tags.into_iter().map(compared).collect()
 }

@@ -30,8 +30,14 @@ pub struct PlayableProgram {
     pub outputs: OutputRules,
 }
 
-/// A program of the recording, with its index among all programs.
-pub type PlacedProgram<'a> = (usize, &'a PlayableProgram);
+/// A program of the recording.
+#[derive(Clone, Copy)]
+pub struct PlacedProgram<'a> {
+    /// Its index among all programs.
+    pub place: usize,
+    /// The program.
+    pub program: &'a PlayableProgram,
+}
 
 /// The programs of some sections.
 pub struct RecordedPrograms {

@@ -92,7 +92,7 @@ pub fn why(
 ) -> Result<Explanation, String> {
     let cell = subject.cell(operand)?;
     let mut past = RecordedPast::around(Arc::clone(recording), section, subject.code_for(cell));
-    subject.why(&mut past, cell, (at, limits)).map_err(|refusal| refusal.to_string())
+    subject.why(&mut past, cell, at, limits).map_err(|refusal| refusal.to_string())
 }
 
 /// The sections of one program in a recording, for a question about it.

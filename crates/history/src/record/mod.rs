@@ -37,7 +37,7 @@ pub use program::{RecordedFile, RecordedProgram};
 pub use program_read::read_program;
 pub use recent::Recent;
 pub use recorder::{Recorder, TapeClock};
-pub use recording::{ReadSection, Recording};
+pub use recording::{ReadSection, RecordedFolder, Recording};
 pub use section::SectionBody;
 pub use segment::{SegmentStart, VERSION};
 pub use segment_read::{FileIndex, Flaw, IndexedBlock, LastProgram, index, passed_ns};

@@ -52,6 +52,15 @@ struct RecordedSection {
 /// A section that was read: its state, if it has a base image, and its content.
 pub type ReadSection = (Option<EngineState>, SectionBody);
 
+/// The folder in which a controller records.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RecordedFolder {
+    /// The folder.
+    pub dir: PathBuf,
+    /// The controller's name. The names of its files begin with it.
+    pub controller: String,
+}
+
 impl Recording {
     /// Opens a file of segments, or all files of segments in a folder.
     ///
@@ -102,14 +111,14 @@ impl Recording {
     /// # Errors
     /// The error of the system.
     pub fn of_controller(
-        dir: Option<(&Path, &str)>,
+        folder: Option<&RecordedFolder>,
         from_ns: i64,
         memory: Vec<u8>,
     ) -> io::Result<Recording> {
         let (mut sources, mut indexes) = (Vec::new(), Vec::new());
         let last = &mut LastProgram::default();
         let mut indexer = RecordIndexer { last, texts: ProgramTexts::all() };
-        for path in dir.map_or(Ok(Vec::new()), |folder| own_files(folder, from_ns))? {
+        for path in folder.map_or(Ok(Vec::new()), |folder| own_files(folder, from_ns))? {
             let index = match open_file(&path) {
                 Ok(mut file) => Some(indexer.index(&mut file)?),
                 Err(error) => excused(error)?,
@@ -299,7 +308,8 @@ fn excused(error: io::Error) -> io::Result<Option<FileIndex>> {
 
 /// The files of a controller in a folder with scans after a time, in the order of their start
 /// times: the newest file that starts before that time, and all later files.
-fn own_files((dir, controller): (&Path, &str), from_ns: i64) -> io::Result<Vec<PathBuf>> {
+fn own_files(folder: &RecordedFolder, from_ns: i64) -> io::Result<Vec<PathBuf>> {
+    let RecordedFolder { dir, controller } = folder;
     let mut files = Vec::new();
     for entry in fs::read_dir(dir)? {
         let path = entry?.path();

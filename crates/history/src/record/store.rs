@@ -18,7 +18,7 @@ use super::folder::RecordFolder;
 use super::program::RecordedProgram;
 use super::recorder::TapeClock;
 use super::segment::SegmentStart;
-use super::stored_files::{StoreLimits, StoredFiles};
+use super::stored_files::{ListedFile, StoreLimits, StoredFiles};
 
 const SECOND_NS: u64 = 1_000_000_000;
 
@@ -303,11 +303,12 @@ impl<F: RecordFolder> Store<F> {
         }
         self.folder.own(&self.settings.controller)?;
         let own = |(name, bytes): (String, u64)| {
-            begun_ns(&self.settings.controller, &name).map(|begun_ns| (name, begun_ns, bytes))
+            let begun_ns = begun_ns(&self.settings.controller, &name)?;
+            Some(ListedFile { name, begun_ns, bytes })
         };
         let listed = self.folder.list()?.into_iter().filter_map(own);
         let listed = listed.collect();
-        self.files.look(listed, (&self.folder.order(), unix_ns));
+        self.files.look(listed, &self.folder.order(), unix_ns);
         self.is_known = true;
         Ok(())
     }
@@ -322,7 +323,7 @@ impl<F: RecordFolder> Store<F> {
             return Ok(false);
         }
         let limits = StoreLimits { keep_ns, bytes_max, file_ns };
-        while let Some(name) = self.files.next_deleted(bytes, (open, limits), &mut self.folder) {
+        while let Some(name) = self.files.next_deleted(bytes, open, limits, &mut self.folder) {
             match self.folder.remove(&name) {
                 Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
                 Ok(()) | Err(_) => self.files.forget(&name),

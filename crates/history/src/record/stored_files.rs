@@ -30,6 +30,17 @@ pub(super) struct StoreLimits {
 #[derive(Debug, Default)]
 pub(super) struct StoredFiles(Vec<StoredFile>);
 
+/// A file of the folder.
+#[derive(Debug)]
+pub(super) struct ListedFile {
+    /// Its name.
+    pub name: String,
+    /// Its start time, as in its name, ns since 1970 (UTC).
+    pub begun_ns: i64,
+    /// Its size.
+    pub bytes: u64,
+}
+
 #[derive(Debug)]
 struct StoredFile {
     name: String,
@@ -53,16 +64,16 @@ impl StoredFiles {
         self.0.iter().map(|file| file.bytes).sum()
     }
 
-    /// Takes over a list of the folder: names, start times, sizes. Known files keep their order;
-    /// other files are older, and in the noted order. `unix_ns`: the time now.
-    pub fn look(&mut self, listed: Vec<(String, i64, u64)>, (order, unix_ns): (&[i64], i64)) {
-        let mut listed: BTreeMap<String, (i64, u64)> =
-            listed.into_iter().map(|(name, begun_ns, bytes)| (name, (begun_ns, bytes))).collect();
+    /// Takes over a list of the folder. Known files keep their order; other files are older, and in
+    /// the noted order. `unix_ns`: the time now.
+    pub fn look(&mut self, listed: Vec<ListedFile>, order: &[i64], unix_ns: i64) {
+        let mut listed: BTreeMap<String, ListedFile> =
+            listed.into_iter().map(|file| (file.name.clone(), file)).collect();
         let mut known = std::mem::take(&mut self.0);
         known.retain_mut(|file| {
-            listed.remove(&file.name).map(|(_, bytes)| file.bytes = bytes).is_some()
+            listed.remove(&file.name).map(|listed| file.bytes = listed.bytes).is_some()
         });
-        let other = |(name, (begun_ns, bytes))| StoredFile {
+        let other = |ListedFile { name, begun_ns, bytes }| StoredFile {
             name,
             begun_ns,
             bytes,
@@ -70,7 +81,7 @@ impl StoredFiles {
             is_ahead: begun_ns > unix_ns,
             growing: PassedTime::default(),
         };
-        self.0 = listed.into_iter().map(other).collect();
+        self.0 = listed.into_values().map(other).collect();
         self.0.sort_by_key(|file| file.begun_ns);
         self.put_in_order(order);
         self.0.append(&mut known);
@@ -139,7 +150,8 @@ impl StoredFiles {
     pub fn next_deleted(
         &mut self,
         bytes: u64,
-        (open, limits): (Option<&str>, StoreLimits),
+        open: Option<&str>,
+        limits: StoreLimits,
         folder: &mut impl RecordFolder,
     ) -> Option<String> {
         let oldest = self.0.iter().position(|file| Some(&*file.name) != open)?;

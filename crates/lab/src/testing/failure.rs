@@ -315,7 +315,7 @@ fn why(
 ) -> Vec<String> {
     let mut answers = Vec::new();
     for cell in deciding.into_iter().take(EXPLAINED_MAX) {
-        if let Ok(answer) = subject.why(sections, cell, (at, WHY)) {
+        if let Ok(answer) = subject.why(sections, cell, at, WHY) {
             answers.push(answer.text());
         }
     }

@@ -46,7 +46,7 @@ fn why_agrees_with_an_independent_judge() {
             let mut past = bench.sections.clone();
             let cell = bench.cell(&name).expect("it is an operand");
             let limits = Limits { depth: 2, ..Limits::default() };
-            let answer = bench.subject.why(&mut past, cell, (at, limits));
+            let answer = bench.subject.why(&mut past, cell, at, limits);
             let answer = answer.unwrap_or_else(|refusal| panic!("seed {seed}: {refusal:?}"));
             *kinds.entry(kind(&answer.root.write.cause)).or_default() += 1;
             if let Err(wrong) = verdict::judge(&bench, cell, at, &answer, &mut rng) {

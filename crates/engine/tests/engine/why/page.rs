@@ -40,7 +40,7 @@ fn the_example_of_the_page_equals_the_output_of_why() {
     let mut past: Vec<_> = recorder.sections.into_iter().map(Arc::new).collect();
     let cell = subject.cell("pusher").expect("a tag");
     let answer =
-        subject.why(&mut past, cell, (QuestionTime::Now, Limits::default())).expect("an answer");
+        subject.why(&mut past, cell, QuestionTime::Now, Limits::default()).expect("an answer");
     let told = between(&page, "```text\n", "```");
     if env::var_os("UPDATE_PAGES").is_some() {
         let new =

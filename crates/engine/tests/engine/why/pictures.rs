@@ -133,7 +133,8 @@ fn the_answer_of_why_is_drawn_as_a_terminal_shows_it() {
     let answer = subject.why(
         &mut sections,
         feeder,
-        (QuestionTime::Now, Limits { depth: 2, ..Limits::default() }),
+        QuestionTime::Now,
+        Limits { depth: 2, ..Limits::default() },
     );
     let text = answer.expect("an answer").text();
     assert!(text.starts_with("feeder (Y0) is OFF") && text.contains("12 of 12"), "{text}");

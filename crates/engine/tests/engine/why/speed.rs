@@ -106,9 +106,8 @@ fn times(text: String, names: &[&str]) {
         let mut past = past.clone();
         let begin = Instant::now();
         let cell = subject.cell(name).expect("an operand");
-        let answer = subject
-            .why(&mut past, cell, (QuestionTime::Now, Limits::default()))
-            .expect("an answer");
+        let answer =
+            subject.why(&mut past, cell, QuestionTime::Now, Limits::default()).expect("an answer");
         println!("why {name}: {:?}\n{}", begin.elapsed(), answer.text());
     }
 }

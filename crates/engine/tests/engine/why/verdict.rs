@@ -163,7 +163,7 @@ fn reasons(bench: &Bench, of: &Cause, rng: &mut Rng) -> Result<(), String> {
             for leg in legs {
                 check_leg(bench, leg, rng)?;
             }
-            operands.iter().try_for_each(|(_, _, next)| followed(bench, next, rng))?;
+            operands.iter().try_for_each(|read| followed(bench, &read.followed, rng))?;
         }
         Cause::Pass { stop: Stop::Bit(of), .. } | Cause::Turn { running: Some(of), .. } => {
             node(bench, of, rng)?;
@@ -189,10 +189,10 @@ fn contact(bench: &Bench, of: &ContactSeen, rng: &mut Rng) -> Result<(), String>
         ContactDetail::Bit(_, next) => followed(bench, next, rng),
         ContactDetail::Element { bit, index } => {
             bit.iter().try_for_each(|(_, next)| followed(bench, next, rng))?;
-            followed(bench, &index.2, rng)
+            followed(bench, &index.followed, rng)
         }
         ContactDetail::Compare { sides, .. } => {
-            sides.iter().try_for_each(|(_, _, next)| followed(bench, next, rng))
+            sides.iter().try_for_each(|side| followed(bench, &side.followed, rng))
         }
         ContactDetail::Edge { inner, .. } => {
             inner.iter().try_for_each(|one| contact(bench, one, rng))

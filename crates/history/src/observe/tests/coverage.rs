@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::tape::tape;
 use crate::observe::leaves::{legs, states};
 use crate::observe::subject::Subject;
-use crate::observe::walk::{Witness, walk};
+use crate::observe::walk::{WalkedProgram, Witness, walk};
 use rungd_engine::{Engine, Image, ScanStep};
 use rungd_runtime::TapeEntry;
 
@@ -62,7 +62,12 @@ fn coverage_lists_the_observed_states_of_contacts_and_legs() {
     let mut engine = Engine::new(slice.program.clone());
     for entry in &plc.sections[0].entries {
         let TapeEntry::Call(call) = entry else { continue };
-        walk((&plc.subject, &slice), &mut engine, *call, &mut coverage);
+        walk(
+            WalkedProgram { subject: &plc.subject, slice: &slice },
+            &mut engine,
+            *call,
+            &mut coverage,
+        );
     }
     let first = &coverage.contacts[&0];
     assert_eq!(first[..], [[true, true], [true, false], [true, false]]);

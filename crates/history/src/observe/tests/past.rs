@@ -21,7 +21,7 @@ fn cause(edit: impl Fn(&mut Vec<TapeSection>)) -> Result<Cause, WhyRefusal> {
     edit(&mut sections);
     let mut past: Vec<Arc<TapeSection>> = sections.into_iter().map(Arc::new).collect();
     let (cell, limits) = (plc.cell("C0"), Limits::default());
-    let answer = plc.subject.why(&mut past, cell, (QuestionTime::Now, limits));
+    let answer = plc.subject.why(&mut past, cell, QuestionTime::Now, limits);
     answer.map(|answer| answer.root.write.cause)
 }
 
@@ -55,8 +55,9 @@ fn the_first_scan_of_a_process_has_the_number_one() {
         let mut first = (*plc.sections[0]).clone();
         (first.start.number, first.start.follows) = (1, follows);
         let mut past = vec![Arc::new(first)];
-        let asked = (QuestionTime::Now, Limits::default());
-        plc.subject.why(&mut past, plc.cell("C0"), asked).map(|answer| answer.root.write.cause)
+        let (cell, limits) = (plc.cell("C0"), Limits::default());
+        let answer = plc.subject.why(&mut past, cell, QuestionTime::Now, limits);
+        answer.map(|answer| answer.root.write.cause)
     };
     assert_eq!(cause(false), Ok(Cause::Initial));
     // The memory has dropped the older sections.
@@ -105,6 +106,6 @@ fn a_scan_is_found_by_its_number() {
     let mut past = plc.sections.clone();
     assert_eq!(past.count(), 2);
     let cell = plc.cell("C0");
-    let asked = plc.subject.why(&mut past, cell, (QuestionTime::Scan(70), Limits::default()));
+    let asked = plc.subject.why(&mut past, cell, QuestionTime::Scan(70), Limits::default());
     assert_eq!(asked, Err(WhyRefusal::NoSuchScan { first: 0, last: 19 }));
 }

@@ -107,18 +107,18 @@ impl Tape {
     }
 
     pub fn answer(&self, name: &str, at: QuestionTime) -> Explanation {
-        self.asked(name, (at, Limits::default()))
+        self.asked(name, at, Limits::default())
     }
 
     /// The answer for the current time, with limits.
     pub fn limited(&self, name: &str, limits: Limits) -> Explanation {
-        self.asked(name, (QuestionTime::Now, limits))
+        self.asked(name, QuestionTime::Now, limits)
     }
 
-    fn asked(&self, name: &str, how: (QuestionTime, Limits)) -> Explanation {
+    fn asked(&self, name: &str, at: QuestionTime, limits: Limits) -> Explanation {
         let mut past = self.sections.clone();
         past.push(Arc::new(self.now.clone()));
-        let answer = self.subject.why(&mut past, self.cell(name), how);
+        let answer = self.subject.why(&mut past, self.cell(name), at, limits);
         answer.unwrap_or_else(|refusal| panic!("{refusal:?}"))
     }
 
