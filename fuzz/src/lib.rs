@@ -19,7 +19,7 @@ use rungd_engine::{Engine, ScanTimes};
 use rungd_fleet::fleet::{FleetLimits, FleetView, ReceivedMessage};
 use rungd_history::record::{RecordedProgram, Recording, SectionBody, SegmentStart, read_program};
 use rungd_io::modbus::ModbusMap;
-use rungd_io::modbus::answer::{RequestDecision, answer, refused, written};
+use rungd_io::modbus::answer::{AnsweredRequest, RequestDecision, answer, refused, written};
 use rungd_io::modbus::frame::{self, FRAME_BYTES_MAX, FrameSplit};
 use rungd_io::modbus::map::RequestSource;
 use rungd_io::modbus::number::{ByteOrder, NumberOrder, RegisterNumberType, WordOrder};
@@ -205,7 +205,8 @@ pub fn modbus_server(mut bytes: &[u8]) {
             }
             RequestDecision::Write(request, batch) => {
                 assert!(!batch.is_empty() && batch.len() <= 4096);
-                written(map, header.unit, (pdu, &request), latest).expect("as it was")
+                let request = AnsweredRequest { pdu, request: &request };
+                written(map, header.unit, request, latest).expect("as it was")
             }
         };
         assert!(reply[0] == pdu[0] || (reply[0] == pdu[0] | 0x80 && reply.len() == 2));

@@ -127,7 +127,7 @@ fn simulate(args: &SimArgs, program: &Program, controller: Option<Controller>) -
     let (rows, planned) = (stimulus.take_rows(), simulation.scans);
     let run = |trace: &mut dyn Trace| -> Result<()> {
         let mut counted = CountedTrace { trace, scans: 0 };
-        simulation::run(&lowered, (&simulation, &stimulus), &mut counted)?;
+        simulation::run(&lowered, &simulation, &stimulus, &mut counted)?;
         warn_of_rows(args, &rows, counted.scans, planned);
         Ok(())
     };

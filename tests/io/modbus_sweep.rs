@@ -19,7 +19,7 @@ use rungd_config::load;
 use rungd_engine::isa::{Bit, BitSpace};
 use rungd_engine::{Cell, Layout};
 use rungd_io::modbus::ModbusMap;
-use rungd_io::modbus::answer::{RequestDecision, answer, refused, written};
+use rungd_io::modbus::answer::{AnsweredRequest, RequestDecision, answer, refused, written};
 use rungd_io::modbus::map::RequestSource;
 use rungd_language::lower::lower;
 use rungd_runtime::command::Forces;
@@ -99,7 +99,8 @@ impl Sweep {
                 }
                 let same = self.image.bits == self.bits && self.image.words == self.words;
                 assert!(same, "unit {unit} {client:?} {pdu:?}: another cell changed: {batch:?}");
-                written(&self.map, unit, (pdu, &request), &self.image).unwrap()
+                let request = AnsweredRequest { pdu, request: &request };
+                written(&self.map, unit, request, &self.image).unwrap()
             }
         };
         assert_eq!(reply, expected, "unit {unit} {client:?} {pdu:?}");

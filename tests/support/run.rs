@@ -51,7 +51,8 @@ pub fn target(program: &Program, symbols: &Symbols, name: &str) -> Result<Stimul
             Ok(StimulusTarget::Bit(symbols.layout.bit(bit)))
         }
         Address::Word(word) if Word::writable(word) => {
-            Ok(StimulusTarget::word(word, symbols.layout.word(word), symbols.limits(word)))
+            let (min, max) = symbols.limits(word);
+            Ok(StimulusTarget::word(word, symbols.layout.word(word), min, max))
         }
         _ => Err(format!("`{name}` cannot be written")),
     }

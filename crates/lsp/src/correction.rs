@@ -91,7 +91,7 @@ impl Correction {
             let text = || EditorFile::new(&path, source.text.as_str().into(), ColumnUnit::Utf8);
             let file = read.entry(path.clone()).or_insert_with(|| Arc::new(text()));
             self.trials += 1;
-            if let Some(fix) = certain(&self.texts, (judgement, finding), file) {
+            if let Some(fix) = certain(&self.texts, judgement, finding, file) {
                 return Some(self.take(&source.name, file, fix));
             }
             self.refused.insert(refused);

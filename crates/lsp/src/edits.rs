@@ -30,7 +30,7 @@ pub(super) fn applied(
         .collect();
     Some(match parts.as_slice() {
         [] => text.into(),
-        [(place, new)] => replaced(text, columns, (*place, new)).into(),
+        [(place, new)] => replaced(text, columns, *place, new).into(),
         several => {
             let mut edited = EditedText::of(text, columns);
             several.iter().for_each(|(place, new)| edited.replace(*place, new));
@@ -39,7 +39,7 @@ pub(super) fn applied(
     })
 }
 
-fn replaced(text: &str, columns: ColumnUnit, (place, new): (Place, &str)) -> String {
+fn replaced(text: &str, columns: ColumnUnit, place: Place, new: &str) -> String {
     let lines = LineIndex::of(text);
     let start = lines.offset(text, columns, place.start);
     let end = lines.offset(text, columns, place.end).max(start);
@@ -71,7 +71,7 @@ impl<'t> EditedText<'t> {
         let within =
             |at: Position| Position::new(at.line.saturating_sub(first as u32), at.character);
         let place = Place::new(within(place.start), within(place.end.max(place.start)));
-        let mut changed = replaced(&touched, self.columns, (place, new));
+        let mut changed = replaced(&touched, self.columns, place, new);
         // A `\n` after a `\r` belongs to the same line end.
         if changed.starts_with('\n')
             && let Some(last) = self.before.pop_if(|line| line.ends_with('\r'))
@@ -120,7 +120,7 @@ mod tests {
             for new in &news {
                 let mut position = || Position::new(number(9) as u32, number(4) as u32);
                 let place = Place::new(position(), position());
-                one_by_one = replaced(&one_by_one, ColumnUnit::Utf16, (place, new));
+                one_by_one = replaced(&one_by_one, ColumnUnit::Utf16, place, new);
                 edited.replace(place, new);
             }
             assert_eq!(edited.text(), one_by_one, "{first:?} {news:?}");

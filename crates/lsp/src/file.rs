@@ -31,6 +31,15 @@ pub(super) struct EditorFile {
     columns: ColumnUnit,
 }
 
+/// A file of a project.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct NumberedFile<'f> {
+    /// Its number in the project.
+    pub number: usize,
+    /// The file.
+    pub file: &'f EditorFile,
+}
+
 impl EditorFile {
     /// Reads a text.
     pub fn new(path: &Path, text: Arc<str>, columns: ColumnUnit) -> EditorFile {
@@ -52,7 +61,7 @@ impl EditorFile {
     }
 
     /// The byte at a line and a character of the line, both counted from 1.
-    pub fn offset_of(&self, (line, column): (u32, u32)) -> usize {
+    pub fn offset_of(&self, line: u32, column: u32) -> usize {
         let line = self.lines.span(&self.text, (line as usize).saturating_sub(1));
         let before = self.slice(line.clone()).chars().take((column as usize).saturating_sub(1));
         line.start + before.map(char::len_utf8).sum::<usize>()

@@ -89,7 +89,7 @@ pub(super) fn actions(
     let mut left = TrialBudget { trials: TRIALS_MAX, bytes: TRIED_BYTES_MAX };
     let mut offered = Vec::new();
     for (judgement, finding) in findings(workspace, &path, &file, &within) {
-        let mut trial = FixTrial::new(workspace.library.texts(), (judgement, finding), &file);
+        let mut trial = FixTrial::new(workspace.library.texts(), judgement, finding, &file);
         let offers = offers(&file, finding, &mut trial, &mut left);
         let is_clear = offers.iter().filter(|offer| offer.repairs).count() == 1;
         for offer in &offers {
@@ -212,12 +212,13 @@ pub(super) fn may_be_certain(finding: &Finding) -> bool {
 /// these texts.
 pub(super) fn certain(
     texts: &OpenTexts,
-    (judgement, finding): (&Judgement, &Finding),
+    judgement: &Judgement,
+    finding: &Finding,
     file: &Arc<EditorFile>,
 ) -> Option<CertainFix> {
     let span = finding.span.start as usize..finding.span.end as usize;
     let advice = finding.advice()?;
-    let mut trial = FixTrial::new(texts.clone(), (judgement, finding), file);
+    let mut trial = FixTrial::new(texts.clone(), judgement, finding, file);
     let is_certain = |fix: &&Fix| fix.applicability == Applicability::Certain;
     advice.fixes.iter().filter(is_certain).find_map(|fix| {
         let changes = change::exact(file, &span, fix)?;

@@ -4,9 +4,9 @@
 use anyhow::Result;
 use lsp_types::{InlayHint, InlayHintKind, InlayHintLabel, InlayHintParams};
 
-use super::file::EditorFile;
+use super::file::{EditorFile, NumberedFile};
 use super::live_poller::{LiveValue, LiveValues};
-use super::operands::{NamedWord, named, values, words};
+use super::operands::{NamedWord, NamingValue, named, values, words};
 use super::outline::OutlineValue;
 use super::project::Project;
 use super::slots::{FileKind, Slot};
@@ -36,10 +36,10 @@ pub(super) fn hints(
     let bytes = file.offset(params.range.start)..file.offset(params.range.end);
     workspace.live.shows(&path, bytes.clone());
     let Some(live) = workspace.live.values(&project.root) else { return Ok(None) };
-    let shown = values(file, bytes.start).take_while(|(value, _)| value.span.start <= bytes.end);
-    let hint = |value_and_slot: (&OutlineValue, Slot)| {
-        let label = label((&project, number), value_and_slot, &live)?;
-        Some(hint(file, value_and_slot.0, label))
+    let shown = values(file, bytes.start).take_while(|naming| naming.value.span.start <= bytes.end);
+    let hint = |naming: NamingValue| {
+        let label = label(&project, NumberedFile { number, file }, naming, &live)?;
+        Some(hint(file, naming.value, label))
     };
     Ok(Some(shown.filter_map(hint).collect()))
 }
@@ -59,14 +59,15 @@ fn hint(file: &EditorFile, value: &OutlineValue, label: String) -> InlayHint {
 
 /// The label after a value: `level = 37, late.Acc = 1.2 s`.
 fn label(
-    (project, number): (&Project, usize),
-    (value, slot): (&OutlineValue, Slot),
+    project: &Project,
+    numbered: NumberedFile,
+    NamingValue { value, slot }: NamingValue,
     live: &LiveValues,
 ) -> Option<String> {
-    let file = &project.files[number];
+    let file = numbered.file;
     let mut shown: Vec<String> = Vec::new();
     for word in words(file, value) {
-        let Some(word) = named(project, (number, file), word) else { continue };
+        let Some(word) = named(project, numbered, word) else { continue };
         let Some(value) = live.get(&word.operand) else { continue };
         let is_wanted = match value.memory {
             // The colour of a bit that is only read shows its value.

@@ -141,7 +141,7 @@ fn test(path: &Path, texts: &OpenTexts) -> anyhow::Result<Loaded> {
     let bytes = texts.read(path)?;
     let (text, undecoded) = decode(&bytes, FileId(0));
     let file = SourceFile { name: path.display().to_string(), text };
-    let read = testing::read_among(path, (file, undecoded), texts);
+    let read = testing::read_among(path, file, undecoded, texts);
     let is_test = |finding: &Finding| {
         let file = read.files.get(finding.span.file.0 as usize);
         file.is_some_and(|file| file.name.ends_with(".test.toml"))

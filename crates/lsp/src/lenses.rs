@@ -36,13 +36,13 @@ fn of_tests(file: &EditorFile, uri: &Value, results: &TestResults) -> Vec<CodeLe
         let Some(name) = file.value(at, &["name"]) else { continue };
         let place = object.extent.start..object.extent.start;
         let arguments = vec![uri.clone(), json!(name)];
-        lenses.push(lens(file, place.clone(), ("run", TEST, arguments.clone())));
+        lenses.push(lens(file, place.clone(), titled("run", TEST, arguments.clone())));
         let Some(verdict) = results.of(&file.path, name) else { continue };
         let command = if verdict.failure.is_some() { SHOW_FAILURE } else { TEST };
-        lenses.push(lens(file, place, (&verdict_text(verdict), command, arguments)));
+        lenses.push(lens(file, place, titled(&verdict_text(verdict), command, arguments)));
     }
     if !lenses.is_empty() {
-        lenses.insert(0, lens(file, 0..0, ("run all", TEST, vec![uri.clone()])));
+        lenses.insert(0, lens(file, 0..0, titled("run all", TEST, vec![uri.clone()])));
     }
     lenses
 }
@@ -54,20 +54,20 @@ fn of_ladder(file: &EditorFile, uri: &Value, is_live: bool) -> Vec<CodeLens> {
     let Some((_, main)) = main else { return Vec::new() };
     let place = main.extent.start..main.extent.start;
     let live = match is_live {
-        true => ("hide live values", LIVE_OFF, Vec::new()),
-        false => ("show live values", LIVE_ON, Vec::new()),
+        true => titled("hide live values", LIVE_OFF, Vec::new()),
+        false => titled("show live values", LIVE_ON, Vec::new()),
     };
     vec![
-        lens(file, place.clone(), ("simulate", SIMULATE, vec![uri.clone()])),
+        lens(file, place.clone(), titled("simulate", SIMULATE, vec![uri.clone()])),
         lens(file, place, live),
     ]
 }
 
-fn lens(
-    file: &EditorFile,
-    place: Range<usize>,
-    (title, command, arguments): (&str, &str, Vec<Value>),
-) -> CodeLens {
-    let command = Command::new(title.to_owned(), command.to_owned(), Some(arguments));
+/// A command of the server, with its title.
+fn titled(title: &str, command: &str, arguments: Vec<Value>) -> Command {
+    Command::new(title.to_owned(), command.to_owned(), Some(arguments))
+}
+
+fn lens(file: &EditorFile, place: Range<usize>, command: Command) -> CodeLens {
     CodeLens { range: file.place(place), command: Some(command), data: None }
 }

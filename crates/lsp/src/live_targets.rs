@@ -7,8 +7,9 @@ use std::collections::HashSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use super::file::NumberedFile;
 use super::live_poller::LiveTarget;
-use super::operands::{named, values, words};
+use super::operands::{NamingValue, named, values, words};
 use super::project::{Project, named_files};
 use super::slots::FileKind;
 use super::workspace::Workspace;
@@ -36,7 +37,7 @@ pub(super) fn targets(workspace: &Workspace) -> Vec<LiveTarget> {
             targets.push(LiveTarget { root, texts, operands: Vec::new() });
             targets.len() - 1
         });
-        operands(&project, (number, workspace.live.visible(path)), &mut targets[at].operands);
+        operands(&project, number, workspace.live.visible(path), &mut targets[at].operands);
     }
     targets
 }
@@ -52,18 +53,19 @@ fn texts(workspace: &Workspace, project: &Project) -> Vec<Arc<str>> {
     files.map(|file| file.text.clone()).collect()
 }
 
-/// Adds the operands of a file: first those from a byte on, then those before that byte.
-fn operands(project: &Project, (number, from): (usize, usize), all: &mut Vec<String>) {
+/// Adds the operands of the file with a number: first those from a byte on, then those before that
+/// byte.
+fn operands(project: &Project, number: usize, from: usize, all: &mut Vec<String>) {
     let file = &project.files[number];
     let mut known: HashSet<String> = all.iter().cloned().collect();
     let behind = values(file, from);
-    let before = values(file, 0).take_while(|(value, _)| value.span.end < from);
-    for (value, _) in behind.chain(before) {
+    let before = values(file, 0).take_while(|naming| naming.value.span.end < from);
+    for NamingValue { value, .. } in behind.chain(before) {
         for word in words(file, value) {
             if all.len() == OPERANDS_MAX {
                 return;
             }
-            let Some(word) = named(project, (number, file), word) else { continue };
+            let Some(word) = named(project, NumberedFile { number, file }, word) else { continue };
             if known.insert(word.operand.clone()) {
                 all.push(word.operand);
             }

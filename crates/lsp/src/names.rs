@@ -8,7 +8,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::file::EditorFile;
+use super::file::{EditorFile, NumberedFile};
 use super::slots::DeclaredKind;
 use super::words::{FileWord, FileWordRole};
 use rungd_engine::isa::address_text;
@@ -87,20 +87,20 @@ impl ProjectNames {
         for (number, file) in files.iter().enumerate() {
             for word in &file.words.all {
                 if let FileWordRole::Declares(kind) = word.role {
-                    names.declare((number, file), word, kind);
+                    names.declare(NumberedFile { number, file }, word, kind);
                 }
             }
         }
         for at in 0..names.all.len() {
             let number = names.all[at].file;
-            names.link(at, (number, &files[number]));
+            names.link(at, NumberedFile { number, file: &files[number] });
         }
         names
     }
 
     fn declare(
         &mut self,
-        (number, file): (usize, &EditorFile),
+        NumberedFile { number, file }: NumberedFile,
         word: &FileWord,
         kind: DeclaredKind,
     ) {
@@ -139,13 +139,13 @@ impl ProjectNames {
     }
 
     /// Sets the parent of a declaration, and registers its name there.
-    fn link(&mut self, at: usize, (number, file): (usize, &EditorFile)) {
+    fn link(&mut self, at: usize, file: NumberedFile) {
         let declared = &self.all[at];
         let (kind, name, object) = (declared.kind, declared.name.clone(), declared.object);
         let parent = match is_holder(kind) {
             true if object == 0 => None,
-            true => self.holder(number, file, file.outline.objects[object].parent),
-            false => self.holder(number, file, object),
+            true => self.holder(file, file.file.outline.objects[object].parent),
+            false => self.holder(file, object),
         };
         self.all[at].parent = parent;
         if kind == DeclaredKind::Device {
@@ -203,7 +203,8 @@ impl ProjectNames {
     }
 
     /// The block, stage or template that an object is, or that contains the object.
-    pub fn holder(&self, number: usize, file: &EditorFile, object: usize) -> Option<usize> {
+    pub fn holder(&self, file: NumberedFile, object: usize) -> Option<usize> {
+        let NumberedFile { number, file } = file;
         let mut at = object;
         loop {
             if let Some(found) = self.objects.get(&(number, at)) {
@@ -218,8 +219,8 @@ impl ProjectNames {
     }
 
     /// The Program, Task or template that contains a word.
-    pub fn block_of(&self, (number, file): (usize, &EditorFile), object: usize) -> Option<usize> {
-        let mut at = self.holder(number, file, object)?;
+    pub fn block_of(&self, file: NumberedFile, object: usize) -> Option<usize> {
+        let mut at = self.holder(file, object)?;
         while self.all[at].kind == DeclaredKind::Stage {
             at = self.all[at].parent?;
         }
@@ -249,7 +250,8 @@ impl ProjectNames {
     }
 
     /// The meanings of the parts of a word.
-    pub fn parts(&self, (number, file): (usize, &EditorFile), word: &FileWord) -> Vec<WordPart> {
+    pub fn parts(&self, numbered: NumberedFile, word: &FileWord) -> Vec<WordPart> {
+        let NumberedFile { number, file } = numbered;
         let text = file.slice(word.span.clone());
         let one = |meaning| vec![WordPart { span: word.span.clone(), meaning }];
         let known = |at: Option<usize>| one(at.map_or(Meaning::Unknown, Meaning::Declared));
@@ -258,7 +260,7 @@ impl ProjectNames {
                 known(self.places.get(&(number, word.span.start)).copied())
             }
             FileWordRole::Reads | FileWordRole::Writes | FileWordRole::Names => {
-                let block = self.block_of((number, file), word.object);
+                let block = self.block_of(numbered, word.object);
                 self.dotted(text, word.span.start, block)
             }
             FileWordRole::Block => {
@@ -268,7 +270,7 @@ impl ProjectNames {
                 known(self.global(text).filter(is_block))
             }
             FileWordRole::Stage => {
-                let block = self.block_of((number, file), word.object);
+                let block = self.block_of(numbered, word.object);
                 known(block.and_then(|block| self.member(block, text)))
             }
             FileWordRole::Template => known(self.template(text)),
@@ -281,7 +283,7 @@ impl ProjectNames {
                 known(self.global(text).filter(|at| self.all[*at].kind == DeclaredKind::Device))
             }
             FileWordRole::Placeholder => {
-                let block = self.block_of((number, file), word.object);
+                let block = self.block_of(numbered, word.object);
                 known(block.and_then(|block| self.own(block, text)))
             }
             FileWordRole::File

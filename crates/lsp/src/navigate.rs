@@ -9,6 +9,7 @@ use lsp_types::{
     GotoDefinitionResponse, Location, ReferenceParams, Uri,
 };
 
+use super::file::NumberedFile;
 use super::names::Meaning;
 use super::project::{Project, is_library, named_file};
 use super::uri::uri_of;
@@ -31,7 +32,7 @@ pub(super) fn places_of(project: &Project, meaning: Meaning) -> Vec<(usize, Rang
     let mut places = Vec::new();
     for (number, file) in project.files.iter().enumerate() {
         for word in &file.words.all {
-            let parts = project.names.parts((number, file), word);
+            let parts = project.names.parts(NumberedFile { number, file }, word);
             let same = parts.into_iter().filter(|part| part.meaning == meaning);
             places.extend(same.map(|part| (number, part.span)));
         }

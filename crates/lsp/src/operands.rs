@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use super::file::EditorFile;
+use super::file::{EditorFile, NumberedFile};
 use super::names::Meaning;
 use super::outline::OutlineValue;
 use super::project::Project;
@@ -30,9 +30,10 @@ pub(super) struct NamedWord {
 /// The operand that a word names.
 pub(super) fn named(
     project: &Project,
-    (number, file): (usize, &EditorFile),
+    numbered: NumberedFile,
     word: &FileWord,
 ) -> Option<NamedWord> {
+    let file = numbered.file;
     let is_written = match word.role {
         FileWordRole::Writes => true,
         FileWordRole::Reads | FileWordRole::Names => false,
@@ -49,7 +50,7 @@ pub(super) fn named(
         | FileWordRole::Placeholder => return None,
     };
     let text = file.slice(word.span.clone());
-    let parts = project.names.parts((number, file), word);
+    let parts = project.names.parts(numbered, word);
     let mut last = None;
     for part in &parts {
         if let Meaning::Declared(at) = part.meaning {
@@ -79,16 +80,13 @@ pub(super) fn named(
 }
 
 /// The operand at a byte, as `rungd why` is given it; for a structure, its Done bit.
-pub(super) fn asked(
-    project: &Project,
-    (number, file): (usize, &EditorFile),
-    offset: usize,
-) -> Option<String> {
+pub(super) fn asked(project: &Project, numbered: NumberedFile, offset: usize) -> Option<String> {
+    let file = numbered.file;
     let word = file.words.at(offset)?;
     if file.kind == FileKind::Test {
         return None;
     }
-    let named = named(project, (number, file), word)?;
+    let named = named(project, numbered, word)?;
     let text = file.slice(word.span.clone());
     Some(match named.operand.strip_prefix(text) {
         Some(".Acc") => format!("{text}.Done"),
@@ -150,18 +148,24 @@ fn structure_of(address: Address) -> Option<Structure> {
     }
 }
 
-/// The values of a ladder that name operands, each with its slot. The first is the value at a byte,
-/// or the next value after it.
-pub(super) fn values(
-    file: &EditorFile,
-    from: usize,
-) -> impl Iterator<Item = (&OutlineValue, Slot)> {
+/// A value of a ladder that names operands.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct NamingValue<'f> {
+    /// The value.
+    pub value: &'f OutlineValue,
+    /// What is written there.
+    pub slot: Slot,
+}
+
+/// The values of a ladder that name operands. The first is the value at a byte, or the next value
+/// after it.
+pub(super) fn values(file: &EditorFile, from: usize) -> impl Iterator<Item = NamingValue<'_>> {
     let values = &file.outline.values;
     let first = values.partition_point(|value| value.span.end < from);
     values[first..].iter().filter_map(|value| {
         let slot = of_value(&file.outline, file.kind, &file.outline.pairs[value.pair]);
         let names = matches!(slot, Slot::Contacts | Slot::Instruction | Slot::Argument);
-        (names && value.is_string).then_some((value, slot))
+        (names && value.is_string).then_some(NamingValue { value, slot })
     })
 }
 
@@ -187,12 +191,12 @@ mod tests {
         let project = library.project(path).unwrap();
         let file = &project.files[0];
         let of = |word: &FileWord| {
-            let named = named(&project, (0, file), word)?;
+            let named = named(&project, NumberedFile { number: 0, file }, word)?;
             let time = if named.is_time { " (time)" } else { "" };
             let written = if named.is_written { " written" } else { "" };
             Some(format!("{}{time}{written}", named.operand))
         };
-        values(file, 0).flat_map(|(value, _)| words(file, value)).filter_map(of).collect()
+        values(file, 0).flat_map(|naming| words(file, naming.value)).filter_map(of).collect()
     }
 
     #[test]

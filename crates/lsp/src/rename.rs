@@ -14,7 +14,7 @@ use lsp_types::{
     PrepareRenameResponse, RenameParams, TextDocumentPositionParams, TextEdit, Uri, WorkspaceEdit,
 };
 
-use super::file::EditorFile;
+use super::file::{EditorFile, NumberedFile};
 use super::judge::{JudgedRoot, judge};
 use super::names::{Declaration, Meaning, ProjectNames};
 use super::navigate::{part_at, places_of};
@@ -164,8 +164,8 @@ fn same_meanings(project: &Project, changed: &[Arc<EditorFile>], new: &str) -> R
             bail!("with `{new}` the file would be read differently");
         }
         for (word, renamed) in before.words.all.iter().zip(&after.words.all) {
-            let meant = project.names.parts((number, before), word);
-            let means = names.parts((number, after), renamed);
+            let meant = project.names.parts(NumberedFile { number, file: before }, word);
+            let means = names.parts(NumberedFile { number, file: after }, renamed);
             let is_same = meant.len() == means.len()
                 && meant.iter().zip(&means).all(|(old, new)| old.meaning == new.meaning);
             if !is_same {

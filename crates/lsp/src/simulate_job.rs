@@ -65,7 +65,7 @@ pub(super) fn run(order: &SimulateOrder, place: &JobPlace) -> Result<Option<JobR
     let mut content = Vec::new();
     let run = |trace: &mut dyn Trace| {
         let mut trace = WantedTrace { trace, place };
-        simulation::run(&lowered, (&simulation, &Stimulus::default()), &mut trace)
+        simulation::run(&lowered, &simulation, &Stimulus::default(), &mut trace)
     };
     let made = if is_table {
         let mut trace = CsvTrace::new(&watched, &mut content)?;

@@ -33,7 +33,8 @@ fn tree(file: &EditorFile) -> Vec<DocumentSymbol> {
             let doc = outline.value_below(word.pair, "doc");
             let doc = doc.map(|doc| file.slice(doc.inner.clone()).to_owned());
             let name = file.slice(word.span.clone()).to_owned();
-            let mut symbol = symbol(file, (name, doc), kind_of(kind), extent);
+            let mut symbol = symbol(file, name, kind_of(kind), extent);
+            symbol.detail = doc;
             symbol.selection_range = file.place(word.span.clone());
             children[word.object].push(symbol);
         }
@@ -60,7 +61,8 @@ fn tree(file: &EditorFile) -> Vec<DocumentSymbol> {
             Some(_) | None => shown(file, at, last),
         };
         let doc = value("doc").map(|(doc, _)| doc);
-        let mut symbol = symbol(file, (name, doc), kind, object.extent.clone());
+        let mut symbol = symbol(file, name, kind, object.extent.clone());
+        symbol.detail = doc;
         if let Some((_, span)) = named {
             symbol.selection_range = file.place(span);
         }
@@ -83,14 +85,14 @@ fn shown(file: &EditorFile, object: usize, last: &str) -> String {
 #[allow(deprecated)] // The field must be given.
 fn symbol(
     file: &EditorFile,
-    (name, detail): (String, Option<String>),
+    name: String,
     kind: SymbolKind,
     extent: std::ops::Range<usize>,
 ) -> DocumentSymbol {
     let range = file.place(extent);
     DocumentSymbol {
         name,
-        detail,
+        detail: None,
         kind,
         tags: None,
         deprecated: None,

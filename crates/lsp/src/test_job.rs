@@ -48,7 +48,7 @@ fn suite(TestOrder { path, open, .. }: &TestOrder) -> Result<Suite> {
     let bytes = open.read(path).with_context(|| path.display().to_string())?;
     let (text, undecoded) = decode(&bytes, FileId(0));
     let file = SourceFile { name: path.display().to_string(), text };
-    let ReadSuite { files, findings, suite } = testing::read_among(path, (file, undecoded), open);
+    let ReadSuite { files, findings, suite } = testing::read_among(path, file, undecoded, open);
     let error = findings.iter().find(|finding| finding.severity() == Severity::Error);
     match (suite, error) {
         (Some(suite), _) => Ok(suite),

@@ -91,7 +91,8 @@ pub(super) fn whole(file: &Path, verdict: &TestVerdict, failure: &Failure) -> St
 }
 
 fn diagnostic(file: &EditorFile, verdict: &TestVerdict, failure: &Failure) -> Diagnostic {
-    let offset = file.offset_of(failure.place);
+    let (line, column) = failure.place;
+    let offset = file.offset_of(line, column);
     let step = file.outline.value_at(&(offset..offset + 1)).filter(|value| value.is_string);
     let place = step.map_or_else(|| file.line(offset), |step| step.inner.clone());
     let name = file.path.file_name().map(Path::new).unwrap_or(&file.path);

@@ -12,6 +12,7 @@ use lsp_types::{
     SemanticTokensResult, WorkDoneProgressOptions,
 };
 
+use super::file::NumberedFile;
 use super::names::Meaning;
 use super::operands::named;
 use super::project::Project;
@@ -77,7 +78,7 @@ pub(super) fn tokens(
     let (mut last, mut end) = (lsp_types::Position::default(), 0);
     for word in &file.words.all {
         let value = || {
-            let named = named(&project, (number, file), word)?;
+            let named = named(&project, NumberedFile { number, file }, word)?;
             Some(live.as_ref()?.get(&named.operand)?.held())
         };
         let state = match live.as_ref().and_then(|_| value()) {
@@ -85,7 +86,7 @@ pub(super) fn tokens(
             Some(BitOrNumber::Bit(false)) => OFF,
             Some(BitOrNumber::Word(_) | BitOrNumber::Real(_)) | None => 0,
         };
-        for (span, kind) in parts((&project, number), word) {
+        for (span, kind) in parts(&project, NumberedFile { number, file }, word) {
             let place = file.place(span.clone());
             if span.start < end || span.is_empty() || place.start.line != place.end.line {
                 continue;
@@ -107,7 +108,8 @@ pub(super) fn tokens(
 
 /// The parts of a word that have a token.
 fn parts(
-    (project, number): (&Project, usize),
+    project: &Project,
+    file: NumberedFile,
     word: &FileWord,
 ) -> Vec<(std::ops::Range<usize>, NameToken)> {
     let one = |kind| vec![(word.span.clone(), kind)];
@@ -120,7 +122,7 @@ fn parts(
         FileWordRole::Declares(kind) => one(kind_of(kind)),
         FileWordRole::File | FileWordRole::Warning => Vec::new(),
         FileWordRole::Reads | FileWordRole::Writes | FileWordRole::Names => {
-            let parts = project.names.parts((number, &project.files[number]), word);
+            let parts = project.names.parts(file, word);
             let kind = |meaning| match meaning {
                 Meaning::Declared(at) => Some(kind_of(project.names.all[at].kind)),
                 Meaning::Member => Some(NameToken::Property),

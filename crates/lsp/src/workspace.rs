@@ -12,7 +12,7 @@ use lsp_types::{ClientCapabilities, Location, Position, TextDocumentPositionPara
 use serde_json::Value;
 
 use super::complete::proposal::ItemAbilities;
-use super::file::EditorFile;
+use super::file::{EditorFile, NumberedFile};
 use super::jobs::Jobs;
 use super::judge::{JudgedRoot, Judgement};
 use super::lines::ColumnUnit;
@@ -71,8 +71,8 @@ impl Cursor {
     }
 
     /// The file with its number.
-    pub fn numbered(&self) -> (usize, &EditorFile) {
-        (self.number, self.file())
+    pub fn numbered(&self) -> NumberedFile<'_> {
+        NumberedFile { number: self.number, file: self.file() }
     }
 
     /// The word around the cursor, or directly before it.

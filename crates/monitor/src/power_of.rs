@@ -40,6 +40,6 @@ impl PowerOf for LiveView {
 
     fn conducts(&self, element: &str, rung: u32, contact: &ContactSymbol) -> Option<bool> {
         let executes = self.executes(&self.power);
-        executes.then(|| LiveView::conducts(self, &self.power, (element, rung), contact)).flatten()
+        executes.then(|| LiveView::conducts(self, &self.power, element, rung, contact)).flatten()
     }
 }

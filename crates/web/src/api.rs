@@ -13,7 +13,7 @@ use super::journal::say;
 use super::patience::BrowserPatience;
 use super::query::Query;
 use super::reply::{WebFailure, WebResult, bad, json_answer};
-use super::sessions::WebSession;
+use super::sessions::{SignedIn, WebSession};
 use super::site::WebSite;
 use super::stream::{ProgramWindow, SentState, name_of, tag_value};
 use rungd_client::live::{LiveEvent, LiveProgram, LiveTag, LiveView, TrendPoint};
@@ -38,7 +38,8 @@ const OPERAND_BYTES_MAX: usize = 256;
 pub(super) async fn question(
     site: &Arc<WebSite>,
     path: &str,
-    (query, session): (&Query, &WebSession),
+    query: &Query,
+    session: &WebSession,
 ) -> WebResult {
     if path == "/api/status" {
         let seen = site.follow.now().await;
@@ -103,7 +104,7 @@ async fn asked(
 }
 
 fn of_session(session: &WebSession, view: &LiveView) -> Value {
-    let user = session.user.as_ref().map(|(name, _)| name);
+    let user = session.user.as_ref().map(|user| &user.name);
     let write = settings(&view.program).map_or(&[][..], |web| &web.write);
     let names: Vec<&str> = write.iter().map(|(name, _)| name.as_str()).collect();
     let bits = write.iter().filter(|(_, address)| matches!(address, Address::Bit(_)));
@@ -280,20 +281,21 @@ pub(super) struct Visitor {
 pub(super) async fn change(
     site: &Arc<WebSite>,
     path: &str,
-    (visitor, said): (&Visitor, &Value),
+    visitor: &Visitor,
+    said: &Value,
 ) -> WebResult {
-    let Some((user, _)) = &visitor.session.user else {
+    let Some(SignedIn { name: user, .. }) = &visitor.session.user else {
         let why = "only users who have signed in may change something: see `rungd web passwd`";
         return Err(WebFailure(StatusCode::FORBIDDEN, why.to_owned()));
     };
     match path {
-        "/api/write" => write(site, (visitor, user), said).await,
-        "/api/ack" => acknowledge(site, (visitor, user), said).await,
+        "/api/write" => write(site, visitor, user, said).await,
+        "/api/ack" => acknowledge(site, visitor, user, said).await,
         _ => Err(WebFailure(StatusCode::NOT_FOUND, "there is no such change".to_owned())),
     }
 }
 
-async fn write(site: &Arc<WebSite>, (visitor, user): (&Visitor, &str), said: &Value) -> WebResult {
+async fn write(site: &Arc<WebSite>, visitor: &Visitor, user: &str, said: &Value) -> WebResult {
     let view = viewed(site).await?;
     let operand = said["operand"].as_str().unwrap_or_default().trim().to_owned();
     let subject = &view.program.subject;
@@ -318,7 +320,8 @@ async fn write(site: &Arc<WebSite>, (visitor, user): (&Visitor, &str), said: &Va
 /// Acknowledges an alarm.
 async fn acknowledge(
     site: &Arc<WebSite>,
-    (visitor, user): (&Visitor, &str),
+    visitor: &Visitor,
+    user: &str,
     said: &Value,
 ) -> WebResult {
     let alarm = said["alarm"].as_str().unwrap_or_default().trim().to_owned();

@@ -31,6 +31,13 @@ const HANDSHAKE_MAX: Duration = Duration::from_secs(10);
 pub(super) trait BrowserStream: AsyncRead + AsyncWrite + Unpin + Send {}
 impl<S: AsyncRead + AsyncWrite + Unpin + Send> BrowserStream for S {}
 
+/// A connected browser.
+pub(super) struct Browser {
+    pub connection: Box<dyn BrowserStream>,
+    /// The browser's end of the connection.
+    pub peer: PeerEnd,
+}
+
 /// The source of connections.
 pub(super) enum WebListener {
     Port(TcpListener),
@@ -72,22 +79,22 @@ impl WebListener {
         }
     }
 
-    /// The next connection, and the browser at its other end.
+    /// The next browser that connects.
     ///
     /// # Errors
     /// The system's error.
-    pub async fn accept(&self) -> io::Result<(Box<dyn BrowserStream>, PeerEnd)> {
+    pub async fn accept(&self) -> io::Result<Browser> {
         match self {
             WebListener::Port(listener) => {
                 let (stream, _) = listener.accept().await?;
                 let _ = stream.set_nodelay(true);
                 let peer = PeerEnd::of(&stream)?;
-                Ok((Box::new(stream), peer))
+                Ok(Browser { connection: Box::new(stream), peer })
             }
             WebListener::Unix(listener) => {
                 let (stream, _) = listener.accept().await?;
                 let peer = PeerEnd::of(&stream)?;
-                Ok((Box::new(stream), peer))
+                Ok(Browser { connection: Box::new(stream), peer })
             }
         }
     }

@@ -18,7 +18,7 @@ use super::journal::say;
 use super::patience::BrowserPatience;
 use super::query::Query;
 use super::reply::{WebAnswer, WebFailure, WebResult, bad, json_answer, typed};
-use super::sessions::{COOKIE, cookie_of};
+use super::sessions::{COOKIE, SignedIn, cookie_of};
 use super::site::WebSite;
 use super::stream;
 
@@ -84,7 +84,7 @@ async fn admitted_answer(
         if path == "/events" {
             return stream::events(site, &query, &cookie);
         }
-        return api::question(site, &path, (&query, &session)).await;
+        return api::question(site, &path, &query, &session).await;
     }
     let token = request.headers().get(CSRF).and_then(|token| token.to_str().ok());
     if !session.has_token(token.unwrap_or_default()) {
@@ -100,7 +100,7 @@ async fn admitted_answer(
     }
     let said = body(request).await?;
     let visitor = Visitor { session, cookie, patience: patience.said(&said)? };
-    api::change(site, &path, (&visitor, &said)).await
+    api::change(site, &path, &visitor, &said).await
 }
 
 fn cookie(headers: &HeaderMap) -> Option<&str> {
@@ -185,7 +185,7 @@ async fn sign_in(
         return Err(WebFailure(StatusCode::UNAUTHORIZED, why.to_owned()));
     };
     say(&format!("{name} has signed in"));
-    let cookie = site.sessions().begin(Some((name, hash)), Instant::now());
+    let cookie = site.sessions().begin(Some(SignedIn { name, hash }), Instant::now());
     let mut answer = json_answer(&json!({}));
     set_cookie(site, &mut answer, &cookie);
     Ok(answer)

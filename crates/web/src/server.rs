@@ -16,7 +16,7 @@ use tokio_rustls::TlsAcceptor;
 use super::follow::FollowThread;
 use super::guard::RequestGuard;
 use super::journal::say;
-use super::listen::{BrowserStream, WebListener, secured, tls};
+use super::listen::{Browser, WebListener, secured, tls};
 use super::options::{ListenAt, WebOptions};
 use super::patience::{BrowserPatience, PeerEnd};
 use super::route::answer;
@@ -67,7 +67,7 @@ async fn run(options: &WebOptions) -> Result<()> {
     let accept = || listener.accept();
     let converse = |browser, seat| {
         let (site, acceptor) = (Arc::clone(&site), acceptor.clone());
-        async move { converse_secured(browser, &site, (&seat, acceptor)).await }
+        async move { converse_secured(browser, &site, &seat, acceptor).await }
     };
     http::until_signal(Seats::new(SEATS).serve(accept, converse)).await?;
     if let ListenAt::Unix(path) = &options.listen {
@@ -87,27 +87,26 @@ fn address(options: &WebOptions, listener: &WebListener) -> String {
     }
 }
 
-/// A connection, and the browser at its other end.
-type Browser = (Box<dyn BrowserStream>, PeerEnd);
-
 /// Answers the requests of a connection, after it has begun TLS if there is an acceptor.
 async fn converse_secured(
-    (connection, peer): Browser,
+    Browser { connection, peer }: Browser,
     site: &Arc<WebSite>,
-    (seat, acceptor): (&Arc<TakenSeat>, Option<TlsAcceptor>),
+    seat: &Arc<TakenSeat>,
+    acceptor: Option<TlsAcceptor>,
 ) {
     let connection = match &acceptor {
         Some(acceptor) => secured(acceptor, connection).await,
         None => Ok(connection),
     };
     if let Ok(connection) = connection {
-        converse((connection, peer), site, seat).await;
+        converse(Browser { connection, peer }, site, seat).await;
     }
 }
 
 /// Answers the requests of a connection. While one is answered, or events are sent, the connection
 /// keeps its seat.
-async fn converse((connection, peer): Browser, site: &Arc<WebSite>, seat: &Arc<TakenSeat>) {
+async fn converse(browser: Browser, site: &Arc<WebSite>, seat: &Arc<TakenSeat>) {
+    let Browser { connection, peer } = browser;
     let service = service_fn(|request| {
         let (site, patience) = (Arc::clone(site), BrowserPatience::from_now(peer.clone()));
         let busy = seat.busy();
@@ -137,7 +136,8 @@ pub fn conversation(bytes: &[u8]) -> Vec<u8> {
             far.write_all(bytes).await.expect("there is room");
             far.shutdown().await.expect("it ends");
         };
-        tokio::join!(asked, converse((Box::new(near), PeerEnd::default()), &site, &seat));
+        let browser = Browser { connection: Box::new(near), peer: PeerEnd::default() };
+        tokio::join!(asked, converse(browser, &site, &seat));
         let mut answer = Vec::new();
         let _ = far.read_to_end(&mut answer).await;
         answer

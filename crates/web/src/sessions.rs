@@ -42,11 +42,20 @@ pub(super) struct WebSessions {
     right: Vec<(Instant, String)>,
 }
 
+/// A user who has signed in.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct SignedIn {
+    /// The user's name.
+    pub name: String,
+    /// The hash of the password at sign-in.
+    pub hash: String,
+}
+
 /// A session.
 #[derive(Clone, Debug)]
 pub(super) struct WebSession {
-    /// The user, and the hash of the password at sign-in; `None`: signed in by the one-time link.
-    pub user: Option<(String, String)>,
+    /// The user; `None`: signed in by the one-time link.
+    pub user: Option<SignedIn>,
     /// The token that a change must contain.
     pub csrf: String,
     began: Instant,
@@ -83,10 +92,10 @@ impl WebSessions {
     }
 
     /// Begins a session. Returns the value of its cookie.
-    pub fn begin(&mut self, user: Option<(String, String)>, now: Instant) -> String {
+    pub fn begin(&mut self, user: Option<SignedIn>, now: Instant) -> String {
         self.all.retain(|_, session| session.is_alive(now));
-        if let Some((name, _)) = &user {
-            self.right.push((now, name.clone()));
+        if let Some(user) = &user {
+            self.right.push((now, user.name.clone()));
         }
         let is_own = |session: &WebSession| user.is_some() && session.user == user;
         let own = self.all.values().filter(|session| is_own(session)).count();
@@ -214,7 +223,7 @@ mod tests {
     #[test]
     fn repeated_sign_ins_are_delayed_and_end_no_session_of_other_users() {
         let (mut sessions, mut now) = (WebSessions::default(), Instant::now());
-        let user = |name: &str| Some((name.to_owned(), "hash".to_owned()));
+        let user = |name: &str| Some(SignedIn { name: name.to_owned(), hash: "hash".to_owned() });
         let ben = sessions.begin(user("ben"), now);
         for _ in 0..10 {
             for _ in 0..RIGHT_MAX {

@@ -13,7 +13,7 @@ use super::follow::FollowThread;
 use super::guard::RequestGuard;
 use super::hasher::Hasher;
 use super::journal::say;
-use super::sessions::{WebSession, WebSessions};
+use super::sessions::{SignedIn, WebSession, WebSessions};
 use super::users::{UserFailure, Users};
 use rungd_base::locked::locked;
 use rungd_client::live::LiveView;
@@ -147,7 +147,7 @@ impl WebSite {
     }
 
     fn has_its_user(&self, session: &WebSession) -> bool {
-        let Some((name, hash)) = &session.user else { return true };
+        let Some(SignedIn { name, hash }) = &session.user else { return true };
         let users = self.users().inspect_err(|failure| say(&failure.to_string()));
         users.is_ok_and(|users| users.hash_of(name) == Some(hash.as_str()))
     }

@@ -209,9 +209,10 @@ fn lit(view: &LiveView, power: &ScanPower, window: &ProgramWindow) -> Map<String
     let shown =
         rungs.iter().skip(window.from - 1).take((window.to + 1).saturating_sub(window.from));
     let of_rung = |rung: &RungPicture| {
-        let place = (window.element.as_str(), rung.number as u32);
-        let is_executed = executes && view.is_executed(power, place);
-        let conducts = |contact: &_| view.conducts(power, place, contact).unwrap_or(false);
+        let (element, number) = (window.element.as_str(), rung.number as u32);
+        let is_executed = executes && view.is_executed(power, element, number);
+        let conducts =
+            |contact: &_| view.conducts(power, element, number, contact).unwrap_or(false);
         let power = is_executed.then(|| live_svg::power(&rung.grid, &conducts));
         (rung.number.to_string(), json!(power))
     };

@@ -43,7 +43,7 @@ impl ChangeFollower {
 
     /// The number of the section to request next. All sections before it have been executed.
     pub fn next_section(&self) -> u64 {
-        self.newest.map_or(u64::MAX, |(_, sequence)| sequence)
+        self.newest.map_or(u64::MAX, |newest| newest.sequence)
     }
 
     /// The events since the previous look. Sends the controller one request; blocks until it has
@@ -74,8 +74,11 @@ impl ChangeFollower {
         let mut events = Vec::new();
         for at in 0..count {
             let head = recording.head(at);
-            let name = (recording.program(at).process_start_ns, head.sequence);
-            if self.newest.is_some_and(|newest| newest.0 == name.0 && name.1 < newest.1) {
+            let process_start_ns = recording.program(at).process_start_ns;
+            let name = SectionName { process_start_ns, sequence: head.sequence };
+            if self.newest.is_some_and(|newest| {
+                newest.process_start_ns == name.process_start_ns && name.sequence < newest.sequence
+            }) {
                 continue;
             }
             let Ok(section) = self.playback.section(at) else { continue };
@@ -101,9 +104,9 @@ impl ChangeFollower {
         section: &TapeSection,
         events: &mut Vec<LogEvent>,
     ) {
-        let joins = self.newest.is_some_and(|(process, sequence)| {
-            let next = (process, sequence.wrapping_add(1));
-            head.name == (process, sequence) || head.name == next && head.follows
+        let joins = self.newest.is_some_and(|newest| {
+            let next = SectionName { sequence: newest.sequence.wrapping_add(1), ..newest };
+            head.name == newest || head.name == next && head.follows
         });
         let at = start(head.name, section);
         let before = self.position();
@@ -135,7 +138,7 @@ struct SectionHead {
 }
 
 /// The position at the start of a section.
-pub(super) fn start((process_start_ns, _): SectionName, section: &TapeSection) -> LogPosition {
-    let unix_ns = begin_unix_ns(section);
+pub(super) fn start(name: SectionName, section: &TapeSection) -> LogPosition {
+    let (process_start_ns, unix_ns) = (name.process_start_ns, begin_unix_ns(section));
     LogPosition { process_start_ns, scan: section.start.number.saturating_sub(1), unix_ns }
 }

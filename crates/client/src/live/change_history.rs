@@ -102,7 +102,7 @@ impl ChangeHistory {
         let Some(at) = self.left.pop() else { return self.end() };
         let mut events = Vec::new();
         match self.section(at) {
-            Ok((program, section)) => self.execute(at, (program, &section), &mut events),
+            Ok((program, section)) => self.execute(at, program, &section, &mut events),
             Err(why) => self.trouble = Some(why),
         }
         Some(events)
@@ -130,13 +130,15 @@ impl ChangeHistory {
     fn execute(
         &mut self,
         at: usize,
-        (program, section): (Arc<LoggedProgram>, &TapeSection),
+        program: Arc<LoggedProgram>,
+        section: &TapeSection,
         events: &mut Vec<LogEvent>,
     ) {
         let recording = self.playback.recording();
         let (process, head) = (recording.program(at).process_start_ns, recording.head(at));
-        let name = (process, head.sequence);
-        let joins = head.follows && self.newest == Some((process, name.1.wrapping_sub(1)));
+        let name = SectionName { process_start_ns: process, sequence: head.sequence };
+        let before = SectionName { sequence: name.sequence.wrapping_sub(1), ..name };
+        let joins = head.follows && self.newest == Some(before);
         let begin = start(name, section);
         if !joins && let Some(gap) = self.gap(begin) {
             events.push(LogEvent::Missing(gap));

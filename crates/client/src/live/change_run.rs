@@ -12,9 +12,14 @@ use rungd_engine::{Cell, Engine, EngineCall};
 use rungd_runtime::exchange::Mode;
 use rungd_runtime::{TapeEntry, TapeSection};
 
-/// Identifies a section among those of all processes: the start time of its process, and its number
-/// in the process.
-pub(super) type SectionName = (i64, u64);
+/// Identifies a section among those of all processes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct SectionName {
+    /// The start time of its process, ns since 1970 (UTC).
+    pub process_start_ns: i64,
+    /// Its number in the process.
+    pub sequence: u64,
+}
 
 /// The resolution of the times of values: one millisecond.
 const MOMENT_NS: i64 = 1_000_000;
@@ -70,7 +75,7 @@ impl ChangeRun {
             return None;
         }
         let (image, mode) = (self.engine.image(), section.start.mode);
-        let shown = |cell: Cell| self.program.shown(image, (cell, mode));
+        let shown = |cell: Cell| self.program.shown(image, cell, mode);
         Some(self.program.chosen.iter().map(|(_, cell)| shown(*cell)).collect())
     }
 
@@ -83,11 +88,11 @@ impl ChangeRun {
     /// does not fit the program.
     pub fn take(
         &mut self,
-        (process_start_ns, sequence): SectionName,
+        name: SectionName,
         section: &TapeSection,
         tell: &mut dyn FnMut(LoggedChange),
     ) -> bool {
-        let name = (process_start_ns, sequence);
+        let process_start_ns = name.process_start_ns;
         let begun = self
             .done
             .filter(|(section_name, done)| *section_name == name && *done <= section.entries.len());
@@ -162,7 +167,7 @@ impl ChangeRun {
         };
         let chosen = self.program.chosen.iter().zip(&mut self.values);
         for (number, ((_, cell), known)) in (0..).zip(chosen) {
-            let value = self.program.shown(image, (*cell, mode));
+            let value = self.program.shown(image, *cell, mode);
             if *known != Some(value) && !(known.is_some() && keeps(*cell)) {
                 *known = Some(value);
                 tell(LoggedChange { cell: number, value, scan: at.scan, unix_ns: at.unix_ns });
@@ -171,7 +176,7 @@ impl ChangeRun {
     }
 
     fn compare_cell(&mut self, cell: Cell, tell: &mut dyn FnMut(LoggedChange)) {
-        let (value, at) = (self.program.shown(self.engine.image(), (cell, self.mode)), self.at);
+        let (value, at) = (self.program.shown(self.engine.image(), cell, self.mode), self.at);
         for number in self.program.numbers(cell) {
             let Some(known) = self.values.get_mut(*number as usize) else { continue };
             if *known != Some(value) {

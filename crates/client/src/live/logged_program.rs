@@ -43,8 +43,8 @@ impl LoggedProgram {
     }
 
     /// The content of a cell as it is published: of a Y, what the output is driven to.
-    pub(super) fn shown(&self, image: &Image, (cell, mode): (Cell, Mode)) -> i32 {
-        self.playable.outputs.shown((cell, image.value(cell)), mode, |ok| image.bit(ok))
+    pub(super) fn shown(&self, image: &Image, cell: Cell, mode: Mode) -> i32 {
+        self.playable.outputs.shown(cell, image.value(cell), mode, |ok| image.bit(ok))
     }
 
     /// The numbers of a cell among the chosen ones.

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use super::change_run::ChangeRun;
+use super::change_run::{ChangeRun, SectionName};
 use super::logged_program::{ChooseCells, LoggedProgram};
 use super::{LiveProgram, LiveView};
 use crate::operator::protocol::{PresentOutputs, UnknownOutput};
@@ -130,7 +130,8 @@ impl Log {
         let logged = LoggedProgram::of(&self.program.recorded, &choose).expect("it loads");
         let mut values = Vec::new();
         let mut tell = |change: super::LoggedChange| values.push(change.value);
-        assert!(ChangeRun::new(Arc::new(logged)).take((1, 1), &self.section, &mut tell));
+        let name = SectionName { process_start_ns: 1, sequence: 1 };
+        assert!(ChangeRun::new(Arc::new(logged)).take(name, &self.section, &mut tell));
         values
     }
 }

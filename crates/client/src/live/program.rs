@@ -74,16 +74,16 @@ impl LiveProgram {
 
     /// The number of the first contact of a rung or branch, among the contacts of the program.
     pub fn first_contact(&self, element: &str, rung: u32, branch: Option<u32>) -> Option<u32> {
-        self.place(element, (rung, branch)).map(|place| place.first)
+        self.place(element, rung, branch).map(|place| place.first)
     }
 
     /// The number of a rung or branch, among the parts of the program.
     pub fn part(&self, element: &str, rung: u32, branch: Option<u32>) -> Option<u32> {
-        self.place(element, (rung, branch)).map(|place| place.part)
+        self.place(element, rung, branch).map(|place| place.part)
     }
 
-    fn place(&self, element: &str, part: PartNumber) -> Option<&PartPlace> {
-        self.parts.get(element)?.get(&part)
+    fn place(&self, element: &str, rung: u32, branch: Option<u32>) -> Option<&PartPlace> {
+        self.parts.get(element)?.get(&(rung, branch))
     }
 
     /// The rungs of a block, or of a Stage with its Program's name.
@@ -100,24 +100,20 @@ impl LiveProgram {
 
     /// The words in the compares and instructions of a rung, as operands.
     pub fn words(&self, element: &str, rung: usize) -> Vec<String> {
-        self.named((element, rung), |part| self.subject.words(part))
+        self.named(element, rung, |part| self.subject.words(part))
     }
 
     /// The outputs in a rung, as operands.
     pub fn outputs(&self, element: &str, rung: usize) -> Vec<String> {
-        self.named((element, rung), |part| self.subject.outputs(part))
+        self.named(element, rung, |part| self.subject.outputs(part))
     }
 
-    fn named(
-        &self,
-        (element, rung): (&str, usize),
-        cells: impl Fn(u32) -> Vec<Cell>,
-    ) -> Vec<String> {
+    fn named(&self, element: &str, rung: usize, cells: impl Fn(u32) -> Vec<Cell>) -> Vec<String> {
         let rung = rung as u32;
         let branches = (1..).map(Some);
         let parts = std::iter::once(None)
             .chain(branches)
-            .map_while(|branch| self.place(element, (rung, branch)).map(|place| place.part));
+            .map_while(|branch| self.place(element, rung, branch).map(|place| place.part));
         let cells = parts.flat_map(cells);
         let mut names: Vec<String> = Vec::new();
         for name in cells.map(|cell| self.subject.operand(cell).name) {

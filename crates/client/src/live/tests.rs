@@ -96,18 +96,19 @@ fn compared(view: &LiveView, scan: u64) -> u32 {
         assert_eq!(root.value, power.value(cell), "{} in scan {scan}", tag.name);
         let Cause::Instruction { rung, legs, .. } = &root.write.cause else { continue };
         let ([leg], true) = (legs.as_slice(), root.write.in_last_scan) else { continue };
-        let place = (rung.element.name.as_str(), rung.number);
-        assert!(view.is_executed(&power, place), "{place:?} in scan {scan}");
-        let rungs = program.rungs(place.0).expect("a block or Stage");
-        let grid = &rungs[place.1 as usize - 1].grid;
+        let (element, number) = (rung.element.name.as_str(), rung.number);
+        let is_executed = view.is_executed(&power, element, number);
+        assert!(is_executed, "{element}, rung {number} in scan {scan}");
+        let rungs = program.rungs(element).expect("a block or Stage");
+        let grid = &rungs[number as usize - 1].grid;
         let flow = flow_of_power(grid, &|contact| {
-            view.conducts(&power, place, contact).expect("it was executed")
+            view.conducts(&power, element, number, contact).expect("it was executed")
         });
         let coils = grid.instructions.iter().zip(&flow.outlets);
         let own = coils.filter(|(of, _)| of.symbol.coil.is_some());
         let mut own = own.filter(|(of, _)| of.symbol.label.name == tag.name);
         let (Some((_, outlet)), None) = (own.next(), own.next()) else { continue };
-        assert_eq!(*outlet, [leg.on], "{} at {place:?} in scan {scan}", tag.name);
+        assert_eq!(*outlet, [leg.on], "{} at {element}, rung {number} in scan {scan}", tag.name);
         compared += 1;
     }
     compared

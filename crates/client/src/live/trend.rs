@@ -47,11 +47,20 @@ pub(super) struct TrendMinute<'a> {
     pub content: i32,
 }
 
+/// A scan of the minute.
+#[derive(Clone, Copy)]
+struct TrendScan {
+    number: u64,
+    /// Its time, ns since 1970 (UTC).
+    unix_ns: i64,
+}
+
 pub(super) fn trend(view: TrendMinute<'_>, cell: Cell) -> Trend {
     let (subject, sections) = (&view.program.subject, view.sections);
     let last = sections.iter().rev().find_map(|section| {
         let begun = section.begins().last()?;
-        Some((begun.number, section.start.unix_ns(begun.now_ns)))
+        let unix_ns = section.start.unix_ns(begun.now_ns);
+        Some(TrendScan { number: begun.number, unix_ns })
     });
     let point = |changed: CellChanged| TrendPoint {
         scan: changed.scan,
@@ -66,11 +75,11 @@ pub(super) fn trend(view: TrendMinute<'_>, cell: Cell) -> Trend {
             points
         }
     };
-    let end = last.map(|(_, last)| match view.present {
+    let end = last.map(|last| match view.present {
         Some(present) if present.on.is_some() => {
-            present.unix_ns.clamp(last, last.saturating_add(TAIL_MAX_NS))
+            present.unix_ns.clamp(last.unix_ns, last.unix_ns.saturating_add(TAIL_MAX_NS))
         }
-        Some(_) | None => last,
+        Some(_) | None => last.unix_ns,
     });
     let first = points.first().map(|point| point.unix_ns);
     Trend { span_ns: first.zip(end), points: thinned(points) }
@@ -81,7 +90,7 @@ pub(super) fn trend(view: TrendMinute<'_>, cell: Cell) -> Trend {
 fn now(
     view: TrendMinute<'_>,
     number: u32,
-    (scan, unix_ns): (u64, i64),
+    at: TrendScan,
     last: Option<&TrendPoint>,
 ) -> Option<TrendPoint> {
     let value = match view.present?.output(number) {
@@ -89,7 +98,11 @@ fn now(
         OutputState::Safe(on) => Some(on.into()),
         OutputState::Unknown(_) => None,
     };
-    (last.map(|last| last.value) != Some(value)).then_some(TrendPoint { scan, unix_ns, value })
+    (last.map(|last| last.value) != Some(value)).then_some(TrendPoint {
+        scan: at.number,
+        unix_ns: at.unix_ns,
+        value,
+    })
 }
 
 /// What an output was driven to, by its bit, the mode and the `.Ok` of its devices.
@@ -107,7 +120,7 @@ fn driven(view: TrendMinute<'_>, cell: Cell) -> Vec<TrendPoint> {
             cells.iter().zip(values).any(|cell_and_value| cell_and_value == (&Cell::Bit(ok), &1))
         };
         let is_lost = rules.is_lost(cell, ok);
-        let value = (!is_lost).then(|| rules.driven(cell, (mode, values[0])));
+        let value = (!is_lost).then(|| rules.driven(cell, mode, values[0]));
         if points.last().is_none_or(|last| last.value != value) {
             points.push(TrendPoint { scan: at.1, unix_ns: at.0, value });
         }

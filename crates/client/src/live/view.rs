@@ -73,7 +73,7 @@ impl LiveView {
     }
 
     /// Whether a rung was executed in a scan.
-    pub fn is_executed(&self, power: &ScanPower, (element, rung): (&str, u32)) -> bool {
+    pub fn is_executed(&self, power: &ScanPower, element: &str, rung: u32) -> bool {
         let part = self.program.part(element, rung, None);
         part.is_some_and(|part| power.is_executed(part))
     }
@@ -82,7 +82,8 @@ impl LiveView {
     pub fn conducts(
         &self,
         power: &ScanPower,
-        (element, rung): (&str, u32),
+        element: &str,
+        rung: u32,
         contact: &ContactSymbol,
     ) -> Option<bool> {
         let first = self.program.first_contact(element, rung, contact.branch)?;
@@ -104,7 +105,7 @@ impl LiveView {
             let last = before.into_iter().find_map(|point| point.value);
             return Some(OutputState::Unknown(last.map(|value| value != 0)));
         }
-        let driven = rules.driven(cell, (power.mode, power.value(cell))) != 0;
+        let driven = rules.driven(cell, power.mode, power.value(cell)) != 0;
         Some(match power.mode {
             Mode::Run => OutputState::AsMemory,
             Mode::Stop(_) | Mode::Fault(_) => OutputState::Safe(driven),

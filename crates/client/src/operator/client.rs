@@ -77,7 +77,7 @@ pub fn ask_and_tell<T: DeserializeOwned>(
     tell: &dyn Fn(&str),
 ) -> Result<T, CallFailure> {
     let limit = limit_of(request);
-    exchanged(socket, request, (limit, tell))
+    exchanged(socket, request, limit, tell)
 }
 
 /// Like [`ask`], with the caller's time limit.
@@ -89,7 +89,7 @@ pub fn ask_within<T: DeserializeOwned>(
     request: &Request,
     limit: Duration,
 ) -> Result<T, CallFailure> {
-    exchanged(socket, request, (limit, &|_| ()))
+    exchanged(socket, request, limit, &|_| ())
 }
 
 /// Like [`ask`], with the deadline of a client of this client.
@@ -103,7 +103,7 @@ pub fn ask_by<T: DeserializeOwned>(
 ) -> Result<T, CallFailure> {
     let Some(by) = by else { return ask(socket, request) };
     let limit = limit_of(request).min(by.left().unwrap_or_default() + SLACK_MAX);
-    exchanged_by(socket, request, Some(by.clone()), (limit, &|_| ()))
+    exchanged_by(socket, PendingRequest::begin(request, Some(by.clone()), limit, &|_| ()))
 }
 
 /// The process that listens at a socket; `None` if the system does not report it.
@@ -162,20 +162,18 @@ fn opened(socket: &Path) -> Result<UnixStream, CallFailure> {
 fn exchanged<T: DeserializeOwned>(
     socket: &Path,
     request: &Request,
-    (limit, tell): (Duration, &dyn Fn(&str)),
+    limit: Duration,
+    tell: &dyn Fn(&str),
 ) -> Result<T, CallFailure> {
     // Before the connection: the client's wait has begun.
     let deadline = Deadline::of_wait(limit).filter(|_| !request.only_looks());
-    exchanged_by(socket, request, deadline, (limit, tell))
+    exchanged_by(socket, PendingRequest::begin(request, deadline, limit, tell))
 }
 
 fn exchanged_by<T: DeserializeOwned>(
     socket: &Path,
-    request: &Request,
-    deadline: Option<Deadline>,
-    (limit, tell): (Duration, &dyn Fn(&str)),
+    wait: PendingRequest,
 ) -> Result<T, CallFailure> {
-    let wait = PendingRequest { request, deadline, limit, began: Instant::now(), tell };
     match wait.answered(socket) {
         Err(CallFailure::Refused(refusal)) if is_of_earlier(&refusal) => {
             PendingRequest { deadline: None, ..wait }.answered(socket)
@@ -232,6 +230,18 @@ struct PendingRequest<'a> {
     limit: Duration,
     began: Instant,
     tell: &'a dyn Fn(&str),
+}
+
+impl<'a> PendingRequest<'a> {
+    /// A request whose wait begins now. `tell`: gets the reason of a long wait.
+    fn begin(
+        request: &'a Request,
+        deadline: Option<Deadline>,
+        limit: Duration,
+        tell: &'a dyn Fn(&str),
+    ) -> PendingRequest<'a> {
+        PendingRequest { request, deadline, limit, began: Instant::now(), tell }
+    }
 }
 
 impl PendingRequest<'_> {

@@ -82,13 +82,19 @@ impl Variable {
                 let message = format!("`{}` is a bit: it takes ON or OFF", self.operand);
                 RequestRefusal::new(RefusalKind::BadValue, message)
             }),
-            Address::Word(word) if word.is_real() => self.real(given, limits(word)),
-            Address::Word(word) => self.word(given, limits(word)),
+            Address::Word(word) => {
+                let (min, max) = limits(word);
+                match word.is_real() {
+                    true => self.real(given, min, max),
+                    false => self.word(given, min, max),
+                }
+            }
             Address::Structure(_) => Err(read_only(self, "written")),
         }
     }
 
-    fn word(&self, given: &GivenValue, (min, max): (i32, i32)) -> Result<i32, RequestRefusal> {
+    /// Converts a given value to the content of an integer's cell.
+    fn word(&self, given: &GivenValue, min: i32, max: i32) -> Result<i32, RequestRefusal> {
         let bad = |message: String| RequestRefusal::new(RefusalKind::BadValue, message);
         let beyond =
             |given: &str| bad(format!("`{}` takes {min} to {max}, not {given}", self.operand));
@@ -118,8 +124,8 @@ impl Variable {
         fits.ok_or_else(|| beyond(&number.to_string()))
     }
 
-    /// Converts a given value to the content of an R word's cell.
-    fn real(&self, given: &GivenValue, (min, max): (i32, i32)) -> Result<i32, RequestRefusal> {
+    /// Converts a given value to the content of an R word's cell; the limits are contents, too.
+    fn real(&self, given: &GivenValue, min: i32, max: i32) -> Result<i32, RequestRefusal> {
         let bad = |message: String| RequestRefusal::new(RefusalKind::BadValue, message);
         let beyond = |given: &str| {
             let [min, max] = [min, max].map(Real::of_cell);

@@ -68,7 +68,7 @@ pub(crate) fn resolve_controller_within(
     };
     let mut retain = resolver.ranges(&written.retain.ranges, &wanted);
     let tags = &written.retain.tags;
-    retain.extend(retain_tags::resolve(tags, (program, progress), &mut resolver.findings));
+    retain.extend(retain_tags::resolve(tags, program, progress, &mut resolver.findings));
     resolver.held_and_on(&outputs_hold, &outputs_on);
     let operator = written.operator.as_ref().map(|operator| operator.settings.clone());
     let controller = Controller {
@@ -96,7 +96,7 @@ pub(crate) fn resolve_controller_within(
         log: written.log.clone(),
         probation_ms: written.probation_ms,
     };
-    resolver.compare((written, &controller), program);
+    resolver.compare(written, &controller, program);
     (controller, resolver.findings)
 }
 
@@ -125,11 +125,7 @@ impl SettingsResolver<'_> {
 
     /// Adds the findings about parts of the file that do not fit each other or the program. Looks
     /// between its steps whether the load must end.
-    fn compare(
-        &mut self,
-        (written, controller): (&WrittenController, &Controller),
-        program: &Program,
-    ) {
+    fn compare(&mut self, written: &WrittenController, controller: &Controller, program: &Program) {
         let progress = self.progress;
         self.findings.extend(doubts::doubts(written, controller, program, progress));
         if progress.is_over() {

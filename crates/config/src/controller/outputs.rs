@@ -106,19 +106,21 @@ impl OutputRules {
         self.number(cell).is_some_and(|n| self.safe[n as usize] == SafeState::Hold)
     }
 
-    /// What a cell is driven to in a mode, or [`OUTPUT_UNKNOWN`]; any other content stays.
+    /// What a cell with a content in memory is driven to in a mode, or [`OUTPUT_UNKNOWN`]; the
+    /// content of any other cell stays. `bit`: the bits of memory.
     pub fn shown(
         &self,
-        (cell, content): (Cell, i32),
+        cell: Cell,
+        content: i32,
         mode: Mode,
         bit: impl Fn(BitCell) -> bool,
     ) -> i32 {
-        if self.is_lost(cell, bit) { OUTPUT_UNKNOWN } else { self.driven(cell, (mode, content)) }
+        if self.is_lost(cell, bit) { OUTPUT_UNKNOWN } else { self.driven(cell, mode, content) }
     }
 
     /// What a cell is driven to in a mode, if it is a Y and its device is well; any other content
     /// stays. `held`: its bit in memory.
-    pub fn driven(&self, cell: Cell, (mode, held): (Mode, i32)) -> i32 {
+    pub fn driven(&self, cell: Cell, mode: Mode, held: i32) -> i32 {
         match self.number(cell) {
             Some(n) if mode != Mode::Run => self.safe[n as usize].driven(held != 0).into(),
             Some(_) | None => held,

@@ -30,7 +30,8 @@ const COMPARISONS_MAX: usize = 100_000_000;
 /// The ranges of the tags that the patterns name.
 pub(super) fn resolve(
     patterns: &[Text],
-    (program, progress): (&Program, &Progress),
+    program: &Program,
+    progress: &Progress,
     findings: &mut Vec<Finding>,
 ) -> Vec<Range> {
     if patterns.is_empty() {

@@ -215,7 +215,7 @@ fn controller(input: &InputFile, progress: &Progress, texts: &OpenTexts) -> Load
     loaded.lost.add_settings(id, written.lost.clone());
     loaded.findings.extend(own_files::findings(path, &written, &loaded.progress));
     let first = loaded.files.len();
-    if loaded.named_files((path, "controller file"), &written.ladder) {
+    if loaded.named_files(path, "controller file", &written.ladder) {
         loaded.controlled(&written, first);
     }
     loaded.settings(&written);
@@ -280,8 +280,9 @@ impl Loaded {
         id
     }
 
-    /// Reads the ladder files that the file `naming` names. Returns true if all could be read.
-    fn named_files(&mut self, (naming, kind): (&Path, &str), names: &[Text]) -> bool {
+    /// Reads the ladder files that the file `naming` of this kind names. Returns true if all could
+    /// be read.
+    fn named_files(&mut self, naming: &Path, kind: &str, names: &[Text]) -> bool {
         let mut seen: HashMap<PathBuf, Span> = HashMap::new();
         let (mut whole, own) = (true, files::identity(naming));
         for name in names {

@@ -19,17 +19,25 @@ pub enum InputKind {
     Controller,
 }
 
+/// The file with the settings of the ladders under test.
+pub struct SettingsFile {
+    /// Its name and text.
+    pub file: SourceFile,
+    /// The kind of the settings: a controller file declares the devices.
+    pub kind: InputKind,
+}
+
 /// Loads the ladder files that `settings` names, relative to the test file `naming`. `file` is the
-/// file with the settings. If its `kind` is a controller file, it declares the devices.
+/// file with the settings.
 pub fn bench(
     naming: &Path,
-    (file, kind): (SourceFile, InputKind),
+    SettingsFile { file, kind }: SettingsFile,
     settings: &WrittenController,
     texts: &OpenTexts,
 ) -> Loaded {
     let mut loaded = Loaded { files: vec![file], texts: texts.clone(), ..Loaded::default() };
     loaded.lost.add_settings(FileId(0), settings.lost.clone());
-    if loaded.named_files((naming, "test file"), &settings.ladder) {
+    if loaded.named_files(naming, "test file", &settings.ladder) {
         loaded.with_settings(settings, 1, kind == InputKind::Controller);
     }
     loaded.settings(settings);

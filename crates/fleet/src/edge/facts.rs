@@ -58,7 +58,7 @@ impl FactTable {
     pub fn born(&mut self, now_ms: u64) -> Vec<Metric> {
         self.told = self.known.clone();
         let born = FACTS.iter().zip(&self.known).enumerate();
-        born.map(|(at, (fact, value))| metric(at, fact).born(value.as_ref(), now_ms)).collect()
+        born.map(|(at, (_, value))| metric(at).born(value.as_ref(), now_ms)).collect()
     }
 
     /// The facts that have changed since they were last published. A change of the last scan alone
@@ -71,19 +71,21 @@ impl FactTable {
             return Vec::new();
         }
         let told = (0..FACTS.len()).filter(|at| differs(at) || all_scans && is_scan(*at));
-        let news = told.map(|at| metric(at, &FACTS[at]).data(self.known[at].as_ref(), now_ms));
+        let news = told.map(|at| metric(at).data(self.known[at].as_ref(), now_ms));
         let news = news.collect();
         self.told = self.known.clone();
         news
     }
 }
 
-fn metric(at: usize, (name, datatype): &(&str, DataType)) -> BornMetric {
-    let is_command = *name == vocabulary::REBIRTH;
+/// The metric of the fact at a place of [`FACTS`].
+fn metric(at: usize) -> BornMetric {
+    let (name, datatype) = FACTS[at];
+    let is_command = name == vocabulary::REBIRTH;
     let properties = MetricProperties::default();
     // A command is sent by name, so that a host without the birth can send it.
     let alias = (!is_command).then_some(at as u64);
-    BornMetric { name: (*name).to_owned(), alias, datatype: *datatype, properties }
+    BornMetric { name: name.to_owned(), alias, datatype, properties }
 }
 
 /// The facts of a status and of the alarm book.

@@ -87,7 +87,7 @@ impl HistoryPublication {
     pub fn take(&mut self, change: LoggedChange, tags: &[TagMetric], out: &mut DueChanges) {
         let place = self.places.get(change.cell as usize).copied().flatten();
         match place.and_then(|at| Some((at, tags.get(at)?))) {
-            Some(tag) => self.throttle.take(tag, change, out),
+            Some((at, tag)) => self.throttle.take(at, tag, change, out),
             None => self.unplaced += 1,
         }
     }

@@ -296,7 +296,7 @@ impl EdgeNode {
                     let Some((tag, value)) = tag else { continue };
                     *value = change.value;
                     if self.state == NodeState::Born {
-                        self.throttle.take((number, tag), change, &mut told);
+                        self.throttle.take(number, tag, change, &mut told);
                     }
                 }
                 LogEvent::Jumped { from, to } => {

@@ -60,7 +60,7 @@ fn began(program: &Arc<LoggedProgram>, scan: u64) -> LogEvent {
     LogEvent::Begins { program: Arc::clone(program), values, at: at(scan) }
 }
 
-fn changed(program: &LoggedProgram, name: &str, (scan, value): (u64, i32)) -> LogEvent {
+fn changed(program: &LoggedProgram, name: &str, scan: u64, value: i32) -> LogEvent {
     let cell = program.chosen.iter().position(|(known, _)| known == name).expect(name) as u32;
     LogEvent::Changed(LoggedChange { cell, value, scan, unix_ns: at(scan).unix_ns })
 }
@@ -148,8 +148,8 @@ fn data_follow_in_order_with_the_times_of_their_scans() {
     for round in 0..300_u64 {
         let scan = 10 + round * 2;
         let events = vec![
-            changed(&program, "start", (scan, (round % 2) as i32)),
-            changed(&program, "level", (scan + 1, -5)),
+            changed(&program, "start", scan, (round % 2) as i32),
+            changed(&program, "level", scan + 1, -5),
         ];
         node.live(events, at(scan + 1), 3000 + round);
         let [(kind, data)] = &published(&mut node)[..] else { panic!("one message") };
@@ -173,7 +173,7 @@ fn nothing_is_published_without_the_primary_host() {
     node.message("spBv1.0/STATE/other", &state(true, 60), 2100);
     node.message(topic, b"garbage", 2100);
     assert!(published(&mut node).is_empty());
-    node.live(vec![changed(&program, "start", (5, 1))], at(5), 2200);
+    node.live(vec![changed(&program, "start", 5, 1)], at(5), 2200);
     assert_eq!(node.published(), None);
     node.message(topic, &state(true, 70), 2300);
     let all = outs(&mut node);
@@ -219,16 +219,16 @@ fn past_values_are_published_as_historical_besides_present_values() {
     node.confirm(at(1));
     node.disconnected();
     assert_eq!(node.published(), None);
-    node.live(vec![changed(&program, "start", (5, 1))], at(9), 3000);
+    node.live(vec![changed(&program, "start", 5, 1)], at(9), 3000);
     node.connected(4000);
     let all = outs(&mut node);
     let span = HistorySpan { from: at(1), margin_ns: 30_000_000_000, until: at(9) };
     assert!(all.contains(&NodeAction::Replay(span)), "{all:?}");
     assert_eq!(node.published(), Some(at(1)), "nothing of the past is told yet");
     // The present is published at the same time.
-    node.live(vec![changed(&program, "start", (12, 0))], at(12), 4100);
+    node.live(vec![changed(&program, "start", 12, 0)], at(12), 4100);
     assert_eq!(published(&mut node)[0].1.metrics[0].is_historical, None);
-    let past = vec![began(&program, 0), changed(&program, "start", (5, 1))];
+    let past = vec![began(&program, 0), changed(&program, "start", 5, 1)];
     node.past(past, at(7), 4200);
     let data = published(&mut node).remove(0).1;
     assert_eq!(data.metrics[0].is_historical, Some(true));
@@ -274,7 +274,7 @@ fn a_reload_publishes_a_birth_and_a_gap_requests_past_values() {
     let other = LADDER.replace("level = ", "height = ");
     let next = self::program(&settings(""), &other);
     let events =
-        vec![changed(&program, "start", (5, 1)), began(&next, 6), changed(&next, "height", (7, 3))];
+        vec![changed(&program, "start", 5, 1), began(&next, 6), changed(&next, "height", 7, 3)];
     node.live(events, at(7), 3000);
     let messages = published(&mut node);
     let kinds: Vec<_> = messages.iter().map(|(kind, payload)| (&**kind, payload.seq)).collect();
@@ -285,11 +285,8 @@ fn a_reload_publishes_a_birth_and_a_gap_requests_past_values() {
     let span = HistorySpan { from: at(7), margin_ns: 0, until: at(50) };
     assert_eq!(outs(&mut node)[0], NodeAction::Replay(span));
     // Past values are assigned to tags by name and type; values without such a tag are dropped.
-    let past = vec![
-        began(&program, 7),
-        changed(&program, "level", (8, 1)),
-        changed(&program, "on", (9, 1)),
-    ];
+    let past =
+        vec![began(&program, 7), changed(&program, "level", 8, 1), changed(&program, "on", 9, 1)];
     node.past(past, at(50), 3200);
     let data = published(&mut node);
     let historical = data.iter().flat_map(|(_, payload)| &payload.metrics);

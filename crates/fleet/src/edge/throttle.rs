@@ -40,7 +40,8 @@ impl Throttle {
     /// Takes a change of the tag with this number; adds the changes to be published to `out`.
     pub fn take(
         &mut self,
-        (at, metric): (usize, &TagMetric),
+        at: usize,
+        metric: &TagMetric,
         change: LoggedChange,
         out: &mut DueChanges,
     ) {
@@ -51,7 +52,7 @@ impl Throttle {
             out.push((at, change));
             return;
         }
-        tag.release((at, metric), change.unix_ns, out);
+        tag.release(at, metric, change.unix_ns, out);
         match tag.last {
             Some((_, at_ns)) if change.unix_ns < at_ns.saturating_add(every_ns) => {
                 tag.waits = Some(change);
@@ -71,7 +72,7 @@ impl Throttle {
             return;
         }
         for (at, (tag, metric)) in self.tags.iter_mut().zip(tags).enumerate() {
-            tag.release((at, metric), until_ns, out);
+            tag.release(at, metric, until_ns, out);
         }
         self.any_waits = self.tags.iter().any(|tag| tag.waits.is_some());
     }
@@ -81,7 +82,7 @@ impl Throttle {
 pub(super) type DueChanges = Vec<(usize, LoggedChange)>;
 
 impl TagPublication {
-    fn release(&mut self, (at, metric): (usize, &TagMetric), until_ns: i64, out: &mut DueChanges) {
+    fn release(&mut self, at: usize, metric: &TagMetric, until_ns: i64, out: &mut DueChanges) {
         let every_ns = i64::try_from(metric.rule.every.as_nanos()).unwrap_or(i64::MAX);
         let Some((waits, (known, last_ns))) = self.waits.zip(self.last) else { return };
         let unix_ns = last_ns.saturating_add(every_ns);
@@ -127,7 +128,7 @@ mod tests {
         for (ms, value) in changes {
             let unix_ns = ms * 1_000_000;
             let change = LoggedChange { cell: 0, value: *value, scan: 0, unix_ns };
-            throttle.take((0, metric), change, &mut out);
+            throttle.take(0, metric, change, &mut out);
         }
         throttle.release(std::slice::from_ref(metric), until_ms * 1_000_000, &mut out);
         out.iter().map(|(_, change)| (change.unix_ns / 1_000_000, change.value)).collect()

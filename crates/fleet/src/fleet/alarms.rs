@@ -64,7 +64,7 @@ pub struct CutAlarms {
 
 impl FleetAlarmList {
     /// Adds the alarms of a node from the text of its list.
-    pub(super) fn add(&mut self, (node, state): (&NodeName, &str), text: &str) {
+    pub(super) fn add(&mut self, node: &NodeName, state: &str, text: &str) {
         let Some((mut alarms, mut left_out)) = alarms_of(text) else {
             let why = "its alarm list cannot be read";
             return self.unknown.push(UnknownAlarms { node: node.clone(), why });
@@ -147,12 +147,12 @@ mod tests {
         let mut all = FleetAlarmList::default();
         let node = |at: usize| NodeName { group: "plant".to_owned(), node: at.to_string() };
         let one = r#"{"tag":"jam","text":"Jam"}"#;
-        all.add((&node(0), "online"), &format!("[{one},7,{{}}]"));
+        all.add(&node(0), "online", &format!("[{one},7,{{}}]"));
         assert_eq!((all.alarms.len(), all.cut[0].left_out), (1, 2));
-        all.add((&node(1), "online"), "[[[[");
+        all.add(&node(1), "online", "[[[[");
         assert_eq!(all.unknown[0].node, node(1));
         let many = format!("[{}]", vec![one; 100].join(","));
-        (2..200).for_each(|at| all.add((&node(at), "online"), &many));
+        (2..200).for_each(|at| all.add(&node(at), "online", &many));
         assert_eq!(all.alarms.len(), ALL_ALARMS_MAX);
         let left_out: u64 = all.cut.iter().map(|cut| cut.left_out).sum();
         assert_eq!(left_out, 2 + 1 + 198 * 100 - 10_000);

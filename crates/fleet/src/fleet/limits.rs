@@ -19,6 +19,15 @@ pub struct FleetLimits {
     pub payload_bytes_max: usize,
 }
 
+/// The room of a node.
+#[derive(Clone, Copy)]
+pub(super) struct NodeRoom<'l> {
+    /// The limits of the view.
+    pub limits: &'l FleetLimits,
+    /// The bytes that the node may take in total.
+    pub bytes: usize,
+}
+
 impl Default for FleetLimits {
     fn default() -> FleetLimits {
         FleetLimits {

@@ -5,7 +5,7 @@
 
 use std::collections::HashMap;
 
-use super::limits::FleetLimits;
+use super::limits::{FleetLimits, NodeRoom};
 use rungd_net::sparkplug::{DataType, Metric, MetricContent, MetricValue, PropertyContent};
 
 /// The bytes that a metric takes beside its texts.
@@ -67,13 +67,9 @@ impl MetricTable {
         self.names.get(name).and_then(|at| self.metrics.get(*at))
     }
 
-    /// Adds a metric of a birth. `room`: the bytes that the node may take in total.
-    pub fn born(
-        &mut self,
-        metric: &Metric,
-        limits: &FleetLimits,
-        room: usize,
-    ) -> Result<(), MetricFault> {
+    /// Adds a metric of a birth.
+    pub fn born(&mut self, metric: &Metric, room: NodeRoom) -> Result<(), MetricFault> {
+        let limits = room.limits;
         let name = metric.name.as_deref().ok_or(MetricFault::Nameless)?;
         let is_taken = metric.alias.is_some_and(|alias| self.aliases.contains_key(&alias));
         if is_taken || self.names.contains_key(name) {
@@ -83,7 +79,7 @@ impl MetricTable {
         let own = METRIC_BYTES + 2 * name.len() + unit.as_ref().map_or(0, String::len);
         let is_full = self.metrics.len() >= limits.metrics_max
             || name.len() > limits.name_bytes_max
-            || self.bytes.saturating_add(own) > room;
+            || self.bytes.saturating_add(own) > room.bytes;
         if is_full {
             return Err(MetricFault::Limit);
         }
@@ -93,7 +89,7 @@ impl MetricTable {
         metric.alias.map(|alias| self.aliases.insert(alias, at));
         let datatype = metric.datatype.and_then(DataType::of);
         self.metrics.push(KnownMetric { name: name.to_owned(), datatype, unit, value: None });
-        self.take(at, metric, (limits, room)).map(drop)
+        self.take(at, metric, room).map(drop)
     }
 
     /// The position of the metric that a message refers to.
@@ -117,13 +113,13 @@ impl MetricTable {
         &mut self,
         at: usize,
         metric: &Metric,
-        (limits, room): (&FleetLimits, usize),
+        room: NodeRoom,
     ) -> Result<bool, MetricFault> {
         let known = &mut self.metrics[at];
         let value = value(known.datatype, metric)?;
         let (old, new) = (text_bytes(known.value.as_ref()), text_bytes(value.as_ref()));
         let bytes = self.bytes - old + new;
-        if new > limits.text_bytes_max || bytes > room {
+        if new > room.limits.text_bytes_max || bytes > room.bytes {
             // Otherwise the old value would be taken for the present one.
             (known.value, self.bytes) = (None, self.bytes - old);
             return Err(MetricFault::Limit);

@@ -6,7 +6,7 @@
 //! missing and aliases may have a different meaning: values by alias are not taken until the next
 //! birth. [`super::view`] passes in the messages.
 
-use super::limits::FleetLimits;
+use super::limits::{FleetLimits, NodeRoom};
 use super::metrics::{KnownMetric, MetricFault, MetricTable, told_by_name};
 use super::news::FleetNews;
 use rungd_net::sparkplug::{Metric, MetricContent, Payload, Sequence, vocabulary};
@@ -93,8 +93,13 @@ pub(super) struct NodeCounts {
     pub values_refused: u64,
 }
 
-/// A metric of a message, and the time of its value by the node's clock.
-type TimedMetric<'m> = (&'m Metric, Option<u64>);
+/// A metric of a message.
+#[derive(Clone, Copy)]
+struct TimedMetric<'m> {
+    metric: &'m Metric,
+    /// The time of its value by the node's clock.
+    told_ms: Option<u64>,
+}
 
 /// The kind of a value.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -112,9 +117,6 @@ impl ValueAge {
         if is_first { ValueAge::First } else { ValueAge::Present }
     }
 }
-
-/// The limits of a node, and the bytes that it may take in total.
-pub(super) type NodeRoom<'l> = (&'l FleetLimits, usize);
 
 impl NodeView {
     pub fn new(now_ms: u64) -> NodeView {
@@ -150,7 +152,7 @@ impl NodeView {
         let mut values = Vec::new();
         for metric in &payload.metrics {
             let count = self.metrics.len();
-            if let Err(fault) = self.metrics.born(metric, room.0, room.1) {
+            if let Err(fault) = self.metrics.born(metric, room) {
                 self.count(fault);
             }
             if self.metrics.len() == count {
@@ -174,7 +176,7 @@ impl NodeView {
             // A metric may make the node stale; the metrics after it then need names.
             let fits = self.standing == NodeSession::Online || metric.name.is_some();
             let told_ms = metric.timestamp.or(payload.timestamp);
-            news.extend(fits.then(|| self.metric((metric, told_ms), room)).flatten());
+            news.extend(fits.then(|| self.metric(TimedMetric { metric, told_ms }, room)).flatten());
         }
         news
     }
@@ -238,17 +240,18 @@ impl NodeView {
     }
 
     /// Takes a metric of data, with the time of its value.
-    fn metric(&mut self, metric: TimedMetric, room: NodeRoom) -> Option<FleetNews> {
-        let at = match self.metrics.find(metric.0) {
+    fn metric(&mut self, timed: TimedMetric, room: NodeRoom) -> Option<FleetNews> {
+        let TimedMetric { metric, told_ms } = timed;
+        let at = match self.metrics.find(metric) {
             Ok(at) => at,
-            Err(fault) => return self.unknown(metric, fault, room),
+            Err(fault) => return self.unknown(timed, fault, room),
         };
-        if metric.0.is_historical == Some(true) {
-            return self.past(at, metric);
+        if metric.is_historical == Some(true) {
+            return self.past(at, timed);
         }
-        match self.metrics.take(at, metric.0, room) {
+        match self.metrics.take(at, metric, room) {
             Ok(is_new) => {
-                is_new.then(|| value_news(self.metrics.at(at), ValueAge::Present, metric.1))
+                is_new.then(|| value_news(self.metrics.at(at), ValueAge::Present, told_ms))
             }
             Err(fault) => {
                 self.count(fault);
@@ -259,14 +262,15 @@ impl NodeView {
 
     /// Takes a value of the past: it is reported and counted, but does not become the present
     /// value.
-    fn past(&mut self, at: usize, (metric, told_ms): TimedMetric) -> Option<FleetNews> {
+    fn past(&mut self, at: usize, timed: TimedMetric) -> Option<FleetNews> {
+        let TimedMetric { metric, told_ms } = timed;
         self.counts.historical += 1;
         let mut then = MetricTable::default();
         let known = self.metrics.at(at);
         let datatype = metric.datatype.or(known.number());
         let named = Metric { name: Some(known.name.clone()), datatype, ..metric.clone() };
         let limits = FleetLimits::default();
-        let taken = then.born(&named, &limits, limits.bytes_max);
+        let taken = then.born(&named, NodeRoom { limits: &limits, bytes: limits.bytes_max });
         let unit = known.unit.clone();
         if let Err(fault) = taken {
             self.count(fault);
@@ -280,7 +284,7 @@ impl NodeView {
     /// Takes a metric that the birth does not have.
     fn unknown(
         &mut self,
-        (metric, told_ms): TimedMetric,
+        TimedMetric { metric, told_ms }: TimedMetric,
         fault: MetricFault,
         room: NodeRoom,
     ) -> Option<FleetNews> {
@@ -293,7 +297,7 @@ impl NodeView {
         }
         // Without a birth, a metric with a name is taken.
         let told = told_by_name(metric).filter(|_| metric.is_historical != Some(true))?;
-        match self.metrics.born(&told, room.0, room.1) {
+        match self.metrics.born(&told, room) {
             Ok(()) => {
                 let known = self.metrics.at(self.metrics.len() - 1);
                 Some(value_news(known, ValueAge::Present, told_ms))

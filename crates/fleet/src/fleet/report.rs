@@ -183,7 +183,7 @@ impl FleetView {
         for (name, node) in &self.nodes {
             let why = match (whole_text(node, vocabulary::ALARM_LIST), &node.standing) {
                 (Some(text), _) => {
-                    list.add((name, state_of(node, now_ms)), text);
+                    list.add(name, state_of(node, now_ms), text);
                     continue;
                 }
                 (None, NodeSession::Unborn) => "no birth was received",

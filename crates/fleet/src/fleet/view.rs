@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 
 use super::heard::{NodeName, ReceivedMessage};
-use super::limits::{FleetCounts, FleetLimits};
+use super::limits::{FleetCounts, FleetLimits, NodeRoom};
 use super::news::{FleetChange, FleetNews};
 use super::node::{NodeSession, NodeView, StaleReason};
 use rungd_net::mqtt::LongMessage;
@@ -47,7 +47,7 @@ impl FleetView {
             Some(Topic::Node { group, .. }) if self.is_other(&group) => {}
             Some(Topic::Node { .. }) if message.is_retained => self.counts.kept_by_broker += 1,
             Some(Topic::Node { group, kind, node, .. }) => {
-                return self.hear_node((NodeName { group, node }, kind), message.payload, now_ms);
+                return self.hear_node(NodeName { group, node }, kind, message.payload, now_ms);
             }
         }
         Vec::new()
@@ -123,7 +123,8 @@ impl FleetView {
     /// Takes a message from or to a node.
     fn hear_node(
         &mut self,
-        (name, kind): (NodeName, MessageKind),
+        name: NodeName,
+        kind: MessageKind,
         bytes: &[u8],
         now_ms: u64,
     ) -> Vec<FleetChange> {
@@ -144,7 +145,8 @@ impl FleetView {
         let limits = self.limits;
         let node = self.nodes.entry(name.clone()).or_insert_with(|| NodeView::new(now_ms));
         let own = node.metrics.bytes();
-        let room = (&limits, own + limits.bytes_max.saturating_sub(self.bytes));
+        let bytes = own + limits.bytes_max.saturating_sub(self.bytes);
+        let room = NodeRoom { limits: &limits, bytes };
         let was = node.standing.clone();
         // A death has the time of its connection, which is unrelated to the present time of the
         // node's clock.

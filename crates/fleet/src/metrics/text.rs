@@ -59,7 +59,7 @@ pub(super) fn text(families: &[MetricFamily], form: Exposition) -> String {
         head(&mut text, family, form);
         let ending = form.ending(family.kind);
         for metric_sample in &family.samples {
-            sample(&mut text, (family.name, ending), metric_sample);
+            sample(&mut text, family.name, ending, metric_sample);
         }
     }
     if form == Exposition::OpenMetrics {
@@ -79,7 +79,7 @@ fn head(text: &mut String, family: &MetricFamily, form: Exposition) {
     let _ = writeln!(text, "# HELP {name}{ending} {}", family.help);
 }
 
-fn sample(text: &mut String, (name, ending): (&str, &str), sample: &MetricSample) {
+fn sample(text: &mut String, name: &str, ending: &str, sample: &MetricSample) {
     let _ = write!(text, "{name}{ending}{}", sample.suffix);
     for (at, (label, value)) in sample.labels.iter().enumerate() {
         let begin = if at == 0 { '{' } else { ',' };

@@ -95,7 +95,7 @@ impl Subject {
             _ if outputs.number(cell).is_none() => OutputState::AsMemory,
             _ if is_lost => OutputState::Unknown(inquiry.last_known(cell, moment)),
             Some(ModeSince { mode, .. }) => {
-                OutputState::Safe(outputs.driven(cell, (mode, value)) != 0)
+                OutputState::Safe(outputs.driven(cell, mode, value) != 0)
             }
             None => OutputState::AsMemory,
         };
@@ -132,7 +132,7 @@ impl Inquiry<'_> {
         let lost = first?;
         let held = self.replay.value(cell, lost);
         let mode = self.mode(lost).map_or(Mode::Run, |known| known.mode);
-        Some(outputs.driven(cell, (mode, held)) != 0)
+        Some(outputs.driven(cell, mode, held) != 0)
     }
 }
 

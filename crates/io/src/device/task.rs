@@ -273,7 +273,7 @@ impl<D: Driver> DeviceTask<D> {
         let DeviceTask { driver, port, outputs, values, inputs, .. } = self;
         let (ending, values) = (AtomicBool::new(false), &values[..]);
         let is_urgent =
-            || ending.load(Ordering::Relaxed) || is_to_write(port, image, (outputs, values));
+            || ending.load(Ordering::Relaxed) || is_to_write(port, image, outputs, values);
         let exchange = Exchange { occasion, outputs: values, inputs, is_urgent: &is_urgent };
         let mut call = pin!(caught(async {
             faults::point(FaultPoint::Device);
@@ -335,11 +335,7 @@ impl<D: Driver> DeviceTask<D> {
 
 /// Whether the latest outputs differ from `given`, the outputs that an exchange took from the image
 /// `seen`.
-fn is_to_write(
-    port: &Port,
-    seen: &Arc<Snapshot>,
-    (sources, given): (&[OutputSource], &[i32]),
-) -> bool {
+fn is_to_write(port: &Port, seen: &Arc<Snapshot>, sources: &[OutputSource], given: &[i32]) -> bool {
     let image = port.latest();
     if sources.is_empty() || Arc::ptr_eq(&image, seen) || !has_begun(&image) {
         return false;

@@ -59,8 +59,8 @@ impl<C: ChipSource> Opener for GpioOpener<C> {
         let found = LineNumbers::new(chip.as_ref(), inputs.iter().chain(driven))?;
         let (read, driven) = (&found.offsets[..inputs.len()], &found.offsets[inputs.len()..]);
         // Outputs are requested first: they have their safe values from then on.
-        let outputs = groups(chip.as_ref(), (&self.settings.outputs, driven), Some(outputs))?;
-        let inputs = groups(chip.as_ref(), (inputs, read), None)?;
+        let outputs = groups(chip.as_ref(), &self.settings.outputs, driven, Some(outputs))?;
+        let inputs = groups(chip.as_ref(), inputs, read, None)?;
         Ok(Arc::new(OpenLines { inputs, outputs }))
     }
 }
@@ -109,10 +109,12 @@ fn by_name(chip: &dyn GpioChip, name: &str) -> io::Result<u32> {
     Err(io::Error::new(io::ErrorKind::NotFound, format!("the chip has no line {name}")))
 }
 
-/// Requests lines: those with the same setting in one request.
+/// Requests lines with these numbers: those with the same setting in one request. `values`: the
+/// first values of outputs.
 fn groups(
     chip: &dyn GpioChip,
-    (lines, offsets): (&[GpioLine], &[u32]),
+    lines: &[GpioLine],
+    offsets: &[u32],
     values: Option<&[i32]>,
 ) -> io::Result<Vec<LineGroup>> {
     let mut alike: Vec<(LineSetting, Vec<usize>)> = Vec::new();

@@ -5,7 +5,7 @@
 //! of the checks.
 
 use super::map::{ModbusMap, RequestSource, TableRead};
-use super::pdu::{self, ModbusException, ModbusRequest, ModbusTable};
+use super::pdu::{self, ElementRange, ModbusException, ModbusRequest, ModbusTable};
 use super::refusal::ModbusRefusal;
 use rungd_runtime::exchange::{OperandWrite, Snapshot};
 
@@ -51,6 +51,15 @@ pub fn answer<'a>(
     }
 }
 
+/// A request that gets a reply.
+#[derive(Clone, Copy)]
+pub struct AnsweredRequest<'a> {
+    /// Its PDU.
+    pub pdu: &'a [u8],
+    /// What the PDU requests.
+    pub request: &'a ModbusRequest<'a>,
+}
+
 /// The reply to a write, from the image of the scan that has seen the write.
 ///
 /// # Errors
@@ -58,7 +67,7 @@ pub fn answer<'a>(
 pub fn written(
     map: &ModbusMap,
     unit: u8,
-    (pdu, request): (&[u8], &ModbusRequest<'_>),
+    AnsweredRequest { pdu, request }: AnsweredRequest<'_>,
     latest: &Snapshot,
 ) -> Result<Vec<u8>, ModbusRefusal> {
     let mut reply = Vec::new();
@@ -93,5 +102,5 @@ fn read_of(pdu: &[u8], request: &ModbusRequest<'_>) -> Option<TableRead> {
             return None;
         }
     };
-    Some(TableRead { function: *pdu.first()?, table, first, count })
+    Some(TableRead { function: *pdu.first()?, range: ElementRange { table, first, count } })
 }

@@ -13,12 +13,12 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::time::{Instant, timeout, timeout_at};
 
-use super::answer::{self, RequestDecision};
+use super::answer::{self, AnsweredRequest, RequestDecision};
 use super::closed::ConnectionEnd;
 use super::frame::{self, FRAME_BYTES_MAX, FrameError, FrameHeader, FrameSplit};
 use super::map::RequestSource;
 use super::refusal::ModbusRefusal;
-use super::shared::ServerState;
+use super::shared::{RefusalText, ServerState};
 use crate::seats::TakenSeat;
 use rungd_runtime::Origin;
 use rungd_runtime::exchange::OperandWrite;
@@ -140,15 +140,17 @@ impl ClientConnection {
             RequestDecision::Write(request, batch) => {
                 let done = self.write(latest.generation, batch).await.and_then(|()| {
                     let (latest, map) = self.shared.latest();
-                    answer::written(&map, unit, (pdu, &request), &latest)
+                    let request = AnsweredRequest { pdu, request: &request };
+                    answer::written(&map, unit, request, &latest)
                 });
                 (request, done)
             }
         };
         done.unwrap_or_else(|refusal| {
-            let (place, said) =
+            let (place, why) =
                 (map.place(unit, &request), refusal.log_text(|what| map.called(what)));
-            self.shared.log_refusal(self.client, (&place, &said), &request, refusal);
+            let text = RefusalText { place: &place, why: &why };
+            self.shared.log_refusal(self.client, text, &request, refusal);
             answer::refused(pdu, refusal)
         })
     }

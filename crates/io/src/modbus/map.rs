@@ -15,7 +15,7 @@ use std::net::IpAddr;
 use super::clients::Network;
 use super::elements::{BitElement, ElementRows, ListSet, Register, RegisterPart, TableElements};
 use super::number::{RegisterNumberType, WordOrder};
-use super::pdu::{self, ModbusRequest, ModbusTable};
+use super::pdu::{self, ElementRange, ModbusRequest, ModbusTable};
 use super::refusal::ModbusRefusal;
 use super::settings::{MappedOperands, ModbusServerSettings};
 use rungd_engine::isa::{Address, Bit, BitSpace, Word, WordSpace};
@@ -54,12 +54,8 @@ pub struct RequestSource {
 pub(crate) struct TableRead {
     /// The function code, for the reply.
     pub function: u8,
-    /// The table.
-    pub table: ModbusTable,
-    /// The first address.
-    pub first: u16,
-    /// The number of elements.
-    pub count: u16,
+    /// The elements.
+    pub range: ElementRange,
 }
 
 impl ModbusMap {
@@ -118,12 +114,12 @@ impl ModbusMap {
         snapshot: &Snapshot,
         reply: &mut Vec<u8>,
     ) -> Result<(), ModbusRefusal> {
-        let TableRead { function, table, first, count } = ask;
-        if table.is_bits() {
-            let bits = self.bits(unit, table, (first, count))?;
+        let TableRead { function, range } = ask;
+        if range.table.is_bits() {
+            let bits = self.bits(unit, range)?;
             pdu::push_bits(reply, function, bits.iter().map(|bit| bit.shown(snapshot)));
         } else {
-            let words = self.words(unit, table, (first, count))?;
+            let words = self.words(unit, range)?;
             pdu::push_words(reply, function, words.iter().map(|word| word.shown(snapshot)));
         }
         Ok(())
@@ -141,15 +137,15 @@ impl ModbusMap {
     ) -> Result<Vec<OperandWrite>, ModbusRefusal> {
         match *request {
             ModbusRequest::Read { .. } => Ok(Vec::new()),
-            ModbusRequest::WriteCoils { first, count, packed } => {
-                self.coil_writes(asker, (first, count), packed)
+            ModbusRequest::WriteCoils { packed, .. } => {
+                self.coil_writes(asker, request.place(), packed)
             }
-            ModbusRequest::WriteRegisters { first, values }
-            | ModbusRequest::ReadWrite { first, values, .. } => {
-                self.register_writes(asker, first, values)
+            ModbusRequest::WriteRegisters { values, .. }
+            | ModbusRequest::ReadWrite { values, .. } => {
+                self.register_writes(asker, request.place(), values)
             }
-            ModbusRequest::MaskWrite { first, and, or } => {
-                self.mask(asker, first, WordMask { and, or })
+            ModbusRequest::MaskWrite { and, or, .. } => {
+                self.mask(asker, request.place(), WordMask { and, or })
             }
         }
     }
@@ -157,10 +153,10 @@ impl ModbusMap {
     fn coil_writes(
         &self,
         asker: RequestSource,
-        place: (u16, u16),
+        coils: ElementRange,
         packed: &[u8],
     ) -> Result<Vec<OperandWrite>, ModbusRefusal> {
-        let coils = self.bits(asker.unit, ModbusTable::Coils, place)?;
+        let coils = self.bits(asker.unit, coils)?;
         let admitted = self.admitted(asker.client);
         for coil in &coils {
             may_write(Address::Bit(coil.bit), coil.lists, admitted)?;
@@ -177,11 +173,10 @@ impl ModbusMap {
     fn register_writes(
         &self,
         asker: RequestSource,
-        first: u16,
+        registers: ElementRange,
         values: &[u8],
     ) -> Result<Vec<OperandWrite>, ModbusRefusal> {
-        let place = (first, (values.len() / 2) as u16);
-        let registers = self.words(asker.unit, ModbusTable::HoldingRegisters, place)?;
+        let registers = self.words(asker.unit, registers)?;
         let admitted = self.admitted(asker.client);
         for register in &registers {
             may_write(Address::Word(register.word), register.lists, admitted)?;
@@ -207,10 +202,10 @@ impl ModbusMap {
     fn mask(
         &self,
         asker: RequestSource,
-        at: u16,
+        register: ElementRange,
         mask: WordMask,
     ) -> Result<Vec<OperandWrite>, ModbusRefusal> {
-        let registers = self.words(asker.unit, ModbusTable::HoldingRegisters, (at, 1))?;
+        let registers = self.words(asker.unit, register)?;
         let admitted = self.admitted(asker.client);
         let mut writes = Vec::with_capacity(1);
         for register in registers {
@@ -229,7 +224,7 @@ impl ModbusMap {
 
     /// The operands of a request, in the notation of an author: `MHR10..MHR12`.
     pub fn place(&self, unit: u8, request: &ModbusRequest<'_>) -> String {
-        let (table, first, count) = request.place();
+        let ElementRange { table, first, count } = request.place();
         let (first, last) = (u32::from(first), u32::from(first) + u32::from(count.max(1)) - 1);
         let (low, high) = (self.name(unit, table, first), self.name(unit, table, last));
         if low == high { low } else { format!("{low}..{high}") }
@@ -273,30 +268,19 @@ impl ModbusMap {
         lists.fold(0, |all, (list, at)| all | ListSet::from(admits(list)) << at)
     }
 
-    fn bits(
-        &self,
-        unit: u8,
-        table: ModbusTable,
-        range: (u16, u16),
-    ) -> Result<Vec<&BitElement>, ModbusRefusal> {
-        self.elements(unit, table, range, |places| places.bits(table))
+    fn bits(&self, unit: u8, range: ElementRange) -> Result<Vec<&BitElement>, ModbusRefusal> {
+        self.elements(unit, range, |places| places.bits(range.table))
     }
 
-    fn words(
-        &self,
-        unit: u8,
-        table: ModbusTable,
-        range: (u16, u16),
-    ) -> Result<Vec<&Register>, ModbusRefusal> {
-        self.elements(unit, table, range, |places| places.words(table))
+    fn words(&self, unit: u8, range: ElementRange) -> Result<Vec<&Register>, ModbusRefusal> {
+        self.elements(unit, range, |places| places.words(range.table))
     }
 
     /// The elements of a request, if all exist.
     fn elements<'a, T: 'a>(
         &'a self,
         unit: u8,
-        table: ModbusTable,
-        (first, count): (u16, u16),
+        ElementRange { table, first, count }: ElementRange,
         rows: impl Fn(&'a TableElements) -> &'a ElementRows<T> + Copy,
     ) -> Result<Vec<&'a T>, ModbusRefusal> {
         let first = u32::from(first);
@@ -340,11 +324,8 @@ impl ElementSources<'_> {
         let words = |space, count| {
             let order = WordOrder::default();
             let word = |n| {
-                self.register(
-                    Word::Space(space, n),
-                    (RegisterNumberType::U16, order),
-                    RegisterPart::Whole,
-                )
+                let (kind, part) = (RegisterNumberType::U16, RegisterPart::Whole);
+                self.register(Word::Space(space, n), kind, order, part)
             };
             (1..=count).map(word).collect::<Vec<_>>()
         };
@@ -367,7 +348,7 @@ impl ElementSources<'_> {
                         1 => &[RegisterPart::Whole][..],
                         _ => &[RegisterPart::First, RegisterPart::Second],
                     };
-                    let register = |part| self.register(word, (kind, entry.order), part);
+                    let register = |part| self.register(word, kind, entry.order, part);
                     words.extend(parts.iter().map(|part| register(*part)));
                 }
                 Address::Structure(_) => {}
@@ -405,7 +386,8 @@ impl ElementSources<'_> {
     fn register(
         &self,
         word: Word,
-        (kind, order): (RegisterNumberType, WordOrder),
+        kind: RegisterNumberType,
+        order: WordOrder,
         part: RegisterPart,
     ) -> Register {
         let (cell, limits) = (self.layout.word(word), (self.limits)(word));

@@ -224,10 +224,21 @@ pub fn push_exception(reply: &mut Vec<u8>, function: u8, exception: ModbusExcept
     reply.extend_from_slice(&[function | 0x80, exception as u8]);
 }
 
+/// Consecutive elements of a table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ElementRange {
+    /// The table.
+    pub table: ModbusTable,
+    /// The first address.
+    pub first: u16,
+    /// The number of elements.
+    pub count: u16,
+}
+
 impl ModbusRequest<'_> {
-    /// The table, the first address and the quantity; for FC 23, those of its write.
-    pub fn place(&self) -> (ModbusTable, u16, u16) {
-        match *self {
+    /// The elements of the request; for FC 23, those of its write.
+    pub fn place(&self) -> ElementRange {
+        let (table, first, count) = match *self {
             ModbusRequest::Read { table, first, count } => (table, first, count),
             ModbusRequest::WriteCoils { first, count, .. } => (ModbusTable::Coils, first, count),
             ModbusRequest::WriteRegisters { first, values }
@@ -235,7 +246,8 @@ impl ModbusRequest<'_> {
                 (ModbusTable::HoldingRegisters, first, (values.len() / 2) as u16)
             }
             ModbusRequest::MaskWrite { first, .. } => (ModbusTable::HoldingRegisters, first, 1),
-        }
+        };
+        ElementRange { table, first, count }
     }
 }
 
@@ -380,7 +392,7 @@ mod tests {
         ) {
             let pdu = [&[function], &rest[..len]].concat();
             if let Ok(request) = parse(&pdu) {
-                let (_, _, count) = request.place();
+                let count = request.place().count;
                 prop_assert!(count > 0);
             }
         }

@@ -15,6 +15,14 @@ pub use rungd_runtime::Generations;
 use rungd_runtime::exchange::{Port, Snapshot};
 pub use rungd_runtime::say::say;
 
+/// The texts about a refused request, for the log.
+pub(super) struct RefusalText<'t> {
+    /// The operands of the request.
+    pub place: &'t str,
+    /// The reason.
+    pub why: &'t str,
+}
+
 /// The state that the connections share.
 pub(super) struct ServerState {
     pub settings: ModbusServerSettings,
@@ -35,7 +43,7 @@ impl ServerState {
     pub fn log_refusal(
         &self,
         client: SocketAddr,
-        (place, why_said): (&str, &str),
+        RefusalText { place, why: why_said }: RefusalText,
         request: &ModbusRequest<'_>,
         why: ModbusRefusal,
     ) {

@@ -152,7 +152,7 @@ impl<L: PeerLink> ModbusClient<L> {
             let (&ReadGroup { unit, table, first, count, .. }, is_joined) =
                 (group, group.is_joined());
             self.talk.request.clear();
-            push_read(&mut self.talk.request, table, (first, count));
+            push_read(&mut self.talk.request, table, first, count);
             let what = RequestText { verb: READING, unit, table, first, count, is_joined };
             match self.talk.ask(&what).await? {
                 None => self.talk.unit(unit).leave_unread(),

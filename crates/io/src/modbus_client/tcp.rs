@@ -69,11 +69,12 @@ impl TcpConnection {
         self.pace.ask();
         let question = frame::around(header, |frame| frame.extend_from_slice(request));
         let lost = if self.settings.transaction == Transaction::Check { self.lost } else { 0 };
+        let open = OpenTransactions { present: header.transaction, lost };
         let (mut filled, mut is_sent) = (0, false);
         let talk = async {
             stream.write_all(&question).await?;
             is_sent = true;
-            receive(stream, &mut self.received, &mut filled, (header.transaction, lost)).await
+            receive(stream, &mut self.received, &mut filled, open).await
         };
         let limit = self.timeout.as_millis();
         match timeout(self.timeout, talk).await {
@@ -151,7 +152,8 @@ impl PeerLink for TcpConnection {
         let done = match done {
             Ok(filled) => {
                 let received = &self.received[..filled];
-                let checked = check((received, request), header, self.settings.transaction, answer);
+                let question = SentQuestion { header, request };
+                let checked = check(received, question, self.settings.transaction, answer);
                 checked.map_err(LinkFailure::Broken)
             }
             Err(Unanswered::Silent) => Err(LinkFailure::Silent(self.miss())),
@@ -204,13 +206,22 @@ pub(super) async fn connect(peer: &TcpPeer) -> Result<TcpStream, String> {
     Ok(stream)
 }
 
-/// Receives until the bytes are a whole frame, or cannot become one. Skips the answers to the
-/// `lost` transactions before the present one.
+/// The transactions whose answers may come.
+#[derive(Clone, Copy)]
+struct OpenTransactions {
+    /// The present one.
+    present: u16,
+    /// The number of those directly before it that had no answer in time.
+    lost: u16,
+}
+
+/// Receives until the bytes are a whole frame, or cannot become one. Skips the answers to lost
+/// transactions.
 async fn receive(
     stream: &mut TcpStream,
     bytes: &mut [u8],
     filled: &mut usize,
-    (transaction, lost): (u16, u16),
+    OpenTransactions { present, lost }: OpenTransactions,
 ) -> io::Result<()> {
     loop {
         // The buffer has room for the longest frame.
@@ -222,7 +233,7 @@ async fn receive(
             match frame::split(&bytes[..*filled]) {
                 FrameSplit::More => break,
                 FrameSplit::Frame { header, bytes: end, .. }
-                    if (1..=lost).contains(&transaction.wrapping_sub(header.transaction)) =>
+                    if (1..=lost).contains(&present.wrapping_sub(header.transaction)) =>
                 {
                     bytes.copy_within(end..*filled, 0);
                     *filled -= end;
@@ -243,10 +254,17 @@ pub(super) fn is_closed(error: &io::Error) -> bool {
     matches!(error.kind(), UnexpectedEof | ConnectionReset | ConnectionAborted | BrokenPipe)
 }
 
+/// A question that was sent.
+struct SentQuestion<'a> {
+    header: FrameHeader,
+    /// Its PDU.
+    request: &'a [u8],
+}
+
 /// Takes the answer's PDU out of the received bytes.
 fn check(
-    (received, request): (&[u8], &[u8]),
-    asked: FrameHeader,
+    received: &[u8],
+    SentQuestion { header: asked, request }: SentQuestion,
     transaction: Transaction,
     answer: &mut Vec<u8>,
 ) -> Result<(), String> {

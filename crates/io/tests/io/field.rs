@@ -122,7 +122,7 @@ fn a_lost_device_zeroes_its_inputs_if_configured() {
 }
 
 /// For a number of scans, exchanges that read X0 and D0 and fail to read X3 and V0.
-fn parts(rig: &mut Rig, scans: u64, (x0, d0): (i32, i32)) {
+fn parts(rig: &mut Rig, scans: u64, x0: i32, d0: i32) {
     for _ in 0..scans {
         rig.deliver_part([Some(x0), None, Some(d0), None]);
         rig.scans(1);
@@ -138,15 +138,15 @@ fn unread_inputs_become_stale_individually() {
         let mut rig = rig(zero_on_loss);
         rig.deliver(1, 1, 5, 9);
         rig.scans(1);
-        parts(&mut rig, 1, (0, 6));
+        parts(&mut rig, 1, 0, 6);
         assert_eq!(rig.values(&BITS), [0, 0], "at once");
         assert_eq!(rig.values(&INPUTS), [0, 1, 6, 10]);
-        parts(&mut rig, 9, (1, 7));
+        parts(&mut rig, 9, 1, 7);
         assert_eq!(rig.values(&INPUTS), [1, 1, 7, 10], "100 ms old: not lost yet");
-        parts(&mut rig, 1, (1, 8));
+        parts(&mut rig, 1, 1, 8);
         assert_eq!(rig.values(&BITS), [0, 1]);
         assert_eq!(rig.values(&INPUTS), [1, old[0], 8, old[1]]);
-        parts(&mut rig, 100, (0, 9));
+        parts(&mut rig, 100, 0, 9);
         assert_eq!(rig.values(&INPUTS), [0, old[0], 9, old[1]], "those that are read stay live");
         rig.deliver(1, 1, 10, 11);
         rig.scans(1);
@@ -163,7 +163,7 @@ fn unread_inputs_become_stale_individually() {
 #[test]
 fn an_input_that_was_never_read_has_its_initial_value() {
     let mut rig = rig(true);
-    parts(&mut rig, 30, (1, 5));
+    parts(&mut rig, 30, 1, 5);
     assert_eq!(rig.values(&INPUTS), [1, 1, 5, 30], "X3 is `initial = true`, V0 the ladder's");
     assert_eq!(rig.values(&BITS), [0, 1]);
     assert_eq!(rig.told(), [(11, DeviceEdge::Absent)]);

@@ -71,10 +71,15 @@ pub(super) struct Driven<'a> {
 }
 
 impl<'a> Driven<'a> {
-    pub fn of(machine: &'a Taped, program: &'a RigProgram, now: (RigMode, u64)) -> Driven<'a> {
+    /// `scans`: the number of scans of the process.
+    pub fn of(
+        machine: &'a Taped,
+        program: &'a RigProgram,
+        mode: RigMode,
+        scans: u64,
+    ) -> Driven<'a> {
         let first = program.symbols.layout.bit(Bit::Space(BitSpace::Y, 0));
         let image = machine.engine().image();
-        let (mode, scans) = now;
         let has_begun = scans > 0 || mode == RigMode::Stop;
         let runs = mode == RigMode::Run && has_begun;
         Driven { image, safe: &program.safe, first_output: first.0, runs, has_begun }

@@ -321,13 +321,13 @@ impl Rig {
     /// Steps field devices and rules up to the time of a scan, so that the scan reads their inputs.
     fn move_world(&mut self, now_ns: u64) {
         self.step_rules(now_ns / MS_NS);
-        let driven = Driven::of(&self.machine, &self.program, (self.mode, self.scans));
+        let driven = Driven::of(&self.machine, &self.program, self.mode, self.scans);
         self.field.poll(now_ns, driven);
     }
 
     /// Passes changed outputs to field devices.
     fn drive(&mut self, now_ns: u64) {
-        let driven = Driven::of(&self.machine, &self.program, (self.mode, self.scans));
+        let driven = Driven::of(&self.machine, &self.program, self.mode, self.scans);
         self.field.drive(now_ns, driven);
     }
 
@@ -338,7 +338,7 @@ impl Rig {
             *rules_ms = now_ms + 1;
             return;
         }
-        let driven = Driven::of(machine, program, (*mode, *scans));
+        let driven = Driven::of(machine, program, *mode, *scans);
         let read = |bit| {
             if let Bit::Space(BitSpace::Y, n) = bit {
                 return driven.output(n);

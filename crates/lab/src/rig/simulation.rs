@@ -112,7 +112,8 @@ pub fn all_named(program: &Program, symbols: &Symbols) -> Vec<TracedOperand> {
 /// The error of writing the trace.
 pub fn run(
     program: &Arc<RigProgram>,
-    (simulation, stimulus): (&Simulation, &Stimulus),
+    simulation: &Simulation,
+    stimulus: &Stimulus,
     trace: &mut dyn Trace,
 ) -> io::Result<()> {
     let clock_s = simulation.clock_s;

@@ -92,7 +92,7 @@ impl Coverage {
         }
         let counts = |name: &str| options.with_random && wanted(name);
         for test in suite.randoms.iter().filter(|random_test| counts(&random_test.name)) {
-            (0..test.runs).for_each(|run| random_run::heard(stage, test, (run, listener())));
+            (0..test.runs).for_each(|run| random_run::heard(stage, test, run, listener()));
         }
         self.files.push((suite.name.clone(), run.borrow().coverage()));
     }

@@ -116,7 +116,7 @@ pub(super) fn failure(stage: LoweredSuite, scenario: &Scenario, failed: &FailedS
         },
     };
     if let Some(condition) = judged {
-        explain(stage, scenario, (failed, condition), &mut failure);
+        explain(stage, scenario, FalseCondition { failed, condition }, &mut failure);
     }
     failure
 }
@@ -125,7 +125,8 @@ pub(super) fn failure(stage: LoweredSuite, scenario: &Scenario, failed: &FailedS
 pub(super) fn failure_of_run(
     stage: LoweredSuite,
     test: &RandomTest,
-    (broken, run): (&BrokenRun, u32),
+    broken: &BrokenRun,
+    run: u32,
 ) -> Failure {
     // A bit that the ladder holds ON cannot be pulsed: then the changes are separate steps.
     let breaks = |run: PastedRun| {
@@ -155,6 +156,13 @@ pub(super) fn failure_of_run(
         scenario: Some(text),
         findings: None,
     }
+}
+
+/// A step that failed, with its condition, which is false.
+#[derive(Clone, Copy)]
+struct FalseCondition<'a> {
+    failed: &'a FailedStep,
+    condition: &'a Condition,
 }
 
 /// The condition that is false.
@@ -219,12 +227,8 @@ fn ordinal(number: u64) -> String {
 }
 
 /// Plays the scenario again with a tape, and explains the operands of its condition.
-fn explain(
-    stage: LoweredSuite,
-    scenario: &Scenario,
-    (failed, condition): (&FailedStep, &Condition),
-    failure: &mut Failure,
-) {
+fn explain(stage: LoweredSuite, scenario: &Scenario, unmet: FalseCondition, failure: &mut Failure) {
+    let FalseCondition { failed, condition } = unmet;
     let program = &stage.programs[failed.program.0];
     let mut history = OperandHistory::new(Arc::clone(program), condition, failed.scans);
     let (_, rig) = play(stage, scenario, true, &mut history);
@@ -271,8 +275,8 @@ fn explain(
     let test_program = &stage.suite.programs[failed.program.0];
     let subject = Subject::new(Arc::clone(&test_program.program), test_program.files.clone());
     let mut sections = rig.sections();
-    note_on_within(&subject, &sections, (failed, condition), &mut failure.operands);
-    failure.why = why(&subject, &mut sections, (history.deciding, at));
+    note_on_within(&subject, &sections, unmet, &mut failure.operands);
+    failure.why = why(&subject, &mut sections, history.deciding, at);
 }
 
 /// Notes which bits of a condition were ON only within a scan: for `within` in all its scans, else
@@ -280,7 +284,7 @@ fn explain(
 fn note_on_within(
     subject: &Subject,
     sections: &[Arc<TapeSection>],
-    (failed, condition): (&FailedStep, &Condition),
+    FalseCondition { failed, condition }: FalseCondition,
     operands: &mut [SeenOperand],
 ) {
     let count = match failed.why {
@@ -307,11 +311,13 @@ fn note_on_within(
     }
 }
 
-/// The reasons for the values of the operands of a condition.
+/// The reasons for the values of the operands that decide a condition. `at`: the scan of the
+/// condition.
 fn why(
     subject: &Subject,
     sections: &mut Vec<Arc<TapeSection>>,
-    (deciding, at): (Vec<Cell>, QuestionTime),
+    deciding: Vec<Cell>,
+    at: QuestionTime,
 ) -> Vec<String> {
     let mut answers = Vec::new();
     for cell in deciding.into_iter().take(EXPLAINED_MAX) {

@@ -64,11 +64,11 @@ fn content(target: &TestTarget, given: Constant, span: Span) -> Result<i32, Find
             true => Ok(number),
             false => Err(beyond(min.to_string(), max.to_string(), number.to_string())),
         },
-        (StimulusTarget::Real(_, limits), Constant::Integer(n) | Constant::Duration(n)) => {
-            within(limits, Real::nearest(n)).map_err(|[min, max, real]| beyond(min, max, real))
+        (StimulusTarget::Real(_, (min, max)), Constant::Integer(n) | Constant::Duration(n)) => {
+            within(min, max, Real::nearest(n)).map_err(|[min, max, real]| beyond(min, max, real))
         }
-        (StimulusTarget::Real(_, limits), Constant::Real(real)) => {
-            within(limits, real).map_err(|[min, max, real]| beyond(min, max, real))
+        (StimulusTarget::Real(_, (min, max)), Constant::Real(real)) => {
+            within(min, max, real).map_err(|[min, max, real]| beyond(min, max, real))
         }
         (
             StimulusTarget::Input(_) | StimulusTarget::Bit(_),
@@ -79,7 +79,7 @@ fn content(target: &TestTarget, given: Constant, span: Span) -> Result<i32, Find
     }
 }
 
-fn within((min, max): (Real, Real), real: Real) -> Result<i32, [String; 3]> {
+fn within(min: Real, max: Real, real: Real) -> Result<i32, [String; 3]> {
     match (min..=max).contains(&real) {
         true => Ok(real.cell()),
         false => Err([min, max, real].map(|real| real.to_string())),

@@ -32,7 +32,8 @@ pub(super) struct HappenedScan {
 pub(super) fn happened(
     mut engine: Engine,
     sections: &[TapeSection],
-    (period_ns, watched): (u64, &[Cell]),
+    period_ns: u64,
+    watched: &[Cell],
 ) -> Vec<HappenedScan> {
     let mut scans: Vec<HappenedScan> = Vec::new();
     let mut next = HappenedScan::default();

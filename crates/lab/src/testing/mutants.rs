@@ -70,7 +70,7 @@ pub fn mutants(program: &Program, files: &[SourceFile], period_ms: u32) -> Vec<M
                     mutants.push(Mutant {
                         kind: found.kind,
                         span: found.place,
-                        rung: name(part, (index.rung, rung), found.branch),
+                        rung: name(part, index.rung, rung, found.branch),
                         what: found.what,
                         mutations: vec![(index, found.mutation)],
                         differs: false,
@@ -132,8 +132,8 @@ fn found(ground: &Ground, part: ProgramPart, rung: &Rung) -> Vec<FoundMutation> 
     found
 }
 
-/// The name of a rung.
-fn name(part: ProgramPart, (at, rung): (usize, &Rung), branch: Option<usize>) -> String {
+/// The name of a rung. `at`: its index in its part.
+fn name(part: ProgramPart, at: usize, rung: &Rung, branch: Option<usize>) -> String {
     let element = match part.stage {
         Some(stage) => format!("{}.{}", part.block.name, stage.name),
         None => part.block.name.clone(),

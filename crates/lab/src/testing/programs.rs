@@ -14,7 +14,9 @@ use super::suite::{ProgramId, TestProgram};
 use rungd_config::controller;
 use rungd_config::controller::device::Device;
 use rungd_config::controller::written::WrittenController;
-pub use rungd_config::load::test_ladders::{InputKind, bench, identity_of, input_kind, path_of};
+pub use rungd_config::load::test_ladders::{
+    InputKind, SettingsFile, bench, identity_of, input_kind, path_of,
+};
 use rungd_config::load::{self, Loaded, OpenTexts};
 use rungd_language::lower::lower;
 use rungd_language::resolve::LoadOptions;
@@ -27,8 +29,26 @@ use rungd_state::reload;
 /// The maximum number of programs of a test file.
 const PROGRAMS_MAX: usize = 100;
 
-/// The files of a program: their kind (a controller file, or ladders), and their identities.
-type FileList = (InputKind, Vec<PathBuf>);
+/// The files of a program.
+#[derive(PartialEq)]
+struct FileList {
+    /// A controller file, or ladders.
+    kind: InputKind,
+    identities: Vec<PathBuf>,
+}
+
+/// A test file.
+pub(super) struct TestFile<'a> {
+    pub path: &'a Path,
+    /// The texts that replace files on disk.
+    pub texts: &'a OpenTexts,
+}
+
+/// A program, with the names of its files as the test file has them.
+pub(super) struct NamedProgram<'n> {
+    pub program: TestProgram,
+    pub files: &'n [String],
+}
 
 /// The result of a load, one for each list of files.
 #[derive(Clone, Debug)]
@@ -64,16 +84,16 @@ pub(super) struct Programs<'a> {
 impl<'a> Programs<'a> {
     /// The list with only the program with which scenarios begin.
     pub fn new(
-        (path, texts): (&'a Path, &'a OpenTexts),
+        TestFile { path, texts }: TestFile<'a>,
         settings: BenchSettings,
-        (first, files): (TestProgram, &[String]),
+        first: NamedProgram,
         options: &'a LoadOptions,
     ) -> Programs<'a> {
         let kind = match settings {
             BenchSettings::Test(_) => InputKind::Ladder,
             BenchSettings::Controller => InputKind::Controller,
         };
-        let list = files.iter().map(|name| identity_of(path, name)).collect();
+        let identities = first.files.iter().map(|name| identity_of(path, name)).collect();
         let mut programs = Programs {
             path,
             texts,
@@ -84,8 +104,8 @@ impl<'a> Programs<'a> {
             loads: Vec::new(),
             kinds: HashMap::new(),
         };
-        let id = programs.add(first);
-        programs.loads.push(((kind, list), ProgramLoad::Ready(id)));
+        let id = programs.add(first.program);
+        programs.loads.push((FileList { kind, identities }, ProgramLoad::Ready(id)));
         programs
     }
 
@@ -110,7 +130,7 @@ impl<'a> Programs<'a> {
             let finding = Finding::new(Code::TestStep, place, message);
             return Err(finding.help("divide the test file into several files"));
         }
-        let loaded = self.load(files, list.0)?;
+        let loaded = self.load(files, list.kind)?;
         let load = match self.refusal(&loaded) {
             Some(text) => ProgramLoad::Refused(text),
             None => match test_program(loaded) {
@@ -148,8 +168,8 @@ impl<'a> Programs<'a> {
             identities.push(identity);
         }
         match controller {
-            None => Ok((InputKind::Ladder, identities)),
-            Some(_) if files.len() == 1 => Ok((InputKind::Controller, identities)),
+            None => Ok(FileList { kind: InputKind::Ladder, identities }),
+            Some(_) if files.len() == 1 => Ok(FileList { kind: InputKind::Controller, identities }),
             Some(file) => {
                 let message =
                     format!("`{}` is a controller file, given with other files", file.value);
@@ -172,16 +192,17 @@ impl<'a> Programs<'a> {
             BenchSettings::Test(settings) => {
                 let settings = settings.of_test_with_ladder(&names);
                 {
-                    let key = (first.clone(), InputKind::Ladder);
-                    Ok(bench(self.path, key, &settings, self.texts))
+                    let file = SettingsFile { file: first.clone(), kind: InputKind::Ladder };
+                    Ok(bench(self.path, file, &settings, self.texts))
                 }
             }
             BenchSettings::Controller => {
                 let (written, _) = controller::read(&first.text, FileId(0));
                 match written {
                     Some(written) => {
-                        let key = (first.clone(), InputKind::Controller);
-                        Ok(bench(self.path, key, &written.with_ladder(&names), self.texts))
+                        let (file, kind) = (first.clone(), InputKind::Controller);
+                        let file = SettingsFile { file, kind };
+                        Ok(bench(self.path, file, &written.with_ladder(&names), self.texts))
                     }
                     None => Ok(Loaded::default()),
                 }

@@ -67,33 +67,36 @@ fn generator(seed: u64, run: u32) -> SplitMix64 {
 
 /// Makes one run of a test. Runs count from 0. Also returns the number of its scans.
 pub(super) fn run(stage: LoweredSuite, test: &RandomTest, run: u32) -> (u64, Option<BrokenRun>) {
-    drawn_run(stage, test, (run, None))
+    drawn_run(stage, test, run, None)
 }
 
 /// Makes one run of a test for a listener, which receives the tape.
 pub(super) fn heard(
     stage: LoweredSuite,
     test: &RandomTest,
-    (run, listener): (u32, Box<dyn TapeListener>),
+    run: u32,
+    listener: Box<dyn TapeListener>,
 ) {
-    drawn_run(stage, test, (run, Some(listener)));
+    drawn_run(stage, test, run, Some(listener));
 }
 
 fn drawn_run(
     stage: LoweredSuite,
     test: &RandomTest,
-    (run, listener): (u32, Option<Box<dyn TapeListener>>),
+    run: u32,
+    listener: Option<Box<dyn TapeListener>>,
 ) -> (u64, Option<BrokenRun>) {
     let layout = &stage.programs[0].symbols.layout;
     let mut random = generator(test.seed, run);
     let mut events = Vec::new();
-    let broken = drive((stage, test), listener, test.scans, |scan, image, changes| {
+    let drive = RandomDrive { stage, test, scans: test.scans, listener };
+    let broken = drive.execute(|scan, image, changes| {
         for (at, change) in test.changes.iter().enumerate() {
             if random.next() % 1_000_000 >= u64::from(change.chance.0) {
                 continue;
             }
-            let draw = drawn(layout, change, (image, &mut random));
-            let value = moved(layout, change, (image, draw));
+            let draw = drawn(layout, change, image, &mut random);
+            let value = moved(layout, change, image, draw);
             events.push(RandomEvent { scan, change: at, draw, value });
             changes.push((at, value));
         }
@@ -109,18 +112,20 @@ fn drawn_run(
 pub(super) fn replay(
     stage: LoweredSuite,
     test: &RandomTest,
-    (events, scans): (&[RandomEvent], u64),
+    events: &[RandomEvent],
+    scans: u64,
 ) -> Option<BrokenRun> {
     if !is_possible(test, events, scans) {
         return None;
     }
     let layout = &stage.programs[0].symbols.layout;
     let (mut next, mut played) = (0, Vec::new());
-    let broken = drive((stage, test), None, scans, |scan, image, changes| {
+    let drive = RandomDrive { stage, test, scans, listener: None };
+    let broken = drive.execute(|scan, image, changes| {
         while let Some(event) = events.get(next).filter(|event| event.scan == scan) {
             next += 1;
             let change = &test.changes[event.change];
-            let value = moved(layout, change, (image, event.draw));
+            let value = moved(layout, change, image, event.draw);
             if value != image.value(change.operand.cell) || change.is_certain() {
                 played.push(RandomEvent { value, ..*event });
                 changes.push((event.change, value));
@@ -140,50 +145,62 @@ fn is_possible(test: &RandomTest, events: &[RandomEvent], scans: u64) -> bool {
     once && certain.all(|(at, _)| count(at) == scans)
 }
 
-/// Executes scans until a line of `always` breaks. `listener`: receives the tape. `changes`: adds
-/// the changes before a scan, from the number of the scan and the image of the scan before.
-fn drive(
-    (stage, test): (LoweredSuite, &RandomTest),
-    listener: Option<Box<dyn TapeListener>>,
+/// A run to execute.
+struct RandomDrive<'a> {
+    stage: LoweredSuite<'a>,
+    test: &'a RandomTest,
+    /// The maximum number of scans.
     scans: u64,
-    mut changes: impl FnMut(u64, &Image, &mut Vec<(usize, i32)>),
-) -> Option<BrokenLine> {
-    let inputs = test.set.iter().filter_map(|(operand, value)| Some((operand.input?, *value != 0)));
-    let others = test.set.iter().filter(|(operand, _)| operand.input.is_none());
-    let setup = RigSetup {
-        set: others.map(|(operand, value)| (operand.cell, *value)).collect(),
-        inputs: inputs.collect(),
-        clock_s: LocalTime::SIMULATED_S,
-        is_taped: listener.is_some(),
-        ..RigSetup::default()
-    };
-    let mut rig = Rig::new(&stage.programs[0], &setup);
-    if let Some(listener) = listener {
-        rig.listen(listener);
-    }
-    let always = &stage.suite.always[0];
-    let mut edges: Vec<Vec<bool>> =
-        always.iter().map(|condition| vec![false; condition.edges]).collect();
-    let mut now = Vec::new();
-    for scan in 0..scans {
-        if rig.mode() == RigMode::Stop || stage.is_given_up() {
-            // If the ladder has stopped the controller, no line can break any more.
-            return None;
+    /// Receives the tape.
+    listener: Option<Box<dyn TapeListener>>,
+}
+
+impl RandomDrive<'_> {
+    /// Executes scans until a line of `always` breaks. `changes`: adds the changes before a scan,
+    /// from the number of the scan and the image of the scan before.
+    fn execute(
+        self,
+        mut changes: impl FnMut(u64, &Image, &mut Vec<(usize, i32)>),
+    ) -> Option<BrokenLine> {
+        let RandomDrive { stage, test, scans, listener } = self;
+        let inputs =
+            test.set.iter().filter_map(|(operand, value)| Some((operand.input?, *value != 0)));
+        let others = test.set.iter().filter(|(operand, _)| operand.input.is_none());
+        let setup = RigSetup {
+            set: others.map(|(operand, value)| (operand.cell, *value)).collect(),
+            inputs: inputs.collect(),
+            clock_s: LocalTime::SIMULATED_S,
+            is_taped: listener.is_some(),
+            ..RigSetup::default()
+        };
+        let mut rig = Rig::new(&stage.programs[0], &setup);
+        if let Some(listener) = listener {
+            rig.listen(listener);
         }
-        now.clear();
-        changes(scan, rig.image(), &mut now);
-        for (change, value) in &now {
-            give(&mut rig, &test.changes[*change].operand, *value);
-        }
-        let is_last = rig.scan();
-        for (at, (condition, edges)) in always.iter().zip(&mut edges).enumerate() {
-            if !condition.is_true(rig.image(), edges) {
-                return Some(BrokenLine { scan, always: at });
+        let always = &stage.suite.always[0];
+        let mut edges: Vec<Vec<bool>> =
+            always.iter().map(|condition| vec![false; condition.edges]).collect();
+        let mut now = Vec::new();
+        for scan in 0..scans {
+            if rig.mode() == RigMode::Stop || stage.is_given_up() {
+                // If the ladder has stopped the controller, no line can break any more.
+                return None;
             }
+            now.clear();
+            changes(scan, rig.image(), &mut now);
+            for (change, value) in &now {
+                give(&mut rig, &test.changes[*change].operand, *value);
+            }
+            let is_last = rig.scan();
+            for (at, (condition, edges)) in always.iter().zip(&mut edges).enumerate() {
+                if !condition.is_true(rig.image(), edges) {
+                    return Some(BrokenLine { scan, always: at });
+                }
+            }
+            rig.end_scan(is_last);
         }
-        rig.end_scan(is_last);
+        None
     }
-    None
 }
 
 fn give(rig: &mut Rig, operand: &TestOperand, value: i32) {
@@ -197,7 +214,8 @@ fn give(rig: &mut Rig, operand: &TestOperand, value: i32) {
 fn drawn(
     layout: &Layout,
     change: &RandomChange,
-    (image, random): (&Image, &mut SplitMix64),
+    image: &Image,
+    random: &mut SplitMix64,
 ) -> RandomDraw {
     let is_real = is_real(layout, change.operand.cell);
     match change.motion {
@@ -216,7 +234,7 @@ fn drawn(
 }
 
 /// The content of an operand after a change, by the choice of the generator.
-fn moved(layout: &Layout, change: &RandomChange, (image, draw): (&Image, RandomDraw)) -> i32 {
+fn moved(layout: &Layout, change: &RandomChange, image: &Image, draw: RandomDraw) -> i32 {
     let now = image.value(change.operand.cell);
     match (draw, change.motion) {
         (RandomDraw::Jump(to), _) => to,

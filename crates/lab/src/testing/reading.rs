@@ -10,13 +10,13 @@ use std::path::Path;
 use anyhow::{Context, Result};
 
 use super::condition::Condition;
-use super::programs::{BenchSettings, Programs, test_program};
+use super::programs::{BenchSettings, NamedProgram, Programs, TestFile, test_program};
 use super::random;
 use super::step_text::{self, WrittenCondition, WrittenStep};
 use super::steps::StepResolver;
 use super::suite::{RandomTest, Scenario, Suite, TestOperand, TestProgram};
 use super::written::{self, WrittenBench, WrittenRandom, WrittenScenario, WrittenSuite};
-pub use rungd_config::load::test_ladders::{InputKind, bench};
+pub use rungd_config::load::test_ladders::{InputKind, SettingsFile, bench};
 pub use rungd_config::load::{self, Loaded, OpenTexts, decode, read_bytes};
 use rungd_language::resolve::LoadOptions;
 use rungd_language::source::finding::{Code, Finding, Severity};
@@ -64,13 +64,14 @@ pub fn read_suite(path: &Path) -> Result<ReadSuite> {
 
 /// As [`read_suite`], with the text of the file.
 pub fn read_text(path: &Path, file: SourceFile, undecoded: Option<Finding>) -> ReadSuite {
-    read_among(path, (file, undecoded), &OpenTexts::default())
+    read_among(path, file, undecoded, &OpenTexts::default())
 }
 
-/// As [`read_text`], with texts that replace files on disk.
+/// As [`read_text`], with texts that replace files on disk. `undecoded`: the finding of `decode`.
 pub fn read_among(
     path: &Path,
-    (file, undecoded): (SourceFile, Option<Finding>),
+    file: SourceFile,
+    undecoded: Option<Finding>,
     texts: &OpenTexts,
 ) -> ReadSuite {
     let (findings, files) = (undecoded.into_iter().collect(), vec![file]);
@@ -99,7 +100,10 @@ struct SuiteReading {
 }
 
 /// A scenario whose steps have been read, but not resolved.
-type ReadScenario = (WrittenScenario, Vec<Located<WrittenStep>>);
+struct ReadScenario {
+    scenario: WrittenScenario,
+    steps: Vec<Located<WrittenStep>>,
+}
 
 impl SuiteReading {
     fn suite(&mut self, path: &Path) -> Option<Suite> {
@@ -113,8 +117,10 @@ impl SuiteReading {
             scenarios.into_iter().map(|scenario| self.read_steps(scenario)).collect();
         let (settings, first, names) = self.bench(path, bench?)?;
         let (options, texts) = (LoadOptions::default(), self.texts.clone());
-        let mut programs = Programs::new((path, &texts), settings, (first, &names), &options);
-        let resolved = Resolution::of(&mut programs, &always, (scenarios, randoms));
+        let first = NamedProgram { program: first, files: &names };
+        let file = TestFile { path, texts: &texts };
+        let mut programs = Programs::new(file, settings, first, &options);
+        let resolved = Resolution::of(&mut programs, &always, scenarios, randoms);
         self.findings.extend(resolved.findings);
         Some(Suite {
             name: self.files[0].name.clone(),
@@ -172,7 +178,7 @@ impl SuiteReading {
                 Err(finding) => self.findings.push(finding),
             }
         }
-        (scenario, steps)
+        ReadScenario { scenario, steps }
     }
 
     /// The settings, the program with which scenarios begin, and the names of its files.
@@ -184,8 +190,8 @@ impl SuiteReading {
         let (loaded, settings, names) = match bench_written {
             WrittenBench::Ladders(settings) => {
                 let names = settings.ladder.iter().map(|name| name.text.clone()).collect();
-                let key = (self.files[0].clone(), InputKind::Ladder);
-                let loaded = bench(path, key, &settings, &self.texts);
+                let (file, kind) = (self.files[0].clone(), InputKind::Ladder);
+                let loaded = bench(path, SettingsFile { file, kind }, &settings, &self.texts);
                 (loaded, BenchSettings::Test(settings), names)
             }
             WrittenBench::Controller(name) => {
@@ -235,7 +241,8 @@ impl Resolution {
     fn of(
         programs: &mut Programs<'_>,
         always: &[(Span, WrittenCondition)],
-        (scenarios, randoms): (Vec<ReadScenario>, Vec<WrittenRandom>),
+        scenarios: Vec<ReadScenario>,
+        randoms: Vec<WrittenRandom>,
     ) -> Resolution {
         let mut all = Resolution {
             findings: Vec::new(),
@@ -244,7 +251,7 @@ impl Resolution {
             randoms: Vec::new(),
         };
         all.always(programs, always, None);
-        for (scenario, steps) in scenarios {
+        for ReadScenario { scenario, steps } in scenarios {
             let mut resolver = StepResolver::new(programs);
             let set = resolver.set(&scenario.set);
             let before = resolver.programs.programs.len();

@@ -198,7 +198,7 @@ impl Results {
                 // The number of later runs depends on the threads, so they do not count.
                 (runs, scans) = (run + 1, u64::from(run) * test.scans + broken.scan + 1);
                 let short = shrink(stage, test, broken);
-                Box::new(failure_of_run(stage, test, (&short, run)))
+                Box::new(failure_of_run(stage, test, &short, run))
             });
             verdicts.push(TestVerdict {
                 name: test.name.clone(),

@@ -43,15 +43,15 @@ pub fn scenario(source: &ScenarioOf) -> String {
         return String::new();
     }
     let period_ns = u64::from(source.period_ms) * 1_000_000;
-    let scans = happened(engine, source.sections, (period_ns, &watched));
+    let scans = happened(engine, source.sections, period_ns, &watched);
     let set = set(subject, &first.state);
-    let trial = trial(subject, (&set, &scans), source);
+    let trial = trial(subject, &set, &scans, source);
     let mut text = head(source, &set, first);
     text += "steps = [\n";
     if let Some(local_s) = clock(subject, source.sections) {
         let _ = writeln!(text, "    \"clock {}\",", iso(local_s));
     }
-    let lines = steps(subject, &scans, (&watched, &trial));
+    let lines = steps(subject, &scans, &watched, &trial);
     lines.iter().for_each(|line| text += &format!("    {line}\n"));
     text += "]\n";
     text
@@ -117,7 +117,8 @@ fn set(subject: &Subject, state: &EngineState) -> Vec<(Cell, i32)> {
 /// The watched cells at the end of each scan of the scenario, in a trial in virtual time.
 fn trial(
     subject: &Subject,
-    (set, scans): (&[(Cell, i32)], &[HappenedScan]),
+    set: &[(Cell, i32)],
+    scans: &[HappenedScan],
     source: &ScenarioOf,
 ) -> Vec<Vec<i32>> {
     let watched = outputs(subject);
@@ -167,7 +168,8 @@ fn put(engine: &mut Engine, cell: Cell, value: i32) {
 fn steps(
     subject: &Subject,
     scans: &[HappenedScan],
-    (watched, trial): (&[Cell], &[Vec<i32>]),
+    watched: &[Cell],
+    trial: &[Vec<i32>],
 ) -> Vec<String> {
     let mut lines = Vec::new();
     let mut told: Vec<Option<i32>> = vec![None; watched.len()];
@@ -181,7 +183,8 @@ fn steps(
         if comes_in {
             run(&mut lines, &mut pending);
             if let Some((values, tried)) = before {
-                expect(subject, &mut lines, (watched, values, tried), &mut told);
+                let end = ComparedEnd { watched, values, tried };
+                expect(subject, &mut lines, end, &mut told);
             }
             step_in(subject, &mut lines, scan);
         }
@@ -190,7 +193,8 @@ fn steps(
     }
     run(&mut lines, &mut pending);
     if let (Some(scan), Some(tried)) = (scans.last().filter(|scan| !scan.is_last), trial.last()) {
-        expect(subject, &mut lines, (watched, &scan.values, tried), &mut told);
+        let end = ComparedEnd { watched, values: &scan.values, tried };
+        expect(subject, &mut lines, end, &mut told);
     }
     lines
 }
@@ -231,12 +235,21 @@ fn step_in(subject: &Subject, lines: &mut Vec<String>, scan: &HappenedScan) {
     }
 }
 
+/// The watched cells at the end of a scan.
+struct ComparedEnd<'a> {
+    watched: &'a [Cell],
+    /// Their recorded values.
+    values: &'a [i32],
+    /// Their values in the trial.
+    tried: &'a [i32],
+}
+
 /// Adds the outputs that have changed since the last `expect`. If the value in the trial differs,
 /// the line is a comment.
 fn expect(
     subject: &Subject,
     lines: &mut Vec<String>,
-    (watched, values, tried): (&[Cell], &[i32], &[i32]),
+    ComparedEnd { watched, values, tried }: ComparedEnd,
     told: &mut [Option<i32>],
 ) {
     let (mut met, mut missed) = (Vec::new(), Vec::new());

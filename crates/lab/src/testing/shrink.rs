@@ -41,7 +41,7 @@ impl Shrinking<'_> {
             return false;
         }
         events.sort_by_key(|event| (event.scan, event.change));
-        let broken = replay(self.stage, self.test, (&events, scans));
+        let broken = replay(self.stage, self.test, &events, scans);
         self.scans_left -= broken.as_ref().map_or(scans, |broken_run| broken_run.scan + 1);
         let Some(broken) = broken else { return false };
         self.best = broken;

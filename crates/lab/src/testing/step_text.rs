@@ -58,13 +58,22 @@ fn doubts(contact: &WrittenContact<Sum>, found: &mut Vec<Finding>) {
     }
 }
 
+/// The repetition of a pulse.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PulseRepeat {
+    /// The time from one pulse to the next, ms.
+    pub every: Located<u32>,
+    /// The number of pulses.
+    pub times: u32,
+}
+
 /// A step as written.
 #[derive(Clone, Debug)]
 pub(super) enum WrittenStep {
     Set(StepWord, StepWord),
     Force(StepWord, StepWord),
     Unforce(StepWord),
-    Pulse { operand: StepWord, on_ms: u32, every: Option<(Located<u32>, u32)> },
+    Pulse { operand: StepWord, on_ms: u32, repeat: Option<PulseRepeat> },
     Beat { operand: StepWord, on_ms: u32, every: Located<u32> },
     Run(TestTime),
     Expect(WrittenCondition),
@@ -289,7 +298,7 @@ impl StepParser<'_> {
         let operand = self.word("an operand and a duration")?;
         let on = self.duration("how long it is ON")?;
         let Some(every) = self.words.next() else {
-            return Ok(WrittenStep::Pulse { operand, on_ms: on.value, every: None });
+            return Ok(WrittenStep::Pulse { operand, on_ms: on.value, repeat: None });
         };
         if every.value != "every" {
             return Err(self.fail(every.span, "`every` or the end of the step belongs here"));
@@ -303,8 +312,8 @@ impl StepParser<'_> {
             return Err(self.fail(times.span, message));
         };
         self.not_shorter(on, every)?;
-        let every = Some((every, count));
-        Ok(WrittenStep::Pulse { operand, on_ms: on.value, every })
+        let repeat = Some(PulseRepeat { every, times: count });
+        Ok(WrittenStep::Pulse { operand, on_ms: on.value, repeat })
     }
 
     fn beat(&mut self) -> ParsedStep<WrittenStep> {

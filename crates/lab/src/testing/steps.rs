@@ -7,7 +7,7 @@
 use super::given;
 use super::names::TestTarget;
 use super::programs::{ProgramLoad, Programs};
-use super::step_text::{WrittenStep, behind_every};
+use super::step_text::{PulseRepeat, WrittenStep, behind_every};
 use super::step_words::StepWord;
 use super::suite::{ProgramId, Reload, TestOperand, TestStep, TestTime};
 use super::written::WrittenSet;
@@ -104,8 +104,8 @@ impl<'p, 'a> StepResolver<'p, 'a> {
             WrittenStep::Unforce(operand) => {
                 TestStep::Unforce(self.forced(&operand).map_err(one)?.operand)
             }
-            WrittenStep::Pulse { operand, on_ms, every } => {
-                self.pulse(&operand, on_ms, every, span)?
+            WrittenStep::Pulse { operand, on_ms, repeat } => {
+                self.pulse(&operand, on_ms, repeat, span)?
             }
             WrittenStep::Beat { operand, on_ms, every } => {
                 let operand = self.bit(&operand, "beat").map_err(one)?;
@@ -183,14 +183,14 @@ impl<'p, 'a> StepResolver<'p, 'a> {
         &mut self,
         operand: &StepWord,
         on_ms: u32,
-        every: Option<(Located<u32>, u32)>,
+        repeat: Option<PulseRepeat>,
         span: Span,
     ) -> Result<TestStep, Vec<Finding>> {
         let operand = self.bit(operand, "pulse").map_err(one)?;
         let on = TestTime::Ms(on_ms);
-        let (every, times) = match every {
+        let (every, times) = match repeat {
             None => (on, 1),
-            Some((every, times)) => {
+            Some(PulseRepeat { every, times }) => {
                 self.goes_off(on_ms, every).map_err(one)?;
                 (TestTime::Ms(every.value), times)
             }

@@ -26,14 +26,14 @@ pub struct TestTouch {
 pub fn touches(suite: &Suite) -> Vec<TestTouch> {
     let mut list = TouchList { suite, all: Vec::new() };
     for condition in suite.always.first().into_iter().flatten() {
-        list.add(None, (condition.text.clone(), place_of(suite, condition)), names(condition));
+        list.add(None, condition.text.clone(), place_of(suite, condition), names(condition));
     }
     for scenario in &suite.scenarios {
         let test = Some(scenario.name.as_str());
         list.set(test, scenario.span, &scenario.set);
         for step in &scenario.steps {
             let text = suite.text(step.span).to_owned();
-            list.add(test, (text, step.span), of_step(&step.value));
+            list.add(test, text, step.span, of_step(&step.value));
         }
     }
     for random in &suite.randoms {
@@ -41,7 +41,7 @@ pub fn touches(suite: &Suite) -> Vec<TestTouch> {
         list.set(test, random.span, &random.set);
         for change in &random.changes {
             let name = change.operand.name.clone();
-            list.add(test, (format!("{name} changes at random"), random.span), vec![name]);
+            list.add(test, format!("{name} changes at random"), random.span, vec![name]);
         }
     }
     list.all
@@ -53,7 +53,7 @@ struct TouchList<'s> {
 }
 
 impl TouchList<'_> {
-    fn add(&mut self, test: Option<&str>, (text, span): (String, Span), names: Vec<String>) {
+    fn add(&mut self, test: Option<&str>, text: String, span: Span, names: Vec<String>) {
         if names.is_empty() {
             return;
         }
@@ -64,7 +64,7 @@ impl TouchList<'_> {
     fn set(&mut self, test: Option<&str>, span: Span, set: &[(TestOperand, i32)]) {
         for (operand, _) in set {
             let text = format!("set = {{ {} = … }}", operand.name);
-            self.add(test, (text, span), vec![operand.name.clone()]);
+            self.add(test, text, span, vec![operand.name.clone()]);
         }
     }
 }

@@ -62,7 +62,8 @@ impl StimulusTarget {
             }
             Address::Bit(bit @ Bit::Device(..)) => Ok(StimulusTarget::Bit(layout.bit(bit))),
             Address::Word(word) if word.writable() => {
-                Ok(StimulusTarget::word(word, layout.word(word), symbols.limits(word)))
+                let (min, max) = symbols.limits(word);
+                Ok(StimulusTarget::word(word, layout.word(word), min, max))
             }
             Address::Bit(_) | Address::Word(_) | Address::Structure(_) => {
                 symbols.cell(address, operand)?;
@@ -72,7 +73,7 @@ impl StimulusTarget {
     }
 
     /// The target of a word. The limits are contents of its cell.
-    pub fn word(word: Word, cell: WordCell, (min, max): (i32, i32)) -> StimulusTarget {
+    pub fn word(word: Word, cell: WordCell, min: i32, max: i32) -> StimulusTarget {
         match word.is_real() {
             true => StimulusTarget::Real(cell, (Real::of_cell(min), Real::of_cell(max))),
             false => StimulusTarget::Word(cell, (min, max)),

@@ -9,7 +9,7 @@
 use std::fmt::Write as _;
 use std::io::{self, Write};
 
-use super::svg_columns::WideColumns;
+use super::svg_columns::{ColumnScan, WideColumns};
 use super::svg_wide::{
     self, ColumnHead, HEAD, HIGH, LOW, NAME_CHAR, NUMBER_CHAR, ROW, STYLE, WIDTH_MAX,
 };
@@ -26,8 +26,8 @@ const COLUMN_MIN: usize = 4;
 /// Collects rows, and draws them in [`SvgTrace::finish`].
 pub struct SvgTrace<'a> {
     watched: &'a [TracedOperand],
-    /// The name of each scan, and its time, µs.
-    columns: Vec<(RowName, u64)>,
+    /// The scan of each column.
+    columns: Vec<ColumnScan>,
     values: Vec<Vec<i32>>,
     /// The columns of several scans, if there are too many scans for a column each.
     wide: Option<WideColumns>,
@@ -104,7 +104,7 @@ impl<'a> SvgTrace<'a> {
         let words = words.filter(|(w, _)| matches!(w.cell, Cell::Word(_)));
         let texts = words.flat_map(|(w, values)| values.iter().map(|v| w.text(*v).len()));
         let digits = texts.max();
-        let times = self.columns.last().map_or(0, |(_, time_us)| ms_text(*time_us).len());
+        let times = self.columns.last().map_or(0, |scan| ms_text(scan.time_us).len());
         let widest = digits.unwrap_or(0).max(times) * NUMBER_CHAR + 6;
         let count = self.columns.len().max(1);
         let column = widest.max(COLUMN).min(WIDTH_MAX / count).max(COLUMN_MIN);
@@ -120,9 +120,9 @@ impl<'a> SvgTrace<'a> {
     /// Scan numbers and times in the middle of their columns, and the grid.
     fn head(&self, svg: &mut SvgWriter, measures: &Measures) {
         let bottom = measures.height;
-        let widest = self.columns.last().map_or(0, |(_, time_us)| ms_text(*time_us).len().max(4));
+        let widest = self.columns.last().map_or(0, |scan| ms_text(scan.time_us).len().max(4));
         let every = (widest * NUMBER_CHAR).div_ceil(measures.column);
-        let stop = self.columns.iter().position(|(name, _)| *name == RowName::Stop);
+        let stop = self.columns.iter().position(|scan| scan.name == RowName::Stop);
         if let Some(at) = stop {
             let (x, width) = (measures.x(at), measures.column);
             svg.rect("s", SvgArea { x, y: 0, width, height: bottom });
@@ -131,11 +131,11 @@ impl<'a> SvgTrace<'a> {
         svg_wide::head_names(svg);
         for (at, head) in self.columns.iter().enumerate() {
             let near_stop = stop.is_some_and(|stop| at < stop && stop - at < every);
-            if head.0 != RowName::Stop && (at % every != 0 || near_stop) {
+            if head.name != RowName::Stop && (at % every != 0 || near_stop) {
                 continue;
             }
             let (x, text_x) = (measures.x(at), measures.middle(at, 1));
-            ColumnHead { class: "t", text_x, x, bottom }.draw(svg, head);
+            ColumnHead { class: "t", text_x, x, bottom }.draw(svg, *head);
         }
     }
 
@@ -181,10 +181,10 @@ impl ValueTrace for SvgTrace<'_> {
 
     fn values(&mut self, name: RowName, time_us: u64, values: &[i32]) -> io::Result<()> {
         if let Some(columns) = &mut self.wide {
-            columns.put((name, time_us), values);
+            columns.put(ColumnScan { name, time_us }, values);
             return Ok(());
         }
-        self.columns.push((name, time_us));
+        self.columns.push(ColumnScan { name, time_us });
         for (value, values) in values.iter().zip(&mut self.values) {
             values.push(*value);
         }
@@ -209,10 +209,10 @@ mod tests {
     fn drawn(bit: &[i32], word: &[i32]) -> String {
         let watched =
             [watched("X0", Cell::Bit(BitCell(0))), watched("a<b&c", Cell::Word(WordCell(0)))];
-        let mut columns: Vec<(RowName, u64)> =
-            (0..bit.len() as u64).map(|scan| (RowName::Scan(scan), 10_000 * scan)).collect();
+        let column = |scan| ColumnScan { name: RowName::Scan(scan), time_us: 10_000 * scan };
+        let mut columns: Vec<ColumnScan> = (0..bit.len() as u64).map(column).collect();
         if let Some(last) = columns.last_mut() {
-            last.0 = RowName::Stop;
+            last.name = RowName::Stop;
         }
         let values = vec![bit.to_vec(), word.to_vec()];
         let mut out = Vec::new();

@@ -10,15 +10,27 @@ use rungd_engine::isa::Real;
 pub(super) const COLUMNS_MAX: usize = 1_200;
 
 /// The least and the greatest value in a column, as contents of the cell.
-pub(super) type ColumnSpread = (i32, i32);
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct ColumnSpread {
+    pub least: i32,
+    pub greatest: i32,
+}
+
+/// A scan above its column.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ColumnScan {
+    pub name: RowName,
+    /// Its time, µs.
+    pub time_us: u64,
+}
 
 /// Columns of many scans.
 #[derive(Debug)]
 pub(super) struct WideColumns {
     /// The number of scans in each column; the last column may have fewer.
     pub scans: u64,
-    /// The first scan of each column, and its time, µs.
-    pub heads: Vec<(RowName, u64)>,
+    /// The first scan of each column.
+    pub heads: Vec<ColumnScan>,
     /// For each operand, a spread for each column.
     pub spreads: Vec<Vec<ColumnSpread>>,
     /// For each operand, whether it is a real.
@@ -36,12 +48,12 @@ impl WideColumns {
     }
 
     /// Adds a row.
-    pub fn put(&mut self, head: (RowName, u64), values: &[i32]) {
+    pub fn put(&mut self, head: ColumnScan, values: &[i32]) {
         if !self.heads.is_empty() && self.in_last < self.scans {
             self.in_last += 1;
             for ((spreads, value), real) in self.spreads.iter_mut().zip(values).zip(&self.reals) {
                 if let Some(last) = spreads.last_mut() {
-                    *last = joined(*last, (*value, *value), *real);
+                    *last = joined(*last, ColumnSpread { least: *value, greatest: *value }, *real);
                 }
             }
             return;
@@ -52,7 +64,7 @@ impl WideColumns {
         self.heads.push(head);
         self.in_last = 1;
         for (spreads, value) in self.spreads.iter_mut().zip(values) {
-            spreads.push((*value, *value));
+            spreads.push(ColumnSpread { least: *value, greatest: *value });
         }
     }
 
@@ -70,7 +82,7 @@ impl WideColumns {
     /// The least and the greatest value of an operand.
     pub fn whole(&self, operand: usize) -> ColumnSpread {
         let spreads = self.spreads[operand].iter().copied();
-        spreads.reduce(|a, b| joined(a, b, self.reals[operand])).unwrap_or((0, 0))
+        spreads.reduce(|a, b| joined(a, b, self.reals[operand])).unwrap_or_default()
     }
 }
 
@@ -81,9 +93,9 @@ pub(super) fn number(content: i32, real: bool) -> f64 {
 
 fn joined(a: ColumnSpread, b: ColumnSpread, real: bool) -> ColumnSpread {
     let is_less = |a: i32, b: i32| number(a, real) < number(b, real);
-    let least = if is_less(b.0, a.0) { b.0 } else { a.0 };
-    let greatest = if is_less(a.1, b.1) { b.1 } else { a.1 };
-    (least, greatest)
+    let least = if is_less(b.least, a.least) { b.least } else { a.least };
+    let greatest = if is_less(a.greatest, b.greatest) { b.greatest } else { a.greatest };
+    ColumnSpread { least, greatest }
 }
 
 #[cfg(test)]
@@ -99,15 +111,17 @@ mod tests {
             let mut columns = WideColumns::new(&watched);
             let value = |row: u64| (row * 7_919 % 1_009) as i32 - 300;
             for row in 0..rows {
-                columns.put((RowName::Scan(row), row), &[value(row)]);
+                let scan = ColumnScan { name: RowName::Scan(row), time_us: row };
+                columns.put(scan, &[value(row)]);
             }
             assert!(columns.heads.len() <= COLUMNS_MAX, "{rows}");
             assert_eq!(columns.heads.len() as u64, rows.div_ceil(columns.scans), "{rows}");
             for (at, spread) in columns.spreads[0].iter().enumerate() {
                 let from = at as u64 * columns.scans;
                 let values = (from..rows.min(from + columns.scans)).map(value);
-                let expected = (values.clone().min().unwrap(), values.max().unwrap());
-                assert_eq!((*spread, columns.heads[at].1), (expected, from), "{rows}");
+                let (least, greatest) = (values.clone().min().unwrap(), values.max().unwrap());
+                let expected = ColumnSpread { least, greatest };
+                assert_eq!((*spread, columns.heads[at].time_us), (expected, from), "{rows}");
             }
         }
     }
@@ -118,7 +132,9 @@ mod tests {
         let watched =
             [TracedOperand { name: "R0".into(), cell: Cell::Word(WordCell(0)), real: true }];
         let mut columns = WideColumns::new(&watched);
-        cells.iter().for_each(|cell| columns.put((RowName::Stop, 0), &[*cell]));
-        assert_eq!(columns.whole(0), (cells[0], cells[1]));
+        let stop = ColumnScan { name: RowName::Stop, time_us: 0 };
+        cells.iter().for_each(|cell| columns.put(stop, &[*cell]));
+        let wanted = ColumnSpread { least: cells[0], greatest: cells[1] };
+        assert_eq!(columns.whole(0), wanted);
     }
 }

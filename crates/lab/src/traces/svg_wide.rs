@@ -6,8 +6,8 @@
 
 use std::fmt::Write as _;
 
-use super::svg_columns::{ColumnSpread, WideColumns, number};
-use super::trace::{RowName, TracedOperand, ms_text};
+use super::svg_columns::{ColumnScan, ColumnSpread, WideColumns, number};
+use super::trace::{TracedOperand, ms_text};
 use crate::svg::{SvgArea, SvgWriter};
 use rungd_engine::Cell;
 
@@ -62,11 +62,11 @@ pub(super) struct ColumnHead {
 }
 
 impl ColumnHead {
-    pub fn draw(&self, svg: &mut SvgWriter, (scan, time_us): &(RowName, u64)) {
+    pub fn draw(&self, svg: &mut SvgWriter, scan: ColumnScan) {
         let ColumnHead { class, text_x, x, bottom } = self;
         svg.path("g", format_args!("M{x} {HEAD}V{bottom}"));
-        svg.label(class, [*text_x, 14], &scan.to_string());
-        svg.label(class, [*text_x, 28], &ms_text(*time_us));
+        svg.label(class, [*text_x, 14], &scan.name.to_string());
+        svg.label(class, [*text_x, 28], &ms_text(scan.time_us));
         svg.end_line();
     }
 }
@@ -94,7 +94,7 @@ pub(super) fn draw(watched: &[TracedOperand], columns: &WideColumns) -> String {
     let names = watched.iter().map(|w| w.name.chars().count()).max().unwrap_or(0).max(4);
     let ends = watched.iter().enumerate().filter(|(_, w)| matches!(w.cell, Cell::Word(_)));
     let ends = ends.map(|(at, w)| {
-        let (least, greatest) = columns.whole(at);
+        let ColumnSpread { least, greatest } = columns.whole(at);
         w.text(least).len().max(w.text(greatest).len())
     });
     let ends = ends.max().unwrap_or(0) * NUMBER_CHAR;
@@ -113,7 +113,10 @@ pub(super) fn draw(watched: &[TracedOperand], columns: &WideColumns) -> String {
         name(&mut svg, watched, top, measures.right());
         match watched.cell {
             Cell::Bit(_) => bit(&mut svg, &columns.spreads[at], top, &measures),
-            Cell::Word(_) => word(&mut svg, (watched, at, columns), top, &measures),
+            Cell::Word(_) => {
+                let (whole, spreads) = (columns.whole(at), &columns.spreads[at][..]);
+                word(&mut svg, &WordBand { watched, whole, spreads }, top, &measures);
+            }
         }
     }
     let scans = if columns.scans == 1 { "scan" } else { "scans" };
@@ -130,14 +133,16 @@ pub(super) fn draw(watched: &[TracedOperand], columns: &WideColumns) -> String {
 /// Draws scan numbers, times and the grid.
 fn head(svg: &mut SvgWriter, columns: &WideColumns, measures: &WideMeasures) {
     let bottom = measures.height;
-    let widths =
-        columns.heads.iter().map(|(name, us)| name.to_string().len().max(ms_text(*us).len()));
+    let widths = columns
+        .heads
+        .iter()
+        .map(|scan| scan.name.to_string().len().max(ms_text(scan.time_us).len()));
     let widest = (widths.max().unwrap_or(0) + 2) * NUMBER_CHAR;
     let every = widest.max(100).div_ceil(measures.column);
     head_names(svg);
     for (at, head) in columns.heads.iter().enumerate().step_by(every) {
         let x = measures.x(at);
-        ColumnHead { class: "n", text_x: x, x, bottom }.draw(svg, head);
+        ColumnHead { class: "n", text_x: x, x, bottom }.draw(svg, *head);
     }
 }
 
@@ -152,16 +157,16 @@ fn bit(svg: &mut SvgWriter, spreads: &[ColumnSpread], top: usize, measures: &Wid
         let area = |path: &mut String| {
             let _ = write!(path, "M{left} {low}V{high}H{right}V{low}Z");
         };
-        let is_both = same[0].0 != same[0].1;
+        let is_both = same[0].least != same[0].greatest;
         if is_both {
             area(&mut both);
         } else {
-            let y = if same[0].0 != 0 { high } else { low };
+            let y = if same[0].least != 0 { high } else { low };
             let _ = match goes_on {
                 true => write!(line, "V{y}H{right}"),
                 false => write!(line, "M{left} {y}H{right}"),
             };
-            if same[0].0 != 0 {
+            if same[0].least != 0 {
                 area(&mut on);
             }
         }
@@ -175,18 +180,22 @@ fn bit(svg: &mut SvgWriter, spreads: &[ColumnSpread], top: usize, measures: &Wid
     svg.end_line();
 }
 
+/// A word to draw.
+struct WordBand<'a> {
+    watched: &'a TracedOperand,
+    /// Its least and greatest value in all columns.
+    whole: ColumnSpread,
+    /// Its values in each column.
+    spreads: &'a [ColumnSpread],
+}
+
 /// Draws a word: a band from the least to the greatest value of each column, with both ends of its
 /// scale on the right. A word that never changes is a band with its value.
-fn word(
-    svg: &mut SvgWriter,
-    (watched, at, columns): (&TracedOperand, usize, &WideColumns),
-    top: usize,
-    measures: &WideMeasures,
-) {
-    let whole = columns.whole(at);
-    let (least, greatest) = (watched.text(whole.0), watched.text(whole.1));
+fn word(svg: &mut SvgWriter, band: &WordBand, top: usize, measures: &WideMeasures) {
+    let WordBand { watched, whole, spreads } = *band;
+    let (least, greatest) = (watched.text(whole.least), watched.text(whole.greatest));
     let (left, right, low) = (measures.left, measures.right(), top + LOW);
-    if whole.0 == whole.1 {
+    if whole.least == whole.greatest {
         let (width, height) = (right - left, LOW - HIGH);
         svg.rect("w", SvgArea { x: left, y: top + HIGH, width, height });
         svg.label("v", [(left + right) / 2, top + 19], &least);
@@ -194,9 +203,9 @@ fn word(
     }
     let (mut upper, mut lower) = (String::new(), Vec::new());
     let mut from = 0;
-    for same in columns.spreads[at].chunk_by(|a, b| a == b) {
-        let [y_least, y_greatest] =
-            [same[0].0, same[0].1].map(|content| low - height(content, whole, watched.real));
+    for same in spreads.chunk_by(|a, b| a == b) {
+        let [y_least, y_greatest] = [same[0].least, same[0].greatest]
+            .map(|content| low - height(content, whole, watched.real));
         let _ = write!(upper, "V{y_greatest}H{}", measures.x(from + same.len()));
         lower.push((measures.x(from), y_least));
         from += same.len();
@@ -209,8 +218,9 @@ fn word(
 }
 
 /// The height of a value above the lower edge, px: 0 to the height of the band.
-fn height(content: i32, (least, greatest): ColumnSpread, real: bool) -> usize {
-    let [value, least, greatest] = [content, least, greatest].map(|cell| number(cell, real));
+fn height(content: i32, whole: ColumnSpread, real: bool) -> usize {
+    let [value, least, greatest] =
+        [content, whole.least, whole.greatest].map(|cell| number(cell, real));
     let part = (value - least) / (greatest - least);
     // Between 0 and 1. If both ends are equal, it is a NaN, which becomes 0 as an integer.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
@@ -232,7 +242,10 @@ mod tests {
             named("size", Cell::Word(WordCell(1))),
         ];
         let mut columns = WideColumns::new(&watched);
-        (0..rows).for_each(|row| columns.put((RowName::Scan(row), row * 10_000), &value(row)));
+        (0..rows).for_each(|row| {
+            let scan = ColumnScan { name: RowName::Scan(row), time_us: row * 10_000 };
+            columns.put(scan, &value(row));
+        });
         draw(&watched, &columns)
     }
 

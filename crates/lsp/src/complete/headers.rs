@@ -28,7 +28,7 @@ pub(super) fn offer(scene: &CompletionScene, typed: &str) -> Proposals {
 /// Adds the headers that fit; `rank`: the rank of the first header.
 pub(super) fn add(scene: &CompletionScene, rank: u8, into: &mut Proposals) {
     let mut known = Vec::new();
-    collect(&scene.shape(), (&[], ""), &mut known);
+    collect(&scene.shape(), &OuterTable { path: &[], array: "" }, &mut known);
     let open = open(scene);
     for (order, header) in known.iter().enumerate() {
         let path = header.path.join(".");
@@ -84,13 +84,16 @@ fn is_present(scene: &CompletionScene, object: usize, header: &KnownHeader) -> b
     by_header || outline.pairs_in(object).any(|pair| pair.key_below(own).is_some())
 }
 
-/// Collects the headers below a table. `(before, around)`: the path of the table, and the array of
-/// tables around it.
-fn collect(
-    shape: &TableShape,
-    (before, around): (&[&'static str], &str),
-    found: &mut Vec<KnownHeader>,
-) {
+/// The table below which headers are collected.
+struct OuterTable<'a> {
+    path: &'a [&'static str],
+    /// The path of the array of tables around it, or of which it is an element.
+    array: &'a str,
+}
+
+/// Collects the headers below a table.
+fn collect(shape: &TableShape, outer: &OuterTable, found: &mut Vec<KnownHeader>) {
+    let OuterTable { path: before, array: around } = *outer;
     for (key, form) in &shape.noted().keys {
         let is_array = matches!(form, ValueForm::Tables(_));
         let is_table = matches!(form, ValueForm::Table(_));
@@ -104,6 +107,6 @@ fn collect(
         let within = if is_array { path.join(".") } else { around.to_owned() };
         let around = around.to_owned();
         found.push(KnownHeader { path: path.clone(), is_array, doc: key.doc, around });
-        collect(inner, (&path, &within), found);
+        collect(inner, &OuterTable { path: &path, array: &within }, found);
     }
 }

@@ -61,7 +61,7 @@ fn declared(scene: &CompletionScene, wish: WantedName, into: &mut Proposals) {
             | DeclaredKind::Template
             | DeclaredKind::Test => continue,
         };
-        add(scene, at, (wish, rank), into);
+        add(scene, at, RankedWish { wish, rank }, into);
     }
     for device in scene.announced_devices() {
         if let Some(distance) = wish.distance(&Nature::BITS_INSIDE) {
@@ -72,8 +72,15 @@ fn declared(scene: &CompletionScene, wish: WantedName, into: &mut Proposals) {
     }
 }
 
+/// The wish of a place, and the rank of a declaration that fits it exactly.
+struct RankedWish {
+    wish: WantedName,
+    rank: u8,
+}
+
 /// Offers a declaration if it may fit the wish of a place.
-fn add(scene: &CompletionScene, at: usize, (wish, rank): (WantedName, u8), into: &mut Proposals) {
+fn add(scene: &CompletionScene, at: usize, ranked: RankedWish, into: &mut Proposals) {
+    let RankedWish { wish, rank } = ranked;
     let declared = &scene.names().all[at];
     let Some(distance) = wish.distance(&scene.nature(at)) else { return };
     let proposal =
@@ -140,7 +147,7 @@ fn members_of(scene: &CompletionScene, at: usize, wish: WantedName, into: &mut P
         let is_seen =
             matches!(inner.kind, DeclaredKind::OwnTag | DeclaredKind::Use | DeclaredKind::Stage);
         if is_own || (is_of_template && is_seen) {
-            add(scene, number, (wish, OWN), into);
+            add(scene, number, RankedWish { wish, rank: OWN }, into);
         }
     }
 }

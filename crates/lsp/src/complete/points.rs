@@ -24,7 +24,7 @@ pub(super) fn offer(scene: &CompletionScene, into: &mut Proposals) {
         OfferedPoints::OfParts => plant(scene, device, is_target, into),
         OfferedPoints::Beginnings(beginnings) => {
             for point in beginnings().iter().filter(|point| point.is_written || !is_target) {
-                add((&point.text, &point.about, 0), into);
+                add(&point.text, &point.about, 0, into);
             }
         }
     }
@@ -38,7 +38,7 @@ pub fn plant(scene: &CompletionScene, device: usize, is_target: bool, into: &mut
     {
         let Some(name) = file.value(object, &["name"]) else { continue };
         if part.kind == "device.fault" && is_target {
-            add((&format!("fault.{name}"), "a bit, causes the fault", 0), into);
+            add(&format!("fault.{name}"), "a bit, causes the fault", 0, into);
         }
         if part.kind != "device.part" {
             continue;
@@ -47,18 +47,18 @@ pub fn plant(scene: &CompletionScene, device: usize, is_target: bool, into: &mut
         for OfferedPoint { name: point, holds, is_command } in points {
             let about = if is_command { "drives the part" } else { "reported by the part" };
             let (label, about) = (format!("{name}.{point}"), format!("{holds}, {about}"));
-            add((&label, &about, u8::from(is_command != is_target)), into);
+            add(&label, &about, u8::from(is_command != is_target), into);
         }
         let places = outline.pairs_in(object).filter(|pair| {
             pair.keys.len() == 2 && matches!(pair.keys[0].text.as_str(), "eyes" | "switches")
         });
         for place in places {
             let label = format!("{name}.{}", place.key().text);
-            add((&label, "a bit, reported by the part", u8::from(is_target)), into);
+            add(&label, "a bit, reported by the part", u8::from(is_target), into);
         }
     }
 }
 
-fn add((label, about, rank): (&str, &str, u8), into: &mut Proposals) {
+fn add(label: &str, about: &str, rank: u8, into: &mut Proposals) {
     into.add(CompletionProposal::new(label, CompletionItemKind::INTERFACE, rank).detail(about));
 }

@@ -59,11 +59,11 @@ impl CompletionSite {
                 true => SitePlace::Nowhere,
                 false => SitePlace::Header(header.span.start),
             };
-            return SiteReader::new(file, behind, (offset, 0)).site(place);
+            return SiteReader::new(file, behind, offset, 0).site(place);
         }
         let start = behind.checked_sub(1).map_or(0, |last| headers[last].span.end.min(offset));
         let tree = TomlTree::read(file.slice(start..offset));
-        SiteReader::new(file, behind, (start, offset - start)).tree(&tree)
+        SiteReader::new(file, behind, start, offset - start).tree(&tree)
     }
 }
 
@@ -85,9 +85,9 @@ struct SiteReader {
 }
 
 impl SiteReader {
-    /// A reader of the text from a byte to the cursor, below the header with the number
-    /// `behind - 1`.
-    fn new(file: &EditorFile, behind: usize, (start, end): (usize, usize)) -> SiteReader {
+    /// A reader of the text from the byte `start` to the cursor, `end` bytes later, below the
+    /// header with the number `behind - 1`.
+    fn new(file: &EditorFile, behind: usize, start: usize, end: usize) -> SiteReader {
         let outline = &file.outline;
         let header = behind.checked_sub(1).and_then(|number| outline.headers.get(number));
         let object = header.map_or(0, |header| header.object);

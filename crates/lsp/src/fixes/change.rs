@@ -67,23 +67,23 @@ fn edited(file: &EditorFile, span: &Range<usize>, edit: &FixEdit) -> Vec<Propose
         }
         FixEdit::Write(None, text) => written(file, span, text),
         FixEdit::Pair(text) => match as_pair(text) {
-            Some(keys) => as_key(file, span, (&keys, text)),
+            Some(keys) => as_key(file, span, &keys, text),
             None => Vec::new(),
         },
         FixEdit::InTag { tag, pair } => into_tag(file, tag, pair),
-        FixEdit::Word { old, new } => only(tables::word(file, span, (old, new))),
+        FixEdit::Word { old, new } => only(tables::word(file, span, old, new)),
         FixEdit::Declare(text) => vec![declared(file, text)],
         FixEdit::Lines { lines, instead } => {
             let lines: Vec<String> = lines.lines().map(|line| line.trim().to_owned()).collect();
-            of_lines(file, span, (&lines, *instead))
+            of_lines(file, span, &lines, *instead)
         }
         FixEdit::Delete => deleted(file, span),
         FixEdit::Omit => omitted(file, span),
         FixEdit::DeleteRow => without_table(file, span),
         FixEdit::Row(row) => tables::row(file, span, row),
-        FixEdit::Element { key, element } => only(tables::in_list(file, span, (key, element))),
-        FixEdit::Under { table, pair } => tables::under(file, span, (table, pair)),
-        FixEdit::Table { header, line } => tables::table(file, span, (header, line)),
+        FixEdit::Element { key, element } => only(tables::in_list(file, span, key, element)),
+        FixEdit::Under { table, pair } => tables::under(file, span, table, pair),
+        FixEdit::Table { header, line } => tables::table(file, span, header, line),
         FixEdit::Remove(key) => tables::removed(file, span, key),
         FixEdit::Before(instruction) => only(tables::rung_before(file, span, instruction)),
     }
@@ -146,14 +146,18 @@ fn written(file: &EditorFile, span: &Range<usize>, text: &str) -> Vec<ProposedCh
     places.into_iter().map(|place| vec![one(place, text)]).collect()
 }
 
-/// The proposals that write a pair: replace the pair with the same key, replace the pair at the
-/// place, or add the pair.
-fn as_key(file: &EditorFile, span: &Range<usize>, pair: (&[String], &str)) -> Vec<ProposedChanges> {
-    let (keys, text) = pair;
+/// The proposals that write a pair with these keys: replace the pair with the same keys, replace
+/// the pair at the place, or add the pair.
+fn as_key(
+    file: &EditorFile,
+    span: &Range<usize>,
+    keys: &[String],
+    text: &str,
+) -> Vec<ProposedChanges> {
     let mut all = Vec::new();
     let at = pair_at(file, span);
     let object = object_at(file, span);
-    if let Some(same) = same_key(file, object, (at, keys)) {
+    if let Some(same) = same_key(file, object, at, keys) {
         all.extend(into_braces(file, same, text));
         all.push(vec![one(same.extent(), text)]);
     }
@@ -187,11 +191,13 @@ fn into_tag(file: &EditorFile, tag: &str, text: &str) -> Vec<ProposedChanges> {
     end.map(|end| vec![one(end..end, format!(", {text}"))]).into_iter().collect()
 }
 
-/// Writes lines: as a new table, or as keys of the table that contains a place.
+/// Writes lines: as a new table, or as keys of the table that contains a place. `instead`: a key of
+/// that table that the lines replace.
 fn of_lines(
     file: &EditorFile,
     span: &Range<usize>,
-    (all, instead): (&[String], Option<&str>),
+    all: &[String],
+    instead: Option<&str>,
 ) -> Vec<ProposedChanges> {
     if all.first().is_some_and(|line| line.starts_with('[')) {
         let block = all.join("\n");
@@ -211,13 +217,13 @@ fn of_lines(
     for line in all {
         let Some(keys) = as_pair(line) else { return Vec::new() };
         let beside = pair_at(file, span);
-        let same = same_key(file, object, (beside, &keys));
-        match same.or_else(|| same_key(file, object, (None, &keys))) {
+        let same = same_key(file, object, beside, &keys);
+        match same.or_else(|| same_key(file, object, None, &keys)) {
             Some(same) => proposal.push(one(same.extent(), line.as_str())),
             None => fresh.push(line.as_str()),
         }
     }
-    let gone = instead.and_then(|key| same_key(file, object, (None, &[key.to_owned()])));
+    let gone = instead.and_then(|key| same_key(file, object, None, &[key.to_owned()]));
     match gone {
         Some(gone) => proposal.push(one(gone.extent(), fresh.join(separator))),
         None if fresh.is_empty() => {}

@@ -39,7 +39,8 @@ pub(super) fn as_pair(text: &str) -> Option<Vec<String>> {
 pub(super) fn same_key<'f>(
     file: &'f EditorFile,
     object: usize,
-    (beside, keys): (Option<&KeyPair>, &[String]),
+    beside: Option<&KeyPair>,
+    keys: &[String],
 ) -> Option<&'f KeyPair> {
     let pair_keys = |pair: &KeyPair, count: usize| -> Vec<String> {
         pair.keys[..count].iter().map(|key| key.text.clone()).collect()

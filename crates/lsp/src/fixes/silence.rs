@@ -22,7 +22,7 @@ pub(super) fn proposed(
     let kinds = [kinds.as_slice(), inner.as_slice()].concat();
     if let Some(rung) = file.outline.enclosing(object_at(file, span), &kinds) {
         let place = file.outline.objects[rung].extent.clone();
-        let change = extended(file, (rung, &["allow"]), code).unwrap_or_else(|| {
+        let change = extended(file, rung, &["allow"], code).unwrap_or_else(|| {
             // Neither the start of the rung's header nor its braces are in a table below the rung.
             let start = match file.text.as_bytes().get(place.start) {
                 Some(b'{') => place.start..place.end,
@@ -53,10 +53,11 @@ fn added_to(
     }
 }
 
-/// Adds a name to an existing `allow`.
+/// Adds a name to an existing `allow`. `keys`: its keys in the object.
 fn extended(
     file: &EditorFile,
-    (object, keys): (usize, &[&str]),
+    object: usize,
+    keys: &[&str],
     code: &str,
 ) -> Option<ProposedChanges> {
     let pair = &file.outline.pairs[file.outline.pair(object, keys)?];
@@ -67,7 +68,7 @@ fn extended(
 }
 
 fn in_file(file: &EditorFile, code: &str) -> ProposedChanges {
-    if let Some(change) = extended(file, (0, &["ladder", "allow"]), code) {
+    if let Some(change) = extended(file, 0, &["ladder", "allow"], code) {
         return change;
     }
     let text = format!("allow = [\"{code}\"]");

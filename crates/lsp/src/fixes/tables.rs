@@ -43,7 +43,8 @@ fn element(file: &EditorFile, pair: &KeyPair, text: &str) -> Option<TextChange> 
 pub(super) fn under(
     file: &EditorFile,
     span: &Range<usize>,
-    (table, text): (&str, &str),
+    table: &str,
+    text: &str,
 ) -> Vec<ProposedChanges> {
     let Some(new) = new_pair(file, table, text) else { return Vec::new() };
     let moved = pair_at(file, span).map(|pair| vec![new.clone(), without_pair(file, pair)]);
@@ -58,7 +59,7 @@ fn new_pair(file: &EditorFile, table: &str, text: &str) -> Option<TextChange> {
     };
     let names: Vec<String> = table.split('.').map(str::to_owned).collect();
     let keys = [names, as_pair(text)?].concat();
-    match same_key(file, 0, (None, &keys)) {
+    match same_key(file, 0, None, &keys) {
         Some(same) => {
             let (_, value) = text.split_once('=')?;
             let added = value.trim().strip_prefix('[')?.strip_suffix(']')?;
@@ -75,7 +76,8 @@ fn new_pair(file: &EditorFile, table: &str, text: &str) -> Option<TextChange> {
 pub(super) fn table(
     file: &EditorFile,
     span: &Range<usize>,
-    (header, line): (&str, &str),
+    header: &str,
+    line: &str,
 ) -> Vec<ProposedChanges> {
     let path = header.trim_matches(['[', ']']);
     let outer = path.rsplit_once('.').map(|(outer, _)| outer);
@@ -95,8 +97,8 @@ pub(super) fn removed(file: &EditorFile, span: &Range<usize>, key: &str) -> Vec<
     }
     let keys = [key.to_owned()];
     let object = object_at(file, span);
-    let same = same_key(file, object, (pair_at(file, span), &keys));
-    let same = same.or_else(|| same_key(file, object, (None, &keys)));
+    let same = same_key(file, object, pair_at(file, span), &keys);
+    let same = same.or_else(|| same_key(file, object, None, &keys));
     same.map(|pair| vec![without_pair(file, pair)]).into_iter().collect()
 }
 
@@ -104,17 +106,19 @@ pub(super) fn removed(file: &EditorFile, span: &Range<usize>, key: &str) -> Vec<
 pub(super) fn in_list(
     file: &EditorFile,
     span: &Range<usize>,
-    (key, text): (&str, &str),
+    key: &str,
+    text: &str,
 ) -> Option<TextChange> {
     let object = object_at(file, span);
-    element(file, same_key(file, object, (None, &[key.to_owned()]))?, text)
+    element(file, same_key(file, object, None, &[key.to_owned()])?, text)
 }
 
 /// Replaces a word in the string at a place.
 pub(super) fn word(
     file: &EditorFile,
     span: &Range<usize>,
-    (old, new): (&str, &str),
+    old: &str,
+    new: &str,
 ) -> Option<TextChange> {
     let string = &value_at(file, span).filter(|value| value.is_string)?.inner;
     let words = names(file.slice(string.clone()), true).into_iter().map(|name| name.place);

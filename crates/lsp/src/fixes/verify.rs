@@ -76,7 +76,8 @@ impl<'w> FixTrial<'w> {
     /// A trial for a finding of a judgement of these texts, in this file.
     pub fn new(
         texts: OpenTexts,
-        (judgement, finding): (&'w Judgement, &'w Finding),
+        judgement: &'w Judgement,
+        finding: &'w Finding,
         file: &'w Arc<EditorFile>,
     ) -> FixTrial<'w> {
         FixTrial { judgement, finding, texts, file, program: None }

@@ -4,7 +4,7 @@
 use std::collections::HashSet;
 use std::fmt::Write as _;
 
-use super::super::file::EditorFile;
+use super::super::file::{EditorFile, NumberedFile};
 use super::super::names::Meaning;
 use super::super::project::Project;
 use super::super::slots::{DeclaredKind, FileKind};
@@ -56,7 +56,8 @@ pub(super) fn owners(project: &Project, tag: usize) -> Vec<Mnemonic> {
     let mut owners = Vec::new();
     for (number, file) in project.files.iter().enumerate() {
         let words = file.words.all.iter().filter(|word| word.role == FileWordRole::Writes);
-        for word in words.filter(|word| sought.means(project, (number, file), word)) {
+        for word in words.filter(|word| sought.means(project, NumberedFile { number, file }, word))
+        {
             let before = file
                 .words
                 .all
@@ -107,8 +108,8 @@ fn sought(project: &Project, address: Option<Address>) -> SoughtUses {
 
 impl SoughtUses {
     /// Whether a word means one of them.
-    fn means(&self, project: &Project, numbered: (usize, &EditorFile), word: &FileWord) -> bool {
-        project.names.parts(numbered, word).iter().any(|part| match part.meaning {
+    fn means(&self, project: &Project, file: NumberedFile, word: &FileWord) -> bool {
+        project.names.parts(file, word).iter().any(|part| match part.meaning {
             Meaning::Declared(at) => self.declared.contains(&at),
             Meaning::Address(own_address) => {
                 self.address.is_some_and(|wanted| is_same(own_address, wanted))
@@ -122,8 +123,8 @@ fn collect(project: &Project, sought: &SoughtUses) -> HoverUses {
     let mut uses = HoverUses::default();
     for (number, file) in project.files.iter().enumerate() {
         for word in &file.words.all {
-            if sought.means(project, (number, file), word) {
-                uses.add(project, (number, file), word);
+            if sought.means(project, NumberedFile { number, file }, word) {
+                uses.add(project, NumberedFile { number, file }, word);
             }
         }
     }
@@ -131,15 +132,15 @@ fn collect(project: &Project, sought: &SoughtUses) -> HoverUses {
 }
 
 impl HoverUses {
-    fn add(&mut self, project: &Project, (number, file): (usize, &EditorFile), word: &FileWord) {
-        let Some(list) = list(file, word) else {
-            self.tests += usize::from(file.kind == FileKind::Test);
+    fn add(&mut self, project: &Project, numbered: NumberedFile, word: &FileWord) {
+        let Some(list) = list(numbered.file, word) else {
+            self.tests += usize::from(numbered.file.kind == FileKind::Test);
             return;
         };
         let UseList { lines, count } = &mut self.lists[list];
         *count += 1;
         if lines.len() < LINES_MAX {
-            lines.push(line(project, (number, file), word));
+            lines.push(line(project, numbered, word));
         }
     }
 
@@ -192,21 +193,22 @@ fn list(file: &EditorFile, word: &FileWord) -> Option<usize> {
     }
 }
 
-fn line(project: &Project, (number, file): (usize, &EditorFile), word: &FileWord) -> String {
+fn line(project: &Project, numbered: NumberedFile, word: &FileWord) -> String {
+    let file = numbered.file;
     let line = file.place(word.span.clone()).start.line + 1;
     let name = file.path.file_name().unwrap_or(file.path.as_os_str()).to_string_lossy();
     let text = match file.outline.value_at(&word.span) {
         Some(value) if file.kind == FileKind::Ladder => file.slice(value.inner.clone()),
         Some(_) | None => file.slice(file.line(word.span.start)).trim(),
     };
-    let place = place(project, (number, file), word);
+    let place = place(project, numbered, word);
     format!("- `{}` {place}{name}:{line}\n", short(text))
 }
 
 /// The block, Stage and rung that contain a word.
-fn place(project: &Project, (number, file): (usize, &EditorFile), word: &FileWord) -> String {
-    let names = &project.names;
-    let Some(holder) = names.holder(number, file, word.object) else { return String::new() };
+fn place(project: &Project, numbered: NumberedFile, word: &FileWord) -> String {
+    let (names, file) = (&project.names, numbered.file);
+    let Some(holder) = names.holder(numbered, word.object) else { return String::new() };
     let declared = &names.all[holder];
     let block = match declared.parent.filter(|_| declared.kind == DeclaredKind::Stage) {
         Some(parent) => format!("{}.{}", names.all[parent].name, declared.name),

@@ -94,12 +94,19 @@ async fn session(version: MqttVersion) -> (MqttSession, Broker) {
     begun(&settings(version), connack(version), 1 << 16).await
 }
 
+/// How a broker delivers a message.
+#[derive(Clone, Copy)]
+struct Delivery {
+    qos: Qos,
+    retained: bool,
+}
+
 /// A PUBLISH of QoS 0 or 1, as a broker sends it.
 fn publish(
     version: MqttVersion,
     topic: &str,
     payload: &[u8],
-    (qos, retained): (Qos, bool),
+    Delivery { qos, retained }: Delivery,
 ) -> Vec<u8> {
     let mut body = vec![0, topic.len() as u8];
     body.extend_from_slice(topic.as_bytes());
@@ -123,6 +130,6 @@ async fn end(session: &mut MqttSession, events: usize) -> MqttCause {
     session.next().await.unwrap_err().cause
 }
 
-fn message(topic: &str, payload: &[u8], (qos, retained): (Qos, bool)) -> MqttEvent {
+fn message(topic: &str, payload: &[u8], Delivery { qos, retained }: Delivery) -> MqttEvent {
     MqttEvent::Message { topic: topic.to_owned(), payload: payload.to_vec(), retained, qos }
 }

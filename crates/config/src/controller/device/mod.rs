@@ -84,110 +84,121 @@ pub(super) fn resolve(
     let named = named.filter_map(|device| Some((device, device.name.as_ref()?)));
     // A name that is too long has a finding where the ladders' names are declared.
     let numbered = named.enumerate().filter(|(_, (_, name))| name.text.len() <= NAME_MAX);
-    let mut room = PointsRoom { of_device: POINTS_MAX, of_all: POINTS_OF_ALL_MAX, is_told: false };
-    let resolved = numbered.filter_map(|(at, (device, name))| {
-        room.begin_device();
-        one(device, (DeviceId(at as u32), name), (scope, progress, &mut room), findings)
-    });
+    let room = PointsRoom { of_device: POINTS_MAX, of_all: POINTS_OF_ALL_MAX, is_told: false };
+    let mut resolver = DeviceResolver { scope, progress, room, findings };
+    let resolved =
+        numbered.filter_map(|(at, (device, name))| resolver.one(device, DeviceId(at as u32), name));
     let resolved: Vec<Device> = resolved.collect();
     findings.extend(modbus::at_odds(&resolved, devices, progress));
     resolved
 }
 
-fn one(
-    device: &WrittenDevice,
-    (id, name): (DeviceId, &Text),
-    (scope, progress, room): (&Scope, &Progress, &mut PointsRoom),
-    findings: &mut Vec<Finding>,
-) -> Option<Device> {
-    let driver = device.driver.as_deref()?;
-    let before = findings.len();
-    let rows: Vec<ResolvedRow<'_>> = progress
-        .during(&device.map)
-        .enumerate()
-        .filter_map(|(at, written)| row((device, at, written), (scope, &mut *room), findings))
-        .collect();
-    if device.map.is_empty() && !device.map_is_table {
-        let message = format!("device `{}` has no map, so it exchanges nothing", name.text);
-        let help = "add rows: `map = [{ from = \"…\", to = \"X0\" }]`";
-        let row = format!("{{ from = \"{}\", to = \"X0\" }}", driver.example());
-        let map = pair(format!("map = [{row}]")).possible();
-        findings.push(Finding::new(Code::Controller, device.span, message).help(help).fix(map));
-    }
-    findings.extend(too_early_loss(device));
-    let of_driver = ResolvedRows { all: &rows, progress };
-    let settings = driver.resolve(device, of_driver, findings);
-    let outputs = outputs(&rows, findings);
-    let inputs = inputs(&rows, findings);
-    if findings.len() > before
-        && findings[before..].iter().any(|found| found.severity() == Severity::Error)
-    {
-        return None;
-    }
-    let (poll_ms, loss_after_ms) = (device.poll_ms(), device.loss_after_ms());
-    let (span, on_loss, driver) = (name.span, device.on_loss, settings?);
-    let name = name.text.clone();
-    Some(Device { id, name, span, poll_ms, on_loss, loss_after_ms, inputs, outputs, driver })
+/// Resolves devices one after the other.
+struct DeviceResolver<'a> {
+    scope: &'a Scope,
+    progress: &'a Progress,
+    room: PointsRoom,
+    findings: &'a mut Vec<Finding>,
 }
 
-fn row<'a>(
-    (device, at, written): (&'a WrittenDevice, usize, &'a MapRow),
-    (scope, room): (&Scope, &mut PointsRoom),
-    findings: &mut Vec<Finding>,
-) -> Option<ResolvedRow<'a>> {
-    let (from, to) = (written.from.as_ref()?, written.to.as_ref()?);
-    let driver = device.driver.as_deref()?;
-    let are_points = match written.of_part {
-        Some(direction) => (direction == RowDirection::In, direction == RowDirection::Out),
-        None => (driver.is_point(&from.text), driver.is_point(&to.text)),
-    };
-    let (direction, points, text) = match are_points {
-        (true, false) => (RowDirection::In, from, to),
-        (false, true) => (RowDirection::Out, to, from),
-        (both, _) => {
-            let is_memory = |text: &Text| resolve_operands(scope, text).is_ok();
-            let mut texts = [from, to].into_iter().filter(|text| !both && !is_memory(text));
-            if let Some(finding) = texts.find_map(|text| driver.other_notation(text)) {
+impl DeviceResolver<'_> {
+    fn one(&mut self, device: &WrittenDevice, id: DeviceId, name: &Text) -> Option<Device> {
+        self.room.begin_device();
+        let driver = device.driver.as_deref()?;
+        let before = self.findings.len();
+        let rows: Vec<ResolvedRow<'_>> = self
+            .progress
+            .during(&device.map)
+            .enumerate()
+            .filter_map(|(at, written)| self.row(device, at, written))
+            .collect();
+        if device.map.is_empty() && !device.map_is_table {
+            let message = format!("device `{}` has no map, so it exchanges nothing", name.text);
+            let help = "add rows: `map = [{ from = \"…\", to = \"X0\" }]`";
+            let row = format!("{{ from = \"{}\", to = \"X0\" }}", driver.example());
+            let map = pair(format!("map = [{row}]")).possible();
+            let finding = Finding::new(Code::Controller, device.span, message);
+            self.findings.push(finding.help(help).fix(map));
+        }
+        let findings = &mut *self.findings;
+        findings.extend(too_early_loss(device));
+        let of_driver = ResolvedRows { all: &rows, progress: self.progress };
+        let settings = driver.resolve(device, of_driver, findings);
+        let outputs = outputs(&rows, findings);
+        let inputs = inputs(&rows, findings);
+        if findings.len() > before
+            && findings[before..].iter().any(|found| found.severity() == Severity::Error)
+        {
+            return None;
+        }
+        let (poll_ms, loss_after_ms) = (device.poll_ms(), device.loss_after_ms());
+        let (span, on_loss, driver) = (name.span, device.on_loss, settings?);
+        let name = name.text.clone();
+        Some(Device { id, name, span, poll_ms, on_loss, loss_after_ms, inputs, outputs, driver })
+    }
+
+    /// A row of a map. `at`: its number.
+    fn row<'r>(
+        &mut self,
+        device: &'r WrittenDevice,
+        at: usize,
+        written: &'r MapRow,
+    ) -> Option<ResolvedRow<'r>> {
+        let (scope, findings) = (self.scope, &mut *self.findings);
+        let (from, to) = (written.from.as_ref()?, written.to.as_ref()?);
+        let driver = device.driver.as_deref()?;
+        let are_points = match written.of_part {
+            Some(direction) => (direction == RowDirection::In, direction == RowDirection::Out),
+            None => (driver.is_point(&from.text), driver.is_point(&to.text)),
+        };
+        let (direction, points, text) = match are_points {
+            (true, false) => (RowDirection::In, from, to),
+            (false, true) => (RowDirection::Out, to, from),
+            (both, _) => {
+                let is_memory = |text: &Text| resolve_operands(scope, text).is_ok();
+                let mut texts = [from, to].into_iter().filter(|text| !both && !is_memory(text));
+                if let Some(finding) = texts.find_map(|text| driver.other_notation(text)) {
+                    findings.push(finding);
+                    return None;
+                }
+                let message = if both {
+                    "both `from` and `to` are points of the device"
+                } else {
+                    "neither `from` nor `to` is a point of the device"
+                };
+                let point = driver.example();
+                let rows = [
+                    format!("{{ from = \"{point}\", to = \"X0\" }}"),
+                    format!("{{ from = \"Y0\", to = \"{point}\" }}"),
+                ];
+                let help = advise("an input: `{}`; an output: `{}`", rows.map(possible));
+                findings.push(Finding::new(Code::Controller, written.span, message).help(help));
+                return None;
+            }
+        };
+        let addresses: Vec<Address> = match resolve_operands(scope, text) {
+            Ok(operands) if operands.is_placed => {
+                let name = &text.text;
+                let message = format!("`{name}` has a `type`, and a device's map names addresses");
+                let help = "the map stays over a reload, which may move the tag: give it an `at`";
+                findings.push(Finding::new(Code::Controller, text.span, message).help(help));
+                return None;
+            }
+            Ok(operands) => {
+                self.room.take(operands.count, text, findings)?;
+                operands.addresses().collect()
+            }
+            Err(finding) => {
                 findings.push(finding);
                 return None;
             }
-            let message = if both {
-                "both `from` and `to` are points of the device"
-            } else {
-                "neither `from` nor `to` is a point of the device"
-            };
-            let point = driver.example();
-            let rows = [
-                format!("{{ from = \"{point}\", to = \"X0\" }}"),
-                format!("{{ from = \"Y0\", to = \"{point}\" }}"),
-            ];
-            let help = advise("an input: `{}`; an output: `{}`", rows.map(possible));
-            findings.push(Finding::new(Code::Controller, written.span, message).help(help));
-            return None;
-        }
-    };
-    let addresses: Vec<Address> = match resolve_operands(scope, text) {
-        Ok(operands) if operands.is_placed => {
-            let name = &text.text;
-            let message = format!("`{name}` has a `type`, and a device's map names addresses");
-            let help = "the map stays over a reload, which may move the tag: give it an `at`";
-            findings.push(Finding::new(Code::Controller, text.span, message).help(help));
-            return None;
-        }
-        Ok(operands) => {
-            room.take(operands.count, text, findings)?;
-            operands.addresses().collect()
-        }
-        Err(finding) => {
+        };
+        if let Some(finding) = wrong_way(direction, &addresses, text) {
             findings.push(finding);
             return None;
         }
-    };
-    if let Some(finding) = wrong_way(direction, &addresses, text) {
-        findings.push(finding);
-        return None;
+        Some(ResolvedRow { at, written, direction, points, addresses, text })
     }
-    Some(ResolvedRow { at, written, direction, points, addresses, text })
 }
 
 /// The finding for an address that a device cannot move.

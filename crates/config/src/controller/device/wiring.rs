@@ -41,10 +41,12 @@ pub fn moved_twice(controller: &Controller) -> Vec<Finding> {
     let mut takers = FirstUses::default();
     for device in &controller.devices {
         for input in &device.inputs {
-            movers.enter(device, (input.address, input.span), TWO_MOVERS, &mut findings);
+            let used = DeviceUse { device, address: input.address, span: input.span };
+            movers.enter(used, TWO_MOVERS, &mut findings);
         }
         for output in device.outputs.iter().filter(is_row_of_y) {
-            takers.enter(device, (output.address, output.span), TWO_TAKERS, &mut findings);
+            let used = DeviceUse { device, address: output.address, span: output.span };
+            takers.enter(used, TWO_TAKERS, &mut findings);
         }
     }
     findings
@@ -125,6 +127,13 @@ impl FirstUse<'_> {
     }
 }
 
+/// The use of an address in the map of a device.
+struct DeviceUse<'c> {
+    device: &'c Device,
+    address: Address,
+    span: Span,
+}
+
 /// Addresses, each with the place of its first use.
 #[derive(Default)]
 struct FirstUses<'c> {
@@ -134,8 +143,7 @@ struct FirstUses<'c> {
 impl<'c> FirstUses<'c> {
     fn enter(
         &mut self,
-        device: &'c Device,
-        (address, span): (Address, Span),
+        DeviceUse { device, address, span }: DeviceUse<'c>,
         SecondUse { what, help }: SecondUse,
         findings: &mut Vec<Finding>,
     ) {

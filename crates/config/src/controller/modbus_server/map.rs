@@ -19,7 +19,7 @@
 use std::collections::HashSet;
 
 use super::keys::{self as written, NUMBER_TYPE};
-use rungd_base::progress::Progress;
+use crate::controller::resolver::SettingsResolver;
 use rungd_engine::isa::{Address, MemorySizes, NumberRange, NumberRanges};
 use rungd_io::modbus::number::{RegisterNumberType, WordOrder};
 use rungd_io::modbus::settings::{MappedOperands, ModbusTable};
@@ -32,13 +32,14 @@ use rungd_language::source::span::{Located, Span};
 /// Protocol addresses are 16 bits.
 const ADDRESSES: u32 = 65_536;
 
-/// The valid entries. Wrong entries, and conflicts between entries, become findings.
+/// The valid entries. Wrong entries, and conflicts between entries, become findings of the
+/// resolver.
 pub(super) fn resolve(
     server: &written::WrittenModbusServer,
-    (scope, sizes): (&Scope, &MemorySizes),
-    progress: &Progress,
-    findings: &mut Vec<Finding>,
+    sizes: &MemorySizes,
+    resolver: &mut SettingsResolver,
 ) -> Vec<MappedOperands> {
+    let SettingsResolver { scope, progress, findings, .. } = resolver;
     let mut entries: Vec<MappedOperands> = Vec::new();
     let mut taken = TakenPlaces::default();
     let units = server.settings.units.as_ref();

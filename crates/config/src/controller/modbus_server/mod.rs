@@ -30,7 +30,7 @@ impl SettingsResolver<'_> {
         let inputs = [(BitSpace::Mc, "coils (MC)"), (BitSpace::X, "inputs (X)")];
         let outputs = [(BitSpace::Y, "outputs (Y)"), (BitSpace::Mi, "discrete inputs (MI)")];
         let mut modbus = ModbusServerSettings {
-            entries: map::resolve(server, (self.scope, sizes), self.progress, &mut self.findings),
+            entries: map::resolve(server, sizes, self),
             inputs: server.inputs.as_ref().and_then(|mapping| self.mapping(mapping, inputs)),
             outputs: server.outputs.as_ref().and_then(|mapping| self.mapping(mapping, outputs)),
             ..server.settings.clone()

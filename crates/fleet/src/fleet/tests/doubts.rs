@@ -1,12 +1,12 @@
 //! When values may be old: gaps, unknown aliases, a lost link; and when births are requested.
 
-use super::{Fleet, death, running};
+use super::{Fleet, TypedValue, death, running};
 use crate::fleet::ask::rebirth_request;
 use crate::fleet::{FleetNews, ReceivedMessage};
 use rungd_net::sparkplug::{DataType, MetricContent, MetricValue, Payload, Topic, vocabulary};
 
-fn jam() -> (DataType, MetricValue) {
-    (DataType::Boolean, MetricValue::Bool(true))
+fn jam() -> TypedValue {
+    TypedValue { datatype: DataType::Boolean, value: MetricValue::Bool(true) }
 }
 
 #[test]
@@ -57,7 +57,10 @@ fn an_unknown_alias_makes_a_node_stale() {
 fn a_value_of_a_wrong_type_is_refused() {
     let mut fleet = Fleet::new();
     fleet.born(0, &running());
-    assert_eq!(fleet.value(1, 5, (DataType::Int16, MetricValue::Signed(1))), []);
+    assert_eq!(
+        fleet.value(1, 5, TypedValue { datatype: DataType::Int16, value: MetricValue::Signed(1) }),
+        []
+    );
     let report = fleet.report();
     assert_eq!((report.nodes[0].state, report.nodes[0].values_refused), ("online", 1));
 }

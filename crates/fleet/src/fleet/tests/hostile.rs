@@ -3,7 +3,7 @@
 
 use proptest::prelude::*;
 
-use super::{Fleet, birth, running};
+use super::{Fleet, TypedValue, birth, running};
 use crate::fleet::{FleetLimits, FleetView, ReceivedMessage};
 use rungd_net::mqtt::LongMessage;
 use rungd_net::sparkplug::{DataType, MetricValue, vocabulary};
@@ -109,7 +109,7 @@ fn a_text_beyond_the_limit_is_refused() {
     let mut fleet = Fleet::new();
     fleet.born(0, &running());
     let long = MetricValue::Text("x".repeat((256 << 10) + 1));
-    fleet.value(1, 1, (DataType::String, long));
+    fleet.value(1, 1, TypedValue { datatype: DataType::String, value: long });
     let report = fleet.report();
     assert_eq!((report.nodes[0].told.mode.as_deref(), report.nodes[0].metrics_refused), (None, 1));
 }

@@ -42,12 +42,7 @@ impl Fleet {
     }
 
     /// A value of `plant/press` by its alias.
-    pub fn value(
-        &mut self,
-        seq: u64,
-        alias: u64,
-        value: (DataType, MetricValue),
-    ) -> Vec<FleetNews> {
+    pub fn value(&mut self, seq: u64, alias: u64, value: TypedValue) -> Vec<FleetNews> {
         let payload = data(seq, alias, value, self.now_ms);
         self.press("NDATA", &payload)
     }
@@ -60,6 +55,12 @@ impl Fleet {
     pub fn state(&self) -> &'static str {
         self.report().nodes[0].state
     }
+}
+
+/// A value of a metric, with its type.
+pub(super) struct TypedValue {
+    pub datatype: DataType,
+    pub value: MetricValue,
 }
 
 pub(super) fn birth(bd_seq: i64, metrics: ToldMetrics, now_ms: u64) -> Payload {
@@ -80,7 +81,7 @@ pub(super) fn birth(bd_seq: i64, metrics: ToldMetrics, now_ms: u64) -> Payload {
 pub(super) fn data(
     seq: u64,
     alias: u64,
-    (datatype, value): (DataType, MetricValue),
+    TypedValue { datatype, value }: TypedValue,
     now_ms: u64,
 ) -> Payload {
     let mut metric = metric_of(datatype, Some(&value), now_ms);

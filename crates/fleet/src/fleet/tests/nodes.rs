@@ -1,6 +1,6 @@
 //! A node without faults: its births, data, deaths, past values and report.
 
-use super::{Fleet, birth, death, running};
+use super::{Fleet, TypedValue, birth, death, running};
 use crate::fleet::{FleetNews, ReceivedMessage};
 use rungd_net::sparkplug::{DataType, MetricValue, vocabulary};
 
@@ -27,7 +27,11 @@ fn a_birth_reports_every_metric() {
 fn a_data_message_changes_values() {
     let mut fleet = Fleet::new();
     fleet.born(3, &running());
-    let news = fleet.value(1, 5, (DataType::Boolean, MetricValue::Bool(true)));
+    let news = fleet.value(
+        1,
+        5,
+        TypedValue { datatype: DataType::Boolean, value: MetricValue::Bool(true) },
+    );
     let (name, value) = ("jam".to_owned(), Some(MetricValue::Bool(true)));
     let told = FleetNews::Value {
         name,
@@ -38,9 +42,17 @@ fn a_data_message_changes_values() {
         told_ms: Some(fleet.now_ms),
     };
     assert_eq!(news, [told]);
-    let same = fleet.value(2, 5, (DataType::Boolean, MetricValue::Bool(true)));
+    let same = fleet.value(
+        2,
+        5,
+        TypedValue { datatype: DataType::Boolean, value: MetricValue::Bool(true) },
+    );
     assert_eq!(same, [], "the same value again is no change");
-    fleet.value(3, 1, (DataType::String, MetricValue::Text("STOP".to_owned())));
+    fleet.value(
+        3,
+        1,
+        TypedValue { datatype: DataType::String, value: MetricValue::Text("STOP".to_owned()) },
+    );
     assert_eq!(fleet.report().nodes[0].told.mode.as_deref(), Some("STOP"));
     assert!(!fleet.report().all_run());
 }
@@ -62,7 +74,7 @@ fn sequence_numbers_wrap_after_255() {
     fleet.born(0, &running());
     for number in 1..=600_u64 {
         let value = MetricValue::Signed((number % 100) as i64);
-        fleet.value(number % 256, 6, (DataType::Int16, value));
+        fleet.value(number % 256, 6, TypedValue { datatype: DataType::Int16, value });
     }
     assert_eq!((fleet.state(), fleet.report().nodes[0].gaps), ("online", 0));
 }
@@ -87,7 +99,12 @@ fn only_a_death_of_the_present_session_makes_a_node_offline() {
 fn historical_values_do_not_change_present_values() {
     let mut fleet = Fleet::new();
     fleet.born(0, &running());
-    let mut past = super::data(1, 1, (DataType::String, MetricValue::Text("FAULT".into())), 5);
+    let mut past = super::data(
+        1,
+        1,
+        TypedValue { datatype: DataType::String, value: MetricValue::Text("FAULT".into()) },
+        5,
+    );
     past.metrics[0].is_historical = Some(true);
     let news = fleet.press("NDATA", &past);
     assert!(matches!(&news[..], [FleetNews::Value { historical: true, .. }]), "{news:?}");
@@ -114,11 +131,23 @@ fn a_death_has_the_time_of_its_arrival() {
 fn a_value_is_shown_with_its_own_timestamp() {
     let mut fleet = Fleet::new();
     fleet.born(0, &running());
-    let mut past = super::data(1, 6, (DataType::Int16, MetricValue::Signed(3)), 77);
+    let mut past = super::data(
+        1,
+        6,
+        TypedValue { datatype: DataType::Int16, value: MetricValue::Signed(3) },
+        77,
+    );
     past.timestamp = Some(5_000);
     past.metrics[0].is_historical = Some(true);
     past.metrics.push(
-        super::data(1, 5, (DataType::Boolean, MetricValue::Bool(true)), 78).metrics[0].clone(),
+        super::data(
+            1,
+            5,
+            TypedValue { datatype: DataType::Boolean, value: MetricValue::Bool(true) },
+            78,
+        )
+        .metrics[0]
+            .clone(),
     );
     past.metrics[1].timestamp = None;
     let payload = past.bytes();
@@ -133,7 +162,12 @@ fn a_value_is_shown_with_its_own_timestamp() {
 fn a_historical_value_of_a_wrong_type_is_counted_as_refused() {
     let mut fleet = Fleet::new();
     fleet.born(0, &running());
-    let mut past = super::data(1, 5, (DataType::Int16, MetricValue::Signed(3)), 77);
+    let mut past = super::data(
+        1,
+        5,
+        TypedValue { datatype: DataType::Int16, value: MetricValue::Signed(3) },
+        77,
+    );
     past.metrics[0].is_historical = Some(true);
     assert_eq!(fleet.press("NDATA", &past), []);
     assert_eq!(fleet.report().nodes[0].values_refused, 1);
@@ -190,11 +224,23 @@ fn the_state_of_a_host_is_reported() {
 #[test]
 fn a_node_without_a_birth_reports_its_named_metrics() {
     let mut fleet = Fleet::new();
-    let mut named = super::data(9, 1, (DataType::String, MetricValue::Text("RUN".into())), 5);
+    let mut named = super::data(
+        9,
+        1,
+        TypedValue { datatype: DataType::String, value: MetricValue::Text("RUN".into()) },
+        5,
+    );
     (named.metrics[0].name, named.metrics[0].alias) = (Some(vocabulary::MODE.into()), None);
     let news = fleet.press("NDATA", &named);
     assert!(matches!(&news[..], [FleetNews::Heard, FleetNews::Value { .. }]), "{news:?}");
     assert_eq!(fleet.state(), "unborn");
     assert_eq!(fleet.report().nodes[0].told.mode.as_deref(), Some("RUN"));
-    assert_eq!(fleet.value(10, 5, (DataType::Boolean, MetricValue::Bool(true))), []);
+    assert_eq!(
+        fleet.value(
+            10,
+            5,
+            TypedValue { datatype: DataType::Boolean, value: MetricValue::Bool(true) }
+        ),
+        []
+    );
 }

@@ -74,7 +74,8 @@ impl Controller {
         let torn = Arc::new(AtomicU64::new(0));
         let (commands, orders) = channel();
         let log = LogBuffer::default();
-        let (address, serving) = serve((settings, log.clone()), &layout, &port, &stop);
+        let server = LoggedServer { settings, log: log.clone() };
+        let (address, serving) = server.serve(&layout, &port, &stop);
         let scanner = Scanner {
             scan,
             world,
@@ -158,39 +159,49 @@ impl std::io::Write for LogBuffer {
     }
 }
 
-fn serve(
-    (settings, log): (ModbusServerSettings, LogBuffer),
-    layout: &Layout,
-    port: &Port,
-    stop: &Arc<AtomicBool>,
-) -> (SocketAddr, JoinHandle<()>) {
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
-    let limits = |word: Word| {
-        if word == Word::Space(WordSpace::Mhr, 110) { (1, 100) } else { word.range() }
-    };
-    let map = ModbusMap::new(&settings, layout, limits);
-    let bound = BoundModbusServer::bind(
-        settings,
-        rungd_runtime::Generations::new(map),
-        port.clone(),
-        Duration::ZERO,
-    );
-    let server = runtime.block_on(bound).unwrap();
-    let address = server.address().unwrap();
-    let stop = Arc::clone(stop);
-    let stopped = async move {
-        while !stop.load(Ordering::Relaxed) {
-            tokio::time::sleep(Duration::from_millis(5)).await;
-        }
-    };
-    let writer = move || log.clone();
-    let logger = tracing_subscriber::fmt().with_ansi(false).with_writer(writer).finish();
-    let serving = thread::spawn(move || {
-        let _logging = tracing::subscriber::set_default(logger);
-        // As in the daemon, the server is one task among others.
-        runtime.block_on(async { tokio::spawn(server.run(stopped)).await.unwrap() });
-    });
-    (address, serving)
+/// A server to start, whose log is kept.
+struct LoggedServer {
+    settings: ModbusServerSettings,
+    log: LogBuffer,
+}
+
+impl LoggedServer {
+    /// Serves on a thread of its own, until `stop` is set.
+    fn serve(
+        self,
+        layout: &Layout,
+        port: &Port,
+        stop: &Arc<AtomicBool>,
+    ) -> (SocketAddr, JoinHandle<()>) {
+        let LoggedServer { settings, log } = self;
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+        let limits = |word: Word| {
+            if word == Word::Space(WordSpace::Mhr, 110) { (1, 100) } else { word.range() }
+        };
+        let map = ModbusMap::new(&settings, layout, limits);
+        let bound = BoundModbusServer::bind(
+            settings,
+            rungd_runtime::Generations::new(map),
+            port.clone(),
+            Duration::ZERO,
+        );
+        let server = runtime.block_on(bound).unwrap();
+        let address = server.address().unwrap();
+        let stop = Arc::clone(stop);
+        let stopped = async move {
+            while !stop.load(Ordering::Relaxed) {
+                tokio::time::sleep(Duration::from_millis(5)).await;
+            }
+        };
+        let writer = move || log.clone();
+        let logger = tracing_subscriber::fmt().with_ansi(false).with_writer(writer).finish();
+        let serving = thread::spawn(move || {
+            let _logging = tracing::subscriber::set_default(logger);
+            // As in the daemon, the server is one task among others.
+            runtime.block_on(async { tokio::spawn(server.run(stopped)).await.unwrap() });
+        });
+        (address, serving)
+    }
 }
 
 struct Scanner {

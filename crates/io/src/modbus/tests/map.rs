@@ -3,7 +3,7 @@
 use std::net::{IpAddr, Ipv4Addr};
 
 use super::super::map::{ModbusMap, RequestSource, TableRead};
-use super::super::pdu::{self, ModbusRequest};
+use super::super::pdu::{self, ElementRange, ModbusRequest};
 use super::{any_client, loopback, range};
 use crate::modbus::settings::ModbusServerSettings;
 use rungd_engine::Layout;
@@ -102,7 +102,7 @@ fn read(snapshot: &Snapshot, pdu: &[u8]) -> Result<Vec<u8>, u8> {
         panic!("no read: {pdu:?}")
     };
     let mut reply = Vec::new();
-    let ask = TableRead { function: pdu[0], table, first, count };
+    let ask = TableRead { function: pdu[0], range: ElementRange { table, first, count } };
     let done = small().0.read(1, ask, snapshot, &mut reply);
     done.map(|()| reply).map_err(|refusal| refusal.exception() as u8)
 }

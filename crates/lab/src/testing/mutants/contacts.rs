@@ -9,7 +9,7 @@ pub use rungd_language::resolve::program::{
 };
 use rungd_language::source::span::Span;
 
-use super::ground::{FoundMutation, Ground, MutationSite, change_of_constant};
+use super::ground::{ExchangedText, FoundMutation, Ground, MutationSite, change_of_constant};
 use super::kind::MutantKind;
 use super::mutation::{Mutation, RungContacts};
 use super::values::{ConstantStep, Direction};
@@ -56,6 +56,14 @@ struct ContactSearch<'g, 'a> {
     found: Vec<FoundMutation>,
 }
 
+/// A compare whose mutations are searched.
+struct SearchedCompare {
+    a: Value,
+    how: Comparison,
+    b: Value,
+    span: Span,
+}
+
 impl<'g, 'a> ContactSearch<'g, 'a> {
     fn new(ground: &'g Ground<'a>, series: RungContacts, contacts: &[Contact]) -> Self {
         let is_alone = contacts.len() == 1;
@@ -78,11 +86,8 @@ impl<'g, 'a> ContactSearch<'g, 'a> {
                 if is_group && !is_part {
                     let text = self.ground.text_within(inner.span(), *span);
                     let what = self.became("contact ", *span, text);
-                    self.find(
-                        MutationSite::new(MutantKind::Inverted, *span),
-                        what,
-                        (number, inner),
-                    );
+                    let site = MutationSite::new(MutantKind::Inverted, *span);
+                    self.find(site, what, number, inner);
                 }
                 self.contact(inner, !is_group);
             }
@@ -92,13 +97,15 @@ impl<'g, 'a> ContactSearch<'g, 'a> {
                 members.iter().for_each(|member| self.contact(member, false));
                 self.is_alone = was_alone;
             }
-            Contact::Edge(edge, inner, _) => {
+            Contact::Edge(edge, inner, span) => {
                 if !is_fixed(inner) {
-                    self.edge((contact, number), *edge, inner);
+                    self.edge(*span, number, *edge, inner);
                 }
                 self.contact(inner, !is_group(inner));
             }
-            Contact::Compare(a, how, b, span) => self.compare((*a, *how, *b), *span, number),
+            Contact::Compare(a, how, b, span) => {
+                self.compare(SearchedCompare { a: *a, how: *how, b: *b, span: *span }, number);
+            }
         }
     }
 
@@ -122,7 +129,7 @@ impl<'g, 'a> ContactSearch<'g, 'a> {
             }
         };
         let what = self.became("contact ", contact.span(), &new_text);
-        self.find(MutationSite::new(MutantKind::Inverted, contact.span()), what, (number, &new));
+        self.find(MutationSite::new(MutantKind::Inverted, contact.span()), what, number, &new);
     }
 
     fn left_out(&mut self, contact: &Contact, number: u32) {
@@ -146,16 +153,15 @@ impl<'g, 'a> ContactSearch<'g, 'a> {
             text = format!("({text})");
         }
         let what = self.became("", span, &text);
-        self.find(MutationSite::new(MutantKind::Group, span), what, (number, &new));
+        self.find(MutationSite::new(MutantKind::Group, span), what, number, &new);
     }
 
-    fn edge(&mut self, (contact, number): (&Contact, u32), edge: Edge, inner: &Contact) {
-        let span = contact.span();
+    fn edge(&mut self, span: Span, number: u32, edge: Edge, inner: &Contact) {
         let inner_text = self.ground.text_within(inner.span(), span);
         let is_leg = number == 0 && self.is_alone;
         if !(edge == Edge::Rise && self.sees_edges_only && is_leg) {
             let what = self.became("", span, inner_text);
-            self.find(MutationSite::new(MutantKind::Level, span), what, (number, inner));
+            self.find(MutationSite::new(MutantKind::Level, span), what, number, inner);
         }
         let other = match edge {
             Edge::Rise => Edge::Fall,
@@ -164,15 +170,15 @@ impl<'g, 'a> ContactSearch<'g, 'a> {
         let new = Contact::Edge(other, Box::new(inner.clone()), span);
         let inner_text = inside(inner_text).unwrap_or(inner_text);
         let what = self.became("", span, &format!("{}({inner_text})", other.name()));
-        self.find(MutationSite::new(MutantKind::OtherEdge, span), what, (number, &new));
+        self.find(MutationSite::new(MutantKind::OtherEdge, span), what, number, &new);
     }
 
-    fn compare(&mut self, (a, how, b): (Value, Comparison, Value), span: Span, number: u32) {
+    fn compare(&mut self, SearchedCompare { a, how, b, span }: SearchedCompare, number: u32) {
         let moved = border_moved(how);
         if let Some(moved) = moved {
             let what = self.became("", span, &self.compared(span, moved));
             let new = Contact::Compare(a, moved, b, span);
-            self.find(MutationSite::new(MutantKind::Border, span), what, (number, &new));
+            self.find(MutationSite::new(MutantKind::Border, span), what, number, &new);
         }
         let is_timer = |value| matches!(value, Value::Word(Word::Acc(Structure::Timer(_))));
         for (side, value, other) in [(0, a, b), (1, b, a)] {
@@ -190,17 +196,14 @@ impl<'g, 'a> ContactSearch<'g, 'a> {
                     continue;
                 }
                 let (a, b) = if side == 0 { (new, b) } else { (a, new) };
-                let texts = (&*step.text(value), &*step.text(new));
+                let texts = ExchangedText { old: &step.text(value), new: &step.text(new) };
                 let written = self.sides(span)[side];
                 let what = change_of_constant(written, texts);
                 let what = format!("{what} in `{}`", self.text(span));
                 let variant = side as u32 * 2 + to as u32;
                 let new = Contact::Compare(a, how, b, span);
-                self.find(
-                    MutationSite { kind: MutantKind::Number, span, variant },
-                    what,
-                    (number, &new),
-                );
+                let site = MutationSite { kind: MutantKind::Number, span, variant };
+                self.find(site, what, number, &new);
             }
         }
     }
@@ -228,7 +231,8 @@ impl<'g, 'a> ContactSearch<'g, 'a> {
         format!("{before}`{}` is `{new}`", self.text(span))
     }
 
-    fn find(&mut self, site: MutationSite, what: String, (number, new): (u32, &Contact)) {
+    /// Adds the mutation that puts a new contact in the place of the contact with a number.
+    fn find(&mut self, site: MutationSite, what: String, number: u32, new: &Contact) {
         self.push(site, what, Mutation::Contact(self.series, number, Some(new.clone())));
     }
 

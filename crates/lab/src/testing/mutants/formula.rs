@@ -12,7 +12,7 @@ pub use rungd_language::source::expression::{self, ExpressionPartKind};
 use rungd_language::source::instruction;
 use rungd_language::source::span::Span;
 
-use super::ground::{FoundMutation, Ground, change_of_constant};
+use super::ground::{ExchangedText, FoundMutation, Ground, change_of_constant};
 use super::kind::MutantKind;
 use super::mutation::{FormulaOf, InstructionIndex, Mutation};
 use super::values::{ConstantStep, Direction, near};
@@ -20,7 +20,8 @@ use super::values::{ConstantStep, Direction, near};
 /// All mutations of a MATH; none for other instructions.
 pub(super) fn formulas(
     ground: &Ground,
-    (instruction, index): (&Instruction, InstructionIndex),
+    instruction: &Instruction,
+    index: InstructionIndex,
 ) -> Vec<FoundMutation> {
     let Some(calculation) = &instruction.calculation else { return Vec::new() };
     let whole = ground.place(instruction.span);
@@ -79,6 +80,15 @@ fn is_alike(formula: &Formula, written: &expression::Expression) -> bool {
     formula.parts.len() == written.parts.len() && formula.parts.iter().zip(kinds).all(is_same)
 }
 
+/// The part of an expression that a mutation changes.
+struct PartSite {
+    kind: MutantKind,
+    /// Its index in the expression.
+    at: usize,
+    /// The number of the change among those of the same kind at this part.
+    variant: u32,
+}
+
 struct FormulaSearch<'g, 'a> {
     ground: &'g Ground<'a>,
     index: InstructionIndex,
@@ -98,8 +108,8 @@ impl FormulaSearch<'_, '_> {
                 FormulaPart::Integer(n) => self.integer(at, n, borders.get(&at).copied()),
                 FormulaPart::Real(real) => {
                     for (to, new) in near(real) {
-                        let texts = (&*real.to_string(), &*new.to_string());
-                        self.constant((at, to), texts, FormulaPart::Real(new));
+                        let texts = ExchangedText { old: &real.to_string(), new: &new.to_string() };
+                        self.constant(at, to, texts, FormulaPart::Real(new));
                     }
                 }
                 FormulaPart::Unary(sign, number_type) => self.sign(at, sign, number_type),
@@ -108,7 +118,8 @@ impl FormulaSearch<'_, '_> {
                 }
                 FormulaPart::Call(function, count, number_type) => {
                     if let Some(other) = other_function(function) {
-                        let texts = (function.spec().name, other.spec().name);
+                        let texts =
+                            ExchangedText { old: function.spec().name, new: other.spec().name };
                         self.exchanged(at, texts, FormulaPart::Call(other, count, number_type));
                     }
                 }
@@ -128,8 +139,8 @@ impl FormulaSearch<'_, '_> {
             if let Value::Const(number, _) = new
                 && as_border.filter(|_| n % step.step == 0) != Some(to)
             {
-                let texts = (&*step.text(value), &*step.text(new));
-                self.constant((at, to), texts, FormulaPart::Integer(number.into()));
+                let texts = ExchangedText { old: &step.text(value), new: &step.text(new) };
+                self.constant(at, to, texts, FormulaPart::Integer(number.into()));
             }
         }
     }
@@ -150,7 +161,7 @@ impl FormulaSearch<'_, '_> {
             matches!(before, Some(FormulaPart::Integer(n)) if i32::try_from(n).is_err());
         if keeps_type && !is_too_great {
             let what = format!("`{}` left out in `{}`", sign.sign(), self.text(at));
-            self.push((MutantKind::SignOut, at, 0), what, None);
+            self.push(PartSite { kind: MutantKind::SignOut, at, variant: 0 }, what, None);
         }
     }
 
@@ -174,24 +185,22 @@ impl FormulaSearch<'_, '_> {
         };
         if !is_neutral {
             let other = other_operator(operator);
-            self.exchanged(
-                at,
-                (operator.sign(), other.sign()),
-                FormulaPart::Binary(other, number_type),
-            );
+            let texts = ExchangedText { old: operator.sign(), new: other.sign() };
+            self.exchanged(at, texts, FormulaPart::Binary(other, number_type));
         }
     }
 
-    fn exchanged(&mut self, at: usize, (old, new): (&str, &str), part: FormulaPart) {
+    fn exchanged(&mut self, at: usize, texts: ExchangedText, part: FormulaPart) {
+        let ExchangedText { old, new } = texts;
         let what = format!("`{old}` is `{new}` in `{}`", self.text(at));
-        self.push((MutantKind::Operator, at, 0), what, Some(part));
+        self.push(PartSite { kind: MutantKind::Operator, at, variant: 0 }, what, Some(part));
     }
 
-    fn constant(&mut self, (at, to): (usize, Direction), texts: (&str, &str), new: FormulaPart) {
-        let written = self.written.map_or(texts.0, |_| self.text(at));
+    fn constant(&mut self, at: usize, to: Direction, texts: ExchangedText, new: FormulaPart) {
+        let written = self.written.map_or(texts.old, |_| self.text(at));
         let what = change_of_constant(written, texts);
         let what = format!("{what} in `{}`", self.ground.text(self.whole));
-        self.push((MutantKind::Number, at, to as u32), what, Some(new));
+        self.push(PartSite { kind: MutantKind::Number, at, variant: to as u32 }, what, Some(new));
     }
 
     fn place(&self, at: usize) -> Span {
@@ -202,12 +211,8 @@ impl FormulaSearch<'_, '_> {
         self.ground.text(self.place(at))
     }
 
-    fn push(
-        &mut self,
-        (kind, at, variant): (MutantKind, usize, u32),
-        what: String,
-        new: Option<FormulaPart>,
-    ) {
+    fn push(&mut self, site: PartSite, what: String, new: Option<FormulaPart>) {
+        let PartSite { kind, at, variant } = site;
         // Several parts share one place if their own places are unknown.
         let variant = variant + 2 * at as u32;
         let mutation = Mutation::Part(self.index, self.which, at, new);

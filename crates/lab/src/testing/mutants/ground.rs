@@ -113,9 +113,17 @@ impl<'a> Ground<'a> {
     }
 }
 
+/// A part of an instruction or contact before and after a mutation.
+#[derive(Clone, Copy)]
+pub(super) struct ExchangedText<'t> {
+    pub old: &'t str,
+    pub new: &'t str,
+}
+
 /// The text for a constant and its neighbour: `80 is 81` for a literal, `` `limit` (80) is 81`` for
 /// a name.
-pub(super) fn change_of_constant(written: &str, (old, new): (&str, &str)) -> String {
+pub(super) fn change_of_constant(written: &str, texts: ExchangedText) -> String {
+    let ExchangedText { old, new } = texts;
     let is_name = written.starts_with(|char: char| char.is_ascii_alphabetic());
     match is_name {
         true => format!("`{written}` ({old}) is {new}"),

@@ -8,7 +8,7 @@ use rungd_language::resolve::instruction::{OperandList, OperandValue, ResolvedOp
 use rungd_language::resolve::program::{Contact, Instruction, ProgramPart, Rung, Value};
 
 use super::formula::formulas;
-use super::ground::{FoundMutation, Ground, MutationSite, change_of_constant};
+use super::ground::{ExchangedText, FoundMutation, Ground, MutationSite, change_of_constant};
 use super::kind::MutantKind;
 use super::mutation::{InstructionIndex, Mutation};
 use super::values::ConstantStep;
@@ -58,7 +58,7 @@ pub(super) fn instructions(ground: &Ground, part: ProgramPart, rung: &Rung) -> V
             search.stages(part);
             search.constants();
             found.append(&mut search.found);
-            found.extend(formulas(ground, (instruction, index)));
+            found.extend(formulas(ground, instruction, index));
         }
     }
     found
@@ -171,7 +171,7 @@ impl InstructionSearch<'_, '_> {
                     continue;
                 }
                 let place = self.ground.constant_place(span);
-                let texts = (&*step.text(value), &*step.text(new));
+                let texts = ExchangedText { old: &step.text(value), new: &step.text(new) };
                 let what = change_of_constant(self.ground.text(place), texts);
                 let before = row.key.map_or_else(String::new, |key| format!("{key} "));
                 let what = format!("{before}{what} in `{}`", self.text());

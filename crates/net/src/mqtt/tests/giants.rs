@@ -11,7 +11,7 @@ use super::*;
 const TOPIC: &str = "plant/giant";
 
 /// A message whose packet has exactly this number of bytes, from 131 to 16386.
-fn giant(version: MqttVersion, how: (Qos, bool), bytes: usize) -> Vec<u8> {
+fn giant(version: MqttVersion, how: Delivery, bytes: usize) -> Vec<u8> {
     let rest = publish(version, TOPIC, b"", how).len();
     let packet = publish(version, TOPIC, &vec![7; bytes - rest], how);
     assert_eq!(packet.len(), bytes);
@@ -22,8 +22,11 @@ fn left_out(bytes: u32, retained: bool) -> LongMessage {
     LongMessage { topic: TOPIC.to_owned(), bytes, bytes_max: 1000, retained }
 }
 
-const HOWS: [(Qos, bool); 3] =
-    [(Qos::AtMostOnce, true), (Qos::AtLeastOnce, false), (Qos::AtLeastOnce, true)];
+const HOWS: [Delivery; 3] = [
+    Delivery { qos: Qos::AtMostOnce, retained: true },
+    Delivery { qos: Qos::AtLeastOnce, retained: false },
+    Delivery { qos: Qos::AtLeastOnce, retained: true },
+];
 
 /// The bytes that a sieve passes and the messages that it leaves out, if the bytes come in these
 /// parts.
@@ -53,8 +56,8 @@ fn an_oversized_message_is_skipped_however_the_bytes_are_split() {
             let bytes = [&small[..], PINGRESP, &giant(version, how, 1001), &small, PINGRESP];
             let (bytes, passes) =
                 (bytes.concat(), [&small[..], PINGRESP, &small, PINGRESP].concat());
-            let number = (how.0 == Qos::AtLeastOnce).then_some(7);
-            let expected = (passes, vec![(left_out(1001, how.1), number)]);
+            let number = (how.qos == Qos::AtLeastOnce).then_some(7);
+            let expected = (passes, vec![(left_out(1001, how.retained), number)]);
             for at in 0..=bytes.len() {
                 assert_eq!(sifted(&[&bytes[..at], &bytes[at..]]), expected, "cut at {at}");
             }
@@ -98,11 +101,11 @@ fn a_session_continues_after_an_oversized_message() {
                 broker.says(&[&small[..], &giant(version, how, 9000), &small].concat()).await;
                 let one = message("a", b"one", how);
                 assert_eq!(session.next().await.unwrap(), one);
-                let giant = MqttEvent::LeftOut(left_out(9000, how.1));
+                let giant = MqttEvent::LeftOut(left_out(9000, how.retained));
                 assert_eq!(session.next().await.unwrap(), giant);
                 assert_eq!(session.next().await.unwrap(), one);
                 session.ping().await.unwrap();
-                let numbered = if how.0 == Qos::AtLeastOnce { 3 } else { 0 };
+                let numbered = if how.qos == Qos::AtLeastOnce { 3 } else { 0 };
                 for _ in 0..numbered {
                     assert_eq!(broker.packet().await, (0x40, vec![0, 7]));
                 }
@@ -137,7 +140,14 @@ fn an_oversized_packet_that_is_no_message_is_refused_by_its_length() {
     run(async {
         for version in VERSIONS {
             let (mut session, mut broker) = session(version).await;
-            broker.says(&publish(version, "a", b"before", (Qos::AtMostOnce, false))).await;
+            broker
+                .says(&publish(
+                    version,
+                    "a",
+                    b"before",
+                    Delivery { qos: Qos::AtMostOnce, retained: false },
+                ))
+                .await;
             broker.says(&[0x90, 0xff, 0xff, 0xff, 0x7f]).await;
             assert_eq!(end(&mut session, 1).await, MqttCause::TooLong(1000));
         }

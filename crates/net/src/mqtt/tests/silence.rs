@@ -156,7 +156,12 @@ fn other_bytes_do_not_replace_the_answer_to_a_ping() {
         let (mut session, mut broker) = session(MqttVersion::V3).await;
         let since = Instant::now();
         let talks = async {
-            let message = publish(MqttVersion::V3, "a", b"", (Qos::AtMostOnce, false));
+            let message = publish(
+                MqttVersion::V3,
+                "a",
+                b"",
+                Delivery { qos: Qos::AtMostOnce, retained: false },
+            );
             for _ in 0..50 {
                 sleep(KEEPALIVE * 2 / 10).await;
                 broker.says(&message).await;

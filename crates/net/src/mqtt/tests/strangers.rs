@@ -49,7 +49,7 @@ fn a_peer_that_is_no_mqtt_broker_is_reported() {
                 &[0x00, 0],
                 PINGRESP,
                 &[0x90, 3, 0, 1, 0],
-                &publish(version, "early", b"", (Qos::AtMostOnce, false)),
+                &publish(version, "early", b"", Delivery { qos: Qos::AtMostOnce, retained: false }),
             ] {
                 let said = refusal(version, says).await;
                 let known = ["an invalid packet", "more than 1000 bytes"];
@@ -63,7 +63,7 @@ fn a_peer_that_is_no_mqtt_broker_is_reported() {
 fn an_invalid_packet_of_the_broker_ends_the_session() {
     run(async {
         for version in VERSIONS {
-            let how = (Qos::AtMostOnce, false);
+            let how = Delivery { qos: Qos::AtMostOnce, retained: false };
             for says in [
                 connack(version),
                 PINGRESP,
@@ -150,7 +150,12 @@ fn unread_messages_stay_in_the_socket() {
         settings.queue_bytes_max = 10_000;
         settings.packet_bytes_max = 10_000;
         let (mut session, mut broker) = begun(&settings, CONNACK_3, 1000).await;
-        let flood = publish(MqttVersion::V3, "a", &[0; 900], (Qos::AtMostOnce, false));
+        let flood = publish(
+            MqttVersion::V3,
+            "a",
+            &[0; 900],
+            Delivery { qos: Qos::AtMostOnce, retained: false },
+        );
         let floods = async {
             for count in 0.. {
                 let said = tokio::time::timeout(KEEPALIVE, broker.says(&flood)).await;

@@ -47,11 +47,18 @@ fn received_messages_have_their_topic_payload_and_flags() {
     run(async {
         for version in VERSIONS {
             let (mut session, mut broker) = session(version).await;
-            let once = (Qos::AtLeastOnce, true);
+            let once = Delivery { qos: Qos::AtLeastOnce, retained: true };
             broker.says(&publish(version, "a/b", b"one", once)).await;
-            broker.says(&publish(version, "c", b"", (Qos::AtMostOnce, false))).await;
+            broker
+                .says(&publish(
+                    version,
+                    "c",
+                    b"",
+                    Delivery { qos: Qos::AtMostOnce, retained: false },
+                ))
+                .await;
             assert_eq!(session.next().await.unwrap(), message("a/b", b"one", once));
-            let other = message("c", b"", (Qos::AtMostOnce, false));
+            let other = message("c", b"", Delivery { qos: Qos::AtMostOnce, retained: false });
             assert_eq!(session.next().await.unwrap(), other);
             session.ping().await.unwrap();
             // The acknowledgement of the first message, before the ping.
@@ -66,7 +73,7 @@ fn packets_are_read_byte_by_byte_even_if_calls_are_cancelled() {
     run(async {
         for version in VERSIONS {
             let (mut session, mut broker) = session(version).await;
-            let how = (Qos::AtLeastOnce, false);
+            let how = Delivery { qos: Qos::AtLeastOnce, retained: false };
             for byte in publish(version, "a", &[5; 300], how) {
                 let nothing = tokio::time::timeout(Duration::from_millis(1), session.next()).await;
                 assert!(nothing.is_err());
@@ -105,7 +112,8 @@ fn a_subscription_keeps_messages_that_arrive_before_its_answer() {
     run(async {
         for version in VERSIONS {
             let (mut session, mut broker) = session(version).await;
-            let early = publish(version, "a/1", b"kept", (Qos::AtMostOnce, true));
+            let early =
+                publish(version, "a/1", b"kept", Delivery { qos: Qos::AtMostOnce, retained: true });
             let answers = async {
                 let (first, body) = broker.packet().await;
                 assert_eq!(first, 0x82);
@@ -118,7 +126,7 @@ fn a_subscription_keeps_messages_that_arrive_before_its_answer() {
             let filters = [("a/#", Qos::AtMostOnce), ("b", Qos::AtLeastOnce)];
             let (subscribed, ()) = tokio::join!(session.subscribe(&filters), answers);
             subscribed.unwrap();
-            let kept = message("a/1", b"kept", (Qos::AtMostOnce, true));
+            let kept = message("a/1", b"kept", Delivery { qos: Qos::AtMostOnce, retained: true });
             assert_eq!(session.next().await.unwrap(), kept);
         }
     });
@@ -170,7 +178,14 @@ fn a_disconnect_waits_until_the_broker_has_read_everything() {
                 // The code 0 is normal, and may be left out.
                 assert!(body.iter().all(|byte| *byte == 0), "{body:?}");
                 // Later messages from the broker are received, but ignored.
-                broker.says(&publish(version, "late", b"", (Qos::AtMostOnce, false))).await;
+                broker
+                    .says(&publish(
+                        version,
+                        "late",
+                        b"",
+                        Delivery { qos: Qos::AtMostOnce, retained: false },
+                    ))
+                    .await;
                 drop(broker);
             };
             let (ended, ()) = tokio::join!(session.disconnect(), answers);

@@ -158,7 +158,12 @@ fn numbered(text: &str) -> Vec<ManualReading> {
         let from_one = |number: &str| plain(number)?.checked_sub(1);
         let is_element = |written: &WrittenElements<'_>| written.first.len() >= 4;
         if let Some(written) = WrittenElements::of(&text[2..]).filter(is_element) {
-            push(&mut all, digit.table, &written, (from_one, "of a manual, counted from 1"));
+            push(
+                &mut all,
+                digit.table,
+                &written,
+                NumberReading { number: from_one, when: "of a manual, counted from 1" },
+            );
         }
         // `4x0001` is nothing else; `0x0001` can be in hexadecimal.
         if !text[..2].eq_ignore_ascii_case("0x") {
@@ -167,9 +172,14 @@ fn numbered(text: &str) -> Vec<ManualReading> {
     }
     let Some(written) = WrittenElements::of(text) else { return all };
     if hexadecimal(written.first).is_some() {
-        push(&mut all, ModbusTable::HoldingRegisters, &written, (hexadecimal, "in hexadecimal"));
+        push(
+            &mut all,
+            ModbusTable::HoldingRegisters,
+            &written,
+            NumberReading { number: hexadecimal, when: "in hexadecimal" },
+        );
     } else if let Some(digit) = manual_digit(written.first) {
-        push(&mut all, digit.table, &written, (manual_element, ""));
+        push(&mut all, digit.table, &written, NumberReading { number: manual_element, when: "" });
     } else {
         for (table, when) in [
             (ModbusTable::HoldingRegisters, "a holding register"),
@@ -177,7 +187,7 @@ fn numbered(text: &str) -> Vec<ManualReading> {
             (ModbusTable::Coils, "a coil"),
             (ModbusTable::DiscreteInputs, "a discrete input"),
         ] {
-            push(&mut all, table, &written, (plain, when));
+            push(&mut all, table, &written, NumberReading { number: plain, when });
         }
     }
     all
@@ -189,21 +199,46 @@ fn named(text: &str) -> Vec<ManualReading> {
     let Some((table, rest, is_own)) = table_of(text) else { return all };
     let Some(written) = WrittenElements::of(rest) else { return all };
     if manual_digit(written.first).is_some_and(|digit| digit.table == table) {
-        push(&mut all, table, &written, (manual_element, "of a manual, counted from 1"));
+        push(
+            &mut all,
+            table,
+            &written,
+            NumberReading { number: manual_element, when: "of a manual, counted from 1" },
+        );
     }
     let is_hexadecimal = hexadecimal(written.first).is_some();
     let is_manual_coil = is_hexadecimal && table == ModbusTable::Coils && written.first.len() >= 6;
     if is_manual_coil && written.first[2..].bytes().all(|byte| byte.is_ascii_digit()) {
         let from_one = |number: &str| plain(number.get(2..)?)?.checked_sub(1);
-        push(&mut all, table, &written, (from_one, "of a manual, counted from 1"));
+        push(
+            &mut all,
+            table,
+            &written,
+            NumberReading { number: from_one, when: "of a manual, counted from 1" },
+        );
     }
     match is_hexadecimal {
-        true => push(&mut all, table, &written, (hexadecimal, "in hexadecimal")),
-        false => push(&mut all, table, &written, (plain, "as a protocol address")),
+        true => push(
+            &mut all,
+            table,
+            &written,
+            NumberReading { number: hexadecimal, when: "in hexadecimal" },
+        ),
+        false => push(
+            &mut all,
+            table,
+            &written,
+            NumberReading { number: plain, when: "as a protocol address" },
+        ),
     }
     if !is_own && !is_hexadecimal && all.len() == 1 {
         let from_one = |number: &str| plain(number)?.checked_sub(1);
-        push(&mut all, table, &written, (from_one, "where the first is 1"));
+        push(
+            &mut all,
+            table,
+            &written,
+            NumberReading { number: from_one, when: "where the first is 1" },
+        );
     }
     all
 }
@@ -232,7 +267,7 @@ fn iec(address: &str) -> Vec<ManualReading> {
                 {
                     written.behind = ElementsEnd::Bit(bit);
                 }
-                push(&mut all, registers, &written, (plain, ""));
+                push(&mut all, registers, &written, NumberReading { number: plain, when: "" });
             }
         }
         "D" | "F" => {
@@ -257,7 +292,7 @@ fn iec(address: &str) -> Vec<ManualReading> {
         }
         "" => {
             if let Some(written) = WrittenElements::of(rest) {
-                push(&mut all, bits, &written, (plain, ""));
+                push(&mut all, bits, &written, NumberReading { number: plain, when: "" });
             }
         }
         _ => {}
@@ -265,12 +300,21 @@ fn iec(address: &str) -> Vec<ManualReading> {
     all
 }
 
+/// A way to read the numbers of written elements.
+#[derive(Clone, Copy)]
+struct NumberReading {
+    /// The element of a written number, from 0.
+    number: fn(&str) -> Option<u32>,
+    /// When the number has this meaning, as words for a help; may be empty.
+    when: &'static str,
+}
+
 /// Adds the meanings of written elements, if they are in the table.
 fn push(
     all: &mut Vec<ManualReading>,
     table: ModbusTable,
     written: &WrittenElements<'_>,
-    (number, when): (fn(&str) -> Option<u32>, &'static str),
+    NumberReading { number, when }: NumberReading,
 ) {
     let Some(first) = number(written.first) else { return };
     let one = ManualElements { first, last: first, bit: None };

@@ -150,7 +150,7 @@ impl ModbusReader<'_> {
             self.findings.push(of_points(row, message).help(help).fix(own_unit));
             return None;
         }
-        let number = self.number((&self.keys.rows[row.at], row), is_bits)?;
+        let number = self.number(&self.keys.rows[row.at], row, is_bits)?;
         let number_width = u32::from(number.kind.registers());
         if let Some(finding) = self.too_wide(row, number_width).filter(|_| !is_bits) {
             self.findings.push(finding);

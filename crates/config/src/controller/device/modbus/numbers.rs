@@ -37,7 +37,8 @@ impl ModbusReader<'_> {
     /// The numbers in a row's registers, according to the row's keys.
     pub(super) fn number(
         &mut self,
-        (keys, row): (&ModbusRowKeys, &ResolvedRow<'_>),
+        keys: &ModbusRowKeys,
+        row: &ResolvedRow<'_>,
         is_bits: bool,
     ) -> Option<RowNumber> {
         let before = self.findings.len();
@@ -57,7 +58,7 @@ impl ModbusReader<'_> {
         let is_split = keys.split.as_ref().is_some_and(|split| split.value);
         if let (Some(split), true, false) = (&keys.split, is_split && !keys.has_wrong_type, is_bits)
         {
-            self.refuse_split(keys, (kind, row), split.span);
+            self.refuse_split(keys, kind, row, split.span);
         }
         if keys.has_wrong_type || keys.has_wrong_order || self.findings.len() > before {
             return None;
@@ -92,7 +93,8 @@ impl ModbusReader<'_> {
     fn refuse_split(
         &mut self,
         keys: &ModbusRowKeys,
-        (kind, row): (RegisterNumberType, &ResolvedRow<'_>),
+        kind: RegisterNumberType,
+        row: &ResolvedRow<'_>,
         span: Span,
     ) {
         let mut refuse = |message: &str, help: &str, fix: Fix| {

@@ -147,7 +147,7 @@ pub(in crate::controller::device) fn at_odds(
         let watchdog = written
             .get(&device.span)
             .and_then(|written_device| written_device.driver.as_ref()?.other_output());
-        let outputs = outputs(device, client, (peer, watchdog.unwrap_or(device.span)));
+        let outputs = outputs(device, client, peer, watchdog.unwrap_or(device.span));
         for (element, writer) in progress.during(outputs) {
             findings.extend(spread.enter(&element, client, &writer, &mut told));
             let PeerElement { unit, table, at, .. } = element;
@@ -180,11 +180,13 @@ fn clients(devices: &[Device]) -> impl Iterator<Item = (&Device, &ClientSettings
     })
 }
 
-/// The outputs of a device; with the number of its peer, and the place of its watchdog.
+/// The outputs of a device. `peer`: the number of its peer; `watchdog_at`: the place of its
+/// watchdog.
 fn outputs(
     device: &Device,
     client: &ClientSettings,
-    (peer, watchdog_at): (usize, Span),
+    peer: usize,
+    watchdog_at: Span,
 ) -> Vec<(PeerElement, ElementWriter)> {
     let mut outputs = Vec::new();
     for (point, output) in client.outputs.iter().zip(&device.outputs) {

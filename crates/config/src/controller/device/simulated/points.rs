@@ -194,15 +194,19 @@ impl PlantPoints {
                 continue;
             }
             let kind = part.kind.map_or(&[][..], fixed);
+            let part_name = &name.text;
             for FixedPoint { name: point, holds, role } in kind {
-                points.add((&name.text, point), (*holds, *role), name.span, findings);
+                let (point, span) = (format!("{part_name}.{point}"), name.span);
+                let point = PlantPoint { name: point, holds: *holds, role: *role, span };
+                points.add(part_name, point, findings);
             }
             for (place, _) in &part.places {
                 if !is_name(&place.text) || !place.text.starts_with(char::is_lowercase) {
                     findings.push(no_name(place, "a place"));
                 }
-                let told = (PointType::Bit, PointRole::Told);
-                points.add((&name.text, &place.text), told, place.span, findings);
+                let (point, span) = (format!("{part_name}.{}", place.text), place.span);
+                let (holds, role) = (PointType::Bit, PointRole::Told);
+                points.add(part_name, PlantPoint { name: point, holds, role, span }, findings);
             }
         }
         let mut names = HashMap::new();
@@ -211,8 +215,9 @@ impl PlantPoints {
             if !name.text.starts_with(char::is_lowercase) {
                 findings.push(no_name(name, "a fault"));
             }
-            let needed = (PointType::Bit, PointRole::Needed);
-            points.add((FAULT, &name.text), needed, name.span, findings);
+            let (point, span) = (format!("{FAULT}.{}", name.text), name.span);
+            let (holds, role) = (PointType::Bit, PointRole::Needed);
+            points.add(FAULT, PlantPoint { name: point, holds, role, span }, findings);
         }
         points
     }
@@ -221,14 +226,9 @@ impl PlantPoints {
         PointId(self.all.len() as u32)
     }
 
-    fn add(
-        &mut self,
-        (part, point): (&str, &str),
-        (holds, role): (PointType, PointRole),
-        span: Span,
-        findings: &mut Vec<Finding>,
-    ) {
-        let (name, id) = (format!("{part}.{point}"), self.next());
+    /// Adds a point of a part, or the command of a fault.
+    fn add(&mut self, part: &str, point: PlantPoint, findings: &mut Vec<Finding>) {
+        let (name, span, id) = (&point.name, point.span, self.next());
         let base = name.split_once('.').map_or("", |(base, _)| base);
         match self.by_part.get_mut(base) {
             Some(part_points) => part_points.points.push(id),
@@ -241,13 +241,14 @@ impl PlantPoints {
             let message = format!("`{name}` is there already");
             // The second of two parts with the same name already has a finding, which is the last.
             if findings.last().is_none_or(|finding| finding.span != span) {
-                let fix = renaming::another(point, '_', |name| {
+                let own = &name[part.len() + 1..];
+                let fix = renaming::another(own, '_', |name| {
                     self.by_name.contains_key(&format!("{part}.{name}"))
                 });
                 findings.push(Finding::new(Code::DuplicateName, span, message).fix(fix));
             }
         }
-        self.all.push(PlantPoint { name, holds, role, span });
+        self.all.push(point);
     }
 
     /// As [`PlantPoints::find`], for a point that drives a command: the help names outputs alone.

@@ -12,7 +12,7 @@ use rungd_io::plant::settings::{
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::fix::{Fix, FixEdit, give_one, pair, propose, text};
 use rungd_language::source::reader::Text;
-use rungd_language::source::span::Span;
+use rungd_language::source::span::{Located, Span};
 
 /// The longest delay that a fault causes, ms.
 const LATE_MS_MAX: i32 = 60_000;
@@ -246,7 +246,7 @@ fn effect(
     }
     let is_bit = point.holds == PointType::Bit;
     let is_number = matches!(point.holds, PointType::Word | PointType::Either);
-    let every_ms = || at_least_1ms("every", fault.every_ms.as_ref().map(|ms| (ms.value, ms.span)));
+    let every_ms = || at_least_1ms("every", fault.every_ms.as_ref());
     Ok(match kind {
         FaultKind::StuckOn | FaultKind::StuckOff if is_number => {
             let help = propose(pair("kind = \"stuck\"")).and(" with a `value`");
@@ -272,7 +272,7 @@ fn effect(
         }
         FaultKind::Late => {
             let by = fault.by_ms.as_ref().ok_or_else(|| missing("by", "\"200ms\""))?;
-            let by_ms = at_least_1ms("by", Some((by.value, by.span)))?.unwrap_or(1);
+            let by_ms = at_least_1ms("by", Some(by))?.unwrap_or(1);
             if by.value > LATE_MS_MAX {
                 let message = "a fault delays a value by 60s at most";
                 return Err(
@@ -285,12 +285,12 @@ fn effect(
     })
 }
 
-fn at_least_1ms(key: &str, ms: Option<(i32, Span)>) -> Result<Option<u32>, Finding> {
+fn at_least_1ms(key: &str, ms: Option<&Located<i32>>) -> Result<Option<u32>, Finding> {
     match ms {
-        Some((ms, span)) if ms < 1 => {
-            Err(Finding::new(Code::OutOfRange, span, format!("`{key}` is at least 1ms")))
+        Some(ms) if ms.value < 1 => {
+            Err(Finding::new(Code::OutOfRange, ms.span, format!("`{key}` is at least 1ms")))
         }
-        Some((ms, _)) => Ok(Some(ms.unsigned_abs())),
+        Some(ms) => Ok(Some(ms.value.unsigned_abs())),
         None => Ok(None),
     }
 }
