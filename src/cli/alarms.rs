@@ -118,7 +118,7 @@ fn reasons(args: &AlarmsArgs, list: &AlarmList) -> Result<Vec<Vec<String>>, Stri
     let recording = Arc::new(Recording::of_bytes(bytes));
     let last = recording.count().checked_sub(1).ok_or("the recording is empty")?;
     let subject = playback::subject(recording.program(last))?;
-    Ok(stand.iter().map(|alarm| reason(&subject, (&recording, last), alarm)).collect())
+    Ok(stand.iter().map(|alarm| reason(&subject, &recording, last, alarm)).collect())
 }
 
 /// The first lines of the answer to `rungd why`, without its head, for the scan in which the alarm
@@ -126,7 +126,8 @@ fn reasons(args: &AlarmsArgs, list: &AlarmList) -> Result<Vec<Vec<String>>, Stri
 /// is for the latest scan.
 fn reason(
     subject: &Subject,
-    (recording, last): (&Arc<Recording>, usize),
+    recording: &Arc<Recording>,
+    last: usize,
     alarm: &AlarmStatus,
 ) -> Vec<String> {
     let rise = alarm.since.as_ref().and_then(|since| {

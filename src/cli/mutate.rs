@@ -60,7 +60,7 @@ pub fn mutate(args: &MutateArgs) -> Result<Exit> {
             exit = Exit::Refused;
             continue;
         }
-        let judged = judge(args, (name, suite))?;
+        let judged = judge(args, name, suite)?;
         let killed = judged.iter().filter(|mutant| mutant.killed_by.is_some()).count();
         if args.at_least.is_some_and(|least| killed * 100 < usize::from(least) * judged.len()) {
             exit = Exit::Refused;
@@ -76,7 +76,7 @@ pub fn mutate(args: &MutateArgs) -> Result<Exit> {
     Ok(exit)
 }
 
-fn judge(args: &MutateArgs, (name, suite): (&str, &Suite)) -> Result<Vec<JudgedMutant>> {
+fn judge(args: &MutateArgs, name: &str, suite: &Suite) -> Result<Vec<JudgedMutant>> {
     let progress = ProgressLine::new(name);
     let show = |done, all| progress.show(done, all);
     let options = MutateOptions { jobs: jobs(args.jobs), kinds: &args.only, progress: &show };

@@ -132,7 +132,7 @@ pub fn record(args: &RecordArgs) -> Result<Exit> {
     | RecordCommand::Test { source, .. }
     | RecordCommand::Files { source, .. }) = &args.what;
     if let RecordCommand::Export { output, .. } = &args.what
-        && let Some(exit) = replay::refused_trace(("-o", output), source.path.iter())?
+        && let Some(exit) = replay::refused_trace("-o", output, source.path.iter())?
     {
         return Ok(exit);
     }

@@ -59,7 +59,7 @@ pub fn reload(args: &ReloadArgs) -> Result<Exit> {
     let Some(controller) = &args.controller else { return ask(&args.at, &request) };
     let place = operator_socket(controller);
     if let Some(pid) = args.pid {
-        return reload_process(args, controller, (place, pid));
+        return reload_process(args, controller, place, pid);
     }
     if !place.is_certain
         && let Some(exit) = refused_files(&args.at, controller)
@@ -79,7 +79,8 @@ pub fn reload(args: &ReloadArgs) -> Result<Exit> {
 fn reload_process(
     args: &ReloadArgs,
     controller: &Path,
-    (place, pid): (SocketPlace, i32),
+    place: SocketPlace,
+    pid: i32,
 ) -> Result<Exit> {
     let SocketPlace { path, is_certain } = place;
     let listener = match path.as_deref().map(client::listener) {

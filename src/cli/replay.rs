@@ -30,7 +30,7 @@ use rungd_language::source::wording::{counted, thousands};
 pub fn replay(args: &ReplayArgs) -> Result<Exit> {
     if let Some(trace) = &args.trace {
         let reads = args.ladder.iter().chain([&args.recording]);
-        if let Some(exit) = refused_trace(("--trace", trace), reads)? {
+        if let Some(exit) = refused_trace("--trace", trace, reads)? {
             return Ok(exit);
         }
     }
@@ -45,7 +45,8 @@ pub fn replay(args: &ReplayArgs) -> Result<Exit> {
 /// # Errors
 /// The command line is wrong.
 pub(super) fn refused_trace<'p>(
-    (option, trace): (&str, &Path),
+    option: &str,
+    trace: &Path,
     reads: impl Iterator<Item = &'p PathBuf>,
 ) -> Result<Option<Exit>> {
     trace_file::refuse_other_forms(option, trace)?;
@@ -63,8 +64,7 @@ pub(super) fn refused_trace<'p>(
 /// As [`replay`].
 pub(super) fn replay_of(args: &ReplayArgs, recording: Recording) -> Result<Exit> {
     let (recording, clock) = (Arc::new(recording), LocalClock::here());
-    let window = match ReplayWindow::of((args.from.as_ref(), args.to.as_ref()), &clock, &recording)
-    {
+    let window = match ReplayWindow::of(args.from.as_ref(), args.to.as_ref(), &clock, &recording) {
         Ok(window) => window,
         Err(why) => return Ok(refused(&why)),
     };
@@ -74,10 +74,11 @@ pub(super) fn replay_of(args: &ReplayArgs, recording: Recording) -> Result<Exit>
         say_line(&format!("rungd: {}", why.map_or("there is no program", String::as_str)));
         return Ok(Exit::Config);
     }
+    let scene = ReplayScene { programs: &programs, window: &window, clock: &clock };
     if args.ladder.is_empty() {
-        same_program(args, &recording, (&programs, &window, &clock))
+        same_program(args, &recording, scene)
     } else {
-        replay_ladder::replay(args, &recording, (&programs, &window, &clock))
+        replay_ladder::replay(args, &recording, scene)
     }
 }
 
@@ -87,7 +88,7 @@ fn refused(why: &str) -> Exit {
 }
 
 fn same_program(args: &ReplayArgs, recording: &Arc<Recording>, scene: ReplayScene) -> Result<Exit> {
-    let (programs, window, clock) = scene;
+    let ReplayScene { programs, window, clock } = scene;
     let Some(first) = programs.first() else { return Ok(Exit::Config) };
     let trace_path = args.trace();
     let watched = match &trace_path {
@@ -119,7 +120,8 @@ fn same_program(args: &ReplayArgs, recording: &Arc<Recording>, scene: ReplayScen
     }
     let seconds = begun.elapsed().as_secs_f64();
     let mut text = alarms_text(&alarms, clock);
-    text.push_str(&verdict((&verified, &different, seconds), recording, (window, clock)));
+    let done = VerifiedReplay { verified: &verified, different: &different, seconds };
+    text.push_str(&verdict(done, recording, window, clock));
     args.report(&text)?;
     io::stdout().flush()?;
     for why in programs.all.iter().filter_map(|program| program.as_ref().err()) {
@@ -129,11 +131,21 @@ fn same_program(args: &ReplayArgs, recording: &Arc<Recording>, scene: ReplayScen
     Ok(if is_whole { Exit::Ok } else { Exit::Refused })
 }
 
+/// The result of a replay of the recorded programs.
+struct VerifiedReplay<'a> {
+    verified: &'a Verified,
+    /// The sections that differ.
+    different: &'a [usize],
+    /// The duration.
+    seconds: f64,
+}
+
 /// The last lines of the report.
 fn verdict(
-    (verified, different, seconds): (&Verified, &[usize], f64),
+    VerifiedReplay { verified, different, seconds }: VerifiedReplay,
     recording: &Recording,
-    (window, clock): (&ReplayWindow, &LocalClock),
+    window: &ReplayWindow,
+    clock: &LocalClock,
 ) -> String {
     let sections = window.sections.clone();
     let (compared, different) = (verified.compared, different.len() as u64);

@@ -58,8 +58,15 @@ impl ReplayArgs {
     }
 }
 
-/// The programs of a recording, the part of it, and the reader's clock.
-pub(super) type ReplayScene<'a> = (&'a RecordedPrograms, &'a ReplayWindow, &'a LocalClock);
+/// The part of a recording that is replayed.
+#[derive(Clone, Copy)]
+pub(super) struct ReplayScene<'a> {
+    /// The programs of the recording.
+    pub programs: &'a RecordedPrograms,
+    pub window: &'a ReplayWindow,
+    /// The reader's clock.
+    pub clock: &'a LocalClock,
+}
 
 /// `replayed in 0.2 s, 617 × real time`.
 pub(super) fn pace(recording: &Recording, window: &ReplayWindow, seconds: f64) -> String {

@@ -15,7 +15,7 @@ use super::compared;
 use super::exit::{CommandLine, Exit};
 use super::recorded_trace::RecordedTrace;
 use super::replay_args::{ReplayArgs, ReplayScene, pace};
-use super::replay_why;
+use super::replay_why::{self, NewProgramRun};
 use super::terminal::{say_findings, say_line};
 use super::when::LocalClock;
 use rungd_config::load::{self, library};
@@ -38,7 +38,7 @@ pub(super) fn replay(
     recording: &Arc<Recording>,
     scene: ReplayScene,
 ) -> Result<Exit> {
-    let (programs, window, clock) = scene;
+    let ReplayScene { programs, window, clock } = scene;
     let Some(new) = loaded(args, recording.program(window.sections.start))? else {
         return Ok(Exit::Config);
     };
@@ -82,7 +82,8 @@ pub(super) fn replay(
     let seconds = begun.elapsed().as_secs_f64();
     let mut text = compared::text(&comparison, clock);
     let again = TwinRun::new(recording, programs, &new);
-    text.push_str(&replay_why::reasons(recording, (first, &new, again), &comparison));
+    let run = NewProgramRun { first, new: &new, again };
+    text.push_str(&replay_why::reasons(recording, run, &comparison));
     text.push_str(&format!(
         "{} {}; {} of {} of the old program equal\n",
         counted(twin.scans, "scan"),
@@ -90,7 +91,7 @@ pub(super) fn replay(
         thousands(twin.compared - twin.different),
         counted(twin.compared, "hash").replace("hashs", "hashes"),
     ));
-    text.push_str(&remarks(recording, (&twin, clock), &failures));
+    text.push_str(&remarks(recording, &twin, clock, &failures));
     text.push_str(OPEN_LOOP);
     args.report(&text)?;
     let is_whole = twin.different == 0 && failures.is_empty();
@@ -100,7 +101,8 @@ pub(super) fn replay(
 /// Remarks in addition to the differences.
 fn remarks(
     recording: &Recording,
-    (twin, clock): (&TwinRun, &LocalClock),
+    twin: &TwinRun,
+    clock: &LocalClock,
     failures: &[(usize, String)],
 ) -> String {
     let mut text = String::new();

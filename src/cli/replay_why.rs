@@ -18,11 +18,19 @@ const EXPLAINED_MAX: usize = 3;
 /// The maximum number of sections (about a second each) of the new program's past that are kept.
 const SECTIONS_MAX: usize = 60;
 
-/// The reasons of the first differences; empty if nothing differs. The new program begins at the
-/// base of section `first`, as in the comparison.
+/// The execution of the new program.
+pub(super) struct NewProgramRun<'a> {
+    /// The section at whose base the new program begins, as in the comparison.
+    pub first: usize,
+    pub new: &'a PlayableProgram,
+    /// A run that has not begun.
+    pub again: TwinRun<'a>,
+}
+
+/// The reasons of the first differences; empty if nothing differs.
 pub(super) fn reasons(
     recording: &Arc<Recording>,
-    (first, new, mut again): (usize, &PlayableProgram, TwinRun),
+    NewProgramRun { first, new, mut again }: NewProgramRun,
     comparison: &ProgramComparison,
 ) -> String {
     let mut differing: Vec<(&ComparedOperand, FirstDifference)> =

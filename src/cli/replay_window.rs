@@ -21,7 +21,8 @@ impl ReplayWindow {
     /// # Errors
     /// The recording is empty, or has nothing there. The text is a message.
     pub fn of(
-        (from, to): (Option<&WrittenTime>, Option<&WrittenTime>),
+        from: Option<&WrittenTime>,
+        to: Option<&WrittenTime>,
         clock: &LocalClock,
         recording: &Recording,
     ) -> Result<ReplayWindow, String> {

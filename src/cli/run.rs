@@ -12,7 +12,7 @@ use super::check::style;
 use super::exit::Exit;
 use super::folders::has_text_path;
 use super::terminal::say_findings;
-use crate::daemon::config::LoadFailure;
+use crate::daemon::config::{LoadFailure, RunningProgram};
 use crate::daemon::guard::{self, ProcessEnd, RestartGuard};
 use crate::daemon::log::{self, LogFormat};
 use crate::daemon::{
@@ -127,7 +127,7 @@ fn run_logged(args: &RunArgs, host: &mut ProcessHost, guard: &mut RestartGuard) 
         return Ok(Exit::Ok);
     };
     let settled = match loaded {
-        Ok(settled) => settled,
+        Ok((program, setup)) => RunningProgram { program, setup },
         Err(LoadFailure::Unreadable(failure)) => return Err(failure),
         Err(LoadFailure::Refused(why)) => return Ok(refuse(args, &why)),
     };

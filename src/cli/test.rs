@@ -93,7 +93,7 @@ pub fn test(args: &TestArgs) -> Result<Exit> {
         if !args.watch {
             return Ok(exit);
         }
-        wait_for_change(args, &suites, (&paths, begun))?;
+        wait_for_change(args, &suites, &paths, begun)?;
         say("\n");
     }
 }
@@ -249,11 +249,13 @@ pub(super) fn open(paths: &[PathBuf]) -> Result<Vec<OpenSuite>> {
     paths.iter().map(open).collect()
 }
 
-/// Waits until a file that was read has changed, or a test file was added or removed.
+/// Waits until a file that was read has changed, or a test file was added or removed. `begun`: when
+/// the files were read.
 fn wait_for_change(
     args: &TestArgs,
     suites: &[OpenSuite],
-    (paths, begun): (&[PathBuf], SystemTime),
+    paths: &[PathBuf],
+    begun: SystemTime,
 ) -> Result<()> {
     let changed =
         |path: &str| std::fs::metadata(path).and_then(|metadata| metadata.modified()).ok();

@@ -46,7 +46,7 @@ pub(super) fn write(
         }
         let path = folder.join(format!("{name}.csv"));
         let context = || path.display().to_string();
-        let columns = TraceColumns::of((suite, programs), scenario, &watched);
+        let columns = TraceColumns::of(suite, programs, scenario, &watched);
         let mut trace = TraceFile::create(&path, &columns.watched).with_context(context)?;
         let mut row = |scan: TracedScan<'_>| {
             let name = RowName::Scan(scan.number);
@@ -68,7 +68,8 @@ struct TraceColumns {
 impl TraceColumns {
     /// The columns of a scenario; `first`: those of its first program.
     fn of(
-        (suite, programs): (&Suite, &[Arc<RigProgram>]),
+        suite: &Suite,
+        programs: &[Arc<RigProgram>],
         scenario: &Scenario,
         first: &[TracedOperand],
     ) -> TraceColumns {

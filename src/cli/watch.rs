@@ -94,19 +94,26 @@ fn line(values: &OperandValues) -> String {
     format!("{} scan={}{}\n", values.mode, values.scans, shown.collect::<String>())
 }
 
-/// The number of columns and lines of the terminal, if it reports them.
-fn window() -> (usize, usize) {
-    terminal::window(io::stdout()).unwrap_or((usize::MAX, usize::MAX))
+/// The size of the terminal.
+struct WindowSize {
+    columns: usize,
+    lines: usize,
+}
+
+/// The size of the terminal; without limits if it does not report its size.
+fn window() -> WindowSize {
+    let (columns, lines) = terminal::window(io::stdout()).unwrap_or((usize::MAX, usize::MAX));
+    WindowSize { columns, lines }
 }
 
 /// The table, drawn from the top of the screen; the rest of the screen is cleared. Lines that do
 /// not fit in the window are left out and counted, because a longer table would scroll.
-fn drawing(values: &OperandValues, first: bool, (wide, high): (usize, usize)) -> String {
+fn drawing(values: &OperandValues, first: bool, window: WindowSize) -> String {
     let mut text = String::from(if first { "\x1b[2J\x1b[H" } else { "\x1b[H" });
     let mut lines = vec![format!("{}  scan {}", values.mode, values.scans)];
     lines.extend(plain(&table(&values.values)).lines().map(str::to_owned));
     // The last line of the window stays empty for the cursor.
-    let room = high.saturating_sub(1).max(2);
+    let room = window.lines.saturating_sub(1).max(2);
     if lines.len() > room {
         let hidden = lines.len() - (room - 1);
         lines.truncate(room - 1);
@@ -115,7 +122,7 @@ fn drawing(values: &OperandValues, first: bool, (wide, high): (usize, usize)) ->
     for line in lines {
         // The last column stays empty too: the sequence that clears the rest of the line would
         // clear it.
-        text.extend(line.chars().take(wide.saturating_sub(1).max(1)));
+        text.extend(line.chars().take(window.columns.saturating_sub(1).max(1)));
         text += "\x1b[K\n";
     }
     text + "\x1b[J"
@@ -148,7 +155,7 @@ mod tests {
     fn watched_values_are_printed_as_a_line_or_a_table() {
         assert_eq!(line(&values()), "RUN scan=120 jam=OFF D12=-7,forced\n");
         assert_eq!(table(&values().values), "jam  C0   OFF\nD12  D12  -7  forced\n");
-        let drawing = drawing(&values(), true, (80, 25));
+        let drawing = drawing(&values(), true, WindowSize { columns: 80, lines: 25 });
         assert!(
             drawing.contains("RUN  scan 120\x1b[K\n") && drawing.ends_with("forced\x1b[K\n\x1b[J")
         );
@@ -169,14 +176,14 @@ mod tests {
     fn a_table_stays_within_its_window() {
         let mut values = values();
         values.values = (0..20).flat_map(|_| values.values.clone()).collect();
-        let drawing = drawing(&values, false, (13, 10));
+        let drawing = drawing(&values, false, WindowSize { columns: 13, lines: 10 });
         let lines: Vec<&str> = drawing.lines().map(|l| l.trim_end_matches("\x1b[K")).collect();
         assert_eq!(lines.len(), 10, "nine lines, and the cursor's: {lines:?}");
         assert_eq!(
             (lines[1], lines[2], lines[8]),
             ("jam  C0   OF", "D12  D12  -7", "… 33 more: t")
         );
-        let least = super::drawing(&values, false, (0, 0));
+        let least = super::drawing(&values, false, WindowSize { columns: 0, lines: 0 });
         assert!(least.lines().count() <= 3, "{least:?}");
     }
 

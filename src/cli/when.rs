@@ -232,14 +232,14 @@ mod tests {
         }
     }
 
-    /// The local time that a text means in a recording between two UTC times.
-    fn meant(text: &str, (from, to): (&str, &str)) -> String {
+    /// The local time that a text means in a recording from one UTC time to another.
+    fn meant(text: &str, [from, to]: [&str; 2]) -> String {
         let clock = berlin("2026-11-22T15:00:00Z");
         let span = found(from, &clock, 0..=0)..=found(to, &clock, 0..=0);
         clock.text(found(text, &clock, span))
     }
 
-    const NIGHT: (&str, &str) = ("2026-11-20T20:00:00Z", "2026-11-22T10:30:00Z");
+    const NIGHT: [&str; 2] = ["2026-11-20T20:00:00Z", "2026-11-22T10:30:00Z"];
 
     #[test]
     fn a_time_of_day_means_the_latest_such_time_in_the_recording() {
@@ -247,7 +247,7 @@ mod tests {
         assert_eq!(meant("11:30", NIGHT), "2026-11-22 11:30:00.000");
         assert_eq!(meant("11:31", NIGHT), "2026-11-21 11:31:00.000");
         assert_eq!(meant("7:00:03.25", NIGHT), "2026-11-22 07:00:03.250");
-        let short = ("2026-11-22T10:00:00Z", "2026-11-22T10:30:00Z");
+        let short = ["2026-11-22T10:00:00Z", "2026-11-22T10:30:00Z"];
         assert_eq!(meant("13:00", short), "2026-11-22 13:00:00.000");
         assert_eq!(meant("09:00", short), "2026-11-22 09:00:00.000");
     }

@@ -213,8 +213,8 @@ impl AlarmBook {
         list
     }
 
-    /// The alarm with this number in a program, if it is active.
-    pub fn standing(&self, (generation, number): (u32, usize), now_ns: u64) -> Option<AlarmStatus> {
+    /// The alarm with this number in the program of a generation, if it is active.
+    pub fn standing(&self, generation: u32, number: usize, now_ns: u64) -> Option<AlarmStatus> {
         let alarm = self.alarms.get(number).filter(|alarm| alarm.state.is_active())?;
         (self.generation == generation).then(|| alarm.shown(now_ns))
     }
@@ -225,7 +225,7 @@ impl AlarmBook {
     }
 
     /// The numbers of all alarms of a bit of a program: several tags may watch the bit.
-    pub fn of_bit(&self, (generation, bit): (u32, BitCell)) -> Vec<usize> {
+    pub fn of_bit(&self, generation: u32, bit: BitCell) -> Vec<usize> {
         let is_ours = self.generation == generation;
         let watches = |number: &usize| is_ours && self.alarms[*number].known.bit == bit;
         (0..self.alarms.len()).filter(watches).collect()

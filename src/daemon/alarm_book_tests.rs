@@ -175,6 +175,6 @@ fn all_unacknowledged_alarms_are_acknowledged_in_the_order_of_the_list() {
     book.edge(3, false, at(4));
     book.acknowledge(0, ack());
     assert_eq!(book.unacknowledged(), [1, 3]);
-    assert_eq!(book.of_bit((0, BitCell(2))), [2]);
-    assert!(book.of_bit((1, BitCell(2))).is_empty(), "a bit of another program");
+    assert_eq!(book.of_bit(0, BitCell(2)), [2]);
+    assert!(book.of_bit(1, BitCell(2)).is_empty(), "a bit of another program");
 }

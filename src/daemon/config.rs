@@ -72,6 +72,12 @@ pub struct ControllerSetup {
     pub(super) access: FileAccess,
 }
 
+/// A program that is or was running, with its settings.
+pub struct RunningProgram {
+    pub program: engine::EngineProgram,
+    pub setup: ControllerSetup,
+}
+
 /// A warning of the check.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoadWarning {

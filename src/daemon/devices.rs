@@ -77,6 +77,13 @@ pub(super) struct DeviceStarter<'a> {
     pub stop: tokio::sync::watch::Receiver<bool>,
 }
 
+/// A device, with the cells that it is wired to.
+#[derive(Clone, Copy)]
+struct DeviceWiring<'a> {
+    device: &'a Device,
+    wiring: &'a Wiring,
+}
+
 impl DeviceStarter<'_> {
     /// Starts a task for each device.
     pub fn start(&self, ends: Vec<DeviceEnds>, tasks: &mut JoinSet<()>) {
@@ -85,31 +92,32 @@ impl DeviceStarter<'_> {
         for ((device, wiring), ends) in devices.zip(ends) {
             let (name, points) = (&device.name, device.inputs.len() + device.outputs.len());
             say!(DEVICE, device = %name, points, "device {name}: {points} points");
-            self.start_device((device, wiring), ends, &mut lines, tasks);
+            self.start_device(DeviceWiring { device, wiring }, ends, &mut lines, tasks);
         }
     }
 
     fn start_device(
         &self,
-        (device, wiring): (&Device, &Wiring),
+        wired: DeviceWiring,
         ends: DeviceEnds,
         lines: &mut RtuLines,
         tasks: &mut JoinSet<()>,
     ) {
+        let device = wired.device;
         let ms = |ms: u32| Duration::from_millis(ms.into());
         match &device.driver {
             Settings::Modbus(client) => match &client.link {
                 LinkSettings::Tcp(tcp) => {
                     let link = TcpConnection::new(*tcp, client.habits, ms(client.timeout_ms));
-                    self.beside(ModbusClient::new(client, link), (device, wiring), ends, tasks);
+                    self.beside(ModbusClient::new(client, link), wired, ends, tasks);
                 }
                 LinkSettings::Rtu(line) => {
                     let link = lines.link(line, client.habits, ms(client.timeout_ms));
-                    self.beside(ModbusClient::new(client, link), (device, wiring), ends, tasks);
+                    self.beside(ModbusClient::new(client, link), wired, ends, tasks);
                 }
             },
             Settings::Simulated(plant) => {
-                self.beside(RunningPlant::new(plant), (device, wiring), ends, tasks);
+                self.beside(RunningPlant::new(plant), wired, ends, tasks);
             }
             Settings::Gpio(lines) => {
                 self.within(Arc::new(GpioOpener::new(lines, KernelChips)), device, ends, tasks);
@@ -121,7 +129,7 @@ impl DeviceStarter<'_> {
     fn beside<D: Driver>(
         &self,
         driver: D,
-        (device, wiring): (&Device, &Wiring),
+        DeviceWiring { device, wiring }: DeviceWiring,
         ends: DeviceEnds,
         tasks: &mut JoinSet<()>,
     ) {

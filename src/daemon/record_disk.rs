@@ -117,12 +117,12 @@ impl RecordDisk {
         match self.blocks.try_send(Box::new(block)) {
             Ok(()) => {
                 let news = self.stall.put(&self.backlog, BLOCKS_MAX);
-                tell_stall((&self.figures, &self.dir), news);
+                tell_stall(&self.figures, &self.dir, news);
             }
             Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) => {
                 self.backlog.refused();
                 let news = self.stall.left_out(&self.backlog, Instant::now());
-                tell_stall((&self.figures, &self.dir), news);
+                tell_stall(&self.figures, &self.dir, news);
             }
         }
     }
@@ -194,7 +194,7 @@ impl RecordDisk {
                 "the scan log: the last scans are on the disk, after {took}"
             );
         }
-        tell_stall((&figures, &dir), stall.over(&backlog));
+        tell_stall(&figures, &dir, stall.over(&backlog));
     }
 }
 
@@ -289,7 +289,7 @@ impl<F: RecordFolder> DiskWriter<F> {
     }
 }
 
-fn tell_stall((figures, dir): (&Mutex<DiskFigures>, &str), news: Option<StallNews>) {
+fn tell_stall(figures: &Mutex<DiskFigures>, dir: &str, news: Option<StallNews>) {
     match news {
         Some(StallNews::Begins) => {
             locked(figures).failing = Some(NO_ANSWER.to_owned());

@@ -13,7 +13,7 @@ use tokio::time::{MissedTickBehavior, interval, timeout};
 
 use super::alarm_book::AlarmBook;
 use super::alarm_keeper::SharedBook;
-use super::config::ControllerSetup;
+use super::config::{ControllerSetup, RunningProgram};
 use super::devices::{self, DeviceStarter};
 use super::failure::StartFailure;
 use super::guard::RestartGuard;
@@ -26,7 +26,7 @@ use super::posture;
 use super::record;
 use super::record_disk::RecordDisk;
 use super::record_thread::{RecordHandle, RecordParts};
-use super::reload::{self, ProgramViews, Reloads, RunningProgram};
+use super::reload::{self, ProgramViews, Reloads};
 use super::retain::RestoredFile;
 use super::retain_thread::{LastImage, RetainHandle};
 use super::signals::{ProcessHost, SignalOrder, Signals, when_stopped};
@@ -110,7 +110,7 @@ const DRIVERS_END_MAX: Duration = Duration::from_secs(3);
 /// The controller cannot start.
 pub fn run(
     host: &mut ProcessHost,
-    (program, setup): (engine::EngineProgram, ControllerSetup),
+    RunningProgram { program, setup }: RunningProgram,
     options: &ShellOptions,
     guard: &mut RestartGuard,
 ) -> Result<ControllerEnd, StartFailure> {
@@ -122,7 +122,7 @@ pub fn run(
     faults::listen();
     let inputs = initial_inputs(&program, &setup);
     let engine = Engine::new(program.clone());
-    let Some(parts) = start_parts(host, (&setup, options.runs_cold), engine) else {
+    let Some(parts) = start_parts(host, &setup, options.runs_cold, engine) else {
         return Ok(ControllerEnd::Orderly);
     };
     let StartParts { sockets, engine, retained } = parts?;
@@ -217,11 +217,9 @@ async fn shell(
     mut attendance: ShellDuties<'_>,
 ) -> Result<ControllerEnd, StartFailure> {
     let (stop, stopped) = watch::channel(false);
-    let kept = (attendance.retention.clone(), attendance.recording.clone());
     let inputs = devices::inputs(&first.running.setup.devices, &first.field.1);
-    let drivers = start_drivers(first, &prepared, &kept, &stopped).await?;
-    let (retention, recording) = kept;
-    let (mut drivers, reloads) = drivers;
+    let (mut drivers, reloads) = start_drivers(first, &prepared, &attendance, &stopped).await?;
+    let (retention, recording) = (attendance.retention.clone(), attendance.recording.clone());
     let systemd = Systemd::of_environment();
     let inputs = async {
         tokio::select! {
@@ -367,7 +365,7 @@ fn tell_stop(name: &str, mode: Mode) {
 async fn start_drivers(
     first: FirstProgram,
     prepared: &PreparedThreads,
-    (retention, recording): &(Option<RetainHandle>, RecordHandle),
+    duties: &ShellDuties<'_>,
     stopped: &watch::Receiver<bool>,
 ) -> Result<(JoinSet<()>, Arc<Reloads>), StartFailure> {
     let FirstProgram { running, reloader, narration, field: (ends, healths), .. } = first;
@@ -376,8 +374,11 @@ async fn start_drivers(
     let (setup, port) = (&running.setup, &prepared.port());
     let layout = &setup.symbols.layout;
     let patience = port.patience();
-    let mut about =
-        operator_server::StatusSources::new(prepared, retention.clone(), recording.clone());
+    let mut about = operator_server::StatusSources::new(
+        prepared,
+        duties.retention.clone(),
+        duties.recording.clone(),
+    );
     about.devices.clone_from(&healths);
     about.book = book;
     let mut modbus = None;

@@ -25,7 +25,8 @@ pub(super) struct StartParts {
 /// A different process owns a socket's place or the file.
 pub(super) fn start_parts(
     host: &mut ProcessHost,
-    (setup, runs_cold): (&ControllerSetup, Option<bool>),
+    setup: &ControllerSetup,
+    runs_cold: Option<bool>,
     engine: Engine,
 ) -> Option<Result<StartParts, StartFailure>> {
     // Before the file of retentive memory is made, so that a refused start leaves no file.

@@ -27,6 +27,12 @@ struct Bench {
     folder: PathBuf,
 }
 
+/// The files of a case.
+struct CaseFiles {
+    ladder: PathBuf,
+    stimulus: PathBuf,
+}
+
 fn bench() -> Bench {
     let built = PathBuf::from(env!("CARGO_BIN_EXE_rungd"));
     let rungd = env::var_os("RUNGD_BIN").map_or(built, PathBuf::from);
@@ -35,19 +41,19 @@ fn bench() -> Bench {
 }
 
 impl Bench {
-    fn write(&self, case: &Case, name: &str) -> Result<(PathBuf, PathBuf), String> {
+    fn write(&self, case: &Case, name: &str) -> Result<CaseFiles, String> {
         let folder = self.folder.join(name);
         let (ladder, stimulus) = (folder.join("ladder.toml"), folder.join("stimulus.csv"));
         fs::create_dir_all(&folder)
             .and_then(|()| fs::write(&ladder, case.ladder()))
             .and_then(|()| fs::write(&stimulus, case.stimulus()))
             .map_err(|error| format!("{}: {error}", folder.display()))?;
-        Ok((ladder, stimulus))
+        Ok(CaseFiles { ladder, stimulus })
     }
 
-    fn command(&self, case: &Case, files: &(PathBuf, PathBuf), watch: &[String]) -> Command {
+    fn command(&self, case: &Case, files: &CaseFiles, watch: &[String]) -> Command {
         let mut command = Command::new(&self.rungd);
-        command.arg("sim").arg(&files.0).arg("--stimulus").arg(&files.1);
+        command.arg("sim").arg(&files.ladder).arg("--stimulus").arg(&files.stimulus);
         command.args(["--trace", "-"]).args(case.arguments(watch));
         command
     }
@@ -100,9 +106,9 @@ impl Bench {
         format!(
             "seed {}: {text}\n--- {}\n{}\n--- {}\n{}--- {} {}\n",
             case.seed,
-            files.0.display(),
+            files.ladder.display(),
             case.ladder(),
-            files.1.display(),
+            files.stimulus.display(),
             case.stimulus(),
             self.rungd.display(),
             words.join(" "),

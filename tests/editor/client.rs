@@ -159,7 +159,7 @@ impl Editor {
     }
 
     /// As [`Editor::ask`], about a place in a file.
-    pub fn ask_at(&mut self, method: &str, (name, line, column): (&str, usize, usize)) -> Value {
+    pub fn ask_at(&mut self, method: &str, name: &str, line: usize, column: usize) -> Value {
         let position = json!({ "line": line, "character": column });
         let document = json!({ "uri": self.uri(name) });
         let context = json!({ "includeDeclaration": true });

@@ -2,6 +2,7 @@
 //! letter, the name is among the items offered there.
 
 use std::fs;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
@@ -43,8 +44,15 @@ fn ask(editor: &mut Editor, name: &str, before: &str) -> Value {
     editor.ask("textDocument/completion", params)
 }
 
-/// The strings of a text whose words are names, as (key, first byte, byte after the last).
-fn strings(text: &str) -> Vec<(String, usize, usize)> {
+/// A string of a text whose words are names.
+struct NamesString {
+    key: String,
+    /// The bytes between its quotes.
+    inner: Range<usize>,
+}
+
+/// The strings of a text whose words are names.
+fn strings(text: &str) -> Vec<NamesString> {
     let mut found = Vec::new();
     let (mut key, mut at) = (String::new(), 0);
     for line in text.split_inclusive('\n') {
@@ -57,7 +65,7 @@ fn strings(text: &str) -> Vec<(String, usize, usize)> {
         if !code.starts_with('#') {
             let mut quotes = code.match_indices('"').map(|(quote, _)| at + quote);
             while let (Some(open), Some(close)) = (quotes.next(), quotes.next()) {
-                found.push((key.clone(), open + 1, close));
+                found.push(NamesString { key: key.clone(), inner: open + 1..close });
             }
         }
         at += line.len();
@@ -66,8 +74,8 @@ fn strings(text: &str) -> Vec<(String, usize, usize)> {
 }
 
 /// The words in a string that are names: (first byte, byte after the last).
-fn words(text: &str, (key, start, end): &(String, usize, usize)) -> Vec<(usize, usize)> {
-    let whole = &text[*start..*end];
+fn words(text: &str, NamesString { key, inner }: &NamesString) -> Vec<(usize, usize)> {
+    let whole = &text[inner.clone()];
     let is_names = matches!(key.as_str(), "when" | "do" | "always" | "use")
         || key.starts_with("leg.")
         || (key == "with" && !whole.contains(' '));
@@ -75,10 +83,10 @@ fn words(text: &str, (key, start, end): &(String, usize, usize)) -> Vec<(usize, 
     if !(is_names || is_step) {
         return Vec::new();
     }
-    let (mut found, mut at) = (Vec::new(), *start);
-    while at < *end {
+    let (mut found, mut at, end) = (Vec::new(), inner.start, inner.end);
+    while at < end {
         let is_part = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '$');
-        let length = text[at..*end].find(|c| !is_part(c)).unwrap_or(*end - at);
+        let length = text[at..end].find(|c| !is_part(c)).unwrap_or(end - at);
         let word = &text[at..at + length];
         let begins = word.starts_with(|c: char| c.is_ascii_alphabetic() || c == '$');
         let bytes = (text.as_bytes()[at - 1], text.as_bytes()[at + length]);

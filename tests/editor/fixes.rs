@@ -141,7 +141,7 @@ fn fixing_a_warning_does_not_change_the_program() {
 }
 
 /// The text after the action with this title, for the finding with this message.
-fn repaired(name: &str, text: &str, (message, title): (&str, &str)) -> String {
+fn repaired(name: &str, text: &str, message: &str, title: &str) -> String {
     let folder = empty();
     let mut editor = editor(folder.path());
     std::fs::write(folder.path().join("a.toml"), LADDER).unwrap();
@@ -213,7 +213,7 @@ fn a_sum_in_contacts_is_moved_to_its_own_rung_and_tag() {
         when = ["X1", "result == 1"]
         do = ["OUT Y0", "MOVE 4 to=D0"]
     "#]]
-    .assert_eq(&repaired("b.toml", text, ("in a contact", title)));
+    .assert_eq(&repaired("b.toml", text, "in a contact", title));
 }
 
 #[test]

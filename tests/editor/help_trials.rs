@@ -225,7 +225,7 @@ impl<'t> HelpTrials<'t> {
             true => self.editor.disk(name),
             false => String::new(),
         };
-        let texts = repair.writes_what_is_shown(help).and(repair.applied((text, line), read));
+        let texts = repair.writes_what_is_shown(help).and(repair.applied(text, line, read));
         match texts {
             Ok(texts) => self.judge(trial, first, &texts),
             Err(wrong) => self.wrong.push(format!("{name_of}:{}: {first}: {wrong}", line + 1)),

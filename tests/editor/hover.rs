@@ -11,7 +11,7 @@ fn shown(editor: &mut Editor, name: &str, wanted: &str) -> String {
     let text = editor.disk(name);
     let within = wanted.find('^').expect("a mark");
     let (line, column) = place_of(&text, &wanted.replacen('^', "", 1));
-    let answer = editor.ask_at("textDocument/hover", (name, line, column + within));
+    let answer = editor.ask_at("textDocument/hover", name, line, column + within);
     answer["contents"]["value"].as_str().unwrap_or_default().to_owned()
 }
 
@@ -138,7 +138,7 @@ fn hovering_any_place_of_a_broken_file_is_answered() {
         editor.replace(LADDER, &whole[..cut]);
         let line = whole[..cut].matches('\n').count();
         for column in [0, 3, 9, 500] {
-            let answer = editor.ask_at("textDocument/hover", (LADDER, line, column));
+            let answer = editor.ask_at("textDocument/hover", LADDER, line, column);
             assert!(answer == Value::Null || answer["contents"]["kind"] == "markdown");
         }
     }

@@ -14,7 +14,7 @@ fn at(location: &Value) -> String {
 
 fn definition(editor: &mut Editor, name: &str, wanted: &str, within: usize) -> String {
     let (line, column) = place_of(&editor.disk(name), wanted);
-    at(&editor.ask_at("textDocument/definition", (name, line, column + within)))
+    at(&editor.ask_at("textDocument/definition", name, line, column + within))
 }
 
 #[test]
@@ -52,7 +52,7 @@ fn references_are_found_in_all_files() {
     let mut editor = Editor::new(folder.path());
     editor.open(LADDER);
     let (line, column) = place_of(&editor.disk(LADDER), "valve = {");
-    let all = editor.ask_at("textDocument/references", (LADDER, line, column));
+    let all = editor.ask_at("textDocument/references", LADDER, line, column);
     let mut files: Vec<String> = all.as_array().unwrap().iter().map(at).collect();
     files.sort();
     assert_eq!(files.len(), 5, "{files:?}");
@@ -65,7 +65,7 @@ fn document_symbols_form_a_tree() {
     let folder = folder();
     let mut editor = Editor::new(folder.path());
     editor.open(LADDER);
-    let all = editor.ask_at("textDocument/documentSymbol", (LADDER, 0, 0));
+    let all = editor.ask_at("textDocument/documentSymbol", LADDER, 0, 0);
     fn told(symbols: &Value, depth: usize, lines: &mut Vec<String>) {
         for symbol in symbols.as_array().into_iter().flatten() {
             lines.push(format!("{}{}", "  ".repeat(depth), symbol["name"].as_str().unwrap()));
@@ -109,7 +109,7 @@ fn a_name_of_the_library_leads_to_the_library_file() {
     editor.open(plant);
     assert_eq!(definition(&mut editor, rungd, "lib:pid", 2), "lib-pid.toml:0:0");
     let (line, column) = place_of(ladder, "Pid");
-    let place = editor.ask_at("textDocument/definition", (plant, line, column));
+    let place = editor.ask_at("textDocument/definition", plant, line, column);
     let path = place["uri"].as_str().unwrap().strip_prefix("file://").unwrap().to_owned();
     let shown = std::fs::read_to_string(&path).unwrap();
     assert!(std::fs::metadata(&path).unwrap().permissions().readonly(), "{path}");
@@ -118,7 +118,7 @@ fn a_name_of_the_library_leads_to_the_library_file() {
     // folder.
     editor.open_with(&path, &shown);
     let (line, column) = place_of(&shown, "\"Pid\"");
-    let hover = editor.ask_at("textDocument/hover", (&path, line, column + 1));
+    let hover = editor.ask_at("textDocument/hover", &path, line, column + 1);
     assert!(hover["contents"]["value"].as_str().unwrap().contains("Pid"), "{hover}");
     let position = json!({ "line": line, "character": column + 1 });
     let document = json!({ "uri": editor.uri(&path) });

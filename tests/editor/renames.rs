@@ -16,8 +16,16 @@ use rungd_test_support::bare_run::{Plan, run};
 use rungd_test_support::folder::TestFolder;
 use rungd_test_support::run::{Rows, target};
 
+/// A place in a file: its line and its character, both from 0.
+struct TextPlace<'n> {
+    name: &'n str,
+    line: usize,
+    column: usize,
+}
+
 /// The answer to a rename: the edits by file, or the refusal.
-fn rename(editor: &mut Editor, (name, line, column): (&str, usize, usize), new: &str) -> Renamed {
+fn rename(editor: &mut Editor, place: TextPlace, new: &str) -> Renamed {
+    let TextPlace { name, line, column } = place;
     let params = json!({
         "textDocument": { "uri": editor.uri(name) },
         "position": { "line": line, "character": column },
@@ -75,7 +83,7 @@ fn a_rename_reaches_every_file_and_every_form_of_the_name() {
     let mut editor = Editor::new(folder.path());
     editor.open(LADDER);
     let (line, column) = place(&editor, LADDER, "valve = {", 1);
-    let edits = rename(&mut editor, (LADDER, line, column), "outlet").unwrap();
+    let edits = rename(&mut editor, TextPlace { name: LADDER, line, column }, "outlet").unwrap();
     let of = |name: &str| edited(&editor.disk(name), &edits[&editor.uri(name)]);
     assert!(of(CONTROLLER).contains("on = [\"outlet\"]"));
     assert!(of(TEST).contains("expect: outlet"));
@@ -83,7 +91,7 @@ fn a_rename_reaches_every_file_and_every_form_of_the_name() {
     assert!(ladder.contains("outlet = { at") && ladder.contains("OUT outlet"));
     assert!(ladder.contains("start & outlet"));
     let (line, column) = place(&editor, LADDER, "p1.failed", 4);
-    let edits = rename(&mut editor, (LADDER, line, column), "broken").unwrap();
+    let edits = rename(&mut editor, TextPlace { name: LADDER, line, column }, "broken").unwrap();
     let ladder = edited(&editor.disk(LADDER), &edits[&editor.uri(LADDER)]);
     assert!(ladder.contains("\nbroken = { type"), "{ladder}");
     assert!(ladder.contains("\"!broken\"") && ladder.contains("RST p1.broken"), "{ladder}");
@@ -97,7 +105,7 @@ fn a_rename_that_changes_a_meaning_is_refused() {
     editor.open(LADDER);
     let mut refused = |wanted: &str, within: usize, new: &str| {
         let (line, column) = place(&editor, LADDER, wanted, within);
-        rename(&mut editor, (LADDER, line, column), new).expect_err(new)
+        rename(&mut editor, TextPlace { name: LADDER, line, column }, new).expect_err(new)
     };
     let cases = [
         ("valve = {", 1, "start", "start"),
@@ -128,7 +136,7 @@ fn a_rename_reaches_every_controller_file_with_the_ladder_and_its_tests() {
     let mut editor = Editor::new(folder.path());
     editor.open(LADDER);
     let (line, column) = place(&editor, LADDER, "valve = {", 1);
-    let edits = rename(&mut editor, (LADDER, line, column), "outlet").unwrap();
+    let edits = rename(&mut editor, TextPlace { name: LADDER, line, column }, "outlet").unwrap();
     for name in [CONTROLLER, LADDER, TEST, "second.toml", "second.test.toml"] {
         assert!(edits.contains_key(&editor.uri(name)), "{name}: {:?}", edits.keys());
     }
@@ -164,7 +172,7 @@ fn a_device_is_renamed_in_all_controller_files_with_its_ladder() {
         let mut editor = Editor::new(folder.path());
         editor.open(from);
         let (line, column) = place(&editor, from, wanted, 1);
-        let edits = rename(&mut editor, (from, line, column), "far").unwrap();
+        let edits = rename(&mut editor, TextPlace { name: from, line, column }, "far").unwrap();
         for (name, _) in &texts {
             assert!(edits.contains_key(&editor.uri(name)), "{from}: {name}: {:?}", edits.keys());
         }
@@ -187,7 +195,8 @@ fn a_shared_library_file_does_not_join_two_projects() {
     let mut editor = Editor::new(folder.path());
     editor.open("one-ladder.toml");
     let (line, column) = place(&editor, "one-ladder.toml", "lamp", 1);
-    let edits = rename(&mut editor, ("one-ladder.toml", line, column), "light").unwrap();
+    let edits =
+        rename(&mut editor, TextPlace { name: "one-ladder.toml", line, column }, "light").unwrap();
     let mut files: Vec<&str> = edits.keys().filter_map(|uri| uri.rsplit('/').next()).collect();
     files.sort_unstable();
     assert_eq!(files, ["one-ladder.toml", "one.toml"]);
@@ -205,7 +214,7 @@ fn a_name_that_hides_another_is_refused() {
     editor.open(LADDER);
     // Within the template, `a` would then mean the parameter.
     let (line, column) = place(&editor, LADDER, "p = { type", 0);
-    let why = rename(&mut editor, (LADDER, line, column), "a").unwrap_err();
+    let why = rename(&mut editor, TextPlace { name: LADDER, line, column }, "a").unwrap_err();
     assert!(why.contains("would mean something else at"), "{why}");
 }
 
@@ -272,14 +281,15 @@ fn a_rename_never_changes_a_trace() {
             if name != root {
                 editor.open(&name);
             }
-            let places = names_in(&editor.ask_at("textDocument/documentSymbol", (&name, 0, 0)));
+            let places = names_in(&editor.ask_at("textDocument/documentSymbol", &name, 0, 0));
             let step = places.len().div_ceil(most).max(1);
             for (at, (old, line, column)) in places.into_iter().enumerate() {
                 if at % step != 0 || old == "Main" {
                     continue;
                 }
                 let new = if old.contains(' ') { "another text" } else { "q9renamed" };
-                let edits = match rename(&mut editor, (&name, line, column), new) {
+                let edits = match rename(&mut editor, TextPlace { name: &name, line, column }, new)
+                {
                     Ok(edits) => edits,
                     // A pattern of `[retain]` refers to the name by its first letters.
                     Err(why) if why.contains("retentive memory would keep") => continue,
@@ -327,13 +337,14 @@ fn a_rename_that_reaches_only_some_ladders_of_a_test_is_refused() {
     editor.open("a.toml");
     for (name, wanted) in [("Seal", "Seal"), ("go", "go = {")] {
         let (line, column) = place(&editor, "a.toml", wanted, 0);
-        let why = rename(&mut editor, ("a.toml", line, column), "renamed").unwrap_err();
+        let why =
+            rename(&mut editor, TextPlace { name: "a.toml", line, column }, "renamed").unwrap_err();
         assert!(why.contains("t.test.toml tests this ladder together with"), "{name}: {why}");
     }
     write("rungd.toml", "ladder = [\"a.toml\", \"b.toml\"]\n");
     editor.tell("workspace/didChangeWatchedFiles", json!({ "changes": [] }));
     let (line, column) = place(&editor, "a.toml", "Seal", 0);
-    let edits = rename(&mut editor, ("a.toml", line, column), "Renamed").unwrap();
+    let edits = rename(&mut editor, TextPlace { name: "a.toml", line, column }, "Renamed").unwrap();
     assert_eq!(edits.len(), 2, "{edits:?}");
 }
 
@@ -345,7 +356,7 @@ fn a_refused_rename_names_the_new_error() {
     let text = editor.disk(LADDER).replace("EXIT", "EXIT now");
     editor.open_with(LADDER, &text);
     let (line, column) = place_of(&text, "start = {");
-    let why = rename(&mut editor, (LADDER, line, column), "x1").unwrap_err();
+    let why = rename(&mut editor, TextPlace { name: LADDER, line, column }, "x1").unwrap_err();
     assert!(why.contains("x1"), "{why}");
 }
 

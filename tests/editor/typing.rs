@@ -119,7 +119,7 @@ fn edit(numbers: &mut Numbers, text: &str, original: &str) -> (Value, String) {
 
 /// Edits a file for a number of steps. Every 500 steps and at the end, compares the diagnostics
 /// with those of a newly started server.
-fn type_into((name, original): (&str, &str), steps: usize, seed: u64) {
+fn type_into(name: &str, original: &str, steps: usize, seed: u64) {
     let (folder, mut numbers) = (empty(), Numbers(seed));
     std::fs::write(folder.path().join(name), original).unwrap();
     let mut editor = Editor::new(folder.path());
@@ -169,6 +169,6 @@ fn diagnostics_after_many_edits_equal_those_of_a_fresh_start() {
     for (seed, name) in files.into_iter().enumerate() {
         let text = std::fs::read_to_string(config.join(name)).unwrap();
         let name = name.rsplit('/').next().unwrap();
-        type_into((name, &text), steps / files.len(), seed as u64 + 1);
+        type_into(name, &text, steps / files.len(), seed as u64 + 1);
     }
 }

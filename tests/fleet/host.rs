@@ -62,7 +62,9 @@ fn asked(command: &str, broker: &[&str], more: &[&str]) -> (i32, Value) {
 
 /// Repeats the command until the answer fits: on a busy machine, births take long.
 fn until(
-    (command, broker, more): (&str, &[&str], &[&str]),
+    command: &str,
+    broker: &[&str],
+    more: &[&str],
     fits: impl Fn(i32, &Value) -> bool,
 ) -> Value {
     let begun = Instant::now();
@@ -125,7 +127,7 @@ fn two_controllers_behind_certificates_are_compared_with_a_checkout() {
         Path::new(shown[7])
     );
     let plants = TwoPlants::start(&broker.url(), &keys);
-    until(("status", &shown, &["--require-run"]), |code, report| {
+    until("status", &shown, &["--require-run"], |code, report| {
         code == 0 && modes(report) == BOTH_RUN
     });
     let folder = TestFolder::new("checkout");
@@ -133,7 +135,7 @@ fn two_controllers_behind_certificates_are_compared_with_a_checkout() {
     check_in(&plants.press, &folder.path().join("saw"));
     check_in(&plants.press, &folder.path().join("plant/gone"));
     let expected = folder.path().display().to_string();
-    let report = until(("status", &shown, &["--expect", &expected]), |code, report| {
+    let report = until("status", &shown, &["--expect", &expected], |code, report| {
         code == 1 && modes(report) == BOTH_RUN
     });
     let verdict = |at: usize| report["nodes"][at]["ladder_verdict"]["verdict"].clone();
@@ -141,10 +143,10 @@ fn two_controllers_behind_certificates_are_compared_with_a_checkout() {
     assert_eq!(report["missing"][0]["node"], "gone", "{report:#}");
     check_in(&plants.saw, &folder.path().join("saw"));
     fs::remove_dir_all(folder.path().join("plant/gone")).unwrap();
-    until(("status", &shown, &["--expect", &expected]), |code, _| code == 0);
+    until("status", &shown, &["--expect", &expected], |code, _| code == 0);
 
     plants.saw.ok("mode stop");
-    let report = until(("status", &shown, &["--require-run"]), |code, report| {
+    let report = until("status", &shown, &["--require-run"], |code, report| {
         code == 1 && modes(report)[1] == ["saw", "online", "STOP"]
     });
     assert_eq!(report["nodes"][0]["mode"], "RUN", "{report:#}");
@@ -166,7 +168,7 @@ fn the_fleet_watch_reports_alarms_and_deaths() {
     let rise = lines.until("a change", |line| line["name"] == "low" && line["value"] == true);
     assert!(rise["first"].is_null() && rise["historical"].is_null(), "{rise}");
 
-    let list = until(("alarms", &at, &[]), |_, list| list["alarms"][0]["alarm"]["tag"] == "low");
+    let list = until("alarms", &at, &[], |_, list| list["alarms"][0]["alarm"]["tag"] == "low");
     let alarm = &list["alarms"][0];
     assert_eq!((&alarm["node"], &alarm["alarm"]["text"]), (&"saw".into(), &"Oil is low".into()));
     assert_eq!((&alarm["state"], &list["unknown"]), (&"online".into(), &Value::Array(Vec::new())));
@@ -189,10 +191,10 @@ fn a_cluster_without_one_node_still_serves_the_controllers() {
     let all = urls.join(",");
     let at = ["--broker", all.as_str()];
     // In a cluster without a leader, a client waits.
-    let asked: (&str, &[&str], &[&str]) = ("status", &at, &["--require-run", "--wait", "12s"]);
-    until(asked, |code, report| code == 0 && modes(report) == BOTH_RUN);
+    let patient = ["--require-run", "--wait", "12s"];
+    until("status", &at, &patient, |code, report| code == 0 && modes(report) == BOTH_RUN);
     cluster.kill(0);
-    until(asked, |code, report| code == 0 && modes(report) == BOTH_RUN);
+    until("status", &at, &patient, |code, report| code == 0 && modes(report) == BOTH_RUN);
     let mut watch = FleetProcess::start(&["watch", "--rebirth", "--json", at[0], at[1], "n"]);
     let lines = watch.lines();
     let value = |line: &Value| line["value"].as_i64().filter(|_| line["historical"].is_null());

@@ -9,8 +9,7 @@
 const PARAMETERS_MAX: usize = 4;
 
 /// The crates in which functions still take tuples.
-const TUPLES_LEFT: [&str; 11] =
-    ["client", "config", "fleet", "io", "lab", "language", "lsp", "monitor", "net", "web", "src"];
+const TUPLES_LEFT: [&str; 1] = ["language"];
 
 /// A function of a text.
 struct Function {
@@ -100,7 +99,10 @@ fn is_tuple(parameter: &str) -> bool {
     let mut kind = colon.map_or("", |(at, _)| parameter[at + 1..].trim());
     loop {
         let inner = kind.strip_prefix('&').or_else(|| kind.strip_prefix("mut "));
-        let option = || kind.strip_prefix("Option").and_then(group).map(|g| &g[1..g.len() - 1]);
+        let option = || {
+            let rest = kind.strip_prefix("Option").filter(|rest| rest.starts_with('<'));
+            rest.and_then(group).map(|g| &g[1..g.len() - 1])
+        };
         let lifetime = || kind.strip_prefix('\'').and_then(|rest| Some(rest.split_once(' ')?.1));
         let Some(inner) = inner.or_else(option).or_else(lifetime) else { break };
         kind = inner.trim();
@@ -138,7 +140,8 @@ fn no_function_takes_a_tuple() {
         if tests.exists() {
             super::collect(&tests, &mut files);
         }
-        for path in files {
+        // This file has examples of tuples.
+        for path in files.into_iter().filter(|path| !path.ends_with("house/parameters.rs")) {
             let text = std::fs::read_to_string(&path).expect("a source is readable");
             for Function { name, parameters } in functions(&text) {
                 let tuples = parameters.into_iter().filter(|parameter| is_tuple(parameter));

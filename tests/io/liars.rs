@@ -179,7 +179,8 @@ pub fn serial(path: String, echo: bool) -> RtuLine {
 /// A client that has opened a line to a peer with this script; `alter` changes its settings.
 pub async fn rtu_client(
     script: Script,
-    (echo, patience): (bool, Duration),
+    echo: bool,
+    patience: Duration,
     alter: impl FnOnce(&mut settings::ClientSettings),
 ) -> ModbusClient<RtuLink> {
     let (master, port) = pty();

@@ -19,7 +19,7 @@ async fn line(
 ) -> ModbusClient<RtuLink> {
     let script = Script::default();
     (0..100).for_each(|_| script.lock().unwrap().push(Box::new(lie)));
-    rtu_client(script, (echo, timeout), settings).await
+    rtu_client(script, echo, timeout, settings).await
 }
 
 fn echo_and_answer(request: &[u8], right: &[u8]) -> Lie {

@@ -380,7 +380,7 @@ fn a_request_follows_a_broadcast_on_a_serial_line() {
             settings.outputs[0].unit = 0;
             settings.habits.broadcast_delay_ms = 20;
         };
-        let mut client = rtu_client(script, (false, PATIENT), broadcast).await;
+        let mut client = rtu_client(script, false, PATIENT, broadcast).await;
         assert_eq!(exchange(&mut client).await, Ok([1000, 1001]));
         assert_eq!(asked.lock().unwrap()[0][..2], [0, 5]);
     });

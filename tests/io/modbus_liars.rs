@@ -68,7 +68,7 @@ async fn every_wrong_answer_over_tcp_is_a_passing_error() {
         let script = honest();
         let mut client = tcp(&script, patience(words)).await;
         recovers(&mut client, words).await;
-        let trouble = told(&mut client, &script, (words, answer)).await;
+        let trouble = told(&mut client, &script, words, answer).await;
         let reason = &trouble.reason;
         assert!(reason.starts_with("reading input 0..1 of unit 1: "), "{words}: {reason}");
         assert!(reason.contains(words), "{words}: {reason}");
@@ -86,7 +86,8 @@ async fn every_wrong_answer_over_tcp_is_a_passing_error() {
 async fn told(
     client: &mut ModbusClient<TcpConnection>,
     script: &Script,
-    (words, answer): (&str, Answer),
+    words: &str,
+    answer: Answer,
 ) -> ExchangeFailure {
     for _ in 0..20 {
         lie(script, answer);

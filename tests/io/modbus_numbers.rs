@@ -12,12 +12,24 @@ use rungd_test_support::page;
 use rungd_test_support::patience::PATIENCE;
 use rungd_test_support::running::live::Live;
 
+/// An order of the bytes of a number in four registers.
+#[derive(Clone, Copy)]
+struct RegisterOrder<'k> {
+    /// The keys of a row that say it.
+    keys: &'k str,
+    /// The bytes, the most significant of the number as `A`.
+    letters: &'k [u8; 8],
+}
+
 /// The orders: the keys of a row, and the letters of the manual; A is the highest byte.
-const ORDERS: [(&str, &[u8; 8]); 4] = [
-    ("", b"ABCDEFGH"),
-    (", word-order = \"low-first\"", b"GHEFCDAB"),
-    (", byte-order = \"low-first\"", b"BADCFEHG"),
-    (", word-order = \"low-first\", byte-order = \"low-first\"", b"HGFEDCBA"),
+const ORDERS: [RegisterOrder; 4] = [
+    RegisterOrder { keys: "", letters: b"ABCDEFGH" },
+    RegisterOrder { keys: ", word-order = \"low-first\"", letters: b"GHEFCDAB" },
+    RegisterOrder { keys: ", byte-order = \"low-first\"", letters: b"BADCFEHG" },
+    RegisterOrder {
+        keys: ", word-order = \"low-first\", byte-order = \"low-first\"",
+        letters: b"HGFEDCBA",
+    },
 ];
 
 /// The registers of these bits in an order.
@@ -137,7 +149,8 @@ impl Plan {
         self.expected.push(value.to_string());
     }
 
-    fn read(&mut self, number: usize, one: &Given, (keys, letters): (&str, &[u8; 8])) {
+    fn read(&mut self, number: usize, one: &Given, order: RegisterOrder) {
+        let RegisterOrder { keys, letters } = order;
         let Given { kind, bits, integer, real, is_in_math } = *one;
         let first = number * 4;
         let from = format!("from = \"input {first}..{}\", type = \"{kind}\"{keys}", first + 3);
@@ -165,7 +178,8 @@ impl Plan {
         }
     }
 
-    fn write(&mut self, from: &str, (kind, bits): (&str, u64), (keys, letters): (&str, &[u8; 8])) {
+    fn write(&mut self, from: &str, kind: &str, bits: u64, order: RegisterOrder) {
+        let RegisterOrder { keys, letters } = order;
         let first = WRITTEN + self.written.len() as u16;
         let row = format!("from = \"{from}\", to = \"holding {first}..{}\"", first + 3);
         writeln!(self.map, "{{ {row}, type = \"{kind}\"{keys}, hold = true }},").unwrap();
@@ -179,12 +193,13 @@ impl Plan {
                 plan.read(plan.held.len() / 4, &one, order);
             }
             for Sent { from, bits, .. } in sent() {
-                bits.into_iter().for_each(|bits| plan.write(from, bits, order));
+                bits.into_iter().for_each(|(kind, bits)| plan.write(from, kind, bits, order));
             }
             let (high, low) = (u64::from(HALVES.0 as u32), u64::from(HALVES.1 as u32));
-            let keys = format!(", split = true{}", order.0);
+            let keys = format!(", split = true{}", order.keys);
+            let split = RegisterOrder { keys: &keys, ..order };
             for kind in ["u64", "i64"] {
-                plan.write("D1002..D1003", (kind, high << 32 | low), (&keys, order.1));
+                plan.write("D1002..D1003", kind, high << 32 | low, split);
             }
         }
         plan

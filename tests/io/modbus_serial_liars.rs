@@ -40,7 +40,7 @@ const RTU_LIES: [(&str, Answer); 17] = [
 fn every_wrong_answer_over_a_serial_line_is_a_passing_error() {
     await_over_a_line(async || {
         let script = honest();
-        let mut client = rtu_client(Arc::clone(&script), (false, TIMEOUT), |_| ()).await;
+        let mut client = rtu_client(Arc::clone(&script), false, TIMEOUT, |_| ()).await;
         let again = "no answer in 400 ms";
         recovers(&mut client, again).await;
         for (words, answer) in RTU_LIES {
@@ -98,7 +98,7 @@ fn a_late_answer_over_a_serial_line_is_never_used_for_another_request() {
             settings.inputs[1].at = 10;
             settings.outputs.clear();
         };
-        let mut client = rtu_client(Arc::clone(&script), (false, TIMEOUT), second_elsewhere).await;
+        let mut client = rtu_client(Arc::clone(&script), false, TIMEOUT, second_elsewhere).await;
         while exchange(&mut client).await != Ok([1000, 1010]) {
             tokio::task::yield_now().await;
         }

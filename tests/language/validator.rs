@@ -37,7 +37,7 @@ pub fn wrong(root: &Value, schema: &Value, value: &Value, path: &str) -> Vec<Str
     };
     let mut found = Vec::new();
     for (keyword, rule) in schema {
-        found.extend(by_keyword(root, (keyword, rule), value, path));
+        found.extend(by_keyword(root, SchemaRule { keyword, rule }, value, path));
     }
     if let Some(object) = value.as_object() {
         found.extend(in_object(root, schema, object, path));
@@ -45,8 +45,14 @@ pub fn wrong(root: &Value, schema: &Value, value: &Value, path: &str) -> Vec<Str
     found
 }
 
-fn by_keyword(root: &Value, rule: (&str, &Value), value: &Value, path: &str) -> Vec<String> {
-    let (keyword, rule) = rule;
+/// A keyword of a schema with its value.
+struct SchemaRule<'s> {
+    keyword: &'s str,
+    rule: &'s Value,
+}
+
+fn by_keyword(root: &Value, rule: SchemaRule, value: &Value, path: &str) -> Vec<String> {
+    let SchemaRule { keyword, rule } = rule;
     let fits = |schema: &Value| wrong(root, schema, value, path).is_empty();
     let array = |rule: &Value| rule.as_array().cloned().unwrap_or_default();
     let number = |rule: &Value| rule.as_i64().expect("a number");

@@ -27,14 +27,24 @@ pub enum Fault {
     Short,
 }
 
+/// Calls that fail one after the other.
+#[derive(Clone, Copy, Debug)]
+pub struct FailingCalls {
+    pub fault: Fault,
+    /// The number of the first such call, from 1.
+    pub first: u64,
+    /// The count of such calls.
+    pub count: u64,
+}
+
 #[derive(Default)]
 pub struct Disk {
     pub files: BTreeMap<String, MemoryFile>,
     pub open: Option<String>,
     /// The size of the disk in bytes.
     pub room: usize,
-    /// The fault, the number of the first call that fails, and the count of such calls.
-    pub fault: Option<(Fault, u64, u64)>,
+    /// The calls that fail.
+    pub fault: Option<FailingCalls>,
     pub calls: u64,
     pub syncs: u64,
     /// The order of the files, as the store noted it.
@@ -57,11 +67,11 @@ impl Handle {
         let mut disk = self.0.borrow_mut();
         disk.calls += 1;
         let at = disk.calls;
-        let hit = |(_, from, count): &(Fault, u64, u64)| (*from..*from + *count).contains(&at);
-        match disk.fault.filter(hit) {
+        let hit = |fails: &FailingCalls| (fails.first..fails.first + fails.count).contains(&at);
+        match disk.fault.filter(hit).map(|fails| fails.fault) {
             None => Ok(false),
-            Some((Fault::Errno(errno), _, _)) => Err(Error::from_raw_os_error(errno)),
-            Some((Fault::Short, _, _)) => Ok(true),
+            Some(Fault::Errno(errno)) => Err(Error::from_raw_os_error(errno)),
+            Some(Fault::Short) => Ok(true),
         }
     }
 

@@ -87,7 +87,7 @@ fn forged(program: &RecordedProgram) -> Arc<RecordedProgram> {
 }
 
 /// A block with a write of a command whose sender's name forges a line.
-fn with_forged_sender((block, cell): (&RecordBlock, Cell)) -> RecordBlock {
+fn with_forged_sender(block: &RecordBlock, cell: Cell) -> RecordBlock {
     let recording = Recording::of_bytes(file_of(std::slice::from_ref(block)));
     let (state, mut section) = recording.read(0).unwrap().expect("it is whole");
     let mut base = Vec::new();
@@ -107,7 +107,7 @@ fn names_in_a_recording_add_no_line_to_any_report() {
     let program = forged(&line.blocks[0].program);
     line.blocks.iter_mut().for_each(|block| block.program = Arc::clone(&program));
     let last = line.blocks.len() - 1;
-    line.blocks[last] = with_forged_sender((&line.blocks[last], line.cell("D0")));
+    line.blocks[last] = with_forged_sender(&line.blocks[last], line.cell("D0"));
     place.write("plant.rungd-log", &file_of(&line.blocks));
     let who = ["why", "D0", "--recording", "@"];
     for words in COMMANDS.into_iter().chain([&who[..]]) {

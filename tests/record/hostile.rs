@@ -215,7 +215,7 @@ fn change_head(head: &mut BlockHead, numbers: &mut Numbers) {
     }
 }
 
-fn changed((parts, line): (&[Part], &Line), numbers: &mut Numbers) -> Vec<u8> {
+fn changed(parts: &[Part], line: &Line, numbers: &mut Numbers) -> Vec<u8> {
     let (mut parts, mut blocks) = (parts.to_vec(), line.blocks.clone());
     for _ in 0..1 + numbers.below(3) {
         let at = numbers.below(parts.len() as u64) as usize;
@@ -306,7 +306,7 @@ fn use_copies(seed: u64) {
     let subject = Subject::new(Arc::new(program), Vec::new());
     for copy in 0..setting("RUNGD_HOSTILE", 10) {
         let mut numbers = Numbers(1000 * seed + copy);
-        let bytes = changed((&parts, &line), &mut numbers);
+        let bytes = changed(&parts, &line, &mut numbers);
         let used = catch_unwind(AssertUnwindSafe(|| {
             execute(&bytes, &code);
             if copy % 10 == 0 {
@@ -399,7 +399,7 @@ fn word(name: &str) -> usize {
     }
 }
 
-fn put_word(base: &mut [u8], places: &Places, (at, value): (usize, i32)) {
+fn put_word(base: &mut [u8], places: &Places, at: usize, value: i32) {
     let at = places.words.0 + 4 * at;
     base[at..at + 4].copy_from_slice(&value.to_le_bytes());
 }
@@ -413,10 +413,10 @@ fn an_unreachable_base_image_is_refused() {
     };
     for (name, value) in [("V0", 70_000), ("V1", -1), ("R0", i32::MAX), ("R1", i32::MIN)] {
         let at = word(name);
-        is_refused(name, &|base, places, _| put_word(base, places, (at, value)));
+        is_refused(name, &|base, places, _| put_word(base, places, at, value));
     }
     is_refused("a limit above the other", &|base, places, _| {
-        (places.words.1 - 6..places.words.1).for_each(|at| put_word(base, places, (at, 1 << 30)));
+        (places.words.1 - 6..places.words.1).for_each(|at| put_word(base, places, at, 1 << 30));
     });
     is_refused("a bit of 2", &|base, places, _| base[places.bits.0 + 3] = 2);
     is_refused("a time at the end", &|base, _, _| base[7] = 0x40);

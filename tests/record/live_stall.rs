@@ -114,7 +114,7 @@ impl Drop for OnDisk {
 
 /// Ends `count` blocks, each with a scan. Without debug assertions, rungd itself ends a block every
 /// second.
-fn end_blocks((operator, home): (&mut Operator, &Path), count: usize) {
+fn end_blocks(operator: &mut Operator, home: &Path, count: usize) {
     let faults = home.join("faults");
     for _ in 0..count {
         operator.await_scans(1);
@@ -137,7 +137,7 @@ fn stalls(time: Duration) {
         operator.await_status(|status| status["record"]["disk"]["bytes"].as_u64() > Some(0));
         let watch = Watch::begin(&mut operator);
         on.freeze(true);
-        end_blocks((&mut operator, &on.live.folder), QUEUE / 4);
+        end_blocks(&mut operator, &on.live.folder, QUEUE / 4);
         sleep(time);
         on.freeze(false);
         let is_good = watch.end(&mut operator);
@@ -177,7 +177,7 @@ fn a_disk_stall_longer_than_the_queue_is_reported_and_leaves_a_gap() {
         operator.await_status(|status| status["record"]["disk"]["bytes"].as_u64() > Some(0));
         let watch = Watch::begin(&mut operator);
         on.freeze(true);
-        end_blocks((&mut operator, &on.live.folder), 2 * QUEUE);
+        end_blocks(&mut operator, &on.live.folder, 2 * QUEUE);
         let status = operator.await_status(failing);
         let why = &status["record"]["disk"]["failing"];
         assert!(why.as_str().unwrap().contains("does not answer"), "{why}");
@@ -217,7 +217,7 @@ fn ends_in_a_stall(count: usize) -> (u64, Verified) {
     fs::write(&faults, "record-sync").unwrap();
     operator.await_status(|_| !faults.exists());
     operator.await_status(|status| status["record"]["disk"]["behind_ms"].as_u64() > Some(0));
-    end_blocks((&mut operator, &live.folder), count);
+    end_blocks(&mut operator, &live.folder, count);
     let scans = operator.scans();
     live.signal("TERM");
     let told = live.line("are being written");

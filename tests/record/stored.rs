@@ -8,7 +8,7 @@ use std::path::Path;
 use std::rc::Rc;
 
 use crate::record::drawn::Numbers;
-use crate::record::folder::{Disk, Fault, Handle};
+use crate::record::folder::{Disk, FailingCalls, Fault, Handle};
 use crate::record::line::{Line, engine, in_memory};
 use rungd_history::playback::Playback;
 use rungd_history::record::{
@@ -139,7 +139,7 @@ fn the_store_continues_after_any_failed_call() {
     for fault in FAULTS {
         for in_a_row in [1, 6] {
             let mut n = 1;
-            while one_failure(&blocks, &known, (fault, n, in_a_row)) {
+            while one_failure(&blocks, &known, FailingCalls { fault, first: n, count: in_a_row }) {
                 n += 1;
             }
             assert!(n > 30, "{n}");
@@ -149,11 +149,11 @@ fn the_store_continues_after_any_failed_call() {
 
 /// Lets the n-th call of the first 25 blocks fail, and some calls after it; false if there are
 /// fewer calls.
-fn one_failure(blocks: &[RecordBlock], known: &Known, fault: (Fault, u64, u64)) -> bool {
+fn one_failure(blocks: &[RecordBlock], known: &Known, fails: FailingCalls) -> bool {
     let disk = Handle::new();
     disk.clone().create("other-20231114T221320Z-000000.rungd-log").unwrap();
     disk.0.borrow_mut().calls = 0;
-    disk.0.borrow_mut().fault = Some(fault);
+    disk.0.borrow_mut().fault = Some(fails);
     let mut store = Store::new(disk.clone(), settings());
     let (mut troubles, mut calls) = (0, 0);
     for (at, block) in blocks.iter().enumerate() {
@@ -175,7 +175,7 @@ fn one_failure(blocks: &[RecordBlock], known: &Known, fault: (Fault, u64, u64)) 
     let status = store.status();
     let disk = disk.0.borrow();
     let found = all_found(&disk, known);
-    let place = format!("{fault:?}: {status:?}, {found:?}");
+    let place = format!("{fails:?}: {status:?}, {found:?}");
     assert_eq!(found.last(), Some(&59), "{place}");
     assert!(status.trouble.is_none() && troubles % 2 == 0, "{place}");
     // Blocks written before a failed sync may be there although they count as lost.
@@ -183,7 +183,7 @@ fn one_failure(blocks: &[RecordBlock], known: &Known, fault: (Fault, u64, u64)) 
     assert!(found.windows(2).all(|pair| pair[0] < pair[1]), "{place}");
     let own = disk.files.keys().filter(|name| name.starts_with("line-")).count();
     assert_eq!((status.files, disk.files.len()), (own, own + 1), "{place}");
-    calls >= fault.1
+    calls >= fails.first
 }
 
 #[test]
@@ -282,7 +282,8 @@ fn successive_processes_keep_durable_data_and_foreign_files() {
                 if numbers.below(12) == 0 {
                     let fault = FAULTS[numbers.below(4) as usize];
                     let mut disk = disk.0.borrow_mut();
-                    disk.fault = Some((fault, disk.calls + 1 + numbers.below(4), numbers.below(4)));
+                    let first = disk.calls + 1 + numbers.below(4);
+                    disk.fault = Some(FailingCalls { fault, first, count: numbers.below(4) });
                 }
                 let _ = store.put(block, clock(block));
                 let _ = store.tick(clock(block));

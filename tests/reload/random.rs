@@ -237,7 +237,7 @@ fn reloads_miss_or_mix_no_scan_and_bad_reloads_change_nothing() {
             sha256 = answer["ok"]["sha256"].clone();
             // The image of the new program's first scan is published before the answer.
         }
-        last_acc = count_of_one_image(&mut operator, (running as i64, last_acc), turn);
+        last_acc = count_of_one_image(&mut operator, running as i64, last_acc, turn);
         uses.go_on(&mut operator, before, turn);
         let status = operator.ask(&json!({"do": "status"}));
         assert_eq!(status["ok"]["ladder"]["sha256"], sha256, "turn {turn}");
@@ -270,7 +270,7 @@ fn clients(
 
 /// Reads the memory of one scan, and compares its operands with each other, with the number of the
 /// running program, and with the count of an earlier scan. The result is the count.
-fn count_of_one_image(operator: &mut Operator, (running, before): (i64, i64), turn: u64) -> i64 {
+fn count_of_one_image(operator: &mut Operator, running: i64, before: i64, turn: u64) -> i64 {
     let (scans, held) = operator.read(&["D0", "D1", "D2", "CT0.Acc", "scans", "parts.Acc"]);
     assert_eq!((held[0], held[1]), (running, running), "turn {turn}");
     assert_eq!(held[2], scans, "turn {turn}: a scan was missed, or made twice");

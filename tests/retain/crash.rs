@@ -49,12 +49,7 @@ impl Lives {
 
     /// Starts rungd, lets it run for a random time, ends it by `death`, and checks the file. A life
     /// beyond the wanted `count` is needed because none kept an image so far: it begins with one.
-    fn one(
-        &mut self,
-        plant: &Plant,
-        (path, count): (&Path, u64),
-        death: impl FnOnce(&mut Running),
-    ) {
+    fn one(&mut self, plant: &Plant, path: &Path, count: u64, death: impl FnOnce(&mut Running)) {
         let before = held(path);
         let mut running = Running::new(&mut plant.command(&[] as &[&str]));
         if self.lives >= count {
@@ -103,7 +98,7 @@ impl Lives {
 fn kills(count: u64) {
     let (plant, mut lives, begin) = (Plant::new(COUNTS, KEEPS), Lives::new(), Instant::now());
     while lives.are_to_go_on(count, &file(&plant)) {
-        lives.one(&plant, (&file(&plant), count), |running| {
+        lives.one(&plant, &file(&plant), count, |running| {
             running.child.kill().unwrap();
             running.end();
         });
@@ -192,7 +187,7 @@ fn cuts(count: u64) {
     };
     let (mut lives, begin) = (Lives::new(), Instant::now());
     while lives.are_to_go_on(count, &path) {
-        lives.one(&plant, (&path, count), |running| {
+        lives.one(&plant, &path, count, |running| {
             disk.cut();
             running.child.kill().unwrap();
             running.end();

@@ -201,7 +201,8 @@ impl Repair {
     /// The changed texts, by file; `read` reads another file than the finding's.
     pub fn applied(
         &self,
-        (text, line): (&str, usize),
+        text: &str,
+        line: usize,
         read: impl Fn(&str) -> String,
     ) -> Result<Vec<(String, String)>, String> {
         let mut texts: Vec<(String, String)> = vec![(self.file.clone(), text.to_owned())];
@@ -325,7 +326,7 @@ fn a_fix_is_compared_with_the_text_shown_in_the_help() {
     assert!(contains("MOVE 1 to=D0", "MOVE v to=w") && !contains("MOVE 1 D0", "MOVE v to=w"));
     let all = Repairs::read("@ a.toml write `Y0`\n- X0\n+ Y0\nin b.toml\n+ last");
     let repair = all.next("a.toml", "write `Y0`\nmore").unwrap();
-    let texts = repair.applied(("X0\nX0\n", 1), |_| "first\n".to_owned()).unwrap();
+    let texts = repair.applied("X0\nX0\n", 1, |_| "first\n".to_owned()).unwrap();
     assert_eq!(texts[0].1, "X0\nY0\n");
     assert_eq!(texts[1], ("b.toml".to_owned(), "first\nlast\n".to_owned()));
     assert!(all.next("a.toml", "write `Y0`").is_none() && all.unused().is_empty());

@@ -44,7 +44,7 @@ pub fn mangled(text: &str, seed: u64) -> String {
             statements.push(Statement { text: text.trim().to_owned(), is_pair });
             is_pair = false;
         } else {
-            write(token, text, (&open, before), &mut line, chance);
+            write(token, text, &TokenContext { open: &open, before }, &mut line, chance);
         }
         is_pair |= open.is_empty() && kind == TokenKind::Equals;
         let closes = [TokenKind::RightSquareBracket, TokenKind::RightCurlyBracket];
@@ -62,14 +62,17 @@ pub fn mangled(text: &str, seed: u64) -> String {
     joined(&statements, chance)
 }
 
+/// What is before a token.
+struct TokenContext<'o> {
+    /// The brackets that are open.
+    open: &'o [TokenKind],
+    /// The last token that is not white space.
+    before: TokenKind,
+}
+
 /// Writes a token, with random spaces and line ends.
-fn write(
-    token: Token,
-    text: &str,
-    (open, before): (&[TokenKind], TokenKind),
-    line: &mut String,
-    chance: &mut Chance,
-) {
+fn write(token: Token, text: &str, context: &TokenContext, line: &mut String, chance: &mut Chance) {
+    let TokenContext { open, before } = *context;
     let own = &text[token.span().start()..token.span().end()];
     let in_table = open.contains(&TokenKind::LeftCurlyBracket);
     let in_array = !open.is_empty() && !in_table;

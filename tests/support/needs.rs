@@ -144,7 +144,7 @@ pub fn strace(program: &Path) -> Probed {
 
 /// Writes a program that prints a text to both outputs, and ends with a code.
 #[cfg(test)]
-fn fake(folder: &Path, name: &str, (text, code): (&str, i32)) -> std::path::PathBuf {
+fn fake(folder: &Path, name: &str, text: &str, code: i32) -> std::path::PathBuf {
     use std::os::unix::fs::PermissionsExt;
     let path = folder.join(name);
     let script = format!("#!/bin/sh\necho \"{text}\"\necho \"{text}\" >&2\nexit {code}\n");
@@ -156,7 +156,7 @@ fn fake(folder: &Path, name: &str, (text, code): (&str, i32)) -> std::path::Path
 #[test]
 fn a_test_is_skipped_if_its_program_is_too_old() {
     let folder = super::folder::TestFolder::new("needs-old");
-    let of = |name: &str, said: &str, code| fake(folder.path(), name, (said, code));
+    let of = |name: &str, said: &str, code| fake(folder.path(), name, said, code);
     let refused = |probed: Probed, why: &str| assert_eq!(probed, Err(why.to_owned()));
     let old = of("nats-server", "nats-server: v2.9.10", 0);
     refused(nats_server(&old), "nats-server is 2.9.10, and the tests need 2.10.0");
@@ -174,7 +174,7 @@ fn a_test_is_skipped_if_its_program_is_too_old() {
 #[test]
 fn a_test_runs_if_its_program_is_new_enough() {
     let folder = super::folder::TestFolder::new("needs-new");
-    let of = |name: &str, said: &str, code| fake(folder.path(), name, (said, code));
+    let of = |name: &str, said: &str, code| fake(folder.path(), name, said, code);
     assert_eq!(nats_server(&of("nats-server", "nats-server: v2.10.0", 0)), Ok(()));
     assert_eq!(mosquitto(&of("mosquitto", "mosquitto version 2.0.11", 3)), Ok(()));
     assert_eq!(neovim(&of("nvim", "NVIM v0.10.4", 0)), Ok(()));
@@ -186,10 +186,10 @@ fn a_test_runs_if_its_program_is_new_enough() {
 fn the_reason_of_a_skip_is_the_error_of_the_missing_module() {
     let folder = super::folder::TestFolder::new("needs-module");
     let error = "ModuleNotFoundError: No module named 'serial'";
-    let python = fake(folder.path(), "python3", (&format!("Traceback:\n{error}"), 1));
+    let python = fake(folder.path(), "python3", &format!("Traceback:\n{error}"), 1);
     let why = Err(format!("pyserial is not usable here: {error}"));
     assert_eq!(python_can(&python, "pyserial", "import serial"), why);
-    let strace_here = fake(folder.path(), "strace", ("ptrace: Operation not permitted", 1));
+    let strace_here = fake(folder.path(), "strace", "ptrace: Operation not permitted", 1);
     let why = "strace is not usable here: ptrace: Operation not permitted".to_owned();
     assert_eq!(strace(&strace_here), Err(why));
 }

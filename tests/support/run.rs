@@ -90,7 +90,7 @@ impl Trace for Rows {
 pub fn run_case(case: &Case) -> Vec<Outcome> {
     match &case.expects {
         Expects::Values(table) => match warned(case).and_then(|()| trace(case, table)) {
-            Ok((rows, layout)) => compare(case, table, (&rows, &layout)),
+            Ok((rows, layout)) => compare(case, table, &rows, &layout),
             Err(error) => failed(case, &error),
         },
         Expects::Refused(code) => refused(case, code),
@@ -154,7 +154,7 @@ fn trace(case: &Case, table: &Table) -> Result<(Rows, Layout), String> {
     Ok((rows, symbols.layout))
 }
 
-fn compare(case: &Case, table: &Table, (found, layout): (&Rows, &Layout)) -> Vec<Outcome> {
+fn compare(case: &Case, table: &Table, found: &Rows, layout: &Layout) -> Vec<Outcome> {
     let new = |test| Outcome { test, wrong: Vec::new() };
     let mut outcomes: Vec<Outcome> = case.tests().into_iter().map(new).collect();
     for row in &table.rows {

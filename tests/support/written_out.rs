@@ -206,7 +206,7 @@ fn template(rng: &mut Rng, at: usize, before: &[Template], stages: bool) -> Temp
     let body = vec![format!("TMR late preset={}", rng.of(&["20ms", "50ms"]))];
     of.rungs.push(Entry::Rung { name: None, legs: vec![("when", when)], body });
     for n in 0..1 + rng.below(4) {
-        of.rungs.push(entry(rng, &names, before, (at, n)));
+        of.rungs.push(entry(rng, &names, before, EntryNumber { at, n }));
     }
     if stages {
         for (i, (stage, to)) in [("Open", "Shut"), ("Shut", "Open")].into_iter().enumerate() {
@@ -215,7 +215,8 @@ fn template(rng: &mut Rng, at: usize, before: &[Template], stages: bool) -> Temp
                 legs: vec![("when", vec![contact(rng, &names, 0)])],
                 body: vec![format!("JMP {to}")],
             };
-            let rungs = (10..12).map(|n| entry(rng, &names, before, (1000 * (i + 1), n)));
+            let rungs =
+                (10..12).map(|n| entry(rng, &names, before, EntryNumber { at: 1000 * (i + 1), n }));
             let rungs: Vec<Entry> = rungs.collect();
             of.stages.push((stage.to_owned(), rungs.into_iter().chain([jump]).collect()));
         }
@@ -223,7 +224,14 @@ fn template(rng: &mut Rng, at: usize, before: &[Template], stages: bool) -> Temp
     of
 }
 
-fn entry(rng: &mut Rng, names: &Names, before: &[Template], (at, n): (usize, usize)) -> Entry {
+/// The number of an entry: that of its template or part, and its own there.
+struct EntryNumber {
+    at: usize,
+    n: usize,
+}
+
+fn entry(rng: &mut Rng, names: &Names, before: &[Template], number: EntryNumber) -> Entry {
+    let EntryNumber { at, n } = number;
     if before.is_empty() || rng.below(3) > 0 {
         let mut entry = rung(rng, names, n);
         if let Entry::Rung { name: Some(name), .. } = &mut entry {
@@ -234,6 +242,13 @@ fn entry(rng: &mut Rng, names: &Names, before: &[Template], (at, n): (usize, usi
     let of = rng.below(before.len());
     let with = arguments(rng, &before[of], names);
     Entry::Use { of, name: format!("u{at}_{n}"), with }
+}
+
+/// A text to which rungs are added.
+struct WrittenRungs<'t> {
+    /// The header of a rung.
+    header: &'static str,
+    text: &'t mut String,
 }
 
 impl Case {
@@ -248,7 +263,7 @@ impl Case {
         let names = of_ladder();
         let mut main: Vec<Entry> = Vec::new();
         for n in 0..2 + rng.below(5) {
-            main.push(entry(&mut rng, &names, &templates, (99, n)));
+            main.push(entry(&mut rng, &names, &templates, EntryNumber { at: 99, n }));
         }
         let body = template(&mut rng, 50, &templates, true);
         let with = arguments(&mut rng, &body, &names);
@@ -338,15 +353,18 @@ impl Case {
         let mut text = "\n[[program]]\nname = \"Main\"\n".to_owned();
         text.push_str(GLOBAL_TIMER);
         let root = Scope::default();
-        self.entries(&self.main, &root, ("program.rung", &mut text), &mut out);
+        let mut rungs = WrittenRungs { header: "program.rung", text: &mut text };
+        self.entries(&self.main, &root, &mut rungs, &mut out);
         for (name, of, with) in &self.bodies {
             let _ = write!(text, "\n[[program]]\nname = \"{name}\"\nautostart = true\n");
             let scope = self.scope(*of, name, with, &root, &mut out);
             let template = &self.templates[*of];
-            self.entries(&template.rungs, &scope, ("program.rung", &mut text), &mut out);
-            for (stage, rungs) in &template.stages {
+            let mut rungs = WrittenRungs { header: "program.rung", text: &mut text };
+            self.entries(&template.rungs, &scope, &mut rungs, &mut out);
+            for (stage, entries) in &template.stages {
                 let _ = write!(text, "\n[[program.stage]]\nname = \"{stage}\"\n");
-                self.entries(rungs, &scope, ("program.stage.rung", &mut text), &mut out);
+                let mut rungs = WrittenRungs { header: "program.stage.rung", text: &mut text };
+                self.entries(entries, &scope, &mut rungs, &mut out);
             }
         }
         let mut watch: Vec<(String, String)> = Vec::new();
@@ -361,20 +379,14 @@ impl Case {
         (head(&out.tags) + &text, watch)
     }
 
-    fn entries(
-        &self,
-        entries: &[Entry],
-        scope: &Scope,
-        (header, text): (&str, &mut String),
-        out: &mut Out,
-    ) {
+    fn entries(&self, entries: &[Entry], scope: &Scope, rungs: &mut WrittenRungs, out: &mut Out) {
         for entry in entries {
             match entry {
                 Entry::Rung { legs, body, .. } => {
                     let words = |texts: &[String]| texts.iter().map(|t| scope.words(t)).collect();
                     let legs = legs.iter().map(|(leg, texts)| (*leg, words(texts))).collect();
                     let rung = Entry::Rung { name: None, legs, body: words(body) };
-                    write_entry(text, header, &rung);
+                    write_entry(rungs.text, rungs.header, &rung);
                 }
                 Entry::Use { of, name, with } => {
                     let whole = match scope.prefix.is_empty() {
@@ -382,7 +394,7 @@ impl Case {
                         false => format!("{}.{name}", scope.prefix),
                     };
                     let inner = self.scope(*of, &whole, with, scope, out);
-                    self.entries(&self.templates[*of].rungs, &inner, (header, &mut *text), out);
+                    self.entries(&self.templates[*of].rungs, &inner, rungs, out);
                 }
             }
         }

@@ -107,7 +107,7 @@ impl NamedAlarms<'_> {
         }
         let operand = self.view.names.find_one(text)?;
         let numbers = match operand.cell {
-            Cell::Bit(bit) => self.book.of_bit((self.latest.generation, bit)),
+            Cell::Bit(bit) => self.book.of_bit(self.latest.generation, bit),
             Cell::Word(_) => Vec::new(),
         };
         if numbers.is_empty() {

@@ -31,7 +31,8 @@ const THREAD_MAX: Duration = Duration::from_secs(10);
 /// # Errors
 /// The peer may not read the ladder, or the thread does not answer.
 pub(super) async fn recent(
-    (about, present): (&StatusFacts, &(dyn Fn() -> PresentOutputs + Sync)),
+    about: &StatusFacts,
+    present: &(dyn Fn() -> PresentOutputs + Sync),
     peer: &OperatorPeer,
     from: u64,
 ) -> RequestResult<Vec<u8>> {

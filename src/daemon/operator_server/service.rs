@@ -97,7 +97,7 @@ impl OperatorService {
             Request::Read { operands, each } => answered(self.read(operands, *each).await?),
             Request::Write { operand, value, for_user, from_page } => {
                 let asker = asker.acting_for(for_user.as_deref())?;
-                answered(self.write(&asker, operand, (value, *from_page)).await?)
+                answered(self.write(&asker, operand, value, *from_page).await?)
             }
             Request::Force { operand, value } => answered(self.force(asker, operand, value).await?),
             Request::Unforce { operand } => answered(self.unforce(asker, operand).await?),
@@ -127,7 +127,7 @@ impl OperatorService {
             }
             Request::Recording { from_section } => {
                 let (view, from) = (self.seen().1, from_section.unwrap_or(0));
-                record::recent((&view.about, &|| self.present()), peer, from).await
+                record::recent(&view.about, &|| self.present(), peer, from).await
             }
             Request::Metrics {} => answered(self.names().metrics()),
             Request::Names { prefix } => {

@@ -229,7 +229,7 @@ impl StatusFacts {
         let (book, now_ns) = (self.book(), monotonic_ns());
         let standing = self.alarms.iter().enumerate().filter(|(_, (cell, _))| latest.bit(*cell));
         let booked = |(number, (_, alarm)): (usize, &(BitCell, AlarmStatus))| {
-            let booked = book.standing((latest.generation, number), now_ns);
+            let booked = book.standing(latest.generation, number, now_ns);
             booked.unwrap_or_else(|| alarm.clone())
         };
         standing.map(booked).collect()

@@ -31,7 +31,8 @@ impl OperatorService {
         &self,
         asker: &PeerRequest,
         text: &str,
-        (given, from_page): (&GivenValue, bool),
+        given: &GivenValue,
+        from_page: bool,
     ) -> RequestResult<ChangedOperand> {
         let (before, view) = self.seen();
         let operand = view.names.find_one(text)?;

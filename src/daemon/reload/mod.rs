@@ -25,13 +25,13 @@ use tokio::time::timeout;
 pub(super) use caller::Caller;
 pub(super) use views::ProgramViews;
 
-use super::config::ControllerSetup;
+use super::config::{ControllerSetup, RunningProgram};
 use super::log;
 use super::systemd::{Systemd, SystemdNotice};
 use super::turns::Turns;
 use reading::FileReader;
 use ready::ReadyProgram;
-pub(super) use ready::RunningProgram;
+use report::SwappedSetups;
 use rungd_base::locked::locked;
 use rungd_client::operator::deadline;
 use rungd_client::operator::protocol::{RefusalKind, ReloadResult, RequestRefusal, RequestResult};
@@ -277,7 +277,7 @@ impl Reloads {
             let (bits, words, forces) = (&latest.bits, &latest.words, latest.forces.list());
             let seen =
                 OldMemory { layout: &setup.symbols.layout, bits, words, forces, passed: None };
-            let report = report::with_texts(&ready.plan, &seen, (&running.setup, setup));
+            let report = report::with_texts(&ready.plan, &seen, &running.setup, setup);
             let report = [report, settings].concat();
             let dry_run = true;
             return Ok(ReloadResult { dry_run, restart, ..self.reloaded(setup, report, None) });
@@ -458,8 +458,8 @@ impl Reloads {
         let trial = Probation::new(probation, swapped.mode);
         *on_trial = trial.map(|trial| (generation, trial));
         drop(on_trial);
-        let report = report::of_swap(&plan, package, &forces, (&old.setup, &running.setup));
-        let report = [report, request.settings].concat();
+        let setups = SwappedSetups { old: &old.setup, new: &running.setup };
+        let report = [report::of_swap(&plan, package, &forces, setups), request.settings].concat();
         let swap_us = Some(swapped.took_ns as f64 / 1000.0);
         let done = ReloadResult {
             restart: request.restart,

@@ -9,26 +9,20 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::daemon::config::{self, ControllerSetup, LoadWarning};
+use crate::daemon::config::{self, ControllerSetup, LoadWarning, RunningProgram};
 use crate::daemon::narration::Narration;
 use crate::daemon::systemd::fault_too_late;
 use rungd_base::duration_text::duration_text;
 use rungd_base::progress::Progress;
 use rungd_config::controller::device::Device;
+use rungd_engine::Engine;
 use rungd_engine::isa::Address;
-use rungd_engine::{self as engine, Engine};
 use rungd_io::modbus::settings::ModbusServerSettings;
 use rungd_io::plant::settings::InputRule;
 use rungd_language::source::render::Style;
 use rungd_runtime::exchange::Snapshot;
 use rungd_runtime::{CarriedWatches, Package, PackageParts, SafeState, Taped};
 use rungd_state::reload::{self, LoweredProgram, OTHER_DEVICES, OTHER_SIZES, ReloadPlan, WARNING};
-
-/// A program that is or was running, with its settings.
-pub(in crate::daemon) struct RunningProgram {
-    pub program: engine::EngineProgram,
-    pub setup: ControllerSetup,
-}
 
 /// A program that is ready for its swap.
 pub(super) struct ReadyProgram {

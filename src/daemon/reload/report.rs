@@ -6,13 +6,20 @@ use rungd_engine::Cell;
 use rungd_runtime::{Package, Taped};
 use rungd_state::reload::{FileTexts, OldMemory, ReloadPlan};
 
+/// The controllers before and after a swap.
+#[derive(Clone, Copy)]
+pub(super) struct SwappedSetups<'a> {
+    pub old: &'a ControllerSetup,
+    pub new: &'a ControllerSetup,
+}
+
 /// The report of a swap, made of the values before the swap and the image after the termination
 /// passes.
 pub(super) fn of_swap(
     plan: &ReloadPlan,
     package: &Package<Taped>,
     forces: &[Cell],
-    setups: (&ControllerSetup, &ControllerSetup),
+    setups: SwappedSetups,
 ) -> Vec<String> {
     let engine = package.machine.engine();
     let image = engine.image();
@@ -26,14 +33,15 @@ pub(super) fn of_swap(
     let passed = Some(image.bits());
     let layout = &engine.program().layout;
     let seen = OldMemory { layout, bits: &bits, words: &words, forces, passed };
-    with_texts(plan, &seen, setups)
+    with_texts(plan, &seen, setups.old, setups.new)
 }
 
 /// The report with the texts of the rungs in the files of the old and the new program.
 pub(super) fn with_texts(
     plan: &ReloadPlan,
     seen: &OldMemory<'_>,
-    (old, new): (&ControllerSetup, &ControllerSetup),
+    old: &ControllerSetup,
+    new: &ControllerSetup,
 ) -> Vec<String> {
     let (old, new) = (texts(old), texts(new));
     plan.report(seen, FileTexts { old: &old, new: &new })

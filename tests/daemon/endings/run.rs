@@ -81,7 +81,7 @@ pub struct Story {
 
 impl Outputs {
     fn of(changes: &[Change]) -> Outputs {
-        Outputs(POINTS.map(|point| of(changes, point)))
+        Outputs(POINTS.map(|(bank, address)| of(changes, bank, address)))
     }
 
     /// Whether the device's watchdog fired before the end: the machine delayed rungd for longer
@@ -100,7 +100,8 @@ impl Outputs {
     }
 }
 
-fn of(changes: &[Change], (bank, address): (&str, u64)) -> Vec<Change> {
+/// The changes of a point of the device.
+fn of(changes: &[Change], bank: &str, address: u64) -> Vec<Change> {
     let own = |change: &&Change| change.point.0 == bank && change.point.1 == address;
     changes.iter().filter(own).cloned().collect()
 }
@@ -210,8 +211,8 @@ pub fn play(way: Way) -> Story {
     let plain = watcher.seen(0, cause_us);
     let guarded = watcher.seen(1, cause_us);
     let (back, last, seen) = come_back(way, &mut watcher, &stage, &mut rungd);
-    let shown = |point| {
-        let all = [of(&guarded, point), of(&seen, point)].concat();
+    let shown = |(bank, address)| {
+        let all = [of(&guarded, bank, address), of(&seen, bank, address)].concat();
         all.iter().filter(|change| !change.by_watchdog).map(|change| change.value).collect()
     };
     let _ = rungd.child.kill();
@@ -273,7 +274,7 @@ pub fn play_away(way: Way, is_back: bool) -> Option<Away> {
 fn last_live(plain: &[Change]) -> f64 {
     let judged = |change: &&Change| POINTS.iter().any(|(b, a)| change.point == (b.to_string(), *a));
     let over_ms = plain.iter().find(judged).map_or(f64::INFINITY, |change| change.ms - 0.5);
-    let beats = of(plain, BEAT);
+    let beats = of(plain, BEAT.0, BEAT.1);
     beats.iter().rev().find(|beat| beat.ms < over_ms).map_or(0.0, |beat| beat.ms)
 }
 
@@ -333,7 +334,7 @@ fn come_back(way: Way, watcher: &mut Watcher, stage: &Stage, rungd: &mut Running
     sleep(AFTER_RETURN);
     let last = in_run(watcher, 0).map(Some);
     let (plain, guarded) = (watcher.seen(0, since_us), watcher.seen(1, since_us));
-    let beat_ms = of(&plain, BEAT).first().map_or(f64::NAN, |beat| beat.ms);
+    let beat_ms = of(&plain, BEAT.0, BEAT.1).first().map_or(f64::NAN, |beat| beat.ms);
     let is_output =
         |change: &&Change| POINTS.iter().any(|(b, a)| change.point == (b.to_string(), *a));
     let last_ms = |changes: &[Change]| changes.iter().rfind(is_output).map(|change| change.ms);

@@ -259,7 +259,12 @@ impl Oracle {
             }
             22 => {
                 fits(7)?;
-                let changes = self.mask(&tables[HOLDING], client, word(1), (word(3), word(5)))?;
+                let changes = self.mask(
+                    &tables[HOLDING],
+                    client,
+                    word(1),
+                    MaskWords { and: word(3), or: word(5) },
+                )?;
                 Ok((pdu.to_vec(), changes))
             }
             15 | 16 | 23 => self.ask_with_values(tables, client, pdu),
@@ -404,13 +409,7 @@ impl Oracle {
         Ok(changes)
     }
 
-    fn mask(
-        &self,
-        table: &Table,
-        by: Client,
-        at: usize,
-        masks: (usize, usize),
-    ) -> Result<Changes, u8> {
+    fn mask(&self, table: &Table, by: Client, at: usize, masks: MaskWords) -> Result<Changes, u8> {
         let places = self.places(table, at, 1)?;
         self.listed(&places, by)?;
         let (place, cell) = (places[0], &self.cells[places[0].cell]);
@@ -420,11 +419,17 @@ impl Oracle {
         if (place.from, place.to) != (cell.min, cell.max) {
             return Err(3);
         }
-        let (and, or) = (masks.0 as i64, masks.1 as i64);
+        let (and, or) = (masks.and as i64, masks.or as i64);
         let bits = cell.value.rem_euclid(65_536);
         let result = (bits & and) | (or & (65_535 - and));
         Ok(vec![(place.cell, if result > place.to { result - 65_536 } else { result })])
     }
+}
+
+/// The words of a mask write.
+struct MaskWords {
+    and: usize,
+    or: usize,
 }
 
 /// Checks that a quantity is between 1 and `most`.

@@ -9,11 +9,11 @@
 mod claims;
 pub mod device;
 mod doubts;
+mod exchanged_operands;
 pub mod log;
 pub(crate) mod modbus_server;
 pub mod operator;
 mod outputs;
-mod outside;
 pub(crate) mod realtime;
 pub mod record;
 mod resolver;

@@ -5,7 +5,7 @@
 //! types of [`answer`].
 
 pub mod answer;
-mod outside;
+mod controller_uses;
 #[cfg(test)]
 mod tests;
 pub mod text;
@@ -96,8 +96,8 @@ impl<'a> CrossReferenceIndex<'a> {
             self.tests.iter().filter(|(_, touched)| touches(touched)).map(|(touch, _)| *touch);
         let (mut outside, mut kept) = (Vec::new(), false);
         if let Some(controller) = self.controller {
-            outside = outside::of(controller, &wanted.addresses, self.subject);
-            kept = outside::is_retained(controller, &wanted.addresses);
+            outside = controller_uses::of(controller, &wanted.addresses, self.subject);
+            kept = controller_uses::is_retained(controller, &wanted.addresses);
         }
         CrossReference {
             name: wanted.name.clone(),

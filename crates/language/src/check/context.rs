@@ -22,7 +22,7 @@ pub use rungd_engine::isa::{
     Structure, Word,
 };
 
-use super::outside::OutsideOperands;
+use super::outside_operands::OutsideOperands;
 
 /// The data that a check uses in addition to the program.
 #[derive(Clone, Copy)]

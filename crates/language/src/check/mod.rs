@@ -6,8 +6,8 @@
 //! place, and the text to write instead). All rules run, even if other rules have findings.
 
 pub use context::CheckInputs;
-pub use outside::OutsideOperands;
-pub use outside::OutsideRead;
+pub use outside_operands::OutsideOperands;
+pub use outside_operands::OutsideRead;
 
 use crate::resolve::program::Program;
 use crate::source::finding::{Code, Finding};
@@ -37,7 +37,7 @@ mod never_written;
 mod never_written_outside;
 mod out_elsewhere;
 mod out_lost_on_jump_back;
-mod outside;
+mod outside_operands;
 mod owned_twice;
 mod reach;
 mod reset_never_set;

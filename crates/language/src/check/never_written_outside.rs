@@ -22,7 +22,7 @@ use rungd_engine::isa::{Address, Bit, BitSpace, NumberRange, NumberRanges, Numbe
 use super::context::Context;
 use super::names::owner_of;
 use super::never_written::{always, is_always_written, setting};
-use super::outside::OutsideRead;
+use super::outside_operands::OutsideRead;
 use super::usage::{reads, structure_of, writes};
 use super::writers::is_writable;
 
