@@ -194,9 +194,9 @@ fn a_warning_about_a_setting_has_a_fix() {
 }
 
 #[test]
-fn a_sum_in_contacts_is_moved_to_its_own_rung_and_tag() {
+fn an_operator_on_bits_in_a_contact_is_moved_to_its_own_rung_and_tag() {
     let text = "[[program]]\nname = \"Main\"\n\n[[program.rung]]\nwhen = [\"X1\", \
-                \"D0 / 2 == 1\"]\ndo = [\"OUT Y0\", \"MOVE 4 to=D0\"]\n";
+                \"(D0 & 2) == 1\"]\ndo = [\"OUT Y0\", \"MOVE 4 to=D0\"]\n";
     let title = "Declare `result = { type = \"int\" }` and write `result == 1`";
     expect_test::expect![[r#"
         [tags]
@@ -207,13 +207,13 @@ fn a_sum_in_contacts_is_moved_to_its_own_rung_and_tag() {
 
         [[program.rung]]
         when = ["$On"]
-        do   = ["MATH result = D0 / 2"]
+        do   = ["MATH result = D0 & 2"]
 
         [[program.rung]]
         when = ["X1", "result == 1"]
         do = ["OUT Y0", "MOVE 4 to=D0"]
     "#]]
-    .assert_eq(&repaired("b.toml", text, "in a contact", title));
+    .assert_eq(&repaired("b.toml", text, "of a contact", title));
 }
 
 #[test]

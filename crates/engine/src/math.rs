@@ -30,9 +30,19 @@ pub struct Math {
     pub put: MathTarget,
     /// The accumulator that holds its result.
     pub result: Accumulator,
-    /// Whether it stands for a different instruction with an element of an array. Such a MATH turns
-    /// only the status bit of an index error ON.
-    pub quiet: bool,
+    /// The mishaps that it reports.
+    pub reports: MathReports,
+}
+
+/// The mishaps whose status bits a MATH turns ON, and that it reports.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MathReports {
+    /// All: a MATH of the ladder.
+    All,
+    /// Index errors alone: a different instruction with an element of an array.
+    IndexError,
+    /// None: a contact that computes.
+    Nothing,
 }
 
 /// The target of a MATH.
@@ -212,7 +222,11 @@ impl Math {
         noted: Mishaps,
         report: &mut impl FnMut(u32, Mishaps),
     ) {
-        let noted = if self.quiet { noted.of_index() } else { noted };
+        let noted = match self.reports {
+            MathReports::All => noted,
+            MathReports::IndexError => noted.of_index(),
+            MathReports::Nothing => return,
+        };
         if noted.is_empty() {
             return;
         }
@@ -238,6 +252,8 @@ impl FieldRole for Math {
             MathTarget::At(at) => at.touches(t),
             MathTarget::Index(word) => word.touches(t),
         }
-        t.bits_written.extend(t.formulas.mishaps());
+        if self.reports != MathReports::Nothing {
+            t.bits_written.extend(t.formulas.mishaps());
+        }
     }
 }

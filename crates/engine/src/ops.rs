@@ -11,7 +11,7 @@ use std::ops::Range;
 
 pub use super::array_places::{ArrayLimits, ArrayTarget, ElementType, ShiftState, WordForm};
 pub use super::control::{Control, ControlKind, RestartState, StageList};
-pub use super::math::{Math, MathTarget};
+pub use super::math::{Math, MathReports, MathTarget};
 use super::memory::MemoryView;
 pub use super::places::{
     AnyTarget, AnyWord, Counter, CounterRule, Sensaphone, Timer, TimerRule, UdcPresets, WordTarget,

@@ -26,6 +26,12 @@ impl Sim<'_> {
                 if *rising { self.edge(*history, on) } else { self.falling_edge(*history, on) }
             }
             Contact::Compare(left, compare, right) => self.compare(*left, *compare, *right),
+            Contact::Computed(expr) => {
+                self.quiet = true;
+                let on = self.is_true(expr);
+                self.quiet = false;
+                on
+            }
             Contact::Not(inner) => !self.contact(inner),
             Contact::All(items) => self.contacts(items).iter().all(|on| *on),
             Contact::Any(items) => self.contacts(items).iter().any(|on| *on),

@@ -21,6 +21,9 @@ impl Array {
 
 impl Sim<'_> {
     pub fn wrong_index(&mut self) {
+        if self.quiet {
+            return;
+        }
         self.memory.put_bit(Loc::whole(Area::St, INDEX_ERROR), true);
     }
 

@@ -1,5 +1,6 @@
 //! Contacts: a recursive descent over the grammar of a leg.
 
+use super::math_read;
 use super::names::Names;
 use super::program::{Compare, Contact};
 
@@ -77,6 +78,11 @@ impl Reader<'_> {
         if self.take("!") {
             return Ok(Contact::Not(Box::new(self.one()?)));
         }
+        if let Some(end) = self.computed_end() {
+            let (text, rest) = self.rest.split_at(end);
+            self.rest = rest;
+            return Ok(Contact::Computed(Box::new(math_read::expression(text, self.names)?)));
+        }
         if self.take("(") {
             let inner = self.any()?;
             return self.close(inner);
@@ -99,6 +105,39 @@ impl Reader<'_> {
             Some((array, index)) => Contact::Element(array, index),
             None => Contact::Bit(self.names.place(&word)?),
         })
+    }
+
+    /// The length of the next item if it computes: a compare with an operator, a call or an
+    /// expression as an index, a compare of two bits, or a bit with an expression as an index.
+    fn computed_end(&mut self) -> Option<usize> {
+        self.skip();
+        let (mut depth, mut end, mut compare) = (0, self.rest.len(), None);
+        for (at, c) in self.rest.char_indices() {
+            match c {
+                '(' | '[' => depth += 1,
+                ']' => depth -= 1,
+                ')' if depth > 0 => depth -= 1,
+                ')' => {
+                    end = at;
+                    break;
+                }
+                '&' | '|' if depth == 0 => {
+                    end = at;
+                    break;
+                }
+                '<' | '>' | '=' if depth == 0 => compare = compare.or(Some(at)),
+                _ => {}
+            }
+        }
+        let item = &self.rest[..end];
+        let Some(compare) = compare else {
+            let index = item.split_once('[').filter(|(name, _)| !name.contains('('))?.1;
+            return index.contains(['+', '*', '/', '%', '(', ' ']).then_some(end);
+        };
+        let left = item[..compare].trim_end_matches('!').trim();
+        let is_bit = matches!(self.names.place(left), Ok(loc) if loc.range() == (0, 1));
+        let computes = item.contains(['+', '*', '/', '%', '(']) || item.contains(" - ");
+        (computes || is_bit).then_some(end)
     }
 
     fn close(&mut self, contact: Contact) -> Result<Contact, String> {

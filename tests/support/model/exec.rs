@@ -43,6 +43,8 @@ pub struct Sim<'a> {
     /// The block that is executing, and whether it has ended itself.
     current: usize,
     ended: bool,
+    /// Whether contacts are computed, which touch no status bit.
+    pub quiet: bool,
 }
 
 impl<'a> Sim<'a> {
@@ -70,6 +72,7 @@ impl<'a> Sim<'a> {
             stop_asked: false,
             current: 0,
             ended: false,
+            quiet: false,
         };
         for (number, block) in program.blocks.iter().enumerate() {
             let builtin = matches!(block.kind, Kind::FirstScan | Kind::TopOfScan);
@@ -388,7 +391,10 @@ impl<'a> Sim<'a> {
             Contact::All(items) | Contact::Any(items) => {
                 items.iter().for_each(|item| self.forget_contact(item));
             }
-            Contact::Bit(_) | Contact::Element(..) | Contact::Compare(..) => {}
+            Contact::Bit(_)
+            | Contact::Element(..)
+            | Contact::Compare(..)
+            | Contact::Computed(_) => {}
         }
     }
 }

@@ -44,15 +44,67 @@ impl Pool {
         if name.contains([',', '[']) { address.to_string() } else { name }
     }
 
+    /// A compare with an expression on at least one side, or of two bits.
+    pub fn computed_compare(&mut self) -> String {
+        let operator = *self.rng.pick(&["==", "!=", "<", "<=", ">", ">="]);
+        if self.rng.chance(12) {
+            return format!("{} {operator} {}", self.plain_bit(), self.plain_bit());
+        }
+        self.in_contact = true;
+        let computed = self.contact_side();
+        let other = match self.rng.chance(50) {
+            true => self.contact_side(),
+            false => {
+                let other = self.any_value();
+                if other.contains([',', '-', '[']) { "3".to_string() } else { other }
+            }
+        };
+        self.in_contact = false;
+        match self.rng.chance(50) {
+            true => format!("{computed} {operator} {other}"),
+            false => format!("{other} {operator} {computed}"),
+        }
+    }
+
+    /// A bit of an array whose index is an expression.
+    pub fn computed_bit(&mut self) -> Option<String> {
+        self.in_contact = true;
+        let bit = self.math_element(&["C", "X"], Pool::index);
+        self.in_contact = false;
+        bit
+    }
+
+    fn plain_bit(&mut self) -> String {
+        let bit = self.bit();
+        if bit.contains([',', '-', '[']) { "$On".to_string() } else { bit }
+    }
+
+    /// An expression that is more than a bit.
+    fn contact_side(&mut self) -> String {
+        let depth = 1 + self.rng.below(3);
+        match self.rng.weighted(&[20, 55, 25]) {
+            0 => format!("-({})", self.formula(depth, Wanted::Any)),
+            1 => {
+                let signs = ["+", "-", "*", "/", "%", "+", "-", "**"];
+                self.joined(depth, Wanted::Any, &signs)
+            }
+            _ => self.called(depth, Wanted::Any),
+        }
+    }
+
     fn formula(&mut self, depth: usize, wanted: Wanted) -> String {
         if depth == 0 {
             return self.formula_leaf(wanted);
         }
         let any = usize::from(wanted == Wanted::Any);
-        match self.rng.weighted(&[15, 10, 30, 12, 12, 6, 9, 6 * any, 4 * any]) {
+        // Contacts have no operators on bits, compares, `&&` and `||`.
+        let math = usize::from(!self.in_contact);
+        let weights = [15, 10, 30, 12 * math, 12 * math, 6 * math, 9, 6 * any, 4 * any];
+        match self.rng.weighted(&weights) {
             0 => self.formula_leaf(wanted),
             1 => {
-                let sign = *self.rng.pick(&["-", "-", "!", "~"]);
+                let signs = ["-", "-", "!", "~"];
+                let sign = *self.rng.pick(&signs[..if self.in_contact { 2 } else { 4 }]);
                 let inner = if sign == "~" { Wanted::Integer } else { wanted };
                 format!("{sign}({})", self.formula(depth - 1, inner))
             }
@@ -83,7 +135,7 @@ impl Pool {
         let (left, right) = (self.formula(depth - 1, wanted), self.formula(depth - 1, wanted));
         let plain = ["+", "-", "*", "/", "%", "**", "&&", "||", "&", "|", "^"].contains(&sign);
         if plain && self.rng.chance(50) {
-            let space = if self.rng.chance(60) { " " } else { "" };
+            let space = if self.in_contact || self.rng.chance(60) { " " } else { "" };
             let text = format!("{left}{space}{sign}{space}{right}");
             // Next to operators on bits, a real must be in parentheses.
             return if ["&", "|", "^", "&&", "||"].contains(&sign) {

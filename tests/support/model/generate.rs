@@ -33,6 +33,7 @@ pub fn generate(seed: u64) -> Case {
         arrays: Vec::new(),
         typed: Vec::new(),
         block_bits: Vec::new(),
+        in_contact: false,
     };
     let tags = tags(&mut pool);
     let mut blocks = plan_blocks(&mut pool);

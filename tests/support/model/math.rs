@@ -113,6 +113,9 @@ impl Sim<'_> {
     }
 
     fn note(&mut self, bit: usize) {
+        if self.quiet {
+            return;
+        }
         self.memory.put_bit(Loc::whole(Area::St, bit), true);
     }
 
@@ -139,6 +142,10 @@ impl Sim<'_> {
         }
         let single = single.clamp(f32::MIN, f32::MAX);
         Number::Real(if single == 0.0 { 0.0 } else { f64::from(single) })
+    }
+
+    pub fn is_true(&mut self, expr: &Expr) -> bool {
+        self.number(expr).is_true()
     }
 
     fn number(&mut self, expr: &Expr) -> Number {

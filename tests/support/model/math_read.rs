@@ -27,16 +27,17 @@ pub fn read(text: &str, names: &Names) -> Result<(Target, Expr), String> {
         depth += i32::from(c == '[') - i32::from(c == ']');
         c == '=' && depth == 0
     });
-    let (target, expression) = text.split_at(end.ok_or("MATH without `=`")?);
-    let target = match expression_of(target, names)? {
+    let (target, behind) = text.split_at(end.ok_or("MATH without `=`")?);
+    let target = match expression(target, names)? {
         Expr::At(loc) => Target::At(loc),
         Expr::Element(array, index) => Target::Element(array, *index),
         other => return Err(format!("{other:?} is no target")),
     };
-    Ok((target, expression_of(&expression[1..], names)?))
+    Ok((target, expression(&behind[1..], names)?))
 }
 
-fn expression_of(text: &str, names: &Names) -> Result<Expr, String> {
+/// Reads an expression.
+pub fn expression(text: &str, names: &Names) -> Result<Expr, String> {
     let mut reader = Reader { words: words(text), at: 0, names };
     let expr = reader.level(0)?;
     match reader.words.get(reader.at) {

@@ -87,6 +87,8 @@ pub struct Pool {
     pub typed: Vec<(&'static str, &'static str)>,
     /// The bits of blocks: Stages, `.Running`, `.Done`.
     pub block_bits: Vec<String>,
+    /// Whether the expression is drawn for a contact.
+    pub in_contact: bool,
 }
 
 impl Pool {
@@ -277,6 +279,9 @@ impl Pool {
     }
 
     fn compare(&mut self) -> Expr {
+        if self.rng.chance(35) {
+            return Expr::Compare(self.computed_compare());
+        }
         let (left, right) = match self.rng.chance(90) {
             true => (self.any_word(), self.any_value()),
             false => (self.any_value(), self.any_word()),
@@ -287,11 +292,12 @@ impl Pool {
     }
 
     fn leaf(&mut self) -> Expr {
-        match self.rng.weighted(&[70, 9, 7, 14]) {
+        match self.rng.weighted(&[68, 9, 7, 14, 2]) {
             0 => Expr::Leaf(self.bit()),
             1 => Expr::Leaf(format!("rise({})", self.bit())),
             2 => Expr::Leaf(format!("fall({})", self.bit())),
-            _ => self.compare(),
+            3 => self.compare(),
+            _ => Expr::Leaf(self.computed_bit().unwrap_or_else(|| self.bit())),
         }
     }
 

@@ -56,6 +56,8 @@ pub enum Contact {
         history: usize,
     },
     Compare(Value, Compare, Value),
+    /// A compare that computes, or a bit whose index does: ON unless it is 0.
+    Computed(Box<Expr>),
     Not(Box<Contact>),
     All(Vec<Contact>),
     Any(Vec<Contact>),

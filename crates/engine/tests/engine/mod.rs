@@ -2,6 +2,7 @@
 
 mod arrays;
 mod columns;
+mod computed;
 mod events;
 mod forces;
 mod formatted;

@@ -7,6 +7,7 @@ use serde::{Serialize, Serializer};
 
 use rungd_config::controller::OutputState;
 use rungd_engine::Cell;
+use rungd_language::lower::formula_value::FormulaNumber;
 use rungd_runtime::Origin;
 use rungd_runtime::exchange::Mode;
 
@@ -53,23 +54,6 @@ pub struct LastChange {
     /// The cause of the change, with the reasons at that time. `None` for a word, and for a bit if
     /// the same instruction wrote it in the last scan for the same reasons.
     pub cause: Option<Cause>,
-}
-
-/// The limits of an answer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Limits {
-    /// The number of steps from the operand to reasons of reasons; 0: only the write.
-    pub depth: u32,
-    /// The maximum number of operands that are explained.
-    pub nodes: u32,
-    /// Whether to search for the last change of the operand, and for edits that would change it.
-    pub change: bool,
-}
-
-impl Default for Limits {
-    fn default() -> Limits {
-        Limits { depth: 3, nodes: 60, change: true }
-    }
 }
 
 /// A scan and its time.
@@ -372,6 +356,13 @@ pub enum ContactDetail {
         sides: [ExplainedValue; 2],
         /// Whether left and right are reals.
         real: [bool; 2],
+    },
+    /// A contact that computes.
+    Computed {
+        /// The values of a compare's sides, left and right; none of a bit.
+        sides: Vec<FormulaNumber>,
+        /// The bits and words that it reads, each with its value.
+        operands: Vec<ExplainedOperand>,
     },
     /// An edge: when it was ON last, and the contacts within it.
     Edge {

@@ -5,11 +5,12 @@ use super::answer::{
     Write,
 };
 use super::inquiry::{ExplainedWrite, FoundStep, FoundWrite, FoundWriter, Inquiry};
-use super::leaves::{SeenValue, is_status, side};
+use super::leaves::is_status;
 use super::operands::structure;
 use super::past::{self, TapeMoment};
 use super::reasons::TOLD_MAX;
 use super::replay::{Changed, SEARCHED_MAX};
+use super::seen_values::{SeenValue, side};
 use rungd_engine::isa::status::st;
 use rungd_engine::isa::{Address, Bit, BitSpace, BlockId, Flag, Structure, Word};
 use rungd_engine::{Cell, EngineCall, ScanStep};

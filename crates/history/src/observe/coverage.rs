@@ -185,7 +185,9 @@ fn is_constant(contact: &Contact) -> bool {
         Contact::Bit(Bit::Space(BitSpace::St, n), _) => [st::ON, st::OFF].contains(n),
         Contact::Not(inner, _) | Contact::Edge(_, inner, _) => is_constant(inner),
         Contact::All(items, _) | Contact::Any(items, _) => items.iter().all(is_constant),
-        Contact::Bit(..) | Contact::Element(..) | Contact::Compare(..) => false,
+        Contact::Bit(..) | Contact::Element(..) | Contact::Compare(..) | Contact::Computed(..) => {
+            false
+        }
     }
 }
 

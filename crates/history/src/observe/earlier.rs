@@ -89,6 +89,9 @@ fn of_contact<'n>(contact: &'n mut ContactSeen, depth: u32, into: &mut Vec<Ended
         ContactDetail::Compare { sides, real: _ } => {
             sides.iter_mut().for_each(|side| of_followed(&mut side.followed, depth, into));
         }
+        ContactDetail::Computed { operands, sides: _ } => {
+            operands.iter_mut().for_each(|read| of_followed(&mut read.followed, depth, into));
+        }
         ContactDetail::Edge { inner, .. } => {
             inner.iter_mut().for_each(|contact| of_contact(contact, depth, into));
         }

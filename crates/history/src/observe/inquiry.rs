@@ -3,10 +3,12 @@
 //! `causes` and `reasons` turn the write into data; `change` tries edits that would change the
 //! value.
 
-use super::answer::{Limits, TapeEnd};
-use super::leaves::{LeafSeen, SeenValue};
+use super::answer::TapeEnd;
+use super::leaves::LeafSeen;
+use super::limits::Limits;
 use super::past::TapeMoment;
 use super::replay::{Changed, Replay, SEARCHED_MAX};
+use super::seen_values::SeenValue;
 use super::slice_run::CellChange;
 use super::subject::Subject;
 use super::watch::{DecidingStep, Watch};

@@ -12,6 +12,7 @@ use super::answer::{
 };
 use rungd_config::controller::OutputState;
 use rungd_engine::isa::Real;
+use rungd_language::lower::formula_value::FormulaNumber;
 use rungd_runtime::Origin;
 
 impl Explanation {
@@ -179,9 +180,26 @@ fn contact_detail(detail: &ContactDetail) -> Value {
             };
             json!({ "kind": "compare", "left": side(0), "right": side(1) })
         }
+        ContactDetail::Computed { sides, operands } => {
+            let side = |at: usize| sides.get(at).map(computed_number);
+            let operands: Vec<Value> = operands.iter().map(operand_read).collect();
+            json!({
+                "kind": "computed",
+                "left": side(0),
+                "right": side(1),
+                "operands": operands,
+            })
+        }
         ContactDetail::Edge { last, inner_on, inner } => {
             json!({ "kind": "edge", "last": last, "of_on": inner_on, "of": inner })
         }
+    }
+}
+
+fn computed_number(number: &FormulaNumber) -> Value {
+    match number {
+        FormulaNumber::Integer(number) => json!(number),
+        FormulaNumber::Real(number) => json!(number),
     }
 }
 

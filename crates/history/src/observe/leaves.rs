@@ -1,13 +1,15 @@
 //! The contacts of a part of a rung, with their states when the rung was executed.
 
 use super::logic::{Leaves, Logic};
+use super::operands;
+use super::seen_values::{SeenValue, select, side};
 use super::subject::Subject;
 use rungd_engine::isa::status::st;
 use rungd_engine::isa::{Address, Bit, BitSpace, LegName, Word, WordSpace};
 use rungd_engine::ops::Power;
 use rungd_engine::{Cell, Image};
-use rungd_language::resolve::array::ArrayElement;
-use rungd_language::resolve::program::{Contact, Value};
+use rungd_language::lower::formula_value::{CellFormula, FormulaNumber};
+use rungd_language::resolve::program::Contact;
 
 /// The state of a contact.
 #[derive(Clone, Debug)]
@@ -18,35 +20,13 @@ pub(super) struct LeafSeen {
     pub power: Power,
     /// Whether it was ON.
     pub on: bool,
-    /// For a compare, left and right; for an element, the index.
+    /// For a compare, left and right; for an element, the index; for a contact that computes, the
+    /// bits and words that it reads.
     pub sides: Vec<SeenValue>,
     /// The bit of an element; `None` if the index is outside of the array.
     pub selected: Option<Cell>,
-}
-
-/// A value in a contact or an instruction.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct SeenValue {
-    /// The content of its cell, or the constant.
-    pub value: i32,
-    /// Its cell; `None` for a constant, and for an element outside of its array.
-    pub cell: Option<Cell>,
-    /// Whether it is a real.
-    pub real: bool,
-    /// Whether it is a 0 that a sum or an OR adds.
-    pub adds_nothing: bool,
-}
-
-impl SeenValue {
-    /// A constant.
-    pub fn constant(value: i32, real: bool) -> SeenValue {
-        SeenValue { value, cell: None, real, adds_nothing: false }
-    }
-
-    /// The content of a cell.
-    pub fn of(cell: Cell, value: i32, real: bool) -> SeenValue {
-        SeenValue { value, cell: Some(cell), real, adds_nothing: false }
-    }
+    /// For a compare that computes, the values of its sides.
+    pub computed: Vec<FormulaNumber>,
 }
 
 /// A leg: its contacts as one boolean expression over the leaves of its part.
@@ -99,7 +79,8 @@ pub(super) fn look(subject: &Subject, part: u32, step: u32, image: &Image) -> Ve
     let all = leaves.contacts.iter().zip(powers(subject, part)).zip(on);
     all.map(|((contact, power), on)| {
         let (sides, selected) = values(subject, contact, image);
-        LeafSeen { step, power: *power, on, sides, selected }
+        let computed = computed(subject, contact, image);
+        LeafSeen { step, power: *power, on, sides, selected, computed }
     })
     .collect()
 }
@@ -113,6 +94,16 @@ fn values(subject: &Subject, contact: &Contact, image: &Image) -> (Vec<SeenValue
             let (index, bit) = select(subject, *element, image);
             (vec![index], bit)
         }
+        Contact::Computed(computed, _) => {
+            let read = computed.formulas().flat_map(|each| operands::formula(subject, each, image));
+            let mut sides: Vec<SeenValue> = Vec::new();
+            for side in read {
+                if !sides.iter().any(|other| other.cell == side.cell) {
+                    sides.push(side);
+                }
+            }
+            (sides, None)
+        }
         Contact::Bit(..)
         | Contact::Not(..)
         | Contact::All(..)
@@ -121,37 +112,15 @@ fn values(subject: &Subject, contact: &Contact, image: &Image) -> (Vec<SeenValue
     }
 }
 
-/// A value in an image.
-pub(super) fn side(subject: &Subject, value: Value, image: &Image) -> SeenValue {
-    let real = value.is_real();
-    match value {
-        Value::Const(value, _) => SeenValue::constant(value, real),
-        Value::Real(value) => SeenValue::constant(value.cell(), real),
-        Value::Word(at) => word(subject, at, image),
-        Value::Element(element) => {
-            let cell = select(subject, element, image).1;
-            let value = cell.map_or(0, |cell| image.value(cell));
-            SeenValue { cell, ..SeenValue::constant(value, real) }
-        }
+/// The values of the sides of a compare that computes.
+fn computed(subject: &Subject, contact: &Contact, image: &Image) -> Vec<FormulaNumber> {
+    let Contact::Computed(computed, _) = contact else { return Vec::new() };
+    if computed.compare.is_none() {
+        return Vec::new();
     }
-}
-
-/// A word in an image.
-pub(super) fn word(subject: &Subject, word: Word, image: &Image) -> SeenValue {
-    let cell = Cell::Word(subject.symbols.layout.word(word));
-    SeenValue::of(cell, image.value(cell), word.is_real())
-}
-
-/// The word that selects an element, and the selected cell.
-pub(super) fn select(
-    subject: &Subject,
-    element: ArrayElement,
-    image: &Image,
-) -> (SeenValue, Option<Cell>) {
-    let index = word(subject, element.index, image);
-    let at = u32::try_from(index.value).ok().filter(|at| *at < element.array.count);
-    let cell = at.and_then(|at| subject.symbols.layout.cell(element.array.element(at)));
-    (index, cell)
+    let layout = &subject.symbols.layout;
+    let value = |formula| CellFormula::new(formula, layout).value(image).number;
+    computed.formulas().map(value).collect()
 }
 
 /// Whether the start of a scan writes an address.

@@ -40,9 +40,10 @@ impl<'p> Leaves<'p> {
                 let inner = self.add(of);
                 self.leaf(contact, Some(inner))
             }
-            Contact::Bit(..) | Contact::Element(..) | Contact::Compare(..) => {
-                self.leaf(contact, None)
-            }
+            Contact::Bit(..)
+            | Contact::Element(..)
+            | Contact::Compare(..)
+            | Contact::Computed(..) => self.leaf(contact, None),
         }
     }
 

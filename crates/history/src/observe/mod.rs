@@ -20,6 +20,7 @@ mod idle;
 mod inquiry;
 mod json;
 mod leaves;
+mod limits;
 mod logic;
 mod names;
 mod operands;
@@ -31,6 +32,7 @@ mod replay;
 mod restarts;
 mod rung_words;
 mod section_log;
+mod seen_values;
 mod slice_run;
 mod step_numbers;
 mod subject;
@@ -45,11 +47,12 @@ mod why;
 
 pub use answer::{
     About, BlockPlace, Cause, ContactDetail, ContactSeen, Cut, Edit, Explanation, Followed,
-    Hindrance, Idle, LastChange, LegSeen, Limits, Node, OperandName, Place, Remedy, Restart,
-    RungName, SearchEnd, Since, Stop, TapeEnd, When, Write,
+    Hindrance, Idle, LastChange, LegSeen, Node, OperandName, Place, Remedy, Restart, RungName,
+    SearchEnd, Since, Stop, TapeEnd, When, Write,
 };
 pub use changes::CellChanged;
 pub use coverage::{ContactCoverage, CoverageRun, LadderCoverage, PartCoverage, SeenStates};
+pub use limits::Limits;
 pub use past::{EarlierPast, Past, QuestionTime, WhyRefusal};
 pub use power::{PartContacts, PowerRun, ScanPower};
 pub use subject::Subject;

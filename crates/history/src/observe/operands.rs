@@ -1,7 +1,7 @@
 //! The words and bits that an instruction reads in addition to its contacts, to compute the value
 //! of a cell.
 
-use super::leaves::{SeenValue, select, side, word};
+use super::seen_values::{SeenValue, select, side, word};
 use super::subject::Subject;
 use rungd_engine::isa::function::Function;
 use rungd_engine::isa::{Bit, OperandKind, OperandRole, Structure};
@@ -56,7 +56,7 @@ pub(super) fn operands(
 }
 
 /// The words and bits of an expression, each once.
-fn formula(subject: &Subject, formula: &Formula, image: &Image) -> Vec<SeenValue> {
+pub(super) fn formula(subject: &Subject, formula: &Formula, image: &Image) -> Vec<SeenValue> {
     let mut read: Vec<SeenValue> = Vec::new();
     let layout = &subject.symbols.layout;
     let added = added(formula);

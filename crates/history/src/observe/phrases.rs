@@ -4,6 +4,7 @@ use super::answer::{
     Cause, Edit, LastChange, OperandName, Place, RungName, Since, Stop, TapeEnd, When, Write,
 };
 use rungd_engine::isa::Real;
+use rungd_language::lower::formula_value::FormulaNumber;
 use rungd_runtime::Origin;
 
 /// Writes times relative to the time of the question.
@@ -233,21 +234,36 @@ pub(super) struct ComparedSide<'a> {
 /// The sides of a compare with their values: `level = 80, least = 100`. A side that is a number is
 /// left out.
 pub(super) fn sides_text(text: &str, sides: [ComparedSide; 2]) -> String {
-    let is_sign = |char: char| "<>=!".contains(char);
-    let (left, right) = text.split_once(is_sign).unwrap_or((text, ""));
-    let written = [left, right.trim_start_matches(is_sign)].map(str::trim);
-    let is_number =
-        |text: &str| text.starts_with(|char: char| char.is_ascii_digit() || char == '-');
     let mut all = Vec::new();
-    for (written, ComparedSide { value, operand, is_real }) in written.into_iter().zip(sides) {
+    for (written, ComparedSide { value, operand, is_real }) in written_sides(text).zip(sides) {
         match operand {
             Some(operand) => all.push(format!("{} = {}", operand.name, value_text(operand, value))),
-            None if written.is_empty() || is_number(written) => {}
+            None if is_number(written) => {}
             None if is_real => all.push(format!("{written} = {}", Real::of_cell(value))),
             None => all.push(format!("{written} = {value}")),
         }
     }
     all.join(", ")
+}
+
+/// The sides of a compare that computes, with their values: `level * 2 = 80, least + 1 = 101`.
+pub(super) fn computed_text(text: &str, sides: &[FormulaNumber]) -> String {
+    let shown = written_sides(text).zip(sides).filter(|(written, _)| !is_number(written));
+    shown.map(|(written, value)| format!("{written} = {value}")).collect::<Vec<_>>().join(", ")
+}
+
+/// The texts of a compare's sides.
+fn written_sides(text: &str) -> impl Iterator<Item = &str> {
+    let is_sign = |char: char| "<>=!".contains(char);
+    let (left, right) = text.split_once(is_sign).unwrap_or((text, ""));
+    [left, right.trim_start_matches(is_sign)].into_iter().map(str::trim)
+}
+
+/// Whether the text of a side shows its value, or is empty.
+fn is_number(text: &str) -> bool {
+    let begins = text.trim_start_matches('-').bytes().next();
+    let computes = text.contains(['+', '*', '/', '%', '(']) || text.contains(" - ");
+    begins.is_none_or(|byte| byte.is_ascii_digit()) && !computes
 }
 
 pub(super) fn edit_text(edit: &Edit) -> String {

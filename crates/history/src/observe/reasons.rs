@@ -7,10 +7,11 @@ use super::answer::{
     OperandName,
 };
 use super::inquiry::Inquiry;
-use super::leaves::{LeafSeen, LegLogic, SeenValue, legs};
+use super::leaves::{LeafSeen, LegLogic, legs};
 use super::logic::{Leaves, Logic};
 use super::past::TapeMoment;
 use super::replay::{Changed, SEARCHED_MAX};
+use super::seen_values::SeenValue;
 use rungd_engine::{BitCell, Cell};
 pub use rungd_language::resolve::program::{self, Comparison};
 
@@ -114,6 +115,7 @@ impl Inquiry<'_> {
             program::Contact::Edge(..) => vec![Cell::Bit(BitCell(seen.power.cell()))],
             program::Contact::Element(..)
             | program::Contact::Compare(..)
+            | program::Contact::Computed(..)
             | program::Contact::Not(..)
             | program::Contact::All(..)
             | program::Contact::Any(..) => {
@@ -146,6 +148,7 @@ impl Inquiry<'_> {
             on: false,
             sides: Vec::new(),
             selected: None,
+            computed: Vec::new(),
         };
         let seen = part.seen.get(leaf).cloned().unwrap_or_else(none);
         match part.leaves.contacts[leaf] {
@@ -164,6 +167,7 @@ impl Inquiry<'_> {
                 ContactDetail::Element { bit, index }
             }
             program::Contact::Compare(_, how, _, _) => self.compare(&seen, *how, at, depth),
+            program::Contact::Computed(..) => self.computed(seen, at, depth),
             program::Contact::Edge(..) => self.edge(part, leaf, seen.power.cell(), depth),
             // These contacts are no leaves.
             program::Contact::Not(..) | program::Contact::All(..) | program::Contact::Any(..) => {
@@ -223,6 +227,14 @@ impl Inquiry<'_> {
         }
     }
 
+    fn computed(&mut self, seen: LeafSeen, at: TapeMoment, depth: u32) -> ContactDetail {
+        let operands = seen.sides.iter().filter_map(|side| {
+            let (operand, followed) = self.operand(side.cell?, side.value, at, depth);
+            Some(ExplainedOperand { operand, value: side.value, followed })
+        });
+        ContactDetail::Computed { operands: operands.collect(), sides: seen.computed }
+    }
+
     fn edge(&mut self, part: &PartSeen, leaf: usize, cell: u32, depth: u32) -> ContactDetail {
         let at = part.moment(leaf);
         let last = match part.is_on(leaf) {
@@ -257,6 +269,7 @@ fn keys(leaves: &Leaves) -> Vec<usize> {
             program::Contact::Bit(bit, _) => format!("{bit:?}"),
             program::Contact::Element(element, _) => format!("{element:?}"),
             program::Contact::Compare(a, how, b, _) => format!("{a:?} {how:?} {b:?}"),
+            program::Contact::Computed(computed, _) => format!("{computed:?}"),
             program::Contact::Not(..)
             | program::Contact::All(..)
             | program::Contact::Any(..)

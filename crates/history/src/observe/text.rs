@@ -6,8 +6,8 @@ use super::answer::{
     Followed, Hindrance, Idle, LastChange, LegSeen, ModeSince, Node, Remedy, Restart, Since, Stop,
 };
 use super::phrases::{
-    ComparedSide, PhraseWriter, WriteFacts, edit_text, ms, operand_text, rung_text, sides_text,
-    state, value_text,
+    ComparedSide, PhraseWriter, WriteFacts, computed_text, edit_text, ms, operand_text, rung_text,
+    sides_text, state, value_text,
 };
 use super::reasons::TOLD_MAX;
 use rungd_config::controller::OutputState;
@@ -337,6 +337,17 @@ impl IndentedLines {
                 self.add(line.indent, &format!("{}{colon}{values}", head(text)));
                 for ExplainedValue { value, operand, followed } in sides {
                     let Some(operand) = operand else { continue };
+                    let value = value_text(operand, *value);
+                    let side = format!("{} {} {value}", operand_text(operand), line.is());
+                    self.followed(&side, followed, line.deeper(1));
+                }
+            }
+            ContactDetail::Computed { sides, operands } => {
+                let text = &contact.place.text;
+                let values = computed_text(text, sides);
+                let colon = if values.is_empty() { "" } else { ": " };
+                self.add(line.indent, &format!("{}{colon}{values}", head(text)));
+                for ExplainedOperand { operand, value, followed } in operands {
                     let value = value_text(operand, *value);
                     let side = format!("{} {} {value}", operand_text(operand), line.is());
                     self.followed(&side, followed, line.deeper(1));

@@ -142,7 +142,8 @@ fn same_contact(then: &ContactSeen, now: &ContactSeen) -> bool {
             ContactDetail::Edge { inner_on, inner, .. },
             ContactDetail::Edge { inner_on: inner_on_now, inner: inner_now, .. },
         ) => inner_on == inner_on_now && same_contacts(inner, inner_now),
-        (ContactDetail::Compare { .. }, ContactDetail::Compare { .. }) => true,
+        (ContactDetail::Compare { .. }, ContactDetail::Compare { .. })
+        | (ContactDetail::Computed { .. }, ContactDetail::Computed { .. }) => true,
         (_, _) => false,
     }
 }

@@ -170,7 +170,10 @@ impl ReadList<'_> {
     fn contact(&mut self, part: u32, contact: &Contact, around: Option<Span>) {
         let span = around.unwrap_or(contact.span());
         match contact {
-            Contact::Bit(..) | Contact::Element(..) | Contact::Compare(..) => {
+            Contact::Bit(..)
+            | Contact::Element(..)
+            | Contact::Compare(..)
+            | Contact::Computed(..) => {
                 self.add(ReadSite { part, span }, &contact.reads());
             }
             Contact::Not(inner, _) | Contact::Edge(_, inner, _) => {

@@ -10,8 +10,8 @@ use rungd_engine::isa::{Address, Bit, BitSpace};
 use rungd_engine::{Cell, Image, ScanStep};
 use rungd_language::resolve::program::Instruction;
 
-use super::leaves::SeenValue;
 use super::operands::operands;
+use super::seen_values::SeenValue;
 
 /// A step that decided the value of a cell.
 #[derive(Clone, Debug)]

@@ -1,8 +1,9 @@
 //! `why`: the question and its answer.
 
-use super::answer::{Explanation, Limits, ModeSince};
+use super::answer::{Explanation, ModeSince};
 use super::earlier::{EndedOperand, ended_there};
 use super::inquiry::Inquiry;
+use super::limits::Limits;
 use super::past::{EarlierPast, Past, QuestionTime, TapeMoment, WhyRefusal};
 use super::replay::{Changed, Replay};
 use super::subject::Subject;

@@ -167,9 +167,10 @@ impl CircuitMaker<'_, '_> {
                 let _ = self.circuit(inner, true);
                 self.leaf(contact, is_plain)
             }
-            Contact::Bit(..) | Contact::Element(..) | Contact::Compare(..) => {
-                self.leaf(contact, is_plain)
-            }
+            Contact::Bit(..)
+            | Contact::Element(..)
+            | Contact::Compare(..)
+            | Contact::Computed(..) => self.leaf(contact, is_plain),
         }
     }
 
@@ -184,6 +185,9 @@ impl CircuitMaker<'_, '_> {
                 (either(ContactForm::Open, ContactForm::Closed), bit(address))
             }
             Contact::Element(..) => (either(ContactForm::Open, ContactForm::Closed), text()),
+            Contact::Computed(computed, _) if computed.compare.is_none() => {
+                (either(ContactForm::Open, ContactForm::Closed), text())
+            }
             Contact::Edge(edge, inner, _) => match (&**inner, edge) {
                 (Contact::Bit(address, _), Edge::Rise) => {
                     (either(ContactForm::Rising, ContactForm::NotRising), bit(address))
@@ -195,9 +199,11 @@ impl CircuitMaker<'_, '_> {
                     (either(ContactForm::Boxed, ContactForm::NotBoxed), text())
                 }
             },
-            Contact::Compare(..) | Contact::Not(..) | Contact::All(..) | Contact::Any(..) => {
-                (either(ContactForm::Boxed, ContactForm::NotBoxed), text())
-            }
+            Contact::Compare(..)
+            | Contact::Computed(..)
+            | Contact::Not(..)
+            | Contact::All(..)
+            | Contact::Any(..) => (either(ContactForm::Boxed, ContactForm::NotBoxed), text()),
         };
         let leaf = self.leaf;
         self.leaf += 1;

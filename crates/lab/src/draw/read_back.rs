@@ -134,7 +134,7 @@ fn is_on(contact: &Contact, wording: &Wording, truth: Truth) -> bool {
             (Contact::Bit(..), Edge::Fall) => truth(&format!("N {}", wording.contact(inner))),
             (_, Edge::Rise | Edge::Fall) => truth(&wording.contact(contact)),
         },
-        Contact::Bit(..) | Contact::Element(..) | Contact::Compare(..) => {
+        Contact::Bit(..) | Contact::Element(..) | Contact::Compare(..) | Contact::Computed(..) => {
             truth(&wording.contact(contact))
         }
     }

@@ -5,7 +5,6 @@
 
 use rungd_engine::isa::Address;
 use rungd_language::resolve::array::ShiftBits;
-use rungd_language::resolve::formula::{Binary, Formula, FormulaPart};
 use rungd_language::resolve::operand_list::OperandValue;
 use rungd_language::resolve::program::{Contact, Instruction, Program};
 
@@ -58,11 +57,11 @@ impl<'p> Wording<'p> {
                     let index = template_use
                         .index
                         .as_ref()
-                        .map(|index| format!("[{}]", self.formula(index)));
+                        .map(|index| format!("[{}]", self.program.names.formula(index)));
                     format!(
                         "{text}{} = {}",
                         index.unwrap_or_default(),
-                        self.formula(&template_use.value)
+                        self.program.names.formula(&template_use.value)
                     )
                 }
                 (None, None) => text,
@@ -91,68 +90,4 @@ impl<'p> Wording<'p> {
             false => self.program.names.array(bits.array),
         }
     }
-
-    /// An expression, with the parentheses that it needs.
-    fn formula(&self, formula: &Formula) -> String {
-        let mut stack: Vec<FormulaText> = Vec::new();
-        for part in &formula.parts {
-            let item = self.part(part, &mut stack);
-            stack.push(item);
-        }
-        stack.pop().unwrap_or_default().text
-    }
-
-    /// The text of a part of an expression with its operands, which are taken from the stack.
-    fn part(&self, part: &FormulaPart, stack: &mut Vec<FormulaText>) -> FormulaText {
-        let mut take = || stack.pop().unwrap_or_default();
-        let atom = |text: String| FormulaText { text, binds: ATOM };
-        match part {
-            FormulaPart::Integer(value) => atom(value.to_string()),
-            FormulaPart::Real(value) => atom(value.to_string()),
-            FormulaPart::Word(word) => atom(self.program.names.name(Address::Word(*word))),
-            FormulaPart::Bit(bit) => atom(self.program.names.name(Address::Bit(*bit))),
-            FormulaPart::Element(array) => {
-                atom(format!("{}[{}]", self.program.names.array(*array), take().text))
-            }
-            FormulaPart::Unary(unary, _) => {
-                let FormulaText { text, binds } = take();
-                let operand = if binds < UNARY { format!("({text})") } else { text };
-                FormulaText { text: format!("{}{operand}", unary.sign()), binds: UNARY }
-            }
-            FormulaPart::Binary(binary, _) => {
-                let (right, left) = (take(), take());
-                binary_text(*binary, left, right)
-            }
-            FormulaPart::Call(function, count, _) => {
-                let mut arguments: Vec<String> = (0..*count).map(|_| take().text).collect();
-                arguments.reverse();
-                atom(format!("{}({})", function.spec().name, arguments.join(", ")))
-            }
-        }
-    }
-}
-
-/// The text of an expression.
-#[derive(Debug, Default)]
-struct FormulaText {
-    text: String,
-    /// How tightly its outermost operator binds: the operator's precedence, or `ATOM`.
-    binds: u8,
-}
-
-/// Binds tighter than every operator.
-const ATOM: u8 = u8::MAX;
-/// How tightly `-`, `~` and `!` bind.
-const UNARY: u8 = 11;
-
-/// Two operands with their operator. A right operand that binds as tightly as the operator has
-/// parentheses too, so that a reader need not know the order.
-fn binary_text(binary: Binary, left: FormulaText, right: FormulaText) -> FormulaText {
-    let precedence = binary.precedence();
-    let grouped = |FormulaText { text, binds }, is_left: bool| {
-        let is_chain = is_left && binds == precedence && binary != Binary::Power;
-        if binds > precedence || is_chain { text } else { format!("({text})") }
-    };
-    let text = format!("{} {} {}", grouped(left, true), binary.sign(), grouped(right, false));
-    FormulaText { text, binds: precedence }
 }

@@ -4,11 +4,13 @@
 //! scan; the evaluation allocates nothing and looks up no name. `docs/testing.md` describes its
 //! form.
 
-use super::quantity::{ElementCells, Quantity};
 use rungd_engine::isa::NumberSet;
-use rungd_engine::{BitCell, Cell, Image, Layout};
-pub use rungd_language::resolve::condition::{AddressCondition, ResolvedCondition};
-pub use rungd_language::source::contact::{Comparison, Edge};
+use rungd_engine::{BitCell, Cell, Image, Layout, WordCell};
+use rungd_language::lower::formula_value::{ArrayCells, CellFormula};
+use rungd_language::resolve::array::ArrayElement;
+use rungd_language::resolve::condition::ResolvedCondition;
+use rungd_language::resolve::program::{ComputedContact, Contact};
+use rungd_language::source::contact::Edge;
 
 /// A condition with its operands.
 #[derive(Clone, Debug)]
@@ -35,7 +37,28 @@ enum Judge {
     Any(Box<[Judge]>),
     /// An edge: its number, and the expression inside.
     Edge(Edge, usize, Box<Judge>),
-    Compare(Quantity, Comparison, Quantity),
+    /// A compare or a bit whose index computes: ON unless the number is 0.
+    Computed(CellFormula),
+}
+
+/// An element of an array that a word selects.
+#[derive(Clone, Copy, Debug)]
+struct ElementCells {
+    array: ArrayCells,
+    /// The word that contains the number of the element.
+    index: WordCell,
+}
+
+impl ElementCells {
+    fn new(element: ArrayElement, layout: &Layout) -> ElementCells {
+        let array = ArrayCells::new(element.array, layout);
+        ElementCells { array, index: layout.word(element.index) }
+    }
+
+    /// The cell of the currently selected element; `None`: the index is outside of the array.
+    fn cell(&self, image: &Image) -> Option<Cell> {
+        self.array.cell(image.word(self.index).into())
+    }
 }
 
 impl Condition {
@@ -55,7 +78,7 @@ impl Condition {
             operands: operands.collect(),
             edges,
             selected: selected
-                .map(|(name, cells)| (name, ElementCells::of(cells, layout)))
+                .map(|(name, cells)| (name, ElementCells::new(cells, layout)))
                 .collect(),
             judge,
         }
@@ -95,25 +118,27 @@ impl Condition {
 }
 
 impl Judge {
-    fn of(resolved: &AddressCondition, layout: &Layout, edges: &mut usize) -> Judge {
-        let mut all = |items: &[AddressCondition]| -> Box<[Judge]> {
+    fn of(resolved: &Contact, layout: &Layout, edges: &mut usize) -> Judge {
+        let mut all = |items: &[Contact]| -> Box<[Judge]> {
             items.iter().map(|item| Judge::of(item, layout, edges)).collect()
         };
         match resolved {
-            AddressCondition::Bit(bit) => Judge::Bit(layout.bit(*bit)),
-            AddressCondition::Element(element) => {
-                Judge::Element(ElementCells::of(*element, layout))
-            }
-            AddressCondition::Not(inner) => Judge::Not(Box::new(Judge::of(inner, layout, edges))),
-            AddressCondition::All(items) => Judge::All(all(items)),
-            AddressCondition::Any(items) => Judge::Any(all(items)),
-            AddressCondition::Edge(edge, inner) => {
+            Contact::Bit(bit, _) => Judge::Bit(layout.bit(*bit)),
+            Contact::Element(element, _) => Judge::Element(ElementCells::new(*element, layout)),
+            Contact::Not(inner, _) => Judge::Not(Box::new(Judge::of(inner, layout, edges))),
+            Contact::All(items, _) => Judge::All(all(items)),
+            Contact::Any(items, _) => Judge::Any(all(items)),
+            Contact::Edge(edge, inner, _) => {
                 let number = *edges;
                 *edges += 1;
                 Judge::Edge(*edge, number, Box::new(Judge::of(inner, layout, edges)))
             }
-            AddressCondition::Compare(a, comparison, b) => {
-                Judge::Compare(Quantity::of(a, layout), *comparison, Quantity::of(b, layout))
+            Contact::Compare(a, comparison, b, _) => {
+                let whole = ComputedContact::of_values(*a, *comparison, *b).condition();
+                Judge::Computed(CellFormula::new(&whole, layout))
+            }
+            Contact::Computed(computed, _) => {
+                Judge::Computed(CellFormula::new(&computed.condition(), layout))
             }
         }
     }
@@ -125,7 +150,7 @@ impl Judge {
             Judge::Not(inner) => inner.known(image).map(|value| !value),
             Judge::All(items) => series(items, image, false),
             Judge::Any(items) => series(items, image, true),
-            Judge::Bit(_) | Judge::Element(_) | Judge::Compare(..) => {
+            Judge::Bit(_) | Judge::Element(_) | Judge::Computed(_) => {
                 Some(self.is_true(image, &mut []))
             }
         }
@@ -144,10 +169,7 @@ impl Judge {
                 let items = items.iter().filter(|item| all || decides(item));
                 items.for_each(|item| item.deciding(image, into));
             }
-            Judge::Compare(a, _, b) => {
-                a.cells(into);
-                b.cells(into);
-            }
+            Judge::Computed(formula) => into.extend(formula.cells()),
         }
     }
 
@@ -176,10 +198,10 @@ impl Judge {
                     Edge::Fall => !now && before,
                 }
             }
-            Judge::Compare(a, comparison, b) => match (a.number(image), b.number(image)) {
-                (Some(a), Some(b)) => a.compare(*comparison, b),
-                (Some(_), None) | (None, Some(_)) | (None, None) => false,
-            },
+            Judge::Computed(formula) => {
+                let value = formula.value(image);
+                value.number.is_true() && !value.is_outside
+            }
         }
     }
 }

@@ -209,7 +209,7 @@ fn deep_and_long_conditions_are_evaluated() {
     assert!(!plant.is_true(&condition, &mut []));
     let deeper = format!("{}1{} == 1", "(".repeat(100_000), ")".repeat(100_000));
     let mistake = plant.condition(&deeper).unwrap_err();
-    assert_eq!(mistake, ["more than 32 levels of parentheses and `!`"]);
+    assert_eq!(mistake, ["more than 32 levels of parentheses, calls and signs"]);
     let not = format!("{}(1 + {}1{} == 2)", "!(".repeat(20), "(".repeat(20), ")".repeat(20));
     assert!(plant.condition(&not).is_err());
 }
@@ -223,7 +223,7 @@ fn each_mistake_in_a_condition_has_its_own_message() {
         ("size & pusher", "`size` is a word, not a bit"),
         ("(size) & pusher", "`size` is a word, not a bit"),
         ("recipe > 3", "`recipe` is an array, not a number"),
-        ("size ^ 3 == 1", "`^` in a condition"),
+        ("size ^ 3 == 1", "`^` in a contact"),
         ("size - == 1", "a value is missing here"),
         ("3 == 3 + ", "a value is missing here"),
         ("3 == ", "a value is missing after `==`"),

@@ -20,7 +20,6 @@ mod names;
 mod pasted;
 mod player;
 mod programs;
-mod quantity;
 mod random;
 mod random_run;
 mod reading;

@@ -60,7 +60,7 @@ impl<'a> TestNames<'a> {
     /// # Errors
     /// The findings about it.
     pub fn condition(&mut self, written: &WrittenCondition) -> Result<Condition, Vec<Finding>> {
-        let resolved = self.conditions.resolve(&written.contact)?;
+        let resolved = self.conditions.resolve(&written.contact, &written.text, written.span)?;
         Ok(Condition::new(&written.text, resolved, &self.symbols.layout))
     }
 

@@ -10,20 +10,21 @@ use rungd_base::calendar;
 use rungd_engine::isa::duration;
 use rungd_language::source::atom::bad_duration;
 pub use rungd_language::source::contact::WrittenContact;
-use rungd_language::source::contact_sum::Sum;
+use rungd_language::source::contact_parser::parse_condition;
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::fix::{
     FixEdit, Help, advise, meant, possible, propose, proposed, text as fix,
 };
 use rungd_language::source::nearest::nearest;
 use rungd_language::source::span::{Located, Span};
-use rungd_language::source::sum_parser::parse_condition;
 
 /// A condition as written.
 #[derive(Clone, Debug)]
 pub(super) struct WrittenCondition {
     pub text: String,
-    pub contact: WrittenContact<Sum>,
+    /// The place of the text.
+    pub span: Span,
+    pub contact: WrittenContact,
 }
 
 impl WrittenCondition {
@@ -35,8 +36,8 @@ impl WrittenCondition {
     }
 }
 
-fn doubts(contact: &WrittenContact<Sum>, found: &mut Vec<Finding>) {
-    let is_bare = |part: &WrittenContact<Sum>| {
+fn doubts(contact: &WrittenContact, found: &mut Vec<Finding>) {
+    let is_bare = |part: &WrittenContact| {
         if let WrittenContact::All(parts, span) = part {
             return parts.first().is_some_and(|first| first.span().start == span.start);
         }
@@ -54,7 +55,7 @@ fn doubts(contact: &WrittenContact<Sum>, found: &mut Vec<Finding>) {
         }
         WrittenContact::All(parts, _) => parts.iter().for_each(|part| doubts(part, found)),
         WrittenContact::Not(inner, _) | WrittenContact::Edge(_, inner, _) => doubts(inner, found),
-        WrittenContact::Bit(_) | WrittenContact::Compare(..) => {}
+        WrittenContact::Bit(_) | WrittenContact::Indexed(_) | WrittenContact::Compare(..) => {}
     }
 }
 
@@ -114,7 +115,7 @@ const HABITS: [(&str, &str); 16] = [
 /// Parses a condition; `span` is the place of its text.
 pub(super) fn condition(text: &str, span: Span) -> Result<WrittenCondition, Finding> {
     let contact = parse_condition(text, span)?;
-    Ok(WrittenCondition { text: text.to_owned(), contact })
+    Ok(WrittenCondition { text: text.to_owned(), span, contact })
 }
 
 /// Parses a step; `span` is the place of its text.

@@ -182,7 +182,10 @@ impl<'a> Context<'a> {
                     self.walk_contacts(std::slice::from_ref(&**inner));
                 }
                 Contact::All(parts, _) | Contact::Any(parts, _) => self.walk_contacts(parts),
-                Contact::Bit(..) | Contact::Element(..) | Contact::Compare(..) => {}
+                Contact::Bit(..)
+                | Contact::Element(..)
+                | Contact::Compare(..)
+                | Contact::Computed(..) => {}
             }
         }
     }

@@ -75,7 +75,7 @@ fn edges(context: &Context, told: EdgeLeg, contact: &Contact, findings: &mut Vec
         Contact::All(parts, _) | Contact::Any(parts, _) => {
             parts.iter().for_each(|part| edges(context, told, part, findings));
         }
-        Contact::Bit(..) | Contact::Element(..) | Contact::Compare(..) => {}
+        Contact::Bit(..) | Contact::Element(..) | Contact::Compare(..) | Contact::Computed(..) => {}
     }
 }
 

@@ -61,7 +61,8 @@ fn add_case(contact: &Contact, cases: &mut Vec<KnownStates>) {
         | Contact::Not(..)
         | Contact::Any(..)
         | Contact::Edge(Edge::Fall, ..)
-        | Contact::Compare(..) => cases.iter_mut().for_each(|facts| facts.learn(contact, true)),
+        | Contact::Compare(..)
+        | Contact::Computed(..) => cases.iter_mut().for_each(|facts| facts.learn(contact, true)),
     }
 }
 
@@ -86,7 +87,7 @@ impl KnownStates {
             (Contact::All(..), false)
             | (Contact::Any(..), true)
             | (Contact::Edge(..), false)
-            | (Contact::Element(..), _) => {}
+            | (Contact::Element(..) | Contact::Computed(..), _) => {}
         }
     }
 
@@ -108,7 +109,7 @@ impl KnownStates {
                 let wanted = (*left, *comparison, *right);
                 self.compared(wanted, unchanged)
             }
-            Contact::Element(..) => None,
+            Contact::Element(..) | Contact::Computed(..) => None,
         }
     }
 

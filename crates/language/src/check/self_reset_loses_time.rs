@@ -84,7 +84,11 @@ impl SelfTimer {
                     Comparison::Eq | Comparison::Ne => false,
                 }
             }
-            Contact::Element(..) | Contact::All(..) | Contact::Any(..) | Contact::Edge(..) => false,
+            Contact::Element(..)
+            | Contact::All(..)
+            | Contact::Any(..)
+            | Contact::Edge(..)
+            | Contact::Computed(..) => false,
         }
     }
 

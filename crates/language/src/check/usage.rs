@@ -4,7 +4,7 @@
 //! compare, or an operand that an instruction reads. For a MATH, the place is the whole
 //! instruction.
 
-use crate::resolve::formula::FormulaPart;
+use crate::resolve::formula::{Formula, FormulaPart};
 use crate::resolve::program::{Contact, Tag, Value};
 use crate::resolve::writes::WrittenOperand;
 use crate::source::span::Span;
@@ -40,6 +40,9 @@ fn of_contact(contact: &Contact, reads: &mut Vec<(Address, Span)>) {
             reads
                 .extend([left, right].into_iter().filter_map(|value| Some((word(*value)?, *span))));
         }
+        Contact::Computed(computed, span) => {
+            reads.extend(computed.formulas().flat_map(named).map(|address| (address, *span)));
+        }
         // The parts of a contact are contacts of the list too. Elements that a word selects are
         // ignored, because something may write any element of the array.
         Contact::Not(..)
@@ -56,19 +59,22 @@ fn of_instruction(placed: &ProgramInstruction, reads: &mut Vec<(Address, Span)>)
         operands.of::<Value>().filter_map(|(_, value)| Some((word(value.value)?, value.span)));
     reads.extend(values);
     let Some(calculation) = &placed.instruction.calculation else { return };
-    reads.extend(calculation.value.parts.iter().filter_map(|part| {
-        let address = match part {
-            FormulaPart::Word(word) => Address::Word(*word),
-            FormulaPart::Bit(bit) => Address::Bit(*bit),
-            FormulaPart::Integer(_)
-            | FormulaPart::Real(_)
-            | FormulaPart::Element(_)
-            | FormulaPart::Unary(..)
-            | FormulaPart::Binary(..)
-            | FormulaPart::Call(..) => return None,
-        };
-        Some((address, placed.instruction.span))
-    }));
+    let span = placed.instruction.span;
+    reads.extend(named(&calculation.value).map(|address| (address, span)));
+}
+
+/// The bits and words that an expression names.
+fn named(formula: &Formula) -> impl Iterator<Item = Address> {
+    formula.parts.iter().filter_map(|part| match part {
+        FormulaPart::Word(word) => Some(Address::Word(*word)),
+        FormulaPart::Bit(bit) => Some(Address::Bit(*bit)),
+        FormulaPart::Integer(_)
+        | FormulaPart::Real(_)
+        | FormulaPart::Element(_)
+        | FormulaPart::Unary(..)
+        | FormulaPart::Binary(..)
+        | FormulaPart::Call(..) => None,
+    })
 }
 
 fn word(value: Value) -> Option<Address> {

@@ -3,11 +3,11 @@
 
 use super::assembler::Assembler;
 use super::rungs;
-use crate::resolve::program::{Comparison, Contact, Edge, Value};
+use crate::resolve::program::{Comparison, ComputedContact, Contact, Edge, Value};
 use rungd_engine::isa::{Bit, BitSpace};
 pub use rungd_engine::ops::{
-    And2, And3, And4, AnyWord, BitOwn, BitRead, Equal, EqualMixed, Fall, LegPowers, Less,
-    LessMixed, Op, Power, Powers, Rise,
+    And2, And3, And4, AnyWord, BitOwn, BitRead, BitWritten, Equal, EqualMixed, Fall, LegPowers,
+    Less, LessMixed, MathReports, MathTarget, Op, Power, Powers, Rise,
 };
 
 impl Assembler<'_> {
@@ -26,9 +26,11 @@ impl Assembler<'_> {
     fn contact(&mut self, contact: &Contact) -> Power {
         let power = self.power_of(contact);
         match contact {
-            Contact::Bit(..) | Contact::Element(..) | Contact::Edge(..) | Contact::Compare(..) => {
-                self.note(|sites| sites.leaf(power))
-            }
+            Contact::Bit(..)
+            | Contact::Element(..)
+            | Contact::Edge(..)
+            | Contact::Compare(..)
+            | Contact::Computed(..) => self.note(|sites| sites.leaf(power)),
             Contact::Not(..) | Contact::All(..) | Contact::Any(..) => {}
         }
         power
@@ -51,6 +53,7 @@ impl Assembler<'_> {
             }
             Contact::Edge(edge, inner, _) => self.edge(*edge, inner),
             Contact::Compare(a, comparison, b, _) => self.compare(*a, *comparison, *b),
+            Contact::Computed(computed, _) => self.computed(computed),
         }
     }
 
@@ -64,7 +67,8 @@ impl Assembler<'_> {
                 | Contact::Not(..)
                 | Contact::All(..)
                 | Contact::Edge(..)
-                | Contact::Compare(..) => {
+                | Contact::Compare(..)
+                | Contact::Computed(..) => {
                     let power = self.contact(contact);
                     powers.push(power.opposite());
                 }
@@ -158,6 +162,15 @@ impl Assembler<'_> {
             return self.gate(|cell| Op::And2(And2 { cell, of: joined })).cell();
         }
         power.cell()
+    }
+
+    /// A contact that computes, as a MATH into a private bit.
+    fn computed(&mut self, computed: &ComputedContact) -> Power {
+        let cell = self.private_bit();
+        let (put, on) = (MathTarget::Bit(BitWritten(cell)), self.on());
+        let math = self.formula_into(put, &computed.condition(), on, MathReports::Nothing);
+        self.op(Op::Math(math));
+        Power::of(cell)
     }
 
     fn compare(&mut self, a: Value, comparison: Comparison, b: Value) -> Power {

@@ -13,8 +13,8 @@ pub use rungd_engine::PassStep;
 use rungd_engine::isa::status::st;
 use rungd_engine::isa::{Bit, BitSpace, Space};
 pub use rungd_engine::ops::{
-    ArrayTarget, BitWritten, ElementType, LegPowers, Math, MathTarget, Op, Power, WordRead,
-    WordTarget, WordWritten,
+    ArrayTarget, BitWritten, ElementType, LegPowers, Math, MathReports, MathTarget, Op, Power,
+    WordRead, WordTarget, WordWritten,
 };
 
 impl Assembler<'_> {
@@ -36,8 +36,13 @@ impl Assembler<'_> {
     pub fn bit_while(&mut self, element: ArrayElement, leg: LegPowers) -> u32 {
         let cell = self.private_bit();
         let parts = vec![FormulaPart::Word(element.index), FormulaPart::Element(element.array)];
-        let math = self.formula_into(MathTarget::Bit(BitWritten(cell)), &Formula { parts }, leg);
-        self.op(Op::Math(Math { quiet: true, ..math }));
+        let math = self.formula_into(
+            MathTarget::Bit(BitWritten(cell)),
+            &Formula { parts },
+            leg,
+            MathReports::IndexError,
+        );
+        self.op(Op::Math(math));
         cell
     }
 
@@ -67,12 +72,12 @@ impl Assembler<'_> {
             true => MathTarget::Real(to),
             false => MathTarget::Word { to, low: min, high: max },
         };
-        let math = self.formula_into(put, &Formula { parts }, leg);
-        (Math { quiet: true, ..math }, WordRead(cell))
+        let math = self.formula_into(put, &Formula { parts }, leg, MathReports::IndexError);
+        (math, WordRead(cell))
     }
 
     /// The leg that is `$On`.
-    fn on(&self) -> LegPowers {
+    pub(super) fn on(&self) -> LegPowers {
         LegPowers::of(Power::of(self.layout.bit(Bit::Space(BitSpace::St, st::ON)).0))
     }
 
@@ -81,8 +86,7 @@ impl Assembler<'_> {
         let index = self.layout.word(element.index).0;
         let put = self.put_at(element.array, index);
         let parts = vec![FormulaPart::Integer(i64::from(on))];
-        let math = self.formula_into(put, &Formula { parts }, leg);
-        Op::Math(Math { quiet: true, ..math })
+        Op::Math(self.formula_into(put, &Formula { parts }, leg, MathReports::IndexError))
     }
 
     /// An element as a target; its index is the word in the cell `index`.

@@ -14,15 +14,22 @@ use crate::resolve::formula::{
 use rungd_engine::isa::status::st;
 use rungd_engine::isa::{Bit, BitSpace, Real, Word};
 pub use rungd_engine::ops::{
-    Accumulator, ArrayTarget, Code, FormulaStep, LegPowers, Math, MathTarget, Operator,
-    StepOperand, WordTarget, WordWritten,
+    Accumulator, ArrayTarget, Code, FormulaStep, LegPowers, Math, MathReports, MathTarget,
+    Operator, StepOperand, WordTarget, WordWritten,
 };
 
 impl Assembler<'_> {
     /// A MATH that evaluates a formula and stores the result in `put`.
-    pub fn formula_into(&mut self, put: MathTarget, formula: &Formula, leg: LegPowers) -> Math {
+    pub fn formula_into(
+        &mut self,
+        put: MathTarget,
+        formula: &Formula,
+        leg: LegPowers,
+        reports: MathReports,
+    ) -> Math {
         let mut builder = FormulaBuilder {
             assembler: self,
+            reports,
             steps: Vec::new(),
             operands: Vec::new(),
             jumps: Vec::new(),
@@ -34,7 +41,7 @@ impl Assembler<'_> {
         let result = builder.walk(formula);
         let (steps, slots) = (builder.steps, builder.slots);
         let (first, number) = self.formula(&steps, slots);
-        Math { leg, first, count: steps.len() as u32, number, put, result, quiet: false }
+        Math { leg, first, count: steps.len() as u32, number, put, result, reports }
     }
 
     /// A word as a target.
@@ -64,6 +71,7 @@ pub(super) enum OperandPlace {
 
 pub(super) struct FormulaBuilder<'a, 'p> {
     assembler: &'a mut Assembler<'p>,
+    reports: MathReports,
     steps: Vec<FormulaStep>,
     pub operands: Vec<WaitingOperand>,
     /// The jumps whose targets are not known yet.
@@ -121,7 +129,9 @@ impl FormulaBuilder<'_, '_> {
     fn bit(&mut self, bit: Bit) {
         let cell = self.assembler.layout.bit(bit).0;
         let to = self.slot_of_waiting(NumberType::Integer);
-        if let Bit::Space(BitSpace::St, n @ st::DIVIDE_BY_ZERO..) = bit {
+        if let Bit::Space(BitSpace::St, n @ st::DIVIDE_BY_ZERO..) = bit
+            && self.reports != MathReports::Nothing
+        {
             self.step(Code::LoadMishap, to, cell, n - st::DIVIDE_BY_ZERO);
         } else {
             self.step(Code::LoadBit, to, cell, 0);

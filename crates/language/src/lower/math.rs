@@ -6,7 +6,7 @@ use super::assembler::Assembler;
 use crate::resolve::array::Array;
 use crate::resolve::formula::{Formula, FormulaPart};
 use crate::resolve::instruction::{Calculation, FormulaTarget, Instruction};
-pub use rungd_engine::ops::{BitWritten, LegPowers, MathTarget, Op, WordWritten};
+pub use rungd_engine::ops::{BitWritten, LegPowers, MathReports, MathTarget, Op, WordWritten};
 
 impl Assembler<'_> {
     /// Lowers a MATH.
@@ -19,7 +19,7 @@ impl Assembler<'_> {
             (FormulaTarget::Array(array), Some(index)) => self.math_element(array, index, leg),
             (FormulaTarget::Array(_), None) => unreachable!("an element has an index"),
         };
-        Op::Math(self.formula_into(put, value, leg))
+        Op::Math(self.formula_into(put, value, leg, MathReports::All))
     }
 
     /// The target of a MATH with an index, which is evaluated first.
@@ -28,7 +28,8 @@ impl Assembler<'_> {
             [FormulaPart::Word(word)] => self.layout.word(word).0,
             _ => {
                 let cell = self.private_word();
-                let math = self.formula_into(MathTarget::Index(WordWritten(cell)), index, leg);
+                let target = MathTarget::Index(WordWritten(cell));
+                let math = self.formula_into(target, index, leg, MathReports::All);
                 self.op(Op::Math(math));
                 cell
             }

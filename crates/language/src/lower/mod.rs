@@ -16,6 +16,7 @@ mod elements;
 mod formula;
 mod formula_calls;
 mod formula_marks;
+pub mod formula_value;
 pub mod identity;
 mod instructions;
 mod last_uses;

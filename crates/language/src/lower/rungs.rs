@@ -77,6 +77,9 @@ fn contact(identity: &Identity, condition: &Contact) -> String {
         Contact::Compare(a, how, b, _) => {
             format!("{} {} {}", value(identity, *a), how.sign(), value(identity, *b))
         }
+        Contact::Computed(computed, _) => {
+            format!("({})", formula(identity, &computed.condition()).trim_start())
+        }
     }
 }
 
@@ -95,7 +98,8 @@ pub(super) fn edge_contact(identity: &Identity, edge: Edge, watched: &Contact) -
         | Contact::Element(..)
         | Contact::Not(..)
         | Contact::Edge(..)
-        | Contact::Compare(..) => format!("{}({inner})", edge.name()),
+        | Contact::Compare(..)
+        | Contact::Computed(..) => format!("{}({inner})", edge.name()),
     }
 }
 

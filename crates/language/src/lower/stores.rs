@@ -3,11 +3,12 @@
 //! Called by `instructions`.
 
 use super::assembler::Assembler;
-use crate::resolve::formula::{Binary, Formula, FormulaPart, NumberType, type_of_array};
+use crate::resolve::formula::{Binary, Formula, FormulaPart, NumberType};
 use crate::resolve::instruction::{Value, WordPlace};
 use crate::resolve::program::ConstantForm;
 pub use rungd_engine::ops::{
-    Add, AddMixed, AnyTarget, LegPowers, Math, Move, Op, Sub, SubMixed, WordTarget, WordWritten,
+    Add, AddMixed, AnyTarget, LegPowers, MathReports, Move, Op, Sub, SubMixed, WordTarget,
+    WordWritten,
 };
 
 /// The number that MOVE, ADD and SUB store.
@@ -76,7 +77,10 @@ impl Assembler<'_> {
         let mut parts = Vec::new();
         let mut number_type = NumberType::Integer;
         for value in source.values() {
-            number_type = number_type.with(push(&mut parts, value));
+            let real = value.is_real();
+            number_type =
+                number_type.with(if real { NumberType::Real } else { NumberType::Integer });
+            parts.extend(value.formula().parts);
         }
         match source {
             Source::Value(_) => {}
@@ -92,22 +96,6 @@ impl Assembler<'_> {
                 self.put_at(element.array, index)
             }
         };
-        let math = self.formula_into(put, &Formula { parts }, leg);
-        Op::Math(Math { quiet: true, ..math })
+        Op::Math(self.formula_into(put, &Formula { parts }, leg, MathReports::IndexError))
     }
-}
-
-/// Adds the parts of a value; returns its type.
-fn push(parts: &mut Vec<FormulaPart>, value: Value) -> NumberType {
-    match value {
-        Value::Const(n, _) => parts.push(FormulaPart::Integer(n.into())),
-        Value::Real(real) => parts.push(FormulaPart::Real(real)),
-        Value::Word(word) => parts.push(FormulaPart::Word(word)),
-        Value::Element(element) => {
-            parts.push(FormulaPart::Word(element.index));
-            parts.push(FormulaPart::Element(element.array));
-            return type_of_array(element.array);
-        }
-    }
-    if value.is_real() { NumberType::Real } else { NumberType::Integer }
 }

@@ -17,9 +17,13 @@ impl Resolver<'_> {
         contacts.iter().filter_map(|contact| self.contact(contact)).collect()
     }
 
-    fn contact(&mut self, contact: &written::WrittenContact) -> Option<Contact> {
+    pub(super) fn contact(&mut self, contact: &written::WrittenContact) -> Option<Contact> {
         match contact {
+            written::WrittenContact::Bit(name) if self.is_difference(&name.value, name.span) => {
+                None
+            }
             written::WrittenContact::Bit(name) => self.bit(&name.value, name.span),
+            written::WrittenContact::Indexed(computed) => self.computed_bit(computed),
             written::WrittenContact::Not(inner, span) => {
                 Some(Contact::Not(Box::new(self.contact(inner)?), *span))
             }
@@ -36,9 +40,7 @@ impl Resolver<'_> {
                 if self.is_bit_compared(contact) {
                     return None;
                 }
-                // Resolves both before returning, so that mistakes in both are reported.
-                let (a, b) = (self.value(a), self.value(b));
-                Some(Contact::Compare(a?, *comparison, b?, *span))
+                self.compare(a, b, *comparison, *span)
             }
         }
     }
@@ -52,9 +54,14 @@ impl Resolver<'_> {
             Comparison::Ne => false,
             Comparison::Lt | Comparison::Le | Comparison::Gt | Comparison::Ge => return false,
         };
-        let (Some(name), Some(state)) = (a.name(), state(b)) else { return false };
+        let (Some(name), Some(state)) = (a.atom().and_then(Atom::name), b.atom().and_then(state))
+        else {
+            return false;
+        };
         let thing = self.scope.look_up(name).map(|found| found.thing);
-        if !matches!(thing, Ok(NamedThing::Address(Address::Bit(_)))) {
+        // Two bits may be compared.
+        let is_bit = matches!(thing, Ok(NamedThing::Address(Address::Bit(_))));
+        if !is_bit || self.is_bit_side(b) {
             return false;
         }
         self.mark_used(name);

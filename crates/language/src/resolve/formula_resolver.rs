@@ -29,6 +29,14 @@ impl Resolver<'_> {
                     let literal = Some(*n as f64);
                     walk.push(FormulaPart::Integer(*n), TypedOperand { literal, ..operand });
                 }
+                ExpressionPartKind::Duration(ms) => {
+                    let operand = TypedOperand::new(NumberType::Integer, part.span);
+                    let literal = Some(f64::from(*ms));
+                    walk.push(
+                        FormulaPart::Integer((*ms).into()),
+                        TypedOperand { literal, ..operand },
+                    );
+                }
                 ExpressionPartKind::Real(real) => {
                     let operand = TypedOperand::new(NumberType::Real, part.span);
                     let literal = Some(f64::from(*real));
@@ -112,7 +120,7 @@ impl Resolver<'_> {
     fn wants_integers(&mut self, walk: &mut FormulaWalk, sign: &str, operands: &[TypedOperand]) {
         for operand in operands.iter().filter(|operand| operand.of == NumberType::Real) {
             let message = format!("`{sign}` works on the bits of integers, not on a real");
-            let text = self.text(operand.span);
+            let text = self.text(operand.span).to_owned();
             let integers = [format!("round({text})"), format!("trunc({text})")].map(possible);
             let help = advise("an integer of it is `{}` or `{}`", integers);
             let finding = Finding::new(Code::OperandType, operand.span, message);

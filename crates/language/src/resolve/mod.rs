@@ -8,6 +8,7 @@
 pub mod array;
 mod array_tags;
 mod block_kind;
+mod computed;
 pub mod condition;
 mod contact;
 mod declare;

@@ -4,8 +4,10 @@
 //! ladder files; a test in `check/conditions.rs` loads them again. Parentheses always separate `&`
 //! from `|`.
 
+use super::formula::{Formula, FormulaPart};
 use super::name_book::NameBook;
 use super::program::{ConstantForm, Contact, Value};
+use crate::source::infix::{InfixPart, infix};
 use rungd_engine::isa::{Address, duration};
 
 impl NameBook {
@@ -18,7 +20,8 @@ impl NameBook {
             | Contact::Element(..)
             | Contact::Not(..)
             | Contact::Edge(..)
-            | Contact::Compare(..) => text,
+            | Contact::Compare(..)
+            | Contact::Computed(..) => text,
         }
     }
 
@@ -34,7 +37,14 @@ impl NameBook {
                 Contact::Bit(..) | Contact::Element(..) | Contact::Edge(..) => {
                     format!("!{}", self.contact(inner))
                 }
-                Contact::Not(..) | Contact::All(..) | Contact::Any(..) | Contact::Compare(..) => {
+                Contact::Computed(computed, _) if computed.compare.is_none() => {
+                    format!("!{}", self.contact(inner))
+                }
+                Contact::Not(..)
+                | Contact::All(..)
+                | Contact::Any(..)
+                | Contact::Compare(..)
+                | Contact::Computed(..) => {
                     format!("!({})", self.contact(inner))
                 }
             },
@@ -44,7 +54,22 @@ impl NameBook {
             Contact::Compare(left, comparison, right, _) => {
                 format!("{} {} {}", self.value(*left), comparison.sign(), self.value(*right))
             }
+            Contact::Computed(computed, _) => self.formula(&computed.condition()),
         }
+    }
+
+    /// An expression as text, with the parentheses that it needs.
+    pub fn formula(&self, formula: &Formula) -> String {
+        infix(formula.parts.iter().map(|part| match part {
+            FormulaPart::Integer(value) => InfixPart::Operand(value.to_string()),
+            FormulaPart::Real(value) => InfixPart::Operand(value.to_string()),
+            FormulaPart::Word(word) => InfixPart::Operand(self.name(Address::Word(*word))),
+            FormulaPart::Bit(bit) => InfixPart::Operand(self.name(Address::Bit(*bit))),
+            FormulaPart::Element(array) => InfixPart::Element(self.array(*array)),
+            FormulaPart::Unary(operator, _) => InfixPart::Unary(*operator),
+            FormulaPart::Binary(operator, _) => InfixPart::Binary(*operator),
+            FormulaPart::Call(function, count, _) => InfixPart::Call(function.spec().name, *count),
+        }))
     }
 
     /// A value as text.

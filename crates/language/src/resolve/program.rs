@@ -7,6 +7,7 @@
 
 use super::array::{Array, ArrayElement};
 pub use super::block_kind::BlockKind;
+use super::formula::{Formula, FormulaPart, NumberType};
 pub use super::instruction::{Instruction, Value};
 use super::layers::Layers;
 use super::name_book::NameBook;
@@ -164,6 +165,60 @@ pub enum Contact {
     Edge(Edge, Box<Contact>, Span),
     /// A compare of two values.
     Compare(Value, Comparison, Value, Span),
+    /// A compare of expressions, or a bit whose index is an expression.
+    Computed(Box<ComputedContact>, Span),
+}
+
+/// A contact that computes; it never touches a status bit. Behaviour: `docs/semantics.md`, section
+/// 12.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ComputedContact {
+    /// The left side of the compare, or the bit.
+    pub left: Formula,
+    /// The compare; `None`: a bit, which is ON unless `left` is 0.
+    pub compare: Option<ComputedCompare>,
+}
+
+/// The compare of a contact that computes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ComputedCompare {
+    /// How it compares.
+    pub comparison: Comparison,
+    /// The right side.
+    pub right: Formula,
+    /// The type in which both sides are compared.
+    pub number_type: NumberType,
+}
+
+impl ComputedContact {
+    /// A compare of two values, as one that computes.
+    pub fn of_values(left: Value, comparison: Comparison, right: Value) -> ComputedContact {
+        let is_real = left.is_real() || right.is_real();
+        let number_type = if is_real { NumberType::Real } else { NumberType::Integer };
+        let compare = ComputedCompare { comparison, right: right.formula(), number_type };
+        ComputedContact { left: left.formula(), compare: Some(compare) }
+    }
+
+    /// Its expressions, from left to right.
+    pub fn formulas(&self) -> impl Iterator<Item = &Formula> {
+        std::iter::once(&self.left).chain(self.compare.iter().map(|compare| &compare.right))
+    }
+
+    /// As [`ComputedContact::formulas`], to change them.
+    pub fn formulas_mut(&mut self) -> impl Iterator<Item = &mut Formula> {
+        let right = self.compare.iter_mut().map(|compare| &mut compare.right);
+        std::iter::once(&mut self.left).chain(right)
+    }
+
+    /// The whole contact as one expression: not 0 while it is ON.
+    pub fn condition(&self) -> Formula {
+        let Some(ComputedCompare { comparison, right, number_type }) = &self.compare else {
+            return self.left.clone();
+        };
+        let operator = FormulaPart::Binary(comparison.operator(), *number_type);
+        let sides = self.left.parts.iter().chain(&right.parts).copied();
+        Formula { parts: sides.chain([operator]).collect() }
+    }
 }
 
 /// A bit or word, with the name that the ladder first uses for it.
@@ -296,7 +351,8 @@ impl Contact {
             | Contact::Not(..)
             | Contact::Any(..)
             | Contact::Edge(..)
-            | Contact::Compare(..) => std::slice::from_ref(self),
+            | Contact::Compare(..)
+            | Contact::Computed(..) => std::slice::from_ref(self),
         }
     }
 
@@ -309,7 +365,8 @@ impl Contact {
             | Contact::Not(..)
             | Contact::All(..)
             | Contact::Edge(..)
-            | Contact::Compare(..) => std::slice::from_ref(self),
+            | Contact::Compare(..)
+            | Contact::Computed(..) => std::slice::from_ref(self),
         }
     }
 
@@ -322,7 +379,8 @@ impl Contact {
             | Contact::All(_, span)
             | Contact::Any(_, span)
             | Contact::Edge(_, _, span)
-            | Contact::Compare(_, _, _, span) => *span,
+            | Contact::Compare(_, _, _, span)
+            | Contact::Computed(_, span) => *span,
         }
     }
 }

@@ -29,6 +29,9 @@ impl Contact {
                 all.value(*left);
                 all.value(*right);
             }
+            Contact::Computed(computed, _) => {
+                computed.formulas().for_each(|formula| all.formula(formula));
+            }
             Contact::Not(..) | Contact::All(..) | Contact::Any(..) | Contact::Edge(..) => {}
         }
         all.0

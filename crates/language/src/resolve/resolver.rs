@@ -77,6 +77,25 @@ pub(super) struct Resolver<'a> {
     pub(super) elements: usize,
     /// The number of elements of the arrays of all tags, so far.
     pub(super) tag_elements: usize,
+    /// The condition of a test that is resolved, which is in no file of the ladder.
+    pub(super) condition: Option<ConditionText>,
+}
+
+/// The text of a condition, and its place.
+pub(super) struct ConditionText {
+    pub text: String,
+    pub span: Span,
+}
+
+impl ConditionText {
+    fn has(&self, span: Span) -> bool {
+        span.file == self.span.file && self.span.start <= span.start && span.end <= self.span.end
+    }
+
+    fn text(&self, span: Span) -> &str {
+        let (start, end) = (span.start - self.span.start, span.end - self.span.start);
+        self.text.get(start as usize..end as usize).unwrap_or("")
+    }
 }
 
 impl<'a> Resolver<'a> {
@@ -100,6 +119,7 @@ impl<'a> Resolver<'a> {
             trials: Vec::new(),
             elements: 0,
             tag_elements: 0,
+            condition: None,
         }
     }
 
@@ -260,7 +280,10 @@ impl<'a> Resolver<'a> {
     }
 
     /// The text of a place.
-    pub(super) fn text(&self, span: Span) -> &'a str {
+    pub(super) fn text(&self, span: Span) -> &str {
+        if let Some(condition) = self.condition.as_ref().filter(|condition| condition.has(span)) {
+            return condition.text(span);
+        }
         let span = self.layers.in_file(span);
         let file = (span.file.0 - self.options.first_file.0) as usize;
         let text = self.files.get(file).map_or("", |file| file.text.as_str());

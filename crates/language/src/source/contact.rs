@@ -6,27 +6,29 @@
 
 use std::fmt;
 
-use super::atom::Atom;
+use super::contact_side::{CompareSide, ContactExpression};
+use super::expression::Binary;
 use super::span::{Located, Span};
 
 /// A boolean over bits, edges and compares.
 ///
-/// The place of `!…`, `…&…` and `…|…` includes the parentheses around it, if it has any. `V` is the
-/// type of a compare's values: names and constants in a ladder, and also sums of them in a test.
+/// The place of `!…`, `…&…` and `…|…` includes the parentheses around it, if it has any.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum WrittenContact<V = Atom> {
+pub enum WrittenContact {
     /// A bit, by its name.
     Bit(Located<String>),
     /// `!`.
-    Not(Box<WrittenContact<V>>, Span),
+    Not(Box<WrittenContact>, Span),
     /// `&`: two or more.
-    All(Vec<WrittenContact<V>>, Span),
+    All(Vec<WrittenContact>, Span),
     /// `|`: two or more.
-    Any(Vec<WrittenContact<V>>, Span),
+    Any(Vec<WrittenContact>, Span),
     /// `rise(…)`, `fall(…)` of any contacts.
-    Edge(Edge, Box<WrittenContact<V>>, Span),
+    Edge(Edge, Box<WrittenContact>, Span),
+    /// The bit of an array whose index computes: `gate[i + 1]`.
+    Indexed(ContactExpression),
     /// A compare of two values.
-    Compare(V, Comparison, V, Span),
+    Compare(CompareSide, Comparison, CompareSide, Span),
 }
 
 /// The edge that a contact detects.
@@ -72,6 +74,18 @@ impl Comparison {
         }
     }
 
+    /// The operator of MATH with the same sign.
+    pub fn operator(self) -> Binary {
+        match self {
+            Comparison::Eq => Binary::Equal,
+            Comparison::Ne => Binary::NotEqual,
+            Comparison::Lt => Binary::Less,
+            Comparison::Le => Binary::AtMost,
+            Comparison::Gt => Binary::Greater,
+            Comparison::Ge => Binary::AtLeast,
+        }
+    }
+
     /// The opposite comparison: it is ON if this one is OFF.
     pub fn negated(self) -> Comparison {
         match self {
@@ -85,11 +99,12 @@ impl Comparison {
     }
 }
 
-impl<V> WrittenContact<V> {
+impl WrittenContact {
     /// Its place.
     pub fn span(&self) -> Span {
         match self {
             WrittenContact::Bit(name) => name.span,
+            WrittenContact::Indexed(computed) => computed.span,
             WrittenContact::Not(_, span)
             | WrittenContact::All(_, span)
             | WrittenContact::Any(_, span)
@@ -99,10 +114,11 @@ impl<V> WrittenContact<V> {
     }
 }
 
-impl<V: fmt::Display> fmt::Display for WrittenContact<V> {
+impl fmt::Display for WrittenContact {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             WrittenContact::Bit(name) => f.write_str(&name.value),
+            WrittenContact::Indexed(computed) => computed.fmt(f),
             WrittenContact::Not(inner, _) => write!(f, "!{}", GroupedContact(inner)),
             WrittenContact::All(items, _) => series(f, items, " & "),
             WrittenContact::Any(items, _) => series(f, items, " | "),
@@ -114,11 +130,7 @@ impl<V: fmt::Display> fmt::Display for WrittenContact<V> {
     }
 }
 
-fn series<V: fmt::Display>(
-    f: &mut fmt::Formatter<'_>,
-    items: &[WrittenContact<V>],
-    sign: &str,
-) -> fmt::Result {
+fn series(f: &mut fmt::Formatter<'_>, items: &[WrittenContact], sign: &str) -> fmt::Result {
     for (at, item) in items.iter().enumerate() {
         if at > 0 {
             f.write_str(sign)?;
@@ -127,6 +139,7 @@ fn series<V: fmt::Display>(
             // `!` and compares need no parentheses beside `&` and `|`.
             WrittenContact::Not(..) | WrittenContact::Compare(..) => write!(f, "{item}")?,
             WrittenContact::Bit(_)
+            | WrittenContact::Indexed(_)
             | WrittenContact::Edge(..)
             | WrittenContact::All(..)
             | WrittenContact::Any(..) => {
@@ -138,14 +151,15 @@ fn series<V: fmt::Display>(
 }
 
 /// A contact, in parentheses unless it is a bit or an edge.
-struct GroupedContact<'a, V>(&'a WrittenContact<V>);
+struct GroupedContact<'a>(&'a WrittenContact);
 
-impl<V: fmt::Display> fmt::Display for GroupedContact<'_, V> {
+impl fmt::Display for GroupedContact<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.0 {
-            WrittenContact::Bit(_) | WrittenContact::Edge(..) | WrittenContact::Not(..) => {
-                self.0.fmt(f)
-            }
+            WrittenContact::Bit(_)
+            | WrittenContact::Indexed(_)
+            | WrittenContact::Edge(..)
+            | WrittenContact::Not(..) => self.0.fmt(f),
             WrittenContact::All(..) | WrittenContact::Any(..) | WrittenContact::Compare(..) => {
                 write!(f, "({})", self.0)
             }

@@ -5,7 +5,8 @@
 //! that can be pasted as it is, with the author's own names and numbers.
 
 use super::contact_dialects::foreign;
-use super::contact_signs::SIGNS_ALONE;
+use super::contact_signs::ends_value;
+use super::contact_use::ContactUse;
 use super::finding::{Code, Finding};
 use super::fix::{Fix, FixEdit, Help, advise, possible, proposed, text as fix, write};
 use super::span::Span;
@@ -29,7 +30,7 @@ pub(super) fn stray(text: &str, at: usize, span: Span) -> Finding {
         let two = span.part(at, at + wrong.len());
         return finding(format!("`{wrong}` is written `{right}`"), two).write(right);
     }
-    let is_sum = is_value_end(before) && !behind.is_empty();
+    let is_sum = ends_value(before) && !behind.is_empty();
     let is_compared = COMPARES.iter().any(|sign| text.contains(sign));
     match first {
         '=' => finding("`=` is written `==`".into(), place).write("=="),
@@ -67,11 +68,6 @@ fn doubled(rest: &str) -> Option<(&'static str, &'static str)> {
     const SIGNS: [(&str, &str); 5] =
         [("&&", "&"), ("||", "|"), ("<>", "!="), ("=>", ">="), ("=<", "<=")];
     SIGNS.into_iter().find(|(wrong, _)| rest.starts_with(wrong))
-}
-
-/// Whether a text ends with a value, so that an operator may follow.
-fn is_value_end(text: &str) -> bool {
-    text.ends_with(|c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | ')' | ']'))
 }
 
 fn is_after_compare(before: &str) -> bool {
@@ -163,12 +159,6 @@ fn comma(text: &str, at: usize, span: Span) -> Finding {
         .fixes(without_sign(text, ',', span))
 }
 
-/// The help for a function in a contact.
-pub(super) fn called(text: &str, at: usize, span: Span) -> Option<Help> {
-    let name = text[at..].split('(').next()?.trim().to_ascii_lowercase();
-    Function::from_name(&name).map(|_| computed(text, at, span))
-}
-
 /// The help for a sum or a function at a place of a contact: MATH computes it in an earlier rung.
 pub(super) fn computed(text: &str, at: usize, span: Span) -> Help {
     let start = text[..at].rfind(['&', '|']).map_or(0, |sign| sign + 1);
@@ -198,11 +188,17 @@ pub(super) fn computed(text: &str, at: usize, span: Span) -> Help {
 
 /// The help for a word with a mask: MATH computes it, and in conditions of tests a `&` in
 /// parentheses.
-pub(super) fn masked(formula: &str, compare: &str, has_sums: bool, place: Span) -> Help {
-    match has_sums {
-        true if formula.contains('|') => SIGNS_ALONE.into(),
-        true => write(fix(format!("({formula}) {compare}")).at(place)),
-        false => computed_as(formula, &format!("result {compare}"), place),
+pub(super) fn masked(formula: &str, compare: &str, used: ContactUse, place: Span) -> Help {
+    match used {
+        ContactUse::Test if formula.contains('&') && !formula.contains('|') => {
+            write(fix(format!("({formula}) {compare}")).at(place))
+        }
+        ContactUse::Test => {
+            "a condition has of the signs for bits only `&`, in parentheses: let a \
+                             MATH of the ladder compute this, and compare its result"
+                .into()
+        }
+        ContactUse::Ladder => computed_as(formula, &format!("result {compare}"), place),
     }
 }
 
@@ -212,8 +208,8 @@ fn computed_as(formula: &str, compare: &str, place: Span) -> Help {
     let tag = format!("result = {{ type = \"{kind}\" }}");
     let math = format!("MATH result = {formula}");
     let help = Help::from(format!(
-        "contacts compute nothing: declare `{tag}` under [tags], write `{math}` in a rung before, \
-         and `{compare}` here"
+        "MATH computes it: declare `{tag}` under [tags], write `{math}` in a rung before, and \
+         `{compare}` here"
     ));
     match formula {
         "…" => help,

@@ -1,11 +1,13 @@
 //! Splits a string of contacts into tokens. Called by `contact_parser`. `contact_habits` makes the
 //! finding for a character that begins no token.
 
+use std::cell::RefCell;
+
 use super::atom::{Atom, typed_literal};
 use super::contact::Comparison;
 use super::contact_habits::stray;
 use super::contact_signs;
-use super::contact_sum::SumSign;
+use super::expression::Binary;
 use super::finding::{Code, Finding};
 use super::span::Span;
 
@@ -19,24 +21,37 @@ pub(super) enum Token {
     Open,
     Close,
     Compare(Comparison),
-    /// A sign of a sum, in conditions of tests only.
-    Sign(SumSign),
+    /// The element of an array whose index computes: `gate[i + 1]`.
+    Element,
+    /// Between the arguments of a function.
+    Comma,
+    /// An operator of an expression, or the `-` before one.
+    Sign(Binary),
 }
 
 /// The result of reading, or the first mistake.
 pub(super) type Parsed<T> = Result<T, Finding>;
 
-/// All tokens of a text, each with its place; `span` is the place of the whole text. With
-/// `has_sums`, the signs of sums are tokens too.
-pub(super) fn lex(text: &str, span: Span, has_sums: bool) -> Parsed<Vec<(Token, Span)>> {
+/// All tokens of a text, each with its place; `span` is the place of the whole text.
+pub(super) fn lex(text: &str, span: Span) -> Parsed<Vec<(Token, Span)>> {
+    // For each open parenthesis, whether it is within the arguments of a function.
+    let open = RefCell::new(Vec::new());
     split(text, span, |rest, first, at| {
-        if has_sums && let Some(found) = contact_signs::sign(text, at, span) {
+        let mut open = open.borrow_mut();
+        let is_in_call = open.last() == Some(&true);
+        if first == ',' && is_in_call {
+            return Ok((Token::Comma, 1));
+        }
+        if let Some(found) = contact_signs::sign(text, at, span) {
             return found.map(|(sign, length)| (Token::Sign(sign), length));
         }
-        match sign(rest) {
-            Some(found) => Ok(found),
-            None => atom(text, first, at, span),
+        let Some((token, length)) = sign(rest) else { return atom(text, first, at, span) };
+        if token == Token::Open {
+            open.push(is_in_call || contact_signs::ends_with_function(&text[..at]));
+        } else if token == Token::Close {
+            open.pop();
         }
+        Ok((token, length))
     })
 }
 
@@ -89,16 +104,22 @@ fn atom(text: &str, first: char, at: usize, span: Span) -> Parsed<(Token, usize)
     }
     let number = first.is_ascii_digit()
         || (first == '-' && rest[1..].starts_with(|c: char| c.is_ascii_digit()));
+    let mut computes = false;
     let length = if number {
         let tail = |c: char| !(c.is_ascii_alphanumeric() || c == '_' || c == ':' || c == '.');
         number_length(1 + rest[1..].find(tail).unwrap_or(rest.len() - 1), rest)
     } else if first.is_ascii_alphabetic() || first == '$' || first == '_' {
         let length = name_length(rest);
         let length = length + element_length(&rest[..length], &rest[length..]);
-        length + index_length(&rest[length..], span.part(at + length, at + rest.len()))?
+        let index = index_length(&rest[length..], span.part(at + length, at + rest.len()))?;
+        computes = is_computed(&rest[length..length + index]);
+        length + index
     } else {
         return Err(stray(text, at, span));
     };
+    if computes {
+        return Ok((Token::Element, length));
+    }
     let place = span.part(at, at + length);
     let mut atom = Atom::parse(&without_spaces_in_index(&rest[..length]), place);
     if let Err(finding) = &mut atom
@@ -142,19 +163,28 @@ fn element_length(name: &str, behind: &str) -> usize {
     counter + element.unwrap_or(0)
 }
 
-/// The length of the index behind a name: `[3]`, `[step]`; else 0.
+/// The length of the index behind a name: `[3]`, `[step]`, `[step + 1]`; else 0.
 fn index_length(behind: &str, span: Span) -> Parsed<usize> {
     if !behind.starts_with('[') {
         return Ok(0);
     }
-    match behind.find(']') {
-        Some(end) if behind[1..end].contains('[') => {
-            let finding = Finding::new(Code::ContactSyntax, span, "an element is no index");
-            Err(finding.help("MATH computes an index: `MATH step = …`, then `recipe[step]`"))
+    let mut depth = 0;
+    for (at, c) in behind.char_indices() {
+        match c {
+            '[' => depth += 1,
+            ']' if depth == 1 => return Ok(at + 1),
+            ']' => depth -= 1,
+            _ => {}
         }
-        Some(end) => Ok(end + 1),
-        None => Err(Finding::new(Code::ContactSyntax, span, "`]` is missing")),
     }
+    Err(Finding::new(Code::ContactSyntax, span, "`]` is missing"))
+}
+
+/// Whether an index in its brackets is an expression, and no single name or constant.
+fn is_computed(index: &str) -> bool {
+    let inner = index.trim_matches(['[', ' ', '\t']);
+    let inner = inner.strip_prefix('-').unwrap_or(inner);
+    inner.contains(['+', '-', '*', '/', '%', '(', '['])
 }
 
 fn without_spaces_in_index(word: &str) -> String {

@@ -1,23 +1,25 @@
 //! The grammar of contacts: a Pratt parser over the tokens of one string.
 //!
-//! Called by `rung`, and by `sum_parser` for the conditions of tests, whose compares may have sums.
-//! `!` binds tighter than `&`, and `&` tighter than `|`; the operands of a compare are values, not
-//! contacts. Nesting is limited, so that no input can exhaust the stack.
+//! Called by `rung`, and by `side_parser` for conditions of tests; `side_parser` reads the sides
+//! of compares. `!` binds tighter than `&`, and `&` tighter than `|`; the operands of a compare
+//! are values, not contacts. Nesting is limited, so that no input can exhaust the stack.
 
 use super::atom::{Atom, AtomKind};
 use super::contact::Edge;
 use super::contact::WrittenContact::{self, All, Any, Bit, Compare, Not};
 use super::contact_dialects::foreign;
-use super::contact_habits::{called, computed, in_series, split_address};
+use super::contact_habits::{in_series, split_address};
 use super::contact_lexer::{Parsed, Token, lex};
-use super::contact_signs::{self, SIGNS_ALONE};
-use super::contact_sum::SumSign;
-use super::contact_words::TokensAround;
+use super::contact_side::CompareSide;
+use super::contact_signs;
+use super::contact_tokens::Parser;
+use super::contact_use::ContactUse;
 use super::finding::{Code, Finding};
-use super::fix::{FixEdit, Help, advise, possible, text, write};
+use super::fix::{FixEdit, Help, advise, possible, text};
 use super::nearest::did_you_mean;
 use super::span::{Located, Span};
-use rungd_engine::isa::dialects;
+use rungd_engine::isa::function::FUNCTIONS;
+use rungd_engine::isa::{Function, dialects};
 
 /// Maximum nesting depth of parentheses and `!`.
 pub(super) const DEPTH_MAX: u32 = 32;
@@ -27,20 +29,35 @@ pub(super) const DEPTH_MAX: u32 = 32;
 /// # Errors
 /// The first mistake in it, with its exact place.
 pub fn parse(text: &str, span: Span) -> Result<WrittenContact, Finding> {
-    parse_as(text, span)
+    parse_as(text, span, ContactUse::Ladder)
 }
 
-/// As [`parse`], with any type of values in the compares.
-pub(super) fn parse_as<V: Compared>(text: &str, span: Span) -> Result<WrittenContact<V>, Finding> {
-    let tokens = lex(text, span, V::HAS_SUMS)?;
-    let mut parser = Parser { text, span, tokens, at: 0, has_sums: V::HAS_SUMS };
+/// Parses a condition of a test: contacts, with `&` of numbers within the parentheses of a compare.
+///
+/// # Errors
+/// The first mistake in it, with its exact place.
+pub fn parse_condition(text: &str, span: Span) -> Result<WrittenContact, Finding> {
+    parse_as(text, span, ContactUse::Test).map_err(|finding| {
+        // A condition is one string, so this help of `contact_parser` does not fit.
+        let help = finding.help_text().filter(|help| help.starts_with("contacts in series are"));
+        match help.is_some() {
+            true => finding.help("contacts are joined by `&` and `|`: `X0 & X1`"),
+            false => finding,
+        }
+    })
+}
+
+/// As [`parse`], for contacts at any place.
+fn parse_as(text: &str, span: Span, used: ContactUse) -> Result<WrittenContact, Finding> {
+    let tokens = lex(text, span)?;
+    let mut parser = Parser { text, span, tokens, at: 0, used };
     if parser.tokens.is_empty() {
         let finding = Finding::new(Code::ContactSyntax, span, "an empty contact");
-        return Err(match V::HAS_SUMS {
-            true => {
+        return Err(match used {
+            ContactUse::Test => {
                 finding.help("a contact is a bit, a compare or an edge: `X0`, `D0 > 3`, `rise(X0)`")
             }
-            false => finding
+            ContactUse::Ladder => finding
                 .help("take it away; a leg that is always ON is [\"$On\"]")
                 .fix(FixEdit::Delete),
         });
@@ -53,34 +70,7 @@ pub(super) fn parse_as<V: Compared>(text: &str, span: Span) -> Result<WrittenCon
 }
 
 /// A contact, or the first mistake in it.
-type ParsedContact<V> = Parsed<WrittenContact<V>>;
-
-/// A value in a compare.
-pub(super) trait Compared: From<Atom> + std::fmt::Display {
-    /// Whether the value may be a sum.
-    const HAS_SUMS: bool;
-
-    /// Its place.
-    fn span(&self) -> Span;
-
-    /// Reads a value, from the next token on.
-    fn read(parser: &mut Parser<'_>, depth: u32) -> Parsed<Self>;
-}
-
-impl Compared for Atom {
-    const HAS_SUMS: bool = false;
-
-    fn span(&self) -> Span {
-        self.span
-    }
-
-    fn read(parser: &mut Parser<'_>, _: u32) -> Parsed<Atom> {
-        match parser.next() {
-            Some((Token::Atom(atom), _)) => Ok(atom),
-            found => Err(parser.no_value(found)),
-        }
-    }
-}
+type ParsedContact = Parsed<WrittenContact>;
 
 /// The binding power of an operator.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -90,46 +80,8 @@ enum BindingPower {
     Not,
 }
 
-/// The tokens of a string, and the place of the next one.
-pub(super) struct Parser<'a> {
-    pub(super) text: &'a str,
-    pub(super) span: Span,
-    pub(super) tokens: Vec<(Token, Span)>,
-    pub(super) at: usize,
-    has_sums: bool,
-}
-
 impl Parser<'_> {
-    pub(super) fn peek(&self) -> Option<(&Token, Span)> {
-        self.tokens.get(self.at).map(|(token, span)| (token, *span))
-    }
-
-    pub(super) fn next(&mut self) -> Option<(Token, Span)> {
-        let token = self.tokens.get(self.at).cloned();
-        self.at += usize::from(token.is_some());
-        token
-    }
-
-    fn around(&self) -> TokensAround<'_> {
-        let (tokens, at) = (&*self.tokens, self.at);
-        TokensAround { text: self.text, span: self.span, tokens, at }
-    }
-
-    pub(super) fn take(&mut self, wanted: &Token) -> Option<Span> {
-        let (token, span) = self.peek()?;
-        if token != wanted {
-            return None;
-        }
-        self.at += 1;
-        Some(span)
-    }
-
-    /// The place after the last byte.
-    pub(super) fn end(&self) -> Span {
-        Span { start: self.span.end, ..self.span }
-    }
-
-    fn expression<V: Compared>(&mut self, least: BindingPower, depth: u32) -> ParsedContact<V> {
+    fn expression(&mut self, least: BindingPower, depth: u32) -> ParsedContact {
         let mut left = self.operand(depth)?;
         let mut open = None;
         while let Some(power) = self.infix().filter(|power| *power >= least) {
@@ -151,41 +103,16 @@ impl Parser<'_> {
             | Token::Not
             | Token::Open
             | Token::Close
+            | Token::Element
+            | Token::Comma
             | Token::Compare(_)
             | Token::Sign(_) => None,
         }
     }
 
-    /// Whether a sum begins with the token that was read last.
-    pub(super) fn begins_sum(&self) -> bool {
-        let last = self.at.saturating_sub(1);
-        let behind = match self.tokens.get(last) {
-            Some((Token::Atom(_), _)) => self.at,
-            Some((Token::Open, _)) => self.behind_close(last),
-            Some(_) | None => return false,
-        };
-        match self.tokens.get(behind) {
-            Some((Token::Sign(_), _)) => true,
-            Some((Token::Compare(_), _)) => behind > self.at,
-            Some(_) | None => false,
-        }
-    }
-
-    /// The index of the token behind the `)` that closes the `(` at `open`.
-    fn behind_close(&self, open: usize) -> usize {
-        let mut depth = 0;
-        for (at, (token, _)) in self.tokens.iter().enumerate().skip(open) {
-            depth += i32::from(*token == Token::Open) - i32::from(*token == Token::Close);
-            if depth == 0 {
-                return at + 1;
-            }
-        }
-        self.tokens.len()
-    }
-
     /// Reads the element `one` of the grammar: `!` with an operand, parentheses, an edge, a compare
     /// or a bit.
-    fn operand<V: Compared>(&mut self, depth: u32) -> ParsedContact<V> {
+    fn operand(&mut self, depth: u32) -> ParsedContact {
         let Some((token, span)) = self.next() else {
             let finding = self.error(self.end(), "a contact is missing here");
             let sign = self.tokens.last().map(|(_, place)| possible("").at(*place));
@@ -196,10 +123,10 @@ impl Parser<'_> {
             let finding = Finding::new(Code::ContactSyntax, span, message);
             return Err(finding.help("give parts of it bits of their own, with OUT"));
         }
-        if V::HAS_SUMS && self.begins_sum() {
+        if self.begins_expression() {
             self.at -= 1;
-            let left = V::read(self, depth)?;
-            return self.compared(left, depth);
+            let left = self.side()?;
+            return self.compared(left);
         }
         match token {
             Token::Not => self.negation(span, depth),
@@ -212,7 +139,8 @@ impl Parser<'_> {
             Token::Close => {
                 Err(self.error(span, "`)` closes nothing, or is too early").fix(possible("")))
             }
-            Token::Sign(_) => Err(self.no_value(Some((token, span)))),
+            Token::Element => self.element(span),
+            Token::Sign(_) | Token::Comma => Err(self.no_value(Some((token, span)))),
             Token::And | Token::Or => Err(self
                 .error(span, "a contact is missing before this")
                 .help("a contact stands on each side of it: `X0 & X1`")
@@ -220,7 +148,7 @@ impl Parser<'_> {
         }
     }
 
-    fn negation<V: Compared>(&mut self, span: Span, depth: u32) -> ParsedContact<V> {
+    fn negation(&mut self, span: Span, depth: u32) -> ParsedContact {
         // `!D0 == 3` would read as "not D0, equals 3".
         if let [(Token::Atom(a), _), (Token::Compare(sign), _), (Token::Atom(b), end), ..] =
             &self.tokens[self.at..]
@@ -251,7 +179,7 @@ impl Parser<'_> {
         Ok(Not(Box::new(inner), whole))
     }
 
-    fn group<V: Compared>(&mut self, open: Span, depth: u32) -> ParsedContact<V> {
+    fn group(&mut self, open: Span, depth: u32) -> ParsedContact {
         let (mut inner, close) = self.closed(open, depth)?;
         if let Not(_, span) | All(_, span) | Any(_, span) = &mut inner {
             *span = open.to(close);
@@ -260,7 +188,7 @@ impl Parser<'_> {
     }
 
     /// Reads contacts and the `)` that closes them; also returns the place of the `)`.
-    fn closed<V: Compared>(&mut self, open: Span, depth: u32) -> Parsed<(WrittenContact<V>, Span)> {
+    fn closed(&mut self, open: Span, depth: u32) -> Parsed<(WrittenContact, Span)> {
         let inner = self.expression(BindingPower::Or, depth + 1)?;
         Ok((inner, self.close(open)?))
     }
@@ -277,7 +205,7 @@ impl Parser<'_> {
         Err(finding.related(open, "opened here"))
     }
 
-    fn atom<V: Compared>(&mut self, atom: Atom, depth: u32) -> ParsedContact<V> {
+    fn atom(&mut self, atom: Atom, depth: u32) -> ParsedContact {
         if let Some((Token::Open, _)) = self.peek()
             && let Some(name) = atom.name()
         {
@@ -285,12 +213,12 @@ impl Parser<'_> {
             return self.edge(&name, atom.span, depth);
         }
         if let Some((Token::Compare(_), _)) = self.peek() {
-            return self.compared(V::from(atom), depth);
+            return self.compared(atom.into());
         }
         match atom.kind {
             AtomKind::Name(value) => Ok(Bit(Located { value, span: atom.span })),
             AtomKind::Integer(_) | AtomKind::Duration(_) | AtomKind::Real(_) => {
-                if let Some(finding) = self.around().mask(&atom, V::HAS_SUMS) {
+                if let Some(finding) = self.around().mask(&atom, self.used) {
                     return Err(finding);
                 }
                 let message = format!("`{atom}` is a number, not a contact");
@@ -302,7 +230,7 @@ impl Parser<'_> {
         }
     }
 
-    fn edge<V: Compared>(&mut self, word: &str, span: Span, depth: u32) -> ParsedContact<V> {
+    fn edge(&mut self, word: &str, span: Span, depth: u32) -> ParsedContact {
         let edge = match word {
             "rise" => Edge::Rise,
             "fall" => Edge::Fall,
@@ -312,16 +240,19 @@ impl Parser<'_> {
                 if let Some(finding) = foreign(self.text, self.span) {
                     return Err(finding);
                 }
-                let at = (span.start - self.span.start) as usize;
-                if let Some(help) = called(self.text, at, self.span) {
-                    return Err(finding.help(if V::HAS_SUMS { SIGNS_ALONE.into() } else { help }));
+                let small = word.to_ascii_lowercase();
+                if Function::from_name(&small).is_some() {
+                    return Err(finding.write(small));
                 }
                 return Err(finding.help(match word.to_ascii_lowercase().as_str() {
                     "rise" => Help::from("write `rise(…)`").with("rise"),
                     "fall" => Help::from("write `fall(…)`").with("fall"),
                     "not" => Help::from("write `!(…)`").with("!"),
-                    word => did_you_mean(word, ["rise", "fall"])
-                        .unwrap_or_else(|| "only `rise(…)` and `fall(…)` have".into()),
+                    word => {
+                        let functions = FUNCTIONS.iter().map(|spec| spec.name);
+                        did_you_mean(word, ["rise", "fall"].into_iter().chain(functions))
+                            .unwrap_or_else(|| "only edges and functions have".into())
+                    }
                 }));
             }
         };
@@ -336,36 +267,8 @@ impl Parser<'_> {
         Ok(WrittenContact::Edge(edge, Box::new(inner), span.to(close)))
     }
 
-    /// The finding for a token, or the end of the text, in the place of a value.
-    pub(super) fn no_value(&self, found: Option<(Token, Span)>) -> Finding {
-        let Some((Token::Sign(sign), place)) = found else {
-            let place = found.map_or(self.end(), |(_, place)| place);
-            return self.error(place, "a value is missing here");
-        };
-        let behind = self.text.get((place.end - self.span.start) as usize..).unwrap_or_default();
-        let behind = behind.trim_start();
-        let is_number = behind.starts_with(|c: char| c.is_ascii_digit());
-        let name = behind.split([' ', '\t', '(', ')', '&', '|']).next().unwrap_or_default();
-        let end = self.text.len() - behind.len() + name.len();
-        let whole = place.to(self.span.part(0, end));
-        let help = match sign {
-            SumSign::Subtract if is_number => write(text(format!("-{name}")).at(whole)),
-            SumSign::Subtract if !name.is_empty() => write(text(format!("0 - {name}")).at(whole)),
-            SumSign::Add => Help::from("take the `+` away").with(""),
-            SumSign::Subtract
-            | SumSign::Multiply
-            | SumSign::Divide
-            | SumSign::Remainder
-            | SumSign::And => {
-                "addresses go without `%`, and a sign stands between two values: `D0 * 2`".into()
-            }
-        };
-        let message = format!("a value is missing before `{}`", sign.sign());
-        self.error(place, message).help(help)
-    }
-
     /// Reads the rest of a compare: the sign and the right value. The left value was already read.
-    fn compared<V: Compared>(&mut self, left: V, depth: u32) -> ParsedContact<V> {
+    fn compared(&mut self, left: CompareSide) -> ParsedContact {
         let Some((Token::Compare(comparison), sign)) = self.peek() else {
             let message = format!("`{left}` is a number, not a contact");
             let finding = Finding::new(Code::ContactSyntax, left.span(), message);
@@ -374,12 +277,12 @@ impl Parser<'_> {
         };
         let comparison = *comparison;
         self.at += 1;
-        if !self.begins_value::<V>() {
+        if !self.begins_value() {
             let place = self.peek().map_or(sign, |(_, place)| place);
             let message = format!("a value is missing after `{}`", comparison.sign());
             return Err(self.error(place, message));
         }
-        let right = V::read(self, depth)?;
+        let right = self.side()?;
         if let Some((Token::Compare(second), place)) = self.peek() {
             let finding = Finding::new(Code::ContactSyntax, place, "two compares in a row");
             let (third, end) = match self.tokens.get(self.at + 1) {
@@ -395,20 +298,6 @@ impl Parser<'_> {
         Ok(Compare(left, comparison, right, span))
     }
 
-    /// Whether a value may begin with the next token.
-    fn begins_value<V: Compared>(&self) -> bool {
-        match self.peek() {
-            Some((Token::Atom(_), _)) => true,
-            Some((Token::Open | Token::Sign(_), _)) => V::HAS_SUMS,
-            Some((Token::Not | Token::And | Token::Or | Token::Close | Token::Compare(_), _))
-            | None => false,
-        }
-    }
-
-    pub(super) fn error(&self, place: Span, message: impl Into<String>) -> Finding {
-        Finding::new(Code::ContactSyntax, place, message)
-    }
-
     /// The finding for a token that follows a complete contact.
     pub(super) fn left_over(&self, token: &Token, place: Span) -> Finding {
         let at = (place.start - self.span.start) as usize;
@@ -417,14 +306,9 @@ impl Parser<'_> {
             Token::Atom(Atom { kind: AtomKind::Integer(_) | AtomKind::Real(_), .. })
                 if behind.starts_with('-') =>
             {
-                match self.has_sums {
-                    true => contact_signs::no_spaces(self.text, at, self.span),
-                    false => self
-                        .error(place, "`-` in a contact")
-                        .help(computed(self.text, at, self.span)),
-                }
+                contact_signs::no_spaces(self.text, at, self.span)
             }
-            Token::Atom(_) | Token::Not | Token::Open => {
+            Token::Atom(_) | Token::Element | Token::Not | Token::Open => {
                 let (before, behind) = (before.trim(), behind.trim());
                 if let Some(finding) = foreign(self.text, self.span) {
                     return finding;
@@ -448,7 +332,7 @@ impl Parser<'_> {
                 self.error(place, "`&` or `|` is missing before this").help(help)
             }
             Token::Close => self.error(place, "`)` closes nothing").fix(possible("")),
-            Token::Sign(_) => self
+            Token::Sign(_) | Token::Comma => self
                 .error(place, "a sum stands in a compare")
                 .help("compare it with something: `D0 + 1 > 3`"),
             Token::Compare(_) => self
@@ -463,19 +347,25 @@ impl Parser<'_> {
 
 /// `left op right`. With `grow`, `left` is a series of the same operator, and `right` is appended
 /// to it.
-fn join<V>(
-    left: WrittenContact<V>,
+fn join(
+    left: WrittenContact,
     power: BindingPower,
-    right: WrittenContact<V>,
+    right: WrittenContact,
     grow: bool,
-) -> WrittenContact<V> {
+) -> WrittenContact {
     let span = left.span().to(right.span());
     let items = match left {
         All(mut items, _) | Any(mut items, _) if grow => {
             items.push(right);
             items
         }
-        Bit(_) | Not(..) | All(..) | Any(..) | WrittenContact::Edge(..) | Compare(..) => {
+        Bit(_)
+        | WrittenContact::Indexed(_)
+        | Not(..)
+        | All(..)
+        | Any(..)
+        | WrittenContact::Edge(..)
+        | Compare(..) => {
             vec![left, right]
         }
     };

@@ -1,57 +1,72 @@
-//! The signs of sums in a text, and the findings about misplaced signs.
+//! The signs of expressions in a text of contacts, and the findings about misplaced signs.
 //!
-//! Called by `contact_lexer` and the parsers for conditions of tests; contacts of a ladder have no
-//! sums.
+//! Called by `contact_lexer`. `expression_parser` reads the expressions; these signs only show
+//! where one begins and ends.
 
-use super::contact_sum::SumSign;
+use super::expression::Binary;
 use super::finding::{Code, Finding};
 use super::fix::text as written;
 use super::span::Span;
+use rungd_engine::isa::Function;
 
-/// The help for an operator or a function that only MATH has.
-pub(super) const SIGNS_ALONE: &str = "a condition computes with `+ - * / %` and, in \
-                                      parentheses, `&` alone: let a MATH of the ladder compute \
-                                      this, and compare its result";
+/// The signs of MATH that are no signs of contacts, a longer one before a shorter one.
+const SIGNS: [Binary; 9] = [
+    Binary::ShiftLeft,
+    Binary::ShiftRightZeros,
+    Binary::ShiftRight,
+    Binary::Power,
+    Binary::Multiply,
+    Binary::Divide,
+    Binary::Remainder,
+    Binary::Add,
+    Binary::Subtract,
+];
 
-/// All signs of sums that are no sign of contacts.
-const SIGNS: [SumSign; 5] =
-    [SumSign::Add, SumSign::Subtract, SumSign::Multiply, SumSign::Divide, SumSign::Remainder];
-
-/// The sign of a sum at a place of a text, with its length; `None` if no such sign begins there.
-pub(super) fn sign(text: &str, at: usize, span: Span) -> Option<Result<(SumSign, usize), Finding>> {
+/// The sign of an expression at a place of a text, with its length; `None` if none begins there.
+pub(super) fn sign(text: &str, at: usize, span: Span) -> Option<Result<(Binary, usize), Finding>> {
     let (before, rest) = (&text[..at], &text[at..]);
-    let first = rest.chars().next()?;
-    let behind = &rest[first.len_utf8()..];
-    let follows_value =
-        before.trim_end().ends_with(|c: char| c.is_ascii_alphanumeric() || "_)]".contains(c));
-    let alone = |length: usize| {
-        let place = span.part(at, at + length);
-        let message = format!("`{}` in a condition", &rest[..length]);
-        Some(Err(Finding::new(Code::ContactSyntax, place, message).help(SIGNS_ALONE)))
-    };
-    if rest.starts_with("**") {
-        return alone(2);
-    }
-    if first == '^' && follows_value {
-        return alone(1);
-    }
-    let sign = SIGNS.into_iter().find(|sign| sign.sign() == first)?;
+    let sign = SIGNS.into_iter().find(|sign| rest.starts_with(sign.sign()))?;
+    let length = sign.sign().len();
+    let behind = &rest[length..];
+    let begins_number = behind.starts_with(|c: char| c.is_ascii_digit());
+    let follows_value = ends_value(before.trim_end());
     let is_spaced = |c: Option<char>| matches!(c, Some(' ' | '\t'));
-    match sign {
-        SumSign::Subtract if behind.starts_with(|c: char| c.is_ascii_digit()) => None,
-        SumSign::Subtract if !follows_value => Some(Ok((sign, 1))),
-        SumSign::Subtract
-            if !is_spaced(before.chars().last()) || !is_spaced(behind.chars().next()) =>
-        {
-            Some(Err(no_spaces(text, at, span)))
+    if sign == Binary::Subtract {
+        if begins_number && !is_spaced(behind.chars().next()) {
+            // Part of a number.
+            return None;
         }
-        SumSign::Add
-        | SumSign::Subtract
-        | SumSign::Multiply
-        | SumSign::Divide
-        | SumSign::Remainder
-        | SumSign::And => Some(Ok((sign, 1))),
+        let is_lone = is_spaced(before.chars().last()) && is_spaced(behind.chars().next());
+        if follows_value && !is_lone {
+            return Some(Err(no_spaces(text, at, span)));
+        }
     }
+    let is_foreign = match follows_value {
+        // `X0 / X1` without a compare negates `X1` elsewhere.
+        true => sign == Binary::Divide && !text.contains(['<', '>', '=']),
+        // `+5`, `%X0`, `/X0`.
+        false => {
+            (sign == Binary::Add && begins_number)
+                || matches!(sign, Binary::Divide | Binary::Remainder)
+        }
+    };
+    (!is_foreign).then_some(Ok((sign, length)))
+}
+
+/// Whether a text ends with a value, so that an operator may follow.
+pub(super) fn ends_value(text: &str) -> bool {
+    text.ends_with(|c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | ')' | ']'))
+}
+
+/// Whether a text ends with the name of a function, in any case, or with a small word that might be
+/// meant as one.
+pub(super) fn ends_with_function(text: &str) -> bool {
+    let text = text.trim_end();
+    let begin = text.rfind(|c: char| !c.is_ascii_alphanumeric()).map_or(0, |at| at + 1);
+    let word = text.get(begin..).unwrap_or_default();
+    let is_small = word.starts_with(|c: char| c.is_ascii_lowercase());
+    (is_small && !matches!(word, "rise" | "fall"))
+        || Function::from_name(&word.to_ascii_lowercase()).is_some()
 }
 
 /// The finding for a minus at a place of a text that lacks a space on one of its sides.

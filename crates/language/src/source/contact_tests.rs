@@ -6,6 +6,8 @@ use proptest::prelude::*;
 use super::atom::{Atom, AtomKind};
 use super::contact::{Comparison, Edge, WrittenContact};
 use super::contact_parser::parse;
+use super::contact_side::{CompareSide, ContactExpression};
+use super::expression::{Binary, Expression, ExpressionPart, ExpressionPartKind, Unary};
 use super::span::{FileId, Located, Span};
 
 fn span_of(text: &str) -> Span {
@@ -18,6 +20,7 @@ fn tree(contact: &WrittenContact) -> String {
     let all = |items: &[WrittenContact]| items.iter().map(tree).collect::<Vec<_>>().join(" ");
     match contact {
         WrittenContact::Bit(name) => format!("{}@{}", name.value, place(name.span)),
+        WrittenContact::Indexed(computed) => format!("{computed}@{}", place(computed.span)),
         WrittenContact::Not(inner, span) => format!("(not@{} {})", place(*span), tree(inner)),
         WrittenContact::All(items, span) => format!("(and@{} {})", place(*span), all(items)),
         WrittenContact::Any(items, span) => format!("(or@{} {})", place(*span), all(items)),
@@ -25,7 +28,7 @@ fn tree(contact: &WrittenContact) -> String {
             format!("({}@{} {})", edge.name(), place(*span), tree(inner))
         }
         WrittenContact::Compare(a, sign, b, span) => {
-            let (a, b) = (format!("{a}@{}", place(a.span)), format!("{b}@{}", place(b.span)));
+            let (a, b) = (format!("{a}@{}", place(a.span())), format!("{b}@{}", place(b.span())));
             format!("({}@{} {a} {b})", sign.sign(), place(*span))
         }
     }
@@ -86,6 +89,67 @@ fn edges_and_compares_parse_with_their_spans() {
 }
 
 #[test]
+fn compares_take_expressions() {
+    check("D0 + 1 > D1 * 2", expect!["(>@0..15 D0 + 1@0..6 D1 * 2@9..15)"]);
+    check(
+        "(D0 - D1) / 2 >= -5 & X0",
+        expect!["(and@0..24 (>=@0..19 (D0 - D1) / 2@0..13 -5@17..19) X0@22..24)"],
+    );
+    check("-D0 < abs(D1)", expect!["(<@0..13 -D0@0..3 abs(D1)@6..13)"]);
+    check(
+        "!(max(D0, D1, 3) ** 2 == 4)",
+        expect!["(not@0..26 (==@2..26 max(D0, D1, 3) ** 2@2..21 4@25..26))"],
+    );
+    check("X0 | D0 == list[i + 1].3", expect!["22..23 `.` belongs to no contact"]);
+    check(
+        "gate[i + 1] & !gate[2 * (i - 1)]",
+        expect!["(and@0..32 gate[i + 1]@0..11 (not@14..32 gate[2 * (i - 1)]@15..32))"],
+    );
+    check("rise(gate[list[i]])", expect!["(rise@0..19 gate[list[i]]@5..18)"]);
+    check("(D0) == (3)", expect!["(==@0..11 D0@0..4 3@8..11)"]);
+    check("T0.Acc + 5s > T1.Acc", expect!["(>@0..20 T0.Acc + 5s@0..11 T1.Acc@14..20)"]);
+    check(
+        "a-b.On & D0 > 2e-3 - 1",
+        expect!["(and@0..22 a-b.On@0..6 (>@9..22 D0@9..11 0.002 - 1@14..22))"],
+    );
+    check(
+        "min(a, max(b, c)) < sum(list)",
+        expect!["(<@0..29 min(a, max(b, c))@0..17 sum(list)@20..29)"],
+    );
+}
+
+#[test]
+fn what_contacts_do_not_compute_is_refused() {
+    check("(D0 & 4) != 0", expect!["4..5 `&` in the arithmetic of a contact"]);
+    check("D0 << 2 > 3", expect!["3..5 `<<` in the arithmetic of a contact"]);
+    check("(X0 | X1) == X2", expect!["4..5 `|` in the arithmetic of a contact"]);
+    check("(D0 > 3) + 1 > 1", expect!["4..5 `>` in the arithmetic of a contact"]);
+    check("D0 + !X0 > 1", expect!["5..8 `!` in the arithmetic of a contact"]);
+    check("D0 + ~D1 > 1", expect!["5..6 `~` does not negate a contact"]);
+    check("D0 + 1", expect!["0..6 `D0 + 1` is a number, not a contact"]);
+    check("D0 + 1 > 2 > 3", expect!["11..12 two compares in a row"]);
+    check("!D0 + 1 == 3", expect!["0..12 `!` binds tighter than a compare"]);
+    check("D0 -1 > 3", expect!["3..4 a minus without spaces around it"]);
+    check("5-D0 > 3", expect!["1..2 a minus without spaces around it"]);
+    check("D0 + > 3", expect!["4..4 a value is missing here"]);
+    check("D0 > * 3", expect!["5..6 a value is missing before `*`"]);
+    check("MAX(D0, D1) > 3", expect!["0..3 `MAX` cannot have parentheses after it"]);
+    check("max(D0, D1", expect!["10..10 `)` is missing"]);
+    check("list[i + > 3", expect!["4..12 `]` is missing"]);
+    check("D0 > 3000000000", expect!["5..15 `3000000000` lies outside -2147483648..2147483647"]);
+    check(
+        "D0 + 3000000000 > 1",
+        expect!["5..15 `3000000000` lies outside -2147483648..2147483647"],
+    );
+    check(
+        "D0 + 0xFFFFFFFF > 1",
+        expect!["5..15 `0xFFFFFFFF` lies outside -2147483648..2147483647"],
+    );
+    check("(D0 + 1) & X0", expect!["1..7 `D0 + 1` is a number, not a contact"]);
+    check("X0, X1", expect!["2..3 a comma in a contact"]);
+}
+
+#[test]
 fn syntax_errors_have_exact_spans() {
     check("", expect!["0..0 an empty contact"]);
     check("X0 | & X1", expect!["5..6 a contact is missing before this"]);
@@ -128,6 +192,55 @@ fn value() -> impl Strategy<Value = Atom> {
     kind.prop_map(|kind| Atom { kind, span: Span::default() })
 }
 
+/// The parts of an expression that contacts may have.
+fn expression() -> impl Strategy<Value = Expression> {
+    use ExpressionPartKind::{Binary as Two, Call, Duration, Element, Integer, Name, Unary as One};
+    let kind = prop_oneof![
+        proptest::sample::select(&["D0", "bottles.Acc", "a_b", "$Second"][..])
+            .prop_map(|name| Name(name.to_owned())),
+        (0..=i32::MAX).prop_map(|n| Integer(n.into())),
+        (1000..=i32::MAX).prop_map(Duration),
+    ];
+    let part = |kind| ExpressionPart { kind, span: Span::default() };
+    let leaf = kind.prop_map(move |kind| vec![part(kind)]);
+    let parts = leaf.prop_recursive(4, 24, 3, move |inner| {
+        use Binary::{Add, Divide, Multiply, Power, Remainder, Subtract};
+        let sign =
+            proptest::sample::select(&[Add, Subtract, Multiply, Divide, Remainder, Power][..]);
+        let behind = move |mut all: Vec<ExpressionPart>, kind| {
+            all.push(part(kind));
+            all
+        };
+        prop_oneof![
+            (inner.clone(), inner.clone(), sign).prop_map(move |(mut a, b, sign)| {
+                a.extend(b);
+                behind(a, Two(sign, Span::default()))
+            }),
+            // A duration is never negative in a contact.
+            inner.clone().prop_map(move |a| match matches!(a[0].kind, Duration(_)) {
+                true => a,
+                false => behind(a, One(Unary::Minus)),
+            }),
+            inner.clone().prop_map(move |a| behind(a, Element(at("list".to_owned())))),
+            proptest::collection::vec(inner.clone(), 1..4).prop_map(move |all| {
+                let count = all.len() as u32;
+                behind(all.concat(), Call(at("max".to_owned()), count))
+            }),
+        ]
+    });
+    parts.prop_map(|parts| Expression { parts })
+}
+
+fn side() -> impl Strategy<Value = CompareSide> {
+    let computed = expression().prop_filter("a single part is an atom", |all| all.parts.len() > 1);
+    prop_oneof![
+        value().prop_map(CompareSide::Atom),
+        computed.prop_map(|expression| {
+            CompareSide::Computed(ContactExpression { expression, span: Span::default() })
+        }),
+    ]
+}
+
 fn comparison() -> impl Strategy<Value = Comparison> {
     use Comparison::{Eq, Ge, Gt, Le, Lt, Ne};
     proptest::sample::select(&[Eq, Ne, Lt, Le, Gt, Ge][..])
@@ -136,7 +249,7 @@ fn comparison() -> impl Strategy<Value = Comparison> {
 fn contact() -> impl Strategy<Value = WrittenContact> {
     let leaf = prop_oneof![
         name().prop_map(|name| WrittenContact::Bit(at(name))),
-        (value(), comparison(), value()).prop_map(|(a, sign, b)| WrittenContact::Compare(
+        (side(), comparison(), side()).prop_map(|(a, sign, b)| WrittenContact::Compare(
             a,
             sign,
             b,
@@ -182,6 +295,7 @@ fn shape(contact: &WrittenContact) -> String {
     let parts = |items: &[WrittenContact]| items.iter().map(shape).collect::<Vec<_>>().join(" ");
     match contact {
         WrittenContact::Bit(name) => name.value.clone(),
+        WrittenContact::Indexed(computed) => computed.to_string(),
         WrittenContact::Not(inner, _) => format!("(not {})", shape(inner)),
         WrittenContact::All(items, _) => format!("(and {})", parts(items)),
         WrittenContact::Any(items, _) => format!("(or {})", parts(items)),

@@ -6,6 +6,7 @@
 use super::atom::Atom;
 use super::contact_habits::masked;
 use super::contact_lexer::Token;
+use super::contact_use::ContactUse;
 use super::finding::{Code, Finding};
 use super::fix::{Help, advise, possible, write};
 use super::span::Span;
@@ -20,7 +21,7 @@ pub(super) struct TokensAround<'t> {
 
 impl TokensAround<'_> {
     /// The finding for a number that was just read, if `&` or `|` joins it with a word.
-    pub(super) fn mask(&self, number: &Atom, has_sums: bool) -> Option<Finding> {
+    pub(super) fn mask(&self, number: &Atom, used: ContactUse) -> Option<Finding> {
         let read = &self.tokens[..self.at];
         let [.., (Token::Atom(word), _), (Token::And | Token::Or, sign), _] = read else {
             return None;
@@ -43,7 +44,7 @@ impl TokensAround<'_> {
         };
         let place = read[read.len() - 3 - closed.min(opens)].1.to(self.tokens[end - 1].1);
         let formula = format!("{} {sign} {written}", word.name()?);
-        let help = masked(&formula, &compare, has_sums, place);
+        let help = masked(&formula, &compare, used, place);
         let message = format!("`{written}` is a number, not a contact");
         let finding = Finding::new(Code::ContactSyntax, number.span, message);
         Some(finding.help(help))

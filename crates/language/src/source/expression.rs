@@ -1,9 +1,10 @@
-//! Expressions of MATH as written: constants, names, operators and calls, with their places.
+//! Expressions of MATH and of contacts as written: constants, names, operators and calls, with
+//! their places.
 //!
-//! [`super::expression_parser`] makes them from an instruction's text. The parts are in postfix
-//! order: an operator comes after its operands. So a loop with a stack of operands can visit an
-//! expression of any length, without recursion that could exhaust the program's stack. Names are
-//! not looked up here; the resolver does that.
+//! [`super::expression_parser`] makes them from a text. The parts are in postfix order: an
+//! operator comes after its operands. So a loop with a stack of operands can visit an expression
+//! of any length, without recursion that could exhaust the program's stack. Names are not looked
+//! up here; the resolver does that.
 
 use super::span::{Located, Span};
 use rungd_engine::isa::Real;
@@ -38,8 +39,10 @@ pub struct ExpressionPart {
 /// The kind of a part.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ExpressionPartKind {
-    /// An integer, or a duration in ms. 2147483648 occurs only directly behind a unary `-`.
+    /// An integer. 2147483648 occurs only directly behind a unary `-`.
     Integer(i64),
+    /// A duration in ms.
+    Duration(i32),
     /// A real.
     Real(Real),
     /// The name of a word, a bit, a member or a constant.
@@ -52,6 +55,39 @@ pub enum ExpressionPartKind {
     Element(Located<String>),
     /// A function by its name, and the number of its arguments.
     Call(Located<String>, u32),
+}
+
+impl Expression {
+    /// The same expression with different places, which `place` returns.
+    pub fn moved(&self, place: &mut dyn FnMut(Span) -> Span) -> Expression {
+        let parts = self
+            .parts
+            .iter()
+            .map(|part| ExpressionPart { kind: part.kind.moved(place), span: place(part.span) });
+        Expression { parts: parts.collect() }
+    }
+}
+
+impl ExpressionPartKind {
+    /// The same part with different places, which `place` returns.
+    pub fn moved(&self, place: &mut dyn FnMut(Span) -> Span) -> ExpressionPartKind {
+        let mut moved_name =
+            |name: &Located<String>| Located { value: name.value.clone(), span: place(name.span) };
+        match self {
+            ExpressionPartKind::Element(name) => ExpressionPartKind::Element(moved_name(name)),
+            ExpressionPartKind::Call(name, count) => {
+                ExpressionPartKind::Call(moved_name(name), *count)
+            }
+            ExpressionPartKind::Binary(operator, sign) => {
+                ExpressionPartKind::Binary(*operator, place(*sign))
+            }
+            ExpressionPartKind::Integer(_)
+            | ExpressionPartKind::Duration(_)
+            | ExpressionPartKind::Real(_)
+            | ExpressionPartKind::Name(_)
+            | ExpressionPartKind::Unary(_) => self.clone(),
+        }
+    }
 }
 
 macro_rules! operators {

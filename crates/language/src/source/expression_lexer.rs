@@ -1,10 +1,12 @@
 //! Splits the text of an expression into tokens. Called by `expression_parser`.
 //!
-//! A name has no `-`: a `-` is always the operator. A character that begins no token becomes a
-//! finding. Its help is for the notation from which the character most probably comes.
+//! In MATH a name has no `-`: a `-` is always the operator. In a contact, a `-` directly between
+//! letters, digits or `_` belongs to a name. A character that begins no token becomes a finding.
+//! Its help is for the notation from which the character most probably comes.
 
 use super::atom::{Atom, AtomKind, other_notation, typed_literal};
 use super::contact_lexer::split;
+use super::contact_signs::no_spaces;
 use super::expression::{Binary, ExpressionPartKind, Unary};
 use super::finding::{Code, Finding};
 use super::fix::{advise, possible, write};
@@ -30,15 +32,39 @@ pub(super) enum ExpressionToken {
     IndexEnd,
 }
 
+/// The place of an expression, which decides how its names and numbers are read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum ExpressionUse {
+    /// Behind the `=` of a MATH, or the index of its target.
+    Math,
+    /// A side of a compare, or an index in a contact: literals are read as contacts read them.
+    Contact,
+}
+
 /// All tokens of a text, each with its place; `span` is the place of the whole text.
 ///
 /// # Errors
 /// The first mistake.
-pub(super) fn lex(text: &str, span: Span) -> Result<Vec<(ExpressionToken, Span)>, Finding> {
-    split(text, span, |rest, first, at| match sign(rest) {
-        Some(found) => Ok(found),
-        None => operand(rest, first, span.part(at, at + rest.len())),
+pub(super) fn lex(
+    text: &str,
+    span: Span,
+    used: ExpressionUse,
+) -> Result<Vec<(ExpressionToken, Span)>, Finding> {
+    split(text, span, |rest, first, at| {
+        if used == ExpressionUse::Contact && first == '-' && is_within_word(text, at) {
+            return Err(no_spaces(text, at, span));
+        }
+        match sign(rest) {
+            Some(found) => Ok(found),
+            None => operand(rest, first, span.part(at, at + rest.len()), used),
+        }
     })
+}
+
+/// Whether the sign at a place of a text is directly between letters, digits or `_`.
+fn is_within_word(text: &str, at: usize) -> bool {
+    let is_letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    text[..at].ends_with(is_letter) && text[at + 1..].starts_with(is_letter)
 }
 
 fn sign(rest: &str) -> Option<(ExpressionToken, usize)> {
@@ -64,23 +90,41 @@ fn sign(rest: &str) -> Option<(ExpressionToken, usize)> {
     Some((token, 1))
 }
 
-fn operand(rest: &str, first: char, span: Span) -> Result<(ExpressionToken, usize), Finding> {
+fn operand(
+    rest: &str,
+    first: char,
+    span: Span,
+    used: ExpressionUse,
+) -> Result<(ExpressionToken, usize), Finding> {
     if let Some(finding) = typed_literal(rest, span, Code::ExpressionSyntax) {
         return Err(finding);
     }
     if first.is_ascii_digit() {
         let length = number_length(rest);
-        let kind = number(&rest[..length], span.part(0, length))?;
+        let (word, place) = (&rest[..length], span.part(0, length));
+        let kind = match used {
+            ExpressionUse::Math => number(word, place)?,
+            ExpressionUse::Contact => number_of_contact(word, place)?,
+        };
         return Ok((ExpressionToken::Operand(kind), length));
     }
     if first.is_ascii_alphabetic() || first == '$' || first == '_' {
-        let tail = |c: char| !(c.is_ascii_alphanumeric() || matches!(c, '_' | '.'));
-        let length = 1 + rest[1..].find(tail).unwrap_or(rest.len() - 1);
+        let length = name_length(rest, used);
         let length = length + slice_length(&rest[length..]);
         let name = rest[..length].replace([' ', '\t'], "");
         return Ok((ExpressionToken::Operand(ExpressionPartKind::Name(name)), length));
     }
     Err(stray(rest, first, span))
+}
+
+/// The length of a name. In a contact it also has each `-` that is directly between its letters.
+fn name_length(rest: &str, used: ExpressionUse) -> usize {
+    let is_tail = |(at, c): (usize, char)| match c {
+        '-' => used == ExpressionUse::Contact && is_within_word(rest, at),
+        c => c.is_ascii_alphanumeric() || matches!(c, '_' | '.'),
+    };
+    let end = rest.char_indices().skip(1).find(|letter| !is_tail(*letter));
+    end.map_or(rest.len(), |(at, _)| at)
 }
 
 /// The length of the slice behind a name (`[0..6]`), which is part of the name; 0 if there is none.
@@ -126,8 +170,35 @@ fn number(word: &str, span: Span) -> Result<ExpressionPartKind, Finding> {
         return real(word, span);
     }
     match Atom::parse(word, span).map(|atom| atom.kind) {
-        Ok(AtomKind::Duration(ms)) => Ok(ExpressionPartKind::Integer(i64::from(ms))),
+        Ok(AtomKind::Duration(ms)) => Ok(ExpressionPartKind::Duration(ms)),
         Ok(_) => Err(error(Code::ExpressionSyntax, format!("`{word}` is no number"))),
+        Err(mut finding) => {
+            if finding.code == Code::InstructionSyntax {
+                finding.code = Code::ExpressionSyntax;
+            }
+            Err(finding)
+        }
+    }
+}
+
+/// A number as contacts read it: an integer of 32 bits, a real or a duration.
+fn number_of_contact(word: &str, span: Span) -> Result<ExpressionPartKind, Finding> {
+    let is_decimal = word.bytes().all(|b| b.is_ascii_digit());
+    if is_decimal {
+        // The parser reports a number that is too large: -2147483648 is not.
+        return Ok(ExpressionPartKind::Integer(word.parse().unwrap_or(i64::MAX)));
+    }
+    if word.eq_ignore_ascii_case("0x80000000") {
+        // As -2147483648.
+        return Ok(ExpressionPartKind::Integer(0x8000_0000));
+    }
+    match Atom::parse(word, span) {
+        Ok(atom) => Ok(match atom.kind {
+            AtomKind::Integer(n) => ExpressionPartKind::Integer(n.into()),
+            AtomKind::Duration(ms) => ExpressionPartKind::Duration(ms),
+            AtomKind::Real(real) => ExpressionPartKind::Real(real),
+            AtomKind::Name(name) => ExpressionPartKind::Name(name),
+        }),
         Err(mut finding) => {
             if finding.code == Code::InstructionSyntax {
                 finding.code = Code::ExpressionSyntax;

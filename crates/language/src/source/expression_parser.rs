@@ -1,17 +1,18 @@
-//! The grammar of MATH: the target, and the expression behind the `=`.
+//! The grammar of MATH and of expressions: the target, and the expression behind the `=`.
 //!
-//! Called by `instruction`. This is the shunting-yard algorithm: an operator waits on a stack until
-//! an operator follows that binds less tightly. So no input makes this code recurse. The nesting of
-//! parentheses, calls and operators with one operand is limited nevertheless, because deeper
-//! expressions are not readable.
+//! Called by `instruction`, and by `side_parser` for contacts. This is the shunting-yard
+//! algorithm: an operator waits on a stack until an operator follows that binds less tightly. So
+//! no input makes this code recurse. The nesting of parentheses, calls and operators with one
+//! operand is limited nevertheless, because deeper expressions are not readable.
 
 use super::expression::{
     Binary, Expression, ExpressionPart, ExpressionPartKind, Unary, WrittenFormula,
 };
-use super::expression_lexer::{ExpressionToken, lex};
+use super::expression_lexer::{ExpressionToken, ExpressionUse, lex};
 use super::expression_rules::{OperandRoot, OperandTerm, OperatorUse};
 use super::finding::{Code, Finding};
 use super::fix::{Help, advise, possible, text as fix, write};
+use super::math_target;
 use super::span::{Located, Span};
 use rungd_engine::isa::decimal_comma;
 
@@ -27,99 +28,32 @@ pub(super) fn parse_formula(
     findings: &mut Vec<Finding>,
 ) -> Option<WrittenFormula> {
     let mut warnings = Vec::new();
-    let parsed = split(text, span).and_then(|(target, index, at)| {
+    let parsed = math_target::split(text, span).and_then(|(target, index, at)| {
         let part = |(from, to): (usize, usize)| (&text[from..to], span.part(from, to));
         let index = index.map(|index| {
             let (text, place) = part(index);
-            parse(text, place, &mut warnings)
+            parse(text, place, ExpressionUse::Math, &mut warnings)
         });
         let index = index.transpose()?;
         let (text, place) = part((at, text.len()));
-        let expression = parse(text, place, &mut warnings)?;
+        let expression = parse(text, place, ExpressionUse::Math, &mut warnings)?;
         Ok(WrittenFormula { target, index, expression })
     });
     findings.append(&mut warnings);
     parsed.map_err(|finding| findings.push(finding)).ok()
 }
 
-/// The target, the range of its index, and the byte at which the expression begins.
-type SplitFormula = (Located<String>, Option<(usize, usize)>, usize);
-
-fn split(text: &str, span: Span) -> ExpressionResult<SplitFormula> {
-    let error = |place, message: &str| Finding::new(Code::ExpressionSyntax, place, message);
-    let form = "its form is `MATH target = expression`: `MATH level = (raw - 6400) / 51`";
-    let Some(at) = assignment(text) else {
-        return Err(error(span, "MATH lacks the `=` behind its target").help(form));
-    };
-    let written = &text[..at];
-    let start = written.len() - written.trim_start().len();
-    let name = written.trim();
-    let place = span.part(start, start + name.len().max(1));
-    if name.is_empty() {
-        return Err(error(place, "MATH lacks its target").help(form));
-    }
-    let (name, index) = match name.split_once('[') {
-        None => (name, None),
-        Some((base, rest)) if rest.ends_with(']') && !is_slice(rest) => {
-            let from = start + base.len() + 1;
-            (base.trim_end(), Some((from, from + rest.len() - 1)))
-        }
-        Some(_) => {
-            let help = "the target is one element: `MATH recipe[step] = …`";
-            return Err(error(place, &format!("`{name}` is no target")).help(help));
-        }
-    };
-    let place = span.part(start, start + name.len().max(1));
-    if let Some(word) = name.strip_suffix([':', '+', '-', '*', '/']) {
-        let sign = &name[word.len()..];
-        let message = format!("`{sign}=` is no sign here");
-        let word = word.trim_end();
-        let signs = span.part(start + name.len() - 1, at + 1);
-        let (help, right) = match sign {
-            ":" => (format!("write `{word} = …`"), "=".to_owned()),
-            _ => (format!("write `{word} = {word} {sign} …`"), format!("= {word} {sign}")),
-        };
-        return Err(error(place, &message).help(help).fix(fix(right).at(signs)));
-    }
-    let is_name = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '$');
-    if !name.chars().all(is_name) || name.starts_with(|c: char| c.is_ascii_digit()) {
-        let message = format!("`{name}` is no target");
-        let help = "the target is the name of a word or bit: `MATH D0 = D1 + 1`";
-        return Err(error(place, &message).help(help).fix(possible("D0")));
-    }
-    Ok((Located { value: name.to_owned(), span: place }, index, at + 1))
-}
-
-/// Whether the text behind a `[` is a slice (`0..6`). An index may also contain slices, in brackets
-/// of their own.
-fn is_slice(rest: &str) -> bool {
-    rest.split(['[', '(', ']']).next().is_some_and(|ends| ends.contains(".."))
-}
-
-/// The first `=` outside brackets that is not part of `==`.
-fn assignment(text: &str) -> Option<usize> {
-    let bytes = text.as_bytes();
-    let mut depth = 0usize;
-    let mut at = 0;
-    while at < bytes.len() {
-        match bytes[at] {
-            b'[' | b'(' => depth += 1,
-            b']' | b')' => depth = depth.saturating_sub(1),
-            b'=' if bytes.get(at + 1) == Some(&b'=') => at += 1,
-            b'=' if depth == 0 => return Some(at),
-            _ => {}
-        }
-        at += 1;
-    }
-    None
-}
-
 /// Parses an expression; `span` is its place.
 ///
 /// # Errors
 /// The first mistake in it.
-pub fn parse(text: &str, span: Span, warnings: &mut Vec<Finding>) -> ExpressionResult<Expression> {
-    let tokens = lex(text, span)?;
+pub(super) fn parse(
+    text: &str,
+    span: Span,
+    used: ExpressionUse,
+    warnings: &mut Vec<Finding>,
+) -> ExpressionResult<Expression> {
+    let tokens = lex(text, span, used)?;
     let mut parser = ExpressionParser {
         text,
         span,
@@ -348,7 +282,10 @@ impl ExpressionParser<'_> {
         let message = format!("`{text}` lies outside -2147483648..2147483647");
         let finding = Finding::new(Code::OutOfRange, place, message);
         let real = possible(format!("{text}.0"));
-        Err(finding.help(advise("constants have 32 bits; a real may be larger: `{}`", [real])))
+        Err(finding.help(match text.starts_with("0x") {
+            true => "numbers are signed, of 32 bits".into(),
+            false => advise("constants have 32 bits; a real may be larger: `{}`", [real]),
+        }))
     }
 
     /// Adds a complete operand, and applies to it the operators with one operand before it.

@@ -3,6 +3,7 @@
 use expect_test::{Expect, expect};
 
 use super::expression::{Expression, ExpressionPartKind};
+use super::expression_lexer::ExpressionUse;
 use super::expression_parser::{parse, parse_formula};
 use super::finding::Finding;
 use super::span::{FileId, Span};
@@ -17,6 +18,7 @@ fn tree(expression: &Expression) -> String {
     for part in &expression.parts {
         let text = match &part.kind {
             ExpressionPartKind::Integer(n) => n.to_string(),
+            ExpressionPartKind::Duration(ms) => ms.to_string(),
             ExpressionPartKind::Real(real) => real.to_string(),
             ExpressionPartKind::Name(name) => name.clone(),
             ExpressionPartKind::Unary(operator) => {
@@ -48,7 +50,7 @@ fn told(finding: &Finding) -> String {
 
 fn check(text: &str, expected: Expect) {
     let mut warnings = Vec::new();
-    let found = match parse(text, span_of(text), &mut warnings) {
+    let found = match parse(text, span_of(text), ExpressionUse::Math, &mut warnings) {
         Ok(expression) => tree(&expression),
         Err(finding) => told(&finding),
     };
@@ -402,10 +404,11 @@ fn the_target_of_a_formula_ends_at_the_first_equals_sign() {
 fn nesting_is_limited_to_32_levels_but_length_is_not() {
     let nested = |levels: usize| format!("{}a{}", "(".repeat(levels), ")".repeat(levels));
     let mut warnings = Vec::new();
-    let mut ends = |text: String| match parse(&text, span_of(&text), &mut warnings) {
-        Ok(expression) => format!("{} parts", expression.parts.len()),
-        Err(finding) => finding.message,
-    };
+    let mut ends =
+        |text: String| match parse(&text, span_of(&text), ExpressionUse::Math, &mut warnings) {
+            Ok(expression) => format!("{} parts", expression.parts.len()),
+            Err(finding) => finding.message,
+        };
     assert_eq!(ends(nested(32)), "1 parts");
     let too_deep = "more than 32 levels of parentheses, calls and signs";
     assert_eq!(ends(nested(33)), too_deep);

@@ -223,7 +223,7 @@ findings! {
         "A header comes after its parent was closed, and would join an earlier parent.";
     ContactSyntax "contact-syntax" Error "A contact does not follow the grammar.";
     InstructionSyntax "instruction-syntax" Error "An instruction does not follow its form.";
-    ExpressionSyntax "expression-syntax" Error "An expression of MATH does not follow the grammar.";
+    ExpressionSyntax "expression-syntax" Error "An expression does not follow the grammar.";
     EmptyLeg "empty-leg" Error "A series of contacts is empty; a rung that is always ON has $On.";
     NoInstruction "no-instruction" Error "A rung or branch drives nothing.";
     MixedLegs "mixed-legs" Error "A rung has both `when` and `leg.*`, or neither.";

@@ -9,8 +9,8 @@ use super::super::workspace::Cursor;
 use rungd_engine::isa::duration;
 use rungd_lab::testing::step_form;
 use rungd_language::source::contact_parser;
+use rungd_language::source::contact_parser::parse_condition;
 use rungd_language::source::span::Span;
-use rungd_language::source::sum_parser::parse_condition;
 
 /// The reading of the value at the cursor.
 pub(super) fn at(cursor: &Cursor) -> Option<(Range<usize>, String)> {

@@ -71,7 +71,8 @@ impl<'t> Reader<'t> {
         if self.take(b'!') {
             return Tree::Not(Box::new(self.one()));
         }
-        if self.take(b'(') {
+        self.skip();
+        if !self.is_compare() && self.take(b'(') {
             let inner = self.any();
             self.take(b')');
             return inner;
@@ -91,6 +92,22 @@ impl<'t> Reader<'t> {
         let key = self.key(start);
         self.leaves.push(Leaf { start, key });
         Tree::Leaf(self.leaves.len() - 1)
+    }
+
+    /// Whether the next contact is a compare, whose left side may begin with a parenthesis.
+    fn is_compare(&self) -> bool {
+        let mut depth = 0;
+        for byte in self.text[self.at..self.end].bytes() {
+            match byte {
+                b'(' => depth += 1,
+                b')' if depth == 0 => return false,
+                b')' => depth -= 1,
+                b'&' | b'|' if depth == 0 => return false,
+                b'<' | b'>' | b'=' if depth == 0 => return true,
+                _ => {}
+            }
+        }
+        false
     }
 
     fn key(&self, start: usize) -> String {

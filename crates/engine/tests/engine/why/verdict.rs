@@ -194,6 +194,9 @@ fn contact(bench: &Bench, of: &ContactSeen, rng: &mut Rng) -> Result<(), String>
         ContactDetail::Compare { sides, .. } => {
             sides.iter().try_for_each(|side| followed(bench, &side.followed, rng))
         }
+        ContactDetail::Computed { operands, .. } => {
+            operands.iter().try_for_each(|read| followed(bench, &read.followed, rng))
+        }
         ContactDetail::Edge { inner, .. } => {
             inner.iter().try_for_each(|one| contact(bench, one, rng))
         }

@@ -5,10 +5,12 @@
 
 use rungd_engine::isa::{Bit, BitSpace, LegName, Mnemonic, Structure, Word, status::st};
 pub use rungd_language::resolve::program::{
-    Comparison, ConstantForm, Contact, Edge, Instruction, Rung, Value,
+    Comparison, ComputedCompare, ComputedContact, ConstantForm, Contact, Edge, Instruction, Rung,
+    Value,
 };
 use rungd_language::source::span::Span;
 
+use super::formula::{self, ContactSite};
 use super::ground::{ExchangedText, FoundMutation, Ground, MutationSite, change_of_constant};
 use super::kind::MutantKind;
 use super::mutation::{Mutation, RungContacts};
@@ -106,6 +108,7 @@ impl<'g, 'a> ContactSearch<'g, 'a> {
             Contact::Compare(a, how, b, span) => {
                 self.compare(SearchedCompare { a: *a, how: *how, b: *b, span: *span }, number);
             }
+            Contact::Computed(computed, span) => self.computed(computed, *span, number),
         }
     }
 
@@ -120,11 +123,19 @@ impl<'g, 'a> ContactSearch<'g, 'a> {
                 let how = how.negated();
                 (Contact::Compare(*a, how, *b, *span), self.compared(*span, how))
             }
+            Contact::Computed(computed, span) if computed.compare.is_some() => {
+                let mut new = computed.clone();
+                let compare = new.compare.as_mut().expect("the arm's condition");
+                compare.comparison = compare.comparison.negated();
+                let text = self.compared(*span, compare.comparison);
+                (Contact::Computed(new, *span), text)
+            }
             Contact::Bit(..)
             | Contact::Element(..)
             | Contact::All(..)
             | Contact::Any(..)
-            | Contact::Edge(..) => {
+            | Contact::Edge(..)
+            | Contact::Computed(..) => {
                 (Contact::Not(Box::new(contact.clone()), contact.span()), format!("!{text}"))
             }
         };
@@ -208,6 +219,33 @@ impl<'g, 'a> ContactSearch<'g, 'a> {
         }
     }
 
+    fn computed(&mut self, computed: &ComputedContact, span: Span, number: u32) {
+        if let Some(compare) = &computed.compare
+            && let Some(moved) = border_moved(compare.comparison)
+        {
+            let what = self.became("", span, &self.compared(span, moved));
+            let compare = ComputedCompare { comparison: moved, ..compare.clone() };
+            let new = ComputedContact { compare: Some(compare), ..computed.clone() };
+            let new = Contact::Computed(Box::new(new), span);
+            self.find(MutationSite::new(MutantKind::Border, span), what, number, &new);
+        }
+        let (series, site) = (self.series, ContactSite { span, branch: self.branch() });
+        let change = |new: ComputedContact| {
+            let new = Contact::Computed(Box::new(new), span);
+            Mutation::Contact(series, number, Some(new))
+        };
+        let parts = formula::of_contact(self.ground, computed, site, &change);
+        self.found.extend(parts);
+    }
+
+    /// The number of the branch of this series, from 1.
+    fn branch(&self) -> Option<usize> {
+        match self.series {
+            RungContacts::Leg(_) => None,
+            RungContacts::Branch(at) => Some(at + 1),
+        }
+    }
+
     /// The text of a compare with a different sign.
     fn compared(&self, span: Span, how: Comparison) -> String {
         let [a, b] = self.sides(span);
@@ -237,10 +275,7 @@ impl<'g, 'a> ContactSearch<'g, 'a> {
     }
 
     fn push(&mut self, site: MutationSite, what: String, mutation: Mutation) {
-        let branch = match self.series {
-            RungContacts::Leg(_) => None,
-            RungContacts::Branch(at) => Some(at + 1),
-        };
+        let branch = self.branch();
         let MutationSite { kind, span, variant } = site;
         let place = self.ground.place(span);
         self.found.push(FoundMutation { kind, place, variant, what, branch, mutation });
@@ -275,7 +310,11 @@ fn border_as_constant(how: Comparison, is_left: bool) -> Option<Direction> {
 /// Whether a contact is a bit, a compare or an edge, with or without `!`.
 fn is_single(contact: &Contact) -> bool {
     match contact {
-        Contact::Bit(..) | Contact::Element(..) | Contact::Edge(..) | Contact::Compare(..) => true,
+        Contact::Bit(..)
+        | Contact::Element(..)
+        | Contact::Edge(..)
+        | Contact::Compare(..)
+        | Contact::Computed(..) => true,
         Contact::Not(inner, _) => is_single(inner),
         Contact::All(..) | Contact::Any(..) => false,
     }
@@ -295,7 +334,8 @@ fn is_fixed(contact: &Contact) -> bool {
         | Contact::Element(..)
         | Contact::All(..)
         | Contact::Any(..)
-        | Contact::Compare(..) => false,
+        | Contact::Compare(..)
+        | Contact::Computed(..) => false,
     }
 }
 

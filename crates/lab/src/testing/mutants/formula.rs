@@ -1,13 +1,18 @@
-//! The mutations of MATH: its operators, functions, signs and constants.
+//! The mutations of expressions, of MATH and of contacts: their operators, functions, signs and
+//! constants.
 //!
-//! A resolved expression has no places, so the text of the instruction is parsed again. Its parts
+//! A resolved expression has no places, so the text around it is parsed again. Its parts
 //! are in the same order, unless it names whole arrays; then the place is the whole instruction.
 
 use std::collections::HashMap;
 
 use rungd_engine::isa::Function;
 use rungd_language::resolve::formula::{Binary, Formula, FormulaPart, NumberType, Unary};
+use rungd_language::resolve::program::ComputedContact;
 pub use rungd_language::resolve::program::{ConstantForm, Instruction, Value};
+use rungd_language::source::contact::WrittenContact;
+use rungd_language::source::contact_parser;
+use rungd_language::source::contact_side::CompareSide;
 pub use rungd_language::source::expression::{self, ExpressionPartKind};
 use rungd_language::source::instruction;
 use rungd_language::source::span::Span;
@@ -37,12 +42,67 @@ pub(super) fn formulas(
     let value = (FormulaOf::Value, &calculation.value, written);
     for (which, formula, written) in indexes.chain([value]) {
         let written = written.filter(|written| is_alike(formula, written));
-        let mut search =
-            FormulaSearch { ground, index, which, whole, formula, written, found: Vec::new() };
-        search.parts();
-        found.append(&mut search.found);
+        let change = |at: usize, new| Mutation::Part(index, which, at, new);
+        let branch = index.branch.map(|at| at + 1);
+        let place = FormulaPlace { whole, branch, variant: 0 };
+        found.extend(
+            FormulaSearch::new(ground, place, FormulaText { formula, written }, &change).all(),
+        );
     }
     found
+}
+
+/// The place of a contact, and the number of its branch, from 1.
+#[derive(Clone, Copy)]
+pub(super) struct ContactSite {
+    pub span: Span,
+    pub branch: Option<usize>,
+}
+
+/// All mutations of the expressions of a contact; `change` makes the mutation to a new contact.
+pub(super) fn of_contact(
+    ground: &Ground,
+    computed: &ComputedContact,
+    site: ContactSite,
+    change: &dyn Fn(ComputedContact) -> Mutation,
+) -> Vec<FoundMutation> {
+    let ContactSite { span, branch } = site;
+    let whole = ground.place(span);
+    let parsed = contact_parser::parse(ground.text(whole), whole).ok();
+    let written = match &parsed {
+        Some(WrittenContact::Compare(left, _, right, _)) => [written(left), written(right)],
+        Some(WrittenContact::Indexed(indexed)) => [Some(&indexed.expression), None],
+        Some(_) | None => [None, None],
+    };
+    let mut found = Vec::new();
+    for (side, (formula, written)) in computed.formulas().zip(written).enumerate() {
+        let written = written.filter(|written| is_alike(formula, written));
+        let changed = |at: usize, new: Option<FormulaPart>| {
+            let mut computed = computed.clone();
+            if let Some(formula) = computed.formulas_mut().nth(side) {
+                match new {
+                    Some(new) => formula.parts[at] = new,
+                    None => drop(formula.parts.remove(at)),
+                }
+            }
+            change(computed)
+        };
+        let place = FormulaPlace { whole, branch, variant: side as u32 * SIDE_VARIANTS };
+        found.extend(
+            FormulaSearch::new(ground, place, FormulaText { formula, written }, &changed).all(),
+        );
+    }
+    found
+}
+
+/// The numbers of variants from one side of a compare to the other.
+const SIDE_VARIANTS: u32 = 1 << 20;
+
+fn written(side: &CompareSide) -> Option<&expression::Expression> {
+    match side {
+        CompareSide::Atom(_) => None,
+        CompareSide::Computed(computed) => Some(&computed.expression),
+    }
 }
 
 /// Whether the resolved and the written expression have the same parts.
@@ -64,6 +124,7 @@ fn is_alike(formula: &Formula, written: &expression::Expression) -> bool {
             matches!(
                 kind,
                 ExpressionPartKind::Integer(_)
+                    | ExpressionPartKind::Duration(_)
                     | ExpressionPartKind::Real(_)
                     | ExpressionPartKind::Name(_)
             )
@@ -89,19 +150,45 @@ struct PartSite {
     variant: u32,
 }
 
-struct FormulaSearch<'g, 'a> {
-    ground: &'g Ground<'a>,
-    index: InstructionIndex,
-    which: FormulaOf,
-    /// The place of the instruction.
+/// The place of an expression.
+#[derive(Clone, Copy)]
+struct FormulaPlace {
+    /// The instruction or contact around it.
     whole: Span,
+    /// The number of its branch, from 1.
+    branch: Option<usize>,
+    /// The number of its first variant.
+    variant: u32,
+}
+
+/// An expression, resolved and as written; `None`: its parts have no places.
+#[derive(Clone, Copy)]
+struct FormulaText<'g> {
     formula: &'g Formula,
     written: Option<&'g expression::Expression>,
+}
+
+struct FormulaSearch<'g, 'a> {
+    ground: &'g Ground<'a>,
+    place: FormulaPlace,
+    formula: &'g Formula,
+    written: Option<&'g expression::Expression>,
+    /// The mutation that replaces a part; `None`: that leaves it out.
+    change: &'g dyn Fn(usize, Option<FormulaPart>) -> Mutation,
     found: Vec<FoundMutation>,
 }
 
-impl FormulaSearch<'_, '_> {
-    fn parts(&mut self) {
+impl<'g, 'a> FormulaSearch<'g, 'a> {
+    fn new(
+        ground: &'g Ground<'a>,
+        place: FormulaPlace,
+        FormulaText { formula, written }: FormulaText<'g>,
+        change: &'g dyn Fn(usize, Option<FormulaPart>) -> Mutation,
+    ) -> Self {
+        FormulaSearch { ground, place, formula, written, change, found: Vec::new() }
+    }
+
+    fn all(mut self) -> Vec<FoundMutation> {
         let borders = borders(&self.formula.parts);
         for (at, part) in self.formula.parts.iter().enumerate() {
             match *part {
@@ -126,6 +213,7 @@ impl FormulaSearch<'_, '_> {
                 FormulaPart::Word(_) | FormulaPart::Bit(_) | FormulaPart::Element(_) => {}
             }
         }
+        self.found
     }
 
     fn integer(&mut self, at: usize, n: i64, as_border: Option<Direction>) {
@@ -199,12 +287,12 @@ impl FormulaSearch<'_, '_> {
     fn constant(&mut self, at: usize, to: Direction, texts: ExchangedText, new: FormulaPart) {
         let written = self.written.map_or(texts.old, |_| self.text(at));
         let what = change_of_constant(written, texts);
-        let what = format!("{what} in `{}`", self.ground.text(self.whole));
+        let what = format!("{what} in `{}`", self.ground.text(self.place.whole));
         self.push(PartSite { kind: MutantKind::Number, at, variant: to as u32 }, what, Some(new));
     }
 
     fn place(&self, at: usize) -> Span {
-        self.written.map_or(self.whole, |written| written.parts[at].span)
+        self.written.map_or(self.place.whole, |written| written.parts[at].span)
     }
 
     fn text(&self, at: usize) -> &str {
@@ -214,9 +302,9 @@ impl FormulaSearch<'_, '_> {
     fn push(&mut self, site: PartSite, what: String, new: Option<FormulaPart>) {
         let PartSite { kind, at, variant } = site;
         // Several parts share one place if their own places are unknown.
-        let variant = variant + 2 * at as u32;
-        let mutation = Mutation::Part(self.index, self.which, at, new);
-        let branch = self.index.branch.map(|at| at + 1);
+        let variant = self.place.variant + variant + 2 * at as u32;
+        let mutation = (self.change)(at, new);
+        let branch = self.place.branch;
         let place = self.place(at);
         self.found.push(FoundMutation { kind, place, variant, what, branch, mutation });
     }

@@ -210,7 +210,10 @@ impl ContactWalk {
         }
         self.left -= 1;
         match contact {
-            Contact::Bit(..) | Contact::Element(..) | Contact::Compare(..) => false,
+            Contact::Bit(..)
+            | Contact::Element(..)
+            | Contact::Compare(..)
+            | Contact::Computed(..) => false,
             Contact::Not(inner, _) | Contact::Edge(_, inner, _) => self.one(inner),
             Contact::All(contacts, span) | Contact::Any(contacts, span) => {
                 let span = *span;
@@ -224,7 +227,10 @@ impl ContactWalk {
 pub(super) fn without_lone_groups(contacts: &mut [Contact]) {
     for contact in contacts {
         match contact {
-            Contact::Bit(..) | Contact::Element(..) | Contact::Compare(..) => {}
+            Contact::Bit(..)
+            | Contact::Element(..)
+            | Contact::Compare(..)
+            | Contact::Computed(..) => {}
             Contact::Not(inner, _) | Contact::Edge(_, inner, _) => {
                 without_lone_groups(std::slice::from_mut(inner));
             }

@@ -4,6 +4,7 @@ use super::kind::{ParameterKind, WantedOperand};
 use crate::source::atom::{Atom, AtomKind};
 use crate::source::contact::WrittenContact;
 use crate::source::contact_parser;
+use crate::source::contact_side::CompareSide;
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{Help, advise, possible};
 use crate::source::reader::Text;
@@ -114,7 +115,7 @@ fn typed(kind: ParameterKind, atom: Atom) -> Result<Atom, Box<Finding>> {
 /// The nesting depth of contacts.
 fn depth(contact: &WrittenContact) -> u32 {
     match contact {
-        WrittenContact::Bit(_) | WrittenContact::Compare(..) => 1,
+        WrittenContact::Bit(_) | WrittenContact::Indexed(_) | WrittenContact::Compare(..) => 1,
         WrittenContact::Not(inner, _) | WrittenContact::Edge(_, inner, _) => 1 + depth(inner),
         WrittenContact::All(items, _) | WrittenContact::Any(items, _) => {
             1 + items.iter().map(depth).max().unwrap_or(0)
@@ -154,6 +155,7 @@ pub fn moved(contact: &WrittenContact, place: &mut dyn FnMut(Span) -> Span) -> W
         WrittenContact::Bit(name) => {
             WrittenContact::Bit(Located { value: name.value.clone(), span: place(name.span) })
         }
+        WrittenContact::Indexed(computed) => WrittenContact::Indexed(computed.moved(place)),
         WrittenContact::Not(inner, span) => {
             WrittenContact::Not(Box::new(moved(inner, place)), place(*span))
         }
@@ -163,9 +165,16 @@ pub fn moved(contact: &WrittenContact, place: &mut dyn FnMut(Span) -> Span) -> W
             WrittenContact::Edge(*edge, Box::new(moved(inner, place)), place(*span))
         }
         WrittenContact::Compare(a, comparison, b, span) => {
-            let (a, b) = (moved_atom(a, place), moved_atom(b, place));
+            let (a, b) = (moved_side(a, place), moved_side(b, place));
             WrittenContact::Compare(a, *comparison, b, place(*span))
         }
+    }
+}
+
+fn moved_side(side: &CompareSide, place: &mut dyn FnMut(Span) -> Span) -> CompareSide {
+    match side {
+        CompareSide::Atom(atom) => CompareSide::Atom(moved_atom(atom, place)),
+        CompareSide::Computed(computed) => CompareSide::Computed(computed.moved(place)),
     }
 }
 

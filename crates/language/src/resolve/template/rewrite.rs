@@ -14,6 +14,7 @@ use super::room::ExpansionRoom;
 use crate::resolve::layers::Layers;
 use crate::source::atom::{Atom, AtomKind};
 use crate::source::contact::WrittenContact;
+use crate::source::contact_side::{CompareSide, ContactExpression};
 use crate::source::expression::{Expression, ExpressionPart, ExpressionPartKind, WrittenFormula};
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{Help, advise, possible, propose};
@@ -216,6 +217,7 @@ impl<'t> Rewrite<'_, 't> {
         self.room.take(1)?;
         Some(match contact {
             WrittenContact::Bit(name) => return self.bit(name, depth),
+            WrittenContact::Indexed(computed) => WrittenContact::Indexed(self.computed(computed)?),
             WrittenContact::Not(inner, span) => {
                 WrittenContact::Not(Box::new(self.contact(inner, depth + 1)?), self.place(*span))
             }
@@ -230,11 +232,24 @@ impl<'t> Rewrite<'_, 't> {
                 WrittenContact::Any(self.all(items, depth)?, self.place(*span))
             }
             WrittenContact::Compare(a, comparison, b, span) => {
-                let (a, b) =
-                    (self.atom(a, WantedOperand::Number), self.atom(b, WantedOperand::Number));
+                let (a, b) = (self.side(a), self.side(b));
                 WrittenContact::Compare(a?, *comparison, b?, self.place(*span))
             }
         })
+    }
+
+    /// A side of a compare.
+    fn side(&mut self, side: &CompareSide) -> Option<CompareSide> {
+        Some(match side {
+            CompareSide::Atom(atom) => CompareSide::Atom(self.atom(atom, WantedOperand::Number)?),
+            CompareSide::Computed(computed) => CompareSide::Computed(self.computed(computed)?),
+        })
+    }
+
+    fn computed(&mut self, computed: &ContactExpression) -> Option<ContactExpression> {
+        self.room.take(computed.expression.parts.len())?;
+        let expression = self.expression(&computed.expression)?;
+        Some(ContactExpression { expression, span: self.place(computed.span) })
     }
 
     fn all(&mut self, items: &[WrittenContact], depth: u32) -> Option<Vec<WrittenContact>> {
@@ -347,9 +362,8 @@ impl<'t> Rewrite<'_, 't> {
                 let atom = self.atom(&atom, wanted)?;
                 let kind = match atom.kind {
                     AtomKind::Name(name) => ExpressionPartKind::Name(name),
-                    AtomKind::Integer(n) | AtomKind::Duration(n) => {
-                        ExpressionPartKind::Integer(n.into())
-                    }
+                    AtomKind::Integer(n) => ExpressionPartKind::Integer(n.into()),
+                    AtomKind::Duration(ms) => ExpressionPartKind::Duration(ms),
                     AtomKind::Real(real) => ExpressionPartKind::Real(real),
                 };
                 return Some(ExpressionPart { kind, span: atom.span });
@@ -357,16 +371,12 @@ impl<'t> Rewrite<'_, 't> {
             ExpressionPartKind::Element(name) => {
                 ExpressionPartKind::Element(self.name(name, WantedOperand::Array)?)
             }
-            ExpressionPartKind::Integer(n) => ExpressionPartKind::Integer(*n),
-            ExpressionPartKind::Real(real) => ExpressionPartKind::Real(*real),
-            ExpressionPartKind::Unary(operator) => ExpressionPartKind::Unary(*operator),
-            ExpressionPartKind::Binary(operator, sign) => {
-                ExpressionPartKind::Binary(*operator, self.place(*sign))
-            }
-            ExpressionPartKind::Call(name, count) => {
-                let name = Located { value: name.value.clone(), span: self.place(name.span) };
-                ExpressionPartKind::Call(name, *count)
-            }
+            kind @ (ExpressionPartKind::Integer(_)
+            | ExpressionPartKind::Duration(_)
+            | ExpressionPartKind::Real(_)
+            | ExpressionPartKind::Unary(_)
+            | ExpressionPartKind::Binary(..)
+            | ExpressionPartKind::Call(..)) => kind.moved(&mut |span| self.place(span)),
         };
         Some(ExpressionPart { kind, span })
     }

@@ -1,0 +1,83 @@
+//! The target of a MATH: the text before its `=`.
+//!
+//! Called by `expression_parser`, which reads the expressions around it.
+
+use super::finding::{Code, Finding};
+use super::fix::{possible, text as fix};
+use super::span::{Located, Span};
+
+/// The target, the range of its index, and the byte at which the expression begins.
+pub(super) type SplitFormula = (Located<String>, Option<(usize, usize)>, usize);
+
+/// Splits the text of a MATH at the `=` behind its target.
+///
+/// # Errors
+/// The first mistake in the target.
+pub(super) fn split(text: &str, span: Span) -> Result<SplitFormula, Finding> {
+    let error = |place, message: &str| Finding::new(Code::ExpressionSyntax, place, message);
+    let form = "its form is `MATH target = expression`: `MATH level = (raw - 6400) / 51`";
+    let Some(at) = assignment(text) else {
+        return Err(error(span, "MATH lacks the `=` behind its target").help(form));
+    };
+    let written = &text[..at];
+    let start = written.len() - written.trim_start().len();
+    let name = written.trim();
+    let place = span.part(start, start + name.len().max(1));
+    if name.is_empty() {
+        return Err(error(place, "MATH lacks its target").help(form));
+    }
+    let (name, index) = match name.split_once('[') {
+        None => (name, None),
+        Some((base, rest)) if rest.ends_with(']') && !is_slice(rest) => {
+            let from = start + base.len() + 1;
+            (base.trim_end(), Some((from, from + rest.len() - 1)))
+        }
+        Some(_) => {
+            let help = "the target is one element: `MATH recipe[step] = …`";
+            return Err(error(place, &format!("`{name}` is no target")).help(help));
+        }
+    };
+    let place = span.part(start, start + name.len().max(1));
+    if let Some(word) = name.strip_suffix([':', '+', '-', '*', '/']) {
+        let sign = &name[word.len()..];
+        let message = format!("`{sign}=` is no sign here");
+        let word = word.trim_end();
+        let signs = span.part(start + name.len() - 1, at + 1);
+        let (help, right) = match sign {
+            ":" => (format!("write `{word} = …`"), "=".to_owned()),
+            _ => (format!("write `{word} = {word} {sign} …`"), format!("= {word} {sign}")),
+        };
+        return Err(error(place, &message).help(help).fix(fix(right).at(signs)));
+    }
+    let is_name = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '$');
+    if !name.chars().all(is_name) || name.starts_with(|c: char| c.is_ascii_digit()) {
+        let message = format!("`{name}` is no target");
+        let help = "the target is the name of a word or bit: `MATH D0 = D1 + 1`";
+        return Err(error(place, &message).help(help).fix(possible("D0")));
+    }
+    Ok((Located { value: name.to_owned(), span: place }, index, at + 1))
+}
+
+/// Whether the text behind a `[` is a slice (`0..6`). An index may also contain slices, in brackets
+/// of their own.
+fn is_slice(rest: &str) -> bool {
+    rest.split(['[', '(', ']']).next().is_some_and(|ends| ends.contains(".."))
+}
+
+/// The first `=` outside brackets that is not part of `==`.
+fn assignment(text: &str) -> Option<usize> {
+    let bytes = text.as_bytes();
+    let mut depth = 0usize;
+    let mut at = 0;
+    while at < bytes.len() {
+        match bytes[at] {
+            b'[' | b'(' => depth += 1,
+            b']' | b')' => depth = depth.saturating_sub(1),
+            b'=' if bytes.get(at + 1) == Some(&b'=') => at += 1,
+            b'=' if depth == 0 => return Some(at),
+            _ => {}
+        }
+        at += 1;
+    }
+    None
+}
