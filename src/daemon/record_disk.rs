@@ -404,7 +404,7 @@ mod tests {
     }
 
     #[test]
-    fn a_full_queue_is_written_before_one_sync_and_accepts_the_order_to_end() {
+    fn a_full_queue_is_written_before_one_sync_and_still_accepts_a_shutdown() {
         let (folder, backlog) = (CountingFolder::default(), Arc::new(Backlog::default()));
         let calls = Arc::clone(&folder.0);
         let settings = StoreSettings {

@@ -131,7 +131,7 @@ async fn a_unit_that_refuses_a_read_receives_changes_at_once() {
 }
 
 #[tokio::test]
-async fn a_refused_write_is_repeated_at_the_next_poll() {
+async fn a_unit_that_refuses_a_write_gets_no_request_before_the_next_poll() {
     let refuses_writes = |request: &[u8]| match request[7] {
         5 => Lie::Say(tcp_frame(request, &[0x85, 6])),
         _ => Lie::None,

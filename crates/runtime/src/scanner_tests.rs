@@ -345,7 +345,7 @@ fn the_scan_thread_of_a_start_in_stop_waits_with_initial_memory_until_a_signal()
 }
 
 #[test]
-fn a_scan_longer_than_the_watchdog_is_a_fault_and_is_not_published() {
+fn a_scan_longer_than_the_watchdog_is_a_fault_and_not_a_complete_scan() {
     let mut rig = rig(|fake, _| fake.takes_ns = vec![MS, 35 * MS, 36 * MS]);
     assert!(rig.step() && rig.step());
     let ticket = rig.port.submit(vec![OperandWrite::Word(WordCell(0), 77)]).unwrap();

@@ -178,7 +178,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sessions_end_after_their_idle_time_and_on_request() {
+    fn sessions_end_when_idle_when_too_old_or_on_request() {
         let (mut sessions, now) = (WebSessions::default(), Instant::now());
         let cookie = sessions.begin(None, now);
         let known = sessions.of(&cookie, now).expect("it has begun");

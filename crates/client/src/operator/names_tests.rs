@@ -93,7 +93,7 @@ fn a_tag_and_its_address_find_the_same_operand() {
 }
 
 #[test]
-fn only_writable_operands_can_be_written_and_forced() {
+fn each_kind_of_operand_permits_or_refuses_writes_and_forces() {
     let names = names();
     for (name, write, force) in [
         ("eye", true, true),

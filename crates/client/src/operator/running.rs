@@ -240,7 +240,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_entry_holds_three_paths_of_any_bytes() {
+    fn an_entry_of_a_running_controller_holds_three_paths_of_any_bytes() {
         let odd = PathBuf::from(OsString::from_vec(b"/a \n\xff/s".to_vec()));
         let entry =
             RunningController { socket: odd, controller: "/a/c.toml".into(), folder: "/w".into() };

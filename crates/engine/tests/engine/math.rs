@@ -279,7 +279,7 @@ fn functions_return_the_type_that_the_page_defines() {
 }
 
 #[test]
-fn scale_equals_its_formula_of_operators() {
+fn scale_gives_the_result_of_the_equivalent_operators() {
     check(
         "
         scale(D6, 0, 200, 0, 1000) -> 500

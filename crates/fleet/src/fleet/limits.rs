@@ -112,7 +112,7 @@ mod tests {
     use rungd_language::source::wording::thousands;
 
     #[test]
-    fn the_rows_of_counts_name_the_limits() {
+    fn the_texts_of_the_counts_name_the_limits() {
         let limits = FleetLimits::default();
         let texts = FleetCounts::default().rows().map(|(_, text)| text);
         let says = |what: String| assert!(texts.iter().any(|text| text.contains(&what)), "{what}");

@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn repeated_silence_ends_a_connection_and_a_new_connection_later() {
+    async fn two_silences_end_a_connection_but_a_new_connection_gets_more_time() {
         let mut pace = RequestPace::new();
         let habits = PeerHabits::default();
         pace.open();

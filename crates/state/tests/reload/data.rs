@@ -133,7 +133,7 @@ fn the_report_has_one_line_for_a_moved_or_renamed_array() {
 }
 
 #[test]
-fn the_report_counts_new_and_removed_rungs() {
+fn the_report_counts_edited_new_and_removed_rungs() {
     let (a, b, c) = (("X0", "OUT C0"), ("X1", "OUT C1"), ("X2", "OUT C2"));
     let said = |was: &[(&str, &str)], is: &[(&str, &str)]| {
         main_with(&rungs(was)).main(&rungs(is)).report.join("; ")

@@ -27,7 +27,7 @@ fn the_raw_value_is_scaled_to_its_unit() {
 /// Currents of 3.6 to 4 mA and of 20 to 21 mA are not a broken wire: the value goes a little beyond
 /// its range.
 #[test]
-fn a_value_beyond_its_range_is_shown_or_kept_within_it() {
+fn a_value_beyond_its_range_is_passed_on_or_limited() {
     let mut free = input("");
     let mut kept = input(", limit = \"$On\"");
     for (raw, value, within) in [(3_600, -1.25, 0.0), (21_000, 53.125, 50.0), (8_000, 12.5, 12.5)] {
