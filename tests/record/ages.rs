@@ -5,9 +5,11 @@ use std::fs;
 use std::path::Path;
 
 use crate::record::folder::Handle;
-use crate::record::stored::{SECOND_NS, UNIX_NS, all_found, blocks, clock, known, settings};
+use crate::record::stored::{
+    SECOND_NS, UNIX_NS, all_found, blocks, clock, known, owned_folder, settings,
+};
 use rungd_history::record::{
-    FolderOnDisk, RecordBlock, RecordFolder, Recording, Store, StoreSettings, TapeClock,
+    RecordBlock, RecordFolder, Recording, Store, StoreSettings, TapeClock,
 };
 
 const JUMP_NS: i64 = 1000 * 86_400 * SECOND_NS;
@@ -106,7 +108,7 @@ fn recordings_of_a_slow_clock_keep_their_order() {
                 bytes_max: if range.start == 60 { bytes + 5_000 } else { settings.bytes_max },
                 ..settings
             };
-            let mut store = Store::new(FolderOnDisk::new(&folder), settings);
+            let mut store = Store::new(owned_folder(&folder), settings);
             for block in &all[range] {
                 let block = by(block, jump_ns);
                 let now =
@@ -130,11 +132,7 @@ fn an_incomplete_order_file_is_ignored_and_foreign_files_are_not_changed() {
     let _ = fs::remove_dir_all(&path);
     let order = [5_000_000, 3_000_000, 9_000_000];
     let lock = path.join("line.lock");
-    let opened = || {
-        let mut folder = FolderOnDisk::new(&path);
-        folder.own("line").unwrap();
-        folder
-    };
+    let opened = || owned_folder(&path);
     opened().note_order(&order);
     assert_eq!(opened().order(), order);
     opened().note_order(&order[1..]);

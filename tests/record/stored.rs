@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use std::io::Cursor;
 use std::path::Path;
 use std::rc::Rc;
+use std::time::{Duration, Instant};
 
 use crate::record::drawn::Numbers;
 use crate::record::folder::{Disk, FailingCalls, Fault, Handle};
@@ -16,6 +17,7 @@ use rungd_history::record::{
     Store, StoreNews, StoreSettings, TapeClock, index,
 };
 use rungd_runtime::ScannedMachine;
+use rungd_test_support::patience::PATIENCE;
 use rungd_test_support::system::shell;
 
 pub const UNIX_NS: i64 = 1_700_000_000_000_000_000;
@@ -87,6 +89,20 @@ pub fn settings() -> StoreSettings {
 }
 
 /// The time at which a block is put: its end.
+/// A folder of the file system, owned by this test. A child process that a different test starts
+/// holds the lock of the folder's last owner from its clone to its exec.
+pub fn owned_folder(path: &Path) -> FolderOnDisk {
+    let begin = Instant::now();
+    loop {
+        let mut folder = FolderOnDisk::new(path);
+        match folder.own("line") {
+            Ok(()) => return folder,
+            Err(error) => assert!(begin.elapsed() < PATIENCE, "{error}"),
+        }
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
 pub fn clock(block: &RecordBlock) -> TapeClock {
     TapeClock { unix_ns: block.head.end_ns, unix_offset_ns: UNIX_NS }
 }
