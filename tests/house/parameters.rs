@@ -8,9 +8,6 @@
 /// The maximum number of parameters.
 const PARAMETERS_MAX: usize = 4;
 
-/// The crates in which functions still take tuples.
-const TUPLES_LEFT: [&str; 1] = ["language"];
-
 /// A function of a text.
 struct Function {
     name: String,
@@ -130,10 +127,7 @@ fn no_function_has_more_than_four_parameters() {
 #[test]
 fn no_function_takes_a_tuple() {
     let mut wrong = Vec::new();
-    for (package, folder) in super::source_folders() {
-        if TUPLES_LEFT.contains(&package.as_str()) {
-            continue;
-        }
+    for (_, folder) in super::source_folders() {
         let mut files = Vec::new();
         super::collect(&folder, &mut files);
         let tests = folder.with_file_name("tests");

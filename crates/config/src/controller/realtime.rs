@@ -57,7 +57,7 @@ fn read_policy(table: &mut Table<'_>) -> Policy {
     let explained = key("policy", "How the scan thread is scheduled; `other` if not given.");
     let policy = table.value(explained, &POLICIES);
     let has_priority = table.has("priority");
-    let priority = table.whole(key("priority", "Of policy `fifo` or `rr`."), (1, 99));
+    let priority = table.whole(key("priority", "Of policy `fifo` or `rr`."), 1..=99);
     let Some(policy) = policy else {
         if let (Some(priority), false) = (&priority, has_policy) {
             let message = "`priority` has no effect without a `policy`";
@@ -92,7 +92,7 @@ fn read_policy(table: &mut Table<'_>) -> Policy {
 fn read_cpus(table: &mut Table<'_>) -> Vec<u32> {
     let Some(cpus) = table.integers(
         key("cpus", "The CPUs that the scan thread may use.").limited(NOT_EMPTY),
-        (0, CPU_MAX),
+        0..=CPU_MAX,
     ) else {
         return Vec::new();
     };

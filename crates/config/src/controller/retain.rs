@@ -93,7 +93,7 @@ fn read(mut table: Table<'_>, memory: Key) -> WrittenRetain {
     let file = table.value(memory, &PATH);
     let interval_ms = table.value_of(interval, &Millis::some("10ms"));
     let runs_cold = table.value_of(cold_start, &COLD_START);
-    let budget_mb = table.whole(budget, (1, 10_000_000));
+    let budget_mb = table.whole(budget, 1..=10_000_000);
     table.finish();
     WrittenRetain {
         ranges: ranges.map_or(Vec::new(), |texts| texts.value),

@@ -2,6 +2,8 @@
 //! panels that the owner of the controller lays out. The daemon does not use them: `rungd web`
 //! reads them from the controller file of the running program.
 
+use std::ops::RangeInclusive;
+
 use std::collections::{HashMap, HashSet};
 
 use super::resolver::SettingsResolver;
@@ -118,7 +120,7 @@ const ONE_KIND: &str = r#"{"oneOf":[{"required":["lamp"]},{"required":["button"]
             {"required":["value"]},{"required":["bar","min","max"]},{"required":["trend"]}]}"#;
 
 /// The least and the greatest value for an end of a bar.
-const ENDS: (i64, i64) = (i32::MIN as i64, i32::MAX as i64);
+const ENDS: RangeInclusive<i64> = i32::MIN as i64..=i32::MAX as i64;
 
 /// Reads `[web]` and all `[[panel]]`.
 pub(super) fn read_in(root: &mut Table<'_>) -> WrittenWeb {

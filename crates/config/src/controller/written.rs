@@ -199,7 +199,7 @@ fn read_memory(root: &mut Table<'_>) -> MemorySizes {
         (key("T", "Timers."), &mut sizes.t),
     ];
     for (key, size) in blocks {
-        if let Some(count) = table.whole(key, (1, 65_536)) {
+        if let Some(count) = table.whole(key, 1..=65_536) {
             *size = count.value;
         }
     }

@@ -211,14 +211,14 @@ fn read_random(mut table: Table<'_>) -> WrittenRandom {
     for (key, example) in [("runs", "100"), ("scans", "1000")] {
         table.require(key, example);
     }
-    let runs = table.integer(key("runs", "How many runs; each is a cold start."), (1, RUNS_MAX));
-    let scans = table.integer(key("scans", "How many scans a run has."), (1, SCANS_MAX));
+    let runs = table.integer(key("runs", "How many runs; each is a cold start."), 1..=RUNS_MAX);
+    let scans = table.integer(key("scans", "How many scans a run has."), 1..=SCANS_MAX);
     let seed = table.integer(
         key(
             "seed",
             "The seed of the generator: the same seed gives the same runs; 0 if not given.",
         ),
-        (0, i64::MAX),
+        0..=i64::MAX,
     );
     let set = read_set(&mut table);
     table.require("change", "{ start = \"1%\" }");

@@ -37,8 +37,9 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
         if of_constants && Layers::is_layered(*span) {
             continue;
         }
+        let compare = ValueCompare { left: *left, comparison: *comparison, right: *right };
         let judged = judge(context, *left, *comparison, *right)
-            .or_else(|| judge_clock(context, (*left, *comparison, *right), *span));
+            .or_else(|| judge_clock(context, compare, *span));
         let Some(ConstantResult { always, why }) = judged else { continue };
         let (word, bit) = if always { ("true", "$On") } else { ("false", "$Off") };
         let message =
@@ -108,10 +109,18 @@ fn judge(
     }
 }
 
+/// A compare of two values.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) struct ValueCompare {
+    pub left: Value,
+    pub comparison: Comparison,
+    pub right: Value,
+}
+
 /// As [`judge`], for a word of the time of day and a number in the compare itself.
 fn judge_clock(
     context: &Context,
-    (left, comparison, right): (Value, Comparison, Value),
+    ValueCompare { left, comparison, right }: ValueCompare,
     span: Span,
 ) -> Option<ConstantResult> {
     let (word, comparison, constant) = match (left, right) {
@@ -128,7 +137,7 @@ fn judge_clock(
     if names_it || Layers::is_layered(span) {
         return None;
     }
-    let always = constant_result((low.into(), high.into()), comparison, constant.into())?;
+    let always = constant_result(low.into(), high.into(), comparison, constant.into())?;
     let said = context.name(Address::Word(word));
     Some(ConstantResult { always, why: format!("`{said}` is {low} to {high}") })
 }
@@ -153,8 +162,9 @@ fn clock_words(word: Word) -> &'static str {
     }
 }
 
-/// The constant result of comparing a word with a constant. The word has any value in the range.
-fn constant_result((low, high): (f64, f64), comparison: Comparison, constant: f64) -> Option<bool> {
+/// The constant result of comparing a word with a constant. The word has any value from `low` to
+/// `high`.
+fn constant_result(low: f64, high: f64, comparison: Comparison, constant: f64) -> Option<bool> {
     match comparison {
         Comparison::Eq | Comparison::Ne if (low..=high).contains(&constant) => None,
         Comparison::Eq => Some(false),
@@ -183,7 +193,7 @@ fn judge_range(
         | Comparison::Lt
         | Comparison::Le
         | Comparison::Gt
-        | Comparison::Ge => constant_result((low, high), comparison, constant),
+        | Comparison::Ge => constant_result(low, high, comparison, constant),
     }?;
     let said = context.say(Address::Word(word));
     let (low, high) = word.range();

@@ -23,7 +23,7 @@ use crate::source::fix::text;
 use rungd_engine::isa::{Address, Word};
 
 use super::context::{Context, ProgramInstruction, WriteLimits};
-use super::stored::{StoredWords, storing};
+use super::stored::{StoredRange, StoredWords, storing};
 
 /// Maximum number of array elements that are looked at. Each of many thousand instructions may name
 /// an array as long as memory; beyond this number, instructions with arrays have no findings.
@@ -74,9 +74,9 @@ fn judge(context: &Context, placed: &ProgramInstruction, room: &mut usize) -> Op
     }))
 }
 
-/// The limit that a word stores instead of the numbers `low` to `high`; `None` if one of them may
-/// fit.
-fn limit_of(word: Word, limits: WriteLimits, (low, high): (f64, f64)) -> Option<i32> {
+/// The limit that a word stores instead of the numbers of a range; `None` if one of them may fit.
+fn limit_of(word: Word, limits: WriteLimits, range: StoredRange) -> Option<i32> {
+    let StoredRange { low, high } = range;
     // A word of whole numbers stores a number without its fraction.
     let whole = |number: f64| if word.is_real() { number } else { number.trunc() };
     if whole(low) > word.number(limits.max) {

@@ -41,16 +41,15 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
             let Some(second) = again.first() else { continue };
             // The help contains the conditions of all drivers, so it is made only once.
             let help = help(context, bit, all);
-            findings.push(finding(&subject(), (first, second)).help(help));
+            findings.push(finding(&subject(), first, second).help(help));
             let more = context.progress.during(&again[1..]);
-            let more = more.map(|later| finding(&subject(), (first, later)));
+            let more = more.map(|later| finding(&subject(), first, later));
             findings.extend(more);
         }
     }
 }
 
-fn finding(subject: &str, pair: (&DrivingInstruction, &DrivingInstruction)) -> Finding {
-    let (first, second) = pair;
+fn finding(subject: &str, first: &DrivingInstruction, second: &DrivingInstruction) -> Finding {
     let message = format!(
         "{subject} driven twice, by `{}` in {}, and by `{}` in {}: the last one decides",
         first.placed.name(),

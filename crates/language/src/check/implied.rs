@@ -11,7 +11,7 @@ use std::collections::HashMap;
 use crate::resolve::program::{Comparison, Contact, Edge, Value};
 use rungd_engine::isa::{Bit, BitSpace, Word, status};
 
-use super::constant_compare::{holds, mirrored};
+use super::constant_compare::{ValueCompare, holds, mirrored};
 
 /// The maximum number of cases that the alternatives of a condition are split into.
 const CASES_MAX: usize = 16;
@@ -19,14 +19,11 @@ const CASES_MAX: usize = 16;
 /// The maximum number of compares that are facts.
 const COMPARES_MAX: usize = 64;
 
-/// A compare of two values.
-type KnownCompare = (Value, Comparison, Value);
-
 /// What is known to be so.
 #[derive(Clone, Default)]
 pub struct KnownStates {
     bits: HashMap<Bit, bool>,
-    compares: Vec<KnownCompare>,
+    compares: Vec<ValueCompare>,
 }
 
 /// Whether a bit or word still has the value that it had when the facts were found.
@@ -81,7 +78,8 @@ impl KnownStates {
             (Contact::Compare(left, comparison, right, _), _) => {
                 let comparison = if is_on { *comparison } else { opposite(*comparison) };
                 if self.compares.len() < COMPARES_MAX {
-                    self.compares.push((*left, comparison, *right));
+                    let compare = ValueCompare { left: *left, comparison, right: *right };
+                    self.compares.push(compare);
                 }
             }
             (Contact::All(..), false)
@@ -106,8 +104,8 @@ impl KnownStates {
             Contact::Edge(Edge::Rise, inner, _) => self.state(inner, unchanged),
             Contact::Edge(Edge::Fall, ..) => Some(false),
             Contact::Compare(left, comparison, right, _) => {
-                let wanted = (*left, *comparison, *right);
-                self.compared(wanted, unchanged)
+                let (left, comparison, right) = (*left, *comparison, *right);
+                self.compared(ValueCompare { left, comparison, right }, unchanged)
             }
             Contact::Element(..) | Contact::Computed(..) => None,
         }
@@ -122,8 +120,8 @@ impl KnownStates {
         joined(contacts.map(|contact| self.state(contact, unchanged)))
     }
 
-    fn compared(&self, wanted: KnownCompare, unchanged: &impl Unchanged) -> Option<bool> {
-        let (left, comparison, right) = wanted;
+    fn compared(&self, wanted: ValueCompare, unchanged: &impl Unchanged) -> Option<bool> {
+        let ValueCompare { left, comparison, right } = wanted;
         if ![left, right].iter().all(|value| is_unchanged(*value, unchanged)) {
             return None;
         }
@@ -131,7 +129,8 @@ impl KnownStates {
         if follows(wanted) {
             return Some(true);
         }
-        follows((left, opposite(comparison), right)).then_some(false)
+        let opposite = ValueCompare { left, comparison: opposite(comparison), right };
+        follows(opposite).then_some(false)
     }
 }
 
@@ -157,24 +156,25 @@ fn is_unchanged(value: Value, unchanged: &impl Unchanged) -> bool {
 }
 
 /// Whether a compare follows from a compare that is true.
-fn implies(fact: KnownCompare, wanted: KnownCompare) -> bool {
+fn implies(fact: ValueCompare, wanted: ValueCompare) -> bool {
     let (fact, wanted) = (ordered(fact), ordered(wanted));
-    if fact.0 != wanted.0 {
+    if fact.left != wanted.left {
         return false;
     }
-    let (Some(a), Some(b)) = (fact.2.constant(), wanted.2.constant()) else {
+    let (Some(a), Some(b)) = (fact.right.constant(), wanted.right.constant()) else {
         return fact == wanted;
     };
     // Between these numbers neither compare changes.
     let numbers = [a, b, (a + b) / 2.0, a.min(b) - 1.0, a.max(b) + 1.0];
-    numbers.iter().all(|n| !holds(*n, fact.1, a) || holds(*n, wanted.1, b))
+    numbers.iter().all(|n| !holds(*n, fact.comparison, a) || holds(*n, wanted.comparison, b))
 }
 
 /// The same compare, with its constant at the right.
-fn ordered((left, comparison, right): KnownCompare) -> KnownCompare {
+fn ordered(compare: ValueCompare) -> ValueCompare {
+    let ValueCompare { left, comparison, right } = compare;
     match left.constant() {
-        Some(_) => (right, mirrored(comparison), left),
-        None => (left, comparison, right),
+        Some(_) => ValueCompare { left: right, comparison: mirrored(comparison), right: left },
+        None => compare,
     }
 }
 

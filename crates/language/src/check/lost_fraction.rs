@@ -35,7 +35,7 @@ fn judge(context: &Context, placed: &ProgramInstruction) -> Option<Finding> {
     let word = stored.to.first().filter(|word| !word.is_real())?;
     let (low, high) = word.numbers();
     // For a number beyond the word's range, the finding of `constant_saturates` is more precise.
-    if stored.range.0 > high || stored.range.1 < low {
+    if stored.range.low > high || stored.range.high < low {
         return None;
     }
     let (said, name) = (context.say(Address::Word(word)), placed.name());

@@ -43,7 +43,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
             continue;
         };
         if !context.is_owned(structure) && structures.insert(structure) {
-            findings.push(without_owner(context, (address, structure), span));
+            findings.push(without_owner(context, address, structure, span));
         }
     }
 }
@@ -119,11 +119,7 @@ pub(super) fn setting(context: &Context, address: Address) -> Help {
     }
 }
 
-fn without_owner(
-    context: &Context,
-    (member, structure): (Address, Structure),
-    span: Span,
-) -> Finding {
+fn without_owner(context: &Context, member: Address, structure: Structure, span: Span) -> Finding {
     let (said, name) = (context.say_structure(structure), context.name(member));
     let message = format!("`{name}` never changes: no instruction owns {said}");
     let help = format!("add the instruction, such as {}", owner_of(context, structure));

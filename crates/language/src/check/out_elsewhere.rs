@@ -41,7 +41,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
         for second in context.progress.during(drivers) {
             if let Some(first) = firsts.competitor(second) {
                 let help = help.get_or_init(|| self::help(context, bit, drivers));
-                findings.push(finding(context, bit, (first, second)).help(help.as_str()));
+                findings.push(finding(context, bit, first, second).help(help.as_str()));
             }
             firsts.add(second);
         }
@@ -87,9 +87,9 @@ impl<'c> FirstDrivers<'c> {
 fn finding(
     context: &Context,
     bit: Bit,
-    pair: (&DrivingInstruction, &DrivingInstruction),
+    first: &DrivingInstruction,
+    second: &DrivingInstruction,
 ) -> Finding {
-    let (first, second) = pair;
     let message = format!(
         "{} is driven in two places, {}, and {}: the one that executes last in a scan decides",
         context.say_bit(bit),

@@ -48,7 +48,17 @@ const LOST_MAX: usize = 16;
 const STAGES_MAX: usize = 16;
 
 /// The stage that a jump leaves, and the stage that it enters.
-type StagePair = (StageId, StageId);
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+struct StagePair {
+    left: StageId,
+    target: StageId,
+}
+
+/// The bits that a jump turns OFF for a scan.
+struct LostBits<'l> {
+    stages: StagePair,
+    bits: &'l [Bit],
+}
 
 /// The bits that each stage writes, and the names that a help needs.
 #[derive(Default)]
@@ -88,7 +98,8 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
                 let help = helps
                     .entry((block.id, lost.clone()))
                     .or_insert_with(|| help(context, &stages, block, lost));
-                findings.push(finding(context, &stages, jump, (pair, lost)).help(help.as_str()));
+                let lost = LostBits { stages: pair, bits: lost };
+                findings.push(finding(context, &stages, jump, &lost).help(help.as_str()));
             }
         }
     }
@@ -103,10 +114,10 @@ impl<'a> Stages<'a> {
             if let Some(bit) = placed.instruction.driven() {
                 let driven = stages.driven.entry(stage.id).or_default();
                 driven.entry(bit.value).or_default().push(bit.span);
-                stages.note(placed, (stage.id, bit.value));
+                stages.note(placed, stage.id, bit.value);
             } else if let Some(bit) = placed.instruction.operand_with(OperandRole::TurnsOn) {
                 stages.set.entry(stage.id).or_default().insert(bit.value);
-                stages.note(placed, (stage.id, bit.value));
+                stages.note(placed, stage.id, bit.value);
             }
         }
         for places in stages.driven.values_mut().flat_map(BTreeMap::values_mut) {
@@ -117,7 +128,7 @@ impl<'a> Stages<'a> {
     }
 
     /// Adds an instruction that drives or SETs a bit to those of its block.
-    fn note(&mut self, placed: &ProgramInstruction<'a>, (stage, bit): (StageId, Bit)) {
+    fn note(&mut self, placed: &ProgramInstruction<'a>, stage: StageId, bit: Bit) {
         let writes = self.of_blocks.entry((placed.place.block.id, bit)).or_default();
         writes.has_non_out |= placed.mnemonic() != Mnemonic::Out;
         if placed.instruction.driven().is_some() && writes.drivers.len() <= PLACES_MAX {
@@ -138,7 +149,7 @@ impl<'a> Stages<'a> {
 
     /// The bits that the left stage drives and that the target drives or SETs. Goes through the
     /// bits of the stage that has fewer.
-    fn lost(&self, (left, target): StagePair) -> Vec<Bit> {
+    fn lost(&self, StagePair { left, target }: StagePair) -> Vec<Bit> {
         let Some(bits) = self.driven.get(&left) else { return Vec::new() };
         let (driven, set) = (self.driven.get(&target), self.set.get(&target));
         if driven.map_or(0, BTreeMap::len) + set.map_or(0, BTreeSet::len) < bits.len() {
@@ -169,19 +180,23 @@ fn jumps_back(context: &Context, jump: &ProgramInstruction) -> Vec<StagePair> {
     // scan.
     let this_scan = |stage: StageId| here.is_none_or(|here| at(stage) > at(here));
     let targets: Vec<StageId> = jump.instruction.stages_entered().collect();
-    let pairs = left.iter().flat_map(|l| targets.iter().map(move |t| (*l, *t)));
-    pairs.filter(|(l, t)| at(*l) > at(*t) && this_scan(*l) == this_scan(*t)).collect()
+    let pairs = left
+        .iter()
+        .flat_map(|left| targets.iter().map(|target| StagePair { left: *left, target: *target }));
+    let is_back = |pair: &StagePair| at(pair.left) > at(pair.target);
+    let in_one_scan = |pair: &StagePair| this_scan(pair.left) == this_scan(pair.target);
+    pairs.filter(|pair| is_back(pair) && in_one_scan(pair)).collect()
 }
 
 fn finding(
     context: &Context,
     stages: &Stages,
     jump: &ProgramInstruction,
-    ((left, target), lost): (StagePair, &[Bit]),
+    LostBits { stages: StagePair { left, target }, bits: lost }: &LostBits<'_>,
 ) -> Finding {
     let names: Vec<String> = lost.iter().map(|bit| context.say_bit(*bit)).collect();
     let (left_name, target_name) =
-        (&context.program.stage(left).name, &context.program.stage(target).name);
+        (&context.program.stage(*left).name, &context.program.stage(*target).name);
     let message = format!(
         "this jump back turns {} OFF for a scan: stage `{left_name}` terminates after stage \
          `{target_name}`, which drives {} too",
@@ -191,9 +206,9 @@ fn finding(
     let mut finding = Finding::new(Code::OutLostOnJumpBack, jump.instruction.span, message)
         .label(format!("`{target_name}` comes before `{left_name}`"));
     let driven = |stage: StageId, bit: &Bit| stages.driven.get(&stage)?.get(bit);
-    for bit in lost {
+    for bit in *lost {
         let mut places: Vec<Span> =
-            [left, target].iter().filter_map(|s| driven(*s, bit)).flatten().copied().collect();
+            [left, target].into_iter().filter_map(|s| driven(*s, bit)).flatten().copied().collect();
         places.sort_unstable();
         for place in places {
             finding = finding.related(place, "driven here");

@@ -34,15 +34,15 @@ use super::context::{Context, DrivingInstruction, ProgramInstruction};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
-    let word = OnceCell::new();
+    let copy = OnceCell::new();
     for (structure, owners) in context.owners() {
         let range = context.retained_with(structure.space(), structure.number());
         let Some(range) = range else { continue };
         let resets =
             |p: &&ProgramInstruction| p.mnemonic().spec().termination == Termination::Reset;
         if let Some(owner) = owners.iter().find(resets) {
-            let word = *word.get_or_init(|| self::word(context));
-            findings.push(finding(context, (structure, owner), range, word));
+            let copy = *copy.get_or_init(|| copy_word(context));
+            findings.push(finding(context, ResettingOwner { structure, owner }, range, copy));
         }
     }
     check_bits(context, findings);
@@ -59,12 +59,26 @@ fn check_bits(context: &Context, findings: &mut Vec<Finding>) {
         let range = named.first_in(NumberRange::one(space, number));
         let range = range.and_then(|at| context.retained.get(at));
         if let (Some(range), Some(driver)) = (range, drivers.first()) {
-            findings.push(driven(context, (bit, driver), range));
+            findings.push(driven(context, bit, driver, range));
         }
     }
 }
 
-fn driven(context: &Context, (bit, driver): (Bit, &DrivingInstruction), range: &Range) -> Finding {
+/// A structure, and an owner that resets it.
+#[derive(Clone, Copy)]
+struct ResettingOwner<'a> {
+    structure: Structure,
+    owner: &'a ProgramInstruction<'a>,
+}
+
+/// A word for a copy of a count, and a text about retaining the word too.
+#[derive(Clone, Copy)]
+struct CopyWord {
+    word: Word,
+    and_retain: &'static str,
+}
+
+fn driven(context: &Context, bit: Bit, driver: &DrivingInstruction, range: &Range) -> Finding {
     let by = driver.placed.name();
     let message = format!(
         "{} is retained, but a stop turns OFF every bit that `{by}` drives: it is OFF after every \
@@ -83,9 +97,9 @@ fn driven(context: &Context, (bit, driver): (Bit, &DrivingInstruction), range: &
 
 fn finding(
     context: &Context,
-    (structure, owner): (Structure, &ProgramInstruction),
+    ResettingOwner { structure, owner }: ResettingOwner<'_>,
     range: &Range,
-    (word, and_retain): (Word, &str),
+    CopyWord { word, and_retain }: CopyWord,
 ) -> Finding {
     let said = context.say_structure(structure);
     let message = format!(
@@ -111,7 +125,7 @@ fn finding(
 }
 
 /// A retained D that the ladder does not name; else `D0`, with a text about retaining it too.
-fn word(context: &Context) -> (Word, &'static str) {
+fn copy_word(context: &Context) -> CopyWord {
     let named: BTreeSet<Address> = context.program.operands.iter().map(|o| o.address).collect();
     let data = context.retained.iter().filter(|range| range.space == Space::Word(WordSpace::D));
     let mut seen = NumberRanges::default();
@@ -122,8 +136,11 @@ fn word(context: &Context) -> (Word, &'static str) {
         .map(|n| Word::Space(WordSpace::D, n))
         .find(|word| !named.contains(&Address::Word(*word)) && !is_placed(word))
     {
-        Some(word) => (word, ""),
-        None => (Word::Space(WordSpace::D, 0), ", in a word that you retain"),
+        Some(word) => CopyWord { word, and_retain: "" },
+        None => {
+            let word = Word::Space(WordSpace::D, 0);
+            CopyWord { word, and_retain: ", in a word that you retain" }
+        }
     }
 }
 

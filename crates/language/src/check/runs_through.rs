@@ -58,8 +58,9 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
         for target in rule.targets(way_in) {
             let Some(ways) = out.get(&target.id) else { continue };
             let known = known.get_or_insert_with(|| rule.known(way_in));
-            let through = ways.iter().find(|way| rule.follows(known, (way_in, target), way));
-            findings.extend(through.map(|way| rule.finding((way_in, target), way)));
+            let entry = StageEntry { way_in, target };
+            let through = ways.iter().find(|way| rule.follows(known, entry, way));
+            findings.extend(through.map(|way| rule.finding(entry, way)));
         }
     }
 }
@@ -67,6 +68,13 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
 /// Whether an instruction leaves its own Stage for a different one.
 fn leaves(placed: &ProgramInstruction, stage: &Stage) -> bool {
     is_jump(placed) && placed.instruction.stages_entered().all(|to| to != stage.id)
+}
+
+/// A Stage, and the instruction that turns it ON.
+#[derive(Clone, Copy)]
+struct StageEntry<'e, 'a> {
+    way_in: &'e OrderedStep<'a>,
+    target: &'a Stage,
 }
 
 struct ThroughRule<'r, 'a> {
@@ -97,11 +105,11 @@ impl<'a> ThroughRule<'_, 'a> {
     fn follows(
         &self,
         known: &[KnownStates],
-        (way_in, target): (&OrderedStep<'a>, &Stage),
+        entry: StageEntry<'_, 'a>,
         out: &OrderedStep<'a>,
     ) -> bool {
         let Some(power) = self.context.power(&out.placed.place) else { return false };
-        let between = self.between((way_in, target), out);
+        let between = self.between(entry, out);
         let contacts = || power.contacts.iter().copied();
         let is_on = |facts: &KnownStates| facts.all(contacts(), &between) == Some(true);
         !is_on(&KnownStates::default())
@@ -113,7 +121,7 @@ impl<'a> ThroughRule<'_, 'a> {
     /// out, and the rest of what may have its termination pass before the target executes.
     fn between(
         &self,
-        (way_in, target): (&OrderedStep<'a>, &Stage),
+        StageEntry { way_in, target }: StageEntry<'_, 'a>,
         out: &OrderedStep,
     ) -> Between<'_, 'a> {
         let started = self.started(way_in);
@@ -148,11 +156,8 @@ impl<'a> ThroughRule<'_, 'a> {
         })
     }
 
-    fn finding(
-        &self,
-        (way_in, target): (&OrderedStep<'a>, &Stage),
-        out: &OrderedStep<'a>,
-    ) -> Finding {
+    fn finding(&self, entry: StageEntry<'_, 'a>, out: &OrderedStep<'a>) -> Finding {
+        let StageEntry { way_in, target } = entry;
         let [enters, leaves] = [way_in, out].map(|step| self.said(&step.placed));
         let message = format!(
             "{enters} runs through stage `{}`: {leaves} there is ON in the same scan",
@@ -161,7 +166,7 @@ impl<'a> ThroughRule<'_, 'a> {
         Finding::new(Code::RunsThrough, way_in.placed.instruction.span, message)
             .label(format!("`{}` is left in the scan that enters it", target.name))
             .related(out.placed.instruction.span, "ON in the same scan")
-            .help(self.help((way_in, target), out))
+            .help(self.help(entry, out))
     }
 
     /// An instruction as written.
@@ -173,7 +178,8 @@ impl<'a> ThroughRule<'_, 'a> {
         format!("`{} {}`", placed.name(), names.join(" "))
     }
 
-    fn help(&self, (way_in, target): (&OrderedStep<'a>, &Stage), out: &OrderedStep<'a>) -> String {
+    fn help(&self, entry: StageEntry<'_, 'a>, out: &OrderedStep<'a>) -> String {
+        let StageEntry { way_in, target } = entry;
         let (stage, enters) = (&target.name, self.said(&way_in.placed));
         let wait = format!("let `{stage}` wait for something that comes later");
         let Some(signal) = self.signal(out) else { return wait };

@@ -41,7 +41,7 @@ pub fn check_missing(context: &Context, findings: &mut Vec<Finding>) {
 pub fn check_different(context: &Context, findings: &mut Vec<Finding>) {
     for (structure, owners) in counters(context) {
         if let [first, others @ ..] = stated(owners).as_slice() {
-            let other = others.iter().filter(|other| !first.1.value.is_as(other.1.value));
+            let other = others.iter().filter(|other| !first.preset.value.is_as(other.preset.value));
             findings.extend(other.map(|other| different(context, structure, *first, *other)));
         }
     }
@@ -54,10 +54,17 @@ fn counters<'c>(
 }
 
 /// An owner that has a preset, with the preset.
-type StatedPreset<'c> = (&'c ProgramInstruction<'c>, Located<Value>);
+#[derive(Clone, Copy)]
+struct StatedPreset<'c> {
+    owner: &'c ProgramInstruction<'c>,
+    preset: Located<Value>,
+}
 
 fn stated<'c>(owners: &'c [ProgramInstruction<'c>]) -> Vec<StatedPreset<'c>> {
-    owners.iter().filter_map(|owner| Some((owner, owner.instruction.preset()?))).collect()
+    let stated = |owner: &'c ProgramInstruction<'c>| {
+        Some(StatedPreset { owner, preset: owner.instruction.preset()? })
+    };
+    owners.iter().filter_map(stated).collect()
 }
 
 fn none_stated(context: &Context, structure: Structure, owners: &[ProgramInstruction]) -> Finding {
@@ -86,15 +93,17 @@ fn different(
     let name = context.name(Address::Structure(structure));
     let message = format!(
         "`{}` and `{}` of {said} state different presets: a counter has one",
-        first.0.name(),
-        second.0.name()
+        first.owner.name(),
+        second.owner.name()
     );
-    Finding::new(Code::SensaphonePreset, second.1.span, message)
+    Finding::new(Code::SensaphonePreset, second.preset.span, message)
         .label("a different preset")
-        .related(first.1.span, "the first")
+        .related(first.preset.span, "the first")
         .help(advise(
             "leave it out here: `{}`",
-            [text(format!("{} {name}", second.0.name())).at(second.0.instruction.span).proposed()],
+            [text(format!("{} {name}", second.owner.name()))
+                .at(second.owner.instruction.span)
+                .proposed()],
         ))
 }
 

@@ -38,7 +38,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let from = |stage: &Stage| sources.get(&stage.id);
     for block in blocks {
         let never = block.stages.iter().enumerate().filter(|(_, s)| !reached.contains(&s.id));
-        findings.extend(never.map(|(at, stage)| finding(context, block, (at, stage), from(stage))));
+        findings.extend(never.map(|(at, stage)| finding(context, block, at, from(stage))));
     }
 }
 
@@ -54,9 +54,10 @@ fn entries(context: &Context) -> Vec<(Option<StageId>, StageId)> {
 fn finding(
     context: &Context,
     block: &Block,
-    (at, stage): (usize, &Stage),
+    at: usize,
     sources: Option<&BTreeSet<StageId>>,
 ) -> Finding {
+    let stage = &block.stages[at];
     let others = sources.into_iter().flatten().filter(|from| **from != stage.id);
     let from: Vec<String> =
         others.map(|from| format!("`{}`", context.program.stage(*from).name)).collect();

@@ -21,12 +21,36 @@ pub enum StoredWords {
 pub struct Storing {
     /// The words in which it stores them.
     pub to: StoredWords,
-    /// The least and greatest number.
-    pub range: (f64, f64),
+    /// The numbers.
+    pub range: StoredRange,
     /// A constant with a fraction, if all other numbers are whole.
     pub fraction: Option<f64>,
     /// The place of its last constant; for a MATH, the place of its target.
     pub place: Span,
+}
+
+/// The least and the greatest number that may be stored.
+#[derive(Clone, Copy)]
+pub struct StoredRange {
+    pub low: f64,
+    pub high: f64,
+}
+
+impl StoredRange {
+    /// A single number.
+    fn one(number: f64) -> StoredRange {
+        StoredRange { low: number, high: number }
+    }
+
+    /// The sums of its numbers and those of a different range.
+    fn plus(self, other: StoredRange) -> StoredRange {
+        StoredRange { low: self.low + other.low, high: self.high + other.high }
+    }
+
+    /// Its numbers with the opposite sign.
+    fn negated(self) -> StoredRange {
+        StoredRange { low: -self.high, high: -self.low }
+    }
 }
 
 impl StoredWords {
@@ -79,10 +103,9 @@ pub fn storing(instruction: &Instruction) -> Option<Storing> {
     let place = values.iter().rfind(|number| number.value.constant().is_some())?.span;
     let range = match *values.as_slice() {
         [a, b] if instruction.mnemonic == Mnemonic::Sub => {
-            let (low, high) = range(b.value);
-            added(range(a.value), (-high, -low))
+            range(a.value).plus(range(b.value).negated())
         }
-        [a, b] => added(range(a.value), range(b.value)),
+        [a, b] => range(a.value).plus(range(b.value)),
         [a] => range(a.value),
         _ => return None,
     };
@@ -93,12 +116,8 @@ impl Storing {
     /// The storing of a constant.
     fn of(to: StoredWords, number: f64, place: Span) -> Storing {
         let fraction = Some(number).filter(|number| number.fract() != 0.0);
-        Storing { to, range: (number, number), fraction, place }
+        Storing { to, range: StoredRange::one(number), fraction, place }
     }
-}
-
-fn added(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
-    (a.0 + b.0, a.1 + b.1)
 }
 
 /// The constant with a fraction, if all other numbers are whole.
@@ -109,13 +128,14 @@ fn fraction(values: &[Located<Value>]) -> Option<f64> {
 }
 
 /// The least and greatest number of a value. Integers of 32 bits, and their sums, are exact here.
-fn range(value: Value) -> (f64, f64) {
-    match value {
-        Value::Const(n, _) => (n.into(), n.into()),
-        Value::Real(real) => (real.into(), real.into()),
+fn range(value: Value) -> StoredRange {
+    let (low, high) = match value {
+        Value::Const(n, _) => return StoredRange::one(n.into()),
+        Value::Real(real) => return StoredRange::one(real.into()),
         Value::Word(word) => word.numbers(),
         Value::Element(element) => element.array.first_word().map_or((0.0, 0.0), Word::numbers),
-    }
+    };
+    StoredRange { low, high }
 }
 
 /// The constant that is a whole expression.

@@ -59,15 +59,15 @@ pub fn main(rungs: &str) -> String {
 
 /// As [`check_main`], with a controller file that retains these ranges.
 pub fn check_retained(ranges: &[&str], rungs: &str, expected: Expect) {
-    compare_retained((ranges, false), rungs, expected);
+    compare_retained(ranges, false, rungs, &expected);
 }
 
 /// As [`check_retained`], for what `[retain] tags` names.
 pub fn check_retained_tags(tags: &[&str], rungs: &str, expected: Expect) {
-    compare_retained((tags, true), rungs, expected);
+    compare_retained(tags, true, rungs, &expected);
 }
 
-fn compare_retained((ranges, of_tag): (&[&str], bool), rungs: &str, expected: Expect) {
+fn compare_retained(ranges: &[&str], of_tag: bool, rungs: &str, expected: &Expect) {
     let ladder = main(rungs);
     let (program, _) = load(&ladder);
     let program = program.expect("the ladder has no errors");

@@ -18,6 +18,22 @@ pub use rungd_engine::ops::{
     Operator, StepOperand, WordTarget, WordWritten,
 };
 
+/// The types of a step.
+#[derive(Clone, Copy)]
+pub(super) struct StepTypes {
+    /// The type as which it takes its operands.
+    pub operands: NumberType,
+    /// The type of its result.
+    pub result: NumberType,
+}
+
+impl StepTypes {
+    /// Operands and result have one type.
+    pub(super) fn same(number_type: NumberType) -> StepTypes {
+        StepTypes { operands: number_type, result: number_type }
+    }
+}
+
 impl Assembler<'_> {
     /// A MATH that evaluates a formula and stores the result in `put`.
     pub fn formula_into(
@@ -257,24 +273,28 @@ impl FormulaBuilder<'_, '_> {
                 self.operands[last].place = OperandPlace::Integer(-n);
             }
             (Unary::Minus, NumberType::Integer, _) => {
-                self.one(Code::Neg, (number_type, number_type))
+                self.one(Code::Neg, StepTypes::same(number_type))
             }
             (Unary::Minus, NumberType::Real, _) => {
-                self.one(Code::RealNeg, (number_type, number_type))
+                self.one(Code::RealNeg, StepTypes::same(number_type))
             }
-            (Unary::Complement, _, _) => self.one(Code::Complement, (number_type, number_type)),
+            (Unary::Complement, _, _) => self.one(Code::Complement, StepTypes::same(number_type)),
             (Unary::Not, ..) => {
                 let number_type = self.operands[last].of;
                 self.one(
                     typed(number_type, Code::Not, Code::RealNot),
-                    (number_type, NumberType::Integer),
+                    StepTypes { operands: number_type, result: NumberType::Integer },
                 );
             }
         }
     }
 
-    /// Adds a step that takes the last operand as type `of` and returns type `result`.
-    pub(super) fn one(&mut self, code: Code, (number_type, result): (NumberType, NumberType)) {
+    /// Adds a step that takes the last operand.
+    pub(super) fn one(
+        &mut self,
+        code: Code,
+        StepTypes { operands: number_type, result }: StepTypes,
+    ) {
         let last = self.operands.len() - 1;
         self.load_as(last, number_type);
         if number_type != result {
@@ -311,21 +331,21 @@ impl FormulaBuilder<'_, '_> {
         let (left, right) = (self.operands.len() - 2, self.operands.len() - 1);
         let is_swapped = matches!(sign, Binary::Greater | Binary::AtLeast);
         let sides = if is_swapped { [right, left] } else { [left, right] };
-        self.sides(operator, sides, (number_type, result));
+        self.sides(operator, sides, StepTypes { operands: number_type, result });
     }
 
     /// Adds a step that takes the last two operands; operands and result have this type.
     pub(super) fn both(&mut self, operator: Operator, number_type: NumberType) {
         let last = self.operands.len() - 1;
-        self.sides(operator, [last - 1, last], (number_type, number_type));
+        self.sides(operator, [last - 1, last], StepTypes::same(number_type));
     }
 
-    /// Adds a step that takes two operands as type `of` and returns type `result`.
+    /// Adds a step that takes two operands.
     fn sides(
         &mut self,
         operator: Operator,
         [left, right]: [usize; 2],
-        (number_type, result): (NumberType, NumberType),
+        StepTypes { operands: number_type, result }: StepTypes,
     ) {
         self.convert(left, number_type);
         self.convert(right, number_type);
@@ -377,7 +397,7 @@ impl FormulaBuilder<'_, '_> {
         let number_type = self.operands[self.operands.len() - 1].of;
         self.one(
             typed(number_type, Code::Truth, Code::RealTruth),
-            (number_type, NumberType::Integer),
+            StepTypes { operands: number_type, result: NumberType::Integer },
         );
     }
 

@@ -3,7 +3,7 @@
 //! Called by `formula`, once for each call, with the arguments on the stack of operands. Matches
 //! every function of `isa::function`.
 
-use super::formula::{FormulaBuilder, OperandPlace, WaitingOperand, typed};
+use super::formula::{FormulaBuilder, OperandPlace, StepTypes, WaitingOperand, typed};
 use crate::resolve::formula::NumberType;
 pub use rungd_engine::isa::Function;
 pub use rungd_engine::ops::{Code, Operator};
@@ -15,7 +15,7 @@ impl FormulaBuilder<'_, '_> {
             return self.end_of_if(number_type);
         }
         let first = self.operands.len() - count;
-        let kept = (number_type, number_type);
+        let kept = StepTypes::same(number_type);
         match function {
             Function::Abs => self.one(typed(number_type, Code::Abs, Code::RealAbs), kept),
             Function::Min => self.fold(typed(number_type, O::Min, O::RealMin), first, number_type),
@@ -45,13 +45,15 @@ impl FormulaBuilder<'_, '_> {
 
     /// A function with a real argument and a real result.
     fn real(&mut self, code: Code) {
-        self.one(code, (NumberType::Real, NumberType::Real));
+        self.one(code, StepTypes::same(NumberType::Real));
     }
 
     fn rounded(&mut self, code: Code, number_type: NumberType) {
         match number_type {
             NumberType::Integer => {}
-            NumberType::Real => self.one(code, (number_type, NumberType::Integer)),
+            NumberType::Real => {
+                self.one(code, StepTypes { operands: number_type, result: NumberType::Integer })
+            }
         }
     }
 

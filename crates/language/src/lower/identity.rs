@@ -162,11 +162,7 @@ impl Identity {
     }
 
     /// Records a rung.
-    pub(super) fn rung(
-        &mut self,
-        site: &LoweringSite,
-        (acts, parts): (String, Arc<[RungPartText]>),
-    ) {
+    pub(super) fn rung(&mut self, site: &LoweringSite, acts: String, parts: Arc<[RungPartText]>) {
         let LoweringSite { element, rung: name, whole, place: said } = site.clone();
         self.rungs.push(RungText { element, name, whole, said, acts, parts });
     }

@@ -108,7 +108,7 @@ fn lower_noting(
     let order = turns(program);
     let identity = std::mem::take(&mut assembler.identity);
     let places = alarm_order::places(program, &order);
-    let mut symbols = Symbols::new(program, assembler.layout.clone(), (identity, &places));
+    let mut symbols = Symbols::new(program, assembler.layout.clone(), identity, &places);
     symbols.maths = std::mem::take(&mut assembler.maths);
     let sites = assembler.sites.take();
     Some((assembler.finish(blocks, stages, order), symbols, sites))
@@ -139,25 +139,25 @@ fn turns(program: &Program) -> Vec<rungd_engine::isa::BlockId> {
 fn lower_element(assembler: &mut Assembler, rungs: &[Rung], element: ElementId) -> ElementCode {
     for (at, rung) in assembler.progress.during(rungs).enumerate() {
         let whole: Arc<str> = rungs::text(&assembler.identity, rung).into();
-        let place = place(assembler, element, (at, rung));
+        let place = place(assembler, element, at, rung);
         assembler.site = identity::LoweringSite { element, rung: rung.name.clone(), whole, place };
         let acts = rungs::acts(&assembler.identity, rung);
         let parts = rungs::parts(assembler.layers, rung);
-        assembler.identity.rung(&assembler.site, (acts, parts));
-        lower_rung(assembler, rung, (element, at as u32));
+        assembler.identity.rung(&assembler.site, acts, parts);
+        lower_rung(assembler, rung, element, at as u32);
     }
     assembler.close_element(!rungs.is_empty())
 }
 
 /// A rung for people: `Main, rung count-bottles`, `Drain.Open, rung 3`.
-fn place(assembler: &Assembler, element: ElementId, (at, rung): (usize, &Rung)) -> String {
+fn place(assembler: &Assembler, element: ElementId, at: usize, rung: &Rung) -> String {
     let element = assembler.identity.names.element(element);
     format!("{element}, {}", rung.label(element, at))
 }
 
 /// Lowers a rung: its contacts give the power, `do` executes with it, then each branch adds its own
 /// contacts.
-fn lower_rung(assembler: &mut Assembler, rung: &Rung, (element, at): (ElementId, u32)) {
+fn lower_rung(assembler: &mut Assembler, rung: &Rung, element: ElementId, at: u32) {
     assembler.note(|sites| sites.begin(element, at, None));
     let legs: Vec<_> = rung
         .legs

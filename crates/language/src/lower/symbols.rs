@@ -58,7 +58,8 @@ impl Symbols {
     pub(super) fn new(
         program: &Program,
         layout: Layout,
-        (identity, places): (Identity, &HashMap<Bit, usize>),
+        identity: Identity,
+        places: &HashMap<Bit, usize>,
     ) -> Symbols {
         let mut symbols = Symbols {
             layout,

@@ -9,6 +9,7 @@ use super::mistake::address_mistake;
 use super::names::kept;
 use super::priority::Priority;
 use super::program::{OfArray, Program, Tag, TagMeaning};
+use super::tags::TagLimits;
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{pair, possible};
 use crate::source::ladder;
@@ -43,7 +44,7 @@ impl Resolver<'_> {
         let mut cell =
             |value: &Option<_>| value.as_ref().and_then(|value| self.tag_value(value, meaning));
         let initial = cell(&tag.initial);
-        let (min, max) = self.limits(tag, meaning);
+        let TagLimits { min, max } = self.limits(tag, meaning);
         let list = self.initial_list(tag, meaning, array.count);
         for at in 0..array.count {
             let own = list.get(at as usize).copied().flatten();

@@ -46,10 +46,10 @@ impl Resolver<'_> {
                 ExpressionPartKind::Element(name) => self.element_of(&mut walk, name, part.span),
                 ExpressionPartKind::Unary(operator) => self.unary(&mut walk, *operator, part.span),
                 ExpressionPartKind::Binary(operator, sign) => {
-                    self.binary(&mut walk, (*operator, *sign), part.span);
+                    self.binary(&mut walk, *operator, *sign, part.span);
                 }
                 ExpressionPartKind::Call(name, count) => {
-                    self.call(&mut walk, (name, *count), part.span)
+                    self.call(&mut walk, name, *count, part.span)
                 }
             }
         }
@@ -79,7 +79,8 @@ impl Resolver<'_> {
         walk.push(FormulaPart::Unary(operator, number_type), whole);
     }
 
-    fn binary(&mut self, walk: &mut FormulaWalk, (operator, sign): (Binary, Span), span: Span) {
+    /// An operator with two operands. `sign`: its place; `span`: that of the whole.
+    fn binary(&mut self, walk: &mut FormulaWalk, operator: Binary, sign: Span, span: Span) {
         let (Some(right), Some(left)) = (walk.operands.pop(), walk.operands.pop()) else { return };
         self.one_value(walk, left);
         self.one_value(walk, right);
@@ -129,7 +130,7 @@ impl Resolver<'_> {
         }
     }
 
-    fn call(&mut self, walk: &mut FormulaWalk, (name, count): (&Located<String>, u32), span: Span) {
+    fn call(&mut self, walk: &mut FormulaWalk, name: &Located<String>, count: u32, span: Span) {
         let rest = walk.operands.len().saturating_sub(count as usize);
         let arguments = walk.operands.split_off(rest);
         let Some(function) = Function::from_name(&name.value) else {

@@ -45,7 +45,7 @@ impl Resolver<'_> {
         if !is_meant {
             return false;
         }
-        let finding = self.iec_counter(rung, instruction, (meant, counter));
+        let finding = self.iec_counter(rung, instruction, meant, counter);
         self.find(finding);
         self.structure(&counter.value, Structure::Counter(0), meant.spec());
         true
@@ -55,7 +55,8 @@ impl Resolver<'_> {
         &self,
         rung: &ladder::WrittenRung,
         instruction: &WrittenInstruction,
-        (meant, counter): (Mnemonic, &OperandText),
+        meant: Mnemonic,
+        counter: &OperandText,
     ) -> Finding {
         let (own, spec) = (instruction.mnemonic.value.to_ascii_uppercase(), meant.spec());
         let is_reset = |leg: &&ladder::WrittenLeg| {

@@ -17,6 +17,15 @@ enum ArrayIndex<'n> {
     Word(&'n str),
 }
 
+/// An array of which a slice is named.
+struct SlicedArray<'n> {
+    /// Its name.
+    base: &'n str,
+    /// The index of the tag of its element 0.
+    first: usize,
+    array: Array,
+}
+
 impl Scope {
     /// Looks up a name that has a `[`.
     pub(super) fn indexed(&self, name: &str) -> Result<LookUp, Mistake> {
@@ -36,7 +45,8 @@ impl Scope {
             return Err(mistake(Code::UnknownName, message, help));
         };
         if let Some((low, high)) = index.split_once("..") {
-            return self.slice((base, first, array), (low.trim(), high.trim()));
+            let array = SlicedArray { base, first, array };
+            return self.slice(array, low.trim(), high.trim());
         }
         Ok(match self.index(base, array, index.trim())? {
             ArrayIndex::Constant(at, named) => LookUp {
@@ -99,8 +109,9 @@ impl Scope {
 
     fn slice(
         &self,
-        (base, first, array): (&str, usize, Array),
-        (low, high): (&str, &str),
+        SlicedArray { base, first, array }: SlicedArray<'_>,
+        low: &str,
+        high: &str,
     ) -> Result<LookUp, Mistake> {
         let mut ends = [0; 2];
         for (end, text) in ends.iter_mut().zip([low, high]) {

@@ -1,5 +1,7 @@
 //! Resolves instructions: checks each operand against the instruction table. Called by `rung`.
 
+use std::ops::RangeInclusive;
+
 use super::Resolver;
 use super::declare::BUILT_IN;
 use super::instruction::{Instruction, OperandList, OperandValue, ResolvedOperand, Value};
@@ -136,11 +138,11 @@ impl Resolver<'_> {
             OperandKind::Number => self.value(atom).map(OperandValue::Value),
             OperandKind::Value(least, most) => {
                 let value = self.whole(atom, row)?;
-                self.within(value, (least, most), atom, row)
+                self.within(value, least..=most, atom, row)
             }
             OperandKind::Duration => {
                 let value = self.whole(atom, row)?;
-                self.within(value, (0, i32::MAX), atom, row)
+                self.within(value, 0..=i32::MAX, atom, row)
             }
             OperandKind::Interval => self.whole(atom, row).map(OperandValue::Value),
             OperandKind::Program | OperandKind::Block | OperandKind::Task => {
@@ -165,10 +167,11 @@ impl Resolver<'_> {
     fn within(
         &mut self,
         value: Value,
-        (least, most): (i32, i32),
+        range: RangeInclusive<i32>,
         atom: &Atom,
         row: &OperandSpec,
     ) -> Option<OperandValue> {
+        let (least, most) = range.into_inner();
         if let Value::Const(n, _) = value
             && !(least..=most).contains(&n)
         {

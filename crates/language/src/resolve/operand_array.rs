@@ -103,7 +103,7 @@ impl Resolver<'_> {
         }
         let (from, to) = (first.1.min(last.1), first.1.max(last.1));
         let array = Array { space: first.0, first: from, count: to - from + 1 };
-        self.note_array(name, atom.span, (array, None));
+        self.note_array(name, atom.span, array, None);
         Some(ShiftBits { array, down })
     }
 

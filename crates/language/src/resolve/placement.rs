@@ -47,8 +47,8 @@ pub(super) struct Placement {
 pub(super) const SIZE_MAX: u32 = 65_536;
 
 impl UsedElements {
-    /// Marks `count` elements as used, from a number on.
-    pub fn add(&mut self, (space, first): (Space, u32), count: u32) {
+    /// Marks `count` elements of a space as used, from a number on.
+    pub fn add(&mut self, space: Space, first: u32, count: u32) {
         let begin = first.saturating_sub(space.first()).min(SIZE_MAX);
         let end = begin.saturating_add(count).min(SIZE_MAX) as usize;
         let used = self.spaces.entry(space).or_default();
@@ -161,7 +161,7 @@ mod tests {
     fn check(used: &[u32], names: &str, expected: &str) {
         let sizes = MemorySizes { d: 10, ..MemorySizes::default() };
         let mut all = UsedElements::default();
-        used.iter().for_each(|at| all.add((D, *at), 1));
+        used.iter().for_each(|at| all.add(D, *at, 1));
         let wish = |text: &str| {
             let (name, count) = text.split_once('*').unwrap_or((text, "1"));
             let count = count.parse().unwrap();
@@ -203,7 +203,7 @@ mod tests {
     fn a_hundred_thousand_tags_fit_between_used_addresses() {
         let sizes = MemorySizes { d: SIZE_MAX, ..MemorySizes::default() };
         let mut used = UsedElements::default();
-        (0..SIZE_MAX / 2).for_each(|at| used.add((D, 2 * at), 1));
+        (0..SIZE_MAX / 2).for_each(|at| used.add(D, 2 * at, 1));
         let wish = |at: u32| {
             let count = 1 + at % 3;
             PlacementRequest { name: format!("t{at:06}"), space: D, count, is_array: count > 1 }

@@ -41,17 +41,16 @@ impl Range {
 
     /// Whether an address is in it. The members of a structure in the range are not in it.
     pub(crate) fn holds(&self, address: Address) -> bool {
-        self.has(Space::of(address))
+        Space::of(address).is_some_and(|(space, number)| self.has(space, number))
     }
 
     /// Whether an address is in it, or is a member of a structure in it.
     pub fn holds_member(&self, address: Address) -> bool {
-        self.has(Space::with_members(address))
+        Space::with_members(address).is_some_and(|(space, number)| self.has(space, number))
     }
 
-    fn has(&self, element: Option<(Space, u32)>) -> bool {
-        element
-            .is_some_and(|(space, n)| space == self.space && (self.first..=self.last).contains(&n))
+    fn has(&self, space: Space, number: u32) -> bool {
+        space == self.space && (self.first..=self.last).contains(&number)
     }
 }
 

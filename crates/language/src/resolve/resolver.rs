@@ -149,7 +149,7 @@ impl<'a> Resolver<'a> {
                 if let NamedThing::Array(array) | NamedThing::Element(ArrayElement { array, .. }) =
                     found.thing
                 {
-                    self.note_array(name, span, (array, found.tag));
+                    self.note_array(name, span, array, found.tag);
                 }
                 if let Some(index) = &found.index {
                     self.note_index(index, span);
@@ -166,12 +166,7 @@ impl<'a> Resolver<'a> {
     }
 
     /// Records that the ladder names this array; with the index of the tag of its element 0.
-    pub(super) fn note_array(
-        &mut self,
-        name: &str,
-        span: Span,
-        (array, tag): (Array, Option<usize>),
-    ) {
+    pub(super) fn note_array(&mut self, name: &str, span: Span, array: Array, tag: Option<usize>) {
         let name = name.to_owned();
         self.arrays.push((span, NamedArray { name, array, tag, behind: 0 }));
     }

@@ -34,7 +34,7 @@ impl Resolver<'_> {
         let mut cell =
             |value: &Option<_>| value.as_ref().and_then(|value| self.tag_value(value, meaning));
         let initial = cell(&tag.initial);
-        let (min, max) = self.limits(tag, meaning);
+        let TagLimits { min, max } = self.limits(tag, meaning);
         let resolved = Tag {
             name: kept(&tag.name.text),
             span: tag.name.span,
@@ -113,13 +113,13 @@ impl Resolver<'_> {
     }
 
     /// `min` and `max`. For a bit, both are already refused.
-    pub(super) fn limits(&mut self, tag: &ladder::WrittenTag, meaning: TagMeaning) -> PairOfCells {
+    pub(super) fn limits(&mut self, tag: &ladder::WrittenTag, meaning: TagMeaning) -> TagLimits {
         if matches!(meaning, TagMeaning::Address(Address::Bit(_))) {
-            return (None, None);
+            return TagLimits { min: None, max: None };
         }
         let mut cell =
             |value: &Option<_>| value.as_ref().and_then(|value| self.tag_value(value, meaning));
-        (cell(&tag.min), cell(&tag.max))
+        TagLimits { min: cell(&tag.min), max: cell(&tag.max) }
     }
 
     pub(super) fn meaning(&mut self, tag: &ladder::WrittenTag) -> Option<TagMeaning> {
@@ -270,27 +270,31 @@ impl Resolver<'_> {
                 }
             }
         }
-        let mut between = |low, high, words| self.between(tag, (low, high), words);
+        let mut between = |low: Option<_>, high: Option<_>, message, help| {
+            let located = |(value, span)| Located { value, span };
+            let (Some(low), Some(high)) = (low, high) else { return };
+            let cells = OrderedCells { low: located(low), high: located(high) };
+            self.between(tag, cells, message, help);
+        };
         let exchange = |low: &str, high: &str| {
             let lines = format!("min = {high}\nmax = {low}");
             Help::from(format!("exchange them: `min = {high}, max = {low}`"))
                 .with(FixEdit::Lines { lines, instead: None })
         };
-        between(tag.min, tag.max, ("`min` is greater than `max`", exchange));
+        between(tag.min, tag.max, "`min` is greater than `max`", exchange);
         let change = |low: &str, _: &str| {
             Help::from("`min` <= `initial` <= `max`: change one of them").with(possible(low))
         };
-        between(tag.min, tag.initial, ("`initial` is less than `min`", change));
-        between(tag.initial, tag.max, ("`initial` is greater than `max`", change));
+        between(tag.min, tag.initial, "`initial` is less than `min`", change);
+        between(tag.initial, tag.max, "`initial` is greater than `max`", change);
     }
 
-    /// Reports a pair of values in the wrong order. The first of the `values` must not be greater
-    /// than the second. The help is made from both.
-    fn between(&mut self, tag: &Tag, values: PairOfCells, (message, help): (&str, PairHelp)) {
-        if let (Some((low, low_span)), Some((high, high_span))) = values
-            && low > high
-        {
-            let [low, high] = [low, high].map(|cell| match tag.meaning {
+    /// Reports a pair of values in the wrong order. The help is made from both.
+    fn between(&mut self, tag: &Tag, cells: OrderedCells, message: &str, help: PairHelp) {
+        let OrderedCells { low, high } = cells;
+        if low.value > high.value {
+            let (low_span, high_span) = (low.span, high.span);
+            let [low, high] = [low.value, high.value].map(|cell| match tag.meaning {
                 TagMeaning::Address(Address::Word(word)) => word.text(cell),
                 TagMeaning::Address(_)
                 | TagMeaning::Constant(..)
@@ -355,8 +359,17 @@ fn priority(tag: &ladder::WrittenTag) -> Priority {
     written.and_then(|written| Priority::named(&written.text)).unwrap_or_default()
 }
 
-/// Two values of a tag, each with its place, if it is given.
-pub(super) type PairOfCells = (Option<(i32, Span)>, Option<(i32, Span)>);
+/// The limits of a tag, each with its place, if it is given.
+pub(super) struct TagLimits {
+    pub min: Option<(i32, Span)>,
+    pub max: Option<(i32, Span)>,
+}
+
+/// Two values of a tag: the first must not be greater than the second.
+struct OrderedCells {
+    low: Located<i32>,
+    high: Located<i32>,
+}
 
 /// Makes a help from two values of a tag, as they are written.
 type PairHelp = fn(&str, &str) -> Help;

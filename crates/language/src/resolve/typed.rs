@@ -71,7 +71,7 @@ impl Resolver<'_> {
         for tag in ladders.iter().flat_map(|(_, ladder)| &ladder.tags) {
             let Some(at) = &tag.at else { continue };
             let Some(element) = element(&at.text, sizes) else { continue };
-            used.add(element, count_of(tag));
+            used.add(element.0, element.1, count_of(tag));
             tags.insert(tag.name.text.as_str(), element);
         }
         let progress = &self.options.progress;
@@ -89,7 +89,7 @@ impl Resolver<'_> {
                 && low.0 == high.0
                 && low.1 <= high.1
             {
-                used.add(low, high.1 - low.1 + 1);
+                used.add(low.0, low.1, high.1 - low.1 + 1);
             }
         }
         used
@@ -131,9 +131,17 @@ impl Resolver<'_> {
             );
             let finding = Finding::new(Code::MemoryFull, place(first), message);
             let missing = short.map(|wish| wish.count).sum();
-            self.find(finding.help(enough(wishes, used, &self.options.sizes, (space, missing))));
+            let short = ShortSpace { space, missing };
+            self.find(finding.help(enough(wishes, used, &self.options.sizes, short)));
         }
     }
+}
+
+/// A space in which tags have no place.
+struct ShortSpace {
+    space: Space,
+    /// The number of elements of these tags.
+    missing: u32,
 }
 
 /// The help: a size of the space that is enough.
@@ -141,7 +149,7 @@ fn enough(
     wishes: &[PlacementRequest],
     used: &UsedElements,
     sizes: &MemorySizes,
-    (space, missing): (Space, u32),
+    ShortSpace { space, missing }: ShortSpace,
 ) -> String {
     let name = space.name();
     let requests: Vec<PlacementRequest> = of(wishes, space).cloned().collect();
@@ -215,7 +223,7 @@ fn add_words(used: &mut UsedElements, text: &str, sizes: &MemorySizes) {
                 Some(last) => (found.1.min(last.1), found.1.max(last.1)),
                 None => (found.1, found.1),
             };
-            used.add((found.0, low), high - low + 1);
+            used.add(found.0, low, high - low + 1);
         }
     }
 }

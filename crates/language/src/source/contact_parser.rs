@@ -140,7 +140,9 @@ impl Parser<'_> {
                 Err(self.error(span, "`)` closes nothing, or is too early").fix(possible("")))
             }
             Token::Element => self.element(span),
-            Token::Sign(_) | Token::Comma => Err(self.no_value(Some((token, span)))),
+            Token::Sign(_) | Token::Comma => {
+                Err(self.no_value(Some(Located { value: token, span })))
+            }
             Token::And | Token::Or => Err(self
                 .error(span, "a contact is missing before this")
                 .help("a contact stands on each side of it: `X0 & X1`")

@@ -63,7 +63,7 @@ pub fn document_within<T>(
         return (None, findings.into_inner());
     };
     strict::report_syntax(doc, &mended.errors);
-    let (value, found) = read_mended(&mended, (file, &room.progress), read);
+    let (value, found) = read_mended(&mended, file, &room.progress, read);
     findings.borrow_mut().extend(found);
     (Some(value), findings.into_inner())
 }
@@ -77,7 +77,8 @@ fn read_checked<T>(doc: Doc<'_>, table: &DeTable<'_>, read: impl FnOnce(Table<'_
 /// Reads a file without its broken parts, and drops the findings that the missing parts may cause.
 fn read_mended<T>(
     mended: &MendedText,
-    (file, progress): (FileId, &Progress),
+    file: FileId,
+    progress: &Progress,
     read: impl FnOnce(Table<'_>) -> T,
 ) -> (T, Vec<Finding>) {
     let findings = RefCell::new(Vec::new());

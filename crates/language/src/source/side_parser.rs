@@ -16,7 +16,7 @@ use super::expression_lexer::ExpressionUse;
 use super::expression_parser;
 use super::finding::Finding;
 use super::fix::{Help, text, write};
-use super::span::Span;
+use super::span::{Located, Span};
 use rungd_engine::isa::Function;
 
 impl Parser<'_> {
@@ -80,9 +80,9 @@ impl Parser<'_> {
     }
 
     /// The finding for a token, or the end of the text, in the place of a value.
-    pub(super) fn no_value(&self, found: Option<(Token, Span)>) -> Finding {
-        let Some((Token::Sign(sign), place)) = found else {
-            let place = found.map_or(self.end(), |(_, place)| place);
+    pub(super) fn no_value(&self, found: Option<Located<Token>>) -> Finding {
+        let Some(Located { value: Token::Sign(sign), span: place }) = found else {
+            let place = found.map_or(self.end(), |found| found.span);
             return self.error(place, "a value is missing here");
         };
         let behind = self.text.get((place.end - self.span.start) as usize..).unwrap_or_default();
@@ -108,7 +108,7 @@ impl Parser<'_> {
         match &self.tokens[begin..end] {
             [] => {
                 let found = self.next();
-                Err(self.no_value(found))
+                Err(self.no_value(found.map(|(value, span)| Located { value, span })))
             }
             [(Token::Atom(atom), _)] => {
                 let side = CompareSide::Atom(atom.clone());
@@ -116,7 +116,8 @@ impl Parser<'_> {
                 Ok(side)
             }
             [(Token::Sign(sign), place), ..] if *sign != Binary::Subtract => {
-                Err(self.no_value(Some((Token::Sign(*sign), *place))))
+                let token = Token::Sign(*sign);
+                Err(self.no_value(Some(Located { value: token, span: *place })))
             }
             [(_, first), ..] => {
                 let span = first.to(self.tokens[end - 1].1);

@@ -10,7 +10,7 @@ mod constants;
 mod entries;
 mod values;
 
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
@@ -223,23 +223,24 @@ impl<'a> Table<'a> {
     }
 
     /// An integer within a range.
-    pub fn integer(&mut self, key: Key, range: (i64, i64)) -> Option<Located<i64>> {
-        let value = self.get(key, ValueForm::Integer(range.0, range.1))?;
+    pub fn integer(&mut self, key: Key, range: RangeInclusive<i64>) -> Option<Located<i64>> {
+        let value = self.get(key, ValueForm::Integer(*range.start(), *range.end()))?;
         let span = self.doc.span(value.span());
-        self.number(value, key.name, range).map(|value| Located { value, span })
+        self.number(value, key.name, &range).map(|value| Located { value, span })
     }
 
-    fn number(&self, value: DeNode<'a>, key: &str, range: (i64, i64)) -> Option<i64> {
+    fn number(&self, value: DeNode<'a>, key: &str, range: &RangeInclusive<i64>) -> Option<i64> {
         let DeValue::Integer(integer) = value.get_ref() else {
             self.doc.wrong_type(value, &self.what(key), "an integer");
             return None;
         };
         let parsed = i64::from_str_radix(integer.as_str(), integer.radix()).ok();
-        let number = parsed.filter(|n| (range.0..=range.1).contains(n));
+        let number = parsed.filter(|n| range.contains(n));
         if number.is_none() {
-            let message = format!("{} lies outside {}..{}", self.what(key), range.0, range.1);
-            let limit = if integer.as_str().starts_with('-') { range.0 } else { range.1 };
-            let limit = parsed.map_or(limit, |n| n.clamp(range.0, range.1)).to_string();
+            let (least, most) = (range.start(), range.end());
+            let message = format!("{} lies outside {least}..{most}", self.what(key));
+            let limit = if integer.as_str().starts_with('-') { *least } else { *most };
+            let limit = parsed.map_or(limit, |n| n.clamp(*least, *most)).to_string();
             let span = self.doc.span(value.span());
             self.find(Finding::new(Code::OutOfRange, span, message).fix(text(limit)));
         }
@@ -247,13 +248,13 @@ impl<'a> Table<'a> {
     }
 
     /// An array of integers, each within a range.
-    pub fn integers(&mut self, key: Key, range: (i64, i64)) -> Option<Located<Vec<i64>>> {
-        let value = self.get(key, ValueForm::Integers(range.0, range.1))?;
+    pub fn integers(&mut self, key: Key, range: RangeInclusive<i64>) -> Option<Located<Vec<i64>>> {
+        let value = self.get(key, ValueForm::Integers(*range.start(), *range.end()))?;
         let DeValue::Array(array) = value.get_ref() else {
             self.doc.wrong_type(value, &self.what(key.name), "an array of integers");
             return None;
         };
-        let numbers = array.iter().filter_map(|item| self.number(item, key.name, range)).collect();
+        let numbers = array.iter().filter_map(|item| self.number(item, key.name, &range)).collect();
         Some(Located { value: numbers, span: self.doc.span(value.span()) })
     }
 

@@ -2,6 +2,8 @@
 //!
 //! Called by the readers of ladders and templates. The resolver determines the meaning of a tag.
 
+use std::ops::RangeInclusive;
+
 use super::fix::{Help, pair, write};
 use super::key::{Key, key};
 use super::reader::{Constant, NamedTable, Table, Text};
@@ -68,7 +70,7 @@ const PRIORITIES: &str = r#"{"enum":["critical","high","medium","low"]}"#;
 const UNIT: &str = r#"{"minLength":1,"maxLength":16,"pattern":"^[^\\x00-\\x1f\\x7f-\\x9f]*$"}"#;
 
 /// The number of elements of an array.
-const COUNT: (i64, i64) = (2, 4096);
+const COUNT: RangeInclusive<i64> = 2..=4096;
 
 /// Reads the tags of a table.
 pub(super) fn read_all(root: &mut Table<'_>, tags: Key) -> Vec<WrittenTag> {

@@ -2,15 +2,17 @@
 //!
 //! Used by the drivers' folders. The driver decides which of its points have a scaling.
 
+use std::ops::RangeInclusive;
+
 use rungd_io::scaling::Scaling;
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::key::key;
 use rungd_language::source::reader::Table;
 use rungd_language::source::span::{Located, Span};
 
-const FACTORS: (i64, i64) = (-1_000_000, 1_000_000);
-const DIVISORS: (i64, i64) = (1, 1_000_000);
-const OFFSETS: (i64, i64) = (i32::MIN as i64, i32::MAX as i64);
+const FACTORS: RangeInclusive<i64> = -1_000_000..=1_000_000;
+const DIVISORS: RangeInclusive<i64> = 1..=1_000_000;
+const OFFSETS: RangeInclusive<i64> = i32::MIN as i64..=i32::MAX as i64;
 
 /// The keys of a row for its scaling.
 #[derive(Clone, Debug, Default)]

@@ -3,6 +3,8 @@
 //! Called by `written`. Operands and clients are still texts here: the resolver checks them,
 //! because it has the program's names. All other values are settings.
 
+use std::ops::RangeInclusive;
+
 use std::net::SocketAddr;
 
 use rungd_io::modbus::number::{RegisterNumberType, WordOrder};
@@ -75,7 +77,7 @@ pub struct Mapping {
 }
 
 /// A unit identifier is one byte.
-const UNITS: (i64, i64) = (0, 255);
+const UNITS: RangeInclusive<i64> = 0..=255;
 
 const LISTEN: ParsedText<SocketAddr> = ParsedText::new(|_, listen| {
     listen.text.parse().map_err(|_| {
@@ -121,7 +123,7 @@ fn read(mut table: Table<'_>) -> WrittenModbusServer {
     let idle_timeout_ms = table.value_of(explained, &TIMEOUT);
     settings.idle_timeout_ms = idle_timeout_ms.unwrap_or(settings.idle_timeout_ms);
     let explained = key("connections", "The most connections at a time; 8 if not given.");
-    let connections = table.whole(explained, (1, 1024));
+    let connections = table.whole(explained, 1..=1024);
     settings.connections = connections.map_or(settings.connections, |most| most.value);
     let maps = table
         .tables(key("map", "Further places for any bits and words."), "an entry of the Modbus map");
@@ -180,7 +182,7 @@ fn read_entry(mut table: Table<'_>) -> WrittenMapEntry {
     table.require("address", "4000");
     let address = table.whole(
         key("address", "The protocol address of the first element, counted from 0."),
-        (0, 65_535),
+        0..=65_535,
     );
     let explained = key(
         "type",

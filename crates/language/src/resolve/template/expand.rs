@@ -256,7 +256,7 @@ impl<'t> Expansion<'t> {
             });
             whole &= given.is_some();
             let Some(given) = given else { continue };
-            self.note_argument((declared, parameter, kind), &given);
+            self.note_argument(declared, parameter, kind, &given);
             all.insert(&*parameter.name.text, given);
         }
         // `given` is still empty, so a name in a default cannot be a parameter.
@@ -268,7 +268,7 @@ impl<'t> Expansion<'t> {
             let given = room.and_then(|()| self.given(kind, text, instance));
             whole &= given.is_some();
             let Some(given) = given else { continue };
-            self.note_argument((declared, parameter, kind), &given);
+            self.note_argument(declared, parameter, kind, &given);
             all.insert(&*parameter.name.text, given);
         }
         instance.given = all;
@@ -290,10 +290,11 @@ impl<'t> Expansion<'t> {
 
     fn note_argument(
         &mut self,
-        parameter_place: (&Declared, &Parameter, ParameterKind),
+        declared: &Declared,
+        parameter: &Parameter,
+        kind: ParameterKind,
         given: &Given,
     ) {
-        let (declared, parameter, kind) = parameter_place;
         // An argument that an outer use passed on is checked at the outer use.
         if !self.layers.is_given(given.span().file) {
             self.arguments.push(Argument {

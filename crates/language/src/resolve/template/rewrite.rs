@@ -86,14 +86,14 @@ impl<'t> Rewrite<'_, 't> {
         let fits =
             kind == ParameterKind::Contact && wanted == WantedOperand::Bit && behind.is_empty();
         if !fits && !kind.fits(wanted, !behind.is_empty()) {
-            self.unfit(name, at, (kind, wanted));
+            self.unfit(name, at, kind, wanted);
             return Some(Err(()));
         }
         Some(Ok((own, kind, behind)))
     }
 
     /// Reports a parameter at a place that does not accept its type.
-    fn unfit(&mut self, name: &str, at: Span, (kind, wanted): (ParameterKind, WantedOperand)) {
+    fn unfit(&mut self, name: &str, at: Span, kind: ParameterKind, wanted: WantedOperand) {
         let (parameter, behind) = base(name);
         let (message, help) = if !behind.is_empty() {
             let message = format!("the parameter `{parameter}` is {}", kind.words());

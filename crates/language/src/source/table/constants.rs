@@ -34,7 +34,7 @@ impl<'a> Table<'a> {
         match value.get_ref() {
             DeValue::Boolean(on) => Some(Located { value: Constant::Bit(*on), span }),
             DeValue::Integer(_) => {
-                let integer = self.number(value, key, (i32::MIN.into(), i32::MAX.into()))?;
+                let integer = self.number(value, key, &(i32::MIN.into()..=i32::MAX.into()))?;
                 Some(Located { value: Constant::Integer(i32::try_from(integer).ok()?), span })
             }
             DeValue::Float(float) => {

@@ -2,6 +2,8 @@
 // `_` matches the values that TOML allows and a ladder does not; the enum is the parser's.
 #![allow(clippy::wildcard_enum_match_arm)]
 
+use std::ops::RangeInclusive;
+
 use toml::de::DeValue;
 
 use super::{Constant, DeNode, Table, TextOrTable, ValueForm};
@@ -36,13 +38,17 @@ impl<'a> Table<'a> {
     }
 
     /// All entries as integers within a range, by key and in file order (the form of named places).
-    pub fn integers_by_name(&mut self, any: Key, range: (i64, i64)) -> Vec<(Text, Located<i64>)> {
-        self.shape
-            .iter()
-            .for_each(|shape| shape.note_others(any, ValueForm::Integer(range.0, range.1)));
+    pub fn integers_by_name(
+        &mut self,
+        any: Key,
+        range: RangeInclusive<i64>,
+    ) -> Vec<(Text, Located<i64>)> {
+        self.shape.iter().for_each(|shape| {
+            shape.note_others(any, ValueForm::Integer(*range.start(), *range.end()))
+        });
         let entries = self.in_file_order();
         let integers = entries.into_iter().filter_map(|(key, value)| {
-            let number = self.number(value, key.get_ref(), range)?;
+            let number = self.number(value, key.get_ref(), &range)?;
             let span = self.doc.span(value.span());
             Some((self.key_text(key), Located { value: number, span }))
         });

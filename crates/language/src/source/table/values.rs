@@ -1,5 +1,7 @@
 //! Getters for values of a kind, for flags and numbers with a default, and for lists.
 
+use std::ops::RangeInclusive;
+
 use super::Table;
 use crate::source::finding::Finding;
 use crate::source::key::{Key, KeyLimit, NOT_EMPTY};
@@ -30,7 +32,11 @@ impl Table<'_> {
     }
 
     /// An integer within a range that its type can hold.
-    pub fn whole<N: TryFrom<i64>>(&mut self, key: Key, range: (i64, i64)) -> Option<Located<N>> {
+    pub fn whole<N: TryFrom<i64>>(
+        &mut self,
+        key: Key,
+        range: RangeInclusive<i64>,
+    ) -> Option<Located<N>> {
         let Located { value, span } = self.integer(key, range)?;
         Some(Located { value: N::try_from(value).ok()?, span })
     }

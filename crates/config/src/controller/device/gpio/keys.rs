@@ -65,7 +65,7 @@ impl GpioKeys {
         self.chip = table.value_of(explained, &CHIP);
         let explained =
             key("budget-us", "`gpio`: the longest time an exchange may take; 200 if not given.");
-        let budget_us = table.whole(explained, (1, 1_000_000));
+        let budget_us = table.whole(explained, 1..=1_000_000);
         self.budget_us = budget_us.map_or(BUDGET_US, |us| us.value);
     }
 }

@@ -1,5 +1,7 @@
 //! The keys of the Modbus clients (`modbus-tcp`, `modbus-rtu`) in a `[[device]]` and its map.
 
+use std::ops::RangeInclusive;
+
 use super::super::scaling::ScalingKeys;
 use super::link::{self, Medium, SOME_TIME};
 use rungd_io::modbus::number::{ByteOrder, RegisterNumberType, WordOrder};
@@ -15,13 +17,13 @@ pub const NAMES: [&str; 2] = [TCP, RTU];
 const TCP: &str = "modbus-tcp";
 const RTU: &str = "modbus-rtu";
 
-const UNITS: (i64, i64) = (0, 255);
-const REGISTERS: (i64, i64) = (0, 65_535);
+const UNITS: RangeInclusive<i64> = 0..=255;
+const REGISTERS: RangeInclusive<i64> = 0..=65_535;
 /// The limits of `gap`: more registers would exceed the length of a request.
-const GAPS: (i64, i64) = (0, 100);
+const GAPS: RangeInclusive<i64> = 0..=100;
 /// The limits of `max-registers` and `max-bits`: those of a read request.
-const REGISTERS_MAX: (i64, i64) = (1, 125);
-const BITS_MAX: (i64, i64) = (1, 2000);
+const REGISTERS_MAX: RangeInclusive<i64> = 1..=125;
+const BITS_MAX: RangeInclusive<i64> = 1..=2000;
 
 const TIMEOUT_MS: u32 = 200;
 const WRITE_EVERY_MS: u32 = 1000;

@@ -2,6 +2,8 @@
 //!
 //! Called by [`super::keys`]. The keys of a way that a device does not have are findings.
 
+use std::ops::RangeInclusive;
+
 use std::net::{IpAddr, SocketAddr};
 
 use rungd_io::modbus_client::settings::{
@@ -19,7 +21,7 @@ use rungd_language::source::value_kind::{KeyWords, Millis, ParsedText};
 const PORT: u16 = 502;
 /// What precedes the address of a serial server.
 const SCHEME: &str = "tcp://";
-const BAUDS: (i64, i64) = (50, 4_000_000);
+const BAUDS: RangeInclusive<i64> = 50..=4_000_000;
 const BAUD: u32 = 19_200;
 const CONNECT_TIMEOUT_MS: u32 = 1000;
 /// A duration of at least 1 ms.
@@ -129,7 +131,7 @@ fn read_line(table: &mut Table<'_>) -> (LineKeys, Option<u32>) {
     let explained = key("parity", "`modbus-rtu`: its parity bit; `even` if not given.");
     let parity = table.value(explained, &KeyWords::new(&Parity::NAMES));
     let explained = key("stop-bits", "`modbus-rtu`: stop bits; 1 if not given, 2 without parity.");
-    let stop_bits = table.whole(explained, (1, 2));
+    let stop_bits = table.whole(explained, 1..=2);
     let explained =
         key("echo", "`modbus-rtu`: its adapter sends requests back; false if not given.");
     let echo = table.flag(explained, false);

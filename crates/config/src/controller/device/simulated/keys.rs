@@ -3,6 +3,8 @@
 //! The kind of a part decides its keys: the table `KEYS` has each key's form, and the kinds that
 //! have the key. The resolver checks the combination of keys, and the names in their texts.
 
+use std::ops::RangeInclusive;
+
 use super::super::scaling::ScalingKeys;
 use rungd_language::source::key::{Key, key};
 use rungd_language::source::reader::{Table, Text};
@@ -110,13 +112,13 @@ enum PartKeyForm {
     /// The points that drive the opening of this name together.
     DrivenTogether,
     Time,
-    Number(i64, i64),
+    Number(RangeInclusive<i64>),
     Pair,
     /// Named places.
     Places,
 }
 
-const ANY: (i64, i64) = (i32::MIN as i64, i32::MAX as i64);
+const ANY: RangeInclusive<i64> = i32::MIN as i64..=i32::MAX as i64;
 const NUMBER: i64 = i32::MAX as i64;
 
 /// The keys of a part besides `name`, `kind` and `invert`, and the kinds of part that have them.
@@ -197,11 +199,11 @@ const KEYS: [(Key, PartKeyForm, &[PlantPartKind]); 31] = {
             &[Pulse, Conveyor],
         ),
         (key("offset", "When the first pulse begins."), Time, &[Pulse]),
-        (key("length", "A conveyor's length, in mm."), Number(1, 100_000), &[Conveyor]),
-        (key("speed", "A conveyor's speed, in mm/s."), Number(1, 10_000), &[Conveyor]),
+        (key("length", "A conveyor's length, in mm."), Number(1..=100_000), &[Conveyor]),
+        (key("speed", "A conveyor's speed, in mm/s."), Number(1..=10_000), &[Conveyor]),
         (
             key("part-length", "The length of the parts on a conveyor, in mm; 100 if not given."),
-            Number(10, 100_000),
+            Number(10..=100_000),
             &[Conveyor],
         ),
         (
@@ -209,46 +211,38 @@ const KEYS: [(Key, PartKeyForm, &[PlantPartKind]); 31] = {
             Places,
             &[Conveyor],
         ),
-        (key("capacity", "The most that a tank holds."), Number(1, NUMBER), &[Tank]),
+        (key("capacity", "The most that a tank holds."), Number(1..=NUMBER), &[Tank]),
         (
             key("fill-rate", "The inflow per second while the inlet is open."),
-            Number(0, NUMBER),
+            Number(0..=NUMBER),
             &[Tank],
         ),
         (
             key("drain-rate", "The outflow per second while the outlet is open."),
-            Number(0, NUMBER),
+            Number(0..=NUMBER),
             &[Tank],
         ),
         (
             key("initial", "The level of a tank, or the value of a lag, at the start."),
-            Number(ANY.0, ANY.1),
+            Number(ANY),
             &[Tank, Lag],
         ),
         (
             key("gain", "A lag's: how far its input at full moves it from `ambient`."),
-            Number(ANY.0, ANY.1),
+            Number(ANY),
             &[Lag],
         ),
-        (
-            key("ambient", "A lag's value without any input; 0 if not given."),
-            Number(ANY.0, ANY.1),
-            &[Lag],
-        ),
+        (key("ambient", "A lag's value without any input; 0 if not given."), Number(ANY), &[Lag]),
         (key("time-constant", "How long a lag takes for 63.2 % of a change."), Time, &[Lag]),
         (
             key("switches", "A tank's switches: names and the levels from which they are ON."),
             Places,
             &[Tank],
         ),
-        (
-            key("on-at", "A sensor is ON from this value; 1 if not given."),
-            Number(ANY.0, ANY.1),
-            &[Sensor],
-        ),
+        (key("on-at", "A sensor is ON from this value; 1 if not given."), Number(ANY), &[Sensor]),
         (
             key("off-at", "It is OFF below this value; `on-at` if not given."),
-            Number(ANY.0, ANY.1),
+            Number(ANY),
             &[Sensor],
         ),
         (key("range", "The ends of the range that a sensor measures."), Pair, &[Sensor]),
@@ -319,7 +313,7 @@ impl PlantKeys {
         self.faults = faults.into_iter().map(read_fault).collect();
         self.seed = table.integer(
             key("seed", "`simulated`: the seed of the noise; 1 if not given."),
-            (0, i64::MAX),
+            0..=i64::MAX,
         );
     }
 }
@@ -369,16 +363,16 @@ impl WrittenPart {
                 self.driven.push((key.name, table.string_or_strings(key)));
             }
             PartKeyForm::Time => self.times.extend(table.duration(key).map(|ms| (key.name, ms))),
-            PartKeyForm::Number(min, max) => {
+            PartKeyForm::Number(range) => {
                 self.numbers
-                    .extend(table.integer(key, (*min, *max)).map(|number| (key.name, number)));
+                    .extend(table.integer(key, range.clone()).map(|number| (key.name, number)));
             }
             PartKeyForm::Pair => {
                 self.pairs.extend(table.integers(key, ANY).map(|pair| (key.name, pair)))
             }
             PartKeyForm::Places => {
                 if let Some(mut places) = table.table(key, "the places of a part") {
-                    self.places = places.integers_by_name(PLACE, (0, NUMBER));
+                    self.places = places.integers_by_name(PLACE, 0..=NUMBER);
                 }
             }
         }
@@ -414,8 +408,8 @@ fn read_fault(mut table: Table<'_>) -> WrittenFault {
     if is_of(Noisy) {
         fault.every_ms =
             table.duration(key("every", "How often the noise changes; 20ms if not given."));
-        fault.amplitude = table
-            .integer(key("amplitude", "The largest deviation of a noisy number."), (1, NUMBER));
+        fault.amplitude =
+            table.integer(key("amplitude", "The largest deviation of a noisy number."), 1..=NUMBER);
     }
     if is_of(Late) {
         fault.by_ms = table.duration(key("by", "The delay of a late point."));
