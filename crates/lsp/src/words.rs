@@ -51,7 +51,7 @@ pub(super) enum FileWordRole {
     File,
     /// The mnemonic of an instruction.
     Mnemonic(Mnemonic),
-    /// A function of MATH.
+    /// A function of MATH and of contacts.
     Function(Function),
     /// The name of a warning.
     Warning,
@@ -172,12 +172,7 @@ impl<'t> WordReader<'t> {
 
     /// The names in contacts, conditions and operands.
     fn contacts(&mut self, place: Range<usize>, role: FileWordRole) {
-        for NameInText { place: span, is_called } in names(&self.text[place.clone()], true) {
-            let span = place.start + span.start..place.start + span.end;
-            if !(is_called && matches!(&self.text[span.clone()], "rise" | "fall")) {
-                self.push(span, role);
-            }
-        }
+        self.names(place, true, role);
     }
 
     /// The words in braces of a text.
@@ -189,10 +184,17 @@ impl<'t> WordReader<'t> {
 
     /// The names of an expression.
     fn expression(&mut self, place: Range<usize>, role: FileWordRole) {
-        for NameInText { place: span, is_called } in names(&self.text[place.clone()], false) {
+        self.names(place, false, role);
+    }
+
+    /// The names and functions of a text. `hyphens`: whether `-` may be part of a name.
+    fn names(&mut self, place: Range<usize>, hyphens: bool, role: FileWordRole) {
+        for NameInText { place: span, is_called } in names(&self.text[place.clone()], hyphens) {
             let span = place.start + span.start..place.start + span.end;
-            match Function::from_name(&self.text[span.clone()]).filter(|_| is_called) {
+            let name = &self.text[span.clone()];
+            match Function::from_name(name).filter(|_| is_called) {
                 Some(function) => self.push(span, FileWordRole::Function(function)),
+                None if hyphens && is_called && matches!(name, "rise" | "fall") => {}
                 None => self.push(span, role),
             }
         }

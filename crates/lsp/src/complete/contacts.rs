@@ -51,7 +51,10 @@ impl<'t> DottedWord<'t> {
         let lead = self.lead.trim_end();
         let Some(last) = lead.chars().next_back() else { return Some(wish) };
         match last {
-            '=' | '<' | '>' | '+' | '*' | '/' | '%' | '-' if wish == WantedName::Condition => {
+            '=' | '<' | '>' if wish == WantedName::Condition => Some(WantedName::Value),
+            '+' | '*' | '/' | '%' | '-'
+                if matches!(wish, WantedName::Contact | WantedName::Condition) =>
+            {
                 Some(WantedName::Value)
             }
             '=' | '<' | '>' | '+' | '*' | '/' | '%' | '-' | '[' => Some(WantedName::Number),
@@ -65,7 +68,11 @@ impl<'t> DottedWord<'t> {
 pub(super) fn offer(scene: &CompletionScene, before: &str, wish: WantedName) -> Proposals {
     let word = DottedWord::of(before, true);
     let mut found = Proposals::of(word.typed);
+    let computes = matches!(wish, WantedName::Contact | WantedName::Condition);
     let Some(wish) = word.wish(wish).filter(|_| !word.is_number()) else { return found };
+    if computes && word.base.is_none() {
+        offer_functions(&mut found);
+    }
     if matches!(wish, WantedName::Contact | WantedName::Condition) && word.base.is_none() {
         for (name, about) in [
             ("rise", "ON for one execution, when its contacts go from OFF to ON"),
@@ -89,16 +96,20 @@ pub(super) fn offer_expression(scene: &CompletionScene, before: &str) -> Proposa
         return found;
     }
     if word.base.is_none() {
-        for spec in FUNCTIONS {
-            let proposal =
-                CompletionProposal::new(spec.name, CompletionItemKind::FUNCTION, FUNCTION);
-            let snippet = Some(format!("{}($1)", spec.name));
-            let proposal = proposal.detail(spec.form()).doc(spec.summary);
-            found.add(proposal.writes(format!("{}(", spec.name), snippet));
-        }
+        offer_functions(&mut found);
     }
     operands::offer(scene, word.base, WantedName::Value, &mut found);
     found
+}
+
+/// The functions of MATH and of contacts.
+fn offer_functions(found: &mut Proposals) {
+    for spec in FUNCTIONS {
+        let proposal = CompletionProposal::new(spec.name, CompletionItemKind::FUNCTION, FUNCTION);
+        let snippet = Some(format!("{}($1)", spec.name));
+        let proposal = proposal.detail(spec.form()).doc(spec.summary);
+        found.add(proposal.writes(format!("{}(", spec.name), snippet));
+    }
 }
 
 #[cfg(test)]

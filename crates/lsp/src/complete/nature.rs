@@ -42,7 +42,7 @@ pub(super) struct Nature {
 pub(super) enum WantedName {
     /// A contact: a bit, or the first word of a compare.
     Contact,
-    /// A contact of a test, whose compares may contain sums of bits.
+    /// A contact of a test.
     Condition,
     /// A bit to read.
     Bit,
