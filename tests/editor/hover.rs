@@ -109,7 +109,7 @@ fn hovering_instructions_steps_keys_and_numbers_explains_them() {
 fn hovering_contacts_numbers_and_warning_names_explains_them() {
     let (folder, mut editor) = opened();
     let text = "[ladder]\nallow = [\"unused-tag\"]\n[[program]]\nname = \"Main\"\n\
-                [[program.rung]]\nwhen = [\"X0|X1 & X2\", \"D0 > 0x1F\"]\n\
+                [[program.rung]]\nwhen = [\"X0|X1 & X2\", \"D0 > 0x1F\", \"abs(D2) > 3\"]\n\
                 do = [\"MATH D1 = sqrt(D0)\"]\n";
     std::fs::write(folder.path().join("own.toml"), text).unwrap();
     editor.open("own.toml");
@@ -117,6 +117,7 @@ fn hovering_contacts_numbers_and_warning_names_explains_them() {
     assert_eq!(shown("X0^|X1"), "Read as `X0 | (X1 & X2)`\n");
     assert_eq!(shown("> ^0x1F"), "`0x1F` is 31\n");
     assert!(shown("= ^sqrt").contains("a function of MATH"));
+    assert!(shown("^abs(D2)").contains("of contacts"));
     assert!(shown("^unused-tag").contains("unused-tag"));
 }
 
