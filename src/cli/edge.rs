@@ -30,7 +30,7 @@ pub struct EdgeArgs {
 /// Publishes the tags, or only checks the file.
 ///
 /// # Errors
-/// A file cannot be read.
+/// The file cannot be read, or the node cannot start.
 pub fn edge(args: &EdgeArgs) -> Result<Exit> {
     let bytes = read_bytes(&args.file).with_context(|| args.file.display().to_string())?;
     let read = read_edge(&args.file, &bytes);

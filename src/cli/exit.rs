@@ -26,7 +26,8 @@ pub enum Exit {
     Fault = 75,
     /// The user has no permission for this request to a running controller.
     NoPerm = 77,
-    /// A ladder, controller or stimulus file is wrong. A restart does not help.
+    /// A file of rungd is wrong, or any other failure without a code of its own. A restart does
+    /// not help.
     Config = 78,
 }
 
@@ -56,8 +57,8 @@ impl Exit {
         (Exit::Config, "CONFIG"),
     ];
 
-    /// The code of a failure: `Usage` for a [`CommandLine`], `Io` if the root cause is an I/O
-    /// error, else `Config`.
+    /// The code of a failure: `Usage` for a [`CommandLine`], `Io` if an I/O error is among the
+    /// causes, else `Config`.
     pub fn of(error: &anyhow::Error) -> Exit {
         if error.is::<CommandLine>() {
             return Exit::Usage;

@@ -1,7 +1,8 @@
 //! Starts the field devices: makes drivers from the controller file's settings, and connects them
 //! to the scan.
 //!
-//! This is the only module that refers to every driver. The task of a device is in `io::device`.
+//! This is the only module of the daemon that refers to every driver. The task of a device is in
+//! `io::device`.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -23,7 +24,7 @@ use rungd_runtime::field::DeviceEnds;
 use rungd_runtime::say::say;
 use rungd_runtime::wiring::Wiring;
 
-/// The health of each device, by number.
+/// Makes the health of each device, in order of their numbers.
 pub(super) fn healths(devices: &[Device]) -> Vec<DeviceHealth> {
     let health = |device: &Device| {
         let (driver, peer) = match &device.driver {

@@ -1,5 +1,5 @@
-//! Prepares a program for its swap: the plan, the package, and the list of changed settings that
-//! need a restart.
+//! Reads a program, prepares its swap (the plan and the package), and lists the changed settings:
+//! those that take effect with the swap, and those that need a restart.
 //!
 //! Called by `daemon::reload` on a thread where it may take long. Nothing here touches the running
 //! program.

@@ -1,4 +1,5 @@
-//! Requests the newest part of a controller's scan log repeatedly, and keeps its last minute.
+//! At each look, requests the newest part of a controller's scan log; between the looks, keeps its
+//! last minute.
 //!
 //! The first look at a program fetches only its newest scans, so that the picture appears soon; the
 //! second look fetches the minute before them. Called by `web` and by `monitor`.
@@ -135,7 +136,7 @@ pub(super) fn recorded(
     Ok((answer.bytes().ok_or_else(unusable)?, answer.present))
 }
 
-/// The controller has recorded nothing.
+/// The failure if the controller has recorded nothing.
 pub(super) fn nothing_recorded() -> LookFailure {
     let why = "the controller has recorded nothing yet, or the scan log has no room: see `[record] \
                memory` of the controller file";

@@ -56,7 +56,7 @@ impl LoggedProgram {
 /// A recorded program, and the program made from it or why it cannot be made.
 type PreparedProgram = (Arc<RecordedProgram>, Result<Arc<LoggedProgram>, String>);
 
-/// The programs made so far, so that none is made twice.
+/// The programs made last, at most [`PROGRAMS_MAX`], so that these are not made again.
 pub(super) struct LoggedPrograms {
     choose: ChooseCells,
     known: Vec<PreparedProgram>,

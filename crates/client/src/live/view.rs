@@ -1,5 +1,5 @@
-//! A controller as it was at one moment: the last scan, and the scans of the minute before it.
-//! Every answer is about one scan.
+//! A controller as it was at one moment: the last scan, and the scans of the minute before it. An
+//! answer is about one scan, or (trend, events) about the whole minute.
 
 use std::ops::RangeInclusive;
 use std::sync::Arc;

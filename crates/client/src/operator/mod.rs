@@ -2,8 +2,9 @@
 //!
 //! `cli` sends requests through [`client`], to the controller that `search` finds;
 //! `daemon::operator_server` answers them, and puts its socket on the list of `running`. Programs
-//! that show a controller's state or pass it on ask through [`poller`]. `docs/operator.md`
-//! describes the protocol for authors of other clients. This module uses neither tokio nor the log.
+//! that ask again and again find the controller and pace their requests with [`poller`].
+//! `docs/operator.md` describes the protocol for authors of other clients. This module uses
+//! neither tokio nor the log.
 
 mod alarm;
 pub mod client;
@@ -33,7 +34,7 @@ pub(crate) const SOCKET_DEFAULT: &str = "/run/rungd/rungd.sock";
 /// The socket's name beside a controller file of `rungd init`.
 pub(crate) const SOCKET_NAME: &str = "rungd.sock";
 
-/// The part that the name of a view socket has more than that of its operator's socket.
+/// What the name of a view socket adds to that of its operator's socket.
 const VIEW: &str = "-view";
 
 /// The view socket beside an operator's socket: `rungd-view.sock` beside `rungd.sock`.

@@ -47,8 +47,8 @@ pub enum Request {
     Read {
         /// Tags, addresses, members; a structure stands for all its members.
         operands: Vec<String>,
-        /// A refused operand gets an answer of its own, and the others their values. Otherwise it
-        /// refuses the whole request.
+        /// Whether each operand is answered by itself, with its value or its refusal. If not, one
+        /// refused operand refuses the whole request.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         each: bool,
     },
@@ -147,7 +147,7 @@ pub const DEADLINE: &str = "deadline";
 /// A request as it is received: with the deadline, if its client has named one.
 ///
 /// # Errors
-/// The line is not a request.
+/// The line is not a request, or exceeds a limit of a request, or names a wrong user.
 pub fn received(line: &[u8]) -> serde_json::Result<(Request, Option<Deadline>)> {
     let refused = match serde_json::from_slice(line) {
         Ok(request) => return Ok((request, None)),
@@ -315,7 +315,7 @@ pub struct ReloadResult {
     pub mode: String,
 }
 
-/// The answer to a log level.
+/// The answer to a change of the log level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LevelChange {
     /// The level before.

@@ -30,7 +30,7 @@ pub struct ControllerStatus {
     pub scans: u64,
     pub period_us: u64,
     pub watchdog_us: u64,
-    /// The requests to the machine, and whether each was granted.
+    /// The real-time settings that were requested from the system, and whether each was granted.
     pub posture: Vec<PostureStatus>,
     pub scan: ScanStatus,
     pub blocks: Vec<BlockStatus>,
@@ -62,7 +62,7 @@ pub struct FieldDevice {
     /// `.Ok` and `.Stale` as seen by the ladder.
     pub ok: bool,
     pub stale: bool,
-    /// The numbers since the start.
+    /// The exchanges since the start, and those that failed.
     pub exchanges: u64,
     pub failures: u64,
     /// The durations of the last good exchange and of the slowest one.

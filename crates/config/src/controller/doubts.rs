@@ -16,7 +16,7 @@ use rungd_language::source::fix::{FixEdit, advise, pair};
 /// The longest period without a warning, ms.
 const PERIOD_MS_MAX: u32 = 1000;
 
-/// All warnings for a controller.
+/// The warnings of this file.
 pub(super) fn doubts(
     written: &WrittenController,
     controller: &Controller,

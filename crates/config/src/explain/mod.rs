@@ -49,7 +49,8 @@ fn of_function(spec: &FunctionSpec) -> String {
         ResultType::Real => "a real",
     };
     format!(
-        "{}, a function of MATH and of contacts\n\n{}\nThe result is {result}.\n\nSee `rungd explain MATH`.\n",
+        "{}, a function of MATH and of contacts\n\n{}\nThe result is {result}.\n\n\
+         See `rungd explain MATH`.\n",
         spec.form(),
         spec.summary
     )

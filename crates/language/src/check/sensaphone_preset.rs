@@ -1,4 +1,5 @@
-//! `sensaphone-preset`: the CTU and the CTD of one counter have no preset, or different presets.
+//! `sensaphone-preset`: a Sensaphone counter has no preset, or its CTU and CTD have different
+//! ones.
 //!
 //! A constant is the value of PRE at a cold start; a location is copied to PRE at every execution.
 //! A constant and a location count as different presets.

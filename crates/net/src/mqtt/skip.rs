@@ -82,7 +82,7 @@ impl PacketSieve {
     /// Removes the next part from these bytes and returns it. `None`: no bytes are left.
     ///
     /// # Errors
-    /// A message that is too long is also malformed. The text describes the fault.
+    /// A too long message is malformed. The text describes the fault.
     pub fn next<'b>(
         &mut self,
         bytes: &mut &'b [u8],

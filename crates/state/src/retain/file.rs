@@ -1,4 +1,5 @@
-//! A real file as a device: locks it, makes it under a temporary name, renames a foreign file.
+//! A real file as a device: locks it, makes it under a temporary name, moves a file of unknown
+//! content aside.
 //!
 //! Called by `keeper` and by `rungd retain show`. This module returns errors; the keeper decides
 //! how the controller reacts to them. If the path is a symbolic link, new files are made beside its

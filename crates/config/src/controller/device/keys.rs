@@ -53,8 +53,11 @@ fn read(mut table: Table<'_>) -> WrittenDevice {
     let explained =
         key("on-loss", "The values of its inputs when it is lost; `hold` if not given.");
     let on_loss = table.value_of(explained, &KeyWords::new(&OnLoss::NAMES)).unwrap_or_default();
-    let explained =
-        key("loss-after", "It is lost when its last good exchange is this old; 1s if not given.");
+    let explained = key(
+        "loss-after",
+        "It is lost when its last good exchange is this old; if not given, 1s or three polls, \
+         whichever is more.",
+    );
     let loss_after = table.value(explained, &Millis::some("20ms"));
     let map_is_table = table.has_table("map");
     let map = table

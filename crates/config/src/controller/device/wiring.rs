@@ -1,4 +1,5 @@
-//! Conflicts of wiring: every input has one mover, and every Y goes to one device.
+//! Wiring of the devices: every input has one mover, every Y is in one row of one map; and a
+//! warning for a Y in none.
 //!
 //! Two movers of the same input would overwrite each other's value without any sign of it. A Y in
 //! two maps would switch two contactors, although the ladder means one. The rules apply to the

@@ -19,7 +19,7 @@ const RTU: &str = "modbus-rtu";
 
 const UNITS: RangeInclusive<i64> = 0..=255;
 const REGISTERS: RangeInclusive<i64> = 0..=65_535;
-/// The limits of `gap`: more registers would exceed the length of a request.
+/// The limits of `gap`. With 100, the two points beside it still fit into one request.
 const GAPS: RangeInclusive<i64> = 0..=100;
 /// The limits of `max-registers` and `max-bits`: those of a read request.
 const REGISTERS_MAX: RangeInclusive<i64> = 1..=125;

@@ -1,5 +1,6 @@
-//! Conflicts between devices of one peer: two outputs write the same place, two devices have
-//! different settings for the same serial line, or two devices use the same unit of a serial line.
+//! Conflicts at a Modbus peer: two outputs (of one device or of two) write the same place, a
+//! broadcast and a unit's output write the same element, two devices have different settings for
+//! one serial line, or two devices use the same unit of a line.
 //!
 //! Two outputs in one place would overwrite each other's value at every write; a watchdog's
 //! register is an output too. Bits of one register may be outputs side by side within one device:
