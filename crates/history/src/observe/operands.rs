@@ -6,6 +6,7 @@ use super::subject::Subject;
 use rungd_engine::isa::function::Function;
 use rungd_engine::isa::{Bit, OperandKind, OperandRole, Structure};
 use rungd_engine::{Cell, Image};
+use rungd_language::lower::formula_value::{ArrayCells, CellFormula};
 use rungd_language::resolve::array::{Array, ArrayElement};
 pub use rungd_language::resolve::formula::{Binary, Formula, FormulaPart};
 use rungd_language::resolve::instruction::OperandValue;
@@ -60,20 +61,15 @@ pub(super) fn formula(subject: &Subject, formula: &Formula, image: &Image) -> Ve
     let mut read: Vec<SeenValue> = Vec::new();
     let layout = &subject.symbols.layout;
     let added = added(formula);
+    let begins = begins(formula);
     for (at, part) in formula.parts.iter().enumerate() {
         let mut side = match part {
             FormulaPart::Word(at) => word(subject, *at, image),
             FormulaPart::Bit(of) => bit(Cell::Bit(layout.bit(*of)), image),
-            // A word that is an index comes right before its element.
             FormulaPart::Element(array) => {
-                match at.checked_sub(1).map(|before| &formula.parts[before]) {
-                    Some(FormulaPart::Word(index)) => {
-                        let element = ArrayElement { array: *array, index: *index };
-                        let Some(cell) = select(subject, element, image).1 else { continue };
-                        any(subject, cell, image)
-                    }
-                    Some(_) | None => continue,
-                }
+                let index = &formula.parts[begins[at]..at];
+                let Some(cell) = computed_element(subject, *array, index, image) else { continue };
+                any(subject, cell, image)
             }
             FormulaPart::Integer(_)
             | FormulaPart::Real(_)
@@ -90,6 +86,45 @@ pub(super) fn formula(subject: &Subject, formula: &Formula, image: &Image) -> Ve
     read
 }
 
+/// The element of an array that an index selects; `None`: the index is outside of the array.
+fn computed_element(
+    subject: &Subject,
+    array: Array,
+    index: &[FormulaPart],
+    image: &Image,
+) -> Option<Cell> {
+    let layout = &subject.symbols.layout;
+    let index = CellFormula::new(&Formula { parts: index.to_vec() }, layout).value(image);
+    ArrayCells::new(array, layout).cell(index.number.integer())
+}
+
+/// For each part, the first part of its operands, or the part itself.
+fn begins(formula: &Formula) -> Vec<usize> {
+    let mut begins = Vec::with_capacity(formula.parts.len());
+    // The beginnings of the parts whose results are not used yet.
+    let mut open: Vec<usize> = Vec::new();
+    for (at, part) in formula.parts.iter().enumerate() {
+        let used = open.split_off(open.len().saturating_sub(operand_count(part)));
+        let begin = used.first().copied().unwrap_or(at);
+        open.push(begin);
+        begins.push(begin);
+    }
+    begins
+}
+
+/// The number of operands that a part takes.
+fn operand_count(part: &FormulaPart) -> usize {
+    match part {
+        FormulaPart::Integer(_)
+        | FormulaPart::Real(_)
+        | FormulaPart::Word(_)
+        | FormulaPart::Bit(_) => 0,
+        FormulaPart::Element(_) | FormulaPart::Unary(..) => 1,
+        FormulaPart::Binary(..) => 2,
+        FormulaPart::Call(_, count, _) => *count as usize,
+    }
+}
+
 /// For each part, whether it is an operand of `+`, `|`, `||` or an argument of `sum`: if it is 0,
 /// it adds nothing to the result.
 fn added(formula: &Formula) -> Vec<bool> {
@@ -97,17 +132,19 @@ fn added(formula: &Formula) -> Vec<bool> {
     // The parts whose results are not used yet.
     let mut open: Vec<usize> = Vec::new();
     for (at, part) in formula.parts.iter().enumerate() {
-        let (count, adds) = match part {
+        let adds = match part {
+            FormulaPart::Binary(operator, _) => {
+                matches!(operator, Binary::Add | Binary::Or | Binary::OrElse)
+            }
+            FormulaPart::Call(function, ..) => *function == Function::Sum,
             FormulaPart::Integer(_)
             | FormulaPart::Real(_)
             | FormulaPart::Word(_)
-            | FormulaPart::Bit(_) => (0, false),
-            FormulaPart::Element(_) | FormulaPart::Unary(..) => (1, false),
-            FormulaPart::Binary(operator, _) => {
-                (2, matches!(operator, Binary::Add | Binary::Or | Binary::OrElse))
-            }
-            FormulaPart::Call(function, count, _) => (*count as usize, *function == Function::Sum),
+            | FormulaPart::Bit(_)
+            | FormulaPart::Element(_)
+            | FormulaPart::Unary(..) => false,
         };
+        let count = operand_count(part);
         for used in open.split_off(open.len().saturating_sub(count)) {
             added[used] = adds;
         }

@@ -95,7 +95,8 @@ fn real_word(image: &Image, cell: WordCell) -> FormulaNumber {
 }
 
 impl FormulaNumber {
-    fn integer(self) -> i64 {
+    /// As an integer: a real is truncated towards zero.
+    pub fn integer(self) -> i64 {
         match self {
             FormulaNumber::Integer(number) => number,
             FormulaNumber::Real(number) => number as i64,

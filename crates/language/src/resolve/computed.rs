@@ -76,7 +76,7 @@ impl Resolver<'_> {
         if self.has_differences(&computed.expression) {
             return None;
         }
-        let (formula, operand) = self.expression(&computed.expression)?;
+        let (formula, operand) = self.contact_expression(&computed.expression)?;
         let name = self.text(computed.span).trim().to_owned();
         match formula.parts[..] {
             [FormulaPart::Bit(bit)] => return Some(Contact::Bit(bit, computed.span)),
@@ -148,7 +148,7 @@ impl Resolver<'_> {
             return None;
         }
         self.doubt_timers(expression);
-        let (formula, operand) = self.expression(expression)?;
+        let (formula, operand) = self.contact_expression(expression)?;
         let form = match &expression.parts[..] {
             [only] => matches!(only.kind, ExpressionPartKind::Duration(_)),
             _ => false,
@@ -164,6 +164,14 @@ impl Resolver<'_> {
             _ => None,
         };
         Some(ResolvedSide { formula, operand, plain })
+    }
+
+    /// As [`Resolver::expression`], for a contact, which touches no status bit.
+    fn contact_expression(&mut self, expression: &Expression) -> Option<(Formula, TypedOperand)> {
+        self.is_in_contact = true;
+        let resolved = self.expression(expression);
+        self.is_in_contact = false;
+        resolved
     }
 
     /// Reports each `D0-D1` in an expression; returns whether there was one.
@@ -184,6 +192,11 @@ impl Resolver<'_> {
         if scope.look_up(name).is_ok() || scope.look_up(left).is_err() {
             return false;
         }
+        // A block's name may have a `-` itself.
+        let right = match scope.look_up(right) {
+            Ok(_) => right.to_owned(),
+            Err(_) => right.replace('-', " - "),
+        };
         let finding = Finding::new(Code::ContactSyntax, span, "a minus without spaces around it");
         self.findings.push(finding.write(format!("{left} - {right}")));
         true
@@ -192,8 +205,8 @@ impl Resolver<'_> {
     /// The warning about a division of integers that is compared with a real.
     fn doubt_compare(&mut self, left: &ResolvedSide, right: &ResolvedSide) {
         let lost = |side: &ResolvedSide, other: &ResolvedSide| {
-            let is_real = other.operand.of == NumberType::Real;
-            side.operand.division.filter(|_| is_real && side.operand.of == NumberType::Integer)
+            let is_real = [side, other].iter().any(|side| side.operand.of == NumberType::Real);
+            side.operand.division.filter(|_| is_real)
         };
         let Some((sign, [a, b])) = lost(left, right).or_else(|| lost(right, left)) else { return };
         let place = a.to(b);

@@ -105,6 +105,8 @@ impl Resolver<'_> {
 
     fn doubt(&mut self, doubt: Option<ConstantDoubt>, span: Span) {
         let Some((says, help)) = doubt else { return };
+        let said = STATUS.iter().find_map(|status| says.strip_suffix(status));
+        let says = said.filter(|_| self.is_in_contact).unwrap_or(&says);
         let message = format!("`{}` is {says}", self.text(span));
         self.find(Finding::new(Code::MathConstants, span, message).help(help));
     }
@@ -131,6 +133,9 @@ impl Resolver<'_> {
         Some((says, help.with(text(result.to_string()).same())))
     }
 }
+
+/// What a MATH does besides, and a contact does not.
+const STATUS: [&str; 2] = [", and turns `$DivideByZero` ON", ", and turns `$OutOfRange` ON"];
 
 fn by_zero() -> ConstantDoubt {
     let says = "a division by 0: it gives 0, and turns `$DivideByZero` ON";

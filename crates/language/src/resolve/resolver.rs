@@ -79,6 +79,8 @@ pub(super) struct Resolver<'a> {
     pub(super) tag_elements: usize,
     /// The condition of a test that is resolved, which is in no file of the ladder.
     pub(super) condition: Option<ConditionText>,
+    /// Whether the expression that is resolved is in a contact, which touches no status bit.
+    pub(super) is_in_contact: bool,
 }
 
 /// The text of a condition, and its place.
@@ -120,6 +122,7 @@ impl<'a> Resolver<'a> {
             elements: 0,
             tag_elements: 0,
             condition: None,
+            is_in_contact: false,
         }
     }
 

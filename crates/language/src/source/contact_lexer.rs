@@ -142,7 +142,9 @@ fn number_length(length: usize, rest: &str) -> usize {
 
 fn name_length(rest: &str) -> usize {
     let tail = |c: char| !(c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '-'));
-    1 + rest[1..].find(tail).unwrap_or(rest.len() - 1)
+    let length = 1 + rest[1..].find(tail).unwrap_or(rest.len() - 1);
+    // A minus behind a name is no part of it.
+    1 + rest[1..length].trim_end_matches('-').len()
 }
 
 /// The length of `,19` or `,19,6` after an `N` (the Sensaphone manual's names of a counter and its

@@ -30,15 +30,13 @@ pub(super) fn sign(text: &str, at: usize, span: Span) -> Option<Result<(Binary, 
     let behind = &rest[length..];
     let begins_number = behind.starts_with(|c: char| c.is_ascii_digit());
     let follows_value = ends_value(before.trim_end());
-    let is_spaced = |c: Option<char>| matches!(c, Some(' ' | '\t'));
     if sign == Binary::Subtract {
-        if begins_number && !is_spaced(behind.chars().next()) {
+        if follows_value && !is_spaced_minus(text, at) {
+            return Some(Err(no_spaces(text, at, span)));
+        }
+        if !follows_value && begins_number {
             // Part of a number.
             return None;
-        }
-        let is_lone = is_spaced(before.chars().last()) && is_spaced(behind.chars().next());
-        if follows_value && !is_lone {
-            return Some(Err(no_spaces(text, at, span)));
         }
     }
     let is_foreign = match follows_value {
@@ -51,6 +49,12 @@ pub(super) fn sign(text: &str, at: usize, span: Span) -> Option<Result<(Binary, 
         }
     };
     (!is_foreign).then_some(Ok((sign, length)))
+}
+
+/// Whether there are spaces on both sides of the minus at a place of a text.
+pub(super) fn is_spaced_minus(text: &str, at: usize) -> bool {
+    let behind = &text[at + 1..];
+    text[..at].ends_with([' ', '\t']) && (behind.is_empty() || behind.starts_with([' ', '\t']))
 }
 
 /// Whether a text ends with a value, so that an operator may follow.

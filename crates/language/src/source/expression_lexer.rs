@@ -6,7 +6,7 @@
 
 use super::atom::{Atom, AtomKind, other_notation, typed_literal};
 use super::contact_lexer::split;
-use super::contact_signs::no_spaces;
+use super::contact_signs::{ends_value, is_spaced_minus, no_spaces};
 use super::expression::{Binary, ExpressionPartKind, Unary};
 use super::finding::{Code, Finding};
 use super::fix::{advise, possible, write};
@@ -51,7 +51,11 @@ pub(super) fn lex(
     used: ExpressionUse,
 ) -> Result<Vec<(ExpressionToken, Span)>, Finding> {
     split(text, span, |rest, first, at| {
-        if used == ExpressionUse::Contact && first == '-' && is_within_word(text, at) {
+        if used == ExpressionUse::Contact
+            && first == '-'
+            && ends_value(text[..at].trim_end())
+            && !is_spaced_minus(text, at)
+        {
             return Err(no_spaces(text, at, span));
         }
         match sign(rest) {

@@ -241,7 +241,15 @@ impl<'t> Rewrite<'_, 't> {
     /// A side of a compare.
     fn side(&mut self, side: &CompareSide) -> Option<CompareSide> {
         Some(match side {
-            CompareSide::Atom(atom) => CompareSide::Atom(self.atom(atom, WantedOperand::Number)?),
+            CompareSide::Atom(atom) => {
+                // Two bits may be compared; the resolver refuses a bit beside a number.
+                let parameter = atom.name().and_then(|name| self.instance.declared.parameter(name));
+                let wanted = match parameter {
+                    Some((_, ParameterKind::Bit | ParameterKind::Output)) => WantedOperand::Operand,
+                    Some(_) | None => WantedOperand::Number,
+                };
+                CompareSide::Atom(self.atom(atom, wanted)?)
+            }
             CompareSide::Computed(computed) => CompareSide::Computed(self.computed(computed)?),
         })
     }
