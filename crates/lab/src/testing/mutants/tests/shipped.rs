@@ -83,20 +83,20 @@ fn the_library_has_the_recorded_mutants() {
         alternate: 15
         debounce: 23
         duty: 251
-        first-out: 135
+        first-out: 148
         flasher: 21
         hour-meter: 27
         hysteresis: 14
-        lead-lag: 143
+        lead-lag: 146
         pid: 136
         pulse: 26
-        ramp-soak: 135
+        ramp-soak: 139
         ramp: 68
         scaling: 47
         short-cycle: 47
         tick: 26
         totalizer: 103
-        valve: 145
+        valve: 147
         vote: 87
         week: 180
     "#]]
