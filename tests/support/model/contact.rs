@@ -81,7 +81,7 @@ impl Reader<'_> {
         if let Some(end) = self.computed_end() {
             let (text, rest) = self.rest.split_at(end);
             self.rest = rest;
-            return Ok(Contact::Computed(Box::new(math_read::expression(text, self.names)?)));
+            return Ok(Contact::Computed(Box::new(math_read::of_contact(text, self.names)?)));
         }
         if self.take("(") {
             let inner = self.any()?;

@@ -36,9 +36,16 @@ pub fn read(text: &str, names: &Names) -> Result<(Target, Expr), String> {
     Ok((target, expression(&behind[1..], names)?))
 }
 
-/// Reads an expression.
-pub fn expression(text: &str, names: &Names) -> Result<Expr, String> {
-    let mut reader = Reader { words: words(text), at: 0, names };
+/// Reads an expression of a contact, whose hexadecimal numbers are no patterns of 32 bits.
+pub fn of_contact(text: &str, names: &Names) -> Result<Expr, String> {
+    whole(text, Reader { words: words(text), at: 0, names, is_contact: true })
+}
+
+fn expression(text: &str, names: &Names) -> Result<Expr, String> {
+    whole(text, Reader { words: words(text), at: 0, names, is_contact: false })
+}
+
+fn whole(text: &str, mut reader: Reader) -> Result<Expr, String> {
     let expr = reader.level(0)?;
     match reader.words.get(reader.at) {
         None => Ok(expr),
@@ -73,6 +80,7 @@ struct Reader<'a> {
     words: Vec<String>,
     at: usize,
     names: &'a Names,
+    is_contact: bool,
 }
 
 impl Reader<'_> {
@@ -155,7 +163,10 @@ impl Reader<'_> {
     fn operand(&self, word: &str) -> Result<Expr, String> {
         if let Some(digits) = word.strip_prefix("0x") {
             let bits = u32::from_str_radix(digits, 16).map_err(|error| error.to_string())?;
-            return Ok(Expr::Integer(i128::from(bits as i32)));
+            return Ok(Expr::Integer(match self.is_contact {
+                true => i128::from(bits),
+                false => i128::from(bits as i32),
+            }));
         }
         if let Ok(number) = word.parse::<i128>() {
             return Ok(Expr::Integer(number));
