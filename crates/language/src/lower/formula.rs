@@ -1,9 +1,9 @@
-//! Turns the expression of a MATH into steps.
+//! Turns the expression of a MATH or of a contact into steps.
 //!
-//! Called by `math` and `elements`. Walks the parts, which are in postfix order, with a stack of
-//! operands. A word or constant stays in place, and its operator reads it there. A result stays in
-//! the accumulator of its type until a different result needs the accumulator; then it moves to the
-//! slot of its place on the stack.
+//! Called by `math`, `elements`, `stores` and `contacts`. Walks the parts, which are in postfix
+//! order, with a stack of operands. A word or constant stays in place, and its operator reads it
+//! there. A result stays in the accumulator of its type until a different result needs the
+//! accumulator; then it moves to the slot of its place on the stack.
 
 use super::assembler::Assembler;
 use super::formula_marks::{FormulaMark, marks};

@@ -15,7 +15,7 @@ use crate::source::contact::Comparison;
 use crate::source::contact_side::{CompareSide, ContactExpression};
 use crate::source::expression::{Binary, Expression, ExpressionPart, ExpressionPartKind};
 use crate::source::finding::{Code, Finding};
-use crate::source::fix::{advise, possible, proposed, text};
+use crate::source::fix::{advise, possible, proposed};
 use crate::source::span::Span;
 use rungd_engine::isa::{Address, Structure, Word};
 
@@ -209,17 +209,7 @@ impl Resolver<'_> {
             side.operand.division.filter(|_| is_real)
         };
         let Some((sign, [a, b])) = lost(left, right).or_else(|| lost(right, left)) else { return };
-        let place = a.to(b);
-        let (a, b) = (self.text(a), self.text(b));
-        let real = match b.bytes().all(|b| b.is_ascii_digit()) {
-            true => format!("{a} / {b}.0"),
-            false => format!("toreal({a}) / {b}"),
-        };
-        let message = "a division of integers loses its fraction before it is compared";
-        let finding = Finding::new(Code::IntegerDivisionIntoReal, sign, message);
-        let right = [real.clone(), format!("trunc({real})")];
-        let help = advise("write `{}`, or `{}` if the loss is meant", right.map(text));
-        self.find(finding.label("both sides are integers").help(help.at(place)));
+        self.doubt_division(sign, [a, b], "compared");
     }
 
     /// The warning about a bare integer that is added to the `.Acc` of a timer, or subtracted.

@@ -1,7 +1,7 @@
-//! Resolves the expression of a MATH: its names, and the types of its operators.
+//! Resolves the expression of a MATH or of a contact: its names, and the types of its operators.
 //!
-//! Called by `math`. Visits the parts in a loop with a stack of operands, so that no expression
-//! is too deep. All mistakes of an expression are found, not only the first.
+//! Called by `math` and `computed`. Visits the parts in a loop with a stack of operands, so that
+//! no expression is too deep. All mistakes of an expression are found, not only the first.
 #![deny(clippy::wildcard_enum_match_arm)]
 
 use super::Resolver;

@@ -70,19 +70,8 @@ impl Resolver<'_> {
     fn doubts(&mut self, target: FormulaTarget, whole: TypedOperand) {
         match target {
             _ if target.is_real() => {
-                let Some((sign, [left, right])) = whole.division else { return };
-                let place = left.to(right);
-                let (left, right) = (self.text(left), self.text(right));
-                let is_constant = right.bytes().all(|b| b.is_ascii_digit());
-                let real = match is_constant {
-                    true => format!("{left} / {right}.0"),
-                    false => format!("toreal({left}) / {right}"),
-                };
-                let message = "a division of integers loses its fraction before it is stored";
-                let finding = Finding::new(Code::IntegerDivisionIntoReal, sign, message);
-                let right = [real.clone(), format!("trunc({real})")];
-                let help = advise("write `{}`, or `{}` if the loss is meant", right.map(text));
-                self.find(finding.label("both sides are integers").help(help.at(place)));
+                let Some((sign, sides)) = whole.division else { return };
+                self.doubt_division(sign, sides, "stored");
             }
             _ if target.is_bit() && whole.form == OperandForm::ComplementOfBit => {
                 let name = self.text(whole.span).trim_start_matches('~').trim_start();
@@ -93,6 +82,22 @@ impl Resolver<'_> {
             }
             FormulaTarget::Word(_) | FormulaTarget::Bit(_) | FormulaTarget::Array(_) => {}
         }
+    }
+
+    /// The warning about a division of integers whose fraction is lost before the result is used as
+    /// a real. `sign`, `sides`: the places of the division; `used`: what becomes of the result.
+    pub(super) fn doubt_division(&mut self, sign: Span, sides: [Span; 2], used: &str) {
+        let place = sides[0].to(sides[1]);
+        let [left, right] = sides.map(|side| self.text(side));
+        let real = match right.bytes().all(|b| b.is_ascii_digit()) {
+            true => format!("{left} / {right}.0"),
+            false => format!("toreal({left}) / {right}"),
+        };
+        let message = format!("a division of integers loses its fraction before it is {used}");
+        let finding = Finding::new(Code::IntegerDivisionIntoReal, sign, message);
+        let right = [real.clone(), format!("trunc({real})")];
+        let help = advise("write `{}`, or `{}` if the loss is meant", right.map(text));
+        self.find(finding.label("both sides are integers").help(help.at(place)));
     }
 
     /// Resolves a target with an index. With a constant index, it is a plain word or bit.
