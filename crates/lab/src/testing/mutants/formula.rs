@@ -5,6 +5,7 @@
 //! are in the same order, unless it names whole arrays; then the place is the whole instruction.
 
 use std::collections::HashMap;
+use std::ops::Range;
 
 use rungd_engine::isa::Function;
 use rungd_language::resolve::formula::{Binary, Formula, FormulaPart, NumberType, Unary};
@@ -19,7 +20,7 @@ use rungd_language::source::span::Span;
 
 use super::ground::{ExchangedText, FoundMutation, Ground, change_of_constant};
 use super::kind::MutantKind;
-use super::mutation::{FormulaOf, InstructionIndex, Mutation};
+use super::mutation::{FormulaEdit, FormulaOf, InstructionIndex, Mutation};
 use super::values::{ConstantStep, Direction, near};
 
 /// All mutations of a MATH; none for other instructions.
@@ -42,7 +43,7 @@ pub(super) fn formulas(
     let value = (FormulaOf::Value, &calculation.value, written);
     for (which, formula, written) in indexes.chain([value]) {
         let written = written.filter(|written| is_alike(formula, written));
-        let change = |at: usize, new| Mutation::Part(index, which, at, new);
+        let change = |edit| Mutation::Formula(index, which, edit);
         let branch = index.branch.map(|at| at + 1);
         let place = FormulaPlace { whole, branch, variant: 0 };
         found.extend(
@@ -77,13 +78,10 @@ pub(super) fn of_contact(
     let mut found = Vec::new();
     for (side, (formula, written)) in computed.formulas().zip(written).enumerate() {
         let written = written.filter(|written| is_alike(formula, written));
-        let changed = |at: usize, new: Option<FormulaPart>| {
+        let changed = |edit: FormulaEdit| {
             let mut computed = computed.clone();
             if let Some(formula) = computed.formulas_mut().nth(side) {
-                match new {
-                    Some(new) => formula.parts[at] = new,
-                    None => drop(formula.parts.remove(at)),
-                }
+                edit.make(&mut formula.parts);
             }
             change(computed)
         };
@@ -173,8 +171,10 @@ struct FormulaSearch<'g, 'a> {
     place: FormulaPlace,
     formula: &'g Formula,
     written: Option<&'g expression::Expression>,
-    /// The mutation that replaces a part; `None`: that leaves it out.
-    change: &'g dyn Fn(usize, Option<FormulaPart>) -> Mutation,
+    /// For each part, the first part of its operands, or itself.
+    starts: Vec<usize>,
+    /// The mutation that makes an edit.
+    change: &'g dyn Fn(FormulaEdit) -> Mutation,
     found: Vec<FoundMutation>,
 }
 
@@ -183,13 +183,14 @@ impl<'g, 'a> FormulaSearch<'g, 'a> {
         ground: &'g Ground<'a>,
         place: FormulaPlace,
         FormulaText { formula, written }: FormulaText<'g>,
-        change: &'g dyn Fn(usize, Option<FormulaPart>) -> Mutation,
+        change: &'g dyn Fn(FormulaEdit) -> Mutation,
     ) -> Self {
-        FormulaSearch { ground, place, formula, written, change, found: Vec::new() }
+        let starts = starts(&formula.parts);
+        FormulaSearch { ground, place, formula, written, starts, change, found: Vec::new() }
     }
 
     fn all(mut self) -> Vec<FoundMutation> {
-        let borders = borders(&self.formula.parts);
+        let borders = borders(&self.formula.parts, &self.starts);
         for (at, part) in self.formula.parts.iter().enumerate() {
             match *part {
                 FormulaPart::Integer(n) => self.integer(at, n, borders.get(&at).copied()),
@@ -201,7 +202,8 @@ impl<'g, 'a> FormulaSearch<'g, 'a> {
                 }
                 FormulaPart::Unary(sign, number_type) => self.sign(at, sign, number_type),
                 FormulaPart::Binary(operator, number_type) => {
-                    self.operator(at, operator, number_type)
+                    self.operator(at, operator, number_type);
+                    self.terms(at, operator);
                 }
                 FormulaPart::Call(function, count, number_type) => {
                     if let Some(other) = other_function(function) {
@@ -249,7 +251,48 @@ impl<'g, 'a> FormulaSearch<'g, 'a> {
             matches!(before, Some(FormulaPart::Integer(n)) if i32::try_from(n).is_err());
         if keeps_type && !is_too_great {
             let what = format!("`{}` left out in `{}`", sign.sign(), self.text(at));
-            self.push(PartSite { kind: MutantKind::SignOut, at, variant: 0 }, what, None);
+            let edit =
+                FormulaEdit::Operand { all: self.starts[at]..at + 1, kept: self.starts[at]..at };
+            self.push(PartSite { kind: MutantKind::SignOut, at, variant: 0 }, what, edit);
+        }
+    }
+
+    /// The terms of a sum that can be left out: its right side, and its left side if that is one
+    /// term. What is left of `a - b` without its `a` would be `b`, which nobody leaves by mistake.
+    fn terms(&mut self, at: usize, operator: Binary) {
+        if !matches!(operator, Binary::Add | Binary::Subtract) {
+            return;
+        }
+        let right = self.starts[at - 1]..at;
+        let left = self.starts[at]..right.start;
+        let all = self.starts[at]..at + 1;
+        let is_sum = |at: usize| {
+            matches!(self.formula.parts[at], FormulaPart::Binary(Binary::Add | Binary::Subtract, _))
+        };
+        let mut outs = vec![(right.clone(), left.clone())];
+        if operator == Binary::Add && !is_sum(left.end - 1) {
+            outs.push((left, right));
+        }
+        for (variant, (out, kept)) in outs.into_iter().enumerate() {
+            if self.is_zero(&out) {
+                continue;
+            }
+            let sum = self.text(at);
+            let what = match self.written {
+                Some(_) => format!("`{}` left out of `{sum}`", self.text(out.end - 1)),
+                None => format!("a term left out of `{sum}`"),
+            };
+            let site = PartSite { kind: MutantKind::TermOut, at, variant: variant as u32 };
+            self.push(site, what, FormulaEdit::Operand { all: all.clone(), kept });
+        }
+    }
+
+    /// Whether an operand is the constant 0.
+    fn is_zero(&self, operand: &Range<usize>) -> bool {
+        match self.formula.parts[operand.clone()] {
+            [FormulaPart::Integer(n)] => n == 0,
+            [FormulaPart::Real(real)] => real.number() == 0.0,
+            _ => false,
         }
     }
 
@@ -281,14 +324,22 @@ impl<'g, 'a> FormulaSearch<'g, 'a> {
     fn exchanged(&mut self, at: usize, texts: ExchangedText, part: FormulaPart) {
         let ExchangedText { old, new } = texts;
         let what = format!("`{old}` is `{new}` in `{}`", self.text(at));
-        self.push(PartSite { kind: MutantKind::Operator, at, variant: 0 }, what, Some(part));
+        self.push(
+            PartSite { kind: MutantKind::Operator, at, variant: 0 },
+            what,
+            FormulaEdit::Part(at, part),
+        );
     }
 
     fn constant(&mut self, at: usize, to: Direction, texts: ExchangedText, new: FormulaPart) {
         let written = self.written.map_or(texts.old, |_| self.text(at));
         let what = change_of_constant(written, texts);
         let what = format!("{what} in `{}`", self.ground.text(self.place.whole));
-        self.push(PartSite { kind: MutantKind::Number, at, variant: to as u32 }, what, Some(new));
+        self.push(
+            PartSite { kind: MutantKind::Number, at, variant: to as u32 },
+            what,
+            FormulaEdit::Part(at, new),
+        );
     }
 
     fn place(&self, at: usize) -> Span {
@@ -299,23 +350,23 @@ impl<'g, 'a> FormulaSearch<'g, 'a> {
         self.ground.text(self.place(at))
     }
 
-    fn push(&mut self, site: PartSite, what: String, new: Option<FormulaPart>) {
+    fn push(&mut self, site: PartSite, what: String, edit: FormulaEdit) {
         let PartSite { kind, at, variant } = site;
         // Several parts share one place if their own places are unknown.
         let variant = self.place.variant + variant + 2 * at as u32;
-        let mutation = (self.change)(at, new);
+        let mutation = (self.change)(edit);
         let branch = self.place.branch;
         let place = self.place(at);
         self.found.push(FoundMutation { kind, place, variant, what, branch, mutation });
     }
 }
 
-/// The integer constants at a compare of integers, each with the direction of the neighbour that
-/// has the same effect as the moved border.
-fn borders(parts: &[FormulaPart]) -> HashMap<usize, Direction> {
-    let mut borders = HashMap::new();
+/// For each part of an expression, the index of its first operand's first part; its own without
+/// operands.
+fn starts(parts: &[FormulaPart]) -> Vec<usize> {
+    let mut starts = Vec::with_capacity(parts.len());
     // The starts of the operands that wait for their operator.
-    let mut begins: Vec<usize> = Vec::new();
+    let mut waiting: Vec<usize> = Vec::new();
     for (at, part) in parts.iter().enumerate() {
         let count = match part {
             FormulaPart::Integer(_)
@@ -326,21 +377,31 @@ fn borders(parts: &[FormulaPart]) -> HashMap<usize, Direction> {
             FormulaPart::Binary(..) => 2,
             FormulaPart::Call(_, count, _) => *count as usize,
         };
+        let kept = waiting.len().saturating_sub(count);
+        let start = waiting.get(kept).copied().filter(|_| count > 0).unwrap_or(at);
+        waiting.truncate(kept);
+        waiting.push(start);
+        starts.push(start);
+    }
+    starts
+}
+
+/// The integer constants at a compare of integers, each with the direction of the neighbour that
+/// has the same effect as the moved border.
+fn borders(parts: &[FormulaPart], starts: &[usize]) -> HashMap<usize, Direction> {
+    let mut borders = HashMap::new();
+    for (at, part) in parts.iter().enumerate() {
         if let FormulaPart::Binary(operator, NumberType::Integer) = part
-            && let [.., left, right] = begins[..]
             && let Some((on_right, on_left)) = beside(*operator)
         {
+            let right = starts[at - 1];
             if right + 1 == at {
                 borders.insert(right, on_right);
             }
-            if left + 1 == right {
-                borders.insert(left, on_left);
+            if starts[at] + 1 == right {
+                borders.insert(starts[at], on_left);
             }
         }
-        let kept = begins.len().saturating_sub(count);
-        let begin = begins.get(kept).copied().filter(|_| count > 0).unwrap_or(at);
-        begins.truncate(kept);
-        begins.push(begin);
     }
     borders
 }

@@ -33,6 +33,7 @@ kinds! {
     Stage "stage" "A jump leads to the next Stage of the Program instead.";
     Operator "operator" "An operator or function of MATH is replaced: `+` is `-`.";
     SignOut "sign-out" "A `-`, `!` or `~` of MATH is left out.";
+    TermOut "term-out" "A term of a sum in MATH or in a compare is left out.";
 }
 
 impl MutantKind {

@@ -5,6 +5,8 @@
 //! rung. The guarantees of the resolver stay true: a leg is never empty, and a group has two or
 //! more members.
 
+use std::ops::Range;
+
 use rungd_engine::isa::{Bit, BitSpace, status::st};
 use rungd_language::resolve::formula::{Formula, FormulaPart};
 use rungd_language::resolve::instruction::{Calculation, OperandValue};
@@ -79,8 +81,43 @@ pub(super) enum Mutation {
     Instruction(InstructionIndex, Option<Box<Instruction>>),
     /// The value with this number among the values of the instruction is replaced.
     Value(InstructionIndex, usize, Value),
-    /// The part of a formula with this index is replaced or left out.
-    Part(InstructionIndex, FormulaOf, usize, Option<FormulaPart>),
+    /// A formula is changed at one place.
+    Formula(InstructionIndex, FormulaOf, FormulaEdit),
+}
+
+/// A change of a formula.
+#[derive(Clone, Debug)]
+pub(super) enum FormulaEdit {
+    /// The part with this index is replaced.
+    Part(usize, FormulaPart),
+    /// An operator with all its operands is replaced by one of them.
+    Operand {
+        /// The parts of the operator and its operands.
+        all: Range<usize>,
+        /// The parts of the operand that remains.
+        kept: Range<usize>,
+    },
+}
+
+impl FormulaEdit {
+    /// Makes the change.
+    pub fn make(&self, parts: &mut Vec<FormulaPart>) {
+        match self {
+            FormulaEdit::Part(at, new) => parts[*at] = *new,
+            FormulaEdit::Operand { all, kept } => {
+                parts.drain(kept.end..all.end);
+                parts.drain(all.start..kept.start);
+            }
+        }
+    }
+
+    /// The index of the last part that it changes.
+    fn last(&self) -> usize {
+        match self {
+            FormulaEdit::Part(at, _) => *at,
+            FormulaEdit::Operand { all, .. } => all.end - 1,
+        }
+    }
 }
 
 impl Mutation {
@@ -95,11 +132,11 @@ impl Mutation {
             Mutation::Contact(RungContacts::Branch(at), number, _) => (3, *at, *number as usize, 0),
             Mutation::Instruction(at, _) => (4, instruction(at).0, instruction(at).1, 0),
             Mutation::Value(at, number, _) => (5, instruction(at).0, instruction(at).1, *number),
-            Mutation::Part(at, FormulaOf::Value, part, _) => {
-                (6, instruction(at).0, instruction(at).1, *part)
+            Mutation::Formula(at, FormulaOf::Value, edit) => {
+                (6, instruction(at).0, instruction(at).1, edit.last())
             }
-            Mutation::Part(at, FormulaOf::Index, part, _) => {
-                (7, instruction(at).0, instruction(at).1, *part)
+            Mutation::Formula(at, FormulaOf::Index, edit) => {
+                (7, instruction(at).0, instruction(at).1, edit.last())
             }
         }
     }
@@ -112,7 +149,7 @@ impl Mutation {
             | Mutation::Contact(..)
             | Mutation::Instruction(..)
             | Mutation::Value(..)
-            | Mutation::Part(..) => self.make_in(index.rung_of(program)),
+            | Mutation::Formula(..) => self.make_in(index.rung_of(program)),
         }
     }
 
@@ -143,14 +180,10 @@ impl Mutation {
                     operand.value = OperandValue::Value(*new);
                 }
             }
-            Mutation::Part(at, of, part, new) => {
+            Mutation::Formula(at, of, edit) => {
                 let calculation = body(rung, *at)[at.at].calculation.as_deref_mut();
-                let Some(Formula { parts }) = calculation.and_then(|all| formula(all, *of)) else {
-                    return;
-                };
-                match new {
-                    Some(new) => parts[*part] = *new,
-                    None => drop(parts.remove(*part)),
+                if let Some(Formula { parts }) = calculation.and_then(|all| formula(all, *of)) {
+                    edit.make(parts);
                 }
             }
         }

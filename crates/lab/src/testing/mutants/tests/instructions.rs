@@ -264,8 +264,11 @@ fn integer_formulas_have_the_listed_mutants() {
               inverted: contact `X0` is `!X0`
               contact-out: contact `X0` is always ON
               operator: `+` is `-` in `(D1 + 3)`
+              term-out: `3` left out of `(D1 + 3)`
+              term-out: `D1` left out of `(D1 + 3)`
               operator: `*` is `/` in `(D1 + 3) * -D2`
               operator: `-` is `+` in `(D1 + 3) * -D2 - 2s`
+              term-out: `2s` left out of `(D1 + 3) * -D2 - 2s`
               number: 3 is 4 in `MATH D0 = (D1 + 3) * -D2 - 2s`
               number: 3 is 2 in `MATH D0 = (D1 + 3) * -D2 - 2s`
               sign-out: `-` left out in `-D2`
@@ -295,6 +298,7 @@ fn integer_formulas_have_the_listed_mutants() {
               number: 1 is 0 in `MATH D0 = if(D1 & 1, D2 * 1, D3 + 0) ^ 0xff`
               number: 1 is 2 in `MATH D0 = if(D1 & 1, D2 * 1, D3 + 0) ^ 0xff`
               number: 1 is 0 in `MATH D0 = if(D1 & 1, D2 * 1, D3 + 0) ^ 0xff`
+              term-out: `D3` left out of `D3 + 0`
               number: 0 is 1 in `MATH D0 = if(D1 & 1, D2 * 1, D3 + 0) ^ 0xff`
               number: 0 is -1 in `MATH D0 = if(D1 & 1, D2 * 1, D3 + 0) ^ 0xff`
               number: 0xff is 256 in `MATH D0 = if(D1 & 1, D2 * 1, D3 + 0) ^ 0xff`
@@ -304,11 +308,14 @@ fn integer_formulas_have_the_listed_mutants() {
               inverted: contact `X0` is `!X0`
               contact-out: contact `X0` is always ON
               operator: `-` is `+` in `-2147483648 - D1`
+              term-out: `D1` left out of `-2147483648 - D1`
             Main, rung 5
               rung-out: the rung left out
               inverted: contact `X0` is `!X0`
               contact-out: contact `X0` is always ON
               operator: `+` is `-` in `D1 * X1 + X2`
+              term-out: `X2` left out of `D1 * X1 + X2`
+              term-out: `D1 * X1` left out of `D1 * X1 + X2`
         "#]],
     );
 }
@@ -342,10 +349,14 @@ fn formulas_with_reals_and_arrays_have_the_listed_mutants() {
               operator: `%` is `*` in `MATH words[D4 + 1] = (sum(words) % 10 + ~D8) << 1`
               sign-out: `~` left out in `MATH words[D4 + 1] = (sum(words) % 10 + ~D8) << 1`
               operator: `+` is `-` in `MATH words[D4 + 1] = (sum(words) % 10 + ~D8) << 1`
+              term-out: a term left out of `MATH words[D4 + 1] = (sum(words) % 10 + ~D8) << 1`
+              term-out: a term left out of `MATH words[D4 + 1] = (sum(words) % 10 + ~D8) << 1`
               number: 1 is 2 in `MATH words[D4 + 1] = (sum(words) % 10 + ~D8) << 1`
               number: 1 is 0 in `MATH words[D4 + 1] = (sum(words) % 10 + ~D8) << 1`
               operator: `<<` is `>>` in `MATH words[D4 + 1] = (sum(words) % 10 + ~D8) << 1`
               operator: `+` is `-` in `D4 + 1`
+              term-out: `1` left out of `D4 + 1`
+              term-out: `D4` left out of `D4 + 1`
               number: 1 is 2 in `MATH words[D4 + 1] = (sum(words) % 10 + ~D8) << 1`
               number: 1 is 0 in `MATH words[D4 + 1] = (sum(words) % 10 + ~D8) << 1`
         "#]],

@@ -54,13 +54,13 @@ fn the_shipped_ladders_have_the_recorded_mutants() {
         bottling-plant: 197
         car-park: 62
         conveyor: 92
-        filling-line: 220
+        filling-line: 222
         lift-station: 193
         lubrication: 57
         parts-bin: 72
         pump-station: 180
         rungd: 72
-        temperature-loop: 86
+        temperature-loop: 91
         traffic-light: 189
         controller: 55
     "#]]
@@ -82,23 +82,23 @@ fn the_library_has_the_recorded_mutants() {
     expect![[r#"
         alternate: 15
         debounce: 23
-        duty: 251
+        duty: 269
         first-out: 148
-        flasher: 21
+        flasher: 23
         hour-meter: 27
         hysteresis: 14
-        lead-lag: 146
-        pid: 136
+        lead-lag: 163
+        pid: 156
         pulse: 26
-        ramp-soak: 139
-        ramp: 68
+        ramp-soak: 151
+        ramp: 72
         scaling: 47
         short-cycle: 47
         tick: 26
-        totalizer: 103
+        totalizer: 117
         valve: 147
-        vote: 87
-        week: 180
+        vote: 97
+        week: 200
     "#]]
     .assert_eq(&text);
 }
