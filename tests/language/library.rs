@@ -39,11 +39,12 @@ rung = [
   { use = "Week", name = "w", with = { begin = "hours", end = "hours", holidays = "hours", size = 8 } },
   { use = "Duty", name = "du", with = { need = "l3.need", ready1 = "X6", ready2 = "X7" } },
   { use = "RampSoak", name = "rs", with = { run = "X19", reset = "X20", value = "level", targets = "hours", rates = "hours", soaks = "hours", size = 8 } },
+  { use = "Sequence", name = "s", with = { kinds = "hours", start = "X21", done = "X22" } },
   { use = "ShortCycle", name = "sc", with = { wanted = "X13", on_time = "1m", off_time = "2m" } },
 ]
 "#;
 
-pub const LIBRARY: [&str; 19] = [
+pub const LIBRARY: [&str; 20] = [
     "alternate",
     "debounce",
     "duty",
@@ -57,6 +58,7 @@ pub const LIBRARY: [&str; 19] = [
     "ramp",
     "ramp-soak",
     "scaling",
+    "sequence",
     "short-cycle",
     "tick",
     "totalizer",
@@ -80,7 +82,7 @@ fn every_template_is_used_without_a_finding() {
     // The values that a plant needs after a restart; a stop resets none of them.
     let kept = "h.hours h.since h.part q.total q.part q.rest l2.lead l3.lead alt.others_turn \
                 fo.first fo.came fo.horn p.out p.integral r.value du.ran1 du.ran2 du.ran3 du.ran4 \
-                rs.step rs.soaking rs.from rs.time v.not_opened v.not_closed v.moved v.switches";
+                rs.step rs.soaking rs.from rs.time s.active s.step s.aborted v.not_opened v.not_closed v.moved v.switches";
     let kept = format!("[\"{}\"]", kept.split_whitespace().collect::<Vec<_>>().join("\", \""));
     let text = format!("ladder = [{all}, \"plant.toml\"]\n[retain]\ntags = {kept}\n");
     std::fs::write(&controller, text).expect("writable");

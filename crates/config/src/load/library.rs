@@ -44,6 +44,7 @@ files! {
     "ramp"
     "ramp-soak"
     "scaling"
+    "sequence"
     "short-cycle"
     "tick"
     "totalizer"

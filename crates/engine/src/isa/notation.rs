@@ -1,5 +1,5 @@
 //! Numbers and durations in the notation of other systems: `0XFF`, `16#FF`, `2#1010`, `0FFh`,
-//! `0b1010`, `1_000`, `T#5s`.
+//! `0b1010`, `1_000`, `T#5s`, `2d`.
 //!
 //! None of them is a number here. The readers of values ask [`corrected`] before they refuse a
 //! text, so that all of them give the same help. This module accepts nothing.
@@ -30,6 +30,10 @@ pub fn corrected(text: &str) -> Option<String> {
     }
     if let Some(digits) = lower.strip_prefix("0o") {
         return whole(sign, digits, 8);
+    }
+    if let Some(days) = lower.strip_suffix('d').and_then(|days| days.parse::<u32>().ok()) {
+        let is_short = days <= 24 && sign.is_empty();
+        return is_short.then(|| format!("{}h", 24 * days));
     }
     match lower.strip_suffix('h') {
         Some(digits) if digits.contains(|c: char| c.is_ascii_alphabetic()) => {
@@ -105,6 +109,9 @@ mod tests {
             ("t#1m_30s", Some("1m30s")),
             ("TIME#1.5s", Some("1s500ms")),
             ("S5T#250ms", Some("250ms")),
+            ("20d", Some("480h")),
+            ("-1d", None),
+            ("30d", None),
             ("12h", None),
             ("16#GG", None),
             ("16#FFFFFFFFF", None),

@@ -93,6 +93,7 @@ fn the_library_has_the_recorded_mutants() {
         ramp-soak: 151
         ramp: 72
         scaling: 47
+        sequence: 116
         short-cycle: 47
         tick: 26
         totalizer: 117
