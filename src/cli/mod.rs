@@ -37,6 +37,7 @@ mod mode;
 #[cfg(feature = "monitor")]
 mod monitor;
 mod mutate;
+mod new_file;
 mod operator;
 mod read;
 mod record;

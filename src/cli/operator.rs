@@ -68,26 +68,43 @@ impl OperatorArgs {
 
     /// Sends a request; `Err` is the exit code of a refusal or failure, which has been printed.
     pub fn ask<T: DeserializeOwned + Serialize>(&self, request: &Request) -> Result<T, Exit> {
+        self.asked(request).map_err(|failure| self.print_failure(&failure))
+    }
+
+    /// As [`OperatorArgs::ask`]; a failure is not printed.
+    ///
+    /// # Errors
+    /// The request is refused, or no controller answers.
+    pub fn asked<T: DeserializeOwned + Serialize>(
+        &self,
+        request: &Request,
+    ) -> Result<T, CallFailure> {
         let waits = |why: &str| say_line(&format!("rungd: {why}"));
-        let asked = search::found(self.socket.clone()).and_then(|found| {
+        search::found(self.socket.clone()).and_then(|found| {
             // Said before it is done: the user has not named the controller.
             if let Some(notice) = found.notice().filter(|_| !request.only_looks()) {
                 waits(&notice);
             }
             client::ask_and_tell(&found.socket, request, &waits)
-        });
-        asked.map_err(|failure| self.print_failure(&failure))
+        })
     }
 
     /// Prints a refusal or failure, and returns its exit code.
     pub fn print_failure(&self, failure: &CallFailure) -> Exit {
         if self.json {
-            let (kind, message) = (kind_of(failure), failure.to_string());
-            let error = serde_json::json!({ "error": { "kind": kind, "message": message } });
+            let mut error =
+                serde_json::json!({ "kind": kind_of(failure), "message": failure.to_string() });
+            if let CallFailure::Refused(RequestRefusal { mistakes, .. }) = failure
+                && !mistakes.is_empty()
+            {
+                error["mistakes"] = serde_json::to_value(mistakes).unwrap_or_default();
+            }
+            let error = serde_json::json!({ "error": error });
             let _ = writeln!(io::stdout(), "{}", plain_json(&error.to_string()));
         } else if let CallFailure::Refused(RequestRefusal {
             kind: RefusalKind::BadFiles,
             message,
+            ..
         }) = failure
         {
             say_findings(&plain(&format!("{}\n", message.trim_end())));
@@ -121,22 +138,25 @@ impl OperatorArgs {
             Ok(change) => change,
             Err(exit) => return Ok(exit),
         };
-        self.print(&change, || {
-            let forced = |is: bool| if is { ", forced" } else { "" };
-            format!(
-                "{}: {did}{}{}, was {}{}\n",
-                one_line(&change.now.to_string()),
-                change.now.value,
-                forced(change.now.forced),
-                change.before,
-                forced(change.was_forced)
-            )
-        })?;
+        self.print(&change, || change_line(&change, did))?;
         if let Some(note) = change.note.filter(|_| !self.json) {
             say_line(&format!("note: {note}"));
         }
         Ok(Exit::Ok)
     }
+}
+
+/// The line about a changed operand. `did`: before the value.
+pub(super) fn change_line(change: &ChangedOperand, did: &str) -> String {
+    let forced = |is: bool| if is { ", forced" } else { "" };
+    format!(
+        "{}: {did}{}{}, was {}{}\n",
+        one_line(&change.now.to_string()),
+        change.now.value,
+        forced(change.now.forced),
+        change.before,
+        forced(change.was_forced)
+    )
 }
 
 /// Prints a failure on standard error; if a named socket does not answer, also the controllers that
@@ -187,6 +207,25 @@ pub fn complete(current: &OsStr) -> Vec<CompletionCandidate> {
     let Ok(names) = asked else { return Vec::new() };
     let candidate = |name: &OfferedName| candidate(&name.name, &name.about);
     names.names.iter().map(candidate).collect()
+}
+
+/// As [`complete`], behind a first OPERAND=VALUE: the names of further ones, each with its `=`.
+pub fn complete_assigned(current: &OsStr) -> Vec<CompletionCandidate> {
+    let is_assigned = |word: std::ffi::OsString| {
+        let word = word.to_string_lossy().into_owned();
+        !word.starts_with('-') && word.contains('=')
+    };
+    let is_name = !current.to_string_lossy().contains('=');
+    match is_name && std::env::args_os().skip(1).any(is_assigned) {
+        true => complete(current).iter().map(with_equals_sign).collect(),
+        false => Vec::new(),
+    }
+}
+
+fn with_equals_sign(name: &CompletionCandidate) -> CompletionCandidate {
+    let mut value = name.get_value().to_owned();
+    value.push("=");
+    CompletionCandidate::new(value).help(name.get_help().cloned())
 }
 
 /// The alarms that can be acknowledged, for the shell. Empty if no controller answers.

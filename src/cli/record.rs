@@ -2,8 +2,8 @@
 //!
 //! `replay` executes a recording and traces it, for `export` too; `record_info` describes one.
 
-use std::fs::{self, File};
-use std::io::{BufWriter, ErrorKind, Write};
+use std::fs;
+use std::io::{BufWriter, Write};
 use std::ops::{Range, RangeInclusive};
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
@@ -12,6 +12,7 @@ use anyhow::{Context, Result, bail};
 use clap::{Args, Subcommand};
 
 use super::exit::Exit;
+use super::new_file::new_file;
 use super::operator::OperatorArgs;
 use super::record_info;
 use super::recording;
@@ -337,17 +338,6 @@ fn test(recording: Recording, part: &RecordedPart, output: &Path) -> Result<Exit
         file.write_all(text.as_bytes()).with_context(|| output.display().to_string())?;
     }
     Ok(Exit::Ok)
-}
-
-/// Creates a file that does not exist yet: an existing file could be the recording itself, or a
-/// ladder.
-fn new_file(path: &Path) -> Result<File> {
-    match File::create_new(path) {
-        Err(error) if error.kind() == ErrorKind::AlreadyExists => {
-            bail!("{} is there already: name another file", path.display())
-        }
-        file => file.with_context(|| path.display().to_string()),
-    }
 }
 
 fn files(recording: &Recording, at: Option<&WrittenTime>, output: &Path) -> Result<Exit> {

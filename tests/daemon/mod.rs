@@ -18,6 +18,7 @@ mod operator_commands;
 mod operator_hostile;
 mod operator_late;
 mod operator_modes;
+mod operator_sets;
 mod operator_socket;
 mod operator_storm;
 mod operator_view;

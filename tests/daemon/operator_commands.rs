@@ -335,6 +335,7 @@ fn the_shell_completes_tags_and_addresses_of_the_running_ladder() {
     assert!(complete("rungd read si").contains("size"), "{}", complete("rungd read si"));
     let members = complete("rungd write parts.");
     assert!(members.contains("parts.Acc") && members.contains("parts.Done"), "{members}");
+    assert!(complete("rungd write jam=ON si").contains("size="), "further values of a change");
     assert!(complete("rungd force j").contains("Bottles jammed"));
     assert!(complete("rungd mode r").contains("run"));
 }

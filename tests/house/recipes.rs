@@ -118,7 +118,7 @@ const ASKED_FOR: &[(&str, &str, &[&str])] = &[
     (
         "Request",
         "Adding a command",
-        &["crates/client/src/operator/protocol.rs", "src/daemon/operator_server/service.rs"],
+        &["crates/client/src/operator/protocol.rs", "src/daemon/operator_server/answer.rs"],
     ),
 ];
 

@@ -31,7 +31,7 @@ use rungd_engine::{BitCell, WordCell};
 
 /// The greatest number of writes in one batch. (A Modbus request writes at most 1968 coils, and
 /// each coil may stand for an input as well.)
-pub(crate) const BATCH_WRITES_MAX: usize = 4096;
+pub const BATCH_WRITES_MAX: usize = 4096;
 
 /// The greatest number of waiting batches; a further one is refused with
 /// [`BatchRefusal::QueueFull`].

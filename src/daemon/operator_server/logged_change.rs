@@ -64,7 +64,7 @@ impl<'a> LoggedOperandChange<'a> {
     }
 
     /// Logs the change. `now`: the value after it.
-    pub fn log(self, event: &Event, did: &str, now: BitOrNumber) {
+    pub fn log(self, event: &Event, did: &str, now: impl Display) {
         let PreviousState { value, forced } = self.was;
         let forced = if forced { ", forced" } else { "" };
         let words = format!("{did}: it was {value}{forced}, and is {now}");

@@ -3,21 +3,26 @@
 //! The shell makes [`SocketClaim`]s before it opens any other file, binds the [`OperatorServer`]s
 //! before the first scan, and runs them among the drivers. `socket` manages a socket's file, `peer`
 //! identifies the user at the other end, `io::seats` and `pace` have the limits, `session` serves
-//! one client; `service` carries out requests (`write`: the writes), `logged_change` logs changes
-//! of operands, `status` reports the state of the controller. Nothing here can make a scan wait.
+//! one client, `answer` has its requests carried out: by `service`, writes by `write`. `read_set`
+//! has the values that can be written back, `logged_change` and `logged_writes` log changes of
+//! operands, `status` reports the state of the controller. Nothing here can make a scan wait.
 
 mod accounts;
 mod alarms;
+mod answer;
 mod logged_change;
+mod logged_writes;
 mod memory;
 mod outputs;
 mod pace;
 mod peer;
+mod read_set;
 mod record;
 mod refused;
 mod server;
 mod service;
 mod session;
+mod set_mistakes;
 mod socket;
 mod status;
 mod write;

@@ -1,33 +1,30 @@
 //! Carries out an operator's requests: read, write, force, run, stop, reload.
 //!
-//! Called by `session` for each request that its client is permitted to make. Changes go through
-//! the port, like those of a driver, and are answered once a complete scan (or a tick) has seen
-//! them; `write` makes the writes. Each change is a line in the log: the user, the operand, the
-//! values before and after.
+//! Called by `answer`. Changes go through the port, like those of a driver, and are answered once a
+//! complete scan (or a tick) has seen them; `write` makes the writes. Each change is a line in the
+//! log: the user, the operand, the values before and after.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
-use serde::Serialize;
 use tokio::time::timeout;
 
 use super::logged_change::{LoggedOperandChange, PreviousState};
 use super::memory;
 use super::peer::{OperatorPeer, PeerRequest};
-use super::record;
 use super::refused::{denied, in_words, no_answer};
 use super::status::{ProgramView, reason};
 use crate::daemon::log;
-use crate::daemon::reload::{Caller, Reloads};
+use crate::daemon::reload::Reloads;
 use rungd_base::locked::locked;
 use rungd_client::operator::deadline;
 use rungd_client::operator::names::OperandNames;
 use rungd_client::operator::operand::Variable;
 use rungd_client::operator::protocol::{
     self, BitOrNumber, ChangedOperand, GivenValue, LevelChange, ModeChange, OPERANDS_MAX,
-    OperandValues, RefusalKind, RefusedOperand, Reply, Request, RequestRefusal, RequestResult,
-    ShownValue, WantedMode,
+    OperandValues, RefusalKind, RefusedOperand, RequestRefusal, RequestResult, ShownValue,
+    WantedMode,
 };
 use rungd_engine::isa::{Address, Bit, BitSpace};
 use rungd_runtime::command::{CommandDenial, CommandId, ScanCommand, StateBefore};
@@ -47,7 +44,7 @@ const WAIT_LEAST: Duration = Duration::from_secs(10);
 pub(in super::super) struct OperatorService {
     views: Generations<ProgramView>,
     pub(super) port: Port,
-    reloads: Arc<Reloads>,
+    pub(super) reloads: Arc<Reloads>,
     /// The forced addresses, each with the name by which it was forced. Elements of tags with a
     /// `type` are not in it: a reload may move them, and their forces with them.
     forced: Mutex<HashMap<Address, String>>,
@@ -75,69 +72,31 @@ impl OperatorService {
     /// An operand of a request in the latest image: a reload may have replaced the program since
     /// then. `None` if the present program does not have the operand.
     pub(super) fn sight(&self, operand: &Variable) -> Option<OperandInImage> {
+        self.sights([operand].into_iter()).pop().flatten()
+    }
+
+    /// As [`OperatorService::sight`], for several operands in the same image.
+    pub(super) fn sights<'o>(
+        &self,
+        operands: impl Iterator<Item = &'o Variable>,
+    ) -> Vec<Option<OperandInImage>> {
         let (latest, view) = self.seen();
-        let operand = view.names.again(operand)?;
-        Some(OperandInImage { latest, view, operand })
+        let outputs = view.sight(&latest);
+        let sight = |operand| {
+            let operand = view.names.again(operand)?;
+            let now = outputs.shown(&operand);
+            let (latest, view) = (Arc::clone(&latest), Arc::clone(&view));
+            Some(OperandInImage { latest, view, operand, now })
+        };
+        operands.map(sight).collect()
     }
 
     /// The names of the running program.
-    fn names(&self) -> Arc<OperandNames> {
+    pub(super) fn names(&self) -> Arc<OperandNames> {
         Arc::clone(&self.seen().1.names)
     }
 
-    /// Carries out a request; returns the line of its answer.
-    pub(super) async fn answer(
-        &self,
-        asker: &PeerRequest,
-        request: &Request,
-    ) -> RequestResult<Vec<u8>> {
-        let peer = &asker.peer;
-        match request {
-            Request::Status {} => answered(self.status()),
-            Request::Read { operands, each } => answered(self.read(operands, *each).await?),
-            Request::Write { operand, value, for_user, from_page } => {
-                let asker = asker.acting_for(for_user.as_deref())?;
-                answered(self.write(&asker, operand, value, *from_page).await?)
-            }
-            Request::Force { operand, value } => answered(self.force(asker, operand, value).await?),
-            Request::Unforce { operand } => answered(self.unforce(asker, operand).await?),
-            Request::UnforceAll {} => answered(self.unforce_all(asker).await?),
-            Request::Mode { to, no_wait } => {
-                let changed = self.mode(asker, *to).await?;
-                answered(self.durable(changed, *to, *no_wait).await)
-            }
-            Request::Alarms {} => answered(self.alarms().await),
-            Request::Ack { alarms, for_user } => {
-                let asker = asker.acting_for(for_user.as_deref())?;
-                answered(self.acknowledge(&asker.peer, Some(alarms)).await?)
-            }
-            Request::AckAll {} => answered(self.acknowledge(peer, None).await?),
-            Request::LogLevel { level } => answered(log_level(peer, *level)),
-            Request::Reload { dry_run } => {
-                let reloads = Arc::clone(&self.reloads);
-                answered(reloads.reload(caller(asker), *dry_run).await?)
-            }
-            Request::Rollback {} => {
-                let reloads = Arc::clone(&self.reloads);
-                answered(reloads.rollback(caller(asker)).await?)
-            }
-            Request::RetainSave {} => {
-                let view = self.seen().1;
-                answered(memory::save(view.about.retention(), peer).await?)
-            }
-            Request::Recording { from_section } => {
-                let (view, from) = (self.seen().1, from_section.unwrap_or(0));
-                record::recent(&view.about, &|| self.present(), peer, from).await
-            }
-            Request::Metrics {} => answered(self.names().metrics()),
-            Request::Names { prefix } => {
-                let names = self.names().beginning(prefix);
-                answered(protocol::NameList { names })
-            }
-        }
-    }
-
-    fn status(&self) -> protocol::ControllerStatus {
+    pub(super) fn status(&self) -> protocol::ControllerStatus {
         let (latest, view) = self.seen();
         let sight = view.sight(&latest);
         let forces = self.forces(&latest, &view.names);
@@ -147,7 +106,7 @@ impl OperatorService {
         view.about.status(&latest, forces, outputs)
     }
 
-    fn present(&self) -> protocol::PresentOutputs {
+    pub(super) fn present(&self) -> protocol::PresentOutputs {
         let (latest, view) = self.seen();
         view.sight(&latest).present()
     }
@@ -168,7 +127,11 @@ impl OperatorService {
     }
 
     /// The values of operands. A refused operand refuses the request, or gets its own answer.
-    async fn read(&self, operands: &[String], each: bool) -> RequestResult<OperandValues> {
+    pub(super) async fn read(
+        &self,
+        operands: &[String],
+        each: bool,
+    ) -> RequestResult<OperandValues> {
         let (latest, view) = self.seen();
         let (mut found, mut refused) = (Vec::new(), Vec::new());
         for (at, text) in operands.iter().enumerate() {
@@ -209,7 +172,7 @@ impl OperatorService {
         Ok(sight)
     }
 
-    async fn force(
+    pub(super) async fn force(
         &self,
         asker: &PeerRequest,
         text: &str,
@@ -235,7 +198,11 @@ impl OperatorService {
         Ok(ChangedOperand { note: stays_safe.then(|| STAYS_SAFE.to_owned()), ..sight.change(was) })
     }
 
-    async fn unforce(&self, asker: &PeerRequest, text: &str) -> RequestResult<ChangedOperand> {
+    pub(super) async fn unforce(
+        &self,
+        asker: &PeerRequest,
+        text: &str,
+    ) -> RequestResult<ChangedOperand> {
         let (latest, view) = self.seen();
         let operand = view.names.find_one(text).map_err(|unknown| {
             let message = format!("{}; {}", unknown.message, self.forced_now(text.trim()));
@@ -285,7 +252,7 @@ impl OperatorService {
         }
     }
 
-    async fn unforce_all(&self, asker: &PeerRequest) -> RequestResult<OperandValues> {
+    pub(super) async fn unforce_all(&self, asker: &PeerRequest) -> RequestResult<OperandValues> {
         let (before, view) = self.seen();
         let forces = self.forces(&before, &view.names);
         self.carried_out(self.hand_in(asker, before.generation, ScanCommand::ReleaseAll)?).await?;
@@ -307,7 +274,11 @@ impl OperatorService {
         Ok(view.sight(&latest).values(&released))
     }
 
-    async fn mode(&self, asker: &PeerRequest, to: WantedMode) -> RequestResult<ModeChange> {
+    pub(super) async fn mode(
+        &self,
+        asker: &PeerRequest,
+        to: WantedMode,
+    ) -> RequestResult<ModeChange> {
         let peer = &asker.peer;
         let latest = self.port.latest();
         let since_ns = latest.since_ns;
@@ -352,7 +323,12 @@ impl OperatorService {
     }
 
     /// A stop is answered once its last image is durable.
-    async fn durable(&self, change: ModeChange, to: WantedMode, no_wait: bool) -> ModeChange {
+    pub(super) async fn durable(
+        &self,
+        change: ModeChange,
+        to: WantedMode,
+        no_wait: bool,
+    ) -> ModeChange {
         if no_wait || to != WantedMode::Stop || !matches!(self.port.latest().mode, Mode::Stop(_)) {
             return change;
         }
@@ -395,20 +371,17 @@ impl OperatorService {
     }
 }
 
-fn caller(asker: &PeerRequest) -> Caller {
-    Caller { who: asker.peer.to_string(), until_ns: asker.until_ns }
-}
-
 /// An operand in the latest image, by the names of that image's program.
 pub(super) struct OperandInImage {
     latest: Arc<Snapshot>,
     view: Arc<ProgramView>,
     operand: Variable,
+    now: ShownValue,
 }
 
 impl OperandInImage {
     pub(super) fn shown(&self) -> ShownValue {
-        self.view.sight(&self.latest).shown(&self.operand)
+        self.now.clone()
     }
 
     pub(super) fn change(&self, was: PreviousState) -> ChangedOperand {
@@ -436,7 +409,7 @@ impl OperandInImage {
     }
 }
 
-fn log_level(peer: &OperatorPeer, level: Level) -> LevelChange {
+pub(super) fn log_level(peer: &OperatorPeer, level: Level) -> LevelChange {
     let before = log::level();
     if before != level {
         let [was, is] = [before, level].map(Level::name);
@@ -459,9 +432,4 @@ fn log_level(peer: &OperatorPeer, level: Level) -> LevelChange {
 fn too_many() -> RequestRefusal {
     let message = format!("one request reads at most {OPERANDS_MAX} operands");
     RequestRefusal::new(RefusalKind::BadRequest, message)
-}
-
-/// The line of an answer.
-fn answered(answer: impl Serialize) -> RequestResult<Vec<u8>> {
-    Ok(Reply::Ok(answer).line())
 }

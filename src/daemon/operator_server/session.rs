@@ -25,7 +25,8 @@ use rungd_base::duration_text::duration_text;
 use rungd_base::locked::locked;
 use rungd_client::operator::deadline::{self, Deadline, NEVER_NS, has_left};
 use rungd_client::operator::protocol::{
-    REQUEST_BYTES_MAX, RefusalKind, Reply, Request, RequestRefusal, RequestResult, received,
+    CHANGE_BYTES_MAX, REQUEST_BYTES_MAX, RefusalKind, Reply, Request, RequestRefusal,
+    RequestResult, received,
 };
 use rungd_client::operator::socket_place::SocketPurpose;
 use rungd_io::seats::{Seats, TakenSeat};
@@ -144,7 +145,7 @@ impl OperatorSession {
     async fn one(&mut self) -> Result<(), SessionEnd> {
         let line = match self.line().await {
             Err(SessionEnd::TooLong) => {
-                let message = format!("a line has at most {REQUEST_BYTES_MAX} bytes");
+                let message = format!("a line has at most {} bytes", self.line_bytes_max());
                 let refusal = RequestRefusal::new(RefusalKind::BadRequest, message);
                 self.send(&Reply::<()>::Error(refusal)).await?;
                 return Err(SessionEnd::TooLong);
@@ -181,13 +182,18 @@ impl OperatorSession {
         }
     }
 
+    /// The longest line of this client, with its end: only a change needs a long one.
+    fn line_bytes_max(&self) -> usize {
+        if self.peer.may_change { CHANGE_BYTES_MAX } else { REQUEST_BYTES_MAX }
+    }
+
     /// The next line, without its end.
     async fn line(&mut self) -> Result<Vec<u8>, SessionEnd> {
         let mut deadline = match self.received.is_empty() {
             true => self.seat.idle_until(),
             false => Instant::now() + LINE_MAX,
         };
-        let mut looked = 0;
+        let (line_bytes_max, mut looked) = (self.line_bytes_max(), 0);
         loop {
             if let Some(end) = self.received[looked..].iter().position(|byte| *byte == b'\n') {
                 let rest = self.received.split_off(looked + end + 1);
@@ -196,11 +202,11 @@ impl OperatorSession {
                 return Ok(line);
             }
             looked = self.received.len();
-            if looked >= REQUEST_BYTES_MAX {
+            if looked >= line_bytes_max {
                 return Err(SessionEnd::TooLong);
             }
             let OperatorSession { stream, seat, received, .. } = self;
-            let room = REQUEST_BYTES_MAX - looked;
+            let room = line_bytes_max - looked;
             let mut part = [0; 4096];
             let part = &mut part[..room.min(4096)];
             let count = tokio::select! {

@@ -1,82 +1,149 @@
-//! Writes a bit or a word for an operator, or for a user of a page.
+//! Writes bits and words for an operator, or for a user of a page.
 //!
-//! Called by `service`. A page writes only what `[web] write` lists, in the program that the scan
+//! Called by `service`. A change is one batch of writes: they are checked whole, and one scan takes
+//! all of them or none. A page writes only what `[web] write` lists, in the program that the scan
 //! executes when it takes the write: a write of a page is for the program with whose list it was
 //! checked, and a reload that comes before the scan refuses it.
 
+use std::collections::HashMap;
+use std::sync::Arc;
 use std::time::Duration;
 
 use tokio::time::timeout;
 
-use super::logged_change::{LoggedOperandChange, PreviousState, WaitingWrite};
+use super::logged_change::{PreviousState, WaitingWrite};
+use super::logged_writes::{LoggedWrite, LoggedWrites};
 use super::peer::PeerRequest;
 use super::refused::{denied, no_answer, not_after_reload, not_for_pages, not_taken, tell_refused};
 use super::service::OperatorService;
+use super::set_mistakes::{SetMistakes, same_place, wrong_count};
+use super::status::ProgramView;
 use rungd_client::operator::deadline::NEVER_NS;
 use rungd_client::operator::operand::Variable;
 use rungd_client::operator::protocol::{
-    ChangedOperand, GivenValue, RefusalKind, RequestRefusal, RequestResult,
+    ChangedOperand, ChangedOperands, GivenWrite, RefusalKind, RequestRefusal, RequestResult,
+    WRITES_MAX,
 };
 use rungd_engine::Cell;
 use rungd_runtime::Origin;
 use rungd_runtime::command::CommandDenial;
-use rungd_runtime::events;
 use rungd_runtime::exchange::{BatchRefusal, BatchTerms, OperandWrite, Snapshot, Ticket};
 
 /// The longest period at which a write is answered only after the scan that sees it.
 const PERIOD_AWAITED_MAX: Duration = Duration::from_secs(1);
 
+/// The writes of one change, checked.
+struct CheckedWrites {
+    /// The image whose program the writes belong to.
+    before: Arc<Snapshot>,
+    /// Whether a page wrote them: they are for this program only.
+    from_page: bool,
+    writes: Vec<CheckedWrite>,
+}
+
+/// A write whose operand takes the value.
+struct CheckedWrite {
+    operand: Variable,
+    value: i32,
+    was: PreviousState,
+}
+
 impl OperatorService {
+    /// Writes one operand.
     pub(super) async fn write(
         &self,
         asker: &PeerRequest,
-        text: &str,
-        given: &GivenValue,
+        write: &GivenWrite,
         from_page: bool,
     ) -> RequestResult<ChangedOperand> {
         let (before, view) = self.seen();
-        let operand = view.names.find_one(text)?;
-        // The list of the image's program, so that no page writes by a list of before a reload.
-        if from_page && !view.pages_write.contains(&operand.what) {
-            return Err(not_for_pages(text));
+        let checked = checked(&view, &before, write, from_page)?;
+        let writes = vec![checked];
+        let mut changes =
+            self.carry_out(asker, CheckedWrites { before, from_page, writes }).await?;
+        changes.pop().ok_or_else(|| denied(CommandDenial::Gone))
+    }
+
+    /// Writes several operands before one scan: all of them or none.
+    pub(super) async fn write_set(
+        &self,
+        asker: &PeerRequest,
+        writes: &[GivenWrite],
+    ) -> RequestResult<ChangedOperands> {
+        if !(1..=WRITES_MAX).contains(&writes.len()) {
+            return Err(wrong_count(writes.len()));
         }
-        operand.may_write()?;
-        let value = view.names.number(&operand, given)?;
-        refuse_forced(text, &operand, &before)?;
+        let (before, view) = self.seen();
+        let mut checked_writes: Vec<CheckedWrite> = Vec::new();
+        let (mut mistakes, mut places) = (SetMistakes::default(), HashMap::new());
+        for write in writes {
+            let checked = checked(&view, &before, write, false).and_then(|checked| {
+                match places.insert(checked.operand.cell, &write.operand) {
+                    Some(other) => Err(same_place(other, &write.operand)),
+                    None => Ok(checked),
+                }
+            });
+            match checked {
+                Ok(checked) => checked_writes.push(checked),
+                Err(_) if mistakes.is_full() => return Err(mistakes.refusal(true)),
+                Err(refusal) => {
+                    mistakes.add(&write.operand, refusal);
+                    // A refusal may have compared many names: other clients are served first.
+                    tokio::task::yield_now().await;
+                }
+            }
+        }
+        if !mistakes.is_empty() {
+            return Err(mistakes.refusal(false));
+        }
+        let checked = CheckedWrites { before, from_page: false, writes: checked_writes };
+        Ok(ChangedOperands { changes: self.carry_out(asker, checked).await? })
+    }
+
+    /// Hands in the writes as one batch, waits for their scan, and logs them as one change.
+    async fn carry_out(
+        &self,
+        asker: &PeerRequest,
+        checked: CheckedWrites,
+    ) -> RequestResult<Vec<ChangedOperand>> {
+        let CheckedWrites { before, from_page, writes } = checked;
         let period = Duration::from_nanos(self.port.tempo().period_ns);
         let is_long = period > PERIOD_AWAITED_MAX;
         // A write whose scan is far away is answered before it: from then on it is agreed.
         let until_ns = if is_long { NEVER_NS } else { self.until_ns(asker) };
         let terms = BatchTerms { generation: before.generation, is_bound: from_page, until_ns };
-        let write = write_of(&operand, value);
-        let ticket = self.port.submit_by(terms, vec![write]);
+        let ticket = self.port.submit_by(terms, writes.iter().map(CheckedWrite::write).collect());
         let ticket = ticket.map_err(|why| not_taken(why, &self.port))?;
         self.port.sign(Origin::Batch(ticket), asker.peer.to_string());
-        let (was, written) = (PreviousState::of(&operand, &before), operand.held(value));
-        let told = LoggedOperandChange::new(&asker.peer, &operand, was);
+        let told = LoggedWrites::new(&asker.peer, writes.iter().map(CheckedWrite::logged));
         let seen = match self.taken(ticket, is_long).await? {
-            WriteResult::Overtaken if from_page => return Err(not_after_reload(text)),
+            WriteResult::Overtaken if from_page => return Err(not_after_reload(&told.what())),
             WriteResult::Overtaken => None,
             WriteResult::Seen => Some(true),
             WriteResult::Waits => Some(false),
         };
-        let Some((seen, sight)) = seen.zip(self.sight(&operand)) else {
-            // A scan may have taken the write before the reload, unless the batch was refused.
-            let asked = format!("asked to write {written} to {operand}");
-            told.log_removed(&events::OPERATOR_WRITE, &asked);
+        let sights = self.sights(writes.iter().map(|write| &write.operand));
+        let Some(seen) = seen.filter(|_| sights.iter().all(Option::is_some)) else {
+            // A scan may have taken the writes before the reload, unless the batch was refused.
+            told.log_removed();
             return Err(denied(CommandDenial::Gone));
         };
-        let note = if seen {
-            let did = format!("wrote {written} to {operand}");
-            told.log(&events::OPERATOR_WRITE, &did, sight.shown().value);
-            sight.note(written, &before)
+        let sights = sights.iter().flatten();
+        if seen {
+            told.log(sights.clone().map(|sight| sight.shown().value));
         } else {
-            let write = WaitingWrite { written, period };
-            told.tell_waiting(write);
-            self.tell_if_lost(ticket, asker, &operand);
-            Some(write.note())
-        };
-        Ok(ChangedOperand { note, ..sight.change(was) })
+            told.log_waiting(period);
+            self.tell_if_lost(ticket, asker, told.what());
+        }
+        let changes = writes.iter().zip(sights).map(|(write, sight)| {
+            let written = write.operand.held(write.value);
+            let note = match seen {
+                true => sight.note(written, &before),
+                false => Some(WaitingWrite { written, period }.note()),
+            };
+            ChangedOperand { note, ..sight.change(write.was) }
+        });
+        Ok(changes.collect())
     }
 
     /// Waits for the scan that takes a write, or for a moment if its scan is far away.
@@ -92,9 +159,9 @@ impl OperatorService {
     }
 
     /// Logs if the scan that was far away does not take a write after all.
-    fn tell_if_lost(&self, ticket: Ticket, asker: &PeerRequest, operand: &Variable) {
+    fn tell_if_lost(&self, ticket: Ticket, asker: &PeerRequest, what: String) {
         let (port, done) = (self.port.clone(), self.port.done(ticket));
-        let (peer, what) = (asker.peer.clone(), operand.operand.clone());
+        let peer = asker.peer.clone();
         tokio::spawn(async move {
             let Err(why) = done.await else { return };
             let why = match why == BatchRefusal::Overtaken {
@@ -128,10 +195,37 @@ fn refuse_forced(text: &str, operand: &Variable, before: &Snapshot) -> RequestRe
     Err(RequestRefusal::new(RefusalKind::Refused, message))
 }
 
-fn write_of(operand: &Variable, value: i32) -> OperandWrite {
-    match (operand.input(), operand.cell) {
-        (Some(x), _) => OperandWrite::Input(x, value != 0),
-        (None, Cell::Bit(cell)) => OperandWrite::Bit(cell, value != 0),
-        (None, Cell::Word(cell)) => OperandWrite::Word(cell, value),
+/// Checks one write: the operand takes the value, and nothing holds it.
+fn checked(
+    view: &ProgramView,
+    before: &Snapshot,
+    write: &GivenWrite,
+    from_page: bool,
+) -> RequestResult<CheckedWrite> {
+    let text = &write.operand;
+    let operand = view.names.find_one(text)?;
+    // The list of the image's program, so that no page writes by a list of before a reload.
+    if from_page && !view.pages_write.contains(&operand.what) {
+        return Err(not_for_pages(text));
+    }
+    operand.may_write()?;
+    let value = view.names.number(&operand, &write.value)?;
+    refuse_forced(text, &operand, before)?;
+    let was = PreviousState::of(&operand, before);
+    Ok(CheckedWrite { operand, value, was })
+}
+
+impl CheckedWrite {
+    fn write(&self) -> OperandWrite {
+        match (self.operand.input(), self.operand.cell) {
+            (Some(x), _) => OperandWrite::Input(x, self.value != 0),
+            (None, Cell::Bit(cell)) => OperandWrite::Bit(cell, self.value != 0),
+            (None, Cell::Word(cell)) => OperandWrite::Word(cell, self.value),
+        }
+    }
+
+    fn logged(&self) -> LoggedWrite<'_> {
+        let CheckedWrite { operand, value, was } = self;
+        LoggedWrite { operand, was: *was, written: operand.held(*value) }
     }
 }

@@ -25,6 +25,8 @@ pub mod search_failure;
 pub mod socket_place;
 mod state;
 mod value;
+pub mod value_set;
+pub mod writable;
 
 use std::path::{Path, PathBuf};
 

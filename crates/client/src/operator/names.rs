@@ -39,6 +39,8 @@ pub struct OperandNames {
     /// The names that stand for several bits or words.
     groups: Groups,
     offered: NameOffer,
+    /// The addresses of tags, in file order.
+    tagged: Vec<Address>,
 }
 
 impl OperandNames {
@@ -51,6 +53,7 @@ impl OperandNames {
             metrics: MetricNames::of(program),
             groups: Groups::of(program),
             offered: NameOffer::default(),
+            tagged: Vec::new(),
         };
         for tag in &program.tags {
             if let TagMeaning::Address(address) = tag.meaning {
@@ -61,6 +64,7 @@ impl OperandNames {
                     None => kind,
                 };
                 names.tag(&tag.name, address, &about);
+                names.tagged.push(address);
                 if let Some(unit) = &tag.unit {
                     names.units.insert(address, unit.text.clone());
                 }
@@ -104,11 +108,20 @@ impl OperandNames {
     /// # Errors
     /// The text names nothing, or names more operands than one request may read.
     pub fn find(&self, text: &str) -> Result<Vec<Variable>, RequestRefusal> {
+        self.find_at_most(OPERANDS_MAX, text)
+    }
+
+    /// As [`OperandNames::find`], for a request with room for this many operands.
+    pub(super) fn find_at_most(
+        &self,
+        most: usize,
+        text: &str,
+    ) -> Result<Vec<Variable>, RequestRefusal> {
         let written = written(text);
         if is_range(&written.text) || self.is_array(&written.text) {
-            return self.range(&written);
+            return self.range(most, &written);
         }
-        if let Some(group) = self.group(&written.text) {
+        if let Some(group) = self.group(most, &written.text) {
             return group;
         }
         // Look up the whole text first: a name may contain a `-` without being a range.
@@ -119,7 +132,7 @@ impl OperandNames {
     }
 
     /// The members of a block, a device or a use; `None` for any other name.
-    fn group(&self, text: &str) -> Option<Result<Vec<Variable>, RequestRefusal>> {
+    fn group(&self, most: usize, text: &str) -> Option<Result<Vec<Variable>, RequestRefusal>> {
         let is_one = match self.scope.look_up(text).map(|found| found.thing) {
             Ok(NamedThing::Block(_) | NamedThing::Device(_)) | Err(_) => true,
             Ok(
@@ -130,7 +143,7 @@ impl OperandNames {
                 | NamedThing::Element(_),
             ) => false,
         };
-        let members = if is_one { self.groups.members(text, OPERANDS_MAX) } else { Vec::new() };
+        let members = if is_one { self.groups.members(text, most) } else { Vec::new() };
         if members.is_empty() {
             return None;
         }
@@ -141,8 +154,8 @@ impl OperandNames {
                 Err(refusal) => return Some(Err(refusal)),
             }
         }
-        Some(match found.len() > OPERANDS_MAX {
-            true => Err(too_many(text)),
+        Some(match found.len() > most {
+            true => Err(too_many(most, text)),
             false => Ok(found),
         })
     }
@@ -152,13 +165,13 @@ impl OperandNames {
         matches!(found, Ok(NamedThing::Array(_)))
     }
 
-    fn range(&self, written: &Text) -> Result<Vec<Variable>, RequestRefusal> {
+    fn range(&self, most: usize, written: &Text) -> Result<Vec<Variable>, RequestRefusal> {
         let range = resolve_range(&self.scope, written).map_err(|finding| refusal(&finding))?;
         let mut found = Vec::new();
         for what in range.addresses() {
             found.extend(self.members(&self.address(what), what)?);
-            if found.len() > OPERANDS_MAX {
-                return Err(too_many(&written.text));
+            if found.len() > most {
+                return Err(too_many(most, &written.text));
             }
         }
         Ok(found)
@@ -207,6 +220,18 @@ impl OperandNames {
             }
             Some(_) | None => unknown,
         }
+    }
+
+    /// The addresses of tags, in file order; of several tags of one address, each.
+    pub(super) fn tagged(&self) -> &[Address] {
+        &self.tagged
+    }
+
+    /// Whether the content of a word is within the limits of a write.
+    pub(super) fn is_within_limits(&self, operand: &Variable, content: i32) -> bool {
+        let Address::Word(word) = operand.what else { return true };
+        let (min, max) = self.symbols.limits(word);
+        (min..=max).contains(&content)
     }
 
     /// The operand at an address, with its name in this program.
@@ -284,11 +309,9 @@ impl OperandNames {
     }
 }
 
-fn too_many(text: &str) -> RequestRefusal {
-    let message = format!(
-        "`{text}` has more than {OPERANDS_MAX} operands, and one request reads at most \
-         {OPERANDS_MAX}"
-    );
+fn too_many(most: usize, text: &str) -> RequestRefusal {
+    let message =
+        format!("`{text}` has more than {most} operands, and one request reads at most {most}");
     RequestRefusal::new(RefusalKind::BadRequest, message)
 }
 

@@ -267,3 +267,47 @@ fn an_operand_follows_its_element_over_a_reload() {
     assert_eq!(new.again(&gone), None);
     assert_eq!(old.again(&of_tag), Some(of_tag), "the same program, the same words");
 }
+
+#[test]
+fn a_set_has_what_can_be_written_back_once_under_its_first_name() {
+    use crate::operator::writable::WritableFilter;
+    let names = names_of(
+        r#"
+[tags]
+size = { at = "D1", min = 1, max = 500, initial = 12 }
+again = { at = "D1" }
+low = { at = "D2", min = 5, spare = true }
+level = { type = "real" }
+recipe = { type = "int", count = 3 }
+parts = { at = "CT0" }
+eye = { at = "X0" }
+hand = { at = "X1" }
+five = { value = 5 }
+[[program]]
+name = "Main"
+rung = [
+  { leg.up = ["eye", "hand"], leg.rst = ["X2"], do = ["CNT parts preset=size"] },
+  { when = ["again > five", "level > 0.0", "recipe[0] > 1"], do = ["OUT Y0"] },
+]
+"#,
+    );
+    let size = names.find_one("size").unwrap().cell;
+    let content = |cell| if cell == size { 12 } else { 0 };
+    let is_moved = |what| names.find_one("eye").unwrap().what == what;
+    let filter = WritableFilter { content: &content, is_moved: &is_moved };
+    let set = |texts: &[&str]| {
+        let texts: Vec<String> = texts.iter().map(|text| (*text).to_owned()).collect();
+        let set = names.writable(&texts, &filter)?;
+        let operands: Vec<String> = set.operands.into_iter().map(|one| one.operand).collect();
+        Ok::<_, RequestRefusal>((operands.join(" "), set.structures.len(), set.read_only))
+    };
+    // `low` is 0, below its least value: it could not be written back.
+    let all = "size level recipe[0] recipe[1] recipe[2] hand";
+    assert_eq!(set(&[]).unwrap(), (all.to_owned(), 1, 2));
+    let named = set(&["D1", "again", "eye", "parts.Acc", "parts", "$FirstScan"]).unwrap();
+    assert_eq!(named, ("size eye parts.Acc".to_owned(), 1, 1));
+    assert_eq!(set(&["X0..X1", "recipe"]).unwrap().0, "hand recipe[0] recipe[1] recipe[2]");
+    assert!(set(&["siez"]).unwrap_err().message.contains("did you mean `size`"));
+    let beyond = set(&["V0..V4095", "C0"]).unwrap_err().message;
+    assert!(beyond.contains("more than 4096 values"), "{beyond}");
+}

@@ -19,11 +19,11 @@ pub use super::state::{
     RecordDir, RecordStatus, RetainStatus, ScanStatus, SpreadStatus,
 };
 pub use super::state::{ControllerStatus, PostureStatus};
-pub use super::value::GivenValue;
 pub use super::value::UnknownOutput;
-pub use super::value::{BitOrNumber, ShownValue};
+pub use super::value::{BitOrNumber, ShownValue, WritableValues};
+pub use super::value::{GivenValue, GivenWrite};
 use rungd_runtime::events::Level;
-use rungd_runtime::exchange::Mode;
+use rungd_runtime::exchange::{BATCH_WRITES_MAX, Mode};
 
 /// The most bytes of a recording in an answer; the answer contains them as base64.
 pub const RECORDING_BYTES_MAX: usize = 45 << 20;
@@ -33,6 +33,13 @@ pub const PROTOCOL: u32 = 1;
 
 /// The longest line that a client may send, with its end.
 pub const REQUEST_BYTES_MAX: usize = 32 * 1024;
+
+/// The longest line of a client that may make changes, with its end: it has room for
+/// [`WRITES_MAX`] writes.
+pub const CHANGE_BYTES_MAX: usize = 512 * 1024;
+
+/// The most bits and words that one change may write: as many as one batch may have.
+pub const WRITES_MAX: usize = BATCH_WRITES_MAX;
 
 /// The most operands that one request may read.
 pub const OPERANDS_MAX: usize = 256;
@@ -65,6 +72,20 @@ pub enum Request {
         /// controller file lists the operand.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         from_page: bool,
+    },
+    /// Writes bits and words before one scan, in RUN, all of them or none: [`ChangedOperands`].
+    WriteSet {
+        /// At most [`WRITES_MAX`] writes, to different places.
+        writes: Vec<GivenWrite>,
+        /// The person for whom a program writes: the log shows this user of `rungd web`.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        for_user: Option<String>,
+    },
+    /// The values that a `write-set` can write back: [`WritableValues`].
+    ReadSet {
+        /// Operands as those of a `read`; without operands, all tags.
+        #[serde(default)]
+        operands: Vec<String>,
     },
     /// Forces one bit or word, in any mode: [`ChangedOperand`].
     Force {
@@ -210,6 +231,9 @@ pub struct RequestRefusal {
     pub kind: RefusalKind,
     /// The message, for people.
     pub message: String,
+    /// Of a change with several writes: each write that is refused.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub mistakes: Vec<RefusedOperand>,
 }
 
 /// The result of a request, or the reason why it is not done.
@@ -273,6 +297,13 @@ pub struct ChangedOperand {
     /// A note about the change: for example, that something else writes the operand too.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
+}
+
+/// The answer to several writes.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ChangedOperands {
+    /// In the order of the request.
+    pub changes: Vec<ChangedOperand>,
 }
 
 /// The answer to a mode command.
@@ -388,7 +419,7 @@ impl RequestRefusal {
 
     /// A refusal.
     pub fn new(kind: RefusalKind, message: impl Into<String>) -> RequestRefusal {
-        RequestRefusal { kind, message: message.into() }
+        RequestRefusal { kind, message: message.into(), mistakes: Vec::new() }
     }
 }
 
@@ -411,6 +442,7 @@ impl Request {
         match self {
             Request::Status {}
             | Request::Read { .. }
+            | Request::ReadSet { .. }
             | Request::Metrics {}
             | Request::Names { .. }
             | Request::Recording { .. }
@@ -422,6 +454,7 @@ impl Request {
                 AwaitedPart::Image
             }
             Request::Write { .. }
+            | Request::WriteSet { .. }
             | Request::Force { .. }
             | Request::Unforce { .. }
             | Request::UnforceAll {}
@@ -438,11 +471,13 @@ impl Request {
         match self {
             Request::Status {}
             | Request::Read { .. }
+            | Request::ReadSet { .. }
             | Request::Recording { .. }
             | Request::Alarms {}
             | Request::Metrics {}
             | Request::Names { .. } => true,
             Request::Write { .. }
+            | Request::WriteSet { .. }
             | Request::Force { .. }
             | Request::Unforce { .. }
             | Request::UnforceAll {}

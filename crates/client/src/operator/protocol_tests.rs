@@ -10,6 +10,8 @@ fn the_requests_of_the_page_are_parsed_and_printed_unchanged() {
         r#"{"do":"read","operands":["jam","CT0"]}"#,
         r#"{"do":"read","operands":["jam","CT0"],"each":true}"#,
         r#"{"do":"write","operand":"bin_size","value":12}"#,
+        r#"{"do":"write-set","writes":[{"operand":"bin_size","value":24}]}"#,
+        r#"{"do":"read-set","operands":["bin_size"]}"#,
         r#"{"do":"force","operand":"Y1","value":true}"#,
         r#"{"do":"force","operand":"T0.Acc","value":"1m30s"}"#,
         r#"{"do":"unforce","operand":"Y1"}"#,
@@ -24,6 +26,8 @@ fn the_requests_of_the_page_are_parsed_and_printed_unchanged() {
         let request: Request = serde_json::from_str(line).expect(line);
         assert_eq!(serde_json::to_string(&request).unwrap(), line);
     }
+    let all = serde_json::from_str(r#"{"do":"read-set"}"#);
+    assert!(matches!(all, Ok(Request::ReadSet { operands }) if operands.is_empty()));
     for line in ["", "{}", "[]", r#"{"do":"dance"}"#, r#"{"do":"read","operand":"X0"}"#] {
         assert!(serde_json::from_str::<Request>(line).is_err(), "{line}");
     }

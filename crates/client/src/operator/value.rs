@@ -23,6 +23,16 @@ pub enum GivenValue {
     Text(String),
 }
 
+/// One of the writes of a change.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GivenWrite {
+    /// Tag, address or member.
+    pub operand: String,
+    /// The value to write.
+    pub value: GivenValue,
+}
+
 /// The value of one operand.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ShownValue {
@@ -90,6 +100,22 @@ impl ShownValue {
     pub fn driven_text(&self, separator: &str) -> String {
         self.output().text(separator)
     }
+}
+
+/// The answer to a request for values that can be written back: all are from one complete scan.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct WritableValues {
+    /// `RUN`, `STOP` or `FAULT`.
+    pub mode: String,
+    /// Complete scans since the process started.
+    pub scans: u64,
+    /// Each place once, in the order of the request; the `operand` is the name to write.
+    pub values: Vec<ShownValue>,
+    /// The number of structures whose members are left out.
+    pub structures: usize,
+    /// The number of other bits and words that are left out: read-only ones, and inputs that a
+    /// device moves.
+    pub read_only: usize,
 }
 
 /// A bit or a number.

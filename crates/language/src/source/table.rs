@@ -8,6 +8,7 @@
 
 mod constants;
 mod entries;
+mod places;
 mod values;
 
 use std::ops::{Range, RangeInclusive};
@@ -46,6 +47,17 @@ pub struct NamedTable<'a> {
     pub name: Text,
     /// Its value; `None` for a value of a wrong type, which is reported.
     pub table: Option<Table<'a>>,
+}
+
+/// A value of a table, with the place that it is for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PlacedValue {
+    /// The place, as an operand is written: `size`, `p1.limit`, `recipe[2]`.
+    pub place: String,
+    /// The value, as a person types it: `true`, `12`, `0.5`, `1m30s`.
+    pub value: String,
+    /// The value's place in the file.
+    pub span: Span,
 }
 
 /// A value that may have two forms.

@@ -1,0 +1,121 @@
+//! A set of values: the writes of one change, in a request and in a file.
+//!
+//! `rungd write` sends a set, `rungd read --file` writes one into a file, and `rungd write --file`
+//! reads it back. A file is a TOML table of operands and values: an array of the ladder is a list,
+//! what has members is a table. Part of [`super::protocol`]. The names are resolved by the
+//! controller, not here.
+
+use std::fmt::Write as _;
+use std::iter::Peekable;
+use std::slice::Iter;
+
+use super::protocol::{BitOrNumber, GivenValue, GivenWrite, ShownValue, WRITES_MAX};
+use rungd_language::source::finding::Finding;
+use rungd_language::source::reader::{PlacedValue, Table, document};
+use rungd_language::source::span::{FileId, Span};
+use rungd_language::source::wording::escaped;
+
+/// A write of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FileWrite {
+    /// The write.
+    pub write: GivenWrite,
+    /// The place of the value in the file.
+    pub span: Span,
+}
+
+/// The writes of a file, and its mistakes.
+pub fn read_file(text: &str) -> (Vec<FileWrite>, Vec<Finding>) {
+    let read = |root: Table<'_>| root.values_by_place(WRITES_MAX);
+    let (values, findings) = document(text, FileId(0), read);
+    let write = |PlacedValue { place, value, span }| FileWrite {
+        write: GivenWrite { operand: place, value: GivenValue::Text(value) },
+        span,
+    };
+    (values.unwrap_or_default().into_iter().map(write).collect(), findings)
+}
+
+/// The text of a file that writes these values: a line for each bit and word, one for each array
+/// from its first element on.
+pub fn file_text(values: &[ShownValue]) -> String {
+    let mut text = String::new();
+    let mut rest = values.iter().peekable();
+    while let Some(value) = rest.next() {
+        let key = &value.operand;
+        let Some(array) = key.strip_suffix("[0]") else {
+            text.push_str(&line(key, &written(value.value), &unit(value)));
+            continue;
+        };
+        let list: Vec<String> = std::iter::once(written(value.value))
+            .chain(further_elements(array, &mut rest).map(|element| written(element.value)))
+            .collect();
+        text.push_str(&line(array, &format!("[{}]", list.join(", ")), &unit(value)));
+    }
+    text
+}
+
+/// Takes the elements that follow the first one of an array.
+fn further_elements<'v>(
+    array: &str,
+    rest: &mut Peekable<Iter<'v, ShownValue>>,
+) -> impl Iterator<Item = &'v ShownValue> {
+    let mut elements = Vec::new();
+    while let Some(element) =
+        rest.next_if(|next| next.operand == format!("{array}[{}]", elements.len() + 1))
+    {
+        elements.push(element);
+    }
+    elements.into_iter()
+}
+
+/// A line of the file.
+fn line(key: &str, value: &str, remark: &str) -> String {
+    let mut line = match is_bare(key) {
+        true => format!("{key} = {value}"),
+        false => format!("{} = {value}", quoted(key)),
+    };
+    if !remark.is_empty() {
+        let _ = write!(line, "  # {remark}");
+    }
+    line.push('\n');
+    line
+}
+
+/// The unit, for a comment.
+fn unit(value: &ShownValue) -> String {
+    value.unit.as_deref().map(escaped).unwrap_or_default().into_owned()
+}
+
+/// A value in TOML. A real has a point or an exponent, however large it is.
+fn written(value: BitOrNumber) -> String {
+    match value {
+        BitOrNumber::Bit(on) => on.to_string(),
+        BitOrNumber::Word(_) | BitOrNumber::Real(_) => value.to_string(),
+    }
+}
+
+/// Whether TOML takes a key without quotes, as one name.
+fn is_bare(key: &str) -> bool {
+    let fits = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
+    !key.is_empty() && key.chars().all(fits)
+}
+
+/// A key as a string of TOML.
+fn quoted(key: &str) -> String {
+    let mut text = String::from("\"");
+    for c in key.chars() {
+        match c {
+            '"' | '\\' => text.extend(['\\', c]),
+            c if c.is_control() => {
+                let _ = write!(text, "\\u{:04X}", u32::from(c));
+            }
+            c => text.push(c),
+        }
+    }
+    text.push('"');
+    text
+}
+
+#[cfg(test)]
+#[path = "value_set_tests.rs"]
+mod tests;
