@@ -47,7 +47,7 @@ fn main() {
     timed(&format!("gather {kib} KiB (store's thread)"), || {
         plan.gather(black_box(&bits), black_box(&words), &mut content);
     });
-    let stamp = ImageStamp { sequence: 1, scan: 2, saved_ms: 3, flags: 0 };
+    let stamp = ImageStamp { sequence: 1, scan: 2, saved_ms: 3, flags: 0, scanned_ms: 0 };
     timed(&format!("put {kib} KiB into a slot (store's thread)"), || {
         put_slot(&mut slot, 1, &stamp, black_box(&content));
     });

@@ -399,7 +399,7 @@ pub fn retain(bytes: &[u8]) {
         let _ = format!("{content:?}");
     }
     // Every slot is read as it was written.
-    let stamp = ImageStamp { sequence: 3, scan: 2, saved_ms: 1, flags: 0 };
+    let stamp = ImageStamp { sequence: 3, scan: 2, saved_ms: 1, flags: 0, scanned_ms: 0 };
     let mut slot = Vec::new();
     put_slot(&mut slot, 7, &stamp, bytes);
     assert_eq!(read_slot(&slot, 7), Ok((stamp, bytes)));

@@ -11,7 +11,7 @@ use std::time::Duration;
 use super::failure::StartFailure;
 use rungd_base::directories;
 use rungd_base::faults::{self, FaultPoint};
-use rungd_base::wall_clock::now_ns;
+use rungd_base::wall_clock::{now_ms, now_ns};
 use rungd_engine::Engine;
 use rungd_runtime::exchange::StopReason;
 use rungd_runtime::say::say;
@@ -153,6 +153,7 @@ fn restore(
     if !is_final {
         engine.terminate_all();
     }
+    engine.put_down_seconds(stamp.down_seconds(now_ms()));
     let end = match what.terminated {
         _ if is_final => "after an orderly stop".to_owned(),
         0 => NO_STOP.to_owned(),

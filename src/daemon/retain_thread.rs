@@ -14,6 +14,7 @@ use std::time::{Duration, Instant};
 
 use tokio::sync::oneshot;
 
+use super::alarm_keeper::unix_ns;
 use super::retain::{NothingKept, RestoredFile, RetainSettings};
 use rungd_base::duration_text::duration_text;
 use rungd_base::faults::{self, FaultPoint};
@@ -39,6 +40,7 @@ const MEASURED_LEAST: Duration = Duration::from_secs(60);
 /// The longest time that the process waits for the last image before it ends.
 const END_MAX: Duration = Duration::from_secs(60);
 const DAY_S: u64 = 86_400;
+const NS_PER_MS: u64 = 1_000_000;
 
 /// A handle to the thread. Cheap to clone.
 #[derive(Clone)]
@@ -290,6 +292,7 @@ impl RetainWorker {
             words: &latest.words,
             is_final: matches!(latest.mode, Mode::Stop(_)),
             now_ms: now_ms(),
+            scanned_ms: unix_ns(latest.now_ns).max(0).unsigned_abs() / NS_PER_MS,
         };
         faults::point(FaultPoint::Disk);
         let mut saved = self.keeper.save(image);

@@ -4,6 +4,7 @@
 mod ages;
 mod bytes;
 mod drawn;
+mod earlier;
 mod folder;
 mod format;
 mod from_outside;

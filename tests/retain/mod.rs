@@ -3,6 +3,7 @@
 mod changed;
 mod cold;
 mod crash;
+mod down_time;
 mod memory;
 mod named;
 mod places;

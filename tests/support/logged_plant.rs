@@ -219,7 +219,7 @@ impl LoggedPlant {
             logs.recorder = Recorder::new(recorded(self.process, 0, &more));
             logs.recent = Recent::new(memory);
         }
-        self.rig.restart();
+        self.rig.restart(0);
     }
 
     /// The answer of the controller's memory.

@@ -48,6 +48,10 @@ pub struct LocalTime {
     pub hour: i32,
     pub minute: i32,
     pub second: i32,
+    /// Days since 1970-01-01.
+    pub day_number: i32,
+    /// Seconds since midnight.
+    pub second_of_day: i32,
 }
 
 impl LocalTime {
@@ -67,6 +71,8 @@ impl LocalTime {
             hour: in_day / 3600,
             minute: in_day / 60 % 60,
             second: in_day % 60,
+            day_number: i32::try_from(days).unwrap_or(if days < 0 { i32::MIN } else { i32::MAX }),
+            second_of_day: in_day,
         }
     }
 }
@@ -126,7 +132,8 @@ mod tests {
     use super::*;
 
     fn shown(seconds: i64) -> String {
-        let LocalTime { year, month, day, weekday, hour, minute, second } = LocalTime::of(seconds);
+        let LocalTime { year, month, day, weekday, hour, minute, second, .. } =
+            LocalTime::of(seconds);
         format!("{year}-{month}-{day} ({weekday}) {hour}:{minute}:{second}")
     }
 
@@ -142,6 +149,14 @@ mod tests {
         assert_eq!(shown(4_107_542_400), "2100-3-1 (1) 0:0:0");
         assert_eq!(LocalTime::of(i64::MAX).year, i32::MAX);
         assert_eq!(LocalTime::of(i64::MIN).year, i32::MIN);
+        let numbered = |seconds| {
+            let LocalTime { day_number, second_of_day, .. } = LocalTime::of(seconds);
+            (day_number, second_of_day)
+        };
+        assert_eq!(numbered(-1), (-1, 86_399));
+        assert_eq!(numbered(978_307_200), (11_323, 0));
+        assert_eq!(numbered(i64::MAX).0, i32::MAX);
+        assert_eq!(numbered(i64::MIN).0, i32::MIN);
     }
 
     /// Every day of 400 years and one on each side of 1970, counted by hand.

@@ -8,11 +8,15 @@
 use super::image::{BitCell, Image, WordCell};
 use super::record::RECORD;
 use crate::isa::space::SENSAPHONE_COUNT;
-use crate::isa::status::{DST_COUNT, ST_COUNT};
+use crate::isa::status::{DST_COUNT, ST_COUNT, dst as status};
 use crate::isa::{
     Address, Bit, BitSpace, BlockId, DeviceBit, DeviceId, Flag, MemorySizes, Real, Space, StageId,
     Structure, Word, WordSpace,
 };
+
+/// The number of status words that rungd 0.2 has, and of those that it does not have.
+pub(super) const EARLIER_DST: u32 = status::COUNT_0_2 as u32;
+const LATER_DST: u32 = DST_COUNT - EARLIER_DST;
 
 /// The first cell of every space.
 #[derive(Clone, Debug)]
@@ -43,6 +47,9 @@ pub struct Layout {
     timer_acc: u32,
     sensaphone_acc: u32,
     sensaphone_pre: u32,
+    /// The status words that rungd 0.2 does not have: behind all other words, so that those have
+    /// the same cells.
+    later_dst: u32,
     words: u32,
 }
 
@@ -76,8 +83,8 @@ impl Layout {
         let sensaphone_acc = take(SENSAPHONE_COUNT);
         let v = take(sizes.v);
         let (d, r, mhr, mir) = (take(sizes.d), take(sizes.r), take(sizes.mhr), take(sizes.mir));
-        let (dst, sensaphone_pre) = (take(DST_COUNT), take(SENSAPHONE_COUNT));
-        let words = take(0);
+        let (dst, sensaphone_pre) = (take(EARLIER_DST), take(SENSAPHONE_COUNT));
+        let (later_dst, words) = (take(LATER_DST), take(0));
         Layout {
             sizes: sizes.clone(),
             x,
@@ -105,6 +112,7 @@ impl Layout {
             timer_acc,
             sensaphone_acc,
             sensaphone_pre,
+            later_dst,
             words,
         }
     }
@@ -127,6 +135,11 @@ impl Layout {
     /// The number of public words.
     pub fn word_count(&self) -> u32 {
         self.words
+    }
+
+    /// The public words that states of rungd 0.2 do not have.
+    pub(super) fn later_words(&self) -> std::ops::Range<usize> {
+        self.later_dst as usize..(self.later_dst + LATER_DST) as usize
     }
 
     /// The memory sizes of this layout.
@@ -152,6 +165,9 @@ impl Layout {
     /// The cell of a word.
     pub fn word(&self, word: Word) -> WordCell {
         WordCell(match word {
+            Word::Space(WordSpace::Dst, n) if n >= EARLIER_DST => {
+                self.later_dst + (n - EARLIER_DST)
+            }
             Word::Space(space, n) => {
                 let first = match space {
                     WordSpace::V => self.v,
@@ -228,8 +244,19 @@ impl Layout {
                 | (first @ Address::Word(_), Cell::Word(_)) => self.cell(first)?,
                 (Address::Bit(_) | Address::Word(_) | Address::Structure(_), _) => return None,
             };
-            let at = number(cell).checked_sub(number(begin))?;
-            (at < space.count(&self.sizes)).then(|| space.address(space.first() + at))
+            let at = match cell {
+                Cell::Word(WordCell(at))
+                    if space == Space::Word(WordSpace::Dst) && at >= self.later_dst =>
+                {
+                    at - self.later_dst + EARLIER_DST
+                }
+                Cell::Bit(_) | Cell::Word(_) => number(cell).checked_sub(number(begin))?,
+            };
+            let addressed = || space.address(space.first() + at);
+            (at < space.count(&self.sizes)).then(addressed).filter(|found| {
+                // Other words lie between the status words of rungd 0.2 and the later ones.
+                self.cell(*found) == Some(cell)
+            })
         })
     }
 

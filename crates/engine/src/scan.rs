@@ -41,6 +41,9 @@ pub struct Engine {
     pub(super) start_ns: u64,
     pub(super) scans: u64,
     pub(super) last: bool,
+    /// The words that its states do not have in their bytes: those that the recording that it
+    /// executes again does not have.
+    pub(super) absent_words: std::ops::Range<usize>,
 }
 
 impl Engine {
@@ -65,7 +68,7 @@ impl Engine {
             program,
             memory,
         };
-        let mut engine = Engine { machine, start_ns: 0, scans: 0, last: false };
+        let mut engine = Engine { machine, start_ns: 0, scans: 0, last: false, absent_words: 0..0 };
         // `$On` is ON in STOP too.
         let BitCell(on) = engine.machine.program.layout.bit(Bit::Space(BitSpace::St, st::ON));
         engine.machine.memory.image.bits[on as usize] = 1;
@@ -112,7 +115,7 @@ impl Engine {
             self.machine.events.clear();
         }
         self.put_status_bits(now_ns.saturating_sub(self.start_ns));
-        let mut words = [0; dst::COUNT];
+        let mut words = [0; dst::COUNT_0_2];
         words[dst::SCAN_COUNTER as usize] = scan_counter(self.scans);
         words[dst::SCAN_TIME_US as usize] = times.mean_us;
         words[dst::MIN_SCAN_TIME_US as usize] = times.min_us;
@@ -125,8 +128,12 @@ impl Engine {
         words[dst::HOUR as usize] = local.hour;
         words[dst::MINUTE as usize] = local.minute;
         words[dst::SECOND as usize] = local.second;
-        let first = self.machine.program.layout.word(Word::Space(WordSpace::Dst, 0)).0;
-        self.machine.memory.image.put_words(first, &words);
+        let Machine { program, memory, .. } = &mut self.machine;
+        let WordCell(first) = program.layout.word(Word::Space(WordSpace::Dst, 0));
+        memory.image.put_words(first, &words);
+        // `$DownSeconds` is in memory since the start of the process.
+        let WordCell(day) = program.layout.word(Word::Space(WordSpace::Dst, dst::DAY_NUMBER));
+        memory.image.put_words(day, &[local.day_number, local.second_of_day]);
     }
 
     fn put_status_bits(&mut self, since_start_ns: u64) {
@@ -253,6 +260,13 @@ impl Engine {
             Cell::Bit(bit) => self.machine.memory.image.put_bits(bit.0, &[u8::from(value != 0)]),
             Cell::Word(word) => self.machine.memory.image.put_words(word.0, &[value]),
         }
+    }
+
+    /// Sets `$DownSeconds` for the life of the process. Call before the first scan.
+    pub fn put_down_seconds(&mut self, seconds: i32) {
+        let word = Word::Space(WordSpace::Dst, dst::DOWN_SECONDS);
+        let WordCell(cell) = self.machine.program.layout.word(word);
+        self.machine.memory.image.put_words(cell, &[seconds]);
     }
 
     /// Terminates everything with termination logic. Call before the first scan, if the restored

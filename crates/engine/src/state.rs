@@ -4,6 +4,9 @@
 //! state into memory that was allocated before. Data that lasts only for one call is not in a
 //! state: events, and the slots of formulas.
 
+use std::borrow::Cow;
+use std::ops::Range;
+
 use super::image::{BitCell, WordCell};
 use super::layout::Cell;
 use super::machine::{BlockState, StageState};
@@ -34,6 +37,8 @@ pub struct EngineState {
     /// The last scan has begun.
     pub(super) last: bool,
     pub(super) stop_requested: bool,
+    /// The words that its bytes do not have, because an earlier version of rungd recorded it.
+    pub(super) absent_words: Range<usize>,
 }
 
 impl EngineState {
@@ -53,6 +58,7 @@ impl EngineState {
             scans: engine.scans,
             last: engine.last,
             stop_requested: machine.stop_requested,
+            absent_words: engine.absent_words.clone(),
         }
     }
 
@@ -70,6 +76,23 @@ impl EngineState {
         self.stages.copy_from_slice(&machine.stages);
         (self.now_ns, self.stop_requested) = (machine.now_ns, machine.stop_requested);
         (self.start_ns, self.scans, self.last) = (engine.start_ns, engine.scans, engine.last);
+        self.absent_words.clone_from(&engine.absent_words);
+    }
+
+    /// The state for a program of this version: a state of rungd 0.2 gets the words that it does
+    /// not have, as 0.
+    fn widened(&self, program: &EngineProgram) -> Cow<'_, EngineState> {
+        let later = program.layout.later_words();
+        if self.words.len() + later.len() != program.word_count as usize {
+            return Cow::Borrowed(self);
+        }
+        let mut state = self.clone();
+        let (before, behind) = self.words.split_at(later.start);
+        state.words = [before, &vec![0; later.len()], behind].concat().into();
+        let (before, behind) = self.forced_words.split_at(later.start);
+        state.forced_words = [before, &vec![false; later.len()], behind].concat().into();
+        state.absent_words = later;
+        Cow::Owned(state)
     }
 
     /// Whether its numbers of bits, words, blocks and Stages are those of a program.
@@ -120,8 +143,9 @@ impl EngineState {
 
 impl Engine {
     /// Continues from a state. Returns false and changes nothing if it cannot be a state of this
-    /// program. Allocates nothing.
+    /// program. Allocates nothing, but for a state of an earlier version of rungd.
     pub fn resume(&mut self, state: &EngineState) -> bool {
+        let state = &*state.widened(&self.machine.program);
         if !state.is_of(&self.machine.program) {
             return false;
         }
@@ -135,6 +159,7 @@ impl Engine {
         (machine.now_ns, machine.stop_requested) = (state.now_ns, state.stop_requested);
         machine.events.clear();
         (self.start_ns, self.scans, self.last) = (state.start_ns, state.scans, state.last);
+        self.absent_words.clone_from(&state.absent_words);
         true
     }
 }

@@ -18,11 +18,15 @@ impl EngineState {
         out.push(flags([self.last, self.stop_requested]));
         out.extend((self.bits.len() as u32).to_le_bytes());
         out.extend_from_slice(&self.bits);
-        out.extend((self.words.len() as u32).to_le_bytes());
+        let absent = &self.absent_words;
+        let words = [&self.words[..absent.start], &self.words[absent.end..]];
+        let count: usize = words.iter().map(|words| words.len()).sum();
+        out.extend((count as u32).to_le_bytes());
         let first = out.len();
-        out.resize(first + 4 * self.words.len(), 0);
+        out.resize(first + 4 * count, 0);
         let places = out[first..].as_chunks_mut().0.iter_mut();
-        places.zip(&self.words).for_each(|(bytes, word)| *bytes = word.to_le_bytes());
+        let words = words.into_iter().flatten();
+        places.zip(words).for_each(|(bytes, word)| *bytes = word.to_le_bytes());
         for forced in [&self.forced_bits, &self.forced_words] {
             write_forced(if self.forces > 0 { forced } else { &[] }, out);
         }
@@ -64,6 +68,7 @@ impl EngineState {
             scans,
             last,
             stop_requested,
+            absent_words: 0..0,
         };
         let valid = bytes.0.is_empty() && state.bits.iter().all(|bit| *bit <= 1);
         valid.then_some(state)

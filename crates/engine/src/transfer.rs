@@ -10,7 +10,7 @@
 use super::events::Element;
 use super::eye::NoObserver;
 use super::image::{BitCell, WordCell};
-use super::layout::{Cell, Layout};
+use super::layout::{Cell, EARLIER_DST, Layout};
 use super::program::{ElementCode, PassStep};
 use super::reach::ForcedReach;
 use super::record::RECORD;
@@ -170,8 +170,11 @@ impl Layout {
             let count = space.count(self.sizes()).min(space.count(new.sizes()));
             shared.push(KeptCells { from: first(self, space), to: first(new, space), count });
         }
-        let (from, to) = (first(self, WordSpace::Dst), first(new, WordSpace::Dst));
-        shared.push(KeptCells { from, to, count: DST_COUNT });
+        // The status words of rungd 0.2 and the later ones are apart.
+        for (first, count) in [(0, EARLIER_DST), (EARLIER_DST, DST_COUNT - EARLIER_DST)] {
+            let word = Word::Space(WordSpace::Dst, first);
+            shared.push(KeptCells { from: self.word(word).0, to: new.word(word).0, count });
+        }
         let (from, to) = (self.word(Word::Pre(0)).0, new.word(Word::Pre(0)).0);
         shared.push(KeptCells { from, to, count: SENSAPHONE_COUNT });
         for (structure, count) in self.structures(new) {

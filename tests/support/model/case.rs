@@ -217,6 +217,7 @@ impl Case {
         }
         all.extend(["$1Second", "$ScanCounter", "$Year", "$Month", "$Day"].map(str::to_string));
         all.extend(["$Weekday", "$Hour", "$Minute", "$Second"].map(str::to_string));
+        all.extend(["$DownSeconds", "$DayNumber", "$SecondOfDay"].map(str::to_string));
         for tag in &self.tags {
             all.extend((0..tag.elements).map(|at| format!("{}[{at}]", tag.name)));
         }

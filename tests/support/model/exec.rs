@@ -33,7 +33,7 @@ pub struct Sim<'a> {
     pub memory: Memory,
     pub now: i64,
     /// Year, month, day, weekday, hour, minute, second.
-    pub local: [i64; 7],
+    pub local: [i64; 10],
     pub counters: BTreeMap<usize, CounterState>,
     pub timers: BTreeMap<usize, TimerState>,
     histories: Vec<bool>,
@@ -64,7 +64,7 @@ impl<'a> Sim<'a> {
             program,
             memory,
             now: 0,
-            local: [0; 7],
+            local: [0; 10],
             counters: BTreeMap::new(),
             timers: BTreeMap::new(),
             histories: vec![false; program.histories],

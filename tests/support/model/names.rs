@@ -97,6 +97,9 @@ fn nickname(name: &str) -> Option<Loc> {
         "Hour",
         "Minute",
         "Second",
+        "DownSeconds",
+        "DayNumber",
+        "SecondOfDay",
     ];
     if let Some(n) = bits.iter().position(|b| *b == name) {
         return Some(Loc::whole(Area::St, n));

@@ -17,7 +17,7 @@ pub const AREAS: [(&str, usize, usize); 12] = [
     ("MHR", 1, 2),
     ("MIR", 1, 2),
     ("ST", 0, 14),
-    ("DST", 0, 12),
+    ("DST", 0, 15),
 ];
 
 type Structure = (&'static str, usize, &'static [&'static str]);
@@ -45,7 +45,7 @@ const NICKNAMES: [&str; 14] = [
     "$IndexError",
 ];
 
-const WORD_NICKNAMES: [&str; 10] = [
+const WORD_NICKNAMES: [&str; 13] = [
     "$ScanCounter",
     "$ScanCounter",
     "$ScanCounter",
@@ -56,6 +56,9 @@ const WORD_NICKNAMES: [&str; 10] = [
     "$Hour",
     "$Minute",
     "$Second",
+    "$DownSeconds",
+    "$DayNumber",
+    "$SecondOfDay",
 ];
 
 const OPERATORS: [&str; 8] = ["==", "!=", "<", "<=", ">", ">=", "<", ">="];

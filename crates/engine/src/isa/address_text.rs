@@ -185,7 +185,7 @@ mod tests {
             "MHR1",
             "MIR2048",
             "DST4",
-            "DST11",
+            "DST14",
             "CT255",
             "T0",
             "N63",
@@ -209,6 +209,9 @@ mod tests {
         check("$MaxScanTime", "DST3");
         check("$Year", "DST5");
         check("$Second", "DST11");
+        check("$DownSeconds", "DST12");
+        check("$DayNumber", "DST13");
+        check("$SecondOfDay", "DST14");
     }
 
     #[test]
@@ -224,7 +227,7 @@ mod tests {
         check("$on", "Case(\"$On\")");
         check("$hour", "Case(\"$Hour\")");
         check("$Nope", "UnknownNickname");
-        check("DST12", "BeyondMemory { space: \"DST\", first: 0, last: 11 }");
+        check("DST15", "BeyondMemory { space: \"DST\", first: 0, last: 14 }");
         check("MC0", "BeyondMemory { space: \"MC\", first: 1, last: 1024 }");
         check("X2048", "BeyondMemory { space: \"X\", first: 0, last: 2047 }");
         check("CT99999999999", "BeyondMemory { space: \"CT\", first: 0, last: 255 }");

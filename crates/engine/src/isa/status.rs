@@ -63,8 +63,21 @@ pub mod dst {
     pub const MINUTE: u32 = 10;
     /// 0 to 59.
     pub const SECOND: u32 = 11;
+    /// Whole seconds between the scan of the restored image and the start of the process.
+    pub const DOWN_SECONDS: u32 = 12;
+    /// Days from 1970-01-01 to the local date.
+    pub const DAY_NUMBER: u32 = 13;
+    /// Seconds since local midnight.
+    pub const SECOND_OF_DAY: u32 = 14;
     /// The number of status words.
-    pub const COUNT: usize = 12;
+    pub const COUNT: usize = 15;
+    /// The number of status words in memory of rungd 0.2.
+    pub const COUNT_0_2: usize = 12;
+
+    /// Whether a word is one of the date or time of day.
+    pub fn is_of_clock(number: u32) -> bool {
+        matches!(number, YEAR..=SECOND | DAY_NUMBER | SECOND_OF_DAY)
+    }
 }
 
 /// Nicknames of the status bits, by number.
@@ -86,7 +99,7 @@ pub const BIT_NICKNAMES: [&str; 14] = [
 ];
 
 /// Nicknames of the status words, with their numbers. `DST4` has none.
-pub(crate) const WORD_NICKNAMES: [(&str, u32); 11] = [
+pub(crate) const WORD_NICKNAMES: [(&str, u32); 14] = [
     ("$ScanCounter", dst::SCAN_COUNTER),
     ("$ScanTime", dst::SCAN_TIME_US),
     ("$MinScanTime", dst::MIN_SCAN_TIME_US),
@@ -98,6 +111,9 @@ pub(crate) const WORD_NICKNAMES: [(&str, u32); 11] = [
     ("$Hour", dst::HOUR),
     ("$Minute", dst::MINUTE),
     ("$Second", dst::SECOND),
+    ("$DownSeconds", dst::DOWN_SECONDS),
+    ("$DayNumber", dst::DAY_NUMBER),
+    ("$SecondOfDay", dst::SECOND_OF_DAY),
 ];
 
 /// The meanings of the status bits, by number (`docs/semantics.md`, section 6).
@@ -132,6 +148,9 @@ const WORD_MEANINGS: [&str; dst::COUNT] = [
     "the local hour, 0 to 23",
     "the local minute, 0 to 59",
     "the local second, 0 to 59",
+    "whole seconds from the scan of the restored image to the start of the process; 0 if none",
+    "days from 1970-01-01 to the local date",
+    "seconds since local midnight, 0 to 86399",
 ];
 
 /// The meaning of a status bit, by its number.
@@ -154,7 +173,8 @@ pub fn nicknames() -> impl Iterator<Item = &'static str> {
     BIT_NICKNAMES.into_iter().chain(WORD_NICKNAMES.into_iter().map(|(name, _)| name))
 }
 
-/// The least and greatest value of a status word of the date or time of day; the year has none.
+/// The least and greatest value of a status word of the date or time of day, and of the seconds
+/// without power; the year and the number of the day have none.
 pub fn clock_range(number: u32) -> Option<(i32, i32)> {
     match number {
         dst::MONTH => Some((1, 12)),
@@ -162,11 +182,13 @@ pub fn clock_range(number: u32) -> Option<(i32, i32)> {
         dst::WEEKDAY => Some((1, 7)),
         dst::HOUR => Some((0, 23)),
         dst::MINUTE | dst::SECOND => Some((0, 59)),
+        dst::DOWN_SECONDS => Some((0, i32::MAX)),
+        dst::SECOND_OF_DAY => Some((0, 86_399)),
         _ => None,
     }
 }
 
 /// Number of status bits: `ST0`..`ST13`.
 pub const ST_COUNT: u32 = st::COUNT as u32;
-/// Number of status words: `DST0`..`DST11`.
+/// Number of status words: `DST0`..`DST14`.
 pub const DST_COUNT: u32 = dst::COUNT as u32;

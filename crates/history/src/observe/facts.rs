@@ -48,7 +48,7 @@ impl Subject {
     /// Whether the program names a word of the time of day.
     pub fn reads_time_of_day(&self) -> bool {
         self.program.operands.iter().any(|named| match named.address {
-            Address::Word(Word::Space(WordSpace::Dst, n)) => (dst::YEAR..=dst::SECOND).contains(&n),
+            Address::Word(Word::Space(WordSpace::Dst, n)) => dst::is_of_clock(n),
             Address::Word(_) | Address::Bit(_) | Address::Structure(_) => false,
         })
     }

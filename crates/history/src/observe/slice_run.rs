@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use super::step_numbers::StepNumbers;
 use super::subject::Subject;
-use rungd_engine::isa::status::{DST_COUNT, ST_COUNT};
+use rungd_engine::isa::status::{ST_COUNT, dst};
 use rungd_engine::isa::{Bit, BitSpace, BlockId, Word, WordSpace};
 use rungd_engine::{
     BitCell, Cell, Element, Engine, EngineCall, EngineState, Image, ScanObserver, ScanStep, Slice,
@@ -219,9 +219,10 @@ impl<'s> SliceObserver<'s> {
     fn status(&mut self, image: &Image) {
         let layout = &self.slice.program.layout;
         let bit = self.number(Cell::Bit(layout.bit(Bit::Space(BitSpace::St, 0))));
-        let word = self.number(Cell::Word(layout.word(Word::Space(WordSpace::Dst, 0))));
+        let word = |n| self.number(Cell::Word(layout.word(Word::Space(WordSpace::Dst, n))));
+        let words: [u32; dst::COUNT] = std::array::from_fn(|n| word(n as u32));
         let told = self.changes.len();
-        let all = (bit..bit + ST_COUNT).chain(word..word + DST_COUNT);
+        let all = (bit..bit + ST_COUNT).chain(words);
         all.for_each(|number| self.note(number, image, ChangingStep::CALL));
         self.changes.truncate(told);
     }

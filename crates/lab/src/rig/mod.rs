@@ -18,11 +18,12 @@ mod retained;
 pub mod simulation;
 mod tape;
 
-pub use mode::RigMode;
+pub use mode::{PowerOff, RigMode};
 pub use program::RigProgram;
 pub use tape::TapeListener;
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use field::{Driven, RigField};
 use mode::MS_NS;
@@ -75,6 +76,8 @@ pub struct Rig {
     forces: Vec<Cell>,
     /// A local time, and the virtual time at which it was valid.
     clock: (i64, u64),
+    /// The time of day of the last scan, since 1970.
+    scanned_at: Duration,
     retained: Option<Retained>,
     generation: u32,
 }
@@ -107,6 +110,7 @@ impl Rig {
             writes: Vec::new(),
             forces: Vec::new(),
             clock: (setup.clock_s, 0),
+            scanned_at: Duration::ZERO,
             retained,
             generation: 0,
             program: Arc::clone(program),
@@ -158,6 +162,7 @@ impl Rig {
             times: Default::default(),
             local_s: self.local_s(),
         };
+        self.scanned_at = self.time_of_day();
         let Rig { machine, field, levels, writes, scans, .. } = self;
         machine.begin_scan(&start);
         for (x, on) in levels.iter().filter(|(x, _)| !field.moves(*x)) {
@@ -180,8 +185,9 @@ impl Rig {
         }
         self.scans += 1;
         self.drive(self.next_ns);
+        let scanned_at = self.scanned_at;
         if is_last && let Some(retained) = &mut self.retained {
-            let end = ImageTime { ns: self.next_ns, is_final: true };
+            let end = ImageTime { ns: self.next_ns, is_final: true, scanned_at };
             retained.keep(self.machine.engine().image(), end);
         }
         self.settle();
@@ -266,6 +272,14 @@ impl Rig {
         let (clock_s, since_ns) = self.clock;
         let passed_s = (self.next_ns - since_ns) / S_NS;
         clock_s.saturating_add(i64::try_from(passed_s).unwrap_or(i64::MAX))
+    }
+
+    /// The time of day at the next scan, since 1970; 0 before 1970.
+    fn time_of_day(&self) -> Duration {
+        let (_, since_ns) = self.clock;
+        let part_ns = (self.next_ns - since_ns) % S_NS;
+        let whole_s = u64::try_from(self.local_s()).unwrap_or(0);
+        Duration::from_secs(whole_s) + Duration::from_nanos(part_ns)
     }
 
     /// Swaps the program between two scans, as a reload does. Field devices stay.
@@ -359,7 +373,7 @@ impl Rig {
         }
         let is_final = self.mode == RigMode::Stop;
         if let Some(retained) = &mut self.retained {
-            let next = ImageTime { ns: self.next_ns, is_final };
+            let next = ImageTime { ns: self.next_ns, is_final, scanned_at: self.scanned_at };
             retained.settle(self.machine.engine().image(), next);
         }
     }

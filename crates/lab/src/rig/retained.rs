@@ -5,10 +5,12 @@
 //! the last scan that was complete at that time.
 
 use std::collections::VecDeque;
+use std::time::Duration;
 
 use super::mode::MS_NS;
 use super::program::RigProgram;
 use rungd_engine::{Cell, Image};
+use rungd_state::retain::format::down_seconds;
 use rungd_state::retain::{RetainPlan, content};
 
 /// The images of one controller, over all its processes.
@@ -25,6 +27,8 @@ pub(super) struct Retained {
 struct KeptImage {
     /// The time at which it was due.
     at: ImageTime,
+    /// The time of day of the scan whose image would be in the file.
+    scanned_at: Duration,
     content: Vec<u8>,
 }
 
@@ -34,16 +38,30 @@ pub(super) struct ImageTime {
     pub ns: u64,
     /// Whether the passes of a stop had been executed.
     pub is_final: bool,
+    /// The time of day of its scan, since 1970.
+    pub scanned_at: Duration,
+}
+
+/// The start of a process.
+#[derive(Clone, Copy)]
+pub(super) struct ProcessStart {
+    pub ns: u64,
+    /// The time of day, since 1970.
+    pub clock: Duration,
 }
 
 /// The memory that a new process finds.
 pub(super) enum FoundMemory {
     /// Cells and their values; `is_final`: the passes of a stop have been executed on them.
-    Image { puts: Vec<(Cell, i32)>, is_final: bool },
+    Image { puts: Vec<(Cell, i32)>, is_final: bool, down_seconds: i32 },
     /// Nothing: a cold start.
     Nothing,
     /// Nothing, and the controller waits in STOP.
     NothingInStop,
+}
+
+fn milliseconds(time: Duration) -> u64 {
+    u64::try_from(time.as_millis()).unwrap_or(u64::MAX)
 }
 
 impl Retained {
@@ -81,14 +99,24 @@ impl Retained {
         }
         let mut content = Vec::new();
         self.plan.gather(image.bits(), image.words(), &mut content);
-        self.images.push_back(KeptImage { at, content });
+        let mut scanned_at = at.scanned_at;
+        if let Some(last) = self.images.back()
+            && (last.at.is_final, &last.content) == (at.is_final, &content)
+            && !self
+                .plan
+                .outdates(milliseconds(scanned_at.saturating_sub(last.scanned_at)), at.is_final)
+        {
+            // The daemon does not write the same content again.
+            scanned_at = last.scanned_at;
+        }
+        self.images.push_back(KeptImage { at, scanned_at, content });
     }
 
     /// Begins a new process of a program, with the settings of that program. The process finds the
     /// newest image, or the newest that is at least `lost_ns` older; later images are lost.
-    pub fn begin(&mut self, program: &RigProgram, now_ns: u64, lost_ns: u64) -> FoundMemory {
+    pub fn begin(&mut self, program: &RigProgram, now: ProcessStart, lost_ns: u64) -> FoundMemory {
         let images = std::mem::take(&mut self.images);
-        *self = Retained { images, ..Retained::new(program, now_ns) };
+        *self = Retained { images, ..Retained::new(program, now.ns) };
         if self.plan.is_empty() {
             return FoundMemory::Nothing;
         }
@@ -99,9 +127,14 @@ impl Retained {
         let found = self.images.back().and_then(|image| {
             let content = content::read(&image.content)?;
             let restoration = self.plan.restore(&content, image.at.is_final);
-            let puts = restoration.puts;
-            (restoration.restored > 0)
-                .then_some(FoundMemory::Image { puts, is_final: image.at.is_final })
+            let down_seconds =
+                down_seconds(milliseconds(image.scanned_at), milliseconds(now.clock));
+            let (puts, is_final) = (restoration.puts, image.at.is_final);
+            (restoration.restored > 0).then_some(FoundMemory::Image {
+                puts,
+                is_final,
+                down_seconds,
+            })
         });
         let cold = if self.runs_cold { FoundMemory::Nothing } else { FoundMemory::NothingInStop };
         found.unwrap_or(cold)

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::condition::Condition;
 use super::names::TestNames;
-use super::step_text;
+use super::step_condition;
 use rungd_config::controller::Controller;
 use rungd_config::load;
 use rungd_engine::{Cell, Engine, EngineCall};
@@ -33,7 +33,7 @@ impl TestPlant {
         let options = LoadOptions::default();
         let mut names = TestNames::of(&self.program, &self.controller, &options);
         let span = Span { file: FileId(0), start: 0, end: text.len() as u32 };
-        let written = step_text::condition(text, span).map_err(|of| vec![of.message])?;
+        let written = step_condition::condition(text, span).map_err(|of| vec![of.message])?;
         names
             .condition(&written)
             .map_err(|all| all.into_iter().map(|finding| finding.message).collect())

@@ -29,6 +29,7 @@ mod report;
 mod runner;
 mod scenario;
 mod shrink;
+mod step_condition;
 mod step_forms;
 mod step_text;
 mod step_words;

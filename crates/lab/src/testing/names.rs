@@ -8,7 +8,7 @@
 use std::collections::HashMap;
 
 use super::condition::Condition;
-use super::step_text::WrittenCondition;
+use super::step_condition::WrittenCondition;
 use super::step_words::StepWord;
 use super::suite::TestOperand;
 use crate::traces::stimulus::StimulusTarget;

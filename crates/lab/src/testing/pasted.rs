@@ -129,8 +129,8 @@ fn step_text(step: &TestStep, layout: &Layout) -> String {
         | TestStep::Hold(..)
         | TestStep::Stop
         | TestStep::Start
-        | TestStep::Restart
-        | TestStep::PowerCut { .. }
+        | TestStep::Restart { .. }
+        | TestStep::PowerCut(_)
         | TestStep::Reload(_)
         | TestStep::Lose(_)
         | TestStep::Restore(_)

@@ -153,7 +153,7 @@ fn setup(scenario: &Scenario, is_taped: bool) -> RigSetup {
     let keeps_images = scenario
         .steps
         .iter()
-        .any(|step| matches!(step.value, TestStep::Restart | TestStep::PowerCut { .. }));
+        .any(|step| matches!(step.value, TestStep::Restart { .. } | TestStep::PowerCut(_)));
     RigSetup {
         set: others.iter().map(|(operand, value)| (operand.cell, *value)).collect(),
         inputs: inputs
@@ -180,8 +180,8 @@ pub(super) fn condition(step: &TestStep) -> Option<&Condition> {
         | TestStep::Run(_)
         | TestStep::Stop
         | TestStep::Start
-        | TestStep::Restart
-        | TestStep::PowerCut { .. }
+        | TestStep::Restart { .. }
+        | TestStep::PowerCut(_)
         | TestStep::Reload(_)
         | TestStep::Lose(_)
         | TestStep::Restore(_)
@@ -248,16 +248,16 @@ impl<'a, S: Spectator> Player<'a, S> {
                 self.begins_run();
                 Ok(())
             }
-            TestStep::Restart => {
+            TestStep::Restart { down_ms } => {
                 if self.rig.mode() == RigMode::Run {
                     self.stop()?;
                 }
-                self.rig.restart();
+                self.rig.restart(*down_ms);
                 self.begins_process();
                 Ok(())
             }
-            TestStep::PowerCut { lose_ms } => {
-                self.rig.power_cut(*lose_ms);
+            TestStep::PowerCut(off) => {
+                self.rig.power_cut(*off);
                 self.begins_process();
                 Ok(())
             }

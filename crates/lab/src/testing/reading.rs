@@ -12,7 +12,8 @@ use anyhow::{Context, Result};
 use super::condition::Condition;
 use super::programs::{BenchSettings, NamedProgram, Programs, TestFile, test_program};
 use super::random;
-use super::step_text::{self, WrittenCondition, WrittenStep};
+use super::step_condition::{self, WrittenCondition};
+use super::step_text::{self, WrittenStep};
 use super::steps::StepResolver;
 use super::suite::{RandomTest, Scenario, Suite, TestOperand, TestProgram};
 use super::written::{self, WrittenBench, WrittenRandom, WrittenScenario, WrittenSuite};
@@ -154,7 +155,7 @@ impl SuiteReading {
     fn conditions(&mut self, texts: Vec<Text>) -> Vec<(Span, WrittenCondition)> {
         let mut conditions = Vec::new();
         for text in texts {
-            match step_text::condition(&text.text, text.span) {
+            match step_condition::condition(&text.text, text.span) {
                 Ok(condition) => {
                     self.findings.extend(condition.doubts());
                     conditions.push((text.span, condition));

@@ -80,8 +80,8 @@ fn shown(step: &TestStep) -> String {
         TestStep::Run(_)
         | TestStep::Stop
         | TestStep::Start
-        | TestStep::Restart
-        | TestStep::PowerCut { .. }
+        | TestStep::Restart { .. }
+        | TestStep::PowerCut(_)
         | TestStep::Reload(Reload::To(_))
         | TestStep::Lose(_)
         | TestStep::Restore(_)
@@ -122,6 +122,9 @@ fn every_kind_of_step_is_read() {
         restart
         power-cut
         power-cut lose 2s
+        restart for 8h
+        power-cut for 1m
+        power-cut for 1m lose 2s
         clock 2026-11-22T06:00:00
         within 2s: pusher
         within 00:00:02:500: pusher
@@ -146,9 +149,12 @@ fn every_kind_of_step_is_read() {
               Run(Scans(2))
               Stop
               Start
-              Restart
-              PowerCut { lose_ms: 0 }
-              PowerCut { lose_ms: 2000 }
+              Restart { down_ms: 0 }
+              PowerCut(PowerOff { down_ms: 0, lose_ms: 0 })
+              PowerCut(PowerOff { down_ms: 0, lose_ms: 2000 })
+              Restart { down_ms: 28800000 }
+              PowerCut(PowerOff { down_ms: 60000, lose_ms: 0 })
+              PowerCut(PowerOff { down_ms: 60000, lose_ms: 2000 })
               Clock(1795327200)
               within Ms(2000) [pusher]
               within Ms(2500) [pusher]
@@ -195,7 +201,7 @@ weight = { jump = "-9..9", chance = "100%" }
             a full crate is pushed out: swapped=1 size=4 recipe[2]=-1 weight=2000 bottle(X0)=1
               expect [bottles.Acc == 0 & shift == 0]
               within Ms(2000) [(size + 1) * 2 - recipe[step] % 3 >= -3 & rise(pusher | gate[step])]
-              PowerCut { lose_ms: 0 }
+              PowerCut(PowerOff { down_ms: 0, lose_ms: 0 })
             nobody can open both valves: 200 runs of 5000, seed 7:
               start Chance(1000) Toggle
               level Chance(100000) Walk { low: 0.0, high: 50.5, step: 0.5 }

@@ -30,11 +30,16 @@ pub const FORMS: [(&str, &str, &str); 17] = [
     ),
     ("stop", "stop", "An orderly stop, after one last scan."),
     ("start", "start", "From STOP to RUN."),
-    ("restart", "restart", "A stop, and a new process with the retained memory."),
+    (
+        "restart",
+        "restart for 8h",
+        "A stop, and a new process with the retained memory, at once or after a time.",
+    ),
     (
         "power-cut",
-        "power-cut lose 2s",
-        "A new process after a crash, with the newest retained image, or an older one.",
+        "power-cut lose 2s for 8h",
+        "A new process after a crash, at once or after a time, with the newest retained image, or \
+         an older one.",
     ),
     ("reload", "reload ladder.toml", "Reloads these files, as `rungd reload` does."),
     ("lose", "lose plant", "The field device is gone."),

@@ -3,61 +3,18 @@
 //! `reading` calls [`parse`]. It parses the forms of all steps; `steps` resolves the names of the
 //! ladder. The help for a mistake can be copied into the file.
 
+use super::step_condition::{WrittenCondition, condition};
 use super::step_forms::{FORMS, step_form};
 use super::step_words::{StepWord, StepWords, count};
 use super::suite::TestTime;
+use crate::rig::PowerOff;
 use rungd_base::calendar;
 use rungd_engine::isa::duration;
 use rungd_language::source::atom::bad_duration;
-pub use rungd_language::source::contact::WrittenContact;
-use rungd_language::source::contact_parser::parse_condition;
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::fix::{
-    FixEdit, Help, advise, meant, possible, propose, proposed, text as fix,
-};
+use rungd_language::source::fix::{FixEdit, Help, advise, meant, possible, propose, proposed};
 use rungd_language::source::nearest::nearest;
 use rungd_language::source::span::{Located, Span};
-
-/// A condition as written.
-#[derive(Clone, Debug)]
-pub(super) struct WrittenCondition {
-    pub text: String,
-    /// The place of the text.
-    pub span: Span,
-    pub contact: WrittenContact,
-}
-
-impl WrittenCondition {
-    /// The warnings about it: `&` and `|` next to each other without parentheses.
-    pub fn doubts(&self) -> Vec<Finding> {
-        let mut found = Vec::new();
-        doubts(&self.contact, &mut found);
-        found
-    }
-}
-
-fn doubts(contact: &WrittenContact, found: &mut Vec<Finding>) {
-    let is_bare = |part: &WrittenContact| {
-        if let WrittenContact::All(parts, span) = part {
-            return parts.first().is_some_and(|first| first.span().start == span.start);
-        }
-        false
-    };
-    match contact {
-        WrittenContact::Any(parts, span) => {
-            if parts.iter().any(is_bare) {
-                let message = "`&` and `|` are mixed without parentheses";
-                let finding = Finding::new(Code::MixedAndOr, *span, message);
-                let help = advise("as it is read now: `{}`", [fix(contact.to_string()).same()]);
-                found.push(finding.label("`&` binds tighter").help(help));
-            }
-            parts.iter().for_each(|part| doubts(part, found));
-        }
-        WrittenContact::All(parts, _) => parts.iter().for_each(|part| doubts(part, found)),
-        WrittenContact::Not(inner, _) | WrittenContact::Edge(_, inner, _) => doubts(inner, found),
-        WrittenContact::Bit(_) | WrittenContact::Indexed(_) | WrittenContact::Compare(..) => {}
-    }
-}
 
 /// The repetition of a pulse.
 #[derive(Clone, Copy, Debug)]
@@ -82,8 +39,8 @@ pub(super) enum WrittenStep {
     Hold(u32, WrittenCondition),
     Stop,
     Start,
-    Restart,
-    PowerCut(u32),
+    Restart(u32),
+    PowerCut(PowerOff),
     Reload(Vec<StepWord>),
     Lose(StepWord),
     Restore(StepWord),
@@ -111,12 +68,6 @@ const HABITS: [(&str, &str); 16] = [
     ("disconnect", "lose plant"),
     ("connect", "restore plant"),
 ];
-
-/// Parses a condition; `span` is the place of its text.
-pub(super) fn condition(text: &str, span: Span) -> Result<WrittenCondition, Finding> {
-    let contact = parse_condition(text, span)?;
-    Ok(WrittenCondition { text: text.to_owned(), span, contact })
-}
 
 /// Parses a step; `span` is the place of its text.
 ///
@@ -212,7 +163,7 @@ impl WrittenStep {
             | WrittenStep::Run(_)
             | WrittenStep::Stop
             | WrittenStep::Start
-            | WrittenStep::Restart
+            | WrittenStep::Restart(_)
             | WrittenStep::PowerCut(_)
             | WrittenStep::Reload(_)
             | WrittenStep::Lose(_)
@@ -240,8 +191,8 @@ impl StepParser<'_> {
             "run" => WrittenStep::Run(self.run()?),
             "stop" => WrittenStep::Stop,
             "start" => WrittenStep::Start,
-            "restart" => WrittenStep::Restart,
-            "power-cut" => WrittenStep::PowerCut(self.lost()?),
+            "restart" => WrittenStep::Restart(self.down()?),
+            "power-cut" => WrittenStep::PowerCut(self.power_off()?),
             "reload" => self.reload()?,
             "lose" => WrittenStep::Lose(self.word("a device")?),
             "restore" => WrittenStep::Restore(self.word("a device")?),
@@ -390,12 +341,33 @@ impl StepParser<'_> {
         }
     }
 
-    fn lost(&mut self) -> ParsedStep<u32> {
+    /// `for D`, or nothing.
+    fn down(&mut self) -> ParsedStep<u32> {
         let Some(word) = self.words.next() else { return Ok(0) };
-        if word.value != "lose" {
-            return Err(self.fail(word.span, "`lose` or the end of the step belongs here"));
+        if word.value != "for" {
+            return Err(self.fail(word.span, "`for` or the end of the step belongs here"));
         }
-        Ok(self.duration("how old the restored image is")?.value)
+        Ok(self.duration("how long no process runs")?.value)
+    }
+
+    /// `lose D` and `for D`, in any order, or less.
+    fn power_off(&mut self) -> ParsedStep<PowerOff> {
+        let (mut down_ms, mut lose_ms) = (None, None);
+        while let Some(word) = self.words.next() {
+            let (part, meaning) = match word.value.as_str() {
+                "for" => (&mut down_ms, "how long no process runs"),
+                "lose" => (&mut lose_ms, "how old the restored image is"),
+                _ => {
+                    let message = "`for`, `lose` or the end of the step belongs here";
+                    return Err(self.fail(word.span, message));
+                }
+            };
+            if part.is_some() {
+                return Err(self.fail(word.span, format!("`{}` stands here twice", word.value)));
+            }
+            *part = Some(self.duration(meaning)?.value);
+        }
+        Ok(PowerOff { down_ms: down_ms.unwrap_or(0), lose_ms: lose_ms.unwrap_or(0) })
     }
 
     fn reload(&mut self) -> ParsedStep<WrittenStep> {

@@ -131,11 +131,15 @@ impl<'p, 'a> StepResolver<'p, 'a> {
                 TestStep::Stop
             }
             WrittenStep::Start => TestStep::Start,
-            WrittenStep::Restart => {
+            WrittenStep::Restart(down_ms) => {
                 self.passes(TestTime::Scans(1), 1, span).map_err(one)?;
-                TestStep::Restart
+                self.lasts(down_ms, span).map_err(one)?;
+                TestStep::Restart { down_ms }
             }
-            WrittenStep::PowerCut(lose_ms) => TestStep::PowerCut { lose_ms },
+            WrittenStep::PowerCut(off) => {
+                self.lasts(off.down_ms, span).map_err(one)?;
+                TestStep::PowerCut(off)
+            }
             WrittenStep::Reload(files) => return self.reload(&files).map_err(one),
             WrittenStep::Lose(device) => TestStep::Lose(self.names().device(&device).map_err(one)?),
             WrittenStep::Restore(device) => {
@@ -230,6 +234,12 @@ impl<'p, 'a> StepResolver<'p, 'a> {
     fn passes(&mut self, time: TestTime, times: u32, span: Span) -> Result<(), Finding> {
         let period_ns = u128::from(self.period_ms()) * MS_NS;
         self.lasts_ns += self.scans(time) * u128::from(times) * period_ns;
+        self.lasts(0, span)
+    }
+
+    /// Adds a time without scans; refuses a total time that cannot be counted.
+    fn lasts(&mut self, down_ms: u32, span: Span) -> Result<(), Finding> {
+        self.lasts_ns += u128::from(down_ms) * MS_NS;
         if self.lasts_ns < u128::from(TIME_END_NS) {
             return Ok(());
         }

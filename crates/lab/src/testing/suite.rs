@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use super::condition::Condition;
+use crate::rig::PowerOff;
 use rungd_config::controller::Controller;
 use rungd_engine::Cell;
 use rungd_engine::isa::DeviceId;
@@ -144,14 +145,13 @@ pub enum TestStep {
     Stop,
     /// `start`: from STOP to RUN.
     Start,
-    /// `restart`: an orderly stop and a new process.
-    Restart,
-    /// `power-cut [lose D]`: a new process with an image of retentive memory that is D older than
-    /// the newest image.
-    PowerCut {
-        /// D: the age of the image relative to the newest image, ms.
-        lose_ms: u32,
+    /// `restart [for D]`: an orderly stop, and after D a new process.
+    Restart {
+        /// D: the time without a process, ms.
+        down_ms: u32,
     },
+    /// `power-cut [lose D] [for D]`: a new process after a crash.
+    PowerCut(PowerOff),
     /// `reload FILE…`
     Reload(Reload),
     /// `lose DEVICE`

@@ -89,8 +89,8 @@ fn of_step(step: &TestStep) -> Vec<String> {
         TestStep::Run(_)
         | TestStep::Stop
         | TestStep::Start
-        | TestStep::Restart
-        | TestStep::PowerCut { .. }
+        | TestStep::Restart { .. }
+        | TestStep::PowerCut(_)
         | TestStep::Reload(_)
         | TestStep::Lose(_)
         | TestStep::Restore(_)

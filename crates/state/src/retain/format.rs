@@ -54,6 +54,23 @@ pub struct ImageStamp {
     pub saved_ms: u64,
     /// [`FLAG_FINAL`], or 0.
     pub flags: u32,
+    /// The time of the scan, in ms since 1970 (UTC); 0 in an image of rungd 0.2, which is without.
+    pub scanned_ms: u64,
+}
+
+impl ImageStamp {
+    /// `$DownSeconds` of a process that starts at a time and restores the image: whole seconds
+    /// since the scan; 0 if the clock went back.
+    pub fn down_seconds(&self, start_ms: u64) -> i32 {
+        down_seconds(self.scanned_ms, start_ms)
+    }
+}
+
+/// Whole seconds from a scan to the start of a process, both in ms since 1970. 0 if the clock went
+/// back, or if the time of the scan is 0, which is unknown.
+pub fn down_seconds(scanned_ms: u64, start_ms: u64) -> i32 {
+    let down_ms = if scanned_ms == 0 { 0 } else { start_ms.saturating_sub(scanned_ms) };
+    i32::try_from(down_ms / 1000).unwrap_or(i32::MAX)
 }
 
 /// The reason why a file is refused.
@@ -173,6 +190,7 @@ pub fn put_slot(into: &mut Vec<u8>, id: u64, stamp: &ImageStamp, content: &[u8])
     }
     into.extend_from_slice(&(content.len() as u32).to_le_bytes());
     into.extend_from_slice(&stamp.flags.to_le_bytes());
+    into.extend_from_slice(&stamp.scanned_ms.to_le_bytes());
     into.resize(HEAD_BYTES - 4, 0);
     into.extend_from_slice(&crc32fast::hash(into).to_le_bytes());
     into.extend_from_slice(content);
@@ -209,6 +227,7 @@ pub fn read_slot(bytes: &[u8], id: u64) -> Result<(ImageStamp, &[u8]), BadSlot> 
         scan: u64_at(head, 24),
         saved_ms: u64_at(head, 32),
         flags: u32_at(head, 44),
+        scanned_ms: u64_at(head, 48),
     };
     let content_bytes = u32_at(head, 40) as usize;
     let tail_at = HEAD_BYTES + content_bytes.next_multiple_of(8);
@@ -277,7 +296,7 @@ mod tests {
     const GEOMETRY: Geometry = Geometry { slot_bytes: 8192, slots: 4, id: 7 };
 
     fn stamp() -> ImageStamp {
-        ImageStamp { sequence: 3, scan: 99, saved_ms: 5, flags: FLAG_FINAL }
+        ImageStamp { sequence: 3, scan: 99, saved_ms: 5, flags: FLAG_FINAL, scanned_ms: 4 }
     }
 
     #[test]
@@ -302,6 +321,18 @@ mod tests {
             let wrong = Geometry { slot_bytes, slots, id: 7 };
             assert_eq!(read_header(&[header(&wrong), header(&other)].concat()), Ok(other));
         }
+    }
+
+    #[test]
+    fn the_time_without_a_process_is_in_whole_seconds_and_never_negative() {
+        let stamp = ImageStamp { scanned_ms: 5_500, ..stamp() };
+        for (start_ms, seconds) in
+            [(0, 0), (5_500, 0), (6_499, 0), (6_500, 1), (125_499, 119), (u64::MAX, i32::MAX)]
+        {
+            assert_eq!(stamp.down_seconds(start_ms), seconds, "{start_ms}");
+        }
+        let of_0_2 = ImageStamp { scanned_ms: 0, ..stamp };
+        assert_eq!(of_0_2.down_seconds(1_795_000_000_000), 0);
     }
 
     #[test]

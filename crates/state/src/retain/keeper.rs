@@ -71,6 +71,8 @@ pub struct ScanImage<'a> {
     pub is_final: bool,
     /// The time of day, ms since 1970.
     pub now_ms: u64,
+    /// The time of the scan, ms since 1970.
+    pub scanned_ms: u64,
 }
 
 /// A file that the keeper is to make.
@@ -274,7 +276,8 @@ impl Keeper {
         self.slots.as_ref().and_then(|slots| slots.device().trace())
     }
 
-    /// Writes an image, unless the file already holds the same content. Returns after the image is
+    /// Writes an image, unless the file already holds the same content, of a scan that is near
+    /// enough for `$DownSeconds`. Returns after the image is
     /// durable; `None` if it was durable before.
     ///
     /// # Errors
@@ -284,13 +287,23 @@ impl Keeper {
     pub fn save(&mut self, image: ScanImage<'_>) -> io::Result<Option<StoredImage>> {
         self.plan.gather(image.bits, image.words, &mut self.gathered);
         let flags = if image.is_final { FLAG_FINAL } else { 0 };
-        if self.kept.is_some_and(|kept| kept.stamp.flags == flags)
+        let is_current = |kept: StoredImage| {
+            let age_ms = image.scanned_ms.saturating_sub(kept.stamp.scanned_ms);
+            kept.stamp.flags == flags && !self.plan.outdates(age_ms, image.is_final)
+        };
+        if self.kept.is_some_and(is_current)
             && self.kept_content == self.gathered
             && self.is_there()?
         {
             return Ok(None);
         }
-        let stamp = ImageStamp { sequence: 0, scan: image.scan, saved_ms: image.now_ms, flags };
+        let stamp = ImageStamp {
+            sequence: 0,
+            scan: image.scan,
+            saved_ms: image.now_ms,
+            flags,
+            scanned_ms: image.scanned_ms,
+        };
         let mut slots = match self.slots.take() {
             Some(slots) if slots.takes(self.gathered.len()) => slots,
             Some(slots) => self.grow(slots, image.now_ms)?,

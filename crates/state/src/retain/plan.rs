@@ -16,7 +16,7 @@ use super::content::{
 };
 use super::limits::RetainedLimits;
 use super::owners::{RetainedShifts, SensaphonePreset, owners, preset, terminated};
-use rungd_engine::isa::{Address, Space, Structure, Word};
+use rungd_engine::isa::{Address, Space, Structure, Word, WordSpace, status};
 use rungd_engine::{BitCell, Cell, Layout, WordCell};
 use rungd_language::lower::Symbols;
 use rungd_language::resolve::program::{Program, TagMeaning};
@@ -34,7 +34,13 @@ pub struct RetainPlan {
     owners: HashMap<RetainedElement, String>,
     shifts: RetainedShifts,
     preamble: Preamble,
+    /// Whether the program names `$DownSeconds`.
+    names_down_seconds: bool,
 }
+
+/// The greatest age of an image whose content does not change, if the program names
+/// `$DownSeconds`. The images in between are not written, to spare the disk.
+const AGE_MAX_MS: u64 = 60_000;
 
 /// The effect of restoring an image.
 #[derive(Clone, Debug, Default)]
@@ -93,7 +99,19 @@ impl RetainPlan {
         let owners = owners.into_iter().map(|owner| (owner.element, owner.text)).collect();
         let limits = RetainedLimits::new(program, symbols, element_of);
         let layout = symbols.layout.clone();
-        RetainPlan { layout, limits, runs, tags, placed, owners, shifts, preamble }
+        let down_seconds = Address::Word(Word::Space(WordSpace::Dst, status::dst::DOWN_SECONDS));
+        let names_down_seconds = program.operands.iter().any(|named| named.address == down_seconds);
+        RetainPlan {
+            layout,
+            limits,
+            runs,
+            tags,
+            placed,
+            owners,
+            shifts,
+            preamble,
+            names_down_seconds,
+        }
     }
 
     /// The retained ranges in order, then the tags without an address: `C0..C7 D100 shift`.
@@ -133,6 +151,12 @@ impl RetainPlan {
     pub fn content_bytes(&self) -> usize {
         let values = self.runs.iter().map(|run| value_bytes(run.space) * run.count as usize);
         self.preamble.len() + values.sum::<usize>()
+    }
+
+    /// Whether an image is due although its content is the durable one, because the scan of that
+    /// one was so long before. The image after the passes of a stop is always that of its scan.
+    pub fn outdates(&self, age_ms: u64, is_final: bool) -> bool {
+        self.names_down_seconds && age_ms >= if is_final { 1 } else { AGE_MAX_MS }
     }
 
     /// Writes the content for an image to a buffer.

@@ -120,7 +120,7 @@ mod tests {
 
     #[test]
     fn an_image_is_shown_with_or_without_an_orderly_stop() {
-        let stamp = ImageStamp { sequence: 3, scan: 9, saved_ms: 0, flags: 0 };
+        let stamp = ImageStamp { sequence: 3, scan: 9, saved_ms: 0, flags: 0, scanned_ms: 0 };
         let said = |flags| slot_text(&Ok(ImageStamp { flags, ..stamp }));
         let when = "1970-01-01 00:00:00 UTC";
         assert_eq!(said(0), format!("image 3 of scan 9, without an orderly stop, {when}"));

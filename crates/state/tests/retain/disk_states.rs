@@ -38,7 +38,7 @@ fn image(scan: u64, bytes: usize) -> Vec<u8> {
 }
 
 fn stamp(scan: u64) -> ImageStamp {
-    ImageStamp { sequence: 0, scan, saved_ms: 7, flags: 0 }
+    ImageStamp { sequence: 0, scan, saved_ms: 7, flags: 0, scanned_ms: 0 }
 }
 
 fn geometry(content: usize) -> Geometry {

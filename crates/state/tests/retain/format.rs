@@ -89,7 +89,9 @@ fn the_reader_of_the_page_reads_a_file_of_rungd() {
     let disk = disk::Handle::new(512, geometry.file_bytes() as usize);
     let mut slots = Slots::format(disk.clone(), geometry).unwrap();
     for scan in [5, 6, 9, 12, 40] {
-        slots.save(ImageStamp { sequence: 0, scan, saved_ms: 0, flags: 0 }, &content).unwrap();
+        slots
+            .save(ImageStamp { sequence: 0, scan, saved_ms: 0, flags: 0, scanned_ms: 0 }, &content)
+            .unwrap();
     }
     let mut bytes = disk.0.borrow().durable.clone();
     // Damage the first copy of the header and the second newest image.
@@ -117,7 +119,7 @@ fn three_images() -> (disk::Handle, Geometry) {
 }
 
 fn stamp(sequence: u64, scan: u64) -> ImageStamp {
-    ImageStamp { sequence, scan, saved_ms: 0, flags: 0 }
+    ImageStamp { sequence, scan, saved_ms: 0, flags: 0, scanned_ms: 0 }
 }
 
 /// A whole image.
