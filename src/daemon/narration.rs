@@ -11,7 +11,7 @@ use rungd_engine::isa::{BlockId, StageId};
 use rungd_engine::{BlockEvent, Cell, Element};
 use rungd_language::lower::{Alarm, Symbols};
 use rungd_language::resolve::name_book::{BlockName, NameBook};
-use rungd_language::resolve::program::{Block, BlockKind, Program};
+use rungd_language::resolve::program::{Block, Program};
 use rungd_language::source::wording::is_obeyed;
 use rungd_runtime::WatchedCells;
 use rungd_runtime::events::{self, Event};
@@ -298,8 +298,7 @@ impl Narration {
         let Some(BlockName { kind, name }) = self.names.blocks.get(id.0 as usize) else {
             return ElementTitle { kind: "?", name: "?", is_news: true };
         };
-        let title = if *kind == BlockKind::Program { "Program" } else { "Task" };
-        ElementTitle { kind: title, name, is_news: !kind.is_built_in() }
+        ElementTitle { kind: kind.title(), name, is_news: !kind.is_built_in() }
     }
 
     /// The tags of watched bits and words. A bit's entry also contains `alarm` or `change`, since

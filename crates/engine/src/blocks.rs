@@ -1,4 +1,5 @@
-//! Executes the turns of Programs, Tasks and Stages, and the instructions that start and stop them.
+//! Executes the turns of Programs, Tasks and Stages, the subroutines that they call, and the
+//! instructions that start and stop them.
 //!
 //! Called by `scan`; `machine` has the states. Behaviour: `docs/semantics.md`, section 4. A stop
 //! only *marks* an element: the termination pass runs at the element's next turn, which may still
@@ -6,7 +7,7 @@
 
 use std::ops::Range;
 
-use super::control::{ControlKind, RestartState, StageList};
+use super::control::{AfterControl, ControlKind, RestartState, StageList};
 use super::events::{BlockEvent, Element, MathEvent};
 use super::eye::{ScanObserver, ScanStep};
 use super::machine::Machine;
@@ -31,6 +32,7 @@ impl Machine {
                 }
                 BlockRole::Task => self.turn_task::<R>(id, eye),
                 BlockRole::FirstScan | BlockRole::LastScan => self.run_once::<R>(id, eye),
+                BlockRole::Subroutine => unreachable!("a subroutine has no turn"),
             }
         }
         eye.after(ScanStep::Turn(id), &self.memory.image);
@@ -124,8 +126,7 @@ impl Machine {
         element: ElementId,
         eye: &mut impl ScanObserver,
     ) -> bool {
-        let seen =
-            ScanStep::Element(element.stage.map_or(Element::Block(element.block), Element::Stage));
+        let seen = ScanStep::Element(Element::from(element));
         eye.before(seen, &self.memory.image);
         // Many Programs have no rungs outside of their Stages.
         let goes_on = batches.is_empty() || self.execute_all::<R>(batches, element, eye);
@@ -155,12 +156,14 @@ impl Machine {
                 let in_columns = batch.kind == OpKind::Columns;
                 self.calculate::<R>(places, in_columns, maths_told);
             } else {
-                let goes_on = self.control_all(places, element);
-                maths_told = self.events.maths().len();
-                if !goes_on {
+                let after = self.control_all(places, element);
+                if after != AfterControl::Continue
+                    && let Some(continues) = self.follow::<R>(after, element, eye)
+                {
                     eye.after(ScanStep::Batch(at), &self.memory.image);
-                    return false;
+                    return continues;
                 }
+                maths_told = self.events.maths().len();
             }
             eye.after(ScanStep::Batch(at), &self.memory.image);
             at = eye.next(at + 1..batches.end);
@@ -168,19 +171,66 @@ impl Machine {
         true
     }
 
-    /// Executes a batch of control instructions; returns `false` if an instruction ended the
-    /// block's execution.
+    /// Executes a subroutine, or ends an execution: `Some` with whether the block's continues.
+    #[cold]
+    fn follow<R: Reach>(
+        &mut self,
+        after: AfterControl,
+        element: ElementId,
+        eye: &mut impl ScanObserver,
+    ) -> Option<bool> {
+        match after {
+            AfterControl::Continue => None,
+            AfterControl::Return => Some(true),
+            AfterControl::EndBlock => Some(false),
+            AfterControl::Call(subroutine) => {
+                let continues = self.call::<R>(subroutine, element, eye);
+                (!continues).then_some(false)
+            }
+        }
+    }
+
+    /// Executes a subroutine in the turn of an element; returns `false` if an instruction ended the
+    /// block's execution. Until its pass, its `.Running`, which no ladder can name, is ON: a reload
+    /// reports it. Behaviour: `docs/semantics.md`, *Subroutines*.
+    fn call<R: Reach>(
+        &mut self,
+        subroutine: u32,
+        element: ElementId,
+        eye: &mut impl ScanObserver,
+    ) -> bool {
+        let id = self.program.subroutines[subroutine as usize];
+        self.callers[subroutine as usize] = Some(Element::from(element));
+        self.put_bit(Bit::Running(id), self.program.block(id).own.has_rungs);
+        let code = &self.program.blocks[id.0 as usize].own;
+        let state = &mut self.blocks[id.0 as usize];
+        state.executed |= code.has_rungs;
+        let elapsed_before = self.memory.elapsed_ms;
+        self.memory.elapsed_ms = elapsed_ms(&mut state.executed_ms, self.now_ns);
+        let (batches, seen) = (code.batches.clone(), ScanStep::Element(Element::Block(id)));
+        eye.before(seen, &self.memory.image);
+        let continues = self.execute_all::<R>(batches, element, eye);
+        eye.after(seen, &self.memory.image);
+        self.memory.elapsed_ms = elapsed_before;
+        continues
+    }
+
+    /// Executes a batch of control instructions, up to one after which something else follows than
+    /// the next operation.
     #[inline(always)]
-    fn control_all(&mut self, at: Range<usize>, element: ElementId) -> bool {
+    fn control_all(&mut self, at: Range<usize>, element: ElementId) -> AfterControl {
         for at in at {
             let control = &self.program.tables.ops.control[at];
             let on = self.memory.image.power(control.leg);
             // Few of a scan's control instructions have something to do.
-            if (on || control.kind.acts_while_off()) && !self.control(at, on, element) {
-                return false;
+            if on || control.kind.acts_while_off() {
+                let after = self.control(at, on, element);
+                if after != AfterControl::Continue {
+                    return after;
+                }
             }
         }
-        true
+        AfterControl::Continue
     }
 
     /// Executes a batch of MATHs. Their mishaps are inserted in the order of their rungs, behind
@@ -197,10 +247,10 @@ impl Machine {
         }
     }
 
-    /// Executes a control instruction that acts with this power of its rung; returns `false` if it
-    /// ended its block's execution.
+    /// Executes a control instruction that acts with this power of its rung, in the turn of an
+    /// element.
     #[inline(never)]
-    fn control(&mut self, at: usize, on: bool, element: ElementId) -> bool {
+    fn control(&mut self, at: usize, on: bool, element: ElementId) -> AfterControl {
         match self.program.tables.ops.control[at].kind {
             ControlKind::Restart(restart) => return self.restart(restart, on, element),
             ControlKind::EnableOnce { task, history } => self.enable_once(task, history, on),
@@ -213,28 +263,44 @@ impl Machine {
             ControlKind::Run(program) => self.start_program(program),
             ControlKind::Halt(block) => {
                 self.halt(block);
-                return block != element.block;
+                return AfterControl::end_block_if(block == element.block);
             }
             ControlKind::Exit => {
                 self.halt(element.block);
-                return false;
+                return AfterControl::EndBlock;
             }
             ControlKind::StageOn(stage) => self.switch_stage(stage, true),
             ControlKind::StageOff(stage) => self.leave_stage(stage),
             ControlKind::Stop => self.stop_requested = true,
             ControlKind::Jump(targets) => self.jump(targets, element),
             ControlKind::Converge { from, to } => self.converge(from, to),
+            ControlKind::Call(subroutine) => return AfterControl::Call(subroutine),
+            ControlKind::Return { missed_ms } => return self.return_if(on, missed_ms),
         }
-        true
+        AfterControl::Continue
     }
 
-    fn restart(&mut self, restart: RestartState, on: bool, element: ElementId) -> bool {
+    /// RETURN. The timers behind it have the same time: that since the subroutine's last execution
+    /// that reached them.
+    fn return_if(&mut self, on: bool, missed_ms: u32) -> AfterControl {
+        let missed_ms = &mut self.memory.image.words[missed_ms as usize];
+        let elapsed_ms = self.memory.elapsed_ms.saturating_add(*missed_ms);
+        if on {
+            *missed_ms = elapsed_ms;
+            return AfterControl::Return;
+        }
+        *missed_ms = 0;
+        self.memory.elapsed_ms = elapsed_ms;
+        AfterControl::Continue
+    }
+
+    fn restart(&mut self, restart: RestartState, on: bool, element: ElementId) -> AfterControl {
         if !self.rises(restart.history, on) {
-            return true;
+            return AfterControl::Continue;
         }
         self.halt(restart.program);
         self.start_program(restart.program);
-        restart.program != element.block
+        AfterControl::end_block_if(restart.program == element.block)
     }
 
     fn enable_once(&mut self, task: BlockId, history: u32, on: bool) {

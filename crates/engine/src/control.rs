@@ -1,4 +1,5 @@
-//! Control instructions as data: they start, stop and switch blocks and Stages. `blocks` executes
+//! Control instructions as data: they start, stop and switch blocks and Stages, and call
+//! subroutines. `blocks` executes
 //! them.
 //!
 //! The scheduler in `lower` moves no operation past a control operation, because a control
@@ -73,17 +74,25 @@ pub enum ControlKind {
     },
     /// STOP: the next scan is the last.
     Stop,
+    /// CALL of a subroutine, by its index in the program's `subroutines`.
+    Call(u32),
+    /// RETURN: ends the subroutine's execution.
+    Return {
+        /// A private word: the time, in ms, that the timers behind have missed.
+        missed_ms: u32,
+    },
 }
 
 impl ControlKind {
-    /// Whether it also acts while its rung is OFF: it stores its edge's history, or disables its
-    /// Task.
+    /// Whether it also acts while its rung is OFF: it stores its edge's history, disables its Task,
+    /// or gives the timers behind it the time that they have missed.
     #[inline(always)]
     pub(super) fn acts_while_off(&self) -> bool {
         match self {
             ControlKind::Restart(_)
             | ControlKind::EnableOnce { .. }
-            | ControlKind::EnableEvery { .. } => true,
+            | ControlKind::EnableEvery { .. }
+            | ControlKind::Return { .. } => true,
             ControlKind::Run(_)
             | ControlKind::Halt(_)
             | ControlKind::Exit
@@ -91,7 +100,8 @@ impl ControlKind {
             | ControlKind::StageOn(_)
             | ControlKind::StageOff(_)
             | ControlKind::Converge { .. }
-            | ControlKind::Stop => false,
+            | ControlKind::Stop
+            | ControlKind::Call(_) => false,
         }
     }
 }
@@ -102,4 +112,24 @@ impl ControlKind {
 pub struct RestartState {
     pub program: BlockId,
     pub history: u32,
+}
+
+/// What follows a control instruction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum AfterControl {
+    /// The next operation.
+    Continue,
+    /// The end of the subroutine's execution.
+    Return,
+    /// The execution of a subroutine, by its index in the program's `subroutines`.
+    Call(u32),
+    /// The end of the block's execution.
+    EndBlock,
+}
+
+impl AfterControl {
+    /// The end of the block's execution, or the next operation.
+    pub fn end_block_if(ends: bool) -> AfterControl {
+        if ends { AfterControl::EndBlock } else { AfterControl::Continue }
+    }
 }

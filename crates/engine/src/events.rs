@@ -2,15 +2,21 @@
 //! cleared at every scan.
 
 use super::mishap::Mishaps;
-use crate::isa::{BlockId, StageId};
+use crate::isa::{BlockId, ElementId, StageId};
 
 /// A part of the program that executes and terminates as a whole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Element {
-    /// A block's own rungs.
+    /// A block's own rungs, or a subroutine.
     Block(BlockId),
     /// A Stage.
     Stage(StageId),
+}
+
+impl From<ElementId> for Element {
+    fn from(element: ElementId) -> Element {
+        element.stage.map_or(Element::Block(element.block), Element::Stage)
+    }
 }
 
 /// One event of a block or Stage.

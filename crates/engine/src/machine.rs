@@ -81,6 +81,8 @@ pub(super) struct Machine {
     pub calculator: Calculator,
     pub blocks: Box<[BlockState]>,
     pub stages: Box<[StageState]>,
+    /// By subroutine: the element whose turn it was at its last execution.
+    pub callers: Box<[Option<Element>]>,
     pub events: Events,
     pub now_ns: u64,
     pub stop_requested: bool,

@@ -19,7 +19,7 @@ pub(super) struct Memory {
     pub image: Image,
     /// Whole ms since the previous execution of the element that now executes. All timers of an
     /// element share it: an execution that was cut short is followed by a pass before the next
-    /// execution.
+    /// execution, and RETURN keeps the time for the timers behind it.
     pub elapsed_ms: i32,
 }
 

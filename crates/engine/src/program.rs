@@ -92,6 +92,8 @@ pub enum BlockRole {
     BottomOfScan,
     /// Built-in: once, in the last scan.
     LastScan,
+    /// A subroutine, which has no turn: CALL executes it.
+    Subroutine,
 }
 
 /// A block.
@@ -125,8 +127,11 @@ pub struct EngineProgram {
     pub blocks: Vec<BlockCode>,
     /// Stages, by `StageId`.
     pub stages: Vec<ElementCode>,
-    /// The order of the turns: built-in tasks at their places, all other blocks once.
+    /// The order of the turns: built-in tasks at their places, all other blocks but subroutines
+    /// once.
     pub order: Vec<BlockId>,
+    /// The subroutines, in file order.
+    pub subroutines: Vec<BlockId>,
 }
 
 impl EngineProgram {

@@ -4,7 +4,7 @@
 //! caller passes the timestamp, the inputs and the queued writes, and reads the image afterwards.
 //! Steps 8 and 9 (publishing images, outputs and statistics) are the caller's work.
 
-use super::events::{BlockEvent, Events, MathEvent};
+use super::events::{BlockEvent, Element, Events, MathEvent};
 use super::eye::{NoObserver, ScanObserver, ScanStep};
 use super::image::{BitCell, Image, WordCell};
 use super::layout::Cell;
@@ -61,6 +61,7 @@ impl Engine {
         let machine = Machine {
             blocks: vec![BlockState::default(); program.blocks.len()].into(),
             stages: vec![StageState::default(); program.stages.len()].into(),
+            callers: vec![None; program.subroutines.len()].into(),
             events: Events::new(),
             now_ns: 0,
             stop_requested: false,
@@ -87,7 +88,7 @@ impl Engine {
             let id = machine.program.order[at];
             let starts = match machine.program.block(id).role {
                 BlockRole::Program { autostart } => autostart,
-                BlockRole::Task | BlockRole::LastScan => false,
+                BlockRole::Task | BlockRole::LastScan | BlockRole::Subroutine => false,
                 BlockRole::FirstScan | BlockRole::TopOfScan | BlockRole::BottomOfScan => true,
             };
             if starts {
@@ -246,6 +247,7 @@ impl Engine {
             self.machine.pass_block::<R>(id, eye);
             eye.after(ScanStep::Turn(id), &self.machine.memory.image);
         }
+        self.machine.pass_subroutines::<R>(None, eye);
         for at in 0..self.machine.blocks.len() {
             self.machine.halt(BlockId(at as u32));
             let state = &mut self.machine.blocks[at];
@@ -272,13 +274,14 @@ impl Engine {
     /// Terminates everything with termination logic. Call before the first scan, if the restored
     /// memory was saved without a termination pass.
     pub fn terminate_all(&mut self) {
-        let Machine { program, blocks, stages, .. } = &mut self.machine;
+        let Machine { program, blocks, stages, callers, .. } = &mut self.machine;
         for (state, code) in blocks.iter_mut().zip(&program.blocks) {
             state.executed = code.own.has_rungs;
         }
         for (state, code) in stages.iter_mut().zip(&program.stages) {
             state.executed = code.has_rungs;
         }
+        callers.fill(None);
         self.terminate();
         self.machine.events.clear();
     }
@@ -343,6 +346,12 @@ impl Engine {
     /// The cell of input `Xn`.
     pub fn input_cell(&self, n: u32) -> BitCell {
         self.machine.program.layout.bit(Bit::Space(BitSpace::X, n))
+    }
+
+    /// The element in whose turn a subroutine was executed last.
+    pub fn caller(&self, subroutine: BlockId) -> Option<Element> {
+        let at = self.machine.program.subroutines.iter().position(|id| *id == subroutine)?;
+        self.machine.callers[at]
     }
 
     /// The program.

@@ -7,8 +7,9 @@
 //!
 //! A slice keeps every operation that writes a known cell. The bits of the operation's block and
 //! Stage decide whether it executes, so these bits are then known too. Turns and passes execute in
-//! every slice; if one of them writes a known cell, the bits of its block are known too. STOP is
-//! always kept. The status bits of mishaps that a kept MATH can turn ON do not become known by
+//! every slice; if one of them writes a known cell, the bits of its block are known too. The CALLs
+//! and RETURNs of a subroutine decide whether its operations execute: they are kept with them. STOP
+//! is always kept. The status bits of mishaps that a kept MATH can turn ON do not become known by
 //! that, so they are no reason to keep other MATHs.
 //!
 //! A slice also has its [`SliceCells`]: if the last execution of an operation changed nothing, and
@@ -179,6 +180,8 @@ struct SliceSearch<'p> {
     /// The element of each step: batches, then passes, then turns.
     elements: Vec<ElementId>,
     kept: Vec<bool>,
+    /// By subroutine: the batches of its CALLs and RETURNs, until it has a kept step.
+    calls: NumberMap<u32, Vec<u32>>,
     /// Whether each cell is known.
     known: Vec<bool>,
     /// Known cells whose writers are not kept yet.
@@ -198,6 +201,7 @@ impl<'p> SliceSearch<'p> {
             wide: Vec::new(),
             elements: vec![nobody; steps],
             kept: vec![false; steps],
+            calls: NumberMap::default(),
             known: vec![false; cells],
             todo: Vec::new(),
         };
@@ -239,17 +243,40 @@ impl<'p> SliceSearch<'p> {
                 self.writers.entry(number).or_default().push(step);
             }
         }
+        if let SliceStep::Batch(at) = step {
+            self.enter_call(at, element);
+        }
         if self.stops(step) {
             self.keep(step);
         }
     }
 
+    /// Notes a CALL for its subroutine, and a RETURN for its own.
+    fn enter_call(&mut self, batch: u32, element: ElementId) {
+        for kind in self.control_kinds(batch) {
+            let subroutine = if let ControlKind::Call(at) = kind {
+                self.program.subroutines[at as usize]
+            } else if let ControlKind::Return { .. } = kind {
+                element.block
+            } else {
+                continue;
+            };
+            self.calls.entry(subroutine.0).or_default().push(batch);
+        }
+    }
+
+    /// The control instructions of a batch.
+    fn control_kinds(&self, batch: u32) -> impl Iterator<Item = ControlKind> + use<'p> {
+        let tables = &self.program.tables;
+        let batch = tables.batches[batch as usize];
+        let count = if batch.kind == OpKind::Control { batch.count } else { 0 };
+        let all = tables.ops.control.iter().skip(batch.first as usize).take(count as usize);
+        all.map(|control| control.kind)
+    }
+
     fn stops(&self, step: SliceStep) -> bool {
         let SliceStep::Batch(at) = step else { return false };
-        let batch = self.program.tables.batches[at as usize];
-        let all = batch.first as usize..(batch.first + batch.count) as usize;
-        let stops = |control: &Control| matches!(control.kind, ControlKind::Stop);
-        batch.kind == OpKind::Control && self.program.tables.ops.control[all].iter().any(stops)
+        self.control_kinds(at).any(|kind| matches!(kind, ControlKind::Stop))
     }
 
     /// Makes a cell known; for a member of a structure, the whole structure.
@@ -351,6 +378,8 @@ impl<'p> SliceSearch<'p> {
             self.add(Cell::Bit(self.program.layout.bit(bit)));
         }
         cells(&read).chain(cells(&written)).for_each(|cell| self.add(cell));
+        let calls = self.calls.remove(&block.0);
+        calls.into_iter().flatten().for_each(|at| self.keep(SliceStep::Batch(at)));
     }
 
     /// The cells that a step reads, and the cells that it writes.
@@ -400,7 +429,9 @@ impl<'p> SliceSearch<'p> {
             | ControlKind::StageOn(_)
             | ControlKind::StageOff(_)
             | ControlKind::Converge { .. }
-            | ControlKind::Stop => {}
+            | ControlKind::Stop
+            | ControlKind::Call(_) => {}
+            ControlKind::Return { missed_ms } => touches.words_written.push(missed_ms),
         }
     }
 

@@ -7,6 +7,7 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
+use super::events::Element;
 use super::image::{BitCell, WordCell};
 use super::layout::Cell;
 use super::machine::{BlockState, StageState};
@@ -28,6 +29,8 @@ pub struct EngineState {
     pub(super) forces: u32,
     pub(super) blocks: Box<[BlockState]>,
     pub(super) stages: Box<[StageState]>,
+    /// By subroutine: the element that executed it last.
+    pub(super) callers: Box<[Option<Element>]>,
     /// The timestamp of the last scan.
     pub(super) now_ns: u64,
     /// When RUN began.
@@ -53,6 +56,7 @@ impl EngineState {
             forces: image.forces(),
             blocks: machine.blocks.clone(),
             stages: machine.stages.clone(),
+            callers: machine.callers.clone(),
             now_ns: machine.now_ns,
             start_ns: engine.start_ns,
             scans: engine.scans,
@@ -74,6 +78,7 @@ impl EngineState {
         self.forces = image.forces();
         self.blocks.copy_from_slice(&machine.blocks);
         self.stages.copy_from_slice(&machine.stages);
+        self.callers.copy_from_slice(&machine.callers);
         (self.now_ns, self.stop_requested) = (machine.now_ns, machine.stop_requested);
         (self.start_ns, self.scans, self.last) = (engine.start_ns, engine.scans, engine.last);
         self.absent_words.clone_from(&engine.absent_words);
@@ -95,12 +100,13 @@ impl EngineState {
         Cow::Owned(state)
     }
 
-    /// Whether its numbers of bits, words, blocks and Stages are those of a program.
+    /// Whether its numbers of bits, words, blocks, Stages and subroutines are those of a program.
     pub fn fits(&self, program: &EngineProgram) -> bool {
         self.bits.len() == program.bit_count as usize
             && self.words.len() == program.word_count as usize
             && self.blocks.len() == program.blocks.len()
             && self.stages.len() == program.stages.len()
+            && self.callers.len() == program.subroutines.len()
     }
 
     /// A bit (0 or 1) or a word.
@@ -156,6 +162,7 @@ impl Engine {
         image.put_forced(state.forces, &state.forced_bits, &state.forced_words);
         machine.blocks.copy_from_slice(&state.blocks);
         machine.stages.copy_from_slice(&state.stages);
+        machine.callers.copy_from_slice(&state.callers);
         (machine.now_ns, machine.stop_requested) = (state.now_ns, state.stop_requested);
         machine.events.clear();
         (self.start_ns, self.scans, self.last) = (state.start_ns, state.scans, state.last);

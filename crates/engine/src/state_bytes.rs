@@ -4,9 +4,11 @@
 //! outside never cause a panic: [`EngineState::read`] refuses bytes that cannot be a state of any
 //! program; `state_check` refuses a state that cannot be one of a given program.
 
+use super::events::Element;
 use super::machine::{BlockState, StageState};
 use super::state::EngineState;
 use super::state_check::{INTERVAL_MAX_NS, TIME_END_NS};
+use crate::isa::{BlockId, StageId};
 use rungd_base::byte_source::ByteSource;
 
 impl EngineState {
@@ -41,6 +43,15 @@ impl EngineState {
             out.push(flags([stage.pass_due, stage.executed]));
             out.extend(stage.executed_ms.to_le_bytes());
         }
+        for caller in &self.callers {
+            let (kind, number) = match caller {
+                None => (0, 0),
+                Some(Element::Block(BlockId(at))) => (1, *at),
+                Some(Element::Stage(StageId(at))) => (2, *at),
+            };
+            out.push(kind);
+            out.extend(number.to_le_bytes());
+        }
     }
 
     /// Reads a state that takes all of `bytes`; `None`: these bytes are no state.
@@ -59,6 +70,7 @@ impl EngineState {
             forces: bits_forced.checked_add(words_forced)?,
             blocks: bytes.list(ByteSource::block)?,
             stages: bytes.list(ByteSource::stage)?,
+            callers: bytes.callers()?,
             bits,
             words,
             forced_bits,
@@ -107,6 +119,9 @@ trait StateSource: Sized {
     fn block(&mut self) -> Option<BlockState>;
 
     fn stage(&mut self) -> Option<StageState>;
+
+    /// The element that executed each subroutine last, up to the end.
+    fn callers(&mut self) -> Option<Box<[Option<Element>]>>;
 }
 
 impl StateSource for ByteSource<'_> {
@@ -159,5 +174,18 @@ impl StateSource for ByteSource<'_> {
     fn stage(&mut self) -> Option<StageState> {
         let [pass_due, executed] = self.flags()?;
         Some(StageState { pass_due, executed, executed_ms: self.time_ms()? })
+    }
+
+    fn callers(&mut self) -> Option<Box<[Option<Element>]>> {
+        let mut callers = Vec::new();
+        while !self.0.is_empty() {
+            callers.push(match (self.byte()?, self.u32()?) {
+                (0, 0) => None,
+                (1, at) => Some(Element::Block(BlockId(at))),
+                (2, at) => Some(Element::Stage(StageId(at))),
+                _ => return None,
+            });
+        }
+        Some(callers.into())
     }
 }

@@ -8,9 +8,10 @@
 use std::ops::Range;
 
 use super::call::EngineCall;
+use super::events::Element;
 use super::image::{BitCell, WordCell};
 use super::layout::{Cell, Layout};
-use super::program::EngineProgram;
+use super::program::{BlockRole, EngineProgram};
 use super::state::EngineState;
 use crate::isa::space::SENSAPHONE_COUNT;
 use crate::isa::{Structure, Word, WordSpace};
@@ -31,6 +32,7 @@ impl EngineState {
         let constants =
             program.initial_words.iter().filter(|(cell, _)| cell.0 as usize >= public.1);
         self.fits(program)
+            && self.callers.iter().flatten().all(|element| program.has_turn(*element))
             && !self.forced_bits[public.0..].contains(&true)
             && !self.forced_words[public.1..].contains(&true)
             && constants.clone().all(|(cell, value)| self.words[cell.0 as usize] == *value)
@@ -42,6 +44,17 @@ impl EngineState {
 }
 
 impl EngineProgram {
+    /// Whether an element can have a turn.
+    fn has_turn(&self, element: Element) -> bool {
+        match element {
+            Element::Block(id) => {
+                let block = self.blocks.get(id.0 as usize);
+                block.is_some_and(|block| block.role != BlockRole::Subroutine)
+            }
+            Element::Stage(id) => (id.0 as usize) < self.stages.len(),
+        }
+    }
+
     /// Whether the scan thread could make this call: for a public cell, with a value in its range.
     pub fn has(&self, call: EngineCall) -> bool {
         let (cell, value) = match call {

@@ -1,7 +1,8 @@
 //! The termination pass over an element. Called by `blocks`, `scan` and `transfer`.
 //!
-//! Behaviour: `docs/semantics.md`, section 4, the table of the pass. An element has a pass only if
-//! at least one of its rungs executed since its last pass.
+//! Behaviour: `docs/semantics.md`, section 4, the table of the pass, and *Subroutines*. An element
+//! has a pass only if at least one of its rungs executed since its last pass; it covers the
+//! subroutines that the element executed.
 
 use super::events::Element;
 use super::eye::{ScanObserver, ScanStep};
@@ -9,7 +10,7 @@ use super::machine::Machine;
 use super::program::{ElementCode, PassStep};
 use super::reach::Reach;
 use super::role::{BitOwn, BitWritten};
-use crate::isa::{BlockId, StageId};
+use crate::isa::{Bit, BlockId, StageId};
 
 impl Machine {
     /// A block's pass: over its own rungs, then over the Stages that executed; then turns its
@@ -18,6 +19,7 @@ impl Machine {
         if std::mem::take(&mut self.blocks[id.0 as usize].executed) {
             let code = self.program.block(id).own.clone();
             self.pass::<R>(&code, eye);
+            self.pass_subroutines::<R>(Some(Element::Block(id)), eye);
             self.terminated(Element::Block(id));
         }
         for stage in self.program.stages_of(id) {
@@ -34,7 +36,32 @@ impl Machine {
         if std::mem::take(&mut self.stages[stage.0 as usize].executed) {
             let code = self.program.stages[stage.0 as usize].clone();
             self.pass::<R>(&code, eye);
+            self.pass_subroutines::<R>(Some(Element::Stage(stage)), eye);
             self.terminated(Element::Stage(stage));
+        }
+    }
+
+    /// The passes of the subroutines that an element executed, in file order; `None`: of those that
+    /// no element has executed, after memory was restored.
+    pub fn pass_subroutines<R: Reach>(
+        &mut self,
+        caller: Option<Element>,
+        eye: &mut impl ScanObserver,
+    ) {
+        for at in 0..self.callers.len() {
+            if self.callers[at] == caller {
+                self.pass_subroutine::<R>(at, eye);
+            }
+        }
+    }
+
+    /// The pass of a subroutine, by its index, if it executed since its last pass.
+    pub fn pass_subroutine<R: Reach>(&mut self, at: usize, eye: &mut impl ScanObserver) {
+        let id = self.program.subroutines[at];
+        if std::mem::take(&mut self.state(id).executed) {
+            self.put_bit(Bit::Running(id), false);
+            let code = self.program.block(id).own.clone();
+            self.pass::<R>(&code, eye);
         }
     }
 

@@ -62,6 +62,8 @@ pub struct Transfer {
     pub blocks: Vec<(BlockId, BlockId)>,
     /// Stages in both programs: old and new number.
     pub stages: Vec<(StageId, StageId)>,
+    /// Subroutines in both programs: their indices in the old and the new list of subroutines.
+    pub subroutines: Vec<(u32, u32)>,
     /// New blocks that run from the start.
     pub starting: Vec<BlockId>,
     /// Tasks with a changed interval: the Task's new number, and the new word of the interval.
@@ -117,6 +119,20 @@ impl Transfer {
     pub fn memory(old: &Layout, new: &Layout) -> Transfer {
         let (bits, words) = (old.shared_bits(new), old.shared_words(new));
         Transfer { bits, words, ..Transfer::default() }
+    }
+
+    /// The new element for an element of the old program.
+    fn element(&self, old: Element) -> Option<Element> {
+        match old {
+            Element::Block(id) => {
+                let kept = self.blocks.iter().find(|(from, _)| *from == id);
+                kept.map(|(_, to)| Element::Block(*to))
+            }
+            Element::Stage(id) => {
+                let kept = self.stages.iter().find(|(from, _)| *from == id);
+                kept.map(|(_, to)| Element::Stage(*to))
+            }
+        }
     }
 
     /// The new cell of a public cell of the old program.
@@ -230,6 +246,12 @@ impl Engine {
         for block in &transfer.gone_blocks {
             self.machine.pass_block::<ForcedReach>(*block, &mut NoObserver);
         }
+        for (at, _) in &transfer.subroutines {
+            let caller = self.machine.callers[*at as usize];
+            if caller.is_some_and(|caller| transfer.element(caller).is_none()) {
+                self.machine.pass_subroutine::<ForcedReach>(*at as usize, &mut NoObserver);
+            }
+        }
         for (element, at) in &transfer.gone {
             let executed = match element {
                 Element::Block(id) => self.machine.blocks[id.0 as usize].executed,
@@ -281,6 +303,10 @@ impl Engine {
         for (from, to) in &transfer.stages {
             new.stages[to.0 as usize] = old.stages[from.0 as usize];
             new.stages[to.0 as usize].count_from(now_ms);
+        }
+        for (from, to) in &transfer.subroutines {
+            let caller = old.callers[*from as usize];
+            new.callers[*to as usize] = caller.and_then(|caller| transfer.element(caller));
         }
         for (task, word) in &transfer.intervals {
             let every_ms = new.memory.image.words[*word as usize];

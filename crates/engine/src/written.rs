@@ -136,7 +136,8 @@ impl EngineProgram {
                 from.iter().for_each(|from| written.bit(stage(*from)));
                 written.bit(stage(to));
             }
-            ControlKind::Stop => {}
+            // The operations of a subroutine are steps of their own.
+            ControlKind::Stop | ControlKind::Call(_) | ControlKind::Return { .. } => {}
         }
     }
 

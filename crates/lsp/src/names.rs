@@ -77,8 +77,16 @@ pub(super) struct ProjectNames {
 }
 
 /// The kinds of tables that contain other declarations and are declared by their `name`.
-const HOLDERS: [&str; 7] =
-    ["program", "task", "template", "program.stage", "template.stage", "device", "scenario"];
+const HOLDERS: [&str; 8] = [
+    "program",
+    "task",
+    "subroutine",
+    "template",
+    "program.stage",
+    "template.stage",
+    "device",
+    "scenario",
+];
 
 impl ProjectNames {
     /// The names of the files of a project.
@@ -185,6 +193,7 @@ impl ProjectNames {
                 DeclaredKind::Tag
                 | DeclaredKind::Program
                 | DeclaredKind::Task
+                | DeclaredKind::Subroutine
                 | DeclaredKind::Use
                 | DeclaredKind::Device,
                 _,
@@ -265,7 +274,11 @@ impl ProjectNames {
             }
             FileWordRole::Block => {
                 let is_block = |at: &usize| {
-                    matches!(self.all[*at].kind, DeclaredKind::Program | DeclaredKind::Task)
+                    let kind = self.all[*at].kind;
+                    matches!(
+                        kind,
+                        DeclaredKind::Program | DeclaredKind::Task | DeclaredKind::Subroutine
+                    )
                 };
                 known(self.global(text).filter(is_block))
             }
@@ -333,6 +346,7 @@ pub(super) fn is_of_key(kind: DeclaredKind) -> bool {
         DeclaredKind::Tag | DeclaredKind::OwnTag | DeclaredKind::Parameter => true,
         DeclaredKind::Program
         | DeclaredKind::Task
+        | DeclaredKind::Subroutine
         | DeclaredKind::Stage
         | DeclaredKind::Rung
         | DeclaredKind::Template
@@ -347,6 +361,7 @@ fn is_holder(kind: DeclaredKind) -> bool {
     match kind {
         DeclaredKind::Program
         | DeclaredKind::Task
+        | DeclaredKind::Subroutine
         | DeclaredKind::Stage
         | DeclaredKind::Template
         | DeclaredKind::Device

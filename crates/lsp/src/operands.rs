@@ -118,6 +118,7 @@ fn declared_structure(project: &Project, at: usize) -> Option<Option<Structure>>
         | DeclaredKind::Device
         | DeclaredKind::Use => return Some(None),
         DeclaredKind::Rung
+        | DeclaredKind::Subroutine
         | DeclaredKind::Template
         | DeclaredKind::Parameter
         | DeclaredKind::Test => return None,

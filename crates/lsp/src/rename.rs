@@ -101,6 +101,7 @@ fn check_name(declared: &Declaration, new: &str) -> Result<()> {
         | DeclaredKind::Template => false,
         DeclaredKind::Program
         | DeclaredKind::Task
+        | DeclaredKind::Subroutine
         | DeclaredKind::Stage
         | DeclaredKind::Rung
         | DeclaredKind::Device => true,

@@ -62,6 +62,8 @@ pub(super) enum DeclaredKind {
     Program,
     /// A Task.
     Task,
+    /// A subroutine.
+    Subroutine,
     /// A Stage.
     Stage,
     /// A rung.
@@ -146,6 +148,7 @@ fn of_ladder(object: &str, keys: &[&str]) -> Slot {
         ("template", ["parameters", _, "default"]) => Slot::Operand,
         ("program", ["name"]) => Slot::Declares(DeclaredKind::Program),
         ("task", ["name"]) => Slot::Declares(DeclaredKind::Task),
+        ("subroutine", ["name"]) => Slot::Declares(DeclaredKind::Subroutine),
         ("stage", ["name"]) => Slot::Declares(DeclaredKind::Stage),
         ("rung", ["name"]) => Slot::Declares(DeclaredKind::Rung),
         ("template", ["name"]) => Slot::Declares(DeclaredKind::Template),

@@ -107,7 +107,7 @@ pub(super) fn kind_of(kind: DeclaredKind) -> SymbolKind {
     match kind {
         DeclaredKind::Tag | DeclaredKind::OwnTag => SymbolKind::VARIABLE,
         DeclaredKind::Parameter => SymbolKind::TYPE_PARAMETER,
-        DeclaredKind::Program | DeclaredKind::Task => SymbolKind::MODULE,
+        DeclaredKind::Program | DeclaredKind::Task | DeclaredKind::Subroutine => SymbolKind::MODULE,
         DeclaredKind::Stage => SymbolKind::CLASS,
         DeclaredKind::Rung => SymbolKind::FUNCTION,
         DeclaredKind::Template => SymbolKind::INTERFACE,
@@ -121,6 +121,7 @@ fn kind_of_table(last: &str) -> Option<SymbolKind> {
     let kind = match last {
         "program" => DeclaredKind::Program,
         "task" => DeclaredKind::Task,
+        "subroutine" => DeclaredKind::Subroutine,
         "stage" => DeclaredKind::Stage,
         "rung" => DeclaredKind::Rung,
         "template" => DeclaredKind::Template,

@@ -137,7 +137,10 @@ fn parts(
 fn kind_of(kind: DeclaredKind) -> NameToken {
     match kind {
         DeclaredKind::Tag | DeclaredKind::OwnTag | DeclaredKind::Use => NameToken::Variable,
-        DeclaredKind::Program | DeclaredKind::Task | DeclaredKind::Device => NameToken::Namespace,
+        DeclaredKind::Program
+        | DeclaredKind::Task
+        | DeclaredKind::Subroutine
+        | DeclaredKind::Device => NameToken::Namespace,
         DeclaredKind::Stage => NameToken::Property,
         DeclaredKind::Template => NameToken::Class,
         DeclaredKind::Parameter => NameToken::Parameter,

@@ -263,8 +263,10 @@ impl<'t> WordReader<'t> {
 
 /// What an instruction does with an operand.
 fn role(operand: &OperandSpec) -> FileWordRole {
-    let is_block =
-        matches!(operand.kind, OperandKind::Program | OperandKind::Block | OperandKind::Task);
+    let is_block = matches!(
+        operand.kind,
+        OperandKind::Program | OperandKind::Block | OperandKind::Task | OperandKind::Subroutine
+    );
     match operand.kind.is_stage() {
         true => FileWordRole::Stage,
         false if is_block => FileWordRole::Block,

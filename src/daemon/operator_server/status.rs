@@ -288,6 +288,8 @@ fn named_blocks(names: &NameBook) -> Vec<NamedBlock> {
     for (id, stage) in (0..).zip(&names.stages) {
         blocks[stage.block.0 as usize].stages.push((StageId(id), stage.name.clone()));
     }
+    // A subroutine never runs by itself.
+    blocks.retain(|block| names.block(block.id).kind != BlockKind::Subroutine);
     blocks
 }
 

@@ -141,6 +141,8 @@ impl Sim<'_> {
                 }
             }
             Op::Stop => self.stop_asked = true,
+            Op::Call(subroutine) => self.call_subroutine(*subroutine, element),
+            Op::Return => self.returned = true,
             _ => {}
         }
     }

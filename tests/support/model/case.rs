@@ -64,6 +64,7 @@ pub struct Stage {
 pub struct Block {
     pub name: String,
     pub task: bool,
+    pub subroutine: bool,
     pub autostart: bool,
     /// Whether the block's own rungs are written as one array of one-line tables.
     pub short: bool,
@@ -143,7 +144,11 @@ impl Rung {
 
 impl Block {
     fn write(&self, out: &mut String) {
-        let header = if self.task { "task" } else { "program" };
+        let header = match (self.task, self.subroutine) {
+            (true, _) => "task",
+            (_, true) => "subroutine",
+            _ => "program",
+        };
         out.push_str(&format!("\n[[{header}]]\nname = \"{}\"\n", self.name));
         if self.autostart {
             out.push_str("autostart = true\n");
@@ -207,7 +212,7 @@ impl Case {
                 all.extend(members.iter().map(|member| format!("{area}{n}.{member}")));
             }
         }
-        for block in &self.blocks {
+        for block in self.blocks.iter().filter(|block| !block.subroutine) {
             all.push(format!("{}.Running", block.name));
             if block.task {
                 all.push(format!("{}.Done", block.name));

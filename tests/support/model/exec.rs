@@ -22,6 +22,8 @@ struct BlockState {
     /// Whether the Program was started and has not had a turn since.
     fresh: bool,
     elements: Vec<ElementState>,
+    /// The block and element in whose turn a subroutine was executed last.
+    caller: Option<(usize, usize)>,
     /// The interval of a recurrent Task; `None` for a run-once Task.
     interval: Option<i64>,
     /// The timestamp of a recurrent Task's first execution, and of the next one due.
@@ -43,6 +45,8 @@ pub struct Sim<'a> {
     /// The block that is executing, and whether it has ended itself.
     current: usize,
     ended: bool,
+    /// Whether the subroutine that is executing has returned.
+    pub returned: bool,
     /// Whether contacts are computed, which touch no status bit.
     pub quiet: bool,
 }
@@ -72,6 +76,7 @@ impl<'a> Sim<'a> {
             stop_asked: false,
             current: 0,
             ended: false,
+            returned: false,
             quiet: false,
         };
         for (number, block) in program.blocks.iter().enumerate() {
@@ -174,6 +179,7 @@ impl<'a> Sim<'a> {
                     self.blocks[block].due = true;
                 }
             }
+            Kind::Subroutine => panic!("a subroutine has no turn"),
         }
     }
 
@@ -224,11 +230,30 @@ impl<'a> Sim<'a> {
         }
     }
 
+    /// CALL: the rungs of the subroutine, in the turn of the element that is executing.
+    pub fn call_subroutine(&mut self, subroutine: usize, element: usize) {
+        let program = self.program;
+        for rung in &program.blocks[subroutine].elements[0] {
+            if self.leaves() {
+                break;
+            }
+            self.blocks[subroutine].elements[0].executed = true;
+            self.blocks[subroutine].caller = Some((self.current, element));
+            self.run_rung(rung, element);
+        }
+        self.returned = false;
+    }
+
+    /// Whether nothing that follows here executes any more.
+    fn leaves(&self) -> bool {
+        self.ended || self.returned
+    }
+
     fn run_rung(&mut self, rung: &Rung, element: usize) {
         let legs: Vec<bool> = rung.legs.iter().map(|leg| self.contact(leg)).collect();
         self.run_instrs(&rung.instrs, element, &legs);
         for branch in &rung.branches {
-            if self.ended {
+            if self.leaves() {
                 return;
             }
             let branch_power = self.contact(&branch.when);
@@ -239,7 +264,7 @@ impl<'a> Sim<'a> {
 
     fn run_instrs(&mut self, instrs: &[Instr], element: usize, legs: &[bool]) {
         for instr in instrs {
-            if self.ended {
+            if self.leaves() {
                 return;
             }
             self.execute(instr, self.current, element, legs);
@@ -263,6 +288,18 @@ impl<'a> Sim<'a> {
         if !std::mem::take(&mut state.executed) {
             return;
         }
+        self.terminate_rungs(block, element);
+        for subroutine in 0..self.blocks.len() {
+            let state = &mut self.blocks[subroutine];
+            if state.caller == Some((block, element))
+                && std::mem::take(&mut state.elements[0].executed)
+            {
+                self.terminate_rungs(subroutine, 0);
+            }
+        }
+    }
+
+    fn terminate_rungs(&mut self, block: usize, element: usize) {
         let program = self.program;
         for rung in &program.blocks[block].elements[element] {
             for leg in &rung.legs {

@@ -1,5 +1,6 @@
 //! Random valid programs with a stimulus; each seed gives a case.
 
+use super::calls;
 use super::case::{BUILTIN, Block, Branch, Case, Expr, Rung, Stage, Tag};
 use super::clock::{BEGIN, Clock};
 use super::menu::{COUNTERS, Spot, TIMERS, Targets, is_drastic, is_reset};
@@ -67,6 +68,7 @@ pub fn generate(seed: u64) -> Case {
     let order = pool.rng.chance(40).then_some(names);
     let stop = pool.rng.chance(35);
     let clock = clock(&mut pool);
+    calls::add_subroutines(&mut pool, &mut blocks);
     Case { seed, period, scans, stop, clock, order, tags, blocks, columns, rows }
 }
 
@@ -229,6 +231,7 @@ fn plan_blocks(pool: &mut Pool) -> Vec<Block> {
         blocks.push(Block {
             name: name.to_string(),
             task,
+            subroutine: false,
             autostart: !task && name != "Main" && pool.rng.chance(60),
             short: pool.rng.chance(25),
             rungs: Vec::new(),

@@ -166,6 +166,8 @@ impl Words<'_> {
             "SGRST" => Op::Sgrst(stage()?),
             "SGCONVRG" => Op::Sgconvrg(stages()?, self.names.stage(block, self.key("to")?)?),
             "STOP" => Op::Stop,
+            "CALL" => Op::Call(target()?),
+            "RETURN" => Op::Return,
             _ => return Ok(None),
         }))
     }

@@ -3,6 +3,7 @@
 
 mod act;
 mod arrays;
+mod calls;
 pub mod case;
 pub mod clock;
 mod contact;

@@ -17,7 +17,7 @@ pub fn load(text: &str) -> Result<Loaded, String> {
     let mut names = Names::default();
     let mut program = Program::default();
     let mut sources = Vec::new();
-    for (key, task) in [("program", false), ("task", true)] {
+    for key in ["program", "task", "subroutine"] {
         for table in tables(&file, key)? {
             let stages = tables(table, "stage")?;
             let stage_names = stages.iter().map(|stage| string(stage, "name"));
@@ -25,7 +25,7 @@ pub fn load(text: &str) -> Result<Loaded, String> {
             let name = string(table, "name")?;
             names.blocks.push((name.clone(), stage_names));
             let autostart = matches!(table.get("autostart"), Some(Tree::Bool(true)));
-            let kind = kind(&name, task);
+            let kind = kind(&name, key);
             program.blocks.push(Block { name, kind, autostart, elements: Vec::new() });
             sources.push((table, stages));
         }
@@ -64,9 +64,10 @@ fn strings(value: &Tree) -> Result<Vec<&str>, String> {
     items.flatten().ok_or_else(|| "an array of strings is missing".to_string())
 }
 
-fn kind(name: &str, task: bool) -> Kind {
+fn kind(name: &str, key: &str) -> Kind {
     match name {
-        _ if !task => Kind::Program,
+        _ if key == "program" => Kind::Program,
+        _ if key == "subroutine" => Kind::Subroutine,
         "FirstScan" => Kind::FirstScan,
         "TopOfScan" => Kind::TopOfScan,
         "BottomOfScan" => Kind::BottomOfScan,

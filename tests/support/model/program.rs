@@ -96,6 +96,8 @@ pub enum Op {
     Sgrst(usize),
     Sgconvrg(Vec<usize>, usize),
     Stop,
+    Call(usize),
+    Return,
 }
 
 #[derive(Clone, Debug)]
@@ -128,6 +130,7 @@ pub enum Kind {
     TopOfScan,
     BottomOfScan,
     LastScan,
+    Subroutine,
 }
 
 #[derive(Clone, Debug)]

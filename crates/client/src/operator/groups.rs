@@ -26,9 +26,8 @@ impl Groups {
     /// The groups of a program.
     pub fn of(program: &Program) -> Groups {
         let mut groups = Groups::default();
-        for (at, block) in program.blocks.iter().enumerate() {
-            let id = BlockId(at as u32);
-            groups.own.entry(block.name.clone()).or_insert_with(|| of_block(id, block));
+        for block in program.blocks.iter().filter(|block| !block.is_subroutine()) {
+            groups.own.entry(block.name.clone()).or_insert_with(|| of_block(block.id, block));
         }
         for (at, device) in program.devices.iter().enumerate() {
             let bit = |health: DeviceBit| {

@@ -70,7 +70,7 @@ impl OperandNames {
                 }
             }
         }
-        for block in &program.blocks {
+        for block in program.blocks.iter().filter(|block| !block.is_subroutine()) {
             names.offered.add(format!("{}.Running", block.name), "a block");
             if block.kind != BlockKind::Program {
                 names.offered.add(format!("{}.Done", block.name), "a block");

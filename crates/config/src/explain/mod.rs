@@ -163,6 +163,7 @@ fn termination(spec: &Spec) -> &'static str {
                 | OperandKind::Program
                 | OperandKind::Block
                 | OperandKind::Task
+                | OperandKind::Subroutine
                 | OperandKind::Stage
                 | OperandKind::Stages,
             ) => "none",
@@ -207,6 +208,7 @@ fn describe(kind: OperandKind, spec: &Spec) -> String {
         OperandKind::Program => "a program".to_owned(),
         OperandKind::Block => "a program or a task".to_owned(),
         OperandKind::Task => "a task".to_owned(),
+        OperandKind::Subroutine => "a subroutine".to_owned(),
         OperandKind::Stage => "a stage of the same program".to_owned(),
         OperandKind::Stages => "one or more stages of the same program".to_owned(),
     }
@@ -233,6 +235,7 @@ fn example(spec: &Spec) -> String {
             OperandKind::Interval => "1s",
             OperandKind::Program | OperandKind::Block => "Drain",
             OperandKind::Task => "Housekeeping",
+            OperandKind::Subroutine => "Dose",
             OperandKind::Stage => "Close",
             OperandKind::Stages => "Left Right",
         };

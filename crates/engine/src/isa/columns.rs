@@ -82,6 +82,8 @@ pub enum OperandKind {
     Block,
     /// A Task.
     Task,
+    /// A subroutine.
+    Subroutine,
     /// A Stage of the same Program.
     Stage,
     /// One or more Stages of the same Program.
@@ -167,7 +169,7 @@ impl OperandKind {
             OperandKind::Program => "p",
             OperandKind::Block => "b",
             OperandKind::Task => "t",
-            OperandKind::Stage => "s",
+            OperandKind::Subroutine | OperandKind::Stage => "s",
             OperandKind::Stages => "s …",
         }
     }

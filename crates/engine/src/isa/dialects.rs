@@ -82,10 +82,11 @@ const ROWS: &[Dialect] = &[
     (&["LES", "LT"], "a comparison is a contact: `when = [\"D0 < 5\"]`"),
     (&["LEQ", "LE"], "a comparison is a contact: `when = [\"D0 <= 5\"]`"),
     (&["LIM"], "limits are two contacts: `when = [\"D0 >= 5\", \"D0 <= 9\"]`"),
-    (&["JSR", "CALL", "GTS", "START"], "a program is started by `RUN p`, a task by `ENTASK t`"),
+    (&["JSR", "GTS"], "a subroutine is executed by `CALL s`"),
+    (&["START"], "a program is started by `RUN p`, a task by `ENTASK t`"),
     (
         &["SBR", "SUBROUTINE", "FUNCTION", "FB"],
-        "a subroutine is a Task or a Program: `[[task]]`, called by `ENTASK t` or `RUN p`",
+        "a subroutine is `[[subroutine]]`, executed by `CALL s`",
     ),
     (
         &["FOR", "NEXT", "WHILE", "WEND", "REPEAT", "UNTIL", "LOOP"],
@@ -98,7 +99,8 @@ const ROWS: &[Dialect] = &[
         &["MCR", "MLS", "MLR"],
         "put rungs that are skipped together into a Stage or a Program of their own",
     ),
-    (&["END", "RET", "RT", "RETURN", "TND"], "a program ends itself by `EXIT`"),
+    (&["RET", "RT"], "a subroutine is left by `RETURN`; a program ends itself by `EXIT`"),
+    (&["END", "TND"], "a program ends itself by `EXIT`"),
     (&["SUS", "HLT"], "the controller is stopped by `STOP`"),
     (&["NOP"], "leave out a rung that does nothing"),
     (&["OUTI", "STRI", "IIM", "IOM"], "inputs are read before each scan, outputs written after it"),

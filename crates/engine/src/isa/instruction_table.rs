@@ -93,6 +93,7 @@ const CONVERGED: &[OperandSpec] =
 const HELP: &str = "the Do-more help; docs/semantics.md";
 const SENSAPHONE_MANUAL: &str = "the Sensaphone SCADA 3000 manual, page 15-9";
 const BLOCKS: &str = "docs/semantics.md, section 4";
+const SUBROUTINES: &str = "docs/semantics.md, Subroutines";
 
 macro_rules! instructions {
     ($($mnemonic:ident $name:literal $page:literal $title:literal, $legs:expr, $operands:expr,
@@ -232,6 +233,12 @@ instructions! {
         BLOCKS,
         "Without every: runs the Task once at the rung's rising edge. With every: runs it at \
          that interval while the rung is ON.";
+    Call "CALL" "call" "Call subroutine", WHEN,
+        &[positional("block", Calls, OperandKind::Subroutine)], false, Kept, SUBROUTINES,
+        "Executes the rungs of the subroutine at once while the rung is ON, once for each CALL \
+         that is executed.";
+    Return "RETURN" "return" "Return from subroutine", WHEN, &[], false, Kept, SUBROUTINES,
+        "Ends this execution of its own subroutine: what follows in it is not executed.";
     Jmp "JMP" "jmp" "Jump to stage", WHEN,
         &[positional("stage", Enters, OperandKind::Stage)], false, Kept, BLOCKS,
         "Turns its own Stage OFF and the target ON. It is not a goto: the remaining rungs of the \

@@ -27,6 +27,8 @@ pub enum OperandRole {
     Starts,
     /// Runs the Task, once or again and again.
     Enables,
+    /// Executes the subroutine at once.
+    Calls,
     /// Stops the block, or turns the Stage OFF.
     Stops,
     /// Turns the Stage ON, and leaves its own Stage or the awaited Stages.
@@ -49,6 +51,7 @@ impl OperandRole {
             | OperandRole::Resets
             | OperandRole::Starts
             | OperandRole::Enables
+            | OperandRole::Calls
             | OperandRole::Stops
             | OperandRole::Enters
             | OperandRole::Awaits => false,

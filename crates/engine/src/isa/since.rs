@@ -4,18 +4,20 @@
 //! tag passed the check of earlier versions; the finding explains to its author why it no longer
 //! does. `docs/language.md`, *Old ladders*, has the same list.
 
-/// The version that reserved the names below.
+/// The version that reserved the prefixes below.
 const VERSION: &str = "0.2";
 
-/// Mnemonics.
-const MNEMONICS: [&str; 4] = ["MATH", "COPY", "FILL", "SR"];
+/// Mnemonics, by the version that reserved them.
+const MNEMONICS: [(&str, &[&str]); 2] =
+    [(VERSION, &["MATH", "COPY", "FILL", "SR"]), ("0.3", &["CALL", "RETURN"])];
 
 /// Prefixes of addresses, in upper or lower case.
 const PREFIXES: [&str; 1] = ["R"];
 
 /// The version since which a mnemonic is forbidden; `None` if it is not in the list above.
 pub fn mnemonic(name: &str) -> Option<&'static str> {
-    MNEMONICS.contains(&name).then_some(VERSION)
+    let row = MNEMONICS.iter().find(|(_, names)| names.contains(&name));
+    row.map(|(version, _)| *version)
 }
 
 /// The version since which a name that reads as an address is forbidden.
@@ -32,6 +34,6 @@ mod tests {
     fn only_newer_names_have_a_version() {
         assert_eq!([address("R5"), address("r05")], [Some(VERSION); 2]);
         assert_eq!([address("T1"), address("MHR5"), mnemonic("CNT"), mnemonic("math")], [None; 4]);
-        assert_eq!(mnemonic("MATH"), Some(VERSION));
+        assert_eq!([mnemonic("MATH"), mnemonic("CALL")], [Some(VERSION), Some("0.3")]);
     }
 }

@@ -13,5 +13,6 @@ mod properties;
 mod restarts;
 mod runs;
 mod semantics_page;
+mod subroutines;
 mod templates;
 mod why;

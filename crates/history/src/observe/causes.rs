@@ -12,8 +12,8 @@ use super::reasons::TOLD_MAX;
 use super::replay::{Changed, SEARCHED_MAX};
 use super::seen_values::{SeenValue, side};
 use rungd_engine::isa::status::st;
-use rungd_engine::isa::{Address, Bit, BitSpace, BlockId, Flag, Structure, Word};
-use rungd_engine::{Cell, EngineCall, ScanStep};
+use rungd_engine::isa::{Address, Bit, BitSpace, BlockId, ElementId, Flag, Structure, Word};
+use rungd_engine::{Cell, Element, EngineCall, ScanStep};
 use rungd_language::resolve::instruction::OperandValue;
 use rungd_runtime::{Origin, SectionStart, TapeEntry, TapeSection};
 
@@ -172,7 +172,7 @@ impl Inquiry<'_> {
         if call == Some(&TapeEntry::Call(EngineCall::Terminate)) {
             return Stop::Controller;
         }
-        let element = self.subject.part(part).element;
+        let element = self.terminating(part, at);
         let stage = element.stage.map(Bit::Stage);
         for bit in [Bit::Running(element.block)].into_iter().chain(stage) {
             let cell = Cell::Bit(self.subject.symbols.layout.bit(bit));
@@ -186,9 +186,28 @@ impl Inquiry<'_> {
         Stop::Again(self.subject.element(element), restart)
     }
 
+    /// The element with whose pass a part terminates: for a subroutine, the one that executed it
+    /// last.
+    fn terminating(&mut self, part: u32, at: TapeMoment) -> ElementId {
+        let subject = self.subject;
+        let element = subject.part(part).element;
+        if !subject.program.block(element.block).is_subroutine() {
+            return element;
+        }
+        let engine = self.replay.seek(at.section, at.entry);
+        match engine.and_then(|engine| engine.caller(element.block)) {
+            None => element,
+            Some(Element::Block(block)) => ElementId { block, stage: None },
+            Some(Element::Stage(stage)) => {
+                let (block, _) = subject.program.stages[stage.0 as usize];
+                ElementId { block, stage: Some(stage) }
+            }
+        }
+    }
+
     fn turn(&mut self, cell: Cell, block: BlockId, at: TapeMoment, depth: u32) -> Cause {
         let running = Cell::Bit(self.subject.symbols.layout.bit(Bit::Running(block)));
-        let element = rungd_engine::isa::ElementId { block, stage: None };
+        let element = ElementId { block, stage: None };
         let element_place = self.subject.element(element);
         let restart = match running == cell {
             true => None,

@@ -43,6 +43,7 @@ pub(super) fn decides(instruction: &Instruction, written: Option<Address>) -> De
             | OperandRole::Changes
             | OperandRole::Starts
             | OperandRole::Enables
+            | OperandRole::Calls
             | OperandRole::Stops
             | OperandRole::Enters
             | OperandRole::Awaits,

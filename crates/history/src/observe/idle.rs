@@ -72,6 +72,9 @@ impl Inquiry<'_> {
     /// The bit of a part's block or Stage, if it is OFF.
     fn stopped(&mut self, part: u32, at: TapeMoment) -> Option<(Bit, Cell)> {
         let element = self.subject.part(part).element;
+        if self.subject.program.block(element.block).is_subroutine() {
+            return None;
+        }
         let stage = element.stage.map(Bit::Stage);
         [Bit::Running(element.block)].into_iter().chain(stage).find_map(|bit| {
             let cell = Cell::Bit(self.subject.symbols.layout.bit(bit));
@@ -104,7 +107,7 @@ fn could_change(instruction: &Instruction, address: Option<Address>, value: i32)
             let is = |stage| address == Some(Address::Bit(Bit::Stage(stage)));
             instruction.stages_entered().any(is) == is_off
         }
-        Some(OperandRole::Reads) => false,
+        Some(OperandRole::Reads | OperandRole::Calls) => false,
         Some(
             OperandRole::Drives
             | OperandRole::Stores

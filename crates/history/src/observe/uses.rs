@@ -127,7 +127,7 @@ impl ProgramUses<'_> {
         let block = self.subject.program.block(element.block);
         let may_end = match block.kind {
             BlockKind::Program => !block.is_main(),
-            BlockKind::Task => true,
+            BlockKind::Task | BlockKind::Subroutine => true,
             BlockKind::FirstScan
             | BlockKind::TopOfScan
             | BlockKind::BottomOfScan

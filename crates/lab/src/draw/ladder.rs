@@ -176,5 +176,6 @@ fn kind(block: &Block) -> &'static str {
         BlockKind::TopOfScan => "Task at the top of each scan",
         BlockKind::BottomOfScan => "Task at the bottom of each scan",
         BlockKind::LastScan => "Task of the last scan",
+        BlockKind::Subroutine => "Subroutine",
     }
 }

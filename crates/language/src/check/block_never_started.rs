@@ -24,7 +24,7 @@ use crate::resolve::program::{Block, BlockKind, Program};
 use crate::source::finding::{Code, Finding};
 use rungd_engine::isa::{BlockId, OperandRole};
 
-use super::context::{Context, kind_name};
+use super::context::Context;
 use super::names::list;
 use super::reach::{reached, sources};
 
@@ -39,7 +39,8 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let roots = blocks.iter().filter(|b| runs_at_start(b)).map(|b| b.id);
     let reached = reached(roots, &edges);
     let sources = sources(&edges);
-    let never = blocks.iter().filter(|block| !reached.contains(&block.id));
+    let never = blocks.iter().filter(|block| !block.is_subroutine());
+    let never = never.filter(|block| !reached.contains(&block.id));
     findings.extend(never.map(|block| finding(context.program, block, sources.get(&block.id))));
 }
 
@@ -57,7 +58,8 @@ fn finding(program: &Program, block: &Block, sources: Option<&BTreeSet<BlockId>>
         | BlockKind::FirstScan
         | BlockKind::TopOfScan
         | BlockKind::BottomOfScan
-        | BlockKind::LastScan => {
+        | BlockKind::LastScan
+        | BlockKind::Subroutine => {
             ("ENTASK", format!("`ENTASK {name}`, or `ENTASK {name} every=1s`"))
         }
     };
@@ -72,7 +74,7 @@ fn finding(program: &Program, block: &Block, sources: Option<&BTreeSet<BlockId>>
         }
     };
     let help = format!("start it in a block that runs: {help}");
-    let message = format!("{} `{name}` is never started: {why}", kind_name(block.kind));
+    let message = format!("{} `{name}` is never started: {why}", block.kind.word());
     Finding::new(Code::BlockNeverStarted, block.span, message).label("never runs").help(help)
 }
 

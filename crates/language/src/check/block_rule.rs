@@ -2,7 +2,7 @@
 //!
 //! EXIT ends the program that contains it, but not `Main`, and not a task. RUN and RESTART start
 //! programs, ENTASK starts tasks; none of these instructions may name `Main`. The rule
-//! `built-in-task` covers built-in tasks.
+//! `built-in-task` covers built-in tasks, `subroutine-rule` subroutines.
 //!
 //! Passes:
 //!
@@ -56,13 +56,10 @@ fn exit(block: &Block) -> Option<BlockWords> {
         let message = "`EXIT` in `Main`, which always runs".to_owned();
         return Some((message, "`Main` never ends", help));
     }
-    if block.kind == BlockKind::Program {
-        return None;
-    }
     let help = match block.kind {
         BlockKind::Task => format!("delete it, or end the task at once with `HALT {name}`").into(),
-        BlockKind::Program
-        | BlockKind::FirstScan
+        BlockKind::Program | BlockKind::Subroutine => return None,
+        BlockKind::FirstScan
         | BlockKind::TopOfScan
         | BlockKind::BottomOfScan
         | BlockKind::LastScan => {

@@ -49,7 +49,7 @@ fn executes(kind: BlockKind) -> &'static str {
         BlockKind::TopOfScan => "`TopOfScan` executes in every scan, before all programs",
         BlockKind::BottomOfScan => "`BottomOfScan` executes in every scan, after all programs",
         BlockKind::LastScan => "`LastScan` executes in the last scan by itself",
-        BlockKind::Program | BlockKind::Task => "it starts by itself",
+        BlockKind::Program | BlockKind::Task | BlockKind::Subroutine => "it starts by itself",
     }
 }
 

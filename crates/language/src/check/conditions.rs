@@ -91,11 +91,11 @@ impl<'a> Context<'a> {
     }
 
     /// The power at a place, for use in a different block: with the bit of its stage or program.
-    /// `None` in a task too, because its rungs do not execute in every scan.
+    /// `None` in a task or subroutine too, because its rungs do not execute in every scan.
     pub fn power_from_outside(&self, place: &RungPlace<'a>) -> Option<ContactSeries<'a>> {
         let mut power = self.power(place)?;
         power.gate = match place.stage {
-            _ if place.in_task() => return None,
+            _ if place.is_outside_programs() => return None,
             Some(stage) => Some(self.name(Address::Bit(Bit::Stage(stage.id)))),
             None if place.block.is_main() => None,
             None => Some(self.name(Address::Bit(Bit::Running(place.block.id)))),

@@ -303,21 +303,16 @@ impl RungPlace<'_> {
         ElementId { block: self.block.id, stage: self.stage.map(|stage| stage.id) }
     }
 
-    /// Whether its block is a task, built-in or not.
-    pub fn in_task(&self) -> bool {
+    /// Whether its block is no program: a task, built-in or not, or a subroutine.
+    pub fn is_outside_programs(&self) -> bool {
         self.block.kind != BlockKind::Program
     }
-}
-
-/// `program` or `task`, for a sentence.
-pub fn kind_name(kind: BlockKind) -> &'static str {
-    if kind == BlockKind::Program { "program" } else { "task" }
 }
 
 impl fmt::Display for RungPlace<'_> {
     /// ``program `Day`, stage `Green`, rung 2``, for a sentence.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} `{}`", kind_name(self.block.kind), self.block.name)?;
+        write!(f, "{} `{}`", self.block.kind.word(), self.block.name)?;
         if let Some(stage) = self.stage {
             write!(f, ", stage `{}`", stage.name)?;
         }

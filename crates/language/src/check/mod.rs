@@ -48,9 +48,14 @@ mod scan_order;
 mod self_reset_loses_time;
 mod sensaphone_preset;
 mod set_never_reset;
+mod shared_history;
 pub mod silence;
 mod stage_never_entered;
 mod stored;
+mod subroutine_nesting;
+mod subroutine_never_called;
+mod subroutine_rule;
+mod subroutine_rungs;
 mod task_starts_itself;
 #[cfg(test)]
 mod testing;
@@ -82,6 +87,9 @@ const RULES: &[(RuleNeeds, Code, CheckRule)] = &[
     (RuleNeeds::Place, Code::JumpOutsideStage, jump_outside_stage::check),
     (RuleNeeds::Itself, Code::BuiltInTask, built_in_task::check),
     (RuleNeeds::Place, Code::BlockRule, block_rule::check),
+    (RuleNeeds::Place, Code::SubroutineRule, subroutine_rule::check),
+    (RuleNeeds::Place, Code::SubroutineNesting, subroutine_nesting::check),
+    (RuleNeeds::Place, Code::SubroutineRungs, subroutine_rungs::check),
     (RuleNeeds::Place, Code::EntaskConflict, entask_conflict::check),
     (RuleNeeds::Place, Code::DuplicateOut, duplicate_out::check),
     (RuleNeeds::Place, Code::OutElsewhere, out_elsewhere::check),
@@ -89,6 +97,8 @@ const RULES: &[(RuleNeeds, Code, CheckRule)] = &[
     (RuleNeeds::Whole, Code::RunsThrough, runs_through::check),
     (RuleNeeds::Whole, Code::StageNeverEntered, stage_never_entered::check),
     (RuleNeeds::Whole, Code::BlockNeverStarted, block_never_started::check),
+    (RuleNeeds::Whole, Code::SubroutineNeverCalled, subroutine_never_called::check),
+    (RuleNeeds::Place, Code::SharedHistory, shared_history::check),
     (RuleNeeds::Whole, Code::SetNeverReset, set_never_reset::check),
     (RuleNeeds::Whole, Code::ResetNeverSet, reset_never_set::check),
     (RuleNeeds::Whole, Code::NeverWritten, never_written::check),

@@ -2,7 +2,8 @@
 //!
 //! A run-once task executes once and terminates, so a timer never times, and a counter is reset
 //! after every run. `FirstScan` and `LastScan` always run once. A run-once ENTASK in such a task is
-//! not reported, because it needs only one execution to start its task.
+//! not reported, because it needs only one execution to start its task. A subroutine is reported if
+//! only such tasks execute it.
 //!
 //! Passes:
 //!
@@ -16,14 +17,15 @@
 //! rung = [ { when = ["X0"], do = ["ENTASK Report"] } ]
 //! ```
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use crate::resolve::program::BlockKind;
+use crate::resolve::program::{Block, BlockKind};
 use crate::source::finding::{Code, Finding};
 use crate::source::span::Span;
 use rungd_engine::isa::BlockId;
 
 use super::context::{Context, ProgramInstruction};
+use super::reach::reached;
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
@@ -35,18 +37,48 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
             run_once.entry(task.value).or_insert(placed.instruction.span);
         }
     }
+    let is_once = |block: &Block| match block.kind {
+        BlockKind::FirstScan | BlockKind::LastScan => true,
+        BlockKind::Task => run_once.contains_key(&block.id),
+        BlockKind::Program
+        | BlockKind::TopOfScan
+        | BlockKind::BottomOfScan
+        | BlockKind::Subroutine => false,
+    };
+    let of_tasks = called_once(context, is_once);
     for placed in context.instructions().filter(|p| works_over_scans(p)) {
         let block = placed.place.block;
-        let started = match block.kind {
-            BlockKind::FirstScan | BlockKind::LastScan => None,
-            BlockKind::Task if run_once.contains_key(&block.id) => run_once.get(&block.id),
-            BlockKind::Program
-            | BlockKind::Task
-            | BlockKind::TopOfScan
-            | BlockKind::BottomOfScan => continue,
-        };
-        findings.push(finding(placed, started.copied()));
+        if is_once(block) {
+            findings.push(finding(placed, run_once.get(&block.id).copied()));
+        } else if of_tasks.contains(&block.id) {
+            findings.push(finding_in_subroutine(placed));
+        }
     }
+}
+
+/// The subroutines that run-once tasks alone execute.
+fn called_once(context: &Context, is_once: impl Fn(&Block) -> bool) -> BTreeSet<BlockId> {
+    let program = context.program;
+    let calls: Vec<(Option<BlockId>, BlockId)> =
+        program.calls().map(|call| (Some(call.part.block.id), call.subroutine)).collect();
+    let from = |once: bool| {
+        let callers = program.blocks.iter().filter(|block| !block.is_subroutine());
+        let roots = callers.filter(|block| is_once(block) == once).map(|block| block.id);
+        reached(roots, &calls)
+    };
+    from(true).difference(&from(false)).copied().collect()
+}
+
+fn finding_in_subroutine(placed: &ProgramInstruction) -> Finding {
+    let subroutine = &placed.place.block.name;
+    let message = format!(
+        "`{}` works over several scans, but only tasks that execute once and terminate call \
+         subroutine `{subroutine}`",
+        placed.name()
+    );
+    Finding::new(Code::MultiScanInTask, placed.instruction.span, message)
+        .label("executes once a run")
+        .help(format!("`CALL {subroutine}` in a program, or run the task at an interval"))
 }
 
 fn works_over_scans(placed: &ProgramInstruction) -> bool {

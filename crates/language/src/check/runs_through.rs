@@ -232,6 +232,8 @@ fn ends_block(placed: &ProgramInstruction, block: BlockId) -> bool {
     let is_own = placed.place.block.id == block;
     match placed.instruction.target_block() {
         Some(_) if placed.mnemonic() == Mnemonic::Restart => is_own,
+        // Something that moves the block stands in the subroutine.
+        Some(_) if placed.instruction.called().is_some() => true,
         Some(_) => placed.instruction.acting_role() == Some(OperandRole::Stops),
         None => placed.mnemonic() == Mnemonic::Exit,
     }

@@ -5,10 +5,10 @@
 //! instruction's rung is ON is not considered: what it may write counts as changed. So does what a
 //! termination pass may write, because a Stage's passes are among its instructions.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
 
-use crate::resolve::program::{Block, Instruction, ProgramPart};
+use crate::resolve::program::{Block, Instruction, Program, ProgramPart, Rung};
 use crate::resolve::writes::WrittenOperand;
 use rungd_engine::isa::status::st;
 pub use rungd_engine::isa::{
@@ -51,10 +51,11 @@ impl<'a> ScanOrder<'a> {
         for id in context.progress.during(&program.order) {
             let block = program.block(*id);
             let begin = order.next();
-            order.part(ProgramPart { block, stage: None, rungs: &block.rungs });
+            order.part(program, ProgramPart { block, stage: None, rungs: &block.rungs });
             for stage in &block.stages {
                 let begin = order.next();
-                order.part(ProgramPart { block, stage: Some(stage), rungs: &stage.rungs });
+                let part = ProgramPart { block, stage: Some(stage), rungs: &stage.rungs };
+                order.part(program, part);
                 order.stages.insert(stage.id, begin..order.next());
             }
             order.blocks.insert(*id, begin..order.next());
@@ -67,7 +68,8 @@ impl<'a> ScanOrder<'a> {
         self.steps.last().map_or(0, |step| step.rung.1)
     }
 
-    fn part(&mut self, ProgramPart { block, stage, rungs }: ProgramPart<'a>) {
+    fn part(&mut self, program: &'a Program, part: ProgramPart<'a>) {
+        let ProgramPart { block, stage, rungs } = part;
         for (at, rung) in rungs.iter().enumerate() {
             let begin = self.next();
             let count = rung.instructions().count() as u32;
@@ -76,6 +78,9 @@ impl<'a> ScanOrder<'a> {
                 let placed = ProgramInstruction { place, instruction };
                 let step = OrderedStep { placed, at: begin + n, rung: (begin, begin + count + 1) };
                 self.note(instruction, block, step.at);
+                if let Some(subroutine) = instruction.called() {
+                    self.note_call(program, subroutine, step.at);
+                }
                 self.steps.push(step);
             }
         }
@@ -97,6 +102,22 @@ impl<'a> ScanOrder<'a> {
         let target = instruction.target_block().map(|target| target.value);
         if let Some(block) = exited.or(target) {
             self.block_moves.entry(block).or_default().push(at);
+        }
+    }
+
+    /// Notes what the instructions of a subroutine do, through its CALLs too, at the place of a
+    /// CALL.
+    fn note_call(&mut self, program: &'a Program, subroutine: BlockId, at: u32) {
+        let (mut open, mut noted) = (vec![subroutine], BTreeSet::new());
+        while let Some(id) = open.pop() {
+            if !noted.insert(id) {
+                continue;
+            }
+            let block = program.block(id);
+            for (_, instruction) in block.rungs.iter().flat_map(Rung::instructions) {
+                self.note(instruction, block, at);
+                open.extend(instruction.called());
+            }
         }
     }
 

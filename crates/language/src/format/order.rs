@@ -52,7 +52,7 @@ impl KeyOrder {
     fn below(self, key: &TextSlice<'_>) -> KeyOrder {
         match (self, key.unquoted().text()) {
             (KeyOrder::Root, "program") => KeyOrder::Program,
-            (KeyOrder::Root, "task") => KeyOrder::Task,
+            (KeyOrder::Root, "task" | "subroutine") => KeyOrder::Task,
             (KeyOrder::Root, "template") => KeyOrder::Template,
             (KeyOrder::Program | KeyOrder::Template, "stage") => KeyOrder::Stage,
             (KeyOrder::Program | KeyOrder::Template | KeyOrder::Task | KeyOrder::Stage, "rung") => {

@@ -5,7 +5,7 @@
 //! comes first: it changes before anything is executed. Bits with the same place keep the order of
 //! their tags. Called while symbols are made; log, `rungd alarms` and `status` use the order.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use crate::resolve::program::{Instruction, Program, Rung};
 use rungd_engine::isa::{Address, Bit, BlockId};
@@ -15,14 +15,27 @@ use rungd_engine::isa::{Address, Bit, BlockId};
 pub(super) fn places(program: &Program, order: &[BlockId]) -> HashMap<Bit, usize> {
     let mut places = HashMap::new();
     let mut number = 0;
+    let mut called = BTreeSet::new();
     let rungs = order.iter().flat_map(|id| {
         let block = program.block(*id);
         block.rungs.iter().chain(block.stages.iter().flat_map(|stage| &stage.rungs))
     });
-    for (_, instruction) in rungs.flat_map(Rung::instructions) {
-        number += 1;
-        for bit in written(instruction) {
-            places.entry(bit).or_insert(number);
+    // The instructions that remain, the next one last: those of a subroutine come right behind
+    // their first CALL.
+    let mut open: Vec<&Instruction> = Vec::new();
+    for rung in rungs {
+        open.extend(rung.instructions().map(|(_, one)| one));
+        open.reverse();
+        while let Some(instruction) = open.pop() {
+            number += 1;
+            for bit in written(instruction) {
+                places.entry(bit).or_insert(number);
+            }
+            let subroutine = instruction.called().filter(|subroutine| called.insert(*subroutine));
+            let rungs = subroutine.map_or(&[][..], |id| &program.block(id).rungs);
+            let first = open.len();
+            open.extend(rungs.iter().flat_map(Rung::instructions).map(|(_, one)| one));
+            open[first..].reverse();
         }
     }
     places

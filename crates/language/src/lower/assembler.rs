@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use super::alike;
-use super::identity::{Identity, LoweringSite, ShiftRegister};
+use super::identity::{Identity, LoweringSite, ReturnTime, ShiftRegister};
 use super::schedule;
 use super::sites::Sites;
 use super::word_limits::WordLimits;
@@ -35,6 +35,8 @@ pub(super) struct Assembler<'p> {
     limits: WordLimits,
     /// The current element's operations, in file order.
     ops: Vec<Op>,
+    /// The numbers of the subroutines, in file order.
+    pub subroutines: NumberMap<BlockId, u32>,
     window: usize,
     tables: Tables,
     /// The steps of the current element's formulas.
@@ -78,6 +80,7 @@ impl<'p> Assembler<'p> {
             owners: NumberMap::default(),
             limits: WordLimits::of(program),
             ops: Vec::new(),
+            subroutines: subroutine_numbers(program),
             window,
             tables: Tables::default(),
             steps: Vec::new(),
@@ -151,6 +154,14 @@ impl<'p> Assembler<'p> {
         self.identity.shifts.push(ShiftRegister { bits, cell, block });
         self.identity.history(cell, &self.site, text);
         BitOwn(cell.0)
+    }
+
+    /// Allots the word of the time that the timers behind a RETURN have missed.
+    pub fn return_time(&mut self) -> u32 {
+        let cell = self.private_word();
+        let block = self.site.element.block;
+        self.identity.returns.push(ReturnTime { cell: WordCell(cell), block });
+        cell
     }
 
     /// The word that holds a constant.
@@ -336,6 +347,7 @@ impl<'p> Assembler<'p> {
         blocks: Vec<BlockCode>,
         stages: Vec<ElementCode>,
         order: Vec<BlockId>,
+        subroutines: Vec<BlockId>,
     ) -> engine::EngineProgram {
         engine::EngineProgram {
             layout: self.layout,
@@ -347,6 +359,12 @@ impl<'p> Assembler<'p> {
             blocks,
             stages,
             order,
+            subroutines,
         }
     }
+}
+
+/// The subroutines, numbered in file order.
+fn subroutine_numbers(program: &Program) -> NumberMap<BlockId, u32> {
+    program.subroutines().map(|block| block.id).zip(0..).collect()
 }

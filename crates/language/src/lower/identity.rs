@@ -27,6 +27,10 @@ pub struct Identity {
     pub histories: Vec<History>,
     /// SRs, in file order; their histories are in `histories` too.
     pub shifts: Vec<ShiftRegister>,
+    /// The RETURNs, in file order.
+    pub returns: Vec<ReturnTime>,
+    /// The subroutines that a CALL can reach from a Program or Task.
+    pub called_subroutines: BTreeSet<BlockId>,
     /// Rungs, in file order.
     pub rungs: Vec<RungText>,
     /// Bits that instructions write.
@@ -69,6 +73,15 @@ pub struct History {
     pub whole: Arc<str>,
     /// Its contact or instruction, in addresses: `rise(X0)`, `PONOFF C0`.
     pub text: String,
+}
+
+/// The time that the timers behind a RETURN have missed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ReturnTime {
+    /// Its word.
+    pub cell: WordCell,
+    /// The subroutine.
+    pub block: BlockId,
 }
 
 /// An SR.
@@ -120,7 +133,8 @@ impl Identity {
     /// The identity of a program, without histories; lowering adds each when it allots the cell.
     pub(super) fn new(program: &Program) -> Identity {
         let names = Arc::clone(&program.names);
-        let mut identity = Identity { names, ..Identity::default() };
+        let called_subroutines = program.called_subroutines();
+        let mut identity = Identity { names, called_subroutines, ..Identity::default() };
         for tag in &program.tags {
             let address = match tag.meaning {
                 TagMeaning::Address(address) => address,

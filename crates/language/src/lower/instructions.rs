@@ -83,7 +83,6 @@ impl Assembler<'_> {
         let when = || legs.when();
         let value = |name| instruction.operands.required::<Value>(name);
         let to = || instruction.operands.required("to");
-        let stage = || instruction.operands.required("stage");
         let block = || instruction.operands.required("block");
         Some(match instruction.mnemonic {
             M::Out => self.coil(instruction, |bit| out(when(), bit)),
@@ -140,9 +139,9 @@ impl Assembler<'_> {
             M::Halt => self.control(ControlKind::Halt(block()), when()),
             M::Exit => self.control(ControlKind::Exit, when()),
             M::Entask => self.enable(instruction, block(), when()),
+            M::Call | M::Return => self.call_or_return(instruction, when()),
             M::Jmp | M::Sgdivrg => self.jump(instruction, when()),
-            M::Sgset => self.control(ControlKind::StageOn(stage()), when()),
-            M::Sgrst => self.control(ControlKind::StageOff(stage()), when()),
+            M::Sgset | M::Sgrst => self.switch_stage(instruction, when()),
             M::Sgconvrg => self.converge(instruction, when()),
             M::Stop => self.control(ControlKind::Stop, when()),
         })
@@ -307,6 +306,23 @@ impl Assembler<'_> {
         self.identity.intervals.push(Interval { task, every, word: WordCell(word) });
         let lowered = self.control(ControlKind::EnableEvery { task, every: word, pick }, leg);
         LoweredInstruction { rung_off: Some(PassStep::DisableTask(task)), ..lowered }
+    }
+
+    /// CALL and RETURN.
+    fn call_or_return(&mut self, instruction: &Instruction, leg: LegPowers) -> LoweredInstruction {
+        let kind = match instruction.called() {
+            Some(subroutine) => ControlKind::Call(self.subroutines[&subroutine]),
+            None => ControlKind::Return { missed_ms: self.return_time() },
+        };
+        self.control(kind, leg)
+    }
+
+    /// SGSET and SGRST.
+    fn switch_stage(&mut self, instruction: &Instruction, leg: LegPowers) -> LoweredInstruction {
+        let stage = instruction.operands.required("stage");
+        let is_set = instruction.mnemonic == Mnemonic::Sgset;
+        let kind = if is_set { ControlKind::StageOn } else { ControlKind::StageOff };
+        self.control(kind(stage), leg)
     }
 
     /// JMP and SGDIVRG.

@@ -111,7 +111,8 @@ fn lower_noting(
     let mut symbols = Symbols::new(program, assembler.layout.clone(), identity, &places);
     symbols.maths = std::mem::take(&mut assembler.maths);
     let sites = assembler.sites.take();
-    Some((assembler.finish(blocks, stages, order), symbols, sites))
+    let subroutines = program.subroutines().map(|block| block.id).collect();
+    Some((assembler.finish(blocks, stages, order, subroutines), symbols, sites))
 }
 
 fn role(block: &Block) -> BlockRole {
@@ -122,6 +123,7 @@ fn role(block: &Block) -> BlockRole {
         BlockKind::TopOfScan => BlockRole::TopOfScan,
         BlockKind::BottomOfScan => BlockRole::BottomOfScan,
         BlockKind::LastScan => BlockRole::LastScan,
+        BlockKind::Subroutine => BlockRole::Subroutine,
     }
 }
 

@@ -12,11 +12,41 @@ pub enum BlockKind {
     TopOfScan,
     BottomOfScan,
     LastScan,
+    /// Rungs that CALL executes.
+    Subroutine,
 }
 
 impl BlockKind {
     /// Whether nothing starts or stops a block of this kind.
     pub fn is_built_in(self) -> bool {
-        !matches!(self, BlockKind::Program | BlockKind::Task)
+        match self {
+            BlockKind::FirstScan
+            | BlockKind::TopOfScan
+            | BlockKind::BottomOfScan
+            | BlockKind::LastScan => true,
+            BlockKind::Program | BlockKind::Task | BlockKind::Subroutine => false,
+        }
+    }
+
+    /// Its kind in a sentence: `program`, `task` or `subroutine`.
+    pub fn word(self) -> &'static str {
+        match self {
+            BlockKind::Program => "program",
+            BlockKind::Subroutine => "subroutine",
+            BlockKind::Task
+            | BlockKind::FirstScan
+            | BlockKind::TopOfScan
+            | BlockKind::BottomOfScan
+            | BlockKind::LastScan => "task",
+        }
+    }
+
+    /// Its kind at the beginning of a title: `Program`, `Task` or `Subroutine`.
+    pub fn title(self) -> &'static str {
+        match self.word() {
+            "program" => "Program",
+            "subroutine" => "Subroutine",
+            _ => "Task",
+        }
     }
 }

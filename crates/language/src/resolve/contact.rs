@@ -103,6 +103,9 @@ impl Resolver<'_> {
             NamedThing::Device(_) => {
                 advise("`{}` is ON while it exchanges", [proposed(format!("{name}.Ok"))])
             }
+            NamedThing::Block(_) if self.kind_words(thing) == "a subroutine" => {
+                "it only executes: let its rungs set a bit of a tag".into()
+            }
             NamedThing::Block(_) => {
                 advise("`{}` is ON while it runs", [proposed(format!("{name}.Running"))])
             }

@@ -216,21 +216,26 @@ impl Resolver<'_> {
         let span = block.name.as_ref().map_or(block.span, |name| name.span);
         match (block.form, built_in) {
             (BlockForm::Task, Some((_, kind))) => return *kind,
-            (BlockForm::Program, Some(_)) => {
+            (BlockForm::Program | BlockForm::Subroutine, Some(_)) => {
                 let message = format!("`{name}` is the name of a built-in task");
                 let finding = Finding::new(Code::ForbiddenName, span, message);
                 let finding = finding.help("write `[[task]]`, or take another name");
                 self.find(finding.fix(possible(format!("{name}_2"))));
             }
-            (BlockForm::Task, None) if name == "Main" => {
-                let message = "`Main` is the program that always runs, not a task";
+            (BlockForm::Task | BlockForm::Subroutine, None) if name == "Main" => {
+                let what = if block.form == BlockForm::Task { "task" } else { "subroutine" };
+                let message = format!("`Main` is the program that always runs, not a {what}");
                 let finding = Finding::new(Code::ForbiddenName, span, message);
                 let finding = finding.help("write `[[program]]`, or take another name");
                 self.find(finding.fix(possible("Main_2")));
             }
             _ => {}
         }
-        if block.form == BlockForm::Program { BlockKind::Program } else { BlockKind::Task }
+        match block.form {
+            BlockForm::Program => BlockKind::Program,
+            BlockForm::Task => BlockKind::Task,
+            BlockForm::Subroutine => BlockKind::Subroutine,
+        }
     }
 
     fn autostart(&mut self, block: &ladder::WrittenBlock, name: &str) -> bool {

@@ -8,6 +8,7 @@
 pub mod array;
 mod array_tags;
 mod block_kind;
+pub mod calls;
 mod computed;
 pub mod condition;
 mod contact;

@@ -30,6 +30,7 @@ impl NameRole {
             NameRole::Tag => "tag",
             NameRole::Block(BlockForm::Program) => "program",
             NameRole::Block(BlockForm::Task) => "task",
+            NameRole::Block(BlockForm::Subroutine) => "subroutine",
             NameRole::Stage => "stage",
             NameRole::Device => "device",
             NameRole::Template => "template",

@@ -145,7 +145,10 @@ impl Resolver<'_> {
                 self.within(value, 0..=i32::MAX, atom, row)
             }
             OperandKind::Interval => self.whole(atom, row).map(OperandValue::Value),
-            OperandKind::Program | OperandKind::Block | OperandKind::Task => {
+            OperandKind::Program
+            | OperandKind::Block
+            | OperandKind::Task
+            | OperandKind::Subroutine => {
                 self.block_operand(atom, row.kind).map(OperandValue::Block)
             }
             OperandKind::Stage | OperandKind::Stages => self.stage_operand(atom, spec, block),
@@ -242,13 +245,13 @@ impl Resolver<'_> {
         let name = self.name_of(atom, wanted)?;
         let block = self.scope.block(name).map(|block| block.id);
         if block.is_none() {
-            self.unknown_block(atom, wanted);
+            self.unknown_block(atom, kind);
         }
         block
     }
 
-    fn unknown_block(&mut self, atom: &Atom, wanted: &str) {
-        let name = atom.to_string();
+    fn unknown_block(&mut self, atom: &Atom, kind: OperandKind) {
+        let (name, wanted) = (atom.to_string(), kind_words(kind));
         if atom.name().is_some_and(|name| self.scope.tag_index(name).is_some()) {
             self.mark_used(&name);
             let message = format!("`{name}` is a tag, not {wanted}");
@@ -264,9 +267,15 @@ impl Resolver<'_> {
                     .fix(FixEdit::Delete),
             );
         }
-        let header = if wanted == "a task" { "task" } else { "program" };
+        let is_subroutine = kind == OperandKind::Subroutine;
+        let what = if is_subroutine { "subroutine" } else { "program or task" };
+        let header = match kind == OperandKind::Task {
+            true => "task",
+            false if is_subroutine => "subroutine",
+            false => "program",
+        };
         let declare = declared_table(&format!("[[{header}]]"), &name);
-        let message = format!("no program or task is called `{name}`");
+        let message = format!("no {what} is called `{name}`");
         let finding = Finding::new(Code::UnknownBlock, atom.span, message).help(declare);
         self.find(finding.near(&name, self.scope.known_blocks()));
     }
@@ -285,6 +294,10 @@ impl Resolver<'_> {
             let own_stages = names.known_stages().iter().take(LISTED_MAX);
             Help::from(format!("`{}` reaches the stages of its own program only", spec.name))
                 .with_all(own_stages.map(possible))
+        } else if names.kind == BlockKind::Subroutine {
+            let words = "a subroutine has no stages, and switches none: let it set a bit, and jump \
+                         where the stage is";
+            words.into()
         } else if names.stages.is_empty() && names.kind != BlockKind::Program {
             "tasks have no stages; make it a `[[program]]`".into()
         } else if names.stages.is_empty() {
@@ -402,6 +415,7 @@ fn example(row: &OperandSpec) -> Option<String> {
         | OperandKind::Program
         | OperandKind::Block
         | OperandKind::Task
+        | OperandKind::Subroutine
         | OperandKind::Stage
         | OperandKind::Stages => return None,
     };
@@ -424,6 +438,7 @@ fn kind_words(kind: OperandKind) -> &'static str {
         OperandKind::Program => "a program",
         OperandKind::Block => "a program or task",
         OperandKind::Task => "a task",
+        OperandKind::Subroutine => "a subroutine",
         OperandKind::Stage | OperandKind::Stages => "a stage",
     }
 }

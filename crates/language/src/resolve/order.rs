@@ -54,6 +54,12 @@ impl Resolver<'_> {
                 continue;
             };
             let (id, kind) = (block.id, block.kind);
+            if kind == BlockKind::Subroutine {
+                let message = format!("`{}` is a subroutine, which has no turn", name.text);
+                let finding = Finding::new(Code::Order, name.span, message);
+                self.find(finding.help("take it out of `order`").fix(FixEdit::Delete));
+                continue;
+            }
             if !has_turn(kind) {
                 let message = format!("`{}` is a built-in task: its turn is fixed", name.text);
                 let finding = Finding::new(Code::BuiltInTask, name.span, message);

@@ -319,10 +319,14 @@ impl<'a> Resolver<'a> {
             }
             NamedThing::Constant(..) | NamedThing::Real(_) => "a constant",
             NamedThing::Device(_) => "a device",
-            NamedThing::Block(id) => match self.scope.block_of(id) {
-                Some((_, block)) if block.kind == BlockKind::Program => "a program",
-                _ => "a task",
-            },
+            NamedThing::Block(id) => {
+                let kind = self.scope.block_of(id).map_or(BlockKind::Task, |(_, block)| block.kind);
+                match kind.word() {
+                    "program" => "a program",
+                    "subroutine" => "a subroutine",
+                    _ => "a task",
+                }
+            }
         }
     }
 }

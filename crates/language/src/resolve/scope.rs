@@ -78,7 +78,11 @@ impl BlockNames {
 
     /// The names that may follow the block's name and a dot.
     fn known_members(&self) -> &KnownNames {
-        let own = if self.kind == BlockKind::Program { &["Running"][..] } else { &BLOCK_BITS };
+        let own = match self.kind.word() {
+            "program" => &BLOCK_BITS[..1],
+            "subroutine" => &[],
+            _ => &BLOCK_BITS[..],
+        };
         self.known_members
             .get_or_init(|| KnownNames::new(self.stage_names().chain(own.iter().copied())))
     }
@@ -415,6 +419,11 @@ fn of_block(
 ) -> Result<NamedThing, Mistake> {
     let Some(member) = member else { return Ok(NamedThing::Block(block.id)) };
     let program = block.kind == BlockKind::Program;
+    if block.kind == BlockKind::Subroutine {
+        let message = format!("subroutine `{base}` has no `.{member}`: it only executes");
+        let help = "let its rungs set a bit of a tag";
+        return Err(mistake(Code::UnknownMember, message, help));
+    }
     let bit = match member {
         "Running" => Some(Bit::Running(block.id)),
         "Done" if !program => Some(Bit::Done(block.id)),

@@ -18,7 +18,8 @@ pub fn is_controller(source: &str) -> bool {
 /// file.
 pub fn ladder_place(source: &str, file: FileId) -> Option<Span> {
     let place = |root: Table<'_>| {
-        let keys = ["program", "task", "tags"].iter().filter_map(|key| root.key_span(key));
+        let keys =
+            ["program", "task", "subroutine", "tags"].iter().filter_map(|key| root.key_span(key));
         let head = root.key_span("ladder").filter(|_| root.has_table("ladder"));
         let names_files = root.has("ladder") && head.is_none();
         keys.chain(head).min_by_key(|span| span.start).filter(|_| !names_files)
@@ -46,14 +47,16 @@ pub fn may_be_of_rungd(source: &str) -> bool {
 /// Whether the root has a table of a file of rungd. `has` is whether the root has a key;
 /// `has_table`, whether the key is a table.
 pub fn has_keys(has: impl Fn(&str) -> bool, has_table: impl Fn(&str) -> bool) -> bool {
-    let keys = ["program", "task", "template", "always", "scenario", "random", "prove"];
+    let keys =
+        ["program", "task", "subroutine", "template", "always", "scenario", "random", "prove"];
     let is_ladder = ["tags", "ladder"].iter().any(|key| has_table(key));
     is_ladder || keys.iter().any(|key| has(key)) || has_controller_keys(&has, has_table("ladder"))
 }
 
 /// As [`of_test`], for a file that is already parsed.
 pub(super) fn of_test_root(root: &Table<'_>, wanted: &str) -> Option<Finding> {
-    let is_ladder = ["program", "task", "tags", "template"].iter().any(|key| root.has(key));
+    let is_ladder =
+        ["program", "task", "subroutine", "tags", "template"].iter().any(|key| root.has(key));
     let keys = ["always", "scenario", "random", "prove"];
     let place = keys.iter().filter_map(|key| root.key_span(key)).min_by_key(|span| span.start)?;
     if is_ladder || root.has_table("ladder") {
@@ -71,7 +74,7 @@ pub(super) fn is_controller_root(root: &Table<'_>) -> bool {
 
 /// As [`is_controller_root`], from the keys of the root. `has` is whether the root has a key.
 pub fn has_controller_keys(has: impl Fn(&str) -> bool, ladder_is_table: bool) -> bool {
-    let ladder_file = ["program", "task", "tags"].iter().any(|key| has(key));
+    let ladder_file = ["program", "task", "subroutine", "tags"].iter().any(|key| has(key));
     let controller = [
         "scan",
         "realtime",

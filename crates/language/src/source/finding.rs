@@ -272,6 +272,12 @@ findings! {
     BuiltInTask "built-in-task" Error "Nothing starts, stops or orders a built-in task.";
     StageInTask "stage-in-task" Error "A task contains no stages.";
     BlockRule "block-rule" Error "EXIT, RUN, RESTART or HALT where the block does not allow it.";
+    SubroutineRule "subroutine-rule" Error
+        "RETURN stands in a subroutine, EXIT does not, and only CALL acts on one.";
+    SubroutineNesting "subroutine-nesting" Error
+        "A subroutine calls itself, or more than 16 are active at once.";
+    SubroutineRungs "subroutine-rungs" Error
+        "CALLs let a scan execute more than 10,000,000 rungs.";
     EntaskConflict "entask-conflict" Error
         "A task is enabled by one recurrent ENTASK, or run once by any number of ENTASKs, never \
          both.";
@@ -294,6 +300,9 @@ findings! {
         "The condition that enters a stage also leaves it, in the same scan.";
     StageNeverEntered "stage-never-entered" Warning "Nothing ever turns this stage ON.";
     BlockNeverStarted "block-never-started" Warning "Nothing ever starts this block.";
+    SubroutineNeverCalled "subroutine-never-called" Warning "Nothing ever calls this subroutine.";
+    SharedHistory "shared-history" Warning
+        "A subroutine with an edge, timer, counter or SR is called at more than one place.";
     SetNeverReset "set-never-reset" Warning "A bit is SET and never RST.";
     ResetNeverSet "reset-never-set" Warning "A bit is RST and never SET.";
     NeverWritten "never-written" Warning "The ladder reads a bit or word that nothing writes.";

@@ -33,12 +33,12 @@ struct Header<'a> {
 /// The parents that a header's last part may have, for the help.
 const PARENTS: [(&str, &[&str]); 3] = [
     ("branch", &["rung"]),
-    ("rung", &["program", "stage", "task", "template"]),
+    ("rung", &["program", "stage", "task", "subroutine", "template"]),
     ("stage", &["program", "template"]),
 ];
 
 /// The keys that are always arrays of tables.
-const ARRAYS: [&str; 6] = ["program", "task", "template", "stage", "rung", "branch"];
+const ARRAYS: [&str; 7] = ["program", "task", "subroutine", "template", "stage", "rung", "branch"];
 
 /// Checks the order of all headers of a file.
 pub(super) fn check(doc: Doc<'_>, root: &DeTable<'_>) {

@@ -35,7 +35,7 @@ pub struct Ladder<R = WrittenRung> {
     pub order: Option<Located<Vec<Text>>>,
     /// `[tags]`, in file order.
     pub tags: Vec<WrittenTag>,
-    /// Programs and tasks, in file order.
+    /// Programs, tasks and subroutines, in file order.
     pub blocks: Vec<WrittenBlock<R>>,
     /// Templates, in file order.
     pub templates: Vec<Template>,
@@ -59,18 +59,19 @@ impl Default for Ladder<Entry> {
     }
 }
 
-/// Whether a block is a Program or a Task.
+/// The header of a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum BlockForm {
     Program,
     Task,
+    Subroutine,
 }
 
-/// A Program or Task.
+/// A Program, Task or subroutine.
 #[derive(Clone, Debug)]
 pub struct WrittenBlock<R = WrittenRung> {
-    /// Program or Task.
+    /// Its header.
     pub form: BlockForm,
     /// The place of its header.
     pub span: Span,
@@ -117,7 +118,7 @@ pub fn read(
 
 /// Whether a file with missing parts may be of a different kind.
 fn is_unclear(root: &Table<'_>) -> bool {
-    let own = ["ladder", "tags", "program", "task", "template"];
+    let own = ["ladder", "tags", "program", "task", "subroutine", "template"];
     root.doc().lost().is_some() && !own.iter().any(|key| root.has(key))
 }
 
@@ -174,6 +175,9 @@ fn read_root(mut root: Table<'_>) -> Ladder<Entry> {
         )
         .into_iter();
     ladder.blocks.extend(tasks.map(|table| read_block(table, BlockForm::Task)));
+    let subroutines = key("subroutine", "Rungs that CALL executes, from any number of places.");
+    let subroutines = root.tables(subroutines, "a subroutine").into_iter();
+    ladder.blocks.extend(subroutines.map(|table| read_block(table, BlockForm::Subroutine)));
     ladder.blocks.sort_by_key(|block| block.span.start);
     let templates = key("template", "Rungs or stages to be used many times.");
     let templates = root.tables(templates, "a template").into_iter();
@@ -199,16 +203,21 @@ fn read_block(mut table: Table<'_>, form: BlockForm) -> WrittenBlock<Entry> {
         BlockForm::Task => {
             (key("rung", "Its rungs."), key("stage", "A task contains no stages.").refused())
         }
+        BlockForm::Subroutine => (
+            key("rung", "Its rungs, executed by each CALL."),
+            key("stage", "A subroutine contains no stages.").refused(),
+        ),
     };
     let body = if program { read_body(&mut table, name.as_ref()) } else { None };
     let rungs = rung::read_entries(&mut table, rungs);
     let mut stages = table.tables(stages, "a stage");
     if !program && let Some(stage) = stages.first() {
-        let message = "a task contains no stages";
+        let what = if form == BlockForm::Task { "task" } else { "subroutine" };
+        let message = format!("a {what} contains no stages");
         let finding = Finding::new(Code::StageInTask, stage.span(), message);
-        table.find(finding.help(
-            "make it a `[[program]]`, which RUN starts and EXIT ends, or give the task rungs",
-        ));
+        table.find(finding.help(format!(
+            "make it a `[[program]]`, which RUN starts and EXIT ends, or give the {what} rungs",
+        )));
         stages.clear();
     }
     let stages = rung::read_stages(stages);

@@ -64,7 +64,9 @@ pub fn kebab(name: &str) -> String {
 /// A name for the first thing of a kind: `Program1`, `use1`.
 pub(super) fn first_of(kind: &str) -> String {
     match kind.split_at_checked(1) {
-        Some((first, rest)) if ["program", "task", "stage", "template"].contains(&kind) => {
+        Some((first, rest))
+            if ["program", "task", "subroutine", "stage", "template"].contains(&kind) =>
+        {
             format!("{}{rest}1", first.to_ascii_uppercase())
         }
         _ => format!("{kind}1"),

@@ -38,6 +38,7 @@ impl Code {
             | BareTimerValue | DurationAsCount | MixedAndOr | EdgeInClk | MixedOperators
             | IntegerDivisionIntoReal | ComplementOfBit | ConstantSaturates | LostFraction
             | InputNamedTwice | VendorNumber
+            | SubroutineRule | SubroutineNesting | SubroutineRungs | SharedHistory
             | MathConstants | RetainedButReset | SelfResetLosesTime | LongPeriod | UnknownAllow
             | UnknownEvent | KeptEvent => RestsOn::Itself,
             UnknownName | UnknownMember | UnknownBlock | UnknownStage
@@ -48,6 +49,7 @@ impl Code {
             Controller | Edge | TestFile => RestsOn::Group,
             BeyondMemory | MemoryFull | RetainsNothing | ColdForEver => RestsOn::Settings,
             Order | ResetWithoutOwner | NoMain | OutLostOnJumpBack | RunsThrough | StageNeverEntered
+            | SubroutineNeverCalled
             | BlockNeverStarted | SetNeverReset | ResetNeverSet | NeverWritten | MultiScanInTask
             | HeldButReset | InputUnmapped | OutputUnmapped | UnusedTag
             | UnusedTemplate => RestsOn::Everything,

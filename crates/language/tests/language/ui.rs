@@ -15,7 +15,7 @@ use rungd_language::source::finding::{Severity, TABLE};
 use rungd_language::source::render::{Style, render};
 
 /// Findings of the rules about the whole program, which are tested elsewhere.
-const RULES: [&str; 8] = [
+const RULES: [&str; 11] = [
     "owned-twice",
     "reset-without-owner",
     "sensaphone-preset",
@@ -24,6 +24,9 @@ const RULES: [&str; 8] = [
     "duplicate-out",
     "built-in-task",
     "block-rule",
+    "subroutine-rule",
+    "subroutine-nesting",
+    "subroutine-rungs",
 ];
 
 fn entries(folder: &Path) -> Vec<PathBuf> {

@@ -13,7 +13,9 @@ pub(super) fn symbol(kind: DeclaredKind) -> CompletionItemKind {
     match kind {
         DeclaredKind::Tag | DeclaredKind::OwnTag => CompletionItemKind::VARIABLE,
         DeclaredKind::Parameter => CompletionItemKind::TYPE_PARAMETER,
-        DeclaredKind::Program | DeclaredKind::Task => CompletionItemKind::MODULE,
+        DeclaredKind::Program | DeclaredKind::Task | DeclaredKind::Subroutine => {
+            CompletionItemKind::MODULE
+        }
         DeclaredKind::Stage => CompletionItemKind::ENUM_MEMBER,
         DeclaredKind::Rung | DeclaredKind::Test => CompletionItemKind::FUNCTION,
         DeclaredKind::Template => CompletionItemKind::CLASS,
@@ -34,6 +36,7 @@ pub(super) fn detail(declared: &Declaration, project: &Project) -> String {
         }
         DeclaredKind::Program => format!("program{}", used()),
         DeclaredKind::Task => "task".to_owned(),
+        DeclaredKind::Subroutine => "subroutine".to_owned(),
         DeclaredKind::Stage => "stage".to_owned(),
         DeclaredKind::Rung => "rung".to_owned(),
         DeclaredKind::Template => "template".to_owned(),

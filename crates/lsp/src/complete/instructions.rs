@@ -135,9 +135,12 @@ fn of_kind(scene: &CompletionScene, operand: &OperandSpec, word: &str) -> Propos
         stages(scene, &mut found);
         return found;
     }
-    let kinds =
-        [(DeclaredKind::Program, OperandKind::Task), (DeclaredKind::Task, OperandKind::Program)];
-    let named = kinds.into_iter().filter(|(_, other)| *other != operand.kind);
+    let kinds = [
+        (DeclaredKind::Program, [OperandKind::Program, OperandKind::Block]),
+        (DeclaredKind::Task, [OperandKind::Task, OperandKind::Block]),
+        (DeclaredKind::Subroutine, [OperandKind::Subroutine; 2]),
+    ];
+    let named = kinds.into_iter().filter(|(_, fitting)| fitting.contains(&operand.kind));
     let named: Vec<DeclaredKind> = named.map(|(kind, _)| kind).collect();
     blocks(scene, &named, &mut found);
     found

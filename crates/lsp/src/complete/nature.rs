@@ -159,7 +159,10 @@ impl Nature {
                 Nature::BITS_INSIDE
             }
             DeclaredKind::Stage => Nature::bit(OperandAccess::Read),
-            DeclaredKind::Rung | DeclaredKind::Template | DeclaredKind::Test => Nature::NOTHING,
+            DeclaredKind::Subroutine
+            | DeclaredKind::Rung
+            | DeclaredKind::Template
+            | DeclaredKind::Test => Nature::NOTHING,
         }
     }
 
@@ -195,6 +198,7 @@ impl WantedName {
             OperandKind::Program
             | OperandKind::Block
             | OperandKind::Task
+            | OperandKind::Subroutine
             | OperandKind::Stage
             | OperandKind::Stages => return None,
         })

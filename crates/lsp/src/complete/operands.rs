@@ -56,6 +56,7 @@ fn declared(scene: &CompletionScene, wish: WantedName, into: &mut Proposals) {
             DeclaredKind::Parameter
             | DeclaredKind::OwnTag
             | DeclaredKind::Use
+            | DeclaredKind::Subroutine
             | DeclaredKind::Stage
             | DeclaredKind::Rung
             | DeclaredKind::Template
@@ -131,6 +132,7 @@ fn members_of(scene: &CompletionScene, at: usize, wish: WantedName, into: &mut P
         | DeclaredKind::OwnTag
         | DeclaredKind::Parameter
         | DeclaredKind::Use
+        | DeclaredKind::Subroutine
         | DeclaredKind::Stage
         | DeclaredKind::Rung
         | DeclaredKind::Template

@@ -17,7 +17,8 @@ pub(super) fn proposed(
         return Vec::new();
     }
     let mut all = Vec::new();
-    let kinds = ["program.rung", "program.stage.rung", "task.rung", "template.rung"];
+    let kinds =
+        ["program.rung", "program.stage.rung", "task.rung", "subroutine.rung", "template.rung"];
     let inner = ["template.stage.rung"];
     let kinds = [kinds.as_slice(), inner.as_slice()].concat();
     if let Some(rung) = file.outline.enclosing(object_at(file, span), &kinds) {

@@ -12,8 +12,14 @@ use super::edit::{ProposedChanges, TextChange, as_pair, one, same_key, without_p
 use super::places::{end_of_table, is_inline, lines, object_at, pair_at, value_at};
 
 /// The kinds of tables that are rungs.
-const RUNGS: [&str; 5] =
-    ["program.rung", "program.stage.rung", "task.rung", "template.rung", "template.stage.rung"];
+const RUNGS: [&str; 6] = [
+    "program.rung",
+    "program.stage.rung",
+    "task.rung",
+    "subroutine.rung",
+    "template.rung",
+    "template.stage.rung",
+];
 
 /// The proposals that add a row to a map. The map of the device at the place comes first.
 pub(super) fn row(file: &EditorFile, span: &Range<usize>, row: &str) -> Vec<ProposedChanges> {

@@ -36,6 +36,7 @@ fn place(project: &Project, declared: &Declaration) -> String {
         DeclaredKind::Tag | DeclaredKind::OwnTag => "tag",
         DeclaredKind::Program => "Program",
         DeclaredKind::Task => "Task",
+        DeclaredKind::Subroutine => "Subroutine",
         DeclaredKind::Stage => "Stage",
         DeclaredKind::Rung => "rung",
         DeclaredKind::Template => "template",

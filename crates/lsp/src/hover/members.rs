@@ -32,7 +32,8 @@ pub(super) fn of_word(cursor: &Cursor, range: &Range<usize>) -> Option<String> {
         DeclaredKind::Tag | DeclaredKind::OwnTag | DeclaredKind::Parameter => {
             of_structure(owners(project, before), name)?
         }
-        DeclaredKind::Stage
+        DeclaredKind::Subroutine
+        | DeclaredKind::Stage
         | DeclaredKind::Rung
         | DeclaredKind::Template
         | DeclaredKind::Use

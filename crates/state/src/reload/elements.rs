@@ -55,6 +55,12 @@ pub(super) fn blocks(
         let said = block_title(names.old.names.block(id));
         let Some(to) = names.block(id) else {
             plan.transfer.gone_blocks.push(id);
+            if names.old.names.block(id).kind == BlockKind::Subroutine {
+                let why = if names.is_in_new(id) { "is not called any more" } else { "is gone" };
+                let state = OldState::Gone { cell: running, off: "not executed" };
+                plan.add_line_with_state(format!("{said} {why}"), state);
+                continue;
+            }
             let state = OldState::Gone { cell: running, off: "not running" };
             plan.add_line_with_state(format!("{said} is gone"), state);
             continue;
@@ -67,7 +73,8 @@ pub(super) fn blocks(
         }
         if disabled.contains(&id) {
             plan.add_line_with_state(said, OldState::Disabled { running });
-        } else if !names.old.names.block(id).kind.is_built_in()
+        } else if names.old.names.block(id).kind != BlockKind::Subroutine
+            && !names.old.names.block(id).kind.is_built_in()
             && names.old.names.block(id).name != "Main"
         {
             plan.add_line_with_state(
@@ -77,9 +84,22 @@ pub(super) fn blocks(
         }
         restart_stages(plan, names, OldAndNew { old: id, new: to }, OldAndNew { old, new });
     }
+    subroutines(plan, OldAndNew { old, new });
     new_blocks(plan, names, new);
     stages(plan, names, old, new);
     intervals(plan, names);
+}
+
+/// Pairs the subroutines by their places in the lists of subroutines.
+fn subroutines(plan: &mut ReloadPlan, OldAndNew { old, new }: OldAndNew<LoweredProgram<'_>>) {
+    let number = |side: LoweredProgram<'_>, id: &BlockId| {
+        side.program.subroutines.iter().position(|subroutine| subroutine == id)
+    };
+    for (from, to) in &plan.transfer.blocks {
+        if let (Some(from), Some(to)) = (number(old, from), number(new, to)) {
+            plan.transfer.subroutines.push((from as u32, to as u32));
+        }
+    }
 }
 
 fn new_blocks(plan: &mut ReloadPlan, names: &ElementPairs<'_>, new: LoweredProgram<'_>) {
@@ -92,7 +112,10 @@ fn new_blocks(plan: &mut ReloadPlan, names: &ElementPairs<'_>, new: LoweredProgr
         let starts = match new.program.blocks[at].role {
             BlockRole::Program { autostart } => autostart,
             BlockRole::TopOfScan | BlockRole::BottomOfScan => true,
-            BlockRole::Task | BlockRole::FirstScan | BlockRole::LastScan => false,
+            BlockRole::Task
+            | BlockRole::FirstScan
+            | BlockRole::LastScan
+            | BlockRole::Subroutine => false,
         };
         let and = if starts { ", and starts" } else { "" };
         plan.add_line(format!("{} is new{and}", block_title(block)));
@@ -329,8 +352,7 @@ fn active(side: LoweredProgram<'_>, element: ElementId) -> u32 {
 }
 
 fn block_title(block: &BlockName) -> String {
-    let kind = if block.kind == BlockKind::Program { "Program" } else { "Task" };
-    format!("{kind} {}", block.name)
+    format!("{} {}", block.kind.title(), block.name)
 }
 
 fn bit_name(side: LoweredProgram<'_>, cell: u32) -> String {

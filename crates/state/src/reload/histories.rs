@@ -21,8 +21,8 @@ use std::collections::{HashMap, VecDeque};
 use std::sync::Arc;
 
 use super::plan::{ElementPairs, ReloadPlan};
-pub use rungd_engine::KeptCells;
 use rungd_engine::isa::{BlockId, ElementId};
+pub use rungd_engine::{KeptCells, WordCell};
 use rungd_language::lower::identity::{History, Identity};
 
 /// What two histories must have in common to be paired.
@@ -60,6 +60,23 @@ pub(super) fn histories(plan: &mut ReloadPlan, names: &ElementPairs<'_>) {
         }
     }
     share(plan, names, new.into_iter().flatten());
+    returns(plan, names);
+}
+
+/// Pairs the RETURNs of each subroutine in their order: the timers behind keep the time that they
+/// have missed.
+fn returns(plan: &mut ReloadPlan, names: &ElementPairs<'_>) {
+    let mut waiting: HashMap<BlockId, VecDeque<WordCell>> = HashMap::new();
+    for before in &names.old.returns {
+        if let Some(block) = names.block(before.block) {
+            waiting.entry(block).or_default().push_back(before.cell);
+        }
+    }
+    for now in &names.new.returns {
+        if let Some(from) = waiting.get_mut(&now.block).and_then(VecDeque::pop_front) {
+            plan.transfer.words.push(KeptCells { from: from.0, to: now.cell.0, count: 1 });
+        }
+    }
 }
 
 /// Histories without a partner share the value of an old history with the same text and element.

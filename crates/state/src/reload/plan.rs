@@ -11,6 +11,7 @@ use rungd_engine::isa::{Address, BlockId, ElementId, StageId, Structure};
 use rungd_engine::{self as engine, Cell, Element, Transfer};
 use rungd_language::lower::Symbols;
 use rungd_language::lower::identity::Identity;
+use rungd_language::resolve::program::BlockKind;
 pub use rungd_language::resolve::program::Value;
 
 /// A lowered program.
@@ -162,9 +163,14 @@ impl<'a> ElementPairs<'a> {
         };
         let by_name: HashMap<_, _> =
             ids(new).map(|((name, kind), id)| (name, (kind, id))).collect();
+        // A subroutine that no block can reach is treated as gone.
+        let is_reached = |kind: BlockKind, id: &BlockId| {
+            kind != BlockKind::Subroutine || new.called_subroutines.contains(id)
+        };
         let blocks: HashMap<_, _> = ids(old)
             .filter_map(|((name, kind), id)| {
-                by_name.get(name).filter(|(other, _)| *other == kind).map(|(_, new)| (id, *new))
+                let (other, to) = by_name.get(name)?;
+                (*other == kind && is_reached(kind, to)).then_some((id, *to))
             })
             .collect();
         let stage_ids: HashMap<_, _> = new
@@ -202,6 +208,11 @@ impl<'a> ElementPairs<'a> {
             }
             (old, new) => same(old, new),
         }
+    }
+
+    /// Whether the new program has a block of the same name and kind, even if nothing reaches it.
+    pub(super) fn is_in_new(&self, old: BlockId) -> bool {
+        self.new.names.blocks.contains(self.old.names.block(old))
     }
 
     /// A block's new number.

@@ -9,5 +9,6 @@ mod properties;
 mod reloaded;
 mod report;
 mod rules;
+mod subroutines;
 mod templates;
 mod types;

@@ -195,8 +195,11 @@ impl Swap<'_> {
         };
         match words[..] {
             ["Program" | "Task", block, "continues", "to", "run"] => new(&running(block)) == 1,
-            ["Program" | "Task", block, "is", "gone", "and", ..] => old_block(block),
-            ["Program" | "Task", block, "is", "gone;", ..] => !old_block(block),
+            ["Program" | "Task" | "Subroutine", block, "is", "gone", "and", ..] => old_block(block),
+            ["Program" | "Task" | "Subroutine", block, "is", "gone;", ..] => !old_block(block),
+            ["Subroutine", block, "is", "not", "called", .., "terminated"] => old_block(block),
+            ["Subroutine", block, "is", "not", "called", ..] => !old_block(block),
+            ["Subroutine", ..] => true,
             ["Task", block, "is", "disabled", ..] => old_block(block) && new(&running(block)) == 0,
             ["Program" | "Task", block, "is", "new,", "and", "starts"] => new(&running(block)) == 1,
             ["Program" | "Task", block, "is", "new"] => new(&running(block)) == 0,
@@ -241,7 +244,9 @@ impl Swap<'_> {
     fn missed(&self, report: &[String]) -> Vec<String> {
         let says = |begin: String| report.iter().any(|line| line.starts_with(&begin));
         let mut missed = Vec::new();
-        for (from, to) in &self.plan.transfer.blocks {
+        let is_subroutine = |id: BlockId| self.old.program.block(id).is_subroutine();
+        let blocks = self.plan.transfer.blocks.iter();
+        for (from, to) in blocks.filter(|(from, _)| !is_subroutine(*from)) {
             let name = &self.old.symbols.names.block(*from).name;
             let (was, is) =
                 (self.was_on(Bit::Running(*from)), self.new.value(self.after, &running(name)) == 1);
@@ -257,7 +262,8 @@ impl Swap<'_> {
                 missed.push(format!("{name} ({to:?}): {was} → {is}, told {told:?}"));
             }
         }
-        let gone = report.iter().any(|line| line.contains("is gone"));
+        let is_gone = |line: &&String| line.contains("is gone") || line.contains("is not called");
+        let gone = report.iter().any(|line| is_gone(&line));
         for n in (0..2048).filter(|_| !gone) {
             for space in [BitSpace::Y, BitSpace::C] {
                 let bit = Bit::Space(space, n);

@@ -194,7 +194,10 @@ impl WantedOperand {
             | OperandKind::Value(..)
             | OperandKind::Duration
             | OperandKind::Interval => WantedOperand::Number,
-            OperandKind::Program | OperandKind::Block | OperandKind::Task => WantedOperand::Block,
+            OperandKind::Program
+            | OperandKind::Block
+            | OperandKind::Task
+            | OperandKind::Subroutine => WantedOperand::Block,
             OperandKind::Stage | OperandKind::Stages => return None,
         })
     }
