@@ -38,6 +38,29 @@ fn main() {
         write_ladder(&folder)
     );
     time("a random run of 5,000 scans, found and shrunk", &write(&folder, "shrink", &random), 1);
+    for rungs in [100, 1000] {
+        let what = format!("100,000 random scans of {rungs} rungs with 256 inputs");
+        time(&what, &write(&folder, "inputs", &random_inputs(&folder, rungs)), 0);
+    }
+}
+
+/// A random test of a ladder with this many rungs, which moves 256 inputs.
+fn random_inputs(folder: &Path, rungs: usize) -> String {
+    let mut text = String::from("[[program]]\nname = \"Main\"\nrung = [\n");
+    for at in 0..rungs {
+        let inputs = [at % 256, (at * 7 + 1) % 256, (at * 3 + 2) % 256];
+        let [a, b, c] = inputs;
+        let _ = writeln!(text, "{{ when = [\"X{a}\", \"!X{b} | X{c}\"], do = [\"OUT C{at}\"] }},");
+    }
+    text += "]\n";
+    let path = folder.join(format!("inputs{rungs}.toml"));
+    std::fs::write(&path, text).expect("the folder can be written");
+    let changes: Vec<String> = (0..256).map(|at| format!("X{at} = \"0.1%\"")).collect();
+    format!(
+        "ladder = [{path:?}]\nalways = [\"$On\"]\n[[random]]\nname = \"inputs\"\nruns = 20\n\
+         scans = 5000\nseed = 1\nchange = {{ {} }}\n",
+        changes.join(", ")
+    )
 }
 
 /// Writes a ladder with a fault that needs four steps of inputs in order: each step needs the latch

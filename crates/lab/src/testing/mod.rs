@@ -4,6 +4,7 @@
 //! `cli` passes paths of test files, or sections of a recording. `reading` makes a [`Suite`] from a
 //! file; `runner` runs it; `mutation` measures its quality. Nothing here reads a clock.
 
+mod change_schedule;
 mod condition;
 #[cfg(test)]
 mod condition_tests;

@@ -6,6 +6,7 @@
 //! but moves each operand by the rule of the test: every run that is replayed is one that the
 //! generator could have made.
 
+use super::change_schedule::ChangeSchedule;
 use super::lowered_suite::LoweredSuite;
 use super::suite::{RandomChange, RandomMotion, RandomTest, TestOperand};
 use crate::rig::{Rig, RigMode, RigSetup, TapeListener};
@@ -88,13 +89,13 @@ fn drawn_run(
 ) -> (u64, Option<BrokenRun>) {
     let layout = &stage.programs[0].symbols.layout;
     let mut random = generator(test.seed, run);
+    let chances = test.changes.iter().map(|change| change.chance);
+    let mut schedule = ChangeSchedule::new(chances, &mut random);
     let mut events = Vec::new();
     let drive = RandomDrive { stage, test, scans: test.scans, listener };
     let broken = drive.execute(|scan, image, changes| {
-        for (at, change) in test.changes.iter().enumerate() {
-            if random.next() % 1_000_000 >= u64::from(change.chance.0) {
-                continue;
-            }
+        while let Some(at) = schedule.due(scan, &mut random) {
+            let change = &test.changes[at];
             let draw = drawn(layout, change, image, &mut random);
             let value = moved(layout, change, image, draw);
             events.push(RandomEvent { scan, change: at, draw, value });
