@@ -206,9 +206,10 @@ impl ScanSide {
 
     /// All inputs with their latest values; those of `moved`, 64 to a word, are not given.
     pub fn inputs(&self, moved: &[u64]) -> impl Iterator<Item = UnwiredInputs> {
-        self.port.shared.gate.inputs().enumerate().map(move |(at, word)| {
-            let given = word.present & !moved.get(at).copied().unwrap_or(0);
-            UnwiredInputs { first: word.first, values: word.values, given }
+        self.port.shared.gate.inputs().map(move |word| {
+            let inputs =
+                UnwiredInputs { first: word.first, values: word.values, given: word.present };
+            inputs.not_moved(moved)
         })
     }
 

@@ -157,10 +157,9 @@ impl RigField {
         }
     }
 
-    /// Whether a device writes this X in every scan.
-    pub fn moves(&self, x: u32) -> bool {
-        let word = self.field.moved().get(x as usize / 64);
-        word.is_some_and(|word| word & (1 << (x % 64)) != 0)
+    /// The X that devices write in every scan, 64 to a word.
+    pub fn moved(&self) -> &[u64] {
+        self.field.moved()
     }
 
     /// The input step of a scan.

@@ -33,7 +33,7 @@ use rungd_engine::{Cell, Engine, Image};
 use rungd_io::plant::RuleSet;
 use rungd_runtime::exchange::{Mode, StopReason, Ticket};
 use rungd_runtime::field::InputStep;
-use rungd_runtime::{Origin, ScanStart, ScannedMachine, TapeSection, Taped};
+use rungd_runtime::{Origin, ScanStart, ScannedMachine, TapeSection, Taped, UnwiredInputs};
 use rungd_state::reload::{LoweredProgram, ReloadPlan};
 use tape::RigTape;
 
@@ -69,8 +69,8 @@ pub struct Rig {
     next_ns: u64,
     /// The number of complete scans of this process.
     scans: u64,
-    /// The levels of the inputs that were ever set, by X.
-    levels: Vec<(u32, bool)>,
+    /// The levels of the inputs that were ever set, 64 at a time from X0 on.
+    levels: Vec<UnwiredInputs>,
     /// Queued writes for the next scan, each with the number of its batch.
     writes: Vec<(Cell, i32, Ticket)>,
     forces: Vec<Cell>,
@@ -165,8 +165,8 @@ impl Rig {
         self.scanned_at = self.time_of_day();
         let Rig { machine, field, levels, writes, scans, .. } = self;
         machine.begin_scan(&start);
-        for (x, on) in levels.iter().filter(|(x, _)| !field.moves(*x)) {
-            machine.set_input(*x, *on);
+        for inputs in levels.iter() {
+            machine.set_inputs(inputs.not_moved(field.moved()));
         }
         field.bring_in(machine, InputStep { scan: *scans, now_ns });
         for (cell, value, ticket) in writes.drain(..) {
@@ -395,9 +395,10 @@ fn put(machine: &mut Taped, cell: Cell, value: i32) {
 }
 
 /// Sets the level of an input, by its X.
-fn put_level(levels: &mut Vec<(u32, bool)>, x: u32, on: bool) {
-    match levels.iter_mut().find(|(input, _)| *input == x) {
-        Some(level) => level.1 = on,
-        None => levels.push((x, on)),
+fn put_level(levels: &mut Vec<UnwiredInputs>, x: u32, on: bool) {
+    let at = x as usize / 64;
+    while levels.len() <= at {
+        levels.push(UnwiredInputs::from_first(64 * levels.len() as u32));
     }
+    levels[at].give(x, on);
 }
