@@ -19,7 +19,7 @@ use std::sync::atomic::Ordering;
 
 use rungd_base::calendar::LocalTime;
 use rungd_engine::isa::{Bit, BitSpace, MemorySizes, Word, WordSpace};
-use rungd_engine::{Cell as MemoryCell, Engine};
+use rungd_engine::{BitCell, Cell as MemoryCell, Engine};
 use rungd_io::device::Opener;
 use rungd_io::gpio::GpioOpener;
 use rungd_io::gpio::settings::{
@@ -198,8 +198,9 @@ fn settings(symbols: &Symbols, scans: u64) -> ThreadSettings {
     let mut safe = vec![SafeState::Off; sizes.y as usize];
     safe[..3].copy_from_slice(&[SafeState::On, SafeState::Hold, SafeState::Hold]);
     let watched = WatchedCells {
-        bits: symbols.alarms.iter().map(|alarm| alarm.bit).collect(),
+        bits: bits(&symbols.alarms),
         words: vec![layout.word(Word::Space(WordSpace::D, 0))],
+        ..WatchedCells::default()
     };
     ThreadSettings {
         pace: ScannerSettings {
@@ -315,8 +316,9 @@ fn scans_across_a_hundred_reloads_allocate_nothing() {
         let side = |program, symbols| LoweredProgram { program, symbols };
         let plan = ReloadPlan::new(side(&running, &symbols), side(&code, &next));
         let watched = WatchedCells {
-            bits: next.alarms.iter().map(|alarm| alarm.bit).collect(),
+            bits: bits(&next.alarms),
             words: vec![next.layout.word(Word::Space(WordSpace::D, 0))],
+            ..WatchedCells::default()
         };
         let carried =
             CarriedWatches { bits: vec![Some(0); watched.bits.len()], words: vec![Some(0)] };
@@ -481,4 +483,13 @@ fn lowering_allocates_in_proportion_to_the_contacts_of_a_leg() {
     };
     let (none, some, many) = (bytes(1), bytes(1000), bytes(4000));
     assert!(many - none < 6 * (some - none), "{none}, {some}, {many} bytes");
+}
+
+/// The bits of alarms that are no bits of words.
+fn bits(alarms: &[rungd_language::lower::Alarm]) -> Vec<BitCell> {
+    let bit = |alarm: &rungd_language::lower::Alarm| match alarm.bit {
+        MemoryCell::Bit(bit) => Some(bit),
+        MemoryCell::Word(_) | MemoryCell::WordBit(_) => None,
+    };
+    alarms.iter().filter_map(bit).collect()
 }

@@ -96,9 +96,8 @@ pub(super) fn same_kind(
 ) -> Option<Cell> {
     let here = TracedOperand::new(&watched.name, cell?, layout);
     let is_same = match (here.cell, watched.cell) {
-        (Cell::Bit(_), Cell::Bit(_)) => true,
         (Cell::Word(_), Cell::Word(_)) => here.real == watched.real,
-        (Cell::Bit(_), Cell::Word(_)) | (Cell::Word(_), Cell::Bit(_)) => false,
+        (here, watched) => here.is_bit() && watched.is_bit(),
     };
     is_same.then_some(here.cell)
 }

@@ -10,7 +10,7 @@ use std::cmp::Reverse;
 use std::collections::{HashMap, VecDeque};
 
 use rungd_client::operator::protocol::{AckedAlarm, AlarmAck, AlarmState, AlarmStatus, AlarmTime};
-use rungd_engine::BitCell;
+use rungd_engine::Cell;
 use rungd_language::lower;
 use rungd_runtime::exchange::Snapshot;
 
@@ -186,7 +186,8 @@ impl AlarmBook {
 
     /// Whether the book has the same alarms ON as an image.
     pub fn agrees(&self, image: &Snapshot) -> bool {
-        let agrees = |alarm: &BookedAlarm| image.bit(alarm.known.bit) == alarm.state.is_active();
+        let agrees =
+            |alarm: &BookedAlarm| (image.value(alarm.known.bit) != 0) == alarm.state.is_active();
         self.generation == image.generation && self.alarms.iter().all(agrees)
     }
 
@@ -198,7 +199,7 @@ impl AlarmBook {
         }
         let at = BookTime { scan: image.scans, at_ns: image.now_ns, unix_ns };
         for number in 0..self.alarms.len() {
-            let on = image.bit(self.alarms[number].known.bit);
+            let on = image.value(self.alarms[number].known.bit) != 0;
             self.edge(number, on, at);
         }
         true
@@ -225,7 +226,7 @@ impl AlarmBook {
     }
 
     /// The numbers of all alarms of a bit of a program: several tags may watch the bit.
-    pub fn of_bit(&self, generation: u32, bit: BitCell) -> Vec<usize> {
+    pub fn of_bit(&self, generation: u32, bit: Cell) -> Vec<usize> {
         let is_ours = self.generation == generation;
         let watches = |number: &usize| is_ours && self.alarms[*number].known.bit == bit;
         (0..self.alarms.len()).filter(watches).collect()

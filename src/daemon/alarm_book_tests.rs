@@ -1,6 +1,7 @@
 //! Unit tests of the book of alarms.
 
 use super::*;
+use rungd_engine::BitCell;
 use rungd_language::resolve::priority::Priority;
 
 const SECOND_NS: u64 = 1_000_000_000;
@@ -8,7 +9,7 @@ const HOUR_NS: u64 = 3600 * SECOND_NS;
 
 fn known(tags: &[&str]) -> Vec<lower::Alarm> {
     let alarm = |(at, tag): (usize, &&str)| lower::Alarm {
-        bit: BitCell(at as u32),
+        bit: Cell::Bit(BitCell(at as u32)),
         tag: (*tag).to_owned(),
         text: format!("{tag} happened"),
         priority: Priority::default(),
@@ -175,6 +176,6 @@ fn all_unacknowledged_alarms_are_acknowledged_in_the_order_of_the_list() {
     book.edge(3, false, at(4));
     book.acknowledge(0, ack());
     assert_eq!(book.unacknowledged(), [1, 3]);
-    assert_eq!(book.of_bit(0, BitCell(2)), [2]);
-    assert!(book.of_bit(1, BitCell(2)).is_empty(), "a bit of another program");
+    assert_eq!(book.of_bit(0, Cell::Bit(BitCell(2))), [2]);
+    assert!(book.of_bit(1, Cell::Bit(BitCell(2))).is_empty(), "a bit of another program");
 }

@@ -122,7 +122,7 @@ mod tests {
     #[test]
     fn changes_during_a_read_of_the_alarm_book_are_applied_later() {
         let alarm = rungd_language::lower::Alarm {
-            bit: rungd_engine::BitCell(0),
+            bit: rungd_engine::Cell::Bit(rungd_engine::BitCell(0)),
             tag: "jam".to_owned(),
             text: "Jammed".to_owned(),
             priority: rungd_language::resolve::priority::Priority::High,

@@ -194,16 +194,27 @@ impl Narration {
     pub fn new(program: &Program, symbols: &Symbols) -> (Narration, WatchedCells) {
         let mut watched = WatchedCells::default();
         let (mut bits, mut words) = (Vec::new(), Vec::new());
+        let mut behind = Vec::new();
+        let mut watch = |watched: &mut WatchedCells, cell: Cell, news: BitNews| match cell {
+            Cell::Bit(cell) => {
+                watched.bits.push(cell);
+                bits.push(news);
+            }
+            Cell::WordBit(bit) => {
+                watched.word_bits.push(bit);
+                behind.push(news);
+            }
+            Cell::Word(_) => unreachable!("a bit is no word"),
+        };
         for alarm in &symbols.alarms {
-            watched.bits.push(alarm.bit);
-            bits.push(BitNews { tag: alarm.tag.clone(), alarm: Some(one_line(&alarm.text)) });
+            let text = Some(one_line(&alarm.text));
+            watch(&mut watched, alarm.bit, BitNews { tag: alarm.tag.clone(), alarm: text });
         }
         for logged in &symbols.logged {
             let tag = logged.tag.clone();
             match logged.cell {
-                Cell::Bit(cell) => {
-                    watched.bits.push(cell);
-                    bits.push(BitNews { tag, alarm: None });
+                Cell::Bit(_) | Cell::WordBit(_) => {
+                    watch(&mut watched, logged.cell, BitNews { tag, alarm: None });
                 }
                 Cell::Word(cell) => {
                     watched.words.push(cell);
@@ -211,6 +222,7 @@ impl Narration {
                 }
             }
         }
+        bits.append(&mut behind);
         let names = Arc::clone(&symbols.names);
         let (rungs, tempo) = (rungs(program), Tempo::default());
         let maths = symbols.maths.clone();

@@ -116,10 +116,8 @@ impl Line {
         let start = ScanStart { number: self.number, now_ns: self.now_ns, times, local_s };
         ScannedMachine::begin_scan(&mut self.taped, &start);
         for (name, value) in writes {
-            match self.cell(name) {
-                Cell::Bit(cell) => ScannedMachine::write_bit(&mut self.taped, cell, *value != 0),
-                Cell::Word(cell) => ScannedMachine::write_word(&mut self.taped, cell, *value),
-            }
+            let cell = self.cell(name);
+            self.taped.write(cell, *value);
         }
         let last = self.taped.execute();
         self.taped.settle();

@@ -95,6 +95,10 @@ impl Sweep {
                     match self.cells[*cell] {
                         Cell::Bit(bit) => self.bits[bit.0 as usize] = *value as u8,
                         Cell::Word(word) => self.words[word.0 as usize] = *value as i32,
+                        Cell::WordBit(bit) => {
+                            let held = &mut self.words[bit.word.0 as usize];
+                            *held = bit.put(*held, *value != 0);
+                        }
                     }
                 }
                 let same = self.image.bits == self.bits && self.image.words == self.words;
@@ -115,6 +119,9 @@ impl Sweep {
                 OperandWrite::Bit(cell, on) => set(&mut self.image, Cell::Bit(cell), on.into()),
                 OperandWrite::Word(cell, value) => {
                     set(&mut self.image, Cell::Word(cell), value.into())
+                }
+                OperandWrite::WordBit(bit, on) => {
+                    set(&mut self.image, Cell::WordBit(bit), on.into())
                 }
                 OperandWrite::Masked { cell, mask, signed } => {
                     let value = mask.apply(self.image.word(cell), signed);
@@ -167,6 +174,10 @@ fn set(image: &mut Snapshot, cell: Cell, value: i64) {
     match cell {
         Cell::Bit(bit) => image.bits[bit.0 as usize] = value as u8,
         Cell::Word(word) => image.words[word.0 as usize] = value as i32,
+        Cell::WordBit(bit) => {
+            let held = &mut image.words[bit.word.0 as usize];
+            *held = bit.put(*held, value != 0);
+        }
     }
 }
 

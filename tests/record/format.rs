@@ -113,6 +113,7 @@ fn cell(cell: Cell) -> String {
     match cell {
         Cell::Bit(BitCell(at)) => format!("bit {at}"),
         Cell::Word(WordCell(at)) => format!("word {at}"),
+        Cell::WordBit(_) => panic!("a recording has whole words alone"),
     }
 }
 

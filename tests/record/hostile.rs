@@ -395,7 +395,7 @@ fn word(name: &str) -> usize {
     let subject = Subject::new(Arc::new(load(RANGES).unwrap()), Vec::new());
     match subject.cell(name).unwrap() {
         Cell::Word(WordCell(at)) => at as usize,
-        Cell::Bit(_) => panic!("{name} is a bit"),
+        Cell::Bit(_) | Cell::WordBit(_) => panic!("{name} is a bit"),
     }
 }
 

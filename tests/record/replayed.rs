@@ -49,7 +49,7 @@ pub fn random_line(seed: u64) -> Line {
                 taped.comes_from(Origin::Batch(Ticket(scan)));
                 match change {
                     StimulusChange::Input(n, on) => taped.set_input(n, on),
-                    StimulusChange::Bit(cell, on) => ScannedMachine::write_bit(taped, cell, on),
+                    StimulusChange::Bit(cell, on) => taped.write(cell, on.into()),
                     StimulusChange::Word(cell, value) => {
                         ScannedMachine::write_word(taped, cell, value)
                     }

@@ -76,7 +76,7 @@ impl Change for rungd_runtime::Taped {
         self.comes_from(Origin::Device(1));
         match Cell::Word(WordCell(cell)) {
             Cell::Word(cell) => ScannedMachine::write_word(self, cell, value),
-            Cell::Bit(_) => {}
+            Cell::Bit(_) | Cell::WordBit(_) => {}
         }
     }
 }

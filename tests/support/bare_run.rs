@@ -4,7 +4,7 @@
 use std::io;
 
 use rungd_base::calendar::LocalTime;
-use rungd_engine::{self as engine, Engine, ScanTimes};
+use rungd_engine::{self as engine, Engine, EngineCall, ScanTimes};
 use rungd_lab::traces::stimulus::{Stimulus, StimulusChange};
 use rungd_lab::traces::trace::{RowName, Trace};
 
@@ -47,7 +47,7 @@ pub fn run(program: engine::EngineProgram, plan: &Plan, trace: &mut dyn Trace) -
         for change in plan.stimulus.of_scan(scan, &mut next_change) {
             match change {
                 StimulusChange::Input(n, on) => engine.set_input(n, on),
-                StimulusChange::Bit(cell, on) => engine.write_bit(cell, on),
+                StimulusChange::Bit(cell, on) => engine.apply(EngineCall::Write(cell, on.into())),
                 StimulusChange::Word(cell, value) => engine.write_word(cell, value),
             }
         }

@@ -56,11 +56,7 @@ impl Plant {
     }
 
     pub fn value(&self, name: &str) -> i32 {
-        let image = self.engine.image();
-        match self.cell(name) {
-            Cell::Bit(bit) => image.bit(bit).into(),
-            Cell::Word(word) => image.word(word),
-        }
+        self.engine.image().value(self.cell(name))
     }
 
     /// The value of an R word.
@@ -82,8 +78,7 @@ impl Plant {
     pub fn scan(&mut self) {
         let image = self.engine.image();
         let value = |address| match self.symbols.layout.cell(address) {
-            Some(Cell::Bit(bit)) => i32::from(image.bit(bit)),
-            Some(Cell::Word(word)) => image.word(word),
+            Some(cell) => image.value(cell),
             None => panic!("{address}"),
         };
         let outputs: Vec<i32> = self.device.outputs.iter().map(|out| value(out.address)).collect();

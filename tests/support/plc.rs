@@ -2,7 +2,7 @@
 
 use rungd_base::calendar::LocalTime;
 use rungd_engine::isa::{Address, Bit, BitSpace};
-use rungd_engine::{BlockEvent, Cell, Element, Engine, ScanEnd, ScanTimes};
+use rungd_engine::{BlockEvent, Cell, Element, Engine, EngineCall, ScanEnd, ScanTimes};
 use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::program::Program;
 
@@ -66,6 +66,7 @@ impl Plc {
         match self.cell(name) {
             Cell::Bit(bit) => self.engine.force_bit(bit, value != 0),
             Cell::Word(word) => self.engine.force_word(word, value),
+            Cell::WordBit(_) => panic!("{name} is a bit of a word"),
         }
     }
 
@@ -73,6 +74,7 @@ impl Plc {
         match self.cell(name) {
             Cell::Bit(bit) => self.engine.release_bit(bit),
             Cell::Word(word) => self.engine.release_word(word),
+            Cell::WordBit(_) => panic!("{name} is a bit of a word"),
         }
     }
 
@@ -86,8 +88,7 @@ impl Plc {
             };
             match (input, self.cell(name)) {
                 (Some(n), _) => self.engine.set_input(n, *value != 0),
-                (None, Cell::Bit(bit)) => self.engine.write_bit(bit, *value != 0),
-                (None, Cell::Word(word)) => self.engine.write_word(word, *value),
+                (None, cell) => self.engine.apply(EngineCall::Write(cell, *value)),
             }
         }
         self.now_ns += self.period_ns;

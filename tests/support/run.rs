@@ -48,7 +48,7 @@ pub fn target(program: &Program, symbols: &Symbols, name: &str) -> Result<Stimul
     match program.scope().address(name)? {
         Address::Bit(Bit::Space(BitSpace::X, n)) => Ok(StimulusTarget::Input(n)),
         Address::Bit(bit) if bit.writable_from_outside() => {
-            Ok(StimulusTarget::Bit(symbols.layout.bit(bit)))
+            Ok(StimulusTarget::Bit(symbols.layout.bit_in(bit)))
         }
         Address::Word(word) if Word::writable(word) => {
             let (min, max) = symbols.limits(word);
@@ -72,10 +72,7 @@ impl Rows {
 
 /// The value of a cell.
 pub fn value(image: &Image, cell: Cell) -> i64 {
-    match cell {
-        Cell::Bit(bit) => i64::from(image.bit(bit)),
-        Cell::Word(word) => i64::from(image.word(word)),
-    }
+    i64::from(image.value(cell))
 }
 
 impl Trace for Rows {

@@ -4,7 +4,9 @@
 //! [`ArrayTarget`] is for `math`, the rest is for `arrays`. Behaviour: `docs/semantics.md`, section
 //! 9.
 
+use super::image::WordCell;
 use super::integer;
+use super::layout::WordBitCell;
 use super::memory::MemoryView;
 use super::mishap::{Mishap, Mishaps};
 use super::reach::Reach;
@@ -28,7 +30,7 @@ pub struct ArrayTarget {
     /// The word that holds the index of the element.
     pub index: u32,
     /// The word of the lower limit: of element 0 if each element has its own limits, else of all
-    /// elements. Unused for bits.
+    /// elements. Unused for bits; for bits of words, the mask of the bit.
     pub limits: u32,
 }
 
@@ -37,6 +39,8 @@ pub struct ArrayTarget {
 pub enum ElementType {
     /// Bits.
     Bits,
+    /// The same bit of each word.
+    WordBits,
     /// Words of 0 to 65535.
     Unsigned,
     /// Words of signed integers.
@@ -85,6 +89,16 @@ impl ArrayTarget {
         CellRange { first: self.first, count: self.count.into() }
     }
 
+    /// A bit of an element, if its elements are bits of words.
+    pub(super) fn word_bit(&self, element: u32) -> WordBitCell {
+        WordBitCell { word: WordCell(self.first + element), mask: self.limits.cast_signed() }
+    }
+
+    /// The bits of all elements, if its elements are bits of words.
+    pub(super) fn word_bits(&self) -> impl Iterator<Item = WordBitCell> {
+        (0..u32::from(self.count)).map(|element| self.word_bit(element))
+    }
+
     /// Stores a result. If the index is outside of the array, stores nothing and notes a mishap.
     pub(super) fn put<R: Reach>(
         &self,
@@ -102,6 +116,16 @@ impl ArrayTarget {
             }
             (ElementType::Bits, StoredResult::Real(x)) => {
                 return view.put_bit(BitWritten(cell), u8::from(x != 0.0));
+            }
+            (ElementType::WordBits, value) => {
+                let is_on = match value {
+                    StoredResult::Integer(n) => n != 0,
+                    StoredResult::Real(x) => x != 0.0,
+                };
+                let content = view.word(WordRead(cell));
+                let bit = self.word_bit(index.cast_unsigned());
+                view.put_word(WordWritten(cell), bit.put(content, is_on));
+                return;
             }
             (ElementType::Unsigned, value) => {
                 integer::within(value.whole(), 0, 65535, noted).into()
@@ -132,7 +156,10 @@ impl FieldRole for ArrayTarget {
         WordRead(self.index).touches(t);
         match self.kind {
             ElementType::Bits => BitsWritten(self.array()).touches(t),
-            ElementType::Unsigned | ElementType::Integers | ElementType::Reals => {
+            ElementType::WordBits
+            | ElementType::Unsigned
+            | ElementType::Integers
+            | ElementType::Reals => {
                 WordsWritten(self.array()).touches(t);
             }
         }

@@ -52,6 +52,9 @@ impl Engine {
             }
             EngineCall::Write(Cell::Bit(cell), value) => self.write_bit(cell, value != 0),
             EngineCall::Write(Cell::Word(cell), value) => self.write_word(cell, value),
+            EngineCall::Write(Cell::WordBit(cell), value) => {
+                self.change_word_bit(cell, value != 0);
+            }
             EngineCall::Execute => {
                 self.execute();
             }
@@ -60,6 +63,9 @@ impl Engine {
             EngineCall::Force(Cell::Word(cell), value) => self.force_word(cell, value),
             EngineCall::Release(Cell::Bit(cell)) => self.release_bit(cell),
             EngineCall::Release(Cell::Word(cell)) => self.release_word(cell),
+            EngineCall::Force(Cell::WordBit(_), _) | EngineCall::Release(Cell::WordBit(_)) => {
+                unreachable!("a bit of a word is never forced")
+            }
         }
     }
 

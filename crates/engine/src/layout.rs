@@ -11,7 +11,7 @@ use crate::isa::space::SENSAPHONE_COUNT;
 use crate::isa::status::{DST_COUNT, ST_COUNT, dst as status};
 use crate::isa::{
     Address, Bit, BitSpace, BlockId, DeviceBit, DeviceId, Flag, MemorySizes, Real, Space, StageId,
-    Structure, Word, WordSpace,
+    Structure, Word, WordBit, WordSpace,
 };
 
 /// The number of status words that rungd 0.2 has, and of those that it does not have.
@@ -147,7 +147,10 @@ impl Layout {
         &self.sizes
     }
 
-    /// The cell of a bit.
+    /// The cell of a bit that is no bit of a word.
+    ///
+    /// # Panics
+    /// If it is a bit of a word, which has no cell of its own: [`Layout::bit_in`] takes any bit.
     #[inline(always)]
     pub fn bit(&self, bit: Bit) -> BitCell {
         BitCell(match bit {
@@ -159,7 +162,28 @@ impl Layout {
             Bit::Device(DeviceId(n), health) => {
                 self.devices + n * DeviceBit::ALL.len() as u32 + health as u32
             }
+            Bit::InWord(_) => unreachable!("a bit of a word has no cell of its own"),
         })
+    }
+
+    /// The cell of any bit.
+    pub fn bit_in(&self, bit: Bit) -> Cell {
+        match bit {
+            Bit::InWord(bit) => Cell::WordBit(self.word_bit(bit)),
+            Bit::Space(..)
+            | Bit::Flag(..)
+            | Bit::Stage(_)
+            | Bit::Running(_)
+            | Bit::Done(_)
+            | Bit::Device(..) => Cell::Bit(self.bit(bit)),
+        }
+    }
+
+    /// The cell of a word's bit.
+    pub fn word_bit(&self, bit: WordBit) -> WordBitCell {
+        let is_sign = bit.word.range().0 < 0 && bit.number + 1 == bit.word.bit_count();
+        let mask = if is_sign { -1 << bit.number } else { 1 << bit.number };
+        WordBitCell { word: self.word(bit.word), mask }
     }
 
     /// The cell of a word.
@@ -189,7 +213,7 @@ impl Layout {
     /// The cell of a bit or word; `None` for a whole structure.
     pub fn cell(&self, address: Address) -> Option<Cell> {
         match address {
-            Address::Bit(bit) => Some(Cell::Bit(self.bit(bit))),
+            Address::Bit(bit) => Some(self.bit_in(bit)),
             Address::Word(word) => Some(Cell::Word(self.word(word))),
             Address::Structure(_) => None,
         }
@@ -198,6 +222,12 @@ impl Layout {
     /// The address of a public cell; `None` for histories.
     pub fn address(&self, cell: Cell) -> Option<Address> {
         self.space_address(cell).or_else(|| match cell {
+            Cell::WordBit(WordBitCell { word, mask }) => match self.address(Cell::Word(word)) {
+                Some(Address::Word(word)) => {
+                    word.bit(mask.trailing_zeros() as u8).map(Address::Bit)
+                }
+                Some(Address::Bit(_) | Address::Structure(_)) | None => None,
+            },
             Cell::Bit(BitCell(at)) => {
                 let structure = self.structure(at / RECORD as u32);
                 let device = at.wrapping_sub(self.devices);
@@ -250,7 +280,9 @@ impl Layout {
                 {
                     at - self.later_dst + EARLIER_DST
                 }
-                Cell::Bit(_) | Cell::Word(_) => number(cell).checked_sub(number(begin))?,
+                Cell::Bit(_) | Cell::Word(_) | Cell::WordBit(_) => {
+                    number(cell)?.checked_sub(number(begin)?)?
+                }
             };
             let addressed = || space.address(space.first() + at);
             (at < space.count(&self.sizes)).then(addressed).filter(|found| {
@@ -282,7 +314,7 @@ impl Layout {
     pub fn text(&self, cell: Cell, content: i32) -> String {
         match cell {
             Cell::Word(word) if self.is_real(word) => Real::of_cell(content).to_string(),
-            Cell::Bit(_) | Cell::Word(_) => content.to_string(),
+            Cell::Bit(_) | Cell::Word(_) | Cell::WordBit(_) => content.to_string(),
         }
     }
 
@@ -325,6 +357,63 @@ impl Layout {
 pub enum Cell {
     Bit(BitCell),
     Word(WordCell),
+    WordBit(WordBitCell),
+}
+
+/// A bit of a word's cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct WordBitCell {
+    /// The word.
+    pub word: WordCell,
+    /// The bit in the content of the cell. For the sign of a word of 16 bits, all bits above it
+    /// too: the cell has 32 bits, and its content has the sign of the word.
+    pub mask: i32,
+}
+
+impl WordBitCell {
+    /// Whether the bit is ON in the content of its word.
+    #[inline(always)]
+    pub fn is_on(self, content: i32) -> bool {
+        content & self.mask != 0
+    }
+
+    /// The same bit of a different word.
+    pub fn with_word(self, word: Cell) -> Option<Cell> {
+        match word {
+            Cell::Word(word) => Some(Cell::WordBit(WordBitCell { word, ..self })),
+            Cell::Bit(_) | Cell::WordBit(_) => None,
+        }
+    }
+
+    /// The content of its word with the bit ON or OFF.
+    #[inline(always)]
+    pub fn put(self, content: i32, on: bool) -> i32 {
+        if on { content | self.mask } else { content & !self.mask }
+    }
+}
+
+impl Cell {
+    /// Whether it holds a bit: 0 or 1.
+    pub fn is_bit(self) -> bool {
+        match self {
+            Cell::Bit(_) | Cell::WordBit(_) => true,
+            Cell::Word(_) => false,
+        }
+    }
+
+    /// Whether a write of one of the two can change the other: they are the same, or a word and its
+    /// bit.
+    pub fn overlaps(self, other: Cell) -> bool {
+        self == other || self.whole() == other || self == other.whole()
+    }
+
+    /// For a bit of a word, the word's cell; else itself.
+    pub fn whole(self) -> Cell {
+        match self {
+            Cell::WordBit(bit) => Cell::Word(bit.word),
+            Cell::Bit(_) | Cell::Word(_) => self,
+        }
+    }
 }
 
 impl Image {
@@ -333,13 +422,15 @@ impl Image {
         match cell {
             Cell::Bit(bit) => i32::from(self.bit(bit)),
             Cell::Word(word) => self.word(word),
+            Cell::WordBit(bit) => i32::from(bit.is_on(self.word(bit.word))),
         }
     }
 }
 
-fn number(cell: Cell) -> u32 {
+fn number(cell: Cell) -> Option<u32> {
     match cell {
-        Cell::Bit(BitCell(at)) | Cell::Word(WordCell(at)) => at,
+        Cell::Bit(BitCell(at)) | Cell::Word(WordCell(at)) => Some(at),
+        Cell::WordBit(_) => None,
     }
 }
 

@@ -52,13 +52,14 @@ mod termination;
 mod timers;
 mod transfer;
 mod wiring;
+mod word_bits;
 mod written;
 
 pub use call::EngineCall;
 pub use events::{BlockEvent, Element, MathEvent};
 pub use eye::{ScanObserver, ScanStep};
 pub use image::{BitCell, Image, WordCell};
-pub use layout::{Cell, Layout};
+pub use layout::{Cell, Layout, WordBitCell};
 pub use mishap::Mishap;
 pub use mishap::Mishaps;
 pub use power::Power;

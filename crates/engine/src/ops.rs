@@ -20,8 +20,8 @@ pub use super::power::{LegPowers, Power, Powers};
 use super::reach::Reach;
 use super::role::FieldRole;
 pub use super::role::{
-    BitOwn, BitRead, BitWritten, BitsRead, BitsWritten, CellRange, FormulaReads, Formulas,
-    TouchedCells, WordRead, WordWritten, WordsRead, WordsWritten,
+    BitMask, BitOwn, BitRead, BitWritten, BitsRead, BitsWritten, CellRange, FormulaReads, Formulas,
+    TouchedCells, WordBitWritten, WordRead, WordWritten, WordsRead, WordsWritten,
 };
 pub use super::step_reads::reads;
 pub use super::steps::{Accumulator, Code, FormulaStep, Operator, StepOperand, StepShape, shapes};
@@ -151,6 +151,8 @@ operations! {
     PickBit pick_bit { cell: BitOwn, from: BitsRead, index: WordRead }
     /// `cell` = the word of an array that the index selects; 0 if the index is outside.
     PickWord pick_word { cell: WordWritten, from: WordsRead, index: WordRead }
+    /// `cell` = a bit of a word.
+    LoadWordBit load_word_bit { cell: BitOwn, word: WordRead, bit: BitMask }
     /// `cell` = the bit was OFF at the last evaluation and is now ON.
     Rise rise { cell: BitOwn, bit: BitRead, history: BitOwn }
     /// `cell` = the bit was ON at the last evaluation and is now OFF.
@@ -171,6 +173,12 @@ operations! {
     Set set { leg: LegPowers, bit: BitWritten }
     /// RST: turns the bit OFF while the rung is ON.
     Rst rst { leg: LegPowers, bit: BitWritten }
+    /// OUT of a bit of a word; stores the result of other operations in one, too.
+    OutWordBit out_word_bit { leg: LegPowers, bit: WordBitWritten }
+    /// SET of a bit of a word.
+    SetWordBit set_word_bit { leg: LegPowers, bit: WordBitWritten }
+    /// RST of a bit of a word.
+    RstWordBit rst_word_bit { leg: LegPowers, bit: WordBitWritten }
     /// PD: writes ON at the execution in which the rung comes ON, OFF at every other.
     Pd pd { leg: LegPowers, bit: BitWritten, history: BitOwn }
     /// ND: writes ON at the execution in which the rung goes OFF, OFF at every other.

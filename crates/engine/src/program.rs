@@ -6,9 +6,10 @@
 use std::ops::Range;
 
 use super::image::{BitCell, WordCell};
-use super::layout::Layout;
+use super::layout::{Cell, Layout};
 use super::ops::{FormulaStep, Math, OpKind, OpTables};
 use super::places::{Counter, CounterRule, Sensaphone, Timer, TimerRule};
+use super::role::WordBitWritten;
 use crate::isa::{BlockId, StageId};
 
 /// Operations of one kind that execute one after the other: `first..first + count` of their table.
@@ -25,6 +26,8 @@ pub struct Batch {
 pub enum PassStep {
     /// OUT, PD, ND and output parameters: the bit goes OFF.
     BitOff(u32),
+    /// The same for a bit of a word.
+    WordBitOff(WordBitWritten),
     /// An edge history goes OFF.
     HistoryOff(u32),
     /// CNT, CNTDN, UDC.
@@ -42,6 +45,19 @@ pub enum PassStep {
     /// Executes the MATH with this index in `picks`: it reads the preset of the next step from an
     /// array.
     Pick(u32),
+}
+
+impl PassStep {
+    /// The bit that the step turns OFF.
+    pub fn bit_off(&self) -> Option<Cell> {
+        if let PassStep::BitOff(bit) = self {
+            return Some(Cell::Bit(BitCell(*bit)));
+        }
+        if let PassStep::WordBitOff(bit) = self {
+            return Some(Cell::WordBit(bit.0));
+        }
+        None
+    }
 }
 
 /// All operations and terminations of a program.

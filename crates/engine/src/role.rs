@@ -6,6 +6,7 @@
 
 use std::ops::Range;
 
+use super::layout::WordBitCell;
 use super::power::Powers;
 use crate::isa::status::st;
 
@@ -23,6 +24,8 @@ pub struct TouchedCells<'s> {
     pub words_read: Vec<u32>,
     /// Words written, always or sometimes; they may be read too.
     pub words_written: Vec<u32>,
+    /// Those of `words_written` of which only this bit is changed.
+    pub word_bits_written: Vec<WordBitCell>,
     /// Arrays of bits that are read: one element, or all.
     pub bit_arrays_read: Vec<CellRange>,
     /// Arrays of bits that are written: one element, or all.
@@ -92,6 +95,7 @@ impl TouchedCells<'_> {
         self.bits_written.clear();
         self.words_read.clear();
         self.words_written.clear();
+        self.word_bits_written.clear();
         self.bit_arrays_read.clear();
         self.bit_arrays_written.clear();
         self.word_arrays_read.clear();
@@ -150,6 +154,14 @@ roles! {
     /// A word that is written, unless it is forced.
     WordWritten WordRole words_written;
 }
+
+/// A bit in the content of a word, as its mask: [`WordBitCell::mask`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BitMask(pub i32);
+
+/// A bit of a word that is written, unless the word is forced.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WordBitWritten(pub WordBitCell);
 
 macro_rules! array_roles {
     ($($(#[$doc:meta])* $role:ident $list:ident;)*) => {$(

@@ -131,6 +131,18 @@ impl<'a, 'v, R: Reach> Evaluator<'a, 'v, R> {
     }
 
     #[inline(always)]
+    fn load_word_bit(&mut self, step: FormulaStep, _: &mut Mishaps) {
+        self.save::<i64>(step.to);
+        let content = self.view.word(WordRead(step.a));
+        self.integer = i64::from(content & step.b.cast_signed() != 0);
+    }
+
+    #[inline(always)]
+    fn has_bit(&mut self, step: FormulaStep, _: &mut Mishaps) {
+        self.integer = i64::from(self.integer as i32 & step.b.cast_signed() != 0);
+    }
+
+    #[inline(always)]
     fn check_index(&mut self, step: FormulaStep, noted: &mut Mishaps) {
         let index = self.view.word(WordRead(step.a));
         if !u32::try_from(index).is_ok_and(|index| index < step.b) {

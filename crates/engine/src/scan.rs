@@ -7,7 +7,7 @@
 use super::events::{BlockEvent, Element, Events, MathEvent};
 use super::eye::{NoObserver, ScanObserver, ScanStep};
 use super::image::{BitCell, Image, WordCell};
-use super::layout::Cell;
+use super::layout::{Cell, WordBitCell};
 use super::machine::{BlockState, Machine, StageState};
 use super::math::Calculator;
 use super::memory::Memory;
@@ -186,6 +186,13 @@ impl Engine {
         self.machine.memory.image.write_word(cell, value)
     }
 
+    /// Step 3: one queued write of a bit of a public word, in the word as it now is. Discarded
+    /// while the word is forced. Returns whether the write changed the word.
+    pub fn change_word_bit(&mut self, bit: WordBitCell, on: bool) -> bool {
+        let content = self.machine.memory.image.word(bit.word);
+        self.change_word(bit.word, bit.put(content, on))
+    }
+
     /// Steps 4 to 7: the built-in Tasks, Programs and Tasks, each at its turn.
     pub fn execute(&mut self) -> ScanEnd {
         let image = &self.machine.memory.image;
@@ -261,6 +268,9 @@ impl Engine {
         match cell {
             Cell::Bit(bit) => self.machine.memory.image.put_bits(bit.0, &[u8::from(value != 0)]),
             Cell::Word(word) => self.machine.memory.image.put_words(word.0, &[value]),
+            Cell::WordBit(bit) => {
+                self.change_word_bit(bit, value != 0);
+            }
         }
     }
 

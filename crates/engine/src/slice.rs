@@ -22,7 +22,7 @@ use super::control::{Control, ControlKind};
 use super::events::Element;
 use super::eye::ScanStep;
 use super::image::{BitCell, WordCell};
-use super::layout::Cell;
+use super::layout::{Cell, WordBitCell};
 use super::ops::{CellRange, FormulaReads, Formulas, Math, OpKind, TouchedCells, reads};
 use super::program::{ElementCode, EngineProgram, PassStep};
 use super::record::RECORD;
@@ -149,7 +149,9 @@ impl EngineProgram {
 fn number(program: &EngineProgram, cell: Cell) -> usize {
     match cell {
         Cell::Bit(BitCell(at)) => at as usize,
-        Cell::Word(WordCell(at)) => (program.bit_count + at) as usize,
+        Cell::Word(WordCell(at)) | Cell::WordBit(WordBitCell { word: WordCell(at), .. }) => {
+            (program.bit_count + at) as usize
+        }
     }
 }
 
@@ -281,6 +283,7 @@ impl<'p> SliceSearch<'p> {
 
     /// Makes a cell known; for a member of a structure, the whole structure.
     fn add(&mut self, cell: Cell) {
+        let cell = cell.whole();
         match self.structure(cell) {
             Some(structure) => self.members(structure).for_each(|member| self.add_one(member)),
             None => self.add_one(cell),
@@ -291,7 +294,7 @@ impl<'p> SliceSearch<'p> {
     fn structure(&self, cell: Cell) -> Option<Structure> {
         self.program.layout.structure(match cell {
             Cell::Bit(BitCell(at)) => at / RECORD as u32,
-            Cell::Word(WordCell(at)) => at,
+            Cell::Word(WordCell(at)) | Cell::WordBit(WordBitCell { word: WordCell(at), .. }) => at,
         })
     }
 
@@ -438,6 +441,7 @@ impl<'p> SliceSearch<'p> {
     fn pass(&self, at: u32, touches: &mut TouchedCells) {
         match &self.program.tables.terminations[at as usize] {
             PassStep::BitOff(bit) | PassStep::HistoryOff(bit) => touches.bits_written.push(*bit),
+            PassStep::WordBitOff(bit) => bit.touches(touches),
             PassStep::Counter(counter, rule) => {
                 counter.touches(touches);
                 rule.touches(touches);
@@ -462,11 +466,12 @@ fn read(touches: &TouchedCells) -> Stretches {
     let many = |cells: &CellRange| (cells.first, cells.count);
     let bits = touches.bits_read.iter().map(one).chain(touches.bit_arrays_read.iter().map(many));
     let words = touches.words_read.iter().map(one).chain(touches.word_arrays_read.iter().map(many));
-    Stretches { bits: bits.collect(), words: words.collect() }
+    Stretches { bits: bits.collect(), words: words.collect(), word_bits: Vec::new() }
 }
 
 fn cells(stretches: &Stretches) -> impl Iterator<Item = Cell> + use<'_> {
     let bits = stretches.bits.iter().flat_map(|(first, count)| *first..first + count);
     let words = stretches.words.iter().flat_map(|(first, count)| *first..first + count);
+    let words = words.chain(stretches.word_bits.iter().map(|bit| bit.word.0));
     bits.map(|at| Cell::Bit(BitCell(at))).chain(words.map(|at| Cell::Word(WordCell(at))))
 }

@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use super::events::Element;
 use super::image::{BitCell, WordCell};
-use super::layout::Cell;
+use super::layout::{Cell, WordBitCell};
 use super::machine::{BlockState, StageState};
 use super::program::EngineProgram;
 use super::scan::Engine;
@@ -114,6 +114,7 @@ impl EngineState {
         match cell {
             Cell::Bit(BitCell(at)) => i32::from(self.bits[at as usize]),
             Cell::Word(WordCell(at)) => self.words[at as usize],
+            Cell::WordBit(bit) => i32::from(bit.is_on(self.words[bit.word.0 as usize])),
         }
     }
 
@@ -127,12 +128,15 @@ impl EngineState {
         &self.words
     }
 
-    /// Whether a bit or word is forced.
+    /// Whether a bit or word is forced; a bit of a word with its word.
     pub fn is_forced(&self, cell: Cell) -> bool {
         self.forces > 0
             && match cell {
                 Cell::Bit(BitCell(at)) => self.forced_bits[at as usize],
-                Cell::Word(WordCell(at)) => self.forced_words[at as usize],
+                Cell::Word(WordCell(at))
+                | Cell::WordBit(WordBitCell { word: WordCell(at), .. }) => {
+                    self.forced_words[at as usize]
+                }
             }
     }
 

@@ -68,6 +68,13 @@ impl EngineProgram {
         };
         match cell {
             Cell::Bit(BitCell(at)) => at < self.layout.bit_count(),
+            // A bit of a word is never forced.
+            Cell::WordBit(bit) => {
+                let address = self.layout.address(cell);
+                matches!(call, EngineCall::Write(..))
+                    && address.and_then(|address| self.layout.cell(address)) == Some(cell)
+                    && bit.word.0 < self.layout.word_count()
+            }
             Cell::Word(WordCell(at)) => {
                 let narrow = self.layout.narrow_words();
                 let range = narrow.into_iter().find(|(cells, _)| cells.contains(&at));

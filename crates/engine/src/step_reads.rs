@@ -8,13 +8,14 @@ pub fn reads(steps: &[FormulaStep]) -> FormulaReads {
     let is_bit = |step: &&FormulaStep| matches!(step.code, Code::LoadBit | Code::LoadMishap);
     let bits = steps.iter().filter(is_bit).map(|step| step.a);
     let words = steps.iter().flat_map(|step| step.words().into_iter().flatten());
-    let indexes = steps.iter().filter(|step| step.code == Code::CheckIndex).map(|step| step.a);
+    let is_word = |step: &&FormulaStep| matches!(step.code, Code::CheckIndex | Code::LoadWordBit);
+    let others = steps.iter().filter(is_word).map(|step| step.a);
     let step_reads = |codes: &'static [Code]| {
         steps.iter().filter(move |step| codes.contains(&step.code)).map(|step| cells(*step))
     };
     FormulaReads {
         bits: bits.collect(),
-        words: words.chain(indexes).collect(),
+        words: words.chain(others).collect(),
         bit_arrays: step_reads(&[Code::BitOf]).collect(),
         word_arrays: step_reads(&[Code::WordOf, Code::RealOf]).collect(),
     }

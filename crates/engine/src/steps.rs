@@ -226,6 +226,10 @@ macro_rules! for_each_code {
             WordOf = integer_of;
             /// Loads the real that the integer selects among the `b` words from `a` on.
             RealOf = real_of;
+            /// Loads the bit with the mask `b` of the word `a`.
+            LoadWordBit = load_word_bit;
+            /// Replaces the integer by whether it has a bit of the mask `b`.
+            HasBit = has_bit;
             /// Jumps to a step.
             Jump = jump;
             /// Jumps to a step if the integer is 0.

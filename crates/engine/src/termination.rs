@@ -9,7 +9,7 @@ use super::eye::{ScanObserver, ScanStep};
 use super::machine::Machine;
 use super::program::{ElementCode, PassStep};
 use super::reach::Reach;
-use super::role::{BitOwn, BitWritten};
+use super::role::{BitOwn, BitWritten, WordBitWritten, WordRead, WordWritten};
 use crate::isa::{Bit, BlockId, StageId};
 
 impl Machine {
@@ -83,6 +83,10 @@ impl Machine {
         let mut view = self.memory.view::<R>();
         match &self.program.tables.terminations[at] {
             PassStep::BitOff(bit) => view.put_bit(BitWritten(*bit), 0),
+            PassStep::WordBitOff(WordBitWritten(bit)) => {
+                let content = view.word(WordRead(bit.word.0));
+                view.put_word(WordWritten(bit.word.0), bit.put(content, false));
+            }
             PassStep::HistoryOff(cell) => view.put_own(BitOwn(*cell), 0),
             PassStep::Counter(counter, rule) => counter.terminate(&mut view, rule),
             PassStep::Timer(timer, rule) => timer.terminate(&mut view, *rule),

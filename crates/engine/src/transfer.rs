@@ -109,7 +109,10 @@ impl Renumbered {
 
     /// The new cell of a cell whose space has the same size in both programs.
     pub fn cell(&self, cell: Cell) -> Option<Cell> {
-        self.find(cell).unwrap_or(Some(cell))
+        match cell {
+            Cell::Bit(_) | Cell::Word(_) => self.find(cell).unwrap_or(Some(cell)),
+            Cell::WordBit(_) => unreachable!("handled above"),
+        }
     }
 }
 
@@ -137,6 +140,9 @@ impl Transfer {
 
     /// The new cell of a public cell of the old program.
     pub fn cell(&self, cell: Cell) -> Option<Cell> {
+        if let Cell::WordBit(bit) = cell {
+            return self.cell(Cell::Word(bit.word)).and_then(|word| bit.with_word(word));
+        }
         if let Some(renumbered) = self.renumbered.find(cell) {
             return renumbered;
         }
@@ -147,6 +153,7 @@ impl Transfer {
         match cell {
             Cell::Bit(BitCell(at)) => find(&self.bits, at).map(|at| Cell::Bit(BitCell(at))),
             Cell::Word(WordCell(at)) => find(&self.words, at).map(|at| Cell::Word(WordCell(at))),
+            Cell::WordBit(_) => unreachable!("handled above"),
         }
     }
 }
@@ -371,6 +378,7 @@ impl PassStep {
             PassStep::Timer(timer, _) | PassStep::HoldTimer(timer) => Some(timer.at),
             PassStep::CountUp(counter) | PassStep::CountDown(counter) => Some(counter.at),
             PassStep::BitOff(_)
+            | PassStep::WordBitOff(_)
             | PassStep::HistoryOff(_)
             | PassStep::DisableTask(_)
             | PassStep::Pick(_) => None,

@@ -7,7 +7,7 @@
 use super::control::ControlKind;
 use super::eye::ScanStep;
 use super::image::{BitCell, Image, WordCell};
-use super::layout::Cell;
+use super::layout::{Cell, WordBitCell};
 use super::ops::{ElementType, Formulas, MathTarget, OpKind, TouchedCells};
 use super::program::{EngineProgram, PassStep};
 use super::role::{self, FieldRole};
@@ -20,6 +20,8 @@ pub struct Stretches {
     pub bits: Vec<(u32, u32)>,
     /// The stretches of words.
     pub words: Vec<(u32, u32)>,
+    /// Words of which one bit alone may be written.
+    pub word_bits: Vec<WordBitCell>,
 }
 
 impl Stretches {
@@ -28,8 +30,15 @@ impl Stretches {
         let (all, at) = match cell {
             Cell::Bit(BitCell(at)) => (&self.bits, at),
             Cell::Word(WordCell(at)) => (&self.words, at),
+            Cell::WordBit(bit) => (&self.words, bit.word.0),
         };
-        all.iter().any(|(first, count)| at >= *first && at - first < *count)
+        let has_bit = |bit: &WordBitCell| match cell {
+            Cell::Bit(_) => false,
+            Cell::Word(word) => bit.word == word,
+            Cell::WordBit(asked) => *bit == asked,
+        };
+        self.word_bits.iter().any(has_bit)
+            || all.iter().any(|(first, count)| at >= *first && at - first < *count)
     }
 
     /// Adds `count` cells, from `first` on.
@@ -37,6 +46,7 @@ impl Stretches {
         match first {
             Cell::Bit(BitCell(at)) => self.bits.push((at, count)),
             Cell::Word(WordCell(at)) => self.words.push((at, count)),
+            Cell::WordBit(bit) => self.word_bits.push(bit),
         }
     }
 
@@ -49,7 +59,9 @@ impl Stretches {
         let many = |cells: &role::CellRange| (cells.first, cells.count);
         self.bits.extend(touches.bits_written.iter().map(one));
         self.bits.extend(touches.bit_arrays_written.iter().map(many));
-        self.words.extend(touches.words_written.iter().map(one));
+        self.word_bits.extend(&touches.word_bits_written);
+        let is_whole = |word: &&u32| !self.word_bits.iter().any(|bit| bit.word.0 == **word);
+        self.words.extend(touches.words_written.iter().filter(is_whole).map(one));
         self.words.extend(touches.word_arrays_written.iter().map(many));
     }
 
@@ -98,6 +110,9 @@ impl EngineProgram {
                 let cells = (at.first, u32::from(at.count));
                 match at.kind {
                     ElementType::Bits => written.bits.push(cells),
+                    ElementType::WordBits => {
+                        written.word_bits.extend(at.word_bits());
+                    }
                     ElementType::Unsigned | ElementType::Integers | ElementType::Reals => {
                         written.words.push(cells);
                     }
@@ -152,6 +167,7 @@ impl EngineProgram {
         let mut written = Stretches::default();
         match &self.tables.terminations[step as usize] {
             PassStep::BitOff(bit) => written.bits.push((*bit, 1)),
+            PassStep::WordBitOff(bit) => bit.touches(&mut touches),
             PassStep::Counter(counter, _) => counter.touches(&mut touches),
             PassStep::Timer(timer, _) => timer.touches(&mut touches),
             PassStep::CountUp(counter) => written.bit(counter.enable_bits().0),
@@ -188,6 +204,7 @@ impl EngineProgram {
         let index = index.filter(|index| *index < u32::from(at.count));
         Some(index.map(|index| match at.kind {
             ElementType::Bits => Cell::Bit(BitCell(at.first + index)),
+            ElementType::WordBits => Cell::WordBit(at.word_bit(index)),
             ElementType::Unsigned | ElementType::Integers | ElementType::Reals => {
                 Cell::Word(WordCell(at.first + index))
             }

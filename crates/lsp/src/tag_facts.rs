@@ -7,7 +7,7 @@ use super::file::EditorFile;
 use super::names::Declaration;
 use super::outline::KeyPair;
 use rungd_engine::isa::address_text;
-use rungd_engine::isa::{Address, MemorySizes};
+use rungd_engine::isa::{Address, MemorySizes, Word, WordSpace};
 
 /// The keys of a tag or parameter, with their values as written.
 pub(super) struct TagFacts<'f>(Vec<(&'f str, &'f str)>);
@@ -39,6 +39,16 @@ impl<'f> TagFacts<'f> {
     /// The value of a key, without quotes.
     pub fn text(&self, key: &str) -> Option<&'f str> {
         self.0.iter().find(|(name, _)| *name == key).map(|(_, text)| *text)
+    }
+
+    /// The word that a tag or parameter names, of any number.
+    pub fn word(&self) -> Option<Word> {
+        match (self.address(), self.text("type")) {
+            (Some(Address::Word(word)), _) => Some(word),
+            (None, Some("int" | "int-out")) => Some(Word::Space(WordSpace::D, 0)),
+            (None, Some("word")) => Some(Word::Space(WordSpace::V, 0)),
+            (Some(Address::Bit(_) | Address::Structure(_)), _) | (None, Some(_) | None) => None,
+        }
     }
 
     /// The address of a tag; `None` if it has none, or a text that is none.

@@ -39,6 +39,7 @@ impl EarlierPrograms {
         let cell = match write {
             OperandWrite::Bit(cell, _) => Cell::Bit(*cell),
             OperandWrite::Word(cell, _) | OperandWrite::Masked { cell, .. } => Cell::Word(*cell),
+            OperandWrite::WordBit(bit, _) => Cell::Word(bit.word),
             OperandWrite::Input(..) => return true,
         };
         match (write, self.cell(generation, cell)) {
@@ -47,9 +48,11 @@ impl EarlierPrograms {
                 OperandWrite::Word(cell, _) | OperandWrite::Masked { cell, .. },
                 Some(Cell::Word(to)),
             ) => *cell = to,
+            (OperandWrite::WordBit(bit, _), Some(Cell::Word(to))) => bit.word = to,
             (
                 OperandWrite::Bit(..)
                 | OperandWrite::Word(..)
+                | OperandWrite::WordBit(..)
                 | OperandWrite::Masked { .. }
                 | OperandWrite::Input(..),
                 _,

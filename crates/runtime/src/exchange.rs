@@ -27,7 +27,7 @@ pub use super::mode::{FaultReason, Mode, StopReason};
 use super::origin::Origin;
 pub use super::origin::Ticket;
 use rungd_base::locked::locked;
-use rungd_engine::{BitCell, WordCell};
+use rungd_engine::{BitCell, Cell, WordBitCell, WordCell};
 
 /// The greatest number of writes in one batch. (A Modbus request writes at most 1968 coils, and
 /// each coil may stand for an input as well.)
@@ -54,6 +54,8 @@ const SIGNATURES_KEPT: usize = 4 * QUEUED_BATCHES_MAX;
 pub enum OperandWrite {
     Bit(BitCell, bool),
     Word(WordCell, i32),
+    /// Turns a bit of a word ON or OFF, in the word's current value.
+    WordBit(WordBitCell, bool),
     /// Changes the low 16 bits of a 16-bit word. The scan applies the mask to the word's current
     /// value, so that no write of the ladder is lost.
     Masked {
@@ -65,6 +67,20 @@ pub enum OperandWrite {
     /// Sets an input as [`Port::set_input`] does, but in the same scan as the rest of the batch.
     /// The input keeps the value until it is set again, in either way.
     Input(u32, bool),
+}
+
+impl OperandWrite {
+    /// A write of a bit.
+    ///
+    /// # Panics
+    /// If the cell is a whole word.
+    pub fn of_bit(cell: Cell, on: bool) -> OperandWrite {
+        match cell {
+            Cell::Bit(cell) => OperandWrite::Bit(cell, on),
+            Cell::WordBit(bit) => OperandWrite::WordBit(bit, on),
+            Cell::Word(_) => unreachable!("a word is no bit"),
+        }
+    }
 }
 
 /// A change of 16 bits: those that are 1 in `and` stay, the others become those of `or`.

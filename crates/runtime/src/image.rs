@@ -54,6 +54,7 @@ impl Snapshot {
         match cell {
             Cell::Bit(bit) => i32::from(self.bit(bit)),
             Cell::Word(word) => self.word(word),
+            Cell::WordBit(bit) => i32::from(bit.is_on(self.word(bit.word))),
         }
     }
 }

@@ -425,6 +425,7 @@ impl WorldSide {
             match cell {
                 Cell::Bit(BitCell(at)) => fresh.bits[at as usize] = value as u8,
                 Cell::Word(WordCell(at)) => fresh.words[at as usize] = value,
+                Cell::WordBit(_) => unreachable!("a bit of a word is never forced"),
             }
         }
     }

@@ -17,7 +17,6 @@ use super::machine::ImageCells;
 use super::sys::monotonic_ns;
 use super::wiring::{OutputSource, Wiring, last_words};
 use rungd_base::locked::locked;
-use rungd_engine::Cell;
 
 /// The scan returns a device after this number of late reads, or late writes, in a row.
 const LATE_MAX: u32 = 3;
@@ -332,7 +331,6 @@ impl LocalSide {
 fn value_in(source: OutputSource, image: ImageCells<'_>, first_output: usize) -> i32 {
     match source {
         OutputSource::Output(y) => i32::from(image.bits[first_output + y as usize]),
-        OutputSource::Cell(Cell::Bit(cell), _) => i32::from(image.bits[cell.0 as usize]),
-        OutputSource::Cell(Cell::Word(cell), _) => image.words[cell.0 as usize],
+        OutputSource::Cell(cell, _) => image.value(cell),
     }
 }

@@ -18,6 +18,17 @@ pub struct ImageCells<'a> {
     pub words: &'a [i32],
 }
 
+impl ImageCells<'_> {
+    /// A bit (0 or 1) or word.
+    pub fn value(&self, cell: Cell) -> i32 {
+        match cell {
+            Cell::Bit(bit) => i32::from(self.bits[bit.0 as usize]),
+            Cell::Word(word) => self.words[word.0 as usize],
+            Cell::WordBit(bit) => i32::from(bit.is_on(self.words[bit.word.0 as usize])),
+        }
+    }
+}
+
 /// The machine that is scanned: the engine, or a stand-in in tests.
 pub trait ScannedMachine {
     /// RUN begins.
@@ -65,6 +76,19 @@ pub trait ScannedMachine {
         let differing = self.differing_inputs(inputs.first, inputs.values);
         for (x, on) in (UnwiredInputs { given: inputs.given & differing, ..inputs }).each() {
             self.set_input(x, on);
+        }
+    }
+
+    /// Step 3: one queued write of a bit or word. A bit of a word is changed in the word as it now
+    /// is, and the whole word is written.
+    fn write(&mut self, cell: Cell, value: i32) {
+        match cell {
+            Cell::Bit(bit) => self.write_bit(bit, value != 0),
+            Cell::Word(word) => self.write_word(word, value),
+            Cell::WordBit(bit) => {
+                let held = self.image().words[bit.word.0 as usize];
+                self.write_word(bit.word, bit.put(held, value != 0));
+            }
         }
     }
 
@@ -137,6 +161,7 @@ impl ScannedMachine for Engine {
         match cell {
             Cell::Bit(bit) => self.force_bit(bit, value != 0),
             Cell::Word(word) => self.force_word(word, value),
+            Cell::WordBit(_) => unreachable!("a bit of a word is never forced"),
         }
     }
 
@@ -144,6 +169,7 @@ impl ScannedMachine for Engine {
         match cell {
             Cell::Bit(bit) => self.release_bit(bit),
             Cell::Word(word) => self.release_word(word),
+            Cell::WordBit(_) => unreachable!("a bit of a word is never forced"),
         }
     }
 

@@ -6,7 +6,7 @@
 
 use super::command::{CommandDenial, CommandOutcome, ScanCommand, StateBefore, WaitingCommand};
 use super::exchange::{FaultReason, Mode, StopReason, Tempo};
-use super::machine::{ImageCells, ScannedMachine};
+use super::machine::ScannedMachine;
 use super::origin::Origin;
 use super::pacing::Clock;
 use super::record::RecordEvent;
@@ -173,11 +173,7 @@ impl<M: ScannedMachine, C: Clock> Scanner<M, C> {
 
     /// The state before a command for a bit or word.
     fn before(&self, cell: Cell) -> StateBefore {
-        let ImageCells { bits, words } = self.machine.image();
-        let value = match cell {
-            Cell::Bit(bit) => i32::from(bits[bit.0 as usize]),
-            Cell::Word(word) => words[word.0 as usize],
-        };
+        let value = self.machine.image().value(cell);
         StateBefore { mode: self.mode, value, forced: self.forces.has(cell) }
     }
 

@@ -12,7 +12,7 @@ use rtrb::{Consumer, Producer, RingBuffer};
 use super::exchange::Mode;
 use super::machine::ImageCells;
 use super::statistics::Statistics;
-use rungd_engine::{BitCell, BlockEvent, MathEvent, WordCell};
+use rungd_engine::{BitCell, BlockEvent, MathEvent, WordBitCell, WordCell};
 
 /// The greatest number of records that wait for their reader; further ones are dropped.
 const RECORDS_MAX: usize = 4096;
@@ -52,8 +52,8 @@ pub enum RecordEvent {
     Math(MathEvent),
     /// The number of events of blocks in this scan that could not be reported.
     EventsLost(u32),
-    /// A change of a watched bit (its position in [`WatchedCells::bits`]), with the duration of its
-    /// old state.
+    /// A change of a watched bit (its position in [`WatchedCells::bits`], and behind these in
+    /// `word_bits`), with the duration of its old state.
     Bit { watch: u32, on: bool, after_ns: u64 },
     /// A swap: the numbers in all later records belong to the new program.
     Swapped { generation: u32, swap_ns: u64 },
@@ -90,6 +90,8 @@ pub enum DeviceEdge {
 pub struct WatchedCells {
     pub bits: Vec<BitCell>,
     pub words: Vec<WordCell>,
+    /// Bits of words: their watches follow those of `bits`.
+    pub word_bits: Vec<WordBitCell>,
 }
 
 /// The scan thread's end.
@@ -149,6 +151,7 @@ impl Journal {
 /// The last states of the watched cells.
 pub(super) struct Watches {
     bits: Vec<(BitCell, bool, u64)>,
+    word_bits: Vec<(WordBitCell, bool, u64)>,
     words: Vec<(WordCell, i32)>,
 }
 
@@ -157,6 +160,7 @@ impl Watches {
     pub fn new(watched: &WatchedCells, words: &[i32], now_ns: u64) -> Watches {
         Watches {
             bits: watched.bits.iter().map(|cell| (*cell, false, now_ns)).collect(),
+            word_bits: watched.word_bits.iter().map(|cell| (*cell, false, now_ns)).collect(),
             words: watched.words.iter().map(|cell| (*cell, words[cell.0 as usize])).collect(),
         }
     }
@@ -164,14 +168,29 @@ impl Watches {
     /// Continues the watches of the old program. A new watched bit is reported if it is ON; a new
     /// watched word is not.
     pub fn carry(&mut self, old: &Watches, carried: &CarriedWatches, words: &[i32], now_ns: u64) {
+        let known = |from: &Option<u32>| {
+            from.and_then(|at| old.state(at as usize)).unwrap_or((false, now_ns))
+        };
         for (bit, from) in self.bits.iter_mut().zip(&carried.bits) {
-            let known = from.and_then(|at| old.bits.get(at as usize));
-            (bit.1, bit.2) = known.map_or((false, now_ns), |(_, on, since_ns)| (*on, *since_ns));
+            (bit.1, bit.2) = known(from);
+        }
+        let behind = carried.bits.get(self.bits.len()..).unwrap_or_default();
+        for (bit, from) in self.word_bits.iter_mut().zip(behind) {
+            (bit.1, bit.2) = known(from);
         }
         for (word, from) in self.words.iter_mut().zip(&carried.words) {
             let known = from.and_then(|at| old.words.get(at as usize));
             word.1 = known.map_or(words[word.0.0 as usize], |(_, value)| *value);
         }
+    }
+
+    /// The state of a watched bit, and since when it has it.
+    fn state(&self, watch: usize) -> Option<(bool, u64)> {
+        let plain = self.bits.get(watch).map(|(_, on, since_ns)| (*on, *since_ns));
+        plain.or_else(|| {
+            let (_, on, since_ns) = self.word_bits.get(watch.checked_sub(self.bits.len())?)?;
+            Some((*on, *since_ns))
+        })
     }
 
     /// Reports every change in an image.
@@ -187,6 +206,15 @@ impl Watches {
                 let after_ns = now_ns.saturating_sub(*since_ns);
                 (*on, *since_ns) = (is_on, now_ns);
                 tell(RecordEvent::Bit { watch: watch as u32, on: is_on, after_ns });
+            }
+        }
+        let first = self.bits.len();
+        for (watch, (bit, on, since_ns)) in self.word_bits.iter_mut().enumerate() {
+            let is_on = bit.is_on(image.words[bit.word.0 as usize]);
+            if is_on != *on {
+                let after_ns = now_ns.saturating_sub(*since_ns);
+                (*on, *since_ns) = (is_on, now_ns);
+                tell(RecordEvent::Bit { watch: (first + watch) as u32, on: is_on, after_ns });
             }
         }
         for (watch, (cell, value)) in self.words.iter_mut().enumerate() {
@@ -240,7 +268,11 @@ mod tests {
 
     #[test]
     fn each_change_is_recorded_once_with_the_duration_of_the_previous_value() {
-        let watched = WatchedCells { bits: vec![BitCell(1)], words: vec![WordCell(0)] };
+        let watched = WatchedCells {
+            bits: vec![BitCell(1)],
+            words: vec![WordCell(0)],
+            ..WatchedCells::default()
+        };
         let mut watches = Watches::new(&watched, &[5], 100);
         let mut told = Vec::new();
         for (bit, word, now_ns) in [(0, 5, 110), (1, 6, 120), (1, 6, 130), (0, 5, 150)] {

@@ -11,6 +11,7 @@ use super::origin::Origin;
 use super::pacing::Clock;
 use super::scanner::{Scanner, TICK_NS_MAX, too_long};
 use rungd_base::faults::{self, FaultPoint};
+use rungd_engine::Cell;
 
 /// The number of ticks for which the thread waits, at its end, for a spare snapshot to show STOP.
 const LAST_TICKS_MAX: u32 = 1000;
@@ -129,6 +130,9 @@ impl<M: ScannedMachine, C: Clock> Scanner<M, C> {
                 match *write {
                     OperandWrite::Bit(cell, on) => self.machine.write_bit(cell, on),
                     OperandWrite::Word(cell, value) => self.machine.write_word(cell, value),
+                    OperandWrite::WordBit(bit, on) => {
+                        self.machine.write(Cell::WordBit(bit), on.into());
+                    }
                     OperandWrite::Masked { cell, mask, signed } => {
                         let held = self.machine.image().words[cell.0 as usize];
                         self.machine.write_word(cell, mask.apply(held, signed));

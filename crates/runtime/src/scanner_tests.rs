@@ -120,6 +120,7 @@ impl ScannedMachine for Fake {
         match cell {
             engine::Cell::Bit(bit) => self.bits[bit.0 as usize] = value as u8,
             engine::Cell::Word(word) => self.words[word.0 as usize] = value,
+            engine::Cell::WordBit(_) => panic!("a bit of a word is never forced"),
         }
     }
 

@@ -16,7 +16,7 @@ use super::command::{CommandDenial, CommandId, ScanCommand};
 use super::exchange::{Mode, Port, Snapshot, Tempo};
 use super::image::SafeState;
 use super::link::SPARES;
-use super::machine::{ImageCells, ScannedMachine};
+use super::machine::ScannedMachine;
 use super::record::{CarriedWatches, WatchedCells, Watches};
 use rungd_base::locked::locked;
 use rungd_engine::{Cell, Transfer};
@@ -84,12 +84,9 @@ pub struct PackageParts {
 impl<M: ScannedMachine> Package<M> {
     /// Stores the present values of the cells in `asked`. Nothing is allocated.
     pub(super) fn note(&mut self, old: &M) {
-        let ImageCells { bits, words } = old.image();
+        let image = old.image();
         for (cell, value) in &mut self.asked {
-            *value = match cell {
-                Cell::Bit(bit) => i32::from(bits[bit.0 as usize]),
-                Cell::Word(word) => words[word.0 as usize],
-            };
+            *value = image.value(*cell);
         }
     }
 }

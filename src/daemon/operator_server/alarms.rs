@@ -107,7 +107,9 @@ impl NamedAlarms<'_> {
         }
         let operand = self.view.names.find_one(text)?;
         let numbers = match operand.cell {
-            Cell::Bit(bit) => self.book.of_bit(self.latest.generation, bit),
+            bit @ (Cell::Bit(_) | Cell::WordBit(_)) => {
+                self.book.of_bit(self.latest.generation, bit)
+            }
             Cell::Word(_) => Vec::new(),
         };
         if numbers.is_empty() {

@@ -22,7 +22,7 @@ use rungd_client::operator::protocol::{
     RetainStatus, ScanStatus, ShownValue, SpreadStatus,
 };
 use rungd_engine::isa::{self, Address, Bit, BitSpace, BlockId, DeviceId, StageId};
-use rungd_engine::{BitCell, Layout};
+use rungd_engine::{Cell, Layout};
 use rungd_history::record::RecordedFile;
 use rungd_io::device::DeviceHealth;
 use rungd_io::seats::Seats;
@@ -100,7 +100,7 @@ pub(in super::super) struct StatusFacts {
     layout: Layout,
     rules: usize,
     /// The alarms, each with the cell of its bit.
-    alarms: Vec<(BitCell, AlarmStatus)>,
+    alarms: Vec<(Cell, AlarmStatus)>,
     /// The name of each driver, with the addresses that it moves.
     movers: Vec<(String, HashSet<Address>)>,
     /// The outputs of each field device, by number.
@@ -227,8 +227,9 @@ impl StatusFacts {
     /// The alarms that are ON. For an alarm that has just risen, the book may have no entry yet.
     fn standing(&self, latest: &Snapshot) -> Vec<AlarmStatus> {
         let (book, now_ns) = (self.book(), monotonic_ns());
-        let standing = self.alarms.iter().enumerate().filter(|(_, (cell, _))| latest.bit(*cell));
-        let booked = |(number, (_, alarm)): (usize, &(BitCell, AlarmStatus))| {
+        let standing =
+            self.alarms.iter().enumerate().filter(|(_, (cell, _))| latest.value(*cell) != 0);
+        let booked = |(number, (_, alarm)): (usize, &(Cell, AlarmStatus))| {
             let booked = book.standing(latest.generation, number, now_ns);
             booked.unwrap_or_else(|| alarm.clone())
         };
@@ -269,7 +270,7 @@ impl StatusFacts {
     }
 }
 
-fn alarms(setup: &ControllerSetup) -> Vec<(BitCell, AlarmStatus)> {
+fn alarms(setup: &ControllerSetup) -> Vec<(Cell, AlarmStatus)> {
     let alarm = |named: &lower::Alarm| AlarmStatus {
         tag: named.tag.clone(),
         text: named.text.clone(),

@@ -185,7 +185,8 @@ enum WriteResult {
 }
 
 fn refuse_forced(text: &str, operand: &Variable, before: &Snapshot) -> RequestResult<()> {
-    if !before.forces.has(operand.cell) {
+    // A forced word discards a write of one of its bits.
+    if !before.forces.has(operand.cell.whole()) {
         return Ok(());
     }
     let message = format!(
@@ -221,6 +222,7 @@ impl CheckedWrite {
             (Some(x), _) => OperandWrite::Input(x, self.value != 0),
             (None, Cell::Bit(cell)) => OperandWrite::Bit(cell, self.value != 0),
             (None, Cell::Word(cell)) => OperandWrite::Word(cell, self.value),
+            (None, Cell::WordBit(bit)) => OperandWrite::WordBit(bit, self.value != 0),
         }
     }
 

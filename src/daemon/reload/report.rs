@@ -28,6 +28,7 @@ pub(super) fn of_swap(
         match cell {
             Cell::Bit(bit) => bits[bit.0 as usize] = *value as u8,
             Cell::Word(word) => words[word.0 as usize] = *value,
+            Cell::WordBit(_) => unreachable!("a report asks for whole words"),
         }
     }
     let passed = Some(image.bits());

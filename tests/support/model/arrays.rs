@@ -1,7 +1,7 @@
 //! Arrays: elements that a word selects, COPY, FILL and SR.
 
 use super::exec::Sim;
-use super::names::Names;
+use super::names::{Names, split_bit};
 use super::place::{Area, Loc};
 use super::program::{Array, To, Value};
 
@@ -11,11 +11,16 @@ impl Array {
     /// The place of an element.
     pub fn element(self, index: i64) -> Option<Loc> {
         let at = usize::try_from(index).ok().filter(|at| *at < self.count)?;
-        Some(Loc::whole(self.first.area, self.first.index + at))
+        Some(Loc { index: self.first.index + at, ..self.first })
+    }
+
+    /// The bit with this number of each word.
+    pub fn bit(self, number: u32) -> Array {
+        Array { first: Loc { bit: Some(number), ..self.first }, ..self }
     }
 
     pub fn each(self) -> impl Iterator<Item = Loc> {
-        (0..self.count).map(move |at| Loc::whole(self.first.area, self.first.index + at))
+        (0..self.count).map(move |at| Loc { index: self.first.index + at, ..self.first })
     }
 }
 
@@ -77,6 +82,10 @@ impl Sim<'_> {
 impl Names {
     /// An element such as `row[step]`: the array, and the place of the index word.
     pub fn element(&self, word: &str) -> Option<(Array, Loc)> {
+        if let Some((base, bit)) = split_bit(word).filter(|(base, _)| base.ends_with(']')) {
+            let (array, index) = self.element(base)?;
+            return Some((array.bit(bit), index));
+        }
         let (name, index) = word.strip_suffix(']')?.split_once('[')?;
         let array = self.arrays.get(name)?;
         Some((*array, self.place(index).ok()?))

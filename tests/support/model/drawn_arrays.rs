@@ -82,8 +82,16 @@ impl Pool {
             (true, _) => format!("COPY {} to={to}", self.two(bits, false)),
             (false, false) => format!("FILL {} to={to}", self.any_value()),
             (false, true) if self.rng.chance(40) => format!("FILL {} to={to}", self.rng.below(2)),
-            (false, true) => format!("FILL {} to={to}", self.bit()),
+            (false, true) => format!("FILL {} to={to}", self.bit_of_its_own()),
         }
+    }
+
+    /// A bit that is no bit of a word.
+    fn bit_of_its_own(&mut self) -> String {
+        let bit = self.bit();
+        let ends_with_number =
+            bit.rsplit_once('.').is_some_and(|(_, last)| last.parse::<u8>().is_ok());
+        if ends_with_number { "$On".to_string() } else { bit }
     }
 
     /// The run that an SR shifts.

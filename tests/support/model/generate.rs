@@ -4,6 +4,7 @@ use super::calls;
 use super::case::{BUILTIN, Block, Branch, Case, Expr, Rung, Stage, Tag};
 use super::clock::{BEGIN, Clock};
 use super::menu::{COUNTERS, Spot, TIMERS, Targets, is_drastic, is_reset};
+use super::names::split_bit;
 use super::pool::{DrawnArray, Pool};
 use super::rng::Rng;
 use std::collections::{BTreeMap, BTreeSet};
@@ -472,6 +473,9 @@ fn stimulus(pool: &mut Pool, scans: i64) -> (Vec<String>, Rows) {
 
 /// A value that the place can hold.
 fn written_value(pool: &mut Pool, place: &str) -> i64 {
+    if split_bit(place).is_some() {
+        return pool.rng.range(0, 1);
+    }
     let letters = place.split(|c: char| c.is_ascii_digit()).next().unwrap_or_default();
     let (low, high) = match letters {
         "V" | "MHR" | "MIR" | "t_word" => (0, 65_535),

@@ -157,7 +157,17 @@ impl Reader<'_> {
             }
             None => Expr::Element(array, Box::new(self.level(0)?)),
         };
-        if self.take("]") { Ok(found) } else { Err("`]` is missing".to_string()) }
+        if !self.take("]") {
+            return Err("`]` is missing".to_string());
+        }
+        let bit = self.peek().strip_prefix('.').and_then(|bit| bit.parse().ok());
+        Ok(match (found, bit) {
+            (Expr::Element(array, index), Some(bit)) => {
+                self.at += 1;
+                Expr::Element(array.bit(bit), index)
+            }
+            (found, _) => found,
+        })
     }
 
     fn operand(&self, word: &str) -> Result<Expr, String> {

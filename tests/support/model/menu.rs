@@ -134,6 +134,12 @@ impl Pool {
                 {
                     return format!("{mnemonic} {element}");
                 }
+                if kind != 5
+                    && self.rng.chance(8)
+                    && let Some(element) = self.written_element_bit()
+                {
+                    return format!("{mnemonic} {element}");
+                }
                 let bit = self.written_bit();
                 format!("{mnemonic} {}", self.name(&bit))
             }

@@ -29,5 +29,6 @@ mod tables;
 mod timers;
 mod trace;
 mod tree;
+mod word_bits;
 
 pub use trace::{Options, simulate};

@@ -136,6 +136,14 @@ fn numbered_element(word: &str) -> Option<Loc> {
     Some(Loc::of(Area::N, index, *members.get(number)?))
 }
 
+/// Splits the number of a bit off: `D0.3`, `row[step].3`.
+pub fn split_bit(word: &str) -> Option<(&str, u32)> {
+    let (base, bit) = word.rsplit_once('.')?;
+    let is_name = base.starts_with(|c: char| c.is_alphabetic() || c == '$');
+    let is_number = bit.bytes().all(|b| b.is_ascii_digit());
+    Some((base, bit.parse().ok().filter(|_| is_name && is_number)?))
+}
+
 #[derive(Default)]
 pub struct Names {
     pub places: BTreeMap<String, Loc>,
@@ -153,6 +161,9 @@ impl Names {
     }
 
     fn find(&self, word: &str) -> Option<Loc> {
+        if let Some((base, bit)) = split_bit(word) {
+            return Some(Loc { bit: Some(bit), ..self.find(base)? });
+        }
         if let Some(name) = word.strip_prefix('$') {
             return nickname(name);
         }

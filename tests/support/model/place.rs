@@ -47,19 +47,29 @@ pub struct Loc {
     pub area: Area,
     pub index: usize,
     pub member: Member,
+    /// The number of the bit, for a bit of a word.
+    pub bit: Option<u32>,
 }
 
 impl Loc {
     pub fn whole(area: Area, index: usize) -> Loc {
-        Loc { area, index, member: Member::Whole }
+        Loc::of(area, index, Member::Whole)
     }
 
     pub fn of(area: Area, index: usize, member: Member) -> Loc {
-        Loc { area, index, member }
+        Loc { area, index, member, bit: None }
+    }
+
+    /// The word of a bit.
+    fn word(self) -> Loc {
+        Loc { bit: None, ..self }
     }
 
     /// The lowest and highest value of the place.
     pub fn range(self) -> (i64, i64) {
+        if self.bit.is_some() {
+            return (0, 1);
+        }
         let i32_range = (i64::from(i32::MIN), i64::from(i32::MAX));
         match (self.area, self.member) {
             (Area::V | Area::Mhr | Area::Mir, _) => (0, i64::from(u16::MAX)),
@@ -80,6 +90,9 @@ pub struct Memory {
 
 impl Memory {
     pub fn get(&self, loc: Loc) -> i64 {
+        if let Some(bit) = loc.bit {
+            return self.get(loc.word()).div_euclid(1 << bit).rem_euclid(2);
+        }
         self.values.get(&loc).copied().unwrap_or(0)
     }
 
@@ -124,12 +137,25 @@ impl Memory {
 
     /// Writes, saturating at the range of the place and at the limits of its tag.
     pub fn put(&mut self, loc: Loc, value: i64) {
+        if let Some(bit) = loc.bit {
+            return self.put_bit_of(loc.word(), bit, value != 0);
+        }
         let (low, high) = loc.range();
         let mut value = value.clamp(low, high);
         if let Some((low, high)) = self.limits.get(&loc) {
             value = value.max(*low).min(*high);
         }
         self.values.insert(loc, value);
+    }
+
+    /// Changes one bit of a word. The highest bit of a word with a sign counts negatively.
+    fn put_bit_of(&mut self, word: Loc, bit: u32, on: bool) {
+        let (low, high) = word.range();
+        let is_sign = low < 0 && high == (1 << bit) - 1;
+        let weight = if is_sign { -(1 << bit) } else { 1 << bit };
+        let was = self.get(word).div_euclid(1 << bit).rem_euclid(2);
+        let change = i64::from(on) - was;
+        self.put(word, self.get(word) + change * weight);
     }
 
     pub fn put_bit(&mut self, loc: Loc, on: bool) {

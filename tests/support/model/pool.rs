@@ -1,6 +1,7 @@
 //! The operands of generated programs: few of each, so that things interact.
 
 use super::case::Expr;
+use super::names::split_bit;
 use super::rng::Rng;
 use std::collections::BTreeMap;
 
@@ -102,6 +103,12 @@ impl Pool {
         {
             return tag.clone();
         }
+        if let Some((word, bit)) = split_bit(address) {
+            return match self.tags.get(word) {
+                Some(tag) if self.rng.chance(50) => format!("{tag}.{bit}"),
+                _ => address.to_string(),
+            };
+        }
         let Some((structure, member)) = address.split_once('.') else {
             return self.as_element(address);
         };
@@ -156,6 +163,9 @@ impl Pool {
         {
             return element;
         }
+        if self.rng.chance(9) {
+            return self.word_bit();
+        }
         let inputs = self.rng.chance(self.lively);
         let address = match self.rng.weighted(&[6, 16, 10, 4, 3, 14, 14, 7, 10, 16]) {
             _ if inputs => self.indexed("X"),
@@ -177,6 +187,9 @@ impl Pool {
 
     /// The address of a bit that programs write.
     pub fn written_bit(&mut self) -> String {
+        if self.rng.chance(18) {
+            return self.written_word_bit().unwrap_or_else(|| "C0".to_string());
+        }
         let area = match self.rng.weighted(&[40, 40, 12, 8]) {
             0 => "Y",
             1 => "C",

@@ -98,11 +98,10 @@ fn reported_cells(program: &LiveProgram) -> Vec<(Cell, ChangeKind)> {
         Some((bit(Bit::Stage(StageId(at)))?, ChangeKind::Stage(stage.whole.clone())))
     });
     let alarms = symbols.alarms.iter();
-    let alarms = alarms.map(|alarm| {
-        (Cell::Bit(alarm.bit), ChangeKind::Alarm(alarm.tag.clone(), alarm.text.clone()))
-    });
+    let alarms =
+        alarms.map(|alarm| (alarm.bit, ChangeKind::Alarm(alarm.tag.clone(), alarm.text.clone())));
     let tags = symbols.logged.iter().map(|logged| match logged.cell {
-        Cell::Bit(_) => (logged.cell, ChangeKind::Bit(logged.tag.clone())),
+        Cell::Bit(_) | Cell::WordBit(_) => (logged.cell, ChangeKind::Bit(logged.tag.clone())),
         Cell::Word(_) => (logged.cell, ChangeKind::Word(logged.tag.clone())),
     });
     blocks.chain(stages).chain(alarms).chain(tags).collect()
@@ -148,8 +147,8 @@ fn who(section: &TapeSection, origin: Origin) -> Option<&str> {
 /// A content for people: ON or OFF of a bit, the number of a word.
 fn value_text(program: &LiveProgram, cell: Cell, content: i32) -> String {
     match (cell, content) {
-        (Cell::Bit(_), 0) => "OFF".to_owned(),
-        (Cell::Bit(_), _) => "ON".to_owned(),
+        (Cell::Bit(_) | Cell::WordBit(_), 0) => "OFF".to_owned(),
+        (Cell::Bit(_) | Cell::WordBit(_), _) => "ON".to_owned(),
         (Cell::Word(_), _) => program.subject.symbols().layout.text(cell, content),
     }
 }

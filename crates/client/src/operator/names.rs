@@ -245,6 +245,13 @@ impl OperandNames {
     /// # Errors
     /// The value does not fit.
     pub fn number(&self, operand: &Variable, given: &GivenValue) -> Result<i32, RequestRefusal> {
+        if let Some(word) = self.symbols.limited_word(operand.what) {
+            let message = format!(
+                "`{}` cannot be written alone: a tag of `{word}` has `min` or `max`",
+                operand.operand
+            );
+            return Err(RequestRefusal::new(RefusalKind::BadValue, message));
+        }
         operand.number(given, |word| self.symbols.limits(word))
     }
 

@@ -164,7 +164,7 @@ impl Variable {
     /// Converts a number to this operand's value: ON or OFF for a bit.
     pub fn held(&self, value: i32) -> BitOrNumber {
         match self.cell {
-            Cell::Bit(_) => BitOrNumber::Bit(value != 0),
+            Cell::Bit(_) | Cell::WordBit(_) => BitOrNumber::Bit(value != 0),
             Cell::Word(_) if matches!(self.what, Address::Word(word) if word.is_real()) => {
                 BitOrNumber::Real(Real::of_cell(value))
             }
@@ -244,6 +244,10 @@ fn read_only(operand: &Variable, done: &str) -> RequestRefusal {
             "a block is started and stopped by the ladder"
         }
         Address::Bit(Bit::Device(..)) => "it shows the state of the device; it can be forced",
+        Address::Bit(Bit::InWord(bit)) if bit.word.writable() => {
+            "a bit of a word is forced with its word"
+        }
+        Address::Bit(Bit::InWord(_)) => "it shows the state of the controller",
         Address::Bit(Bit::Flag(..)) => {
             "its instruction writes it at every execution; it can be forced"
         }

@@ -120,7 +120,8 @@ impl SettingsResolver<'_> {
                 | Bit::Stage(_)
                 | Bit::Running(_)
                 | Bit::Done(_)
-                | Bit::Device(..) => finding,
+                | Bit::Device(..)
+                | Bit::InWord(_) => finding,
             });
             return None;
         };

@@ -82,6 +82,17 @@ pub enum Bit {
     Done(BlockId),
     /// A status bit of a field device.
     Device(DeviceId, DeviceBit),
+    /// A bit of an integer word.
+    InWord(WordBit),
+}
+
+/// A bit of an integer word: `D0.3`. It has no cell of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct WordBit {
+    /// The word.
+    pub word: Word,
+    /// The number of the bit, from 0, the lowest.
+    pub number: u8,
 }
 
 /// One word.
@@ -124,20 +135,34 @@ impl Space {
             Address::Word(Word::Space(space, n)) => Some((Space::Word(space), n)),
             Address::Structure(structure) => Some((structure.space(), structure.number())),
             Address::Bit(
-                Bit::Flag(..) | Bit::Stage(_) | Bit::Running(_) | Bit::Done(_) | Bit::Device(..),
+                Bit::Flag(..)
+                | Bit::Stage(_)
+                | Bit::Running(_)
+                | Bit::Done(_)
+                | Bit::Device(..)
+                | Bit::InWord(_),
             )
             | Address::Word(Word::Acc(_) | Word::Pre(_)) => None,
         }
     }
 
-    /// The space and number of an address; for a member, those of its structure. `None` for bits of
-    /// Stages, blocks and devices.
+    /// The space and number of an address; for a member, those of its structure, and for a bit of a
+    /// word, those of the word. `None` for bits of Stages, blocks and devices.
     pub fn with_members(address: Address) -> Option<(Space, u32)> {
+        let address = address.without_bit();
         Space::of(address.structure().map_or(address, Address::Structure))
     }
 }
 
 impl Address {
+    /// For a bit of a word, the word; else itself.
+    pub fn without_bit(self) -> Address {
+        match self {
+            Address::Bit(Bit::InWord(bit)) => Address::Word(bit.word),
+            Address::Bit(_) | Address::Word(_) | Address::Structure(_) => self,
+        }
+    }
+
     /// The member's name, if it is a member of a structure.
     pub fn member(self) -> Option<&'static str> {
         match self {
@@ -145,16 +170,22 @@ impl Address {
             Address::Word(Word::Acc(structure)) => Some(structure.acc_name()),
             Address::Word(Word::Pre(_)) => Some("PRE"),
             Address::Bit(
-                Bit::Space(..) | Bit::Stage(_) | Bit::Running(_) | Bit::Done(_) | Bit::Device(..),
+                Bit::Space(..)
+                | Bit::Stage(_)
+                | Bit::Running(_)
+                | Bit::Done(_)
+                | Bit::Device(..)
+                | Bit::InWord(_),
             )
             | Address::Word(Word::Space(..))
             | Address::Structure(_) => None,
         }
     }
 
-    /// The structure that it is, or is a member of.
+    /// The structure that it is, or is a member of, or a bit of a member.
     pub fn structure(self) -> Option<Structure> {
         match self {
+            Address::Bit(Bit::InWord(bit)) => Address::Word(bit.word).structure(),
             Address::Structure(structure)
             | Address::Bit(Bit::Flag(structure, _))
             | Address::Word(Word::Acc(structure)) => Some(structure),
@@ -307,9 +338,18 @@ impl DeviceBit {
 }
 
 impl Bit {
-    /// Whether an instruction may write the space: Y, C, MC and MI.
+    /// Whether an instruction may write the bit: of Y, C, MC and MI, and the bits of words that an
+    /// instruction may write.
     pub fn writable_by_ladder(self) -> bool {
-        matches!(self, Bit::Space(BitSpace::Y | BitSpace::C | BitSpace::Mc | BitSpace::Mi, _))
+        match self {
+            Bit::Space(space, _) => {
+                matches!(space, BitSpace::Y | BitSpace::C | BitSpace::Mc | BitSpace::Mi)
+            }
+            Bit::InWord(bit) => bit.word.writable(),
+            Bit::Flag(..) | Bit::Stage(_) | Bit::Running(_) | Bit::Done(_) | Bit::Device(..) => {
+                false
+            }
+        }
     }
 
     /// Whether a write from outside may change the bit: all bits that an instruction may write, and
@@ -320,17 +360,44 @@ impl Bit {
     }
 
     /// Whether the bit may be forced. Flags of structures and status bits of devices may be forced;
-    /// STn and the bits of blocks and Stages may not.
+    /// STn and the bits of blocks, Stages and words may not (a word is forced as a whole).
     pub fn forcible(self) -> bool {
         match self {
             Bit::Space(space, _) => space != BitSpace::St,
             Bit::Flag(..) | Bit::Device(..) => true,
-            Bit::Stage(_) | Bit::Running(_) | Bit::Done(_) => false,
+            Bit::Stage(_) | Bit::Running(_) | Bit::Done(_) | Bit::InWord(_) => false,
+        }
+    }
+
+    /// The word that it is a bit of.
+    pub fn of_word(self) -> Option<WordBit> {
+        match self {
+            Bit::InWord(bit) => Some(bit),
+            Bit::Space(..)
+            | Bit::Flag(..)
+            | Bit::Stage(_)
+            | Bit::Running(_)
+            | Bit::Done(_)
+            | Bit::Device(..) => None,
         }
     }
 }
 
 impl Word {
+    /// The number of its bits that have names: none of a real.
+    pub fn bit_count(self) -> u8 {
+        match self.range() {
+            _ if self.is_real() => 0,
+            (i32::MIN, i32::MAX) => 32,
+            _ => 16,
+        }
+    }
+
+    /// A bit of it; `None` if it has no bit with this number.
+    pub fn bit(self, number: u8) -> Option<Bit> {
+        (number < self.bit_count()).then_some(Bit::InWord(WordBit { word: self, number }))
+    }
+
     /// Whether an instruction or a queued write may write the word: all but the status words.
     pub fn writable(self) -> bool {
         !matches!(self, Word::Space(WordSpace::Dst, _))
@@ -386,6 +453,7 @@ impl fmt::Display for Bit {
             Bit::Running(id) => write!(f, "block {}.Running", id.0),
             Bit::Done(id) => write!(f, "block {}.Done", id.0),
             Bit::Device(id, health) => write!(f, "device {}.{}", id.0, health.name()),
+            Bit::InWord(bit) => write!(f, "{}.{}", bit.word, bit.number),
         }
     }
 }

@@ -32,14 +32,51 @@ pub enum AddressError {
     UnknownNickname,
     /// The element number of `N,n,e` is outside 0..6.
     SensaphoneElement,
+    /// What is before the number of a bit has no bits.
+    NoBits(Address),
+    /// The number of a bit is not one of the word's.
+    UnknownBit(Word),
 }
 
-/// Parses an address: plain, member, Sensaphone element or status nickname.
+/// Splits a name that ends with the number of a bit: `D0.3` into `D0` and `3`.
+pub fn split_bit(name: &str) -> Option<(&str, &str)> {
+    let (base, digits) = name.rsplit_once('.')?;
+    let is_number = !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit());
+    (is_number && !base.is_empty() && !base.ends_with('.')).then_some((base, digits))
+}
+
+/// The bit of an address that has these digits as its number.
+///
+/// # Errors
+/// [`AddressError::NoBits`], [`AddressError::UnknownBit`].
+pub fn bit_of(address: Address, digits: &str) -> Result<Bit, AddressError> {
+    let Address::Word(word) = address else { return Err(AddressError::NoBits(address)) };
+    if word.is_real() {
+        return Err(AddressError::NoBits(address));
+    }
+    let is_plain = digits == "0" || !digits.starts_with('0');
+    let number = digits.parse().ok().filter(|_| is_plain);
+    number.and_then(|number| word.bit(number)).ok_or(AddressError::UnknownBit(word))
+}
+
+/// Parses an address: plain, member, Sensaphone element, status nickname or bit of a word.
 ///
 /// # Errors
 /// [`AddressError::NotAnAddress`] if the text does not have the form of an address (it may be a
 /// tag); the other kinds if it has the form and a mistake.
 pub fn parse(text: &str, sizes: &MemorySizes) -> Result<Address, AddressError> {
+    if let Some((base, digits)) = split_bit(text) {
+        return match parse(base, sizes) {
+            // `N,0,6` is an element already.
+            Ok(address) if base.contains(',') => Err(AddressError::NoBits(address)),
+            Ok(address) => bit_of(address, digits).map(Address::Bit),
+            Err(AddressError::Case(right)) => Err(AddressError::Case(format!("{right}.{digits}"))),
+            Err(AddressError::LeadingZero(right)) => {
+                Err(AddressError::LeadingZero(format!("{right}.{digits}")))
+            }
+            Err(error) => Err(error),
+        };
+    }
     if text.starts_with('$') {
         return parse_nickname(text);
     }
@@ -195,6 +232,10 @@ mod tests {
             "N0.ACC",
             "N19.PRE",
             "N2.UN",
+            "D0.31",
+            "MHR1.15",
+            "CT0.Acc.4",
+            "N0.PRE.15",
         ] {
             check(text, text);
         }
@@ -212,6 +253,7 @@ mod tests {
         check("$DownSeconds", "DST12");
         check("$DayNumber", "DST13");
         check("$SecondOfDay", "DST14");
+        check("$Second.0", "DST11.0");
     }
 
     #[test]
@@ -237,6 +279,16 @@ mod tests {
         check("N,", "NotAnAddress");
         check("N,19,7", "SensaphoneElement");
         check("N64.ACC", "BeyondMemory { space: \"N\", first: 0, last: 63 }");
+        check("X0.3", "NoBits(Bit(Space(X, 0)))");
+        check("N0.3", "NoBits(Structure(Sensaphone(0)))");
+        check("R0.0", "NoBits(Word(Space(R, 0)))");
+        check("D0.32", "UnknownBit(Space(D, 0))");
+        check("D0.03", "UnknownBit(Space(D, 0))");
+        check("V0.16", "UnknownBit(Space(V, 0))");
+        check("N0.ACC.16", "UnknownBit(Acc(Sensaphone(0)))");
+        check("d0.3", "Case(\"D0.3\")");
+        check("D00.3", "LeadingZero(\"D0.3\")");
+        check("D0.3.1", "NoBits(Bit(InWord(WordBit { word: Space(D, 0), number: 3 })))");
         check("CT0.Timing", "UnknownMember([\"Acc\", \"Done\", \"Reset\", \"Zero\", \"DnDone\"])");
         check("X0.Done", "UnknownMember([])");
     }

@@ -24,7 +24,7 @@ pub mod status;
 
 pub use address::Flag;
 pub use address::{
-    Address, Bit, BlockId, DeviceBit, DeviceId, ElementId, StageId, Structure, Word,
+    Address, Bit, BlockId, DeviceBit, DeviceId, ElementId, StageId, Structure, Word, WordBit,
 };
 pub use function::Function;
 pub use instruction::Spec;

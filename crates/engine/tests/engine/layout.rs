@@ -50,7 +50,7 @@ fn assert_dense(sizes: &MemorySizes) {
         match layout.cell(address) {
             Some(Cell::Bit(bit)) => bits.push(bit.0),
             Some(Cell::Word(word)) => words.push(word.0),
-            None => panic!("{address} has no cell"),
+            Some(Cell::WordBit(_)) | None => panic!("{address} has no cell"),
         }
     }
     bits.sort_unstable();

@@ -16,3 +16,4 @@ mod semantics_page;
 mod subroutines;
 mod templates;
 mod why;
+mod word_bits;

@@ -7,7 +7,7 @@
 
 use rungd_base::calendar::{LocalTime, parse_seconds};
 use rungd_engine::isa::{Bit, BitSpace};
-use rungd_engine::{Cell, Engine, ScanTimes};
+use rungd_engine::{Cell, Engine, EngineCall, ScanTimes};
 use rungd_lab::traces::stimulus::{Stimulus, StimulusChange};
 use rungd_lab::traces::trace::{CsvTrace, TracedOperand};
 use rungd_language::lower::{lower, lower_with};
@@ -99,7 +99,9 @@ fn inputs_do_not_change_within_a_scan() {
             for change in plan.stimulus.of_scan(scan, &mut next) {
                 match change {
                     StimulusChange::Input(n, on) => engine.set_input(n, on),
-                    StimulusChange::Bit(cell, on) => engine.write_bit(cell, on),
+                    StimulusChange::Bit(cell, on) => {
+                        engine.apply(EngineCall::Write(cell, on.into()))
+                    }
                     StimulusChange::Word(cell, value) => engine.write_word(cell, value),
                 }
             }

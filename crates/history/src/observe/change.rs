@@ -122,6 +122,7 @@ impl TrialScan<'_> {
             Some(Address::Bit(Bit::Space(BitSpace::X, _))) => true,
             Some(Address::Bit(Bit::Space(space, _))) => space != BitSpace::St,
             Some(Address::Word(Word::Space(space, _))) => space != WordSpace::Dst,
+            Some(Address::Bit(Bit::InWord(bit))) => bit.word.writable(),
             Some(Address::Bit(_) | Address::Word(_) | Address::Structure(_)) | None => false,
         };
         may && !self.subject.is_written(cell) && !self.state.is_forced(cell)
@@ -207,7 +208,7 @@ impl Inquiry<'_> {
         let cells = named.iter().filter_map(|operand| layout.cell(operand.address));
         let slice = self.replay.slice();
         let bits = cells
-            .filter(|cell| matches!(cell, Cell::Bit(_)) && slice.knows(*cell))
+            .filter(|cell| cell.is_bit() && slice.knows(*cell))
             .filter(|cell| trial.is_free(*cell));
         let tries = bits.map(|cell| TriedEdit::Write(cell, 1 - trial.state.value(cell)));
         tries.filter(|edit| !reasons.contains(edit)).collect()

@@ -13,7 +13,7 @@ use super::subject::Subject;
 use super::walk::{WalkedProgram, Witness, walk};
 use rungd_engine::isa::status::st;
 use rungd_engine::isa::{Bit, BitSpace, StageId};
-use rungd_engine::{BitCell, Engine, EngineCall, EngineState, Image, ScanStep, Slice};
+use rungd_engine::{Cell, Engine, EngineCall, EngineState, Image, ScanStep, Slice};
 use rungd_language::resolve::program::Contact;
 
 /// The states seen of something that can be OFF and ON.
@@ -75,7 +75,7 @@ pub struct CoverageRun {
     engine: Engine,
     parts: Vec<WatchedPart>,
     /// The bits of the Stages, then those of the alarms.
-    followed: Vec<(BitCell, SeenStates)>,
+    followed: Vec<(Cell, SeenStates)>,
     writers: BitWriters,
 }
 
@@ -110,8 +110,8 @@ impl CoverageRun {
         let parts = (0..count).map(|part| watched(&subject, part)).collect();
         let layout = &subject.symbols.layout;
         let stages = 0..subject.symbols.names.stages.len() as u32;
-        let stages = stages.map(|at| layout.bit(Bit::Stage(StageId(at))));
-        let bits: Vec<BitCell> =
+        let stages = stages.map(|at| Cell::Bit(layout.bit(Bit::Stage(StageId(at)))));
+        let bits: Vec<Cell> =
             stages.chain(subject.symbols.alarms.iter().map(|alarm| alarm.bit)).collect();
         CoverageRun {
             writers: BitWriters::new(&subject, &bits),
@@ -135,7 +135,7 @@ impl CoverageRun {
         walk(WalkedProgram { subject, slice }, engine, call, &mut spotter);
         if matches!(call, EngineCall::Execute | EngineCall::Terminate) {
             for (cell, seen) in followed {
-                seen.follow(engine.image().bit(*cell));
+                seen.follow(engine.image().value(*cell) != 0);
             }
         }
     }
@@ -210,7 +210,7 @@ fn watched(subject: &Subject, part: u32) -> WatchedPart {
 struct ContactCollector<'a> {
     subject: &'a Subject,
     parts: &'a mut [WatchedPart],
-    followed: &'a mut [(BitCell, SeenStates)],
+    followed: &'a mut [(Cell, SeenStates)],
     writers: &'a BitWriters,
 }
 
@@ -244,7 +244,7 @@ impl ContactCollector<'_> {
     fn follow(&mut self, places: &[usize], image: &Image) {
         for at in places {
             let (cell, seen) = &mut self.followed[*at];
-            seen.follow(image.bit(*cell));
+            seen.follow(image.value(*cell) != 0);
         }
     }
 }

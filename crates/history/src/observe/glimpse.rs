@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use super::subject::Subject;
 use super::walk::{WalkedProgram, Witness, walk};
-use rungd_engine::{BitCell, Cell, Engine, EngineCall, Image, ScanStep, Slice};
+use rungd_engine::{Cell, Engine, EngineCall, Image, ScanStep, Slice};
 use rungd_runtime::TapeSection;
 
 /// The steps that may write some bits.
@@ -22,10 +22,10 @@ pub(super) struct BitWriters {
 
 impl BitWriters {
     /// The writers of these bits.
-    pub fn new(subject: &Subject, bits: &[BitCell]) -> BitWriters {
+    pub fn new(subject: &Subject, bits: &[Cell]) -> BitWriters {
         let mut writers = BitWriters { by_step: HashMap::new(), turned: Vec::new() };
         for (at, bit) in bits.iter().enumerate() {
-            for deed in subject.writers(Cell::Bit(*bit)) {
+            for deed in subject.writers(*bit) {
                 writers.by_step.entry(deed).or_default().push(at);
                 if matches!(deed, ScanStep::Turn(_)) && writers.turned.last() != Some(&at) {
                     writers.turned.push(at);
@@ -56,7 +56,7 @@ impl Subject {
     pub fn glimpses(
         &self,
         sections: &[Arc<TapeSection>],
-        bits: &[BitCell],
+        bits: &[Cell],
         from: u64,
     ) -> Vec<Option<u64>> {
         let slice = self.seen.whole();
@@ -77,7 +77,7 @@ impl Subject {
 
 /// The states of a bit.
 struct BitStates {
-    bit: BitCell,
+    bit: Cell,
     /// At the end of the scan before.
     before: bool,
     /// Whether it was ON within this scan.
@@ -86,7 +86,7 @@ struct BitStates {
 }
 
 impl BitStates {
-    fn new(bit: BitCell) -> BitStates {
+    fn new(bit: Cell) -> BitStates {
         BitStates { bit, before: false, within: false, glimpse: None }
     }
 }
@@ -121,7 +121,7 @@ impl BitObserver<'_> {
             return;
         }
         let BitObserver { subject, slice, engine, bits, writers, .. } = self;
-        bits.iter_mut().for_each(|states| states.within = engine.image().bit(states.bit));
+        bits.iter_mut().for_each(|states| states.within = engine.image().value(states.bit) != 0);
         let program = WalkedProgram { subject, slice };
         walk(program, engine, EngineCall::Execute, &mut Within { bits, writers });
         self.note_ends(Some(number));
@@ -131,7 +131,7 @@ impl BitObserver<'_> {
     fn note_ends(&mut self, number: Option<u64>) {
         let image = self.engine.image();
         for states in &mut self.bits {
-            let now = image.bit(states.bit);
+            let now = image.value(states.bit) != 0;
             if states.within && !now && !states.before {
                 states.glimpse = number.or(states.glimpse);
             }
@@ -162,7 +162,7 @@ impl Within<'_> {
     fn look(&mut self, places: &[usize], image: &Image) {
         for at in places {
             let states = &mut self.bits[*at];
-            states.within |= image.bit(states.bit);
+            states.within |= image.value(states.bit) != 0;
         }
     }
 }

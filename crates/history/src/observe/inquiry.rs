@@ -162,9 +162,10 @@ impl<'a> Inquiry<'a> {
         is_of_block || at.section != until.section || {
             let Some(section) = self.replay.section(at.section) else { return true };
             let behind = section.entries.get(at.entry + 1..until.entries().max(at.entry + 1));
-            behind.unwrap_or_default().iter().any(
-                |entry| matches!(entry, TapeEntry::Call(EngineCall::Write(to, _)) if *to == cell),
-            )
+            behind.unwrap_or_default().iter().any(|entry| {
+                let TapeEntry::Call(EngineCall::Write(to, _)) = entry else { return false };
+                to.overlaps(cell)
+            })
         }
     }
 

@@ -16,13 +16,13 @@ impl Subject {
         let (address, names) = (self.address(cell), &self.symbols.names);
         let tag = address.and_then(|address| names.operand_tag(address));
         let (name, own) = (tag.map(|tag| tag.to_string()), address.map(|at| names.nickname(at)));
-        let doc = tag.filter(|tag| tag.member.is_none()).map(|tag| tag.index);
+        let doc = tag.filter(|tag| tag.member.is_none() && tag.bit.is_none()).map(|tag| tag.index);
         OperandName {
             cell,
             address: own.clone().filter(|own| name.as_ref().is_some_and(|name| name != own)),
             name: name.or(own).unwrap_or_default(),
             doc: doc.and_then(|index| self.program.tags[index].doc.clone()),
-            is_bit: matches!(cell, Cell::Bit(_)),
+            is_bit: cell.is_bit(),
             is_real: matches!(cell, Cell::Word(word) if self.symbols.layout.is_real(word)),
             is_time: matches!(address, Some(Address::Word(Word::Acc(Structure::Timer(_))))),
         }

@@ -37,7 +37,7 @@ pub(super) fn operands(
             }
             OperandValue::Element(element) => sides.push(selected(subject, element, image)),
             OperandValue::Bit(of) if is_read => {
-                sides.push(bit(Cell::Bit(subject.symbols.layout.bit(of)), image));
+                sides.push(bit(subject.symbols.layout.bit_in(of), image));
             }
             OperandValue::Array(from) if is_read => {
                 let at = instruction.written_array().and_then(|target| place(subject, target, to));
@@ -65,7 +65,7 @@ pub(super) fn formula(subject: &Subject, formula: &Formula, image: &Image) -> Ve
     for (at, part) in formula.parts.iter().enumerate() {
         let mut side = match part {
             FormulaPart::Word(at) => word(subject, *at, image),
-            FormulaPart::Bit(of) => bit(Cell::Bit(layout.bit(*of)), image),
+            FormulaPart::Bit(of) => bit(layout.bit_in(*of), image),
             FormulaPart::Element(array) => {
                 let index = &formula.parts[begins[at]..at];
                 let Some(cell) = computed_element(subject, *array, index, image) else { continue };
@@ -189,7 +189,12 @@ pub(super) fn structure(address: Option<rungd_engine::isa::Address>) -> Option<S
         }
         Address::Word(Word::Pre(number)) => Some(Structure::Sensaphone(number)),
         Address::Bit(
-            Bit::Space(..) | Bit::Stage(_) | Bit::Running(_) | Bit::Done(_) | Bit::Device(..),
+            Bit::Space(..)
+            | Bit::Stage(_)
+            | Bit::Running(_)
+            | Bit::Done(_)
+            | Bit::Device(..)
+            | Bit::InWord(_),
         )
         | Address::Word(Word::Space(..))
         | Address::Structure(_) => None,

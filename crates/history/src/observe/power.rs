@@ -75,6 +75,7 @@ impl ScanPower {
         match cell {
             Cell::Bit(bit) => self.bits.get(bit.0 as usize).map_or(0, |bit| i32::from(*bit)),
             Cell::Word(word) => self.words.get(word.0 as usize).copied().unwrap_or(0),
+            Cell::WordBit(bit) => i32::from(bit.is_on(self.value(Cell::Word(bit.word)))),
         }
     }
 }

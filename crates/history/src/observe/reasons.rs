@@ -110,7 +110,7 @@ impl Inquiry<'_> {
         let Some(seen) = part.seen.get(leaf) else { return Vec::new() };
         match part.leaves.contacts[leaf] {
             program::Contact::Bit(bit, _) => {
-                vec![Cell::Bit(self.subject.symbols.layout.bit(*bit))]
+                vec![self.subject.symbols.layout.bit_in(*bit)]
             }
             program::Contact::Edge(..) => vec![Cell::Bit(BitCell(seen.power.cell()))],
             program::Contact::Element(..)
@@ -153,7 +153,7 @@ impl Inquiry<'_> {
         let seen = part.seen.get(leaf).cloned().unwrap_or_else(none);
         match part.leaves.contacts[leaf] {
             program::Contact::Bit(bit, _) => {
-                let cell = Cell::Bit(self.subject.symbols.layout.bit(*bit));
+                let cell = self.subject.symbols.layout.bit_in(*bit);
                 let (operand, followed) = self.operand(cell, i32::from(seen.on), at, depth);
                 ContactDetail::Bit(operand, followed)
             }
@@ -184,7 +184,7 @@ impl Inquiry<'_> {
         at: TapeMoment,
         depth: u32,
     ) -> (OperandName, Followed) {
-        if let Cell::Bit(_) = cell {
+        if cell.is_bit() {
             self.propose(cell, vec![1 - value]);
         }
         let operand = self.subject.operand(cell);

@@ -207,8 +207,10 @@ impl<'a> Replay<'a> {
         changed
     }
 
-    /// The moment since which a cell is forced; `None` if it is not forced.
+    /// The moment since which a cell is forced, a bit of a word with its word; `None` if it is not
+    /// forced.
     pub fn forced(&mut self, cell: Cell, at: TapeMoment) -> Option<Result<TapeMoment, TapeEnd>> {
+        let cell = cell.whole();
         let mut section = at.section;
         let mut end = at.entries();
         loop {

@@ -37,6 +37,7 @@ impl SectionLog {
     ) -> Option<CellChange> {
         let end = (before.entry, before.step);
         let end = self.changes.partition_point(|c| (c.entry as usize, c.step) < end);
-        self.changes[..end].iter().rev().find(|c| c.cell == cell && is(c)).copied()
+        let changes = self.changes[..end].iter().rev();
+        changes.filter_map(|change| change.of(cell)).find(|change| is(change))
     }
 }

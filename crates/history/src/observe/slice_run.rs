@@ -33,6 +33,17 @@ pub(super) struct CellChange {
     pub after: i32,
 }
 
+impl CellChange {
+    /// The change of a cell; `None` if this is of a different cell. A change of a word may be one
+    /// of its bit.
+    pub fn of(&self, cell: Cell) -> Option<CellChange> {
+        let Cell::WordBit(bit) = cell else { return (self.cell == cell).then_some(*self) };
+        let [before, after] = [self.before, self.after].map(|held| i32::from(bit.is_on(held)));
+        let is_change = self.cell == Cell::Word(bit.word) && before != after;
+        is_change.then_some(CellChange { cell, before, after, ..*self })
+    }
+}
+
 /// The step of a call that may change cells.
 #[derive(Clone, Copy)]
 struct ChangingStep {
@@ -162,6 +173,7 @@ impl<'s> SliceObserver<'s> {
         match cell {
             Cell::Bit(BitCell(at)) => at,
             Cell::Word(WordCell(at)) => self.bits.len() as u32 + at,
+            Cell::WordBit(bit) => self.number(Cell::Word(bit.word)),
         }
     }
 

@@ -193,8 +193,13 @@ impl ReadList<'_> {
                 ReadOperand::Address(address) => (*address, 1),
                 ReadOperand::Array(array) => (array.element(0), array.count),
             };
-            if let Some(cell) = layout.cell(first) {
-                cells.add_cells(cell, count);
+            match (layout.cell(first), read) {
+                (Some(Cell::WordBit(_)), ReadOperand::Array(array)) => {
+                    let each = array.addresses().filter_map(|bit| layout.cell(bit));
+                    each.for_each(|bit| cells.add_cells(bit, 1));
+                }
+                (Some(cell), _) => cells.add_cells(cell, count),
+                (None, _) => {}
             }
         }
         if cells != Stretches::default() {

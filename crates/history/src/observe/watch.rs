@@ -113,7 +113,7 @@ impl Witness for Watch<'_> {
             return;
         }
         if let Some(selected) = self.subject.seen.selected(deed, image)
-            && selected != Some(self.cell)
+            && !selected.is_some_and(|selected| selected.overlaps(self.cell))
             && !matches!(self.address, Some(Address::Bit(Bit::Space(BitSpace::St, _))))
         {
             return;

@@ -65,6 +65,7 @@ impl Subject {
         let is_known = match cell {
             Cell::Bit(BitCell(at)) => at < layout.bit_count(),
             Cell::Word(WordCell(at)) => at < layout.word_count(),
+            Cell::WordBit(bit) => bit.word.0 < layout.word_count(),
         };
         if !is_known {
             return Err(WhyRefusal::NoSuchCell);
@@ -84,8 +85,8 @@ impl Subject {
             false => (root, None),
         };
         let change = match cell {
-            Cell::Bit(_) if remedy => Some(inquiry.change(cell, moment)),
-            Cell::Bit(_) | Cell::Word(_) => None,
+            Cell::Bit(_) | Cell::WordBit(_) if remedy => Some(inquiry.change(cell, moment)),
+            Cell::Bit(_) | Cell::Word(_) | Cell::WordBit(_) => None,
         };
         let combined = inquiry.combined(change.as_ref());
         let mode = match inquiry.runs(moment) {

@@ -54,7 +54,7 @@ impl AlarmLog {
             self.on = alarms.iter().map(|alarm| self.open.contains_key(&alarm.tag)).collect();
         }
         for (at, alarm) in alarms.iter().enumerate() {
-            let on = image.bit(alarm.bit);
+            let on = image.value(alarm.bit) != 0;
             if on == self.on[at] {
                 continue;
             }

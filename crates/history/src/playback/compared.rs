@@ -122,7 +122,9 @@ impl ComparedOperand {
     fn text(&self, content: i32, cell: Option<Cell>) -> String {
         match cell {
             None => "absent".to_owned(),
-            Some(Cell::Bit(_)) => if content != 0 { "ON" } else { "OFF" }.to_owned(),
+            Some(Cell::Bit(_) | Cell::WordBit(_)) => {
+                if content != 0 { "ON" } else { "OFF" }.to_owned()
+            }
             Some(Cell::Word(_)) if self.real => Real::of_cell(content).to_string(),
             Some(Cell::Word(_)) => content.to_string(),
         }
@@ -267,7 +269,7 @@ fn alarms(programs: &RecordedPrograms, new: &PlayableProgram) -> Vec<ComparedOpe
     }
     let cell = |program: &PlayableProgram, tag: &str| {
         let alarm = program.symbols.alarms.iter().find(|alarm| alarm.tag == tag)?;
-        Some(Cell::Bit(alarm.bit))
+        Some(alarm.bit)
     };
     let compared = |tag: &str| {
         let old = each(programs, |program| cell(program, tag));

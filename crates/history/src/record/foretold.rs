@@ -89,6 +89,7 @@ impl Expectations {
         match cell {
             Cell::Bit(cell) => std::mem::replace(&mut self.cells[0], cell.0),
             Cell::Word(cell) => std::mem::replace(&mut self.cells[1], cell.0),
+            Cell::WordBit(_) => unreachable!("a tape has whole words alone"),
         }
     }
 

@@ -249,11 +249,19 @@ impl EntryWriter {
             }
             EngineCall::Release(cell @ Cell::Bit(_)) => self.cell(code::RELEASE_BIT, cell),
             EngineCall::Release(cell @ Cell::Word(_)) => self.cell(code::RELEASE_WORD, cell),
+            EngineCall::Write(Cell::WordBit(_), _)
+            | EngineCall::Force(Cell::WordBit(_), _)
+            | EngineCall::Release(Cell::WordBit(_)) => {
+                unreachable!("the scan thread writes a bit of a word as its word")
+            }
         }
     }
 
     fn cell(&mut self, code: u8, cell: Cell) {
-        let (Cell::Bit(BitCell(number)) | Cell::Word(WordCell(number))) = cell;
+        let number = match cell {
+            Cell::Bit(BitCell(number)) | Cell::Word(WordCell(number)) => number,
+            Cell::WordBit(_) => unreachable!("the calls before have whole words alone"),
+        };
         let change = i64::from(number) - i64::from(self.foretold.cell(cell));
         self.out.push(code);
         put_signed(&mut self.out, change);

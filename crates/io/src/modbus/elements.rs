@@ -8,7 +8,7 @@ use super::number::{RegisterNumberType, WordOrder};
 use super::pdu::ModbusTable;
 use super::refusal::ModbusRefusal;
 use rungd_engine::isa::{Bit, Real, Word};
-use rungd_engine::{BitCell, WordCell};
+use rungd_engine::{Cell, WordCell};
 use rungd_runtime::exchange::Snapshot;
 
 /// A set of write lists, one bit per list: the lists that contain an element, or the lists that
@@ -19,7 +19,7 @@ pub(super) type ListSet = u64;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BitElement {
     pub bit: Bit,
-    pub cell: BitCell,
+    pub cell: Cell,
     /// The number of the Y whose output value it shows.
     pub output: Option<u32>,
     pub lists: ListSet,
@@ -101,7 +101,7 @@ impl BitElement {
     pub fn shown(&self, snapshot: &Snapshot) -> bool {
         match self.output {
             Some(y) => snapshot.outputs[y as usize] != 0,
-            None => snapshot.bit(self.cell),
+            None => snapshot.value(self.cell) != 0,
         }
     }
 }

@@ -164,7 +164,7 @@ impl ModbusMap {
         let values = packed.iter().flat_map(|byte| (0..8).map(move |bit| byte >> bit & 1 != 0));
         let mut writes = Vec::with_capacity(coils.len() * 2);
         for (coil, on) in coils.iter().zip(values) {
-            writes.push(OperandWrite::Bit(coil.cell, on));
+            writes.push(OperandWrite::of_bit(coil.cell, on));
             writes.extend(coil.input.map(|x| OperandWrite::Input(x, on)));
         }
         Ok(writes)
@@ -375,12 +375,13 @@ impl ElementSources<'_> {
             | Bit::Stage(_)
             | Bit::Running(_)
             | Bit::Done(_)
-            | Bit::Device(..) => {}
+            | Bit::Device(..)
+            | Bit::InWord(_) => {}
         }
         // Every client may write a coil that is copied to an input, as if the coil were in
         // `writable`.
         let lists = self.lists(Address::Bit(bit)) | ListSet::from(input.is_some());
-        BitElement { bit, cell: self.layout.bit(bit), output, lists, input }
+        BitElement { bit, cell: self.layout.bit_in(bit), output, lists, input }
     }
 
     fn register(

@@ -93,7 +93,12 @@ fn standard(address: Address) -> Option<(ModbusTable, u32)> {
             WordSpace::V | WordSpace::D | WordSpace::R | WordSpace::Dst => return None,
         },
         Address::Bit(
-            Bit::Flag(..) | Bit::Stage(_) | Bit::Running(_) | Bit::Done(_) | Bit::Device(..),
+            Bit::Flag(..)
+            | Bit::Stage(_)
+            | Bit::Running(_)
+            | Bit::Done(_)
+            | Bit::Device(..)
+            | Bit::InWord(_),
         )
         | Address::Word(Word::Acc(_) | Word::Pre(_))
         | Address::Structure(_) => return None,

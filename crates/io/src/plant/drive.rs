@@ -81,7 +81,7 @@ impl PlantDrive {
             if let Bit::Space(BitSpace::Y, n) = bit {
                 return seen.outputs[n as usize] != 0;
             }
-            seen.bit(layout.bit(bit))
+            seen.value(layout.bit_in(bit)) != 0
         };
         for (x, on) in self.device.step(now_ms, read) {
             self.port.set_input(x, on);

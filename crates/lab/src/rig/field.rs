@@ -96,8 +96,7 @@ impl<'a> Driven<'a> {
         match source {
             OutputSource::Output(y) => self.output(y).into(),
             OutputSource::Cell(_, Some(fixed)) if !self.runs => fixed,
-            OutputSource::Cell(Cell::Bit(bit), _) => self.image.bit(bit).into(),
-            OutputSource::Cell(Cell::Word(word), _) => self.image.word(word),
+            OutputSource::Cell(cell, _) => self.image.value(cell),
         }
     }
 }

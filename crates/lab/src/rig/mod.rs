@@ -94,7 +94,7 @@ impl Rig {
             false => (Taped::new(engine), None),
         };
         machine.comes_from(Origin::Batch(Ticket(0)));
-        setup.set.iter().for_each(|(cell, value)| put(&mut machine, *cell, *value));
+        setup.set.iter().for_each(|(cell, value)| machine.write(*cell, *value));
         let retained = setup.keeps_images.then(|| Retained::new(program, 0));
         let mut rig = Rig {
             field: RigField::new(program),
@@ -171,7 +171,7 @@ impl Rig {
         field.bring_in(machine, InputStep { scan: *scans, now_ns });
         for (cell, value, ticket) in writes.drain(..) {
             machine.comes_from(Origin::Batch(ticket));
-            put(machine, cell, value);
+            machine.write(cell, value);
         }
         machine.execute()
     }
@@ -383,14 +383,6 @@ impl Rig {
             self.machine.settle();
             tape.drain(&self.program);
         }
-    }
-}
-
-/// Writes a bit or word, as an input or a queued write does.
-fn put(machine: &mut Taped, cell: Cell, value: i32) {
-    match cell {
-        Cell::Bit(bit) => machine.write_bit(bit, value != 0),
-        Cell::Word(word) => machine.write_word(word, value),
     }
 }
 

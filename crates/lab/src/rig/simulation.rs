@@ -144,7 +144,7 @@ pub fn run(
 fn apply(rig: &mut Rig, change: StimulusChange, devices: &HashMap<Cell, DeviceId>) {
     let (cell, value) = match change {
         StimulusChange::Input(x, on) => return rig.set_input(x, on),
-        StimulusChange::Bit(cell, on) => (Cell::Bit(cell), i32::from(on)),
+        StimulusChange::Bit(cell, on) => (cell, i32::from(on)),
         StimulusChange::Word(cell, value) => (Cell::Word(cell), value),
     };
     match devices.get(&cell) {

@@ -5,7 +5,7 @@
 //! form.
 
 use rungd_engine::isa::NumberSet;
-use rungd_engine::{BitCell, Cell, Image, Layout, WordCell};
+use rungd_engine::{Cell, Image, Layout, WordCell};
 use rungd_language::lower::formula_value::{ArrayCells, CellFormula};
 use rungd_language::resolve::array::ArrayElement;
 use rungd_language::resolve::condition::ResolvedCondition;
@@ -30,7 +30,7 @@ pub struct Condition {
 /// A boolean expression over cells.
 #[derive(Clone, Debug)]
 enum Judge {
-    Bit(BitCell),
+    Bit(Cell),
     Element(ElementCells),
     Not(Box<Judge>),
     All(Box<[Judge]>),
@@ -110,8 +110,9 @@ impl Condition {
     pub fn elements(&self, image: &Image) -> Vec<(String, Cell)> {
         let element = |(written, cells): &(String, ElementCells)| {
             let name = written.split('[').next().unwrap_or(written);
+            let bit = written.rsplit_once("].").map_or(String::new(), |(_, bit)| format!(".{bit}"));
             let at = image.word(cells.index);
-            Some((format!("{name}[{at}]"), cells.cell(image)?))
+            Some((format!("{name}[{at}]{bit}"), cells.cell(image)?))
         };
         self.selected.iter().filter_map(element).collect()
     }
@@ -123,7 +124,7 @@ impl Judge {
             items.iter().map(|item| Judge::of(item, layout, edges)).collect()
         };
         match resolved {
-            Contact::Bit(bit, _) => Judge::Bit(layout.bit(*bit)),
+            Contact::Bit(bit, _) => Judge::Bit(layout.bit_in(*bit)),
             Contact::Element(element, _) => Judge::Element(ElementCells::new(*element, layout)),
             Contact::Not(inner, _) => Judge::Not(Box::new(Judge::of(inner, layout, edges))),
             Contact::All(items, _) => Judge::All(all(items)),
@@ -158,7 +159,7 @@ impl Judge {
 
     fn deciding(&self, image: &Image, into: &mut Vec<Cell>) {
         match self {
-            Judge::Bit(cell) => into.push(Cell::Bit(*cell)),
+            Judge::Bit(cell) => into.push(*cell),
             Judge::Element(element) => into.push(Cell::Word(element.index)),
             Judge::Not(inner) | Judge::Edge(_, _, inner) => inner.deciding(image, into),
             Judge::All(items) | Judge::Any(items) => {
@@ -177,9 +178,9 @@ impl Judge {
     /// scan.
     fn is_true(&self, image: &Image, edges: &mut [bool]) -> bool {
         match self {
-            Judge::Bit(cell) => image.bit(*cell),
+            Judge::Bit(cell) => image.value(*cell) != 0,
             Judge::Element(element) => match element.cell(image) {
-                Some(Cell::Bit(cell)) => image.bit(cell),
+                Some(cell @ (Cell::Bit(_) | Cell::WordBit(_))) => image.value(cell) != 0,
                 Some(Cell::Word(_)) | None => false,
             },
             Judge::Not(inner) => !inner.is_true(image, edges),

@@ -14,7 +14,7 @@ use super::player::{FailedStep, FailedWhy, NoSpectator, condition, play};
 use super::random_run::BrokenRun;
 use super::suite::{RandomTest, Scenario};
 use crate::rig::RigMode;
-use rungd_engine::{BitCell, Cell};
+use rungd_engine::Cell;
 use rungd_history::observe::{Limits, QuestionTime, Subject};
 use rungd_language::source::wording::counted;
 use rungd_runtime::TapeSection;
@@ -238,8 +238,8 @@ fn explain(stage: LoweredSuite, scenario: &Scenario, unmet: FalseCondition, fail
     }
     let layout = &program.symbols.layout;
     let text = |cell: Cell, value: i32| match cell {
-        Cell::Bit(_) if value == 0 => "OFF".to_owned(),
-        Cell::Bit(_) => "ON".to_owned(),
+        Cell::Bit(_) | Cell::WordBit(_) if value == 0 => "OFF".to_owned(),
+        Cell::Bit(_) | Cell::WordBit(_) => "ON".to_owned(),
         Cell::Word(_) => layout.text(cell, value),
     };
     let operands = condition.operands.iter().zip(history.changes());
@@ -254,7 +254,7 @@ fn explain(stage: LoweredSuite, scenario: &Scenario, unmet: FalseCondition, fail
             SeenOperand {
                 name: name.clone(),
                 value: text(*cell, changes.back().map_or(value, |last| last.value)),
-                is_bit: matches!(cell, Cell::Bit(_)),
+                is_bit: cell.is_bit(),
                 on_within: None,
                 changes: changes.iter().map(seen).collect(),
             }
@@ -265,7 +265,7 @@ fn explain(stage: LoweredSuite, scenario: &Scenario, unmet: FalseCondition, fail
     let element = |(name, cell): (String, Cell)| SeenOperand {
         name,
         value: text(cell, rig.image().value(cell)),
-        is_bit: matches!(cell, Cell::Bit(_)),
+        is_bit: cell.is_bit(),
         on_within: None,
         changes: Vec::new(),
     };
@@ -298,11 +298,8 @@ fn note_on_within(
         | FailedWhy::Refused(_)
         | FailedWhy::GivenUp => 1,
     };
-    let bit = |(at, (_, cell)): (usize, &(String, Cell))| match cell {
-        Cell::Bit(bit) => Some((at, *bit)),
-        Cell::Word(_) => None,
-    };
-    let (places, bits): (Vec<usize>, Vec<BitCell>) =
+    let bit = |(at, (_, cell)): (usize, &(String, Cell))| cell.is_bit().then_some((at, *cell));
+    let (places, bits): (Vec<usize>, Vec<Cell>) =
         condition.operands.iter().enumerate().filter_map(bit).unzip();
     let from = (failed.scan + 1).saturating_sub(count);
     let glimpses = subject.glimpses(sections, &bits, from);

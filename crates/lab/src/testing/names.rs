@@ -147,10 +147,13 @@ impl<'a> TestNames<'a> {
         let takes = match address {
             Address::Bit(Bit::Space(BitSpace::X, n)) => Ok(StimulusTarget::Input(n)),
             Address::Bit(bit) if bit.forcible() => {
-                Ok(StimulusTarget::Bit(self.symbols.layout.bit(bit)))
+                Ok(StimulusTarget::Bit(self.symbols.layout.bit_in(bit)))
             }
             Address::Bit(Bit::Space(..)) => {
                 Err(format!("`{name}` cannot be forced: it shows the state of the controller"))
+            }
+            Address::Bit(Bit::InWord(_)) => {
+                Err(format!("`{name}` cannot be forced: its whole word can"))
             }
             Address::Bit(_) => Err(format!("`{name}` cannot be forced: the ladder switches it")),
             Address::Word(_) | Address::Structure(_) => {
@@ -166,7 +169,7 @@ impl<'a> TestNames<'a> {
 
     fn target(&self, name: &str, address: Address, takes: StimulusTarget) -> TestTarget {
         let cell = match takes {
-            StimulusTarget::Bit(cell) => Cell::Bit(cell),
+            StimulusTarget::Bit(cell) => cell,
             StimulusTarget::Word(cell, _) | StimulusTarget::Real(cell, _) => Cell::Word(cell),
             StimulusTarget::Input(n) => {
                 Cell::Bit(self.symbols.layout.bit(Bit::Space(BitSpace::X, n)))

@@ -3,7 +3,7 @@
 use super::lowered_suite::LoweredSuite;
 use super::random_run::{BrokenRun, RandomEvent};
 use super::suite::{RandomTest, Scenario, TestOperand, TestStep, TestTime};
-use rungd_engine::{Cell, Layout};
+use rungd_engine::Layout;
 use rungd_language::source::span::Located;
 
 /// A run as a scenario.
@@ -101,9 +101,7 @@ fn pulse(steps: &[TestStep]) -> Option<SetPulse<'_>> {
             TestStep::Set(down, 0),
             TestStep::Run(TestTime::Scans(off)),
             ..,
-        ] if up == down && matches!(up.cell, Cell::Bit(_)) => {
-            Some(SetPulse { operand: up, on: *on, off: *off })
-        }
+        ] if up == down && up.cell.is_bit() => Some(SetPulse { operand: up, on: *on, off: *off }),
         _ => None,
     }
 }

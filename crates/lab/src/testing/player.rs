@@ -8,7 +8,7 @@ use super::lowered_suite::LoweredSuite;
 use super::suite::{ProgramId, Reload, Scenario, TestOperand, TestStep, TestTime};
 use crate::rig::{Rig, RigMode, RigSetup};
 use rungd_base::calendar::LocalTime;
-use rungd_engine::{Cell, Image};
+use rungd_engine::Image;
 use rungd_runtime::exchange::Ticket;
 
 const MS_NS: u64 = 1_000_000;
@@ -313,10 +313,7 @@ impl<'a, S: Spectator> Player<'a, S> {
     fn pulse(&mut self, beat: PulseTiming<'a>, times: u32) -> Result<(), FailedWhy> {
         let PulseTiming { operand, on, every, ticket, .. } = beat;
         self.needs(RigMode::Run)?;
-        let is_on = |image: &Image| match operand.cell {
-            Cell::Bit(bit) => image.bit(bit),
-            Cell::Word(_) => false,
-        };
+        let is_on = |image: &Image| operand.cell.is_bit() && image.value(operand.cell) != 0;
         if is_on(self.rig.image()) {
             return Err(FailedWhy::AlreadyOn(operand.clone()));
         }

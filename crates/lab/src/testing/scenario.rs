@@ -91,7 +91,7 @@ fn outputs(subject: &Subject) -> Vec<Cell> {
     let layout = &symbols.layout;
     let y = (0..layout.sizes().y).map(|n| Cell::Bit(layout.bit(Bit::Space(BitSpace::Y, n))));
     let mut all: Vec<Cell> = y.filter(|cell| subject.is_driven(*cell)).collect();
-    all.extend(symbols.alarms.iter().map(|alarm| Cell::Bit(alarm.bit)));
+    all.extend(symbols.alarms.iter().map(|alarm| alarm.bit));
     all.dedup();
     all
 }

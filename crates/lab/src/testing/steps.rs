@@ -173,7 +173,7 @@ impl<'p, 'a> StepResolver<'p, 'a> {
     fn bit(&mut self, word: &StepWord, step: &str) -> Result<TestOperand, Finding> {
         let target = self.written(word)?;
         match target.operand.cell {
-            Cell::Bit(_) => Ok(target.operand),
+            Cell::Bit(_) | Cell::WordBit(_) => Ok(target.operand),
             Cell::Word(_) => {
                 let name = &word.value;
                 let message = format!("`{name}` is a word: `{step}` switches a bit");

@@ -14,7 +14,7 @@ use rungd_engine::isa::address_text::{self, AddressError};
 use rungd_engine::isa::decimal_comma;
 use rungd_engine::isa::real::RealError;
 use rungd_engine::isa::{Address, Bit, BitSpace, MemorySizes, Real, Word, duration};
-use rungd_engine::{BitCell, WordCell};
+use rungd_engine::{Cell, WordCell};
 use rungd_language::lower::Symbols;
 use rungd_language::source::atom::{Atom, AtomKind};
 use rungd_language::source::finding::Code;
@@ -26,7 +26,7 @@ pub enum StimulusChange {
     /// The state of `Xn` from now on.
     Input(u32, bool),
     /// One queued write of a bit.
-    Bit(BitCell, bool),
+    Bit(Cell, bool),
     /// One queued write of a word.
     Word(WordCell, i32),
 }
@@ -36,8 +36,8 @@ pub enum StimulusChange {
 pub enum StimulusTarget {
     /// `Xn`.
     Input(u32),
-    /// A bit that may be written from outside.
-    Bit(BitCell),
+    /// A bit that may be written from outside, perhaps of a word.
+    Bit(Cell),
     /// A word that may be written from outside, and its bounds.
     Word(WordCell, (i32, i32)),
     /// A word of a real that may be written from outside, and its bounds.
@@ -58,9 +58,14 @@ impl StimulusTarget {
         match address {
             Address::Bit(Bit::Space(BitSpace::X, n)) => Ok(StimulusTarget::Input(n)),
             Address::Bit(bit) if bit.writable_from_outside() => {
-                Ok(StimulusTarget::Bit(layout.bit(bit)))
+                if let Some(word) = symbols.limited_word(address) {
+                    return Err(format!(
+                        "`{operand}` cannot be written alone: a tag of `{word}` has `min` or `max`"
+                    ));
+                }
+                Ok(StimulusTarget::Bit(layout.bit_in(bit)))
             }
-            Address::Bit(bit @ Bit::Device(..)) => Ok(StimulusTarget::Bit(layout.bit(bit))),
+            Address::Bit(bit @ Bit::Device(..)) => Ok(StimulusTarget::Bit(layout.bit_in(bit))),
             Address::Word(word) if word.writable() => {
                 let (min, max) = symbols.limits(word);
                 Ok(StimulusTarget::word(word, layout.word(word), min, max))
@@ -233,6 +238,7 @@ pub fn split_element<'a>(names: impl Iterator<Item = &'a str>) -> Option<String>
         Err(AddressError::BeyondMemory { space, first, last }) => {
             return Some(format!("`{written}` lies beyond memory: {space}{first}..{space}{last}"));
         }
+        Err(AddressError::NoBits(_) | AddressError::UnknownBit(_)) => return None,
         Err(AddressError::SensaphoneElement) => {
             return Some(format!(
                 "`{written}` has no meaning: a Sensaphone counter has the elements 0 to 6 (the \

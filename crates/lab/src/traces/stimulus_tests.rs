@@ -1,11 +1,12 @@
 //! Tests of the stimulus: its header, its rows and its cells.
 
 use super::*;
+use rungd_engine::BitCell;
 
 fn lookup(name: &str) -> Result<StimulusTarget, String> {
     match name {
         "X0" => Ok(StimulusTarget::Input(0)),
-        "C0" | "jam" => Ok(StimulusTarget::Bit(BitCell(5))),
+        "C0" | "jam" => Ok(StimulusTarget::Bit(Cell::Bit(BitCell(5)))),
         "D0" => Ok(StimulusTarget::Word(WordCell(7), (-5, 5))),
         _ => Err(format!("`{name}` cannot be written")),
     }
@@ -24,7 +25,8 @@ fn each_row_becomes_the_changes_of_its_scan() {
     let of: Vec<Vec<StimulusChange>> =
         (0..4).map(|scan| stimulus.of_scan(scan, &mut from).collect()).collect();
     let first = vec![StimulusChange::Input(0, true), StimulusChange::Word(WordCell(7), -5)];
-    let last = vec![StimulusChange::Input(0, false), StimulusChange::Bit(BitCell(5), true)];
+    let last =
+        vec![StimulusChange::Input(0, false), StimulusChange::Bit(Cell::Bit(BitCell(5)), true)];
     assert_eq!(of, [first, vec![], vec![], last]);
 }
 

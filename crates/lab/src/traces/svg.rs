@@ -77,7 +77,9 @@ impl<'a> SvgTrace<'a> {
             let top = HEAD + ROW * at;
             svg_wide::name(&mut svg, watched, top, measures.x(self.columns.len()));
             match watched.cell {
-                Cell::Bit(_) => bit_line(&mut svg, &self.values[at], top, &measures),
+                Cell::Bit(_) | Cell::WordBit(_) => {
+                    bit_line(&mut svg, &self.values[at], top, &measures)
+                }
                 Cell::Word(_) => self.word_bands(&mut svg, at, top, &measures),
             }
         }

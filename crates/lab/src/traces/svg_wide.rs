@@ -112,7 +112,7 @@ pub(super) fn draw(watched: &[TracedOperand], columns: &WideColumns) -> String {
         let top = HEAD + ROW * at;
         name(&mut svg, watched, top, measures.right());
         match watched.cell {
-            Cell::Bit(_) => bit(&mut svg, &columns.spreads[at], top, &measures),
+            Cell::Bit(_) | Cell::WordBit(_) => bit(&mut svg, &columns.spreads[at], top, &measures),
             Cell::Word(_) => {
                 let (whole, spreads) = (columns.whole(at), &columns.spreads[at][..]);
                 word(&mut svg, &WordBand { watched, whole, spreads }, top, &measures);

@@ -51,7 +51,7 @@ impl<'a, W: Write> VcdTrace<'a, W> {
         writeln!(out, "$scope module rungd $end")?;
         for ((watched, name), code) in watched.iter().zip(&names).zip(&codes) {
             let kind = match watched.cell {
-                Cell::Bit(_) => "wire 1",
+                Cell::Bit(_) | Cell::WordBit(_) => "wire 1",
                 Cell::Word(_) if watched.real => "real 64",
                 Cell::Word(_) => "integer 32",
             };
@@ -95,7 +95,7 @@ impl<'a, W: Write> VcdTrace<'a, W> {
     fn change(&mut self, at: usize, value: i32) -> io::Result<()> {
         let (watched, code) = (&self.watched[at], &self.codes[at]);
         match watched.cell {
-            Cell::Bit(_) => writeln!(self.out, "{}{code}", u8::from(value != 0)),
+            Cell::Bit(_) | Cell::WordBit(_) => writeln!(self.out, "{}{code}", u8::from(value != 0)),
             Cell::Word(_) if watched.real => {
                 writeln!(self.out, "r{} {code}", Real::of_cell(value))
             }

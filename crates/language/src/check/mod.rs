@@ -29,6 +29,7 @@ mod implied;
 mod input_named_twice;
 mod input_unmapped;
 mod jump_outside_stage;
+mod limited_word_bit;
 mod lost_fraction;
 mod mixed_and_or;
 mod multi_scan_in_task;
@@ -61,6 +62,7 @@ mod task_starts_itself;
 mod testing;
 mod unused_tag;
 mod usage;
+mod whole_word_over_out;
 mod writers;
 
 pub use silence::silence;
@@ -92,7 +94,9 @@ const RULES: &[(RuleNeeds, Code, CheckRule)] = &[
     (RuleNeeds::Place, Code::SubroutineRungs, subroutine_rungs::check),
     (RuleNeeds::Place, Code::EntaskConflict, entask_conflict::check),
     (RuleNeeds::Place, Code::DuplicateOut, duplicate_out::check),
+    (RuleNeeds::Place, Code::LimitedWordBit, limited_word_bit::check),
     (RuleNeeds::Place, Code::OutElsewhere, out_elsewhere::check),
+    (RuleNeeds::Place, Code::WholeWordOverOut, whole_word_over_out::check),
     (RuleNeeds::Whole, Code::OutLostOnJumpBack, out_lost_on_jump_back::check),
     (RuleNeeds::Whole, Code::RunsThrough, runs_through::check),
     (RuleNeeds::Whole, Code::StageNeverEntered, stage_never_entered::check),

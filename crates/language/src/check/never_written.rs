@@ -66,6 +66,7 @@ pub(super) fn is_always_written(address: Address) -> bool {
         Address::Bit(Bit::Space(space, _)) => matches!(space, BitSpace::St | BitSpace::X),
         Address::Bit(Bit::Stage(_) | Bit::Running(_) | Bit::Done(_) | Bit::Device(..)) => true,
         Address::Word(Word::Space(space, _)) => space == WordSpace::Dst,
+        Address::Bit(Bit::InWord(bit)) => is_always_written(Address::Word(bit.word)),
         Address::Bit(Bit::Flag(..))
         | Address::Word(Word::Acc(_) | Word::Pre(_))
         | Address::Structure(_) => false,

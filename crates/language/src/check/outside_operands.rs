@@ -47,6 +47,11 @@ impl OutsideRead {
 }
 
 impl OutsideOperands {
+    /// Whether a device writes an address.
+    pub(super) fn moves(&self, address: Address) -> bool {
+        self.moved.contains(&address)
+    }
+
     /// Whether a device or a Modbus client may write an address.
     pub(super) fn writes(&self, address: Address) -> bool {
         self.moved.contains(&address)
@@ -69,6 +74,7 @@ pub(super) fn may_be_moved(address: Address, has_devices: bool) -> bool {
             WordSpace::V | WordSpace::D | WordSpace::R | WordSpace::Mir => has_devices,
             WordSpace::Dst => false,
         },
+        Address::Bit(Bit::InWord(bit)) => may_be_moved(Address::Word(bit.word), has_devices),
         Address::Bit(
             Bit::Flag(..) | Bit::Stage(_) | Bit::Running(_) | Bit::Done(_) | Bit::Device(..),
         )

@@ -21,17 +21,19 @@ use crate::source::fix::{FixEdit, possible};
 use rungd_engine::isa::{Address, OperandRole};
 
 use super::context::{Context, WriteEffect};
-use super::usage::writes;
+use super::usage::{whole_writes, writes};
 use super::writers::is_writable;
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
-    let writes = writes(context);
+    let (writes, whole) = (writes(context), whole_writes(context));
     let mut seen = HashSet::new();
     for placed in context.instructions() {
         let Some(bit) = placed.instruction.operand_with(OperandRole::TurnsOff) else { continue };
         let address = Address::Bit(bit.value);
-        let is_set = writes.get(&address) == Some(&WriteEffect::Any);
+        let word = address.without_bit();
+        let is_set = writes.get(&address) == Some(&WriteEffect::Any)
+            || (word != address && whole.contains(&word));
         // One finding for each bit is enough, at the first RST.
         if is_set || is_writable(context, address) || !seen.insert(address) {
             continue;

@@ -48,16 +48,22 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     check_bits(context, findings);
 }
 
-/// The bits that `[retain] tags` names and an instruction drives.
+/// The bits that `[retain] tags` names and an instruction drives, and the driven bits of retained
+/// words.
 fn check_bits(context: &Context, findings: &mut Vec<Finding>) {
     let mut named = NumberRanges::default();
     for (at, range) in context.retained.iter().enumerate().filter(|(_, range)| range.of_tag) {
         named.add(range.numbers(), at);
     }
     for (bit, drivers) in context.drivers() {
-        let Some((space, number)) = Space::of(Address::Bit(bit)) else { continue };
-        let range = named.first_in(NumberRange::one(space, number));
-        let range = range.and_then(|at| context.retained.get(at));
+        let place = Space::of(Address::Bit(bit).without_bit());
+        let Some((space, number)) = place else { continue };
+        let range = match bit.of_word() {
+            Some(_) => context.retained_with(space, number),
+            None => named
+                .first_in(NumberRange::one(space, number))
+                .and_then(|at| context.retained.get(at)),
+        };
         if let (Some(range), Some(driver)) = (range, drivers.first()) {
             findings.push(driven(context, bit, driver, range));
         }

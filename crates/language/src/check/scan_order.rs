@@ -88,7 +88,7 @@ impl<'a> ScanOrder<'a> {
 
     fn note(&mut self, instruction: &Instruction, block: &Block, at: u32) {
         match instruction.written().map(|written| written.value) {
-            Some(WrittenOperand::Bit(bit)) => self.write(Address::Bit(bit), at),
+            Some(WrittenOperand::Bit(bit)) => self.write(Address::Bit(bit).without_bit(), at),
             Some(WrittenOperand::Word(word)) => self.write(Address::Word(word), at),
             Some(WrittenOperand::Array(array)) => {
                 self.arrays.add(array.numbers(), 0);
@@ -189,6 +189,7 @@ impl Unchanged for Between<'_, '_> {
             // A MATH between may turn the others ON.
             Bit::Space(BitSpace::St, number) => number < st::DIVIDE_BY_ZERO,
             Bit::Space(..) => self.is_unwritten(Address::Bit(bit)),
+            Bit::InWord(bit) => self.word(bit.word),
             Bit::Flag(structure, _) => self.is_at_rest(structure),
             Bit::Stage(_) => false,
             Bit::Running(block) | Bit::Done(block) => self.is_elsewhere(block),

@@ -21,6 +21,8 @@ use crate::source::span::Located;
 use rungd_engine::isa::{Address, Bit, BitSpace, NumberRanges, OperandRole};
 
 use super::context::{Context, ProgramInstruction};
+use super::usage::whole_writes;
+use super::writers::is_writable;
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
@@ -42,12 +44,18 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
             Address::Word(_) | Address::Structure(_) => None,
         }));
     }
+    let whole = whole_writes(context);
     for placed in context.instructions() {
-        let Some(Located { value: bit, span }) =
+        let Some(Located::<Bit> { value: bit, span }) =
             placed.instruction.operand_with(OperandRole::TurnsOn)
         else {
             continue;
         };
+        // Anything may turn OFF the bit of a word that is written as a whole.
+        let word = bit.of_word().map(|bit| Address::Word(bit.word));
+        if word.is_some_and(|word| whole.contains(&word) || is_writable(context, word)) {
+            continue;
+        }
         // One finding for each bit is enough, at the first SET.
         if matches!(bit, Bit::Space(BitSpace::Mc, _)) || !off.insert(bit) {
             continue;

@@ -14,8 +14,8 @@ use rungd_engine::isa::{
 
 use super::context::{Context, ProgramInstruction, WriteEffect};
 
-/// Every address that the ladder reads, once, with the first place that reads it. In order of
-/// place.
+/// Every address that the ladder reads, once, with the first place that reads it: for a bit of a
+/// word, the word. In order of place.
 pub fn reads<'c>(context: &'c Context) -> &'c [(Address, Span)] {
     context.reads.get_or_init(|| listed(context))
 }
@@ -27,6 +27,7 @@ fn listed(context: &Context) -> Vec<(Address, Span)> {
     // For a whole array in a formula, element 0 is enough.
     let is_first = |tag: &Tag| tag.of_array.is_none_or(|place| place.at == 0);
     all.retain(|(address, _)| context.tag_at(*address).is_none_or(is_first));
+    all.iter_mut().for_each(|(address, _)| *address = address.without_bit());
     all.sort_by_key(|(_, span)| (span.file, span.start));
     let mut seen = NumberSet::default();
     all.retain(|(address, _)| seen.insert(*address));
@@ -89,6 +90,22 @@ pub fn writes<'c>(context: &'c Context) -> &'c NumberMap<Address, WriteEffect> {
     context.writes.get_or_init(|| effects(context))
 }
 
+/// The words that an instruction writes as a whole, or that belong to an owned structure.
+pub fn whole_writes(context: &Context) -> NumberSet<Address> {
+    let mut words = NumberSet::default();
+    for placed in context.instructions() {
+        match placed.instruction.written().map(|written| written.value) {
+            Some(WrittenOperand::Word(word)) => {
+                words.insert(Address::Word(word));
+            }
+            Some(WrittenOperand::Array(array)) => words.extend(array.of_words().addresses()),
+            Some(WrittenOperand::Bit(_)) | None => {}
+        }
+    }
+    words.extend(context.owners().map(|(structure, _)| Address::Word(Word::Acc(structure))));
+    words
+}
+
 fn effects(context: &Context) -> NumberMap<Address, WriteEffect> {
     let mut writes = NumberMap::default();
     let mut arrays = NumberRanges::default();
@@ -96,7 +113,12 @@ fn effects(context: &Context) -> NumberMap<Address, WriteEffect> {
         let only_off = placed.instruction.operand_with::<Bit>(OperandRole::TurnsOff).is_some();
         let effect = if only_off { WriteEffect::Off } else { WriteEffect::Any };
         match placed.instruction.written().map(|written| written.value) {
-            Some(WrittenOperand::Bit(bit)) => note(&mut writes, Address::Bit(bit), effect),
+            Some(WrittenOperand::Bit(bit)) => {
+                note(&mut writes, Address::Bit(bit), effect);
+                if let Some(bit) = bit.of_word() {
+                    note(&mut writes, Address::Word(bit.word), WriteEffect::Any);
+                }
+            }
             Some(WrittenOperand::Word(word)) => note(&mut writes, Address::Word(word), effect),
             Some(WrittenOperand::Array(array)) => {
                 for (first, last) in arrays.add(array.numbers(), 0) {

@@ -11,6 +11,7 @@ use super::outside_operands::may_be_moved;
 
 /// Whether something other than an instruction may write an address.
 pub fn is_writable(context: &Context, address: Address) -> bool {
+    let address = address.without_bit();
     let is_retained = |(space, n)| context.retained_with(space, n).is_some();
     context.settings.contains(&address)
         || Space::of(address).is_some_and(is_retained)

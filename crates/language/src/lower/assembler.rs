@@ -125,6 +125,8 @@ impl<'p> Assembler<'p> {
                 continue;
             };
             match address {
+                // A bit of a word has no initial value of its own.
+                Address::Bit(Bit::InWord(_)) => {}
                 Address::Bit(bit) => self.initial_bits.push((self.layout.bit(bit), value != 0)),
                 Address::Word(word) => self.initial_words.push((self.layout.word(word), value)),
                 Address::Structure(_) => {}
@@ -194,6 +196,7 @@ impl<'p> Assembler<'p> {
         self.has_arrays = true;
         let first = match self.layout.cell(array.element(0)) {
             Some(Cell::Bit(BitCell(cell)) | Cell::Word(WordCell(cell))) => cell,
+            Some(Cell::WordBit(bit)) => bit.word.0,
             None => unreachable!("arrays are of bits or words"),
         };
         CellRange { first, count: array.count }

@@ -38,7 +38,7 @@ impl Assembler<'_> {
 
     fn power_of(&mut self, contact: &Contact) -> Power {
         match contact {
-            Contact::Bit(bit, _) => Power::of(self.layout.bit(*bit).0),
+            Contact::Bit(bit, _) => Power::of(self.bit_cell(*bit)),
             Contact::Element(element, _) => self.picked_bit(*element),
             Contact::Not(inner, _) => self.contact(inner).opposite(),
             Contact::All(..) => {

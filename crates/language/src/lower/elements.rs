@@ -13,8 +13,8 @@ pub use rungd_engine::PassStep;
 use rungd_engine::isa::status::st;
 use rungd_engine::isa::{Bit, BitSpace, Space};
 pub use rungd_engine::ops::{
-    ArrayTarget, BitWritten, ElementType, LegPowers, Math, MathReports, MathTarget, Op, Power,
-    WordRead, WordTarget, WordWritten,
+    ArrayLimits, ArrayTarget, BitWritten, ElementType, LegPowers, Math, MathReports, MathTarget,
+    Op, Power, WordRead, WordTarget, WordWritten,
 };
 
 impl Assembler<'_> {
@@ -94,6 +94,7 @@ impl Assembler<'_> {
         let cells = self.cells(array);
         let kind = match array.space {
             Space::Bit(_) => ElementType::Bits,
+            _ if array.bit.is_some() => ElementType::WordBits,
             _ if array.is_real() => ElementType::Reals,
             _ if array.first_word().is_some_and(|word| word.range().0 == 0) => {
                 ElementType::Unsigned
@@ -102,7 +103,10 @@ impl Assembler<'_> {
                 ElementType::Integers
             }
         };
-        let limits = self.array_limits(array);
+        let limits = match self.mask(array) {
+            Some(mask) => ArrayLimits { first: mask.cast_unsigned(), each: false },
+            None => self.array_limits(array),
+        };
         MathTarget::At(ArrayTarget {
             first: cells.first,
             count: cells.count as u16,

@@ -143,8 +143,13 @@ impl FormulaBuilder<'_, '_> {
     /// A bit is read at its place in the expression, because the part before it may turn the status
     /// bit of a mishap ON.
     fn bit(&mut self, bit: Bit) {
-        let cell = self.assembler.layout.bit(bit).0;
         let to = self.slot_of_waiting(NumberType::Integer);
+        if let Bit::InWord(bit) = bit {
+            let bit = self.assembler.layout.word_bit(bit);
+            self.step(Code::LoadWordBit, to, bit.word.0, bit.mask.cast_unsigned());
+            return self.push(OperandPlace::Accumulator, NumberType::Integer);
+        }
+        let cell = self.assembler.layout.bit(bit).0;
         if let Bit::Space(BitSpace::St, n @ st::DIVIDE_BY_ZERO..) = bit
             && self.reports != MathReports::Nothing
         {
@@ -163,13 +168,17 @@ impl FormulaBuilder<'_, '_> {
         if number_type == NumberType::Real {
             self.save(number_type);
         }
+        let mask = self.assembler.mask(array);
         let code = match number_type {
-            NumberType::Integer if array.is_bits() => Code::BitOf,
+            NumberType::Integer if array.is_bits() && mask.is_none() => Code::BitOf,
             NumberType::Integer => Code::WordOf,
             NumberType::Real => Code::RealOf,
         };
         let cells = self.assembler.cells(array);
         self.step(code, 0, cells.first, cells.count);
+        if let Some(mask) = mask {
+            self.step(Code::HasBit, 0, 0, mask.cast_unsigned());
+        }
         self.operands[last].of = number_type;
     }
 

@@ -7,7 +7,8 @@
 use crate::resolve::array::Array;
 use crate::resolve::formula::{Binary, Formula, FormulaPart, NumberType, Unary};
 use rungd_engine::isa::{Function, Real, Word};
-pub use rungd_engine::{BitCell, Cell, Image, Layout, Mishaps, WordCell, integer, real};
+pub use rungd_engine::{BitCell, Cell, Image, Layout, Mishaps, WordBitCell, WordCell};
+pub use rungd_engine::{integer, real};
 
 /// An expression over cells.
 #[derive(Clone, Debug)]
@@ -23,7 +24,7 @@ enum CellPart {
     Constant(FormulaNumber),
     Word(WordCell),
     RealWord(WordCell),
-    Bit(BitCell),
+    Bit(Cell),
     /// The element of an array that the last operand selects.
     Element(ArrayCells),
     Unary(Unary),
@@ -74,12 +75,17 @@ impl ArrayCells {
         Some(match self.first {
             Cell::Bit(BitCell(first)) => Cell::Bit(BitCell(first + at)),
             Cell::Word(WordCell(first)) => Cell::Word(WordCell(first + at)),
+            Cell::WordBit(bit) => {
+                Cell::WordBit(WordBitCell { word: WordCell(bit.word.0 + at), ..bit })
+            }
         })
     }
 
     fn value(&self, index: FormulaValue, image: &Image) -> FormulaValue {
         let number = match self.cell(index.number.integer()) {
-            Some(Cell::Bit(cell)) => FormulaNumber::Integer(image.bit(cell).into()),
+            Some(cell @ (Cell::Bit(_) | Cell::WordBit(_))) => {
+                FormulaNumber::Integer(image.value(cell).into())
+            }
             Some(Cell::Word(cell)) if self.is_real => real_word(image, cell),
             Some(Cell::Word(cell)) => FormulaNumber::Integer(image.word(cell).into()),
             None if self.is_real => FormulaNumber::Real(0.0),
@@ -146,7 +152,7 @@ impl CellFormula {
             FormulaPart::Integer(n) => CellPart::Constant(FormulaNumber::Integer(n)),
             FormulaPart::Real(real) => CellPart::Constant(FormulaNumber::Real(real.into())),
             FormulaPart::Word(place) => word(place),
-            FormulaPart::Bit(bit) => CellPart::Bit(layout.bit(bit)),
+            FormulaPart::Bit(bit) => CellPart::Bit(layout.bit_in(bit)),
             FormulaPart::Element(array) => CellPart::Element(ArrayCells::new(array, layout)),
             FormulaPart::Unary(operator, _) => CellPart::Unary(operator),
             FormulaPart::Binary(operator, number_type) => CellPart::Binary(operator, number_type),
@@ -168,7 +174,7 @@ impl CellFormula {
     pub fn cells(&self) -> impl Iterator<Item = Cell> {
         self.parts.iter().filter_map(|part| match part {
             CellPart::Word(cell) | CellPart::RealWord(cell) => Some(Cell::Word(*cell)),
-            CellPart::Bit(cell) => Some(Cell::Bit(*cell)),
+            CellPart::Bit(cell) => Some(*cell),
             CellPart::Constant(_)
             | CellPart::Element(_)
             | CellPart::Unary(_)
@@ -218,7 +224,7 @@ impl CellPart {
             CellPart::Constant(number) => number,
             CellPart::Word(cell) => FormulaNumber::Integer(image.word(cell).into()),
             CellPart::RealWord(cell) => real_word(image, cell),
-            CellPart::Bit(cell) => FormulaNumber::Integer(image.bit(cell).into()),
+            CellPart::Bit(cell) => FormulaNumber::Integer(image.value(cell).into()),
             CellPart::Element(array) => return array.value(operands[0], image),
             CellPart::Unary(operator) => unary(operator, operands[0].number),
             CellPart::Binary(operator, number_type) => {

@@ -18,17 +18,17 @@ pub use rungd_engine::isa::{
 };
 pub use rungd_engine::ops::{
     BitOwn, BitWritten, Cnt, Cntdn, Control, ControlKind, Counter, CounterRule, Ctd, Ctu,
-    LegPowers, Nd, Offdtmr, Ondtmr, Op, Out, OutOne, Pd, Ponoff, Power, Powers, Res, RestartState,
-    Rst, Rstct, Rstt, Sensaphone, Set, Timer, TimerRule, Tmr, Tmra, Tmradown, Tmrdown, Udc,
-    UdcPresets, WordRead, WordWritten,
+    LegPowers, Nd, Offdtmr, Ondtmr, Op, Out, OutOne, OutWordBit, Pd, Ponoff, Power, Powers, Res,
+    RestartState, Rst, RstWordBit, Rstct, Rstt, Sensaphone, Set, SetWordBit, Timer, TimerRule, Tmr,
+    Tmra, Tmradown, Tmrdown, Udc, UdcPresets, WordBitWritten, WordRead, WordWritten,
 };
-pub use rungd_engine::{PassStep, WordCell};
+pub use rungd_engine::{Cell, PassStep, WordCell};
 
 /// An instruction as an operation, and the parts of it that a termination pass may act on.
 struct LoweredInstruction {
     op: Op,
-    /// The bit that it drives, or writes as an output.
-    bit: Option<BitWritten>,
+    /// The step that turns the bit OFF that it drives, or writes as an output.
+    off: Option<PassStep>,
     /// The reset of its structure.
     reset: Option<PassStep>,
     /// The step of its pass, if its termination is `Held`, `EnableOff` or `RungOff`.
@@ -37,7 +37,7 @@ struct LoweredInstruction {
 
 impl From<Op> for LoweredInstruction {
     fn from(op: Op) -> LoweredInstruction {
-        LoweredInstruction { op, bit: None, reset: None, rung_off: None }
+        LoweredInstruction { op, off: None, reset: None, rung_off: None }
     }
 }
 
@@ -64,7 +64,7 @@ impl Assembler<'_> {
 
     /// Adds the steps of the termination pass that the instruction table names.
     fn terminate(&mut self, pass: Termination, lowered: &LoweredInstruction) {
-        let bit = lowered.bit.map(|BitWritten(cell)| PassStep::BitOff(cell));
+        let bit = lowered.off.clone();
         let parts = match pass {
             Termination::Off => [bit, None],
             Termination::Reset => [lowered.reset.clone(), bit],
@@ -85,7 +85,7 @@ impl Assembler<'_> {
         let to = || instruction.operands.required("to");
         let block = || instruction.operands.required("block");
         Some(match instruction.mnemonic {
-            M::Out => self.coil(instruction, |bit| out(when(), bit)),
+            M::Out => self.drive(instruction, when()),
             M::Set => self.set(instruction, true, when()),
             M::Rst => self.set(instruction, false, when()),
             M::Pd => {
@@ -153,13 +153,48 @@ impl Assembler<'_> {
         self.history(text)
     }
 
+    fn drive(&mut self, instruction: &Instruction, leg: LegPowers) -> LoweredInstruction {
+        let in_word = |bit| Op::OutWordBit(OutWordBit { leg, bit });
+        self.plain_coil(instruction, |bit| out(leg, bit), in_word)
+    }
+
     fn coil(
-        &self,
+        &mut self,
         instruction: &Instruction,
         op: impl FnOnce(BitWritten) -> Op,
     ) -> LoweredInstruction {
-        let bit = BitWritten(self.layout.bit(instruction.operands.required("bit")).0);
-        LoweredInstruction { bit: Some(bit), ..op(bit).into() }
+        let bit = instruction.operands.required("bit");
+        self.written(bit, op)
+    }
+
+    /// OUT, SET and RST: `in_word` is the operation for a bit of a word.
+    fn plain_coil(
+        &mut self,
+        instruction: &Instruction,
+        op: impl FnOnce(BitWritten) -> Op,
+        in_word: impl FnOnce(WordBitWritten) -> Op,
+    ) -> LoweredInstruction {
+        match self.layout.bit_in(instruction.operands.required("bit")) {
+            Cell::WordBit(bit) => {
+                let bit = WordBitWritten(bit);
+                LoweredInstruction { off: Some(PassStep::WordBitOff(bit)), ..in_word(bit).into() }
+            }
+            Cell::Bit(_) | Cell::Word(_) => self.coil(instruction, op),
+        }
+    }
+
+    /// An instruction that writes a bit. For a bit of a word, `op` writes a copy of it, which is
+    /// then stored in the word.
+    fn written(&mut self, bit: Bit, op: impl FnOnce(BitWritten) -> Op) -> LoweredInstruction {
+        let Cell::WordBit(in_word) = self.layout.bit_in(bit) else {
+            let bit = BitWritten(self.layout.bit(bit).0);
+            return LoweredInstruction { off: Some(PassStep::BitOff(bit.0)), ..op(bit).into() };
+        };
+        let copy = self.bit_cell(bit);
+        self.op(op(BitWritten(copy)));
+        let (leg, bit) = (LegPowers::of(Power::of(copy)), WordBitWritten(in_word));
+        let store = Op::OutWordBit(OutWordBit { leg, bit });
+        LoweredInstruction { off: Some(PassStep::WordBitOff(bit)), ..store.into() }
     }
 
     fn edge_coil(
@@ -175,8 +210,16 @@ impl Assembler<'_> {
     fn set(&mut self, instruction: &Instruction, on: bool, leg: LegPowers) -> LoweredInstruction {
         match instruction.operands.get("bit") {
             Some(element) => self.set_element(on, element.value, leg).into(),
-            None if on => self.coil(instruction, |bit| Op::Set(Set { leg, bit })),
-            None => self.coil(instruction, |bit| Op::Rst(Rst { leg, bit })),
+            None if on => self.plain_coil(
+                instruction,
+                |bit| Op::Set(Set { leg, bit }),
+                |bit| Op::SetWordBit(SetWordBit { leg, bit }),
+            ),
+            None => self.plain_coil(
+                instruction,
+                |bit| Op::Rst(Rst { leg, bit }),
+                |bit| Op::RstWordBit(RstWordBit { leg, bit }),
+            ),
         }
     }
 
@@ -228,9 +271,9 @@ impl Assembler<'_> {
         op: impl FnOnce(Timer, BitWritten) -> Op,
     ) -> LoweredInstruction {
         let timer = self.timer_of(instruction, TimerRule::Zero);
-        let output = BitWritten(self.layout.bit(instruction.operands.required("output")).0);
         let reset = Some(PassStep::Timer(timer, TimerRule::Zero));
-        LoweredInstruction { bit: Some(output), reset, ..op(timer, output).into() }
+        let output = instruction.operands.required("output");
+        LoweredInstruction { reset, ..self.written(output, |output| op(timer, output)) }
     }
 
     /// CTU and CTD.

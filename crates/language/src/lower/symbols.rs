@@ -11,13 +11,13 @@ use crate::resolve::name_book::NameBook;
 use crate::resolve::priority::Priority;
 use crate::resolve::program::{Program, TagMeaning};
 use rungd_engine::isa::{Address, Bit, Structure, Word};
-use rungd_engine::{BitCell, Cell, Layout};
+use rungd_engine::{Cell, Layout};
 
 /// A tag with an `alarm`.
 #[derive(Clone, Debug)]
 pub struct Alarm {
     /// The bit.
-    pub bit: BitCell,
+    pub bit: Cell,
     /// The tag's name.
     pub tag: String,
     /// The text.
@@ -75,7 +75,7 @@ impl Symbols {
             let TagMeaning::Address(address) = tag.meaning else { continue };
             if let (Address::Bit(bit), Some(text)) = (address, &tag.alarm) {
                 let alarm = Alarm {
-                    bit: symbols.layout.bit(bit),
+                    bit: symbols.layout.bit_in(bit),
                     tag: tag.name.clone(),
                     text: text.clone(),
                     priority: tag.priority,
@@ -114,6 +114,13 @@ impl Symbols {
         let member = address.structure().map_or("Acc", Structure::acc_name);
         let message = || format!("`{text}` is a structure: name a member, as `{text}.{member}`");
         self.layout.cell(address).ok_or_else(message)
+    }
+
+    /// The name of the word of a bit that nothing may write, because a tag of the word has `min` or
+    /// `max`: a bit alone cannot be limited.
+    pub fn limited_word(&self, address: Address) -> Option<String> {
+        let Address::Bit(Bit::InWord(bit)) = address else { return None };
+        self.limits.has(bit.word).then(|| self.names.name(Address::Word(bit.word)))
     }
 
     /// The limits of a write from outside to a word: its range, narrowed by `min` and `max` of its

@@ -26,6 +26,11 @@ impl WordLimits {
         limits
     }
 
+    /// Whether a tag limits a word.
+    pub fn has(&self, word: Word) -> bool {
+        self.0.contains_key(&word)
+    }
+
     /// The least and the greatest content of a word's cell.
     pub fn get(&self, word: Word) -> (i32, i32) {
         self.0.get(&word).copied().unwrap_or(word.range())

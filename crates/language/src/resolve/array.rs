@@ -5,7 +5,7 @@
 
 use std::fmt;
 
-use rungd_engine::isa::{Address, NumberRange, Space, Word};
+use rungd_engine::isa::{Address, Bit, NumberRange, Space, Word, WordBit};
 
 /// Neighbouring bits or words of one space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,6 +16,8 @@ pub struct Array {
     pub first: u32,
     /// The number of elements; at least 1.
     pub count: u32,
+    /// If its elements are bits of words: the number of the bit in each word.
+    pub bit: Option<u8>,
 }
 
 /// An element of an array. A word selects it at run time.
@@ -40,7 +42,23 @@ pub struct ShiftBits {
 impl Array {
     /// The address of an element.
     pub fn element(&self, at: u32) -> Address {
-        self.space.address(self.first + at)
+        let address = self.space.address(self.first + at);
+        match (address, self.bit) {
+            (Address::Word(word), Some(number)) => {
+                Address::Bit(Bit::InWord(WordBit { word, number }))
+            }
+            (Address::Bit(_) | Address::Word(_) | Address::Structure(_), _) => address,
+        }
+    }
+
+    /// The array of the words, if its elements are bits of words; else itself.
+    pub fn of_words(&self) -> Array {
+        Array { bit: None, ..*self }
+    }
+
+    /// The number of the bit in each word, as text behind an element: `.3`; else nothing.
+    pub fn bit_text(&self) -> String {
+        self.bit.map_or(String::new(), |number| format!(".{number}"))
     }
 
     /// Its numbers as written, with their space.
@@ -50,8 +68,8 @@ impl Array {
 
     /// All addresses, element 0 first.
     pub fn addresses(&self) -> impl Iterator<Item = Address> + use<> {
-        let Array { space, first, count } = *self;
-        (first..first + count).map(move |n| space.address(n))
+        let array = *self;
+        (0..array.count).map(move |at| array.element(at))
     }
 
     /// The elements `low..=high`.
@@ -102,6 +120,7 @@ impl fmt::Display for ShiftBits {
 
 impl fmt::Display for ArrayElement {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}[{}]", self.array, self.index)
+        let words = self.array.of_words();
+        write!(f, "{words}[{}]{}", self.index, self.array.bit_text())
     }
 }

@@ -115,7 +115,7 @@ impl Resolver<'_> {
             return None;
         };
         let count = u32::try_from(count.value).ok()?;
-        let array = Array { space, first, count };
+        let array = Array { space, first, count, bit: None };
         let last = array.element(count - 1).to_string();
         if let (Err(error), Some(at)) = (address_text::parse(&last, &self.options.sizes), &tag.at) {
             let highest = if let AddressError::BeyondMemory { space, last, .. } = &error {

@@ -103,6 +103,7 @@ impl Resolver<'_> {
             let CompareSide::Computed(computed) = side else { return false };
             return match &computed.expression.parts[..] {
                 [ExpressionPart { kind: ExpressionPartKind::Name(name), .. }] => self.is_bit(name),
+                [.., ExpressionPart { kind: ExpressionPartKind::WordBit(_), .. }] => true,
                 [.., ExpressionPart { kind: ExpressionPartKind::Element(name), .. }] => {
                     matches!(
                         self.scope.look_up(&name.value).map(|found| found.thing),

@@ -9,6 +9,7 @@ use super::layers::Layers;
 use super::names::{NameRole, forbidden, kept};
 use super::program::{Block, BlockKind, Program, Stage};
 use super::scope::BlockNames;
+use super::tag_words::TagWords;
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{FixEdit, Help, advise, meant, pair, possible};
 use crate::source::ladder::{self, BlockForm, Ladder};
@@ -32,6 +33,7 @@ impl Resolver<'_> {
         // Tags and blocks share one namespace over all files.
         let mut names: HashMap<String, Span> = HashMap::new();
         self.place_typed(ladders);
+        self.tag_words = TagWords::of(ladders, self.scope.places(), &self.options.sizes);
         let ladders = || ladders.iter().map(|(_, ladder)| ladder);
         let tags = ladders().flat_map(|ladder| &ladder.tags);
         for tag in self.options.progress.during(tags) {

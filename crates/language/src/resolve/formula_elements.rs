@@ -8,6 +8,7 @@ use super::Resolver;
 use super::array::{Array, ArrayElement};
 use super::formula::{FormulaPart, NumberType, Unary, type_of_array};
 use super::formula_operands::{FormulaWalk, OperandForm, TypedOperand};
+use super::mistake::address_mistake;
 use super::program::NamedArray;
 use super::resolver::of_array;
 use super::scope::NamedThing;
@@ -15,6 +16,7 @@ use crate::source::finding::{Code, Finding};
 use crate::source::fix::advise;
 use crate::source::span::{Located, Span};
 use rungd_engine::isa::Address;
+use rungd_engine::isa::address_text::{self, AddressError};
 
 /// Maximum number of elements of the whole arrays in all formulas of a program: each element
 /// becomes a part of its formula, and then a step.
@@ -99,6 +101,40 @@ impl Resolver<'_> {
             return;
         }
         walk.push(FormulaPart::Element(array), element(array, span));
+    }
+
+    /// Resolves the bit of the element that is the last operand.
+    pub(super) fn bit_of_element(
+        &mut self,
+        walk: &mut FormulaWalk,
+        digits: &Located<String>,
+        span: Span,
+    ) {
+        if walk.operands.pop().is_none() || !walk.whole {
+            return walk.operands.push(TypedOperand::new(NumberType::Integer, span));
+        }
+        let bit = |address| address_text::bit_of(address, &digits.value);
+        let part = match walk.parts.pop() {
+            Some(FormulaPart::Element(array)) => bit(array.element(0)).map(|bit| {
+                let bit = bit.of_word().map(|bit| bit.number);
+                FormulaPart::Element(Array { bit, ..array })
+            }),
+            Some(FormulaPart::Word(word)) => bit(Address::Word(word)).map(FormulaPart::Bit),
+            Some(FormulaPart::Bit(of)) => Err(AddressError::NoBits(Address::Bit(of))),
+            Some(_) | None => unreachable!("an element is a word or a bit"),
+        };
+        match part {
+            Ok(part) => {
+                let form = OperandForm::Bit;
+                let operand = TypedOperand::new(NumberType::Integer, span);
+                walk.push(part, TypedOperand { form, ..operand });
+            }
+            Err(error) => {
+                let text = self.text(span).to_owned();
+                self.findings.extend(address_mistake(&text, error).finding(span));
+                walk.unknown(span);
+            }
+        }
     }
 
     /// The array with this name. Marks its tag as used.

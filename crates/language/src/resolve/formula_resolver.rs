@@ -44,6 +44,7 @@ impl Resolver<'_> {
                 }
                 ExpressionPartKind::Name(name) => self.name(&mut walk, name, part.span),
                 ExpressionPartKind::Element(name) => self.element_of(&mut walk, name, part.span),
+                ExpressionPartKind::WordBit(bit) => self.bit_of_element(&mut walk, bit, part.span),
                 ExpressionPartKind::Unary(operator) => self.unary(&mut walk, *operator, part.span),
                 ExpressionPartKind::Binary(operator, sign) => {
                     self.binary(&mut walk, *operator, *sign, part.span);

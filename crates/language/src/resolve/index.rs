@@ -9,7 +9,7 @@ use super::program::TagMeaning;
 use super::scope::{LookUp, NamedThing, Scope};
 use crate::source::finding::Code;
 use crate::source::fix::{Help, advise, possible, propose, proposed, write};
-use rungd_engine::isa::{Address, Space};
+use rungd_engine::isa::{Address, Space, address_text};
 
 /// An index: a constant, or the name of a word.
 enum ArrayIndex<'n> {
@@ -102,9 +102,12 @@ impl Scope {
     pub(super) fn element_name(&self, name: &str, element: Address) -> Option<String> {
         let (base, _) = name.split_once('[').filter(|_| name.contains("]["))?;
         let (_, array) = self.array(base).ok()?;
-        let (_, number) = Space::of(element).filter(|(space, _)| *space == array.space)?;
+        let (_, number) =
+            Space::of(element.without_bit()).filter(|(space, _)| *space == array.space)?;
         let at = number.checked_sub(array.first).filter(|at| *at < array.count)?;
-        Some(format!("{base}[{at}]"))
+        let bit = address_text::split_bit(name).filter(|(element, _)| element.ends_with(']'));
+        let bit = bit.map_or(String::new(), |(_, number)| format!(".{number}"));
+        Some(format!("{base}[{at}]{bit}"))
     }
 
     fn slice(

@@ -3,19 +3,21 @@
 //! Called by `operand`. The target may be an element whose index is an expression too.
 
 use super::Resolver;
+use super::array::Array;
 use super::formula::{Formula, FormulaPart};
 use super::formula_elements::constant;
 use super::formula_operands::{OperandForm, TypedOperand};
 use super::instruction::{
     Calculation, FormulaTarget, Instruction, OperandList, OperandType, ResolvedOperand,
 };
+use super::mistake::address_mistake;
 use super::scope::NamedThing;
 use crate::source::atom::{Atom, AtomKind};
 use crate::source::expression as written;
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{advise, proposed, text};
 use crate::source::span::{Located, Span};
-use rungd_engine::isa::{Address, Spec};
+use rungd_engine::isa::{Address, Spec, address_text};
 
 impl Resolver<'_> {
     /// Resolves a MATH; `None` if it has a mistake.
@@ -43,7 +45,7 @@ impl Resolver<'_> {
     ) -> Option<(Located<FormulaTarget>, Option<Formula>)> {
         let name = &formula.target;
         if let Some(index) = &formula.index {
-            return self.math_element(name, index, spec);
+            return self.math_element(name, index, formula.bit.as_ref(), spec);
         }
         self.math_selected(name, spec)
     }
@@ -105,6 +107,7 @@ impl Resolver<'_> {
         &mut self,
         name: &Located<String>,
         index: &written::Expression,
+        bit: Option<&Located<String>>,
         spec: &'static Spec,
     ) -> Option<(Located<FormulaTarget>, Option<Formula>)> {
         let array = self.array_of(name);
@@ -113,7 +116,12 @@ impl Resolver<'_> {
         if !self.whole_number(whole) {
             return None;
         }
-        let element = |at: i64| format!("{}[{at}]", name.value);
+        let behind = bit.map_or(String::new(), |bit| format!(".{}", bit.value));
+        let element = |at: i64| format!("{}[{at}]{behind}", name.value);
+        let array = match bit {
+            Some(bit) => self.bits_of_array(array, bit, name.span.to(bit.span))?,
+            None => array,
+        };
         if let Some((at, _)) = constant(&index.parts) {
             self.names_an_element(name.span);
             return Some((self.plain_target(element(at), name.span, spec)?, None));
@@ -124,6 +132,18 @@ impl Resolver<'_> {
             return None;
         }
         Some((Located { value: FormulaTarget::Array(array), span: name.span }, Some(index)))
+    }
+
+    /// The bits with this number of an array of words. `whole`: the place of the element's bit.
+    fn bits_of_array(&mut self, array: Array, bit: &Located<String>, whole: Span) -> Option<Array> {
+        match address_text::bit_of(array.element(0), &bit.value) {
+            Ok(bit) => Some(Array { bit: bit.of_word().map(|bit| bit.number), ..array }),
+            Err(error) => {
+                let element = self.text(whole).to_owned();
+                self.findings.extend(address_mistake(&element, error).finding(whole));
+                None
+            }
+        }
     }
 
     /// Resolves a target that a word selects, with its index. A template's argument may be such a

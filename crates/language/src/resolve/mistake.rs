@@ -8,8 +8,8 @@ use crate::source::fix::{
 };
 use crate::source::nearest::{KnownNames, UnknownName, did_you_mean, nearest};
 use crate::source::span::Span;
-use rungd_engine::isa::Structure;
-use rungd_engine::isa::address_text::AddressError;
+use rungd_engine::isa::address_text::{self, AddressError};
+use rungd_engine::isa::{Address, Structure, Word};
 
 /// The reason why a name has no meaning.
 #[derive(Debug)]
@@ -108,6 +108,8 @@ pub(super) fn address_mistake(name: &str, error: AddressError) -> Mistake {
             mistake(Code::UnknownMember, message, propose(base))
         }
         AddressError::UnknownMember(members) => unknown_member(name, members),
+        AddressError::NoBits(address) => no_bits(name, address),
+        AddressError::UnknownBit(word) => unknown_bit(name, word),
         AddressError::UnknownNickname => {
             let all: Vec<&str> = rungd_engine::isa::status::nicknames().collect();
             let help = did_you_mean(name, all.iter().copied());
@@ -127,6 +129,57 @@ pub(super) fn address_mistake(name: &str, error: AddressError) -> Mistake {
             mistake(Code::UnknownMember, message, advise(help, elements.map(possible)))
         }
     }
+}
+
+/// The mistake for a bit of an address that has no bits with numbers.
+fn no_bits(name: &str, address: Address) -> Mistake {
+    let (base, digits) = address_text::split_bit(name).unwrap_or((name, ""));
+    let (what, help) = match address {
+        Address::Word(word) if word.is_real() => {
+            let help = "a real has no bits with numbers: store it in a D word";
+            ("a real".to_owned(), help.into())
+        }
+        Address::Word(_) => {
+            let element = format!("{}.{digits}", address);
+            ("an element by its number".to_owned(), write(element))
+        }
+        Address::Bit(_) => ("a bit".to_owned(), propose(base)),
+        Address::Structure(structure) => {
+            let what = format!("a {}", structure.kind_name());
+            let element = digits.parse().ok().and_then(|at: usize| structure.members().get(at));
+            let help = match (structure, element) {
+                (Structure::Sensaphone(_), Some(member)) => {
+                    let words = format!("its element {digits} is `{{}}`");
+                    advise(&words, [possible(format!("{base}.{member}"))])
+                }
+                (Structure::Sensaphone(_), None) => {
+                    advise("its word is `{}`", [possible(format!("{base}.ACC"))])
+                }
+                (Structure::Counter(_) | Structure::Timer(_), _) => {
+                    let of_word = format!("{base}.{}.{digits}", structure.acc_name());
+                    advise("a bit of its word is `{}`", [possible(of_word)])
+                }
+            };
+            (what, help)
+        }
+    };
+    let message = format!("`{base}` is {what}: it has no bit `.{digits}`");
+    mistake(Code::UnknownMember, message, help)
+}
+
+/// The mistake for the number of a bit that the word does not have, or with leading zeros.
+fn unknown_bit(name: &str, word: Word) -> Mistake {
+    let (base, digits) = address_text::split_bit(name).unwrap_or((name, ""));
+    let last = word.bit_count() - 1;
+    let plain = digits.trim_start_matches('0');
+    let plain = if plain.is_empty() { "0" } else { plain };
+    if plain.parse().is_ok_and(|number: u8| number <= last) {
+        let message = format!("`.{digits}` is no bit: a number has no leading zeros");
+        return mistake(Code::UnknownMember, message, write(format!("{base}.{plain}")));
+    }
+    let message = format!("`{base}` has the bits 0 to {last}, not {plain}");
+    let help = advise("the highest is `{}`", [proposed(format!("{base}.{last}"))]);
+    mistake(Code::OutOfRange, message, help)
 }
 
 /// The mistake for a range of addresses in the place of one name.

@@ -44,12 +44,14 @@ mod resolver;
 mod rung;
 pub mod scope;
 mod tag;
+mod tag_words;
 mod tags;
 mod template;
 mod typed;
 mod unit;
 mod uses;
 mod value;
+mod word_bits;
 mod writable;
 pub(crate) mod writes;
 

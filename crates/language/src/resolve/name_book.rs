@@ -72,14 +72,17 @@ pub struct OperandTag<'b> {
     tag: &'b str,
     /// The member, if it is the tag of a structure.
     pub member: Option<&'static str>,
+    /// The number of the bit, if it is the tag of the word of a bit.
+    pub bit: Option<u8>,
 }
 
 impl fmt::Display for OperandTag<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.member {
-            Some(member) => write!(f, "{}.{member}", self.tag),
-            None => f.write_str(self.tag),
+        f.write_str(self.tag)?;
+        if let Some(member) = self.member {
+            write!(f, ".{member}")?;
         }
+        self.bit.map_or(Ok(()), |bit| write!(f, ".{bit}"))
     }
 }
 
@@ -142,13 +145,17 @@ impl NameBook {
 
     /// The first tag of an address or of its structure, whichever comes first in the file.
     pub fn operand_tag(&self, address: Address) -> Option<OperandTag<'_>> {
+        if let (Address::Bit(Bit::InWord(bit)), None) = (address, self.tag_index(address)) {
+            let word = self.operand_tag(Address::Word(bit.word))?;
+            return Some(OperandTag { bit: Some(bit.number), ..word });
+        }
         let own = self.tag_index(address).map(|index| (index, None));
         let structure = address.structure().filter(|_| address.member().is_some());
         let structure =
             structure.and_then(|structure| self.tag_index(Address::Structure(structure)));
         let (index, member) =
             own.into_iter().chain(structure.map(|index| (index, address.member()))).min()?;
-        Some(OperandTag { index, tag: &self.tags[index], member })
+        Some(OperandTag { index, tag: &self.tags[index], member, bit: None })
     }
 
     /// The name of an address without its tag: of a Stage, a block, a device, or the address
@@ -161,7 +168,7 @@ impl NameBook {
             Address::Bit(Bit::Device(id, health)) => {
                 format!("{}.{}", self.device(id), health.name())
             }
-            Address::Bit(Bit::Space(..) | Bit::Flag(..))
+            Address::Bit(Bit::Space(..) | Bit::Flag(..) | Bit::InWord(_))
             | Address::Word(_)
             | Address::Structure(_) => self.places.say(address),
         }
@@ -169,6 +176,9 @@ impl NameBook {
 
     /// As [`NameBook::address`], with the nickname of a status bit or word.
     pub fn nickname(&self, address: Address) -> String {
+        if let Address::Bit(Bit::InWord(bit)) = address {
+            return format!("{}.{}", self.nickname(Address::Word(bit.word)), bit.number);
+        }
         let nickname = match address {
             Address::Bit(Bit::Space(BitSpace::St, n)) => {
                 status::BIT_NICKNAMES.get(n as usize).copied()
@@ -182,7 +192,10 @@ impl NameBook {
     /// The name to write in the ladder: the tag of the address or of its structure, else as
     /// [`NameBook::nickname`].
     pub fn name(&self, address: Address) -> String {
-        if let Some(name) = self.places.name(address) {
+        if let (Address::Bit(Bit::InWord(bit)), None) = (address, self.tag(address)) {
+            return format!("{}.{}", self.name(Address::Word(bit.word)), bit.number);
+        }
+        if let (Some(name), None) = (self.places.name(address), self.word_bit_tag(address)) {
             return name;
         }
         let of_structure = || {
@@ -199,8 +212,18 @@ impl NameBook {
         self.tag(address).filter(|_| self.places.at(address).is_none())
     }
 
+    /// The tag of a bit of a word.
+    fn word_bit_tag(&self, address: Address) -> Option<&str> {
+        self.tag(address).filter(|_| matches!(address, Address::Bit(Bit::InWord(_))))
+    }
+
     /// An address with its tag, for people: `parts (CT0)`.
     pub fn say(&self, address: Address) -> String {
+        if let (Address::Bit(Bit::InWord(bit)), None) = (address, self.tag(address))
+            && let Some(word) = self.second_name(Address::Word(bit.word))
+        {
+            return format!("{word}.{} ({address})", bit.number);
+        }
         match self.second_name(address) {
             Some(tag) => format!("{tag} ({address})"),
             None => self.address(address),
@@ -211,8 +234,8 @@ impl NameBook {
     pub fn selected(&self, element: &ArrayElement) -> String {
         let index = self.name(Address::Word(element.index));
         match self.first_arrays.get(&element.array.numbers()) {
-            Some(at) => format!("{}[{index}]", self.arrays[*at].tag),
-            None => format!("{}[{index}]", element.array),
+            Some(at) => format!("{}[{index}]{}", self.arrays[*at].tag, element.array.bit_text()),
+            None => element.to_string(),
         }
     }
 
@@ -225,12 +248,12 @@ impl NameBook {
                 && last <= named.first + named.count
         });
         match found {
-            Some(named) if named.array == array => named.tag.clone(),
+            Some(named) if named.array.numbers() == array.numbers() => named.tag.clone(),
             Some(named) => {
                 let first = array.first - named.array.first;
                 format!("{}[{first}..{}]", named.tag, first + array.count - 1)
             }
-            None => array.to_string(),
+            None => array.of_words().to_string(),
         }
     }
 }

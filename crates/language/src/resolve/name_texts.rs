@@ -60,7 +60,17 @@ impl NameBook {
 
     /// An expression as text, with the parentheses that it needs.
     pub fn formula(&self, formula: &Formula) -> String {
-        infix(formula.parts.iter().map(|part| match part {
+        let bit = |part: &FormulaPart| match part {
+            FormulaPart::Element(array) => array.bit.map(|bit| InfixPart::WordBit(bit.to_string())),
+            FormulaPart::Integer(_)
+            | FormulaPart::Real(_)
+            | FormulaPart::Word(_)
+            | FormulaPart::Bit(_)
+            | FormulaPart::Unary(..)
+            | FormulaPart::Binary(..)
+            | FormulaPart::Call(..) => None,
+        };
+        let own = |part: &FormulaPart| match part {
             FormulaPart::Integer(value) => InfixPart::Operand(value.to_string()),
             FormulaPart::Real(value) => InfixPart::Operand(value.to_string()),
             FormulaPart::Word(word) => InfixPart::Operand(self.name(Address::Word(*word))),
@@ -69,7 +79,9 @@ impl NameBook {
             FormulaPart::Unary(operator, _) => InfixPart::Unary(*operator),
             FormulaPart::Binary(operator, _) => InfixPart::Binary(*operator),
             FormulaPart::Call(function, count, _) => InfixPart::Call(function.spec().name, *count),
-        }))
+        };
+        let parts = formula.parts.iter();
+        infix(parts.flat_map(|part| std::iter::once(own(part)).chain(bit(part))))
     }
 
     /// A value as text.

@@ -59,7 +59,7 @@ impl Resolver<'_> {
         let message = format!("the bit of `{name}` has a constant index");
         let finding = Finding::new(Code::OperandType, atom.span, message);
         self.find(finding.label("a moving index would leave bits behind").help(
-            propose(format!("{base}[0]")).and(&format!(
+            propose(format!("{base}[0]{}", element.array.bit_text())).and(&format!(
                 ", or SET and RST `{atom}`; MATH stores a bit too: `MATH {atom} = …`"
             )),
         ));
@@ -102,7 +102,7 @@ impl Resolver<'_> {
             return None;
         }
         let (from, to) = (first.1.min(last.1), first.1.max(last.1));
-        let array = Array { space: first.0, first: from, count: to - from + 1 };
+        let array = Array { space: first.0, first: from, count: to - from + 1, bit: None };
         self.note_array(name, atom.span, array, None);
         Some(ShiftBits { array, down })
     }
@@ -132,7 +132,7 @@ impl Resolver<'_> {
         };
         let end = address.and_then(Space::of);
         if end.is_none() {
-            let what = self.kind_words(thing);
+            let what = if is_of_word(thing) { "a bit of a word" } else { self.kind_words(thing) };
             let message = format!("a range ends at bits or words, not at `{name}`, {what}");
             let finding = Finding::new(Code::OperandType, span, message);
             self.find(finding.help("write `C0..C7` or `D0..D9`").fixes(RANGES.map(possible)));
@@ -187,6 +187,14 @@ impl Resolver<'_> {
     pub(super) fn filling(&mut self, atom: &Atom) -> Option<OperandValue> {
         let thing = atom.name().map(|name| self.scope.look_up(name).map(|found| found.thing));
         match (thing, atom.name()) {
+            (Some(Ok(thing)), Some(name)) if is_of_word(thing) => {
+                self.look_up(name, atom.span);
+                let message = format!("`FILL` takes no bit of a word, as `{name}`");
+                let finding = Finding::new(Code::OperandType, atom.span, message);
+                let help = "fill with a bit that has a place of its own: `OUT C0` from it above";
+                self.find(finding.help(help).fix(possible("C0")));
+                None
+            }
             (Some(Ok(NamedThing::Address(address @ Address::Bit(bit)))), Some(name)) => {
                 self.look_up(name, atom.span);
                 self.note(name, atom.span, address);
@@ -264,5 +272,18 @@ impl Resolver<'_> {
                     .with(possible(format!("{first}..{end}")).at(array.span))
             }
         }
+    }
+}
+
+/// Whether a thing is a bit of a word.
+fn is_of_word(thing: NamedThing) -> bool {
+    match thing {
+        NamedThing::Address(address) => address.without_bit() != address,
+        NamedThing::Element(element) => element.array.bit.is_some(),
+        NamedThing::Constant(..)
+        | NamedThing::Real(_)
+        | NamedThing::Block(_)
+        | NamedThing::Device(_)
+        | NamedThing::Array(_) => false,
     }
 }

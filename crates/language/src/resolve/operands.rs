@@ -11,7 +11,7 @@ use crate::source::finding::{Code, Finding};
 use crate::source::fix::{FixEdit, Help, advise, possible};
 use crate::source::reader::Text;
 use crate::source::span::Span;
-use rungd_engine::isa::{Address, Bit, NumberRange, Space, Word};
+use rungd_engine::isa::{Address, Bit, NumberRange, Space, Word, WordBit};
 
 /// Bits or words of one kind with consecutive numbers.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -86,6 +86,10 @@ pub fn resolve_operands(scope: &Scope, text: &Text) -> Result<Operands, Finding>
         let message = format!("`{written}`: Stages and blocks stand alone, not in a range");
         return Err(finding(message));
     };
+    if let Some(word) = [first, last].into_iter().find(|end| end.without_bit() != *end) {
+        let message = format!("`{word}` is a bit of a word: it stands alone, not in a range");
+        return Err(finding(message));
+    }
     if numbered(first, 0) != numbered(last, 0) {
         let message = format!("a range is of one kind, not of `{first}` and `{last}`");
         return Err(finding(message));
@@ -160,6 +164,7 @@ fn number(address: Address) -> Option<u32> {
         Address::Bit(Bit::Flag(structure, _)) | Address::Word(Word::Acc(structure)) => {
             Some(structure.number())
         }
+        Address::Bit(Bit::InWord(bit)) => number(Address::Word(bit.word)),
         Address::Bit(Bit::Stage(_) | Bit::Running(_) | Bit::Done(_) | Bit::Device(..))
         | Address::Structure(_) => None,
     }
@@ -175,6 +180,10 @@ pub(crate) fn numbered(address: Address, n: u32) -> Address {
         Address::Word(Word::Space(space, _)) => Address::Word(Word::Space(space, n)),
         Address::Word(Word::Acc(of)) => Address::Word(Word::Acc(of.numbered(n))),
         Address::Word(Word::Pre(_)) => Address::Word(Word::Pre(n)),
+        Address::Bit(Bit::InWord(bit)) => match numbered(Address::Word(bit.word), n) {
+            Address::Word(word) => Address::Bit(Bit::InWord(WordBit { word, ..bit })),
+            other @ (Address::Bit(_) | Address::Structure(_)) => other,
+        },
         Address::Bit(Bit::Stage(_) | Bit::Running(_) | Bit::Done(_) | Bit::Device(..))
         | Address::Structure(_) => address,
     }

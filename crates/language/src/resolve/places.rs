@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use rungd_engine::isa::{Address, Space};
+use rungd_engine::isa::{Address, Bit, Space};
 
 /// The place of one tag: `count` neighbouring elements of a space.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -117,6 +117,10 @@ impl Places {
     /// The name of an address that belongs to a tag with a `type`: `p1.failed`, `p1.hours.Acc`,
     /// `recipe[3]`.
     pub fn name(&self, address: Address) -> Option<String> {
+        if let Address::Bit(Bit::InWord(bit)) = address {
+            let word = self.name(Address::Word(bit.word))?;
+            return Some(format!("{word}.{}", bit.number));
+        }
         let (place, index) = self.at(address)?;
         let name = place.name_of(index);
         Some(match address.member() {

@@ -186,6 +186,10 @@ fn element(scope: &Scope, name: &str, span: Span) -> Result<(Space, u32), Findin
         let ranges = ["Y8..Y9", "D100..D199", "CT8..CT15"].map(possible);
         return wrong(advise("ranges are of addresses: `{}`, `{}`, `{}`", ranges));
     };
+    if address.without_bit() != address {
+        let word = name.rsplit_once('.').map_or(name, |(word, _)| word);
+        return wrong(advise("name the word, with all its bits: `{}`", [possible(word)]));
+    }
     let structures = || advise("name whole structures: `{}`", [possible("CT8..CT15")]);
     Space::of(address).map_or_else(|| wrong(structures()), Ok)
 }

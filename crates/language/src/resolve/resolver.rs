@@ -81,6 +81,8 @@ pub(super) struct Resolver<'a> {
     pub(super) condition: Option<ConditionText>,
     /// Whether the expression that is resolved is in a contact, which touches no status bit.
     pub(super) is_in_contact: bool,
+    /// The words of tags, for tags that are a bit of one.
+    pub(super) tag_words: Option<super::tag_words::TagWords>,
 }
 
 /// The text of a condition, and its place.
@@ -123,6 +125,7 @@ impl<'a> Resolver<'a> {
             tag_elements: 0,
             condition: None,
             is_in_contact: false,
+            tag_words: None,
         }
     }
 

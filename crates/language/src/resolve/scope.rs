@@ -295,6 +295,9 @@ impl Scope {
     /// # Errors
     /// The mistake in the name.
     pub fn look_up(&self, name: &str) -> Result<LookUp, Mistake> {
+        if let Some(found) = self.bit_in(name) {
+            return found;
+        }
         if name.contains('[') {
             return self.indexed(name);
         }

@@ -13,7 +13,7 @@ use crate::source::fix::{Fix, FixEdit, Help, advise, pair, possible, propose, te
 use crate::source::ladder;
 use crate::source::reader::{Constant, Text};
 use crate::source::span::{Located, Span};
-use rungd_engine::isa::address_text;
+use rungd_engine::isa::address_text::{self, AddressError};
 use rungd_engine::isa::{Address, Bit, BitSpace, NumberMap, Real};
 
 /// Maximum number of characters of an alarm's text, and of a text with the arguments of a use: the
@@ -174,6 +174,12 @@ impl Resolver<'_> {
 
     fn at(&mut self, at: &Text) -> Option<Address> {
         match address_text::parse(&at.text, &self.options.sizes) {
+            Err(AddressError::NotAnAddress)
+                if let Some(found) =
+                    self.tag_words.as_ref().and_then(|words| words.bit(&at.text)) =>
+            {
+                found.map_err(|mistake| self.findings.extend(mistake.finding(at.span))).ok()
+            }
             Ok(address) => Some(address),
             Err(error) => {
                 self.findings.extend(address_mistake(&at.text, error).finding(at.span));
@@ -187,6 +193,9 @@ impl Resolver<'_> {
         let (bit, word, read_only, what) = match meaning {
             TagMeaning::Constant(..) | TagMeaning::Real(_) | TagMeaning::Array(_) => {
                 (false, false, true, "a constant")
+            }
+            TagMeaning::Address(Address::Bit(Bit::InWord(_))) => {
+                (true, false, true, "a bit of a word")
             }
             TagMeaning::Address(Address::Bit(bit)) => (true, false, !bit_has_initial(bit), "a bit"),
             TagMeaning::Address(Address::Word(word)) => (false, true, !word.writable(), "a word"),
@@ -204,12 +213,17 @@ impl Resolver<'_> {
         ];
         for (key, span, fits) in keys {
             let Some(span) = span.filter(|_| !fits) else { continue };
-            let what = if read_only && (bit || word) { "a read-only location" } else { what };
+            let is_in_word = what == "a bit of a word";
+            let what = match read_only && (bit || word) && !is_in_word {
+                true => "a read-only location",
+                false => what,
+            };
             let message = format!("`{key}` does not fit {what}");
             let help = match key {
                 "alarm" => {
                     "an alarm watches a bit: OUT a C bit from the compare, and watch that".into()
                 }
+                "initial" if is_in_word => "give it to a tag of the whole word".into(),
                 "min" | "max" => "only a word has limits: `D0`, `V0`, `CT0.Acc`".into(),
                 _ if constant => Help::from("a constant never changes").with(FixEdit::Delete),
                 "unit" if bit => {

@@ -57,6 +57,7 @@ impl Resolver<'_> {
             Bit::Device(..) => "it shows the state of the device; nothing writes it",
             Bit::Flag(..) => "the owning instruction writes it; RSTCT, RSTT and RES reset it",
             Bit::Space(..) => "status bits are the controller's; use a C bit",
+            Bit::InWord(_) => "status words are the controller's; use a bit of a D or V word",
         };
         let message = format!("`{name}` is read-only");
         let finding = Finding::new(Code::ReadOnly, atom.span, message).help(help);
@@ -72,6 +73,7 @@ impl Resolver<'_> {
             Bit::Flag(structure, _) if switches && !is_set => {
                 Some(format!("{} {owner}", reset_of(structure)))
             }
+            Bit::InWord(bit) => Some(format!("D0.{}", bit.number)),
             Bit::Done(_) | Bit::Device(..) | Bit::Flag(..) => None,
         };
         self.find(finding.fixes(instead.map(possible)));

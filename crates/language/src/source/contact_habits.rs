@@ -246,7 +246,9 @@ pub(super) fn split_address(text: &str, at: usize, span: Span) -> Option<Help> {
             | AddressError::BeyondMemory { .. }
             | AddressError::UnknownMember(_)
             | AddressError::UnknownNickname
-            | AddressError::SensaphoneElement,
+            | AddressError::SensaphoneElement
+            | AddressError::NoBits(_)
+            | AddressError::UnknownBit(_),
         ) => return None,
     };
     Some(advise("an address is one word: `{}`", [fix(right).at(place)]))

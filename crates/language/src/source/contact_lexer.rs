@@ -110,10 +110,13 @@ fn atom(text: &str, first: char, at: usize, span: Span) -> Parsed<(Token, usize)
         number_length(1 + rest[1..].find(tail).unwrap_or(rest.len() - 1), rest)
     } else if first.is_ascii_alphabetic() || first == '$' || first == '_' {
         let length = name_length(rest);
-        let length = length + element_length(&rest[..length], &rest[length..]);
+        let element = element_length(&rest[..length], &rest[length..]);
+        let length = length + element;
+        let length = length + if element > 0 { bit_length(&rest[length..]) } else { 0 };
         let index = index_length(&rest[length..], span.part(at + length, at + rest.len()))?;
         computes = is_computed(&rest[length..length + index]);
-        length + index
+        let length = length + index;
+        length + if index > 0 { bit_length(&rest[length..]) } else { 0 }
     } else {
         return Err(stray(text, at, span));
     };
@@ -180,6 +183,14 @@ fn index_length(behind: &str, span: Span) -> Parsed<usize> {
         }
     }
     Err(Finding::new(Code::ContactSyntax, span, "`]` is missing"))
+}
+
+/// The length of the number of a bit behind an index: `.3`; else 0.
+pub(super) fn bit_length(behind: &str) -> usize {
+    let Some(digits) = behind.strip_prefix('.') else { return 0 };
+    let count = digits.find(|c: char| !c.is_ascii_digit()).unwrap_or(digits.len());
+    let is_name = digits[count..].starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
+    if count == 0 || is_name { 0 } else { 1 + count }
 }
 
 /// Whether an index in its brackets is an expression, and no single name or constant.

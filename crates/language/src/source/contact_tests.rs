@@ -100,7 +100,10 @@ fn compares_take_expressions() {
         "!(max(D0, D1, 3) ** 2 == 4)",
         expect!["(not@0..26 (==@2..26 max(D0, D1, 3) ** 2@2..21 4@25..26))"],
     );
-    check("X0 | D0 == list[i + 1].3", expect!["22..23 `.` belongs to no contact"]);
+    check(
+        "X0 | D0 == list[i + 1].3",
+        expect!["(or@0..24 X0@0..2 (==@5..24 D0@5..7 list[i + 1].3@11..24))"],
+    );
     check(
         "gate[i + 1] & !gate[2 * (i - 1)]",
         expect!["(and@0..32 gate[i + 1]@0..11 (not@14..32 gate[2 * (i - 1)]@15..32))"],

@@ -16,6 +16,8 @@ pub struct WrittenFormula {
     pub target: Located<String>,
     /// The index of the target.
     pub index: Option<Expression>,
+    /// The number of the bit behind the index, as written.
+    pub bit: Option<Located<String>>,
     /// The expression behind the `=`.
     pub expression: Expression,
 }
@@ -53,6 +55,8 @@ pub enum ExpressionPartKind {
     Binary(Binary, Span),
     /// The element of an array; its index comes before it.
     Element(Located<String>),
+    /// The bit with this number, as written, of the operand before it, which is an element.
+    WordBit(Located<String>),
     /// A function by its name, and the number of its arguments.
     Call(Located<String>, u32),
 }
@@ -75,6 +79,7 @@ impl ExpressionPartKind {
             |name: &Located<String>| Located { value: name.value.clone(), span: place(name.span) };
         match self {
             ExpressionPartKind::Element(name) => ExpressionPartKind::Element(moved_name(name)),
+            ExpressionPartKind::WordBit(bit) => ExpressionPartKind::WordBit(moved_name(bit)),
             ExpressionPartKind::Call(name, count) => {
                 ExpressionPartKind::Call(moved_name(name), *count)
             }

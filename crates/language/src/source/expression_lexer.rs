@@ -5,7 +5,7 @@
 //! Its help is for the notation from which the character most probably comes.
 
 use super::atom::{Atom, AtomKind, other_notation, typed_literal};
-use super::contact_lexer::split;
+use super::contact_lexer::{bit_length, split};
 use super::contact_signs::{ends_value, is_spaced_minus, no_spaces};
 use super::expression::{Binary, ExpressionPartKind, Unary};
 use super::finding::{Code, Finding};
@@ -30,6 +30,8 @@ pub(super) enum ExpressionToken {
     Index,
     /// `]`.
     IndexEnd,
+    /// The number of a bit behind an index, as written: `.3`.
+    WordBit(String),
 }
 
 /// The place of an expression, which decides how its names and numbers are read.
@@ -57,6 +59,10 @@ pub(super) fn lex(
             && !is_spaced_minus(text, at)
         {
             return Err(no_spaces(text, at, span));
+        }
+        let bit = if text[..at].ends_with(']') { bit_length(rest) } else { 0 };
+        if bit > 0 {
+            return Ok((ExpressionToken::WordBit(rest[1..bit].to_owned()), bit));
         }
         match sign(rest) {
             Some(found) => Ok(found),

@@ -28,7 +28,8 @@ pub(super) fn parse_formula(
     findings: &mut Vec<Finding>,
 ) -> Option<WrittenFormula> {
     let mut warnings = Vec::new();
-    let parsed = math_target::split(text, span).and_then(|(target, index, at)| {
+    let parsed = math_target::split(text, span).and_then(|split| {
+        let math_target::SplitFormula { target, index, bit, begin: at } = split;
         let part = |(from, to): (usize, usize)| (&text[from..to], span.part(from, to));
         let index = index.map(|index| {
             let (text, place) = part(index);
@@ -37,7 +38,7 @@ pub(super) fn parse_formula(
         let index = index.transpose()?;
         let (text, place) = part((at, text.len()));
         let expression = parse(text, place, ExpressionUse::Math, &mut warnings)?;
-        Ok(WrittenFormula { target, index, expression })
+        Ok(WrittenFormula { target, index, bit, expression })
     });
     findings.append(&mut warnings);
     parsed.map_err(|finding| findings.push(finding)).ok()
@@ -65,11 +66,15 @@ pub(super) fn parse(
     };
     let mut wants_operand = true;
     for (at, (token, place)) in tokens.iter().enumerate() {
-        let behind = tokens.get(at + 1).map(|(token, _)| token);
+        let behind = tokens.get(at + 1);
         wants_operand = if wants_operand {
-            parser.begin(token, *place, behind)?
+            parser.begin(token, *place, behind.map(|(token, _)| token))?
         } else {
-            parser.go_on(token, *place)?
+            parser.go_on(
+                token,
+                *place,
+                behind.map(|(value, span)| Located { value, span: *span }),
+            )?
         };
     }
     if wants_operand {
@@ -163,13 +168,19 @@ impl ExpressionParser<'_> {
             ExpressionToken::Sign(_)
             | ExpressionToken::Close
             | ExpressionToken::Comma
-            | ExpressionToken::IndexEnd => Err(self.missing(place)),
+            | ExpressionToken::IndexEnd
+            | ExpressionToken::WordBit(_) => Err(self.missing(place)),
             ExpressionToken::Index => Err(self.no_array(place)),
         }
     }
 
     /// Reads a token behind an operand; returns whether an operand must follow.
-    fn go_on(&mut self, token: &ExpressionToken, place: Span) -> ExpressionResult<bool> {
+    fn go_on(
+        &mut self,
+        token: &ExpressionToken,
+        place: Span,
+        behind: Option<Located<&ExpressionToken>>,
+    ) -> ExpressionResult<bool> {
         match token {
             ExpressionToken::Sign(operator) => {
                 self.settle(|waiting| match waiting.precedence().cmp(&operator.precedence()) {
@@ -186,7 +197,17 @@ impl ExpressionParser<'_> {
             ExpressionToken::Comma => self.argument(place).map(|()| true),
             ExpressionToken::Index if self.opens_index(place) => Ok(true),
             ExpressionToken::Index => Err(self.no_array(place)),
-            ExpressionToken::IndexEnd => self.close_index(place).map(|()| false),
+            ExpressionToken::IndexEnd => {
+                let bit = match behind {
+                    Some(Located { value: ExpressionToken::WordBit(number), span }) => {
+                        Some(Located { value: number.clone(), span })
+                    }
+                    Some(_) | None => None,
+                };
+                self.close_index(place, bit).map(|()| false)
+            }
+            // It was read with the `]` before it.
+            ExpressionToken::WordBit(_) => Ok(false),
             ExpressionToken::Operand(_) | ExpressionToken::Open | ExpressionToken::Prefix(_) => {
                 Err(self.no_operator(token, place))
             }
@@ -209,8 +230,8 @@ impl ExpressionParser<'_> {
         false
     }
 
-    /// `]`: an index is complete.
-    fn close_index(&mut self, place: Span) -> ExpressionResult<()> {
+    /// `]`: an index is complete. `bit`: the number of a bit behind it.
+    fn close_index(&mut self, place: Span, bit: Option<Located<String>>) -> ExpressionResult<()> {
         self.settle(|_| true)?;
         let Some(WaitingOperator::Index { name, .. }) = self.waiting.pop() else {
             return Err(self.error(place, "`]` closes nothing, or is too early").fix(possible("")));
@@ -218,7 +239,14 @@ impl ExpressionParser<'_> {
         self.depth -= 1;
         self.operands.pop();
         let span = name.span.to(place);
-        self.operand(ExpressionPart { kind: ExpressionPartKind::Element(name), span });
+        let element = ExpressionPart { kind: ExpressionPartKind::Element(name), span };
+        let Some(bit) = bit else {
+            self.operand(element);
+            return Ok(());
+        };
+        self.parts.push(element);
+        let span = span.to(bit.span);
+        self.operand(ExpressionPart { kind: ExpressionPartKind::WordBit(bit), span });
         Ok(())
     }
 

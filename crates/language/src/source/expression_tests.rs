@@ -31,6 +31,9 @@ fn tree(expression: &Expression) -> String {
             ExpressionPartKind::Element(name) => {
                 format!("{}[{}]", name.value, operands.pop().unwrap())
             }
+            ExpressionPartKind::WordBit(bit) => {
+                format!("{}.{}", operands.pop().unwrap(), bit.value)
+            }
             ExpressionPartKind::Call(name, count) => {
                 let arguments = operands.split_off(operands.len() - *count as usize);
                 format!("{}({})", name.value, arguments.join(", "))

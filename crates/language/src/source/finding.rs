@@ -283,6 +283,8 @@ findings! {
          both.";
     DuplicateOut "duplicate-out" Error
         "Two OUTs drive one bit within one block's own rungs or one stage.";
+    LimitedWordBit "limited-word-bit" Error
+        "An instruction writes a bit of a word that a tag limits.";
     RetainRange "retain-range" Error "A retained range is not data or structures.";
     NoMain "no-main" Error "A program has a block `Main`.";
     Controller "controller" Error "A controller file contains a setting that is impossible.";
@@ -294,6 +296,8 @@ findings! {
         "A step of a test has the wrong form, or is impossible.";
     // warnings
     OutElsewhere "out-elsewhere" Warning "Two OUTs in different places drive one bit.";
+    WholeWordOverOut "whole-word-over-out" Warning
+        "A whole word is written, and OUTs drive bits of it.";
     OutLostOnJumpBack "out-lost-on-jump-back" Warning
         "After a jump back, the left stage's termination turns a bit of the new stage OFF.";
     RunsThrough "runs-through" Warning

@@ -15,6 +15,8 @@ pub enum InfixPart<'n> {
     Operand(String),
     /// The element of an array with this name; its index comes before it.
     Element(String),
+    /// The bit with this number of the operand before it.
+    WordBit(String),
     /// An operator with one operand.
     Unary(Unary),
     /// An operator with two operands.
@@ -63,6 +65,7 @@ fn with_operands(part: InfixPart<'_>, stack: &mut Vec<InfixText>) -> InfixText {
     match part {
         InfixPart::Operand(text) => InfixText::atom(text),
         InfixPart::Element(name) => InfixText::atom(format!("{name}[{}]", take().text)),
+        InfixPart::WordBit(bit) => InfixText::atom(format!("{}.{bit}", take().text)),
         InfixPart::Unary(unary) => {
             let text = format!("{}{}", unary.sign(), take().within(UNARY));
             InfixText { text, binds: UNARY }
@@ -92,6 +95,7 @@ fn infix_part(kind: &ExpressionPartKind) -> InfixPart<'_> {
         ExpressionPartKind::Unary(operator) => InfixPart::Unary(*operator),
         ExpressionPartKind::Binary(operator, _) => InfixPart::Binary(*operator),
         ExpressionPartKind::Element(name) => InfixPart::Element(name.value.clone()),
+        ExpressionPartKind::WordBit(bit) => InfixPart::WordBit(bit.value.clone()),
         ExpressionPartKind::Call(name, count) => InfixPart::Call(&name.value, *count),
     }
 }

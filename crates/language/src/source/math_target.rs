@@ -2,12 +2,21 @@
 //!
 //! Called by `expression_parser`, which reads the expressions around it.
 
+use super::contact_lexer::bit_length;
 use super::finding::{Code, Finding};
 use super::fix::{possible, text as fix};
 use super::span::{Located, Span};
 
-/// The target, the range of its index, and the byte at which the expression begins.
-pub(super) type SplitFormula = (Located<String>, Option<(usize, usize)>, usize);
+/// The parts of the text of a MATH.
+pub(super) struct SplitFormula {
+    pub target: Located<String>,
+    /// The range of the target's index.
+    pub index: Option<(usize, usize)>,
+    /// The number of the bit behind the index.
+    pub bit: Option<Located<String>>,
+    /// The byte at which the expression begins.
+    pub begin: usize,
+}
 
 /// Splits the text of a MATH at the `=` behind its target.
 ///
@@ -26,7 +35,15 @@ pub(super) fn split(text: &str, span: Span) -> Result<SplitFormula, Finding> {
     if name.is_empty() {
         return Err(error(place, "MATH lacks its target").help(form));
     }
-    let (name, index) = match name.split_once('[') {
+    let (whole, bit) = match name.rfind(']').map(|end| name.split_at(end + 1)) {
+        Some((whole, behind)) if !behind.is_empty() && bit_length(behind) == behind.len() => {
+            let from = start + whole.len();
+            let span = span.part(from, from + behind.len());
+            (whole, Some(Located { value: behind[1..].to_owned(), span }))
+        }
+        Some(_) | None => (name, None),
+    };
+    let (name, index) = match whole.split_once('[') {
         None => (name, None),
         Some((base, rest)) if rest.ends_with(']') && !is_slice(rest) => {
             let from = start + base.len() + 1;
@@ -55,7 +72,8 @@ pub(super) fn split(text: &str, span: Span) -> Result<SplitFormula, Finding> {
         let help = "the target is the name of a word or bit: `MATH D0 = D1 + 1`";
         return Err(error(place, &message).help(help).fix(possible("D0")));
     }
-    Ok((Located { value: name.to_owned(), span: place }, index, at + 1))
+    let target = Located { value: name.to_owned(), span: place };
+    Ok(SplitFormula { target, index, bit, begin: at + 1 })
 }
 
 /// Whether the text behind a `[` is a slice (`0..6`). An index may also contain slices, in brackets

@@ -201,6 +201,7 @@ impl Parser<'_> {
             | ExpressionPartKind::Real(_)
             | ExpressionPartKind::Name(_)
             | ExpressionPartKind::Element(_)
+            | ExpressionPartKind::WordBit(_)
             | ExpressionPartKind::Call(..) => None,
         }
     }

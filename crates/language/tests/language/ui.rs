@@ -15,13 +15,14 @@ use rungd_language::source::finding::{Severity, TABLE};
 use rungd_language::source::render::{Style, render};
 
 /// Findings of the rules about the whole program, which are tested elsewhere.
-const RULES: [&str; 11] = [
+const RULES: [&str; 12] = [
     "owned-twice",
     "reset-without-owner",
     "sensaphone-preset",
     "jump-outside-stage",
     "entask-conflict",
     "duplicate-out",
+    "limited-word-bit",
     "built-in-task",
     "block-rule",
     "subroutine-rule",

@@ -10,7 +10,8 @@ use super::proposal::{CompletionProposal, Proposals};
 use super::scene::CompletionScene;
 use crate::names::Meaning;
 use crate::slots::DeclaredKind;
-use rungd_engine::isa::{Address, DeviceBit, MemorySizes, Structure, address_text, status};
+use crate::tag_facts::TagFacts;
+use rungd_engine::isa::{Address, DeviceBit, MemorySizes, Structure, Word, address_text, status};
 
 /// Ranks, by the place of the declaration.
 const OWN: u8 = 1;
@@ -109,6 +110,7 @@ fn members(scene: &CompletionScene, base: &str, wish: WantedName, into: &mut Pro
         Some(Meaning::Address(Address::Structure(structure))) => {
             structure_members(structure, wish, into);
         }
+        Some(Meaning::Address(Address::Word(word))) => word_bits(word, wish, into),
         Some(Meaning::Address(_) | Meaning::Member | Meaning::Status | Meaning::Unknown) | None => {
             if scene.announced_devices().any(|device| device == base) {
                 words(&DeviceBit::ALL.map(DeviceBit::name), "bit of a field device", into);
@@ -121,6 +123,10 @@ fn members_of(scene: &CompletionScene, at: usize, wish: WantedName, into: &mut P
     let declared = &scene.names().all[at];
     if let Some(structure) = scene.nature(at).structure {
         structure_members(structure, wish, into);
+    }
+    let file = &scene.project.files[declared.file];
+    if let Some(word) = TagFacts::of(declared, file).word().filter(|_| is_tag(declared.kind)) {
+        word_bits(word, wish, into);
     }
     match declared.kind {
         DeclaredKind::Program => words(&["Running"], "bit of a program", into),
@@ -165,6 +171,25 @@ fn structure_members(structure: Structure, wish: WantedName, into: &mut Proposal
             into.add(proposal.detail(format!("{what} of a {}", structure.kind_name())));
         }
     }
+}
+
+/// Offers the numbers of the bits of a word.
+fn word_bits(word: Word, wish: WantedName, into: &mut Proposals) {
+    for number in 0..word.bit_count() {
+        let Some(bit) = word.bit(number) else { continue };
+        let Some(distance) = wish.distance(&Nature::of_address(Address::Bit(bit))) else {
+            continue;
+        };
+        let rank = OWN + distance * FARTHER;
+        let name = number.to_string();
+        let proposal = CompletionProposal::new(name, CompletionItemKind::FIELD, rank);
+        into.add(proposal.detail("bit of a word"));
+    }
+}
+
+/// Whether a declaration may name a word.
+fn is_tag(kind: DeclaredKind) -> bool {
+    matches!(kind, DeclaredKind::Tag | DeclaredKind::OwnTag | DeclaredKind::Parameter)
 }
 
 fn words(words: &[&str], about: &str, into: &mut Proposals) {

@@ -6,6 +6,7 @@ use std::ops::Range;
 use super::super::names::Meaning;
 use super::super::project::Project;
 use super::super::slots::DeclaredKind;
+use super::super::tag_facts::TagFacts;
 use super::super::workspace::Cursor;
 use super::uses;
 use rungd_engine::isa::instruction::TABLE;
@@ -29,6 +30,13 @@ pub(super) fn of_word(cursor: &Cursor, range: &Range<usize>) -> Option<String> {
     let meaning = match declared.kind {
         DeclaredKind::Program | DeclaredKind::Task => of_block(name)?.to_owned(),
         DeclaredKind::Device => of_device(name)?.to_owned(),
+        DeclaredKind::Tag | DeclaredKind::OwnTag | DeclaredKind::Parameter
+            if name.bytes().all(|byte| byte.is_ascii_digit()) =>
+        {
+            let facts = TagFacts::of(declared, &project.files[declared.file]);
+            let last = facts.word()?.bit_count().checked_sub(1)?;
+            format!("a bit of the word, of 0 (the lowest) to {last}")
+        }
         DeclaredKind::Tag | DeclaredKind::OwnTag | DeclaredKind::Parameter => {
             of_structure(owners(project, before), name)?
         }

@@ -27,7 +27,7 @@ impl Rig {
             generation,
             tempo: self.port.tempo(),
             asked: vec![Cell::Word(WordCell(0))],
-            watched: WatchedCells { bits: vec![BitCell(1)], words: vec![] },
+            watched: WatchedCells { bits: vec![BitCell(1)], ..WatchedCells::default() },
             carried: CarriedWatches { bits: vec![None], words: vec![] },
             bits: 2,
             words: 1,
@@ -77,7 +77,7 @@ fn a_program_is_swapped_between_two_scans_and_the_old_one_is_returned() {
 /// The log's reader is late: the ring of records is full.
 #[test]
 fn a_swap_is_reported_before_any_record_of_the_new_program() {
-    let watched = WatchedCells { bits: vec![BitCell(0)], words: vec![] };
+    let watched = WatchedCells { bits: vec![BitCell(0)], ..WatchedCells::default() };
     let mut rig = rig(|_, settings| settings.watched = watched);
     rig.steps(3);
     let told = |rig: &Rig| rig.heard.take().join("\n");

@@ -221,7 +221,7 @@ fn intervals(plan: &mut ReloadPlan, names: &ElementPairs<'_>) {
 /// The elements of instructions with a pass: those that drive bits, and recurrent ENTASKs.
 #[derive(Default)]
 struct OldInstructions {
-    outputs: HashMap<(BlockId, u32), Vec<ElementId>>,
+    outputs: HashMap<(BlockId, Cell), Vec<ElementId>>,
     enabled: HashMap<(BlockId, BlockId), ElementId>,
 }
 
@@ -230,14 +230,17 @@ impl OldInstructions {
         let mut there = OldInstructions::default();
         for (element, code) in elements(side) {
             for at in code.terminations.clone() {
-                match side.program.tables.terminations[at as usize] {
-                    PassStep::BitOff(bit) => {
-                        there.outputs.entry((element.block, bit)).or_default().push(element);
-                    }
+                let termination = &side.program.tables.terminations[at as usize];
+                if let Some(bit) = termination.bit_off() {
+                    there.outputs.entry((element.block, bit)).or_default().push(element);
+                }
+                match *termination {
                     PassStep::DisableTask(task) => {
                         there.enabled.insert((element.block, task), element);
                     }
-                    PassStep::HistoryOff(_)
+                    PassStep::BitOff(_)
+                    | PassStep::WordBitOff(_)
+                    | PassStep::HistoryOff(_)
                     | PassStep::Counter(..)
                     | PassStep::Timer(..)
                     | PassStep::HoldTimer(_)
@@ -252,7 +255,7 @@ impl OldInstructions {
 
     /// The element in which a block drives a bit: the element `before` if the block still drives it
     /// there.
-    fn driven(&self, block: BlockId, bit: u32, before: Option<ElementId>) -> Option<ElementId> {
+    fn driven(&self, block: BlockId, bit: Cell, before: Option<ElementId>) -> Option<ElementId> {
         let places = self.outputs.get(&(block, bit))?;
         before.filter(|before| places.contains(before)).or(places.first().copied())
     }
@@ -267,22 +270,20 @@ pub(super) fn terminations(
     kept: &KeptOwners,
 ) {
     let there = OldInstructions::of(new);
-    let mut undriven: BTreeMap<(BlockId, u32), Vec<u32>> = BTreeMap::new();
+    let mut undriven: BTreeMap<(BlockId, Cell), Vec<u32>> = BTreeMap::new();
     for (element, code) in elements(old) {
         let Some(block) = names.block(element.block) else { continue };
         for at in code.terminations.clone() {
             let termination = &old.program.tables.terminations[at as usize];
+            let driven = termination.bit_off();
             let stays = match termination {
                 PassStep::HistoryOff(_) | PassStep::Pick(_) => true,
-                PassStep::BitOff(bit) => {
-                    let to = plan.transfer.cell(Cell::Bit(BitCell(*bit)));
+                PassStep::BitOff(_) | PassStep::WordBitOff(_) => {
+                    let to = driven.and_then(|bit| plan.transfer.cell(bit));
                     let before = names.element(element);
-                    match to {
-                        Some(Cell::Bit(to)) => there.driven(block, to.0, before),
-                        _ => None,
-                    }
-                    .map(|now| plan.record_move(names, element, now))
-                    .is_some()
+                    to.and_then(|to| there.driven(block, to, before))
+                        .map(|now| plan.record_move(names, element, now))
+                        .is_some()
                 }
                 PassStep::DisableTask(task) => names
                     .block(*task)
@@ -299,15 +300,25 @@ pub(super) fn terminations(
                 continue;
             }
             plan.transfer.gone.push((element_of(element), at));
-            if let PassStep::BitOff(bit) = termination {
-                undriven.entry((element.block, *bit)).or_default().push(active(old, element));
+            if let Some(bit) = driven {
+                undriven.entry((element.block, bit)).or_default().push(active(old, element));
             }
         }
     }
     for ((block, bit), active) in undriven {
-        let (said, block) = (bit_name(old, bit), &names.old.names.block(block).name);
-        let state = OldState::Undriven { bit, active };
-        plan.add_line_with_state(format!("{said} is not driven in {block} any more"), state);
+        let block = &names.old.names.block(block).name;
+        let text = |said: String| format!("{said} is not driven in {block} any more");
+        match bit {
+            Cell::Bit(BitCell(bit)) => {
+                let state = OldState::Undriven { bit, active };
+                plan.add_line_with_state(text(bit_name(old, bit)), state);
+            }
+            Cell::Word(_) | Cell::WordBit(_) => {
+                let address = old.symbols.layout.address(bit);
+                let said = address.map(|address| old.symbols.identity.names.say(address));
+                plan.add_line(text(said.unwrap_or_default()));
+            }
+        }
     }
 }
 

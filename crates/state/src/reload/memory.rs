@@ -30,6 +30,7 @@ impl KeptOwners {
             PassStep::CountUp(_) => Some(Mnemonic::Ctu),
             PassStep::CountDown(_) => Some(Mnemonic::Ctd),
             PassStep::BitOff(_)
+            | PassStep::WordBitOff(_)
             | PassStep::HistoryOff(_)
             | PassStep::Counter(..)
             | PassStep::Timer(..)
@@ -226,7 +227,7 @@ pub(super) fn initial(
             _ if matches!(address, Address::Bit(Bit::Space(BitSpace::X, _))) => continue,
             Some(Cell::Bit(cell)) => plan.transfer.new_bits.push((cell, *value != 0)),
             Some(Cell::Word(cell)) => plan.transfer.new_words.push((cell, *value)),
-            None => continue,
+            Some(Cell::WordBit(_)) | None => continue,
         }
         let Some(cell) = old.symbols.layout.cell(*address) else { continue };
         // The place of a tag with a `type` does not get the force of its address.
@@ -305,6 +306,10 @@ impl NewValues {
             Cell::Word(at) => {
                 let word = self.words.get(&at).copied();
                 word.or_else(|| self.fresh.contains(&at.0).then_some(0))
+            }
+            Cell::WordBit(bit) => {
+                let word = self.get(Cell::Word(bit.word));
+                word.map(|content| i32::from(bit.is_on(content)))
             }
         }
     }

@@ -14,7 +14,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use rungd_engine::isa::{Address, Bit, BitSpace, Space, Structure, Word};
+use rungd_engine::isa::{Address, Bit, BitSpace, Space, Structure, Word, WordBit};
 pub use rungd_engine::{Cell, KeptCells, Layout, Renumbered, RenumberedCell, Transfer};
 use rungd_language::lower::identity::Identity;
 use rungd_language::resolve::places::TagPlace;
@@ -152,6 +152,10 @@ fn follow(pairs: &HashMap<Address, Option<Address>>, address: Address) -> Option
     if let Some(other) = pairs.get(&address) {
         return *other;
     }
+    if let Address::Bit(Bit::InWord(bit)) = address {
+        let Some(Address::Word(word)) = follow(pairs, Address::Word(bit.word)) else { return None };
+        return Some(Address::Bit(Bit::InWord(WordBit { word, ..bit })));
+    }
     let Some((structure, member)) = address.structure().zip(address.member()) else {
         return Some(address);
     };
@@ -229,6 +233,7 @@ fn clear(transfer: &mut Transfer, element: Address, layout: &Layout) {
                 transfer.new_words.push((layout.word(Word::Pre(number)), 0));
             }
         }
+        Address::Bit(Bit::InWord(_)) => {}
         Address::Bit(bit) => transfer.new_bits.push((layout.bit(bit), false)),
         Address::Word(word) => transfer.new_words.push((layout.word(word), 0)),
     }

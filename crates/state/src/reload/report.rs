@@ -73,13 +73,14 @@ impl OldMemory<'_> {
         match cell {
             Cell::Bit(BitCell(at)) => i32::from(self.is_on(at)),
             Cell::Word(WordCell(at)) => self.word(at),
+            Cell::WordBit(bit) => i32::from(bit.is_on(self.word(bit.word.0))),
         }
     }
 
     /// A value as text for people.
     fn held(&self, cell: Cell, value: i32) -> String {
         match cell {
-            Cell::Bit(_) => if value != 0 { "ON" } else { "OFF" }.to_owned(),
+            Cell::Bit(_) | Cell::WordBit(_) => if value != 0 { "ON" } else { "OFF" }.to_owned(),
             Cell::Word(_) => self.layout.text(cell, value),
         }
     }
@@ -165,6 +166,7 @@ fn push(cell: Cell, bits: &mut Vec<u32>, words: &mut Vec<u32>) {
     match cell {
         Cell::Bit(BitCell(at)) => bits.push(at),
         Cell::Word(WordCell(at)) => words.push(at),
+        Cell::WordBit(bit) => words.push(bit.word.0),
     }
 }
 

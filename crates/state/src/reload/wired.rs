@@ -32,7 +32,7 @@ pub fn misfit<'a>(
                 "device `{device}` is wired to `{name}` until a restart, and this program does \
                  not have it: restart rungd"
             )),
-            Some(now) if next.layout.bit(now) != first.layout.bit(bit) => Some(format!(
+            Some(now) if next.layout.bit_in(now) != first.layout.bit_in(bit) => Some(format!(
                 "device `{device}` is wired to `{name}` until a restart, and this program moves \
                  it in memory, because it has different blocks or stages: restart rungd, or wire \
                  the device to a Y or C that the ladder drives"
@@ -58,6 +58,6 @@ fn again(bit: Bit, first: &NameBook, next: &NameBook) -> Option<Bit> {
         Bit::Stage(id) => stage(id).map(Bit::Stage),
         Bit::Running(id) => block(id).map(Bit::Running),
         Bit::Done(id) => block(id).map(Bit::Done),
-        Bit::Space(..) | Bit::Flag(..) | Bit::Device(..) => Some(bit),
+        Bit::Space(..) | Bit::Flag(..) | Bit::Device(..) | Bit::InWord(_) => Some(bit),
     }
 }

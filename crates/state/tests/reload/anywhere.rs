@@ -6,7 +6,7 @@
 
 use crate::reload::properties::seeds;
 use rungd_base::calendar::LocalTime;
-use rungd_engine::{Cell, Engine, EngineProgram, ScanTimes};
+use rungd_engine::{Cell, Engine, EngineCall, EngineProgram, ScanTimes};
 use rungd_lab::traces::stimulus::{Stimulus, StimulusChange};
 use rungd_language::lower::{Symbols, lower};
 use rungd_state::reload::{LoweredProgram, ReloadPlan};
@@ -186,7 +186,7 @@ fn trace(case: &Case, of: &Loaded, reload: Option<TracedReload>) -> Vec<Vec<i64>
         for change in now.stimulus.of_scan(scan, &mut next) {
             match change {
                 StimulusChange::Input(n, on) => engine.set_input(n, on),
-                StimulusChange::Bit(cell, on) => engine.write_bit(cell, on),
+                StimulusChange::Bit(cell, on) => engine.apply(EngineCall::Write(cell, on.into())),
                 StimulusChange::Word(cell, value) => engine.write_word(cell, value),
             }
         }

@@ -5,7 +5,7 @@
 //! Tests `RUNGD_PROPERTY_TEMPLATES` (12) ladders from the seed `RUNGD_PROPERTY_SEED` (1) on.
 
 use rungd_base::calendar::LocalTime;
-use rungd_engine::{Cell, Engine, EngineProgram, ScanTimes};
+use rungd_engine::{Cell, Engine, EngineCall, EngineProgram, ScanTimes};
 use rungd_lab::traces::stimulus::{Stimulus, StimulusChange};
 use rungd_language::lower::{Symbols, lower};
 use rungd_state::reload::{LoweredProgram, ReloadPlan};
@@ -55,7 +55,7 @@ fn trace(first: &Version, reloads: &[(u64, &Version)]) -> Vec<Vec<i64>> {
         for change in now.stimulus.of_scan(scan, &mut next) {
             match change {
                 StimulusChange::Input(n, on) => engine.set_input(n, on),
-                StimulusChange::Bit(cell, on) => engine.write_bit(cell, on),
+                StimulusChange::Bit(cell, on) => engine.apply(EngineCall::Write(cell, on.into())),
                 StimulusChange::Word(cell, value) => engine.write_word(cell, value),
             }
         }

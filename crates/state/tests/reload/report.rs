@@ -8,7 +8,7 @@ use std::collections::HashSet;
 
 use rungd_base::calendar::LocalTime;
 use rungd_engine::isa::{Bit, BitSpace, BlockId, StageId};
-use rungd_engine::{Cell, Engine, Image, ScanTimes};
+use rungd_engine::{Cell, Engine, EngineCall, Image, ScanTimes};
 use rungd_lab::traces::stimulus::{Stimulus, StimulusChange};
 use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::program::Program;
@@ -342,7 +342,9 @@ fn every_line_of_the_report_is_true_of_the_engine() {
             for change in stimulus.of_scan(scan, &mut next) {
                 match change {
                     StimulusChange::Input(n, on) => engine.set_input(n, on),
-                    StimulusChange::Bit(cell, on) => engine.write_bit(cell, on),
+                    StimulusChange::Bit(cell, on) => {
+                        engine.apply(EngineCall::Write(cell, on.into()))
+                    }
                     StimulusChange::Word(cell, value) => engine.write_word(cell, value),
                 }
             }

@@ -124,6 +124,7 @@ fn may_be_listed(operands: &Operands) -> Option<Finding> {
         Address::Bit(Bit::Space(BitSpace::C | BitSpace::Mc | BitSpace::Mi, _)) => return None,
         Address::Bit(Bit::Flag(Structure::Sensaphone(_), _)) => return None,
         Address::Word(word) if word.writable() => return None,
+        Address::Bit(Bit::InWord(bit)) if bit.word.writable() => return None,
         Address::Bit(Bit::Space(BitSpace::X, _)) => {
             "a client moves inputs by `[modbus-server.image]`"
         }
@@ -132,7 +133,7 @@ fn may_be_listed(operands: &Operands) -> Option<Finding> {
         Address::Bit(Bit::Stage(_) | Bit::Running(_) | Bit::Done(_)) => {
             "Stages and blocks are switched by the ladder"
         }
-        Address::Bit(Bit::Space(BitSpace::St, _) | Bit::Device(..))
+        Address::Bit(Bit::Space(BitSpace::St, _) | Bit::Device(..) | Bit::InWord(_))
         | Address::Word(_)
         | Address::Structure(_) => "it shows the state of the controller",
     };

@@ -21,8 +21,8 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 use std::path::Path;
 
-use rungd_engine::Cell;
 use rungd_engine::isa::{Address, Bit, BitSpace, Real};
+use rungd_engine::{Cell, EngineCall};
 
 use rungd_test_support::plc::{Plc, of_ladder};
 use rungd_test_support::run;
@@ -96,8 +96,7 @@ impl Bench {
         for (place, value) in self.pending.drain(..) {
             match (place.input, place.cell) {
                 (Some(n), _) => plc.engine.set_input(n, value != 0),
-                (None, Cell::Bit(bit)) => plc.engine.write_bit(bit, value != 0),
-                (None, Cell::Word(word)) => plc.engine.write_word(word, value),
+                (None, cell) => plc.engine.apply(EngineCall::Write(cell, value)),
             }
         }
         plc.now_ns += plc.period_ns;

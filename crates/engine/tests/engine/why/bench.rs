@@ -158,6 +158,6 @@ fn content(subject: &Subject, cell: Cell, value: i64) -> i32 {
         Cell::Word(word) if subject.symbols().layout.is_real(word) => {
             rungd_engine::isa::Real::stored(value as f64).real.cell()
         }
-        Cell::Bit(_) | Cell::Word(_) => value as i32,
+        Cell::Bit(_) | Cell::Word(_) | Cell::WordBit(_) => value as i32,
     }
 }

@@ -3,9 +3,7 @@
 //! instruction writes.
 
 use super::bench::Bench;
-use rungd_engine::{
-    BitCell, Cell, Engine, EngineCall, EngineState, Image, ScanObserver, ScanStep, WordCell,
-};
+use rungd_engine::{BitCell, Cell, Engine, EngineCall, EngineState, Image, ScanObserver, ScanStep};
 use rungd_history::observe::QuestionTime;
 use rungd_language::lower::lower_seen;
 use rungd_language::lower::sites::Sites;
@@ -93,10 +91,7 @@ struct Brute<'b> {
 }
 
 pub fn content(image: &Image, cell: Cell) -> i32 {
-    match cell {
-        Cell::Bit(BitCell(at)) => i32::from(image.bits()[at as usize]),
-        Cell::Word(WordCell(at)) => image.words()[at as usize],
-    }
+    image.value(cell)
 }
 
 impl Brute<'_> {
@@ -117,7 +112,7 @@ impl Brute<'_> {
     fn puts(&self, part: u32, number: u32, in_pass: bool) -> bool {
         let instruction = &self.instructions[number as usize];
         let words: Vec<&str> = instruction.text.split_whitespace().collect();
-        let named = |name: &str| self.bench.cell(name) == Some(self.cell);
+        let named = |name: &str| self.bench.cell(name).is_some_and(|cell| cell.overlaps(self.cell));
         let key = |key: &str| words.iter().find_map(|word| word.strip_prefix(key));
         let member = |of: &[&str]| of.iter().any(|of| named(&format!("{}.{of}", words[1])));
         let counter = || member(&["Acc", "Done", "Reset", "Zero", "DnDone"]);
@@ -270,8 +265,8 @@ pub fn trace(bench: &Bench, cell: Cell, at: QuestionTime) -> Trace {
         };
         brute.note(by, engine.image());
         match call {
-            EngineCall::Force(of, _) if *of == cell => forced = true,
-            EngineCall::Release(of) if *of == cell => forced = false,
+            EngineCall::Force(of, _) if *of == cell.whole() => forced = true,
+            EngineCall::Release(of) if *of == cell.whole() => forced = false,
             EngineCall::Start { .. } => runs = true,
             EngineCall::Terminate => runs = false,
             _ => {}

@@ -155,7 +155,7 @@ fn calls(scan: u64, was_last: bool, named: &[Cell], random: &mut Random) -> Vec<
     for _ in 0..random.below(12) {
         let cell = named[random.below(named.len())];
         let value = match cell {
-            Cell::Bit(_) => random.below(2) as i32,
+            Cell::Bit(_) | Cell::WordBit(_) => random.below(2) as i32,
             Cell::Word(_) => [0, 1, 2, 3, 25, 40, 100][random.below(7)],
         };
         calls.push(match random.below(60) {

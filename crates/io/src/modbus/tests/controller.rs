@@ -254,6 +254,10 @@ impl Scanner {
                 match *write {
                     OperandWrite::Bit(cell, on) => bits[cell.0 as usize] = u8::from(on),
                     OperandWrite::Word(cell, value) => words[cell.0 as usize] = value,
+                    OperandWrite::WordBit(bit, on) => {
+                        let word = &mut words[bit.word.0 as usize];
+                        *word = bit.put(*word, on);
+                    }
                     OperandWrite::Masked { cell, mask, signed } => {
                         let word = &mut words[cell.0 as usize];
                         *word = mask.apply(*word, signed);

@@ -44,6 +44,14 @@ impl Scope {
             let structures = [Structure::Timer(0), Structure::Counter(0)];
             structures.iter().any(|structure| structure.members().contains(member))
         };
+        let is_bit = |member: &str| member.bytes().all(|b| b.is_ascii_digit());
+        if is_name(base) && member.is_some_and(is_bit) {
+            return declared(
+                base,
+                &["int", "word"],
+                ", or \"word\"; or with an address: `at = \"…\"`",
+            );
+        }
         if is_name(base) && member.is_some_and(|member| !of_structure(&member)) {
             return "names with members are timers, counters, programs, tasks, devices and uses of \
                     templates"

@@ -135,6 +135,31 @@ impl ParameterKind {
         }
     }
 
+    /// Whether such a place accepts a bit of the parameter, which is a word.
+    pub fn fits_bit(self, wanted: WantedOperand) -> bool {
+        let reads = matches!(
+            wanted,
+            WantedOperand::Bit
+                | WantedOperand::Number
+                | WantedOperand::Operand
+                | WantedOperand::Any
+        );
+        let writes = matches!(wanted, WantedOperand::WrittenBit | WantedOperand::Target);
+        match self {
+            ParameterKind::Int | ParameterKind::Duration => reads,
+            ParameterKind::IntOut => reads || writes,
+            ParameterKind::Contact
+            | ParameterKind::Bit
+            | ParameterKind::Output
+            | ParameterKind::Real
+            | ParameterKind::RealOut
+            | ParameterKind::Timer
+            | ParameterKind::Counter
+            | ParameterKind::Sensaphone
+            | ParameterKind::Array => false,
+        }
+    }
+
     /// Whether such a place accepts the parameter; `member` is whether the parameter has a member
     /// behind it.
     pub fn fits(self, wanted: WantedOperand, member: bool) -> bool {

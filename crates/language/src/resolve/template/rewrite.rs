@@ -20,6 +20,7 @@ use crate::source::finding::{Code, Finding};
 use crate::source::fix::{Help, advise, possible, propose};
 use crate::source::instruction::{OperandText, WrittenInstruction};
 use crate::source::span::{FileId, Located, Span};
+use rungd_engine::isa::address_text;
 pub use rungd_engine::isa::{Mnemonic, Spec};
 
 /// A use while it is expanded.
@@ -85,6 +86,8 @@ impl<'t> Rewrite<'_, 't> {
         }
         let fits =
             kind == ParameterKind::Contact && wanted == WantedOperand::Bit && behind.is_empty();
+        let is_bit = address_text::split_bit(name).is_some_and(|(base, _)| base == parameter);
+        let fits = fits || (is_bit && kind.fits_bit(wanted));
         if !fits && !kind.fits(wanted, !behind.is_empty()) {
             self.unfit(name, at, kind, wanted);
             return Some(Err(()));
@@ -142,6 +145,11 @@ impl<'t> Rewrite<'_, 't> {
     /// The argument, in a layer for the place of its parameter.
     fn atom_given(&mut self, own: &str, behind: &str, at: Span) -> Option<Atom> {
         let Given::Atom(atom) = &self.instance.given[own] else { return None };
+        if atom.name().is_none() && !behind.is_empty() {
+            let message = format!("`{own}` is given as the constant `{atom}`, which has no bits");
+            self.find(Code::TemplateParameter, at, message, "give a word for it in this use");
+            return None;
+        }
         let layer = self.layers.add_atom(atom.span.file, at);
         let mut atom = moved_atom(atom, &mut |span| Span { file: layer, ..span });
         if let AtomKind::Name(name) = &mut atom.kind
@@ -171,6 +179,10 @@ impl<'t> Rewrite<'_, 't> {
     /// Rewrites an element or slice: its array, and the index or ends in its brackets, may be
     /// parameters.
     fn indexed(&mut self, name: &str, at: Span) -> Option<String> {
+        let (name, bit) = match address_text::split_bit(name) {
+            Some((element, _)) if element.ends_with(']') => name.split_at(element.len()),
+            Some(_) | None => (name, ""),
+        };
         let (array, rest) = name.split_once('[')?;
         let array = self.named(array, at, WantedOperand::Array)?;
         let mut ends = Vec::new();
@@ -180,7 +192,7 @@ impl<'t> Rewrite<'_, 't> {
                 false => self.named(end, at, WantedOperand::Whole)?,
             });
         }
-        Some(format!("{array}[{}]", ends.join("..")))
+        Some(format!("{array}[{}]{bit}", ends.join("..")))
     }
 
     /// A name, or its argument if it is a parameter, as a text.
@@ -346,7 +358,9 @@ impl<'t> Rewrite<'_, 't> {
             None => None,
         };
         let expression = self.expression(&formula.expression);
-        Some(WrittenFormula { target: target?, index, expression: expression? })
+        let bit = formula.bit.as_ref();
+        let bit = bit.map(|bit| Located { value: bit.value.clone(), span: self.place(bit.span) });
+        Some(WrittenFormula { target: target?, index, bit, expression: expression? })
     }
 
     fn expression(&mut self, expression: &Expression) -> Option<Expression> {
@@ -380,6 +394,7 @@ impl<'t> Rewrite<'_, 't> {
                 ExpressionPartKind::Element(self.name(name, WantedOperand::Array)?)
             }
             kind @ (ExpressionPartKind::Integer(_)
+            | ExpressionPartKind::WordBit(_)
             | ExpressionPartKind::Duration(_)
             | ExpressionPartKind::Real(_)
             | ExpressionPartKind::Unary(_)
