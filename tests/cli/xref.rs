@@ -127,6 +127,23 @@ fn check(args: &[&str], expected: Expect) {
 }
 
 #[test]
+fn the_cross_reference_of_a_subroutine_lists_its_calls() {
+    let ladder = "[[program]]\nname = \"Main\"\nrung = [\n  { when = [\"X0\"], do = [\"CALL Fill\"] },\n]\n\
+                  [[subroutine]]\nname = \"Fill\"\ndoc = \"Fills the tank\"\n\
+                  rung = [ { when = [\"X1\"], do = [\"OUT Y0\"] } ]\n";
+    let folder = project("xref-subroutine");
+    fs::write(folder.join("calls.toml"), ladder).expect("written");
+    let output = xref(&["--in", "calls.toml", "Fill"], &folder);
+    expect![[r#"
+        Fill: Fills the tank
+          declared at calls.toml:7
+        called by
+          CALL Fill  Main, rung 1  calls.toml:4
+    "#]]
+    .assert_eq(&String::from_utf8(output.stdout).expect("text"));
+}
+
+#[test]
 fn the_cross_reference_lists_the_uses_of_outputs_and_inputs() {
     check(
         &["valve", "start"],

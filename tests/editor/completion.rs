@@ -64,6 +64,9 @@ with = { wanted = "start", motor = "Y1" }
 [[task]]
 name = "Hourly"
 
+[[subroutine]]
+name = "Dose"
+
 [[program]]
 name = "Flush1"
 use = "Flush"
@@ -224,7 +227,8 @@ fn mnemonics_and_operands_are_offered_in_instructions() {
             ),
             ("do = [\"MOVE level to=parts.¦\"]", &["Acc"], &["Done"]),
             ("do = [\"RUN ¦\"]", &["Flush1", "drain-pump"], &["Main", "Hourly"]),
-            ("do = [\"HALT ¦\"]", &["Flush1", "Hourly"], &["Main"]),
+            ("do = [\"HALT ¦\"]", &["Flush1", "Hourly"], &["Main", "Dose"]),
+            ("do = [\"CALL ¦\"]", &["Dose"], &["Flush1", "Hourly"]),
             ("do = [\"ENTASK ¦\"]", &["Hourly"], &["Flush1"]),
             ("do = [\"JMP ¦\"]", &["Open", "Close"], &["Rinse", "Main"]),
             ("do = [\"SGDIVRG Open ¦\"]", &["Close"], &[]),

@@ -159,14 +159,12 @@ pub struct Node {
     pub about: Option<About>,
     /// Instructions that could change the value, each with its hindrance.
     pub idle: Vec<Idle>,
-    /// The answer of the program before the last reload, at its last scan, if nothing has changed
-    /// the value since then.
+    /// The answer of the program before the last reload, if nothing has changed the value since.
     pub earlier: Option<Box<Explanation>>,
 }
 
 impl Node {
-    /// Whether the answer of the program before the last reload says all that is known about the
-    /// value.
+    /// Whether the answer of the program before the last reload says all about the value.
     pub(super) fn is_told_by_earlier(&self) -> bool {
         let is_same = self.earlier.as_ref().is_some_and(|earlier| earlier.root.value == self.value);
         is_same && self.write.cause == Cause::Older(TapeEnd::Swapped)
@@ -186,6 +184,15 @@ pub struct Write {
     pub cause: Cause,
 }
 
+/// A CALL that executed a subroutine.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CallPlace {
+    /// Its rung.
+    pub rung: RungName,
+    /// Its place and text.
+    pub place: Place,
+}
+
 /// The cause of a write.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cause {
@@ -201,6 +208,8 @@ pub enum Cause {
         operands: Vec<ExplainedOperand>,
         /// The number of further operands, all of them 0, that add nothing to a sum or an OR.
         zeros: usize,
+        /// The CALLs that lead to its subroutine, the innermost first.
+        calls: Vec<CallPlace>,
     },
     /// A termination pass over the block or Stage of an instruction.
     Pass {

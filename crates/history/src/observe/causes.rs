@@ -1,8 +1,8 @@
 //! Operands with the writes that decided their values, as data.
 
 use super::answer::{
-    About, Cause, Cut, ExplainedOperand, ExplainedValue, Followed, Node, Since, Stop, TapeEnd,
-    Write,
+    About, CallPlace, Cause, Cut, ExplainedOperand, ExplainedValue, Followed, Node, Since, Stop,
+    TapeEnd, Write,
 };
 use super::inquiry::{ExplainedWrite, FoundStep, FoundWrite, FoundWriter, Inquiry};
 use super::leaves::is_status;
@@ -137,7 +137,7 @@ impl Inquiry<'_> {
 
     /// The cause of a step: an instruction, or the termination pass over an instruction.
     fn step(&mut self, found: &FoundStep, at: TapeMoment, depth: u32) -> Cause {
-        let FoundStep { deed, leaves, operands } = found;
+        let FoundStep { deed, leaves, operands, calls } = found;
         let deed = *deed;
         let Some(site) = self.subject.site(deed) else { return Cause::Controller };
         let number = site.instruction.unwrap_or(0);
@@ -162,7 +162,16 @@ impl Inquiry<'_> {
                 Some(ExplainedOperand { operand: operand?, value, followed })
             })
             .collect();
-        Cause::Instruction { rung, place, legs, operands, zeros }
+        let calls = calls.iter().filter_map(|call| self.call_place(*call)).collect();
+        Cause::Instruction { rung, place, legs, operands, zeros, calls }
+    }
+
+    /// The place of a CALL.
+    fn call_place(&self, call: ScanStep) -> Option<CallPlace> {
+        let site = self.subject.site(call)?;
+        let instruction = self.subject.instruction(site.part, site.instruction?)?;
+        let rung = self.subject.place_of_rung(site.part);
+        Some(CallPlace { rung, place: self.subject.place(instruction.span) })
     }
 
     /// Why a termination pass ran over the block or Stage of a part.

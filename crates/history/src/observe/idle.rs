@@ -35,6 +35,8 @@ impl Inquiry<'_> {
             }
         }
         writers.truncate(IDLE_MAX);
+        let subroutines = writers.iter().map(|(_, part, _)| subject.part(*part).element.block);
+        writers.extend(subject.calls_to(subroutines.collect()).into_iter().take(IDLE_MAX));
         let deeds = writers.iter().map(|(deed, ..)| *deed).collect();
         let mut watch =
             Watch::new(subject, cell, deeds, if at.step > 0 { at.step } else { u32::MAX });

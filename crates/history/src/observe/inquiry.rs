@@ -89,6 +89,8 @@ pub(super) struct FoundStep {
     pub leaves: Vec<LeafSeen>,
     /// Its operands.
     pub operands: Vec<SeenValue>,
+    /// The CALLs that lead to its subroutine, the innermost first.
+    pub calls: Vec<ScanStep>,
 }
 
 /// The writer of a value.
@@ -214,6 +216,7 @@ impl<'a> Inquiry<'a> {
             deed: decided.by,
             leaves: part.map(|part| watch.leaves(part)).unwrap_or_default(),
             operands: decided.operands.clone(),
+            calls: decided.calls.clone(),
         })
     }
 
@@ -231,8 +234,8 @@ impl<'a> Inquiry<'a> {
                 match watch.decided.last().cloned() {
                     Some(decided) => self.writer(&watch, &decided),
                     None => {
-                        let (leaves, operands) = (Vec::new(), Vec::new());
-                        FoundWriter::Step(FoundStep { deed, leaves, operands })
+                        let (leaves, operands, calls) = (Vec::new(), Vec::new(), Vec::new());
+                        FoundWriter::Step(FoundStep { deed, leaves, operands, calls })
                     }
                 }
             }

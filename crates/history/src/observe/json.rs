@@ -7,8 +7,8 @@ use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
 use super::answer::{
-    Cause, ContactDetail, Edit, ExplainedOperand, ExplainedValue, Explanation, Followed, Hindrance,
-    LastChange, ModeSince, Node, OperandName, Remedy, Since, Stop, Write,
+    CallPlace, Cause, ContactDetail, Edit, ExplainedOperand, ExplainedValue, Explanation, Followed,
+    Hindrance, LastChange, ModeSince, Node, OperandName, Remedy, Since, Stop, Write,
 };
 use rungd_config::controller::OutputState;
 use rungd_engine::isa::Real;
@@ -108,14 +108,21 @@ fn write(decided: &Write, operand: &OperandName) -> Value {
 
 fn cause(write_cause: &Cause) -> Value {
     match write_cause {
-        Cause::Instruction { rung: rung_name, place: at, legs, operands, zeros } => json!({
-            "kind": "instruction",
-            "rung": rung_name,
-            "place": at,
-            "legs": legs,
-            "operands": operands.iter().map(operand_read).collect::<Vec<_>>(),
-            "zeros": zeros,
-        }),
+        Cause::Instruction { rung: rung_name, place: at, legs, operands, zeros, calls } => {
+            let mut cause = json!({
+                "kind": "instruction",
+                "rung": rung_name,
+                "place": at,
+                "legs": legs,
+                "operands": operands.iter().map(operand_read).collect::<Vec<_>>(),
+                "zeros": zeros,
+            });
+            let call = |call: &CallPlace| json!({ "rung": call.rung, "place": call.place });
+            if !calls.is_empty() {
+                cause["calls"] = calls.iter().map(call).collect();
+            }
+            cause
+        }
         Cause::Pass { rung: rung_name, place: at, stop: by } => json!({
             "kind": "pass", "rung": rung_name, "place": at, "stop": by,
         }),

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use super::leaves::states;
 use super::subject::Subject;
 use super::walk::{WalkedProgram, Witness, walk};
-use rungd_engine::{Cell, Engine, EngineCall, Image, Slice};
+use rungd_engine::{Cell, Element, Engine, EngineCall, Image, ScanStep, Slice};
 use rungd_runtime::exchange::{Mode, StopReason};
 use rungd_runtime::{TapeEntry, TapeSection, TapeStep};
 
@@ -219,6 +219,20 @@ struct SeenContacts<'a> {
 }
 
 impl Witness for SeenContacts<'_> {
+    /// What is shown of a subroutine is its last execution.
+    fn before(&mut self, deed: ScanStep, _: u32, _: &Image) {
+        let ScanStep::Element(Element::Block(block)) = deed else { return };
+        if !self.subject.program.block(block).is_subroutine() {
+            return;
+        }
+        let parts = self.subject.sites.parts.iter().enumerate();
+        for (at, part) in parts.filter(|(_, part)| part.element.block == block) {
+            self.executed[at] = false;
+            let leaves = part.leaves.start as usize..part.leaves.end as usize;
+            self.contacts[leaves].fill(IDLE);
+        }
+    }
+
     fn part(&mut self, part: u32, _: u32, image: &Image) {
         let first = self.subject.part(part).leaves.start as usize;
         if let Some(executed) = self.executed.get_mut(part as usize) {

@@ -3,6 +3,7 @@
 //! Made once for a program and its files, and used for every question. It finds the rung of a part,
 //! the text and place of an instruction, and the steps that may write a cell.
 
+use std::collections::HashSet;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -143,6 +144,30 @@ impl Subject {
             Some(branch) => &branch.body,
             None => &self.rung(part).body,
         }
+    }
+
+    /// The CALLs of a subroutine, in file order: the step, its part of a rung, the instruction.
+    pub(super) fn calls_of(&self, subroutine: BlockId) -> Vec<(ScanStep, u32, &Instruction)> {
+        let sites = (0..).zip(&self.sites.batches);
+        let calls = sites.filter_map(|(at, site)| {
+            let call = self.instruction(site.part, site.instruction?)?;
+            let is_call = call.called() == Some(subroutine);
+            is_call.then_some((ScanStep::Batch(at), site.part, call))
+        });
+        calls.collect()
+    }
+
+    /// The CALLs that lead to the subroutines among these blocks, through others too.
+    pub(super) fn calls_to(&self, mut open: Vec<BlockId>) -> Vec<(ScanStep, u32, &Instruction)> {
+        let (mut calls, mut known) = (Vec::new(), HashSet::new());
+        while let Some(id) = open.pop() {
+            if self.program.block(id).is_subroutine() && known.insert(id) {
+                let found = self.calls_of(id);
+                open.extend(found.iter().map(|(_, part, _)| self.part(*part).element.block));
+                calls.extend(found);
+            }
+        }
+        calls
     }
 
     /// The origin of a step in the program; a turn has none.

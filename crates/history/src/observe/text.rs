@@ -2,8 +2,9 @@
 //! same for its operand, indented. States in an earlier scan are in the past tense.
 
 use super::answer::{
-    About, Cause, ContactDetail, ContactSeen, Cut, ExplainedOperand, ExplainedValue, Explanation,
-    Followed, Hindrance, Idle, LastChange, LegSeen, ModeSince, Node, Remedy, Restart, Since, Stop,
+    About, CallPlace, Cause, ContactDetail, ContactSeen, Cut, ExplainedOperand, ExplainedValue,
+    Explanation, Followed, Hindrance, Idle, LastChange, LegSeen, ModeSince, Node, Remedy, Restart,
+    Since, Stop,
 };
 use super::phrases::{
     ComparedSide, PhraseWriter, WriteFacts, computed_text, edit_text, ms, operand_text, rung_text,
@@ -235,7 +236,11 @@ impl IndentedLines {
 
     fn cause(&mut self, cause: &Cause, line: Line) {
         match cause {
-            Cause::Instruction { legs, operands, zeros, .. } => {
+            Cause::Instruction { legs, operands, zeros, calls, .. } => {
+                for CallPlace { rung, place } in calls {
+                    let rung = rung_text(rung, place);
+                    self.add(line.indent + 1, &format!("by {}: {rung}", place.text));
+                }
                 legs.iter().for_each(|leg| self.leg(leg, line));
                 for ExplainedOperand { operand, value, followed } in operands {
                     let value = value_text(operand, *value);

@@ -10,7 +10,7 @@ use super::answer::{BlockPlace, Place, RungName};
 use super::cell_index::CellIndex;
 use super::leaves::own_contacts;
 use super::subject::Subject;
-use rungd_engine::isa::ElementId;
+use rungd_engine::isa::{BlockId, ElementId};
 use rungd_engine::{Cell, ScanStep, Stretches};
 use rungd_language::resolve::program::{BlockKind, Contact};
 pub use rungd_language::resolve::reads::ReadOperand;
@@ -103,6 +103,12 @@ impl ProgramUses<'_> {
         let write = |(part, number)| self.write(part, number, reset.contains(&(part, number)));
         uses.writes = written.into_iter().filter_map(write).collect();
         uses
+    }
+
+    /// The CALLs of a subroutine, in file order.
+    pub fn calls(&self, subroutine: BlockId) -> Vec<ReadUse> {
+        let calls = self.subject.calls_of(subroutine).into_iter();
+        calls.map(|(_, part, call)| self.read(ReadSite { part, span: call.span })).collect()
     }
 
     /// The parts of rungs that read a cell.

@@ -26,6 +26,8 @@ pub(super) struct DecidingStep {
     pub after: i32,
     /// The operands that its instruction read, without its contacts.
     pub operands: Vec<SeenValue>,
+    /// The CALLs that lead to its subroutine, the innermost first.
+    pub calls: Vec<ScanStep>,
 }
 
 /// Observes the steps that write a cell.
@@ -39,6 +41,8 @@ pub(super) struct Watch<'s> {
     writers: Vec<ScanStep>,
     /// The value before the step that executes now, and its operands.
     now: Option<(i32, Vec<SeenValue>)>,
+    /// The operations that execute: the CALLs, then the one that executes now.
+    active: Vec<ScanStep>,
     /// The steps that decided, in order.
     pub decided: Vec<DecidingStep>,
     /// The contacts of parts with a writer, and of the rungs of branches.
@@ -62,6 +66,7 @@ impl<'s> Watch<'s> {
             until,
             writers,
             now: None,
+            active: Vec::new(),
             decided: Vec::new(),
             seen: BTreeMap::new(),
             wanted,
@@ -109,6 +114,9 @@ impl Witness for Watch<'_> {
 
     fn before(&mut self, deed: ScanStep, number: u32, image: &Image) {
         self.now = None;
+        if let ScanStep::Batch(_) = deed {
+            self.active.push(deed);
+        }
         if number >= self.until || !self.writers.contains(&deed) {
             return;
         }
@@ -127,10 +135,15 @@ impl Witness for Watch<'_> {
         if let ScanStep::Turn(_) | ScanStep::Element(_) = deed {
             return;
         }
+        if let ScanStep::Batch(_) = deed {
+            self.active.pop();
+        }
         let Some((before, operands)) = self.now.take() else { return };
         let after = image.value(self.cell);
         if before != after || self.decides(deed) {
-            self.decided.push(DecidingStep { step: number, by: deed, before, after, operands });
+            let calls = self.active.iter().rev().copied().collect();
+            let decided = DecidingStep { step: number, by: deed, before, after, operands, calls };
+            self.decided.push(decided);
         }
     }
 }

@@ -94,6 +94,7 @@ impl<'a> CrossReferenceIndex<'a> {
         let touches = |touched: &[Cell]| touched.iter().any(|cell| cells.contains(cell));
         let tests =
             self.tests.iter().filter(|(_, touched)| touches(touched)).map(|(touch, _)| *touch);
+        let calls = wanted.subroutine.map_or_else(Vec::new, |id| self.uses.calls(id));
         let (mut outside, mut kept) = (Vec::new(), false);
         if let Some(controller) = self.controller {
             outside = controller_uses::of(controller, &wanted.addresses, self.subject);
@@ -108,6 +109,7 @@ impl<'a> CrossReferenceIndex<'a> {
             written: uses.writes.iter().map(|write_use| self.write(write_use)).collect(),
             turned: uses.turns.iter().map(|turn| turn.name.clone()).collect(),
             read: uses.reads.iter().map(|read_use| self.read(read_use)).collect(),
+            called: calls.iter().map(|call| self.read(call)).collect(),
             outside,
             retained: kept,
             tests: tests.map(test).collect(),

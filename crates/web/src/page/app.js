@@ -473,6 +473,17 @@ async function fetchChunk(shown, chunk, first, last) {
   shown.asked.delete(chunk);
 }
 
+// A CALL opens the rungs of its subroutine.
+function callLink(box) {
+  const name = box.dataset.name.replace(/^CALL /, "");
+  const open = () => { location.hash = "#ladder/" + encodeURIComponent(name); };
+  box.setAttribute("tabindex", "0");
+  box.setAttribute("role", "link");
+  box.setAttribute("aria-label", "the rungs of " + name);
+  box.addEventListener("click", open);
+  box.addEventListener("keydown", (event) => { if (event.key === "Enter") open(); });
+}
+
 function place(shown, rung) {
   const root = h("article", { class: "rung", "data-rung": rung.number });
   root.style.top = shown.tops[rung.number - 1] + "px";
@@ -494,6 +505,7 @@ function place(shown, rung) {
     symbol.addEventListener("click", ask);
     symbol.addEventListener("keydown", (event) => { if (event.key === "Enter" || event.key === " ") { event.preventDefault(); ask(); } });
   }
+  for (const box of root.querySelectorAll("g.box[data-mnemonic=CALL]")) callLink(box);
   // In the order of the rungs, which is the one of the keyboard.
   const behind = [...shown.places].filter(([number]) => number > rung.number);
   const next = behind.reduce((least, one) => !least || one[0] < least[0] ? one : least, null);

@@ -7,4 +7,5 @@ mod past;
 mod reasons;
 mod slices;
 mod stops;
+mod subroutines;
 mod tape;

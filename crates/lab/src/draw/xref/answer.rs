@@ -29,6 +29,9 @@ pub struct CrossReference {
     pub turned: Vec<String>,
     /// The contacts and instructions that read it.
     pub read: Vec<ReadPlace>,
+    /// The CALLs of a subroutine.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub called: Vec<ReadPlace>,
     /// Its uses in the controller file.
     pub outside: Vec<OutsideUse>,
     /// Whether retentive memory keeps it.

@@ -31,6 +31,8 @@ pub fn whole(reference: &CrossReference) -> String {
         .read
         .iter()
         .map(|read_place| row(&read_place.text, &read_place.rung, &read_place.place));
+    let called = reference.called.iter().map(|call| row(&call.text, &call.rung, &call.place));
+    list(&mut text, "called by", called.collect());
     let named = reference.constants.iter().map(|place| row("", "", place));
     list(&mut text, "read by", read.chain(named).collect());
     let outside = reference.outside.iter().map(|outside_use| ListRow {
@@ -63,6 +65,9 @@ pub fn short(reference: &CrossReference) -> String {
         writeln!(text, "  written at {}", places(reference.written.len() + reference.turned.len()));
     let _ =
         writeln!(text, "  read at {}", places(reference.read.len() + reference.constants.len()));
+    if !reference.called.is_empty() {
+        let _ = writeln!(text, "  called at {}", places(reference.called.len()));
+    }
     for outside in &reference.outside {
         let _ = writeln!(text, "  {}", outside.text);
     }
@@ -85,6 +90,7 @@ fn is_untouched(reference: &CrossReference) -> bool {
     reference.written.is_empty()
         && reference.turned.is_empty()
         && reference.read.is_empty()
+        && reference.called.is_empty()
         && reference.constants.is_empty()
         && reference.outside.is_empty()
 }

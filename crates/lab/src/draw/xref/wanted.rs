@@ -21,6 +21,8 @@ pub(super) struct AskedOperand {
     pub addresses: Vec<Address>,
     /// The number of the tag, if it is a constant.
     pub constant: Option<usize>,
+    /// The subroutine.
+    pub subroutine: Option<BlockId>,
 }
 
 impl AskedOperand {
@@ -110,6 +112,10 @@ fn of_address(program: &Program, plain: AskedOperand, address: Address) -> Asked
 
 fn of_block(program: &Program, plain: AskedOperand, id: BlockId) -> AskedOperand {
     let block = program.block(id);
+    if block.is_subroutine() {
+        let (doc, span) = (block.doc.clone(), Some(block.span));
+        return AskedOperand { subroutine: Some(id), doc, span, ..plain };
+    }
     let bits = [Bit::Running(id), Bit::Done(id)].into_iter();
     let stages = block.stages.iter().map(|stage| Bit::Stage(stage.id));
     let addresses = bits.chain(stages).map(Address::Bit).collect();

@@ -146,3 +146,47 @@ fn stages_have_the_listed_mutants() {
     "#]],
     );
 }
+
+const CALLS: &str = r#"
+[[program]]
+name = "Main"
+rung = [
+{ when = ["X0"], do = ["CALL Fill"] },
+{ when = ["X1"], do = ["OUT Y1", "CALL Fill"] },
+]
+[[subroutine]]
+name = "Fill"
+rung = [
+{ when = ["X2"], do = ["RETURN"] },
+{ when = ["X3"], do = ["OUT Y0"] },
+]
+"#;
+
+#[test]
+fn calls_and_returns_are_left_out() {
+    check(
+        &[("ladder.toml", CALLS)],
+        expect![[r#"
+        Main, rung 1
+          rung-out: the rung left out
+          inverted: contact `X0` is `!X0`
+          contact-out: contact `X0` is always ON
+        Main, rung 2
+          rung-out: the rung left out
+          inverted: contact `X1` is `!X1`
+          contact-out: contact `X1` is always ON
+          instruction-out: `OUT Y1` left out
+          instruction: `OUT Y1` is `SET Y1`
+          instruction-out: `CALL Fill` left out
+        Fill, rung 1
+          rung-out: the rung left out
+          inverted: contact `X2` is `!X2`
+          contact-out: contact `X2` is always ON
+        Fill, rung 2
+          rung-out: the rung left out
+          inverted: contact `X3` is `!X3`
+          contact-out: contact `X3` is always ON
+          instruction: `OUT Y0` is `SET Y0`
+    "#]],
+    );
+}
