@@ -11,4 +11,6 @@ mod reals;
 mod rig;
 mod run;
 mod shifts;
+mod stage_series;
+mod stages;
 mod stalled_start;

@@ -32,8 +32,16 @@ pub fn stopped(main: &str) -> Plc {
 
 /// The engine of a whole ladder file, not started yet.
 pub fn of_ladder(ladder: &str) -> Plc {
+    retaining(ladder, &[])
+}
+
+/// The engine of a ladder file, not started yet; `programs`: those whose Stages are retained.
+pub fn retaining(ladder: &str, programs: &[&str]) -> Plc {
     let program = run::load(ladder);
-    let program = program.unwrap_or_else(|errors| panic!("{errors}"));
+    let mut program = program.unwrap_or_else(|errors| panic!("{errors}"));
+    for block in program.blocks.iter_mut().filter(|block| programs.contains(&&*block.name)) {
+        block.retains_stages = true;
+    }
     let (engine_program, symbols) = lower(&program);
     let engine = Engine::new(engine_program);
     let times = ScanTimes::default();

@@ -2,8 +2,8 @@
 //!
 //! Built once for a program by `lower`, from the memory sizes and the numbers of blocks and Stages.
 //! The public bits are followed by the program's own bits (histories, powers), the public words by
-//! its constants. The histories of SR are the last public bits: they have no address, but retentive
-//! memory reads them in the image.
+//! its constants. The histories of SR and the bits of Programs whose Stages are retained are the
+//! last public bits: they have no address, but retentive memory reads them in the image.
 
 use super::image::{BitCell, Image, WordCell};
 use super::record::RECORD;
@@ -120,6 +120,12 @@ impl Layout {
     /// The same layout with a history for each of `count` SRs.
     pub fn with_shifts(self, count: u32) -> Layout {
         Layout { bits: self.shifts + count, ..self }
+    }
+
+    /// The same layout with `count` bits of Programs whose Stages are retained, behind all others.
+    /// Call it last.
+    pub fn with_kept(self, count: u32) -> Layout {
+        Layout { bits: self.bits + count, ..self }
     }
 
     /// The cell of an SR's history.

@@ -9,6 +9,7 @@ use super::image::{BitCell, WordCell};
 use super::layout::{Cell, Layout};
 use super::ops::{FormulaStep, Math, OpKind, OpTables};
 use super::places::{Counter, CounterRule, Sensaphone, Timer, TimerRule};
+use super::resume_bits::ResumeBits;
 use super::role::WordBitWritten;
 use crate::isa::{BlockId, StageId};
 
@@ -148,6 +149,8 @@ pub struct EngineProgram {
     pub order: Vec<BlockId>,
     /// The subroutines, in file order.
     pub subroutines: Vec<BlockId>,
+    /// The Programs whose Stages are retained.
+    pub kept: Vec<ResumeBits>,
 }
 
 impl EngineProgram {

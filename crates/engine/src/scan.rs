@@ -77,6 +77,7 @@ impl Engine {
     }
 
     /// STOP → RUN, with memory unchanged: `Main`, autostart Programs and built-in Tasks start.
+    /// Programs whose Stages are retained go on where they were.
     pub fn start(&mut self, now_ns: u64) {
         self.start_ns = now_ns;
         self.scans = 0;
@@ -86,7 +87,9 @@ impl Engine {
         machine.events.clear();
         for at in 0..machine.program.order.len() {
             let id = machine.program.order[at];
-            let starts = match machine.program.block(id).role {
+            let role = machine.program.block(id).role;
+            let starts = match role {
+                BlockRole::Program { .. } if machine.restore_program(id) => false,
                 BlockRole::Program { autostart } => autostart,
                 BlockRole::Task | BlockRole::LastScan | BlockRole::Subroutine => false,
                 BlockRole::FirstScan | BlockRole::TopOfScan | BlockRole::BottomOfScan => true,
@@ -216,6 +219,7 @@ impl Engine {
             let id = self.machine.program.order[at];
             self.machine.turn::<R>(id, eye);
         }
+        self.machine.keep_stages();
         self.scans = self.scans.saturating_add(1);
         ScanEnd { last: self.last }
     }

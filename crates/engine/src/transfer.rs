@@ -353,6 +353,7 @@ impl Engine {
             if machine.is_running(*program) && !waits && loses && none_on {
                 machine.switch_stage(*initial, true);
             }
+            machine.restage_kept(*program, &old.machine, lost);
         }
     }
 

@@ -128,7 +128,10 @@ pub(super) fn judge(change: u64, root: &JudgedRoot, texts: &OpenTexts) -> Judgem
         Ok(loaded) => (loaded, None),
         Err(failure) => (Loaded::default(), Some(format!("{failure:#}"))),
     };
-    let retained = loaded.controller.as_ref().map_or(0, |controller| controller.retain.len());
+    let retained = loaded
+        .controller
+        .as_ref()
+        .map_or(0, |controller| controller.retain.len() + controller.retained_stages.len());
     let Loaded { files, findings, program, .. } = loaded;
     let (root, program) = (root.clone(), program.map(Arc::new));
     Judgement { change, root, files, findings, program, retained, failure }

@@ -163,7 +163,7 @@ fn of_ladder(object: &str, keys: &[&str]) -> Slot {
 fn of_controller(object: &str, keys: &[&str]) -> Slot {
     match (object, keys) {
         ("", ["ladder"]) => Slot::File,
-        ("", ["order"]) => Slot::Block,
+        ("", ["order"] | ["retain", "stages"]) => Slot::Block,
         ("", ["allow"]) => Slot::Allow,
         ("device", ["name"]) => Slot::Declares(DeclaredKind::Device),
         ("device.map", ["from" | "to"]) => Slot::Point,
@@ -184,6 +184,7 @@ fn of_test(object: &str, keys: &[&str]) -> Slot {
     match (object, keys) {
         ("", ["ladder" | "controller"]) => Slot::File,
         ("", ["always"]) => Slot::Condition,
+        ("", ["retain", "stages"]) => Slot::Block,
         ("", ["retain", _]) => Slot::Operand,
         ("scenario" | "random", ["name"]) => Slot::Declares(DeclaredKind::Test),
         ("scenario", ["steps"]) => Slot::Step,

@@ -96,13 +96,22 @@ fn drivers(program: &Program) -> HashMap<Bit, &Instruction> {
 /// service or from `RUNGD_SOCKET`, which are not in the file. If there is no socket at run time,
 /// the log reports that.
 fn cold_for_ever(written: &WrittenController, controller: &Controller) -> Option<Finding> {
-    let retains = controller.retain.iter().any(|range| Space::RETAINABLE.contains(&range.space));
+    let ranges = &controller.retain;
+    let retains = ranges.iter().any(|range| Space::RETAINABLE.contains(&range.space))
+        || !controller.retained_stages.is_empty();
     if controller.operator.enabled || controller.retention.runs_cold || !retains {
         return None;
     }
     let (place, range) = (
         written.operator.as_ref()?.span,
-        written.retain.ranges.iter().chain(&written.retain.tags).next()?.span,
+        written
+            .retain
+            .ranges
+            .iter()
+            .chain(&written.retain.tags)
+            .chain(&written.retain.stages)
+            .next()?
+            .span,
     );
     let message = "a start that finds nothing to restore waits in STOP for `rungd mode run`, and \
                    there is no socket for it";

@@ -18,6 +18,7 @@ pub(crate) mod realtime;
 pub mod record;
 mod resolver;
 pub mod retain;
+mod retain_stages;
 mod retain_tags;
 mod settings;
 mod simulated_device;
@@ -69,6 +70,8 @@ pub(crate) fn resolve_controller_within(
     let mut retain = resolver.ranges(&written.retain.ranges, &wanted);
     let tags = &written.retain.tags;
     retain.extend(retain_tags::resolve(tags, program, progress, &mut resolver.findings));
+    let stages = &written.retain.stages;
+    let retained_stages = retain_stages::resolve(stages, program, &mut resolver.findings);
     resolver.held_and_on(&outputs_hold, &outputs_on);
     let operator = written.operator.as_ref().map(|operator| operator.settings.clone());
     let controller = Controller {
@@ -78,6 +81,7 @@ pub(crate) fn resolve_controller_within(
         outputs_on,
         outputs_hold,
         retain,
+        retained_stages,
         retention: written.retain.retention.clone(),
         modbus: written
             .modbus_server

@@ -15,6 +15,8 @@ pub(crate) struct WrittenRetain {
     pub ranges: Vec<Text>,
     /// `tags`: names, with `*` for any part of a name.
     pub tags: Vec<Text>,
+    /// `stages`: names of Programs, with `*` for any part of a name.
+    pub stages: Vec<Text>,
     /// `file`, with its place.
     pub file: Option<Located<String>>,
     /// Everything but the memory itself.
@@ -81,7 +83,11 @@ fn read(mut table: Table<'_>, memory: Key) -> WrittenRetain {
     let default = Retention::default();
     let ranges = table.strings(key("ranges", "Data and structures: `CT8..CT15`, `D100..D199`."));
     let tags = table.strings(key("tags", "Tags: `shift`, `total_*`; `*` is any part of a name."));
-    keeps_nothing(&table, [ranges.as_ref(), tags.as_ref()]);
+    let stages = table.strings(key(
+        "stages",
+        "Programs whose Stages a restart keeps: `Batch`, `Flush*`; `*` is any part of a name.",
+    ));
+    keeps_nothing(&table, [ranges.as_ref(), tags.as_ref(), stages.as_ref()]);
     let interval =
         key("interval", "The shortest time between two writes of changes; 1s if not given.");
     let cold_start =
@@ -98,6 +104,7 @@ fn read(mut table: Table<'_>, memory: Key) -> WrittenRetain {
     WrittenRetain {
         ranges: ranges.map_or(Vec::new(), |texts| texts.value),
         tags: tags.map_or(Vec::new(), |texts| texts.value),
+        stages: stages.map_or(Vec::new(), |texts| texts.value),
         retention: Retention {
             file: file.as_ref().map(|file| file.value.clone()),
             interval_ms: interval_ms.unwrap_or(default.interval_ms),
@@ -110,11 +117,15 @@ fn read(mut table: Table<'_>, memory: Key) -> WrittenRetain {
 
 /// Warns about a table that names nothing to keep. A list with items that are not texts already has
 /// findings.
-fn keeps_nothing(table: &Table<'_>, lists: [Option<&Located<Vec<Text>>>; 2]) {
+fn keeps_nothing(table: &Table<'_>, lists: [Option<&Located<Vec<Text>>>; 3]) {
     let mut given = lists.into_iter().flatten();
     let Some(list) = given.next() else {
-        if !table.has("ranges") && !table.has("tags") {
-            nothing(table, table.span(), "without `ranges` and `tags` this keeps nothing");
+        if !["ranges", "tags", "stages"].iter().any(|list| table.has(list)) {
+            nothing(
+                table,
+                table.span(),
+                "without `ranges`, `tags` and `stages` this keeps nothing",
+            );
         }
         return;
     };

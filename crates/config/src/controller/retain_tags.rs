@@ -128,7 +128,7 @@ impl<'p> Tags<'p> {
 
     /// The indices of the tags whose names fit a pattern.
     fn fitting(&self, pattern: &str) -> Vec<usize> {
-        let pattern = TagPattern::of(pattern);
+        let pattern = NamePattern::of(pattern);
         let fits = |tag: &Tag| {
             pattern.fits(&tag.name) || (tag.of_array.is_some() && pattern.fits(tag.array_name()))
         };
@@ -181,10 +181,10 @@ fn not_retained(pattern: &Text, tag: &Tag) -> Finding {
 }
 
 /// A pattern: the texts between its `*`.
-struct TagPattern<'p>(Vec<&'p str>);
+pub(super) struct NamePattern<'p>(Vec<&'p str>);
 
-impl<'p> TagPattern<'p> {
-    fn of(text: &'p str) -> TagPattern<'p> {
+impl<'p> NamePattern<'p> {
+    pub fn of(text: &'p str) -> NamePattern<'p> {
         let mut pieces: Vec<&str> = text.split('*').collect();
         let (mut at, last) = (0, pieces.len() - 1);
         // Between two `*` beside each other there is nothing to find.
@@ -192,11 +192,11 @@ impl<'p> TagPattern<'p> {
             at += 1;
             at == 1 || at > last || !piece.is_empty()
         });
-        TagPattern(pieces)
+        NamePattern(pieces)
     }
 
     /// Whether a name matches it. The time is proportional to the length of the name.
-    fn fits(&self, name: &str) -> bool {
+    pub fn fits(&self, name: &str) -> bool {
         let Some((first, pieces)) = self.0.split_first() else { return false };
         let Some(name) = name.strip_prefix(*first) else { return false };
         let Some((last, pieces)) = pieces.split_last() else { return name.is_empty() };
@@ -214,7 +214,7 @@ mod tests {
     use super::*;
 
     fn fits(pattern: &str, name: &str) -> bool {
-        TagPattern::of(pattern).fits(name)
+        NamePattern::of(pattern).fits(name)
     }
 
     #[test]

@@ -6,6 +6,7 @@ use super::operator::Operator;
 use super::record::RecordSettings;
 use super::retain::Retention;
 use super::web::WebSettings;
+use rungd_engine::isa::BlockId;
 use rungd_io::modbus::settings::ModbusServerSettings;
 use rungd_io::plant::settings::InputRule;
 use rungd_language::resolve::range::Range;
@@ -26,7 +27,9 @@ pub struct Controller {
     pub outputs_hold: Vec<Range>,
     /// The ranges that survive a restart.
     pub retain: Vec<Range>,
-    /// The settings of the file that keeps these ranges.
+    /// The Programs whose Stages survive a restart, each once.
+    pub retained_stages: Vec<BlockId>,
+    /// The settings of the file that keeps both.
     pub retention: Retention,
     /// The Modbus server, if there is one.
     pub modbus: Option<ModbusServerSettings>,

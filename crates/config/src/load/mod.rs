@@ -30,7 +30,7 @@ pub use files::{identity, may_all_read, read_bytes};
 use crate::controller::written::WrittenController;
 use crate::controller::{self, Controller, resolve_controller_within};
 use rungd_base::progress::{LoadStep, Progress};
-use rungd_engine::isa::Address;
+use rungd_engine::isa::{Address, BlockId};
 use rungd_io::plant::settings::InputRule;
 use rungd_language::check::{CheckInputs, check_partial, check_whole, silence};
 use rungd_language::resolve::program::{Program, TagMeaning};
@@ -426,6 +426,9 @@ impl Loaded {
         }
         if let (Some(program), Some(controller)) = (&mut self.program, &self.controller) {
             mark_mapped(program, controller);
+            for BlockId(at) in &controller.retained_stages {
+                program.blocks[*at as usize].retains_stages = true;
+            }
         }
         if let Some(program) = &self.program {
             let retained = self.controller.as_ref().map_or(&[][..], |c| &c.retain);

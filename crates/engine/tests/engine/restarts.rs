@@ -2,7 +2,8 @@
 //! the state that starts again. Tests the engine alone; see `docs/semantics.md`, section 4, stop
 //! and start.
 
-use rungd_test_support::plc::{Plc, plc};
+use rungd_engine::EngineState;
+use rungd_test_support::plc::{Plc, plc, retaining};
 
 const MAIN: &str = r#"
 rung = [
@@ -133,4 +134,53 @@ fn forces_survive_a_stop_and_can_be_released_in_stop() {
     plc.release("CT1.Acc");
     plc.release("Y0");
     assert_eq!(plc.values(["Y0", "CT1.Acc", "$ForcesActive"]), [1, 7, 0], "in STOP too");
+}
+
+/// The same ladder, with the Stages of Auto retained, in Stage B.
+fn in_stage_b() -> Plc {
+    let mut plc = retaining(&format!("[[program]]\nname = \"Main\"\n{MAIN}\n"), &["Auto"]);
+    plc.engine.start(0);
+    plc.scan(&[("X3", 1)]);
+    plc.scan(&[("X3", 0)]);
+    assert_eq!(plc.values(["Auto.Running", "Auto.A", "Auto.B", "Y1"]), [1, 0, 1, 1]);
+    plc
+}
+
+#[test]
+fn retained_stages_go_on_after_a_fault() {
+    let mut plc = in_stage_b();
+    plc.engine.terminate();
+    assert_eq!(plc.values(["Auto.Running", "Auto.A", "Auto.B", "Y1"]), [0, 0, 0, 0]);
+    plc.engine.start(plc.now_ns);
+    assert_eq!(plc.values(["Auto.Running", "Auto.A", "Auto.B", "Y1"]), [1, 0, 1, 0]);
+    plc.scan(&[]);
+    assert_eq!(plc.values(["Auto.Running", "Auto.A", "Auto.B", "Y1"]), [1, 0, 1, 1]);
+}
+
+/// The last scan itself leaves the Stage: the image of the stop has the Stage that it entered.
+#[test]
+fn a_stage_that_the_last_scan_enters_is_kept() {
+    let mut plc = retaining(&format!("[[program]]\nname = \"Main\"\n{MAIN}\n"), &["Auto"]);
+    plc.engine.start(0);
+    plc.scan(&[]);
+    plc.engine.request_stop();
+    assert!(plc.scan(&[("X3", 1)]).last);
+    plc.engine.terminate();
+    plc.engine.start(plc.now_ns);
+    assert_eq!(plc.values(["Auto.Running", "Auto.A", "Auto.B"]), [1, 0, 1]);
+}
+
+#[test]
+fn a_state_with_retained_stages_is_read_back() {
+    let busy = in_stage_b();
+    let mut bytes = Vec::new();
+    EngineState::of(&busy.engine).write(&mut bytes);
+    let mut other = retaining(&format!("[[program]]\nname = \"Main\"\n{MAIN}\n"), &["Auto"]);
+    assert!(other.engine.resume(&EngineState::read(&bytes).expect("a state")));
+    other.engine.terminate();
+    other.engine.start(0);
+    assert_eq!(other.values(["Auto.Running", "Auto.A", "Auto.B"]), [1, 0, 1]);
+    // A program that retains no Stages has other cells.
+    let mut other = plc(MAIN);
+    assert!(!other.engine.resume(&EngineState::read(&bytes).expect("a state")));
 }

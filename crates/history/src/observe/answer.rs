@@ -247,6 +247,8 @@ pub enum Cause {
     /// RUN or the last scan began: the controller started or stopped the blocks that run by
     /// themselves.
     Controller,
+    /// RUN began, and the controller turned a Stage ON again that is retained, or a Program.
+    Resumed,
     /// The value at the start of the process, after a cold start.
     Initial,
     /// The value at the start of the process, restored.

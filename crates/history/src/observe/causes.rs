@@ -118,7 +118,7 @@ impl Inquiry<'_> {
         let cause = match writer {
             FoundWriter::Step(found) => self.step(&found, at, depth),
             FoundWriter::Turn(block) => self.turn(cell, block, at, depth),
-            FoundWriter::Call => self.call(at),
+            FoundWriter::Call => self.call(cell, at),
             FoundWriter::End(end, section) => {
                 since = Since::Before(self.replay.start_of(section));
                 let searched_section =
@@ -233,7 +233,7 @@ impl Inquiry<'_> {
     }
 
     /// The cause of a write by the call of an entry.
-    fn call(&mut self, at: TapeMoment) -> Cause {
+    fn call(&mut self, cell: Cell, at: TapeMoment) -> Cause {
         let Some(section) = self.replay.section(at.section) else { return Cause::Controller };
         match section.entries.get(at.entry) {
             Some(TapeEntry::Call(EngineCall::Write(..))) => {
@@ -248,6 +248,9 @@ impl Inquiry<'_> {
             }
             Some(TapeEntry::Call(EngineCall::Force(..))) => {
                 Cause::Force { who: past::origin(&section, at.entry).1 }
+            }
+            Some(TapeEntry::Call(EngineCall::Start { .. })) if self.is_resumed(cell) => {
+                Cause::Resumed
             }
             Some(
                 TapeEntry::Call(
@@ -266,6 +269,18 @@ impl Inquiry<'_> {
                 | TapeEntry::Lost { .. },
             )
             | None => Cause::Controller,
+        }
+    }
+
+    /// Whether only retained Stages can turn a bit ON at the change to RUN.
+    fn is_resumed(&self, cell: Cell) -> bool {
+        match self.subject.address(cell) {
+            Some(Address::Bit(Bit::Stage(_))) => true,
+            Some(Address::Bit(Bit::Running(BlockId(at)))) => {
+                let block = &self.subject.program.blocks[at as usize];
+                block.retains_stages && !block.autostart
+            }
+            Some(Address::Bit(_) | Address::Word(_) | Address::Structure(_)) | None => false,
         }
     }
 

@@ -62,6 +62,7 @@ fn collect<'n>(node: &'n mut Node, depth: u32, is_ended: bool, into: &mut Vec<En
         | Cause::Outside { .. }
         | Cause::Status
         | Cause::Controller
+        | Cause::Resumed
         | Cause::Initial
         | Cause::Restored
         | Cause::Older(_) => {}

@@ -144,6 +144,7 @@ fn cause(write_cause: &Cause) -> Value {
         }
         Cause::Status => json!({ "kind": "status" }),
         Cause::Controller => json!({ "kind": "controller" }),
+        Cause::Resumed => json!({ "kind": "resumed" }),
         Cause::Initial => json!({ "kind": "initial" }),
         Cause::Restored => json!({ "kind": "restored" }),
         Cause::Older(end) => json!({ "kind": "older", "end": end }),

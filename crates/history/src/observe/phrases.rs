@@ -77,6 +77,7 @@ impl PhraseWriter {
             },
             Cause::Status => "the controller writes it at the start of every scan".to_owned(),
             Cause::Controller => format!("the controller {did}"),
+            Cause::Resumed => format!("the start {did}: it is retained by `[retain] stages`"),
             Cause::Initial | Cause::Restored | Cause::Older(_) => {
                 let then = if written.past { "until then " } else { "" };
                 let what = if write.cause == Cause::Initial {

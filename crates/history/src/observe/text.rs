@@ -263,6 +263,7 @@ impl IndentedLines {
             | Cause::Outside { .. }
             | Cause::Status
             | Cause::Controller
+            | Cause::Resumed
             | Cause::Initial
             | Cause::Restored
             | Cause::Older(_) => {}

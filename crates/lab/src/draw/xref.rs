@@ -98,7 +98,7 @@ impl<'a> CrossReferenceIndex<'a> {
         let (mut outside, mut kept) = (Vec::new(), false);
         if let Some(controller) = self.controller {
             outside = controller_uses::of(controller, &wanted.addresses, self.subject);
-            kept = controller_uses::is_retained(controller, &wanted.addresses);
+            kept = controller_uses::is_retained(controller, &wanted.addresses, self.program());
         }
         CrossReference {
             name: wanted.name.clone(),

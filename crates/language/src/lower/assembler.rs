@@ -20,8 +20,8 @@ pub use rungd_engine::ops::{
     StageList, reads,
 };
 pub use rungd_engine::{
-    self as engine, Batch, BitCell, BlockCode, Cell, ElementCode, Layout, PassStep, Tables,
-    WordCell,
+    self as engine, Batch, BitCell, BlockCode, Cell, ElementCode, Layout, PassStep, ResumeBits,
+    Tables, WordCell,
 };
 
 /// The first status bit, ST0.
@@ -73,6 +73,7 @@ impl<'p> Assembler<'p> {
         let is_shift = |(_, one): &(_, &Instruction)| one.mnemonic == Mnemonic::Sr;
         let shifts = program.instructions().filter(is_shift).count() as u32;
         let layout = Layout::new(&program.sizes, blocks, stages).with_shifts(shifts);
+        let (kept, layout) = kept_programs(program, layout);
         let mut assembler = Assembler {
             bits: layout.bit_count(),
             words: layout.word_count(),
@@ -89,7 +90,7 @@ impl<'p> Assembler<'p> {
             constants: NumberMap::default(),
             initial_bits: Vec::new(),
             initial_words: Vec::new(),
-            identity: Identity::new(program),
+            identity: Identity { kept, ..Identity::new(program) },
             site: LoweringSite::default(),
             terminations_from: 0,
             has_arrays: false,
@@ -363,6 +364,7 @@ impl<'p> Assembler<'p> {
             stages,
             order,
             subroutines,
+            kept: Vec::new(),
         }
     }
 }
@@ -370,4 +372,15 @@ impl<'p> Assembler<'p> {
 /// The subroutines, numbered in file order.
 fn subroutine_numbers(program: &Program) -> NumberMap<BlockId, u32> {
     program.subroutines().map(|block| block.id).zip(0..).collect()
+}
+
+/// The Programs whose Stages are retained, and the layout with their bits.
+fn kept_programs(program: &Program, layout: Layout) -> (Vec<ResumeBits>, Layout) {
+    let (mut kept, mut count) = (Vec::new(), 0);
+    for block in program.blocks.iter().filter(|block| block.retains_stages) {
+        let stages = block.stages.len() as u32;
+        kept.push(ResumeBits { program: block.id, first: layout.bit_count() + count, stages });
+        count += ResumeBits::bits(stages);
+    }
+    (kept, layout.with_kept(count))
 }

@@ -3,7 +3,8 @@
 //!
 //! `lower` collects it and stores it in `Symbols`. A reload compares the identities of the old and
 //! the new program. The names do not contain cell numbers, because cell numbers can change with
-//! each lowering. Retentive memory uses only the shift registers.
+//! each lowering. Retentive memory uses only the shift registers
+//! and the Programs whose Stages are retained.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -13,7 +14,7 @@ use crate::resolve::name_book::NameBook;
 use crate::resolve::program::{Instruction, Program, TagMeaning, Value};
 use crate::source::span::Span;
 use rungd_engine::isa::{Address, Bit, BlockId, ElementId, Mnemonic, Structure};
-use rungd_engine::{BitCell, WordCell};
+use rungd_engine::{BitCell, ResumeBits, WordCell};
 
 /// Everything in a program that keeps a state from scan to scan.
 #[derive(Clone, Debug, Default)]
@@ -31,6 +32,8 @@ pub struct Identity {
     pub returns: Vec<ReturnTime>,
     /// The subroutines that a CALL can reach from a Program or Task.
     pub called_subroutines: BTreeSet<BlockId>,
+    /// The Programs whose Stages are retained, in file order.
+    pub kept: Vec<ResumeBits>,
     /// Rungs, in file order.
     pub rungs: Vec<RungText>,
     /// Bits that instructions write.

@@ -107,12 +107,14 @@ fn lower_noting(
     }
     let order = turns(program);
     let identity = std::mem::take(&mut assembler.identity);
+    let kept = identity.kept.clone();
     let places = alarm_order::places(program, &order);
     let mut symbols = Symbols::new(program, assembler.layout.clone(), identity, &places);
     symbols.maths = std::mem::take(&mut assembler.maths);
     let sites = assembler.sites.take();
     let subroutines = program.subroutines().map(|block| block.id).collect();
-    Some((assembler.finish(blocks, stages, order, subroutines), symbols, sites))
+    let code = assembler.finish(blocks, stages, order, subroutines);
+    Some((engine::EngineProgram { kept, ..code }, symbols, sites))
 }
 
 fn role(block: &Block) -> BlockRole {

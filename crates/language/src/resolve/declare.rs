@@ -192,6 +192,7 @@ impl Resolver<'_> {
             span: block.name.as_ref().map_or(block.span, |name| name.span),
             kind,
             autostart: self.autostart(block, name),
+            retains_stages: false,
             rungs: Vec::new(),
             stages,
         });

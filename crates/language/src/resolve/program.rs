@@ -78,6 +78,8 @@ pub struct Block {
     pub kind: BlockKind,
     /// Whether it runs from the first scan on (`Main`, or `autostart = true`).
     pub autostart: bool,
+    /// Whether a restart keeps its Stages: `[retain] stages` names it.
+    pub retains_stages: bool,
     /// Its own rungs.
     pub rungs: Vec<Rung>,
     /// Its stages; the first is the initial one. Empty in a Task.

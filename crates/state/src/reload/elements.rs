@@ -11,8 +11,8 @@ use super::plan::{
 use super::report::preset;
 use rungd_engine::isa::{Address, Bit, BitSpace, BlockId, ElementId, StageId};
 pub use rungd_engine::{BitCell, BlockRole, Cell, ElementCode, KeptCells, PassStep, StageRestart};
-use rungd_language::lower::identity::Interval;
-use rungd_language::resolve::name_book::BlockName;
+use rungd_language::lower::identity::{Identity, Interval};
+use rungd_language::resolve::name_book::{BlockName, StageName};
 use rungd_language::resolve::program::BlockKind;
 pub use rungd_language::resolve::program::Value;
 
@@ -87,6 +87,7 @@ pub(super) fn blocks(
     subroutines(plan, OldAndNew { old, new });
     new_blocks(plan, names, new);
     stages(plan, names, old, new);
+    kept_stages(plan, names);
     intervals(plan, names);
 }
 
@@ -193,6 +194,30 @@ fn restart_stages(
         let start = InitialStageStart { running, kept: cells(&kept), lost: cells(&lost), had_none };
         plan.starts.insert(block.new, (initial, start));
         plan.transfer.restages.push(StageRestart { program: block.new, initial, lost, had_none });
+    }
+}
+
+/// Transfers what the next start restores of Programs whose Stages are retained.
+fn kept_stages(plan: &mut ReloadPlan, names: &ElementPairs<'_>) {
+    let first = |identity: &Identity, program| {
+        let own = |stage: &&StageName| stage.block == program;
+        identity.names.stages.iter().take_while(|stage| !own(stage)).count() as u32
+    };
+    for before in &names.old.kept {
+        let to = names.block(before.program);
+        let Some(now) = names.new.kept.iter().find(|now| Some(now.program) == to) else { continue };
+        let mut keep = |from: BitCell, to: BitCell| {
+            plan.transfer.bits.push(KeptCells { from: from.0, to: to.0, count: 1 });
+        };
+        keep(before.holds(), now.holds());
+        keep(before.running(), now.running());
+        keep(before.begins(), now.begins());
+        let firsts = [first(names.old, before.program), first(names.new, now.program)];
+        for n in 0..before.stages {
+            if let Some(StageId(stage)) = names.stage(StageId(firsts[0] + n)) {
+                keep(before.stage(n), now.stage(stage - firsts[1]));
+            }
+        }
     }
 }
 

@@ -6,6 +6,7 @@
 
 use std::collections::{HashMap, HashSet};
 
+use super::stages::{self, RetainedProgram};
 use rungd_base::byte_source::ByteSource;
 use rungd_engine::isa::{Address, BitSpace, Real, Space, WordSpace};
 
@@ -107,6 +108,8 @@ pub struct RetainedContent {
     pub clocks: HashSet<ElementText>,
     /// The elements that the program of this image terminates at a stop.
     pub terminated: HashSet<RetainedElement>,
+    /// The Programs whose Stages are retained.
+    pub programs: Vec<RetainedProgram>,
 }
 
 /// The type of a value. An element takes only a value of its own type.
@@ -297,7 +300,8 @@ pub fn read(bytes: &[u8]) -> Option<RetainedContent> {
             elements.push((element, reader.value(run.space)?));
         }
     }
-    let content = RetainedContent { elements, tags, placed, owners, clocks, terminated };
+    let programs = stages::read(&mut reader)?;
+    let content = RetainedContent { elements, tags, placed, owners, clocks, terminated, programs };
     reader.0.is_empty().then_some(content)
 }
 

@@ -20,8 +20,10 @@ pub mod keeper;
 mod limits;
 mod owners;
 pub mod plan;
+mod restoration;
 pub mod show;
 pub mod slots;
+mod stages;
 
 pub use device::Storage;
 pub use keeper::Keeper;

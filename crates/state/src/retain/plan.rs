@@ -16,6 +16,8 @@ use super::content::{
 };
 use super::limits::RetainedLimits;
 use super::owners::{RetainedShifts, SensaphonePreset, owners, preset, terminated};
+pub use super::restoration::{DroppedElement, Restoration};
+use super::stages::RetainedStages;
 use rungd_engine::isa::{Address, Space, Structure, Word, WordSpace, status};
 use rungd_engine::{BitCell, Cell, Layout, WordCell};
 use rungd_language::lower::Symbols;
@@ -33,6 +35,7 @@ pub struct RetainPlan {
     placed: HashSet<RetainedElement>,
     owners: HashMap<RetainedElement, String>,
     shifts: RetainedShifts,
+    stages: RetainedStages,
     preamble: Preamble,
     /// Whether the program names `$DownSeconds`.
     names_down_seconds: bool,
@@ -41,34 +44,6 @@ pub struct RetainPlan {
 /// The greatest age of an image whose content does not change, if the program names
 /// `$DownSeconds`. The images in between are not written, to spare the disk.
 const AGE_MAX_MS: u64 = 60_000;
-
-/// The effect of restoring an image.
-#[derive(Clone, Debug, Default)]
-pub struct Restoration {
-    /// Cells and their restored values.
-    pub puts: Vec<(Cell, i32)>,
-    /// The number of restored elements.
-    pub restored: usize,
-    /// The elements that were not restored, with the reasons: tags one by one, addresses in runs.
-    pub dropped: Vec<DroppedElement>,
-    /// Remarks on restored values that the author may not expect.
-    pub notes: Vec<String>,
-    /// The number of elements that are set to OFF or 0. The image was taken in RUN, and its program
-    /// terminates these elements at a stop.
-    pub terminated: usize,
-    /// The number of retained elements without a usable value in the image: they are as after a
-    /// cold start.
-    pub fresh: usize,
-}
-
-/// An element of the image that was not restored.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct DroppedElement {
-    /// A tag with its address, or a run of addresses.
-    pub what: String,
-    /// The reason.
-    pub why: String,
-}
 
 impl RetainPlan {
     /// The plan for the retained ranges of a program.
@@ -109,12 +84,14 @@ impl RetainPlan {
             placed,
             owners,
             shifts,
+            stages: RetainedStages::new(&symbols.identity),
             preamble,
             names_down_seconds,
         }
     }
 
-    /// The retained ranges in order, then the tags without an address: `C0..C7 D100 shift`.
+    /// The retained ranges in order, then the tags without an address, then the Programs: `C0..C7
+    /// D100 shift`.
     pub fn ranges(&self) -> String {
         let mut ranges: Vec<(Space, u32, u32)> = Vec::new();
         let elements = self.runs.iter().flat_map(|run| {
@@ -134,23 +111,23 @@ impl RetainPlan {
         let tags = self.tags.iter().filter(|tag| self.placed.contains(&tag.element));
         let mut tags: Vec<String> = tags.map(|tag| tag.text.clone()).collect();
         tags.sort_unstable();
-        said.chain(tags).collect::<Vec<_>>().join(" ")
+        said.chain(tags).chain(self.stages.names()).collect::<Vec<_>>().join(" ")
     }
 
-    /// The number of retained elements.
+    /// The number of retained elements; a Program with its Stages counts as one.
     pub fn elements(&self) -> usize {
-        self.runs.iter().map(|run| run.count as usize).sum()
+        self.runs.iter().map(|run| run.count as usize).sum::<usize>() + self.stages.count()
     }
 
     /// Whether nothing is retained.
     pub fn is_empty(&self) -> bool {
-        self.runs.is_empty()
+        self.runs.is_empty() && self.stages.count() == 0
     }
 
     /// The number of bytes of a content.
     pub fn content_bytes(&self) -> usize {
         let values = self.runs.iter().map(|run| value_bytes(run.space) * run.count as usize);
-        self.preamble.len() + values.sum::<usize>()
+        self.preamble.len() + values.sum::<usize>() + self.stages.bytes()
     }
 
     /// Whether an image is due although its content is the durable one, because the scan of that
@@ -181,6 +158,7 @@ impl RetainPlan {
                 }
             }
         }
+        self.stages.gather(bits, into);
     }
 
     fn gather_structure(&self, at: Structure, bits: &[u8], words: &[i32], into: &mut Vec<u8>) {
@@ -244,6 +222,7 @@ impl RetainPlan {
             }
         }
         restoration.dropped.splice(0..0, dropped_lines(&drops, &then));
+        self.stages.restore(&found.programs, &mut restoration);
         restoration
     }
 

@@ -9,6 +9,7 @@ use super::content::{self, RetainedContent, RetainedElement, RetainedValue, addr
 use super::device::Storage;
 use super::format::{BadSlot, FLAG_FINAL, ImageStamp};
 use super::slots::{UnusableReason, survey};
+use super::stages::RetainedProgram;
 use rungd_base::calendar::Utc;
 use rungd_engine::isa::Space;
 use rungd_language::resolve::places::type_of;
@@ -81,6 +82,15 @@ fn values(text: &mut String, content: &RetainedContent) {
         };
         let line = format!("  {at:8} {:24} {held:28} {owner}", names.unwrap_or_default());
         let _ = writeln!(text, "{}", line.trim_end());
+    }
+    for RetainedProgram { name, runs, begins, on } in &content.programs {
+        let held = match (runs, begins) {
+            (false, _) => "does not run".to_owned(),
+            (true, true) => "runs, its first turn is due".to_owned(),
+            (true, false) if on.is_empty() => "runs, no Stage is ON".to_owned(),
+            (true, false) => format!("runs, ON: {}", on.join(" ")),
+        };
+        let _ = writeln!(text, "  Stages   {name:24} {held}");
     }
     if zeros > 0 {
         let _ = writeln!(text, "  and {zeros} elements without a tag that are 0 or OFF");

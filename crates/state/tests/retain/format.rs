@@ -13,7 +13,7 @@ use rungd_state::retain::slots::{Slots, survey};
 
 /// A hand-made content in the page's format: D3; the tag `level` in D4, which has no address; C5 of
 /// an OUT; CT0 of a UDCG; R7; an SR from C5 on, whose CLK was ON; and a second SR, whose CLK was
-/// OFF.
+/// OFF; the Program Batch, which runs in two of its Stages, and one without an entry.
 fn content() -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut put = |numbers: &[u32]| numbers.iter().for_each(|n| bytes.extend(n.to_le_bytes()));
@@ -35,7 +35,25 @@ fn content() -> Vec<u8> {
     bytes.extend(7_i32.to_le_bytes());
     bytes.extend([0, 0, 0, 0, 1, 0, 0, 0]);
     bytes.extend((-2.5_f32).to_le_bytes());
+    bytes.extend(2_u32.to_le_bytes());
+    put_program(&mut bytes, 3, "Batch", &[(0, "Idle"), (1, "Drain"), (1, "Flush")]);
+    put_program(&mut bytes, 2, "Later", &[]);
     bytes
+}
+
+/// The bytes behind the values: a count, two Programs, three Stages.
+const PROGRAM_BYTES: usize = 4 + 16 + 8 + 12 + 12 + 16;
+
+/// Appends a Program with its flags, and its Stages with theirs.
+fn put_program(bytes: &mut Vec<u8>, flags: u32, name: &str, stages: &[(u32, &str)]) {
+    let mut put = |flags: u32, name: &str, count: Option<u32>| {
+        bytes.extend((flags | (name.len() as u32) << 16).to_le_bytes());
+        bytes.extend(name.as_bytes());
+        bytes.extend(&[0; 3][..name.len().next_multiple_of(4) - name.len()]);
+        bytes.extend(count.iter().flat_map(|count| count.to_le_bytes()));
+    };
+    put(flags, name, Some(stages.len() as u32));
+    stages.iter().for_each(|(flags, name)| put(*flags, name, None));
 }
 
 /// Runs the reader of the page on a file; `None` if Python is not installed.
@@ -85,6 +103,14 @@ fn the_reader_of_the_page_reads_a_file_of_rungd() {
         read.clocks.into_iter().collect::<Vec<_>>(),
         [ElementText { text: "SR in Main".to_owned(), element: c5 }]
     );
+    let [batch] = &read.programs[..] else { panic!("{:?}", read.programs) };
+    assert_eq!((batch.name.as_str(), batch.runs, batch.begins), ("Batch", true, false));
+    assert_eq!(batch.on, ["Drain", "Flush"]);
+    for cut in 1..content.len() {
+        let read = rungd_state::retain::content::read(&content[..content.len() - cut]);
+        // An image without Stages ends with the values.
+        assert_eq!(read.is_some(), cut == PROGRAM_BYTES, "{cut}");
+    }
     let geometry = Geometry::for_content(content.len(), 77);
     let disk = disk::Handle::new(512, geometry.file_bytes() as usize);
     let mut slots = Slots::format(disk.clone(), geometry).unwrap();
@@ -102,7 +128,7 @@ fn the_reader_of_the_page_reads_a_file_of_rungd() {
     assert_eq!(
         String::from_utf8_lossy(&output.stdout),
         "image 5 of scan 40\nD3 -2\nlevel 400\nC5 1 OFF or reset at a stop\nCT0 7 0 0 0 0 1 0 0 0\n\
-         R7 -2.5\nSR in Main: CLK was ON, first bit C5\n"
+         R7 -2.5\nStages Batch runs Drain Flush\nSR in Main: CLK was ON, first bit C5\n"
     );
 }
 

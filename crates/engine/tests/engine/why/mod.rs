@@ -72,6 +72,7 @@ fn kind(cause: &Cause) -> &'static str {
         Cause::Outside { .. } => "outside",
         Cause::Status => "status",
         Cause::Controller => "controller",
+        Cause::Resumed => "resumed",
         Cause::Initial => "initial",
         Cause::Restored => "restored",
         Cause::Older(_) => "older",

@@ -94,7 +94,7 @@ fn is_by(bench: &Bench, trace: &Trace, by: &By, cause: &Cause) -> bool {
         }
         (By::Write, Cause::Outside { .. })
         | (By::Force, Cause::Force { .. })
-        | (By::Controller, Cause::Controller) => true,
+        | (By::Controller, Cause::Controller | Cause::Resumed) => true,
         _ => false,
     }
 }

@@ -6,6 +6,7 @@ use rungd_config::controller::Controller;
 use rungd_engine::isa::{Address, Bit, BitSpace};
 use rungd_history::observe::Subject;
 use rungd_io::modbus::places::ModbusPlace;
+use rungd_language::resolve::program::Program;
 use rungd_language::source::span::Span;
 
 /// The parts of a controller file that touch one of these addresses.
@@ -50,8 +51,19 @@ pub(super) fn of(
 }
 
 /// Whether retentive memory keeps one of the addresses.
-pub(super) fn is_retained(controller: &Controller, addresses: &[Address]) -> bool {
+pub(super) fn is_retained(
+    controller: &Controller,
+    addresses: &[Address],
+    program: &Program,
+) -> bool {
+    let is_kept = |id| controller.retained_stages.contains(&id);
+    let of_block = |at: &Address| match at {
+        Address::Bit(Bit::Stage(stage)) => is_kept(program.stages[stage.0 as usize].0),
+        Address::Bit(Bit::Running(block)) => is_kept(*block),
+        Address::Bit(_) | Address::Word(_) | Address::Structure(_) => false,
+    };
     controller.retain.iter().any(|range| addresses.iter().any(|at| range.holds_member(*at)))
+        || addresses.iter().any(of_block)
 }
 
 fn modbus_text(place: &ModbusPlace) -> String {
