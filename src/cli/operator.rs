@@ -23,6 +23,7 @@ use rungd_client::operator::protocol::{
 use rungd_client::operator::search::{self, running_instead};
 use rungd_client::operator::search_failure::SearchFailure;
 use rungd_client::operator::{SOCKET_VARIABLE, socket_of_environment};
+use rungd_language::resolve::value_texts::with_text;
 
 /// The socket of the controller, and the form of its printed answer.
 #[derive(Args, Clone, Debug)]
@@ -152,9 +153,9 @@ pub(super) fn change_line(change: &ChangedOperand, did: &str) -> String {
     format!(
         "{}: {did}{}{}, was {}{}\n",
         one_line(&change.now.to_string()),
-        change.now.value,
+        one_line(&change.now.say_value()),
         forced(change.now.forced),
-        change.before,
+        one_line(&with_text(change.before, change.before_text.as_deref())),
         forced(change.was_forced)
     )
 }

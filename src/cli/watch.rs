@@ -17,6 +17,7 @@ use super::read::table;
 use super::terminal::{self, one_line, plain};
 use rungd_client::operator::protocol::{OperandValues, Request, ShownValue};
 use rungd_engine::isa::duration::{self, not_a_duration};
+use rungd_language::resolve::value_texts::with_text;
 
 const INTERVAL_LEAST: Duration = Duration::from_millis(50);
 
@@ -88,7 +89,10 @@ fn line(values: &OperandValues) -> String {
         let (forced, driven) = (forced(value), value.driven_text(","));
         let driven = driven.replace("output not known, last", "output=unknown,last");
         let driven = driven.replace("not known", "unknown");
-        let held = value.value_text().replace(' ', "");
+        let unit = value.unit.as_deref().unwrap_or_default().replace(' ', "");
+        let text = value.text.as_deref().map(|text| text.replace(' ', "_"));
+        let held = with_text(format_args!("{}{unit}", value.value), text.as_deref());
+        let held = held.replace(' ', "");
         format!(" {}={held}{forced}{}", name(value), driven.replace(' ', "="))
     });
     format!("{} scan={}{}\n", values.mode, values.scans, shown.collect::<String>())
@@ -140,6 +144,7 @@ mod tests {
             address: address.into(),
             value,
             unit: None,
+            text: None,
             forced,
             driven: None,
             unknown: None,

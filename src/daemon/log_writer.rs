@@ -17,6 +17,7 @@ use rungd_base::duration_text::duration_text;
 use rungd_engine::isa::Real;
 use rungd_engine::{MathEvent, Mishap};
 use rungd_io::device::DeviceHealth;
+use rungd_language::resolve::value_texts::{ValueTexts, with_text};
 use rungd_runtime::events::limit::WithheldLines;
 use rungd_runtime::exchange::{FaultReason, Mode, Snapshot, StopReason};
 use rungd_runtime::say::say;
@@ -165,8 +166,14 @@ impl LogWriter {
             (Some(text), false) => {
                 say!(ALARM_OFF, %tag, scan, lasted_ms, "alarm OFF after {was}: {text}");
             }
-            (None, true) => say!(TAG_ON, %tag, scan, "{tag} is ON"),
-            (None, false) => say!(TAG_OFF, %tag, scan, lasted_ms, "{tag} is OFF"),
+            (None, true) => {
+                let state = with_text("ON", text_of(news.texts.as_deref(), 1));
+                say!(TAG_ON, %tag, scan, "{tag} is {state}");
+            }
+            (None, false) => {
+                let state = with_text("OFF", text_of(news.texts.as_deref(), 0));
+                say!(TAG_OFF, %tag, scan, lasted_ms, "{tag} is {state}");
+            }
         }
     }
 
@@ -352,12 +359,16 @@ impl Observer for LogWriter {
             }
             RecordEvent::Bit { watch, on, after_ns } => self.bit(watch, on, after_ns, record),
             RecordEvent::Word { watch, from, to } => {
-                let Some(WordNews { tag, real }) = self.narration.word(watch) else { return };
+                let Some(WordNews { tag, real, texts }) = self.narration.word(watch) else {
+                    return;
+                };
                 if *real {
                     let [from, to] = [from, to].map(Real::of_cell);
                     say!(TAG_VALUE, %tag, scan, %from, %to, "{tag} is {to}, was {from}");
                 } else {
-                    say!(TAG_VALUE, %tag, scan, from, to, "{tag} is {to}, was {from}");
+                    let said = |value| with_text(value, text_of(texts.as_deref(), value));
+                    let (was, is) = (said(from), said(to));
+                    say!(TAG_VALUE, %tag, scan, from, to, "{tag} is {is}, was {was}");
                 }
             }
             RecordEvent::Overruns { count, skipped, scan_ns_max, late_ns_max } => {
@@ -407,6 +418,11 @@ impl Observer for LogWriter {
 }
 
 /// Logs the number of alarm lines that the allowance withheld.
+/// The text of a value, if its tag gives one.
+fn text_of(texts: Option<&ValueTexts>, value: i32) -> Option<&str> {
+    texts?.text(value)
+}
+
 fn tell_withheld(told: Option<WithheldLines>) {
     if let Some(WithheldLines { lines, lasted_ns }) = told {
         let (withheld, over) = ("alarm-on", duration_text(lasted_ns));

@@ -12,6 +12,7 @@ use rungd_engine::{BlockEvent, Cell, Element};
 use rungd_language::lower::{Alarm, Symbols};
 use rungd_language::resolve::name_book::{BlockName, NameBook};
 use rungd_language::resolve::program::{Block, Program};
+use rungd_language::resolve::value_texts::ValueTexts;
 use rungd_language::source::wording::is_obeyed;
 use rungd_runtime::WatchedCells;
 use rungd_runtime::events::{self, Event};
@@ -62,6 +63,8 @@ pub(super) struct BitNews {
     pub tag: String,
     /// The alarm's text; `None` for `log = "change"`.
     pub alarm: Option<String>,
+    /// The texts of its values.
+    pub texts: Option<Arc<ValueTexts>>,
 }
 
 /// As [`COLD_BY_HAND`], for a controller that was started with `--stopped`.
@@ -187,6 +190,8 @@ pub struct WordNews {
     pub tag: String,
     /// Whether the word contains a real.
     pub real: bool,
+    /// The texts of its values.
+    pub texts: Option<Arc<ValueTexts>>,
 }
 
 impl Narration {
@@ -208,17 +213,20 @@ impl Narration {
         };
         for alarm in &symbols.alarms {
             let text = Some(one_line(&alarm.text));
-            watch(&mut watched, alarm.bit, BitNews { tag: alarm.tag.clone(), alarm: text });
+            let news = BitNews { tag: alarm.tag.clone(), alarm: text, texts: None };
+            watch(&mut watched, alarm.bit, news);
         }
         for logged in &symbols.logged {
             let tag = logged.tag.clone();
+            let address = symbols.layout.address(logged.cell);
+            let texts = address.and_then(|address| symbols.names.texts(address)).cloned();
             match logged.cell {
                 Cell::Bit(_) | Cell::WordBit(_) => {
-                    watch(&mut watched, logged.cell, BitNews { tag, alarm: None });
+                    watch(&mut watched, logged.cell, BitNews { tag, alarm: None, texts });
                 }
                 Cell::Word(cell) => {
                     watched.words.push(cell);
-                    words.push(WordNews { tag, real: symbols.layout.is_real(cell) });
+                    words.push(WordNews { tag, real: symbols.layout.is_real(cell), texts });
                 }
             }
         }

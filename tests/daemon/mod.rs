@@ -29,4 +29,5 @@ mod restart_guard;
 mod run_controller;
 mod run_listeners;
 mod time_of_day;
+mod value_texts;
 mod watchdog_fault;

@@ -153,9 +153,10 @@ fn an_unknown_key_is_refused_in_every_table() {
         let (value, kind) = (read(path), kind(path));
         let mut places = Vec::new();
         tables(&value, "", &mut places);
-        for place in places {
+        // The keys of `texts` are limited by a pattern, which only the other validator checks.
+        for place in places.iter().filter(|place| !place.ends_with("/texts")) {
             let mut wrong = value.clone();
-            let table = wrong.pointer_mut(&place).and_then(Value::as_object_mut).expect("a table");
+            let table = wrong.pointer_mut(place).and_then(Value::as_object_mut).expect("a table");
             table.insert("preset".to_owned(), Value::from("2s"));
             let found = findings(kind, &wrong);
             assert!(!found.is_empty(), "{}: `preset` in {place}", path.display());

@@ -65,6 +65,7 @@ fn by_keyword(root: &Value, rule: SchemaRule, value: &Value, path: &str) -> Vec<
         "minimum" => value.as_i64().is_none_or(|n| n >= number(rule)),
         "maximum" => value.as_i64().is_none_or(|n| n <= number(rule)),
         "minLength" => length().is_none_or(|n| n >= number(rule)),
+        "maxLength" => length().is_none_or(|n| n <= number(rule)),
         "minItems" => value.as_array().is_none_or(|items| items.len() as i64 >= number(rule)),
         "minProperties" => value.as_object().is_none_or(|o| o.len() as i64 >= number(rule)),
         "required" => array(rule).iter().all(|key| value.get(key.as_str().unwrap()).is_some()),

@@ -15,6 +15,7 @@ use super::workspace::Workspace;
 pub use rungd_client::operator::protocol::BitOrNumber;
 use rungd_config::controller::OutputState;
 use rungd_lab::testing::time_text;
+use rungd_language::resolve::value_texts::with_text;
 
 /// The maximum number of values after one text.
 const SHOWN_MAX: usize = 4;
@@ -82,10 +83,10 @@ fn label(
     (!shown.is_empty()).then(|| shown.join(", "))
 }
 
-fn hint_text(word: &NamedWord, value: LiveValue) -> String {
+fn hint_text(word: &NamedWord, value: &LiveValue) -> String {
     let held = value.held();
     let value = match value.output {
-        OutputState::AsMemory => held_text(word, held),
+        OutputState::AsMemory => with_text(held_text(word, held), value.text.as_deref()),
         OutputState::Safe(_) => format!("{held}, safe value"),
         OutputState::Unknown(None) => "not known".to_owned(),
         OutputState::Unknown(Some(last)) => format!("not known, last {}", BitOrNumber::Bit(last)),

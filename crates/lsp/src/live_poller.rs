@@ -73,10 +73,12 @@ pub(super) struct LiveValues {
 }
 
 /// The value of an operand.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct LiveValue {
     /// Its value in memory.
     pub memory: BitOrNumber,
+    /// The text of that value, if its tag gives one.
+    pub text: Option<String>,
     /// For a Y: the state of its output.
     pub output: OutputState,
 }
@@ -103,8 +105,8 @@ pub(super) struct LiveNews {
 
 impl LiveValues {
     /// The value of an operand.
-    pub fn get(&self, operand: &str) -> Option<LiveValue> {
-        self.values.get(operand).copied()
+    pub fn get(&self, operand: &str) -> Option<&LiveValue> {
+        self.values.get(operand)
     }
 }
 
@@ -233,7 +235,7 @@ impl PolledProject {
         }
         let values = read.values.into_iter().map(|shown| {
             let (memory, output) = (shown.value, shown.output());
-            (shown.operand, LiveValue { memory, output })
+            (shown.operand, LiveValue { memory, text: shown.text, output })
         });
         let (texts, values) = (self.texts.clone(), values.collect());
         Ok(LiveState::Values(Arc::new(LiveValues { texts, values })))

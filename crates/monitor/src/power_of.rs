@@ -5,7 +5,7 @@
 
 use std::fmt::Debug;
 
-use rungd_client::live::{LiveView, TagValue};
+use rungd_client::live::LiveView;
 use rungd_config::controller::OutputState;
 use rungd_lab::draw::circuit::ContactSymbol;
 
@@ -28,12 +28,8 @@ impl PowerOf for LiveView {
     }
 
     fn value(&self, operand: &str) -> Option<String> {
-        let value = match LiveView::value(self, &self.power, operand).ok()? {
-            TagValue::Bit(on) => if on { "ON" } else { "OFF" }.to_owned(),
-            TagValue::Integer(value) => value.to_string(),
-            TagValue::Real(value) => value.to_string(),
-        };
         let cell = self.program.subject.cell(operand).ok()?;
+        let value = self.say_value(cell, self.power.value(cell));
         let output = self.output(&self.power, cell).unwrap_or(OutputState::AsMemory);
         Some(value + &output.long_text(", "))
     }

@@ -128,6 +128,7 @@ mod tests {
             address,
             value,
             unit: None,
+            text: None,
             forced: false,
             driven: None,
             unknown: None,

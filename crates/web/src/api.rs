@@ -15,7 +15,7 @@ use super::query::Query;
 use super::reply::{WebFailure, WebResult, bad, json_answer};
 use super::sessions::{SignedIn, WebSession};
 use super::site::WebSite;
-use super::stream::{ProgramWindow, SentState, name_of, tag_value};
+use super::stream::{ProgramWindow, SentState, name_of, tag_value, texts_by_value};
 use rungd_client::live::{LiveEvent, LiveProgram, LiveTag, LiveView, TrendPoint};
 use rungd_client::operator::client::{self, CallFailure};
 use rungd_client::operator::protocol::{GivenValue, RefusalKind, Request};
@@ -186,6 +186,7 @@ fn tags(program: &LiveProgram, find: Option<&str>) -> Value {
             "address": tag.address,
             "doc": tag.doc,
             "unit": tag.unit,
+            "texts": tag.texts.map(texts_by_value),
             "members": tag.members,
         })
     };

@@ -20,6 +20,7 @@ use rungd_engine::isa::{Address, Bit, BlockId, StageId};
 use rungd_history::observe::ScanPower;
 use rungd_lab::draw::ladder::RungPicture;
 use rungd_lab::draw::live_svg;
+use rungd_language::resolve::value_texts::ValueTexts;
 
 /// The most rungs, and the most values, of a window.
 const RUNGS_MAX: usize = 100;
@@ -124,7 +125,9 @@ impl SentState {
         if !view.executes(power) {
             event["executes"] = json!(false);
         }
-        self.know(&view.program, window);
+        if self.know(&view.program, window) {
+            event["texts"] = texts(view, window);
+        }
         let lit = lit(view, power, window);
         let values = self.tag_values(view, power, window);
         event["power"] = changed(&mut self.power, lit);
@@ -140,13 +143,15 @@ impl SentState {
         event
     }
 
-    /// Finds the cells of the window's operands, once for each program.
-    fn know(&mut self, program: &Arc<LiveProgram>, window: &ProgramWindow) {
+    /// Finds the cells of the window's operands, once for each program. Returns whether the program
+    /// is new.
+    fn know(&mut self, program: &Arc<LiveProgram>, window: &ProgramWindow) -> bool {
         if self.program.as_ref().is_some_and(|(known, _)| Arc::ptr_eq(known, program)) {
-            return;
+            return false;
         }
         let cells = window.tags.iter().map(|tag| program.subject.cell(tag).ok()).collect();
         *self = SentState { program: Some((Arc::clone(program), cells)), ..SentState::default() };
+        true
     }
 
     fn tag_values(
@@ -168,6 +173,22 @@ impl SentState {
 pub(super) fn name_of(program: &LiveProgram) -> String {
     let recorded = &program.recorded;
     format!("{}.{}.{}", recorded.process_start_ns, recorded.generation, recorded.hash)
+}
+
+/// The texts of the values of the window's operands, by operand.
+fn texts(view: &LiveView, window: &ProgramWindow) -> Value {
+    let subject = &view.program.subject;
+    let symbols = subject.symbols();
+    let texts = |tag: &String| {
+        let address = symbols.layout.address(subject.cell(tag).ok()?)?;
+        Some((tag.clone(), texts_by_value(symbols.names.texts(address)?)))
+    };
+    window.tags.iter().filter_map(texts).collect()
+}
+
+/// The texts of a tag's values, by value.
+pub(super) fn texts_by_value(texts: &ValueTexts) -> Value {
+    texts.iter().map(|(value, text)| (value.to_string(), Value::from(text))).collect()
 }
 
 /// The value of a cell in a scan, for a page. Of an output that does not follow memory: what it is

@@ -64,23 +64,25 @@ impl<'a> LoggedOperandChange<'a> {
     }
 
     /// Logs the change. `now`: the value after it.
-    pub fn log(self, event: &Event, did: &str, now: impl Display) {
+    pub fn log(self, event: &Event, did: &str, now: BitOrNumber) {
         let PreviousState { value, forced } = self.was;
         let forced = if forced { ", forced" } else { "" };
-        let words = format!("{did}: it was {value}{forced}, and is {now}");
+        let [was, is] = [value, now].map(|value| self.operand.say_value(value));
+        let words = format!("{did}: it was {was}{forced}, and is {is}");
         self.line(event, now, &words);
     }
 
     /// Logs a change of an operand that a reload has removed meanwhile: there is no value after it.
     pub fn log_removed(self, event: &Event, did: &str) {
-        let PreviousState { value, .. } = self.was;
+        let value = self.operand.say_value(self.was.value);
         let words = format!("{did}: it was {value}; a reload has removed it meanwhile");
         self.line(event, "gone", &words);
     }
 
     /// Logs a write that no scan has seen yet. A further line follows only if none takes it.
     pub fn tell_waiting(self, write: WaitingWrite) {
-        let (operand, before, note) = (self.operand, self.was.value, write.note());
+        let (operand, note) = (self.operand, write.note());
+        let before = operand.say_value(self.was.value);
         let words = format!("asked to write to {operand}: {note}; until then it is {before}");
         self.line(&events::OPERATOR_WRITE, write.written, &words);
     }

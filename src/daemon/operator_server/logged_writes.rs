@@ -24,6 +24,13 @@ pub(super) struct LoggedWrite<'a> {
     pub written: BitOrNumber,
 }
 
+impl LoggedWrite<'_> {
+    /// The written value, with its text.
+    fn said(&self) -> String {
+        self.operand.say_value(self.written)
+    }
+}
+
 /// The writes of a change, and the user who made it.
 pub(super) struct LoggedWrites<'a> {
     peer: &'a OperatorPeer,
@@ -50,23 +57,25 @@ impl<'a> LoggedWrites<'a> {
     /// Logs that a scan has taken the writes. `now`: the values after it, in the order of the
     /// writes.
     pub fn log(&self, now: impl Iterator<Item = BitOrNumber>) {
-        let now: Vec<String> = now.map(|value| value.to_string()).collect();
+        let now: Vec<BitOrNumber> = now.collect();
         if let ([write], [now]) = (self.writes.as_slice(), now.as_slice()) {
-            let did = format!("wrote {} to {}", write.written, write.operand);
-            return self.of_one(write).log(&events::OPERATOR_WRITE, &did, now);
+            let did = format!("wrote {} to {}", write.said(), write.operand);
+            return self.of_one(write).log(&events::OPERATOR_WRITE, &did, *now);
         }
-        let each = |(write, now): (&LoggedWrite<'_>, &String)| {
-            let PreviousState { value, .. } = write.was;
-            format!("{} to {} (it was {value}, and is {now})", write.written, write.operand)
+        let each = |(write, now): (&LoggedWrite<'_>, &BitOrNumber)| {
+            let operand = write.operand;
+            let [was, is] = [write.was.value, *now].map(|value| operand.say_value(value));
+            format!("{} to {operand} (it was {was}, and is {is})", write.said())
         };
         let did = listed(self.writes.iter().zip(&now).map(each), self.writes.len());
-        self.line(&format!("wrote in one change {did}"), &now);
+        let after: Vec<String> = now.iter().map(BitOrNumber::to_string).collect();
+        self.line(&format!("wrote in one change {did}"), &after);
     }
 
     /// Logs that a reload came first, or has removed an operand.
     pub fn log_removed(&self) {
         if let [write] = self.writes.as_slice() {
-            let asked = format!("asked to write {} to {}", write.written, write.operand);
+            let asked = format!("asked to write {} to {}", write.said(), write.operand);
             return self.of_one(write).log_removed(&events::OPERATOR_WRITE, &asked);
         }
         let asked = self.asked();
@@ -88,7 +97,7 @@ impl<'a> LoggedWrites<'a> {
     }
 
     fn asked(&self) -> String {
-        let each = |write: &LoggedWrite<'_>| format!("{} to {}", write.written, write.operand);
+        let each = |write: &LoggedWrite<'_>| format!("{} to {}", write.said(), write.operand);
         let asked = listed(self.writes.iter().map(each), self.writes.len());
         format!("asked to write in one change {asked}")
     }

@@ -190,7 +190,7 @@ impl OperatorService {
         }
         let was = PreviousState::found(&operand, self.carried_out(id).await?);
         let forced = operand.held(value);
-        let did = format!("forced {operand} to {forced}");
+        let did = format!("forced {operand} to {}", operand.say_value(forced));
         let told = LoggedOperandChange::new(&asker.peer, &operand, was);
         let sight = self.changed(told, &events::OPERATOR_FORCE, &did)?;
         let is_output = matches!(operand.what, Address::Bit(Bit::Space(BitSpace::Y, _)));
@@ -385,7 +385,14 @@ impl OperandInImage {
     }
 
     pub(super) fn change(&self, was: PreviousState) -> ChangedOperand {
-        ChangedOperand { before: was.value, was_forced: was.forced, now: self.shown(), note: None }
+        let before_text = self.operand.value_text(was.value).map(str::to_owned);
+        ChangedOperand {
+            before: was.value,
+            before_text,
+            was_forced: was.forced,
+            now: self.shown(),
+            note: None,
+        }
     }
 
     /// A warning if the written value will be overwritten or already is: by a driver, the ladder or

@@ -191,7 +191,7 @@ fn refuse_forced(text: &str, operand: &Variable, before: &Snapshot) -> RequestRe
     }
     let message = format!(
         "`{text}` is forced to {}, and a write to it is discarded: unforce it first",
-        operand.held(before.value(operand.cell))
+        operand.say_value(operand.held(before.value(operand.cell)))
     );
     Err(RequestRefusal::new(RefusalKind::Refused, message))
 }

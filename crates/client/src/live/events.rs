@@ -81,7 +81,7 @@ impl ChangeKind {
             ChangeKind::Stage(name) => format!("Stage {name} is {state}"),
             ChangeKind::Alarm(tag, text) if after != 0 => format!("alarm: {text} ({tag})"),
             ChangeKind::Alarm(tag, text) => format!("alarm gone: {text} ({tag})"),
-            ChangeKind::Bit(name) => format!("{name} is {state}"),
+            ChangeKind::Bit(name) => format!("{name} is {}", value(after)),
             ChangeKind::Word(name) => format!("{name} is {}, was {}", value(after), value(before)),
         }
     }
@@ -144,13 +144,9 @@ fn who(section: &TapeSection, origin: Origin) -> Option<&str> {
     }
 }
 
-/// A content for people: ON or OFF of a bit, the number of a word.
+/// A content for people: ON or OFF of a bit, the number of a word, each with its text.
 fn value_text(program: &LiveProgram, cell: Cell, content: i32) -> String {
-    match (cell, content) {
-        (Cell::Bit(_) | Cell::WordBit(_), 0) => "OFF".to_owned(),
-        (Cell::Bit(_) | Cell::WordBit(_), _) => "ON".to_owned(),
-        (Cell::Word(_), _) => program.subject.symbols().layout.text(cell, content),
-    }
+    program.subject.symbols().say_value(cell, content)
 }
 
 /// The action of a person or client on an operand: its text, and the operand.

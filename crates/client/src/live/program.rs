@@ -11,6 +11,7 @@ use rungd_history::playback::subject_and_settings;
 use rungd_history::record::RecordedProgram;
 use rungd_lab::draw::ladder::{Picture, RungPicture};
 use rungd_language::resolve::program::TagMeaning;
+use rungd_language::resolve::value_texts::ValueTexts;
 
 /// A program with its ladder, its controller settings and the places of its contacts.
 #[derive(Debug)]
@@ -50,6 +51,8 @@ pub struct LiveTag<'p> {
     pub doc: Option<&'p str>,
     /// The unit of its value.
     pub unit: Option<&'p str>,
+    /// The texts of its values.
+    pub texts: Option<&'p ValueTexts>,
     /// The members of a structure, as operands.
     pub members: Vec<String>,
 }
@@ -135,6 +138,7 @@ impl LiveProgram {
                 address: address.to_string(),
                 doc: tag.doc.as_deref(),
                 unit: tag.unit.as_ref().map(|unit| unit.text.as_str()),
+                texts: tag.texts.as_deref(),
                 members: members.filter(|_| is_structure).collect(),
             })
         })

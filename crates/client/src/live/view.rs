@@ -171,6 +171,11 @@ impl LiveView {
         Ok(self.tag_value(cell, power.value(cell)))
     }
 
+    /// The value of a cell with its text, for people: `1 (dosing)`.
+    pub fn say_value(&self, cell: Cell, content: i32) -> String {
+        self.program.subject.symbols().say_value(cell, content)
+    }
+
     /// Converts the content of a cell to the value of its operand.
     pub fn tag_value(&self, cell: Cell, content: i32) -> TagValue {
         let operand = self.program.subject.operand(cell);

@@ -265,7 +265,8 @@ impl OperandNames {
         let cell = self.symbols.cell(what, text).map_err(wrong)?;
         let (tag, unit) = (self.tag_of(what), self.units.get(&what).cloned());
         let (operand, address) = (text.to_owned(), self.address(what));
-        Ok(Variable { operand, tag, address, unit, what, cell })
+        let texts = self.symbols.names.texts(what).cloned();
+        Ok(Variable { operand, tag, address, unit, texts, what, cell })
     }
 
     fn address(&self, what: Address) -> String {

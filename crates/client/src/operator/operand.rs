@@ -4,12 +4,14 @@
 //! and forced (`docs/operator.md`), but not which users may do this.
 
 use std::fmt;
+use std::sync::Arc;
 
 use super::protocol::{BitOrNumber, GivenValue, RefusalKind, RequestRefusal, ShownValue};
 use super::value::write_name;
 use rungd_engine::Cell;
 use rungd_engine::isa::decimal_comma::corrected;
 use rungd_engine::isa::{Address, Bit, BitSpace, NearestReal, Real, Word, WordSpace};
+use rungd_language::resolve::value_texts::{ValueTexts, with_text};
 use rungd_language::source::atom::{Atom, AtomKind};
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::span::Span;
@@ -26,6 +28,8 @@ pub struct Variable {
     pub address: String,
     /// The unit of the tag.
     pub unit: Option<String>,
+    /// The texts of its values.
+    pub texts: Option<Arc<ValueTexts>>,
     /// The parsed address.
     pub what: Address,
     /// The operand's cell in memory.
@@ -172,14 +176,31 @@ impl Variable {
         }
     }
 
+    /// The text of a value, if its tag gives one.
+    pub fn value_text(&self, value: BitOrNumber) -> Option<&str> {
+        let content = match value {
+            BitOrNumber::Bit(on) => i32::from(on),
+            BitOrNumber::Word(number) => number,
+            BitOrNumber::Real(_) => return None,
+        };
+        self.texts.as_ref()?.text(content)
+    }
+
+    /// A value with its text: `1 (dosing)`.
+    pub fn say_value(&self, value: BitOrNumber) -> String {
+        with_text(value, self.value_text(value))
+    }
+
     /// The operand with its value in an image.
     pub fn seen(&self, image: &Snapshot) -> ShownValue {
+        let value = self.held(image.value(self.cell));
         ShownValue {
             operand: self.operand.clone(),
             tag: self.tag.clone(),
             address: self.address.clone(),
-            value: self.held(image.value(self.cell)),
+            value,
             unit: self.unit.clone(),
+            text: self.value_text(value).map(str::to_owned),
             forced: image.forces.has(self.cell),
             driven: self.driven(image),
             unknown: None,

@@ -290,6 +290,9 @@ pub struct RefusedOperand {
 pub struct ChangedOperand {
     /// The value before.
     pub before: BitOrNumber,
+    /// Its text, if the tag gives one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub before_text: Option<String>,
     /// Whether it was forced before.
     pub was_forced: bool,
     /// The current value; after a write, the value after the scan that saw the write.

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use rungd_config::controller::OutputState;
 use rungd_engine::isa::Real;
+use rungd_language::resolve::value_texts::with_text;
 
 /// A value in the form that a client sends.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -47,6 +48,9 @@ pub struct ShownValue {
     /// The unit of its tag, if it has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
+    /// The text of the value, if its tag gives one: `dosing`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub text: Option<String>,
     /// Whether it is forced.
     pub forced: bool,
     /// For a Y outside RUN: the state of the output, its safe value. In RUN the state is `value`.
@@ -69,12 +73,17 @@ pub struct UnknownOutput {
 }
 
 impl ShownValue {
-    /// The value, followed by its unit: `4.2 bar`.
+    /// The value, followed by its unit and its text: `4.2 bar`, `1 (dosing)`.
     pub fn value_text(&self) -> String {
         match &self.unit {
-            Some(unit) => format!("{} {unit}", self.value),
-            None => self.value.to_string(),
+            Some(unit) => with_text(format_args!("{} {unit}", self.value), self.text.as_deref()),
+            None => self.say_value(),
         }
+    }
+
+    /// The value, followed by its text: `1 (dosing)`.
+    pub fn say_value(&self) -> String {
+        with_text(self.value, self.text.as_deref())
     }
 
     /// The state of the output.

@@ -43,7 +43,7 @@ pub fn file_text(values: &[ShownValue]) -> String {
     while let Some(value) = rest.next() {
         let key = &value.operand;
         let Some(array) = key.strip_suffix("[0]") else {
-            text.push_str(&line(key, &written(value.value), &unit(value)));
+            text.push_str(&line(key, &written(value.value), &remark(value)));
             continue;
         };
         let list: Vec<String> = std::iter::once(written(value.value))
@@ -79,6 +79,12 @@ fn line(key: &str, value: &str, remark: &str) -> String {
     }
     line.push('\n');
     line
+}
+
+/// The unit and the text, for a comment.
+fn remark(value: &ShownValue) -> String {
+    let parts = value.unit.iter().chain(&value.text).map(String::as_str);
+    escaped(&parts.collect::<Vec<_>>().join(", ")).into_owned()
 }
 
 /// The unit, for a comment.

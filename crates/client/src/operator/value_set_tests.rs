@@ -83,6 +83,7 @@ fn shown(operand: &str, value: BitOrNumber, unit: Option<&str>) -> ShownValue {
         address: operand.to_owned(),
         value,
         unit: unit.map(str::to_owned),
+        text: None,
         forced: false,
         driven: None,
         unknown: None,

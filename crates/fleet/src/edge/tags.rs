@@ -53,6 +53,7 @@ pub(super) fn metrics(
         let number = |content| number(&known_value(datatype, content)).unwrap_or(0.0);
         let properties = MetricProperties {
             unit: tag.unit.as_ref().filter(|_| is_whole).map(|unit| unit.text.clone()),
+            texts: tag.texts.as_ref().filter(|_| is_whole).map(|texts| texts.to_string()),
             documentation: tag.doc.clone(),
             limits: limits.map(|(low, high)| (number(low), number(high))),
             is_read_only: Some(!may_write),

@@ -3,11 +3,14 @@
 //! Types only, with their forms as JSON (`json` has those that depend on the content); `inquiry`
 //! makes the answers. The value of a word is the content of its cell.
 
+use std::sync::Arc;
+
 use serde::{Serialize, Serializer};
 
 use rungd_config::controller::OutputState;
 use rungd_engine::Cell;
 use rungd_language::lower::formula_value::FormulaNumber;
+use rungd_language::resolve::value_texts::ValueTexts;
 use rungd_runtime::Origin;
 use rungd_runtime::exchange::Mode;
 
@@ -98,6 +101,9 @@ pub struct OperandName {
     /// Whether it is a time in ms.
     #[serde(skip)]
     pub is_time: bool,
+    /// The texts of its values.
+    #[serde(skip)]
+    pub texts: Option<Arc<ValueTexts>>,
 }
 
 /// A place in a file, with its text.

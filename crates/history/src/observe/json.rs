@@ -82,7 +82,7 @@ fn number(value: i32, real: bool) -> Value {
 }
 
 fn node(explained: &Node) -> Value {
-    json!({
+    let json = json!({
         "name": explained.operand.name,
         "address": explained.operand.address,
         "doc": explained.operand.doc,
@@ -94,7 +94,16 @@ fn node(explained: &Node) -> Value {
             "operand": earlier.root,
             "changed": earlier.changed.as_ref().map(|then| changed(then, &earlier.root.operand)),
         })),
-    })
+    });
+    with_text(json, &explained.operand, explained.value)
+}
+
+/// Adds the text of the value, if its tag gives one.
+fn with_text(mut json: Value, operand: &OperandName, value: i32) -> Value {
+    if let Some(text) = operand.text(value) {
+        json["text"] = text.into();
+    }
+    json
 }
 
 fn write(decided: &Write, operand: &OperandName) -> Value {
@@ -162,7 +171,8 @@ fn stop(termination: &Stop) -> Value {
 fn operand_read(
     ExplainedOperand { operand, value: content, followed }: &ExplainedOperand,
 ) -> Value {
-    json!({ "operand": operand, "value": value(operand, *content), "why": followed })
+    let json = json!({ "operand": operand, "value": value(operand, *content), "why": followed });
+    with_text(json, operand, *content)
 }
 
 fn followed(reasons: &Followed) -> Value {

@@ -24,7 +24,15 @@ impl Subject {
             doc: doc.and_then(|index| self.program.tags[index].doc.clone()),
             is_bit: cell.is_bit(),
             is_real: matches!(cell, Cell::Word(word) if self.symbols.layout.is_real(word)),
+            texts: address.and_then(|address| names.texts(address)).cloned(),
             is_time: matches!(address, Some(Address::Word(Word::Acc(Structure::Timer(_))))),
         }
+    }
+}
+
+impl OperandName {
+    /// The text of a value, if its tag gives one.
+    pub fn text(&self, value: i32) -> Option<&str> {
+        self.texts.as_ref()?.text(value)
     }
 }

@@ -5,6 +5,7 @@ use super::answer::{
 };
 use rungd_engine::isa::Real;
 use rungd_language::lower::formula_value::FormulaNumber;
+use rungd_language::resolve::value_texts::with_text;
 use rungd_runtime::Origin;
 
 /// Writes times relative to the time of the question.
@@ -213,7 +214,7 @@ pub(super) fn operand_text(operand: &OperandName) -> String {
 }
 
 pub(super) fn value_text(operand: &OperandName, value: i32) -> String {
-    if operand.is_bit {
+    let number = if operand.is_bit {
         state(value != 0).to_owned()
     } else if operand.is_real {
         Real::of_cell(value).to_string()
@@ -221,7 +222,8 @@ pub(super) fn value_text(operand: &OperandName, value: i32) -> String {
         ms(value)
     } else {
         value.to_string()
-    }
+    };
+    with_text(number, operand.text(value))
 }
 
 /// A side of a compare.

@@ -55,7 +55,7 @@ pub struct Failure {
 pub struct SeenOperand {
     /// Its name.
     pub name: String,
-    /// Its value as text: `ON`, `OFF`, a number.
+    /// Its value as text: `ON`, `OFF`, a number; with the text of the value, if its tag gives one.
     pub value: String,
     /// Whether it is a bit.
     pub is_bit: bool,
@@ -236,12 +236,7 @@ fn explain(stage: LoweredSuite, scenario: &Scenario, unmet: FalseCondition, fail
         // Steps without a scan may have changed memory since the last scan.
         history.deciding = condition.deciding(rig.image());
     }
-    let layout = &program.symbols.layout;
-    let text = |cell: Cell, value: i32| match cell {
-        Cell::Bit(_) | Cell::WordBit(_) if value == 0 => "OFF".to_owned(),
-        Cell::Bit(_) | Cell::WordBit(_) => "ON".to_owned(),
-        Cell::Word(_) => layout.text(cell, value),
-    };
+    let text = |cell: Cell, value: i32| program.symbols.say_value(cell, value);
     let operands = condition.operands.iter().zip(history.changes());
     failure.operands = operands
         .map(|((name, cell), changes)| {
@@ -304,7 +299,7 @@ fn note_on_within(
     let from = (failed.scan + 1).saturating_sub(count);
     let glimpses = subject.glimpses(sections, &bits, from);
     for (at, glimpse) in places.into_iter().zip(glimpses) {
-        operands[at].on_within = glimpse.filter(|_| operands[at].value == "OFF");
+        operands[at].on_within = glimpse.filter(|_| operands[at].value.starts_with("OFF"));
     }
 }
 

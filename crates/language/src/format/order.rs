@@ -42,8 +42,8 @@ impl KeyOrder {
             KeyOrder::Branch => &["doc", "allow", "when", "do"],
             KeyOrder::Legs => &["up", "dn", "en", "data", "clk", "rst"],
             KeyOrder::Tag => &[
-                "at", "type", "value", "count", "default", "initial", "min", "max", "unit", "doc",
-                "log", "alarm", "priority", "metric", "spare",
+                "at", "type", "value", "count", "default", "initial", "min", "max", "unit",
+                "texts", "doc", "log", "alarm", "priority", "metric", "spare",
             ],
         }
     }

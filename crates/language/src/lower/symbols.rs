@@ -123,6 +123,18 @@ impl Symbols {
         self.limits.has(bit.word).then(|| self.names.name(Address::Word(bit.word)))
     }
 
+    /// The value of a cell with its text, for people: `1 (dosing)`, `ON (open)`, `12`. `content`:
+    /// the content of the cell.
+    pub fn say_value(&self, cell: Cell, content: i32) -> String {
+        match (self.layout.address(cell), cell) {
+            (Some(address), _) => self.names.say_value(address, content),
+            (None, Cell::Bit(_) | Cell::WordBit(_)) => {
+                if content != 0 { "ON" } else { "OFF" }.to_owned()
+            }
+            (None, Cell::Word(_)) => self.layout.text(cell, content),
+        }
+    }
+
     /// The limits of a write from outside to a word: its range, narrowed by `min` and `max` of its
     /// tags. A write beyond them is refused.
     pub fn limits(&self, word: Word) -> (i32, i32) {

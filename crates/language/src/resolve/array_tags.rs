@@ -9,7 +9,8 @@ use super::mistake::address_mistake;
 use super::names::kept;
 use super::priority::Priority;
 use super::program::{OfArray, Program, Tag, TagMeaning};
-use super::tags::TagLimits;
+use super::tag::TagLimits;
+use super::tag_texts::HeldNumbers;
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{pair, possible};
 use crate::source::ladder;
@@ -44,7 +45,9 @@ impl Resolver<'_> {
         let mut cell =
             |value: &Option<_>| value.as_ref().and_then(|value| self.tag_value(value, meaning));
         let initial = cell(&tag.initial);
-        let TagLimits { min, max } = self.limits(tag, meaning);
+        let limits = self.limits(tag, meaning);
+        let texts = self.value_texts(tag, HeldNumbers::new(meaning, &limits));
+        let TagLimits { min, max } = limits;
         let list = self.initial_list(tag, meaning, array.count);
         for at in 0..array.count {
             let own = list.get(at as usize).copied().flatten();
@@ -60,6 +63,7 @@ impl Resolver<'_> {
                 priority: Priority::default(),
                 log_changes: tag.log.is_some(),
                 unit: tag.unit.clone(),
+                texts: texts.clone(),
                 metric: tag.metric.as_ref().is_some_and(|metric| metric.value),
                 spare: tag.spare.as_ref().is_some_and(|spare| spare.value),
                 used: false,

@@ -65,6 +65,7 @@ impl Resolver<'_> {
         self.declare_devices(ladders(), &mut names, program);
         self.check_aliases(program);
         self.check_units(program);
+        self.check_texts(program);
         // A program without a name may be intended as `Main`.
         let has_main = |block: &Block| block.name == "Main" || block.name.is_empty();
         let programs = program.blocks.iter().any(|block| block.kind == BlockKind::Program);

@@ -6,11 +6,13 @@
 //! direction, from a text to an address, is [`super::scope::Scope`].
 
 use std::fmt;
+use std::sync::Arc;
 
 use super::array::{Array, ArrayElement};
 use super::block_kind::BlockKind;
 use super::places::Places;
 use super::tag::{OfArray, Tag, TagMeaning};
+use super::value_texts::{ValueTexts, with_text};
 use rungd_engine::isa::{
     Address, Bit, BitSpace, BlockId, DeviceId, ElementId, NumberMap, NumberRange, Space, StageId,
     Word, WordSpace, status,
@@ -33,6 +35,8 @@ pub struct NameBook {
     first_tags: NumberMap<Address, usize>,
     /// The arrays with a tag, in file order.
     arrays: Vec<ArrayName>,
+    /// The texts of the values of addresses.
+    texts: NumberMap<Address, Arc<ValueTexts>>,
     /// The index in `arrays` of the first tag of every such array.
     first_arrays: NumberMap<NumberRange<Space>, usize>,
 }
@@ -103,6 +107,9 @@ impl NameBook {
         self.tags.push(tag.name.clone());
         if let TagMeaning::Address(address) = tag.meaning {
             self.first_tags.entry(address).or_insert(index);
+            if let Some(texts) = &tag.texts {
+                self.texts.entry(address).or_insert_with(|| Arc::clone(texts));
+            }
         }
         if let Some(OfArray { array, at: 0 }) = tag.of_array {
             self.first_arrays.entry(array.numbers()).or_insert(self.arrays.len());
@@ -227,6 +234,22 @@ impl NameBook {
         match self.second_name(address) {
             Some(tag) => format!("{tag} ({address})"),
             None => self.address(address),
+        }
+    }
+
+    /// The texts of the values of an address.
+    pub fn texts(&self, address: Address) -> Option<&Arc<ValueTexts>> {
+        self.texts.get(&address)
+    }
+
+    /// The value of an address with its text, for people: `1 (dosing)`, `ON (open)`, `12`.
+    /// `content`: the content of its cell.
+    pub fn say_value(&self, address: Address, content: i32) -> String {
+        let text = self.texts(address).and_then(|texts| texts.text(content));
+        match address {
+            Address::Bit(_) => with_text(if content != 0 { "ON" } else { "OFF" }, text),
+            Address::Word(word) => with_text(word.text(content), text),
+            Address::Structure(_) => with_text(content, text),
         }
     }
 

@@ -1,8 +1,11 @@
 //! A tag of a resolved program. Made by `tags` and `array_tags`; the names of a program are made of
 //! its tags.
 
+use std::sync::Arc;
+
 use super::array::Array;
 use super::priority::Priority;
+use super::value_texts::ValueTexts;
 use crate::source::atom::ConstantForm;
 use crate::source::reader::Text;
 use crate::source::span::Span;
@@ -33,6 +36,8 @@ pub struct Tag {
     pub(crate) log_changes: bool,
     /// `unit` of a word.
     pub unit: Option<Text>,
+    /// `texts`: the texts of its values.
+    pub texts: Option<Arc<ValueTexts>>,
     /// `metric = true`.
     pub metric: bool,
     /// `spare = true`.
@@ -41,6 +46,13 @@ pub struct Tag {
     pub used: bool,
     /// Its array, if it is an element: the program has a tag for each element (`recipe[3]`).
     pub of_array: Option<OfArray>,
+}
+
+/// The limits of a tag, each with its place, if it is given.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct TagLimits {
+    pub min: Option<(i32, Span)>,
+    pub max: Option<(i32, Span)>,
 }
 
 /// The place of an element in its array.

@@ -8,6 +8,8 @@ use super::mistake::address_mistake;
 use super::names::kept;
 use super::priority::Priority;
 use super::program::{ConstantForm, Program, Tag, TagMeaning};
+use super::tag::TagLimits;
+use super::tag_texts::HeldNumbers;
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{Fix, FixEdit, Help, advise, pair, possible, propose, text, write};
 use crate::source::ladder;
@@ -34,7 +36,9 @@ impl Resolver<'_> {
         let mut cell =
             |value: &Option<_>| value.as_ref().and_then(|value| self.tag_value(value, meaning));
         let initial = cell(&tag.initial);
-        let TagLimits { min, max } = self.limits(tag, meaning);
+        let limits = self.limits(tag, meaning);
+        let texts = self.value_texts(tag, HeldNumbers::new(meaning, &limits));
+        let TagLimits { min, max } = limits;
         let resolved = Tag {
             name: kept(&tag.name.text),
             span: tag.name.span,
@@ -47,6 +51,7 @@ impl Resolver<'_> {
             priority: priority(tag),
             log_changes: tag.log.is_some(),
             unit: tag.unit.clone(),
+            texts,
             metric: tag.metric.as_ref().is_some_and(|metric| metric.value),
             spare: tag.spare.as_ref().is_some_and(|spare| spare.value),
             used: false,
@@ -115,7 +120,7 @@ impl Resolver<'_> {
     /// `min` and `max`. For a bit, both are already refused.
     pub(super) fn limits(&mut self, tag: &ladder::WrittenTag, meaning: TagMeaning) -> TagLimits {
         if matches!(meaning, TagMeaning::Address(Address::Bit(_))) {
-            return TagLimits { min: None, max: None };
+            return TagLimits::default();
         }
         let mut cell =
             |value: &Option<_>| value.as_ref().and_then(|value| self.tag_value(value, meaning));
@@ -209,6 +214,11 @@ impl Resolver<'_> {
             ("alarm", tag.alarm.as_ref().map(|v| v.span), bit),
             ("log", tag.log.as_ref().map(|v| v.span), bit || word),
             ("unit", tag.unit.as_ref().map(|v| v.span), word),
+            (
+                "texts",
+                tag.texts.as_ref().map(|v| v.span),
+                HeldNumbers::new(meaning, &TagLimits::default()).is_some(),
+            ),
             ("metric", tag.metric.as_ref().map(|v| v.span), !constant),
         ];
         for (key, span, fits) in keys {
@@ -230,7 +240,10 @@ impl Resolver<'_> {
                     Help::from("a bit is ON or OFF; `doc` has room for what that means")
                         .with(FixEdit::Delete)
                 }
-                "log" | "unit" => {
+                "texts" if word => {
+                    Help::from("only whole numbers and bits have texts").with(FixEdit::Delete)
+                }
+                "log" | "unit" | "texts" => {
                     advise("name a member: `{}`", [pair("at = \"CT0.Acc\"").possible()])
                 }
                 _ => "bits and words of memory have an initial value: `X0`, `Y0`, `D0`, `CT0.Acc`"
@@ -371,12 +384,6 @@ const NO_BIT: &str = "a bit is `true` or `false`";
 fn priority(tag: &ladder::WrittenTag) -> Priority {
     let written = tag.priority.as_ref();
     written.and_then(|written| Priority::named(&written.text)).unwrap_or_default()
-}
-
-/// The limits of a tag, each with its place, if it is given.
-pub(super) struct TagLimits {
-    pub min: Option<(i32, Span)>,
-    pub max: Option<(i32, Span)>,
 }
 
 /// Two values of a tag: the first must not be greater than the second.

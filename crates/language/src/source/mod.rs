@@ -55,7 +55,7 @@ pub mod span;
 mod statements;
 mod strict;
 pub(crate) mod table;
-mod tag;
+pub(crate) mod tag;
 mod template;
 mod toml_slips;
 pub mod toml_tree;

@@ -196,7 +196,7 @@ pub fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) ->
 
 /// The words of other systems for keys, and the keys that can be meant: the first one that the
 /// table has.
-const WORDS: [(&[&str], &[&str]); 12] = [
+const WORDS: [(&[&str], &[&str]); 13] = [
     (
         &[
             "adr", "addr", "adress", "address", "adresse", "location", "loc", "io", "pin", "alias",
@@ -210,6 +210,7 @@ const WORDS: [(&[&str], &[&str]); 12] = [
     (&["lo", "low", "lower", "minimum"], &["min"]),
     (&["hi", "high", "upper", "maximum"], &["max"]),
     (&["units", "eu", "uom"], &["unit"]),
+    (&["enum", "labels", "states", "meanings"], &["texts"]),
     (&["size", "len", "length", "elements", "dim", "dimension"], &["count"]),
     (&["const", "constant"], &["value"]),
     (&["if", "condition", "conditions", "contacts", "logic"], &["when"]),

@@ -7,7 +7,23 @@ use std::ops::RangeInclusive;
 use super::fix::{Help, pair, write};
 use super::key::{Key, key};
 use super::reader::{Constant, NamedTable, Table, Text};
-use super::span::Located;
+use super::span::{FileId, Located};
+
+/// A text of a value, as written.
+#[derive(Clone, Debug)]
+pub struct WrittenText {
+    /// The key: the value.
+    pub value: Text,
+    /// The text.
+    pub text: Text,
+}
+
+impl WrittenText {
+    /// Moves its places to the same places of a different file.
+    pub(crate) fn move_to(&mut self, file: FileId) {
+        (self.value.span.file, self.text.span.file) = (file, file);
+    }
+}
 
 /// A tag.
 #[derive(Clone, Debug, Default)]
@@ -40,6 +56,8 @@ pub struct WrittenTag {
     pub log: Option<Text>,
     /// `unit`.
     pub unit: Option<Text>,
+    /// `texts`, in file order.
+    pub texts: Option<Located<Vec<WrittenText>>>,
     /// `metric`.
     pub metric: Option<Located<bool>>,
     /// `spare`.
@@ -68,6 +86,9 @@ const TAG_TYPES: &str = r#"{"enum":["bit","int","word","real","timer","counter",
 const PRIORITIES: &str = r#"{"enum":["critical","high","medium","low"]}"#;
 
 const UNIT: &str = r#"{"minLength":1,"maxLength":16,"pattern":"^[^\\x00-\\x1f\\x7f-\\x9f]*$"}"#;
+
+const TEXTS: &str = r#"{"minProperties":1,"propertyNames":{"pattern":"^(0|-?[1-9][0-9]*)$"}}"#;
+const TEXT: &str = r#"{"minLength":1,"maxLength":40,"pattern":"^[^\\x00-\\x1f\\x7f-\\x9f]*$"}"#;
 
 /// The number of elements of an array.
 const COUNT: RangeInclusive<i64> = 2..=4096;
@@ -122,6 +143,7 @@ fn read_tag(NamedTable { name, table }: NamedTable<'_>) -> WrittenTag {
             key("unit", "The unit of the word's value, shown behind it: `bar`, `°C`.")
                 .limited(UNIT),
         ),
+        texts: read_texts(&mut table),
         initial,
         initials,
         min: table.constant(key(
@@ -149,6 +171,19 @@ fn read_tag(NamedTable { name, table }: NamedTable<'_>) -> WrittenTag {
     tag.has_meaning |= table.has_unknown();
     table.finish();
     tag
+}
+
+/// Reads the texts of a tag's values.
+fn read_texts(tag: &mut Table<'_>) -> Option<Located<Vec<WrittenText>>> {
+    let texts = key("texts", "What its values mean, shown beside them: `{ 0 = \"idle\" }`.");
+    let mut table = tag.table(texts.limited(TEXTS), "`texts`")?;
+    let any = key("*", "The text of this value.").limited(TEXT);
+    let entries = table.strings_by_name(any);
+    if entries.is_empty() && !table.is_empty() {
+        return None;
+    }
+    let texts = entries.into_iter().map(|(value, text)| WrittenText { value, text });
+    Some(Located { value: texts.collect(), span: table.extent() })
 }
 
 /// The help for an array in a table of names: it belongs to the table above.

@@ -163,6 +163,7 @@ fn bit(operand: &str, address: &str, on: bool) -> ShownValue {
         address,
         value: BitOrNumber::Bit(on),
         unit: None,
+        text: None,
         forced: false,
         driven: None,
         unknown: None,

@@ -21,6 +21,8 @@ pub struct BornMetric {
 pub struct MetricProperties {
     /// `engUnit`: the unit.
     pub unit: Option<String>,
+    /// `texts`: what its values mean, `0 = idle; 1 = dosing`.
+    pub texts: Option<String>,
     /// `documentation`: what it is.
     pub documentation: Option<String>,
     /// `engLow`, `engHigh`: its limits.
@@ -69,6 +71,9 @@ impl MetricProperties {
         if let Some(unit) = &self.unit {
             put("engUnit", DataType::String, PropertyContent::Text(unit.clone()));
         }
+        if let Some(texts) = &self.texts {
+            put("texts", DataType::String, PropertyContent::Text(texts.clone()));
+        }
         if let Some(text) = &self.documentation {
             put("documentation", DataType::String, PropertyContent::Text(text.clone()));
         }
@@ -91,6 +96,7 @@ mod tests {
     fn level() -> BornMetric {
         let properties = MetricProperties {
             unit: Some("bar".to_owned()),
+            texts: Some("0 = empty; 10 = full".to_owned()),
             documentation: Some("the tank's level".to_owned()),
             limits: Some((0.0, 10.0)),
             is_read_only: Some(true),
@@ -106,6 +112,8 @@ mod tests {
         assert_eq!(Payload::read(&payload.bytes()), Ok(payload.clone()));
         let set = payload.metrics[0].properties.as_ref().expect("a birth has properties");
         assert_eq!(set.get("engUnit"), Some(&PropertyContent::Text("bar".to_owned())));
+        let texts = PropertyContent::Text("0 = empty; 10 = full".to_owned());
+        assert_eq!(set.get("texts"), Some(&texts));
         assert_eq!(set.get("engLow"), Some(&PropertyContent::Double(0.0)));
         assert_eq!(set.get("nothing"), None);
     }

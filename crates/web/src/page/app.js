@@ -4,7 +4,7 @@
 
 const $ = (id) => document.getElementById(id);
 const state = {
-  session: null, ladder: null, status: null, values: {}, on: [], running: [],
+  session: null, ladder: null, status: null, values: {}, texts: {}, on: [], running: [],
   scan: 0, scans: [0, 0], time: 0, mode: "", hold: null, power: {},
   // The present mode, whatever scan is looked at: its name, and its reason.
   now: null,
@@ -132,6 +132,7 @@ function take(event) {
     return;
   }
   Object.assign(state.values, event.values);
+  Object.assign(state.texts, event.texts);
   Object.assign(state.power, event.power);
   for (const key of ["on", "running", "scans"]) if (event[key]) state[key] = event[key];
   state.executes = event.executes !== false;
@@ -198,13 +199,19 @@ function ofAnswer(shown) {
   return shown.driven == null ? shown.value : { on: shown.driven, memory: shown.value };
 }
 
+// A value with the text that the ladder gives for it: `1 (dosing)`.
+function textOf(name, value) {
+  const texts = state.texts[name], meant = texts && !isOutput(value) ? texts[Number(value)] : undefined;
+  return text(value) + (meant === undefined ? "" : ` (${meant})`);
+}
+
 function valueOf(name) {
-  return h("span", { "data-value": name }, text(state.values[name]));
+  return h("span", { "data-value": name }, textOf(name, state.values[name]));
 }
 
 function refreshValues(root) {
   for (const place of root.querySelectorAll("[data-value]")) {
-    const now = text(state.values[place.dataset.value]);
+    const now = textOf(place.dataset.value, state.values[place.dataset.value]);
     if (place.textContent !== now) place.textContent = now;
   }
   // Of an output that follows memory its rung tells enough.
@@ -658,7 +665,7 @@ async function write(name, value, said) {
   try {
     const change = await post("/api/write", { operand: name, value });
     said.className = "soft";
-    said.textContent = "now " + text(ofAnswer(change.now)) + (change.note ? "; " + change.note : "");
+    said.textContent = "now " + textOf(name, ofAnswer(change.now)) + (change.note ? "; " + change.note : "");
   } catch (error) { said.className = "error"; said.textContent = error.message; }
 }
 
@@ -679,7 +686,7 @@ function trend(name) {
     [zoom.from, zoom.to] = [from, from + width];
     show();
   };
-  function show() { if (data) said.textContent = draw(canvas, data, zoom); }
+  function show() { if (data) said.textContent = draw(canvas, { ...data, name }, zoom); }
   async function load() {
     try { data = await get("/api/trend", { operand: name, ...held() }); show(); }
     catch (error) { said.className = "error"; said.textContent = error.message; }
@@ -736,12 +743,13 @@ function draw(canvas, data, zoom, limits) {
   });
   pen.fillStyle = style.getPropertyValue("--soft");
   pen.font = "12px system-ui";
-  pen.fillText(text(high), 4, 12);
-  pen.fillText(text(low), 4, height - 4);
+  const named = (level) => textOf(data.name, level);
+  pen.fillText(named(high), 4, 12);
+  pen.fillText(named(low), 4, height - 4);
   const times = `${clockOf(from, 3)} to ${clockOf(to, 3)}`;
   pen.fillText(times, Math.max(width - pen.measureText(times).width - 4, 60), height - 4);
   const isKnown = inside.every((point) => point.isKnown) ? "" : "; not known where the line is dashed";
-  return `${times}: ${Math.max(0, inside.length - 1)} changes, from ${text(low)} to ${text(high)}${isKnown}`;
+  return `${times}: ${Math.max(0, inside.length - 1)} changes, from ${named(low)} to ${named(high)}${isKnown}`;
 }
 
 function alarms() {
@@ -815,7 +823,7 @@ function panel(name) {
   watch(chosen.show.map((widget) => widget.operand));
   const load = async () => {
     for (const of of trends) {
-      try { draw(of.canvas, await get("/api/trend", { operand: of.name }), { from: 0, to: 1 }, of.limits); } catch { /* the link says it */ }
+      try { draw(of.canvas, { ...await get("/api/trend", { operand: of.name }), name: of.name }, { from: 0, to: 1 }, of.limits); } catch { /* the link says it */ }
     }
   };
   load();

@@ -301,6 +301,7 @@ fn change(bench: &Bench, cell: Cell, trace: &Trace, found: &Remedy) -> Result<()
             doc: None,
             is_bit: true,
             is_real: false,
+            texts: None,
             is_time: false,
         };
         let edit = Edit::Write { operand, value: 1 - trace.state.value(at) };

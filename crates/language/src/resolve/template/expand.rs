@@ -491,5 +491,9 @@ fn moved(mut tag: WrittenTag, name: String, layer: FileId) -> WrittenTag {
     for Located { span, .. } in [&mut tag.metric, &mut tag.spare].into_iter().flatten() {
         span.file = layer;
     }
+    if let Some(texts) = &mut tag.texts {
+        texts.span.file = layer;
+        texts.value.iter_mut().for_each(|text| text.move_to(layer));
+    }
     tag
 }

@@ -66,6 +66,20 @@ impl<'a> Table<'a> {
         constants.collect()
     }
 
+    /// All entries as strings, by key and in file order (the form of `texts`).
+    pub fn strings_by_name(&mut self, any: Key) -> Vec<(Text, Text)> {
+        self.shape.iter().for_each(|shape| shape.note_others(any, ValueForm::Text));
+        let entries = self.in_file_order().into_iter();
+        let strings = entries.filter_map(|(key, value)| {
+            let DeValue::String(text) = value.get_ref() else {
+                self.doc.wrong_type(value, &format!("`{}`", key.get_ref()), "a string");
+                return None;
+            };
+            Some((self.key_text(key), self.doc.text(text, value.span())))
+        });
+        strings.collect()
+    }
+
     /// All entries as strings or tables, by key and in file order (the form of `change` in a test).
     pub fn texts_or_tables(
         &mut self,
