@@ -39,14 +39,16 @@ rung = [
   { use = "Week", name = "w", with = { begin = "hours", end = "hours", holidays = "hours", size = 8 } },
   { use = "Duty", name = "du", with = { need = "l3.need", ready1 = "X6", ready2 = "X7" } },
   { use = "RampSoak", name = "rs", with = { run = "X19", reset = "X20", value = "level", targets = "hours", rates = "hours", soaks = "hours", size = 8 } },
+  { use = "Drive", name = "dr", with = { wanted = "X23", speed = "level", link = "X24", status = "hours[0]", control = "V11", reference = "V12", full = 1500, reset = "X25" } },
   { use = "Sequence", name = "s", with = { kinds = "hours", start = "X21", done = "X22" } },
   { use = "ShortCycle", name = "sc", with = { wanted = "X13", on_time = "1m", off_time = "2m" } },
 ]
 "#;
 
-pub const LIBRARY: [&str; 20] = [
+pub const LIBRARY: [&str; 21] = [
     "alternate",
     "debounce",
+    "drive",
     "duty",
     "first-out",
     "flasher",

@@ -33,6 +33,7 @@ macro_rules! files {
 files! {
     "alternate"
     "debounce"
+    "drive"
     "duty"
     "first-out"
     "flasher"
