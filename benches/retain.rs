@@ -33,7 +33,8 @@ fn main() {
     let (bits, words) = (symbols.layout.bit_count() as usize, symbols.layout.word_count() as usize);
     publish(&format!("publish all of memory, {} KiB", (bits + 4 * words) >> 10), bits, words);
     let span = Span { file: FileId(0), start: 0, end: 0 };
-    let whole = |space, last| Range { space, first: 0, last, span, of_tag: false };
+    let whole =
+        |space, last| Range { space, first: 0, last, span, of_tag: false, of_record: false };
     let ranges = [
         whole(Space::Bit(BitSpace::C), 2047),
         whole(Space::Word(rungd_engine::isa::WordSpace::D), 4095),

@@ -131,7 +131,13 @@ impl SchemaWriter {
             ValueForm::Constant => json!({ "type": ["number", "string", "boolean"] }),
             ValueForm::Constants => {
                 let one = self.form(&ValueForm::Constant);
-                json!({ "anyOf": [one, { "type": "array", "items": one }] })
+                let record = json!({ "type": "object", "additionalProperties": one });
+                json!({ "anyOf": [
+                    one,
+                    { "type": "array", "items": one },
+                    record,
+                    { "type": "array", "items": record },
+                ] })
             }
             ValueForm::Scalar => json!({ "type": ["string", "number"] }),
             ValueForm::TextOrTexts => json!({ "anyOf": [

@@ -6,12 +6,14 @@ use anyhow::Result;
 
 use super::exit::CommandLine;
 use super::terminal::say;
-use rungd_engine::isa::Structure;
+use rungd_engine::isa::{Address, Structure};
 use rungd_lab::rig::simulation::{ELEMENTS_MAX, all_named};
 use rungd_lab::traces::stimulus::split_element;
 use rungd_lab::traces::trace::TracedOperand;
 use rungd_language::lower::Symbols;
 use rungd_language::resolve::program::Program;
+use rungd_language::resolve::scope::NamedThing;
+use rungd_language::source::indexed::IndexedName;
 
 /// Returns from the function with an error about the command line.
 macro_rules! usage {
@@ -45,7 +47,8 @@ pub(super) fn watched(
             if let Some(message) = split_element(names.iter().map(|name| name.trim())) {
                 usage!("--watch: {message}");
             }
-            names.iter().map(|name| named(name.trim())).collect()
+            let names = names.iter().flat_map(|name| fields(program, name.trim()));
+            names.map(|name| named(&name)).collect()
         }
         None => {
             say_left_out(program);
@@ -54,11 +57,24 @@ pub(super) fn watched(
     }
 }
 
+/// The names of the bits and words of a whole record, of all records of an array, or of a column;
+/// of anything else, the name itself.
+fn fields(program: &Program, name: &str) -> Vec<String> {
+    let scope = program.scope();
+    let addresses = match scope.look_up(name).map(|found| found.thing) {
+        Ok(NamedThing::Record(place)) => program.record_addresses(place),
+        Ok(NamedThing::Array(array)) if scope.is_column(name) => array.addresses().collect(),
+        Ok(_) | Err(_) => return vec![name.to_owned()],
+    };
+    let operands = addresses.into_iter().flat_map(Address::operands);
+    operands.map(|address| program.names.name(address)).collect()
+}
+
 /// Prints which arrays have more elements than the trace without `--watch` shows.
 fn say_left_out(program: &Program) {
     for array_tag in program.arrays.iter().filter(|tag| tag.array.count as usize > ELEMENTS_MAX) {
-        let (name, count) =
-            (array_tag.name.split('[').next().unwrap_or(&array_tag.name), array_tag.array.count);
+        let column = IndexedName::of(&array_tag.name).map(|name| name.column());
+        let (name, count) = (column.as_deref().unwrap_or(&array_tag.name), array_tag.array.count);
         say(&format!(
             "note: of the {count} elements of `{name}` the trace has the first {ELEMENTS_MAX}; \
              `--watch` names others\n"

@@ -225,7 +225,7 @@ fn the_schema_accepts_a_real_wherever_a_constant_is_permitted() {
         assert!(ladder(&format!("[tags]\na = {{ {tag} }}")), "{tag}");
     }
     assert!(ladder("[tags]\na = { at = \"R0\", count = 2, initial = [2.5, 1] }"), "an array");
-    assert!(!ladder("[tags]\na = { at = \"R0\", count = 1 }"), "an array of one element");
+    assert!(!ladder("[tags]\na = { at = \"R0\", count = 0 }"), "an array without elements");
     assert!(!ladder("[tags]\na = { at = \"R0\", min = [2.5] }"), "a list of limits");
     let device = |driver: &str, row: &str| {
         let text = format!(

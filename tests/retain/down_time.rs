@@ -88,7 +88,8 @@ fn is_written_again(ladder: &str, name: &str, age_ms: u64) -> bool {
     let (code, symbols) = lower(&program);
     let span = Span { file: FileId(0), start: 0, end: 0 };
     let space = Space::Word(WordSpace::D);
-    let words = Range { space, first: 0, last: 9, span, of_tag: false };
+    let (of_tag, of_record) = (false, false);
+    let words = Range { space, first: 0, last: 9, span, of_tag, of_record };
     let plan = RetainPlan::new(&[words], &program, &symbols);
     let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = fs::remove_file(&path);

@@ -225,6 +225,15 @@ impl Layout {
         }
     }
 
+    /// The distance from the cell of an address to that of the next number: the flags of a
+    /// structure lie in its record.
+    pub fn stride(&self, address: Address) -> u32 {
+        match address {
+            Address::Bit(Bit::Flag(..)) => RECORD as u32,
+            Address::Bit(_) | Address::Word(_) | Address::Structure(_) => 1,
+        }
+    }
+
     /// The address of a public cell; `None` for histories.
     pub fn address(&self, cell: Cell) -> Option<Address> {
         self.space_address(cell).or_else(|| match cell {

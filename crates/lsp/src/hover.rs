@@ -75,6 +75,7 @@ fn of_word(cursor: &Cursor) -> Option<(Range<usize>, String)> {
         | FileWordRole::Block
         | FileWordRole::Stage
         | FileWordRole::Template
+        | FileWordRole::Type
         | FileWordRole::Parameter
         | FileWordRole::Placeholder
         | FileWordRole::Device => of_name(cursor),

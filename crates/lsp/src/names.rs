@@ -35,6 +35,8 @@ pub(super) struct Declaration {
     pub doc: Option<String>,
     /// The name of the template that it uses.
     pub template: Option<String>,
+    /// The `type` of a tag or parameter, which may be a record.
+    pub type_name: Option<String>,
 }
 
 /// The meaning of a part of a word.
@@ -68,6 +70,7 @@ pub(super) struct ProjectNames {
     pub all: Vec<Declaration>,
     globals: HashMap<String, usize>,
     templates: HashMap<String, usize>,
+    records: HashMap<String, usize>,
     /// By the parent and the name.
     members: HashMap<(usize, String), usize>,
     /// By file and object.
@@ -77,7 +80,8 @@ pub(super) struct ProjectNames {
 }
 
 /// The kinds of tables that contain other declarations and are declared by their `name`.
-const HOLDERS: [&str; 8] = [
+const HOLDERS: [&str; 9] = [
+    "record",
     "program",
     "task",
     "subroutine",
@@ -138,12 +142,26 @@ impl ProjectNames {
             return;
         }
         let (span, object, at) = (word.span.clone(), word.object, self.all.len());
+        let slice = |span| file.slice(span);
         self.places.insert((number, span.start), at);
         if HOLDERS.contains(&outline.objects[object].kind.as_str()) && is_holder(kind) {
             self.objects.entry((number, object)).or_insert(at);
         }
         let (file, pair, parent) = (number, word.pair, None);
-        self.all.push(Declaration { kind, name, file, span, object, pair, parent, doc, template });
+        let type_name = outline.value_below(word.pair, "type").filter(|_| is_of_key(kind));
+        let type_name = type_name.map(|value| slice(value.inner.clone()).to_owned());
+        self.all.push(Declaration {
+            kind,
+            name,
+            file,
+            span,
+            object,
+            pair,
+            parent,
+            doc,
+            template,
+            type_name,
+        });
     }
 
     /// Sets the parent of a declaration, and registers its name there.
@@ -179,11 +197,18 @@ impl ProjectNames {
         let in_template = parent.and_then(|parent| self.template_around(parent));
         match (kind, in_template) {
             (DeclaredKind::Template, _) => drop(self.templates.entry(name).or_insert(at)),
+            (DeclaredKind::Record, _) => drop(self.records.entry(name).or_insert(at)),
             (DeclaredKind::Parameter | DeclaredKind::OwnTag, Some(template))
             | (DeclaredKind::Use | DeclaredKind::Stage, Some(template)) => {
                 self.members.entry((template, name)).or_insert(at);
             }
-            (DeclaredKind::Stage | DeclaredKind::Parameter | DeclaredKind::OwnTag, None) => {
+            (
+                DeclaredKind::Stage
+                | DeclaredKind::Parameter
+                | DeclaredKind::OwnTag
+                | DeclaredKind::Field,
+                _,
+            ) => {
                 if let Some(parent) = parent {
                     self.members.entry((parent, name)).or_insert(at);
                 }
@@ -256,6 +281,17 @@ impl ProjectNames {
         let own = self.members.get(&(holder, name.to_owned())).copied();
         let template = || self.template(self.all[holder].template.as_deref()?);
         own.or_else(|| self.own(template()?, name))
+            .or_else(|| self.own(self.record_of(holder)?, name))
+    }
+
+    /// The record that is the type of a tag or parameter.
+    pub fn record_of(&self, at: usize) -> Option<usize> {
+        self.records.get(self.all[at].type_name.as_deref()?).copied()
+    }
+
+    /// The declaration of a record.
+    pub fn record(&self, name: &str) -> Option<usize> {
+        self.records.get(name).copied()
     }
 
     /// The meanings of the parts of a word.
@@ -270,8 +306,15 @@ impl ProjectNames {
             }
             FileWordRole::Reads | FileWordRole::Writes | FileWordRole::Names => {
                 let block = self.block_of(numbered, word.object);
-                self.dotted(text, word.span.start, block)
+                match &word.array {
+                    Some(array) => {
+                        let whole = format!("{}.{text}", file.slice(array.clone()));
+                        self.behind(&whole, array.len() + 1, word.span.start, block)
+                    }
+                    None => self.dotted(text, word.span.start, block),
+                }
             }
+            FileWordRole::Type => known(self.record(text)),
             FileWordRole::Block => {
                 let is_block = |at: &usize| {
                     let kind = self.all[*at].kind;
@@ -303,6 +346,30 @@ impl ProjectNames {
             | FileWordRole::Mnemonic(_)
             | FileWordRole::Function(_)
             | FileWordRole::Warning => Vec::new(),
+        }
+    }
+
+    /// The meanings of the parts of a name from a byte on; `start`: the place of this byte.
+    fn behind(
+        &self,
+        whole: &str,
+        from: usize,
+        start: usize,
+        block: Option<usize>,
+    ) -> Vec<WordPart> {
+        let parts = self.dotted(whole, 0, block).into_iter();
+        let parts = parts.filter(|part| part.span.start >= from);
+        let moved = |part: WordPart| {
+            let span = part.span.start - from + start..part.span.end - from + start;
+            WordPart { span, ..part }
+        };
+        let parts: Vec<WordPart> = parts.map(moved).collect();
+        match parts.is_empty() {
+            true => {
+                let span = start..start + whole.len() - from;
+                vec![WordPart { span, meaning: Meaning::Unknown }]
+            }
+            false => parts,
         }
     }
 
@@ -343,8 +410,12 @@ impl ProjectNames {
 /// Whether a key makes a declaration of this kind.
 pub(super) fn is_of_key(kind: DeclaredKind) -> bool {
     match kind {
-        DeclaredKind::Tag | DeclaredKind::OwnTag | DeclaredKind::Parameter => true,
-        DeclaredKind::Program
+        DeclaredKind::Tag
+        | DeclaredKind::OwnTag
+        | DeclaredKind::Parameter
+        | DeclaredKind::Field => true,
+        DeclaredKind::Record
+        | DeclaredKind::Program
         | DeclaredKind::Task
         | DeclaredKind::Subroutine
         | DeclaredKind::Stage
@@ -364,12 +435,14 @@ fn is_holder(kind: DeclaredKind) -> bool {
         | DeclaredKind::Subroutine
         | DeclaredKind::Stage
         | DeclaredKind::Template
+        | DeclaredKind::Record
         | DeclaredKind::Device
         | DeclaredKind::Test => true,
         DeclaredKind::Tag
         | DeclaredKind::Rung
         | DeclaredKind::Parameter
         | DeclaredKind::OwnTag
+        | DeclaredKind::Field
         | DeclaredKind::Use => false,
     }
 }

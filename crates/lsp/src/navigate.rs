@@ -120,6 +120,7 @@ pub(super) fn highlights(
             | FileWordRole::Block
             | FileWordRole::Stage
             | FileWordRole::Template
+            | FileWordRole::Type
             | FileWordRole::Parameter
             | FileWordRole::Device
             | FileWordRole::File

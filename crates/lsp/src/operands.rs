@@ -41,6 +41,7 @@ pub(super) fn named(
         | FileWordRole::Block
         | FileWordRole::Stage
         | FileWordRole::Template
+        | FileWordRole::Type
         | FileWordRole::Parameter
         | FileWordRole::Device
         | FileWordRole::File
@@ -71,7 +72,16 @@ pub(super) fn named(
         Meaning::Address(address) => matches!(address, Address::Structure(_)),
         Meaning::Declared(_) | Meaning::Member | Meaning::Status | Meaning::Unknown => !has_member,
     };
-    let mut operand = format!("{text}{}", index(file, word)?);
+    let before = match &word.array {
+        Some(array) => {
+            let between = file.slice(array.end..word.span.start);
+            let digits = between.strip_prefix('[').and_then(|text| text.strip_suffix("]."));
+            digits.filter(|digits| digits.bytes().all(|byte| byte.is_ascii_digit()))?;
+            file.slice(array.start..word.span.start)
+        }
+        None => "",
+    };
+    let mut operand = format!("{before}{text}{}", index(file, word)?);
     if let Some(whole_structure) = structure.filter(|_| is_whole) {
         operand = format!("{operand}.{}", whole_structure.acc_name());
     }
@@ -111,7 +121,10 @@ fn index<'f>(file: &'f EditorFile, word: &FileWord) -> Option<&'f str> {
 fn declared_structure(project: &Project, at: usize) -> Option<Option<Structure>> {
     let declared = &project.names.all[at];
     match declared.kind {
-        DeclaredKind::Tag | DeclaredKind::OwnTag => {}
+        DeclaredKind::Tag | DeclaredKind::OwnTag if project.names.record_of(at).is_some() => {
+            return None;
+        }
+        DeclaredKind::Tag | DeclaredKind::OwnTag | DeclaredKind::Field => {}
         DeclaredKind::Program
         | DeclaredKind::Task
         | DeclaredKind::Stage
@@ -121,6 +134,7 @@ fn declared_structure(project: &Project, at: usize) -> Option<Option<Structure>>
         | DeclaredKind::Subroutine
         | DeclaredKind::Template
         | DeclaredKind::Parameter
+        | DeclaredKind::Record
         | DeclaredKind::Test => return None,
     }
     let facts = TagFacts::of(declared, &project.files[declared.file]);

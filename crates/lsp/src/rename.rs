@@ -98,6 +98,8 @@ fn check_name(declared: &Declaration, new: &str) -> Result<()> {
         | DeclaredKind::OwnTag
         | DeclaredKind::Parameter
         | DeclaredKind::Use
+        | DeclaredKind::Record
+        | DeclaredKind::Field
         | DeclaredKind::Template => false,
         DeclaredKind::Program
         | DeclaredKind::Task

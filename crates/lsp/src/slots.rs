@@ -74,6 +74,10 @@ pub(super) enum DeclaredKind {
     Parameter,
     /// A tag of a template.
     OwnTag,
+    /// A record.
+    Record,
+    /// A field of a record.
+    Field,
     /// A use of a template.
     Use,
     /// A field device.
@@ -145,6 +149,8 @@ fn of_ladder(object: &str, keys: &[&str]) -> Slot {
         (_, ["allow"]) | ("", ["ladder", "allow"]) => Slot::Allow,
         ("" | "template", ["tags", _, "at"]) => Slot::Address,
         ("" | "template", ["tags" | "parameters", _, "type"]) => Slot::Type,
+        ("record", ["fields", _, "type"]) => Slot::Type,
+        ("record", ["name"]) => Slot::Declares(DeclaredKind::Record),
         ("template", ["parameters", _, "default"]) => Slot::Operand,
         ("program", ["name"]) => Slot::Declares(DeclaredKind::Program),
         ("task", ["name"]) => Slot::Declares(DeclaredKind::Task),
@@ -207,6 +213,7 @@ pub(super) fn of_key_path(kind: FileKind, object: &str, keys: &[&str]) -> KeySlo
         (FileKind::Ladder, "template", ["parameters"]) => {
             KeySlot::Declares(DeclaredKind::Parameter)
         }
+        (FileKind::Ladder, "record", ["fields"]) => KeySlot::Declares(DeclaredKind::Field),
         (FileKind::Ladder, _, ["with"]) => KeySlot::Parameter,
         (FileKind::Test, "scenario" | "random", ["set"])
         | (FileKind::Test, "random", ["change"]) => KeySlot::Operand,

@@ -113,6 +113,8 @@ pub(super) fn kind_of(kind: DeclaredKind) -> SymbolKind {
         DeclaredKind::Template => SymbolKind::INTERFACE,
         DeclaredKind::Use => SymbolKind::OBJECT,
         DeclaredKind::Device => SymbolKind::PACKAGE,
+        DeclaredKind::Record => SymbolKind::STRUCT,
+        DeclaredKind::Field => SymbolKind::FIELD,
         DeclaredKind::Test => SymbolKind::METHOD,
     }
 }

@@ -121,7 +121,7 @@ fn parts(
         FileWordRole::Parameter | FileWordRole::Placeholder => one(NameToken::Parameter),
         FileWordRole::Declares(kind) => one(kind_of(kind)),
         FileWordRole::File | FileWordRole::Warning => Vec::new(),
-        FileWordRole::Reads | FileWordRole::Writes | FileWordRole::Names => {
+        FileWordRole::Reads | FileWordRole::Writes | FileWordRole::Names | FileWordRole::Type => {
             let parts = project.names.parts(file, word);
             let kind = |meaning| match meaning {
                 Meaning::Declared(at) => Some(kind_of(project.names.all[at].kind)),
@@ -141,8 +141,8 @@ fn kind_of(kind: DeclaredKind) -> NameToken {
         | DeclaredKind::Task
         | DeclaredKind::Subroutine
         | DeclaredKind::Device => NameToken::Namespace,
-        DeclaredKind::Stage => NameToken::Property,
-        DeclaredKind::Template => NameToken::Class,
+        DeclaredKind::Stage | DeclaredKind::Field => NameToken::Property,
+        DeclaredKind::Template | DeclaredKind::Record => NameToken::Class,
         DeclaredKind::Parameter => NameToken::Parameter,
         DeclaredKind::Rung | DeclaredKind::Test => NameToken::Event,
     }

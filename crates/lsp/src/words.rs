@@ -10,7 +10,7 @@ use std::ops::Range;
 use super::outline::{KeyPair, KeyPart, Outline, OutlineValue, TableObject};
 use super::slots::{DeclaredKind, FileKind, KeySlot, Slot, of_key, of_value};
 use rungd_engine::isa::{Function, Mnemonic, OperandKind, OperandRole, OperandSpec};
-use rungd_language::resolve::placeholders;
+use rungd_language::resolve::{is_type_name, placeholders};
 use rungd_language::source::instruction::words;
 
 /// A word of a file.
@@ -20,6 +20,8 @@ pub(super) struct FileWord {
     pub span: Range<usize>,
     /// Its role there.
     pub role: FileWordRole,
+    /// For a field or member behind an index, the name before that: `recipe` of `recipe[3].target`.
+    pub array: Option<Range<usize>>,
     /// The object that contains it.
     pub object: usize,
     /// The pair that contains it.
@@ -43,6 +45,8 @@ pub(super) enum FileWordRole {
     Stage,
     /// A template is used.
     Template,
+    /// The type of a tag or parameter, which may be a record.
+    Type,
     /// A parameter of the template that is used here.
     Parameter,
     /// A field device is named in a step of a test or in a list.
@@ -118,7 +122,8 @@ fn parts<'t>(text: &'t str, outline: &Outline) -> HashSet<(usize, &'t str)> {
 impl<'t> WordReader<'t> {
     fn push(&mut self, span: Range<usize>, role: FileWordRole) {
         if !span.is_empty() {
-            self.words.push(FileWord { span, role, object: self.object, pair: self.pair });
+            let (object, pair) = (self.object, self.pair);
+            self.words.push(FileWord { span, role, array: None, object, pair });
         }
     }
 
@@ -166,7 +171,9 @@ impl<'t> WordReader<'t> {
             Slot::File => self.push(whole, FileWordRole::File),
             Slot::Device => self.push(whole, FileWordRole::Device),
             Slot::Placeholders => self.placeholders(whole),
-            Slot::Type | Slot::Other => {}
+            Slot::Type if is_type_name(&self.text[whole.clone()]) => {}
+            Slot::Type => self.push(whole, FileWordRole::Type),
+            Slot::Other => {}
         }
     }
 
@@ -189,13 +196,21 @@ impl<'t> WordReader<'t> {
 
     /// The names and functions of a text. `hyphens`: whether `-` may be part of a name.
     fn names(&mut self, place: Range<usize>, hyphens: bool, role: FileWordRole) {
-        for NameInText { place: span, is_called } in names(&self.text[place.clone()], hyphens) {
+        for NameInText { place: span, is_called, array } in
+            names(&self.text[place.clone()], hyphens)
+        {
             let span = place.start + span.start..place.start + span.end;
             let name = &self.text[span.clone()];
             match Function::from_name(name).filter(|_| is_called) {
                 Some(function) => self.push(span, FileWordRole::Function(function)),
                 None if hyphens && is_called && matches!(name, "rise" | "fall") => {}
-                None => self.push(span, role),
+                None => {
+                    self.push(span, role);
+                    let array = array.map(|at| place.start + at.start..place.start + at.end);
+                    if let (Some(_), Some(word)) = (&array, self.words.last_mut()) {
+                        word.array = array;
+                    }
+                }
             }
         }
     }
@@ -280,6 +295,8 @@ pub(super) struct NameInText {
     pub place: Range<usize>,
     /// Whether a parenthesis follows it.
     pub is_called: bool,
+    /// The name before it, if an index and a dot are between them.
+    pub array: Option<Range<usize>>,
 }
 
 /// The names in a text. An index is a name of its own, after the name of its array. `hyphens`:
@@ -295,11 +312,19 @@ pub(super) fn names(text: &str, hyphens: bool) -> Vec<NameInText> {
         Some(b) => b.is_ascii_alphanumeric(),
         None => false,
     };
-    let mut found = Vec::new();
+    let mut found: Vec<NameInText> = Vec::new();
     let mut at = 0;
+    // The names before the open brackets, and the name whose index has just ended.
+    let (mut open, mut closed) = (Vec::new(), None);
     while at < bytes.len() {
         let start = at;
         at += 1;
+        if bytes[start] == b'[' {
+            let last = found.last().filter(|name| name.place.end == start);
+            open.push(last.map(|name| name.place.clone()));
+        } else if bytes[start] == b']' {
+            closed = open.pop().flatten().map(|name| (name, at));
+        }
         if bytes[start].is_ascii_digit() {
             while is_part(at) || bytes.get(at) == Some(&b':') {
                 at += 1;
@@ -318,7 +343,9 @@ pub(super) fn names(text: &str, hyphens: bool) -> Vec<NameInText> {
             }
         }
         let is_called = text[at..].trim_start_matches([' ', '\t']).starts_with('(');
-        found.push(NameInText { place: start..at, is_called });
+        let array = closed.take().filter(|(_, end)| text[*end..start] == *".");
+        let array = array.map(|(name, _)| name);
+        found.push(NameInText { place: start..at, is_called, array });
     }
     found
 }
@@ -382,6 +409,26 @@ mod tests {
             "Main.Two Names",
         ];
         assert_eq!(told(text, FileKind::Ladder), wanted);
+    }
+
+    #[test]
+    fn words_of_records_are_classified() {
+        let text = "[[record]]\nname = \"Step\"\n[record.fields]\nkind = { type = \"int\" }\n\
+                    [tags]\nr = { type = \"Step\" }\n[[program.rung]]\n\
+                    when = [\"r[i + a[1]].kind > 2\"]\n";
+        let wanted = [
+            "Step Declares(Record)",
+            "kind Declares(Field)",
+            "r Declares(Tag)",
+            "Step Type",
+            "r Reads",
+            "i Reads",
+            "a Reads",
+            "kind Reads",
+        ];
+        assert_eq!(told(text, FileKind::Ladder), wanted);
+        let array = names("r[i + a[1]].kind > 2", true).pop().and_then(|name| name.array);
+        assert_eq!(array, Some(0..1));
     }
 
     #[test]

@@ -18,6 +18,7 @@ use rungd_language::lower::Symbols;
 use rungd_language::resolve::mistake::sentence;
 use rungd_language::resolve::program::{BlockKind, Program, TagMeaning};
 use rungd_language::resolve::range::{is_range, other_range, resolve_range};
+use rungd_language::resolve::record::RecordPlace;
 use rungd_language::resolve::scope::{NamedThing, Scope};
 use rungd_language::source::finding::Finding;
 use rungd_language::source::reader::Text;
@@ -142,6 +143,7 @@ impl OperandNames {
                 | NamedThing::Array(_)
                 | NamedThing::Element(_),
             ) => false,
+            Ok(NamedThing::Record(place)) => return Some(self.record(most, text, place)),
         };
         let members = if is_one { self.groups.members(text, most) } else { Vec::new() };
         if members.is_empty() {
@@ -158,6 +160,23 @@ impl OperandNames {
             true => Err(too_many(most, text)),
             false => Ok(found),
         })
+    }
+
+    /// The bits and words of a whole record, or of all records of an array.
+    fn record(
+        &self,
+        most: usize,
+        text: &str,
+        place: RecordPlace,
+    ) -> Result<Vec<Variable>, RequestRefusal> {
+        let mut found = Vec::new();
+        for name in self.scope.fields(place) {
+            found.extend(self.members(&name, self.look_up(&name)?)?);
+            if found.len() > most {
+                return Err(too_many(most, text));
+            }
+        }
+        Ok(found)
     }
 
     fn is_array(&self, text: &str) -> bool {

@@ -311,3 +311,34 @@ rung = [
     let beyond = set(&["V0..V4095", "C0"]).unwrap_err().message;
     assert!(beyond.contains("more than 4096 values"), "{beyond}");
 }
+
+#[test]
+fn a_record_stands_for_its_fields() {
+    let names = names_of(
+        r#"
+        [[record]]
+        name = "Step"
+        fields = { kind = { type = "int" }, late = { type = "timer" } }
+        [tags]
+        recipe = { type = "Step", count = 2 }
+        current = { type = "Step" }
+        [[program]]
+        name = "Main"
+        rung = [ { when = ["recipe[0].kind > current.kind"], do = ["TMR current.late preset=1s"] } ]
+        "#,
+    );
+    let found = |text: &str| -> String {
+        let found = names.find(text).unwrap_or_else(|refusal| panic!("{}", refusal.message));
+        found.iter().map(|variable| variable.operand.as_str()).collect::<Vec<_>>().join(" ")
+    };
+    let late = |record: &str| {
+        ["Acc", "Done", "Reset", "Zero", "Timing"].map(|m| format!("{record}.late.{m}")).join(" ")
+    };
+    assert_eq!(found("recipe.kind"), "recipe[0].kind recipe[1].kind");
+    assert_eq!(found("recipe[1..1].kind"), "recipe[1].kind");
+    assert_eq!(found("recipe[1]"), format!("recipe[1].kind {}", late("recipe[1]")));
+    assert_eq!(found("current"), format!("current.kind {}", late("current")));
+    assert_eq!(found("recipe"), format!("{} {}", found("recipe[0]"), found("recipe[1]")));
+    let refused = names.find_one("recipe[1]").unwrap_err().message;
+    assert_eq!(refused, "`recipe[1]` is a record: name a field, `recipe[1].kind`");
+}

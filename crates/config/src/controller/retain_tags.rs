@@ -10,6 +10,7 @@
 //! tags = ["total_*", "shift"]      # fails with "totl_*": no tag has such a name
 //! ```
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::ops;
 
@@ -19,6 +20,7 @@ use rungd_language::resolve::program::{Program, Tag, TagMeaning};
 use rungd_language::resolve::range::Range;
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::fix::{FixEdit, Help, advise, possible};
+use rungd_language::source::indexed::IndexedName;
 use rungd_language::source::nearest::KnownNames;
 use rungd_language::source::reader::Text;
 use rungd_language::source::wording::thousands;
@@ -44,7 +46,9 @@ pub(super) fn resolve(
     let known = || {
         program.tags.iter().filter(|tag| tag.of_array.is_none_or(|array_place| array_place.at == 0))
     };
-    let known = KnownNames::new(known().map(Tag::array_name));
+    let names: Vec<Cow<'_, str>> = known().map(Tag::array_name).collect();
+    let records = program.records.iter().map(|record| record.name.as_str());
+    let known = KnownNames::new(names.iter().map(|name| &**name).chain(records));
     let mut found: HashMap<&str, RetainedNames> = HashMap::new();
     for pattern in progress.during(patterns) {
         if !compares_stars && pattern.text.contains('*') {
@@ -84,19 +88,19 @@ enum RetainedNames {
 struct Tags<'p> {
     program: &'p Program,
     /// For each name of a tag or of an array: the indices of its tags.
-    by_name: HashMap<&'p str, ops::Range<usize>>,
+    by_name: HashMap<Cow<'p, str>, ops::Range<usize>>,
     /// For each tag: its range, if it can be retained.
     retainable: Vec<Option<Range>>,
-    /// For each tag: whether its range is among `ranges`.
-    is_named: Vec<bool>,
+    /// For each tag: the index of its range in `ranges`.
+    named: Vec<Option<usize>>,
     ranges: Vec<Range>,
 }
 
 impl<'p> Tags<'p> {
     fn of(program: &'p Program) -> Tags<'p> {
-        let mut by_name: HashMap<&str, ops::Range<usize>> = HashMap::new();
+        let mut by_name: HashMap<Cow<'_, str>, ops::Range<usize>> = HashMap::new();
         for (at, tag) in program.tags.iter().enumerate() {
-            by_name.entry(&tag.name).or_insert(at..at + 1);
+            by_name.entry(Cow::Borrowed(&tag.name)).or_insert(at..at + 1);
             if let Some(array_place) = tag.of_array.filter(|array_element| array_element.at == 0) {
                 by_name
                     .entry(tag.array_name())
@@ -104,33 +108,62 @@ impl<'p> Tags<'p> {
             }
         }
         let retainable = program.tags.iter().map(|tag| range(program, tag)).collect();
-        let is_named = vec![false; program.tags.len()];
-        Tags { program, by_name, retainable, is_named, ranges: Vec::new() }
+        let named = vec![None; program.tags.len()];
+        Tags { program, by_name, retainable, named, ranges: Vec::new() }
     }
 
     /// Adds the ranges of the tags that a pattern names, each once.
     fn retain(&mut self, pattern: &Text) -> RetainedNames {
-        let named = match pattern.text.contains('*') {
+        let named: Vec<usize> = match pattern.text.contains('*') {
             true => self.fitting(&pattern.text),
             false => self.by_name.get(&*pattern.text).cloned().unwrap_or_default().collect(),
         };
-        let Some(first) = named.first() else { return RetainedNames::Nothing };
+        let fields = self.fields(&pattern.text);
+        let Some(first) = named.first().or(fields.first()) else { return RetainedNames::Nothing };
         let mut found = RetainedNames::Other(*first);
-        for at in named {
+        let named = named.iter().map(|at| (*at, false));
+        for (at, of_record) in named.chain(fields.iter().map(|at| (*at, true))) {
             let Some(range) = self.retainable[at] else { continue };
             found = RetainedNames::Ranges;
-            if !std::mem::replace(&mut self.is_named[at], true) {
-                self.ranges.push(Range { span: pattern.span, ..range });
+            if let Some(range) = self.named[at] {
+                self.ranges[range].of_record &= of_record;
+                continue;
             }
+            self.named[at] = Some(self.ranges.len());
+            self.ranges.push(Range { span: pattern.span, of_record, ..range });
         }
         found
+    }
+
+    /// The indices of the fields of the records whose names fit a pattern: of `recipe` all of it,
+    /// of `recipe[2]` one record.
+    fn fields(&self, pattern: &str) -> Vec<usize> {
+        let mut tags = Vec::new();
+        let stars = pattern.contains('*').then(|| NamePattern::of(pattern));
+        let fits = |name: &str| match &stars {
+            Some(stars) => stars.fits(name),
+            None => pattern == name,
+        };
+        for record in &self.program.records {
+            if fits(&record.name) {
+                tags.extend(record.tags(None));
+                continue;
+            }
+            let one = IndexedName::of(pattern).filter(|one| one.behind.is_empty());
+            let one = one.filter(|one| one.base == record.name);
+            let at = one.and_then(|one| one.index.parse().ok());
+            if let Some(at) = at.filter(|at| record.count.is_some_and(|count| *at < count)) {
+                tags.extend(record.tags(Some(at)));
+            }
+        }
+        tags
     }
 
     /// The indices of the tags whose names fit a pattern.
     fn fitting(&self, pattern: &str) -> Vec<usize> {
         let pattern = NamePattern::of(pattern);
         let fits = |tag: &Tag| {
-            pattern.fits(&tag.name) || (tag.of_array.is_some() && pattern.fits(tag.array_name()))
+            pattern.fits(&tag.name) || (tag.of_array.is_some() && pattern.fits(&tag.array_name()))
         };
         let tags = self.program.tags.iter().enumerate();
         tags.filter(|(_, tag)| fits(tag)).map(|(at, _)| at).collect()
@@ -143,7 +176,7 @@ fn range(program: &Program, tag: &Tag) -> Option<Range> {
     let (space, first) = Space::of(address)?;
     let count = program.names.places.named(&tag.name).map_or(1, |place| place.count);
     let last = first + count - 1;
-    let range = Range { space, first, last, span: tag.span, of_tag: true };
+    let range = Range { space, first, last, span: tag.span, of_tag: true, of_record: false };
     Space::RETAINABLE.contains(&space).then_some(range)
 }
 

@@ -10,6 +10,7 @@ mod layout;
 mod library;
 mod math;
 mod properties;
+mod records;
 mod restarts;
 mod runs;
 mod semantics_page;

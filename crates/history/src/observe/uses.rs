@@ -197,6 +197,12 @@ impl ReadList<'_> {
         for read in reads {
             let (first, count) = match read {
                 ReadOperand::Address(address) => (*address, 1),
+                // The flags of structures are not neighbours.
+                ReadOperand::Array(array) if array.member.is_some() => {
+                    let each = array.addresses().filter_map(|member| layout.cell(member));
+                    each.for_each(|cell| cells.add_cells(cell, 1));
+                    continue;
+                }
                 ReadOperand::Array(array) => (array.element(0), array.count),
             };
             match (layout.cell(first), read) {

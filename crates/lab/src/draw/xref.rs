@@ -11,6 +11,7 @@ mod tests;
 pub mod text;
 mod wanted;
 
+use std::borrow::Cow;
 use std::collections::HashSet;
 
 use super::xref::answer::{CrossReference, FileLine, ReadPlace, TestPlace, WritePlace};
@@ -77,11 +78,11 @@ impl<'a> CrossReferenceIndex<'a> {
         let operands = program.operands.iter();
         let untagged =
             operands.filter(|named| !tagged.contains(&named.address) && !is_member(&named.name));
-        let names = names.chain(untagged.map(|named| named.name.as_str()));
-        let names = names.chain(program.blocks.iter().map(|block| block.name.as_str()));
+        let names = names.chain(untagged.map(|named| Cow::Borrowed(named.name.as_str())));
+        let blocks = program.blocks.iter().map(|block| Cow::Borrowed(block.name.as_str()));
         let mut seen = HashSet::new();
-        let names = names.filter(|name| seen.insert(*name));
-        names.filter_map(|name| self.of(name).ok()).collect()
+        let names = names.chain(blocks).filter(|name| seen.insert(name.clone()));
+        names.filter_map(|name| self.of(&name).ok()).collect()
     }
 
     fn program(&self) -> &Program {

@@ -11,6 +11,7 @@ use rungd_language::resolve::array::ArrayElement;
 use rungd_language::resolve::condition::ResolvedCondition;
 use rungd_language::resolve::program::{ComputedContact, Contact};
 use rungd_language::source::contact::Edge;
+use rungd_language::source::indexed::IndexedName;
 
 /// A condition with its operands.
 #[derive(Clone, Debug)]
@@ -109,10 +110,9 @@ impl Condition {
     /// has no element.
     pub fn elements(&self, image: &Image) -> Vec<(String, Cell)> {
         let element = |(written, cells): &(String, ElementCells)| {
-            let name = written.split('[').next().unwrap_or(written);
-            let bit = written.rsplit_once("].").map_or(String::new(), |(_, bit)| format!(".{bit}"));
+            let IndexedName { base, behind, .. } = IndexedName::of(written)?;
             let at = image.word(cells.index);
-            Some((format!("{name}[{at}]{bit}"), cells.cell(image)?))
+            Some((format!("{base}[{at}]{behind}"), cells.cell(image)?))
         };
         self.selected.iter().filter_map(element).collect()
     }

@@ -37,7 +37,8 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let copy = OnceCell::new();
     for (structure, owners) in context.owners() {
         let range = context.retained_with(structure.space(), structure.number());
-        let Some(range) = range else { continue };
+        // A whole record is retained for its other fields.
+        let Some(range) = range.filter(|range| !range.of_record) else { continue };
         let resets =
             |p: &&ProgramInstruction| p.mnemonic().spec().termination == Termination::Reset;
         if let Some(owner) = owners.iter().find(resets) {

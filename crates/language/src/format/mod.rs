@@ -8,6 +8,7 @@
 
 mod blanks;
 mod order;
+mod record_indexes;
 mod same;
 mod tails;
 mod upgrade;
@@ -45,6 +46,8 @@ pub fn formatted(text: &str) -> Result<String, Vec<Finding>> {
     if !findings.is_empty() {
         return Err(findings);
     }
+    let moved = record_indexes::moved(text);
+    let text = moved.as_deref().unwrap_or(text);
     let laid_out = laid_out(text);
     let is_same = laid_out == text || same::is_same(text, &laid_out);
     debug_assert!(is_same, "formatting changes what this says:\n{text}");

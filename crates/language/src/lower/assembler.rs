@@ -192,7 +192,7 @@ impl<'p> Assembler<'p> {
         cell
     }
 
-    /// The cells of an array.
+    /// The cells of an array; of flags, from the first to the last one.
     pub fn cells(&mut self, array: Array) -> CellRange {
         self.has_arrays = true;
         let first = match self.layout.cell(array.element(0)) {
@@ -200,7 +200,8 @@ impl<'p> Assembler<'p> {
             Some(Cell::WordBit(bit)) => bit.word.0,
             None => unreachable!("arrays are of bits or words"),
         };
-        CellRange { first, count: array.count }
+        let stride = self.layout.stride(array.element(0));
+        CellRange { first, count: (array.count - 1) * stride + 1 }
     }
 
     /// The limits of the elements of an array of words.

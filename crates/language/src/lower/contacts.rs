@@ -165,7 +165,7 @@ impl Assembler<'_> {
     }
 
     /// A contact that computes, as a MATH into a private bit.
-    fn computed(&mut self, computed: &ComputedContact) -> Power {
+    pub(super) fn computed(&mut self, computed: &ComputedContact) -> Power {
         let cell = self.private_bit();
         let (put, on) = (MathTarget::Bit(BitWritten(cell)), self.on());
         let math = self.formula_into(put, &computed.condition(), on, MathReports::Nothing);

@@ -162,6 +162,7 @@ impl FormulaBuilder<'_, '_> {
 
     /// The element of an array that the last operand selects.
     fn element(&mut self, array: Array) {
+        self.scale_index(array);
         let last = self.operands.len() - 1;
         self.load(last);
         let number_type = type_of_array(array);
@@ -180,6 +181,24 @@ impl FormulaBuilder<'_, '_> {
             self.step(Code::HasBit, 0, 0, mask.cast_unsigned());
         }
         self.operands[last].of = number_type;
+    }
+
+    /// Multiplies the index of flags by their distance. First it is limited to one beyond each end,
+    /// so that the product sets no status bit.
+    fn scale_index(&mut self, array: Array) {
+        let stride = self.assembler.layout.stride(array.element(0));
+        if stride == 1 {
+            return;
+        }
+        let integer = NumberType::Integer;
+        for (operator, limit) in [
+            (Operator::Min, i64::from(array.count)),
+            (Operator::Max, -1),
+            (Operator::Mul, i64::from(stride)),
+        ] {
+            self.push(OperandPlace::Integer(limit), integer);
+            self.both(operator, integer);
+        }
     }
 
     pub(super) fn push(&mut self, place: OperandPlace, number_type: NumberType) {

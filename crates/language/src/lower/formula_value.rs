@@ -39,6 +39,8 @@ pub struct ArrayCells {
     first: Cell,
     is_real: bool,
     count: u32,
+    /// The distance from one element to the next.
+    stride: u32,
 }
 
 /// A number of an expression.
@@ -66,15 +68,16 @@ impl ArrayCells {
     /// The cells of an array of bits or words.
     pub fn new(array: Array, layout: &Layout) -> ArrayCells {
         let first = layout.cell(array.element(0)).expect("an array is of bits or words");
-        ArrayCells { first, is_real: array.is_real(), count: array.count }
+        let stride = layout.stride(array.element(0));
+        ArrayCells { first, is_real: array.is_real(), count: array.count, stride }
     }
 
     /// The cell of an element; `None`: the index is outside of the array.
     pub fn cell(&self, index: i64) -> Option<Cell> {
         let at = u32::try_from(index).ok().filter(|at| *at < self.count)?;
         Some(match self.first {
-            Cell::Bit(BitCell(first)) => Cell::Bit(BitCell(first + at)),
-            Cell::Word(WordCell(first)) => Cell::Word(WordCell(first + at)),
+            Cell::Bit(BitCell(first)) => Cell::Bit(BitCell(first + at * self.stride)),
+            Cell::Word(WordCell(first)) => Cell::Word(WordCell(first + at * self.stride)),
             Cell::WordBit(bit) => {
                 Cell::WordBit(WordBitCell { word: WordCell(bit.word.0 + at), ..bit })
             }

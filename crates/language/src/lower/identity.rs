@@ -197,12 +197,16 @@ impl Identity {
 
     /// The name of an array or slice; without an address, it is the name of the tag.
     pub(crate) fn array(&self, array: Array) -> String {
-        match self.names.places.at(array.element(0)) {
-            None => array.to_string(),
+        let named = match self.names.places.at(array.element(0)) {
+            None => return array.to_string(),
             Some((place, 0)) if place.count == array.count => place.name.clone(),
             Some((place, first)) => {
                 format!("{}[{first}..{}]", place.name, first + array.count - 1)
             }
+        };
+        match array.member {
+            Some(member) => format!("{named}.{member}"),
+            None => named,
         }
     }
 

@@ -5,7 +5,9 @@
 
 use super::assembler::Assembler;
 use crate::resolve::array::{Array, ArrayElement};
+use crate::resolve::formula::{Formula, FormulaPart};
 use crate::resolve::instruction::Value;
+use crate::resolve::program::ComputedContact;
 pub use rungd_engine::Cell;
 pub use rungd_engine::isa::{Address, Bit};
 pub use rungd_engine::ops::{
@@ -50,6 +52,10 @@ impl Assembler<'_> {
         if let Some(mask) = self.mask(element.array) {
             let word = self.picked_word(element);
             return Power::of(self.copied_bit(word, mask));
+        }
+        if element.array.member.is_some() {
+            let parts = vec![FormulaPart::Word(element.index), FormulaPart::Element(element.array)];
+            return self.computed(&ComputedContact { left: Formula { parts }, compare: None });
         }
         let from = BitsRead(self.cells(element.array));
         let index = WordRead(self.layout.word(element.index).0);

@@ -1,4 +1,4 @@
-//! Arrays: neighbouring bits or words of one space, and elements that a word selects.
+//! Arrays: neighbouring bits, words or structures of one space, and elements that a word selects.
 //!
 //! The scope makes them from names (`recipe`, `recipe[0..6]`, `recipe[step]`); contacts,
 //! instructions and formulas contain them. An element with a constant index is a plain address.
@@ -7,7 +7,7 @@ use std::fmt;
 
 use rungd_engine::isa::{Address, Bit, NumberRange, Space, Word, WordBit};
 
-/// Neighbouring bits or words of one space.
+/// Neighbouring bits, words or structures of one space, or one member of each structure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Array {
     /// The space.
@@ -18,6 +18,8 @@ pub struct Array {
     pub count: u32,
     /// If its elements are bits of words: the number of the bit in each word.
     pub bit: Option<u8>,
+    /// The member that each element is, in an array of structures: `lanes[i].Acc`.
+    pub member: Option<&'static str>,
 }
 
 /// An element of an array. A word selects it at run time.
@@ -42,7 +44,16 @@ pub struct ShiftBits {
 impl Array {
     /// The address of an element.
     pub fn element(&self, at: u32) -> Address {
-        let address = self.space.address(self.first + at);
+        self.address(self.first + at)
+    }
+
+    fn address(&self, number: u32) -> Address {
+        let address = match (self.space.address(number), self.member) {
+            (Address::Structure(structure), Some(member)) => {
+                structure.member(member).unwrap_or(Address::Structure(structure))
+            }
+            (address, _) => address,
+        };
         match (address, self.bit) {
             (Address::Word(word), Some(number)) => {
                 Address::Bit(Bit::InWord(WordBit { word, number }))
@@ -59,6 +70,18 @@ impl Array {
     /// The number of the bit in each word, as text behind an element: `.3`; else nothing.
     pub fn bit_text(&self) -> String {
         self.bit.map_or(String::new(), |number| format!(".{number}"))
+    }
+
+    /// One member of each of its structures; `None` if they have no such member.
+    pub fn of_member(&self, member: &str) -> Option<Array> {
+        let Address::Structure(structure) = self.element(0) else { return None };
+        let member = structure.member(member)?.member()?;
+        Some(Array { member: Some(member), ..*self })
+    }
+
+    /// Whether its elements are whole structures.
+    pub fn is_structures(&self) -> bool {
+        matches!(self.element(0), Address::Structure(_))
     }
 
     /// Its numbers as written, with their space.

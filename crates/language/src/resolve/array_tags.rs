@@ -12,9 +12,11 @@ use super::program::{OfArray, Program, Tag, TagMeaning};
 use super::tag::TagLimits;
 use super::tag_texts::HeldNumbers;
 use crate::source::finding::{Code, Finding};
-use crate::source::fix::{pair, possible};
+use crate::source::fix::{pair, possible, text};
+use crate::source::indexed::{INDEX, with_index};
 use crate::source::ladder;
 use crate::source::span::{Located, Span};
+use crate::source::tag::COUNT_MIN;
 use rungd_engine::isa::address_text::{self, AddressError};
 use rungd_engine::isa::{Address, BitSpace, Space, WordSpace};
 
@@ -36,11 +38,20 @@ impl Resolver<'_> {
         let array = self.array(tag, meaning, count)?;
         self.take_elements(array.count, count.span)?;
         self.misfits(tag, meaning);
+        self.no_record(tag);
         if let Some(alarm) = &tag.alarm {
             let message = "`alarm` does not go with `count`";
             let finding = Finding::new(Code::TagKey, alarm.span, message);
-            let help = format!("give the bit a tag of its own: `at = \"{}\"`", array.element(0));
-            self.find(finding.help(help));
+            self.find(match &tag.field {
+                Some(field) => finding
+                    .related(field.tag.span, "this tag has a `count`")
+                    .help("an `alarm` is of one bit: leave it to the fields of single records")
+                    .or_omit(),
+                None => {
+                    let element = array.element(0);
+                    finding.help(format!("give the bit a tag of its own: `at = \"{element}\"`"))
+                }
+            });
         }
         let mut cell =
             |value: &Option<_>| value.as_ref().and_then(|value| self.tag_value(value, meaning));
@@ -49,10 +60,11 @@ impl Resolver<'_> {
         let texts = self.value_texts(tag, HeldNumbers::new(meaning, &limits));
         let TagLimits { min, max } = limits;
         let list = self.initial_list(tag, meaning, array.count);
+        let column = column(tag);
         for at in 0..array.count {
             let own = list.get(at as usize).copied().flatten();
             program.tags.push(Tag {
-                name: format!("{}[{at}]", kept(&tag.name.text)),
+                name: with_index(&column, &at.to_string()),
                 span: tag.name.span,
                 doc: tag.doc.clone().filter(|_| at == 0),
                 meaning: TagMeaning::Address(array.element(at)),
@@ -106,7 +118,8 @@ impl Resolver<'_> {
         };
         let plain = address.filter(|address| match address {
             Address::Bit(_) | Address::Word(_) => true,
-            Address::Structure(_) => false,
+            // With an address, each structure has a name already.
+            Address::Structure(_) => tag.kind.is_some(),
         });
         let status =
             |space| matches!(space, Space::Bit(BitSpace::St) | Space::Word(WordSpace::Dst));
@@ -118,8 +131,15 @@ impl Resolver<'_> {
             self.find(finding.help(help).or_omit());
             return None;
         };
+        let is_structure = matches!(space, Space::Counter | Space::Timer | Space::Sensaphone);
+        if count.value < COUNT_MIN && tag.field.is_none() && !is_structure {
+            let message = format!("`count` of a tag lies outside {COUNT_MIN}..4096");
+            let finding = Finding::new(Code::OutOfRange, count.span, message);
+            self.find(finding.fix(text(COUNT_MIN.to_string())));
+            return None;
+        }
         let count = u32::try_from(count.value).ok()?;
-        let array = Array { space, first, count, bit: None };
+        let array = Array { space, first, count, member: None, bit: None };
         let last = array.element(count - 1).to_string();
         if let (Err(error), Some(at)) = (address_text::parse(&last, &self.options.sizes), &tag.at) {
             let highest = if let AddressError::BeyondMemory { space, last, .. } = &error {
@@ -142,6 +162,10 @@ impl Resolver<'_> {
         meaning: TagMeaning,
         count: u32,
     ) -> Vec<ArrayCell> {
+        if let Some(field) = &tag.field {
+            let value = |value: &Option<_>| self.tag_value(value.as_ref()?, meaning);
+            return field.initials.iter().map(value).collect();
+        }
         let Some(list) = &tag.initials else { return Vec::new() };
         if list.value.len() != count as usize {
             let values = list.value.len();
@@ -164,6 +188,14 @@ impl Resolver<'_> {
             tags[at..end].iter_mut().for_each(|tag| tag.used = used);
             at = end;
         }
+    }
+}
+
+/// The name of a tag's elements, with the place of their index.
+fn column(tag: &ladder::WrittenTag) -> String {
+    match &tag.field {
+        Some(field) => format!("{}{INDEX}.{}", kept(&field.tag.text), field.field),
+        None => kept(&tag.name.text),
     }
 }
 

@@ -105,10 +105,7 @@ impl Resolver<'_> {
                 [ExpressionPart { kind: ExpressionPartKind::Name(name), .. }] => self.is_bit(name),
                 [.., ExpressionPart { kind: ExpressionPartKind::WordBit(_), .. }] => true,
                 [.., ExpressionPart { kind: ExpressionPartKind::Element(name), .. }] => {
-                    matches!(
-                        self.scope.look_up(&name.value).map(|found| found.thing),
-                        Ok(NamedThing::Array(array)) if array.is_bits()
-                    )
+                    self.scope.column(&name.value).is_ok_and(|column| column.array.is_bits())
                 }
                 _ => false,
             };
@@ -126,6 +123,7 @@ impl Resolver<'_> {
                 | NamedThing::Real(_)
                 | NamedThing::Block(_)
                 | NamedThing::Device(_)
+                | NamedThing::Record(_)
                 | NamedThing::Array(_),
             )
             | Err(_) => false,

@@ -92,6 +92,7 @@ impl Resolver<'_> {
                 advise("compare it: `{}`", [proposed(format!("{name} != 0"))])
             }
             NamedThing::Array(array) => of_array(name, array),
+            NamedThing::Record(place) => self.scope.name_a_field(name, place),
             NamedThing::Address(Address::Structure(structure)) => {
                 let flag = if structure.members().contains(&"Done") { "Done" } else { "DN" };
                 advise("name one of its flags: `{}`", [possible(format!("{name}.{flag}"))])
@@ -140,6 +141,7 @@ impl Resolver<'_> {
                 return Some(Value::Element(element));
             }
             NamedThing::Array(array) => of_array(name, array),
+            NamedThing::Record(place) => self.scope.name_a_field(name, place),
             NamedThing::Address(Address::Structure(structure)) => {
                 let acc = if structure.members().contains(&"Acc") { "Acc" } else { "ACC" };
                 advise("its value is `{}`", [proposed(format!("{name}.{acc}"))])

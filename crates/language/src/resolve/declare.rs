@@ -8,11 +8,12 @@ use super::Resolver;
 use super::layers::Layers;
 use super::names::{NameRole, forbidden, kept};
 use super::program::{Block, BlockKind, Program, Stage};
+use super::record::RecordTag;
 use super::scope::BlockNames;
 use super::tag_words::TagWords;
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{FixEdit, Help, advise, meant, pair, possible};
-use crate::source::ladder::{self, BlockForm, Ladder};
+use crate::source::ladder::{self, BlockForm, FieldOfTag, Ladder, WrittenTag};
 use crate::source::nearest::{KnownNames, nearest};
 use crate::source::reader::Text;
 use crate::source::renaming;
@@ -32,22 +33,32 @@ impl Resolver<'_> {
     pub(super) fn declare(&mut self, ladders: &[(FileId, Ladder)], program: &mut Program) {
         // Tags and blocks share one namespace over all files.
         let mut names: HashMap<String, Span> = HashMap::new();
+        self.declare_records(ladders, &mut names);
         self.place_typed(ladders);
         self.tag_words = TagWords::of(ladders, self.scope.places(), &self.options.sizes);
         let ladders = || ladders.iter().map(|(_, ladder)| ladder);
         let tags = ladders().flat_map(|ladder| &ladder.tags);
         for tag in self.options.progress.during(tags) {
-            // The names of a use's own tags are checked in its template.
-            if !Layers::is_layered(tag.name.span) {
-                self.declare_name(&tag.name, NameRole::Tag, &mut names);
+            match &tag.field {
+                Some(field) => self.declare_field(tag, field, &mut names),
+                // The names of a use's own tags are checked in its template.
+                None if !Layers::is_layered(tag.name.span) => {
+                    self.declare_name(&tag.name, NameRole::Tag, &mut names);
+                }
+                None => {}
             }
-            let index = program.tags.len();
+            let (index, before) = (program.tags.len(), self.findings.len());
             let meaning = match &tag.count {
                 Some(count) => self.array_tag(tag, count, program),
                 None => self.tag(tag, program),
             };
             self.scope.add_tag(&tag.name.text, index, meaning);
+            if let Some(field) = &tag.field {
+                self.scope.add_field(&field.field, meaning.map(|_| index));
+                self.drop_repeated(before);
+            }
         }
+        program.records = self.scope.records().to_vec();
         self.used = vec![false; program.tags.len()];
         for block in ladders().flat_map(|ladder| &ladder.blocks) {
             if let Some(name) = block.name.as_ref().filter(|n| !Layers::is_layered(n.span)) {
@@ -74,6 +85,51 @@ impl Resolver<'_> {
             let own = ladders().flat_map(|ladder| &ladder.templates);
             let templates: Vec<&Text> = own.filter_map(|template| template.name.as_ref()).collect();
             self.no_main(program, &templates);
+        }
+    }
+
+    /// Declares the names of all records.
+    fn declare_records(&mut self, ladders: &[(FileId, Ladder)], names: &mut HashMap<String, Span>) {
+        let records = ladders.iter().flat_map(|(_, ladder)| &ladder.records);
+        for name in records.filter_map(|record| record.name.as_ref()) {
+            self.declare_name(name, NameRole::Record, names);
+        }
+    }
+
+    /// Removes the findings from an index on that a field has already got for another tag.
+    fn drop_repeated(&mut self, from: usize) {
+        let new = self.findings.split_off(from);
+        for finding in new {
+            if self.field_findings.insert((finding.code, finding.span)) {
+                self.findings.push(finding);
+            }
+        }
+    }
+
+    /// Declares a tag that stands for a field of a tag of records.
+    fn declare_field(
+        &mut self,
+        tag: &WrittenTag,
+        field: &FieldOfTag,
+        names: &mut HashMap<String, Span>,
+    ) {
+        let is_first = self
+            .scope
+            .records()
+            .last()
+            .is_none_or(|last| (&last.name, last.span) != (&field.tag.text, field.tag.span));
+        if is_first {
+            if !Layers::is_layered(field.tag.span) {
+                self.declare_name(&field.tag, NameRole::Tag, names);
+            }
+            self.scope.add_record(RecordTag {
+                name: field.tag.text.clone(),
+                record: field.record.clone(),
+                span: field.tag.span,
+                doc: field.doc.clone(),
+                count: tag.count.as_ref().and_then(|count| u32::try_from(count.value).ok()),
+                fields: Vec::new(),
+            });
         }
     }
 
@@ -148,7 +204,9 @@ impl Resolver<'_> {
                     | NameRole::Block(_)
                     | NameRole::Stage
                     | NameRole::Template
-                    | NameRole::Parameter => {
+                    | NameRole::Parameter
+                    | NameRole::Record
+                    | NameRole::Field => {
                         "tags, programs and tasks share one set of names, over all files"
                     }
                     NameRole::Use => {

@@ -8,12 +8,15 @@ use super::Resolver;
 use super::array::{Array, ArrayElement};
 use super::formula::{FormulaPart, NumberType, Unary, type_of_array};
 use super::formula_operands::{FormulaWalk, OperandForm, TypedOperand};
+use super::index::moving_structure;
 use super::mistake::address_mistake;
 use super::program::NamedArray;
+use super::record::{RecordIndex, RecordPlace};
 use super::resolver::of_array;
 use super::scope::NamedThing;
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::advise;
+use crate::source::indexed::{INDEX, with_index};
 use crate::source::span::{Located, Span};
 use rungd_engine::isa::Address;
 use rungd_engine::isa::address_text::{self, AddressError};
@@ -26,7 +29,7 @@ impl Resolver<'_> {
     /// Resolves a name in an expression: one value, or a whole array.
     pub(super) fn name(&mut self, walk: &mut FormulaWalk, name: &str, span: Span) {
         let array = match self.scope.look_up(name).map(|found| found.thing) {
-            Ok(NamedThing::Array(array)) => Some(array),
+            Ok(NamedThing::Array(array)) if !array.is_structures() => Some(array),
             Ok(NamedThing::Element(ArrayElement { array, index })) => {
                 self.look_up(name, span);
                 walk.parts.push(FormulaPart::Word(index));
@@ -94,7 +97,7 @@ impl Resolver<'_> {
         if let Some((at, parts)) = constant(&walk.parts) {
             self.names_an_element(span);
             walk.parts.truncate(walk.parts.len() - parts);
-            match self.operand_of(&format!("{}[{at}]", name.value), span) {
+            match self.operand_of(&with_index(&name.value, &at.to_string()), span) {
                 Some((part, operand)) => walk.push(part, operand),
                 None => walk.unknown(span),
             }
@@ -139,14 +142,53 @@ impl Resolver<'_> {
 
     /// The array with this name. Marks its tag as used.
     pub(super) fn array_of(&mut self, name: &Located<String>) -> Option<Array> {
+        if name.value.contains(INDEX) {
+            return self.column_of(name);
+        }
         let thing = self.look_up(&name.value, name.span)?;
         if let NamedThing::Array(array) = thing {
-            return Some(array);
+            if !array.is_structures() {
+                return Some(array);
+            }
+            let message = format!("`{}` is an array of structures", name.value);
+            let finding = Finding::new(Code::OperandType, name.span, message);
+            self.find(finding.help("name a member of one, behind the index"));
+            return None;
+        }
+        if let NamedThing::Record(place) = thing {
+            let text = format!("{}[…]", name.value);
+            let place = RecordPlace { at: RecordIndex::Constant(0), ..place };
+            let message = format!("`{text}` is {}, not a value", place.words());
+            let finding = Finding::new(Code::OperandType, name.span, message);
+            self.find(finding.help("name a field of it, behind the index"));
+            return None;
         }
         let message = format!("`{}` is no array: it has no elements", name.value);
         let finding = Finding::new(Code::OperandType, name.span, message);
         self.find(finding.help("declare a tag with `count`: `{ at = \"D10\", count = 7 }`"));
         None
+    }
+
+    /// The array of a column, as [`Resolver::array_of`]: `recipe[].target`, `lanes[].Acc`.
+    fn column_of(&mut self, name: &Located<String>) -> Option<Array> {
+        match self.scope.column(&name.value) {
+            Ok(column) if column.array.is_structures() => {
+                let mistake = moving_structure(&column, "…").finding(name.span);
+                let help = "name a member of it, behind the index";
+                self.findings.extend(mistake.map(|finding| finding.help(help)));
+                None
+            }
+            Ok(column) => {
+                self.used[column.tag] = true;
+                self.note_array(&name.value, name.span, column.array, Some(column.tag));
+                Some(column.array)
+            }
+            Err(mistake) => {
+                self.mark_used(&name.value);
+                self.findings.extend(mistake.finding(name.span));
+                None
+            }
+        }
     }
 
     /// Removes the record that the ladder names a whole array here, because it names one element.

@@ -109,6 +109,7 @@ impl Resolver<'_> {
             NamedThing::Array(array) | NamedThing::Element(ArrayElement { array, .. }) => {
                 of_array(name, array)
             }
+            NamedThing::Record(place) => self.scope.name_a_field(name, place),
             NamedThing::Block(_) => bit_of_block(name),
             NamedThing::Device(_) => advise("its bits are `{}` and `{}`", bits_of_device(name)),
         };

@@ -4,11 +4,13 @@
 //! whose number is read at run time.
 
 use super::array::{Array, ArrayElement};
-use super::mistake::{Mistake, bit_of_block, bits_of_device, mistake};
+use super::mistake::{Mistake, bit_of_block, bits_of_device, member_mistake, mistake};
 use super::program::TagMeaning;
+use super::record::{RecordIndex, RecordPlace};
 use super::scope::{LookUp, NamedThing, Scope};
 use crate::source::finding::Code;
 use crate::source::fix::{Help, advise, possible, propose, proposed, write};
+use crate::source::indexed::{INDEX, IndexedName, with_index};
 use rungd_engine::isa::{Address, Space, address_text};
 
 /// An index: a constant, or the name of a word.
@@ -17,49 +19,132 @@ enum ArrayIndex<'n> {
     Word(&'n str),
 }
 
-/// An array of which a slice is named.
-struct SlicedArray<'n> {
-    /// Its name.
-    base: &'n str,
+/// An array with the place of its index in names.
+pub(super) struct ArrayColumn {
+    /// Its name: `recipe`, `recipe[].target`.
+    name: String,
     /// The index of the tag of its element 0.
-    first: usize,
-    array: Array,
+    pub tag: usize,
+    pub array: Array,
+}
+
+impl ArrayColumn {
+    /// The name of an element or slice.
+    fn with(&self, index: &str) -> String {
+        with_index(&self.name, index)
+    }
+
+    /// The name as people write it.
+    fn plain(&self) -> String {
+        self.name.replacen(INDEX, "", 1)
+    }
 }
 
 impl Scope {
     /// Looks up a name that has a `[`.
     pub(super) fn indexed(&self, name: &str) -> Result<LookUp, Mistake> {
-        // A template's argument may be a slice, and then a name in the template is
-        // `recipe[2..4][0]`.
-        let of_slice = name.rsplit_once("][").map(|(slice, _)| (slice.len() + 1, slice.len() + 2));
-        let (end, begin) = match (of_slice, name.find('[')) {
-            (Some(of_slice), _) => of_slice,
-            (None, Some(at)) => (at, at + 1),
-            (None, None) => (name.len(), name.len()),
-        };
-        let (base, rest) = (name[..end].trim_end(), &name[begin..]);
-        let (first, array) = self.array(base)?;
-        let Some(index) = rest.trim_end().strip_suffix(']') else {
+        let Some(IndexedName { base, index, behind }) = IndexedName::of(name)
+            .filter(|name| name.behind.is_empty() || name.behind.starts_with('.'))
+        else {
+            let base = name.split('[').next().unwrap_or_default().trim_end();
+            self.array(base)?;
             let message = format!("`{name}` does not end with its index");
             let help = format!("one element is `{base}[0]`; elements have no members");
             return Err(mistake(Code::UnknownName, message, help));
         };
-        if let Some((low, high)) = index.split_once("..") {
-            let array = SlicedArray { base, first, array };
-            return self.slice(array, low.trim(), high.trim());
+        if let (true, Some((tag, _))) = (behind.is_empty(), self.record(base)) {
+            return self.indexed_record(base, tag, index);
         }
-        Ok(match self.index(base, array, index.trim())? {
+        let column = self.column(&format!("{base}{INDEX}{behind}"))?;
+        if let Some((low, high)) = index.split_once("..") {
+            return self.slice(&column, low.trim(), high.trim());
+        }
+        let (array, tag) = (column.array, column.tag);
+        let found = match self.index(&column, index)? {
             ArrayIndex::Constant(at, named) => LookUp {
                 thing: NamedThing::Address(array.element(at)),
-                tag: Some(first + at as usize),
+                tag: Some(tag + at as usize),
                 index: named.map(str::to_owned),
             },
             ArrayIndex::Word(word) => LookUp {
                 thing: NamedThing::Element(self.selected(array, word)?),
-                tag: Some(first),
+                tag: Some(tag),
                 index: Some(word.to_owned()),
             },
-        })
+        };
+        if let NamedThing::Element(element) = found.thing
+            && element.array.is_structures()
+        {
+            return Err(moving_structure(&column, index));
+        }
+        Ok(found)
+    }
+
+    /// A record of an array of records.
+    fn indexed_record(&self, base: &str, tag: usize, index: &str) -> Result<LookUp, Mistake> {
+        let record = &self.records()[tag];
+        let Some(count) = record.count else {
+            let message = format!("`{base}` is one record: it has no index");
+            return Err(mistake(Code::OperandType, message, propose(base)));
+        };
+        if index.contains("..") {
+            let slice = format!("{base}[{index}]");
+            let message = format!("`{slice}` is a slice of whole records");
+            let all = record.fields.iter().map(|field| format!("{slice}.{}", field.name));
+            let help = Help::from("a slice is of one field").with_all(all.map(possible));
+            return Err(mistake(Code::OperandType, message, help));
+        }
+        let array = Array { space: Space::Timer, first: 0, count, member: None, bit: None };
+        let column = ArrayColumn { name: base.to_owned(), tag: 0, array };
+        let (at, index) = match self.index(&column, index)? {
+            ArrayIndex::Constant(at, named) => (RecordIndex::Constant(at), named),
+            ArrayIndex::Word(word) => {
+                (RecordIndex::Word(self.selected(array, word)?.index), Some(word))
+            }
+        };
+        let index = index.map(str::to_owned);
+        Ok(LookUp { index, ..LookUp::of_record(RecordPlace { tag, at }) })
+    }
+
+    /// The array with the name of a column: `recipe`, `recipe[].target`, `lanes[].Acc`.
+    pub(super) fn column(&self, name: &str) -> Result<ArrayColumn, Mistake> {
+        let (base, behind) = name.split_once(INDEX).unwrap_or((name, ""));
+        let found = |tag, array| ArrayColumn { name: name.to_owned(), tag, array };
+        if behind.is_empty() {
+            return self.array(base).map(|(tag, array)| found(tag, array));
+        }
+        let whole = format!("{base}{behind}");
+        if let Some((tag, meaning)) = self.tag(&whole) {
+            let is_field = self.record(base).is_some();
+            match meaning.ok_or(Mistake::Reported)? {
+                TagMeaning::Array(array) if is_field => return Ok(found(tag, array)),
+                TagMeaning::Array(_)
+                | TagMeaning::Address(_)
+                | TagMeaning::Constant(..)
+                | TagMeaning::Real(_) => {}
+            }
+        }
+        if let Some((structures, member)) = whole.rsplit_once('.')
+            && structures.len() >= base.len()
+            && let Some((tag, Some(TagMeaning::Array(array)))) = self.tag(structures)
+            && array.is_structures()
+        {
+            let first = array.element(0);
+            return match (array.of_member(member), first) {
+                (Some(members), _) => Ok(found(tag, members)),
+                (None, Address::Structure(structure)) => {
+                    Err(member_mistake(&with_index(structures, "0"), structure, member))
+                }
+                (None, Address::Bit(_) | Address::Word(_)) => Err(Mistake::Reported),
+            };
+        }
+        if let Some(mistake) = self.no_field_of(base, "0", behind) {
+            return Err(mistake);
+        }
+        let (_, _) = self.array(base)?;
+        let message = format!("`{base}[0]` has no members");
+        let help = advise("write `{}`", [possible(format!("{base}[0]"))]);
+        Err(mistake(Code::UnknownName, message, help))
     }
 
     /// The array with this name, and the index of the tag of its element 0.
@@ -92,76 +177,81 @@ impl Scope {
             | NamedThing::Constant(..)
             | NamedThing::Real(_)
             | NamedThing::Array(_)
+            | NamedThing::Record(_)
             | NamedThing::Element(_) => propose(base).and(", or declare a tag with `count`"),
         };
         Err(mistake(Code::OperandType, message, help))
     }
 
-    /// The name of an element without its slice: `recipe[2]` for `recipe[2..4][0]`. `None` if the
-    /// name has no slice.
+    /// The name of an element without its slice: `recipe[2]` for `recipe[2..4][0]`, and with its
+    /// index behind its record: `recipe[2].target` for `recipe.target[2]`. `None` if the name is
+    /// right.
     pub(super) fn element_name(&self, name: &str, element: Address) -> Option<String> {
-        let (base, _) = name.split_once('[').filter(|_| name.contains("]["))?;
-        let (_, array) = self.array(base).ok()?;
+        let IndexedName { base, .. } = IndexedName::of(name)?;
+        let (whole, behind) = match base.split_once('[') {
+            Some((whole, slice)) => (whole, slice.split_once(']')?.1),
+            None => (base.rsplit_once('.').filter(|(tag, _)| self.record(tag).is_some())?.0, ""),
+        };
+        let behind = if behind.is_empty() { base.get(whole.len()..)? } else { behind };
+        let behind = if behind.starts_with('[') { "" } else { behind };
+        let column = self.column(&format!("{whole}{INDEX}{behind}")).ok()?;
         let (_, number) =
-            Space::of(element.without_bit()).filter(|(space, _)| *space == array.space)?;
-        let at = number.checked_sub(array.first).filter(|at| *at < array.count)?;
-        let bit = address_text::split_bit(name).filter(|(element, _)| element.ends_with(']'));
-        let bit = bit.map_or(String::new(), |(_, number)| format!(".{number}"));
-        Some(format!("{base}[{at}]{bit}"))
+            Space::of(element.without_bit()).filter(|(space, _)| *space == column.array.space)?;
+        let at = number.checked_sub(column.array.first).filter(|at| *at < column.array.count)?;
+        let bit = address_text::split_bit(name).map_or(String::new(), |(_, bit)| format!(".{bit}"));
+        Some(format!("{}{bit}", column.with(&at.to_string())))
     }
 
-    fn slice(
-        &self,
-        SlicedArray { base, first, array }: SlicedArray<'_>,
-        low: &str,
-        high: &str,
-    ) -> Result<LookUp, Mistake> {
+    fn slice(&self, column: &ArrayColumn, low: &str, high: &str) -> Result<LookUp, Mistake> {
+        let ArrayColumn { array, tag: first, .. } = *column;
+        if array.member.is_some() {
+            let message = format!(
+                "`{}` is a member of several structures",
+                column.with(&format!("{low}..{high}"))
+            );
+            let help = advise("name one: `{}`", [possible(column.with("0"))]);
+            return Err(mistake(Code::OperandType, message, help));
+        }
         let mut ends = [0; 2];
         for (end, text) in ends.iter_mut().zip([low, high]) {
-            let last = array.count - 1;
+            let whole = column.with(&format!("0..{}", array.count - 1));
             let beyond = |beyond| match beyond {
                 Mistake::New { code: Code::OutOfRange, message, .. } => {
-                    let help =
-                        advise("the longest is `{}`", [proposed(format!("{base}[0..{last}]"))]);
+                    let help = advise("the longest is `{}`", [proposed(whole.clone())]);
                     mistake(Code::OutOfRange, message, help)
                 }
                 other @ (Mistake::New { .. } | Mistake::Reported) => other,
             };
-            let ArrayIndex::Constant(at, _) = self.index(base, array, text).map_err(beyond)? else {
+            let ArrayIndex::Constant(at, _) = self.index(column, text).map_err(beyond)? else {
                 let message = format!("the ends of a slice are constants, not `{text}`");
-                let help = propose(format!("{base}[0..{last}]"));
-                return Err(mistake(Code::OperandType, message, help));
+                return Err(mistake(Code::OperandType, message, propose(whole)));
             };
             *end = at;
         }
         let [from, to] = ends;
         if from > to {
             let message = "a slice goes from low to high".to_owned();
-            let help = write(format!("{base}[{high}..{low}]"));
+            let help = write(column.with(&format!("{high}..{low}")));
             return Err(mistake(Code::OutOfRange, message, help));
         }
         let thing = NamedThing::Array(array.slice(from, to));
         Ok(LookUp { thing, tag: Some(first + from as usize), index: None })
     }
 
-    fn index<'n>(
-        &self,
-        base: &str,
-        array: Array,
-        text: &'n str,
-    ) -> Result<ArrayIndex<'n>, Mistake> {
-        let last = array.count - 1;
+    fn index<'n>(&self, column: &ArrayColumn, text: &'n str) -> Result<ArrayIndex<'n>, Mistake> {
+        let (base, last) = (column.plain(), column.array.count - 1);
         if text.is_empty() {
             let message = format!("the index of `{base}` is missing");
             let help = Help::from(format!("it has the elements 0 to {last}"));
-            let first = possible(format!("{base}[0]"));
+            let first = possible(column.with("0"));
             return Err(mistake(Code::OperandType, message, help.with(first)));
         }
+        let first = || Some(column.with("0"));
         let digits = text.strip_prefix('-').unwrap_or(text);
         let (number, named) = if digits.starts_with(|c: char| c.is_ascii_digit()) {
-            (whole(text).ok_or_else(|| no_index(text, Some(base)))?, None)
+            (whole(text).ok_or_else(|| no_index(text, first()))?, None)
         } else if text.contains(|c: char| !is_of_name(c)) {
-            return Err(no_index(text, Some(base)));
+            return Err(no_index(text, first()));
         } else {
             match self.look_up(text)?.thing {
                 NamedThing::Constant(value, _) => (i64::from(value), Some(text)),
@@ -171,9 +261,10 @@ impl Scope {
                 NamedThing::Address(_)
                 | NamedThing::Element(_)
                 | NamedThing::Array(_)
+                | NamedThing::Record(_)
                 | NamedThing::Real(_)
                 | NamedThing::Block(_)
-                | NamedThing::Device(_) => return Err(no_index(text, Some(base))),
+                | NamedThing::Device(_) => return Err(no_index(text, first())),
             }
         };
         match u32::try_from(number).ok().filter(|at| *at <= last) {
@@ -182,7 +273,10 @@ impl Scope {
                 let message = format!("`{base}` has the elements 0 to {last}, not {number}");
                 let help = match base.contains('[') {
                     true => format!("the last one is number {last} of the slice").into(),
-                    false => advise("the last one is `{}`", [proposed(format!("{base}[{last}]"))]),
+                    false => {
+                        let last = proposed(column.with(&last.to_string()));
+                        advise("the last one is `{}`", [last])
+                    }
                 };
                 Err(mistake(Code::OutOfRange, message, help))
             }
@@ -195,6 +289,7 @@ impl Scope {
             NamedThing::Address(_)
             | NamedThing::Element(_)
             | NamedThing::Array(_)
+            | NamedThing::Record(_)
             | NamedThing::Constant(..)
             | NamedThing::Real(_)
             | NamedThing::Block(_)
@@ -215,11 +310,24 @@ fn whole(text: &str) -> Option<i64> {
     }
 }
 
-fn no_index(text: &str, base: Option<&str>) -> Mistake {
+/// The mistake in a structure that a word selects.
+pub(super) fn moving_structure(column: &ArrayColumn, index: &str) -> Mistake {
+    let message = format!("`{}` is a structure with a moving index", column.with(index));
+    let Address::Structure(structure) = column.array.element(0) else { return Mistake::Reported };
+    let members = structure
+        .members()
+        .iter()
+        .map(|member| possible(format!("{}.{member}", column.with(index))));
+    let help = "instructions take a structure with a constant index; with a moving one its members \
+                can be read";
+    let help = Help::from(help).with(possible(column.with("0"))).with_all(members);
+    mistake(Code::OperandType, message, help)
+}
+
+fn no_index(text: &str, first: Option<String>) -> Mistake {
     let message = format!("`{text}` is no index");
     let help = "an index is a whole number or a word of whole numbers: `{}`, `recipe[step]`; MATH \
                 computes one: `MATH step = …`";
     let help = advise(help, [possible("recipe[3]")]);
-    let first = base.map(|base| possible(format!("{base}[0]")));
-    mistake(Code::OperandType, message, help.with_all(first))
+    mistake(Code::OperandType, message, help.with_all(first.map(possible)))
 }

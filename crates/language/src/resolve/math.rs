@@ -16,6 +16,7 @@ use crate::source::atom::{Atom, AtomKind};
 use crate::source::expression as written;
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{advise, proposed, text};
+use crate::source::indexed::{first_of, with_index};
 use crate::source::span::{Located, Span};
 use rungd_engine::isa::{Address, Spec, address_text};
 
@@ -117,7 +118,7 @@ impl Resolver<'_> {
             return None;
         }
         let behind = bit.map_or(String::new(), |bit| format!(".{}", bit.value));
-        let element = |at: i64| format!("{}[{at}]{behind}", name.value);
+        let element = |at: i64| format!("{}{behind}", with_index(&name.value, &at.to_string()));
         let array = match bit {
             Some(bit) => self.bits_of_array(array, bit, name.span.to(bit.span))?,
             None => array,
@@ -125,6 +126,13 @@ impl Resolver<'_> {
         if let Some((at, _)) = constant(&index.parts) {
             self.names_an_element(name.span);
             return Some((self.plain_target(element(at), name.span, spec)?, None));
+        }
+        if array.member.is_some() {
+            let message =
+                format!("`{}` is written with a moving index", with_index(&name.value, "…"));
+            let finding = Finding::new(Code::OperandType, name.span, message);
+            self.find(finding.help("a member of a structure is written with a constant index"));
+            return None;
         }
         if !array.is_writable() {
             // Adds the finding that any of its elements would have.
@@ -159,9 +167,13 @@ impl Resolver<'_> {
         };
         // Marks its tag as used, and records the index.
         self.look_up(&name.value, name.span);
+        if element.array.member.is_some() {
+            self.moving_member(&name.value, name.span);
+            return None;
+        }
         if !element.array.is_writable() {
-            let base = name.value.split('[').next().unwrap_or_default();
-            self.plain_target(format!("{base}[0]"), name.span, spec);
+            let first = first_of(&name.value);
+            self.plain_target(first, name.span, spec);
             return None;
         }
         let index = Formula { parts: vec![FormulaPart::Word(element.index)] };

@@ -40,6 +40,9 @@ pub mod program;
 mod program_names;
 pub mod range;
 pub mod reads;
+pub mod record;
+mod record_names;
+mod record_tags;
 mod resolver;
 mod rung;
 pub mod scope;
@@ -69,7 +72,7 @@ use resolver::Resolver;
 use rungd_base::progress::LoadStep;
 
 pub use resolver::LoadOptions;
-pub use template::placeholders;
+pub use template::{is_type_name, placeholders};
 
 /// Resolves the ladder files together as one program. The program is `None` if the findings contain
 /// an error. The findings are in order of place.
@@ -130,7 +133,9 @@ fn in_order(mut findings: Vec<Finding>) -> Vec<Finding> {
 
 impl Resolver<'_> {
     fn program(&mut self, ladders: Vec<(FileId, Ladder<Entry>)>) -> Program {
-        let ladders = self.expand(ladders);
+        let mut ladders = self.expand(ladders);
+        self.read_records(&ladders);
+        self.expand_records(&mut ladders);
         let mut program = self.plain_program(&ladders);
         program.trial = self.trial_program(&ladders).map(Box::new);
         program.layers = Arc::new(std::mem::take(&mut self.layers));

@@ -13,6 +13,7 @@ use super::block_kind::BlockKind;
 use super::places::Places;
 use super::tag::{OfArray, Tag, TagMeaning};
 use super::value_texts::{ValueTexts, with_text};
+use crate::source::indexed::{INDEX, IndexedName, with_index};
 use rungd_engine::isa::{
     Address, Bit, BitSpace, BlockId, DeviceId, ElementId, NumberMap, NumberRange, Space, StageId,
     Word, WordSpace, status,
@@ -64,7 +65,21 @@ pub struct StageName {
 #[derive(Debug)]
 struct ArrayName {
     array: Array,
-    tag: String,
+    /// The name before an index: `recipe`.
+    before: String,
+    /// The name behind it: `.target` for a field of records.
+    behind: String,
+}
+
+impl ArrayName {
+    /// The name of an element, a slice, or with an empty index the whole array.
+    fn with(&self, index: &str, member: Option<&str>) -> String {
+        let ArrayName { before, behind, .. } = self;
+        match member {
+            Some(member) => format!("{before}{index}{behind}.{member}"),
+            None => format!("{before}{index}{behind}"),
+        }
+    }
 }
 
 /// The first tag of a bit or word, or of its structure. Displayed as an operand: `parts.Acc`.
@@ -113,7 +128,11 @@ impl NameBook {
         }
         if let Some(OfArray { array, at: 0 }) = tag.of_array {
             self.first_arrays.entry(array.numbers()).or_insert(self.arrays.len());
-            self.arrays.push(ArrayName { array, tag: tag.array_name().to_owned() });
+            let (before, behind) = match IndexedName::of(&tag.name) {
+                Some(IndexedName { base, behind, .. }) => (base.to_owned(), behind.to_owned()),
+                None => (tag.name.clone(), String::new()),
+            };
+            self.arrays.push(ArrayName { array, before, behind });
         }
     }
 
@@ -256,9 +275,15 @@ impl NameBook {
     /// An element that a word selects: `recipe[step]`.
     pub fn selected(&self, element: &ArrayElement) -> String {
         let index = self.name(Address::Word(element.index));
-        match self.first_arrays.get(&element.array.numbers()) {
-            Some(at) => format!("{}[{index}]{}", self.arrays[*at].tag, element.array.bit_text()),
-            None => element.to_string(),
+        let text = with_index(&self.column(element.array), &index);
+        format!("{text}{}", element.array.bit_text())
+    }
+
+    /// The name of an array with the place of an index in it: `recipe[].target`, `lanes[].Acc`.
+    pub fn column(&self, array: Array) -> String {
+        match self.first_arrays.get(&array.numbers()) {
+            Some(at) => self.arrays[*at].with(INDEX, array.member),
+            None => self.array(array),
         }
     }
 
@@ -271,10 +296,10 @@ impl NameBook {
                 && last <= named.first + named.count
         });
         match found {
-            Some(named) if named.array.numbers() == array.numbers() => named.tag.clone(),
+            Some(named) if named.array.numbers() == array.numbers() => named.with("", array.member),
             Some(named) => {
                 let first = array.first - named.array.first;
-                format!("{}[{first}..{}]", named.tag, first + array.count - 1)
+                named.with(&format!("[{first}..{}]", first + array.count - 1), array.member)
             }
             None => array.of_words().to_string(),
         }

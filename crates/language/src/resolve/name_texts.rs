@@ -75,7 +75,7 @@ impl NameBook {
             FormulaPart::Real(value) => InfixPart::Operand(value.to_string()),
             FormulaPart::Word(word) => InfixPart::Operand(self.name(Address::Word(*word))),
             FormulaPart::Bit(bit) => InfixPart::Operand(self.name(Address::Bit(*bit))),
-            FormulaPart::Element(array) => InfixPart::Element(self.array(*array)),
+            FormulaPart::Element(array) => InfixPart::Element(self.column(*array)),
             FormulaPart::Unary(operator, _) => InfixPart::Unary(*operator),
             FormulaPart::Binary(operator, _) => InfixPart::Binary(*operator),
             FormulaPart::Call(function, count, _) => InfixPart::Call(function.spec().name, *count),

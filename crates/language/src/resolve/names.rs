@@ -10,7 +10,7 @@ use crate::source::ladder::BlockForm;
 use crate::source::reader::Text;
 use crate::source::renaming::plain;
 use rungd_engine::isa::address_text::reads_as_address;
-use rungd_engine::isa::{instruction, since};
+use rungd_engine::isa::{Structure, instruction, since};
 
 /// The kind of thing that a name is declared for.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -22,6 +22,8 @@ pub(super) enum NameRole {
     Template,
     Parameter,
     Use,
+    Record,
+    Field,
 }
 
 impl NameRole {
@@ -36,6 +38,8 @@ impl NameRole {
             NameRole::Template => "template",
             NameRole::Parameter => "parameter",
             NameRole::Use => "use",
+            NameRole::Record => "record",
+            NameRole::Field => "field",
         }
     }
 }
@@ -57,7 +61,14 @@ pub(super) fn forbidden(name: &Text, role: NameRole) -> Option<Finding> {
         let finding = find(format!("this name of a {what} has {} characters", text.len()))?;
         return Some(finding.help(format!("a name has at most {NAME_MAX}")));
     }
-    let hyphen = !matches!(role, NameRole::Tag | NameRole::Parameter | NameRole::Use);
+    let hyphen = match role {
+        NameRole::Block(_) | NameRole::Stage | NameRole::Device | NameRole::Template => true,
+        NameRole::Tag
+        | NameRole::Parameter
+        | NameRole::Use
+        | NameRole::Record
+        | NameRole::Field => false,
+    };
     let letters = |c: char| is_name_letter(c) || (hyphen && c == '-');
     if !text.starts_with(|c: char| c.is_ascii_alphabetic()) || !text.chars().all(letters) {
         let marks = if hyphen { "`_` and `-`" } else { "and `_`" };
@@ -70,6 +81,10 @@ pub(super) fn forbidden(name: &Text, role: NameRole) -> Option<Finding> {
     // A template's name is used only in `use`, so it cannot be taken for an address or instruction.
     if role == NameRole::Template {
         return None;
+    }
+    // A field's name always stands behind the name of its tag.
+    if role == NameRole::Field {
+        return member_as_field(name);
     }
     let newly = |version: Option<&str>| version.map_or(String::new(), |v| format!(", since {v}"));
     if reads_as_address(text) {
@@ -94,4 +109,16 @@ pub(super) fn forbidden(name: &Text, role: NameRole) -> Option<Finding> {
         return Some(finding.fix(possible(format!("{what}_{text}"))));
     }
     None
+}
+
+/// The finding for a field that has the name of a member: `over.Acc` could mean both.
+fn member_as_field(name: &Text) -> Option<Finding> {
+    let structures = [Structure::Timer(0), Structure::Counter(0), Structure::Sensaphone(0)];
+    let is_member = |structure: &Structure| structure.members().contains(&name.text.as_str());
+    structures.iter().any(is_member).then(|| {
+        let message = format!("`.{}` is a member of structures", name.text);
+        let finding = Finding::new(Code::ForbiddenName, name.span, message);
+        let finding = finding.help("take a name that says what it is for");
+        finding.fix(possible(format!("field_{}", name.text.to_lowercase())))
+    })
 }

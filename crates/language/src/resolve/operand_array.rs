@@ -6,10 +6,11 @@
 use super::Resolver;
 use super::array::{Array, ArrayElement, ShiftBits};
 use super::instruction::{Filling, OperandList, OperandValue, Value};
-use super::scope::NamedThing;
+use super::scope::{MisplacedName, NamedThing};
 use crate::source::atom::{Atom, AtomKind};
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{Help, advise, possible, propose, text};
+use crate::source::indexed::first_of;
 use crate::source::span::{Located, Span};
 use rungd_engine::isa::address_text::{self, AddressError};
 pub use rungd_engine::isa::{Address, Mnemonic, Space, Spec};
@@ -42,10 +43,14 @@ impl Resolver<'_> {
         element: ArrayElement,
         spec: &Spec,
     ) -> Option<OperandValue> {
-        let base = atom.name()?.split('[').next()?;
+        let first_name = first_of(atom.name()?);
+        if element.array.member.is_some() {
+            self.moving_member(atom.name()?, atom.span);
+            return None;
+        }
         if !element.array.is_writable() {
             // Adds the finding that any of its elements would have.
-            let first = Atom { kind: AtomKind::Name(format!("{base}[0]")), span: atom.span };
+            let first = Atom { kind: AtomKind::Name(first_name), span: atom.span };
             match element.array.is_bits() {
                 true => drop(self.writable_bit(&first, spec)),
                 false => drop(self.writable_word(&first, spec)),
@@ -59,11 +64,22 @@ impl Resolver<'_> {
         let message = format!("the bit of `{name}` has a constant index");
         let finding = Finding::new(Code::OperandType, atom.span, message);
         self.find(finding.label("a moving index would leave bits behind").help(
-            propose(format!("{base}[0]{}", element.array.bit_text())).and(&format!(
+            propose(first_name).and(&format!(
                 ", or SET and RST `{atom}`; MATH stores a bit too: `MATH {atom} = …`"
             )),
         ));
         None
+    }
+
+    /// Reports a write to a member of a structure that an index selects.
+    pub(super) fn moving_member(&mut self, name: &str, span: Span) {
+        let message = format!("`{name}` is written with a moving index");
+        let finding = Finding::new(Code::OperandType, span, message);
+        let help = advise(
+            "a member of a structure is written with a constant index, `{}`; a moving one reads",
+            [possible(first_of(name))],
+        );
+        self.find(finding.help(help));
     }
 
     /// Resolves a whole array, a slice, or a range of addresses. If `up`, a range must run up.
@@ -75,7 +91,18 @@ impl Resolver<'_> {
         let range = name.split_once("..").filter(|_| !name.contains('['));
         let Some((low, high)) = range else {
             return match self.look_up(name, atom.span)? {
+                NamedThing::Array(array) if array.is_structures() => {
+                    self.no_array(atom, spec, "an array of structures");
+                    None
+                }
                 NamedThing::Array(array) => Some(ShiftBits { array, down: false }),
+                NamedThing::Record(place) => {
+                    let help = self.scope.name_a_field(name, place);
+                    let thing = NamedThing::Record(place);
+                    let misplaced = MisplacedName { name, span: atom.span, thing };
+                    self.wrong_kind(misplaced, "an array", help);
+                    None
+                }
                 thing @ (NamedThing::Address(_)
                 | NamedThing::Constant(..)
                 | NamedThing::Real(_)
@@ -102,7 +129,8 @@ impl Resolver<'_> {
             return None;
         }
         let (from, to) = (first.1.min(last.1), first.1.max(last.1));
-        let array = Array { space: first.0, first: from, count: to - from + 1, bit: None };
+        let array =
+            Array { space: first.0, first: from, count: to - from + 1, member: None, bit: None };
         self.note_array(name, atom.span, array, None);
         Some(ShiftBits { array, down })
     }
@@ -128,6 +156,7 @@ impl Resolver<'_> {
             | NamedThing::Block(_)
             | NamedThing::Device(_)
             | NamedThing::Array(_)
+            | NamedThing::Record(_)
             | NamedThing::Element(_) => None,
         };
         let end = address.and_then(Space::of);
@@ -284,6 +313,7 @@ fn is_of_word(thing: NamedThing) -> bool {
         | NamedThing::Real(_)
         | NamedThing::Block(_)
         | NamedThing::Device(_)
+        | NamedThing::Record(_)
         | NamedThing::Array(_) => false,
     }
 }

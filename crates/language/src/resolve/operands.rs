@@ -5,7 +5,7 @@
 //! members. Used by `modbus_server` and `device`.
 
 use super::mistake::{bit_of_block, bits_of_device};
-use super::range::{Range, look_up, other_range, placed_in};
+use super::range::{Range, is_slice, look_up, other_range, placed_in};
 use super::scope::{NamedThing, Scope};
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{FixEdit, Help, advise, possible};
@@ -69,8 +69,12 @@ pub fn resolve_operands(scope: &Scope, text: &Text) -> Result<Operands, Finding>
     }
     let written = text.text.trim();
     let finding = |message: String| Finding::new(Code::Controller, text.span, message);
-    let Some((low, high)) = written.split_once("..") else {
-        if let NamedThing::Array(array) = look_up(scope, written, text.span)? {
+    let range = written.split_once("..").filter(|_| !is_slice(written));
+    let Some((low, high)) = range else {
+        let whole = look_up(scope, written, text.span)?;
+        if let NamedThing::Array(array) = whole
+            && !array.is_structures()
+        {
             let (first, count) = (array.element(0), array.count);
             let (text, span) = (written.to_owned(), text.span);
             return Ok(Operands { first, count, text, is_placed: false, span });
@@ -96,7 +100,7 @@ pub fn resolve_operands(scope: &Scope, text: &Text) -> Result<Operands, Finding>
     }
     if let Some((space, _)) = Space::with_members(first) {
         let (first, last) = (from.min(to), from.max(to));
-        let range = Range { space, first, last, span: text.span, of_tag: false };
+        let range = Range { space, first, last, span: text.span, of_tag: false, of_record: false };
         if let Some(finding) = placed_in(scope, &range, low) {
             return Err(finding);
         }
@@ -135,6 +139,10 @@ fn element(scope: &Scope, name: &str, span: Span) -> Result<Address, Finding> {
                 &format!("name an element, `{{}}`, or the array alone: {array}"),
                 [possible(format!("{name}[0]"))],
             ),
+        ),
+        NamedThing::Record(place) => wrong(
+            format!("`{name}` is {}, not a bit or word", place.words()),
+            scope.name_a_field(name, place),
         ),
         NamedThing::Element(_) => wrong(
             format!("the index of `{name}` is a word"),

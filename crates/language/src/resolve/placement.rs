@@ -22,6 +22,8 @@ pub(super) struct PlacementRequest {
     pub count: u32,
     /// Whether it is an array.
     pub is_array: bool,
+    /// The length of its name before the index of an element.
+    pub index_at: usize,
 }
 
 /// The elements that the files name by their addresses.
@@ -108,6 +110,7 @@ pub(super) fn place(
                 first: space.first() + at,
                 count: wish.count,
                 is_array: wish.is_array,
+                index_at: wish.index_at,
             }),
             None => placement.short.push(wish),
         }
@@ -165,7 +168,8 @@ mod tests {
         let wish = |text: &str| {
             let (name, count) = text.split_once('*').unwrap_or((text, "1"));
             let count = count.parse().unwrap();
-            PlacementRequest { name: name.to_owned(), space: D, count, is_array: count > 1 }
+            let (name, index_at) = (name.to_owned(), name.len());
+            PlacementRequest { name, space: D, count, is_array: count > 1, index_at }
         };
         let placement = place(names.split(' ').map(wish).collect(), &all, &sizes);
         let placed = placement.places.iter().map(|place| format!("{}={}", place.name, place.first));
@@ -206,7 +210,8 @@ mod tests {
         (0..SIZE_MAX / 2).for_each(|at| used.add(D, 2 * at, 1));
         let wish = |at: u32| {
             let count = 1 + at % 3;
-            PlacementRequest { name: format!("t{at:06}"), space: D, count, is_array: count > 1 }
+            let (name, is_array) = (format!("t{at:06}"), count > 1);
+            PlacementRequest { name, space: D, count, is_array, index_at: 7 }
         };
         let placement = place((0..100_000).map(wish).collect(), &used, &sizes);
         assert_eq!(placement.places.len(), 32_768);

@@ -23,6 +23,8 @@ pub struct TagPlace {
     pub count: u32,
     /// Whether the tag is an array: its elements are `name[0]`, `name[1]` ….
     pub is_array: bool,
+    /// The length of the name before the index of an element: `recipe[3].target`.
+    pub index_at: usize,
 }
 
 /// The places of all tags with a `type` of a program.
@@ -50,7 +52,10 @@ impl TagPlace {
     /// The name of an element: `size`, `recipe[3]`.
     pub fn name_of(&self, index: u32) -> String {
         match self.is_array {
-            true => format!("{}[{index}]", self.name),
+            true => {
+                let (before, behind) = self.name.split_at(self.index_at);
+                format!("{before}[{index}]{behind}")
+            }
             false => self.name.clone(),
         }
     }

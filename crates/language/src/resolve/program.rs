@@ -11,6 +11,7 @@ use super::formula::{Formula, FormulaPart, NumberType};
 pub use super::instruction::{Instruction, Value};
 use super::layers::Layers;
 use super::name_book::NameBook;
+use super::record::RecordTag;
 use super::scope::Scope;
 pub use super::tag::{OfArray, Tag, TagMeaning};
 use std::sync::{Arc, OnceLock};
@@ -40,6 +41,8 @@ pub struct Program {
     pub order: Vec<BlockId>,
     /// All tags, in file order.
     pub tags: Vec<Tag>,
+    /// The tags of records, in file order; their fields are tags.
+    pub records: Vec<RecordTag>,
     /// All names, for everything that shows them to people.
     pub names: Arc<NameBook>,
     /// The field devices that the ladder may name, by `DeviceId`.

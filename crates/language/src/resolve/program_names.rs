@@ -7,9 +7,10 @@ use std::sync::Arc;
 
 use super::name_book::{BlockName, NameBook, StageName};
 use super::places::Places;
-use super::program::{Block, OfArray, Program, TagMeaning};
+use super::program::{Block, OfArray, Program, Tag, TagMeaning};
+use super::record::RecordPlace;
 use super::scope::{BlockNames, Scope};
-use rungd_engine::isa::{BlockId, DeviceId};
+use rungd_engine::isa::{Address, BlockId, DeviceId};
 
 impl NameBook {
     /// The names of a program whose tags have these places.
@@ -37,10 +38,13 @@ impl Scope {
             match tag.of_array {
                 None => scope.add_tag(&tag.name, at, Some(tag.meaning)),
                 Some(OfArray { array, at: 0 }) => {
-                    scope.add_tag(tag.array_name(), at, Some(TagMeaning::Array(array)));
+                    scope.add_tag(&tag.array_name(), at, Some(TagMeaning::Array(array)));
                 }
                 Some(_) => {}
             }
+        }
+        for record in &program.records {
+            scope.add_record(record.clone());
         }
         for block in &program.blocks {
             let stages = block.stages.iter().map(|stage| (stage.name.clone(), stage.id)).collect();
@@ -58,5 +62,19 @@ impl Program {
     /// `Block.Running`, `Task.Done`, `$` nicknames. Made at the first call.
     pub fn scope(&self) -> &Scope {
         self.scope.get_or_init(|| Arc::new(Scope::of(self)))
+    }
+}
+
+impl Program {
+    /// The bits, words and structures of a record, in the order of its fields. If a word selects
+    /// the record, those of all records of the array.
+    pub fn record_addresses(&self, place: RecordPlace) -> Vec<Address> {
+        let Some(record) = self.records.get(place.tag) else { return Vec::new() };
+        let tags = record.tags(place.number()).filter_map(|tag| self.tags.get(tag));
+        let address = |tag: &Tag| match tag.meaning {
+            TagMeaning::Address(address) => Some(address),
+            TagMeaning::Constant(..) | TagMeaning::Real(_) | TagMeaning::Array(_) => None,
+        };
+        tags.filter_map(address).collect()
     }
 }

@@ -20,6 +20,8 @@ pub struct Range {
     pub span: Span,
     /// Whether it stands for a tag that `[retain] tags` names.
     pub of_tag: bool,
+    /// Whether it stands for a structure that is retained only as a part of a whole record.
+    pub of_record: bool,
 }
 
 impl Range {
@@ -70,7 +72,7 @@ pub fn is_range(text: &str) -> bool {
 }
 
 /// Whether the two dots of a text are within brackets.
-fn is_slice(text: &str) -> bool {
+pub(super) fn is_slice(text: &str) -> bool {
     let before = text.split_once("..").map_or("", |(before, _)| before);
     before.contains('[') && !before.contains(']')
 }
@@ -90,7 +92,7 @@ pub fn resolve_range(scope: &Scope, text: &Text) -> Result<Range, Finding> {
     }
     if let Ok(NamedThing::Array(array)) = whole {
         let (space, first, last) = (array.space, array.first, array.first + array.count - 1);
-        return Ok(Range { space, first, last, span: text.span, of_tag: false });
+        return Ok(Range { space, first, last, span: text.span, of_tag: false, of_record: false });
     }
     let (low, high) = match text.text.split_once("..") {
         Some((low, high)) => (low.trim(), high.trim()),
@@ -114,7 +116,8 @@ pub fn resolve_range(scope: &Scope, text: &Text) -> Result<Range, Finding> {
         return Err(finding(message));
     }
     let (least, most) = (first.min(last), first.max(last));
-    let range = Range { space, first: least, last: most, span: text.span, of_tag: false };
+    let range =
+        Range { space, first: least, last: most, span: text.span, of_tag: false, of_record: false };
     if let Some(finding) = is_range(&text.text).then(|| placed_in(scope, &range, low)).flatten() {
         return Err(finding);
     }

@@ -1,22 +1,29 @@
 //! The state of one load, and what every part of it needs: names are looked up, their uses
 //! recorded, their mistakes reported.
 
+use std::collections::{BTreeMap, HashSet};
 use std::sync::LazyLock;
 
 use super::array::{Array, ArrayElement};
 use super::layers::Layers;
 use super::mistake::declared;
 use super::program::{BlockKind, NamedArray, NamedOperand};
+use super::record::RecordPlace;
 use super::scope::{MisplacedName, NamedThing, Scope};
 use super::template::pending::{Argument, UnusedTemplate};
 use crate::source::atom::{Atom, AtomKind};
 use crate::source::finding::{Code, Finding, Severity, TABLE};
 use crate::source::fix::{Help, advise, possible};
+use crate::source::indexed::IndexedName;
+use crate::source::ladder::WrittenRecord;
 use crate::source::nearest::KnownNames;
 use crate::source::reader::Text;
 use crate::source::span::{FileId, Located, SourceFile, Span};
 use rungd_base::progress::Progress;
 use rungd_engine::isa::{Address, MemorySizes, Structure};
+
+/// The records of all files, by their names.
+pub(super) type Records = BTreeMap<String, WrittenRecord>;
 
 /// The names of all warnings, valid in `allow`.
 static WARNINGS: LazyLock<KnownNames> = LazyLock::new(|| {
@@ -77,6 +84,12 @@ pub(super) struct Resolver<'a> {
     pub(super) elements: usize,
     /// The number of elements of the arrays of all tags, so far.
     pub(super) tag_elements: usize,
+    /// The records of all files.
+    pub(super) records: Records,
+    /// The places of the findings about fields: each field is declared once a tag.
+    pub(super) field_findings: HashSet<(Code, Span)>,
+    /// The number of tags that the fields of all records have become, so far.
+    pub(super) field_tags: usize,
     /// The condition of a test that is resolved, which is in no file of the ladder.
     pub(super) condition: Option<ConditionText>,
     /// Whether the expression that is resolved is in a contact, which touches no status bit.
@@ -123,6 +136,9 @@ impl<'a> Resolver<'a> {
             trials: Vec::new(),
             elements: 0,
             tag_elements: 0,
+            records: Records::new(),
+            field_findings: HashSet::new(),
+            field_tags: 0,
             condition: None,
             is_in_contact: false,
             tag_words: None,
@@ -152,6 +168,9 @@ impl<'a> Resolver<'a> {
                 if let Some(tag) = found.tag {
                     self.used[tag] = true;
                 }
+                if let NamedThing::Record(place) = found.thing {
+                    self.use_record(place);
+                }
                 if let NamedThing::Array(array) | NamedThing::Element(ArrayElement { array, .. }) =
                     found.thing
                 {
@@ -169,6 +188,13 @@ impl<'a> Resolver<'a> {
                 None
             }
         }
+    }
+
+    /// Marks the fields of a record as used.
+    fn use_record(&mut self, place: RecordPlace) {
+        let tags = self.scope.records()[place.tag].tags(place.number());
+        let tags: Vec<usize> = tags.collect();
+        tags.into_iter().for_each(|tag| self.used[tag] = true);
     }
 
     /// Records that the ladder names this array; with the index of the tag of its element 0.
@@ -240,14 +266,16 @@ impl<'a> Resolver<'a> {
                 | NamedThing::Block(_)
                 | NamedThing::Device(_)
                 | NamedThing::Array(_)
+                | NamedThing::Record(_)
                 | NamedThing::Element(_) => {}
             }
         }
     }
 
     pub(super) fn mark_used(&mut self, name: &str) {
-        let name = name.split('[').next().unwrap_or(name);
-        if let Some(tag) = self.scope.tag_index(name) {
+        let column = IndexedName::of(name).map(|name| name.column());
+        let tag = column.as_deref().map_or(name, |column| column);
+        if let Some(tag) = self.scope.tag_index(tag) {
             self.used[tag] = true;
         }
     }
@@ -300,6 +328,11 @@ impl<'a> Resolver<'a> {
     /// Adds the finding for a thing of the wrong kind.
     pub(super) fn wrong_kind(&mut self, misplaced: MisplacedName, wanted: &str, help: Help) {
         let MisplacedName { name, span, thing } = misplaced;
+        let help = if let NamedThing::Record(place) = thing {
+            self.scope.name_a_field(name, place)
+        } else {
+            help
+        };
         let message = format!("`{name}` is {}, not {wanted}", self.kind_words(thing));
         self.find(
             Finding::new(Code::OperandType, span, message)
@@ -312,6 +345,7 @@ impl<'a> Resolver<'a> {
     pub(super) fn kind_words(&self, thing: NamedThing) -> &'static str {
         match thing {
             NamedThing::Array(_) => "an array",
+            NamedThing::Record(place) => place.words(),
             NamedThing::Element(element) if element.array.is_bits() => "a bit",
             NamedThing::Address(Address::Bit(_)) => "a bit",
             NamedThing::Address(Address::Word(_)) | NamedThing::Element(_) => "a word",

@@ -15,11 +15,12 @@ use super::mistake::{
     Mistake, address_mistake, member_mistake, members_of, mistake, sentence, unknown_member,
 };
 use super::places::Places;
+use super::record::{RecordPlace, RecordTag};
 use super::tag::TagMeaning;
 use super::uses::NameUses;
 use crate::source::atom::ConstantForm;
 use crate::source::finding::Code;
-use crate::source::fix::{propose, write};
+use crate::source::fix::{advise, possible, propose, write};
 use crate::source::nearest::{KnownNames, UnknownName};
 use crate::source::span::Span;
 use rungd_engine::isa::address_text::{self, AddressError, reads_as_address};
@@ -33,6 +34,9 @@ pub struct Scope {
     sizes: MemorySizes,
     places: Places,
     tags: HashMap<String, (usize, Option<TagMeaning>)>,
+    /// The tags of records, in file order, and the index of each by its name.
+    pub(super) records: Vec<RecordTag>,
+    pub(super) record_names: HashMap<String, usize>,
     uses: NameUses,
     blocks: HashMap<String, BlockNames>,
     devices: HashMap<String, DeviceId>,
@@ -45,7 +49,7 @@ pub struct Scope {
     /// Every stage's name, with the first block that has a stage of this name.
     stages: HashMap<String, BlockId>,
     /// All names, for the help about an unknown name; collected once.
-    known: OnceLock<KnownNames>,
+    pub(super) known: OnceLock<KnownNames>,
     known_blocks: OnceLock<KnownNames>,
     /// Maximum number of names that are searched for the name nearest to an unknown one.
     searched_max: usize,
@@ -115,6 +119,8 @@ pub enum NamedThing {
     Array(Array),
     /// An element of an array, selected by a word.
     Element(ArrayElement),
+    /// A whole record, or an array of records.
+    Record(RecordPlace),
 }
 
 /// The result of a look-up.
@@ -134,6 +140,8 @@ impl Scope {
             sizes,
             places: Places::default(),
             tags: HashMap::new(),
+            records: Vec::new(),
+            record_names: HashMap::new(),
             uses: NameUses::default(),
             blocks: HashMap::new(),
             devices: HashMap::new(),
@@ -181,7 +189,7 @@ impl Scope {
         self.has_sensaphone
     }
 
-    fn note_name(&mut self, name: &str) {
+    pub(super) fn note_name(&mut self, name: &str) {
         let (base, _) = parts(name);
         self.has_address_name |= reads_as_address(base);
     }
@@ -280,6 +288,11 @@ impl Scope {
                 let last = element.array.count - 1;
                 Err(format!("the index of `{name}` is a word: name an element, from 0 to {last}"))
             }
+            Ok(LookUp { thing: NamedThing::Record(place), .. }) => Err(format!(
+                "`{name}` is {}: name a field, `{}`",
+                place.words(),
+                self.field(name, place)
+            )),
             Ok(LookUp { thing: NamedThing::Device(_), .. }) => {
                 Err(format!("`{name}` is a device: `{name}.Ok` and `{name}.Stale` are its bits"))
             }
@@ -321,6 +334,9 @@ impl Scope {
             let thing = self.of_tag(base, meaning.ok_or(Mistake::Reported)?, member)?;
             return Ok(LookUp { thing, tag: Some(index), index: None });
         }
+        if let Some(found) = self.named(name) {
+            return found;
+        }
         if self.uses.is_of_inner(name) {
             return Err(self.unknown(name));
         }
@@ -359,6 +375,9 @@ impl Scope {
                 None => format!("it is {address}"),
             },
             TagMeaning::Constant(..) | TagMeaning::Real(_) => "it is a constant".to_owned(),
+            TagMeaning::Array(array) if array.of_member(member).is_some() => {
+                return Err(no_column(base, member, array));
+            }
             TagMeaning::Array(array) => format!("it is the array {array}"),
         };
         let message = format!("`{base}` has no members: {what}");
@@ -369,6 +388,7 @@ impl Scope {
     fn is_known(&self, name: &str) -> bool {
         address_text::parse(name, &self.sizes).is_ok()
             || self.tags.contains_key(name)
+            || self.record_names.contains_key(name)
             || self.blocks.contains_key(name)
             || self.devices.contains_key(name)
     }
@@ -377,6 +397,7 @@ impl Scope {
     fn is_declared(&self, name: &str) -> bool {
         let (base, _) = parts(name);
         self.tag_of(name).is_some()
+            || self.record_names.contains_key(base)
             || self.blocks.contains_key(base)
             || self.devices.contains_key(base)
             || self.uses.has(base)
@@ -386,6 +407,7 @@ impl Scope {
     fn known(&self) -> &KnownNames {
         self.known.get_or_init(|| {
             let names = self.tags.keys().chain(self.blocks.keys()).chain(self.devices.keys());
+            let names = names.chain(self.record_names.keys());
             KnownNames::new(names.map(String::as_str))
         })
     }
@@ -403,6 +425,20 @@ impl LookUp {
     fn new(thing: NamedThing) -> LookUp {
         LookUp { thing, tag: None, index: None }
     }
+
+    /// The look-up of a whole record.
+    pub(super) fn of_record(place: RecordPlace) -> LookUp {
+        LookUp::new(NamedThing::Record(place))
+    }
+}
+
+/// The mistake in a member of all structures of an array: there are only members of one.
+fn no_column(base: &str, member: &str, array: Array) -> Mistake {
+    let message = format!("`{base}.{member}`: members of an array of structures need an index");
+    let last = array.count - 1;
+    let words = format!("name one of its structures, from 0 to {last}: `{{}}`");
+    let help = advise(&words, [possible(format!("{base}[0].{member}"))]);
+    mistake(Code::OperandType, message, help)
 }
 
 fn of_device(base: &str, id: DeviceId, member: Option<&str>) -> Result<NamedThing, Mistake> {

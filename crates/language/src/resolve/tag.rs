@@ -1,12 +1,14 @@
 //! A tag of a resolved program. Made by `tags` and `array_tags`; the names of a program are made of
 //! its tags.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::array::Array;
 use super::priority::Priority;
 use super::value_texts::ValueTexts;
 use crate::source::atom::ConstantForm;
+use crate::source::indexed::IndexedName;
 use crate::source::reader::Text;
 use crate::source::span::Span;
 use rungd_engine::isa::{Address, Real};
@@ -66,10 +68,11 @@ pub struct OfArray {
 
 impl Tag {
     /// The name of the array that it is an element of; else its own name.
-    pub fn array_name(&self) -> &str {
-        match self.of_array {
-            Some(_) => self.name.split('[').next().unwrap_or(&self.name),
-            None => &self.name,
+    pub fn array_name(&self) -> Cow<'_, str> {
+        match self.of_array.and_then(|_| IndexedName::of(&self.name)) {
+            Some(IndexedName { base, behind: "", .. }) => Cow::Borrowed(base),
+            Some(field) => Cow::Owned(field.column()),
+            None => Cow::Borrowed(&self.name),
         }
     }
 

@@ -77,5 +77,5 @@ fn meaning(tag: &WrittenTag, places: &Places, sizes: &MemorySizes) -> Option<Tag
     let Some(count) = &tag.count else { return Some(TagMeaning::Address(address)) };
     let (space, first) = Space::of(address)?;
     let count = u32::try_from(count.value).ok().filter(|count| *count > 0)?;
-    Some(TagMeaning::Array(Array { space, first, count, bit: None }))
+    Some(TagMeaning::Array(Array { space, first, count, member: None, bit: None }))
 }

@@ -33,6 +33,7 @@ impl Resolver<'_> {
         let meaning = self.meaning(tag)?;
         self.misfits(tag, meaning);
         self.no_list(tag);
+        self.no_record(tag);
         let mut cell =
             |value: &Option<_>| value.as_ref().and_then(|value| self.tag_value(value, meaning));
         let initial = cell(&tag.initial);
@@ -60,6 +61,15 @@ impl Resolver<'_> {
         self.ranges(&resolved);
         program.tags.push(resolved);
         Some(meaning)
+    }
+
+    /// Reports the `initial` of a record for any other tag.
+    pub(super) fn no_record(&mut self, tag: &ladder::WrittenTag) {
+        if let Some(records) = &tag.records {
+            let message = "a table of values does not fit a tag that is no record";
+            let finding = Finding::new(Code::TagKey, records.span, message);
+            self.find(finding.help("write one value: `initial = 12`").or_omit());
+        }
     }
 
     /// Reports a list of initial values for a tag without `count`.

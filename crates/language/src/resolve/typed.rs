@@ -48,7 +48,8 @@ impl Resolver<'_> {
         if space_of(kind).is_none() {
             let message = format!("a tag has no type `{}`", kind.text);
             let names = TYPES.map(|(name, _)| name);
-            let help = did_you_mean(&kind.text, names);
+            let records = self.records.keys().map(String::as_str);
+            let help = did_you_mean(&kind.text, names.into_iter().chain(records));
             let meant = match kind.text.to_ascii_lowercase().as_str() {
                 "bool" | "boolean" => Some("bit"),
                 "dint" | "int32" | "integer" | "long" => Some("int"),
@@ -176,7 +177,9 @@ fn wish(tag: &ladder::WrittenTag) -> Option<PlacementRequest> {
     }
     let space = space_of(tag.kind.as_ref()?)?;
     let is_array = tag.count.is_some();
-    Some(PlacementRequest { name: tag.name.text.clone(), space, count: count_of(tag), is_array })
+    let name = tag.name.text.clone();
+    let index_at = tag.field.as_ref().map_or(name.len(), |field| field.tag.text.len());
+    Some(PlacementRequest { name, space, count: count_of(tag), is_array, index_at })
 }
 
 /// The number of elements of a tag.

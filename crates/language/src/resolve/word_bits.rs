@@ -35,6 +35,10 @@ impl Scope {
             }
             NamedThing::Array(array) => Err(of_whole(name, base, array)),
             NamedThing::Constant(..) | NamedThing::Real(_) => Err(of_constant(base)),
+            NamedThing::Record(place) => {
+                let message = format!("`{base}` is {}: it has no bits", place.words());
+                Err(mistake(Code::UnknownMember, message, self.name_a_field(base, place)))
+            }
             NamedThing::Block(_) | NamedThing::Device(_) => return None,
         };
         Some(thing.map(|thing| LookUp { thing, ..found }))

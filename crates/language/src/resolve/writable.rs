@@ -27,6 +27,7 @@ impl Resolver<'_> {
                 | NamedThing::Real(_)
                 | NamedThing::Block(_)
                 | NamedThing::Device(_)
+                | NamedThing::Record(_)
                 | NamedThing::Element(_) => {
                     let words =
                         format!("`{}` writes a bit: `{{}}`, `{{}}`, or a tag of one", spec.name);
@@ -61,7 +62,7 @@ impl Resolver<'_> {
         };
         let message = format!("`{name}` is read-only");
         let finding = Finding::new(Code::ReadOnly, atom.span, message).help(help);
-        let (owner, member) = name.split_once('.').unwrap_or((name, ""));
+        let (owner, member) = name.rsplit_once('.').unwrap_or((name, ""));
         let is_set = spec.mnemonic == Mnemonic::Set;
         let switches = is_set || spec.mnemonic == Mnemonic::Rst;
         let instead = match bit {
@@ -98,6 +99,7 @@ impl Resolver<'_> {
                 | NamedThing::Real(_)
                 | NamedThing::Block(_)
                 | NamedThing::Device(_)
+                | NamedThing::Record(_)
                 | NamedThing::Element(_)
                     if spec.mnemonic == Mnemonic::Math =>
                 {
@@ -108,6 +110,7 @@ impl Resolver<'_> {
                 | NamedThing::Real(_)
                 | NamedThing::Block(_)
                 | NamedThing::Device(_)
+                | NamedThing::Record(_)
                 | NamedThing::Element(_) => {
                     let help = Help::from(format!("`{}` writes to a word: `to=D0`", spec.name));
                     help.with(possible("D0"))

@@ -9,6 +9,7 @@ use super::contact_habits::stray;
 use super::contact_signs;
 use super::expression::Binary;
 use super::finding::{Code, Finding};
+use super::indexed::rest_length;
 use super::span::Span;
 
 /// A token.
@@ -116,6 +117,7 @@ fn atom(text: &str, first: char, at: usize, span: Span) -> Parsed<(Token, usize)
         let index = index_length(&rest[length..], span.part(at + length, at + rest.len()))?;
         computes = is_computed(&rest[length..length + index]);
         let length = length + index;
+        let length = length + if index > 0 { rest_length(&rest[length..]) } else { 0 };
         length + if index > 0 { bit_length(&rest[length..]) } else { 0 }
     } else {
         return Err(stray(text, at, span));

@@ -12,7 +12,7 @@ use rungd_engine::isa::Real;
 /// The text after `MATH`: `target = expression`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct WrittenFormula {
-    /// The name before the `=`.
+    /// The name before the `=`; with an index, the name of a column: `recipe[].target`.
     pub target: Located<String>,
     /// The index of the target.
     pub index: Option<Expression>,
@@ -53,7 +53,7 @@ pub enum ExpressionPartKind {
     Unary(Unary),
     /// An operator with two operands, and the place of its sign.
     Binary(Binary, Span),
-    /// The element of an array; its index comes before it.
+    /// The element of a column (`recipe`, `recipe[].target`); its index comes before it.
     Element(Located<String>),
     /// The bit with this number, as written, of the operand before it, which is an element.
     WordBit(Located<String>),

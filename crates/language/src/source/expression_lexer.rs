@@ -10,6 +10,7 @@ use super::contact_signs::{ends_value, is_spaced_minus, no_spaces};
 use super::expression::{Binary, ExpressionPartKind, Unary};
 use super::finding::{Code, Finding};
 use super::fix::{advise, possible, write};
+use super::indexed::rest_length;
 use super::span::Span;
 use rungd_engine::isa::Real;
 pub use rungd_engine::isa::real::RealError;
@@ -28,8 +29,8 @@ pub(super) enum ExpressionToken {
     Comma,
     /// `[`.
     Index,
-    /// `]`.
-    IndexEnd,
+    /// `]`, and the rest of the name behind it: `].target`.
+    IndexEnd(String),
     /// The number of a bit behind an index, as written: `.3`.
     WordBit(String),
 }
@@ -60,7 +61,12 @@ pub(super) fn lex(
         {
             return Err(no_spaces(text, at, span));
         }
-        let bit = if text[..at].ends_with(']') { bit_length(rest) } else { 0 };
+        let bit =
+            if text[..at].ends_with(|c: char| c == ']' || c.is_ascii_alphanumeric() || c == '_') {
+                bit_length(rest)
+            } else {
+                0
+            };
         if bit > 0 {
             return Ok((ExpressionToken::WordBit(rest[1..bit].to_owned()), bit));
         }
@@ -94,7 +100,10 @@ fn sign(rest: &str) -> Option<(ExpressionToken, usize)> {
         b')' => ExpressionToken::Close,
         b',' => ExpressionToken::Comma,
         b'[' => ExpressionToken::Index,
-        b']' => ExpressionToken::IndexEnd,
+        b']' => {
+            let length = 1 + rest_length(&rest[1..]);
+            return Some((ExpressionToken::IndexEnd(rest[1..length].to_owned()), length));
+        }
         _ => return None,
     };
     Some((token, 1))
@@ -120,7 +129,9 @@ fn operand(
     }
     if first.is_ascii_alphabetic() || first == '$' || first == '_' {
         let length = name_length(rest, used);
-        let length = length + slice_length(&rest[length..]);
+        let slice = slice_length(&rest[length..]);
+        let length = length + slice;
+        let length = length + if slice > 0 { rest_length(&rest[length..]) } else { 0 };
         let name = rest[..length].replace([' ', '\t'], "");
         return Ok((ExpressionToken::Operand(ExpressionPartKind::Name(name)), length));
     }

@@ -12,6 +12,7 @@ use super::expression_lexer::{ExpressionToken, ExpressionUse, lex};
 use super::expression_rules::{OperandRoot, OperandTerm, OperatorUse};
 use super::finding::{Code, Finding};
 use super::fix::{Help, advise, possible, text as fix, write};
+use super::indexed::INDEX;
 use super::math_target;
 use super::span::{Located, Span};
 use rungd_engine::isa::decimal_comma;
@@ -168,7 +169,7 @@ impl ExpressionParser<'_> {
             ExpressionToken::Sign(_)
             | ExpressionToken::Close
             | ExpressionToken::Comma
-            | ExpressionToken::IndexEnd
+            | ExpressionToken::IndexEnd(_)
             | ExpressionToken::WordBit(_) => Err(self.missing(place)),
             ExpressionToken::Index => Err(self.no_array(place)),
         }
@@ -197,14 +198,14 @@ impl ExpressionParser<'_> {
             ExpressionToken::Comma => self.argument(place).map(|()| true),
             ExpressionToken::Index if self.opens_index(place) => Ok(true),
             ExpressionToken::Index => Err(self.no_array(place)),
-            ExpressionToken::IndexEnd => {
+            ExpressionToken::IndexEnd(rest) => {
                 let bit = match behind {
                     Some(Located { value: ExpressionToken::WordBit(number), span }) => {
                         Some(Located { value: number.clone(), span })
                     }
                     Some(_) | None => None,
                 };
-                self.close_index(place, bit).map(|()| false)
+                self.close_index(rest, place, bit).map(|()| false)
             }
             // It was read with the `]` before it.
             ExpressionToken::WordBit(_) => Ok(false),
@@ -230,15 +231,24 @@ impl ExpressionParser<'_> {
         false
     }
 
-    /// `]`: an index is complete. `bit`: the number of a bit behind it.
-    fn close_index(&mut self, place: Span, bit: Option<Located<String>>) -> ExpressionResult<()> {
+    /// `]`: an index is complete; `rest` is the rest of the name behind it. `bit`: the number of a
+    /// bit behind that.
+    fn close_index(
+        &mut self,
+        rest: &str,
+        place: Span,
+        bit: Option<Located<String>>,
+    ) -> ExpressionResult<()> {
         self.settle(|_| true)?;
-        let Some(WaitingOperator::Index { name, .. }) = self.waiting.pop() else {
+        let Some(WaitingOperator::Index { mut name, .. }) = self.waiting.pop() else {
             return Err(self.error(place, "`]` closes nothing, or is too early").fix(possible("")));
         };
         self.depth -= 1;
         self.operands.pop();
         let span = name.span.to(place);
+        if !rest.is_empty() {
+            name.value = format!("{}{INDEX}{rest}", name.value);
+        }
         let element = ExpressionPart { kind: ExpressionPartKind::Element(name), span };
         let Some(bit) = bit else {
             self.operand(element);

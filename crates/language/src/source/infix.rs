@@ -7,13 +7,14 @@
 use std::fmt;
 
 use super::expression::{Binary, Expression, ExpressionPartKind, Unary};
+use super::indexed::with_index;
 use rungd_engine::isa::duration;
 
 /// A part of an expression in postfix order.
 pub enum InfixPart<'n> {
     /// A name or constant, as it is written.
     Operand(String),
-    /// The element of an array with this name; its index comes before it.
+    /// The element of a column with this name (`recipe[].target`); its index comes before it.
     Element(String),
     /// The bit with this number of the operand before it.
     WordBit(String),
@@ -64,7 +65,7 @@ fn with_operands(part: InfixPart<'_>, stack: &mut Vec<InfixText>) -> InfixText {
     let mut take = || stack.pop().unwrap_or_default();
     match part {
         InfixPart::Operand(text) => InfixText::atom(text),
-        InfixPart::Element(name) => InfixText::atom(format!("{name}[{}]", take().text)),
+        InfixPart::Element(name) => InfixText::atom(with_index(&name, &take().text)),
         InfixPart::WordBit(bit) => InfixText::atom(format!("{}.{bit}", take().text)),
         InfixPart::Unary(unary) => {
             let text = format!("{}{}", unary.sign(), take().within(UNARY));

@@ -165,7 +165,7 @@ fn operand(word: &str, mnemonic: &str, span: Span) -> Result<OperandText, Box<Fi
         };
         return Err(Box::new(error(message).help(help)));
     }
-    if word.contains("][") {
+    if word.rfind('[').is_some_and(|open| word[..open].contains(']')) {
         let finding = error("an element has one index".to_owned());
         let help = advise("count from element 0 of the whole array: `{}`", [possible("recipe[3]")]);
         return Err(Box::new(finding.help(help)));

@@ -9,13 +9,15 @@ use super::finding::{Code, Finding};
 use super::key::{BLOCK_NAME, key};
 use super::lost::LostText;
 use super::reader::{self, Table, Text};
+use super::record;
+pub use super::record::WrittenRecord;
 use super::room::LoadRoom;
 use super::rung::{self, USE, read_arguments};
 pub(crate) use super::rung::{Entry, Use, WrittenBranch, WrittenLeg, WrittenRung, WrittenStage};
 use super::shape::TableShape;
 use super::span::{FileId, Located, Span};
 use super::tag;
-pub use super::tag::WrittenTag;
+pub use super::tag::{FieldOfTag, WrittenTag};
 use super::template;
 pub use super::template::{Parameter, Template};
 
@@ -33,6 +35,8 @@ pub struct Ladder<R = WrittenRung> {
     pub devices: Vec<Text>,
     /// `[ladder] order`.
     pub order: Option<Located<Vec<Text>>>,
+    /// Records, in file order.
+    pub records: Vec<WrittenRecord>,
     /// `[tags]`, in file order.
     pub tags: Vec<WrittenTag>,
     /// Programs, tasks and subroutines, in file order.
@@ -51,6 +55,7 @@ impl Default for Ladder<Entry> {
             allow: Vec::new(),
             devices: Vec::new(),
             order: None,
+            records: Vec::new(),
             tags: Vec::new(),
             blocks: Vec::new(),
             templates: Vec::new(),
@@ -118,7 +123,7 @@ pub fn read(
 
 /// Whether a file with missing parts may be of a different kind.
 fn is_unclear(root: &Table<'_>) -> bool {
-    let own = ["ladder", "tags", "program", "task", "subroutine", "template"];
+    let own = ["ladder", "record", "tags", "program", "task", "subroutine", "template"];
     root.doc().lost().is_some() && !own.iter().any(|key| root.has(key))
 }
 
@@ -162,6 +167,9 @@ fn read_root(mut root: Table<'_>) -> Ladder<Entry> {
             .map_or(Vec::new(), |names| names.value);
         head.finish();
     }
+    let records = key("record", "Named lists of fields: types of tags.");
+    let records = root.tables(records, "a record").into_iter();
+    ladder.records = records.map(record::read).collect();
     let tags = key("tags", "Names of memory and of addresses, and named constants.");
     ladder.tags = tag::read_all(&mut root, tags);
     let programs = root

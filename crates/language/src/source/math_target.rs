@@ -5,6 +5,7 @@
 use super::contact_lexer::bit_length;
 use super::finding::{Code, Finding};
 use super::fix::{possible, text as fix};
+use super::indexed::{INDEX, rest_length};
 use super::span::{Located, Span};
 
 /// The parts of the text of a MATH.
@@ -35,19 +36,26 @@ pub(super) fn split(text: &str, span: Span) -> Result<SplitFormula, Finding> {
     if name.is_empty() {
         return Err(error(place, "MATH lacks its target").help(form));
     }
-    let (whole, bit) = match name.rfind(']').map(|end| name.split_at(end + 1)) {
-        Some((whole, behind)) if !behind.is_empty() && bit_length(behind) == behind.len() => {
-            let from = start + whole.len();
-            let span = span.part(from, from + behind.len());
-            (whole, Some(Located { value: behind[1..].to_owned(), span }))
+    let (whole, bit) = match name.rfind(']').map(|end| end + 1) {
+        Some(end) => {
+            let end = end + rest_length(&name[end..]);
+            let behind = &name[end..];
+            match !behind.is_empty() && bit_length(behind) == behind.len() {
+                true => {
+                    let from = start + end;
+                    let span = span.part(from, from + behind.len());
+                    (&name[..end], Some(Located { value: behind[1..].to_owned(), span }))
+                }
+                false => (name, None),
+            }
         }
-        Some(_) | None => (name, None),
-    };
-    let (name, index) = match whole.split_once('[') {
         None => (name, None),
-        Some((base, rest)) if rest.ends_with(']') && !is_slice(rest) => {
-            let from = start + base.len() + 1;
-            (base.trim_end(), Some((from, from + rest.len() - 1)))
+    };
+    let (name, index, behind) = match whole.split_once('[') {
+        None => (whole, None, ""),
+        Some((base, rest)) if !is_slice(rest) && index_end(rest).is_some() => {
+            let (from, length) = (start + base.len() + 1, index_end(rest).unwrap_or_default());
+            (base.trim_end(), Some((from, from + length)), &rest[length + 1..])
         }
         Some(_) => {
             let help = "the target is one element: `MATH recipe[step] = …`";
@@ -72,8 +80,19 @@ pub(super) fn split(text: &str, span: Span) -> Result<SplitFormula, Finding> {
         let help = "the target is the name of a word or bit: `MATH D0 = D1 + 1`";
         return Err(error(place, &message).help(help).fix(possible("D0")));
     }
-    let target = Located { value: name.to_owned(), span: place };
+    let value = match behind.is_empty() {
+        true => name.to_owned(),
+        false => format!("{name}{INDEX}{behind}"),
+    };
+    let target = Located { value, span: place };
     Ok(SplitFormula { target, index, bit, begin: at + 1 })
+}
+
+/// The length of an index, if only the rest of its name is behind its `]`.
+fn index_end(rest: &str) -> Option<usize> {
+    let end = rest.rfind(']')?;
+    let behind = &rest[end + 1..];
+    (rest_length(behind) == behind.len()).then_some(end)
 }
 
 /// Whether the text behind a `[` is a slice (`0..6`). An index may also contain slices, in brackets

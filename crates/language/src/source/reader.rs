@@ -15,7 +15,9 @@ use super::mend::{MendedText, mend};
 use super::room::LoadRoom;
 use super::shape::TableShape;
 use super::span::{FileId, Span};
-pub use super::table::{Constant, NamedTable, PlacedValue, Table, TextOrTable};
+pub use super::table::{
+    Constant, InitialRecords, NamedTable, PlacedValue, Table, TextOrTable, WrittenInitial,
+};
 use super::{headers, strict};
 use rungd_base::progress::Progress;
 

@@ -68,8 +68,25 @@ pub enum TextOrTable<'a> {
     Table(Table<'a>),
 }
 
-/// One constant, or a list of constants with its place.
-pub type OneOrList = (Option<Located<Constant>>, Option<Located<Vec<Located<Constant>>>>);
+/// The values of records in `initial`.
+#[derive(Clone, Debug, Default)]
+pub struct InitialRecords {
+    /// Whether they are a list.
+    pub is_list: bool,
+    /// For each record, its values by the names of the fields.
+    pub values: Vec<Vec<(Text, Located<Constant>)>>,
+}
+
+/// The value of `initial`: at most one of these.
+#[derive(Default)]
+pub struct WrittenInitial {
+    /// One constant.
+    pub one: Option<Located<Constant>>,
+    /// A list of constants, with its place.
+    pub list: Option<Located<Vec<Located<Constant>>>>,
+    /// The values of a record's fields, or a list of records.
+    pub records: Option<Located<InitialRecords>>,
+}
 
 /// A table, and the keys that were requested.
 pub struct Table<'a> {

@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 
 use super::fix::{Help, pair, write};
 use super::key::{Key, key};
-use super::reader::{Constant, NamedTable, Table, Text};
+use super::reader::{Constant, InitialRecords, NamedTable, Table, Text, WrittenInitial};
 use super::span::{FileId, Located};
 
 /// A text of a value, as written.
@@ -44,6 +44,8 @@ pub struct WrittenTag {
     pub initial: Option<Located<Constant>>,
     /// `initial`, a list.
     pub initials: Option<Located<Vec<Located<Constant>>>>,
+    /// `initial` of a record: a table, or a list of tables.
+    pub records: Option<Located<InitialRecords>>,
     /// `min`.
     pub min: Option<Located<Constant>>,
     /// `max`.
@@ -64,6 +66,23 @@ pub struct WrittenTag {
     pub spare: Option<Located<bool>>,
     /// Whether the tag has `at`, `type` or `value`, even an unreadable one.
     pub has_meaning: bool,
+    /// Its record, if it stands for a field of a tag whose type is a record.
+    pub field: Option<Box<FieldOfTag>>,
+}
+
+/// The tag of records that a field belongs to.
+#[derive(Clone, Debug)]
+pub struct FieldOfTag {
+    /// The name of the tag.
+    pub tag: Text,
+    /// `doc` of the tag.
+    pub doc: Option<String>,
+    /// The name of the record.
+    pub record: String,
+    /// The name of the field.
+    pub field: String,
+    /// For each element of an array, the value that the tag gives, from element 0 on.
+    pub initials: Vec<Option<Located<Constant>>>,
 }
 
 impl WrittenTag {
@@ -79,9 +98,17 @@ impl WrittenTag {
     }
 }
 
+/// The types of tags, but for records.
+pub(crate) const TYPE_NAMES: [&str; 7] =
+    ["bit", "int", "word", "real", "timer", "counter", "sensaphone"];
+
 /// The name of a tag; its grammar is in `docs/language.md`.
 const TAG_NAME: &str = r#"{"propertyNames":{"pattern":"^[A-Za-z][A-Za-z0-9_]*$"}}"#;
-const TAG_TYPES: &str = r#"{"enum":["bit","int","word","real","timer","counter","sensaphone"]}"#;
+/// The types of tags; a record's name is a type too.
+const TAG_TYPES: &str = r#"{"anyOf":[{"enum":["bit","int","word","real","timer","counter",
+    "sensaphone"]},{"pattern":"^[A-Za-z][A-Za-z0-9_]*$"}]}"#;
+
+const FIELD_TYPES: &str = r#"{"enum":["bit","int","word","real","timer","counter","sensaphone"]}"#;
 
 const PRIORITIES: &str = r#"{"enum":["critical","high","medium","low"]}"#;
 
@@ -90,8 +117,30 @@ const UNIT: &str = r#"{"minLength":1,"maxLength":16,"pattern":"^[^\\x00-\\x1f\\x
 const TEXTS: &str = r#"{"minProperties":1,"propertyNames":{"pattern":"^(0|-?[1-9][0-9]*)$"}}"#;
 const TEXT: &str = r#"{"minLength":1,"maxLength":40,"pattern":"^[^\\x00-\\x1f\\x7f-\\x9f]*$"}"#;
 
-/// The number of elements of an array.
-const COUNT: RangeInclusive<i64> = 2..=4096;
+/// The number of elements of an array; of bits and words at least [`COUNT_MIN`].
+const COUNT: RangeInclusive<i64> = 1..=4096;
+
+/// The least number of elements of an array of bits or words.
+pub(crate) const COUNT_MIN: i64 = 2;
+
+const DOC: Key = key("doc", "What it is.");
+const UNIT_KEY: Key =
+    key("unit", "The unit of the word's value, shown behind it: `bar`, `°C`.").limited(UNIT);
+const MIN: Key = key(
+    "min",
+    "A write from outside below this is refused; a write by the ladder is limited to it.",
+);
+const MAX: Key = key(
+    "max",
+    "A write from outside above this is refused; a write by the ladder is limited to it.",
+);
+const ALARM: Key = key("alarm", "A text: a warning in the log when the bit goes ON.");
+const PRIORITY: Key =
+    key("priority", "How soon a person has to act on the alarm; `medium` if not given.")
+        .limited(PRIORITIES);
+const LOG: Key = key("log", "Each change is logged.").limited(r#"{"const":"change"}"#);
+const METRIC: Key =
+    key("metric", "Its value is a metric of `rungd metrics`; for a structure, all its members.");
 
 /// Reads the tags of a table.
 pub(super) fn read_all(root: &mut Table<'_>, tags: Key) -> Vec<WrittenTag> {
@@ -122,9 +171,9 @@ fn read_tag(NamedTable { name, table }: NamedTable<'_>) -> WrittenTag {
     let initial = key(
         "initial",
         "Its value after a cold start; 0 or OFF if not given. An array takes a list too, a value \
-         for each element.",
+         for each element; a record a table of its fields' values.",
     );
-    let (initial, initials) = table.constants(initial);
+    let WrittenInitial { one: initial, list: initials, records } = table.initial(initial);
     let mut tag = WrittenTag {
         name,
         at,
@@ -138,34 +187,21 @@ fn read_tag(NamedTable { name, table }: NamedTable<'_>) -> WrittenTag {
         ),
         value: table
             .constant(key("value", "A constant: a number, or a duration as `\"2s500ms\"`.")),
-        doc: table.string(key("doc", "What it is.")).map(|doc| doc.text),
-        unit: table.string(
-            key("unit", "The unit of the word's value, shown behind it: `bar`, `°C`.")
-                .limited(UNIT),
-        ),
+        doc: table.string(DOC).map(|doc| doc.text),
+        unit: table.string(UNIT_KEY),
         texts: read_texts(&mut table),
         initial,
         initials,
-        min: table.constant(key(
-            "min",
-            "A write from outside below this is refused; a write by the ladder is limited to it.",
-        )),
-        max: table.constant(key(
-            "max",
-            "A write from outside above this is refused; a write by the ladder is limited to it.",
-        )),
-        alarm: table.string(key("alarm", "A text: a warning in the log when the bit goes ON.")),
-        priority: table.string(
-            key("priority", "How soon a person has to act on the alarm; `medium` if not given.")
-                .limited(PRIORITIES),
-        ),
-        log: table.string(key("log", "Each change is logged.").limited(r#"{"const":"change"}"#)),
-        metric: table.boolean(key(
-            "metric",
-            "Its value is a metric of `rungd metrics`; for a structure, all its members.",
-        )),
+        records,
+        min: table.constant(MIN),
+        max: table.constant(MAX),
+        alarm: table.string(ALARM),
+        priority: table.string(PRIORITY),
+        log: table.string(LOG),
+        metric: table.boolean(METRIC),
         spare: table.boolean(key("spare", "Unused on purpose: no warning.")),
         has_meaning: ["at", "type", "value"].iter().any(|key| table.has(key)),
+        field: None,
     };
     // A key that is written wrong is probably the one that is missing.
     tag.has_meaning |= table.has_unknown();
@@ -184,6 +220,45 @@ fn read_texts(tag: &mut Table<'_>) -> Option<Located<Vec<WrittenText>>> {
     }
     let texts = entries.into_iter().map(|(value, text)| WrittenText { value, text });
     Some(Located { value: texts.collect(), span: table.extent() })
+}
+
+/// Reads the fields of a record.
+pub(super) fn read_fields(record: &mut Table<'_>) -> Vec<WrittenTag> {
+    let fields = key("fields", "Its fields: a name and a `type` each.").limited(TAG_NAME);
+    let Some(mut fields) = record.table(fields, "`[record.fields]`") else { return Vec::new() };
+    let any = key("*", "A field: each tag of the record has a bit, word or structure for it.");
+    let help = |name: &str, value: &str| match value.as_bytes() {
+        [b'[', ..] => above(name),
+        _ => write(pair(format!("{name} = {{ type = \"int\" }}"))),
+    };
+    let entries = fields.entries(any, "a field", help);
+    entries.into_iter().map(read_field).collect()
+}
+
+fn read_field(NamedTable { name, table }: NamedTable<'_>) -> WrittenTag {
+    let Some(mut table) = table else { return WrittenTag::unreadable(name) };
+    let kind = key("type", "Its type.").limited(FIELD_TYPES);
+    let field = WrittenTag {
+        name,
+        kind: table.required_string(kind),
+        doc: table.string(DOC).map(|doc| doc.text),
+        unit: table.string(UNIT_KEY),
+        texts: read_texts(&mut table),
+        initial: table.constant(key(
+            "initial",
+            "Its value after a cold start; 0 or OFF if not given. A tag may give another.",
+        )),
+        min: table.constant(MIN),
+        max: table.constant(MAX),
+        alarm: table.string(ALARM),
+        priority: table.string(PRIORITY),
+        log: table.string(LOG),
+        metric: table.boolean(METRIC),
+        has_meaning: true,
+        ..WrittenTag::default()
+    };
+    table.finish();
+    field
 }
 
 /// The help for an array in a table of names: it belongs to the table above.

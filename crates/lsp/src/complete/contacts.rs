@@ -1,6 +1,9 @@
 //! Proposals of names in contacts, in expressions of MATH and in single operands. They depend on
 //! the word before the cursor and on the sign before that word.
 
+use std::borrow::Cow;
+use std::ops::Range;
+
 use lsp_types::CompletionItemKind;
 
 use super::nature::WantedName;
@@ -17,8 +20,8 @@ const FUNCTION: u8 = 5;
 pub(super) struct DottedWord<'t> {
     /// The text before the word.
     pub lead: &'t str,
-    /// The part before its last dot.
-    pub base: Option<&'t str>,
+    /// The part before its last dot, without an index.
+    pub base: Option<Cow<'t, str>>,
     /// The typed text of its last part.
     pub typed: &'t str,
 }
@@ -34,15 +37,19 @@ impl<'t> DottedWord<'t> {
         let word = word.rsplit_once("..").map_or(word, |(_, last)| last);
         let word = word.trim_start_matches('-');
         let lead = &before[..before.len() - word.len()];
+        if let (Some((rest, typed)), Some(array)) = (word.rsplit_once('.'), array_before(lead)) {
+            let base = format!("{}{rest}", &lead[array.clone()]);
+            return DottedWord { lead: &lead[..array.start], base: Some(base.into()), typed };
+        }
         match word.rsplit_once('.') {
-            Some((base, typed)) => DottedWord { lead, base: Some(base), typed },
+            Some((base, typed)) => DottedWord { lead, base: Some(base.into()), typed },
             None => DottedWord { lead, base: None, typed: word },
         }
     }
 
     /// Whether it is a number.
     fn is_number(&self) -> bool {
-        self.base.unwrap_or(self.typed).starts_with(|c: char| c.is_ascii_digit())
+        self.base.as_deref().unwrap_or(self.typed).starts_with(|c: char| c.is_ascii_digit())
     }
 
     /// The wish after the sign before the word, in a place with `wish`; `None` after a whole name,
@@ -64,6 +71,20 @@ impl<'t> DottedWord<'t> {
     }
 }
 
+/// The name of the array whose index a text ends with.
+fn array_before(text: &str) -> Option<Range<usize>> {
+    let inner = text.strip_suffix(']')?;
+    let mut depth = 1;
+    let is_open = |(_, c): &(usize, char)| {
+        depth += i32::from(*c == ']') - i32::from(*c == '[');
+        depth == 0
+    };
+    let (open, _) = inner.char_indices().rev().find(is_open)?;
+    let is_part = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '.');
+    let start = text[..open].trim_end_matches(is_part).len();
+    (start < open).then_some(start..open)
+}
+
 /// Names for contacts, or for one operand.
 pub(super) fn offer(scene: &CompletionScene, before: &str, wish: WantedName) -> Proposals {
     let word = DottedWord::of(before, true);
@@ -83,7 +104,7 @@ pub(super) fn offer(scene: &CompletionScene, before: &str, wish: WantedName) -> 
             found.add(proposal.detail(about).writes(format!("{name}("), snippet));
         }
     }
-    operands::offer(scene, word.base, wish, &mut found);
+    operands::offer(scene, word.base.as_deref(), wish, &mut found);
     found
 }
 
@@ -98,7 +119,7 @@ pub(super) fn offer_expression(scene: &CompletionScene, before: &str) -> Proposa
     if word.base.is_none() {
         offer_functions(&mut found);
     }
-    operands::offer(scene, word.base, WantedName::Value, &mut found);
+    operands::offer(scene, word.base.as_deref(), WantedName::Value, &mut found);
     found
 }
 
@@ -127,9 +148,12 @@ mod tests {
             ("x > -le", None, "le"),
             ("$F", None, "$F"),
             ("recipe[st", None, "st"),
+            ("recipe[2].ta", Some("recipe"), "ta"),
+            ("!p1.recipe[i + a[1]].", Some("p1.recipe"), ""),
+            ("x & lane[i].over.D", Some("lane.over"), "D"),
         ] {
             let word = DottedWord::of(before, true);
-            assert_eq!((word.base, word.typed), (base, typed), "{before}");
+            assert_eq!((word.base.as_deref(), word.typed), (base, typed), "{before}");
         }
         assert_eq!(DottedWord::of("a-b", false).typed, "b");
     }

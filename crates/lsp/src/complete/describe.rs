@@ -21,6 +21,8 @@ pub(super) fn symbol(kind: DeclaredKind) -> CompletionItemKind {
         DeclaredKind::Template => CompletionItemKind::CLASS,
         DeclaredKind::Use => CompletionItemKind::STRUCT,
         DeclaredKind::Device => CompletionItemKind::INTERFACE,
+        DeclaredKind::Record => CompletionItemKind::STRUCT,
+        DeclaredKind::Field => CompletionItemKind::FIELD,
     }
 }
 
@@ -31,9 +33,11 @@ pub(super) fn detail(declared: &Declaration, project: &Project) -> String {
         declared.template.as_deref().map(|template| format!(" of {template}")).unwrap_or_default()
     };
     match declared.kind {
-        DeclaredKind::Tag | DeclaredKind::OwnTag | DeclaredKind::Parameter => {
-            tag_words(&TagFacts::of(declared, file))
-        }
+        DeclaredKind::Tag
+        | DeclaredKind::OwnTag
+        | DeclaredKind::Parameter
+        | DeclaredKind::Field => tag_words(&TagFacts::of(declared, file)),
+        DeclaredKind::Record => "record".to_owned(),
         DeclaredKind::Program => format!("program{}", used()),
         DeclaredKind::Task => "task".to_owned(),
         DeclaredKind::Subroutine => "subroutine".to_owned(),
@@ -59,7 +63,7 @@ fn tag_words(facts: &TagFacts) -> String {
 /// The explanation of a declaration, with its limits.
 pub(super) fn doc(declared: &Declaration, project: &Project) -> String {
     let mut parts: Vec<String> = declared.doc.iter().map(|doc| plain(doc)).collect();
-    if matches!(declared.kind, DeclaredKind::Tag | DeclaredKind::OwnTag) {
+    if matches!(declared.kind, DeclaredKind::Tag | DeclaredKind::OwnTag | DeclaredKind::Field) {
         let facts = TagFacts::of(declared, &project.files[declared.file]);
         let limits = match (facts.text("min"), facts.text("max")) {
             (Some(min), Some(max)) => Some(format!("From {min} to {max}.")),

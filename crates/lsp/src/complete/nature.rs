@@ -146,7 +146,7 @@ impl Nature {
     /// The properties of a declaration.
     pub fn of(declared: &Declaration, file: &EditorFile) -> Nature {
         match declared.kind {
-            DeclaredKind::Tag | DeclaredKind::OwnTag => {
+            DeclaredKind::Tag | DeclaredKind::OwnTag | DeclaredKind::Field => {
                 Nature::of_tag(&TagFacts::of(declared, file))
             }
             DeclaredKind::Parameter => {
@@ -162,6 +162,7 @@ impl Nature {
             DeclaredKind::Subroutine
             | DeclaredKind::Rung
             | DeclaredKind::Template
+            | DeclaredKind::Record
             | DeclaredKind::Test => Nature::NOTHING,
         }
     }

@@ -61,6 +61,8 @@ fn declared(scene: &CompletionScene, wish: WantedName, into: &mut Proposals) {
             | DeclaredKind::Stage
             | DeclaredKind::Rung
             | DeclaredKind::Template
+            | DeclaredKind::Record
+            | DeclaredKind::Field
             | DeclaredKind::Test => continue,
         };
         add(scene, at, RankedWish { wish, rank }, into);
@@ -142,14 +144,18 @@ fn members_of(scene: &CompletionScene, at: usize, wish: WantedName, into: &mut P
         | DeclaredKind::Stage
         | DeclaredKind::Rung
         | DeclaredKind::Template
+        | DeclaredKind::Record
+        | DeclaredKind::Field
         | DeclaredKind::Test => {}
     }
     let template = declared.template.as_deref().and_then(|name| scene.names().template(name));
+    let record = scene.names().record_of(at);
     for (number, inner) in scene.names().all.iter().enumerate() {
         if !into.fits(&inner.name) {
             continue;
         }
-        let is_own = inner.parent == Some(at) && inner.kind == DeclaredKind::Stage;
+        let is_field = inner.parent == record && inner.kind == DeclaredKind::Field;
+        let is_own = inner.parent == Some(at) && inner.kind == DeclaredKind::Stage || is_field;
         let around = inner.parent.and_then(|parent| scene.names().template_around(parent));
         let is_of_template = around.is_some() && around == template;
         let is_seen =

@@ -26,8 +26,9 @@ pub(super) fn words(key: &Key, form: &ValueForm) -> Vec<String> {
     match key.limit {
         KeyLimit::Schema(schema) => {
             let schema: Value = serde_json::from_str(schema).unwrap_or_default();
-            let all = schema["enum"].as_array().cloned().unwrap_or_default();
-            let all = all.into_iter().chain([schema["const"].clone()]);
+            let choices = schema["anyOf"].as_array().cloned().unwrap_or_default();
+            let lists = choices.iter().chain([&schema]).filter_map(|one| one["enum"].as_array());
+            let all = lists.flatten().cloned().chain([schema["const"].clone()]);
             all.filter_map(|word| Some(word.as_str()?.to_owned())).collect()
         }
         KeyLimit::None | KeyLimit::Refused => Vec::new(),

@@ -37,7 +37,8 @@ pub(super) fn offer(scene: &CompletionScene, before: &str) -> Proposals {
         Slot::Step => steps::offer(scene, before),
         Slot::Placeholders => placeholders(scene, before),
         Slot::Declares(_) => Proposals::of(before),
-        Slot::Type | Slot::Other => words_of(scene, before),
+        Slot::Type => types(scene, before),
+        Slot::Other => words_of(scene, before),
     }
 }
 
@@ -124,6 +125,18 @@ fn placeholders(scene: &CompletionScene, before: &str) -> Proposals {
 }
 
 /// The words that the key allows.
+/// The types of tags, parameters and fields; a record is no type of a field.
+fn types(scene: &CompletionScene, before: &str) -> Proposals {
+    let mut found = words_of(scene, before);
+    let is_field = scene.site.kind == "record";
+    let records = scene.names().all.iter().filter(|one| one.kind == DeclaredKind::Record);
+    for record in records.filter(|_| !is_field) {
+        let proposal = CompletionProposal::new(&record.name, symbol(record.kind), 1);
+        found.add(proposal.detail("record").doc(doc(record, scene.project)));
+    }
+    found
+}
+
 fn words_of(scene: &CompletionScene, before: &str) -> Proposals {
     let mut found = Proposals::of(before);
     if let Some((key, form)) = scene.shape().entry(&keys::path(scene)) {

@@ -9,8 +9,8 @@ use super::super::slots::DeclaredKind;
 use super::uses;
 
 /// The keys that are not shown, because they are shown elsewhere or are too long.
-const LEFT_OUT: [&str; 10] =
-    ["name", "doc", "when", "leg", "do", "rung", "stage", "branch", "steps", "map"];
+const LEFT_OUT: [&str; 11] =
+    ["fields", "name", "doc", "when", "leg", "do", "rung", "stage", "branch", "steps", "map"];
 
 /// The text of the hover of a declaration.
 pub(super) fn shown(project: &Project, at: usize) -> String {
@@ -43,6 +43,8 @@ fn place(project: &Project, declared: &Declaration) -> String {
         DeclaredKind::Parameter => "parameter",
         DeclaredKind::Use => "use of a template",
         DeclaredKind::Device => "field device",
+        DeclaredKind::Record => "record",
+        DeclaredKind::Field => "field",
         DeclaredKind::Test => "test",
     };
     match declared.parent.map(|parent| &project.names.all[parent].name) {
@@ -93,10 +95,15 @@ fn parts(project: &Project, at: usize) -> String {
     if !stages.is_empty() {
         let _ = write!(text, "\nStages: {}\n", stages.join(", "));
     }
-    for (title, kind) in
-        [("Parameters", DeclaredKind::Parameter), ("Own tags", DeclaredKind::OwnTag)]
-    {
-        let lines: Vec<String> = named(kind).map(|part| one(project, part)).collect();
+    let all = project.names.all.iter();
+    let record = project.names.record_of(at).unwrap_or(at);
+    let fields = all.filter(|part| part.parent == Some(record) && part.kind == DeclaredKind::Field);
+    for (title, parts) in [
+        ("Parameters", named(DeclaredKind::Parameter).collect::<Vec<_>>()),
+        ("Own tags", named(DeclaredKind::OwnTag).collect()),
+        ("Fields", fields.collect()),
+    ] {
+        let lines: Vec<String> = parts.into_iter().map(|part| one(project, part)).collect();
         if !lines.is_empty() {
             let _ = write!(text, "\n{title}:\n\n{}", lines.concat());
         }

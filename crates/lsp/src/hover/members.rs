@@ -30,21 +30,26 @@ pub(super) fn of_word(cursor: &Cursor, range: &Range<usize>) -> Option<String> {
     let meaning = match declared.kind {
         DeclaredKind::Program | DeclaredKind::Task => of_block(name)?.to_owned(),
         DeclaredKind::Device => of_device(name)?.to_owned(),
-        DeclaredKind::Tag | DeclaredKind::OwnTag | DeclaredKind::Parameter
+        DeclaredKind::Tag
+        | DeclaredKind::OwnTag
+        | DeclaredKind::Parameter
+        | DeclaredKind::Field
             if name.bytes().all(|byte| byte.is_ascii_digit()) =>
         {
             let facts = TagFacts::of(declared, &project.files[declared.file]);
             let last = facts.word()?.bit_count().checked_sub(1)?;
             format!("a bit of the word, of 0 (the lowest) to {last}")
         }
-        DeclaredKind::Tag | DeclaredKind::OwnTag | DeclaredKind::Parameter => {
-            of_structure(owners(project, before), name)?
-        }
+        DeclaredKind::Tag
+        | DeclaredKind::OwnTag
+        | DeclaredKind::Parameter
+        | DeclaredKind::Field => of_structure(owners(project, before), name)?,
         DeclaredKind::Subroutine
         | DeclaredKind::Stage
         | DeclaredKind::Rung
         | DeclaredKind::Template
         | DeclaredKind::Use
+        | DeclaredKind::Record
         | DeclaredKind::Test => return None,
     };
     Some(format!("**.{name}** of {}: {meaning}\n", declared.name))

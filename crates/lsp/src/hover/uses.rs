@@ -179,6 +179,7 @@ fn list(file: &EditorFile, word: &FileWord) -> Option<usize> {
         (
             _,
             FileWordRole::Template
+            | FileWordRole::Type
             | FileWordRole::Parameter
             | FileWordRole::Placeholder
             | FileWordRole::Device,

@@ -12,6 +12,7 @@ use rungd_engine::isa::{
 use rungd_engine::{BitCell, Cell, PassStep, WordCell};
 use rungd_language::lower::identity::{Identity, Owner};
 pub use rungd_language::resolve::program::Value;
+use rungd_language::source::indexed::IndexedName;
 
 /// The kept owners of the old program: record, CTU or CTD, and element.
 #[derive(Default)]
@@ -235,7 +236,7 @@ pub(super) fn initial(
         match names.new.names.tag(*address).and_then(array_of) {
             Some(array) => {
                 let said = names.new.names.say(*address);
-                arrays.entry(array.to_owned()).or_default().push((said, state));
+                arrays.entry(array).or_default().push((said, state));
             }
             None => plan.add_line_with_state(names.new.names.say(*address), state),
         }
@@ -250,9 +251,9 @@ pub(super) fn initial(
     }
 }
 
-/// The array in the name of an element.
-pub(super) fn array_of(tag: &str) -> Option<&str> {
-    tag.split_once('[').map(|(array, _)| array)
+/// The array in the name of an element: `recipe.target` of `recipe[3].target`.
+pub(super) fn array_of(tag: &str) -> Option<String> {
+    IndexedName::of(tag).map(|name| name.column())
 }
 
 /// The array elements that begin with their `initial`, by array.

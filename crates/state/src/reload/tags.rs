@@ -18,7 +18,8 @@ struct MovedAddress {
 /// Whether the tag, or the array of an element, has a `type` in either program. `places` reports
 /// these tags.
 fn is_placed(names: &ElementPairs<'_>, tag: &str) -> bool {
-    let whole = array_of(tag).unwrap_or(tag);
+    let array = array_of(tag);
+    let whole = array.as_deref().unwrap_or(tag);
     names.old.names.places.named(whole).or(names.new.names.places.named(whole)).is_some()
 }
 
@@ -38,7 +39,7 @@ pub(super) fn report_moved(
     old: LoweredProgram<'_>,
 ) {
     let (layout, values) = (&old.symbols.layout, NewValues::of(plan));
-    let mut arrays: BTreeMap<&str, Vec<MovedAddress>> = BTreeMap::new();
+    let mut arrays: BTreeMap<String, Vec<MovedAddress>> = BTreeMap::new();
     for (tag, to) in &names.new.tags {
         let Some(from) = names.old.tags.get(tag).filter(|from| *from != to) else { continue };
         if is_placed(names, tag) {
@@ -72,7 +73,7 @@ pub(super) fn report_moved(
             },
         );
     }
-    arrays.into_iter().for_each(|(array, elements)| moved_array(plan, array, elements));
+    arrays.into_iter().for_each(|(array, elements)| moved_array(plan, &array, elements));
 }
 
 /// One line for an array whose addresses have changed.
@@ -115,7 +116,7 @@ pub(super) fn report_renamed(
     for (tag, address) in names.new.tags.iter().filter(|(tag, _)| lacks(names.old, tag)) {
         new.entry(address).or_default().push_back(tag);
     }
-    let mut arrays: BTreeMap<(&str, &str), Vec<Address>> = BTreeMap::new();
+    let mut arrays: BTreeMap<(String, String), Vec<Address>> = BTreeMap::new();
     for (tag, address) in gone {
         let Some(now) = new.get_mut(address).and_then(VecDeque::pop_front) else { continue };
         if let (Some(from), Some(to)) = (array_of(tag), array_of(now)) {

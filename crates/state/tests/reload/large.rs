@@ -138,7 +138,14 @@ fn the_cost_of_retained_words_and_timers_is_proportional_to_their_number() {
         let timers = format!("[[program]]\nname = \"Timers\"\nrung = [\n{rungs}]\n");
         let large = Large::new(&format!("[tags]\n{tags}{timers}"));
         let span = Span::default();
-        let range = |space, first, last| Range { space, first, last, span, of_tag: false };
+        let range = |space, first, last| Range {
+            space,
+            first,
+            last,
+            span,
+            of_tag: false,
+            of_record: false,
+        };
         let word = |at: u32| range(Space::Word(WordSpace::D), 2 * at, 2 * at);
         let words = (0..count as u32).map(word);
         let ranges = words.chain([range(Space::Timer, 0, count as u32 - 1)]);

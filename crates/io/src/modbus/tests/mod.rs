@@ -36,7 +36,7 @@ pub(super) fn loopback() -> ModbusServerSettings {
 
 /// A range of elements of one space.
 pub(super) fn range(space: Space, first: u32, last: u32) -> Range {
-    Range { space, first, last, span: Span::default(), of_tag: false }
+    Range { space, first, last, span: Span::default(), of_tag: false, of_record: false }
 }
 
 /// A write list of addresses and ranges for every client.

@@ -3,6 +3,7 @@
 use rungd_engine::isa::{Address, Bit, BlockId, DeviceBit, DeviceId, StageId};
 use rungd_language::resolve::mistake::sentence;
 use rungd_language::resolve::program::{Program, Tag, TagMeaning};
+use rungd_language::resolve::record::RecordPlace;
 use rungd_language::resolve::scope::{LookUp, NamedThing};
 use rungd_language::source::span::Span;
 
@@ -58,9 +59,10 @@ impl AskedOperand {
             NamedThing::Device(id) => of_device(plain, id),
             NamedThing::Array(array) => AskedOperand {
                 address: Some(array.to_string()),
-                addresses: array.addresses().collect(),
+                addresses: array.addresses().flat_map(Address::operands).collect(),
                 ..plain
             },
+            NamedThing::Record(place) => of_record(program, plain, place),
             NamedThing::Element(element) => AskedOperand {
                 address: Some(element.to_string()),
                 addresses: element.array.addresses().collect(),
@@ -108,6 +110,17 @@ fn of_address(program: &Program, plain: AskedOperand, address: Address) -> Asked
         Address::Bit(_) | Address::Word(_) | Address::Structure(_) => None,
     };
     AskedOperand { addresses: address.operands(), span, ..wanted }.with_tag(tag)
+}
+
+fn of_record(program: &Program, plain: AskedOperand, place: RecordPlace) -> AskedOperand {
+    let record = &program.records[place.tag];
+    let addresses = program.record_addresses(place);
+    AskedOperand {
+        addresses: addresses.into_iter().flat_map(Address::operands).collect(),
+        doc: record.doc.clone(),
+        span: Some(record.span),
+        ..plain
+    }
 }
 
 fn of_block(program: &Program, plain: AskedOperand, id: BlockId) -> AskedOperand {

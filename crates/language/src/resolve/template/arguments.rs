@@ -12,6 +12,7 @@ use crate::resolve::scope::NamedThing;
 use crate::source::atom::{Atom, AtomKind};
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{FixEdit, Help, advise, possible, proposed};
+use crate::source::indexed::first_of;
 pub use rungd_engine::isa::{Address, Mnemonic, Structure as Of};
 
 impl Resolver<'_> {
@@ -46,7 +47,6 @@ impl Resolver<'_> {
         let spec = Mnemonic::Out.spec();
         match (argument.kind.wanted(), thing) {
             (WantedOperand::Bit, NamedThing::Address(Address::Bit(_)))
-            | (WantedOperand::Array, NamedThing::Array(_))
             | (WantedOperand::Whole, NamedThing::Constant(..))
             | (WantedOperand::Real, NamedThing::Real(_))
             | (WantedOperand::Timer, NamedThing::Address(Address::Structure(Of::Timer(_))))
@@ -58,6 +58,7 @@ impl Resolver<'_> {
             (WantedOperand::WrittenBit, NamedThing::Address(Address::Bit(_))) => {
                 self.writable_bit(atom, spec).is_some()
             }
+            (WantedOperand::Array, NamedThing::Array(array)) if !array.is_structures() => true,
             (WantedOperand::Bit, NamedThing::Element(element)) if element.array.is_bits() => true,
             (WantedOperand::Whole, NamedThing::Element(ArrayElement { array, .. }))
                 if !array.is_bits() && !array.is_real() =>
@@ -117,6 +118,7 @@ impl Resolver<'_> {
             | NamedThing::Real(_)
             | NamedThing::Block(_)
             | NamedThing::Device(_)
+            | NamedThing::Record(_)
             | NamedThing::Array(_) => self.kind_words(thing),
         };
         let message = format!(
@@ -132,8 +134,7 @@ impl Resolver<'_> {
                 format!("write the constant as a real: `value = {value}.0`").into()
             }
             (ParameterKind::Output, NamedThing::Element(element)) if element.array.is_bits() => {
-                let base = atom.name().and_then(|name| name.split('[').next()).unwrap_or_default();
-                let element = proposed(format!("{base}[0]"));
+                let element = proposed(first_of(atom.name().unwrap_or_default()));
                 advise("a moving index would leave bits behind: give `{}`", [element])
             }
             (_, NamedThing::Array(_)) => {

@@ -83,10 +83,11 @@ impl<'t> Expansion<'t> {
 
     /// The ladder with rungs only, and with the own tags of its uses. Marks the used templates.
     pub fn ladder(&mut self, ladder: Ladder<Entry>, used: &mut [bool]) -> Ladder {
-        let Ladder { name, doc, allow, devices, order, mut tags, blocks, templates, lost } = ladder;
+        let Ladder { mut tags, blocks, .. } = ladder;
         let blocks = blocks.into_iter().map(|block| self.block(block, used)).collect();
         tags.append(&mut self.tags);
-        Ladder { name, doc, allow, devices, order, tags, blocks, templates, lost }
+        let Ladder { name, doc, allow, devices, order, records, templates, lost, .. } = ladder;
+        Ladder { name, doc, allow, devices, order, records, tags, blocks, templates, lost }
     }
 
     fn block(&mut self, block: WrittenBlock<Entry>, used: &mut [bool]) -> WrittenBlock {
@@ -349,8 +350,7 @@ impl<'t> Expansion<'t> {
         let (rungs, stages) = self.body(&instance);
         self.trial = false;
         let name = Some(Text { text: whole, span, exact: true });
-        let (form, autostart) = (BlockForm::Program, None);
-        let doc = None;
+        let (form, autostart, doc) = (BlockForm::Program, None, None);
         let block = WrittenBlock { form, span, name, doc, autostart, body: None, rungs, stages };
         let arguments = std::mem::replace(&mut self.arguments, of_ladders);
         Some(UnusedTemplate { block, tags: std::mem::take(&mut self.tags), arguments })
@@ -494,6 +494,11 @@ fn moved(mut tag: WrittenTag, name: String, layer: FileId) -> WrittenTag {
     if let Some(texts) = &mut tag.texts {
         texts.span.file = layer;
         texts.value.iter_mut().for_each(|text| text.move_to(layer));
+    }
+    if let Some(records) = &mut tag.records {
+        records.span.file = layer;
+        let all = records.value.values.iter_mut().flatten();
+        all.for_each(|(name, value)| (name.span.file, value.span.file) = (layer, layer));
     }
     tag
 }

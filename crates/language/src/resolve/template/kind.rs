@@ -1,5 +1,6 @@
 //! The types of parameters, and the places that accept a parameter of each type.
 
+use crate::source::tag::TYPE_NAMES;
 use rungd_engine::isa::OperandKind;
 
 /// The type of a parameter.
@@ -62,6 +63,11 @@ pub enum WantedOperand {
     Block,
     /// Not known: the instruction has a mistake.
     Any,
+}
+
+/// Whether tags or parameters have this type, which is no record.
+pub fn is_type_name(name: &str) -> bool {
+    TYPE_NAMES.contains(&name) || ParameterKind::from_name(name).is_some()
 }
 
 impl ParameterKind {

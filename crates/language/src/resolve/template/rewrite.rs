@@ -18,6 +18,7 @@ use crate::source::contact_side::{CompareSide, ContactExpression};
 use crate::source::expression::{Expression, ExpressionPart, ExpressionPartKind, WrittenFormula};
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{Help, advise, possible, propose};
+use crate::source::indexed::IndexedName;
 use crate::source::instruction::{OperandText, WrittenInstruction};
 use crate::source::span::{FileId, Located, Span};
 use rungd_engine::isa::address_text;
@@ -179,20 +180,17 @@ impl<'t> Rewrite<'_, 't> {
     /// Rewrites an element or slice: its array, and the index or ends in its brackets, may be
     /// parameters.
     fn indexed(&mut self, name: &str, at: Span) -> Option<String> {
-        let (name, bit) = match address_text::split_bit(name) {
-            Some((element, _)) if element.ends_with(']') => name.split_at(element.len()),
-            Some(_) | None => (name, ""),
-        };
-        let (array, rest) = name.split_once('[')?;
-        let array = self.named(array, at, WantedOperand::Array)?;
+        let IndexedName { base, index, behind } = IndexedName::of(name)?;
+        let array = self.named(base, at, WantedOperand::Array)?;
         let mut ends = Vec::new();
-        for end in rest.trim_end_matches(']').split("..") {
-            ends.push(match end.starts_with(|c: char| c.is_ascii_digit() || c == '-') {
-                true => end.to_owned(),
-                false => self.named(end, at, WantedOperand::Whole)?,
+        for end in index.split("..") {
+            let is_name = end.starts_with(|c: char| !c.is_ascii_digit() && c != '-');
+            ends.push(match is_name {
+                true => self.named(end, at, WantedOperand::Whole)?,
+                false => end.to_owned(),
             });
         }
-        Some(format!("{array}[{}]{bit}", ends.join("..")))
+        Some(format!("{array}[{}]{behind}", ends.join("..")))
     }
 
     /// A name, or its argument if it is a parameter, as a text.

@@ -29,6 +29,8 @@ impl Resolver<'_> {
             last.tags.extend(trial.tags);
             resolver.arguments.extend(trial.arguments);
         }
+        resolver.records.clone_from(&self.records);
+        resolver.expand_records(&mut ladders);
         let program = resolver.plain_program(&ladders);
         let of_trials =
             |finding: &crate::source::finding::Finding| self.layers.is_trial(finding.span);
@@ -61,6 +63,7 @@ fn without_rungs(ladder: &Ladder) -> Ladder {
         allow: Vec::new(),
         devices: ladder.devices.clone(),
         order: None,
+        records: Vec::new(),
         tags: ladder.tags.clone(),
         blocks: ladder.blocks.iter().map(block).collect(),
         templates: Vec::new(),

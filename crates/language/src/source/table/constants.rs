@@ -4,7 +4,7 @@
 
 use toml::de::DeValue;
 
-use super::{Constant, DeNode, OneOrList, Table, ValueForm};
+use super::{Constant, DeNode, InitialRecords, Table, ValueForm, WrittenInitial};
 use crate::source::atom::{Atom, AtomKind};
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{advise, possible};
@@ -19,14 +19,42 @@ impl<'a> Table<'a> {
         self.constant_of(value, key.name)
     }
 
-    /// One constant, or a list of constants.
-    pub fn constants(&mut self, key: Key) -> OneOrList {
-        let Some(value) = self.get(key, ValueForm::Constants) else { return (None, None) };
-        let DeValue::Array(array) = value.get_ref() else {
-            return (self.constant_of(value, key.name), None);
+    /// One constant or a list of constants; of records a table, or a list of tables.
+    pub fn initial(&mut self, key: Key) -> WrittenInitial {
+        let mut initial = WrittenInitial::default();
+        let Some(value) = self.get(key, ValueForm::Constants) else { return initial };
+        let span = self.doc.span(value.span());
+        let is_table = |value: &DeValue<'_>| matches!(value, DeValue::Table(_));
+        match value.get_ref() {
+            DeValue::Table(_) => {
+                let values = vec![self.fields_of(value, key.name)];
+                let records = InitialRecords { is_list: false, values };
+                initial.records = Some(Located { value: records, span });
+            }
+            DeValue::Array(items) if items.iter().any(|item| is_table(item.get_ref())) => {
+                let values = items.iter().map(|item| self.fields_of(item, key.name)).collect();
+                let records = InitialRecords { is_list: true, values };
+                initial.records = Some(Located { value: records, span });
+            }
+            DeValue::Array(items) => {
+                let each = items.iter().filter_map(|item| self.constant_of(item, key.name));
+                initial.list = Some(Located { value: each.collect(), span });
+            }
+            _ => initial.one = self.constant_of(value, key.name),
+        }
+        initial
+    }
+
+    /// The values of a record's fields, in file order.
+    fn fields_of(&self, value: DeNode<'a>, key: &str) -> Vec<(Text, Located<Constant>)> {
+        let DeValue::Table(table) = value.get_ref() else {
+            self.doc.wrong_type(value, &self.what(key), "tables of values");
+            return Vec::new();
         };
-        let each = array.iter().filter_map(|item| self.constant_of(item, key.name)).collect();
-        (None, Some(Located { value: each, span: self.doc.span(value.span()) }))
+        let fields = self.below(table, value.span(), "a record").in_file_order().into_iter();
+        let fields = fields
+            .filter_map(|(name, value)| Some((self.key_text(name), self.constant_of(value, key)?)));
+        fields.collect()
     }
 
     pub(super) fn constant_of(&self, value: DeNode<'a>, key: &str) -> Option<Located<Constant>> {
