@@ -244,7 +244,9 @@ fn example(spec: &Spec) -> String {
             None => value.to_owned(),
         });
     }
-    let mut lines = vec!["[[program.rung]]".to_owned()];
+    // RETURN stands in subroutines alone.
+    let element = if spec.name == "RETURN" { "subroutine" } else { "program" };
+    let mut lines = vec![format!("[[{element}.rung]]")];
     for (at, leg) in spec.legs.iter().enumerate() {
         let key = match leg {
             LegName::When => "when".to_owned(),
@@ -275,7 +277,8 @@ mod tests {
     use rungd_language::source::span::SourceFile;
 
     /// The blocks that some instructions name; then the Stages that some instructions name.
-    const AROUND: &str = "[[program]]\nname = \"Drain\"\n[[task]]\nname = \"Housekeeping\"\n";
+    const AROUND: &str = "[[program]]\nname = \"Drain\"\n[[task]]\nname = \"Housekeeping\"\n\
+                          [[subroutine]]\nname = \"Dose\"\n";
     const STAGES: &str = "[[program.stage]]\nname = \"Close\"\n[[program.stage]]\nname = \"Left\"\n\
                           [[program.stage]]\nname = \"Right\"\n";
 
@@ -283,7 +286,10 @@ mod tests {
     fn every_example_can_be_pasted_and_executes() {
         for spec in instruction::TABLE {
             let example = example(spec);
-            let text = format!("[[program]]\nname = \"Main\"\n{example}{STAGES}{AROUND}");
+            let text = match example.starts_with("[[subroutine") {
+                true => format!("[[program]]\nname = \"Main\"\n{AROUND}{example}"),
+                false => format!("[[program]]\nname = \"Main\"\n{example}{STAGES}{AROUND}"),
+            };
             let file = SourceFile { name: "example.toml".into(), text };
             let (program, findings) = load_ladders(&[file], &LoadOptions::default());
             let program = program.unwrap_or_else(|| panic!("{example}{findings:#?}"));
@@ -376,8 +382,8 @@ mod tests {
             ("MUL", "`MATH D0 = D1 * D2 / 100`"),
             ("DIV", "`MATH D0 = D1 * D2 / 100`"),
             ("MULD", "`MATH D0 = D1 * D2 / 100`"),
-            ("SUBROUTINE", "`ENTASK t`"),
-            ("JSR", "`RUN p`"),
+            ("SUBROUTINE", "`CALL s`"),
+            ("JSR", "`CALL s`"),
             ("SHFT", "`SR C0..C7`"),
             ("DRUM", "a Stage for each step"),
         ] {

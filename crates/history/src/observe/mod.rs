@@ -26,6 +26,7 @@ mod names;
 mod operands;
 mod past;
 mod phrases;
+mod place;
 mod power;
 mod reasons;
 mod replay;

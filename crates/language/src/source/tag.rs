@@ -96,6 +96,34 @@ impl WrittenTag {
         let kind = Some(Text { text: kind.to_owned(), ..name.clone() });
         WrittenTag { kind, ..WrittenTag::unreadable(name) }
     }
+
+    /// A tag with its whole name and its places in a layer.
+    pub(crate) fn moved(mut self, name: String, layer: FileId) -> WrittenTag {
+        let tag = &mut self;
+        tag.name.text = name;
+        tag.name.span.file = layer;
+        let texts = [&mut tag.at, &mut tag.kind, &mut tag.alarm, &mut tag.priority, &mut tag.log];
+        for text in texts.into_iter().chain([&mut tag.unit]).flatten() {
+            text.span.file = layer;
+        }
+        let constants = [&mut tag.value, &mut tag.initial, &mut tag.min, &mut tag.max];
+        for constant in constants.into_iter().flatten() {
+            constant.span.file = layer;
+        }
+        for Located { span, .. } in [&mut tag.metric, &mut tag.spare].into_iter().flatten() {
+            span.file = layer;
+        }
+        if let Some(texts) = &mut tag.texts {
+            texts.span.file = layer;
+            texts.value.iter_mut().for_each(|text| text.move_to(layer));
+        }
+        if let Some(records) = &mut tag.records {
+            records.span.file = layer;
+            let all = records.value.values.iter_mut().flatten();
+            all.for_each(|(name, value)| (name.span.file, value.span.file) = (layer, layer));
+        }
+        self
+    }
 }
 
 /// The types of tags, but for records.

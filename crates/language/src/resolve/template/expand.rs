@@ -24,7 +24,7 @@ use crate::source::ladder::{
     WrittenStage, WrittenTag,
 };
 use crate::source::reader::Text;
-use crate::source::span::{FileId, Located, Span};
+use crate::source::span::{Located, Span};
 
 /// Maximum number of characters of the whole name of a use. Each of its rungs and operands may
 /// contain it.
@@ -460,7 +460,7 @@ impl<'t> Expansion<'t> {
             }
             let long = alarm.as_ref().map_or(0, |alarm| alarm.text.len());
             let _ = self.room.take(1 + (long + doc.as_ref().map_or(0, String::len)) / 16);
-            self.tags.push(moved(WrittenTag { alarm, doc, ..tag.clone() }, name, layer));
+            self.tags.push(WrittenTag { alarm, doc, ..tag.clone() }.moved(name, layer));
         }
     }
 }
@@ -474,31 +474,4 @@ fn too_long(key: &str, tag: &str, text: &str, span: Span) -> Option<Finding> {
         Finding::new(Code::TagKey, span, message).help(help)
     };
     (count > TEXT_MAX).then(finding)
-}
-
-/// A tag with its whole name and its places in a layer.
-fn moved(mut tag: WrittenTag, name: String, layer: FileId) -> WrittenTag {
-    tag.name.text = name;
-    tag.name.span.file = layer;
-    let texts = [&mut tag.at, &mut tag.kind, &mut tag.alarm, &mut tag.priority, &mut tag.log];
-    for text in texts.into_iter().chain([&mut tag.unit]).flatten() {
-        text.span.file = layer;
-    }
-    let constants = [&mut tag.value, &mut tag.initial, &mut tag.min, &mut tag.max];
-    for constant in constants.into_iter().flatten() {
-        constant.span.file = layer;
-    }
-    for Located { span, .. } in [&mut tag.metric, &mut tag.spare].into_iter().flatten() {
-        span.file = layer;
-    }
-    if let Some(texts) = &mut tag.texts {
-        texts.span.file = layer;
-        texts.value.iter_mut().for_each(|text| text.move_to(layer));
-    }
-    if let Some(records) = &mut tag.records {
-        records.span.file = layer;
-        let all = records.value.values.iter_mut().flatten();
-        all.for_each(|(name, value)| (name.span.file, value.span.file) = (layer, layer));
-    }
-    tag
 }
