@@ -7,6 +7,7 @@ use crate::source::contact_parser;
 use crate::source::contact_side::CompareSide;
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{Help, advise, possible};
+use crate::source::indexed::IndexedName;
 use crate::source::reader::Text;
 use crate::source::span::{FileId, Located, Span};
 use rungd_engine::isa::Real;
@@ -79,15 +80,16 @@ fn negated(kind: ParameterKind, word: &str) -> Option<Help> {
     }
 }
 
-/// Whether a word has no index, or exactly one at its end.
+/// Whether a word has no index, or exactly one, at its end or within it.
 fn is_indexed_once(word: &str) -> bool {
-    match word.split_once(['[', ']']) {
-        None => true,
-        Some((name, _)) => {
-            let index = word[name.len()..].strip_prefix('[').and_then(|i| i.strip_suffix(']'));
-            index.is_some_and(|index| !index.is_empty() && !index.contains(['[', ']']))
-        }
+    let has_brackets = |text: &str| text.contains(['[', ']']);
+    if !has_brackets(word) {
+        return true;
     }
+    IndexedName::of(word).is_some_and(|IndexedName { base, index, behind }| {
+        let is_one = !has_brackets(base) && !has_brackets(index) && !has_brackets(behind);
+        is_one && !index.is_empty() && (behind.is_empty() || behind.starts_with('.'))
+    })
 }
 
 /// Converts a constant to the parameter's type; a name stays as it is.
