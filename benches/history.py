@@ -2,7 +2,7 @@
 """The figures of a release, a row each in benches/history.csv: instructions of scans and of a load,
 counted by callgrind, and the size of the binary without symbols.
 
-benches/history.py         compares with the last row; a figure that is 3 % larger fails
+benches/history.py         compares with the last row; a figure that is larger than its margin fails
 benches/history.py --row   writes the row of this version, in place of an earlier one
 
 Needs valgrind and strip. Instructions are those of one scan: the difference of runs of two lengths,
@@ -22,6 +22,9 @@ HISTORY = ROOT / "benches" / "history.csv"
 RELEASE = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "release"
 COLUMNS = ["version", "rustc", "W", "W'", "S", "load", "binary"]
 MARGIN = 0.03
+# Records, bits of words and subroutines came after 0.2.0: a load looks names up for them too, and the
+# binary has their code. The row of the next release brings both back to MARGIN.
+MARGINS = {"load": 0.06, "binary": 0.10}
 FEW, MANY = 20, 120
 
 
@@ -94,8 +97,9 @@ def compare(row):
         before, now = int(last[column]), int(row[column])
         line = f"{column:6} {before:>13,} in {last['version']}, {now:>13,} now ({now / before - 1:+.1%})"
         print(line)
-        if is_comparable and now > before * (1 + MARGIN):
-            larger.append(f"more than {MARGIN:.0%} larger: {line}")
+        margin = MARGINS.get(column, MARGIN)
+        if is_comparable and now > before * (1 + margin):
+            larger.append(f"more than {margin:.0%} larger: {line}")
     return larger
 
 

@@ -40,9 +40,12 @@ pub enum AddressError {
 
 /// Splits a name that ends with the number of a bit: `D0.3` into `D0` and `3`.
 pub fn split_bit(name: &str) -> Option<(&str, &str)> {
-    let (base, digits) = name.rsplit_once('.')?;
-    let is_number = !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit());
-    (is_number && !base.is_empty() && !base.ends_with('.')).then_some((base, digits))
+    // From its end: hardly any name that is looked up has a number behind a dot.
+    let is_digit = |byte: &&u8| byte.is_ascii_digit();
+    let count = name.as_bytes().iter().rev().take_while(is_digit).count();
+    let (base, digits) = name.split_at(name.len() - count);
+    let base = base.strip_suffix('.').filter(|_| count > 0)?;
+    (!base.is_empty() && !base.ends_with('.')).then_some((base, digits))
 }
 
 /// The bit of an address that has these digits as its number.

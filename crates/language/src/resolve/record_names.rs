@@ -63,6 +63,9 @@ impl Scope {
 
     /// Whether a name is that of a field of an array of records: `recipe.target`.
     pub fn is_column(&self, name: &str) -> bool {
+        if self.records().is_empty() {
+            return false;
+        }
         let tag = name.rsplit_once('.').and_then(|(tag, _)| self.record(tag));
         tag.is_some_and(|(_, record)| record.count.is_some())
     }
