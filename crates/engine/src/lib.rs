@@ -33,6 +33,7 @@ mod math;
 mod memory;
 mod mishap;
 pub mod ops;
+mod packing;
 mod places;
 mod power;
 mod program;

@@ -231,6 +231,10 @@ operations! {
     FillBits fill_bits { leg: LegPowers, bit: BitRead, to: BitsWritten }
     /// FILL of words.
     FillWords fill_words { leg: LegPowers, word: WordRead, to: WordsWritten, form: WordForm }
+    /// PACK; `last`: the last bit's part of the word, which may be the sign.
+    PackBits pack_bits { leg: LegPowers, from: BitsRead, last: BitMask, to: WordTarget }
+    /// UNPACK.
+    UnpackBits unpack_bits { leg: LegPowers, word: WordRead, to: BitsWritten }
     /// SR.
     Sr sr { data: LegPowers, clk: LegPowers, rst: LegPowers, bits: BitsWritten, shift: ShiftState }
 }

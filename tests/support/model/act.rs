@@ -118,6 +118,8 @@ impl Sim<'_> {
             Op::Sub(a, b, to) => self.difference(*a, *b, *to),
             Op::Copy(from, to) => self.copy(*from, *to),
             Op::Fill(value, to) => self.fill(*value, *to),
+            Op::Pack(from, to) => self.pack(*from, *to),
+            Op::Unpack(value, to) => self.unpack(*value, *to),
             Op::Math(target, expr) => self.math(target, expr),
             Op::Run(program) => self.start_program(*program),
             Op::Halt(target) => {

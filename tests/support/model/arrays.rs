@@ -63,6 +63,31 @@ impl Sim<'_> {
         to.each().for_each(|loc| self.store_at(loc, value));
     }
 
+    pub fn pack(&mut self, from: Array, to: To) {
+        let area = match to {
+            To::At(loc) => loc.area,
+            To::Element(array, _) => array.first.area,
+        };
+        let sign = match area {
+            Area::V | Area::Mhr | Area::Mir => None,
+            Area::N => Some(15),
+            _ => Some(31),
+        };
+        let mut word = 0;
+        for (at, bit) in from.each().enumerate() {
+            let weight = if sign == Some(at) { -(1i64 << at) } else { 1 << at };
+            word += if self.memory.bit(bit) { weight } else { 0 };
+        }
+        self.write(to, word);
+    }
+
+    pub fn unpack(&mut self, value: Value, to: Array) {
+        let word = self.read(value);
+        for (at, bit) in to.each().enumerate() {
+            self.memory.put_bit(bit, (word >> at) % 2 != 0);
+        }
+    }
+
     pub fn shift(&mut self, bits: &[Loc], history: usize, legs: &[bool]) {
         let leg = |n: usize| legs.get(n).copied().unwrap_or(false);
         let rises = self.edge(history, leg(1));

@@ -86,6 +86,31 @@ impl Pool {
         }
     }
 
+    /// A PACK or UNPACK.
+    pub fn packing(&mut self) -> String {
+        let count = *self.rng.pick(&[1, 2, 3, 15, 16, 17, 31, 32]);
+        let first = self.rng.below(3);
+        let last = first + count - 1;
+        if self.rng.chance(50) {
+            let readable = ["C", "Y", "X"];
+            let from = format!("{0}{first}..{0}{last}", self.rng.pick(&readable));
+            return match self.element(false, true).filter(|_| count <= 16 && self.rng.chance(20)) {
+                Some(element) => format!("PACK {from} to={element}"),
+                None => format!("PACK {from} to={}", self.word_of(count)),
+            };
+        }
+        let writable = ["C", "Y"];
+        let to = format!("{0}{first}..{0}{last}", self.rng.pick(&writable));
+        match self.rng.weighted(&[55, 25, 20]) {
+            0 => format!("UNPACK {} to={to}", self.word_of(count)),
+            1 => format!("UNPACK {} to={to}", self.rng.range(-70000, 70000)),
+            _ => match self.element(false, false).filter(|_| count <= 16) {
+                Some(element) => format!("UNPACK {element} to={to}"),
+                None => format!("UNPACK -1 to={to}"),
+            },
+        }
+    }
+
     /// A bit that is no bit of a word.
     fn bit_of_its_own(&mut self) -> String {
         let bit = self.bit();

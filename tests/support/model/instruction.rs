@@ -181,6 +181,8 @@ impl Words<'_> {
                 Op::Copy(self.names.array(self.operand(0)?)?, self.names.array(self.key("to")?)?)
             }
             "FILL" => Op::Fill(self.value(0)?, self.names.array(self.key("to")?)?),
+            "PACK" => Op::Pack(self.names.array(self.operand(0)?)?, self.target()?),
+            "UNPACK" => Op::Unpack(self.value(0)?, self.names.array(self.key("to")?)?),
             "SR" => Op::Sr(self.names.run(self.operand(0)?)?),
             "PD" => Op::Pd(self.place(0)?),
             "ND" => Op::Nd(self.place(0)?),

@@ -170,6 +170,9 @@ impl Pool {
         if self.rng.chance(16) {
             return self.whole_arrays();
         }
+        if self.rng.chance(8) {
+            return self.packing();
+        }
         let is_real = self.rng.chance(20);
         let target = if is_real { self.indexed("R") } else { self.written_word() };
         let target = self.name(&target);

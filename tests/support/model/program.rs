@@ -83,6 +83,8 @@ pub enum Op {
     Sub(Value, Value, To),
     Copy(Array, Array),
     Fill(Value, Array),
+    Pack(Array, To),
+    Unpack(Value, Array),
     Sr(Vec<Loc>),
     Math(Target, Expr),
     Run(usize),

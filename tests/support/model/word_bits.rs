@@ -25,6 +25,14 @@ impl Pool {
         }
     }
 
+    /// A word with so many bits at least.
+    pub fn word_of(&mut self, count: usize) -> String {
+        let fit = WORDS.iter().filter(|(_, bits)| count <= *bits as usize);
+        let fit: Vec<&str> = fit.map(|(word, _)| *word).collect();
+        let word = *self.rng.pick(&fit);
+        self.name(word)
+    }
+
     /// A bit of a word to read: of an element that a word selects, too.
     pub fn word_bit(&mut self) -> String {
         if self.rng.chance(20)

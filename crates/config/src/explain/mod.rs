@@ -149,6 +149,7 @@ fn termination(spec: &Spec) -> &'static str {
             Some(OperandKind::Array | OperandKind::Filling) => {
                 "none: the elements keep their values"
             }
+            Some(OperandKind::WritableBits) => "none: the bits keep their states",
             Some(OperandKind::Shifted) => "none: the bits keep their states, and CLK its history",
             Some(OperandKind::Counter | OperandKind::Timer | OperandKind::Sensaphone) => {
                 "none: the structure keeps its values"
@@ -160,6 +161,7 @@ fn termination(spec: &Spec) -> &'static str {
                 | OperandKind::Duration
                 | OperandKind::Interval
                 | OperandKind::WritableArray
+                | OperandKind::Bits
                 | OperandKind::Program
                 | OperandKind::Block
                 | OperandKind::Task
@@ -193,6 +195,10 @@ fn describe(kind: OperandKind, spec: &Spec) -> String {
         OperandKind::WritableArray => {
             "a writable array, slice or range of the same length and kind".to_owned()
         }
+        OperandKind::Bits => "an array, a slice or a range of bits: lamps, C0..C7".to_owned(),
+        OperandKind::WritableBits => {
+            "an array, a slice or a range of bits that a program can write".to_owned()
+        }
         OperandKind::Shifted => {
             "an array, slice or range of bits that a program can write; C7..C0 runs down".to_owned()
         }
@@ -224,7 +230,7 @@ fn example(spec: &Spec) -> String {
             OperandKind::Target => "D0 = (D1 + D2) / 2",
             OperandKind::Array => "D10..D16",
             OperandKind::WritableArray => "D20..D26",
-            OperandKind::Shifted => "C0..C7",
+            OperandKind::Bits | OperandKind::WritableBits | OperandKind::Shifted => "C0..C7",
             OperandKind::Filling => "0",
             OperandKind::Counter => "CT0",
             OperandKind::Timer => "T0",

@@ -58,6 +58,10 @@ pub enum OperandKind {
     Array,
     /// An array, slice or range of bits or words that a program may write.
     WritableArray,
+    /// An array, slice or range of bits.
+    Bits,
+    /// An array, slice or range of bits that a program may write.
+    WritableBits,
     /// An array, slice or range of bits that a program may write; a range may run downwards.
     Shifted,
     /// A value, to fill words; a bit or the constant 0 or 1, to fill bits.
@@ -159,7 +163,11 @@ impl OperandKind {
             OperandKind::WritableBit => "b",
             OperandKind::WritableWord => "w",
             OperandKind::Target => "target = expression",
-            OperandKind::Array | OperandKind::WritableArray | OperandKind::Shifted => "a",
+            OperandKind::Array
+            | OperandKind::WritableArray
+            | OperandKind::Bits
+            | OperandKind::WritableBits
+            | OperandKind::Shifted => "a",
             OperandKind::Filling => "v",
             OperandKind::Counter => "ct",
             OperandKind::Timer => "t",

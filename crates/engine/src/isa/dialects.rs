@@ -65,6 +65,11 @@ const ROWS: &[Dialect] = &[
     (&["SQR", "SQRTR"], "write `MATH R0 = sqrt(R1)`"),
     (&["SCL", "SCP", "SCLP"], "write `MATH R0 = scale(D0, 6400, 32000, 0.0, 100.0)`"),
     (&["XOR", "XORD", "WAND", "WOR", "WXR"], "write `MATH D0 = D1 ^ D2`; `&` and `|` work too"),
+    (
+        &["BTD", "BTDT"],
+        "bits go into a word by `PACK C0..C7 to=D0`, out of one by `UNPACK D0 to=C0..C7`; a \
+         single bit is `OUT D1.3`",
+    ),
     (&["FLL", "MEMSET"], "write `FILL v to=a`: `FILL 0 to=D10..D16`"),
     (
         &["SHFT", "SHFR", "SFL", "SFR", "BSL", "BSR", "SHL", "SHR"],

@@ -93,6 +93,7 @@ mod tests {
                         | OperandKind::WritableWord
                         | OperandKind::Target
                         | OperandKind::WritableArray
+                        | OperandKind::WritableBits
                         | OperandKind::Shifted
                 );
                 let spaces = [Space::Counter, Space::Timer, Space::Sensaphone];

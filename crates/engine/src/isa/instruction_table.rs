@@ -80,6 +80,9 @@ const ARITHMETIC: &[OperandSpec] =
 const STORED_ARRAY: OperandSpec = keyed("to", Stores, OperandKind::WritableArray);
 const COPIED: &[OperandSpec] = &[positional("from", Reads, OperandKind::Array), STORED_ARRAY];
 const FILLED: &[OperandSpec] = &[positional("value", Reads, OperandKind::Filling), STORED_ARRAY];
+const PACKED: &[OperandSpec] = &[positional("bits", Reads, OperandKind::Bits), STORED];
+const UNPACKED: &[OperandSpec] =
+    &[positional("word", Reads, ANY), keyed("to", Stores, OperandKind::WritableBits)];
 const SHIFTED: &[LegName] = &[LegName::Data, LegName::Clk, LegName::Rst];
 
 const PROGRAM: &[OperandSpec] = &[positional("block", Starts, OperandKind::Program)];
@@ -210,6 +213,13 @@ instructions! {
          if all elements were read first.";
     Fill "FILL" "fill" "Fill array", WHEN, FILLED, false, Kept, "docs/semantics.md, section 9",
         "Writes the value, read once, to each element in every scan while the rung is ON.";
+    Pack "PACK" "pack" "Pack bits", WHEN, PACKED, false, Kept, "docs/semantics.md, section 11",
+        "Writes the bits to the word in every scan while the rung is ON: the first is its lowest \
+         bit, and bits of the word beyond the last are 0.";
+    Unpack "UNPACK" "unpack" "Unpack bits", WHEN, UNPACKED, false, Kept,
+        "docs/semantics.md, section 11",
+        "Writes the bits of the word, the lowest first, to the elements in every scan while the \
+         rung is ON.";
     Sr "SR" "sr" "Shift register", SHIFTED,
         &[positional("bits", Changes, OperandKind::Shifted)], true,
         Untouched, "docs/semantics.md, section 9",

@@ -9,7 +9,7 @@ const VERSION: &str = "0.2";
 
 /// Mnemonics, by the version that reserved them.
 const MNEMONICS: [(&str, &[&str]); 2] =
-    [(VERSION, &["MATH", "COPY", "FILL", "SR"]), ("0.3", &["CALL", "RETURN"])];
+    [(VERSION, &["MATH", "COPY", "FILL", "SR"]), ("0.3", &["CALL", "RETURN", "PACK", "UNPACK"])];
 
 /// Prefixes of addresses, in upper or lower case.
 const PREFIXES: [&str; 1] = ["R"];

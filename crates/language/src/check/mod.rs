@@ -29,6 +29,7 @@ mod implied;
 mod input_named_twice;
 mod input_unmapped;
 mod jump_outside_stage;
+mod limited_pack;
 mod limited_word_bit;
 mod lost_fraction;
 mod mixed_and_or;
@@ -97,6 +98,7 @@ const RULES: &[(RuleNeeds, Code, CheckRule)] = &[
     (RuleNeeds::Place, Code::LimitedWordBit, limited_word_bit::check),
     (RuleNeeds::Place, Code::OutElsewhere, out_elsewhere::check),
     (RuleNeeds::Place, Code::WholeWordOverOut, whole_word_over_out::check),
+    (RuleNeeds::Place, Code::LimitedPack, limited_pack::check),
     (RuleNeeds::Whole, Code::OutLostOnJumpBack, out_lost_on_jump_back::check),
     (RuleNeeds::Whole, Code::RunsThrough, runs_through::check),
     (RuleNeeds::Whole, Code::StageNeverEntered, stage_never_entered::check),

@@ -15,7 +15,7 @@ use rungd_engine::isa::status::st;
 use rungd_engine::isa::{Bit, BitSpace, Real, Word};
 pub use rungd_engine::ops::{
     Accumulator, ArrayTarget, Code, FormulaStep, LegPowers, Math, MathReports, MathTarget,
-    Operator, StepOperand, WordTarget, WordWritten,
+    Operator, StepOperand, WordRead, WordTarget, WordWritten,
 };
 
 /// The types of a step.
@@ -34,7 +34,7 @@ impl StepTypes {
     }
 }
 
-impl Assembler<'_> {
+impl<'p> Assembler<'p> {
     /// A MATH that evaluates a formula and stores the result in `put`.
     pub fn formula_into(
         &mut self,
@@ -43,14 +43,7 @@ impl Assembler<'_> {
         leg: LegPowers,
         reports: MathReports,
     ) -> Math {
-        let mut builder = FormulaBuilder {
-            assembler: self,
-            reports,
-            steps: Vec::new(),
-            operands: Vec::new(),
-            jumps: Vec::new(),
-            slots: 1,
-        };
+        let mut builder = self.formula_builder(reports);
         if let MathTarget::At(at) = put {
             builder.check_index(at, formula);
         }
@@ -58,6 +51,34 @@ impl Assembler<'_> {
         let (steps, slots) = (builder.steps, builder.slots);
         let (first, number) = self.formula(&steps, slots);
         Math { leg, first, count: steps.len() as u32, number, put, result, reports }
+    }
+
+    /// A MATH that stores the whole number of a private word in `put`.
+    pub fn word_into(
+        &mut self,
+        put: MathTarget,
+        word: WordRead,
+        leg: LegPowers,
+        reports: MathReports,
+    ) -> Math {
+        let mut builder = self.formula_builder(reports);
+        builder.push(OperandPlace::Word(word.0), NumberType::Integer);
+        builder.load(0);
+        let (steps, slots) = (builder.steps, builder.slots);
+        let (first, number) = self.formula(&steps, slots);
+        let result = Accumulator::Integer;
+        Math { leg, first, count: steps.len() as u32, number, put, result, reports }
+    }
+
+    fn formula_builder(&mut self, reports: MathReports) -> FormulaBuilder<'_, 'p> {
+        FormulaBuilder {
+            assembler: self,
+            reports,
+            steps: Vec::new(),
+            operands: Vec::new(),
+            jumps: Vec::new(),
+            slots: 1,
+        }
     }
 
     /// A word as a target.

@@ -133,6 +133,7 @@ impl Assembler<'_> {
             M::Math => self.math(instruction, when()).into(),
             M::Copy => self.copy(instruction, when()).into(),
             M::Fill => self.fill(instruction, when()).into(),
+            M::Pack | M::Unpack => self.pack_or_unpack(instruction, when()).into(),
             M::Sr => self.shift(instruction, legs).into(),
             M::Run => self.control(ControlKind::Run(block()), when()),
             M::Restart => self.restart(instruction, block(), when()),

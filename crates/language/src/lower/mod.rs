@@ -22,6 +22,7 @@ mod instructions;
 mod last_uses;
 mod legs;
 mod math;
+mod packing;
 mod regions;
 mod rungs;
 pub mod schedule;

@@ -32,6 +32,7 @@ mod operand_array;
 pub mod operand_list;
 pub mod operands;
 mod order;
+mod packing;
 mod placement;
 pub mod places;
 mod plain;

@@ -60,7 +60,7 @@ impl Resolver<'_> {
         let order = |name| spec.operands.iter().position(|row| row.name == name);
         operands.0.sort_by_key(|operand| order(operand.row.name));
         let mnemonic = spec.mnemonic;
-        whole &= self.arrays_fit(&operands, spec);
+        whole &= self.arrays_fit(&operands, spec) && self.packing_fits(&operands, spec);
         whole.then_some(Instruction { mnemonic, span: text.span, operands, calculation: None })
     }
 
@@ -126,6 +126,15 @@ impl Resolver<'_> {
             OperandKind::WritableArray => {
                 let run = self.run(atom, spec, true)?;
                 self.writable_run(run, atom, spec).map(|run| OperandValue::Array(run.array))
+            }
+            OperandKind::Bits => {
+                let run = self.run(atom, spec, true)?;
+                self.packed_bits(run, atom, spec)
+            }
+            OperandKind::WritableBits => {
+                let run = self.run(atom, spec, true)?;
+                let run = self.writable_run(run, atom, spec)?;
+                self.packed_bits(run, atom, spec)
             }
             OperandKind::Shifted => {
                 let run = self.run(atom, spec, false)?;
@@ -407,6 +416,8 @@ fn example(row: &OperandSpec) -> Option<String> {
         OperandKind::Duration | OperandKind::Interval => "1s".to_owned(),
         OperandKind::Array
         | OperandKind::WritableArray
+        | OperandKind::Bits
+        | OperandKind::WritableBits
         | OperandKind::Shifted
         | OperandKind::Filling
         | OperandKind::Counter
@@ -428,7 +439,7 @@ fn kind_words(kind: OperandKind) -> &'static str {
         OperandKind::WritableWord => "a word",
         OperandKind::Target => "a word or bit",
         OperandKind::Array | OperandKind::WritableArray => "an array",
-        OperandKind::Shifted => "an array of bits",
+        OperandKind::Bits | OperandKind::WritableBits | OperandKind::Shifted => "an array of bits",
         OperandKind::Filling => "a value",
         OperandKind::Counter => "a counter",
         OperandKind::Timer => "a timer",

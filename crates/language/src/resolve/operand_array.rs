@@ -172,7 +172,8 @@ impl Resolver<'_> {
     fn no_array(&mut self, atom: &Atom, spec: &Spec, what: &str) {
         let message = format!("`{atom}` is {what}, not an array");
         let finding = Finding::new(Code::OperandType, atom.span, message);
-        let range = if spec.mnemonic == Mnemonic::Sr { "C0..C7" } else { "D0..D9" };
+        let of_bits = matches!(spec.mnemonic, Mnemonic::Sr | Mnemonic::Pack | Mnemonic::Unpack);
+        let range = if of_bits { "C0..C7" } else { "D0..D9" };
         self.find(finding.label("an array belongs here").help(advise(
             &format!(
                 "`{}` works on an array, a slice `recipe[0..6]`, or a range: `{{}}`",
@@ -274,7 +275,7 @@ impl Resolver<'_> {
         } else if a.count != b.count {
             let message = format!("`COPY` of {} elements to {}", a.count, b.count);
             let (longer, count) = if a.count > b.count { (from, b.count) } else { (to, a.count) };
-            (message, self.first_of(longer, count))
+            (message, self.first_of(longer, count, "both have the same number of elements"))
         } else {
             return true;
         };
@@ -283,8 +284,8 @@ impl Resolver<'_> {
         false
     }
 
-    /// The help to name only the first elements of an array.
-    fn first_of(&self, array: Located<Array>, count: u32) -> Help {
+    /// The help to name only the first elements of an array; `words` say why.
+    pub(super) fn first_of(&self, array: Located<Array>, count: u32, words: &str) -> Help {
         let last = count - 1;
         let ends = [0, last].map(|at| self.scope.places().say(array.value.element(at)));
         let name = self.text(array.span);
@@ -295,11 +296,8 @@ impl Resolver<'_> {
                 &format!("name a part of `{name}`, as `{{}}`"),
                 [text(format!("{name}[0..{last}]")).at(array.span).possible()],
             ),
-            false => {
-                let words = "both have the same number of elements";
-                Help::from(format!("{words}: `{first}` to `{end}` are {count}"))
-                    .with(possible(format!("{first}..{end}")).at(array.span))
-            }
+            false => Help::from(format!("{words}: `{first}` to `{end}` are {count}"))
+                .with(possible(format!("{first}..{end}")).at(array.span)),
         }
     }
 }

@@ -298,6 +298,8 @@ findings! {
     OutElsewhere "out-elsewhere" Warning "Two OUTs in different places drive one bit.";
     WholeWordOverOut "whole-word-over-out" Warning
         "A whole word is written, and OUTs drive bits of it.";
+    LimitedPack "limited-pack" Warning
+        "PACK writes a word that a tag limits: some patterns become others.";
     OutLostOnJumpBack "out-lost-on-jump-back" Warning
         "After a jump back, the left stage's termination turns a bit of the new stage OFF.";
     RunsThrough "runs-through" Warning

@@ -37,7 +37,7 @@ impl Code {
             | DuplicateOut | RetainRange | OutElsewhere | TaskStartsItself | ConstantCompare
             | BareTimerValue | DurationAsCount | MixedAndOr | EdgeInClk | MixedOperators
             | IntegerDivisionIntoReal | ComplementOfBit | ConstantSaturates | LostFraction
-            | InputNamedTwice | VendorNumber | LimitedWordBit | WholeWordOverOut
+            | InputNamedTwice | VendorNumber | LimitedWordBit | WholeWordOverOut | LimitedPack
             | SubroutineRule | SubroutineNesting | SubroutineRungs | SharedHistory
             | MathConstants | RetainedButReset | SelfResetLosesTime | LongPeriod | UnknownAllow
             | UnknownEvent | KeptEvent => RestsOn::Itself,

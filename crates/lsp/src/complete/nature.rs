@@ -185,9 +185,11 @@ impl WantedName {
             OperandKind::WritableBit => WantedName::WrittenBit,
             OperandKind::WritableWord => WantedName::WrittenWord,
             OperandKind::Target => WantedName::Target,
-            OperandKind::Array | OperandKind::WritableArray | OperandKind::Shifted => {
-                WantedName::Array
-            }
+            OperandKind::Array
+            | OperandKind::WritableArray
+            | OperandKind::Bits
+            | OperandKind::WritableBits
+            | OperandKind::Shifted => WantedName::Array,
             OperandKind::Filling => WantedName::Value,
             OperandKind::Counter => WantedName::Structure(Structure::Counter(0)),
             OperandKind::Timer => WantedName::Structure(Structure::Timer(0)),

@@ -139,7 +139,7 @@ fn is_unjudged(cause: &Cause, bench: &Bench) -> bool {
     let words: Vec<&str> = place.text.split_whitespace().collect();
     let to = words.iter().find_map(|word| word.strip_prefix("to="));
     let target = to.unwrap_or(words.get(1).copied().unwrap_or_default());
-    matches!(words[0], "COPY" | "FILL") || bench.cell(target).is_none()
+    matches!(words[0], "COPY" | "FILL" | "UNPACK") || bench.cell(target).is_none()
 }
 
 /// (b) The named contacts decide the leg. (c) None of them can be left out. Checks this for the

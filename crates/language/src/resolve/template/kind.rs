@@ -214,9 +214,11 @@ impl WantedOperand {
             OperandKind::WritableBit => WantedOperand::WrittenBit,
             OperandKind::WritableWord => WantedOperand::WrittenWord,
             OperandKind::Target => WantedOperand::Target,
-            OperandKind::Array | OperandKind::WritableArray | OperandKind::Shifted => {
-                WantedOperand::Array
-            }
+            OperandKind::Array
+            | OperandKind::WritableArray
+            | OperandKind::Bits
+            | OperandKind::WritableBits
+            | OperandKind::Shifted => WantedOperand::Array,
             OperandKind::Filling => WantedOperand::Operand,
             OperandKind::Counter => WantedOperand::Counter,
             OperandKind::Timer => WantedOperand::Timer,
