@@ -78,7 +78,9 @@ impl Plant {
     fn new(controller: &Path, seed: u64) -> Plant {
         let loaded = load::controller_file(controller).expect("it can be read");
         assert!(loaded.program.is_some(), "{}: {:?}", controller.display(), loaded.findings);
-        let (program, controller) = (loaded.program.unwrap(), loaded.controller.unwrap());
+        let (program, mut controller) = (loaded.program.unwrap(), loaded.controller.unwrap());
+        // Every scan has an image.
+        controller.retention.interval_ms = 1;
         let retained = program.blocks.iter().filter(|block| block.retains_stages);
         let programs = retained.map(|block| {
             let first = block.stages[0].id.0;
