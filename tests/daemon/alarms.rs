@@ -36,9 +36,7 @@ rung = [
 "#;
 
 fn live() -> Live {
-    let live = Live::start(LADDER, "", &[]);
-    live.await_values("C7", "ON");
-    live
+    Live::scanning(LADDER)
 }
 
 /// The list in short: `p1.failed 1 unacknowledged`.

@@ -37,9 +37,7 @@ rung = [ { when = ["$On"], do = ["OUT C9"] } ]
 "#;
 
 pub fn live() -> Live {
-    let live = Live::start(LADDER, "", &[]);
-    live.await_values("C7", "ON");
-    live
+    Live::scanning(LADDER)
 }
 
 #[test]

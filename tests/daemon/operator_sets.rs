@@ -50,9 +50,7 @@ rung = [
 "#;
 
 fn live() -> Live {
-    let live = Live::start(LADDER, "", &[]);
-    live.await_values("C7", "ON");
-    live
+    Live::scanning(LADDER)
 }
 
 /// A file in the controller's folder.

@@ -25,9 +25,7 @@ rung = [
 "#;
 
 fn live() -> Live {
-    let live = Live::start(LADDER, "", &[]);
-    live.await_values("C7", "ON");
-    live
+    Live::scanning(LADDER)
 }
 
 #[test]

@@ -1,6 +1,5 @@
 //! Control instructions as data: they start, stop and switch blocks and Stages, and call
-//! subroutines. `blocks` executes
-//! them.
+//! subroutines. `blocks` executes them.
 //!
 //! The scheduler in `lower` moves no operation past a control operation, because a control
 //! operation can end the block's execution or switch bits that other operations read.

@@ -76,6 +76,13 @@ impl Live {
         Live::of(folder, command)
     }
 
+    /// Starts a controller, and waits until its ladder has turned C7 ON: it scans.
+    pub fn scanning(ladder: &str) -> Live {
+        let live = Live::start(ladder, "", &[]);
+        live.await_values("C7", "ON");
+        live
+    }
+
     /// As [`Live::start`], for a controller whose scan stalls for a second after [`Live::stall`];
     /// this needs a debug build. With any watchdog far below a second, the stall is a fault,
     /// however busy the machine is.

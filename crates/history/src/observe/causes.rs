@@ -6,7 +6,6 @@ use super::answer::{
 };
 use super::inquiry::{ExplainedWrite, FoundStep, FoundWrite, FoundWriter, Inquiry};
 use super::leaves::is_status;
-use super::operands::structure;
 use super::past::{self, TapeMoment};
 use super::reasons::TOLD_MAX;
 use super::replay::{Changed, SEARCHED_MAX};
@@ -85,7 +84,8 @@ impl Inquiry<'_> {
             true => Vec::new(),
             false => self.idle(cell, value, at, depth),
         };
-        let about = structure(address).and_then(|owner| self.about(owner, at));
+        let owner = address.and_then(Address::structure);
+        let about = owner.and_then(|owner| self.about(owner, at));
         let operand = self.subject.operand(cell);
         if let Some(shown) = number.and_then(|number| self.shown.get_mut(number))
             && self.cuts > cuts

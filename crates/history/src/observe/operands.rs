@@ -4,7 +4,7 @@
 use super::seen_values::{SeenValue, select, side, word};
 use super::subject::Subject;
 use rungd_engine::isa::function::Function;
-use rungd_engine::isa::{Bit, OperandKind, OperandRole, Structure};
+use rungd_engine::isa::{OperandKind, OperandRole};
 use rungd_engine::{Cell, Image};
 use rungd_language::lower::formula_value::{ArrayCells, CellFormula};
 use rungd_language::resolve::array::{Array, ArrayElement};
@@ -178,25 +178,4 @@ fn bit(cell: Cell, image: &Image) -> SeenValue {
 fn any(subject: &Subject, cell: Cell, image: &Image) -> SeenValue {
     let real = matches!(cell, Cell::Word(word) if subject.symbols.layout.is_real(word));
     SeenValue::of(cell, image.value(cell), real)
-}
-
-/// The structure of which a bit or word is a member.
-pub(super) fn structure(address: Option<rungd_engine::isa::Address>) -> Option<Structure> {
-    use rungd_engine::isa::{Address, Word};
-    match address? {
-        Address::Bit(Bit::Flag(structure, _)) | Address::Word(Word::Acc(structure)) => {
-            Some(structure)
-        }
-        Address::Word(Word::Pre(number)) => Some(Structure::Sensaphone(number)),
-        Address::Bit(
-            Bit::Space(..)
-            | Bit::Stage(_)
-            | Bit::Running(_)
-            | Bit::Done(_)
-            | Bit::Device(..)
-            | Bit::InWord(_),
-        )
-        | Address::Word(Word::Space(..))
-        | Address::Structure(_) => None,
-    }
 }
