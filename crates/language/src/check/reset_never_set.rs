@@ -14,6 +14,7 @@
 //!
 //! Fails: the second rung alone.
 
+use std::cell::LazyCell;
 use std::collections::HashSet;
 
 use crate::source::finding::{Code, Finding};
@@ -26,7 +27,9 @@ use super::writers::is_writable;
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
-    let (writes, whole) = (writes(context), whole_writes(context));
+    let writes = writes(context);
+    // Needed for bits of words alone.
+    let whole = LazyCell::new(|| whole_writes(context));
     let mut seen = HashSet::new();
     for placed in context.instructions() {
         let Some(bit) = placed.instruction.operand_with(OperandRole::TurnsOff) else { continue };

@@ -14,6 +14,7 @@
 //!
 //! Fails: the first rung alone.
 
+use std::cell::LazyCell;
 use std::collections::BTreeSet;
 
 use crate::source::finding::{Code, Finding};
@@ -44,7 +45,8 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
             Address::Word(_) | Address::Structure(_) => None,
         }));
     }
-    let whole = whole_writes(context);
+    // Needed for bits of words alone.
+    let whole = LazyCell::new(|| whole_writes(context));
     for placed in context.instructions() {
         let Some(Located::<Bit> { value: bit, span }) =
             placed.instruction.operand_with(OperandRole::TurnsOn)

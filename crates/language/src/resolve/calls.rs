@@ -43,7 +43,9 @@ impl Program {
 
     /// All CALLs of subroutines, in file order.
     pub fn calls(&self) -> impl Iterator<Item = SubroutineCall<'_>> {
-        self.parts().flat_map(move |part| {
+        // Most programs have none, and so no CALL.
+        let parts = self.subroutines().next().into_iter().flat_map(|_| self.parts());
+        parts.flat_map(move |part| {
             let instructions = part.rungs.iter().flat_map(|rung| rung.instructions());
             let called = instructions
                 .filter_map(|(_, instruction)| Some((instruction.called()?, instruction.span)));

@@ -16,7 +16,7 @@ use super::value_texts::{ValueTexts, with_text};
 use crate::source::indexed::{INDEX, IndexedName, with_index};
 use rungd_engine::isa::{
     Address, Bit, BitSpace, BlockId, DeviceId, ElementId, NumberMap, NumberRange, Space, StageId,
-    Word, WordSpace, status,
+    Word, WordBit, WordSpace, status,
 };
 
 /// All names of a program.
@@ -171,7 +171,7 @@ impl NameBook {
 
     /// The first tag of an address or of its structure, whichever comes first in the file.
     pub fn operand_tag(&self, address: Address) -> Option<OperandTag<'_>> {
-        if let (Address::Bit(Bit::InWord(bit)), None) = (address, self.tag_index(address)) {
+        if let Some(bit) = self.untagged_word_bit(address) {
             let word = self.operand_tag(Address::Word(bit.word))?;
             return Some(OperandTag { bit: Some(bit.number), ..word });
         }
@@ -218,10 +218,11 @@ impl NameBook {
     /// The name to write in the ladder: the tag of the address or of its structure, else as
     /// [`NameBook::nickname`].
     pub fn name(&self, address: Address) -> String {
-        if let (Address::Bit(Bit::InWord(bit)), None) = (address, self.tag(address)) {
-            return format!("{}.{}", self.name(Address::Word(bit.word)), bit.number);
+        if let Address::Bit(Bit::InWord(bit)) = address {
+            let word = || format!("{}.{}", self.name(Address::Word(bit.word)), bit.number);
+            return self.tag(address).map_or_else(word, str::to_owned);
         }
-        if let (Some(name), None) = (self.places.name(address), self.word_bit_tag(address)) {
+        if let Some(name) = self.places.name(address) {
             return name;
         }
         let of_structure = || {
@@ -238,14 +239,17 @@ impl NameBook {
         self.tag(address).filter(|_| self.places.at(address).is_none())
     }
 
-    /// The tag of a bit of a word.
-    fn word_bit_tag(&self, address: Address) -> Option<&str> {
-        self.tag(address).filter(|_| matches!(address, Address::Bit(Bit::InWord(_))))
+    /// The bit of a word that an address is, if it has no tag of its own.
+    fn untagged_word_bit(&self, address: Address) -> Option<WordBit> {
+        match address {
+            Address::Bit(Bit::InWord(bit)) if self.tag_index(address).is_none() => Some(bit),
+            Address::Bit(_) | Address::Word(_) | Address::Structure(_) => None,
+        }
     }
 
     /// An address with its tag, for people: `parts (CT0)`.
     pub fn say(&self, address: Address) -> String {
-        if let (Address::Bit(Bit::InWord(bit)), None) = (address, self.tag(address))
+        if let Some(bit) = self.untagged_word_bit(address)
             && let Some(word) = self.second_name(Address::Word(bit.word))
         {
             return format!("{word}.{} ({address})", bit.number);
