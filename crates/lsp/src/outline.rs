@@ -47,6 +47,8 @@ pub(super) struct TableObject {
     pub parent: usize,
     /// From its header, or its `{`, to the end of its last line, or its `}`.
     pub extent: Range<usize>,
+    /// The pair whose array it is an element of, if it is an inline table.
+    pub around: Option<usize>,
 }
 
 /// A header.

@@ -15,7 +15,8 @@ const PARTS_MAX: usize = 16;
 
 /// The outline of a text.
 pub(super) fn read(text: &str) -> Outline {
-    let root = TableObject { kind: String::new(), parent: 0, extent: 0..text.len() };
+    let extent = 0..text.len();
+    let root = TableObject { kind: String::new(), parent: 0, extent, around: None };
     let mut outline = Outline::default();
     outline.objects.push(root);
     let (prefix, latest) = (Vec::new(), HashMap::new());
@@ -68,7 +69,7 @@ impl OutlineReader {
 
     fn object(&mut self, kind: String, parent: usize, extent: Range<usize>) -> usize {
         self.latest.insert(kind.clone(), self.outline.objects.len());
-        self.outline.objects.push(TableObject { kind, parent, extent });
+        self.outline.objects.push(TableObject { kind, parent, extent, around: None });
         self.outline.objects.len() - 1
     }
 
@@ -145,6 +146,7 @@ impl OutlineReader {
         let key_pair = &self.outline.pairs[pair];
         let (kind, parent) = (self.outline.path(key_pair), key_pair.object);
         let object = self.object(kind, parent, table.brackets.span.clone());
+        self.outline.objects[object].around = Some(pair);
         self.table(table, object, &[], depth);
     }
 

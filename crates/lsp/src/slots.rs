@@ -215,6 +215,9 @@ pub(super) fn of_key_path(kind: FileKind, object: &str, keys: &[&str]) -> KeySlo
         }
         (FileKind::Ladder, "record", ["fields"]) => KeySlot::Declares(DeclaredKind::Field),
         (FileKind::Ladder, _, ["with"]) => KeySlot::Parameter,
+        (FileKind::Ladder, "" | "template", ["tags", _, "initial"]) => KeySlot::Field,
+        (FileKind::Ladder, "initial", []) if object.starts_with("tags.") => KeySlot::Field,
+        (FileKind::Ladder, "initial", []) if object.starts_with("template.tags.") => KeySlot::Field,
         (FileKind::Test, "scenario" | "random", ["set"])
         | (FileKind::Test, "random", ["change"]) => KeySlot::Operand,
         (FileKind::Ladder | FileKind::Controller | FileKind::Test, ..) => KeySlot::Word,
@@ -230,6 +233,8 @@ pub(super) enum KeySlot {
     Parameter,
     /// The name of a bit or word.
     Operand,
+    /// A field of the record that is the type of the tag around it.
+    Field,
     /// A word of the file format.
     Word,
 }

@@ -137,8 +137,19 @@ impl<'t> WordReader<'t> {
                 }
                 KeySlot::Parameter => self.push(span.clone(), FileWordRole::Parameter),
                 KeySlot::Operand => self.contacts(span.clone(), FileWordRole::Names),
+                KeySlot::Field => {
+                    self.behind(span.clone(), tag_around(outline, pair, at));
+                }
                 KeySlot::Word => {}
             }
+        }
+    }
+
+    /// Adds the name of a field or member of a tag or array whose name is at `array`.
+    fn behind(&mut self, span: Range<usize>, array: Option<Range<usize>>) {
+        let (object, pair) = (self.object, self.pair);
+        if array.is_some() && !span.is_empty() {
+            self.words.push(FileWord { span, role: FileWordRole::Names, array, object, pair });
         }
     }
 
@@ -274,6 +285,14 @@ impl<'t> WordReader<'t> {
             _ => {}
         }
     }
+}
+
+/// The name of the tag whose `initial` has a table with key number `at` of this pair.
+fn tag_around(outline: &Outline, pair: &KeyPair, at: usize) -> Option<Range<usize>> {
+    let outer = outline.objects[pair.object].around.map(|around| &outline.pairs[around].keys);
+    let before = if at > 0 { &pair.keys[..at] } else { outer?.as_slice() };
+    let [.., tag, _] = before else { return None };
+    Some(tag.span.clone())
 }
 
 /// What an instruction does with an operand.
@@ -427,6 +446,11 @@ mod tests {
             "kind Reads",
         ];
         assert_eq!(told(text, FileKind::Ladder), wanted);
+        let text = "[tags]\nr = { type = \"Step\", count = 2, initial = [{ kind = 1 }] }\n\
+                    s = { type = \"Step\", initial = { kind = 2 } }\n";
+        let fields = ["r Declares(Tag)", "Step Type", "kind Names", "s Declares(Tag)"];
+        assert_eq!(told(text, FileKind::Ladder)[..4], fields);
+        assert_eq!(told(text, FileKind::Ladder)[4..], ["Step Type", "kind Names"]);
         let array = names("r[i + a[1]].kind > 2", true).pop().and_then(|name| name.array);
         assert_eq!(array, Some(0..1));
     }

@@ -52,7 +52,7 @@ pub(super) fn offer(scene: &CompletionScene, typed: &str, quoted: bool) -> Propo
             });
             return found;
         }
-        KeySlot::Operand | KeySlot::Declares(_) | KeySlot::Word => {}
+        KeySlot::Operand | KeySlot::Field | KeySlot::Declares(_) | KeySlot::Word => {}
     }
     if quoted {
         return found;
