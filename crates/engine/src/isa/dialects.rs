@@ -3,6 +3,8 @@
 //! Read by `resolve` for the help of an unknown instruction, and by `rungd explain`. None of the
 //! mnemonics here is an instruction of rungd's table.
 
+use super::Space;
+
 /// Mnemonics with the same meaning, and the text to write instead.
 type Dialect = (&'static [&'static str], &'static str);
 
@@ -39,8 +41,8 @@ const ROWS: &[Dialect] = &[
     (&["TOF"], "an off-delay is `OFFDTMR t preset=d output=b`"),
     (
         &["TP"],
-        "a pulse of a fixed length is `SET b` by an edge, `TMR t preset=d` while `b` is ON, and \
-         `RST b` by `t.Done`; a bit for one scan is `PD b`",
+        "a pulse of a fixed length is the template `Pulse` of `lib:pulse`; a bit for one scan is \
+         `PD b`",
     ),
     (
         &["RTO", "TONR", "TMRAF"],
@@ -78,7 +80,8 @@ const ROWS: &[Dialect] = &[
     ),
     (
         &["DRUM", "EDRUM", "DRM", "SQO", "SQI", "SQL"],
-        "a drum is a Program with a Stage for each step: `OUT b` in its rungs, `JMP s` to the next",
+        "a drum is the template `Sequence` of `lib:sequence`, or a Program with a Stage for each \
+         step: `OUT b` in its rungs, `JMP s` to the next",
     ),
     (&["EQU", "EQ", "CMP"], "a comparison is a contact: `when = [\"D0 == 5\"]`"),
     (&["NEQ", "NE"], "a comparison is a contact: `when = [\"D0 != 5\"]`"),
@@ -95,7 +98,8 @@ const ROWS: &[Dialect] = &[
     ),
     (
         &["FOR", "NEXT", "WHILE", "WEND", "REPEAT", "UNTIL", "LOOP"],
-        "a rung executes once a scan and never loops: a Stage repeats its rungs until `JMP s`",
+        "a rung executes once a scan and never loops: a Stage repeats its rungs until `JMP s`; \
+         whole arrays are taken by `sum(a)`, COPY and FILL",
     ),
     (&["GOTO"], "a stage is left by `JMP s`"),
     (&["LBL", "SG", "ISG"], "a stage is `[[program.stage]]`; `JMP s` goes to it"),
@@ -153,15 +157,78 @@ pub fn is_parallel(name: &str) -> bool {
     ["OR", "O", "ORN", "ON"].iter().any(|other| other.eq_ignore_ascii_case(name))
 }
 
-/// The coil of a rungd ladder for a coil of another controller, with its own operand.
-pub fn coil(name: &str, operand: &str) -> Option<String> {
-    let mnemonic = match name.to_ascii_uppercase().as_str() {
-        "OTE" | "OUTPUT" | "COIL" | "ST" | "=" => "OUT",
-        "OTL" | "LATCH" | "S" => "SET",
-        "OTU" | "UNLATCH" | "RESET" | "R" => "RST",
+/// The instruction of a rungd ladder for one of another controller, with its own operands: `JSR`,
+/// `["Fill", "0"]` is `CALL Fill`. `None` if it needs more than they say.
+pub fn instruction(name: &str, operands: &[&str]) -> Option<String> {
+    let name = name.to_ascii_uppercase();
+    Some(match (name.as_str(), operands) {
+        ("OTE" | "OUTPUT" | "COIL" | "ST" | "=", [bit]) => format!("OUT {bit}"),
+        ("OTL" | "LATCH" | "S", [bit]) => format!("SET {bit}"),
+        ("OTU" | "UNLATCH" | "RESET" | "R", [bit]) => format!("RST {bit}"),
+        ("JSR" | "GTS", [block, ..]) if block.starts_with(|c: char| c.is_ascii_alphabetic()) => {
+            format!("CALL {block}")
+        }
+        ("RET" | "RT", _) => "RETURN".to_owned(),
+        ("COP" | "BMOV" | "BLKMOV", [from, to, count]) => {
+            format!("COPY {} to={}", elements(from, count)?, elements(to, count)?)
+        }
+        ("FLL", [value, to, count]) => format!("FILL {value} to={}", elements(to, count)?),
+        ("BTD", [from, from_bit, to, to_bit, count]) => {
+            let [from_bit, to_bit, count] = [from_bit, to_bit, count].map(|n| n.parse().ok());
+            let source = BitField { word: from, first: from_bit? };
+            distributed(&source, &BitField { word: to, first: to_bit? }, count?)?
+        }
         _ => return None,
+    })
+}
+
+/// Some bits of a word, from a first one on.
+struct BitField<'w> {
+    word: &'w str,
+    first: u32,
+}
+
+/// The MATH that writes bits of a word into another one, and leaves its other bits.
+fn distributed(from: &BitField, to: &BitField, count: u32) -> Option<String> {
+    let is_within = |field: &BitField| field.first.checked_add(count).is_some_and(|end| end <= 32);
+    if count == 0 || count == 32 || !is_within(from) || !is_within(to) {
+        return None;
+    }
+    let (source, target) = (from.word, to.word);
+    if count == 1 {
+        return Some(format!("MATH {target}.{} = {source}.{}", to.first, from.first));
+    }
+    let mask = (1_u32 << count) - 1;
+    let taken = match from.first {
+        0 => format!("{source} & 0x{mask:X}"),
+        first => format!("{source} >> {first} & 0x{mask:X}"),
     };
-    Some(format!("{mnemonic} {operand}"))
+    Some(match to.first {
+        0 => format!("MATH {target} = ({target} & ~0x{mask:X}) | ({taken})"),
+        first => format!(
+            "MATH {target} = ({target} & ~(0x{mask:X} << {first})) | (({taken}) << {first})"
+        ),
+    })
+}
+
+/// A number of elements from a first one on, in order: `D10..D14`, `recipe[0..4]`.
+fn elements(first: &str, count: &str) -> Option<String> {
+    let first = first.trim_start_matches('#');
+    let more = count.trim_start_matches('K').parse::<u32>().ok()?.checked_sub(1)?;
+    let number = |digits: &str| digits.parse::<u32>().ok().filter(|number| *number < 1 << 20);
+    if let Some((name, index)) = first.strip_suffix(']').and_then(|name| name.split_once('[')) {
+        let index = number(index)?;
+        return Some(format!("{name}[{index}..{}]", index + more.min(1 << 20)));
+    }
+    let letters = first.trim_end_matches(|c: char| c.is_ascii_digit());
+    let is_space = Space::from_name(letters).is_some();
+    match number(&first[letters.len()..]).filter(|_| is_space) {
+        Some(number) => Some(format!("{first}..{letters}{}", number + more.min(1 << 20))),
+        None if first.starts_with(|c: char| c.is_ascii_alphabetic()) => {
+            Some(format!("{first}[0..{more}]"))
+        }
+        None => None,
+    }
 }
 
 /// The text to write in a rungd ladder for a mnemonic of another controller (upper or lower case).
@@ -210,8 +277,38 @@ mod tests {
         for (name, operands, wanted) in pairs {
             assert_eq!(contact(name, operands).as_deref(), wanted, "{name}");
         }
-        assert_eq!(coil("ST", "b").as_deref(), Some("OUT b"));
-        assert_eq!(coil("XIC", "b"), None);
         assert!(is_parallel("OR") && !is_parallel("AND"));
+    }
+
+    #[test]
+    fn foreign_instructions_translate_with_their_operands() {
+        let pairs = [
+            ("ST", &["b"][..], Some("OUT b")),
+            ("otu", &["b"], Some("RST b")),
+            ("JSR", &["Fill", "0"], Some("CALL Fill")),
+            ("GTS", &["K3"], Some("CALL K3")),
+            ("JSR", &["3"], None),
+            ("BMOV", &["D0", "D10", "5"], Some("COPY D0..D4 to=D10..D14")),
+            ("BMOV", &["#D0", "R3", "K2"], Some("COPY D0..D1 to=R3..R4")),
+            ("COP", &["a", "b[2]", "8"], Some("COPY a[0..7] to=b[2..9]")),
+            ("COP", &["step7", "C1x", "2"], Some("COPY step7[0..1] to=C1x[0..1]")),
+            ("COP", &["a", "b", "n"], None),
+            ("COP", &["a", "b", "0"], None),
+            ("FLL", &["0", "D3", "4"], Some("FILL 0 to=D3..D6")),
+            ("BTD", &["a", "3", "b", "5", "1"], Some("MATH b.5 = a.3")),
+            (
+                "BTD",
+                &["a", "3", "b", "4", "6"],
+                Some("MATH b = (b & ~(0x3F << 4)) | ((a >> 3 & 0x3F) << 4)"),
+            ),
+            ("BTD", &["a", "0", "b", "0", "4"], Some("MATH b = (b & ~0xF) | (a & 0xF)")),
+            ("BTD", &["a", "3", "b", "30", "6"], None),
+            ("RET", &[], Some("RETURN")),
+            ("BTD", &["a", "b"], None),
+            ("XIC", &["b"], None),
+        ];
+        for (name, operands, wanted) in pairs {
+            assert_eq!(instruction(name, operands).as_deref(), wanted, "{name} {operands:?}");
+        }
     }
 }

@@ -10,6 +10,7 @@ pub(crate) mod columns;
 pub mod decimal_comma;
 pub mod dialects;
 pub mod duration;
+pub mod foreign_place;
 pub mod function;
 pub mod instruction;
 pub(crate) mod instruction_table;

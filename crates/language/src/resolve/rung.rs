@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use std::sync::LazyLock;
 
 use super::Resolver;
+use super::block_kind::BlockKind;
 use super::names::{NAME_MAX, kept};
 use super::program::{Block, Branch, Leg, Rung};
 use crate::source::atom::AtomKind;
@@ -81,9 +82,9 @@ impl Resolver<'_> {
     }
 
     fn rung(&mut self, rung: &ladder::WrittenRung, block: BlockId) -> Rung {
-        let specs = self.specs(&rung.body);
+        let specs = self.specs(&rung.body, block);
         let branch_specs: Vec<Specs> =
-            rung.branches.iter().map(|branch| self.specs(&branch.body)).collect();
+            rung.branches.iter().map(|branch| self.specs(&branch.body, block)).collect();
         let is_iec = self.is_iec_counter(rung);
         let legs = match (&rung.when, rung.legs.is_empty()) {
             _ if is_iec => {
@@ -128,11 +129,11 @@ impl Resolver<'_> {
     }
 
     /// The table rows of instructions.
-    fn specs(&mut self, body: &[WrittenInstruction]) -> Specs {
-        body.iter().map(|instruction| self.spec(instruction)).collect()
+    fn specs(&mut self, body: &[WrittenInstruction], block: BlockId) -> Specs {
+        body.iter().map(|instruction| self.spec(instruction, block)).collect()
     }
 
-    fn spec(&mut self, instruction: &WrittenInstruction) -> Option<&'static Spec> {
+    fn spec(&mut self, instruction: &WrittenInstruction, block: BlockId) -> Option<&'static Spec> {
         let name = instruction.mnemonic.value.as_str();
         if let Some(mnemonic) = Mnemonic::from_name(name) {
             return Some(mnemonic.spec());
@@ -148,7 +149,7 @@ impl Resolver<'_> {
         let message = format!("there is no instruction `{name}`");
         let finding = Finding::new(Code::UnknownInstruction, span, message);
         let function = Function::from_name(&name.to_ascii_lowercase());
-        if let Some(help) = iec_timer(instruction).or_else(|| own_form(instruction)) {
+        if let Some(help) = iec_timer(instruction).or_else(|| self.own_form(instruction, block)) {
             self.find(finding.help(help.at(instruction.span)));
             return None;
         }
@@ -172,6 +173,26 @@ impl Resolver<'_> {
             }
         });
         None
+    }
+
+    /// The help for a contact or an instruction of another controller, with its own operands.
+    fn own_form(&self, instruction: &WrittenInstruction, block: BlockId) -> Option<Help> {
+        let name = &instruction.mnemonic.value;
+        let operands: Vec<String> =
+            instruction.operands.iter().map(|operand| operand.value.to_string()).collect();
+        let operands: Vec<&str> = operands.iter().map(String::as_str).collect();
+        if instruction.operands.iter().any(|operand| operand.key.is_some()) {
+            return None;
+        }
+        let is_subroutine = || {
+            self.scope.block_of(block).is_some_and(|(_, names)| names.kind == BlockKind::Subroutine)
+        };
+        match dialects::instruction(name, &operands) {
+            // What ends elsewhere is said by the table of dialects.
+            Some(right) if right == "RETURN" && !is_subroutine() => None,
+            Some(right) => Some(propose(right)),
+            None => Some(moved_to_when(&dialects::contact(name, &operands)?)),
+        }
     }
 
     /// Resolves the leg of a rung with `when`.
@@ -349,23 +370,6 @@ fn iec_timer(instruction: &WrittenInstruction) -> Option<Help> {
     (is_on_delay && is_clear && is_time && timer.key.is_none())
         .then(|| format!("TMR {} preset={}", timer.value, time.value))
         .map(|timer| advise("an on-delay: write `{}`", [timer]))
-}
-
-/// The help for a contact or a coil of another controller, with its own operands.
-fn own_form(instruction: &WrittenInstruction) -> Option<Help> {
-    let name = &instruction.mnemonic.value;
-    let operands: Vec<String> =
-        instruction.operands.iter().map(|operand| operand.value.to_string()).collect();
-    let operands: Vec<&str> = operands.iter().map(String::as_str).collect();
-    if instruction.operands.iter().any(|operand| operand.key.is_some()) {
-        return None;
-    }
-    let coil = operands.first().filter(|_| operands.len() == 1);
-    if let Some(right) = coil.and_then(|operand| dialects::coil(name, operand)) {
-        return Some(advise("a coil: write `{}`", [right]));
-    }
-    let right = dialects::contact(name, &operands)?;
-    Some(moved_to_when(&right))
 }
 
 /// The missing leg that an unknown key probably means.

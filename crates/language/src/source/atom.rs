@@ -9,6 +9,7 @@ use super::finding::{Code, Finding};
 use super::fix::{Fix, Help, advise, possible, proposed, write};
 use super::span::Span;
 use rungd_engine::isa::duration::{self, DurationError};
+use rungd_engine::isa::foreign_place::{self, ForeignPlace};
 pub use rungd_engine::isa::real::RealError;
 use rungd_engine::isa::{Real, decimal_comma, notation};
 
@@ -81,6 +82,8 @@ impl Atom {
         let digits = word.strip_prefix('-').unwrap_or(word);
         let kind = if digits.starts_with(|c: char| c.is_ascii_digit()) {
             constant(word, span)?
+        } else if let Some(finding) = foreign_place(word, span, Code::InstructionSyntax) {
+            return Err(finding);
         } else {
             AtomKind::Name(word.to_owned())
         };
@@ -160,6 +163,35 @@ pub(super) fn other_notation(word: &str, span: Span, code: Code) -> Option<Findi
     let right = notation::corrected(word)?;
     let message = format!("`{word}` is in the notation of other systems");
     Some(Finding::new(code, span, message).write(right))
+}
+
+/// The finding for a place of a word in the notation of another controller: `V0:3`, `N7:0/3`.
+pub(super) fn foreign_place(word: &str, span: Span, code: Code) -> Option<Finding> {
+    let help = match foreign_place::instead_of(word)? {
+        ForeignPlace::Name(name) => write(name),
+        ForeignPlace::Words(words) => words.into(),
+    };
+    let message = format!("`{word}` is in the notation of other controllers");
+    Some(Finding::new(code, span, message).help(help))
+}
+
+/// As [`foreign_place`], for the name at the beginning of a text; `length` bytes of it were read.
+pub(super) fn foreign_place_at(rest: &str, length: usize, place: Placed) -> Option<Finding> {
+    let tail = |c: char| !(c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | ':' | '/'));
+    let end = rest[length..].find(tail).map_or(rest.len(), |end| length + end);
+    let is_read = rest[length..].starts_with(':') || place.takes_slash;
+    foreign_place(&rest[..end], place.rest.part(0, end), place.code).filter(|_| is_read)
+}
+
+/// The place of a name that [`foreign_place_at`] reads.
+#[derive(Clone, Copy)]
+pub(super) struct Placed {
+    /// The place of the text from the name on.
+    pub rest: Span,
+    /// The code of the finding.
+    pub code: Code,
+    /// Whether a `/` behind a name is no sign of division.
+    pub takes_slash: bool,
 }
 
 /// As [`other_notation`], for the constant with a `#` at the beginning of a text.

@@ -1,10 +1,11 @@
 //! Contacts in the form of other controllers: `XIC b`, `GRT(level,3)`, `LD a AND b`.
 //!
 //! Called by `contact_parser` and `contact_habits` for a text that is no contact. The help has the
-//! whole text as a contact of rungd, with the author's own operands. `isa::dialects` knows the
-//! mnemonics.
+//! whole text as a contact of rungd, with the author's own operands; an instruction in the place of
+//! a contact (`GTS Fill`) moves to `do`. `isa::dialects` knows the mnemonics.
 
 use super::finding::{Code, Finding};
+use super::fix::moved_to_do;
 use super::span::Span;
 use rungd_engine::isa::dialects;
 
@@ -17,6 +18,24 @@ pub(super) fn foreign(text: &str, span: Span) -> Option<Finding> {
     let right = converted(text)?;
     let message = format!("`{name}` is a contact of other controllers");
     Some(Finding::new(Code::ContactSyntax, span, message).write(right))
+}
+
+/// The finding for an instruction of another controller in the place of a contact: `GTS Fill`,
+/// `TON(t,5)`. A tag may have the same name; in small letters, it is more likely a tag.
+pub(super) fn foreign_instruction(text: &str, span: Span) -> Option<Finding> {
+    let words = words(text);
+    let (name, operands) = words.split_first()?;
+    let instead = dialects::instead_of(name)?;
+    let is_capital = name.len() > 1 && name.chars().all(|c| c.is_ascii_uppercase() || c == '_');
+    if !is_capital || text.contains(['&', '|']) {
+        return None;
+    }
+    let message = format!("`{name}` is an instruction of other controllers");
+    let help = match dialects::instruction(name, operands) {
+        Some(right) => moved_to_do(&right),
+        None => format!("for the `{name}` of other controllers: {instead}").into(),
+    };
+    Some(Finding::new(Code::ContactSyntax, span, message).help(help))
 }
 
 /// The contact of rungd for the contacts of another controller.

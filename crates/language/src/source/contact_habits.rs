@@ -4,7 +4,7 @@
 //! Called by `contact_lexer` and `contact_parser` when a text cannot be read. Each help shows text
 //! that can be pasted as it is, with the author's own names and numbers.
 
-use super::contact_dialects::foreign;
+use super::contact_dialects::{foreign, foreign_instruction};
 use super::contact_signs::ends_value;
 use super::contact_use::ContactUse;
 use super::finding::{Code, Finding};
@@ -51,7 +51,9 @@ pub(super) fn stray(text: &str, at: usize, span: Span) -> Finding {
         }
         '/' | '~' | '^' => finding(format!("`{first}` does not negate a contact"), place)
             .help(negated(before, behind, span.part(at, text.len()))),
-        ',' => foreign(text, span).unwrap_or_else(|| comma(text, at, span)),
+        ',' => foreign(text, span)
+            .or_else(|| foreign_instruction(text, span))
+            .unwrap_or_else(|| comma(text, at, span)),
         c if c.is_alphabetic() => finding(format!("`{c}` belongs to no name"), place)
             .help("names are of the letters A to Z and a to z, digits and `_`: `groesse`"),
         '"' | '\'' => finding(format!("`{first}` belongs to no contact"), place)

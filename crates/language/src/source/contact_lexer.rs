@@ -3,7 +3,7 @@
 
 use std::cell::RefCell;
 
-use super::atom::{Atom, typed_literal};
+use super::atom::{Atom, Placed, foreign_place_at, typed_literal};
 use super::contact::Comparison;
 use super::contact_habits::stray;
 use super::contact_signs;
@@ -118,7 +118,13 @@ fn atom(text: &str, first: char, at: usize, span: Span) -> Parsed<(Token, usize)
         computes = is_computed(&rest[length..length + index]);
         let length = length + index;
         let length = length + if index > 0 { rest_length(&rest[length..]) } else { 0 };
-        length + if index > 0 { bit_length(&rest[length..]) } else { 0 }
+        let length = length + if index > 0 { bit_length(&rest[length..]) } else { 0 };
+        let takes_slash = !text.contains(['<', '>', '=']);
+        let place = Placed { rest: behind, code: Code::ContactSyntax, takes_slash };
+        if let Some(finding) = foreign_place_at(rest, length, place) {
+            return Err(finding);
+        }
+        length
     } else {
         return Err(stray(text, at, span));
     };

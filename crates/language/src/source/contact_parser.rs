@@ -7,7 +7,7 @@
 use super::atom::{Atom, AtomKind};
 use super::contact::Edge;
 use super::contact::WrittenContact::{self, All, Any, Bit, Compare, Not};
-use super::contact_dialects::foreign;
+use super::contact_dialects::{foreign, foreign_instruction};
 use super::contact_habits::{in_series, split_address};
 use super::contact_lexer::{Parsed, Token, lex};
 use super::contact_side::CompareSide;
@@ -18,8 +18,8 @@ use super::finding::{Code, Finding};
 use super::fix::{FixEdit, Help, advise, possible, text};
 use super::nearest::did_you_mean;
 use super::span::{Located, Span};
+use rungd_engine::isa::Function;
 use rungd_engine::isa::function::FUNCTIONS;
-use rungd_engine::isa::{Function, dialects};
 
 /// Maximum nesting depth of parentheses and `!`.
 pub(super) const DEPTH_MAX: u32 = 32;
@@ -239,7 +239,9 @@ impl Parser<'_> {
             _ => {
                 let message = format!("`{word}` cannot have parentheses after it");
                 let finding = Finding::new(Code::ContactSyntax, span, message);
-                if let Some(finding) = foreign(self.text, self.span) {
+                let foreign = foreign(self.text, self.span)
+                    .or_else(|| foreign_instruction(self.text, self.span));
+                if let Some(finding) = foreign {
                     return Err(finding);
                 }
                 let small = word.to_ascii_lowercase();
@@ -321,16 +323,10 @@ impl Parser<'_> {
                 if let Some(help) = split_address(self.text, at, self.span) {
                     return self.error(place, "a number does not stand alone").help(help);
                 }
-                // A tag may have the same name as such an instruction. In lower case, it is more
-                // likely a tag.
-                let first = before.split_whitespace().next().unwrap_or_default();
-                let is_upper = first.chars().all(|c| c.is_ascii_uppercase());
-                let help = match dialects::instead_of(first).filter(|_| is_upper) {
-                    Some(instead) => {
-                        format!("for the `{first}` of other controllers: {instead}").into()
-                    }
-                    None => in_series(before, behind),
-                };
+                if let Some(finding) = foreign_instruction(self.text, self.span) {
+                    return finding;
+                }
+                let help = in_series(before, behind);
                 self.error(place, "`&` or `|` is missing before this").help(help)
             }
             Token::Close => self.error(place, "`)` closes nothing").fix(possible("")),

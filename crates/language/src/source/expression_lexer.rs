@@ -4,7 +4,7 @@
 //! letters, digits or `_` belongs to a name. A character that begins no token becomes a finding.
 //! Its help is for the notation from which the character most probably comes.
 
-use super::atom::{Atom, AtomKind, other_notation, typed_literal};
+use super::atom::{Atom, AtomKind, Placed, foreign_place_at, other_notation, typed_literal};
 use super::contact_lexer::{bit_length, split};
 use super::contact_signs::{ends_value, is_spaced_minus, no_spaces};
 use super::expression::{Binary, ExpressionPartKind, Unary};
@@ -132,6 +132,10 @@ fn operand(
         let slice = slice_length(&rest[length..]);
         let length = length + slice;
         let length = length + if slice > 0 { rest_length(&rest[length..]) } else { 0 };
+        let place = Placed { rest: span, code: Code::ExpressionSyntax, takes_slash: false };
+        if let Some(finding) = foreign_place_at(rest, length, place) {
+            return Err(finding);
+        }
         let name = rest[..length].replace([' ', '\t'], "");
         return Ok((ExpressionToken::Operand(ExpressionPartKind::Name(name)), length));
     }

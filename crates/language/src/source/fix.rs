@@ -319,6 +319,13 @@ pub(crate) fn moved_to_when(contact: &str) -> Help {
         .with(Fix::from(FixEdit::Delete).possible().and(element))
 }
 
+/// The help for an instruction in the place of a contact.
+pub(crate) fn moved_to_do(instruction: &str) -> Help {
+    let element = FixEdit::Element { key: "do", element: format!("\"{instruction}\"") };
+    Help::from(format!("an instruction stands in `do`, not here: `do = [\"{instruction}\"]`"))
+        .with(Fix::from(FixEdit::Delete).possible().and(element))
+}
+
 /// ``write `…` ``
 pub fn write(fix: impl Into<Fix>) -> Help {
     advise("write `{}`", [fix])

@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use super::atom::Atom;
+use super::atom::{Atom, foreign_place};
 use super::expression::WrittenFormula;
 use super::expression_parser::parse_formula;
 use super::finding::{Code, Finding};
@@ -149,10 +149,16 @@ fn operand(word: &str, mnemonic: &str, span: Span) -> Result<OperandText, Box<Fi
             return Err(Box::new(finding.write(digits)));
         }
         let value = word.split_once('=').map_or(word, |(_, value)| value);
+        let place = span.part(word.len() - value.len(), word.len());
         if let Some(right) = notation::corrected(value) {
             let (key, message) = (&word[..word.len() - value.len()], "of other systems");
             let finding = error(format!("`{value}` is in the notation {message}"));
             return Err(Box::new(finding.write(format!("{key}{right}"))));
+        }
+        if let Some(finding) =
+            foreign_place(value.trim_start_matches('#'), place, Code::InstructionSyntax)
+        {
+            return Err(Box::new(finding));
         }
         let help = match stray {
             c if c.is_alphabetic() => {

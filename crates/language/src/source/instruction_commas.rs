@@ -36,8 +36,7 @@ pub(super) fn called(text: &str, span: Span) -> Option<Finding> {
         inner.split(',').map(str::trim).filter(|operand| !operand.is_empty() && *operand != "?");
     let operands: Vec<&str> = operands.collect();
     let spec = Mnemonic::from_name(&name.to_ascii_uppercase()).map(Mnemonic::spec);
-    let coil = operands.first().filter(|_| operands.len() == 1);
-    let help = if let Some(right) = coil.and_then(|operand| dialects::coil(name, operand)) {
+    let help = if let Some(right) = dialects::instruction(name, &operands) {
         write(right)
     } else if let Some(right) = dialects::contact(name, &operands) {
         moved_to_when(&right)
@@ -55,7 +54,9 @@ pub(super) fn called(text: &str, span: Span) -> Option<Finding> {
 fn without_commas(mnemonic: &str, plain: &[String]) -> Help {
     let joined = plain.join(" ");
     let Some(spec) = Mnemonic::from_name(&mnemonic.to_ascii_uppercase()).map(Mnemonic::spec) else {
-        return write(format!("{mnemonic} {joined}"));
+        let operands: Vec<&str> = plain.iter().map(String::as_str).collect();
+        let right = dialects::instruction(mnemonic, &operands);
+        return write(right.unwrap_or_else(|| format!("{mnemonic} {joined}")));
     };
     let places = spec.operands.iter().take_while(|operand| operand.key.is_none()).count();
     let has_stages = spec.operands.iter().any(|operand| operand.kind == OperandKind::Stages);

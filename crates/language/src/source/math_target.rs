@@ -2,6 +2,7 @@
 //!
 //! Called by `expression_parser`, which reads the expressions around it.
 
+use super::atom::foreign_place;
 use super::contact_lexer::bit_length;
 use super::finding::{Code, Finding};
 use super::fix::{possible, text as fix};
@@ -73,6 +74,9 @@ pub(super) fn split(text: &str, span: Span) -> Result<SplitFormula, Finding> {
             _ => (format!("write `{word} = {word} {sign} …`"), format!("= {word} {sign}")),
         };
         return Err(error(place, &message).help(help).fix(fix(right).at(signs)));
+    }
+    if let Some(finding) = foreign_place(name, place, Code::ExpressionSyntax) {
+        return Err(finding);
     }
     let is_name = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '$');
     if !name.chars().all(is_name) || name.starts_with(|c: char| c.is_ascii_digit()) {

@@ -6,7 +6,7 @@ use crate::source::atom::is_name;
 use crate::source::finding::Code;
 use crate::source::fix::{Help, advise, possible, propose};
 use crate::source::nearest::UnknownName;
-use rungd_engine::isa::Structure;
+use rungd_engine::isa::{Structure, dialects};
 
 impl Scope {
     /// The mistake in a name that nothing declares.
@@ -62,7 +62,12 @@ impl Scope {
                 None => (&["bit", "int", "real"], "\"int\", \"real\""),
                 Some(_) => (&["timer", "counter"], "\"counter\""),
             };
-            let words = format!(", or {others}; or with an address: `at = \"…\"`");
+            let is_capital = base.chars().all(|c| c.is_ascii_uppercase() || c == '_');
+            let foreign = dialects::instead_of(base).filter(|_| is_capital && member.is_none());
+            let foreign = foreign.map_or(String::new(), |instead| {
+                format!("; for the `{base}` of other controllers: {instead}")
+            });
+            let words = format!(", or {others}; or with an address: `at = \"…\"`{foreign}");
             return declared(base, types, &words);
         }
         if let Some((low, high)) = base.split_once('-') {
