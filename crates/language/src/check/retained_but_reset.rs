@@ -1,11 +1,14 @@
 //! `retained-but-reset`: the controller file retains a structure, but its owner resets it at every
-//! stop; or it names a bit, but an instruction turns it OFF at every stop.
+//! stop; or it names a bit, or retains a word with a bit, that an instruction turns OFF at every
+//! stop.
 //!
 //! The termination passes of an orderly stop run before memory is saved, so a CNT is saved as 0,
 //! and what OUT, PD, ND and the output of a timer drive is saved OFF. After a crash these passes
 //! run before the first scan. UDCG, TMRAG and the Sensaphone counters have no termination logic.
-//! A bit that only a range catches is no mistake: ranges have such bits between others. The
-//! finding's place is the owner or the first driver, because `allow` can silence it there; the
+//! A bit that only a range catches is no mistake: ranges have such bits between others. A bit of a
+//! word has no range of its own, so one of a retained word is a mistake, however the word is
+//! retained; but a structure of a record is retained for the record's other fields. The finding's
+//! place is the owner or the first driver, because `allow` can silence it there; the
 //! range or the tag's pattern is a related place.
 //!
 //! Passes: `ranges = ["CT0", "C0..C9"]`, `tags = ["auto"]` and
@@ -57,10 +60,10 @@ fn check_bits(context: &Context, findings: &mut Vec<Finding>) {
         named.add(range.numbers(), at);
     }
     for (bit, drivers) in context.drivers() {
-        let place = Space::of(Address::Bit(bit).without_bit());
+        let place = Space::with_members(Address::Bit(bit).without_bit());
         let Some((space, number)) = place else { continue };
         let range = match bit.of_word() {
-            Some(_) => context.retained_with(space, number),
+            Some(_) => context.retained_with(space, number).filter(|range| !range.of_record),
             None => named
                 .first_in(NumberRange::one(space, number))
                 .and_then(|at| context.retained.get(at)),
@@ -87,18 +90,21 @@ struct CopyWord {
 
 fn driven(context: &Context, bit: Bit, driver: &DrivingInstruction, range: &Range) -> Finding {
     let by = driver.placed.name();
+    let said = context.say_bit(bit);
+    let (retained, otherwise) = match bit.of_word() {
+        Some(_) => ("is a bit of a retained word", "let a word that is not retained have it"),
+        None => ("is retained", "take it out of `[retain] tags`"),
+    };
     let message = format!(
-        "{} is retained, but a stop turns OFF every bit that `{by}` drives: it is OFF after every \
-         start",
-        context.say_bit(bit)
+        "{said} {retained}, but a stop turns OFF every bit that `{by}` drives: it is OFF after \
+         every start"
     );
     let name = context.name(Address::Bit(bit));
     Finding::new(Code::RetainedButReset, driver.span, message)
         .label("OFF at every stop")
         .related(range.span, "retained here")
         .help(format!(
-            "to keep it, turn it ON by `SET {name}` and OFF by `RST {name}`; or take it out of \
-             `[retain] tags`"
+            "to keep it, turn it ON by `SET {name}` and OFF by `RST {name}`; or {otherwise}"
         ))
 }
 
@@ -216,6 +222,67 @@ mod tests {
                     to keep it, turn it ON by `SET C3` and OFF by `RST C3`; or take it out
                     of `[retain] tags`
             "#]],
+        );
+    }
+
+    const DRIVEN_IN_WORDS: &str = r#"
+        { when = ["X0"], do = ["OUT D0.3", "SET D0.4", "RST D0.4", "MATH D0.5 = X1", "OUT D9.1"] },
+        { when = ["X2"], do = ["OFFDTMR T0 preset=3s output=V1.15", "OUT CT0.Acc.2"] },
+        { leg.up = ["X0"], leg.dn = ["X1"], do = ["UDCG CT0 up-preset=12"] },
+    "#;
+
+    #[test]
+    fn driven_bits_of_retained_words_are_reported_however_the_word_is_retained() {
+        let expected = expect![[r#"
+            4:29 retained-but-reset
+              `D0.3` is a bit of a retained word, but a stop turns OFF every bit that
+              `OUT` drives: it is OFF after every start
+                to keep it, turn it ON by `SET D0.3` and OFF by `RST D0.3`; or let a
+                word that is not retained have it
+            5:53 retained-but-reset
+              `V1.15` is a bit of a retained word, but a stop turns OFF every bit that
+              `OFFDTMR` drives: it is OFF after every start
+                to keep it, turn it ON by `SET V1.15` and OFF by `RST V1.15`; or let a
+                word that is not retained have it
+            5:66 retained-but-reset
+              `CT0.Acc.2` is a bit of a retained word, but a stop turns OFF every bit
+              that `OUT` drives: it is OFF after every start
+                to keep it, turn it ON by `SET CT0.Acc.2` and OFF by `RST CT0.Acc.2`; or
+                let a word that is not retained have it
+            6:44 whole-word-over-out
+              all of `CT0.Acc` is written, and `OUT` drives a bit of it, `CT0.Acc.2`
+                let one of the two write to a word of its own
+        "#]];
+        check_retained(&["D0..D8", "V1", "CT0"], DRIVEN_IN_WORDS, expected);
+    }
+
+    #[test]
+    fn a_bit_of_a_word_is_reported_for_the_words_tag_too() {
+        check_retained_tags(
+            &["D0"],
+            DRIVEN_IN_WORDS,
+            expect![[r#"
+            4:29 retained-but-reset
+              `D0.3` is a bit of a retained word, but a stop turns OFF every bit that
+              `OUT` drives: it is OFF after every start
+                to keep it, turn it ON by `SET D0.3` and OFF by `RST D0.3`; or let a
+                word that is not retained have it
+            6:44 whole-word-over-out
+              all of `CT0.Acc` is written, and `OUT` drives a bit of it, `CT0.Acc.2`
+                let one of the two write to a word of its own
+        "#]],
+        );
+    }
+
+    #[test]
+    fn bits_of_a_retained_word_that_nothing_drives_are_not_reported() {
+        check_retained(
+            &["D0..D8", "C0"],
+            r#"
+            { when = ["X0"], do = ["SET D0.4", "MATH D0.5 = X1", "OUT D9.1", "PONOFF D0.6"] },
+            { when = ["X1"], do = ["RST D0.4", "PACK C8..C9 to=D1", "OUT C1"] },
+            "#,
+            expect![""],
         );
     }
 
