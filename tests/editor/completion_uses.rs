@@ -42,6 +42,39 @@ fn parameters_are_offered_in_texts_and_inline_uses() {
 }
 
 #[test]
+fn records_are_offered_to_a_parameter_of_their_type() {
+    let text = "[tags]\nrecipe = { type = \"Step\", count = 3 }\ncurrent = { type = \"Step\" }\n\
+                lane = { type = \"Lane\" }\nlevel = { type = \"int\" }\n[[record]]\n\
+                name = \"Step\"\nfields = { kind = { type = \"int\" }, on = { type = \"bit\" } }\n\
+                [[record]]\nname = \"Lane\"\nfields = { late = { type = \"timer\" } }\n\
+                [[template]]\nname = \"Dose\"\nparameters = { step = { type = \"Step\" } }\n";
+    check(
+        LADDER,
+        text,
+        &[
+            ("rung = [{ when = [\"step.¦\"] }]", &["on"], &["late"]),
+            ("rung = [{ do = [\"OUT step.¦\"] }]", &["on"], &["late"]),
+            ("rung = [{ do = [\"OUT step.kind.¦\"] }]", &["0", "31"], &["on"]),
+            (
+                "tags.own = { type = \"Step\" }\nrung = [{ use = \"Dose\", with = { step = \"¦\" } }]",
+                &["own", "step", "current"],
+                &["lane", "level"],
+            ),
+            (
+                "[[program]]\nname = \"Main\"\nrung = [{ use = \"Dose\", with = { step = \"¦\" } }]",
+                &["recipe", "current"],
+                &["lane", "level", "X", "step"],
+            ),
+            (
+                "[[template]]\nname = \"T\"\nparameters = { s = { type = \"¦\" } }",
+                &["Step", "Lane", "int-out"],
+                &[],
+            ),
+        ],
+    );
+}
+
+#[test]
 fn points_are_offered_in_device_maps() {
     let plant = "ladder = [\"plant.toml\"]\n[[device]]\nname = \"plant\"\ndriver = \"simulated\"\n\
                  part = [{ name = \"pump\", kind = \"motor\" }, { name = \"belt\", kind = \

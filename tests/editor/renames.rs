@@ -218,6 +218,31 @@ fn a_name_that_hides_another_is_refused() {
     assert!(why.contains("would mean something else at"), "{why}");
 }
 
+#[test]
+fn a_rename_of_a_field_reaches_the_records_of_templates() {
+    let folder = empty();
+    let text = "[tags]\nrecipe = { type = \"Step\", count = 2, initial = [{ kind = 3 }] }\n\n\
+                [[record]]\nname = \"Step\"\nfields = { kind = { type = \"int\" } }\n\n\
+                [[template]]\nname = \"T\"\nparameters = { step = { type = \"Step\" } }\n\
+                tags = { own = { type = \"Step\" } }\nrung = [\n\
+                { when = [\"step.kind.3\"], do = [\"MOVE step.kind to=own.kind\"] } ]\n\n\
+                [[program]]\nname = \"Main\"\nrung = [\n\
+                { use = \"T\", name = \"t\", with = { step = \"recipe[1]\" } },\n\
+                { when = [\"t.own.kind > recipe[0].kind\"], do = [\"OUT Y0\"] } ]\n";
+    std::fs::write(folder.path().join(LADDER), text).unwrap();
+    let mut editor = Editor::new(folder.path());
+    editor.open(LADDER);
+    let mut renamed = |wanted: &str, new: &str| {
+        let (line, column) = place(&editor, LADDER, wanted, 0);
+        let edits = rename(&mut editor, TextPlace { name: LADDER, line, column }, new).unwrap();
+        edited(&editor.disk(LADDER), &edits[&editor.uri(LADDER)])
+    };
+    assert_eq!(renamed("kind to=", "sort"), text.replace("kind", "sort"));
+    assert_eq!(renamed("Step\" } }", "Part"), text.replace("Step", "Part"));
+    assert_eq!(renamed("step.kind to", "part"), text.replace("step", "part"));
+    assert_eq!(renamed("recipe[1]", "list"), text.replace("recipe", "list"));
+}
+
 /// The values of all operands, scan by scan, of a program with changing inputs.
 fn trace(loaded: &Loaded) -> Vec<Vec<i64>> {
     let program = loaded.program.as_ref().expect("it loads");

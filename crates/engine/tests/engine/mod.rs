@@ -10,6 +10,7 @@ mod layout;
 mod library;
 mod math;
 mod properties;
+mod record_parameters;
 mod records;
 mod restarts;
 mod runs;

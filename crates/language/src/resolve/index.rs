@@ -10,7 +10,7 @@ use super::record::{RecordIndex, RecordPlace};
 use super::scope::{LookUp, NamedThing, Scope};
 use crate::source::finding::Code;
 use crate::source::fix::{Help, advise, possible, propose, proposed, write};
-use crate::source::indexed::{INDEX, IndexedName, with_index};
+use crate::source::indexed::{INDEX, IndexedName, help_about_index, not_an_index, with_index};
 use rungd_engine::isa::{Address, Space, address_text};
 
 /// An index: a constant, or the name of a word.
@@ -250,7 +250,7 @@ impl Scope {
         let digits = text.strip_prefix('-').unwrap_or(text);
         let (number, named) = if digits.starts_with(|c: char| c.is_ascii_digit()) {
             (whole(text).ok_or_else(|| no_index(text, first()))?, None)
-        } else if text.contains(|c: char| !is_of_name(c)) {
+        } else if text.contains(|c: char| !is_of_name(c)) && IndexedName::of(text).is_none() {
             return Err(no_index(text, first()));
         } else {
             match self.look_up(text)?.thing {
@@ -298,7 +298,9 @@ impl Scope {
     }
 }
 
-/// Whether a name may have the character. The names of the trial of a template have a `?`.
+/// Whether a name without an index may have the character. (An index that has an index itself,
+/// `list[recipe[2].kind]`, comes from a template's argument.) The names of the trial of a template
+/// have a `?`.
 fn is_of_name(c: char) -> bool {
     c.is_ascii_alphanumeric() || "_.$?".contains(c)
 }
@@ -325,9 +327,6 @@ pub(super) fn moving_structure(column: &ArrayColumn, index: &str) -> Mistake {
 }
 
 fn no_index(text: &str, first: Option<String>) -> Mistake {
-    let message = format!("`{text}` is no index");
-    let help = "an index is a whole number or a word of whole numbers: `{}`, `recipe[step]`; MATH \
-                computes one: `MATH step = …`";
-    let help = advise(help, [possible("recipe[3]")]);
-    mistake(Code::OperandType, message, help.with_all(first.map(possible)))
+    let help = help_about_index().with_all(first.map(possible));
+    mistake(Code::OperandType, not_an_index(text), help)
 }

@@ -134,8 +134,8 @@ fn in_order(mut findings: Vec<Finding>) -> Vec<Finding> {
 
 impl Resolver<'_> {
     fn program(&mut self, ladders: Vec<(FileId, Ladder<Entry>)>) -> Program {
-        let mut ladders = self.expand(ladders);
         self.read_records(&ladders);
+        let mut ladders = self.expand(ladders);
         self.expand_records(&mut ladders);
         let mut program = self.plain_program(&ladders);
         program.trial = self.trial_program(&ladders).map(Box::new);

@@ -101,6 +101,11 @@ impl RecordTag {
         })
     }
 
+    /// The names of its fields, in the order of the record.
+    pub(super) fn field_names(&self) -> Vec<&str> {
+        self.fields.iter().map(|field| field.name.as_str()).collect()
+    }
+
     fn numbers(&self, at: Option<u32>) -> Range<u32> {
         at.map_or(0..self.count.unwrap_or(1), |at| at..at + 1)
     }

@@ -50,7 +50,7 @@ impl Scope {
         let found = ends.filter_map(|end| Some((end, self.record(&name[..end])?.1))).next();
         let (end, record) = found?;
         let (base, behind) = (&name[..end], &name[end + 1..]);
-        Some(Err(no_field(base, record, behind)))
+        Some(Err(no_field(base, &record.record, &record.field_names(), behind)))
     }
 
     /// The mistake in a field of a record with an index: `recipe[2].traget`. `None` if the name
@@ -58,7 +58,8 @@ impl Scope {
     pub(super) fn no_field_of(&self, base: &str, index: &str, behind: &str) -> Option<Mistake> {
         let (_, record) = self.record(base)?;
         let base = with_index(base, index);
-        Some(no_field(&base, record, behind.trim_start_matches('.')))
+        let behind = behind.trim_start_matches('.');
+        Some(no_field(&base, &record.record, &record.field_names(), behind))
     }
 
     /// Whether a name is that of a field of an array of records: `recipe.target`.
@@ -100,15 +101,16 @@ impl Scope {
         let help = help.with_all(all.map(possible));
         match record.fields.len() {
             0 | 1 => help,
-            _ => help.and(&format!("; {}", fields_of(record))),
+            _ => help.and(&format!("; {}", fields_of(&record.field_names()))),
         }
     }
 }
 
-fn no_field(base: &str, record: &RecordTag, field: &str) -> Mistake {
+/// The mistake in a field of a record; `fields`: those that the record has; `field`: the name
+/// behind that of the record, `base`.
+pub(super) fn no_field(base: &str, record: &str, fields: &[&str], field: &str) -> Mistake {
     let (own, rest) = field.split_once('.').map_or((field, ""), |(own, rest)| (own, rest));
-    let names = || record.fields.iter().map(|field| field.name.as_str());
-    if names().any(|name| name == own) {
+    if fields.contains(&own) {
         // A mistake in the field has a finding of its own; a member is one of a structure's.
         let message = format!("`{base}.{own}` has no members");
         return match rest {
@@ -116,10 +118,10 @@ fn no_field(base: &str, record: &RecordTag, field: &str) -> Mistake {
             _ => mistake(Code::UnknownMember, message, possible_name(base, own)),
         };
     }
-    let message = format!("record `{}` has no field `{own}`", record.record);
-    let all: Vec<String> = names().map(|name| format!("{base}.{name}")).collect();
+    let message = format!("record `{record}` has no field `{own}`");
+    let all: Vec<String> = fields.iter().map(|name| format!("{base}.{name}")).collect();
     let help = did_you_mean(&format!("{base}.{own}"), all.iter().map(String::as_str));
-    mistake(Code::UnknownMember, message, help.unwrap_or_else(|| fields_of(record).into()))
+    mistake(Code::UnknownMember, message, help.unwrap_or_else(|| fields_of(fields).into()))
 }
 
 fn possible_name(base: &str, own: &str) -> Help {
@@ -127,7 +129,6 @@ fn possible_name(base: &str, own: &str) -> Help {
 }
 
 /// The fields of a record, in words.
-fn fields_of(record: &RecordTag) -> String {
-    let names: Vec<&str> = record.fields.iter().map(|field| field.name.as_str()).collect();
+fn fields_of(names: &[&str]) -> String {
     format!("its fields are `{}`", names.join("`, `"))
 }

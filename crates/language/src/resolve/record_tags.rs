@@ -1,19 +1,20 @@
 //! Makes the tags of records: a tag whose type is a record becomes one tag for each field.
 //!
-//! Called before any name is declared, once the uses of templates are expanded. So places, limits,
+//! The records are read before templates, whose parameters may have their types. Tags become fields
+//! before any name is declared, once the uses of templates are expanded. So places, limits,
 //! retention, reloads, forces and recordings need no code for records: they know the fields by name
 //! (`step.target`, `recipe[3].target`). A mistake of a record is found here, once.
 
 use super::Resolver;
 use super::names::{NAME_MAX, NameRole, forbidden, kept};
 use super::places::TYPES;
-use super::resolver::Records;
 use super::template::is_type_name;
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{FixEdit, Help, pair, possible, write};
 use crate::source::ladder::{FieldOfTag, Ladder, WrittenRecord, WrittenTag};
 use crate::source::nearest::did_you_mean;
 use crate::source::reader::{Constant, Text};
+use crate::source::record::Records;
 use crate::source::span::{FileId, Located, Span};
 
 /// The values of one record, by the names of its fields.
@@ -24,7 +25,7 @@ const FIELDS_MAX: usize = 1_000_000;
 
 impl Resolver<'_> {
     /// Collects the records of all ladders, and reports their mistakes.
-    pub(super) fn read_records(&mut self, ladders: &[(FileId, Ladder)]) {
+    pub(super) fn read_records<E>(&mut self, ladders: &[(FileId, Ladder<E>)]) {
         for record in ladders.iter().flat_map(|(_, ladder)| &ladder.records) {
             let Some(name) = &record.name else { continue };
             self.check_record(record, name);

@@ -1,7 +1,7 @@
 //! The state of one load, and what every part of it needs: names are looked up, their uses
 //! recorded, their mistakes reported.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::HashSet;
 use std::sync::LazyLock;
 
 use super::array::{Array, ArrayElement};
@@ -15,15 +15,12 @@ use crate::source::atom::{Atom, AtomKind};
 use crate::source::finding::{Code, Finding, Severity, TABLE};
 use crate::source::fix::{Help, advise, possible};
 use crate::source::indexed::IndexedName;
-use crate::source::ladder::WrittenRecord;
 use crate::source::nearest::KnownNames;
 use crate::source::reader::Text;
+use crate::source::record::Records;
 use crate::source::span::{FileId, Located, SourceFile, Span};
 use rungd_base::progress::Progress;
 use rungd_engine::isa::{Address, MemorySizes, Structure};
-
-/// The records of all files, by their names.
-pub(super) type Records = BTreeMap<String, WrittenRecord>;
 
 /// The names of all warnings, valid in `allow`.
 static WARNINGS: LazyLock<KnownNames> = LazyLock::new(|| {

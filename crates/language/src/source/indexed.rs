@@ -5,6 +5,7 @@
 //! stands last.
 
 use super::atom::is_name_letter;
+use super::fix::{Help, advise, possible};
 
 /// The place of the index in the name of a column.
 pub const INDEX: &str = "[]";
@@ -63,6 +64,18 @@ pub fn first_of(name: &str) -> String {
         Some(IndexedName { base, behind, .. }) => format!("{base}[0]{behind}"),
         None => name.to_owned(),
     }
+}
+
+/// The mistake in a text that is no index.
+pub(crate) fn not_an_index(text: &str) -> String {
+    format!("`{text}` is no index")
+}
+
+/// The help about such a text.
+pub(crate) fn help_about_index() -> Help {
+    let help = "an index is a whole number or a word of whole numbers: `{}`, `recipe[step]`; MATH \
+                computes one: `MATH step = …`";
+    advise(help, [possible("recipe[3]")])
 }
 
 /// The length of the names behind an index: `.target`, `.over.Acc`; else 0.

@@ -10,6 +10,7 @@ use super::expression::WrittenFormula;
 use super::expression_parser::parse_formula;
 use super::finding::{Code, Finding};
 use super::fix::{FixEdit, advise, possible, text as written};
+use super::indexed::{IndexedName, help_about_index, not_an_index};
 use super::instruction_commas::{called, comma_help, is_element, listed, pointed};
 use super::instruction_habits::{other_form, several};
 use super::span::{Located, Span};
@@ -189,11 +190,7 @@ fn operand(word: &str, mnemonic: &str, span: Span) -> Result<OperandText, Box<Fi
         return Err(Box::new(finding.help(comma_help(word, mnemonic))));
     }
     let Some((key, value)) = word.split_once('=') else {
-        return Ok(OperandText {
-            span,
-            key: None,
-            value: Atom::parse(word, span).map_err(Box::new)?,
-        });
+        return Ok(OperandText { span, key: None, value: value_of(word, span)? });
     };
     if key.is_empty() || value.is_empty() || value.contains('=') {
         let finding = error("an operand with a key is one word: `key=value`".to_owned());
@@ -201,8 +198,18 @@ fn operand(word: &str, mnemonic: &str, span: Span) -> Result<OperandText, Box<Fi
     }
     let place = span.part(key.len() + 1, word.len());
     let key = Located { value: key.to_owned(), span: span.part(0, key.len()) };
-    let value = Atom::parse(value, place).map_err(Box::new)?;
-    Ok(OperandText { span, key: Some(key), value })
+    Ok(OperandText { span, key: Some(key), value: value_of(value, place)? })
+}
+
+/// An operand behind its key: a name with at most one index, or a constant.
+fn value_of(word: &str, span: Span) -> Result<Atom, Box<Finding>> {
+    match IndexedName::of(word) {
+        Some(IndexedName { index, .. }) if index.contains('[') => {
+            let finding = Finding::new(Code::OperandType, span, not_an_index(index));
+            Err(Box::new(finding.help(help_about_index())))
+        }
+        Some(_) | None => Atom::parse(word, span).map_err(Box::new),
+    }
 }
 
 fn allowed(c: char) -> bool {

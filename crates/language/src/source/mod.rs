@@ -45,7 +45,7 @@ mod math_target;
 mod mend;
 pub mod nearest;
 pub mod reader;
-mod record;
+pub(crate) mod record;
 pub mod renaming;
 pub mod render;
 mod rests_on;

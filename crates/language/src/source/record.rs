@@ -3,6 +3,8 @@
 //! Called by the reader of ladder files. A field is read as a tag without a place. The resolver
 //! makes the tags of records: one for each field. No name is looked up here.
 
+use std::collections::BTreeMap;
+
 use super::key::key;
 use super::reader::{Table, Text};
 use super::span::Span;
@@ -20,6 +22,9 @@ pub struct WrittenRecord {
     /// `[record.fields]`, in file order.
     pub fields: Vec<WrittenTag>,
 }
+
+/// The records of all files, by their names.
+pub(crate) type Records = BTreeMap<String, WrittenRecord>;
 
 /// The name of a record; its grammar is that of a tag's.
 const NAME: &str = r#"{"pattern":"^[A-Za-z][A-Za-z0-9_]*$"}"#;

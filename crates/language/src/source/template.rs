@@ -41,9 +41,10 @@ pub struct Parameter {
     pub doc: Option<String>,
 }
 
-/// The types of parameters.
-const TYPES: &str = r#"{"enum":["contact","bit","int","real","duration","output","int-out",
-    "real-out","timer","counter","sensaphone","array"]}"#;
+/// The types of parameters; a record's name is a type too.
+const TYPES: &str = r#"{"anyOf":[{"enum":["contact","bit","int","real","duration","output",
+    "int-out","real-out","timer","counter","sensaphone","array"]},
+    {"pattern":"^[A-Za-z][A-Za-z0-9_]*$"}]}"#;
 /// The name of a parameter; its grammar is in `docs/language.md`.
 const NAME: &str = r#"{"propertyNames":{"pattern":"^[A-Za-z][A-Za-z0-9_]*$"}}"#;
 

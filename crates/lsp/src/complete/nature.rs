@@ -35,6 +35,8 @@ pub(super) struct Nature {
     pub is_array: bool,
     /// Whether any name may follow its dot, or its kind is unknown.
     pub is_open: bool,
+    /// The declaration of the record that is its type.
+    pub record: Option<usize>,
 }
 
 /// The kind of name that a place wants.
@@ -56,6 +58,8 @@ pub(super) enum WantedName {
     Target,
     Array,
     Structure(Structure),
+    /// A record, by the declaration of its type.
+    Record(usize),
     Anything,
 }
 
@@ -68,6 +72,7 @@ impl Nature {
         structure: None,
         is_array: false,
         is_open: false,
+        record: None,
     };
     /// A constant.
     pub const CONSTANT: Nature = Nature { word: OperandAccess::Read, ..Nature::NOTHING };
@@ -245,6 +250,11 @@ impl WantedName {
             WantedName::Target => either(bits(&writes), words(&writes)),
             WantedName::Array => (nature.is_array, reads(nature.bit) || reads(nature.word)),
             WantedName::Structure(wanted) => (nature.structure == Some(wanted), false),
+            // No record contains another one.
+            WantedName::Record(wanted) if nature.record.is_some() => {
+                return (nature.record == Some(wanted)).then_some(0);
+            }
+            WantedName::Record(_) => (false, false),
             WantedName::Anything => return Some(0),
         };
         match (itself, inside || nature.is_open) {

@@ -195,7 +195,8 @@ fn word_bits(word: Word, wish: WantedName, into: &mut Proposals) {
 
 /// Whether a declaration may name a word.
 fn is_tag(kind: DeclaredKind) -> bool {
-    matches!(kind, DeclaredKind::Tag | DeclaredKind::OwnTag | DeclaredKind::Parameter)
+    use DeclaredKind::{Field, OwnTag, Parameter, Tag};
+    matches!(kind, Tag | OwnTag | Parameter | Field)
 }
 
 fn words(words: &[&str], about: &str, into: &mut Proposals) {

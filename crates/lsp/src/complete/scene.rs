@@ -47,7 +47,8 @@ impl<'c> CompletionScene<'c> {
     /// The properties of a declaration.
     pub fn nature(&self, at: usize) -> Nature {
         let declared = &self.names().all[at];
-        Nature::of(declared, &self.project.files[declared.file])
+        let nature = Nature::of(declared, &self.project.files[declared.file]);
+        Nature { record: self.names().record_of(at), ..nature }
     }
 
     /// The typed text from a byte to the cursor.

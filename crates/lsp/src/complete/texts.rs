@@ -48,6 +48,9 @@ fn argument(scene: &CompletionScene, before: &str) -> Proposals {
     let name = scene.site.keys.last().map(String::as_str).unwrap_or_default();
     let parameter = template.and_then(|template| scene.names().own(template, name));
     let wish = parameter.map_or(WantedName::Anything, |at| {
+        if let Some(record) = scene.names().record_of(at) {
+            return WantedName::Record(record);
+        }
         let declared = &scene.names().all[at];
         let kind = TagFacts::of(declared, &scene.project.files[declared.file]).text("type");
         WantedName::of_parameter(kind.unwrap_or_default())
@@ -124,7 +127,6 @@ fn placeholders(scene: &CompletionScene, before: &str) -> Proposals {
     found
 }
 
-/// The words that the key allows.
 /// The types of tags, parameters and fields; a record is no type of a field.
 fn types(scene: &CompletionScene, before: &str) -> Proposals {
     let mut found = words_of(scene, before);
@@ -137,6 +139,7 @@ fn types(scene: &CompletionScene, before: &str) -> Proposals {
     found
 }
 
+/// The words that the key allows.
 fn words_of(scene: &CompletionScene, before: &str) -> Proposals {
     let mut found = Proposals::of(before);
     if let Some((key, form)) = scene.shape().entry(&keys::path(scene)) {

@@ -4,10 +4,13 @@
 
 use super::given::Given;
 use super::kind::{ParameterKind, WantedOperand};
+use super::parameter::{record_words, tag_type, type_words};
 use super::pending::Argument;
 use crate::resolve::Resolver;
 use crate::resolve::array::ArrayElement;
+use crate::resolve::mistake::LISTED_MAX;
 use crate::resolve::range::is_range;
+use crate::resolve::record::{RecordIndex, RecordPlace};
 use crate::resolve::scope::NamedThing;
 use crate::source::atom::{Atom, AtomKind};
 use crate::source::finding::{Code, Finding};
@@ -42,7 +45,7 @@ impl Resolver<'_> {
             self.range_given(argument, atom);
             return false;
         }
-        let kind = argument.kind.trial_type();
+        let kind = tag_type(argument.kind, &argument.type_name);
         let Some(thing) = self.look_up_as(name, atom.span, kind.as_slice()) else { return false };
         let spec = Mnemonic::Out.spec();
         match (argument.kind.wanted(), thing) {
@@ -55,6 +58,12 @@ impl Resolver<'_> {
                 WantedOperand::Sensaphone,
                 NamedThing::Address(Address::Structure(Of::Sensaphone(_))),
             ) => true,
+            (WantedOperand::Record, NamedThing::Record(place)) => {
+                let finding = self.misfit_of_record(argument, atom, place);
+                let is_right = finding.is_none();
+                self.findings.extend(finding);
+                is_right
+            }
             (WantedOperand::WrittenBit, NamedThing::Address(Address::Bit(_))) => {
                 self.writable_bit(atom, spec).is_some()
             }
@@ -97,6 +106,53 @@ impl Resolver<'_> {
         }
     }
 
+    /// The finding about a record or an array of records that is not what a parameter's type says.
+    fn misfit_of_record(
+        &self,
+        argument: &Argument,
+        atom: &Atom,
+        place: RecordPlace,
+    ) -> Option<Finding> {
+        let record = &self.scope.records()[place.tag].record;
+        let name = atom.name().unwrap_or_default();
+        let is_right = *record == argument.type_name;
+        let (is, help) = match place.at {
+            RecordIndex::Only | RecordIndex::Constant(_) if is_right => return None,
+            RecordIndex::All if is_right => {
+                let one = possible(format!("{name}[0]"));
+                (place.words().to_owned(), advise("give one of its records: `{}`", [one]))
+            }
+            RecordIndex::Word(_) if is_right => {
+                let one = possible(first_of(name));
+                let help = "a template owns timers and outputs of its record: give one with a \
+                            constant index, `{}`";
+                (format!("{} with a moving index", place.words()), advise(help, [one]))
+            }
+            RecordIndex::All => {
+                let is = format!("{} `{record}`", place.words());
+                (is, self.records_of(&argument.type_name))
+            }
+            RecordIndex::Only | RecordIndex::Constant(_) | RecordIndex::Word(_) => {
+                (record_words(record), self.records_of(&argument.type_name))
+            }
+        };
+        Some(misfit(argument, atom, &is).help(help))
+    }
+
+    /// The help to give a record of a type.
+    fn records_of(&self, record: &str) -> Help {
+        let tags = self.scope.records().iter().filter(|tag| tag.record == record);
+        let names = tags.map(|tag| tag.record_name(tag.count.map(|_| 0)));
+        // The tags of a template's trial are not in a file.
+        let names = names.filter(|name| !name.starts_with('?'));
+        let names: Vec<String> = names.take(LISTED_MAX).collect();
+        if names.is_empty() {
+            return format!("declare one under [tags]: `step = {{ type = \"{record}\" }}`").into();
+        }
+        let words = format!("give a record of this type: `{}`", names.join("`, `"));
+        Help::from(words).with_all(names.into_iter().map(possible))
+    }
+
     fn range_given(&mut self, argument: &Argument, atom: &Atom) {
         let (parameter, template) = (&argument.parameter, &argument.template);
         let message = format!("`{parameter}` of `{template}` is an array, and `{atom}` is a range");
@@ -107,7 +163,7 @@ impl Resolver<'_> {
     }
 
     fn wrong_argument(&mut self, argument: &Argument, atom: &Atom, thing: NamedThing) {
-        let (wanted, example) = (argument.kind.words(), argument.kind.example());
+        let example = argument.kind.example();
         let what = match thing {
             NamedThing::Address(Address::Word(word)) if word.is_real() => "a real",
             NamedThing::Element(element) if element.array.is_real() => "a real",
@@ -121,11 +177,8 @@ impl Resolver<'_> {
             | NamedThing::Record(_)
             | NamedThing::Array(_) => self.kind_words(thing),
         };
-        let message = format!(
-            "`{}` of `{}` is {wanted}, and `{atom}` is {what}",
-            argument.parameter, argument.template
-        );
         let help = match (argument.kind, thing) {
+            (ParameterKind::Record, _) => self.records_of(&argument.type_name),
             (ParameterKind::Real, NamedThing::Element(element)) if !element.array.is_bits() => {
                 moved_to_real(atom)
             }
@@ -152,9 +205,17 @@ impl Resolver<'_> {
                 Help::from(format!("for example `{example}`")).with(possible(example))
             }
         };
-        let finding = Finding::new(Code::TemplateArgument, atom.span, message);
-        self.find(finding.label(format!("{wanted} belongs here")).help(help));
+        self.find(misfit(argument, atom, what).help(help));
     }
+}
+
+/// The finding about an argument that is something else than its parameter requires.
+fn misfit(argument: &Argument, atom: &Atom, is: &str) -> Finding {
+    let wanted = type_words(argument.kind, &argument.type_name);
+    let (parameter, template) = (&argument.parameter, &argument.template);
+    let message = format!("`{parameter}` of `{template}` is {wanted}, and `{atom}` is {is}");
+    let finding = Finding::new(Code::TemplateArgument, atom.span, message);
+    finding.label(format!("{wanted} belongs here"))
 }
 
 /// The help for a word of whole numbers in the place of a real.

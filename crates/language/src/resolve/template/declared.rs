@@ -6,6 +6,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::kind::{KINDS, ParameterKind};
+use super::parameter::{NamedParameter, TypedParameter};
 use super::{given, texts};
 use crate::resolve::mistake::LISTED_MAX;
 use crate::resolve::mistake::declared_table;
@@ -16,6 +17,7 @@ use crate::source::fix::{Fix, FixEdit, Help, pair, possible, propose};
 use crate::source::ladder::{Entry, Parameter, Template, Use};
 use crate::source::nearest::{KnownNames, did_you_mean};
 use crate::source::reader::Text;
+use crate::source::record::Records;
 use crate::source::renaming;
 use crate::source::span::Span;
 
@@ -23,15 +25,15 @@ use crate::source::span::Span;
 pub(super) struct Declared<'t> {
     pub template: &'t Template,
     /// The parameters with a known type.
-    parameters: HashMap<&'t str, (ParameterKind, &'t Parameter)>,
+    parameters: HashMap<&'t str, TypedParameter<'t>>,
     /// Their names, for the help about an unknown parameter.
     typed: KnownNames,
     /// The names of all parameters.
     named: HashSet<&'t str>,
     /// The parameters with a known type and without a default, in file order.
-    required: Vec<(&'t Parameter, ParameterKind)>,
+    required: Vec<TypedParameter<'t>>,
     /// The parameters with a known type and with a default, in file order.
-    optional: Vec<(&'t Parameter, ParameterKind, &'t Text)>,
+    optional: Vec<(TypedParameter<'t>, &'t Text)>,
     /// The names of its own tags and inner uses.
     pub own: HashSet<&'t str>,
     /// The names in `own`, and those of the parameters.
@@ -48,22 +50,27 @@ pub(super) struct Templates<'t> {
 }
 
 impl<'t> Declared<'t> {
-    fn new(template: &'t Template) -> Declared<'t> {
-        let kind =
-            |parameter: &'t Parameter| ParameterKind::from_name(&parameter.kind.as_ref()?.text);
+    fn new(template: &'t Template, records: &'t Records) -> Declared<'t> {
+        let of_type = |written: &'t Parameter| {
+            let name = &written.kind.as_ref()?.text;
+            let kind = ParameterKind::of(name, records)?;
+            let record = records.get(name).filter(|_| kind == ParameterKind::Record);
+            Some(TypedParameter { written, kind, record })
+        };
         let all = || template.parameters.iter();
-        let typed = || all().filter_map(|p| Some((p, kind(p)?)));
-        let parameters = typed().map(|(p, kind)| (&*p.name.text, (kind, p))).collect();
-        let required = typed().filter(|(p, _)| p.default.is_none()).collect();
-        let optional = typed().filter_map(|(p, kind)| Some((p, kind, p.default.as_ref()?)));
-        let optional = optional.collect();
+        let typed = || all().filter_map(of_type);
+        let parameters = typed().map(|parameter| (parameter.name(), parameter)).collect();
+        let required = typed().filter(|parameter| parameter.written.default.is_none()).collect();
+        let default =
+            |parameter: TypedParameter<'t>| Some((parameter, parameter.written.default.as_ref()?));
+        let optional = typed().filter_map(default).collect();
         let named: HashSet<&str> = all().map(|parameter| &*parameter.name.text).collect();
         let tags = template.tags.iter().map(|tag| &*tag.name.text);
         let uses =
             uses(template).filter_map(|template_use| Some(&*template_use.name.as_ref()?.text));
         let own: HashSet<&str> = tags.chain(uses).collect();
         let known = KnownNames::new(own.iter().copied().chain(named.iter().copied()));
-        let typed = KnownNames::new(typed().map(|(parameter, _)| &*parameter.name.text));
+        let typed = KnownNames::new(typed().map(|parameter| parameter.name()));
         // A parameter without a type is already reported; no argument can be read for it.
         let is_usable = all().all(|parameter| parameter.kind.is_some());
         Declared { template, parameters, typed, named, required, optional, own, known, is_usable }
@@ -75,25 +82,31 @@ impl<'t> Declared<'t> {
         name.char_indices().nth(NAME_MAX).map_or(name, |(end, _)| &name[..end])
     }
 
-    /// The parameter that a name begins with, and its type.
-    pub fn parameter(&self, name: &str) -> Option<(&'t str, ParameterKind)> {
-        let (name, (kind, _)) = self.parameters.get_key_value(base(name).0)?;
-        Some((name, *kind))
+    /// The parameter that a name begins with.
+    pub fn parameter<'n>(&self, name: &'n str) -> Option<NamedParameter<'t, 'n>> {
+        let (own, behind) = base(name);
+        Some(self.parameters.get(own)?.named(name, behind))
     }
 
-    /// The parameters in file order, each with its type.
-    pub fn parameters(&self) -> impl Iterator<Item = (&'t Parameter, ParameterKind)> {
+    /// Whether a name begins with a parameter whose type is unknown, which is already reported.
+    pub fn is_untyped(&self, name: &str) -> bool {
+        let own = base(name).0;
+        self.named.contains(own) && !self.parameters.contains_key(own)
+    }
+
+    /// The parameters in file order, with known types.
+    pub fn parameters(&self) -> impl Iterator<Item = TypedParameter<'t>> {
         let parameters = self.template.parameters.iter();
-        parameters.filter_map(|p| Some((p, self.parameters.get(&*p.name.text)?.0)))
+        parameters.filter_map(|p| self.parameter_of(&p.name.text))
     }
 
-    /// The parameter of this name, and its type, if the type is a known one.
-    pub fn parameter_of(&self, name: &str) -> Option<(&'t Parameter, ParameterKind)> {
-        self.parameters.get(name).map(|(kind, parameter)| (*parameter, *kind))
+    /// The parameter of this name, if its type is a known one.
+    pub fn parameter_of(&self, name: &str) -> Option<TypedParameter<'t>> {
+        self.parameters.get(name).copied()
     }
 
     /// The parameters with a default, in file order.
-    pub fn optional(&self) -> impl Iterator<Item = (&'t Parameter, ParameterKind, &'t Text)> {
+    pub fn optional(&self) -> impl Iterator<Item = (TypedParameter<'t>, &'t Text)> {
         self.optional.iter().copied()
     }
 
@@ -103,8 +116,8 @@ impl<'t> Declared<'t> {
         let mut findings = Vec::new();
         for (name, text) in &template_use.arguments {
             match (self.parameters.get(&*name.text), text) {
-                (Some((kind, _)), Some(text)) => {
-                    let read = given::read(*kind, text, text.span.file);
+                (Some(parameter), Some(text)) => {
+                    let read = given::read(parameter.kind, text, text.span.file);
                     findings.extend(read.err().map(|finding| *finding));
                 }
                 (Some(_), None) => {}
@@ -114,16 +127,17 @@ impl<'t> Declared<'t> {
         }
         let given: HashSet<&str> =
             template_use.arguments.iter().map(|(name, _)| &*name.text).collect();
-        let missing = self.required.iter().filter(|(p, _)| !given.contains(&*p.name.text));
-        for (parameter, kind) in missing.take(LISTED_MAX) {
-            let name = kept(&parameter.name.text);
+        let missing = self.required.iter().filter(|parameter| !given.contains(parameter.name()));
+        for parameter in missing.take(LISTED_MAX) {
+            let name = kept(parameter.name());
             let span =
                 template_use.template.as_ref().map_or(template_use.span, |template| template.span);
-            let message = format!("`{}` needs `{name}`, {}", self.name(), kind.words());
+            let message = format!("`{}` needs `{name}`, {}", self.name(), parameter.words());
             let finding = Finding::new(Code::TemplateArgument, span, message);
-            let argument = format!("{name} = \"{}\"", kind.example());
+            let argument = format!("{name} = \"{}\"", parameter.kind.example());
             let help = format!("give it in `with`: `{argument}`");
-            let finding = finding.related(parameter.name.span, "declared here").help(help);
+            let declared = parameter.written.name.span;
+            let finding = finding.related(declared, "declared here").help(help);
             findings.push(finding.fix(pair(format!("with = {{ {argument} }}")).possible()));
         }
         findings
@@ -132,7 +146,7 @@ impl<'t> Declared<'t> {
     fn unknown_argument(&self, name: &Text) -> Finding {
         let template = self.name();
         let message = format!("`{template}` has no parameter `{}`", name.text);
-        let first = self.parameters().take(LISTED_MAX).map(|(p, _)| &*p.name.text);
+        let first = self.parameters().take(LISTED_MAX).map(|parameter| parameter.name());
         let list = first.collect::<Vec<_>>().join("`, `");
         let help = match (self.typed.iter().len(), self.typed.iter().len().checked_sub(LISTED_MAX))
         {
@@ -147,8 +161,12 @@ impl<'t> Declared<'t> {
 
 impl<'t> Templates<'t> {
     /// All templates, with the findings about them.
-    pub fn new(templates: impl Iterator<Item = &'t Template>) -> (Templates<'t>, Vec<Finding>) {
-        let all: Vec<Declared<'t>> = templates.map(Declared::new).collect();
+    pub fn new(
+        templates: impl Iterator<Item = &'t Template>,
+        records: &'t Records,
+    ) -> (Templates<'t>, Vec<Finding>) {
+        let all: Vec<Declared<'t>> =
+            templates.map(|template| Declared::new(template, records)).collect();
         let mut findings = Vec::new();
         let mut by_name: HashMap<&str, usize> = HashMap::new();
         for (at, declared) in all.iter().enumerate() {
@@ -168,7 +186,7 @@ impl<'t> Templates<'t> {
         let templates = Templates { all, by_name, known };
         for declared in &templates.all {
             names(declared, &mut findings);
-            parameters(declared, &mut findings);
+            parameters(declared, records, &mut findings);
             tags(declared, &mut findings);
             uses(declared.template)
                 .for_each(|template_use| findings.extend(templates.misuses(template_use, false)));
@@ -288,12 +306,15 @@ fn names(declared: &Declared, findings: &mut Vec<Finding>) {
 }
 
 /// Checks the types and defaults of the parameters.
-fn parameters(declared: &Declared, findings: &mut Vec<Finding>) {
+fn parameters(declared: &Declared, records: &Records, findings: &mut Vec<Finding>) {
     for parameter in &declared.template.parameters {
         let Some(kind) = &parameter.kind else { continue };
-        let Some(own_kind) = ParameterKind::from_name(&kind.text) else {
+        let Some(own_kind) = ParameterKind::of(&kind.text, records) else {
             let message = format!("a parameter has no type `{}`", kind.text);
-            let names = || KINDS.iter().map(|(name, _)| *name);
+            let names = || {
+                let records = records.keys().map(String::as_str);
+                KINDS.iter().map(|(name, _)| *name).chain(records)
+            };
             let help = did_you_mean(&kind.text, names()).unwrap_or_else(|| {
                 Help::from(format!("the types are `{}`", names().collect::<Vec<_>>().join("`, `")))
             });

@@ -8,6 +8,7 @@ use std::collections::{HashMap, HashSet};
 use super::declared::{Declared, Templates};
 use super::given::{self, Given};
 use super::kind::ParameterKind;
+use super::parameter::TypedParameter;
 use super::pending::{Argument, UnusedTemplate};
 use super::rewrite::{Instance, Rewrite};
 use super::room::ExpansionRoom;
@@ -20,7 +21,7 @@ use crate::source::contact::WrittenContact;
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{advise, proposed};
 use crate::source::ladder::{
-    BlockForm, Entry, Ladder, Parameter, Use, WrittenBlock, WrittenBranch, WrittenLeg, WrittenRung,
+    BlockForm, Entry, Ladder, Use, WrittenBlock, WrittenBranch, WrittenLeg, WrittenRung,
     WrittenStage, WrittenTag,
 };
 use crate::source::reader::Text;
@@ -243,65 +244,65 @@ impl<'t> Expansion<'t> {
         let declared = instance.declared;
         let mut whole = declared.misfits(usage).is_empty();
         let mut all = HashMap::new();
-        let known = usage.arguments.iter().filter_map(|(name, text)| {
-            let (parameter, kind) = declared.parameter_of(&name.text)?;
-            Some((parameter, kind, text))
-        });
-        for (parameter, kind, text) in known {
+        let known = usage
+            .arguments
+            .iter()
+            .filter_map(|(name, text)| Some((declared.parameter_of(&name.text)?, text)));
+        for (parameter, text) in known {
             let given = text.as_ref().and_then(|text| {
                 self.room.take(1 + text.text.len() / TEXT_FREE)?;
                 match giver {
-                    Some(giver) => self.given(kind, text, giver),
-                    None => given::read(kind, text, text.span.file).ok(),
+                    Some(giver) => self.given(parameter, text, giver),
+                    None => given::read(parameter.kind, text, text.span.file).ok(),
                 }
             });
             whole &= given.is_some();
             let Some(given) = given else { continue };
-            self.note_argument(declared, parameter, kind, &given);
-            all.insert(&*parameter.name.text, given);
+            self.note_argument(declared, parameter, &given);
+            all.insert(parameter.name(), given);
         }
         // `given` is still empty, so a name in a default cannot be a parameter.
-        for (parameter, kind, text) in declared.optional() {
-            if all.contains_key(&*parameter.name.text) {
+        for (parameter, text) in declared.optional() {
+            if all.contains_key(parameter.name()) {
                 continue;
             }
             let room = self.room.take(1 + text.text.len() / TEXT_FREE);
-            let given = room.and_then(|()| self.given(kind, text, instance));
+            let given = room.and_then(|()| self.given(parameter, text, instance));
             whole &= given.is_some();
             let Some(given) = given else { continue };
-            self.note_argument(declared, parameter, kind, &given);
-            all.insert(&*parameter.name.text, given);
+            self.note_argument(declared, parameter, &given);
+            all.insert(parameter.name(), given);
         }
         instance.given = all;
         whole
     }
 
     /// Reads an argument in the text of a template.
-    fn given(&mut self, kind: ParameterKind, text: &Text, giver: &Instance<'t>) -> Option<Given> {
-        let given = given::read(kind, text, giver.layer).ok()?;
+    fn given(
+        &mut self,
+        parameter: TypedParameter<'t>,
+        text: &Text,
+        giver: &Instance<'t>,
+    ) -> Option<Given> {
+        let given = given::read(parameter.kind, text, giver.layer).ok()?;
         let mut rewrite = self.rewrite(giver);
         match given {
             Given::Contacts(contact, _) => {
                 let contact = rewrite.contact(&contact, 0)?;
                 Some(Given::contacts(contact))
             }
-            Given::Atom(atom) => rewrite.atom(&atom, kind.wanted()).map(Given::Atom),
+            Given::Atom(atom) => rewrite.passed(&atom, parameter).map(Given::Atom),
         }
     }
 
-    fn note_argument(
-        &mut self,
-        declared: &Declared,
-        parameter: &Parameter,
-        kind: ParameterKind,
-        given: &Given,
-    ) {
+    fn note_argument(&mut self, declared: &Declared, parameter: TypedParameter, given: &Given) {
         // An argument that an outer use passed on is checked at the outer use.
         if !self.layers.is_given(given.span().file) {
             self.arguments.push(Argument {
                 template: declared.name().to_owned(),
-                parameter: kept(&parameter.name.text),
-                kind,
+                parameter: kept(parameter.name()),
+                kind: parameter.kind,
+                type_name: parameter.type_name().to_owned(),
                 given: given.clone(),
             });
         }
@@ -320,7 +321,7 @@ impl<'t> Expansion<'t> {
     pub fn trial(&mut self, declared: &'t Declared<'t>) -> Option<UnusedTemplate> {
         let template = declared.template;
         let name = template.name.as_ref().filter(|_| declared.is_usable)?;
-        if declared.parameters().any(|(_, kind)| kind.trial_type().is_none()) {
+        if declared.parameters().any(|parameter| parameter.trial_type().is_none()) {
             return None;
         }
         self.trial = true;
@@ -332,17 +333,17 @@ impl<'t> Expansion<'t> {
         let layer = self.layers.add_use(template.span.file, place);
         let span = Span { file: layer, ..name.span };
         let mut given = HashMap::new();
-        for (parameter, kind) in declared.parameters() {
-            let text = format!("{whole}.?{}", parameter.name.text);
-            let Some(value) = kind.trial_type() else { continue };
+        for parameter in declared.parameters() {
+            let text = format!("{whole}.?{}", parameter.name());
+            let Some(value) = parameter.trial_type() else { continue };
             self.tags
                 .push(WrittenTag::of_type(Text { text: text.clone(), span, exact: true }, value));
-            let stands = if kind == ParameterKind::Contact {
+            let stands = if parameter.kind == ParameterKind::Contact {
                 Given::contacts(WrittenContact::Bit(Located { value: text, span }))
             } else {
                 Given::Atom(Atom { kind: AtomKind::Name(text), span })
             };
-            given.insert(&*parameter.name.text, stands);
+            given.insert(parameter.name(), stands);
         }
         let (path, allow) = (String::new(), Vec::new());
         let instance = Instance { declared, layer, name: whole.clone(), path, given, allow };

@@ -7,7 +7,7 @@ use crate::source::contact_parser;
 use crate::source::contact_side::CompareSide;
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{Help, advise, possible};
-use crate::source::indexed::IndexedName;
+use crate::source::indexed::{IndexedName, first_of};
 use crate::source::reader::Text;
 use crate::source::span::{FileId, Located, Span};
 use rungd_engine::isa::Real;
@@ -47,6 +47,13 @@ pub fn read(kind: ParameterKind, text: &Text, by: FileId) -> Result<Given, Box<F
     let span = span.part(begin, begin + word.len());
     if let Some(help) = negated(kind, word) {
         return Err(Box::new(error(format!("`{word}` is not {}", kind.words())).help(help)));
+    }
+    if kind == ParameterKind::Record
+        && IndexedName::of(word).is_some_and(|name| name.index.contains(".."))
+    {
+        let finding = error(format!("`{word}` is a slice, not a record"));
+        let help = advise("give one record: `{}`", [possible(first_of(word))]);
+        return Err(Box::new(finding.help(help)));
     }
     let legal = |c: char| c.is_ascii_alphanumeric() || "_-.,$:[]".contains(c);
     if word.is_empty() || !word.chars().all(legal) || !is_indexed_once(word) {

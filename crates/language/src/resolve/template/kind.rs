@@ -1,5 +1,6 @@
 //! The types of parameters, and the places that accept a parameter of each type.
 
+use crate::source::record::Records;
 use crate::source::tag::TYPE_NAMES;
 use rungd_engine::isa::OperandKind;
 
@@ -19,9 +20,11 @@ pub enum ParameterKind {
     Counter,
     Sensaphone,
     Array,
+    /// A record; the parameter's `type` is its name.
+    Record,
 }
 
-/// The values of `type`.
+/// The values of `type`, but for records.
 pub const KINDS: [(&str, ParameterKind); 12] = [
     ("contact", ParameterKind::Contact),
     ("bit", ParameterKind::Bit),
@@ -59,6 +62,9 @@ pub enum WantedOperand {
     Counter,
     Sensaphone,
     Array,
+    /// A whole array, or a record of the same type.
+    Copied,
+    Record,
     /// A Program or Task.
     Block,
     /// Not known: the instruction has a mistake.
@@ -71,9 +77,48 @@ pub fn is_type_name(name: &str) -> bool {
 }
 
 impl ParameterKind {
-    /// The type with this name.
-    pub fn from_name(name: &str) -> Option<ParameterKind> {
+    /// The type with this name, which is no record.
+    fn from_name(name: &str) -> Option<ParameterKind> {
         KINDS.iter().find(|(kind_name, _)| *kind_name == name).map(|(_, kind)| *kind)
+    }
+
+    /// The type with this name, which may be a record's.
+    pub fn of(name: &str, records: &Records) -> Option<ParameterKind> {
+        let record = || records.contains_key(name).then_some(ParameterKind::Record);
+        ParameterKind::from_name(name).or_else(record)
+    }
+
+    /// The type that a parameter for a field of a record would have: everything in a record is
+    /// writable. `name`: the field's type.
+    pub fn of_field(name: &str) -> Option<ParameterKind> {
+        Some(match name {
+            "bit" => ParameterKind::Output,
+            "int" | "word" => ParameterKind::IntOut,
+            "real" => ParameterKind::RealOut,
+            "timer" => ParameterKind::Timer,
+            "counter" => ParameterKind::Counter,
+            "sensaphone" => ParameterKind::Sensaphone,
+            _ => return None,
+        })
+    }
+
+    /// A field for which a parameter would have this type, in words: `a bit`.
+    pub fn field_words(self) -> &'static str {
+        match self {
+            ParameterKind::Output => "a bit",
+            ParameterKind::IntOut => "an integer word",
+            ParameterKind::RealOut => "a real",
+            ParameterKind::Contact
+            | ParameterKind::Bit
+            | ParameterKind::Int
+            | ParameterKind::Real
+            | ParameterKind::Duration
+            | ParameterKind::Timer
+            | ParameterKind::Counter
+            | ParameterKind::Sensaphone
+            | ParameterKind::Array
+            | ParameterKind::Record => self.words(),
+        }
     }
 
     /// In words: `a bit`.
@@ -91,6 +136,7 @@ impl ParameterKind {
             ParameterKind::Counter => "a counter",
             ParameterKind::Sensaphone => "a Sensaphone counter",
             ParameterKind::Array => "an array",
+            ParameterKind::Record => "a record",
         }
     }
 
@@ -109,10 +155,12 @@ impl ParameterKind {
             ParameterKind::Counter => "CT0",
             ParameterKind::Sensaphone => "N0",
             ParameterKind::Array => "recipe",
+            ParameterKind::Record => "recipe[2]",
         }
     }
 
-    /// The type of a tag that is a valid argument; `None` if there is no such type.
+    /// The type of a tag that is a valid argument; `None` if there is no such type, and for a
+    /// record, whose name is the type.
     pub fn trial_type(self) -> Option<&'static str> {
         Some(match self {
             ParameterKind::Contact | ParameterKind::Bit | ParameterKind::Output => "bit",
@@ -121,7 +169,7 @@ impl ParameterKind {
             ParameterKind::Timer => "timer",
             ParameterKind::Counter => "counter",
             ParameterKind::Sensaphone => "sensaphone",
-            ParameterKind::Array => return None,
+            ParameterKind::Array | ParameterKind::Record => return None,
         })
     }
 
@@ -138,6 +186,7 @@ impl ParameterKind {
             ParameterKind::Counter => WantedOperand::Counter,
             ParameterKind::Sensaphone => WantedOperand::Sensaphone,
             ParameterKind::Array => WantedOperand::Array,
+            ParameterKind::Record => WantedOperand::Record,
         }
     }
 
@@ -162,7 +211,8 @@ impl ParameterKind {
             | ParameterKind::Timer
             | ParameterKind::Counter
             | ParameterKind::Sensaphone
-            | ParameterKind::Array => false,
+            | ParameterKind::Array
+            | ParameterKind::Record => false,
         }
     }
 
@@ -192,12 +242,18 @@ impl ParameterKind {
                     || matches!(wanted, WantedOperand::Real | WantedOperand::WrittenReal)
             }
             ParameterKind::Timer | ParameterKind::Counter | ParameterKind::Sensaphone if member => {
-                !matches!(wanted, WantedOperand::Block | WantedOperand::Array)
+                use WantedOperand::{Array, Block, Copied, Record};
+                !matches!(wanted, Block | Array | Copied | Record)
             }
             ParameterKind::Timer => wanted == WantedOperand::Timer,
             ParameterKind::Counter => wanted == WantedOperand::Counter,
             ParameterKind::Sensaphone => wanted == WantedOperand::Sensaphone,
-            ParameterKind::Array => wanted == WantedOperand::Array,
+            ParameterKind::Array => {
+                matches!(wanted, WantedOperand::Array | WantedOperand::Copied)
+            }
+            ParameterKind::Record => {
+                matches!(wanted, WantedOperand::Record | WantedOperand::Copied)
+            }
         };
         let has_members = matches!(
             self,
@@ -214,11 +270,10 @@ impl WantedOperand {
             OperandKind::WritableBit => WantedOperand::WrittenBit,
             OperandKind::WritableWord => WantedOperand::WrittenWord,
             OperandKind::Target => WantedOperand::Target,
-            OperandKind::Array
-            | OperandKind::WritableArray
-            | OperandKind::Bits
-            | OperandKind::WritableBits
-            | OperandKind::Shifted => WantedOperand::Array,
+            OperandKind::Array | OperandKind::WritableArray => WantedOperand::Copied,
+            OperandKind::Bits | OperandKind::WritableBits | OperandKind::Shifted => {
+                WantedOperand::Array
+            }
             OperandKind::Filling => WantedOperand::Operand,
             OperandKind::Counter => WantedOperand::Counter,
             OperandKind::Timer => WantedOperand::Timer,
@@ -251,7 +306,8 @@ impl WantedOperand {
             WantedOperand::Timer => "a timer",
             WantedOperand::Counter => "a counter",
             WantedOperand::Sensaphone => "a Sensaphone counter",
-            WantedOperand::Array => "an array",
+            WantedOperand::Array | WantedOperand::Copied => "an array",
+            WantedOperand::Record => "a record",
             WantedOperand::Block => "a program or task",
         }
     }
@@ -268,8 +324,8 @@ impl WantedOperand {
             WantedOperand::Timer => "timer",
             WantedOperand::Counter => "counter",
             WantedOperand::Sensaphone => "sensaphone",
-            WantedOperand::Array => "array",
-            WantedOperand::Block | WantedOperand::Any => return None,
+            WantedOperand::Array | WantedOperand::Copied => "array",
+            WantedOperand::Record | WantedOperand::Block | WantedOperand::Any => return None,
         })
     }
 }

@@ -11,6 +11,7 @@ mod expand;
 mod given;
 mod kind;
 mod nesting;
+mod parameter;
 pub(super) mod pending;
 mod rewrite;
 mod room;
@@ -35,7 +36,8 @@ impl Resolver<'_> {
     pub(super) fn expand(&mut self, ladders: Vec<(FileId, Ladder<Entry>)>) -> Ladders {
         let all = || ladders.iter().flat_map(|(_, ladder)| &ladder.templates);
         let templates: Vec<Template> = all().cloned().collect();
-        let (mut templates, mut findings) = Templates::new(templates.iter());
+        let records = std::mem::take(&mut self.records);
+        let (mut templates, mut findings) = Templates::new(templates.iter(), &records);
         nesting::check(&mut templates, &mut findings);
         let mut expansion = Expansion::new(&templates);
         let mut used = vec![false; templates.all.len()];
@@ -79,6 +81,8 @@ impl Resolver<'_> {
         self.uses = std::mem::take(&mut expansion.uses);
         self.unknown_uses = std::mem::take(&mut expansion.unknown);
         self.layers = expansion.layers;
+        drop(templates);
+        self.records = records;
         self.findings.extend(findings);
         plain
     }

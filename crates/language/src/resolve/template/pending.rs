@@ -10,6 +10,8 @@ pub(in crate::resolve) struct Argument {
     pub template: String,
     pub parameter: String,
     pub kind: ParameterKind,
+    /// Its type as the template has it: of a record its name.
+    pub type_name: String,
     pub given: Given,
 }
 

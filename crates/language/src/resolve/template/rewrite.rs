@@ -10,6 +10,7 @@ use std::collections::HashMap;
 use super::declared::{Declared, base};
 use super::given::{Given, moved, moved_atom};
 use super::kind::{ParameterKind, WantedOperand};
+use super::parameter::{NamedParameter, TypedParameter};
 use super::room::ExpansionRoom;
 use crate::resolve::layers::Layers;
 use crate::source::atom::{Atom, AtomKind};
@@ -68,16 +69,19 @@ impl<'t> Rewrite<'_, 't> {
         }
     }
 
-    /// If a name is a parameter: the parameter's name, its type, and the rest of the name behind
-    /// it; `Err` if the name has a mistake, which is reported.
+    /// If a name begins with a parameter: that parameter; `Err` if the name has a mistake, which
+    /// is reported.
     fn argument<'n>(
         &mut self,
         name: &'n str,
         at: Span,
         wanted: WantedOperand,
-    ) -> Option<Result<(&'t str, ParameterKind, &'n str), ()>> {
-        let (parameter, behind) = base(name);
-        let (own, kind) = self.instance.declared.parameter(parameter)?;
+    ) -> Option<Result<NamedParameter<'t, 'n>, ()>> {
+        if self.instance.declared.is_untyped(name) {
+            return Some(Err(()));
+        }
+        let named = self.instance.declared.parameter(name)?;
+        let (own, kind) = (named.parameter.name(), named.kind);
         if !self.instance.given.contains_key(own) {
             // Only a default names a parameter before its argument is known.
             let message = format!("a default names the parameter `{own}`");
@@ -85,33 +89,52 @@ impl<'t> Rewrite<'_, 't> {
             self.find(Code::TemplateParameter, at, message, help);
             return Some(Err(()));
         }
-        let fits =
-            kind == ParameterKind::Contact && wanted == WantedOperand::Bit && behind.is_empty();
-        let is_bit = address_text::split_bit(name).is_some_and(|(base, _)| base == parameter);
-        let fits = fits || (is_bit && kind.fits_bit(wanted));
-        if !fits && !kind.fits(wanted, !behind.is_empty()) {
-            self.unfit(name, at, kind, wanted);
+        if let Some(mistake) = named.no_field() {
+            self.findings.extend(mistake.finding(at));
             return Some(Err(()));
         }
-        Some(Ok((own, kind, behind)))
+        let has_member = !named.member.is_empty();
+        let fits = kind == ParameterKind::Contact && wanted == WantedOperand::Bit && !has_member;
+        let is_bit = address_text::split_bit(name).is_some_and(|(base, _)| base == named.name);
+        let fits = fits || (is_bit && kind.fits_bit(wanted));
+        if !fits && !kind.fits(wanted, has_member) {
+            self.unfit(named, at, wanted);
+            return Some(Err(()));
+        }
+        Some(Ok(named))
+    }
+
+    /// Rewrites an argument of an inner use, which may be a parameter of the outer one.
+    pub fn passed(&mut self, atom: &Atom, inner: TypedParameter) -> Option<Atom> {
+        let outer = atom.name().and_then(|name| self.instance.declared.parameter(name));
+        let of_record = |outer: &NamedParameter| outer.kind == ParameterKind::Record;
+        if let Some(outer) = outer.filter(of_record)
+            && inner.kind == ParameterKind::Record
+            && outer.parameter.type_name() != inner.type_name()
+        {
+            let message = format!("{}, not {}", outer.words(), inner.words());
+            let record = inner.type_name();
+            let help = format!("a parameter here needs `type = \"{record}\"`");
+            let declared = outer.parameter.written.kind.as_ref();
+            let retyped = declared.map(|kind| possible(record).at(kind.span));
+            let help = Help::from(help).with_all(retyped);
+            self.find(Code::TemplateParameter, self.place(atom.span), message, help);
+            return None;
+        }
+        self.atom(atom, inner.kind.wanted())
     }
 
     /// Reports a parameter at a place that does not accept its type.
-    fn unfit(&mut self, name: &str, at: Span, kind: ParameterKind, wanted: WantedOperand) {
-        let (parameter, behind) = base(name);
-        let (message, help) = if !behind.is_empty() {
-            let message = format!("the parameter `{parameter}` is {}", kind.words());
-            (format!("{message}: it has no members"), propose(parameter))
+    fn unfit(&mut self, named: NamedParameter, at: Span, wanted: WantedOperand) {
+        let (message, name) = (named.words(), named.name);
+        let (message, help) = if !named.member.is_empty() {
+            (format!("{message}: it has no members"), propose(name))
         } else {
-            let (is, not) = (kind.words(), wanted.words());
-            let message = format!("the parameter `{parameter}` is {is}, not {not}");
-            let declared = self.instance.declared.template.parameters.iter();
-            let written = declared.filter(|declared| declared.name.text == parameter);
-            let written = written.filter_map(|declared| declared.kind.as_ref()).next();
+            let written = named.parameter.written.kind.as_ref();
             let retyped = |help: Help, name: &str| {
                 help.with_all(written.map(|kind| possible(name).at(kind.span)))
             };
-            let help = match (kind, wanted.type_name()) {
+            let help = match (named.kind, wanted.type_name()) {
                 (ParameterKind::Contact, Some(name)) if wanted != WantedOperand::Bit => {
                     let help = format!(
                         "a parameter with contacts is accepted only in contacts; one here needs \
@@ -130,21 +153,26 @@ impl<'t> Rewrite<'_, 't> {
                         WantedOperand::Bit | WantedOperand::Number | WantedOperand::Operand
                     ) =>
                 {
-                    let members = [format!("{parameter}.Done"), format!("{parameter}.Acc")];
+                    let members = [format!("{name}.Done"), format!("{name}.Acc")];
                     advise("name a member of it: `{}`, `{}`", members.map(possible))
                 }
+                _ if wanted == WantedOperand::Record => {
+                    "give a parameter whose type is that record, or a tag of it".into()
+                }
+                _ if named.parameter.kind == ParameterKind::Record => named.other_fields(wanted),
                 (_, Some(name)) => {
                     retyped(format!("a parameter here needs `type = \"{name}\"`").into(), name)
                 }
                 (_, None) => "a template names programs and tasks of the ladder".into(),
             };
-            (message, help)
+            (format!("{message}, not {}", wanted.words()), help)
         };
         self.find(Code::TemplateParameter, at, message, help);
     }
 
     /// The argument, in a layer for the place of its parameter.
-    fn atom_given(&mut self, own: &str, behind: &str, at: Span) -> Option<Atom> {
+    fn atom_given(&mut self, named: NamedParameter, at: Span) -> Option<Atom> {
+        let (own, behind) = (named.parameter.name(), named.behind);
         let Given::Atom(atom) = &self.instance.given[own] else { return None };
         if atom.name().is_none() && !behind.is_empty() {
             let message = format!("`{own}` is given as the constant `{atom}`, which has no bits");
@@ -171,8 +199,7 @@ impl<'t> Rewrite<'_, 't> {
         let Some(argument) = self.argument(&name.value, at, wanted) else {
             return Some(Located { value: self.whole(&name.value), span: at });
         };
-        let (own, _, behind) = argument.ok()?;
-        let atom = self.atom_given(own, behind, at)?;
+        let atom = self.atom_given(argument.ok()?, at)?;
         let AtomKind::Name(value) = atom.kind else { return None };
         Some(Located { value, span: atom.span })
     }
@@ -196,8 +223,7 @@ impl<'t> Rewrite<'_, 't> {
     /// A name, or its argument if it is a parameter, as a text.
     fn named(&mut self, name: &str, at: Span, wanted: WantedOperand) -> Option<String> {
         let Some(argument) = self.argument(name, at, wanted) else { return Some(self.whole(name)) };
-        let (own, _, behind) = argument.ok()?;
-        self.atom_given(own, behind, at).map(|atom| atom.to_string())
+        self.atom_given(argument.ok()?, at).map(|atom| atom.to_string())
     }
 
     pub fn atom(&mut self, atom: &Atom, wanted: WantedOperand) -> Option<Atom> {
@@ -210,10 +236,7 @@ impl<'t> Rewrite<'_, 't> {
         }
         match self.argument(name, at, wanted) {
             None => Some(Atom { kind: AtomKind::Name(self.whole(name)), span: at }),
-            Some(argument) => {
-                let (own, _, behind) = argument.ok()?;
-                self.atom_given(own, behind, at)
-            }
+            Some(argument) => self.atom_given(argument.ok()?, at),
         }
     }
 
@@ -254,8 +277,8 @@ impl<'t> Rewrite<'_, 't> {
             CompareSide::Atom(atom) => {
                 // Two bits may be compared; the resolver refuses a bit beside a number.
                 let parameter = atom.name().and_then(|name| self.instance.declared.parameter(name));
-                let wanted = match parameter {
-                    Some((_, ParameterKind::Bit | ParameterKind::Output)) => WantedOperand::Operand,
+                let wanted = match parameter.map(|parameter| parameter.kind) {
+                    Some(ParameterKind::Bit | ParameterKind::Output) => WantedOperand::Operand,
                     Some(_) | None => WantedOperand::Number,
                 };
                 CompareSide::Atom(self.atom(atom, wanted)?)
@@ -278,9 +301,10 @@ impl<'t> Rewrite<'_, 't> {
 
     fn bit(&mut self, name: &Located<String>, depth: u32) -> Option<WrittenContact> {
         let at = self.place(name.span);
-        if let Some((own, ParameterKind::Contact)) = self.instance.declared.parameter(&name.value) {
+        let named = self.instance.declared.parameter(&name.value);
+        if let Some(named) = named.filter(|named| named.kind == ParameterKind::Contact) {
             self.argument(&name.value, at, WantedOperand::Bit)?.ok()?;
-            return self.contacts_given(own, at, depth);
+            return self.contacts_given(named.parameter.name(), at, depth);
         }
         self.name(name, WantedOperand::Bit).map(WrittenContact::Bit)
     }
@@ -375,8 +399,9 @@ impl<'t> Rewrite<'_, 't> {
             ExpressionPartKind::Name(name) => {
                 let atom = Atom { kind: AtomKind::Name(name.clone()), span: part.span };
                 // Some functions take whole arrays; the resolver checks that.
-                let wanted = match self.instance.declared.parameter(name) {
-                    Some((_, ParameterKind::Array)) => WantedOperand::Array,
+                let named = self.instance.declared.parameter(name);
+                let wanted = match named.map(|named| named.kind) {
+                    Some(ParameterKind::Array) => WantedOperand::Array,
                     Some(_) | None => WantedOperand::Operand,
                 };
                 let atom = self.atom(&atom, wanted)?;
