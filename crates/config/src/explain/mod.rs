@@ -251,7 +251,7 @@ fn example(spec: &Spec) -> String {
         });
     }
     // RETURN stands in subroutines alone.
-    let element = if spec.name == "RETURN" { "subroutine" } else { "program" };
+    let element = if spec.mnemonic == Mnemonic::Return { "subroutine" } else { "program" };
     let mut lines = vec![format!("[[{element}.rung]]")];
     for (at, leg) in spec.legs.iter().enumerate() {
         let key = match leg {

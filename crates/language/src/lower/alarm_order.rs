@@ -5,15 +5,18 @@
 //! comes first: it changes before anything is executed. Bits with the same place keep the order of
 //! their tags. Called while symbols are made; log, `rungd alarms` and `status` use the order.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 
-use crate::resolve::program::{Instruction, Program, Rung};
-use rungd_engine::isa::{Address, Bit, BlockId};
+use crate::resolve::program::{Instruction, Program, Rung, TagMeaning};
+use rungd_engine::isa::{Address, Bit, BlockId, NumberMap};
 
-/// The place of each bit that the program writes: the number of the first instruction that writes
-/// it, in the order of a scan. `order`: the blocks in this order.
-pub(super) fn places(program: &Program, order: &[BlockId]) -> HashMap<Bit, usize> {
-    let mut places = HashMap::new();
+/// The place of each bit with an alarm that the program writes: the number of the first instruction
+/// that writes it, in the order of a scan. `order`: the blocks in this order.
+pub(super) fn places(program: &Program, order: &[BlockId]) -> NumberMap<Bit, usize> {
+    let mut places = alarm_bits(program);
+    if places.is_empty() {
+        return places;
+    }
     let mut number = 0;
     let mut called = BTreeSet::new();
     let rungs = order.iter().flat_map(|id| {
@@ -29,7 +32,9 @@ pub(super) fn places(program: &Program, order: &[BlockId]) -> HashMap<Bit, usize
         while let Some(instruction) = open.pop() {
             number += 1;
             for bit in written(instruction) {
-                places.entry(bit).or_insert(number);
+                if let Some(place) = places.get_mut(&bit).filter(|place| **place == 0) {
+                    *place = number;
+                }
             }
             let subroutine = instruction.called().filter(|subroutine| called.insert(*subroutine));
             let rungs = subroutine.map_or(&[][..], |id| &program.block(id).rungs);
@@ -39,6 +44,19 @@ pub(super) fn places(program: &Program, order: &[BlockId]) -> HashMap<Bit, usize
         }
     }
     places
+}
+
+/// Each bit with an alarm, at the place of one that nothing writes.
+fn alarm_bits(program: &Program) -> NumberMap<Bit, usize> {
+    let alarms = program.tags.iter().filter(|tag| tag.alarm.is_some());
+    let bits = alarms.filter_map(|tag| match tag.meaning {
+        TagMeaning::Address(Address::Bit(bit)) => Some((bit, 0)),
+        TagMeaning::Address(Address::Word(_) | Address::Structure(_))
+        | TagMeaning::Constant(..)
+        | TagMeaning::Real(_)
+        | TagMeaning::Array(_) => None,
+    });
+    bits.collect()
 }
 
 /// The bits that an instruction can turn ON.

@@ -2,7 +2,6 @@
 //!
 //! Made by `lower`; read by the log writer, the drivers and the simulator.
 
-use std::collections::HashMap;
 use std::sync::Arc;
 
 use super::identity::Identity;
@@ -10,7 +9,7 @@ use super::word_limits::WordLimits;
 use crate::resolve::name_book::NameBook;
 use crate::resolve::priority::Priority;
 use crate::resolve::program::{Program, TagMeaning};
-use rungd_engine::isa::{Address, Bit, Structure, Word};
+use rungd_engine::isa::{Address, Bit, NumberMap, Structure, Word};
 use rungd_engine::{Cell, Layout};
 
 /// A tag with an `alarm`.
@@ -54,12 +53,12 @@ pub struct Symbols {
 }
 
 impl Symbols {
-    /// `places`: the places of written bits in the order of a scan.
+    /// `places`: the places of bits with an alarm in the order of a scan.
     pub(super) fn new(
         program: &Program,
         layout: Layout,
         identity: Identity,
-        places: &HashMap<Bit, usize>,
+        places: &NumberMap<Bit, usize>,
     ) -> Symbols {
         let mut symbols = Symbols {
             layout,
