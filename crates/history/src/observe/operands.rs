@@ -11,6 +11,7 @@ use rungd_language::resolve::array::{Array, ArrayElement};
 pub use rungd_language::resolve::formula::{Binary, Formula, FormulaPart};
 use rungd_language::resolve::instruction::OperandValue;
 use rungd_language::resolve::program::{Instruction, Value};
+use rungd_language::resolve::writes::WrittenOperand;
 
 /// The operands that an instruction reads, right before it executes.
 pub(super) fn operands(
@@ -20,7 +21,13 @@ pub(super) fn operands(
     image: &Image,
 ) -> Vec<SeenValue> {
     let mut sides = Vec::new();
-    for operand in &instruction.operands.0 {
+    let layout = &subject.symbols.layout;
+    let writes_it = |written| match written {
+        WrittenOperand::Bit(bit) => layout.bit_in(bit) == to,
+        WrittenOperand::Word(word) => Cell::Word(layout.word(word)) == to,
+        WrittenOperand::Array(array) => place(subject, array, to).is_some(),
+    };
+    for operand in instruction.operands_for(writes_it) {
         let is_read = operand.row.role == OperandRole::Reads;
         match operand.value {
             OperandValue::Value(value) => {

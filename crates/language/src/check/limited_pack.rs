@@ -35,7 +35,7 @@ fn judge(context: &Context, placed: &ProgramInstruction) -> Option<Finding> {
         return None;
     }
     let count = instruction.operands.required::<Array>("bits").count;
-    let Located { value, span } = instruction.written()?;
+    let Located { value, span } = instruction.writes().next()?;
     let limiting = |word: Word| {
         let (low, high) = patterns(word, count);
         let limits = context.limits(word);

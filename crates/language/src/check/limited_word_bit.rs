@@ -27,8 +27,8 @@ use super::context::Context;
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
-    for placed in context.instructions() {
-        let Some(Located { value, span }) = placed.instruction.written() else { continue };
+    let written = context.instructions().flat_map(|placed| placed.instruction.writes());
+    for Located { value, span } in written {
         let limited = match value {
             WrittenOperand::Bit(bit) => limit(context, Address::Bit(bit)),
             WrittenOperand::Array(array) if array.bit.is_some() => {

@@ -87,13 +87,14 @@ impl<'a> ScanOrder<'a> {
     }
 
     fn note(&mut self, instruction: &Instruction, block: &Block, at: u32) {
-        match instruction.written().map(|written| written.value) {
-            Some(WrittenOperand::Bit(bit)) => self.write(Address::Bit(bit).without_bit(), at),
-            Some(WrittenOperand::Word(word)) => self.write(Address::Word(word), at),
-            Some(WrittenOperand::Array(array)) => {
-                self.arrays.add(array.numbers(), 0);
+        for written in instruction.writes() {
+            match written.value {
+                WrittenOperand::Bit(bit) => self.write(Address::Bit(bit).without_bit(), at),
+                WrittenOperand::Word(word) => self.write(Address::Word(word), at),
+                WrittenOperand::Array(array) => {
+                    self.arrays.add(array.numbers(), 0);
+                }
             }
-            None => {}
         }
         if let Some(structure) = instruction.structure() {
             self.structures.entry(structure).or_default().push(at);

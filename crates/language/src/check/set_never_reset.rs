@@ -17,6 +17,7 @@
 use std::cell::LazyCell;
 use std::collections::BTreeSet;
 
+use crate::resolve::writes::WrittenOperand;
 use crate::source::finding::{Code, Finding};
 use crate::source::span::Located;
 use rungd_engine::isa::{Address, Bit, BitSpace, NumberRanges, OperandRole};
@@ -28,17 +29,20 @@ use super::writers::is_writable;
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let mut off: BTreeSet<Bit> = context.drivers().map(|(bit, _)| bit).collect();
-    off.extend(context.instructions().filter_map(|placed| {
-        let turns_on = placed.instruction.acting_role() == Some(OperandRole::TurnsOn);
-        placed.instruction.written_bit().filter(|_| !turns_on).map(|bit| bit.value)
-    }));
     let is_set = |placed: &&ProgramInstruction| {
         placed.instruction.acting_role() == Some(OperandRole::TurnsOn)
     };
     let others = context.instructions().filter(|placed| !is_set(placed));
     let mut arrays = NumberRanges::default();
-    for placed in others {
-        let Some(array) = placed.instruction.written_array() else { continue };
+    for written in others.flat_map(|placed| placed.instruction.writes()) {
+        let array = match written.value {
+            WrittenOperand::Bit(bit) => {
+                off.insert(bit);
+                continue;
+            }
+            WrittenOperand::Array(array) => array,
+            WrittenOperand::Word(_) => continue,
+        };
         let new = arrays.add(array.numbers(), 0).into_iter().flat_map(|(first, last)| first..=last);
         off.extend(new.filter_map(|n| match array.space.address(n) {
             Address::Bit(bit) => Some(bit),

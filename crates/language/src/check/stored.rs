@@ -87,16 +87,16 @@ impl StoredWords {
 /// The numbers that an instruction stores in words, if a constant is part of them: for MOVE, ADD,
 /// SUB and FILL, and for a MATH whose whole expression is a constant.
 pub fn storing(instruction: &Instruction) -> Option<Storing> {
-    let written =
-        instruction.written().filter(|_| instruction.acting_role() == Some(OperandRole::Stores));
-    let to = match written?.value {
+    let stores = instruction.acting_role() == Some(OperandRole::Stores);
+    let written = instruction.writes().next().filter(|_| stores)?;
+    let to = match written.value {
         WrittenOperand::Word(word) => StoredWords::One(word),
         WrittenOperand::Array(array) => StoredWords::Of(array),
         WrittenOperand::Bit(_) => return None,
     };
     to.first()?;
     if let Some(calculation) = &instruction.calculation {
-        return Some(Storing::of(to, alone(&calculation.value)?, written?.span));
+        return Some(Storing::of(to, alone(&calculation.value)?, written.span));
     }
     let values: Vec<Located<Value>> = instruction.operands_with(OperandRole::Reads).collect();
     // Without a constant, there is nothing to report.

@@ -93,13 +93,13 @@ pub fn writes<'c>(context: &'c Context) -> &'c NumberMap<Address, WriteEffect> {
 /// The words that an instruction writes as a whole, or that belong to an owned structure.
 pub fn whole_writes(context: &Context) -> NumberSet<Address> {
     let mut words = NumberSet::default();
-    for placed in context.instructions() {
-        match placed.instruction.written().map(|written| written.value) {
-            Some(WrittenOperand::Word(word)) => {
+    for written in context.instructions().flat_map(|placed| placed.instruction.writes()) {
+        match written.value {
+            WrittenOperand::Word(word) => {
                 words.insert(Address::Word(word));
             }
-            Some(WrittenOperand::Array(array)) => words.extend(array.of_words().addresses()),
-            Some(WrittenOperand::Bit(_)) | None => {}
+            WrittenOperand::Array(array) => words.extend(array.of_words().addresses()),
+            WrittenOperand::Bit(_) => {}
         }
     }
     words.extend(context.owners().map(|(structure, _)| Address::Word(Word::Acc(structure))));
@@ -112,21 +112,22 @@ fn effects(context: &Context) -> NumberMap<Address, WriteEffect> {
     for placed in context.instructions() {
         let only_off = placed.instruction.operand_with::<Bit>(OperandRole::TurnsOff).is_some();
         let effect = if only_off { WriteEffect::Off } else { WriteEffect::Any };
-        match placed.instruction.written().map(|written| written.value) {
-            Some(WrittenOperand::Bit(bit)) => {
-                note(&mut writes, Address::Bit(bit), effect);
-                if let Some(bit) = bit.of_word() {
-                    note(&mut writes, Address::Word(bit.word), WriteEffect::Any);
+        for written in placed.instruction.writes() {
+            match written.value {
+                WrittenOperand::Bit(bit) => {
+                    note(&mut writes, Address::Bit(bit), effect);
+                    if let Some(bit) = bit.of_word() {
+                        note(&mut writes, Address::Word(bit.word), WriteEffect::Any);
+                    }
+                }
+                WrittenOperand::Word(word) => note(&mut writes, Address::Word(word), effect),
+                WrittenOperand::Array(array) => {
+                    for (first, last) in arrays.add(array.numbers(), 0) {
+                        let addresses = (first..=last).map(|n| array.space.address(n));
+                        addresses.for_each(|address| note(&mut writes, address, WriteEffect::Any));
+                    }
                 }
             }
-            Some(WrittenOperand::Word(word)) => note(&mut writes, Address::Word(word), effect),
-            Some(WrittenOperand::Array(array)) => {
-                for (first, last) in arrays.add(array.numbers(), 0) {
-                    let addresses = (first..=last).map(|n| array.space.address(n));
-                    addresses.for_each(|address| note(&mut writes, address, WriteEffect::Any));
-                }
-            }
-            None => {}
         }
     }
     writes

@@ -43,8 +43,8 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     if driven.words.is_empty() {
         return;
     }
-    for placed in context.instructions() {
-        let Some(Located { value, span }) = placed.instruction.written() else { continue };
+    let written = context.instructions().flat_map(|placed| placed.instruction.writes());
+    for Located { value, span } in written {
         let word = match value {
             WrittenOperand::Word(word) => driven.first.contains_key(&word).then_some(word),
             WrittenOperand::Array(array) => driven.in_array(array),

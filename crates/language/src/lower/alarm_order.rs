@@ -61,8 +61,7 @@ fn alarm_bits(program: &Program) -> NumberMap<Bit, usize> {
 
 /// The bits that an instruction can turn ON.
 fn written(instruction: &Instruction) -> Vec<Bit> {
-    let mut bits: Vec<Bit> = instruction.written_bit().map(|bit| bit.value).into_iter().collect();
-    bits.extend(instruction.written_bits());
+    let mut bits: Vec<Bit> = instruction.written_bits().collect();
     let flags = instruction.owned().map(|owned| owned.member_addresses()).into_iter().flatten();
     bits.extend(flags.filter_map(|address| match address {
         Address::Bit(bit) => Some(bit),

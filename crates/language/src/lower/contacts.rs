@@ -173,7 +173,7 @@ impl Assembler<'_> {
         Power::of(cell)
     }
 
-    fn compare(&mut self, a: Value, comparison: Comparison, b: Value) -> Power {
+    pub(super) fn compare(&mut self, a: Value, comparison: Comparison, b: Value) -> Power {
         let (a, b) = (self.any(a), self.any(b));
         match comparison {
             Comparison::Eq => self.equal(a, b),

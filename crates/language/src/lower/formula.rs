@@ -14,8 +14,8 @@ use crate::resolve::formula::{
 use rungd_engine::isa::status::st;
 use rungd_engine::isa::{Bit, BitSpace, Real, Word};
 pub use rungd_engine::ops::{
-    Accumulator, ArrayTarget, Code, FormulaStep, LegPowers, Math, MathReports, MathTarget,
-    Operator, StepOperand, WordRead, WordTarget, WordWritten,
+    Accumulator, AnyWord, ArrayTarget, Code, FormulaStep, LegPowers, Math, MathReports, MathTarget,
+    Operator, StepOperand, WordTarget, WordWritten,
 };
 
 /// The types of a step.
@@ -53,20 +53,24 @@ impl<'p> Assembler<'p> {
         Math { leg, first, count: steps.len() as u32, number, put, result, reports }
     }
 
-    /// A MATH that stores the whole number of a private word in `put`.
-    pub fn word_into(
-        &mut self,
-        put: MathTarget,
-        word: WordRead,
-        leg: LegPowers,
-        reports: MathReports,
-    ) -> Math {
+    /// A MATH that stores the content of a private cell in an element of an array.
+    pub fn cell_into(&mut self, put: MathTarget, cell: PrivateCell, leg: LegPowers) -> Math {
+        let reports = MathReports::IndexError;
         let mut builder = self.formula_builder(reports);
-        builder.push(OperandPlace::Word(word.0), NumberType::Integer);
-        builder.load(0);
+        let result = match cell {
+            PrivateCell::Bit(cell) => {
+                builder.step(Code::LoadBit, 0, cell, 0);
+                Accumulator::Integer
+            }
+            PrivateCell::Word(AnyWord { word, real }) => {
+                let number_type = if real { NumberType::Real } else { NumberType::Integer };
+                builder.push(OperandPlace::Word(word.0), number_type);
+                builder.load(0);
+                accumulator(number_type)
+            }
+        };
         let (steps, slots) = (builder.steps, builder.slots);
         let (first, number) = self.formula(&steps, slots);
-        let result = Accumulator::Integer;
         Math { leg, first, count: steps.len() as u32, number, put, result, reports }
     }
 
@@ -86,6 +90,21 @@ impl<'p> Assembler<'p> {
         let ((low, high), (min, max)) = (word.range(), self.limits(word));
         let to = WordTarget { word: WordWritten(self.layout.word(word).0), min, max };
         if word.is_real() { MathTarget::Real(to) } else { MathTarget::Word { to, low, high } }
+    }
+}
+
+/// A private cell that holds what an instruction stores.
+#[derive(Clone, Copy)]
+pub(super) enum PrivateCell {
+    Bit(u32),
+    Word(AnyWord),
+}
+
+/// The accumulator of a type.
+fn accumulator(number_type: NumberType) -> Accumulator {
+    match number_type {
+        NumberType::Integer => Accumulator::Integer,
+        NumberType::Real => Accumulator::Real,
     }
 }
 
@@ -128,10 +147,7 @@ impl FormulaBuilder<'_, '_> {
             self.part(part);
         }
         self.load(0);
-        match self.operands[0].of {
-            NumberType::Integer => Accumulator::Integer,
-            NumberType::Real => Accumulator::Real,
-        }
+        accumulator(self.operands[0].of)
     }
 
     /// A formula that reads `$IndexError` must see that the index of its target is outside.

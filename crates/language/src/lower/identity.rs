@@ -168,7 +168,6 @@ impl Identity {
                 instruction.operands.of().map(|(name, preset)| (name, preset.value)).collect();
             self.owners.push(Owner { structure, mnemonic: instruction.mnemonic, element, presets });
         }
-        self.written.extend(instruction.written_bit().map(|bit| bit.value));
         self.written.extend(instruction.written_bits());
     }
 

@@ -23,6 +23,7 @@ mod last_uses;
 mod legs;
 mod math;
 mod packing;
+mod record_copy;
 mod regions;
 mod rungs;
 pub mod schedule;

@@ -4,11 +4,12 @@
 //! MATH stores it.
 
 use super::assembler::Assembler;
+use super::formula::PrivateCell;
 use crate::resolve::array::Array;
 use crate::resolve::instruction::{Instruction, Value, WordPlace};
 pub use rungd_engine::isa::{Word, WordBit};
 pub use rungd_engine::ops::{
-    BitMask, BitsRead, BitsWritten, LegPowers, MathReports, Op, PackBits, UnpackBits, WordRead,
+    AnyWord, BitMask, BitsRead, BitsWritten, LegPowers, Op, PackBits, UnpackBits, WordRead,
     WordTarget, WordWritten,
 };
 
@@ -43,7 +44,8 @@ impl Assembler<'_> {
         self.op(Op::PackBits(PackBits { leg, from, last, to }));
         let index = self.layout.word(element.index).0;
         let put = self.put_at(element.array, index);
-        Op::Math(self.word_into(put, WordRead(packed), leg, MathReports::IndexError))
+        let packed = AnyWord { word: WordRead(packed), real: false };
+        Op::Math(self.cell_into(put, PrivateCell::Word(packed), leg))
     }
 
     /// UNPACK.

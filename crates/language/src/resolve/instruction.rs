@@ -6,7 +6,7 @@
 
 use super::formula::Formula;
 pub use super::operand_list::{
-    Filling, FormulaTarget, OperandList, OperandType, OperandValue, ResolvedOperand, Value,
+    CopiedPlace, FieldCopy, Filling, FormulaTarget, OperandList, OperandType, OperandValue, ResolvedOperand, Value,
     WordPlace,
 };
 use crate::source::span::{Located, Span};

@@ -42,6 +42,7 @@ mod program_names;
 pub mod range;
 pub mod reads;
 pub mod record;
+mod record_copy;
 mod record_names;
 mod record_tags;
 mod resolver;
@@ -59,7 +60,7 @@ mod value;
 pub mod value_texts;
 mod word_bits;
 mod writable;
-pub(crate) mod writes;
+pub mod writes;
 
 use std::sync::Arc;
 

@@ -30,6 +30,9 @@ impl Resolver<'_> {
         if let Some(formula) = &text.formula {
             return self.math(text.span, formula, spec);
         }
+        if let Some(copy) = self.record_copy(text, spec) {
+            return copy;
+        }
         let mut whole = true;
         let mut operands = OperandList::default();
         let mut given = Vec::new();

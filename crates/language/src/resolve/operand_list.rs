@@ -46,6 +46,44 @@ pub enum WordPlace {
     Element(ArrayElement),
 }
 
+/// The bit or word that a COPY of a record stores a field in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum CopiedPlace {
+    Bit(Bit),
+    Word(Word),
+    Element(ArrayElement),
+}
+
+impl CopiedPlace {
+    /// The same place as an operand that is read.
+    pub(crate) fn read(self) -> Filling {
+        match self {
+            CopiedPlace::Bit(bit) => Filling::Bit(bit),
+            CopiedPlace::Word(word) => Filling::Value(Value::Word(word)),
+            CopiedPlace::Element(element) if element.array.is_bits() => Filling::Element(element),
+            CopiedPlace::Element(element) => Filling::Value(Value::Element(element)),
+        }
+    }
+
+    /// The element that a word selects, if it is one.
+    pub(crate) fn element(self) -> Option<ArrayElement> {
+        match self {
+            CopiedPlace::Element(element) => Some(element),
+            CopiedPlace::Bit(_) | CopiedPlace::Word(_) => None,
+        }
+    }
+}
+
+/// A field that a COPY of a record copies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FieldCopy {
+    /// What is read.
+    pub from: Filling,
+    /// Where it is stored.
+    pub to: CopiedPlace,
+}
+
 /// An operand of any type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
@@ -109,6 +147,7 @@ macro_rules! choices_of_operands {
 choices_of_operands! {
     FormulaTarget: Bit Word Array;
     WordPlace: Word Element;
+    CopiedPlace: Bit Word Element;
     Filling: Value Bit Element;
 }
 

@@ -28,6 +28,17 @@ pub enum Filling {
     Element(ArrayElement),
 }
 
+impl Filling {
+    /// The element that a word selects, if it is one.
+    pub(crate) fn element(self) -> Option<ArrayElement> {
+        match self {
+            Filling::Element(element) | Filling::Value(Value::Element(element)) => Some(element),
+            Filling::Bit(_)
+            | Filling::Value(Value::Const(..) | Value::Real(_) | Value::Word(_)) => None,
+        }
+    }
+}
+
 impl Value {
     /// Whether it is a real: a real constant, or an R word.
     pub fn is_real(self) -> bool {

@@ -4,7 +4,7 @@
 //! listed. Called by the checks, by `lower`, and for retentive memory. `reads` is the counterpart.
 
 use super::array::Array;
-use super::instruction::{Instruction, OperandValue, Value};
+use super::instruction::{Instruction, OperandValue, ResolvedOperand, Value};
 use crate::source::span::Located;
 use rungd_engine::isa::{Address, Bit, BlockId, OperandRole, StageId, Structure, Word};
 
@@ -19,27 +19,54 @@ pub enum WrittenOperand {
     Array(Array),
 }
 
-impl Instruction {
-    /// The operand that it writes.
-    pub fn written(&self) -> Option<Located<WrittenOperand>> {
-        let operand = self.operands.0.iter().find(|operand| operand.row.role.writes())?;
-        let value = match operand.value {
-            OperandValue::Bit(bit) => WrittenOperand::Bit(bit),
-            OperandValue::Word(word) => WrittenOperand::Word(word),
-            OperandValue::Array(array) => WrittenOperand::Array(array),
-            OperandValue::Element(element) => WrittenOperand::Array(element.array),
-            OperandValue::Run(run) => WrittenOperand::Array(run.array),
+impl WrittenOperand {
+    /// Its bits; none if it is of words.
+    fn bits(self) -> impl Iterator<Item = Bit> {
+        let (bit, array) = match self {
+            WrittenOperand::Bit(bit) => (Some(bit), None),
+            WrittenOperand::Word(_) => (None, None),
+            WrittenOperand::Array(array) => (None, Some(array)),
+        };
+        let elements = array.into_iter().flat_map(|array| array.addresses());
+        bit.into_iter().chain(elements.filter_map(|address| match address {
+            Address::Bit(bit) => Some(bit),
+            Address::Word(_) | Address::Structure(_) => None,
+        }))
+    }
+}
+
+impl ResolvedOperand {
+    /// What its instruction writes there; `None` if it only reads it.
+    pub fn written(&self) -> Option<WrittenOperand> {
+        if !self.row.role.writes() {
+            return None;
+        }
+        match self.value {
+            OperandValue::Bit(bit) => Some(WrittenOperand::Bit(bit)),
+            OperandValue::Word(word) => Some(WrittenOperand::Word(word)),
+            OperandValue::Array(array) => Some(WrittenOperand::Array(array)),
+            OperandValue::Element(element) => Some(WrittenOperand::Array(element.array)),
+            OperandValue::Run(run) => Some(WrittenOperand::Array(run.array)),
             OperandValue::Value(_)
             | OperandValue::Structure(_)
             | OperandValue::Block(_)
-            | OperandValue::Stage(_) => return None,
-        };
-        Some(Located { value, span: operand.span })
+            | OperandValue::Stage(_) => None,
+        }
+    }
+}
+
+impl Instruction {
+    /// The operands that it writes: one, but for a COPY of a record, which has one for each field.
+    pub fn writes(&self) -> impl Iterator<Item = Located<WrittenOperand>> {
+        self.operands.0.iter().filter_map(|operand| {
+            let value = operand.written()?;
+            Some(Located { value, span: operand.span })
+        })
     }
 
     /// The bit that it writes: a coil's, the output of a delay timer, or the target of a MATH.
     pub fn written_bit(&self) -> Option<Located<Bit>> {
-        let Located { value, span } = self.written()?;
+        let Located { value, span } = self.writes().next()?;
         match value {
             WrittenOperand::Bit(value) => Some(Located { value, span }),
             WrittenOperand::Word(_) | WrittenOperand::Array(_) => None,
@@ -48,19 +75,15 @@ impl Instruction {
 
     /// The array in which it writes one element or all elements.
     pub fn written_array(&self) -> Option<Array> {
-        match self.written()?.value {
+        match self.writes().next()?.value {
             WrittenOperand::Array(array) => Some(array),
             WrittenOperand::Bit(_) | WrittenOperand::Word(_) => None,
         }
     }
 
-    /// The bits of the array in which it writes one bit or all bits.
-    pub fn written_bits(&self) -> impl Iterator<Item = Bit> + use<> {
-        let array = self.written_array().into_iter();
-        array.flat_map(|array| array.addresses()).filter_map(|address| match address {
-            Address::Bit(bit) => Some(bit),
-            Address::Word(_) | Address::Structure(_) => None,
-        })
+    /// All bits that it can write, those of arrays too.
+    pub fn written_bits(&self) -> impl Iterator<Item = Bit> {
+        self.writes().flat_map(|written| written.value.bits())
     }
 
     /// The bit that it writes ON and OFF at every execution, if it is a driver.
@@ -100,11 +123,14 @@ impl Instruction {
         entered.map(|stage| stage.value)
     }
 
-    /// Whether an operand or its target is an element that is selected at run time.
+    /// Whether an operand or its target is an element that is selected at run time, or the
+    /// instruction writes more than one operand: several operations execute it.
     pub fn has_elements(&self) -> bool {
         let is_element = |operand| {
             matches!(operand, OperandValue::Element(_) | OperandValue::Value(Value::Element(_)))
         };
-        self.formulas().count() > 1 || self.operands.each().any(|(_, operand)| is_element(operand))
+        self.formulas().count() > 1
+            || self.is_record_copy()
+            || self.operands.each().any(|(_, operand)| is_element(operand))
     }
 }
