@@ -110,6 +110,56 @@ proptest! {
     }
 }
 
+/// A copy of a record, and the rung that copies its fields one by one while both indexes are inside.
+fn copies(from: &str, to: &str) -> [String; 2] {
+    let fields = ["kind", "word", "level"]
+        .map(|field| format!("\"MOVE {from}.{field} to={to}.{field}\""))
+        .join(", ");
+    let inside = [from, to].map(|record| match record.split_once('[') {
+        Some((_, index)) => format!("{0} >= 0 & {0} < 4", index.trim_end_matches(']')),
+        None => "$On".to_owned(),
+    });
+    let inside = inside.join("\", \"");
+    let copy = format!("{{ when = [\"X0\"], do = [\"COPY {from} to={to}\"] }}");
+    let each = format!(
+        "{{ when = [\"X0\", \"{inside}\"], do = [{fields}, \"MATH {to}.on = {from}.on\"] }}"
+    );
+    [copy, each]
+}
+
+proptest! {
+    #[test]
+    fn a_copy_of_a_record_is_the_moves_of_its_fields(
+        from in proptest::sample::select(vec!["recipe[i]", "recipe[2]", "one", "recipe[one.kind]"]),
+        to in proptest::sample::select(vec!["recipe[j]", "recipe[0]", "two"]),
+        scans in proptest::collection::vec((any::<bool>(), -1..5_i32, -1..5_i32, -9..50_i32), 1..12),
+    ) {
+        let tags = format!("{RECORD}\n[record.fields.more]\ntype = \"int\"\n");
+        let tags = tags.replace("i = {", "one = { type = \"Step\" }\ntwo = { type = \"Step\" }\ni = {");
+        let other = "{ when = [\"$On\"], do = [\"MATH recipe[1].level = D1 / 2.0\", \"MOVE D1 to=recipe[2].kind\", \"TMR two.late preset=1s\"] }";
+        let [mut whole, mut each] = copies(from, to)
+            .map(|rung| plc(&format!("rung = [\n{other},\n{rung},\n{{ when = [\"recipe[1].level > 3.0\"], do = [\"OUT recipe[1].on\"] }}\n]\n{tags}")));
+        for (on, i, j, level) in scans {
+            let changes = [("X0", on.into()), ("i", i), ("j", j), ("D1", level)];
+            whole.scan(&changes);
+            each.scan(&changes);
+            let element = |field: &str, at: Option<&str>| format!("recipe[{}].{field}", at.unwrap_or_default());
+            let singles = ["one", "two"].into_iter().flat_map(|tag| FIELDS.map(|field| format!("{tag}.{field}")));
+            let singles: Vec<String> = singles.chain(["two.late.Acc".to_owned()]).collect();
+            let all = |plc: &Plc| -> Vec<i64> {
+                values(plc, &element).into_iter().chain(singles.iter().map(|name| plc.value(name))).collect()
+            };
+            prop_assert_eq!(all(&whole), all(&each));
+            let outside = |record: &str| match record {
+                "recipe[i]" => !(0..4).contains(&i),
+                "recipe[j]" => !(0..4).contains(&j),
+                _ => false,
+            };
+            prop_assert_eq!(whole.value("$IndexError"), i64::from(on && (outside(from) || outside(to))));
+        }
+    }
+}
+
 #[test]
 fn members_of_structures_are_read_at_their_places() {
     let rungs: Vec<String> = (0..5)

@@ -49,6 +49,9 @@ impl<'p> Wording<'p> {
     /// An instruction: its mnemonic, and its operands as they are written.
     pub fn instruction(&self, instruction: &Instruction) -> (&'static str, Vec<String>) {
         let spec = instruction.mnemonic.spec();
+        if instruction.is_record_copy() {
+            return (spec.name, self.copied_records(instruction));
+        }
         let texts = instruction.operands.0.iter().map(|operand| {
             let text = self.operand(operand.value);
             match (operand.row.key, &instruction.calculation) {
@@ -68,6 +71,16 @@ impl<'p> Wording<'p> {
             }
         });
         (spec.name, texts.collect())
+    }
+
+    /// The two records of a COPY: the name of a field, without the field.
+    fn copied_records(&self, instruction: &Instruction) -> Vec<String> {
+        let both = instruction.operands.0.iter().take(2).map(|operand| {
+            let field = self.operand(operand.value);
+            let record = field.rsplit_once('.').map_or(field.as_str(), |(record, _)| record);
+            operand.row.key.map_or(record.to_owned(), |key| format!("{key}={record}"))
+        });
+        both.collect()
     }
 
     fn operand(&self, operand: OperandValue) -> String {

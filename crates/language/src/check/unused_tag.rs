@@ -18,7 +18,10 @@
 //! infeed_2 = { at = "X1" }
 //! ```
 
-use crate::resolve::program::{Tag, TagMeaning};
+use std::collections::HashSet;
+
+use crate::resolve::program::{Program, Tag, TagMeaning};
+use crate::resolve::record::{RecordField, RecordTag};
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{FixEdit, Help, advise, pair};
 use rungd_engine::isa::{Address, NumberSet};
@@ -30,13 +33,65 @@ use super::usage::structure_of;
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     // In the program, each element of an array is a tag. Only the first one is reported.
     let first = |tag: &Tag| tag.of_array.is_none_or(|place| place.at == 0);
-    let idle = |tag: &&Tag| {
-        let watched = tag.is_shown();
-        first(tag) && !tag.used && !tag.spare && !watched
-    };
+    let idle = |tag: &Tag| first(tag) && !is_useful(tag);
     let named = named(context);
-    let idle = context.program.tags.iter().filter(idle);
-    findings.extend(idle.map(|tag| typed(context, tag).unwrap_or_else(|| finding(&named, tag))));
+    let fields = context.program.records.iter().flat_map(|record| record.tags(None));
+    let fields: NumberSet<usize> = fields.collect();
+    let tags = context.program.tags.iter().enumerate();
+    let idle = tags.filter(|(at, tag)| !fields.contains(at) && idle(tag));
+    findings
+        .extend(idle.map(|(_, tag)| typed(context, tag).unwrap_or_else(|| finding(&named, tag))));
+    findings.extend(idle_records(context.program));
+    findings.extend(idle_fields(context.program));
+}
+
+/// The findings for tags of records of which nothing names a field.
+fn idle_records(program: &Program) -> impl Iterator<Item = Finding> {
+    let idle = program.records.iter().filter(|record| useful_fields(program, record).count() == 0);
+    idle.filter(|record| !record.fields.is_empty()).map(|record| {
+        let message = format!("nothing names a field of `{}`", record.name);
+        let finding = Finding::new(Code::UnusedTag, record.span, message).label("unused");
+        finding.help(spare("spare = true"))
+    })
+}
+
+/// The findings for fields that nothing names in any tag of their record, if it names others.
+fn idle_fields(program: &Program) -> Vec<Finding> {
+    let mut useful: HashSet<(&str, &str)> = HashSet::new();
+    for record in &program.records {
+        useful.extend(useful_fields(program, record).map(|field| (&*record.record, field)));
+    }
+    let mut found = Vec::new();
+    for record in &program.records {
+        if useful_fields(program, record).count() == 0 {
+            continue;
+        }
+        for field in &record.fields {
+            if !useful.insert((&record.record, &field.name)) {
+                continue;
+            }
+            let message = format!("nothing names field `{}` of `{}`", field.name, record.record);
+            let finding = Finding::new(Code::UnusedTag, record.span, message);
+            let help = "delete it from `[record.fields]`, or say that the tag is meant: `{}`";
+            let help = advise(help, [pair("spare = true").same()]);
+            found.push(finding.label("unused in every tag").help(help));
+        }
+    }
+    found
+}
+
+/// The names of the fields of a tag of records that need no finding.
+fn useful_fields<'p>(program: &'p Program, record: &'p RecordTag) -> impl Iterator<Item = &'p str> {
+    let useful = |field: &&RecordField| {
+        // A field with a mistake has a finding of its own.
+        field.tag.and_then(|tag| program.tags.get(tag)).is_none_or(is_useful)
+    };
+    record.fields.iter().filter(useful).map(|field| field.name.as_str())
+}
+
+/// Whether a tag needs no finding.
+fn is_useful(tag: &Tag) -> bool {
+    tag.used || tag.spare || tag.is_shown()
 }
 
 /// The finding for a tag with a `type`.
@@ -129,6 +184,37 @@ mod tests {
                     write `by_address` where the ladder says `T0`
                 9:1 unused-tag
                   nothing names the constant `limit`
+                    delete it, or say that it is meant: `spare = true`
+            "#]],
+        );
+    }
+
+    #[test]
+    fn records_and_fields_without_any_use_are_reported() {
+        check(
+            r#"
+            [[record]]
+            name = "Step"
+            fields = { kind = { type = "int" }, on = { type = "bit" }, idle = { type = "real" } }
+            [[record]]
+            name = "Other"
+            fields = { meant = { type = "bit" } }
+            [tags]
+            one = { type = "Step" }
+            two = { type = "Step" }
+            list = { type = "Step", count = 3 }
+            other = { type = "Other", spare = true }
+            [[program]]
+            name = "Main"
+            rung = [ { when = ["one.on", "two.kind == 1"], do = ["OUT Y0"] } ]
+            "#,
+            expect![[r#"
+                8:1 unused-tag
+                  nothing names field `idle` of `Step`
+                    delete it from `[record.fields]`, or say that the tag is meant: `spare =
+                    true`
+                10:1 unused-tag
+                  nothing names a field of `list`
                     delete it, or say that it is meant: `spare = true`
             "#]],
         );

@@ -23,7 +23,8 @@ impl Assembler<'_> {
             first.from.element().into_iter().chain(first.to.element()).collect();
         let leg = self.within(&selected, leg);
         let index = first.to.element().map(|element| self.kept_index(element));
-        let read: Vec<PrivateCell> = fields.iter().map(|field| self.read_field(field.from)).collect();
+        let read: Vec<PrivateCell> =
+            fields.iter().map(|field| self.read_field(field.from)).collect();
         let mut last = None;
         for (field, cell) in fields.iter().zip(read) {
             let op = self.write_field(field.to, index, cell, leg);
@@ -63,9 +64,7 @@ impl Assembler<'_> {
     /// Reads a field into a private cell.
     fn read_field(&mut self, from: Filling) -> PrivateCell {
         match from {
-            Filling::Bit(bit) => {
-                PrivateCell::Bit(self.layout.bit(bit).0)
-            }
+            Filling::Bit(bit) => PrivateCell::Bit(self.layout.bit(bit).0),
             Filling::Element(element) => PrivateCell::Bit(self.picked_bit(element).cell()),
             Filling::Value(value) => PrivateCell::Word(self.any(value)),
         }
@@ -85,7 +84,8 @@ impl Assembler<'_> {
                 Op::Math(self.cell_into(put, cell, leg))
             }
             (CopiedPlace::Bit(bit), PrivateCell::Bit(from)) => {
-                let [from, to] = [from, self.layout.bit(bit).0].map(|first| CellRange { first, count: 1 });
+                let [from, to] =
+                    [from, self.layout.bit(bit).0].map(|first| CellRange { first, count: 1 });
                 Op::CopyBits(CopyBits { leg, from: BitsRead(from), to: BitsWritten(to) })
             }
             (CopiedPlace::Word(word), PrivateCell::Word(from)) => {

@@ -6,8 +6,8 @@
 
 use super::formula::Formula;
 pub use super::operand_list::{
-    CopiedPlace, FieldCopy, Filling, FormulaTarget, OperandList, OperandType, OperandValue, ResolvedOperand, Value,
-    WordPlace,
+    CopiedPlace, FieldCopy, Filling, FormulaTarget, OperandList, OperandType, OperandValue,
+    ResolvedOperand, Value, WordPlace,
 };
 use crate::source::span::{Located, Span};
 pub use rungd_engine::isa::{Mnemonic, OperandRole};

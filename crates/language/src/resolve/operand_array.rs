@@ -96,6 +96,8 @@ impl Resolver<'_> {
                     None
                 }
                 NamedThing::Array(array) => Some(ShiftBits { array, down: false }),
+                // A COPY with two records is none of arrays; any other one has a finding already.
+                NamedThing::Record(_) if spec.mnemonic == Mnemonic::Copy => None,
                 NamedThing::Record(place) => {
                     let help = self.scope.name_a_field(name, place);
                     let thing = NamedThing::Record(place);

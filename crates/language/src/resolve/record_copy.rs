@@ -33,9 +33,8 @@ impl Resolver<'_> {
         text: &WrittenInstruction,
         spec: &'static Spec,
     ) -> Option<Option<Instruction>> {
-        let is_to = |operand: &OperandText| {
-            operand.key.as_ref().is_some_and(|key| key.value == "to")
-        };
+        let is_to =
+            |operand: &OperandText| operand.key.as_ref().is_some_and(|key| key.value == "to");
         let (from, to) = match &text.operands[..] {
             [from, to] if spec.mnemonic == Mnemonic::Copy && is_to(to) => (from, to),
             [to, from] if spec.mnemonic == Mnemonic::Copy && is_to(to) => (from, to),
