@@ -187,13 +187,16 @@ fn describe(kind: OperandKind, spec: &Spec) -> String {
             "a word or bit that a program can write, then `= expression`".to_owned()
         }
         OperandKind::Array => {
-            "an array, a slice or a range: recipe, recipe[0..6], D0..D9".to_owned()
+            "an array, a slice or a range: recipe, recipe[0..6], D0..D9; or a record: recipe[2]"
+                .to_owned()
         }
         OperandKind::WritableArray if spec.mnemonic == Mnemonic::Fill => {
             "an array, a slice or a range that a program can write".to_owned()
         }
         OperandKind::WritableArray => {
-            "a writable array, slice or range of the same length and kind".to_owned()
+            "a writable array, slice or range of the same length and kind; or a record of the \
+             same type"
+                .to_owned()
         }
         OperandKind::Bits => "an array, a slice or a range of bits: lamps, C0..C7".to_owned(),
         OperandKind::WritableBits => {

@@ -208,9 +208,10 @@ instructions! {
         &[positional("target", Stores, OperandKind::Target)], false, Kept, HELP,
         "Evaluates the expression and stores the result in every scan while the rung is ON. \
          Results saturate at their limits; status bits report what happened.";
-    Copy "COPY" "copy" "Copy array", WHEN, COPIED, false, Kept, "docs/semantics.md, section 9",
-        "Copies each element to its counterpart in every scan while the rung is ON, like MOVE, as \
-         if all elements were read first.";
+    Copy "COPY" "copy" "Copy array or record", WHEN, COPIED, false, Kept,
+        "docs/semantics.md, sections 9 and 13",
+        "Copies each element, or each field of a record, to its counterpart in every scan while \
+         the rung is ON, like MOVE, as if all were read first.";
     Fill "FILL" "fill" "Fill array", WHEN, FILLED, false, Kept, "docs/semantics.md, section 9",
         "Writes the value, read once, to each element in every scan while the rung is ON.";
     Pack "PACK" "pack" "Pack bits", WHEN, PACKED, false, Kept, "docs/semantics.md, section 11",

@@ -14,6 +14,9 @@ pub use rungd_engine::ops::{
 impl Assembler<'_> {
     /// COPY.
     pub fn copy(&mut self, instruction: &Instruction, leg: LegPowers) -> Op {
+        if instruction.is_record_copy() {
+            return self.copy_record(instruction, leg);
+        }
         let [from, to]: [Array; 2] = ["from", "to"].map(|name| instruction.operands.required(name));
         let (read, written) = (self.cells(from), self.cells(to));
         if to.is_bits() {

@@ -14,7 +14,7 @@ use crate::resolve::formula::{
 use rungd_engine::isa::status::st;
 use rungd_engine::isa::{Bit, BitSpace, Real, Word};
 pub use rungd_engine::ops::{
-    Accumulator, AnyWord, ArrayTarget, Code, FormulaStep, LegPowers, Math, MathReports, MathTarget,
+    Accumulator, ArrayTarget, Code, FormulaStep, LegPowers, Math, MathReports, MathTarget,
     Operator, StepOperand, WordTarget, WordWritten,
 };
 
@@ -48,33 +48,10 @@ impl<'p> Assembler<'p> {
             builder.check_index(at, formula);
         }
         let result = builder.walk(formula);
-        let (steps, slots) = (builder.steps, builder.slots);
-        let (first, number) = self.formula(&steps, slots);
-        Math { leg, first, count: steps.len() as u32, number, put, result, reports }
+        builder.math(put, leg, result)
     }
 
-    /// A MATH that stores the content of a private cell in an element of an array.
-    pub fn cell_into(&mut self, put: MathTarget, cell: PrivateCell, leg: LegPowers) -> Math {
-        let reports = MathReports::IndexError;
-        let mut builder = self.formula_builder(reports);
-        let result = match cell {
-            PrivateCell::Bit(cell) => {
-                builder.step(Code::LoadBit, 0, cell, 0);
-                Accumulator::Integer
-            }
-            PrivateCell::Word(AnyWord { word, real }) => {
-                let number_type = if real { NumberType::Real } else { NumberType::Integer };
-                builder.push(OperandPlace::Word(word.0), number_type);
-                builder.load(0);
-                accumulator(number_type)
-            }
-        };
-        let (steps, slots) = (builder.steps, builder.slots);
-        let (first, number) = self.formula(&steps, slots);
-        Math { leg, first, count: steps.len() as u32, number, put, result, reports }
-    }
-
-    fn formula_builder(&mut self, reports: MathReports) -> FormulaBuilder<'_, 'p> {
+    pub(super) fn formula_builder(&mut self, reports: MathReports) -> FormulaBuilder<'_, 'p> {
         FormulaBuilder {
             assembler: self,
             reports,
@@ -93,15 +70,8 @@ impl<'p> Assembler<'p> {
     }
 }
 
-/// A private cell that holds what an instruction stores.
-#[derive(Clone, Copy)]
-pub(super) enum PrivateCell {
-    Bit(u32),
-    Word(AnyWord),
-}
-
 /// The accumulator of a type.
-fn accumulator(number_type: NumberType) -> Accumulator {
+pub(super) fn accumulator(number_type: NumberType) -> Accumulator {
     match number_type {
         NumberType::Integer => Accumulator::Integer,
         NumberType::Real => Accumulator::Real,
@@ -126,7 +96,7 @@ pub(super) enum OperandPlace {
 }
 
 pub(super) struct FormulaBuilder<'a, 'p> {
-    assembler: &'a mut Assembler<'p>,
+    pub assembler: &'a mut Assembler<'p>,
     reports: MathReports,
     steps: Vec<FormulaStep>,
     pub operands: Vec<WaitingOperand>,
@@ -137,6 +107,13 @@ pub(super) struct FormulaBuilder<'a, 'p> {
 }
 
 impl FormulaBuilder<'_, '_> {
+    /// The MATH with these steps, which stores what an accumulator has in `put`.
+    pub(super) fn math(self, put: MathTarget, leg: LegPowers, result: Accumulator) -> Math {
+        let FormulaBuilder { assembler, reports, steps, slots, .. } = self;
+        let (first, number) = assembler.formula(&steps, slots);
+        Math { leg, first, count: steps.len() as u32, number, put, result, reports }
+    }
+
     /// Makes the steps; returns the accumulator with the result.
     fn walk(&mut self, formula: &Formula) -> Accumulator {
         let marks = marks(&formula.parts);

@@ -131,7 +131,6 @@ impl Assembler<'_> {
             M::Add => self.store(Source::Sum(value("a"), value("b")), to(), when()).into(),
             M::Sub => self.store(Source::Difference(value("a"), value("b")), to(), when()).into(),
             M::Math => self.math(instruction, when()).into(),
-            M::Copy if instruction.is_record_copy() => self.copy_record(instruction, when()).into(),
             M::Copy => self.copy(instruction, when()).into(),
             M::Fill => self.fill(instruction, when()).into(),
             M::Pack | M::Unpack => self.pack_or_unpack(instruction, when()).into(),

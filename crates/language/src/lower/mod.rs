@@ -23,6 +23,7 @@ mod last_uses;
 mod legs;
 mod math;
 mod packing;
+mod private_cells;
 mod record_copy;
 mod regions;
 mod rungs;

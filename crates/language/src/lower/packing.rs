@@ -4,7 +4,7 @@
 //! MATH stores it.
 
 use super::assembler::Assembler;
-use super::formula::PrivateCell;
+use super::private_cells::PrivateCell;
 use crate::resolve::array::Array;
 use crate::resolve::instruction::{Instruction, Value, WordPlace};
 pub use rungd_engine::isa::{Word, WordBit};

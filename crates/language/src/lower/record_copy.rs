@@ -5,7 +5,7 @@
 //! outside, neither happens.
 
 use super::assembler::Assembler;
-use super::formula::PrivateCell;
+use super::private_cells::PrivateCell;
 use crate::resolve::array::ArrayElement;
 use crate::resolve::instruction::{CopiedPlace, FieldCopy, Filling, Instruction, Value};
 use crate::resolve::program::{Comparison, ConstantForm};
@@ -39,12 +39,10 @@ impl Assembler<'_> {
         if selected.is_empty() {
             return leg;
         }
+        let check = self.index_check(selected, leg);
+        self.op(Op::Math(check));
         let mut powers = leg.each().to_vec();
         for element in selected {
-            match element.array.is_bits() {
-                true => drop(self.bit_while(*element, leg)),
-                false => drop(self.value_while(Value::Element(*element), leg)),
-            }
             let (index, count) = (Value::Word(element.index), element.array.count as i32);
             let number = |number| Value::Const(number, ConstantForm::Integer);
             powers.push(self.compare(index, Comparison::Ge, number(0)));

@@ -62,6 +62,19 @@ impl Instruction {
         roles.find(|role| *role != OperandRole::Reads)
     }
 
+    /// Whether it is a COPY of a record.
+    pub fn is_record_copy(&self) -> bool {
+        self.mnemonic == Mnemonic::Copy && self.copied_fields().next().is_some()
+    }
+
+    /// The fields that a COPY of a record copies, in the order of the record.
+    pub fn copied_fields(&self) -> impl Iterator<Item = FieldCopy> {
+        self.operands.0.chunks_exact(2).map_while(|pair| {
+            let (from, to) = (Filling::of(pair[0].value)?, CopiedPlace::of(pair[1].value)?);
+            Some(FieldCopy { from, to })
+        })
+    }
+
     /// The expressions of a MATH: the index of its target first.
     pub fn formulas(&self) -> impl Iterator<Item = &Formula> {
         let each = self.calculation.iter();

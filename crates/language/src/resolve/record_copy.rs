@@ -4,13 +4,10 @@
 //! ladder named it. Fields that are structures are left alone.
 
 use super::Resolver;
-use super::instruction::{
-    CopiedPlace, FieldCopy, Filling, Instruction, OperandList, OperandType, ResolvedOperand,
-};
+use super::instruction::{CopiedPlace, Instruction, OperandList, OperandType, ResolvedOperand};
 use super::record::{RecordIndex, RecordPlace};
 use super::scope::{MisplacedName, NamedThing};
 use super::tag::TagMeaning;
-use super::writes::WrittenOperand;
 use crate::source::atom::Atom;
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{Help, advise, possible};
@@ -165,30 +162,4 @@ impl Resolver<'_> {
 struct RecordCopy<'t> {
     from: NamedRecord<'t>,
     to: NamedRecord<'t>,
-}
-
-impl Instruction {
-    /// Whether it is a COPY of a record.
-    pub fn is_record_copy(&self) -> bool {
-        self.mnemonic == Mnemonic::Copy && self.copied_fields().next().is_some()
-    }
-
-    /// The fields that a COPY of a record copies, in the order of the record.
-    pub fn copied_fields(&self) -> impl Iterator<Item = FieldCopy> {
-        self.operands.0.chunks_exact(2).map_while(|pair| {
-            let (from, to) = (Filling::of(pair[0].value)?, CopiedPlace::of(pair[1].value)?);
-            Some(FieldCopy { from, to })
-        })
-    }
-
-    /// The operands that have a part in what is written at a place: of a COPY of a record, those of
-    /// the field; of any other instruction, all.
-    pub fn operands_for(&self, has: impl Fn(WrittenOperand) -> bool) -> &[ResolvedOperand] {
-        let all = &self.operands.0;
-        if !self.is_record_copy() {
-            return all;
-        }
-        let writes_it = |pair: &&[ResolvedOperand]| pair[1].written().is_some_and(&has);
-        all.chunks_exact(2).find(writes_it).unwrap_or(all)
-    }
 }

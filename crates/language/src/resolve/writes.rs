@@ -91,6 +91,17 @@ impl Instruction {
         self.operand_with(OperandRole::Drives)
     }
 
+    /// The operands that have a part in what is written at a place: of a COPY of a record, those of
+    /// the field; of any other instruction, all.
+    pub fn operands_for(&self, has: impl Fn(WrittenOperand) -> bool) -> &[ResolvedOperand] {
+        let all = &self.operands.0;
+        if !self.is_record_copy() {
+            return all;
+        }
+        let writes_it = |pair: &&[ResolvedOperand]| pair[1].written().is_some_and(&has);
+        all.chunks_exact(2).find(writes_it).unwrap_or(all)
+    }
+
     /// The structure that it names.
     pub fn structure(&self) -> Option<Structure> {
         self.first_operand().map(|structure| structure.value)

@@ -50,7 +50,7 @@ fn the_shipped_ladders_have_the_recorded_mutants() {
     }
     expect![[r#"
         batch-mixer: 186
-        batch-reactor: 216
+        batch-reactor: 214
         bin-emptying: 56
         boiler-house: 181
         bottling-plant: 197
@@ -62,7 +62,7 @@ fn the_shipped_ladders_have_the_recorded_mutants() {
         parts-bin: 72
         pump-station: 180
         rungd: 72
-        sorter: 161
+        sorter: 155
         temperature-loop: 91
         traffic-light: 189
         controller: 55
