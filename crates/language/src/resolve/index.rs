@@ -258,6 +258,7 @@ impl Scope {
                 NamedThing::Address(Address::Word(word)) if !word.is_real() => {
                     return Ok(ArrayIndex::Word(text));
                 }
+                NamedThing::Address(Address::Bit(_)) => return Err(bit_index(column, text)),
                 NamedThing::Address(_)
                 | NamedThing::Element(_)
                 | NamedThing::Array(_)
@@ -324,6 +325,15 @@ pub(super) fn moving_structure(column: &ArrayColumn, index: &str) -> Mistake {
                 can be read";
     let help = Help::from(help).with(possible(column.with("0"))).with_all(members);
     mistake(Code::OperandType, message, help)
+}
+
+/// The mistake in an index that is a bit: in parentheses, an expression has it as 0 or 1.
+fn bit_index(column: &ArrayColumn, bit: &str) -> Mistake {
+    let message = format!("`{bit}` is a bit, no index");
+    let words = "in contacts and MATH, `{}` takes it as 0 or 1; elsewhere an index is a word, and \
+                 MATH computes it:";
+    let help = advise(words, [possible(column.with(&format!("({bit})")))]);
+    mistake(Code::OperandType, message, help.and(&format!(" `MATH step = {bit}`")))
 }
 
 fn no_index(text: &str, first: Option<String>) -> Mistake {

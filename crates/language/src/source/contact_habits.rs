@@ -9,6 +9,7 @@ use super::contact_signs::ends_value;
 use super::contact_use::ContactUse;
 use super::finding::{Code, Finding};
 use super::fix::{Fix, FixEdit, Help, advise, possible, proposed, text as fix, write};
+use super::foreign_signs::{self, ForeignSign};
 use super::span::Span;
 use rungd_engine::isa::address_text::{self, AddressError};
 pub use rungd_engine::isa::function::ResultType;
@@ -26,9 +27,9 @@ pub(super) fn stray(text: &str, at: usize, span: Span) -> Finding {
     let word = &rest[first.len_utf8()..];
     let word = word.split(|c: char| !c.is_ascii_alphanumeric()).next().unwrap_or_default();
     let finding = |message: String, place| Finding::new(Code::ContactSyntax, place, message);
-    if let Some((wrong, right)) = doubled(rest) {
-        let two = span.part(at, at + wrong.len());
-        return finding(format!("`{wrong}` is written `{right}`"), two).write(right);
+    if let Some(ForeignSign { wrong, contact, .. }) = foreign_signs::at_start(rest) {
+        let signs = span.part(at, at + wrong.len());
+        return finding(format!("`{wrong}` is written `{contact}`"), signs).write(contact);
     }
     let is_sum = ends_value(before) && !behind.is_empty();
     let is_compared = COMPARES.iter().any(|sign| text.contains(sign));
@@ -63,13 +64,6 @@ pub(super) fn stray(text: &str, at: usize, span: Span) -> Finding {
             .help(notation(first))
             .fixes(without_sign(text, first, span)),
     }
-}
-
-/// The two-character sign of a different notation at the start of a text, and the right sign.
-fn doubled(rest: &str) -> Option<(&'static str, &'static str)> {
-    const SIGNS: [(&str, &str); 5] =
-        [("&&", "&"), ("||", "|"), ("<>", "!="), ("=>", ">="), ("=<", "<=")];
-    SIGNS.into_iter().find(|(wrong, _)| rest.starts_with(wrong))
 }
 
 fn is_after_compare(before: &str) -> bool {

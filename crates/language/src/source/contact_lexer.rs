@@ -9,6 +9,7 @@ use super::contact_habits::stray;
 use super::contact_signs;
 use super::expression::Binary;
 use super::finding::{Code, Finding};
+use super::foreign_signs;
 use super::indexed::rest_length;
 use super::span::Span;
 
@@ -92,8 +93,8 @@ fn sign(rest: &str) -> Option<(Token, usize)> {
         ("(", Token::Open),
         (")", Token::Close),
     ];
-    let doubled = rest.starts_with("&&") || rest.starts_with("||") || rest.starts_with("<>");
-    let found = SIGNS.iter().find(|(sign, _)| rest.starts_with(sign)).filter(|_| !doubled);
+    let is_foreign = foreign_signs::at_start(rest).is_some();
+    let found = SIGNS.iter().find(|(sign, _)| rest.starts_with(sign)).filter(|_| !is_foreign);
     found.map(|(sign, token)| (token.clone(), sign.len()))
 }
 
@@ -119,7 +120,7 @@ fn atom(text: &str, first: char, at: usize, span: Span) -> Parsed<(Token, usize)
         let length = length + index;
         let length = length + if index > 0 { rest_length(&rest[length..]) } else { 0 };
         let length = length + if index > 0 { bit_length(&rest[length..]) } else { 0 };
-        let takes_slash = !text.contains(['<', '>', '=']);
+        let takes_slash = rest[length..].starts_with('/') && !text.contains(['<', '>', '=']);
         let place = Placed { rest: behind, code: Code::ContactSyntax, takes_slash };
         if let Some(finding) = foreign_place_at(rest, length, place) {
             return Err(finding);
@@ -205,7 +206,9 @@ pub(super) fn bit_length(behind: &str) -> usize {
 fn is_computed(index: &str) -> bool {
     let inner = index.trim_matches(['[', ' ', '\t']);
     let inner = inner.strip_prefix('-').unwrap_or(inner);
+    // `a mod 8` has words of another notation, which the reader of expressions knows.
     inner.contains(['+', '-', '*', '/', '%', '(', '['])
+        || inner.trim_end_matches(']').split_whitespace().count() > 1
 }
 
 fn without_spaces_in_index(word: &str) -> String {

@@ -6,6 +6,7 @@
 use super::expression::Binary;
 use super::finding::{Code, Finding};
 use super::fix::text as written;
+use super::foreign_signs;
 use super::span::Span;
 use rungd_engine::isa::Function;
 
@@ -25,6 +26,9 @@ const SIGNS: [Binary; 9] = [
 /// The sign of an expression at a place of a text, with its length; `None` if none begins there.
 pub(super) fn sign(text: &str, at: usize, span: Span) -> Option<Result<(Binary, usize), Finding>> {
     let (before, rest) = (&text[..at], &text[at..]);
+    if foreign_signs::at_start(rest).is_some() {
+        return None;
+    }
     let sign = SIGNS.into_iter().find(|sign| rest.starts_with(sign.sign()))?;
     let length = sign.sign().len();
     let behind = &rest[length..];

@@ -9,6 +9,7 @@ use super::contact_lexer::Token;
 use super::contact_use::ContactUse;
 use super::finding::{Code, Finding};
 use super::fix::{Help, advise, possible, write};
+use super::foreign_signs;
 use super::span::Span;
 
 /// The tokens of contacts, and the place of the next one.
@@ -58,17 +59,15 @@ impl TokensAround<'_> {
         let words = [self.tokens.get(at), at.checked_sub(1).and_then(|at| self.tokens.get(at))];
         words.into_iter().flatten().find_map(|(token, span)| {
             let Token::Atom(atom) = token else { return None };
-            let help = match atom.name()?.to_ascii_lowercase().as_str() {
-                "and" => write("&"),
+            let name = atom.name()?;
+            let help = match name.to_ascii_lowercase().as_str() {
                 "or" if *span == first => advise(
                     "`|` stands between two contacts of one text: `{}`",
                     [possible("X0 | X1").at(self.span)],
                 ),
-                "or" => write("|"),
-                "not" => write("!"),
                 "rise" => "write `rise(…)`".into(),
                 "fall" => "write `fall(…)`".into(),
-                _ => return None,
+                _ => write(foreign_signs::of_word(name)?.contact),
             };
             Some((*span, help))
         })

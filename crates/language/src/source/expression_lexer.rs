@@ -10,6 +10,7 @@ use super::contact_signs::{ends_value, is_spaced_minus, no_spaces};
 use super::expression::{Binary, ExpressionPartKind, Unary};
 use super::finding::{Code, Finding};
 use super::fix::{advise, possible, write};
+use super::foreign_signs::{self, ForeignSign};
 use super::indexed::rest_length;
 use super::span::Span;
 use rungd_engine::isa::Real;
@@ -84,7 +85,7 @@ fn is_within_word(text: &str, at: usize) -> bool {
 }
 
 fn sign(rest: &str) -> Option<(ExpressionToken, usize)> {
-    if rest.starts_with("<>") {
+    if is_foreign(rest) {
         return None;
     }
     let binary = Binary::ALL.iter().find(|operator| rest.starts_with(operator.sign()));
@@ -107,6 +108,11 @@ fn sign(rest: &str) -> Option<(ExpressionToken, usize)> {
         _ => return None,
     };
     Some((token, 1))
+}
+
+/// Whether a text begins with a sign of another notation: `&&` and `||` are signs of expressions.
+fn is_foreign(rest: &str) -> bool {
+    foreign_signs::at_start(rest).is_some_and(|sign| sign.math != sign.wrong)
 }
 
 fn operand(
@@ -262,10 +268,10 @@ fn stray(rest: &str, first: char, span: Span) -> Finding {
     let finding = |message: String, length: usize| {
         Finding::new(Code::ExpressionSyntax, span.part(0, length.min(rest.len())), message)
     };
+    if let Some(ForeignSign { wrong, math, .. }) = foreign_signs::at_start(rest) {
+        return finding(format!("`{wrong}` is written `{math}`"), wrong.len()).write(math);
+    }
     match first {
-        '<' => finding("`<>` is written `!=`".into(), 2).write("!="),
-        '=' if rest.starts_with("=>") => finding("`=>` is written `>=`".into(), 2).write(">="),
-        '=' if rest.starts_with("=<") => finding("`=<` is written `<=`".into(), 2).write("<="),
         '=' => finding("`=` in an expression".into(), 1)
             .help(advise("a compare is `{}`; one MATH stores in one target", [possible("==")])),
         '.' => finding("a point without digits before it".into(), 1)

@@ -12,6 +12,7 @@ use super::expression_lexer::{ExpressionToken, ExpressionUse, lex};
 use super::expression_rules::{OperandRoot, OperandTerm, OperatorUse};
 use super::finding::{Code, Finding};
 use super::fix::{Help, advise, possible, text as fix, write};
+use super::foreign_signs;
 use super::indexed::INDEX;
 use super::math_target;
 use super::span::{Located, Span};
@@ -261,16 +262,9 @@ impl ExpressionParser<'_> {
     }
 
     fn no_operator(&self, token: &ExpressionToken, place: Span) -> Finding {
-        let habit = |word: &str| match word.to_ascii_lowercase().as_str() {
-            "and" => Some("&&"),
-            "or" => Some("||"),
-            "mod" => Some("%"),
-            "xor" => Some("^"),
-            _ => None,
-        };
         let named = |kind: &ExpressionPartKind, at: Span| {
             let ExpressionPartKind::Name(name) = kind else { return None };
-            habit(name).map(|sign| write(fix(sign).at(at)))
+            foreign_signs::of_word(name).map(|sign| write(fix(sign.math).at(at)))
         };
         let before = self.parts.last().and_then(|part| named(&part.kind, part.span));
         let own =

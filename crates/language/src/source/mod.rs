@@ -31,6 +31,7 @@ mod expression_tests;
 pub mod file_kind;
 pub mod finding;
 pub mod fix;
+mod foreign_signs;
 mod headers;
 pub mod indexed;
 pub mod infix;
