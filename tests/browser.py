@@ -53,6 +53,24 @@ def the_lit_wires_are_those_of_the_scan(test):
     look.fine()
 
 
+def a_compare_shows_both_sides_and_a_call_opens_its_subroutine(test):
+    test.plant.say("write", "level", "70")
+    test.plant.say("write", "status", "8")
+    look = test.look()
+    look.open("ladder/Main")
+    sides = "[...document.querySelectorAll('[data-rung=\"5\"] .sides')].map(of => of.textContent).join()"
+    look.until(f"{sides}.startsWith('139 > 120,') && {sides}.endsWith(' < 20s')")
+    look.until("document.querySelector('[data-rung=\"5\"] .words').textContent.includes('status.3 = ON')")
+    assert look.says("document.querySelector('[data-rung=\"5\"] g[data-name=\"status.3\"]').classList.contains('on')")
+    look.says("document.querySelector('[data-rung=\"5\"]').scrollIntoView()")
+    look.picture("compares")
+    look.page.click("[data-rung='5'] g.box[data-mnemonic=CALL]")
+    look.until("location.hash === '#ladder/Drain' && (document.querySelector('.sides') || {}).textContent === '70 > 90'")
+    look.picture("subroutine")
+    test.plant.say("write", "status", "0")
+    look.fine()
+
+
 # Compares the classes of each drawn rung with the power that the server returns for the same scan.
 WRONG_WIRES = """async () => {
   const query = { element: view.element, from: view.from, to: view.to, hold: state.hold, scan: state.scan };
@@ -535,6 +553,7 @@ def the_picture_of_the_first_page_is_fresh(test):
 CHECKS = [
     every_page_loads,
     the_lit_wires_are_those_of_the_scan,
+    a_compare_shows_both_sides_and_a_call_opens_its_subroutine,
     scans_are_stepped_by_keys_and_buttons,
     a_click_and_enter_ask_why,
     search_finds_a_tag,

@@ -34,6 +34,7 @@ lamp = { at = "Y0", doc = "The line runs" }
 horn = { at = "Y1" }
 parts = { at = "CT0", doc = "Parts in the box" }
 wait = { type = "timer" }
+status = { at = "D1", doc = "Set by people" }
 stuck = { type = "bit", alarm = "The line is stuck" }
 [[program]]
 name = "Main"
@@ -53,10 +54,20 @@ do = ["TMR wait preset=20s"]
 [[program.rung]]
 when = ["halt", "start"]
 do = ["OUT stuck", "OUT horn"]
+[[program.rung]]
+name = "drain"
+when = ["level * 2 - 1 > 120 | status.3", "wait.Acc < 20s"]
+do = ["CALL Drain", "OUT status.4"]
 """
 # Rungs far below the visible part of the page, a block that does not run, and Stages.
 MORE = "".join(f'[[program.rung]]\nwhen = ["X{n}", "lamp"]\ndo = ["OUT C{n + 100}"]\n' for n in range(60))
 MORE += """
+[[subroutine]]
+name = "Drain"
+doc = "Called while the level is high."
+[[subroutine.rung]]
+when = ["level > 90"]
+do = ["OUT Y3"]
 [[program]]
 name = "Side"
 [[program.rung]]

@@ -2,6 +2,7 @@
 //! sends both a browser's requests and requests that no browser would send.
 
 mod client;
+mod compares;
 mod crowd;
 mod outputs;
 mod pages;

@@ -1,5 +1,6 @@
-//! The events that a viewer receives five times a second: the power of the rungs in its window, and
-//! the values of operands, of one scan. Server-sent events; only changes are sent.
+//! The events that a viewer receives five times a second: the power of the rungs in its window, the
+//! values of their compares, and the values of operands, of one scan. Server-sent events; only
+//! changes are sent.
 
 use std::sync::Arc;
 
@@ -20,6 +21,7 @@ use rungd_engine::isa::{Address, Bit, BlockId, StageId};
 use rungd_history::observe::ScanPower;
 use rungd_lab::draw::ladder::RungPicture;
 use rungd_lab::draw::live_svg;
+use rungd_language::resolve::program::BlockKind;
 use rungd_language::resolve::value_texts::ValueTexts;
 
 /// The most rungs, and the most values, of a window.
@@ -48,6 +50,7 @@ pub(super) struct SentState {
     /// The program, and the cells of the window's operands in it.
     program: Option<(Arc<LiveProgram>, Vec<Option<Cell>>)>,
     power: Map<String, Value>,
+    compared: Map<String, Value>,
     values: Map<String, Value>,
     on: Value,
     running: Value,
@@ -67,6 +70,11 @@ impl ProgramWindow {
             to,
             tags: tags.take(TAGS_MAX).map(str::to_owned).collect(),
         }
+    }
+
+    /// The rungs of a block or Stage that it shows.
+    fn shown<'r>(&self, rungs: &'r [RungPicture]) -> impl Iterator<Item = &'r RungPicture> {
+        rungs.iter().skip(self.from - 1).take((self.to + 1).saturating_sub(self.from))
     }
 }
 
@@ -130,6 +138,7 @@ impl SentState {
         }
         let lit = lit(view, power, window);
         let values = self.tag_values(view, power, window);
+        event["compared"] = changed(&mut self.compared, compared(view, power, window));
         event["power"] = changed(&mut self.power, lit);
         event["values"] = changed(&mut self.values, values);
         let (on, running) = blocks(view, power);
@@ -227,8 +236,6 @@ fn changed(known: &mut Map<String, Value>, now: Map<String, Value>) -> Value {
 fn lit(view: &LiveView, power: &ScanPower, window: &ProgramWindow) -> Map<String, Value> {
     let Some(rungs) = view.program.rungs(&window.element) else { return Map::new() };
     let executes = view.executes(power);
-    let shown =
-        rungs.iter().skip(window.from - 1).take((window.to + 1).saturating_sub(window.from));
     let of_rung = |rung: &RungPicture| {
         let (element, number) = (window.element.as_str(), rung.number as u32);
         let is_executed = executes && view.is_executed(power, element, number);
@@ -237,7 +244,25 @@ fn lit(view: &LiveView, power: &ScanPower, window: &ProgramWindow) -> Map<String
         let power = is_executed.then(|| live_svg::power(&rung.grid, &conducts));
         (rung.number.to_string(), json!(power))
     };
-    shown.map(of_rung).collect()
+    window.shown(rungs).map(of_rung).collect()
+}
+
+/// The values of the compares in the rungs of the window, by rung, then by contact (`0.2`: the
+/// third one of the rung's own legs).
+fn compared(view: &LiveView, power: &ScanPower, window: &ProgramWindow) -> Map<String, Value> {
+    let rungs = view.program.rungs(&window.element).unwrap_or_default();
+    let executes = view.executes(power);
+    let of_rung = |rung: &RungPicture| {
+        let symbols = rung.grid.contacts.iter().map(|contact| &contact.symbol);
+        let values = symbols.filter_map(|symbol| {
+            let number = rung.number as u32;
+            let text = view.compared(power, &window.element, number, symbol);
+            let place = format!("{}.{}", symbol.branch.unwrap_or(0), symbol.leaf);
+            Some((place, Value::from(text.filter(|_| executes)?)))
+        });
+        (rung.number.to_string(), Value::Object(values.collect()))
+    };
+    window.shown(rungs).map(of_rung).collect()
 }
 
 /// The Stages that are ON, and the running blocks.
@@ -254,6 +279,8 @@ fn blocks(view: &LiveView, power: &ScanPower) -> (Value, Value) {
     // Only in RUN: in FAULT the bits of the blocks keep their values, but no block runs.
     let executes = view.executes(power);
     let blocks = blocks.filter(|_| executes);
+    // A subroutine is executed by its CALLs, and never runs.
+    let blocks = blocks.filter(|(_, block)| block.kind != BlockKind::Subroutine);
     let running = blocks.filter(|(at, _)| is_on(Bit::Running(BlockId(*at))));
     let running = running.map(|(_, block)| &block.name);
     (json!(on.collect::<Vec<_>>()), json!(running.collect::<Vec<_>>()))

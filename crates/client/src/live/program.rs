@@ -6,7 +6,7 @@ use std::sync::Arc;
 use rungd_config::controller::Controller;
 use rungd_engine::Cell;
 use rungd_engine::isa::Address;
-use rungd_history::observe::Subject;
+use rungd_history::observe::{CompareText, Subject};
 use rungd_history::playback::subject_and_settings;
 use rungd_history::record::RecordedProgram;
 use rungd_lab::draw::ladder::{Picture, RungPicture};
@@ -26,6 +26,8 @@ pub struct LiveProgram {
     pub controller: Option<Controller>,
     /// The parts, by block or Stage, then by rung and branch.
     parts: HashMap<String, HashMap<PartNumber, PartPlace>>,
+    /// The compares, by their numbers among the contacts.
+    compares: HashMap<u32, CompareText>,
 }
 
 /// A rung of a block or Stage, and a branch of the rung; `None`: the rung itself.
@@ -72,12 +74,19 @@ impl LiveProgram {
             of_element
                 .insert((contact.rung, contact.branch), PartPlace { part, first: contact.first });
         }
-        Ok(LiveProgram { recorded, subject, picture, controller, parts })
+        let compares = subject.compares().into_iter();
+        let compares = compares.map(|compare| (compare.contact, compare.text)).collect();
+        Ok(LiveProgram { recorded, subject, picture, controller, parts, compares })
     }
 
     /// The number of the first contact of a rung or branch, among the contacts of the program.
     pub fn first_contact(&self, element: &str, rung: u32, branch: Option<u32>) -> Option<u32> {
         self.place(element, rung, branch).map(|place| place.first)
+    }
+
+    /// The form of the values of a compare, by its number among the contacts of the program.
+    pub fn compare(&self, contact: u32) -> Option<CompareText> {
+        self.compares.get(&contact).copied()
     }
 
     /// The number of a rung or branch, among the parts of the program.

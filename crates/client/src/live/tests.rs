@@ -9,7 +9,7 @@ use rungd_base::random::SplitMix64;
 use rungd_config::load;
 use rungd_engine::isa::{Bit, BitSpace};
 use rungd_engine::{Cell, Engine, EngineCall, EngineState, ScanTimes};
-use rungd_history::observe::{Cause, Limits, PowerRun, QuestionTime};
+use rungd_history::observe::{Cause, LadderCompare, Limits, PowerRun, QuestionTime};
 use rungd_history::record::{RecordedFile, RecordedProgram};
 use rungd_lab::draw::power::flow_of_power;
 use rungd_runtime::exchange::Mode;
@@ -114,10 +114,35 @@ fn compared(view: &LiveView, scan: u64) -> u32 {
     compared
 }
 
+/// Checks the values of a scan's compares against the states of their contacts; those of times and
+/// of reals are shown in another form than they are compared. Returns the number of these compares.
+fn judged(view: &LiveView, scan: u64) -> usize {
+    let power = view.at(scan).expect("it is in the minute");
+    let judge = |compare: LadderCompare| {
+        let on = power.contact(compare.contact);
+        let sides = power.compared(compare.contact);
+        assert_eq!(on.is_some(), sides.is_some(), "contact {} in {scan}", compare.contact);
+        let text = compare.text.with(sides?);
+        let [left, sign, right] = text.split(' ').collect::<Vec<_>>()[..] else { return None };
+        let (left, right): (i64, i64) = (left.parse().ok()?, right.parse().ok()?);
+        let is_true = match sign {
+            "==" => left == right,
+            "!=" => left != right,
+            "<" => left < right,
+            "<=" => left <= right,
+            ">" => left > right,
+            _ => left >= right,
+        };
+        assert_eq!(on, Some(is_true), "{text} in scan {scan}");
+        Some(())
+    };
+    view.program.subject.compares().into_iter().filter_map(judge).count()
+}
+
 #[test]
 fn the_shown_power_equals_the_power_that_why_explains() {
     let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("config");
-    let (mut images, mut coils) = (0, 0);
+    let (mut images, mut coils, mut compares) = (0, 0, 0);
     for name in ["lift-station", "filling-line", "traffic-light", "pump-station", "car-park"] {
         let program = Arc::new(program(&folder.join(format!("{name}.toml"))));
         let mut plant = RandomPlant::new(&program, 7);
@@ -135,10 +160,12 @@ fn the_shown_power_equals_the_power_that_why_explains() {
         // A followed scan and the same scan executed again are equal.
         assert_eq!(view.at(*scans.end()), Ok((*view.power).clone()));
         images += scans.clone().count();
-        coils += scans.map(|scan| compared(&view, scan)).sum::<u32>();
+        coils += scans.clone().map(|scan| compared(&view, scan)).sum::<u32>();
+        compares += scans.map(|scan| judged(&view, scan)).sum::<usize>();
         assert!(view.at(5 * SCANS + 1).is_err());
     }
     assert!(images >= 1000 && coils > 700, "{coils} coils of {images} images");
+    assert!(compares > 1000, "{compares} compares");
 }
 
 /// Executing a growing section step by step gives the same power as executing it at once.

@@ -91,6 +91,21 @@ impl LiveView {
         Some(contact.form.conducts(on))
     }
 
+    /// The values of the sides of a compare when its rung was executed: `40 >= 50`; `None`: the
+    /// contact is no compare, or its rung was not executed.
+    pub fn compared(
+        &self,
+        power: &ScanPower,
+        element: &str,
+        rung: u32,
+        contact: &ContactSymbol,
+    ) -> Option<String> {
+        let first = self.program.first_contact(element, rung, contact.branch)?;
+        let number = first + contact.leaf as u32;
+        let sides = power.compared(number)?;
+        Some(self.program.compare(number)?.with(sides))
+    }
+
     /// The state of the output of a cell in a scan; `None`: the cell is no Y. For the last scan it
     /// is the present state, as the controller has it; for an earlier scan it follows from the log.
     pub fn output(&self, power: &ScanPower, cell: Cell) -> Option<OutputState> {

@@ -11,6 +11,7 @@ mod causes;
 mod cell_index;
 mod change;
 mod changes;
+mod compares;
 mod coverage;
 mod decide;
 mod earlier;
@@ -52,6 +53,7 @@ pub use answer::{
     SearchEnd, Since, Stop, TapeEnd, When, Write,
 };
 pub use changes::CellChanged;
+pub use compares::{CompareText, FormulaNumber, LadderCompare};
 pub use coverage::{ContactCoverage, CoverageRun, LadderCoverage, PartCoverage, SeenStates};
 pub use limits::Limits;
 pub use past::{EarlierPast, Past, QuestionTime, WhyRefusal};

@@ -1,12 +1,14 @@
-//! The power of one scan: the state of every contact when its rung was executed, and memory at the
-//! end of the scan. Two scans are never mixed.
+//! The power of one scan: the state of every contact and the values of every compare when its rung
+//! was executed, and memory at the end of the scan. Two scans are never mixed.
 //!
 //! Executes the sections of a tape, as `why` does, but with the whole program. A [`PowerRun`]
 //! continues from the last scan that it executed. Called by `live`, for pictures of a running
 //! ladder.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use super::compares::{FormulaNumber, LadderCompare};
 use super::leaves::states;
 use super::subject::Subject;
 use super::walk::{WalkedProgram, Witness, walk};
@@ -18,7 +20,7 @@ use rungd_runtime::{TapeEntry, TapeSection, TapeStep};
 const IDLE: u8 = 2;
 
 /// Every contact of a ladder in one scan, and memory at its end.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ScanPower {
     /// The number of the scan; 0 before the first one.
     pub scan: u64,
@@ -28,6 +30,8 @@ pub struct ScanPower {
     pub mode: Mode,
     /// By contact, in the order of the program: OFF, ON, or not executed.
     contacts: Vec<u8>,
+    /// The values of the sides of each compare that was evaluated, by contact.
+    compared: BTreeMap<u32, [FormulaNumber; 2]>,
     /// By part of a rung: whether it was executed.
     executed: Vec<bool>,
     bits: Vec<u8>,
@@ -53,7 +57,14 @@ impl ScanPower {
         let mode = Mode::Stop(StopReason::NotStarted);
         let (contacts, executed) = (Vec::new(), Vec::new());
         let (bits, words) = (Vec::new(), Vec::new());
-        ScanPower { scan: 0, unix_ns: 0, mode, contacts, executed, bits, words }
+        let compared = BTreeMap::new();
+        ScanPower { scan: 0, unix_ns: 0, mode, contacts, compared, executed, bits, words }
+    }
+
+    /// The values of the sides of a compare, by its number among the contacts; `None`: it is no
+    /// compare, or was not evaluated in this scan.
+    pub fn compared(&self, number: u32) -> Option<[FormulaNumber; 2]> {
+        self.compared.get(&number).copied()
     }
 
     /// Whether a contact was ON, by its number among those of the program; `None`: its rung was
@@ -95,6 +106,7 @@ impl Subject {
 /// Executes sections of a tape, and collects the power of their scans.
 pub struct PowerRun {
     subject: Arc<Subject>,
+    compares: Vec<LadderCompare>,
     slice: Slice,
     engine: Engine,
     /// The current section, as the number of its first scan and its program, and the number of its
@@ -108,7 +120,8 @@ impl PowerRun {
     pub fn new(subject: Arc<Subject>) -> PowerRun {
         let slice = subject.seen.whole();
         let engine = Engine::new(slice.program.clone());
-        PowerRun { subject, slice, engine, done: None, last: None }
+        let compares = subject.compares();
+        PowerRun { subject, compares, slice, engine, done: None, last: None }
     }
 
     /// The power of the last scan in a section; `None`: the section has no scan, or belongs to a
@@ -176,14 +189,16 @@ impl PowerRun {
     fn see(&mut self, call: EngineCall) -> ScanPower {
         let mut seen = SeenContacts {
             subject: &self.subject,
+            compares: &self.compares,
+            compared: BTreeMap::new(),
             contacts: vec![IDLE; self.subject.sites.leaves.len()],
             executed: vec![false; self.subject.sites.parts.len()],
         };
         let program = WalkedProgram { subject: &self.subject, slice: &self.slice };
         walk(program, &mut self.engine, call, &mut seen);
-        let SeenContacts { contacts, executed, .. } = seen;
+        let SeenContacts { contacts, compared, executed, .. } = seen;
         let (bits, words) = public(&self.subject, self.engine.image());
-        ScanPower { contacts, executed, bits, words, ..ScanPower::nothing() }
+        ScanPower { contacts, compared, executed, bits, words, ..ScanPower::nothing() }
     }
 
     /// Outside of RUN no rung is executed: takes memory as it is.
@@ -214,6 +229,8 @@ fn public(subject: &Subject, image: &Image) -> (Vec<u8>, Vec<i32>) {
 /// Collects the states of the contacts of each part.
 struct SeenContacts<'a> {
     subject: &'a Subject,
+    compares: &'a [LadderCompare],
+    compared: BTreeMap<u32, [FormulaNumber; 2]>,
     contacts: Vec<u8>,
     executed: Vec<bool>,
 }
@@ -228,6 +245,7 @@ impl Witness for SeenContacts<'_> {
         let parts = self.subject.sites.parts.iter().enumerate();
         for (at, part) in parts.filter(|(_, part)| part.element.block == block) {
             self.executed[at] = false;
+            self.compared.retain(|contact, _| !part.leaves.contains(contact));
             let leaves = part.leaves.start as usize..part.leaves.end as usize;
             self.contacts[leaves].fill(IDLE);
         }
@@ -242,5 +260,9 @@ impl Witness for SeenContacts<'_> {
         for (place, on) in self.contacts.iter_mut().skip(first).zip(states) {
             *place = u8::from(on);
         }
+        let leaves = &self.subject.part(part).leaves;
+        let from = self.compares.partition_point(|compare| compare.contact < leaves.start);
+        let own = self.compares[from..].iter().take_while(|compare| compare.contact < leaves.end);
+        self.compared.extend(own.map(|compare| (compare.contact, compare.values(image))));
     }
 }

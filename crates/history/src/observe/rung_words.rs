@@ -12,10 +12,12 @@ use rungd_language::resolve::program::{Contact, Instruction};
 pub use rungd_language::resolve::reads::ReadOperand;
 
 impl Subject {
-    /// The words of a rung's part, in the order of its contacts and instructions; `part`: its
-    /// number among those of [`Subject::contacts`].
+    /// The words of a rung's part and the bits of words, in the order of its contacts and
+    /// instructions; `part`: its number among those of [`Subject::contacts`].
     pub fn words(&self, part: u32) -> Vec<Cell> {
-        self.named(part, |address| matches!(address, Address::Word(_)))
+        let is_of_word =
+            |address: &Address| matches!(address, Address::Word(_) | Address::Bit(Bit::InWord(_)));
+        self.named(part, is_of_word)
     }
 
     /// The outputs that the contacts and instructions of a rung's part name.

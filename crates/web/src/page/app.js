@@ -5,7 +5,7 @@
 const $ = (id) => document.getElementById(id);
 const state = {
   session: null, ladder: null, status: null, values: {}, texts: {}, on: [], running: [],
-  scan: 0, scans: [0, 0], time: 0, mode: "", hold: null, power: {},
+  scan: 0, scans: [0, 0], time: 0, mode: "", hold: null, power: {}, compared: {},
   // The present mode, whatever scan is looked at: its name, and its reason.
   now: null,
 };
@@ -98,7 +98,7 @@ function listen() {
   if (source) source.close();
   source = null;
   if (state.hold) return;
-  state.power = {};
+  state.power = {}; state.compared = {};
   source = new EventSource("/events?" + new URLSearchParams(windowOf()));
   source.onmessage = (event) => take(JSON.parse(event.data));
   source.onerror = () => {
@@ -134,6 +134,7 @@ function take(event) {
   Object.assign(state.values, event.values);
   Object.assign(state.texts, event.texts);
   Object.assign(state.power, event.power);
+  Object.assign(state.compared, event.compared);
   for (const key of ["on", "running", "scans"]) if (event[key]) state[key] = event[key];
   state.executes = event.executes !== false;
   [state.scan, state.time, state.mode] = [event.scan, event.time_ms, event.mode];
@@ -427,7 +428,7 @@ function ladder(name) {
   setTimeout(() => look(shown), 0);
   return {
     shown,
-    update(event) { light(shown, event.power); marks(menu); },
+    update(event) { compare(shown, event.compared); light(shown, event.power); marks(menu); },
     leave() { window.removeEventListener("scroll", scroll); window.removeEventListener("resize", scroll); },
   };
 }
@@ -471,6 +472,7 @@ async function fetchChunk(shown, chunk, first, last) {
   try {
     const answer = await get("/api/rungs", { element: shown.element.name, from, to });
     for (const rung of answer.rungs) if (!shown.places.has(rung.number)) place(shown, rung);
+    compare(shown, state.compared);
     light(shown, state.power);
     look(shown);
   } catch (error) {
@@ -518,7 +520,25 @@ function place(shown, rung) {
   const next = behind.reduce((least, one) => !least || one[0] < least[0] ? one : least, null);
   shown.rungs.insertBefore(root, next && next[1].root);
   shown.words.set(rung.number, [...rung.words, ...rung.outputs]);
+  for (const box of root.querySelectorAll("g.boxed, g.not-boxed")) sidesBelow(box);
   shown.places.set(rung.number, { root, lit: [...root.querySelectorAll("[data-p]")], power: undefined });
+}
+
+// The place for the values of a compare's sides, below its box.
+function sidesBelow(box) {
+  const inner = box.querySelector(".inner"), sides = inner.cloneNode();
+  sides.setAttribute("class", "sides");
+  sides.setAttribute("y", Number(inner.getAttribute("y")) + 21);
+  box.append(sides);
+}
+
+// Shows the values of the compares, as they were when their rung was executed.
+function compare(shown, compared) {
+  for (const [number, values] of Object.entries(compared || {})) {
+    const place = shown.places.get(Number(number));
+    if (!place) continue;
+    for (const sides of place.root.querySelectorAll(".sides")) sides.textContent = values[sides.parentNode.dataset.leaf] || "";
+  }
 }
 
 // Lights the wires that have power.

@@ -1,0 +1,97 @@
+//! The compares of a ladder, with the values of their sides when their rung was executed.
+//!
+//! Called by `power` for each scan that is shown, and by `live` for the text of a compare. The
+//! values are those of `lower::formula_value`, which computes whatever is explained or tested.
+
+use super::leaves::own_contacts;
+use super::logic::Leaves;
+use super::subject::Subject;
+use rungd_engine::Image;
+use rungd_engine::isa::duration;
+use rungd_engine::isa::{Structure, Word};
+use rungd_language::lower::formula_value::CellFormula;
+pub use rungd_language::lower::formula_value::FormulaNumber;
+use rungd_language::resolve::formula::{Formula, FormulaPart};
+use rungd_language::resolve::program::{ComputedContact, Contact};
+use rungd_language::source::contact::Comparison;
+
+/// A compare of a ladder.
+#[derive(Debug)]
+pub struct LadderCompare {
+    /// Its number among the contacts of the program.
+    pub contact: u32,
+    /// How it compares, and how its values are shown.
+    pub text: CompareText,
+    sides: [CellFormula; 2],
+}
+
+/// The form in which the values of a compare are shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CompareText {
+    comparison: Comparison,
+    /// Whether a side is the time of a timer, so that both are.
+    is_time: bool,
+}
+
+impl CompareText {
+    /// The values of the sides with the sign between them: `40 >= 50`, `1s500ms < 3s`.
+    pub fn with(self, [left, right]: [FormulaNumber; 2]) -> String {
+        let side = |value: FormulaNumber| match value {
+            // Reals have the digits of a real: a page has room for no more.
+            FormulaNumber::Real(real) => (real as f32).to_string(),
+            FormulaNumber::Integer(number) => match i32::try_from(number) {
+                Ok(ms) if self.is_time && ms >= 0 => duration::print(ms),
+                Ok(_) | Err(_) => number.to_string(),
+            },
+        };
+        format!("{} {} {}", side(left), self.comparison.sign(), side(right))
+    }
+}
+
+impl LadderCompare {
+    fn of(subject: &Subject, contact: u32, computed: &ComputedContact) -> Option<LadderCompare> {
+        let compare = computed.compare.as_ref()?;
+        let layout = &subject.symbols.layout;
+        let side = |formula| CellFormula::new(formula, layout);
+        let is_time = computed.formulas().any(is_time);
+        let text = CompareText { comparison: compare.comparison, is_time };
+        let sides = [side(&computed.left), side(&compare.right)];
+        Some(LadderCompare { contact, text, sides })
+    }
+
+    /// The values of its sides in an image.
+    pub(super) fn values(&self, image: &Image) -> [FormulaNumber; 2] {
+        self.sides.each_ref().map(|side| side.value(image).number)
+    }
+}
+
+/// Whether an expression is the time of a timer alone.
+fn is_time(formula: &Formula) -> bool {
+    matches!(formula.parts[..], [FormulaPart::Word(Word::Acc(Structure::Timer(_)))])
+}
+
+impl Subject {
+    /// All compares of the program, in the order of its contacts.
+    pub fn compares(&self) -> Vec<LadderCompare> {
+        let mut all = Vec::new();
+        for (part, place) in (0..).zip(&self.sites.parts) {
+            let mut leaves = Leaves::default();
+            own_contacts(self, part).into_iter().for_each(|contact| drop(leaves.add(contact)));
+            let numbered = (place.leaves.start..).zip(leaves.contacts);
+            all.extend(numbered.filter_map(|(number, contact)| match contact {
+                Contact::Compare(a, comparison, b, _) => {
+                    let computed = ComputedContact::of_values(*a, *comparison, *b);
+                    LadderCompare::of(self, number, &computed)
+                }
+                Contact::Computed(computed, _) => LadderCompare::of(self, number, computed),
+                Contact::Bit(..)
+                | Contact::Element(..)
+                | Contact::Not(..)
+                | Contact::All(..)
+                | Contact::Any(..)
+                | Contact::Edge(..) => None,
+            }));
+        }
+        all
+    }
+}
