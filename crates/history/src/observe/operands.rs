@@ -46,6 +46,9 @@ pub(super) fn operands(
             OperandValue::Bit(of) if is_read => {
                 sides.push(bit(subject.symbols.layout.bit_in(of), image));
             }
+            OperandValue::Array(from) if operand.row.kind == OperandKind::Bits => {
+                sides.extend(packed(subject, from, to, image));
+            }
             OperandValue::Array(from) if is_read => {
                 let at = instruction.written_array().and_then(|target| place(subject, target, to));
                 sides.extend(at.and_then(|at| element(subject, from, at, image)));
@@ -165,6 +168,20 @@ fn place(subject: &Subject, array: Array, cell: Cell) -> Option<u32> {
     let layout = &subject.symbols.layout;
     let at = array.addresses().position(|address| layout.cell(address) == Some(cell))?;
     Some(at as u32)
+}
+
+/// The bits of an array that PACK writes into a cell: all of them into a word, one into a bit of it.
+/// Of many, those that are OFF may be left out.
+fn packed(subject: &Subject, from: Array, to: Cell, image: &Image) -> Vec<SeenValue> {
+    let elements = match to {
+        Cell::WordBit(bit) => {
+            let at = bit.mask.trailing_zeros();
+            at..(at + 1).min(from.count)
+        }
+        Cell::Word(_) | Cell::Bit(_) => 0..from.count,
+    };
+    let sides = elements.filter_map(|at| element(subject, from, at, image));
+    sides.map(|side| SeenValue { adds_nothing: side.value == 0, ..side }).collect()
 }
 
 /// An element of an array. COPY reads the element with the number of the one that it writes.

@@ -3,6 +3,7 @@
 mod changed;
 mod coverage;
 mod kinds;
+mod packing;
 mod past;
 mod reasons;
 mod slices;
