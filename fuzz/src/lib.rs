@@ -4,6 +4,7 @@
 //! frame. `fuzz/run` runs all targets. A new parser gets a function here, a file of three lines in
 //! `fuzz_targets/`, and a row in `Cargo.toml` and in `run`.
 
+use std::collections::HashSet;
 use std::io;
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::Path;
@@ -11,11 +12,12 @@ use std::sync::LazyLock;
 
 use rungd_base::calendar::LocalTime;
 use rungd_client::operator::names::OperandNames;
-use rungd_client::operator::protocol::{GivenValue, Request};
+use rungd_client::operator::protocol::{BitOrNumber, GivenValue, Request, ShownValue, WRITES_MAX};
+use rungd_client::operator::value_set::{FileWrite, file_text, read_file};
 use rungd_config::controller::{self, Controller, resolve_controller};
 use rungd_config::load::decode;
 use rungd_engine::isa::{MemorySizes, address_text, duration};
-use rungd_engine::{Engine, ScanTimes};
+use rungd_engine::{Cell, Engine, ScanTimes};
 use rungd_fleet::fleet::{FleetLimits, FleetView, ReceivedMessage};
 use rungd_history::record::{RecordedProgram, Recording, SectionBody, SegmentStart, read_program};
 use rungd_io::modbus::ModbusMap;
@@ -356,6 +358,61 @@ pub fn operator(bytes: &[u8]) {
     assert_eq!(serde_json::to_vec(&again).expect("as before"), line);
 }
 
+/// A file of values for `rungd write --file`: what it names is looked up, and the file that would be
+/// made of its values is read as the same values.
+pub fn value_set(bytes: &[u8]) {
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    let (writes, findings) = read_file(text);
+    assert!(writes.len() <= WRITES_MAX || !findings.is_empty());
+    show(&findings, SourceFile { name: "set.toml".to_owned(), text: text.to_owned() });
+    if !findings.is_empty() {
+        return;
+    }
+    let mut named = HashSet::new();
+    let mut values = Vec::new();
+    for FileWrite { write, .. } in writes {
+        if let Ok(operand) = KNOWN.names.find_one(&write.operand) {
+            let _ = KNOWN.names.number(&operand, &write.value);
+        }
+        let GivenValue::Text(text) = &write.value else { panic!("a file gives texts") };
+        let value = match (text.as_str(), text.parse()) {
+            ("true", _) => BitOrNumber::Bit(true),
+            ("false", _) => BitOrNumber::Bit(false),
+            (_, Ok(number)) => BitOrNumber::Word(number),
+            (_, Err(_)) => continue,
+        };
+        if named.insert(write.operand.clone()) {
+            values.push(shown_value(write.operand, value));
+        }
+    }
+    let (again, findings) = read_file(&file_text(&values, &[]));
+    assert!(findings.is_empty(), "{findings:?}");
+    assert_eq!(again.len(), values.len());
+    for (FileWrite { write, .. }, value) in again.iter().zip(&values) {
+        assert_eq!(write.operand, value.operand);
+        let text = match value.value {
+            BitOrNumber::Bit(on) => on.to_string(),
+            number @ (BitOrNumber::Word(_) | BitOrNumber::Real(_)) => number.to_string(),
+        };
+        assert_eq!(write.value, GivenValue::Text(text));
+    }
+}
+
+/// A value as an answer of a controller has it.
+fn shown_value(operand: String, value: BitOrNumber) -> ShownValue {
+    ShownValue {
+        address: operand.clone(),
+        operand,
+        tag: None,
+        value,
+        unit: None,
+        text: None,
+        forced: false,
+        driven: None,
+        unknown: None,
+    }
+}
+
 /// A connection to `rungd web`: it ends, and gives no session to a client that has not signed in.
 pub fn web(bytes: &[u8]) {
     let answer = rungd_web::conversation(bytes);
@@ -375,8 +432,8 @@ pub fn stimulus(bytes: &[u8]) {
     let lookup = |name: &str| {
         let operand = KNOWN.names.find_one(name).map_err(|refusal| refusal.message)?;
         Ok(match operand.cell {
-            rungd_engine::Cell::Bit(cell) => StimulusTarget::Bit(cell),
-            rungd_engine::Cell::Word(cell) => StimulusTarget::Word(cell, (-5, 70_000)),
+            cell @ (Cell::Bit(_) | Cell::WordBit(_)) => StimulusTarget::Bit(cell),
+            Cell::Word(cell) => StimulusTarget::Word(cell, (-5, 70_000)),
         })
     };
     let _ = Stimulus::parse(text, &lookup);

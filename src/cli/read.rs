@@ -73,7 +73,7 @@ fn read_into(args: &ReadArgs, path: &Path) -> Result<Exit> {
     let text = format!(
         "# Values after scan {}, written back by: rungd write --file\n{}",
         set.scans,
-        file_text(&set.values)
+        file_text(&set.values, &set.records)
     );
     let writes = read_file(&text).0.into_iter().map(|found| found.write).collect();
     if request_bytes(&Request::WriteSet { writes, for_user: None }) > CHANGE_BYTES_MAX {

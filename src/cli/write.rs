@@ -49,8 +49,8 @@ pub struct WriteArgs {
     /// Further values of the same change
     #[arg(value_name = "OPERAND=VALUE", add = ArgValueCompleter::new(complete_assigned))]
     more: Vec<String>,
-    /// Write the values of this TOML file, a table of operands: `size = 12`, `recipe = [1, 2]`; -
-    /// is standard input
+    /// Write the values of this TOML file, a table of operands: `size = 12`, `list = [1, 2]`, of
+    /// records `recipe = [{ kind = 1 }, { kind = 2 }]`; - is standard input
     #[arg(long, value_name = "SET.toml", conflicts_with = "operand")]
     file: Option<PathBuf>,
     #[command(flatten)]

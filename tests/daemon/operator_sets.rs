@@ -193,6 +193,111 @@ wide = -2147483648
     assert!(said.code == 0 && said.out.lines().count() == 5, "{said:?}");
 }
 
+/// A ladder with records, and with tags that are bits of words.
+const RECORDS: &str = r#"
+[[record]]
+name = "Step"
+[record.fields]
+kind   = { type = "int", min = 0, max = 5 }
+target = { type = "real", initial = 2.5 }
+on     = { type = "bit" }
+over   = { type = "timer" }
+[tags]
+fault   = { at = "status.3" }
+recipe  = { type = "Step", count = 3, initial = [{ kind = 1, target = 20.0 }, { kind = 2 }] }
+current = { type = "Step" }
+status  = { type = "word", initial = 9 }
+[[template]]
+name = "Lamp"
+parameters = { out = { type = "output" } }
+tags = { mine = { type = "Step" } }
+rung = [ { when = ["mine.on", "mine.kind > 1", "mine.target > 1.0"], do = ["OUT out", "TMR mine.over preset=1s"] } ]
+[[program]]
+name = "Main"
+rung = [
+  { when = ["recipe[D0].on", "recipe[D0].kind > 1", "recipe[D0].target > 1.0", "fault"], do = ["TMR recipe[0].over preset=1s", "OUT Y0"] },
+  { when = ["current.on", "current.kind > 1", "current.target > 1.0", "status > 1"], do = ["TMR current.over preset=1s"] },
+  { use = "Lamp", name = "p1", with = { out = "Y1" } },
+  { when = ["$On"], do = ["OUT C7"] },
+]
+"#;
+
+#[test]
+fn a_file_of_records_has_a_table_for_each_record() {
+    let live = Live::scanning(RECORDS);
+    let path = live.folder.join("set.toml");
+    let read = live.say(&format!("read --file {}", path.display()));
+    assert!(read.err.contains("left out: 5 structures, 0 places"), "{read:?}");
+    let text = fs::read_to_string(&path).unwrap();
+    let expected = "\
+recipe = [
+    { kind = 1, target = 20.0, on = false },
+    { kind = 2, target = 2.5, on = false },
+    { kind = 0, target = 2.5, on = false },
+]
+current = { kind = 0, target = 2.5, on = false }
+status = 9
+\"p1.mine\" = { kind = 0, target = 2.5, on = false }
+";
+    assert_eq!(
+        text.split_once('\n').unwrap().1,
+        expected,
+        "a bit of `status` is in it by its word"
+    );
+    live.ok("write recipe[2].kind=4 current.on=ON p1.mine.target=7.5 status=0");
+    assert_eq!(live.ok(&format!("write --file {}", path.display())).lines().count(), 16);
+    let part = live.say("read --file - recipe[1] current.kind fault");
+    let rest = part.out.split_once('\n').unwrap().1;
+    let one = "\"recipe[1]\" = { kind = 2, target = 2.5, on = false }\n";
+    assert_eq!(rest, format!("{one}current = {{ kind = 0 }}\nfault = true\n"));
+    let text = "recipe = [{ kind = 3 }, { target = 7.0, on = true }]\ncurrent = { kind = 5 }\n\
+                p1.mine.on = true\n";
+    assert_eq!(
+        write_file(&live, text).out,
+        "recipe[0].kind: 3, was 1\nrecipe[1].target: 7.0, was 2.5\nrecipe[1].on: ON, was OFF\n\
+         current.kind: 5, was 0\np1.mine.on: ON, was OFF\n"
+    );
+    let said = write_file(
+        &live,
+        "recipe = [\n  { kind = 6 },\n  { target = 1.0, kin = 1 },\n  { over = 3 },\n\
+         { kind = 1 } ]\ncurrent = [ { kind = 1 } ]\nlost = { kind = 1 }\n",
+    );
+    assert_eq!((said.code, said.out.as_str()), (2, ""), "{said:?}");
+    for words in [
+        "set.toml:2: `recipe[0].kind` takes 0 to 5, not 6\n",
+        "set.toml:3: record `Step` has no field `kin` (did you mean `recipe[1].kind`?)\n",
+        "set.toml:4: `recipe[2].over` is a structure",
+        "set.toml:5: `recipe.kind` has the elements 0 to 2, not 3",
+        "set.toml:6: `current` is one record: it has no index (write `current.kind`)\n",
+        "set.toml:7: nothing is called `lost`",
+    ] {
+        assert!(said.err.contains(words), "{words}: {said:?}");
+    }
+    assert!(live.ok("read recipe[1].target").ends_with("  7.0\n"), "nothing is written");
+}
+
+#[test]
+fn a_word_and_a_bit_of_it_are_refused_in_one_change() {
+    let live = Live::scanning(RECORDS);
+    for (words, message) in [
+        (
+            "write status=1 status.2=ON",
+            "`status.2` is a bit of `status`: write the word, or only bits of it",
+        ),
+        ("write status.2=ON status=1", "`status.2` is a bit of `status`"),
+        ("write status.0=ON status.2=ON fault=OFF status=1", "`status.0` is a bit of `status`"),
+        ("write status=1 fault=ON", "`fault` is a bit of `status`"),
+        ("write fault=ON status.3=ON", "`fault` and `status.3` are the same place"),
+    ] {
+        let said = live.say(words);
+        assert!(said.code == 2 && said.err.contains(message), "{words}: {said:?}");
+    }
+    let said = write_file(&live, "fault = true\nstatus = 4\n");
+    assert!(said.err.contains("set.toml:2: `fault` is a bit of `status`"), "{said:?}");
+    assert_eq!(live.ok("write status.1=ON status.0=OFF").lines().count(), 2);
+    assert!(live.ok("read status").ends_with("  10\n"));
+}
+
 #[test]
 fn a_refused_file_shows_the_place_of_each_mistake() {
     let live = live();

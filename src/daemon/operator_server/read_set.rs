@@ -17,6 +17,7 @@ impl OperatorService {
         let set = view.names.writable(operands, &filter)?;
         let OperandValues { mode, scans, values, .. } = view.sight(&latest).values(&set.operands);
         let structures = set.structures.len();
-        Ok(WritableValues { mode, scans, values, structures, read_only: set.read_only })
+        let (read_only, records) = (set.read_only, set.records);
+        Ok(WritableValues { mode, scans, values, structures, read_only, records })
     }
 }

@@ -3,7 +3,10 @@
 //! Used by `write`. One mistake refuses the whole change, so all of them are named at once, each
 //! with its operand and its remedy.
 
+use std::collections::HashMap;
+
 use rungd_client::operator::protocol::{RefusalKind, RefusedOperand, RequestRefusal, WRITES_MAX};
+use rungd_engine::{Cell, WordCell};
 use rungd_language::source::wording::escaped;
 
 /// The most mistakes that one refusal names.
@@ -59,8 +62,43 @@ pub(super) fn wrong_count(count: usize) -> RequestRefusal {
     RequestRefusal::new(RefusalKind::BadRequest, message)
 }
 
+/// The places of the writes of a change so far.
+#[derive(Default)]
+pub(super) struct NamedPlaces<'w> {
+    cells: HashMap<Cell, &'w str>,
+    /// For each word of which a bit is written, the first such bit.
+    bits: HashMap<WordCell, &'w str>,
+}
+
+impl<'w> NamedPlaces<'w> {
+    /// Adds the place of a write.
+    ///
+    /// # Errors
+    /// An earlier write is for the same place, for a bit of the same word, or for its whole word.
+    pub fn add(&mut self, cell: Cell, operand: &'w str) -> Result<(), RequestRefusal> {
+        if let Some(other) = self.cells.insert(cell, operand) {
+            return Err(same_place(other, operand));
+        }
+        let beside = match cell {
+            Cell::Bit(_) => None,
+            Cell::Word(word) => self.bits.get(&word).map(|bit| (operand, *bit)),
+            Cell::WordBit(bit) => {
+                self.bits.entry(bit.word).or_insert(operand);
+                self.cells.get(&Cell::Word(bit.word)).map(|word| (*word, operand))
+            }
+        };
+        beside.map_or(Ok(()), |(word, bit)| Err(bit_of_word(word, bit)))
+    }
+}
+
+/// A change writes a word and a bit of it.
+fn bit_of_word(word: &str, bit: &str) -> RequestRefusal {
+    let message = format!("`{bit}` is a bit of `{word}`: write the word, or only bits of it");
+    RequestRefusal::new(RefusalKind::BadOperand, message)
+}
+
 /// Two writes of a change are for the same place.
-pub(super) fn same_place(one: &str, other: &str) -> RequestRefusal {
+fn same_place(one: &str, other: &str) -> RequestRefusal {
     let message = match one == other {
         true => format!("`{one}` is named twice: name it once"),
         false => format!("`{one}` and `{other}` are the same place: name one of them"),

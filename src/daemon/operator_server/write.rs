@@ -5,7 +5,6 @@
 //! executes when it takes the write: a write of a page is for the program with whose list it was
 //! checked, and a reload that comes before the scan refuses it.
 
-use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -16,7 +15,7 @@ use super::logged_writes::{LoggedWrite, LoggedWrites};
 use super::peer::PeerRequest;
 use super::refused::{denied, no_answer, not_after_reload, not_for_pages, not_taken, tell_refused};
 use super::service::OperatorService;
-use super::set_mistakes::{SetMistakes, same_place, wrong_count};
+use super::set_mistakes::{NamedPlaces, SetMistakes, wrong_count};
 use super::status::ProgramView;
 use rungd_client::operator::deadline::NEVER_NS;
 use rungd_client::operator::operand::Variable;
@@ -75,13 +74,10 @@ impl OperatorService {
         }
         let (before, view) = self.seen();
         let mut checked_writes: Vec<CheckedWrite> = Vec::new();
-        let (mut mistakes, mut places) = (SetMistakes::default(), HashMap::new());
+        let (mut mistakes, mut places) = (SetMistakes::default(), NamedPlaces::default());
         for write in writes {
             let checked = checked(&view, &before, write, false).and_then(|checked| {
-                match places.insert(checked.operand.cell, &write.operand) {
-                    Some(other) => Err(same_place(other, &write.operand)),
-                    None => Ok(checked),
-                }
+                places.add(checked.operand.cell, &write.operand).map(|()| checked)
             });
             match checked {
                 Ok(checked) => checked_writes.push(checked),

@@ -246,6 +246,20 @@ impl OperandNames {
         &self.tagged
     }
 
+    /// The names of the tags of records to which operands belong, each once, in their order.
+    pub(super) fn records_of(&self, operands: &[Variable]) -> Vec<String> {
+        let mut names: Vec<String> = Vec::new();
+        for operand in operands {
+            let Some(record) = self.scope.record_around(&operand.operand) else { continue };
+            if names.last() != Some(&record.name) {
+                names.push(record.name.clone());
+            }
+        }
+        names.sort_unstable();
+        names.dedup();
+        names
+    }
+
     /// Whether the content of a word is within the limits of a write.
     pub(super) fn is_within_limits(&self, operand: &Variable, content: i32) -> bool {
         let Address::Word(word) = operand.what else { return true };

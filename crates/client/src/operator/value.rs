@@ -125,6 +125,9 @@ pub struct WritableValues {
     /// The number of other bits and words that are left out: read-only ones, and inputs that a
     /// device moves.
     pub read_only: usize,
+    /// The names of the tags of records whose fields are among the values.
+    #[serde(default)]
+    pub records: Vec<String>,
 }
 
 /// A bit or a number.

@@ -106,7 +106,7 @@ fn a_file_reads_back_as_the_values_that_were_written_into_it() {
         shown("level[2]", real(1e-45), Some("m")),
         shown("drain-pump", BitOrNumber::Bit(false), None),
     ];
-    let text = file_text(&values);
+    let text = file_text(&values, &[]);
     assert!(text.contains("recipe = [1, 2]\n\"recipe[3]\" = 4\n\"p1.limit\" ="), "{text}");
     assert!(text.contains("size = -12  # mm\\u{a}\\u{1b}[2J\n"), "{text}");
     assert!(text.contains("drain-pump = false\n"), "{text}");
@@ -120,4 +120,39 @@ fn a_file_reads_back_as_the_values_that_were_written_into_it() {
         })
         .collect();
     assert_eq!(read(&text).unwrap(), expected);
+}
+
+#[test]
+fn records_are_tables_and_arrays_of_records_are_lists_of_tables() {
+    let word = BitOrNumber::Word;
+    let values = [
+        shown("recipe[0].kind", word(1), None),
+        shown("recipe[1].kind", word(2), Some("mm")),
+        shown("recipe[3].kind", word(4), None),
+        shown("recipe[0].on", BitOrNumber::Bit(true), None),
+        shown("recipe[3].over.Acc", word(30), None),
+        shown("p1.step.kind", word(-7), None),
+        shown("p1.step.on", BitOrNumber::Bit(false), None),
+        shown("p1.limit", word(3), None),
+        shown("recipes", word(5), None),
+        shown("p1.step.late", word(9), None),
+    ];
+    let text = file_text(&values, &["p1.step".to_owned(), "recipe".to_owned()]);
+    assert_eq!(
+        text,
+        "\
+recipe = [
+    { kind = 1, on = true },
+    { kind = 2 },
+]
+\"recipe[3]\" = { kind = 4, over.Acc = 30 }
+\"p1.step\" = { kind = -7, on = false, late = 9 }
+\"p1.limit\" = 3
+recipes = 5
+"
+    );
+    let expected = "recipe[0].kind=1 recipe[0].on=true recipe[1].kind=2 recipe[3].kind=4 \
+                    recipe[3].over.Acc=30 p1.step.kind=-7 p1.step.on=false p1.step.late=9 \
+                    p1.limit=3 recipes=5";
+    assert_eq!(read(&text).unwrap().join(" "), expected);
 }

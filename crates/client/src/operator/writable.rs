@@ -21,6 +21,8 @@ pub struct WritableOperands {
     pub structures: HashSet<Structure>,
     /// The number of other bits and words that are left out.
     pub read_only: usize,
+    /// The tags of records to which operands belong.
+    pub records: Vec<String>,
     seen: HashSet<Cell>,
 }
 
@@ -58,11 +60,23 @@ impl OperandNames {
                 set.take(self, filter, operand, is_named)?;
             }
         }
+        set.leave_out_bits_of_words();
+        set.records = self.records_of(&set.operands);
         Ok(set)
     }
 }
 
 impl WritableOperands {
+    /// Leaves out the bits of words that are in the set themselves.
+    fn leave_out_bits_of_words(&mut self) {
+        let words: HashSet<Cell> = self.operands.iter().map(|operand| operand.cell).collect();
+        let is_in_word = |cell: Cell| match cell {
+            Cell::WordBit(bit) => words.contains(&Cell::Word(bit.word)),
+            Cell::Bit(_) | Cell::Word(_) => false,
+        };
+        self.operands.retain(|operand| !is_in_word(operand.cell));
+    }
+
     /// Takes an operand into the set, or counts it as left out. `is_named`: the request names this
     /// operand itself.
     fn take(

@@ -185,7 +185,14 @@ impl Resolver<'_> {
             }
             Err(mistake) => {
                 self.mark_used(&name.value);
-                self.findings.extend(mistake.finding(name.span));
+                let finding = mistake.finding(name.span);
+                // What would be written belongs around the index, which the place does not have.
+                let is_one = self.scope.is_one_record(&name.value);
+                let help = |finding: Finding| match is_one {
+                    true => finding.help("name the field, without an index"),
+                    false => finding,
+                };
+                self.findings.extend(finding.map(help));
                 None
             }
         }

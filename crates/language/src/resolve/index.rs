@@ -55,6 +55,9 @@ impl Scope {
         if let (true, Some((tag, _))) = (behind.is_empty(), self.record(base)) {
             return self.indexed_record(base, tag, index);
         }
+        if let Some(mistake) = self.unknown_field(base, index, behind) {
+            return Err(mistake);
+        }
         let column = self.column(&format!("{base}{INDEX}{behind}"))?;
         if let Some((low, high)) = index.split_once("..") {
             return self.slice(&column, low.trim(), high.trim());
@@ -84,8 +87,7 @@ impl Scope {
     fn indexed_record(&self, base: &str, tag: usize, index: &str) -> Result<LookUp, Mistake> {
         let record = &self.records()[tag];
         let Some(count) = record.count else {
-            let message = format!("`{base}` is one record: it has no index");
-            return Err(mistake(Code::OperandType, message, propose(base)));
+            return Err(no_index_of_one(base, ""));
         };
         if index.contains("..") {
             let slice = format!("{base}[{index}]");
@@ -137,6 +139,9 @@ impl Scope {
                 }
                 (None, Address::Bit(_) | Address::Word(_)) => Err(Mistake::Reported),
             };
+        }
+        if self.is_one_record(base) {
+            return Err(no_index_of_one(base, behind));
         }
         if let Some(mistake) = self.no_field_of(base, "0", behind) {
             return Err(mistake);
@@ -297,6 +302,12 @@ impl Scope {
             | NamedThing::Device(_) => Err(no_index(word, None)),
         }
     }
+}
+
+/// The mistake in an index of a record without a `count`; `behind`: the rest of the name.
+fn no_index_of_one(base: &str, behind: &str) -> Mistake {
+    let message = format!("`{base}` is one record: it has no index");
+    mistake(Code::OperandType, message, propose(format!("{base}{behind}")))
 }
 
 /// Whether a name without an index may have the character. (An index that has an index itself,

@@ -9,7 +9,7 @@ use super::record::{RecordField, RecordIndex, RecordPlace, RecordTag};
 use super::scope::{LookUp, Scope};
 use crate::source::finding::Code;
 use crate::source::fix::{Help, advise, possible};
-use crate::source::indexed::with_index;
+use crate::source::indexed::{INDEX, with_index};
 use crate::source::nearest::did_you_mean;
 
 impl Scope {
@@ -39,6 +39,12 @@ impl Scope {
         Some((index, &self.records[index]))
     }
 
+    /// The tag of records to which a name of a field belongs, with or without an index.
+    pub fn record_around(&self, name: &str) -> Option<&RecordTag> {
+        let ends = name.match_indices(['.', '[']).map(|(end, _)| end);
+        ends.filter_map(|end| Some(self.record(&name[..end])?.1)).next()
+    }
+
     /// Looks up a name without an index that is that of a tag of records, or begins with it. `None`
     /// if no such tag is named.
     pub(super) fn named(&self, name: &str) -> Option<Result<LookUp, Mistake>> {
@@ -60,6 +66,20 @@ impl Scope {
         let base = with_index(base, index);
         let behind = behind.trim_start_matches('.');
         Some(no_field(&base, &record.record, &record.field_names(), behind))
+    }
+
+    /// The mistake in a field that no record of the tag `base` has, behind any index.
+    pub(super) fn unknown_field(&self, base: &str, index: &str, behind: &str) -> Option<Mistake> {
+        let (_, record) = self.record(base)?;
+        let field = behind.trim_start_matches('.').split('.').next().unwrap_or_default();
+        let has_field = record.fields.iter().any(|known| known.name == field);
+        if has_field { None } else { self.no_field_of(base, index, behind) }
+    }
+
+    /// Whether the name before an index is that of one record: `current` of `current[].on`.
+    pub(super) fn is_one_record(&self, column: &str) -> bool {
+        let base = column.split(INDEX).next().unwrap_or_default();
+        self.record(base).is_some_and(|(_, record)| record.count.is_none())
     }
 
     /// Whether a name is that of a field of an array of records: `recipe.target`.
