@@ -170,8 +170,8 @@ fn place(subject: &Subject, array: Array, cell: Cell) -> Option<u32> {
     Some(at as u32)
 }
 
-/// The bits of an array that PACK writes into a cell: all of them into a word, one into a bit of it.
-/// Of many, those that are OFF may be left out.
+/// The bits of an array that PACK writes into a cell: all of them into a word, one into a bit of
+/// it. Of many, those that are OFF may be left out.
 fn packed(subject: &Subject, from: Array, to: Cell, image: &Image) -> Vec<SeenValue> {
     let elements = match to {
         Cell::WordBit(bit) => {

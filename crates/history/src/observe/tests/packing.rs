@@ -5,10 +5,10 @@ use expect_test::expect;
 use super::tape::{check, tape};
 
 #[test]
-fn the_answer_for_a_packed_word_lists_its_bits_and_for_an_unpacked_bit_its_word() {
-    let mut plc =
-        tape(r#"rung = [{ when = ["X0"], do = ["PACK C0..C3 to=D0", "UNPACK D1 to=C8..C9"] }]"#);
-    plc.scan(&[("C1", 1), ("C2", 1), ("D1", 2), ("X0", 1)]);
+fn the_answer_for_a_packed_word_lists_its_bits() {
+    let mut plc = tape(r#"rung = [{ when = ["X0"], do = ["PACK C0..C3 to=D0"] }]"#);
+    plc.scan(&[("X0", 1)]);
+    plc.scan(&[("C1", 1), ("C2", 1)]);
     check(
         &plc,
         "D0",
@@ -17,7 +17,7 @@ fn the_answer_for_a_packed_word_lists_its_bits_and_for_an_unpacked_bit_its_word(
               PACK C0..C3 to=D0 made it 6 in this scan: Main, rung 1, a.toml:3
                 the rung is ON, because
                   X0 is ON
-                    input X0 turned it ON in this scan
+                    input X0 turned it ON 10 ms ago, in scan 0
                 with C0 = OFF
                   unchanged since rungd started: its initial value
                 with C1 = ON
@@ -36,7 +36,7 @@ fn the_answer_for_a_packed_word_lists_its_bits_and_for_an_unpacked_bit_its_word(
               PACK C0..C3 to=D0 turned it ON in this scan: Main, rung 1, a.toml:3
                 the rung is ON, because
                   X0 is ON
-                    input X0 turned it ON in this scan
+                    input X0 turned it ON 10 ms ago, in scan 0
                 with C1 = ON
                   input C1 turned it ON in this scan
             C1 OFF would turn it OFF in the next scan
@@ -50,10 +50,17 @@ fn the_answer_for_a_packed_word_lists_its_bits_and_for_an_unpacked_bit_its_word(
               PACK C0..C3 to=D0 keeps it OFF, unchanged since rungd started: Main, rung 1, a.toml:3
                 the rung is ON, because
                   X0 is ON
-                    input X0 turned it ON in this scan
+                    input X0 turned it ON 10 ms ago, in scan 0
             one input is not enough to turn it ON in the next scan (5 tried)
         "#]],
     );
+}
+
+#[test]
+fn the_answer_for_an_unpacked_bit_names_its_word() {
+    let mut plc = tape(r#"rung = [{ when = ["X0"], do = ["UNPACK D1 to=C8..C9"] }]"#);
+    plc.scan(&[("D1", 1), ("X0", 1)]);
+    plc.scan(&[("D1", 2)]);
     check(
         &plc,
         "C9",
@@ -62,7 +69,7 @@ fn the_answer_for_a_packed_word_lists_its_bits_and_for_an_unpacked_bit_its_word(
               UNPACK D1 to=C8..C9 turned it ON in this scan: Main, rung 1, a.toml:3
                 the rung is ON, because
                   X0 is ON
-                    input X0 turned it ON in this scan
+                    input X0 turned it ON 10 ms ago, in scan 0
                 with D1 = 2
                   input D1 made it 2 in this scan
             one input is not enough to turn it OFF in the next scan (1 tried)
@@ -73,10 +80,10 @@ fn the_answer_for_a_packed_word_lists_its_bits_and_for_an_unpacked_bit_its_word(
         "C8",
         expect![[r#"
             C8 is OFF
-              UNPACK D1 to=C8..C9 keeps it OFF, unchanged since rungd started: Main, rung 1, a.toml:3
+              UNPACK D1 to=C8..C9 turned it OFF in this scan: Main, rung 1, a.toml:3
                 the rung is ON, because
                   X0 is ON
-                    input X0 turned it ON in this scan
+                    input X0 turned it ON 10 ms ago, in scan 0
                 with D1 = 2
                   input D1 made it 2 in this scan
             one input is not enough to turn it ON in the next scan (1 tried)
