@@ -19,6 +19,7 @@ mod mutation;
 #[cfg(test)]
 mod tests;
 mod values;
+mod word_bits;
 
 pub use kind::MutantKind;
 

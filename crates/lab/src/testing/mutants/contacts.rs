@@ -15,6 +15,7 @@ use super::ground::{ExchangedText, FoundMutation, Ground, MutationSite, change_o
 use super::kind::MutantKind;
 use super::mutation::{Mutation, RungContacts};
 use super::values::{ConstantStep, Direction};
+use super::word_bits::{other_bit_of_word, with_number};
 
 /// All mutations of a rung's contacts, in file order.
 pub(super) fn contacts(ground: &Ground, rung: &Rung) -> Vec<FoundMutation> {
@@ -82,7 +83,8 @@ impl<'g, 'a> ContactSearch<'g, 'a> {
             self.left_out(contact, number);
         }
         match contact {
-            Contact::Bit(..) | Contact::Element(..) => {}
+            Contact::Bit(bit, span) => self.other_bit(*bit, *span, number),
+            Contact::Element(..) => {}
             Contact::Not(inner, span) => {
                 let is_group = is_group(inner);
                 if is_group && !is_part {
@@ -141,6 +143,15 @@ impl<'g, 'a> ContactSearch<'g, 'a> {
         };
         let what = self.became("contact ", contact.span(), &new_text);
         self.find(MutationSite::new(MutantKind::Inverted, contact.span()), what, number, &new);
+    }
+
+    /// Exchanges a bit of a word for another bit of the same word.
+    fn other_bit(&mut self, bit: Bit, span: Span, number: u32) {
+        let Some(other) = other_bit_of_word(bit) else { return };
+        let text = with_number(self.text(span), bit, other);
+        let what = self.became("contact ", span, &text);
+        let site = MutationSite::new(MutantKind::WordBit, span);
+        self.find(site, what, number, &Contact::Bit(Bit::InWord(other), span));
     }
 
     fn left_out(&mut self, contact: &Contact, number: u32) {

@@ -12,6 +12,7 @@ use super::ground::{ExchangedText, FoundMutation, Ground, MutationSite, change_o
 use super::kind::MutantKind;
 use super::mutation::{InstructionIndex, Mutation};
 use super::values::ConstantStep;
+use super::word_bits::{other_bit_of_word, with_number};
 
 /// The mutations that leave out the rung, or one of its branches.
 pub(super) fn rung_mutations(ground: &Ground, rung: &Rung) -> Vec<FoundMutation> {
@@ -56,6 +57,7 @@ pub(super) fn instructions(ground: &Ground, part: ProgramPart, rung: &Rung) -> V
             let stays_on = branch.is_none() && stays_on(part, rung);
             search.opposite(stays_on);
             search.stages(part);
+            search.other_bits();
             search.constants();
             found.append(&mut search.found);
             found.extend(formulas(ground, instruction, index));
@@ -141,6 +143,21 @@ impl InstructionSearch<'_, '_> {
             let mut changed = self.instruction.clone();
             changed.operands.0[at].value = OperandValue::Stage(new);
             self.replaced(MutationSite::new(MutantKind::Stage, operand.span), what, changed);
+        }
+    }
+
+    /// Exchanges each bit of a word that the instruction writes for another bit of the same word.
+    fn other_bits(&mut self) {
+        for (at, operand) in self.instruction.operands.0.iter().enumerate() {
+            let OperandValue::Bit(bit) = operand.value else { continue };
+            let Some(other) = other_bit_of_word(bit) else { continue };
+            let written = self.ground.text_of(operand.span);
+            let written = written.rsplit('=').next().unwrap_or(written);
+            let new = with_number(written, bit, other);
+            let what = format!("`{written}` is `{new}` in `{}`", self.text());
+            let mut changed = self.instruction.clone();
+            changed.operands.0[at].value = OperandValue::Bit(Bit::InWord(other));
+            self.replaced(MutationSite::new(MutantKind::WordBit, operand.span), what, changed);
         }
     }
 

@@ -23,6 +23,7 @@ kinds! {
     BranchOut "branch-out" "A branch is left out.";
     Inverted "inverted" "A contact is inverted.";
     ContactOut "contact-out" "A contact is left out; a leg without a second contact is always ON.";
+    WordBit "word-bit" "A bit of a word is another bit of the same word.";
     Group "group" "The `&` of a group is a `|`, or its `|` is a `&`.";
     Border "border" "A compare has its border on the other side: `>=` is `>`, `<` is `<=`.";
     Level "level" "An edge is a level: `rise(x)` is `x`.";

@@ -154,3 +154,39 @@ fn compares_have_the_listed_mutants() {
         "#]],
     );
 }
+
+#[test]
+fn bits_of_words_are_mutated_as_other_bits_and_exchanged_for_another_bit() {
+    check_main(
+        r#"
+        { when = ["D0.3", "!V1.15"], do = ["OUT D2.31", "SET D3.0"] },
+        { when = ["rise(D0.4)"], do = ["OFFDTMR T0 preset=2s output=D2.7"] },
+        "#,
+        expect![[r#"
+            Main, rung 1
+              rung-out: the rung left out
+              inverted: contact `D0.3` is `!D0.3`
+              contact-out: contact `D0.3` left out
+              word-bit: contact `D0.3` is `D0.4`
+              inverted: contact `!V1.15` is `V1.15`
+              contact-out: contact `!V1.15` left out
+              word-bit: contact `V1.15` is `V1.14`
+              instruction-out: `OUT D2.31` left out
+              instruction: `OUT D2.31` is `SET D2.31`
+              word-bit: `D2.31` is `D2.30` in `OUT D2.31`
+              instruction-out: `SET D3.0` left out
+              instruction: `SET D3.0` is `RST D3.0`
+              word-bit: `D3.0` is `D3.1` in `SET D3.0`
+            Main, rung 2
+              rung-out: the rung left out
+              inverted: contact `rise(D0.4)` is `!rise(D0.4)`
+              contact-out: contact `rise(D0.4)` is always ON
+              level: `rise(D0.4)` is `D0.4`
+              other-edge: `rise(D0.4)` is `fall(D0.4)`
+              word-bit: contact `D0.4` is `D0.5`
+              number: preset 2s is 2s10ms in `OFFDTMR T0 preset=2s output=D2.7`
+              number: preset 2s is 1s990ms in `OFFDTMR T0 preset=2s output=D2.7`
+              word-bit: `D2.7` is `D2.8` in `OFFDTMR T0 preset=2s output=D2.7`
+        "#]],
+    );
+}

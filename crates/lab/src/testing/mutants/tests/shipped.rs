@@ -85,7 +85,7 @@ fn the_library_has_the_recorded_mutants() {
     expect![[r#"
         alternate: 15
         debounce: 23
-        drive: 125
+        drive: 142
         duty: 269
         first-out: 148
         flasher: 23
