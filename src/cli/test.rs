@@ -198,6 +198,10 @@ fn file_text(name: &str, verdicts: &[TestVerdict], verbose: bool) -> String {
             }
             text += &format!("{}\n", one_line(&verdict.line_text()));
         }
+        let unmoved = verdict.unmoved_text();
+        if !unmoved.is_empty() {
+            text += &format!("{}\n", one_line(&unmoved));
+        }
         if let Some(failure) = &verdict.failure {
             text += &failure.text(name);
         }

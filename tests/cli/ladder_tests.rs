@@ -326,6 +326,33 @@ fn a_failing_run_of_thousands_of_scans_is_shortened_to_a_few_steps() {
 }
 
 #[test]
+fn a_pasted_run_fails_as_the_random_test_did() {
+    for case in ["random", "events"] {
+        let file = folder().join(format!("{case}.test.toml"));
+        let written = std::fs::read_to_string(&file).expect("text");
+        let head = written.split("[[random]]").next().unwrap_or_default();
+        let ladders = format!("\"{}/", folder().display());
+        let head = head.replace("ladder = [\"", &format!("ladder = [{ladders}"));
+        let found = said(&rungd(&["test", file.to_str().expect("text")]));
+        let failures = found.split("\nFAILED").skip(1);
+        let mut count = 0;
+        for failure in failures {
+            let line = failure.lines().find(|line| line.contains("always: ")).expect("a line");
+            let scenario = failure.split("    [[scenario]]").nth(1).expect("a scenario");
+            let (scenario, _) = scenario.split_once("\n    ]").expect("its end");
+            let path = scratch("pasted.test.toml");
+            std::fs::write(&path, format!("{head}[[scenario]]{scenario}\n]\n")).expect("writable");
+            let again = said(&rungd(&["test", path.to_str().expect("text")]));
+            assert!(again.contains(line.trim()), "{scenario}\n{again}");
+            let (_, steps) = scenario.split_once("steps = [\n").expect("steps");
+            assert!(case != "events" || steps.lines().count() <= 10, "{scenario}");
+            count += 1;
+        }
+        assert!(count >= 1, "{found}");
+    }
+}
+
+#[test]
 fn a_watched_file_runs_again_when_it_changes() {
     use std::io::{BufRead, BufReader};
     let ladder = scratch("watched.toml");

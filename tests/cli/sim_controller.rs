@@ -31,13 +31,13 @@ fn a_controller_is_simulated_with_its_plant_in_a_closed_loop() {
     let place = Place::new("loop");
     place.write("loop.toml", LOOP_LADDER);
     place.write("controller.toml", LOOP);
-    place.write("in.csv", "time,X1,line.Ok,D0\n0.1s,1,,\n700ms,,1,7\n1s,0,0,\n");
+    place.write("in.csv", "time,X1,line.Ok,D0\n0.1s,1,,\n700ms,,,7\n1s,0,0,\n1.1s,,,9\n");
     let args = "controller.toml --for 1200ms --stimulus in.csv --watch X1,Y0,X0,Y1,D0 --changes";
     expect_test::expect![[r#"
         scan,time_ms,X1,Y0,X0,Y1,D0
-        0,0,0,0,0,0,0
-        2,100,1,1,0,0,0
-        9,450,1,1,1,0,0
+        0,0,0,0,0,1,0
+        2,100,1,1,0,1,0
+        9,450,1,1,1,1,0
         14,700,1,1,1,1,7
         20,1000,0,0,1,0,7
     "#]]
@@ -61,9 +61,12 @@ fn a_stimulus_cannot_write_inputs_of_the_simulated_plant() {
 #[test]
 fn rows_of_a_stimulus_after_a_stop_give_a_warning() {
     let place = Place::new("loop-stop");
-    place.write("loop.toml", &LOOP_LADDER.replace("OUT Y1", "STOP"));
+    place.write(
+        "loop.toml",
+        &LOOP_LADDER.replace("OUT Y1", "STOP").replace("\"line.Ok", "\"!line.Ok"),
+    );
     place.write("controller.toml", LOOP);
-    place.write("in.csv", "time,line.Ok\n0.1s,1\n2s,0\n");
+    place.write("in.csv", "time,line.Ok\n0.1s,0\n2s,1\n");
     let output = place.sim("controller.toml --for 10s --stimulus in.csv --watch Y0");
     let why = "a STOP instruction ended the simulation after scan 3 (1 row is left out)";
     let said = format!("warning: in.csv:3: scan 40 is not executed: {why}\n");

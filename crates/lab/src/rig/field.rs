@@ -2,8 +2,8 @@
 //!
 //! The side of the scan is `runtime::field`, as in the daemon. This module is the other side: it
 //! exchanges with a device at each multiple of `poll` and when an output has changed, as
-//! `io::device` does. A simulated plant answers. Every other device is silent until a test restores
-//! it; then it reports the values that the test gives its inputs.
+//! `io::device` does. A simulated plant answers. Every other device reports the values that the
+//! test gives its inputs: 0 and OFF at first.
 
 use super::mode::{MS_NS, RigMode};
 use super::program::{RigProgram, UnwiredBits};
@@ -46,8 +46,6 @@ struct RigDevice {
     peer: Peer,
     /// Whether it can be reached.
     is_there: bool,
-    /// Whether it could be reached at any time. Then only the device writes its inputs.
-    was_there: bool,
 }
 
 /// The peer of a device.
@@ -55,7 +53,7 @@ enum Peer {
     /// A simulated plant, with the inputs that it last returned.
     Plant(Box<Model>, Vec<i32>),
     /// No plant: a test sets the inputs.
-    Silent,
+    Test,
 }
 
 /// The outputs to write: in RUN the image of the last scan, otherwise the safe values.
@@ -102,19 +100,18 @@ impl<'a> Driven<'a> {
 }
 
 impl RigField {
-    /// The devices at the start of the first process: simulated plants can be reached, all other
-    /// devices are silent.
+    /// The devices at the start of the first process: all can be reached.
     pub fn new(program: &RigProgram) -> RigField {
         let (field, ends) = scan_side(program, 0);
         let settings = &program.controller.devices;
         let devices = settings.iter().zip(&program.wirings).zip(ends);
         let device = |((settings, wiring), end): ((&Device, &Wiring), InputEnd)| {
             let count = wiring.inputs.len();
-            let peer = match &settings.driver {
+            let (peer, read) = match &settings.driver {
                 DriverSettings::Simulated(plant) => {
-                    Peer::Plant(Box::new(Model::new(plant)), vec![0; count])
+                    (Peer::Plant(Box::new(Model::new(plant)), vec![0; count]), None)
                 }
-                DriverSettings::Modbus(_) | DriverSettings::Gpio(_) => Peer::Silent,
+                DriverSettings::Modbus(_) | DriverSettings::Gpio(_) => (Peer::Test, Some(0)),
             };
             RigDevice {
                 end,
@@ -124,9 +121,8 @@ impl RigField {
                 next_ns: 0,
                 offered: vec![0; wiring.outputs.len()],
                 given: vec![0; wiring.outputs.len()],
-                read: vec![None; count],
-                is_there: matches!(peer, Peer::Plant(..)),
-                was_there: false,
+                read: vec![read; count],
+                is_there: true,
                 peer,
             }
         };
@@ -188,12 +184,12 @@ impl RigField {
         self.devices.iter_mut().for_each(|device| device.drive(now_ns, driven));
     }
 
-    /// Sets the input of a silent device.
+    /// Sets the input of a device that a test answers for.
     pub fn set(&mut self, x: u32, value: i32, now_ns: u64) {
         self.set_target(value, now_ns, |target| *target == WiringTarget::Input(x));
     }
 
-    /// Sets the input of a silent device; returns true if the device writes the cell itself.
+    /// Sets the input of a device that a test answers for; returns true if the cell is one.
     pub fn set_cell(&mut self, cell: Cell, value: i32, now_ns: u64) -> bool {
         self.set_target(value, now_ns, |target| match (*target, cell) {
             (WiringTarget::Bit(of), Cell::Bit(bit)) => of == bit,
@@ -208,13 +204,13 @@ impl RigField {
         now_ns: u64,
         is_it: impl Fn(&WiringTarget) -> bool,
     ) -> bool {
-        for device in self.devices.iter_mut().filter(|device| matches!(device.peer, Peer::Silent)) {
+        for device in self.devices.iter_mut().filter(|device| matches!(device.peer, Peer::Test)) {
             if let Some(at) = device.inputs.iter().position(&is_it) {
                 device.read[at] = Some(value);
                 if device.is_there {
                     device.next_ns = device.next_ns.min(now_ns);
                 }
-                return device.was_there;
+                return true;
             }
         }
         false
@@ -233,7 +229,7 @@ impl RigField {
     /// From now on a device can be reached. It exchanges before the next scan.
     pub fn restore(&mut self, DeviceId(at): DeviceId, now_ns: u64) {
         if let Some(device) = self.devices.get_mut(at as usize) {
-            (device.is_there, device.was_there) = (true, true);
+            device.is_there = true;
             device.next_ns = device.next_ns.min(now_ns);
         } else if let Some(device) = self.unwired.get_mut(at as usize) {
             (device.is_there, device.is_due) = (true, true);
@@ -281,7 +277,7 @@ impl RigDevice {
                     *read = Some(*input);
                 }
             }
-            Peer::Silent => {}
+            Peer::Test => {}
         }
         self.end.deliver(&self.read, now_ns);
         self.end.well(now_ns);

@@ -4,8 +4,8 @@
 //! Called by `testing` for test files, and by `rungd sim CONTROLLER.toml`. The side of the scan of
 //! field devices, the tape, the plan of a reload and the content of retentive memory are the same
 //! code as in the daemon; this module decides the times at which they act. Field devices of kind
-//! `simulated`, and the rules of `[[simulated-device]]`, are stepped as `run` steps them; all other
-//! devices are silent until they are [restored](Rig::restore_device).
+//! `simulated`, and the rules of `[[simulated-device]]`, are stepped as `run` steps them; for all
+//! other devices the caller answers. All are connected until they are [lost](Rig::lose_device).
 //!
 //! A scan has two halves. [`Rig::scan`] ends before the passes of a last scan, so that its caller
 //! sees memory at the end of every scan. [`Rig::end_scan`] does the rest.
@@ -116,6 +116,9 @@ impl Rig {
             program: Arc::clone(program),
         };
         setup.inputs.iter().for_each(|(x, on)| rig.set_input(*x, *on));
+        for (cell, value) in &setup.set {
+            rig.field.set_cell(*cell, *value, 0);
+        }
         rig.start();
         rig.settle();
         rig

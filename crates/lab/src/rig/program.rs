@@ -55,6 +55,11 @@ impl RigProgram {
         }
     }
 
+    /// The wirings of the field devices.
+    pub(crate) fn wirings(&self) -> &[Wiring] {
+        &self.wirings
+    }
+
     /// The scan period, ns.
     pub fn period_ns(&self) -> u64 {
         u64::from(self.controller.period_ms) * 1_000_000

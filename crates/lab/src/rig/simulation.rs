@@ -1,10 +1,10 @@
 //! A simulation: a controller with its simulated devices, in virtual time. Ladders alone are a
 //! controller without devices.
 //!
-//! Called by `rungd sim` and by the editor's simulation. Field devices that are not simulated are
-//! silent: their `.Ok` is OFF until a stimulus turns it ON. The devices that ladders alone name are
-//! well from the first scan on: their bits are a stimulus's. The caller has read the stimulus, and
-//! passes the trace. Scan k has the timestamp k × period.
+//! Called by `rungd sim` and by the editor's simulation. All field devices are connected from the
+//! first scan on: those that are not simulated deliver what a stimulus sets, and are lost while it
+//! turns their `.Ok` OFF. The bits of devices that ladders alone name are a stimulus's. The caller
+//! has read the stimulus, and passes the trace. Scan k has the timestamp k × period.
 
 use std::collections::HashMap;
 use std::io;

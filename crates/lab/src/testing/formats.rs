@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 
 use super::failure::{Failure, SeenOperand};
 use super::runner::TestVerdict;
+use super::unmoved::UnmovedNames;
 
 /// The verdicts of one test file.
 #[derive(Clone, Debug)]
@@ -84,7 +85,17 @@ fn of_verdict(verdict: &TestVerdict) -> Value {
         "runs": verdict.runs,
         "scans": verdict.scans,
         "virtual_ms": verdict.virtual_ns / 1_000_000,
+        "unmoved": of_unmoved(&verdict.unmoved),
         "failure": verdict.failure.as_deref().map(of_failure),
+    })
+}
+
+fn of_unmoved(unmoved: &UnmovedNames) -> Value {
+    json!({
+        "never_on": unmoved.never_on,
+        "never_off": unmoved.never_off,
+        "never_moved": unmoved.never_moved,
+        "never_changed": unmoved.never_changed,
     })
 }
 

@@ -23,6 +23,7 @@ mod player;
 mod programs;
 mod random;
 mod random_run;
+mod random_world;
 mod reading;
 #[cfg(test)]
 mod reading_tests;
@@ -38,6 +39,7 @@ mod steps;
 mod suite;
 mod touches;
 mod traced;
+mod unmoved;
 mod written;
 
 pub use condition::Condition;
@@ -52,9 +54,10 @@ pub use runner::{RunOptions, TestVerdict, programs, run};
 pub use scenario::{ScenarioOf, scenario};
 pub use step_forms::{FORMS as STEP_FORMS, step_form};
 pub use suite::{
-    Chance, ProgramId, RandomChange, RandomMotion, RandomTest, Reload, Scenario, Suite,
-    TestOperand, TestProgram, TestStep, TestTime,
+    Chance, Incident, ProgramId, RandomChange, RandomIncident, RandomMotion, RandomTest, Reload,
+    Scenario, Suite, TestOperand, TestProgram, TestStep, TestTime,
 };
 pub use touches::{TestTouch, touches};
 pub use traced::{TracedScan, trace};
+pub use unmoved::UnmovedNames;
 pub use written::shape;

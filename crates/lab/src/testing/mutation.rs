@@ -89,7 +89,7 @@ fn failing(stage: LoweredSuite, runs_max: u32) -> Option<String> {
     }
     for test in &stage.suite.randoms {
         let mut runs = 0..test.runs.min(runs_max);
-        if runs.any(|run| random_run::run(stage, test, run).1.is_some()) {
+        if runs.any(|run| random_run::run(stage, test, run, None).broken.is_some()) {
             return Some(test.name.clone());
         }
     }

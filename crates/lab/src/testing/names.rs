@@ -83,6 +83,15 @@ impl<'a> TestNames<'a> {
         Err(finding(format!("no device is called `{name}`")).help(help).near(name, &self.devices))
     }
 
+    /// The field devices, with their names.
+    pub fn devices(&self) -> impl Iterator<Item = (DeviceId, &str)> {
+        let scope = self.conditions.scope();
+        self.devices.iter().filter_map(|name| match scope.look_up(name) {
+            Ok(LookUp { thing: NamedThing::Device(id), .. }) => Some((id, name)),
+            Ok(_) | Err(_) => None,
+        })
+    }
+
     /// The address of a name in a test.
     fn address(&self, name: &str, span: Span) -> Result<Address, Finding> {
         let scope = self.conditions.scope();

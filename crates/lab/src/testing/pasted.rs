@@ -2,8 +2,11 @@
 
 use super::lowered_suite::LoweredSuite;
 use super::random_run::{BrokenRun, RandomEvent};
-use super::suite::{RandomTest, Scenario, TestOperand, TestStep, TestTime};
+use super::random_world::{RandomDraw, STARTED};
+use super::suite::{Incident, RandomSource, RandomTest, Scenario, TestOperand, TestStep, TestTime};
+use crate::rig::PowerOff;
 use rungd_engine::Layout;
+use rungd_engine::isa::DeviceId;
 use rungd_language::source::span::Located;
 
 /// A run as a scenario.
@@ -21,16 +24,10 @@ pub(super) fn pasted(
     has_pulses: bool,
 ) -> PastedRun {
     let layout = &stage.programs[0].symbols.layout;
-    let mut steps: Vec<TestStep> = Vec::new();
-    let mut scan = 0;
-    for RandomEvent { scan: at, change, value, .. } in &broken.events {
-        if *at > scan {
-            steps.push(TestStep::Run(TestTime::Scans(at - scan)));
-            scan = *at;
-        }
-        steps.push(TestStep::Set(test.changes[*change].operand.clone(), *value));
-    }
-    steps.push(TestStep::Run(TestTime::Scans(broken.scan + 1 - scan)));
+    let mut steps = RandomSteps { test, steps: Vec::new(), scan: 0, last: Vec::new() };
+    broken.events.iter().for_each(|event| steps.add(event));
+    steps.run_to(broken.scan + 1);
+    let mut steps = steps.steps;
     if has_pulses {
         steps = pulses(steps, stage.programs[0].controller.period_ms);
     }
@@ -44,7 +41,7 @@ pub(super) fn pasted(
     }
     text += "steps = [\n";
     for step in &steps {
-        text += &format!("    {},\n", quoted(&step_text(step, layout)));
+        text += &format!("    {},\n", quoted(&step_text(step, test, layout)));
     }
     text += "]\n";
     let located = |value| Located { value, span: test.span };
@@ -52,6 +49,55 @@ pub(super) fn pasted(
     let scenario =
         Scenario { name: test.name.clone(), span: test.span, set: test.set.clone(), steps };
     PastedRun { scenario, text }
+}
+
+/// The steps of a run, so far.
+struct RandomSteps<'t> {
+    test: &'t RandomTest,
+    steps: Vec<TestStep>,
+    /// The number of scans of these steps.
+    scan: u64,
+    /// The stop, with what follows it, whose last scan is the next one. Its scan comes after the
+    /// changes of that scan.
+    last: Vec<TestStep>,
+}
+
+impl RandomSteps<'_> {
+    fn add(&mut self, event: &RandomEvent) {
+        self.run_to(event.scan);
+        let incident = match self.test.source(event.source) {
+            RandomSource::Change(change) => {
+                return self.steps.push(TestStep::Set(change.operand.clone(), event.value));
+            }
+            RandomSource::Incident(incident) => incident,
+        };
+        match incident {
+            Incident::Device { id, .. } if event.draw == RandomDraw::Lose(true) => {
+                self.steps.push(TestStep::Lose(*id));
+            }
+            Incident::Device { id, .. } => self.steps.push(TestStep::Restore(*id)),
+            Incident::PowerCut => {
+                self.steps.push(TestStep::PowerCut(PowerOff { down_ms: 0, lose_ms: 0 }));
+                if event.value == STARTED {
+                    self.steps.push(TestStep::Start);
+                }
+            }
+            Incident::Restart => self.last = vec![TestStep::Restart { down_ms: 0 }],
+            Incident::Stop => self.last = vec![TestStep::Stop, TestStep::Start],
+        }
+    }
+
+    /// Adds scans up to one, from 0.
+    fn run_to(&mut self, scan: u64) {
+        if scan > self.scan && !self.last.is_empty() {
+            self.steps.append(&mut self.last);
+            self.scan += 1;
+        }
+        if scan > self.scan {
+            self.steps.push(TestStep::Run(TestTime::Scans(scan - self.scan)));
+            self.scan = scan;
+        }
+    }
 }
 
 /// Replaces equal pulses (a bit goes ON and OFF again, at least twice) by one step.
@@ -107,7 +153,7 @@ fn pulse(steps: &[TestStep]) -> Option<SetPulse<'_>> {
 }
 
 /// The text of a step. A run contains only a few kinds of steps.
-fn step_text(step: &TestStep, layout: &Layout) -> String {
+fn step_text(step: &TestStep, test: &RandomTest, layout: &Layout) -> String {
     match step {
         TestStep::Set(operand, value) => {
             format!("set {} {}", operand.name, layout.text(operand.cell, *value))
@@ -118,6 +164,12 @@ fn step_text(step: &TestStep, layout: &Layout) -> String {
         TestStep::Pulse { operand, on: TestTime::Ms(on), every: TestTime::Ms(every), times } => {
             format!("pulse {} {on}ms every {every}ms times {times}", operand.name)
         }
+        TestStep::Lose(device) => format!("lose {}", device_name(test, *device)),
+        TestStep::Restore(device) => format!("restore {}", device_name(test, *device)),
+        TestStep::PowerCut(_) => "power-cut".to_owned(),
+        TestStep::Restart { .. } => "restart".to_owned(),
+        TestStep::Stop => "stop".to_owned(),
+        TestStep::Start => "start".to_owned(),
         TestStep::Force(..)
         | TestStep::Unforce(_)
         | TestStep::Pulse { .. }
@@ -125,15 +177,17 @@ fn step_text(step: &TestStep, layout: &Layout) -> String {
         | TestStep::Expect(_)
         | TestStep::Within(..)
         | TestStep::Hold(..)
-        | TestStep::Stop
-        | TestStep::Start
-        | TestStep::Restart { .. }
-        | TestStep::PowerCut(_)
         | TestStep::Reload(_)
-        | TestStep::Lose(_)
-        | TestStep::Restore(_)
         | TestStep::Clock(_) => String::new(),
     }
+}
+
+fn device_name(test: &RandomTest, device: DeviceId) -> &str {
+    let names = test.incidents.iter().find_map(|one| match &one.incident {
+        Incident::Device { id, name } if *id == device => Some(name.as_str()),
+        Incident::Device { .. } | Incident::PowerCut | Incident::Restart | Incident::Stop => None,
+    });
+    names.unwrap_or_default()
 }
 
 /// A TOML string.

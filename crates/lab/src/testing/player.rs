@@ -489,8 +489,11 @@ impl<'a, S: Spectator> Player<'a, S> {
         let text = &self.stage.suite.file.text;
         for (at, step) in self.scenario.steps.iter().enumerate() {
             let place = step.span.start as usize..step.span.end as usize;
-            let said = text.get(place).unwrap_or_default();
-            self.rig.note(Ticket(at as u64 + 1), &format!("the step `{said}`"));
+            let said = match step.span == self.scenario.span {
+                true => "the random run".to_owned(),
+                false => format!("the step `{}`", text.get(place).unwrap_or_default()),
+            };
+            self.rig.note(Ticket(at as u64 + 1), &said);
         }
     }
 }

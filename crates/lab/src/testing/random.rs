@@ -1,17 +1,17 @@
-//! Resolves the changes of a random test: operands, probabilities, limits and steps.
+//! Resolves the changes and incidents of a random test: operands, probabilities, limits and steps.
 //!
 //! Called by `reading`. No random numbers are drawn here.
 
 use super::names::TestTarget;
 use super::programs::Programs;
 use super::steps::twice;
-use super::suite::{Chance, RandomChange, RandomMotion};
-use super::written::{WrittenChange, WrittenRandom};
+use super::suite::{Chance, Incident, RandomChange, RandomIncident, RandomMotion};
+use super::written::{WrittenChange, WrittenEvents, WrittenRandom};
 use crate::traces::stimulus::StimulusTarget;
 use rungd_engine::TIME_END_NS;
 use rungd_language::source::atom::{Atom, AtomKind};
 use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::fix::{Help, advise, pair, possible, propose};
+use rungd_language::source::fix::{FixEdit, Help, advise, pair, possible, propose};
 use rungd_language::source::reader::Text;
 use rungd_language::source::span::Span;
 
@@ -24,9 +24,14 @@ pub(super) fn changes(
     findings.extend(too_long(programs, written));
     let mut changes: Vec<RandomChange> = Vec::new();
     let mut seen = std::collections::HashMap::new();
-    for (name, change) in &written.changes {
+    let inputs = written.changes.iter().map(|(name, change)| (name, change, false));
+    let writes = written.events.writes.iter().map(|(name, change)| (name, change, true));
+    for (name, change, by_operator) in inputs.chain(writes) {
         let target = programs.names[0].written(&name.text, name.span);
         let change = target.and_then(|target| {
+            if by_operator && target.operand.input.is_some() {
+                return Err(input_written(&name.text, name.span));
+            }
             if let Some(first) = seen.insert(target.operand.cell, name.span) {
                 return Err(twice(&name.text, name.span, first));
             }
@@ -38,6 +43,42 @@ pub(super) fn changes(
         }
     }
     changes
+}
+
+fn input_written(name: &str, span: Span) -> Finding {
+    let message = format!("`{name}` is an input: no operator writes it");
+    let finding = Finding::new(Code::TestFile, span, message);
+    finding.help("let it change at random: move it to `change`").fix(possible(FixEdit::Delete))
+}
+
+/// What happens to the controller and its field devices. Adds findings about it.
+pub(super) fn incidents(
+    programs: &Programs<'_>,
+    written: &WrittenEvents,
+    findings: &mut Vec<Finding>,
+) -> Vec<RandomIncident> {
+    let mut incidents = Vec::new();
+    let mut add =
+        |text: &Option<Text>, all: &[Incident]| match text.as_ref().map(chance).transpose() {
+            Ok(None) => {}
+            Ok(Some(chance)) => incidents.extend(
+                all.iter().map(|incident| RandomIncident { incident: incident.clone(), chance }),
+            ),
+            Err(finding) => findings.push(finding),
+        };
+    let devices = programs.names[0].devices();
+    let lost = devices.map(|(id, name)| Incident::Device { id, name: name.to_owned() });
+    let lost: Vec<Incident> = lost.collect();
+    add(&written.lose, &lost);
+    add(&written.power_cut, &[Incident::PowerCut]);
+    add(&written.restart, &[Incident::Restart]);
+    add(&written.stop, &[Incident::Stop]);
+    if let (Some(text), true) = (&written.lose, lost.is_empty()) {
+        let finding = Finding::new(Code::TestFile, text.span, "there is no field device to lose");
+        let help = "devices are those of a controller file, or of `[ladder] devices`";
+        findings.push(finding.help(help).fix(FixEdit::Delete));
+    }
+    incidents
 }
 
 fn too_long(programs: &Programs<'_>, written: &WrittenRandom) -> Option<Finding> {

@@ -8,36 +8,26 @@
 
 use super::change_schedule::ChangeSchedule;
 use super::lowered_suite::LoweredSuite;
-use super::suite::{RandomChange, RandomMotion, RandomTest, TestOperand};
-use crate::rig::{Rig, RigMode, RigSetup, TapeListener};
-use rungd_base::calendar::LocalTime;
+use super::random_world::{RandomDraw, RandomWorld};
+use super::suite::{Incident, RandomMotion, RandomSource, RandomTest};
+use super::unmoved::UnmovedCells;
+use crate::rig::TapeListener;
 use rungd_base::random::SplitMix64;
 use rungd_engine::isa::Real;
 use rungd_engine::{Cell, Image, Layout};
-use rungd_runtime::exchange::Ticket;
 
-/// One change, before a scan.
+/// One incident or change, before a scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct RandomEvent {
     /// The scan, from 0.
     pub scan: u64,
-    /// The index of the change in the test.
-    pub change: usize,
+    /// The number of the incident or change in the test: incidents come first.
+    pub source: usize,
     /// What the generator chose.
     pub draw: RandomDraw,
-    /// The new content of the cell, which follows from it and from the content before.
+    /// The new content of the cell of a change, which follows from it and from the content before;
+    /// [`STARTED`](super::random_world::STARTED) for a new process that waited in STOP.
     pub value: i32,
-}
-
-/// A choice of the generator.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum RandomDraw {
-    /// A bit goes ON, or OFF.
-    Toggle(bool),
-    /// A step up, or down.
-    Walk(bool),
-    /// The content to jump to.
-    Jump(i32),
 }
 
 /// A run that has broken a line of `always`.
@@ -66,9 +56,22 @@ fn generator(seed: u64, run: u32) -> SplitMix64 {
     SplitMix64(seeds.next())
 }
 
-/// Makes one run of a test. Runs count from 0. Also returns the number of its scans.
-pub(super) fn run(stage: LoweredSuite, test: &RandomTest, run: u32) -> (u64, Option<BrokenRun>) {
-    drawn_run(stage, test, run, None)
+/// A run that has ended.
+pub(super) struct EndedRun {
+    /// The number of its scans.
+    pub scans: u64,
+    /// The failure; `None`: no line of `always` broke.
+    pub broken: Option<BrokenRun>,
+}
+
+/// Makes one run of a test. Runs count from 0. Takes what moves from `unmoved`.
+pub(super) fn run(
+    stage: LoweredSuite,
+    test: &RandomTest,
+    run: u32,
+    unmoved: Option<&mut UnmovedCells>,
+) -> EndedRun {
+    drawn_run(stage, test, run, RandomListeners { unmoved, tape: None })
 }
 
 /// Makes one run of a test for a listener, which receives the tape.
@@ -78,32 +81,40 @@ pub(super) fn heard(
     run: u32,
     listener: Box<dyn TapeListener>,
 ) {
-    drawn_run(stage, test, run, Some(listener));
+    drawn_run(stage, test, run, RandomListeners { unmoved: None, tape: Some(listener) });
+}
+
+/// Who hears of a run.
+#[derive(Default)]
+struct RandomListeners<'a> {
+    /// Notes what moves.
+    unmoved: Option<&'a mut UnmovedCells>,
+    /// Receives the tape.
+    tape: Option<Box<dyn TapeListener>>,
 }
 
 fn drawn_run(
     stage: LoweredSuite,
     test: &RandomTest,
     run: u32,
-    listener: Option<Box<dyn TapeListener>>,
-) -> (u64, Option<BrokenRun>) {
+    listeners: RandomListeners,
+) -> EndedRun {
     let layout = &stage.programs[0].symbols.layout;
     let mut random = generator(test.seed, run);
-    let chances = test.changes.iter().map(|change| change.chance);
-    let mut schedule = ChangeSchedule::new(chances, &mut random);
+    let mut schedule = ChangeSchedule::new(test.chances(), &mut random);
     let mut events = Vec::new();
-    let drive = RandomDrive { stage, test, scans: test.scans, listener };
-    let broken = drive.execute(|scan, image, changes| {
-        while let Some(at) = schedule.due(scan, &mut random) {
-            let change = &test.changes[at];
-            let draw = drawn(layout, change, image, &mut random);
-            let value = moved(layout, change, image, draw);
-            events.push(RandomEvent { scan, change: at, draw, value });
-            changes.push((at, value));
+    let drive = RandomDrive { stage, test, scans: test.scans, listeners };
+    let broken = drive.execute(|scan, world| {
+        while let Some(source) = schedule.due(scan, &mut random) {
+            let draw = drawn(layout, test, DrawnSource { source, world }, &mut random);
+            let value = moved(layout, test.source(source), world.rig.image(), draw);
+            let value = world.happens(source, draw, value).unwrap_or(value);
+            events.push(RandomEvent { scan, source, draw, value });
         }
     });
     let scans = broken.map_or(test.scans, |broken_run| broken_run.scan + 1);
-    (scans, broken.map(|BrokenLine { scan, always }| BrokenRun { events, scan, always }))
+    let broken = broken.map(|BrokenLine { scan, always }| BrokenRun { events, scan, always });
+    EndedRun { scans, broken }
 }
 
 /// Plays events again, in order of their scans and changes. The values follow anew from the
@@ -121,28 +132,26 @@ pub(super) fn replay(
     }
     let layout = &stage.programs[0].symbols.layout;
     let (mut next, mut played) = (0, Vec::new());
-    let drive = RandomDrive { stage, test, scans, listener: None };
-    let broken = drive.execute(|scan, image, changes| {
+    let drive = RandomDrive { stage, test, scans, listeners: RandomListeners::default() };
+    let broken = drive.execute(|scan, world| {
         while let Some(event) = events.get(next).filter(|event| event.scan == scan) {
             next += 1;
-            let change = &test.changes[event.change];
-            let value = moved(layout, change, image, event.draw);
-            if value != image.value(change.operand.cell) || change.is_certain() {
+            let value = moved(layout, test.source(event.source), world.rig.image(), event.draw);
+            if let Some(value) = world.happens(event.source, event.draw, value) {
                 played.push(RandomEvent { value, ..*event });
-                changes.push((event.change, value));
             }
         }
     });
     broken.map(|BrokenLine { scan, always }| BrokenRun { events: played, scan, always })
 }
 
-/// Whether the generator can make these events: each change once in a scan at most, and in every
+/// Whether the generator can make these events: each source once in a scan at most, and in every
 /// scan if it is certain.
 fn is_possible(test: &RandomTest, events: &[RandomEvent], scans: u64) -> bool {
-    let place = |event: &RandomEvent| (event.scan, event.change);
+    let place = |event: &RandomEvent| (event.scan, event.source);
     let once = events.windows(2).all(|two| place(&two[0]) < place(&two[1]));
-    let count = |at: usize| events.iter().filter(|event| event.change == at).count() as u64;
-    let mut certain = test.changes.iter().enumerate().filter(|(_, change)| change.is_certain());
+    let count = |at: usize| events.iter().filter(|event| event.source == at).count() as u64;
+    let mut certain = test.chances().enumerate().filter(|(_, chance)| chance.is_certain());
     once && certain.all(|(at, _)| count(at) == scans)
 }
 
@@ -152,75 +161,73 @@ struct RandomDrive<'a> {
     test: &'a RandomTest,
     /// The maximum number of scans.
     scans: u64,
-    /// Receives the tape.
-    listener: Option<Box<dyn TapeListener>>,
+    listeners: RandomListeners<'a>,
 }
 
 impl RandomDrive<'_> {
-    /// Executes scans until a line of `always` breaks. `changes`: adds the changes before a scan,
-    /// from the number of the scan and the image of the scan before.
-    fn execute(
-        self,
-        mut changes: impl FnMut(u64, &Image, &mut Vec<(usize, i32)>),
-    ) -> Option<BrokenLine> {
-        let RandomDrive { stage, test, scans, listener } = self;
-        let inputs =
-            test.set.iter().filter_map(|(operand, value)| Some((operand.input?, *value != 0)));
-        let others = test.set.iter().filter(|(operand, _)| operand.input.is_none());
-        let setup = RigSetup {
-            set: others.map(|(operand, value)| (operand.cell, *value)).collect(),
-            inputs: inputs.collect(),
-            clock_s: LocalTime::SIMULATED_S,
-            is_taped: listener.is_some(),
-            ..RigSetup::default()
-        };
-        let mut rig = Rig::new(&stage.programs[0], &setup);
-        if let Some(listener) = listener {
-            rig.listen(listener);
+    /// Executes scans until a line of `always` breaks. `happen`: makes the incidents and changes
+    /// before a scan, from its number.
+    fn execute(self, mut happen: impl FnMut(u64, &mut RandomWorld)) -> Option<BrokenLine> {
+        let RandomDrive { stage, test, scans, listeners: RandomListeners { mut unmoved, tape } } =
+            self;
+        let mut world = RandomWorld::new(&stage.programs[0], test, tape);
+        if let Some(unmoved) = &mut unmoved {
+            unmoved.begin(world.rig.image());
         }
         let always = &stage.suite.always[0];
         let mut edges: Vec<Vec<bool>> =
             always.iter().map(|condition| vec![false; condition.edges]).collect();
-        let mut now = Vec::new();
         for scan in 0..scans {
-            if rig.mode() == RigMode::Stop || stage.is_given_up() {
+            if stage.is_given_up() || !world.continues() {
                 // If the ladder has stopped the controller, no line can break any more.
                 return None;
             }
-            now.clear();
-            changes(scan, rig.image(), &mut now);
-            for (change, value) in &now {
-                give(&mut rig, &test.changes[*change].operand, *value);
+            happen(scan, &mut world);
+            if world.begins_run() {
+                edges.iter_mut().for_each(|edges| edges.fill(false));
             }
-            let is_last = rig.scan();
+            let is_last = world.rig.scan();
             for (at, (condition, edges)) in always.iter().zip(&mut edges).enumerate() {
-                if !condition.is_true(rig.image(), edges) {
+                if !condition.is_true(world.rig.image(), edges) {
                     return Some(BrokenLine { scan, always: at });
                 }
             }
-            rig.end_scan(is_last);
+            if let Some(unmoved) = &mut unmoved {
+                unmoved.scanned(world.rig.image());
+            }
+            world.rig.end_scan(is_last);
         }
         None
     }
 }
 
-fn give(rig: &mut Rig, operand: &TestOperand, value: i32) {
-    match operand.input {
-        Some(x) => rig.set_input(x, value != 0),
-        None => rig.write(operand.cell, value, Ticket(0)),
-    }
+/// An incident or change that happens, and the controller to which it happens.
+struct DrawnSource<'a, 't> {
+    source: usize,
+    world: &'a RandomWorld<'t>,
 }
 
-/// The choice of the generator for a change that happens.
+/// The choice of the generator for an incident or change that happens.
 fn drawn(
     layout: &Layout,
-    change: &RandomChange,
-    image: &Image,
+    test: &RandomTest,
+    DrawnSource { source, world }: DrawnSource,
     random: &mut SplitMix64,
 ) -> RandomDraw {
+    let change = match test.source(source) {
+        RandomSource::Change(change) => change,
+        RandomSource::Incident(Incident::Device { id, .. }) => {
+            return RandomDraw::Lose(!world.is_lost(*id));
+        }
+        RandomSource::Incident(Incident::PowerCut | Incident::Restart | Incident::Stop) => {
+            return RandomDraw::Happens;
+        }
+    };
     let is_real = is_real(layout, change.operand.cell);
     match change.motion {
-        RandomMotion::Toggle => RandomDraw::Toggle(image.value(change.operand.cell) == 0),
+        RandomMotion::Toggle => {
+            RandomDraw::Toggle(world.rig.image().value(change.operand.cell) == 0)
+        }
         RandomMotion::Walk { .. } => RandomDraw::Walk(random.next() >> 63 == 1),
         RandomMotion::Jump { low, high } if is_real => {
             // 53 random bits: the precision of a binary64 between 0 and 1.
@@ -234,8 +241,9 @@ fn drawn(
     }
 }
 
-/// The content of an operand after a change, by the choice of the generator.
-fn moved(layout: &Layout, change: &RandomChange, image: &Image, draw: RandomDraw) -> i32 {
+/// The content of the operand of a change, by the choice of the generator; 0 for an incident.
+fn moved(layout: &Layout, source: RandomSource, image: &Image, draw: RandomDraw) -> i32 {
+    let RandomSource::Change(change) = source else { return 0 };
     let now = image.value(change.operand.cell);
     match (draw, change.motion) {
         (RandomDraw::Jump(to), _) => to,
@@ -252,7 +260,8 @@ fn moved(layout: &Layout, change: &RandomChange, image: &Image, draw: RandomDraw
                 false => (f64::from(now) + step).clamp(low, high) as i32,
             }
         }
-        (RandomDraw::Walk(_), RandomMotion::Toggle | RandomMotion::Jump { .. }) => now,
+        (RandomDraw::Walk(_), RandomMotion::Toggle | RandomMotion::Jump { .. })
+        | (RandomDraw::Lose(_) | RandomDraw::Happens, _) => now,
     }
 }
 

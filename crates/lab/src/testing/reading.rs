@@ -267,6 +267,7 @@ impl Resolution {
         for random in randoms {
             let set = all.set(programs, &random);
             let changes = random::changes(programs, &random, &mut all.findings);
+            let incidents = random::incidents(programs, &random.events, &mut all.findings);
             let whole = |number: Option<Located<i64>>| {
                 number.map_or(0, |number| number.value.unsigned_abs())
             };
@@ -277,6 +278,7 @@ impl Resolution {
                 scans: whole(random.scans),
                 seed: whole(random.seed),
                 set,
+                incidents,
                 changes,
             });
         }

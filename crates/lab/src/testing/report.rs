@@ -23,6 +23,14 @@ impl TestVerdict {
         let scans = counted(self.scans, "scan");
         format!("{word:<6}  {}  ({runs}{scans}, {})", self.name, time_text(self.virtual_ns))
     }
+
+    /// What never moved in a random test, as a line; empty if everything did.
+    pub fn unmoved_text(&self) -> String {
+        match self.unmoved.text() {
+            text if text.is_empty() => text,
+            text => format!("  {}: {text}", self.name),
+        }
+    }
 }
 
 impl Failure {

@@ -13,6 +13,7 @@ use super::player::{NoSpectator, PlayedScenario, play};
 use super::random_run::{self, BrokenRun};
 use super::shrink::shrink;
 use super::suite::Suite;
+use super::unmoved::{MovableCells, UnmovedCells, UnmovedNames};
 use crate::rig::RigProgram;
 use rungd_base::locked::locked;
 
@@ -32,6 +33,8 @@ pub struct TestVerdict {
     pub virtual_ns: u64,
     /// The number of runs of a random test; 1 for a scenario.
     pub runs: u32,
+    /// What never moved in any run of a random test that passed.
+    pub unmoved: UnmovedNames,
     /// The failure; `None`: it passed.
     pub failure: Option<Box<Failure>>,
 }
@@ -64,6 +67,7 @@ type JudgedScenario = (PlayedScenario, Option<Box<Failure>>);
 struct Results {
     scenarios: Vec<Mutex<Option<JudgedScenario>>>,
     randoms: Vec<RandomResult>,
+    movable: MovableCells,
 }
 
 /// The results of a random test.
@@ -72,6 +76,8 @@ struct RandomResult {
     /// The first run known to fail.
     first: AtomicU32,
     broken: Mutex<Option<(u32, BrokenRun)>>,
+    /// What has not moved in any run; `None` before the first one.
+    unmoved: Mutex<Option<UnmovedCells>>,
 }
 
 /// Lowers the programs of a suite.
@@ -91,6 +97,7 @@ pub fn run(suite: &Suite, programs: &[Arc<RigProgram>], options: &RunOptions) ->
     let results = Results {
         scenarios: suite.scenarios.iter().map(|_| Mutex::new(None)).collect(),
         randoms: suite.randoms.iter().map(|_| RandomResult::new()).collect(),
+        movable: MovableCells::of(&suite.programs[0], &programs[0]),
     };
     let (next, done) = (AtomicUsize::new(0), AtomicU64::new(0));
     let all = work.len() as u64;
@@ -131,6 +138,16 @@ impl RandomResult {
             scans: AtomicU64::new(0),
             first: AtomicU32::new(u32::MAX),
             broken: Mutex::new(None),
+            unmoved: Mutex::new(None),
+        }
+    }
+
+    /// Notes what has not moved in a run.
+    fn joins(&self, unmoved: UnmovedCells) {
+        let mut known = locked(&self.unmoved);
+        match &mut *known {
+            Some(known) => known.join(&unmoved),
+            None => *known = Some(unmoved),
         }
     }
 
@@ -163,10 +180,12 @@ impl Results {
                     if result.first.load(Ordering::Relaxed) < run || stage.is_given_up() {
                         return;
                     }
-                    let (scans, broken) = random_run::run(stage, test, run);
-                    result.scans.fetch_add(scans, Ordering::Relaxed);
-                    if let Some(broken) = broken {
-                        result.fails(run, broken);
+                    let mut unmoved = self.movable.unmoved();
+                    let ended = random_run::run(stage, test, run, Some(&mut unmoved));
+                    result.scans.fetch_add(ended.scans, Ordering::Relaxed);
+                    match ended.broken {
+                        Some(broken) => result.fails(run, broken),
+                        None => result.joins(unmoved),
                     }
                 }
             }
@@ -184,6 +203,7 @@ impl Results {
                 scans: played.scans,
                 virtual_ns: played.virtual_ns,
                 runs: 1,
+                unmoved: UnmovedNames::default(),
                 failure,
             });
         }
@@ -193,6 +213,9 @@ impl Results {
                 continue;
             }
             let broken = taken(result.broken);
+            let unmoved = taken(result.unmoved).filter(|_| broken.is_none());
+            let unmoved =
+                unmoved.map_or_else(UnmovedNames::default, |unmoved| self.movable.names(&unmoved));
             let (mut scans, mut runs) = (result.scans.into_inner(), test.runs);
             let failure = broken.map(|(run, broken)| {
                 // The number of later runs depends on the threads, so they do not count.
@@ -206,6 +229,7 @@ impl Results {
                 scans,
                 virtual_ns: scans.saturating_mul(period_ns),
                 runs,
+                unmoved,
                 failure,
             });
         }

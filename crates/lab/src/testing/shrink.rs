@@ -40,7 +40,7 @@ impl Shrinking<'_> {
         if self.scans_left < scans {
             return false;
         }
-        events.sort_by_key(|event| (event.scan, event.change));
+        events.sort_by_key(|event| (event.scan, event.source));
         let broken = replay(self.stage, self.test, &events, scans);
         self.scans_left -= broken.as_ref().map_or(scans, |broken_run| broken_run.scan + 1);
         let Some(broken) = broken else { return false };

@@ -195,8 +195,67 @@ pub struct RandomTest {
     pub seed: u64,
     /// Memory before the first scan of each run.
     pub set: Vec<(TestOperand, i32)>,
-    /// The random changes, in file order.
+    /// What happens to the controller and its field devices at random, before the changes of a
+    /// scan.
+    pub incidents: Vec<RandomIncident>,
+    /// The random changes: those of `change`, then the operator's writes, each in file order.
     pub changes: Vec<RandomChange>,
+}
+
+impl RandomTest {
+    /// The probability of each incident, then of each change.
+    pub(super) fn chances(&self) -> impl Iterator<Item = Chance> {
+        let incidents = self.incidents.iter().map(|incident| incident.chance);
+        incidents.chain(self.changes.iter().map(|change| change.chance))
+    }
+
+    /// The incident or change with a number among these.
+    pub(super) fn source(&self, number: usize) -> RandomSource<'_> {
+        match self.incidents.get(number) {
+            Some(incident) => RandomSource::Incident(&incident.incident),
+            None => RandomSource::Change(&self.changes[number - self.incidents.len()]),
+        }
+    }
+
+    /// Whether a run begins new processes.
+    pub(super) fn begins_processes(&self) -> bool {
+        self.incidents
+            .iter()
+            .any(|one| matches!(one.incident, Incident::PowerCut | Incident::Restart))
+    }
+}
+
+/// What a random event comes from.
+pub(super) enum RandomSource<'t> {
+    Incident(&'t Incident),
+    Change(&'t RandomChange),
+}
+
+/// Something that happens to the controller or a field device at random.
+#[derive(Clone, Debug)]
+pub struct RandomIncident {
+    /// What happens.
+    pub incident: Incident,
+    /// The probability that it happens in a scan.
+    pub chance: Chance,
+}
+
+/// Something that happens to the controller or a field device.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Incident {
+    /// The device is lost, or comes back.
+    Device {
+        /// The device.
+        id: DeviceId,
+        /// Its name.
+        name: String,
+    },
+    /// A crash, and a new process before the scan.
+    PowerCut,
+    /// An orderly stop, whose last scan this is, and a new process before the next one.
+    Restart,
+    /// An orderly stop, whose last scan this is; RUN before the next one.
+    Stop,
 }
 
 /// A random change of an operand.
@@ -213,13 +272,20 @@ pub struct RandomChange {
 impl RandomChange {
     /// Whether it happens in every scan.
     pub(super) fn is_certain(&self) -> bool {
-        self.chance.0 >= 1_000_000
+        self.chance.is_certain()
     }
 }
 
 /// A probability, in parts of a million.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Chance(pub u32);
+
+impl Chance {
+    /// Whether it is 100 %.
+    pub(super) fn is_certain(self) -> bool {
+        self.0 >= 1_000_000
+    }
+}
 
 /// The kind of a random change.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -63,7 +63,18 @@ pub(super) struct WrittenRandom {
     pub scans: Option<Located<i64>>,
     pub seed: Option<Located<i64>>,
     pub set: WrittenSet,
+    pub events: WrittenEvents,
     pub changes: Vec<(Text, WrittenChange)>,
+}
+
+/// `events` of a random test: the probabilities.
+#[derive(Debug, Default)]
+pub(super) struct WrittenEvents {
+    pub lose: Option<Text>,
+    pub power_cut: Option<Text>,
+    pub restart: Option<Text>,
+    pub stop: Option<Text>,
+    pub writes: Vec<(Text, WrittenChange)>,
 }
 
 /// An entry of `change`.
@@ -98,6 +109,8 @@ const WALK_OR_JUMP: &str = r#"{
         { "required": ["jump"], "properties": { "step": false } }
     ]
 }"#;
+/// A JSON Schema: `change` or `events`, or both.
+const CHANGE_OR_EVENTS: &str = r#"{"anyOf":[{"required":["change"]},{"required":["events"]}]}"#;
 const NAME: &str = r#"{"minLength":1}"#;
 /// A JSON Schema: a probability.
 const CHANCE: &str = r#"{"pattern":"^[0-9]+([.][0-9]+)?%$"}"#;
@@ -221,12 +234,40 @@ fn read_random(mut table: Table<'_>) -> WrittenRandom {
         0..=i64::MAX,
     );
     let set = read_set(&mut table);
-    table.require("change", "{ start = \"1%\" }");
-    let changes = table.table(key("change", "What changes, and how often."), "`change`");
-    let changes = changes.map_or(Vec::new(), read_changes);
+    table.together(CHANGE_OR_EVENTS);
+    let what = key("change", "What changes, and how often; before each scan.");
+    let changes = table.table(what, "`change`").map_or(Vec::new(), read_changes);
+    let what = "What happens to the controller and its field devices, and how often.";
+    let events = table.table(key("events", what), "`events`").map(read_events);
+    if !table.has("change") && !table.has("events") {
+        let message = "a random test in which nothing changes";
+        let finding = Finding::new(Code::MissingKey, table.span(), message);
+        let example = pair("change = { start = \"1%\" }").possible();
+        table.find(finding.help(advise("say what changes, and how often: `{}`", [example])));
+    }
     let span = table.span();
     table.finish();
-    WrittenRandom { span, name, runs, scans, seed, set, changes }
+    let events = events.unwrap_or_default();
+    WrittenRandom { span, name, runs, scans, seed, set, events, changes }
+}
+
+fn read_events(mut table: Table<'_>) -> WrittenEvents {
+    let mut chance = |name, explanation| table.string(key(name, explanation).limited(CHANCE));
+    let events = WrittenEvents {
+        lose: chance(
+            "lose",
+            "The probability with which a field device is lost in a scan, and with which it comes \
+             back: `0.1%`. Each device by itself.",
+        ),
+        power_cut: chance("power-cut", "The probability of a crash and a new process: `0.01%`."),
+        restart: chance("restart", "The probability of an orderly stop and a new process."),
+        stop: chance("stop", "The probability of an orderly stop, with RUN at the next scan."),
+        writes: Vec::new(),
+    };
+    let what = "What an operator writes, and how often: as `change`.";
+    let writes = table.table(key("write", what), "`write`").map_or(Vec::new(), read_changes);
+    table.finish();
+    WrittenEvents { writes, ..events }
 }
 
 /// The maximum number of runs of a random test.
