@@ -13,6 +13,7 @@ mod native;
 mod rounds;
 mod scanned;
 mod straight;
+mod word_bits;
 mod workload;
 
 use std::hint::black_box;
@@ -22,6 +23,7 @@ use native::Native;
 use rounds::Sides;
 use rungd_language::lower::schedule::WINDOW;
 use scanned::Scanned;
+use word_bits::BitKind;
 use workload::{Name, Workload};
 
 /// The side to run alone.
@@ -66,6 +68,9 @@ struct Arguments {
     /// Time loading instead: from text to the first scan.
     #[arg(long)]
     load: bool,
+    /// Run only rungs of plain bits, or of bits of words, for --scans scans (for instruction counts).
+    #[arg(long)]
+    bits: Option<BitKind>,
     /// Time MATH instead, beside the same expressions.
     #[arg(long)]
     math: bool,
@@ -75,6 +80,9 @@ fn main() -> anyhow::Result<()> {
     let arguments = Arguments::parse();
     if arguments.load {
         return arguments.n.map_or_else(load::table, load::row);
+    }
+    if let Some(kind) = arguments.bits {
+        return word_bits::run(kind, arguments.n.unwrap_or(1000), arguments.scans);
     }
     if arguments.math {
         return math::table(arguments.rounds);
