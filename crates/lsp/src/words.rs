@@ -12,6 +12,7 @@ use super::slots::{DeclaredKind, FileKind, KeySlot, Slot, of_key, of_value};
 use rungd_engine::isa::{Function, Mnemonic, OperandKind, OperandRole, OperandSpec};
 use rungd_language::resolve::{is_type_name, placeholders};
 use rungd_language::source::instruction::words;
+use rungd_language::source::was::WAS;
 
 /// A word of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -214,7 +215,7 @@ impl<'t> WordReader<'t> {
             let name = &self.text[span.clone()];
             match Function::from_name(name).filter(|_| is_called) {
                 Some(function) => self.push(span, FileWordRole::Function(function)),
-                None if hyphens && is_called && matches!(name, "rise" | "fall") => {}
+                None if hyphens && is_called && matches!(name, "rise" | "fall" | WAS) => {}
                 None => {
                     self.push(span, role);
                     let array = array.map(|at| place.start + at.start..place.start + at.end);
@@ -451,6 +452,8 @@ mod tests {
         let fields = ["r Declares(Tag)", "Step Type", "kind Names", "s Declares(Tag)"];
         assert_eq!(told(text, FileKind::Ladder)[..4], fields);
         assert_eq!(told(text, FileKind::Ladder)[4..], ["Step Type", "kind Names"]);
+        let text = "always = [\"a - was(b.Acc) < 5 & !was( c )\"]\n";
+        assert_eq!(told(text, FileKind::Test), ["a Reads", "b.Acc Reads", "c Reads"]);
         let array = names("r[i + a[1]].kind > 2", true).pop().and_then(|name| name.array);
         assert_eq!(array, Some(0..1));
     }

@@ -25,19 +25,19 @@ pub struct Condition {
     pub edges: usize,
     /// The elements that words select, with their names as they are written.
     selected: Vec<(String, ElementCells)>,
-    judge: Judge,
+    whole: ConditionPart,
 }
 
 /// A boolean expression over cells.
 #[derive(Clone, Debug)]
-enum Judge {
+enum ConditionPart {
     Bit(Cell),
     Element(ElementCells),
-    Not(Box<Judge>),
-    All(Box<[Judge]>),
-    Any(Box<[Judge]>),
+    Not(Box<ConditionPart>),
+    All(Box<[ConditionPart]>),
+    Any(Box<[ConditionPart]>),
     /// An edge: its number, and the expression inside.
-    Edge(Edge, usize, Box<Judge>),
+    Edge(Edge, usize, Box<ConditionPart>),
     /// A compare or a bit whose index computes: ON unless the number is 0.
     Computed(CellFormula),
 }
@@ -73,7 +73,7 @@ impl Condition {
         });
         let selected = resolved.elements.into_iter();
         let mut edges = 0;
-        let judge = Judge::of(&resolved.contact, layout, &mut edges);
+        let whole = ConditionPart::of(&resolved.contact, layout, &mut edges);
         Condition {
             text: text.trim().to_owned(),
             operands: operands.collect(),
@@ -81,7 +81,7 @@ impl Condition {
             selected: selected
                 .map(|(name, cells)| (name, ElementCells::new(cells, layout)))
                 .collect(),
-            judge,
+            whole,
         }
     }
 
@@ -89,14 +89,14 @@ impl Condition {
     /// before (OFF before the first scan after a start). The call replaces them by the values of
     /// this image.
     pub fn is_true(&self, image: &Image, edges: &mut [bool]) -> bool {
-        self.judge.is_true(image, edges)
+        self.whole.is_true(image, edges)
     }
 
     /// The operands that decide its current value: for a false `&`, those of its false parts; for a
     /// true `|`, those of its true parts. Each once, in the order of `operands`.
     pub(super) fn deciding(&self, image: &Image) -> Vec<Cell> {
         let mut cells = Vec::new();
-        self.judge.deciding(image, &mut cells);
+        self.whole.deciding(image, &mut cells);
         let operands = self.operands.iter().map(|(_, cell)| *cell);
         operands.filter(|cell| cells.contains(cell)).collect()
     }
@@ -118,28 +118,36 @@ impl Condition {
     }
 }
 
-impl Judge {
-    fn of(resolved: &Contact, layout: &Layout, edges: &mut usize) -> Judge {
-        let mut all = |items: &[Contact]| -> Box<[Judge]> {
-            items.iter().map(|item| Judge::of(item, layout, edges)).collect()
+impl ConditionPart {
+    fn of(resolved: &Contact, layout: &Layout, edges: &mut usize) -> ConditionPart {
+        let mut all = |items: &[Contact]| -> Box<[ConditionPart]> {
+            items.iter().map(|item| ConditionPart::of(item, layout, edges)).collect()
         };
         match resolved {
-            Contact::Bit(bit, _) => Judge::Bit(layout.bit_in(*bit)),
-            Contact::Element(element, _) => Judge::Element(ElementCells::new(*element, layout)),
-            Contact::Not(inner, _) => Judge::Not(Box::new(Judge::of(inner, layout, edges))),
-            Contact::All(items, _) => Judge::All(all(items)),
-            Contact::Any(items, _) => Judge::Any(all(items)),
+            Contact::Bit(bit, _) => ConditionPart::Bit(layout.bit_in(*bit)),
+            Contact::Element(element, _) => {
+                ConditionPart::Element(ElementCells::new(*element, layout))
+            }
+            Contact::Not(inner, _) => {
+                ConditionPart::Not(Box::new(ConditionPart::of(inner, layout, edges)))
+            }
+            Contact::All(items, _) => ConditionPart::All(all(items)),
+            Contact::Any(items, _) => ConditionPart::Any(all(items)),
             Contact::Edge(edge, inner, _) => {
                 let number = *edges;
                 *edges += 1;
-                Judge::Edge(*edge, number, Box::new(Judge::of(inner, layout, edges)))
+                ConditionPart::Edge(
+                    *edge,
+                    number,
+                    Box::new(ConditionPart::of(inner, layout, edges)),
+                )
             }
             Contact::Compare(a, comparison, b, _) => {
                 let whole = ComputedContact::of_values(*a, *comparison, *b).condition();
-                Judge::Computed(CellFormula::new(&whole, layout))
+                ConditionPart::Computed(CellFormula::new(&whole, layout))
             }
             Contact::Computed(computed, _) => {
-                Judge::Computed(CellFormula::new(&computed.condition(), layout))
+                ConditionPart::Computed(CellFormula::new(&computed.condition(), layout))
             }
         }
     }
@@ -147,11 +155,11 @@ impl Judge {
     /// Its value; `None` if the value depends on an edge.
     fn known(&self, image: &Image) -> Option<bool> {
         match self {
-            Judge::Edge(..) => None,
-            Judge::Not(inner) => inner.known(image).map(|value| !value),
-            Judge::All(items) => series(items, image, false),
-            Judge::Any(items) => series(items, image, true),
-            Judge::Bit(_) | Judge::Element(_) | Judge::Computed(_) => {
+            ConditionPart::Edge(..) => None,
+            ConditionPart::Not(inner) => inner.known(image).map(|value| !value),
+            ConditionPart::All(items) => series(items, image, false),
+            ConditionPart::Any(items) => series(items, image, true),
+            ConditionPart::Bit(_) | ConditionPart::Element(_) | ConditionPart::Computed(_) => {
                 Some(self.is_true(image, &mut []))
             }
         }
@@ -159,18 +167,21 @@ impl Judge {
 
     fn deciding(&self, image: &Image, into: &mut Vec<Cell>) {
         match self {
-            Judge::Bit(cell) => into.push(*cell),
-            Judge::Element(element) => into.push(Cell::Word(element.index)),
-            Judge::Not(inner) | Judge::Edge(_, _, inner) => inner.deciding(image, into),
-            Judge::All(items) | Judge::Any(items) => {
+            ConditionPart::Bit(cell) => into.push(*cell),
+            ConditionPart::Element(element) => into.push(Cell::Word(element.index)),
+            ConditionPart::Not(inner) | ConditionPart::Edge(_, _, inner) => {
+                inner.deciding(image, into)
+            }
+            ConditionPart::All(items) | ConditionPart::Any(items) => {
                 let value = self.known(image);
-                let decides =
-                    |item: &&Judge| item.known(image).is_none_or(|known| Some(known) == value);
-                let all = value.is_none() || value == Some(matches!(self, Judge::All(_)));
+                let decides = |item: &&ConditionPart| {
+                    item.known(image).is_none_or(|known| Some(known) == value)
+                };
+                let all = value.is_none() || value == Some(matches!(self, ConditionPart::All(_)));
                 let items = items.iter().filter(|item| all || decides(item));
                 items.for_each(|item| item.deciding(image, into));
             }
-            Judge::Computed(formula) => into.extend(formula.cells()),
+            ConditionPart::Computed(formula) => into.extend(formula.cells()),
         }
     }
 
@@ -178,19 +189,19 @@ impl Judge {
     /// scan.
     fn is_true(&self, image: &Image, edges: &mut [bool]) -> bool {
         match self {
-            Judge::Bit(cell) => image.value(*cell) != 0,
-            Judge::Element(element) => match element.cell(image) {
+            ConditionPart::Bit(cell) => image.value(*cell) != 0,
+            ConditionPart::Element(element) => match element.cell(image) {
                 Some(cell @ (Cell::Bit(_) | Cell::WordBit(_))) => image.value(cell) != 0,
                 Some(Cell::Word(_)) | None => false,
             },
-            Judge::Not(inner) => !inner.is_true(image, edges),
-            Judge::All(items) => {
+            ConditionPart::Not(inner) => !inner.is_true(image, edges),
+            ConditionPart::All(items) => {
                 items.iter().fold(true, |all, item| item.is_true(image, edges) & all)
             }
-            Judge::Any(items) => {
+            ConditionPart::Any(items) => {
                 items.iter().fold(false, |any, item| item.is_true(image, edges) | any)
             }
-            Judge::Edge(edge, number, inner) => {
+            ConditionPart::Edge(edge, number, inner) => {
                 let now = inner.is_true(image, edges);
                 let before =
                     edges.get_mut(*number).map_or(now, |seen| std::mem::replace(seen, now));
@@ -199,7 +210,7 @@ impl Judge {
                     Edge::Fall => !now && before,
                 }
             }
-            Judge::Computed(formula) => {
+            ConditionPart::Computed(formula) => {
                 let value = formula.value(image);
                 value.number.is_true() && !value.is_outside
             }
@@ -208,7 +219,7 @@ impl Judge {
 }
 
 /// The value of a series in which a single part with the value `decides` decides the result.
-fn series(items: &[Judge], image: &Image, decides: bool) -> Option<bool> {
+fn series(items: &[ConditionPart], image: &Image, decides: bool) -> Option<bool> {
     let mut known = Some(!decides);
     for item in items {
         match item.known(image) {

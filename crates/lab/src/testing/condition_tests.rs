@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::condition::Condition;
-use super::names::TestNames;
+use super::names::{Observation, TestNames};
 use super::step_condition;
 use rungd_config::controller::Controller;
 use rungd_config::load;
@@ -31,7 +31,8 @@ impl TestPlant {
 
     fn condition(&self, text: &str) -> Result<Condition, Vec<String>> {
         let options = LoadOptions::default();
-        let mut names = TestNames::of(&self.program, &self.controller, &options);
+        let mut names =
+            TestNames::of(&self.program, &self.controller, &Observation::default(), &options);
         let span = Span { file: FileId(0), start: 0, end: text.len() as u32 };
         let written = step_condition::condition(text, span).map_err(|of| vec![of.message])?;
         names
@@ -44,7 +45,8 @@ impl TestPlant {
         for pair in memory.split_whitespace() {
             let (name, value) = pair.split_once('=').expect("a pair");
             let options = LoadOptions::default();
-            let names = TestNames::of(&self.program, &self.controller, &options);
+            let names =
+                TestNames::of(&self.program, &self.controller, &Observation::default(), &options);
             let target = names.forced(name, Span::default()).expect("an operand");
             let word = rungd_language::source::span::Located {
                 value: value.to_owned(),

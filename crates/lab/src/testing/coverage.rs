@@ -11,6 +11,7 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 
+use super::judge::Judge;
 use super::lowered_suite::LoweredSuite;
 use super::player::{Spectator, play};
 use super::random_run;
@@ -58,7 +59,7 @@ impl TapeListener for CoverageListener {
 struct CoverageSeat(Option<Box<dyn TapeListener>>);
 
 impl Spectator for CoverageSeat {
-    fn scanned(&mut self, _: &Rig, _: u64) {}
+    fn scanned(&mut self, _: &Rig, _: &Judge, _: u64) {}
 
     fn takes_place(&mut self, rig: &mut Rig) {
         if let Some(listener) = self.0.take() {

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use super::condition::Condition;
 use super::history::{OperandChange, OperandHistory};
+use super::judge::JudgedRig;
 use super::lowered_suite::LoweredSuite;
 use super::pasted::{PastedRun, pasted};
 use super::player::{FailedStep, FailedWhy, NoSpectator, condition, play};
@@ -231,12 +232,17 @@ fn explain(stage: LoweredSuite, scenario: &Scenario, unmet: FalseCondition, fail
     let FalseCondition { failed, condition } = unmet;
     let program = &stage.programs[failed.program.0];
     let mut history = OperandHistory::new(Arc::clone(program), condition, failed.scans);
-    let (_, rig) = play(stage, scenario, true, &mut history);
+    let (_, JudgedRig { rig, mut judge }) = play(stage, scenario, true, &mut history);
+    judge.look(&rig);
+    let image = judge.image(&rig);
     if failed.scans == 0 || !matches!(failed.why, FailedWhy::Always(_)) {
         // Steps without a scan may have changed memory since the last scan.
-        history.deciding = condition.deciding(rig.image());
+        history.deciding = condition.deciding(image);
     }
-    let text = |cell: Cell, value: i32| program.symbols.say_value(cell, value);
+    let text = |cell: Cell, value: i32| match judge.view() {
+        Some(view) => view.symbols.say_value(view.of_values(cell), value),
+        None => program.symbols.say_value(cell, value),
+    };
     let operands = condition.operands.iter().zip(history.changes());
     failure.operands = operands
         .map(|((name, cell), changes)| {
@@ -245,7 +251,7 @@ fn explain(stage: LoweredSuite, scenario: &Scenario, unmet: FalseCondition, fail
                 now_ns: change.now_ns,
                 value: text(*cell, change.value),
             };
-            let value = rig.image().value(*cell);
+            let value = image.value(*cell);
             SeenOperand {
                 name: name.clone(),
                 value: text(*cell, changes.back().map_or(value, |last| last.value)),
@@ -259,27 +265,41 @@ fn explain(stage: LoweredSuite, scenario: &Scenario, unmet: FalseCondition, fail
     // changes of several cells.
     let element = |(name, cell): (String, Cell)| SeenOperand {
         name,
-        value: text(cell, rig.image().value(cell)),
+        value: text(cell, image.value(cell)),
         is_bit: cell.is_bit(),
         on_within: None,
         changes: Vec::new(),
     };
-    failure.operands.extend(condition.elements(rig.image()).into_iter().map(element));
+    failure.operands.extend(condition.elements(image).into_iter().map(element));
     let of_scan = matches!(failed.why, FailedWhy::Always(_)) && failed.scan > 0;
     let at = if of_scan { QuestionTime::Scan(failed.scan) } else { QuestionTime::Now };
     let test_program = &stage.suite.programs[failed.program.0];
     let subject = Subject::new(Arc::clone(&test_program.program), test_program.files.clone());
     let mut sections = rig.sections();
-    note_on_within(&subject, &sections, unmet, &mut failure.operands);
-    failure.why = why(&subject, &mut sections, history.deciding, at);
+    let operands = condition.operands.iter();
+    let cells: Vec<_> = operands.map(|(_, cell)| judge.of_ladder(*cell)).collect();
+    note_on_within(
+        &Glimpsed { subject: &subject, failed, cells },
+        &sections,
+        &mut failure.operands,
+    );
+    let deciding = history.deciding.into_iter().filter_map(|cell| judge.of_ladder(cell));
+    failure.why = why(&subject, &mut sections, deciding.collect(), at);
+}
+
+/// The operands of a false condition, for what was seen of them within scans.
+struct Glimpsed<'a> {
+    subject: &'a Subject,
+    failed: &'a FailedStep,
+    /// Their cells in the controller; `None`: none of it.
+    cells: Vec<Option<Cell>>,
 }
 
 /// Notes which bits of a condition were ON only within a scan: for `within` in all its scans, else
 /// in the last one.
 fn note_on_within(
-    subject: &Subject,
+    Glimpsed { subject, failed, cells }: &Glimpsed,
     sections: &[Arc<TapeSection>],
-    FalseCondition { failed, condition }: FalseCondition,
     operands: &mut [SeenOperand],
 ) {
     let count = match failed.why {
@@ -293,9 +313,8 @@ fn note_on_within(
         | FailedWhy::Refused(_)
         | FailedWhy::GivenUp => 1,
     };
-    let bit = |(at, (_, cell)): (usize, &(String, Cell))| cell.is_bit().then_some((at, *cell));
-    let (places, bits): (Vec<usize>, Vec<Cell>) =
-        condition.operands.iter().enumerate().filter_map(bit).unzip();
+    let bit = |(at, cell): (usize, &Option<Cell>)| Some((at, cell.filter(|cell| cell.is_bit())?));
+    let (places, bits): (Vec<usize>, Vec<Cell>) = cells.iter().enumerate().filter_map(bit).unzip();
     let from = (failed.scan + 1).saturating_sub(count);
     let glimpses = subject.glimpses(sections, &bits, from);
     for (at, glimpse) in places.into_iter().zip(glimpses) {

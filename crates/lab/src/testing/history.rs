@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use super::condition::Condition;
+use super::judge::Judge;
 use super::player::Spectator;
 use crate::rig::{Rig, RigProgram};
 use rungd_engine::Cell;
@@ -50,17 +51,17 @@ impl<'a> OperandHistory<'a> {
 }
 
 impl Spectator for OperandHistory<'_> {
-    fn scanned(&mut self, rig: &Rig, scans: u64) {
+    fn scanned(&mut self, rig: &Rig, judge: &Judge, scans: u64) {
         if scans > self.until || !Arc::ptr_eq(rig.program(), &self.program) {
             return;
         }
         let (scan, now_ns) = (rig.scans() + 1, rig.next_ns());
         if scans == self.until {
-            self.deciding = self.condition.deciding(rig.image());
+            self.deciding = self.condition.deciding(judge.image(rig));
         }
         let operands = self.condition.operands.iter();
         for ((_, cell), changes) in operands.zip(&mut self.changes) {
-            let value = rig.image().value(*cell);
+            let value = judge.image(rig).value(*cell);
             if changes.back().is_none_or(|last| last.value != value) {
                 if changes.len() == CHANGES_MAX {
                     changes.pop_front();

@@ -14,10 +14,13 @@ mod formats;
 mod given;
 mod happened;
 mod history;
+mod judge;
 mod lowered_suite;
 mod mutants;
 mod mutation;
 mod names;
+#[cfg(test)]
+mod observed_tests;
 mod pasted;
 mod player;
 mod programs;
@@ -40,6 +43,7 @@ mod suite;
 mod touches;
 mod traced;
 mod unmoved;
+mod view;
 mod written;
 
 pub use condition::Condition;

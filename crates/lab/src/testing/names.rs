@@ -6,11 +6,13 @@
 //! as an operator ([`rungd_engine::isa::Bit::forcible`]).
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use super::condition::Condition;
 use super::step_condition::WrittenCondition;
 use super::step_words::StepWord;
 use super::suite::TestOperand;
+use super::view::{View, ViewDraft};
 use crate::traces::stimulus::StimulusTarget;
 use rungd_config::controller::Controller;
 use rungd_engine::Cell;
@@ -18,17 +20,43 @@ use rungd_engine::isa::{Address, Bit, BitSpace, DeviceId};
 use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::LoadOptions;
 use rungd_language::resolve::condition::{ConditionNames, not_in_ladder};
+use rungd_language::resolve::observed::{ObservedProgram, remembered};
 use rungd_language::resolve::program::Program;
 use rungd_language::resolve::scope::{LookUp, NamedThing};
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::fix::{advise, one_of, pair, possible, proposed};
 use rungd_language::source::nearest::KnownNames;
-use rungd_language::source::span::Span;
+use rungd_language::source::span::{Located, Span};
+use rungd_language::source::was;
+
+/// What the conditions of a test file see beside the memory of the controller.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Observation {
+    /// The names `was(x)`, each once.
+    pub was: Vec<String>,
+}
+
+impl Observation {
+    /// Adds the names `was(x)` of a condition.
+    pub fn remember(&mut self, written: &WrittenCondition) {
+        for Located { value, .. } in was::names(&written.contact) {
+            if !self.was.contains(&value) {
+                self.was.push(value);
+            }
+        }
+    }
+
+    /// A program as the conditions see it.
+    fn of(&self, program: &Program) -> Option<ObservedProgram> {
+        (!self.was.is_empty()).then(|| ObservedProgram::new(program, &self.was))
+    }
+}
 
 /// The names of a program, and their cells.
 pub(super) struct TestNames<'a> {
     conditions: ConditionNames<'a>,
     symbols: Symbols,
+    view: Option<ViewDraft>,
     /// The addresses that are written in every scan, each with its writer: `device `plant``.
     moved: HashMap<Address, String>,
     devices: KnownNames,
@@ -45,11 +73,18 @@ impl<'a> TestNames<'a> {
     pub fn of(
         program: &Program,
         controller: &Controller,
+        observation: &Observation,
         options: &'a LoadOptions,
     ) -> TestNames<'a> {
+        let (observed, symbols) = (observation.of(program), lower(program).1);
+        let conditions = match &observed {
+            Some(observed) => ConditionNames::observing(observed, options),
+            None => ConditionNames::of(program, options),
+        };
         TestNames {
-            conditions: ConditionNames::of(program, options),
-            symbols: lower(program).1,
+            conditions,
+            view: observed.map(|observed| ViewDraft::new(observed, &symbols.layout)),
+            symbols,
             moved: controller.simulated(),
             devices: KnownNames::new(program.devices.iter().map(String::as_str)),
         }
@@ -60,8 +95,31 @@ impl<'a> TestNames<'a> {
     /// # Errors
     /// The findings about it.
     pub fn condition(&mut self, written: &WrittenCondition) -> Result<Condition, Vec<Finding>> {
+        let mistakes: Vec<Finding> = was::names(&written.contact)
+            .into_iter()
+            .filter_map(|Located { value, span }| {
+                let span = was::place_of_x(written.text_of(span), span);
+                remembered(self.conditions.scope(), &value, span).err()
+            })
+            .map(|finding| finding.declared_as(not_in_ladder))
+            .collect();
+        if !mistakes.is_empty() {
+            return Err(mistakes);
+        }
         let resolved = self.conditions.resolve(&written.contact, &written.text, written.span)?;
-        Ok(Condition::new(&written.text, resolved, &self.symbols.layout))
+        let layout = match &mut self.view {
+            Some(view) => {
+                view.reads(&resolved.contact);
+                &view.view().symbols.layout
+            }
+            None => &self.symbols.layout,
+        };
+        Ok(Condition::new(&written.text, resolved, layout))
+    }
+
+    /// The view of the conditions that were resolved, if they need one.
+    pub fn into_view(self) -> Option<Arc<View>> {
+        self.view.map(ViewDraft::finish)
     }
 
     /// A device.

@@ -4,6 +4,7 @@
 //! [`Spectator`] that notes the changes. No text is made here, and no file is read or written.
 
 use super::condition::Condition;
+use super::judge::{Judge, JudgedRig};
 use super::lowered_suite::LoweredSuite;
 use super::suite::{ProgramId, Reload, Scenario, TestOperand, TestStep, TestTime};
 use crate::rig::{Rig, RigMode, RigSetup};
@@ -66,7 +67,7 @@ pub(super) enum FailedWhy {
 /// Observes memory at the end of every scan, before the passes of a last scan.
 pub(super) trait Spectator {
     /// A scan has been executed.
-    fn scanned(&mut self, rig: &Rig, scans: u64);
+    fn scanned(&mut self, rig: &Rig, judge: &Judge, scans: u64);
 
     /// The scenario begins: before the first scan.
     fn takes_place(&mut self, _rig: &mut Rig) {}
@@ -79,17 +80,16 @@ pub(super) trait Spectator {
 pub(super) struct NoSpectator;
 
 impl Spectator for NoSpectator {
-    fn scanned(&mut self, _: &Rig, _: u64) {}
+    fn scanned(&mut self, _: &Rig, _: &Judge, _: u64) {}
 }
 
 /// A scenario that is being played.
-struct Player<'a, S> {
+struct Player<'a, 's, S> {
     stage: LoweredSuite<'a>,
     scenario: &'a Scenario,
     rig: Rig,
     program: ProgramId,
-    /// By line of `always`: the last values inside its edges.
-    always: Vec<Vec<bool>>,
+    judge: Judge<'a>,
     /// The steps whose conditions have edges.
     edged: Vec<EdgedStep>,
     beats: Vec<PulseTiming<'a>>,
@@ -97,7 +97,7 @@ struct Player<'a, S> {
     scans: u64,
     /// The number of scans since the last start.
     since_start: u64,
-    spectator: &'a mut S,
+    spectator: &'s mut S,
 }
 
 /// The values inside the edges of a step's condition, at the end of the last scan and of the scan
@@ -119,20 +119,21 @@ struct PulseTiming<'a> {
 }
 
 /// Plays a scenario until it fails or ends.
-pub(super) fn play<S: Spectator>(
-    stage: LoweredSuite,
-    scenario: &Scenario,
+pub(super) fn play<'a, S: Spectator>(
+    stage: LoweredSuite<'a>,
+    scenario: &'a Scenario,
     is_taped: bool,
     spectator: &mut S,
-) -> (PlayedScenario, Rig) {
+) -> (PlayedScenario, JudgedRig<'a>) {
     let setup = setup(scenario, is_taped);
     let rig = Rig::new(&stage.programs[0], &setup);
+    let judge = Judge::new(stage.suite, &rig);
     let mut player = Player {
         stage,
         scenario,
         rig,
         program: ProgramId(0),
-        always: Vec::new(),
+        judge,
         edged: Vec::new(),
         beats: Vec::new(),
         step: 0,
@@ -144,7 +145,8 @@ pub(super) fn play<S: Spectator>(
     player.spectator.takes_place(&mut player.rig);
     let failed = player.steps();
     let (scans, virtual_ns) = (player.scans, player.rig.next_ns());
-    (PlayedScenario { scans, virtual_ns, failed }, player.rig)
+    let Player { rig, judge, .. } = player;
+    (PlayedScenario { scans, virtual_ns, failed }, JudgedRig { rig, judge })
 }
 
 fn setup(scenario: &Scenario, is_taped: bool) -> RigSetup {
@@ -189,7 +191,7 @@ pub(super) fn condition(step: &TestStep) -> Option<&Condition> {
     }
 }
 
-impl<'a, S: Spectator> Player<'a, S> {
+impl<'a, S: Spectator> Player<'a, '_, S> {
     fn steps(&mut self) -> Option<FailedStep> {
         let scenario = self.scenario;
         for (at, step) in scenario.steps.iter().enumerate() {
@@ -345,7 +347,8 @@ impl<'a, S: Spectator> Player<'a, S> {
     fn expect(&mut self, condition: &Condition) -> Result<(), FailedWhy> {
         let edged = self.edged.iter().find(|edged| edged.step == self.step);
         let mut edges = edged.map_or_else(Vec::new, |edged| edged.before.clone());
-        match condition.is_true(self.rig.image(), &mut edges) {
+        self.judge.look(&self.rig);
+        match condition.is_true(self.judge.image(&self.rig), &mut edges) {
             true => Ok(()),
             false => Err(FailedWhy::Unmet),
         }
@@ -388,8 +391,9 @@ impl<'a, S: Spectator> Player<'a, S> {
         let is_last = self.rig.scan();
         self.scans += 1;
         self.since_start += 1;
-        self.spectator.scanned(&self.rig, self.scans);
-        let image = self.rig.image();
+        self.judge.scanned(&self.rig);
+        self.spectator.scanned(&self.rig, &self.judge, self.scans);
+        let image = self.judge.image(&self.rig);
         let steps = &self.scenario.steps;
         for edged in &mut self.edged {
             edged.before.copy_from_slice(&edged.now);
@@ -397,13 +401,7 @@ impl<'a, S: Spectator> Player<'a, S> {
                 condition.is_true(image, &mut edged.now);
             }
         }
-        let always = &self.stage.suite.always[self.program.0];
-        let mut broken = None;
-        for (at, (condition, edges)) in always.iter().zip(&mut self.always).enumerate() {
-            if !condition.is_true(image, edges) && broken.is_none() {
-                broken = Some(at);
-            }
-        }
+        let broken = self.judge.broken_line(&self.rig);
         self.rig.end_scan(is_last);
         broken.map_or(Ok(()), |at| Err(FailedWhy::Always(at)))
     }
@@ -430,14 +428,11 @@ impl<'a, S: Spectator> Player<'a, S> {
     fn reload(&mut self, program: ProgramId) {
         self.rig.reload(&self.stage.programs[program.0]);
         self.program = program;
-        self.look_at_program(self.step + 1);
         // The edges start with the values at the end of the last scan, in the new cells.
+        self.judge.reload(program, &self.rig, self.since_start > 0);
+        self.look_at_program(self.step + 1);
         if self.since_start > 0 {
-            let image = self.rig.image();
-            let always = self.stage.suite.always[program.0].iter();
-            for (condition, edges) in always.zip(&mut self.always) {
-                condition.is_true(image, edges);
-            }
+            let image = self.judge.image(&self.rig);
             for edged in &mut self.edged {
                 if let Some(condition) = condition(&self.scenario.steps[edged.step].value) {
                     condition.is_true(image, &mut edged.now);
@@ -456,18 +451,16 @@ impl<'a, S: Spectator> Player<'a, S> {
     /// Resets the edges: before the first scan after a start, all values inside them are OFF.
     fn begins_run(&mut self) {
         self.since_start = 0;
-        self.always.iter_mut().for_each(|edges| edges.fill(false));
+        self.judge.begins_run(&self.rig);
         for edged in &mut self.edged {
             edged.before.fill(false);
             edged.now.fill(false);
         }
     }
 
-    /// Sets up the edges of the conditions for the current program: those of `always`, and those of
-    /// the steps from `first` until the next reload.
+    /// Sets up the edges of the conditions of the steps from `first` until the next reload, in the
+    /// current program.
     fn look_at_program(&mut self, first: usize) {
-        let always = &self.stage.suite.always[self.program.0];
-        self.always = always.iter().map(|condition| vec![false; condition.edges]).collect();
         self.edged.clear();
         for (at, step) in self.scenario.steps.iter().enumerate().skip(first) {
             if matches!(step.value, TestStep::Reload(_)) {

@@ -8,7 +8,7 @@ use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::names::TestNames;
+use super::names::{Observation, TestNames};
 use super::step_words::StepWord;
 use super::suite::{ProgramId, TestProgram};
 use rungd_config::controller;
@@ -42,6 +42,8 @@ pub(super) struct TestFile<'a> {
     pub path: &'a Path,
     /// The texts that replace files on disk.
     pub texts: &'a OpenTexts,
+    /// What its conditions see beside the memory of the controller.
+    pub observation: Observation,
 }
 
 /// A program, with the names of its files as the test file has them.
@@ -72,6 +74,7 @@ pub(super) struct Programs<'a> {
     /// The test file.
     pub path: &'a Path,
     texts: &'a OpenTexts,
+    observation: Observation,
     settings: BenchSettings,
     options: &'a LoadOptions,
     pub programs: Vec<TestProgram>,
@@ -84,7 +87,7 @@ pub(super) struct Programs<'a> {
 impl<'a> Programs<'a> {
     /// The list with only the program with which scenarios begin.
     pub fn new(
-        TestFile { path, texts }: TestFile<'a>,
+        TestFile { path, texts, observation }: TestFile<'a>,
         settings: BenchSettings,
         first: NamedProgram,
         options: &'a LoadOptions,
@@ -97,6 +100,7 @@ impl<'a> Programs<'a> {
         let mut programs = Programs {
             path,
             texts,
+            observation,
             settings,
             options,
             programs: Vec::new(),
@@ -110,9 +114,17 @@ impl<'a> Programs<'a> {
     }
 
     fn add(&mut self, program: TestProgram) -> ProgramId {
-        self.names.push(TestNames::of(&program.program, &program.controller, self.options));
+        let TestProgram { program: ladder, controller, .. } = &program;
+        self.names.push(TestNames::of(ladder, controller, &self.observation, self.options));
         self.programs.push(program);
         ProgramId(self.programs.len() - 1)
+    }
+
+    /// The programs, with their views: all conditions are resolved.
+    pub fn finish(self) -> Vec<TestProgram> {
+        let views = self.names.into_iter().map(TestNames::into_view);
+        let viewed = |(program, view)| TestProgram { view, ..program };
+        self.programs.into_iter().zip(views).map(viewed).collect()
     }
 
     /// The result of a reload of these files.
@@ -242,7 +254,8 @@ fn findings_text(loaded: &Loaded) -> String {
 pub(super) fn test_program(loaded: Loaded) -> Result<TestProgram, Box<Loaded>> {
     match loaded {
         Loaded { files, program: Some(program), controller: Some(controller), .. } => {
-            Ok(TestProgram { program: Arc::new(program), controller: Arc::new(controller), files })
+            let (program, controller) = (Arc::new(program), Arc::new(controller));
+            Ok(TestProgram { program, controller, files, view: None })
         }
         refused => Err(Box::new(refused)),
     }

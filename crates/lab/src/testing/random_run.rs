@@ -7,6 +7,7 @@
 //! generator could have made.
 
 use super::change_schedule::ChangeSchedule;
+use super::judge::Judge;
 use super::lowered_suite::LoweredSuite;
 use super::random_world::{RandomDraw, RandomWorld};
 use super::suite::{Incident, RandomMotion, RandomSource, RandomTest};
@@ -174,9 +175,7 @@ impl RandomDrive<'_> {
         if let Some(unmoved) = &mut unmoved {
             unmoved.begin(world.rig.image());
         }
-        let always = &stage.suite.always[0];
-        let mut edges: Vec<Vec<bool>> =
-            always.iter().map(|condition| vec![false; condition.edges]).collect();
+        let mut judge = Judge::new(stage.suite, &world.rig);
         for scan in 0..scans {
             if stage.is_given_up() || !world.continues() {
                 // If the ladder has stopped the controller, no line can break any more.
@@ -184,13 +183,12 @@ impl RandomDrive<'_> {
             }
             happen(scan, &mut world);
             if world.begins_run() {
-                edges.iter_mut().for_each(|edges| edges.fill(false));
+                judge.begins_run(&world.rig);
             }
             let is_last = world.rig.scan();
-            for (at, (condition, edges)) in always.iter().zip(&mut edges).enumerate() {
-                if !condition.is_true(world.rig.image(), edges) {
-                    return Some(BrokenLine { scan, always: at });
-                }
+            judge.scanned(&world.rig);
+            if let Some(at) = judge.broken_line(&world.rig) {
+                return Some(BrokenLine { scan, always: at });
             }
             if let Some(unmoved) = &mut unmoved {
                 unmoved.scanned(world.rig.image());

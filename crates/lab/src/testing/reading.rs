@@ -10,6 +10,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 
 use super::condition::Condition;
+use super::names::Observation;
 use super::programs::{BenchSettings, NamedProgram, Programs, TestFile, test_program};
 use super::random;
 use super::step_condition::{self, WrittenCondition};
@@ -119,14 +120,19 @@ impl SuiteReading {
         let (settings, first, names) = self.bench(path, bench?)?;
         let (options, texts) = (LoadOptions::default(), self.texts.clone());
         let first = NamedProgram { program: first, files: &names };
-        let file = TestFile { path, texts: &texts };
+        let mut observation = Observation::default();
+        always.iter().for_each(|(_, condition)| observation.remember(condition));
+        let steps = scenarios.iter().flat_map(|scenario| &scenario.steps);
+        let of_steps = steps.filter_map(|step| step.value.condition());
+        of_steps.for_each(|condition| observation.remember(condition));
+        let file = TestFile { path, texts: &texts, observation };
         let mut programs = Programs::new(file, settings, first, &options);
         let resolved = Resolution::of(&mut programs, &always, scenarios, randoms);
         self.findings.extend(resolved.findings);
         Some(Suite {
             name: self.files[0].name.clone(),
             file: self.files[0].clone(),
-            programs: programs.programs,
+            programs: programs.finish(),
             always: resolved.always,
             scenarios: resolved.scenarios,
             randoms: resolved.randoms,

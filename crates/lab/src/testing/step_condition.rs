@@ -18,6 +18,12 @@ pub(super) struct WrittenCondition {
 }
 
 impl WrittenCondition {
+    /// The text of a place in it.
+    pub fn text_of(&self, place: Span) -> &str {
+        let [start, end] = [place.start, place.end].map(|at| (at - self.span.start) as usize);
+        self.text.get(start..end).unwrap_or_default()
+    }
+
     /// The warnings about it: `&` and `|` next to each other without parentheses.
     pub fn doubts(&self) -> Vec<Finding> {
         let mut found = Vec::new();

@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use super::condition::Condition;
+use super::view::View;
 use crate::rig::PowerOff;
 use rungd_config::controller::Controller;
 use rungd_engine::Cell;
@@ -56,6 +57,8 @@ pub struct TestProgram {
     pub controller: Arc<Controller>,
     /// All files of its load; places in `program` refer to them by index.
     pub files: Vec<SourceFile>,
+    /// The program as conditions see it; `None`: they see the memory of the controller alone.
+    pub view: Option<Arc<View>>,
 }
 
 impl TestProgram {

@@ -3,9 +3,12 @@
 //!
 //! `draw::xref` lists the tests of an operand from this list.
 
+use std::collections::HashSet;
+
 use super::condition::Condition;
 use super::suite::{Suite, TestOperand, TestStep};
 use rungd_language::source::span::Span;
+use rungd_language::source::was;
 
 /// A part of a test file that names operands.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -100,5 +103,8 @@ fn of_step(step: &TestStep) -> Vec<String> {
 
 fn names(condition: &Condition) -> Vec<String> {
     let operands = condition.operands.iter().map(|(name, _)| name.as_str());
-    operands.chain(condition.selected()).map(str::to_owned).collect()
+    let mut seen = HashSet::new();
+    let places = operands.chain(condition.selected());
+    let places = places.map(|name| was::place_in(name).unwrap_or(name));
+    places.filter(|name| seen.insert(*name)).map(str::to_owned).collect()
 }

@@ -3,6 +3,7 @@
 use std::io;
 use std::sync::Arc;
 
+use super::judge::Judge;
 use super::lowered_suite::LoweredSuite;
 use super::player::{Spectator, play};
 use super::suite::{ProgramId, Suite};
@@ -30,7 +31,7 @@ struct Tracer<'a> {
 }
 
 impl Spectator for Tracer<'_> {
-    fn scanned(&mut self, rig: &Rig, number: u64) {
+    fn scanned(&mut self, rig: &Rig, _: &Judge, number: u64) {
         let mut programs = self.programs.iter();
         let program = programs.position(|program| Arc::ptr_eq(program, rig.program()));
         let Some(program) = program.filter(|_| self.failed.is_none()) else { return };

@@ -3,7 +3,8 @@
 //! Called by `testing`. `contact` resolves them, as those of a ladder.
 
 use super::array::ArrayElement;
-use super::program::{Contact, NamedOperand, Program};
+use super::observed::{ObservedProgram, Remembered};
+use super::program::{Contact, NamedOperand, Program, TagMeaning};
 use super::resolver::ConditionText;
 use super::scope::{NamedThing, Scope};
 use super::{LoadOptions, Resolver};
@@ -35,6 +36,19 @@ impl<'a> ConditionNames<'a> {
         resolver.scope = Scope::of(program);
         resolver.used = vec![false; program.tags.len()];
         ConditionNames { resolver }
+    }
+
+    /// The names of a program that its tests observe.
+    pub fn observing(observed: &ObservedProgram, options: &'a LoadOptions) -> ConditionNames<'a> {
+        let mut names = ConditionNames::of(&observed.program, options);
+        let resolver = &mut names.resolver;
+        resolver.scope = Scope::within(&observed.program, observed.sizes.clone());
+        for Remembered { name, kept, .. } in &observed.was {
+            let meaning = Some(TagMeaning::Address(*kept));
+            resolver.scope.add_tag(name, resolver.used.len(), meaning);
+            resolver.used.push(false);
+        }
+        names
     }
 
     /// The names.

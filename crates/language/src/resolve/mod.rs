@@ -27,6 +27,7 @@ pub mod mistake;
 pub mod name_book;
 mod name_texts;
 pub mod names;
+pub mod observed;
 mod operand;
 mod operand_array;
 pub mod operand_list;

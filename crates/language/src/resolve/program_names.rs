@@ -10,7 +10,7 @@ use super::places::Places;
 use super::program::{Block, OfArray, Program, Tag, TagMeaning};
 use super::record::RecordPlace;
 use super::scope::{BlockNames, Scope};
-use rungd_engine::isa::{Address, BlockId, DeviceId};
+use rungd_engine::isa::{Address, BlockId, DeviceId, MemorySizes};
 
 impl NameBook {
     /// The names of a program whose tags have these places.
@@ -32,7 +32,12 @@ impl NameBook {
 impl Scope {
     /// The names of a resolved program.
     pub fn of(program: &Program) -> Scope {
-        let mut scope = Scope::new(program.sizes.clone());
+        Scope::within(program, program.sizes.clone())
+    }
+
+    /// As [`Scope::of`], with the memory sizes that bound the addresses of texts.
+    pub(super) fn within(program: &Program, sizes: MemorySizes) -> Scope {
+        let mut scope = Scope::new(sizes);
         scope.set_places(program.names.places.clone());
         for (at, tag) in program.tags.iter().enumerate() {
             match tag.of_array {

@@ -38,6 +38,26 @@ impl Contact {
     }
 }
 
+impl Contact {
+    /// The operands that a contact reads, with those of its parts.
+    pub fn reads_of_all(&self) -> Vec<ReadOperand> {
+        let mut all = self.reads();
+        match self {
+            Contact::Not(inner, _) | Contact::Edge(_, inner, _) => {
+                all.extend(inner.reads_of_all());
+            }
+            Contact::All(parts, _) | Contact::Any(parts, _) => {
+                all.extend(parts.iter().flat_map(Contact::reads_of_all));
+            }
+            Contact::Bit(..)
+            | Contact::Element(..)
+            | Contact::Compare(..)
+            | Contact::Computed(..) => {}
+        }
+        all
+    }
+}
+
 impl Instruction {
     /// The operands that an instruction reads: those that it only reads, the Stages that it waits
     /// for, the words that select an element to write, and those of its expressions.

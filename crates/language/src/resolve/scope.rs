@@ -23,6 +23,7 @@ use crate::source::finding::Code;
 use crate::source::fix::{advise, possible, propose, write};
 use crate::source::nearest::{KnownNames, UnknownName};
 use crate::source::span::Span;
+use crate::source::was;
 use rungd_engine::isa::address_text::{self, AddressError, reads_as_address};
 use rungd_engine::isa::{
     Address, Bit, BlockId, DeviceBit, DeviceId, MemorySizes, Real, StageId, Structure,
@@ -308,6 +309,12 @@ impl Scope {
     /// # Errors
     /// The mistake in the name.
     pub fn look_up(&self, name: &str) -> Result<LookUp, Mistake> {
+        if was::place_in(name).is_some()
+            && let Some((index, Some(meaning))) = self.tags.get(name)
+        {
+            let thing = self.of_tag(name, *meaning, None)?;
+            return Ok(LookUp { thing, tag: Some(*index), index: None });
+        }
         if let Some(found) = self.bit_in(name) {
             return found;
         }

@@ -3,7 +3,7 @@
 
 use std::cell::RefCell;
 
-use super::atom::{Atom, Placed, foreign_place_at, typed_literal};
+use super::atom::{Atom, AtomKind, Placed, foreign_place_at, typed_literal};
 use super::contact::Comparison;
 use super::contact_habits::stray;
 use super::contact_signs;
@@ -12,6 +12,7 @@ use super::finding::{Code, Finding};
 use super::foreign_signs;
 use super::indexed::rest_length;
 use super::span::Span;
+use super::was;
 
 /// A token.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -106,6 +107,10 @@ fn atom(text: &str, first: char, at: usize, span: Span) -> Parsed<(Token, usize)
     }
     let number = first.is_ascii_digit()
         || (first == '-' && rest[1..].starts_with(|c: char| c.is_ascii_digit()));
+    if let Some((name, length)) = was::read(rest, behind)? {
+        let atom = Atom { kind: AtomKind::Name(name), span: span.part(at, at + length) };
+        return Ok((Token::Atom(atom), length));
+    }
     let mut computes = false;
     let length = if number {
         let tail = |c: char| !(c.is_ascii_alphanumeric() || c == '_' || c == ':' || c == '.');

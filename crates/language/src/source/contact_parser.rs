@@ -18,6 +18,7 @@ use super::finding::{Code, Finding};
 use super::fix::{FixEdit, Help, advise, possible, text};
 use super::nearest::did_you_mean;
 use super::span::{Located, Span};
+use super::was;
 use rungd_engine::isa::Function;
 use rungd_engine::isa::function::FUNCTIONS;
 
@@ -63,8 +64,9 @@ fn parse_as(text: &str, span: Span, used: ContactUse) -> Result<WrittenContact, 
         });
     }
     let contact = parser.expression(BindingPower::Or, 0)?;
+    let refused = if used == ContactUse::Ladder { was::in_ladder(&contact) } else { None };
     match parser.peek() {
-        None => Ok(contact),
+        None => refused.map_or(Ok(contact), Err),
         Some((token, place)) => Err(parser.left_over(&token.clone(), place)),
     }
 }

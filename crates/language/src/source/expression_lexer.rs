@@ -13,6 +13,7 @@ use super::fix::{advise, possible, write};
 use super::foreign_signs::{self, ForeignSign};
 use super::indexed::rest_length;
 use super::span::Span;
+use super::was;
 use rungd_engine::isa::Real;
 pub use rungd_engine::isa::real::RealError;
 
@@ -132,6 +133,11 @@ fn operand(
             ExpressionUse::Contact => number_of_contact(word, place)?,
         };
         return Ok((ExpressionToken::Operand(kind), length));
+    }
+    if used == ExpressionUse::Contact
+        && let Some((name, length)) = was::read(rest, span)?
+    {
+        return Ok((ExpressionToken::Operand(ExpressionPartKind::Name(name)), length));
     }
     if first.is_ascii_alphabetic() || first == '$' || first == '_' {
         let length = name_length(rest, used);

@@ -64,4 +64,5 @@ mod toml_slips;
 pub mod toml_tree;
 mod toml_tree_reader;
 pub mod value_kind;
+pub mod was;
 pub mod wording;

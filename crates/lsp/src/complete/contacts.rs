@@ -11,6 +11,7 @@ use super::operands;
 use super::proposal::{CompletionProposal, Proposals};
 use super::scene::CompletionScene;
 use rungd_engine::isa::function::FUNCTIONS;
+use rungd_language::source::was::WAS;
 
 /// The rank of functions, after the ranks of names.
 const FUNCTION: u8 = 5;
@@ -95,10 +96,13 @@ pub(super) fn offer(scene: &CompletionScene, before: &str, wish: WantedName) -> 
         offer_functions(&mut found);
     }
     if matches!(wish, WantedName::Contact | WantedName::Condition) && word.base.is_none() {
-        for (name, about) in [
+        let was = (WAS, "The value at the end of the scan before");
+        let called = [
             ("rise", "ON for one execution, when its contacts go from OFF to ON"),
             ("fall", "ON for one execution, when its contacts go from ON to OFF"),
-        ] {
+        ];
+        let of_tests = (wish == WantedName::Condition).then_some(was);
+        for (name, about) in called.into_iter().chain(of_tests) {
             let proposal = CompletionProposal::new(name, CompletionItemKind::FUNCTION, FUNCTION);
             let snippet = Some(format!("{name}($1)"));
             found.add(proposal.detail(about).writes(format!("{name}("), snippet));

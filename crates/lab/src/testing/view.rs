@@ -1,0 +1,216 @@
+//! Memory as the conditions of a test see it, if they see more than the memory of the controller:
+//! with the values of `was(x)`.
+//!
+//! `names` makes a [`View`], one for each program of a test file that needs one; `judge` keeps a
+//! [`ViewMemory`] while a test is played. Its memory is that of a second engine: at the end of each
+//! scan it takes from the controller what conditions read, and nothing else. The engine of the
+//! controller is only read, so it does the same without a view.
+
+use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
+
+use crate::rig::Rig;
+use rungd_engine::isa::Address;
+use rungd_engine::{BitCell, Cell, Engine, EngineProgram, Image, Layout, WordCell};
+use rungd_language::lower::{Symbols, lower};
+use rungd_language::resolve::observed::{ObservedProgram, Remembered};
+use rungd_language::resolve::program::Contact;
+use rungd_language::resolve::reads::ReadOperand;
+use rungd_state::reload::{LoweredProgram, ReloadPlan};
+
+/// A program as its conditions see it, lowered.
+#[derive(Debug)]
+pub struct View {
+    code: EngineProgram,
+    /// The names and cells of the view.
+    pub symbols: Symbols,
+    /// The cells of the controller.
+    ladder: Layout,
+    observed: ObservedProgram,
+    /// The bits and words that are taken from the controller: its cell, and that of the view.
+    bits: Vec<(BitCell, BitCell)>,
+    words: Vec<(WordCell, WordCell)>,
+    /// The cells of the places that are remembered.
+    was: Vec<RememberedCells>,
+}
+
+/// The cells of a `was(x)`, in the view.
+#[derive(Clone, Copy, Debug)]
+struct RememberedCells {
+    place: Cell,
+    kept: Cell,
+}
+
+/// A view that is being made: the cells that conditions read are not all known yet.
+#[derive(Debug)]
+pub(super) struct ViewDraft {
+    view: View,
+    seen: HashSet<Cell>,
+}
+
+impl ViewDraft {
+    /// The view of a program; `ladder`: the cells of the program itself.
+    pub fn new(observed: ObservedProgram, ladder: &Layout) -> ViewDraft {
+        let (mut code, symbols) = lower(&observed.program);
+        // The controller executes the ladder.
+        code.order.clear();
+        code.kept.clear();
+        let cells = |address| symbols.layout.cell(address);
+        let was = observed.was.iter().filter_map(|remembered| {
+            Some(RememberedCells { place: cells(remembered.place)?, kept: cells(remembered.kept)? })
+        });
+        let (was, ladder) = (was.collect(), ladder.clone());
+        let places: Vec<Address> = observed.was.iter().map(|remembered| remembered.place).collect();
+        let (bits, words) = (Vec::new(), Vec::new());
+        let view = View { code, symbols, ladder, observed, bits, words, was };
+        let mut draft = ViewDraft { view, seen: HashSet::new() };
+        places.into_iter().for_each(|place| draft.take(place));
+        draft
+    }
+
+    /// The names and cells of the view.
+    pub fn view(&self) -> &View {
+        &self.view
+    }
+
+    /// Adds what a condition reads.
+    pub fn reads(&mut self, contact: &Contact) {
+        for read in contact.reads_of_all() {
+            match read {
+                ReadOperand::Address(address) => self.take(address),
+                ReadOperand::Array(array) => {
+                    array.addresses().for_each(|address| self.take(address));
+                }
+            }
+        }
+    }
+
+    fn take(&mut self, address: Address) {
+        let View { symbols, ladder, observed, bits, words, .. } = &mut self.view;
+        if !observed.is_of_program(address) {
+            return;
+        }
+        let pair = (ladder.cell(address), symbols.layout.cell(address));
+        match pair {
+            (Some(Cell::Bit(from)), Some(to @ Cell::Bit(at))) if self.seen.insert(to) => {
+                bits.push((from, at));
+            }
+            (Some(from), Some(to)) => {
+                let word = |cell| match cell {
+                    Cell::Word(word) => Some(word),
+                    Cell::WordBit(bit) => Some(bit.word),
+                    Cell::Bit(_) => None,
+                };
+                if let (Some(from), Some(at)) = (word(from), word(to))
+                    && self.seen.insert(Cell::Word(at))
+                {
+                    words.push((from, at));
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// The view, with what was added.
+    pub fn finish(self) -> Arc<View> {
+        Arc::new(self.view)
+    }
+}
+
+impl View {
+    /// The cell of the controller that a cell of the view shows; `None` for what the view adds.
+    pub(super) fn of_ladder(&self, cell: Cell) -> Option<Cell> {
+        let address = self.symbols.layout.address(cell)?;
+        self.ladder.cell(address).filter(|_| self.observed.is_of_program(address))
+    }
+
+    /// The cell whose values a cell has: for `was(x)` that of x, else the cell itself.
+    pub(super) fn of_values(&self, cell: Cell) -> Cell {
+        let kept = self.was.iter().find(|remembered| remembered.kept == cell);
+        kept.map_or(cell, |remembered| remembered.place)
+    }
+}
+
+/// The memory of a view while a test is played.
+pub(super) struct ViewMemory {
+    view: Arc<View>,
+    engine: Engine,
+    /// By `was(x)`: the value of x at the end of the last scan.
+    last: Vec<i32>,
+}
+
+impl ViewMemory {
+    /// The memory before the first scan.
+    pub fn new(view: &Arc<View>, rig: &Rig) -> ViewMemory {
+        let engine = Engine::new(view.code.clone());
+        let mut memory = ViewMemory { view: Arc::clone(view), engine, last: Vec::new() };
+        memory.begins_run(rig);
+        memory
+    }
+
+    /// The view.
+    pub fn view(&self) -> &View {
+        &self.view
+    }
+
+    /// Memory as conditions see it.
+    pub fn image(&self) -> &Image {
+        self.engine.image()
+    }
+
+    /// RUN begins: what is remembered is memory as started.
+    pub fn begins_run(&mut self, rig: &Rig) {
+        self.look(rig);
+        self.remember();
+        self.show_remembered();
+    }
+
+    /// A scan has ended, but for its passes.
+    pub fn scanned(&mut self, rig: &Rig) {
+        self.show_remembered();
+        self.look(rig);
+        self.remember();
+    }
+
+    /// Takes the memory of the controller as it now is.
+    pub fn look(&mut self, rig: &Rig) {
+        let image = rig.image();
+        for (from, to) in &self.view.bits {
+            self.engine.write_bit(*to, image.bit(*from));
+        }
+        for (from, to) in &self.view.words {
+            self.engine.write_word(*to, image.word(*from));
+        }
+    }
+
+    fn remember(&mut self) {
+        let image = self.engine.image();
+        self.last.clear();
+        self.last.extend(self.view.was.iter().map(|remembered| image.value(remembered.place)));
+    }
+
+    fn show_remembered(&mut self) {
+        for (remembered, value) in self.view.was.iter().zip(&self.last) {
+            self.engine.restore(remembered.kept, *value);
+        }
+    }
+
+    /// A reload has brought the program of another view: what the view has beside the memory of
+    /// the controller stays, by its names.
+    pub fn reload(&mut self, view: &Arc<View>, rig: &Rig) {
+        let lowered = |view: &'_ View| (view.code.clone(), view.symbols.clone());
+        let ((old_code, old_symbols), (code, symbols)) = (lowered(&self.view), lowered(view));
+        let plan = ReloadPlan::new(
+            LoweredProgram { program: &old_code, symbols: &old_symbols },
+            LoweredProgram { program: &code, symbols: &symbols },
+        );
+        let mut engine = Engine::new(code);
+        engine.adopt(&mut self.engine, &plan.transfer, true, &[]);
+        let names = self.view.observed.was.iter().map(|remembered| &remembered.name);
+        let last: HashMap<&String, i32> = names.zip(self.last.iter().copied()).collect();
+        let of_new = |remembered: &Remembered| last.get(&remembered.name).copied().unwrap_or(0);
+        let last = view.observed.was.iter().map(of_new).collect();
+        *self = ViewMemory { view: Arc::clone(view), engine, last };
+        self.look(rig);
+    }
+}

@@ -1,0 +1,113 @@
+//! A program as the conditions of its tests see it: with a place for each `was(x)`.
+//!
+//! Called by `testing`, once for each program of a test file. The places lie behind the memory of
+//! the program, so each of its addresses keeps its meaning, and no text can name them by an
+//! address. The program itself is not changed: this one is never executed by a controller.
+
+use super::formula::{NumberType, type_of};
+use super::program::Program;
+use super::scope::{NamedThing, Scope};
+use crate::source::finding::{Code, Finding};
+use crate::source::fix::{Help, advise, possible};
+use crate::source::span::Span;
+use crate::source::was;
+use rungd_engine::isa::{Address, Bit, BitSpace, MemorySizes, Space, WordSpace};
+
+/// A program with what the conditions of its tests add.
+#[derive(Clone, Debug)]
+pub struct ObservedProgram {
+    /// The program, with memory for all that is added.
+    pub program: Program,
+    /// The memory sizes without what is added.
+    pub sizes: MemorySizes,
+    /// The values that are remembered.
+    pub was: Vec<Remembered>,
+}
+
+/// A place whose value at the end of the scan before is remembered.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Remembered {
+    /// Its name in conditions: `was(level)`.
+    pub name: String,
+    /// The place: a bit or a word.
+    pub place: Address,
+    /// Where its earlier value is.
+    pub kept: Address,
+}
+
+impl ObservedProgram {
+    /// The program with a place for each of the names `was(x)`. A name with a mistake has none.
+    pub fn new(program: &Program, names: &[String]) -> ObservedProgram {
+        let sizes = program.sizes.clone();
+        let mut observed = ObservedProgram { program: program.clone(), sizes, was: Vec::new() };
+        let scope = Scope::of(program);
+        for name in names {
+            if let Ok(place) = remembered(&scope, name, Span::default()) {
+                let kept = observed.added(place);
+                observed.was.push(Remembered { name: name.clone(), place, kept });
+            }
+        }
+        observed
+    }
+
+    /// The next free element behind the memory of the program, for a value of a place.
+    fn added(&mut self, place: Address) -> Address {
+        let space = match place {
+            Address::Word(word) if type_of(word) == NumberType::Real => Space::Word(WordSpace::R),
+            Address::Word(_) => Space::Word(WordSpace::D),
+            Address::Bit(_) | Address::Structure(_) => Space::Bit(BitSpace::C),
+        };
+        let count = space.count(&self.program.sizes);
+        self.program.sizes = space.sized(&self.program.sizes, count + 1);
+        space.address(space.first() + count)
+    }
+
+    /// Whether an address belongs to the program itself, and not to what is added.
+    pub fn is_of_program(&self, address: Address) -> bool {
+        let of_word = if let Address::Bit(Bit::InWord(bit)) = address {
+            Some(Address::Word(bit.word))
+        } else {
+            None
+        };
+        Space::with_members(of_word.unwrap_or(address))
+            .is_none_or(|(space, number)| number < space.first() + space.count(&self.sizes))
+    }
+}
+
+/// The place x of a name `was(x)`.
+///
+/// # Errors
+/// It is no bit and no word.
+pub fn remembered(scope: &Scope, name: &str, span: Span) -> Result<Address, Finding> {
+    let x = was::place_in(name).unwrap_or_default();
+    let no_place = |message: String, help: Help| {
+        Finding::new(Code::OperandType, span, message)
+            .label("one bit or word belongs here")
+            .help(help)
+    };
+    match scope.look_up(x).map(|found| found.thing) {
+        Ok(NamedThing::Address(address @ (Address::Bit(_) | Address::Word(_)))) => Ok(address),
+        Ok(NamedThing::Address(Address::Structure(structure))) => {
+            let members = structure.members().iter();
+            let members = members.map(|member| possible(format!("{x}.{member}")));
+            let help = Help::from("name a member: a structure has several").with_all(members);
+            Err(no_place(format!("`{x}` is a structure"), help))
+        }
+        Ok(NamedThing::Element(element)) => {
+            let last = element.array.count - 1;
+            let base = x.split('[').next().unwrap_or(x);
+            let words = format!("a constant selects the element: `{{}}` to `{base}[{last}]`");
+            let help = advise(&words, [possible(format!("{base}[0]"))]);
+            Err(no_place(format!("the index of `{x}` is a word"), help))
+        }
+        Ok(_) => {
+            let message = scope.address(x).err().unwrap_or_default();
+            let help = advise("name one bit or one word: `{}`", [possible("D0")]);
+            Err(no_place(message, help))
+        }
+        Err(mistake) => Err(mistake.finding(span).unwrap_or_else(|| {
+            let message = format!("the declaration of `{x}` has a mistake");
+            Finding::new(Code::UnknownName, span, message)
+        })),
+    }
+}
