@@ -155,3 +155,43 @@ fn a_reload_that_would_wire_a_device_to_another_element_is_refused() {
     live.ok("reload");
     live.await_values("Main.Wait Main.New", "ON OFF");
 }
+
+/// A tag with a `type` may be wired as long as reloads leave it in its place.
+#[test]
+fn a_reload_that_moves_a_wired_tag_with_a_type_is_refused() {
+    let record = "[[record]]\nname = \"Step\"\nfields = { kind = { type = \"int\" }, target = { type = \
+                  \"int\" } }\n";
+    let ladder = format!(
+        "[ladder]\ndevices = [\"line1\"]\n{record}[tags]\nrecipe = {{ type = \"Step\", count = 2 }}\n\
+         [[program]]\nname = \"Main\"\nrung = [ {{ when = [\"recipe[1].target > 3\"], do = [\"OUT Y0\", \
+         \"MOVE 1 to=recipe[0].kind\"] }} ]\n"
+    );
+    let controller = device("line1", "127.0.0.1:9").replace("\"D5\"", "\"recipe[1].target\"");
+    let live = Live::start(&ladder, &controller, &[]);
+    live.await_values("Y0", "OFF");
+    let write = |ladder: &str| std::fs::write(live.folder.join("ladder.toml"), ladder).unwrap();
+    write(
+        &ladder.replace("> 3", "> 4").replace("count = 2 }", "count = 2 }\nz = { type = \"int\" }"),
+    );
+    live.ok("reload");
+    for moved in [
+        // An earlier name takes its place; a longer array moves what is behind it.
+        ladder.replace("[tags]", "[tags]\na = { type = \"int\" }").replace("MOVE 1", "MOVE a"),
+        ladder.replace("count = 2", "count = 3"),
+        ladder.replace("recipe", "menu"),
+    ] {
+        write(&moved);
+        if moved.contains("menu") {
+            let file = live.folder.join("controller.toml");
+            let text = std::fs::read_to_string(&file).unwrap().replace("recipe", "menu");
+            std::fs::write(&file, text).unwrap();
+        }
+        for words in ["reload --dry-run", "reload"] {
+            let said = live.say(words);
+            assert_eq!(said.code, 78, "{said:?}");
+            let why = "wired to the place of `recipe[1].target` until a restart, and this program \
+                       moves that tag";
+            assert!(said.err.contains(why), "{said:?}");
+        }
+    }
+}

@@ -50,7 +50,10 @@ fn judge(context: &Context, placed: &ProgramInstruction) -> Option<Finding> {
         WrittenOperand::Bit(_) => None,
     }?;
     let message = format!("`PACK` writes any pattern of bits, and tag `{}` limits it", tag.name);
-    let help = "take `min` and `max` out of the tag, or PACK to a word of its own and MOVE that";
+    let limited = context.say_limited(&tag.name);
+    let help = format!(
+        "take `min` and `max` out of {limited}, or PACK to a word of its own and MOVE that"
+    );
     let finding = Finding::new(Code::LimitedPack, span, message);
     let finding = finding.label("a limited number has other bits");
     Some(finding.related(tag.span, "limited here").help(help))

@@ -39,7 +39,9 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
         let Some(tag) = limited else { continue };
         let name = &tag.name;
         let message = format!("a bit is written alone, and tag `{name}` limits its word");
-        let help = "take `min` and `max` out of the tag, or compute the whole word by a MATH";
+        let limited = context.say_limited(name);
+        let help =
+            format!("take `min` and `max` out of {limited}, or compute the whole word by a MATH");
         let finding = Finding::new(Code::LimitedWordBit, span, message);
         let finding = finding.label("a bit alone cannot be limited");
         findings.push(finding.related(tag.span, "limited here").help(help));

@@ -7,11 +7,30 @@
 use rungd_engine::isa::{Address, Bit, Structure};
 
 use super::context::Context;
+use crate::resolve::record::NamedField;
 
 impl Context<'_> {
     /// The name to write in this ladder: the tag if the address has one, else the address.
     pub fn name(&self, address: Address) -> String {
         self.program.names.name(address)
+    }
+
+    /// The field of a record that a tag with this name stands for.
+    pub fn field_named(&self, name: &str) -> Option<NamedField<'_>> {
+        self.program.records.iter().find_map(|record| record.field_named(name))
+    }
+
+    /// Where a tag gets its keys, in words: ``tag `jam` ``, ``field `kind` of record `Step` ``.
+    pub fn say_declaration(&self, name: &str) -> String {
+        match self.field_named(name) {
+            Some(NamedField { record, field }) => format!("field `{field}` of record `{record}`"),
+            None => format!("tag `{name}`"),
+        }
+    }
+
+    /// As [`Context::say_declaration`], but `the tag` for a tag that the sentence names.
+    pub fn say_limited(&self, name: &str) -> String {
+        self.field_named(name).map_or("the tag".to_owned(), |_| self.say_declaration(name))
     }
 
     /// For a sentence: `` `bin_full` (Y0) ``, or `` `Y0` `` without a tag.

@@ -17,6 +17,7 @@
 //! Fails: the same without `initial`.
 
 use crate::resolve::program::TagMeaning;
+use crate::resolve::record::NamedField;
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{Fix, FixEdit, Help};
 use crate::source::span::Span;
@@ -108,8 +109,15 @@ pub(super) fn setting(context: &Context, address: Address) -> Help {
     match context.tag_at(address) {
         Some(_) => {
             let (tag, pair) = (context.name(address), format!("initial = {initial}"));
-            let words = format!("{words} `{pair}` in tag `{tag}`");
-            Help::from(words).with(Fix::from(FixEdit::InTag { tag, pair }).same())
+            let words = format!("{words} `{pair}` in {}", context.say_declaration(&tag));
+            let edit = match context.field_named(&tag) {
+                Some(NamedField { record, field }) => {
+                    let (record, field) = (record.to_owned(), field.to_owned());
+                    FixEdit::InField { record, field, pair }
+                }
+                None => FixEdit::InTag { tag, pair },
+            };
+            Help::from(words).with(Fix::from(edit).same())
         }
         None => {
             let tag = format!("setting = {{ at = \"{address}\", initial = {initial} }}");

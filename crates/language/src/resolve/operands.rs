@@ -6,6 +6,7 @@
 
 use super::mistake::{bit_of_block, bits_of_device};
 use super::range::{Range, is_slice, look_up, other_range, placed_in};
+use super::record::RecordIndex;
 use super::scope::{NamedThing, Scope};
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{FixEdit, Help, advise, possible};
@@ -77,7 +78,8 @@ pub fn resolve_operands(scope: &Scope, text: &Text) -> Result<Operands, Finding>
         {
             let (first, count) = (array.element(0), array.count);
             let (text, span) = (written.to_owned(), text.span);
-            return Ok(Operands { first, count, text, is_placed: false, span });
+            let is_placed = scope.places().at(first).is_some();
+            return Ok(Operands { first, count, text, is_placed, span });
         }
         let first = element(scope, written, text.span)?;
         let (text, span) = (written.to_owned(), text.span);
@@ -142,7 +144,12 @@ fn element(scope: &Scope, name: &str, span: Span) -> Result<Address, Finding> {
         ),
         NamedThing::Record(place) => wrong(
             format!("`{name}` is {}, not a bit or word", place.words()),
-            scope.name_a_field(name, place),
+            match place.at {
+                RecordIndex::All => scope.name_a_column(name, place),
+                RecordIndex::Only | RecordIndex::Constant(_) | RecordIndex::Word(_) => {
+                    scope.name_a_field(name, place)
+                }
+            },
         ),
         NamedThing::Element(_) => wrong(
             format!("the index of `{name}` is a word"),

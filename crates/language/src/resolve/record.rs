@@ -35,6 +35,15 @@ pub struct RecordField {
     pub tag: Option<usize>,
 }
 
+/// A field of a tag of records.
+#[derive(Clone, Copy, Debug)]
+pub struct NamedField<'r> {
+    /// The name of the record.
+    pub record: &'r str,
+    /// The name of the field.
+    pub field: &'r str,
+}
+
 /// A whole record, or an array of records.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RecordPlace {
@@ -82,6 +91,18 @@ impl RecordTag {
             Some(at) => format!("{}[{at}]", self.name),
             None => self.name.clone(),
         }
+    }
+
+    /// The field with a name: `current.target`, `recipe[3].target`.
+    pub fn field_named(&self, name: &str) -> Option<NamedField<'_>> {
+        let rest = name.strip_prefix(&self.name)?;
+        let behind = match rest.strip_prefix('[') {
+            Some(indexed) => indexed.split_once(']')?.1,
+            None => rest,
+        };
+        let behind = behind.strip_prefix('.')?;
+        let field = self.fields.iter().find(|field| field.name == behind)?;
+        Some(NamedField { record: &self.record, field: &field.name })
     }
 
     /// The indices in the program of the tags of one record, or of all of an array, record by

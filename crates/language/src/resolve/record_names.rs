@@ -108,6 +108,18 @@ impl Scope {
         }
     }
 
+    /// The help for an array of records in the place of bits or words.
+    pub(super) fn name_a_column(&self, name: &str, place: RecordPlace) -> Help {
+        let fields = self.records()[place.tag].field_names();
+        let columns = fields.iter().map(|field| possible(format!("{name}.{field}")));
+        let first = fields.first().copied().unwrap_or_default();
+        let words = format!(
+            "name a field of all records: `{name}.{first}`, or of one: `{name}[0].{first}`; {}",
+            fields_of(&fields)
+        );
+        Help::from(words).with_all(columns.chain([possible(format!("{name}[0].{first}"))]))
+    }
+
     /// The help for a whole record in the place of a bit, word or structure.
     pub(super) fn name_a_field(&self, name: &str, place: RecordPlace) -> Help {
         let record = &self.records()[place.tag];

@@ -383,7 +383,12 @@ impl Scope {
             },
             TagMeaning::Constant(..) | TagMeaning::Real(_) => "it is a constant".to_owned(),
             TagMeaning::Array(array) if array.of_member(member).is_some() => {
-                return Err(no_column(base, member, array));
+                let element = match base.rsplit_once('.') {
+                    Some((tag, field)) if self.record(tag).is_some() => format!("{tag}[0].{field}"),
+                    Some(_) | None => format!("{base}[0]"),
+                };
+                let name = format!("{base}.{member}");
+                return Err(no_column(&name, format!("{element}.{member}"), array));
             }
             TagMeaning::Array(array) => format!("it is the array {array}"),
         };
@@ -440,12 +445,11 @@ impl LookUp {
 }
 
 /// The mistake in a member of all structures of an array: there are only members of one.
-fn no_column(base: &str, member: &str, array: Array) -> Mistake {
-    let message = format!("`{base}.{member}`: members of an array of structures need an index");
+fn no_column(name: &str, first: String, array: Array) -> Mistake {
+    let message = format!("`{name}`: members of an array of structures need an index");
     let last = array.count - 1;
     let words = format!("name one of its structures, from 0 to {last}: `{{}}`");
-    let help = advise(&words, [possible(format!("{base}[0].{member}"))]);
-    mistake(Code::OperandType, message, help)
+    mistake(Code::OperandType, message, advise(&words, [possible(first)]))
 }
 
 fn of_device(base: &str, id: DeviceId, member: Option<&str>) -> Result<NamedThing, Mistake> {

@@ -40,6 +40,15 @@ pub enum FixEdit {
         /// The pair.
         pair: String,
     },
+    /// Adds `key = value` to the declaration of a field of a record.
+    InField {
+        /// The record.
+        record: String,
+        /// The field.
+        field: String,
+        /// The pair.
+        pair: String,
+    },
     /// Replaces a word in the string at the place of the finding.
     Word {
         /// The word.
@@ -99,6 +108,7 @@ impl FixEdit {
             FixEdit::Write(_, text)
             | FixEdit::Pair(text)
             | FixEdit::InTag { pair: text, .. }
+            | FixEdit::InField { pair: text, .. }
             | FixEdit::Word { new: text, .. }
             | FixEdit::Declare(text)
             | FixEdit::Lines { lines: text, .. }

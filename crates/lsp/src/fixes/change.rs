@@ -71,6 +71,7 @@ fn edited(file: &EditorFile, span: &Range<usize>, edit: &FixEdit) -> Vec<Propose
             None => Vec::new(),
         },
         FixEdit::InTag { tag, pair } => into_tag(file, tag, pair),
+        FixEdit::InField { record, field, pair } => into_field(file, [record, field], pair),
         FixEdit::Word { old, new } => only(tables::word(file, span, old, new)),
         FixEdit::Declare(text) => vec![declared(file, text)],
         FixEdit::Lines { lines, instead } => {
@@ -106,6 +107,9 @@ pub(super) fn title(file: &EditorFile, fix: &Fix, changed: Range<usize>) -> Stri
             format!("Take `{}` away", file.slice(changed))
         }
         Some(FixEdit::InTag { tag, pair }) => format!("Write `{pair}` in tag `{tag}`"),
+        Some(FixEdit::InField { record, field, pair }) => {
+            format!("Write `{pair}` in field `{field}` of record `{record}`")
+        }
         Some(FixEdit::Lines { lines, .. }) => format!("Write `{}`", lines.replace('\n', "`, `")),
         Some(FixEdit::Row(row)) => format!("Add the row `{row}`"),
         Some(FixEdit::Under { table, pair }) => format!("Write `{pair}` under `[{table}]`"),
@@ -186,8 +190,32 @@ fn into_tag(file: &EditorFile, tag: &str, text: &str) -> Vec<ProposedChanges> {
     let declares = |pair: &&KeyPair| {
         pair.keys.len() == 2 && pair.keys[0].text == "tags" && pair.keys[1].text == tag
     };
-    let pair = file.outline.pairs.iter().find(declares);
-    let end = pair.and_then(|pair| end_in_braces(file, &pair.value));
+    at_end_of(file, file.outline.pairs.iter().find(declares), text)
+}
+
+/// The changes that add a pair to the declaration of a field; `names`: those of the record and of
+/// the field.
+fn into_field(file: &EditorFile, names: [&str; 2], text: &str) -> Vec<ProposedChanges> {
+    let pairs = &file.outline.pairs;
+    let is_name = |pair: &&KeyPair| {
+        let is_key = pair.keys.len() == 1 && pair.keys[0].text == "name";
+        is_key && file.slice(pair.value.clone()).trim_matches('"') == names[0]
+    };
+    let objects = pairs.iter().filter(is_name).map(|pair| pair.object);
+    let objects = objects.filter(|at| file.outline.objects[*at].kind == "record");
+    let declares = |object: usize| {
+        let keys = ["fields", names[1]];
+        pairs.iter().find(move |pair| {
+            let is_field = pair.keys.iter().map(|key| key.text.as_str()).eq(keys);
+            pair.object == object && is_field
+        })
+    };
+    at_end_of(file, objects.filter_map(declares).next(), text)
+}
+
+/// The changes that add a pair to a table in braces.
+fn at_end_of(file: &EditorFile, table: Option<&KeyPair>, text: &str) -> Vec<ProposedChanges> {
+    let end = table.and_then(|pair| end_in_braces(file, &pair.value));
     end.map(|end| vec![one(end..end, format!(", {text}"))]).into_iter().collect()
 }
 

@@ -2,9 +2,9 @@
 //!
 //! The wiring of a device stays over a reload, by cells. Addresses keep their cells. But the bits
 //! of blocks and Stages have names instead of addresses, and their cells depend on the number of
-//! blocks and Stages before them. And a tag with a `type` gets a place that no file names, although
-//! a device may still be wired to it. Both are refused, because a device would take the wrong
-//! element.
+//! blocks and Stages before them. And a tag with a `type` gets a place that no file names: it may
+//! be moved away from its wire, or another tag to it. All of that is refused, because a device would
+//! take the wrong element.
 
 use rungd_engine::isa::{Address, Bit, BlockId, StageId};
 use rungd_language::lower::Symbols;
@@ -18,12 +18,22 @@ pub fn misfit<'a>(
     next: &Symbols,
 ) -> Option<String> {
     let misfit = wired.find_map(|(device, address)| {
-        if let Some((place, index)) = next.identity.names.places.at(address) {
-            let name = place.name_of(index);
-            return Some(format!(
-                "device `{device}` is wired to {address} until a restart, and this program would \
-                 place the tag `{name}` there: give the tag an `at`, or restart rungd"
-            ));
+        match (placed(&first.names, address), placed(&next.names, address)) {
+            (Some(was), Some(now)) if was == now => return None,
+            (Some(was), _) => {
+                return Some(format!(
+                    "device `{device}` is wired to the place of `{was}` until a restart, and this \
+                     program moves that tag in memory, or does not have it: restart rungd, or wire \
+                     the device to an address"
+                ));
+            }
+            (None, Some(now)) => {
+                return Some(format!(
+                    "device `{device}` is wired to {address} until a restart, and this program \
+                     would place the tag `{now}` there: give the tag an `at`, or restart rungd"
+                ));
+            }
+            (None, None) => {}
         }
         let Address::Bit(bit) = address else { return None };
         let name = first.names.address(address);
@@ -41,6 +51,11 @@ pub fn misfit<'a>(
         }
     })?;
     Some(format!("{misfit}; nothing is reloaded until then"))
+}
+
+/// The name of the tag with a `type` that has an address in a program.
+fn placed(names: &NameBook, address: Address) -> Option<String> {
+    names.places.at(address).map(|(place, index)| place.name_of(index))
 }
 
 /// The bit of the same name in the next program.

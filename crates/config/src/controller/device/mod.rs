@@ -177,13 +177,6 @@ impl DeviceResolver<'_> {
             }
         };
         let addresses: Vec<Address> = match resolve_operands(scope, text) {
-            Ok(operands) if operands.is_placed => {
-                let name = &text.text;
-                let message = format!("`{name}` has a `type`, and a device's map names addresses");
-                let help = "the map stays over a reload, which may move the tag: give it an `at`";
-                findings.push(Finding::new(Code::Controller, text.span, message).help(help));
-                return None;
-            }
             Ok(operands) => {
                 self.room.take(operands.count, text, findings)?;
                 operands.addresses().collect()
