@@ -231,7 +231,7 @@ impl Resolver<'_> {
                 Help::from(format!("its fields are `{names}`"))
             };
             let help = did_you_mean(&name.text, names()).unwrap_or_else(all);
-            return self.find(Finding::new(Code::UnknownKey, name.span, message).help(help));
+            return self.find(Finding::new(Code::UnknownMember, name.span, message).help(help));
         };
         if is_structure(field) {
             let kind = field.kind.as_ref().map_or("", |kind| &kind.text);
