@@ -58,11 +58,13 @@ pub(super) fn write(
     Ok(())
 }
 
-/// The columns of a trace: the operands of all programs of a scenario.
+/// The columns of a trace: the operands of all programs of a scenario, then those of the observer.
 struct TraceColumns {
     watched: Vec<TracedOperand>,
     /// By program: the cell of each column; `None`: the program has none.
     cells: Vec<Vec<Option<Cell>>>,
+    /// By program: the cell of each column of the observer.
+    observed: Vec<Vec<Cell>>,
 }
 
 impl TraceColumns {
@@ -86,12 +88,23 @@ impl TraceColumns {
             watched.iter().map(|operand| same_kind(operand, cell(&operand.name), layout)).collect()
         };
         let cells = suite.programs.iter().zip(programs).map(of_program).collect();
-        TraceColumns { watched, cells }
+        let views = || suite.programs.iter().map(|test_program| test_program.view.as_deref());
+        let own = views().next().flatten().into_iter().flat_map(|view| {
+            let layout = &view.symbols.layout;
+            view.own_operands().map(move |(name, cell)| TracedOperand::new(name, cell, layout))
+        });
+        watched.extend(own);
+        let cells_of = |view: &testing::View| view.own_operands().map(|(_, cell)| cell).collect();
+        let observed = views().map(|view| view.map_or_else(Vec::new, cells_of)).collect();
+        TraceColumns { watched, cells, observed }
     }
 
     /// The values at the end of a scan.
     fn values(&self, scan: TracedScan<'_>) -> Vec<i32> {
-        self.cells[scan.program.0].iter().map(|cell| content(scan.image, *cell)).collect()
+        let own = self.cells[scan.program.0].iter().map(|cell| content(scan.image, *cell));
+        let observed = self.observed[scan.program.0].iter();
+        let observed = observed.zip(scan.observed.into_iter().cycle());
+        own.chain(observed.map(|(cell, image)| content(image, Some(*cell)))).collect()
     }
 }
 

@@ -4,19 +4,18 @@ use std::path::Path;
 
 use super::condition::Condition;
 use super::names::{Observation, TestNames};
+use super::programs::test_program;
 use super::step_condition;
-use rungd_config::controller::Controller;
+use super::suite::TestProgram;
 use rungd_config::load;
 use rungd_engine::{Cell, Engine, EngineCall};
 use rungd_language::lower::lower;
 use rungd_language::resolve::LoadOptions;
-use rungd_language::resolve::program::Program;
 use rungd_language::source::span::{FileId, Span};
 
 /// The ladder of `tests/suites`, with its memory.
 struct TestPlant {
-    program: Program,
-    controller: Controller,
+    program: TestProgram,
     engine: Engine,
 }
 
@@ -24,15 +23,14 @@ impl TestPlant {
     fn new() -> TestPlant {
         let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("tests/suites");
         let loaded = load::controller_file(&folder.join("rungd.toml")).expect("readable");
-        let program = loaded.program.expect("no errors");
-        let engine = Engine::new(lower(&program).0);
-        TestPlant { program, controller: loaded.controller.expect("no errors"), engine }
+        let program = test_program(loaded).expect("no errors");
+        let engine = Engine::new(lower(&program.program).0);
+        TestPlant { program, engine }
     }
 
     fn condition(&self, text: &str) -> Result<Condition, Vec<String>> {
         let options = LoadOptions::default();
-        let mut names =
-            TestNames::of(&self.program, &self.controller, &Observation::default(), &options);
+        let mut names = TestNames::of(&self.program, &Observation::default(), &options);
         let span = Span { file: FileId(0), start: 0, end: text.len() as u32 };
         let written = step_condition::condition(text, span).map_err(|of| vec![of.message])?;
         names
@@ -45,8 +43,7 @@ impl TestPlant {
         for pair in memory.split_whitespace() {
             let (name, value) = pair.split_once('=').expect("a pair");
             let options = LoadOptions::default();
-            let names =
-                TestNames::of(&self.program, &self.controller, &Observation::default(), &options);
+            let names = TestNames::of(&self.program, &Observation::default(), &options);
             let target = names.forced(name, Span::default()).expect("an operand");
             let word = rungd_language::source::span::Located {
                 value: value.to_owned(),

@@ -20,7 +20,7 @@ mod mutants;
 mod mutation;
 mod names;
 #[cfg(test)]
-mod observed_tests;
+mod observer_tests;
 mod pasted;
 mod player;
 mod programs;
@@ -44,6 +44,8 @@ mod touches;
 mod traced;
 mod unmoved;
 mod view;
+#[cfg(test)]
+mod was_tests;
 mod written;
 
 pub use condition::Condition;
@@ -64,4 +66,5 @@ pub use suite::{
 pub use touches::{TestTouch, touches};
 pub use traced::{TracedScan, trace};
 pub use unmoved::UnmovedNames;
+pub use view::View;
 pub use written::shape;

@@ -11,30 +11,37 @@ use std::sync::Arc;
 use super::condition::Condition;
 use super::step_condition::WrittenCondition;
 use super::step_words::StepWord;
-use super::suite::TestOperand;
+use super::suite::{TestOperand, TestProgram};
 use super::view::{View, ViewDraft};
 use crate::traces::stimulus::StimulusTarget;
-use rungd_config::controller::Controller;
 use rungd_engine::Cell;
 use rungd_engine::isa::{Address, Bit, BitSpace, DeviceId};
+use rungd_language::check::{CheckInputs, check_partial, silence};
 use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::LoadOptions;
 use rungd_language::resolve::condition::{ConditionNames, not_in_ladder};
-use rungd_language::resolve::observed::{ObservedProgram, remembered};
+use rungd_language::resolve::observed::{ObservedProgram, lies_within, remembered};
+use rungd_language::resolve::observer::{ObserverText, observed};
 use rungd_language::resolve::program::Program;
 use rungd_language::resolve::scope::{LookUp, NamedThing};
-use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::finding::{Code, Finding, Severity};
 use rungd_language::source::fix::{advise, one_of, pair, possible, proposed};
 use rungd_language::source::nearest::KnownNames;
-use rungd_language::source::span::{Located, Span};
+use rungd_language::source::observer;
+use rungd_language::source::span::{FileId, Located, SourceFile, Span};
 use rungd_language::source::was;
 
 /// What the conditions of a test file see beside the memory of the controller.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Observation {
+    /// The test file, if it has an observer.
+    pub observer: Option<SourceFile>,
     /// The names `was(x)`, each once.
     pub was: Vec<String>,
 }
+
+/// The number of the test file in the findings about its observer.
+pub(super) const OBSERVER: FileId = FileId(u32::MAX >> 2);
 
 impl Observation {
     /// Adds the names `was(x)` of a condition.
@@ -46,10 +53,45 @@ impl Observation {
         }
     }
 
-    /// A program as the conditions see it.
-    fn of(&self, program: &Program) -> Option<ObservedProgram> {
-        (!self.was.is_empty()).then(|| ObservedProgram::new(program, &self.was))
+    /// A program as the conditions see it, and the findings about the observer.
+    fn of(&self, test_program: &TestProgram) -> Option<(ObservedProgram, Vec<Finding>)> {
+        if self.was.is_empty() && self.observer.is_none() {
+            return None;
+        }
+        let mut files = test_program.files.clone();
+        let file = FileId(files.len() as u32);
+        files.extend(self.observer.clone());
+        let text = self.observer.as_ref().map(|file| file.text.as_str());
+        let ladder = text.and_then(|text| observer::again(text, file));
+        let text = ladder.map(|ladder| ObserverText { files: &files, ladder });
+        let program = &test_program.program;
+        let (mut observed, mut findings) = match text {
+            Some(text) => observed(program, text),
+            None => {
+                let bare = ObservedProgram::bare(Program::clone(program), program.sizes.clone());
+                (bare, Vec::new())
+            }
+        };
+        observed.remember(&self.was);
+        if !findings.iter().any(|finding| finding.severity() == Severity::Error) {
+            findings.extend(doubts(&observed.program, file));
+        }
+        for finding in &mut findings {
+            let places = finding.related.iter_mut().map(|(place, _)| place);
+            let own = places.chain([&mut finding.span]).filter(|place| place.file == file);
+            own.for_each(|place| place.file = OBSERVER);
+        }
+        Some((observed, findings))
     }
+}
+
+/// The findings about an observer by the rules for single instructions and contacts, and for their
+/// places. What nothing writes or resets, a test sets and a cold start resets.
+fn doubts(program: &Program, file: FileId) -> Vec<Finding> {
+    let found = silence(program, check_partial(program, CheckInputs::of(&[]), false), None);
+    let mut found = program.layers.placed_findings(found);
+    found.retain(|finding| finding.span.file == file);
+    found
 }
 
 /// The names of a program, and their cells.
@@ -57,6 +99,8 @@ pub(super) struct TestNames<'a> {
     conditions: ConditionNames<'a>,
     symbols: Symbols,
     view: Option<ViewDraft>,
+    /// The findings about the observer. Places in the test file have the number [`OBSERVER`].
+    pub mistakes: Vec<Finding>,
     /// The addresses that are written in every scan, each with its writer: `device `plant``.
     moved: HashMap<Address, String>,
     devices: KnownNames,
@@ -71,20 +115,27 @@ pub(super) struct TestTarget {
 
 impl<'a> TestNames<'a> {
     pub fn of(
-        program: &Program,
-        controller: &Controller,
+        test_program: &TestProgram,
         observation: &Observation,
         options: &'a LoadOptions,
     ) -> TestNames<'a> {
-        let (observed, symbols) = (observation.of(program), lower(program).1);
+        let TestProgram { program, controller, .. } = test_program;
+        let (observed, mistakes) = observation.of(test_program).unzip();
+        let mistakes: Vec<Finding> = mistakes.unwrap_or_default();
+        // A program with an error is never lowered.
+        let is_whole = !mistakes.iter().any(|finding| finding.severity() == Severity::Error);
+        let symbols = lower(program).1;
         let conditions = match &observed {
             Some(observed) => ConditionNames::observing(observed, options),
             None => ConditionNames::of(program, options),
         };
         TestNames {
             conditions,
-            view: observed.map(|observed| ViewDraft::new(observed, &symbols.layout)),
+            view: observed
+                .filter(|_| is_whole)
+                .map(|observed| ViewDraft::new(observed, &symbols.layout)),
             symbols,
+            mistakes,
             moved: controller.simulated(),
             devices: KnownNames::new(program.devices.iter().map(String::as_str)),
         }
@@ -154,7 +205,12 @@ impl<'a> TestNames<'a> {
     fn address(&self, name: &str, span: Span) -> Result<Address, Finding> {
         let scope = self.conditions.scope();
         match scope.look_up(name) {
-            Ok(LookUp { thing: NamedThing::Address(address), .. }) => Ok(address),
+            Ok(LookUp { thing: NamedThing::Address(address), .. }) => {
+                match lies_within(address, self.symbols.layout.sizes()) {
+                    true => Ok(address),
+                    false => Err(of_observer(name, span)),
+                }
+            }
             Ok(_) => {
                 let message = scope.address(name).err().unwrap_or_default();
                 let finding = Finding::new(Code::OperandType, span, message);
@@ -248,4 +304,11 @@ impl<'a> TestNames<'a> {
         };
         TestTarget { operand: TestOperand { name: name.to_owned(), cell, input }, takes }
     }
+}
+
+/// The finding for a tag of the observer that a test would change.
+fn of_observer(name: &str, span: Span) -> Finding {
+    let message = format!("`{name}` belongs to the observer: its rungs alone write it");
+    let finding = Finding::new(Code::TestStep, span, message);
+    finding.help("set what its rungs read").or_omit()
 }

@@ -20,7 +20,7 @@ pub use rungd_config::load::test_ladders::{
 use rungd_config::load::{self, Loaded, OpenTexts};
 use rungd_language::lower::lower;
 use rungd_language::resolve::LoadOptions;
-use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::finding::{Code, Finding, Severity};
 use rungd_language::source::fix::{FixEdit, advise, possible, proposed};
 use rungd_language::source::render::{Style, render};
 use rungd_language::source::span::FileId;
@@ -114,8 +114,7 @@ impl<'a> Programs<'a> {
     }
 
     fn add(&mut self, program: TestProgram) -> ProgramId {
-        let TestProgram { program: ladder, controller, .. } = &program;
-        self.names.push(TestNames::of(ladder, controller, &self.observation, self.options));
+        self.names.push(TestNames::of(&program, &self.observation, self.options));
         self.programs.push(program);
         ProgramId(self.programs.len() - 1)
     }
@@ -146,7 +145,16 @@ impl<'a> Programs<'a> {
         let load = match self.refusal(&loaded) {
             Some(text) => ProgramLoad::Refused(text),
             None => match test_program(loaded) {
-                Ok(program) => ProgramLoad::Ready(self.add(program)),
+                Ok(program) => {
+                    let id = self.add(program);
+                    let mut mistakes = std::mem::take(&mut self.names[id.0].mistakes).into_iter();
+                    if let Some(mistake) =
+                        mistakes.find(|mistake| mistake.severity() == Severity::Error)
+                    {
+                        return Err(of_observer(files, mistake));
+                    }
+                    ProgramLoad::Ready(id)
+                }
                 Err(loaded) => ProgramLoad::Refused(findings_text(&loaded)),
             },
         };
@@ -243,6 +251,13 @@ impl<'a> Programs<'a> {
         let misfit = reload::misfit(devices.iter().flat_map(Device::wired), &first, &next);
         misfit.map(|why| format!("{file}: {why}"))
     }
+}
+
+/// The finding about an observer that does not fit the program of a `reload` step.
+fn of_observer(files: &[StepWord], mistake: Finding) -> Finding {
+    let place = files.first().map_or_else(Default::default, |file| file.span);
+    let message = format!("the observer does not fit this program: {}", mistake.message);
+    Finding::new(Code::TestStep, place, message).with_help_of(mistake)
 }
 
 /// The findings of a load, as a command prints them.

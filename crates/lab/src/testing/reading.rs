@@ -10,7 +10,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 
 use super::condition::Condition;
-use super::names::Observation;
+use super::names::{OBSERVER, Observation};
 use super::programs::{BenchSettings, NamedProgram, Programs, TestFile, test_program};
 use super::random;
 use super::step_condition::{self, WrittenCondition};
@@ -111,7 +111,7 @@ impl SuiteReading {
     fn suite(&mut self, path: &Path) -> Option<Suite> {
         let (written, found) = written::read(&self.files[0].text, FileId(0));
         self.findings.extend(found);
-        let WrittenSuite { bench, always, scenarios, randoms, lost } = written?;
+        let WrittenSuite { bench, always, has_observer, scenarios, randoms, lost } = written?;
         self.lost.add_settings(FileId(0), lost);
         self.names(&scenarios, &randoms);
         let always = self.conditions(always);
@@ -120,13 +120,17 @@ impl SuiteReading {
         let (settings, first, names) = self.bench(path, bench?)?;
         let (options, texts) = (LoadOptions::default(), self.texts.clone());
         let first = NamedProgram { program: first, files: &names };
-        let mut observation = Observation::default();
+        let observer = has_observer.then(|| self.files[0].clone());
+        let mut observation = Observation { observer, was: Vec::new() };
         always.iter().for_each(|(_, condition)| observation.remember(condition));
         let steps = scenarios.iter().flat_map(|scenario| &scenario.steps);
         let of_steps = steps.filter_map(|step| step.value.condition());
         of_steps.for_each(|condition| observation.remember(condition));
         let file = TestFile { path, texts: &texts, observation };
+        let shift = shift_of(&settings);
         let mut programs = Programs::new(file, settings, first, &options);
+        let mistakes = std::mem::take(&mut programs.names[0].mistakes);
+        self.findings.extend(mistakes.into_iter().map(|finding| shifted(finding, shift)));
         let resolved = Resolution::of(&mut programs, &always, scenarios, randoms);
         self.findings.extend(resolved.findings);
         Some(Suite {
@@ -216,8 +220,7 @@ impl SuiteReading {
                 }
             }
         };
-        let shift = u32::from(matches!(settings, BenchSettings::Controller));
-        self.add(&loaded, shift);
+        self.add(&loaded, shift_of(&settings));
         Some((settings, test_program(loaded).ok()?, names))
     }
 
@@ -226,9 +229,7 @@ impl SuiteReading {
         let new = if shift == 0 { 1 } else { 0 };
         self.files.extend(loaded.files[new..].iter().cloned());
         for finding in &loaded.findings {
-            let mut finding = finding.clone();
-            finding.span.file.0 += shift;
-            finding.related.iter_mut().for_each(|(span, _)| span.file.0 += shift);
+            let finding = shifted(finding.clone(), shift);
             if finding.severity() == Severity::Error || finding.span.file == FileId(0) {
                 self.findings.push(finding);
             }
@@ -324,6 +325,22 @@ impl Resolution {
             self.always.push(conditions);
         }
     }
+}
+
+/// The difference between the numbers of files here and in a load: the files of a controller file
+/// follow the test file, which is the first file of its own load.
+fn shift_of(settings: &BenchSettings) -> u32 {
+    u32::from(matches!(settings, BenchSettings::Controller))
+}
+
+/// A finding of a load, with the numbers of files here. Places of the observer are in the test
+/// file.
+fn shifted(mut finding: Finding, shift: u32) -> Finding {
+    let places = finding.related.iter_mut().map(|(place, _)| place);
+    for place in places.chain([&mut finding.span]) {
+        place.file.0 = if place.file == OBSERVER { 0 } else { place.file.0 + shift };
+    }
+    finding
 }
 
 /// The place of the `reload` step that loads a program.

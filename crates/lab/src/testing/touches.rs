@@ -7,6 +7,7 @@ use std::collections::HashSet;
 
 use super::condition::Condition;
 use super::suite::{Suite, TestOperand, TestStep};
+use super::view::ObservedRung;
 use rungd_language::source::span::Span;
 use rungd_language::source::was;
 
@@ -31,6 +32,7 @@ pub fn touches(suite: &Suite) -> Vec<TestTouch> {
     for condition in suite.always.first().into_iter().flatten() {
         list.add(None, condition.text.clone(), place_of(suite, condition), names(condition));
     }
+    list.observer();
     for scenario in &suite.scenarios {
         let test = Some(scenario.name.as_str());
         list.set(test, scenario.span, &scenario.set);
@@ -62,6 +64,14 @@ impl TouchList<'_> {
         }
         let (file, line) = (self.suite.name.clone(), self.suite.line(span));
         self.all.push(TestTouch { file, line, test: test.map(str::to_owned), text, names });
+    }
+
+    /// The rungs of the observer.
+    fn observer(&mut self) {
+        let Some(view) = &self.suite.programs[0].view else { return };
+        for ObservedRung { text, place, names } in view.rungs() {
+            self.add(None, text, place, names);
+        }
     }
 
     fn set(&mut self, test: Option<&str>, span: Span, set: &[(TestOperand, i32)]) {

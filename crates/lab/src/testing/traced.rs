@@ -21,6 +21,8 @@ pub struct TracedScan<'a> {
     pub time_us: u64,
     /// Memory at its end.
     pub image: &'a Image,
+    /// Memory at its end as conditions see it, if the test file has an observer or a `was(x)`.
+    pub observed: Option<&'a Image>,
 }
 
 /// Passes rows to a trace.
@@ -31,12 +33,13 @@ struct Tracer<'a> {
 }
 
 impl Spectator for Tracer<'_> {
-    fn scanned(&mut self, rig: &Rig, _: &Judge, number: u64) {
+    fn scanned(&mut self, rig: &Rig, judge: &Judge, number: u64) {
         let mut programs = self.programs.iter();
         let program = programs.position(|program| Arc::ptr_eq(program, rig.program()));
         let Some(program) = program.filter(|_| self.failed.is_none()) else { return };
         let (program, time_us, image) = (ProgramId(program), rig.next_ns() / 1000, rig.image());
-        self.failed = (self.row)(TracedScan { program, number, time_us, image }).err();
+        let observed = judge.view().map(|_| judge.image(rig));
+        self.failed = (self.row)(TracedScan { program, number, time_us, image, observed }).err();
     }
 }
 

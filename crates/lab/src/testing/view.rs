@@ -1,21 +1,24 @@
 //! Memory as the conditions of a test see it, if they see more than the memory of the controller:
-//! with the values of `was(x)`.
+//! with the tags of the observer, and the values of `was(x)`.
 //!
 //! `names` makes a [`View`], one for each program of a test file that needs one; `judge` keeps a
 //! [`ViewMemory`] while a test is played. Its memory is that of a second engine: at the end of each
-//! scan it takes from the controller what conditions read, and nothing else. The engine of the
-//! controller is only read, so it does the same without a view.
+//! scan it takes from the controller what conditions and the observer read, and nothing else; then
+//! it executes the rungs of the observer. The engine of the controller is only read, so it does the
+//! same without a view. The observer is no part of the controller: over a new process it goes on.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use crate::rig::Rig;
+use rungd_base::calendar::LocalTime;
 use rungd_engine::isa::Address;
-use rungd_engine::{BitCell, Cell, Engine, EngineProgram, Image, Layout, WordCell};
+use rungd_engine::{BitCell, Cell, Engine, EngineProgram, Image, Layout, ScanTimes, WordCell};
 use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::observed::{ObservedProgram, Remembered};
 use rungd_language::resolve::program::Contact;
 use rungd_language::resolve::reads::ReadOperand;
+use rungd_language::source::span::Span;
 use rungd_state::reload::{LoweredProgram, ReloadPlan};
 
 /// A program as its conditions see it, lowered.
@@ -53,14 +56,17 @@ impl ViewDraft {
     pub fn new(observed: ObservedProgram, ladder: &Layout) -> ViewDraft {
         let (mut code, symbols) = lower(&observed.program);
         // The controller executes the ladder.
-        code.order.clear();
+        code.order = observed.observer.into_iter().collect();
         code.kept.clear();
         let cells = |address| symbols.layout.cell(address);
         let was = observed.was.iter().filter_map(|remembered| {
             Some(RememberedCells { place: cells(remembered.place)?, kept: cells(remembered.kept)? })
         });
         let (was, ladder) = (was.collect(), ladder.clone());
-        let places: Vec<Address> = observed.was.iter().map(|remembered| remembered.place).collect();
+        let mut places: Vec<Address> =
+            observed.was.iter().map(|remembered| remembered.place).collect();
+        places.extend(observed.operands.iter().map(|operand| operand.address));
+        places.extend(observed.arrays.iter().flat_map(|named| named.array.addresses()));
         let (bits, words) = (Vec::new(), Vec::new());
         let view = View { code, symbols, ladder, observed, bits, words, was };
         let mut draft = ViewDraft { view, seen: HashSet::new() };
@@ -117,7 +123,49 @@ impl ViewDraft {
     }
 }
 
+/// A rung of the observer, with what it names of the ladder.
+pub(super) struct ObservedRung {
+    /// For people: `observer: rung count-bottles`.
+    pub text: String,
+    /// Its place in the test file.
+    pub place: Span,
+    pub names: Vec<String>,
+}
+
 impl View {
+    /// The bits and words of the observer's tags, in the order of its rungs, each with its cell in
+    /// the view.
+    pub fn own_operands(&self) -> impl Iterator<Item = (&str, Cell)> {
+        let own = self.observed.operands.iter();
+        let own = own.filter(|operand| !self.observed.is_of_program(operand.address));
+        own.filter_map(|operand| {
+            Some((operand.name.as_str(), self.symbols.layout.cell(operand.address)?))
+        })
+    }
+
+    /// The rungs of the observer.
+    pub(super) fn rungs(&self) -> impl Iterator<Item = ObservedRung> {
+        let program = &self.observed.program;
+        let block = self.observed.observer.map(|id| program.block(id));
+        let rungs = block.into_iter().flat_map(|block| block.rungs.iter().enumerate());
+        rungs.map(|(at, rung)| {
+            let branches = rung.branches.iter().flat_map(|branch| &branch.contacts);
+            let contacts = rung.legs.iter().flat_map(|leg| &leg.contacts).chain(branches);
+            let read = contacts.flat_map(Contact::reads_of_all);
+            let read = read.chain(rung.instructions().flat_map(|(_, one)| one.reads()));
+            let addresses = read.map(|operand| match operand {
+                ReadOperand::Address(address) => address,
+                ReadOperand::Array(array) => array.element(0),
+            });
+            let own = addresses.filter(|address| self.observed.is_of_program(*address));
+            let mut names: Vec<String> = own.map(|address| program.names.name(address)).collect();
+            names.sort_unstable();
+            names.dedup();
+            let text = format!("observer: {}", rung.label("", at));
+            ObservedRung { text, place: program.layers.in_file(rung.extent), names }
+        })
+    }
+
     /// The cell of the controller that a cell of the view shows; `None` for what the view adds.
     pub(super) fn of_ladder(&self, cell: Cell) -> Option<Cell> {
         let address = self.symbols.layout.address(cell)?;
@@ -142,7 +190,8 @@ pub(super) struct ViewMemory {
 impl ViewMemory {
     /// The memory before the first scan.
     pub fn new(view: &Arc<View>, rig: &Rig) -> ViewMemory {
-        let engine = Engine::new(view.code.clone());
+        let mut engine = Engine::new(view.code.clone());
+        engine.start(rig.next_ns());
         let mut memory = ViewMemory { view: Arc::clone(view), engine, last: Vec::new() };
         memory.begins_run(rig);
         memory
@@ -168,7 +217,16 @@ impl ViewMemory {
     /// A scan has ended, but for its passes.
     pub fn scanned(&mut self, rig: &Rig) {
         self.show_remembered();
+        let observes = self.view.observed.observer.is_some();
+        if observes {
+            // Its status bits and words are those of the controller, where a rung reads them.
+            let (times, local) = (ScanTimes::default(), LocalTime::default());
+            self.engine.begin_scan(rig.next_ns(), &times, &local);
+        }
         self.look(rig);
+        if observes {
+            self.engine.execute();
+        }
         self.remember();
     }
 

@@ -9,6 +9,7 @@ use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::fix::{FixEdit, advise, pair, possible};
 use rungd_language::source::key::{Key, NOT_EMPTY, key};
 use rungd_language::source::lost::LostText;
+use rungd_language::source::observer;
 use rungd_language::source::reader::{self, Constant, Table, Text, TextOrTable};
 use rungd_language::source::shape::TableShape;
 use rungd_language::source::span::{FileId, Located, Span};
@@ -29,6 +30,8 @@ pub(super) struct WrittenSuite {
     pub scenarios: Vec<WrittenScenario>,
     /// `[[random]]`.
     pub randoms: Vec<WrittenRandom>,
+    /// Whether there is an `[observer]`.
+    pub has_observer: bool,
     /// The missing parts, if a part of the file is not TOML.
     pub lost: Option<LostText>,
 }
@@ -134,6 +137,7 @@ fn read_root(mut root: Table<'_>, file: FileId) -> WrittenSuite {
     let conditions = key("always", "Contacts that must be ON at the end of every scan.");
     let always = root.strings(conditions).map_or(Vec::new(), |texts| texts.value);
     let always = plain(&root, always, Code::ContactSyntax, "a condition");
+    let has_observer = observer::read(&mut root).is_some();
     let scenarios = root.tables(
         key("scenario", "Tests, each a cold start and steps in virtual time."),
         "a scenario",
@@ -145,7 +149,7 @@ fn read_root(mut root: Table<'_>, file: FileId) -> WrittenSuite {
     read_prove(&mut root);
     limits(&root, &scenarios, &randoms);
     root.finish();
-    WrittenSuite { bench, always, scenarios, randoms, lost }
+    WrittenSuite { bench, always, has_observer, scenarios, randoms, lost }
 }
 
 /// `ladder` with `period` and `[retain]`, or `controller`.

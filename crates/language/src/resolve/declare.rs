@@ -32,7 +32,7 @@ impl Resolver<'_> {
     /// Declares everything that has a name.
     pub(super) fn declare(&mut self, ladders: &[(FileId, Ladder)], program: &mut Program) {
         // Tags and blocks share one namespace over all files.
-        let mut names: HashMap<String, Span> = HashMap::new();
+        let mut names: HashMap<String, Span> = Resolver::taken_names(program);
         self.declare_records(ladders, &mut names);
         self.place_typed(ladders);
         self.tag_words = TagWords::of(ladders, self.scope.places(), &self.options.sizes);

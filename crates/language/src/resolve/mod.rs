@@ -28,6 +28,7 @@ pub mod name_book;
 mod name_texts;
 pub mod names;
 pub mod observed;
+pub mod observer;
 mod operand;
 mod operand_array;
 pub mod operand_list;

@@ -1,17 +1,18 @@
-//! A program as the conditions of its tests see it: with a place for each `was(x)`.
+//! A program as the conditions of its tests see it: with the observer, and with a place for each
+//! `was(x)`.
 //!
-//! Called by `testing`, once for each program of a test file. The places lie behind the memory of
-//! the program, so each of its addresses keeps its meaning, and no text can name them by an
-//! address. The program itself is not changed: this one is never executed by a controller.
+//! Called by `testing`, once for each program of a test file. What is added lies behind the memory
+//! of the program, so each of its addresses keeps its meaning, and no text can name what is added
+//! by an address. The program itself is not changed: no controller executes this one.
 
 use super::formula::{NumberType, type_of};
-use super::program::Program;
+use super::program::{NamedArray, NamedOperand, Program};
 use super::scope::{NamedThing, Scope};
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{Help, advise, possible};
 use crate::source::span::Span;
 use crate::source::was;
-use rungd_engine::isa::{Address, Bit, BitSpace, MemorySizes, Space, WordSpace};
+use rungd_engine::isa::{Address, Bit, BitSpace, BlockId, MemorySizes, Space, WordSpace};
 
 /// A program with what the conditions of its tests add.
 #[derive(Clone, Debug)]
@@ -20,6 +21,12 @@ pub struct ObservedProgram {
     pub program: Program,
     /// The memory sizes without what is added.
     pub sizes: MemorySizes,
+    /// The block of the observer, if the test file has one.
+    pub observer: Option<BlockId>,
+    /// The bits and words that the rungs of the observer name.
+    pub operands: Vec<NamedOperand>,
+    /// The arrays that the rungs of the observer name.
+    pub arrays: Vec<NamedArray>,
     /// The values that are remembered.
     pub was: Vec<Remembered>,
 }
@@ -36,18 +43,21 @@ pub struct Remembered {
 }
 
 impl ObservedProgram {
-    /// The program with a place for each of the names `was(x)`. A name with a mistake has none.
-    pub fn new(program: &Program, names: &[String]) -> ObservedProgram {
-        let sizes = program.sizes.clone();
-        let mut observed = ObservedProgram { program: program.clone(), sizes, was: Vec::new() };
-        let scope = Scope::of(program);
+    /// A program to which nothing is added yet. `sizes`: the memory sizes without what is added.
+    pub fn bare(program: Program, sizes: MemorySizes) -> ObservedProgram {
+        let (operands, arrays, was) = (Vec::new(), Vec::new(), Vec::new());
+        ObservedProgram { program, sizes, observer: None, operands, arrays, was }
+    }
+
+    /// Adds a place for each of the names `was(x)`; a name with a mistake has none.
+    pub fn remember(&mut self, names: &[String]) {
+        let scope = Scope::of(&self.program);
         for name in names {
             if let Ok(place) = remembered(&scope, name, Span::default()) {
-                let kept = observed.added(place);
-                observed.was.push(Remembered { name: name.clone(), place, kept });
+                let kept = self.added(place);
+                self.was.push(Remembered { name: name.clone(), place, kept });
             }
         }
-        observed
     }
 
     /// The next free element behind the memory of the program, for a value of a place.
@@ -64,14 +74,19 @@ impl ObservedProgram {
 
     /// Whether an address belongs to the program itself, and not to what is added.
     pub fn is_of_program(&self, address: Address) -> bool {
-        let of_word = if let Address::Bit(Bit::InWord(bit)) = address {
-            Some(Address::Word(bit.word))
-        } else {
-            None
-        };
-        Space::with_members(of_word.unwrap_or(address))
-            .is_none_or(|(space, number)| number < space.first() + space.count(&self.sizes))
+        lies_within(address, &self.sizes)
     }
+}
+
+/// Whether an address lies within memory of these sizes.
+pub fn lies_within(address: Address, sizes: &MemorySizes) -> bool {
+    let of_word = if let Address::Bit(Bit::InWord(bit)) = address {
+        Some(Address::Word(bit.word))
+    } else {
+        None
+    };
+    Space::with_members(of_word.unwrap_or(address))
+        .is_none_or(|(space, number)| number < space.first() + space.count(sizes))
 }
 
 /// The place x of a name `was(x)`.

@@ -50,7 +50,7 @@ impl Resolver<'_> {
     }
 
     /// The operands in order of place, each address once, with its first name; and the arrays.
-    fn operands(&mut self) -> (Vec<NamedOperand>, Vec<NamedArray>) {
+    pub(super) fn operands(&mut self) -> (Vec<NamedOperand>, Vec<NamedArray>) {
         let (named, arrays) = (std::mem::take(&mut self.named), std::mem::take(&mut self.arrays));
         // If both have the same place, as in `recipe[step]`, the array comes before its index.
         let arrays = arrays.into_iter().map(|(span, array)| (span, Err(array)));

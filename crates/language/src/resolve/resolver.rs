@@ -91,6 +91,10 @@ pub(super) struct Resolver<'a> {
     pub(super) condition: Option<ConditionText>,
     /// Whether the expression that is resolved is in a contact, which touches no status bit.
     pub(super) is_in_contact: bool,
+    /// Whether an observer of a test is resolved, in the names of a program.
+    pub(super) observes: bool,
+    /// The memory sizes with the places of an observer's tags.
+    pub(super) grown: Option<MemorySizes>,
     /// The words of tags, for tags that are a bit of one.
     pub(super) tag_words: Option<super::tag_words::TagWords>,
 }
@@ -138,6 +142,8 @@ impl<'a> Resolver<'a> {
             field_tags: 0,
             condition: None,
             is_in_contact: false,
+            observes: false,
+            grown: None,
             tag_words: None,
         }
     }

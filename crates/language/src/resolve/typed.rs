@@ -34,6 +34,9 @@ impl Resolver<'_> {
         if wishes.is_empty() {
             return;
         }
+        if self.observes {
+            return self.place_behind(wishes, ladders);
+        }
         let used = self.used_addresses(ladders);
         let placement = placement::place(wishes.clone(), &used, &self.options.sizes);
         self.find_short(&placement, &wishes, &used, |name| {

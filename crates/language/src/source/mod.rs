@@ -45,6 +45,7 @@ mod lost_tables;
 mod math_target;
 mod mend;
 pub mod nearest;
+pub mod observer;
 pub mod reader;
 pub(crate) mod record;
 pub mod renaming;

@@ -40,6 +40,7 @@ impl Resolver<'_> {
         let (mut templates, mut findings) = Templates::new(templates.iter(), &records);
         nesting::check(&mut templates, &mut findings);
         let mut expansion = Expansion::new(&templates);
+        expansion.layers = std::mem::take(&mut self.layers);
         let mut used = vec![false; templates.all.len()];
         for template_use in templates
             .all

@@ -1,4 +1,4 @@
-//! What conditions see beside the memory of the controller, played: `was(x)`.
+//! Conditions with `was(x)`, played.
 //!
 //! Each test is a test file over the ladder of `tests/suites`, and what becomes of its scenarios.
 
@@ -16,7 +16,7 @@ pub(super) fn suite(text: &str) -> Suite {
     read.suite.unwrap_or_else(|| panic!("{findings:?}"))
 }
 
-fn reading(text: &str) -> super::reading::ReadSuite {
+pub(super) fn reading(text: &str) -> super::reading::ReadSuite {
     let path =
         Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("tests/suites/x.test.toml");
     let text = format!("ladder = [\"crates.toml\"]\n{text}");
@@ -24,7 +24,7 @@ fn reading(text: &str) -> super::reading::ReadSuite {
 }
 
 /// The failures of all tests of a suite: the text of the step, and the scan.
-fn failures(suite: &Suite) -> Vec<String> {
+pub(super) fn failures(suite: &Suite) -> Vec<String> {
     let options = RunOptions { jobs: 1, filter: None, progress: &|_, _| {}, given_up: None };
     let verdicts = run(suite, &programs(suite), &options).into_iter();
     let failed = verdicts.filter_map(|verdict| Some((verdict.name, verdict.failure?)));
@@ -32,7 +32,7 @@ fn failures(suite: &Suite) -> Vec<String> {
 }
 
 /// The steps of one scenario; each line is a step.
-fn scenario(steps: &str) -> String {
+pub(super) fn scenario(steps: &str) -> String {
     let steps: Vec<String> = steps.lines().map(|step| format!("{:?},", step.trim())).collect();
     format!("[[scenario]]\nname = \"a\"\nsteps = [{}]\n", steps.concat())
 }
