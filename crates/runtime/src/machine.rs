@@ -3,6 +3,7 @@
 //! A trait, so that pacing, faults and stops are tested with a machine whose scans take a given
 //! time. It adds nothing to the behaviour of the engine.
 
+use super::exchange::OperandWrite;
 use super::mode::Mode;
 use super::origin::Origin;
 use super::unwired::UnwiredInputs;
@@ -76,6 +77,20 @@ pub trait ScannedMachine {
         let differing = self.differing_inputs(inputs.first, inputs.values);
         for (x, on) in (UnwiredInputs { given: inputs.given & differing, ..inputs }).each() {
             self.set_input(x, on);
+        }
+    }
+
+    /// Step 3: one write of a batch.
+    fn write_operand(&mut self, write: &OperandWrite) {
+        match *write {
+            OperandWrite::Bit(cell, on) => self.write_bit(cell, on),
+            OperandWrite::Word(cell, value) => self.write_word(cell, value),
+            OperandWrite::WordBit(bit, on) => self.write(Cell::WordBit(bit), on.into()),
+            OperandWrite::Masked { cell, mask, signed } => {
+                let held = self.image().words[cell.0 as usize];
+                self.write_word(cell, mask.apply(held, signed));
+            }
+            OperandWrite::Input(x, on) => self.set_input(x, on),
         }
     }
 

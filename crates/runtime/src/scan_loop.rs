@@ -4,14 +4,13 @@
 //! steps that are shared with `obey`, which executes commands. Behaviour: `docs/semantics.md`,
 //! section 4.
 
-use super::exchange::{FaultReason, Mode, OperandWrite, SCAN_WRITES_MAX, StopReason};
+use super::exchange::{FaultReason, Mode, SCAN_WRITES_MAX, StopReason};
 use super::field::InputStep;
 use super::machine::{ScanStart, ScannedMachine};
 use super::origin::Origin;
 use super::pacing::Clock;
 use super::scanner::{Scanner, TICK_NS_MAX, too_long};
 use rungd_base::faults::{self, FaultPoint};
-use rungd_engine::Cell;
 
 /// The number of ticks for which the thread waits, at its end, for a spare snapshot to show STOP.
 const LAST_TICKS_MAX: u32 = 1000;
@@ -126,20 +125,7 @@ impl<M: ScannedMachine, C: Clock> Scanner<M, C> {
         while let Some((ticket, writes)) = self.side.next_batch(writes_left) {
             writes_left -= writes.len();
             self.machine.comes_from(Origin::Batch(ticket));
-            for write in writes {
-                match *write {
-                    OperandWrite::Bit(cell, on) => self.machine.write_bit(cell, on),
-                    OperandWrite::Word(cell, value) => self.machine.write_word(cell, value),
-                    OperandWrite::WordBit(bit, on) => {
-                        self.machine.write(Cell::WordBit(bit), on.into());
-                    }
-                    OperandWrite::Masked { cell, mask, signed } => {
-                        let held = self.machine.image().words[cell.0 as usize];
-                        self.machine.write_word(cell, mask.apply(held, signed));
-                    }
-                    OperandWrite::Input(x, on) => self.machine.set_input(x, on),
-                }
-            }
+            writes.iter().for_each(|write| self.machine.write_operand(write));
         }
         self.machine.execute()
     }

@@ -72,13 +72,23 @@ impl<L: PeerLink> ModbusClient<L> {
         }
     }
 
+    /// The way to its peer.
+    pub(super) fn link(&self) -> &L {
+        &self.talk.link
+    }
+
+    /// The way to its peer, to be changed.
+    pub(super) fn link_mut(&mut self) -> &mut L {
+        &mut self.talk.link
+    }
+
     /// Writes the changed outputs, or all; units without trouble come first.
     async fn write(
         &mut self,
         occasion: ExchangeReason,
         outputs: &[i32],
     ) -> Result<(), ConnectionLoss> {
-        let now = Instant::now();
+        let now = self.talk.link.now();
         let is_due = occasion == ExchangeReason::Poll && self.all_due.is_some_and(|due| due <= now);
         let all = occasion == ExchangeReason::Last || is_due;
         let ModbusClient { talk, runs, writes, .. } = self;
@@ -103,7 +113,7 @@ impl<L: PeerLink> ModbusClient<L> {
     async fn feed(&mut self) -> Result<bool, ConnectionLoss> {
         let Some(feeding) = &mut self.feeding else { return Ok(false) };
         let Watchdog { unit, register, every_ms } = feeding.watchdog;
-        let now = Instant::now();
+        let now = self.talk.link.now();
         let is_due = feeding.due.is_none_or(|due| due <= now);
         if !is_due || self.talk.unit(unit).trouble.is_some() {
             return Ok(false);
@@ -174,7 +184,7 @@ impl<L: PeerLink> ModbusClient<L> {
 
     fn is_feeding_due(&self) -> bool {
         let due = self.feeding.as_ref().and_then(|feeding| feeding.due);
-        due.is_some_and(|due| due <= Instant::now())
+        due.is_some_and(|due| due <= self.talk.link.now())
     }
 
     /// Connects again; over the new connection, no output has been written yet.
@@ -280,7 +290,7 @@ impl<L: PeerLink> Driver for ModbusClient<L> {
         &mut self,
         mut exchange: Exchange<'_>,
     ) -> Result<ExchangeExtent, ExchangeFailure> {
-        let (occasion, now, is_anew) = (exchange.occasion, Instant::now(), self.next == 0);
+        let (occasion, now, is_anew) = (exchange.occasion, self.talk.link.now(), self.next == 0);
         self.talk.begin(|unit| unit.begin(occasion, now, is_anew));
         loop {
             match self.try_exchange(&mut exchange).await {

@@ -2,6 +2,8 @@
 
 use std::future::Future;
 
+use tokio::time::Instant;
+
 use crate::device::ExchangeFailure;
 
 /// The reason why there is no answer.
@@ -24,6 +26,11 @@ pub trait PeerLink: Send + 'static {
     /// Whether the link stays usable after a wrong answer, because it discards old bytes before the
     /// next question. Such a link cannot tell a late answer from the right one.
     const STARTS_ANEW: bool;
+
+    /// The time, for intervals and pauses.
+    fn now(&self) -> Instant {
+        Instant::now()
+    }
 
     /// Connects, unless it is connected.
     fn connect(&mut self) -> impl Future<Output = Result<(), ExchangeFailure>> + Send;

@@ -115,13 +115,13 @@ impl<L: PeerLink> UnitTalk<L> {
     /// Handles a missing answer.
     fn fail(&mut self, what: &RequestText, failure: LinkFailure) -> Result<(), ConnectionLoss> {
         let (pause, is_alone, is_first) = (self.pause, self.units.len() == 1, !self.has_heard);
-        let is_usable = self.link.is_usable();
+        let (is_usable, now) = (self.link.is_usable(), self.link.now());
         let unit = self.unit(what.unit);
         match failure {
             LinkFailure::Silent(reason) => {
                 let reason = format!("{what}: {reason}");
                 if is_usable {
-                    unit.miss(reason, pause);
+                    unit.miss(reason, pause, now);
                     return Ok(());
                 }
                 let trouble = ExchangeFailure::disconnected(reason.clone());
@@ -129,7 +129,7 @@ impl<L: PeerLink> UnitTalk<L> {
                     return Err(ConnectionLoss::Off(trouble));
                 }
                 // The other units of the link may still answer.
-                unit.miss(reason, pause);
+                unit.miss(reason, pause, now);
                 self.was_silent = true;
                 Err(ConnectionLoss::Anew(trouble))
             }
@@ -158,9 +158,12 @@ impl<L: PeerLink> UnitTalk<L> {
     fn refuse(&mut self, what: &RequestText, wrong: AnswerFault) -> Result<(), ConnectionLoss> {
         let hint = what.hint(&self.request, wrong);
         let (reason, pause) = (format!("{what}: {wrong}{hint}"), self.pause);
+        let now = self.link.now();
         let unit = self.unit(what.unit);
         match wrong {
-            AnswerFault::Exception(_) if wrong.is_absence() => unit.miss(reason, Duration::ZERO),
+            AnswerFault::Exception(_) if wrong.is_absence() => {
+                unit.miss(reason, Duration::ZERO, now)
+            }
             AnswerFault::Exception(_) => {
                 unit.found();
                 // A unit that refuses a read still accepts its outputs.
@@ -176,7 +179,7 @@ impl<L: PeerLink> UnitTalk<L> {
                 if !L::STARTS_ANEW {
                     return Err(ConnectionLoss::Off(ExchangeFailure::disconnected(reason)));
                 }
-                unit.miss(reason, pause);
+                unit.miss(reason, pause, now);
             }
         }
         Ok(())

@@ -80,12 +80,12 @@ impl UnitState {
     }
 
     /// Notes that it did not answer.
-    pub fn miss(&mut self, trouble: String, pause: Duration) {
+    pub fn miss(&mut self, trouble: String, pause: Duration, now: Instant) {
         self.trouble.get_or_insert(trouble);
         self.is_left = true;
         self.absences += 1;
         let wait = if self.absences > 1 { self.retry.next() } else { Duration::ZERO };
-        self.rests_until = Some(Instant::now() + wait.max(pause));
+        self.rests_until = Some(now + wait.max(pause));
     }
 
     /// Notes that it answered.

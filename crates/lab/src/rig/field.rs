@@ -5,11 +5,14 @@
 //! `io::device` does. A simulated plant answers. Every other device reports the values that the
 //! test gives its inputs: 0 and OFF at first.
 
+use super::device_ladder::DeviceLadder;
 use super::mode::{MS_NS, RigMode};
 use super::program::{RigProgram, UnwiredBits};
 use rungd_config::controller::device::{Device, DriverSettings};
 use rungd_engine::isa::{Bit, BitSpace, DeviceId};
 use rungd_engine::{BitCell, Cell, Image};
+use rungd_io::device::ExchangeReason;
+use rungd_io::modbus_client::VirtualDevice;
 use rungd_io::plant::Model;
 use rungd_runtime::field::{FieldDevices, InputStep, field};
 use rungd_runtime::inputs::InputEnd;
@@ -46,12 +49,16 @@ struct RigDevice {
     peer: Peer,
     /// Whether it can be reached.
     is_there: bool,
+    /// Why the last exchange of its driver failed.
+    trouble: Option<String>,
 }
 
 /// The peer of a device.
 enum Peer {
     /// A simulated plant, with the inputs that it last returned.
     Plant(Box<Model>, Vec<i32>),
+    /// A ladder, which the device's own driver exchanges with.
+    Ladder(Box<VirtualDevice<DeviceLadder>>),
     /// No plant: a test sets the inputs.
     Test,
 }
@@ -111,7 +118,14 @@ impl RigField {
                 DriverSettings::Simulated(plant) => {
                     (Peer::Plant(Box::new(Model::new(plant)), vec![0; count]), None)
                 }
-                DriverSettings::Modbus(_) | DriverSettings::Gpio(_) => (Peer::Test, Some(0)),
+                DriverSettings::Modbus(client) => match program.device_ladder(settings.id) {
+                    Some(ladder) => {
+                        let device = VirtualDevice::new(client, DeviceLadder::new(ladder));
+                        (Peer::Ladder(Box::new(device)), None)
+                    }
+                    None => (Peer::Test, Some(0)),
+                },
+                DriverSettings::Gpio(_) => (Peer::Test, Some(0)),
             };
             RigDevice {
                 end,
@@ -123,6 +137,7 @@ impl RigField {
                 given: vec![0; wiring.outputs.len()],
                 read: vec![read; count],
                 is_there: true,
+                trouble: None,
                 peer,
             }
         };
@@ -140,6 +155,9 @@ impl RigField {
             device.end = end;
             device.next_ns = now_ns;
             device.offered.fill(0);
+            if let Peer::Ladder(ladder) = &mut device.peer {
+                ladder.connect(now_ns);
+            }
         }
         self.unwired.iter_mut().for_each(|device| device.is_due = true);
     }
@@ -216,6 +234,35 @@ impl RigField {
         false
     }
 
+    /// Writes memory of a device's ladder, at a time or before its first scan.
+    pub fn write_device(
+        &mut self,
+        DeviceId(at): DeviceId,
+        cell: Cell,
+        value: i32,
+        now_ns: Option<u64>,
+    ) {
+        if let Some(RigDevice { peer: Peer::Ladder(ladder), .. }) =
+            self.devices.get_mut(at as usize)
+        {
+            ladder.peer().write(cell, value, now_ns);
+        }
+    }
+
+    /// A value of the memory of a device's ladder.
+    pub fn device_value(&self, DeviceId(at): DeviceId, cell: Cell) -> i32 {
+        match self.devices.get(at as usize) {
+            Some(RigDevice { peer: Peer::Ladder(ladder), .. }) => ladder.peer_now().value(cell),
+            Some(_) | None => 0,
+        }
+    }
+
+    /// Why the last exchange of each device failed, by the indices of the devices.
+    pub fn troubles(&self) -> impl Iterator<Item = (usize, &str)> {
+        let troubles = self.devices.iter().map(|device| device.trouble.as_deref());
+        troubles.enumerate().filter_map(|(at, trouble)| Some((at, trouble?)))
+    }
+
     /// From now on a device cannot be reached.
     pub fn lose(&mut self, DeviceId(at): DeviceId) {
         if let Some(device) = self.devices.get_mut(at as usize) {
@@ -230,6 +277,9 @@ impl RigField {
     pub fn restore(&mut self, DeviceId(at): DeviceId, now_ns: u64) {
         if let Some(device) = self.devices.get_mut(at as usize) {
             device.is_there = true;
+            if let Peer::Ladder(ladder) = &mut device.peer {
+                ladder.connect(now_ns);
+            }
             device.next_ns = device.next_ns.min(now_ns);
         } else if let Some(device) = self.unwired.get_mut(at as usize) {
             (device.is_there, device.is_due) = (true, true);
@@ -277,6 +327,21 @@ impl RigDevice {
                     *read = Some(*input);
                 }
             }
+            Peer::Ladder(ladder) => {
+                let occasion = match driven.has_begun {
+                    true => ExchangeReason::Poll,
+                    false => ExchangeReason::First,
+                };
+                let done = ladder.exchange(now_ns, occasion, &self.given, &mut self.read);
+                self.trouble = done.as_ref().err().map(|failure| failure.reason.clone());
+                if let Err(failure) = done {
+                    self.end.trouble();
+                    if !failure.is_disconnected {
+                        self.end.deliver(&self.read, now_ns);
+                    }
+                    return;
+                }
+            }
             Peer::Test => {}
         }
         self.end.deliver(&self.read, now_ns);
@@ -293,8 +358,19 @@ impl RigDevice {
             return;
         }
         self.offered.copy_from_slice(&self.given);
-        if let Peer::Plant(model, inputs) = &mut self.peer {
-            let _ = model.step(now_ns / MS_NS, &self.offered, inputs);
+        match &mut self.peer {
+            Peer::Plant(model, inputs) => {
+                let _ = model.step(now_ns / MS_NS, &self.offered, inputs);
+            }
+            Peer::Ladder(ladder) => {
+                let change = ExchangeReason::Change;
+                let done = ladder.exchange(now_ns, change, &self.offered, &mut self.read);
+                if let Err(failure) = done {
+                    self.trouble = Some(failure.reason);
+                    self.end.trouble();
+                }
+            }
+            Peer::Test => {}
         }
     }
 }

@@ -10,6 +10,7 @@
 //! A scan has two halves. [`Rig::scan`] ends before the passes of a last scan, so that its caller
 //! sees memory at the end of every scan. [`Rig::end_scan`] does the rest.
 
+mod device_ladder;
 mod field;
 mod mode;
 mod process;
@@ -18,6 +19,7 @@ mod retained;
 pub mod simulation;
 mod tape;
 
+pub use device_ladder::{DeviceProgram, SimulatedDevice};
 pub use mode::{PowerOff, RigMode};
 pub use program::RigProgram;
 pub use tape::TapeListener;
@@ -46,6 +48,8 @@ pub struct RigSetup {
     pub set: Vec<(Cell, i32)>,
     /// The levels of inputs from the first scan on: the number of the X, and ON or OFF.
     pub inputs: Vec<(u32, bool)>,
+    /// The memory of devices with a ladder of their own that differs from a cold start.
+    pub devices: Vec<(DeviceId, Cell, i32)>,
     /// The local time at the start, as seconds since 1970-01-01 00:00:00 of the local clock.
     pub clock_s: i64,
     /// Whether images of retentive memory are kept, for [`Rig::restart`] and [`Rig::power_cut`].
@@ -118,6 +122,9 @@ impl Rig {
         setup.inputs.iter().for_each(|(x, on)| rig.set_input(*x, *on));
         for (cell, value) in &setup.set {
             rig.field.set_cell(*cell, *value, 0);
+        }
+        for (device, cell, value) in &setup.devices {
+            rig.field.write_device(*device, *cell, *value, None);
         }
         rig.start();
         rig.settle();
@@ -235,6 +242,24 @@ impl Rig {
         if !self.field.set_cell(cell, value, self.next_ns) {
             self.writes.push((cell, value, ticket));
         }
+    }
+
+    /// Writes a bit or word of the memory of a device that has a ladder of its own.
+    pub fn write_device(&mut self, device: DeviceId, cell: Cell, value: i32) {
+        self.field.write_device(device, cell, value, Some(self.next_ns));
+    }
+
+    /// A bit or word of the memory of a device that has a ladder of its own; 0 if it has none.
+    pub fn device_value(&self, device: DeviceId, cell: Cell) -> i32 {
+        self.field.device_value(device, cell)
+    }
+
+    /// The field devices whose last exchange failed, each with the reason:
+    /// `drive1: reading input 4 of unit 1: exception 2 (illegal data address)`.
+    pub fn troubles(&self) -> Vec<String> {
+        let devices = &self.program.controller.devices;
+        let told = self.field.troubles();
+        told.map(|(at, trouble)| format!("{}: {trouble}", devices[at].name)).collect()
     }
 
     /// Forces a bit or word.

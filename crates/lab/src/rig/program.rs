@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
+use super::device_ladder::{DeviceProgram, SimulatedDevice};
 use rungd_config::controller::Controller;
 use rungd_engine::isa::{Bit, DeviceBit, DeviceId};
-use rungd_engine::{self as engine, BitCell};
+use rungd_engine::{self as engine, BitCell, Layout};
 use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::program::Program;
 use rungd_runtime::SafeState;
@@ -24,6 +25,8 @@ pub struct RigProgram {
     pub(super) plan: RetainPlan,
     /// The bits of devices that the ladder names without a controller file.
     pub(super) unwired: Vec<UnwiredBits>,
+    /// The devices whose own side is a ladder.
+    pub(super) device_ladders: Vec<SimulatedDevice>,
 }
 
 /// The bits of a device that has no settings.
@@ -52,7 +55,25 @@ impl RigProgram {
             controller: Arc::clone(controller),
             symbols: Arc::new(symbols),
             code,
+            device_ladders: Vec::new(),
         }
+    }
+
+    /// The same program, with these devices' own sides.
+    pub fn with_devices(self, devices: &[SimulatedDevice]) -> RigProgram {
+        RigProgram { device_ladders: devices.to_vec(), ..self }
+    }
+
+    /// The own side of a device, if it is a ladder.
+    pub(crate) fn device_ladder(&self, device: DeviceId) -> Option<&Arc<DeviceProgram>> {
+        let found = self.device_ladders.iter().find(|known| known.id == device);
+        found.map(|known| &known.program)
+    }
+
+    /// The cells of the controller, or of a device's ladder.
+    pub(crate) fn layout_of(&self, device: Option<DeviceId>) -> &Layout {
+        let ladder = device.and_then(|device| self.device_ladder(device));
+        ladder.map_or(&self.symbols.layout, |ladder| &ladder.symbols.layout)
     }
 
     /// The wirings of the field devices.

@@ -43,6 +43,8 @@ pub struct Failure {
     pub now_ns: u64,
     /// The operands of the condition.
     pub operands: Vec<SeenOperand>,
+    /// The field devices whose last exchange failed, with the reasons.
+    pub troubles: Vec<String>,
     /// The reasons of their values: the answers of `rungd why`.
     pub why: Vec<String>,
     /// A random run as a scenario to paste into a test file.
@@ -102,6 +104,7 @@ pub(super) fn failure(stage: LoweredSuite, scenario: &Scenario, failed: &FailedS
         scan: failed.scan,
         now_ns: failed.now_ns,
         operands: Vec::new(),
+        troubles: failed.troubles.clone(),
         why: Vec::new(),
         scenario: None,
         findings: match &failed.why {
@@ -153,6 +156,7 @@ pub(super) fn failure_of_run(
         scan: broken.scan + 1,
         now_ns: scan_time(broken.scan),
         operands: explained.as_ref().map_or_else(Vec::new, |explained| explained.operands.clone()),
+        troubles: explained.as_ref().map_or_else(Vec::new, |explained| explained.troubles.clone()),
         why: explained.map_or_else(Vec::new, |explained| explained.why),
         scenario: Some(text),
         findings: None,

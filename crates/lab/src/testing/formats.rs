@@ -121,6 +121,7 @@ fn of_failure(failure: &Failure) -> Value {
         "scan": failure.scan,
         "ms": failure.now_ns / 1_000_000,
         "operands": failure.operands.iter().map(operand).collect::<Vec<_>>(),
+        "devices": failure.troubles,
         "why": failure.why,
         "scenario": failure.scenario,
         "findings": failure.findings,

@@ -21,6 +21,7 @@ mod mutation;
 mod names;
 #[cfg(test)]
 mod observer_tests;
+mod operand_access;
 mod pasted;
 mod player;
 mod programs;

@@ -59,7 +59,8 @@ pub fn mutate(suite: &Suite, options: &MutateOptions) -> Vec<JudgedMutant> {
             let at = next.fetch_add(1, Ordering::Relaxed);
             let Some(mutant) = all.get(at) else { return judged };
             let program =
-                RigProgram::new(&mutant.apply(&test_program.program), &test_program.controller);
+                RigProgram::new(&mutant.apply(&test_program.program), &test_program.controller)
+                    .with_devices(&suite.devices);
             let mut programs = programs.clone();
             programs[0] = Arc::new(program);
             judged.push((

@@ -14,6 +14,7 @@ use super::step_words::StepWord;
 use super::suite::{TestOperand, TestProgram};
 use super::view::{View, ViewDraft};
 use crate::traces::stimulus::StimulusTarget;
+use rungd_config::controller::device::Device;
 use rungd_engine::Cell;
 use rungd_engine::isa::{Address, Bit, BitSpace, DeviceId};
 use rungd_language::check::{CheckInputs, check_partial, silence};
@@ -104,6 +105,8 @@ pub(super) struct TestNames<'a> {
     /// The addresses that are written in every scan, each with its writer: `device `plant``.
     moved: HashMap<Address, String>,
     devices: KnownNames,
+    /// The device in whose ladder the names are; `None`: they are the controller's.
+    device: Option<DeviceId>,
 }
 
 /// An operand that a test writes or forces, and the values that it takes.
@@ -138,7 +141,19 @@ impl<'a> TestNames<'a> {
             mistakes,
             moved: controller.simulated(),
             devices: KnownNames::new(program.devices.iter().map(String::as_str)),
+            device: None,
         }
+    }
+
+    /// The same names, in the ladder of a device.
+    pub fn of_device(self, device: DeviceId) -> TestNames<'a> {
+        TestNames { device: Some(device), ..self }
+    }
+
+    /// Adds addresses that a device writes in every scan.
+    pub fn moved_by(&mut self, device: &Device) {
+        let mover = format!("device `{}`", device.name);
+        self.moved.extend(device.inputs.iter().map(|input| (input.address, mover.clone())));
     }
 
     /// A condition over the program's cells.
@@ -302,7 +317,10 @@ impl<'a> TestNames<'a> {
             Address::Bit(Bit::Space(BitSpace::X, n)) => Some(n),
             Address::Bit(_) | Address::Word(_) | Address::Structure(_) => None,
         };
-        TestTarget { operand: TestOperand { name: name.to_owned(), cell, input }, takes }
+        TestTarget {
+            operand: TestOperand { name: name.to_owned(), cell, input, device: self.device },
+            takes,
+        }
     }
 }
 

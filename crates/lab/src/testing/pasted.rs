@@ -4,8 +4,7 @@ use super::lowered_suite::LoweredSuite;
 use super::random_run::{BrokenRun, RandomEvent};
 use super::random_world::{RandomDraw, STARTED};
 use super::suite::{Incident, RandomSource, RandomTest, Scenario, TestOperand, TestStep, TestTime};
-use crate::rig::PowerOff;
-use rungd_engine::Layout;
+use crate::rig::{PowerOff, RigProgram};
 use rungd_engine::isa::DeviceId;
 use rungd_language::source::span::Located;
 
@@ -23,7 +22,7 @@ pub(super) fn pasted(
     broken: &BrokenRun,
     has_pulses: bool,
 ) -> PastedRun {
-    let layout = &stage.programs[0].symbols.layout;
+    let program = &stage.programs[0];
     let mut steps = RandomSteps { test, steps: Vec::new(), scan: 0, last: Vec::new() };
     broken.events.iter().for_each(|event| steps.add(event));
     steps.run_to(broken.scan + 1);
@@ -34,14 +33,14 @@ pub(super) fn pasted(
     let mut text = format!("[[scenario]]\nname  = {}\n", quoted(&test.name));
     if !test.set.is_empty() {
         let set = |(operand, value): &(TestOperand, i32)| {
-            format!("{} = {}", quoted(&operand.name), layout.text(operand.cell, *value))
+            format!("{} = {}", quoted(&operand.name), value_text(program, operand, *value))
         };
         let all: Vec<String> = test.set.iter().map(set).collect();
         text += &format!("set   = {{ {} }}\n", all.join(", "));
     }
     text += "steps = [\n";
     for step in &steps {
-        text += &format!("    {},\n", quoted(&step_text(step, test, layout)));
+        text += &format!("    {},\n", quoted(&step_text(step, test, program)));
     }
     text += "]\n";
     let located = |value| Located { value, span: test.span };
@@ -153,10 +152,10 @@ fn pulse(steps: &[TestStep]) -> Option<SetPulse<'_>> {
 }
 
 /// The text of a step. A run contains only a few kinds of steps.
-fn step_text(step: &TestStep, test: &RandomTest, layout: &Layout) -> String {
+fn step_text(step: &TestStep, test: &RandomTest, program: &RigProgram) -> String {
     match step {
         TestStep::Set(operand, value) => {
-            format!("set {} {}", operand.name, layout.text(operand.cell, *value))
+            format!("set {} {}", operand.name, value_text(program, operand, *value))
         }
         TestStep::Run(TestTime::Scans(1)) => "run 1 scans".to_owned(),
         TestStep::Run(TestTime::Scans(scans)) => format!("run {scans} scans"),
@@ -180,6 +179,10 @@ fn step_text(step: &TestStep, test: &RandomTest, layout: &Layout) -> String {
         | TestStep::Reload(_)
         | TestStep::Clock(_) => String::new(),
     }
+}
+
+fn value_text(program: &RigProgram, operand: &TestOperand, value: i32) -> String {
+    program.layout_of(operand.device).text(operand.cell, value)
 }
 
 fn device_name(test: &RandomTest, device: DeviceId) -> &str {

@@ -6,10 +6,9 @@
 use super::condition::Condition;
 use super::judge::{Judge, JudgedRig};
 use super::lowered_suite::LoweredSuite;
+use super::operand_access::start;
 use super::suite::{ProgramId, Reload, Scenario, TestOperand, TestStep, TestTime};
 use crate::rig::{Rig, RigMode, RigSetup};
-use rungd_base::calendar::LocalTime;
-use rungd_engine::Image;
 use rungd_runtime::exchange::Ticket;
 
 const MS_NS: u64 = 1_000_000;
@@ -39,6 +38,8 @@ pub(super) struct FailedStep {
     pub now_ns: u64,
     /// The number of scans in all processes.
     pub scans: u64,
+    /// The field devices whose last exchange failed, with the reasons.
+    pub troubles: Vec<String>,
 }
 
 /// Why a step failed.
@@ -150,22 +151,11 @@ pub(super) fn play<'a, S: Spectator>(
 }
 
 fn setup(scenario: &Scenario, is_taped: bool) -> RigSetup {
-    let (inputs, others): (Vec<_>, Vec<_>) =
-        scenario.set.iter().partition(|(operand, _)| operand.input.is_some());
     let keeps_images = scenario
         .steps
         .iter()
         .any(|step| matches!(step.value, TestStep::Restart { .. } | TestStep::PowerCut(_)));
-    RigSetup {
-        set: others.iter().map(|(operand, value)| (operand.cell, *value)).collect(),
-        inputs: inputs
-            .iter()
-            .filter_map(|(operand, value)| Some((operand.input?, *value != 0)))
-            .collect(),
-        clock_s: LocalTime::SIMULATED_S,
-        keeps_images,
-        is_taped,
-    }
+    start(&scenario.set, RigSetup { keeps_images, is_taped, ..RigSetup::default() })
 }
 
 /// The condition of a step.
@@ -212,6 +202,7 @@ impl<'a, S: Spectator> Player<'a, '_, S> {
             scan: self.rig.scans(),
             now_ns: self.rig.next_ns().saturating_sub(self.rig.period_ns()),
             scans: self.scans,
+            troubles: self.rig.troubles(),
         }
     }
 
@@ -232,7 +223,7 @@ impl<'a, S: Spectator> Player<'a, '_, S> {
             }
             TestStep::Beat { operand, on, every } => {
                 let (on, every) = (self.scans_of(*on), self.scans_of(*every));
-                self.beats.retain(|beat| beat.operand.cell != operand.cell);
+                self.beats.retain(|beat| beat.operand != operand);
                 self.beats.push(PulseTiming { operand, on, every, passed: 0, ticket });
                 Ok(())
             }
@@ -296,27 +287,18 @@ impl<'a, S: Spectator> Player<'a, '_, S> {
     }
 
     fn set(&mut self, operand: &TestOperand, value: i32, ticket: Ticket) -> Result<(), FailedWhy> {
-        self.beats.retain(|beat| beat.operand.cell != operand.cell);
-        if operand.input.is_none() {
+        self.beats.retain(|beat| beat.operand != operand);
+        if operand.is_queued() {
             self.needs(RigMode::Run)?;
         }
-        self.give(operand, value, ticket);
+        operand.give(&mut self.rig, value, ticket);
         Ok(())
-    }
-
-    /// Sets the level of an X, or makes a queued write for any other operand.
-    fn give(&mut self, operand: &TestOperand, value: i32, ticket: Ticket) {
-        match operand.input {
-            Some(x) => self.rig.set_input(x, value != 0),
-            None => self.rig.write(operand.cell, value, ticket),
-        }
     }
 
     fn pulse(&mut self, beat: PulseTiming<'a>, times: u32) -> Result<(), FailedWhy> {
         let PulseTiming { operand, on, every, ticket, .. } = beat;
         self.needs(RigMode::Run)?;
-        let is_on = |image: &Image| operand.cell.is_bit() && image.value(operand.cell) != 0;
-        if is_on(self.rig.image()) {
+        if operand.cell.is_bit() && operand.value(&self.rig) != 0 {
             return Err(FailedWhy::AlreadyOn(operand.clone()));
         }
         for _ in 0..times {
@@ -418,8 +400,8 @@ impl<'a, S: Spectator> Player<'a, '_, S> {
                 phase if phase == beat.on => 0,
                 _ => continue,
             };
-            if runs || beat.operand.input.is_some() {
-                self.give(beat.operand, value, beat.ticket);
+            if runs || !beat.operand.is_queued() {
+                beat.operand.give(&mut self.rig, value, beat.ticket);
             }
         }
         self.beats = beats;

@@ -8,7 +8,7 @@ use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::names::{Observation, TestNames};
+use super::names::{Observation, TestNames, TestTarget};
 use super::step_words::StepWord;
 use super::suite::{ProgramId, TestProgram};
 use rungd_config::controller;
@@ -23,7 +23,7 @@ use rungd_language::resolve::LoadOptions;
 use rungd_language::source::finding::{Code, Finding, Severity};
 use rungd_language::source::fix::{FixEdit, advise, possible, proposed};
 use rungd_language::source::render::{Style, render};
-use rungd_language::source::span::FileId;
+use rungd_language::source::span::{FileId, Span};
 use rungd_state::reload;
 
 /// The maximum number of programs of a test file.
@@ -79,6 +79,8 @@ pub(super) struct Programs<'a> {
     options: &'a LoadOptions,
     pub programs: Vec<TestProgram>,
     pub names: Vec<TestNames<'a>>,
+    /// The names in the ladders of field devices, by the names of the devices.
+    devices: Vec<(String, TestNames<'a>)>,
     loads: Vec<(FileList, ProgramLoad)>,
     /// The kinds of the files that have been named so far, by their identities.
     kinds: HashMap<PathBuf, InputKind>,
@@ -105,6 +107,7 @@ impl<'a> Programs<'a> {
             options,
             programs: Vec::new(),
             names: Vec::new(),
+            devices: Vec::new(),
             loads: Vec::new(),
             kinds: HashMap::new(),
         };
@@ -114,7 +117,12 @@ impl<'a> Programs<'a> {
     }
 
     fn add(&mut self, program: TestProgram) -> ProgramId {
-        self.names.push(TestNames::of(&program, &self.observation, self.options));
+        let mut names = TestNames::of(&program, &self.observation, self.options);
+        let has_ladder =
+            |device: &&Device| self.devices.iter().any(|(name, _)| *name == device.name);
+        let devices = program.controller.devices.iter().filter(has_ladder);
+        devices.for_each(|device| names.moved_by(device));
+        self.names.push(names);
         self.programs.push(program);
         ProgramId(self.programs.len() - 1)
     }
@@ -124,6 +132,30 @@ impl<'a> Programs<'a> {
         let views = self.names.into_iter().map(TestNames::into_view);
         let viewed = |(program, view)| TestProgram { view, ..program };
         self.programs.into_iter().zip(views).map(viewed).collect()
+    }
+
+    /// Adds the ladder of a field device of the first program.
+    pub fn add_device(&mut self, device: &Device, ladder: &TestProgram) {
+        let names = TestNames::of(ladder, &Observation::default(), self.options);
+        self.devices.push((device.name.clone(), names.of_device(device.id)));
+        self.names[0].moved_by(device);
+    }
+
+    /// An operand that a test may set: of a program, or of the ladder of a field device
+    /// (`drive1.fault`).
+    ///
+    /// # Errors
+    /// The finding about the name.
+    pub fn written(&self, id: ProgramId, name: &str, span: Span) -> Result<TestTarget, Finding> {
+        let of_device = name.split_once('.').and_then(|(device, rest)| {
+            let found = self.devices.iter().find(|(known, _)| known == device)?;
+            let is_health = matches!(rest, "Ok" | "Stale");
+            (!is_health).then_some((&found.1, rest))
+        });
+        let Some((names, rest)) = of_device else { return self.names[id.0].written(name, span) };
+        let mut target = names.written(rest, span)?;
+        target.operand.name = name.to_owned();
+        Ok(target)
     }
 
     /// The result of a reload of these files.

@@ -5,15 +5,17 @@
 use super::names::TestTarget;
 use super::programs::Programs;
 use super::steps::twice;
-use super::suite::{Chance, Incident, RandomChange, RandomIncident, RandomMotion};
+use super::suite::{Chance, Incident, ProgramId, RandomChange, RandomIncident, RandomMotion};
 use super::written::{WrittenChange, WrittenEvents, WrittenRandom};
 use crate::traces::stimulus::StimulusTarget;
-use rungd_engine::TIME_END_NS;
+use rungd_engine::isa::DeviceId;
+use rungd_engine::{Cell, TIME_END_NS};
 use rungd_language::source::atom::{Atom, AtomKind};
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::fix::{FixEdit, Help, advise, pair, possible, propose};
 use rungd_language::source::reader::Text;
 use rungd_language::source::span::Span;
+use std::collections::HashMap;
 
 /// The changes of a random test. Adds findings about them.
 pub(super) fn changes(
@@ -23,16 +25,18 @@ pub(super) fn changes(
 ) -> Vec<RandomChange> {
     findings.extend(too_long(programs, written));
     let mut changes: Vec<RandomChange> = Vec::new();
-    let mut seen = std::collections::HashMap::new();
+    let mut seen: HashMap<(Option<DeviceId>, Cell), Span> = HashMap::new();
     let inputs = written.changes.iter().map(|(name, change)| (name, change, false));
     let writes = written.events.writes.iter().map(|(name, change)| (name, change, true));
     for (name, change, by_operator) in inputs.chain(writes) {
-        let target = programs.names[0].written(&name.text, name.span);
+        let target = programs.written(ProgramId(0), &name.text, name.span);
         let change = target.and_then(|target| {
             if by_operator && target.operand.input.is_some() {
                 return Err(input_written(&name.text, name.span));
             }
-            if let Some(first) = seen.insert(target.operand.cell, name.span) {
+            if let Some(first) =
+                seen.insert((target.operand.device, target.operand.cell), name.span)
+            {
                 return Err(twice(&name.text, name.span, first));
             }
             resolve(target, change)

@@ -10,12 +10,12 @@ use super::change_schedule::ChangeSchedule;
 use super::judge::Judge;
 use super::lowered_suite::LoweredSuite;
 use super::random_world::{RandomDraw, RandomWorld};
-use super::suite::{Incident, RandomMotion, RandomSource, RandomTest};
+use super::suite::{Incident, RandomMotion, RandomSource, RandomTest, TestOperand};
 use super::unmoved::UnmovedCells;
-use crate::rig::TapeListener;
+use crate::rig::{Rig, RigProgram, TapeListener};
 use rungd_base::random::SplitMix64;
+use rungd_engine::Cell;
 use rungd_engine::isa::Real;
-use rungd_engine::{Cell, Image, Layout};
 
 /// One incident or change, before a scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -100,15 +100,15 @@ fn drawn_run(
     run: u32,
     listeners: RandomListeners,
 ) -> EndedRun {
-    let layout = &stage.programs[0].symbols.layout;
+    let program = &stage.programs[0];
     let mut random = generator(test.seed, run);
     let mut schedule = ChangeSchedule::new(test.chances(), &mut random);
     let mut events = Vec::new();
     let drive = RandomDrive { stage, test, scans: test.scans, listeners };
     let broken = drive.execute(|scan, world| {
         while let Some(source) = schedule.due(scan, &mut random) {
-            let draw = drawn(layout, test, DrawnSource { source, world }, &mut random);
-            let value = moved(layout, test.source(source), world.rig.image(), draw);
+            let draw = drawn(program, test, DrawnSource { source, world }, &mut random);
+            let value = moved(program, test.source(source), &world.rig, draw);
             let value = world.happens(source, draw, value).unwrap_or(value);
             events.push(RandomEvent { scan, source, draw, value });
         }
@@ -131,13 +131,13 @@ pub(super) fn replay(
     if !is_possible(test, events, scans) {
         return None;
     }
-    let layout = &stage.programs[0].symbols.layout;
+    let program = &stage.programs[0];
     let (mut next, mut played) = (0, Vec::new());
     let drive = RandomDrive { stage, test, scans, listeners: RandomListeners::default() };
     let broken = drive.execute(|scan, world| {
         while let Some(event) = events.get(next).filter(|event| event.scan == scan) {
             next += 1;
-            let value = moved(layout, test.source(event.source), world.rig.image(), event.draw);
+            let value = moved(program, test.source(event.source), &world.rig, event.draw);
             if let Some(value) = world.happens(event.source, event.draw, value) {
                 played.push(RandomEvent { value, ..*event });
             }
@@ -207,7 +207,7 @@ struct DrawnSource<'a, 't> {
 
 /// The choice of the generator for an incident or change that happens.
 fn drawn(
-    layout: &Layout,
+    program: &RigProgram,
     test: &RandomTest,
     DrawnSource { source, world }: DrawnSource,
     random: &mut SplitMix64,
@@ -221,11 +221,9 @@ fn drawn(
             return RandomDraw::Happens;
         }
     };
-    let is_real = is_real(layout, change.operand.cell);
+    let is_real = is_real(program, &change.operand);
     match change.motion {
-        RandomMotion::Toggle => {
-            RandomDraw::Toggle(world.rig.image().value(change.operand.cell) == 0)
-        }
+        RandomMotion::Toggle => RandomDraw::Toggle(change.operand.value(&world.rig) == 0),
         RandomMotion::Walk { .. } => RandomDraw::Walk(random.next() >> 63 == 1),
         RandomMotion::Jump { low, high } if is_real => {
             // 53 random bits: the precision of a binary64 between 0 and 1.
@@ -240,9 +238,9 @@ fn drawn(
 }
 
 /// The content of the operand of a change, by the choice of the generator; 0 for an incident.
-fn moved(layout: &Layout, source: RandomSource, image: &Image, draw: RandomDraw) -> i32 {
+fn moved(program: &RigProgram, source: RandomSource, rig: &Rig, draw: RandomDraw) -> i32 {
     let RandomSource::Change(change) = source else { return 0 };
-    let now = image.value(change.operand.cell);
+    let now = change.operand.value(rig);
     match (draw, change.motion) {
         (RandomDraw::Jump(to), _) => to,
         // A bit that changes in every scan always toggles.
@@ -250,7 +248,7 @@ fn moved(layout: &Layout, source: RandomSource, image: &Image, draw: RandomDraw)
         (RandomDraw::Toggle(on), _) => i32::from(on),
         (RandomDraw::Walk(up), RandomMotion::Walk { low, high, step }) => {
             let step = if up { step } else { -step };
-            match is_real(layout, change.operand.cell) {
+            match is_real(program, &change.operand) {
                 true => {
                     let now = f64::from(Real::of_cell(now).number());
                     Real::stored((now + step).clamp(low, high)).real.cell()
@@ -263,6 +261,7 @@ fn moved(layout: &Layout, source: RandomSource, image: &Image, draw: RandomDraw)
     }
 }
 
-fn is_real(layout: &Layout, cell: Cell) -> bool {
-    matches!(cell, Cell::Word(word) if layout.is_real(word))
+fn is_real(program: &RigProgram, operand: &TestOperand) -> bool {
+    let layout = program.layout_of(operand.device);
+    matches!(operand.cell, Cell::Word(word) if layout.is_real(word))
 }

@@ -5,9 +5,9 @@
 //! which it happens; what follows it, RUN or a new process, comes before the next scan. A
 //! controller that waits in STOP after a power cut is started at once, as an operator would.
 
-use super::suite::{Incident, RandomSource, RandomTest, TestOperand};
+use super::operand_access::start;
+use super::suite::{Incident, RandomSource, RandomTest};
 use crate::rig::{PowerOff, Rig, RigMode, RigProgram, RigSetup, TapeListener};
-use rungd_base::calendar::LocalTime;
 use rungd_engine::isa::DeviceId;
 use rungd_runtime::exchange::Ticket;
 use std::sync::Arc;
@@ -58,16 +58,9 @@ impl<'t> RandomWorld<'t> {
         test: &'t RandomTest,
         listener: Option<Box<dyn TapeListener>>,
     ) -> RandomWorld<'t> {
-        let inputs =
-            test.set.iter().filter_map(|(operand, value)| Some((operand.input?, *value != 0)));
-        let others = test.set.iter().filter(|(operand, _)| operand.input.is_none());
-        let setup = RigSetup {
-            set: others.map(|(operand, value)| (operand.cell, *value)).collect(),
-            inputs: inputs.collect(),
-            clock_s: LocalTime::SIMULATED_S,
-            keeps_images: test.begins_processes(),
-            is_taped: listener.is_some(),
-        };
+        let (keeps_images, is_taped) = (test.begins_processes(), listener.is_some());
+        let setup = RigSetup { keeps_images, is_taped, ..RigSetup::default() };
+        let setup = start(&test.set, setup);
         let mut rig = Rig::new(program, &setup);
         if let Some(listener) = listener {
             rig.listen(listener);
@@ -101,8 +94,8 @@ impl<'t> RandomWorld<'t> {
     pub fn happens(&mut self, source: usize, draw: RandomDraw, value: i32) -> Option<i32> {
         match self.test.source(source) {
             RandomSource::Change(change) => {
-                let is_now = self.rig.image().value(change.operand.cell);
-                self.give(&change.operand, value);
+                let is_now = change.operand.value(&self.rig);
+                change.operand.give(&mut self.rig, value, Ticket(0));
                 (value != is_now || change.is_certain()).then_some(value)
             }
             RandomSource::Incident(incident) => self.incident(incident, draw),
@@ -151,12 +144,5 @@ impl<'t> RandomWorld<'t> {
     fn stops(&mut self, next: AfterStop) {
         self.rig.request_stop();
         self.next = next;
-    }
-
-    fn give(&mut self, operand: &TestOperand, value: i32) {
-        match operand.input {
-            Some(x) => self.rig.set_input(x, value != 0),
-            None => self.rig.write(operand.cell, value, Ticket(0)),
-        }
     }
 }

@@ -56,6 +56,9 @@ impl Failure {
         }
         text += &self.operands_text();
         text += &diagram(&self.operands, self.now_ns);
+        for trouble in &self.troubles {
+            let _ = write!(text, "\n    device {trouble}\n");
+        }
         for why in &self.why {
             text.push('\n');
             text += &indented(why, 4);

@@ -83,7 +83,8 @@ struct RandomResult {
 /// Lowers the programs of a suite.
 pub fn programs(suite: &Suite) -> Vec<Arc<RigProgram>> {
     let program = |program: &super::suite::TestProgram| {
-        Arc::new(RigProgram::new(&program.program, &program.controller))
+        let lowered = RigProgram::new(&program.program, &program.controller);
+        Arc::new(lowered.with_devices(&suite.devices))
     };
     suite.programs.iter().map(program).collect()
 }

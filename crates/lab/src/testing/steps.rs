@@ -11,11 +11,12 @@ use super::step_text::{PulseRepeat, WrittenStep, behind_every};
 use super::step_words::StepWord;
 use super::suite::{ProgramId, Reload, TestOperand, TestStep, TestTime};
 use super::written::WrittenSet;
-use rungd_engine::isa::duration;
+use rungd_engine::isa::{DeviceId, duration};
 use rungd_engine::{Cell, TIME_END_NS};
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::fix::{FixEdit, possible, text};
 use rungd_language::source::span::{Located, Span};
+use std::collections::HashMap;
 
 /// Resolves one scenario after the other.
 pub(super) struct StepResolver<'p, 'a> {
@@ -44,11 +45,13 @@ impl<'p, 'a> StepResolver<'p, 'a> {
     pub fn set(&mut self, set: &WrittenSet) -> Vec<(TestOperand, i32)> {
         self.current = ProgramId(0);
         let mut all: Vec<(TestOperand, i32)> = Vec::new();
-        let mut seen: std::collections::HashMap<Cell, Span> = std::collections::HashMap::new();
+        let mut seen: HashMap<(Option<DeviceId>, Cell), Span> = HashMap::new();
         for (name, value) in set {
-            let found = self.names().written(&name.text, name.span);
+            let found = self.programs.written(self.current, &name.text, name.span);
             let found = found.and_then(|target| {
-                if let Some(first) = seen.insert(target.operand.cell, name.span) {
+                if let Some(first) =
+                    seen.insert((target.operand.device, target.operand.cell), name.span)
+                {
                     return Err(twice(&name.text, name.span, first));
                 }
                 let content = given::constant(&target, value)?;
@@ -151,7 +154,7 @@ impl<'p, 'a> StepResolver<'p, 'a> {
     }
 
     fn written(&mut self, word: &StepWord) -> Result<TestTarget, Finding> {
-        self.names().written(&word.value, word.span)
+        self.programs.written(self.current, &word.value, word.span)
     }
 
     fn forced(&mut self, word: &StepWord) -> Result<TestTarget, Finding> {

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use super::condition::Condition;
 use super::view::View;
-use crate::rig::PowerOff;
+use crate::rig::{PowerOff, SimulatedDevice};
 use rungd_config::controller::Controller;
 use rungd_engine::Cell;
 use rungd_engine::isa::DeviceId;
@@ -25,6 +25,8 @@ pub struct Suite {
     pub programs: Vec<TestProgram>,
     /// The conditions of `always`, for each of `programs` in the same order.
     pub always: Vec<Vec<Condition>>,
+    /// `[[simulated]]`: the field devices whose own side is a ladder.
+    pub devices: Vec<SimulatedDevice>,
     /// `[[scenario]]`, in file order.
     pub scenarios: Vec<Scenario>,
     /// `[[random]]`, in file order.
@@ -96,6 +98,8 @@ pub struct TestOperand {
     pub cell: Cell,
     /// The number of the X, for an input; `None` for any other operand.
     pub input: Option<u32>,
+    /// The device in whose ladder it is; `None`: it is the controller's.
+    pub device: Option<DeviceId>,
 }
 
 /// A time of a step.

@@ -1,0 +1,169 @@
+//! The own side of a field device: a ladder whose memory is the device's registers and coils.
+//!
+//! Made for `field`, for a device that a test describes. Its holding register 0 is MHR1 of the
+//! ladder, its input register 0 MIR1, its coil 0 MC1, its discrete input 0 MI1: the standard map of
+//! the Modbus server, which answers here without a socket. The ladder scans in virtual time, at its
+//! own period, whether or not it is reached; what is written is in memory at once.
+
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use std::sync::Arc;
+
+use rungd_engine::isa::{Address, Bit, BitSpace, DeviceId, MemorySizes, Word, WordSpace};
+use rungd_engine::{Cell, Engine, EngineProgram};
+use rungd_io::modbus::ModbusMap;
+use rungd_io::modbus::answer::{AnsweredRequest, RequestDecision, answer, refused, written};
+use rungd_io::modbus::map::RequestSource;
+use rungd_io::modbus::settings::{ModbusServerSettings, WriteList};
+use rungd_io::modbus_client::RegisterPeer;
+use rungd_language::lower::{Symbols, lower};
+use rungd_language::resolve::operands::Operands;
+use rungd_language::resolve::program::Program;
+use rungd_language::source::span::Span;
+use rungd_runtime::exchange::{Mode, Snapshot};
+use rungd_runtime::{ScanStart, ScannedMachine};
+
+use super::mode::MS_NS;
+
+/// A ladder that is a device's own side, lowered once.
+#[derive(Debug)]
+pub struct DeviceProgram {
+    code: EngineProgram,
+    /// Its names and cells.
+    pub symbols: Arc<Symbols>,
+    map: ModbusMap,
+    period_ns: u64,
+}
+
+impl DeviceProgram {
+    /// Lowers a ladder that has no errors; `period_ms`: its scan period.
+    pub fn new(program: &Program, period_ms: u32) -> DeviceProgram {
+        let (code, symbols) = lower(program);
+        let settings = server(&program.sizes);
+        let map = ModbusMap::new(&settings, &symbols.layout, |word| symbols.limits(word));
+        let period_ns = u64::from(period_ms.max(1)) * MS_NS;
+        DeviceProgram { code, symbols: Arc::new(symbols), map, period_ns }
+    }
+}
+
+/// A field device whose own side is a ladder.
+#[derive(Clone, Debug)]
+pub struct SimulatedDevice {
+    /// The device.
+    pub id: DeviceId,
+    /// Its ladder.
+    pub program: Arc<DeviceProgram>,
+}
+
+/// A server with the standard map, in which all coils and holding registers can be written.
+fn server(sizes: &MemorySizes) -> ModbusServerSettings {
+    let all = |first, count, name: &str| Operands {
+        first,
+        count,
+        text: name.to_owned(),
+        is_placed: false,
+        span: Span::default(),
+    };
+    let coils = all(Address::Bit(Bit::Space(BitSpace::Mc, 1)), sizes.mc, "MC");
+    let registers = all(Address::Word(Word::Space(WordSpace::Mhr, 1)), sizes.mhr, "MHR");
+    let ranges = [coils, registers].into_iter().filter(|range| range.count > 0).collect();
+    ModbusServerSettings {
+        listen: SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 0),
+        units: None,
+        standard_map: true,
+        entries: Vec::new(),
+        lists: vec![WriteList { ranges, clients: None }],
+        inputs: None,
+        outputs: None,
+        connections: 1,
+        frame_timeout_ms: 0,
+        idle_timeout_ms: 0,
+    }
+}
+
+/// The own side of a device, in virtual time.
+pub(super) struct DeviceLadder {
+    program: Arc<DeviceProgram>,
+    engine: Engine,
+    next_ns: u64,
+    scans: u64,
+    /// Whether its ladder has stopped it.
+    is_stopped: bool,
+    /// Memory as the server shows it.
+    shown: Snapshot,
+}
+
+impl DeviceLadder {
+    /// A device that is switched on at virtual time 0.
+    pub fn new(program: &Arc<DeviceProgram>) -> DeviceLadder {
+        let mut engine = Engine::new(program.code.clone());
+        engine.start(0);
+        let shown = Snapshot {
+            generation: 0,
+            scans: 0,
+            now_ns: 0,
+            mode: Mode::Run,
+            since_ns: 0,
+            ending: false,
+            bits: engine.image().bits().into(),
+            words: engine.image().words().into(),
+            outputs: Box::default(),
+            tickets_done: 0,
+            forces: Default::default(),
+            safe: Arc::new([]),
+        };
+        let program = Arc::clone(program);
+        DeviceLadder { program, engine, next_ns: 0, scans: 0, is_stopped: false, shown }
+    }
+
+    /// Scans up to a time.
+    pub fn scan_up_to(&mut self, now_ns: u64) {
+        while self.next_ns <= now_ns && !self.is_stopped {
+            let (number, now_ns) = (self.scans + 1, self.next_ns);
+            let start = ScanStart { number, now_ns, times: Default::default(), local_s: 0 };
+            ScannedMachine::begin_scan(&mut self.engine, &start);
+            self.is_stopped = ScannedMachine::execute(&mut self.engine);
+            self.scans += 1;
+            self.next_ns += self.program.period_ns;
+        }
+    }
+
+    /// Writes a bit or word of its memory: what happens to the device at a time, or before its
+    /// first scan.
+    pub fn write(&mut self, cell: Cell, value: i32, now_ns: Option<u64>) {
+        if let Some(now_ns) = now_ns {
+            self.scan_up_to(now_ns);
+        }
+        ScannedMachine::write(&mut self.engine, cell, value);
+    }
+
+    /// The value of a bit or word.
+    pub fn value(&self, cell: Cell) -> i32 {
+        self.engine.image().value(cell)
+    }
+
+    fn show(&mut self) {
+        let image = self.engine.image();
+        self.shown.bits.copy_from_slice(image.bits());
+        self.shown.words.copy_from_slice(image.words());
+    }
+}
+
+impl RegisterPeer for DeviceLadder {
+    fn answer(&mut self, now_ns: u64, request: &[u8], reply: &mut Vec<u8>) {
+        self.scan_up_to(now_ns);
+        self.show();
+        let (program, unit) = (Arc::clone(&self.program), 1);
+        let asker = RequestSource { unit, client: IpAddr::V4(Ipv4Addr::LOCALHOST) };
+        *reply = match answer(&program.map, asker, request, &self.shown) {
+            RequestDecision::Reply(reply) => reply,
+            RequestDecision::Refused(_, refusal) => refused(request, refusal),
+            RequestDecision::Write(asked, batch) => {
+                batch.iter().for_each(|write| self.engine.write_operand(write));
+                self.show();
+                let answered = AnsweredRequest { pdu: request, request: &asked };
+                written(&program.map, unit, answered, &self.shown)
+                    .unwrap_or_else(|refusal| refused(request, refusal))
+            }
+        };
+    }
+}
