@@ -13,6 +13,7 @@ mod ladder_tests;
 mod lsp;
 mod man_and_completions;
 mod packaging;
+mod plant_faults;
 mod plants;
 mod record;
 pub mod replay;

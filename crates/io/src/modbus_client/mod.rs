@@ -6,7 +6,8 @@
 //! each `unit` through `talk` over a [`PeerLink`]: `tcp` has the frames of Modbus TCP, which are
 //! the server's ([`super::modbus::frame`]); `line` has the frames of Modbus RTU over a `port`,
 //! which is a serial line or a connection. `pace` keeps the habits of a peer (delays, pauses) for
-//! both links. [`VirtualDevice`] is the driver in virtual time, with a peer that answers at once. `io::device` decides the times of exchanges and the reaction to trouble.
+//! both links. [`VirtualDevice`] is the driver in virtual time, with a peer that answers at once.
+//! `io::device` decides the times of exchanges and the reaction to trouble.
 //! `docs/modbus-devices.md` describes the devices for authors.
 
 pub mod answer;
