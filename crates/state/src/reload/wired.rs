@@ -3,8 +3,8 @@
 //! The wiring of a device stays over a reload, by cells. Addresses keep their cells. But the bits
 //! of blocks and Stages have names instead of addresses, and their cells depend on the number of
 //! blocks and Stages before them. And a tag with a `type` gets a place that no file names: it may
-//! be moved away from its wire, or another tag to it. All of that is refused, because a device would
-//! take the wrong element.
+//! be moved away from its wire, or another tag to it. All of that is refused, because a device
+//! would take the wrong element.
 
 use rungd_engine::isa::{Address, Bit, BlockId, StageId};
 use rungd_language::lower::Symbols;
