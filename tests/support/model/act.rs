@@ -117,6 +117,7 @@ impl Sim<'_> {
             Op::Add(a, b, to) => self.sum(*a, *b, *to),
             Op::Sub(a, b, to) => self.difference(*a, *b, *to),
             Op::Copy(from, to) => self.copy(*from, *to),
+            Op::CopyRecord(from, to) => self.copy_record(from, to),
             Op::Fill(value, to) => self.fill(*value, *to),
             Op::Pack(from, to) => self.pack(*from, *to),
             Op::Unpack(value, to) => self.unpack(*value, *to),

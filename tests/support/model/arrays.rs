@@ -1,7 +1,7 @@
 //! Arrays: elements that a word selects, COPY, FILL and SR.
 
 use super::exec::Sim;
-use super::names::{Names, split_bit};
+use super::names::{Names, member};
 use super::place::{Area, Loc};
 use super::program::{Array, To, Value};
 
@@ -14,9 +14,20 @@ impl Array {
         Some(Loc { index: self.first.index + at, ..self.first })
     }
 
-    /// The bit with this number of each word.
-    pub fn bit(self, number: u32) -> Array {
-        Array { first: Loc { bit: Some(number), ..self.first }, ..self }
+    /// The bit with this number of each word, or this member of each structure.
+    fn part(self, name: &str) -> Option<Array> {
+        let first = match name.parse() {
+            Ok(number) => Loc { bit: Some(number), ..self.first },
+            Err(_) => Loc { member: member(self.first.area, name)?, ..self.first },
+        };
+        Some(Array { first, ..self })
+    }
+
+    /// The elements from `low` to `high`.
+    pub fn slice(self, low: usize, high: usize) -> Option<Array> {
+        self.element(i64::try_from(high).ok()?)?;
+        let count = (high + 1).checked_sub(low)?;
+        Some(Array { first: self.element(i64::try_from(low).ok()?)?, count })
     }
 
     pub fn each(self) -> impl Iterator<Item = Loc> {
@@ -105,25 +116,35 @@ impl Sim<'_> {
 }
 
 impl Names {
+    /// The array of a name without its index: `row`, `recipe.kind`, `recipe.over.Done`, `row.3`.
+    pub fn column(&self, name: &str) -> Option<Array> {
+        if let Some(array) = self.arrays.get(name) {
+            return Some(*array);
+        }
+        let (base, part) = name.rsplit_once('.')?;
+        self.column(base)?.part(part)
+    }
+
+    /// The array of an element or a slice, and what stands in its brackets.
+    fn indexed<'a>(&self, word: &'a str) -> Option<(Array, &'a str)> {
+        let (name, rest) = word.split_once('[')?;
+        let (index, part) = rest.split_once(']')?;
+        Some((self.column(&format!("{name}{part}"))?, index))
+    }
+
     /// An element such as `row[step]`: the array, and the place of the index word.
     pub fn element(&self, word: &str) -> Option<(Array, Loc)> {
-        if let Some((base, bit)) = split_bit(word).filter(|(base, _)| base.ends_with(']')) {
-            let (array, index) = self.element(base)?;
-            return Some((array.bit(bit), index));
-        }
-        let (name, index) = word.strip_suffix(']')?.split_once('[')?;
-        let array = self.arrays.get(name)?;
-        Some((*array, self.place(index).ok()?))
+        let (array, index) = self.indexed(word)?;
+        Some((array, self.place(index).ok()?))
     }
 
     /// The place of an element with a constant index, such as `row[2]`.
     pub fn constant_element(&self, word: &str) -> Option<Loc> {
-        let (name, index) = word.strip_suffix(']')?.split_once('[')?;
-        let index = match self.value(index).ok()? {
-            Value::Const(number) => number,
-            Value::Real(_) | Value::At(_) | Value::Element(..) => return None,
-        };
-        self.arrays.get(name)?.element(index)
+        let (array, index) = self.indexed(word)?;
+        match self.value(index).ok()? {
+            Value::Const(number) => array.element(number),
+            Value::Real(_) | Value::At(_) | Value::Element(..) => None,
+        }
     }
 
     /// The places, in order, of a whole array, a slice or a range.
@@ -132,17 +153,13 @@ impl Names {
             return Ok(array.each().collect());
         }
         let missing = || format!("`{word}` is no array");
-        let (low, high) = match word.split_once('[') {
-            None => word.split_once("..").ok_or_else(missing)?,
-            Some((name, ends)) => {
-                let (low, high) =
-                    ends.trim_end_matches(']').split_once("..").ok_or_else(missing)?;
-                let array = self.arrays.get(name).ok_or_else(missing)?;
-                let end = |text: &str| text.parse().ok().and_then(|at| array.element(at));
-                let (low, high) = (end(low).ok_or_else(missing)?, end(high).ok_or_else(missing)?);
-                return Ok(between(low, high));
-            }
-        };
+        if let Some((array, ends)) = self.indexed(word) {
+            let slice = ends
+                .split_once("..")
+                .and_then(|(low, high)| array.slice(low.parse().ok()?, high.parse().ok()?));
+            return Ok(slice.ok_or_else(missing)?.each().collect());
+        }
+        let (low, high) = word.split_once("..").ok_or_else(missing)?;
         Ok(between(self.place(low)?, self.place(high)?))
     }
 

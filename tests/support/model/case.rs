@@ -76,10 +76,8 @@ pub struct Block {
 pub struct Tag {
     pub name: String,
     pub body: String,
-    /// Whether the tag names a bit or a word, which can be watched.
-    pub operand: bool,
-    /// The number of elements that are watched by their names, for an array without an address.
-    pub elements: usize,
+    /// The bits and words of the tag that are watched by their names.
+    pub watched: Vec<String>,
 }
 
 #[derive(Clone, Debug)]
@@ -92,6 +90,8 @@ pub struct Case {
     pub clock: Clock,
     pub order: Option<Vec<String>>,
     pub tags: Vec<Tag>,
+    /// The declarations of records, as TOML.
+    pub records: Vec<String>,
     pub blocks: Vec<Block>,
     pub columns: Vec<String>,
     pub rows: Vec<(i64, Vec<Option<i64>>)>,
@@ -182,6 +182,7 @@ impl Case {
         for tag in &self.tags {
             out.push_str(&format!("{} = {{ {} }}\n", tag.name, tag.body));
         }
+        self.records.iter().for_each(|record| out.push_str(record));
         for block in &self.blocks {
             block.write(&mut out);
         }
@@ -223,10 +224,7 @@ impl Case {
         all.extend(["$1Second", "$ScanCounter", "$Year", "$Month", "$Day"].map(str::to_string));
         all.extend(["$Weekday", "$Hour", "$Minute", "$Second"].map(str::to_string));
         all.extend(["$DownSeconds", "$DayNumber", "$SecondOfDay"].map(str::to_string));
-        for tag in &self.tags {
-            all.extend((0..tag.elements).map(|at| format!("{}[{at}]", tag.name)));
-        }
-        all.extend(self.tags.iter().filter(|tag| tag.operand).map(|tag| tag.name.clone()));
+        all.extend(self.tags.iter().flat_map(|tag| tag.watched.clone()));
         all
     }
 

@@ -2,6 +2,25 @@
 
 use super::pool::{DrawnArray, Pool};
 
+impl DrawnArray {
+    /// The name without an index: the whole array.
+    pub fn whole(&self) -> String {
+        self.part("")
+    }
+
+    /// An element or a slice; `index` is what stands in the brackets.
+    pub fn at(&self, index: &str) -> String {
+        self.part(&format!("[{index}]"))
+    }
+
+    fn part(&self, brackets: &str) -> String {
+        match self.field {
+            "" => format!("{}{brackets}", self.name),
+            field => format!("{}{brackets}.{field}", self.name),
+        }
+    }
+}
+
 impl Pool {
     /// Sometimes writes an address as an element of an array.
     pub fn as_element(&mut self, address: &str) -> String {
@@ -39,39 +58,47 @@ impl Pool {
     }
 
     fn element_of(&mut self, areas: &[&str]) -> Option<String> {
-        let name = self.array_of(areas)?.name;
-        let index = match self.rng.weighted(&[40, 20, 15, 15, 10]) {
-            0 => self.indexed("D"),
-            1 => self.indexed("V"),
+        let array = self.array_of(areas)?;
+        Some(array.at(&self.moving_index()))
+    }
+
+    /// A word that selects an element.
+    pub fn moving_index(&mut self) -> String {
+        match self.rng.weighted(&[40, 20, 15, 15, 10]) {
+            0 => self.index_in("D"),
+            1 => self.index_in("V"),
             2 => format!("CT{}.Acc", self.rng.below(4)),
             3 => self.indexed("MHR"),
             _ => "$ScanCounter".to_string(),
-        };
-        Some(format!("{name}[{index}]"))
+        }
+    }
+
+    /// A word of the area that is no element itself.
+    fn index_in(&mut self, area: &str) -> String {
+        let word = self.indexed(area);
+        if word.contains('[') { format!("{area}0") } else { word }
     }
 
     /// Two neighbours, as a slice of an array or as a range.
     fn two(&mut self, bits: bool, written: bool) -> String {
-        let mut runs = match bits {
-            true => vec!["C0..C1", "C1..C2", "Y0..Y1", "Y1..Y2", "MC1..MC2"],
-            false => vec!["D0..D1", "D1..D2", "V0..V1", "MHR1..MHR2", "R0..R1", "R1..R2"],
+        let runs: &[&str] = match bits {
+            true => &["C0..C1", "C1..C2", "Y0..Y1", "Y1..Y2", "MC1..MC2"],
+            false => &["D0..D1", "D1..D2", "V0..V1", "MHR1..MHR2", "R0..R1", "R1..R2"],
         };
+        let mut runs: Vec<String> = runs.iter().map(|run| run.to_string()).collect();
         if bits && !written {
-            runs.extend(["X0..X1", "X2..X3", "ST4..ST5"]);
+            runs.extend(["X0..X1", "X2..X3", "ST4..ST5"].map(str::to_string));
         }
-        for array in &self.arrays {
-            match array.name {
-                "row" if !bits => runs.extend(["row[0..1]", "row[1..2]"]),
-                "regs" if !bits => runs.push("regs"),
-                "flows" if !bits => runs.extend(["flows[0..1]", "flows[1..2]"]),
-                "t_flows" if !bits => runs.push("t_flows"),
-                "t_row" if !bits => runs.extend(["t_row[0..1]", "t_row[1..2]"]),
-                "t_bits" if bits => runs.extend(["t_bits[0..1]", "t_bits[2..3]"]),
-                "bits" if bits => runs.extend(["bits[0..1]", "bits[1..2]"]),
-                _ => {}
-            }
+        let fits = |array: &&DrawnArray| match array.area {
+            "X" => false,
+            area => (area == "C") == bits,
+        };
+        for array in self.arrays.iter().filter(fits) {
+            let slices = (1..array.count).map(|last| array.at(&format!("{}..{last}", last - 1)));
+            runs.extend(slices);
+            runs.extend((array.count == 2).then(|| array.whole()));
         }
-        self.rng.pick(&runs).to_string()
+        self.rng.pick(&runs).clone()
     }
 
     /// A COPY or FILL.
@@ -124,7 +151,7 @@ impl Pool {
         if self.rng.chance(50)
             && let Some(array) = self.array_of(&["C"])
         {
-            return array.name.to_string();
+            return array.whole();
         }
         let runs = ["C0..C2", "C2..C0", "Y0..Y2", "MC2..MC1", "MI1..MI2"];
         self.rng.pick(&runs).to_string()
@@ -176,17 +203,21 @@ impl Pool {
         index: impl Fn(&mut Pool) -> String,
     ) -> Option<String> {
         let array = self.array_of(areas)?;
+        let index = self.math_index(array.count, index);
+        Some(array.at(&index))
+    }
+
+    /// An index in MATH of an array with so many elements.
+    pub fn math_index(&mut self, count: usize, index: impl Fn(&mut Pool) -> String) -> String {
         let area = if self.rng.chance(70) { "D" } else { "V" };
-        let word = self.indexed(area);
-        let count = array.count;
-        let index = match self.rng.weighted(&[25, 25, 20, 15, 15]) {
+        let word = self.index_in(area);
+        match self.rng.weighted(&[25, 25, 20, 15, 15]) {
             0 => self.rng.below(count).to_string(),
             1 => word,
             2 => format!("{word} % {count}"),
             3 => format!("$ScanCounter % {}", count + 1),
             _ => format!("{word} + {}", index(self)),
-        };
-        Some(format!("{}[{index}]", array.name))
+        }
     }
 
     /// A whole array or a slice, as an argument of a function.
@@ -195,8 +226,8 @@ impl Pool {
         let low = self.rng.below(array.count);
         let high = low + self.rng.below(array.count - low);
         Some(match self.rng.chance(50) {
-            true => array.name.to_string(),
-            false => format!("{}[{low}..{high}]", array.name),
+            true => array.whole(),
+            false => array.at(&format!("{low}..{high}")),
         })
     }
 }

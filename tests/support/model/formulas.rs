@@ -189,6 +189,11 @@ impl Pool {
         {
             return element;
         }
+        if self.rng.chance(4)
+            && let Some(member) = self.math_member(Pool::index)
+        {
+            return member;
+        }
         match self.rng.weighted(&[45, 15, 25, 15 * any, 20 * any]) {
             0 => {
                 let address = self.written_word();

@@ -3,17 +3,18 @@
 use super::calls;
 use super::case::{BUILTIN, Block, Branch, Case, Expr, Rung, Stage, Tag};
 use super::clock::{BEGIN, Clock};
+use super::drawn_records;
+use super::drawn_stimulus::stimulus;
 use super::menu::{COUNTERS, Spot, TIMERS, Targets, is_drastic, is_reset};
-use super::names::split_bit;
-use super::pool::{DrawnArray, Pool};
+use super::pool::{DrawnArray, Owned, Pool, STRUCTURES};
 use super::rng::Rng;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// An instruction that must occur in the program.
 enum Forced {
     Single(String),
-    Counter(&'static str, usize),
-    Timer(&'static str, usize),
+    Counter(&'static str, String),
+    Timer(&'static str, String),
     Shift(String),
 }
 
@@ -34,10 +35,13 @@ pub fn generate(seed: u64) -> Case {
         limits: BTreeMap::new(),
         arrays: Vec::new(),
         typed: Vec::new(),
+        structures: Vec::new(),
+        records: Vec::new(),
         block_bits: Vec::new(),
         in_contact: false,
     };
-    let tags = tags(&mut pool);
+    let mut tags = tags(&mut pool);
+    let records = drawn_records::add(&mut pool, &mut tags);
     let mut blocks = plan_blocks(&mut pool);
     let mut targets = Targets {
         programs: Vec::new(),
@@ -70,7 +74,7 @@ pub fn generate(seed: u64) -> Case {
     let stop = pool.rng.chance(35);
     let clock = clock(&mut pool);
     calls::add_subroutines(&mut pool, &mut blocks);
-    Case { seed, period, scans, stop, clock, order, tags, blocks, columns, rows }
+    Case { seed, period, scans, stop, clock, order, tags, records, blocks, columns, rows }
 }
 
 /// The local time of the first scan: mostly shortly before the end of a minute, a day, a February
@@ -117,7 +121,8 @@ fn tags(pool: &mut Pool) -> Vec<Tag> {
         if pool.rng.chance(45) {
             let body = format!("at = \"{at}\"{}", tag_details(pool, at));
             let operand = !["CT0", "T0", "N0"].contains(&at);
-            tags.push(Tag { name: name.to_string(), body, operand, elements: 0 });
+            let watched = operand.then(|| name.to_string()).into_iter().collect();
+            tags.push(Tag { name: name.to_string(), body, watched });
             pool.tags.insert(at.to_string(), name.to_string());
         }
     }
@@ -126,8 +131,8 @@ fn tags(pool: &mut Pool) -> Vec<Tag> {
     {
         if pool.rng.chance(45) {
             let body = format!("at = \"{area}0\", count = {count}");
-            tags.push(Tag { name: name.to_string(), body, operand: false, elements: 0 });
-            pool.arrays.push(DrawnArray { name, area, count, placed: false });
+            tags.push(Tag { name: name.to_string(), body, watched: Vec::new() });
+            pool.arrays.push(DrawnArray { name, field: "", area, count, placed: false });
         }
     }
     typed_tags(pool, &mut tags);
@@ -137,7 +142,7 @@ fn tags(pool: &mut Pool) -> Vec<Tag> {
             true => format!("value = \"{ms}ms\""),
             false => format!("value = {}", pool.rng.range(-4, 9)),
         };
-        tags.push(Tag { name: "limit_c".to_string(), body, operand: false, elements: 0 });
+        tags.push(Tag { name: "limit_c".to_string(), body, watched: Vec::new() });
         pool.constants.push("limit_c".to_string());
     }
     tags
@@ -154,8 +159,8 @@ fn typed_tags(pool: &mut Pool, tags: &mut Vec<Tag>) {
         if pool.rng.chance(30) {
             let details = if area == "C" { String::new() } else { word_details(pool, name) };
             let body = format!("type = \"{kind}\"{details}");
-            tags.push(Tag { name: name.to_string(), body, operand: true, elements: 0 });
-            pool.typed.push((name, area));
+            tags.push(Tag { name: name.to_string(), body, watched: vec![name.to_string()] });
+            pool.typed.push((name.to_string(), area));
         }
     }
     for (name, kind, area, count) in
@@ -163,8 +168,10 @@ fn typed_tags(pool: &mut Pool, tags: &mut Vec<Tag>) {
     {
         if pool.rng.chance(30) {
             let body = format!("type = \"{kind}\", count = {count}");
-            tags.push(Tag { name: name.to_string(), body, operand: false, elements: count });
-            pool.arrays.push(DrawnArray { name, area, count, placed: true });
+            let array = DrawnArray { name, field: "", area, count, placed: true };
+            let watched = (0..count).map(|at| array.at(&at.to_string())).collect();
+            tags.push(Tag { name: name.to_string(), body, watched });
+            pool.arrays.push(array);
         }
     }
 }
@@ -184,7 +191,7 @@ fn tag_details(pool: &mut Pool, at: &str) -> String {
     }
 }
 
-fn word_details(pool: &mut Pool, at: &str) -> String {
+pub fn word_details(pool: &mut Pool, at: &str) -> String {
     let lowest =
         if ["D", "R", "t_int", "t_real"].iter().any(|of| at.starts_with(of)) { -6 } else { 0 };
     let low = pool.rng.range(lowest, 4);
@@ -249,31 +256,28 @@ fn forced(
     targets: &mut Targets,
 ) -> Vec<(Element, Forced)> {
     let mut all = Vec::new();
-    for n in (0..4).filter(|_| pool.rng.chance(60)).collect::<Vec<usize>>() {
-        targets.counters.push(n);
-        pool.owned.push(format!("CT{n}"));
+    for name in structures(pool, "CT") {
+        targets.counters.push(name.clone());
         let mnemonic = *pool.rng.pick(&COUNTERS);
-        all.push((home(pool, elements), Forced::Counter(mnemonic, n)));
+        all.push((home(pool, elements), Forced::Counter(mnemonic, name)));
     }
-    for n in (0..6).filter(|_| pool.rng.chance(60)).collect::<Vec<usize>>() {
-        targets.timers.push(n);
-        pool.owned.push(format!("T{n}"));
+    for name in structures(pool, "T") {
+        targets.timers.push(name.clone());
         let mnemonic = *pool.rng.pick(&TIMERS);
-        all.push((home(pool, elements), Forced::Timer(mnemonic, n)));
+        all.push((home(pool, elements), Forced::Timer(mnemonic, name)));
     }
-    for n in (0..2).filter(|_| pool.rng.chance(45)).collect::<Vec<usize>>() {
-        targets.sensaphones.push(n);
-        pool.owned.push(format!("N{n}"));
+    for name in structures(pool, "N") {
+        targets.sensaphones.push(name.clone());
         let preset = match pool.rng.chance(55) {
             true => pool.rng.range(-3, 4).to_string(),
             false => pool.word(),
         };
         let (first, second) = *pool.rng.pick(&[("CTU", "CTD"), ("CTD", "CTU")]);
-        let text = pool.sensaphone(first, n, Some(&preset));
+        let text = pool.sensaphone(first, &name, Some(&preset));
         all.push((home(pool, elements), Forced::Single(text)));
         if pool.rng.chance(70) {
             let preset = pool.rng.chance(40).then_some(preset);
-            let text = pool.sensaphone(second, n, preset.as_deref());
+            let text = pool.sensaphone(second, &name, preset.as_deref());
             all.push((home(pool, elements), Forced::Single(text)));
         }
     }
@@ -294,6 +298,17 @@ fn forced(
         all.push((home(pool, elements), Forced::Single("STOP".to_string())));
     }
     all
+}
+
+/// The structures of the area that shall have an owner.
+fn structures(pool: &mut Pool, area: &'static str) -> Vec<String> {
+    let found = STRUCTURES.iter().find(|(name, _, _)| *name == area);
+    let count = found.map_or(0, |(_, count, _)| *count);
+    let mut names: Vec<String> = (0..count).map(|n| format!("{area}{n}")).collect();
+    names.extend(pool.structure_names(area));
+    names.retain(|_| pool.rng.chance(if area == "N" { 45 } else { 60 }));
+    pool.owned.extend(names.iter().map(|name| Owned { name: name.clone(), area }));
+    names
 }
 
 /// A random element, often one that is sure to execute.
@@ -373,11 +388,11 @@ fn forced_rung(pool: &mut Pool, forced: Forced, spot: &mut Spot, targets: &Targe
                 "UDC" => &["rst", "up", "dn"],
                 _ => &["up", "dn"],
             };
-            (pool.counter(mnemonic, n), legs)
+            (pool.counter(mnemonic, &n), legs)
         }
         Forced::Shift(text) => (text, &["data", "clk", "rst"]),
         Forced::Timer(mnemonic, n) => {
-            let text = pool.timer(mnemonic, n, spot.driven);
+            let text = pool.timer(mnemonic, &n, spot.driven);
             if mnemonic != "TMRA" && mnemonic != "TMRADOWN" {
                 return free_rung(pool, Some(text), spot, targets);
             }
@@ -430,63 +445,4 @@ fn when(pool: &mut Pool, instrs: &[String]) -> Vec<Expr> {
         return vec![Expr::Leaf(format!("X{}", pool.rng.below(4)))];
     }
     pool.series()
-}
-
-type Rows = Vec<(i64, Vec<Option<i64>>)>;
-
-fn stimulus(pool: &mut Pool, scans: i64) -> (Vec<String>, Rows) {
-    let mut places: Vec<String> = (0..4).map(|n| format!("X{n}")).collect();
-    for _ in 0..pool.rng.below(8) {
-        let mut place = match pool.rng.weighted(&[30, 60, 10]) {
-            0 => pool.written_bit(),
-            1 => pool.written_word(),
-            _ => pool.indexed("R"),
-        };
-        if pool.rng.chance(35)
-            && let Some(structure) = pool.owned.last()
-        {
-            let accumulator = if structure.starts_with('N') { "ACC" } else { "Acc" };
-            place = format!("{structure}.{accumulator}");
-        }
-        if !places.contains(&place) {
-            places.push(place);
-        }
-    }
-    let busy = *pool.rng.pick(&[25, 50, 80]);
-    let mut rows = Vec::new();
-    for scan in 0..scans {
-        if !pool.rng.chance(busy) {
-            continue;
-        }
-        let cells = places.iter().map(|place| {
-            let percent = if place.starts_with('X') { 40 } else { 12 };
-            pool.rng.chance(percent).then(|| written_value(pool, place))
-        });
-        rows.push((scan, cells.collect()));
-    }
-    let columns = places.iter().map(|place| match pool.tags.get(place) {
-        Some(tag) => tag.clone(),
-        None => place.clone(),
-    });
-    (columns.collect(), rows)
-}
-
-/// A value that the place can hold.
-fn written_value(pool: &mut Pool, place: &str) -> i64 {
-    if split_bit(place).is_some() {
-        return pool.rng.range(0, 1);
-    }
-    let letters = place.split(|c: char| c.is_ascii_digit()).next().unwrap_or_default();
-    let (low, high) = match letters {
-        "V" | "MHR" | "MIR" | "t_word" => (0, 65_535),
-        "D" | "CT" | "T" | "R" | "t_int" | "t_real" => (i64::from(i32::MIN), i64::from(i32::MAX)),
-        "N" => (-32_768, 32_767),
-        _ => return pool.rng.range(0, 1),
-    };
-    if letters == "N" && pool.rng.chance(70) {
-        return *pool.rng.pick(&[32_766, 32_767, 32_767, -32_767, -32_768, -32_768]);
-    }
-    let value = pool.number().clamp(low, high);
-    let (least, most) = pool.limits.get(place).copied().unwrap_or((low, high));
-    value.max(least).min(most)
 }

@@ -89,6 +89,13 @@ impl Words<'_> {
         }
     }
 
+    fn copied(&self, from: &str, to: &str) -> Result<Op, String> {
+        match (self.names.record(from), self.names.record(to)) {
+            (Some(from), Some(to)) => Ok(Op::CopyRecord(from, to)),
+            _ => Ok(Op::Copy(self.names.array(from)?, self.names.array(to)?)),
+        }
+    }
+
     fn optional(&self, key: &str) -> Result<Option<Value>, String> {
         self.keys.get(key).map(|word| self.names.value(word)).transpose()
     }
@@ -177,9 +184,7 @@ impl Words<'_> {
             "OUT" => Op::Out(self.place(0)?),
             "SET" => Op::Set(self.to(self.operand(0)?)?),
             "RST" => Op::Rst(self.to(self.operand(0)?)?),
-            "COPY" => {
-                Op::Copy(self.names.array(self.operand(0)?)?, self.names.array(self.key("to")?)?)
-            }
+            "COPY" => self.copied(self.operand(0)?, self.key("to")?)?,
             "FILL" => Op::Fill(self.value(0)?, self.names.array(self.key("to")?)?),
             "PACK" => Op::Pack(self.names.array(self.operand(0)?)?, self.target()?),
             "UNPACK" => Op::Unpack(self.value(0)?, self.names.array(self.key("to")?)?),

@@ -2,8 +2,7 @@
 
 use super::math::Expr;
 use super::names::Names;
-use super::place::Loc;
-use super::program::{Array, Target, Value};
+use super::program::{Target, Value};
 
 /// The binary operators, from the lowest precedence to the highest.
 const LEVELS: [&[&str]; 11] = [
@@ -136,37 +135,38 @@ impl Reader<'_> {
                 Err("`)` is missing".to_string())
             };
         }
+        if self.take("[") {
+            return self.indexed(&word);
+        }
         match self.names.arrays.get(&word) {
-            Some(array) => self.of_array(*array),
+            Some(array) => Ok(Expr::Whole(*array)),
             None => self.operand(&word),
         }
     }
 
-    /// Reads the rest after the name of an array: nothing, an index, or the ends of a slice.
-    fn of_array(&mut self, array: Array) -> Result<Expr, String> {
-        if !self.take("[") {
-            return Ok(Expr::Whole(array));
-        }
-        let found = match self.peek().split_once("..") {
-            Some((low, high)) => {
-                let end = |text: &str| text.parse::<usize>().map_err(|error| error.to_string());
-                let (low, high) = (end(low)?, end(high)?);
-                let first = Loc::whole(array.first.area, array.first.index + low);
+    /// Reads the rest after the name of an array: an index or the ends of a slice, and a part.
+    fn indexed(&mut self, name: &str) -> Result<Expr, String> {
+        let ends = self.peek().split_once("..");
+        let ends = ends.and_then(|(low, high)| Some((low.parse().ok()?, high.parse().ok()?)));
+        let index = match ends {
+            Some(_) => {
                 self.at += 1;
-                Expr::Whole(Array { first, count: high - low + 1 })
+                None
             }
-            None => Expr::Element(array, Box::new(self.level(0)?)),
+            None => Some(Box::new(self.level(0)?)),
         };
         if !self.take("]") {
             return Err("`]` is missing".to_string());
         }
-        let bit = self.peek().strip_prefix('.').and_then(|bit| bit.parse().ok());
-        Ok(match (found, bit) {
-            (Expr::Element(array, index), Some(bit)) => {
-                self.at += 1;
-                Expr::Element(array.bit(bit), index)
-            }
-            (found, _) => found,
+        let part = if self.peek().starts_with('.') { self.peek() } else { "" };
+        let whole = format!("{name}{part}");
+        self.at += usize::from(!part.is_empty());
+        let missing = || format!("`{whole}` is no array");
+        let array = self.names.column(&whole).ok_or_else(missing)?;
+        Ok(match (ends, index) {
+            (Some((low, high)), _) => Expr::Whole(array.slice(low, high).ok_or_else(missing)?),
+            (None, Some(index)) => Expr::Element(array, index),
+            (None, None) => return Err(missing()),
         })
     }
 

@@ -21,17 +21,17 @@ pub struct Targets {
     pub programs: Vec<String>,
     /// The Programs without `Main`, and the Tasks without the built-in ones.
     pub haltable: Vec<String>,
-    pub counters: Vec<usize>,
-    pub timers: Vec<usize>,
-    pub sensaphones: Vec<usize>,
+    pub counters: Vec<String>,
+    pub timers: Vec<String>,
+    pub sensaphones: Vec<String>,
 }
 
 pub const COUNTERS: [&str; 4] = ["CNT", "CNTDN", "UDC", "UDCG"];
 pub const TIMERS: [&str; 7] = ["ONDTMR", "OFFDTMR", "TMR", "TMRDOWN", "TMRA", "TMRADOWN", "TMRAG"];
 
 impl Pool {
-    pub fn counter(&mut self, mnemonic: &str, n: usize) -> String {
-        let name = self.name(&format!("CT{n}"));
+    pub fn counter(&mut self, mnemonic: &str, structure: &str) -> String {
+        let name = self.name(structure);
         if mnemonic.starts_with("CNT") {
             let preset = match self.rng.weighted(&[55, 42, 3]) {
                 0 => self.rng.range(0, 5).to_string(),
@@ -53,8 +53,13 @@ impl Pool {
         text
     }
 
-    pub fn timer(&mut self, mnemonic: &str, n: usize, driven: &mut BTreeSet<String>) -> String {
-        let name = self.name(&format!("T{n}"));
+    pub fn timer(
+        &mut self,
+        mnemonic: &str,
+        structure: &str,
+        driven: &mut BTreeSet<String>,
+    ) -> String {
+        let name = self.name(structure);
         let preset = match self.rng.weighted(&[66, 30, 4]) {
             0 => {
                 let ms = self.milliseconds();
@@ -65,15 +70,18 @@ impl Pool {
         };
         let mut text = format!("{mnemonic} {name} preset={preset}");
         if mnemonic == "ONDTMR" || mnemonic == "OFFDTMR" {
-            let bit = self.driven_bit(driven).unwrap_or_else(|| format!("C{}", 100 + n));
+            let bit = self.driven_bit(driven).unwrap_or_else(|| {
+                let timers = self.owned.iter().position(|owned| owned.name == structure);
+                format!("C{}", 100 + timers.unwrap_or(0))
+            });
             text.push_str(&format!(" output={}", self.name(&bit)));
         }
         text
     }
 
     /// A CTU or CTD; `preset`: the preset that it must state.
-    pub fn sensaphone(&mut self, mnemonic: &str, n: usize, preset: Option<&str>) -> String {
-        let name = self.name(&format!("N{n}"));
+    pub fn sensaphone(&mut self, mnemonic: &str, structure: &str, preset: Option<&str>) -> String {
+        let name = self.name(structure);
         match preset {
             Some(preset) => format!("{mnemonic} {name} preset={preset}"),
             None => format!("{mnemonic} {name}"),
@@ -144,16 +152,16 @@ impl Pool {
                 format!("{mnemonic} {}", self.name(&bit))
             }
             6 => {
-                let n = *self.rng.pick(&targets.counters);
-                format!("RSTCT {}", self.name(&format!("CT{n}")))
+                let name = self.rng.pick(&targets.counters).clone();
+                format!("RSTCT {}", self.name(&name))
             }
             7 => {
-                let n = *self.rng.pick(&targets.timers);
-                format!("RSTT {}", self.name(&format!("T{n}")))
+                let name = self.rng.pick(&targets.timers).clone();
+                format!("RSTT {}", self.name(&name))
             }
             8 => {
-                let n = *self.rng.pick(&targets.sensaphones);
-                format!("RES {}", self.name(&format!("N{n}")))
+                let name = self.rng.pick(&targets.sensaphones).clone();
+                format!("RES {}", self.name(&name))
             }
             10 => self.control(targets),
             11 => self.own_end(spot),
@@ -166,6 +174,11 @@ impl Pool {
     fn arithmetic(&mut self) -> String {
         if self.rng.chance(45) {
             return self.math();
+        }
+        if self.rng.chance(10)
+            && let Some(copy) = self.record_copy()
+        {
+            return copy;
         }
         if self.rng.chance(16) {
             return self.whole_arrays();

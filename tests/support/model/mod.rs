@@ -9,6 +9,8 @@ pub mod clock;
 mod contact;
 mod counters;
 mod drawn_arrays;
+mod drawn_records;
+mod drawn_stimulus;
 mod exec;
 mod formulas;
 pub mod generate;
@@ -22,6 +24,7 @@ mod place;
 mod pool;
 mod program;
 mod reals;
+mod records;
 pub mod rng;
 pub mod shrink;
 #[cfg(test)]

@@ -107,7 +107,7 @@ fn nickname(name: &str) -> Option<Loc> {
     words.iter().position(|w| *w == name).map(|n| Loc::whole(Area::Dst, n))
 }
 
-fn member(area: Area, name: &str) -> Option<Member> {
+pub fn member(area: Area, name: &str) -> Option<Member> {
     Some(match (area, name) {
         (Area::Ct | Area::T, "Acc") => Member::Acc,
         (Area::Ct | Area::T, "Done") => Member::Done,
@@ -149,6 +149,8 @@ pub struct Names {
     pub places: BTreeMap<String, Loc>,
     pub constants: BTreeMap<String, i64>,
     pub arrays: BTreeMap<String, Array>,
+    /// The bits and words of each tag of a record: an array for each field.
+    pub records: BTreeMap<String, Vec<Array>>,
     /// The number of places of tags with a `type`.
     pub placed: usize,
     /// Each block's name and the names of its Stages.
@@ -173,7 +175,7 @@ impl Names {
         if let Some(loc) = numbered_element(word).or_else(|| self.places.get(word).copied()) {
             return Some(loc);
         }
-        let Some((head, tail)) = word.split_once('.') else {
+        let Some((head, tail)) = word.rsplit_once('.') else {
             return address(word).map(|(area, index)| Loc::whole(area, index));
         };
         if let Some(block) = self.blocks.iter().position(|(name, _)| name == head) {

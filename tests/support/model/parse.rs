@@ -5,6 +5,7 @@ use super::instruction::{instruction, legs_of};
 use super::names::Names;
 use super::place::{Area, Loc, Member};
 use super::program::{Array, Block, Branch, Contact, Instr, Kind, Op, Program, Rung, Value};
+use super::records;
 use super::tree::{Table, Tree, parse};
 
 pub struct Loaded {
@@ -45,7 +46,7 @@ pub fn load(text: &str) -> Result<Loaded, String> {
     Ok(Loaded { program, names })
 }
 
-fn tables<'a>(table: &'a Table, key: &str) -> Result<Vec<&'a Table>, String> {
+pub fn tables<'a>(table: &'a Table, key: &str) -> Result<Vec<&'a Table>, String> {
     let Some(value) = table.get(key) else {
         return Ok(Vec::new());
     };
@@ -54,7 +55,7 @@ fn tables<'a>(table: &'a Table, key: &str) -> Result<Vec<&'a Table>, String> {
     items.collect::<Option<Vec<_>>>().ok_or_else(|| format!("`{key}` holds no tables"))
 }
 
-fn string(table: &Table, key: &str) -> Result<String, String> {
+pub fn string(table: &Table, key: &str) -> Result<String, String> {
     let found = table.get(key).and_then(Tree::as_text);
     found.map(str::to_string).ok_or_else(|| format!("`{key}` is missing"))
 }
@@ -93,37 +94,53 @@ fn tags(file: &Table, names: &mut Names, program: &mut Program) -> Result<(), St
     let Some(Tree::Table(tags)) = file.get("tags") else {
         return Ok(());
     };
-    for (name, tag) in tags {
-        let tag = tag.as_table().ok_or_else(|| format!("tag `{name}` is no table"))?;
-        if let Some(value) = tag.get("value") {
-            let constant = number(value, names)?;
-            names.constants.insert(name.clone(), constant);
-            continue;
-        }
-        let loc = match tag.get("type").and_then(Tree::as_text) {
-            Some(kind) => placed(kind, tag, names)?,
-            None => names.place(&string(tag, "at")?)?,
-        };
-        if let Some(Tree::Number(count)) = tag.get("count") {
-            array(name, tag, Array { first: loc, count: *count as usize }, names, program)?;
-            continue;
-        }
-        names.places.insert(name.clone(), loc);
-        let (mut low, mut high) = match loc.area {
-            Area::R => (i64::MIN, i64::MAX),
-            _ => loc.range(),
-        };
-        if let Some(min) = tag.get("min") {
-            low = number(min, names)?;
-        }
-        if let Some(max) = tag.get("max") {
-            high = number(max, names)?;
-        }
-        program.limits.push((loc, low, high));
-        if let Some(initial) = tag.get("initial") {
-            program.initial.push((loc, number(initial, names)?));
+    for (name, source) in tags {
+        let source = source.as_table().ok_or_else(|| format!("tag `{name}` is no table"))?;
+        let kind = source.get("type").and_then(Tree::as_text).unwrap_or_default();
+        match records::fields(file, kind)? {
+            Some(fields) => records::enter(name, source, fields, names, program)?,
+            None => tag(name, source, names, program)?,
         }
     }
+    Ok(())
+}
+
+/// Enters a tag of one place or of an array, or a constant.
+pub fn tag(
+    name: &str,
+    tag: &Table,
+    names: &mut Names,
+    program: &mut Program,
+) -> Result<(), String> {
+    if let Some(value) = tag.get("value") {
+        let constant = number(value, names)?;
+        names.constants.insert(name.to_string(), constant);
+        return Ok(());
+    }
+    let loc = match tag.get("type").and_then(Tree::as_text) {
+        Some(kind) => placed(kind, tag, names)?,
+        None => names.place(&string(tag, "at")?)?,
+    };
+    if let Some(Tree::Number(count)) = tag.get("count") {
+        return array(name, tag, Array { first: loc, count: *count as usize }, names, program);
+    }
+    names.places.insert(name.to_string(), loc);
+    limit(loc, tag, names, program)?;
+    if let Some(initial) = tag.get("initial") {
+        program.initial.push((loc, number(initial, names)?));
+    }
+    Ok(())
+}
+
+/// Enters the limits of a place: those of its tag, else those of its range.
+fn limit(loc: Loc, tag: &Table, names: &Names, program: &mut Program) -> Result<(), String> {
+    let (low, high) = match loc.area {
+        Area::R => (i64::MIN, i64::MAX),
+        _ => loc.range(),
+    };
+    let low = tag.get("min").map_or(Ok(low), |min| number(min, names))?;
+    let high = tag.get("max").map_or(Ok(high), |max| number(max, names))?;
+    program.limits.push((loc, low, high));
     Ok(())
 }
 
@@ -134,6 +151,9 @@ fn placed(kind: &str, tag: &Table, names: &mut Names) -> Result<Loc, String> {
         "int" => Area::D,
         "word" => Area::V,
         "real" => Area::R,
+        "timer" => Area::T,
+        "counter" => Area::Ct,
+        "sensaphone" => Area::N,
         kind => return Err(format!("`type = {kind:?}` is not known")),
     };
     let loc = Loc::whole(area, 1_000_000 + names.placed);
@@ -153,12 +173,8 @@ fn array(
     names.arrays.insert(name.to_string(), array);
     for at in 0..array.count {
         let loc = Loc::whole(array.first.area, array.first.index + at);
-        let (low, high) = loc.range();
-        let (min, max) = (tag.get("min"), tag.get("max"));
-        if min.is_some() || max.is_some() {
-            let low = min.map_or(Ok(low), |min| number(min, names))?;
-            let high = max.map_or(Ok(high), |max| number(max, names))?;
-            program.limits.push((loc, low, high));
+        if tag.contains_key("min") || tag.contains_key("max") {
+            limit(loc, tag, names, program)?;
         }
         let initial = match tag.get("initial") {
             Some(Tree::List(list)) => list.get(at),

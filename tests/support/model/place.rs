@@ -51,6 +51,13 @@ pub struct Loc {
     pub bit: Option<u32>,
 }
 
+impl Area {
+    /// Whether a place of the area is a timer or a counter, with members.
+    pub fn is_structure(self) -> bool {
+        matches!(self, Area::Ct | Area::T | Area::N)
+    }
+}
+
 impl Loc {
     pub fn whole(area: Area, index: usize) -> Loc {
         Loc::of(area, index, Member::Whole)

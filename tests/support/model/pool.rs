@@ -1,6 +1,7 @@
 //! The operands of generated programs: few of each, so that things interact.
 
 use super::case::Expr;
+use super::drawn_records::DrawnRecord;
 use super::names::split_bit;
 use super::rng::Rng;
 use std::collections::BTreeMap;
@@ -68,10 +69,20 @@ const OPERATORS: [&str; 8] = ["==", "!=", "<", "<=", ">", ">=", "<", ">="];
 #[derive(Clone, Copy)]
 pub struct DrawnArray {
     pub name: &'static str,
+    /// The field of an array of records; empty for any other array.
+    pub field: &'static str,
     pub area: &'static str,
     pub count: usize,
     /// Whether it has a `type` instead of an address.
     pub placed: bool,
+}
+
+/// A structure with an owner: `CT0`, `recipe[1].over`.
+#[derive(Clone)]
+pub struct Owned {
+    pub name: String,
+    /// `CT`, `T` or `N`.
+    pub area: &'static str,
 }
 
 pub struct Pool {
@@ -80,15 +91,18 @@ pub struct Pool {
     /// The percentage of contacts that read inputs; the others read any bits.
     pub lively: usize,
     /// The structures that have an owner.
-    pub owned: Vec<String>,
+    pub owned: Vec<Owned>,
     /// Tags by their addresses.
     pub tags: BTreeMap<String, String>,
     /// Named constants.
     pub constants: Vec<String>,
     pub limits: BTreeMap<String, (i64, i64)>,
     pub arrays: Vec<DrawnArray>,
-    /// Tags with a `type`, each with the area of the same kind.
-    pub typed: Vec<(&'static str, &'static str)>,
+    /// Tags with a `type`, fields and their elements, each with the area of the same kind.
+    pub typed: Vec<(String, &'static str)>,
+    /// Arrays of structures, and structures in arrays of records.
+    pub structures: Vec<DrawnArray>,
+    pub records: Vec<DrawnRecord>,
     /// The bits of blocks: Stages, `.Running`, `.Done`.
     pub block_bits: Vec<String>,
     /// Whether the expression is drawn for a contact.
@@ -134,9 +148,10 @@ impl Pool {
     }
 
     pub fn indexed(&mut self, area: &str) -> String {
-        let typed = self.typed.iter().find(|(_, like)| *like == area).map(|(name, _)| *name);
-        if let Some(name) = typed.filter(|_| self.rng.chance(25)) {
-            return name.to_string();
+        let typed = self.typed.iter().filter(|(_, like)| *like == area).map(|(name, _)| name);
+        let typed: Vec<&String> = typed.collect();
+        if !typed.is_empty() && self.rng.chance(25) {
+            return (*self.rng.pick(&typed)).clone();
         }
         let found = AREAS.iter().find(|(name, _, _)| *name == area);
         let (first, count) = found.map_or((0, 1), |(_, first, count)| (*first, *count));
@@ -148,13 +163,13 @@ impl Pool {
         let found = STRUCTURES.iter().find(|(name, _, _)| *name == area);
         let (_, count, members) = found.unwrap_or(&STRUCTURES[0]);
         let flags = if area == "N" { &members[2..] } else { &members[1..] };
-        let number = |name: &str| name.strip_prefix(area).and_then(|n| n.parse().ok());
-        let owned: Vec<usize> = self.owned.iter().filter_map(|name| number(name)).collect();
-        let n = match owned.is_empty() || self.rng.chance(10) {
-            true => self.rng.below(*count),
-            false => *self.rng.pick(&owned),
+        let owned = self.owned.iter().filter(|owned| owned.area == area);
+        let owned: Vec<String> = owned.map(|owned| owned.name.clone()).collect();
+        let name = match owned.is_empty() || self.rng.chance(10) {
+            true => format!("{area}{}", self.rng.below(*count)),
+            false => self.rng.pick(&owned).clone(),
         };
-        format!("{area}{n}.{}", self.rng.pick(flags))
+        format!("{name}.{}", self.rng.pick(flags))
     }
 
     pub fn bit(&mut self) -> String {
@@ -162,6 +177,11 @@ impl Pool {
             && let Some(element) = self.element(true, false)
         {
             return element;
+        }
+        if self.rng.chance(5)
+            && let Some(flag) = self.moving_member(true)
+        {
+            return flag;
         }
         if self.rng.chance(9) {
             return self.word_bit();
@@ -201,7 +221,12 @@ impl Pool {
 
     /// The address of a word that programs write.
     pub fn written_word(&mut self) -> String {
-        match self.rng.weighted(&[40, 16, 8, 4, 10, 10, 6, 6]) {
+        let owned = 8 * usize::from(!self.owned.is_empty());
+        match self.rng.weighted(&[40, 16, 8, 4, 10, 10, 6, 6, owned]) {
+            8 => {
+                let of = self.rng.pick(&self.owned).clone();
+                of.accumulator()
+            }
             0 => self.indexed("D"),
             1 => self.indexed("V"),
             2 => self.indexed("MHR"),
@@ -218,6 +243,11 @@ impl Pool {
             && let Some(element) = self.element(false, false)
         {
             return element;
+        }
+        if self.rng.chance(5)
+            && let Some(word) = self.moving_member(false)
+        {
+            return word;
         }
         let address = match self.rng.weighted(&[90, 6, 4]) {
             0 => self.written_word(),

@@ -2,6 +2,7 @@
 
 use super::math::Expr;
 use super::place::Loc;
+use super::records::RecordAt;
 use std::collections::BTreeMap;
 
 #[derive(Clone, Copy, Debug)]
@@ -82,6 +83,7 @@ pub enum Op {
     Add(Value, Value, To),
     Sub(Value, Value, To),
     Copy(Array, Array),
+    CopyRecord(RecordAt, RecordAt),
     Fill(Value, Array),
     Pack(Array, To),
     Unpack(Value, Array),

@@ -20,6 +20,7 @@ enum Edit {
     Contact(usize, usize, usize, usize, usize),
     Simplify(usize, usize, usize, usize, usize),
     Tag(usize),
+    Record(usize),
     Column(usize),
     Row(usize),
     Cell(usize, usize),
@@ -74,6 +75,7 @@ fn edits(case: &Case) -> Vec<Edit> {
         all.extend((0..cells.len()).rev().map(|cell| Edit::Cell(r, cell)));
     }
     all.extend((0..case.tags.len()).rev().map(Edit::Tag));
+    all.extend((0..case.records.len()).rev().map(Edit::Record));
     all
 }
 
@@ -108,6 +110,7 @@ fn apply(case: &Case, edit: &Edit) -> Option<Case> {
         Edit::Block(b) => remove_block(&mut case, b)?,
         Edit::Stage(b, s) => remove(&mut case.blocks.get_mut(b)?.stages, s)?,
         Edit::Tag(t) => remove(&mut case.tags, t)?,
+        Edit::Record(r) => remove(&mut case.records, r)?,
         Edit::Row(r) => remove(&mut case.rows, r)?,
         Edit::Cell(r, c) => {
             case.rows.get_mut(r)?.1.get_mut(c)?.take()?;

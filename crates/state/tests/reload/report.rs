@@ -101,7 +101,7 @@ fn forget(case: &mut Case, name: &str) {
 
 fn tag(name: &str, body: &str) -> Tag {
     let body = format!("{body}, spare = true");
-    Tag { name: name.to_owned(), body, operand: false, elements: 0 }
+    Tag { name: name.to_owned(), body, watched: Vec::new() }
 }
 
 /// Arrays with a `type`, which every program has.
@@ -179,6 +179,16 @@ impl Swap<'_> {
         (0..3).filter(differs).count()
     }
 
+    /// The accumulator of a structure of the new program.
+    fn acc(&self, of: &str) -> String {
+        let of = of.trim_start_matches('(').trim_end_matches(')');
+        let sensaphone = format!("{of}.ACC");
+        match run::cell(&self.new.program, &self.new.symbols, &sensaphone) {
+            Ok(_) => sensaphone,
+            Err(_) => format!("{of}.Acc"),
+        }
+    }
+
     /// Whether the claim of a line of the report is true.
     fn holds(&self, line: &str) -> bool {
         let words: Vec<&str> = line.split_whitespace().collect();
@@ -229,13 +239,13 @@ impl Swap<'_> {
             }),
             [.., "any", "more"] => true,
             [of, "keeps", ..] | [_, of, "keeps", ..] => {
-                let name = acc(of);
+                let name = self.acc(of);
                 let cell = run::cell(&self.old.program, &self.old.symbols, &name).unwrap();
                 let Cell::Word(at) = cell else { panic!("{line}") };
                 i64::from(self.words[at.0 as usize]) == new(&name)
             }
-            [of, "is", "new"] | [of, "starts", "again:", ..] => new(&acc(of)) == 0,
-            [_, of, "is", "new"] | [_, of, "starts", "again:", ..] => new(&acc(of)) == 0,
+            [of, "is", "new"] | [of, "starts", "again:", ..] => new(&self.acc(of)) == 0,
+            [_, of, "is", "new"] | [_, of, "starts", "again:", ..] => new(&self.acc(of)) == 0,
             _ => true,
         }
     }
@@ -290,11 +300,6 @@ impl Swap<'_> {
 
 fn running(block: &str) -> String {
     format!("{block}.Running")
-}
-
-fn acc(of: &str) -> String {
-    let of = of.trim_start_matches('(').trim_end_matches(')');
-    if of.starts_with('N') { format!("{of}.ACC") } else { format!("{of}.Acc") }
 }
 
 /// Checks a swap; returns the number of lines in which the dry run's forecast differs.
