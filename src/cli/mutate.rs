@@ -3,17 +3,27 @@
 //! This module reads the files and prints the result; `testing` makes and tests the mutants.
 
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use clap::Args;
 use serde_json::{Value, json};
+use signal_hook::consts::SIGINT;
 
 use super::exit::{CommandLine, Exit};
 use super::terminal::{one_line, plain_json, print, say};
 use super::test::{OpenSuite, ProgressLine, find, jobs, open, refused};
-use rungd_lab::testing::{self, JudgedMutant, MutantKind, MutateOptions, Suite};
+use rungd_engine::isa::duration;
+use rungd_lab::testing::{
+    self, JudgedLadder, JudgedMutant, MutantKind, MutateOptions, MutationProgress, Suite,
+};
 
 /// Makes small changes to a ladder, and reports which of them its tests detect
+///
+/// Test files of the same ladder are judged together: a change that one of them detects is
+/// detected. Ctrl+C and --time end the command, which reports what was judged so far.
 #[derive(Args, Debug)]
 pub struct MutateArgs {
     /// Test files, and folders that are searched for *.test.toml
@@ -22,9 +32,13 @@ pub struct MutateArgs {
     /// Only changes of these kinds
     #[arg(long, value_name = "KIND,…", value_delimiter = ',', value_parser = kind)]
     only: Vec<MutantKind>,
-    /// Fail (exit code 1) if a file's tests detect less than this share, in percent
+    /// Fail (exit code 1) if a ladder's tests detect less than this share, in percent; a change
+    /// that was not judged counts as not detected
     #[arg(long, value_name = "PERCENT", value_parser = clap::value_parser!(u8).range(0..=100))]
     at_least: Option<u8>,
+    /// Ends after this time, with what was judged so far: 5m, 90s
+    #[arg(long, value_name = "TIME", value_parser = time)]
+    time: Option<Duration>,
     /// Number of threads (default: one for each processor)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
@@ -38,96 +52,199 @@ fn kind(text: &str) -> Result<MutantKind, String> {
     MutantKind::from_name(text).ok_or_else(|| format!("the kinds are: {}", names()))
 }
 
+fn time(text: &str) -> Result<Duration, String> {
+    match duration::parse(text).map(|ms| Duration::from_millis(ms.unsigned_abs().into())) {
+        Ok(time) if !time.is_zero() => Ok(time),
+        Ok(_) | Err(_) => Err("write a time above 0, as `90s` or `5m`".to_owned()),
+    }
+}
+
+/// The test files of one ladder.
+struct LadderSuites<'a> {
+    names: Vec<&'a str>,
+    suites: Vec<&'a Suite>,
+}
+
 /// Tests the mutants.
 ///
 /// # Errors
 /// A path cannot be read.
 pub fn mutate(args: &MutateArgs) -> Result<Exit> {
-    let suites = open(&find(&args.paths)?)?;
-    if refused(&suites) {
+    let end = MutationEnd::of(args.time)?;
+    let opened = open(&find(&args.paths)?)?;
+    if refused(&opened) {
         return Ok(Exit::Config);
     }
     let mut exit = Exit::Ok;
-    let mut files = Vec::new();
-    for OpenSuite { name, read } in &suites {
-        let Some(suite) = &read.suite else { continue };
-        if let Some(test) = testing::first_failure(suite) {
-            say(&format!(
-                "{}: the test `{}` fails with the ladder as it is: `rungd test` says why\n",
-                one_line(name),
-                one_line(&test)
-            ));
+    let mut ladders = Vec::new();
+    for ladder in by_ladder(&opened) {
+        if fails_unchanged(&ladder, &end) {
             exit = Exit::Refused;
             continue;
         }
-        let judged = judge(args, name, suite)?;
-        let killed = judged.iter().filter(|mutant| mutant.killed_by.is_some()).count();
-        if args.at_least.is_some_and(|least| killed * 100 < usize::from(least) * judged.len()) {
+        let judged = judge(args, &ladder, &end)?;
+        if args.at_least.is_some_and(|least| share(&judged) < usize::from(least)) {
             exit = Exit::Refused;
         }
         match args.json {
-            true => files.push(file_json(name, suite, &judged)),
-            false => print(&file_text(name, suite, &judged))?,
+            true => ladders.push(ladder_json(&ladder, &judged)),
+            false => print(&ladder_text(&ladder, &judged))?,
         }
     }
     if args.json {
-        print(&format!("{}\n", plain_json(&json!({ "files": files }).to_string())))?;
+        print(&format!("{}\n", plain_json(&json!({ "files": ladders }).to_string())))?;
     }
     Ok(exit)
 }
 
-fn judge(args: &MutateArgs, name: &str, suite: &Suite) -> Result<Vec<JudgedMutant>> {
-    let progress = ProgressLine::new(name);
-    let show = |done, all| progress.show(done, all);
-    let options = MutateOptions { jobs: jobs(args.jobs), kinds: &args.only, progress: &show };
-    let judged = testing::mutate(suite, &options);
+fn by_ladder(opened: &[OpenSuite]) -> Vec<LadderSuites<'_>> {
+    let with_suite = |open: &'_ OpenSuite| open.read.suite.is_some();
+    let opened: Vec<&OpenSuite> = opened.iter().filter(|open| with_suite(open)).collect();
+    let suites: Vec<&Suite> = opened.iter().filter_map(|open| open.read.suite.as_ref()).collect();
+    let ladder = |group: Vec<usize>| LadderSuites {
+        names: group.iter().map(|at| opened[*at].name.as_str()).collect(),
+        suites: group.iter().map(|at| suites[*at]).collect(),
+    };
+    testing::of_one_ladder(&suites).into_iter().map(ladder).collect()
+}
+
+/// Whether a test fails with the unchanged ladder; then it cannot judge changes.
+fn fails_unchanged(ladder: &LadderSuites<'_>, end: &MutationEnd) -> bool {
+    let mut fails = false;
+    for (name, suite) in ladder.names.iter().zip(&ladder.suites) {
+        if let Some(test) = testing::first_failure(suite, &end.is_over) {
+            let (name, test) = (one_line(name), one_line(&test));
+            say(&format!(
+                "{name}: the test `{test}` fails with the ladder as it is: `rungd test` says why\n"
+            ));
+            fails = true;
+        }
+    }
+    fails
+}
+
+/// What ends the command early: Ctrl+C, or its time. A second Ctrl+C ends it at once.
+struct MutationEnd {
+    is_over: Arc<AtomicBool>,
+}
+
+impl MutationEnd {
+    fn of(time: Option<Duration>) -> Result<MutationEnd> {
+        let is_over = Arc::new(AtomicBool::new(false));
+        let listen = || {
+            let ends = Arc::clone(&is_over);
+            signal_hook::flag::register_conditional_default(SIGINT, ends)?;
+            signal_hook::flag::register(SIGINT, Arc::clone(&is_over))
+        };
+        listen().context("cannot listen for Ctrl+C")?;
+        if let Some(time) = time {
+            let is_over = Arc::clone(&is_over);
+            // Ends with the process.
+            std::thread::spawn(move || {
+                std::thread::sleep(time);
+                is_over.store(true, Ordering::Relaxed);
+            });
+        }
+        Ok(MutationEnd { is_over })
+    }
+}
+
+fn judge(args: &MutateArgs, ladder: &LadderSuites<'_>, end: &MutationEnd) -> Result<JudgedLadder> {
+    let progress = ProgressLine::new(ladder.names[0]);
+    let show = |MutationProgress { done, all, unnoticed }| {
+        progress.show_text(|| format!("judged {done} of {all}, {unnoticed} not noticed"));
+    };
+    let options = MutateOptions {
+        jobs: jobs(args.jobs),
+        kinds: &args.only,
+        progress: &show,
+        given_up: &end.is_over,
+    };
+    let judged = testing::mutate(&ladder.suites, &options);
     progress.clear();
-    if judged.is_empty() {
+    if all(&judged) + judged.unchanged == 0 {
+        let name = ladder.names[0];
         let message = format!("{name}: its ladder has nothing to change of these kinds");
         return Err(CommandLine(message).into());
     }
     Ok(judged)
 }
 
-fn file_text(name: &str, suite: &Suite, judged: &[JudgedMutant]) -> String {
-    let killed = judged.iter().filter(|mutant| mutant.killed_by.is_some()).count();
-    let all = judged.len();
-    let percent = killed * 100 / all.max(1);
-    let mut text =
-        format!("{}: {killed} of {all} changes are noticed ({percent} %)\n", one_line(name));
+/// The number of changes that a test could notice, judged or not.
+fn all(ladder: &JudgedLadder) -> usize {
+    ladder.judged.len() + ladder.left
+}
+
+fn noticed(ladder: &JudgedLadder) -> usize {
+    ladder.judged.iter().filter(|mutant| mutant.killed_by.is_some()).count()
+}
+
+/// The percentage of all changes that tests notice.
+fn share(ladder: &JudgedLadder) -> usize {
+    match all(ladder) {
+        0 => 100,
+        all => noticed(ladder) * 100 / all,
+    }
+}
+
+fn ladder_text(ladder: &LadderSuites<'_>, result: &JudgedLadder) -> String {
+    let mut text = head(ladder, result);
     let survivors: Vec<&JudgedMutant> =
-        judged.iter().filter(|mutant| mutant.killed_by.is_none()).collect();
+        result.judged.iter().filter(|mutant| mutant.killed_by.is_none()).collect();
     if !survivors.is_empty() {
         text += "not noticed, each a rung to look at:\n";
     }
-    let mut last = String::new();
-    for JudgedMutant { mutant, .. } in survivors {
-        let place = suite.programs[0].place(mutant.span);
-        let rung = format!("  {place}: {}\n", mutant.rung);
-        if rung != last {
-            text += &rung;
-            last = rung;
+    let mut last = (String::new(), String::new());
+    for JudgedMutant { file, line, column, rung, what, .. } in survivors {
+        if (file, rung) != (&last.0, &last.1) {
+            text += &format!("  {}:{line}: {rung}\n", one_line(file));
+            last = (file.clone(), rung.clone());
         }
-        text += &format!("      {}\n", one_line(&mutant.what));
+        text += &format!("      {line}:{column} {}\n", one_line(what));
     }
     text
 }
 
-fn file_json(name: &str, suite: &Suite, judged: &[JudgedMutant]) -> Value {
-    let one = |JudgedMutant { mutant, killed_by }: &JudgedMutant| {
+/// The line with the counts: `a.test.toml: 14 of 33 changes are noticed (42 %)`.
+fn head(ladder: &LadderSuites<'_>, result: &JudgedLadder) -> String {
+    let names: Vec<_> = ladder.names.iter().map(|name| one_line(name)).collect();
+    let (noticed, judged) = (noticed(result), result.judged.len());
+    let percent = noticed * 100 / judged.max(1);
+    let together = if names.len() > 1 { " by these tests together" } else { "" };
+    let mut text = format!("{}: ", names.join(", "));
+    if result.left > 0 {
+        text += &format!("ended early, judged {judged} of {}: ", all(result));
+    }
+    text += &format!("{noticed} of {judged} changes are noticed{together} ({percent} %)");
+    match result.unchanged {
+        0 => {}
+        1 => text += "; 1 more changes nothing",
+        count => text += &format!("; {count} more change nothing"),
+    }
+    text + "\n"
+}
+
+fn ladder_json(ladder: &LadderSuites<'_>, result: &JudgedLadder) -> Value {
+    let one = |mutant: &JudgedMutant| {
+        let killed_by = mutant.killed_by.as_ref();
         json!({
             "kind": mutant.kind.name(),
-            "place": suite.programs[0].place(mutant.span),
+            "place": format!("{}:{}", mutant.file, mutant.line),
+            "line": mutant.line,
+            "column": mutant.column,
             "rung": mutant.rung,
             "what": mutant.what,
-            "killed_by": killed_by,
+            "killed_by": killed_by.map(|test| &test.name),
+            "killed_in": killed_by.map(|test| ladder.names[test.suite]),
         })
     };
-    let killed = judged.iter().filter(|mutant| mutant.killed_by.is_some()).count();
     json!({
-        "file": name,
-        "mutants": judged.len(),
-        "killed": killed,
-        "all": judged.iter().map(one).collect::<Vec<_>>(),
+        "file": ladder.names[0],
+        "files": ladder.names,
+        "mutants": result.judged.len(),
+        "killed": noticed(result),
+        "unchanged": result.unchanged,
+        "left": result.left,
+        "all": result.judged.iter().map(one).collect::<Vec<_>>(),
     })
 }

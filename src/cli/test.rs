@@ -298,6 +298,11 @@ impl<'a> ProgressLine<'a> {
 
     /// Shows the progress, if enough time has passed since the last line.
     pub fn show(&self, done: u64, all: u64) {
+        self.show_text(|| format!("{} %", done * 100 / all.max(1)));
+    }
+
+    /// As [`ProgressLine::show`], with the progress as a text.
+    pub fn show_text(&self, progress: impl FnOnce() -> String) {
         if !self.is_terminal || self.begun.elapsed() < SHOW_AFTER {
             return;
         }
@@ -306,8 +311,8 @@ impl<'a> ProgressLine<'a> {
             return;
         }
         *shown = Some(Instant::now());
-        let (name, percent) = (one_line(self.name), done * 100 / all.max(1));
-        say_drawn(&format!("\r{name}: {percent} %\u{1b}[K"));
+        let (name, progress) = (one_line(self.name), progress());
+        say_drawn(&format!("\r{name}: {progress}\u{1b}[K"));
     }
 
     /// Removes the line.

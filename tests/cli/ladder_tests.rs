@@ -255,7 +255,7 @@ fn mutants_that_survive_are_named() {
     let text = said(&rungd(&["mutate", "steps.test.toml"]));
     assert!(text.starts_with("exit code 0\nsteps.test.toml: "), "{text}");
     assert!(text.contains("filler.toml:44: Main, rung stop\n"), "{text}");
-    assert!(text.contains("      contact `estop` left out\n"), "{text}");
+    assert!(text.contains("      44:17 contact `estop` left out\n"), "{text}");
     assert_eq!(text, said(&rungd(&["mutate", "steps.test.toml", "--jobs", "3"])));
     let few = said(&rungd(&["mutate", "steps.test.toml", "--at-least", "100"]));
     assert!(few.starts_with("exit code 1\n"), "{few}");

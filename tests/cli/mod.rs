@@ -12,6 +12,7 @@ mod init;
 mod ladder_tests;
 mod lsp;
 mod man_and_completions;
+mod mutate;
 mod packaging;
 mod plant_faults;
 mod plants;

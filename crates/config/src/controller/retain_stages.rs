@@ -16,14 +16,15 @@ use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::fix::{FixEdit, Help, possible};
 use rungd_language::source::nearest::KnownNames;
 use rungd_language::source::reader::Text;
+use rungd_language::source::span::{Located, Span};
 
-/// The Programs that the patterns name, in file order, each once.
+/// The Programs that the patterns name, in file order, each once, at the first of its patterns.
 pub(super) fn resolve(
     patterns: &[Text],
     program: &Program,
     findings: &mut Vec<Finding>,
-) -> Vec<BlockId> {
-    let mut is_named = vec![false; program.blocks.len()];
+) -> Vec<Located<BlockId>> {
+    let mut places: Vec<Option<Span>> = vec![None; program.blocks.len()];
     for pattern in patterns {
         let fitting = NamePattern::of(&pattern.text);
         let named = || program.blocks.iter().filter(|block| fitting.fits(&block.name));
@@ -33,11 +34,15 @@ pub(super) fn resolve(
             Some(block) if with_stages().next().is_none() => {
                 findings.push(without_stages(pattern, block));
             }
-            Some(_) => with_stages().for_each(|block| is_named[block.id.0 as usize] = true),
+            Some(_) => {
+                for block in with_stages() {
+                    places[block.id.0 as usize].get_or_insert(pattern.span);
+                }
+            }
         }
     }
-    let named = program.blocks.iter().filter(|block| is_named[block.id.0 as usize]);
-    named.map(|block| block.id).collect()
+    let named = program.blocks.iter().map(|block| (block.id, places[block.id.0 as usize]));
+    named.filter_map(|(value, span)| Some(Located { value, span: span? })).collect()
 }
 
 fn nothing(pattern: &Text, program: &Program) -> Finding {

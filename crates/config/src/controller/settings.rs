@@ -10,6 +10,7 @@ use rungd_engine::isa::BlockId;
 use rungd_io::modbus::settings::ModbusServerSettings;
 use rungd_io::plant::settings::InputRule;
 use rungd_language::resolve::range::Range;
+use rungd_language::source::span::Located;
 use rungd_runtime::Posture;
 
 /// The settings of a controller file, without its ladders.
@@ -27,8 +28,8 @@ pub struct Controller {
     pub outputs_hold: Vec<Range>,
     /// The ranges that survive a restart.
     pub retain: Vec<Range>,
-    /// The Programs whose Stages survive a restart, each once.
-    pub retained_stages: Vec<BlockId>,
+    /// The Programs whose Stages survive a restart, each once, with its place in the list.
+    pub retained_stages: Vec<Located<BlockId>>,
     /// The settings of the file that keeps both.
     pub retention: Retention,
     /// The Modbus server, if there is one.

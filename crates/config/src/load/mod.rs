@@ -40,7 +40,7 @@ use rungd_language::source::finding::{Code, Finding, Severity};
 use rungd_language::source::fix::{FixEdit, Help, possible};
 use rungd_language::source::lost::LostTexts;
 use rungd_language::source::reader::Text;
-use rungd_language::source::span::{FileId, SourceFile, Span};
+use rungd_language::source::span::{FileId, Located, SourceFile, Span};
 
 /// The result of a load. It has a program and a controller exactly if no finding is an error.
 #[derive(Debug, Default)]
@@ -426,7 +426,7 @@ impl Loaded {
         }
         if let (Some(program), Some(controller)) = (&mut self.program, &self.controller) {
             mark_mapped(program, controller);
-            for BlockId(at) in &controller.retained_stages {
+            for Located { value: BlockId(at), .. } in &controller.retained_stages {
                 program.blocks[*at as usize].retains_stages = true;
             }
         }

@@ -1,5 +1,7 @@
 //! A program for the rig: lowered once, for any number of runs.
 
+use std::fmt::{self, Write as _};
+use std::hash::{DefaultHasher, Hasher};
 use std::sync::Arc;
 
 use super::device_ladder::{DeviceProgram, SimulatedDevice};
@@ -76,6 +78,16 @@ impl RigProgram {
         ladder.map_or(&self.symbols.layout, |ladder| &ladder.symbols.layout)
     }
 
+    /// A hash of what it executes and retains: programs with the same one do the same with the
+    /// same settings.
+    pub(crate) fn fingerprint(&self) -> u64 {
+        let mut hashed = HashedText(DefaultHasher::new());
+        let kept = self.plan.ranges();
+        // Writing to a hasher does not fail.
+        let _ = write!(hashed, "{:?} {kept} {}", self.code, self.plan.elements());
+        hashed.0.finish()
+    }
+
     /// The wirings of the field devices.
     pub(crate) fn wirings(&self) -> &[Wiring] {
         &self.wirings
@@ -84,5 +96,15 @@ impl RigProgram {
     /// The scan period, ns.
     pub fn period_ns(&self) -> u64 {
         u64::from(self.controller.period_ms) * 1_000_000
+    }
+}
+
+/// Hashes a text that is written in parts, without keeping it.
+struct HashedText(DefaultHasher);
+
+impl fmt::Write for HashedText {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        self.0.write(text.as_bytes());
+        Ok(())
     }
 }

@@ -56,7 +56,7 @@ pub(super) fn is_retained(
     addresses: &[Address],
     program: &Program,
 ) -> bool {
-    let is_kept = |id| controller.retained_stages.contains(&id);
+    let is_kept = |id| controller.retained_stages.iter().any(|kept| kept.value == id);
     let of_block = |at: &Address| match at {
         Address::Bit(Bit::Stage(stage)) => is_kept(program.stages[stage.0 as usize].0),
         Address::Bit(Bit::Running(block)) => is_kept(*block),

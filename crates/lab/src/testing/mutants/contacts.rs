@@ -213,7 +213,7 @@ impl<'g, 'a> ContactSearch<'g, 'a> {
             let same = border_as_constant(how, side == 0);
             for (to, new) in step.neighbours(value) {
                 let is_whole = !value.is_real() && !other.is_real();
-                let on_grid = matches!(value, Value::Const(n, _) if n % step.step == 0);
+                let on_grid = matches!(value, Value::Const(n, _) if step.is_next(n));
                 if is_whole && on_grid && same == Some(to) {
                     continue;
                 }

@@ -227,7 +227,7 @@ impl<'g, 'a> FormulaSearch<'g, 'a> {
         let value = Value::Const(n, ConstantForm::Integer);
         for (to, new) in step.neighbours(value) {
             if let Value::Const(number, _) = new
-                && as_border.filter(|_| n % step.step == 0) != Some(to)
+                && as_border.filter(|_| step.is_next(n)) != Some(to)
             {
                 let texts = ExchangedText { old: &step.text(value), new: &step.text(new) };
                 self.constant(at, to, texts, FormulaPart::Integer(number.into()));

@@ -180,6 +180,8 @@ impl InstructionSearch<'_, '_> {
             };
             let period_ms = self.ground.period_ms;
             let step = ConstantStep::of(row.kind, written, period_ms, to_bits);
+            let is_preset = row.key.is_some_and(|key| key.ends_with("preset"));
+            let step = if is_preset { step.of_preset() } else { step };
             for (to, new) in step.neighbours(value) {
                 let is_known = self.is_stored_alike(value, new)
                     || self.stores_nothing_new(number, new)

@@ -28,13 +28,14 @@ kinds! {
     Border "border" "A compare has its border on the other side: `>=` is `>`, `<` is `<=`.";
     Level "level" "An edge is a level: `rise(x)` is `x`.";
     OtherEdge "other-edge" "A rising edge is a falling one, or a falling edge is a rising one.";
-    Number "number" "A constant or preset is 1 more or less, a duration one scan, a real 1 %.";
+    Number "number" "A constant is 1 more or less, a duration or preset a tenth; a preset is 0.";
     InstructionOut "instruction-out" "An instruction is left out.";
     Instruction "instruction" "An instruction is its opposite: SET is RST, OUT is SET, ADD is SUB.";
     Stage "stage" "A jump leads to the next Stage of the Program instead.";
     Operator "operator" "An operator or function of MATH is replaced: `+` is `-`.";
     SignOut "sign-out" "A `-`, `!` or `~` of MATH is left out.";
     TermOut "term-out" "A term of a sum in MATH or in a compare is left out.";
+    RetainOut "retain-out" "A tag, range or Program is left out of `[retain]`.";
 }
 
 impl MutantKind {

@@ -35,6 +35,13 @@ impl RungIndex {
     }
 
     /// The rung.
+    pub fn rung_in(self, program: &Program) -> &Rung {
+        let block = &program.blocks[self.block];
+        let rungs = self.stage.map_or(&block.rungs, |stage| &block.stages[stage].rungs);
+        &rungs[self.rung]
+    }
+
+    /// The rung, to change it.
     pub fn rung_of(self, program: &mut Program) -> &mut Rung {
         &mut self.rungs(program)[self.rung]
     }

@@ -66,38 +66,38 @@ fn blocks_have_the_listed_mutants() {
     check(
         &[("ladder.toml", BLOCKS)],
         expect![[r#"
-        Main, rung 1
-          rung-out: the rung left out
-          inverted: contact `rise(X0)` is `!rise(X0)`
-          contact-out: contact `rise(X0)` is always ON
-          other-edge: `rise(X0)` is `fall(X0)`
-        Main, rung 2
-          rung-out: the rung left out
-          inverted: contact `X1` is `!X1`
-          contact-out: contact `X1` is always ON
-          instruction-out: `ENTASK Log every=1s` left out
-          number: every 1s is 1s10ms in `ENTASK Log every=1s`
-          number: every 1s is 990ms in `ENTASK Log every=1s`
-          instruction-out: `HALT Fill` left out
-          instruction-out: `RUN Fill` left out
-        Main, rung 3
-          rung-out: the rung left out
-          inverted: contact `rise(X2)` is `!rise(X2)`
-          contact-out: contact `rise(X2)` is always ON
-          other-edge: `rise(X2)` is `fall(X2)`
-        Fill, rung 1
-          rung-out: the rung left out
-          inverted: contact `X7` is `!X7`
-          contact-out: contact `X7` is always ON
-        Log, rung 1
-          rung-out: the rung left out
-          number: 1 is 2 in `MOVE 1 to=D0`
-          number: 1 is 0 in `MOVE 1 to=D0`
-        Once, rung 1
-          rung-out: the rung left out
-          number: 2 is 3 in `MOVE 2 to=D0`
-          number: 2 is 1 in `MOVE 2 to=D0`
-    "#]],
+            Main, rung 1
+              rung-out: the rung left out
+              inverted: contact `rise(X0)` is `!rise(X0)`
+              contact-out: contact `rise(X0)` is always ON
+              other-edge: `rise(X0)` is `fall(X0)`
+            Main, rung 2
+              rung-out: the rung left out
+              inverted: contact `X1` is `!X1`
+              contact-out: contact `X1` is always ON
+              instruction-out: `ENTASK Log every=1s` left out
+              number: every 1s is 1s100ms in `ENTASK Log every=1s`
+              number: every 1s is 900ms in `ENTASK Log every=1s`
+              instruction-out: `HALT Fill` left out
+              instruction-out: `RUN Fill` left out
+            Main, rung 3
+              rung-out: the rung left out
+              inverted: contact `rise(X2)` is `!rise(X2)`
+              contact-out: contact `rise(X2)` is always ON
+              other-edge: `rise(X2)` is `fall(X2)`
+            Fill, rung 1
+              rung-out: the rung left out
+              inverted: contact `X7` is `!X7`
+              contact-out: contact `X7` is always ON
+            Log, rung 1
+              rung-out: the rung left out
+              number: 1 is 2 in `MOVE 1 to=D0`
+              number: 1 is 0 in `MOVE 1 to=D0`
+            Once, rung 1
+              rung-out: the rung left out
+              number: 2 is 3 in `MOVE 2 to=D0`
+              number: 2 is 1 in `MOVE 2 to=D0`
+        "#]],
     );
 }
 

@@ -84,6 +84,7 @@ fn edges_have_the_listed_mutants() {
               other-edge: `rise(X1)` is `fall(X1)`
               number: preset 12 is 13 in `CNT CT0 preset=12`
               number: preset 12 is 11 in `CNT CT0 preset=12`
+              number: preset 12 is 0 in `CNT CT0 preset=12`
             Main, rung 4
               rung-out: the rung left out
               inverted: contact `!rise(X0)` is `rise(X0)`
@@ -131,14 +132,16 @@ fn compares_have_the_listed_mutants() {
               instruction: `OUT Y2` is `SET Y2`
             Main, rung 2
               rung-out: the rung left out
-              number: preset 3s is 3s10ms in `TMR T0 preset=3s`
-              number: preset 3s is 2s990ms in `TMR T0 preset=3s`
+              number: preset 3s is 3s300ms in `TMR T0 preset=3s`
+              number: preset 3s is 2s700ms in `TMR T0 preset=3s`
+              number: preset 3s is 0ms in `TMR T0 preset=3s`
             Main, rung 3
               rung-out: the rung left out
               inverted: contact `T0.Acc < 3s` is `T0.Acc >= 3s`
               contact-out: contact `T0.Acc < 3s` left out
               border: `T0.Acc < 3s` is `T0.Acc <= 3s`
-              number: 3s is 2s990ms in `T0.Acc < 3s`
+              number: 3s is 3s300ms in `T0.Acc < 3s`
+              number: 3s is 2s700ms in `T0.Acc < 3s`
               inverted: contact `T0.Acc > 5ms` is `T0.Acc <= 5ms`
               contact-out: contact `T0.Acc > 5ms` left out
               border: `T0.Acc > 5ms` is `T0.Acc >= 5ms`
@@ -184,8 +187,9 @@ fn bits_of_words_are_mutated_as_other_bits_and_exchanged_for_another_bit() {
               level: `rise(D0.4)` is `D0.4`
               other-edge: `rise(D0.4)` is `fall(D0.4)`
               word-bit: contact `D0.4` is `D0.5`
-              number: preset 2s is 2s10ms in `OFFDTMR T0 preset=2s output=D2.7`
-              number: preset 2s is 1s990ms in `OFFDTMR T0 preset=2s output=D2.7`
+              number: preset 2s is 2s200ms in `OFFDTMR T0 preset=2s output=D2.7`
+              number: preset 2s is 1s800ms in `OFFDTMR T0 preset=2s output=D2.7`
+              number: preset 2s is 0ms in `OFFDTMR T0 preset=2s output=D2.7`
               word-bit: `D2.7` is `D2.8` in `OFFDTMR T0 preset=2s output=D2.7`
         "#]],
     );

@@ -71,6 +71,7 @@ fn counters_have_the_listed_mutants() {
               contact-out: contact `X0` is always ON
               number: preset 12 is 13 in `CNT CT0 preset=12`
               number: preset 12 is 11 in `CNT CT0 preset=12`
+              number: preset 12 is 0 in `CNT CT0 preset=12`
             Main, rung 2
               rung-out: the rung left out
               inverted: contact `X0` is `!X0`
@@ -96,6 +97,7 @@ fn counters_have_the_listed_mutants() {
               contact-out: contact `X1` is always ON
               number: up-preset 9 is 10 in `UDCG CT3 up-preset=9 dn-preset=1`
               number: up-preset 9 is 8 in `UDCG CT3 up-preset=9 dn-preset=1`
+              number: up-preset 9 is 0 in `UDCG CT3 up-preset=9 dn-preset=1`
               number: dn-preset 1 is 2 in `UDCG CT3 up-preset=9 dn-preset=1`
               number: dn-preset 1 is 0 in `UDCG CT3 up-preset=9 dn-preset=1`
             Main, rung 5
@@ -105,6 +107,7 @@ fn counters_have_the_listed_mutants() {
               instruction-out: `CTU N0 preset=5` left out
               number: preset 5 is 6 in `CTU N0 preset=5`
               number: preset 5 is 4 in `CTU N0 preset=5`
+              number: preset 5 is 0 in `CTU N0 preset=5`
               instruction-out: `CTD N0` left out
             Main, rung 6
               rung-out: the rung left out
@@ -134,44 +137,50 @@ fn timers_have_the_listed_mutants() {
               rung-out: the rung left out
               inverted: contact `X0` is `!X0`
               contact-out: contact `X0` is always ON
-              number: preset 3s is 3s10ms in `ONDTMR T0 preset=3s output=Y2`
-              number: preset 3s is 2s990ms in `ONDTMR T0 preset=3s output=Y2`
+              number: preset 3s is 3s300ms in `ONDTMR T0 preset=3s output=Y2`
+              number: preset 3s is 2s700ms in `ONDTMR T0 preset=3s output=Y2`
+              number: preset 3s is 0ms in `ONDTMR T0 preset=3s output=Y2`
             Main, rung 2
               rung-out: the rung left out
               inverted: contact `X0` is `!X0`
               contact-out: contact `X0` is always ON
               number: preset 5ms is 15ms in `OFFDTMR T1 preset=5ms output=Y3`
+              number: preset 5ms is 0ms in `OFFDTMR T1 preset=5ms output=Y3`
             Main, rung 3
               rung-out: the rung left out
               inverted: contact `X0` is `!X0`
               contact-out: contact `X0` is always ON
               instruction-out: `TMR T2 preset=D0` left out
               instruction-out: `TMRDOWN T3 preset=1m` left out
-              number: preset 1m is 1m10ms in `TMRDOWN T3 preset=1m`
-              number: preset 1m is 59s990ms in `TMRDOWN T3 preset=1m`
+              number: preset 1m is 1m6s in `TMRDOWN T3 preset=1m`
+              number: preset 1m is 54s in `TMRDOWN T3 preset=1m`
+              number: preset 1m is 0ms in `TMRDOWN T3 preset=1m`
               instruction-out: `RSTT T4` left out
             Main, rung 4
               rung-out: the rung left out
               inverted: contact `X0` is `!X0`
               contact-out: contact `X0` is always ON
-              number: preset `patience` (2s) is 2s10ms in `TMRAG T4 preset=patience`
-              number: preset `patience` (2s) is 1s990ms in `TMRAG T4 preset=patience`
+              number: preset `patience` (2s) is 2s200ms in `TMRAG T4 preset=patience`
+              number: preset `patience` (2s) is 1s800ms in `TMRAG T4 preset=patience`
+              number: preset `patience` (2s) is 0ms in `TMRAG T4 preset=patience`
             Main, rung 5
               rung-out: the rung left out
               inverted: contact `X0` is `!X0`
               contact-out: contact `X0` is always ON
               inverted: contact `X1` is `!X1`
               contact-out: contact `X1` is always ON
-              number: preset 1s is 1s10ms in `TMRA T5 preset=1s`
-              number: preset 1s is 990ms in `TMRA T5 preset=1s`
+              number: preset 1s is 1s100ms in `TMRA T5 preset=1s`
+              number: preset 1s is 900ms in `TMRA T5 preset=1s`
+              number: preset 1s is 0ms in `TMRA T5 preset=1s`
             Main, rung 6
               rung-out: the rung left out
               inverted: contact `X0` is `!X0`
               contact-out: contact `X0` is always ON
               inverted: contact `X1` is `!X1`
               contact-out: contact `X1` is always ON
-              number: preset 2000 is 2s10ms in `TMRADOWN T6 preset=2000`
-              number: preset 2000 is 1s990ms in `TMRADOWN T6 preset=2000`
+              number: preset 2000 is 2s200ms in `TMRADOWN T6 preset=2000`
+              number: preset 2000 is 1s800ms in `TMRADOWN T6 preset=2000`
+              number: preset 2000 is 0ms in `TMRADOWN T6 preset=2000`
         "#]],
     );
 }
@@ -194,8 +203,8 @@ fn word_instructions_have_the_listed_mutants() {
               instruction-out: `MOVE 65535 to=V0` left out
               number: 65535 is 65534 in `MOVE 65535 to=V0`
               instruction-out: `MOVE 2s to=D0` left out
-              number: 2s is 2s10ms in `MOVE 2s to=D0`
-              number: 2s is 1s990ms in `MOVE 2s to=D0`
+              number: 2s is 2s200ms in `MOVE 2s to=D0`
+              number: 2s is 1s800ms in `MOVE 2s to=D0`
               instruction-out: `MOVE 1.5 to=R0` left out
               number: 1.5 is 1.515 in `MOVE 1.5 to=R0`
               number: 1.5 is 1.485 in `MOVE 1.5 to=R0`
@@ -272,8 +281,8 @@ fn integer_formulas_have_the_listed_mutants() {
               number: 3 is 4 in `MATH D0 = (D1 + 3) * -D2 - 2s`
               number: 3 is 2 in `MATH D0 = (D1 + 3) * -D2 - 2s`
               sign-out: `-` left out in `-D2`
-              number: 2s is 2s10ms in `MATH D0 = (D1 + 3) * -D2 - 2s`
-              number: 2s is 1s990ms in `MATH D0 = (D1 + 3) * -D2 - 2s`
+              number: 2s is 2s200ms in `MATH D0 = (D1 + 3) * -D2 - 2s`
+              number: 2s is 1s800ms in `MATH D0 = (D1 + 3) * -D2 - 2s`
             Main, rung 2
               rung-out: the rung left out
               inverted: contact `X0` is `!X0`

@@ -69,7 +69,7 @@ fn try_all(program: &Program, mutants: &[Mutant]) {
     let mut seen = HashMap::from([(digest(&lower(program).0), "the ladder itself".to_owned())]);
     let mut same = Vec::new();
     for mutant in mutants {
-        let mutated = mutant.apply(program);
+        let mutated = mutant.apply_to(program);
         let (code, _) = lower(&mutated);
         let name = format!("{}: {}", mutant.rung, mutant.what);
         if let Some(other) = seen.insert(digest(&code), name.clone()) {

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use expect_test::expect;
 
 use super::{PERIOD_MS, try_all};
+use crate::testing::mutants::retained::retained;
 use crate::testing::mutants::{MutantKind, mutants};
 use rungd_config::load::{controller_file, ladder_files};
 use rungd_language::resolve::program::Program;
@@ -26,7 +27,7 @@ fn files(folder: &str) -> Vec<PathBuf> {
     files
 }
 
-/// Tries all mutants of a shipped program; returns their number as text.
+/// Tries all mutants of the rungs of a shipped program; returns their number as text.
 fn count(name: &Path, program: &Program, files: &[SourceFile]) -> String {
     let all = mutants(program, files, PERIOD_MS);
     let again = mutants(program, files, PERIOD_MS);
@@ -46,26 +47,29 @@ fn the_shipped_ladders_have_the_recorded_mutants() {
     for path in files("config").into_iter().chain(files("config/first")) {
         let loaded = controller_file(&path).expect("a controller file");
         let program = loaded.program.expect("a program");
-        text += &count(&path, &program, &loaded.files);
+        text += count(&path, &program, &loaded.files).trim_end();
+        let controller = loaded.controller.expect("settings");
+        let entries = retained(&controller, &loaded.files).len();
+        text += &if entries > 0 { format!(", [retain] {entries}\n") } else { "\n".to_owned() };
     }
     expect![[r#"
-        batch-mixer: 186
-        batch-reactor: 214
+        batch-mixer: 190
+        batch-reactor: 215, [retain] 8
         bin-emptying: 56
-        boiler-house: 181
-        bottling-plant: 197
-        car-park: 62
-        conveyor: 92
-        filling-line: 222
-        lift-station: 193
-        lubrication: 57
-        parts-bin: 72
-        pump-station: 180
-        rungd: 72
-        sorter: 155
-        temperature-loop: 91
-        traffic-light: 189
-        controller: 55
+        boiler-house: 185
+        bottling-plant: 200
+        car-park: 64
+        conveyor: 94
+        filling-line: 224, [retain] 7
+        lift-station: 198
+        lubrication: 58
+        parts-bin: 75
+        pump-station: 187, [retain] 2
+        rungd: 75
+        sorter: 157, [retain] 6
+        temperature-loop: 92
+        traffic-light: 198
+        controller: 57
     "#]]
     .assert_eq(&text);
 }
@@ -84,25 +88,25 @@ fn the_library_has_the_recorded_mutants() {
     }
     expect![[r#"
         alternate: 15
-        debounce: 23
-        drive: 142
-        duty: 269
+        debounce: 25
+        drive: 145
+        duty: 274
         first-out: 148
-        flasher: 23
-        hour-meter: 27
+        flasher: 25
+        hour-meter: 28
         hysteresis: 14
         lead-lag: 163
-        pid: 156
-        pulse: 26
+        pid: 157
+        pulse: 27
         ramp-soak: 151
-        ramp: 72
-        scaling: 47
-        sequence: 116
-        short-cycle: 47
-        tick: 26
-        totalizer: 117
-        valve: 147
-        vote: 97
+        ramp: 73
+        scaling: 48
+        sequence: 118
+        short-cycle: 50
+        tick: 27
+        totalizer: 118
+        valve: 151
+        vote: 98
         week: 200
     "#]]
     .assert_eq(&text);

@@ -48,8 +48,9 @@ fn a_mutant_of_a_template_is_in_all_its_uses_and_one_of_an_argument_in_one_use()
         &[("pump.toml", PUMP), ("plant.toml", PUMPS)],
         expect![[r#"
             Main, rung 2
-              number: preset 3s is 3s10ms in `TMR late preset=patience`
-              number: preset 3s is 2s990ms in `TMR late preset=patience`
+              number: preset 3s is 3s300ms in `TMR late preset=patience`
+              number: preset 3s is 2s700ms in `TMR late preset=patience`
+              number: preset 3s is 0ms in `TMR late preset=patience`
             Main, rung p1/start
               rung-out: the rung left out (at 2 places)
               inverted: contact `!failed` is `failed` (at 2 places)
@@ -89,8 +90,9 @@ fn a_mutant_of_a_template_is_in_all_its_uses_and_one_of_an_argument_in_one_use()
               inverted: contact `X3` is `!X3` (at 3 places)
               contact-out: contact `X3` left out (at 3 places)
             Main, rung 5
-              number: preset 5s is 5s10ms in `TMR late preset=patience`
-              number: preset 5s is 4s990ms in `TMR late preset=patience`
+              number: preset 5s is 5s500ms in `TMR late preset=patience`
+              number: preset 5s is 4s500ms in `TMR late preset=patience`
+              number: preset 5s is 0ms in `TMR late preset=patience`
         "#]],
     );
 }
@@ -111,8 +113,9 @@ fn the_library_is_mutated_only_if_there_is_no_other_file() {
               inverted: contact `X3` is `!X3` (at 3 places)
               contact-out: contact `X3` left out (at 3 places)
             Main, rung 5
-              number: preset 5s is 5s10ms in `TMR late preset=patience`
-              number: preset 5s is 4s990ms in `TMR late preset=patience`
+              number: preset 5s is 5s500ms in `TMR late preset=patience`
+              number: preset 5s is 4s500ms in `TMR late preset=patience`
+              number: preset 5s is 0ms in `TMR late preset=patience`
             Main, rung 7
               rung-out: the rung left out
               inverted: contact `X7` is `!X7`
