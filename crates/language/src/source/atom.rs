@@ -175,7 +175,7 @@ pub(super) fn foreign_place(word: &str, span: Span, code: Code) -> Option<Findin
     Some(Finding::new(code, span, message).help(help))
 }
 
-/// As [`foreign_place`], for the name at the beginning of a text; `length` bytes of it were read.
+/// As [`foreign_place()`], for the name at the beginning of a text; `length` bytes of it were read.
 pub(super) fn foreign_place_at(rest: &str, length: usize, place: Placed) -> Option<Finding> {
     let tail = |c: char| !(c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | ':' | '/'));
     let end = rest[length..].find(tail).map_or(rest.len(), |end| length + end);
