@@ -21,3 +21,4 @@ mod modbus_sweep;
 mod modbus_torn;
 mod oracle;
 mod reals;
+mod virtual_devices;
