@@ -189,6 +189,7 @@ fn of_controller(object: &str, keys: &[&str]) -> Slot {
 fn of_test(object: &str, keys: &[&str]) -> Slot {
     match (object, keys) {
         ("", ["ladder" | "controller"]) => Slot::File,
+        ("simulated", ["device"]) => Slot::Device,
         ("", ["always"]) => Slot::Condition,
         ("", ["retain", "stages"]) => Slot::Block,
         ("", ["retain", _]) => Slot::Operand,
@@ -219,7 +220,7 @@ pub(super) fn of_key_path(kind: FileKind, object: &str, keys: &[&str]) -> KeySlo
         (FileKind::Ladder, "initial", []) if object.starts_with("tags.") => KeySlot::Field,
         (FileKind::Ladder, "initial", []) if object.starts_with("template.tags.") => KeySlot::Field,
         (FileKind::Test, "scenario" | "random", ["set"])
-        | (FileKind::Test, "random", ["change"]) => KeySlot::Operand,
+        | (FileKind::Test, "random", ["change"] | ["events", "write"]) => KeySlot::Operand,
         (FileKind::Ladder | FileKind::Controller | FileKind::Test, ..) => KeySlot::Word,
     }
 }
