@@ -4,7 +4,7 @@
 # OUTs to bits of words.
 #
 # Each program runs with two numbers of scans; the difference leaves out loading. Counts repeat
-# exactly. Fails if a contact or an OUT costs more than twice its plain one.
+# exactly. Fails if a rung with bits of words costs more than twice the plain one.
 # Needs valgrind. Usage: benches/word_bits.sh [RUNGS]
 set -eu
 cd "$(dirname "$0")/.."

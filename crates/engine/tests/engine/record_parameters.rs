@@ -4,6 +4,8 @@
 use proptest::prelude::*;
 use rungd_test_support::plc::{Plc, plc};
 
+use super::records::STEP;
+
 /// Rungs of a template: `@kind` is a field of its record.
 const RUNGS: [&str; 10] = [
     r#"{ when = ["@on"], do = ["OUT first", "ADD @kind 1 to=@kind"] }"#,
@@ -38,15 +40,6 @@ const TAGS: &str = r#"
 recipe = { type = "Step", count = 3, initial = [{ kind = 3 }, { on = true }] }
 current = { type = "Step" }
 table = { type = "int", count = 4, initial = [10, 20, 30, 40] }
-[[record]]
-name = "Step"
-[record.fields]
-kind = { type = "int", max = 40 }
-word = { type = "word" }
-level = { type = "real", initial = 1.5 }
-on = { type = "bit" }
-late = { type = "timer" }
-parts = { type = "counter" }
 "#;
 
 /// The records of the uses.
@@ -77,7 +70,7 @@ fn ladder(rungs: &[&str], by_record: bool) -> String {
     let own = ["mine", "first", "second"].map(|tag| format!("{tag} = {{ type = \"bit\" }}"));
     let own = own.join(", ");
     format!(
-        "rung = [\n{}\n]\n{TAGS}\n[[template]]\nname = \"T\"\nparameters = {{ {parameters} }}\n\
+        "rung = [\n{}\n]\n{TAGS}{STEP}\n[[template]]\nname = \"T\"\nparameters = {{ {parameters} }}\n\
          tags = {{ {own} }}\nrung = [\n{}\n]\n[[template]]\n\
          name = \"Inner\"\nparameters = {{ {parameters} }}\nrung = [\n{}\n]\n",
         uses.collect::<Vec<_>>().join(",\n"),

@@ -38,11 +38,8 @@ fn named(rung: &str, element: &dyn Fn(&str, Option<&str>) -> String) -> String {
     text
 }
 
-const RECORD: &str = r#"
-[tags]
-recipe = { type = "Step", count = 4, initial = [{ kind = 3 }, { on = true }] }
-i = { type = "int" }
-j = { type = "int" }
+/// A record with a field of every kind. It ends with its fields.
+pub(super) const STEP: &str = r#"
 [[record]]
 name = "Step"
 [record.fields]
@@ -52,6 +49,13 @@ level = { type = "real", initial = 1.5 }
 on = { type = "bit" }
 late = { type = "timer" }
 parts = { type = "counter" }
+"#;
+
+const RECORD: &str = r#"
+[tags]
+recipe = { type = "Step", count = 4, initial = [{ kind = 3 }, { on = true }] }
+i = { type = "int" }
+j = { type = "int" }
 "#;
 
 const COLUMNS: &str = r#"
@@ -98,7 +102,7 @@ proptest! {
             let all: Vec<String> = own.chain(others).map(|rung| named(rung, element)).collect();
             format!("rung = [\n{}\n]\n{tags}", all.join(",\n"))
         };
-        let mut by_record = plc(&ladder(RECORD, &record));
+        let mut by_record = plc(&ladder(&format!("{RECORD}{STEP}"), &record));
         let mut by_column = plc(&ladder(COLUMNS, &column));
         for (bits, i, j) in scans {
             let changes =
@@ -134,7 +138,7 @@ proptest! {
         to in proptest::sample::select(vec!["recipe[j]", "recipe[0]", "two"]),
         scans in proptest::collection::vec((any::<bool>(), -1..5_i32, -1..5_i32, -9..50_i32), 1..12),
     ) {
-        let tags = format!("{RECORD}\n[record.fields.more]\ntype = \"int\"\n");
+        let tags = format!("{RECORD}{STEP}\n[record.fields.more]\ntype = \"int\"\n");
         let tags = tags.replace("i = {", "one = { type = \"Step\" }\ntwo = { type = \"Step\" }\ni = {");
         let other = "{ when = [\"$On\"], do = [\"MATH recipe[1].level = D1 / 2.0\", \"MOVE D1 to=recipe[2].kind\", \"TMR two.late preset=1s\"] }";
         let [mut whole, mut each] = copies(from, to)

@@ -267,6 +267,7 @@ impl RigField {
     pub fn lose(&mut self, DeviceId(at): DeviceId) {
         if let Some(device) = self.devices.get_mut(at as usize) {
             device.is_there = false;
+            device.trouble = None;
             device.end.trouble();
         } else if let Some(device) = self.unwired.get_mut(at as usize) {
             (device.is_there, device.is_due) = (false, true);
