@@ -17,6 +17,7 @@ mod large_texts;
 mod live;
 mod navigation;
 mod neovim;
+mod observers;
 mod on_disk;
 mod project;
 mod renames;

@@ -17,14 +17,14 @@ use rungd_test_support::folder::TestFolder;
 use rungd_test_support::run::{Rows, target};
 
 /// A place in a file: its line and its character, both from 0.
-struct TextPlace<'n> {
-    name: &'n str,
-    line: usize,
-    column: usize,
+pub struct TextPlace<'n> {
+    pub name: &'n str,
+    pub line: usize,
+    pub column: usize,
 }
 
 /// The answer to a rename: the edits by file, or the refusal.
-fn rename(editor: &mut Editor, place: TextPlace, new: &str) -> Renamed {
+pub fn rename(editor: &mut Editor, place: TextPlace, new: &str) -> Renamed {
     let TextPlace { name, line, column } = place;
     let params = json!({
         "textDocument": { "uri": editor.uri(name) },
@@ -38,10 +38,10 @@ fn rename(editor: &mut Editor, place: TextPlace, new: &str) -> Renamed {
     }
 }
 
-type Renamed = Result<BTreeMap<String, Vec<Value>>, String>;
+pub type Renamed = Result<BTreeMap<String, Vec<Value>>, String>;
 
 /// A text of ASCII lines after edits that do not touch each other.
-fn edited(text: &str, edits: &[Value]) -> String {
+pub fn edited(text: &str, edits: &[Value]) -> String {
     let starts: Vec<usize> =
         std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
     let offset = |place: &Value| {

@@ -67,7 +67,7 @@ fn of_word(cursor: &Cursor) -> Option<(Range<usize>, String)> {
         FileWordRole::Warning => {
             whole(explain::explanation(cursor.file().slice(word.span.clone()))?)
         }
-        FileWordRole::File => None,
+        FileWordRole::File | FileWordRole::DeviceLadder => None,
         FileWordRole::Declares(_)
         | FileWordRole::Reads
         | FileWordRole::Writes

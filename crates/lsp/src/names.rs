@@ -9,7 +9,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::file::{EditorFile, NumberedFile};
-use super::slots::DeclaredKind;
+use super::slots::{DeclaredKind, FileKind};
 use super::words::{FileWord, FileWordRole};
 use rungd_engine::isa::address_text;
 use rungd_engine::isa::{Address, MemorySizes};
@@ -37,6 +37,17 @@ pub(super) struct Declaration {
     pub template: Option<String>,
     /// The `type` of a tag or parameter, which may be a record.
     pub type_name: Option<String>,
+    /// Whether it belongs to the observer of a test file: no other file has this name.
+    pub is_of_observer: bool,
+}
+
+/// Where a name stands: what it can mean depends on this.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct NameScope {
+    /// The number of the file.
+    pub file: usize,
+    /// The Program, Task or template around the name.
+    pub block: Option<usize>,
 }
 
 /// The meaning of a part of a word.
@@ -69,6 +80,8 @@ pub(super) struct ProjectNames {
     /// The declarations, by file and place.
     pub all: Vec<Declaration>,
     globals: HashMap<String, usize>,
+    /// The names of observers, by file and name.
+    observers: HashMap<(usize, String), usize>,
     templates: HashMap<String, usize>,
     records: HashMap<String, usize>,
     /// By the parent and the name.
@@ -142,6 +155,8 @@ impl ProjectNames {
             return;
         }
         let (span, object, at) = (word.span.clone(), word.object, self.all.len());
+        let is_seen = matches!(kind, DeclaredKind::Tag | DeclaredKind::Use);
+        let is_of_observer = is_seen && file.kind == FileKind::Test;
         let slice = |span| file.slice(span);
         self.places.insert((number, span.start), at);
         if HOLDERS.contains(&outline.objects[object].kind.as_str()) && is_holder(kind) {
@@ -161,6 +176,7 @@ impl ProjectNames {
             doc,
             template,
             type_name,
+            is_of_observer,
         });
     }
 
@@ -177,7 +193,10 @@ impl ProjectNames {
         if kind == DeclaredKind::Device {
             self.unite(at);
         }
-        self.know(at, kind, name, parent);
+        match self.all[at].is_of_observer {
+            true => drop(self.observers.entry((file.number, name)).or_insert(at)),
+            false => self.know(at, kind, name, parent),
+        }
     }
 
     /// Several controller files with the same ladder each declare the device that the ladder names.
@@ -305,13 +324,13 @@ impl ProjectNames {
                 known(self.places.get(&(number, word.span.start)).copied())
             }
             FileWordRole::Reads | FileWordRole::Writes | FileWordRole::Names => {
-                let block = self.block_of(numbered, word.object);
+                let scope = NameScope { file: number, block: self.block_of(numbered, word.object) };
                 match &word.array {
                     Some(array) => {
                         let whole = format!("{}.{text}", file.slice(array.clone()));
-                        self.behind(&whole, array.len() + 1, word.span.start, block)
+                        self.behind(&whole, array.len() + 1, word.span.start, scope)
                     }
-                    None => self.dotted(text, word.span.start, block),
+                    None => self.dotted(text, word.span.start, scope),
                 }
             }
             FileWordRole::Type => known(self.record(text)),
@@ -343,6 +362,7 @@ impl ProjectNames {
                 known(block.and_then(|block| self.own(block, text)))
             }
             FileWordRole::File
+            | FileWordRole::DeviceLadder
             | FileWordRole::Mnemonic(_)
             | FileWordRole::Function(_)
             | FileWordRole::Warning => Vec::new(),
@@ -350,14 +370,8 @@ impl ProjectNames {
     }
 
     /// The meanings of the parts of a name from a byte on; `start`: the place of this byte.
-    fn behind(
-        &self,
-        whole: &str,
-        from: usize,
-        start: usize,
-        block: Option<usize>,
-    ) -> Vec<WordPart> {
-        let parts = self.dotted(whole, 0, block).into_iter();
+    fn behind(&self, whole: &str, from: usize, start: usize, scope: NameScope) -> Vec<WordPart> {
+        let parts = self.dotted(whole, 0, scope).into_iter();
         let parts = parts.filter(|part| part.span.start >= from);
         let moved = |part: WordPart| {
             let span = part.span.start - from + start..part.span.end - from + start;
@@ -373,14 +387,15 @@ impl ProjectNames {
         }
     }
 
-    /// The meanings of the parts of a name in a block or template; `start`: the place of the name.
-    pub fn dotted(&self, text: &str, start: usize, block: Option<usize>) -> Vec<WordPart> {
+    /// The meanings of the parts of a name in a scope; `start`: the place of the name.
+    pub fn dotted(&self, text: &str, start: usize, scope: NameScope) -> Vec<WordPart> {
         let part =
             |from: usize, to: usize, meaning| WordPart { span: start + from..start + to, meaning };
         let first = text.split('.').next().unwrap_or(text);
-        let template = block.filter(|at| self.all[*at].kind == DeclaredKind::Template);
+        let template = scope.block.filter(|at| self.all[*at].kind == DeclaredKind::Template);
         let own = template.and_then(|template| self.own(template, first));
-        let Some(mut at) = own.or_else(|| self.global(first)) else {
+        let observers = || self.observers.get(&(scope.file, first.to_owned())).copied();
+        let Some(mut at) = own.or_else(observers).or_else(|| self.global(first)) else {
             let meaning = match address_text::parse(text, &MemorySizes::default()) {
                 Ok(address) => Meaning::Address(address),
                 Err(_) if text.starts_with('$') => Meaning::Status,

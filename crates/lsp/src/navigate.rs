@@ -62,7 +62,9 @@ pub(super) fn definition(
 
 /// The file that the word at the cursor names, if that file exists.
 fn file_at(cursor: &Cursor) -> Option<PathBuf> {
-    let word = cursor.word().filter(|word| word.role == FileWordRole::File)?;
+    let word = cursor
+        .word()
+        .filter(|word| matches!(word.role, FileWordRole::File | FileWordRole::DeviceLadder))?;
     let path = named_file(cursor.file(), cursor.file().slice(word.span.clone()));
     (is_library(&path) || path.is_file()).then_some(path)
 }
@@ -124,6 +126,7 @@ pub(super) fn highlights(
             | FileWordRole::Parameter
             | FileWordRole::Device
             | FileWordRole::File
+            | FileWordRole::DeviceLadder
             | FileWordRole::Mnemonic(_)
             | FileWordRole::Function(_)
             | FileWordRole::Warning

@@ -45,6 +45,7 @@ pub(super) fn named(
         | FileWordRole::Parameter
         | FileWordRole::Device
         | FileWordRole::File
+        | FileWordRole::DeviceLadder
         | FileWordRole::Mnemonic(_)
         | FileWordRole::Function(_)
         | FileWordRole::Warning

@@ -105,6 +105,8 @@ pub(super) enum Slot {
     Block,
     /// The path of a file.
     File,
+    /// The path of a ladder of a device's own side, which is none of the project's.
+    DeviceLadder,
     /// The name of a field device.
     Device,
     /// An address.
@@ -186,10 +188,33 @@ fn of_controller(object: &str, keys: &[&str]) -> Slot {
     }
 }
 
+/// A place in an observer, as the place of a ladder that it looks like.
+struct PlaceAsInLadder<'p> {
+    object: &'p str,
+    keys: &'p [&'p str],
+}
+
+/// The place in an observer; `None`: the object with these keys is no part of one.
+fn in_observer<'p>(object: &'p str, keys: &'p [&'p str]) -> Option<PlaceAsInLadder<'p>> {
+    match (object, keys) {
+        ("", ["observer", keys @ ..]) => Some(PlaceAsInLadder { object, keys }),
+        _ => object.strip_prefix("observer.").map(|object| PlaceAsInLadder { object, keys }),
+    }
+}
+
+/// Whether an object of a test file belongs to its observer.
+pub(super) fn is_of_observer(kind: FileKind, object: &str) -> bool {
+    kind == FileKind::Test && object.starts_with("observer.")
+}
+
 fn of_test(object: &str, keys: &[&str]) -> Slot {
+    if let Some(PlaceAsInLadder { object, keys }) = in_observer(object, keys) {
+        return of_ladder(object, keys);
+    }
     match (object, keys) {
         ("", ["ladder" | "controller"]) => Slot::File,
         ("simulated", ["device"]) => Slot::Device,
+        ("simulated", ["ladder"]) => Slot::DeviceLadder,
         ("", ["always"]) => Slot::Condition,
         ("", ["retain", "stages"]) => Slot::Block,
         ("", ["retain", _]) => Slot::Operand,
@@ -207,6 +232,11 @@ pub(super) fn of_key(outline: &Outline, kind: FileKind, pair: &KeyPair, at: usiz
 
 /// What a key stands for, by the kind of its object and the keys before it.
 pub(super) fn of_key_path(kind: FileKind, object: &str, keys: &[&str]) -> KeySlot {
+    if let Some(PlaceAsInLadder { object, keys }) = in_observer(object, keys)
+        && kind == FileKind::Test
+    {
+        return of_key_path(FileKind::Ladder, object, keys);
+    }
     let last = object.rsplit('.').next().unwrap_or_default();
     match (kind, last, keys) {
         (FileKind::Ladder, "", ["tags"]) => KeySlot::Declares(DeclaredKind::Tag),

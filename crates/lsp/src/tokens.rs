@@ -120,7 +120,7 @@ fn parts(
         FileWordRole::Template => one(NameToken::Class),
         FileWordRole::Parameter | FileWordRole::Placeholder => one(NameToken::Parameter),
         FileWordRole::Declares(kind) => one(kind_of(kind)),
-        FileWordRole::File | FileWordRole::Warning => Vec::new(),
+        FileWordRole::File | FileWordRole::DeviceLadder | FileWordRole::Warning => Vec::new(),
         FileWordRole::Reads | FileWordRole::Writes | FileWordRole::Names | FileWordRole::Type => {
             let parts = project.names.parts(file, word);
             let kind = |meaning| match meaning {

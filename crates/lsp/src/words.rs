@@ -54,6 +54,8 @@ pub(super) enum FileWordRole {
     Device,
     /// A file.
     File,
+    /// A ladder of a device's own side.
+    DeviceLadder,
     /// The mnemonic of an instruction.
     Mnemonic(Mnemonic),
     /// A function of MATH and of contacts.
@@ -181,6 +183,7 @@ impl<'t> WordReader<'t> {
             Slot::Allow => self.push(whole, FileWordRole::Warning),
             Slot::Block => self.push(whole, FileWordRole::Block),
             Slot::File => self.push(whole, FileWordRole::File),
+            Slot::DeviceLadder => self.push(whole, FileWordRole::DeviceLadder),
             Slot::Device => self.push(whole, FileWordRole::Device),
             Slot::Placeholders => self.placeholders(whole),
             Slot::Type if is_type_name(&self.text[whole.clone()]) => {}

@@ -195,6 +195,16 @@ fn the_names_of_the_observer_are_none_of_the_ladders() {
 }
 
 #[test]
+fn the_help_for_an_unknown_type_lists_those_of_observers() {
+    let text = observer("n = { type = \"xyz\" }", "");
+    let text = format!("{text}{}", scenario("run 1 scans"));
+    let finding = reading(&text).findings.remove(0);
+    assert_eq!(finding.message, "a tag has no type `xyz`");
+    let help = finding.help_text().unwrap_or_default();
+    assert_eq!(help, "the types are bit, int, word, real, timer, counter");
+}
+
+#[test]
 fn a_test_does_not_write_what_the_observer_has() {
     let own = observer("own = { type = \"bit\" }", "rung when = [\"start\"]\ndo = [\"OUT own\"]");
     let message = ["`own` belongs to the observer: its rungs alone write it"];

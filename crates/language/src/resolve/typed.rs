@@ -50,9 +50,9 @@ impl Resolver<'_> {
     pub(super) fn typed(&mut self, tag: &ladder::WrittenTag, kind: &Text) -> Option<TagMeaning> {
         if space_of(kind).is_none() {
             let message = format!("a tag has no type `{}`", kind.text);
-            let names = TYPES.map(|(name, _)| name);
+            let names = self.type_names();
             let records = self.records.keys().map(String::as_str);
-            let help = did_you_mean(&kind.text, names.into_iter().chain(records));
+            let help = did_you_mean(&kind.text, names.iter().copied().chain(records));
             let meant = match kind.text.to_ascii_lowercase().as_str() {
                 "bool" | "boolean" => Some("bit"),
                 "dint" | "int32" | "integer" | "long" => Some("int"),
@@ -66,6 +66,14 @@ impl Resolver<'_> {
         }
         let place = self.scope.places().named(&tag.name.text)?;
         Some(TagMeaning::Address(place.address(0)))
+    }
+
+    /// The types that a tag may have, but for records.
+    fn type_names(&self) -> Vec<&'static str> {
+        let observes = self.observes;
+        let types = TYPES.into_iter();
+        let types = types.filter(|(_, space)| !observes || *space != Space::Sensaphone);
+        types.map(|(name, _)| name).collect()
     }
 
     fn used_addresses(&self, ladders: &[(FileId, Ladder)]) -> UsedElements {

@@ -16,7 +16,7 @@ use super::rung::{self, USE, read_arguments};
 pub(crate) use super::rung::{Entry, Use, WrittenBranch, WrittenLeg, WrittenRung, WrittenStage};
 use super::shape::TableShape;
 use super::span::{FileId, Located, Span};
-use super::tag;
+use super::tag::{self, TagTypes};
 pub use super::tag::{FieldOfTag, WrittenTag};
 use super::template;
 pub use super::template::{Parameter, Template};
@@ -171,7 +171,7 @@ fn read_root(mut root: Table<'_>) -> Ladder<Entry> {
     let records = root.tables(records, "a record").into_iter();
     ladder.records = records.map(record::read).collect();
     let tags = key("tags", "Names of memory and of addresses, and named constants.");
-    ladder.tags = tag::read_all(&mut root, tags);
+    ladder.tags = tag::read_all(&mut root, tags, TagTypes::OfLadder);
     let programs = root
         .tables(key("program", "Programs, scanned in file order; `Main` always runs."), "a program")
         .into_iter();

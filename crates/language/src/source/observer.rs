@@ -8,7 +8,7 @@ use super::ladder::{BlockForm, Entry, Ladder, WrittenBlock};
 use super::reader::{self, Table};
 use super::rung;
 use super::span::{FileId, Located};
-use super::tag;
+use super::tag::{self, TagTypes};
 
 /// Reads the observer of a test file: a ladder with its tags and with one block, which has its
 /// rungs. `None`: the file has no observer.
@@ -16,7 +16,7 @@ pub fn read(root: &mut Table<'_>) -> Option<Ladder<Entry>> {
     let about = "Rungs with tags of their own, executed behind each scan.";
     let mut table = root.table(key("observer", about), "`[observer]`")?;
     let tags = key("tags", "Tags of the observer: none of the ladder's.");
-    let tags = tag::read_all(&mut table, tags);
+    let tags = tag::read_all(&mut table, tags, TagTypes::OfObserver);
     let rungs = key("rung", "Rungs as in a ladder; they write tags of the observer only.");
     let rungs = rung::read_entries(&mut table, rungs);
     let span = table.span();

@@ -136,6 +136,28 @@ const TAG_NAME: &str = r#"{"propertyNames":{"pattern":"^[A-Za-z][A-Za-z0-9_]*$"}
 const TAG_TYPES: &str = r#"{"anyOf":[{"enum":["bit","int","word","real","timer","counter",
     "sensaphone"]},{"pattern":"^[A-Za-z][A-Za-z0-9_]*$"}]}"#;
 
+/// The types of an observer's tags.
+const OBSERVER_TYPES: &str = r#"{"anyOf":[{"enum":["bit","int","word","real","timer","counter"]},
+    {"pattern":"^[A-Za-z][A-Za-z0-9_]*$","not":{"const":"sensaphone"}}]}"#;
+
+/// The types that tags may have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum TagTypes {
+    /// Those of a ladder.
+    OfLadder,
+    /// Those of an observer, which has no Sensaphone counters.
+    OfObserver,
+}
+
+impl TagTypes {
+    fn schema(self) -> &'static str {
+        match self {
+            TagTypes::OfLadder => TAG_TYPES,
+            TagTypes::OfObserver => OBSERVER_TYPES,
+        }
+    }
+}
+
 const FIELD_TYPES: &str = r#"{"enum":["bit","int","word","real","timer","counter","sensaphone"]}"#;
 
 const PRIORITIES: &str = r#"{"enum":["critical","high","medium","low"]}"#;
@@ -171,7 +193,7 @@ const METRIC: Key =
     key("metric", "Its value is a metric of `rungd metrics`; for a structure, all its members.");
 
 /// Reads the tags of a table.
-pub(super) fn read_all(root: &mut Table<'_>, tags: Key) -> Vec<WrittenTag> {
+pub(super) fn read_all(root: &mut Table<'_>, tags: Key, types: TagTypes) -> Vec<WrittenTag> {
     let Some(mut tags) = root.table(tags.limited(TAG_NAME), "`[tags]`") else {
         return Vec::new();
     };
@@ -185,10 +207,10 @@ pub(super) fn read_all(root: &mut Table<'_>, tags: Key) -> Vec<WrittenTag> {
         write(pair(format!("{name} = {{ {key} = {value} }}")))
     };
     let entries = tags.entries(any, "a tag", help);
-    entries.into_iter().map(read_tag).collect()
+    entries.into_iter().map(|entry| read_tag(entry, types)).collect()
 }
 
-fn read_tag(NamedTable { name, table }: NamedTable<'_>) -> WrittenTag {
+fn read_tag(NamedTable { name, table }: NamedTable<'_>, types: TagTypes) -> WrittenTag {
     let Some(mut table) = table else { return WrittenTag::unreadable(name) };
     table.together(
         r#"{"oneOf":[{"required":["at"]},{"required":["type"]},{"required":["value"]}]}"#,
@@ -211,7 +233,7 @@ fn read_tag(NamedTable { name, table }: NamedTable<'_>) -> WrittenTag {
                 "type",
                 "Its type; rungd gives the tag a place in memory, and the tag has no address.",
             )
-            .limited(TAG_TYPES),
+            .limited(types.schema()),
         ),
         value: table
             .constant(key("value", "A constant: a number, or a duration as `\"2s500ms\"`.")),

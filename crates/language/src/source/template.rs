@@ -7,7 +7,7 @@ use super::key::{BLOCK_NAME, key};
 use super::reader::{NamedTable, Table, Text};
 use super::rung::{self, Entry, WrittenStage};
 use super::span::Span;
-use super::tag::{self, WrittenTag};
+use super::tag::{self, TagTypes, WrittenTag};
 
 /// A template.
 #[derive(Clone, Debug)]
@@ -54,7 +54,11 @@ pub(super) fn read(mut table: Table<'_>) -> Template {
         span: table.span(),
         name: table.required_string(key("name", "Its name.").limited(BLOCK_NAME)),
         parameters: read_parameters(&mut table),
-        tags: tag::read_all(&mut table, key("tags", "Tags; each use has its own.")),
+        tags: tag::read_all(
+            &mut table,
+            key("tags", "Tags; each use has its own."),
+            TagTypes::OfLadder,
+        ),
         rungs: rung::read_entries(&mut table, key("rung", "Its rungs, in the place of a use.")),
         stages: {
             let stages = key("stage", "Its stages: then it is the body of a program.");

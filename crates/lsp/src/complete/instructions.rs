@@ -32,7 +32,8 @@ pub(super) fn offer(scene: &CompletionScene, before: &str) -> Proposals {
 fn mnemonics(scene: &CompletionScene, typed: &str) -> Proposals {
     let mut found = Proposals::of(typed);
     let given = legs(scene);
-    for (number, spec) in TABLE.iter().enumerate() {
+    let specs = TABLE.iter().enumerate();
+    for (number, spec) in specs.filter(|(_, spec)| !scene.is_in_observer() || !is_control(spec)) {
         let Some(rank) = rank(spec, given.as_deref()) else { continue };
         let mut proposal = CompletionProposal::new(spec.name, CompletionItemKind::KEYWORD, rank);
         if !rest_of_string(scene) {
@@ -44,6 +45,12 @@ fn mnemonics(scene: &CompletionScene, typed: &str) -> Proposals {
         found.add(proposal.detail(spec.title).doc(instruction_doc(spec)));
     }
     found
+}
+
+/// Whether an instruction starts, stops, calls or leaves a block or Stage: an observer does not.
+fn is_control(spec: &Spec) -> bool {
+    matches!(spec.mnemonic, Mnemonic::Exit | Mnemonic::Return)
+        || spec.operands.iter().any(|operand| WantedName::of(operand.kind).is_none())
 }
 
 /// Whether more text follows the word at the cursor in its string.

@@ -158,7 +158,7 @@ fn known(scene: &CompletionScene, present: &[&str], into: &mut Proposals) {
 }
 
 fn is_rung(scene: &CompletionScene) -> bool {
-    scene.file.kind == FileKind::Ladder
+    (scene.file.kind == FileKind::Ladder || scene.is_in_observer())
         && scene.site.kind.rsplit('.').next() == Some("rung")
         && scene.site.keys.is_empty()
 }

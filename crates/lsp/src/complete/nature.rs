@@ -184,6 +184,12 @@ impl Nature {
 }
 
 impl WantedName {
+    /// Whether the place writes the name, or owns its structure.
+    pub fn is_written(self) -> bool {
+        use WantedName::{Structure, Target, WrittenBit, WrittenWord};
+        matches!(self, WrittenBit | WrittenWord | Target | Structure(_))
+    }
+
     /// The wish of an operand of an instruction; `None` for a block or Stage.
     pub fn of(kind: OperandKind) -> Option<WantedName> {
         Some(match kind {

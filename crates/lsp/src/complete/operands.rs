@@ -34,7 +34,9 @@ pub(super) fn offer(
         None => {
             declared(scene, wish, into);
             nicknames(wish, into);
-            addresses::offer(scene, wish, into);
+            if !(scene.is_in_observer() && wish.is_written()) {
+                addresses::offer(scene, wish, into);
+            }
         }
     }
 }
@@ -43,7 +45,7 @@ pub(super) fn offer(
 fn declared(scene: &CompletionScene, wish: WantedName, into: &mut Proposals) {
     for at in 0..scene.names().all.len() {
         let declared = &scene.names().all[at];
-        if !into.fits(&declared.name) {
+        if !into.fits(&declared.name) || !scene.sees(at) || is_foreign(scene, at, wish) {
             continue;
         }
         let around = declared.parent.and_then(|parent| scene.names().template_around(parent));
@@ -76,6 +78,12 @@ fn declared(scene: &CompletionScene, wish: WantedName, into: &mut Proposals) {
     }
 }
 
+/// Whether the site is in an observer, wants something to write, and the declaration is none of
+/// the observer's own.
+fn is_foreign(scene: &CompletionScene, at: usize, wish: WantedName) -> bool {
+    scene.is_in_observer() && wish.is_written() && !scene.names().all[at].is_of_observer
+}
+
 /// The wish of a place, and the rank of a declaration that fits it exactly.
 struct RankedWish {
     wish: WantedName,
@@ -106,7 +114,7 @@ fn nicknames(wish: WantedName, into: &mut Proposals) {
 
 /// Offers the members after a dot.
 fn members(scene: &CompletionScene, base: &str, wish: WantedName, into: &mut Proposals) {
-    let parts = scene.names().dotted(base, 0, scene.block);
+    let parts = scene.names().dotted(base, 0, scene.scope());
     match parts.last().map(|part| part.meaning) {
         Some(Meaning::Declared(at)) => members_of(scene, at, wish, into),
         Some(Meaning::Address(Address::Structure(structure))) => {

@@ -3,9 +3,9 @@
 use super::nature::Nature;
 use super::site::CompletionSite;
 use crate::file::EditorFile;
-use crate::names::ProjectNames;
+use crate::names::{NameScope, ProjectNames};
 use crate::project::{Library, Project};
-use crate::slots::{DeclaredKind, Slot, of_path};
+use crate::slots::{DeclaredKind, Slot, is_of_observer, of_path};
 use crate::workspace::Cursor;
 use rungd_language::source::shape::TableShape;
 
@@ -19,6 +19,8 @@ pub(super) struct CompletionScene<'c> {
     pub file: &'c EditorFile,
     /// The byte of the cursor.
     pub offset: usize,
+    /// The number of its file.
+    number: usize,
     /// Its place.
     pub site: CompletionSite,
     /// The Program, Task or template around it.
@@ -31,7 +33,8 @@ impl<'c> CompletionScene<'c> {
         let (file, offset) = (cursor.file(), cursor.offset);
         let site = CompletionSite::of(file, offset);
         let block = cursor.project.names.block_of(cursor.numbered(), site.object);
-        CompletionScene { library, project: &cursor.project, file, offset, site, block }
+        let number = cursor.number;
+        CompletionScene { library, project: &cursor.project, file, offset, number, site, block }
     }
 
     /// The names of the project.
@@ -42,6 +45,22 @@ impl<'c> CompletionScene<'c> {
     /// The template around the cursor.
     pub fn template(&self) -> Option<usize> {
         self.block.filter(|at| self.names().all[*at].kind == DeclaredKind::Template)
+    }
+
+    /// What a name at the site can mean.
+    pub fn scope(&self) -> NameScope {
+        NameScope { file: self.number, block: self.block }
+    }
+
+    /// Whether a declaration is visible in this file: an observer's names are in its own file only.
+    pub fn sees(&self, at: usize) -> bool {
+        let declared = &self.names().all[at];
+        !declared.is_of_observer || declared.file == self.number
+    }
+
+    /// Whether the site is in a rung of an observer.
+    pub fn is_in_observer(&self) -> bool {
+        is_of_observer(self.file.kind, &self.site.kind)
     }
 
     /// The properties of a declaration.

@@ -29,7 +29,7 @@ pub(super) fn offer(scene: &CompletionScene, before: &str) -> Proposals {
         Slot::Template => lists::templates(scene, before),
         Slot::Allow => lists::warnings(scene, before),
         Slot::Block => lists::blocks(scene, before),
-        Slot::File => files::offer(scene, before),
+        Slot::File | Slot::DeviceLadder => files::offer(scene, before),
         Slot::Device => lists::devices(scene, before),
         Slot::Address => place(scene, before),
         Slot::Operand => operand(scene, before),

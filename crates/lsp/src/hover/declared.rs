@@ -33,6 +33,7 @@ pub(super) fn shown(project: &Project, at: usize) -> String {
 /// The kind of a declaration, and the name of its parent.
 fn place(project: &Project, declared: &Declaration) -> String {
     let kind = match declared.kind {
+        DeclaredKind::Tag if declared.is_of_observer => "tag of the observer",
         DeclaredKind::Tag | DeclaredKind::OwnTag => "tag",
         DeclaredKind::Program => "Program",
         DeclaredKind::Task => "Task",

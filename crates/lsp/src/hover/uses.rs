@@ -5,9 +5,9 @@ use std::collections::HashSet;
 use std::fmt::Write as _;
 
 use super::super::file::{EditorFile, NumberedFile};
-use super::super::names::Meaning;
+use super::super::names::{Meaning, ProjectNames};
 use super::super::project::Project;
-use super::super::slots::{DeclaredKind, FileKind};
+use super::super::slots::{DeclaredKind, FileKind, is_of_observer};
 use super::super::tag_facts::TagFacts;
 use super::super::words::{FileWord, FileWordRole};
 use rungd_engine::isa::{Address, Mnemonic, Space};
@@ -24,6 +24,8 @@ pub(super) struct HoverUses {
     lists: [UseList; 6],
     /// How often tests name the declaration or address.
     tests: usize,
+    /// Whether an observer declares it: the lines are those of its rungs.
+    is_of_observer: bool,
 }
 
 #[derive(Debug, Default)]
@@ -120,7 +122,8 @@ impl SoughtUses {
 }
 
 fn collect(project: &Project, sought: &SoughtUses) -> HoverUses {
-    let mut uses = HoverUses::default();
+    let is_of_observer = sought.declared.iter().any(|at| project.names.all[*at].is_of_observer);
+    let mut uses = HoverUses { is_of_observer, ..HoverUses::default() };
     for (number, file) in project.files.iter().enumerate() {
         for word in &file.words.all {
             if sought.means(project, NumberedFile { number, file }, word) {
@@ -133,14 +136,25 @@ fn collect(project: &Project, sought: &SoughtUses) -> HoverUses {
 
 impl HoverUses {
     fn add(&mut self, project: &Project, numbered: NumberedFile, word: &FileWord) {
-        let Some(list) = list(numbered.file, word) else {
-            self.tests += usize::from(numbered.file.kind == FileKind::Test);
+        let Some(list) = self.list(numbered.file, word) else {
+            let names = !matches!(word.role, FileWordRole::Declares(_));
+            self.tests += usize::from(names && numbered.file.kind == FileKind::Test);
             return;
         };
         let UseList { lines, count } = &mut self.lists[list];
         *count += 1;
         if lines.len() < LINES_MAX {
             lines.push(line(project, numbered, word));
+        }
+    }
+
+    /// The number of the list that a word belongs to.
+    fn list(&self, file: &EditorFile, word: &FileWord) -> Option<usize> {
+        let object = &file.outline.objects[word.object].kind;
+        match is_of_observer(file.kind, object) {
+            true if !self.is_of_observer => None,
+            true => list(FileKind::Ladder, file, word),
+            false => list(file.kind, file, word),
         }
     }
 
@@ -164,9 +178,9 @@ impl HoverUses {
     }
 }
 
-/// The number of the list that a word belongs to.
-fn list(file: &EditorFile, word: &FileWord) -> Option<usize> {
-    match (file.kind, word.role) {
+/// The number of the list that a word of a file of this kind belongs to.
+fn list(kind: FileKind, file: &EditorFile, word: &FileWord) -> Option<usize> {
+    match (kind, word.role) {
         (FileKind::Test, _) | (_, FileWordRole::Declares(_)) => None,
         (FileKind::Controller, FileWordRole::Names) => Some(3),
         (_, FileWordRole::Writes) => Some(0),
@@ -187,6 +201,7 @@ fn list(file: &EditorFile, word: &FileWord) -> Option<usize> {
         (
             _,
             FileWordRole::File
+            | FileWordRole::DeviceLadder
             | FileWordRole::Mnemonic(_)
             | FileWordRole::Function(_)
             | FileWordRole::Warning,
@@ -199,7 +214,7 @@ fn line(project: &Project, numbered: NumberedFile, word: &FileWord) -> String {
     let line = file.place(word.span.clone()).start.line + 1;
     let name = file.path.file_name().unwrap_or(file.path.as_os_str()).to_string_lossy();
     let text = match file.outline.value_at(&word.span) {
-        Some(value) if file.kind == FileKind::Ladder => file.slice(value.inner.clone()),
+        Some(value) if file.kind != FileKind::Controller => file.slice(value.inner.clone()),
         Some(_) | None => file.slice(file.line(word.span.start)).trim(),
     };
     let place = place(project, numbered, word);
@@ -209,17 +224,25 @@ fn line(project: &Project, numbered: NumberedFile, word: &FileWord) -> String {
 /// The block, Stage and rung that contain a word.
 fn place(project: &Project, numbered: NumberedFile, word: &FileWord) -> String {
     let (names, file) = (&project.names, numbered.file);
-    let Some(holder) = names.holder(numbered, word.object) else { return String::new() };
-    let declared = &names.all[holder];
-    let block = match declared.parent.filter(|_| declared.kind == DeclaredKind::Stage) {
-        Some(parent) => format!("{}.{}", names.all[parent].name, declared.name),
-        None => declared.name.clone(),
+    let block = match names.holder(numbered, word.object) {
+        Some(holder) => block(names, holder),
+        None if file.kind == FileKind::Test => "observer".to_owned(),
+        None => return String::new(),
     };
     let name = file.value(word.object, &["name"]);
     let is_of_rung = file.outline.objects[word.object].kind.ends_with(".rung");
     match name.filter(|_| is_of_rung) {
         Some(name) => format!("{block}/{name} "),
         None => format!("{block} "),
+    }
+}
+
+/// A block, or a Stage with its Program.
+fn block(names: &ProjectNames, holder: usize) -> String {
+    let declared = &names.all[holder];
+    match declared.parent.filter(|_| declared.kind == DeclaredKind::Stage) {
+        Some(parent) => format!("{}.{}", names.all[parent].name, declared.name),
+        None => declared.name.clone(),
     }
 }
 

@@ -32,6 +32,7 @@ pub(super) fn at(cursor: &Cursor) -> Option<(Range<usize>, String)> {
             | Slot::Allow
             | Slot::Block
             | Slot::File
+            | Slot::DeviceLadder
             | Slot::Device
             | Slot::Address
             | Slot::Type
