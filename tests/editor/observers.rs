@@ -120,7 +120,8 @@ fn hovering_a_tag_of_an_observer_shows_its_rungs() {
         - `TMR waits preset=5s` observer/wait plant.test.toml:11
 
         Tests name it 2 times.
-    "#]].assert_eq(answer["contents"]["value"].as_str().unwrap());
+    "#]]
+    .assert_eq(answer["contents"]["value"].as_str().unwrap());
     let answer = ask(&mut editor, "hover", TEST, "^TMR waits");
     assert!(answer["contents"]["value"].as_str().unwrap().contains("preset"), "{answer}");
     let answer = ask(&mut editor, "hover", TEST, "MATH opened = ^opened");
