@@ -150,6 +150,11 @@ impl Taped {
         &self.engine
     }
 
+    /// The engine; its tape ends.
+    pub fn into_engine(self) -> Engine {
+        self.engine
+    }
+
     fn keep(&mut self, entry: TapeEntry) {
         if let Some(tape) = &mut self.tape {
             tape.keep(entry);

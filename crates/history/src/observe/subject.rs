@@ -96,6 +96,16 @@ impl Subject {
         Subject { outputs, ..self }
     }
 
+    /// The program of which each scan executes this block alone: the observer of a test.
+    #[must_use]
+    pub fn of_block(self, block: BlockId) -> Subject {
+        let mut seen = self.seen;
+        seen.order = vec![block];
+        seen.kept.clear();
+        let initial = EngineState::of(&Engine::new(seen.clone()));
+        Subject { seen, initial, ..self }
+    }
+
     /// The parts of rungs whose contacts have been evaluated right before one of these batches.
     pub(super) fn ready_at(&self, batches: Range<u32>) -> impl Iterator<Item = u32> + use<'_> {
         let from = |at: u32| self.ready_from.get(at as usize).map_or(0, |from| *from as usize);

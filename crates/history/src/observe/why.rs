@@ -1,7 +1,7 @@
 //! `why`: the question and its answer.
 
 use super::answer::{Explanation, ModeSince};
-use super::earlier::{EndedOperand, ended_there};
+use super::earlier::{EndedOperand, ended_there, explain_ended};
 use super::inquiry::Inquiry;
 use super::limits::Limits;
 use super::past::{EarlierPast, Past, QuestionTime, TapeMoment, WhyRefusal};
@@ -146,8 +146,9 @@ fn behind_the_reload(answer: &mut Explanation, past: &mut dyn Past, asked: WhyQu
     }
     let names: Vec<&str> = ended.iter().map(|operand| operand.name.as_str()).collect();
     let Some(EarlierPast { subject, mut past }) = past.earlier(&names) else { return };
-    for EndedOperand { name, depth, earlier } in ended {
-        let Ok(cell) = subject.cell(&name) else { continue };
+    let mut explained = |EndedOperand { name, depth }: &EndedOperand| {
+        let cell = subject.cell(name).ok()?;
+        let depth = *depth;
         let limits = Limits { depth, ..asked.limits };
         let asked = WhyQuestion {
             at: QuestionTime::Now,
@@ -155,6 +156,8 @@ fn behind_the_reload(answer: &mut Explanation, past: &mut dyn Past, asked: WhyQu
             reloads: asked.reloads + 1,
             remedy: false,
         };
-        *earlier = subject.explained(&mut *past, cell, asked).ok().map(Box::new);
-    }
+        subject.explained(&mut *past, cell, asked).ok().map(Box::new)
+    };
+    let explanations = ended.iter().map(&mut explained).collect();
+    explain_ended(answer, asked.limits.depth, explanations);
 }

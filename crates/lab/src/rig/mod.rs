@@ -22,6 +22,7 @@ mod tape;
 pub use device_ladder::{DeviceProgram, SimulatedDevice};
 pub use mode::{PowerOff, RigMode};
 pub use program::RigProgram;
+pub(crate) use tape::RigTape;
 pub use tape::TapeListener;
 
 use std::sync::Arc;
@@ -37,7 +38,6 @@ use rungd_runtime::exchange::{Mode, StopReason, Ticket};
 use rungd_runtime::field::InputStep;
 use rungd_runtime::{Origin, ScanStart, ScannedMachine, TapeSection, Taped, UnwiredInputs};
 use rungd_state::reload::{LoweredProgram, ReloadPlan};
-use tape::RigTape;
 
 const S_NS: u64 = 1_000_000_000;
 
@@ -343,6 +343,11 @@ impl Rig {
     /// All inputs since the process started, if the rig is taped.
     pub fn sections(&self) -> Vec<Arc<TapeSection>> {
         self.tape.as_ref().map_or_else(Vec::new, RigTape::sections)
+    }
+
+    /// Whether all inputs are kept.
+    pub fn is_taped(&self) -> bool {
+        self.tape.is_some()
     }
 
     /// Passes the tape to a listener from now on, instead of keeping it. Works only if the rig is

@@ -20,7 +20,7 @@ pub trait TapeListener {
 }
 
 /// The tape, and the sections made from it so far.
-pub(super) struct RigTape {
+pub(crate) struct RigTape {
     reader: TapeReader,
     listener: Option<Box<dyn TapeListener>>,
     sections: VecDeque<Arc<TapeSection>>,

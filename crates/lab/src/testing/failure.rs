@@ -13,18 +13,13 @@ use super::lowered_suite::LoweredSuite;
 use super::pasted::{PastedRun, pasted};
 use super::player::{FailedStep, FailedWhy, NoSpectator, condition, play};
 use super::random_run::BrokenRun;
+use super::reasons::{Reasons, TapedProgram};
 use super::suite::{RandomTest, Scenario};
 use crate::rig::RigMode;
 use rungd_engine::Cell;
-use rungd_history::observe::{Limits, QuestionTime, Subject};
+use rungd_history::observe::{QuestionTime, Subject};
 use rungd_language::source::wording::counted;
 use rungd_runtime::TapeSection;
-
-/// The limits of the explanation of an operand.
-const WHY: Limits = Limits { depth: 2, nodes: 8, change: false };
-
-/// The maximum number of operands that are explained.
-const EXPLAINED_MAX: usize = 3;
 
 /// A failed test.
 #[derive(Clone, Debug)]
@@ -279,7 +274,7 @@ fn explain(stage: LoweredSuite, scenario: &Scenario, unmet: FalseCondition, fail
     let at = if of_scan { QuestionTime::Scan(failed.scan) } else { QuestionTime::Now };
     let test_program = &stage.suite.programs[failed.program.0];
     let subject = Subject::new(Arc::clone(&test_program.program), test_program.files.clone());
-    let mut sections = rig.sections();
+    let sections = rig.sections();
     let operands = condition.operands.iter();
     let cells: Vec<_> = operands.map(|(_, cell)| judge.of_ladder(*cell)).collect();
     note_on_within(
@@ -287,8 +282,15 @@ fn explain(stage: LoweredSuite, scenario: &Scenario, unmet: FalseCondition, fail
         &sections,
         &mut failure.operands,
     );
-    let deciding = history.deciding.into_iter().filter_map(|cell| judge.of_ladder(cell));
-    failure.why = why(&subject, &mut sections, deciding.collect(), at);
+    let mut files = test_program.files.clone();
+    files.push(stage.suite.file.clone());
+    let observer = judge.view().and_then(|view| {
+        let subject = view.subject(files)?;
+        Some(TapedProgram { subject, sections: judge.sections() })
+    });
+    let mut reasons =
+        Reasons { ladder: TapedProgram { subject, sections }, observer, view: judge.view(), at };
+    failure.why = reasons.of(&history.deciding);
 }
 
 /// The operands of a false condition, for what was seen of them within scans.
@@ -324,21 +326,4 @@ fn note_on_within(
     for (at, glimpse) in places.into_iter().zip(glimpses) {
         operands[at].on_within = glimpse.filter(|_| operands[at].value.starts_with("OFF"));
     }
-}
-
-/// The reasons for the values of the operands that decide a condition. `at`: the scan of the
-/// condition.
-fn why(
-    subject: &Subject,
-    sections: &mut Vec<Arc<TapeSection>>,
-    deciding: Vec<Cell>,
-    at: QuestionTime,
-) -> Vec<String> {
-    let mut answers = Vec::new();
-    for cell in deciding.into_iter().take(EXPLAINED_MAX) {
-        if let Ok(answer) = subject.why(sections, cell, at, WHY) {
-            answers.push(answer.text());
-        }
-    }
-    answers
 }

@@ -10,6 +10,7 @@ use super::suite::{ProgramId, Suite};
 use super::view::{View, ViewMemory};
 use crate::rig::Rig;
 use rungd_engine::{Cell, Image};
+use rungd_runtime::TapeSection;
 
 /// The lines of `always` of one test that is being played.
 pub(super) struct Judge<'a> {
@@ -51,6 +52,11 @@ impl<'a> Judge<'a> {
         self.memory.as_ref().map(ViewMemory::view)
     }
 
+    /// What `why` needs to explain the tags of the observer.
+    pub fn sections(&self) -> Vec<Arc<TapeSection>> {
+        self.memory.as_ref().map_or_else(Vec::new, ViewMemory::sections)
+    }
+
     /// The cell of the controller that a cell of a condition is; `None`: it is none of the
     /// controller.
     pub fn of_ladder(&self, cell: Cell) -> Option<Cell> {
@@ -60,9 +66,7 @@ impl<'a> Judge<'a> {
     /// RUN begins: before the first scan, all values inside the edges are OFF.
     pub fn begins_run(&mut self, rig: &Rig) {
         self.edges.iter_mut().for_each(|edges| edges.fill(false));
-        if let Some(memory) = &mut self.memory {
-            memory.begins_run(rig);
-        }
+        self.memory = self.memory.take().map(|memory| memory.begins_run(rig));
     }
 
     /// A scan has ended, but for its passes. Call it before anything judges the scan.
@@ -98,9 +102,10 @@ impl<'a> Judge<'a> {
     pub fn reload(&mut self, program: ProgramId, rig: &Rig, has_scanned: bool) {
         self.program = program;
         let view: Option<&Arc<View>> = self.suite.programs[program.0].view.as_ref();
-        if let (Some(memory), Some(view)) = (&mut self.memory, view) {
-            memory.reload(view, rig);
-        }
+        self.memory = self.memory.take().map(|memory| match view {
+            Some(view) => memory.reload(view, rig),
+            None => memory,
+        });
         self.open_edges();
         if has_scanned {
             self.broken_line(rig);

@@ -32,6 +32,9 @@ mod random_world;
 mod reading;
 #[cfg(test)]
 mod reading_tests;
+mod reasons;
+#[cfg(test)]
+mod reasons_tests;
 mod report;
 mod runner;
 mod scenario;

@@ -10,15 +10,18 @@
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
-use crate::rig::Rig;
+use crate::rig::{Rig, RigTape};
 use rungd_base::calendar::LocalTime;
 use rungd_engine::isa::Address;
 use rungd_engine::{BitCell, Cell, Engine, EngineProgram, Image, Layout, ScanTimes, WordCell};
+use rungd_history::observe::Subject;
 use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::observed::{ObservedProgram, Remembered};
 use rungd_language::resolve::program::Contact;
 use rungd_language::resolve::reads::ReadOperand;
-use rungd_language::source::span::Span;
+use rungd_language::source::span::{SourceFile, Span};
+use rungd_runtime::exchange::Mode;
+use rungd_runtime::{ScanStart, ScannedMachine, TapeSection, Taped};
 use rungd_state::reload::{LoweredProgram, ReloadPlan};
 
 /// A program as its conditions see it, lowered.
@@ -38,9 +41,11 @@ pub struct View {
 }
 
 /// The cells of a `was(x)`, in the view.
-#[derive(Clone, Copy, Debug)]
-struct RememberedCells {
-    place: Cell,
+#[derive(Clone, Debug)]
+pub(super) struct RememberedCells {
+    /// `was(level)`.
+    pub name: String,
+    pub place: Cell,
     kept: Cell,
 }
 
@@ -60,7 +65,8 @@ impl ViewDraft {
         code.kept.clear();
         let cells = |address| symbols.layout.cell(address);
         let was = observed.was.iter().filter_map(|remembered| {
-            Some(RememberedCells { place: cells(remembered.place)?, kept: cells(remembered.kept)? })
+            let (place, kept) = (cells(remembered.place)?, cells(remembered.kept)?);
+            Some(RememberedCells { name: remembered.name.clone(), place, kept })
         });
         let (was, ladder) = (was.collect(), ladder.clone());
         let mut places: Vec<Address> =
@@ -166,10 +172,26 @@ impl View {
         })
     }
 
+    /// The observer as a program of its own, for `why`; `None`: there is none. `files`: those of the
+    /// controller's program, then the test file.
+    pub(super) fn subject(&self, files: Vec<SourceFile>) -> Option<Subject> {
+        let observer = self.observed.observer?;
+        Some(Subject::new(Arc::new(self.observed.program.clone()), files).of_block(observer))
+    }
+
     /// The cell of the controller that a cell of the view shows; `None` for what the view adds.
     pub(super) fn of_ladder(&self, cell: Cell) -> Option<Cell> {
         let address = self.symbols.layout.address(cell)?;
         self.ladder.cell(address).filter(|_| self.observed.is_of_program(address))
+    }
+
+    /// What a cell of a condition is; `None`: a cell that no condition can name.
+    pub(super) fn seen(&self, cell: Cell) -> Option<SeenCell<'_>> {
+        let kept = self.was.iter().find(|remembered| remembered.kept == cell);
+        let of_ladder = || self.of_ladder(cell).map(SeenCell::Ladder);
+        kept.map(SeenCell::Was)
+            .or_else(of_ladder)
+            .or_else(|| self.observed.observer.map(|_| SeenCell::Observer(cell)))
     }
 
     /// The cell whose values a cell has: for `was(x)` that of x, else the cell itself.
@@ -179,10 +201,23 @@ impl View {
     }
 }
 
+/// What a cell of a condition is.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum SeenCell<'v> {
+    /// A cell of the controller, by its cell there.
+    Ladder(Cell),
+    /// A tag of the observer, by its cell in the view.
+    Observer(Cell),
+    /// `was(x)`.
+    Was(&'v RememberedCells),
+}
+
 /// The memory of a view while a test is played.
 pub(super) struct ViewMemory {
     view: Arc<View>,
-    engine: Engine,
+    machine: Taped,
+    /// What the view takes from the controller, scan by scan, if the rig keeps its inputs.
+    tape: Option<RigTape>,
     /// By `was(x)`: the value of x at the end of the last scan.
     last: Vec<i32>,
 }
@@ -190,11 +225,10 @@ pub(super) struct ViewMemory {
 impl ViewMemory {
     /// The memory before the first scan.
     pub fn new(view: &Arc<View>, rig: &Rig) -> ViewMemory {
-        let mut engine = Engine::new(view.code.clone());
-        engine.start(rig.next_ns());
-        let mut memory = ViewMemory { view: Arc::clone(view), engine, last: Vec::new() };
-        memory.begins_run(rig);
-        memory
+        let mut machine = Taped::new(Engine::new(view.code.clone()));
+        machine.start(rig.next_ns());
+        let (view, last) = (Arc::clone(view), Vec::new());
+        ViewMemory { view, machine, tape: None, last }.begins_run(rig)
     }
 
     /// The view.
@@ -204,71 +238,108 @@ impl ViewMemory {
 
     /// Memory as conditions see it.
     pub fn image(&self) -> &Image {
-        self.engine.image()
+        self.machine.engine().image()
+    }
+
+    /// What `why` needs to explain the tags of the observer: all that the view took in this process.
+    pub fn sections(&self) -> Vec<Arc<TapeSection>> {
+        self.tape.as_ref().map_or_else(Vec::new, RigTape::sections)
     }
 
     /// RUN begins: what is remembered is memory as started.
-    pub fn begins_run(&mut self, rig: &Rig) {
-        self.look(rig);
-        self.remember();
-        self.show_remembered();
+    pub fn begins_run(self, rig: &Rig) -> ViewMemory {
+        let mut memory = match rig.scans() {
+            0 => self.with_tape(rig),
+            _ => self,
+        };
+        memory.look(rig);
+        memory.remember();
+        memory.show_remembered();
+        memory.settle(rig);
+        memory
+    }
+
+    /// The same memory with a tape that begins here: its scans have the numbers of the process.
+    fn with_tape(self, rig: &Rig) -> ViewMemory {
+        let engine = self.machine.into_engine();
+        let (mut machine, tape) = match rig.is_taped() {
+            true => {
+                let (machine, tape) = RigTape::of(engine);
+                (machine, Some(tape))
+            }
+            false => (Taped::new(engine), None),
+        };
+        machine.enters(Mode::Run);
+        ViewMemory { machine, tape, ..self }
     }
 
     /// A scan has ended, but for its passes.
     pub fn scanned(&mut self, rig: &Rig) {
-        self.show_remembered();
         let observes = self.view.observed.observer.is_some();
         if observes {
             // Its status bits and words are those of the controller, where a rung reads them.
-            let (times, local) = (ScanTimes::default(), LocalTime::default());
-            self.engine.begin_scan(rig.next_ns(), &times, &local);
+            let (number, now_ns) = (rig.scans() + 1, rig.next_ns());
+            let (times, local_s) = (ScanTimes::default(), LocalTime::SIMULATED_S);
+            self.machine.begin_scan(&ScanStart { number, now_ns, times, local_s });
         }
+        self.show_remembered();
         self.look(rig);
         if observes {
-            self.engine.execute();
+            self.machine.execute();
         }
         self.remember();
+        self.settle(rig);
+    }
+
+    fn settle(&mut self, rig: &Rig) {
+        if let Some(tape) = &mut self.tape {
+            self.machine.settle();
+            tape.drain(rig.program());
+        }
     }
 
     /// Takes the memory of the controller as it now is.
     pub fn look(&mut self, rig: &Rig) {
         let image = rig.image();
         for (from, to) in &self.view.bits {
-            self.engine.write_bit(*to, image.bit(*from));
+            self.machine.write_bit(*to, image.bit(*from));
         }
         for (from, to) in &self.view.words {
-            self.engine.write_word(*to, image.word(*from));
+            self.machine.write_word(*to, image.word(*from));
         }
     }
 
     fn remember(&mut self) {
-        let image = self.engine.image();
+        let image = self.machine.engine().image();
         self.last.clear();
         self.last.extend(self.view.was.iter().map(|remembered| image.value(remembered.place)));
     }
 
     fn show_remembered(&mut self) {
         for (remembered, value) in self.view.was.iter().zip(&self.last) {
-            self.engine.restore(remembered.kept, *value);
+            self.machine.write(remembered.kept, *value);
         }
     }
 
     /// A reload has brought the program of another view: what the view has beside the memory of
     /// the controller stays, by its names.
-    pub fn reload(&mut self, view: &Arc<View>, rig: &Rig) {
+    pub fn reload(mut self, view: &Arc<View>, rig: &Rig) -> ViewMemory {
         let lowered = |view: &'_ View| (view.code.clone(), view.symbols.clone());
         let ((old_code, old_symbols), (code, symbols)) = (lowered(&self.view), lowered(view));
         let plan = ReloadPlan::new(
             LoweredProgram { program: &old_code, symbols: &old_symbols },
             LoweredProgram { program: &code, symbols: &symbols },
         );
-        let mut engine = Engine::new(code);
-        engine.adopt(&mut self.engine, &plan.transfer, true, &[]);
+        let mut machine = Taped::new(Engine::new(code));
+        machine.adopt(&mut self.machine, &plan.transfer, true, &[]);
         let names = self.view.observed.was.iter().map(|remembered| &remembered.name);
         let last: HashMap<&String, i32> = names.zip(self.last.iter().copied()).collect();
         let of_new = |remembered: &Remembered| last.get(&remembered.name).copied().unwrap_or(0);
         let last = view.observed.was.iter().map(of_new).collect();
-        *self = ViewMemory { view: Arc::clone(view), engine, last };
-        self.look(rig);
+        let view = Arc::clone(view);
+        let mut memory = ViewMemory { view, machine, tape: None, last }.with_tape(rig);
+        memory.look(rig);
+        memory.settle(rig);
+        memory
     }
 }
