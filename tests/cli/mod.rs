@@ -13,6 +13,7 @@ mod ladder_tests;
 mod lsp;
 mod man_and_completions;
 mod mutate;
+mod observers;
 mod packaging;
 mod plant_faults;
 mod plants;

@@ -157,5 +157,6 @@ fn anchor(rung: &observe::RungName) -> String {
 
 fn test(touch: &TestTouch) -> TestPlace {
     let place = FileLine { file: touch.file.clone(), line: touch.line };
-    TestPlace { test: touch.test.clone(), text: touch.text.clone(), place }
+    let TestTouch { test, is_of_observer, text, .. } = touch.clone();
+    TestPlace { test, is_of_observer, text, place }
 }

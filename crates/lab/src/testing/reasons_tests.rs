@@ -39,7 +39,8 @@ fn the_tags_of_the_observer_are_explained_by_its_rungs_and_those_by_the_ladder()
               level > 3 is ON: level = 9.0
                 level is 9.0
                   the step `set level 9` wrote 9.0 190 ms ago, in scan 2
-    "#]].assert_eq(&reasons(steps));
+    "#]]
+    .assert_eq(&reasons(steps));
 }
 
 #[test]
@@ -115,5 +116,6 @@ fn behind_a_new_process_the_observer_is_explained_within_it() {
                             the controller writes it at the start of every scan
                         with size = 3
                           unchanged since rungd started: its initial value
-    "#]].assert_eq(&reasons(steps));
+    "#]]
+    .assert_eq(&reasons(steps));
 }

@@ -18,8 +18,10 @@ pub struct TestTouch {
     pub file: String,
     /// The line, from 1.
     pub line: u32,
-    /// The test; `None`: `always`.
+    /// The test; `None`: `always`, or the observer.
     pub test: Option<String>,
+    /// Whether it is a rung of the observer.
+    pub is_of_observer: bool,
     /// The text of the part.
     pub text: String,
     /// The names in it.
@@ -63,14 +65,17 @@ impl TouchList<'_> {
             return;
         }
         let (file, line) = (self.suite.name.clone(), self.suite.line(span));
-        self.all.push(TestTouch { file, line, test: test.map(str::to_owned), text, names });
+        let (test, is_of_observer) = (test.map(str::to_owned), false);
+        self.all.push(TestTouch { file, line, test, is_of_observer, text, names });
     }
 
     /// The rungs of the observer.
     fn observer(&mut self) {
         let Some(view) = &self.suite.programs[0].view else { return };
         for ObservedRung { text, place, names } in view.rungs() {
+            let before = self.all.len();
             self.add(None, text, place, names);
+            self.all[before..].iter_mut().for_each(|touch| touch.is_of_observer = true);
         }
     }
 

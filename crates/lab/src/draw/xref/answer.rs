@@ -105,9 +105,12 @@ pub struct OutsideUse {
 /// A part of a test file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct TestPlace {
-    /// The test; `None`: `always`.
+    /// The test; `None`: `always`, or the observer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub test: Option<String>,
+    /// Whether it is a rung of the observer.
+    #[serde(skip)]
+    pub is_of_observer: bool,
     /// The step or condition as it is written.
     pub text: String,
     /// Its place.

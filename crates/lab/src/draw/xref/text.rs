@@ -107,8 +107,9 @@ fn written(reference: &CrossReference) -> Vec<ListRow> {
 /// A row for each test, with the lines that name the operand.
 fn tests(reference: &CrossReference) -> Vec<ListRow> {
     let mut rows: Vec<ListRow> = Vec::new();
-    for TestPlace { test, place, .. } in &reference.tests {
-        let name = test.as_deref().unwrap_or("always");
+    for TestPlace { test, is_of_observer, text, place } in &reference.tests {
+        let other = if *is_of_observer { text } else { "always" };
+        let name = test.as_deref().unwrap_or(other);
         let of_file = format!("{}:", place.file);
         match rows.last_mut().filter(|row| row.place == name && row.text.starts_with(&of_file)) {
             Some(row) => {
