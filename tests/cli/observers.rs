@@ -33,7 +33,8 @@ do   = ["TMR waits preset=200ms"]
 
 [[scenario]]
 name  = "a part waits"
-steps = ["run 1 scans", "expect: !lamp", "set eye 1", "run 100ms", "expect: lamp & waits.Acc > 50ms", "set bin 1", "run 50ms", "expect: !lamp"]
+steps = ["run 1 scans", "expect: !lamp", "set eye 1", "run 100ms",
+         "expect: lamp & waits.Acc > 50ms", "set bin 1", "run 50ms", "expect: !lamp"]
 "#;
 
 /// Parts come and bins go at random.
@@ -75,7 +76,7 @@ fn a_random_run_that_an_observer_ends_is_shortened_explained_and_reported() {
                   \"set eye 1\",\n        \"run 21 scans\",\n    ]\n";
     assert!(text.contains(pasted), "{text}");
     for reason in [
-        "TMR waits preset=200ms turned it ON in this scan: the observer, rung wait, random.test.toml:10",
+        "TMR waits preset=200ms turned it ON in this scan: the observer, rung wait",
         "input X0 turned it ON 200 ms ago, in scan 1",
         "OUT lamp keeps it ON: Main, rung lamp, ladder.toml:11",
     ] {

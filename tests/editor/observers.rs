@@ -192,7 +192,8 @@ fn names_and_keys_are_offered_in_observers() {
 #[test]
 fn the_ladder_of_a_device_is_offered_and_found_and_does_not_hinder_renames() {
     let (folder, editor) = opened();
-    let device = "\n[[device]]\nname = \"drive\"\ndriver = \"modbus-tcp\"\naddress = \"127.0.0.1:1502\"\n\
+    let device = "\n[[device]]\nname = \"drive\"\ndriver = \"modbus-tcp\"\n\
+                  address = \"127.0.0.1:1502\"\n\
                   map = [{ from = \"holding 0\", to = \"D9\" }]\n";
     let controller = editor.disk("rungd.toml") + device;
     std::fs::write(folder.path().join("rungd.toml"), controller).unwrap();

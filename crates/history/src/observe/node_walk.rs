@@ -1,5 +1,5 @@
-//! A walk through the nodes of an answer: the operand of the question, then the operands that are its
-//! reasons, each with the number of steps that are left for reasons of its own.
+//! A walk through the nodes of an answer: the operand of the question, then the operands that are
+//! its reasons, each with the number of steps that are left for reasons of its own.
 //!
 //! `earlier` looks for the operands that a program before the last reload has to explain; a test
 //! replaces those of its observer that the controller explains. The answer of an earlier program

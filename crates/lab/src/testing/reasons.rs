@@ -1,5 +1,5 @@
-//! The reasons of the values that decide a condition: the answers of `rungd why`, also for the tags of
-//! the observer and for `was(x)`.
+//! The reasons of the values that decide a condition: the answers of `rungd why`, also for the tags
+//! of the observer and for `was(x)`.
 //!
 //! `failure` calls it with the tapes of a test that was played again. A tag of the observer is
 //! explained by the rungs of the observer, and what these read of the controller by the ladder.

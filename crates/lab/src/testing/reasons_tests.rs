@@ -4,11 +4,11 @@ use super::runner::{RunOptions, programs, run};
 use super::was_tests::{scenario, suite};
 
 const OBSERVER: &str = "[observer.tags]\nwaits = { type = \"timer\", doc = \"No pusher\" }
-    pushed = { type = \"int\" }\nown = { type = \"bit\" }
+    count = { type = \"int\" }\nown = { type = \"bit\" }
     [[observer.rung]]\nname = \"wait\"\nwhen = [\"start\", \"!pusher\"]
     do = [\"TMR waits preset=50ms\"]
     [[observer.rung]]\nwhen = [\"waits.Done & level > 3\"]\ndo = [\"OUT own\"]
-    [[observer.rung]]\nwhen = [\"rise(pusher)\"]\ndo = [\"ADD pushed 1 to=pushed\"]\n";
+    [[observer.rung]]\nwhen = [\"rise(pusher)\"]\ndo = [\"ADD count 1 to=count\"]\n";
 
 /// The reasons of the first failure of a scenario.
 fn reasons(steps: &str) -> String {
@@ -16,7 +16,7 @@ fn reasons(steps: &str) -> String {
     let options = RunOptions { jobs: 1, filter: None, progress: &|_, _| {}, given_up: None };
     let verdicts = run(&suite, &programs(&suite), &options);
     let why = verdicts[0].failure.as_ref().expect("it fails").why.join("\n");
-    why.replace(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/suites/"), "")
+    why.replace(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/suites/crates.toml"), "")
 }
 
 #[test]
@@ -33,7 +33,7 @@ fn the_tags_of_the_observer_are_explained_by_its_rungs_and_those_by_the_ladder()
                     start (X2) is ON
                       input X2 turned it ON 190 ms ago, in scan 2
                     pusher (Y0) is OFF
-                      OUT pusher keeps it OFF: Main, rung 2, crates.toml:35
+                      OUT pusher keeps it OFF: Main, rung 2, :35
                         the rung is OFF, because
                           bottles.Done is OFF …
               level > 3 is ON: level = 9.0
@@ -45,17 +45,17 @@ fn the_tags_of_the_observer_are_explained_by_its_rungs_and_those_by_the_ladder()
 
 #[test]
 fn a_count_of_the_observer_is_explained_by_what_it_counted() {
-    let steps = "run 1 scans\npulse bottle 10ms every 20ms times 3\nexpect: pushed == 0";
+    let steps = "run 1 scans\npulse bottle 10ms every 20ms times 3\nexpect: count == 0";
     expect_test::expect![[r#"
-        pushed is 1
-          ADD pushed 1 to=pushed made it 1 10 ms ago, in scan 6: the observer, rung 3, x.test.toml:15
+        count is 1
+          ADD count 1 to=count made it 1 10 ms ago, in scan 6: the observer, rung 3, x.test.toml:15
             the rung was ON, because
               rise(pusher) was ON
                 inside: pusher (Y0) was ON
-                  OUT pusher turned it ON 10 ms ago, in scan 6: Main, rung 2, crates.toml:35
+                  OUT pusher turned it ON 10 ms ago, in scan 6: Main, rung 2, :35
                     the rung was ON, because
                       bottles.Done was ON
-                        CNT bottles preset=size turned it ON 10 ms ago, in scan 6: Main, rung 1, crates.toml:31
+                        CNT bottles preset=size turned it ON 10 ms ago, in scan 6: Main, rung 1, :31
                         3 of 3, last counted 10 ms ago, in scan 6, last reset 60 ms ago, in scan 1
                           up was ON, because
                             bottle (X0) was ON
@@ -67,9 +67,9 @@ fn a_count_of_the_observer_is_explained_by_what_it_counted() {
                               the controller writes it at the start of every scan
                           with size = 3
                             until then unchanged since rungd started: its initial value
-            with pushed = 0
+            with count = 0
               until then unchanged since rungd started: its initial value
-          ADD pushed 1 to=pushed could change it, but does not: the observer, rung 3, x.test.toml:15
+          ADD count 1 to=count could change it, but does not: the observer, rung 3, x.test.toml:15
             the rung is OFF, because
               rise(pusher) is OFF; last ON 10 ms ago, in scan 6
                 inside: pusher (Y0) is ON (see above)
@@ -101,10 +101,10 @@ fn behind_a_new_process_the_observer_is_explained_within_it() {
               start (X2) is ON
                 input X2 turned it ON 10 ms ago, in scan 1
               pusher (Y0) is OFF
-                OUT pusher keeps it OFF: Main, rung 2, crates.toml:35
+                OUT pusher keeps it OFF: Main, rung 2, :35
                   the rung is OFF, because
                     bottles.Done is OFF
-                      CNT bottles preset=size keeps it OFF: Main, rung 1, crates.toml:31
+                      CNT bottles preset=size keeps it OFF: Main, rung 1, :31
                       0 of 3, not counted since rungd started, last reset 10 ms ago, in scan 1
                         up is OFF, because
                           bottle (X0) is OFF

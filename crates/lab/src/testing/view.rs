@@ -172,8 +172,8 @@ impl View {
         })
     }
 
-    /// The observer as a program of its own, for `why`; `None`: there is none. `files`: those of the
-    /// controller's program, then the test file.
+    /// The observer as a program of its own, for `why`; `None`: there is none. `files`: those of
+    /// the controller's program, then the test file.
     pub(super) fn subject(&self, files: Vec<SourceFile>) -> Option<Subject> {
         let observer = self.observed.observer?;
         Some(Subject::new(Arc::new(self.observed.program.clone()), files).of_block(observer))
@@ -241,7 +241,8 @@ impl ViewMemory {
         self.machine.engine().image()
     }
 
-    /// What `why` needs to explain the tags of the observer: all that the view took in this process.
+    /// What `why` needs to explain the tags of the observer: all that the view took in this
+    /// process.
     pub fn sections(&self) -> Vec<Arc<TapeSection>> {
         self.tape.as_ref().map_or_else(Vec::new, RigTape::sections)
     }
