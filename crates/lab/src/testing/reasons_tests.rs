@@ -73,7 +73,8 @@ fn a_count_of_the_observer_is_explained_by_what_it_counted() {
             the rung is OFF, because
               rise(pusher) is OFF; last ON 10 ms ago, in scan 6
                 inside: pusher (Y0) is ON (see above)
-    "#]].assert_eq(&reasons(steps));
+    "#]]
+    .assert_eq(&reasons(steps));
 }
 
 #[test]
