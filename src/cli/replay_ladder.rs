@@ -133,7 +133,8 @@ fn remarks(
 /// Loads the recorded controller file with the new ladder files, and prints their findings. `None`
 /// if the files are refused.
 fn loaded(args: &ReplayArgs, recorded: &RecordedProgram) -> Result<Option<PlayableProgram>> {
-    let mut loaded = load::recorded_files(&files(&args.ladder, recorded)?);
+    let (files, ladders) = files(&args.ladder, recorded)?;
+    let mut loaded = load::recorded_ladders(&files, ladders);
     let style = style(false);
     if !loaded.findings.is_empty() {
         say_findings(&render(&loaded.findings, &loaded.files, style));
@@ -148,11 +149,13 @@ fn loaded(args: &ReplayArgs, recorded: &RecordedProgram) -> Result<Option<Playab
     Ok(Some(PlayableProgram::new(program, loaded)))
 }
 
-/// The recorded controller file, its library files, and the new ladder files.
-fn files(ladders: &[PathBuf], recorded: &RecordedProgram) -> Result<Vec<SourceFile>> {
+/// The recorded controller file, its library files, the new ladder files, and the recorded files of
+/// the ladders beside the controller's; and the number of ladder files.
+fn files(ladders: &[PathBuf], recorded: &RecordedProgram) -> Result<(Vec<SourceFile>, usize)> {
     let Some((controller, old)) = recorded.files.split_first() else {
         bail!("the recording has no controller file");
     };
+    let (old, beside) = old.split_at(load::ladders_named(&controller.text).min(old.len()));
     let is_given = |name: &str| ladders.iter().any(|path| path == Path::new(name));
     let stays = |file: &&RecordedFile| {
         library::named(&file.name).is_some_and(|found| found.is_ok()) && !is_given(&file.name)
@@ -176,5 +179,7 @@ fn files(ladders: &[PathBuf], recorded: &RecordedProgram) -> Result<Vec<SourceFi
         };
         files.push(SourceFile { name, text });
     }
-    Ok(files)
+    let count = files.len() - 1;
+    files.extend(beside.iter().map(source));
+    Ok((files, count))
 }

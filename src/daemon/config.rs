@@ -157,7 +157,7 @@ pub fn settle(
     let narration = narration.at(pace.tempo).telling(controller.log.blocks);
     let setup = ControllerSetup {
         controller: files[0].name.clone(),
-        ladder: facts(program, &files[1..]),
+        ladder: facts(program, &files[1..=loaded.ladders]),
         source: source(files),
         warnings: loaded.findings.iter().map(warning).collect(),
         narration,

@@ -16,6 +16,7 @@ use rungd_io::caught::caught;
 use rungd_io::device;
 use rungd_io::device::{DeviceHealth, DeviceKeeper, DeviceParts, Driver, Opener};
 use rungd_io::gpio::{GpioOpener, KernelChips};
+use rungd_io::ladder::RunningLadder;
 use rungd_io::modbus_client::settings::{self as modbus, LinkSettings};
 use rungd_io::modbus_client::{ModbusClient, RtuLines, TcpConnection};
 use rungd_io::plant::RunningPlant;
@@ -31,6 +32,7 @@ pub(super) fn healths(devices: &[Device]) -> Vec<DeviceHealth> {
             Settings::Modbus(client) => modbus(client),
             Settings::Gpio(lines) => ("gpio", lines.chip.to_string()),
             Settings::Simulated(_) => ("simulated", "this process".to_owned()),
+            Settings::Ladder(_) => ("ladder", "this process".to_owned()),
         };
         DeviceHealth::new(&device.name, driver, peer)
     };
@@ -119,6 +121,9 @@ impl DeviceStarter<'_> {
             },
             Settings::Simulated(plant) => {
                 self.beside(RunningPlant::new(plant), wired, ends, tasks);
+            }
+            Settings::Ladder(plant) => {
+                self.beside(RunningLadder::new(plant), wired, ends, tasks);
             }
             Settings::Gpio(lines) => {
                 self.within(Arc::new(GpioOpener::new(lines, KernelChips)), device, ends, tasks);

@@ -74,3 +74,57 @@ fn rows_of_a_stimulus_after_a_stop_give_a_warning() {
     assert!(errors.ends_with(&said), "{errors}");
     assert!(text(&output.stdout).ends_with("\n3,150,0\nstop,150,0\n"));
 }
+
+/// A tank that is a ladder, and a meter on Modbus whose own side is one.
+const LADDERS: &str = r#"
+ladder = ["main.toml"]
+[[device]]
+name = "tank"
+driver = "ladder"
+ladder = ["tank.toml"]
+period = "20ms"
+poll = "10ms"
+map = [{ from = "Y0", to = "tank.X0" }, { from = "tank.D0", to = "D0" }]
+[[device]]
+name = "meter"
+driver = "modbus-tcp"
+address = "127.0.0.1:1502"
+unit = 1
+poll = "10ms"
+map = [{ from = "holding 0", to = "D1" }, { from = "Y1", to = "coil 0" }]
+[[simulated]]
+device = "meter"
+ladder = ["meter.toml"]
+period = "40ms"
+"#;
+
+#[test]
+fn a_plant_and_an_own_side_that_are_ladders_scan_at_their_own_periods() {
+    let place = Place::new("ladders");
+    let rungs = |rungs: &str| format!("[[program]]\nname = \"Main\"\nrung = [{rungs}]\n");
+    let main = "{ when = [\"$On\"], do = [\"OUT Y0\", \"OUT Y1\"] }, \
+                { when = [\"tank.Ok\", \"meter.Ok\", \"D0 + D1 > 99\"], do = [\"OUT C0\"] }";
+    let devices = "[ladder]\ndevices = [\"tank\", \"meter\"]\n";
+    place.write("main.toml", &(devices.to_owned() + &rungs(main)));
+    place.write("tank.toml", &rungs("{ when = [\"X0\"], do = [\"ADD D0 1 to=D0\"] }"));
+    place.write("meter.toml", &rungs("{ when = [\"MC1\"], do = [\"ADD MHR1 5 to=MHR1\"] }"));
+    place.write("controller.toml", LADDERS);
+    expect_test::expect![[r#"
+        scan,time_ms,D0,D1,meter.Ok
+        0,0,0,0,1
+        1,10,0,0,1
+        2,20,1,0,1
+        3,30,1,0,1
+        4,40,2,5,1
+        5,50,2,5,1
+        6,60,3,5,1
+        7,70,3,5,1
+        8,80,4,10,1
+        9,90,4,10,1
+        10,100,5,10,1
+        11,110,5,10,1
+        12,120,6,15,1
+        13,130,6,15,1
+    "#]]
+    .assert_eq(&text(&place.sim("controller.toml --scans 14 --watch D0,D1,meter.Ok").stdout));
+}

@@ -4,6 +4,7 @@ mod bottling_plant;
 mod device_live;
 mod gpio_hardware;
 mod habit_peer;
+mod ladder_plants;
 mod liars;
 mod line;
 mod modbus_clients;

@@ -183,7 +183,7 @@ fn loaded(controller: &str) -> (Program, Arc<Controller>) {
 fn client(controller: &Controller) -> &ClientSettings {
     match &controller.devices[0].driver {
         DriverSettings::Modbus(settings) => settings,
-        DriverSettings::Simulated(_) | DriverSettings::Gpio(_) => unreachable!("it is on Modbus"),
+        _ => unreachable!("it is on Modbus"),
     }
 }
 
@@ -317,7 +317,7 @@ fn in_virtual_time(map: &RandomMap, ladder: &Arc<DeviceProgram>, port: &str) -> 
         layout.cell(address).expect("a cell")
     };
     let own = |table: &str, at: u32| -> Cell {
-        ladder.symbols.layout.cell(register(table, at)).expect("a cell")
+        ladder.ladder.symbols.layout.cell(register(table, at)).expect("a cell")
     };
     let values = map.device.iter();
     let setup = RigSetup {

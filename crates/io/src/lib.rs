@@ -8,6 +8,7 @@
 pub mod caught;
 pub mod device;
 pub mod gpio;
+pub mod ladder;
 pub mod listening;
 pub mod modbus;
 pub mod modbus_client;

@@ -248,6 +248,21 @@ impl Library {
         Some(open.unwrap_or(first))
     }
 
+    /// The controller file of which a ladder is a plant or a device's own side, in the ladder's
+    /// folder or in a folder above it.
+    pub fn controller_beside(&self, ladder: &Path) -> Option<PathBuf> {
+        let folders = ladder.ancestors().skip(1).take(FOLDERS_MAX);
+        let mut all =
+            folders.flat_map(|folder| self.of_kind(folder, FileKind::Controller).to_vec());
+        all.find(|path| {
+            let file = self.file(path);
+            file.is_some_and(|file| {
+                let mut beside = paths_in(&file, FileWordRole::DeviceLadder);
+                beside.any(|path| self.disk.identity(&path) == ladder)
+            })
+        })
+    }
+
     /// All controller files that name one of these files. The folders of the files, the folders
     /// above them and the folders of their tests are searched.
     fn naming(&self, files: &[PathBuf]) -> Vec<PathBuf> {
@@ -357,7 +372,12 @@ pub(super) fn named_file(naming: &EditorFile, name: &str) -> PathBuf {
 
 /// The paths of the files that a file names; for files of the library, their names.
 fn named_paths(file: &EditorFile) -> impl Iterator<Item = PathBuf> {
-    let words = file.words.all.iter().filter(|word| word.role == FileWordRole::File);
+    paths_in(file, FileWordRole::File)
+}
+
+/// The paths of the files that a file names in words with a role.
+fn paths_in(file: &EditorFile, role: FileWordRole) -> impl Iterator<Item = PathBuf> {
+    let words = file.words.all.iter().filter(move |word| word.role == role);
     words.map(|word| named_path(file, file.slice(word.span.clone())))
 }
 

@@ -174,6 +174,8 @@ fn of_controller(object: &str, keys: &[&str]) -> Slot {
         ("", ["order"] | ["retain", "stages"]) => Slot::Block,
         ("", ["allow"]) => Slot::Allow,
         ("device", ["name"]) => Slot::Declares(DeclaredKind::Device),
+        ("device" | "simulated", ["ladder"]) => Slot::DeviceLadder,
+        ("simulated", ["device"]) => Slot::Device,
         ("device.map", ["from" | "to"]) => Slot::Point,
         (
             "device.part",

@@ -171,7 +171,15 @@ impl Workspace {
         };
         let is_test = file.kind == FileKind::Test;
         let of_test = is_test.then(|| JudgedRoot::Test(path.to_owned()));
-        let of_project = is_judged.then(|| JudgedRoot::of_root(&root));
+        // A plant's ladder is judged with its controller file, which knows what its map moves.
+        let beside = || match root.kind {
+            FileKind::Ladder => self.library.controller_beside(&root.path),
+            FileKind::Controller | FileKind::Test => None,
+        };
+        let of_project = is_judged.then(|| match beside() {
+            Some(controller) => JudgedRoot::Controller(controller),
+            None => JudgedRoot::of_root(&root),
+        });
         of_test.into_iter().chain(of_project).collect()
     }
 

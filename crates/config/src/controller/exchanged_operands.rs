@@ -45,7 +45,8 @@ impl Controller {
             let first = reads.len();
             // Outputs to a simulated plant that are not a Y are its levers, which an operator moves
             // by hand.
-            let is_simulated = matches!(device.driver, DriverSettings::Simulated(_));
+            let is_simulated =
+                matches!(device.driver, DriverSettings::Simulated(_) | DriverSettings::Ladder(_));
             let is_judged = |output: &&DeviceOutput| !is_simulated || is_y(output.address);
             for output in device.outputs.iter().filter(is_judged) {
                 // All outputs of a row have the row's place, and consecutive addresses.

@@ -11,6 +11,7 @@ pub mod device;
 mod doubts;
 mod exchanged_operands;
 pub mod log;
+mod memory;
 pub(crate) mod modbus_server;
 pub mod operator;
 mod outputs;
@@ -21,15 +22,20 @@ pub mod retain;
 mod retain_stages;
 mod retain_tags;
 mod settings;
+pub mod side_ladder;
 mod simulated_device;
+pub mod simulated_side;
 pub mod test_settings;
 pub mod web;
 mod wired;
 pub mod written;
 
+use device::MapNames;
 pub use outputs::{OUTPUT_UNKNOWN, OutputRules, OutputState};
 use resolver::{AllowedSpaces, SettingsResolver};
 pub use settings::Controller;
+use side_ladder::SidePrograms;
+use simulated_side::WrittenSimulated;
 use written::WrittenController;
 pub use written::read;
 pub use written::{read_within, shape};
@@ -47,14 +53,24 @@ pub fn resolve_controller(
     written: &WrittenController,
     program: &Program,
 ) -> (Controller, Vec<Finding>) {
-    resolve_controller_within(written, program, &UNASKED)
+    let programs = LoadedPrograms { program, sides: &SidePrograms::default() };
+    resolve_controller_within(written, programs, &UNASKED)
+}
+
+/// The programs of a controller file.
+#[derive(Clone, Copy)]
+pub(crate) struct LoadedPrograms<'a> {
+    /// The program of its ladders.
+    pub program: &'a Program,
+    /// The ladders beside it.
+    pub sides: &'a SidePrograms,
 }
 
 /// As [`resolve_controller`], for a load that its caller may end. If the load must end, parts and
 /// findings are missing.
 pub(crate) fn resolve_controller_within(
     written: &WrittenController,
-    program: &Program,
+    LoadedPrograms { program, sides: side_programs }: LoadedPrograms<'_>,
     progress: &Progress,
 ) -> (Controller, Vec<Finding>) {
     let mut resolver = SettingsResolver { scope: program.scope(), findings: Vec::new(), progress };
@@ -73,9 +89,20 @@ pub(crate) fn resolve_controller_within(
     let stages = &written.retain.stages;
     let retained_stages = retain_stages::resolve(stages, program, &mut resolver.findings);
     resolver.held_and_on(&outputs_hold, &outputs_on);
+    let period_ms = written.scan.period_ms.value;
+    let names = MapNames { scope: resolver.scope, ladders: side_programs, period_ms };
+    let devices = device::resolve(&written.devices, names, progress, &mut resolver.findings);
+    let (sides, found) = WrittenSimulated::resolve(
+        &written.simulated,
+        &side_programs.simulated,
+        &devices,
+        Code::Controller,
+    );
+    // Only if no device is missing: a device that has a mistake may be the one that is named.
+    resolver.findings.extend(found.into_iter().filter(|_| devices.len() == written.devices.len()));
     let operator = written.operator.as_ref().map(|operator| operator.settings.clone());
     let controller = Controller {
-        period_ms: written.scan.period_ms.value,
+        period_ms,
         watchdog_ms: written.scan.watchdog_ms,
         realtime: written.realtime.clone(),
         outputs_on,
@@ -88,12 +115,8 @@ pub(crate) fn resolve_controller_within(
             .as_ref()
             .map(|server| resolver.modbus(server, &program.sizes)),
         rules: resolver.rules(&written.rules),
-        devices: device::resolve(
-            &written.devices,
-            resolver.scope,
-            progress,
-            &mut resolver.findings,
-        ),
+        devices,
+        sides,
         operator: operator.unwrap_or_default(),
         record: written.record.clone(),
         web: web::resolve(&written.web, &mut resolver),

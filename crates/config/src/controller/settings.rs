@@ -5,6 +5,7 @@ use super::log::LogSettings;
 use super::operator::Operator;
 use super::record::RecordSettings;
 use super::retain::Retention;
+use super::simulated_side::SimulatedSide;
 use super::web::WebSettings;
 use rungd_engine::isa::BlockId;
 use rungd_io::modbus::settings::ModbusServerSettings;
@@ -38,6 +39,8 @@ pub struct Controller {
     pub rules: Vec<InputRule>,
     /// Field devices.
     pub devices: Vec<Device>,
+    /// The own sides of Modbus devices, for tests and simulations.
+    pub sides: Vec<SimulatedSide>,
     /// The operator's socket.
     pub operator: Operator,
     /// The scan log.

@@ -21,14 +21,6 @@ pub fn read(root: &mut Table<'_>, ladder: Vec<Text>, file: FileId) -> WrittenCon
     bench
 }
 
-/// Reads the settings of a ladder that is a device's own side: `period` of its table. `ladder` has
-/// its ladder files.
-pub fn read_device(table: &mut Table<'_>, ladder: Vec<Text>, file: FileId) -> WrittenController {
-    let mut bench = written::defaults(file);
-    written::read_period(table, &mut bench.scan);
-    WrittenController { ladder, ..bench }
-}
-
 impl WrittenController {
     /// These settings with different ladder files.
     pub fn with_ladder(self, names: &[String]) -> WrittenController {

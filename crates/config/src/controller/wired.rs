@@ -25,7 +25,7 @@ impl Controller {
     /// The addresses that simulated devices move at every scan, each with the words for its device.
     pub fn simulated(&self) -> HashMap<Address, String> {
         let is_simulated = |wired_device: &&Device| match wired_device.driver {
-            DriverSettings::Simulated(_) => true,
+            DriverSettings::Simulated(_) | DriverSettings::Ladder(_) => true,
             DriverSettings::Modbus(_) | DriverSettings::Gpio(_) => false,
         };
         let devices = self.devices.iter().filter(is_simulated);
@@ -84,7 +84,9 @@ fn wiring(device: &Device, symbols: &Symbols) -> Wiring {
         zero_on_loss: device.on_loss == OnLoss::Zero,
         local_budget_ns: match &device.driver {
             DriverSettings::Gpio(gpio) => Some(u64::from(gpio.budget_us) * US_NS),
-            DriverSettings::Modbus(_) | DriverSettings::Simulated(_) => None,
+            DriverSettings::Modbus(_)
+            | DriverSettings::Simulated(_)
+            | DriverSettings::Ladder(_) => None,
         },
     }
 }

@@ -3,21 +3,23 @@
 //! [`read`] takes the file's text. Names and ranges are still texts here, because they can contain
 //! tags: the resolver turns them into addresses once the ladders are loaded.
 
-use super::device::driver::WrittenDevice;
+use super::device::driver::{DriverKeys, WrittenDevice};
 use super::device::keys as device;
 use super::log::{self, LogSettings};
+use super::memory;
 use super::modbus_server::keys::{self as modbus_server, WrittenModbusServer};
 use super::operator::{self, WrittenOperator};
 use super::realtime;
 use super::record::{self, RecordSettings};
 use super::retain::{self, WrittenRetain};
 use super::simulated_device::{self, WrittenRule};
+use super::simulated_side::{self, WrittenSimulated};
 use super::web::{self, WrittenWeb};
 use rungd_base::progress::{Progress, UNASKED};
 use rungd_engine::isa::MemorySizes;
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::fix::pair;
-use rungd_language::source::key::{Key, key};
+use rungd_language::source::key::key;
 use rungd_language::source::lost::LostText;
 use rungd_language::source::reader::{self, Table, Text};
 use rungd_language::source::room::LoadRoom;
@@ -51,6 +53,8 @@ pub struct WrittenController {
     pub rules: Vec<WrittenRule>,
     /// `[[device]]`, in file order.
     pub devices: Vec<WrittenDevice>,
+    /// `[[simulated]]`, in file order.
+    pub simulated: Vec<WrittenSimulated>,
     /// `[operator]`.
     pub operator: Option<WrittenOperator>,
     /// `[record]`.
@@ -63,6 +67,16 @@ pub struct WrittenController {
     pub probation_ms: u32,
     /// The text that is missing, if a part of the file is not TOML.
     pub lost: Option<LostText>,
+}
+
+impl WrittenController {
+    /// The names of all ladder files: of the program, and of the ladders beside it.
+    pub(crate) fn all_ladders(&self) -> impl Iterator<Item = &Text> {
+        let devices = self.devices.iter().filter_map(|device| device.driver.as_deref());
+        let plants = devices.filter_map(DriverKeys::side_ladder);
+        let sides = plants.chain(self.simulated.iter().map(|simulated| &simulated.side));
+        self.ladder.iter().chain(sides.flat_map(|side| &side.ladder))
+    }
 }
 
 /// `[outputs]`.
@@ -122,7 +136,7 @@ fn read_root(mut root: Table<'_>, file: FileId) -> WrittenController {
         ladder: read_ladders(&mut root),
         order: root
             .strings(key("order", "The scan order of all Programs and Tasks of all ladder files.")),
-        memory: read_memory(&mut root),
+        memory: memory::read_in(&mut root),
         scan: read_scan(&mut root, file),
         realtime: realtime::read_in(&mut root),
         outputs: read_outputs(&mut root),
@@ -130,6 +144,7 @@ fn read_root(mut root: Table<'_>, file: FileId) -> WrittenController {
         modbus_server: modbus_server::read_in(&mut root),
         rules: simulated_device::read_in(&mut root),
         devices: device::read_in(&mut root),
+        simulated: simulated_side::read_in(&mut root),
         log: log::read_in(&mut root),
         probation_ms: read_probation(&mut root),
         operator: operator::read_in(&mut root),
@@ -174,37 +189,6 @@ fn read_ladders(root: &mut Table<'_>) -> Vec<Text> {
         let finding = Finding::new(Code::Controller, span, "no ladder file is named");
         finding.propose(pair("ladder = [\"ladder.toml\"]"))
     })
-}
-
-fn read_memory(root: &mut Table<'_>) -> MemorySizes {
-    let mut sizes = MemorySizes::default();
-    let Some(mut table) =
-        root.table(key("memory", "The number of elements of each space of memory."), "`[memory]`")
-    else {
-        return sizes;
-    };
-    // Modbus numbers its elements with 16 bits; the other spaces need no more.
-    let blocks: [(Key, &mut u32); 12] = [
-        (key("X", "Inputs."), &mut sizes.x),
-        (key("Y", "Outputs."), &mut sizes.y),
-        (key("C", "Control relays."), &mut sizes.c),
-        (key("MC", "Modbus coils."), &mut sizes.mc),
-        (key("MI", "Modbus discrete inputs."), &mut sizes.mi),
-        (key("V", "Words, unsigned, 16 bits."), &mut sizes.v),
-        (key("D", "Words, signed, 32 bits."), &mut sizes.d),
-        (key("R", "Reals, 32 bits."), &mut sizes.r),
-        (key("MHR", "Modbus holding registers."), &mut sizes.mhr),
-        (key("MIR", "Modbus input registers."), &mut sizes.mir),
-        (key("CT", "Counters."), &mut sizes.ct),
-        (key("T", "Timers."), &mut sizes.t),
-    ];
-    for (key, size) in blocks {
-        if let Some(count) = table.whole(key, 1..=65_536) {
-            *size = count.value;
-        }
-    }
-    table.finish();
-    sizes
 }
 
 fn read_scan(root: &mut Table<'_>, file: FileId) -> WrittenScan {

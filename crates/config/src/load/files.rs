@@ -9,6 +9,8 @@ use std::sync::Arc;
 
 pub use rungd_base::regular_file::read_bytes;
 pub(super) use rungd_base::regular_file::read_regular;
+use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::span::{FileId, Span};
 
 /// The identity of a file, which is the same for all spellings of its path. A file that does not
 /// exist yet has one too.
@@ -59,4 +61,26 @@ pub fn may_all_read(path: &Path) -> bool {
         std::fs::metadata(path).is_ok_and(|metadata| metadata.permissions().mode() & bits == bits)
     };
     allows(&path, 0o004) && path.ancestors().skip(1).all(|folder| allows(folder, 0o001))
+}
+
+/// The text of a file. If it is not UTF-8, replacement characters stand for the invalid bytes, and
+/// a finding names the first of them.
+pub fn decode(bytes: &[u8], file: FileId) -> (String, Option<Finding>) {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => (text.to_owned(), None),
+        Err(error) => {
+            let at = error.valid_up_to() as u32;
+            let span = Span { file, start: at, end: at };
+            let byte = bytes.get(at as usize).copied().unwrap_or(0);
+            let message = format!("the file is not UTF-8 text: byte {at} is 0x{byte:02X}");
+            let finding =
+                Finding::new(Code::TomlSyntax, span, message).label("here").help(match bytes {
+                    [0xFF, 0xFE, ..] | [0xFE, 0xFF, ..] => {
+                        "save the file as UTF-8; now it is UTF-16"
+                    }
+                    _ => "save the file as UTF-8; now it may be Latin-1, or not a text",
+                });
+            (String::from_utf8_lossy(bytes).into_owned(), Some(finding))
+        }
+    }
 }

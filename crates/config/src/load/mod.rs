@@ -15,20 +15,27 @@ mod growth;
 #[cfg(test)]
 mod large;
 pub mod library;
+mod loaded;
+mod named;
 mod own_files;
+pub mod side_ladders;
+mod sides;
 pub mod test_ladders;
 
-use std::collections::{HashMap, HashSet};
-use std::io::ErrorKind;
+use std::collections::HashSet;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
 
 pub use files::OpenTexts;
-pub use files::{identity, may_all_read, read_bytes};
+pub use files::{decode, identity, may_all_read, read_bytes};
 
 use crate::controller::written::WrittenController;
-use crate::controller::{self, Controller, resolve_controller_within};
+use crate::controller::{self, Controller, LoadedPrograms, resolve_controller_within};
+pub use loaded::Loaded;
+use sides::SideFiles;
+
 use rungd_base::progress::{LoadStep, Progress};
 use rungd_engine::isa::{Address, BlockId};
 use rungd_io::plant::settings::InputRule;
@@ -37,28 +44,7 @@ use rungd_language::resolve::program::{Program, TagMeaning};
 use rungd_language::resolve::{LoadOptions, resolve_ladders};
 use rungd_language::source::file_kind;
 use rungd_language::source::finding::{Code, Finding, Severity};
-use rungd_language::source::fix::{FixEdit, Help, possible};
-use rungd_language::source::lost::LostTexts;
-use rungd_language::source::reader::Text;
-use rungd_language::source::span::{FileId, Located, SourceFile, Span};
-
-/// The result of a load. It has a program and a controller exactly if no finding is an error.
-#[derive(Debug, Default)]
-pub struct Loaded {
-    /// All files that were read, by their numbers.
-    pub files: Vec<SourceFile>,
-    /// All findings, in order of place.
-    pub findings: Vec<Finding>,
-    /// The program, resolved and checked by the rules.
-    pub program: Option<Program>,
-    /// The controller file's settings, if one was loaded.
-    pub controller: Option<Controller>,
-    /// The texts that could not be read in files that are not TOML as a whole.
-    lost: LostTexts,
-    progress: Progress,
-    /// The texts that replace files on disk.
-    texts: OpenTexts,
-}
+use rungd_language::source::span::{FileId, Located, SourceFile};
 
 /// A file's path and bytes. The file is read only once, because it may be a pipe.
 #[derive(Debug)]
@@ -124,7 +110,7 @@ pub fn ladder_inputs(inputs: &[InputFile]) -> Result<Loaded> {
         }
         loaded.add(input.path.display().to_string(), &input.bytes);
     }
-    loaded.ladders(0, LoadOptions::default());
+    loaded.ladders(0..loaded.files.len(), LoadOptions::default());
     loaded.judge();
     Ok(loaded)
 }
@@ -216,24 +202,38 @@ fn controller(input: &InputFile, progress: &Progress, texts: &OpenTexts) -> Load
     loaded.findings.extend(own_files::findings(path, &written, &loaded.progress));
     let first = loaded.files.len();
     if loaded.named_files(path, "controller file", &written.ladder) {
-        loaded.controlled(&written, first);
+        loaded.controlled(&written, first..loaded.files.len());
     }
-    loaded.settings(&written);
+    loaded.settings(&written, SideFiles::Named(path, "controller file"));
     loaded.judge();
     loaded
 }
 
-/// Loads the files of a recording: the texts of a controller file and of its ladder files, in
-/// order. No file is read.
+/// The number of ladder files that the text of a controller file names: in a recording they follow
+/// it, and the files of the ladders beside the controller's follow them.
+pub fn ladders_named(controller: &str) -> usize {
+    controller::read(controller, FileId(0)).0.map_or(0, |written| written.ladder.len())
+}
+
+/// Loads the files of a recording: the texts of a controller file, of its ladder files, and of the
+/// ladders beside them, in order. No file is read.
 pub fn recorded_files(files: &[SourceFile]) -> Loaded {
+    let ladders = files.first().map_or(0, |controller| ladders_named(&controller.text));
+    recorded_ladders(files, ladders)
+}
+
+/// As [`recorded_files`], with this number of ladder files instead of those that the controller
+/// file names.
+pub fn recorded_ladders(files: &[SourceFile], ladders: usize) -> Loaded {
     let mut loaded = Loaded { files: files.to_vec(), ..Loaded::default() };
     let Some(controller) = files.first() else { return loaded };
     let (written, found) = controller::read(&controller.text, FileId(0));
     loaded.findings.extend(found);
     let Some(written) = written else { return loaded };
     loaded.lost.add_settings(FileId(0), written.lost.clone());
-    loaded.controlled(&written, 1);
-    loaded.settings(&written);
+    let ladders = 1..(1 + ladders).min(files.len());
+    loaded.controlled(&written, ladders.clone());
+    loaded.settings(&written, SideFiles::Given(ladders.end));
     loaded.judge();
     loaded
 }
@@ -271,123 +271,35 @@ pub fn is_controller_file(path: &Path) -> Result<bool> {
 }
 
 impl Loaded {
-    /// Adds a file and returns its number.
-    fn add(&mut self, name: String, bytes: &[u8]) -> FileId {
-        let id = FileId(self.files.len() as u32);
-        let (text, finding) = decode(bytes, id);
-        self.findings.extend(finding);
-        self.files.push(SourceFile { name, text });
-        id
+    /// Resolves the ladder files of a controller file.
+    fn controlled(&mut self, written: &WrittenController, files: Range<usize>) {
+        self.with_settings(written, files, true);
     }
 
-    /// Reads the ladder files that the file `naming` of this kind names. Returns true if all could
-    /// be read.
-    fn named_files(&mut self, naming: &Path, kind: &str, names: &[Text]) -> bool {
-        let mut seen: HashMap<PathBuf, Span> = HashMap::new();
-        let (mut whole, own) = (true, files::identity(naming));
-        for name in names {
-            if self.progress.is_over() {
-                return false;
-            }
-            if let Some(file) = library::named(&name.text) {
-                let text = file.map(|file| file.text);
-                whole &= self.add_library(name, text, &mut seen);
-                continue;
-            }
-            let path = naming.parent().unwrap_or(Path::new("")).join(&name.text);
-            self.progress.begin(LoadStep::Reading(path.display().to_string()));
-            let real = files::identity(&path);
-            if real == own {
-                let message = format!("the {kind} names itself as its ladder");
-                let finding = Finding::new(Code::Controller, name.span, message);
-                self.findings.push(finding.help("name a file with `[[program]]`").or_omit());
-                whole = false;
-                continue;
-            }
-            if let Some(first) = seen.get(&real) {
-                let message = format!("`{}` is named twice", name.text);
-                let finding = Finding::new(Code::Controller, name.span, message);
-                let finding = finding.related(*first, "the same file");
-                let finding = finding.help("remove one of the two").fix(possible(FixEdit::Delete));
-                self.findings.push(finding);
-                whole = false;
-                continue;
-            }
-            seen.insert(real, name.span);
-            match self.texts.read(&path) {
-                Ok(bytes) => {
-                    self.add(path.display().to_string(), &bytes);
-                }
-                Err(error) => {
-                    let message = format!("cannot read `{}`: {error}", path.display());
-                    let finding = Finding::new(Code::Controller, name.span, message);
-                    let help = if error.kind() == ErrorKind::InvalidInput {
-                        "name a ladder file".to_owned()
-                    } else if error.kind() == ErrorKind::PermissionDenied {
-                        "give the user that runs rungd the right to read it and its folders"
-                            .to_owned()
-                    } else {
-                        format!("paths are relative to the {kind}")
-                    };
-                    self.findings.push(finding.help(help));
-                    whole = false;
-                }
-            }
-        }
-        whole && !names.is_empty()
-    }
-
-    /// Adds a file of the library that a controller file names. Returns true if the library has it
-    /// and it is not named twice.
-    fn add_library(
+    /// Resolves the ladder files of these settings. Without a controller file, every device that
+    /// the ladders name is accepted.
+    fn with_settings(
         &mut self,
-        name: &Text,
-        text: Result<&str, (String, Help)>,
-        seen: &mut HashMap<PathBuf, Span>,
-    ) -> bool {
-        let finding = |message| Finding::new(Code::Controller, name.span, message);
-        let finding = match (text, seen.insert(PathBuf::from(&name.text), name.span)) {
-            (Err((message, help)), _) => finding(message).help(help),
-            (Ok(_), Some(first)) => finding(format!("`{}` is named twice", name.text))
-                .related(first, "the same file")
-                .help("remove one of the two")
-                .fix(possible(FixEdit::Delete)),
-            (Ok(text), None) => {
-                self.add(name.text.clone(), text.as_bytes());
-                return true;
-            }
-        };
-        self.findings.push(finding);
-        false
-    }
-
-    /// Resolves the ladder files of a controller file: all files from `first` on.
-    fn controlled(&mut self, written: &WrittenController, first: usize) {
-        self.with_settings(written, first, true);
-    }
-
-    /// Resolves the ladder files of these settings: all files from `first` on. Without a controller
-    /// file, every device that the ladders name is accepted.
-    fn with_settings(&mut self, written: &WrittenController, first: usize, has_controller: bool) {
-        let first_file = FileId(first as u32);
+        written: &WrittenController,
+        files: Range<usize>,
+        has_controller: bool,
+    ) {
+        let first_file = FileId(files.start as u32);
         let (sizes, order) = (written.memory.clone(), written.order.clone());
         let devices = written.devices.iter().filter_map(|device| device.name.clone()).collect();
         let (progress, addresses) = (self.progress.clone(), written.strings.clone());
         let options =
             LoadOptions { sizes, order, devices, addresses, has_controller, first_file, progress };
-        self.ladders(first, options);
+        self.ladders(files, options);
     }
 
-    /// Resolves the files from `first` on.
-    fn ladders(&mut self, first: usize, options: LoadOptions) {
-        if self.progress.is_over() {
+    /// Resolves these files.
+    fn ladders(&mut self, files: Range<usize>, options: LoadOptions) {
+        self.ladders = files.len();
+        if self.progress.is_over() || self.has_finding_in(&files) {
             return;
         }
-        // A file that is not UTF-8 would only cause further findings with the same reason.
-        if self.findings.iter().any(|f| f.span.file.0 as usize >= first) {
-            return;
-        }
-        let (program, found) = resolve_ladders(&self.files[first..], &options);
+        let (program, found) = resolve_ladders(&self.files[files], &options);
         self.findings.extend(library::offered(found, &self.files, options.has_controller));
         if let Some(program) = &program {
             self.lost.add_all(&program.lost);
@@ -395,26 +307,24 @@ impl Loaded {
         self.program = program;
     }
 
-    /// Resolves the settings of the controller file.
-    fn settings(&mut self, written: &WrittenController) {
+    /// Loads the ladders beside the program, and resolves the settings of the controller file.
+    fn settings(&mut self, written: &WrittenController, files: SideFiles<'_>) {
         let of_ladders = |finding: &Finding| finding.span.file != FileId(0);
+        let whole = self.program.is_some()
+            && !self.findings.iter().any(|f| of_ladders(f) && f.severity() == Severity::Error);
+        let sides = self.side_ladders(written, files);
         if self.progress.is_over() {
             return;
         }
         self.progress.begin(LoadStep::Settings);
-        let whole = self.program.is_some()
-            && !self.findings.iter().any(|f| of_ladders(f) && f.severity() == Severity::Error);
         let bare = Program::empty(written.memory.clone());
         let program = self.program.as_ref().unwrap_or(&bare);
-        let (controller, mut found) = resolve_controller_within(written, program, &self.progress);
+        let programs = LoadedPrograms { program, sides: &sides };
+        let (controller, mut found) = resolve_controller_within(written, programs, &self.progress);
         // A tag that is itself wrong, or in a file that could not be read, already has a finding.
         found.retain(|finding| whole || finding.code != Code::UnknownName);
         self.findings.extend(found);
         self.controller = Some(controller);
-    }
-
-    fn has_error(&self) -> bool {
-        self.findings.iter().any(|finding| finding.severity() == Severity::Error)
     }
 
     /// Applies the rules to the program, removes the allowed findings, and keeps the program only
@@ -451,33 +361,13 @@ impl Loaded {
             self.findings = silence(program, std::mem::take(&mut self.findings), controller);
             self.findings = program.layers.placed_findings(std::mem::take(&mut self.findings));
         }
-        self.lost.keep_sure(&mut self.findings);
-        self.findings.sort_by_key(|f| (f.span.file, f.span.start, f.span.end, f.code));
-        if self.has_error() || !self.lost.is_empty() || self.progress.is_over() {
+        let controller = self.controller.take();
+        self.judge_sides(controller.as_ref());
+        self.controller = controller;
+        self.put_in_order();
+        if self.is_refused() {
             self.program = None;
             self.controller = None;
-        }
-    }
-}
-
-/// The text of a file. If it is not UTF-8, replacement characters stand for the invalid bytes, and
-/// a finding names the first of them.
-pub fn decode(bytes: &[u8], file: FileId) -> (String, Option<Finding>) {
-    match std::str::from_utf8(bytes) {
-        Ok(text) => (text.to_owned(), None),
-        Err(error) => {
-            let at = error.valid_up_to() as u32;
-            let span = Span { file, start: at, end: at };
-            let byte = bytes.get(at as usize).copied().unwrap_or(0);
-            let message = format!("the file is not UTF-8 text: byte {at} is 0x{byte:02X}");
-            let finding =
-                Finding::new(Code::TomlSyntax, span, message).label("here").help(match bytes {
-                    [0xFF, 0xFE, ..] | [0xFE, 0xFF, ..] => {
-                        "save the file as UTF-8; now it is UTF-16"
-                    }
-                    _ => "save the file as UTF-8; now it may be Latin-1, or not a text",
-                });
-            (String::from_utf8_lossy(bytes).into_owned(), Some(finding))
         }
     }
 }

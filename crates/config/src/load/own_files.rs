@@ -42,7 +42,8 @@ pub(super) fn findings(
         if own == identity(controller) {
             return Some(OtherFile { what: "this controller file", named: None });
         }
-        let ladder = progress.during(&written.ladder).find(|name| beside(&name.text) == own)?;
+        let mut ladders = progress.during(written.all_ladders());
+        let ladder = ladders.find(|name| beside(&name.text) == own)?;
         Some(OtherFile { what: "a ladder file", named: Some(ladder.span) })
     };
     let mut findings = Vec::new();

@@ -5,6 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::sides::SideFiles;
 use super::{InputFile, Loaded, OpenTexts, files, library};
 use crate::controller::written::WrittenController;
 use rungd_language::source::finding::Code;
@@ -38,9 +39,12 @@ pub fn bench(
     let mut loaded = Loaded { files: vec![file], texts: texts.clone(), ..Loaded::default() };
     loaded.lost.add_settings(FileId(0), settings.lost.clone());
     if loaded.named_files(naming, "test file", &settings.ladder) {
-        loaded.with_settings(settings, 1, kind == InputKind::Controller);
+        let files = 1..loaded.files.len();
+        loaded.with_settings(settings, files, kind == InputKind::Controller);
     }
-    loaded.settings(settings);
+    // The ladders beside those under test are named by the controller file.
+    let controller = loaded.files[0].name.clone();
+    loaded.settings(settings, SideFiles::Named(Path::new(&controller), "controller file"));
     loaded.judge();
     for finding in loaded.findings.iter_mut().filter(|finding| finding.span.file == FileId(0)) {
         if finding.code == Code::Controller {

@@ -67,6 +67,7 @@ fn a_driver_accepts_only_its_own_keys() {
         ("modbus-rtu", "port = \"/dev/ttyUSB0\""),
         ("gpio", "chip = \"/dev/gpiochip0\""),
         ("simulated", "seed = 2"),
+        ("ladder", "period = \"20ms\""),
     ];
     assert_eq!(own.map(|(name, _)| name).to_vec(), names());
     for (owner, key) in own {

@@ -8,40 +8,36 @@
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::sync::Arc;
 
+use rungd_config::controller::simulated_side::SimulatedSide;
 use rungd_engine::isa::{Address, Bit, BitSpace, DeviceId, MemorySizes, Word, WordSpace};
-use rungd_engine::{Cell, Engine, EngineProgram};
+use rungd_io::ladder::{LadderMachine, LadderProgram};
 use rungd_io::modbus::ModbusMap;
 use rungd_io::modbus::answer::{AnsweredRequest, RequestDecision, answer, refused, written};
 use rungd_io::modbus::map::RequestSource;
 use rungd_io::modbus::settings::{ModbusServerSettings, WriteList};
 use rungd_io::modbus_client::RegisterPeer;
-use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::operands::Operands;
 use rungd_language::resolve::program::Program;
 use rungd_language::source::span::Span;
+use rungd_runtime::ScannedMachine;
 use rungd_runtime::exchange::{Mode, Snapshot};
-use rungd_runtime::{ScanStart, ScannedMachine};
-
-use super::mode::MS_NS;
 
 /// A ladder that is a device's own side, lowered once.
 #[derive(Debug)]
 pub struct DeviceProgram {
-    code: EngineProgram,
-    /// Its names and cells.
-    pub symbols: Arc<Symbols>,
+    /// The ladder.
+    pub ladder: Arc<LadderProgram>,
     map: ModbusMap,
-    period_ns: u64,
 }
 
 impl DeviceProgram {
     /// Lowers a ladder that has no errors; `period_ms`: its scan period.
     pub fn new(program: &Program, period_ms: u32) -> DeviceProgram {
-        let (code, symbols) = lower(program);
+        let ladder = LadderProgram::new(program, period_ms);
         let settings = server(&program.sizes);
+        let symbols = &ladder.symbols;
         let map = ModbusMap::new(&settings, &symbols.layout, |word| symbols.limits(word));
-        let period_ns = u64::from(period_ms.max(1)) * MS_NS;
-        DeviceProgram { code, symbols: Arc::new(symbols), map, period_ns }
+        DeviceProgram { ladder: Arc::new(ladder), map }
     }
 }
 
@@ -52,6 +48,14 @@ pub struct SimulatedDevice {
     pub id: DeviceId,
     /// Its ladder.
     pub program: Arc<DeviceProgram>,
+}
+
+impl SimulatedDevice {
+    /// The own side of a device of a controller file, lowered.
+    pub fn of(side: &SimulatedSide) -> SimulatedDevice {
+        let program = DeviceProgram::new(&side.program, side.period_ms);
+        SimulatedDevice { id: side.device, program: Arc::new(program) }
+    }
 }
 
 /// A server with the standard map, in which all coils and holding registers can be written.
@@ -83,11 +87,7 @@ fn server(sizes: &MemorySizes) -> ModbusServerSettings {
 /// The own side of a device, in virtual time.
 pub(super) struct DeviceLadder {
     program: Arc<DeviceProgram>,
-    engine: Engine,
-    next_ns: u64,
-    scans: u64,
-    /// Whether its ladder has stopped it.
-    is_stopped: bool,
+    machine: LadderMachine,
     /// Memory as the server shows it.
     shown: Snapshot,
 }
@@ -95,8 +95,8 @@ pub(super) struct DeviceLadder {
 impl DeviceLadder {
     /// A device that is switched on at virtual time 0.
     pub fn new(program: &Arc<DeviceProgram>) -> DeviceLadder {
-        let mut engine = Engine::new(program.code.clone());
-        engine.start(0);
+        let machine = LadderMachine::new(&program.ladder);
+        let image = machine.image();
         let shown = Snapshot {
             generation: 0,
             scans: 0,
@@ -104,45 +104,28 @@ impl DeviceLadder {
             mode: Mode::Run,
             since_ns: 0,
             ending: false,
-            bits: engine.image().bits().into(),
-            words: engine.image().words().into(),
+            bits: image.bits().into(),
+            words: image.words().into(),
             outputs: Box::default(),
             tickets_done: 0,
             forces: Default::default(),
             safe: Arc::new([]),
         };
-        let program = Arc::clone(program);
-        DeviceLadder { program, engine, next_ns: 0, scans: 0, is_stopped: false, shown }
+        DeviceLadder { program: Arc::clone(program), machine, shown }
     }
 
-    /// Scans up to a time.
-    pub fn scan_up_to(&mut self, now_ns: u64) {
-        while self.next_ns <= now_ns && !self.is_stopped {
-            let (number, now_ns) = (self.scans + 1, self.next_ns);
-            let start = ScanStart { number, now_ns, times: Default::default(), local_s: 0 };
-            ScannedMachine::begin_scan(&mut self.engine, &start);
-            self.is_stopped = ScannedMachine::execute(&mut self.engine);
-            self.scans += 1;
-            self.next_ns += self.program.period_ns;
-        }
+    /// Its ladder.
+    pub fn machine(&mut self) -> &mut LadderMachine {
+        &mut self.machine
     }
 
-    /// Writes a bit or word of its memory: what happens to the device at a time, or before its
-    /// first scan.
-    pub fn write(&mut self, cell: Cell, value: i32, now_ns: Option<u64>) {
-        if let Some(now_ns) = now_ns {
-            self.scan_up_to(now_ns);
-        }
-        ScannedMachine::write(&mut self.engine, cell, value);
-    }
-
-    /// The value of a bit or word.
-    pub fn value(&self, cell: Cell) -> i32 {
-        self.engine.image().value(cell)
+    /// Its ladder, to be read.
+    pub fn machine_now(&self) -> &LadderMachine {
+        &self.machine
     }
 
     fn show(&mut self) {
-        let image = self.engine.image();
+        let image = self.machine.image();
         self.shown.bits.copy_from_slice(image.bits());
         self.shown.words.copy_from_slice(image.words());
     }
@@ -150,7 +133,7 @@ impl DeviceLadder {
 
 impl RegisterPeer for DeviceLadder {
     fn answer(&mut self, now_ns: u64, request: &[u8], reply: &mut Vec<u8>) {
-        self.scan_up_to(now_ns);
+        self.machine.scan_up_to(now_ns, |_| {});
         self.show();
         let (program, unit) = (Arc::clone(&self.program), 1);
         let asker = RequestSource { unit, client: IpAddr::V4(Ipv4Addr::LOCALHOST) };
@@ -158,7 +141,8 @@ impl RegisterPeer for DeviceLadder {
             RequestDecision::Reply(reply) => reply,
             RequestDecision::Refused(_, refusal) => refused(request, refusal),
             RequestDecision::Write(asked, batch) => {
-                batch.iter().for_each(|write| self.engine.write_operand(write));
+                let engine = self.machine.engine();
+                batch.iter().for_each(|write| engine.write_operand(write));
                 self.show();
                 let answered = AnsweredRequest { pdu: request, request: &asked };
                 written(&program.map, unit, answered, &self.shown)

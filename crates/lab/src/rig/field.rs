@@ -2,8 +2,8 @@
 //!
 //! The side of the scan is `runtime::field`, as in the daemon. This module is the other side: it
 //! exchanges with a device at each multiple of `poll` and when an output has changed, as
-//! `io::device` does. A simulated plant answers. Every other device reports the values that the
-//! test gives its inputs: 0 and OFF at first.
+//! `io::device` does. A simulated plant answers, of parts or a ladder. Every other device reports
+//! the values that the test gives its inputs: 0 and OFF at first.
 
 use super::device_ladder::DeviceLadder;
 use super::mode::{MS_NS, RigMode};
@@ -12,6 +12,7 @@ use rungd_config::controller::device::{Device, DriverSettings};
 use rungd_engine::isa::{Bit, BitSpace, DeviceId};
 use rungd_engine::{BitCell, Cell, Image};
 use rungd_io::device::ExchangeReason;
+use rungd_io::ladder::{LadderMachine, LadderPlant, STOPPED, Stopped};
 use rungd_io::modbus_client::VirtualDevice;
 use rungd_io::plant::Model;
 use rungd_runtime::field::{FieldDevices, InputStep, field};
@@ -57,6 +58,8 @@ struct RigDevice {
 enum Peer {
     /// A simulated plant, with the inputs that it last returned.
     Plant(Box<Model>, Vec<i32>),
+    /// A plant that is a ladder.
+    LadderPlant(Box<LadderPlant>),
     /// A ladder, which the device's own driver exchanges with.
     Ladder(Box<VirtualDevice<DeviceLadder>>),
     /// No plant: a test sets the inputs.
@@ -118,6 +121,12 @@ impl RigField {
                 DriverSettings::Simulated(plant) => {
                     (Peer::Plant(Box::new(Model::new(plant)), vec![0; count]), None)
                 }
+                DriverSettings::Ladder(plant) => match program.plant(settings.id) {
+                    Some(ladder) => {
+                        (Peer::LadderPlant(Box::new(LadderPlant::new(plant, ladder))), None)
+                    }
+                    None => (Peer::Test, Some(0)),
+                },
                 DriverSettings::Modbus(client) => match program.device_ladder(settings.id) {
                     Some(ladder) => {
                         let device = VirtualDevice::new(client, DeviceLadder::new(ladder));
@@ -234,27 +243,46 @@ impl RigField {
         false
     }
 
-    /// Writes memory of a device's ladder, at a time or before its first scan.
-    pub fn write_device(
+    /// Writes memory of a device's ladder, before its scan at a time or before its first scan.
+    pub fn write_device(&mut self, device: DeviceId, cell: Cell, value: i32, now_ns: Option<u64>) {
+        if let Some(machine) = self.machine(device, now_ns) {
+            machine.write(cell, value);
+        }
+    }
+
+    /// The ladder of a device, after its scans before a time.
+    pub fn machine(
         &mut self,
         DeviceId(at): DeviceId,
-        cell: Cell,
-        value: i32,
         now_ns: Option<u64>,
-    ) {
-        if let Some(RigDevice { peer: Peer::Ladder(ladder), .. }) =
-            self.devices.get_mut(at as usize)
-        {
-            ladder.peer().write(cell, value, now_ns);
+    ) -> Option<&mut LadderMachine> {
+        let before_ns = now_ns.and_then(|now_ns| now_ns.checked_sub(1));
+        match &mut self.devices.get_mut(at as usize)?.peer {
+            Peer::Ladder(ladder) => {
+                let machine = ladder.peer().machine();
+                if let Some(before_ns) = before_ns {
+                    machine.scan_up_to(before_ns, |_| {});
+                }
+                Some(machine)
+            }
+            Peer::LadderPlant(plant) => {
+                if let Some(before_ns) = before_ns {
+                    plant.scan_up_to(before_ns);
+                }
+                Some(plant.machine())
+            }
+            Peer::Plant(..) | Peer::Test => None,
         }
     }
 
     /// A value of the memory of a device's ladder.
     pub fn device_value(&self, DeviceId(at): DeviceId, cell: Cell) -> i32 {
-        match self.devices.get(at as usize) {
-            Some(RigDevice { peer: Peer::Ladder(ladder), .. }) => ladder.peer_now().value(cell),
-            Some(_) | None => 0,
-        }
+        let machine = match self.devices.get(at as usize).map(|device| &device.peer) {
+            Some(Peer::Ladder(ladder)) => ladder.peer_now().machine_now(),
+            Some(Peer::LadderPlant(plant)) => plant.machine_now(),
+            Some(Peer::Plant(..) | Peer::Test) | None => return 0,
+        };
+        machine.image().value(cell)
     }
 
     /// Why the last exchange of each device failed, by the indices of the devices.
@@ -308,8 +336,12 @@ impl RigDevice {
     fn exchange(&mut self, now_ns: u64, driven: Driven) {
         if !self.is_there {
             // The plant continues with its last outputs.
-            if let Peer::Plant(model, inputs) = &mut self.peer {
-                let _ = model.step(now_ns / MS_NS, &self.given, inputs);
+            match &mut self.peer {
+                Peer::Plant(model, inputs) => {
+                    let _ = model.step(now_ns / MS_NS, &self.given, inputs);
+                }
+                Peer::LadderPlant(plant) => plant.scan_up_to(now_ns),
+                Peer::Ladder(_) | Peer::Test => {}
             }
             self.end.trouble();
             return;
@@ -326,6 +358,15 @@ impl RigDevice {
                 }
                 for (read, input) in self.read.iter_mut().zip(inputs) {
                     *read = Some(*input);
+                }
+            }
+            Peer::LadderPlant(plant) => {
+                let done = plant.step(now_ns, &self.given, &mut self.read);
+                self.trouble = done.err().map(|Stopped| STOPPED.to_owned());
+                if self.trouble.is_some() {
+                    self.end.trouble();
+                    self.end.deliver(&self.read, now_ns);
+                    return;
                 }
             }
             Peer::Ladder(ladder) => {
@@ -362,6 +403,9 @@ impl RigDevice {
         match &mut self.peer {
             Peer::Plant(model, inputs) => {
                 let _ = model.step(now_ns / MS_NS, &self.offered, inputs);
+            }
+            Peer::LadderPlant(plant) => {
+                let _ = plant.step(now_ns, &self.offered, &mut self.read);
             }
             Peer::Ladder(ladder) => {
                 let change = ExchangeReason::Change;

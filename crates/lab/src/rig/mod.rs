@@ -249,6 +249,19 @@ impl Rig {
         self.field.write_device(device, cell, value, Some(self.next_ns));
     }
 
+    /// Forces a bit or word of a device that has a ladder of its own.
+    pub fn force_device(&mut self, device: DeviceId, cell: Cell, value: i32) {
+        if let Some(machine) = self.field.machine(device, Some(self.next_ns)) {
+            machine.force(cell, value);
+        }
+    }
+
+    /// Ends a force of a device that has a ladder of its own; returns false if there is none.
+    pub fn release_device(&mut self, device: DeviceId, cell: Cell) -> bool {
+        let machine = self.field.machine(device, Some(self.next_ns));
+        machine.is_some_and(|machine| machine.release(cell))
+    }
+
     /// A bit or word of the memory of a device that has a ladder of its own; 0 if it has none.
     pub fn device_value(&self, device: DeviceId, cell: Cell) -> i32 {
         self.field.device_value(device, cell)

@@ -6,8 +6,10 @@ use std::sync::Arc;
 
 use super::device_ladder::{DeviceProgram, SimulatedDevice};
 use rungd_config::controller::Controller;
+use rungd_config::controller::device::{Device, DriverSettings};
 use rungd_engine::isa::{Bit, DeviceBit, DeviceId};
 use rungd_engine::{self as engine, BitCell, Layout};
+use rungd_io::ladder::LadderProgram;
 use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::program::Program;
 use rungd_runtime::SafeState;
@@ -27,8 +29,10 @@ pub struct RigProgram {
     pub(super) plan: RetainPlan,
     /// The bits of devices that the ladder names without a controller file.
     pub(super) unwired: Vec<UnwiredBits>,
-    /// The devices whose own side is a ladder.
-    pub(super) device_ladders: Vec<SimulatedDevice>,
+    /// The Modbus devices whose own side is a ladder.
+    device_ladders: Vec<SimulatedDevice>,
+    /// The devices that are a ladder.
+    plants: Vec<(DeviceId, Arc<LadderProgram>)>,
 }
 
 /// The bits of a device that has no settings.
@@ -57,24 +61,34 @@ impl RigProgram {
             controller: Arc::clone(controller),
             symbols: Arc::new(symbols),
             code,
-            device_ladders: Vec::new(),
+            device_ladders: controller.sides.iter().map(SimulatedDevice::of).collect(),
+            plants: controller.devices.iter().filter_map(plant).collect(),
         }
     }
 
-    /// The same program, with these devices' own sides.
-    pub fn with_devices(self, devices: &[SimulatedDevice]) -> RigProgram {
-        RigProgram { device_ladders: devices.to_vec(), ..self }
+    /// The same program, with these devices' own sides in place of those of the controller file.
+    pub fn with_devices(mut self, devices: &[SimulatedDevice]) -> RigProgram {
+        self.device_ladders.retain(|known| devices.iter().all(|device| device.id != known.id));
+        self.device_ladders.extend_from_slice(devices);
+        self
     }
 
-    /// The own side of a device, if it is a ladder.
-    pub(crate) fn device_ladder(&self, device: DeviceId) -> Option<&Arc<DeviceProgram>> {
+    /// The own side of a Modbus device, if it is a ladder.
+    pub(super) fn device_ladder(&self, device: DeviceId) -> Option<&Arc<DeviceProgram>> {
         let found = self.device_ladders.iter().find(|known| known.id == device);
         found.map(|known| &known.program)
     }
 
+    /// The ladder of a device that is one.
+    pub(super) fn plant(&self, device: DeviceId) -> Option<&Arc<LadderProgram>> {
+        let found = self.plants.iter().find(|(known, _)| *known == device);
+        found.map(|(_, program)| program)
+    }
+
     /// The cells of the controller, or of a device's ladder.
     pub(crate) fn layout_of(&self, device: Option<DeviceId>) -> &Layout {
-        let ladder = device.and_then(|device| self.device_ladder(device));
+        let side = |device| self.device_ladder(device).map(|side| &side.ladder);
+        let ladder = device.and_then(|device| side(device).or_else(|| self.plant(device)));
         ladder.map_or(&self.symbols.layout, |ladder| &ladder.symbols.layout)
     }
 
@@ -97,6 +111,12 @@ impl RigProgram {
     pub fn period_ns(&self) -> u64 {
         u64::from(self.controller.period_ms) * 1_000_000
     }
+}
+
+/// The ladder of a device that is one, lowered.
+fn plant(device: &Device) -> Option<(DeviceId, Arc<LadderProgram>)> {
+    let DriverSettings::Ladder(plant) = &device.driver else { return None };
+    Some((device.id, plant.lowered()))
 }
 
 /// Hashes a text that is written in parts, without keeping it.

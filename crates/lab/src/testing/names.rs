@@ -17,6 +17,7 @@ use crate::traces::stimulus::StimulusTarget;
 use rungd_config::controller::device::Device;
 use rungd_engine::Cell;
 use rungd_engine::isa::{Address, Bit, BitSpace, DeviceId};
+use rungd_io::ladder::settings::LadderSettings;
 use rungd_language::check::{CheckInputs, check_partial, silence};
 use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::LoadOptions;
@@ -154,6 +155,12 @@ impl<'a> TestNames<'a> {
     pub fn moved_by(&mut self, device: &Device) {
         let mover = format!("device `{}`", device.name);
         self.moved.extend(device.inputs.iter().map(|input| (input.address, mover.clone())));
+    }
+
+    /// Adds addresses of a plant's ladder that the map of the plant writes in every scan.
+    pub fn moved_by_map(&mut self, device: &str, plant: &LadderSettings) {
+        let mover = format!("the map of `{device}`");
+        self.moved.extend(plant.outputs.iter().map(|point| (point.address, mover.clone())));
     }
 
     /// A condition over the program's cells.

@@ -32,6 +32,22 @@ impl TestOperand {
         }
     }
 
+    /// Forces it.
+    pub(super) fn force(&self, rig: &mut Rig, value: i32, ticket: Ticket) {
+        match self.device {
+            Some(device) => rig.force_device(device, self.cell, value),
+            None => rig.force(self.cell, value, ticket),
+        }
+    }
+
+    /// Ends a force; returns false if there is none.
+    pub(super) fn release(&self, rig: &mut Rig, ticket: Ticket) -> bool {
+        match self.device {
+            Some(device) => rig.release_device(device, self.cell),
+            None => rig.release(self.cell, ticket),
+        }
+    }
+
     /// Its value now.
     pub(super) fn value(&self, rig: &Rig) -> i32 {
         match self.device {

@@ -210,10 +210,10 @@ impl<'a, S: Spectator> Player<'a, '_, S> {
         match step {
             TestStep::Set(operand, value) => self.set(operand, *value, ticket),
             TestStep::Force(operand, value) => {
-                self.rig.force(operand.cell, *value, ticket);
+                operand.force(&mut self.rig, *value, ticket);
                 Ok(())
             }
-            TestStep::Unforce(operand) => match self.rig.release(operand.cell, ticket) {
+            TestStep::Unforce(operand) => match operand.release(&mut self.rig, ticket) {
                 true => Ok(()),
                 false => Err(FailedWhy::NotForced(operand.clone())),
             },

@@ -11,15 +11,18 @@ use std::sync::Arc;
 use super::names::{Observation, TestNames, TestTarget};
 use super::step_words::StepWord;
 use super::suite::{ProgramId, TestProgram};
-use rungd_config::controller;
-use rungd_config::controller::device::Device;
+use rungd_config::controller::device::{Device, DriverSettings};
+use rungd_config::controller::side_ladder::operand_of;
+use rungd_config::controller::simulated_side::SimulatedSide;
 use rungd_config::controller::written::WrittenController;
+use rungd_config::controller::{self, Controller};
 pub use rungd_config::load::test_ladders::{
     InputKind, SettingsFile, bench, identity_of, input_kind, path_of,
 };
 use rungd_config::load::{self, Loaded, OpenTexts};
 use rungd_language::lower::lower;
 use rungd_language::resolve::LoadOptions;
+use rungd_language::resolve::program::Program;
 use rungd_language::source::finding::{Code, Finding, Severity};
 use rungd_language::source::fix::{FixEdit, advise, possible, proposed};
 use rungd_language::source::render::{Style, render};
@@ -112,6 +115,9 @@ impl<'a> Programs<'a> {
             kinds: HashMap::new(),
         };
         let id = programs.add(first.program);
+        let controller = Arc::clone(&programs.programs[0].controller);
+        controller.sides.iter().for_each(|side| programs.add_side(side));
+        controller.devices.iter().for_each(|device| programs.add_plant(device));
         programs.loads.push((FileList { kind, identities }, ProgramLoad::Ready(id)));
         programs
     }
@@ -134,11 +140,38 @@ impl<'a> Programs<'a> {
         self.programs.into_iter().zip(views).map(viewed).collect()
     }
 
-    /// Adds the ladder of a field device of the first program.
-    pub fn add_device(&mut self, device: &Device, ladder: &TestProgram) {
-        let names = TestNames::of(ladder, &Observation::default(), self.options);
+    /// Adds the own side of a Modbus device of the first program, in place of that of the
+    /// controller file.
+    pub fn add_side(&mut self, side: &SimulatedSide) {
+        let controller = Arc::clone(&self.programs[0].controller);
+        if let Some(device) = controller.devices.iter().find(|device| device.id == side.device) {
+            self.add_ladder(device, &side.program, |_| {});
+            self.names[0].moved_by(device);
+        }
+    }
+
+    /// Adds a device of the first program, if it is a ladder.
+    fn add_plant(&mut self, device: &Device) {
+        if let DriverSettings::Ladder(plant) = &device.driver {
+            self.add_ladder(device, &plant.program, |names| {
+                names.moved_by_map(&device.name, plant);
+            });
+        }
+    }
+
+    fn add_ladder(
+        &mut self,
+        device: &Device,
+        program: &Arc<Program>,
+        moved: impl FnOnce(&mut TestNames<'_>),
+    ) {
+        let controller = Arc::new(Controller::usual(program));
+        let program = Arc::clone(program);
+        let ladder = TestProgram { program, controller, files: Vec::new(), view: None };
+        let mut names = TestNames::of(&ladder, &Observation::default(), self.options);
+        moved(&mut names);
+        self.devices.retain(|(known, _)| *known != device.name);
         self.devices.push((device.name.clone(), names.of_device(device.id)));
-        self.names[0].moved_by(device);
     }
 
     /// An operand that a test may set: of a program, or of the ladder of a field device
@@ -147,15 +180,26 @@ impl<'a> Programs<'a> {
     /// # Errors
     /// The finding about the name.
     pub fn written(&self, id: ProgramId, name: &str, span: Span) -> Result<TestTarget, Finding> {
-        let of_device = name.split_once('.').and_then(|(device, rest)| {
-            let found = self.devices.iter().find(|(known, _)| known == device)?;
-            let is_health = matches!(rest, "Ok" | "Stale");
-            (!is_health).then_some((&found.1, rest))
-        });
-        let Some((names, rest)) = of_device else { return self.names[id.0].written(name, span) };
-        let mut target = names.written(rest, span)?;
-        target.operand.name = name.to_owned();
-        Ok(target)
+        match self.of_device(name) {
+            Some((names, rest)) => named(names.written(rest, span), name),
+            None => self.names[id.0].written(name, span),
+        }
+    }
+
+    /// As [`Programs::written`], for an operand that a test may force.
+    ///
+    /// # Errors
+    /// The finding about the name.
+    pub fn forced(&self, id: ProgramId, name: &str, span: Span) -> Result<TestTarget, Finding> {
+        match self.of_device(name) {
+            Some((names, rest)) => named(names.forced(rest, span), name),
+            None => self.names[id.0].forced(name, span),
+        }
+    }
+
+    /// The names of the ladder of a field device, and the name in it.
+    fn of_device<'n>(&self, name: &'n str) -> Option<(&TestNames<'a>, &'n str)> {
+        self.devices.iter().find_map(|(device, names)| Some((names, operand_of(name, device)?)))
     }
 
     /// The result of a reload of these files.
@@ -285,6 +329,14 @@ impl<'a> Programs<'a> {
     }
 }
 
+/// A target with its name as the test file has it.
+fn named(target: Result<TestTarget, Finding>, name: &str) -> Result<TestTarget, Finding> {
+    target.map(|mut target| {
+        target.operand.name = name.to_owned();
+        target
+    })
+}
+
 /// The finding about an observer that does not fit the program of a `reload` step.
 fn of_observer(files: &[StepWord], mistake: Finding) -> Finding {
     let place = files.first().map_or_else(Default::default, |file| file.span);
@@ -300,8 +352,11 @@ fn findings_text(loaded: &Loaded) -> String {
 /// The program of a load.
 pub(super) fn test_program(loaded: Loaded) -> Result<TestProgram, Box<Loaded>> {
     match loaded {
-        Loaded { files, program: Some(program), controller: Some(controller), .. } => {
+        Loaded {
+            mut files, program: Some(program), controller: Some(controller), ladders, ..
+        } => {
             let (program, controller) = (Arc::new(program), Arc::new(controller));
+            files.truncate(1 + ladders);
             Ok(TestProgram { program, controller, files, view: None })
         }
         refused => Err(Box::new(refused)),

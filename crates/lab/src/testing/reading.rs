@@ -18,17 +18,16 @@ use super::step_condition::{self, WrittenCondition};
 use super::step_text::{self, WrittenStep};
 use super::steps::StepResolver;
 use super::suite::{RandomTest, Scenario, Suite, TestOperand, TestProgram};
-use super::written::{
-    self, WrittenBench, WrittenRandom, WrittenScenario, WrittenSimulated, WrittenSuite,
-};
-use crate::rig::{DeviceProgram, SimulatedDevice};
-use rungd_config::controller::Controller;
-use rungd_config::controller::device::{Device, DriverSettings};
+use super::written::{self, WrittenBench, WrittenRandom, WrittenScenario, WrittenSuite};
+use crate::rig::SimulatedDevice;
+use rungd_config::controller::side_ladder::WrittenSideLadder;
+use rungd_config::controller::simulated_side::WrittenSimulated;
+use rungd_config::load::side_ladders;
 pub use rungd_config::load::test_ladders::{InputKind, SettingsFile, bench};
 pub use rungd_config::load::{self, Loaded, OpenTexts, decode, read_bytes};
 use rungd_language::resolve::LoadOptions;
+use rungd_language::resolve::program::Program;
 use rungd_language::source::finding::{Code, Finding, Severity};
-use rungd_language::source::fix::one_of;
 use rungd_language::source::lost::LostTexts;
 use rungd_language::source::reader::Text;
 use rungd_language::source::renaming;
@@ -137,7 +136,7 @@ impl SuiteReading {
         let file = TestFile { path, texts: &texts, observation };
         let shift = shift_of(&settings);
         let mut programs = Programs::new(file, settings, first, &options);
-        let devices = self.devices(path, simulated, &mut programs);
+        let devices = self.devices(path, &simulated, &mut programs);
         let mistakes = std::mem::take(&mut programs.names[0].mistakes);
         self.findings.extend(mistakes.into_iter().map(|finding| shifted(finding, shift)));
         let resolved = Resolution::of(&mut programs, &always, scenarios, randoms);
@@ -234,65 +233,27 @@ impl SuiteReading {
         Some((settings, test_program(loaded).ok()?, names))
     }
 
-    /// The field devices whose own side is a ladder. Adds their names to the programs.
+    /// The Modbus devices whose own side is a ladder by this test file. Adds their names to the
+    /// programs.
     fn devices(
         &mut self,
         path: &Path,
-        simulated: Vec<WrittenSimulated>,
+        simulated: &[WrittenSimulated],
         programs: &mut Programs<'_>,
     ) -> Vec<SimulatedDevice> {
         let controller = Arc::clone(&programs.programs[0].controller);
-        let mut devices: Vec<SimulatedDevice> = Vec::new();
-        let mut seen: HashMap<String, Span> = HashMap::new();
-        for one in simulated {
-            if let Some(name) = &one.device
-                && let Some(first) = seen.insert(name.text.clone(), name.span)
-            {
-                let message = format!("device `{}` has a ladder already", name.text);
-                let finding = Finding::new(Code::DuplicateName, name.span, message);
-                let finding = finding.related(first, "the other one");
-                self.findings
-                    .push(finding.help("name all its ladder files in one `[[simulated]]`"));
-                continue;
-            }
-            let Some((device, ladder)) = self.device_ladder(path, one, &controller) else {
-                continue;
-            };
-            programs.add_device(device, &ladder);
-            let program = DeviceProgram::new(&ladder.program, ladder.controller.period_ms);
-            devices.push(SimulatedDevice { id: device.id, program: Arc::new(program) });
-        }
-        devices
+        let loaded: Vec<_> =
+            simulated.iter().map(|one| self.device_ladder(path, &one.side)).collect();
+        let (devices, code) = (&controller.devices, Code::TestFile);
+        let (sides, found) = WrittenSimulated::resolve(simulated, &loaded, devices, code);
+        self.findings.extend(found);
+        sides.iter().for_each(|side| programs.add_side(side));
+        sides.iter().map(SimulatedDevice::of).collect()
     }
 
     /// Loads the ladder of a field device.
-    fn device_ladder<'c>(
-        &mut self,
-        path: &Path,
-        WrittenSimulated { device, settings }: WrittenSimulated,
-        controller: &'c Controller,
-    ) -> Option<(&'c Device, TestProgram)> {
-        let name = device?;
-        let found = controller.devices.iter().find(|device| device.name == name.text);
-        let is_modbus = |device: &&Device| matches!(device.driver, DriverSettings::Modbus(_));
-        let Some(device) = found.filter(is_modbus) else {
-            let message = match found {
-                Some(_) => format!("device `{}` has no registers: it is not on Modbus", name.text),
-                None => format!("no device of the controller file is called `{}`", name.text),
-            };
-            let finding = Finding::new(Code::TestFile, name.span, message);
-            let devices = controller.devices.iter().filter(is_modbus);
-            let names: Vec<&str> = devices.map(|device| device.name.as_str()).collect();
-            self.findings.push(match names.as_slice() {
-                [] => finding
-                    .help("only a Modbus device of a controller file has registers")
-                    .or_omit(),
-                names => finding.help(one_of("its Modbus devices are", names.iter().copied())),
-            });
-            return None;
-        };
-        let (file, kind) = (self.files[0].clone(), InputKind::Ladder);
-        let loaded = bench(path, SettingsFile { file, kind }, &settings, &self.texts);
+    fn device_ladder(&mut self, path: &Path, side: &WrittenSideLadder) -> Option<Arc<Program>> {
+        let loaded = side_ladders::of_test(path, self.files[0].clone(), side, &self.texts);
         let base = self.files.len() as u32 - 1;
         self.files.extend(loaded.files[1..].iter().cloned());
         let shifted = |span: &mut Span| {
@@ -300,14 +261,14 @@ impl SuiteReading {
                 span.file.0 += base;
             }
         };
-        for mut finding in loaded.findings.iter().cloned() {
+        for mut finding in loaded.findings {
             shifted(&mut finding.span);
             finding.related.iter_mut().for_each(|(span, _)| shifted(span));
             if finding.severity() == Severity::Error || finding.span.file == FileId(0) {
                 self.findings.push(finding);
             }
         }
-        Some((device, test_program(loaded).ok()?))
+        loaded.program
     }
 
     /// Adds the files and findings of a load. `shift`: added to the file numbers of the load.

@@ -158,7 +158,7 @@ impl<'p, 'a> StepResolver<'p, 'a> {
     }
 
     fn forced(&mut self, word: &StepWord) -> Result<TestTarget, Finding> {
-        self.names().forced(&word.value, word.span)
+        self.programs.forced(self.current, &word.value, word.span)
     }
 
     fn assigned(

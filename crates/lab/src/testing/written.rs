@@ -3,6 +3,7 @@
 //! [`read`] parses the text of the file. Steps and conditions are texts here: `step_text` and the
 //! parser of contacts read them; `steps` and `random` resolve the names.
 
+use rungd_config::controller::simulated_side::{self, WrittenSimulated};
 use rungd_config::controller::test_settings;
 use rungd_config::controller::written::WrittenController;
 use rungd_language::source::finding::{Code, Finding};
@@ -45,14 +46,6 @@ pub(super) enum WrittenBench {
     Ladders(Box<WrittenController>),
     /// `controller`.
     Controller(Text),
-}
-
-/// `[[simulated]]`: the own side of a field device.
-#[derive(Debug)]
-pub(super) struct WrittenSimulated {
-    pub device: Option<Text>,
-    /// `ladder`, `period`.
-    pub settings: Box<WrittenController>,
 }
 
 /// `set`.
@@ -148,11 +141,7 @@ fn read_root(mut root: Table<'_>, file: FileId) -> WrittenSuite {
     let always = root.strings(conditions).map_or(Vec::new(), |texts| texts.value);
     let always = plain(&root, always, Code::ContactSyntax, "a condition");
     let has_observer = observer::read(&mut root).is_some();
-    let simulated = root.tables(
-        key("simulated", "The own side of a field device, as a ladder in virtual time."),
-        "a device's own side",
-    );
-    let simulated = simulated.into_iter().map(|table| read_simulated(table, file)).collect();
+    let simulated = simulated_side::read_in(&mut root);
     let scenarios = root.tables(
         key("scenario", "Tests, each a cold start and steps in virtual time."),
         "a scenario",
@@ -216,24 +205,6 @@ fn read_bench(root: &mut Table<'_>, file: FileId) -> Option<WrittenBench> {
             Some(WrittenBench::Controller(controller?))
         }
     }
-}
-
-fn read_simulated(mut table: Table<'_>, file: FileId) -> WrittenSimulated {
-    table.require("device", "\"drive1\"");
-    table.require("ladder", "[\"drive.toml\"]");
-    let device = table.string(key("device", "The field device of the controller, by its name."));
-    let ladder = table.strings(
-        key(
-            "ladder",
-            "The ladder files of the device, relative to this file. Its holding register 0 is MHR1 \
-             there, its input register 0 MIR1, its coil 0 MC1, its discrete input 0 MI1.",
-        )
-        .limited(NOT_EMPTY),
-    );
-    let ladder = ladder.map_or(Vec::new(), |ladder| ladder.value);
-    let settings = Box::new(test_settings::read_device(&mut table, ladder, file));
-    table.finish();
-    WrittenSimulated { device, settings }
 }
 
 fn read_scenario(mut table: Table<'_>) -> WrittenScenario {

@@ -44,6 +44,13 @@ impl OutsideRead {
     pub fn new(first: Address, count: u32, span: Span, reader: String) -> OutsideRead {
         OutsideRead { first, count, span, reader }
     }
+
+    /// Whether it reads an address.
+    pub fn holds(&self, address: Address) -> bool {
+        let mut read = NumberRanges::default();
+        read.add(numbers(self.first, self.count), 0);
+        read.first_in(numbers(address, 1)).is_some()
+    }
 }
 
 impl OutsideOperands {

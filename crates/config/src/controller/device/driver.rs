@@ -5,10 +5,13 @@
 //! [`super`] have the keys and rules that all drivers share.
 
 use std::fmt::Debug;
+use std::sync::Arc;
 
 use super::settings::{DriverSettings, OnLoss};
+use crate::controller::side_ladder::{WrittenSideLadder, operand_of};
 use rungd_base::progress::Progress;
 use rungd_engine::isa::Address;
+use rungd_language::resolve::program::Program;
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::fix::{Fix, possible};
 use rungd_language::source::reader::{Constant, Table, Text};
@@ -39,6 +42,18 @@ pub struct WrittenDevice {
 }
 
 impl WrittenDevice {
+    /// The ladder that is the device, with the texts of the map that may be its addresses.
+    pub fn side_ladder(&self) -> Option<WrittenSideLadder> {
+        let side = self.driver.as_deref()?.side_ladder()?;
+        let name = self.name.as_ref()?;
+        let texts = self.map.iter().flat_map(|row| [&row.from, &row.to]).flatten();
+        let addresses = texts.filter_map(|text| operand_of(&text.text, &name.text));
+        Some(WrittenSideLadder {
+            addresses: addresses.map(str::to_owned).collect(),
+            ..side.clone()
+        })
+    }
+
     /// The time between exchanges, ms.
     pub fn poll_ms(&self) -> u32 {
         self.poll.as_ref().map_or(POLL_MS, |poll| poll.value)
@@ -82,8 +97,9 @@ pub trait DriverKeys: Debug {
         Vec::new()
     }
 
-    /// Whether a text is in the notation of the driver's points. This decides a row's direction.
-    fn is_point(&self, text: &str) -> bool;
+    /// Whether a text is in the notation of the points of a device with this name. This decides a
+    /// row's direction.
+    fn is_point(&self, text: &str, device: &str) -> bool;
 
     /// The finding for points in the notation of a manual or of another program; `None` if the text
     /// is in none that the driver knows.
@@ -91,8 +107,8 @@ pub trait DriverKeys: Debug {
         None
     }
 
-    /// An example of a point as written, for a help.
-    fn example(&self) -> &'static str;
+    /// An example of a point of a device with this name as written, for a help.
+    fn example(&self, device: &str) -> String;
 
     /// The settings, with the points of all rows in their order; a wrong key or point becomes a
     /// finding.
@@ -102,6 +118,11 @@ pub trait DriverKeys: Debug {
         rows: ResolvedRows<'_>,
         findings: &mut Vec<Finding>,
     ) -> Option<DriverSettings>;
+
+    /// The ladder that is the device, to be loaded before its map is resolved.
+    fn side_ladder(&self) -> Option<&WrittenSideLadder> {
+        None
+    }
 
     /// Whether it exchanges every `poll`, beside the scan.
     fn is_polled(&self) -> bool {
@@ -157,13 +178,17 @@ pub struct ResolvedRow<'a> {
     pub text: &'a Text,
 }
 
-/// The resolved rows of a device, and the progress of the load.
+/// The resolved rows of a device, and what else the load knows about it.
 #[derive(Clone, Copy)]
 pub struct ResolvedRows<'a> {
     /// The rows, in file order. Rows with a mistake are left out.
     pub all: &'a [ResolvedRow<'a>],
     /// The progress of the load.
     pub progress: &'a Progress,
+    /// The scan period of the controller, ms.
+    pub period_ms: u32,
+    /// The ladder that is the device, if it is one that was loaded.
+    pub ladder: Option<&'a Arc<Program>>,
 }
 
 impl<'a> ResolvedRows<'a> {

@@ -3,7 +3,7 @@
 //! A driver has a folder beside this file and a row here; `daemon/devices.rs` starts it.
 
 use super::driver::{DriverKeys, OfferedPoints};
-use super::{gpio, modbus, simulated};
+use super::{gpio, ladder, modbus, simulated};
 
 /// A driver.
 pub struct DriverRow {
@@ -16,7 +16,7 @@ pub struct DriverRow {
 }
 
 /// All drivers.
-pub const DRIVERS: [DriverRow; 3] = [
+pub const DRIVERS: [DriverRow; 4] = [
     DriverRow {
         names: &modbus::keys::NAMES,
         keys: |name| Box::new(modbus::keys::ModbusKeys::of(name)),
@@ -31,6 +31,11 @@ pub const DRIVERS: [DriverRow; 3] = [
         names: &["simulated"],
         keys: |_| Box::new(simulated::keys::PlantKeys::default()),
         points: OfferedPoints::OfParts,
+    },
+    DriverRow {
+        names: &["ladder"],
+        keys: |name| Box::new(ladder::keys::LadderKeys::of(name)),
+        points: OfferedPoints::Beginnings(Vec::new),
     },
 ];
 

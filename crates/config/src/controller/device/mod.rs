@@ -10,6 +10,7 @@ pub mod driver;
 pub mod drivers;
 pub mod gpio;
 pub(crate) mod keys;
+pub mod ladder;
 pub mod modbus;
 mod scaling;
 pub mod settings;
@@ -18,10 +19,14 @@ mod wiring;
 
 use driver::{DriverKeys, MapRow, ResolvedRow, ResolvedRows, RowDirection, WrittenDevice};
 
+use std::sync::Arc;
+
+use super::side_ladder::SidePrograms;
 use rungd_base::progress::Progress;
 use rungd_engine::isa::{Address, Bit, BitSpace, DeviceId, Real, Word, WordSpace};
 use rungd_language::resolve::names::NAME_MAX;
 use rungd_language::resolve::operands::resolve_operands;
+use rungd_language::resolve::program::Program;
 use rungd_language::resolve::scope::Scope;
 use rungd_language::source::finding::{Code, Finding, Severity};
 use rungd_language::source::fix::{Fix, FixEdit, Help, advise, pair, possible};
@@ -72,37 +77,61 @@ impl PointsRoom {
     }
 }
 
+/// Where the names of devices' maps are declared.
+#[derive(Clone, Copy)]
+pub(super) struct MapNames<'a> {
+    /// The names of the controller's ladders.
+    pub scope: &'a Scope,
+    /// The ladders that are devices.
+    pub ladders: &'a SidePrograms,
+    /// The scan period of the controller, ms.
+    pub period_ms: u32,
+}
+
 /// Resolves all `[[device]]` tables. If one of the findings is an error, devices may be missing.
 pub(super) fn resolve(
     devices: &[WrittenDevice],
-    scope: &Scope,
+    names: MapNames<'_>,
     progress: &Progress,
     findings: &mut Vec<Finding>,
 ) -> Vec<Device> {
     // A device has the same number as its name had when the ladders were resolved.
-    let named = progress.during(devices);
-    let named = named.filter_map(|device| Some((device, device.name.as_ref()?)));
+    let ladders = names.ladders.devices.iter().map(Option::as_ref);
+    let named = progress.during(devices).zip(ladders.chain(std::iter::repeat(None)));
+    let named = named.filter_map(|(device, ladder)| {
+        Some(NamedDevice { device, name: device.name.as_ref()?, ladder })
+    });
     // A name that is too long has a finding where the ladders' names are declared.
-    let numbered = named.enumerate().filter(|(_, (_, name))| name.text.len() <= NAME_MAX);
+    let numbered = named.enumerate().filter(|(_, named)| named.name.text.len() <= NAME_MAX);
     let room = PointsRoom { of_device: POINTS_MAX, of_all: POINTS_OF_ALL_MAX, is_told: false };
-    let mut resolver = DeviceResolver { scope, progress, room, findings };
-    let resolved =
-        numbered.filter_map(|(at, (device, name))| resolver.one(device, DeviceId(at as u32), name));
+    let MapNames { scope, period_ms, .. } = names;
+    let mut resolver = DeviceResolver { scope, period_ms, progress, room, findings };
+    let resolved = numbered.filter_map(|(at, named)| resolver.one(named, DeviceId(at as u32)));
     let resolved: Vec<Device> = resolved.collect();
     findings.extend(modbus::at_odds(&resolved, devices, progress));
     resolved
 }
 
+/// A device that has a name.
+struct NamedDevice<'a> {
+    device: &'a WrittenDevice,
+    name: &'a Text,
+    /// The ladder that is the device.
+    ladder: Option<&'a Arc<Program>>,
+}
+
 /// Resolves devices one after the other.
 struct DeviceResolver<'a> {
     scope: &'a Scope,
+    period_ms: u32,
     progress: &'a Progress,
     room: PointsRoom,
     findings: &'a mut Vec<Finding>,
 }
 
 impl DeviceResolver<'_> {
-    fn one(&mut self, device: &WrittenDevice, id: DeviceId, name: &Text) -> Option<Device> {
+    fn one(&mut self, named: NamedDevice<'_>, id: DeviceId) -> Option<Device> {
+        let NamedDevice { device, name, ladder } = named;
         self.room.begin_device();
         let driver = device.driver.as_deref()?;
         let before = self.findings.len();
@@ -115,14 +144,15 @@ impl DeviceResolver<'_> {
         if device.map.is_empty() && !device.map_is_table {
             let message = format!("device `{}` has no map, so it exchanges nothing", name.text);
             let help = "add rows: `map = [{ from = \"…\", to = \"X0\" }]`";
-            let row = format!("{{ from = \"{}\", to = \"X0\" }}", driver.example());
+            let row = format!("{{ from = \"{}\", to = \"X0\" }}", driver.example(&name.text));
             let map = pair(format!("map = [{row}]")).possible();
             let finding = Finding::new(Code::Controller, device.span, message);
             self.findings.push(finding.help(help).fix(map));
         }
         let findings = &mut *self.findings;
         findings.extend(too_early_loss(device));
-        let of_driver = ResolvedRows { all: &rows, progress: self.progress };
+        let of_driver =
+            ResolvedRows { all: &rows, progress: self.progress, ladder, period_ms: self.period_ms };
         let settings = driver.resolve(device, of_driver, findings);
         let outputs = outputs(&rows, findings);
         let inputs = inputs(&rows, findings);
@@ -147,9 +177,10 @@ impl DeviceResolver<'_> {
         let (scope, findings) = (self.scope, &mut *self.findings);
         let (from, to) = (written.from.as_ref()?, written.to.as_ref()?);
         let driver = device.driver.as_deref()?;
+        let name = device.name.as_ref()?.text.as_str();
         let are_points = match written.of_part {
             Some(direction) => (direction == RowDirection::In, direction == RowDirection::Out),
-            None => (driver.is_point(&from.text), driver.is_point(&to.text)),
+            None => [from, to].map(|text| driver.is_point(&text.text, name)).into(),
         };
         let (direction, points, text) = match are_points {
             (true, false) => (RowDirection::In, from, to),
@@ -166,7 +197,7 @@ impl DeviceResolver<'_> {
                 } else {
                     "neither `from` nor `to` is a point of the device"
                 };
-                let point = driver.example();
+                let point = driver.example(name);
                 let rows = [
                     format!("{{ from = \"{point}\", to = \"X0\" }}"),
                     format!("{{ from = \"Y0\", to = \"{point}\" }}"),
@@ -194,16 +225,20 @@ impl DeviceResolver<'_> {
     }
 }
 
-/// The finding for an address that a device cannot move.
-fn wrong_way(direction: RowDirection, addresses: &[Address], text: &Text) -> Option<Finding> {
+/// Whether a map can move an address.
+fn is_movable(address: &Address) -> bool {
     use BitSpace::{C, Mc, Mi, X};
     use WordSpace::{D, Mhr, Mir, R, V};
-    let moved = |address: &Address| match address {
+    match address {
         Address::Bit(Bit::Space(space, _)) => matches!(space, X | C | Mc | Mi),
         Address::Word(Word::Space(space, _)) => matches!(space, V | D | R | Mhr | Mir),
         Address::Bit(_) | Address::Word(_) | Address::Structure(_) => false,
-    };
-    if direction == RowDirection::Out || addresses.iter().all(moved) {
+    }
+}
+
+/// The finding for an address that a device cannot move.
+fn wrong_way(direction: RowDirection, addresses: &[Address], text: &Text) -> Option<Finding> {
+    if direction == RowDirection::Out || addresses.iter().all(is_movable) {
         return None;
     }
     let message = format!("`{}` cannot be moved by a device", text.text);

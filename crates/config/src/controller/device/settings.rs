@@ -2,6 +2,7 @@
 
 use rungd_engine::isa::{Address, DeviceId};
 use rungd_io::gpio::settings::GpioSettings;
+use rungd_io::ladder::settings::LadderSettings;
 use rungd_io::modbus_client::settings::ClientSettings;
 use rungd_io::plant::settings::PlantSettings;
 use rungd_language::source::span::Span;
@@ -98,6 +99,8 @@ pub enum DriverSettings {
     Modbus(ClientSettings),
     /// Local lines.
     Gpio(GpioSettings),
-    /// A plant in software.
+    /// A plant in software, of parts.
     Simulated(PlantSettings),
+    /// A plant in software, as a ladder.
+    Ladder(LadderSettings),
 }

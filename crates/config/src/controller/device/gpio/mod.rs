@@ -46,12 +46,12 @@ impl DriverKeys for GpioKeys {
         self.read_device(table);
     }
 
-    fn is_point(&self, text: &str) -> bool {
+    fn is_point(&self, text: &str, _device: &str) -> bool {
         text.split_once(' ').is_some_and(|(word, _)| matches!(word, "line" | "lines"))
     }
 
-    fn example(&self) -> &'static str {
-        "line 17"
+    fn example(&self, _device: &str) -> String {
+        "line 17".to_owned()
     }
 
     fn resolve(

@@ -36,7 +36,7 @@ impl DriverKeys for ModbusKeys {
         self.read_device(table);
     }
 
-    fn is_point(&self, text: &str) -> bool {
+    fn is_point(&self, text: &str, _device: &str) -> bool {
         points::is_point(text)
     }
 
@@ -44,8 +44,8 @@ impl DriverKeys for ModbusKeys {
         points::other_notation(text)
     }
 
-    fn example(&self) -> &'static str {
-        "coil 0"
+    fn example(&self, _device: &str) -> String {
+        "coil 0".to_owned()
     }
 
     fn resolve(

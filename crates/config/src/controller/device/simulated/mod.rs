@@ -54,12 +54,12 @@ impl DriverKeys for PlantKeys {
         rows
     }
 
-    fn is_point(&self, text: &str) -> bool {
+    fn is_point(&self, text: &str, _device: &str) -> bool {
         is_plant_point(text)
     }
 
-    fn example(&self) -> &'static str {
-        "belt.eye"
+    fn example(&self, _device: &str) -> String {
+        "belt.eye".to_owned()
     }
 
     fn resolve(
