@@ -40,12 +40,18 @@ rung = [
   { use = "Duty", name = "du", with = { need = "l3.need", ready1 = "X6", ready2 = "X7" } },
   { use = "RampSoak", name = "rs", with = { run = "X19", reset = "X20", value = "level", targets = "hours", rates = "hours", soaks = "hours", size = 8 } },
   { use = "Drive", name = "dr", with = { wanted = "X23", speed = "level", link = "X24", status = "hours[0]", control = "V11", reference = "V12", full = 1500, reset = "X25" } },
+  { use = "PlantTank", name = "pt", with = { inflow = "level", outflow = "hand", capacity = 1000 } },
+  { use = "PlantLag", name = "pl", with = { input = "level", constant = 10 } },
+  { use = "PlantMotor", name = "pm", with = { run = "X26" } },
+  { use = "PlantValve", name = "pv", with = { open = "X27", close = "!X27" } },
+  { use = "PlantBelt", name = "pb", with = { run = "X28", feed = "X29", speed = 500, length = 1000, at1 = 300, at2 = 700 } },
+  { use = "PlantDrive", name = "pd", with = { control = "hours[1]", reference = "hours[2]", status = "V13", rate = 500 } },
   { use = "Sequence", name = "s", with = { kinds = "hours", start = "X21", done = "X22" } },
   { use = "ShortCycle", name = "sc", with = { wanted = "X13", on_time = "1m", off_time = "2m" } },
 ]
 "#;
 
-pub const LIBRARY: [&str; 21] = [
+pub const LIBRARY: [&str; 27] = [
     "alternate",
     "debounce",
     "drive",
@@ -56,6 +62,12 @@ pub const LIBRARY: [&str; 21] = [
     "hysteresis",
     "lead-lag",
     "pid",
+    "plant-belt",
+    "plant-drive",
+    "plant-lag",
+    "plant-motor",
+    "plant-tank",
+    "plant-valve",
     "pulse",
     "ramp",
     "ramp-soak",

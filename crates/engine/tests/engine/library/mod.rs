@@ -9,6 +9,7 @@ mod durations;
 mod duty;
 mod first_out;
 mod pid;
+mod plants;
 mod pumps;
 mod ramp;
 mod ramp_soak;

@@ -97,6 +97,12 @@ fn the_library_has_the_recorded_mutants() {
         hysteresis: 14
         lead-lag: 163
         pid: 157
+        plant-belt: 162
+        plant-drive: 108
+        plant-lag: 55
+        plant-motor: 78
+        plant-tank: 64
+        plant-valve: 58
         pulse: 27
         ramp-soak: 151
         ramp: 73
