@@ -19,6 +19,7 @@ mod formula_marks;
 pub mod formula_value;
 pub mod identity;
 mod instructions;
+pub mod judged;
 mod last_uses;
 mod legs;
 mod math;
@@ -92,22 +93,7 @@ fn lower_noting(
 ) -> Option<(engine::EngineProgram, Symbols, Option<Sites>)> {
     let mut assembler = Assembler::new(program, window, progress);
     assembler.sites = sites;
-    let mut blocks = Vec::new();
-    let mut stages = Vec::new();
-    for block in &program.blocks {
-        let own =
-            lower_element(&mut assembler, &block.rungs, ElementId { block: block.id, stage: None });
-        let first = stages.len() as u32;
-        for stage in &block.stages {
-            let element = ElementId { block: block.id, stage: Some(stage.id) };
-            stages.push(lower_element(&mut assembler, &stage.rungs, element));
-        }
-        let range = first..stages.len() as u32;
-        blocks.push(engine::BlockCode { role: role(block), own, stages: range });
-        if progress.is_over() {
-            return None;
-        }
-    }
+    let (blocks, stages) = lower_blocks(&mut assembler, &program.blocks)?;
     let order = turns(program);
     let identity = std::mem::take(&mut assembler.identity);
     let kept = identity.kept.clone();
@@ -118,6 +104,29 @@ fn lower_noting(
     let subroutines = program.subroutines().map(|block| block.id).collect();
     let code = assembler.finish(blocks, stages, order, subroutines);
     Some((engine::EngineProgram { kept, ..code }, symbols, sites))
+}
+
+/// Lowers blocks and their Stages; `None` if the load must end.
+fn lower_blocks(
+    assembler: &mut Assembler,
+    all: &[Block],
+) -> Option<(Vec<engine::BlockCode>, Vec<ElementCode>)> {
+    let (mut blocks, mut stages) = (Vec::new(), Vec::new());
+    for block in all {
+        let own =
+            lower_element(assembler, &block.rungs, ElementId { block: block.id, stage: None });
+        let first = stages.len() as u32;
+        for stage in &block.stages {
+            let element = ElementId { block: block.id, stage: Some(stage.id) };
+            stages.push(lower_element(assembler, &stage.rungs, element));
+        }
+        let range = first..stages.len() as u32;
+        blocks.push(engine::BlockCode { role: role(block), own, stages: range });
+        if assembler.progress.is_over() {
+            return None;
+        }
+    }
+    Some((blocks, stages))
 }
 
 fn role(block: &Block) -> BlockRole {

@@ -1,0 +1,120 @@
+//! A model: a program that judges itself, and what may change before each of its scans.
+//!
+//! `question` makes it from a test file. `explore` executes it on the engine, `encode` turns it
+//! into gates, and both mean the same scan: that of [`Run::scan`]. It has no names.
+
+use rungd_base::calendar::LocalTime;
+use rungd_engine::{BitCell, Cell, Engine, EngineProgram, Image, ScanTimes};
+
+/// A program that judges itself.
+#[derive(Clone, Debug)]
+pub struct Model {
+    /// The ladder, with the blocks that judge it (`lower_judged`).
+    pub code: EngineProgram,
+    /// The period, ms. Every scan comes exactly this time after the last one.
+    pub period_ms: u32,
+    /// Memory before the first scan that differs from a cold start.
+    pub restored: Vec<(Cell, i32)>,
+    /// What may change before each scan. Everything else changes by the program alone.
+    pub inputs: Vec<FreeInput>,
+    /// The bits that are ON in every scan whose inputs are allowed. They are evaluated behind the
+    /// inputs, before all rungs.
+    pub assumed: Vec<BitCell>,
+    /// The bits of the conditions that are asked about. They have their values at the end of every
+    /// scan.
+    pub judged: Vec<BitCell>,
+}
+
+/// What is looked for: the end of a scan at which a bit has a value. A line of `always` is broken
+/// where its bit is OFF; a witness shows a bit that is ON.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Target {
+    /// One of [`Model::judged`].
+    pub bit: BitCell,
+    /// Its value.
+    pub value: bool,
+}
+
+impl Target {
+    /// Whether memory at the end of a scan shows it.
+    pub fn is_met(self, image: &Image) -> bool {
+        image.bit(self.bit) == self.value
+    }
+}
+
+/// A bit or word that may change before each scan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FreeInput {
+    /// Its cell: a bit or a word, never a bit of a word.
+    pub cell: Cell,
+    /// The smallest content of the cell; 0 for a bit.
+    pub low: i32,
+    /// The largest content of the cell; 1 for a bit.
+    pub high: i32,
+}
+
+/// The values of the inputs in each scan from the first one on, in the order of [`Model::inputs`].
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Path {
+    /// By scan.
+    pub scans: Vec<Vec<i32>>,
+}
+
+/// What the end of a scan shows.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ScanOutcome {
+    /// Whether its inputs were allowed. If not, there is no such scan.
+    pub is_allowed: bool,
+    /// The values of [`Model::judged`].
+    pub judged: Vec<bool>,
+    /// Whether it was the last one: the ladder has stopped the controller.
+    pub is_last: bool,
+}
+
+/// A model that is executed from a cold start.
+#[derive(Debug)]
+pub struct Run<'m> {
+    model: &'m Model,
+    /// The engine, between two scans.
+    pub engine: Engine,
+    /// The number of scans so far.
+    pub scans: u64,
+}
+
+impl<'m> Run<'m> {
+    /// A run before its first scan.
+    pub fn new(model: &'m Model) -> Run<'m> {
+        let mut engine = Engine::new(model.code.clone());
+        model.restored.iter().for_each(|(cell, value)| engine.restore(*cell, *value));
+        engine.start(0);
+        Run { model, engine, scans: 0 }
+    }
+
+    /// The time of the next scan, ns: the first one is at 0.
+    pub fn next_ns(&self) -> u64 {
+        self.scans * u64::from(self.model.period_ms) * 1_000_000
+    }
+
+    /// Executes one scan with these values of the inputs. Call it no more after the last scan.
+    pub fn scan(&mut self, inputs: &[i32]) -> ScanOutcome {
+        let now_ns = self.next_ns();
+        let engine = &mut self.engine;
+        engine.begin_scan(now_ns, &ScanTimes::default(), &LocalTime::default());
+        for (input, value) in self.model.inputs.iter().zip(inputs) {
+            match input.cell {
+                Cell::Bit(bit) => engine.write_bit(bit, *value != 0),
+                Cell::Word(word) => engine.write_word(word, *value),
+                Cell::WordBit(_) => unreachable!("an input is a whole cell"),
+            }
+        }
+        let is_last = engine.execute().last;
+        let on = |bit: &BitCell| engine.image().bit(*bit);
+        let is_allowed = self.model.assumed.iter().all(on);
+        let judged = self.model.judged.iter().map(on).collect();
+        if is_last {
+            engine.terminate();
+        }
+        self.scans += 1;
+        ScanOutcome { is_allowed, judged, is_last }
+    }
+}

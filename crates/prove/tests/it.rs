@@ -1,0 +1,3 @@
+//! The tests of `rungd-prove` that need nothing but ladders as text.
+
+mod prove;

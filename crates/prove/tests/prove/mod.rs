@@ -1,0 +1,4 @@
+//! Proofs about ladders in text, by each way; what the two ways have in common.
+
+mod bench;
+mod judged;
