@@ -5,12 +5,17 @@ use super::bench::{Asked, model};
 use rungd_prove::model::{Run, ScanOutcome};
 
 const LATCH: &str = r#"
-[program.Main]
-rungs = [
-    { when = "X0", do = "SET C0" },
-    { when = "X1", do = "RST C0" },
-    { when = "C0", do = "OUT Y0" },
-]
+[[program]]
+name = "Main"
+[[program.rung]]
+when = ["X0"]
+do   = ["SET C0"]
+[[program.rung]]
+when = ["X1"]
+do   = ["RST C0"]
+[[program.rung]]
+when = ["C0"]
+do   = ["OUT Y0"]
 "#;
 
 #[test]
