@@ -5,7 +5,7 @@ use super::mishap::Mishaps;
 use crate::isa::{BlockId, ElementId, StageId};
 
 /// A part of the program that executes and terminates as a whole.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Element {
     /// A block's own rungs, or a subroutine.
     Block(BlockId),

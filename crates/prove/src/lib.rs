@@ -6,4 +6,6 @@
 //! file or prints; `rungd prove` does. What a proof says, and what it does not say, is in
 //! `docs/proving.md`.
 
+pub mod aig;
+pub mod gates;
 pub mod model;

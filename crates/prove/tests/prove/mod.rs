@@ -1,4 +1,5 @@
 //! Proofs about ladders in text, by each way; what the two ways have in common.
 
+mod aig;
 mod bench;
 mod judged;

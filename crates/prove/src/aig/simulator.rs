@@ -1,0 +1,39 @@
+//! Evaluates the nodes of a graph for 64 patterns at once.
+//!
+//! Tests compare the gates with the engine; solvers may look for candidates. It knows nothing of
+//! cells.
+
+use super::{Graph, Literal, Node};
+
+/// The values of all nodes: a bit of each word is one pattern.
+#[derive(Clone, Debug, Default)]
+pub struct NodeValues {
+    values: Vec<u64>,
+}
+
+impl NodeValues {
+    /// Evaluates a graph; `leaf` gives the values of inputs and latches, by the node's number.
+    pub fn of(graph: &Graph, leaf: impl Fn(u32) -> u64) -> NodeValues {
+        let mut nodes = NodeValues { values: Vec::with_capacity(graph.nodes().len()) };
+        for (number, node) in (0..).zip(graph.nodes()) {
+            let value = match *node {
+                Node::Constant => 0,
+                Node::Input | Node::Latch => leaf(number),
+                Node::And(a, b) => nodes.of_literal(a) & nodes.of_literal(b),
+            };
+            nodes.values.push(value);
+        }
+        nodes
+    }
+
+    /// The values of a literal.
+    pub fn of_literal(&self, literal: Literal) -> u64 {
+        let inverted = if literal.is_inverted() { u64::MAX } else { 0 };
+        self.values[literal.node() as usize] ^ inverted
+    }
+
+    /// The value of a literal in the first pattern.
+    pub fn is_on(&self, literal: Literal) -> bool {
+        self.of_literal(literal) & 1 == 1
+    }
+}
