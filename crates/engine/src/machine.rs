@@ -15,7 +15,7 @@ use crate::isa::{Bit, BlockId, StageId};
 
 /// The state of a block.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct BlockState {
+pub struct BlockState {
     /// It was stopped (or completed) since its last turn: its pass is due.
     pub pass_due: bool,
     /// It was started and has not had its first turn yet.
@@ -36,7 +36,7 @@ pub(super) struct BlockState {
 
 /// The state of a Stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct StageState {
+pub struct StageState {
     /// It was left or turned OFF since its last turn: its pass is due.
     pub pass_due: bool,
     /// It executed since its last pass.
@@ -47,7 +47,7 @@ pub(super) struct StageState {
 
 impl BlockState {
     /// Starts the time of its own rungs at `now_ms`, unless they executed since their last pass.
-    pub fn count_from(&mut self, now_ms: u64) {
+    pub(super) fn count_from(&mut self, now_ms: u64) {
         if !self.executed {
             self.executed_ms = now_ms;
         }
@@ -55,7 +55,7 @@ impl BlockState {
 
     /// Changes the interval of a recurrently enabled Task. Multiples of the new interval count from
     /// the same first execution.
-    pub fn change_interval(&mut self, every_ms: i32, now_ns: u64) {
+    pub(super) fn change_interval(&mut self, every_ms: i32, now_ns: u64) {
         if self.recurrent {
             self.every_ns = u64::from(every_ms.max(0).unsigned_abs()) * 1_000_000;
             let since_ns = now_ns.saturating_sub(self.enabled_ns);
@@ -66,7 +66,7 @@ impl BlockState {
 
 impl StageState {
     /// Does the same as [`BlockState::count_from`], for a Stage.
-    pub fn count_from(&mut self, now_ms: u64) {
+    pub(super) fn count_from(&mut self, now_ms: u64) {
         if !self.executed {
             self.executed_ms = now_ms;
         }

@@ -106,6 +106,19 @@ macro_rules! operations {
                 }
             }
 
+            /// An operation of a kind.
+            ///
+            /// # Panics
+            /// If its kind is that of columns, which no operation has, or if there is none there.
+            pub fn op(&self, kind: OpKind, at: usize) -> Op {
+                match kind {
+                    $(OpKind::$kind => Op::$kind(self.$table[at]),)*
+                    OpKind::Math => Op::Math(self.math[at]),
+                    OpKind::Control => Op::Control(self.control[at]),
+                    OpKind::Columns => unreachable!("no operation has this kind"),
+                }
+            }
+
             /// Adds the cells that an operation of a kind touches; none for MATH and control.
             pub(super) fn touches(&self, kind: OpKind, at: usize, t: &mut TouchedCells) {
                 match kind {

@@ -47,9 +47,16 @@ pub struct Slice {
     pub wiring: SliceCells,
     /// Whether each cell is known; bits first.
     known: Vec<bool>,
+    /// Whether each step of a pass is kept. The slice executes the others too.
+    passes: Vec<bool>,
 }
 
 impl Slice {
+    /// Whether a step of a pass, by its index in the program, can affect a known cell.
+    pub fn keeps_pass(&self, step: u32) -> bool {
+        self.passes[step as usize]
+    }
+
     /// Whether a cell has the value that it has in the whole program.
     pub fn knows(&self, cell: Cell) -> bool {
         self.known[number(&self.program, cell)]
@@ -118,11 +125,13 @@ impl EngineProgram {
         }
         program.tables.batches = batches;
         let wiring = cone.wiring(&places);
-        Slice { program, places, wiring, known: cone.known }
+        let passes = self.tables.batches.len()..cone.kept.len() - self.blocks.len();
+        let passes = cone.kept[passes].to_vec();
+        Slice { program, places, wiring, known: cone.known, passes }
     }
 
-    /// The cells that each formula reads, by the number of its MATH.
-    fn formulas(&self) -> Vec<FormulaReads> {
+    /// The cells that each formula reads, by the number of its MATH. Not for MATHs in columns.
+    pub fn formulas(&self) -> Vec<FormulaReads> {
         let mut all = Vec::new();
         for math in self.tables.ops.math.iter().chain(&self.tables.picks) {
             let at = math.number as usize;

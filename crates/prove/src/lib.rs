@@ -7,5 +7,6 @@
 //! `docs/proving.md`.
 
 pub mod aig;
+pub mod cone;
 pub mod gates;
 pub mod model;

@@ -2,4 +2,6 @@
 
 mod aig;
 mod bench;
+mod cone;
+mod drawn;
 mod judged;

@@ -1,0 +1,82 @@
+//! The cone of a question: the part of a model on which the judged and the assumed bits depend.
+//!
+//! `rungd prove` makes it once for a question, and both ways decide the question about it. What an
+//! operation reads and writes, and which control instructions decide whether it executes, is said
+//! by the engine's slice (`EngineProgram::slice`). In every scan the bits of the question have
+//! the same values in the cone and in the whole model, for all inputs; all other cells of the cone
+//! are meaningless. The cone has the cells of its model, with the same numbers.
+//!
+//! Within an element no operation changes its place. A batch of a slice is kept whole, so the
+//! program is first split into batches of one operation each (`program`); what remains is joined
+//! again. So the program of a cone has no MATHs in columns.
+
+mod program;
+
+use crate::model::{Model, Path};
+use rungd_engine::{BitCell, Cell};
+
+/// The cone of some bits of a model.
+#[derive(Clone, Debug)]
+pub struct Cone {
+    /// The model with the operations and inputs on which its bits depend.
+    pub model: Model,
+    /// The number of its operations, and of those of the whole model.
+    pub operations: Share,
+    /// The number of its inputs, and of those of the whole model.
+    pub inputs: Share,
+    /// For each input of the whole model: its place in the cone's.
+    places: Vec<Option<usize>>,
+    /// The values of the inputs that it does not have.
+    resting: Vec<i32>,
+}
+
+/// The size of a part, and of the whole.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub struct Share {
+    pub kept: usize,
+    pub all: usize,
+}
+
+impl Cone {
+    /// The path of the whole model for a path of the cone: inputs outside of the cone rest, at 0
+    /// if that is one of their values.
+    pub fn widened(&self, path: &Path) -> Path {
+        let widened = |scan: &Vec<i32>| {
+            let value = |(place, resting): (&Option<usize>, &i32)| match place {
+                Some(place) => scan[*place],
+                None => *resting,
+            };
+            self.places.iter().zip(&self.resting).map(value).collect()
+        };
+        Path { scans: path.scans.iter().map(widened).collect() }
+    }
+}
+
+/// The cone of some judged bits. The assumed bits are in every cone, because they restrict the
+/// inputs; so is STOP, because it ends all paths.
+pub fn cone(model: &Model, bits: &[BitCell]) -> Cone {
+    let split = program::split(&model.code);
+    let asked = bits.iter().chain(&model.assumed).map(|bit| Cell::Bit(*bit));
+    let slice = split.slice(&asked.collect::<Vec<_>>());
+    let (mut inputs, mut places) = (Vec::new(), Vec::new());
+    for input in &model.inputs {
+        let is_kept = slice.knows(input.cell);
+        places.push(is_kept.then_some(inputs.len()));
+        inputs.extend(is_kept.then_some(*input));
+    }
+    Cone {
+        operations: Share { kept: slice.places.len(), all: split.tables.batches.len() },
+        inputs: Share { kept: inputs.len(), all: places.len() },
+        places,
+        resting: model.inputs.iter().map(|input| 0.clamp(input.low, input.high)).collect(),
+        model: Model {
+            code: program::joined(slice),
+            inputs,
+            judged: bits.to_vec(),
+            period_ms: model.period_ms,
+            restored: model.restored.clone(),
+            assumed: model.assumed.clone(),
+        },
+    }
+}
