@@ -40,7 +40,7 @@ mod power;
 mod program;
 mod reach;
 pub mod real;
-mod record;
+pub mod record;
 mod resume_bits;
 mod role;
 mod rows;

@@ -1,18 +1,18 @@
 //! A structure's record: its flags, and the private state of its instructions.
 //!
 //! A leaf module: `layout`, `reach` and `memory` address records; `counters`, `timers` and
-//! `sensaphone` use their bits.
+//! `sensaphone` use their bits, and so do proofs.
 
 /// Number of bits in a record: the public flags (four; five for a Sensaphone counter), then the
 /// private state of the owning instruction. One look-up finds them all, in one cache line. A record
 /// and the structure's `.Acc` have the same number.
-pub(super) const RECORD: usize = 8;
+pub const RECORD: usize = 8;
 
 /// Number of public flags of a counter or timer; the rest of its record is [`OwnerState`].
-pub(super) const FLAGS: usize = 4;
+pub const FLAGS: usize = 4;
 
 /// Number of public flags of a Sensaphone counter.
-pub(super) const SENSAPHONE_FLAGS: u32 = 5;
+pub const SENSAPHONE_FLAGS: u32 = 5;
 
 /// The private state of a counter's or timer's owner: four bits, one byte each.
 ///
@@ -46,7 +46,7 @@ impl OwnerState {
 }
 
 /// The bits of a counter's state.
-pub(super) mod counter_state {
+pub mod counter_state {
     /// Edge history of UP.
     pub const UP: u32 = 0;
     /// Edge history of DN.
@@ -58,7 +58,7 @@ pub(super) mod counter_state {
 }
 
 /// The bits of a timer's state.
-pub(super) mod timer_state {
+pub mod timer_state {
     /// The timer was timing at the last execution: the next execution adds the time since then.
     /// OFFDTMR: it is timing down.
     pub const RUNNING: u32 = 0;
@@ -71,9 +71,23 @@ pub(super) mod timer_state {
 }
 
 /// The edge histories in a Sensaphone counter's record.
-pub(super) mod sensaphone_state {
+pub mod sensaphone_state {
     /// The history of CTU.
     pub const UP: usize = 5;
     /// The history of CTD.
     pub const DOWN: usize = 6;
+}
+
+/// The public flags of a Sensaphone counter, by their place in its record.
+pub mod sensaphone_flags {
+    /// CTU's rung was ON.
+    pub const CU: u32 = 0;
+    /// CTD's rung was ON.
+    pub const CD: u32 = 1;
+    /// ACC has reached PRE.
+    pub const DN: u32 = 2;
+    /// ACC has wrapped upwards.
+    pub const OV: u32 = 3;
+    /// ACC has wrapped downwards.
+    pub const UN: u32 = 4;
 }

@@ -9,15 +9,10 @@ use super::memory::MemoryView;
 use super::ops::{Ctd, Ctu, Operation, Res};
 use super::places::Sensaphone;
 use super::reach::Reach;
+use super::record::sensaphone_flags::{CD, CU, DN, OV, UN};
 use super::record::sensaphone_state::{DOWN, UP};
 use super::record::{RECORD, SENSAPHONE_FLAGS};
 use super::role::{BitWritten, WordWritten};
-
-const CU: u32 = 0;
-const CD: u32 = 1;
-const DN: u32 = 2;
-const OV: u32 = 3;
-const UN: u32 = 4;
 
 impl Sensaphone {
     /// The cell of a flag.

@@ -8,5 +8,6 @@
 
 pub mod aig;
 pub mod cone;
+pub mod explore;
 pub mod gates;
 pub mod model;

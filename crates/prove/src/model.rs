@@ -25,6 +25,27 @@ pub struct Model {
     pub judged: Vec<BitCell>,
 }
 
+impl Model {
+    /// Executes one scan on an engine, with these values of the inputs; returns whether it was the
+    /// last one.
+    pub(crate) fn scan(&self, engine: &mut Engine, now_ns: u64, inputs: &[i32]) -> bool {
+        engine.begin_scan(now_ns, &ScanTimes::default(), &LocalTime::default());
+        for (input, value) in self.inputs.iter().zip(inputs) {
+            match input.cell {
+                Cell::Bit(bit) => engine.write_bit(bit, *value != 0),
+                Cell::Word(word) => engine.write_word(word, *value),
+                Cell::WordBit(_) => unreachable!("an input is a whole cell"),
+            }
+        }
+        engine.execute().last
+    }
+
+    /// Whether the inputs of the scan that has left this memory were allowed.
+    pub(crate) fn allows(&self, image: &Image) -> bool {
+        self.assumed.iter().all(|bit| image.bit(*bit))
+    }
+}
+
 /// What is looked for: the end of a scan at which a bit has a value. A line of `always` is broken
 /// where its bit is OFF; a witness shows a bit that is ON.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -98,18 +119,10 @@ impl<'m> Run<'m> {
     /// Executes one scan with these values of the inputs. Call it no more after the last scan.
     pub fn scan(&mut self, inputs: &[i32]) -> ScanOutcome {
         let now_ns = self.next_ns();
+        let is_last = self.model.scan(&mut self.engine, now_ns, inputs);
         let engine = &mut self.engine;
-        engine.begin_scan(now_ns, &ScanTimes::default(), &LocalTime::default());
-        for (input, value) in self.model.inputs.iter().zip(inputs) {
-            match input.cell {
-                Cell::Bit(bit) => engine.write_bit(bit, *value != 0),
-                Cell::Word(word) => engine.write_word(word, *value),
-                Cell::WordBit(_) => unreachable!("an input is a whole cell"),
-            }
-        }
-        let is_last = engine.execute().last;
+        let is_allowed = self.model.allows(engine.image());
         let on = |bit: &BitCell| engine.image().bit(*bit);
-        let is_allowed = self.model.assumed.iter().all(on);
         let judged = self.model.judged.iter().map(on).collect();
         if is_last {
             engine.terminate();

@@ -31,7 +31,7 @@ pub struct Cone {
 }
 
 /// The size of a part, and of the whole.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub struct Share {
     pub kept: usize,

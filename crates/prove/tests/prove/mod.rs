@@ -4,4 +4,5 @@ mod aig;
 mod bench;
 mod cone;
 mod drawn;
+mod explore;
 mod judged;

@@ -1,0 +1,184 @@
+//! The form of a state: what of an engine's state decides the future of the judged bits.
+//!
+//! `search` saves an engine's state behind a scan and loads it before the next one. Two states with
+//! the same bytes have the same future, up to cells that nobody asks about. A state has: the live
+//! cells that something writes (`live`), `.Acc`s up to their bounds (`caps`), the state of the
+//! blocks and Stages in the cone (`elements`), and the parts of time that something reads: the
+//! phase of clock bits, the scans since the start. All times are relative to the scan that has
+//! ended. A loaded engine is at [`BASE_MS`], so that no time lies before its start.
+
+use rungd_engine::isa::status::{dst, st};
+use rungd_engine::isa::{Bit, BitSpace, Word, WordSpace};
+use rungd_engine::{BitCell, Cell, Engine, EngineProgram, Slice, WordCell};
+
+use super::bytes::{ByteReader, ByteWriter};
+use super::caps::{Cap, caps};
+use super::elements::{StoredElements, TimersOf};
+use super::live::live;
+use crate::model::{Model, Target};
+
+/// The time of a loaded state, ms: a multiple of all periods of clock bits, and greater than all
+/// times that a state holds.
+const BASE_MS: u64 = 60_000 * 100_000;
+
+/// The form of the states of a cone.
+#[derive(Debug)]
+pub(super) struct StateForm {
+    bits: Vec<u32>,
+    words: Vec<StoredWord>,
+    elements: StoredElements,
+    clock: StoredClock,
+    /// The number of bytes of a state.
+    pub size: usize,
+}
+
+#[derive(Debug)]
+struct StoredWord {
+    cell: u32,
+    cap: Option<Cap>,
+    /// Of the time that a RETURN has withheld: the timers that may get it. It is 0 while none of
+    /// them times.
+    timers: Option<TimersOf>,
+}
+
+/// What the cone reads of the time since the start.
+#[derive(Debug)]
+struct StoredClock {
+    /// The longest period of the clock bits that are read, ms. All shorter ones divide it.
+    phase_ms: Option<u64>,
+    /// `$ScanToggle` is read.
+    toggles: bool,
+    /// `$ScanCounter` is read.
+    counts: bool,
+}
+
+/// The place of a loaded state in time.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LoadedTime {
+    /// The timestamp of its scan, ms.
+    pub now_ms: u64,
+}
+
+impl StateForm {
+    /// The form for a cone and a target.
+    pub fn new(model: &Model, target: Target, start: &Engine) -> StateForm {
+        let code = &model.code;
+        let asked: Vec<BitCell> = model.assumed.iter().copied().chain([target.bit]).collect();
+        let slice = code.slice(&asked.iter().map(|bit| Cell::Bit(*bit)).collect::<Vec<_>>());
+        let written = Written::of(model, &slice);
+        let mut is_live = live(model, &asked.iter().map(|bit| bit.0).collect::<Vec<_>>());
+        let elements = StoredElements::new(code, &slice);
+        elements.bits.iter().for_each(|bit| is_live[*bit as usize] = true);
+        let stored = |at: &u32| is_live[*at as usize] && written.is(*at);
+        let constant =
+            |word| (!written.is(code.bit_count + word)).then(|| start.image().word(WordCell(word)));
+        let caps = caps(code, constant);
+        let word = |cell| StoredWord {
+            cell,
+            cap: caps.get(&cell).copied(),
+            timers: elements.withheld(cell).cloned(),
+        };
+        let words = code.bit_count..code.bit_count + code.word_count;
+        let words = words.filter(stored).map(|at| word(at - code.bit_count)).collect();
+        let bits = (0..code.bit_count).filter(stored).collect();
+        let clock = StoredClock::new(code, &slice);
+        let mut form = StateForm { bits, words, elements, clock, size: 0 };
+        let mut bytes = Vec::new();
+        form.save(start, &mut bytes);
+        form.size = bytes.len();
+        form
+    }
+}
+
+impl StateForm {
+    /// Writes the state of an engine behind a scan.
+    pub fn save(&self, engine: &Engine, to: &mut Vec<u8>) {
+        let (bits, words) = (engine.image().bits(), engine.image().words());
+        let mut to = ByteWriter::new(to);
+        to.bit(engine.stops());
+        self.bits.iter().for_each(|bit| to.bit(bits[*bit as usize] != 0));
+        for StoredWord { cell, cap, timers } in &self.words {
+            let is_kept = timers.as_ref().is_none_or(|timers| timers.time(bits));
+            let value = if is_kept { words[*cell as usize] } else { 0 };
+            to.number(cap.map_or(value, |cap| cap.of(value)).cast_unsigned());
+        }
+        if let Some(phase_ms) = self.clock.phase_ms {
+            to.number((engine.now_ns() / 1_000_000 % phase_ms) as u32);
+        }
+        self.elements.save(engine, &mut to);
+        if self.clock.toggles {
+            to.bit(engine.scans() % 2 == 1);
+        }
+        if self.clock.counts {
+            to.number(engine.scans() as u32);
+        }
+    }
+
+    /// Puts a state in an engine, which has executed a scan before; returns the timestamp of the
+    /// state's scan, ns.
+    pub fn load(&self, engine: &mut Engine, from: &[u8]) -> u64 {
+        let mut from = ByteReader::new(from);
+        let stops = from.bit();
+        let cells = engine.cells_mut();
+        self.bits.iter().for_each(|bit| cells.bits[*bit as usize] = u8::from(from.bit()));
+        for word in &self.words {
+            cells.words[word.cell as usize] = from.number().cast_signed();
+        }
+        let phase_ms = self.clock.phase_ms.map_or(0, |_| from.number());
+        let now_ms = BASE_MS + u64::from(phase_ms);
+        self.elements.load(engine, LoadedTime { now_ms }, &mut from);
+        let odd = self.clock.toggles && from.bit();
+        let scans = if self.clock.counts { u64::from(from.number()) } else { 2 + u64::from(odd) };
+        engine.resume_after(scans, stops);
+        now_ms * 1_000_000
+    }
+}
+
+impl StoredClock {
+    fn new(code: &EngineProgram, slice: &Slice) -> StoredClock {
+        let reads = |bit| slice.knows(Cell::Bit(code.layout.bit(Bit::Space(BitSpace::St, bit))));
+        let periods = [
+            (st::ONE_MINUTE, 60_000),
+            (st::ONE_SECOND, 1_000),
+            (st::HUNDRED_MS, 100),
+            (st::FIFTY_MS, 50),
+        ];
+        let counter = Word::Space(WordSpace::Dst, dst::SCAN_COUNTER);
+        StoredClock {
+            phase_ms: periods.iter().find(|(bit, _)| reads(*bit)).map(|(_, period)| *period),
+            toggles: reads(st::SCAN_TOGGLE),
+            counts: slice.knows(Cell::Word(code.layout.word(counter))),
+        }
+    }
+}
+
+/// The cells that steps of the cone write.
+struct Written {
+    is_written: Vec<bool>,
+}
+
+impl Written {
+    fn of(model: &Model, slice: &Slice) -> Written {
+        let code = &model.code;
+        let mut is_written = vec![false; (code.bit_count + code.word_count) as usize];
+        let tables = &slice.program.tables;
+        let steps = tables.batches.len() + tables.terminations.len() + code.blocks.len();
+        for step in 0..steps {
+            let written = slice.wiring.written(step);
+            written.iter().for_each(|cell| is_written[*cell as usize] = true);
+        }
+        for input in &model.inputs {
+            let at = match input.cell {
+                Cell::Bit(bit) => bit.0,
+                Cell::Word(word) => code.bit_count + word.0,
+                Cell::WordBit(_) => unreachable!("an input is a whole cell"),
+            };
+            is_written[at as usize] = true;
+        }
+        Written { is_written }
+    }
+
+    fn is(&self, cell: u32) -> bool {
+        self.is_written[cell as usize]
+    }
+}

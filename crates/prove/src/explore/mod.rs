@@ -1,0 +1,90 @@
+//! Exploring: visits every state that a model can reach, breadth first, on the engine itself.
+//!
+//! `rungd prove` calls [`explore`] for each line. It makes the line's cone, and from each state of
+//! a depth executes one scan with each combination of the inputs. So the first scan that meets the
+//! target is at the end of a shortest path; and where no new state is found, every state was seen.
+//! What counts as one state is said in `form`, and there and in its parts stands why states that
+//! count as one have the same future.
+
+mod bytes;
+mod caps;
+mod combinations;
+mod effects;
+mod elements;
+mod form;
+mod keys;
+mod live;
+mod search;
+
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use crate::cone::cone;
+use crate::model::{Model, Path, Target};
+use combinations::Combinations;
+use search::Search;
+
+/// When to stop without an answer.
+#[derive(Clone, Copy, Debug)]
+pub struct ExploreLimits<'s> {
+    /// The memory that all states may take together, bytes.
+    pub memory: usize,
+    /// The greatest number of combinations of the inputs.
+    pub combinations: u32,
+    /// The number of threads.
+    pub threads: usize,
+    /// The time to stop at.
+    pub deadline: Option<Instant>,
+    /// Set by another thread to stop the search.
+    pub stop: &'s AtomicBool,
+}
+
+/// What exploring found.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Explored {
+    /// Every state that can be reached was visited. No scan meets the target.
+    All {
+        /// The number of states, at the ends of scans.
+        states: u64,
+        /// The number of scans after which the last new one was reached.
+        depth: u64,
+    },
+    /// A shortest path to the target. Of all shortest ones, the threads do not decide which.
+    Found(Path),
+    /// Not all states were visited. No scan up to `depth` meets the target.
+    Stopped {
+        /// The number of states that were found.
+        states: u64,
+        /// The number of scans that every path was followed.
+        depth: u64,
+        /// Why.
+        cause: StopCause,
+    },
+}
+
+/// Why a search stopped without an answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StopCause {
+    /// The inputs have more combinations than allowed.
+    Combinations,
+    /// The states take more memory than allowed.
+    Memory,
+    /// The time is over.
+    Time,
+    /// Another thread has asked for it.
+    Asked,
+}
+
+/// Looks for a scan that meets the target. The path is one of `model`.
+pub fn explore(model: &Model, target: Target, limits: &ExploreLimits) -> Explored {
+    let cone = cone(model, &[target.bit]);
+    let inputs = &cone.model.inputs;
+    let Some(combinations) = Combinations::of(inputs, limits.combinations) else {
+        let cause = StopCause::Combinations;
+        return Explored::Stopped { states: 0, depth: 0, cause };
+    };
+    match Search::new(&cone.model, target, combinations).run(limits) {
+        Explored::Found(path) => Explored::Found(cone.widened(&path)),
+        ended @ (Explored::All { .. } | Explored::Stopped { .. }) => ended,
+    }
+}

@@ -1,0 +1,355 @@
+//! The search itself: level by level, on several threads.
+//!
+//! Called by `explore`. A level has the states that a number of scans reaches and no smaller number
+//! does, in the order in which they are found: by the number of the state before, then by the
+//! number of the combination of inputs. The threads take parts of a level, and what they find is
+//! put together in the order of the parts; so the answer does not depend on them.
+
+use std::collections::HashSet;
+use std::ops::Range;
+use std::panic::resume_unwind;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
+
+use rungd_engine::{Engine, EngineState};
+use rustc_hash::FxBuildHasher;
+
+use super::combinations::Combinations;
+use super::form::StateForm;
+use super::keys::key;
+use super::{ExploreLimits, Explored, StopCause};
+use crate::model::{Model, Path, Run, Target};
+
+/// A set of keys.
+type Keys = HashSet<u128, FxBuildHasher>;
+
+/// The number of scans of a level for which threads are not worth their start.
+const ALONE_MAX: usize = 2_000;
+
+/// The number of scans between two looks at the clock.
+const SCANS_PER_LOOK: u32 = 512;
+
+/// The memory of a visited state besides its own bytes, at most: its key in a set of keys while that
+/// grows, and what leads to it.
+const STATE_EXTRA: usize = 60;
+
+/// A search for a target.
+pub(super) struct Search<'m> {
+    model: &'m Model,
+    target: Target,
+    combinations: Combinations,
+    form: StateForm,
+    /// The state before the first scan.
+    start: EngineState,
+    /// The period, ns.
+    period_ns: u64,
+}
+
+/// The last scan of a way to a state: the number of the state before, and the number of the
+/// combination of inputs.
+#[derive(Clone, Copy, Debug)]
+struct Step {
+    from: u32,
+    combination: u32,
+}
+
+/// The number of the state before the first scan.
+const START: u32 = u32::MAX;
+
+/// States of one level.
+#[derive(Debug, Default)]
+struct Level {
+    /// Their bytes.
+    bytes: Vec<u8>,
+    /// The number of the first one.
+    first: u32,
+    count: usize,
+}
+
+/// What a part of a level leads to.
+#[derive(Debug, Default)]
+struct Part {
+    keys: Vec<u128>,
+    bytes: Vec<u8>,
+    steps: Vec<Step>,
+    /// The first step that meets the target: nothing behind it was executed.
+    met: Option<Step>,
+    stopped: Option<StopCause>,
+}
+
+/// All states that were found.
+#[derive(Debug, Default)]
+struct Visited {
+    keys: Keys,
+    steps: Vec<Step>,
+}
+
+impl<'m> Search<'m> {
+    /// A search in the model of a cone.
+    pub fn new(model: &'m Model, target: Target, combinations: Combinations) -> Search<'m> {
+        let start = Run::new(model).engine;
+        Search {
+            form: StateForm::new(model, target, &start),
+            start: EngineState::of(&start),
+            period_ns: u64::from(model.period_ms) * 1_000_000,
+            model,
+            target,
+            combinations,
+        }
+    }
+
+    /// Visits all states, or up to the limits.
+    pub fn run(&self, limits: &ExploreLimits) -> Explored {
+        let mut scanners: Vec<Scanner> =
+            (0..limits.threads.max(1)).map(|_| Scanner::new(self)).collect();
+        let mut visited = Visited::default();
+        let mut level = Level { bytes: Vec::new(), first: START, count: 1 };
+        let mut depth = 0;
+        loop {
+            let states = visited.steps.len() as u64;
+            let memory = limits.memory.saturating_sub(visited.memory() + level.bytes.len());
+            let (taken, visited_keys) = (AtomicUsize::new(0), &visited.keys);
+            let here = LevelLimits { all: limits, memory, taken: &taken, visited: visited_keys };
+            let parts = self.parts(&level, &mut scanners, here);
+            if let Some(step) = parts.iter().find_map(|part| part.met) {
+                return Explored::Found(self.path(&visited, step));
+            }
+            if let Some(cause) = parts.iter().find_map(|part| part.stopped) {
+                return Explored::Stopped { states, depth, cause };
+            }
+            level = visited.add(parts, self.form.size);
+            if level.count == 0 {
+                return Explored::All { states, depth };
+            }
+            if visited.is_full() {
+                let cause = StopCause::Memory;
+                return Explored::Stopped { states: states + level.count as u64, depth, cause };
+            }
+            depth += 1;
+        }
+    }
+
+    /// What the parts of a level lead to, in the order of the parts.
+    fn parts(&self, level: &Level, scanners: &mut [Scanner], limits: LevelLimits) -> Vec<Part> {
+        let scans = level.count.saturating_mul(self.combinations.count as usize);
+        if scanners.len() == 1 || scans <= ALONE_MAX {
+            return vec![scanners[0].visit(level, 0..level.count, limits)];
+        }
+        let length = level.count.div_ceil(scanners.len() * 8);
+        let shares = LevelShares {
+            next: AtomicUsize::new(0),
+            end: AtomicUsize::new(level.count.div_ceil(length)),
+            length,
+        };
+        let mut parts: Vec<(usize, Part)> = std::thread::scope(|scope| {
+            let threads: Vec<_> = scanners
+                .iter_mut()
+                .map(|scanner| scope.spawn(|| scanner.visit_shares(level, &shares, limits)))
+                .collect();
+            let joined = threads.into_iter().map(|thread| thread.join());
+            joined.flat_map(|found| found.unwrap_or_else(|panic| resume_unwind(panic))).collect()
+        });
+        parts.sort_by_key(|(part, _)| *part);
+        parts.into_iter().map(|(_, part)| part).collect()
+    }
+
+    /// The path whose last step is given.
+    fn path(&self, visited: &Visited, last: Step) -> Path {
+        let mut scans = Vec::new();
+        let mut step = last;
+        loop {
+            let mut values = Vec::new();
+            self.combinations.put(step.combination, &mut values);
+            scans.push(values);
+            if step.from == START {
+                scans.reverse();
+                return Path { scans };
+            }
+            step = visited.steps[step.from as usize];
+        }
+    }
+}
+
+/// The parts of a level, as threads take them.
+struct LevelShares {
+    next: AtomicUsize,
+    /// No part from this one on is taken.
+    end: AtomicUsize,
+    /// The number of states of a part.
+    length: usize,
+}
+
+/// The limits of a level.
+#[derive(Clone, Copy)]
+struct LevelLimits<'l> {
+    all: &'l ExploreLimits<'l>,
+    /// The memory that its new states may take.
+    memory: usize,
+    /// The memory that they take.
+    taken: &'l AtomicUsize,
+    /// The states of all levels so far.
+    visited: &'l Keys,
+}
+
+impl LevelLimits<'_> {
+    /// The cause to stop, if there is one: looks at the clock.
+    fn reached(&self) -> Option<StopCause> {
+        if self.all.stop.load(Ordering::Relaxed) {
+            return Some(StopCause::Asked);
+        }
+        let is_over = self.all.deadline.is_some_and(|deadline| Instant::now() >= deadline);
+        is_over.then_some(StopCause::Time)
+    }
+
+    /// Takes memory.
+    fn take(&self, bytes: usize) -> Option<StopCause> {
+        let taken = self.taken.fetch_add(bytes, Ordering::Relaxed) + bytes;
+        (taken > self.memory).then_some(StopCause::Memory)
+    }
+}
+
+impl Visited {
+    /// The memory that the states take, but for those of the newest level.
+    fn memory(&self) -> usize {
+        self.steps.len() * STATE_EXTRA
+    }
+
+    /// Whether a further state can have a number.
+    fn is_full(&self) -> bool {
+        self.steps.len() >= START as usize
+    }
+
+    /// Adds what the parts of a level have found; returns the next level.
+    fn add(&mut self, parts: Vec<Part>, size: usize) -> Level {
+        let mut level = Level { first: self.steps.len() as u32, ..Level::default() };
+        for Part { keys, bytes, steps, .. } in parts {
+            for ((key, step), state) in keys.iter().zip(steps).zip(bytes.chunks_exact(size)) {
+                if !self.is_full() && self.keys.insert(*key) {
+                    self.steps.push(step);
+                    level.bytes.extend_from_slice(state);
+                    level.count += 1;
+                }
+            }
+        }
+        level
+    }
+}
+
+/// A thread's engine and working memory.
+struct Scanner<'s> {
+    search: &'s Search<'s>,
+    engine: Engine,
+    values: Vec<i32>,
+    /// The keys of the states that its part has found.
+    keys: Keys,
+    scans: u32,
+}
+
+/// How a scan ended.
+enum ScanResult {
+    /// Its inputs were not allowed: there is no such scan.
+    Refused,
+    /// It meets the target.
+    Met,
+    /// It was the last one.
+    Last,
+    /// Further scans follow.
+    Followed,
+}
+
+impl<'s> Scanner<'s> {
+    fn new(search: &'s Search<'s>) -> Scanner<'s> {
+        let engine = Run::new(search.model).engine;
+        Scanner { search, engine, values: Vec::new(), keys: Keys::default(), scans: 0 }
+    }
+
+    /// Visits parts of a level until none is left, or one ends the search.
+    fn visit_shares(
+        &mut self,
+        level: &Level,
+        shares: &LevelShares,
+        limits: LevelLimits,
+    ) -> Vec<(usize, Part)> {
+        let mut parts = Vec::new();
+        loop {
+            let part = shares.next.fetch_add(1, Ordering::Relaxed);
+            if part >= shares.end.load(Ordering::Relaxed) {
+                return parts;
+            }
+            let (first, length) = (part * shares.length, shares.length);
+            let found = self.visit(level, first..level.count.min(first + length), limits);
+            if found.met.is_some() || found.stopped.is_some() {
+                shares.end.fetch_min(part, Ordering::Relaxed);
+            }
+            parts.push((part, found));
+        }
+    }
+
+    /// Visits states of a level with all combinations of inputs.
+    fn visit(&mut self, level: &Level, states: Range<usize>, limits: LevelLimits) -> Part {
+        let mut part = Part::default();
+        self.keys.clear();
+        for at in states {
+            let from = level.first.wrapping_add(at as u32);
+            for combination in 0..self.search.combinations.count {
+                let step = Step { from, combination };
+                match self.scan(level.state(at, self.search.form.size), combination) {
+                    ScanResult::Refused | ScanResult::Last => {}
+                    ScanResult::Met => part.met = Some(step),
+                    ScanResult::Followed => part.stopped = self.add(step, &mut part, limits),
+                }
+                self.scans += 1;
+                if self.scans.is_multiple_of(SCANS_PER_LOOK) {
+                    part.stopped = part.stopped.or_else(|| limits.reached());
+                }
+                if part.met.is_some() || part.stopped.is_some() {
+                    return part;
+                }
+            }
+        }
+        part
+    }
+
+    /// Executes a scan from a state; `None`: from the start.
+    fn scan(&mut self, state: Option<&[u8]>, combination: u32) -> ScanResult {
+        let Search { model, form, combinations, .. } = self.search;
+        let now_ns = match state {
+            Some(state) => form.load(&mut self.engine, state) + self.search.period_ns,
+            None => {
+                let resumes = self.engine.resume(&self.search.start);
+                debug_assert!(resumes, "a state of the same program");
+                0
+            }
+        };
+        combinations.put(combination, &mut self.values);
+        let is_last = model.scan(&mut self.engine, now_ns, &self.values);
+        let image = self.engine.image();
+        match () {
+            () if !model.allows(image) => ScanResult::Refused,
+            () if self.search.target.is_met(image) => ScanResult::Met,
+            () if is_last => ScanResult::Last,
+            () => ScanResult::Followed,
+        }
+    }
+
+    /// Adds the state that a step has reached to its part, if it is new.
+    fn add(&mut self, step: Step, part: &mut Part, limits: LevelLimits) -> Option<StopCause> {
+        let before = part.bytes.len();
+        self.search.form.save(&self.engine, &mut part.bytes);
+        let key = key(&part.bytes[before..]);
+        if limits.visited.contains(&key) || !self.keys.insert(key) {
+            part.bytes.truncate(before);
+            return None;
+        }
+        part.keys.push(key);
+        part.steps.push(step);
+        limits.take(STATE_EXTRA + self.search.form.size)
+    }
+}
+
+impl Level {
+    /// The bytes of a state; `None`: it is the start.
+    fn state(&self, at: usize, size: usize) -> Option<&[u8]> {
+        (self.first != START).then(|| &self.bytes[at * size..(at + 1) * size])
+    }
+}

@@ -1,0 +1,228 @@
+//! Exploring agrees with an exhaustive search written apart, and with long random runs.
+//!
+//! The other search keeps whole engines' states and knows nothing of canonical states: two states
+//! are one only if all their parts are equal, the time included. `RUNGD_PROVE_PROGRAMS` (8) is the
+//! number of random programs, `RUNGD_PROVE_SEED` (1) the first seed, `RUNGD_PROVE_SCANS` (600) about
+//! the number of scans of each exhaustive search.
+
+use super::bench::{Asked, model};
+use super::drawn::{Drawn, drawn};
+use rungd_engine::{Engine, EngineState};
+use rungd_prove::explore::{ExploreLimits, Explored, StopCause, explore};
+use rungd_prove::model::{FreeInput, Model, Path, Run, Target};
+use rungd_test_support::model::rng::Rng;
+use rungd_test_support::setting::setting;
+use std::collections::HashMap;
+use std::hash::{BuildHasher, RandomState};
+use std::sync::atomic::AtomicBool;
+
+static NEVER: AtomicBool = AtomicBool::new(false);
+
+/// Limits for small searches.
+fn limits(memory: usize) -> ExploreLimits<'static> {
+    ExploreLimits { memory, combinations: 64, threads: 2, deadline: None, stop: &NEVER }
+}
+
+/// Whether a path is allowed and its last scan alone meets the target.
+fn reaches(model: &Model, target: Target, path: &Path) -> bool {
+    let mut run = Run::new(model);
+    let met = path.scans.iter().map(|inputs| {
+        let outcome = run.scan(inputs);
+        outcome.is_allowed.then(|| target.is_met(run.engine.image()))
+    });
+    let met: Option<Vec<bool>> = met.collect();
+    met.is_some_and(|met| met.iter().position(|met| *met) == Some(met.len() - 1))
+}
+
+/// All combinations of values.
+fn combinations(inputs: &[FreeInput]) -> Vec<Vec<i32>> {
+    inputs.iter().fold(vec![Vec::new()], |all, input| {
+        let longer = |values: Vec<i32>| {
+            (input.low..=input.high).map(move |value| [values.clone(), vec![value]].concat())
+        };
+        all.into_iter().flat_map(longer).collect()
+    })
+}
+
+/// What the other search has seen: the least number of scans that meets the target, among the
+/// paths of at most `depth` scans.
+struct Exhausted {
+    found: Option<usize>,
+    depth: usize,
+    /// Whether no state is left from which a scan follows.
+    is_all: bool,
+}
+
+/// Executes all combinations from all states, depth by depth, until about `most` scans are done.
+fn exhaust(model: &Model, target: Target, most: usize) -> Exhausted {
+    let (combinations, mut scans) = (combinations(&model.inputs), 0);
+    let mut run = Run::new(model);
+    let mut level = vec![EngineState::of(&run.engine)];
+    for depth in 0.. {
+        if level.is_empty() || scans > most {
+            return Exhausted { found: None, depth, is_all: level.is_empty() };
+        }
+        let (mut next, hasher) = (HashMap::<u64, Vec<EngineState>>::new(), RandomState::new());
+        for state in level {
+            for inputs in &combinations {
+                assert!(run.engine.resume(&state));
+                run.scans = depth as u64;
+                let outcome = run.scan(inputs);
+                scans += 1;
+                if !outcome.is_allowed {
+                    continue;
+                }
+                if target.is_met(run.engine.image()) {
+                    return Exhausted { found: Some(depth + 1), depth, is_all: false };
+                }
+                if !outcome.is_last {
+                    insert(&mut next, &hasher, &run.engine);
+                }
+            }
+        }
+        level = next.into_values().flatten().collect();
+    }
+    unreachable!("depths have no end")
+}
+
+fn insert(states: &mut HashMap<u64, Vec<EngineState>>, hasher: &RandomState, engine: &Engine) {
+    let image = engine.image();
+    let alike = states.entry(hasher.hash_one((image.bits(), image.words()))).or_default();
+    let state = EngineState::of(engine);
+    if !alike.contains(&state) {
+        alike.push(state);
+    }
+}
+
+/// A random run of a model; panics if a scan that can be reached meets the target.
+fn run_at_random(drawn: &Drawn, target: Target, scans: usize) {
+    let mut rng = Rng::new(scans as u64);
+    let mut run = Run::new(&drawn.model);
+    let mut before = EngineState::of(&run.engine);
+    let mut inputs = Vec::new();
+    for scan in 0..scans {
+        let wanted = drawn.inputs(&mut rng, &inputs);
+        let outcome = run.scan(&wanted);
+        if !outcome.is_allowed {
+            // No such scan: try others from the state before.
+            assert!(run.engine.resume(&before));
+            run.scans -= 1;
+            continue;
+        }
+        inputs = wanted;
+        let is_met = target.is_met(run.engine.image());
+        assert!(!is_met, "{target:?} at try {scan}, scan {}\n{}", run.scans, drawn.text);
+        if outcome.is_last {
+            run = Run::new(&drawn.model);
+        }
+        before = EngineState::of(&run.engine);
+    }
+}
+
+/// The numbers of answers of a kind.
+#[derive(Debug, Default)]
+struct Answers {
+    all: u32,
+    found: u32,
+    stopped: u32,
+}
+
+fn judge(drawn: &Drawn, target: Target, answers: &mut Answers) {
+    let model = &drawn.model;
+    let explored = explore(model, target, &limits(200_000));
+    let seen = exhaust(model, target, setting("RUNGD_PROVE_SCANS", 600) as usize);
+    let text = format!("{target:?}: {explored:?}\n{}", drawn.text);
+    match explored {
+        Explored::Found(path) => {
+            answers.found += 1;
+            assert!(reaches(model, target, &path), "the path fails: {text}");
+            let length = path.scans.len();
+            match seen.found {
+                Some(found) => assert_eq!(found, length, "no shortest path: {text}"),
+                None => assert!(length > seen.depth && !seen.is_all, "{}: {text}", seen.depth),
+            }
+        }
+        Explored::All { .. } => {
+            answers.all += 1;
+            assert_eq!(seen.found, None, "{text}");
+            run_at_random(drawn, target, 300);
+        }
+        Explored::Stopped { depth, .. } => {
+            answers.stopped += 1;
+            assert!(seen.found.is_none_or(|found| found > depth as usize), "{text}");
+        }
+    }
+}
+
+#[test]
+fn exploring_agrees_with_an_exhaustive_search() {
+    let first = setting("RUNGD_PROVE_SEED", 1);
+    let mut answers = Answers::default();
+    for seed in first..first + setting("RUNGD_PROVE_PROGRAMS", 8) {
+        let drawn = drawn(seed);
+        for bit in &drawn.model.judged {
+            judge(&drawn, Target { bit: *bit, value: seed % 2 == 0 }, &mut answers);
+        }
+    }
+    println!("{answers:?}");
+}
+
+/// A latch that one input sets and another one resets; a run of it takes three scans.
+const LATCH: &str = r#"
+[[program]]
+name = "Main"
+[[program.rung]]
+when = ["X0", "!X1"]
+do   = ["SET C0"]
+[[program.rung]]
+when = ["X1"]
+do   = ["RST C0"]
+[[program.rung]]
+when = ["C0"]
+do   = ["TMR T0 preset=200ms"]
+[[program.rung]]
+when = ["T0.Done", "C0"]
+do   = ["OUT Y0"]
+"#;
+
+fn explored(asked: Asked, value: bool) -> Explored {
+    let model = model(asked);
+    let target = Target { bit: model.judged[0], value };
+    explore(&model, target, &limits(1 << 20))
+}
+
+#[test]
+fn a_found_path_is_a_shortest_one() {
+    let asked = Asked { ladder: LATCH, inputs: &["X0", "X1"], assume: &[], judged: &["Y0"] };
+    let Explored::Found(path) = explored(asked, true) else { panic!("not found") };
+    assert_eq!(path.scans.len(), 21);
+    assert_eq!(path.scans[0], [1, 0]);
+    assert!(path.scans[1..].iter().all(|scan| scan[1] == 0), "{path:?}");
+}
+
+#[test]
+fn a_timer_behind_its_preset_is_one_state() {
+    let asked = Asked { ladder: LATCH, inputs: &["X0", "X1"], assume: &[], judged: &["!Y0 | C0"] };
+    // OFF; ON with 0, 10 … 200 ms and behind them.
+    assert_eq!(explored(asked, false), Explored::All { states: 23, depth: 22 });
+}
+
+#[test]
+fn inputs_that_are_not_allowed_are_no_scans() {
+    let asked =
+        Asked { ladder: LATCH, inputs: &["X0", "X1"], assume: &["!X0 | Y0"], judged: &["C0"] };
+    assert_eq!(explored(asked, true), Explored::All { states: 1, depth: 1 });
+}
+
+#[test]
+fn too_many_combinations_stop_a_search_at_once() {
+    let asked = Asked {
+        ladder: "[[program]]\nname = \"Main\"\n[[program.rung]]\nwhen = [\"X0\", \"X1\", \"X2\", \
+                 \"X3\", \"X4\", \"X5\", \"X6\"]\ndo = [\"OUT Y0\"]",
+        inputs: &["X0", "X1", "X2", "X3", "X4", "X5", "X6"],
+        assume: &[],
+        judged: &["Y0"],
+    };
+    let stopped = Explored::Stopped { states: 0, depth: 0, cause: StopCause::Combinations };
+    assert_eq!(explored(asked, true), stopped);
+}
