@@ -35,7 +35,7 @@ impl Mishap {
     }
 
     /// The number of its status bit.
-    pub(super) fn status(self) -> u32 {
+    pub fn status(self) -> u32 {
         match self {
             Mishap::DivideByZero => st::DIVIDE_BY_ZERO,
             Mishap::Overflow => st::OVERFLOW,

@@ -24,7 +24,10 @@ pub use super::role::{
     TouchedCells, WordBitWritten, WordRead, WordWritten, WordsRead, WordsWritten,
 };
 pub use super::step_reads::reads;
-pub use super::steps::{Accumulator, Code, FormulaStep, Operator, StepOperand, StepShape, shapes};
+pub use super::steps::{
+    Accumulator, Code, CodeParts, FormulaStep, LoadStep, OneOperator, Operator, OtherStep,
+    SaveStep, StepOperand, StepShape, shapes,
+};
 
 /// An operation that works only on memory.
 pub(super) trait Operation {
@@ -106,16 +109,12 @@ macro_rules! operations {
                 }
             }
 
-            /// An operation of a kind.
-            ///
-            /// # Panics
-            /// If its kind is that of columns, which no operation has, or if there is none there.
+            /// An operation, by its kind and its index in the table of the kind.
             pub fn op(&self, kind: OpKind, at: usize) -> Op {
                 match kind {
                     $(OpKind::$kind => Op::$kind(self.$table[at]),)*
-                    OpKind::Math => Op::Math(self.math[at]),
+                    OpKind::Math | OpKind::Columns => Op::Math(self.math[at]),
                     OpKind::Control => Op::Control(self.control[at]),
-                    OpKind::Columns => unreachable!("no operation has this kind"),
                 }
             }
 

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use super::image::{BitCell, WordCell};
 use super::layout::{Cell, Layout};
-use super::ops::{FormulaStep, Math, OpKind, OpTables};
+use super::ops::{FormulaStep, Math, Op, OpKind, OpTables};
 use super::places::{Counter, CounterRule, Sensaphone, Timer, TimerRule};
 use super::resume_bits::ResumeBits;
 use super::role::WordBitWritten;
@@ -151,6 +151,25 @@ pub struct EngineProgram {
     pub subroutines: Vec<BlockId>,
     /// The Programs whose Stages are retained.
     pub kept: Vec<ResumeBits>,
+}
+
+impl Tables {
+    /// The operations of a batch, in order of execution.
+    pub fn ops_of(&self, batch: Batch) -> impl Iterator<Item = Op> + '_ {
+        let places = batch.first as usize..(batch.first + batch.count) as usize;
+        places.map(move |at| self.ops.op(batch.kind, at))
+    }
+
+    /// The steps of the formula of a batch's `nth` MATH. In columns, the steps of all formulas of
+    /// the batch alternate.
+    pub fn formula(&self, batch: Batch, nth: u32) -> Vec<FormulaStep> {
+        let math = &self.ops.math[(batch.first + nth) as usize];
+        let in_columns = batch.kind == OpKind::Columns;
+        let (first, apart) =
+            if in_columns { (math.first + nth, batch.count as usize) } else { (math.first, 1) };
+        let steps = self.steps[first as usize..].iter().step_by(apart);
+        steps.take(math.count as usize).copied().collect()
+    }
 }
 
 impl EngineProgram {

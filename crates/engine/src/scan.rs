@@ -362,6 +362,11 @@ impl Engine {
         self.machine.program.layout.bit(Bit::Space(BitSpace::X, n))
     }
 
+    /// Whether a block was started and has not had its first turn yet.
+    pub fn has_first_turn_due(&self, block: BlockId) -> bool {
+        self.machine.blocks[block.0 as usize].first_turn
+    }
+
     /// The element in whose turn a subroutine was executed last.
     pub fn caller(&self, subroutine: BlockId) -> Option<Element> {
         let at = self.machine.program.subroutines.iter().position(|id| *id == subroutine)?;

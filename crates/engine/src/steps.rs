@@ -296,6 +296,42 @@ macro_rules! codes {
         #[allow(missing_docs)]
         pub enum Operator { $($two),* }
 
+        /// The operators and functions with one operand.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[allow(missing_docs)]
+        pub enum OneOperator { $($one),* }
+
+        /// The loads.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[allow(missing_docs)]
+        pub enum LoadStep { $($load),* }
+
+        /// The saves of an accumulator.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[allow(missing_docs)]
+        pub enum SaveStep { $($save),* }
+
+        /// The codes that are executed for one formula alone.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum OtherStep { $($(#[$doc])* $other),* }
+
+        impl Code {
+            /// Its parts.
+            pub fn parts(self) -> CodeParts {
+                match self {
+                    $($(Code::$code => CodeParts::Two(
+                        Operator::$two,
+                        StepOperand::$a,
+                        StepOperand::$b,
+                    ),)*)*
+                    $(Code::$one => CodeParts::One(OneOperator::$one),)*
+                    $(Code::$load => CodeParts::Load(LoadStep::$load),)*
+                    $(Code::$save => CodeParts::Save(SaveStep::$save),)*
+                    $(Code::$other => CodeParts::Other(OtherStep::$other),)*
+                }
+            }
+        }
+
         impl Operator {
             /// The code for operands at these places, if there is one.
             pub fn code(self, a: StepOperand, b: StepOperand) -> Option<Code> {
@@ -333,6 +369,21 @@ macro_rules! codes {
             }
         }
     };
+}
+
+/// A code in parts, for a reader that is no executor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CodeParts {
+    /// An operator, and the places of its operands.
+    Two(Operator, StepOperand, StepOperand),
+    /// An operator or function of the accumulator.
+    One(OneOperator),
+    /// A load.
+    Load(LoadStep),
+    /// A save.
+    Save(SaveStep),
+    /// Any other code.
+    Other(OtherStep),
 }
 
 /// The common part of steps that differ only in their cells.

@@ -43,6 +43,8 @@ pub enum Held {
     FirstScan,
     /// The last scan: a stop was requested.
     LastScan,
+    /// The last scan is over.
+    Stopped,
     /// A bit of the time in the current period of a clock bit.
     Clock(BitCell, u8),
 }

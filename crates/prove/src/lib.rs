@@ -8,6 +8,7 @@
 
 pub mod aig;
 pub mod cone;
+pub mod encode;
 pub mod explore;
 pub mod gates;
 pub mod model;

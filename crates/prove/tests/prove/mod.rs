@@ -4,5 +4,7 @@ mod aig;
 mod bench;
 mod cone;
 mod drawn;
+mod encoded;
 mod explore;
 mod judged;
+mod lanes;

@@ -1,0 +1,233 @@
+//! The turns of blocks and Stages, and the subroutines that they call, as in the engine's `blocks`.
+
+use super::Encoder;
+use super::latches::OwnNumber;
+use super::number::Number;
+use crate::aig::Literal;
+use crate::gates::Held;
+use rungd_engine::isa::{Bit, BlockId, ElementId, StageId};
+use rungd_engine::ops::OpKind;
+use rungd_engine::{Batch, BlockRole, Element, ElementCode};
+
+impl Encoder<'_> {
+    /// Begins the last scan if a stop was requested: `LastScan` starts. Returns whether it is the
+    /// last scan.
+    pub(super) fn begin_last_scan(&mut self) -> Literal {
+        let last = self.last_scan();
+        self.stop_requested = last;
+        if last == Literal::FALSE {
+            return last;
+        }
+        let stopped = self.scan_latch(false, Held::Stopped);
+        self.constrain(!stopped);
+        last
+    }
+
+    /// What the next scan knows of a stop.
+    pub(super) fn end_last_scan(&mut self) {
+        if self.written.stops {
+            let (last, stopped) = (self.last_scan(), self.scan_latch(false, Held::Stopped));
+            self.set_next(last, self.stop_requested);
+            self.set_next(stopped, last);
+        }
+    }
+
+    /// Steps 4 to 7: all turns.
+    pub(super) fn turns(&mut self, last: Literal) {
+        let code = self.code;
+        for id in &code.order {
+            if code.blocks[id.0 as usize].role == BlockRole::LastScan {
+                self.under(last, |scan| scan.mark_started(*id));
+            }
+        }
+        for id in &code.order {
+            self.turn(*id);
+        }
+    }
+
+    pub(super) fn running(&mut self, id: BlockId) -> Literal {
+        self.bit(self.code.layout.bit(Bit::Running(id)).0)
+    }
+
+    pub(super) fn put_running(&mut self, id: BlockId, on: Literal) {
+        self.put_bit(self.code.layout.bit(Bit::Running(id)).0, on);
+    }
+
+    /// The Stages of a block.
+    pub(super) fn stages_of(&self, id: BlockId) -> Vec<StageId> {
+        self.code.blocks[id.0 as usize].stages.clone().map(StageId).collect()
+    }
+
+    fn turn(&mut self, id: BlockId) {
+        let due = self.take_own(Held::PassDue(id));
+        self.under(due, |scan| scan.pass_block(id));
+        let runs = self.running(id);
+        self.under(runs, |scan| match scan.code.blocks[id.0 as usize].role {
+            BlockRole::Program { .. } => scan.turn_program(id),
+            BlockRole::TopOfScan | BlockRole::BottomOfScan => {
+                scan.execute_own(id);
+            }
+            BlockRole::Task => scan.turn_task(id),
+            BlockRole::FirstScan | BlockRole::LastScan => scan.run_once(id),
+            BlockRole::Subroutine => unreachable!("a subroutine has no turn"),
+        });
+    }
+
+    fn turn_program(&mut self, id: BlockId) {
+        let stages = self.stages_of(id);
+        if !stages.is_empty() {
+            let first = self.take_own(Held::FirstTurn(id));
+            self.under(first, |scan| {
+                for (at, stage) in stages.iter().enumerate() {
+                    scan.switch_stage(*stage, Literal::constant(at == 0));
+                }
+            });
+        }
+        let mut ended = self.execute_own(id);
+        for stage in stages {
+            ended = self.under(!ended, |scan| {
+                let due = scan.take_own(Held::StagePassDue(stage));
+                scan.under(due, |scan| scan.pass_stage(stage));
+                let on = scan.bit(scan.code.layout.bit(Bit::Stage(stage)).0);
+                let ends = scan.under(on, |scan| scan.execute_stage(id, stage));
+                scan.graph.or(ended, ends)
+            });
+        }
+    }
+
+    fn turn_task(&mut self, id: BlockId) {
+        let always = self.written.recurrent.contains(&id) && !self.written.once.contains(&id);
+        let recurrent = if always { Literal::TRUE } else { self.own(Held::Recurrent(id)) };
+        self.under(!recurrent, |scan| scan.run_once(id));
+        self.under(recurrent, |scan| scan.turn_recurrent(id));
+    }
+
+    /// The turn of a Task that is enabled recurrently. The phase is the time since the beginning of
+    /// the current interval, ms.
+    fn turn_recurrent(&mut self, id: BlockId) {
+        if self.guard == Literal::FALSE {
+            return;
+        }
+        let high = i128::from(i32::MAX);
+        let first = self.take_own(Held::FirstTurn(id));
+        let every = self.own_number(OwnNumber::Interval(id), high);
+        let phase = self.own_number(OwnNumber::Phase(id), high);
+        let period = Number::constant(self.model.period_ms.into());
+        let graph = &mut self.graph;
+        let later = phase.add(graph, &period);
+        let passes = !later.less(graph, &every);
+        let rest = later.sub(graph, &every).within(0, high);
+        let later = Number::mux(graph, passes, &rest, &later).within(0, high);
+        // An interval of at most one period passes in every scan; then the phase does not matter.
+        let is_short = !period.less(graph, &every);
+        let starts_anew = graph.or(first, is_short);
+        let later = Number::mux(graph, starts_anew, &Number::constant(0), &later);
+        let passes = graph.or(passes, starts_anew);
+        self.put_own_number(OwnNumber::Phase(id), &later, high);
+        self.under(passes, |scan| scan.execute_own(id));
+    }
+
+    fn run_once(&mut self, id: BlockId) {
+        if self.guard == Literal::FALSE {
+            return;
+        }
+        let ended = self.execute_own(id);
+        self.under(!ended, |scan| {
+            scan.put_running(id, Literal::FALSE);
+            scan.put_bit(scan.code.layout.bit(Bit::Done(id)).0, Literal::TRUE);
+            scan.put_own_if(Literal::TRUE, Held::PassDue(id), Literal::TRUE);
+        });
+    }
+
+    /// Executes a block's own rungs; returns when an instruction ends the block's execution.
+    fn execute_own(&mut self, id: BlockId) -> Literal {
+        let code = &self.code.blocks[id.0 as usize].own;
+        self.execute(ElementId { block: id, stage: None }, code, Held::Executed(id))
+    }
+
+    fn execute_stage(&mut self, block: BlockId, stage: StageId) -> Literal {
+        let code = &self.code.stages[stage.0 as usize];
+        let element = ElementId { block, stage: Some(stage) };
+        self.execute(element, code, Held::StageExecuted(stage))
+    }
+
+    /// Executes an element in its own turn.
+    fn execute(&mut self, element: ElementId, code: &ElementCode, executed: Held) -> Literal {
+        if self.guard == Literal::FALSE {
+            return Literal::FALSE;
+        }
+        if code.has_rungs {
+            self.put_own_if(Literal::TRUE, executed, Literal::TRUE);
+        }
+        self.elapsed_ms = self.elapsed_ms(element, code);
+        self.execute_all(code, element)
+    }
+
+    /// Starts an execution whose private cells pass values; returns the one before.
+    pub(super) fn next_execution(&mut self) -> u32 {
+        self.executions += 1;
+        std::mem::replace(&mut self.execution, self.executions)
+    }
+
+    /// Executes an element's batches in the turn of an element.
+    fn execute_all(&mut self, code: &ElementCode, element: ElementId) -> Literal {
+        let (execution, guard) = (self.next_execution(), self.guard);
+        let mut ended = Literal::FALSE;
+        for at in code.batches.clone() {
+            self.batches.push(at);
+            let batch = self.code.tables.batches[at as usize];
+            let ends = self.batch(batch, element);
+            ended = self.graph.or(ended, ends);
+            self.batches.pop();
+        }
+        self.guard = guard;
+        self.execution = execution;
+        ended
+    }
+
+    /// Executes a batch; narrows the guard to what follows it. Returns when the block's execution
+    /// ends.
+    fn batch(&mut self, batch: Batch, element: ElementId) -> Literal {
+        if batch.kind == OpKind::Control {
+            return self.controls(batch, element);
+        }
+        if batch.kind == OpKind::Math || batch.kind == OpKind::Columns {
+            self.maths(batch);
+        } else {
+            self.code.tables.ops_of(batch).for_each(|op| self.op(&op));
+        }
+        Literal::FALSE
+    }
+
+    /// Executes a subroutine in the turn of an element; returns when the block's execution ends.
+    pub(super) fn call(&mut self, subroutine: u32, element: ElementId) -> Literal {
+        if self.guard == Literal::FALSE {
+            return Literal::FALSE;
+        }
+        let id = self.code.subroutines[subroutine as usize];
+        let code = &self.code.blocks[id.0 as usize].own;
+        self.put_caller(subroutine, Element::from(element));
+        self.put_running(id, Literal::constant(code.has_rungs));
+        if code.has_rungs {
+            self.put_own_if(Literal::TRUE, Held::Executed(id), Literal::TRUE);
+        }
+        let own = ElementId { block: id, stage: None };
+        let elapsed = self.elapsed_ms(own, code);
+        let before = std::mem::replace(&mut self.elapsed_ms, elapsed);
+        let ended = self.execute_all(code, element);
+        self.elapsed_ms = before;
+        ended
+    }
+
+    /// The elements that may call a subroutine: those with a state.
+    fn put_caller(&mut self, subroutine: u32, element: Element) {
+        let caller = Held::Caller(subroutine, element);
+        let others: Vec<Held> = (self.callers.get(&subroutine).into_iter().flatten())
+            .map(|other| Held::Caller(subroutine, *other))
+            .collect();
+        for other in others {
+            let is_caller = Literal::constant(other == caller);
+            self.put_own_if(Literal::TRUE, other, is_caller);
+        }
+    }
+}

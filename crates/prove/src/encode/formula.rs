@@ -1,0 +1,323 @@
+//! The formulas of MATHs: their steps, as in the engine's `rows`.
+//!
+//! Steps are executed in order, each under the condition that no jump has passed it. `operators`
+//! has the arithmetic, `math` stores the result.
+
+use super::Encoder;
+use super::number::Number;
+use super::value::RealValue;
+use crate::aig::Literal;
+use rungd_engine::Mishap;
+use rungd_engine::ops::{
+    CellRange, CodeParts, FormulaStep, LoadStep, OneOperator, Operator, OtherStep, SaveStep,
+    StepOperand,
+};
+use rustc_hash::FxHashMap;
+
+/// An integer; `None`: any value.
+pub(super) type Integer = Option<Number>;
+
+/// A formula while it is evaluated.
+pub(super) struct Evaluation {
+    pub integer: Integer,
+    pub real: RealValue,
+    integers: FxHashMap<u32, Integer>,
+    reals: FxHashMap<u32, RealValue>,
+    /// The condition under which the current step is executed.
+    path: Literal,
+    /// By mishap: whether it happened.
+    pub noted: [Literal; 4],
+    /// By mishap: whether it may have happened.
+    pub unclear: [Literal; 4],
+    /// The first operation that has no gates.
+    pub what: Option<&'static str>,
+}
+
+impl Evaluation {
+    fn new() -> Evaluation {
+        Evaluation {
+            integer: Some(Number::constant(0)),
+            real: RealValue::Known(0.0),
+            integers: FxHashMap::default(),
+            reals: FxHashMap::default(),
+            path: Literal::TRUE,
+            noted: [Literal::FALSE; 4],
+            unclear: [Literal::FALSE; 4],
+            what: None,
+        }
+    }
+
+    /// The steps are over: what follows is executed in any case.
+    pub fn restart(&mut self) {
+        self.path = Literal::TRUE;
+    }
+
+    /// What follows is executed under a condition, until [`Evaluation::widen`].
+    pub fn narrow(&mut self, condition: Literal) -> Literal {
+        std::mem::replace(&mut self.path, condition)
+    }
+
+    /// Ends a narrower condition.
+    pub fn widen(&mut self, path: Literal) {
+        self.path = path;
+    }
+
+    /// Everything from here on is any value.
+    fn lose(&mut self, what: &'static str) {
+        (self.integer, self.real) = (None, RealValue::Unknown);
+        self.unclear = [Literal::TRUE; 4];
+        self.what = Some(self.what.unwrap_or(what));
+    }
+}
+
+impl Encoder<'_> {
+    /// Evaluates a formula.
+    pub(super) fn evaluate(&mut self, steps: &[FormulaStep]) -> Evaluation {
+        let mut run = Evaluation::new();
+        let mut arrivals = vec![Literal::FALSE; steps.len() + 1];
+        for (at, step) in steps.iter().enumerate() {
+            run.path = self.graph.or(run.path, arrivals[at]);
+            if run.path == Literal::FALSE {
+                continue;
+            }
+            let jumps = match step.code.parts() {
+                CodeParts::Two(operator, a, b) => self.two(&mut run, operator, [a, b], step),
+                CodeParts::One(operator) => self.one(&mut run, operator),
+                CodeParts::Load(load) => self.load(&mut run, load, step),
+                CodeParts::Save(SaveStep::Save) => self.save_integer(&mut run, step.to),
+                CodeParts::Save(SaveStep::SaveReal) => self.save_real(&mut run, step.to),
+                CodeParts::Other(other) => match self.other(&mut run, other, step) {
+                    Some(jumps) => jumps,
+                    None => {
+                        run.lose("a condition of reals");
+                        return run;
+                    }
+                },
+            };
+            let leaves = self.graph.and(run.path, jumps);
+            if leaves != Literal::FALSE {
+                let to = (step.to as usize).min(steps.len());
+                debug_assert!(to > at, "formulas jump forwards");
+                arrivals[to] = self.graph.or(arrivals[to], leaves);
+                run.path = self.graph.and(run.path, !jumps);
+            }
+        }
+        run
+    }
+
+    /// Notes a mishap of the current step.
+    pub(super) fn note(&mut self, run: &mut Evaluation, mishap: Mishap, happens: Literal) {
+        let happens = self.graph.and(run.path, happens);
+        let noted = &mut run.noted[mishap as usize];
+        *noted = self.graph.or(*noted, happens);
+    }
+
+    /// Notes that a mishap of the current step is not known, nor is its result.
+    pub(super) fn lose_result(
+        &mut self,
+        run: &mut Evaluation,
+        what: &'static str,
+        mishaps: &[Mishap],
+    ) {
+        for mishap in mishaps {
+            let unclear = &mut run.unclear[*mishap as usize];
+            *unclear = self.graph.or(*unclear, run.path);
+        }
+        run.what = Some(run.what.unwrap_or(what));
+    }
+
+    /// The value behind a step that is executed under a condition.
+    fn merged(&mut self, path: Literal, new: Integer, old: &Integer) -> Integer {
+        if path == Literal::TRUE {
+            return new;
+        }
+        let (new, old) = (new?, old.as_ref()?);
+        Some(self.choose(path, &new, old))
+    }
+
+    fn merged_real(&mut self, path: Literal, new: RealValue, old: &RealValue) -> RealValue {
+        if path == Literal::TRUE {
+            return new;
+        }
+        if new.known().is_some() && new.known() == old.known() {
+            return new;
+        }
+        if let Some((new, old)) = new.exact_whole().zip(old.exact_whole()) {
+            return RealValue::Whole(self.choose(path, &new, &old));
+        }
+        match new.exact_cell().zip(old.exact_cell()) {
+            Some((new, old)) => RealValue::Cell(self.choose(path, &new, &old)),
+            None => RealValue::Unknown,
+        }
+    }
+
+    pub(super) fn set_integer(&mut self, run: &mut Evaluation, value: Integer) {
+        run.integer = self.merged(run.path, value, &run.integer);
+    }
+
+    pub(super) fn set_real(&mut self, run: &mut Evaluation, value: RealValue) {
+        run.real = self.merged_real(run.path, value, &run.real);
+    }
+
+    fn save_integer(&mut self, run: &mut Evaluation, slot: u32) -> Literal {
+        let value = match run.integers.get(&slot) {
+            Some(before) => self.merged(run.path, run.integer.clone(), before),
+            None => run.integer.clone(),
+        };
+        run.integers.insert(slot, value);
+        Literal::FALSE
+    }
+
+    fn save_real(&mut self, run: &mut Evaluation, slot: u32) -> Literal {
+        let value = match run.reals.get(&slot) {
+            Some(before) => self.merged_real(run.path, run.real.clone(), before),
+            None => run.real.clone(),
+        };
+        run.reals.insert(slot, value);
+        Literal::FALSE
+    }
+
+    fn integer_operand(&mut self, run: &Evaluation, place: StepOperand, at: u32) -> Integer {
+        match place {
+            StepOperand::Accumulator => run.integer.clone(),
+            StepOperand::Slot => run.integers.get(&at).cloned().flatten(),
+            StepOperand::Word => Some(self.word(at)),
+            StepOperand::Whole => unreachable!("an integer is read as it is"),
+        }
+    }
+
+    fn real_operand(&mut self, run: &Evaluation, place: StepOperand, at: u32) -> RealValue {
+        match place {
+            StepOperand::Accumulator => run.real.clone(),
+            StepOperand::Slot => run.reals.get(&at).cloned().unwrap_or(RealValue::Unknown),
+            StepOperand::Word => RealValue::of_cell(self.word(at)),
+            StepOperand::Whole => RealValue::of_whole(self.word(at)),
+        }
+    }
+
+    /// An operator with two operands.
+    fn two(
+        &mut self,
+        run: &mut Evaluation,
+        operator: Operator,
+        [a, b]: [StepOperand; 2],
+        step: &FormulaStep,
+    ) -> Literal {
+        let saves = a != StepOperand::Accumulator && b != StepOperand::Accumulator;
+        if self.is_of_integers(operator) {
+            let (a, b) =
+                (self.integer_operand(run, a, step.a), self.integer_operand(run, b, step.b));
+            if saves {
+                self.save_integer(run, step.to);
+            }
+            let result = self.integer_operator(run, operator, [a, b]);
+            self.set_integer(run, result);
+        } else {
+            let (a, b) = (self.real_operand(run, a, step.a), self.real_operand(run, b, step.b));
+            if saves {
+                self.save_real(run, step.to);
+            }
+            self.real_operator(run, operator, [&a, &b]);
+        }
+        Literal::FALSE
+    }
+
+    fn one(&mut self, run: &mut Evaluation, operator: OneOperator) -> Literal {
+        self.one_operator(run, operator);
+        Literal::FALSE
+    }
+
+    fn load(&mut self, run: &mut Evaluation, load: LoadStep, step: &FormulaStep) -> Literal {
+        let integer = match load {
+            LoadStep::LoadWord => Some(self.word(step.a)),
+            LoadStep::LoadSlot => run.integers.get(&step.a).cloned().flatten(),
+            LoadStep::LoadBit => Some(Number::of_bit(self.bit(step.a))),
+            LoadStep::LoadReal => return self.load_real(run, StepOperand::Word, step),
+            LoadStep::LoadWhole => return self.load_real(run, StepOperand::Whole, step),
+            LoadStep::LoadRealSlot => return self.load_real(run, StepOperand::Slot, step),
+        };
+        self.save_integer(run, step.to);
+        self.set_integer(run, integer);
+        Literal::FALSE
+    }
+
+    fn load_real(
+        &mut self,
+        run: &mut Evaluation,
+        place: StepOperand,
+        step: &FormulaStep,
+    ) -> Literal {
+        let real = self.real_operand(run, place, step.a);
+        self.save_real(run, step.to);
+        self.set_real(run, real);
+        Literal::FALSE
+    }
+
+    /// A step that is no operator: the condition under which it jumps, `None` if that is not known.
+    fn other(
+        &mut self,
+        run: &mut Evaluation,
+        other: OtherStep,
+        step: &FormulaStep,
+    ) -> Option<Literal> {
+        let array = CellRange { first: step.a, count: step.b };
+        match other {
+            OtherStep::Jump => return Some(Literal::TRUE),
+            OtherStep::JumpIfZero => return Some(run.integer.clone()?.is_zero(&mut self.graph)),
+            OtherStep::JumpIfTrue => return Some(!run.integer.clone()?.is_zero(&mut self.graph)),
+            OtherStep::LoadMishap => {
+                self.save_integer(run, step.to);
+                let is_on = self.bit(step.a);
+                let is_on = self.graph.or(is_on, run.noted[step.b as usize]);
+                let is_clear = run.unclear[step.b as usize] == Literal::FALSE;
+                let is_known = is_clear || is_on == Literal::TRUE;
+                self.set_integer(run, is_known.then(|| Number::of_bit(is_on)));
+            }
+            OtherStep::CheckIndex => {
+                let index = self.word(step.a);
+                let is_inside = self.is_inside(&index, step.b);
+                self.note(run, Mishap::IndexError, !is_inside);
+            }
+            OtherStep::LoadWordBit => {
+                self.save_integer(run, step.to);
+                let content = self.word(step.a);
+                let is_on = self.has_bit(&content, step.b.cast_signed());
+                self.set_integer(run, Some(Number::of_bit(is_on)));
+            }
+            OtherStep::HasBit => {
+                let found = run.integer.clone().map(|content| {
+                    let is_on = self.has_bit(&content.low_32(), step.b.cast_signed());
+                    Number::of_bit(is_on)
+                });
+                self.set_integer(run, found);
+            }
+            OtherStep::BitOf => {
+                let index = self.index(run, step);
+                let bit = index.map(|index| Number::of_bit(self.selected_bit(array, &index)));
+                self.set_integer(run, bit);
+            }
+            OtherStep::WordOf => {
+                let index = self.index(run, step);
+                let word = index.map(|index| self.selected_word(array, &index));
+                self.set_integer(run, word);
+            }
+            OtherStep::RealOf => {
+                let index = self.index(run, step);
+                let real = index.map(|index| self.selected_word(array, &index));
+                self.set_real(run, real.map_or(RealValue::Unknown, RealValue::of_cell));
+            }
+        }
+        Some(Literal::FALSE)
+    }
+
+    /// The index of an element; notes whether it is outside.
+    fn index(&mut self, run: &mut Evaluation, step: &FormulaStep) -> Integer {
+        let Some(index) = run.integer.clone() else {
+            self.lose_result(run, "an index that reals decide", &[Mishap::IndexError]);
+            return None;
+        };
+        let is_inside = self.is_inside(&index, step.b);
+        self.note(run, Mishap::IndexError, !is_inside);
+        Some(index)
+    }
+}

@@ -1,0 +1,107 @@
+//! Step 1 of a scan: status bits and words. Times of scans and the local time are those of the
+//! first scan, unless they are inputs.
+
+use super::Encoder;
+use super::latches::Next;
+use super::number::Number;
+use crate::aig::Literal;
+use crate::gates::Held;
+use rungd_engine::isa::status::{dst, st};
+use rungd_engine::isa::{Bit, BitSpace, Word, WordSpace};
+use rungd_engine::{BitCell, WordCell};
+
+impl Encoder<'_> {
+    /// The cell of status bit 0.
+    pub(super) fn status(&self) -> u32 {
+        self.code.layout.bit(Bit::Space(BitSpace::St, 0)).0
+    }
+
+    /// Whether it is the first scan.
+    pub(super) fn first_scan(&mut self) -> Literal {
+        self.scan_latch(true, Held::FirstScan)
+    }
+
+    /// Whether it is the last scan.
+    pub(super) fn last_scan(&mut self) -> Literal {
+        if !self.written.stops {
+            return Literal::FALSE;
+        }
+        self.scan_latch(false, Held::LastScan)
+    }
+
+    /// A latch of the whole scan; OFF in the next one, unless its next value is set.
+    pub(super) fn scan_latch(&mut self, initial: bool, holds: Held) -> Literal {
+        if let Some(latch) = self.own.get(&holds) {
+            return *latch;
+        }
+        let latch = self.fixed_latch(initial, holds);
+        self.own.insert(holds, latch);
+        latch
+    }
+
+    /// The value of a status bit behind step 1.
+    pub(super) fn status_bit(&mut self, bit: u32) -> Option<Literal> {
+        let number = bit.checked_sub(self.status()).filter(|n| (*n as usize) < st::COUNT)?;
+        Some(match number {
+            st::FIRST_SCAN => self.first_scan(),
+            st::ON => Literal::TRUE,
+            st::ONE_MINUTE => self.clock(bit, 60_000),
+            st::ONE_SECOND => self.clock(bit, 1_000),
+            st::HUNDRED_MS => self.clock(bit, 100),
+            st::FIFTY_MS => self.clock(bit, 50),
+            st::SCAN_TOGGLE => {
+                let latch = self.fixed_latch(false, Held::Bit(BitCell(bit)));
+                self.set_next(latch, !latch);
+                latch
+            }
+            st::LAST_SCAN => self.last_scan(),
+            _ => Literal::FALSE,
+        })
+    }
+
+    /// A clock bit: ON for the first half of its period.
+    fn clock(&mut self, bit: u32, clock_ms: u32) -> Literal {
+        let step = i128::from(self.model.period_ms % clock_ms);
+        let clock = i128::from(clock_ms);
+        let latches = self.latches.len();
+        let time = Number::made(0, clock - 1, |at| {
+            self.fixed_latch(false, Held::Clock(BitCell(bit), at as u8))
+        });
+        let later = time.add(&mut self.graph, &Number::constant(step));
+        let next = self.modulo(&later, clock);
+        for (at, latch) in (latches..self.latches.len()).enumerate() {
+            self.latches[latch].next = Next::Fixed(next.bit(at));
+        }
+        time.less(&mut self.graph, &Number::constant(clock / 2))
+    }
+
+    /// `number % of`, for a number below twice `of`.
+    pub(super) fn modulo(&mut self, number: &Number, of: i128) -> Number {
+        let less = number.sub(&mut self.graph, &Number::constant(of));
+        let is_below = number.less(&mut self.graph, &Number::constant(of));
+        self.choose(is_below, number, &less).within(0, of - 1)
+    }
+
+    /// The value of a status word behind step 1; `None` for a word that step 1 does not write.
+    pub(super) fn status_word(&mut self, word: u32) -> Option<Number> {
+        let cell = |n| self.code.layout.word(Word::Space(WordSpace::Dst, n)).0;
+        let number = (0..dst::COUNT as u32).find(|n| cell(*n) == word)?;
+        match number {
+            dst::SCAN_COUNTER => Some(self.scan_counter(word)),
+            dst::DOWN_SECONDS => None,
+            _ => Some(Number::constant(self.start.image.word(WordCell(word)).into())),
+        }
+    }
+
+    fn scan_counter(&mut self, word: u32) -> Number {
+        let latches = self.latches.len();
+        let count = Number::made(0, i32::MAX.into(), |at| {
+            self.fixed_latch(false, Held::WordBit(WordCell(word), at as u8))
+        });
+        let next = count.add(&mut self.graph, &Number::constant(1));
+        for (at, latch) in (latches..self.latches.len()).enumerate() {
+            self.latches[latch].next = Next::Fixed(next.bit(at));
+        }
+        count
+    }
+}

@@ -1,0 +1,307 @@
+//! The timers of Do-more, as in the engine's `timers`; the time since an element's last execution.
+//!
+//! A timer adds that time while it is timing, which it is only if its element has executed since
+//! its last pass. Programs, Stages, and Tasks that run once have then executed in the scan before:
+//! their time is one period. Recurrent Tasks and subroutines count the scans.
+
+use super::Encoder;
+use super::latches::OwnNumber;
+use super::number::Number;
+use crate::aig::Literal;
+use rungd_engine::isa::ElementId;
+use rungd_engine::ops::{
+    Control, ControlKind, Offdtmr, Ondtmr, Op, OpKind, Rstt, Timer, TimerRule, Tmr, Tmra, Tmradown,
+    Tmrdown,
+};
+use rungd_engine::record::timer_state::{LEG, LOADED, PENDING, RUNNING};
+use rungd_engine::record::{FLAGS, RECORD};
+use rungd_engine::{BitCell, BlockRole, ElementCode, EngineProgram, Image};
+
+/// Whether a timer is timing before the first scan, because its state was restored.
+pub(super) fn begins_running(code: &EngineProgram, image: &Image) -> bool {
+    let ops = &code.tables.ops;
+    let simple = ops.tmr.iter().map(|op| op.timer).chain(ops.tmrdown.iter().map(|op| op.timer));
+    let with_output = ops.ondtmr.iter().map(|op| op.timer);
+    let with_output = with_output.chain(ops.offdtmr.iter().map(|op| op.timer));
+    let adding = ops.tmra.iter().map(|op| op.timer).chain(ops.tmradown.iter().map(|op| op.timer));
+    let running = |timer: Timer| BitCell(timer.at * RECORD as u32 + FLAGS as u32 + RUNNING);
+    simple.chain(with_output).chain(adding).any(|timer| image.bit(running(timer)))
+}
+
+impl Encoder<'_> {
+    /// Whether operations of an element ask for the time.
+    fn asks_for_time(&self, code: &ElementCode) -> bool {
+        let tables = &self.code.tables;
+        let mut kinds = code.batches.clone().map(|at| tables.batches[at as usize]);
+        kinds.any(|batch| match batch.kind {
+            OpKind::Ondtmr
+            | OpKind::Offdtmr
+            | OpKind::Tmr
+            | OpKind::Tmrdown
+            | OpKind::Tmra
+            | OpKind::Tmradown => true,
+            OpKind::Control => tables.ops_of(batch).any(|op| {
+                let kind = ControlKind::Return { missed_ms: 0 };
+                let is_return = |control: Control| {
+                    std::mem::discriminant(&control.kind) == std::mem::discriminant(&kind)
+                };
+                matches!(op, Op::Control(control) if is_return(control))
+            }),
+            OpKind::And2
+            | OpKind::And3
+            | OpKind::And4
+            | OpKind::PickBit
+            | OpKind::PickWord
+            | OpKind::LoadWordBit
+            | OpKind::Rise
+            | OpKind::Fall
+            | OpKind::Equal
+            | OpKind::Less
+            | OpKind::EqualMixed
+            | OpKind::LessMixed
+            | OpKind::Out
+            | OpKind::OutOne
+            | OpKind::Set
+            | OpKind::Rst
+            | OpKind::OutWordBit
+            | OpKind::SetWordBit
+            | OpKind::RstWordBit
+            | OpKind::Pd
+            | OpKind::Nd
+            | OpKind::Ponoff
+            | OpKind::Cnt
+            | OpKind::Cntdn
+            | OpKind::Udc
+            | OpKind::Rstct
+            | OpKind::Rstt
+            | OpKind::Ctu
+            | OpKind::Ctd
+            | OpKind::Res
+            | OpKind::Move
+            | OpKind::Add
+            | OpKind::Sub
+            | OpKind::AddMixed
+            | OpKind::SubMixed
+            | OpKind::CopyBits
+            | OpKind::CopyWords
+            | OpKind::FillBits
+            | OpKind::FillWords
+            | OpKind::PackBits
+            | OpKind::UnpackBits
+            | OpKind::Sr
+            | OpKind::Math
+            | OpKind::Columns => false,
+        })
+    }
+
+    /// The greatest number of scans that an age counts: behind it, the time is at its limit.
+    fn age_max(&self) -> i128 {
+        i128::from(i32::MAX / self.model.period_ms.max(1).cast_signed()) + 1
+    }
+
+    /// The time since an element's last execution, at its next one; `None` if nothing asks for it.
+    pub(super) fn elapsed_ms(&mut self, element: ElementId, code: &ElementCode) -> Option<Number> {
+        if !self.asks_for_time(code) {
+            return None;
+        }
+        let period = Number::constant(self.model.period_ms.into());
+        let role = self.code.blocks[element.block.0 as usize].role;
+        let skips =
+            role == BlockRole::Subroutine || self.written.recurrent.contains(&element.block);
+        if !skips && !self.counts_ages {
+            let first = self.first_scan();
+            return Some(self.choose(first, &Number::constant(0), &period));
+        }
+        let (age, max) = (OwnNumber::Age(element.into()), self.age_max());
+        let scans = self.own_number(age, max);
+        self.put_own_number(age, &Number::constant(0), max);
+        let elapsed = scans.mul(&mut self.graph, &period);
+        Some(elapsed.clamp(&mut self.graph, 0, i32::MAX))
+    }
+
+    /// Every age at the start of the next scan.
+    pub(super) fn end_ages(&mut self) {
+        let max = self.age_max();
+        let is_age = |number: &OwnNumber| matches!(number, OwnNumber::Age(_));
+        let mut ages: Vec<OwnNumber> = self.own_numbers.keys().copied().collect();
+        ages.retain(is_age);
+        ages.sort_unstable();
+        for age in ages {
+            let later = self.own_number(age, max).add(&mut self.graph, &Number::constant(1));
+            let limited = later.clamp(&mut self.graph, 0, max);
+            self.own_numbers.insert(age, limited);
+        }
+    }
+
+    fn elapsed(&self) -> Number {
+        self.elapsed_ms.clone().expect("an element with a timer asks for the time")
+    }
+
+    fn preset(&mut self, timer: Timer) -> Number {
+        let preset = self.word(timer.preset.0);
+        preset.clamp(&mut self.graph, 0, i32::MAX)
+    }
+
+    /// `.Acc` with the time added, saturating.
+    fn up(&mut self, acc: &Number) -> Number {
+        let sum = acc.add(&mut self.graph, &self.elapsed_ms.clone().expect("a time"));
+        sum.clamp(&mut self.graph, i32::MIN, i32::MAX)
+    }
+
+    /// `.Acc` with the time subtracted, down to 0.
+    fn down(&mut self, acc: &Number) -> Number {
+        let elapsed = self.elapsed();
+        let less = acc.sub(&mut self.graph, &elapsed);
+        less.clamp(&mut self.graph, 0, i32::MAX)
+    }
+
+    fn put_timer(&mut self, timer: Timer, acc: Number, flags: TimerFlags) {
+        let zero = acc.is_zero(&mut self.graph);
+        self.put_word(timer.at, acc);
+        self.put_flags(timer.at, [flags.done, flags.reset, zero, flags.timing]);
+    }
+
+    /// Writes the reset state.
+    fn reset_timer(&mut self, timer: Timer, rule: TimerRule) {
+        let value = match rule {
+            TimerRule::Preset => self.preset(timer),
+            TimerRule::Zero => Number::constant(0),
+        };
+        let (done, timing) = (Literal::FALSE, Literal::FALSE);
+        self.put_timer(timer, value, TimerFlags { done, reset: Literal::TRUE, timing });
+    }
+
+    /// The termination pass over a timer.
+    pub(super) fn terminate_timer(&mut self, timer: Timer, rule: TimerRule) {
+        self.put_state(timer.at, &[(LOADED, Literal::TRUE)]);
+        self.reset_timer(timer, rule);
+    }
+
+    /// The termination pass over TMRAG.
+    pub(super) fn hold_timer(&mut self, timer: Timer) {
+        self.put_record_bit(timer.at, FLAGS as u32 + RUNNING, Literal::FALSE);
+    }
+
+    /// One execution of ONDTMR or TMR; returns `.Done`.
+    fn run_up(&mut self, timer: Timer, leg: Literal) -> Literal {
+        let preset = self.preset(timer);
+        let (pending, running) = (self.state(timer.at, PENDING), self.state(timer.at, RUNNING));
+        let on = self.graph.and(leg, !pending);
+        let adds = self.graph.and(on, running);
+        self.put_state(timer.at, &[(RUNNING, on)]);
+        let acc = self.word(timer.at);
+        let later = self.up(&acc);
+        let acc = self.choose(adds, &later, &Number::constant(0));
+        let reached = !acc.less(&mut self.graph, &preset);
+        let done = self.graph.and(on, reached);
+        self.put_timer(timer, acc, TimerFlags { done, reset: !on, timing: on });
+        done
+    }
+
+    pub(super) fn ondtmr(&mut self, op: &Ondtmr) {
+        let leg = self.leg(&op.leg);
+        let done = self.run_up(op.timer, leg);
+        self.put_bit(op.output.0, done);
+    }
+
+    pub(super) fn tmr(&mut self, op: &Tmr) {
+        let leg = self.leg(&op.leg);
+        self.run_up(op.timer, leg);
+    }
+
+    pub(super) fn offdtmr(&mut self, op: &Offdtmr) {
+        let (timer, leg) = (op.timer, self.leg(&op.leg));
+        let preset = self.preset(timer);
+        let (was_on, was_timing) = (self.state(timer.at, LEG), self.state(timer.at, RUNNING));
+        let pending = self.state(timer.at, PENDING);
+        let live = self.graph.and(!leg, !pending);
+        let was = self.graph.or(was_on, was_timing);
+        let counts = self.graph.and(live, was);
+        let loads = self.graph.or(leg, was_on);
+        let acc = self.word(timer.at);
+        let remaining = self.down(&acc);
+        let acc = self.choose(loads, &preset, &remaining);
+        let lasts = self.graph.or(leg, counts);
+        let acc = self.choose(lasts, &acc, &Number::constant(0));
+        let positive = Number::constant(0).less(&mut self.graph, &acc);
+        let timing = self.graph.and(counts, positive);
+        self.put_state(timer.at, &[(RUNNING, timing), (LEG, leg)]);
+        let done = self.graph.and(live, !positive);
+        let reset = self.graph.or(leg, pending);
+        self.put_timer(timer, acc, TimerFlags { done, reset, timing });
+        let output = self.graph.or(leg, timing);
+        self.put_bit(op.output.0, output);
+    }
+
+    pub(super) fn tmrdown(&mut self, op: &Tmrdown) {
+        let (timer, leg) = (op.timer, self.leg(&op.leg));
+        let (pending, running) = (self.state(timer.at, PENDING), self.state(timer.at, RUNNING));
+        let on = self.graph.and(leg, !pending);
+        let advances = self.graph.and(on, running);
+        self.put_state(timer.at, &[(RUNNING, on)]);
+        let acc = self.word(timer.at);
+        let (remaining, preset) = (self.down(&acc), self.preset(timer));
+        let acc = self.choose(advances, &remaining, &preset);
+        let positive = Number::constant(0).less(&mut self.graph, &acc);
+        let zero = acc.is_zero(&mut self.graph);
+        let (done, timing) = (self.graph.and(on, !positive), self.graph.and(on, !zero));
+        self.put_timer(timer, acc, TimerFlags { done, reset: !on, timing });
+    }
+
+    /// An execution of a timer with the legs `en` and `rst`.
+    fn accumulating(&mut self, timer: Timer, en: Literal, rst: Literal) -> Accumulating {
+        let (pending, running) = (self.state(timer.at, PENDING), self.state(timer.at, RUNNING));
+        let reset = self.graph.or(rst, pending);
+        let times = self.graph.and(en, !reset);
+        Accumulating { reset, times, adds: self.graph.and(times, running) }
+    }
+
+    pub(super) fn tmra(&mut self, op: &Tmra) {
+        let (timer, en, rst) = (op.timer, self.leg(&op.en), self.leg(&op.rst));
+        let Accumulating { reset, times, adds } = self.accumulating(timer, en, rst);
+        self.put_state(timer.at, &[(RUNNING, times)]);
+        let (preset, acc) = (self.preset(timer), self.word(timer.at));
+        let later = self.up(&acc);
+        let acc = self.choose(adds, &later, &acc);
+        let acc = self.choose(reset, &Number::constant(0), &acc);
+        let reached = !acc.less(&mut self.graph, &preset);
+        let done = self.graph.and(reached, !reset);
+        self.put_timer(timer, acc, TimerFlags { done, reset, timing: times });
+    }
+
+    pub(super) fn tmradown(&mut self, op: &Tmradown) {
+        let (timer, en, rst) = (op.timer, self.leg(&op.en), self.leg(&op.rst));
+        let Accumulating { reset, times, adds } = self.accumulating(timer, en, rst);
+        let loaded = self.state(timer.at, LOADED);
+        let loads = self.graph.or(reset, !loaded);
+        self.put_state(timer.at, &[(RUNNING, times), (LOADED, Literal::TRUE)]);
+        let (preset, acc) = (self.preset(timer), self.word(timer.at));
+        let from = self.choose(loads, &preset, &acc);
+        let remaining = self.down(&from);
+        let acc = self.choose(adds, &remaining, &from);
+        let positive = Number::constant(0).less(&mut self.graph, &acc);
+        let zero = acc.is_zero(&mut self.graph);
+        let (done, timing) = (self.graph.and(!positive, !reset), self.graph.and(times, !zero));
+        self.put_timer(timer, acc, TimerFlags { done, reset, timing });
+    }
+
+    pub(super) fn rstt(&mut self, op: &Rstt) {
+        let leg = self.leg(&op.leg);
+        self.under(leg, |scan| {
+            scan.put_record_bit(op.timer.at, FLAGS as u32 + PENDING, Literal::TRUE);
+            scan.reset_timer(op.timer, op.rule);
+        });
+    }
+}
+
+struct TimerFlags {
+    done: Literal,
+    reset: Literal,
+    timing: Literal,
+}
+
+struct Accumulating {
+    reset: Literal,
+    times: Literal,
+    adds: Literal,
+}

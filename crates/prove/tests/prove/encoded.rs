@@ -1,0 +1,176 @@
+//! The gates of a scan have the values of the engine, for every cell and in every scan.
+//!
+//! Programs come from the generator of the reference model; each seed gives one program.
+//! `RUNGD_PROVE_PROGRAMS` (20) is the number of programs, `RUNGD_PROVE_SEED` (1) the first seed,
+//! `RUNGD_PROVE_SCANS` (40) the number of scans. Each program runs with several sequences of random
+//! inputs at once. A cut gets the value that the engine has there.
+
+use super::bench::{Asked, model, model_of};
+use super::lanes::{LANES, Lanes};
+use rungd_engine::isa::{Word, WordSpace};
+use rungd_engine::{Cell, EngineProgram};
+use rungd_lab::traces::stimulus::StimulusTarget;
+use rungd_language::lower::lower;
+use rungd_prove::encode::{Encoding, encode, encode_cells};
+use rungd_prove::gates::content;
+use rungd_prove::model::{FreeInput, Model};
+use rungd_test_support::model::case::Case;
+use rungd_test_support::model::generate::generate;
+use rungd_test_support::model::rng::Rng;
+use rungd_test_support::run::{load, target};
+use rungd_test_support::setting::setting;
+
+/// The same program with a batch for each operation, so that an observer sees the value of each
+/// cut. MATHs in columns stay together: none of them reads what another one writes.
+fn in_single_batches(code: &EngineProgram) -> EngineProgram {
+    let mut single = code.clone();
+    let (mut batches, mut starts) = (Vec::new(), vec![0]);
+    for batch in &code.tables.batches {
+        if batch.kind == rungd_engine::ops::OpKind::Columns {
+            batches.push(*batch);
+        } else {
+            let each = batch.first..batch.first + batch.count;
+            batches.extend(each.map(|first| rungd_engine::Batch { first, count: 1, ..*batch }));
+        }
+        starts.push(batches.len() as u32);
+    }
+    let own = single.blocks.iter_mut().map(|block| &mut block.own);
+    for element in own.chain(&mut single.stages) {
+        let range = &mut element.batches;
+        *range = starts[range.start as usize]..starts[range.end as usize];
+    }
+    single.tables.batches = batches;
+    single
+}
+
+/// A random content of an input.
+fn drawn(rng: &mut Rng, input: FreeInput, before: i32) -> i32 {
+    let FreeInput { low, high, .. } = input;
+    let value = match rng.below(8) {
+        0 | 1 => before,
+        2 => low,
+        3 => high,
+        4 => rng.range(low.into(), high.into()) as i32,
+        _ => rng.range(-3, 12) as i32,
+    };
+    value.clamp(low, high)
+}
+
+/// Runs the engine and the gates with random inputs, and compares every cell after every scan.
+fn compare(model: &Model, seed: u64, scans: u64) {
+    let encoding = encode_cells(model);
+    let simple = encode(model);
+    let mut rng = Rng::new(seed);
+    let mut lanes = Lanes::new(model, &encoding.gates);
+    let mut simple_lanes = lanes.of_gates(&simple);
+    let mut inputs = vec![vec![0; model.inputs.len()]; LANES];
+    for scan in 0..scans {
+        for values in &mut inputs {
+            for (value, input) in values.iter_mut().zip(&model.inputs) {
+                *value = drawn(&mut rng, *input, *value);
+            }
+        }
+        lanes.scan(&inputs);
+        let values = lanes.evaluate(&encoding.gates);
+        let simple_values = simple_lanes.evaluate_with(&simple, &lanes);
+        for lane in lanes.active() {
+            let place = format!("seed {seed}, scan {scan}, lane {lane}");
+            let is_on = |literal| values.of_literal(literal) >> lane & 1 == 1;
+            let is_simply_on = |literal| simple_values.of_literal(literal) >> lane & 1 == 1;
+            let outcome = lanes.outcome(lane);
+            let allowed = encoding.gates.constraints.iter().all(|bit| is_on(*bit));
+            assert_eq!(allowed, outcome.is_allowed, "{place}: allowed");
+            let allowed = simple.constraints.iter().all(|bit| is_simply_on(*bit));
+            assert_eq!(allowed, outcome.is_allowed, "{place}: allowed, without constants");
+            for (at, judged) in outcome.judged.iter().enumerate() {
+                assert_eq!(is_on(encoding.gates.judged[at]), *judged, "{place}: judged {at}");
+                assert_eq!(is_simply_on(simple.judged[at]), *judged, "{place}: judged {at}");
+            }
+            check_cells(model, &encoding, lanes.image(lane), is_on, &place);
+            assert_eq!(encoding.gates.input_values(is_on), inputs[lane], "{place}: inputs");
+        }
+        lanes.end(&values, &encoding.gates);
+        simple_lanes.end(&simple_values, &simple);
+    }
+}
+
+fn check_cells(
+    model: &Model,
+    encoding: &Encoding,
+    image: &rungd_engine::Image,
+    is_on: impl Fn(rungd_prove::aig::Literal) -> bool,
+    place: &str,
+) {
+    let name = |cell| format!("{:?} ({cell:?})", model.code.layout.address(cell));
+    for (bit, literal) in &encoding.bits {
+        let found = is_on(*literal);
+        assert_eq!(found, image.bit(*bit), "{place}: {}", name(Cell::Bit(*bit)));
+    }
+    for (word, bits) in &encoding.words {
+        let found = content(bits, &is_on);
+        assert_eq!(found, image.word(*word), "{place}: {}", name(Cell::Word(*word)));
+    }
+}
+
+/// The model of a generated case: its X are free, and some of what its stimulus writes.
+fn model_of_case(case: &Case) -> Model {
+    let program = load(&case.ladder()).unwrap_or_else(|e| panic!("seed {}: {e}", case.seed));
+    let (_, symbols) = lower(&program);
+    let asked = Asked {
+        ladder: "",
+        inputs: &["X0", "X1", "X2", "X3"],
+        assume: &["X0 | !X1 | !Y0"],
+        judged: &["Y0", "rise(Y1) & X0", "D0 > V0 | C0", "R0 < R1"],
+    };
+    let model = model_of(&program, asked);
+    let mut rng = Rng::new(case.seed);
+    let mut inputs = model.inputs;
+    for name in &case.columns {
+        let (cell, low, high) = match target(&program, &symbols, name) {
+            Ok(StimulusTarget::Bit(Cell::Bit(bit))) => (Cell::Bit(bit), 0, 1),
+            Ok(StimulusTarget::Word(cell, (min, max))) => (Cell::Word(cell), min, max),
+            Ok(StimulusTarget::Real(cell, (min, max))) => {
+                (Cell::Word(cell), min.cell(), max.cell())
+            }
+            _ => continue,
+        };
+        let address = symbols.layout.address(cell).expect("it has an address");
+        let cell = model.code.layout.cell(address).expect("it has a cell");
+        if rng.chance(25) && inputs.iter().all(|input| input.cell != cell) {
+            inputs.push(FreeInput { cell, low, high });
+        }
+    }
+    if rng.chance(20) {
+        let hour = Word::Space(WordSpace::Dst, rungd_engine::isa::status::dst::HOUR);
+        let cell = Cell::Word(model.code.layout.word(hour));
+        inputs.push(FreeInput { cell, low: 0, high: 23 });
+    }
+    let code = in_single_batches(&model.code);
+    Model { code, inputs, period_ms: case.period as u32, ..model }
+}
+
+#[test]
+fn gates_of_random_programs_equal_the_engine() {
+    let first = setting("RUNGD_PROVE_SEED", 1);
+    let scans = setting("RUNGD_PROVE_SCANS", 40);
+    for seed in first..first + setting("RUNGD_PROVE_PROGRAMS", 20) {
+        compare(&model_of_case(&generate(seed)), seed, scans);
+    }
+}
+
+#[test]
+fn gates_of_a_ladder_without_memory_have_no_latches() {
+    let ladder = r#"
+[[program]]
+name = "Main"
+rung = [
+    { when = ["X0", "X1 | !X2"], do = ["OUT Y0"] },
+    { when = ["V0 > 3"], do = ["OUT Y1"] },
+]
+"#;
+    let asked = Asked { ladder, inputs: &["X0", "X1"], judged: &["Y0 | Y1"], ..Asked::default() };
+    let gates = encode(&model(asked));
+    assert_eq!(gates.latches, []);
+    assert_eq!(gates.inputs.len(), 2);
+    assert_eq!(gates.judged.len(), 1);
+}
