@@ -74,6 +74,13 @@ pub struct FreeInput {
     pub high: i32,
 }
 
+impl FreeInput {
+    /// 0 if that is one of its values, else the nearest.
+    pub(crate) fn resting(&self) -> i32 {
+        0.clamp(self.low, self.high)
+    }
+}
+
 /// The values of the inputs in each scan from the first one on, in the order of [`Model::inputs`].
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Path {

@@ -12,7 +12,7 @@
 
 mod program;
 
-use crate::model::{Model, Path};
+use crate::model::{FreeInput, Model, Path};
 use rungd_engine::{BitCell, Cell};
 
 /// The cone of some bits of a model.
@@ -69,7 +69,7 @@ pub fn cone(model: &Model, bits: &[BitCell]) -> Cone {
         operations: Share { kept: slice.places.len(), all: split.tables.batches.len() },
         inputs: Share { kept: inputs.len(), all: places.len() },
         places,
-        resting: model.inputs.iter().map(|input| 0.clamp(input.low, input.high)).collect(),
+        resting: model.inputs.iter().map(FreeInput::resting).collect(),
         model: Model {
             code: program::joined(slice),
             inputs,

@@ -12,7 +12,7 @@ use rungd_engine::ops::{
 };
 use rungd_engine::record::sensaphone_flags::{CD, CU, DN, OV, UN};
 use rungd_engine::record::{FLAGS, RECORD, sensaphone_state};
-use rungd_engine::{EngineProgram, PassStep};
+use rungd_engine::{Cell, EngineProgram, PassStep};
 
 /// The numbers of cells: bits first, then words.
 #[derive(Clone, Copy, Debug)]
@@ -24,6 +24,15 @@ pub(super) struct CellNumbers {
 impl CellNumbers {
     pub fn word(self, word: u32) -> u32 {
         self.bits + word
+    }
+
+    /// The number of a cell; of a bit of a word, that of its word.
+    pub fn of(self, cell: Cell) -> u32 {
+        match cell.whole() {
+            Cell::Bit(bit) => bit.0,
+            Cell::Word(word) => self.word(word.0),
+            Cell::WordBit(_) => unreachable!("no whole cell"),
+        }
     }
 }
 

@@ -13,6 +13,7 @@ use rungd_engine::{BitCell, Cell, Engine, EngineProgram, Slice, WordCell};
 
 use super::bytes::{ByteReader, ByteWriter};
 use super::caps::{Cap, caps};
+use super::effects::CellNumbers;
 use super::elements::{StoredElements, TimersOf};
 use super::live::live;
 use crate::model::{Model, Target};
@@ -168,12 +169,7 @@ impl Written {
             written.iter().for_each(|cell| is_written[*cell as usize] = true);
         }
         for input in &model.inputs {
-            let at = match input.cell {
-                Cell::Bit(bit) => bit.0,
-                Cell::Word(word) => code.bit_count + word.0,
-                Cell::WordBit(_) => unreachable!("an input is a whole cell"),
-            };
-            is_written[at as usize] = true;
+            is_written[CellNumbers { bits: code.bit_count }.of(input.cell) as usize] = true;
         }
         Written { is_written }
     }

@@ -9,7 +9,7 @@
 
 use rungd_engine::isa::{Bit, BitSpace, BlockId, Word, WordSpace, status};
 use rungd_engine::ops::{Control, ControlKind, Op};
-use rungd_engine::{BlockRole, Cell, EngineProgram};
+use rungd_engine::{BlockRole, EngineProgram};
 
 use super::effects::{CellNumbers, Effect, Effects};
 use crate::model::Model;
@@ -57,11 +57,7 @@ impl LiveSearch<'_> {
     fn overwrite_given(&mut self, model: &Model) {
         let (layout, numbers) = (&model.code.layout, CellNumbers { bits: model.code.bit_count });
         for input in &model.inputs {
-            match input.cell {
-                Cell::Bit(bit) => self.overwrite(bit.0),
-                Cell::Word(word) => self.overwrite(numbers.word(word.0)),
-                Cell::WordBit(_) => unreachable!("an input is a whole cell"),
-            }
+            self.overwrite(numbers.of(input.cell));
         }
         for n in 0..status::st::COUNT as u32 {
             self.overwrite(layout.bit(Bit::Space(BitSpace::St, n)).0);
@@ -135,7 +131,7 @@ pub(super) fn all_operations(program: &EngineProgram) -> impl Iterator<Item = Op
 
 /// Whether a block executes its own rungs in every scan, from the first to the last operation: it
 /// runs from the start, and nothing can halt it.
-fn executes_always(program: &EngineProgram, id: BlockId) -> bool {
+pub(super) fn executes_always(program: &EngineProgram, id: BlockId) -> bool {
     let runs = match program.blocks[id.0 as usize].role {
         BlockRole::TopOfScan | BlockRole::BottomOfScan => true,
         BlockRole::Program { autostart } => autostart,

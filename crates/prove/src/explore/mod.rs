@@ -1,14 +1,14 @@
 //! Exploring: visits every state that a model can reach, breadth first, on the engine itself.
 //!
 //! `rungd prove` calls [`explore`] for each line. It makes the line's cone, and from each state of
-//! a depth executes one scan with each combination of the inputs. So the first scan that meets the
+//! a depth executes one scan with each combination of the inputs that matter there (`branches`). So the first scan that meets the
 //! target is at the end of a shortest path; and where no new state is found, every state was seen.
 //! What counts as one state is said in `form`, and there and in its parts stands why states that
 //! count as one have the same future.
 
+mod branches;
 mod bytes;
 mod caps;
-mod combinations;
 mod effects;
 mod elements;
 mod form;
@@ -21,7 +21,7 @@ use std::time::Instant;
 
 use crate::cone::cone;
 use crate::model::{Model, Path, Target};
-use combinations::Combinations;
+use branches::Inputs;
 use search::Search;
 
 /// When to stop without an answer.
@@ -29,8 +29,8 @@ use search::Search;
 pub struct ExploreLimits<'s> {
     /// The memory that all states may take together, bytes.
     pub memory: usize,
-    /// The greatest number of combinations of the inputs.
-    pub combinations: u32,
+    /// The greatest number of combinations of inputs that a state may need.
+    pub combinations: u64,
     /// The number of threads.
     pub threads: usize,
     /// The time to stop at.
@@ -65,7 +65,7 @@ pub enum Explored {
 /// Why a search stopped without an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StopCause {
-    /// The inputs have more combinations than allowed.
+    /// A state needs more combinations of inputs than allowed.
     Combinations,
     /// The states take more memory than allowed.
     Memory,
@@ -78,12 +78,11 @@ pub enum StopCause {
 /// Looks for a scan that meets the target. The path is one of `model`.
 pub fn explore(model: &Model, target: Target, limits: &ExploreLimits) -> Explored {
     let cone = cone(model, &[target.bit]);
-    let inputs = &cone.model.inputs;
-    let Some(combinations) = Combinations::of(inputs, limits.combinations) else {
+    let Some(inputs) = Inputs::new(&cone.model, target) else {
         let cause = StopCause::Combinations;
         return Explored::Stopped { states: 0, depth: 0, cause };
     };
-    match Search::new(&cone.model, target, combinations).run(limits) {
+    match Search::new(&cone.model, target, inputs).run(limits) {
         Explored::Found(path) => Explored::Found(cone.widened(&path)),
         ended @ (Explored::All { .. } | Explored::Stopped { .. }) => ended,
     }

@@ -2,7 +2,7 @@
 //!
 //! Called by `explore`. A level has the states that a number of scans reaches and no smaller number
 //! does, in the order in which they are found: by the number of the state before, then by the
-//! number of the combination of inputs. The threads take parts of a level, and what they find is
+//! order of its branches. The threads take parts of a level, and what they find is
 //! put together in the order of the parts; so the answer does not depend on them.
 
 use std::collections::HashSet;
@@ -14,7 +14,7 @@ use std::time::Instant;
 use rungd_engine::{Engine, EngineState};
 use rustc_hash::FxBuildHasher;
 
-use super::combinations::Combinations;
+use super::branches::{Branches, Inputs, Packed};
 use super::form::StateForm;
 use super::keys::key;
 use super::{ExploreLimits, Explored, StopCause};
@@ -24,7 +24,7 @@ use crate::model::{Model, Path, Run, Target};
 type Keys = HashSet<u128, FxBuildHasher>;
 
 /// The number of scans of a level for which threads are not worth their start.
-const ALONE_MAX: usize = 2_000;
+const ALONE_MAX: u64 = 2_000;
 
 /// The number of scans between two looks at the clock.
 const SCANS_PER_LOOK: u32 = 512;
@@ -37,7 +37,7 @@ const STATE_EXTRA: usize = 60;
 pub(super) struct Search<'m> {
     model: &'m Model,
     target: Target,
-    combinations: Combinations,
+    inputs: Inputs,
     form: StateForm,
     /// The state before the first scan.
     start: EngineState,
@@ -45,12 +45,12 @@ pub(super) struct Search<'m> {
     period_ns: u64,
 }
 
-/// The last scan of a way to a state: the number of the state before, and the number of the
-/// combination of inputs.
+/// The last scan of a way to a state: the number of the state before, and the inputs.
 #[derive(Clone, Copy, Debug)]
+#[repr(Rust, packed(4))]
 struct Step {
     from: u32,
-    combination: u32,
+    inputs: Packed,
 }
 
 /// The number of the state before the first scan.
@@ -86,7 +86,7 @@ struct Visited {
 
 impl<'m> Search<'m> {
     /// A search in the model of a cone.
-    pub fn new(model: &'m Model, target: Target, combinations: Combinations) -> Search<'m> {
+    pub fn new(model: &'m Model, target: Target, inputs: Inputs) -> Search<'m> {
         let start = Run::new(model).engine;
         Search {
             form: StateForm::new(model, target, &start),
@@ -94,12 +94,16 @@ impl<'m> Search<'m> {
             period_ns: u64::from(model.period_ms) * 1_000_000,
             model,
             target,
-            combinations,
+            inputs,
         }
     }
 
     /// Visits all states, or up to the limits.
     pub fn run(&self, limits: &ExploreLimits) -> Explored {
+        if self.inputs.least() > limits.combinations {
+            let cause = StopCause::Combinations;
+            return Explored::Stopped { states: 0, depth: 0, cause };
+        }
         let mut scanners: Vec<Scanner> =
             (0..limits.threads.max(1)).map(|_| Scanner::new(self)).collect();
         let mut visited = Visited::default();
@@ -131,7 +135,7 @@ impl<'m> Search<'m> {
 
     /// What the parts of a level lead to, in the order of the parts.
     fn parts(&self, level: &Level, scanners: &mut [Scanner], limits: LevelLimits) -> Vec<Part> {
-        let scans = level.count.saturating_mul(self.combinations.count as usize);
+        let scans = (level.count as u64).saturating_mul(self.inputs.least());
         if scanners.len() == 1 || scans <= ALONE_MAX {
             return vec![scanners[0].visit(level, 0..level.count, limits)];
         }
@@ -158,9 +162,7 @@ impl<'m> Search<'m> {
         let mut scans = Vec::new();
         let mut step = last;
         loop {
-            let mut values = Vec::new();
-            self.combinations.put(step.combination, &mut values);
-            scans.push(values);
+            scans.push(self.inputs.unpack(step.inputs));
             if step.from == START {
                 scans.reverse();
                 return Path { scans };
@@ -239,13 +241,14 @@ impl Visited {
 struct Scanner<'s> {
     search: &'s Search<'s>,
     engine: Engine,
-    values: Vec<i32>,
+    branches: Branches<'s>,
     /// The keys of the states that its part has found.
     keys: Keys,
     scans: u32,
 }
 
 /// How a scan ended.
+#[derive(Clone, Copy, PartialEq, Eq)]
 enum ScanResult {
     /// Its inputs were not allowed: there is no such scan.
     Refused,
@@ -260,7 +263,8 @@ enum ScanResult {
 impl<'s> Scanner<'s> {
     fn new(search: &'s Search<'s>) -> Scanner<'s> {
         let engine = Run::new(search.model).engine;
-        Scanner { search, engine, values: Vec::new(), keys: Keys::default(), scans: 0 }
+        let branches = Branches::new(&search.inputs);
+        Scanner { search, engine, branches, keys: Keys::default(), scans: 0 }
     }
 
     /// Visits parts of a level until none is left, or one ends the search.
@@ -285,15 +289,18 @@ impl<'s> Scanner<'s> {
         }
     }
 
-    /// Visits states of a level with all combinations of inputs.
+    /// Visits states of a level, each with all combinations of inputs that it needs.
     fn visit(&mut self, level: &Level, states: Range<usize>, limits: LevelLimits) -> Part {
         let mut part = Part::default();
         self.keys.clear();
         for at in states {
-            let from = level.first.wrapping_add(at as u32);
-            for combination in 0..self.search.combinations.count {
-                let step = Step { from, combination };
-                match self.scan(level.state(at, self.search.form.size), combination) {
+            let state = level.state(at, self.search.form.size);
+            let mut combinations = limits.all.combinations;
+            loop {
+                let inputs = self.branches.packed();
+                let step = Step { from: level.first.wrapping_add(at as u32), inputs };
+                let ended = self.scan(state);
+                match ended {
                     ScanResult::Refused | ScanResult::Last => {}
                     ScanResult::Met => part.met = Some(step),
                     ScanResult::Followed => part.stopped = self.add(step, &mut part, limits),
@@ -305,14 +312,22 @@ impl<'s> Scanner<'s> {
                 if part.met.is_some() || part.stopped.is_some() {
                     return part;
                 }
+                if !self.branches.advance(&self.engine, ended != ScanResult::Refused) {
+                    break;
+                }
+                combinations -= 1;
+                if combinations == 0 {
+                    part.stopped = Some(StopCause::Combinations);
+                    return part;
+                }
             }
         }
         part
     }
 
     /// Executes a scan from a state; `None`: from the start.
-    fn scan(&mut self, state: Option<&[u8]>, combination: u32) -> ScanResult {
-        let Search { model, form, combinations, .. } = self.search;
+    fn scan(&mut self, state: Option<&[u8]>) -> ScanResult {
+        let Search { model, form, .. } = self.search;
         let now_ns = match state {
             Some(state) => form.load(&mut self.engine, state) + self.search.period_ns,
             None => {
@@ -321,8 +336,7 @@ impl<'s> Scanner<'s> {
                 0
             }
         };
-        combinations.put(combination, &mut self.values);
-        let is_last = model.scan(&mut self.engine, now_ns, &self.values);
+        let is_last = model.scan(&mut self.engine, now_ns, &self.branches.values);
         let image = self.engine.image();
         match () {
             () if !model.allows(image) => ScanResult::Refused,

@@ -6,5 +6,6 @@ mod cone;
 mod drawn;
 mod encoded;
 mod explore;
+mod figures;
 mod judged;
 mod lanes;

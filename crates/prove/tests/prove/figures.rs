@@ -1,0 +1,96 @@
+//! How fast exploring is: figures for a reader, no test of the machine.
+//!
+//! `cargo test --release -p rungd-prove figures -- --ignored --nocapture`
+
+use super::bench::{Asked, model};
+use rungd_prove::cone::cone;
+use rungd_prove::explore::{ExploreLimits, Explored, explore};
+use rungd_prove::model::Target;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+static NEVER: AtomicBool = AtomicBool::new(false);
+
+fn show(name: &str, asked: Asked) {
+    let model = model(asked);
+    for threads in [1, 2] {
+        let limits = ExploreLimits {
+            memory: 2 << 30,
+            combinations: 1 << 12,
+            threads,
+            deadline: None,
+            stop: &NEVER,
+        };
+        let target = Target { bit: model.judged[0], value: false };
+        let (started, cone) = (Instant::now(), cone(&model, &model.judged));
+        let cone_s = started.elapsed().as_secs_f64();
+        let explored = explore(&model, target, &limits);
+        let s = started.elapsed().as_secs_f64() - cone_s;
+        let text = match &explored {
+            Explored::Found(path) => format!("found after {} scans", path.scans.len()),
+            Explored::All { states, depth } => {
+                let rate = *states as f64 / s;
+                format!("all {states} states, depth {depth}, {rate:.0} states a second")
+            }
+            Explored::Stopped { .. } => format!("{explored:?}"),
+        };
+        println!(
+            "{name}: {threads} threads: {text}, {s:.3} s; cone {:?} {:?} {cone_s:.3} s",
+            cone.operations, cone.inputs
+        );
+    }
+}
+
+/// Three buttons, of which one stops; rungs that have nothing to do with it.
+fn interlock(rungs: usize) -> String {
+    let mut ladder = String::from(
+        r#"
+[[program]]
+name = "Main"
+[[program.rung]]
+when = ["X0 | Y0", "!X2", "!Y1"]
+do   = ["OUT Y0"]
+[[program.rung]]
+when = ["X1 | Y1", "!X2", "!Y0"]
+do   = ["OUT Y1"]
+"#,
+    );
+    for rung in 0..rungs {
+        let (a, b, c) = (10 + rung % 50, rung % 40, 100 + rung);
+        ladder.push_str(&format!(
+            "[[program.rung]]\nwhen = [\"X{a}\", \"!C{b}\"]\ndo = [\"OUT C{c}\"]\n"
+        ));
+    }
+    ladder
+}
+
+/// Two timers of 2 s that never time together, says their author.
+fn timers(rungs: usize) -> String {
+    let ladder = interlock(rungs);
+    format!(
+        r#"{ladder}
+[[program.rung]]
+when = ["X3"]
+do   = ["TMR T0 preset=2s"]
+[[program.rung]]
+when = ["X4", "!T0.Timing | T0.Done"]
+do   = ["TMR T1 preset=2s"]
+"#
+    )
+}
+
+#[test]
+#[ignore = "prints figures"]
+fn figures() {
+    let show = |name: &str, ladder: &str, judged: &str| {
+        let inputs = &["X0", "X1", "X2", "X3", "X4"];
+        show(name, Asked { ladder, inputs, assume: &[], judged: &[judged] });
+    };
+    show("interlock", &interlock(0), "!(Y0 & Y1)");
+    show("interlock among 1,000 rungs", &interlock(1_000), "!(Y0 & Y1)");
+    show("two timers among 300 rungs", &timers(300), "!(T0.Done & T1.Done)");
+    let light = std::fs::read_to_string("../../config/programs/traffic-light.toml");
+    let light = light.expect("the shipped program");
+    show("traffic light", &light, "!conflict");
+    show("traffic light", &light, "!(ns_green & ew_green)");
+}
