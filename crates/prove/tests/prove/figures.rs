@@ -7,18 +7,18 @@ use rungd_prove::cone::cone;
 use rungd_prove::explore::{ExploreLimits, Explored, explore};
 use rungd_prove::model::Target;
 use std::sync::atomic::AtomicBool;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 static NEVER: AtomicBool = AtomicBool::new(false);
 
 fn show(name: &str, asked: Asked) {
     let model = model(asked);
-    for threads in [1, 2] {
+    for threads in [2] {
         let limits = ExploreLimits {
             memory: 2 << 30,
             combinations: 1 << 12,
             threads,
-            deadline: None,
+            deadline: Some(Instant::now() + Duration::from_secs(4)),
             stop: &NEVER,
         };
         let target = Target { bit: model.judged[0], value: false };
@@ -93,4 +93,36 @@ fn figures() {
     let light = light.expect("the shipped program");
     show("traffic light", &light, "!conflict");
     show("traffic light", &light, "!(ns_green & ew_green)");
+}
+
+/// The strings of `always` in a test file.
+fn always(text: &str) -> Vec<String> {
+    let Some(from) = text.find("always = [") else { return Vec::new() };
+    let lines = text[from..].lines().skip(1).take_while(|line| !line.starts_with(']'));
+    let quoted = lines.filter_map(|line| line.trim().strip_prefix('"')?.split('"').next());
+    quoted.map(str::to_string).collect()
+}
+
+#[test]
+#[ignore = "prints figures"]
+fn shipped_lines() {
+    let names = std::fs::read_dir("../../config/programs").expect("the shipped programs");
+    let mut names: Vec<String> = names
+        .map(|entry| entry.expect("a file").file_name().into_string().expect("text"))
+        .collect();
+    names.sort();
+    let inputs: Vec<String> = (0..64).map(|n| format!("X{n}")).collect();
+    let inputs: Vec<&str> = inputs.iter().map(String::as_str).collect();
+    for name in names {
+        let name = name.trim_end_matches(".toml");
+        let read = |path: String| std::fs::read_to_string(path).unwrap_or_default();
+        let ladder = read(format!("../../config/programs/{name}.toml"));
+        for line in always(&read(format!("../../config/tests/{name}.test.toml"))) {
+            let asked = Asked { ladder: &ladder, inputs: &inputs, assume: &[], judged: &[&line] };
+            let shown = std::panic::catch_unwind(|| show(&format!("{name}: {line}"), asked));
+            if shown.is_err() {
+                println!("{name}: {line}: not loaded");
+            }
+        }
+    }
 }
