@@ -44,6 +44,9 @@ impl fmt::Display for CommandLine {
 impl std::error::Error for CommandLine {}
 
 impl Exit {
+    /// `rungd prove` has decided nothing against a line, but not every line.
+    pub const UNDECIDED: Exit = Exit::Usage;
+
     /// All codes with their names.
     pub const ALL: [(Exit, &'static str); 9] = all_variants![
         (Exit::Ok, "OK"),

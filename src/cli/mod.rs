@@ -10,6 +10,7 @@ mod compared;
 mod completions;
 mod default_files;
 mod draw;
+mod early_end;
 #[cfg(feature = "fleet")]
 mod edge;
 mod events;
@@ -39,6 +40,10 @@ mod monitor;
 mod mutate;
 mod new_file;
 mod operator;
+#[cfg(feature = "prove")]
+mod prove;
+#[cfg(feature = "prove")]
+mod prove_equal;
 mod read;
 mod record;
 mod record_info;
@@ -108,6 +113,8 @@ enum Command {
     Sim(sim::SimArgs),
     Test(test::TestArgs),
     Mutate(mutate::MutateArgs),
+    #[cfg(feature = "prove")]
+    Prove(prove::ProveArgs),
     Status(status::StatusArgs),
     Read(read::ReadArgs),
     Write(write::WriteArgs),
@@ -191,6 +198,8 @@ fn dispatch(command: &Command) -> Result<Exit> {
         Command::Sim(args) => sim::sim(args),
         Command::Test(args) => test::test(args),
         Command::Mutate(args) => mutate::mutate(args),
+        #[cfg(feature = "prove")]
+        Command::Prove(args) => prove::prove(args),
         Command::Status(args) => status::status(args),
         Command::Read(args) => read::read(args),
         Command::Write(args) => write::write(args),

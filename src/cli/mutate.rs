@@ -3,19 +3,16 @@
 //! This module reads the files and prints the result; `testing` makes and tests the mutants.
 
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use clap::Args;
 use serde_json::{Value, json};
-use signal_hook::consts::SIGINT;
 
+use super::early_end::{EarlyEnd, time};
 use super::exit::{CommandLine, Exit};
 use super::terminal::{one_line, plain_json, print, say};
 use super::test::{OpenSuite, ProgressLine, find, jobs, open, refused};
-use rungd_engine::isa::duration;
 use rungd_lab::testing::{
     self, JudgedLadder, JudgedMutant, MutantKind, MutateOptions, MutationProgress, Suite,
 };
@@ -52,13 +49,6 @@ fn kind(text: &str) -> Result<MutantKind, String> {
     MutantKind::from_name(text).ok_or_else(|| format!("the kinds are: {}", names()))
 }
 
-fn time(text: &str) -> Result<Duration, String> {
-    match duration::parse(text).map(|ms| Duration::from_millis(ms.unsigned_abs().into())) {
-        Ok(time) if !time.is_zero() => Ok(time),
-        Ok(_) | Err(_) => Err("write a time above 0, as `90s` or `5m`".to_owned()),
-    }
-}
-
 /// The test files of one ladder.
 struct LadderSuites<'a> {
     names: Vec<&'a str>,
@@ -70,7 +60,7 @@ struct LadderSuites<'a> {
 /// # Errors
 /// A path cannot be read.
 pub fn mutate(args: &MutateArgs) -> Result<Exit> {
-    let end = MutationEnd::of(args.time)?;
+    let end = EarlyEnd::of(args.time)?;
     let opened = open(&find(&args.paths)?)?;
     if refused(&opened) {
         return Ok(Exit::Config);
@@ -109,7 +99,7 @@ fn by_ladder(opened: &[OpenSuite]) -> Vec<LadderSuites<'_>> {
 }
 
 /// Whether a test fails with the unchanged ladder; then it cannot judge changes.
-fn fails_unchanged(ladder: &LadderSuites<'_>, end: &MutationEnd) -> bool {
+fn fails_unchanged(ladder: &LadderSuites<'_>, end: &EarlyEnd) -> bool {
     let mut fails = false;
     for (name, suite) in ladder.names.iter().zip(&ladder.suites) {
         if let Some(test) = testing::first_failure(suite, &end.is_over) {
@@ -123,33 +113,7 @@ fn fails_unchanged(ladder: &LadderSuites<'_>, end: &MutationEnd) -> bool {
     fails
 }
 
-/// What ends the command early: Ctrl+C, or its time. A second Ctrl+C ends it at once.
-struct MutationEnd {
-    is_over: Arc<AtomicBool>,
-}
-
-impl MutationEnd {
-    fn of(time: Option<Duration>) -> Result<MutationEnd> {
-        let is_over = Arc::new(AtomicBool::new(false));
-        let listen = || {
-            let ends = Arc::clone(&is_over);
-            signal_hook::flag::register_conditional_default(SIGINT, ends)?;
-            signal_hook::flag::register(SIGINT, Arc::clone(&is_over))
-        };
-        listen().context("cannot listen for Ctrl+C")?;
-        if let Some(time) = time {
-            let is_over = Arc::clone(&is_over);
-            // Ends with the process.
-            std::thread::spawn(move || {
-                std::thread::sleep(time);
-                is_over.store(true, Ordering::Relaxed);
-            });
-        }
-        Ok(MutationEnd { is_over })
-    }
-}
-
-fn judge(args: &MutateArgs, ladder: &LadderSuites<'_>, end: &MutationEnd) -> Result<JudgedLadder> {
+fn judge(args: &MutateArgs, ladder: &LadderSuites<'_>, end: &EarlyEnd) -> Result<JudgedLadder> {
     let progress = ProgressLine::new(ladder.names[0]);
     let show = |MutationProgress { done, all, unnoticed }| {
         progress.show_text(|| format!("judged {done} of {all}, {unnoticed} not noticed"));

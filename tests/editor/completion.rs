@@ -399,8 +399,8 @@ fn steps_and_names_are_offered_in_test_files() {
             ("ladder = [\"plant.toml\"]\nalways = [\"¦\"]", &["valve"], &[]),
             (
                 "ladder = [\"plant.toml\"]\n[¦",
-                &["[[scenario]]", "[[random]]", "[retain]"],
-                &["[prove]"],
+                &["[[scenario]]", "[[random]]", "[retain]", "[prove]"],
+                &["[scenario]"],
             ),
         ],
     );

@@ -11,7 +11,7 @@ use rustc_hash::FxHashMap;
 use std::ops::Not;
 
 /// A node of a graph, or its opposite: twice the node's number, plus 1 for the opposite.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Literal(pub u32);
 
 impl Literal {

@@ -116,6 +116,13 @@ pub struct Gates {
     pub cuts: Vec<Cut>,
 }
 
+/// Gates in which some nodes were replaced.
+pub(crate) struct ReplacedGates {
+    pub gates: Gates,
+    /// By latch of the gates before: its next value, here.
+    pub next: Vec<Literal>,
+}
+
 /// The number whose bits are these, the lowest first; the highest is the sign.
 pub fn content(bits: &[Literal], is_on: impl Fn(Literal) -> bool) -> i32 {
     let sign = bits.last().is_some_and(|sign| is_on(*sign));
@@ -128,6 +135,12 @@ impl Gates {
     /// The values of the model's inputs, from the values of literals.
     pub fn input_values(&self, is_on: impl Fn(Literal) -> bool) -> Vec<i32> {
         self.free.iter().map(|bits| content(bits, &is_on)).collect()
+    }
+
+    /// The cuts on which something depends.
+    pub fn open_cuts(&self) -> Vec<Cut> {
+        let is_open = |cut: &&Cut| cut.value.iter().any(|bit| bit.as_constant().is_none());
+        self.cuts.iter().filter(is_open).cloned().collect()
     }
 
     /// The gates that a question about these judged bits depends on. The others are constants
@@ -178,16 +191,27 @@ impl Gates {
         next
     }
 
-    /// The same gates with constants in place of some nodes. A latch or input that is a constant
-    /// is left out.
+    /// The same gates with other literals in place of some nodes: constants, or nodes before them.
+    /// `instead`: by node.
+    pub(crate) fn replaced(&self, instead: &[Option<Literal>]) -> ReplacedGates {
+        self.replacing(|node| instead[node as usize])
+    }
+
+    /// The same gates with constants in place of some nodes.
     fn rebuilt(&self, constant: impl Fn(u32) -> Option<Literal>) -> Gates {
+        self.replacing(constant).gates
+    }
+
+    /// A latch or input that is replaced is left out.
+    fn replacing(&self, instead: impl Fn(u32) -> Option<Literal>) -> ReplacedGates {
         let mut graph = Graph::default();
         let mut new: Vec<Literal> = Vec::with_capacity(self.graph.nodes().len());
         let of = |new: &[Literal], literal: Literal| {
             new[literal.node() as usize].inverted_if(literal.is_inverted())
         };
         for (number, node) in (0..).zip(self.graph.nodes()) {
-            let literal = constant(number).unwrap_or_else(|| match *node {
+            let literal = instead(number).map(|literal| of(&new, literal));
+            let literal = literal.unwrap_or_else(|| match *node {
                 Node::Constant => Literal::FALSE,
                 Node::Input => graph.input(),
                 Node::Latch => graph.latch(),
@@ -197,10 +221,12 @@ impl Gates {
         }
         let of = |literal: Literal| of(&new, literal);
         let all = |literals: &[Literal]| literals.iter().map(|literal| of(*literal)).collect();
-        let latches = self.latches.iter().filter(|latch| of(latch.literal).node() != 0);
-        let inputs = self.inputs.iter().filter(|input| of(input.literal).node() != 0);
+        let stays = |literal: Literal| instead(literal.node()).is_none();
+        let latches = self.latches.iter().filter(|latch| stays(latch.literal));
+        let inputs = self.inputs.iter().filter(|input| stays(input.literal));
         let cuts = self.cuts.iter().map(|cut| Cut { value: all(&cut.value), ..cut.clone() });
-        Gates {
+        let next = self.latches.iter().map(|latch| of(latch.next)).collect();
+        let gates = Gates {
             latches: latches
                 .map(|latch| Latch { literal: of(latch.literal), next: of(latch.next), ..*latch })
                 .collect(),
@@ -215,7 +241,8 @@ impl Gates {
             free: self.free.iter().map(|bits| all(bits)).collect(),
             cuts: cuts.collect(),
             graph,
-        }
+        };
+        ReplacedGates { gates, next }
     }
 
     /// The values of all nodes in a scan, from those of the latches and inputs, in their order.

@@ -7,8 +7,17 @@
 //! `docs/proving.md`.
 
 pub mod aig;
+pub mod answer;
+pub mod certificate;
 pub mod cone;
+pub mod decide;
+pub mod deduce;
 pub mod encode;
+pub mod equal;
 pub mod explore;
 pub mod gates;
+mod gates_merged;
 pub mod model;
+pub mod question;
+mod race;
+mod trial;

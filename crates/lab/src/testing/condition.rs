@@ -23,6 +23,8 @@ pub struct Condition {
     pub operands: Vec<(String, Cell)>,
     /// The number of its edges: `rise(…)`, `fall(…)`.
     pub edges: usize,
+    /// The condition as contacts of the program as its conditions see it, for a proof.
+    pub contact: Contact,
     /// The elements that words select, with their names as they are written.
     selected: Vec<(String, ElementCells)>,
     whole: ConditionPart,
@@ -78,6 +80,7 @@ impl Condition {
             text: text.trim().to_owned(),
             operands: operands.collect(),
             edges,
+            contact: resolved.contact,
             selected: selected
                 .map(|(name, cells)| (name, ElementCells::new(cells, layout)))
                 .collect(),

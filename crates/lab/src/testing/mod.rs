@@ -6,6 +6,7 @@
 
 mod change_schedule;
 mod condition;
+mod condition_sides;
 #[cfg(test)]
 mod condition_tests;
 mod coverage;
@@ -26,6 +27,8 @@ mod operand_access;
 mod pasted;
 mod player;
 mod programs;
+mod proof_run;
+mod proving;
 mod random;
 mod random_run;
 mod random_world;
@@ -52,6 +55,7 @@ mod view;
 #[cfg(test)]
 mod was_tests;
 mod written;
+mod written_prove;
 
 pub use condition::Condition;
 pub use coverage::{Coverage, CoverageOptions};
@@ -60,6 +64,8 @@ pub use formats::{FileVerdicts, json, junit};
 pub use joint::{FailingTest, JudgedMutant, of_one_ladder};
 pub use mutants::MutantKind;
 pub use mutation::{JudgedLadder, MutateOptions, MutationProgress, first_failure, mutate};
+pub use proof_run::{FoundRun, TriedRun, try_run, try_violation};
+pub use proving::{FreeOperand, ProofEvent, ProofSettings};
 pub use reading::{ReadSuite, read_among, read_suite, read_text};
 pub use report::time_text;
 pub use runner::{RunOptions, TestVerdict, programs, run};

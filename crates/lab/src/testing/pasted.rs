@@ -1,5 +1,7 @@
 //! A random run as a scenario that can be played again, and as text to paste into a test file.
 
+use std::sync::Arc;
+
 use super::lowered_suite::LoweredSuite;
 use super::random_run::{BrokenRun, RandomEvent};
 use super::random_world::{RandomDraw, STARTED};
@@ -22,7 +24,6 @@ pub(super) fn pasted(
     broken: &BrokenRun,
     has_pulses: bool,
 ) -> PastedRun {
-    let program = &stage.programs[0];
     let mut steps = RandomSteps { test, steps: Vec::new(), scan: 0, last: Vec::new() };
     broken.events.iter().for_each(|event| steps.add(event));
     steps.run_to(broken.scan + 1);
@@ -30,24 +31,30 @@ pub(super) fn pasted(
     if has_pulses {
         steps = pulses(steps, stage.programs[0].controller.period_ms);
     }
-    let mut text = format!("[[scenario]]\nname  = {}\n", quoted(&test.name));
-    if !test.set.is_empty() {
-        let set = |(operand, value): &(TestOperand, i32)| {
-            format!("{} = {}", quoted(&operand.name), value_text(program, operand, *value))
-        };
-        let all: Vec<String> = test.set.iter().map(set).collect();
-        text += &format!("set   = {{ {} }}\n", all.join(", "));
-    }
-    text += "steps = [\n";
-    for step in &steps {
-        text += &format!("    {},\n", quoted(&step_text(step, test, program)));
-    }
-    text += "]\n";
     let located = |value| Located { value, span: test.span };
     let steps = steps.into_iter().map(located).collect();
     let scenario =
         Scenario { name: test.name.clone(), span: test.span, set: test.set.clone(), steps };
+    let text = scenario_text(&scenario, stage.programs);
     PastedRun { scenario, text }
+}
+
+/// A scenario as text to paste into a test file.
+pub(super) fn scenario_text(scenario: &Scenario, programs: &[Arc<RigProgram>]) -> String {
+    let program = &programs[0];
+    let mut text = format!("[[scenario]]\nname  = {}\n", quoted(&scenario.name));
+    if !scenario.set.is_empty() {
+        let set = |(operand, value): &(TestOperand, i32)| {
+            format!("{} = {}", quoted(&operand.name), value_text(program, operand, *value))
+        };
+        let all: Vec<String> = scenario.set.iter().map(set).collect();
+        text += &format!("set   = {{ {} }}\n", all.join(", "));
+    }
+    text += "steps = [\n";
+    for step in &scenario.steps {
+        text += &format!("    {},\n", quoted(&step_text(&step.value, program)));
+    }
+    text + "]\n"
 }
 
 /// The steps of a run, so far.
@@ -151,8 +158,8 @@ fn pulse(steps: &[TestStep]) -> Option<SetPulse<'_>> {
     }
 }
 
-/// The text of a step. A run contains only a few kinds of steps.
-fn step_text(step: &TestStep, test: &RandomTest, program: &RigProgram) -> String {
+/// The text of a step. A run that was found contains only a few kinds of steps.
+fn step_text(step: &TestStep, program: &RigProgram) -> String {
     match step {
         TestStep::Set(operand, value) => {
             format!("set {} {}", operand.name, value_text(program, operand, *value))
@@ -163,17 +170,19 @@ fn step_text(step: &TestStep, test: &RandomTest, program: &RigProgram) -> String
         TestStep::Pulse { operand, on: TestTime::Ms(on), every: TestTime::Ms(every), times } => {
             format!("pulse {} {on}ms every {every}ms times {times}", operand.name)
         }
-        TestStep::Lose(device) => format!("lose {}", device_name(test, *device)),
-        TestStep::Restore(device) => format!("restore {}", device_name(test, *device)),
+        TestStep::Lose(device) => format!("lose {}", device_name(program, *device)),
+        TestStep::Restore(device) => format!("restore {}", device_name(program, *device)),
         TestStep::PowerCut(_) => "power-cut".to_owned(),
         TestStep::Restart { .. } => "restart".to_owned(),
         TestStep::Stop => "stop".to_owned(),
         TestStep::Start => "start".to_owned(),
-        TestStep::Force(..)
-        | TestStep::Unforce(_)
+        TestStep::Force(operand, value) => {
+            format!("force {} {}", operand.name, value_text(program, operand, *value))
+        }
+        TestStep::Expect(condition) => format!("expect: {}", condition.text),
+        TestStep::Unforce(_)
         | TestStep::Pulse { .. }
         | TestStep::Beat { .. }
-        | TestStep::Expect(_)
         | TestStep::Within(..)
         | TestStep::Hold(..)
         | TestStep::Reload(_)
@@ -185,12 +194,8 @@ fn value_text(program: &RigProgram, operand: &TestOperand, value: i32) -> String
     program.layout_of(operand.device).text(operand.cell, value)
 }
 
-fn device_name(test: &RandomTest, device: DeviceId) -> &str {
-    let names = test.incidents.iter().find_map(|one| match &one.incident {
-        Incident::Device { id, name } if *id == device => Some(name.as_str()),
-        Incident::Device { .. } | Incident::PowerCut | Incident::Restart | Incident::Stop => None,
-    });
-    names.unwrap_or_default()
+fn device_name(program: &RigProgram, device: DeviceId) -> &str {
+    program.symbols.names.device(device)
 }
 
 /// A TOML string.

@@ -13,6 +13,7 @@ use anyhow::{Context, Result};
 use super::condition::Condition;
 use super::names::{OBSERVER, Observation};
 use super::programs::{BenchSettings, NamedProgram, Programs, TestFile, test_program};
+use super::proving::{self, ProofConditions};
 use super::random;
 use super::step_condition::{self, WrittenCondition};
 use super::step_text::{self, WrittenStep};
@@ -117,11 +118,24 @@ impl SuiteReading {
     fn suite(&mut self, path: &Path) -> Option<Suite> {
         let (written, found) = written::read(&self.files[0].text, FileId(0));
         self.findings.extend(found);
-        let WrittenSuite { bench, always, has_observer, simulated, scenarios, randoms, lost } =
-            written?;
+        let WrittenSuite {
+            bench,
+            always,
+            has_observer,
+            simulated,
+            scenarios,
+            randoms,
+            prove,
+            lost,
+        } = written?;
         self.lost.add_settings(FileId(0), lost);
         self.names(&scenarios, &randoms);
         let always = self.conditions(always);
+        let prove = prove.unwrap_or_default();
+        let asked = ProofConditions {
+            assume: self.conditions(prove.assume.clone()),
+            can: self.conditions(prove.can.clone()),
+        };
         let scenarios: Vec<ReadScenario> =
             scenarios.into_iter().map(|scenario| self.read_steps(scenario)).collect();
         let (settings, first, names) = self.bench(path, bench?)?;
@@ -129,7 +143,8 @@ impl SuiteReading {
         let first = NamedProgram { program: first, files: &names };
         let observer = has_observer.then(|| self.files[0].clone());
         let mut observation = Observation { observer, was: Vec::new() };
-        always.iter().for_each(|(_, condition)| observation.remember(condition));
+        let of_file = always.iter().chain(&asked.assume).chain(&asked.can);
+        of_file.for_each(|(_, condition)| observation.remember(condition));
         let steps = scenarios.iter().flat_map(|scenario| &scenario.steps);
         let of_steps = steps.filter_map(|step| step.value.condition());
         of_steps.for_each(|condition| observation.remember(condition));
@@ -141,6 +156,7 @@ impl SuiteReading {
         self.findings.extend(mistakes.into_iter().map(|finding| shifted(finding, shift)));
         let resolved = Resolution::of(&mut programs, &always, scenarios, randoms);
         self.findings.extend(resolved.findings);
+        let proof = proving::settings(&mut programs, &prove, &asked, &mut self.findings);
         Some(Suite {
             name: self.files[0].name.clone(),
             file: self.files[0].clone(),
@@ -149,6 +165,7 @@ impl SuiteReading {
             devices,
             scenarios: resolved.scenarios,
             randoms: resolved.randoms,
+            proof,
         })
     }
 

@@ -307,13 +307,10 @@ steps = ["reload crates2.toml", "reload crates2.toml", "expect: bottles.Acc == 0
 }
 
 #[test]
-fn a_file_without_tests_gives_a_warning() {
+fn a_file_with_nothing_to_test_or_prove_gives_a_warning() {
     check_file(
         "ladder = [\"crates.toml\"]\nalways = [\"pusher & bottle | start\"]",
         expect![[r#"
-            2:1 warning test-empty
-              a test file without a test
-                write a `[[scenario]]` with `name` and `steps`, or a `[[random]]`
             2:12 warning mixed-and-or
               `&` and `|` are mixed without parentheses
                 as it is read now: `(pusher & bottle) | start`

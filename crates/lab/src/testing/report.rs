@@ -54,7 +54,17 @@ impl Failure {
             text.push('\n');
             text += &indented(findings, 4);
         }
-        text += &self.operands_text();
+        text += &self.reasons_text();
+        if let Some(scenario) = &self.scenario {
+            text += "\n  the shortest run that was found, to paste:\n\n";
+            text += &indented(scenario, 4);
+        }
+        text
+    }
+
+    /// The operands of the condition with their last changes, and the reasons of their values.
+    pub fn reasons_text(&self) -> String {
+        let mut text = self.operands_text();
         text += &diagram(&self.operands, self.now_ns);
         for trouble in &self.troubles {
             let _ = write!(text, "\n    device {trouble}\n");
@@ -62,10 +72,6 @@ impl Failure {
         for why in &self.why {
             text.push('\n');
             text += &indented(why, 4);
-        }
-        if let Some(scenario) = &self.scenario {
-            text += "\n  the shortest run that was found, to paste:\n\n";
-            text += &indented(scenario, 4);
         }
         text
     }

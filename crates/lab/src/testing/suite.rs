@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use super::condition::Condition;
+use super::proving::ProofSettings;
 use super::view::View;
 use crate::rig::{PowerOff, SimulatedDevice};
 use rungd_config::controller::Controller;
@@ -15,7 +16,7 @@ use rungd_language::resolve::program::Program;
 use rungd_language::source::span::{Located, SourceFile, Span};
 
 /// A test file that can be executed.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Suite {
     /// The name of the test file, as the caller wrote it.
     pub name: String,
@@ -31,6 +32,8 @@ pub struct Suite {
     pub scenarios: Vec<Scenario>,
     /// `[[random]]`, in file order.
     pub randoms: Vec<RandomTest>,
+    /// `[prove]`, or what a proof without it assumes.
+    pub proof: ProofSettings,
 }
 
 impl Suite {

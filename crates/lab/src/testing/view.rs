@@ -139,6 +139,11 @@ pub(super) struct ObservedRung {
 }
 
 impl View {
+    /// The program that its conditions see: the ladder, the observer, and what is remembered.
+    pub fn observed(&self) -> &ObservedProgram {
+        &self.observed
+    }
+
     /// The bits and words of the observer's tags, in the order of its rungs, each with its cell in
     /// the view.
     pub fn own_operands(&self) -> impl Iterator<Item = (&str, Cell)> {

@@ -3,6 +3,7 @@
 //! [`read`] parses the text of the file. Steps and conditions are texts here: `step_text` and the
 //! parser of contacts read them; `steps` and `random` resolve the names.
 
+use super::written_prove::{self, WrittenProve};
 use rungd_config::controller::simulated_side::{self, WrittenSimulated};
 use rungd_config::controller::test_settings;
 use rungd_config::controller::written::WrittenController;
@@ -35,6 +36,8 @@ pub(super) struct WrittenSuite {
     pub randoms: Vec<WrittenRandom>,
     /// Whether there is an `[observer]`.
     pub has_observer: bool,
+    /// `[prove]`.
+    pub prove: Option<WrittenProve>,
     /// The missing parts, if a part of the file is not TOML.
     pub lost: Option<LostText>,
 }
@@ -150,10 +153,10 @@ fn read_root(mut root: Table<'_>, file: FileId) -> WrittenSuite {
     let randoms =
         root.tables(key("random", "Tests with inputs that change at random."), "a random test");
     let randoms: Vec<WrittenRandom> = randoms.into_iter().map(read_random).collect();
-    read_prove(&mut root);
+    let prove = written_prove::read(&mut root);
     limits(&root, &scenarios, &randoms);
     root.finish();
-    WrittenSuite { bench, always, has_observer, simulated, scenarios, randoms, lost }
+    WrittenSuite { bench, always, has_observer, simulated, scenarios, randoms, prove, lost }
 }
 
 /// `ladder` with `period` and `[retain]`, or `controller`.
@@ -330,16 +333,6 @@ fn read_changes(mut table: Table<'_>) -> Vec<(Text, WrittenChange)> {
     entries.collect()
 }
 
-/// `[prove]` is a reserved name.
-fn read_prove(root: &mut Table<'_>) {
-    root.table(key("prove", "Not available yet.").refused(), "`[prove]`");
-    if let Some(place) = root.key_span("prove") {
-        let finding = Finding::new(Code::TestFile, place, "proofs are not available yet");
-        let help = "take `[prove]` away; `[[random]]` looks for runs that break `always`";
-        root.find(finding.help(help).fix(FixEdit::Remove("[prove]")));
-    }
-}
-
 /// Refuses a file without tests, and a file with too many tests or steps.
 fn limits(root: &Table<'_>, scenarios: &[WrittenScenario], randoms: &[WrittenRandom]) {
     let tests = scenarios.len() + randoms.len();
@@ -350,7 +343,8 @@ fn limits(root: &Table<'_>, scenarios: &[WrittenScenario], randoms: &[WrittenRan
         let place = place(&["scenario", "random", "always", "ladder", "controller"]);
         root.find(Finding::new(code, place, message).help(help));
     };
-    if tests == 0 && !root.has("scenario") && !root.has("random") {
+    let asks = |key: &str| root.has(key);
+    if tests == 0 && !["scenario", "random", "always", "prove"].into_iter().any(asks) {
         let help = "write a `[[scenario]]` with `name` and `steps`, or a `[[random]]`";
         find(Code::TestEmpty, "a test file without a test".to_owned(), help);
     }
@@ -364,6 +358,6 @@ fn limits(root: &Table<'_>, scenarios: &[WrittenScenario], randoms: &[WrittenRan
 }
 
 /// The texts in which every part has a place.
-fn plain(table: &Table<'_>, texts: Vec<Text>, code: Code, one: &str) -> Vec<Text> {
+pub(super) fn plain(table: &Table<'_>, texts: Vec<Text>, code: Code, one: &str) -> Vec<Text> {
     texts.into_iter().filter(|text| table.doc().is_plain(text, code, one)).collect()
 }

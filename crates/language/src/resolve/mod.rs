@@ -7,6 +7,7 @@
 
 pub mod array;
 mod array_tags;
+pub mod beside;
 mod block_kind;
 pub mod calls;
 mod computed;

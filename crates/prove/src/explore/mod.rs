@@ -16,7 +16,6 @@ mod keys;
 mod live;
 mod search;
 
-use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use crate::cone::cone;
@@ -35,8 +34,12 @@ pub struct ExploreLimits<'s> {
     pub threads: usize,
     /// The time to stop at.
     pub deadline: Option<Instant>,
-    /// Set by another thread to stop the search.
-    pub stop: &'s AtomicBool,
+    /// Whether the answer is no longer wanted.
+    pub stop: &'s (dyn Fn() -> bool + Sync),
+    /// The greatest number of states.
+    pub states: Option<u64>,
+    /// The greatest number of scans.
+    pub depth: Option<u64>,
 }
 
 /// What exploring found.
@@ -71,8 +74,23 @@ pub enum StopCause {
     Memory,
     /// The time is over.
     Time,
+    /// There are more states, or more scans, than allowed.
+    Limit,
     /// Another thread has asked for it.
     Asked,
+}
+
+impl StopCause {
+    /// The cause for people.
+    pub fn text(self) -> &'static str {
+        match self {
+            StopCause::Combinations => "the inputs have too many values to try all",
+            StopCause::Memory => "the states take more memory than allowed",
+            StopCause::Time => "the time is over",
+            StopCause::Limit => "`states` or `depth` of `[prove]` is reached",
+            StopCause::Asked => "the answer was no longer wanted",
+        }
+    }
 }
 
 /// Looks for a scan that meets the target. The path is one of `model`.

@@ -130,6 +130,13 @@ impl<'m> Search<'m> {
                 return Explored::Stopped { states: states + level.count as u64, depth, cause };
             }
             depth += 1;
+            let found = states + level.count as u64;
+            if limits.states.is_some_and(|most| found > most)
+                || limits.depth.is_some_and(|most| depth >= most)
+            {
+                let cause = StopCause::Limit;
+                return Explored::Stopped { states: found, depth, cause };
+            }
         }
     }
 
@@ -196,7 +203,7 @@ struct LevelLimits<'l> {
 impl LevelLimits<'_> {
     /// The cause to stop, if there is one: looks at the clock.
     fn reached(&self) -> Option<StopCause> {
-        if self.all.stop.load(Ordering::Relaxed) {
+        if (self.all.stop)() {
             return Some(StopCause::Asked);
         }
         let is_over = self.all.deadline.is_some_and(|deadline| Instant::now() >= deadline);

@@ -14,13 +14,18 @@ use rungd_test_support::model::rng::Rng;
 use rungd_test_support::setting::setting;
 use std::collections::HashMap;
 use std::hash::{BuildHasher, RandomState};
-use std::sync::atomic::AtomicBool;
-
-static NEVER: AtomicBool = AtomicBool::new(false);
 
 /// Limits for small searches.
 fn limits(memory: usize) -> ExploreLimits<'static> {
-    ExploreLimits { memory, combinations: 64, threads: 2, deadline: None, stop: &NEVER }
+    ExploreLimits {
+        memory,
+        combinations: 64,
+        threads: 2,
+        deadline: None,
+        stop: &|| false,
+        states: None,
+        depth: None,
+    }
 }
 
 /// Whether a path is allowed and its last scan alone meets the target.

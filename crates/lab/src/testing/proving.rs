@@ -1,0 +1,127 @@
+//! What a test file asks of a proof, with its names resolved.
+//!
+//! Called by `reading`; `rungd-prove` makes its questions of it. Nothing is proved here.
+
+use super::condition::Condition;
+use super::names::TestTarget;
+use super::programs::Programs;
+use super::step_condition::WrittenCondition;
+use super::suite::{ProgramId, TestOperand};
+pub use super::written_prove::ProofEvent;
+use super::written_prove::WrittenProve;
+use crate::traces::stimulus::StimulusTarget;
+use rungd_engine::Cell;
+use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::reader::Text;
+use rungd_language::source::span::Span;
+
+/// `[prove]`, resolved in the names of the program with which scenarios begin.
+#[derive(Clone, Debug)]
+pub struct ProofSettings {
+    /// What may change before each scan; `None`: every input that a line depends on.
+    pub inputs: Option<Vec<FreeOperand>>,
+    /// `assume`: what is ON in every scan, before its rungs.
+    pub assume: Vec<Condition>,
+    /// `can`: what some sequence of inputs turns ON, from every state that can be reached.
+    pub can: Vec<Condition>,
+    /// The maximum number of periods from one scan to the next; 1: exactly a period.
+    pub late_max: u32,
+    /// Whether retained memory has any values before the first scan.
+    pub from_retained: bool,
+    /// What may happen to the controller.
+    pub events: Vec<ProofEvent>,
+    /// What an operator writes.
+    pub writable: Vec<FreeOperand>,
+    /// What has any value in every scan.
+    pub any: Vec<FreeOperand>,
+    /// The maximum number of states that are explored.
+    pub states: Option<u64>,
+    /// The maximum number of scans that are looked at.
+    pub depth: Option<u64>,
+    /// The time for each line, ms.
+    pub time_ms: u32,
+}
+
+/// A bit or word that has any value within limits.
+#[derive(Clone, Debug)]
+pub struct FreeOperand {
+    /// The operand.
+    pub operand: TestOperand,
+    /// The smallest content of its cell; 0 for a bit.
+    pub low: i32,
+    /// The largest content of its cell; 1 for a bit.
+    pub high: i32,
+}
+
+/// The conditions of `[prove]`, as written.
+#[derive(Debug, Default)]
+pub(super) struct ProofConditions {
+    pub assume: Vec<(Span, WrittenCondition)>,
+    pub can: Vec<(Span, WrittenCondition)>,
+}
+
+/// Resolves `[prove]`. Adds findings about it.
+pub(super) fn settings(
+    programs: &mut Programs<'_>,
+    written: &WrittenProve,
+    conditions: &ProofConditions,
+    findings: &mut Vec<Finding>,
+) -> ProofSettings {
+    let mut resolved = |all: &[(Span, WrittenCondition)]| {
+        let mut found = Vec::new();
+        for (_, condition) in all {
+            match programs.names[0].condition(condition) {
+                Ok(condition) => found.push(condition),
+                Err(mistakes) => findings.extend(mistakes),
+            }
+        }
+        found
+    };
+    let (assume, can) = (resolved(&conditions.assume), resolved(&conditions.can));
+    let mut operands = |names: &[Text]| free(programs, names, findings);
+    ProofSettings {
+        inputs: written.inputs.as_deref().map(&mut operands),
+        assume,
+        can,
+        late_max: written.late_max,
+        from_retained: written.from_retained,
+        events: written.events.clone(),
+        writable: operands(&written.writable),
+        any: operands(&written.any),
+        states: written.states,
+        depth: written.depth,
+        time_ms: written.time_ms,
+    }
+}
+
+/// Operands with their limits.
+fn free(programs: &Programs<'_>, names: &[Text], findings: &mut Vec<Finding>) -> Vec<FreeOperand> {
+    let mut all: Vec<FreeOperand> = Vec::new();
+    for name in names {
+        let target = programs.written(ProgramId(0), &name.text, name.span);
+        match target.and_then(|target| limited(target, name)) {
+            Ok(one) => all.push(one),
+            Err(finding) => findings.push(finding),
+        }
+    }
+    all
+}
+
+fn limited(target: TestTarget, name: &Text) -> Result<FreeOperand, Finding> {
+    let refused = |message: String| Finding::new(Code::TestFile, name.span, message).or_omit();
+    let TestTarget { operand, takes } = target;
+    if operand.device.is_some() {
+        let message = format!("`{}` is memory of a field device: a proof has none", name.text);
+        return Err(refused(message));
+    }
+    let (low, high) = match takes {
+        StimulusTarget::Input(_) | StimulusTarget::Bit(Cell::Bit(_)) => (0, 1),
+        StimulusTarget::Bit(Cell::Word(_) | Cell::WordBit(_)) => {
+            let message = format!("`{}` is a bit of a word: name the word", name.text);
+            return Err(refused(message));
+        }
+        StimulusTarget::Word(_, (low, high)) => (low, high),
+        StimulusTarget::Real(_, (low, high)) => (low.cell(), high.cell()),
+    };
+    Ok(FreeOperand { operand, low, high })
+}

@@ -1,0 +1,270 @@
+//! The answer about a line: proved, violated or not decided, and what stands behind it.
+//!
+//! `decide` makes it; `rungd prove` prints its text or its JSON.
+
+use rungd_lab::testing::time_text;
+use rungd_language::source::wording::counted;
+use serde_json::{Value, json};
+
+use crate::cone::Share;
+use rungd_lab::testing::Failure;
+
+/// The answer about a line.
+#[derive(Clone, Debug)]
+pub struct Answer {
+    /// The line.
+    pub line: String,
+    /// What was found.
+    pub verdict: Verdict,
+    /// How much of the program the line depends on; `None` if that was not looked at.
+    pub depends_on: Option<DependsOn>,
+    /// What was assumed: the texts of `assume`.
+    pub assumptions: Vec<String>,
+    /// The results that had any value, because gates do not compute them.
+    pub cuts: Vec<String>,
+    /// Why the answer says nothing, if it does not.
+    pub vacuous: Option<String>,
+    /// The time that it took, ms.
+    pub ms: u128,
+    /// The scan period, ms.
+    pub period_ms: u32,
+}
+
+/// How much of a program a line depends on.
+#[derive(Clone, Copy, Debug)]
+pub struct DependsOn {
+    /// Operations.
+    pub operations: Share,
+    /// Inputs.
+    pub inputs: Share,
+}
+
+/// What was found about a line.
+#[derive(Clone, Debug)]
+pub enum Verdict {
+    /// No sequence of inputs, however long, breaks it.
+    Proved {
+        /// How.
+        way: Way,
+        /// What shows that each side can be.
+        witnesses: Vec<Witness>,
+    },
+    /// A sequence of inputs breaks it; it was executed.
+    Violated {
+        /// The way that has found it.
+        way: &'static str,
+        /// The scan, from 1.
+        scan: u64,
+        /// The scenario, to paste into a test file.
+        scenario: String,
+        /// How the test fails.
+        failure: Option<Box<Failure>>,
+    },
+    /// Neither.
+    NotDecided {
+        /// What was looked at.
+        covered: Vec<String>,
+        /// What stood in the way.
+        cause: String,
+    },
+}
+
+/// How a line was proved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    /// Every state that can be reached was visited.
+    Exploring {
+        /// The number of states.
+        states: u64,
+    },
+    /// It follows from the scans before.
+    Induction {
+        /// The number of scans.
+        k: usize,
+    },
+    /// An invariant excludes the opposite.
+    Reachability {
+        /// The number of its clauses.
+        clauses: usize,
+    },
+}
+
+impl Way {
+    /// Adds its word and its number.
+    pub fn add_json(self, all: &mut Value) {
+        all["way"] = json!(self.name());
+        match self {
+            Way::Exploring { states } => all["states"] = json!(states),
+            Way::Induction { k } => all["k"] = json!(k),
+            Way::Reachability { clauses } => all["clauses"] = json!(clauses),
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Way::Exploring { .. } => EXPLORING,
+            Way::Induction { .. } => "induction",
+            Way::Reachability { .. } => "reachability",
+        }
+    }
+
+    /// As a sentence.
+    pub fn text(self) -> String {
+        match self {
+            Way::Exploring { states } => {
+                format!("by exploring: all {} that can be reached", counted(states, "state"))
+            }
+            Way::Induction { k: 0 } => "by deducing: no scan breaks it, whatever memory is".into(),
+            Way::Induction { k } => {
+                format!("by deducing: it follows from the last {}", counted(k as u64, "scan"))
+            }
+            Way::Reachability { clauses } => {
+                let clauses = counted(clauses as u64, "clause");
+                format!("by deducing: an invariant of {clauses}, which every scan keeps")
+            }
+        }
+    }
+}
+
+/// The word for JSON.
+pub(crate) const EXPLORING: &str = "exploring";
+
+/// What shows that a side of a line can be.
+#[derive(Clone, Debug)]
+pub struct Witness {
+    /// The side.
+    pub side: String,
+    /// What was found.
+    pub shown: Shown,
+}
+
+/// Whether a side can be.
+#[derive(Clone, Debug)]
+pub enum Shown {
+    /// It is so at the end of a scan, from 1; the scenario.
+    At(u64, String),
+    /// It can never be.
+    Never,
+    /// Neither.
+    Open,
+}
+
+impl Answer {
+    /// Its word.
+    pub fn word(&self) -> &'static str {
+        match self.verdict {
+            Verdict::Proved { .. } => "proved",
+            Verdict::Violated { .. } => "violated",
+            Verdict::NotDecided { .. } => "not decided",
+        }
+    }
+
+    /// Its text: a line, and indented lines below it.
+    pub fn text(&self) -> String {
+        let mut text = format!("{}: {}\n", self.word(), self.line);
+        let mut add = |line: &str| text += &format!("  {line}\n");
+        if let Some(vacuous) = &self.vacuous {
+            add(&format!("says nothing: {vacuous}"));
+        }
+        let (mut below, mut reasons) = (String::new(), String::new());
+        match &self.verdict {
+            Verdict::Proved { way, witnesses } => {
+                add(&way.text());
+                for Witness { side, shown } in witnesses {
+                    match shown {
+                        Shown::At(scan, scenario) => {
+                            add(&format!("{side} can be: scan {}", grouped(*scan)));
+                            below += &format!("\n{scenario}");
+                        }
+                        Shown::Never => add(&format!("{side} can never be")),
+                        Shown::Open => add(&format!("{side}: not shown that it can be")),
+                    }
+                }
+            }
+            Verdict::Violated { scan, scenario, failure, .. } => {
+                let after_ns = (scan - 1) * u64::from(self.period_ms) * 1_000_000;
+                let when = format!("at scan {} ({})", grouped(*scan), time_text(after_ns));
+                add(&format!("{when}, by the shortest inputs that were found"));
+                below += &format!("\n{scenario}");
+                if let Some(failure) = failure {
+                    below += "\n";
+                    reasons = failure.reasons_text();
+                }
+            }
+            Verdict::NotDecided { covered, cause } => {
+                add(&format!("stood in the way: {cause}"));
+                covered.iter().for_each(|covered| add(covered));
+            }
+        }
+        if let Some(DependsOn { operations, inputs }) = self.depends_on {
+            add(&format!(
+                "depends on {} of {} operations and {} of {} inputs",
+                operations.kept, operations.all, inputs.kept, inputs.all
+            ));
+        }
+        add(&format!("every scan comes {} ms after the last one", self.period_ms));
+        self.assumptions.iter().for_each(|assumed| add(&format!("assumed: {assumed}")));
+        self.cuts.iter().for_each(|cut| add(&format!("any value: {cut}")));
+        text + &indented(below.trim_end()) + if reasons.is_empty() { "" } else { "\n" } + &reasons
+    }
+
+    /// It as JSON.
+    pub fn json(&self, file: &str) -> Value {
+        let mut all = json!({
+            "file": file,
+            "line": self.line,
+            "answer": self.word(),
+            "vacuous": self.vacuous,
+            "assumptions": self.assumptions,
+            "cuts": self.cuts,
+            "ms": self.ms as u64,
+        });
+        match &self.verdict {
+            Verdict::Proved { way, witnesses } => {
+                way.add_json(&mut all);
+                all["witnesses"] = witnesses.iter().map(Witness::json).collect();
+            }
+            Verdict::Violated { way, scan, scenario, failure } => {
+                all["way"] = json!(way);
+                all["scan"] = json!(scan);
+                all["scenario"] = json!(scenario);
+                all["why"] = json!(failure.as_ref().map(|failure| &failure.why));
+            }
+            Verdict::NotDecided { covered, cause } => {
+                all["cause"] = json!(cause);
+                all["covered"] = json!(covered);
+            }
+        }
+        all
+    }
+}
+
+impl Witness {
+    fn json(&self) -> Value {
+        match &self.shown {
+            Shown::At(scan, scenario) => {
+                json!({ "side": self.side, "can": true, "scan": scan, "scenario": scenario })
+            }
+            Shown::Never => json!({ "side": self.side, "can": false }),
+            Shown::Open => json!({ "side": self.side, "can": null }),
+        }
+    }
+}
+
+fn indented(text: &str) -> String {
+    let line = |line: &str| match line.is_empty() {
+        true => "\n".to_owned(),
+        false => format!("    {line}\n"),
+    };
+    text.lines().map(line).collect()
+}
+
+/// A number with its thousands apart: `2,204`.
+fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let first = digits.len() % 3;
+    let (head, rest) = digits.split_at(first);
+    let groups = rest.as_bytes().chunks(3).map(|group| String::from_utf8_lossy(group).into_owned());
+    let head = (!head.is_empty()).then(|| head.to_owned());
+    head.into_iter().chain(groups).collect::<Vec<_>>().join(",")
+}

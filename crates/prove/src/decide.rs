@@ -1,0 +1,140 @@
+//! Decides the lines of a test file.
+//!
+//! Called by `rungd prove`. What is found is tried on the rig, as `rungd test` plays it: a run that
+//! does not hold there is no answer.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+use crate::answer::{Answer, DependsOn, Shown, Verdict, Witness};
+use crate::cone::cone;
+use crate::model::{Path, Target};
+use crate::question::{Line, Questions};
+use crate::race::{Decision, OpenQuestion, Race};
+use crate::trial::Trial;
+use rungd_lab::testing::{Condition, ProofEvent, TriedRun};
+use rungd_language::source::wording::counted;
+
+/// The limits of the answer about a line.
+#[derive(Clone, Debug)]
+pub struct DecideLimits {
+    /// The time for a line.
+    pub time: Duration,
+    /// The memory for a line, bytes.
+    pub memory: usize,
+    /// All answers are no longer wanted.
+    pub given_up: Arc<AtomicBool>,
+}
+
+/// Decides a line of a test file.
+pub fn decide(questions: &Questions, line: &Line, limits: &DecideLimits) -> Answer {
+    let begun = Instant::now();
+    let proof = &questions.suite.proof;
+    let mut answer = Answer {
+        line: line.text.clone(),
+        verdict: Verdict::NotDecided { covered: Vec::new(), cause: String::new() },
+        depends_on: None,
+        assumptions: proof.assume.iter().map(|assumed| assumed.text.clone()).collect(),
+        cuts: Vec::new(),
+        vacuous: None,
+        ms: 0,
+        period_ms: questions.model.period_ms,
+    };
+    match unknown_setting(questions) {
+        Some(cause) => answer.verdict = Verdict::NotDecided { covered: Vec::new(), cause },
+        None => {
+            let race = Race {
+                end: begun + limits.time,
+                given_up: Arc::clone(&limits.given_up),
+                memory: limits.memory,
+                states: proof.states,
+                depth: proof.depth,
+            };
+            Asked { questions, race }.line(line, &mut answer);
+        }
+    }
+    answer.ms = begun.elapsed().as_millis();
+    answer
+}
+
+/// What `[prove]` asks for, and no way can do yet.
+fn unknown_setting(questions: &Questions) -> Option<String> {
+    let proof = &questions.suite.proof;
+    let event = |event: &ProofEvent| *event != ProofEvent::Writes;
+    if proof.late_max > 1 {
+        return Some("`step`: scans that come late are not proved yet".to_owned());
+    }
+    if proof.from_retained {
+        return Some("`from`: retained values before the first scan are not proved yet".to_owned());
+    }
+    let is_unknown = proof.events.iter().any(event);
+    is_unknown.then(|| "`events`: only `writes` is proved yet".to_owned())
+}
+
+/// The questions, with the limits of each.
+struct Asked<'q> {
+    questions: &'q Questions,
+    race: Race,
+}
+
+impl Asked<'_> {
+    fn line(&self, line: &Line, answer: &mut Answer) {
+        let cone = cone(&self.questions.model, &[line.target.bit]);
+        answer.depends_on = Some(DependsOn { operations: cone.operations, inputs: cone.inputs });
+        answer.verdict = match self.race.decide(&cone.model, line.target) {
+            Decision::Never(way, cuts) => {
+                answer.cuts = self.questions.cut_names(&cuts);
+                let witnesses: Vec<Witness> =
+                    line.sides.iter().map(|(side, target)| self.side(side, *target)).collect();
+                let never = witnesses.iter().find(|one| matches!(one.shown, Shown::Never));
+                answer.vacuous = never.map(|one| format!("`{}` can never be", one.side));
+                if cone.inputs.kept == 0 && answer.vacuous.is_none() {
+                    answer.vacuous = Some("it depends on no input".to_owned());
+                }
+                Verdict::Proved { way, witnesses }
+            }
+            Decision::Found(way, path) => self.violation(line, way, &cone.widened(&path)),
+            Decision::Open(OpenQuestion { covered, mut causes, cuts }) => {
+                if !cuts.is_empty() {
+                    let names = self.questions.cut_names(&cuts).join(", ");
+                    causes.push(format!("deducing: any value of {names}"));
+                }
+                Verdict::NotDecided { covered, cause: causes.join("; ") }
+            }
+        };
+    }
+
+    fn violation(&self, line: &Line, way: &'static str, path: &Path) -> Verdict {
+        let trial = Trial { questions: self.questions, path };
+        let TriedRun { text, is_confirmed, failure } = trial.violation(line.number);
+        let scan = path.scans.len() as u64;
+        if is_confirmed {
+            return Verdict::Violated { way, scan, scenario: text, failure };
+        }
+        let covered = vec![format!("a run of {} was found", counted(scan, "scan"))];
+        let cause = "the run does not break the line in a test: a test does not set all that it \
+                     depends on"
+            .to_owned();
+        Verdict::NotDecided { covered, cause }
+    }
+
+    /// Whether a side of a line can be.
+    fn side(&self, side: &Condition, target: Target) -> Witness {
+        let cone = cone(&self.questions.model, &[target.bit]);
+        let shown = match self.race.decide(&cone.model, target) {
+            Decision::Never(..) => Shown::Never,
+            Decision::Open(_) => Shown::Open,
+            Decision::Found(_, path) => {
+                let path = cone.widened(&path);
+                let trial = Trial { questions: self.questions, path: &path };
+                let TriedRun { text, is_confirmed, .. } = trial.witness(side);
+                match is_confirmed {
+                    true => Shown::At(path.scans.len() as u64, text),
+                    false => Shown::Open,
+                }
+            }
+        };
+        Witness { side: side.text.clone(), shown }
+    }
+}

@@ -1,0 +1,75 @@
+//! Deducing: decides a question about the gates of a scan with a solver.
+//!
+//! First k-induction: what holds by itself is proved at once, and what is near is found with the
+//! fewest scans. What stays open goes to property-directed reachability (`reach`). A run that is
+//! found is tried on the gates before it is told; the caller tries it on the engine.
+
+mod induction;
+mod reach;
+mod solver;
+pub mod system;
+#[cfg(test)]
+mod tests;
+mod transition;
+mod unroll;
+
+use crate::aig::Literal;
+use induction::{Induced, induce};
+use reach::{Reached, reach};
+pub use solver::Patience;
+use system::System;
+use unroll::leads;
+
+/// The number of scans up to which induction tries alone.
+const SCANS_MAX: usize = 12;
+
+/// What deducing has found.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Deduced {
+    /// It is never so.
+    Never(Reason),
+    /// The values of [`System::inputs`] after which it is so, by scan.
+    Found(Vec<Vec<bool>>),
+    /// It is not so in this number of scans; the time is over.
+    Open(usize),
+}
+
+/// Why something is never so.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Reason {
+    /// It follows from this number of scans before, whatever their memory.
+    Induction(usize),
+    /// In every scan at least one bit of each of these is OFF.
+    Invariant(Vec<Vec<Literal>>),
+}
+
+/// Decides a question.
+pub fn deduce(system: &System, patience: &Patience) -> Deduced {
+    match induce(system, true, SCANS_MAX, patience) {
+        Induced::Never(scans) => return Deduced::Never(Reason::Induction(scans)),
+        Induced::Found(inputs) if leads(system, &inputs) => return Deduced::Found(inputs),
+        Induced::Found(_) | Induced::Open(_) => {}
+    }
+    match reach(system, patience) {
+        Reached::Never(invariant) => Deduced::Never(Reason::Invariant(invariant)),
+        Reached::Found(inputs) if leads(system, &inputs) => shortest(system, inputs, patience),
+        Reached::Found(inputs) => Deduced::Open(inputs.len()),
+        Reached::Open(scans) => Deduced::Open(scans),
+    }
+}
+
+/// The shortest inputs that are found in the time that is left.
+fn shortest(system: &System, known: Vec<Vec<bool>>, patience: &Patience) -> Deduced {
+    match induce(system, false, known.len(), patience) {
+        Induced::Found(inputs) if leads(system, &inputs) => Deduced::Found(inputs),
+        Induced::Found(_) | Induced::Never(_) | Induced::Open(_) => Deduced::Found(known),
+    }
+}
+
+/// An invariant that excludes what is looked for; `None`: it is found, or the time is over.
+pub fn invariant(system: &System, patience: &Patience) -> Option<Vec<Vec<Literal>>> {
+    match reach(system, patience) {
+        Reached::Never(invariant) => Some(invariant),
+        Reached::Found(_) | Reached::Open(_) => None,
+    }
+}

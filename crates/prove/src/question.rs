@@ -1,0 +1,211 @@
+//! The questions of a test file: its lines, and the model about which they are asked.
+//!
+//! Called by `rungd prove`. `model` has no names; here each line, side and input keeps its own, so
+//! that answers can be told and tried.
+
+use std::collections::HashSet;
+use std::sync::Arc;
+
+use crate::gates::Cut;
+use crate::model::{FreeInput, Model, Target};
+use rungd_config::controller::Controller;
+use rungd_engine::isa::{Address, Bit, BitSpace, DeviceBit, DeviceId, Word, WordSpace, status};
+use rungd_engine::{Cell, Engine, Layout};
+use rungd_lab::rig::RigProgram;
+use rungd_lab::testing::{self, Condition, FreeOperand, Suite, TestOperand};
+use rungd_language::lower::judged::{Judges, lower_judged};
+use rungd_language::resolve::observed::Remembered;
+use rungd_language::resolve::program::{Contact, Program};
+
+/// The questions of a test file.
+pub struct Questions {
+    /// The test file.
+    pub suite: Suite,
+    /// Its programs, lowered for the rig.
+    pub programs: Vec<Arc<RigProgram>>,
+    /// The model of all lines.
+    pub model: Model,
+    /// What [`Model::inputs`] are for people, in the same order.
+    pub inputs: Vec<NamedInput>,
+    /// The lines of `always`, in file order.
+    pub lines: Vec<Line>,
+}
+
+/// An input with its name.
+#[derive(Clone, Debug)]
+pub struct NamedInput {
+    /// How a test sets it.
+    pub operand: TestOperand,
+    /// Whether a device of the test moves it in every scan: a test forces it.
+    pub is_moved: bool,
+}
+
+/// A line of `always`.
+pub struct Line {
+    /// Its number in the file.
+    pub number: usize,
+    /// Its text.
+    pub text: String,
+    /// Where it is broken.
+    pub target: Target,
+    /// What may not be all at once, each with where it is so.
+    pub sides: Vec<(Condition, Target)>,
+}
+
+impl Questions {
+    /// The questions of a test file.
+    pub fn new(suite: Suite) -> Questions {
+        let programs = testing::programs(&suite);
+        let first = &suite.programs[0];
+        let seen = first.view.as_ref().map(|view| view.observed());
+        let program: &Program = seen.map_or(&first.program, |observed| &observed.program);
+        let layout =
+            first.view.as_ref().map_or(&programs[0].symbols.layout, |view| &view.symbols.layout);
+        let mut lines = Vec::new();
+        let mut behind: Vec<Contact> = Vec::new();
+        for (number, condition) in suite.always[0].iter().enumerate() {
+            behind.push(condition.contact.clone());
+            let sides = condition.sides(&suite.file, layout);
+            behind.extend(sides.iter().map(|side| side.contact.clone()));
+            lines.push((number, condition.text.clone(), sides));
+        }
+        let before: Vec<Contact> =
+            suite.proof.assume.iter().map(|condition| condition.contact.clone()).collect();
+        let was = seen.map_or(&[][..], |observed| &observed.was);
+        let remembered: Vec<(Address, Address)> =
+            was.iter().map(|Remembered { place, kept, .. }| (*place, *kept)).collect();
+        let judges = Judges { before: &before, behind: &behind, remembered: &remembered };
+        let judged = lower_judged(program, judges);
+        let cells = judged.code.layout.clone();
+        let free = FreeOperands { suite: &suite, program, layout, cells: &cells };
+        let (inputs, named) = free.all().into_iter().unzip();
+        let model = Model {
+            period_ms: first.controller.period_ms,
+            restored: restored(&judged.code, program, &remembered),
+            inputs,
+            assumed: judged.before,
+            judged: judged.behind,
+            code: judged.code,
+        };
+        let mut bits = model.judged.iter().copied();
+        let mut target = |value| Target { bit: bits.next().expect("a bit a condition"), value };
+        let lines = lines.into_iter().map(|(number, text, sides)| Line {
+            number,
+            text,
+            target: target(false),
+            sides: sides.into_iter().map(|side| (side, target(true))).collect(),
+        });
+        let lines = lines.collect();
+        Questions { model, inputs: named, lines, programs, suite }
+    }
+
+    /// What has any value in gates, because they do not compute it: `level: math on reals`.
+    pub(crate) fn cut_names(&self, cuts: &[Cut]) -> Vec<String> {
+        let names = &self.suite.programs[0].program.names;
+        let name = |cut: &Cut| {
+            let address = self.model.code.layout.address(cut.cell);
+            address.map_or(cut.what.to_owned(), |at| format!("{}: {}", names.name(at), cut.what))
+        };
+        let mut all: Vec<String> = cuts.iter().map(name).collect();
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
+}
+
+/// Memory before the first scan that differs from a cold start: field devices are connected, and
+/// what is remembered is memory as started.
+fn restored(
+    code: &rungd_engine::EngineProgram,
+    program: &Program,
+    remembered: &[(Address, Address)],
+) -> Vec<(Cell, i32)> {
+    let engine = Engine::new(code.clone());
+    let cell = |address| code.layout.cell(address);
+    let devices = (0..program.devices.len() as u32).map(|id| {
+        let ok = Bit::Device(DeviceId(id), DeviceBit::Ok);
+        (Cell::Bit(code.layout.bit(ok)), 1)
+    });
+    let mut all: Vec<(Cell, i32)> = devices.collect();
+    for (place, kept) in remembered {
+        if let (Some(place), Some(kept)) = (cell(*place), cell(*kept)) {
+            let set = all.iter().find(|(set, _)| *set == place).map(|(_, value)| *value);
+            all.push((kept, set.unwrap_or_else(|| engine.image().value(place))));
+        }
+    }
+    all
+}
+
+/// What may change before each scan.
+struct FreeOperands<'a> {
+    suite: &'a Suite,
+    program: &'a Program,
+    /// The cells of the test file's operands.
+    layout: &'a Layout,
+    /// The cells of the model.
+    cells: &'a Layout,
+}
+
+impl FreeOperands<'_> {
+    fn all(&self) -> Vec<(FreeInput, NamedInput)> {
+        let proof = &self.suite.proof;
+        let given = match &proof.inputs {
+            Some(inputs) => inputs.clone(),
+            None => self.inputs(),
+        };
+        let mut seen = HashSet::new();
+        let more = proof.writable.iter().chain(&proof.any).cloned();
+        let all = given.into_iter().chain(more).filter_map(|free| self.named(free));
+        all.filter(|(free, _)| seen.insert(free.cell)).collect()
+    }
+
+    fn named(
+        &self,
+        FreeOperand { operand, low, high }: FreeOperand,
+    ) -> Option<(FreeInput, NamedInput)> {
+        let address = self.layout.address(operand.cell)?;
+        let cell = self.cells.cell(address)?;
+        let moved = self.controller().simulated();
+        let is_moved = moved.contains_key(&address);
+        Some((FreeInput { cell, low, high }, NamedInput { operand, is_moved }))
+    }
+
+    fn controller(&self) -> &Controller {
+        &self.suite.programs[0].controller
+    }
+
+    /// Every input that the program names: its X, what devices bring, and the time of day.
+    fn inputs(&self) -> Vec<FreeOperand> {
+        let of_program = self.program.operands.iter().map(|operand| operand.address);
+        let of_arrays = self.program.arrays.iter().flat_map(|named| named.array.addresses());
+        let of_conditions = self.suite.always[0].iter().chain(&self.suite.proof.assume);
+        let of_conditions = of_conditions.flat_map(|condition| {
+            condition.operands.iter().filter_map(|(_, cell)| self.layout.address(*cell))
+        });
+        let is_input = |address: &Address| match address {
+            Address::Bit(Bit::Space(BitSpace::X, _)) => true,
+            Address::Word(Word::Space(WordSpace::Dst, n)) => status::dst::is_of_clock(*n),
+            Address::Bit(_) | Address::Word(_) | Address::Structure(_) => false,
+        };
+        let named = of_program.chain(of_arrays).chain(of_conditions).filter(is_input);
+        let devices = self.controller().devices.iter();
+        let brought = devices.flat_map(|device| device.inputs.iter().map(|input| input.address));
+        named.chain(brought).filter_map(|address| self.free(address)).collect()
+    }
+
+    fn free(&self, address: Address) -> Option<FreeOperand> {
+        let cell = self.layout.cell(address)?;
+        let symbols = &self.suite.programs[0].program.names;
+        let input = match address {
+            Address::Bit(Bit::Space(BitSpace::X, n)) => Some(n),
+            Address::Bit(_) | Address::Word(_) | Address::Structure(_) => None,
+        };
+        let (low, high) = match address {
+            Address::Bit(_) => (0, 1),
+            Address::Word(word) => word.range(),
+            Address::Structure(_) => return None,
+        };
+        let name = symbols.name(address);
+        Some(FreeOperand { operand: TestOperand { name, cell, input, device: None }, low, high })
+    }
+}

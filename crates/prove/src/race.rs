@@ -1,0 +1,184 @@
+//! Both ways at once about one question: the first answer counts.
+//!
+//! Called by `decide` and `equal`. What deducing finds is tried on the engine: a run that needs a
+//! value of a cut which the engine never computes is no answer.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use crate::answer::{EXPLORING, Way};
+use crate::deduce::system::System;
+use crate::deduce::{Deduced, Patience, Reason, deduce};
+use crate::encode::encode;
+use crate::explore::{ExploreLimits, Explored, explore};
+use crate::gates::{Cut, Gates};
+use crate::gates_merged::merged;
+use crate::model::{Model, Path, Run, Target};
+use rungd_language::source::wording::counted;
+
+/// The maximum number of combinations of the inputs before each scan: 2 to the 12th.
+const COMBINATIONS_MAX: u32 = 4_096;
+
+/// The limits of a race.
+#[derive(Clone, Debug)]
+pub(crate) struct Race {
+    /// The end of its time.
+    pub end: Instant,
+    /// The answer is no longer wanted.
+    pub given_up: Arc<AtomicBool>,
+    /// The memory for states, bytes.
+    pub memory: usize,
+    /// The maximum number of states.
+    pub states: Option<u64>,
+    /// The maximum number of scans.
+    pub depth: Option<u64>,
+}
+
+/// The answer of one way, or of both.
+pub(crate) enum Decision {
+    /// It is never so. With the cuts of the gates that were looked at.
+    Never(Way, Vec<Cut>),
+    /// It is so after this path; with the name of the way.
+    Found(&'static str, Path),
+    /// Neither.
+    Open(OpenQuestion),
+}
+
+/// Why a question is open.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct OpenQuestion {
+    /// What was looked at.
+    pub covered: Vec<String>,
+    /// What stood in the way of each way.
+    pub causes: Vec<String>,
+    /// The cuts that stood in the way.
+    pub cuts: Vec<Cut>,
+}
+
+impl Race {
+    /// Decides by both ways at once.
+    pub fn decide(&self, model: &Model, target: Target) -> Decision {
+        let is_over = Arc::new(AtomicBool::new(false));
+        let flags = [Arc::clone(&is_over), Arc::clone(&self.given_up)];
+        let patience = Patience { deadline: self.end, flags };
+        let done = |decision: &Decision| {
+            if !matches!(decision, Decision::Open(_)) {
+                is_over.store(true, Ordering::Relaxed);
+            }
+        };
+        let (deduced, explored) = std::thread::scope(|scope| {
+            let deducing = scope.spawn(|| {
+                let decision = by_deducing(model, target, &patience);
+                done(&decision);
+                decision
+            });
+            let Race { memory, states, depth, .. } = *self;
+            let limits = ExploreLimits {
+                memory,
+                combinations: COMBINATIONS_MAX,
+                threads: std::thread::available_parallelism().map_or(1, usize::from),
+                deadline: Some(self.end),
+                stop: &|| patience.is_over(),
+                states,
+                depth,
+            };
+            let explored = by_exploring(model, target, &limits);
+            done(&explored);
+            (deducing.join(), explored)
+        });
+        let deduced = deduced.unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        first(explored, deduced)
+    }
+}
+
+/// The answer of two ways.
+fn first(a: Decision, b: Decision) -> Decision {
+    match (a, b) {
+        (Decision::Open(mut a), Decision::Open(b)) => {
+            a.covered.extend(b.covered);
+            a.causes.extend(b.causes);
+            a.cuts.extend(b.cuts);
+            Decision::Open(a)
+        }
+        (Decision::Open(_), decided) | (decided, _) => decided,
+    }
+}
+
+fn by_exploring(model: &Model, target: Target, limits: &ExploreLimits) -> Decision {
+    match explore(model, target, limits) {
+        Explored::All { states, .. } => Decision::Never(Way::Exploring { states }, Vec::new()),
+        Explored::Found(path) => Decision::Found(EXPLORING, path),
+        Explored::Stopped { states, depth, cause } => {
+            let (states, scans) = (counted(states, "state"), counted(depth, "scan"));
+            let covered = vec![format!("explored: {states}, the first {scans}")];
+            Decision::Open(OpenQuestion {
+                covered,
+                causes: vec![format!("exploring: {}", cause.text())],
+                cuts: Vec::new(),
+            })
+        }
+    }
+}
+
+fn by_deducing(model: &Model, target: Target, patience: &Patience) -> Decision {
+    let gates = encode(model).without_constants();
+    let at = model.judged.iter().position(|bit| *bit == target.bit).unwrap_or_default();
+    let gates = merged(&gates.reduced(&[at])).reduced(&[at]);
+    let system = System::of(&gates, gates.judged[at].inverted_if(!target.value));
+    let way = match deduce(&system, patience) {
+        Deduced::Never(Reason::Induction(k)) => Way::Induction { k },
+        Deduced::Never(Reason::Invariant(cubes)) => Way::Reachability { clauses: cubes.len() },
+        Deduced::Open(scans) => {
+            return Decision::Open(OpenQuestion {
+                covered: vec![nothing_in(scans)],
+                causes: vec!["deducing: the time is over".to_owned()],
+                cuts: Vec::new(),
+            });
+        }
+        Deduced::Found(inputs) => {
+            let path = path_of(&gates, &system, &inputs);
+            if is_met(model, target, &path) {
+                return Decision::Found("deducing", path);
+            }
+            return Decision::Open(OpenQuestion {
+                covered: vec![nothing_in(inputs.len() - 1)],
+                causes: Vec::new(),
+                cuts: gates.open_cuts(),
+            });
+        }
+    };
+    Decision::Never(way, gates.open_cuts())
+}
+
+fn nothing_in(scans: usize) -> String {
+    format!("deduced: nothing in the first {}", counted(scans as u64, "scan"))
+}
+
+/// The path of the values of a system's inputs.
+fn path_of(gates: &Gates, system: &System, inputs: &[Vec<bool>]) -> Path {
+    let scan = |values: &Vec<bool>| {
+        let mut on = vec![false; system.bits];
+        for (input, value) in system.inputs.iter().zip(values) {
+            on[*input as usize] = *value;
+        }
+        gates.input_values(|literal| on[literal.node() as usize] != literal.is_inverted())
+    };
+    Path { scans: inputs.iter().map(scan).collect() }
+}
+
+/// Whether a path leads to the target at its last scan, on the engine.
+fn is_met(model: &Model, target: Target, path: &Path) -> bool {
+    let mut run = Run::new(model);
+    let mut is_met = false;
+    for (at, scan) in path.scans.iter().enumerate() {
+        let outcome = run.scan(scan);
+        let is_end = at + 1 == path.scans.len();
+        if !outcome.is_allowed || outcome.is_last && !is_end {
+            return false;
+        }
+        let bit = model.judged.iter().position(|bit| *bit == target.bit);
+        is_met = bit.is_some_and(|bit| outcome.judged[bit] == target.value);
+    }
+    is_met
+}

@@ -1,0 +1,87 @@
+//! Tries a path on the rig, as `rungd test` would play it: the path becomes a scenario.
+//!
+//! Called by `decide` and `equal`. No answer tells a path that was not tried.
+
+use crate::model::{Model, Path, Run};
+use crate::question::{NamedInput, Questions};
+use rungd_lab::testing::{
+    Condition, FoundRun, TestStep, TestTime, TriedRun, try_run, try_violation,
+};
+
+/// A path about the model of [`Questions`].
+pub(crate) struct Trial<'q> {
+    pub questions: &'q Questions,
+    /// The values of all inputs, by scan.
+    pub path: &'q Path,
+}
+
+impl Trial<'_> {
+    /// Tries whether the path breaks a line at its last scan.
+    pub fn violation(&self, line: usize) -> TriedRun {
+        let Questions { suite, programs, lines, .. } = self.questions;
+        let name = format!("violates: {}", lines[line].text);
+        try_violation(suite, programs, line, FoundRun { name, steps: self.steps() })
+    }
+
+    /// Tries whether a condition is true after the path.
+    pub fn witness(&self, condition: &Condition) -> TriedRun {
+        let Questions { suite, programs, .. } = self.questions;
+        let mut steps = self.steps();
+        steps.push(TestStep::Expect(condition.clone()));
+        try_run(suite, programs, FoundRun { name: format!("shows: {}", condition.text), steps })
+    }
+
+    fn steps(&self) -> Vec<TestStep> {
+        let inputs: Vec<Option<&NamedInput>> = self.questions.inputs.iter().map(Some).collect();
+        steps(&self.questions.model, &inputs, self.path)
+    }
+}
+
+/// A path as steps: what changes before each scan, and the scans. `inputs`: by input of the model;
+/// `None`: a test cannot set it.
+pub(crate) fn steps(model: &Model, inputs: &[Option<&NamedInput>], path: &Path) -> Vec<TestStep> {
+    let mut run = Run::new(model);
+    let mut levels = vec![0; inputs.len()];
+    let (mut steps, mut still) = (Vec::new(), 0);
+    for scan in &path.scans {
+        let mut changes = Vec::new();
+        for (at, value) in scan.iter().enumerate() {
+            let Some(named) = inputs[at] else { continue };
+            // A level stays; what is written once may have been overwritten by the ladder.
+            let before = match named.keeps_its_level() {
+                true => levels[at],
+                false => run.engine.image().value(model.inputs[at].cell),
+            };
+            if before != *value {
+                changes.push(named.step(*value));
+            }
+            levels[at] = *value;
+        }
+        if !changes.is_empty() && still > 0 {
+            steps.push(TestStep::Run(TestTime::Scans(still)));
+            still = 0;
+        }
+        steps.append(&mut changes);
+        run.scan(scan);
+        still += 1;
+    }
+    if still > 0 {
+        steps.push(TestStep::Run(TestTime::Scans(still)));
+    }
+    steps
+}
+
+impl NamedInput {
+    /// Whether a value that was given once stays until the next one.
+    fn keeps_its_level(&self) -> bool {
+        self.operand.input.is_some() || self.is_moved
+    }
+
+    fn step(&self, value: i32) -> TestStep {
+        let operand = self.operand.clone();
+        match self.is_moved {
+            true => TestStep::Force(operand, value),
+            false => TestStep::Set(operand, value),
+        }
+    }
+}

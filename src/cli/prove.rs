@@ -1,0 +1,134 @@
+//! `rungd prove`: whether any sequence of inputs, however long, breaks a line of a test file.
+//!
+//! This module reads the files and prints the answers; `rungd-prove` decides.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+use anyhow::Result;
+use clap::Args;
+
+use super::early_end::{EarlyEnd, time};
+use super::exit::Exit;
+use super::prove_equal;
+use super::terminal::{plain_json, print};
+use super::test::{OpenSuite, ProgressLine, find, open, refused};
+use rungd_lab::testing::Suite;
+use rungd_prove::decide::{DecideLimits, decide};
+use rungd_prove::question::Questions;
+
+/// The time for a comparison, if none is given.
+const TIME: Duration = Duration::from_secs(60);
+
+/// The memory for a line, if none is given.
+const MEMORY: &str = "2G";
+
+/// Decides whether any sequence of inputs breaks a line of a test file
+///
+/// For each line of `always`: proved, violated, with a scenario to paste into the test file, or
+/// not decided, with what stood in the way. Exit code 1: a line is violated, or two ladders are
+/// different; 2: something is not decided.
+#[derive(Args, Debug)]
+pub struct ProveArgs {
+    /// Test files, and folders that are searched for *.test.toml
+    #[arg(required_unless_present = "equal", value_name = "PATH")]
+    paths: Vec<PathBuf>,
+    /// Decide whether two ladders, or the ladders of two controller files, drive the same outputs
+    #[arg(long, num_args = 2, value_names = ["OLD", "NEW"], conflicts_with = "paths")]
+    equal: Vec<PathBuf>,
+    #[command(flatten)]
+    compared: prove_equal::ComparedArgs,
+    /// The time for each line, in place of that of the file: 5m, 90s
+    #[arg(long, value_name = "TIME", value_parser = time)]
+    time: Option<Duration>,
+    /// The memory for each line
+    #[arg(long, value_name = "SIZE", default_value = MEMORY, value_parser = memory)]
+    memory: usize,
+    /// Print an object of JSON for each line
+    #[arg(long)]
+    json: bool,
+}
+
+/// Reads a size: `2G`, `500M`.
+fn memory(text: &str) -> Result<usize, String> {
+    let (number, unit) = match text.strip_suffix(['G', 'g']) {
+        Some(number) => (number, 1 << 30),
+        None => (text.strip_suffix(['M', 'm']).unwrap_or_default(), 1 << 20),
+    };
+    let size = number.parse::<usize>().ok().and_then(|number| number.checked_mul(unit));
+    match size {
+        Some(size) if size > 0 => Ok(size),
+        Some(_) | None => Err("write a size, as `500M` or `2G`".to_owned()),
+    }
+}
+
+/// What was found in all files.
+#[derive(Default)]
+struct Tally {
+    violated: usize,
+    open: usize,
+}
+
+/// Decides the lines.
+///
+/// # Errors
+/// A path cannot be read.
+pub fn prove(args: &ProveArgs) -> Result<Exit> {
+    let end = EarlyEnd::of(None)?;
+    if let [old, new] = args.equal.as_slice() {
+        let limits = DecideLimits {
+            time: args.time.unwrap_or(TIME),
+            memory: args.memory,
+            given_up: Arc::clone(&end.is_over),
+        };
+        let ladders = prove_equal::LadderPaths { old, new };
+        return prove_equal::prove_equal(&args.compared, ladders, limits, args.json);
+    }
+    let opened = open(&find(&args.paths)?)?;
+    if refused(&opened) {
+        return Ok(Exit::Config);
+    }
+    let mut tally = Tally::default();
+    for OpenSuite { name, read } in opened {
+        if let Some(suite) = read.suite {
+            prove_file(args, &name, suite, &end, &mut tally)?;
+        }
+    }
+    Ok(match tally {
+        Tally { violated: 1.., .. } => Exit::Refused,
+        Tally { open: 1.., .. } => Exit::UNDECIDED,
+        Tally { .. } => Exit::Ok,
+    })
+}
+
+fn prove_file(
+    args: &ProveArgs,
+    name: &str,
+    suite: Suite,
+    end: &EarlyEnd,
+    tally: &mut Tally,
+) -> Result<()> {
+    let limits = DecideLimits {
+        time: args.time.unwrap_or(Duration::from_millis(suite.proof.time_ms.into())),
+        memory: args.memory,
+        given_up: Arc::clone(&end.is_over),
+    };
+    let questions = Questions::new(suite);
+    let progress = ProgressLine::new(name);
+    for line in &questions.lines {
+        progress.show_text(|| format!("proving {}", line.text));
+        let answer = decide(&questions, line, &limits);
+        progress.clear();
+        match answer.word() {
+            "violated" => tally.violated += 1,
+            "not decided" => tally.open += 1,
+            _ => {}
+        }
+        match args.json {
+            true => print(&format!("{}\n", plain_json(&answer.json(name).to_string())))?,
+            false => print(&answer.text())?,
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,167 @@
+//! `rungd prove --equal`: whether two ladders drive the same outputs for every sequence of inputs.
+//!
+//! This module reads both ladders, as a test file would name them, and prints the answer;
+//! `rungd-prove` decides.
+
+use std::path::Path;
+
+use anyhow::Result;
+use clap::Args;
+use serde_json::{Value, json};
+
+use super::exit::{CommandLine, Exit};
+use super::terminal::{one_line, plain_json, print};
+use super::test::{OpenSuite, refused};
+use rungd_config::load::OpenTexts;
+use rungd_config::load::test_ladders::{InputKind, input_kind};
+use rungd_lab::testing::{Suite, read_text};
+use rungd_language::source::span::SourceFile;
+use rungd_prove::decide::DecideLimits;
+use rungd_prove::equal::{Difference, DifferentOutput, EqualAnswer, EqualQuestion, equal};
+
+/// How two ladders are compared.
+#[derive(Args, Debug)]
+pub struct ComparedArgs {
+    /// With --equal: the scan period, if the ladders have no controller file
+    #[arg(long, value_name = "TIME", default_value = "10ms", requires = "equal")]
+    period: String,
+    /// With --equal: a tag of OLD and its name in NEW
+    #[arg(long, value_name = "OLD=NEW", value_delimiter = ',', value_parser = pair)]
+    map: Vec<(String, String)>,
+    /// With --equal: more bits and words that must be the same, by their names in OLD
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    also: Vec<String>,
+    /// With --equal: outputs that are not compared
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    except: Vec<String>,
+}
+
+fn pair(text: &str) -> Result<(String, String), String> {
+    let pair = text.split_once('=').filter(|(old, new)| !old.is_empty() && !new.is_empty());
+    let pair = pair.map(|(old, new)| (old.trim().to_owned(), new.trim().to_owned()));
+    pair.ok_or_else(|| "write the name in OLD, `=`, and the name in NEW: `pump1=pump`".to_owned())
+}
+
+/// The files of two ladders.
+#[derive(Clone, Copy)]
+pub(super) struct LadderPaths<'p> {
+    pub old: &'p Path,
+    pub new: &'p Path,
+}
+
+/// Compares two ladders.
+///
+/// # Errors
+/// A file cannot be read, or the ladders cannot be compared.
+pub(super) fn prove_equal(
+    args: &ComparedArgs,
+    LadderPaths { old, new }: LadderPaths,
+    limits: DecideLimits,
+    as_json: bool,
+) -> Result<Exit> {
+    let (Some(old_suite), Some(new_suite)) = (suite(args, old)?, suite(args, new)?) else {
+        return Ok(Exit::Config);
+    };
+    let DecideLimits { time, memory, given_up } = limits;
+    let question = EqualQuestion {
+        old: &old_suite,
+        new: &new_suite,
+        map: &args.map,
+        also: &args.also,
+        except: &args.except,
+        time,
+        memory,
+        given_up,
+    };
+    let answer = equal(&question).map_err(CommandLine)?;
+    let [old, new] = [old, new].map(|path| one_line(&path.to_string_lossy()).into_owned());
+    match as_json {
+        true => print(&format!("{}\n", plain_json(&json_of(&answer, &old, &new).to_string())))?,
+        false => print(&text_of(&answer, &old, &new))?,
+    }
+    Ok(match answer {
+        EqualAnswer::Equal(..) => Exit::Ok,
+        EqualAnswer::Different(_) => Exit::Refused,
+        EqualAnswer::NotDecided(..) => Exit::UNDECIDED,
+    })
+}
+
+/// A ladder or a controller file, as a test file would name it; `None` after findings.
+fn suite(args: &ComparedArgs, path: &Path) -> Result<Option<Suite>> {
+    let name = path.display().to_string();
+    let quoted = serde_json::to_string(&name)?;
+    let kind = input_kind(path, &OpenTexts::default()).map_err(anyhow::Error::msg)?;
+    let text = match kind {
+        InputKind::Controller => format!("controller = {quoted}\nalways = []\n"),
+        InputKind::Ladder => {
+            let period = serde_json::to_string(&args.period)?;
+            format!("ladder = [{quoted}]\nperiod = {period}\nalways = []\n")
+        }
+    };
+    let file = SourceFile { name: "--equal".to_owned(), text };
+    let read = read_text(Path::new("equal.test.toml"), file, None);
+    let opened = [OpenSuite { name, read }];
+    if refused(&opened) {
+        return Ok(None);
+    }
+    let [OpenSuite { read, .. }] = opened;
+    Ok(read.suite)
+}
+
+fn text_of(answer: &EqualAnswer, old: &str, new: &str) -> String {
+    match answer {
+        EqualAnswer::Equal(way, outputs) => {
+            let outputs = outputs.join(", ");
+            format!("equal: {old} and {new}\n  {}\n  compared: {outputs}\n", way.text())
+        }
+        EqualAnswer::NotDecided(causes, covered) => {
+            let mut text = format!("not decided: {old} and {new}\n");
+            causes.iter().for_each(|cause| text += &format!("  stood in the way: {cause}\n"));
+            covered.iter().for_each(|covered| text += &format!("  {covered}\n"));
+            text
+        }
+        EqualAnswer::Different(difference) => {
+            let Difference { scan, outputs, scenario, failure } = &**difference;
+            let mut text = format!("different: {old} and {new}\n  at scan {scan}\n");
+            for DifferentOutput { name, old: before, new: after } in outputs {
+                text += &format!("  {name}: {before} in {old}, {after} in {new}\n");
+            }
+            text += &format!("\n  passes on {old}, fails on {new}:\n\n");
+            scenario.lines().for_each(|line| text += &format!("    {line}\n"));
+            if let Some(failure) = failure {
+                text += &format!("\n  in {new}:\n{}", failure.reasons_text());
+            }
+            text
+        }
+    }
+}
+
+fn json_of(answer: &EqualAnswer, old: &str, new: &str) -> Value {
+    match answer {
+        EqualAnswer::Equal(way, outputs) => {
+            let mut all = json!({ "old": old, "new": new, "answer": "equal", "outputs": outputs });
+            way.add_json(&mut all);
+            all
+        }
+        EqualAnswer::NotDecided(causes, covered) => json!({
+            "old": old,
+            "new": new,
+            "answer": "not decided",
+            "cause": causes.join("; "),
+            "covered": covered,
+        }),
+        EqualAnswer::Different(difference) => {
+            let output =
+                |one: &DifferentOutput| json!({ "name": one.name, "old": one.old, "new": one.new });
+            json!({
+                "old": old,
+                "new": new,
+                "answer": "different",
+                "scan": difference.scan,
+                "outputs": difference.outputs.iter().map(output).collect::<Vec<_>>(),
+                "scenario": difference.scenario,
+                "why": difference.failure.as_ref().map(|failure| &failure.why),
+            })
+        }
+    }
+}
