@@ -2,20 +2,23 @@
 //!
 //! This module reads the files and prints the answers; `rungd-prove` decides.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use clap::Args;
 
 use super::early_end::{EarlyEnd, time};
 use super::exit::Exit;
 use super::prove_equal;
-use super::terminal::{plain_json, print};
+use super::terminal::{one_line, plain_json, print, say};
 use super::test::{OpenSuite, ProgressLine, find, open, refused};
 use rungd_lab::testing::Suite;
+use rungd_prove::certificate::certificate;
 use rungd_prove::decide::{DecideLimits, decide};
+use rungd_prove::deduce::Patience;
+use rungd_prove::kept::KeptAnswers;
 use rungd_prove::question::Questions;
 
 /// The time for a comparison, if none is given.
@@ -45,6 +48,13 @@ pub struct ProveArgs {
     /// The memory for each line
     #[arg(long, value_name = "SIZE", default_value = MEMORY, value_parser = memory)]
     memory: usize,
+    /// Prove again what is kept in *.proof.toml as proved
+    #[arg(long)]
+    again: bool,
+    /// Write the question and the invariants of each file into a folder below this one, for other
+    /// programs: AIGER and DIMACS
+    #[arg(long, value_name = "DIR")]
+    certificate: Option<PathBuf>,
     /// Print an object of JSON for each line
     #[arg(long)]
     json: bool,
@@ -116,19 +126,64 @@ fn prove_file(
     };
     let questions = Questions::new(suite);
     let progress = ProgressLine::new(name);
+    let kept_path = kept_path(name);
+    let known = match args.again {
+        true => KeptAnswers::default(),
+        false => std::fs::read_to_string(&kept_path)
+            .map_or_else(|_| KeptAnswers::default(), |text| KeptAnswers::read(&text)),
+    };
+    let mut proved = KeptAnswers::default();
     for line in &questions.lines {
         progress.show_text(|| format!("proving {}", line.text));
-        let answer = decide(&questions, line, &limits);
+        let answer = decide(&questions, line, &limits, &known);
         progress.clear();
         match answer.word() {
             "violated" => tally.violated += 1,
             "not decided" => tally.open += 1,
             _ => {}
         }
+        proved.proved.extend(answer.to_keep());
         match args.json {
             true => print(&format!("{}\n", plain_json(&answer.json(name).to_string())))?,
             false => print(&answer.text())?,
         }
+    }
+    if proved != known && !(proved.proved.is_empty() && !kept_path.exists()) {
+        keep(&kept_path, &proved);
+    }
+    match &args.certificate {
+        Some(folder) => write_certificate(folder, name, &questions, &limits),
+        None => Ok(()),
+    }
+}
+
+/// The file of the answers about a test file: `a.proof.toml` beside `a.test.toml`.
+fn kept_path(name: &str) -> PathBuf {
+    let base = name.strip_suffix(".test.toml").unwrap_or(name);
+    PathBuf::from(format!("{base}.proof.toml"))
+}
+
+/// Keeps the answers; what cannot be kept is proved again the next time.
+fn keep(path: &Path, proved: &KeptAnswers) {
+    if let Err(error) = std::fs::write(path, proved.text()) {
+        let path = path.display().to_string();
+        say(&format!("warning: the answers are not kept in {}: {error}\n", one_line(&path)));
+    }
+}
+
+fn write_certificate(
+    folder: &Path,
+    name: &str,
+    questions: &Questions,
+    limits: &DecideLimits,
+) -> Result<()> {
+    let base = Path::new(name).file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let folder = folder.join(base.strip_suffix(".test.toml").unwrap_or(&base));
+    let context = || folder.display().to_string();
+    std::fs::create_dir_all(&folder).with_context(context)?;
+    let patience = || Patience::new(limits.time, &limits.given_up);
+    for file in certificate(questions, patience) {
+        std::fs::write(folder.join(&file.name), &file.content).with_context(context)?;
     }
     Ok(())
 }

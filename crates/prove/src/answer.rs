@@ -7,6 +7,7 @@ use rungd_language::source::wording::counted;
 use serde_json::{Value, json};
 
 use crate::cone::Share;
+use crate::kept::KeptAnswer;
 use rungd_lab::testing::Failure;
 
 /// The answer about a line.
@@ -24,6 +25,10 @@ pub struct Answer {
     pub cuts: Vec<String>,
     /// Why the answer says nothing, if it does not.
     pub vacuous: Option<String>,
+    /// Whether it is kept from an earlier proof of the same question.
+    pub is_kept: bool,
+    /// The hash of the question.
+    pub hash: String,
     /// The time that it took, ms.
     pub ms: u128,
     /// The scan period, ms.
@@ -90,21 +95,33 @@ pub enum Way {
 }
 
 impl Way {
+    /// Its word, and the number of states, scans or clauses.
+    pub(crate) fn word_and_number(self) -> (&'static str, u64) {
+        match self {
+            Way::Exploring { states } => (EXPLORING, states),
+            Way::Induction { k } => (INDUCTION, k as u64),
+            Way::Reachability { clauses } => (REACHABILITY, clauses as u64),
+        }
+    }
+
+    /// The way with a word.
+    pub(crate) fn of_word(word: &str, number: u64) -> Option<Way> {
+        let count = number as usize;
+        match word {
+            EXPLORING => Some(Way::Exploring { states: number }),
+            INDUCTION => Some(Way::Induction { k: count }),
+            REACHABILITY => Some(Way::Reachability { clauses: count }),
+            _ => None,
+        }
+    }
+
     /// Adds its word and its number.
     pub fn add_json(self, all: &mut Value) {
-        all["way"] = json!(self.name());
+        all["way"] = json!(self.word_and_number().0);
         match self {
             Way::Exploring { states } => all["states"] = json!(states),
             Way::Induction { k } => all["k"] = json!(k),
             Way::Reachability { clauses } => all["clauses"] = json!(clauses),
-        }
-    }
-
-    fn name(self) -> &'static str {
-        match self {
-            Way::Exploring { .. } => EXPLORING,
-            Way::Induction { .. } => "induction",
-            Way::Reachability { .. } => "reachability",
         }
     }
 
@@ -126,8 +143,11 @@ impl Way {
     }
 }
 
-/// The word for JSON.
+/// The words of the ways.
 pub(crate) const EXPLORING: &str = "exploring";
+pub(crate) const DEDUCING: &str = "deducing";
+const INDUCTION: &str = "induction";
+const REACHABILITY: &str = "reachability";
 
 /// What shows that a side of a line can be.
 #[derive(Clone, Debug)]
@@ -159,25 +179,38 @@ impl Answer {
         }
     }
 
+    /// What is kept of it, if it is a proof.
+    pub fn to_keep(&self) -> Option<KeptAnswer> {
+        let Verdict::Proved { way, .. } = self.verdict else { return None };
+        Some(KeptAnswer {
+            line: self.line.clone(),
+            hash: self.hash.clone(),
+            way,
+            cuts: self.cuts.clone(),
+            vacuous: self.vacuous.clone(),
+        })
+    }
+
     /// Its text: a line, and indented lines below it.
     pub fn text(&self) -> String {
         let mut text = format!("{}: {}\n", self.word(), self.line);
         let mut add = |line: &str| text += &format!("  {line}\n");
         if let Some(vacuous) = &self.vacuous {
-            add(&format!("says nothing: {vacuous}"));
+            add(&format!("vacuous: {vacuous}"));
         }
         let (mut below, mut reasons) = (String::new(), String::new());
         match &self.verdict {
             Verdict::Proved { way, witnesses } => {
-                add(&way.text());
+                let kept = "; unchanged since it was proved (`--again` proves it again)";
+                add(&format!("{}{}", way.text(), if self.is_kept { kept } else { "" }));
                 for Witness { side, shown } in witnesses {
                     match shown {
                         Shown::At(scan, scenario) => {
-                            add(&format!("{side} can be: scan {}", grouped(*scan)));
+                            add(&format!("`{side}` can be ON: scan {}", grouped(*scan)));
                             below += &format!("\n{scenario}");
                         }
-                        Shown::Never => add(&format!("{side} can never be")),
-                        Shown::Open => add(&format!("{side}: not shown that it can be")),
+                        Shown::Never => add(&format!("`{side}` can never be ON")),
+                        Shown::Open => add(&format!("`{side}`: not shown that it can be ON")),
                     }
                 }
             }
@@ -202,7 +235,7 @@ impl Answer {
                 operations.kept, operations.all, inputs.kept, inputs.all
             ));
         }
-        add(&format!("every scan comes {} ms after the last one", self.period_ms));
+        add(&format!("every scan comes exactly {} ms after the last one", self.period_ms));
         self.assumptions.iter().for_each(|assumed| add(&format!("assumed: {assumed}")));
         self.cuts.iter().for_each(|cut| add(&format!("any value: {cut}")));
         text + &indented(below.trim_end()) + if reasons.is_empty() { "" } else { "\n" } + &reasons
@@ -217,6 +250,7 @@ impl Answer {
             "vacuous": self.vacuous,
             "assumptions": self.assumptions,
             "cuts": self.cuts,
+            "kept": self.is_kept,
             "ms": self.ms as u64,
         });
         match &self.verdict {

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use crate::answer::{Answer, DependsOn, Shown, Verdict, Witness};
 use crate::cone::cone;
+use crate::kept::{self, KeptAnswers};
 use crate::model::{Path, Target};
 use crate::question::{Line, Questions};
 use crate::race::{Decision, OpenQuestion, Race};
@@ -28,7 +29,12 @@ pub struct DecideLimits {
 }
 
 /// Decides a line of a test file.
-pub fn decide(questions: &Questions, line: &Line, limits: &DecideLimits) -> Answer {
+pub fn decide(
+    questions: &Questions,
+    line: &Line,
+    limits: &DecideLimits,
+    kept: &KeptAnswers,
+) -> Answer {
     let begun = Instant::now();
     let proof = &questions.suite.proof;
     let mut answer = Answer {
@@ -38,6 +44,8 @@ pub fn decide(questions: &Questions, line: &Line, limits: &DecideLimits) -> Answ
         assumptions: proof.assume.iter().map(|assumed| assumed.text.clone()).collect(),
         cuts: Vec::new(),
         vacuous: None,
+        is_kept: false,
+        hash: String::new(),
         ms: 0,
         period_ms: questions.model.period_ms,
     };
@@ -51,7 +59,7 @@ pub fn decide(questions: &Questions, line: &Line, limits: &DecideLimits) -> Answ
                 states: proof.states,
                 depth: proof.depth,
             };
-            Asked { questions, race }.line(line, &mut answer);
+            Asked { questions, race, kept }.line(line, &mut answer);
         }
     }
     answer.ms = begun.elapsed().as_millis();
@@ -76,19 +84,27 @@ fn unknown_setting(questions: &Questions) -> Option<String> {
 struct Asked<'q> {
     questions: &'q Questions,
     race: Race,
+    kept: &'q KeptAnswers,
 }
 
 impl Asked<'_> {
     fn line(&self, line: &Line, answer: &mut Answer) {
         let cone = cone(&self.questions.model, &[line.target.bit]);
         answer.depends_on = Some(DependsOn { operations: cone.operations, inputs: cone.inputs });
+        answer.hash = kept::hash(&cone, line.target, &self.settings());
+        if let Some(kept) = self.kept.find(&line.text, &answer.hash) {
+            (answer.is_kept, answer.cuts) = (true, kept.cuts.clone());
+            answer.vacuous = kept.vacuous.clone();
+            answer.verdict = Verdict::Proved { way: kept.way, witnesses: Vec::new() };
+            return;
+        }
         answer.verdict = match self.race.decide(&cone.model, line.target) {
             Decision::Never(way, cuts) => {
                 answer.cuts = self.questions.cut_names(&cuts);
                 let witnesses: Vec<Witness> =
                     line.sides.iter().map(|(side, target)| self.side(side, *target)).collect();
                 let never = witnesses.iter().find(|one| matches!(one.shown, Shown::Never));
-                answer.vacuous = never.map(|one| format!("`{}` can never be", one.side));
+                answer.vacuous = never.map(|one| format!("`{}` can never be ON", one.side));
                 if cone.inputs.kept == 0 && answer.vacuous.is_none() {
                     answer.vacuous = Some("it depends on no input".to_owned());
                 }
@@ -103,6 +119,12 @@ impl Asked<'_> {
                 Verdict::NotDecided { covered, cause: causes.join("; ") }
             }
         };
+    }
+
+    /// What a proof assumes beside its cone.
+    fn settings(&self) -> String {
+        let proof = &self.questions.suite.proof;
+        format!("{:?} {} {:?}", proof.events, proof.late_max, proof.from_retained)
     }
 
     fn violation(&self, line: &Line, way: &'static str, path: &Path) -> Verdict {

@@ -17,6 +17,7 @@ pub mod equal;
 pub mod explore;
 pub mod gates;
 mod gates_merged;
+pub mod kept;
 pub mod model;
 pub mod question;
 mod race;

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use crate::answer::{EXPLORING, Way};
+use crate::answer::{DEDUCING, EXPLORING, Way};
 use crate::deduce::system::System;
 use crate::deduce::{Deduced, Patience, Reason, deduce};
 use crate::encode::encode;
@@ -123,6 +123,9 @@ fn by_exploring(model: &Model, target: Target, limits: &ExploreLimits) -> Decisi
 
 fn by_deducing(model: &Model, target: Target, patience: &Patience) -> Decision {
     let gates = encode(model).without_constants();
+    if gates.judged.is_empty() {
+        return Decision::Open(OpenQuestion::default());
+    }
     let at = model.judged.iter().position(|bit| *bit == target.bit).unwrap_or_default();
     let gates = merged(&gates.reduced(&[at])).reduced(&[at]);
     let system = System::of(&gates, gates.judged[at].inverted_if(!target.value));
@@ -139,7 +142,7 @@ fn by_deducing(model: &Model, target: Target, patience: &Patience) -> Decision {
         Deduced::Found(inputs) => {
             let path = path_of(&gates, &system, &inputs);
             if is_met(model, target, &path) {
-                return Decision::Found("deducing", path);
+                return Decision::Found(DEDUCING, path);
             }
             return Decision::Open(OpenQuestion {
                 covered: vec![nothing_in(inputs.len() - 1)],

@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use batsat::{Callbacks, Lit, Solver as Batsat, SolverInterface, SolverOpts, lbool};
 
@@ -44,6 +44,12 @@ pub struct Patience {
 }
 
 impl Patience {
+    /// As long as this from now on, unless the flag is set.
+    pub fn new(time: Duration, flag: &Arc<AtomicBool>) -> Patience {
+        let never = Arc::new(AtomicBool::new(false));
+        Patience { deadline: Instant::now() + time, flags: [never, Arc::clone(flag)] }
+    }
+
     /// Whether to give up now.
     pub fn is_over(&self) -> bool {
         self.flags.iter().any(|flag| flag.load(Ordering::Relaxed))

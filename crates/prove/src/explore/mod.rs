@@ -24,7 +24,7 @@ use branches::Inputs;
 use search::Search;
 
 /// When to stop without an answer.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub struct ExploreLimits<'s> {
     /// The memory that all states may take together, bytes.
     pub memory: usize,
