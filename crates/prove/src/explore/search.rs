@@ -203,11 +203,10 @@ struct LevelLimits<'l> {
 impl LevelLimits<'_> {
     /// The cause to stop, if there is one: looks at the clock.
     fn reached(&self) -> Option<StopCause> {
-        if (self.all.stop)() {
-            return Some(StopCause::Asked);
+        if self.all.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
+            return Some(StopCause::Time);
         }
-        let is_over = self.all.deadline.is_some_and(|deadline| Instant::now() >= deadline);
-        is_over.then_some(StopCause::Time)
+        (self.all.stop)().then_some(StopCause::Asked)
     }
 
     /// Takes memory.
