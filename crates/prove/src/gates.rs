@@ -210,7 +210,9 @@ impl Gates {
             new[literal.node() as usize].inverted_if(literal.is_inverted())
         };
         for (number, node) in (0..).zip(self.graph.nodes()) {
-            let literal = instead(number).map(|literal| of(&new, literal));
+            // Node 0 is the constant of every graph.
+            let replaced = instead(number).filter(|_| number > 0);
+            let literal = replaced.map(|literal| of(&new, literal));
             let literal = literal.unwrap_or_else(|| match *node {
                 Node::Constant => Literal::FALSE,
                 Node::Input => graph.input(),

@@ -41,7 +41,10 @@ impl Trial<'_> {
 /// `None`: a test cannot set it.
 pub(crate) fn steps(model: &Model, inputs: &[Option<&NamedInput>], path: &Path) -> Vec<TestStep> {
     let mut run = Run::new(model);
-    let mut levels = vec![0; inputs.len()];
+    // What a device moves has any level before it is forced.
+    let level =
+        |named: &Option<&NamedInput>| named.and_then(|named| (!named.is_moved).then_some(0));
+    let mut levels: Vec<Option<i32>> = inputs.iter().map(level).collect();
     let (mut steps, mut still) = (Vec::new(), 0);
     for scan in &path.scans {
         let mut changes = Vec::new();
@@ -50,12 +53,12 @@ pub(crate) fn steps(model: &Model, inputs: &[Option<&NamedInput>], path: &Path) 
             // A level stays; what is written once may have been overwritten by the ladder.
             let before = match named.keeps_its_level() {
                 true => levels[at],
-                false => run.engine.image().value(model.inputs[at].cell),
+                false => Some(run.engine.image().value(model.inputs[at].cell)),
             };
-            if before != *value {
+            if before != Some(*value) {
                 changes.push(named.step(*value));
             }
-            levels[at] = *value;
+            levels[at] = Some(*value);
         }
         if !changes.is_empty() && still > 0 {
             steps.push(TestStep::Run(TestTime::Scans(still)));
