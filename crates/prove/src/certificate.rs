@@ -166,6 +166,7 @@ impl Names<'_> {
             | Held::Caller(..)
             | Held::FirstScan
             | Held::LastScan
+            | Held::Stopped
             | Held::Clock(..) => format!("{held:?}"),
         }
     }

@@ -122,10 +122,7 @@ fn by_exploring(model: &Model, target: Target, limits: &ExploreLimits) -> Decisi
 }
 
 fn by_deducing(model: &Model, target: Target, patience: &Patience) -> Decision {
-    let gates = encode(model).without_constants();
-    if gates.judged.is_empty() {
-        return Decision::Open(OpenQuestion::default());
-    }
+    let gates = encode(model);
     let at = model.judged.iter().position(|bit| *bit == target.bit).unwrap_or_default();
     let gates = merged(&gates.reduced(&[at])).reduced(&[at]);
     let system = System::of(&gates, gates.judged[at].inverted_if(!target.value));
