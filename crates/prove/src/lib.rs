@@ -20,5 +20,5 @@ mod gates_merged;
 pub mod kept;
 pub mod model;
 pub mod question;
-mod race;
+pub mod race;
 mod trial;

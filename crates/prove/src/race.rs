@@ -18,7 +18,7 @@ use crate::model::{Model, Path, Run, Target};
 use rungd_language::source::wording::counted;
 
 /// The maximum number of combinations of the inputs before each scan: 2 to the 12th.
-const COMBINATIONS_MAX: u32 = 4_096;
+const COMBINATIONS_MAX: u64 = 4_096;
 
 /// The limits of a race.
 #[derive(Clone, Debug)]
@@ -36,7 +36,8 @@ pub(crate) struct Race {
 }
 
 /// The answer of one way, or of both.
-pub(crate) enum Decision {
+#[derive(Debug)]
+pub enum Decision {
     /// It is never so. With the cuts of the gates that were looked at.
     Never(Way, Vec<Cut>),
     /// It is so after this path; with the name of the way.
@@ -47,7 +48,7 @@ pub(crate) enum Decision {
 
 /// Why a question is open.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct OpenQuestion {
+pub struct OpenQuestion {
     /// What was looked at.
     pub covered: Vec<String>,
     /// What stood in the way of each way.
@@ -121,7 +122,8 @@ fn by_exploring(model: &Model, target: Target, limits: &ExploreLimits) -> Decisi
     }
 }
 
-fn by_deducing(model: &Model, target: Target, patience: &Patience) -> Decision {
+/// Decides with a solver, about the gates of a scan.
+pub fn by_deducing(model: &Model, target: Target, patience: &Patience) -> Decision {
     let gates = encode(model);
     let at = model.judged.iter().position(|bit| *bit == target.bit).unwrap_or_default();
     let gates = merged(&gates.reduced(&[at])).reduced(&[at]);

@@ -6,10 +6,7 @@ use super::bench::{Asked, model};
 use rungd_prove::cone::cone;
 use rungd_prove::explore::{ExploreLimits, Explored, explore};
 use rungd_prove::model::Target;
-use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
-
-static NEVER: AtomicBool = AtomicBool::new(false);
 
 fn show(name: &str, asked: Asked) {
     let model = model(asked);
@@ -19,7 +16,9 @@ fn show(name: &str, asked: Asked) {
             combinations: 1 << 12,
             threads,
             deadline: Some(Instant::now() + Duration::from_secs(4)),
-            stop: &NEVER,
+            stop: &|| false,
+            states: None,
+            depth: None,
         };
         let target = Target { bit: model.judged[0], value: false };
         let (started, cone) = (Instant::now(), cone(&model, &model.judged));

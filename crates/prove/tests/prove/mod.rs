@@ -9,3 +9,4 @@ mod explore;
 mod figures;
 mod judged;
 mod lanes;
+mod ways;
