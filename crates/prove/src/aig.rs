@@ -61,7 +61,7 @@ impl Not for Literal {
 
 /// A node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Node {
+pub enum GateNode {
     /// Always OFF.
     Constant,
     /// An input: free in every step.
@@ -74,44 +74,44 @@ pub enum Node {
 
 /// An and-inverter graph.
 #[derive(Clone, Debug)]
-pub struct Graph {
-    nodes: Vec<Node>,
+pub struct GateGraph {
+    nodes: Vec<GateNode>,
     ands: FxHashMap<(Literal, Literal), u32>,
 }
 
-impl Default for Graph {
-    fn default() -> Graph {
-        Graph { nodes: vec![Node::Constant], ands: FxHashMap::default() }
+impl Default for GateGraph {
+    fn default() -> GateGraph {
+        GateGraph { nodes: vec![GateNode::Constant], ands: FxHashMap::default() }
     }
 }
 
-/// The number of levels of operands that [`Graph::and`] looks at.
+/// The number of levels of operands that [`GateGraph::and`] looks at.
 const LEVELS: u32 = 3;
 
-impl Graph {
+impl GateGraph {
     /// All nodes, by number.
-    pub fn nodes(&self) -> &[Node] {
+    pub fn nodes(&self) -> &[GateNode] {
         &self.nodes
     }
 
     /// The node of a literal.
-    pub fn node(&self, literal: Literal) -> Node {
+    pub fn node(&self, literal: Literal) -> GateNode {
         self.nodes[literal.node() as usize]
     }
 
-    fn push(&mut self, node: Node) -> u32 {
+    fn push(&mut self, node: GateNode) -> u32 {
         self.nodes.push(node);
         self.nodes.len() as u32 - 1
     }
 
     /// A new input.
     pub fn input(&mut self) -> Literal {
-        Literal::of_node(self.push(Node::Input))
+        Literal::of_node(self.push(GateNode::Input))
     }
 
     /// A new latch. Its next literal and its initial value are kept beside the graph.
     pub fn latch(&mut self) -> Literal {
-        Literal::of_node(self.push(Node::Latch))
+        Literal::of_node(self.push(GateNode::Latch))
     }
 
     /// `a & b`.
@@ -142,7 +142,7 @@ impl Graph {
         if let Some(node) = self.ands.get(&key) {
             return Literal::of_node(*node);
         }
-        let node = self.push(Node::And(key.0, key.1));
+        let node = self.push(GateNode::And(key.0, key.1));
         self.ands.insert(key, node);
         Literal::of_node(node)
     }
@@ -152,7 +152,7 @@ impl Graph {
         if literal.node() == condition.node() {
             return Literal::constant(literal == condition);
         }
-        let Node::And(a, b) = self.node(literal) else { return literal };
+        let GateNode::And(a, b) = self.node(literal) else { return literal };
         if levels == 0 {
             return literal;
         }
@@ -213,7 +213,11 @@ impl Graph {
 
 /// The cone of some roots in a graph: for each node whether a root depends on it. `next` gives the
 /// next literal of a latch's node.
-pub fn cone(graph: &Graph, roots: &[Literal], next: impl Fn(u32) -> Option<Literal>) -> Vec<bool> {
+pub fn cone(
+    graph: &GateGraph,
+    roots: &[Literal],
+    next: impl Fn(u32) -> Option<Literal>,
+) -> Vec<bool> {
     let mut is_inside = vec![false; graph.nodes.len()];
     let mut open: Vec<u32> = roots.iter().map(|root| root.node()).collect();
     while let Some(node) = open.pop() {
@@ -221,9 +225,9 @@ pub fn cone(graph: &Graph, roots: &[Literal], next: impl Fn(u32) -> Option<Liter
             continue;
         }
         match graph.nodes[node as usize] {
-            Node::Constant | Node::Input => {}
-            Node::Latch => open.extend(next(node).map(Literal::node)),
-            Node::And(a, b) => open.extend([a.node(), b.node()]),
+            GateNode::Constant | GateNode::Input => {}
+            GateNode::Latch => open.extend(next(node).map(Literal::node)),
+            GateNode::And(a, b) => open.extend([a.node(), b.node()]),
         }
     }
     is_inside

@@ -5,7 +5,7 @@
 //! inputs and cuts say of which cells they are.
 
 use crate::aig::simulator::NodeValues;
-use crate::aig::{Graph, Literal, Node, cone};
+use crate::aig::{GateGraph, GateNode, Literal, cone};
 use rungd_engine::isa::{BlockId, StageId};
 use rungd_engine::{BitCell, Cell, Element, WordCell};
 
@@ -82,13 +82,17 @@ pub struct GateInput {
 
 /// A result that has no gates: any value within the limits of its cell.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Cut {
+pub struct GateCut {
     /// The cell that the result is written to; for an array, its first element.
     pub cell: Cell,
     /// For an element of an array: the word with its index.
     pub index: Option<WordCell>,
     /// The kind of operation.
     pub what: &'static str,
+    /// The smallest value.
+    pub low: i32,
+    /// The largest value.
+    pub high: i32,
     /// The content of the cell, the lowest bit first; the highest is the sign.
     pub value: Vec<Literal>,
     /// The step of the scan, in an engine with the same batches: the batches of the CALLs in whose
@@ -100,7 +104,7 @@ pub struct Cut {
 #[derive(Clone, Debug, Default)]
 pub struct Gates {
     /// The gates of one scan.
-    pub graph: Graph,
+    pub graph: GateGraph,
     /// What a scan hands to the next one.
     pub latches: Vec<Latch>,
     /// What is free in every scan.
@@ -113,7 +117,7 @@ pub struct Gates {
     /// sign. Bits that no value within its limits has are constants.
     pub free: Vec<Vec<Literal>>,
     /// The results that have no gates.
-    pub cuts: Vec<Cut>,
+    pub cuts: Vec<GateCut>,
 }
 
 /// Gates in which some nodes were replaced.
@@ -138,8 +142,8 @@ impl Gates {
     }
 
     /// The cuts on which something depends.
-    pub fn open_cuts(&self) -> Vec<Cut> {
-        let is_open = |cut: &&Cut| cut.value.iter().any(|bit| bit.as_constant().is_none());
+    pub fn open_cuts(&self) -> Vec<GateCut> {
+        let is_open = |cut: &&GateCut| cut.value.iter().any(|bit| bit.as_constant().is_none());
         self.cuts.iter().filter(is_open).cloned().collect()
     }
 
@@ -204,20 +208,20 @@ impl Gates {
 
     /// A latch or input that is replaced is left out.
     fn replacing(&self, instead: impl Fn(u32) -> Option<Literal>) -> ReplacedGates {
-        let mut graph = Graph::default();
+        let mut graph = GateGraph::default();
         let mut new: Vec<Literal> = Vec::with_capacity(self.graph.nodes().len());
         let of = |new: &[Literal], literal: Literal| {
             new[literal.node() as usize].inverted_if(literal.is_inverted())
         };
         for (number, node) in (0..).zip(self.graph.nodes()) {
-            // Node 0 is the constant of every graph.
+            // GateNode 0 is the constant of every graph.
             let replaced = instead(number).filter(|_| number > 0);
             let literal = replaced.map(|literal| of(&new, literal));
             let literal = literal.unwrap_or_else(|| match *node {
-                Node::Constant => Literal::FALSE,
-                Node::Input => graph.input(),
-                Node::Latch => graph.latch(),
-                Node::And(a, b) => graph.and(of(&new, a), of(&new, b)),
+                GateNode::Constant => Literal::FALSE,
+                GateNode::Input => graph.input(),
+                GateNode::Latch => graph.latch(),
+                GateNode::And(a, b) => graph.and(of(&new, a), of(&new, b)),
             });
             new.push(literal);
         }
@@ -226,7 +230,7 @@ impl Gates {
         let stays = |literal: Literal| instead(literal.node()).is_none();
         let latches = self.latches.iter().filter(|latch| stays(latch.literal));
         let inputs = self.inputs.iter().filter(|input| stays(input.literal));
-        let cuts = self.cuts.iter().map(|cut| Cut { value: all(&cut.value), ..cut.clone() });
+        let cuts = self.cuts.iter().map(|cut| GateCut { value: all(&cut.value), ..cut.clone() });
         let next = self.latches.iter().map(|latch| of(latch.next)).collect();
         let gates = Gates {
             latches: latches
@@ -281,13 +285,13 @@ struct TernaryValues {
 }
 
 impl TernaryValues {
-    fn of(graph: &Graph, leaves: &[Ternary]) -> TernaryValues {
+    fn of(graph: &GateGraph, leaves: &[Ternary]) -> TernaryValues {
         let mut nodes = TernaryValues { values: Vec::with_capacity(leaves.len()) };
         for (leaf, node) in leaves.iter().zip(graph.nodes()) {
             let value = match *node {
-                Node::Constant => Ternary::of(false),
-                Node::Input | Node::Latch => *leaf,
-                Node::And(a, b) => {
+                GateNode::Constant => Ternary::of(false),
+                GateNode::Input | GateNode::Latch => *leaf,
+                GateNode::And(a, b) => {
                     let (a, b) = (nodes.of_literal(a), nodes.of_literal(b));
                     Ternary { can_on: a.can_on && b.can_on, can_off: a.can_off || b.can_off }
                 }

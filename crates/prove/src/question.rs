@@ -6,7 +6,7 @@
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use crate::gates::Cut;
+use crate::gates::GateCut;
 use crate::model::{FreeInput, Model, Target};
 use rungd_config::controller::Controller;
 use rungd_engine::isa::{Address, Bit, BitSpace, DeviceBit, DeviceId, Word, WordSpace, status};
@@ -100,9 +100,9 @@ impl Questions {
     }
 
     /// What has any value in gates, because they do not compute it: `level: math on reals`.
-    pub(crate) fn cut_names(&self, cuts: &[Cut]) -> Vec<String> {
+    pub(crate) fn cut_names(&self, cuts: &[GateCut]) -> Vec<String> {
         let names = &self.suite.programs[0].program.names;
-        let name = |cut: &Cut| {
+        let name = |cut: &GateCut| {
             let address = self.model.code.layout.address(cut.cell);
             address.map_or(cut.what.to_owned(), |at| format!("{}: {}", names.name(at), cut.what))
         };

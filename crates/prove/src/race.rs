@@ -12,7 +12,7 @@ use crate::deduce::system::System;
 use crate::deduce::{Deduced, Patience, Reason, deduce};
 use crate::encode::encode;
 use crate::explore::{ExploreLimits, Explored, explore};
-use crate::gates::{Cut, Gates};
+use crate::gates::{GateCut, Gates};
 use crate::gates_merged::merged;
 use crate::model::{Model, Path, Run, Target};
 use rungd_language::source::wording::counted;
@@ -39,7 +39,7 @@ pub(crate) struct Race {
 #[derive(Debug)]
 pub enum Decision {
     /// It is never so. With the cuts of the gates that were looked at.
-    Never(Way, Vec<Cut>),
+    Never(Way, Vec<GateCut>),
     /// It is so after this path; with the name of the way.
     Found(&'static str, Path),
     /// Neither.
@@ -54,7 +54,7 @@ pub struct OpenQuestion {
     /// What stood in the way of each way.
     pub causes: Vec<String>,
     /// The cuts that stood in the way.
-    pub cuts: Vec<Cut>,
+    pub cuts: Vec<GateCut>,
 }
 
 impl Race {

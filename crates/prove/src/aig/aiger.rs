@@ -3,7 +3,7 @@
 //! For certificates: any model checker of the field reads it. Source: A. Biere, K. Heljanko,
 //! S. Wieringa: AIGER 1.9 and beyond (FMV report 11/2). Nothing here reads the format.
 
-use super::{Graph, Literal, Node};
+use super::{GateGraph, GateNode, Literal};
 use std::fmt::Write;
 
 /// A latch, its name for the symbol table.
@@ -32,7 +32,7 @@ pub struct NamedLiteral {
 #[derive(Clone, Debug)]
 pub struct System<'g> {
     /// The gates.
-    pub graph: &'g Graph,
+    pub graph: &'g GateGraph,
     /// All inputs that a gate reads.
     pub inputs: Vec<NamedLiteral>,
     /// All latches that a gate reads.
@@ -119,7 +119,7 @@ impl<'s> Numbered<'s> {
             last += 1;
             variables[leaf.node() as usize] = last;
         }
-        let is_gate = |node: &u32| matches!(graph.nodes()[*node as usize], Node::And(..));
+        let is_gate = |node: &u32| matches!(graph.nodes()[*node as usize], GateNode::And(..));
         let all = (0..graph.nodes().len() as u32).filter(|node| is_inside[*node as usize]);
         let gates: Vec<u32> = all.filter(is_gate).collect();
         for node in &gates {
@@ -160,7 +160,7 @@ impl<'s> Numbered<'s> {
 
     /// A gate and its operands, the greater one first.
     fn gate(&self, node: u32) -> [u32; 3] {
-        let Node::And(a, b) = self.system.graph.nodes()[node as usize] else {
+        let GateNode::And(a, b) = self.system.graph.nodes()[node as usize] else {
             unreachable!("a gate is an AND")
         };
         let (a, b) = (self.number(a), self.number(b));

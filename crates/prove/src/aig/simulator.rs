@@ -3,7 +3,7 @@
 //! Tests compare the gates with the engine; solvers may look for candidates. It knows nothing of
 //! cells.
 
-use super::{Graph, Literal, Node};
+use super::{GateGraph, GateNode, Literal};
 
 /// The values of all nodes: a bit of each word is one pattern.
 #[derive(Clone, Debug, Default)]
@@ -13,13 +13,13 @@ pub struct NodeValues {
 
 impl NodeValues {
     /// Evaluates a graph; `leaf` gives the values of inputs and latches, by the node's number.
-    pub fn of(graph: &Graph, leaf: impl Fn(u32) -> u64) -> NodeValues {
+    pub fn of(graph: &GateGraph, leaf: impl Fn(u32) -> u64) -> NodeValues {
         let mut nodes = NodeValues { values: Vec::with_capacity(graph.nodes().len()) };
         for (number, node) in (0..).zip(graph.nodes()) {
             let value = match *node {
-                Node::Constant => 0,
-                Node::Input | Node::Latch => leaf(number),
-                Node::And(a, b) => nodes.of_literal(a) & nodes.of_literal(b),
+                GateNode::Constant => 0,
+                GateNode::Input | GateNode::Latch => leaf(number),
+                GateNode::And(a, b) => nodes.of_literal(a) & nodes.of_literal(b),
             };
             nodes.values.push(value);
         }

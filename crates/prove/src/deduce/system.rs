@@ -3,7 +3,7 @@
 //! It has only what a question depends on, and one literal for what is allowed and for what is
 //! looked for. Bits are numbered anew, in an order in which each gate comes after what it reads.
 
-use crate::aig::{Graph, Literal, Node};
+use crate::aig::{GateGraph, GateNode, Literal};
 use crate::gates::Gates;
 
 /// A gate: a bit that is ON if both of two others are.
@@ -46,14 +46,14 @@ pub struct System {
 impl System {
     /// The scan of gates; `found`: what is looked for.
     pub fn of(gates: &Gates, found: Literal) -> System {
-        let mut graph: Graph = gates.graph.clone();
+        let mut graph: GateGraph = gates.graph.clone();
         let allowed = graph.all(gates.constraints.iter().copied());
         let mut system = System { bits: graph.nodes().len(), allowed, found, ..System::default() };
         for (bit, node) in (0..).zip(graph.nodes()) {
             match *node {
-                Node::Constant | Node::Latch => {}
-                Node::Input => system.inputs.push(bit),
-                Node::And(a, b) => system.gates.push(Gate { bit, reads: [a, b] }),
+                GateNode::Constant | GateNode::Latch => {}
+                GateNode::Input => system.inputs.push(bit),
+                GateNode::And(a, b) => system.gates.push(Gate { bit, reads: [a, b] }),
             }
         }
         let kept = gates.latches.iter();

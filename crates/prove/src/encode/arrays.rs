@@ -1,7 +1,7 @@
 //! Elements of arrays that a word selects, COPY, FILL, PACK, UNPACK and SR, as in the engine's
 //! `arrays`, `array_places` and `packing`.
 
-use super::Encoder;
+use super::encoder::Encoder;
 use super::number::Number;
 use super::value::RealValue;
 use crate::aig::Literal;

@@ -1,12 +1,12 @@
 //! The turns of blocks and Stages, and the subroutines that they call, as in the engine's `blocks`.
 
-use super::Encoder;
-use super::latches::OwnNumber;
+use super::encoder::Encoder;
+use super::held::OwnNumber;
 use super::number::Number;
 use crate::aig::Literal;
 use crate::gates::Held;
 use rungd_engine::isa::{Bit, BlockId, ElementId, StageId};
-use rungd_engine::ops::OpKind;
+use rungd_engine::ops::{Control, ControlKind, Op, OpKind};
 use rungd_engine::{Batch, BlockRole, Element, ElementCode};
 
 impl Encoder<'_> {
@@ -43,19 +43,6 @@ impl Encoder<'_> {
         for id in &code.order {
             self.turn(*id);
         }
-    }
-
-    pub(super) fn running(&mut self, id: BlockId) -> Literal {
-        self.bit(self.code.layout.bit(Bit::Running(id)).0)
-    }
-
-    pub(super) fn put_running(&mut self, id: BlockId, on: Literal) {
-        self.put_bit(self.code.layout.bit(Bit::Running(id)).0, on);
-    }
-
-    /// The Stages of a block.
-    pub(super) fn stages_of(&self, id: BlockId) -> Vec<StageId> {
-        self.code.blocks[id.0 as usize].stages.clone().map(StageId).collect()
     }
 
     fn turn(&mut self, id: BlockId) {
@@ -163,12 +150,6 @@ impl Encoder<'_> {
         self.execute_all(code, element)
     }
 
-    /// Starts an execution whose private cells pass values; returns the one before.
-    pub(super) fn next_execution(&mut self) -> u32 {
-        self.executions += 1;
-        std::mem::replace(&mut self.execution, self.executions)
-    }
-
     /// Executes an element's batches in the turn of an element.
     fn execute_all(&mut self, code: &ElementCode, element: ElementId) -> Literal {
         let (execution, guard) = (self.next_execution(), self.guard);
@@ -229,5 +210,91 @@ impl Encoder<'_> {
             let is_caller = Literal::constant(other == caller);
             self.put_own_if(Literal::TRUE, other, is_caller);
         }
+    }
+
+    /// A batch of control instructions in the turn of an element; narrows the guard to what
+    /// follows. Returns when the block's execution ends.
+    pub(super) fn controls(&mut self, batch: Batch, element: ElementId) -> Literal {
+        let mut ended = Literal::FALSE;
+        for op in self.code.tables.ops_of(batch) {
+            let Op::Control(control) = op else { unreachable!("a batch of control") };
+            let ends = self.control(control, element);
+            ended = self.graph.or(ended, ends);
+        }
+        ended
+    }
+
+    fn control(&mut self, control: Control, element: ElementId) -> Literal {
+        let on = self.power(control.leg);
+        match control.kind {
+            ControlKind::Restart(restart) => {
+                let rises = self.rises(restart.history, on);
+                self.under(rises, |scan| {
+                    scan.halt(restart.program);
+                    scan.start_program(restart.program);
+                });
+                if restart.program == element.block { self.ends(rises) } else { Literal::FALSE }
+            }
+            ControlKind::EnableOnce { task, history } => {
+                let rises = self.rises(history, on);
+                self.under(rises, |scan| scan.enable_once(task));
+                Literal::FALSE
+            }
+            ControlKind::EnableEvery { task, every, pick } => {
+                let runs = self.running(task);
+                let enables = self.graph.and(on, !runs);
+                self.under(enables, |scan| scan.enable_every(task, every, pick));
+                self.under(!on, |scan| scan.halt(task));
+                Literal::FALSE
+            }
+            ControlKind::Run(program) => {
+                self.under(on, |scan| scan.start_program(program));
+                Literal::FALSE
+            }
+            ControlKind::Halt(block) => {
+                self.under(on, |scan| scan.halt(block));
+                if block == element.block { self.ends(on) } else { Literal::FALSE }
+            }
+            ControlKind::Exit => {
+                self.under(on, |scan| scan.halt(element.block));
+                self.ends(on)
+            }
+            ControlKind::StageOn(stage) => {
+                self.under(on, |scan| scan.switch_stage(stage, Literal::TRUE));
+                Literal::FALSE
+            }
+            ControlKind::StageOff(stage) => {
+                self.under(on, |scan| scan.leave_stage(stage));
+                Literal::FALSE
+            }
+            ControlKind::Stop => {
+                let stops = self.graph.and(self.guard, on);
+                self.stop_requested = self.graph.or(self.stop_requested, stops);
+                Literal::FALSE
+            }
+            ControlKind::Jump(targets) => {
+                self.under(on, |scan| scan.jump(targets, element));
+                Literal::FALSE
+            }
+            ControlKind::Converge { from, to } => {
+                self.under(on, |scan| scan.converge(from, to));
+                Literal::FALSE
+            }
+            ControlKind::Call(subroutine) => {
+                let ended = self.under(on, |scan| scan.call(subroutine, element));
+                self.ends(ended)
+            }
+            ControlKind::Return { missed_ms } => {
+                self.return_if(on, missed_ms);
+                Literal::FALSE
+            }
+        }
+    }
+
+    /// Narrows the guard to what follows an end of the execution; returns when it ends.
+    fn ends(&mut self, condition: Literal) -> Literal {
+        let ends = self.graph.and(self.guard, condition);
+        self.guard = self.graph.and(self.guard, !condition);
+        ends
     }
 }

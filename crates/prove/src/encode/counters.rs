@@ -1,6 +1,6 @@
 //! The counters of Do-more, as in the engine's `counters`.
 
-use super::Encoder;
+use super::encoder::Encoder;
 use super::number::Number;
 use crate::aig::Literal;
 use rungd_engine::ops::{Cnt, Cntdn, Counter, CounterRule, Rstct, Udc};
@@ -8,20 +8,20 @@ use rungd_engine::record::FLAGS;
 use rungd_engine::record::counter_state::{DN, LOADED, PENDING, UP};
 
 /// A rule with the values of its presets.
-enum ReadRule {
+enum PresetNumbers {
     Up(Number),
     Down(Number),
     UpDown(Option<Number>, Option<Number>),
 }
 
 impl Encoder<'_> {
-    fn read_rule(&mut self, rule: &CounterRule) -> ReadRule {
+    fn read_rule(&mut self, rule: &CounterRule) -> PresetNumbers {
         match rule {
-            CounterRule::Up(preset) => ReadRule::Up(self.word(preset.0)),
-            CounterRule::Down(preset) => ReadRule::Down(self.word(preset.0)),
+            CounterRule::Up(preset) => PresetNumbers::Up(self.word(preset.0)),
+            CounterRule::Down(preset) => PresetNumbers::Down(self.word(preset.0)),
             CounterRule::UpDown(presets) => {
                 let up = presets.up.map(|preset| self.word(preset.0));
-                ReadRule::UpDown(up, presets.dn.map(|preset| self.word(preset.0)))
+                PresetNumbers::UpDown(up, presets.dn.map(|preset| self.word(preset.0)))
             }
         }
     }
@@ -48,12 +48,12 @@ impl Encoder<'_> {
     }
 
     /// Writes `.Acc` and the flags that follow from it.
-    fn put_counter(&mut self, counter: Counter, rule: &ReadRule, acc: Number, reset: Literal) {
+    fn put_counter(&mut self, counter: Counter, rule: &PresetNumbers, acc: Number, reset: Literal) {
         let graph = &mut self.graph;
         let (done, dn_done) = match rule {
-            ReadRule::Up(preset) => (!acc.less(graph, preset), Literal::FALSE),
-            ReadRule::Down(_) => (!Number::constant(0).less(graph, &acc), Literal::FALSE),
-            ReadRule::UpDown(up, dn) => {
+            PresetNumbers::Up(preset) => (!acc.less(graph, preset), Literal::FALSE),
+            PresetNumbers::Down(_) => (!Number::constant(0).less(graph, &acc), Literal::FALSE),
+            PresetNumbers::UpDown(up, dn) => {
                 let up = up.as_ref().map(|preset| !acc.less(graph, preset));
                 let dn = dn.as_ref().map(|preset| !preset.less(graph, &acc));
                 (up.unwrap_or(Literal::FALSE), dn.unwrap_or(Literal::FALSE))
@@ -68,8 +68,8 @@ impl Encoder<'_> {
     fn reset_counter(&mut self, counter: Counter, rule: &CounterRule) {
         let rule = self.read_rule(rule);
         let value = match &rule {
-            ReadRule::Down(preset) => preset.clone(),
-            ReadRule::Up(_) | ReadRule::UpDown(..) => Number::constant(0),
+            PresetNumbers::Down(preset) => preset.clone(),
+            PresetNumbers::Up(_) | PresetNumbers::UpDown(..) => Number::constant(0),
         };
         self.put_counter(counter, &rule, value, Literal::TRUE);
     }
@@ -89,7 +89,7 @@ impl Encoder<'_> {
     pub(super) fn cnt(&mut self, op: &Cnt) {
         let (leg, rst) = (self.leg(&op.up), self.leg(&op.rst));
         let at = op.counter.at;
-        let rule = ReadRule::Up(self.word(op.preset.0));
+        let rule = PresetNumbers::Up(self.word(op.preset.0));
         let pending = self.state(at, PENDING);
         let reset = self.graph.or(rst, pending);
         let counts = self.comes_on(at, UP, leg);
@@ -115,7 +115,7 @@ impl Encoder<'_> {
         let takes = self.graph.and(counts, !reset);
         let acc = from.sub(&mut self.graph, &Number::of_bit(takes));
         let acc = acc.clamp(&mut self.graph, i32::MIN, i32::MAX);
-        self.put_counter(op.counter, &ReadRule::Down(preset), acc, reset);
+        self.put_counter(op.counter, &PresetNumbers::Down(preset), acc, reset);
     }
 
     pub(super) fn udc(&mut self, op: &Udc) {

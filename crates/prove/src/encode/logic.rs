@@ -1,9 +1,9 @@
 //! Contacts, coils and arithmetic, as in the engine's `logic` and `word_bits`.
 
-use super::Encoder;
+use super::encoder::Encoder;
 use super::number::Number;
 use super::value::RealValue;
-use super::written::Limits;
+use super::written::WordRange;
 use crate::aig::Literal;
 use rungd_engine::ops::{
     Add, AddMixed, AnyTarget, AnyWord, BitOwn, BitWritten, Equal, EqualMixed, Fall, Less,
@@ -13,8 +13,8 @@ use rungd_engine::ops::{
 use rungd_engine::{BitCell, Cell, WordBitCell, WordCell};
 
 impl Encoder<'_> {
-    pub(super) fn and<const N: usize>(&mut self, cell: BitOwn, of: &Powers<N>) {
-        let all = self.powers(of);
+    pub(super) fn and<const N: usize>(&mut self, cell: BitOwn, powers: &Powers<N>) {
+        let all = self.powers(powers);
         self.pass_bit(cell.0, all);
     }
 
@@ -72,7 +72,7 @@ impl Encoder<'_> {
     fn compared(&mut self, cell: BitOwn, found: Option<Literal>) {
         let place = Cell::Bit(BitCell(cell.0));
         let what = "a compare of an integer and a real";
-        let found = found.unwrap_or_else(|| self.cut(place, what, Limits::BIT).bit(0));
+        let found = found.unwrap_or_else(|| self.cut(place, what, WordRange::BIT).bit(0));
         self.pass_bit(cell.0, found);
     }
 
@@ -191,7 +191,7 @@ impl Encoder<'_> {
         let target = &to.target;
         let cell = cell.unwrap_or_else(|| {
             let place = Cell::Word(WordCell(target.word.0));
-            self.cut(place, what, Limits::of(target))
+            self.cut(place, what, WordRange::of(target))
         });
         self.put_target(target, leg, &cell);
     }

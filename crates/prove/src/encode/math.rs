@@ -1,10 +1,10 @@
 //! MATH: stores the result of its formula, as in the engine's `math` and `array_places`.
 
-use super::Encoder;
-use super::formula::{Evaluation, Integer};
+use super::encoder::Encoder;
+use super::evaluation::{Evaluation, Integer};
 use super::number::Number;
 use super::value::RealValue;
-use super::written::Limits;
+use super::written::WordRange;
 use crate::aig::Literal;
 use rungd_engine::isa::Real;
 use rungd_engine::ops::{
@@ -53,7 +53,7 @@ impl Encoder<'_> {
             let status = self.status() + mishap.status();
             let mut happens = noted;
             if unclear != Literal::FALSE {
-                let any = self.cut(Cell::Bit(BitCell(status)), REALS, Limits::BIT).bit(0);
+                let any = self.cut(Cell::Bit(BitCell(status)), REALS, WordRange::BIT).bit(0);
                 let any = self.graph.and(unclear, any);
                 happens = self.graph.or(happens, any);
             }
@@ -102,7 +102,8 @@ impl Encoder<'_> {
         match math.put {
             MathTarget::Word { to, low, high } => {
                 let value = self.whole(math, run);
-                let limited = value.map(|value| self.limited_to(run, &value, Limits { low, high }));
+                let limited =
+                    value.map(|value| self.limited_to(run, &value, WordRange { low, high }));
                 self.store_word(run, &to, limited, always);
             }
             MathTarget::Real(to) => {
@@ -112,7 +113,7 @@ impl Encoder<'_> {
             MathTarget::Bit(bit) => {
                 let truth = self.truth(math, run);
                 let place = Cell::Bit(BitCell(bit.0));
-                let truth = truth.unwrap_or_else(|| self.cut(place, what, Limits::BIT).bit(0));
+                let truth = truth.unwrap_or_else(|| self.cut(place, what, WordRange::BIT).bit(0));
                 if always {
                     self.pass_bit(bit.0, truth);
                 } else {
@@ -132,7 +133,7 @@ impl Encoder<'_> {
         let value = value.unwrap_or_else(|| {
             self.lose_result(run, REALS, &[Mishap::Overflow]);
             let what = run.what.unwrap_or(REALS);
-            self.cut(Cell::Word(WordCell(to.word.0)), what, Limits::of(to))
+            self.cut(Cell::Word(WordCell(to.word.0)), what, WordRange::of(to))
         });
         let limited = value.clamp(&mut self.graph, to.min, to.max);
         if always {
@@ -143,7 +144,7 @@ impl Encoder<'_> {
     }
 
     /// A result limited to the range of its target.
-    fn limited_to(&mut self, run: &mut Evaluation, value: &Number, range: Limits) -> Number {
+    fn limited_to(&mut self, run: &mut Evaluation, value: &Number, range: WordRange) -> Number {
         let outside = value.is_outside(&mut self.graph, range.low, range.high);
         self.note(run, Mishap::Overflow, outside);
         value.clamp(&mut self.graph, range.low, range.high)
@@ -162,12 +163,12 @@ impl Encoder<'_> {
             ElementType::Unsigned => {
                 let value = self.whole(math, run);
                 let value = value
-                    .map(|value| self.limited_to(run, &value, Limits { low: 0, high: 65_535 }));
+                    .map(|value| self.limited_to(run, &value, WordRange { low: 0, high: 65_535 }));
                 self.store_word_at(run, at, value);
             }
             ElementType::Integers => {
                 let value = self.whole(math, run);
-                let value = value.map(|value| self.limited_to(run, &value, Limits::ALL));
+                let value = value.map(|value| self.limited_to(run, &value, WordRange::ALL));
                 self.store_word_at(run, at, value);
             }
             ElementType::Reals => {
@@ -189,7 +190,7 @@ impl Encoder<'_> {
             let bit = Cell::Bit(BitCell(at.first));
             let first = if of_words { Cell::WordBit(word_bit(0)) } else { bit };
             let what = run.what.unwrap_or(REALS);
-            self.cut_at(first, at.index, what, Limits::BIT).bit(0)
+            self.cut_at(first, at.index, what, WordRange::BIT).bit(0)
         });
         for element in 0..u32::from(at.count) {
             let is_selected = index.equal(&mut self.graph, &Number::constant(element.into()));
@@ -205,14 +206,14 @@ impl Encoder<'_> {
         let index = self.word(at.index);
         let limits = ArrayLimits { first: at.limits, each: at.each };
         let each = (0..u32::from(at.count)).map(|at| self.written.element_limits(limits, at));
-        let each: Vec<Limits> = each.collect();
+        let each: Vec<WordRange> = each.collect();
         let value = value.unwrap_or_else(|| {
             self.lose_result(run, REALS, &[Mishap::Overflow]);
             let all = each.iter().fold(each[0], |all, one| all.with(one.low).with(one.high));
             let what = run.what.unwrap_or(REALS);
             self.cut_at(Cell::Word(WordCell(at.first)), at.index, what, all)
         });
-        for (element, Limits { low, high }) in (0..).zip(each) {
+        for (element, WordRange { low, high }) in (0..).zip(each) {
             let is_selected = index.equal(&mut self.graph, &Number::constant(element.into()));
             let limited = value.clamp(&mut self.graph, low, high);
             self.put_word_if(is_selected, at.first + element, limited);
@@ -220,7 +221,7 @@ impl Encoder<'_> {
     }
 
     /// A cut for the element that a word selects.
-    fn cut_at(&mut self, first: Cell, index: u32, what: &'static str, limits: Limits) -> Number {
+    fn cut_at(&mut self, first: Cell, index: u32, what: &'static str, limits: WordRange) -> Number {
         let value = self.cut(first, what, limits);
         let cut = self.cuts.last_mut().expect("it was made");
         cut.index = Some(WordCell(index));

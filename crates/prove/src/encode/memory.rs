@@ -4,9 +4,11 @@
 //! operations of the same execution read, passes a value: its write needs no guard, and it needs no
 //! latch. This is assumed of every such write, and checked at every read.
 
-use super::Encoder;
+use super::encoder::Encoder;
+use super::held::Next;
 use super::number::Number;
 use crate::aig::Literal;
+use crate::gates::Held;
 use rungd_engine::ops::{LegPowers, Powers, WordTarget};
 use rungd_engine::record::RECORD;
 use rungd_engine::{BitCell, Cell, Power, WordCell};
@@ -32,6 +34,36 @@ impl Encoder<'_> {
         let number = self.first_word(word);
         self.words.insert(word, number.clone());
         number
+    }
+
+    /// The value of a bit at the start of a scan.
+    pub(super) fn first_bit(&mut self, bit: u32) -> Literal {
+        if let Some(literal) = self.status_bit(bit) {
+            return literal;
+        }
+        let cell = BitCell(bit);
+        let initial = self.start.image.bit(cell);
+        if !self.written.has_bit(cell) {
+            return Literal::constant(initial);
+        }
+        self.latch(initial, Held::Bit(cell), Next::Bit(cell))
+    }
+
+    /// The value of a word at the start of a scan.
+    pub(super) fn first_word(&mut self, word: u32) -> Number {
+        if let Some(number) = self.status_word(word) {
+            return number;
+        }
+        let cell = WordCell(word);
+        let initial = self.start.image.word(cell);
+        let Some(limits) = self.written.word(cell) else {
+            return Number::constant(initial.into());
+        };
+        let limits = limits.with(initial);
+        Number::made(limits.low.into(), limits.high.into(), |at| {
+            let (initial, at) = (initial >> at & 1 == 1, at as u8);
+            self.latch(initial, Held::WordBit(cell, at), Next::WordBit(cell, at))
+        })
     }
 
     /// Notes a cell that lasts beyond the execution that wrote it.

@@ -4,7 +4,7 @@
 //! encoders limit with [`Number::clamp`]. A number knows its limits, so a word of a few values
 //! costs few gates, and a constant costs none.
 
-use crate::aig::{Graph, Literal};
+use crate::aig::{GateGraph, Literal};
 
 /// An integer.
 #[derive(Clone, Debug)]
@@ -116,7 +116,7 @@ impl Number {
     }
 
     /// `on` while `choice` is ON, else `off`.
-    pub fn mux(graph: &mut Graph, choice: Literal, on: &Number, off: &Number) -> Number {
+    pub fn mux(graph: &mut GateGraph, choice: Literal, on: &Number, off: &Number) -> Number {
         if let Some(choice) = choice.as_constant() {
             return if choice { on.clone() } else { off.clone() };
         }
@@ -126,7 +126,13 @@ impl Number {
     }
 
     /// `self + other + 1` or `self + other`.
-    fn sum(&self, graph: &mut Graph, other: &Number, carries: bool, count: usize) -> Vec<Literal> {
+    fn sum(
+        &self,
+        graph: &mut GateGraph,
+        other: &Number,
+        carries: bool,
+        count: usize,
+    ) -> Vec<Literal> {
         let mut carry = Literal::constant(carries);
         let mut bits = Vec::with_capacity(count);
         for at in 0..count {
@@ -139,7 +145,7 @@ impl Number {
     }
 
     /// `self + other`.
-    pub fn add(&self, graph: &mut Graph, other: &Number) -> Number {
+    pub fn add(&self, graph: &mut GateGraph, other: &Number) -> Number {
         let (low, high) = (self.low + other.low, self.high + other.high);
         let bits = self.sum(graph, other, false, width(low, high));
         Number::between(low, high, bits)
@@ -152,19 +158,19 @@ impl Number {
     }
 
     /// `self - other`.
-    pub fn sub(&self, graph: &mut Graph, other: &Number) -> Number {
+    pub fn sub(&self, graph: &mut GateGraph, other: &Number) -> Number {
         let (low, high) = (self.low - other.high, self.high - other.low);
         let bits = self.sum(graph, &other.complement(), true, width(low, high));
         Number::between(low, high, bits)
     }
 
     /// `-self`.
-    pub fn neg(&self, graph: &mut Graph) -> Number {
+    pub fn neg(&self, graph: &mut GateGraph) -> Number {
         Number::constant(0).sub(graph, self)
     }
 
     /// `abs(self)`.
-    pub fn abs(&self, graph: &mut Graph) -> Number {
+    pub fn abs(&self, graph: &mut GateGraph) -> Number {
         if self.low >= 0 {
             return self.clone();
         }
@@ -180,7 +186,7 @@ impl Number {
     }
 
     /// `self * other`. Both have at most 64 bits.
-    pub fn mul(&self, graph: &mut Graph, other: &Number) -> Number {
+    pub fn mul(&self, graph: &mut GateGraph, other: &Number) -> Number {
         let constant = self.as_constant().is_some();
         let (a, b) = match constant || self.bits.len() < other.bits.len() {
             true => (other, self),
@@ -200,7 +206,7 @@ impl Number {
     }
 
     /// `self / other` and `self % other` of numbers that are not negative; `other` is not 0.
-    fn divided(&self, graph: &mut Graph, other: &Number) -> (Number, Number) {
+    fn divided(&self, graph: &mut GateGraph, other: &Number) -> (Number, Number) {
         let mut rest = Number::constant(0);
         let mut quotient = vec![Literal::FALSE; self.bits.len()];
         for at in (0..self.bits.len() - 1).rev() {
@@ -215,7 +221,7 @@ impl Number {
     }
 
     /// `self / other`, rounded towards zero; meaningless if `other` is 0.
-    pub fn div(&self, graph: &mut Graph, other: &Number) -> Number {
+    pub fn div(&self, graph: &mut GateGraph, other: &Number) -> Number {
         let (a, b) = (self.abs(graph), other.abs(graph));
         let quotient = a.divided(graph, &b).0;
         let opposite = quotient.neg(graph);
@@ -224,7 +230,7 @@ impl Number {
     }
 
     /// `self % other`, with the sign of `self`; meaningless if `other` is 0.
-    pub fn rem(&self, graph: &mut Graph, other: &Number) -> Number {
+    pub fn rem(&self, graph: &mut GateGraph, other: &Number) -> Number {
         let (a, b) = (self.abs(graph), other.abs(graph));
         let rest = a.divided(graph, &b).1;
         let opposite = rest.neg(graph);
@@ -232,7 +238,7 @@ impl Number {
     }
 
     /// Whether `self < other`.
-    pub fn less(&self, graph: &mut Graph, other: &Number) -> Literal {
+    pub fn less(&self, graph: &mut GateGraph, other: &Number) -> Literal {
         if self.high < other.low || self.low >= other.high {
             return Literal::constant(self.high < other.low);
         }
@@ -247,7 +253,7 @@ impl Number {
     }
 
     /// Whether `self == other`.
-    pub fn equal(&self, graph: &mut Graph, other: &Number) -> Literal {
+    pub fn equal(&self, graph: &mut GateGraph, other: &Number) -> Literal {
         if self.high < other.low || self.low > other.high {
             return Literal::FALSE;
         }
@@ -261,36 +267,41 @@ impl Number {
     }
 
     /// Whether it is 0.
-    pub fn is_zero(&self, graph: &mut Graph) -> Literal {
+    pub fn is_zero(&self, graph: &mut GateGraph) -> Literal {
         self.equal(graph, &Number::constant(0))
     }
 
     /// The lesser of two.
-    pub fn min(&self, graph: &mut Graph, other: &Number) -> Number {
+    pub fn lesser(&self, graph: &mut GateGraph, other: &Number) -> Number {
         let less = self.less(graph, other);
         let found = Number::mux(graph, less, self, other);
         found.within(i128::MIN, self.high.min(other.high))
     }
 
     /// The greater of two.
-    pub fn max(&self, graph: &mut Graph, other: &Number) -> Number {
+    pub fn greater(&self, graph: &mut GateGraph, other: &Number) -> Number {
         let less = self.less(graph, other);
         let found = Number::mux(graph, less, other, self);
         found.within(self.low.max(other.low), i128::MAX)
     }
 
     /// The number, limited to a range.
-    pub fn clamp(&self, graph: &mut Graph, low: impl Into<i128>, high: impl Into<i128>) -> Number {
+    pub fn clamp(
+        &self,
+        graph: &mut GateGraph,
+        low: impl Into<i128>,
+        high: impl Into<i128>,
+    ) -> Number {
         let (low, high) = (low.into(), high.into());
         let above =
-            if self.low < low { self.max(graph, &Number::constant(low)) } else { self.clone() };
-        if above.high > high { above.min(graph, &Number::constant(high)) } else { above }
+            if self.low < low { self.greater(graph, &Number::constant(low)) } else { self.clone() };
+        if above.high > high { above.lesser(graph, &Number::constant(high)) } else { above }
     }
 
     /// Whether it is outside of a range.
     pub fn is_outside(
         &self,
-        graph: &mut Graph,
+        graph: &mut GateGraph,
         low: impl Into<i128>,
         high: impl Into<i128>,
     ) -> Literal {

@@ -1,10 +1,10 @@
 //! The operators and functions of formulas, as in the engine's `integer` and `real`.
 
-use super::Encoder;
-use super::formula::{Evaluation, Integer};
+use super::encoder::Encoder;
+use super::evaluation::{Evaluation, Integer};
 use super::number::Number;
 use super::value::RealValue;
-use crate::aig::{Graph, Literal};
+use crate::aig::{GateGraph, Literal};
 use rungd_engine::Mishap::{DivideByZero, OutOfRange, Overflow};
 use rungd_engine::ops::{OneOperator, Operator};
 use rungd_engine::{Mishap, Mishaps, integer, real};
@@ -16,7 +16,7 @@ const POWER_MAX: i128 = 8;
 type RealFunction = fn(f64, f64, &mut Mishaps) -> f64;
 
 /// What a real operator without gates is called, and the mishaps that it may have.
-struct Lost {
+struct RealOperation {
     what: &'static str,
     mishaps: &'static [Mishap],
     compute: RealFunction,
@@ -103,8 +103,8 @@ impl Encoder<'_> {
             Operator::ShiftLeft | Operator::ShiftRight | Operator::ShiftRightZeros => {
                 Some(self.shift(operator, &a.low_32(), &b))
             }
-            Operator::Min => Some(a.min(graph, &b)),
-            Operator::Max => Some(a.max(graph, &b)),
+            Operator::Min => Some(a.lesser(graph, &b)),
+            Operator::Max => Some(a.greater(graph, &b)),
             Operator::Equal => bit(a.equal(graph, &b)),
             Operator::NotEqual => bit(!a.equal(graph, &b)),
             Operator::Less => bit(a.less(graph, &b)),
@@ -252,7 +252,7 @@ impl Encoder<'_> {
         &mut self,
         run: &mut Evaluation,
         known: Option<[f64; 2]>,
-        lost: &Lost,
+        lost: &RealOperation,
     ) -> RealValue {
         let Some([a, b]) = known else {
             self.lose_result(run, lost.what, lost.mishaps);
@@ -343,7 +343,7 @@ impl Encoder<'_> {
         }
     }
 
-    fn one_integer(&mut self, run: &mut Evaluation, of: fn(&Number, &mut Graph) -> Number) {
+    fn one_integer(&mut self, run: &mut Evaluation, of: fn(&Number, &mut GateGraph) -> Number) {
         let Some(a) = run.integer.clone() else {
             return self.lose_result(run, "an integer that reals decide", &[Overflow]);
         };
@@ -392,6 +392,6 @@ impl Encoder<'_> {
     }
 }
 
-fn lost(what: &'static str, mishaps: &'static [Mishap], compute: RealFunction) -> Lost {
-    Lost { what, mishaps, compute }
+fn lost(what: &'static str, mishaps: &'static [Mishap], compute: RealFunction) -> RealOperation {
+    RealOperation { what, mishaps, compute }
 }

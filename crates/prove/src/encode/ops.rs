@@ -1,6 +1,6 @@
 //! The operations, by kind.
 
-use super::Encoder;
+use super::encoder::Encoder;
 use rungd_engine::Batch;
 use rungd_engine::ops::Op;
 

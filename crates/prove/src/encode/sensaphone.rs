@@ -1,6 +1,6 @@
 //! The counters of Sensaphone, as in the engine's `sensaphone`.
 
-use super::Encoder;
+use super::encoder::Encoder;
 use super::number::Number;
 use crate::aig::Literal;
 use rungd_engine::ops::{Ctd, Ctu, Res, Sensaphone};
@@ -9,7 +9,7 @@ use rungd_engine::record::sensaphone_flags::{CD, CU, DN, OV, UN};
 use rungd_engine::record::sensaphone_state::{DOWN, UP};
 
 /// A direction of counting: its places in the record.
-struct Direction {
+struct CountDirection {
     history: u32,
     enabled: u32,
     /// The flag of a wrap in this direction, and in the other.
@@ -18,9 +18,10 @@ struct Direction {
     by: i128,
 }
 
-const UPWARDS: Direction = Direction { history: UP as u32, enabled: CU, own: OV, other: UN, by: 1 };
-const DOWNWARDS: Direction =
-    Direction { history: DOWN as u32, enabled: CD, own: UN, other: OV, by: -1 };
+const UPWARDS: CountDirection =
+    CountDirection { history: UP as u32, enabled: CU, own: OV, other: UN, by: 1 };
+const DOWNWARDS: CountDirection =
+    CountDirection { history: DOWN as u32, enabled: CD, own: UN, other: OV, by: -1 };
 
 impl Encoder<'_> {
     pub(super) fn ctu(&mut self, op: &Ctu) {
@@ -33,7 +34,7 @@ impl Encoder<'_> {
         self.count(&op.counter, leg, &DOWNWARDS);
     }
 
-    fn count(&mut self, counter: &Sensaphone, leg: Literal, direction: &Direction) {
+    fn count(&mut self, counter: &Sensaphone, leg: Literal, direction: &CountDirection) {
         let before = self.record_bit(counter.at, direction.history);
         let counts = self.graph.and(leg, !before);
         self.put_record_bit(counter.at, direction.history, leg);
@@ -49,7 +50,7 @@ impl Encoder<'_> {
     }
 
     /// Counts one step; ACC wraps at 16 bits.
-    fn step(&mut self, counter: &Sensaphone, direction: &Direction) {
+    fn step(&mut self, counter: &Sensaphone, direction: &CountDirection) {
         let acc = Number::of_bits(self.word(counter.at).lowest(16));
         let counted = acc.add(&mut self.graph, &Number::constant(direction.by));
         let wraps = counted.is_outside(&mut self.graph, i16::MIN, i16::MAX);

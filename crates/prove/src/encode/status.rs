@@ -1,8 +1,8 @@
 //! Step 1 of a scan: status bits and words. Times of scans and the local time are those of the
 //! first scan, unless they are inputs.
 
-use super::Encoder;
-use super::latches::Next;
+use super::encoder::Encoder;
+use super::held::Next;
 use super::number::Number;
 use crate::aig::Literal;
 use crate::gates::Held;
@@ -27,16 +27,6 @@ impl Encoder<'_> {
             return Literal::FALSE;
         }
         self.scan_latch(false, Held::LastScan)
-    }
-
-    /// A latch of the whole scan; OFF in the next one, unless its next value is set.
-    pub(super) fn scan_latch(&mut self, initial: bool, holds: Held) -> Literal {
-        if let Some(latch) = self.own.get(&holds) {
-            return *latch;
-        }
-        let latch = self.fixed_latch(initial, holds);
-        self.own.insert(holds, latch);
-        latch
     }
 
     /// The value of a status bit behind step 1.
@@ -79,7 +69,7 @@ impl Encoder<'_> {
     pub(super) fn modulo(&mut self, number: &Number, of: i128) -> Number {
         let less = number.sub(&mut self.graph, &Number::constant(of));
         let is_below = number.less(&mut self.graph, &Number::constant(of));
-        self.choose(is_below, number, &less).within(0, of - 1)
+        Number::mux(&mut self.graph, is_below, number, &less).within(0, of - 1)
     }
 
     /// The value of a status word behind step 1; `None` for a word that step 1 does not write.

@@ -1,7 +1,7 @@
 //! Termination passes, as in the engine's `termination`. Those behind the last scan are left out:
 //! no scan follows them.
 
-use super::Encoder;
+use super::encoder::Encoder;
 use crate::aig::Literal;
 use crate::gates::Held;
 use rungd_engine::isa::{BlockId, StageId};

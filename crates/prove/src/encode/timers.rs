@@ -4,93 +4,28 @@
 //! its last pass. Programs, Stages, and Tasks that run once have then executed in the scan before:
 //! their time is one period. Recurrent Tasks and subroutines count the scans.
 
-use super::Encoder;
-use super::latches::OwnNumber;
+use super::encoder::Encoder;
+use super::held::OwnNumber;
 use super::number::Number;
 use crate::aig::Literal;
 use rungd_engine::isa::ElementId;
 use rungd_engine::ops::{
-    Control, ControlKind, Offdtmr, Ondtmr, Op, OpKind, Rstt, Timer, TimerRule, Tmr, Tmra, Tmradown,
-    Tmrdown,
+    Control, ControlKind, Offdtmr, Ondtmr, Op, Rstt, Timer, TimerRule, Tmr, Tmra, Tmradown, Tmrdown,
 };
+use rungd_engine::record::FLAGS;
 use rungd_engine::record::timer_state::{LEG, LOADED, PENDING, RUNNING};
-use rungd_engine::record::{FLAGS, RECORD};
-use rungd_engine::{BitCell, BlockRole, ElementCode, EngineProgram, Image};
-
-/// Whether a timer is timing before the first scan, because its state was restored.
-pub(super) fn begins_running(code: &EngineProgram, image: &Image) -> bool {
-    let ops = &code.tables.ops;
-    let simple = ops.tmr.iter().map(|op| op.timer).chain(ops.tmrdown.iter().map(|op| op.timer));
-    let with_output = ops.ondtmr.iter().map(|op| op.timer);
-    let with_output = with_output.chain(ops.offdtmr.iter().map(|op| op.timer));
-    let adding = ops.tmra.iter().map(|op| op.timer).chain(ops.tmradown.iter().map(|op| op.timer));
-    let running = |timer: Timer| BitCell(timer.at * RECORD as u32 + FLAGS as u32 + RUNNING);
-    simple.chain(with_output).chain(adding).any(|timer| image.bit(running(timer)))
-}
+use rungd_engine::{BlockRole, ElementCode};
 
 impl Encoder<'_> {
-    /// Whether operations of an element ask for the time.
+    /// Whether operations of an element ask for the time: its timers and RETURNs.
     fn asks_for_time(&self, code: &ElementCode) -> bool {
         let tables = &self.code.tables;
-        let mut kinds = code.batches.clone().map(|at| tables.batches[at as usize]);
-        kinds.any(|batch| match batch.kind {
-            OpKind::Ondtmr
-            | OpKind::Offdtmr
-            | OpKind::Tmr
-            | OpKind::Tmrdown
-            | OpKind::Tmra
-            | OpKind::Tmradown => true,
-            OpKind::Control => tables.ops_of(batch).any(|op| {
-                let kind = ControlKind::Return { missed_ms: 0 };
-                let is_return = |control: Control| {
-                    std::mem::discriminant(&control.kind) == std::mem::discriminant(&kind)
-                };
-                matches!(op, Op::Control(control) if is_return(control))
-            }),
-            OpKind::And2
-            | OpKind::And3
-            | OpKind::And4
-            | OpKind::PickBit
-            | OpKind::PickWord
-            | OpKind::LoadWordBit
-            | OpKind::Rise
-            | OpKind::Fall
-            | OpKind::Equal
-            | OpKind::Less
-            | OpKind::EqualMixed
-            | OpKind::LessMixed
-            | OpKind::Out
-            | OpKind::OutOne
-            | OpKind::Set
-            | OpKind::Rst
-            | OpKind::OutWordBit
-            | OpKind::SetWordBit
-            | OpKind::RstWordBit
-            | OpKind::Pd
-            | OpKind::Nd
-            | OpKind::Ponoff
-            | OpKind::Cnt
-            | OpKind::Cntdn
-            | OpKind::Udc
-            | OpKind::Rstct
-            | OpKind::Rstt
-            | OpKind::Ctu
-            | OpKind::Ctd
-            | OpKind::Res
-            | OpKind::Move
-            | OpKind::Add
-            | OpKind::Sub
-            | OpKind::AddMixed
-            | OpKind::SubMixed
-            | OpKind::CopyBits
-            | OpKind::CopyWords
-            | OpKind::FillBits
-            | OpKind::FillWords
-            | OpKind::PackBits
-            | OpKind::UnpackBits
-            | OpKind::Sr
-            | OpKind::Math
-            | OpKind::Columns => false,
+        let batches = code.batches.clone().map(|at| tables.batches[at as usize]);
+        batches.flat_map(|batch| tables.ops_of(batch)).any(|op| {
+            let is_return = |control: Control| matches!(control.kind, ControlKind::Return { .. });
+            matches!(op, Op::Control(control) if is_return(control))
+                || matches!(op, Op::Ondtmr(_) | Op::Offdtmr(_) | Op::Tmr(_) | Op::Tmrdown(_))
+                || matches!(op, Op::Tmra(_) | Op::Tmradown(_))
         })
     }
 
@@ -155,7 +90,7 @@ impl Encoder<'_> {
         less.clamp(&mut self.graph, 0, i32::MAX)
     }
 
-    fn put_timer(&mut self, timer: Timer, acc: Number, flags: TimerFlags) {
+    fn put_timer(&mut self, timer: Timer, acc: Number, flags: TimerLiterals) {
         let zero = acc.is_zero(&mut self.graph);
         self.put_word(timer.at, acc);
         self.put_flags(timer.at, [flags.done, flags.reset, zero, flags.timing]);
@@ -168,7 +103,7 @@ impl Encoder<'_> {
             TimerRule::Zero => Number::constant(0),
         };
         let (done, timing) = (Literal::FALSE, Literal::FALSE);
-        self.put_timer(timer, value, TimerFlags { done, reset: Literal::TRUE, timing });
+        self.put_timer(timer, value, TimerLiterals { done, reset: Literal::TRUE, timing });
     }
 
     /// The termination pass over a timer.
@@ -194,7 +129,7 @@ impl Encoder<'_> {
         let acc = self.choose(adds, &later, &Number::constant(0));
         let reached = !acc.less(&mut self.graph, &preset);
         let done = self.graph.and(on, reached);
-        self.put_timer(timer, acc, TimerFlags { done, reset: !on, timing: on });
+        self.put_timer(timer, acc, TimerLiterals { done, reset: !on, timing: on });
         done
     }
 
@@ -228,7 +163,7 @@ impl Encoder<'_> {
         self.put_state(timer.at, &[(RUNNING, timing), (LEG, leg)]);
         let done = self.graph.and(live, !positive);
         let reset = self.graph.or(leg, pending);
-        self.put_timer(timer, acc, TimerFlags { done, reset, timing });
+        self.put_timer(timer, acc, TimerLiterals { done, reset, timing });
         let output = self.graph.or(leg, timing);
         self.put_bit(op.output.0, output);
     }
@@ -245,20 +180,20 @@ impl Encoder<'_> {
         let positive = Number::constant(0).less(&mut self.graph, &acc);
         let zero = acc.is_zero(&mut self.graph);
         let (done, timing) = (self.graph.and(on, !positive), self.graph.and(on, !zero));
-        self.put_timer(timer, acc, TimerFlags { done, reset: !on, timing });
+        self.put_timer(timer, acc, TimerLiterals { done, reset: !on, timing });
     }
 
     /// An execution of a timer with the legs `en` and `rst`.
-    fn accumulating(&mut self, timer: Timer, en: Literal, rst: Literal) -> Accumulating {
+    fn accumulating(&mut self, timer: Timer, en: Literal, rst: Literal) -> AddedTime {
         let (pending, running) = (self.state(timer.at, PENDING), self.state(timer.at, RUNNING));
         let reset = self.graph.or(rst, pending);
         let times = self.graph.and(en, !reset);
-        Accumulating { reset, times, adds: self.graph.and(times, running) }
+        AddedTime { reset, times, adds: self.graph.and(times, running) }
     }
 
     pub(super) fn tmra(&mut self, op: &Tmra) {
         let (timer, en, rst) = (op.timer, self.leg(&op.en), self.leg(&op.rst));
-        let Accumulating { reset, times, adds } = self.accumulating(timer, en, rst);
+        let AddedTime { reset, times, adds } = self.accumulating(timer, en, rst);
         self.put_state(timer.at, &[(RUNNING, times)]);
         let (preset, acc) = (self.preset(timer), self.word(timer.at));
         let later = self.up(&acc);
@@ -266,12 +201,12 @@ impl Encoder<'_> {
         let acc = self.choose(reset, &Number::constant(0), &acc);
         let reached = !acc.less(&mut self.graph, &preset);
         let done = self.graph.and(reached, !reset);
-        self.put_timer(timer, acc, TimerFlags { done, reset, timing: times });
+        self.put_timer(timer, acc, TimerLiterals { done, reset, timing: times });
     }
 
     pub(super) fn tmradown(&mut self, op: &Tmradown) {
         let (timer, en, rst) = (op.timer, self.leg(&op.en), self.leg(&op.rst));
-        let Accumulating { reset, times, adds } = self.accumulating(timer, en, rst);
+        let AddedTime { reset, times, adds } = self.accumulating(timer, en, rst);
         let loaded = self.state(timer.at, LOADED);
         let loads = self.graph.or(reset, !loaded);
         self.put_state(timer.at, &[(RUNNING, times), (LOADED, Literal::TRUE)]);
@@ -282,7 +217,7 @@ impl Encoder<'_> {
         let positive = Number::constant(0).less(&mut self.graph, &acc);
         let zero = acc.is_zero(&mut self.graph);
         let (done, timing) = (self.graph.and(!positive, !reset), self.graph.and(times, !zero));
-        self.put_timer(timer, acc, TimerFlags { done, reset, timing });
+        self.put_timer(timer, acc, TimerLiterals { done, reset, timing });
     }
 
     pub(super) fn rstt(&mut self, op: &Rstt) {
@@ -294,13 +229,13 @@ impl Encoder<'_> {
     }
 }
 
-struct TimerFlags {
+struct TimerLiterals {
     done: Literal,
     reset: Literal,
     timing: Literal,
 }
 
-struct Accumulating {
+struct AddedTime {
     reset: Literal,
     times: Literal,
     adds: Literal,

@@ -4,7 +4,7 @@
 //! The cells of reals sort as the reals do, so compares and copies of R words are exact.
 
 use super::number::Number;
-use crate::aig::{Graph, Literal};
+use crate::aig::{GateGraph, Literal};
 use rungd_engine::isa::Real;
 
 /// A real that an operation computes with.
@@ -84,7 +84,7 @@ impl RealValue {
     }
 
     /// Whether it is not 0.
-    pub fn truth(&self, graph: &mut Graph) -> Option<Literal> {
+    pub fn truth(&self, graph: &mut GateGraph) -> Option<Literal> {
         match self {
             RealValue::Cell(number) | RealValue::Whole(number) => Some(!number.is_zero(graph)),
             RealValue::Known(value) => Some(Literal::constant(*value != 0.0)),
@@ -112,7 +112,7 @@ impl RealValue {
     }
 
     /// Whether both are equal.
-    pub fn equal(&self, graph: &mut Graph, other: &RealValue) -> Option<Literal> {
+    pub fn equal(&self, graph: &mut GateGraph, other: &RealValue) -> Option<Literal> {
         let (a, b) = match (self, other) {
             (RealValue::Known(a), RealValue::Known(b)) => return Some(Literal::constant(a == b)),
             (RealValue::Known(known), value) | (value, RealValue::Known(known)) => {
@@ -128,7 +128,7 @@ impl RealValue {
     }
 
     /// Whether this is less than the other.
-    pub fn less(&self, graph: &mut Graph, other: &RealValue) -> Option<Literal> {
+    pub fn less(&self, graph: &mut GateGraph, other: &RealValue) -> Option<Literal> {
         let (a, b) = match (self, other) {
             (RealValue::Known(a), RealValue::Known(b)) => return Some(Literal::constant(a < b)),
             (RealValue::Known(known), value) => {

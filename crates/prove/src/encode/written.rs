@@ -15,29 +15,29 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 /// The least and greatest value that is written to a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Limits {
+pub(super) struct WordRange {
     pub low: i32,
     pub high: i32,
 }
 
-impl Limits {
-    pub const ALL: Limits = Limits { low: i32::MIN, high: i32::MAX };
-    pub const BIT: Limits = Limits { low: 0, high: 1 };
-    const NOT_NEGATIVE: Limits = Limits { low: 0, high: i32::MAX };
-    const SENSAPHONE: Limits = Limits { low: i16::MIN as i32, high: i16::MAX as i32 };
+impl WordRange {
+    pub const ALL: WordRange = WordRange { low: i32::MIN, high: i32::MAX };
+    pub const BIT: WordRange = WordRange { low: 0, high: 1 };
+    const NOT_NEGATIVE: WordRange = WordRange { low: 0, high: i32::MAX };
+    const SENSAPHONE: WordRange = WordRange { low: i16::MIN as i32, high: i16::MAX as i32 };
 
     /// The limits of a target.
-    pub fn of(to: &WordTarget) -> Limits {
-        Limits { low: to.min, high: to.max }
+    pub fn of(to: &WordTarget) -> WordRange {
+        WordRange { low: to.min, high: to.max }
     }
 
     /// The limits that also contain a value.
-    pub fn with(self, value: i32) -> Limits {
-        self.and(Limits { low: value, high: value })
+    pub fn with(self, value: i32) -> WordRange {
+        self.and(WordRange { low: value, high: value })
     }
 
-    fn and(self, other: Limits) -> Limits {
-        Limits { low: self.low.min(other.low), high: self.high.max(other.high) }
+    fn and(self, other: WordRange) -> WordRange {
+        WordRange { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 }
 
@@ -48,7 +48,7 @@ pub(super) struct WrittenCells<'c> {
     image: &'c Image,
     /// By bit: whether an operation may write it.
     bits: Vec<bool>,
-    words: FxHashMap<u32, Limits>,
+    words: FxHashMap<u32, WordRange>,
     /// The blocks whose `.Running` something may turn OFF.
     pub halted: FxHashSet<BlockId>,
     /// The Stages that something may leave.
@@ -96,7 +96,7 @@ impl<'c> WrittenCells<'c> {
     }
 
     /// The limits of what is written to a word; `None` if nothing is.
-    pub fn word(&self, WordCell(word): WordCell) -> Option<Limits> {
+    pub fn word(&self, WordCell(word): WordCell) -> Option<WordRange> {
         self.words.get(&word).copied()
     }
 
@@ -133,17 +133,17 @@ impl<'c> WrittenCells<'c> {
         self.bit_range(CellRange { first: at * RECORD as u32, count: RECORD as u32 });
     }
 
-    fn put(&mut self, word: u32, limits: Limits) {
+    fn put(&mut self, word: u32, limits: WordRange) {
         let before = self.words.entry(word).or_insert(limits);
         *before = before.and(limits);
     }
 
     /// The limits of a word by its address.
-    fn natural(&self, word: u32) -> Limits {
+    fn natural(&self, word: u32) -> WordRange {
         let address = self.code.layout.address(Cell::Word(WordCell(word)));
-        let Some(Address::Word(word)) = address else { return Limits::ALL };
+        let Some(Address::Word(word)) = address else { return WordRange::ALL };
         let (low, high) = word.range();
-        Limits { low, high }
+        WordRange { low, high }
     }
 
     fn op(&mut self, op: &Op, element: ElementId) {
@@ -169,21 +169,21 @@ impl<'c> WrittenCells<'c> {
             Op::Out(_) | Op::OutOne(_) | Op::Set(_) | Op::Rst(_) => {}
             Op::Pd(_) | Op::Nd(_) | Op::Ponoff(_) => {}
             Op::CopyBits(_) | Op::FillBits(_) | Op::UnpackBits(_) | Op::Sr(_) => {}
-            Op::PickWord(op) => self.put(op.cell.0, Limits::ALL),
+            Op::PickWord(op) => self.put(op.cell.0, WordRange::ALL),
             Op::OutWordBit(op) => self.word_bit(op.bit.0.word),
             Op::SetWordBit(op) => self.word_bit(op.bit.0.word),
             Op::RstWordBit(op) => self.word_bit(op.bit.0.word),
-            Op::Cnt(op) => self.structure(op.counter.at, Limits::NOT_NEGATIVE),
-            Op::Cntdn(op) => self.structure(op.counter.at, Limits::ALL),
-            Op::Udc(op) => self.structure(op.counter.at, Limits::ALL),
+            Op::Cnt(op) => self.structure(op.counter.at, WordRange::NOT_NEGATIVE),
+            Op::Cntdn(op) => self.structure(op.counter.at, WordRange::ALL),
+            Op::Udc(op) => self.structure(op.counter.at, WordRange::ALL),
             Op::Rstct(op) => self.structure(op.counter.at, rule_limits(&op.rule)),
-            Op::Ondtmr(op) => self.structure(op.timer.at, Limits::NOT_NEGATIVE),
-            Op::Offdtmr(op) => self.structure(op.timer.at, Limits::NOT_NEGATIVE),
-            Op::Tmr(op) => self.structure(op.timer.at, Limits::NOT_NEGATIVE),
-            Op::Tmrdown(op) => self.structure(op.timer.at, Limits::NOT_NEGATIVE),
-            Op::Tmra(op) => self.structure(op.timer.at, Limits::NOT_NEGATIVE),
-            Op::Tmradown(op) => self.structure(op.timer.at, Limits::NOT_NEGATIVE),
-            Op::Rstt(op) => self.structure(op.timer.at, Limits::NOT_NEGATIVE),
+            Op::Ondtmr(op) => self.structure(op.timer.at, WordRange::NOT_NEGATIVE),
+            Op::Offdtmr(op) => self.structure(op.timer.at, WordRange::NOT_NEGATIVE),
+            Op::Tmr(op) => self.structure(op.timer.at, WordRange::NOT_NEGATIVE),
+            Op::Tmrdown(op) => self.structure(op.timer.at, WordRange::NOT_NEGATIVE),
+            Op::Tmra(op) => self.structure(op.timer.at, WordRange::NOT_NEGATIVE),
+            Op::Tmradown(op) => self.structure(op.timer.at, WordRange::NOT_NEGATIVE),
+            Op::Rstt(op) => self.structure(op.timer.at, WordRange::NOT_NEGATIVE),
             Op::Ctu(op) => self.sensaphone(&op.counter),
             Op::Ctd(op) => self.sensaphone(&op.counter),
             Op::Res(op) => self.sensaphone(&op.counter),
@@ -203,20 +203,20 @@ impl<'c> WrittenCells<'c> {
         self.put(word, self.natural(word));
     }
 
-    fn structure(&mut self, at: u32, limits: Limits) {
+    fn structure(&mut self, at: u32, limits: WordRange) {
         self.put(at, limits);
         self.record(at);
     }
 
     fn sensaphone(&mut self, counter: &Sensaphone) {
-        self.structure(counter.at, Limits::SENSAPHONE);
+        self.structure(counter.at, WordRange::SENSAPHONE);
         if counter.preset.is_some() {
-            self.put(counter.pre.0, Limits::SENSAPHONE);
+            self.put(counter.pre.0, WordRange::SENSAPHONE);
         }
     }
 
     fn target(&mut self, to: &WordTarget) {
-        self.put(to.word.0, Limits::of(to));
+        self.put(to.word.0, WordRange::of(to));
     }
 
     fn words_in_form(&mut self, to: CellRange, form: WordForm) {
@@ -226,10 +226,10 @@ impl<'c> WrittenCells<'c> {
     }
 
     /// The limits of an element of an array of words.
-    pub fn element_limits(&self, limits: ArrayLimits, element: u32) -> Limits {
+    pub fn element_limits(&self, limits: ArrayLimits, element: u32) -> WordRange {
         let at = limits.first + if limits.each { 2 * element } else { 0 };
         let word = |at| self.image.word(WordCell(at));
-        Limits { low: word(at), high: word(at + 1) }
+        WordRange { low: word(at), high: word(at + 1) }
     }
 
     fn math(&mut self, math: &Math) {
@@ -237,7 +237,7 @@ impl<'c> WrittenCells<'c> {
             MathTarget::Word { to, .. } | MathTarget::Real(to) => self.target(&to),
             MathTarget::Bit(bit) => self.bit(bit.0),
             MathTarget::At(at) => self.array(&at),
-            MathTarget::Index(word) => self.put(word.0, Limits::ALL),
+            MathTarget::Index(word) => self.put(word.0, WordRange::ALL),
         }
         if math.reports != MathReports::Nothing {
             let status = rungd_engine::isa::BitSpace::St;
@@ -294,7 +294,7 @@ impl<'c> WrittenCells<'c> {
             }
             ControlKind::Stop => self.stops = true,
             ControlKind::Call(_) => {}
-            ControlKind::Return { missed_ms } => self.put(missed_ms, Limits::NOT_NEGATIVE),
+            ControlKind::Return { missed_ms } => self.put(missed_ms, WordRange::NOT_NEGATIVE),
         }
     }
 
@@ -326,7 +326,7 @@ impl<'c> WrittenCells<'c> {
             PassStep::BitOff(bit) | PassStep::HistoryOff(bit) => self.bit(*bit),
             PassStep::WordBitOff(bit) => self.word_bit(bit.0.word),
             PassStep::Counter(counter, rule) => self.structure(counter.at, rule_limits(rule)),
-            PassStep::Timer(timer, _) => self.structure(timer.at, Limits::NOT_NEGATIVE),
+            PassStep::Timer(timer, _) => self.structure(timer.at, WordRange::NOT_NEGATIVE),
             PassStep::HoldTimer(timer) => self.record(timer.at),
             PassStep::CountUp(counter) | PassStep::CountDown(counter) => self.record(counter.at),
             PassStep::DisableTask(task) => self.halts(*task),
@@ -336,9 +336,9 @@ impl<'c> WrittenCells<'c> {
 }
 
 /// The limits of a counter's reset value.
-fn rule_limits(rule: &CounterRule) -> Limits {
+fn rule_limits(rule: &CounterRule) -> WordRange {
     match rule {
-        CounterRule::Up(_) | CounterRule::UpDown(_) => Limits { low: 0, high: 0 },
-        CounterRule::Down(_) => Limits::ALL,
+        CounterRule::Up(_) | CounterRule::UpDown(_) => WordRange { low: 0, high: 0 },
+        CounterRule::Down(_) => WordRange::ALL,
     }
 }

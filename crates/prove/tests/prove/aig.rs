@@ -4,7 +4,7 @@ use expect_test::expect;
 use proptest::prelude::*;
 use rungd_prove::aig::aiger::{NamedLatch, NamedLiteral, System};
 use rungd_prove::aig::simulator::NodeValues;
-use rungd_prove::aig::{Graph, Literal};
+use rungd_prove::aig::{GateGraph, Literal};
 
 /// The values of six inputs in all 64 patterns.
 const INPUTS: [u64; 6] = [
@@ -21,7 +21,7 @@ proptest! {
     fn every_gate_has_the_value_of_its_operator(
         steps in prop::collection::vec((0u8..4, any::<u16>(), any::<u16>(), any::<u16>()), 1..200),
     ) {
-        let mut graph = Graph::default();
+        let mut graph = GateGraph::default();
         let mut literals = vec![Literal::TRUE];
         literals.extend((0..6).map(|_| graph.input()));
         let mut expected = vec![u64::MAX];
@@ -50,7 +50,7 @@ proptest! {
 
 #[test]
 fn a_gate_whose_value_follows_from_its_operands_is_not_made() {
-    let mut graph = Graph::default();
+    let mut graph = GateGraph::default();
     let [a, b, c] = [(); 3].map(|()| graph.input());
     let ab = graph.and(a, b);
     let choice = graph.mux(a, b, c);
@@ -66,7 +66,7 @@ fn a_gate_whose_value_follows_from_its_operands_is_not_made() {
 }
 
 /// A latch that an input toggles, and which is never ON in two steps one after the other.
-fn toggled(graph: &mut Graph) -> (NamedLiteral, Vec<NamedLatch>) {
+fn toggled(graph: &mut GateGraph) -> (NamedLiteral, Vec<NamedLatch>) {
     let (input, latch, before) = (graph.input(), graph.latch(), graph.latch());
     let next = graph.xor(input, latch);
     let named = |literal, next, initial, name: &str| NamedLatch {
@@ -82,7 +82,7 @@ fn toggled(graph: &mut Graph) -> (NamedLiteral, Vec<NamedLatch>) {
 
 #[test]
 fn a_system_is_written_as_aiger_text_and_as_binary() {
-    let mut graph = Graph::default();
+    let mut graph = GateGraph::default();
     let (input, latches) = toggled(&mut graph);
     let bad = graph.and(latches[0].literal, !latches[1].literal);
     let system = System {

@@ -2,7 +2,7 @@
 
 use rungd_engine::{Cell, Engine, EngineCall, Image, ScanObserver, ScanStep, WordCell};
 use rungd_prove::aig::simulator::NodeValues;
-use rungd_prove::gates::{Cut, Gates, InputOf};
+use rungd_prove::gates::{GateCut, Gates, InputOf};
 use rungd_prove::model::{Model, Run, ScanOutcome};
 use std::collections::HashMap;
 
@@ -12,7 +12,7 @@ pub const LANES: usize = 8;
 /// The runs, with the values of the gates' latches and inputs.
 pub struct Lanes<'m> {
     model: &'m Model,
-    cuts: Vec<Cut>,
+    cuts: Vec<GateCut>,
     runs: Vec<LaneRun<'m>>,
     latches: Vec<u64>,
 }
@@ -30,14 +30,14 @@ struct LaneRun<'m> {
 
 /// Sees the values behind the operations that are cuts.
 struct CutEye<'c> {
-    cuts: &'c [Cut],
+    cuts: &'c [GateCut],
     open: Vec<u32>,
     indices: HashMap<usize, i32>,
     values: HashMap<usize, i32>,
 }
 
 /// The element of a cut.
-fn element(cut: &Cut, index: i32) -> Cell {
+fn element(cut: &GateCut, index: i32) -> Cell {
     match cut.cell {
         Cell::Word(WordCell(first)) => Cell::Word(WordCell(first.wrapping_add_signed(index))),
         Cell::Bit(bit) => Cell::Bit(rungd_engine::BitCell(bit.0.wrapping_add_signed(index))),
@@ -50,7 +50,7 @@ fn element(cut: &Cut, index: i32) -> Cell {
 
 impl CutEye<'_> {
     fn current(&self) -> Vec<usize> {
-        let is_here = |(_, cut): &(usize, &Cut)| cut.batches == self.open;
+        let is_here = |(_, cut): &(usize, &GateCut)| cut.batches == self.open;
         self.cuts.iter().enumerate().filter(is_here).map(|(at, _)| at).collect()
     }
 }
@@ -85,7 +85,7 @@ impl ScanObserver for CutEye<'_> {
 
 impl<'m> LaneRun<'m> {
     /// One scan, as `Run::scan` executes it, with an observer of the cuts.
-    fn scan(&mut self, model: &Model, cuts: &[Cut], inputs: &[i32]) {
+    fn scan(&mut self, model: &Model, cuts: &[GateCut], inputs: &[i32]) {
         let is_last = self.run.engine.stops();
         let now_ns = self.run.next_ns();
         let engine: &mut Engine = &mut self.run.engine;
@@ -98,8 +98,8 @@ impl<'m> LaneRun<'m> {
         engine.apply_seen(EngineCall::Execute, &mut eye);
         let image = engine.image();
         let cut_value = |at: usize| {
-            let values = &eye.values;
-            values.get(&at).copied().unwrap_or_else(|| image.value(cuts[at].cell))
+            // The value of an operation that is not executed does not matter.
+            eye.values.get(&at).copied().unwrap_or(0.clamp(cuts[at].low, cuts[at].high))
         };
         self.cuts = (0..cuts.len()).map(cut_value).collect();
         self.inputs = inputs.to_vec();

@@ -1,0 +1,138 @@
+//! A scan that is being encoded: the state of all encoders.
+
+use super::calls;
+use super::held::{OwnNumber, OwnedLatch};
+use super::number::Number;
+use super::start::Start;
+use super::written::{WordRange, WrittenCells};
+use crate::aig::{GateGraph, Literal};
+use crate::gates::{GateCut, GateInput, Held, InputOf};
+use crate::model::{FreeInput, Model};
+use rungd_engine::{BitCell, Cell, Element, EngineProgram, WordCell};
+use rustc_hash::{FxHashMap, FxHashSet};
+
+/// A scan that is being encoded.
+pub(super) struct Encoder<'m> {
+    pub model: &'m Model,
+    pub code: &'m EngineProgram,
+    pub start: &'m Start,
+    pub written: WrittenCells<'m>,
+    /// Private cells that are no passing values.
+    pub kept: &'m FxHashSet<Cell>,
+    pub graph: GateGraph,
+    /// The values of bits; `None`: not read or written yet.
+    pub bits: Vec<Option<Literal>>,
+    /// The values of words that were read or written.
+    pub words: FxHashMap<u32, Number>,
+    /// The states of blocks, Stages and subroutines.
+    pub own: FxHashMap<Held, Literal>,
+    pub own_numbers: FxHashMap<OwnNumber, Number>,
+    pub latches: Vec<OwnedLatch>,
+    pub inputs: Vec<GateInput>,
+    pub constraints: Vec<Literal>,
+    pub cuts: Vec<GateCut>,
+    pub free: Vec<Vec<Literal>>,
+    /// A STOP was executed, in this scan or before.
+    pub stop_requested: Literal,
+    /// The condition under which the engine executes what is encoded now.
+    pub guard: Literal,
+    /// The number of the execution of an element that is encoded now, and of all so far.
+    pub execution: u32,
+    pub executions: u32,
+    /// Private cells whose value passes from one operation to another of the same execution, with
+    /// that execution.
+    pub passing: FxHashMap<Cell, u32>,
+    /// Cells of which this was assumed although they last.
+    pub lasting: FxHashSet<Cell>,
+    /// The time since the last execution of the element, ms, if its operations ask for it.
+    pub elapsed_ms: Option<Number>,
+    /// Whether the elements of which this can matter count the scans since their last execution.
+    pub counts_ages: bool,
+    /// By subroutine, by its index: the elements in whose turns it may be executed.
+    pub callers: FxHashMap<u32, Vec<Element>>,
+    /// The batches of the CALLs in whose subroutines it is, and the current batch.
+    pub batches: Vec<u32>,
+}
+
+impl<'m> Encoder<'m> {
+    pub fn new(model: &'m Model, start: &'m Start, kept: &'m FxHashSet<Cell>) -> Encoder<'m> {
+        let code = &model.code;
+        let mut encoder = Encoder {
+            model,
+            code,
+            start,
+            written: WrittenCells::of(code, &start.image),
+            kept,
+            graph: GateGraph::default(),
+            bits: vec![None; code.bit_count as usize],
+            words: FxHashMap::default(),
+            own: FxHashMap::default(),
+            own_numbers: FxHashMap::default(),
+            latches: Vec::new(),
+            inputs: Vec::new(),
+            constraints: Vec::new(),
+            cuts: Vec::new(),
+            free: Vec::new(),
+            stop_requested: Literal::FALSE,
+            guard: Literal::TRUE,
+            execution: 0,
+            executions: 0,
+            passing: FxHashMap::default(),
+            lasting: FxHashSet::default(),
+            elapsed_ms: None,
+            counts_ages: start.has_running_timer,
+            callers: calls::callers(code),
+            batches: Vec::new(),
+        };
+        for (at, input) in (0..).zip(&model.inputs) {
+            encoder.free_input(at, *input);
+        }
+        encoder
+    }
+
+    /// Makes the literals of one of the model's inputs.
+    fn free_input(&mut self, at: u32, input: FreeInput) {
+        let of = |bit| InputOf::Free(at, bit);
+        let value = self.any_number(input.low, input.high, of);
+        match input.cell {
+            Cell::Bit(BitCell(bit)) => self.bits[bit as usize] = Some(value.bit(0)),
+            Cell::Word(WordCell(word)) => {
+                self.words.insert(word, value.clone());
+            }
+            Cell::WordBit(_) => unreachable!("an input is a whole cell"),
+        }
+        self.free.push(value.bits().to_vec());
+    }
+
+    /// A number within limits that is free in every scan.
+    fn any_number(&mut self, low: i32, high: i32, of: impl Fn(u8) -> InputOf) -> Number {
+        let (graph, inputs) = (&mut self.graph, &mut self.inputs);
+        let number = Number::made(low.into(), high.into(), |bit| {
+            let literal = graph.input();
+            inputs.push(GateInput { literal, of: of(bit as u8) });
+            literal
+        });
+        let unlimited = Number::of_bits(number.bits().to_vec());
+        let outside = unlimited.is_outside(&mut self.graph, low, high);
+        self.constrain(!outside);
+        number
+    }
+
+    /// Keeps a literal ON in every scan.
+    pub fn constrain(&mut self, constraint: Literal) {
+        if constraint != Literal::TRUE {
+            self.constraints.push(constraint);
+        }
+    }
+
+    /// Any value within limits, in place of the result of an operation.
+    pub fn cut(&mut self, cell: Cell, what: &'static str, limits: WordRange) -> Number {
+        let at = self.cuts.len() as u32;
+        let value = self.any_number(limits.low, limits.high, |bit| InputOf::Cut(at, bit));
+        let batches = self.batches.clone();
+        let bits = value.bits().to_vec();
+        let WordRange { low, high } = limits;
+        self.cuts.push(GateCut { cell, index: None, what, low, high, value: bits, batches });
+        value
+    }
+}
