@@ -1,5 +1,6 @@
 //! `README.md`, `docs/start.md`, `docs/operator.md`, `docs/alarms.md`, `docs/record.md`,
-//! `docs/black-box.md`, `docs/testing.md`, `docs/ladder-plant.md`, `docs/xref.md` and `docs/draw.md`, executed: each
+//! `docs/black-box.md`, `docs/testing.md`, `docs/ladder-plant.md`, `docs/proving.md`, `docs/xref.md` and
+//! `docs/draw.md`, executed: each
 //! command in a ```` ```console ```` block runs, in order, in a folder with a copy of `config/`,
 //! and prints what the page shows.
 //!
@@ -240,6 +241,11 @@ fn the_commands_of_the_testing_page_print_what_the_page_shows() {
 #[test]
 fn the_commands_of_the_page_about_ladder_plants_print_what_the_page_shows() {
     run_page("docs/ladder-plant.md");
+}
+
+#[test]
+fn the_commands_of_the_page_about_proofs_print_what_it_shows() {
+    run_page("docs/proving.md");
 }
 
 #[test]

@@ -20,6 +20,9 @@ use rungd_language::source::wording::counted;
 /// The maximum number of combinations of the inputs before each scan: 2 to the 12th.
 const COMBINATIONS_MAX: u64 = 4_096;
 
+/// The number of states up to which exploring tries alone.
+const FEW_STATES: u64 = 2_000;
+
 /// The limits of a race.
 #[derive(Clone, Debug)]
 pub(crate) struct Race {
@@ -58,8 +61,29 @@ pub struct OpenQuestion {
 }
 
 impl Race {
-    /// Decides by both ways at once.
+    /// Decides: a small question by exploring alone, so that its answer is always the same; any other
+    /// by both ways at once.
     pub fn decide(&self, model: &Model, target: Target) -> Decision {
+        let few = self.states.map_or(FEW_STATES, |states| states.min(FEW_STATES));
+        let alone = Race { states: Some(few), ..self.clone() };
+        let stop = || self.given_up.load(Ordering::Relaxed);
+        match by_exploring(model, target, &alone.explore_limits(1, &stop)) {
+            Decision::Open(_) => self.decide_by_both(model, target),
+            decided => decided,
+        }
+    }
+
+    fn explore_limits<'s>(
+        &self,
+        threads: usize,
+        stop: &'s (dyn Fn() -> bool + Sync),
+    ) -> ExploreLimits<'s> {
+        let Race { memory, states, depth, end, .. } = *self;
+        let (combinations, deadline) = (COMBINATIONS_MAX, Some(end));
+        ExploreLimits { memory, combinations, threads, deadline, stop, states, depth }
+    }
+
+    fn decide_by_both(&self, model: &Model, target: Target) -> Decision {
         let is_over = Arc::new(AtomicBool::new(false));
         let flags = [Arc::clone(&is_over), Arc::clone(&self.given_up)];
         let patience = Patience { deadline: self.end, flags };
@@ -74,16 +98,9 @@ impl Race {
                 done(&decision);
                 decision
             });
-            let Race { memory, states, depth, .. } = *self;
-            let limits = ExploreLimits {
-                memory,
-                combinations: COMBINATIONS_MAX,
-                threads: std::thread::available_parallelism().map_or(1, usize::from),
-                deadline: Some(self.end),
-                stop: &|| patience.is_over(),
-                states,
-                depth,
-            };
+            let threads = std::thread::available_parallelism().map_or(1, usize::from);
+            let stop = || patience.is_over();
+            let limits = self.explore_limits(threads, &stop);
             let explored = by_exploring(model, target, &limits);
             done(&explored);
             (deducing.join(), explored)
