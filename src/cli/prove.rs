@@ -9,16 +9,20 @@ use std::time::Duration;
 use anyhow::{Context, Result};
 use clap::Args;
 
+use super::check::style;
 use super::early_end::{EarlyEnd, time};
 use super::exit::Exit;
 use super::prove_equal;
-use super::terminal::{one_line, plain_json, print, say};
+use super::terminal::{one_line, plain_json, print, say, say_findings};
 use super::test::{OpenSuite, ProgressLine, find, open, refused};
 use rungd_lab::testing::Suite;
+use rungd_language::source::finding::{Code, Finding};
+use rungd_language::source::render::render;
+use rungd_language::source::span::Span;
 use rungd_prove::certificate::certificate;
-use rungd_prove::decide::{DecideLimits, decide};
+use rungd_prove::decide::{DecideLimits, can_begin, decide};
 use rungd_prove::deduce::Patience;
-use rungd_prove::kept::KeptAnswers;
+use rungd_prove::kept::{KeptAnswer, KeptAnswers};
 use rungd_prove::question::Questions;
 
 /// The time for a comparison, if none is given.
@@ -101,8 +105,9 @@ pub fn prove(args: &ProveArgs) -> Result<Exit> {
     }
     let mut tally = Tally::default();
     for OpenSuite { name, read } in opened {
-        if let Some(suite) = read.suite {
-            prove_file(args, &name, suite, &end, &mut tally)?;
+        let Some(suite) = read.suite else { continue };
+        if !prove_file(args, &name, suite, &end, &mut tally)? {
+            return Ok(Exit::Config);
         }
     }
     Ok(match tally {
@@ -112,19 +117,24 @@ pub fn prove(args: &ProveArgs) -> Result<Exit> {
     })
 }
 
+/// Returns false if the file has a finding.
 fn prove_file(
     args: &ProveArgs,
     name: &str,
     suite: Suite,
     end: &EarlyEnd,
     tally: &mut Tally,
-) -> Result<()> {
+) -> Result<bool> {
     let limits = DecideLimits {
         time: args.time.unwrap_or(Duration::from_millis(suite.proof.time_ms.into())),
         memory: args.memory,
         given_up: Arc::clone(&end.is_over),
     };
     let questions = Questions::new(suite);
+    if !can_begin(&questions, &limits) {
+        say_findings(&render(&[unsatisfiable(&questions)], &[questions.suite.file], style(false)));
+        return Ok(false);
+    }
     let progress = ProgressLine::new(name);
     let kept_path = kept_path(name);
     let known = match args.again {
@@ -142,7 +152,7 @@ fn prove_file(
             "not decided" => tally.open += 1,
             _ => {}
         }
-        proved.proved.extend(answer.to_keep());
+        proved.proved.extend(KeptAnswer::of(&answer));
         match args.json {
             true => print(&format!("{}\n", plain_json(&answer.json(name).to_string())))?,
             false => print(&answer.text())?,
@@ -151,10 +161,18 @@ fn prove_file(
     if proved != known && !(proved.proved.is_empty() && !kept_path.exists()) {
         keep(&kept_path, &proved);
     }
-    match &args.certificate {
-        Some(folder) => write_certificate(folder, name, &questions, &limits),
-        None => Ok(()),
+    if let Some(folder) = &args.certificate {
+        write_certificate(folder, name, &questions, &limits)?;
     }
+    Ok(true)
+}
+
+/// The finding about assumptions that exclude all inputs.
+fn unsatisfiable(questions: &Questions) -> Finding {
+    let assumed = &questions.suite.proof.assume;
+    let place = assumed.first().map_or_else(Span::default, |first| first.contact.span());
+    let finding = Finding::new(Code::TestFile, place, "no input satisfies what is assumed");
+    finding.help("a proof about no run says nothing: weaken `assume`, or take a part of it away")
 }
 
 /// The file of the answers about a test file: `a.proof.toml` beside `a.test.toml`.

@@ -7,7 +7,6 @@ use rungd_language::source::wording::counted;
 use serde_json::{Value, json};
 
 use crate::cone::Share;
-use crate::kept::KeptAnswer;
 use rungd_lab::testing::Failure;
 
 /// The answer about a line.
@@ -177,18 +176,6 @@ impl Answer {
             Verdict::Violated { .. } => "violated",
             Verdict::NotDecided { .. } => "not decided",
         }
-    }
-
-    /// What is kept of it, if it is a proof.
-    pub fn to_keep(&self) -> Option<KeptAnswer> {
-        let Verdict::Proved { way, .. } = self.verdict else { return None };
-        Some(KeptAnswer {
-            line: self.line.clone(),
-            hash: self.hash.clone(),
-            way,
-            cuts: self.cuts.clone(),
-            vacuous: self.vacuous.clone(),
-        })
     }
 
     /// Its text: a line, and indented lines below it.

@@ -7,8 +7,12 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
+use crate::aig::Literal;
 use crate::answer::{Answer, DependsOn, Shown, Verdict, Witness};
 use crate::cone::cone;
+use crate::deduce::system::System;
+use crate::deduce::{Patience, has_first_scan};
+use crate::encode::encode;
 use crate::kept::{self, KeptAnswers};
 use crate::model::{Path, Target};
 use crate::question::{Line, Questions};
@@ -64,6 +68,14 @@ pub fn decide(
     }
     answer.ms = begun.elapsed().as_millis();
     answer
+}
+
+/// Whether some inputs satisfy what is assumed; `true` if that is not decided in its time.
+pub fn can_begin(questions: &Questions, limits: &DecideLimits) -> bool {
+    let gates = encode(&questions.model).reduced(&[]);
+    let system = System::of(&gates, Literal::FALSE);
+    let patience = Patience::new(limits.time, &limits.given_up);
+    questions.model.assumed.is_empty() || has_first_scan(&system, &patience)
 }
 
 /// What `[prove]` asks for, and no way can do yet.

@@ -6,8 +6,9 @@
 
 use std::fmt::Write as _;
 
-use crate::answer::Way;
+use crate::answer::{Answer, Verdict, Way};
 use crate::cone::Cone;
+use crate::encode::encode;
 use crate::model::Target;
 use rungd_language::source::key::key;
 use rungd_language::source::reader::{self, Table};
@@ -33,6 +34,20 @@ pub struct KeptAnswer {
     pub cuts: Vec<String>,
     /// Why the proof says nothing.
     pub vacuous: Option<String>,
+}
+
+impl KeptAnswer {
+    /// What is kept of an answer, if it is a proof.
+    pub fn of(answer: &Answer) -> Option<KeptAnswer> {
+        let Verdict::Proved { way, .. } = answer.verdict else { return None };
+        Some(KeptAnswer {
+            line: answer.line.clone(),
+            hash: answer.hash.clone(),
+            way,
+            cuts: answer.cuts.clone(),
+            vacuous: answer.vacuous.clone(),
+        })
+    }
 }
 
 impl KeptAnswers {
@@ -97,21 +112,25 @@ fn read_answer(mut table: Table<'_>) -> Option<KeptAnswer> {
     })
 }
 
-/// The hash of a question: of its cone, of what it asks, and of this version of rungd.
+/// The hash of a question: of the gates of its cone, of what it asks, and of this version of rungd.
+/// Gates have no cell numbers, so an edit elsewhere does not change them. Where something has no
+/// gates, the operations count too.
 pub(crate) fn hash(cone: &Cone, target: Target, settings: &str) -> String {
     let model = &cone.model;
+    let gates = encode(model);
     let mut hashed = HashedText(hmac_sha256::Hash::new());
+    let version = env!("CARGO_PKG_VERSION");
     // Writing to a hash does not fail.
-    let _ = write!(
-        hashed,
-        "{} {settings} {target:?} {} {:?} {:?} {:?} {:?}",
-        env!("CARGO_PKG_VERSION"),
-        model.period_ms,
-        model.restored,
-        model.inputs,
-        model.assumed,
-        model.code
-    );
+    let _ = write!(hashed, "{version} {settings} {} {}", target.value, model.period_ms);
+    let free: Vec<(i32, i32)> = model.inputs.iter().map(|free| (free.low, free.high)).collect();
+    let _ = write!(hashed, "{free:?} {:?} {:?}", gates.graph.nodes(), gates.constraints);
+    let _ = write!(hashed, "{:?} {:?}", gates.judged, gates.free);
+    for latch in &gates.latches {
+        let _ = write!(hashed, "{:?} {:?} {:?} ", latch.literal, latch.next, latch.initial);
+    }
+    if !gates.cuts.is_empty() {
+        let _ = write!(hashed, "{:?} {:?}", model.restored, model.code);
+    }
     hashed.0.finalize().iter().take(16).map(|byte| format!("{byte:02x}")).collect()
 }
 

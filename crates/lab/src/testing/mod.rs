@@ -65,18 +65,19 @@ pub use joint::{FailingTest, JudgedMutant, of_one_ladder};
 pub use mutants::MutantKind;
 pub use mutation::{JudgedLadder, MutateOptions, MutationProgress, first_failure, mutate};
 pub use proof_run::{FoundRun, TriedRun, try_run, try_violation};
-pub use proving::{FreeOperand, ProofEvent, ProofSettings};
 pub use reading::{ReadSuite, read_among, read_suite, read_text};
 pub use report::time_text;
 pub use runner::{RunOptions, TestVerdict, programs, run};
 pub use scenario::{ScenarioOf, scenario};
 pub use step_forms::{FORMS as STEP_FORMS, step_form};
 pub use suite::{
-    Chance, Incident, ProgramId, RandomChange, RandomIncident, RandomMotion, RandomTest, Reload,
-    Scenario, Suite, TestOperand, TestProgram, TestStep, TestTime,
+    Chance, FreeOperand, Incident, ProgramId, ProofSettings, RandomChange, RandomIncident,
+    RandomMotion, RandomTest, Reload, Scenario, Suite, TestOperand, TestProgram, TestStep,
+    TestTime,
 };
 pub use touches::{TestTouch, touches};
 pub use traced::{TracedScan, trace};
 pub use unmoved::UnmovedNames;
 pub use view::View;
 pub use written::shape;
+pub use written_prove::ProofEvent;

@@ -2,56 +2,16 @@
 //!
 //! Called by `reading`; `rungd-prove` makes its questions of it. Nothing is proved here.
 
-use super::condition::Condition;
 use super::names::TestTarget;
 use super::programs::Programs;
 use super::step_condition::WrittenCondition;
-use super::suite::{ProgramId, TestOperand};
-pub use super::written_prove::ProofEvent;
+use super::suite::{FreeOperand, ProgramId, ProofSettings};
 use super::written_prove::WrittenProve;
 use crate::traces::stimulus::StimulusTarget;
 use rungd_engine::Cell;
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::reader::Text;
 use rungd_language::source::span::Span;
-
-/// `[prove]`, resolved in the names of the program with which scenarios begin.
-#[derive(Clone, Debug)]
-pub struct ProofSettings {
-    /// What may change before each scan; `None`: every input that a line depends on.
-    pub inputs: Option<Vec<FreeOperand>>,
-    /// `assume`: what is ON in every scan, before its rungs.
-    pub assume: Vec<Condition>,
-    /// `can`: what some sequence of inputs turns ON, from every state that can be reached.
-    pub can: Vec<Condition>,
-    /// The maximum number of periods from one scan to the next; 1: exactly a period.
-    pub late_max: u32,
-    /// Whether retained memory has any values before the first scan.
-    pub from_retained: bool,
-    /// What may happen to the controller.
-    pub events: Vec<ProofEvent>,
-    /// What an operator writes.
-    pub writable: Vec<FreeOperand>,
-    /// What has any value in every scan.
-    pub any: Vec<FreeOperand>,
-    /// The maximum number of states that are explored.
-    pub states: Option<u64>,
-    /// The maximum number of scans that are looked at.
-    pub depth: Option<u64>,
-    /// The time for each line, ms.
-    pub time_ms: u32,
-}
-
-/// A bit or word that has any value within limits.
-#[derive(Clone, Debug)]
-pub struct FreeOperand {
-    /// The operand.
-    pub operand: TestOperand,
-    /// The smallest content of its cell; 0 for a bit.
-    pub low: i32,
-    /// The largest content of its cell; 1 for a bit.
-    pub high: i32,
-}
 
 /// The conditions of `[prove]`, as written.
 #[derive(Debug, Default)]

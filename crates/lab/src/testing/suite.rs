@@ -6,8 +6,8 @@
 use std::sync::Arc;
 
 use super::condition::Condition;
-use super::proving::ProofSettings;
 use super::view::View;
+use super::written_prove::ProofEvent;
 use crate::rig::{PowerOff, SimulatedDevice};
 use rungd_config::controller::Controller;
 use rungd_engine::Cell;
@@ -318,4 +318,42 @@ pub enum RandomMotion {
         /// The maximum.
         high: f64,
     },
+}
+
+/// `[prove]`, resolved in the names of the program with which scenarios begin.
+#[derive(Clone, Debug)]
+pub struct ProofSettings {
+    /// What may change before each scan; `None`: every input that a line depends on.
+    pub inputs: Option<Vec<FreeOperand>>,
+    /// `assume`: what is ON in every scan, before its rungs.
+    pub assume: Vec<Condition>,
+    /// `can`: what some sequence of inputs turns ON, from every state that can be reached.
+    pub can: Vec<Condition>,
+    /// The maximum number of periods from one scan to the next; 1: exactly a period.
+    pub late_max: u32,
+    /// Whether retained memory has any values before the first scan.
+    pub from_retained: bool,
+    /// What may happen to the controller.
+    pub events: Vec<ProofEvent>,
+    /// What an operator writes.
+    pub writable: Vec<FreeOperand>,
+    /// What has any value in every scan.
+    pub any: Vec<FreeOperand>,
+    /// The maximum number of states that are explored.
+    pub states: Option<u64>,
+    /// The maximum number of scans that are looked at.
+    pub depth: Option<u64>,
+    /// The time for each line, ms.
+    pub time_ms: u32,
+}
+
+/// A bit or word that has any value within limits.
+#[derive(Clone, Debug)]
+pub struct FreeOperand {
+    /// The operand.
+    pub operand: TestOperand,
+    /// The smallest content of its cell; 0 for a bit.
+    pub low: i32,
+    /// The largest content of its cell; 1 for a bit.
+    pub high: i32,
 }

@@ -17,8 +17,9 @@ use crate::aig::Literal;
 use induction::{Induced, induce};
 use reach::{Reached, reach};
 pub use solver::Patience;
+use solver::{BatsatSolver, Solved, Solver};
 use system::System;
-use unroll::leads;
+use unroll::{Unrolled, leads};
 
 /// The number of scans up to which induction tries alone.
 const SCANS_MAX: usize = 12;
@@ -64,6 +65,13 @@ fn shortest(system: &System, known: Vec<Vec<bool>>, patience: &Patience) -> Dedu
         Induced::Found(inputs) if leads(system, &inputs) => Deduced::Found(inputs),
         Induced::Found(_) | Induced::Never(_) | Induced::Open(_) => Deduced::Found(known),
     }
+}
+
+/// Whether there is a first scan; `true` if the time is over.
+pub fn has_first_scan(system: &System, patience: &Patience) -> bool {
+    let mut first = Unrolled::new(system, BatsatSolver::new(patience), true);
+    first.add_scan();
+    first.solver.solve(&[]) != Solved::No
 }
 
 /// An invariant that excludes what is looked for; `None`: it is found, or the time is over.

@@ -12,11 +12,7 @@ use std::collections::BinaryHeap;
 
 use super::solver::Patience;
 use super::system::System;
-use super::transition::{Blocked, Transition};
-use crate::aig::Literal;
-
-/// Some bits of memory, each as the literal that is ON. Sorted.
-pub(super) type Cube = Vec<Literal>;
+use super::transition::{Blocked, Cube, Transition};
 
 /// What reachability has found.
 #[derive(Clone, Debug, PartialEq, Eq)]

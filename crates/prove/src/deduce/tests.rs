@@ -6,9 +6,10 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use super::induction::{Induced, induce};
-use super::reach::{Cube, Reached, reach};
+use super::reach::{Reached, reach};
 use super::solver::Patience;
 use super::system::{Gate, KeptBit, System, on};
+use super::transition::Cube;
 use super::unroll::leads;
 use super::{Deduced, deduce};
 use crate::aig::Literal;

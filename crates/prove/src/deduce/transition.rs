@@ -3,13 +3,15 @@
 //! `reach` asks. A frame is a set of clauses with a literal of its own; a question about a frame
 //! assumes the literals of this frame and all later ones.
 
-use super::reach::Cube;
 use super::solver::{BatsatSolver, Patience, SatLit, Solved, Solver};
 use super::system::System;
 use crate::aig::Literal;
 
 /// The number of questions after which a solver begins anew, without what they left behind.
 const QUESTIONS_MAX: usize = 2_000;
+
+/// Some bits of memory, each as the literal that is ON. Sorted.
+pub(super) type Cube = Vec<Literal>;
 
 /// Whether a frame excludes something.
 #[derive(Clone, Debug, PartialEq, Eq)]

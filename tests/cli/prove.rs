@@ -1,0 +1,220 @@
+//! `rungd prove` as a user runs it: answers, exit codes, JSON, kept answers, two ladders, and
+//! certificates that another solver judges.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use rungd_test_support::folder::TestFolder;
+use rungd_test_support::needs::not_installed;
+use serde_json::Value;
+
+/// Two directions that exclude each other, a timer, and a real that is computed.
+const LADDER: &str = r#"[tags]
+go_up   = { at = "X0" }
+go_down = { at = "X1" }
+stop    = { at = "X2" }
+up      = { at = "Y0" }
+down    = { at = "Y1" }
+late    = { at = "Y2" }
+level   = { type = "real" }
+high    = { at = "Y3" }
+
+[[program]]
+name = "Main"
+rung = [
+  { when = ["go_up | up", "!stop", "!down"], do = ["OUT up"] },
+  { when = ["go_down | down", "!stop", "!up"], do = ["OUT down"] },
+  { when = ["up"], do = ["ONDTMR T0 preset=1s output=late"] },
+  { when = ["up"], do = ["MATH level = level + 0.001"] },
+  { when = ["level > 1000000.0"], do = ["OUT high"] },
+]
+"#;
+
+const PROVED: &str = "ladder = [\"ladder.toml\"]\nalways = [\"!(up & down)\"]\n";
+
+struct Files(TestFolder);
+
+impl Files {
+    fn new(name: &str, files: &[(&str, &str)]) -> Files {
+        let folder = TestFolder::new(&format!("prove-{name}"));
+        for (name, text) in [("ladder.toml", LADDER)].iter().chain(files) {
+            fs::write(folder.path().join(name), text).expect("a file");
+        }
+        Files(folder)
+    }
+
+    fn run(&self, args: &[&str]) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+        command.arg("prove").args(args).current_dir(self.0.path()).output().expect("rungd runs")
+    }
+
+    fn path(&self) -> &Path {
+        self.0.path()
+    }
+}
+
+fn text(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).expect("text")
+}
+
+fn code(output: &Output) -> Option<i32> {
+    output.status.code()
+}
+
+fn lines(output: &Output) -> Vec<Value> {
+    let lines = text(output);
+    lines.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect()
+}
+
+#[test]
+fn each_line_has_one_answer_and_the_worst_is_the_exit_code() {
+    let always = |lines: &str| format!("ladder = [\"ladder.toml\"]\nalways = [{lines}]\n");
+    let files = Files::new(
+        "codes",
+        &[
+            ("good.test.toml", PROVED),
+            ("bad.test.toml", &always("\"!(up & down)\", \"!late\", \"!high\"")),
+            ("open.test.toml", &always("\"!high | up\"")),
+            ("wrong.test.toml", &always("\"!nothing\"")),
+        ],
+    );
+    let good = files.run(&["good.test.toml"]);
+    assert_eq!(code(&good), Some(0));
+    assert!(text(&good).starts_with("proved: !(up & down)\n  by exploring"), "{}", text(&good));
+    let bad = files.run(&["bad.test.toml", "--json", "--time", "2s"]);
+    assert_eq!(code(&bad), Some(1));
+    let answers: Vec<(String, Value)> = lines(&bad)
+        .iter()
+        .map(|line| (line["answer"].as_str().expect("a word").to_owned(), line["scan"].clone()))
+        .collect();
+    assert_eq!(answers[0], ("proved".to_owned(), Value::Null));
+    assert_eq!(answers[1], ("violated".to_owned(), Value::from(101)));
+    let open = files.run(&["open.test.toml", "--time", "1s"]);
+    assert_eq!(code(&open), Some(2), "{}", text(&open));
+    let told = "not decided: !high | up\n  stood in the way: ";
+    assert!(text(&open).starts_with(told), "{}", text(&open));
+    assert_eq!(code(&files.run(&["wrong.test.toml"])), Some(78));
+}
+
+#[test]
+fn a_violation_fails_in_a_test_and_a_witness_passes() {
+    let files = Files::new("paste", &[("good.test.toml", PROVED)]);
+    let bad = "ladder = [\"ladder.toml\"]\nalways = [\"!late\"]\n";
+    fs::write(files.path().join("bad.test.toml"), bad).expect("a file");
+    let test = |name: &str, text: String| {
+        fs::write(files.path().join(name), text).expect("a file");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+        command.args(["test", name]).current_dir(files.path()).output().expect("rungd runs")
+    };
+    let violated = &lines(&files.run(&["bad.test.toml", "--json"]))[0];
+    let scenario = violated["scenario"].as_str().expect("a scenario");
+    let failed = test("pasted.test.toml", format!("{bad}\n{scenario}"));
+    assert_eq!(code(&failed), Some(1));
+    assert!(text(&failed).contains("at scan 101 ("), "{}", text(&failed));
+    let proved = &lines(&files.run(&["good.test.toml", "--json"]))[0];
+    for witness in proved["witnesses"].as_array().expect("witnesses") {
+        let scenario = witness["scenario"].as_str().expect("a scenario");
+        assert_eq!(code(&test("pasted.test.toml", format!("{PROVED}\n{scenario}"))), Some(0));
+    }
+}
+
+#[test]
+fn what_has_not_changed_is_not_proved_again() {
+    let files = Files::new("kept", &[("good.test.toml", PROVED)]);
+    let kept = |args: &[&str]| lines(&files.run(args))[0]["kept"].clone();
+    assert_eq!(kept(&["good.test.toml", "--json"]), Value::from(false));
+    assert_eq!(kept(&["good.test.toml", "--json"]), Value::from(true));
+    assert_eq!(kept(&["good.test.toml", "--json", "--again"]), Value::from(false));
+    // A rung on which the line does not depend.
+    let with = |from: &str, to: &str| {
+        fs::write(files.path().join("ladder.toml"), LADDER.replace(from, to)).expect("a file");
+    };
+    with("preset=1s", "preset=2s");
+    assert_eq!(kept(&["good.test.toml", "--json"]), Value::from(true));
+    with("\"!stop\", \"!down\"", "\"!down\"");
+    assert_eq!(kept(&["good.test.toml", "--json"]), Value::from(false));
+    fs::write(files.path().join("good.proof.toml"), "nonsense = [").expect("a file");
+    assert_eq!(kept(&["good.test.toml", "--json"]), Value::from(false));
+}
+
+#[test]
+fn an_assumption_that_nothing_fulfils_and_a_side_that_can_never_be_are_told() {
+    let vacuous = "ladder = [\"ladder.toml\"]\nalways = [\"!(up & X9)\"]\n\
+                   [prove]\nassume = [\"!go_up\", \"!go_down\"]\n";
+    let files = Files::new("vacuous", &[("vacuous.test.toml", vacuous)]);
+    let told = &lines(&files.run(&["vacuous.test.toml", "--json"]))[0];
+    assert_eq!(told["answer"], "proved");
+    assert_eq!(told["vacuous"], "`up` can never be ON");
+    let none = "ladder = [\"ladder.toml\"]\nalways = [\"!(up & down)\"]\n\
+                [prove]\nassume = [\"go_up\", \"!go_up\"]\n";
+    fs::write(files.path().join("none.test.toml"), none).expect("a file");
+    let output = files.run(&["none.test.toml"]);
+    assert_eq!(code(&output), Some(78), "{}", text(&output));
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(said.contains("no input satisfies"), "{said}");
+}
+
+#[test]
+fn two_ladders_are_equal_or_a_scenario_tells_them_apart() {
+    let same = LADDER.replace(
+        "{ when = [\"up\"], do = [\"ONDTMR T0 preset=1s output=late\"] }",
+        "{ when = [\"up\"], do = [\"ONDTMR T9 preset=1s output=late\"] }",
+    );
+    let moved = LADDER.replace("\"X0\"", "\"X7\"").replace("\"Y0\"", "\"Y9\"");
+    let other = LADDER.replace("preset=1s", "preset=900ms");
+    let files = Files::new(
+        "equal",
+        &[("same.toml", &same), ("moved.toml", &moved), ("other.toml", &other)],
+    );
+    for new in ["same.toml", "moved.toml"] {
+        let equal = files.run(&["--equal", "ladder.toml", new, "--except", "high"]);
+        assert_eq!(code(&equal), Some(0), "{}", text(&equal));
+    }
+    let args = ["--equal", "ladder.toml", "other.toml", "--except", "high", "--json"];
+    let output = files.run(&args);
+    assert_eq!(code(&output), Some(1), "{}", text(&output));
+    let different = &lines(&output)[0];
+    assert_eq!(different["scan"], 91, "{different}");
+    let expected = serde_json::json!([{ "name": "late", "old": "OFF", "new": "ON" }]);
+    assert_eq!(different["outputs"], expected);
+    let missing = LADDER.replace("late ", "late2").replace("output=late", "output=late2");
+    fs::write(files.path().join("missing.toml"), missing).expect("a file");
+    let refused = files.run(&["--equal", "ladder.toml", "missing.toml"]);
+    assert_eq!(code(&refused), Some(2));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("--map late=NAME"));
+    let mapped =
+        ["--equal", "ladder.toml", "missing.toml", "--map", "late=late2", "--except", "high"];
+    assert_eq!(code(&files.run(&mapped)), Some(0));
+}
+
+#[test]
+fn another_solver_finds_that_the_formulas_of_a_certificate_have_no_solution() {
+    let installed = Command::new("minisat").arg("--help").output();
+    if installed.is_err() {
+        return not_installed("minisat");
+    }
+    // Neither of the two follows from the scan alone.
+    let latches = r#"
+[[program]]
+name = "Main"
+rung = [
+  { when = ["X0", "!C1"], do = ["SET C0"] },
+  { when = ["X1", "!C0"], do = ["SET C1"] },
+]
+"#;
+    let suite = "ladder = [\"latches.toml\"]\nalways = [\"!(C0 & C1)\"]\n";
+    let files = Files::new("certificate", &[("latches.toml", latches), ("good.test.toml", suite)]);
+    let output = files.run(&["good.test.toml", "--certificate", "out"]);
+    assert_eq!(code(&output), Some(0), "{}", text(&output));
+    let folder = files.path().join("out/good");
+    for formula in ["start-1.cnf", "kept-1.cnf", "implies-1.cnf"] {
+        let judged = Command::new("minisat").arg(folder.join(formula)).output().expect("minisat");
+        assert_eq!(judged.status.code(), Some(20), "{formula} has a solution");
+    }
+    let question = fs::read_to_string(folder.join("question.aag")).expect("AIGER");
+    assert!(question.starts_with("aag ") && question.contains("b0 !(C0 & C1)\n"), "{question}");
+    assert!(fs::read(folder.join("question.aig")).expect("AIGER").starts_with(b"aig "));
+    let invariant = fs::read_to_string(folder.join("invariant-1.txt")).expect("clauses");
+    assert!(!invariant.is_empty() && fs::read(folder.join("README")).is_ok());
+}
