@@ -348,6 +348,11 @@ impl Layout {
         }
     }
 
+    /// The number of bits of all structures' records, which come before all other bits.
+    pub fn structure_bits(&self) -> u32 {
+        self.x
+    }
+
     /// The bits of a structure's record: its flags, then its owner's private state.
     pub fn record_bits(&self, structure: Structure) -> std::ops::Range<u32> {
         let first = self.flags(structure);

@@ -20,8 +20,9 @@ pub use super::power::{LegPowers, Power, Powers};
 use super::reach::Reach;
 use super::role::FieldRole;
 pub use super::role::{
-    BitMask, BitOwn, BitRead, BitWritten, BitsRead, BitsWritten, CellRange, FormulaReads, Formulas,
-    TouchedCells, WordBitWritten, WordRead, WordWritten, WordsRead, WordsWritten,
+    AndedPowers, BitMask, BitOwn, BitRead, BitWritten, BitsRead, BitsWritten, CellRange,
+    FormulaReads, Formulas, TouchedCells, WordBitWritten, WordRead, WordWritten, WordsRead,
+    WordsWritten,
 };
 pub use super::step_reads::reads;
 pub use super::steps::{

@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 use super::layout::WordBitCell;
-use super::power::Powers;
+use super::power::{Power, Powers};
 use crate::isa::status::st;
 
 /// The cells that an operation reads and writes. The scheduler keeps the order of operations that
@@ -34,6 +34,27 @@ pub struct TouchedCells<'s> {
     pub word_arrays_read: Vec<CellRange>,
     /// Arrays of words that are written: one element, or all.
     pub word_arrays_written: Vec<CellRange>,
+    /// Bits of `bits_read` of which only matters whether all powers are ON.
+    pub anded: Vec<AndedPowers>,
+}
+
+/// Powers that are ANDed: at most four.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AndedPowers {
+    powers: [Power; 4],
+    count: u8,
+}
+
+impl AndedPowers {
+    /// A single power.
+    pub fn of(power: Power) -> AndedPowers {
+        AndedPowers { powers: [power; 4], count: 1 }
+    }
+
+    /// All powers.
+    pub fn each(&self) -> &[Power] {
+        &self.powers[..usize::from(self.count)]
+    }
 }
 
 /// Neighbouring cells of an array.
@@ -100,6 +121,7 @@ impl TouchedCells<'_> {
         self.bit_arrays_written.clear();
         self.word_arrays_read.clear();
         self.word_arrays_written.clear();
+        self.anded.clear();
     }
 }
 
@@ -191,6 +213,9 @@ array_roles! {
 impl<const N: usize> FieldRole for Powers<N> {
     fn touches(&self, t: &mut TouchedCells) {
         t.bits_read.extend(self.cells);
+        let mut anded = AndedPowers { powers: [Power(0); 4], count: N as u8 };
+        anded.powers[..N].copy_from_slice(&self.each());
+        t.anded.push(anded);
     }
 }
 

@@ -26,9 +26,8 @@ pub struct Model {
 }
 
 impl Model {
-    /// Executes one scan on an engine, with these values of the inputs; returns whether it was the
-    /// last one.
-    pub(crate) fn scan(&self, engine: &mut Engine, now_ns: u64, inputs: &[i32]) -> bool {
+    /// Begins a scan on an engine, with these values of the inputs: its `execute` comes next.
+    pub(crate) fn begin_scan(&self, engine: &mut Engine, now_ns: u64, inputs: &[i32]) {
         engine.begin_scan(now_ns, &ScanTimes::default(), &LocalTime::default());
         for (input, value) in self.inputs.iter().zip(inputs) {
             match input.cell {
@@ -37,7 +36,6 @@ impl Model {
                 Cell::WordBit(_) => unreachable!("an input is a whole cell"),
             }
         }
-        engine.execute().last
     }
 
     /// Whether the inputs of the scan that has left this memory were allowed.
@@ -126,8 +124,9 @@ impl<'m> Run<'m> {
     /// Executes one scan with these values of the inputs. Call it no more after the last scan.
     pub fn scan(&mut self, inputs: &[i32]) -> ScanOutcome {
         let now_ns = self.next_ns();
-        let is_last = self.model.scan(&mut self.engine, now_ns, inputs);
         let engine = &mut self.engine;
+        self.model.begin_scan(engine, now_ns, inputs);
+        let is_last = engine.execute().last;
         let is_allowed = self.model.allows(engine.image());
         let on = |bit: &BitCell| engine.image().bit(*bit);
         let judged = self.model.judged.iter().map(on).collect();

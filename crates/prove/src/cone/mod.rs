@@ -12,6 +12,8 @@
 
 mod program;
 
+pub(crate) use program::split;
+
 use crate::model::{FreeInput, Model, Path};
 use rungd_engine::{BitCell, Cell};
 
@@ -56,7 +58,7 @@ impl Cone {
 /// The cone of some judged bits. The assumed bits are in every cone, because they restrict the
 /// inputs; so is STOP, because it ends all paths.
 pub fn cone(model: &Model, bits: &[BitCell]) -> Cone {
-    let split = program::split(&model.code);
+    let split = split(&model.code);
     let asked = bits.iter().chain(&model.assumed).map(|bit| Cell::Bit(*bit));
     let slice = split.slice(&asked.collect::<Vec<_>>());
     let (mut inputs, mut places) = (Vec::new(), Vec::new());

@@ -10,7 +10,7 @@ use rungd_engine::ops::OpKind;
 use rungd_engine::{Batch, Cell, ElementCode, EngineProgram, Slice, Tables};
 
 /// The same program with one operation in each batch.
-pub(super) fn split(code: &EngineProgram) -> EngineProgram {
+pub(crate) fn split(code: &EngineProgram) -> EngineProgram {
     let mut split = code.clone();
     split.tables.batches.clear();
     let own = split.blocks.iter_mut().map(|block| &mut block.own);

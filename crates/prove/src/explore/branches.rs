@@ -19,7 +19,7 @@ use crate::model::{FreeInput, Model, Target};
 use std::ops::Range;
 
 /// A set of inputs, by their places in the model.
-type InputSet = u64;
+pub(super) type InputSet = u64;
 
 /// The inputs, and the elements that read them.
 #[derive(Debug)]
@@ -93,7 +93,7 @@ impl Inputs {
 
 impl Inputs {
     /// The inputs that can have mattered in the scan of an engine.
-    fn that_mattered(&self, engine: &Engine, is_allowed: bool) -> InputSet {
+    pub fn that_mattered(&self, engine: &Engine, is_allowed: bool) -> InputSet {
         if !is_allowed {
             return self.refused;
         }
@@ -106,8 +106,8 @@ impl Inputs {
         read.fold(self.always, |all, read| all | read)
     }
 
-    /// The least number of scans that a state needs if no input is refused.
-    pub fn least(&self) -> u64 {
+    /// The number of combinations of the inputs that can matter in every scan.
+    pub fn usual(&self) -> u64 {
         let counts = self.all.iter().enumerate().filter(|(at, _)| self.always >> at & 1 != 0);
         counts.map(|(_, input)| input.count()).product()
     }
@@ -154,10 +154,10 @@ impl<'i> Branches<'i> {
         self.inputs.pack(&self.values)
     }
 
-    /// Goes on behind a scan of an engine with the values; returns whether the state needs another
-    /// one. If not, the values are those of the first scan of the next state.
-    pub fn advance(&mut self, engine: &Engine, is_allowed: bool) -> bool {
-        let mut new = self.inputs.that_mattered(engine, is_allowed) & !self.is_fixed;
+    /// Goes on behind a scan with the values, in which some inputs mattered; returns whether the
+    /// state needs another scan. If not, the values are those of the first scan of the next state.
+    pub fn advance(&mut self, mattered: InputSet) -> bool {
+        let mut new = mattered & !self.is_fixed;
         self.is_fixed |= new;
         while new != 0 {
             self.fixed.push(new.trailing_zeros() as usize);
@@ -202,7 +202,7 @@ impl<'p> InputReaders<'p> {
 
     fn of_batches(&self, batches: Range<u32>) -> InputSet {
         let ops = operations(&self.model.code, batches);
-        ops.fold(0, |set, op| set | self.of_cells(self.effects.of(&op).reads))
+        ops.fold(0, |set, op| set | self.of_cells(self.effects.of(&op).all_reads()))
     }
 
     /// The inputs that are read outside of elements.

@@ -7,8 +7,9 @@
 use rungd_engine::isa::status::st;
 use rungd_engine::isa::{Bit, BitSpace};
 use rungd_engine::ops::{
-    BitOwn, Control, ControlKind, CounterRule, FormulaReads, Formulas, LegPowers, Math, MathTarget,
-    Op, Power, RestartState, Sensaphone, Timer, TouchedCells, WordRead, WordTarget,
+    AndedPowers, BitOwn, Control, ControlKind, CounterRule, FormulaReads, Formulas, LegPowers,
+    Math, MathTarget, Op, Power, RestartState, Sensaphone, Timer, TouchedCells, WordRead,
+    WordTarget,
 };
 use rungd_engine::record::sensaphone_flags::{CD, CU, DN, OV, UN};
 use rungd_engine::record::{FLAGS, RECORD, sensaphone_state};
@@ -49,13 +50,19 @@ const OF_CTD: OwnBits = OwnBits { enable: CD, history: sensaphone_state::DOWN };
 /// The cells of an operation.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Effect {
-    /// The cells whose content before the operation can matter.
+    /// The powers of its legs, or those that it ANDs.
+    pub legs: Vec<AndedPowers>,
+    /// The other cells whose content before the operation can matter.
     pub reads: Vec<u32>,
+    /// The cells that it can write.
+    pub writes: Vec<u32>,
     /// The cells whose content after the operation does not depend on theirs before, unless they
     /// are among `reads`.
     pub overwrites: Vec<u32>,
     /// The structure that it owns.
     pub owns: Option<Owned>,
+    /// It has one leg, and does nothing while the leg is OFF.
+    pub rests_while_off: bool,
 }
 
 /// A structure of an operation that is its owner.
@@ -74,8 +81,19 @@ pub(super) enum Owned {
 }
 
 impl Effect {
+    /// All cells whose content before the operation can matter.
+    pub fn all_reads(&self) -> impl Iterator<Item = u32> {
+        let powers = self.legs.iter().flat_map(|leg| leg.each());
+        powers.map(|power| power.cell()).chain(self.reads.iter().copied())
+    }
+
     fn overwrite(&mut self, cell: u32) -> &mut Effect {
         self.overwrites.push(cell);
+        self
+    }
+
+    fn rest_while_off(&mut self) -> &mut Effect {
+        self.rests_while_off = true;
         self
     }
 
@@ -136,7 +154,13 @@ impl<'p> Effects<'p> {
     /// The effect of an operation.
     pub fn of(&self, op: &Op) -> Effect {
         let numbers = self.numbers();
-        let mut effect = Effect { reads: self.read(&self.touched(op)), ..Effect::default() };
+        let touches = self.touched(op);
+        let mut effect = Effect {
+            legs: touches.anded.clone(),
+            reads: self.read(&touches),
+            writes: self.written(&touches),
+            ..Effect::default()
+        };
         match op {
             Op::And2(and) => effect.overwrite(and.cell.0),
             Op::And3(and) => effect.overwrite(and.cell.0),
@@ -182,10 +206,10 @@ impl<'p> Effects<'p> {
             Op::Sub(sum) => self.overwrite_word(&mut effect, &sum.leg, sum.to),
             Op::Math(math) => self.compute(&mut effect, math),
             Op::Control(control) => self.control(&mut effect, control),
-            // These write only while their leg is ON, or only a bit of a word.
+            Op::OutWordBit(_) => &mut effect,
+            // These write only while their leg is ON.
             Op::Set(_)
             | Op::Rst(_)
-            | Op::OutWordBit(_)
             | Op::SetWordBit(_)
             | Op::RstWordBit(_)
             | Op::Rstct(_)
@@ -198,12 +222,30 @@ impl<'p> Effects<'p> {
             | Op::FillBits(_)
             | Op::FillWords(_)
             | Op::PackBits(_)
-            | Op::UnpackBits(_) => &mut effect,
+            | Op::UnpackBits(_) => effect.rest_while_off(),
         };
+        effect.writes.extend(&effect.overwrites);
         effect
     }
 
-    /// The cells that are read, by the lists of touched cells.
+    /// The cells that are written, by the lists of touched cells; of a structure, its whole record.
+    fn written(&self, touches: &TouchedCells) -> Vec<u32> {
+        let (numbers, record) = (self.numbers(), RECORD as u32);
+        let structures = self.program.layout.structure_bits();
+        let bits = touches.bits_written.iter().flat_map(|bit| match *bit < structures {
+            true => bit / record * record..bit / record * record + record,
+            false => *bit..bit + 1,
+        });
+        let arrays = touches.bit_arrays_written.iter().map(|array| (array, 0));
+        let words = touches.word_arrays_written.iter().map(|array| (array, numbers.word(0)));
+        let elements = arrays.chain(words).flat_map(|(array, from)| {
+            (array.first..array.first + array.count).map(move |at| from + at)
+        });
+        let words = touches.words_written.iter().map(|word| numbers.word(*word));
+        bits.chain(words).chain(elements).collect()
+    }
+
+    /// The cells that are read besides powers, by the lists of touched cells.
     fn read(&self, touches: &TouchedCells) -> Vec<u32> {
         let numbers = self.numbers();
         let arrays = touches.bit_arrays_read.iter().map(|array| (array, 0));
@@ -212,9 +254,13 @@ impl<'p> Effects<'p> {
         let elements = elements.flat_map(|(array, from)| {
             (array.first..array.first + array.count).map(move |at| from + at)
         });
-        let bits = touches.bits_read.iter().copied();
+        let mut bits = touches.bits_read.clone();
+        for power in touches.anded.iter().flat_map(|leg| leg.each()) {
+            let at = bits.iter().position(|bit| *bit == power.cell());
+            at.map(|at| bits.swap_remove(at));
+        }
         let words = touches.words_read.iter().map(|word| numbers.word(*word));
-        bits.chain(words).chain(elements).collect()
+        bits.into_iter().chain(words).chain(elements).collect()
     }
 
     /// An owner of a counter or timer reads `.Acc` and its private state, and writes both and all
@@ -252,14 +298,15 @@ impl<'p> Effects<'p> {
         leg: &LegPowers,
         to: WordTarget,
     ) -> &'e mut Effect {
-        if self.is_on(leg) { effect.overwrite(self.numbers().word(to.word.0)) } else { effect }
+        let word = self.numbers().word(to.word.0);
+        if self.is_on(leg) { effect.overwrite(word) } else { effect.rest_while_off() }
     }
 
     /// A MATH writes while its leg is ON; that of a contact that computes always is.
     fn compute<'e>(&self, effect: &'e mut Effect, math: &Math) -> &'e mut Effect {
         let numbers = self.numbers();
         match math.put {
-            _ if !self.is_on(&math.leg) => effect,
+            _ if !self.is_on(&math.leg) => effect.rest_while_off(),
             MathTarget::Word { to, .. } | MathTarget::Real(to) => {
                 effect.overwrite(numbers.word(to.word.0))
             }
@@ -271,16 +318,20 @@ impl<'p> Effects<'p> {
 
     /// Control instructions: the bits of blocks and Stages are always live.
     fn control<'e>(&self, effect: &'e mut Effect, control: &Control) -> &'e mut Effect {
-        effect.reads.push(control.leg.cell());
+        effect.legs.push(AndedPowers::of(control.leg));
         match control.kind {
             ControlKind::Restart(RestartState { history, .. })
-            | ControlKind::EnableOnce { history, .. } => effect.reads.push(history),
+            | ControlKind::EnableOnce { history, .. } => {
+                effect.reads.push(history);
+                effect.writes.push(history);
+            }
             ControlKind::EnableEvery { every, pick, task: _ } => {
                 effect.reads.push(self.numbers().word(every));
                 effect.reads.extend(pick.into_iter().flat_map(|pick| self.pick(pick)));
             }
             ControlKind::Return { missed_ms } => {
                 effect.reads.push(self.numbers().word(missed_ms));
+                effect.writes.push(self.numbers().word(missed_ms));
             }
             ControlKind::Run(_)
             | ControlKind::Halt(_)
@@ -318,7 +369,8 @@ impl<'p> Effects<'p> {
     }
 
     fn pick(&self, pick: u32) -> Vec<u32> {
-        self.of(&Op::Math(self.program.tables.picks[pick as usize])).reads
+        let pick = Op::Math(self.program.tables.picks[pick as usize]);
+        self.of(&pick).all_reads().collect()
     }
 
     /// Whether a leg is always ON.

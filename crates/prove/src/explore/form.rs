@@ -92,6 +92,12 @@ impl StateForm {
 }
 
 impl StateForm {
+    /// The cells of a state; bits first. `bits`: the number of all bits.
+    pub fn cells(&self, bits: u32) -> impl Iterator<Item = u32> {
+        let words = self.words.iter().map(move |word| bits + word.cell);
+        self.bits.iter().copied().chain(words)
+    }
+
     /// Writes the state of an engine behind a scan.
     pub fn save(&self, engine: &Engine, to: &mut Vec<u8>) {
         let (bits, words) = (engine.image().bits(), engine.image().words());

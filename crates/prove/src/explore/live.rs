@@ -11,7 +11,7 @@ use rungd_engine::isa::{Bit, BitSpace, BlockId, Word, WordSpace, status};
 use rungd_engine::ops::{Control, ControlKind, Op};
 use rungd_engine::{BlockRole, EngineProgram};
 
-use super::effects::{CellNumbers, Effect, Effects};
+use super::effects::{CellNumbers, Effects};
 use crate::model::Model;
 use std::ops::Range;
 
@@ -92,9 +92,9 @@ impl LiveSearch<'_> {
         self.visited += 1;
         self.element = if executes_always { FOR_ALL } else { self.visited };
         for op in operations(self.program, batches) {
-            let Effect { reads, overwrites, .. } = self.effects.of(&op);
-            reads.into_iter().for_each(|cell| self.read(cell));
-            overwrites.into_iter().for_each(|cell| self.overwrite(cell));
+            let effect = self.effects.of(&op);
+            effect.all_reads().for_each(|cell| self.read(cell));
+            effect.overwrites.into_iter().for_each(|cell| self.overwrite(cell));
         }
     }
 
@@ -117,10 +117,8 @@ pub(super) fn operations(
     batches: Range<u32>,
 ) -> impl Iterator<Item = Op> + '_ {
     let tables = &program.tables;
-    tables.batches[batches.start as usize..batches.end as usize].iter().flat_map(|batch| {
-        let places = batch.first as usize..(batch.first + batch.count) as usize;
-        places.map(|at| tables.ops.op(batch.kind, at))
-    })
+    let batches = &tables.batches[batches.start as usize..batches.end as usize];
+    batches.iter().flat_map(|batch| tables.ops_of(*batch))
 }
 
 /// All operations of a cone's program.

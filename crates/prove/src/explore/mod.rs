@@ -15,10 +15,11 @@ mod form;
 mod keys;
 mod live;
 mod search;
+mod trace;
 
 use std::time::Instant;
 
-use crate::cone::cone;
+use crate::cone::{cone, split};
 use crate::model::{Model, Path, Target};
 use branches::Inputs;
 use search::Search;
@@ -41,6 +42,10 @@ pub struct ExploreLimits<'s> {
     /// The greatest number of scans.
     pub depth: Option<u64>,
 }
+
+/// The number of combinations from which on the inputs that matter are found by tracing scans: a
+/// traced scan takes several times as long, and saves others.
+const TRACED_MIN: u64 = 16;
 
 /// What exploring found.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -95,12 +100,26 @@ impl StopCause {
 
 /// Looks for a scan that meets the target. The path is one of `model`.
 pub fn explore(model: &Model, target: Target, limits: &ExploreLimits) -> Explored {
-    let cone = cone(model, &[target.bit]);
+    explore_traced(model, target, limits, TRACED_MIN)
+}
+
+/// Does the same; traces scans from a number of combinations on.
+pub fn explore_traced(
+    model: &Model,
+    target: Target,
+    limits: &ExploreLimits,
+    traced_min: u64,
+) -> Explored {
+    let mut cone = cone(model, &[target.bit]);
     let Some(inputs) = Inputs::new(&cone.model, target) else {
         let cause = StopCause::Combinations;
         return Explored::Stopped { states: 0, depth: 0, cause };
     };
-    match Search::new(&cone.model, target, inputs).run(limits) {
+    let traces = inputs.usual() >= traced_min;
+    if traces {
+        cone.model.code = split(&cone.model.code);
+    }
+    match Search::new(&cone.model, target, inputs, traces).run(limits) {
         Explored::Found(path) => Explored::Found(cone.widened(&path)),
         ended @ (Explored::All { .. } | Explored::Stopped { .. }) => ended,
     }

@@ -11,12 +11,13 @@ use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-use rungd_engine::{Engine, EngineState};
+use rungd_engine::{Engine, EngineCall, EngineState};
 use rustc_hash::FxBuildHasher;
 
-use super::branches::{Branches, Inputs, Packed};
+use super::branches::{Branches, InputSet, Inputs, Packed};
 use super::form::StateForm;
 use super::keys::key;
+use super::trace::{Needs, ScanTrace};
 use super::{ExploreLimits, Explored, StopCause};
 use crate::model::{Model, Path, Run, Target};
 
@@ -38,6 +39,8 @@ pub(super) struct Search<'m> {
     model: &'m Model,
     target: Target,
     inputs: Inputs,
+    /// For cones with many inputs.
+    needs: Option<Needs>,
     form: StateForm,
     /// The state before the first scan.
     start: EngineState,
@@ -85,11 +88,16 @@ struct Visited {
 }
 
 impl<'m> Search<'m> {
-    /// A search in the model of a cone.
-    pub fn new(model: &'m Model, target: Target, inputs: Inputs) -> Search<'m> {
+    /// A search in the model of a cone. If `traces`, its program has batches of one operation each,
+    /// and the inputs that matter are found by traces of scans.
+    pub fn new(model: &'m Model, target: Target, inputs: Inputs, traces: bool) -> Search<'m> {
         let start = Run::new(model).engine;
+        let form = StateForm::new(model, target, &start);
+        let asked = model.assumed.iter().chain([&target.bit]).map(|bit| bit.0);
+        let at_end = form.cells(model.code.bit_count).chain(asked).collect();
         Search {
-            form: StateForm::new(model, target, &start),
+            needs: traces.then(|| Needs::new(model, at_end)),
+            form,
             start: EngineState::of(&start),
             period_ns: u64::from(model.period_ms) * 1_000_000,
             model,
@@ -100,10 +108,6 @@ impl<'m> Search<'m> {
 
     /// Visits all states, or up to the limits.
     pub fn run(&self, limits: &ExploreLimits) -> Explored {
-        if self.inputs.least() > limits.combinations {
-            let cause = StopCause::Combinations;
-            return Explored::Stopped { states: 0, depth: 0, cause };
-        }
         let mut scanners: Vec<Scanner> =
             (0..limits.threads.max(1)).map(|_| Scanner::new(self)).collect();
         let mut visited = Visited::default();
@@ -142,7 +146,7 @@ impl<'m> Search<'m> {
 
     /// What the parts of a level lead to, in the order of the parts.
     fn parts(&self, level: &Level, scanners: &mut [Scanner], limits: LevelLimits) -> Vec<Part> {
-        let scans = (level.count as u64).saturating_mul(self.inputs.least());
+        let scans = (level.count as u64).saturating_mul(self.inputs.usual());
         if scanners.len() == 1 || scans <= ALONE_MAX {
             return vec![scanners[0].visit(level, 0..level.count, limits)];
         }
@@ -248,6 +252,7 @@ struct Scanner<'s> {
     search: &'s Search<'s>,
     engine: Engine,
     branches: Branches<'s>,
+    trace: Option<ScanTrace<'s>>,
     /// The keys of the states that its part has found.
     keys: Keys,
     scans: u32,
@@ -270,7 +275,8 @@ impl<'s> Scanner<'s> {
     fn new(search: &'s Search<'s>) -> Scanner<'s> {
         let engine = Run::new(search.model).engine;
         let branches = Branches::new(&search.inputs);
-        Scanner { search, engine, branches, keys: Keys::default(), scans: 0 }
+        let trace = search.needs.as_ref().map(ScanTrace::new);
+        Scanner { search, engine, branches, trace, keys: Keys::default(), scans: 0 }
     }
 
     /// Visits parts of a level until none is left, or one ends the search.
@@ -318,7 +324,8 @@ impl<'s> Scanner<'s> {
                 if part.met.is_some() || part.stopped.is_some() {
                     return part;
                 }
-                if !self.branches.advance(&self.engine, ended != ScanResult::Refused) {
+                let mattered = self.that_mattered(ended);
+                if !self.branches.advance(mattered) {
                     break;
                 }
                 combinations -= 1;
@@ -342,13 +349,31 @@ impl<'s> Scanner<'s> {
                 0
             }
         };
-        let is_last = model.scan(&mut self.engine, now_ns, &self.branches.values);
+        let is_last = self.engine.stops();
+        model.begin_scan(&mut self.engine, now_ns, &self.branches.values);
+        match &mut self.trace {
+            Some(trace) => {
+                trace.clear();
+                self.engine.apply_seen(EngineCall::Execute, trace);
+            }
+            None => {
+                self.engine.execute();
+            }
+        }
         let image = self.engine.image();
         match () {
             () if !model.allows(image) => ScanResult::Refused,
             () if self.search.target.is_met(image) => ScanResult::Met,
             () if is_last => ScanResult::Last,
             () => ScanResult::Followed,
+        }
+    }
+
+    /// The inputs that can have mattered in the scan that has ended.
+    fn that_mattered(&mut self, ended: ScanResult) -> InputSet {
+        match &mut self.trace {
+            Some(trace) => trace.that_mattered(self.engine.image()),
+            None => self.search.inputs.that_mattered(&self.engine, ended != ScanResult::Refused),
         }
     }
 

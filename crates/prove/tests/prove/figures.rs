@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 fn show(name: &str, asked: Asked) {
     let model = model(asked);
-    for threads in [2] {
+    for threads in [1, 2] {
         let limits = ExploreLimits {
             memory: 2 << 30,
             combinations: 1 << 12,
