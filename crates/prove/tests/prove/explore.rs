@@ -8,7 +8,7 @@
 use super::bench::{Asked, model};
 use super::drawn::{Drawn, drawn};
 use rungd_engine::{Engine, EngineState};
-use rungd_prove::explore::{ExploreLimits, Explored, StopCause, explore};
+use rungd_prove::explore::{ExploreLimits, Explored, StopCause, explore, explore_traced};
 use rungd_prove::model::{FreeInput, Model, Path, Run, Target};
 use rungd_test_support::model::rng::Rng;
 use rungd_test_support::setting::setting;
@@ -134,9 +134,17 @@ struct Answers {
 
 fn judge(drawn: &Drawn, target: Target, answers: &mut Answers) {
     let model = &drawn.model;
-    let explored = explore(model, target, &limits(200_000));
+    let explored = explore_traced(model, target, &limits(200_000), u64::MAX);
+    let traced = explore_traced(model, target, &limits(200_000), 0);
     let seen = exhaust(model, target, setting("RUNGD_PROVE_SCANS", 600) as usize);
     let text = format!("{target:?}: {explored:?}\n{}", drawn.text);
+    match (&explored, &traced) {
+        (Explored::Found(path), Explored::Found(traced)) => {
+            assert_eq!(path.scans.len(), traced.scans.len(), "{text}");
+            assert!(reaches(model, target, traced), "the path {traced:?} fails: {text}");
+        }
+        _ => assert_eq!(explored, traced, "tracing differs: {text}"),
+    }
     match explored {
         Explored::Found(path) => {
             answers.found += 1;
@@ -219,15 +227,36 @@ fn inputs_that_are_not_allowed_are_no_scans() {
     assert_eq!(explored(asked, true), Explored::All { states: 1, depth: 1 });
 }
 
+/// A motor that stops for each of twenty-four reasons.
+fn motor() -> String {
+    let reasons: Vec<String> = (1..25).map(|n| format!("\"!X{n}\"")).collect();
+    let reasons = reasons.join(", ");
+    format!(
+        "[[program]]\nname = \"Main\"\n[[program.rung]]\nwhen = [\"X0 | Y0\", {reasons}]\n\
+         do = [\"OUT Y0\"]\n[[program.rung]]\nwhen = [\"Y0\"]\ndo = [\"OUT Y1\"]"
+    )
+}
+
 #[test]
-fn too_many_combinations_stop_a_search_at_once() {
-    let asked = Asked {
-        ladder: "[[program]]\nname = \"Main\"\n[[program.rung]]\nwhen = [\"X0\", \"X1\", \"X2\", \
-                 \"X3\", \"X4\", \"X5\", \"X6\"]\ndo = [\"OUT Y0\"]",
-        inputs: &["X0", "X1", "X2", "X3", "X4", "X5", "X6"],
-        assume: &[],
-        judged: &["Y0"],
-    };
+fn of_many_inputs_only_those_are_tried_that_matter() {
+    let (ladder, names) = (motor(), (0..25).map(|n| format!("X{n}")).collect::<Vec<String>>());
+    let inputs: Vec<&str> = names.iter().map(String::as_str).collect();
+    let asked = |judged| Asked { ladder: &ladder, inputs: &inputs, assume: &[], judged };
+    assert_eq!(explored(asked(&["!Y1 | !X7"]), false), Explored::All { states: 2, depth: 1 });
+    let Explored::Found(path) = explored(asked(&["Y1 & X0"]), true) else { panic!("not found") };
+    assert_eq!(path.scans.len(), 1);
+}
+
+#[test]
+fn too_many_combinations_stop_a_search() {
+    let parity = (0..24).map(|n| format!("X{n}")).collect::<Vec<String>>();
+    let ladder = format!(
+        "[[program]]\nname = \"Main\"\n[[program.rung]]\nwhen = [\"$On\"]\n\
+         do = [\"MATH D0 = {}\"]",
+        parity.join(" + ")
+    );
+    let inputs: Vec<&str> = parity.iter().map(String::as_str).collect();
+    let asked = Asked { ladder: &ladder, inputs: &inputs, assume: &[], judged: &["D0 < 25"] };
     let stopped = Explored::Stopped { states: 0, depth: 0, cause: StopCause::Combinations };
-    assert_eq!(explored(asked, true), stopped);
+    assert_eq!(explored(asked, false), stopped);
 }
