@@ -4,6 +4,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use anyhow::{Context, Result};
@@ -80,6 +81,8 @@ fn memory(text: &str) -> Result<usize, String> {
 /// What was found in all files.
 #[derive(Default)]
 struct Tally {
+    /// Ctrl+C was pressed.
+    given_up: Arc<AtomicBool>,
     violated: usize,
     open: usize,
 }
@@ -103,10 +106,10 @@ pub fn prove(args: &ProveArgs) -> Result<Exit> {
     if refused(&opened) {
         return Ok(Exit::Config);
     }
-    let mut tally = Tally::default();
+    let mut tally = Tally { given_up: Arc::clone(&end.is_over), ..Tally::default() };
     for OpenSuite { name, read } in opened {
         let Some(suite) = read.suite else { continue };
-        if !prove_file(args, &name, suite, &end, &mut tally)? {
+        if !prove_file(args, &name, suite, &mut tally)? {
             return Ok(Exit::Config);
         }
     }
@@ -118,17 +121,11 @@ pub fn prove(args: &ProveArgs) -> Result<Exit> {
 }
 
 /// Returns false if the file has a finding.
-fn prove_file(
-    args: &ProveArgs,
-    name: &str,
-    suite: Suite,
-    end: &EarlyEnd,
-    tally: &mut Tally,
-) -> Result<bool> {
+fn prove_file(args: &ProveArgs, name: &str, suite: Suite, tally: &mut Tally) -> Result<bool> {
     let limits = DecideLimits {
         time: args.time.unwrap_or(Duration::from_millis(suite.proof.time_ms.into())),
         memory: args.memory,
-        given_up: Arc::clone(&end.is_over),
+        given_up: Arc::clone(&tally.given_up),
     };
     let questions = Questions::new(suite);
     if !can_begin(&questions, &limits) {
@@ -158,7 +155,8 @@ fn prove_file(
             false => print(&answer.text())?,
         }
     }
-    if proved != known && !(proved.proved.is_empty() && !kept_path.exists()) {
+    let keeps = !proved.proved.is_empty() || kept_path.exists();
+    if proved != known && keeps {
         keep(&kept_path, &proved);
     }
     if let Some(folder) = &args.certificate {

@@ -17,7 +17,7 @@ use rungd_config::load::test_ladders::{InputKind, input_kind};
 use rungd_lab::testing::{Suite, read_text};
 use rungd_language::source::span::SourceFile;
 use rungd_prove::decide::DecideLimits;
-use rungd_prove::equal::{Difference, DifferentOutput, EqualAnswer, EqualQuestion, equal};
+use rungd_prove::equal::{DifferentOutput, EqualAnswer, EqualQuestion, LadderDifference, equal};
 
 /// How two ladders are compared.
 #[derive(Args, Debug)]
@@ -121,7 +121,7 @@ fn text_of(answer: &EqualAnswer, old: &str, new: &str) -> String {
             text
         }
         EqualAnswer::Different(difference) => {
-            let Difference { scan, outputs, scenario, failure } = &**difference;
+            let LadderDifference { scan, outputs, scenario, failure } = &**difference;
             let mut text = format!("different: {old} and {new}\n  at scan {scan}\n");
             for DifferentOutput { name, old: before, new: after } in outputs {
                 text += &format!("  {name}: {before} in {old}, {after} in {new}\n");

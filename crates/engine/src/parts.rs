@@ -1,5 +1,5 @@
-//! The parts of an engine's state, one by one: for a search over states, which stores only the parts
-//! that later scans can read.
+//! The parts of an engine's state, one by one: for a search over states, which stores only the
+//! parts that later scans can read.
 //!
 //! Called by `rungd-prove` between two scans. It passes parts of states of the same program, and
 //! for times what leads to the same future. Everything else takes whole states (`state`).

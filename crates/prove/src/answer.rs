@@ -15,7 +15,7 @@ pub struct Answer {
     /// The line.
     pub line: String,
     /// What was found.
-    pub verdict: Verdict,
+    pub verdict: AnswerVerdict,
     /// How much of the program the line depends on; `None` if that was not looked at.
     pub depends_on: Option<DependsOn>,
     /// What was assumed: the texts of `assume`.
@@ -45,13 +45,13 @@ pub struct DependsOn {
 
 /// What was found about a line.
 #[derive(Clone, Debug)]
-pub enum Verdict {
+pub enum AnswerVerdict {
     /// No sequence of inputs, however long, breaks it.
     Proved {
         /// How.
         way: Way,
         /// What shows that each side can be.
-        witnesses: Vec<Witness>,
+        witnesses: Vec<SideWitness>,
     },
     /// A sequence of inputs breaks it; it was executed.
     Violated {
@@ -150,7 +150,7 @@ const REACHABILITY: &str = "reachability";
 
 /// What shows that a side of a line can be.
 #[derive(Clone, Debug)]
-pub struct Witness {
+pub struct SideWitness {
     /// The side.
     pub side: String,
     /// What was found.
@@ -172,9 +172,9 @@ impl Answer {
     /// Its word.
     pub fn word(&self) -> &'static str {
         match self.verdict {
-            Verdict::Proved { .. } => "proved",
-            Verdict::Violated { .. } => "violated",
-            Verdict::NotDecided { .. } => "not decided",
+            AnswerVerdict::Proved { .. } => "proved",
+            AnswerVerdict::Violated { .. } => "violated",
+            AnswerVerdict::NotDecided { .. } => "not decided",
         }
     }
 
@@ -187,10 +187,10 @@ impl Answer {
         }
         let (mut below, mut reasons) = (String::new(), String::new());
         match &self.verdict {
-            Verdict::Proved { way, witnesses } => {
+            AnswerVerdict::Proved { way, witnesses } => {
                 let kept = "; unchanged since it was proved (`--again` proves it again)";
                 add(&format!("{}{}", way.text(), if self.is_kept { kept } else { "" }));
-                for Witness { side, shown } in witnesses {
+                for SideWitness { side, shown } in witnesses {
                     match shown {
                         Shown::At(scan, scenario) => {
                             add(&format!("`{side}` can be ON: scan {}", grouped(*scan)));
@@ -201,7 +201,7 @@ impl Answer {
                     }
                 }
             }
-            Verdict::Violated { scan, scenario, failure, .. } => {
+            AnswerVerdict::Violated { scan, scenario, failure, .. } => {
                 let after_ns = (scan - 1) * u64::from(self.period_ms) * 1_000_000;
                 let when = format!("at scan {} ({})", grouped(*scan), time_text(after_ns));
                 add(&format!("{when}, by the shortest inputs that were found"));
@@ -211,7 +211,7 @@ impl Answer {
                     reasons = failure.reasons_text();
                 }
             }
-            Verdict::NotDecided { covered, cause } => {
+            AnswerVerdict::NotDecided { covered, cause } => {
                 add(&format!("stood in the way: {cause}"));
                 covered.iter().for_each(|covered| add(covered));
             }
@@ -241,17 +241,17 @@ impl Answer {
             "ms": self.ms as u64,
         });
         match &self.verdict {
-            Verdict::Proved { way, witnesses } => {
+            AnswerVerdict::Proved { way, witnesses } => {
                 way.add_json(&mut all);
-                all["witnesses"] = witnesses.iter().map(Witness::json).collect();
+                all["witnesses"] = witnesses.iter().map(SideWitness::json).collect();
             }
-            Verdict::Violated { way, scan, scenario, failure } => {
+            AnswerVerdict::Violated { way, scan, scenario, failure } => {
                 all["way"] = json!(way);
                 all["scan"] = json!(scan);
                 all["scenario"] = json!(scenario);
                 all["why"] = json!(failure.as_ref().map(|failure| &failure.why));
             }
-            Verdict::NotDecided { covered, cause } => {
+            AnswerVerdict::NotDecided { covered, cause } => {
                 all["cause"] = json!(cause);
                 all["covered"] = json!(covered);
             }
@@ -260,7 +260,7 @@ impl Answer {
     }
 }
 
-impl Witness {
+impl SideWitness {
     fn json(&self) -> Value {
         match &self.shown {
             Shown::At(scan, scenario) => {

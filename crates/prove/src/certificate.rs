@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 
 use crate::aig::Literal;
 use crate::aig::aiger::{self, NamedLatch, NamedLiteral};
-use crate::deduce::system::{KeptBit, System};
+use crate::deduce::system::{KeptBit, ScanSystem};
 use crate::deduce::{Patience, invariant};
 use crate::encode::encode;
 use crate::gates::{Gates, Held, InputOf};
@@ -36,7 +36,7 @@ pub fn certificate(questions: &Questions, patience: impl Fn() -> Patience) -> Ve
         let at = questions.model.judged.iter().position(|bit| *bit == line.target.bit);
         let at = at.unwrap_or_default();
         let part = gates.reduced(&[at]);
-        let system = System::of(&part, part.judged[at].inverted_if(!line.target.value));
+        let system = ScanSystem::of(&part, part.judged[at].inverted_if(!line.target.value));
         let _ = write!(told, "{number}. {}\n   ", line.text);
         match invariant(&system, &patience()) {
             Some(cubes) => {
@@ -76,7 +76,7 @@ struct Names<'q> {
 
 impl Names<'_> {
     fn question(&self, gates: &Gates) -> Vec<CertificateFile> {
-        let input = |of: InputOf| match of {
+        let input = |part: InputOf| match part {
             InputOf::Free(at, bit) => {
                 let name = &self.questions.inputs[at as usize].operand.name;
                 match gates.free[at as usize].len() {
@@ -129,7 +129,7 @@ impl Names<'_> {
         &self,
         number: usize,
         gates: &Gates,
-        system: &System,
+        system: &ScanSystem,
         cubes: &[Vec<Literal>],
     ) -> Vec<CertificateFile> {
         let mut text = String::new();
@@ -143,9 +143,9 @@ impl Names<'_> {
         }
         vec![
             file(&format!("invariant-{number}.txt"), text),
-            file(&format!("start-{number}.cnf"), Formula::start(system, cubes).dimacs()),
-            file(&format!("kept-{number}.cnf"), Formula::kept(system, cubes).dimacs()),
-            file(&format!("implies-{number}.cnf"), Formula::implies(system, cubes).dimacs()),
+            file(&format!("start-{number}.cnf"), ClauseFormula::start(system, cubes).dimacs()),
+            file(&format!("kept-{number}.cnf"), ClauseFormula::kept(system, cubes).dimacs()),
+            file(&format!("implies-{number}.cnf"), ClauseFormula::implies(system, cubes).dimacs()),
         ]
     }
 
@@ -188,7 +188,7 @@ fn one_line(text: &str) -> String {
 }
 
 /// A formula in conjunctive form; a variable is 1 more than the number of its bit.
-struct Formula {
+struct ClauseFormula {
     variables: usize,
     clauses: Vec<Vec<i64>>,
 }
@@ -198,10 +198,10 @@ fn variable(literal: Literal) -> i64 {
     if literal.is_inverted() { -variable } else { variable }
 }
 
-impl Formula {
+impl ClauseFormula {
     /// A cold start without the invariant.
-    fn start(system: &System, cubes: &[Vec<Literal>]) -> Formula {
-        let mut formula = Formula { variables: system.bits, clauses: Vec::new() };
+    fn start(system: &ScanSystem, cubes: &[Vec<Literal>]) -> ClauseFormula {
+        let mut formula = ClauseFormula { variables: system.bits, clauses: Vec::new() };
         for KeptBit { bit, init, .. } in &system.kept {
             if let Some(init) = init {
                 formula.clauses.push(vec![variable(Literal::of_node(*bit).inverted_if(!init))]);
@@ -212,8 +212,8 @@ impl Formula {
     }
 
     /// A scan that begins with the invariant and ends without it.
-    fn kept(system: &System, cubes: &[Vec<Literal>]) -> Formula {
-        let mut formula = Formula::scan(system, cubes);
+    fn kept(system: &ScanSystem, cubes: &[Vec<Literal>]) -> ClauseFormula {
+        let mut formula = ClauseFormula::scan(system, cubes);
         let next = |literal: Literal| {
             let kept = system.kept.iter().find(|kept| kept.bit == literal.node());
             kept.map_or(literal, |kept| kept.next.inverted_if(literal.is_inverted()))
@@ -223,14 +223,14 @@ impl Formula {
     }
 
     /// A scan with the invariant in which the target is met.
-    fn implies(system: &System, cubes: &[Vec<Literal>]) -> Formula {
-        let mut formula = Formula::scan(system, cubes);
+    fn implies(system: &ScanSystem, cubes: &[Vec<Literal>]) -> ClauseFormula {
+        let mut formula = ClauseFormula::scan(system, cubes);
         formula.clauses.push(vec![variable(system.found)]);
         formula
     }
 
     /// A scan that is allowed and begins with the invariant.
-    fn scan(system: &System, cubes: &[Vec<Literal>]) -> Formula {
+    fn scan(system: &ScanSystem, cubes: &[Vec<Literal>]) -> ClauseFormula {
         let mut clauses = vec![vec![variable(Literal::TRUE)], vec![variable(system.allowed)]];
         for gate in &system.gates {
             let (both, [a, b]) = (variable(Literal::of_node(gate.bit)), gate.reads.map(variable));
@@ -238,7 +238,7 @@ impl Formula {
         }
         let outside = |cube: &Vec<Literal>| cube.iter().map(|bit| -variable(*bit)).collect();
         clauses.extend(cubes.iter().map(outside));
-        Formula { variables: system.bits, clauses }
+        ClauseFormula { variables: system.bits, clauses }
     }
 
     /// Adds that all bits of one of the cubes are ON.

@@ -8,14 +8,14 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use crate::aig::Literal;
-use crate::answer::{Answer, DependsOn, Shown, Verdict, Witness};
+use crate::answer::{Answer, AnswerVerdict, DependsOn, Shown, SideWitness};
 use crate::cone::cone;
-use crate::deduce::system::System;
+use crate::deduce::system::ScanSystem;
 use crate::deduce::{Patience, has_first_scan};
 use crate::encode::encode;
 use crate::kept::{self, KeptAnswers};
 use crate::model::{Path, Target};
-use crate::question::{Line, Questions};
+use crate::question::{AlwaysLine, Questions};
 use crate::race::{Decision, OpenQuestion, Race};
 use crate::trial::Trial;
 use rungd_lab::testing::{Condition, ProofEvent, TriedRun};
@@ -35,7 +35,7 @@ pub struct DecideLimits {
 /// Decides a line of a test file.
 pub fn decide(
     questions: &Questions,
-    line: &Line,
+    line: &AlwaysLine,
     limits: &DecideLimits,
     kept: &KeptAnswers,
 ) -> Answer {
@@ -43,7 +43,7 @@ pub fn decide(
     let proof = &questions.suite.proof;
     let mut answer = Answer {
         line: line.text.clone(),
-        verdict: Verdict::NotDecided { covered: Vec::new(), cause: String::new() },
+        verdict: AnswerVerdict::NotDecided { covered: Vec::new(), cause: String::new() },
         depends_on: None,
         assumptions: proof.assume.iter().map(|assumed| assumed.text.clone()).collect(),
         cuts: Vec::new(),
@@ -54,7 +54,7 @@ pub fn decide(
         period_ms: questions.model.period_ms,
     };
     match unknown_setting(questions) {
-        Some(cause) => answer.verdict = Verdict::NotDecided { covered: Vec::new(), cause },
+        Some(cause) => answer.verdict = AnswerVerdict::NotDecided { covered: Vec::new(), cause },
         None => {
             let race = Race {
                 end: begun + limits.time,
@@ -73,7 +73,7 @@ pub fn decide(
 /// Whether some inputs satisfy what is assumed; `true` if that is not decided in its time.
 pub fn can_begin(questions: &Questions, limits: &DecideLimits) -> bool {
     let gates = encode(&questions.model).reduced(&[]);
-    let system = System::of(&gates, Literal::FALSE);
+    let system = ScanSystem::of(&gates, Literal::FALSE);
     let patience = Patience::new(limits.time, &limits.given_up);
     questions.model.assumed.is_empty() || has_first_scan(&system, &patience)
 }
@@ -100,27 +100,27 @@ struct Asked<'q> {
 }
 
 impl Asked<'_> {
-    fn line(&self, line: &Line, answer: &mut Answer) {
+    fn line(&self, line: &AlwaysLine, answer: &mut Answer) {
         let cone = cone(&self.questions.model, &[line.target.bit]);
         answer.depends_on = Some(DependsOn { operations: cone.operations, inputs: cone.inputs });
         answer.hash = kept::hash(&cone, line.target, &self.settings());
         if let Some(kept) = self.kept.find(&line.text, &answer.hash) {
             (answer.is_kept, answer.cuts) = (true, kept.cuts.clone());
             answer.vacuous = kept.vacuous.clone();
-            answer.verdict = Verdict::Proved { way: kept.way, witnesses: Vec::new() };
+            answer.verdict = AnswerVerdict::Proved { way: kept.way, witnesses: Vec::new() };
             return;
         }
         answer.verdict = match self.race.decide(&cone.model, line.target) {
             Decision::Never(way, cuts) => {
                 answer.cuts = self.questions.cut_names(&cuts);
-                let witnesses: Vec<Witness> =
+                let witnesses: Vec<SideWitness> =
                     line.sides.iter().map(|(side, target)| self.side(side, *target)).collect();
                 let never = witnesses.iter().find(|one| matches!(one.shown, Shown::Never));
                 answer.vacuous = never.map(|one| format!("`{}` can never be ON", one.side));
                 if cone.inputs.kept == 0 && answer.vacuous.is_none() {
                     answer.vacuous = Some("it depends on no input".to_owned());
                 }
-                Verdict::Proved { way, witnesses }
+                AnswerVerdict::Proved { way, witnesses }
             }
             Decision::Found(way, path) => self.violation(line, way, &cone.widened(&path)),
             Decision::Open(OpenQuestion { covered, mut causes, cuts }) => {
@@ -128,7 +128,7 @@ impl Asked<'_> {
                     let names = self.questions.cut_names(&cuts).join(", ");
                     causes.push(format!("deducing: any value of {names}"));
                 }
-                Verdict::NotDecided { covered, cause: causes.join("; ") }
+                AnswerVerdict::NotDecided { covered, cause: causes.join("; ") }
             }
         };
     }
@@ -139,22 +139,22 @@ impl Asked<'_> {
         format!("{:?} {} {:?}", proof.events, proof.late_max, proof.from_retained)
     }
 
-    fn violation(&self, line: &Line, way: &'static str, path: &Path) -> Verdict {
+    fn violation(&self, line: &AlwaysLine, way: &'static str, path: &Path) -> AnswerVerdict {
         let trial = Trial { questions: self.questions, path };
         let TriedRun { text, is_confirmed, failure } = trial.violation(line.number);
         let scan = path.scans.len() as u64;
         if is_confirmed {
-            return Verdict::Violated { way, scan, scenario: text, failure };
+            return AnswerVerdict::Violated { way, scan, scenario: text, failure };
         }
         let covered = vec![format!("a run of {} was found", counted(scan, "scan"))];
         let cause = "the run does not break the line in a test: a test does not set all that it \
                      depends on"
             .to_owned();
-        Verdict::NotDecided { covered, cause }
+        AnswerVerdict::NotDecided { covered, cause }
     }
 
     /// Whether a side of a line can be.
-    fn side(&self, side: &Condition, target: Target) -> Witness {
+    fn side(&self, side: &Condition, target: Target) -> SideWitness {
         let cone = cone(&self.questions.model, &[target.bit]);
         let shown = match self.race.decide(&cone.model, target) {
             Decision::Never(..) => Shown::Never,
@@ -169,6 +169,6 @@ impl Asked<'_> {
                 }
             }
         };
-        Witness { side: side.text.clone(), shown }
+        SideWitness { side: side.text.clone(), shown }
     }
 }

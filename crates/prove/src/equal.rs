@@ -10,7 +10,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use crate::answer::Way;
-use crate::model::{FreeInput, Model, Path, Run, Target};
+use crate::model::{FreeInput, Path, ProofModel, Run, Target};
 use crate::question::NamedInput;
 use crate::race::{Decision, OpenQuestion, Race};
 use crate::trial::steps;
@@ -54,14 +54,14 @@ pub enum EqualAnswer {
     /// They are, for every sequence of inputs: how it was proved, and what was compared.
     Equal(Way, Vec<String>),
     /// They are not.
-    Different(Box<Difference>),
+    Different(Box<LadderDifference>),
     /// Neither: what stood in the way, and what was looked at.
     NotDecided(Vec<String>, Vec<String>),
 }
 
 /// Two ladders that are different.
 #[derive(Clone, Debug)]
-pub struct Difference {
+pub struct LadderDifference {
     /// The scan, from 1.
     pub scan: u64,
     /// The outputs that differ: the name, the old and the new value.
@@ -99,7 +99,7 @@ struct OutputPair {
 /// The ladders cannot be compared: a sentence with a remedy.
 pub fn equal(question: &EqualQuestion) -> Result<EqualAnswer, String> {
     let end = Instant::now() + question.time;
-    let ladders = Ladders::of(question)?;
+    let ladders = LadderPair::of(question)?;
     let both = beside(ladders.old, ladders.new, ladders.inputs()?);
     let pairs = ladders.pairs(question, &both.second)?;
     let same: Vec<Contact> = pairs.iter().map(same).collect();
@@ -112,7 +112,7 @@ pub fn equal(question: &EqualQuestion) -> Result<EqualAnswer, String> {
         Judges { before: &[], behind: std::slice::from_ref(&all), remembered: &[] },
     );
     let free = ladders.free(&judged.code.layout, &both.second);
-    let model = Model {
+    let model = ProofModel {
         period_ms: question.old.programs[0].controller.period_ms,
         restored: Vec::new(),
         inputs: free.iter().map(|free| free.input).collect(),
@@ -159,7 +159,7 @@ fn same(pair: &OutputPair) -> Contact {
 }
 
 /// The two ladders.
-struct Ladders<'a> {
+struct LadderPair<'a> {
     old: &'a Program,
     new: &'a Program,
     question: &'a EqualQuestion<'a>,
@@ -167,8 +167,8 @@ struct Ladders<'a> {
     map: HashMap<&'a str, &'a str>,
 }
 
-impl<'a> Ladders<'a> {
-    fn of(question: &'a EqualQuestion<'a>) -> Result<Ladders<'a>, String> {
+impl<'a> LadderPair<'a> {
+    fn of(question: &'a EqualQuestion<'a>) -> Result<LadderPair<'a>, String> {
         let program = |suite: &'a Suite| -> &'a Program { &suite.programs[0].program };
         let (old, new) = (program(question.old), program(question.new));
         let map = question.map.iter().map(|(old, new)| (old.as_str(), new.as_str())).collect();
@@ -189,7 +189,7 @@ impl<'a> Ladders<'a> {
         if stops(old) || stops(new) {
             return Err("a ladder with STOP ends both: take STOP away for the comparison".into());
         }
-        Ok(Ladders { old, new, question, map })
+        Ok(LadderPair { old, new, question, map })
     }
 
     fn new_name<'n>(&self, old: &'n str) -> &'n str
@@ -338,7 +338,7 @@ fn outputs(suite: &Suite) -> Vec<Address> {
     let alarms = first.program.tags.iter().filter(|tag| tag.alarm.is_some());
     let alarms = alarms.filter_map(|tag| match tag.meaning {
         TagMeaning::Address(address) => Some(address),
-        _ => None,
+        TagMeaning::Constant(..) | TagMeaning::Real(_) | TagMeaning::Array(_) => None,
     });
     let mut all: Vec<Address> =
         addresses(&first.program).filter(is_y).chain(driven).chain(alarms).collect();
@@ -350,7 +350,7 @@ fn outputs(suite: &Suite) -> Vec<Address> {
 /// A path after which the ladders differ.
 struct FoundDifference<'a> {
     question: &'a EqualQuestion<'a>,
-    model: &'a Model,
+    model: &'a ProofModel,
     free: &'a [SharedInput],
     path: &'a Path,
 }
@@ -381,7 +381,7 @@ impl FoundDifference<'_> {
             old: value_text(layout, pair.old, *old),
             new: value_text(layout, pair.new, *new),
         });
-        EqualAnswer::Different(Box::new(Difference {
+        EqualAnswer::Different(Box::new(LadderDifference {
             scan,
             outputs: outputs.collect(),
             scenario: text,

@@ -18,7 +18,7 @@ const REFINEMENTS_MAX: usize = 100;
 
 /// The same gates with one latch for all that are always alike.
 pub(crate) fn merged(gates: &Gates) -> Gates {
-    let mut groups = Groups::simulated(gates);
+    let mut groups = AlikeLatches::simulated(gates);
     for _ in 0..REFINEMENTS_MAX {
         let assumed = gates.replaced(&groups.instead(gates));
         if !groups.refine(&assumed.next) {
@@ -29,7 +29,7 @@ pub(crate) fn merged(gates: &Gates) -> Gates {
 }
 
 /// The latches by group: those of a group are alike so far.
-struct Groups {
+struct AlikeLatches {
     /// By latch; the first latch of a group stands for it.
     group: Vec<usize>,
     /// By latch: whether it begins ON. A latch and another one are alike if both differ from their
@@ -37,9 +37,9 @@ struct Groups {
     begins_on: Vec<bool>,
 }
 
-impl Groups {
+impl AlikeLatches {
     /// The groups after some scans with random inputs.
-    fn simulated(gates: &Gates) -> Groups {
+    fn simulated(gates: &Gates) -> AlikeLatches {
         let begins_on: Vec<bool> =
             gates.latches.iter().map(|latch| latch.initial == Some(true)).collect();
         let mut random = SplitMix64(1);
@@ -59,7 +59,7 @@ impl Groups {
                 seen.push(if *on { !value } else { *value });
             }
         }
-        let mut groups = Groups { group: vec![0; values.len()], begins_on };
+        let mut groups = AlikeLatches { group: vec![0; values.len()], begins_on };
         groups.split(&seen);
         groups
     }

@@ -1,12 +1,12 @@
 //! The answers that are kept beside a test file, so that what has not changed is not proved again.
 //!
-//! `rungd prove` reads and writes `NAME.proof.toml`; `decide` asks for the answer with the hash of a
-//! question. Only proofs are kept: a violation is executed each time. A file that is no such file
+//! `rungd prove` reads and writes `NAME.proof.toml`; `decide` asks for the answer with the hash of
+//! a question. Only proofs are kept: a violation is executed each time. A file that is no such file
 //! keeps nothing.
 
 use std::fmt::Write as _;
 
-use crate::answer::{Answer, Verdict, Way};
+use crate::answer::{Answer, AnswerVerdict, Way};
 use crate::cone::Cone;
 use crate::encode::encode;
 use crate::model::Target;
@@ -39,7 +39,7 @@ pub struct KeptAnswer {
 impl KeptAnswer {
     /// What is kept of an answer, if it is a proof.
     pub fn of(answer: &Answer) -> Option<KeptAnswer> {
-        let Verdict::Proved { way, .. } = answer.verdict else { return None };
+        let AnswerVerdict::Proved { way, .. } = answer.verdict else { return None };
         Some(KeptAnswer {
             line: answer.line.clone(),
             hash: answer.hash.clone(),
@@ -74,7 +74,8 @@ impl KeptAnswers {
             let (name, number) = way.word_and_number();
             let _ = write!(
                 text,
-                "\n[[proved]]\nline   = {}\nhash   = \"{hash}\"\nway    = \"{name}\"\nnumber = {number}\n",
+                "\n[[proved]]\nline   = {}\nhash   = \"{hash}\"\nway    = \"{name}\"\n\
+                 number = {number}\n",
                 quoted(line)
             );
             if !cuts.is_empty() {
@@ -118,7 +119,7 @@ fn read_answer(mut table: Table<'_>) -> Option<KeptAnswer> {
 pub(crate) fn hash(cone: &Cone, target: Target, settings: &str) -> String {
     let model = &cone.model;
     let gates = encode(model);
-    let mut hashed = HashedText(hmac_sha256::Hash::new());
+    let mut hashed = QuestionHash(hmac_sha256::Hash::new());
     let version = env!("CARGO_PKG_VERSION");
     // Writing to a hash does not fail.
     let _ = write!(hashed, "{version} {settings} {} {}", target.value, model.period_ms);
@@ -135,9 +136,9 @@ pub(crate) fn hash(cone: &Cone, target: Target, settings: &str) -> String {
 }
 
 /// Hashes a text that is written in parts, without keeping it.
-struct HashedText(hmac_sha256::Hash);
+struct QuestionHash(hmac_sha256::Hash);
 
-impl std::fmt::Write for HashedText {
+impl std::fmt::Write for QuestionHash {
     fn write_str(&mut self, text: &str) -> std::fmt::Result {
         self.0.update(text.as_bytes());
         Ok(())

@@ -1,7 +1,7 @@
 //! Proofs: is there any sequence of inputs that breaks a line of `always`?
 //!
-//! A [`model::Model`] is a program that judges itself, with what may change before each scan. Two
-//! ways decide it, and check each other: [`explore`] visits all states on the engine itself,
+//! A [`model::ProofModel`] is a program that judges itself, with what may change before each scan.
+//! Two ways decide it, and check each other: [`explore`] visits all states on the engine itself,
 //! [`encode`] turns the operations into gates, about which a solver deduces. Nothing here reads a
 //! file or prints; `rungd prove` does. What a proof says, and what it does not say, is in
 //! `docs/proving.md`.

@@ -8,7 +8,7 @@ use rungd_engine::{BitCell, Cell, Engine, EngineProgram, Image, ScanTimes};
 
 /// A program that judges itself.
 #[derive(Clone, Debug)]
-pub struct Model {
+pub struct ProofModel {
     /// The ladder, with the blocks that judge it (`lower_judged`).
     pub code: EngineProgram,
     /// The period, ms. Every scan comes exactly this time after the last one.
@@ -25,7 +25,7 @@ pub struct Model {
     pub judged: Vec<BitCell>,
 }
 
-impl Model {
+impl ProofModel {
     /// Begins a scan on an engine, with these values of the inputs: its `execute` comes next.
     pub(crate) fn begin_scan(&self, engine: &mut Engine, now_ns: u64, inputs: &[i32]) {
         engine.begin_scan(now_ns, &ScanTimes::default(), &LocalTime::default());
@@ -48,7 +48,7 @@ impl Model {
 /// where its bit is OFF; a witness shows a bit that is ON.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Target {
-    /// One of [`Model::judged`].
+    /// One of [`ProofModel::judged`].
     pub bit: BitCell,
     /// Its value.
     pub value: bool,
@@ -79,7 +79,8 @@ impl FreeInput {
     }
 }
 
-/// The values of the inputs in each scan from the first one on, in the order of [`Model::inputs`].
+/// The values of the inputs in each scan from the first one on, in the order of
+/// [`ProofModel::inputs`].
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Path {
     /// By scan.
@@ -91,7 +92,7 @@ pub struct Path {
 pub struct ScanOutcome {
     /// Whether its inputs were allowed. If not, there is no such scan.
     pub is_allowed: bool,
-    /// The values of [`Model::judged`].
+    /// The values of [`ProofModel::judged`].
     pub judged: Vec<bool>,
     /// Whether it was the last one: the ladder has stopped the controller.
     pub is_last: bool,
@@ -100,7 +101,7 @@ pub struct ScanOutcome {
 /// A model that is executed from a cold start.
 #[derive(Debug)]
 pub struct Run<'m> {
-    model: &'m Model,
+    model: &'m ProofModel,
     /// The engine, between two scans.
     pub engine: Engine,
     /// The number of scans so far.
@@ -109,7 +110,7 @@ pub struct Run<'m> {
 
 impl<'m> Run<'m> {
     /// A run before its first scan.
-    pub fn new(model: &'m Model) -> Run<'m> {
+    pub fn new(model: &'m ProofModel) -> Run<'m> {
         let mut engine = Engine::new(model.code.clone());
         model.restored.iter().for_each(|(cell, value)| engine.restore(*cell, *value));
         engine.start(0);

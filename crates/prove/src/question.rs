@@ -7,7 +7,7 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 use crate::gates::GateCut;
-use crate::model::{FreeInput, Model, Target};
+use crate::model::{FreeInput, ProofModel, Target};
 use rungd_config::controller::Controller;
 use rungd_engine::isa::{Address, Bit, BitSpace, DeviceBit, DeviceId, Word, WordSpace, status};
 use rungd_engine::{Cell, Engine, Layout};
@@ -24,11 +24,11 @@ pub struct Questions {
     /// Its programs, lowered for the rig.
     pub programs: Vec<Arc<RigProgram>>,
     /// The model of all lines.
-    pub model: Model,
-    /// What [`Model::inputs`] are for people, in the same order.
+    pub model: ProofModel,
+    /// What [`ProofModel::inputs`] are for people, in the same order.
     pub inputs: Vec<NamedInput>,
     /// The lines of `always`, in file order.
-    pub lines: Vec<Line>,
+    pub lines: Vec<AlwaysLine>,
 }
 
 /// An input with its name.
@@ -41,7 +41,7 @@ pub struct NamedInput {
 }
 
 /// A line of `always`.
-pub struct Line {
+pub struct AlwaysLine {
     /// Its number in the file.
     pub number: usize,
     /// Its text.
@@ -79,7 +79,7 @@ impl Questions {
         let cells = judged.code.layout.clone();
         let free = FreeOperands { suite: &suite, program, layout, cells: &cells };
         let (inputs, named) = free.all().into_iter().unzip();
-        let model = Model {
+        let model = ProofModel {
             period_ms: first.controller.period_ms,
             restored: restored(&judged.code, program, &remembered),
             inputs,
@@ -89,7 +89,7 @@ impl Questions {
         };
         let mut bits = model.judged.iter().copied();
         let mut target = |value| Target { bit: bits.next().expect("a bit a condition"), value };
-        let lines = lines.into_iter().map(|(number, text, sides)| Line {
+        let lines = lines.into_iter().map(|(number, text, sides)| AlwaysLine {
             number,
             text,
             target: target(false),

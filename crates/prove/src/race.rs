@@ -8,13 +8,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use crate::answer::{DEDUCING, EXPLORING, Way};
-use crate::deduce::system::System;
+use crate::deduce::system::ScanSystem;
 use crate::deduce::{Deduced, Patience, Reason, deduce};
 use crate::encode::encode;
 use crate::explore::{ExploreLimits, Explored, explore};
 use crate::gates::{GateCut, Gates};
 use crate::gates_merged::merged;
-use crate::model::{Model, Path, Run, Target};
+use crate::model::{Path, ProofModel, Run, Target};
 use rungd_language::source::wording::counted;
 
 /// The maximum number of combinations of the inputs before each scan: 2 to the 12th.
@@ -61,15 +61,15 @@ pub struct OpenQuestion {
 }
 
 impl Race {
-    /// Decides: a small question by exploring alone, so that its answer is always the same; any other
-    /// by both ways at once.
-    pub fn decide(&self, model: &Model, target: Target) -> Decision {
+    /// Decides: a small question by exploring alone, so that its answer is always the same; any
+    /// other by both ways at once.
+    pub fn decide(&self, model: &ProofModel, target: Target) -> Decision {
         let few = self.states.map_or(FEW_STATES, |states| states.min(FEW_STATES));
         let alone = Race { states: Some(few), ..self.clone() };
         let stop = || self.given_up.load(Ordering::Relaxed);
         match by_exploring(model, target, &alone.explore_limits(1, &stop)) {
             Decision::Open(_) => self.decide_by_both(model, target),
-            decided => decided,
+            decided @ (Decision::Never(..) | Decision::Found(..)) => decided,
         }
     }
 
@@ -83,7 +83,7 @@ impl Race {
         ExploreLimits { memory, combinations, threads, deadline, stop, states, depth }
     }
 
-    fn decide_by_both(&self, model: &Model, target: Target) -> Decision {
+    fn decide_by_both(&self, model: &ProofModel, target: Target) -> Decision {
         let is_over = Arc::new(AtomicBool::new(false));
         let flags = [Arc::clone(&is_over), Arc::clone(&self.given_up)];
         let patience = Patience { deadline: self.end, flags };
@@ -123,7 +123,7 @@ fn first(a: Decision, b: Decision) -> Decision {
     }
 }
 
-fn by_exploring(model: &Model, target: Target, limits: &ExploreLimits) -> Decision {
+fn by_exploring(model: &ProofModel, target: Target, limits: &ExploreLimits) -> Decision {
     match explore(model, target, limits) {
         Explored::All { states, .. } => Decision::Never(Way::Exploring { states }, Vec::new()),
         Explored::Found(path) => Decision::Found(EXPLORING, path),
@@ -140,11 +140,11 @@ fn by_exploring(model: &Model, target: Target, limits: &ExploreLimits) -> Decisi
 }
 
 /// Decides with a solver, about the gates of a scan.
-pub fn by_deducing(model: &Model, target: Target, patience: &Patience) -> Decision {
+pub fn by_deducing(model: &ProofModel, target: Target, patience: &Patience) -> Decision {
     let gates = encode(model);
     let at = model.judged.iter().position(|bit| *bit == target.bit).unwrap_or_default();
     let gates = merged(&gates.reduced(&[at])).reduced(&[at]);
-    let system = System::of(&gates, gates.judged[at].inverted_if(!target.value));
+    let system = ScanSystem::of(&gates, gates.judged[at].inverted_if(!target.value));
     let way = match deduce(&system, patience) {
         Deduced::Never(Reason::Induction(k)) => Way::Induction { k },
         Deduced::Never(Reason::Invariant(cubes)) => Way::Reachability { clauses: cubes.len() },
@@ -175,7 +175,7 @@ fn nothing_in(scans: usize) -> String {
 }
 
 /// The path of the values of a system's inputs.
-fn path_of(gates: &Gates, system: &System, inputs: &[Vec<bool>]) -> Path {
+fn path_of(gates: &Gates, system: &ScanSystem, inputs: &[Vec<bool>]) -> Path {
     let scan = |values: &Vec<bool>| {
         let mut on = vec![false; system.bits];
         for (input, value) in system.inputs.iter().zip(values) {
@@ -187,7 +187,7 @@ fn path_of(gates: &Gates, system: &System, inputs: &[Vec<bool>]) -> Path {
 }
 
 /// Whether a path leads to the target at its last scan, on the engine.
-fn is_met(model: &Model, target: Target, path: &Path) -> bool {
+fn is_met(model: &ProofModel, target: Target, path: &Path) -> bool {
     let mut run = Run::new(model);
     let mut is_met = false;
     for (at, scan) in path.scans.iter().enumerate() {

@@ -2,7 +2,7 @@
 //!
 //! Called by `decide` and `equal`. No answer tells a path that was not tried.
 
-use crate::model::{Model, Path, Run};
+use crate::model::{Path, ProofModel, Run};
 use crate::question::{NamedInput, Questions};
 use rungd_lab::testing::{
     Condition, FoundRun, TestStep, TestTime, TriedRun, try_run, try_violation,
@@ -39,7 +39,11 @@ impl Trial<'_> {
 
 /// A path as steps: what changes before each scan, and the scans. `inputs`: by input of the model;
 /// `None`: a test cannot set it.
-pub(crate) fn steps(model: &Model, inputs: &[Option<&NamedInput>], path: &Path) -> Vec<TestStep> {
+pub(crate) fn steps(
+    model: &ProofModel,
+    inputs: &[Option<&NamedInput>],
+    path: &Path,
+) -> Vec<TestStep> {
     let mut run = Run::new(model);
     // What a device moves has any level before it is forced.
     let level =

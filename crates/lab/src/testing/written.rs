@@ -3,7 +3,7 @@
 //! [`read`] parses the text of the file. Steps and conditions are texts here: `step_text` and the
 //! parser of contacts read them; `steps` and `random` resolve the names.
 
-use super::written_prove::{self, WrittenProve};
+use super::written_prove::{self, WrittenProve, plain};
 use rungd_config::controller::simulated_side::{self, WrittenSimulated};
 use rungd_config::controller::test_settings;
 use rungd_config::controller::written::WrittenController;
@@ -355,9 +355,4 @@ fn limits(root: &Table<'_>, scenarios: &[WrittenScenario], randoms: &[WrittenRan
     if steps > STEPS_MAX {
         find(Code::TestFile, format!("{steps} steps; a file has at most {STEPS_MAX}"), help);
     }
-}
-
-/// The texts in which every part has a place.
-pub(super) fn plain(table: &Table<'_>, texts: Vec<Text>, code: Code, one: &str) -> Vec<Text> {
-    texts.into_iter().filter(|text| table.doc().is_plain(text, code, one)).collect()
 }

@@ -102,7 +102,7 @@ pub(super) fn read(root: &mut Table<'_>) -> Option<WrittenProve> {
     let late_max = table.value_of(step, &STEP).unwrap_or(1);
     let from = key(
         "from",
-        "The memory before the first scan: that of a cold start, or any values of what is retained.",
+        "The memory before the first scan: `cold`, or any values of what is `retained`.",
     );
     let from_retained = table.value_of(from, &FROM).unwrap_or(false);
     let events = key(
@@ -153,7 +153,12 @@ pub(super) fn read(root: &mut Table<'_>) -> Option<WrittenProve> {
 
 fn conditions(table: &mut Table<'_>, name: &'static str, explained: &'static str) -> Vec<Text> {
     let texts = table.strings(key(name, explained)).map_or(Vec::new(), |texts| texts.value);
-    super::written::plain(table, texts, Code::ContactSyntax, "a condition")
+    plain(table, texts, Code::ContactSyntax, "a condition")
+}
+
+/// The texts in which every part has a place.
+pub(super) fn plain(table: &Table<'_>, texts: Vec<Text>, code: Code, one: &str) -> Vec<Text> {
+    texts.into_iter().filter(|text| table.doc().is_plain(text, code, one)).collect()
 }
 
 /// `nominal`, or `1..N`.

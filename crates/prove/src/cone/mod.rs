@@ -14,14 +14,14 @@ mod program;
 
 pub(crate) use program::split;
 
-use crate::model::{FreeInput, Model, Path};
+use crate::model::{FreeInput, Path, ProofModel};
 use rungd_engine::{BitCell, Cell};
 
 /// The cone of some bits of a model.
 #[derive(Clone, Debug)]
 pub struct Cone {
     /// The model with the operations and inputs on which its bits depend.
-    pub model: Model,
+    pub model: ProofModel,
     /// The number of its operations, and of those of the whole model.
     pub operations: Share,
     /// The number of its inputs, and of those of the whole model.
@@ -57,7 +57,7 @@ impl Cone {
 
 /// The cone of some judged bits. The assumed bits are in every cone, because they restrict the
 /// inputs; so is STOP, because it ends all paths.
-pub fn cone(model: &Model, bits: &[BitCell]) -> Cone {
+pub fn cone(model: &ProofModel, bits: &[BitCell]) -> Cone {
     let split = split(&model.code);
     let asked = bits.iter().chain(&model.assumed).map(|bit| Cell::Bit(*bit));
     let slice = split.slice(&asked.collect::<Vec<_>>());
@@ -72,7 +72,7 @@ pub fn cone(model: &Model, bits: &[BitCell]) -> Cone {
         inputs: Share { kept: inputs.len(), all: places.len() },
         places,
         resting: model.inputs.iter().map(FreeInput::resting).collect(),
-        model: Model {
+        model: ProofModel {
             code: program::joined(slice),
             inputs,
             judged: bits.to_vec(),

@@ -4,7 +4,7 @@
 //! found with the fewest scans.
 
 use super::solver::{BatsatSolver, Patience, Solved, Solver};
-use super::system::System;
+use super::system::ScanSystem;
 use super::unroll::Unrolled;
 
 /// The number of scans up to which all memories of a step must differ. The clauses grow with its
@@ -24,7 +24,12 @@ pub(super) enum Induced {
 
 /// Decides by at most this number of scans. `has_step`: also whether it follows from the scans
 /// before that it is not so.
-pub(super) fn induce(system: &System, has_step: bool, most: usize, patience: &Patience) -> Induced {
+pub(super) fn induce(
+    system: &ScanSystem,
+    has_step: bool,
+    most: usize,
+    patience: &Patience,
+) -> Induced {
     let unrolled = |is_cold| Unrolled::new(system, BatsatSolver::new(patience), is_cold);
     let mut base = unrolled(true);
     let mut step = has_step.then(|| unrolled(false));

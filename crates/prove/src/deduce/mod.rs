@@ -15,10 +15,10 @@ mod unroll;
 
 use crate::aig::Literal;
 use induction::{Induced, induce};
-use reach::{Reached, reach};
+use reach::{Reachability, reach};
 pub use solver::Patience;
 use solver::{BatsatSolver, Solved, Solver};
-use system::System;
+use system::ScanSystem;
 use unroll::{Unrolled, leads};
 
 /// The number of scans up to which induction tries alone.
@@ -29,7 +29,7 @@ const SCANS_MAX: usize = 12;
 pub enum Deduced {
     /// It is never so.
     Never(Reason),
-    /// The values of [`System::inputs`] after which it is so, by scan.
+    /// The values of [`ScanSystem::inputs`] after which it is so, by scan.
     Found(Vec<Vec<bool>>),
     /// It is not so in this number of scans; the time is over.
     Open(usize),
@@ -45,22 +45,22 @@ pub enum Reason {
 }
 
 /// Decides a question.
-pub fn deduce(system: &System, patience: &Patience) -> Deduced {
+pub fn deduce(system: &ScanSystem, patience: &Patience) -> Deduced {
     match induce(system, true, SCANS_MAX, patience) {
         Induced::Never(scans) => return Deduced::Never(Reason::Induction(scans)),
         Induced::Found(inputs) if leads(system, &inputs) => return Deduced::Found(inputs),
         Induced::Found(_) | Induced::Open(_) => {}
     }
     match reach(system, patience) {
-        Reached::Never(invariant) => Deduced::Never(Reason::Invariant(invariant)),
-        Reached::Found(inputs) if leads(system, &inputs) => shortest(system, inputs, patience),
-        Reached::Found(inputs) => Deduced::Open(inputs.len()),
-        Reached::Open(scans) => Deduced::Open(scans),
+        Reachability::Never(invariant) => Deduced::Never(Reason::Invariant(invariant)),
+        Reachability::Found(inputs) if leads(system, &inputs) => shortest(system, inputs, patience),
+        Reachability::Found(inputs) => Deduced::Open(inputs.len()),
+        Reachability::Open(scans) => Deduced::Open(scans),
     }
 }
 
 /// The shortest inputs that are found in the time that is left.
-fn shortest(system: &System, known: Vec<Vec<bool>>, patience: &Patience) -> Deduced {
+fn shortest(system: &ScanSystem, known: Vec<Vec<bool>>, patience: &Patience) -> Deduced {
     match induce(system, false, known.len(), patience) {
         Induced::Found(inputs) if leads(system, &inputs) => Deduced::Found(inputs),
         Induced::Found(_) | Induced::Never(_) | Induced::Open(_) => Deduced::Found(known),
@@ -68,16 +68,16 @@ fn shortest(system: &System, known: Vec<Vec<bool>>, patience: &Patience) -> Dedu
 }
 
 /// Whether there is a first scan; `true` if the time is over.
-pub fn has_first_scan(system: &System, patience: &Patience) -> bool {
+pub fn has_first_scan(system: &ScanSystem, patience: &Patience) -> bool {
     let mut first = Unrolled::new(system, BatsatSolver::new(patience), true);
     first.add_scan();
     first.solver.solve(&[]) != Solved::No
 }
 
 /// An invariant that excludes what is looked for; `None`: it is found, or the time is over.
-pub fn invariant(system: &System, patience: &Patience) -> Option<Vec<Vec<Literal>>> {
+pub fn invariant(system: &ScanSystem, patience: &Patience) -> Option<Vec<Vec<Literal>>> {
     match reach(system, patience) {
-        Reached::Never(invariant) => Some(invariant),
-        Reached::Found(_) | Reached::Open(_) => None,
+        Reachability::Never(invariant) => Some(invariant),
+        Reachability::Found(_) | Reachability::Open(_) => None,
     }
 }

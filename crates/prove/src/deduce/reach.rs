@@ -11,12 +11,12 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::solver::Patience;
-use super::system::System;
+use super::system::ScanSystem;
 use super::transition::{Blocked, Cube, Transition};
 
 /// What reachability has found.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Reached {
+pub(super) enum Reachability {
     /// It is never so. In every scan at least one bit of each cube differs: the invariant.
     Never(Vec<Cube>),
     /// The inputs after which it is so, by scan.
@@ -35,27 +35,27 @@ struct Obligation {
 }
 
 /// Decides a system.
-pub(super) fn reach(system: &System, patience: &Patience) -> Reached {
-    let mut search = Search {
+pub(super) fn reach(system: &ScanSystem, patience: &Patience) -> Reachability {
+    let mut search = ReachSearch {
         transition: Transition::new(system, patience),
         frames: vec![Vec::new(), Vec::new()],
         obligations: Vec::new(),
     };
     if let Blocked::By(..) = search.transition.target(0) {
-        return Reached::Found(vec![search.transition.inputs()]);
+        return Reachability::Found(vec![search.transition.inputs()]);
     }
     loop {
         let top = search.frames.len() - 1;
         search.transition.open_frame(top);
         match search.exclude_target(top) {
             Ended::Excluded => {}
-            Ended::Found(first) => return Reached::Found(search.path(first)),
-            Ended::GivenUp => return Reached::Open(top),
+            Ended::Found(first) => return Reachability::Found(search.path(first)),
+            Ended::GivenUp => return Reachability::Open(top),
         }
         search.frames.push(Vec::new());
         match search.propagate() {
-            Some(Ok(invariant)) => return Reached::Never(invariant),
-            Some(Err(())) => return Reached::Open(top + 1),
+            Some(Ok(invariant)) => return Reachability::Never(invariant),
+            Some(Err(())) => return Reachability::Open(top + 1),
             None => {}
         }
     }
@@ -69,14 +69,14 @@ enum Ended {
     GivenUp,
 }
 
-struct Search<'s> {
+struct ReachSearch<'s> {
     transition: Transition<'s>,
     /// By frame: the cubes that are excluded in it and in all before it.
     frames: Vec<Vec<Cube>>,
     obligations: Vec<Obligation>,
 }
 
-impl Search<'_> {
+impl ReachSearch<'_> {
     fn exclude_target(&mut self, top: usize) -> Ended {
         loop {
             match self.transition.target(top) {
@@ -87,7 +87,7 @@ impl Search<'_> {
                     let first = self.obligations.len() - 1;
                     match self.block(first, top) {
                         Ended::Excluded => {}
-                        ended => return ended,
+                        ended @ (Ended::Found(_) | Ended::GivenUp) => return ended,
                     }
                 }
             }
@@ -212,7 +212,7 @@ impl Search<'_> {
 }
 
 /// Whether all bits of a sorted cube are in another one.
-fn is_part(part: &Cube, of: &Cube) -> bool {
-    let mut rest = of.iter();
+fn is_part(part: &Cube, whole: &Cube) -> bool {
+    let mut rest = whole.iter();
     part.iter().all(|bit| rest.any(|other| other == bit))
 }

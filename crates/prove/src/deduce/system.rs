@@ -28,7 +28,7 @@ pub struct KeptBit {
 
 /// One scan.
 #[derive(Clone, Debug, Default)]
-pub struct System {
+pub struct ScanSystem {
     /// The number of all bits. Bit 0 is always OFF.
     pub bits: usize,
     /// Bits that have any value in each scan.
@@ -43,12 +43,13 @@ pub struct System {
     pub found: Literal,
 }
 
-impl System {
+impl ScanSystem {
     /// The scan of gates; `found`: what is looked for.
-    pub fn of(gates: &Gates, found: Literal) -> System {
+    pub fn of(gates: &Gates, found: Literal) -> ScanSystem {
         let mut graph: GateGraph = gates.graph.clone();
         let allowed = graph.all(gates.constraints.iter().copied());
-        let mut system = System { bits: graph.nodes().len(), allowed, found, ..System::default() };
+        let mut system =
+            ScanSystem { bits: graph.nodes().len(), allowed, found, ..ScanSystem::default() };
         for (bit, node) in (0..).zip(graph.nodes()) {
             match *node {
                 GateNode::Constant | GateNode::Latch => {}

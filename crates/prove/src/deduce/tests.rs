@@ -6,9 +6,9 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use super::induction::{Induced, induce};
-use super::reach::{Reached, reach};
+use super::reach::{Reachability, reach};
 use super::solver::Patience;
-use super::system::{Gate, KeptBit, System, on};
+use super::system::{Gate, KeptBit, ScanSystem, on};
 use super::transition::Cube;
 use super::unroll::leads;
 use super::{Deduced, deduce};
@@ -21,7 +21,7 @@ fn patience() -> Patience {
 }
 
 /// A system of a few bits with random gates.
-fn random_system(seed: u64) -> System {
+fn random_system(seed: u64) -> ScanSystem {
     let mut random = SplitMix64(seed);
     let mut below = |limit: u64| random.next() % limit;
     let (inputs, kept_count) = (1 + below(3), 2 + below(5));
@@ -52,7 +52,7 @@ fn random_system(seed: u64) -> System {
         found = last_and(&gates, draw(bits));
     }
     let bits = bits as usize + 4;
-    System { bits, inputs: (1..=inputs as u32).collect(), kept, found, allowed, gates }
+    ScanSystem { bits, inputs: (1..=inputs as u32).collect(), kept, found, allowed, gates }
 }
 
 /// The last gate that is no constant, or another literal.
@@ -65,7 +65,7 @@ fn last_and(gates: &[Gate], other: Literal) -> Literal {
 }
 
 /// The fewest scans after which it is found, by visiting all states.
-fn fewest(system: &System) -> Option<usize> {
+fn fewest(system: &ScanSystem) -> Option<usize> {
     let init: Vec<bool> = system.kept.iter().map(|kept| kept.init == Some(true)).collect();
     let mut depth = HashMap::from([(init.clone(), 0)]);
     let mut open = VecDeque::from([init]);
@@ -97,7 +97,7 @@ fn fewest(system: &System) -> Option<usize> {
 }
 
 /// Whether an invariant holds at the start, is kept, and excludes what is looked for.
-fn is_invariant(system: &System, cubes: &[Cube]) -> bool {
+fn is_invariant(system: &ScanSystem, cubes: &[Cube]) -> bool {
     let count = system.kept.len();
     let all = (0..1u32 << count).map(|state| (0..count).map(|at| state >> at & 1 == 1).collect());
     let holds = |state: &[bool]| {
@@ -133,11 +133,11 @@ fn each_way_agrees_with_visiting_all_states() {
         let system = random_system(seed);
         let expected = fewest(&system);
         match (reach(&system, &patience()), expected) {
-            (Reached::Never(invariant), None) => {
+            (Reachability::Never(invariant), None) => {
                 assert!(is_invariant(&system, &invariant), "seed {seed}: {invariant:?}");
                 never += 1;
             }
-            (Reached::Found(inputs), Some(scans)) => {
+            (Reachability::Found(inputs), Some(scans)) => {
                 assert!(inputs.len() >= scans && leads(&system, &inputs), "seed {seed}");
                 (found, deep) = (found + 1, deep + usize::from(scans > 3));
             }

@@ -4,7 +4,7 @@
 //! assumes the literals of this frame and all later ones.
 
 use super::solver::{BatsatSolver, Patience, SatLit, Solved, Solver};
-use super::system::System;
+use super::system::ScanSystem;
 use crate::aig::Literal;
 
 /// The number of questions after which a solver begins anew, without what they left behind.
@@ -26,7 +26,7 @@ pub(super) enum Blocked {
 
 /// A scan in a solver.
 pub(super) struct Transition<'s> {
-    system: &'s System,
+    system: &'s ScanSystem,
     patience: Patience,
     /// With the clauses of all frames; every scan is allowed.
     forward: BatsatSolver,
@@ -36,7 +36,7 @@ pub(super) struct Transition<'s> {
     frames: Vec<SatLit>,
     /// By frame: the clauses.
     clauses: Vec<Vec<Cube>>,
-    /// By bit: the index in [`System::kept`].
+    /// By bit: the index in [`ScanSystem::kept`].
     latch_of: Vec<u32>,
     questions: usize,
     /// The inputs of the last solution.
@@ -49,7 +49,7 @@ fn lit(bit: Literal) -> SatLit {
 }
 
 /// A solver with the gates of a scan.
-fn solver(system: &System, patience: &Patience) -> BatsatSolver {
+fn solver(system: &ScanSystem, patience: &Patience) -> BatsatSolver {
     let mut solver = BatsatSolver::new(patience);
     for _ in 0..system.bits {
         solver.new_var();
@@ -66,7 +66,7 @@ fn solver(system: &System, patience: &Patience) -> BatsatSolver {
 
 impl<'s> Transition<'s> {
     /// A scan with frame 0, the cold start.
-    pub fn new(system: &'s System, patience: &Patience) -> Transition<'s> {
+    pub fn new(system: &'s ScanSystem, patience: &Patience) -> Transition<'s> {
         let mut latch_of = vec![u32::MAX; system.bits];
         for (at, latch) in system.kept.iter().enumerate() {
             latch_of[latch.bit as usize] = at as u32;

@@ -7,13 +7,13 @@ use super::start::Start;
 use super::written::{WordRange, WrittenCells};
 use crate::aig::{GateGraph, Literal};
 use crate::gates::{GateCut, GateInput, Held, InputOf};
-use crate::model::{FreeInput, Model};
+use crate::model::{FreeInput, ProofModel};
 use rungd_engine::{BitCell, Cell, Element, EngineProgram, WordCell};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 /// A scan that is being encoded.
 pub(super) struct Encoder<'m> {
-    pub model: &'m Model,
+    pub model: &'m ProofModel,
     pub code: &'m EngineProgram,
     pub start: &'m Start,
     pub written: WrittenCells<'m>,
@@ -55,7 +55,7 @@ pub(super) struct Encoder<'m> {
 }
 
 impl<'m> Encoder<'m> {
-    pub fn new(model: &'m Model, start: &'m Start, kept: &'m FxHashSet<Cell>) -> Encoder<'m> {
+    pub fn new(model: &'m ProofModel, start: &'m Start, kept: &'m FxHashSet<Cell>) -> Encoder<'m> {
         let code = &model.code;
         let mut encoder = Encoder {
             model,

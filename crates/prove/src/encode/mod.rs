@@ -36,7 +36,7 @@ mod written;
 
 use crate::aig::Literal;
 use crate::gates::{Gates, Latch};
-use crate::model::Model;
+use crate::model::ProofModel;
 use encoder::Encoder;
 use held::{Next, OwnedLatch};
 use rungd_engine::{BitCell, Cell, WordCell};
@@ -56,12 +56,12 @@ pub struct Encoding {
 }
 
 /// The gates of one scan of a model.
-pub fn encode(model: &Model) -> Gates {
+pub fn encode(model: &ProofModel) -> Gates {
     encode_cells(model).gates.without_constants()
 }
 
 /// The gates of one scan of a model, with the values of all cells.
-pub fn encode_cells(model: &Model) -> Encoding {
+pub fn encode_cells(model: &ProofModel) -> Encoding {
     let start = Start::of(model);
     // Private cells that hold a value from one scan to the next; found by trial.
     let mut kept = FxHashSet::default();

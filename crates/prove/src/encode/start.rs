@@ -1,6 +1,6 @@
 //! What the first scan begins with, as the engine begins it.
 
-use crate::model::Model;
+use crate::model::ProofModel;
 use rungd_base::calendar::LocalTime;
 use rungd_engine::isa::BlockId;
 use rungd_engine::ops::Timer;
@@ -20,7 +20,7 @@ pub(super) struct Start {
 }
 
 impl Start {
-    pub fn of(model: &Model) -> Start {
+    pub fn of(model: &ProofModel) -> Start {
         let mut engine = Engine::new(model.code.clone());
         model.restored.iter().for_each(|(cell, value)| engine.restore(*cell, *value));
         engine.start(0);

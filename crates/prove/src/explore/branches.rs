@@ -13,9 +13,9 @@ use rungd_engine::isa::{BlockId, NumberMap, StageId};
 use rungd_engine::ops::Op;
 use rungd_engine::{BitCell, Engine};
 
-use super::effects::{CellNumbers, Effects};
+use super::effects::{EffectCells, Effects};
 use super::live::{all_operations, executes_always, operations};
-use crate::model::{FreeInput, Model, Target};
+use crate::model::{FreeInput, ProofModel, Target};
 use std::ops::Range;
 
 /// A set of inputs, by their places in the model.
@@ -65,7 +65,7 @@ pub(super) type Packed = u64;
 
 impl Inputs {
     /// The inputs of a cone; `None` if their values do not fit in a [`Packed`].
-    pub fn new(model: &Model, target: Target) -> Option<Inputs> {
+    pub fn new(model: &ProofModel, target: Target) -> Option<Inputs> {
         let all: Vec<Input> = model.inputs.iter().map(Input::of).collect();
         let mut counts = all.iter().map(|input| input.count());
         counts.try_fold(1u64, u64::checked_mul)?;
@@ -179,7 +179,7 @@ impl<'i> Branches<'i> {
 
 /// Finds the inputs among the cells that are read.
 struct InputReaders<'p> {
-    model: &'p Model,
+    model: &'p ProofModel,
     effects: Effects<'p>,
     /// The place of each input, by the number of its cell.
     places: NumberMap<u32, usize>,
@@ -187,8 +187,8 @@ struct InputReaders<'p> {
 
 impl<'p> InputReaders<'p> {
     /// `None`: a set cannot hold so many inputs.
-    fn new(model: &'p Model) -> Option<InputReaders<'p>> {
-        let numbers = CellNumbers { bits: model.code.bit_count };
+    fn new(model: &'p ProofModel) -> Option<InputReaders<'p>> {
+        let numbers = EffectCells { bits: model.code.bit_count };
         let place = |(at, input): (usize, &FreeInput)| (numbers.of(input.cell), at);
         let places = model.inputs.iter().enumerate().map(place).collect();
         let fits = model.inputs.len() <= InputSet::BITS as usize;

@@ -43,7 +43,7 @@ impl Cap {
 /// The instructions that read an `.Acc`.
 #[derive(Clone, Copy, Debug, Default)]
 struct Readers {
-    owner: Option<Owner>,
+    owner: Option<CapOwner>,
     /// The least and the greatest constant that it is compared with.
     low: i32,
     high: i32,
@@ -52,7 +52,7 @@ struct Readers {
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Owner {
+enum CapOwner {
     Up,
     Down,
 }
@@ -82,8 +82,8 @@ impl Readers {
 
     fn cap(self) -> Option<Cap> {
         match self.owner.filter(|_| !self.others)? {
-            Owner::Up => self.high.checked_add(1).map(Cap::AtLeast),
-            Owner::Down => self.low.checked_sub(1).map(Cap::AtMost),
+            CapOwner::Up => self.high.checked_add(1).map(Cap::AtLeast),
+            CapOwner::Down => self.low.checked_sub(1).map(Cap::AtMost),
         }
     }
 }
@@ -122,7 +122,7 @@ impl<C: Fn(u32) -> Option<i32>> CapSearch<'_, C> {
         match owned {
             Owned::UpTimer(timer) => self.visit_up(timer.at, timer.preset),
             Owned::UpCounter(acc, preset) => self.visit_up(acc, preset),
-            Owned::DownCounter(acc) => self.of(acc).owner = Some(Owner::Down),
+            Owned::DownCounter(acc) => self.of(acc).owner = Some(CapOwner::Down),
             Owned::DownTimer(_) | Owned::UpDownCounter(_) => {}
         }
     }
@@ -130,7 +130,7 @@ impl<C: Fn(u32) -> Option<i32>> CapSearch<'_, C> {
     fn visit_up(&mut self, acc: u32, preset: WordRead) {
         let preset = (self.constant)(preset.0);
         let readers = self.of(acc);
-        readers.owner = Some(Owner::Up);
+        readers.owner = Some(CapOwner::Up);
         match preset {
             Some(constant) => readers.compare(constant),
             None => readers.others = true,

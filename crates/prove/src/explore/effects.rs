@@ -17,12 +17,12 @@ use rungd_engine::{Cell, EngineProgram, PassStep};
 
 /// The numbers of cells: bits first, then words.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct CellNumbers {
+pub(super) struct EffectCells {
     /// The number of bits.
     pub bits: u32,
 }
 
-impl CellNumbers {
+impl EffectCells {
     pub fn word(self, word: u32) -> u32 {
         self.bits + word
     }
@@ -139,8 +139,8 @@ impl<'p> Effects<'p> {
         Effects { program, formulas: program.formulas(), status: status(0), on: status(st::ON) }
     }
 
-    fn numbers(&self) -> CellNumbers {
-        CellNumbers { bits: self.program.bit_count }
+    fn numbers(&self) -> EffectCells {
+        EffectCells { bits: self.program.bit_count }
     }
 
     /// The cells of an operation as the engine lists them.
@@ -153,7 +153,6 @@ impl<'p> Effects<'p> {
 
     /// The effect of an operation.
     pub fn of(&self, op: &Op) -> Effect {
-        let numbers = self.numbers();
         let touches = self.touched(op);
         let mut effect = Effect {
             legs: touches.anded.clone(),
@@ -161,6 +160,15 @@ impl<'p> Effects<'p> {
             writes: self.written(&touches),
             ..Effect::default()
         };
+        self.add_own(op, &mut effect);
+        effect.writes.extend(&effect.overwrites);
+        effect
+    }
+
+    /// Adds what the lists of touched cells do not say: what an operation overwrites in every
+    /// execution, what it keeps, and when it rests.
+    fn add_own(&self, op: &Op, effect: &mut Effect) {
+        let numbers = self.numbers();
         match op {
             Op::And2(and) => effect.overwrite(and.cell.0),
             Op::And3(and) => effect.overwrite(and.cell.0),
@@ -184,29 +192,27 @@ impl<'p> Effects<'p> {
                 effect.reads.extend(bits.first..bits.first + bits.count);
                 effect.keep(shift.shift.history)
             }
-            Op::Cnt(owner) => {
-                self.own(&mut effect, Owned::UpCounter(owner.counter.at, owner.preset))
-            }
-            Op::Cntdn(owner) => self.own(&mut effect, Owned::DownCounter(owner.counter.at)),
-            Op::Udc(owner) => self.own(&mut effect, Owned::UpDownCounter(owner.counter.at)),
+            Op::Cnt(owner) => self.own(effect, Owned::UpCounter(owner.counter.at, owner.preset)),
+            Op::Cntdn(owner) => self.own(effect, Owned::DownCounter(owner.counter.at)),
+            Op::Udc(owner) => self.own(effect, Owned::UpDownCounter(owner.counter.at)),
             Op::Ondtmr(owner) => {
-                self.own(&mut effect, Owned::UpTimer(owner.timer)).overwrite(owner.output.0)
+                self.own(effect, Owned::UpTimer(owner.timer)).overwrite(owner.output.0)
             }
             Op::Offdtmr(owner) => {
-                self.own(&mut effect, Owned::DownTimer(owner.timer)).overwrite(owner.output.0)
+                self.own(effect, Owned::DownTimer(owner.timer)).overwrite(owner.output.0)
             }
-            Op::Tmr(owner) => self.own(&mut effect, Owned::UpTimer(owner.timer)),
-            Op::Tmra(owner) => self.own(&mut effect, Owned::UpTimer(owner.timer)),
-            Op::Tmrdown(owner) => self.own(&mut effect, Owned::DownTimer(owner.timer)),
-            Op::Tmradown(owner) => self.own(&mut effect, Owned::DownTimer(owner.timer)),
-            Op::Ctu(owner) => self.count(&mut effect, owner.counter, OF_CTU),
-            Op::Ctd(owner) => self.count(&mut effect, owner.counter, OF_CTD),
-            Op::Move(copy) => self.overwrite_word(&mut effect, &copy.leg, copy.to),
-            Op::Add(sum) => self.overwrite_word(&mut effect, &sum.leg, sum.to),
-            Op::Sub(sum) => self.overwrite_word(&mut effect, &sum.leg, sum.to),
-            Op::Math(math) => self.compute(&mut effect, math),
-            Op::Control(control) => self.control(&mut effect, control),
-            Op::OutWordBit(_) => &mut effect,
+            Op::Tmr(owner) => self.own(effect, Owned::UpTimer(owner.timer)),
+            Op::Tmra(owner) => self.own(effect, Owned::UpTimer(owner.timer)),
+            Op::Tmrdown(owner) => self.own(effect, Owned::DownTimer(owner.timer)),
+            Op::Tmradown(owner) => self.own(effect, Owned::DownTimer(owner.timer)),
+            Op::Ctu(owner) => self.count(effect, owner.counter, OF_CTU),
+            Op::Ctd(owner) => self.count(effect, owner.counter, OF_CTD),
+            Op::Move(copy) => self.overwrite_word(effect, &copy.leg, copy.to),
+            Op::Add(sum) => self.overwrite_word(effect, &sum.leg, sum.to),
+            Op::Sub(sum) => self.overwrite_word(effect, &sum.leg, sum.to),
+            Op::Math(math) => self.compute(effect, math),
+            Op::Control(control) => self.control(effect, control),
+            Op::OutWordBit(_) => effect,
             // These write only while their leg is ON.
             Op::Set(_)
             | Op::Rst(_)
@@ -224,8 +230,6 @@ impl<'p> Effects<'p> {
             | Op::PackBits(_)
             | Op::UnpackBits(_) => effect.rest_while_off(),
         };
-        effect.writes.extend(&effect.overwrites);
-        effect
     }
 
     /// The cells that are written, by the lists of touched cells; of a structure, its whole record.

@@ -23,8 +23,14 @@ use rungd_engine::{
 
 use super::bytes::{ByteReader, ByteWriter};
 use super::effects::{Effects, Owned};
-use super::form::LoadedTime;
 use super::live::{all_operations, operations};
+
+/// The place of a loaded state in time.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LoadedTime {
+    /// The timestamp of its scan, ms.
+    pub now_ms: u64,
+}
 
 /// The blocks and Stages of a cone.
 #[derive(Debug)]

@@ -13,10 +13,10 @@ use rungd_engine::{BitCell, Cell, Engine, EngineProgram, Slice, WordCell};
 
 use super::bytes::{ByteReader, ByteWriter};
 use super::caps::{Cap, caps};
-use super::effects::CellNumbers;
-use super::elements::{StoredElements, TimersOf};
+use super::effects::EffectCells;
+use super::elements::{LoadedTime, StoredElements, TimersOf};
 use super::live::live;
-use crate::model::{Model, Target};
+use crate::model::{ProofModel, Target};
 
 /// The time of a loaded state, ms: a multiple of all periods of clock bits, and greater than all
 /// times that a state holds.
@@ -53,20 +53,13 @@ struct StoredClock {
     counts: bool,
 }
 
-/// The place of a loaded state in time.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct LoadedTime {
-    /// The timestamp of its scan, ms.
-    pub now_ms: u64,
-}
-
 impl StateForm {
     /// The form for a cone and a target.
-    pub fn new(model: &Model, target: Target, start: &Engine) -> StateForm {
+    pub fn new(model: &ProofModel, target: Target, start: &Engine) -> StateForm {
         let code = &model.code;
         let asked: Vec<BitCell> = model.assumed.iter().copied().chain([target.bit]).collect();
         let slice = code.slice(&asked.iter().map(|bit| Cell::Bit(*bit)).collect::<Vec<_>>());
-        let written = Written::of(model, &slice);
+        let written = FormWritten::of(model, &slice);
         let mut is_live = live(model, &asked.iter().map(|bit| bit.0).collect::<Vec<_>>());
         let elements = StoredElements::new(code, &slice);
         elements.bits.iter().for_each(|bit| is_live[*bit as usize] = true);
@@ -160,12 +153,12 @@ impl StoredClock {
 }
 
 /// The cells that steps of the cone write.
-struct Written {
+struct FormWritten {
     is_written: Vec<bool>,
 }
 
-impl Written {
-    fn of(model: &Model, slice: &Slice) -> Written {
+impl FormWritten {
+    fn of(model: &ProofModel, slice: &Slice) -> FormWritten {
         let code = &model.code;
         let mut is_written = vec![false; (code.bit_count + code.word_count) as usize];
         let tables = &slice.program.tables;
@@ -175,9 +168,9 @@ impl Written {
             written.iter().for_each(|cell| is_written[*cell as usize] = true);
         }
         for input in &model.inputs {
-            is_written[CellNumbers { bits: code.bit_count }.of(input.cell) as usize] = true;
+            is_written[EffectCells { bits: code.bit_count }.of(input.cell) as usize] = true;
         }
-        Written { is_written }
+        FormWritten { is_written }
     }
 
     fn is(&self, cell: u32) -> bool {

@@ -11,15 +11,15 @@ use rungd_engine::isa::{Bit, BitSpace, BlockId, Word, WordSpace, status};
 use rungd_engine::ops::{Control, ControlKind, Op};
 use rungd_engine::{BlockRole, EngineProgram};
 
-use super::effects::{CellNumbers, Effects};
-use crate::model::Model;
+use super::effects::{EffectCells, Effects};
+use crate::model::ProofModel;
 use std::ops::Range;
 
 /// Overwritten for all elements behind.
 const FOR_ALL: u32 = 1;
 
 /// Whether each cell is live between two scans; bits first.
-pub(super) fn live(model: &Model, read_at_end: &[u32]) -> Vec<bool> {
+pub(super) fn live(model: &ProofModel, read_at_end: &[u32]) -> Vec<bool> {
     let code = &model.code;
     let cells = (code.bit_count + code.word_count) as usize;
     let mut search = LiveSearch {
@@ -54,8 +54,8 @@ struct LiveSearch<'p> {
 
 impl LiveSearch<'_> {
     /// What is written before the first turn of every scan: inputs and status.
-    fn overwrite_given(&mut self, model: &Model) {
-        let (layout, numbers) = (&model.code.layout, CellNumbers { bits: model.code.bit_count });
+    fn overwrite_given(&mut self, model: &ProofModel) {
+        let (layout, numbers) = (&model.code.layout, EffectCells { bits: model.code.bit_count });
         for input in &model.inputs {
             self.overwrite(numbers.of(input.cell));
         }

@@ -17,9 +17,9 @@ use rustc_hash::FxBuildHasher;
 use super::branches::{Branches, InputSet, Inputs, Packed};
 use super::form::StateForm;
 use super::keys::key;
+use super::limits::{ExploreLimits, Explored, StopCause};
 use super::trace::{Needs, ScanTrace};
-use super::{ExploreLimits, Explored, StopCause};
-use crate::model::{Model, Path, Run, Target};
+use crate::model::{Path, ProofModel, Run, Target};
 
 /// A set of keys.
 type Keys = HashSet<u128, FxBuildHasher>;
@@ -30,13 +30,13 @@ const ALONE_MAX: u64 = 2_000;
 /// The number of scans between two looks at the clock.
 const SCANS_PER_LOOK: u32 = 512;
 
-/// The memory of a visited state besides its own bytes, at most: its key in a set of keys while that
-/// grows, and what leads to it.
+/// The memory of a visited state besides its own bytes, at most: its key in a set of keys while
+/// that grows, and what leads to it.
 const STATE_EXTRA: usize = 60;
 
 /// A search for a target.
-pub(super) struct Search<'m> {
-    model: &'m Model,
+pub(super) struct StateSearch<'m> {
+    model: &'m ProofModel,
     target: Target,
     inputs: Inputs,
     /// For cones with many inputs.
@@ -61,7 +61,7 @@ const START: u32 = u32::MAX;
 
 /// States of one level.
 #[derive(Debug, Default)]
-struct Level {
+struct StateLevel {
     /// Their bytes.
     bytes: Vec<u8>,
     /// The number of the first one.
@@ -87,15 +87,20 @@ struct Visited {
     steps: Vec<Step>,
 }
 
-impl<'m> Search<'m> {
+impl<'m> StateSearch<'m> {
     /// A search in the model of a cone. If `traces`, its program has batches of one operation each,
     /// and the inputs that matter are found by traces of scans.
-    pub fn new(model: &'m Model, target: Target, inputs: Inputs, traces: bool) -> Search<'m> {
+    pub fn new(
+        model: &'m ProofModel,
+        target: Target,
+        inputs: Inputs,
+        traces: bool,
+    ) -> StateSearch<'m> {
         let start = Run::new(model).engine;
         let form = StateForm::new(model, target, &start);
         let asked = model.assumed.iter().chain([&target.bit]).map(|bit| bit.0);
         let at_end = form.cells(model.code.bit_count).chain(asked).collect();
-        Search {
+        StateSearch {
             needs: traces.then(|| Needs::new(model, at_end)),
             form,
             start: EngineState::of(&start),
@@ -108,10 +113,10 @@ impl<'m> Search<'m> {
 
     /// Visits all states, or up to the limits.
     pub fn run(&self, limits: &ExploreLimits) -> Explored {
-        let mut scanners: Vec<Scanner> =
-            (0..limits.threads.max(1)).map(|_| Scanner::new(self)).collect();
+        let mut scanners: Vec<StateScanner> =
+            (0..limits.threads.max(1)).map(|_| StateScanner::new(self)).collect();
         let mut visited = Visited::default();
-        let mut level = Level { bytes: Vec::new(), first: START, count: 1 };
+        let mut level = StateLevel { bytes: Vec::new(), first: START, count: 1 };
         let mut depth = 0;
         loop {
             let states = visited.steps.len() as u64;
@@ -145,7 +150,12 @@ impl<'m> Search<'m> {
     }
 
     /// What the parts of a level lead to, in the order of the parts.
-    fn parts(&self, level: &Level, scanners: &mut [Scanner], limits: LevelLimits) -> Vec<Part> {
+    fn parts(
+        &self,
+        level: &StateLevel,
+        scanners: &mut [StateScanner],
+        limits: LevelLimits,
+    ) -> Vec<Part> {
         let scans = (level.count as u64).saturating_mul(self.inputs.usual());
         if scanners.len() == 1 || scans <= ALONE_MAX {
             return vec![scanners[0].visit(level, 0..level.count, limits)];
@@ -232,8 +242,8 @@ impl Visited {
     }
 
     /// Adds what the parts of a level have found; returns the next level.
-    fn add(&mut self, parts: Vec<Part>, size: usize) -> Level {
-        let mut level = Level { first: self.steps.len() as u32, ..Level::default() };
+    fn add(&mut self, parts: Vec<Part>, size: usize) -> StateLevel {
+        let mut level = StateLevel { first: self.steps.len() as u32, ..StateLevel::default() };
         for Part { keys, bytes, steps, .. } in parts {
             for ((key, step), state) in keys.iter().zip(steps).zip(bytes.chunks_exact(size)) {
                 if !self.is_full() && self.keys.insert(*key) {
@@ -248,8 +258,8 @@ impl Visited {
 }
 
 /// A thread's engine and working memory.
-struct Scanner<'s> {
-    search: &'s Search<'s>,
+struct StateScanner<'s> {
+    search: &'s StateSearch<'s>,
     engine: Engine,
     branches: Branches<'s>,
     trace: Option<ScanTrace<'s>>,
@@ -271,18 +281,18 @@ enum ScanResult {
     Followed,
 }
 
-impl<'s> Scanner<'s> {
-    fn new(search: &'s Search<'s>) -> Scanner<'s> {
+impl<'s> StateScanner<'s> {
+    fn new(search: &'s StateSearch<'s>) -> StateScanner<'s> {
         let engine = Run::new(search.model).engine;
         let branches = Branches::new(&search.inputs);
         let trace = search.needs.as_ref().map(ScanTrace::new);
-        Scanner { search, engine, branches, trace, keys: Keys::default(), scans: 0 }
+        StateScanner { search, engine, branches, trace, keys: Keys::default(), scans: 0 }
     }
 
     /// Visits parts of a level until none is left, or one ends the search.
     fn visit_shares(
         &mut self,
-        level: &Level,
+        level: &StateLevel,
         shares: &LevelShares,
         limits: LevelLimits,
     ) -> Vec<(usize, Part)> {
@@ -302,7 +312,7 @@ impl<'s> Scanner<'s> {
     }
 
     /// Visits states of a level, each with all combinations of inputs that it needs.
-    fn visit(&mut self, level: &Level, states: Range<usize>, limits: LevelLimits) -> Part {
+    fn visit(&mut self, level: &StateLevel, states: Range<usize>, limits: LevelLimits) -> Part {
         let mut part = Part::default();
         self.keys.clear();
         for at in states {
@@ -340,7 +350,7 @@ impl<'s> Scanner<'s> {
 
     /// Executes a scan from a state; `None`: from the start.
     fn scan(&mut self, state: Option<&[u8]>) -> ScanResult {
-        let Search { model, form, .. } = self.search;
+        let StateSearch { model, form, .. } = self.search;
         let now_ns = match state {
             Some(state) => form.load(&mut self.engine, state) + self.search.period_ns,
             None => {
@@ -392,7 +402,7 @@ impl<'s> Scanner<'s> {
     }
 }
 
-impl Level {
+impl StateLevel {
     /// The bytes of a state; `None`: it is the start.
     fn state(&self, at: usize, size: usize) -> Option<&[u8]> {
         (self.first != START).then(|| &self.bytes[at * size..(at + 1) * size])

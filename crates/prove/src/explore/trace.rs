@@ -1,8 +1,8 @@
 //! The inputs that mattered in a scan, by what it executed.
 //!
-//! For `search`, where inputs are many. A [`ScanTrace`] sees a scan operation by operation and notes
-//! which powers were OFF. Then it goes back from the end of the scan: needed are the cells of the
-//! next state, the target and the assumed bits; the operations that can write a needed cell need
+//! For `search`, where inputs are many. A [`ScanTrace`] sees a scan operation by operation and
+//! notes which powers were OFF. Then it goes back from the end of the scan: needed are the cells of
+//! the next state, the target and the assumed bits; the operations that can write a needed cell need
 //! what they have read; a cell that an operation overwrites is needed no more before it. Of a leg
 //! or an AND that was OFF, one power that was OFF is enough. An instruction that does nothing while
 //! its leg is OFF then needs the leg alone. Every control instruction that was reached needs its
@@ -16,8 +16,8 @@ use rungd_engine::isa::NumberMap;
 use rungd_engine::ops::{AndedPowers, Op};
 use rungd_engine::{BitCell, Image, ScanObserver, ScanStep};
 
-use super::effects::{CellNumbers, Effect, Effects};
-use crate::model::Model;
+use super::effects::{Effect, EffectCells, Effects};
+use crate::model::ProofModel;
 
 /// The greatest number of legs of an operation.
 const LEGS: usize = 3;
@@ -46,9 +46,9 @@ struct OperationNeeds {
 
 impl Needs {
     /// Those of a cone, whose states have some cells.
-    pub fn new(model: &Model, at_end: Vec<u32>) -> Needs {
+    pub fn new(model: &ProofModel, at_end: Vec<u32>) -> Needs {
         let code = &model.code;
-        let (effects, numbers) = (Effects::new(code), CellNumbers { bits: code.bit_count });
+        let (effects, numbers) = (Effects::new(code), EffectCells { bits: code.bit_count });
         let needs = |op: Op| OperationNeeds {
             is_control: matches!(op, Op::Control(_)),
             effect: effects.of(&op),

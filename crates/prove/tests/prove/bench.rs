@@ -7,7 +7,7 @@ use rungd_language::resolve::condition::ConditionNames;
 use rungd_language::resolve::program::{Contact, Program};
 use rungd_language::source::contact_parser::parse_condition;
 use rungd_language::source::span::Span;
-use rungd_prove::model::{FreeInput, Model};
+use rungd_prove::model::{FreeInput, ProofModel};
 use rungd_test_support::run::{cell, load};
 
 /// The period of these models, ms.
@@ -20,18 +20,18 @@ pub struct Asked<'a> {
     /// Bits that may change before each scan, by their names.
     pub inputs: &'a [&'a str],
     pub assume: &'a [&'a str],
-    /// The conditions of [`Model::judged`].
+    /// The conditions of [`ProofModel::judged`].
     pub judged: &'a [&'a str],
 }
 
 /// The model of a ladder.
-pub fn model(asked: Asked) -> Model {
+pub fn model(asked: Asked) -> ProofModel {
     let program = load(asked.ladder).unwrap_or_else(|e| panic!("{}: {e}", asked.ladder));
     model_of(&program, asked)
 }
 
 /// The same of a program that is loaded already.
-pub fn model_of(program: &Program, asked: Asked) -> Model {
+pub fn model_of(program: &Program, asked: Asked) -> ProofModel {
     let contacts = |texts: &[&str]| texts.iter().map(|text| contact(program, text)).collect();
     let (before, behind): (Vec<Contact>, Vec<Contact>) =
         (contacts(asked.assume), contacts(asked.judged));
@@ -45,7 +45,7 @@ pub fn model_of(program: &Program, asked: Asked) -> Model {
         let cell = lowered.code.layout.cell(address).expect("a cell");
         FreeInput { cell, low: 0, high: 1 }
     };
-    Model {
+    ProofModel {
         period_ms: PERIOD_MS,
         restored: Vec::new(),
         inputs: asked.inputs.iter().map(input).collect(),

@@ -8,14 +8,14 @@ use rungd_language::resolve::condition::ConditionNames;
 use rungd_language::resolve::program::{Contact, Program};
 use rungd_language::source::contact_parser::parse_condition;
 use rungd_language::source::span::Span;
-use rungd_prove::model::{FreeInput, Model};
+use rungd_prove::model::{FreeInput, ProofModel};
 use rungd_test_support::model::generate::generate;
 use rungd_test_support::model::rng::Rng;
 use rungd_test_support::run::{cell, load};
 
 /// A model and the texts that it is made of.
 pub struct Drawn {
-    pub model: Model,
+    pub model: ProofModel,
     pub text: String,
 }
 
@@ -48,7 +48,7 @@ pub fn drawn(seed: u64) -> Drawn {
     let (assumed, judged): (Vec<String>, Vec<String>) = (texts(&assumed), texts(&judged));
     Drawn {
         text: format!("# seed {seed}\n{ladder}\n# assume {assumed:?}, judged {judged:?}"),
-        model: Model {
+        model: ProofModel {
             period_ms: case.period as u32,
             restored: Vec::new(),
             inputs,

@@ -13,7 +13,7 @@ use rungd_lab::traces::stimulus::StimulusTarget;
 use rungd_language::lower::lower;
 use rungd_prove::encode::{Encoding, encode, encode_cells};
 use rungd_prove::gates::content;
-use rungd_prove::model::{FreeInput, Model};
+use rungd_prove::model::{FreeInput, ProofModel};
 use rungd_test_support::model::case::Case;
 use rungd_test_support::model::generate::generate;
 use rungd_test_support::model::rng::Rng;
@@ -57,7 +57,7 @@ fn drawn(rng: &mut Rng, input: FreeInput, before: i32) -> i32 {
 }
 
 /// Runs the engine and the gates with random inputs, and compares every cell after every scan.
-fn compare(model: &Model, seed: u64, scans: u64) {
+fn compare(model: &ProofModel, seed: u64, scans: u64) {
     let encoding = encode_cells(model);
     let simple = encode(model);
     let mut rng = Rng::new(seed);
@@ -95,7 +95,7 @@ fn compare(model: &Model, seed: u64, scans: u64) {
 }
 
 fn check_cells(
-    model: &Model,
+    model: &ProofModel,
     encoding: &Encoding,
     image: &rungd_engine::Image,
     is_on: impl Fn(rungd_prove::aig::Literal) -> bool,
@@ -113,7 +113,7 @@ fn check_cells(
 }
 
 /// The model of a generated case: its X are free, and some of what its stimulus writes.
-fn model_of_case(case: &Case) -> Model {
+fn model_of_case(case: &Case) -> ProofModel {
     let program = load(&case.ladder()).unwrap_or_else(|e| panic!("seed {}: {e}", case.seed));
     let (_, symbols) = lower(&program);
     let asked = Asked {
@@ -146,7 +146,7 @@ fn model_of_case(case: &Case) -> Model {
         inputs.push(FreeInput { cell, low: 0, high: 23 });
     }
     let code = in_single_batches(&model.code);
-    Model { code, inputs, period_ms: case.period as u32, ..model }
+    ProofModel { code, inputs, period_ms: case.period as u32, ..model }
 }
 
 #[test]

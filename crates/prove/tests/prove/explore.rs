@@ -9,7 +9,7 @@ use super::bench::{Asked, model};
 use super::drawn::{Drawn, drawn};
 use rungd_engine::{Engine, EngineState};
 use rungd_prove::explore::{ExploreLimits, Explored, StopCause, explore, explore_traced};
-use rungd_prove::model::{FreeInput, Model, Path, Run, Target};
+use rungd_prove::model::{FreeInput, Path, ProofModel, Run, Target};
 use rungd_test_support::model::rng::Rng;
 use rungd_test_support::setting::setting;
 use std::collections::HashMap;
@@ -29,7 +29,7 @@ fn limits(memory: usize) -> ExploreLimits<'static> {
 }
 
 /// Whether a path is allowed and its last scan alone meets the target.
-fn reaches(model: &Model, target: Target, path: &Path) -> bool {
+fn reaches(model: &ProofModel, target: Target, path: &Path) -> bool {
     let mut run = Run::new(model);
     let met = path.scans.iter().map(|inputs| {
         let outcome = run.scan(inputs);
@@ -59,7 +59,7 @@ struct Exhausted {
 }
 
 /// Executes all combinations from all states, depth by depth, until about `most` scans are done.
-fn exhaust(model: &Model, target: Target, most: usize) -> Exhausted {
+fn exhaust(model: &ProofModel, target: Target, most: usize) -> Exhausted {
     let (combinations, mut scans) = (combinations(&model.inputs), 0);
     let mut run = Run::new(model);
     let mut level = vec![EngineState::of(&run.engine)];

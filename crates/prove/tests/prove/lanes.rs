@@ -3,7 +3,7 @@
 use rungd_engine::{Cell, Engine, EngineCall, Image, ScanObserver, ScanStep, WordCell};
 use rungd_prove::aig::simulator::NodeValues;
 use rungd_prove::gates::{GateCut, Gates, InputOf};
-use rungd_prove::model::{Model, Run, ScanOutcome};
+use rungd_prove::model::{ProofModel, Run, ScanOutcome};
 use std::collections::HashMap;
 
 /// The number of runs.
@@ -11,7 +11,7 @@ pub const LANES: usize = 8;
 
 /// The runs, with the values of the gates' latches and inputs.
 pub struct Lanes<'m> {
-    model: &'m Model,
+    model: &'m ProofModel,
     cuts: Vec<GateCut>,
     runs: Vec<LaneRun<'m>>,
     latches: Vec<u64>,
@@ -85,7 +85,7 @@ impl ScanObserver for CutEye<'_> {
 
 impl<'m> LaneRun<'m> {
     /// One scan, as `Run::scan` executes it, with an observer of the cuts.
-    fn scan(&mut self, model: &Model, cuts: &[GateCut], inputs: &[i32]) {
+    fn scan(&mut self, model: &ProofModel, cuts: &[GateCut], inputs: &[i32]) {
         let is_last = self.run.engine.stops();
         let now_ns = self.run.next_ns();
         let engine: &mut Engine = &mut self.run.engine;
@@ -114,7 +114,7 @@ impl<'m> LaneRun<'m> {
 }
 
 impl<'m> Lanes<'m> {
-    pub fn new(model: &'m Model, gates: &Gates) -> Lanes<'m> {
+    pub fn new(model: &'m ProofModel, gates: &Gates) -> Lanes<'m> {
         let lane = |_| {
             let run = Run::new(model);
             LaneRun {
@@ -129,7 +129,7 @@ impl<'m> Lanes<'m> {
         Lanes { runs: (0..LANES).map(lane).collect(), ..Lanes::empty(model, gates) }
     }
 
-    fn empty(model: &'m Model, gates: &Gates) -> Lanes<'m> {
+    fn empty(model: &'m ProofModel, gates: &Gates) -> Lanes<'m> {
         let initial = |initial: Option<bool>| if initial == Some(true) { u64::MAX } else { 0 };
         let latches = gates.latches.iter().map(|latch| initial(latch.initial)).collect();
         Lanes { model, cuts: gates.cuts.clone(), runs: Vec::new(), latches }
