@@ -153,7 +153,8 @@ impl Names<'_> {
         match held {
             Held::Bit(bit) => self.cell(Cell::Bit(bit)),
             Held::WordBit(word, bit) => format!("{}.{bit}", self.cell(Cell::Word(word))),
-            Held::PassDue(_)
+            Held::TimerScans(..)
+            | Held::PassDue(_)
             | Held::FirstTurn(_)
             | Held::Executed(_)
             | Held::Recurrent(_)

@@ -17,6 +17,8 @@ pub enum Held {
     /// A bit of the content of a word, 0 is the lowest. The highest latch of a word that may be
     /// negative is its sign.
     WordBit(WordCell, u8),
+    /// A bit of the number of scans whose time the `.Acc` of a timer has.
+    TimerScans(WordCell, u8),
     /// A pass of a block is due.
     PassDue(BlockId),
     /// The first turn of a block has still to come.

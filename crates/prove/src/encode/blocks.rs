@@ -146,7 +146,7 @@ impl Encoder<'_> {
         if code.has_rungs {
             self.put_own_if(Literal::TRUE, executed, Literal::TRUE);
         }
-        self.elapsed_ms = self.elapsed_ms(element, code);
+        self.elapsed = self.time_of(element, code);
         self.execute_all(code, element)
     }
 
@@ -193,10 +193,10 @@ impl Encoder<'_> {
             self.put_own_if(Literal::TRUE, Held::Executed(id), Literal::TRUE);
         }
         let own = ElementId { block: id, stage: None };
-        let elapsed = self.elapsed_ms(own, code);
-        let before = std::mem::replace(&mut self.elapsed_ms, elapsed);
+        let elapsed = self.time_of(own, code);
+        let before = std::mem::replace(&mut self.elapsed, elapsed);
         let ended = self.execute_all(code, element);
-        self.elapsed_ms = before;
+        self.elapsed = before;
         ended
     }
 

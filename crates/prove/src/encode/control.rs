@@ -1,7 +1,7 @@
 //! The effects of control instructions on others than the execution, as in the engine's `blocks`.
 
 use super::encoder::Encoder;
-use super::held::OwnNumber;
+use super::held::{Elapsed, OwnNumber};
 use super::number::Number;
 use crate::aig::Literal;
 use crate::gates::Held;
@@ -12,12 +12,12 @@ impl Encoder<'_> {
     /// RETURN: ends the subroutine's execution, not that of the block.
     pub(super) fn return_if(&mut self, on: Literal, missed_ms: u32) {
         let missed = self.word(missed_ms);
-        let elapsed = self.elapsed_ms.clone().expect("an element with RETURN asks for the time");
+        let elapsed = self.elapsed_ms();
         let elapsed = elapsed.add(&mut self.graph, &missed);
         let elapsed = elapsed.clamp(&mut self.graph, i32::MIN, i32::MAX);
         let missed = self.choose(on, &elapsed, &Number::constant(0));
         self.put_word(missed_ms, missed);
-        self.elapsed_ms = Some(elapsed);
+        self.elapsed = Some(Elapsed::Ms(elapsed));
         self.guard = self.graph.and(self.guard, !on);
     }
 

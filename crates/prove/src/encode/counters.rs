@@ -2,6 +2,7 @@
 
 use super::encoder::Encoder;
 use super::number::Number;
+use super::written::WordRange;
 use crate::aig::Literal;
 use rungd_engine::ops::{Cnt, Cntdn, Counter, CounterRule, Rstct, Udc};
 use rungd_engine::record::FLAGS;
@@ -86,6 +87,12 @@ impl Encoder<'_> {
         self.graph.and(leg, !before)
     }
 
+    /// A count, limited to what matters of it.
+    fn limited_acc(&mut self, at: u32, acc: &Number) -> Number {
+        let range = self.acc_forms.get(&at).map_or(WordRange::ALL, |form| form.range());
+        acc.clamp(&mut self.graph, range.low, range.high)
+    }
+
     pub(super) fn cnt(&mut self, op: &Cnt) {
         let (leg, rst) = (self.leg(&op.up), self.leg(&op.rst));
         let at = op.counter.at;
@@ -96,7 +103,7 @@ impl Encoder<'_> {
         self.put_state(at, &[(UP, leg)]);
         let acc = self.word(at);
         let counted = acc.add(&mut self.graph, &Number::of_bit(counts));
-        let counted = counted.clamp(&mut self.graph, i32::MIN, i32::MAX);
+        let counted = self.limited_acc(at, &counted);
         let acc = self.choose(reset, &Number::constant(0), &counted);
         self.put_counter(op.counter, &rule, acc, reset);
     }
@@ -114,7 +121,7 @@ impl Encoder<'_> {
         let from = self.choose(loads, &preset, &acc);
         let takes = self.graph.and(counts, !reset);
         let acc = from.sub(&mut self.graph, &Number::of_bit(takes));
-        let acc = acc.clamp(&mut self.graph, i32::MIN, i32::MAX);
+        let acc = self.limited_acc(at, &acc);
         self.put_counter(op.counter, &PresetNumbers::Down(preset), acc, reset);
     }
 
@@ -128,7 +135,7 @@ impl Encoder<'_> {
         self.put_state(at, &[(UP, up), (DN, dn)]);
         let step = Number::of_bit(adds).sub(&mut self.graph, &Number::of_bit(takes));
         let acc = self.word(at).add(&mut self.graph, &step);
-        let acc = acc.clamp(&mut self.graph, i32::MIN, i32::MAX);
+        let acc = self.limited_acc(at, &acc);
         let acc = self.choose(reset, &Number::constant(0), &acc);
         self.put_counter(op.counter, &rule, acc, reset);
     }

@@ -1,7 +1,8 @@
 //! A scan that is being encoded: the state of all encoders.
 
+use super::acc_forms::{AccForm, acc_forms};
 use super::calls;
-use super::held::{OwnNumber, OwnedLatch};
+use super::held::{Elapsed, OwnNumber, OwnedLatch};
 use super::number::Number;
 use super::start::Start;
 use super::written::{WordRange, WrittenCells};
@@ -10,6 +11,7 @@ use crate::gates::{GateCut, GateInput, Held, InputOf};
 use crate::model::{FreeInput, ProofModel};
 use rungd_engine::{BitCell, Cell, Element, EngineProgram, WordCell};
 use rustc_hash::{FxHashMap, FxHashSet};
+use std::collections::BTreeMap;
 
 /// A scan that is being encoded.
 pub(super) struct Encoder<'m> {
@@ -20,6 +22,8 @@ pub(super) struct Encoder<'m> {
     /// Private cells that are no passing values.
     pub kept: &'m FxHashSet<Cell>,
     pub graph: GateGraph,
+    /// The `.Acc` that are not held as the engine holds them.
+    pub acc_forms: FxHashMap<u32, AccForm>,
     /// The values of bits; `None`: not read or written yet.
     pub bits: Vec<Option<Literal>>,
     /// The values of words that were read or written.
@@ -44,10 +48,10 @@ pub(super) struct Encoder<'m> {
     pub passing: FxHashMap<Cell, u32>,
     /// Cells of which this was assumed although they last.
     pub lasting: FxHashSet<Cell>,
-    /// The time since the last execution of the element, ms, if its operations ask for it.
-    pub elapsed_ms: Option<Number>,
-    /// Whether the elements of which this can matter count the scans since their last execution.
-    pub counts_ages: bool,
+    /// The time since the last execution of the element, if its operations ask for it.
+    pub elapsed: Option<Elapsed>,
+    /// The ages that are counted, with their largest values.
+    pub ages: BTreeMap<OwnNumber, i128>,
     /// By subroutine, by its index: the elements in whose turns it may be executed.
     pub callers: FxHashMap<u32, Vec<Element>>,
     /// The batches of the CALLs in whose subroutines it is, and the current batch.
@@ -57,11 +61,13 @@ pub(super) struct Encoder<'m> {
 impl<'m> Encoder<'m> {
     pub fn new(model: &'m ProofModel, start: &'m Start, kept: &'m FxHashSet<Cell>) -> Encoder<'m> {
         let code = &model.code;
+        let written = WrittenCells::of(code, &start.image);
         let mut encoder = Encoder {
             model,
             code,
             start,
-            written: WrittenCells::of(code, &start.image),
+            acc_forms: acc_forms(model, &start.image, &written),
+            written,
             kept,
             graph: GateGraph::default(),
             bits: vec![None; code.bit_count as usize],
@@ -79,8 +85,8 @@ impl<'m> Encoder<'m> {
             executions: 0,
             passing: FxHashMap::default(),
             lasting: FxHashSet::default(),
-            elapsed_ms: None,
-            counts_ages: start.has_running_timer,
+            elapsed: None,
+            ages: BTreeMap::new(),
             callers: calls::callers(code),
             batches: Vec::new(),
         };

@@ -1,9 +1,19 @@
 //! What latches hold, and what they become; plain data.
 
+use super::number::Number;
 use crate::aig::Literal;
 use crate::gates::Held;
 use rungd_engine::isa::BlockId;
 use rungd_engine::{BitCell, Element, WordCell};
+
+/// The time since the last execution of an element.
+#[derive(Clone, Debug)]
+pub(super) enum Elapsed {
+    /// In scans.
+    Scans(Number),
+    /// In ms: behind a RETURN.
+    Ms(Number),
+}
 
 /// A number of a block, Stage or subroutine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

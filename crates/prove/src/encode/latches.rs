@@ -50,6 +50,7 @@ impl Encoder<'_> {
             Held::Executed(_) | Held::StageExecuted(_) | Held::Caller(..) => Some(false),
             Held::Bit(_)
             | Held::WordBit(..)
+            | Held::TimerScans(..)
             | Held::Interval(..)
             | Held::Phase(..)
             | Held::Age(..)

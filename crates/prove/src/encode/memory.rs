@@ -4,6 +4,7 @@
 //! operations of the same execution read, passes a value: its write needs no guard, and it needs no
 //! latch. This is assumed of every such write, and checked at every read.
 
+use super::acc_forms::AccForm;
 use super::encoder::Encoder;
 use super::held::Next;
 use super::number::Number;
@@ -59,10 +60,13 @@ impl Encoder<'_> {
         let Some(limits) = self.written.word(cell) else {
             return Number::constant(initial.into());
         };
-        let limits = limits.with(initial);
+        let form = self.acc_forms.get(&word).copied();
+        let limits = form.map_or(limits.with(initial), AccForm::range);
+        let counts_scans = matches!(form, Some(AccForm::Scans { .. }));
         Number::made(limits.low.into(), limits.high.into(), |at| {
             let (initial, at) = (initial >> at & 1 == 1, at as u8);
-            self.latch(initial, Held::WordBit(cell, at), Next::WordBit(cell, at))
+            let held = if counts_scans { Held::TimerScans } else { Held::WordBit };
+            self.latch(initial, held(cell, at), Next::WordBit(cell, at))
         })
     }
 

@@ -9,6 +9,7 @@
 //! Every `match` over kinds of operations names them all: a new operation does not compile until it
 //! has gates or is a cut.
 
+mod acc_forms;
 mod arrays;
 mod blocks;
 mod calls;
@@ -37,6 +38,7 @@ mod written;
 use crate::aig::Literal;
 use crate::gates::{Gates, Latch};
 use crate::model::ProofModel;
+pub use acc_forms::AccForm;
 use encoder::Encoder;
 use held::{Next, OwnedLatch};
 use rungd_engine::{BitCell, Cell, WordCell};
@@ -53,6 +55,8 @@ pub struct Encoding {
     /// The words that the scan reads or writes, with their contents at its end, the lowest bit
     /// first; the highest is the sign.
     pub words: Vec<(WordCell, Vec<Literal>)>,
+    /// The words that are not held as the engine holds them.
+    pub acc_forms: Vec<(WordCell, AccForm)>,
 }
 
 /// The gates of one scan of a model.
@@ -103,6 +107,9 @@ impl Encoder<'_> {
             let OwnedLatch { literal, initial, holds, .. } = made;
             latches.push(Latch { literal, next, initial: Some(initial), holds });
         }
+        let mut acc_forms: Vec<(WordCell, AccForm)> =
+            self.acc_forms.iter().map(|(word, form)| (WordCell(*word), *form)).collect();
+        acc_forms.sort_unstable_by_key(|(word, _)| *word);
         let is_passing = |cell: &Cell| self.passing.contains_key(cell);
         let bits = (0..).map(BitCell).zip(&self.bits);
         let bits = bits.filter_map(|(cell, value)| value.map(|value| (cell, value)));
@@ -114,6 +121,7 @@ impl Encoder<'_> {
         let encoding = Encoding {
             bits: bits.filter(|(cell, _)| !is_passing(&Cell::Bit(*cell))).collect(),
             words,
+            acc_forms,
             gates: Gates {
                 latches,
                 inputs: self.inputs,

@@ -4,88 +4,109 @@
 //! its last pass. Programs, Stages, and Tasks that run once have then executed in the scan before:
 //! their time is one period. Recurrent Tasks and subroutines count the scans.
 
+use super::acc_forms::{AccForm, is_return, timer_of};
 use super::encoder::Encoder;
-use super::held::OwnNumber;
+use super::held::{Elapsed, OwnNumber};
 use super::number::Number;
 use crate::aig::Literal;
 use rungd_engine::isa::ElementId;
-use rungd_engine::ops::{
-    Control, ControlKind, Offdtmr, Ondtmr, Op, Rstt, Timer, TimerRule, Tmr, Tmra, Tmradown, Tmrdown,
-};
+use rungd_engine::ops::{Offdtmr, Ondtmr, Rstt, Timer, TimerRule, Tmr, Tmra, Tmradown, Tmrdown};
 use rungd_engine::record::FLAGS;
 use rungd_engine::record::timer_state::{LEG, LOADED, PENDING, RUNNING};
 use rungd_engine::{BlockRole, ElementCode};
 
 impl Encoder<'_> {
-    /// Whether operations of an element ask for the time: its timers and RETURNs.
-    fn asks_for_time(&self, code: &ElementCode) -> bool {
+    /// The greatest number of scans of which an element's operations make a difference; `None` if
+    /// they do not ask for the time.
+    fn age_max(&self, code: &ElementCode) -> Option<i128> {
+        let period_ms = i128::from(self.model.period_ms.max(1));
+        let all = i128::from(i32::MAX) / period_ms + 1;
         let tables = &self.code.tables;
         let batches = code.batches.clone().map(|at| tables.batches[at as usize]);
-        batches.flat_map(|batch| tables.ops_of(batch)).any(|op| {
-            let is_return = |control: Control| matches!(control.kind, ControlKind::Return { .. });
-            matches!(op, Op::Control(control) if is_return(control))
-                || matches!(op, Op::Ondtmr(_) | Op::Offdtmr(_) | Op::Tmr(_) | Op::Tmrdown(_))
-                || matches!(op, Op::Tmra(_) | Op::Tmradown(_))
-        })
-    }
-
-    /// The greatest number of scans that an age counts: behind it, the time is at its limit.
-    fn age_max(&self) -> i128 {
-        i128::from(i32::MAX / self.model.period_ms.max(1).cast_signed()) + 1
+        let ages = batches.flat_map(|batch| tables.ops_of(batch)).filter_map(|op| {
+            if is_return(&op) {
+                return Some(all);
+            }
+            let (timer, _) = timer_of(&op)?;
+            Some(match self.acc_forms.get(&timer.at) {
+                Some(AccForm::Scans { high }) => i128::from(*high),
+                Some(AccForm::Limited { high, .. }) => i128::from(*high) / period_ms + 1,
+                None => all,
+            })
+        });
+        ages.max().map(|age| age.max(1))
     }
 
     /// The time since an element's last execution, at its next one; `None` if nothing asks for it.
-    pub(super) fn elapsed_ms(&mut self, element: ElementId, code: &ElementCode) -> Option<Number> {
-        if !self.asks_for_time(code) {
-            return None;
-        }
-        let period = Number::constant(self.model.period_ms.into());
+    pub(super) fn time_of(&mut self, element: ElementId, code: &ElementCode) -> Option<Elapsed> {
+        let max = self.age_max(code)?;
         let role = self.code.blocks[element.block.0 as usize].role;
         let skips =
             role == BlockRole::Subroutine || self.written.recurrent.contains(&element.block);
-        if !skips && !self.counts_ages {
+        if !skips && !self.start.has_running_timer {
             let first = self.first_scan();
-            return Some(self.choose(first, &Number::constant(0), &period));
+            return Some(Elapsed::Scans(Number::of_bit(!first)));
         }
-        let (age, max) = (OwnNumber::Age(element.into()), self.age_max());
+        let age = OwnNumber::Age(element.into());
         let scans = self.own_number(age, max);
         self.put_own_number(age, &Number::constant(0), max);
-        let elapsed = scans.mul(&mut self.graph, &period);
-        Some(elapsed.clamp(&mut self.graph, 0, i32::MAX))
+        self.ages.insert(age, max);
+        Some(Elapsed::Scans(scans))
     }
 
     /// Every age at the start of the next scan.
     pub(super) fn end_ages(&mut self) {
-        let max = self.age_max();
-        let is_age = |number: &OwnNumber| matches!(number, OwnNumber::Age(_));
-        let mut ages: Vec<OwnNumber> = self.own_numbers.keys().copied().collect();
-        ages.retain(is_age);
-        ages.sort_unstable();
-        for age in ages {
+        for (age, max) in self.ages.clone() {
             let later = self.own_number(age, max).add(&mut self.graph, &Number::constant(1));
             let limited = later.clamp(&mut self.graph, 0, max);
             self.own_numbers.insert(age, limited);
         }
     }
 
-    fn elapsed(&self) -> Number {
-        self.elapsed_ms.clone().expect("an element with a timer asks for the time")
+    /// The time, ms.
+    pub(super) fn elapsed_ms(&mut self) -> Number {
+        match self.elapsed.clone().expect("an element with a timer asks for the time") {
+            Elapsed::Ms(elapsed) => elapsed,
+            Elapsed::Scans(scans) => {
+                let period = Number::constant(self.model.period_ms.into());
+                let elapsed = scans.mul(&mut self.graph, &period);
+                elapsed.clamp(&mut self.graph, 0, i32::MAX)
+            }
+        }
     }
 
+    /// The time in the unit of a timer.
+    fn elapsed(&mut self, timer: Timer) -> Number {
+        match (self.acc_forms.get(&timer.at), &self.elapsed) {
+            (Some(AccForm::Scans { .. }), Some(Elapsed::Scans(scans))) => scans.clone(),
+            _ => self.elapsed_ms(),
+        }
+    }
+
+    /// The preset in the unit of the timer.
     fn preset(&mut self, timer: Timer) -> Number {
         let preset = self.word(timer.preset.0);
-        preset.clamp(&mut self.graph, 0, i32::MAX)
+        let preset = preset.clamp(&mut self.graph, 0, i32::MAX);
+        match (self.acc_forms.get(&timer.at), preset.as_constant()) {
+            (Some(AccForm::Scans { .. }), Some(ms)) => {
+                let period = i128::from(self.model.period_ms.max(1));
+                Number::constant((ms + period - 1) / period)
+            }
+            _ => preset,
+        }
     }
 
     /// `.Acc` with the time added, saturating.
-    fn up(&mut self, acc: &Number) -> Number {
-        let sum = acc.add(&mut self.graph, &self.elapsed_ms.clone().expect("a time"));
-        sum.clamp(&mut self.graph, i32::MIN, i32::MAX)
+    fn up(&mut self, timer: Timer, acc: &Number) -> Number {
+        let elapsed = self.elapsed(timer);
+        let sum = acc.add(&mut self.graph, &elapsed);
+        let high = self.acc_forms.get(&timer.at).map_or(i32::MAX, |form| form.range().high);
+        sum.clamp(&mut self.graph, i32::MIN, high)
     }
 
     /// `.Acc` with the time subtracted, down to 0.
-    fn down(&mut self, acc: &Number) -> Number {
-        let elapsed = self.elapsed();
+    fn down(&mut self, timer: Timer, acc: &Number) -> Number {
+        let elapsed = self.elapsed(timer);
         let less = acc.sub(&mut self.graph, &elapsed);
         less.clamp(&mut self.graph, 0, i32::MAX)
     }
@@ -125,7 +146,7 @@ impl Encoder<'_> {
         let adds = self.graph.and(on, running);
         self.put_state(timer.at, &[(RUNNING, on)]);
         let acc = self.word(timer.at);
-        let later = self.up(&acc);
+        let later = self.up(timer, &acc);
         let acc = self.choose(adds, &later, &Number::constant(0));
         let reached = !acc.less(&mut self.graph, &preset);
         let done = self.graph.and(on, reached);
@@ -154,7 +175,7 @@ impl Encoder<'_> {
         let counts = self.graph.and(live, was);
         let loads = self.graph.or(leg, was_on);
         let acc = self.word(timer.at);
-        let remaining = self.down(&acc);
+        let remaining = self.down(timer, &acc);
         let acc = self.choose(loads, &preset, &remaining);
         let lasts = self.graph.or(leg, counts);
         let acc = self.choose(lasts, &acc, &Number::constant(0));
@@ -175,7 +196,7 @@ impl Encoder<'_> {
         let advances = self.graph.and(on, running);
         self.put_state(timer.at, &[(RUNNING, on)]);
         let acc = self.word(timer.at);
-        let (remaining, preset) = (self.down(&acc), self.preset(timer));
+        let (remaining, preset) = (self.down(timer, &acc), self.preset(timer));
         let acc = self.choose(advances, &remaining, &preset);
         let positive = Number::constant(0).less(&mut self.graph, &acc);
         let zero = acc.is_zero(&mut self.graph);
@@ -196,7 +217,7 @@ impl Encoder<'_> {
         let AddedTime { reset, times, adds } = self.accumulating(timer, en, rst);
         self.put_state(timer.at, &[(RUNNING, times)]);
         let (preset, acc) = (self.preset(timer), self.word(timer.at));
-        let later = self.up(&acc);
+        let later = self.up(timer, &acc);
         let acc = self.choose(adds, &later, &acc);
         let acc = self.choose(reset, &Number::constant(0), &acc);
         let reached = !acc.less(&mut self.graph, &preset);
@@ -212,7 +233,7 @@ impl Encoder<'_> {
         self.put_state(timer.at, &[(RUNNING, times), (LOADED, Literal::TRUE)]);
         let (preset, acc) = (self.preset(timer), self.word(timer.at));
         let from = self.choose(loads, &preset, &acc);
-        let remaining = self.down(&from);
+        let remaining = self.down(timer, &from);
         let acc = self.choose(adds, &remaining, &from);
         let positive = Number::constant(0).less(&mut self.graph, &acc);
         let zero = acc.is_zero(&mut self.graph);

@@ -11,7 +11,7 @@ use rungd_engine::isa::{Word, WordSpace};
 use rungd_engine::{Cell, EngineProgram};
 use rungd_lab::traces::stimulus::StimulusTarget;
 use rungd_language::lower::lower;
-use rungd_prove::encode::{Encoding, encode, encode_cells};
+use rungd_prove::encode::{AccForm, Encoding, encode, encode_cells};
 use rungd_prove::gates::content;
 use rungd_prove::model::{FreeInput, ProofModel};
 use rungd_test_support::model::case::Case;
@@ -108,7 +108,16 @@ fn check_cells(
     }
     for (word, bits) in &encoding.words {
         let found = content(bits, &is_on);
-        assert_eq!(found, image.word(*word), "{place}: {}", name(Cell::Word(*word)));
+        let form = encoding.acc_forms.iter().find(|(cell, _)| cell == word);
+        let period_ms = model.period_ms.cast_signed();
+        let expected = match (image.word(*word), form) {
+            (value, None) => value,
+            (value, Some((_, AccForm::Limited { low, high }))) => value.clamp(*low, *high),
+            (value, Some((_, AccForm::Scans { high }))) => {
+                (value / period_ms + i32::from(value % period_ms > 0)).min(*high)
+            }
+        };
+        assert_eq!(found, expected, "{place}: {}, {form:?}", name(Cell::Word(*word)));
     }
 }
 

@@ -98,8 +98,9 @@ impl<'m> LaneRun<'m> {
         engine.apply_seen(EngineCall::Execute, &mut eye);
         let image = engine.image();
         let cut_value = |at: usize| {
-            // The value of an operation that is not executed does not matter.
-            eye.values.get(&at).copied().unwrap_or(0.clamp(cuts[at].low, cuts[at].high))
+            // The value of an operation that writes nothing does not matter, but is within limits.
+            let value = eye.values.get(&at).copied().unwrap_or(0);
+            value.clamp(cuts[at].low, cuts[at].high)
         };
         self.cuts = (0..cuts.len()).map(cut_value).collect();
         self.inputs = inputs.to_vec();
