@@ -98,7 +98,7 @@ impl Names<'_> {
             NamedLiteral { literal, name: one_line(&line.text) }
         });
         let constraints = gates.constraints.iter().enumerate();
-        let system = aiger::System {
+        let system = aiger::AigerSystem {
             graph: &gates.graph,
             inputs: inputs
                 .map(|one| NamedLiteral { literal: one.literal, name: input(one.of) })

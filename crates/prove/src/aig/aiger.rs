@@ -30,7 +30,7 @@ pub struct NamedLiteral {
 
 /// A transition system with questions.
 #[derive(Clone, Debug)]
-pub struct System<'g> {
+pub struct AigerSystem<'g> {
     /// The gates.
     pub graph: &'g GateGraph,
     /// All inputs that a gate reads.
@@ -47,14 +47,14 @@ pub struct System<'g> {
 
 /// A system with the variables of AIGER: inputs, then latches, then gates.
 struct Numbered<'s> {
-    system: &'s System<'s>,
+    system: &'s AigerSystem<'s>,
     /// The variable of each node of the graph; 0 for a node that is left out.
     variables: Vec<u32>,
     /// The nodes of the gates, in order.
     gates: Vec<u32>,
 }
 
-impl System<'_> {
+impl AigerSystem<'_> {
     /// The system in the text format.
     pub fn ascii(&self) -> String {
         let numbered = Numbered::of(self);
@@ -105,7 +105,7 @@ fn put_delta(bytes: &mut Vec<u8>, mut delta: u32) {
 }
 
 impl<'s> Numbered<'s> {
-    fn of(system: &'s System<'s>) -> Numbered<'s> {
+    fn of(system: &'s AigerSystem<'s>) -> Numbered<'s> {
         let graph = system.graph;
         let questions = system.bad.iter().chain(&system.constraints).map(|named| named.literal);
         let roots: Vec<Literal> =
@@ -136,7 +136,7 @@ impl<'s> Numbered<'s> {
     }
 
     fn header(&self, format: &str) -> String {
-        let System { inputs, latches, bad, constraints, .. } = self.system;
+        let AigerSystem { inputs, latches, bad, constraints, .. } = self.system;
         let (i, l, a) = (inputs.len(), latches.len(), self.gates.len());
         let (all, bad, constraints) = (i + l + a, bad.len(), constraints.len());
         format!("{format} {all} {i} {l} 0 {a} {bad} {constraints}\n")
@@ -168,7 +168,7 @@ impl<'s> Numbered<'s> {
     }
 
     fn symbols(&self, text: &mut String) {
-        let System { inputs, latches, bad, constraints, comment, .. } = self.system;
+        let AigerSystem { inputs, latches, bad, constraints, comment, .. } = self.system;
         let all = inputs.iter().map(|input| &input.name).enumerate().map(|named| ('i', named));
         let all = all.chain(latches.iter().map(|latch| &latch.name).enumerate().map(|n| ('l', n)));
         let all = all.chain(bad.iter().map(|bad| &bad.name).enumerate().map(|n| ('b', n)));

@@ -14,7 +14,7 @@ use rungd_engine::{Cell, ElementCode, EngineProgram, Image, PassStep, WordCell};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::written::{WordRange, WrittenCells};
-use crate::model::Model;
+use crate::model::ProofModel;
 
 /// The form of an `.Acc`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,7 +74,7 @@ struct FormSearch<'m> {
 
 /// The forms of those `.Acc` that do not need all their bits.
 pub(super) fn acc_forms(
-    model: &Model,
+    model: &ProofModel,
     image: &Image,
     written: &WrittenCells,
 ) -> FxHashMap<u32, AccForm> {

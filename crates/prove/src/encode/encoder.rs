@@ -100,6 +100,7 @@ impl<'m> Encoder<'m> {
     fn free_input(&mut self, at: u32, input: FreeInput) {
         let of = |bit| InputOf::Free(at, bit);
         let value = self.any_number(input.low, input.high, of);
+        self.constrain_real(input.cell, &value);
         match input.cell {
             Cell::Bit(BitCell(bit)) => self.bits[bit as usize] = Some(value.bit(0)),
             Cell::Word(WordCell(word)) => {
@@ -124,6 +125,15 @@ impl<'m> Encoder<'m> {
         number
     }
 
+    /// Excludes the content of an R word that no real has: it would be -0.
+    fn constrain_real(&mut self, cell: Cell, content: &Number) {
+        let Cell::Word(word) = cell else { return };
+        if self.code.layout.is_real(word) {
+            let is_none = content.equal(&mut self.graph, &Number::constant(-1));
+            self.constrain(!is_none);
+        }
+    }
+
     /// Keeps a literal ON in every scan.
     pub fn constrain(&mut self, constraint: Literal) {
         if constraint != Literal::TRUE {
@@ -135,6 +145,7 @@ impl<'m> Encoder<'m> {
     pub fn cut(&mut self, cell: Cell, what: &'static str, limits: WordRange) -> Number {
         let at = self.cuts.len() as u32;
         let value = self.any_number(limits.low, limits.high, |bit| InputOf::Cut(at, bit));
+        self.constrain_real(cell, &value);
         let batches = self.batches.clone();
         let bits = value.bits().to_vec();
         let WordRange { low, high } = limits;

@@ -2,7 +2,7 @@
 
 use expect_test::expect;
 use proptest::prelude::*;
-use rungd_prove::aig::aiger::{NamedLatch, NamedLiteral, System};
+use rungd_prove::aig::aiger::{AigerSystem, NamedLatch, NamedLiteral};
 use rungd_prove::aig::simulator::NodeValues;
 use rungd_prove::aig::{GateGraph, Literal};
 
@@ -85,7 +85,7 @@ fn a_system_is_written_as_aiger_text_and_as_binary() {
     let mut graph = GateGraph::default();
     let (input, latches) = toggled(&mut graph);
     let bad = graph.and(latches[0].literal, !latches[1].literal);
-    let system = System {
+    let system = AigerSystem {
         graph: &graph,
         inputs: vec![input.clone()],
         latches,

@@ -7,7 +7,7 @@ use rungd_prove::model::{ProofModel, Run, ScanOutcome};
 use std::collections::HashMap;
 
 /// The number of runs.
-pub const LANES: usize = 8;
+pub const LANES: usize = 4;
 
 /// The runs, with the values of the gates' latches and inputs.
 pub struct Lanes<'m> {
@@ -24,7 +24,6 @@ struct LaneRun<'m> {
     /// The values of the cuts in this scan.
     cuts: Vec<i32>,
     outcome: ScanOutcome,
-    image: Image,
     is_over: bool,
 }
 
@@ -109,7 +108,6 @@ impl<'m> LaneRun<'m> {
             judged: model.judged.iter().map(|bit| image.bit(*bit)).collect(),
             is_last,
         };
-        self.image = image.clone();
         self.run.scans += 1;
     }
 }
@@ -119,7 +117,6 @@ impl<'m> Lanes<'m> {
         let lane = |_| {
             let run = Run::new(model);
             LaneRun {
-                image: run.engine.image().clone(),
                 run,
                 inputs: Vec::new(),
                 cuts: Vec::new(),
@@ -158,7 +155,7 @@ impl<'m> Lanes<'m> {
     }
 
     pub fn image(&self, lane: usize) -> &Image {
-        &self.runs[lane].image
+        self.runs[lane].run.engine.image()
     }
 
     pub fn evaluate(&self, gates: &Gates) -> NodeValues {
