@@ -22,12 +22,19 @@ while IFS="$tab" read -r package licence; do
     find "$folder" -maxdepth 1 -type f | sort |
         grep -iE '/(licen[cs]e|copying|notice|copyright)[^/]*$' >"$texts/files" || true
     if [ ! -s "$texts/files" ]; then
-        # The library has no licence text, but names Apache-2.0: use our copy of that text.
-        case "$licence" in
-        *Apache-2.0*) cp LICENSE-APACHE "$texts/it ships none: taken under Apache-2.0" ;;
+        # The library has no licence file. If it names Apache-2.0, use our copy of that text, else the
+        # one at the head of its source files, with all owners.
+        head="$(grep -l "^Permission is hereby granted" "$folder"/src/*.rs | head -n 1)" || true
+        case "$licence:$head" in
+        *Apache-2.0*) none="it ships none: taken under Apache-2.0" && cp LICENSE-APACHE "$texts/$none" ;;
+        MIT:?*)
+            none="it stands in its source files"
+            grep -h "^Copyright" "$folder"/src/*.rs | sort -u >"$texts/$none"
+            sed '1d;/^Copyright/d;/^\*\*/,$d' "$head" >>"$texts/$none"
+            ;;
         *) echo "third-party.sh: $name ships no licence text, and is under $licence" >&2; exit 1 ;;
         esac
-        echo "$texts/it ships none: taken under Apache-2.0" >"$texts/files"
+        echo "$texts/$none" >"$texts/files"
     fi
     while read -r file; do
         sum="$(tr -s '[:space:]' ' ' <"$file" | cksum | tr ' ' -)"
