@@ -82,6 +82,19 @@ const ASKED_FOR: &[(&str, &str, &[&str])] = &[
             "crates/engine/src/control.rs",
             "crates/engine/src/slice.rs",
             "crates/engine/src/written.rs",
+            "crates/prove/src/encode/blocks.rs",
+            "crates/prove/src/encode/written.rs",
+            "crates/prove/src/explore/effects.rs",
+            "crates/prove/src/explore/live.rs",
+        ],
+    ),
+    (
+        "Op",
+        "Adding an instruction",
+        &[
+            "crates/prove/src/encode/ops.rs",
+            "crates/prove/src/encode/written.rs",
+            "crates/prove/src/explore/effects.rs",
         ],
     ),
     (

@@ -4,7 +4,7 @@
 //! Called by `mod` for what k-induction leaves open. `frames[i]` excludes memory that no i scans
 //! reach. A memory from which the target is reached is excluded by a clause as short as it can be,
 //! or leads back to the cold start. Two frames with the same clauses are the proof. (A. Bradley:
-//! SAT-Based ProofModel Checking without Unrolling, 2011; N. Eén, A. Mishchenko, R. Brayton: Efficient
+//! SAT-Based Model Checking without Unrolling, 2011; N. Eén, A. Mishchenko, R. Brayton: Efficient
 //! Implementation of Property Directed Reachability, 2011.)
 
 use std::cmp::Reverse;

@@ -2,7 +2,7 @@
 //!
 //! For `search`, where inputs are many. A [`ScanTrace`] sees a scan operation by operation and
 //! notes which powers were OFF. Then it goes back from the end of the scan: needed are the cells of
-//! the next state, the target and the assumed bits; the operations that can write a needed cell need
+//! the next state, the target and the assumed bits; operations that can write a needed cell need
 //! what they have read; a cell that an operation overwrites is needed no more before it. Of a leg
 //! or an AND that was OFF, one power that was OFF is enough. An instruction that does nothing while
 //! its leg is OFF then needs the leg alone. Every control instruction that was reached needs its
