@@ -83,7 +83,7 @@ impl Encoder<'_> {
     }
 
     fn turn_task(&mut self, id: BlockId) {
-        let always = self.written.recurrent.contains(&id) && !self.written.once.contains(&id);
+        let always = self.written.recurrent.contains_key(&id) && !self.written.once.contains(&id);
         let recurrent = if always { Literal::TRUE } else { self.own(Held::Recurrent(id)) };
         self.under(!recurrent, |scan| scan.run_once(id));
         self.under(recurrent, |scan| scan.turn_recurrent(id));
@@ -95,9 +95,13 @@ impl Encoder<'_> {
         if self.guard == Literal::FALSE {
             return;
         }
-        let high = i128::from(i32::MAX);
+        let fixed = self.written.interval(id).map(i128::from);
+        let high = fixed.unwrap_or(i32::MAX.into());
         let first = self.take_own(Held::FirstTurn(id));
-        let every = self.own_number(OwnNumber::Interval(id), high);
+        let every = match fixed {
+            Some(every) => Number::constant(every),
+            None => self.own_number(OwnNumber::Interval(id), high),
+        };
         let phase = self.own_number(OwnNumber::Phase(id), high);
         let period = Number::constant(self.model.period_ms.into());
         let graph = &mut self.graph;

@@ -39,8 +39,10 @@ impl Encoder<'_> {
         if let Some(pick) = pick {
             self.picked(pick);
         }
-        let every = self.word(every).clamp(&mut self.graph, 0, i32::MAX);
-        self.put_own_number(OwnNumber::Interval(task), &every, i32::MAX.into());
+        if self.written.interval(task).is_none() {
+            let every = self.word(every).clamp(&mut self.graph, 0, i32::MAX);
+            self.put_own_number(OwnNumber::Interval(task), &every, i32::MAX.into());
+        }
         self.put_own_if(Literal::TRUE, Held::Recurrent(task), Literal::TRUE);
         self.mark_started(task);
     }

@@ -46,7 +46,7 @@ impl Encoder<'_> {
             Held::PassDue(block) => self.written.halted.contains(&block).then_some(false),
             Held::StagePassDue(stage) => self.written.left.contains(&stage).then_some(false),
             Held::FirstTurn(block) => Some(self.start.first_turns.contains(&block)),
-            Held::Recurrent(task) => self.written.recurrent.contains(&task).then_some(false),
+            Held::Recurrent(task) => self.written.recurrent.contains_key(&task).then_some(false),
             Held::Executed(_) | Held::StageExecuted(_) | Held::Caller(..) => Some(false),
             Held::Bit(_)
             | Held::WordBit(..)

@@ -39,13 +39,19 @@ impl Encoder<'_> {
 
     /// The time since an element's last execution, at its next one; `None` if nothing asks for it.
     pub(super) fn time_of(&mut self, element: ElementId, code: &ElementCode) -> Option<Elapsed> {
-        let max = self.age_max(code)?;
+        let mut max = self.age_max(code)?;
         let role = self.code.blocks[element.block.0 as usize].role;
         let skips =
-            role == BlockRole::Subroutine || self.written.recurrent.contains(&element.block);
+            role == BlockRole::Subroutine || self.written.recurrent.contains_key(&element.block);
         if !skips && !self.start.has_running_timer {
             let first = self.first_scan();
             return Some(Elapsed::Scans(Number::of_bit(!first)));
+        }
+        // A timer is timing only if its Task was executed one interval before.
+        if let Some(interval) = self.written.interval(element.block)
+            && !self.start.has_running_timer
+        {
+            max = max.min(i128::from(interval) / i128::from(self.model.period_ms.max(1)) + 1);
         }
         let age = OwnNumber::Age(element.into());
         let scans = self.own_number(age, max);

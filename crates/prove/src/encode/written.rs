@@ -53,8 +53,8 @@ pub(super) struct WrittenCells<'c> {
     pub halted: FxHashSet<BlockId>,
     /// The Stages that something may leave.
     pub left: FxHashSet<StageId>,
-    /// The Tasks that are enabled recurrently.
-    pub recurrent: FxHashSet<BlockId>,
+    /// The Tasks that are enabled recurrently, with the words of their intervals.
+    pub recurrent: FxHashMap<BlockId, Vec<u32>>,
     /// The Tasks that are enabled once.
     pub once: FxHashSet<BlockId>,
     /// Whether there is a STOP.
@@ -70,7 +70,7 @@ impl<'c> WrittenCells<'c> {
             words: FxHashMap::default(),
             halted: FxHashSet::default(),
             left: FxHashSet::default(),
-            recurrent: FxHashSet::default(),
+            recurrent: FxHashMap::default(),
             once: FxHashSet::default(),
             stops: false,
         };
@@ -98,6 +98,17 @@ impl<'c> WrittenCells<'c> {
     /// The limits of what is written to a word; `None` if nothing is.
     pub fn word(&self, WordCell(word): WordCell) -> Option<WordRange> {
         self.words.get(&word).copied()
+    }
+
+    /// The interval of a recurrent Task, ms, if it is always the same.
+    pub fn interval(&self, task: BlockId) -> Option<i32> {
+        let is_private = |word: &u32| *word >= self.code.layout.word_count();
+        let fixed = |word: &u32| is_private(word) && !self.words.contains_key(word);
+        let words = self.recurrent.get(&task)?;
+        let first = *words.first()?;
+        let interval = |word: u32| self.image.word(WordCell(word)).max(0);
+        let same = words.iter().all(|word| fixed(word) && interval(*word) == interval(first));
+        same.then(|| interval(first))
     }
 
     /// A block that ends by itself, or that `LastScan` starts.
@@ -279,10 +290,10 @@ impl<'c> WrittenCells<'c> {
                 self.once.insert(task);
                 self.starts(task);
             }
-            ControlKind::EnableEvery { task, .. } => {
+            ControlKind::EnableEvery { task, every, pick: _ } => {
                 self.starts(task);
                 self.halts(task);
-                self.recurrent.insert(task);
+                self.recurrent.entry(task).or_default().push(every);
             }
             ControlKind::Jump(_) => self.left.extend(element.stage),
             ControlKind::StageOn(_) => {}

@@ -1,10 +1,12 @@
-//! The gates of a scan have the values of the engine, for every cell and in every scan.
+//! The gates of a scan have the values of the engine, for every cell and in every scan; their AIGER
+//! files, too.
 //!
 //! The ladders of `tests/semantics` show each rule alone. Other programs come from the generator of the reference model; each seed gives one program.
-//! `RUNGD_PROVE_PROGRAMS` (15) is the number of programs, `RUNGD_PROVE_SEED` (1) the first seed,
+//! `RUNGD_PROVE_PROGRAMS` (25) is the number of programs, `RUNGD_PROVE_SEED` (1) the first seed,
 //! `RUNGD_PROVE_SCANS` (40) the number of scans. Each program runs with several sequences of random
 //! inputs at once. A cut gets the value that the engine has there.
 
+use super::aiger_file::WrittenSystem;
 use super::bench::{Asked, model, model_of};
 use super::lanes::{LANES, Lanes};
 use rungd_engine::isa::status::dst;
@@ -66,6 +68,7 @@ fn compare(model: &ProofModel, seed: u64, scans: u64) {
     let mut rng = Rng::new(seed);
     let mut lanes = Lanes::new(model, &encoding.gates);
     let mut simple_lanes = lanes.of_gates(&simple);
+    let mut written = WrittenSystem::of(&simple);
     let mut inputs = vec![vec![0; model.inputs.len()]; LANES];
     for scan in 0..scans {
         for values in &mut inputs {
@@ -81,6 +84,7 @@ fn compare(model: &ProofModel, seed: u64, scans: u64) {
         lanes.scan(&inputs);
         let values = lanes.evaluate(&encoding.gates);
         let simple_values = simple_lanes.evaluate_with(&simple, &lanes);
+        let written_values = written.step(&simple_lanes.inputs(&simple, &lanes));
         for lane in lanes.active() {
             let place = format!("seed {seed}, scan {scan}, lane {lane}");
             let is_on = |literal| values.of_literal(literal) >> lane & 1 == 1;
@@ -94,6 +98,10 @@ fn compare(model: &ProofModel, seed: u64, scans: u64) {
                 assert_eq!(is_on(encoding.gates.judged[at]), *judged, "{place}: judged {at}");
                 assert_eq!(is_simply_on(simple.judged[at]), *judged, "{place}: judged {at}");
             }
+            let bad = written_values.bad.iter().map(|value| value >> lane & 1 == 1);
+            assert!(bad.eq(outcome.judged.iter().map(|on| !on)), "{place}: the AIGER file");
+            let kept = written_values.constraints.iter().all(|value| value >> lane & 1 == 1);
+            assert_eq!(kept, outcome.is_allowed, "{place}: the AIGER file");
             check_cells(model, &encoding, lanes.image(lane), is_on, &place);
             assert_eq!(encoding.gates.input_values(is_on), inputs[lane], "{place}: inputs");
         }
@@ -202,7 +210,7 @@ fn gates_of_the_ladder_of_every_rule_equal_the_engine() {
 fn gates_of_random_programs_equal_the_engine() {
     let first = setting("RUNGD_PROVE_SEED", 1);
     let scans = setting("RUNGD_PROVE_SCANS", 40);
-    for seed in first..first + setting("RUNGD_PROVE_PROGRAMS", 15) {
+    for seed in first..first + setting("RUNGD_PROVE_PROGRAMS", 25) {
         compare(&model_of_case(&generate(seed)), seed, scans);
     }
 }

@@ -7,7 +7,7 @@ use rungd_prove::model::{ProofModel, Run, ScanOutcome};
 use std::collections::HashMap;
 
 /// The number of runs.
-pub const LANES: usize = 4;
+pub const LANES: usize = 2;
 
 /// The runs, with the values of the gates' latches and inputs.
 pub struct Lanes<'m> {
@@ -164,6 +164,11 @@ impl<'m> Lanes<'m> {
 
     /// Evaluates gates with the inputs of other lanes.
     pub fn evaluate_with(&self, gates: &Gates, lanes: &Lanes) -> NodeValues {
+        gates.evaluated(&self.latches, &self.inputs(gates, lanes))
+    }
+
+    /// The values of gates' inputs, from those of other lanes.
+    pub fn inputs(&self, gates: &Gates, lanes: &Lanes) -> Vec<u64> {
         let inputs = gates.inputs.iter().map(|input| {
             let bit = |run: &LaneRun| match input.of {
                 InputOf::Free(at, bit) => run.inputs[at as usize] >> bit & 1,
@@ -172,8 +177,7 @@ impl<'m> Lanes<'m> {
             let bits = lanes.runs.iter().map(bit).enumerate();
             bits.fold(0, |all, (lane, bit)| all | (bit as u64) << lane)
         });
-        let inputs: Vec<u64> = inputs.collect();
-        gates.evaluated(&self.latches, &inputs)
+        inputs.collect()
     }
 
     /// Goes on to the next scan. A lane whose inputs are not allowed, or that was stopped, is over.

@@ -1,6 +1,7 @@
 //! Proofs about ladders in text, by each way; what the two ways have in common.
 
 mod aig;
+mod aiger_file;
 mod bench;
 mod cone;
 mod drawn;
