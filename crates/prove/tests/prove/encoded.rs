@@ -84,6 +84,11 @@ fn compare(model: &ProofModel, seed: u64, scans: u64) {
         lanes.scan(&inputs);
         let values = lanes.evaluate(&encoding.gates);
         let simple_values = simple_lanes.evaluate_with(&simple, &lanes);
+        for lane in (0..LANES).filter(|lane| !lanes.active().contains(lane)) {
+            let is_on = |literal| simple_values.of_literal(literal) >> lane & 1 == 1;
+            let allowed = simple.constraints.iter().all(|bit| is_on(*bit));
+            assert!(!allowed, "seed {seed}, lane {lane}: a scan follows the last one");
+        }
         let written_values = written.step(&simple_lanes.inputs(&simple, &lanes));
         for lane in lanes.active() {
             let place = format!("seed {seed}, scan {scan}, lane {lane}");
