@@ -348,9 +348,10 @@ impl Layout {
         }
     }
 
-    /// The number of bits of all structures' records, which come before all other bits.
-    pub fn structure_bits(&self) -> u32 {
-        self.x
+    /// The number of structures: their records come before all other bits, and their `.Acc`s before
+    /// all other words.
+    pub fn structure_count(&self) -> u32 {
+        self.sensaphone_acc + SENSAPHONE_COUNT
     }
 
     /// The bits of a structure's record: its flags, then its owner's private state.

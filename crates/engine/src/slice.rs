@@ -130,6 +130,29 @@ impl EngineProgram {
         Slice { program, places, wiring, known: cone.known, passes }
     }
 
+    /// Adds the cells of a control instruction, except the bits of blocks and Stages.
+    pub fn touched_by_control(&self, control: &Control, touches: &mut TouchedCells) {
+        touches.bits_read.push(control.leg.cell());
+        match control.kind {
+            ControlKind::Restart(of) => touches.bits_written.push(of.history),
+            ControlKind::EnableOnce { history, task: _ } => touches.bits_written.push(history),
+            ControlKind::EnableEvery { every, pick, task: _ } => {
+                touches.words_read.push(every);
+                pick.into_iter().for_each(|pick| self.tables.picks[pick as usize].touches(touches));
+            }
+            ControlKind::Run(_)
+            | ControlKind::Halt(_)
+            | ControlKind::Exit
+            | ControlKind::Jump(_)
+            | ControlKind::StageOn(_)
+            | ControlKind::StageOff(_)
+            | ControlKind::Converge { .. }
+            | ControlKind::Stop
+            | ControlKind::Call(_) => {}
+            ControlKind::Return { missed_ms } => touches.words_written.push(missed_ms),
+        }
+    }
+
     /// The cells that each formula reads, by the number of its MATH. Not for MATHs in columns.
     pub fn formulas(&self) -> Vec<FormulaReads> {
         let mut all = Vec::new();
@@ -417,33 +440,10 @@ impl<'p> SliceSearch<'p> {
             } else if batch.kind == OpKind::Control {
                 let control = &tables.ops.control[at];
                 self.program.control(control.kind, element, written);
-                self.control(control, touches);
+                self.program.touched_by_control(control, touches);
             } else {
                 tables.ops.touches(batch.kind, at, touches);
             }
-        }
-    }
-
-    /// The cells of a control instruction, except the bits of blocks and Stages.
-    fn control(&self, control: &Control, touches: &mut TouchedCells) {
-        touches.bits_read.push(control.leg.cell());
-        match control.kind {
-            ControlKind::Restart(of) => touches.bits_written.push(of.history),
-            ControlKind::EnableOnce { history, task: _ } => touches.bits_written.push(history),
-            ControlKind::EnableEvery { every, pick, task: _ } => {
-                touches.words_read.push(every);
-                pick.into_iter().for_each(|pick| self.pick(pick).touches(touches));
-            }
-            ControlKind::Run(_)
-            | ControlKind::Halt(_)
-            | ControlKind::Exit
-            | ControlKind::Jump(_)
-            | ControlKind::StageOn(_)
-            | ControlKind::StageOff(_)
-            | ControlKind::Converge { .. }
-            | ControlKind::Stop
-            | ControlKind::Call(_) => {}
-            ControlKind::Return { missed_ms } => touches.words_written.push(missed_ms),
         }
     }
 

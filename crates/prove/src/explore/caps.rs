@@ -1,16 +1,16 @@
 //! The value behind which no instruction sees a difference in a counter's or timer's `.Acc`.
 //!
 //! For `form`, which stores every value behind it as this one, so that a timer that runs on past
-//! its preset is one state. Why the future is the same: the bound is greater than every constant
-//! that `.Acc` is compared with (the preset of its owner, 0 of `.Zero`, the constants of
+//! its preset is one state. Why the future is the same: the bound is greater than every value
+//! of all that `.Acc` is compared with (the preset of its owner, 0 of `.Zero`, the other sides of
 //! compares), so all these compares have one result at the bound and behind it. The owner of such
 //! an `.Acc` never moves it back across the bound: CNT counts up, the timers that time up add time,
 //! both saturate at the greatest i32 and not before the bound; a reset, a pass, and every write of
 //! another instruction put a value that does not depend on `.Acc`. So two states that differ only
 //! in such values behind the bound differ only so after every scan. CNTDN is the same downwards.
 //!
-//! Where anything else reads `.Acc`, or a preset is no constant, there is no bound. UDC moves
-//! `.Acc` both ways, and CTU and CTD wrap: they have none.
+//! Where anything else reads `.Acc`, or nothing is known of a preset (`ranges`), there is no bound.
+//! UDC moves `.Acc` both ways, and CTU and CTD wrap: they have none.
 
 use rungd_engine::isa::NumberMap;
 use rungd_engine::ops::{
@@ -20,6 +20,8 @@ use rungd_engine::{EngineProgram, PassStep};
 
 use super::effects::{Effects, Owned};
 use super::live::all_operations;
+use super::ranges::WordRanges;
+use std::ops::RangeInclusive;
 
 /// The bound of an `.Acc`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,7 +46,7 @@ impl Cap {
 #[derive(Clone, Copy, Debug, Default)]
 struct Readers {
     owner: Option<CapOwner>,
-    /// The least and the greatest constant that it is compared with.
+    /// The least and the greatest value of all that it is compared with.
     low: i32,
     high: i32,
     /// Whether anything else reads it, or writes a part of it.
@@ -57,14 +59,10 @@ enum CapOwner {
     Down,
 }
 
-/// The bounds of the words of a cone's program that have one. `constant`: the value of a word that
-/// never changes.
-pub(super) fn caps(
-    program: &EngineProgram,
-    constant: impl Fn(u32) -> Option<i32>,
-) -> NumberMap<u32, Cap> {
+/// The bounds of the words of a cone's program that have one.
+pub(super) fn caps(program: &EngineProgram, ranges: &WordRanges) -> NumberMap<u32, Cap> {
     let effects = Effects::new(program);
-    let mut search = CapSearch { effects, constant, readers: NumberMap::default() };
+    let mut search = CapSearch { effects, ranges, readers: NumberMap::default() };
     all_operations(program).for_each(|op| search.visit(&op));
     program.tables.terminations.iter().for_each(|step| search.visit_pass(step));
     let picks = program.tables.picks.iter();
@@ -75,9 +73,15 @@ pub(super) fn caps(
 }
 
 impl Readers {
-    fn compare(&mut self, constant: i32) {
-        self.low = self.low.min(constant);
-        self.high = self.high.max(constant);
+    /// It is compared with a word of some range.
+    fn compare(&mut self, range: Option<RangeInclusive<i32>>) {
+        match range {
+            Some(range) => {
+                self.low = self.low.min(*range.start());
+                self.high = self.high.max(*range.end());
+            }
+            None => self.others = true,
+        }
     }
 
     fn cap(self) -> Option<Cap> {
@@ -88,13 +92,13 @@ impl Readers {
     }
 }
 
-struct CapSearch<'p, C: Fn(u32) -> Option<i32>> {
+struct CapSearch<'p> {
     effects: Effects<'p>,
-    constant: C,
+    ranges: &'p WordRanges<'p>,
     readers: NumberMap<u32, Readers>,
 }
 
-impl<C: Fn(u32) -> Option<i32>> CapSearch<'_, C> {
+impl CapSearch<'_> {
     fn of(&mut self, word: u32) -> &mut Readers {
         self.readers.entry(word).or_default()
     }
@@ -128,22 +132,16 @@ impl<C: Fn(u32) -> Option<i32>> CapSearch<'_, C> {
     }
 
     fn visit_up(&mut self, acc: u32, preset: WordRead) {
-        let preset = (self.constant)(preset.0);
+        let preset = self.ranges.of(preset.0);
         let readers = self.of(acc);
         readers.owner = Some(CapOwner::Up);
-        match preset {
-            Some(constant) => readers.compare(constant),
-            None => readers.others = true,
-        }
+        readers.compare(preset);
     }
 
     fn visit_compare(&mut self, a: WordRead, b: WordRead) {
-        match ((self.constant)(a.0), (self.constant)(b.0)) {
-            (None, Some(constant)) => self.of(a.0).compare(constant),
-            (Some(constant), None) => self.of(b.0).compare(constant),
-            (None, None) => [a, b].iter().for_each(|word| self.of(word.0).others = true),
-            (Some(_), Some(_)) => {}
-        }
+        let (range_a, range_b) = (self.ranges.of(a.0), self.ranges.of(b.0));
+        self.of(a.0).compare(range_b);
+        self.of(b.0).compare(range_a);
     }
 
     /// Marks the words that are read, or written in part.

@@ -7,9 +7,8 @@
 use rungd_engine::isa::status::st;
 use rungd_engine::isa::{Bit, BitSpace};
 use rungd_engine::ops::{
-    AndedPowers, BitOwn, Control, ControlKind, CounterRule, FormulaReads, Formulas, LegPowers,
-    Math, MathTarget, Op, Power, RestartState, Sensaphone, Timer, TouchedCells, WordRead,
-    WordTarget,
+    AndedPowers, BitOwn, Control, CounterRule, FormulaReads, Formulas, LegPowers, Math, MathTarget,
+    Op, Power, Sensaphone, Timer, TouchedCells, WordRead, WordTarget,
 };
 use rungd_engine::record::sensaphone_flags::{CD, CU, DN, OV, UN};
 use rungd_engine::record::{FLAGS, RECORD, sensaphone_state};
@@ -165,8 +164,7 @@ impl<'p> Effects<'p> {
         effect
     }
 
-    /// Adds what the lists of touched cells do not say: what an operation overwrites in every
-    /// execution, what it keeps, and when it rests.
+    /// Adds what the engine's lists do not say.
     fn add_own(&self, op: &Op, effect: &mut Effect) {
         let numbers = self.numbers();
         match op {
@@ -235,7 +233,7 @@ impl<'p> Effects<'p> {
     /// The cells that are written, by the lists of touched cells; of a structure, its whole record.
     fn written(&self, touches: &TouchedCells) -> Vec<u32> {
         let (numbers, record) = (self.numbers(), RECORD as u32);
-        let structures = self.program.layout.structure_bits();
+        let structures = self.program.layout.structure_count() * RECORD as u32;
         let bits = touches.bits_written.iter().flat_map(|bit| match *bit < structures {
             true => bit / record * record..bit / record * record + record,
             false => *bit..bit + 1,
@@ -320,33 +318,16 @@ impl<'p> Effects<'p> {
         }
     }
 
-    /// Control instructions: the bits of blocks and Stages are always live.
+    /// Control instructions: the bits of blocks and Stages are always live. What else they write,
+    /// histories and withheld times, they also read.
     fn control<'e>(&self, effect: &'e mut Effect, control: &Control) -> &'e mut Effect {
-        effect.legs.push(AndedPowers::of(control.leg));
-        match control.kind {
-            ControlKind::Restart(RestartState { history, .. })
-            | ControlKind::EnableOnce { history, .. } => {
-                effect.reads.push(history);
-                effect.writes.push(history);
-            }
-            ControlKind::EnableEvery { every, pick, task: _ } => {
-                effect.reads.push(self.numbers().word(every));
-                effect.reads.extend(pick.into_iter().flat_map(|pick| self.pick(pick)));
-            }
-            ControlKind::Return { missed_ms } => {
-                effect.reads.push(self.numbers().word(missed_ms));
-                effect.writes.push(self.numbers().word(missed_ms));
-            }
-            ControlKind::Run(_)
-            | ControlKind::Halt(_)
-            | ControlKind::Exit
-            | ControlKind::Jump(_)
-            | ControlKind::StageOn(_)
-            | ControlKind::StageOff(_)
-            | ControlKind::Converge { .. }
-            | ControlKind::Stop
-            | ControlKind::Call(_) => {}
-        }
+        let formulas = Formulas { reads: &self.formulas, status: self.status };
+        let mut touches = TouchedCells { formulas, ..TouchedCells::default() };
+        self.program.touched_by_control(control, &mut touches);
+        effect.legs.extend(&touches.anded);
+        effect.reads.extend(self.read(&touches));
+        effect.writes.extend(self.written(&touches));
+        effect.reads.extend(&effect.writes);
         effect
     }
 

@@ -9,13 +9,14 @@
 
 use rungd_engine::isa::status::{dst, st};
 use rungd_engine::isa::{Bit, BitSpace, Word, WordSpace};
-use rungd_engine::{BitCell, Cell, Engine, EngineProgram, Slice, WordCell};
+use rungd_engine::{BitCell, Cell, Engine, EngineProgram, Slice};
 
 use super::bytes::{ByteReader, ByteWriter};
 use super::caps::{Cap, caps};
 use super::effects::EffectCells;
 use super::elements::{LoadedTime, StoredElements, TimersOf};
 use super::live::live;
+use super::ranges::WordRanges;
 use crate::model::{ProofModel, Target};
 
 /// The time of a loaded state, ms: a multiple of all periods of clock bits, and greater than all
@@ -64,9 +65,7 @@ impl StateForm {
         let elements = StoredElements::new(code, &slice);
         elements.bits.iter().for_each(|bit| is_live[*bit as usize] = true);
         let stored = |at: &u32| is_live[*at as usize] && written.is(*at);
-        let constant =
-            |word| (!written.is(code.bit_count + word)).then(|| start.image().word(WordCell(word)));
-        let caps = caps(code, constant);
+        let caps = caps(code, &WordRanges::new(model, start.image()));
         let word = |cell| StoredWord {
             cell,
             cap: caps.get(&cell).copied(),

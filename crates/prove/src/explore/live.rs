@@ -145,21 +145,9 @@ pub(super) fn executes_always(program: &EngineProgram, id: BlockId) -> bool {
 fn may_halt(program: &EngineProgram, id: BlockId) -> bool {
     let halts = |op: Op| {
         let Op::Control(control) = op else { return false };
-        match control.kind {
-            ControlKind::Halt(block) => block == id,
-            ControlKind::Restart(restart) => restart.program == id,
-            ControlKind::Exit
-            | ControlKind::Run(_)
-            | ControlKind::EnableOnce { .. }
-            | ControlKind::EnableEvery { .. }
-            | ControlKind::Jump(_)
-            | ControlKind::StageOn(_)
-            | ControlKind::StageOff(_)
-            | ControlKind::Converge { .. }
-            | ControlKind::Stop
-            | ControlKind::Call(_)
-            | ControlKind::Return { .. } => false,
-        }
+        let halts = matches!(control.kind, ControlKind::Halt(block) if block == id);
+        let restarts = matches!(control.kind, ControlKind::Restart(of) if of.program == id);
+        halts || restarts
     };
     let block = &program.blocks[id.0 as usize];
     let stages = block.stages.clone().map(|stage| &program.stages[stage as usize]);

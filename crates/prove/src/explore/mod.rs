@@ -16,6 +16,7 @@ mod form;
 mod keys;
 mod limits;
 mod live;
+mod ranges;
 mod search;
 mod trace;
 
