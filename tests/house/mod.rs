@@ -9,6 +9,7 @@ mod documents;
 mod names;
 mod pages;
 mod parameters;
+mod recipe_places;
 mod recipes;
 
 use std::fs;

@@ -28,7 +28,7 @@ impl SatLit {
 pub(super) enum Solved {
     /// There is a solution; [`Solver::is_on`] has it.
     Yes,
-    /// There is none; [`Solver::core`] has the assumptions that exclude it.
+    /// There is none; [`Solver::is_in_core`] has the assumptions that exclude it.
     No,
     /// The time is over.
     GivenUp,

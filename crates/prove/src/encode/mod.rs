@@ -4,7 +4,7 @@
 //! each operation is executed under a guard, the condition under which the engine executes it, and
 //! a write becomes a choice between the new and the old value. The files mirror those of the
 //! engine. A cell gets a latch when it is read before it is written in the scan; a cell that
-//! nothing writes is a constant. What has no gates is a [`GateCut`]: any value.
+//! nothing writes is a constant. What has no gates is a [cut](crate::gates::GateCut): any value.
 //!
 //! Every `match` over kinds of operations names them all: a new operation does not compile until it
 //! has gates or is a cut.
