@@ -275,8 +275,8 @@ impl Reloads {
         if dry_run {
             let latest = self.port.latest();
             let (bits, words, forces) = (&latest.bits, &latest.words, latest.forces.list());
-            let seen =
-                OldMemory { layout: &setup.symbols.layout, bits, words, forces, passed: None };
+            let (old, new) = (&running.setup.symbols, &setup.symbols);
+            let seen = OldMemory { old, new, bits, words, forces, passed: None };
             let report = report::with_texts(&ready.plan, &seen, &running.setup, setup);
             let report = [report, settings].concat();
             let dry_run = true;

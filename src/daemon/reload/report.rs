@@ -32,8 +32,8 @@ pub(super) fn of_swap(
         }
     }
     let passed = Some(image.bits());
-    let layout = &engine.program().layout;
-    let seen = OldMemory { layout, bits: &bits, words: &words, forces, passed };
+    let (old, new) = (&setups.old.symbols, &setups.new.symbols);
+    let seen = OldMemory { old, new, bits: &bits, words: &words, forces, passed };
     with_texts(plan, &seen, setups.old, setups.new)
 }
 

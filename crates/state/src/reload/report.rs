@@ -11,7 +11,8 @@ use std::ops::RangeInclusive;
 use super::plan::{Difference, InitialStageStart, MovedElement, MovedStage, OldState, ReloadPlan};
 use super::rung_texts::FileTexts;
 use rungd_engine::isa::{Address, duration};
-use rungd_engine::{BitCell, Cell, Layout, WordCell};
+use rungd_engine::{BitCell, Cell, WordCell};
+use rungd_language::lower::Symbols;
 use rungd_language::lower::identity::Identity;
 pub use rungd_language::resolve::program::Value;
 
@@ -27,8 +28,10 @@ const NONE: &str = "no difference in what the program does";
 /// The old program's memory.
 #[derive(Clone, Copy, Debug)]
 pub struct OldMemory<'a> {
-    /// The places of both programs' elements.
-    pub layout: &'a Layout,
+    /// The names of the program that ends.
+    pub old: &'a Symbols,
+    /// The names of the program that begins.
+    pub new: &'a Symbols,
     /// The bits before the swap.
     pub bits: &'a [u8],
     /// The words before the swap.
@@ -77,18 +80,40 @@ impl OldMemory<'_> {
         }
     }
 
-    /// A value as text for people.
+    /// A value as text for people, without the text that its tag gives it.
     fn held(&self, cell: Cell, value: i32) -> String {
         match cell {
             Cell::Bit(_) | Cell::WordBit(_) => if value != 0 { "ON" } else { "OFF" }.to_owned(),
-            Cell::Word(_) => self.layout.text(cell, value),
+            Cell::Word(_) => self.old.layout.text(cell, value),
         }
     }
 
+    /// A value that a cell of the old program has in the new one, with its text there.
+    fn begun(&self, cell: Cell, value: i32) -> String {
+        match self.old.layout.address(cell) {
+            Some(address) => self.new.names.say_value(address, value),
+            None => self.held(cell, value),
+        }
+    }
+
+    /// The value of a cell, with its text in the old program.
     fn shown_value(&self, cell: Cell) -> String {
-        let value = self.held(cell, self.value(cell));
-        let forced = if self.is_forced(cell) { " (forced)" } else { "" };
-        format!("{value}{forced}")
+        self.old.say_value(cell, self.value(cell)) + self.forced(cell)
+    }
+
+    /// The value of a cell that stays, with its text in the new program.
+    fn kept_value(&self, cell: Cell) -> String {
+        self.begun(cell, self.value(cell)) + self.forced(cell)
+    }
+
+    fn forced(&self, cell: Cell) -> &'static str {
+        if self.is_forced(cell) { " (forced)" } else { "" }
+    }
+
+    /// Whether two cells show the same value, with the same forces; their texts may differ.
+    fn are_same(&self, a: Cell, b: Cell) -> bool {
+        let shown = |cell| (self.held(cell, self.value(cell)), self.is_forced(cell));
+        shown(a) == shown(b)
     }
 }
 
@@ -199,9 +224,9 @@ fn line(difference: &Difference, seen: &OldMemory<'_>, texts: FileTexts<'_>) -> 
         }
         OldState::Starts(start) => return seen.starts(start).then(|| text.clone()),
         OldState::Initial { cell, value, forced } => {
-            let value = seen.held(*cell, *value);
+            let value = seen.begun(*cell, *value);
             match forced.is_some_and(|cell| seen.is_forced(cell)) {
-                true => format!("{text} is new: {value}, but stays {}", seen.shown_value(*cell)),
+                true => format!("{text} is new: {value}, but stays {}", seen.kept_value(*cell)),
                 false => format!("{text} is new: {value}"),
             }
         }
@@ -281,10 +306,10 @@ fn moved(text: &str, state: &OldState, seen: &OldMemory<'_>) -> String {
     }
     let is = match begins {
         Some(value) if !seen.is_forced(*to) => {
-            format!("{new} begins at {}", seen.held(*to, *value))
+            format!("{new} begins at {}", seen.begun(*to, *value))
         }
-        _ if seen.shown_value(*to) == was => return format!("{text}: both are {was}"),
-        _ => format!("{new} keeps its own value {}", seen.shown_value(*to)),
+        _ if seen.are_same(*to, *from) => return format!("{text}: both are {was}"),
+        _ => format!("{new} keeps its own value {}", seen.kept_value(*to)),
     };
     format!("{WARNING}{text}: {is}; {old}'s was {was}{force}")
 }
@@ -302,7 +327,13 @@ fn left_forces(elements: &[MovedElement], force: &str, seen: &OldMemory<'_>) -> 
 /// The line about an array whose addresses have changed: the number of values that differ, and the
 /// first of them.
 fn moved_array(text: &str, elements: &[MovedElement], force: &str, seen: &OldMemory<'_>) -> String {
-    let differs = |element: &&MovedElement| now(element, seen) != seen.shown_value(element.from);
+    let differs = |element: &&MovedElement| match beginning(element, seen) {
+        Some(value) => {
+            let was = seen.held(element.from, seen.value(element.from));
+            seen.is_forced(element.from) || seen.held(element.to, value) != was
+        }
+        None => !seen.are_same(element.to, element.from),
+    };
     let count = elements.iter().filter(differs).count();
     match elements.iter().find(differs) {
         Some(first) => {
@@ -319,10 +350,15 @@ fn moved_array(text: &str, elements: &[MovedElement], force: &str, seen: &OldMem
 
 /// The value that an element has at its new address.
 fn now(element: &MovedElement, seen: &OldMemory<'_>) -> String {
-    match element.begins {
-        Some(value) if !seen.is_forced(element.to) => seen.held(element.to, value),
-        _ => seen.shown_value(element.to),
+    match beginning(element, seen) {
+        Some(value) => seen.begun(element.to, value),
+        None => seen.kept_value(element.to),
     }
+}
+
+/// The value with which an element begins at its new address; `None`: it keeps the one there.
+fn beginning(element: &MovedElement, seen: &OldMemory<'_>) -> Option<i32> {
+    element.begins.filter(|_| !seen.is_forced(element.to))
 }
 
 /// The line about a value beyond its limits. The reload keeps the value, but retentive memory does

@@ -218,11 +218,7 @@ pub(super) fn report_initial(
         let content = number.copied().unwrap_or(0);
         match (number, address) {
             (None, _) => "none".to_owned(),
-            (Some(_), Address::Bit(_)) => if content != 0 { "ON" } else { "OFF" }.to_owned(),
-            (Some(_), Address::Word(word)) => {
-                side.symbols.layout.text(Cell::Word(side.symbols.layout.word(word)), content)
-            }
-            (Some(_), Address::Structure(_)) => content.to_string(),
+            (Some(_), _) => side.symbols.names.say_value(address, content),
         }
     };
     for address in &names.new.addresses {

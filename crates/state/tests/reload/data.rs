@@ -26,6 +26,28 @@ fn the_report_warns_if_a_moved_tag_leaves_its_value_behind() {
 }
 
 #[test]
+fn the_report_shows_values_with_the_texts_of_their_tags() {
+    let main = main_text(&rungs(&[("mode == 5", "OUT Y0"), ("D30 == D40", "OUT Y1")]));
+    let tags = |at: &str, initial: &str, more: &str| {
+        let texts = "texts = { 0 = \"idle\", 3 = \"dosing\" }";
+        let mode = format!("mode = {{ at = \"{at}\", {texts}, initial = {initial} }}\n");
+        format!("[tags]\n{mode}{more}{main}")
+    };
+    let next = "next = { at = \"D50\", initial = 7, texts = { 7 = \"rinse\" } }\n";
+    plc(&tags("D10", "0", ""))
+        .scan(&[("D10", 3), ("D30", 3)])
+        .reload(&tags("D10", "3", next))
+        .says("initial of mode (D10) 0 (idle) → 3 (dosing), from the next cold start on")
+        .says("next (D50) is new: 7 (rinse)")
+        .reload(&tags("D30", "3", next))
+        .says("tag mode moved from D10 to D30: both are 3 (dosing)")
+        .reload(&tags("D20", "3", next))
+        .says("warning: tag mode moved from D30 to D20: D20 begins at 3 (dosing); D30's was 3 (dosing)")
+        .reload(&tags("D40", "3", next))
+        .says("warning: tag mode moved from D20 to D40: D40 keeps its own value 0 (idle); D20's was 3 (dosing)");
+}
+
+#[test]
 fn the_report_names_a_force_left_behind_by_its_tag() {
     let ladder = |fan: &str, heater: &str| {
         let tags =

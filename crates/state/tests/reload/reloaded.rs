@@ -58,9 +58,9 @@ impl Reloaded {
         );
         let image = self.plc.engine.image();
         let (bits, words) = (image.bits().to_vec(), image.words().to_vec());
-        let layout = &symbols.layout.clone();
         let (forces, passed) = (self.forces.as_slice(), None);
-        let seen = OldMemory { layout, bits: &bits, words: &words, forces, passed };
+        let (old, new) = (&self.plc.symbols.clone(), &symbols.clone());
+        let seen = OldMemory { old, new, bits: &bits, words: &words, forces, passed };
         let forecast = plan.report(&seen, FileTexts::default());
         let mut engine = Engine::new(engine_program);
         engine.adopt(&mut self.plc.engine, &plan.transfer, true, &self.forces);

@@ -362,8 +362,9 @@ fn every_line_of_the_report_is_true_of_the_engine() {
             // The swap is made in a copy; the program itself continues unchanged.
             let mut copy = again(&mut engine, &old);
             let (bits, words) = (copy.image().bits().to_vec(), copy.image().words().to_vec());
-            let layout = &engine.program().layout.clone();
-            let seen = OldMemory { layout, bits: &bits, words: &words, forces: &[], passed: None };
+            let (bits, words, passed) = (&bits[..], &words[..], None);
+            let (before, after) = (&old.symbols, &new.symbols);
+            let seen = OldMemory { old: before, new: after, bits, words, forces: &[], passed };
             let forecast = plan.report(&seen, FileTexts::default());
             let mut other = Engine::new(new.code.clone());
             other.adopt(&mut copy, &plan.transfer, true, &[]);
@@ -373,8 +374,8 @@ fn every_line_of_the_report_is_true_of_the_engine() {
             let swap = Swap {
                 old: &old,
                 new: &new,
-                bits: bits.clone(),
-                words: words.clone(),
+                bits: bits.to_vec(),
+                words: words.to_vec(),
                 after,
                 plan: &plan,
             };
