@@ -13,6 +13,7 @@ use rungd_fleet::fleet::{
     CutAlarms, FleetAlarmList, FleetChange, FleetNews, FleetReport, LadderVerdict, NodeReport,
     shown,
 };
+use rungd_language::resolve::value_texts::with_text;
 
 /// A clock that differs from the local clock by this time is reported.
 const CLOCK_TOLD_MS: u64 = 5_000;
@@ -251,7 +252,7 @@ pub(super) fn change_line(change: &FleetChange, clock: &LocalClock) -> String {
         FleetNews::Born { metrics } => format!("born with {metrics} metrics"),
         FleetNews::Died => "died".to_owned(),
         FleetNews::Stale { why } => format!("values may be old: {why}"),
-        FleetNews::Value { name, value, unit, historical, first, .. } => {
+        FleetNews::Value { name, value, text, unit, historical, first, .. } => {
             let unit = unit.as_ref().map_or(String::new(), |unit| format!(" {unit}"));
             let past = match (historical, first) {
                 (true, _) => " (of the past)",
@@ -259,6 +260,7 @@ pub(super) fn change_line(change: &FleetChange, clock: &LocalClock) -> String {
                 (false, false) => "",
             };
             let value: String = shown(value.as_ref()).chars().take(VALUE_CHARS).collect();
+            let value = with_text(value, text.as_deref());
             format!("{name} = {value}{unit}{past}")
         }
     };

@@ -1,5 +1,5 @@
 //! Reals in retentive memory, with the real binary: a restart keeps every bit of an f32, and `rungd
-//! retain show` prints it as the ladder writes it.
+//! retain show` prints it as the ladder writes it; and values with the texts of their tags.
 
 use std::process::Command;
 
@@ -38,6 +38,27 @@ fn a_restart_keeps_every_bit_of_a_real() {
     assert_eq!(find(&lines, "restored: image")["restored"], 5);
     let kept = ["R5 level 0.1", "R6 -4e-6", "R7 3.4028235e38", "R8 1e-45"];
     assert_eq!(shown(&plant), kept, "it went on from there");
+}
+
+#[test]
+fn the_texts_of_values_are_shown_if_the_files_of_the_ladder_are_named() {
+    let ladder = "[tags]\nmode = { type = \"int\", texts = { 0 = \"idle\", 3 = \"dosing\" } }\n\
+                  door = { at = \"C5\", texts = { 1 = \"open\" } }\n\
+                  [[program]]\nname = \"Main\"\nrung = [\n\
+                  { when = [\"$On\"], do = [\"MOVE 3 to=mode\", \"OUT door\"] } ]\n";
+    let keeps = "scan.period = \"2ms\"\n[retain]\ntags = [\"mode\", \"door\"]\n\
+                 file = \"memory\"\ncold-start = \"run\"\n[operator]\nsocket = \"op\"\n";
+    let plant = Plant::new(ladder, keeps);
+    run(&plant, "3");
+    let show = |more: &[&str]| {
+        let text = rungd(&[&["retain", "show", file(&plant).to_str().unwrap()], more].concat());
+        let words = text.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" "));
+        words.filter(|line| line.contains("mode") || line.contains("door")).collect::<Vec<_>>()
+    };
+    assert_eq!(show(&[]), ["int mode 3", "C5 door ON"]);
+    let controller = plant.0.join("controller.toml");
+    let told = show(&["--in", controller.to_str().unwrap()]);
+    assert_eq!(told, ["int mode 3 (dosing)", "C5 door ON (open)"]);
 }
 
 #[test]

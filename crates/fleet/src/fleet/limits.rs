@@ -11,7 +11,7 @@ pub struct FleetLimits {
     pub metrics_max: usize,
     /// Bytes of a metric's name, and of its unit.
     pub name_bytes_max: usize,
-    /// Bytes of a text value.
+    /// Bytes of a text value, and of the texts that say what a metric's values mean.
     pub text_bytes_max: usize,
     /// Bytes of all names and values.
     pub bytes_max: usize,

@@ -5,7 +5,8 @@
 
 use std::collections::HashMap;
 
-use super::limits::{FleetLimits, NodeRoom};
+use super::limits::NodeRoom;
+use rungd_language::resolve::value_texts::text_in_list;
 use rungd_net::sparkplug::{DataType, Metric, MetricContent, MetricValue, PropertyContent};
 
 /// The bytes that a metric takes beside its texts.
@@ -28,6 +29,8 @@ pub(super) struct KnownMetric {
     /// `None`: a type that rungd does not know. Its values are not read.
     datatype: Option<DataType>,
     pub unit: Option<String>,
+    /// What its values mean: `0 = idle; 1 = dosing`.
+    pub texts: Option<String>,
     /// `None`: the node sent no value, or the value cannot be read.
     pub value: Option<MetricValue>,
 }
@@ -36,6 +39,17 @@ impl KnownMetric {
     /// The number of its type.
     pub fn number(&self) -> Option<u32> {
         self.datatype.map(DataType::number)
+    }
+
+    /// What its value means, if the birth says it.
+    pub fn text(&self) -> Option<&str> {
+        let content = match self.value.as_ref()? {
+            MetricValue::Signed(value) => *value,
+            MetricValue::Unsigned(value) => i64::try_from(*value).ok()?,
+            MetricValue::Bool(value) => i64::from(*value),
+            MetricValue::Real(_) | MetricValue::Text(_) => return None,
+        };
+        text_in_list(self.texts.as_deref()?, content)
     }
 }
 
@@ -75,8 +89,10 @@ impl MetricTable {
         if is_taken || self.names.contains_key(name) {
             return Err(MetricFault::Twice);
         }
-        let unit = unit(metric, limits);
-        let own = METRIC_BYTES + 2 * name.len() + unit.as_ref().map_or(0, String::len);
+        let unit = property(metric, "engUnit", limits.name_bytes_max);
+        let texts = property(metric, "texts", limits.text_bytes_max);
+        let bytes = |text: &Option<String>| text.as_ref().map_or(0, String::len);
+        let own = METRIC_BYTES + 2 * name.len() + bytes(&unit) + bytes(&texts);
         let is_full = self.metrics.len() >= limits.metrics_max
             || name.len() > limits.name_bytes_max
             || self.bytes.saturating_add(own) > room.bytes;
@@ -88,7 +104,8 @@ impl MetricTable {
         self.names.insert(name.to_owned(), at);
         metric.alias.map(|alias| self.aliases.insert(alias, at));
         let datatype = metric.datatype.and_then(DataType::of);
-        self.metrics.push(KnownMetric { name: name.to_owned(), datatype, unit, value: None });
+        let name = name.to_owned();
+        self.metrics.push(KnownMetric { name, datatype, unit, texts, value: None });
         self.take(at, metric, room).map(drop)
     }
 
@@ -172,11 +189,10 @@ fn text_bytes(value: Option<&MetricValue>) -> usize {
     }
 }
 
-fn unit(metric: &Metric, limits: &FleetLimits) -> Option<String> {
-    match metric.properties.as_ref()?.get("engUnit") {
-        Some(PropertyContent::Text(unit)) if unit.len() <= limits.name_bytes_max => {
-            Some(unit.clone())
-        }
+/// A property that is a text of at most `bytes_max` bytes.
+fn property(metric: &Metric, name: &str, bytes_max: usize) -> Option<String> {
+    match metric.properties.as_ref()?.get(name) {
+        Some(PropertyContent::Text(text)) if text.len() <= bytes_max => Some(text.clone()),
         Some(
             PropertyContent::Text(_)
             | PropertyContent::Int(_)

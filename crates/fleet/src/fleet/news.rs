@@ -45,6 +45,9 @@ pub enum FleetNews {
         /// Its value; `None`: it has no value.
         #[serde(serialize_with = "plain_value")]
         value: Option<MetricValue>,
+        /// What the value means, if its metric says so.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        text: Option<String>,
         /// Its unit.
         #[serde(skip_serializing_if = "Option::is_none")]
         unit: Option<String>,

@@ -271,13 +271,13 @@ impl NodeView {
         let named = Metric { name: Some(known.name.clone()), datatype, ..metric.clone() };
         let limits = FleetLimits::default();
         let taken = then.born(&named, NodeRoom { limits: &limits, bytes: limits.bytes_max });
-        let unit = known.unit.clone();
+        let (unit, texts) = (known.unit.clone(), known.texts.clone());
         if let Err(fault) = taken {
             self.count(fault);
             return None;
         }
         let mut told = then.at(0).clone();
-        told.unit = unit;
+        (told.unit, told.texts) = (unit, texts);
         Some(value_news(&told, ValueAge::Past, told_ms))
     }
 
@@ -323,7 +323,8 @@ impl NodeView {
 fn value_news(metric: &KnownMetric, kind: ValueAge, told_ms: Option<u64>) -> FleetNews {
     let (name, value, unit) = (metric.name.clone(), metric.value.clone(), metric.unit.clone());
     let (historical, first) = (kind == ValueAge::Past, kind == ValueAge::First);
-    FleetNews::Value { name, value, unit, historical, first, told_ms }
+    let text = metric.text().map(str::to_owned);
+    FleetNews::Value { name, value, text, unit, historical, first, told_ms }
 }
 
 /// The session number in a birth or a death.

@@ -59,6 +59,7 @@ mod tests {
         let first = |name: &str| FleetNews::Value {
             name: name.to_owned(),
             value: None,
+            text: None,
             unit: None,
             historical: false,
             first: true,

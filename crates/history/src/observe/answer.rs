@@ -274,6 +274,8 @@ pub enum ContactDetail {
     Computed {
         /// The values of a compare's sides, left and right; none of a bit.
         sides: Vec<FormulaNumber>,
+        /// Whether these are times.
+        is_time: bool,
         /// The bits and words that it reads, each with its value.
         operands: Vec<ExplainedOperand>,
     },

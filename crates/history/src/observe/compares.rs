@@ -8,10 +8,9 @@ use super::logic::Leaves;
 use super::subject::Subject;
 use rungd_engine::Image;
 use rungd_engine::isa::duration;
-use rungd_engine::isa::{Structure, Word};
 use rungd_language::lower::formula_value::CellFormula;
 pub use rungd_language::lower::formula_value::FormulaNumber;
-use rungd_language::resolve::formula::{Formula, FormulaPart};
+use rungd_language::resolve::formula::Formula;
 use rungd_language::resolve::program::{ComputedContact, Contact};
 use rungd_language::source::contact::Comparison;
 
@@ -39,12 +38,22 @@ impl CompareText {
         let side = |value: FormulaNumber| match value {
             // Reals have the digits of a real: a page has room for no more.
             FormulaNumber::Real(real) => (real as f32).to_string(),
-            FormulaNumber::Integer(number) => match i32::try_from(number) {
-                Ok(ms) if self.is_time && ms >= 0 => duration::print(ms),
-                Ok(_) | Err(_) => number.to_string(),
-            },
+            FormulaNumber::Integer(_) => side_text(value, self.is_time),
         };
         format!("{} {} {}", side(left), self.comparison.sign(), side(right))
+    }
+}
+
+/// The value of a side; `is_time`: whether it is a time: `40`, `1s500ms`.
+pub(super) fn side_text(value: FormulaNumber, is_time: bool) -> String {
+    let ms = match value {
+        FormulaNumber::Integer(number) if is_time => i32::try_from(number).ok(),
+        FormulaNumber::Integer(_) | FormulaNumber::Real(_) => None,
+    };
+    match ms {
+        Some(ms @ i32::MIN..0) => format!("-{}", duration::print(ms.saturating_neg())),
+        Some(ms) => duration::print(ms),
+        None => value.to_string(),
     }
 }
 
@@ -53,7 +62,7 @@ impl LadderCompare {
         let compare = computed.compare.as_ref()?;
         let layout = &subject.symbols.layout;
         let side = |formula| CellFormula::new(formula, layout);
-        let is_time = computed.formulas().any(is_time);
+        let is_time = computed.formulas().any(Formula::is_time);
         let text = CompareText { comparison: compare.comparison, is_time };
         let sides = [side(&computed.left), side(&compare.right)];
         Some(LadderCompare { contact, text, sides })
@@ -63,11 +72,6 @@ impl LadderCompare {
     pub(super) fn values(&self, image: &Image) -> [FormulaNumber; 2] {
         self.sides.each_ref().map(|side| side.value(image).number)
     }
-}
-
-/// Whether an expression is the time of a timer alone.
-fn is_time(formula: &Formula) -> bool {
-    matches!(formula.parts[..], [FormulaPart::Word(Word::Acc(Structure::Timer(_)))])
 }
 
 impl Subject {

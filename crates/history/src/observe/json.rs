@@ -198,7 +198,7 @@ fn contact_detail(detail: &ContactDetail) -> Value {
             };
             json!({ "kind": "compare", "left": side(0), "right": side(1) })
         }
-        ContactDetail::Computed { sides, operands } => {
+        ContactDetail::Computed { sides, operands, is_time: _ } => {
             let side = |at: usize| sides.get(at).map(computed_number);
             let operands: Vec<Value> = operands.iter().map(operand_read).collect();
             json!({

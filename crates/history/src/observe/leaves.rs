@@ -9,6 +9,7 @@ use rungd_engine::isa::{Address, Bit, BitSpace, LegName, Word, WordSpace};
 use rungd_engine::ops::Power;
 use rungd_engine::{Cell, Image};
 use rungd_language::lower::formula_value::{CellFormula, FormulaNumber};
+use rungd_language::resolve::formula::Formula;
 use rungd_language::resolve::program::Contact;
 
 /// The state of a contact.
@@ -27,6 +28,8 @@ pub(super) struct LeafSeen {
     pub selected: Option<Cell>,
     /// For a compare that computes, the values of its sides.
     pub computed: Vec<FormulaNumber>,
+    /// Whether these values are times.
+    pub is_time: bool,
 }
 
 /// A leg: its contacts as one boolean expression over the leaves of its part.
@@ -80,7 +83,9 @@ pub(super) fn look(subject: &Subject, part: u32, step: u32, image: &Image) -> Ve
     all.map(|((contact, power), on)| {
         let (sides, selected) = values(subject, contact, image);
         let computed = computed(subject, contact, image);
-        LeafSeen { step, power: *power, on, sides, selected, computed }
+        let is_time = matches!(contact, Contact::Computed(computed, _)
+            if computed.formulas().any(Formula::is_time));
+        LeafSeen { step, power: *power, on, sides, selected, computed, is_time }
     })
     .collect()
 }

@@ -96,7 +96,7 @@ fn of_contact(contact: &mut ContactSeen, reach: NodeReach, see: NodeVisitor<'_>)
         ContactDetail::Compare { sides, real: _ } => {
             sides.iter_mut().for_each(|side| of_followed(&mut side.followed, reach, see));
         }
-        ContactDetail::Computed { operands, sides: _ } => {
+        ContactDetail::Computed { operands, .. } => {
             operands.iter_mut().for_each(|read| of_followed(&mut read.followed, reach, see));
         }
         ContactDetail::Edge { inner, .. } => {

@@ -3,6 +3,7 @@
 use super::answer::{
     Cause, Edit, LastChange, OperandName, Place, RungName, Since, Stop, TapeEnd, When, Write,
 };
+use super::compares::side_text;
 use rungd_engine::isa::Real;
 use rungd_language::lower::formula_value::FormulaNumber;
 use rungd_language::resolve::value_texts::with_text;
@@ -250,9 +251,13 @@ pub(super) fn sides_text(text: &str, sides: [ComparedSide; 2]) -> String {
 }
 
 /// The sides of a compare that computes, with their values: `level * 2 = 80, least + 1 = 101`.
-pub(super) fn computed_text(text: &str, sides: &[FormulaNumber]) -> String {
+pub(super) fn computed_text(text: &str, sides: &[FormulaNumber], is_time: bool) -> String {
     let shown = written_sides(text).zip(sides).filter(|(written, _)| !is_number(written));
-    shown.map(|(written, value)| format!("{written} = {value}")).collect::<Vec<_>>().join(", ")
+    let text = |value: &FormulaNumber| side_text(*value, is_time);
+    shown
+        .map(|(written, value)| format!("{written} = {}", text(value)))
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
 /// The texts of a compare's sides.

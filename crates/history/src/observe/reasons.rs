@@ -149,6 +149,7 @@ impl Inquiry<'_> {
             sides: Vec::new(),
             selected: None,
             computed: Vec::new(),
+            is_time: false,
         };
         let seen = part.seen.get(leaf).cloned().unwrap_or_else(none);
         match part.leaves.contacts[leaf] {
@@ -232,7 +233,8 @@ impl Inquiry<'_> {
             let (operand, followed) = self.operand(side.cell?, side.value, at, depth);
             Some(ExplainedOperand { operand, value: side.value, followed })
         });
-        ContactDetail::Computed { operands: operands.collect(), sides: seen.computed }
+        let (sides, is_time) = (seen.computed, seen.is_time);
+        ContactDetail::Computed { operands: operands.collect(), sides, is_time }
     }
 
     fn edge(&mut self, part: &PartSeen, leaf: usize, cell: u32, depth: u32) -> ContactDetail {

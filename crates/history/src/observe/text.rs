@@ -348,9 +348,9 @@ impl IndentedLines {
                     self.followed(&side, followed, line.deeper(1));
                 }
             }
-            ContactDetail::Computed { sides, operands } => {
+            ContactDetail::Computed { sides, is_time, operands } => {
                 let text = &contact.place.text;
-                let values = computed_text(text, sides);
+                let values = computed_text(text, sides, *is_time);
                 let colon = if values.is_empty() { "" } else { ": " };
                 self.add(line.indent, &format!("{}{colon}{values}", head(text)));
                 for ExplainedOperand { operand, value, followed } in operands {

@@ -146,7 +146,7 @@ fn alone(formula: &Formula) -> Option<f64> {
         _ => return None,
     };
     match number {
-        FormulaPart::Integer(n) => Some(sign * n as f64),
+        FormulaPart::Integer(n) => Some(sign * n.number as f64),
         FormulaPart::Real(real) => Some(sign * f64::from(real)),
         FormulaPart::Word(_)
         | FormulaPart::Bit(_)

@@ -7,7 +7,7 @@
 
 use super::assembler::Assembler;
 use crate::resolve::array::{Array, ArrayElement};
-use crate::resolve::formula::{Formula, FormulaPart};
+use crate::resolve::formula::{Formula, FormulaInteger, FormulaPart};
 use crate::resolve::instruction::Value;
 pub use rungd_engine::PassStep;
 use rungd_engine::isa::status::st;
@@ -85,7 +85,7 @@ impl Assembler<'_> {
     pub fn set_element(&mut self, on: bool, element: ArrayElement, leg: LegPowers) -> Op {
         let index = self.layout.word(element.index).0;
         let put = self.put_at(element.array, index);
-        let parts = vec![FormulaPart::Integer(i64::from(on))];
+        let parts = vec![FormulaPart::Integer(FormulaInteger::new(i64::from(on)))];
         Op::Math(self.formula_into(put, &Formula { parts }, leg, MathReports::IndexError))
     }
 

@@ -138,7 +138,9 @@ impl FormulaBuilder<'_, '_> {
 
     fn part(&mut self, part: &FormulaPart) {
         match *part {
-            FormulaPart::Integer(n) => self.push(OperandPlace::Integer(n), NumberType::Integer),
+            FormulaPart::Integer(n) => {
+                self.push(OperandPlace::Integer(n.number), NumberType::Integer)
+            }
             FormulaPart::Real(real) => self.push(OperandPlace::Real(real), NumberType::Real),
             FormulaPart::Word(word) => {
                 let cell = self.assembler.layout.word(word).0;

@@ -152,7 +152,7 @@ impl CellFormula {
             false => CellPart::Word(layout.word(word)),
         };
         let parts = formula.parts.iter().map(|part| match *part {
-            FormulaPart::Integer(n) => CellPart::Constant(FormulaNumber::Integer(n)),
+            FormulaPart::Integer(n) => CellPart::Constant(FormulaNumber::Integer(n.number)),
             FormulaPart::Real(real) => CellPart::Constant(FormulaNumber::Real(real.into())),
             FormulaPart::Word(place) => word(place),
             FormulaPart::Bit(bit) => CellPart::Bit(layout.bit_in(bit)),

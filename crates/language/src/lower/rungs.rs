@@ -149,7 +149,7 @@ fn operand(identity: &Identity, operand_value: OperandValue) -> String {
 /// A formula in postfix order, so that it needs no parentheses.
 fn formula(identity: &Identity, expression: &Formula) -> String {
     let part = |part: &FormulaPart| match part {
-        FormulaPart::Integer(n) => format!(" {n}"),
+        FormulaPart::Integer(n) => format!(" {}", n.number),
         FormulaPart::Real(real) => format!(" {real:?}"),
         FormulaPart::Word(word) => format!(" {}", identity.address(Address::Word(*word))),
         FormulaPart::Bit(bit) => format!(" {}", identity.address(Address::Bit(*bit))),

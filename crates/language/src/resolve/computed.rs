@@ -6,9 +6,9 @@
 
 use super::Resolver;
 use super::array::ArrayElement;
-use super::formula::{Formula, FormulaPart, NumberType};
+use super::formula::{Formula, FormulaInteger, FormulaPart, NumberType};
 use super::formula_operands::{OperandForm, TypedOperand};
-use super::program::{ComputedCompare, ComputedContact, ConstantForm, Contact, Value};
+use super::program::{ComputedCompare, ComputedContact, Contact, Value};
 use super::scope::NamedThing;
 use crate::source::atom::Atom;
 use crate::source::contact::Comparison;
@@ -148,13 +148,10 @@ impl Resolver<'_> {
         }
         self.doubt_timers(expression);
         let (formula, operand) = self.contact_expression(expression)?;
-        let form = match &expression.parts[..] {
-            [only] => matches!(only.kind, ExpressionPartKind::Duration(_)),
-            _ => false,
-        };
-        let form = if form { ConstantForm::Duration } else { ConstantForm::Integer };
         let plain = match formula.parts[..] {
-            [FormulaPart::Integer(n)] => i32::try_from(n).ok().map(|n| Value::Const(n, form)),
+            [FormulaPart::Integer(FormulaInteger { number, form })] => {
+                i32::try_from(number).ok().map(|number| Value::Const(number, form))
+            }
             [FormulaPart::Real(real)] => Some(Value::Real(real)),
             [FormulaPart::Word(word)] => Some(Value::Word(word)),
             [FormulaPart::Word(index), FormulaPart::Element(array)] if !array.is_bits() => {
@@ -260,7 +257,9 @@ impl Value {
     /// The value as an expression.
     pub fn formula(self) -> Formula {
         let parts = match self {
-            Value::Const(n, _) => vec![FormulaPart::Integer(n.into())],
+            Value::Const(n, form) => {
+                vec![FormulaPart::Integer(FormulaInteger { number: n.into(), form })]
+            }
             Value::Real(real) => vec![FormulaPart::Real(real)],
             Value::Word(word) => vec![FormulaPart::Word(word)],
             Value::Element(element) => {

@@ -3,9 +3,13 @@
 //! Made by `formula_resolver`, turned into the engine's steps by `lower`. Behaviour:
 //! `docs/semantics.md`, section 8.
 
+use std::fmt;
+
 use super::array::Array;
+use crate::source::atom::ConstantForm;
 pub use crate::source::expression::{Binary, Unary};
 pub use rungd_engine::isa::{Bit, Function, Real, Word};
+use rungd_engine::isa::{Space, Structure};
 
 /// An expression in postfix order: an operator comes after its operands.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -18,7 +22,7 @@ pub struct Formula {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FormulaPart {
     /// An integer constant.
-    Integer(i64),
+    Integer(FormulaInteger),
     /// A real constant.
     Real(Real),
     /// A word, read at every evaluation.
@@ -33,6 +37,88 @@ pub enum FormulaPart {
     Binary(Binary, NumberType),
     /// A function with this number of arguments, and the type that it computes in.
     Call(Function, u32, NumberType),
+}
+
+impl Formula {
+    /// Whether its value is a time, in ms: made of durations and the times of timers, by operators
+    /// that leave it one.
+    pub fn is_time(&self) -> bool {
+        let mut times: Vec<bool> = Vec::new();
+        for part in &self.parts {
+            let count = match part {
+                FormulaPart::Binary(..) => 2,
+                FormulaPart::Unary(..) | FormulaPart::Element(_) => 1,
+                FormulaPart::Call(_, count, _) => *count as usize,
+                FormulaPart::Integer(_)
+                | FormulaPart::Real(_)
+                | FormulaPart::Word(_)
+                | FormulaPart::Bit(_) => 0,
+            };
+            let operands = times.split_off(times.len().saturating_sub(count));
+            times.push(part.is_time(&operands));
+        }
+        times == [true]
+    }
+}
+
+impl FormulaPart {
+    /// Whether it is a time; `operands`: whether its operands are.
+    fn is_time(&self, operands: &[bool]) -> bool {
+        let all = !operands.is_empty() && operands.iter().all(|is_time| *is_time);
+        match self {
+            FormulaPart::Integer(constant) => constant.form == ConstantForm::Duration,
+            FormulaPart::Word(word) => matches!(word, Word::Acc(Structure::Timer(_))),
+            FormulaPart::Element(array) => {
+                array.space == Space::Timer && array.member == Some("Acc") && array.bit.is_none()
+            }
+            FormulaPart::Unary(operator, _) => *operator == Unary::Minus && all,
+            FormulaPart::Binary(operator, _) => {
+                let keeps = matches!(operator, Binary::Add | Binary::Subtract | Binary::Remainder);
+                let is_part = matches!(operator, Binary::Multiply | Binary::Divide);
+                keeps && all
+                    || is_part && operands == [true, false]
+                    || *operator == Binary::Multiply && operands == [false, true]
+            }
+            FormulaPart::Call(function, ..) => {
+                use Function::{Abs, Clamp, Max, Min, Sum};
+                matches!(function, Abs | Clamp | Max | Min | Sum) && all
+                    || *function == Function::If && operands.ends_with(&[true, true])
+            }
+            FormulaPart::Real(_) | FormulaPart::Bit(_) => false,
+        }
+    }
+}
+
+/// An integer constant of an expression. It is equal to the same number in any written form.
+#[derive(Clone, Copy, Debug)]
+pub struct FormulaInteger {
+    /// The number; of a duration, ms.
+    pub number: i64,
+    /// The form in which it was written.
+    pub form: ConstantForm,
+}
+
+impl FormulaInteger {
+    /// A number that is no duration.
+    pub fn new(number: i64) -> FormulaInteger {
+        FormulaInteger { number, form: ConstantForm::Integer }
+    }
+}
+
+impl PartialEq for FormulaInteger {
+    fn eq(&self, other: &FormulaInteger) -> bool {
+        self.number == other.number
+    }
+}
+
+impl fmt::Display for FormulaInteger {
+    /// As it would be written: `12`, `1m30s`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match i32::try_from(self.number) {
+            Ok(number) => f.write_str(&self.form.text(number)),
+            Err(_) => write!(f, "{}", self.number),
+        }
+    }
 }
 
 /// The type of a number in an expression.

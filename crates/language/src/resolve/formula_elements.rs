@@ -240,8 +240,8 @@ fn element(array: Array, span: Span) -> TypedOperand {
 /// A constant at the end of an expression, and the number of its parts.
 pub(super) fn constant(parts: &[FormulaPart]) -> Option<(i64, usize)> {
     match parts {
-        [.., FormulaPart::Integer(n), FormulaPart::Unary(Unary::Minus, _)] => Some((-n, 2)),
-        [.., FormulaPart::Integer(n)] => Some((*n, 1)),
+        [.., FormulaPart::Integer(n), FormulaPart::Unary(Unary::Minus, _)] => Some((-n.number, 2)),
+        [.., FormulaPart::Integer(n)] => Some((n.number, 1)),
         _ => None,
     }
 }

@@ -5,7 +5,7 @@
 
 use super::Resolver;
 use super::array::{Array, ArrayElement};
-use super::formula::{FormulaPart, NumberType, type_of};
+use super::formula::{FormulaInteger, FormulaPart, NumberType, type_of};
 use super::mistake::{bit_of_block, bits_of_device};
 use super::resolver::of_array;
 use super::scope::{MisplacedName, NamedThing};
@@ -68,7 +68,8 @@ impl FormulaWalk {
     /// Adds an operand with a mistake as an integer, which causes no further finding.
     pub fn unknown(&mut self, span: Span) {
         self.whole = false;
-        self.push(FormulaPart::Integer(0), TypedOperand::new(NumberType::Integer, span));
+        let zero = FormulaPart::Integer(FormulaInteger::new(0));
+        self.push(zero, TypedOperand::new(NumberType::Integer, span));
     }
 }
 
@@ -87,9 +88,10 @@ impl Resolver<'_> {
                 self.note_constant(name, span);
                 return Some((FormulaPart::Real(real), operand(NumberType::Real)));
             }
-            NamedThing::Constant(value, _) => {
+            NamedThing::Constant(value, form) => {
                 self.note_constant(name, span);
-                return Some((FormulaPart::Integer(i64::from(value)), integer));
+                let constant = FormulaInteger { number: i64::from(value), form };
+                return Some((FormulaPart::Integer(constant), integer));
             }
             NamedThing::Address(address @ Address::Word(word)) => {
                 self.note(name, span, address);

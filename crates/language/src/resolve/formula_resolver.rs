@@ -5,8 +5,9 @@
 #![deny(clippy::wildcard_enum_match_arm)]
 
 use super::Resolver;
-use super::formula::{Binary, Formula, FormulaPart, NumberType, Unary};
+use super::formula::{Binary, Formula, FormulaInteger, FormulaPart, NumberType, Unary};
 use super::formula_operands::{FormulaWalk, OperandForm, TypedOperand};
+use crate::source::atom::ConstantForm;
 use crate::source::expression::{self as written, ExpressionPartKind};
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{Help, advise, one_of, possible};
@@ -27,15 +28,15 @@ impl Resolver<'_> {
                 ExpressionPartKind::Integer(n) => {
                     let operand = TypedOperand::new(NumberType::Integer, part.span);
                     let literal = Some(*n as f64);
-                    walk.push(FormulaPart::Integer(*n), TypedOperand { literal, ..operand });
+                    let part = FormulaPart::Integer(FormulaInteger::new(*n));
+                    walk.push(part, TypedOperand { literal, ..operand });
                 }
                 ExpressionPartKind::Duration(ms) => {
                     let operand = TypedOperand::new(NumberType::Integer, part.span);
                     let literal = Some(f64::from(*ms));
-                    walk.push(
-                        FormulaPart::Integer((*ms).into()),
-                        TypedOperand { literal, ..operand },
-                    );
+                    let (number, form) = ((*ms).into(), ConstantForm::Duration);
+                    let part = FormulaPart::Integer(FormulaInteger { number, form });
+                    walk.push(part, TypedOperand { literal, ..operand });
                 }
                 ExpressionPartKind::Real(real) => {
                     let operand = TypedOperand::new(NumberType::Real, part.span);

@@ -19,6 +19,8 @@ mod formula_constants;
 mod formula_elements;
 mod formula_operands;
 mod formula_resolver;
+#[cfg(test)]
+mod formula_tests;
 mod iec_counter;
 mod index;
 pub mod instruction;

@@ -40,10 +40,48 @@ impl fmt::Display for ValueTexts {
     }
 }
 
+/// The text of a value in the list that [`ValueTexts`] is displayed as: `dosing` for 1 in
+/// `0 = idle; 1 = dosing`.
+pub fn text_in_list(list: &str, content: i64) -> Option<&str> {
+    // A text may contain `; `, but then no number and ` = ` follow.
+    let is_entry =
+        |rest: &str| rest.split_once(" = ").is_some_and(|(value, _)| value.parse::<i64>().is_ok());
+    let mut entries = list;
+    loop {
+        let ends = entries.match_indices("; ").map(|(at, _)| at);
+        let end = ends.into_iter().find(|at| is_entry(&entries[at + 2..]));
+        let (value, text) = entries[..end.unwrap_or(entries.len())].split_once(" = ")?;
+        if value.parse() == Ok(content) {
+            return Some(text);
+        }
+        entries = &entries[end? + 2..];
+    }
+}
+
 /// A value with its text, for people: `1 (dosing)`, or `12` without a text.
 pub fn with_text(value: impl Display, text: Option<&str>) -> String {
     match text {
         Some(text) => format!("{value} ({text})"),
         None => value.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_text_of_a_value_is_found_in_the_list_of_all_texts() {
+        let mut texts = ValueTexts::default();
+        for (value, text) in [(-1, "off; waits"), (0, "a = b"), (7, "rinse; 2 times")] {
+            texts.add(value, text);
+        }
+        let list = texts.to_string();
+        for (value, text) in texts.iter() {
+            assert_eq!(text_in_list(&list, value.into()), Some(text));
+        }
+        assert_eq!(text_in_list(&list, 2), None);
+        assert_eq!(text_in_list("", 0), None);
+        assert_eq!(text_in_list("no list; at all", 0), None);
     }
 }

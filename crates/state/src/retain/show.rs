@@ -13,12 +13,17 @@ use super::stages::RetainedProgram;
 use rungd_base::calendar::Utc;
 use rungd_engine::isa::Space;
 use rungd_language::resolve::places::type_of;
+use rungd_language::resolve::value_texts::with_text;
+
+/// The text of a value of a tag, by the tag's name and the content of its cell. The file has no
+/// texts: they are those of a program that the caller has read.
+pub type TextOfValue<'t> = &'t dyn Fn(&str, i32) -> Option<String>;
 
 /// The lines that describe the file.
 ///
 /// # Errors
 /// The reason why the file cannot be shown.
-pub fn show<D: Storage>(device: &mut D) -> Result<String, String> {
+pub fn show<D: Storage>(device: &mut D, texts: TextOfValue<'_>) -> Result<String, String> {
     let survey = survey(device).map_err(|why| match why {
         UnusableReason::Header(bad) => bad.to_string(),
         UnusableReason::Io(error) => error.to_string(),
@@ -42,7 +47,7 @@ pub fn show<D: Storage>(device: &mut D) -> Result<String, String> {
     };
     match content::read(&newest.content) {
         None => text.push_str("the newest image is whole, but its content is invalid\n"),
-        Some(content) => values(&mut text, &content),
+        Some(content) => values(&mut text, &content, texts),
     }
     Ok(text)
 }
@@ -62,7 +67,7 @@ fn slot_text(slot: &Result<ImageStamp, BadSlot>) -> String {
     }
 }
 
-fn values(text: &mut String, content: &RetainedContent) {
+fn values(text: &mut String, content: &RetainedContent, texts: TextOfValue<'_>) {
     let mut tags: HashMap<RetainedElement, Vec<&str>> = HashMap::new();
     for tag in &content.tags {
         tags.entry(tag.element).or_default().push(&tag.text);
@@ -75,7 +80,11 @@ fn values(text: &mut String, content: &RetainedContent) {
             continue;
         }
         let owner = content.owners.get(element).map_or("", |owner| owner);
+        let said = tags
+            .get(element)
+            .and_then(|names| names.iter().find_map(|name| texts(name, value.word)));
         let held = held(element.space, value);
+        let held = with_text(held, said.as_deref());
         let at = match content.placed.contains(element) {
             true => type_of(element.space).unwrap_or_default().to_owned(),
             false => address(*element),

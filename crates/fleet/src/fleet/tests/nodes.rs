@@ -2,7 +2,7 @@
 
 use super::{Fleet, TypedValue, birth, death, running};
 use crate::fleet::{FleetNews, ReceivedMessage};
-use rungd_net::sparkplug::{DataType, MetricValue, vocabulary};
+use rungd_net::sparkplug::{BornMetric, DataType, MetricProperties, MetricValue, vocabulary};
 
 #[test]
 fn a_birth_reports_every_metric() {
@@ -24,6 +24,25 @@ fn a_birth_reports_every_metric() {
 }
 
 #[test]
+fn a_value_has_the_text_that_the_birth_gives_it() {
+    let mut fleet = Fleet::new();
+    let metrics = [("state", 5, DataType::Int32, MetricValue::Signed(0))];
+    let mut birth = birth(3, &metrics, fleet.now_ms);
+    let texts = Some("0 = idle; 1 = dosing".to_owned());
+    let properties = MetricProperties { texts, ..MetricProperties::default() };
+    let (name, alias, datatype) = ("state".to_owned(), Some(5), DataType::Int32);
+    let state = BornMetric { name, alias, datatype, properties };
+    birth.metrics[1] = state.born(Some(&MetricValue::Signed(0)), fleet.now_ms);
+    fleet.press("NBIRTH", &birth);
+    for (seq, value, wanted) in [(1, 1, Some("dosing")), (2, 7, None)] {
+        let value = TypedValue { datatype: DataType::Int32, value: MetricValue::Signed(value) };
+        let news = fleet.value(seq, 5, value);
+        let [FleetNews::Value { text, .. }] = &news[..] else { panic!("{news:?}") };
+        assert_eq!(text.as_deref(), wanted);
+    }
+}
+
+#[test]
 fn a_data_message_changes_values() {
     let mut fleet = Fleet::new();
     fleet.born(3, &running());
@@ -36,6 +55,7 @@ fn a_data_message_changes_values() {
     let told = FleetNews::Value {
         name,
         value,
+        text: None,
         unit: None,
         historical: false,
         first: false,

@@ -393,3 +393,43 @@ fn a_structure_is_refused_with_the_name_of_one_of_its_members() {
         assert!(plc.subject.cell(member).is_ok());
     }
 }
+
+#[test]
+fn the_times_in_an_expression_are_shown_as_durations() {
+    let mut plc = tape(
+        r#"
+        [[program.rung]]
+        when = ["$On"]
+        do = ["TMR T1 preset=10s", "TMR T2 preset=1m"]
+        [[program.rung]]
+        when = ["T1.Acc + 500ms > T2.Acc / 2", "T2.Acc - 2s < D1 + 1"]
+        do = ["OUT Y0"]
+        "#,
+    );
+    plc.scans(151);
+    check(
+        &plc,
+        "Y0",
+        expect![[r#"
+            Y0 is ON
+              OUT Y0 turned it ON 1.5 s ago, in scan 0, and keeps it ON: Main, rung 2, a.toml:9
+                the rung is ON, because
+                  T1.Acc + 500ms > T2.Acc / 2 is ON: T1.Acc + 500ms = 2s, T2.Acc / 2 = 750ms
+                    T1.Acc is 1.5 s
+                      TMR T1 preset=10s made it 1.5 s in this scan: Main, rung 1, a.toml:6
+                      1.5 s of 10 s, timing for 1.5 s, since scan 0
+                        the rung is ON, because
+                          $On is ON
+                    T2.Acc is 1.5 s
+                      TMR T2 preset=1m made it 1.5 s in this scan: Main, rung 1, a.toml:6
+                      1.5 s of 1 min 0 s, timing for 1.5 s, since scan 0
+                        the rung is ON, because
+                          $On is ON
+                  T2.Acc - 2s < D1 + 1 is ON: T2.Acc - 2s = -500ms, D1 + 1 = 1ms
+                    T2.Acc is 1.5 s (see above)
+                    D1 is 0
+                      unchanged since rungd started: its initial value
+            no input turns it OFF in the next scan
+        "#]],
+    );
+}

@@ -8,7 +8,9 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use rungd_engine::isa::Function;
-use rungd_language::resolve::formula::{Binary, Formula, FormulaPart, NumberType, Unary};
+use rungd_language::resolve::formula::{
+    Binary, Formula, FormulaInteger, FormulaPart, NumberType, Unary,
+};
 use rungd_language::resolve::program::ComputedContact;
 pub use rungd_language::resolve::program::{ConstantForm, Instruction, Value};
 use rungd_language::source::contact::WrittenContact;
@@ -218,8 +220,8 @@ impl<'g, 'a> FormulaSearch<'g, 'a> {
         self.found
     }
 
-    fn integer(&mut self, at: usize, n: i64, as_border: Option<Direction>) {
-        let Ok(n) = i32::try_from(n) else { return };
+    fn integer(&mut self, at: usize, constant: FormulaInteger, as_border: Option<Direction>) {
+        let Ok(n) = i32::try_from(constant.number) else { return };
         let step = match self.is_time(at) {
             true => ConstantStep::time(self.ground.period_ms, 0),
             false => ConstantStep::count(i32::MIN, i32::MAX),
@@ -230,7 +232,12 @@ impl<'g, 'a> FormulaSearch<'g, 'a> {
                 && as_border.filter(|_| step.is_next(n)) != Some(to)
             {
                 let texts = ExchangedText { old: &step.text(value), new: &step.text(new) };
-                self.constant(at, to, texts, FormulaPart::Integer(number.into()));
+                self.constant(
+                    at,
+                    to,
+                    texts,
+                    FormulaPart::Integer(FormulaInteger { number: number.into(), ..constant }),
+                );
             }
         }
     }
@@ -248,7 +255,7 @@ impl<'g, 'a> FormulaSearch<'g, 'a> {
         // 2147483648 is allowed only after a `-`.
         let before = at.checked_sub(1).map(|before| self.formula.parts[before]);
         let is_too_great =
-            matches!(before, Some(FormulaPart::Integer(n)) if i32::try_from(n).is_err());
+            matches!(before, Some(FormulaPart::Integer(n)) if i32::try_from(n.number).is_err());
         if keeps_type && !is_too_great {
             let what = format!("`{}` left out in `{}`", sign.sign(), self.text(at));
             let edit =
@@ -290,7 +297,7 @@ impl<'g, 'a> FormulaSearch<'g, 'a> {
     /// Whether an operand is the constant 0.
     fn is_zero(&self, operand: &Range<usize>) -> bool {
         match self.formula.parts[operand.clone()] {
-            [FormulaPart::Integer(n)] => n == 0,
+            [FormulaPart::Integer(n)] => n.number == 0,
             [FormulaPart::Real(real)] => real.number() == 0.0,
             _ => false,
         }
@@ -302,7 +309,9 @@ impl<'g, 'a> FormulaSearch<'g, 'a> {
         let is_sum = matches!(operator, Binary::Add | Binary::Subtract);
         let is_product = matches!(operator, Binary::Multiply | Binary::Divide);
         let is_neutral = match at.checked_sub(1).map(|before| self.formula.parts[before]) {
-            Some(FormulaPart::Integer(n)) => n == 0 && is_sum || n == 1 && is_product,
+            Some(FormulaPart::Integer(FormulaInteger { number, .. })) => {
+                number == 0 && is_sum || number == 1 && is_product
+            }
             Some(FormulaPart::Bit(_)) => is_product,
             Some(
                 FormulaPart::Real(_)
