@@ -16,10 +16,8 @@ fn is_time(side: &str) -> bool {
     let (program, findings) = load_ladders(&[file], &LoadOptions::default());
     let program = program.unwrap_or_else(|| panic!("{findings:?}"));
     let main = &program.blocks[0].rungs[0];
-    match &main.legs[0].contacts[0] {
-        Contact::Computed(computed, _) => computed.left.is_time(),
-        other => panic!("{other:?}"),
-    }
+    let Contact::Computed(computed, _) = &main.legs[0].contacts[0] else { panic!("{side}") };
+    computed.left.is_time()
 }
 
 #[test]
