@@ -384,3 +384,25 @@ fn a_watched_file_runs_again_when_it_changes() {
     child.kill().expect("it runs");
     child.wait().expect("it ends");
 }
+
+#[test]
+fn the_random_tests_of_shipped_plants_move_every_output_and_input() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/tests");
+    let entries = std::fs::read_dir(folder).expect("a folder");
+    let paths = entries.map(|entry| entry.expect("an entry").path());
+    let has_random = |path: &PathBuf| {
+        let text = std::fs::read_to_string(path).expect("text");
+        path.to_string_lossy().ends_with(".test.toml") && text.contains("[[random]]")
+    };
+    let files: Vec<PathBuf> = paths.filter(has_random).collect();
+    assert!(files.len() > 3, "{files:?}");
+    let names: Vec<&str> = files.iter().filter_map(|path| path.to_str()).collect();
+    let output = rungd(&[&["test", "--json"], &names[..]].concat());
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let files = json["files"].as_array().expect("files").iter();
+    for test in files.flat_map(|file| file["tests"].as_array().expect("tests")) {
+        let unmoved = test["unmoved"].as_object().expect("lists").values();
+        let names: Vec<_> = unmoved.filter_map(|names| names.as_array()).flatten().collect();
+        assert!(names.is_empty(), "{}: {names:?}", test["name"]);
+    }
+}

@@ -133,6 +133,15 @@ impl LadderView {
         (!operand.is_empty()).then_some(operand)
     }
 
+    /// The chosen symbol, if it is a compare: its text, and the values of its sides as its rung
+    /// read them.
+    pub fn compared(&self, element: &str, rung: &RungPicture) -> Option<String> {
+        let contact = &rung.grid.contacts.get(self.symbol)?.symbol;
+        let number = u32::try_from(rung.number).unwrap_or(u32::MAX);
+        let values = self.power.as_ref()?.compared(element, number, contact)?;
+        Some(format!("{}: {values}", contact.label.name))
+    }
+
     /// A rung with its power.
     pub fn rung_view(&self, element: &str, rung: &RungPicture) -> RungView {
         let number = u32::try_from(rung.number).unwrap_or(u32::MAX);

@@ -20,6 +20,10 @@ pub(super) trait PowerOf: Debug + Send + Sync {
     /// Whether a contact, in the form that is drawn, conducts; `None`: its rung was not executed.
     /// `element`: the full name of a block or Stage; `rung`: from 1.
     fn conducts(&self, element: &str, rung: u32, contact: &ContactSymbol) -> Option<bool>;
+
+    /// The values of the sides of a compare as its rung read them, `40 >= 50`; `None`: the contact
+    /// is no compare, or its rung was not executed.
+    fn compared(&self, element: &str, rung: u32, contact: &ContactSymbol) -> Option<String>;
 }
 
 impl PowerOf for LiveView {
@@ -37,5 +41,10 @@ impl PowerOf for LiveView {
     fn conducts(&self, element: &str, rung: u32, contact: &ContactSymbol) -> Option<bool> {
         let executes = self.executes(&self.power);
         executes.then(|| LiveView::conducts(self, &self.power, element, rung, contact)).flatten()
+    }
+
+    fn compared(&self, element: &str, rung: u32, contact: &ContactSymbol) -> Option<String> {
+        let executes = self.executes(&self.power);
+        executes.then(|| LiveView::compared(self, &self.power, element, rung, contact)).flatten()
     }
 }

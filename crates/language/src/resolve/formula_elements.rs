@@ -88,7 +88,11 @@ impl Resolver<'_> {
     ) {
         let Some(index) = walk.operands.pop() else { return };
         self.one_value(walk, index);
-        let array = self.array_of(name).filter(|_| self.whole_number(index));
+        // The rest of the name is behind its index.
+        let rest = name.value.split_once(INDEX).map_or(0, |(_, rest)| rest.len());
+        let end = self.text(span).len();
+        let field = span.part(end.saturating_sub(rest.saturating_sub(1)), end);
+        let array = self.array_of(name, Some(field)).filter(|_| self.whole_number(index));
         let Some(array) = array else {
             walk.whole = false;
             walk.operands.push(TypedOperand::new(NumberType::Integer, span));
@@ -140,10 +144,15 @@ impl Resolver<'_> {
         }
     }
 
-    /// The array with this name. Marks its tag as used.
-    pub(super) fn array_of(&mut self, name: &Located<String>) -> Option<Array> {
+    /// The array with this name. Marks its tag as used. `field`: the place of its name behind the
+    /// index, if it is known.
+    pub(super) fn array_of(
+        &mut self,
+        name: &Located<String>,
+        field: Option<Span>,
+    ) -> Option<Array> {
         if name.value.contains(INDEX) {
-            return self.column_of(name);
+            return self.column_of(name, field);
         }
         let thing = self.look_up(&name.value, name.span)?;
         if let NamedThing::Array(array) = thing {
@@ -170,7 +179,17 @@ impl Resolver<'_> {
     }
 
     /// The array of a column, as [`Resolver::array_of`]: `recipe[].target`, `lanes[].Acc`.
-    fn column_of(&mut self, name: &Located<String>) -> Option<Array> {
+    fn column_of(&mut self, name: &Located<String>, field: Option<Span>) -> Option<Array> {
+        if let Some(mistake) = self.scope.no_such_field(&name.value) {
+            self.mark_used(&name.value);
+            let finding = mistake.finding(field.unwrap_or(name.span));
+            // What would be written belongs behind the index.
+            self.findings.extend(finding.map(|finding| match (field, finding.help_text()) {
+                (None, Some(words)) => finding.clone().help(words.into_owned()),
+                (Some(_), _) | (_, None) => finding,
+            }));
+            return None;
+        }
         match self.scope.column(&name.value) {
             Ok(column) if column.array.is_structures() => {
                 let mistake = moving_structure(&column, "…").finding(name.span);

@@ -111,7 +111,7 @@ impl Resolver<'_> {
         bit: Option<&Located<String>>,
         spec: &'static Spec,
     ) -> Option<(Located<FormulaTarget>, Option<Formula>)> {
-        let array = self.array_of(name);
+        let array = self.array_of(name, None);
         let index = self.expression(index);
         let (array, (index, whole)) = (array?, index?);
         if !self.whole_number(whole) {

@@ -76,6 +76,23 @@ impl Scope {
         if has_field { None } else { self.no_field_of(base, index, behind) }
     }
 
+    /// The mistake in the name of a field behind a moving index: `traget` of `recipe[].traget`. The
+    /// help has the name of a field alone.
+    pub(super) fn no_such_field(&self, column: &str) -> Option<Mistake> {
+        let (base, behind) = column.split_once(INDEX)?;
+        let (_, record) = self.record(base)?;
+        record.count?;
+        let field = behind.trim_start_matches('.');
+        let fields = record.field_names();
+        if field.is_empty() || fields.contains(&field.split('.').next().unwrap_or_default()) {
+            return None;
+        }
+        let message = format!("record `{}` has no field `{field}`", record.record);
+        let help = did_you_mean(field, fields.iter().copied());
+        let help = help.unwrap_or_else(|| fields_of(&fields).into());
+        Some(mistake(Code::UnknownMember, message, help))
+    }
+
     /// Whether the name before an index is that of one record: `current` of `current[].on`.
     pub(super) fn is_one_record(&self, column: &str) -> bool {
         let base = column.split(INDEX).next().unwrap_or_default();

@@ -31,7 +31,10 @@ impl Resolver<'_> {
             self.check_record(record, name);
             if !self.records.contains_key(&name.text) {
                 let mut record = record.clone();
-                record.fields.retain(|field| is_type(field.kind.as_ref()));
+                // Its mistake is reported there: nothing that names the field causes another one.
+                let unreadable =
+                    record.fields.iter_mut().filter(|field| !is_type(field.kind.as_ref()));
+                unreadable.for_each(|field| field.kind = None);
                 self.records.insert(name.text.clone(), record);
             }
         }

@@ -42,7 +42,8 @@ pub(super) fn ladder(pen: &mut ScreenPen, area: Rect, state: &MonitorState) {
     pen.put_right(area, 0, &format!("rung {} of {}", view.rung + 1, rungs.len()));
     let body = Rect { y: area.y + 2, height: area.height.saturating_sub(2), ..area };
     let (lines, said) = lines(view, &element, rungs, usize::from(body.height));
-    pen.put(area, 1, &what_is_chosen(state, &said), Accent::Plain);
+    let compared = rungs.get(view.rung).and_then(|rung| view.compared(&element, rung));
+    pen.put(area, 1, &what_is_chosen(state, compared, &said), Accent::Plain);
     let wanted = lines.iter().find_map(|line| line.chosen.as_ref()).map_or(0, |chosen| chosen.end);
     let skipped = (wanted + 2).saturating_sub(usize::from(body.width));
     for (row, line) in (0..body.height).zip(&lines) {
@@ -50,9 +51,11 @@ pub(super) fn ladder(pen: &mut ScreenPen, area: Rect, state: &MonitorState) {
     }
 }
 
-/// The operand of the marked symbol with its value, and the power at the symbol, in words.
-fn what_is_chosen(state: &MonitorState, said: &str) -> String {
+/// The operand of the marked symbol with its value, of a compare both sides with their values, and
+/// the power at the symbol, in words.
+fn what_is_chosen(state: &MonitorState, compared: Option<String>, said: &str) -> String {
     let operand = match state.ladder.operand() {
+        _ if compared.is_some() => compared.map_or(String::new(), |text| format!("{text}; ")),
         Some(operand) => match value(state, &operand) {
             Some(value) => format!("{operand} is {value}; "),
             None => format!("{operand}; "),

@@ -400,3 +400,14 @@ fn control_characters_in_names_of_the_controller_are_removed() {
     assert!(shown.contains("a?]0;x???b"), "{shown}");
     assert!(!shown.contains(['\u{1b}', '\u{7}', '\u{9b}', '\u{202e}']), "{shown}");
 }
+
+#[test]
+fn a_chosen_compare_is_shown_with_the_values_of_both_sides() {
+    let mut bench = Bench::start();
+    bench.keys("l");
+    bench.news(MonitorNews::Power(Ok(Arc::new(SomeConduct(&[(2, 0)])))));
+    bench.press(KeyPress::Down);
+    let shown = bench.shown();
+    let line = shown.lines().find(|line| line.contains("scan 120")).expect("a line");
+    assert_eq!(line.trim_end(), "D0 > 500: 612 > 500; conducts, and power reaches it (scan 120)");
+}

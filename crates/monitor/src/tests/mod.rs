@@ -82,6 +82,10 @@ impl PowerOf for SomeConduct {
     fn conducts(&self, element: &str, rung: u32, contact: &ContactSymbol) -> Option<bool> {
         (element == "Main").then(|| self.0.contains(&(rung, contact.leaf)))
     }
+
+    fn compared(&self, element: &str, rung: u32, _: &ContactSymbol) -> Option<String> {
+        (element == "Main" && rung == 2).then(|| "612 > 500".to_owned())
+    }
 }
 
 impl Bench {
