@@ -1,7 +1,7 @@
 #!/bin/sh
 # Processor instructions per rung and scan of a bit of a word beside a plain bit, counted by
-# callgrind: rungs with two contacts and an OUT, of plain bits; with contacts on bits of words; with
-# OUTs to bits of words.
+# callgrind: rungs with two contacts and an OUT, of plain bits; with contacts on bits of words, each
+# read by many rungs or by one (once); with OUTs to bits of words.
 #
 # Each program runs with two numbers of scans; the difference leaves out loading. Counts repeat
 # exactly. Fails if a rung with bits of words costs more than twice the plain one.
@@ -23,7 +23,7 @@ count() {
     sed -n 's/.*Collected : //p' "$log"
 }
 
-for kind in plain contacts outs; do
+for kind in plain contacts once outs; do
     echo "$kind $size $(($(count $kind $many) - $(count $kind $few)))"
 done | awk -v scans=$((many - few)) '{
     each = $3 / scans / $2

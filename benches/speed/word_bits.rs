@@ -18,8 +18,10 @@ const READ: usize = 64;
 pub enum BitKind {
     /// None.
     Plain,
-    /// Those of the contacts.
+    /// Those of the contacts; each is read by many rungs.
     Contacts,
+    /// Those of the contacts; each is read by one rung.
+    Once,
     /// Those of the OUTs.
     Outs,
 }
@@ -42,11 +44,15 @@ fn text(kind: BitKind, rungs: usize) -> String {
     for rung in 0..rungs {
         let read = |step: usize| match kind {
             BitKind::Contacts => of_word((rung * step + step) % READ),
+            BitKind::Once => {
+                let bit = 2 * rung + usize::from(step == 13);
+                format!("D{}.{}", bit / 32, bit % 32)
+            }
             BitKind::Plain | BitKind::Outs => format!("C{}", (rung * step + step) % READ),
         };
         let out = match kind {
             BitKind::Outs => of_word(READ + rung),
-            BitKind::Plain | BitKind::Contacts => format!("C{}", READ + rung),
+            BitKind::Plain | BitKind::Contacts | BitKind::Once => format!("C{}", READ + rung),
         };
         let [a, b] = [read(7), read(13)];
         let _ = writeln!(text, "  {{ when = [\"{a}\", \"!{b}\"], do = [\"OUT {out}\"] }},");

@@ -45,7 +45,7 @@ fn the_texts_of_values_are_shown_if_the_files_of_the_ladder_are_named() {
     let ladder = "[tags]\nmode = { type = \"int\", texts = { 0 = \"idle\", 3 = \"dosing\" } }\n\
                   door = { at = \"C5\", texts = { 1 = \"open\" } }\n\
                   [[program]]\nname = \"Main\"\nrung = [\n\
-                  { when = [\"$On\"], do = [\"MOVE 3 to=mode\", \"OUT door\"] } ]\n";
+                  { when = [\"$On\"], do = [\"MOVE 3 to=mode\", \"SET door\"] } ]\n";
     let keeps = "scan.period = \"2ms\"\n[retain]\ntags = [\"mode\", \"door\"]\n\
                  file = \"memory\"\ncold-start = \"run\"\n[operator]\nsocket = \"op\"\n";
     let plant = Plant::new(ladder, keeps);
@@ -55,10 +55,10 @@ fn the_texts_of_values_are_shown_if_the_files_of_the_ladder_are_named() {
         let words = text.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" "));
         words.filter(|line| line.contains("mode") || line.contains("door")).collect::<Vec<_>>()
     };
-    assert_eq!(show(&[]), ["int mode 3", "C5 door ON"]);
+    assert_eq!(show(&[]), ["C5 door ON", "int mode 3"]);
     let controller = plant.0.join("controller.toml");
     let told = show(&["--in", controller.to_str().unwrap()]);
-    assert_eq!(told, ["int mode 3 (dosing)", "C5 door ON (open)"]);
+    assert_eq!(told, ["C5 door ON (open)", "int mode 3 (dosing)"]);
 }
 
 #[test]

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 
 use super::alike;
 use super::identity::{Identity, LoweringSite, ReturnTime, ShiftRegister};
+use super::loaded_bits::LoadedBits;
 use super::schedule;
 use super::sites::Sites;
 use super::word_limits::WordLimits;
@@ -35,6 +36,8 @@ pub(super) struct Assembler<'p> {
     limits: WordLimits,
     /// The current element's operations, in file order.
     ops: Vec<Op>,
+    /// The bits of words that need not be loaded again.
+    pub loaded: LoadedBits,
     /// The numbers of the subroutines, in file order.
     pub subroutines: NumberMap<BlockId, u32>,
     window: usize,
@@ -81,6 +84,7 @@ impl<'p> Assembler<'p> {
             owners: NumberMap::default(),
             limits: WordLimits::of(program),
             ops: Vec::new(),
+            loaded: LoadedBits::default(),
             subroutines: subroutine_numbers(program),
             window,
             tables: Tables::default(),
@@ -240,6 +244,8 @@ impl<'p> Assembler<'p> {
     }
 
     pub fn op(&mut self, op: Op) {
+        let reads = Formulas { reads: &self.formulas, status: self.layout.bit(STATUS).0 };
+        self.loaded.follow(&op, reads);
         self.ops.push(op);
         self.note(Sites::operation);
     }
@@ -297,6 +303,7 @@ impl<'p> Assembler<'p> {
 
     /// Schedules the current element's operations and ends the element.
     pub fn close_element(&mut self, has_rungs: bool) -> ElementCode {
+        self.loaded.clear();
         let first_batch = self.tables.batches.len() as u32;
         let ops = std::mem::take(&mut self.ops);
         let formulas = std::mem::take(&mut self.formulas);

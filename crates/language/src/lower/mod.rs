@@ -22,6 +22,7 @@ mod instructions;
 pub mod judged;
 mod last_uses;
 mod legs;
+mod loaded_bits;
 mod math;
 mod packing;
 mod private_cells;

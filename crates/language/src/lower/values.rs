@@ -4,6 +4,7 @@
 //! `contacts`, `elements` and `instructions` ask for them.
 
 use super::assembler::Assembler;
+use super::loaded_bits::WordAndMask;
 use crate::resolve::array::{Array, ArrayElement};
 use crate::resolve::formula::{Formula, FormulaPart};
 use crate::resolve::instruction::Value;
@@ -40,10 +41,15 @@ impl Assembler<'_> {
         }
     }
 
-    /// A private bit with the bit of a word.
+    /// A private bit with the bit of a word: that of an earlier contact, if it is still the same.
     fn copied_bit(&mut self, word: WordRead, mask: i32) -> u32 {
+        let bit = WordAndMask { word: word.0, mask };
+        if let Some(cell) = self.loaded.copy(bit) {
+            return cell;
+        }
         let cell = self.private_bit();
         self.op(Op::LoadWordBit(LoadWordBit { cell: BitOwn(cell), word, bit: BitMask(mask) }));
+        self.loaded.keep(bit, cell);
         cell
     }
 
