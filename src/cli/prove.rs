@@ -5,7 +5,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use clap::Args;
@@ -20,11 +20,15 @@ use rungd_lab::testing::Suite;
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::render::render;
 use rungd_language::source::span::Span;
+use rungd_prove::answer::{Answer, AnswerVerdict};
 use rungd_prove::certificate::certificate;
-use rungd_prove::decide::{DecideLimits, can_begin, decide};
+use rungd_prove::decide::{DecideLimits, can_begin, decide, decide_can};
 use rungd_prove::deduce::Patience;
 use rungd_prove::kept::{KeptAnswer, KeptAnswers};
 use rungd_prove::question::Questions;
+
+/// The time between two looks at an answer that is being made.
+const LOOK_EVERY: Duration = Duration::from_millis(5);
 
 /// The time for a comparison, if none is given.
 const TIME: Duration = Duration::from_secs(60);
@@ -140,20 +144,26 @@ fn prove_file(args: &ProveArgs, name: &str, suite: Suite, tally: &mut Tally) -> 
             .map_or_else(|_| KeptAnswers::default(), |text| KeptAnswers::read(&text)),
     };
     let mut proved = KeptAnswers::default();
-    for line in &questions.lines {
-        progress.show_text(|| format!("proving {}", line.text));
-        let answer = decide(&questions, line, &limits, &known);
-        progress.clear();
-        match answer.word() {
-            "violated" => tally.violated += 1,
-            "not decided" => tally.open += 1,
-            _ => {}
+    let mut answers = |answer: Answer| -> Result<()> {
+        match answer.verdict {
+            AnswerVerdict::Proved { .. } => {}
+            AnswerVerdict::Violated { .. } => tally.violated += 1,
+            AnswerVerdict::NotDecided { .. } => tally.open += 1,
         }
         proved.proved.extend(KeptAnswer::of(&answer));
         match args.json {
             true => print(&format!("{}\n", plain_json(&answer.json(name).to_string())))?,
             false => print(&answer.text())?,
         }
+        Ok(())
+    };
+    for line in &questions.lines {
+        let decide = || decide(&questions, line, &limits, &known);
+        answers(with_progress(&progress, &line.text, decide))?;
+    }
+    for line in &questions.can {
+        let decide = || decide_can(&questions, line, &limits);
+        answers(with_progress(&progress, &line.text, decide))?;
     }
     let keeps = !proved.proved.is_empty() || kept_path.exists();
     if proved != known && keeps {
@@ -163,6 +173,25 @@ fn prove_file(args: &ProveArgs, name: &str, suite: Suite, tally: &mut Tally) -> 
         write_certificate(folder, name, &questions, &limits)?;
     }
     Ok(true)
+}
+
+/// Computes on a thread of its own, while the progress is shown.
+fn with_progress<T: Send>(
+    progress: &ProgressLine,
+    line: &str,
+    compute: impl FnOnce() -> T + Send,
+) -> T {
+    let begun = Instant::now();
+    let value = std::thread::scope(|scope| {
+        let computing = scope.spawn(compute);
+        while !computing.is_finished() {
+            progress.show_text(|| format!("{} s: {}", begun.elapsed().as_secs(), one_line(line)));
+            std::thread::sleep(LOOK_EVERY);
+        }
+        computing.join()
+    });
+    progress.clear();
+    value.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
 /// The finding about assumptions that exclude all inputs.

@@ -218,3 +218,35 @@ rung = [
     let invariant = fs::read_to_string(folder.join("invariant-1.txt")).expect("clauses");
     assert!(!invariant.is_empty() && fs::read(folder.join("README")).is_ok());
 }
+
+/// A fault that `ack` ends, unless it has come twice.
+const FAULTS: &str = r#"[tags]
+broken = { at = "X0" }
+ack    = { at = "X1" }
+fault  = { at = "Y0" }
+locked = { at = "Y1" }
+
+[[program]]
+name = "Main"
+rung = [
+  { when = ["rise(broken)", "fault"], do = ["SET locked"] },
+  { when = ["rise(broken)"], do = ["SET fault"] },
+  { when = ["ack", "!locked"], do = ["RST fault"] },
+]
+"#;
+
+#[test]
+fn a_state_from_which_nothing_leads_home_is_found() {
+    let suite = "ladder = [\"faults.toml\"]\n[prove]\ncan = [\"!fault\", \"fault\"]\n";
+    let files = Files::new("can", &[("faults.toml", FAULTS), ("home.test.toml", suite)]);
+    let output = files.run(&["home.test.toml"]);
+    assert_eq!(code(&output), Some(1));
+    let told = text(&output);
+    assert!(told.starts_with("violated: !fault\n  after scan 3 ("), "{told}");
+    assert!(told.contains("name  = \"from here never: !fault\""), "{told}");
+    assert!(told.contains("\nproved: fault\n  by exploring: "), "{told}");
+    let mended = FAULTS.replace("\"ack\", \"!locked\"", "\"ack\"");
+    fs::write(files.path().join("faults.toml"), mended).expect("a file");
+    let output = files.run(&["home.test.toml"]);
+    assert_eq!(code(&output), Some(0), "{}", text(&output));
+}

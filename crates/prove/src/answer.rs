@@ -14,6 +14,8 @@ use rungd_lab::testing::Failure;
 pub struct Answer {
     /// The line.
     pub line: String,
+    /// Whether it is a line of `can`, and not of `always`.
+    pub is_can: bool,
     /// What was found.
     pub verdict: AnswerVerdict,
     /// How much of the program the line depends on; `None` if that was not looked at.
@@ -190,6 +192,9 @@ impl Answer {
             AnswerVerdict::Proved { way, witnesses } => {
                 let kept = "; unchanged since it was proved (`--again` proves it again)";
                 add(&format!("{}{}", way.text(), if self.is_kept { kept } else { "" }));
+                if self.is_can {
+                    add("from each of them some inputs lead there");
+                }
                 for SideWitness { side, shown } in witnesses {
                     match shown {
                         Shown::At(scan, scenario) => {
@@ -202,9 +207,13 @@ impl Answer {
                 }
             }
             AnswerVerdict::Violated { scan, scenario, failure, .. } => {
-                let after_ns = (scan - 1) * u64::from(self.period_ms) * 1_000_000;
-                let when = format!("at scan {} ({})", grouped(*scan), time_text(after_ns));
-                add(&format!("{when}, by the shortest inputs that were found"));
+                let after_ns = scan.saturating_sub(1) * u64::from(self.period_ms) * 1_000_000;
+                let when = format!("scan {} ({})", grouped(*scan), time_text(after_ns));
+                add(&match (self.is_can, scan) {
+                    (true, 0) => "from the start no inputs lead there".to_owned(),
+                    (true, _) => format!("after {when} no inputs lead there any more"),
+                    (false, _) => format!("at {when}, by the shortest inputs that were found"),
+                });
                 below += &format!("\n{scenario}");
                 if let Some(failure) = failure {
                     below += "\n";
@@ -234,6 +243,7 @@ impl Answer {
             "file": file,
             "line": self.line,
             "answer": self.word(),
+            "can": self.is_can,
             "vacuous": self.vacuous,
             "assumptions": self.assumptions,
             "cuts": self.cuts,

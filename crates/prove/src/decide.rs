@@ -8,14 +8,15 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use crate::aig::Literal;
-use crate::answer::{Answer, AnswerVerdict, DependsOn, Shown, SideWitness};
+use crate::answer::{Answer, AnswerVerdict, DependsOn, EXPLORING, Shown, SideWitness, Way};
 use crate::cone::cone;
 use crate::deduce::system::ScanSystem;
 use crate::deduce::{Patience, has_first_scan};
 use crate::encode::encode;
+use crate::explore::Attained;
 use crate::kept::{self, KeptAnswers};
 use crate::model::{Path, Target};
-use crate::question::{AlwaysLine, Questions};
+use crate::question::{AlwaysLine, CanLine, Questions};
 use crate::race::{Decision, OpenQuestion, Race};
 use crate::trial::Trial;
 use rungd_lab::testing::{Condition, ProofEvent, TriedRun};
@@ -39,10 +40,31 @@ pub fn decide(
     limits: &DecideLimits,
     kept: &KeptAnswers,
 ) -> Answer {
+    answered(questions, limits, &line.text, |race, answer| {
+        Asked { questions, race, kept }.line(line, answer);
+    })
+}
+
+/// Decides a line of `can`.
+pub fn decide_can(questions: &Questions, line: &CanLine, limits: &DecideLimits) -> Answer {
+    answered(questions, limits, &line.text, |race, answer| {
+        answer.is_can = true;
+        Asked { questions, race, kept: &KeptAnswers::default() }.can(line, answer);
+    })
+}
+
+/// An answer with what is the same for all lines.
+fn answered(
+    questions: &Questions,
+    limits: &DecideLimits,
+    line: &str,
+    decide: impl FnOnce(Race, &mut Answer),
+) -> Answer {
     let begun = Instant::now();
     let proof = &questions.suite.proof;
     let mut answer = Answer {
-        line: line.text.clone(),
+        line: line.to_owned(),
+        is_can: false,
         verdict: AnswerVerdict::NotDecided { covered: Vec::new(), cause: String::new() },
         depends_on: None,
         assumptions: proof.assume.iter().map(|assumed| assumed.text.clone()).collect(),
@@ -63,7 +85,7 @@ pub fn decide(
                 states: proof.states,
                 depth: proof.depth,
             };
-            Asked { questions, race, kept }.line(line, &mut answer);
+            decide(race, &mut answer);
         }
     }
     answer.ms = begun.elapsed().as_millis();
@@ -87,6 +109,9 @@ fn unknown_setting(questions: &Questions) -> Option<String> {
     }
     if proof.from_retained {
         return Some("`from`: retained values before the first scan are not proved yet".to_owned());
+    }
+    if !proof.any.is_empty() {
+        return Some("`any`: bits and words with any value are not proved yet".to_owned());
     }
     let is_unknown = proof.events.iter().any(event);
     is_unknown.then(|| "`events`: only `writes` is proved yet".to_owned())
@@ -130,6 +155,28 @@ impl Asked<'_> {
                 }
                 AnswerVerdict::NotDecided { covered, cause: causes.join("; ") }
             }
+        };
+    }
+
+    /// A line of `can`: exploring alone decides it.
+    fn can(&self, line: &CanLine, answer: &mut Answer) {
+        let cone = cone(&self.questions.model, &[line.target.bit]);
+        answer.depends_on = Some(DependsOn { operations: cone.operations, inputs: cone.inputs });
+        answer.verdict = match self.race.explore_can(&cone.model, line.target) {
+            Attained::Everywhere(states) => {
+                AnswerVerdict::Proved { way: Way::Exploring { states }, witnesses: Vec::new() }
+            }
+            Attained::NotFrom(path) => {
+                let path = cone.widened(&path);
+                let trial = Trial { questions: self.questions, path: &path };
+                let TriedRun { text, .. } = trial.dead_end(&line.text);
+                let scan = path.scans.len() as u64;
+                AnswerVerdict::Violated { way: EXPLORING, scan, scenario: text, failure: None }
+            }
+            Attained::Stopped { states, cause } => AnswerVerdict::NotDecided {
+                covered: vec![format!("explored: {}", counted(states, "state"))],
+                cause: format!("exploring: {}", cause.text()),
+            },
         };
     }
 

@@ -37,9 +37,12 @@ pub struct KeptAnswer {
 }
 
 impl KeptAnswer {
-    /// What is kept of an answer, if it is a proof.
+    /// What is kept of an answer, if it is a proof of a line of `always`.
     pub fn of(answer: &Answer) -> Option<KeptAnswer> {
         let AnswerVerdict::Proved { way, .. } = answer.verdict else { return None };
+        if answer.is_can {
+            return None;
+        }
         Some(KeptAnswer {
             line: answer.line.clone(),
             hash: answer.hash.clone(),

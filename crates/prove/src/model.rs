@@ -117,6 +117,11 @@ impl<'m> Run<'m> {
         Run { model, engine, scans: 0 }
     }
 
+    /// The model.
+    pub fn model(&self) -> &'m ProofModel {
+        self.model
+    }
+
     /// The time of the next scan, ns: the first one is at 0.
     pub fn next_ns(&self) -> u64 {
         self.scans * u64::from(self.model.period_ms) * 1_000_000

@@ -12,7 +12,7 @@ use rungd_config::controller::Controller;
 use rungd_engine::isa::{Address, Bit, BitSpace, DeviceBit, DeviceId, Word, WordSpace, status};
 use rungd_engine::{Cell, Engine, Layout};
 use rungd_lab::rig::RigProgram;
-use rungd_lab::testing::{self, Condition, FreeOperand, Suite, TestOperand};
+use rungd_lab::testing::{self, Condition, FreeOperand, ProofEvent, Suite, TestOperand};
 use rungd_language::lower::judged::{Judges, lower_judged};
 use rungd_language::resolve::observed::Remembered;
 use rungd_language::resolve::program::{Contact, Program};
@@ -29,6 +29,16 @@ pub struct Questions {
     pub inputs: Vec<NamedInput>,
     /// The lines of `always`, in file order.
     pub lines: Vec<AlwaysLine>,
+    /// The lines of `can`, in file order.
+    pub can: Vec<CanLine>,
+}
+
+/// A line of `can`.
+pub struct CanLine {
+    /// Its text.
+    pub text: String,
+    /// What some inputs lead to.
+    pub target: Target,
 }
 
 /// An input with its name.
@@ -69,6 +79,7 @@ impl Questions {
             behind.extend(sides.iter().map(|side| side.contact.clone()));
             lines.push((number, condition.text.clone(), sides));
         }
+        behind.extend(suite.proof.can.iter().map(|condition| condition.contact.clone()));
         let before: Vec<Contact> =
             suite.proof.assume.iter().map(|condition| condition.contact.clone()).collect();
         let was = seen.map_or(&[][..], |observed| &observed.was);
@@ -96,7 +107,10 @@ impl Questions {
             sides: sides.into_iter().map(|side| (side, target(true))).collect(),
         });
         let lines = lines.collect();
-        Questions { model, inputs: named, lines, programs, suite }
+        let can = suite.proof.can.iter();
+        let can = can.map(|line| CanLine { text: line.text.clone(), target: target(true) });
+        let can = can.collect();
+        Questions { model, inputs: named, lines, can, programs, suite }
     }
 
     /// What has any value in gates, because they do not compute it: `level: math on reals`.
@@ -154,8 +168,9 @@ impl FreeOperands<'_> {
             None => self.inputs(),
         };
         let mut seen = HashSet::new();
-        let more = proof.writable.iter().chain(&proof.any).cloned();
-        let all = given.into_iter().chain(more).filter_map(|free| self.named(free));
+        let written = proof.writable.iter().filter(|_| proof.events.contains(&ProofEvent::Writes));
+        let all = given.into_iter().chain(written.cloned());
+        let all = all.filter_map(|free| self.named(free));
         all.filter(|(free, _)| seen.insert(free.cell)).collect()
     }
 
@@ -178,7 +193,8 @@ impl FreeOperands<'_> {
     fn inputs(&self) -> Vec<FreeOperand> {
         let of_program = self.program.operands.iter().map(|operand| operand.address);
         let of_arrays = self.program.arrays.iter().flat_map(|named| named.array.addresses());
-        let of_conditions = self.suite.always[0].iter().chain(&self.suite.proof.assume);
+        let proof = &self.suite.proof;
+        let of_conditions = self.suite.always[0].iter().chain(&proof.assume).chain(&proof.can);
         let of_conditions = of_conditions.flat_map(|condition| {
             condition.operands.iter().filter_map(|(_, cell)| self.layout.address(*cell))
         });

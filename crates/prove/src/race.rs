@@ -11,7 +11,7 @@ use crate::answer::{DEDUCING, EXPLORING, Way};
 use crate::deduce::system::ScanSystem;
 use crate::deduce::{Deduced, Patience, Reason, deduce};
 use crate::encode::encode;
-use crate::explore::{ExploreLimits, Explored, explore};
+use crate::explore::{Attained, ExploreLimits, Explored, explore, explore_can};
 use crate::gates::{GateCut, Gates};
 use crate::gates_merged::merged;
 use crate::model::{Path, ProofModel, Run, Target};
@@ -71,6 +71,12 @@ impl Race {
             Decision::Open(_) => self.decide_by_both(model, target),
             decided @ (Decision::Never(..) | Decision::Found(..)) => decided,
         }
+    }
+
+    /// Whether from every state that can be reached some inputs lead to the target.
+    pub fn explore_can(&self, model: &ProofModel, target: Target) -> Attained {
+        let stop = || self.given_up.load(Ordering::Relaxed);
+        explore_can(model, target, &self.explore_limits(1, &stop))
     }
 
     fn explore_limits<'s>(

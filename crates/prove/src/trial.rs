@@ -31,6 +31,16 @@ impl Trial<'_> {
         try_run(suite, programs, FoundRun { name: format!("shows: {}", condition.text), steps })
     }
 
+    /// Plays the path to a state from which nothing leads to a condition.
+    pub fn dead_end(&self, condition: &str) -> TriedRun {
+        let Questions { suite, programs, .. } = self.questions;
+        let mut steps = self.steps();
+        if steps.is_empty() {
+            steps.push(TestStep::Run(TestTime::Scans(1)));
+        }
+        try_run(suite, programs, FoundRun { name: format!("from here never: {condition}"), steps })
+    }
+
     fn steps(&self) -> Vec<TestStep> {
         let inputs: Vec<Option<&NamedInput>> = self.questions.inputs.iter().map(Some).collect();
         steps(&self.questions.model, &inputs, self.path)

@@ -25,6 +25,22 @@ pub struct ExploreLimits<'s> {
     pub depth: Option<u64>,
 }
 
+impl ExploreLimits<'_> {
+    /// The cause to stop after this number of states, which take this memory.
+    pub(super) fn reached(&self, states: usize, memory: usize) -> Option<StopCause> {
+        if self.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
+            return Some(StopCause::Time);
+        }
+        if memory > self.memory {
+            return Some(StopCause::Memory);
+        }
+        if self.states.is_some_and(|most| states as u64 > most) {
+            return Some(StopCause::Limit);
+        }
+        (self.stop)().then_some(StopCause::Asked)
+    }
+}
+
 /// What exploring found.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Explored {

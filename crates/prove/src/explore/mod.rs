@@ -9,6 +9,7 @@
 
 mod branches;
 mod bytes;
+mod can;
 mod caps;
 mod effects;
 mod elements;
@@ -20,9 +21,10 @@ mod ranges;
 mod search;
 mod trace;
 
-use crate::cone::{cone, split};
+use crate::cone::{Cone, cone, split};
 use crate::model::{ProofModel, Target};
 use branches::Inputs;
+pub use can::Attained;
 pub use limits::{ExploreLimits, Explored, StopCause};
 use search::StateSearch;
 
@@ -42,17 +44,44 @@ pub fn explore_traced(
     limits: &ExploreLimits,
     traced_min: u64,
 ) -> Explored {
-    let mut cone = cone(model, &[target.bit]);
-    let Some(inputs) = Inputs::new(&cone.model, target) else {
+    let Some(part) = InputsOfCone::of(model, target, traced_min) else {
         let cause = StopCause::Combinations;
         return Explored::Stopped { states: 0, depth: 0, cause };
     };
-    let traces = inputs.usual() >= traced_min;
-    if traces {
-        cone.model.code = split(&cone.model.code);
-    }
+    let InputsOfCone { cone, inputs, traces } = part;
     match StateSearch::new(&cone.model, target, inputs, traces).run(limits) {
         Explored::Found(path) => Explored::Found(cone.widened(&path)),
         ended @ (Explored::All { .. } | Explored::Stopped { .. }) => ended,
+    }
+}
+
+/// Whether from every state that can be reached some inputs lead to the target.
+pub fn explore_can(model: &ProofModel, target: Target, limits: &ExploreLimits) -> Attained {
+    let Some(part) = InputsOfCone::of(model, target, TRACED_MIN) else {
+        return Attained::Stopped { states: 0, cause: StopCause::Combinations };
+    };
+    let InputsOfCone { cone, inputs, traces } = part;
+    match can::attain(&StateSearch::new(&cone.model, target, inputs, traces), limits) {
+        Attained::NotFrom(path) => Attained::NotFrom(cone.widened(&path)),
+        answer @ (Attained::Everywhere(_) | Attained::Stopped { .. }) => answer,
+    }
+}
+
+/// The cone of a question, with its inputs; `None`: they have too many combinations.
+struct InputsOfCone {
+    cone: Cone,
+    inputs: Inputs,
+    traces: bool,
+}
+
+impl InputsOfCone {
+    fn of(model: &ProofModel, target: Target, traced_min: u64) -> Option<InputsOfCone> {
+        let mut cone = cone(model, &[target.bit]);
+        let inputs = Inputs::new(&cone.model, target)?;
+        let traces = inputs.usual() >= traced_min;
+        if traces {
+            cone.model.code = split(&cone.model.code);
+        }
+        Some(InputsOfCone { cone, inputs, traces })
     }
 }

@@ -51,9 +51,9 @@ pub(super) struct StateSearch<'m> {
 /// The last scan of a way to a state: the number of the state before, and the inputs.
 #[derive(Clone, Copy, Debug)]
 #[repr(Rust, packed(4))]
-struct Step {
-    from: u32,
-    inputs: Packed,
+pub(super) struct Step {
+    pub from: u32,
+    pub inputs: Packed,
 }
 
 /// The number of the state before the first scan.
@@ -109,6 +109,16 @@ impl<'m> StateSearch<'m> {
             target,
             inputs,
         }
+    }
+
+    /// The length of a state, bytes.
+    pub fn state_size(&self) -> usize {
+        self.form.size
+    }
+
+    /// The values of inputs.
+    pub fn unpack(&self, inputs: Packed) -> Vec<i32> {
+        self.inputs.unpack(inputs)
     }
 
     /// Visits all states, or up to the limits.
@@ -258,8 +268,10 @@ impl Visited {
 }
 
 /// A thread's engine and working memory.
-struct StateScanner<'s> {
+pub(super) struct StateScanner<'s> {
     search: &'s StateSearch<'s>,
+    /// Whether the scan that has ended was the last one.
+    pub was_last: bool,
     engine: Engine,
     branches: Branches<'s>,
     trace: Option<ScanTrace<'s>>,
@@ -270,7 +282,7 @@ struct StateScanner<'s> {
 
 /// How a scan ended.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum ScanResult {
+pub(super) enum ScanResult {
     /// Its inputs were not allowed: there is no such scan.
     Refused,
     /// It meets the target.
@@ -282,11 +294,19 @@ enum ScanResult {
 }
 
 impl<'s> StateScanner<'s> {
-    fn new(search: &'s StateSearch<'s>) -> StateScanner<'s> {
+    pub fn new(search: &'s StateSearch<'s>) -> StateScanner<'s> {
         let engine = Run::new(search.model).engine;
         let branches = Branches::new(&search.inputs);
         let trace = search.needs.as_ref().map(ScanTrace::new);
-        StateScanner { search, engine, branches, trace, keys: Keys::default(), scans: 0 }
+        StateScanner {
+            search,
+            was_last: false,
+            engine,
+            branches,
+            trace,
+            keys: Keys::default(),
+            scans: 0,
+        }
     }
 
     /// Visits parts of a level until none is left, or one ends the search.
@@ -319,8 +339,7 @@ impl<'s> StateScanner<'s> {
             let state = level.state(at, self.search.form.size);
             let mut combinations = limits.all.combinations;
             loop {
-                let inputs = self.branches.packed();
-                let step = Step { from: level.first.wrapping_add(at as u32), inputs };
+                let step = self.step(level.first.wrapping_add(at as u32));
                 let ended = self.scan(state);
                 match ended {
                     ScanResult::Refused | ScanResult::Last => {}
@@ -334,8 +353,7 @@ impl<'s> StateScanner<'s> {
                 if part.met.is_some() || part.stopped.is_some() {
                     return part;
                 }
-                let mattered = self.that_mattered(ended);
-                if !self.branches.advance(mattered) {
+                if !self.advance(ended) {
                     break;
                 }
                 combinations -= 1;
@@ -348,8 +366,24 @@ impl<'s> StateScanner<'s> {
         part
     }
 
+    /// The next scan from a state.
+    pub fn step(&self, from: u32) -> Step {
+        Step { from, inputs: self.branches.packed() }
+    }
+
+    /// Goes on to the next combination of inputs that a state needs; returns false after the last.
+    pub fn advance(&mut self, ended: ScanResult) -> bool {
+        let mattered = self.that_mattered(ended);
+        self.branches.advance(mattered)
+    }
+
+    /// Appends the state after the scan.
+    pub fn save(&self, to: &mut Vec<u8>) {
+        self.search.form.save(&self.engine, to);
+    }
+
     /// Executes a scan from a state; `None`: from the start.
-    fn scan(&mut self, state: Option<&[u8]>) -> ScanResult {
+    pub fn scan(&mut self, state: Option<&[u8]>) -> ScanResult {
         let StateSearch { model, form, .. } = self.search;
         let now_ns = match state {
             Some(state) => form.load(&mut self.engine, state) + self.search.period_ns,
@@ -359,7 +393,7 @@ impl<'s> StateScanner<'s> {
                 0
             }
         };
-        let is_last = self.engine.stops();
+        self.was_last = self.engine.stops();
         model.begin_scan(&mut self.engine, now_ns, &self.branches.values);
         match &mut self.trace {
             Some(trace) => {
@@ -374,7 +408,7 @@ impl<'s> StateScanner<'s> {
         match () {
             () if !model.allows(image) => ScanResult::Refused,
             () if self.search.target.is_met(image) => ScanResult::Met,
-            () if is_last => ScanResult::Last,
+            () if self.was_last => ScanResult::Last,
             () => ScanResult::Followed,
         }
     }

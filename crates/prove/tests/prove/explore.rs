@@ -8,7 +8,9 @@
 use super::bench::{Asked, model};
 use super::drawn::{Drawn, drawn};
 use rungd_engine::{Engine, EngineState};
-use rungd_prove::explore::{ExploreLimits, Explored, StopCause, explore, explore_traced};
+use rungd_prove::explore::{
+    Attained, ExploreLimits, Explored, StopCause, explore, explore_can, explore_traced,
+};
 use rungd_prove::model::{FreeInput, Path, ProofModel, Run, Target};
 use rungd_test_support::model::rng::Rng;
 use rungd_test_support::setting::setting;
@@ -296,4 +298,49 @@ fn too_many_combinations_stop_a_search() {
     let asked = Asked { ladder: &ladder, inputs: &inputs, assume: &[], judged: &["D0 < 25"] };
     let stopped = Explored::Stopped { states: 0, depth: 0, cause: StopCause::Combinations };
     assert_eq!(explored(asked, false), stopped);
+}
+
+/// Whether some inputs lead from the state of a run to the target within a number of scans.
+fn attains(run: &mut Run, target: Target, scans: usize) -> bool {
+    let (first, mut level) = (run.scans, vec![EngineState::of(&run.engine)]);
+    let inputs = combinations(&run.model().inputs);
+    for depth in 0..scans {
+        let mut next: Vec<EngineState> = Vec::new();
+        for state_before in level {
+            for values in &inputs {
+                assert!(run.engine.resume(&state_before));
+                run.scans = first + depth as u64;
+                let outcome = run.scan(values);
+                if !outcome.is_allowed {
+                    continue;
+                }
+                if target.is_met(run.engine.image()) {
+                    return true;
+                }
+                let after = EngineState::of(&run.engine);
+                if !outcome.is_last && !next.contains(&after) && next.len() < 40 {
+                    next.push(after);
+                }
+            }
+        }
+        level = next;
+    }
+    false
+}
+
+#[test]
+fn from_a_dead_end_a_plain_search_reaches_the_target_no_more() {
+    let mut dead = 0;
+    for seed in 1..=setting("RUNGD_PROVE_PROGRAMS", 8) {
+        let drawn = drawn(seed);
+        let target = Target { bit: drawn.model.judged[0], value: true };
+        let Attained::NotFrom(path) = explore_can(&drawn.model, target, &limits(200_000)) else {
+            continue;
+        };
+        let mut run = Run::new(&drawn.model);
+        path.scans.iter().for_each(|scan| drop(run.scan(scan)));
+        assert!(!attains(&mut run, target, 4), "{}", drawn.text);
+        dead += 1;
+    }
+    println!("{dead} dead ends");
 }
