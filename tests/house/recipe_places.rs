@@ -22,8 +22,6 @@ pub(super) const ASKED_FOR: &[(&str, &str, &[&str])] = &[
             "crates/engine/src/written.rs",
             "crates/prove/src/encode/blocks.rs",
             "crates/prove/src/encode/written.rs",
-            "crates/prove/src/explore/effects.rs",
-            "crates/prove/src/explore/live.rs",
         ],
     ),
     (
