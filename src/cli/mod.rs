@@ -5,6 +5,8 @@
 
 mod ack;
 mod alarms;
+#[cfg(feature = "prove")]
+mod asked_ladders;
 mod check;
 mod compared;
 mod completions;
@@ -28,6 +30,8 @@ mod folded;
 mod folders;
 mod force;
 mod habits;
+#[cfg(feature = "prove")]
+mod how;
 mod init;
 mod log_level;
 mod lsp;
@@ -115,6 +119,8 @@ enum Command {
     Mutate(mutate::MutateArgs),
     #[cfg(feature = "prove")]
     Prove(prove::ProveArgs),
+    #[cfg(feature = "prove")]
+    How(how::HowArgs),
     Status(status::StatusArgs),
     Read(read::ReadArgs),
     Write(write::WriteArgs),
@@ -200,6 +206,8 @@ fn dispatch(command: &Command) -> Result<Exit> {
         Command::Mutate(args) => mutate::mutate(args),
         #[cfg(feature = "prove")]
         Command::Prove(args) => prove::prove(args),
+        #[cfg(feature = "prove")]
+        Command::How(args) => how::how(args),
         Command::Status(args) => status::status(args),
         Command::Read(args) => read::read(args),
         Command::Write(args) => write::write(args),

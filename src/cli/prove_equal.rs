@@ -9,13 +9,10 @@ use anyhow::Result;
 use clap::Args;
 use serde_json::{Value, json};
 
+use super::asked_ladders::AskedLadders;
 use super::exit::{CommandLine, Exit};
 use super::terminal::{one_line, plain_json, print};
-use super::test::{OpenSuite, refused};
-use rungd_config::load::OpenTexts;
-use rungd_config::load::test_ladders::{InputKind, input_kind};
-use rungd_lab::testing::{Suite, read_text};
-use rungd_language::source::span::SourceFile;
+use rungd_lab::testing::Suite;
 use rungd_prove::decide::DecideLimits;
 use rungd_prove::equal::{DifferentOutput, EqualAnswer, EqualQuestion, LadderDifference, equal};
 
@@ -59,7 +56,8 @@ pub(super) fn prove_equal(
     limits: DecideLimits,
     as_json: bool,
 ) -> Result<Exit> {
-    let (Some(old_suite), Some(new_suite)) = (suite(args, old)?, suite(args, new)?) else {
+    let (Some(old_suite), Some(new_suite)) = (asked(old, &args.period)?, asked(new, &args.period)?)
+    else {
         return Ok(Exit::Config);
     };
     let DecideLimits { time, memory, given_up } = limits;
@@ -86,26 +84,9 @@ pub(super) fn prove_equal(
     })
 }
 
-/// A ladder or a controller file, as a test file would name it; `None` after findings.
-fn suite(args: &ComparedArgs, path: &Path) -> Result<Option<Suite>> {
-    let name = path.display().to_string();
-    let quoted = serde_json::to_string(&name)?;
-    let kind = input_kind(path, &OpenTexts::default()).map_err(anyhow::Error::msg)?;
-    let text = match kind {
-        InputKind::Controller => format!("controller = {quoted}\nalways = []\n"),
-        InputKind::Ladder => {
-            let period = serde_json::to_string(&args.period)?;
-            format!("ladder = [{quoted}]\nperiod = {period}\nalways = []\n")
-        }
-    };
-    let file = SourceFile { name: "--equal".to_owned(), text };
-    let read = read_text(Path::new("equal.test.toml"), file, None);
-    let opened = [OpenSuite { name, read }];
-    if refused(&opened) {
-        return Ok(None);
-    }
-    let [OpenSuite { read, .. }] = opened;
-    Ok(read.suite)
+/// A ladder or the ladders of a controller file, without a question.
+fn asked(path: &Path, period: &str) -> Result<Option<Suite>> {
+    AskedLadders { paths: &[path.to_owned()], period, rest: "always = []\n" }.suite()
 }
 
 fn text_of(answer: &EqualAnswer, old: &str, new: &str) -> String {

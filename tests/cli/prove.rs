@@ -250,3 +250,27 @@ fn a_state_from_which_nothing_leads_home_is_found() {
     let output = files.run(&["home.test.toml"]);
     assert_eq!(code(&output), Some(0), "{}", text(&output));
 }
+
+#[test]
+fn how_a_condition_becomes_true_is_a_test_that_passes_or_a_proof() {
+    let files = Files::new("how", &[]);
+    let how = |args: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+        let how = command.arg("how").args(args).args(["--cold", "ladder.toml"]);
+        how.current_dir(files.path()).output().expect("rungd runs")
+    };
+    let found = how(&["late & down", "--json"]);
+    assert_eq!(code(&found), Some(1), "{}", text(&found));
+    assert_eq!(lines(&found)[0]["answer"], "cannot be");
+    let found = how(&["late & !go_up", "--json"]);
+    assert_eq!(code(&found), Some(0), "{}", text(&found));
+    let answer = &lines(&found)[0];
+    assert_eq!((&answer["answer"], &answer["scan"]), (&Value::from("found"), &Value::from(101)));
+    let scenario = answer["scenario"].as_str().expect("a scenario");
+    let suite = format!("ladder = [\"ladder.toml\"]\n{scenario}");
+    fs::write(files.path().join("how.test.toml"), suite).expect("a file");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+    let test = command.args(["test", "how.test.toml"]).current_dir(files.path());
+    assert_eq!(code(&test.output().expect("rungd runs")), Some(0), "{scenario}");
+    assert_eq!(code(&how(&["nothing"])), Some(78));
+}

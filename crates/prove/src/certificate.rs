@@ -13,7 +13,7 @@ use crate::deduce::{Patience, invariant};
 use crate::encode::encode;
 use crate::gates::{Gates, Held, InputOf};
 use crate::question::Questions;
-use rungd_engine::isa::Address;
+use rungd_engine::isa::{Address, BlockId, StageId};
 use rungd_engine::{BitCell, Cell, Layout, WordCell};
 
 /// A file of a certificate.
@@ -153,23 +153,38 @@ impl Names<'_> {
         match held {
             Held::Bit(bit) => self.cell(Cell::Bit(bit)),
             Held::WordBit(word, bit) => format!("{}.{bit}", self.cell(Cell::Word(word))),
-            Held::TimerScans(..)
-            | Held::PassDue(_)
-            | Held::FirstTurn(_)
-            | Held::Executed(_)
-            | Held::Recurrent(_)
-            | Held::Interval(..)
-            | Held::Phase(..)
-            | Held::Age(..)
-            | Held::StagePassDue(_)
-            | Held::StageExecuted(_)
-            | Held::StageAge(..)
-            | Held::Caller(..)
-            | Held::FirstScan
-            | Held::LastScan
-            | Held::Stopped
-            | Held::Clock(..) => format!("{held:?}"),
+            Held::TimerScans(word, bit) => {
+                format!("{} in scans.{bit}", self.cell(Cell::Word(word)))
+            }
+            Held::PassDue(block) => format!("{}: pass due", self.block(block)),
+            Held::FirstTurn(block) => format!("{}: first turn", self.block(block)),
+            Held::Executed(block) => format!("{}: executed", self.block(block)),
+            Held::Recurrent(block) => format!("{}: recurrent", self.block(block)),
+            Held::Interval(block, bit) => format!("{}: interval.{bit}", self.block(block)),
+            Held::Phase(block, bit) => format!("{}: phase.{bit}", self.block(block)),
+            Held::Age(block, bit) => format!("{}: scans since.{bit}", self.block(block)),
+            Held::StagePassDue(stage) => format!("{}: pass due", self.stage(stage)),
+            Held::StageExecuted(stage) => format!("{}: executed", self.stage(stage)),
+            Held::StageAge(stage, bit) => format!("{}: scans since.{bit}", self.stage(stage)),
+            Held::Caller(subroutine, element) => format!("subroutine {subroutine}: of {element:?}"),
+            Held::FirstScan => "first scan".to_owned(),
+            Held::LastScan => "last scan".to_owned(),
+            Held::Stopped => "stopped".to_owned(),
+            Held::Clock(bit, part) => format!("{}: time.{part}", self.cell(Cell::Bit(bit))),
         }
+    }
+
+    /// The name of a block; the judges and the observer have none of the ladder's.
+    fn block(&self, id: BlockId) -> String {
+        let program = &self.questions.suite.programs[0].program;
+        let block = program.blocks.get(id.0 as usize);
+        block.map_or_else(|| format!("judge {}", id.0), |block| block.name.clone())
+    }
+
+    fn stage(&self, id: StageId) -> String {
+        let program = &self.questions.suite.programs[0].program;
+        let known = (id.0 as usize) < program.stages.len();
+        if known { program.names.stage(id).to_owned() } else { format!("stage {}", id.0) }
     }
 
     fn cell(&self, cell: Cell) -> String {
