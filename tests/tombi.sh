@@ -26,7 +26,7 @@ include = ["config/tests/*-bench.toml", "config/first/controller.toml"]
 
 [[schemas]]
 path = "ladder.schema.json"
-include = ["config/programs/*.toml", "config/lib/*.toml", "config/first/programs/*.toml", "config/tests/*-drive.toml"]
+include = ["config/programs/*.toml", "config/lib/*.toml", "config/first/programs/*.toml", "config/tests/*-drive.toml", "config/tests/*-water.toml"]
 
 [[schemas]]
 path = "edge.schema.json"
