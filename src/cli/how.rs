@@ -16,7 +16,6 @@ use super::asked_ladders::AskedLadders;
 use super::early_end::{EarlyEnd, time};
 use super::exit::Exit;
 use super::terminal::{plain_json, print};
-use rungd_lab::testing::time_text;
 use rungd_prove::answer::{Answer, AnswerVerdict};
 use rungd_prove::decide::{DecideLimits, decide};
 use rungd_prove::kept::KeptAnswers;
@@ -64,7 +63,9 @@ pub fn how(args: &HowArgs) -> Result<Exit> {
     }
     let ladders = AskedLadders { paths: &args.cold, period: &args.period, rest: &rest };
     let Some(suite) = ladders.suite()? else { return Ok(Exit::Config) };
-    let questions = Questions::new(suite);
+    let mut questions = Questions::new(suite);
+    // Whether each side can be is not asked.
+    questions.lines[0].sides.clear();
     let given_up = Arc::clone(&end.is_over);
     let limits = DecideLimits { time: args.time, memory: MEMORY, given_up };
     let answer = decide(&questions, &questions.lines[0], &limits, &KeptAnswers::default());
@@ -83,8 +84,7 @@ fn text_of(args: &HowArgs, answer: &Answer) -> String {
     let condition = &args.condition;
     match &answer.verdict {
         AnswerVerdict::Violated { scan, scenario, .. } => {
-            let after_ns = (scan - 1) * u64::from(answer.period_ms) * 1_000_000;
-            let when = format!("scan {scan} ({})", time_text(after_ns));
+            let when = answer.when(*scan);
             let mut text = format!("{condition} is true at {when} by these inputs:\n\n");
             let scenario = of_condition(scenario, condition);
             scenario.lines().for_each(|line| text += &format!("    {line}\n"));

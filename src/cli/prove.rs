@@ -5,6 +5,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
@@ -15,7 +16,7 @@ use super::early_end::{EarlyEnd, time};
 use super::exit::Exit;
 use super::prove_equal;
 use super::terminal::{one_line, plain_json, print, say, say_findings};
-use super::test::{OpenSuite, ProgressLine, find, open, refused};
+use super::test::{ENDING, LOOK_EVERY, OpenSuite, ProgressLine, find, open, refused};
 use rungd_lab::testing::Suite;
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::render::render;
@@ -26,9 +27,6 @@ use rungd_prove::decide::{DecideLimits, can_begin, decide, decide_can};
 use rungd_prove::deduce::Patience;
 use rungd_prove::kept::{KeptAnswer, KeptAnswers};
 use rungd_prove::question::Questions;
-
-/// The time between two looks at an answer that is being made.
-const LOOK_EVERY: Duration = Duration::from_millis(5);
 
 /// The time for a comparison, if none is given.
 const TIME: Duration = Duration::from_secs(60);
@@ -183,10 +181,14 @@ fn with_progress<T: Send>(
 ) -> T {
     let begun = Instant::now();
     let value = std::thread::scope(|scope| {
-        let computing = scope.spawn(compute);
-        while !computing.is_finished() {
+        // The sender goes with the computation, also by a panic.
+        let (running, done) = channel::<()>();
+        let computing = scope.spawn(move || {
+            let _running = running;
+            compute()
+        });
+        while done.recv_timeout(LOOK_EVERY) == Err(RecvTimeoutError::Timeout) {
             progress.show_text(|| format!("{} s: {}", begun.elapsed().as_secs(), one_line(line)));
-            std::thread::sleep(LOOK_EVERY);
         }
         computing.join()
     });
@@ -204,7 +206,7 @@ fn unsatisfiable(questions: &Questions) -> Finding {
 
 /// The file of the answers about a test file: `a.proof.toml` beside `a.test.toml`.
 fn kept_path(name: &str) -> PathBuf {
-    let base = name.strip_suffix(".test.toml").unwrap_or(name);
+    let base = name.strip_suffix(ENDING).unwrap_or(name);
     PathBuf::from(format!("{base}.proof.toml"))
 }
 
@@ -223,7 +225,7 @@ fn write_certificate(
     limits: &DecideLimits,
 ) -> Result<()> {
     let base = Path::new(name).file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let folder = folder.join(base.strip_suffix(".test.toml").unwrap_or(&base));
+    let folder = folder.join(base.strip_suffix(ENDING).unwrap_or(&base));
     let context = || folder.display().to_string();
     std::fs::create_dir_all(&folder).with_context(context)?;
     let patience = || Patience::new(limits.time, &limits.given_up);

@@ -29,13 +29,13 @@ use rungd_language::source::render::{refuses, render};
 const SHOW_AFTER: Duration = Duration::from_millis(500);
 
 /// The time between two checks of the files with `--watch`, and between two progress lines.
-const LOOK_EVERY: Duration = Duration::from_millis(250);
+pub(super) const LOOK_EVERY: Duration = Duration::from_millis(250);
 
 /// The maximum lag of a file's modification time behind the clock: the system's time has ticks.
 const TICK_MAX: Duration = Duration::from_millis(20);
 
 /// The ending of a test file.
-const ENDING: &str = ".test.toml";
+pub(super) const ENDING: &str = ".test.toml";
 
 /// Runs the tests of ladders
 #[derive(Args, Debug)]

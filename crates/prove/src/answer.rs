@@ -180,6 +180,12 @@ impl Answer {
         }
     }
 
+    /// A scan, from 1, with its time: `scan 2,204 (22.03 s)`.
+    pub fn when(&self, scan: u64) -> String {
+        let after_ns = scan.saturating_sub(1) * u64::from(self.period_ms) * 1_000_000;
+        format!("scan {} ({})", grouped(scan), time_text(after_ns))
+    }
+
     /// Its text: a line, and indented lines below it.
     pub fn text(&self) -> String {
         let mut text = format!("{}: {}\n", self.word(), self.line);
@@ -207,8 +213,7 @@ impl Answer {
                 }
             }
             AnswerVerdict::Violated { scan, scenario, failure, .. } => {
-                let after_ns = scan.saturating_sub(1) * u64::from(self.period_ms) * 1_000_000;
-                let when = format!("scan {} ({})", grouped(*scan), time_text(after_ns));
+                let when = self.when(*scan);
                 add(&match (self.is_can, scan) {
                     (true, 0) => "from the start no inputs lead there".to_owned(),
                     (true, _) => format!("after {when} no inputs lead there any more"),

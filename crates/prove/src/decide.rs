@@ -94,10 +94,12 @@ fn answered(
 
 /// Whether some inputs satisfy what is assumed; `true` if that is not decided in its time.
 pub fn can_begin(questions: &Questions, limits: &DecideLimits) -> bool {
+    if questions.model.assumed.is_empty() {
+        return true;
+    }
     let gates = encode(&questions.model).reduced(&[]);
     let system = ScanSystem::of(&gates, Literal::FALSE);
-    let patience = Patience::new(limits.time, &limits.given_up);
-    questions.model.assumed.is_empty() || has_first_scan(&system, &patience)
+    has_first_scan(&system, &Patience::new(limits.time, &limits.given_up))
 }
 
 /// What `[prove]` asks for, and no way can do yet.
@@ -169,9 +171,17 @@ impl Asked<'_> {
             Attained::NotFrom(path) => {
                 let path = cone.widened(&path);
                 let trial = Trial { questions: self.questions, path: &path };
-                let TriedRun { text, .. } = trial.dead_end(&line.text);
+                let TriedRun { text, is_confirmed, .. } = trial.dead_end(&line.text);
                 let scan = path.scans.len() as u64;
-                AnswerVerdict::Violated { way: EXPLORING, scan, scenario: text, failure: None }
+                match is_confirmed {
+                    true => AnswerVerdict::Violated {
+                        way: EXPLORING,
+                        scan,
+                        scenario: text,
+                        failure: None,
+                    },
+                    false => not_in_a_test(scan),
+                }
             }
             Attained::Stopped { states, cause } => AnswerVerdict::NotDecided {
                 covered: vec![format!("explored: {}", counted(states, "state"))],
@@ -193,11 +203,7 @@ impl Asked<'_> {
         if is_confirmed {
             return AnswerVerdict::Violated { way, scan, scenario: text, failure };
         }
-        let covered = vec![format!("a run of {} was found", counted(scan, "scan"))];
-        let cause = "the run does not break the line in a test: a test does not set all that it \
-                     depends on"
-            .to_owned();
-        AnswerVerdict::NotDecided { covered, cause }
+        not_in_a_test(scan)
     }
 
     /// Whether a side of a line can be.
@@ -218,4 +224,12 @@ impl Asked<'_> {
         };
         SideWitness { side: side.text.clone(), shown }
     }
+}
+
+/// The answer if a run that was found does something else in a test.
+fn not_in_a_test(scans: u64) -> AnswerVerdict {
+    let covered = vec![format!("a run of {} was found", counted(scans, "scan"))];
+    let cause = "the run does not break the line in a test: a test does not set all that it \
+                 depends on";
+    AnswerVerdict::NotDecided { covered, cause: cause.to_owned() }
 }

@@ -229,7 +229,7 @@ impl<'a> LadderPair<'a> {
     /// The outputs that are compared.
     fn pairs(&self, question: &EqualQuestion, behind: &Behind) -> Result<Vec<OutputPair>, String> {
         let (old_scope, new_scope) = (Scope::of(self.old), Scope::of(self.new));
-        let mut outputs = outputs(question.old);
+        let mut outputs = driven_by(question.old);
         for name in question.also {
             let address = named(&old_scope, name);
             outputs.push(address.ok_or(format!("OLD has no bit or word `{name}`"))?);
@@ -254,7 +254,7 @@ impl<'a> LadderPair<'a> {
             pairs.push(OutputPair { name, old, new: behind.address(alone), alone });
         }
         let known = |address: &Address| pairs.iter().any(|pair| pair.alone == *address);
-        let left = outputs_of_new(question).into_iter().find(|address| !known(address));
+        let left = driven_by(question.new).into_iter().find(|address| !known(address));
         if let Some(address) = left {
             let name = self.new.names.name(address);
             if !question.except.contains(&name) {
@@ -325,12 +325,8 @@ fn named(scope: &Scope, name: &str) -> Option<Address> {
     }
 }
 
-fn outputs_of_new(question: &EqualQuestion) -> Vec<Address> {
-    outputs(question.new)
-}
-
 /// What a ladder drives: its Y, what goes to field devices, and its alarms.
-fn outputs(suite: &Suite) -> Vec<Address> {
+fn driven_by(suite: &Suite) -> Vec<Address> {
     let first = &suite.programs[0];
     let is_y = |address: &Address| matches!(address, Address::Bit(Bit::Space(BitSpace::Y, _)));
     let devices = first.controller.devices.iter();

@@ -3,12 +3,11 @@
 //! Called by `rungd prove`. `model` has no names; here each line, side and input keeps its own, so
 //! that answers can be told and tried.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use crate::gates::GateCut;
 use crate::model::{FreeInput, ProofModel, Target};
-use rungd_config::controller::Controller;
 use rungd_engine::isa::{Address, Bit, BitSpace, DeviceBit, DeviceId, Word, WordSpace, status};
 use rungd_engine::{Cell, Engine, Layout};
 use rungd_lab::rig::RigProgram;
@@ -170,23 +169,20 @@ impl FreeOperands<'_> {
         let mut seen = HashSet::new();
         let written = proof.writable.iter().filter(|_| proof.events.contains(&ProofEvent::Writes));
         let all = given.into_iter().chain(written.cloned());
-        let all = all.filter_map(|free| self.named(free));
+        let moved = self.suite.programs[0].controller.simulated();
+        let all = all.filter_map(|free| self.named(free, &moved));
         all.filter(|(free, _)| seen.insert(free.cell)).collect()
     }
 
     fn named(
         &self,
         FreeOperand { operand, low, high }: FreeOperand,
+        moved: &HashMap<Address, String>,
     ) -> Option<(FreeInput, NamedInput)> {
         let address = self.layout.address(operand.cell)?;
         let cell = self.cells.cell(address)?;
-        let moved = self.controller().simulated();
         let is_moved = moved.contains_key(&address);
         Some((FreeInput { cell, low, high }, NamedInput { operand, is_moved }))
-    }
-
-    fn controller(&self) -> &Controller {
-        &self.suite.programs[0].controller
     }
 
     /// Every input that the program names: its X, what devices bring, and the time of day.
@@ -204,7 +200,7 @@ impl FreeOperands<'_> {
             Address::Bit(_) | Address::Word(_) | Address::Structure(_) => false,
         };
         let named = of_program.chain(of_arrays).chain(of_conditions).filter(is_input);
-        let devices = self.controller().devices.iter();
+        let devices = self.suite.programs[0].controller.devices.iter();
         let brought = devices.flat_map(|device| device.inputs.iter().map(|input| input.address));
         named.chain(brought).filter_map(|address| self.free(address)).collect()
     }
