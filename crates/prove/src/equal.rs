@@ -10,7 +10,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use crate::answer::Way;
-use crate::model::{FreeInput, Path, ProofModel, Run, Target};
+use crate::model::{FreeInput, Path, ProofModel, ProofStart, Run, Target};
 use crate::question::NamedInput;
 use crate::race::{Decision, OpenQuestion, Race};
 use crate::trial::steps;
@@ -114,7 +114,7 @@ pub fn equal(question: &EqualQuestion) -> Result<EqualAnswer, String> {
     let free = ladders.free(&judged.code.layout, &both.second);
     let model = ProofModel {
         period_ms: question.old.programs[0].controller.period_ms,
-        restored: Vec::new(),
+        start: ProofStart::Cold(Vec::new()),
         inputs: free.iter().map(|free| free.input).collect(),
         assumed: Vec::new(),
         judged: judged.behind,

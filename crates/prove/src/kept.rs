@@ -133,7 +133,7 @@ pub(crate) fn hash(cone: &Cone, target: Target, settings: &str) -> String {
         let _ = write!(hashed, "{:?} {:?} {:?} ", latch.literal, latch.next, latch.initial);
     }
     if !gates.cuts.is_empty() {
-        let _ = write!(hashed, "{:?} {:?}", model.restored, model.code);
+        let _ = write!(hashed, "{:?} {:?}", model.start, model.code);
     }
     hashed.0.finalize().iter().take(16).map(|byte| format!("{byte:02x}")).collect()
 }

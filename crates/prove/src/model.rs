@@ -13,8 +13,8 @@ pub struct ProofModel {
     pub code: EngineProgram,
     /// The period, ms. Every scan comes exactly this time after the last one.
     pub period_ms: u32,
-    /// Memory before the first scan that differs from a cold start.
-    pub restored: Vec<(Cell, i32)>,
+    /// What the first scan begins with.
+    pub start: ProofStart,
     /// What may change before each scan. Everything else changes by the program alone.
     pub inputs: Vec<FreeInput>,
     /// The bits that are ON in every scan whose inputs are allowed. They are evaluated behind the
@@ -26,6 +26,18 @@ pub struct ProofModel {
 }
 
 impl ProofModel {
+    /// An engine in RUN, before the first scan.
+    pub(crate) fn begun(&self) -> Engine {
+        let mut engine = Engine::new(self.code.clone());
+        match &self.start {
+            ProofStart::Cold(restored) => {
+                restored.iter().for_each(|(cell, value)| engine.restore(*cell, *value));
+            }
+        }
+        engine.start(0);
+        engine
+    }
+
     /// Begins a scan on an engine, with these values of the inputs: its `execute` comes next.
     pub(crate) fn begin_scan(&self, engine: &mut Engine, now_ns: u64, inputs: &[i32]) {
         engine.begin_scan(now_ns, &ScanTimes::default(), &LocalTime::default());
@@ -42,6 +54,13 @@ impl ProofModel {
     pub(crate) fn allows(&self, image: &Image) -> bool {
         self.assumed.iter().all(|bit| image.bit(*bit))
     }
+}
+
+/// What the first scan begins with. [`ProofModel::begun`] alone makes an engine of it.
+#[derive(Clone, Debug)]
+pub enum ProofStart {
+    /// A cold start, with other values in some cells.
+    Cold(Vec<(Cell, i32)>),
 }
 
 /// What is looked for: the end of a scan at which a bit has a value. A line of `always` is broken
@@ -111,10 +130,7 @@ pub struct Run<'m> {
 impl<'m> Run<'m> {
     /// A run before its first scan.
     pub fn new(model: &'m ProofModel) -> Run<'m> {
-        let mut engine = Engine::new(model.code.clone());
-        model.restored.iter().for_each(|(cell, value)| engine.restore(*cell, *value));
-        engine.start(0);
-        Run { model, engine, scans: 0 }
+        Run { model, engine: model.begun(), scans: 0 }
     }
 
     /// The model.

@@ -7,7 +7,7 @@ use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use crate::gates::GateCut;
-use crate::model::{FreeInput, ProofModel, Target};
+use crate::model::{FreeInput, ProofModel, ProofStart, Target};
 use rungd_engine::isa::{Address, Bit, BitSpace, DeviceBit, DeviceId, Word, WordSpace, status};
 use rungd_engine::{Cell, Engine, Layout};
 use rungd_lab::rig::RigProgram;
@@ -91,7 +91,7 @@ impl Questions {
         let (inputs, named) = free.all().into_iter().unzip();
         let model = ProofModel {
             period_ms: first.controller.period_ms,
-            restored: restored(&judged.code, program, &remembered),
+            start: ProofStart::Cold(restored(&judged.code, program, &remembered)),
             inputs,
             assumed: judged.before,
             judged: judged.behind,

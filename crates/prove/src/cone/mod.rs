@@ -77,7 +77,7 @@ pub fn cone(model: &ProofModel, bits: &[BitCell]) -> Cone {
             inputs,
             judged: bits.to_vec(),
             period_ms: model.period_ms,
-            restored: model.restored.clone(),
+            start: model.start.clone(),
             assumed: model.assumed.clone(),
         },
     }

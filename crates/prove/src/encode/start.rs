@@ -6,7 +6,7 @@ use rungd_engine::isa::BlockId;
 use rungd_engine::ops::Timer;
 use rungd_engine::record::timer_state::RUNNING;
 use rungd_engine::record::{FLAGS, RECORD};
-use rungd_engine::{BitCell, Engine, EngineProgram, Image, ScanTimes};
+use rungd_engine::{BitCell, EngineProgram, Image, ScanTimes};
 use rustc_hash::FxHashSet;
 
 /// What the first scan begins with.
@@ -21,9 +21,7 @@ pub(super) struct Start {
 
 impl Start {
     pub fn of(model: &ProofModel) -> Start {
-        let mut engine = Engine::new(model.code.clone());
-        model.restored.iter().for_each(|(cell, value)| engine.restore(*cell, *value));
-        engine.start(0);
+        let mut engine = model.begun();
         let blocks = (0..model.code.blocks.len() as u32).map(BlockId);
         let first_turns = blocks.filter(|block| engine.has_first_turn_due(*block)).collect();
         engine.begin_scan(0, &ScanTimes::default(), &LocalTime::default());

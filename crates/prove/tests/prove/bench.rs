@@ -7,7 +7,7 @@ use rungd_language::resolve::condition::ConditionNames;
 use rungd_language::resolve::program::{Contact, Program};
 use rungd_language::source::contact_parser::parse_condition;
 use rungd_language::source::span::Span;
-use rungd_prove::model::{FreeInput, ProofModel};
+use rungd_prove::model::{FreeInput, ProofModel, ProofStart};
 use rungd_test_support::run::{cell, load};
 
 /// The period of these models, ms.
@@ -47,7 +47,7 @@ pub fn model_of(program: &Program, asked: Asked) -> ProofModel {
     };
     ProofModel {
         period_ms: PERIOD_MS,
-        restored: Vec::new(),
+        start: ProofStart::Cold(Vec::new()),
         inputs: asked.inputs.iter().map(input).collect(),
         assumed: lowered.before,
         judged: lowered.behind,

@@ -8,7 +8,7 @@ use rungd_language::resolve::condition::ConditionNames;
 use rungd_language::resolve::program::{Contact, Program};
 use rungd_language::source::contact_parser::parse_condition;
 use rungd_language::source::span::Span;
-use rungd_prove::model::{FreeInput, ProofModel};
+use rungd_prove::model::{FreeInput, ProofModel, ProofStart};
 use rungd_test_support::model::generate::generate;
 use rungd_test_support::model::rng::Rng;
 use rungd_test_support::run::{cell, load};
@@ -50,7 +50,7 @@ pub fn drawn(seed: u64) -> Drawn {
         text: format!("# seed {seed}\n{ladder}\n# assume {assumed:?}, judged {judged:?}"),
         model: ProofModel {
             period_ms: case.period as u32,
-            restored: Vec::new(),
+            start: ProofStart::Cold(Vec::new()),
             inputs,
             assumed: lowered.before,
             judged: lowered.behind,
