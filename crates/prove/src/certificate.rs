@@ -78,7 +78,7 @@ impl Names<'_> {
     fn question(&self, gates: &Gates) -> Vec<CertificateFile> {
         let input = |part: InputOf| match part {
             InputOf::Free(at, bit) => {
-                let name = &self.questions.inputs[at as usize].operand.name;
+                let name = &self.questions.inputs[at as usize].name;
                 match gates.free[at as usize].len() {
                     1 => name.clone(),
                     _ => format!("{name}.{bit}"),

@@ -112,9 +112,6 @@ fn unknown_setting(questions: &Questions) -> Option<String> {
     if proof.from_retained {
         return Some("`from`: retained values before the first scan are not proved yet".to_owned());
     }
-    if !proof.any.is_empty() {
-        return Some("`any`: bits and words with any value are not proved yet".to_owned());
-    }
     let is_unknown = proof.events.iter().any(event);
     is_unknown.then(|| "`events`: only `writes` is proved yet".to_owned())
 }
@@ -130,6 +127,7 @@ impl Asked<'_> {
     fn line(&self, line: &AlwaysLine, answer: &mut Answer) {
         let cone = cone(&self.questions.model, &[line.target.bit]);
         answer.depends_on = Some(DependsOn { operations: cone.operations, inputs: cone.inputs });
+        answer.cuts = self.questions.named_cuts(&cone);
         answer.hash = kept::hash(&cone, line.target, &self.settings());
         if let Some(kept) = self.kept.find(&line.text, &answer.hash) {
             (answer.is_kept, answer.cuts) = (true, kept.cuts.clone());
@@ -139,7 +137,7 @@ impl Asked<'_> {
         }
         answer.verdict = match self.race.decide(&cone.model, line.target) {
             Decision::Never(way, cuts) => {
-                answer.cuts = self.questions.cut_names(&cuts);
+                answer.cuts.extend(self.questions.cut_names(&cuts));
                 let witnesses: Vec<SideWitness> =
                     line.sides.iter().map(|(side, target)| self.side(side, *target)).collect();
                 let never = witnesses.iter().find(|one| matches!(one.shown, Shown::Never));
@@ -149,7 +147,10 @@ impl Asked<'_> {
                 }
                 AnswerVerdict::Proved { way, witnesses }
             }
-            Decision::Found(way, path) => self.violation(line, way, &cone.widened(&path)),
+            Decision::Found(way, path) => {
+                let verdict = self.violation(line, way, &cone.widened(&path));
+                standing_in_the_way(verdict, &answer.cuts)
+            }
             Decision::Open(OpenQuestion { covered, mut causes, cuts }) => {
                 if !cuts.is_empty() {
                     let names = self.questions.cut_names(&cuts).join(", ");
@@ -164,7 +165,12 @@ impl Asked<'_> {
     fn can(&self, line: &CanLine, answer: &mut Answer) {
         let cone = cone(&self.questions.model, &[line.target.bit]);
         answer.depends_on = Some(DependsOn { operations: cone.operations, inputs: cone.inputs });
+        answer.cuts = self.questions.named_cuts(&cone);
         answer.verdict = match self.race.explore_can(&cone.model, line.target) {
+            Attained::Everywhere(states) if !answer.cuts.is_empty() => AnswerVerdict::NotDecided {
+                covered: vec![format!("explored: {}", counted(states, "state"))],
+                cause: format!("the way there may need any value of {}", answer.cuts.join(", ")),
+            },
             Attained::Everywhere(states) => {
                 AnswerVerdict::Proved { way: Way::Exploring { states }, witnesses: Vec::new() }
             }
@@ -223,6 +229,23 @@ impl Asked<'_> {
             }
         };
         SideWitness { side: side.text.clone(), shown }
+    }
+}
+
+/// Names the cuts by hand as the cause why a run does not break the line in a test.
+fn standing_in_the_way(verdict: AnswerVerdict, cuts: &[String]) -> AnswerVerdict {
+    match verdict {
+        AnswerVerdict::NotDecided { covered, .. } if !cuts.is_empty() => {
+            let cause = format!(
+                "the run does not break the line in a test: it needs a value that the ladder does \
+                 not compute there, of {}",
+                cuts.join(", ")
+            );
+            AnswerVerdict::NotDecided { covered, cause }
+        }
+        AnswerVerdict::Proved { .. }
+        | AnswerVerdict::Violated { .. }
+        | AnswerVerdict::NotDecided { .. } => verdict,
     }
 }
 

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use crate::answer::Way;
 use crate::model::{FreeInput, Path, ProofModel, ProofStart, Run, Target};
-use crate::question::NamedInput;
+use crate::question::{InputSetting, NamedInput};
 use crate::race::{Decision, OpenQuestion, Race};
 use crate::trial::steps;
 use rungd_engine::isa::{Address, Bit, BitSpace, Mnemonic, NumberMap, Real, Word};
@@ -290,14 +290,15 @@ impl<'a> LadderPair<'a> {
                     }
                 };
                 let own = layouts[side].symbols.layout.cell(address);
+                let name = program.names.name(address);
                 all[at].named[side] = own.map(|cell| NamedInput {
-                    operand: TestOperand {
-                        name: program.names.name(address),
+                    name: name.clone(),
+                    setting: InputSetting::Set(TestOperand {
+                        name,
                         cell,
                         input: Some(n),
                         device: None,
-                    },
-                    is_moved: false,
+                    }),
                 });
             }
         }

@@ -8,6 +8,7 @@
 
 pub mod aig;
 pub mod answer;
+pub mod any;
 pub mod certificate;
 pub mod cone;
 pub mod decide;

@@ -6,10 +6,13 @@
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
+use crate::any::{AnyProgram, AnyValue, any_in};
+use crate::cone::Cone;
+use crate::encode::written_limits;
 use crate::gates::GateCut;
 use crate::model::{FreeInput, ProofModel, ProofStart, Target};
 use rungd_engine::isa::{Address, Bit, BitSpace, DeviceBit, DeviceId, Word, WordSpace, status};
-use rungd_engine::{Cell, Engine, Layout};
+use rungd_engine::{Cell, Engine, EngineProgram, Layout};
 use rungd_lab::rig::RigProgram;
 use rungd_lab::testing::{self, Condition, FreeOperand, ProofEvent, Suite, TestOperand};
 use rungd_language::lower::judged::{Judges, lower_judged};
@@ -43,10 +46,21 @@ pub struct CanLine {
 /// An input with its name.
 #[derive(Clone, Debug)]
 pub struct NamedInput {
+    /// Its name for people.
+    pub name: String,
     /// How a test sets it.
-    pub operand: TestOperand,
-    /// Whether a device of the test moves it in every scan: a test forces it.
-    pub is_moved: bool,
+    pub setting: InputSetting,
+}
+
+/// How a test sets an input.
+#[derive(Clone, Debug)]
+pub enum InputSetting {
+    /// By `set`.
+    Set(TestOperand),
+    /// By `force`, because a device of the test moves it in every scan.
+    Force(TestOperand),
+    /// Not at all: it stands for what `any` of `[prove]` names.
+    Any,
 }
 
 /// A line of `always`.
@@ -88,14 +102,16 @@ impl Questions {
         let judged = lower_judged(program, judges);
         let cells = judged.code.layout.clone();
         let free = FreeOperands { suite: &suite, program, layout, cells: &cells };
-        let (inputs, named) = free.all().into_iter().unzip();
+        let mut all = free.all();
+        let code = free.with_any(&judged.code, &mut all);
+        let (inputs, named) = all.into_iter().unzip();
         let model = ProofModel {
             period_ms: first.controller.period_ms,
             start: ProofStart::Cold(restored(&judged.code, program, &remembered)),
             inputs,
             assumed: judged.before,
             judged: judged.behind,
-            code: judged.code,
+            code,
         };
         let mut bits = model.judged.iter().copied();
         let mut target = |value| Target { bit: bits.next().expect("a bit a condition"), value };
@@ -110,6 +126,18 @@ impl Questions {
         let can = can.map(|line| CanLine { text: line.text.clone(), target: target(true) });
         let can = can.collect();
         Questions { model, inputs: named, lines, can, programs, suite }
+    }
+
+    /// What `any` of `[prove]` names, and a cone depends on.
+    pub(crate) fn named_cuts(&self, cone: &Cone) -> Vec<String> {
+        let of_cone = (0..).zip(&self.inputs).filter(|(at, named)| {
+            matches!(named.setting, InputSetting::Any) && cone.has_input(*at)
+        });
+        let mut all: Vec<String> =
+            of_cone.map(|(_, named)| format!("{}: by `any`", named.name)).collect();
+        all.sort_unstable();
+        all.dedup();
+        all
     }
 
     /// What has any value in gates, because they do not compute it: `level: math on reals`.
@@ -129,7 +157,7 @@ impl Questions {
 /// Memory before the first scan that differs from a cold start: field devices are connected, and
 /// what is remembered is memory as started.
 fn restored(
-    code: &rungd_engine::EngineProgram,
+    code: &EngineProgram,
     program: &Program,
     remembered: &[(Address, Address)],
 ) -> Vec<(Cell, i32)> {
@@ -181,8 +209,42 @@ impl FreeOperands<'_> {
     ) -> Option<(FreeInput, NamedInput)> {
         let address = self.layout.address(operand.cell)?;
         let cell = self.cells.cell(address)?;
-        let is_moved = moved.contains_key(&address);
-        Some((FreeInput { cell, low, high }, NamedInput { operand, is_moved }))
+        let name = operand.name.clone();
+        let setting = match moved.contains_key(&address) {
+            true => InputSetting::Force(operand),
+            false => InputSetting::Set(operand),
+        };
+        Some((FreeInput { cell, low, high }, NamedInput { name, setting }))
+    }
+
+    /// The program in which what `any` names has any value; adds these values to the inputs.
+    fn with_any(
+        &self,
+        code: &EngineProgram,
+        all: &mut Vec<(FreeInput, NamedInput)>,
+    ) -> EngineProgram {
+        let engine = Engine::new(code.clone());
+        let (mut cells, mut names) = (Vec::new(), Vec::new());
+        for FreeOperand { operand, low, high } in &self.suite.proof.any {
+            let address = self.layout.address(operand.cell);
+            let Some(cell) = address.and_then(|address| self.cells.cell(address)) else { continue };
+            let written = match cell {
+                Cell::Word(word) => written_limits(code, engine.image(), word),
+                Cell::Bit(_) | Cell::WordBit(_) => None,
+            };
+            let [low, high] =
+                written.map_or([*low, *high], |[least, most]| [least.min(*low), most.max(*high)]);
+            cells.push(FreeInput { cell, low, high });
+            names.push(operand.name.clone());
+        }
+        let AnyProgram { code, inputs } = any_in(code, &cells);
+        for AnyValue { input, at } in inputs {
+            if !all.iter().any(|(known, _)| known.cell == input.cell) {
+                let name = names[at].clone();
+                all.push((input, NamedInput { name, setting: InputSetting::Any }));
+            }
+        }
+        code
     }
 
     /// Every input that the program names: its X, what devices bring, and the time of day.

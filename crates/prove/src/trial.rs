@@ -3,7 +3,7 @@
 //! Called by `decide` and `equal`. No answer tells a path that was not tried.
 
 use crate::model::{Path, ProofModel, Run};
-use crate::question::{NamedInput, Questions};
+use crate::question::{InputSetting, NamedInput, Questions};
 use rungd_lab::testing::{
     Condition, FoundRun, TestStep, TestTime, TriedRun, try_run, try_violation,
 };
@@ -56,8 +56,9 @@ pub(crate) fn steps(
 ) -> Vec<TestStep> {
     let mut run = Run::new(model);
     // What a device moves has any level before it is forced.
-    let level =
-        |named: &Option<&NamedInput>| named.and_then(|named| (!named.is_moved).then_some(0));
+    let level = |named: &Option<&NamedInput>| {
+        named.and_then(|named| (!matches!(named.setting, InputSetting::Force(_))).then_some(0))
+    };
     let mut levels: Vec<Option<i32>> = inputs.iter().map(level).collect();
     let (mut steps, mut still) = (Vec::new(), 0);
     for scan in &path.scans {
@@ -70,7 +71,7 @@ pub(crate) fn steps(
                 false => Some(run.engine.image().value(model.inputs[at].cell)),
             };
             if before != Some(*value) {
-                changes.push(named.step(*value));
+                changes.extend(named.step(*value));
             }
             levels[at] = Some(*value);
         }
@@ -91,14 +92,19 @@ pub(crate) fn steps(
 impl NamedInput {
     /// Whether a value that was given once stays until the next one.
     fn keeps_its_level(&self) -> bool {
-        self.operand.input.is_some() || self.is_moved
+        match &self.setting {
+            InputSetting::Set(operand) => operand.input.is_some(),
+            InputSetting::Force(_) => true,
+            InputSetting::Any => false,
+        }
     }
 
-    fn step(&self, value: i32) -> TestStep {
-        let operand = self.operand.clone();
-        match self.is_moved {
-            true => TestStep::Force(operand, value),
-            false => TestStep::Set(operand, value),
+    /// The step that gives it a value; `None`: a test cannot.
+    fn step(&self, value: i32) -> Option<TestStep> {
+        match &self.setting {
+            InputSetting::Set(operand) => Some(TestStep::Set(operand.clone(), value)),
+            InputSetting::Force(operand) => Some(TestStep::Force(operand.clone(), value)),
+            InputSetting::Any => None,
         }
     }
 }

@@ -41,6 +41,11 @@ pub struct Share {
 }
 
 impl Cone {
+    /// Whether an input of the whole model is one of the cone's.
+    pub(crate) fn has_input(&self, at: usize) -> bool {
+        self.places[at].is_some()
+    }
+
     /// The path of the whole model for a path of the cone: inputs outside of the cone rest, at 0
     /// if that is one of their values.
     pub fn widened(&self, path: &Path) -> Path {

@@ -41,9 +41,10 @@ use crate::model::ProofModel;
 pub use acc_forms::AccForm;
 use encoder::Encoder;
 use held::{Next, OwnedLatch};
-use rungd_engine::{BitCell, Cell, WordCell};
+use rungd_engine::{BitCell, Cell, EngineProgram, Image, WordCell};
 use rustc_hash::FxHashSet;
 use start::Start;
+use written::WrittenCells;
 
 /// A model as gates, with the values of all cells.
 #[derive(Clone, Debug)]
@@ -62,6 +63,17 @@ pub struct Encoding {
 /// The gates of one scan of a model.
 pub fn encode(model: &ProofModel) -> Gates {
     encode_cells(model).gates.without_constants()
+}
+
+/// The least and the greatest value that operations write to a word, and its value before them;
+/// `None`: nothing writes it.
+pub(crate) fn written_limits(
+    code: &EngineProgram,
+    start: &Image,
+    word: WordCell,
+) -> Option<[i32; 2]> {
+    let limits = WrittenCells::of(code, start).word(word)?.with(start.word(word));
+    Some([limits.low, limits.high])
 }
 
 /// The gates of one scan of a model, with the values of all cells.

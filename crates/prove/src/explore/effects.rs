@@ -16,7 +16,7 @@ use rungd_engine::{Cell, EngineProgram, PassStep};
 
 /// The numbers of cells: bits first, then words.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct EffectCells {
+pub(crate) struct EffectCells {
     /// The number of bits.
     pub bits: u32,
 }
@@ -48,7 +48,7 @@ const OF_CTD: OwnBits = OwnBits { enable: CD, history: sensaphone_state::DOWN };
 
 /// The cells of an operation.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Effect {
+pub(crate) struct Effect {
     /// The powers of its legs, or those that it ANDs.
     pub legs: Vec<AndedPowers>,
     /// The other cells whose content before the operation can matter.
@@ -66,7 +66,7 @@ pub(super) struct Effect {
 
 /// A structure of an operation that is its owner.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Owned {
+pub(crate) enum Owned {
     /// A timer that times up, to its preset and beyond.
     UpTimer(Timer),
     /// A timer that times down, to 0.
@@ -122,7 +122,7 @@ impl Owned {
 }
 
 /// Makes the effects of the operations of a program.
-pub(super) struct Effects<'p> {
+pub(crate) struct Effects<'p> {
     pub program: &'p EngineProgram,
     formulas: Vec<FormulaReads>,
     /// ST0.

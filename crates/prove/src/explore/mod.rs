@@ -11,7 +11,7 @@ mod branches;
 mod bytes;
 mod can;
 mod caps;
-mod effects;
+pub(crate) mod effects;
 mod elements;
 mod form;
 mod keys;

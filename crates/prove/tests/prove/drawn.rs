@@ -1,6 +1,6 @@
 //! Random models: a program of the reference model's generator, with random inputs and conditions.
 
-use rungd_engine::Cell;
+use rungd_engine::{Cell, EngineProgram};
 use rungd_language::lower::judged::{Judges, lower_judged};
 use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::LoadOptions;
@@ -8,6 +8,7 @@ use rungd_language::resolve::condition::ConditionNames;
 use rungd_language::resolve::program::{Contact, Program};
 use rungd_language::source::contact_parser::parse_condition;
 use rungd_language::source::span::Span;
+use rungd_prove::any::{AnyProgram, any_in};
 use rungd_prove::model::{FreeInput, ProofModel, ProofStart};
 use rungd_test_support::model::generate::generate;
 use rungd_test_support::model::rng::Rng;
@@ -44,17 +45,22 @@ pub fn drawn(seed: u64) -> Drawn {
         let high = if cell.is_bit() { 1 } else { draw.rng.range(1, 2) as i32 };
         inputs.push(FreeInput { cell, low: 0, high });
     }
+    let any = draw.any(&lowered.code, &inputs);
+    let AnyProgram { code, inputs: values } = any_in(&lowered.code, &any);
+    inputs.extend(values.iter().map(|value| value.input));
     let texts = |all: &[(String, Contact)]| all.iter().map(|(text, _)| text.clone()).collect();
     let (assumed, judged): (Vec<String>, Vec<String>) = (texts(&assumed), texts(&judged));
     Drawn {
-        text: format!("# seed {seed}\n{ladder}\n# assume {assumed:?}, judged {judged:?}"),
+        text: format!(
+            "# seed {seed}\n{ladder}\n# assume {assumed:?}, judged {judged:?}, any {any:?}"
+        ),
         model: ProofModel {
             period_ms: case.period as u32,
             start: ProofStart::Cold(Vec::new()),
             inputs,
             assumed: lowered.before,
             judged: lowered.behind,
-            code: lowered.code,
+            code,
         },
     }
 }
@@ -76,6 +82,18 @@ impl Draw<'_> {
             inputs.push(others[self.rng.below(others.len())]);
         }
         inputs
+    }
+
+    /// Sometimes a bit or word that has any value.
+    fn any(&mut self, code: &EngineProgram, inputs: &[FreeInput]) -> Vec<FreeInput> {
+        let name = &self.names[self.rng.below(self.names.len())];
+        let cell = cell(self.program, &self.symbols, name).expect("a cell");
+        let address = self.symbols.layout.address(cell);
+        let cell = address.and_then(|address| code.layout.cell(address));
+        let cell = cell.filter(|cell| !inputs.iter().any(|input| input.cell == *cell));
+        let is_plain = |cell: &Cell| !matches!(cell, Cell::WordBit(_));
+        let any = cell.filter(is_plain).filter(|_| self.rng.chance(25));
+        any.into_iter().map(|cell| FreeInput { cell, low: 0, high: 1 }).collect()
     }
 
     fn condition(&mut self) -> (String, Contact) {

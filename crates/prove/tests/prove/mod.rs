@@ -6,6 +6,7 @@ mod bench;
 mod cone;
 mod drawn;
 mod encoded;
+mod environment;
 mod explore;
 mod figures;
 mod judged;
