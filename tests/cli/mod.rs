@@ -17,6 +17,7 @@ mod observers;
 mod packaging;
 mod plant_faults;
 mod plants;
+mod proofs;
 mod prove;
 mod record;
 pub mod replay;

@@ -156,6 +156,20 @@ fn an_assumption_that_nothing_fulfils_and_a_side_that_can_never_be_are_told() {
 }
 
 #[test]
+fn the_inputs_of_a_proof_are_those_that_it_names_also_with_an_observer() {
+    let suite = "ladder = [\"ladder.toml\"]\nalways = [\"!up\", \"!long.Done\", \"!down\"]\n\
+                 [observer.tags]\nseen = { type = \"bit\" }\nlong = { type = \"timer\" }\n\
+                 [[observer.rung]]\nwhen = [\"up\"]\ndo = [\"SET seen\", \"TMR long preset=20ms\"]\n\
+                 [prove]\ninputs = [\"go_up\", \"stop\"]\n";
+    let files = Files::new("observer", &[("observer.test.toml", suite)]);
+    let answers = lines(&files.run(&["observer.test.toml", "--json"]));
+    let told = |at: usize| [answers[at]["answer"].clone(), answers[at]["scan"].clone()];
+    assert_eq!(told(0), [Value::from("violated"), Value::from(1)]);
+    assert_eq!(told(1), [Value::from("violated"), Value::from(3)]);
+    assert_eq!(told(2)[0], "proved");
+}
+
+#[test]
 fn two_ladders_are_equal_or_a_scenario_tells_them_apart() {
     let same = LADDER.replace(
         "{ when = [\"up\"], do = [\"ONDTMR T0 preset=1s output=late\"] }",

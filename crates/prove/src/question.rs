@@ -101,7 +101,8 @@ impl Questions {
         let judges = Judges { before: &before, behind: &behind, remembered: &remembered };
         let judged = lower_judged(program, judges);
         let cells = judged.code.layout.clone();
-        let free = FreeOperands { suite: &suite, program, layout, cells: &cells };
+        let own = &programs[0].symbols.layout;
+        let free = FreeOperands { suite: &suite, program, own, layout, cells: &cells };
         let mut all = free.all();
         let code = free.with_any(&judged.code, &mut all);
         let (inputs, named) = all.into_iter().unzip();
@@ -181,7 +182,9 @@ fn restored(
 struct FreeOperands<'a> {
     suite: &'a Suite,
     program: &'a Program,
-    /// The cells of the test file's operands.
+    /// The cells of operands: those of the ladder alone, without an observer.
+    own: &'a Layout,
+    /// The cells of conditions.
     layout: &'a Layout,
     /// The cells of the model.
     cells: &'a Layout,
@@ -207,7 +210,7 @@ impl FreeOperands<'_> {
         FreeOperand { operand, low, high }: FreeOperand,
         moved: &HashMap<Address, String>,
     ) -> Option<(FreeInput, NamedInput)> {
-        let address = self.layout.address(operand.cell)?;
+        let address = self.own.address(operand.cell)?;
         let cell = self.cells.cell(address)?;
         let name = operand.name.clone();
         let setting = match moved.contains_key(&address) {
@@ -226,7 +229,7 @@ impl FreeOperands<'_> {
         let engine = Engine::new(code.clone());
         let (mut cells, mut names) = (Vec::new(), Vec::new());
         for FreeOperand { operand, low, high } in &self.suite.proof.any {
-            let address = self.layout.address(operand.cell);
+            let address = self.own.address(operand.cell);
             let Some(cell) = address.and_then(|address| self.cells.cell(address)) else { continue };
             let written = match cell {
                 Cell::Word(word) => written_limits(code, engine.image(), word),
@@ -268,7 +271,7 @@ impl FreeOperands<'_> {
     }
 
     fn free(&self, address: Address) -> Option<FreeOperand> {
-        let cell = self.layout.cell(address)?;
+        let cell = self.own.cell(address)?;
         let symbols = &self.suite.programs[0].program.names;
         let input = match address {
             Address::Bit(Bit::Space(BitSpace::X, n)) => Some(n),

@@ -1,21 +1,19 @@
 //! Exploring agrees with an exhaustive search written apart, and with long random runs.
 //!
-//! The other search keeps whole engines' states and knows nothing of canonical states: two states
-//! are one only if all their parts are equal, the time included. `RUNGD_PROVE_PROGRAMS` (8) is the
-//! number of random programs, `RUNGD_PROVE_SEED` (1) the first seed, `RUNGD_PROVE_SCANS` (600)
-//! about the number of scans of each exhaustive search.
+//! The other search is in `exhaust.rs`. `RUNGD_PROVE_PROGRAMS` (8) is the number of random programs,
+//! `RUNGD_PROVE_SEED` (1) the first seed, `RUNGD_PROVE_SCANS` (600) about the number of scans of each
+//! exhaustive search.
 
 use super::bench::{Asked, model};
 use super::drawn::{Drawn, drawn};
-use rungd_engine::{Engine, EngineState};
+use super::exhaust::{combinations, exhaust};
+use rungd_engine::EngineState;
 use rungd_prove::explore::{
     Attained, ExploreLimits, Explored, StopCause, explore, explore_can, explore_traced,
 };
-use rungd_prove::model::{FreeInput, Path, ProofModel, Run, Target};
+use rungd_prove::model::{Path, ProofModel, Run, Target};
 use rungd_test_support::model::rng::Rng;
 use rungd_test_support::setting::setting;
-use std::collections::HashMap;
-use std::hash::{BuildHasher, RandomState};
 
 /// Limits for small searches.
 fn limits(memory: usize) -> ExploreLimits<'static> {
@@ -39,66 +37,6 @@ fn reaches(model: &ProofModel, target: Target, path: &Path) -> bool {
     });
     let met: Option<Vec<bool>> = met.collect();
     met.is_some_and(|met| met.iter().position(|met| *met) == Some(met.len() - 1))
-}
-
-/// All combinations of values.
-fn combinations(inputs: &[FreeInput]) -> Vec<Vec<i32>> {
-    inputs.iter().fold(vec![Vec::new()], |all, input| {
-        let longer = |values: Vec<i32>| {
-            (input.low..=input.high).map(move |value| [values.clone(), vec![value]].concat())
-        };
-        all.into_iter().flat_map(longer).collect()
-    })
-}
-
-/// What the other search has seen: the least number of scans that meets the target, among the
-/// paths of at most `depth` scans.
-struct Exhausted {
-    found: Option<usize>,
-    depth: usize,
-    /// Whether no state is left from which a scan follows.
-    is_all: bool,
-}
-
-/// Executes all combinations from all states, depth by depth, until about `most` scans are done.
-fn exhaust(model: &ProofModel, target: Target, most: usize) -> Exhausted {
-    let (combinations, mut scans) = (combinations(&model.inputs), 0);
-    let mut run = Run::new(model);
-    let mut level = vec![EngineState::of(&run.engine)];
-    for depth in 0.. {
-        if level.is_empty() || scans > most {
-            return Exhausted { found: None, depth, is_all: level.is_empty() };
-        }
-        let (mut next, hasher) = (HashMap::<u64, Vec<EngineState>>::new(), RandomState::new());
-        for state in level {
-            for inputs in &combinations {
-                assert!(run.engine.resume(&state));
-                run.scans = depth as u64;
-                let outcome = run.scan(inputs);
-                scans += 1;
-                if !outcome.is_allowed {
-                    continue;
-                }
-                if target.is_met(run.engine.image()) {
-                    return Exhausted { found: Some(depth + 1), depth, is_all: false };
-                }
-                if !outcome.is_last {
-                    insert(&mut next, &hasher, &run.engine);
-                }
-            }
-        }
-        level = next.into_values().flatten().collect();
-    }
-    unreachable!("depths have no end")
-}
-
-fn insert(states: &mut HashMap<u64, Vec<EngineState>>, hasher: &RandomState, engine: &Engine) {
-    let image = engine.image();
-    let alike = states.entry(hasher.hash_one((image.bits(), image.words()))).or_default();
-    let state = EngineState::of(engine);
-    if !alike.contains(&state) {
-        alike.push(state);
-    }
 }
 
 /// A random run of a model; panics if a scan that can be reached meets the target.

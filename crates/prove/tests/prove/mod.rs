@@ -7,6 +7,7 @@ mod cone;
 mod drawn;
 mod encoded;
 mod environment;
+mod exhaust;
 mod explore;
 mod figures;
 mod judged;

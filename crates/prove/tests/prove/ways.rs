@@ -1,9 +1,12 @@
-//! Exploring and deducing agree about random programs, and what each finds holds on the engine.
+//! Exploring, deducing and an exhaustive search agree about random programs, and what each finds
+//! holds on the engine.
 //!
 //! `RUNGD_PROVE_WAYS` (6) is the number of programs, `RUNGD_PROVE_SEED` (1) the first seed. A
-//! question that one of the ways leaves open is counted, not judged.
+//! question that a way leaves open is counted, and judged by what the others say. Exploring's paths
+//! are the shortest.
 
 use super::drawn::{Drawn, drawn};
+use super::exhaust::{Exhausted, exhaust};
 use rungd_prove::deduce::Patience;
 use rungd_prove::explore::{ExploreLimits, Explored, explore};
 use rungd_prove::model::{Path, Run, Target};
@@ -17,12 +20,21 @@ use std::time::Duration;
 const MEMORY: usize = 2_000_000;
 /// The time of the solver for a question; a question that takes longer is left open.
 const TIME: Duration = Duration::from_millis(500);
+/// About the number of scans of an exhaustive search.
+const SCANS: usize = 400;
 
 #[derive(Debug, Default)]
 struct Tally {
+    /// Exploring and deducing: never so.
     never: u32,
+    /// Exploring and deducing: so.
     found: u32,
-    open: u32,
+    /// The exhaustive search came to its end, or found it, and agrees.
+    exhausted: u32,
+    /// Left open by exploring.
+    open_explored: u32,
+    /// Left open by deducing.
+    open_deduced: u32,
 }
 
 fn explored(drawn: &Drawn, target: Target) -> Explored {
@@ -38,7 +50,7 @@ fn explored(drawn: &Drawn, target: Target) -> Explored {
     explore(&drawn.model, target, &limits)
 }
 
-/// Whether the last scan of a path, and no earlier one, meets the target.
+/// Whether the last scan of a path meets the target.
 fn reaches(drawn: &Drawn, target: Target, path: &Path) -> bool {
     let mut run = Run::new(&drawn.model);
     let met = path.scans.iter().map(|scan| {
@@ -50,27 +62,59 @@ fn reaches(drawn: &Drawn, target: Target, path: &Path) -> bool {
     met.last() == Some(&true)
 }
 
+/// What a way says: the length of its path, `Some(None)` for never; nothing if it left it open.
+type Said = Option<Option<usize>>;
+
+/// Whether the exhaustive search allows what a way says; `is_shortest`: of its path, too.
+fn allows(seen: &Exhausted, said: Option<usize>, is_shortest: bool) -> bool {
+    match (seen.found, said) {
+        (Some(found), Some(said)) => {
+            if is_shortest {
+                said == found
+            } else {
+                said >= found
+            }
+        }
+        (None, Some(said)) => said > seen.depth && !seen.is_all,
+        (found, None) => found.is_none(),
+    }
+}
+
 fn judge(drawn: &Drawn, target: Target, tally: &mut Tally) {
     let patience = Patience::new(TIME, &Arc::new(AtomicBool::new(false)));
     let deduced = by_deducing(&drawn.model, target, &patience);
     let explored = explored(drawn, target);
+    let seen = exhaust(&drawn.model, target, SCANS);
     let text = || format!("{target:?}: {explored:?}\n{deduced:?}\n{}", drawn.text);
-    match (&explored, &deduced) {
-        (Explored::Stopped { .. }, _) | (_, Decision::Open(_)) => tally.open += 1,
-        (Explored::All { .. }, Decision::Never(..)) => tally.never += 1,
-        (Explored::Found(short), Decision::Found(_, path)) => {
+    let short: Said = match &explored {
+        Explored::Stopped { .. } => None,
+        Explored::All { .. } => Some(None),
+        Explored::Found(path) => Some(Some(path.scans.len())),
+    };
+    let any: Said = match &deduced {
+        Decision::Open(_) => None,
+        Decision::Never(..) => Some(None),
+        Decision::Found(_, path) => {
             assert!(reaches(drawn, target, path), "{}", text());
-            assert!(path.scans.len() >= short.scans.len(), "{}", text());
-            tally.found += 1;
+            Some(Some(path.scans.len()))
         }
-        (Explored::All { .. }, Decision::Found(..)) | (Explored::Found(_), Decision::Never(..)) => {
-            panic!("{}", text())
-        }
+    };
+    if let (Some(short), Some(any)) = (short, any) {
+        assert_eq!(short.is_some(), any.is_some(), "{}", text());
+        assert!(any >= short, "no shortest path: {}", text());
     }
+    for (said, is_shortest) in [(short, true), (any, false)] {
+        assert!(said.is_none_or(|said| allows(&seen, said, is_shortest)), "{}", text());
+    }
+    tally.never += u32::from(short == Some(None) && any == Some(None));
+    tally.found += u32::from(matches!((short, any), (Some(Some(_)), Some(Some(_)))));
+    tally.exhausted += u32::from(seen.is_all || seen.found.is_some());
+    tally.open_explored += u32::from(short.is_none());
+    tally.open_deduced += u32::from(any.is_none());
 }
 
 #[test]
-fn both_ways_agree_about_random_programs() {
+fn all_ways_agree_about_random_programs() {
     let (first, count) = (setting("RUNGD_PROVE_SEED", 1), setting("RUNGD_PROVE_WAYS", 6));
     let mut tally = Tally::default();
     for seed in first..first + count {
@@ -79,6 +123,6 @@ fn both_ways_agree_about_random_programs() {
             judge(&drawn, Target { bit: *bit, value: seed % 2 == 0 }, &mut tally);
         }
     }
-    println!("{tally:?}");
+    println!("{count} programs: {tally:?}");
     assert!(tally.never + tally.found > 0, "{tally:?}");
 }

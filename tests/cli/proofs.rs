@@ -1,0 +1,104 @@
+//! The suites of `tests/proofs/` are proved as a user proves them: each line has the answer that
+//! stands beside it.
+//!
+//! `RUNGD_PROOFS=all` also asks the lines that are marked as slow.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use rungd_test_support::folder::TestFolder;
+use serde_json::Value;
+
+/// A line of `always` or `can`, and the answer that the comment behind it names.
+#[derive(Debug, PartialEq)]
+struct Expected {
+    line: String,
+    answer: String,
+}
+
+/// Reads `"LINE",  # ANSWER: why`.
+fn expected(line: &str) -> Option<Expected> {
+    let (condition, comment) = line.trim().strip_prefix('"')?.split_once("\",")?;
+    let comment = comment.trim().strip_prefix("# ")?;
+    let answer = comment.split(':').next().unwrap_or(comment);
+    Some(Expected { line: condition.to_owned(), answer: answer.trim().to_owned() })
+}
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Copies the files of a folder and of those below it.
+fn copy(from: &Path, to: &Path) {
+    fs::create_dir_all(to).expect("a folder");
+    for entry in fs::read_dir(from).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        let copied = to.join(path.file_name().expect("a name"));
+        match path.is_dir() {
+            true => copy(&path, &copied),
+            false => drop(fs::copy(&path, copied).expect("a copy")),
+        }
+    }
+}
+
+/// The suites of a folder, in order.
+fn suites(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).expect("a folder");
+    let paths = entries.map(|entry| entry.expect("an entry").path());
+    let is_suite = |path: &PathBuf| path.to_string_lossy().ends_with(".test.toml");
+    let mut suites: Vec<PathBuf> = paths.filter(is_suite).collect();
+    suites.sort();
+    assert!(!suites.is_empty(), "{}", folder.display());
+    suites
+}
+
+/// The answers of `rungd prove` in the form of what is expected.
+fn answers(suite: &Path) -> Vec<Expected> {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+    let output = command.args(["prove", "--json", "--time", "10m"]).arg(suite).output();
+    let output = output.expect("rungd runs");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.is_empty(), "{}: {said}", suite.display());
+    let text = String::from_utf8(output.stdout).expect("text");
+    let answer = |line: &str| {
+        let value: Value = serde_json::from_str(line).expect("JSON");
+        let word = value["answer"].as_str().expect("an answer");
+        let vacuous = if value["vacuous"].is_null() { "" } else { ", vacuous" };
+        let line = value["line"].as_str().expect("a line").to_owned();
+        Expected { line, answer: format!("{word}{vacuous}") }
+    };
+    text.lines().map(answer).collect()
+}
+
+/// Proves the suites of a folder of `tests/proofs`, on copies: answers are kept beside them.
+fn prove_all(folder: &str) {
+    let copied = TestFolder::new(&format!("proofs-{folder}"));
+    copy(&root().join("config"), &copied.path().join("config"));
+    let here = copied.path().join("tests/proofs").join(folder);
+    copy(&root().join("tests/proofs").join(folder), &here);
+    let all = std::env::var("RUNGD_PROOFS").is_ok_and(|value| value == "all");
+    for suite in suites(&here) {
+        let text = fs::read_to_string(&suite).expect("a suite");
+        let is_asked = |line: &&str| all || expected(line).is_none() || !line.ends_with("(slow)");
+        let lines: Vec<&str> = text.lines().filter(is_asked).collect();
+        fs::write(&suite, lines.join("\n")).expect("a suite");
+        let expected: Vec<Expected> = lines.iter().filter_map(|line| expected(line)).collect();
+        assert_eq!(answers(&suite), expected, "{}", suite.display());
+    }
+}
+
+#[test]
+fn the_benchmarks_of_esbmc_have_the_answers_that_stand_beside_them() {
+    prove_all("esbmc");
+}
+
+#[test]
+fn the_tasks_of_agents4plc_have_the_answers_that_stand_beside_them() {
+    prove_all("agents4plc");
+}
+
+#[test]
+fn what_an_engineer_asks_of_three_plants_is_decided() {
+    prove_all("plants");
+}
