@@ -70,7 +70,9 @@ fn page(list: &AlarmList, reasons: &[Vec<String>], clock: &LocalClock) -> String
         let number = if alarm.state.is_active() { alarm.order.to_string() } else { "-".to_owned() };
         lines.push(format!("{number:>3}  {}: {}", alarm.tag, alarm.text));
         lines.push(format!("     {}", facts(alarm, clock)));
-        lines.extend(reasons.get(at).into_iter().flatten().map(|line| format!("     {line}")));
+        let of_watch = alarm.watch_lines();
+        let reasons = reasons.get(at).into_iter().flatten().chain(&of_watch);
+        lines.extend(reasons.map(|line| format!("     {line}")));
     }
     lines.iter().map(|line| format!("{}\n", one_line(line.trim_end()))).collect()
 }
@@ -100,14 +102,15 @@ pub(super) fn facts(alarm: &AlarmStatus, clock: &LocalClock) -> String {
     format!("{priority}, {acknowledged}, {when}; {} {often} in the last day", alarm.day)
 }
 
-/// The explanations of the first active alarms, a few lines each.
+/// The explanations of the first active alarms, a few lines each; none for a watch, which has its
+/// own.
 ///
 /// # Errors
 /// The user may not read the recording, or it cannot be used.
 fn reasons(args: &AlarmsArgs, list: &AlarmList) -> Result<Vec<Vec<String>>, String> {
-    let stand = list.alarms.iter().filter(|alarm| alarm.state.is_active()).take(EXPLAINED_MAX);
-    let stand: Vec<&AlarmStatus> = stand.collect();
-    if stand.is_empty() {
+    let active = list.alarms.iter().take_while(|alarm| alarm.state.is_active());
+    let stand: Vec<&AlarmStatus> = active.take(EXPLAINED_MAX).collect();
+    if stand.iter().all(|alarm| alarm.watch.is_some()) {
         return Ok(Vec::new());
     }
     let answer: RecordingBytes = args
@@ -118,7 +121,11 @@ fn reasons(args: &AlarmsArgs, list: &AlarmList) -> Result<Vec<Vec<String>>, Stri
     let recording = Arc::new(Recording::of_bytes(bytes));
     let last = recording.count().checked_sub(1).ok_or("the recording is empty")?;
     let subject = playback::subject(recording.program(last))?;
-    Ok(stand.iter().map(|alarm| reason(&subject, &recording, last, alarm)).collect())
+    let explained = stand.into_iter().map(|alarm| match &alarm.watch {
+        Some(_) => Vec::new(),
+        None => reason(&subject, &recording, last, alarm),
+    });
+    Ok(explained.collect())
 }
 
 /// The first lines of the answer to `rungd why`, without its head, for the scan in which the alarm

@@ -10,8 +10,10 @@ use std::cmp::Reverse;
 use std::collections::{HashMap, VecDeque};
 
 use rungd_client::operator::protocol::{AckedAlarm, AlarmAck, AlarmState, AlarmStatus, AlarmTime};
+use rungd_config::controller::watch::WatchSettings;
 use rungd_engine::Cell;
 use rungd_language::lower;
+use rungd_language::resolve::priority::Priority;
 use rungd_runtime::exchange::Snapshot;
 
 /// Rises are counted per period of ten minutes.
@@ -32,6 +34,60 @@ pub(super) struct BookTime {
 impl BookTime {
     fn shown(self) -> AlarmTime {
         AlarmTime { scan: self.scan, unix_ns: self.unix_ns }
+    }
+}
+
+/// An alarm of a program.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct KnownAlarm {
+    /// The name of its tag or watch.
+    pub tag: String,
+    pub text: String,
+    pub priority: Priority,
+    pub of: AlarmSource,
+}
+
+/// What an alarm is of.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum AlarmSource {
+    /// A bit that is ON.
+    Bit(Cell),
+    /// A line of `[[watch]]` that does not hold, as it is written.
+    Watch(String),
+}
+
+impl KnownAlarm {
+    /// The alarms of a program: those of its bits, in the scan thread's numbering, then its
+    /// watches.
+    pub fn all(alarms: &[lower::Alarm], watches: &WatchSettings) -> Vec<KnownAlarm> {
+        let bits = alarms.iter().map(|alarm| KnownAlarm {
+            tag: alarm.tag.clone(),
+            text: alarm.text.clone(),
+            priority: alarm.priority,
+            of: AlarmSource::Bit(alarm.bit),
+        });
+        let watches = watches.all.iter().map(|watch| KnownAlarm {
+            tag: watch.name.clone(),
+            text: watch.text.clone(),
+            priority: watch.priority,
+            of: AlarmSource::Watch(watch.always.clone()),
+        });
+        bits.chain(watches).collect()
+    }
+
+    /// Among the alarms of a program: that of a line that is watched, with its number.
+    pub fn of_watch(all: &[KnownAlarm], line: usize) -> Option<(usize, &KnownAlarm)> {
+        all.iter().enumerate().filter(|(_, alarm)| alarm.line().is_some()).nth(line)
+    }
+
+    /// Its bit; a watch has none.
+    pub fn bit(&self) -> Option<Cell> {
+        if let AlarmSource::Bit(bit) = self.of { Some(bit) } else { None }
+    }
+
+    /// The line that is watched.
+    pub fn line(&self) -> Option<&str> {
+        if let AlarmSource::Watch(line) = &self.of { Some(line) } else { None }
     }
 }
 
@@ -70,17 +126,19 @@ struct AlarmRise {
 /// The book's entry of an alarm.
 #[derive(Clone, Debug)]
 struct BookedAlarm {
-    known: lower::Alarm,
+    known: KnownAlarm,
     state: AlarmState,
     rise: Option<AlarmRise>,
     /// When the alarm went OFF; `None` if it has not gone OFF since it last rose.
     ended: Option<BookTime>,
     acknowledged: Option<AlarmAck>,
     day: DayCount,
+    /// Why its watch did not hold when it last rose; empty while that is not known.
+    why: Vec<String>,
 }
 
 impl BookedAlarm {
-    fn new(known: lower::Alarm) -> BookedAlarm {
+    fn new(known: KnownAlarm) -> BookedAlarm {
         BookedAlarm {
             known,
             state: AlarmState::Normal,
@@ -88,6 +146,7 @@ impl BookedAlarm {
             ended: None,
             acknowledged: None,
             day: DayCount::default(),
+            why: Vec::new(),
         }
     }
 
@@ -106,6 +165,8 @@ impl BookedAlarm {
             order: self.rise.map_or(0, |rise| rise.order),
             day: self.day.of_the_day_before(now_ns),
             acknowledged: self.acknowledged.clone(),
+            watch: self.known.line().map(str::to_owned),
+            why: self.why.clone(),
         }
     }
 }
@@ -115,7 +176,7 @@ impl BookedAlarm {
 pub(super) struct AlarmBook {
     /// The generation of the program that has these alarms.
     generation: u32,
-    /// In the order of a scan, which is also the scan thread's numbering.
+    /// In the order of a scan, which is also the scan thread's numbering; behind them the watches.
     alarms: Vec<BookedAlarm>,
     standing: usize,
     episode: u64,
@@ -127,7 +188,7 @@ pub(super) struct AlarmBook {
 
 impl AlarmBook {
     /// An empty book of the first program's alarms.
-    pub fn new(alarms: &[lower::Alarm]) -> AlarmBook {
+    pub fn new(alarms: &[KnownAlarm]) -> AlarmBook {
         let alarms = alarms.iter().cloned().map(BookedAlarm::new).collect();
         AlarmBook { generation: 0, alarms, standing: 0, episode: 0, risen: 0, quiet_scan: None }
     }
@@ -166,16 +227,17 @@ impl AlarmBook {
         );
         alarm.rise = Some(AlarmRise { at, episode: *episode, order });
         (alarm.state, alarm.ended, alarm.acknowledged) = (AlarmState::Unacknowledged, None, None);
+        alarm.why.clear();
         alarm.day.add(at.at_ns);
         *standing += 1;
     }
 
     /// Continues with the alarms of a new program. An alarm whose name stays keeps its entry.
-    pub fn swap(&mut self, generation: u32, alarms: &[lower::Alarm]) {
+    pub fn swap(&mut self, generation: u32, alarms: &[KnownAlarm]) {
         let old = std::mem::take(&mut self.alarms);
         let mut old: HashMap<String, BookedAlarm> =
             old.into_iter().map(|alarm| (alarm.known.tag.clone(), alarm)).collect();
-        let booked = |known: &lower::Alarm| match old.remove(&known.tag) {
+        let booked = |known: &KnownAlarm| match old.remove(&known.tag) {
             Some(alarm) => BookedAlarm { known: known.clone(), ..alarm },
             None => BookedAlarm::new(known.clone()),
         };
@@ -186,8 +248,11 @@ impl AlarmBook {
 
     /// Whether the book has the same alarms ON as an image.
     pub fn agrees(&self, image: &Snapshot) -> bool {
-        let agrees =
-            |alarm: &BookedAlarm| (image.value(alarm.known.bit) != 0) == alarm.state.is_active();
+        // What is watched is told later, by the recording's thread.
+        let agrees = |alarm: &BookedAlarm| {
+            let on = alarm.known.bit().map(|bit| image.value(bit) != 0);
+            on.is_none_or(|on| on == alarm.state.is_active())
+        };
         self.generation == image.generation && self.alarms.iter().all(agrees)
     }
 
@@ -199,8 +264,8 @@ impl AlarmBook {
         }
         let at = BookTime { scan: image.scans, at_ns: image.now_ns, unix_ns };
         for number in 0..self.alarms.len() {
-            let on = image.value(self.alarms[number].known.bit) != 0;
-            self.edge(number, on, at);
+            let Some(bit) = self.alarms[number].known.bit() else { continue };
+            self.edge(number, image.value(bit) != 0, at);
         }
         true
     }
@@ -212,6 +277,23 @@ impl AlarmBook {
         let mut list: Vec<AlarmStatus> = listed.map(|alarm| alarm.shown(now_ns)).collect();
         list.sort_by_key(|alarm| (!alarm.state.is_active(), Reverse(alarm.episode), alarm.order));
         list
+    }
+
+    /// Enters why a watch did not hold, for the alarm that rose in this scan.
+    pub fn explain(&mut self, name: &str, scan: u64, why: Vec<String>) {
+        let is_it = |alarm: &&mut BookedAlarm| {
+            alarm.known.tag == name && alarm.rise.is_some_and(|rise| rise.at.scan == scan)
+        };
+        if let Some(alarm) = self.alarms.iter_mut().find(is_it) {
+            alarm.why = why;
+        }
+    }
+
+    /// The watches whose lines do not hold.
+    pub fn broken_watches(&self, now_ns: u64) -> impl Iterator<Item = AlarmStatus> {
+        let of_watch = |alarm: &&BookedAlarm| alarm.known.line().is_some();
+        let active = self.alarms.iter().filter(of_watch).filter(|alarm| alarm.state.is_active());
+        active.map(move |alarm| alarm.shown(now_ns))
     }
 
     /// The alarm with this number in the program of a generation, if it is active.
@@ -228,7 +310,7 @@ impl AlarmBook {
     /// The numbers of all alarms of a bit of a program: several tags may watch the bit.
     pub fn of_bit(&self, generation: u32, bit: Cell) -> Vec<usize> {
         let is_ours = self.generation == generation;
-        let watches = |number: &usize| is_ours && self.alarms[*number].known.bit == bit;
+        let watches = |number: &usize| is_ours && self.alarms[*number].known.bit() == Some(bit);
         (0..self.alarms.len()).filter(watches).collect()
     }
 

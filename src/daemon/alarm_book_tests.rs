@@ -7,9 +7,9 @@ use rungd_language::resolve::priority::Priority;
 const SECOND_NS: u64 = 1_000_000_000;
 const HOUR_NS: u64 = 3600 * SECOND_NS;
 
-fn known(tags: &[&str]) -> Vec<lower::Alarm> {
-    let alarm = |(at, tag): (usize, &&str)| lower::Alarm {
-        bit: Cell::Bit(BitCell(at as u32)),
+fn known(tags: &[&str]) -> Vec<KnownAlarm> {
+    let alarm = |(at, tag): (usize, &&str)| KnownAlarm {
+        of: AlarmSource::Bit(Cell::Bit(BitCell(at as u32))),
         tag: (*tag).to_owned(),
         text: format!("{tag} happened"),
         priority: Priority::default(),

@@ -24,6 +24,8 @@ enum BookNews {
     Edge(usize, bool, BookTime),
     /// A new program is running.
     Swap(u32, Arc<Narration>),
+    /// Why a watch did not hold, for the alarm that rose in a scan.
+    Explained(String, u64, Vec<String>),
 }
 
 /// The monitor thread's side of the book.
@@ -62,6 +64,13 @@ impl BookKeeper {
         self.waiting.push(BookNews::Swap(generation, Arc::clone(narration)));
     }
 
+    /// Notes why a watch did not hold.
+    pub fn explain(&mut self, name: String, scan: u64, why: Vec<String>) {
+        if self.waiting.len() < WAITING_MAX {
+            self.waiting.push(BookNews::Explained(name, scan, why));
+        }
+    }
+
     /// Notes that records of the scan thread are lost.
     pub fn lost(&mut self) {
         self.lost = true;
@@ -81,6 +90,7 @@ impl BookKeeper {
             match news {
                 BookNews::Edge(number, on, at) => book.edge(number, on, at),
                 BookNews::Swap(generation, narration) => book.swap(generation, &narration.alarms),
+                BookNews::Explained(name, scan, why) => book.explain(&name, scan, why),
             }
         }
         if self.lost && book.reconcile(latest, unix_ns(latest.now_ns)) {
@@ -99,6 +109,7 @@ pub(super) fn unix_ns(at_ns: u64) -> i64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::daemon::alarm_book::{AlarmSource, KnownAlarm};
     use rungd_runtime::command::Forces;
     use rungd_runtime::exchange::Mode;
 
@@ -121,8 +132,8 @@ mod tests {
 
     #[test]
     fn changes_during_a_read_of_the_alarm_book_are_applied_later() {
-        let alarm = rungd_language::lower::Alarm {
-            bit: rungd_engine::Cell::Bit(rungd_engine::BitCell(0)),
+        let alarm = KnownAlarm {
+            of: AlarmSource::Bit(rungd_engine::Cell::Bit(rungd_engine::BitCell(0))),
             tag: "jam".to_owned(),
             text: "Jammed".to_owned(),
             priority: rungd_language::resolve::priority::Priority::High,

@@ -6,8 +6,10 @@
 //! alarm that is ON without a line is logged as soon as the allowance permits, or at the end. So
 //! the log never shows a past alarm as still ON, and never hides an alarm that stays ON.
 
+use rungd_base::duration_text::duration_text;
 use rungd_runtime::events::LineLimit;
 use rungd_runtime::events::limit::{Budget, WithheldCount, WithheldLines};
+use rungd_runtime::say::say;
 
 /// The alarms: which of them are ON, and whether the log has a line about it.
 pub(super) struct AlarmLines {
@@ -120,6 +122,19 @@ impl AlarmLines {
 /// Takes two lines from both budgets, or from neither.
 fn draw_pair(common: &mut Budget, own: &mut Budget, now_ns: u64) -> bool {
     own.has(now_ns, PAIR) && common.draw(now_ns, PAIR) && own.draw(now_ns, PAIR)
+}
+
+/// Logs the number of alarm lines that the allowance withheld.
+pub(super) fn tell_withheld(told: Option<WithheldLines>) {
+    if let Some(WithheldLines { lines, lasted_ns }) = told {
+        let (withheld, over) = ("alarm-on", duration_text(lasted_ns));
+        say!(
+            LINES_WITHHELD,
+            withheld,
+            lines,
+            "alarms come too often: {lines} lines of the last {over} were left out"
+        );
+    }
 }
 
 #[cfg(test)]

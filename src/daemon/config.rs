@@ -14,6 +14,7 @@ use rungd_config::controller::device::Device;
 use rungd_config::controller::log::LogSettings;
 use rungd_config::controller::operator::Operator;
 use rungd_config::controller::record::RecordSettings;
+use rungd_config::controller::watch::WatchSettings;
 use rungd_config::load::{self, Loaded, sha256_of};
 use rungd_engine as engine;
 use rungd_engine::isa::Address;
@@ -65,6 +66,8 @@ pub struct ControllerSetup {
     pub(super) probation: Duration,
     pub(super) retain: Option<RetainSettings>,
     pub(super) record: RecordSettings,
+    /// The lines that the recording's thread judges.
+    pub(super) watches: WatchSettings,
     pub(super) log: LogSettings,
     /// The files, for the scan log: the controller file first.
     pub(super) files: Arc<[RecordedFile]>,
@@ -155,6 +158,7 @@ pub fn settle(
     let pace = pace(controller);
     let (narration, watched) = Narration::new(program, &symbols);
     let narration = narration.at(pace.tempo).telling(controller.log.blocks);
+    let narration = narration.watching(&controller.watches);
     let setup = ControllerSetup {
         controller: files[0].name.clone(),
         ladder: facts(program, &files[1..=loaded.ladders]),
@@ -175,6 +179,7 @@ pub fn settle(
         probation: Duration::from_millis(controller.probation_ms.into()),
         retain: retain(controller, program, &symbols, &files[0].name),
         record: controller.record.clone(),
+        watches: controller.watches.clone(),
         log: controller.log.clone(),
         files: files.iter().map(recorded).collect(),
         access,

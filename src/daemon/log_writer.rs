@@ -5,20 +5,23 @@
 //! a bit that toggles every scan does not hide other lines. Nothing here blocks: `log_queue` writes
 //! to standard error.
 
-use std::sync::Arc;
+use std::sync::mpsc::{Receiver, SyncSender};
+use std::sync::{Arc, Mutex};
 
+use super::alarm_book::{AlarmBook, KnownAlarm};
 use super::alarm_keeper::{BookKeeper, EdgeTime, SharedBook};
-use super::allowance::AlarmLines;
+use super::allowance::{AlarmLines, tell_withheld};
 use super::log_queue::lines_dropped;
 use super::narration::{BlockNews, LogFacts, Narration, WordNews, reason, us};
 use super::posture;
 use super::told_statistics::{BeatState, tell_heartbeat};
+use super::watch_log::WatchLog;
+use super::watches::{WatchMessage, watch_news};
 use rungd_base::duration_text::duration_text;
 use rungd_engine::isa::Real;
 use rungd_engine::{MathEvent, Mishap};
 use rungd_io::device::DeviceHealth;
 use rungd_language::resolve::value_texts::{ValueTexts, with_text};
-use rungd_runtime::events::limit::WithheldLines;
 use rungd_runtime::exchange::{FaultReason, Mode, Snapshot, StopReason};
 use rungd_runtime::say::say;
 use rungd_runtime::{DeviceEdge, Generations, Observer, RecordEvent, ScanRecord, Statistics};
@@ -57,6 +60,23 @@ pub(super) struct LogWriter {
     alarms: AlarmLines,
     /// The book of alarms contains all alarms, including those that the log leaves out.
     book: BookKeeper,
+    watches: WatchLog,
+}
+
+/// Where alarms go to and come from.
+pub(super) struct AlarmEnds {
+    /// The book of alarms.
+    pub book: SharedBook,
+    /// What the recording's thread finds.
+    watches: Receiver<WatchMessage>,
+}
+
+impl AlarmEnds {
+    /// A book of the first program's alarms, and the end for the recording's thread.
+    pub fn new(alarms: &[KnownAlarm]) -> (AlarmEnds, SyncSender<WatchMessage>) {
+        let (news, watches) = watch_news();
+        (AlarmEnds { book: Arc::new(Mutex::new(AlarmBook::new(alarms))), watches }, news)
+    }
 }
 
 /// A STOP or FAULT that lasts.
@@ -72,9 +92,10 @@ impl LogWriter {
         narrations: Generations<Narration>,
         facts: LogFacts,
         devices: Vec<DeviceHealth>,
-        book: SharedBook,
+        alarms: AlarmEnds,
     ) -> Self {
         let narration = narrations.of(0);
+        let AlarmEnds { book, watches } = alarms;
         let (standing, mode, alarms) =
             (None, Mode::Stop(StopReason::NotStarted), AlarmLines::new());
         LogWriter {
@@ -90,6 +111,7 @@ impl LogWriter {
             tripped: false,
             alarms,
             book: BookKeeper::new(book),
+            watches: WatchLog::new(watches),
         }
     }
 
@@ -338,6 +360,7 @@ impl Observer for LogWriter {
                 self.alarms = AlarmLines::new();
                 self.narration = self.narrations.of(generation);
                 self.book.swap(generation, &self.narration);
+                self.watches.swap(generation);
                 let swap_us = us(swap_ns);
                 say!(PROGRAM_SWAPPED, scan, swap_us, "the programs are swapped");
             }
@@ -400,6 +423,7 @@ impl Observer for LogWriter {
     }
 
     fn turn(&mut self, latest: &Snapshot, now_ns: u64) {
+        self.watches.turn(&self.narration, &mut self.book, now_ns);
         self.book.turn(latest);
         self.scans = latest.scans;
         self.stand(latest.mode, now_ns);
@@ -414,33 +438,18 @@ impl Observer for LogWriter {
         let standing = self.alarms.standing();
         self.log_active_alarms(&standing);
         tell_withheld(self.alarms.rest(now_ns));
+        self.watches.ended(&self.narration, now_ns);
     }
 }
 
-/// Logs the number of alarm lines that the allowance withheld.
 /// The text of a value, if its tag gives one.
 fn text_of(texts: Option<&ValueTexts>, value: i32) -> Option<&str> {
     texts?.text(value)
 }
 
-fn tell_withheld(told: Option<WithheldLines>) {
-    if let Some(WithheldLines { lines, lasted_ns }) = told {
-        let (withheld, over) = ("alarm-on", duration_text(lasted_ns));
-        say!(
-            LINES_WITHHELD,
-            withheld,
-            lines,
-            "alarms come too often: {lines} lines of the last {over} were left out"
-        );
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use std::sync::Mutex;
-
     use super::*;
-    use crate::daemon::alarm_book::AlarmBook;
     use crate::daemon::retain::NothingKept;
 
     const SECOND_NS: u64 = 1_000_000_000;
@@ -457,8 +466,8 @@ mod tests {
             nothing_kept: NothingKept::default(),
             priority: Arc::default(),
         };
-        let book = Arc::new(Mutex::new(AlarmBook::new(&[])));
-        LogWriter::new(Generations::new(narration), facts, Vec::new(), book)
+        let alarms = AlarmEnds::new(&[]).0;
+        LogWriter::new(Generations::new(narration), facts, Vec::new(), alarms)
     }
 
     #[test]

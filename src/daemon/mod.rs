@@ -20,6 +20,7 @@ mod log_queue;
 mod log_rules;
 mod log_screen;
 mod log_writer;
+mod modbus_start;
 mod narration;
 mod operator_server;
 mod posture;
@@ -37,6 +38,9 @@ mod start_wait;
 mod systemd;
 mod told_statistics;
 mod turns;
+mod watch_log;
+mod watch_reasons;
+mod watches;
 
 pub use failure::StartFailure;
 pub use shell::{ControllerEnd, ShellOptions, run};

@@ -4,12 +4,14 @@
 
 use std::sync::{Arc, OnceLock};
 
+use super::alarm_book::KnownAlarm;
 use super::retain::{COLD_BY_HAND, NothingKept};
 use rungd_base::duration_text::duration_text;
 use rungd_config::controller::log::BlockLines;
+use rungd_config::controller::watch::WatchSettings;
 use rungd_engine::isa::{BlockId, StageId};
 use rungd_engine::{BlockEvent, Cell, Element};
-use rungd_language::lower::{Alarm, Symbols};
+use rungd_language::lower::Symbols;
 use rungd_language::resolve::name_book::{BlockName, NameBook};
 use rungd_language::resolve::program::{Block, Program};
 use rungd_language::resolve::value_texts::ValueTexts;
@@ -24,8 +26,8 @@ pub(super) struct Narration {
     names: Arc<NameBook>,
     bits: Vec<BitNews>,
     words: Vec<WordNews>,
-    /// The alarms, which are at the beginning of `bits`.
-    pub alarms: Vec<Alarm>,
+    /// The alarms: those at the beginning of `bits`, then the watches.
+    pub alarms: Vec<KnownAlarm>,
     /// The rung of each MATH, by number.
     maths: Vec<String>,
     /// The number of rungs of the program.
@@ -234,8 +236,15 @@ impl Narration {
         let names = Arc::clone(&symbols.names);
         let (rungs, tempo) = (rungs(program), Tempo::default());
         let maths = symbols.maths.clone();
-        let (told, alarms) = (BlockLines::All, symbols.alarms.clone());
+        let told = BlockLines::All;
+        let alarms = KnownAlarm::all(&symbols.alarms, &WatchSettings::default());
         (Narration { names, bits, words, alarms, maths, rungs, tempo, told }, watched)
+    }
+
+    /// The same names, with the alarms of these watches.
+    pub fn watching(self, watches: &WatchSettings) -> Narration {
+        let alarms = [self.alarms, KnownAlarm::all(&[], watches)].concat();
+        Narration { alarms, ..self }
     }
 
     /// The same names for a program with this tempo.

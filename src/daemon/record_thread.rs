@@ -5,7 +5,7 @@
 //! operator's service requests the scans in memory; a reload announces its program before the swap.
 
 use std::io;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, channel};
 use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -15,6 +15,8 @@ use tokio::sync::oneshot;
 use super::config::FileAccess;
 use super::record::clock;
 use super::record_disk::{DiskFigures, RecordDisk};
+use super::watch_reasons::WatchReasons;
+use super::watches::{WatchMessage, WatchPlan, WatchRun};
 use rungd_base::duration_text::duration_text;
 use rungd_base::faults::{self, FaultPoint};
 use rungd_base::locked::locked;
@@ -69,7 +71,7 @@ pub(super) struct RecentPart {
 }
 
 enum RecordOrder {
-    Program(Box<RecordedProgram>, FileAccess),
+    Program(Box<RecordedProgram>, FileAccess, Option<Box<WatchPlan>>),
     Recent(AskedRecent),
     End(oneshot::Sender<()>),
 }
@@ -79,6 +81,8 @@ pub(super) struct RecordParts {
     pub tape: TapeReader,
     pub port: Port,
     pub first: (RecordedProgram, FileAccess),
+    /// What is watched in the first program, and who gets what is found.
+    pub watches: (Option<WatchPlan>, SyncSender<WatchMessage>),
     pub memory_bytes: u64,
     pub disk: Option<RecordDisk>,
 }
@@ -89,7 +93,10 @@ impl RecordHandle {
     /// # Errors
     /// The system cannot start a thread.
     pub fn start(parts: RecordParts) -> io::Result<RecordHandle> {
-        let RecordParts { tape, port, first: (first, access), memory_bytes, disk } = parts;
+        let RecordParts { tape, port, first: (first, access), watches, memory_bytes, disk } = parts;
+        let (plan, news) = watches;
+        let mut watches = WatchRun::new(news.clone());
+        watches.announce(first.generation, plan);
         let private = access.private(first.generation).into_iter().collect();
         let figures = RecordFigures { memory_bytes, ..RecordFigures::default() };
         let figures = Arc::new(Mutex::new(figures));
@@ -106,6 +113,8 @@ impl RecordHandle {
             asked: Vec::new(),
             private,
             ended: None,
+            watches,
+            reasons: WatchReasons::new(news),
         };
         thread::Builder::new().name("rungd-record".into()).spawn(move || worker.work())?;
         Ok(RecordHandle { orders, figures })
@@ -113,8 +122,9 @@ impl RecordHandle {
 
     /// Announces the program of a reload. Call this before the program is handed to the scan
     /// thread.
-    pub fn program(&self, program: RecordedProgram, access: FileAccess) {
-        let _ = self.orders.send(RecordOrder::Program(Box::new(program), access));
+    pub fn program(&self, program: RecordedProgram, access: FileAccess, plan: Option<WatchPlan>) {
+        let plan = plan.map(Box::new);
+        let _ = self.orders.send(RecordOrder::Program(Box::new(program), access, plan));
     }
 
     /// The recording in memory from a section's number on; `None`: the thread is gone (a bug).
@@ -174,6 +184,8 @@ struct RecordWorker {
     private: Vec<u32>,
     /// Set if the order to end came while the tape was read.
     ended: Option<oneshot::Sender<()>>,
+    watches: WatchRun,
+    reasons: WatchReasons,
 }
 
 impl RecordWorker {
@@ -193,6 +205,7 @@ impl RecordWorker {
                 self.flush();
             }
             self.answer();
+            self.explain();
             if let Some(done) = ended {
                 match self.tape.unheard() {
                     0 => {}
@@ -209,8 +222,9 @@ impl RecordWorker {
 
     fn obey(&mut self, order: RecordOrder) -> Option<oneshot::Sender<()>> {
         match order {
-            RecordOrder::Program(program, access) => {
+            RecordOrder::Program(program, access, plan) => {
                 self.private.extend(access.private(program.generation));
+                self.watches.announce(program.generation, plan.map(|plan| *plan));
                 self.recorder.program(*program);
             }
             RecordOrder::Recent(asked) => self.asked.push(asked),
@@ -244,6 +258,7 @@ impl RecordWorker {
                 | TapeEntry::Mode(_)
                 | TapeEntry::Swap { .. } => {}
             }
+            self.reasons.add(self.watches.take(entry, state.as_deref()));
             let block = self.recorder.take(entry, state.as_deref(), clock);
             if let Some(state) = state {
                 self.tape.give_back(state);
@@ -289,6 +304,12 @@ impl RecordWorker {
         }
     }
 
+    /// Explains what is watched and does not hold.
+    fn explain(&mut self) {
+        let RecordWorker { recorder, recent, reasons, .. } = self;
+        reasons.turn(|| recent.write_from(0, recorder.under_way().as_ref(), RECORDING_BYTES_MAX));
+    }
+
     /// Answers with everything up to now. The current section is not ended: otherwise frequent
     /// requests would make many small blocks, also on disk.
     fn answer(&mut self) {
@@ -310,6 +331,7 @@ impl RecordWorker {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::daemon::watches::watch_news;
     use rungd_engine::{Engine, ScanTimes};
     use rungd_language::lower::lower;
     use rungd_language::resolve::{LoadOptions, load_ladders};
@@ -355,6 +377,8 @@ mod tests {
             asked: Vec::new(),
             private: Vec::new(),
             ended: None,
+            watches: WatchRun::new(watch_news().0),
+            reasons: WatchReasons::new(watch_news().0),
         };
         (worker, orders)
     }

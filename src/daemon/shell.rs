@@ -4,14 +4,13 @@
 //! scan thread fifty times a second, which is often enough for signals and systemd.
 
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tokio::time::{MissedTickBehavior, interval, timeout};
 
-use super::alarm_book::AlarmBook;
 use super::alarm_keeper::SharedBook;
 use super::config::{ControllerSetup, RunningProgram};
 use super::devices::{self, DeviceStarter};
@@ -19,7 +18,8 @@ use super::failure::StartFailure;
 use super::guard::RestartGuard;
 use super::local_time;
 use super::log;
-use super::log_writer::LogWriter;
+use super::log_writer::{AlarmEnds, LogWriter};
+use super::modbus_start;
 use super::narration::{LogFacts, Narration};
 use super::operator_server;
 use super::posture;
@@ -34,16 +34,15 @@ use super::start_parts::{StartParts, start_parts};
 use super::start_wait::{StartPart, StartWatch};
 use super::systemd::{self, DueNotices, Systemd};
 use super::told_statistics::tell_statistics;
+use super::watches::WatchPlan;
 use rungd_base::duration_text::duration_text;
 use rungd_base::faults::{self, FaultPoint};
 use rungd_engine::isa::{Bit, BitSpace};
 use rungd_engine::{self as engine, Engine};
 use rungd_io::caught::caught;
 use rungd_io::device::DeviceHealth;
-use rungd_io::listening::cannot_listen;
-use rungd_io::modbus::settings::ModbusServerSettings;
-use rungd_io::{modbus, plant};
-use rungd_runtime::exchange::{FaultReason, Mode, Port, StopReason};
+use rungd_io::plant;
+use rungd_runtime::exchange::{FaultReason, Mode, StopReason};
 use rungd_runtime::field::DeviceEnds;
 use rungd_runtime::pacing::MachineClock;
 use rungd_runtime::say::say;
@@ -126,7 +125,6 @@ pub fn run(
         return Ok(ControllerEnd::Orderly);
     };
     let StartParts { sockets, engine, retained } = parts?;
-    let has_operator = !sockets.is_empty();
     let (cold, nothing_kept) = retained.as_ref().map(RestoredFile::outlook).unwrap_or_default();
     let settings = ThreadSettings {
         pace: runtime::ScannerSettings {
@@ -144,7 +142,7 @@ pub fn run(
     let facts = LogFacts {
         repeat_ns: options.repeat.as_nanos() as u64,
         heartbeat_ns: pace.statistics_every_ns,
-        has_operator,
+        has_operator: !sockets.is_empty(),
         record: disk.as_ref().map(|dir| dir.display().to_string()),
         nothing_kept,
         priority: Arc::default(),
@@ -152,8 +150,9 @@ pub fn run(
     let priority = Arc::clone(&facts.priority);
     let healths = devices::healths(&setup.devices);
     let narration = Generations::new(setup.narration.clone());
-    let book = Arc::new(Mutex::new(AlarmBook::new(&setup.symbols.alarms)));
-    let writer = LogWriter::new(narration.clone(), facts, healths.clone(), Arc::clone(&book));
+    let (alarms, news) = AlarmEnds::new(&setup.narration.alarms);
+    let book = Arc::clone(&alarms.book);
+    let writer = LogWriter::new(narration.clone(), facts, healths.clone(), alarms);
     let clock = MachineClock { offset };
     let (machine, tape) = runtime::tape(engine);
     let (mut prepared, reloader) = runtime::prepare(machine, clock, &settings, writer)?;
@@ -167,6 +166,7 @@ pub fn run(
         tape,
         port: prepared.port(),
         first: (record::program(&setup, 0), setup.access),
+        watches: (WatchPlan::new(&setup.watches, &setup.symbols, &program), news),
         memory_bytes: setup.record.memory_bytes,
         disk: disk.map(|dir| RecordDisk::start(&dir, &setup)).transpose()?,
     })?;
@@ -383,7 +383,7 @@ async fn start_drivers(
     about.book = book;
     let mut modbus = None;
     if let Some(settings) = &setup.modbus {
-        let (server, maps) = bind_modbus(settings, setup, port, patience).await?;
+        let (server, maps) = modbus_start::bind(settings, setup, port, patience).await?;
         let address = server.address().unwrap_or(settings.listen);
         about.modbus = Some((address.to_string(), settings.connections, server.seats()));
         modbus = Some((maps, settings.clone()));
@@ -416,27 +416,6 @@ async fn start_drivers(
         drivers.spawn(server.run(when_stopped(stopped)));
     }
     Ok((drivers, reloads))
-}
-
-async fn bind_modbus(
-    settings: &ModbusServerSettings,
-    setup: &ControllerSetup,
-    port: &Port,
-    patience: Duration,
-) -> Result<(modbus::BoundModbusServer, Generations<modbus::ModbusMap>), StartFailure> {
-    let listen = settings.listen;
-    let limits = |word| setup.symbols.limits(word);
-    let maps = Generations::new(modbus::ModbusMap::new(settings, &setup.symbols.layout, limits));
-    let bound =
-        modbus::BoundModbusServer::bind(settings.clone(), maps.clone(), port.clone(), patience);
-    let server = bound.await.map_err(|error| {
-        let other = "write another port in `[modbus-server] listen`";
-        let about = cannot_listen(listen, &error, other);
-        let controller = &setup.controller;
-        let context = format!("{controller}: `[modbus-server]` cannot listen at {about}: {error}");
-        StartFailure::Environment(anyhow::anyhow!(context))
-    })?;
-    Ok((server, maps))
 }
 
 /// Logs the last lines, and derives the ending from the report.

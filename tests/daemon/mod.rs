@@ -31,3 +31,4 @@ mod run_listeners;
 mod time_of_day;
 mod value_texts;
 mod watchdog_fault;
+mod watches;

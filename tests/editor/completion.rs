@@ -353,6 +353,9 @@ fn missing_keys_and_headers_are_offered() {
             ("[scan]\n¦\nperiod = \"10ms\"\n", &["watchdog"], &["period", "[outputs]"]),
             ("[scan]\nperiod = \"10ms\"\n¦", &["watchdog"], &["period"]),
             ("[[device]]\n¦", &["name", "driver", "map"], &[]),
+            ("[[watch]]\n¦", &["name", "always", "priority"], &["driver"]),
+            ("[[watch]]\nalways = \"!¦\"", &["start", "valve"], &[]),
+            ("[[watch]]\npriority = \"¦\"", &["critical", "low"], &["valve"]),
             ("[[device]]\ndriver = \"¦\"", &["simulated", "modbus-tcp"], &["start"]),
             ("[[device]]\nmap = [\n    { ¦", &["from", "to"], &["driver"]),
             ("[[device]]\nmap = [\n    { from = \"¦", &["start", "level"], &[]),
@@ -402,6 +405,8 @@ fn steps_and_names_are_offered_in_test_files() {
                 &["[[scenario]]", "[[random]]", "[retain]", "[prove]"],
                 &["[scenario]"],
             ),
+            ("ladder = [\"plant.toml\"]\n[prove]\nassume = [\"!¦\"]", &["valve"], &[]),
+            ("ladder = [\"plant.toml\"]\n[prove]\ninputs = [\"¦\"]", &["start"], &[]),
         ],
     );
 }

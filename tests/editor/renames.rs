@@ -128,7 +128,8 @@ fn a_rename_that_changes_a_meaning_is_refused() {
 #[test]
 fn a_rename_reaches_every_controller_file_with_the_ladder_and_its_tests() {
     let folder = folder();
-    let second = "ladder = [\"plant.toml\"]\n\n[outputs]\nhold = [\"valve\"]\n";
+    let second = "ladder = [\"plant.toml\"]\n\n[outputs]\nhold = [\"valve\"]\n\
+                  [[watch]]\nname = \"w\"\nalways = \"!valve | was(valve)\"\n";
     std::fs::write(folder.path().join("second.toml"), second).unwrap();
     let test = "controller = \"second.toml\"\n\n[[scenario]]\nname = \"s\"\n\
                 steps = [\"expect: !valve\"]\n";
@@ -140,6 +141,8 @@ fn a_rename_reaches_every_controller_file_with_the_ladder_and_its_tests() {
     for name in [CONTROLLER, LADDER, TEST, "second.toml", "second.test.toml"] {
         assert!(edits.contains_key(&editor.uri(name)), "{name}: {:?}", edits.keys());
     }
+    let second = edited(&editor.disk("second.toml"), &edits[&editor.uri("second.toml")]);
+    assert!(second.contains("always = \"!outlet | was(outlet)\""), "{second}");
 }
 
 /// A ladder names one device; each controller file with this ladder has its own device of that

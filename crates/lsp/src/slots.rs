@@ -176,6 +176,7 @@ fn of_controller(object: &str, keys: &[&str]) -> Slot {
         ("device", ["name"]) => Slot::Declares(DeclaredKind::Device),
         ("device" | "simulated", ["ladder"]) => Slot::DeviceLadder,
         ("simulated", ["device"]) => Slot::Device,
+        ("watch", ["always"]) => Slot::Condition,
         ("device.map", ["from" | "to"]) => Slot::Point,
         (
             "device.part",
@@ -217,7 +218,8 @@ fn of_test(object: &str, keys: &[&str]) -> Slot {
         ("", ["ladder" | "controller"]) => Slot::File,
         ("simulated", ["device"]) => Slot::Device,
         ("simulated", ["ladder"]) => Slot::DeviceLadder,
-        ("", ["always"]) => Slot::Condition,
+        ("", ["always"] | ["prove", "assume" | "can"]) => Slot::Condition,
+        ("", ["prove", "inputs" | "writable" | "any"]) => Slot::Operand,
         ("", ["retain", "stages"]) => Slot::Block,
         ("", ["retain", _]) => Slot::Operand,
         ("scenario" | "random", ["name"]) => Slot::Declares(DeclaredKind::Test),

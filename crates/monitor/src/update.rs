@@ -5,7 +5,7 @@
 use super::dialog::{Dialog, TypedName, WantedChange, edit};
 use super::message::{KeyPress, MonitorAction, MonitorEvent, MonitorNews, ThreadOrder};
 use super::state::{LongText, MonitorPage, MonitorPane, MonitorState};
-pub use rungd_client::operator::protocol::{BitOrNumber, ShownValue};
+pub use rungd_client::operator::protocol::{AlarmStatus, BitOrNumber, ShownValue};
 
 /// The time until the next request for a ladder that does not arrive.
 const LADDER_AGAIN_MS: u64 = 3000;
@@ -25,6 +25,12 @@ pub(super) fn update(state: &mut MonitorState, event: MonitorEvent) -> Vec<Monit
     };
     wishes.extend(state.standing_orders());
     wishes
+}
+
+/// Why the line of a watch does not hold, which its alarm says; empty for anything else.
+fn of_watch(state: &MonitorState, name: &str) -> Vec<String> {
+    let mut alarms = state.status.iter().flat_map(|status| &status.alarms);
+    alarms.find(|alarm| alarm.tag == name).map_or_else(Vec::new, AlarmStatus::watch_lines)
 }
 
 fn ask(order: ThreadOrder) -> Vec<MonitorAction> {
@@ -222,10 +228,13 @@ fn about(state: &mut MonitorState, operand: Option<String>, press: KeyPress) -> 
         return Vec::new();
     };
     let Some(wanted) = wanted else {
-        let (heading, text) = (format!("Why: {operand}"), "waiting for the controller".to_owned());
+        let (heading, known) = (format!("Why: {operand}"), of_watch(state, &operand));
+        let orders = if known.is_empty() { ask(ThreadOrder::Why(operand)) } else { Vec::new() };
+        let waits = || "waiting for the controller".to_owned();
+        let text = if known.is_empty() { waits() } else { known.join("\n") };
         state.why = LongText { heading, text, top: 0 };
         open(state, MonitorPage::Why);
-        return ask(ThreadOrder::Why(operand));
+        return orders;
     };
     let text = String::new();
     state.dialog = Some(match wanted {

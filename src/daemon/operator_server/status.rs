@@ -233,7 +233,7 @@ impl StatusFacts {
             let booked = book.standing(latest.generation, number, now_ns);
             booked.unwrap_or_else(|| alarm.clone())
         };
-        standing.map(booked).collect()
+        standing.map(booked).chain(book.broken_watches(now_ns)).collect()
     }
 
     fn field(&self, latest: &Snapshot) -> Vec<FieldDevice> {

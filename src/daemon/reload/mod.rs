@@ -362,7 +362,7 @@ impl Reloads {
         }
         let ReadyProgram { running, plan, package, .. } = ready;
         let generation = package.generation;
-        self.views.insert(generation, &running.setup);
+        self.views.insert(generation, &running);
         inner.generation = generation;
         let forces = self.port.latest().forces.list().to_vec();
         let resume = matches!(request.direction, SwapDirection::Back(Some(_)));

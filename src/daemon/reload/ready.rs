@@ -124,6 +124,9 @@ pub(super) fn settings(
     if old.rules.len() != new.rules.len() || !rules.all(is_like) {
         lines.push("the rules of `[[simulated-device]]`: changed".to_owned());
     }
+    if !old.watches.is_like(&new.watches) {
+        lines.push("the lines of `[[watch]]`: changed".to_owned());
+    }
     lines.extend(old.log.changes(&new.log));
     lines.extend(warnings(&old.warnings, new));
     if was.watchdog_ns != is.watchdog_ns {

@@ -1,10 +1,11 @@
 //! The data of a program that its readers need: the operator's service, the log, the Modbus server,
 //! the simulated device and retentive memory.
 
-use crate::daemon::config::ControllerSetup;
+use crate::daemon::config::RunningProgram;
 use crate::daemon::narration::Narration;
 use crate::daemon::operator_server::{ProgramView, StatusSources};
 use crate::daemon::record;
+use crate::daemon::watches::WatchPlan;
 use rungd_io::modbus::settings::ModbusServerSettings;
 use rungd_io::{modbus, plant};
 use rungd_language::resolve::program::Program;
@@ -23,8 +24,10 @@ pub(in super::super) struct ProgramViews {
 
 impl ProgramViews {
     /// Enters a program, before its swap.
-    pub(super) fn insert(&self, generation: u32, setup: &ControllerSetup) {
-        self.about.recording.program(record::program(setup, generation), setup.access);
+    pub(super) fn insert(&self, generation: u32, running: &RunningProgram) {
+        let RunningProgram { program, setup } = running;
+        let watches = WatchPlan::new(&setup.watches, &setup.symbols, program);
+        self.about.recording.program(record::program(setup, generation), setup.access, watches);
         self.operator.insert(generation, ProgramView::new(setup, &self.about));
         self.narration.insert(generation, setup.narration.clone());
         let layout = &setup.symbols.layout;

@@ -111,6 +111,23 @@ pub struct AlarmStatus {
     /// The acknowledgement, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub acknowledged: Option<AlarmAck>,
+    /// For a watch: the line that does not hold.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub watch: Option<String>,
+    /// For a watch: why the line did not hold in the scan of `since`, as lines of text; empty until
+    /// that is known.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub why: Vec<String>,
+}
+
+impl AlarmStatus {
+    /// For a watch: the line that does not hold, and why it did not when the alarm rose. Empty for
+    /// the alarm of a bit, which `why` explains by its tag.
+    pub fn watch_lines(&self) -> Vec<String> {
+        let Some(line) = &self.watch else { return Vec::new() };
+        let why = self.why.iter().map(|line| format!("  {line}"));
+        [format!("it does not hold: {line}")].into_iter().chain(why).collect()
+    }
 }
 
 /// The answer to `alarms`.

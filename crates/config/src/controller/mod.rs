@@ -26,6 +26,7 @@ pub mod side_ladder;
 mod simulated_device;
 pub mod simulated_side;
 pub mod test_settings;
+pub mod watch;
 pub mod web;
 mod wired;
 pub mod written;
@@ -120,6 +121,7 @@ pub(crate) fn resolve_controller_within(
         operator: operator.unwrap_or_default(),
         record: written.record.clone(),
         web: web::resolve(&written.web, &mut resolver),
+        watches: watch::resolve(&written.watches, program, progress, &mut resolver.findings),
         log: written.log.clone(),
         probation_ms: written.probation_ms,
     };

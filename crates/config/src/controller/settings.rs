@@ -6,6 +6,7 @@ use super::operator::Operator;
 use super::record::RecordSettings;
 use super::retain::Retention;
 use super::simulated_side::SimulatedSide;
+use super::watch::WatchSettings;
 use super::web::WebSettings;
 use rungd_engine::isa::BlockId;
 use rungd_io::modbus::settings::ModbusServerSettings;
@@ -47,6 +48,8 @@ pub struct Controller {
     pub record: RecordSettings,
     /// The operands that `rungd web` may write, and its panels.
     pub web: WebSettings,
+    /// The lines that must hold at the end of every scan.
+    pub watches: WatchSettings,
     /// The log.
     pub log: LogSettings,
     /// The time for which a reloaded program is on trial, ms; 0: no trial.

@@ -14,6 +14,7 @@ use super::record::{self, RecordSettings};
 use super::retain::{self, WrittenRetain};
 use super::simulated_device::{self, WrittenRule};
 use super::simulated_side::{self, WrittenSimulated};
+use super::watch::{self, WrittenWatch};
 use super::web::{self, WrittenWeb};
 use rungd_base::progress::{Progress, UNASKED};
 use rungd_engine::isa::MemorySizes;
@@ -61,6 +62,8 @@ pub struct WrittenController {
     pub(crate) record: RecordSettings,
     /// `[web]` and `[[panel]]`.
     pub(crate) web: WrittenWeb,
+    /// `[[watch]]`, in file order.
+    pub(super) watches: Vec<WrittenWatch>,
     /// `[log]`.
     pub(crate) log: LogSettings,
     /// `[reload] probation`, ms; 0: none.
@@ -145,6 +148,7 @@ fn read_root(mut root: Table<'_>, file: FileId) -> WrittenController {
         rules: simulated_device::read_in(&mut root),
         devices: device::read_in(&mut root),
         simulated: simulated_side::read_in(&mut root),
+        watches: watch::read_in(&mut root),
         log: log::read_in(&mut root),
         probation_ms: read_probation(&mut root),
         operator: operator::read_in(&mut root),

@@ -147,6 +147,9 @@ fn reading_settings_checks_the_time_at_each_item() {
     each("panels", &|n| {
         tables(n, "panel", &|at| format!("name = \"p{at}\"\nshow = [{{ lamp = \"Y0\" }}]"))
     });
+    each("lines that are watched", &|n| {
+        tables(n, "watch", &|at| format!("name = \"w{at}\"\nalways = \"!Y0\""))
+    });
     each("parts of a panel", &|n| {
         let show = parts(n, ", ", |_| "{ lamp = \"Y0\" }".to_owned());
         format!("[[panel]]\nname = \"p\"\nshow = [{show}]\n")

@@ -168,6 +168,11 @@ fn the_cost_of_settings_is_proportional_to_their_number() {
             let server = format!("standard-map = false\nwritable = [{writable}]\n{map}");
             (format!("{MEMORY}[modbus-server]\n{server}"), format!("{MAIN}{RUNG}"))
         }),
+        ("lines that are watched", Some(Code::UnknownName), |n| {
+            let line = |k: usize| format!("!(C{k} & tga_number_{k}) | was(C{k})");
+            let watch = |k| format!("[[watch]]\nname = \"w{k}\"\nalways = \"{}\"\n", line(k));
+            (format!("{MEMORY}{}", many(n, watch)), format!("{}{MAIN}{RUNG}", tags(n)))
+        }),
         ("panels", Some(Code::UnknownName), |n| {
             let write = list(n, |k| format!("\"C{k}\""));
             let show =

@@ -246,15 +246,16 @@ pub fn sha256_of<'t>(texts: impl Iterator<Item = &'t str>) -> String {
     hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Marks the tags of all inputs and outputs of devices, and of all bits that a simulated input
-/// follows, as used, even if the ladder does not name them.
+/// Marks the tags of all inputs and outputs of devices, of all bits that a simulated input follows,
+/// and of all that is watched, as used, even if the ladder does not name them.
 fn mark_mapped(program: &mut Program, controller: &Controller) {
     let devices = &controller.devices;
     let inputs = devices.iter().flat_map(|device| &device.inputs).map(|input| input.address);
     let outputs = devices.iter().flat_map(|device| &device.outputs).map(|output| output.address);
     let followed =
         controller.rules.iter().flat_map(InputRule::reads).map(|read| Address::Bit(read.bit));
-    let mapped: HashSet<Address> = inputs.chain(outputs).chain(followed).collect();
+    let watched = controller.watches.reads();
+    let mapped: HashSet<Address> = inputs.chain(outputs).chain(followed).chain(watched).collect();
     for tag in &mut program.tags {
         if let TagMeaning::Address(address) = tag.meaning {
             tag.used |= mapped.contains(&address);

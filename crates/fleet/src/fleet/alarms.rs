@@ -109,6 +109,9 @@ pub(super) fn alarms_of(text: &str) -> Option<(Vec<AlarmStatus>, u64)> {
 fn short(mut alarm: AlarmStatus) -> AlarmStatus {
     alarm.tag = cut(&alarm.tag);
     alarm.text = cut(&alarm.text);
+    alarm.watch = alarm.watch.as_deref().map(cut);
+    // It says the same as `rungd alarms` at the controller, and may be long.
+    alarm.why.clear();
     if let Some(acknowledged) = &mut alarm.acknowledged {
         acknowledged.who = cut(&acknowledged.who);
     }

@@ -5,12 +5,12 @@ use std::path::Path;
 use super::condition::Condition;
 use super::names::{Observation, TestNames};
 use super::programs::test_program;
-use super::step_condition;
 use super::suite::TestProgram;
 use rungd_config::load;
 use rungd_engine::{Cell, Engine, EngineCall};
 use rungd_language::lower::lower;
 use rungd_language::resolve::LoadOptions;
+use rungd_language::source::condition;
 use rungd_language::source::span::{FileId, Span};
 
 /// The ladder of `tests/suites`, with its memory.
@@ -32,7 +32,7 @@ impl TestPlant {
         let options = LoadOptions::default();
         let mut names = TestNames::of(&self.program, &Observation::default(), &options);
         let span = Span { file: FileId(0), start: 0, end: text.len() as u32 };
-        let written = step_condition::condition(text, span).map_err(|of| vec![of.message])?;
+        let written = condition::condition(text, span).map_err(|of| vec![of.message])?;
         names
             .condition(&written)
             .map_err(|all| all.into_iter().map(|finding| finding.message).collect())

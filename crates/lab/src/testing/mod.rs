@@ -42,7 +42,6 @@ mod report;
 mod runner;
 mod scenario;
 mod shrink;
-mod step_condition;
 mod step_forms;
 mod step_text;
 mod step_words;
@@ -54,6 +53,9 @@ mod unmoved;
 mod view;
 #[cfg(test)]
 mod was_tests;
+mod watched;
+#[cfg(test)]
+mod watched_tests;
 mod written;
 mod written_prove;
 
@@ -79,5 +81,6 @@ pub use touches::{TestTouch, touches};
 pub use traced::{TracedScan, trace};
 pub use unmoved::UnmovedNames;
 pub use view::View;
+pub use watched::{DecidingOperand, WatchedLines};
 pub use written::shape;
 pub use written_prove::ProofEvent;

@@ -9,7 +9,6 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use super::condition::Condition;
-use super::step_condition::WrittenCondition;
 use super::step_words::StepWord;
 use super::suite::{TestOperand, TestProgram};
 use super::view::{View, ViewDraft};
@@ -22,15 +21,16 @@ use rungd_language::check::{CheckInputs, check_partial, silence};
 use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::LoadOptions;
 use rungd_language::resolve::condition::{ConditionNames, not_in_ladder};
-use rungd_language::resolve::observed::{ObservedProgram, lies_within, remembered};
+use rungd_language::resolve::observed::{ObservedProgram, lies_within};
 use rungd_language::resolve::observer::{ObserverText, observed};
 use rungd_language::resolve::program::Program;
 use rungd_language::resolve::scope::{LookUp, NamedThing};
+use rungd_language::source::condition::WrittenCondition;
 use rungd_language::source::finding::{Code, Finding, Severity};
 use rungd_language::source::fix::{advise, one_of, pair, possible, proposed};
 use rungd_language::source::nearest::KnownNames;
 use rungd_language::source::observer;
-use rungd_language::source::span::{FileId, Located, SourceFile, Span};
+use rungd_language::source::span::{FileId, SourceFile, Span};
 use rungd_language::source::was;
 
 /// What the conditions of a test file see beside the memory of the controller.
@@ -48,11 +48,7 @@ pub(super) const OBSERVER: FileId = FileId(u32::MAX >> 2);
 impl Observation {
     /// Adds the names `was(x)` of a condition.
     pub fn remember(&mut self, written: &WrittenCondition) {
-        for Located { value, .. } in was::names(&written.contact) {
-            if !self.was.contains(&value) {
-                self.was.push(value);
-            }
-        }
+        was::add_names(&written.contact, &mut self.was);
     }
 
     /// A program as the conditions see it, and the findings about the observer.
@@ -168,18 +164,7 @@ impl<'a> TestNames<'a> {
     /// # Errors
     /// The findings about it.
     pub fn condition(&mut self, written: &WrittenCondition) -> Result<Condition, Vec<Finding>> {
-        let mistakes: Vec<Finding> = was::names(&written.contact)
-            .into_iter()
-            .filter_map(|Located { value, span }| {
-                let span = was::place_of_x(written.text_of(span), span);
-                remembered(self.conditions.scope(), &value, span).err()
-            })
-            .map(|finding| finding.declared_as(not_in_ladder))
-            .collect();
-        if !mistakes.is_empty() {
-            return Err(mistakes);
-        }
-        let resolved = self.conditions.resolve(&written.contact, &written.text, written.span)?;
+        let resolved = self.conditions.resolve(written)?;
         let layout = match &mut self.view {
             Some(view) => {
                 view.reads(&resolved.contact);

@@ -4,11 +4,11 @@
 
 use super::names::TestTarget;
 use super::programs::Programs;
-use super::step_condition::WrittenCondition;
 use super::suite::{FreeOperand, ProgramId, ProofSettings};
 use super::written_prove::WrittenProve;
 use crate::traces::stimulus::StimulusTarget;
 use rungd_engine::Cell;
+use rungd_language::source::condition::WrittenCondition;
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::reader::Text;
 use rungd_language::source::span::Span;

@@ -15,7 +15,6 @@ use super::names::{OBSERVER, Observation};
 use super::programs::{BenchSettings, NamedProgram, Programs, TestFile, test_program};
 use super::proving::{self, ProofConditions};
 use super::random;
-use super::step_condition::{self, WrittenCondition};
 use super::step_text::{self, WrittenStep};
 use super::steps::StepResolver;
 use super::suite::{RandomTest, Scenario, Suite, TestOperand, TestProgram};
@@ -28,6 +27,7 @@ pub use rungd_config::load::test_ladders::{InputKind, SettingsFile, bench};
 pub use rungd_config::load::{self, Loaded, OpenTexts, decode, read_bytes};
 use rungd_language::resolve::LoadOptions;
 use rungd_language::resolve::program::Program;
+use rungd_language::source::condition::{WrittenCondition, condition};
 use rungd_language::source::finding::{Code, Finding, Severity};
 use rungd_language::source::lost::LostTexts;
 use rungd_language::source::reader::Text;
@@ -191,7 +191,7 @@ impl SuiteReading {
     fn conditions(&mut self, texts: Vec<Text>) -> Vec<(Span, WrittenCondition)> {
         let mut conditions = Vec::new();
         for text in texts {
-            match step_condition::condition(&text.text, text.span) {
+            match condition(&text.text, text.span) {
                 Ok(condition) => {
                     self.findings.extend(condition.doubts());
                     conditions.push((text.span, condition));

@@ -3,7 +3,6 @@
 //! `reading` calls [`parse`]. It parses the forms of all steps; `steps` resolves the names of the
 //! ladder. The help for a mistake can be copied into the file.
 
-use super::step_condition::{WrittenCondition, condition};
 use super::step_forms::{FORMS, step_form};
 use super::step_words::{StepWord, StepWords, count};
 use super::suite::TestTime;
@@ -11,6 +10,7 @@ use crate::rig::PowerOff;
 use rungd_base::calendar;
 use rungd_engine::isa::duration;
 use rungd_language::source::atom::bad_duration;
+use rungd_language::source::condition::{WrittenCondition, condition};
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::fix::{FixEdit, Help, advise, meant, possible, propose, proposed};
 use rungd_language::source::nearest::nearest;

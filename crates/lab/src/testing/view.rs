@@ -190,6 +190,40 @@ impl View {
         self.ladder.cell(address).filter(|_| self.observed.is_of_program(address))
     }
 
+    /// The cells of the controller that the view takes.
+    pub(super) fn taken(&self) -> impl Iterator<Item = Cell> {
+        let bits = self.bits.iter().map(|(from, _)| Cell::Bit(*from));
+        bits.chain(self.words.iter().map(|(from, _)| Cell::Word(*from)))
+    }
+
+    /// Takes an image of the controller.
+    pub(super) fn look(&self, image: &Image, machine: &mut Taped) {
+        for (from, to) in &self.bits {
+            machine.write_bit(*to, image.bit(*from));
+        }
+        for (from, to) in &self.words {
+            machine.write_word(*to, image.word(*from));
+        }
+    }
+
+    /// By `was(x)`: the value of x on an image of the view.
+    pub(super) fn remember(&self, image: &Image, last: &mut Vec<i32>) {
+        last.clear();
+        last.extend(self.was.iter().map(|remembered| image.value(remembered.place)));
+    }
+
+    /// Shows the values at the end of the scan before.
+    pub(super) fn show_remembered(&self, last: &[i32], machine: &mut Taped) {
+        for (remembered, value) in self.was.iter().zip(last) {
+            machine.write(remembered.kept, *value);
+        }
+    }
+
+    /// A machine with the memory of the view, before its first scan.
+    pub(super) fn machine(&self) -> Taped {
+        Taped::new(Engine::new(self.code.clone()))
+    }
+
     /// What a cell of a condition is; `None`: a cell that no condition can name.
     pub(super) fn seen(&self, cell: Cell) -> Option<SeenCell<'_>> {
         let kept = self.was.iter().find(|remembered| remembered.kept == cell);
@@ -230,7 +264,7 @@ pub(super) struct ViewMemory {
 impl ViewMemory {
     /// The memory before the first scan.
     pub fn new(view: &Arc<View>, rig: &Rig) -> ViewMemory {
-        let mut machine = Taped::new(Engine::new(view.code.clone()));
+        let mut machine = view.machine();
         machine.start(rig.next_ns());
         let (view, last) = (Arc::clone(view), Vec::new());
         ViewMemory { view, machine, tape: None, last }.begins_run(rig)
@@ -306,25 +340,15 @@ impl ViewMemory {
 
     /// Takes the memory of the controller as it now is.
     pub fn look(&mut self, rig: &Rig) {
-        let image = rig.image();
-        for (from, to) in &self.view.bits {
-            self.machine.write_bit(*to, image.bit(*from));
-        }
-        for (from, to) in &self.view.words {
-            self.machine.write_word(*to, image.word(*from));
-        }
+        self.view.look(rig.image(), &mut self.machine);
     }
 
     fn remember(&mut self) {
-        let image = self.machine.engine().image();
-        self.last.clear();
-        self.last.extend(self.view.was.iter().map(|remembered| image.value(remembered.place)));
+        self.view.remember(self.machine.engine().image(), &mut self.last);
     }
 
     fn show_remembered(&mut self) {
-        for (remembered, value) in self.view.was.iter().zip(&self.last) {
-            self.machine.write(remembered.kept, *value);
-        }
+        self.view.show_remembered(&self.last, &mut self.machine);
     }
 
     /// A reload has brought the program of another view: what the view has beside the memory of

@@ -1,17 +1,19 @@
-//! Resolves the conditions of tests, which are contacts over the names of a resolved program.
+//! Resolves the conditions of tests and of `[[watch]]`, which are contacts over the names of a
+//! resolved program.
 //!
-//! Called by `testing`. `contact` resolves them, as those of a ladder.
+//! Called by `testing` and `controller`. `contact` resolves them, as those of a ladder.
 
 use super::array::ArrayElement;
-use super::observed::{ObservedProgram, Remembered};
+use super::observed::{ObservedProgram, Remembered, remembered};
 use super::program::{Contact, NamedOperand, Program, TagMeaning};
 use super::resolver::ConditionText;
 use super::scope::{NamedThing, Scope};
 use super::{LoadOptions, Resolver};
-use crate::source::contact::WrittenContact;
+use crate::source::condition::WrittenCondition;
 use crate::source::finding::{Finding, Severity};
 use crate::source::fix::{Help, advise, possible};
-use crate::source::span::Span;
+use crate::source::span::Located;
+use crate::source::was;
 
 /// A condition, and the operands that it reads.
 #[derive(Clone, Debug)]
@@ -56,19 +58,29 @@ impl<'a> ConditionNames<'a> {
         &self.resolver.scope
     }
 
-    /// Resolves a condition; `text` is its text, and `span` the place of the text.
+    /// Resolves a condition.
     ///
     /// # Errors
     /// Its mistakes.
     pub fn resolve(
         &mut self,
-        written: &WrittenContact,
-        text: &str,
-        span: Span,
+        written: &WrittenCondition,
     ) -> Result<ResolvedCondition, Vec<Finding>> {
+        let mistakes: Vec<Finding> = was::names(&written.contact)
+            .into_iter()
+            .filter_map(|Located { value, span }| {
+                let span = was::place_of_x(written.text_of(span), span);
+                remembered(self.scope(), &value, span).err()
+            })
+            .map(|finding| finding.declared_as(not_in_ladder))
+            .collect();
+        if !mistakes.is_empty() {
+            return Err(mistakes);
+        }
         let resolver = &mut self.resolver;
-        resolver.condition = Some(ConditionText { text: text.to_owned(), span });
-        let contact = resolver.contact(written);
+        let WrittenCondition { text, span, contact } = written;
+        resolver.condition = Some(ConditionText { text: text.clone(), span: *span });
+        let contact = resolver.contact(contact);
         resolver.condition = None;
         let reads = std::mem::take(&mut resolver.named);
         let arrays = std::mem::take(&mut resolver.arrays);

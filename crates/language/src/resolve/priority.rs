@@ -30,7 +30,7 @@ impl Priority {
         all_variants![Priority::Critical, Priority::High, Priority::Medium, Priority::Low];
 
     /// The word for it in files and answers.
-    pub fn name(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
             Priority::Critical => "critical",
             Priority::High => "high",

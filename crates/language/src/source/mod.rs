@@ -9,6 +9,7 @@
 //! findings, which [`render`] prints as text.
 
 pub mod atom;
+pub mod condition;
 pub mod contact;
 mod contact_dialects;
 mod contact_habits;

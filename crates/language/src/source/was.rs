@@ -75,6 +75,15 @@ pub fn names(contact: &WrittenContact) -> Vec<Located<String>> {
     found
 }
 
+/// Adds the names `was(x)` of a contact to these, each once.
+pub fn add_names(contact: &WrittenContact, to: &mut Vec<String>) {
+    for Located { value, .. } in names(contact) {
+        if !to.contains(&value) {
+            to.push(value);
+        }
+    }
+}
+
 fn collect(contact: &WrittenContact, found: &mut Vec<Located<String>>) {
     let mut add = |name: &str, span: Span| {
         if place_in(name).is_some() {

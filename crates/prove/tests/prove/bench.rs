@@ -5,7 +5,7 @@ use rungd_language::lower::judged::{Judges, lower_judged};
 use rungd_language::resolve::LoadOptions;
 use rungd_language::resolve::condition::ConditionNames;
 use rungd_language::resolve::program::{Contact, Program};
-use rungd_language::source::contact_parser::parse_condition;
+use rungd_language::source::condition::condition;
 use rungd_language::source::span::Span;
 use rungd_prove::model::{FreeInput, ProofModel, ProofStart};
 use rungd_test_support::run::{cell, load};
@@ -56,11 +56,11 @@ pub fn model_of(program: &Program, asked: Asked) -> ProofModel {
 }
 
 fn contact(program: &Program, text: &str) -> Contact {
-    let written = parse_condition(text, Span::default());
+    let written = condition(text, Span::default());
     let written = written.unwrap_or_else(|found| panic!("{text}: {}", found.message));
     let options = LoadOptions::default();
     let mut names = ConditionNames::of(program, &options);
-    match names.resolve(&written, text, Span::default()) {
+    match names.resolve(&written) {
         Ok(resolved) => resolved.contact,
         Err(found) => panic!("{text}: {}", found[0].message),
     }

@@ -6,7 +6,7 @@ use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::LoadOptions;
 use rungd_language::resolve::condition::ConditionNames;
 use rungd_language::resolve::program::{Contact, Program};
-use rungd_language::source::contact_parser::parse_condition;
+use rungd_language::source::condition::condition;
 use rungd_language::source::span::Span;
 use rungd_prove::any::{AnyProgram, any_in};
 use rungd_prove::model::{FreeInput, ProofModel, ProofStart};
@@ -131,10 +131,10 @@ impl Draw<'_> {
     }
 
     fn contact(&self, text: &str) -> Option<Contact> {
-        let written = parse_condition(text, Span::default()).ok()?;
+        let written = condition(text, Span::default()).ok()?;
         let options = LoadOptions::default();
         let mut names = ConditionNames::of(self.program, &options);
-        Some(names.resolve(&written, text, Span::default()).ok()?.contact)
+        Some(names.resolve(&written).ok()?.contact)
     }
 }
 

@@ -353,7 +353,7 @@ function overviewParts() {
 function alarmsInShort(alarms) {
   if (!alarms.length) return h("p", { class: "soft" }, "no active alarm");
   return h("table", {}, h("tbody", {}, ...alarms.map((alarm) => h("tr", {},
-    h("td", {}, h("span", { class: alarm.ended ? "" : "alarm" }, alarm.text), " ", whyButton(alarm.tag)),
+    h("td", {}, h("span", { class: alarm.ended ? "" : "alarm" }, alarm.text), " ", whyOf(alarm)),
     h("td", {}, stateOf(alarm))))));
 }
 
@@ -363,10 +363,17 @@ function alarmTable(alarms) {
   const clock = (at) => at ? clockOf(at.unix_ns / 1e6) : "";
   return h("table", {}, h("thead", {}, h("tr", {}, ...["alarm", "priority", "state", "since", "today", ""].map((name) =>
     h("th", { scope: "col" }, name)))), h("tbody", {}, ...alarms.map((alarm) => h("tr", {},
-    h("td", {}, h("span", { class: alarm.ended ? "" : "alarm" }, alarm.text), " ", whyButton(alarm.tag)),
+    h("td", {}, h("span", { class: alarm.ended ? "" : "alarm" }, alarm.text), " ", whyOf(alarm)),
     h("td", {}, alarm.priority), h("td", {}, stateOf(alarm)),
     h("td", { class: "num" }, clock(alarm.since) + (alarm.order ? ", no. " + alarm.order : "")),
     h("td", { class: "num" }, String(alarm.day || "")), h("td", {}, ackButton(alarm))))));
+}
+
+// Why an alarm is active. A watch has no tag: the controller has explained it when it rose.
+function whyOf(alarm) {
+  if (!alarm.watch) return whyButton(alarm.tag);
+  const lines = ["it does not hold: " + alarm.watch, ...(alarm.why || [])];
+  return h("details", {}, h("summary", {}, "why"), h("pre", {}, lines.join("\n")));
 }
 
 function stateOf(alarm) {

@@ -1,19 +1,22 @@
 //! A condition as written, with its warnings.
 //!
-//! Called by `step_text` for the conditions of steps, and by `reading` for those of a whole file.
+//! Called by `testing` for the conditions of a test file, and by `controller` for those of
+//! `[[watch]]`.
 
-use rungd_language::source::contact::WrittenContact;
-use rungd_language::source::contact_parser::parse_condition;
-use rungd_language::source::finding::{Code, Finding};
-use rungd_language::source::fix::{advise, text as fix};
-use rungd_language::source::span::Span;
+use super::contact::WrittenContact;
+use super::contact_parser::parse_condition;
+use super::finding::{Code, Finding};
+use super::fix::{advise, text as fix};
+use super::span::Span;
 
 /// A condition as written.
 #[derive(Clone, Debug)]
-pub(super) struct WrittenCondition {
+pub struct WrittenCondition {
+    /// The text.
     pub text: String,
     /// The place of the text.
     pub span: Span,
+    /// The text as contacts.
     pub contact: WrittenContact,
 }
 
@@ -56,7 +59,10 @@ fn doubts(contact: &WrittenContact, found: &mut Vec<Finding>) {
 }
 
 /// Parses a condition; `span` is the place of its text.
-pub(super) fn condition(text: &str, span: Span) -> Result<WrittenCondition, Finding> {
+///
+/// # Errors
+/// Its mistake.
+pub fn condition(text: &str, span: Span) -> Result<WrittenCondition, Finding> {
     let contact = parse_condition(text, span)?;
     Ok(WrittenCondition { text: text.to_owned(), span, contact })
 }
