@@ -113,6 +113,17 @@ def scans_are_stepped_by_keys_and_buttons(test):
     look.fine()
 
 
+def why_leads_to_how_it_could_change(test):
+    look = test.look()
+    look.open("ladder/Main")
+    look.page.locator('[data-rung="1"] g[data-name="halt"]').click()
+    look.page.locator("#why .how button").click()
+    look.until("document.querySelector('#why .how pre')?.textContent.startsWith('write 1 into halt; halt is ON')")
+    look.picture("how")
+    look.page.keyboard.press("Escape")
+    look.fine()
+
+
 def a_click_and_enter_ask_why(test):
     look = test.look()
     look.open("ladder/Main")
@@ -556,6 +567,7 @@ CHECKS = [
     a_compare_shows_both_sides_and_a_call_opens_its_subroutine,
     scans_are_stepped_by_keys_and_buttons,
     a_click_and_enter_ask_why,
+    why_leads_to_how_it_could_change,
     search_finds_a_tag,
     a_trend_is_zoomed,
     a_panel_shows_what_it_should,

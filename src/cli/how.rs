@@ -1,7 +1,7 @@
 //! `rungd how`: the shortest inputs after which a condition is true, or the proof that there are
 //! none.
 //!
-//! This module asks the question as a test file would, and prints the answer; `rungd-prove`
+//! This module finds the state that the question is about, and prints the answer; `rungd-prove`
 //! decides, and tries what it has found.
 
 use std::path::PathBuf;
@@ -10,43 +10,57 @@ use std::time::Duration;
 
 use anyhow::Result;
 use clap::Args;
-use serde_json::{Value, json};
+use clap_complete::engine::ArgValueCompleter;
 
 use super::asked_ladders::AskedLadders;
 use super::early_end::{EarlyEnd, time};
 use super::exit::Exit;
-use super::terminal::{plain_json, print};
-use rungd_prove::answer::{Answer, AnswerVerdict};
-use rungd_prove::decide::{DecideLimits, decide};
-use rungd_prove::kept::KeptAnswers;
-use rungd_prove::question::Questions;
+use super::operator::{OperatorArgs, complete};
+use super::recording;
+use super::terminal::{plain_json, print, say_line};
+use super::when::{LocalClock, WrittenTime};
+use rungd_history::playback;
+use rungd_lab::testing::AskedCondition;
+use rungd_prove::decide::DecideLimits;
+use rungd_prove::how::{HowAnswer, HowBegin, HowQuestion, HowVerdict};
 
 /// The memory for states, bytes.
 const MEMORY: usize = 2 << 30;
 
-/// Says how a condition can become true, by the shortest inputs that are found
+/// Says how a condition can become true: the shortest inputs that are found, or a proof that there
+/// are none
 ///
-/// From a cold start of the ladders of --cold. Every input may change before every scan. What is
-/// found was executed. Exit code 1: it cannot become true, which is proved; 2: not decided.
+/// From the present state of the running controller, from a moment of --recording, or from a cold
+/// start of the ladders of --cold. Every input may change before every scan; what is forced stays
+/// so. What is found was executed. Exit code 1: it cannot become true, which is proved; 2: not
+/// decided.
 #[derive(Args, Debug)]
 pub struct HowArgs {
     /// The condition, as in a test: a tag, or "pump1 & level > 3.5"
+    #[arg(value_name = "CONDITION", add = ArgValueCompleter::new(complete))]
     condition: String,
-    /// The ladder files, or a controller file
-    #[arg(long, required = true, num_args = 1.., value_name = "FILE")]
+    /// From a cold start of these ladder files, or of a controller file
+    #[arg(long, num_args = 1.., value_name = "FILE", conflicts_with_all = ["recording", "at"])]
     cold: Vec<PathBuf>,
+    /// From this time or scan on: `10:02:03`, `yesterday 23:50`, `-15s` (before the last scan),
+    /// `scan 81234` (default: now)
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = WrittenTime::parse)]
+    at: Option<WrittenTime>,
+    /// A recording: a file, or a folder as `[record] dir` names it (default: the last minute of
+    /// the running controller)
+    #[arg(long, value_name = "RECORDING")]
+    recording: Option<PathBuf>,
     /// What an operator may write too
     #[arg(long, value_name = "TAG,…", value_delimiter = ',')]
     writes: Vec<String>,
-    /// The scan period, if the ladders have no controller file
+    /// The scan period of --cold, if the ladders have no controller file
     #[arg(long, value_name = "TIME", default_value = "10ms")]
     period: String,
     /// The time for the search: 5m, 90s
     #[arg(long, value_name = "TIME", default_value = "60s", value_parser = time)]
     time: Duration,
-    /// Print the answer as JSON
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    controller: OperatorArgs,
 }
 
 /// Answers the question.
@@ -55,79 +69,72 @@ pub struct HowArgs {
 /// A file cannot be read.
 pub fn how(args: &HowArgs) -> Result<Exit> {
     let end = EarlyEnd::of(None)?;
-    let quoted = |text: &str| serde_json::to_string(text);
-    let mut rest = format!("always = [{}]\n", quoted(&format!("!({})", args.condition))?);
-    if !args.writes.is_empty() {
-        let writable = serde_json::to_string(&args.writes)?;
-        rest += &format!("[prove]\nevents = [\"writes\"]\nwritable = {writable}\n");
-    }
-    let ladders = AskedLadders { paths: &args.cold, period: &args.period, rest: &rest };
-    let Some(suite) = ladders.suite()? else { return Ok(Exit::Config) };
-    let mut questions = Questions::new(suite);
-    // Whether each side can be is not asked.
-    questions.lines[0].sides.clear();
+    let question = match args.cold.is_empty() {
+        true => recorded(args)?,
+        false => cold(args)?,
+    };
+    let question = match question {
+        Ok(question) => question,
+        Err(exit) => return Ok(exit),
+    };
     let given_up = Arc::clone(&end.is_over);
     let limits = DecideLimits { time: args.time, memory: MEMORY, given_up };
-    let answer = decide(&questions, &questions.lines[0], &limits, &KeptAnswers::default());
-    match args.json {
-        true => print(&format!("{}\n", plain_json(&json_of(args, &answer).to_string())))?,
-        false => print(&text_of(args, &answer))?,
+    let answer = question.answer(&limits);
+    if args.controller.json {
+        print(&format!("{}\n", plain_json(&answer.json().to_string())))?;
+    } else {
+        print(&format!("{}{}", state_line(args, &answer), answer.text()))?;
     }
     Ok(match answer.verdict {
-        AnswerVerdict::Violated { .. } => Exit::Ok,
-        AnswerVerdict::Proved { .. } => Exit::Refused,
-        AnswerVerdict::NotDecided { .. } => Exit::UNDECIDED,
+        HowVerdict::Holds | HowVerdict::Found { .. } => Exit::Ok,
+        HowVerdict::Never { .. } => Exit::Refused,
+        HowVerdict::Open { .. } => Exit::UNDECIDED,
     })
 }
 
-fn text_of(args: &HowArgs, answer: &Answer) -> String {
-    let condition = &args.condition;
-    match &answer.verdict {
-        AnswerVerdict::Violated { scan, scenario, .. } => {
-            let when = answer.when(*scan);
-            let mut text = format!("{condition} is true at {when} by these inputs:\n\n");
-            let scenario = of_condition(scenario, condition);
-            scenario.lines().for_each(|line| text += &format!("    {line}\n"));
-            text
-        }
-        AnswerVerdict::Proved { way, .. } => {
-            format!("{condition} cannot be: proved\n  {}\n", way.text())
-        }
-        AnswerVerdict::NotDecided { covered, cause } => {
-            let mut text = format!("{condition}: not decided\n  stood in the way: {cause}\n");
-            covered.iter().for_each(|covered| text += &format!("  {covered}\n"));
-            text
-        }
+/// The question from a cold start; `Err`: the exit code after findings, which are printed.
+fn cold(args: &HowArgs) -> Result<Result<HowQuestion, Exit>> {
+    let condition = serde_json::to_string(&args.condition)?;
+    let mut rest = format!("[prove]\ncan = [{condition}]\n");
+    if !args.writes.is_empty() {
+        let writable = serde_json::to_string(&args.writes)?;
+        rest += &format!("events = [\"writes\"]\nwritable = {writable}\n");
     }
+    let ladders = AskedLadders { paths: &args.cold, period: &args.period, rest: &rest };
+    Ok(ladders.suite()?.map(HowQuestion::cold).ok_or(Exit::Config))
 }
 
-/// The scenario, with the condition as its end.
-fn of_condition(scenario: &str, condition: &str) -> String {
-    let quoted = |text: &str| Value::from(text).to_string();
-    let lines = scenario.lines().map(|line| match line {
-        _ if line.starts_with("name") => {
-            format!("name  = {}\n", quoted(&format!("how: {condition}")))
-        }
-        "]" => format!("    {},\n]\n", quoted(&format!("expect: {condition}"))),
-        line => format!("{line}\n"),
-    });
-    lines.collect()
-}
-
-fn json_of(args: &HowArgs, answer: &Answer) -> Value {
-    let mut all = answer.json(&args.condition);
-    let word = match &answer.verdict {
-        AnswerVerdict::Violated { scenario, .. } => {
-            all["scenario"] = json!(of_condition(scenario, &args.condition));
-            "found"
-        }
-        AnswerVerdict::Proved { .. } => "cannot be",
-        AnswerVerdict::NotDecided { .. } => "not decided",
+/// The question from a state; `Err`: the exit code of a refusal, which was printed.
+fn recorded(args: &HowArgs) -> Result<Result<HowQuestion, Exit>> {
+    let recording = match recording::of(args.recording.as_ref(), &args.controller)? {
+        Ok(recording) => recording,
+        Err(exit) => return Ok(Err(exit)),
     };
-    all["answer"] = json!(word);
-    all["condition"] = json!(args.condition);
-    for key in ["file", "line", "can", "kept", "why"] {
-        all.as_object_mut().map(|object| object.remove(key));
+    recording::tell_flaws(&recording);
+    let asked = AskedCondition { condition: &args.condition, writes: &args.writes };
+    let question = recording::moment(args.at.as_ref(), &recording)
+        .and_then(|(section, at)| playback::moment(&Arc::new(recording), section, at))
+        .and_then(|moment| HowQuestion::recorded(moment, asked));
+    Ok(question.map_err(|why| refused(args, &why)))
+}
+
+fn refused(args: &HowArgs, why: &str) -> Exit {
+    if args.controller.json {
+        let error = serde_json::json!({ "error": { "kind": "refused", "message": why } });
+        let _ = print(&format!("{}\n", plain_json(&error.to_string())));
+    } else {
+        say_line(&format!("rungd: {why}"));
     }
-    all
+    Exit::Config
+}
+
+/// The state that an answer to `--at` is about.
+fn state_line(args: &HowArgs, answer: &HowAnswer) -> String {
+    match &answer.begin {
+        Some(HowBegin { scan: Some(scan), unix_ns: Some(unix_ns), .. }) if args.at.is_some() => {
+            let time = LocalClock::here().text(*unix_ns);
+            format!("from the end of scan {scan}, {time}:\n")
+        }
+        Some(_) | None => String::new(),
+    }
 }

@@ -12,14 +12,9 @@ use super::exit::Exit;
 use super::operator::{OperatorArgs, complete};
 use super::recording;
 use super::terminal::{plain_json, print, say_line};
-use super::when::{LocalClock, RecordingPlace, WrittenTime};
+use super::when::{LocalClock, WrittenTime};
 use rungd_history::observe::{Limits, QuestionTime};
 use rungd_history::playback::{self, RecordedQuestion};
-use rungd_history::record::Recording;
-
-/// A time that is at most this much later than the last scan means that scan, because people write
-/// whole seconds.
-const LATE_NS: i64 = 1_000_000_000;
 
 /// Explains the value of an operand: the write, the contacts, and what would change it
 #[derive(Args, Debug)]
@@ -56,7 +51,7 @@ pub fn why(args: &WhyArgs) -> Result<Exit> {
         Err(exit) => return Ok(exit),
     };
     recording::tell_flaws(&recording);
-    let (section, at) = match place(args.at.as_ref(), &recording) {
+    let (section, at) = match recording::moment(args.at.as_ref(), &recording) {
         Ok(place) => place,
         Err(why) => return Ok(refused(args, &why)),
     };
@@ -96,23 +91,4 @@ fn refused(args: &WhyArgs, why: &str) -> Exit {
         say_line(&format!("rungd: {why}"));
     }
     Exit::Refused
-}
-
-/// The section of a question, and the moment in it.
-fn place(at: Option<&WrittenTime>, recording: &Recording) -> Result<(usize, QuestionTime), String> {
-    let span = recording.span().ok_or("the recording is empty")?;
-    let last = recording.count() - 1;
-    let Some(when) = at else { return Ok((last, QuestionTime::Now)) };
-    let clock = LocalClock::here();
-    let scan = match when.find(&clock, span.clone()) {
-        RecordingPlace::Scan(scan) => Some(scan),
-        RecordingPlace::Time(unix_ns) if unix_ns > span.end().saturating_add(LATE_NS) => None,
-        RecordingPlace::Time(unix_ns) => recording.scan_at(unix_ns),
-    };
-    let found =
-        scan.and_then(|scan| Some((recording.place_of_scan(scan)?, QuestionTime::Scan(scan))));
-    found.ok_or_else(|| {
-        let (begin, end) = (clock.text(*span.start()), clock.text(*span.end()));
-        format!("the recording has no such scan: it is of {begin} to {end}")
-    })
 }

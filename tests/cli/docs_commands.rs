@@ -62,9 +62,10 @@ fn parts(page: &str) -> Vec<Part<'_>> {
 const RECORDED: [&str; 2] = ["record", "black-box"];
 
 /// The pages whose commands name the socket of the page's controller.
-const SOCKETS: [(&str, &str); 4] = [
+const SOCKETS: [(&str, &str); 5] = [
     ("operator", "config/rungd.sock"),
     ("alarms", "rungd.sock"),
+    ("proving", "rungd.sock"),
     ("record", "config/rungd.sock"),
     ("black-box", "config/bottling-plant.sock"),
 ];

@@ -288,3 +288,40 @@ fn how_a_condition_becomes_true_is_a_test_that_passes_or_a_proof() {
     assert_eq!(code(&test.output().expect("rungd runs")), Some(0), "{scenario}");
     assert_eq!(code(&how(&["nothing"])), Some(78));
 }
+
+#[test]
+fn how_begins_with_a_scan_of_a_recording() {
+    let controller = "ladder = [\"ladder.toml\"]\n";
+    let files = Files::new("how-recorded", &[("rungd.toml", controller)]);
+    let rungd = |args: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+        let command = command.args(args).current_dir(files.path());
+        command.env("XDG_RUNTIME_DIR", files.path()).output().expect("rungd runs")
+    };
+    let ran = rungd(&["run", "rungd.toml", "--scans", "50", "--record", "record"]);
+    assert_eq!(code(&ran), Some(0), "{ran:?}");
+    let how = |args: &[&str]| rungd(&[&["how"], args, &["--recording", "record"]].concat());
+    let found = how(&["late", "--at", "scan 40", "--json"]);
+    assert_eq!(code(&found), Some(0), "{}", text(&found));
+    let answer = &lines(&found)[0];
+    assert_eq!(answer["from"]["scan"], 40);
+    assert_eq!((&answer["answer"], &answer["scan"]), (&Value::from("found"), &Value::from(101)));
+    assert_eq!(answer["text"], "turn go_up ON; 1 s later late is ON");
+    let begins =
+        "# It begins with the state behind scan 40, not with a cold start.\n[[scenario]]\n";
+    assert!(answer["scenario"].as_str().expect("a scenario").starts_with(begins));
+    let found = how(&["up", "--at", "scan 40"]);
+    let told = text(&found);
+    assert!(told.starts_with("from the end of scan 40, "), "{told}");
+    assert!(told.contains(":\nturn go_up ON; up is ON in the same scan\n"), "{told}");
+    let found = how(&["!up", "--at", "scan 40", "--json"]);
+    assert_eq!((code(&found), &lines(&found)[0]["answer"]), (Some(0), &Value::from("holds")));
+    let found = how(&["late & down", "--at", "scan 40"]);
+    assert_eq!(code(&found), Some(1), "{}", text(&found));
+    // Behind its last scan it is in STOP.
+    let found = how(&["up"]);
+    assert_eq!(code(&found), Some(2), "{}", text(&found));
+    assert!(text(&found).contains("not in RUN"), "{}", text(&found));
+    assert_eq!(code(&how(&["nothing"])), Some(78));
+    assert_eq!(code(&how(&["up", "--at", "scan 400"])), Some(78));
+}

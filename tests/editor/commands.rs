@@ -219,6 +219,8 @@ fn impossible_commands_are_refused_with_a_reason() {
         ("rungd.explain", json!([uri]), "a position"),
         ("rungd.explain", json!([uri, place]), "nothing to explain"),
         ("rungd.why", json!([uri, place]), "no operand"),
+        #[cfg(feature = "prove")]
+        ("rungd.how", json!([uri, place]), "no operand"),
         ("rungd.test.show", json!([uri, "no test"]), "has not failed"),
     ] {
         let params = json!({ "command": command, "arguments": arguments });
@@ -251,6 +253,30 @@ fn a_running_controller_answers_why_in_the_editor() {
             return;
         }
     }
+}
+
+#[cfg(feature = "prove")]
+#[test]
+fn a_running_controller_tells_in_the_editor_how_a_value_could_change() {
+    let ladder = "[tags]\neye = { at = \"X0\" }\nlamp = { at = \"Y0\" }\n[[program]]\nname = \"Main\"\n\
+                  [[program.rung]]\nwhen = [\"eye\"]\ndo = [\"OUT lamp\"]\n";
+    let live = Live::start(ladder, "", &[]);
+    live.await_values("lamp", "OFF");
+    let mut editor = editor(&live.folder);
+    editor.open("ladder.toml");
+    let (line, column) = place_of(ladder, "lamp\"");
+    let uri = editor.uri("ladder.toml");
+    let position = json!({ "line": line, "character": column });
+    let range = json!({ "start": position, "end": position });
+    let params = json!({ "textDocument": { "uri": uri }, "range": range,
+                         "context": { "diagnostics": [] } });
+    let offered = editor.ask("textDocument/codeAction", params).to_string();
+    assert!(offered.contains("How could `lamp` change?"), "{offered}");
+    run(&mut editor, "rungd.how", json!([uri, position]));
+    let shown = await_told(&mut editor, "window/showDocument");
+    let path = shown["uri"].as_str().unwrap().trim_start_matches("file://");
+    let text = std::fs::read_to_string(path).unwrap();
+    assert!(text.starts_with("turn eye ON; lamp is ON in the same scan\n"), "{text}");
 }
 
 #[test]

@@ -9,6 +9,8 @@ mod folder;
 mod format;
 mod from_outside;
 mod hostile;
+#[cfg(feature = "prove")]
+mod how;
 mod line;
 mod live_crash;
 mod live_disk;

@@ -77,6 +77,21 @@ fn the_page_can_explain_a_name_and_hold_a_moment_of_the_past() {
     assert_eq!(web.get("/api/scan?scan=1&hold=77", &visitor).status, 410);
 }
 
+#[cfg(feature = "prove")]
+#[test]
+fn the_page_can_ask_how_a_value_could_change() {
+    let web = Web::start(&[]);
+    let visitor = web.visit();
+    assert_eq!(web.get("/api/session", &visitor).json()["how"], true);
+    let how = web.get("/api/how?operand=start", &visitor).json();
+    let text = how["text"].as_str().unwrap();
+    assert!(text.starts_with("write 1 into start; start is ON in the same scan\n"), "{how}");
+    assert_eq!(how["answer"]["answer"], "found");
+    let refused = web.get("/api/how?operand=nobody", &visitor);
+    assert_eq!(refused.status, 400);
+    assert!(refused.json()["error"].as_str().unwrap().contains("nobody"), "{refused:?}");
+}
+
 #[test]
 fn tags_can_be_searched_and_trends_contain_every_change() {
     let began = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap();

@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use super::events::Element;
 use super::image::{BitCell, WordCell};
-use super::layout::{Cell, WordBitCell};
+use super::layout::{Cell, Layout, WordBitCell};
 use super::machine::{BlockState, StageState};
 use super::program::EngineProgram;
 use super::scan::Engine;
@@ -140,6 +140,13 @@ impl EngineState {
             }
     }
 
+    /// The public bits and words that are forced.
+    pub fn forced<'s>(&'s self, layout: &Layout) -> impl Iterator<Item = Cell> + use<'s> {
+        let bits = (0..layout.bit_count()).map(|at| Cell::Bit(BitCell(at)));
+        let words = (0..layout.word_count()).map(|at| Cell::Word(WordCell(at)));
+        bits.chain(words).filter(|cell| self.is_forced(*cell))
+    }
+
     /// The timestamp of the last scan, ns.
     pub fn now_ns(&self) -> u64 {
         self.now_ns
@@ -149,7 +156,44 @@ impl EngineState {
     pub fn scans(&self) -> u64 {
         self.scans
     }
+
+    /// When RUN began, ns.
+    pub fn start_ns(&self) -> u64 {
+        self.start_ns
+    }
+
+    /// Whether the next scan is the last one, or the last one has begun.
+    pub fn stops(&self) -> bool {
+        self.stop_requested
+    }
+
+    /// The same state at another time: its last scan, the start of RUN and every time that it
+    /// remembers are at whole milliseconds, and RUN began at a multiple of a minute. If every
+    /// later scan comes whole milliseconds after the last one, the future is the same: parts of a
+    /// millisecond are never seen then.
+    #[must_use]
+    pub fn at_whole_ms(mut self) -> EngineState {
+        let now_ms = self.now_ns / NS_PER_MS;
+        let since_start_ms = self.now_ns.saturating_sub(self.start_ns) / NS_PER_MS;
+        // Later by less than a minute, so that no time comes before the start of the machine.
+        let start_ms = now_ms.saturating_sub(since_start_ms).next_multiple_of(MINUTE_MS);
+        let later_ms = start_ms + since_start_ms - now_ms;
+        for block in &mut self.blocks {
+            block.executed_ms += later_ms;
+            let enabled_ms = self.now_ns.saturating_sub(block.enabled_ns) / NS_PER_MS;
+            block.enabled_ns = (now_ms + later_ms).saturating_sub(enabled_ms) * NS_PER_MS;
+        }
+        self.stages.iter_mut().for_each(|stage| stage.executed_ms += later_ms);
+        self.start_ns = start_ms * NS_PER_MS;
+        self.now_ns = (now_ms + later_ms) * NS_PER_MS;
+        self
+    }
 }
+
+const NS_PER_MS: u64 = 1_000_000;
+
+/// A multiple of the periods of all clock bits.
+const MINUTE_MS: u64 = 60_000;
 
 impl Engine {
     /// Continues from a state. Returns false and changes nothing if it cannot be a state of this

@@ -5,6 +5,8 @@ use anyhow::Result;
 use lsp_types::{CodeActionOrCommand, CodeActionParams, Command};
 use serde_json::json;
 
+#[cfg(feature = "prove")]
+use super::commands::HOW;
 use super::commands::{EXPLAIN, WHY};
 use super::hover;
 use super::operands;
@@ -31,6 +33,8 @@ pub(super) fn actions(
     }
     if let Some(operand) = operands::asked(&cursor.project, cursor.numbered(), cursor.offset) {
         offered.push(command(format!("Why is `{operand}` what it is?"), WHY));
+        #[cfg(feature = "prove")]
+        offered.push(command(format!("How could `{operand}` change?"), HOW));
     }
     Ok(Some(offered))
 }

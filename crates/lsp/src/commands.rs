@@ -11,6 +11,8 @@ use lsp_types::{ExecuteCommandParams, MessageType, Position, Uri};
 use serde_json::Value;
 
 use super::hover;
+#[cfg(feature = "prove")]
+use super::how_job;
 use super::jobs::{JobResult, JobSubject};
 use super::operands;
 use super::outbox::Refreshed;
@@ -27,11 +29,23 @@ pub(super) const SHOW_FAILURE: &str = "rungd.test.show";
 pub(super) const SIMULATE: &str = "rungd.simulate";
 pub(super) const EXPLAIN: &str = "rungd.explain";
 pub(super) const WHY: &str = "rungd.why";
+#[cfg(feature = "prove")]
+pub(super) const HOW: &str = "rungd.how";
 pub(super) const LIVE_ON: &str = "rungd.live.on";
 pub(super) const LIVE_OFF: &str = "rungd.live.off";
 
 /// All commands.
-pub(super) const ALL: [&str; 7] = [TEST, SHOW_FAILURE, SIMULATE, EXPLAIN, WHY, LIVE_ON, LIVE_OFF];
+pub(super) const ALL: &[&str] = &[
+    TEST,
+    SHOW_FAILURE,
+    SIMULATE,
+    EXPLAIN,
+    WHY,
+    #[cfg(feature = "prove")]
+    HOW,
+    LIVE_ON,
+    LIVE_OFF,
+];
 
 /// Executes a command, or starts its job.
 pub(super) fn execute(
@@ -45,6 +59,8 @@ pub(super) fn execute(
         SIMULATE => simulate(workspace, &arguments)?,
         EXPLAIN => explain(workspace, &arguments)?,
         WHY => why(workspace, &arguments)?,
+        #[cfg(feature = "prove")]
+        HOW => how(workspace, &arguments)?,
         LIVE_ON => workspace.live.switch(true, &mut workspace.outbox),
         LIVE_OFF => workspace.live.switch(false, &mut workspace.outbox),
         other => bail!("there is no command `{other}`"),
@@ -149,12 +165,34 @@ fn explain(workspace: &mut Workspace, arguments: &Arguments) -> Result<()> {
 
 /// `[uri, position]`
 fn why(workspace: &mut Workspace, arguments: &Arguments) -> Result<()> {
-    let cursor = arguments.cursor(workspace)?;
-    let operand = operands::asked(&cursor.project, cursor.numbered(), cursor.offset);
-    let operand = operand.context("there is no operand of a running controller here")?;
-    let socket = workspace.live.socket(&cursor.project.root)?;
+    let LiveOperand { operand, socket } = LiveOperand::of(workspace, arguments)?;
     let run = move |place: &_| why_job::run(&operand, &socket, place);
     workspace.jobs.start(WHY.to_owned(), JobSubject::default(), run)
+}
+
+/// `[uri, position]`
+#[cfg(feature = "prove")]
+fn how(workspace: &mut Workspace, arguments: &Arguments) -> Result<()> {
+    let LiveOperand { operand, socket } = LiveOperand::of(workspace, arguments)?;
+    let run = move |place: &_| how_job::run(&operand, &socket, place);
+    workspace.jobs.start(HOW.to_owned(), JobSubject::default(), run)
+}
+
+/// An operand of a running controller.
+struct LiveOperand {
+    operand: String,
+    /// The controller's.
+    socket: PathBuf,
+}
+
+impl LiveOperand {
+    fn of(workspace: &mut Workspace, arguments: &Arguments) -> Result<LiveOperand> {
+        let cursor = arguments.cursor(workspace)?;
+        let operand = operands::asked(&cursor.project, cursor.numbered(), cursor.offset);
+        let operand = operand.context("there is no operand of a running controller here")?;
+        let socket = workspace.live.socket(&cursor.project.root)?;
+        Ok(LiveOperand { operand, socket })
+    }
 }
 
 /// Shows a text: as a document if the editor can show documents, otherwise as a message.

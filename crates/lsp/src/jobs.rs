@@ -82,6 +82,12 @@ impl JobPlace {
     pub fn flag(&self) -> &AtomicBool {
         &self.is_replaced
     }
+
+    /// The same flag, for threads that may outlive the place.
+    #[cfg(feature = "prove")]
+    pub fn shared_flag(&self) -> Arc<AtomicBool> {
+        Arc::clone(&self.is_replaced)
+    }
 }
 
 impl Jobs {

@@ -12,7 +12,7 @@
 //!               │                 │
 //!               │                 └─► outline ─► words ─► names of the project ─► complete,
 //!               │                     (none of them can fail)        hover, navigate, rename, …
-//!               └─► jobs (threads): test, simulate, why
+//!               └─► jobs (threads): test, simulate, why, how
 //!                   live (a thread): the operator's socket, read only
 //! ```
 //!
@@ -35,6 +35,8 @@ mod fixes;
 mod formatting;
 mod hints;
 mod hover;
+#[cfg(feature = "prove")]
+mod how_job;
 mod jobs;
 mod judge;
 mod lenses;

@@ -10,7 +10,7 @@ use anyhow::{Context, Result, anyhow, bail};
 
 use super::jobs::{JobPlace, JobResult};
 use rungd_client::operator::client;
-use rungd_client::operator::protocol::{RecordingBytes, Request};
+use rungd_client::operator::protocol::{PresentOutputs, RecordingBytes, Request};
 use rungd_history::observe::{Limits, QuestionTime};
 use rungd_history::playback::{self, RecordedQuestion};
 use rungd_history::record::Recording;
@@ -28,12 +28,30 @@ pub(super) fn run(operand: &str, socket: &Path, place: &JobPlace) -> Result<Opti
     Ok(Some(JobResult::Document(path, false)))
 }
 
-fn answer(operand: &str, socket: &Path) -> Result<String> {
+/// The last minute of a controller.
+pub(super) struct LastMinute {
+    pub recording: Arc<Recording>,
+    /// Its last section.
+    pub last: usize,
+    /// What the controller does now.
+    pub present: Option<PresentOutputs>,
+}
+
+/// Fetches the last minute of a controller.
+///
+/// # Errors
+/// No controller answers, or nothing is recorded.
+pub(super) fn last_minute(socket: &Path) -> Result<LastMinute> {
     let told: RecordingBytes = client::ask(socket, &Request::Recording { from_section: None })
         .map_err(|failure| anyhow!("{failure}"))?;
     let bytes = told.bytes().context("the controller's answer is not a recording")?;
     let (recording, present) = (Arc::new(Recording::of_bytes(bytes)), told.present);
     let Some(last) = recording.count().checked_sub(1) else { bail!("nothing is recorded yet") };
+    Ok(LastMinute { recording, last, present })
+}
+
+fn answer(operand: &str, socket: &Path) -> Result<String> {
+    let LastMinute { recording, last, present } = last_minute(socket)?;
     let subject = playback::subject(recording.program(last)).map_err(anyhow::Error::msg)?;
     let question =
         RecordedQuestion { section: last, at: QuestionTime::Now, limits: Limits::default() };

@@ -299,6 +299,7 @@ impl<'a> LadderPair<'a> {
                         input: Some(n),
                         device: None,
                     }),
+                    is_written: false,
                 });
             }
         }

@@ -18,6 +18,7 @@ pub mod equal;
 pub mod explore;
 pub mod gates;
 mod gates_merged;
+pub mod how;
 pub mod kept;
 pub mod model;
 pub mod question;

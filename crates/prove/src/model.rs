@@ -4,7 +4,7 @@
 //! into gates, and both mean the same scan: that of [`Run::scan`]. It has no names.
 
 use rungd_base::calendar::LocalTime;
-use rungd_engine::{BitCell, Cell, Engine, EngineProgram, Image, ScanTimes};
+use rungd_engine::{BitCell, Cell, Engine, EngineProgram, EngineState, Image, ScanTimes};
 
 /// A program that judges itself.
 #[derive(Clone, Debug)]
@@ -32,10 +32,42 @@ impl ProofModel {
         match &self.start {
             ProofStart::Cold(restored) => {
                 restored.iter().for_each(|(cell, value)| engine.restore(*cell, *value));
+                engine.start(0);
+            }
+            ProofStart::Given(state) => {
+                let resumes = engine.resume(state);
+                assert!(resumes, "a state of the model's program");
             }
         }
-        engine.start(0);
         engine
+    }
+
+    /// The period, ns.
+    pub(crate) fn period_ns(&self) -> u64 {
+        u64::from(self.period_ms) * 1_000_000
+    }
+
+    /// The time of the first scan, ns.
+    pub(crate) fn first_ns(&self) -> u64 {
+        match &self.start {
+            ProofStart::Cold(_) => 0,
+            ProofStart::Given(state) => state.now_ns() + self.period_ns(),
+        }
+    }
+
+    /// The values of the inputs that nothing changes: those of a given state; of a cold start, 0
+    /// or the nearest value.
+    pub(crate) fn resting(&self) -> Vec<i32> {
+        let value = |input: &FreeInput| self.before_start(input).clamp(input.low, input.high);
+        self.inputs.iter().map(value).collect()
+    }
+
+    /// The value of an input before the first scan.
+    pub(crate) fn before_start(&self, input: &FreeInput) -> i32 {
+        match &self.start {
+            ProofStart::Cold(_) => 0,
+            ProofStart::Given(state) => state.value(input.cell),
+        }
     }
 
     /// Begins a scan on an engine, with these values of the inputs: its `execute` comes next.
@@ -61,6 +93,19 @@ impl ProofModel {
 pub enum ProofStart {
     /// A cold start, with other values in some cells.
     Cold(Vec<(Cell, i32)>),
+    /// The state of an engine in RUN, between two scans, at whole ms
+    /// ([`EngineState::at_whole_ms`]). What is forced stays forced.
+    Given(Box<EngineState>),
+}
+
+impl ProofStart {
+    /// Whether a cell keeps its value in every scan, because it is forced.
+    pub(crate) fn is_forced(&self, cell: Cell) -> bool {
+        match self {
+            ProofStart::Cold(_) => false,
+            ProofStart::Given(state) => state.is_forced(cell),
+        }
+    }
 }
 
 /// What is looked for: the end of a scan at which a bit has a value. A line of `always` is broken
@@ -91,13 +136,6 @@ pub struct FreeInput {
     pub high: i32,
 }
 
-impl FreeInput {
-    /// 0 if that is one of its values, else the nearest.
-    pub(crate) fn resting(&self) -> i32 {
-        0.clamp(self.low, self.high)
-    }
-}
-
 /// The values of the inputs in each scan from the first one on, in the order of
 /// [`ProofModel::inputs`].
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -117,7 +155,7 @@ pub struct ScanOutcome {
     pub is_last: bool,
 }
 
-/// A model that is executed from a cold start.
+/// A model that is executed from its start.
 #[derive(Debug)]
 pub struct Run<'m> {
     model: &'m ProofModel,
@@ -138,9 +176,9 @@ impl<'m> Run<'m> {
         self.model
     }
 
-    /// The time of the next scan, ns: the first one is at 0.
+    /// The time of the next scan, ns; from a cold start, the first one is at 0.
     pub fn next_ns(&self) -> u64 {
-        self.scans * u64::from(self.model.period_ms) * 1_000_000
+        self.model.first_ns() + self.scans * self.model.period_ns()
     }
 
     /// Executes one scan with these values of the inputs. Call it no more after the last scan.

@@ -15,7 +15,7 @@ use rungd_engine::isa::{Address, Bit, BitSpace, DeviceBit, DeviceId, Word, WordS
 use rungd_engine::{Cell, Engine, EngineProgram, Layout};
 use rungd_lab::rig::RigProgram;
 use rungd_lab::testing::{self, Condition, FreeOperand, ProofEvent, Suite, TestOperand};
-use rungd_language::lower::judged::{Judges, lower_judged};
+use rungd_language::lower::judged::{JudgeBlocks, Judges, lower_judged};
 use rungd_language::resolve::observed::Remembered;
 use rungd_language::resolve::program::{Contact, Program};
 
@@ -27,6 +27,8 @@ pub struct Questions {
     pub programs: Vec<Arc<RigProgram>>,
     /// The model of all lines.
     pub model: ProofModel,
+    /// The blocks of the model that judge it.
+    pub(crate) judges: JudgeBlocks,
     /// What [`ProofModel::inputs`] are for people, in the same order.
     pub inputs: Vec<NamedInput>,
     /// The lines of `always`, in file order.
@@ -50,6 +52,8 @@ pub struct NamedInput {
     pub name: String,
     /// How a test sets it.
     pub setting: InputSetting,
+    /// Whether an operator writes it: the ladder may write it, too.
+    pub is_written: bool,
 }
 
 /// How a test sets an input.
@@ -126,7 +130,15 @@ impl Questions {
         let can = suite.proof.can.iter();
         let can = can.map(|line| CanLine { text: line.text.clone(), target: target(true) });
         let can = can.collect();
-        Questions { model, inputs: named, lines, can, programs, suite }
+        Questions { model, judges: judged.judges, inputs: named, lines, can, programs, suite }
+    }
+
+    /// Keeps the inputs whose cells fulfil a condition; the others keep their levels.
+    pub(crate) fn keep_inputs(&mut self, keeps: impl Fn(Cell) -> bool) {
+        let inputs = std::mem::take(&mut self.model.inputs).into_iter();
+        let named = std::mem::take(&mut self.inputs).into_iter();
+        let kept = inputs.zip(named).filter(|(input, _)| keeps(input.cell));
+        (self.model.inputs, self.inputs) = kept.unzip();
     }
 
     /// What `any` of `[prove]` names, and a cone depends on.
@@ -199,9 +211,13 @@ impl FreeOperands<'_> {
         };
         let mut seen = HashSet::new();
         let written = proof.writable.iter().filter(|_| proof.events.contains(&ProofEvent::Writes));
-        let all = given.into_iter().chain(written.cloned());
+        let given = given.into_iter().map(|free| (free, false));
+        let all = given.chain(written.map(|free| (free.clone(), true)));
         let moved = self.suite.programs[0].controller.simulated();
-        let all = all.filter_map(|free| self.named(free, &moved));
+        let all = all.filter_map(|(free, is_written)| {
+            let (input, named) = self.named(free, &moved)?;
+            Some((input, NamedInput { is_written, ..named }))
+        });
         all.filter(|(free, _)| seen.insert(free.cell)).collect()
     }
 
@@ -217,7 +233,7 @@ impl FreeOperands<'_> {
             true => InputSetting::Force(operand),
             false => InputSetting::Set(operand),
         };
-        Some((FreeInput { cell, low, high }, NamedInput { name, setting }))
+        Some((FreeInput { cell, low, high }, NamedInput { name, setting, is_written: false }))
     }
 
     /// The program in which what `any` names has any value; adds these values to the inputs.
@@ -244,7 +260,10 @@ impl FreeOperands<'_> {
         for AnyValue { input, at } in inputs {
             if !all.iter().any(|(known, _)| known.cell == input.cell) {
                 let name = names[at].clone();
-                all.push((input, NamedInput { name, setting: InputSetting::Any }));
+                all.push((
+                    input,
+                    NamedInput { name, setting: InputSetting::Any, is_written: false },
+                ));
             }
         }
         code
@@ -279,6 +298,9 @@ impl FreeOperands<'_> {
         };
         let (low, high) = match address {
             Address::Bit(_) => (0, 1),
+            Address::Word(word @ Word::Space(WordSpace::Dst, n)) => {
+                status::dst::clock_range(n).unwrap_or(word.range())
+            }
             Address::Word(word) => word.range(),
             Address::Structure(_) => return None,
         };

@@ -10,7 +10,7 @@ use std::time::Instant;
 use crate::answer::{DEDUCING, EXPLORING, Way};
 use crate::deduce::system::ScanSystem;
 use crate::deduce::{Deduced, Patience, Reason, deduce};
-use crate::encode::encode;
+use crate::encode::{encode, obstacle};
 use crate::explore::{Attained, ExploreLimits, Explored, explore, explore_can};
 use crate::gates::{GateCut, Gates};
 use crate::gates_merged::merged;
@@ -147,6 +147,12 @@ fn by_exploring(model: &ProofModel, target: Target, limits: &ExploreLimits) -> D
 
 /// Decides with a solver, about the gates of a scan.
 pub fn by_deducing(model: &ProofModel, target: Target, patience: &Patience) -> Decision {
+    if let Some(obstacle) = obstacle(model) {
+        return Decision::Open(OpenQuestion {
+            causes: vec![format!("deducing: {obstacle}")],
+            ..OpenQuestion::default()
+        });
+    }
     let gates = encode(model);
     let at = model.judged.iter().position(|bit| *bit == target.bit).unwrap_or_default();
     let gates = merged(&gates.reduced(&[at])).reduced(&[at]);

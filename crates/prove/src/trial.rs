@@ -2,7 +2,7 @@
 //!
 //! Called by `decide` and `equal`. No answer tells a path that was not tried.
 
-use crate::model::{Path, ProofModel, Run};
+use crate::model::{FreeInput, Path, ProofModel, ProofStart, Run};
 use crate::question::{InputSetting, NamedInput, Questions};
 use rungd_lab::testing::{
     Condition, FoundRun, TestStep, TestTime, TriedRun, try_run, try_violation,
@@ -26,9 +26,14 @@ impl Trial<'_> {
     /// Tries whether a condition is true after the path.
     pub fn witness(&self, condition: &Condition) -> TriedRun {
         let Questions { suite, programs, .. } = self.questions;
+        try_run(suite, programs, self.run(format!("shows: {}", condition.text), condition))
+    }
+
+    /// The path as a run after which a condition is true.
+    pub fn run(&self, name: String, condition: &Condition) -> FoundRun {
         let mut steps = self.steps();
         steps.push(TestStep::Expect(condition.clone()));
-        try_run(suite, programs, FoundRun { name: format!("shows: {}", condition.text), steps })
+        FoundRun { name, steps }
     }
 
     /// Plays the path to a state from which nothing leads to a condition.
@@ -56,10 +61,13 @@ pub(crate) fn steps(
 ) -> Vec<TestStep> {
     let mut run = Run::new(model);
     // What a device moves has any level before it is forced.
-    let level = |named: &Option<&NamedInput>| {
-        named.and_then(|named| (!matches!(named.setting, InputSetting::Force(_))).then_some(0))
+    let is_cold = matches!(model.start, ProofStart::Cold(_));
+    let level = |(named, input): (&Option<&NamedInput>, &FreeInput)| {
+        let is_known =
+            |named: &&NamedInput| !(matches!(named.setting, InputSetting::Force(_)) && is_cold);
+        named.filter(is_known).map(|_| model.before_start(input))
     };
-    let mut levels: Vec<Option<i32>> = inputs.iter().map(level).collect();
+    let mut levels: Vec<Option<i32>> = inputs.iter().zip(&model.inputs).map(level).collect();
     let (mut steps, mut still) = (Vec::new(), 0);
     for scan in &path.scans {
         let mut changes = Vec::new();

@@ -75,7 +75,7 @@ pub use sys::boottime_ns;
 pub use sys::monotonic_ns;
 pub use tape::{TapeEntry, Taped};
 pub use tape_reader::{TapeReader, tape, tape_of};
-pub use tape_section::{SectionStart, TapeSection, TapeStep, tape_steps};
+pub use tape_section::{SectionStart, TapeSection, TapeStep, runs_behind, tape_steps};
 pub use unwired::UnwiredInputs;
 
 use beat::{Beat, Life};

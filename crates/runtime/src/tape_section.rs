@@ -108,3 +108,29 @@ impl TapeSection {
         }
     }
 }
+
+/// Whether the controller scans behind some entries, before which it had a mode.
+pub fn runs_behind(mode: Mode, entries: &[TapeEntry]) -> bool {
+    let mut runs = mode == Mode::Run;
+    for entry in entries {
+        match entry {
+            TapeEntry::Call(EngineCall::Start { .. }) => runs = true,
+            TapeEntry::Call(EngineCall::Terminate) => runs = false,
+            TapeEntry::Mode(mode) => runs = *mode == Mode::Run,
+            TapeEntry::Call(
+                EngineCall::RequestStop
+                | EngineCall::Begin { .. }
+                | EngineCall::Write(..)
+                | EngineCall::Execute
+                | EngineCall::Force(..)
+                | EngineCall::Release(_),
+            )
+            | TapeEntry::Origin(_)
+            | TapeEntry::Number(_)
+            | TapeEntry::Swap { .. }
+            | TapeEntry::State { .. }
+            | TapeEntry::Lost { .. } => {}
+        }
+    }
+    runs
+}

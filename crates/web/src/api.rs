@@ -4,6 +4,8 @@
 //! answered on a thread for blocking work. A change is sent to the controller with the user's name.
 
 use std::sync::Arc;
+#[cfg(feature = "prove")]
+use std::sync::atomic::AtomicBool;
 
 use hyper::StatusCode;
 use serde_json::{Value, json};
@@ -12,7 +14,9 @@ use super::follow::LookResult;
 use super::journal::say;
 use super::patience::BrowserPatience;
 use super::query::Query;
-use super::reply::{WebFailure, WebResult, bad, json_answer};
+use super::reply::{WebFailure, WebResult, bad, computed, json_answer};
+#[cfg(feature = "prove")]
+use super::search::search;
 use super::sessions::{SignedIn, WebSession};
 use super::site::WebSite;
 use super::stream::{ProgramWindow, SentState, name_of, tag_value, texts_by_value};
@@ -23,13 +27,16 @@ use rungd_config::controller::web::{Panel, WebSettings, Widget};
 use rungd_engine::isa::Address;
 use rungd_lab::draw::ladder::{BlockPicture, RungPicture, StagePicture};
 use rungd_lab::draw::live_svg;
+#[cfg(feature = "prove")]
+use rungd_prove::how::how_to_change;
 
 /// The most rungs, and the most tags, of an answer.
 const RUNGS_MAX: usize = 60;
 const TAGS_MAX: usize = 500;
 
 /// The questions that need the last minute.
-const PAST: [&str; 5] = ["/api/events", "/api/hold", "/api/scan", "/api/why", "/api/trend"];
+const PAST: [&str; 6] =
+    ["/api/events", "/api/hold", "/api/scan", "/api/why", "/api/how", "/api/trend"];
 
 /// The longest name of an operand.
 const OPERAND_BYTES_MAX: usize = 256;
@@ -72,6 +79,8 @@ pub(super) async fn question(
         "/api/rungs" => asked(site, move || rungs(&view, &query)).await,
         "/api/scan" => asked(site, move || scan(&view, &query)).await,
         "/api/why" => asked(site, move || why(&view, &query)).await,
+        #[cfg(feature = "prove")]
+        "/api/how" => search(site, move |given_up| how(&view, &query, given_up)).await,
         "/api/trend" => asked(site, move || trend(&view, &query)).await,
         _ => Err(WebFailure(StatusCode::NOT_FOUND, "there is no such page".to_owned())),
     }
@@ -92,15 +101,9 @@ async fn asked(
     question: impl FnOnce() -> Result<Value, WebFailure> + Send + 'static,
 ) -> WebResult {
     let place = Arc::clone(&site.questions).acquire_owned().await;
-    let answered = tokio::task::spawn_blocking(question).await;
+    let answered = computed(question).await;
     drop(place);
-    match answered {
-        Ok(answered) => answered.map(|value| json_answer(&value)),
-        Err(bug) => {
-            let why = format!("a bug in rungd: {bug}");
-            Err(WebFailure(StatusCode::INTERNAL_SERVER_ERROR, why))
-        }
-    }
+    answered
 }
 
 fn of_session(session: &WebSession, view: &LiveView) -> Value {
@@ -115,6 +118,7 @@ fn of_session(session: &WebSession, view: &LiveView) -> Value {
         "write": if user.is_some() { names } else { Vec::new() },
         "bits": bits,
         "version": env!("CARGO_PKG_VERSION"),
+        "how": cfg!(feature = "prove"),
     })
 }
 
@@ -256,6 +260,13 @@ fn why(view: &LiveView, query: &Query) -> Result<Value, WebFailure> {
     let answer = view.why(operand(query)?, query.number("scan")).map_err(bad)?;
     let text = format!("{}{}", answer.text(), answer.hints());
     Ok(json!({ "text": text, "answer": answer.json() }))
+}
+
+#[cfg(feature = "prove")]
+fn how(view: &LiveView, query: &Query, given_up: Arc<AtomicBool>) -> Result<Value, WebFailure> {
+    let moment = view.moment(query.number("scan")).map_err(bad)?;
+    let answer = how_to_change(moment, operand(query)?, given_up).map_err(bad)?;
+    Ok(json!({ "text": answer.text(), "answer": answer.json() }))
 }
 
 fn trend(view: &LiveView, query: &Query) -> Result<Value, WebFailure> {

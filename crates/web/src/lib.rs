@@ -36,6 +36,8 @@ mod patience;
 mod query;
 mod reply;
 mod route;
+#[cfg(feature = "prove")]
+mod search;
 mod server;
 mod sessions;
 mod site;

@@ -31,3 +31,16 @@ pub(super) fn typed(kind: &'static str, body: AnswerBody) -> WebAnswer {
     answer.headers_mut().insert(CONTENT_TYPE, HeaderValue::from_static(kind));
     answer
 }
+
+/// Answers a question on a thread for blocking work.
+pub(super) async fn computed(
+    question: impl FnOnce() -> Result<Value, WebFailure> + Send + 'static,
+) -> WebResult {
+    match tokio::task::spawn_blocking(question).await {
+        Ok(answered) => answered.map(|value| json_answer(&value)),
+        Err(bug) => {
+            let why = format!("a bug in rungd: {bug}");
+            Err(WebFailure(StatusCode::INTERNAL_SERVER_ERROR, why))
+        }
+    }
+}

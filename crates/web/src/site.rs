@@ -36,6 +36,8 @@ pub(super) struct WebSite {
     pub address: String,
     pub streams: Arc<Semaphore>,
     pub questions: Arc<Semaphore>,
+    #[cfg(feature = "prove")]
+    pub searches: Arc<Semaphore>,
     pub passwords: Arc<Semaphore>,
     pub hasher: Arc<Hasher>,
     sessions: Mutex<WebSessions>,
@@ -73,6 +75,8 @@ impl WebSite {
             address,
             streams: Arc::new(Semaphore::new(STREAMS_MAX)),
             questions: Arc::new(Semaphore::new(QUESTIONS_MAX)),
+            #[cfg(feature = "prove")]
+            searches: Arc::new(Semaphore::new(1)),
             passwords: Arc::new(Semaphore::new(PASSWORDS_MAX)),
             hasher: Arc::default(),
             sessions: Mutex::default(),

@@ -13,6 +13,7 @@ use rungd_config::controller::OutputState;
 use rungd_engine::Cell;
 use rungd_engine::isa::Real;
 use rungd_history::observe::{Explanation, Limits, PowerRun, QuestionTime, ScanPower};
+use rungd_history::playback::{PlayableProgram, RecordedMoment};
 use rungd_lab::draw::circuit::ContactSymbol;
 use rungd_runtime::TapeSection;
 use rungd_runtime::exchange::Mode;
@@ -155,6 +156,21 @@ impl LiveView {
                 power.and_then(|power| self.output(&power, cell)).unwrap_or(answer.output);
         }
         Ok(answer)
+    }
+
+    /// The state of the controller at the end of a scan; without one, now.
+    ///
+    /// # Errors
+    /// The scan is not in the minute, or the program cannot be loaded.
+    pub fn moment(&self, scan: Option<u64>) -> Result<RecordedMoment, String> {
+        let has = |section: &&Arc<TapeSection>| {
+            scan.is_none_or(|scan| section.begins().any(|begin| begin.number == scan))
+        };
+        let section = self.sections.iter().rev().find(has);
+        let section = section.ok_or("that scan is no longer recorded")?;
+        let at = scan.map_or(QuestionTime::Now, QuestionTime::Scan);
+        let program = PlayableProgram::of(&self.program.recorded)?;
+        RecordedMoment::in_section(program, section, at)
     }
 
     /// The values of an operand over the minute.

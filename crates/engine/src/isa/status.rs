@@ -78,6 +78,19 @@ pub mod dst {
     pub fn is_of_clock(number: u32) -> bool {
         matches!(number, YEAR..=SECOND | DAY_NUMBER | SECOND_OF_DAY)
     }
+
+    /// The smallest and the largest value of a word of the date or time of day; `None`: any.
+    pub fn clock_range(number: u32) -> Option<(i32, i32)> {
+        match number {
+            MONTH => Some((1, 12)),
+            DAY => Some((1, 31)),
+            WEEKDAY => Some((1, 7)),
+            HOUR => Some((0, 23)),
+            MINUTE | SECOND => Some((0, 59)),
+            SECOND_OF_DAY => Some((0, 86_399)),
+            _ => None,
+        }
+    }
 }
 
 /// Nicknames of the status bits, by number.

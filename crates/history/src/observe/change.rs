@@ -12,8 +12,7 @@ use super::subject::Subject;
 use rungd_engine::isa::{Address, Bit, BitSpace, BlockId, ElementId, Word, WordSpace};
 use rungd_engine::{Cell, Engine, EngineCall, EngineState, ScanTimes};
 use rungd_language::resolve::program::BlockKind;
-use rungd_runtime::TapeEntry;
-use rungd_runtime::exchange::Mode;
+use rungd_runtime::{TapeEntry, runs_behind};
 
 /// The limit of a search: the number of scans times the number of operations.
 const WORK_MAX: usize = 2_000_000;
@@ -260,27 +259,7 @@ impl Inquiry<'_> {
     /// Whether the controller scans at a moment.
     pub fn runs(&mut self, at: TapeMoment) -> Option<bool> {
         let section = self.replay.section(at.section)?;
-        let mut runs = section.start.mode == Mode::Run;
-        for entry in section.entries.get(..at.entries())? {
-            match entry {
-                TapeEntry::Call(EngineCall::Start { .. }) => runs = true,
-                TapeEntry::Call(EngineCall::Terminate) => runs = false,
-                TapeEntry::Mode(mode) => runs = *mode == Mode::Run,
-                TapeEntry::Call(
-                    EngineCall::RequestStop
-                    | EngineCall::Begin { .. }
-                    | EngineCall::Write(..)
-                    | EngineCall::Execute
-                    | EngineCall::Force(..)
-                    | EngineCall::Release(_),
-                )
-                | TapeEntry::Origin(_)
-                | TapeEntry::Number(_)
-                | TapeEntry::Swap { .. }
-                | TapeEntry::State { .. }
-                | TapeEntry::Lost { .. } => {}
-            }
-        }
-        Some(runs)
+        let entries = section.entries.get(..at.entries())?;
+        Some(runs_behind(section.start.mode, entries))
     }
 }

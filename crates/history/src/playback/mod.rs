@@ -6,6 +6,7 @@
 
 mod alarm_log;
 mod compared;
+mod moment;
 mod programs;
 mod recorded;
 mod replay;
@@ -13,6 +14,7 @@ mod twin_run;
 
 pub use alarm_log::{AlarmLog, AlarmStretch};
 pub use compared::{ComparedAs, ComparedOperand, FirstDifference, ProgramComparison};
+pub use moment::{MomentScan, RecordedMoment, moment};
 pub use programs::{PlacedProgram, PlayableProgram, RecordedPrograms};
 pub use recorded::{RecordedQuestion, loaded, subject, subject_and_settings, whole_program, why};
 pub use replay::{MakeEngine, Playback, PlayedScan, PlayedStep, Unplayable, Verified};

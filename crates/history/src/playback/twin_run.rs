@@ -11,7 +11,7 @@ use std::sync::Arc;
 use super::programs::{PlayableProgram, RecordedPrograms};
 use super::replay::{Playback, PlayedScan, PlayedStep, Unplayable};
 use crate::record::{Recording, SectionBody};
-use rungd_engine::{BitCell, Cell, Engine, EngineCall, EngineState, Transfer, WordCell};
+use rungd_engine::{Cell, Engine, EngineCall, EngineState, Transfer};
 use rungd_runtime::exchange::Mode;
 use rungd_runtime::{TapeEntry, TapeSection};
 use rungd_state::reload::{LoweredProgram, ReloadPlan};
@@ -151,7 +151,7 @@ impl<'a> TwinRun<'a> {
                 let mut old = old_program.engine();
                 old.resume(&state);
                 let mut engine = self.new_program.engine();
-                let forces = forced(old_program, &state);
+                let forces: Vec<Cell> = state.forced(old_program.layout()).collect();
                 engine.adopt(&mut old, &transfer, body.mode == Mode::Run, &forces);
                 NewRun { engine, place, transfer, last: None }
             }
@@ -234,11 +234,4 @@ fn reason(why: Unplayable) -> String {
 
 fn side(program: &PlayableProgram) -> LoweredProgram<'_> {
     LoweredProgram { program: &program.code, symbols: &program.symbols }
-}
-
-/// The forced cells of a state.
-fn forced(program: &PlayableProgram, state: &EngineState) -> Vec<Cell> {
-    let bits = (0..program.layout().bit_count()).map(|at| Cell::Bit(BitCell(at)));
-    let words = (0..program.layout().word_count()).map(|at| Cell::Word(WordCell(at)));
-    bits.chain(words).filter(|cell| state.is_forced(*cell)).collect()
 }

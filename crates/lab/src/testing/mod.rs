@@ -4,6 +4,7 @@
 //! `cli` passes paths of test files, or sections of a recording. `reading` makes a [`Suite`] from a
 //! file; `runner` runs it; `mutation` measures its quality. Nothing here reads a clock.
 
+mod asked;
 mod change_schedule;
 mod condition;
 mod condition_sides;
@@ -59,6 +60,7 @@ mod watched_tests;
 mod written;
 mod written_prove;
 
+pub use asked::{AskedCondition, asked_suite};
 pub use condition::Condition;
 pub use coverage::{Coverage, CoverageOptions};
 pub use failure::{Failure, SeenChange, SeenOperand};
@@ -66,7 +68,7 @@ pub use formats::{FileVerdicts, json, junit};
 pub use joint::{FailingTest, JudgedMutant, of_one_ladder};
 pub use mutants::MutantKind;
 pub use mutation::{JudgedLadder, MutateOptions, MutationProgress, first_failure, mutate};
-pub use proof_run::{FoundRun, TriedRun, try_run, try_violation};
+pub use proof_run::{FoundRun, TriedRun, run_text, try_run, try_violation};
 pub use reading::{ReadSuite, read_among, read_suite, read_text};
 pub use report::time_text;
 pub use runner::{RunOptions, TestVerdict, programs, run};

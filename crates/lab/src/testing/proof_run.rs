@@ -66,6 +66,11 @@ pub fn try_run(suite: &Suite, programs: &[Arc<RigProgram>], run: FoundRun) -> Tr
     TriedRun { text, is_confirmed: failure.is_none(), failure }
 }
 
+/// A run as a scenario to read; it is not tried.
+pub fn run_text(programs: &[Arc<RigProgram>], run: FoundRun) -> String {
+    scenario_text(&scenario_of(run), programs)
+}
+
 fn scenario_of(run: FoundRun) -> Scenario {
     let steps = run.steps.into_iter().map(located).collect();
     Scenario { name: run.name, span: Span::default(), set: Vec::new(), steps }

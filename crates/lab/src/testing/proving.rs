@@ -59,7 +59,7 @@ fn free(programs: &Programs<'_>, names: &[Text], findings: &mut Vec<Finding>) ->
     let mut all: Vec<FreeOperand> = Vec::new();
     for name in names {
         let target = programs.written(ProgramId(0), &name.text, name.span);
-        match target.and_then(|target| limited(target, name)) {
+        match target.and_then(|target| limited(target, &name.text, name.span)) {
             Ok(one) => all.push(one),
             Err(finding) => findings.push(finding),
         }
@@ -67,17 +67,18 @@ fn free(programs: &Programs<'_>, names: &[Text], findings: &mut Vec<Finding>) ->
     all
 }
 
-fn limited(target: TestTarget, name: &Text) -> Result<FreeOperand, Finding> {
-    let refused = |message: String| Finding::new(Code::TestFile, name.span, message).or_omit();
+/// An operand with the limits of its values.
+pub(super) fn limited(target: TestTarget, name: &str, span: Span) -> Result<FreeOperand, Finding> {
+    let refused = |message: String| Finding::new(Code::TestFile, span, message).or_omit();
     let TestTarget { operand, takes } = target;
     if operand.device.is_some() {
-        let message = format!("`{}` is memory of a field device: a proof has none", name.text);
+        let message = format!("`{name}` is memory of a field device: a proof has none");
         return Err(refused(message));
     }
     let (low, high) = match takes {
         StimulusTarget::Input(_) | StimulusTarget::Bit(Cell::Bit(_)) => (0, 1),
         StimulusTarget::Bit(Cell::Word(_) | Cell::WordBit(_)) => {
-            let message = format!("`{}` is a bit of a word: name the word", name.text);
+            let message = format!("`{name}` is a bit of a word: name the word");
             return Err(refused(message));
         }
         StimulusTarget::Word(_, (low, high)) => (low, high),

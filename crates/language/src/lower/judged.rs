@@ -11,11 +11,11 @@ use super::{NOT_ENDED, lower_blocks, schedule, series, turns};
 use crate::resolve::program::{Block, BlockKind, Contact, Program};
 use crate::source::span::Span;
 use rungd_base::progress::UNASKED;
-pub use rungd_engine::isa::{Address, BlockId, ElementId};
+pub use rungd_engine::isa::{Address, Bit, BlockId, ElementId, StageId};
 pub use rungd_engine::ops::{
     BitWritten, LegPowers, Move, Op, Out, Power, WordRead, WordTarget, WordWritten,
 };
-pub use rungd_engine::{self as engine, BitCell, Cell};
+pub use rungd_engine::{self as engine, BitCell, Cell, KeptCells, Transfer};
 
 /// What judges a program.
 #[derive(Clone, Copy, Debug, Default)]
@@ -38,6 +38,55 @@ pub struct JudgedProgram {
     pub before: Vec<BitCell>,
     /// The bits of [`Judges::behind`], in the same order.
     pub behind: Vec<BitCell>,
+    /// The blocks of the judges.
+    pub judges: JudgeBlocks,
+}
+
+/// The blocks that judge a program.
+#[derive(Clone, Copy, Debug)]
+pub struct JudgeBlocks {
+    /// It evaluates [`Judges::before`].
+    pub first: BlockId,
+    /// It evaluates [`Judges::behind`].
+    pub last: BlockId,
+}
+
+impl JudgeBlocks {
+    /// The transfer from a program without judges, as [`lower`](super::lower) makes it, to the same
+    /// one that judges itself: everything is kept, the private cells too. Judged programs have the
+    /// operations of the ladder first, so its private cells are in the same order; only the bits of
+    /// blocks are more.
+    pub fn transfer(
+        self,
+        plain: &engine::EngineProgram,
+        judged: &engine::EngineProgram,
+    ) -> Transfer {
+        let blocks = (0..plain.blocks.len() as u32).map(BlockId);
+        let stages = (0..plain.stages.len() as u32).map(StageId);
+        let subroutines = 0..plain.subroutines.len() as u32;
+        let done = |code: &engine::EngineProgram| code.layout.bit(Bit::Done(BlockId(0))).0;
+        let (from, to) = (done(plain), done(judged));
+        let count = plain.blocks.len() as u32;
+        let judges = judged.blocks.len() as u32 - count;
+        let bits = [
+            KeptCells { from: 0, to: 0, count: from },
+            KeptCells { from, to, count },
+            KeptCells {
+                from: from + count,
+                to: to + count + judges,
+                count: plain.bit_count - from - count,
+            },
+        ];
+        Transfer {
+            bits: bits.into(),
+            words: vec![KeptCells { from: 0, to: 0, count: plain.word_count }],
+            blocks: blocks.map(|id| (id, id)).collect(),
+            stages: stages.map(|id| (id, id)).collect(),
+            subroutines: subroutines.map(|at| (at, at)).collect(),
+            starting: vec![self.first, self.last],
+            ..Transfer::default()
+        }
+    }
 }
 
 /// Lowers a program and its judges.
@@ -58,7 +107,12 @@ pub fn lower_judged(program: &Program, judges: Judges) -> JudgedProgram {
     let kept = std::mem::take(&mut assembler.identity).kept;
     let subroutines = program.subroutines().map(|block| block.id).collect();
     let code = assembler.finish(blocks, stages, order, subroutines);
-    JudgedProgram { code: engine::EngineProgram { kept, ..code }, before, behind }
+    JudgedProgram {
+        code: engine::EngineProgram { kept, ..code },
+        before,
+        behind,
+        judges: JudgeBlocks { first, last },
+    }
 }
 
 /// Adds a block that runs in every scan.

@@ -14,7 +14,7 @@ mod program;
 
 pub(crate) use program::split;
 
-use crate::model::{FreeInput, Path, ProofModel};
+use crate::model::{Path, ProofModel};
 use rungd_engine::{BitCell, Cell};
 
 /// The cone of some bits of a model.
@@ -46,8 +46,8 @@ impl Cone {
         self.places[at].is_some()
     }
 
-    /// The path of the whole model for a path of the cone: inputs outside of the cone rest, at 0
-    /// if that is one of their values.
+    /// The path of the whole model for a path of the cone: inputs outside of the cone rest
+    /// ([`ProofModel::resting`]).
     pub fn widened(&self, path: &Path) -> Path {
         let widened = |scan: &Vec<i32>| {
             let value = |(place, resting): (&Option<usize>, &i32)| match place {
@@ -76,7 +76,7 @@ pub fn cone(model: &ProofModel, bits: &[BitCell]) -> Cone {
         operations: Share { kept: slice.places.len(), all: split.tables.batches.len() },
         inputs: Share { kept: inputs.len(), all: places.len() },
         places,
-        resting: model.inputs.iter().map(FreeInput::resting).collect(),
+        resting: model.resting(),
         model: ProofModel {
             code: program::joined(slice),
             inputs,

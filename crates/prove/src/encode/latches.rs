@@ -42,12 +42,25 @@ impl Encoder<'_> {
 
     /// The state before the first scan; `None` if it is always OFF.
     fn first_own(&self, held: Held) -> Option<bool> {
+        let start = self.start;
         match held {
-            Held::PassDue(block) => self.written.halted.contains(&block).then_some(false),
-            Held::StagePassDue(stage) => self.written.left.contains(&stage).then_some(false),
-            Held::FirstTurn(block) => Some(self.start.first_turns.contains(&block)),
-            Held::Recurrent(task) => self.written.recurrent.contains_key(&task).then_some(false),
-            Held::Executed(_) | Held::StageExecuted(_) | Held::Caller(..) => Some(false),
+            Held::PassDue(block) => {
+                let is_due = start.block(block).pass_due;
+                (is_due || self.written.halted.contains(&block)).then_some(is_due)
+            }
+            Held::StagePassDue(stage) => {
+                let is_due = start.stage(stage).pass_due;
+                (is_due || self.written.left.contains(&stage)).then_some(is_due)
+            }
+            Held::FirstTurn(block) => Some(start.first_turns.contains(&block)),
+            Held::Recurrent(task) => {
+                let is_recurrent = start.block(task).recurrent;
+                let may_be = is_recurrent || self.written.recurrent.contains_key(&task);
+                may_be.then_some(is_recurrent)
+            }
+            Held::Executed(block) => Some(start.block(block).executed),
+            Held::StageExecuted(stage) => Some(start.stage(stage).executed),
+            Held::Caller(subroutine, element) => Some(start.is_caller(subroutine, element)),
             Held::Bit(_)
             | Held::WordBit(..)
             | Held::TimerScans(..)
@@ -83,14 +96,15 @@ impl Encoder<'_> {
         value
     }
 
-    /// A number of a block, from 0 to `high`; 0 before the first scan.
+    /// A number of a block, from 0 to `high`.
     pub(super) fn own_number(&mut self, number: OwnNumber, high: i128) -> Number {
         if let Some(value) = self.own_numbers.get(&number) {
             return value.clone();
         }
+        let initial = i128::from(self.start.number(number)).min(high);
         let value = Number::made(0, high, |at| {
-            let at = at as u8;
-            self.latch(false, number.held(at), Next::OwnBit(number, at))
+            let (is_on, at) = (initial >> at & 1 == 1, at as u8);
+            self.latch(is_on, number.held(at), Next::OwnBit(number, at))
         });
         self.own_numbers.insert(number, value.clone());
         value

@@ -102,6 +102,9 @@ impl Encoder<'_> {
 
     /// Writes a bit while a condition is ON.
     pub(super) fn put_bit_if(&mut self, condition: Literal, bit: u32, value: Literal) {
+        if self.model.start.is_forced(Cell::Bit(BitCell(bit))) {
+            return;
+        }
         let condition = self.graph.and(self.guard, condition);
         let value = match condition.as_constant() {
             Some(true) => {
@@ -125,6 +128,9 @@ impl Encoder<'_> {
 
     /// Writes a word while a condition is ON.
     pub(super) fn put_word_if(&mut self, condition: Literal, word: u32, value: Number) {
+        if self.model.start.is_forced(Cell::Word(WordCell(word))) {
+            return;
+        }
         let condition = self.graph.and(self.guard, condition);
         let value = match condition.as_constant() {
             Some(true) => {

@@ -41,7 +41,7 @@ use crate::model::ProofModel;
 pub use acc_forms::AccForm;
 use encoder::Encoder;
 use held::{Next, OwnedLatch};
-use rungd_engine::{BitCell, Cell, EngineProgram, Image, WordCell};
+use rungd_engine::{BitCell, Cell, Engine, EngineProgram, Image, WordCell};
 use rustc_hash::FxHashSet;
 use start::Start;
 use written::WrittenCells;
@@ -74,6 +74,18 @@ pub(crate) fn written_limits(
 ) -> Option<[i32; 2]> {
     let limits = WrittenCells::of(code, start).word(word)?.with(start.word(word));
     Some([limits.low, limits.high])
+}
+
+/// Why the start of a model has no gates; `None`: it has.
+pub(crate) fn obstacle(model: &ProofModel) -> Option<&'static str> {
+    Start::of(model).obstacle()
+}
+
+/// Whether an operation of a program may write each bit.
+pub(crate) fn written_bits(code: &EngineProgram) -> Vec<bool> {
+    let engine = Engine::new(code.clone());
+    let written = WrittenCells::of(code, engine.image());
+    (0..code.bit_count).map(|bit| written.has_bit(BitCell(bit))).collect()
 }
 
 /// The gates of one scan of a model, with the values of all cells.

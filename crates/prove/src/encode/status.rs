@@ -18,7 +18,8 @@ impl Encoder<'_> {
 
     /// Whether it is the first scan.
     pub(super) fn first_scan(&mut self) -> Literal {
-        self.scan_latch(true, Held::FirstScan)
+        let status = self.status() + st::FIRST_SCAN;
+        self.scan_latch(self.start.image.bit(BitCell(status)), Held::FirstScan)
     }
 
     /// Whether it is the last scan.
@@ -40,12 +41,13 @@ impl Encoder<'_> {
             st::HUNDRED_MS => self.clock(bit, 100),
             st::FIFTY_MS => self.clock(bit, 50),
             st::SCAN_TOGGLE => {
-                let latch = self.fixed_latch(false, Held::Bit(BitCell(bit)));
+                let initial = self.start.image.bit(BitCell(bit));
+                let latch = self.fixed_latch(initial, Held::Bit(BitCell(bit)));
                 self.set_next(latch, !latch);
                 latch
             }
             st::LAST_SCAN => self.last_scan(),
-            _ => Literal::FALSE,
+            _ => Literal::constant(self.start.image.bit(BitCell(bit))),
         })
     }
 
@@ -54,8 +56,9 @@ impl Encoder<'_> {
         let step = i128::from(self.model.period_ms % clock_ms);
         let clock = i128::from(clock_ms);
         let latches = self.latches.len();
+        let initial = i128::from(self.start.since_start_ms) % clock;
         let time = Number::made(0, clock - 1, |at| {
-            self.fixed_latch(false, Held::Clock(BitCell(bit), at as u8))
+            self.fixed_latch(initial >> at & 1 == 1, Held::Clock(BitCell(bit), at as u8))
         });
         let later = time.add(&mut self.graph, &Number::constant(step));
         let next = self.modulo(&later, clock);
@@ -85,8 +88,9 @@ impl Encoder<'_> {
 
     fn scan_counter(&mut self, word: u32) -> Number {
         let latches = self.latches.len();
+        let initial = self.start.image.word(WordCell(word));
         let count = Number::made(0, i32::MAX.into(), |at| {
-            self.fixed_latch(false, Held::WordBit(WordCell(word), at as u8))
+            self.fixed_latch(initial >> at & 1 == 1, Held::WordBit(WordCell(word), at as u8))
         });
         let next = count.add(&mut self.graph, &Number::constant(1));
         for (at, latch) in (latches..self.latches.len()).enumerate() {

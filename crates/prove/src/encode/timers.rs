@@ -43,6 +43,10 @@ impl Encoder<'_> {
         let role = self.code.blocks[element.block.0 as usize].role;
         let skips =
             role == BlockRole::Subroutine || self.written.recurrent.contains_key(&element.block);
+        // In a given state, a timer that times has executed in the scan before.
+        if !skips && self.start.is_given {
+            return Some(Elapsed::Scans(Number::constant(1)));
+        }
         if !skips && !self.start.has_running_timer {
             let first = self.first_scan();
             return Some(Elapsed::Scans(Number::of_bit(!first)));

@@ -37,13 +37,13 @@ pub(super) struct Inputs {
 struct Input {
     low: i32,
     high: i32,
-    /// 0 if it is one of its values.
+    /// The value that it has while nothing changes it.
     resting: i32,
 }
 
 impl Input {
-    fn of(free: &FreeInput) -> Input {
-        Input { low: free.low, high: free.high, resting: free.resting() }
+    fn of(free: &FreeInput, resting: i32) -> Input {
+        Input { low: free.low, high: free.high, resting }
     }
 
     /// The number of its values.
@@ -66,7 +66,8 @@ pub(super) type Packed = u64;
 impl Inputs {
     /// The inputs of a cone; `None` if their values do not fit in a [`Packed`].
     pub fn new(model: &ProofModel, target: Target) -> Option<Inputs> {
-        let all: Vec<Input> = model.inputs.iter().map(Input::of).collect();
+        let inputs = model.inputs.iter().zip(model.resting());
+        let all: Vec<Input> = inputs.map(|(free, resting)| Input::of(free, resting)).collect();
         let mut counts = all.iter().map(|input| input.count());
         counts.try_fold(1u64, u64::checked_mul)?;
         let readers = InputReaders::new(model)?;
@@ -244,7 +245,10 @@ mod tests {
     #[test]
     fn an_input_rests_first_and_then_has_each_other_value_once() {
         let values = |low, high| {
-            let input = Input::of(&FreeInput { cell: Cell::Bit(BitCell(0)), low, high });
+            let input = Input::of(
+                &FreeInput { cell: Cell::Bit(BitCell(0)), low, high },
+                0.clamp(low, high),
+            );
             std::iter::successors(Some(input.resting), |value| input.next(*value))
                 .collect::<Vec<_>>()
         };

@@ -104,7 +104,7 @@ impl<'m> StateSearch<'m> {
             needs: traces.then(|| Needs::new(model, at_end)),
             form,
             start: EngineState::of(&start),
-            period_ns: u64::from(model.period_ms) * 1_000_000,
+            period_ns: model.period_ns(),
             model,
             target,
             inputs,
@@ -390,7 +390,7 @@ impl<'s> StateScanner<'s> {
             None => {
                 let resumes = self.engine.resume(&self.search.start);
                 debug_assert!(resumes, "a state of the same program");
-                0
+                model.first_ns()
             }
         };
         self.was_last = self.engine.stops();

@@ -1,6 +1,6 @@
 //! Random models: a program of the reference model's generator, with random inputs and conditions.
 
-use rungd_engine::{Cell, EngineProgram};
+use rungd_engine::{Cell, EngineProgram, Transfer};
 use rungd_language::lower::judged::{Judges, lower_judged};
 use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::LoadOptions;
@@ -18,6 +18,9 @@ use rungd_test_support::run::{cell, load};
 pub struct Drawn {
     pub model: ProofModel,
     pub text: String,
+    /// The program without judges, and the transfer from it to the model's.
+    pub plain: EngineProgram,
+    pub transfer: Transfer,
 }
 
 /// The numbers of conditions of a random model.
@@ -25,10 +28,19 @@ const JUDGED: usize = 4;
 
 /// The model of a seed.
 pub fn drawn(seed: u64) -> Drawn {
+    drawn_with(seed, true)
+}
+
+/// The same, without cells that have any value.
+pub fn drawn_without_any(seed: u64) -> Drawn {
+    drawn_with(seed, false)
+}
+
+fn drawn_with(seed: u64, has_any: bool) -> Drawn {
     let case = generate(seed);
     let ladder = case.ladder();
     let program = load(&ladder).unwrap_or_else(|e| panic!("seed {seed}: {e}"));
-    let (_, symbols) = lower(&program);
+    let (plain, symbols) = lower(&program);
     let rng = Rng::new(seed ^ 0x5EED);
     let mut draw = Draw { rng, program: &program, symbols, names: case.watch() };
     let judged: Vec<(String, Contact)> = (0..JUDGED).map(|_| draw.condition()).collect();
@@ -45,12 +57,14 @@ pub fn drawn(seed: u64) -> Drawn {
         let high = if cell.is_bit() { 1 } else { draw.rng.range(1, 2) as i32 };
         inputs.push(FreeInput { cell, low: 0, high });
     }
-    let any = draw.any(&lowered.code, &inputs);
+    let any = if has_any { draw.any(&lowered.code, &inputs) } else { Vec::new() };
     let AnyProgram { code, inputs: values } = any_in(&lowered.code, &any);
     inputs.extend(values.iter().map(|value| value.input));
     let texts = |all: &[(String, Contact)]| all.iter().map(|(text, _)| text.clone()).collect();
     let (assumed, judged): (Vec<String>, Vec<String>) = (texts(&assumed), texts(&judged));
     Drawn {
+        transfer: lowered.judges.transfer(&plain, &lowered.code),
+        plain,
         text: format!(
             "# seed {seed}\n{ladder}\n# assume {assumed:?}, judged {judged:?}, any {any:?}"
         ),

@@ -10,6 +10,7 @@ mod environment;
 mod exhaust;
 mod explore;
 mod figures;
+mod given;
 mod judged;
 mod lanes;
 mod ways;

@@ -24,11 +24,11 @@ const TIME: Duration = Duration::from_millis(500);
 const SCANS: usize = 400;
 
 #[derive(Debug, Default)]
-struct Tally {
+pub struct Tally {
     /// Exploring and deducing: never so.
-    never: u32,
+    pub never: u32,
     /// Exploring and deducing: so.
-    found: u32,
+    pub found: u32,
     /// The exhaustive search came to its end, or found it, and agrees.
     exhausted: u32,
     /// Left open by exploring.
@@ -80,7 +80,7 @@ fn allows(seen: &Exhausted, said: Option<usize>, is_shortest: bool) -> bool {
     }
 }
 
-fn judge(drawn: &Drawn, target: Target, tally: &mut Tally) {
+pub fn judge(drawn: &Drawn, target: Target, tally: &mut Tally) {
     let patience = Patience::new(TIME, &Arc::new(AtomicBool::new(false)));
     let deduced = by_deducing(&drawn.model, target, &patience);
     let explored = explored(drawn, target);

@@ -248,11 +248,28 @@ async function why(name) {
     const answer = await get("/api/why", { operand: name, ...held() });
     if (mine !== asked) return;
     const names = namesIn(answer.answer);
-    pane.replaceChildren(head, linked(answer.text.replace(/…: more with --depth \d+/, "…: a name leads on"), names));
+    pane.replaceChildren(head, linked(answer.text.replace(/…: more with --depth \d+/, "…: a name leads on"), names),
+      ...(state.session.how ? [howBlock(name)] : []));
     pane.scrollTop = 0;
   } catch (error) {
     if (mine === asked) pane.replaceChildren(head, h("p", { class: "error" }, error.message));
   }
+}
+
+// The button that asks how a value could change, and its answer.
+function howBlock(name) {
+  const block = h("div", { class: "how" });
+  const told = (kind, text) => { if (block.isConnected) block.replaceChildren(h(kind, {}, text)); };
+  const ask = async () => {
+    told("p", "…");
+    try {
+      told("pre", (await get("/api/how", { operand: name, ...held() })).text);
+    } catch (error) {
+      told("p", error.message);
+    }
+  };
+  block.append(h("button", { onclick: ask }, "How could it change?"));
+  return block;
 }
 
 function held() {
