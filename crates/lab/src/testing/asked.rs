@@ -5,10 +5,10 @@
 use super::condition::Condition;
 use super::names::{Observation, TestNames};
 use super::proving::limited;
-use super::step_condition::condition;
 use super::suite::{FreeOperand, ProofSettings, Suite, TestProgram};
 use super::written_prove::{ProofEvent, WrittenProve};
 use rungd_language::resolve::LoadOptions;
+use rungd_language::source::condition::condition;
 use rungd_language::source::finding::Finding;
 use rungd_language::source::span::{FileId, SourceFile, Span};
 use rungd_language::source::was;
