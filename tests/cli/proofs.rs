@@ -7,6 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use rungd_test_support::abc::{self, AbcAnswer};
 use rungd_test_support::folder::TestFolder;
 use serde_json::Value;
 
@@ -101,4 +102,37 @@ fn the_tasks_of_agents4plc_have_the_answers_that_stand_beside_them() {
 #[test]
 fn what_an_engineer_asks_of_three_plants_is_decided() {
     prove_all("plants");
+}
+
+/// What ABC says of a suite, beside the answers of its lines.
+fn judge_by_abc(suite: &Path) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+    let folder = suite.parent().expect("a folder");
+    command.args(["prove", "--json", "--certificate", "out"]).arg(suite).current_dir(folder);
+    let output = command.output().expect("rungd runs");
+    let text = String::from_utf8(output.stdout).expect("text");
+    let is_violated: Vec<bool> =
+        text.lines().map(|line| line.contains("\"answer\":\"violated\"")).collect();
+    let name = suite.file_name().expect("a name").to_string_lossy().into_owned();
+    let question = folder.join("out").join(name.trim_end_matches(".test.toml"));
+    let place = || format!("{name}: {is_violated:?}");
+    match abc::judge(&question.join("question.aig"), 60).expect("it ends") {
+        AbcAnswer::Proved => assert!(!is_violated.contains(&true), "{}", place()),
+        AbcAnswer::Asserted(at) => assert!(is_violated[at], "{at} of {}", place()),
+    }
+}
+
+#[test]
+fn abc_agrees_about_the_questions_of_suites() {
+    if !abc::is_installed() {
+        return;
+    }
+    let copied = TestFolder::new("proofs-abc");
+    for folder in ["config", "tests/proofs/esbmc"] {
+        copy(&root().join(folder), &copied.path().join(folder));
+    }
+    suites(&copied.path().join("tests/proofs/esbmc")).iter().for_each(|suite| judge_by_abc(suite));
+    for name in ["bin-emptying", "car-park", "parts-bin"] {
+        judge_by_abc(&copied.path().join(format!("config/tests/{name}.test.toml")));
+    }
 }

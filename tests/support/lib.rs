@@ -4,6 +4,7 @@
 #![allow(missing_docs, unsafe_code, clippy::wildcard_enum_match_arm)]
 #![allow(clippy::new_without_default, clippy::should_implement_trait)]
 
+pub mod abc;
 pub mod bare_run;
 pub mod bench;
 pub mod calm;

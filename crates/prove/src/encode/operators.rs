@@ -191,7 +191,7 @@ impl Encoder<'_> {
         operator: Operator,
         [a, b]: [&RealValue; 2],
     ) {
-        let lost = match operator {
+        let mut lost = match operator {
             Operator::RealEqual | Operator::RealNotEqual => {
                 let equal = a.equal(&mut self.graph, b);
                 let inverts = operator == Operator::RealNotEqual;
@@ -236,6 +236,9 @@ impl Encoder<'_> {
             | Operator::Max => unreachable!("an operator of integers"),
         };
         let known = a.known().zip(b.known()).map(|(a, b)| [a, b]);
+        if known.is_none() && matches!(operator, Operator::RealDiv | Operator::RealRem) {
+            lost.mishaps = self.mishaps_of_division(run, b, lost.mishaps);
+        }
         let adds = operator == Operator::RealAdd;
         let value = if b.is_zero() && (adds || operator == Operator::RealSub) {
             a.clone()
@@ -245,6 +248,19 @@ impl Encoder<'_> {
             self.computed(run, known, &lost)
         };
         self.set_real(run, value);
+    }
+
+    /// Notes a division by 0, for which no quotient is needed. Returns the mishaps that are left.
+    fn mishaps_of_division(
+        &mut self,
+        run: &mut Evaluation,
+        divisor: &RealValue,
+        all: &'static [Mishap],
+    ) -> &'static [Mishap] {
+        let Some(is_some) = divisor.truth(&mut self.graph) else { return all };
+        self.note(run, DivideByZero, !is_some);
+        // It comes first in both lists.
+        all.strip_prefix(&[DivideByZero]).unwrap_or(all)
     }
 
     /// The result of known operands; else any value.

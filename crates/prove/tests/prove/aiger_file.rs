@@ -27,24 +27,30 @@ pub struct StepValues {
     pub constraints: Vec<u64>,
 }
 
+/// The question whether one of these literals is ever ON.
+pub fn written<'g>(gates: &'g Gates, bad: &[Literal]) -> AigerSystem<'g> {
+    let named = |literal: Literal| NamedLiteral { literal, name: "a name".to_owned() };
+    let latches = gates.latches.iter().map(|latch| NamedLatch {
+        literal: latch.literal,
+        next: latch.next,
+        initial: latch.initial,
+        name: format!("{:?}", latch.holds),
+    });
+    AigerSystem {
+        graph: &gates.graph,
+        inputs: gates.inputs.iter().map(|input| named(input.literal)).collect(),
+        latches: latches.collect(),
+        bad: bad.iter().map(|bad| named(*bad)).collect(),
+        constraints: gates.constraints.iter().map(|kept| named(*kept)).collect(),
+        comment: "A comment.".to_owned(),
+    }
+}
+
 impl WrittenSystem {
     /// Writes gates whose judged bits are asked for, and reads the file.
     pub fn of(gates: &Gates) -> WrittenSystem {
-        let named = |literal: Literal| NamedLiteral { literal, name: "a name".to_owned() };
-        let latches = gates.latches.iter().map(|latch| NamedLatch {
-            literal: latch.literal,
-            next: latch.next,
-            initial: latch.initial,
-            name: format!("{:?}", latch.holds),
-        });
-        let system = AigerSystem {
-            graph: &gates.graph,
-            inputs: gates.inputs.iter().map(|input| named(input.literal)).collect(),
-            latches: latches.collect(),
-            bad: gates.judged.iter().map(|judged| named(!*judged)).collect(),
-            constraints: gates.constraints.iter().map(|kept| named(*kept)).collect(),
-            comment: "A comment.".to_owned(),
-        };
+        let bad: Vec<Literal> = gates.judged.iter().map(|judged| !*judged).collect();
+        let system = written(gates, &bad);
         let file = AigerFile::of_text(&system.ascii());
         assert_eq!(AigerFile::of_bytes(&system.binary()), file, "both formats say the same");
         let latches = file.latches.iter().map(|[_, reset]| if *reset == 1 { !0 } else { 0 });

@@ -15,15 +15,20 @@ use rungd_engine::{Cell, EngineProgram, Layout};
 use rungd_lab::traces::stimulus::StimulusTarget;
 use rungd_language::lower::lower;
 use rungd_language::resolve::program::Program;
+use rungd_prove::deduce::Patience;
 use rungd_prove::encode::{AccForm, Encoding, encode, encode_cells};
 use rungd_prove::gates::content;
-use rungd_prove::model::{FreeInput, ProofModel};
+use rungd_prove::model::{FreeInput, ProofModel, Target};
+use rungd_prove::race::{Decision, by_deducing};
 use rungd_test_support::case::{Expects, all as semantic_cases};
 use rungd_test_support::model::case::Case;
 use rungd_test_support::model::generate::generate;
 use rungd_test_support::model::rng::Rng;
+use rungd_test_support::patience::PATIENCE;
 use rungd_test_support::run::{load, target};
 use rungd_test_support::setting::setting;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// The same program with a batch for each operation, so that an observer sees the value of each
 /// cut. MATHs in columns stay together: none of them reads what another one writes.
@@ -217,6 +222,28 @@ fn gates_of_random_programs_equal_the_engine() {
     let scans = setting("RUNGD_PROVE_SCANS", 40);
     for seed in first..first + setting("RUNGD_PROVE_PROGRAMS", 25) {
         compare(&model_of_case(&generate(seed)), seed, scans);
+    }
+}
+
+#[test]
+fn whether_reals_are_divided_by_zero_is_known_without_their_quotient() {
+    let decided = |divided: &str| {
+        let ladder = format!(
+            "[[program]]\nname = \"Main\"\nrung = [{{ when = [\"$On\"], do = [\"MATH R0 = {divided}\"] }}]"
+        );
+        let judged = &["!$DivideByZero"];
+        let model = model(Asked { ladder: &ladder, inputs: &["X0"], judged, ..Asked::default() });
+        let target = Target { bit: model.judged[0], value: false };
+        let patience = Patience::new(PATIENCE, &Arc::new(AtomicBool::new(false)));
+        by_deducing(&model, target, &patience)
+    };
+    for divided in ["R1 / (X0 + 1)", "R1 % (X0 + 2)", "R1 / 3.5"] {
+        let decision = decided(divided);
+        assert!(matches!(decision, Decision::Never(..)), "{decision:?}");
+    }
+    for divided in ["R1 / X0", "R1 / R1", "R1 % (X0 - 1)"] {
+        let decision = decided(divided);
+        assert!(matches!(decision, Decision::Found(..)), "{decision:?}");
     }
 }
 

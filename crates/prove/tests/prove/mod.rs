@@ -1,5 +1,6 @@
 //! Proofs about ladders in text, by each way; what the two ways have in common.
 
+mod abc;
 mod aig;
 mod aiger_file;
 mod bench;
