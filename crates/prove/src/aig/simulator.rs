@@ -31,9 +31,4 @@ impl NodeValues {
         let inverted = if literal.is_inverted() { u64::MAX } else { 0 };
         self.values[literal.node() as usize] ^ inverted
     }
-
-    /// The value of a literal in the first pattern.
-    pub fn is_on(&self, literal: Literal) -> bool {
-        self.of_literal(literal) & 1 == 1
-    }
 }

@@ -3,6 +3,7 @@
 mod abc;
 mod aig;
 mod aiger_file;
+mod alike;
 mod bench;
 mod cone;
 mod drawn;
