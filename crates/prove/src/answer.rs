@@ -34,6 +34,10 @@ pub struct Answer {
     pub ms: u128,
     /// The scan period, ms.
     pub period_ms: u32,
+    /// The maximum number of periods from one scan to the next.
+    pub late_max: u32,
+    /// Whether retained memory has any values before the first scan.
+    pub is_from_retained: bool,
 }
 
 /// How much of a program a line depends on.
@@ -180,10 +184,13 @@ impl Answer {
         }
     }
 
-    /// A scan, from 1, with its time: `scan 2,204 (22.03 s)`.
+    /// A scan, from 1, with its time, if no scan comes late: `scan 2,204 (22.03 s)`.
     pub fn when(&self, scan: u64) -> String {
         let after_ns = scan.saturating_sub(1) * u64::from(self.period_ms) * 1_000_000;
-        format!("scan {} ({})", grouped(scan), time_text(after_ns))
+        match self.late_max {
+            ..=1 => format!("scan {} ({})", grouped(scan), time_text(after_ns)),
+            _ => format!("scan {}", grouped(scan)),
+        }
     }
 
     /// Its text: a line, and indented lines below it.
@@ -236,7 +243,16 @@ impl Answer {
                 operations.kept, operations.all, inputs.kept, inputs.all
             ));
         }
-        add(&format!("every scan comes exactly {} ms after the last one", self.period_ms));
+        add(&match self.late_max {
+            ..=1 => format!("every scan comes exactly {} ms after the last one", self.period_ms),
+            most => format!(
+                "a scan comes 1 to {most} periods of {} ms after the last one",
+                self.period_ms
+            ),
+        });
+        if self.is_from_retained {
+            add("from any retained values within their limits");
+        }
         self.assumptions.iter().for_each(|assumed| add(&format!("assumed: {assumed}")));
         self.cuts.iter().for_each(|cut| add(&format!("any value: {cut}")));
         text + &indented(below.trim_end()) + if reasons.is_empty() { "" } else { "\n" } + &reasons
@@ -252,6 +268,8 @@ impl Answer {
             "vacuous": self.vacuous,
             "assumptions": self.assumptions,
             "cuts": self.cuts,
+            "late_max": self.late_max,
+            "from_retained": self.is_from_retained,
             "kept": self.is_kept,
             "ms": self.ms as u64,
         });

@@ -63,7 +63,7 @@ pub fn any_in(code: &EngineProgram, cells: &[FreeInput]) -> AnyProgram {
 }
 
 /// For each cell the number of operations and passes that read it.
-fn readers(code: &EngineProgram) -> HashMap<u32, usize> {
+pub(crate) fn readers(code: &EngineProgram) -> HashMap<u32, usize> {
     let effects = Effects::new(code);
     let mut readers = HashMap::new();
     let mut read = |cell: u32| *readers.entry(cell).or_default() += 1;
@@ -119,7 +119,7 @@ impl AnySearch<'_> {
 
     /// Gives a cell another value, which is an input of its own.
     fn give_any(&mut self, at: usize) {
-        let FreeInput { cell, low, high } = self.cells[at];
+        let FreeInput { cell, low, high, cold } = self.cells[at];
         let code = &mut self.code;
         let (fresh, op) = match cell {
             Cell::Bit(BitCell(bit)) => {
@@ -141,6 +141,6 @@ impl AnySearch<'_> {
         let kind = op.kind();
         let first = code.tables.ops.push(op);
         code.tables.batches.push(Batch { kind, first, count: 1 });
-        self.inputs.push(AnyValue { input: FreeInput { cell: fresh, low, high }, at });
+        self.inputs.push(AnyValue { input: FreeInput { cell: fresh, low, high, cold }, at });
     }
 }

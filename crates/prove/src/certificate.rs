@@ -78,9 +78,10 @@ impl Names<'_> {
     fn question(&self, gates: &Gates) -> Vec<CertificateFile> {
         let input = |part: InputOf| match part {
             InputOf::Free(at, bit) => {
-                let name = &self.questions.inputs[at as usize].name;
+                let named = self.questions.inputs.get(at as usize);
+                let name = named.map_or("periods since the last scan", |named| &named.name);
                 match gates.free[at as usize].len() {
-                    1 => name.clone(),
+                    1 => name.to_owned(),
                     _ => format!("{name}.{bit}"),
                 }
             }

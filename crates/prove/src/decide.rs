@@ -74,6 +74,8 @@ fn answered(
         hash: String::new(),
         ms: 0,
         period_ms: questions.model.period_ms,
+        late_max: questions.model.late_max,
+        is_from_retained: proof.from_retained,
     };
     match unknown_setting(questions) {
         Some(cause) => answer.verdict = AnswerVerdict::NotDecided { covered: Vec::new(), cause },
@@ -106,11 +108,8 @@ pub fn can_begin(questions: &Questions, limits: &DecideLimits) -> bool {
 fn unknown_setting(questions: &Questions) -> Option<String> {
     let proof = &questions.suite.proof;
     let event = |event: &ProofEvent| *event != ProofEvent::Writes;
-    if proof.late_max > 1 {
-        return Some("`step`: scans that come late are not proved yet".to_owned());
-    }
-    if proof.from_retained {
-        return Some("`from`: retained values before the first scan are not proved yet".to_owned());
+    if questions.unknown.is_some() {
+        return questions.unknown.clone();
     }
     let is_unknown = proof.events.iter().any(event);
     is_unknown.then(|| "`events`: only `writes` is proved yet".to_owned())

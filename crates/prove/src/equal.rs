@@ -114,6 +114,7 @@ pub fn equal(question: &EqualQuestion) -> Result<EqualAnswer, String> {
     let free = ladders.free(&judged.code.layout, &both.second);
     let model = ProofModel {
         period_ms: question.old.programs[0].controller.period_ms,
+        late_max: 1,
         start: ProofStart::Cold(Vec::new()),
         inputs: free.iter().map(|free| free.input).collect(),
         assumed: Vec::new(),
@@ -284,7 +285,7 @@ impl<'a> LadderPair<'a> {
                 let at = match all.iter().position(|known| known.input.cell == cell) {
                     Some(at) => at,
                     None => {
-                        let input = FreeInput { cell, low: 0, high: 1 };
+                        let input = FreeInput { cell, low: 0, high: 1, cold: None };
                         all.push(SharedInput { input, named: [None, None] });
                         all.len() - 1
                     }
@@ -365,7 +366,7 @@ impl FoundDifference<'_> {
                 let address = if side == 0 { pair.old } else { pair.alone };
                 steps.push(TestStep::Expect(expected(&programs[0], address, *old)));
             }
-            try_run(suite, &programs, FoundRun { name, steps })
+            try_run(suite, &programs, FoundRun { name, set: Vec::new(), steps })
         };
         let (old, new) = (run(0, self.question.old), run(1, self.question.new));
         let TriedRun { text, is_confirmed, .. } = old;

@@ -125,7 +125,11 @@ pub(crate) fn hash(cone: &Cone, target: Target, settings: &str) -> String {
     let mut hashed = QuestionHash(hmac_sha256::Hash::new());
     let version = env!("CARGO_PKG_VERSION");
     // Writing to a hash does not fail.
-    let _ = write!(hashed, "{version} {settings} {} {}", target.value, model.period_ms);
+    let _ = write!(
+        hashed,
+        "{version} {settings} {} {} {}",
+        target.value, model.period_ms, model.late_max
+    );
     let free: Vec<(i32, i32)> = model.inputs.iter().map(|free| (free.low, free.high)).collect();
     let _ = write!(hashed, "{free:?} {:?} {:?}", gates.graph.nodes(), gates.constraints);
     let _ = write!(hashed, "{:?} {:?}", gates.judged, gates.free);

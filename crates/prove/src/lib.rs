@@ -23,4 +23,5 @@ pub mod kept;
 pub mod model;
 pub mod question;
 pub mod race;
+mod retained;
 mod trial;

@@ -11,8 +11,11 @@ use rungd_engine::{BitCell, Cell, Engine, EngineProgram, EngineState, Image, Sca
 pub struct ProofModel {
     /// The ladder, with the blocks that judge it (`lower_judged`).
     pub code: EngineProgram,
-    /// The period, ms. Every scan comes exactly this time after the last one.
+    /// The period, ms.
     pub period_ms: u32,
+    /// The maximum number of periods from one scan to the next; 1: every scan comes exactly a
+    /// period after the last one.
+    pub late_max: u32,
     /// What the first scan begins with.
     pub start: ProofStart,
     /// What may change before each scan. Everything else changes by the program alone.
@@ -58,8 +61,43 @@ impl ProofModel {
     /// The values of the inputs that nothing changes: those of a given state; of a cold start, 0
     /// or the nearest value.
     pub(crate) fn resting(&self) -> Vec<i32> {
-        let value = |input: &FreeInput| self.before_start(input).clamp(input.low, input.high);
+        let before = |input: &FreeInput| input.cold.unwrap_or_else(|| self.before_start(input));
+        let value = |input: &FreeInput| before(input).clamp(input.low, input.high);
         self.inputs.iter().map(value).collect()
+    }
+
+    /// The maximum number of periods between two scans. From a given state, all are in time.
+    pub(crate) fn periods_max(&self) -> u32 {
+        match &self.start {
+            ProofStart::Cold(_) => self.late_max,
+            ProofStart::Given(_) => 1,
+        }
+    }
+
+    /// What is chosen for each scan: the values of the inputs, then, if scans may come late, the
+    /// number of periods since the scan before.
+    pub fn choices(&self) -> Vec<Choice> {
+        let inputs = self.inputs.iter().zip(self.resting());
+        let inputs = inputs.map(|(input, resting)| {
+            let FreeInput { low, high, .. } = *input;
+            Choice { low, high, resting }
+        });
+        let high = self.periods_max().cast_signed();
+        let late = (high > 1).then_some(Choice { low: 1, high, resting: 1 });
+        inputs.chain(late).collect()
+    }
+
+    /// The number of periods since the scan before.
+    pub fn periods(&self, choices: &[i32]) -> u32 {
+        choices.get(self.inputs.len()).map_or(1, |periods| periods.unsigned_abs())
+    }
+
+    /// The time of the next scan of an engine, ns; from a cold start, the first one is at 0.
+    pub fn next_ns(&self, engine: &Engine, choices: &[i32]) -> u64 {
+        match engine.scans() {
+            0 => 0,
+            _ => engine.now_ns() + u64::from(self.periods(choices)) * self.period_ns(),
+        }
     }
 
     /// The value of an input before the first scan.
@@ -73,7 +111,11 @@ impl ProofModel {
     /// Begins a scan on an engine, with these values of the inputs: its `execute` comes next.
     pub(crate) fn begin_scan(&self, engine: &mut Engine, now_ns: u64, inputs: &[i32]) {
         engine.begin_scan(now_ns, &ScanTimes::default(), &LocalTime::default());
+        let is_first = engine.scans() == 0;
         for (input, value) in self.inputs.iter().zip(inputs) {
+            if !is_first && !input.is_of_every_scan() {
+                continue;
+            }
             match input.cell {
                 Cell::Bit(bit) => engine.write_bit(bit, *value != 0),
                 Cell::Word(word) => engine.write_word(word, *value),
@@ -134,10 +176,29 @@ pub struct FreeInput {
     pub low: i32,
     /// The largest content of the cell; 1 for a bit.
     pub high: i32,
+    /// If it is free before the first scan alone: its content after a cold start.
+    pub cold: Option<i32>,
 }
 
-/// The values of the inputs in each scan from the first one on, in the order of
-/// [`ProofModel::inputs`].
+impl FreeInput {
+    /// Whether it may change before every scan.
+    pub(crate) fn is_of_every_scan(&self) -> bool {
+        self.cold.is_none()
+    }
+}
+
+/// The values of something that is chosen for each scan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Choice {
+    /// The smallest value.
+    pub low: i32,
+    /// The largest value.
+    pub high: i32,
+    /// The value if nothing happens.
+    pub resting: i32,
+}
+
+/// What is chosen for each scan from the first one on, in the order of [`ProofModel::choices`].
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Path {
     /// By scan.
@@ -176,16 +237,11 @@ impl<'m> Run<'m> {
         self.model
     }
 
-    /// The time of the next scan, ns; from a cold start, the first one is at 0.
-    pub fn next_ns(&self) -> u64 {
-        self.model.first_ns() + self.scans * self.model.period_ns()
-    }
-
-    /// Executes one scan with these values of the inputs. Call it no more after the last scan.
-    pub fn scan(&mut self, inputs: &[i32]) -> ScanOutcome {
-        let now_ns = self.next_ns();
+    /// Executes one scan with these choices. Call it no more after the last scan.
+    pub fn scan(&mut self, choices: &[i32]) -> ScanOutcome {
+        let now_ns = self.model.next_ns(&self.engine, choices);
         let engine = &mut self.engine;
-        self.model.begin_scan(engine, now_ns, inputs);
+        self.model.begin_scan(engine, now_ns, choices);
         let is_last = engine.execute().last;
         let is_allowed = self.model.allows(engine.image());
         let on = |bit: &BitCell| engine.image().bit(*bit);

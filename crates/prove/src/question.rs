@@ -11,6 +11,7 @@ use crate::cone::Cone;
 use crate::encode::written_limits;
 use crate::gates::GateCut;
 use crate::model::{FreeInput, ProofModel, ProofStart, Target};
+use crate::retained::{RetainedStart, retained};
 use rungd_engine::isa::{Address, Bit, BitSpace, DeviceBit, DeviceId, Word, WordSpace, status};
 use rungd_engine::{Cell, Engine, EngineProgram, Layout};
 use rungd_lab::rig::RigProgram;
@@ -35,6 +36,8 @@ pub struct Questions {
     pub lines: Vec<AlwaysLine>,
     /// The lines of `can`, in file order.
     pub can: Vec<CanLine>,
+    /// What `[prove]` asks for, and no way can do yet.
+    pub(crate) unknown: Option<String>,
 }
 
 /// A line of `can`.
@@ -63,6 +66,8 @@ pub enum InputSetting {
     Set(TestOperand),
     /// By `force`, because a device of the test moves it in every scan.
     Force(TestOperand),
+    /// By `set` of the scenario, before the first scan.
+    Start(TestOperand),
     /// Not at all: it stands for what `any` of `[prove]` names.
     Any,
 }
@@ -108,10 +113,24 @@ impl Questions {
         let own = &programs[0].symbols.layout;
         let free = FreeOperands { suite: &suite, program, own, layout, cells: &cells };
         let mut all = free.all();
+        let places: Vec<Address> = remembered.iter().map(|(place, _)| *place).collect();
+        let RetainedStart { free: at_start, unknown } =
+            retained(&suite, &programs[0], &judged.code, &places);
+        let is_free = |cell: Cell, all: &[(FreeInput, NamedInput)]| {
+            all.iter().any(|(known, _)| known.cell == cell)
+        };
+        let at_start = at_start.into_iter().filter(|(start, _)| !is_free(start.cell, &all));
+        let named = |(start, operand): (FreeInput, TestOperand)| {
+            let name = operand.name.clone();
+            (start, NamedInput { name, setting: InputSetting::Start(operand), is_written: false })
+        };
+        let at_start: Vec<_> = at_start.map(named).collect();
+        all.extend(at_start);
         let code = free.with_any(&judged.code, &mut all);
         let (inputs, named) = all.into_iter().unzip();
         let model = ProofModel {
             period_ms: first.controller.period_ms,
+            late_max: suite.proof.late_max,
             start: ProofStart::Cold(restored(&judged.code, program, &remembered)),
             inputs,
             assumed: judged.before,
@@ -130,7 +149,8 @@ impl Questions {
         let can = suite.proof.can.iter();
         let can = can.map(|line| CanLine { text: line.text.clone(), target: target(true) });
         let can = can.collect();
-        Questions { model, judges: judged.judges, inputs: named, lines, can, programs, suite }
+        let judges = judged.judges;
+        Questions { model, judges, inputs: named, lines, can, unknown, programs, suite }
     }
 
     /// Keeps the inputs whose cells fulfil a condition; the others keep their levels.
@@ -233,7 +253,8 @@ impl FreeOperands<'_> {
             true => InputSetting::Force(operand),
             false => InputSetting::Set(operand),
         };
-        Some((FreeInput { cell, low, high }, NamedInput { name, setting, is_written: false }))
+        let named = NamedInput { name, setting, is_written: false };
+        Some((FreeInput { cell, low, high, cold: None }, named))
     }
 
     /// The program in which what `any` names has any value; adds these values to the inputs.
@@ -253,7 +274,7 @@ impl FreeOperands<'_> {
             };
             let [low, high] =
                 written.map_or([*low, *high], |[least, most]| [least.min(*low), most.max(*high)]);
-            cells.push(FreeInput { cell, low, high });
+            cells.push(FreeInput { cell, low, high, cold: None });
             names.push(operand.name.clone());
         }
         let AnyProgram { code, inputs } = any_in(code, &cells);

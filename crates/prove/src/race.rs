@@ -170,6 +170,7 @@ pub fn by_deducing(model: &ProofModel, target: Target, patience: &Patience) -> D
         Deduced::Found(inputs) => {
             let path = path_of(&gates, &system, &inputs);
             if is_met(model, target, &path) {
+                let path = with_cold_values(model, target, path);
                 return Decision::Found(DEDUCING, path);
             }
             return Decision::Open(OpenQuestion {
@@ -196,6 +197,19 @@ fn path_of(gates: &Gates, system: &ScanSystem, inputs: &[Vec<bool>]) -> Path {
         gates.input_values(|literal| on[literal.node() as usize] != literal.is_inverted())
     };
     Path { scans: inputs.iter().map(scan).collect() }
+}
+
+/// The same path with those values before the first scan alone that it needs: the others are those
+/// of a cold start.
+fn with_cold_values(model: &ProofModel, target: Target, mut path: Path) -> Path {
+    for (at, input) in model.inputs.iter().enumerate() {
+        let Some(cold) = input.cold else { continue };
+        let needed = std::mem::replace(&mut path.scans[0][at], cold);
+        if needed != cold && !is_met(model, target, &path) {
+            path.scans[0][at] = needed;
+        }
+    }
+    path
 }
 
 /// Whether a path leads to the target at its last scan, on the engine.

@@ -5,7 +5,7 @@
 use crate::model::{FreeInput, Path, ProofModel, ProofStart, Run};
 use crate::question::{InputSetting, NamedInput, Questions};
 use rungd_lab::testing::{
-    Condition, FoundRun, TestStep, TestTime, TriedRun, try_run, try_violation,
+    Condition, FoundRun, TestOperand, TestStep, TestTime, TriedRun, try_run, try_violation,
 };
 
 /// A path about the model of [`Questions`].
@@ -20,7 +20,12 @@ impl Trial<'_> {
     pub fn violation(&self, line: usize) -> TriedRun {
         let Questions { suite, programs, lines, .. } = self.questions;
         let name = format!("violates: {}", lines[line].text);
-        try_violation(suite, programs, line, FoundRun { name, steps: self.steps() })
+        try_violation(
+            suite,
+            programs,
+            line,
+            FoundRun { name, set: self.set(), steps: self.steps() },
+        )
     }
 
     /// Tries whether a condition is true after the path.
@@ -33,7 +38,7 @@ impl Trial<'_> {
     pub fn run(&self, name: String, condition: &Condition) -> FoundRun {
         let mut steps = self.steps();
         steps.push(TestStep::Expect(condition.clone()));
-        FoundRun { name, steps }
+        FoundRun { name, set: self.set(), steps }
     }
 
     /// Plays the path to a state from which nothing leads to a condition.
@@ -43,7 +48,28 @@ impl Trial<'_> {
         if steps.is_empty() {
             steps.push(TestStep::Run(TestTime::Scans(1)));
         }
-        try_run(suite, programs, FoundRun { name: format!("from here never: {condition}"), steps })
+        try_run(
+            suite,
+            programs,
+            FoundRun { name: format!("from here never: {condition}"), set: self.set(), steps },
+        )
+    }
+
+    /// The retained values before the first scan that are not those of a cold start.
+    fn set(&self) -> Vec<(TestOperand, i32)> {
+        let Questions { model, inputs, .. } = self.questions;
+        let Some(first) = self.path.scans.first() else { return Vec::new() };
+        let all = inputs.iter().zip(&model.inputs).zip(first);
+        let set = all.filter_map(|((named, input), value)| match &named.setting {
+            InputSetting::Start(operand) if Some(*value) != input.cold => {
+                Some((operand.clone(), *value))
+            }
+            InputSetting::Start(_)
+            | InputSetting::Set(_)
+            | InputSetting::Force(_)
+            | InputSetting::Any => None,
+        });
+        set.collect()
     }
 
     fn steps(&self) -> Vec<TestStep> {
@@ -71,7 +97,7 @@ pub(crate) fn steps(
     let (mut steps, mut still) = (Vec::new(), 0);
     for scan in &path.scans {
         let mut changes = Vec::new();
-        for (at, value) in scan.iter().enumerate() {
+        for (at, value) in scan.iter().take(inputs.len()).enumerate() {
             let Some(named) = inputs[at] else { continue };
             // A level stays; what is written once may have been overwritten by the ladder.
             let before = match named.keeps_its_level() {
@@ -83,6 +109,9 @@ pub(crate) fn steps(
             }
             levels[at] = Some(*value);
         }
+        // In the first scan no time has passed.
+        let late = if run.scans > 0 { model.periods(scan) - 1 } else { 0 };
+        changes.extend((late > 0).then_some(TestStep::Late(late)));
         if !changes.is_empty() && still > 0 {
             steps.push(TestStep::Run(TestTime::Scans(still)));
             still = 0;
@@ -103,7 +132,7 @@ impl NamedInput {
         match &self.setting {
             InputSetting::Set(operand) => operand.input.is_some(),
             InputSetting::Force(_) => true,
-            InputSetting::Any => false,
+            InputSetting::Start(_) | InputSetting::Any => false,
         }
     }
 
@@ -112,7 +141,7 @@ impl NamedInput {
         match &self.setting {
             InputSetting::Set(operand) => Some(TestStep::Set(operand.clone(), value)),
             InputSetting::Force(operand) => Some(TestStep::Force(operand.clone(), value)),
-            InputSetting::Any => None,
+            InputSetting::Start(_) | InputSetting::Any => None,
         }
     }
 }

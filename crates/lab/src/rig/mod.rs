@@ -211,6 +211,12 @@ impl Rig {
         self.next_ns += self.period_ns;
     }
 
+    /// Lets the next scan come this number of periods after it was due. Field devices and the clock
+    /// go on.
+    pub fn delay(&mut self, periods: u32) {
+        self.next_ns = self.next_ns.saturating_add(u64::from(periods) * self.period_ns);
+    }
+
     /// Makes the next scan the last one.
     pub fn request_stop(&mut self) {
         self.machine.request_stop();

@@ -167,6 +167,7 @@ fn step_text(step: &TestStep, program: &RigProgram) -> String {
         TestStep::Run(TestTime::Scans(1)) => "run 1 scans".to_owned(),
         TestStep::Run(TestTime::Scans(scans)) => format!("run {scans} scans"),
         TestStep::Run(TestTime::Ms(ms)) => format!("run {ms}ms"),
+        TestStep::Late(periods) => format!("late {periods}"),
         TestStep::Pulse { operand, on: TestTime::Ms(on), every: TestTime::Ms(every), times } => {
             format!("pulse {} {on}ms every {every}ms times {times}", operand.name)
         }

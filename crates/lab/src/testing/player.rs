@@ -170,6 +170,7 @@ pub(super) fn condition(step: &TestStep) -> Option<&Condition> {
         | TestStep::Pulse { .. }
         | TestStep::Beat { .. }
         | TestStep::Run(_)
+        | TestStep::Late(_)
         | TestStep::Stop
         | TestStep::Start
         | TestStep::Restart { .. }
@@ -228,6 +229,7 @@ impl<'a, S: Spectator> Player<'a, '_, S> {
                 Ok(())
             }
             TestStep::Run(time) => self.run(self.scans_of(*time)),
+            TestStep::Late(periods) => self.delay(*periods),
             TestStep::Expect(condition) => self.expect(condition),
             TestStep::Within(time, condition) => self.within(self.scans_of(*time), condition),
             TestStep::Hold(time, condition) => self.hold(self.scans_of(*time), condition),
@@ -323,6 +325,12 @@ impl<'a, S: Spectator> Player<'a, '_, S> {
                 }
             }
         }
+        Ok(())
+    }
+
+    fn delay(&mut self, periods: u32) -> Result<(), FailedWhy> {
+        self.needs(RigMode::Run)?;
+        self.rig.delay(periods);
         Ok(())
     }
 

@@ -10,7 +10,7 @@ use super::failure::{Failure, failure};
 use super::lowered_suite::LoweredSuite;
 use super::pasted::scenario_text;
 use super::player::{FailedWhy, NoSpectator, play};
-use super::suite::{Scenario, Suite, TestStep, TestTime};
+use super::suite::{Scenario, Suite, TestOperand, TestStep, TestTime};
 use crate::rig::RigProgram;
 use rungd_language::source::span::{Located, Span};
 
@@ -19,6 +19,8 @@ use rungd_language::source::span::{Located, Span};
 pub struct FoundRun {
     /// The name of its scenario: `violates: !(up & down)`.
     pub name: String,
+    /// Memory before the first scan that differs from a cold start.
+    pub set: Vec<(TestOperand, i32)>,
     /// Its steps: `set`, `force`, `run` in scans, and `expect`.
     pub steps: Vec<TestStep>,
 }
@@ -73,7 +75,7 @@ pub fn run_text(programs: &[Arc<RigProgram>], run: FoundRun) -> String {
 
 fn scenario_of(run: FoundRun) -> Scenario {
     let steps = run.steps.into_iter().map(located).collect();
-    Scenario { name: run.name, span: Span::default(), set: Vec::new(), steps }
+    Scenario { name: run.name, span: Span::default(), set: run.set, steps }
 }
 
 fn located(value: TestStep) -> Located<TestStep> {

@@ -78,6 +78,7 @@ fn shown(step: &TestStep) -> String {
             format!("refused: {}", line.chars().take(70).collect::<String>())
         }
         TestStep::Run(_)
+        | TestStep::Late(_)
         | TestStep::Stop
         | TestStep::Start
         | TestStep::Restart { .. }
@@ -117,6 +118,7 @@ fn every_kind_of_step_is_read() {
         unforce pusher
         run 2s
         run 2 scans
+        late 3
         stop
         start
         restart
@@ -147,6 +149,7 @@ fn every_kind_of_step_is_read() {
               unforce pusher
               Run(Ms(2000))
               Run(Scans(2))
+              Late(3)
               Stop
               Start
               Restart { down_ms: 0 }

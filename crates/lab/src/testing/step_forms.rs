@@ -2,7 +2,7 @@
 //! shows form and meaning.
 
 /// The names of the steps, each with its form and its meaning.
-pub const FORMS: [(&str, &str, &str); 17] = [
+pub const FORMS: [(&str, &str, &str); 18] = [
     (
         "set",
         "set bottle 1",
@@ -17,6 +17,7 @@ pub const FORMS: [(&str, &str, &str); 17] = [
     ),
     ("beat", "beat pulses 100ms every 1s", "Pulses in the background, until the bit is set."),
     ("run", "run 2s", "Time passes: a duration, or `run 3 scans`."),
+    ("late", "late 2", "The next scan comes this number of periods after it was due."),
     ("expect", "expect: pusher", "The condition must be true at the end of the last scan."),
     (
         "within",

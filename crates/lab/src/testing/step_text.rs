@@ -34,6 +34,7 @@ pub(super) enum WrittenStep {
     Pulse { operand: StepWord, on_ms: u32, repeat: Option<PulseRepeat> },
     Beat { operand: StepWord, on_ms: u32, every: Located<u32> },
     Run(TestTime),
+    Late(u32),
     Expect(WrittenCondition),
     Within(u32, WrittenCondition),
     Hold(u32, WrittenCondition),
@@ -161,6 +162,7 @@ impl WrittenStep {
             | WrittenStep::Pulse { .. }
             | WrittenStep::Beat { .. }
             | WrittenStep::Run(_)
+            | WrittenStep::Late(_)
             | WrittenStep::Stop
             | WrittenStep::Start
             | WrittenStep::Restart(_)
@@ -189,6 +191,7 @@ impl StepParser<'_> {
             "pulse" => self.pulse()?,
             "beat" => self.beat()?,
             "run" => WrittenStep::Run(self.run()?),
+            "late" => WrittenStep::Late(self.periods()?),
             "stop" => WrittenStep::Stop,
             "start" => WrittenStep::Start,
             "restart" => WrittenStep::Restart(self.down()?),
@@ -339,6 +342,15 @@ impl StepParser<'_> {
                 Err(finding.help(advise("write `{}`, `{}` or `{}`", runs)).into())
             }
         }
+    }
+
+    /// A number of periods.
+    fn periods(&mut self) -> ParsedStep<u32> {
+        let word = self.word("a number of periods")?;
+        let written = count(&word.value).ok().and_then(|count| u32::try_from(count).ok());
+        written.filter(|periods| *periods > 0).ok_or_else(|| {
+            self.fail(word.span, format!("`{}` is no number of periods", word.value))
+        })
     }
 
     /// `for D`, or nothing.

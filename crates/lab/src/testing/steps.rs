@@ -120,6 +120,10 @@ impl<'p, 'a> StepResolver<'p, 'a> {
                 self.passes(time, 1, span).map_err(one)?;
                 TestStep::Run(time)
             }
+            WrittenStep::Late(periods) => {
+                self.passes(TestTime::Scans(periods.into()), 1, span).map_err(one)?;
+                TestStep::Late(periods)
+            }
             WrittenStep::Expect(condition) => TestStep::Expect(self.names().condition(&condition)?),
             WrittenStep::Within(ms, condition) => {
                 self.passes(TestTime::Ms(ms), 1, span).map_err(one)?;

@@ -145,6 +145,8 @@ pub enum TestStep {
     },
     /// `run D`, `run N scans`
     Run(TestTime),
+    /// `late N`: the next scan comes N periods after it was due; at least 1.
+    Late(u32),
     /// `expect: CONTACTS`
     Expect(Condition),
     /// `within D: CONTACTS`

@@ -105,6 +105,7 @@ fn of_step(step: &TestStep) -> Vec<String> {
         | TestStep::Within(_, condition)
         | TestStep::Hold(_, condition) => names(condition),
         TestStep::Run(_)
+        | TestStep::Late(_)
         | TestStep::Stop
         | TestStep::Start
         | TestStep::Restart { .. }

@@ -49,6 +49,7 @@ fn snippet(name: &str) -> String {
         "pulse" => " ${1:name} ${2:100ms}",
         "beat" => " ${1:name} ${2:100ms} every ${3:1s}",
         "run" => " ${1:1s}",
+        "late" => " ${1:1}",
         "expect" => ": $1",
         "within" => " ${1:2s}: $2",
         "hold" => " ${1:300ms}: $2",

@@ -54,7 +54,8 @@ impl Cone {
                 Some(place) => scan[*place],
                 None => *resting,
             };
-            self.places.iter().zip(&self.resting).map(value).collect()
+            let inputs = self.places.iter().zip(&self.resting).map(value);
+            inputs.chain(scan[self.model.inputs.len()..].iter().copied()).collect()
         };
         Path { scans: path.scans.iter().map(widened).collect() }
     }
@@ -82,6 +83,7 @@ pub fn cone(model: &ProofModel, bits: &[BitCell]) -> Cone {
             inputs,
             judged: bits.to_vec(),
             period_ms: model.period_ms,
+            late_max: model.late_max,
             start: model.start.clone(),
             assumed: model.assumed.clone(),
         },

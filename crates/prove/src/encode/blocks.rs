@@ -104,10 +104,17 @@ impl Encoder<'_> {
         };
         let phase = self.own_number(OwnNumber::Phase(id), high);
         let period = Number::constant(self.model.period_ms.into());
+        let passed = match self.late {
+            None => period.clone(),
+            Some(_) => self.since().mul(&mut self.graph, &period),
+        };
+        let later = phase.add(&mut self.graph, &passed);
+        let passes = !later.less(&mut self.graph, &every);
+        let rest = match self.late {
+            None => later.sub(&mut self.graph, &every).within(0, high),
+            Some(_) => self.modulo(&later, &every, self.model.late_max).within(0, high),
+        };
         let graph = &mut self.graph;
-        let later = phase.add(graph, &period);
-        let passes = !later.less(graph, &every);
-        let rest = later.sub(graph, &every).within(0, high);
         let later = Number::mux(graph, passes, &rest, &later).within(0, high);
         // An interval of at most one period passes in every scan; then the phase does not matter.
         let is_short = !period.less(graph, &every);

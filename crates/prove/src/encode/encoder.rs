@@ -24,6 +24,8 @@ pub(super) struct Encoder<'m> {
     pub graph: GateGraph,
     /// The `.Acc` that are not held as the engine holds them.
     pub acc_forms: FxHashMap<u32, AccForm>,
+    /// The values of cells in the first scan that are free there alone.
+    pub at_start: FxHashMap<Cell, Number>,
     /// The values of bits; `None`: not read or written yet.
     pub bits: Vec<Option<Literal>>,
     /// The values of words that were read or written.
@@ -48,6 +50,8 @@ pub(super) struct Encoder<'m> {
     pub passing: FxHashMap<Cell, u32>,
     /// Cells of which this was assumed although they last.
     pub lasting: FxHashSet<Cell>,
+    /// The number of periods since the scan before, if scans may come late.
+    pub late: Option<Number>,
     /// The time since the last execution of the element, if its operations ask for it.
     pub elapsed: Option<Elapsed>,
     /// The ages that are counted, with their largest values.
@@ -61,7 +65,9 @@ pub(super) struct Encoder<'m> {
 impl<'m> Encoder<'m> {
     pub fn new(model: &'m ProofModel, start: &'m Start, kept: &'m FxHashSet<Cell>) -> Encoder<'m> {
         let code = &model.code;
-        let written = WrittenCells::of(code, &start.image);
+        let mut written = WrittenCells::of(code, &start.image);
+        let at_start = model.inputs.iter().filter(|input| !input.is_of_every_scan());
+        at_start.for_each(|input| written.starts_with(input));
         let mut encoder = Encoder {
             model,
             code,
@@ -70,6 +76,7 @@ impl<'m> Encoder<'m> {
             written,
             kept,
             graph: GateGraph::default(),
+            at_start: FxHashMap::default(),
             bits: vec![None; code.bit_count as usize],
             words: FxHashMap::default(),
             own: FxHashMap::default(),
@@ -85,6 +92,7 @@ impl<'m> Encoder<'m> {
             executions: 0,
             passing: FxHashMap::default(),
             lasting: FxHashSet::default(),
+            late: None,
             elapsed: None,
             ages: BTreeMap::new(),
             callers: calls::callers(code),
@@ -93,6 +101,7 @@ impl<'m> Encoder<'m> {
         for (at, input) in (0..).zip(&model.inputs) {
             encoder.free_input(at, *input);
         }
+        encoder.free_lateness();
         encoder
     }
 
@@ -101,6 +110,11 @@ impl<'m> Encoder<'m> {
         let of = |bit| InputOf::Free(at, bit);
         let value = self.any_number(input.low, input.high, of);
         self.constrain_real(input.cell, &value);
+        if !input.is_of_every_scan() {
+            self.free.push(value.bits().to_vec());
+            self.at_start.insert(input.cell, value);
+            return;
+        }
         match input.cell {
             Cell::Bit(BitCell(bit)) => self.bits[bit as usize] = Some(value.bit(0)),
             Cell::Word(WordCell(word)) => {
@@ -109,6 +123,16 @@ impl<'m> Encoder<'m> {
             Cell::WordBit(_) => unreachable!("an input is a whole cell"),
         }
         self.free.push(value.bits().to_vec());
+    }
+
+    /// Makes the literals of the time since the scan before.
+    fn free_lateness(&mut self) {
+        let (at, high) = (self.model.inputs.len() as u32, self.model.periods_max().cast_signed());
+        if high > 1 {
+            let periods = self.any_number(1, high, |bit| InputOf::Free(at, bit));
+            self.free.push(periods.bits().to_vec());
+            self.late = Some(periods);
+        }
     }
 
     /// A number within limits that is free in every scan.

@@ -47,7 +47,14 @@ impl Encoder<'_> {
         if !self.written.has_bit(cell) {
             return Literal::constant(initial);
         }
-        self.latch(initial, Held::Bit(cell), Next::Bit(cell))
+        let latch = self.latch(initial, Held::Bit(cell), Next::Bit(cell));
+        match self.at_start.get(&Cell::Bit(cell)).map(|free| free.bit(0)) {
+            None => latch,
+            Some(free) => {
+                let first = self.first_scan();
+                self.graph.mux(first, free, latch)
+            }
+        }
     }
 
     /// The value of a word at the start of a scan.
@@ -63,11 +70,18 @@ impl Encoder<'_> {
         let form = self.acc_forms.get(&word).copied();
         let limits = form.map_or(limits.with(initial), AccForm::range);
         let counts_scans = matches!(form, Some(AccForm::Scans { .. }));
-        Number::made(limits.low.into(), limits.high.into(), |at| {
+        let latches = Number::made(limits.low.into(), limits.high.into(), |at| {
             let (initial, at) = (initial >> at & 1 == 1, at as u8);
             let held = if counts_scans { Held::TimerScans } else { Held::WordBit };
             self.latch(initial, held(cell, at), Next::WordBit(cell, at))
-        })
+        });
+        match self.at_start.get(&Cell::Word(cell)).cloned() {
+            None => latches,
+            Some(free) => {
+                let first = self.first_scan();
+                self.choose(first, &free, &latches)
+            }
+        }
     }
 
     /// Notes a cell that lasts beyond the execution that wrote it.

@@ -53,26 +53,42 @@ impl Encoder<'_> {
 
     /// A clock bit: ON for the first half of its period.
     fn clock(&mut self, bit: u32, clock_ms: u32) -> Literal {
-        let step = i128::from(self.model.period_ms % clock_ms);
-        let clock = i128::from(clock_ms);
+        let step = Number::constant(i128::from(self.model.period_ms % clock_ms));
+        let clock = Number::constant(clock_ms.into());
         let latches = self.latches.len();
-        let initial = i128::from(self.start.since_start_ms) % clock;
-        let time = Number::made(0, clock - 1, |at| {
+        let initial = self.start.since_start_ms % u64::from(clock_ms);
+        let mut time = Number::made(0, i128::from(clock_ms) - 1, |at| {
             self.fixed_latch(initial >> at & 1 == 1, Held::Clock(BitCell(bit), at as u8))
         });
-        let later = time.add(&mut self.graph, &Number::constant(step));
-        let next = self.modulo(&later, clock);
+        let next = match self.late {
+            None => {
+                let later = time.add(&mut self.graph, &step);
+                self.modulo(&later, &clock, 1)
+            }
+            // The time of a scan is that of the scan before and what has passed since.
+            Some(_) => {
+                let passed = self.since().mul(&mut self.graph, &step);
+                let now = time.add(&mut self.graph, &passed);
+                time = self.modulo(&now, &clock, self.model.late_max);
+                time.clone()
+            }
+        };
         for (at, latch) in (latches..self.latches.len()).enumerate() {
             self.latches[latch].next = Next::Fixed(next.bit(at));
         }
-        time.less(&mut self.graph, &Number::constant(clock / 2))
+        time.less(&mut self.graph, &Number::constant(i128::from(clock_ms) / 2))
     }
 
-    /// `number % of`, for a number below twice `of`.
-    pub(super) fn modulo(&mut self, number: &Number, of: i128) -> Number {
-        let less = number.sub(&mut self.graph, &Number::constant(of));
-        let is_below = number.less(&mut self.graph, &Number::constant(of));
-        Number::mux(&mut self.graph, is_below, number, &less).within(0, of - 1)
+    /// `number % divisor`, for a number below `(most + 1) * divisor`.
+    pub(super) fn modulo(&mut self, number: &Number, divisor: &Number, most: u32) -> Number {
+        let mut rest = number.clone();
+        for shift in (0..=most.ilog2()).rev() {
+            let times = divisor.mul(&mut self.graph, &Number::constant(1 << shift));
+            let less = rest.sub(&mut self.graph, &times);
+            let is_below = rest.less(&mut self.graph, &times);
+            rest = Number::mux(&mut self.graph, is_below, &rest, &less);
+        }
+        rest.within(0, divisor.high - 1)
     }
 
     /// The value of a status word behind step 1; `None` for a word that step 1 does not write.

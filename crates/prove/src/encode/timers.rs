@@ -16,7 +16,7 @@ use rungd_engine::record::timer_state::{LEG, LOADED, PENDING, RUNNING};
 use rungd_engine::{BlockRole, ElementCode};
 
 impl Encoder<'_> {
-    /// The greatest number of scans of which an element's operations make a difference; `None` if
+    /// The greatest number of periods of which an element's operations make a difference; `None` if
     /// they do not ask for the time.
     fn age_max(&self, code: &ElementCode) -> Option<i128> {
         let period_ms = i128::from(self.model.period_ms.max(1));
@@ -48,24 +48,42 @@ impl Encoder<'_> {
             return Some(Elapsed::Scans(Number::constant(1)));
         }
         if !skips && !self.start.has_running_timer {
-            let first = self.first_scan();
-            return Some(Elapsed::Scans(Number::of_bit(!first)));
+            return Some(Elapsed::Scans(self.since()));
         }
         // A timer is timing only if its Task was executed one interval before.
         if let Some(interval) = self.written.interval(element.block)
             && !self.start.has_running_timer
         {
-            max = max.min(i128::from(interval) / i128::from(self.model.period_ms.max(1)) + 1);
+            let periods = i128::from(interval) / i128::from(self.model.period_ms.max(1));
+            max = max.min(periods + i128::from(self.model.late_max));
         }
         let age = OwnNumber::Age(element.into());
-        let scans = self.own_number(age, max);
+        let is_first_read = !self.own_numbers.contains_key(&age);
+        let mut scans = self.own_number(age, max);
+        if is_first_read && self.late.is_some() {
+            let since = self.since();
+            scans = scans.add(&mut self.graph, &since).clamp(&mut self.graph, 0, max);
+            self.own_numbers.insert(age, scans.clone());
+        }
         self.put_own_number(age, &Number::constant(0), max);
         self.ages.insert(age, max);
         Some(Elapsed::Scans(scans))
     }
 
-    /// Every age at the start of the next scan.
+    /// The number of periods since the scan before; 0 in the first scan.
+    pub(super) fn since(&mut self) -> Number {
+        let first = self.first_scan();
+        match self.late.clone() {
+            None => Number::of_bit(!first),
+            Some(late) => self.choose(first, &Number::constant(0), &late),
+        }
+    }
+
+    /// Every age at the start of the next scan. If that may come late, its age is known only there.
     pub(super) fn end_ages(&mut self) {
+        if self.late.is_some() {
+            return;
+        }
         for (age, max) in self.ages.clone() {
             let later = self.own_number(age, max).add(&mut self.graph, &Number::constant(1));
             let limited = later.clamp(&mut self.graph, 0, max);

@@ -13,6 +13,8 @@ use rungd_engine::record::RECORD;
 use rungd_engine::{BitCell, BlockRole, Cell, EngineProgram, Image, PassStep, WordCell};
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use crate::model::FreeInput;
+
 /// The least and greatest value that is written to a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct WordRange {
@@ -88,6 +90,17 @@ impl<'c> WrittenCells<'c> {
         }
         code.tables.picks.iter().for_each(|pick| written.math(pick));
         written
+    }
+
+    /// A cell is written before the first scan.
+    pub fn starts_with(&mut self, input: &FreeInput) {
+        match input.cell {
+            Cell::Bit(BitCell(bit)) => self.bit(bit),
+            Cell::Word(WordCell(word)) => {
+                self.put(word, WordRange { low: input.low, high: input.high });
+            }
+            Cell::WordBit(_) => unreachable!("an input is a whole cell"),
+        }
     }
 
     /// Whether an operation may write a bit.

@@ -7,7 +7,8 @@
 //! the newest first. A Stage that is OFF costs no combinations that way.
 //!
 //! Inputs do not matter beyond their scan, because the next one begins with new values. In a scan
-//! whose inputs are not allowed, only those matter that the assumptions read.
+//! whose inputs are not allowed, only those matter that the assumptions read. How late a scan comes
+//! matters like an input, where something measures time.
 
 use rungd_engine::isa::{BlockId, NumberMap, StageId};
 use rungd_engine::ops::Op;
@@ -15,7 +16,7 @@ use rungd_engine::{BitCell, Engine};
 
 use super::effects::{EffectCells, Effects};
 use super::live::{all_operations, executes_always, operations};
-use crate::model::{FreeInput, ProofModel, Target};
+use crate::model::{Choice, FreeInput, ProofModel, Target};
 use std::ops::Range;
 
 /// A set of inputs, by their places in the model.
@@ -27,6 +28,10 @@ pub(super) struct Inputs {
     all: Vec<Input>,
     /// Those that can matter in every scan.
     always: InputSet,
+    /// Those of the first scan alone.
+    pub at_start: InputSet,
+    /// The time since the scan before; empty if no scan comes late.
+    pub late: InputSet,
     /// Those that can matter in a scan whose inputs are not allowed.
     refused: InputSet,
     blocks: Vec<(BlockId, InputSet)>,
@@ -42,8 +47,8 @@ struct Input {
 }
 
 impl Input {
-    fn of(free: &FreeInput, resting: i32) -> Input {
-        Input { low: free.low, high: free.high, resting }
+    fn of(choice: Choice) -> Input {
+        Input { low: choice.low, high: choice.high, resting: choice.resting }
     }
 
     /// The number of its values.
@@ -66,8 +71,8 @@ pub(super) type Packed = u64;
 impl Inputs {
     /// The inputs of a cone; `None` if their values do not fit in a [`Packed`].
     pub fn new(model: &ProofModel, target: Target) -> Option<Inputs> {
-        let inputs = model.inputs.iter().zip(model.resting());
-        let all: Vec<Input> = inputs.map(|(free, resting)| Input::of(free, resting)).collect();
+        let all: Vec<Input> = model.choices().into_iter().map(Input::of).collect();
+        let late = all.get(model.inputs.len()).map_or(0, |_| 1 << model.inputs.len());
         let mut counts = all.iter().map(|input| input.count());
         counts.try_fold(1u64, u64::checked_mul)?;
         let readers = InputReaders::new(model)?;
@@ -82,9 +87,14 @@ impl Inputs {
             .map(|id| (id, readers.of_batches(code.stages[id.0 as usize].batches.clone())))
             .filter(|(_, read)| *read != 0);
         let always = always.iter().fold(readers.anywhere(target), |all, (_, read)| all | read);
+        let at_start = model.inputs.iter().enumerate();
+        let at_start = at_start.filter(|(_, input)| !input.is_of_every_scan());
+        let at_start = at_start.fold(0, |set, (at, _)| set | 1 << at);
         Some(Inputs {
             all,
-            always,
+            always: always & !at_start,
+            late,
+            at_start,
             refused: readers.of_assumptions(),
             blocks,
             stages: stages.collect(),
@@ -192,7 +202,7 @@ impl<'p> InputReaders<'p> {
         let numbers = EffectCells { bits: model.code.bit_count };
         let place = |(at, input): (usize, &FreeInput)| (numbers.of(input.cell), at);
         let places = model.inputs.iter().enumerate().map(place).collect();
-        let fits = model.inputs.len() <= InputSet::BITS as usize;
+        let fits = model.inputs.len() < InputSet::BITS as usize;
         fits.then(|| InputReaders { model, effects: Effects::new(&model.code), places })
     }
 
@@ -240,15 +250,11 @@ impl<'p> InputReaders<'p> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rungd_engine::Cell;
 
     #[test]
     fn an_input_rests_first_and_then_has_each_other_value_once() {
         let values = |low, high| {
-            let input = Input::of(
-                &FreeInput { cell: Cell::Bit(BitCell(0)), low, high },
-                0.clamp(low, high),
-            );
+            let input = Input::of(Choice { low, high, resting: 0.clamp(low, high) });
             std::iter::successors(Some(input.resting), |value| input.next(*value))
                 .collect::<Vec<_>>()
         };

@@ -54,11 +54,13 @@ impl StateGraph {
         self.bytes.len() + self.count() * 64 + self.scans.len() * 8
     }
 
-    /// Adds a scan to a state, whose bytes are the last ones.
-    fn add(&mut self, step: Step, before: usize) {
+    /// Adds a scan to a state, whose bytes are the last ones. Only an ordinary scan is on a way.
+    fn add(&mut self, step: Step, before: usize, is_ordinary: bool) {
         let (next, key) = (self.count() as u32, key(&self.bytes[before..]));
         let number = *self.numbers.entry(key).or_insert(next);
-        self.scans.push((step.from, number));
+        if is_ordinary {
+            self.scans.push((step.from, number));
+        }
         if number == next {
             self.steps.push(step);
             self.meets.push(false);
@@ -122,7 +124,8 @@ fn follow(
     loop {
         let step = scanner.step(at as u32);
         let ended = scanner.scan(graph.state(at));
-        graph.meets[at] |= ended == ScanResult::Met;
+        let is_ordinary = scanner.was_ordinary();
+        graph.meets[at] |= ended == ScanResult::Met && is_ordinary;
         let goes_on = match ended {
             ScanResult::Refused | ScanResult::Last => false,
             ScanResult::Met => !scanner.was_last,
@@ -131,7 +134,7 @@ fn follow(
         if goes_on {
             let before = graph.bytes.len();
             scanner.save(&mut graph.bytes);
-            graph.add(step, before);
+            graph.add(step, before, is_ordinary);
         }
         if !scanner.advance(ended) {
             return None;

@@ -146,6 +146,19 @@ impl StoredElements {
         timed.clone().find(|timed| timed.withheld.contains(&word)).map(|timed| &timed.timers)
     }
 
+    /// Whether any timer times, or a Task recurs.
+    pub fn measure_time(&self, engine: &Engine) -> bool {
+        let bits = engine.image().bits();
+        let blocks = self.blocks.iter().map(|block| &block.timed);
+        let mut timed = blocks.chain(self.stages.iter().map(|stage| &stage.timed));
+        let recurs = |block: &StoredBlock| {
+            block.recurs
+                && bits[block.running as usize] != 0
+                && engine.block_state(block.id).recurrent
+        };
+        timed.any(|timed| timed.timers.time(bits)) || self.blocks.iter().any(recurs)
+    }
+
     /// Writes the state of all elements.
     pub fn save(&self, engine: &Engine, to: &mut ByteWriter) {
         let (bits, now_ms) = (engine.image().bits(), engine.now_ns() / 1_000_000);

@@ -113,6 +113,11 @@ impl StateForm {
         }
     }
 
+    /// Whether the next scan of an engine depends on the time since the scan before.
+    pub fn measures_time(&self, engine: &Engine) -> bool {
+        self.clock.phase_ms.is_some() || self.elements.measure_time(engine)
+    }
+
     /// Puts a state in an engine, which has executed a scan before; returns the timestamp of the
     /// state's scan, ns.
     pub fn load(&self, engine: &mut Engine, from: &[u8]) -> u64 {

@@ -56,7 +56,7 @@ impl LiveSearch<'_> {
     /// What is written before the first turn of every scan: inputs and status.
     fn overwrite_given(&mut self, model: &ProofModel) {
         let (layout, numbers) = (&model.code.layout, EffectCells { bits: model.code.bit_count });
-        for input in &model.inputs {
+        for input in model.inputs.iter().filter(|input| input.is_of_every_scan()) {
             self.overwrite(numbers.of(input.cell));
         }
         for n in 0..status::st::COUNT as u32 {

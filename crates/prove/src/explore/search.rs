@@ -272,6 +272,10 @@ pub(super) struct StateScanner<'s> {
     search: &'s StateSearch<'s>,
     /// Whether the scan that has ended was the last one.
     pub was_last: bool,
+    /// Whether something measured the time before that scan.
+    measures_time: bool,
+    /// Whether that scan was the first one.
+    is_first: bool,
     engine: Engine,
     branches: Branches<'s>,
     trace: Option<ScanTrace<'s>>,
@@ -301,6 +305,8 @@ impl<'s> StateScanner<'s> {
         StateScanner {
             search,
             was_last: false,
+            measures_time: false,
+            is_first: true,
             engine,
             branches,
             trace,
@@ -386,10 +392,18 @@ impl<'s> StateScanner<'s> {
     pub fn scan(&mut self, state: Option<&[u8]>) -> ScanResult {
         let StateSearch { model, form, .. } = self.search;
         let now_ns = match state {
-            Some(state) => form.load(&mut self.engine, state) + self.search.period_ns,
+            Some(state) => {
+                self.is_first = false;
+                let before_ns = form.load(&mut self.engine, state);
+                self.measures_time = form.measures_time(&self.engine);
+                let periods = u64::from(model.periods(&self.branches.values));
+                before_ns + periods * self.search.period_ns
+            }
             None => {
+                self.is_first = true;
                 let resumes = self.engine.resume(&self.search.start);
                 debug_assert!(resumes, "a state of the same program");
+                self.measures_time = false;
                 model.first_ns()
             }
         };
@@ -415,10 +429,20 @@ impl<'s> StateScanner<'s> {
 
     /// The inputs that can have mattered in the scan that has ended.
     fn that_mattered(&mut self, ended: ScanResult) -> InputSet {
-        match &mut self.trace {
+        let inputs = &self.search.inputs;
+        let late = if self.measures_time { inputs.late } else { 0 };
+        let read = match &mut self.trace {
             Some(trace) => trace.that_mattered(self.engine.image()),
-            None => self.search.inputs.that_mattered(&self.engine, ended != ScanResult::Refused),
-        }
+            None => inputs.that_mattered(&self.engine, ended != ScanResult::Refused),
+        };
+        // Behind the first scan, all values before it are part of the state.
+        let before = if self.is_first { inputs.at_start } else { 0 };
+        late | before | read & !inputs.at_start
+    }
+
+    /// Whether the scan that has ended was as scans should be: in time.
+    pub fn was_ordinary(&self) -> bool {
+        self.search.model.periods(&self.branches.values) == 1
     }
 
     /// Adds the state that a step has reached to its part, if it is new.

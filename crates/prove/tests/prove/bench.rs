@@ -43,10 +43,11 @@ pub fn model_of(program: &Program, asked: Asked) -> ProofModel {
         // The judges' blocks move the cells of the program's own bits, not those of addresses.
         let address = symbols.layout.address(Cell::Bit(bit)).expect("an address");
         let cell = lowered.code.layout.cell(address).expect("a cell");
-        FreeInput { cell, low: 0, high: 1 }
+        FreeInput { cell, low: 0, high: 1, cold: None }
     };
     ProofModel {
         period_ms: PERIOD_MS,
+        late_max: 1,
         start: ProofStart::Cold(Vec::new()),
         inputs: asked.inputs.iter().map(input).collect(),
         assumed: lowered.before,

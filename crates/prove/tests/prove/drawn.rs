@@ -1,6 +1,6 @@
 //! Random models: a program of the reference model's generator, with random inputs and conditions.
 
-use rungd_engine::{Cell, EngineProgram, Transfer};
+use rungd_engine::{Cell, Engine, EngineProgram, Transfer};
 use rungd_language::lower::judged::{Judges, lower_judged};
 use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::LoadOptions;
@@ -9,7 +9,7 @@ use rungd_language::resolve::program::{Contact, Program};
 use rungd_language::source::condition::condition;
 use rungd_language::source::span::Span;
 use rungd_prove::any::{AnyProgram, any_in};
-use rungd_prove::model::{FreeInput, ProofModel, ProofStart};
+use rungd_prove::model::{Choice, FreeInput, ProofModel, ProofStart};
 use rungd_test_support::model::generate::generate;
 use rungd_test_support::model::rng::Rng;
 use rungd_test_support::run::{cell, load};
@@ -55,21 +55,30 @@ fn drawn_with(seed: u64, has_any: bool) -> Drawn {
         let address = program.scope().address(name).expect("an address");
         let cell = lowered.code.layout.cell(address).expect("a cell");
         let high = if cell.is_bit() { 1 } else { draw.rng.range(1, 2) as i32 };
-        inputs.push(FreeInput { cell, low: 0, high });
+        inputs.push(FreeInput { cell, low: 0, high, cold: None });
     }
     let any = if has_any { draw.any(&lowered.code, &inputs) } else { Vec::new() };
     let AnyProgram { code, inputs: values } = any_in(&lowered.code, &any);
     inputs.extend(values.iter().map(|value| value.input));
+    let start = if has_any { draw.any(&lowered.code, &inputs) } else { Vec::new() };
+    let start = start.into_iter().map(|input| {
+        let cold = Engine::new(lowered.code.clone()).image().value(input.cell);
+        let low = if input.cell.is_bit() { 0 } else { cold };
+        FreeInput { low, high: low.saturating_add(1), cold: Some(cold), ..input }
+    });
+    inputs.extend(start);
+    let late_max = if has_any && draw.rng.chance(30) { draw.rng.range(2, 3) as u32 } else { 1 };
     let texts = |all: &[(String, Contact)]| all.iter().map(|(text, _)| text.clone()).collect();
     let (assumed, judged): (Vec<String>, Vec<String>) = (texts(&assumed), texts(&judged));
     Drawn {
         transfer: lowered.judges.transfer(&plain, &lowered.code),
         plain,
         text: format!(
-            "# seed {seed}\n{ladder}\n# assume {assumed:?}, judged {judged:?}, any {any:?}"
+            "# seed {seed}\n{ladder}\n# assume {assumed:?}, judged {judged:?}, any {any:?}, late {late_max}, inputs {inputs:?}"
         ),
         model: ProofModel {
             period_ms: case.period as u32,
+            late_max,
             start: ProofStart::Cold(Vec::new()),
             inputs,
             assumed: lowered.before,
@@ -98,7 +107,7 @@ impl Draw<'_> {
         inputs
     }
 
-    /// Sometimes a bit or word that has any value.
+    /// Sometimes a bit or word that has any value: always, or before the first scan.
     fn any(&mut self, code: &EngineProgram, inputs: &[FreeInput]) -> Vec<FreeInput> {
         let name = &self.names[self.rng.below(self.names.len())];
         let cell = cell(self.program, &self.symbols, name).expect("a cell");
@@ -107,7 +116,7 @@ impl Draw<'_> {
         let cell = cell.filter(|cell| !inputs.iter().any(|input| input.cell == *cell));
         let is_plain = |cell: &Cell| !matches!(cell, Cell::WordBit(_));
         let any = cell.filter(is_plain).filter(|_| self.rng.chance(25));
-        any.into_iter().map(|cell| FreeInput { cell, low: 0, high: 1 }).collect()
+        any.into_iter().map(|cell| FreeInput { cell, low: 0, high: 1, cold: None }).collect()
     }
 
     fn condition(&mut self) -> (String, Contact) {
@@ -155,10 +164,10 @@ impl Draw<'_> {
 impl Drawn {
     /// Random values of the inputs: each keeps its value in most scans.
     pub fn inputs(&self, rng: &mut Rng, before: &[i32]) -> Vec<i32> {
-        let draw = |(at, input): (usize, &FreeInput)| match before.get(at) {
+        let draw = |(at, choice): (usize, &Choice)| match before.get(at) {
             Some(before) if rng.chance(60) => *before,
-            _ => rng.range(input.low.into(), input.high.into()) as i32,
+            _ => rng.range(choice.low.into(), choice.high.into()) as i32,
         };
-        self.model.inputs.iter().enumerate().map(draw).collect()
+        self.model.choices().iter().enumerate().map(draw).collect()
     }
 }

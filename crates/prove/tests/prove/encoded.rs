@@ -77,6 +77,7 @@ fn compare(model: &ProofModel, seed: u64, scans: u64) {
     let mut inputs = vec![vec![0; model.inputs.len()]; LANES];
     for scan in 0..scans {
         for values in &mut inputs {
+            values.truncate(model.inputs.len());
             for (value, input) in values.iter_mut().zip(&model.inputs) {
                 *value = drawn(&mut rng, *input, *value);
                 // No real is -0.
@@ -84,6 +85,9 @@ fn compare(model: &ProofModel, seed: u64, scans: u64) {
                 if matches!(input.cell, Cell::Word(word) if is_real(word)) && *value == -1 {
                     *value = input.low.max(0);
                 }
+            }
+            if model.late_max > 1 {
+                values.push(rng.range(1, model.late_max.into()) as i32);
             }
         }
         lanes.scan(&inputs);
@@ -170,7 +174,7 @@ fn model_with<'n>(
         let address = symbols.layout.address(cell).expect("it has an address");
         let cell = model.code.layout.cell(address).expect("it has a cell");
         if inputs.iter().all(|input| input.cell != cell) {
-            inputs.push(FreeInput { cell, low, high });
+            inputs.push(FreeInput { cell, low, high, cold: None });
         }
     }
     ProofModel { code: in_single_batches(&model.code), inputs, ..model }
@@ -195,9 +199,10 @@ fn model_of_case(case: &Case) -> ProofModel {
     if case.seed.is_multiple_of(5) {
         let hour = Word::Space(WordSpace::Dst, dst::HOUR);
         let cell = Cell::Word(model.code.layout.word(hour));
-        model.inputs.push(FreeInput { cell, low: 0, high: 23 });
+        model.inputs.push(FreeInput { cell, low: 0, high: 23, cold: None });
     }
-    ProofModel { period_ms: case.period as u32, ..model }
+    let late_max = if case.seed.is_multiple_of(3) { 4 } else { 1 };
+    ProofModel { period_ms: case.period as u32, late_max, ..model }
 }
 
 #[test]
@@ -205,12 +210,12 @@ fn gates_of_the_ladder_of_every_rule_equal_the_engine() {
     for (seed, case) in (1..).zip(semantic_cases().expect("they are read")) {
         let Expects::Values(table) = &case.expects else { continue };
         let program = load(&case.ladder).unwrap_or_else(|e| panic!("{}: {e}", case.name));
-        for with_words in [false, true] {
+        for (with_words, late_max) in [(false, 1), (true, 1), (true, 3)] {
             let is_x = |name: &&String| with_words || name.starts_with('X');
             let names = table.inputs.iter().filter(is_x);
             let asked = Asked { judged: &["X0"], ..Asked::default() };
             let model = model_with(&program, asked, names);
-            let model = ProofModel { period_ms: case.period_ms, ..model };
+            let model = ProofModel { period_ms: case.period_ms, late_max, ..model };
             compare(&model, seed, 20);
         }
     }

@@ -1,4 +1,4 @@
-//! What `[prove]` says of the environment, with known answers: `any`.
+//! What `[prove]` says of the environment, with known answers.
 
 use rungd_lab::testing::read_suite;
 use rungd_prove::answer::{Answer, AnswerVerdict};
@@ -80,4 +80,109 @@ fn what_has_any_value_is_named_and_is_not_computed() {
     assert_eq!(words(COMPUTED, found), ["violated"]);
     let can = "[prove]\nany = [\"latch\"]\ncan = [\"!latch\"]\n";
     assert_eq!(words(COMPUTED, can), ["not decided"]);
+}
+
+/// A timer that begins anew when it is done, and a Task that recurs.
+const TIMED: &str = r#"
+[[program]]
+name = "Main"
+rung = [
+  { when = ["!T0.Done"], do = ["TMR T0 preset=30ms"] },
+  { when = ["X0"], do = ["TMR T1 preset=50ms"] },
+  { when = ["X0"], do = ["TMR T2 preset=20ms"] },
+  { when = ["$On"], do = ["ENTASK Often every=30ms"] },
+  { when = ["T1.Done"], do = ["OUT Y0"] },
+]
+[[task]]
+name = "Often"
+rung = [{ when = ["!C0"], do = ["SET C0", "MOVE 0 to=D0"] }]
+[[program]]
+name = "Behind"
+rung = [
+  { when = ["X1"], do = ["RST C0"] },
+  { when = ["!C0"], do = ["TMR T3 preset=1s"] },
+]
+"#;
+
+#[test]
+fn a_scan_that_comes_late_is_seen_by_timers_and_tasks() {
+    let nominal = "always = [\"T0.Acc <= 30\", \"!T1.Done | T2.Done\"]\n";
+    assert_eq!(words(TIMED, nominal), ["proved", "proved"]);
+    let late = format!("{nominal}[prove]\nstep = \"1..3\"\n");
+    let found = answers(TIMED, &late);
+    assert_eq!(found.iter().map(Answer::word).collect::<Vec<_>>(), ["violated", "proved"]);
+    let AnswerVerdict::Violated { scan, scenario, .. } = &found[0].verdict else { panic!() };
+    // 0 ms, 10 ms or 20 ms, and then at least 40 ms.
+    assert_eq!(*scan, 3);
+    assert!(scenario.contains("\"late "), "{scenario}");
+    let told = "  a scan comes 1 to 3 periods of 10 ms after the last one\n";
+    assert!(found[1].text().contains(told), "{}", found[1].text());
+}
+
+#[test]
+fn the_shortest_run_takes_the_latest_scans() {
+    let test = "always = [\"!Y0\"]\n[prove]\nstep = \"1..3\"\n";
+    let found = &answers(TIMED, test)[0];
+    let AnswerVerdict::Violated { scan, scenario, .. } = &found.verdict else { panic!() };
+    assert_eq!(*scan, 3, "{scenario}");
+    let steps = r#"
+    "set X0 1",
+    "run 1 scans",
+    "late "#;
+    assert!(scenario.contains(steps), "{scenario}");
+}
+
+/// A machine whose shift and operation are retained; only a press of the button is no reason to run.
+const RETAINED: &str = r#"
+[tags]
+button  = { at = "X0" }
+running = { at = "C0" }
+pressed = { at = "C1" }
+valve   = { at = "Y0" }
+held    = { at = "C2" }
+shift   = { at = "D0", min = 1, max = 3, initial = 1 }
+speed   = { at = "R0", min = 0.0, max = 10.0 }
+[[program]]
+name = "Main"
+rung = [
+  { when = ["button"], do = ["SET running", "SET pressed"] },
+  { when = ["running"], do = ["OUT valve"] },
+  { when = ["button"], do = ["OUT held"] },
+  { when = ["button", "shift == 3"], do = ["MOVE 1 to=shift"] },
+  { when = ["button", "speed > 20.0"], do = ["RST running"] },
+]
+"#;
+
+const KEPT: &str = "[retain]\ntags = [\"running\", \"held\", \"shift\", \"speed\"]\n";
+
+#[test]
+fn retained_memory_has_any_value_within_its_limits_before_the_first_scan() {
+    let lines = "always = [\"!valve | pressed\", \"shift != 2\", \"shift <= 3\", \"!held | button\", \
+                 \"speed <= 10.0\"]\n";
+    let cold = format!("{lines}{KEPT}");
+    assert_eq!(words(RETAINED, &cold), ["proved"; 5]);
+    let test = format!("{cold}[prove]\nfrom = \"retained\"\n");
+    let found = answers(RETAINED, &test);
+    let expected = ["violated", "violated", "proved", "proved", "proved"];
+    assert_eq!(found.iter().map(Answer::word).collect::<Vec<_>>(), expected, "{found:#?}");
+    for (answer, set) in found.iter().zip(["{ \"running\" = 1 }", "{ \"shift\" = 2 }"]) {
+        let AnswerVerdict::Violated { scan, scenario, .. } = &answer.verdict else { panic!() };
+        assert_eq!(*scan, 1);
+        assert!(scenario.contains(&format!("set   = {set}\n")), "{scenario}");
+    }
+    assert!(found[0].text().contains("from any retained values"), "{}", found[0].text());
+}
+
+#[test]
+fn a_retained_counter_is_named_as_what_stands_in_the_way() {
+    let ladder = r#"
+[[program]]
+name = "Main"
+rung = [{ leg.up = ["X0"], leg.dn = ["X1"], do = ["UDCG CT0 up-preset=3 dn-preset=0"] }]
+"#;
+    let test =
+        "always = [\"CT0.Acc < 3\"]\n[retain]\nranges = [\"CT0\"]\n[prove]\nfrom = \"retained\"\n";
+    let found = &answers(ladder, test)[0];
+    let AnswerVerdict::NotDecided { cause, .. } = &found.verdict else { panic!("{found:?}") };
+    assert_eq!(cause, "`from`: the retained CT0 is not varied yet");
 }

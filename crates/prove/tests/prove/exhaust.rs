@@ -4,13 +4,13 @@
 //! all their parts are equal, the time included. Called by the tests that compare ways.
 
 use rungd_engine::{Engine, EngineState};
-use rungd_prove::model::{FreeInput, ProofModel, Run, Target};
+use rungd_prove::model::{Choice, ProofModel, Run, Target};
 use std::collections::HashMap;
 use std::hash::{BuildHasher, RandomState};
 
 /// All combinations of values.
-pub fn combinations(inputs: &[FreeInput]) -> Vec<Vec<i32>> {
-    inputs.iter().fold(vec![Vec::new()], |all, input| {
+pub fn combinations(choices: &[Choice]) -> Vec<Vec<i32>> {
+    choices.iter().fold(vec![Vec::new()], |all, input| {
         let longer = |values: Vec<i32>| {
             (input.low..=input.high).map(move |value| [values.clone(), vec![value]].concat())
         };
@@ -29,7 +29,7 @@ pub struct Exhausted {
 
 /// Executes all combinations from all states, depth by depth, until about `most` scans are done.
 pub fn exhaust(model: &ProofModel, target: Target, most: usize) -> Exhausted {
-    let (combinations, mut scans) = (combinations(&model.inputs), 0);
+    let (combinations, mut scans) = (combinations(&model.choices()), 0);
     let mut run = Run::new(model);
     let mut level = vec![EngineState::of(&run.engine)];
     for depth in 0.. {

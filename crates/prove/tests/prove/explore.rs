@@ -241,7 +241,7 @@ fn too_many_combinations_stop_a_search() {
 /// Whether some inputs lead from the state of a run to the target within a number of scans.
 fn attains(run: &mut Run, target: Target, scans: usize) -> bool {
     let (first, mut level) = (run.scans, vec![EngineState::of(&run.engine)]);
-    let inputs = combinations(&run.model().inputs);
+    let inputs = combinations(&run.model().choices());
     for depth in 0..scans {
         let mut next: Vec<EngineState> = Vec::new();
         for state_before in level {

@@ -86,10 +86,12 @@ impl<'m> LaneRun<'m> {
     /// One scan, as `Run::scan` executes it, with an observer of the cuts.
     fn scan(&mut self, model: &ProofModel, cuts: &[GateCut], inputs: &[i32]) {
         let is_last = self.run.engine.stops();
-        let now_ns = self.run.next_ns();
+        let now_ns = model.next_ns(&self.run.engine, inputs);
         let engine: &mut Engine = &mut self.run.engine;
         engine.begin_scan(now_ns, &Default::default(), &Default::default());
-        for (input, value) in model.inputs.iter().zip(inputs) {
+        let is_first = engine.scans() == 0;
+        let given = model.inputs.iter().zip(inputs);
+        for (input, value) in given.filter(|(input, _)| is_first || input.cold.is_none()) {
             engine.apply(EngineCall::Write(input.cell, *value));
         }
         let mut eye =
