@@ -31,9 +31,17 @@ pub use super::steps::{
 };
 
 /// An operation that works only on memory.
-pub(super) trait Operation {
+pub(super) trait Operation: Sized {
     /// Executes it.
     fn run<R: Reach>(&self, view: &mut MemoryView<R>);
+
+    /// Executes several, one after the other.
+    #[inline(always)]
+    fn run_each<R: Reach>(ops: &[Self], view: &mut MemoryView<R>) {
+        for op in ops {
+            op.run(view);
+        }
+    }
 }
 
 macro_rules! operations {
@@ -148,9 +156,7 @@ macro_rules! operations {
 /// Not inlined, so that the loop's pointers can use all registers.
 #[inline(never)]
 fn run_all<R: Reach, O: Operation>(ops: &[O], mut view: MemoryView<R>) {
-    for op in ops {
-        op.run(&mut view);
-    }
+    O::run_each(ops, &mut view);
 }
 
 operations! {

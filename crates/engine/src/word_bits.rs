@@ -16,6 +16,16 @@ impl Operation for LoadWordBit {
         let on = view.word(self.word) & self.bit.0 != 0;
         view.put_own(self.cell, u8::from(on));
     }
+
+    /// Four at a time: of an operation as short as this one, the loop is a third of the cost.
+    #[inline(always)]
+    fn run_each<R: Reach>(ops: &[LoadWordBit], view: &mut MemoryView<R>) {
+        let (fours, rest) = ops.as_chunks::<4>();
+        for four in fours {
+            four.iter().for_each(|op| op.run(view));
+        }
+        rest.iter().for_each(|op| op.run(view));
+    }
 }
 
 macro_rules! coils {
