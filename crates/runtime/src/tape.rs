@@ -17,6 +17,7 @@ use rtrb::{Consumer, Producer};
 use super::machine::{ImageCells, ScanStart, ScannedMachine};
 use super::mode::{FaultReason, Mode};
 use super::origin::Origin;
+use rungd_base::calendar::LocalTime;
 use rungd_engine::{
     BitCell, BlockEvent, Cell, Engine, EngineCall, EngineState, MathEvent, Transfer, WordCell,
 };
@@ -126,17 +127,31 @@ pub struct Taped {
     tape: Option<Box<Tape>>,
     /// Spare states of this program's shape.
     fresh: SpareStates,
+    local: LocalSecond,
+}
+
+/// The local time of the last scan: for the scans of one second it is computed once.
+#[derive(Debug)]
+struct LocalSecond {
+    seconds: i64,
+    time: LocalTime,
+}
+
+impl LocalSecond {
+    fn of(seconds: i64) -> LocalSecond {
+        LocalSecond { seconds, time: LocalTime::of(seconds) }
+    }
 }
 
 impl Taped {
     /// An engine without a tape. It may get one by a [`ScannedMachine::adopt`] or at the start.
     pub fn new(engine: Engine) -> Taped {
-        Taped { engine, tape: None, fresh: Vec::new() }
+        Taped { engine, tape: None, fresh: Vec::new(), local: LocalSecond::of(0) }
     }
 
     /// An engine with a tape.
     pub(super) fn with_tape(engine: Engine, tape: Tape) -> Taped {
-        Taped { engine, tape: Some(Box::new(tape)), fresh: Vec::new() }
+        Taped { engine, tape: Some(Box::new(tape)), fresh: Vec::new(), local: LocalSecond::of(0) }
     }
 
     /// Adds spare states, so that a tape can continue with this engine's program.
@@ -288,7 +303,10 @@ impl ScannedMachine for Taped {
             let ScanStart { now_ns, times, local_s, .. } = start;
             tape.keep(TapeEntry::Call(EngineCall::Begin { now_ns, times, local_s }));
         }
-        ScannedMachine::begin_scan(&mut self.engine, &start);
+        if self.local.seconds != start.local_s {
+            self.local = LocalSecond::of(start.local_s);
+        }
+        self.engine.begin_scan(start.now_ns, &start.times, &self.local.time);
     }
 
     fn set_input(&mut self, x: u32, on: bool) {
@@ -392,7 +410,7 @@ impl ScannedMachine for Taped {
     }
 
     fn swapped(&mut self, generation: u32) {
-        let Taped { engine, tape, fresh } = self;
+        let Taped { engine, tape, fresh, .. } = self;
         if let Some(tape) = tape {
             tape.keep(TapeEntry::Swap { generation });
             tape.generation = generation;
@@ -405,7 +423,7 @@ impl ScannedMachine for Taped {
     }
 
     fn settle(&mut self) {
-        let Taped { engine, tape, fresh } = self;
+        let Taped { engine, tape, fresh, .. } = self;
         if let Some(tape) = tape {
             tape.hand_over_step();
             tape.hand_over_state(engine, fresh);
