@@ -1,5 +1,5 @@
-//! The mutations of expressions, of MATH and of contacts: their operators, functions, signs and
-//! constants.
+//! The mutations of expressions, of MATH and of contacts: their operators, functions, signs,
+//! constants and bits of words.
 //!
 //! A resolved expression has no places, so the text around it is parsed again. Its parts
 //! are in the same order, unless it names whole arrays; then the place is the whole instruction.
@@ -7,7 +7,7 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
-use rungd_engine::isa::Function;
+use rungd_engine::isa::{Bit, Function};
 use rungd_language::resolve::formula::{
     Binary, Formula, FormulaInteger, FormulaPart, NumberType, Unary,
 };
@@ -24,6 +24,7 @@ use super::ground::{ExchangedText, FoundMutation, Ground, change_of_constant};
 use super::kind::MutantKind;
 use super::mutation::{FormulaEdit, FormulaOf, InstructionIndex, Mutation};
 use super::values::{ConstantStep, Direction, near};
+use super::word_bits::{other_bit_of_word, with_number};
 
 /// All mutations of a MATH; none for other instructions.
 pub(super) fn formulas(
@@ -214,10 +215,26 @@ impl<'g, 'a> FormulaSearch<'g, 'a> {
                         self.exchanged(at, texts, FormulaPart::Call(other, count, number_type));
                     }
                 }
-                FormulaPart::Word(_) | FormulaPart::Bit(_) | FormulaPart::Element(_) => {}
+                FormulaPart::Bit(bit) => self.other_bit(at, bit),
+                FormulaPart::Word(_) | FormulaPart::Element(_) => {}
             }
         }
         self.found
+    }
+
+    /// Exchanges a bit of a word for another bit of the same word.
+    fn other_bit(&mut self, at: usize, bit: Bit) {
+        let Some(other) = other_bit_of_word(bit) else { return };
+        let whole = self.ground.text(self.place.whole);
+        let what = match self.written {
+            Some(_) => {
+                let (old, new) = (self.text(at), with_number(self.text(at), bit, other));
+                format!("`{old}` is `{new}` in `{whole}`")
+            }
+            None => format!("a bit of a word is its bit {} in `{whole}`", other.number),
+        };
+        let site = PartSite { kind: MutantKind::WordBit, at, variant: 0 };
+        self.push(site, what, FormulaEdit::Part(at, FormulaPart::Bit(Bit::InWord(other))));
     }
 
     fn integer(&mut self, at: usize, constant: FormulaInteger, as_border: Option<Direction>) {

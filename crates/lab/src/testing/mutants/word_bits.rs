@@ -1,6 +1,6 @@
 //! Another bit of the same word, as an author mistypes the number of a bit of a status word.
 //!
-//! Called by `contacts` and `instructions`, which make the mutations.
+//! Called by `contacts`, `formula` and `instructions`, which make the mutations.
 
 use rungd_engine::isa::{Bit, WordBit};
 

@@ -194,3 +194,43 @@ fn bits_of_words_are_mutated_as_other_bits_and_exchanged_for_another_bit() {
         "#]],
     );
 }
+
+#[test]
+fn bits_of_words_in_expressions_are_exchanged_for_another_bit() {
+    check_main(
+        r#"
+        { when = ["D0.3 + V1.15 + C0 == 2"], do = ["MATH D5 = D2.31 * 4 - V0.15"] },
+        { when = ["X0"], do = ["MATH D6 = if(D0.3, D3.0, 7)"] },
+        "#,
+        expect![[r#"
+            Main, rung 1
+              rung-out: the rung left out
+              inverted: contact `D0.3 + V1.15 + C0 == 2` is `D0.3 + V1.15 + C0 != 2`
+              contact-out: contact `D0.3 + V1.15 + C0 == 2` is always ON
+              word-bit: `D0.3` is `D0.4` in `D0.3 + V1.15 + C0 == 2`
+              operator: `+` is `-` in `D0.3 + V1.15`
+              term-out: `V1.15` left out of `D0.3 + V1.15`
+              term-out: `D0.3` left out of `D0.3 + V1.15`
+              operator: `+` is `-` in `D0.3 + V1.15 + C0`
+              term-out: `C0` left out of `D0.3 + V1.15 + C0`
+              number: 2 is 3 in `D0.3 + V1.15 + C0 == 2`
+              number: 2 is 1 in `D0.3 + V1.15 + C0 == 2`
+              word-bit: `V1.15` is `V1.14` in `D0.3 + V1.15 + C0 == 2`
+              word-bit: `D2.31` is `D2.30` in `MATH D5 = D2.31 * 4 - V0.15`
+              operator: `*` is `/` in `D2.31 * 4`
+              operator: `-` is `+` in `D2.31 * 4 - V0.15`
+              term-out: `V0.15` left out of `D2.31 * 4 - V0.15`
+              number: 4 is 5 in `MATH D5 = D2.31 * 4 - V0.15`
+              number: 4 is 3 in `MATH D5 = D2.31 * 4 - V0.15`
+              word-bit: `V0.15` is `V0.14` in `MATH D5 = D2.31 * 4 - V0.15`
+            Main, rung 2
+              rung-out: the rung left out
+              inverted: contact `X0` is `!X0`
+              contact-out: contact `X0` is always ON
+              word-bit: `D0.3` is `D0.4` in `MATH D6 = if(D0.3, D3.0, 7)`
+              word-bit: `D3.0` is `D3.1` in `MATH D6 = if(D0.3, D3.0, 7)`
+              number: 7 is 8 in `MATH D6 = if(D0.3, D3.0, 7)`
+              number: 7 is 6 in `MATH D6 = if(D0.3, D3.0, 7)`
+        "#]],
+    );
+}
