@@ -53,7 +53,7 @@ def the_lit_wires_are_those_of_the_scan(test):
     look.fine()
 
 
-def a_compare_shows_both_sides_and_a_call_opens_its_subroutine(test):
+def a_compare_shows_both_sides_and_a_call_folds_its_subroutine_out(test):
     test.plant.say("write", "level", "70")
     test.plant.say("write", "status", "8")
     look = test.look()
@@ -64,9 +64,32 @@ def a_compare_shows_both_sides_and_a_call_opens_its_subroutine(test):
     assert look.says("document.querySelector('[data-rung=\"5\"] g[data-name=\"status.3\"]').classList.contains('on')")
     look.says("document.querySelector('[data-rung=\"5\"]').scrollIntoView()")
     look.picture("compares")
-    look.page.click("[data-rung='5'] g.box[data-mnemonic=CALL]")
-    look.until("location.hash === '#ladder/Drain' && (document.querySelector('.sides') || {}).textContent === '70 > 90'")
+    call = "[data-rung='5'] g.box[data-mnemonic=CALL]"
+    below = "document.querySelector('[data-rung=\"Drain:1\"]')"
+    top = "document.querySelector('[data-rung=\"6\"]').offsetTop"
+    before = look.says(top)
+    look.page.click(call)
+    look.until(f"{below} && ({below}.querySelector('.sides') || {{}}).textContent === '70 > 90'")
+    assert look.says(f"document.querySelector({call!r}).getAttribute('aria-expanded')") == "true"
+    assert look.says(f"{below}.previousElementSibling.dataset.rung") == "5"
+    assert look.says(top) > before
+    look.until(f"{below}.querySelectorAll('.wire.on').length > 0")
+    # A CALL within it too.
+    deep = "document.querySelector('[data-rung=\"Deep:1\"]')"
+    look.page.click("[data-rung='Drain:2'] g.box[data-mnemonic=CALL]")
+    look.until(f"{deep} && {deep}.querySelector('.sides').textContent === '70 > 30'")
+    look.until(f"{deep}.querySelector('g.coil.on')")
+    assert look.says(f"{deep}.previousElementSibling.dataset.rung") == "Drain:2"
     look.picture("subroutine")
+    # Live: the values below the CALL follow the controller, as those of the page's own rungs do.
+    test.plant.say("write", "level", "95")
+    look.until(f"{below}.querySelector('.sides').textContent === '95 > 90'")
+    look.page.focus(call)
+    look.page.keyboard.press("Enter")
+    look.until(f"!{below} && !{deep}")
+    assert look.says(top) == before
+    assert look.says("location.hash") == "#ladder/Main"
+    test.plant.say("write", "level", "70")
     test.plant.say("write", "status", "0")
     look.fine()
 
@@ -564,7 +587,7 @@ def the_picture_of_the_first_page_is_fresh(test):
 CHECKS = [
     every_page_loads,
     the_lit_wires_are_those_of_the_scan,
-    a_compare_shows_both_sides_and_a_call_opens_its_subroutine,
+    a_compare_shows_both_sides_and_a_call_folds_its_subroutine_out,
     scans_are_stepped_by_keys_and_buttons,
     a_click_and_enter_ask_why,
     why_leads_to_how_it_could_change,

@@ -68,6 +68,14 @@ doc = "Called while the level is high."
 [[subroutine.rung]]
 when = ["level > 90"]
 do = ["OUT Y3"]
+[[subroutine.rung]]
+when = ["level > 20"]
+do = ["CALL Deep"]
+[[subroutine]]
+name = "Deep"
+[[subroutine.rung]]
+when = ["level > 30"]
+do = ["OUT C90"]
 [[program]]
 name = "Side"
 [[program.rung]]

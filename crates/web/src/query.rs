@@ -7,7 +7,7 @@
 const KEYS_MAX: usize = 32;
 
 /// The keys of all questions, and whether the value is a number.
-const KEYS: [(&str, bool); 8] = [
+const KEYS: [(&str, bool); 9] = [
     ("element", false),
     ("find", false),
     ("from", true),
@@ -16,6 +16,7 @@ const KEYS: [(&str, bool); 8] = [
     ("scan", true),
     ("tags", false),
     ("to", true),
+    ("within", false),
 ];
 /// The most characters of a key or value in a message.
 const SHOWN_CHARS_MAX: usize = 40;

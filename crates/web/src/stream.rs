@@ -35,13 +35,30 @@ const CLOCK: &str = "clock";
 /// The part of the program that a viewer shows.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ProgramWindow {
+    /// The rungs of its page.
+    own: RungRange,
+    /// The rungs of subroutines that are folded out within them; [`RUNGS_MAX`] together.
+    within: Vec<RungRange>,
+    /// The operands whose values are shown.
+    tags: Vec<String>,
+}
+
+/// Rungs of a block or Stage.
+#[derive(Clone, Debug, Default)]
+struct RungRange {
     /// A block, or a Stage with its Program's name.
     element: String,
     /// The first and the last of its rungs, counted from 1.
     from: usize,
     to: usize,
-    /// The operands whose values are shown.
-    tags: Vec<String>,
+}
+
+/// Some rungs with the key of each in an event.
+struct KeyedRungs<'r> {
+    element: &'r str,
+    rungs: &'r [RungPicture],
+    /// What stands before the number of a rung in its key: nothing, or `Dose:`.
+    prefix: String,
 }
 
 /// The data last sent to a viewer.
@@ -61,20 +78,50 @@ impl ProgramWindow {
     /// The window in a request's query.
     pub fn of(query: &Query) -> ProgramWindow {
         let number = |key: &str| query.number(key).and_then(|n| usize::try_from(n).ok());
-        let from = number("from").unwrap_or(1).max(1);
-        let to = number("to").unwrap_or(0).min(from.saturating_add(RUNGS_MAX - 1));
+        let (from, to) = (number("from").unwrap_or(1), number("to").unwrap_or(0));
+        let element = query.get("element").unwrap_or_default();
+        let mut room = RUNGS_MAX;
+        let within = query.get("within").unwrap_or_default().split(',');
+        let within = within.filter_map(|text| {
+            let range = RungRange::read(text, room)?;
+            room -= (range.to + 1).saturating_sub(range.from);
+            Some(range)
+        });
+        let within = within.collect();
         let tags = query.get("tags").unwrap_or_default().split(',').filter(|tag| !tag.is_empty());
         ProgramWindow {
-            element: query.get("element").unwrap_or_default().to_owned(),
-            from,
-            to,
+            own: RungRange { element: element.to_owned(), from, to }.at_most(RUNGS_MAX),
+            within,
             tags: tags.take(TAGS_MAX).map(str::to_owned).collect(),
         }
     }
 
-    /// The rungs of a block or Stage that it shows.
-    fn shown<'r>(&self, rungs: &'r [RungPicture]) -> impl Iterator<Item = &'r RungPicture> {
-        rungs.iter().skip(self.from - 1).take((self.to + 1).saturating_sub(self.from))
+    /// The rungs that it shows.
+    fn shown<'r>(&'r self, program: &'r LiveProgram) -> impl Iterator<Item = KeyedRungs<'r>> {
+        let own = [(String::new(), &self.own)].into_iter();
+        let within = self.within.iter().map(|range| (format!("{}:", range.element), range));
+        own.chain(within).filter_map(|(prefix, range)| {
+            let rungs = program.rungs(&range.element)?;
+            let end = range.to.min(rungs.len());
+            let rungs = rungs.get(range.from - 1..end).unwrap_or_default();
+            Some(KeyedRungs { element: &range.element, rungs, prefix })
+        })
+    }
+}
+
+impl RungRange {
+    /// The rungs of a text as `Dose:1-4`, at most this many; `None` for any other text.
+    fn read(text: &str, most: usize) -> Option<RungRange> {
+        let (element, range) = text.rsplit_once(':')?;
+        let (from, to) = range.split_once('-')?;
+        let (from, to) = (from.parse().ok()?, to.parse().ok()?);
+        Some(RungRange { element: element.to_owned(), from, to }.at_most(most))
+    }
+
+    /// The same rungs, at most this many.
+    fn at_most(self, most: usize) -> RungRange {
+        let from = self.from.max(1);
+        RungRange { from, to: self.to.min(from.saturating_add(most) - 1), ..self }
     }
 }
 
@@ -234,35 +281,39 @@ fn changed(known: &mut Map<String, Value>, now: Map<String, Value>) -> Value {
 
 /// The power of each rung of the window; null: the rung was not executed.
 fn lit(view: &LiveView, power: &ScanPower, window: &ProgramWindow) -> Map<String, Value> {
-    let Some(rungs) = view.program.rungs(&window.element) else { return Map::new() };
     let executes = view.executes(power);
-    let of_rung = |rung: &RungPicture| {
-        let (element, number) = (window.element.as_str(), rung.number as u32);
-        let is_executed = executes && view.is_executed(power, element, number);
-        let conducts =
-            |contact: &_| view.conducts(power, element, number, contact).unwrap_or(false);
-        let power = is_executed.then(|| live_svg::power(&rung.grid, &conducts));
-        (rung.number.to_string(), json!(power))
-    };
-    window.shown(rungs).map(of_rung).collect()
+    let mut all = Map::new();
+    for KeyedRungs { element, rungs, prefix } in window.shown(&view.program) {
+        for rung in rungs {
+            let number = rung.number as u32;
+            let is_executed = executes && view.is_executed(power, element, number);
+            let conducts =
+                |contact: &_| view.conducts(power, element, number, contact).unwrap_or(false);
+            let power = is_executed.then(|| live_svg::power(&rung.grid, &conducts));
+            all.insert(format!("{prefix}{number}"), json!(power));
+        }
+    }
+    all
 }
 
 /// The values of the compares in the rungs of the window, by rung, then by contact (`0.2`: the
 /// third one of the rung's own legs).
 fn compared(view: &LiveView, power: &ScanPower, window: &ProgramWindow) -> Map<String, Value> {
-    let rungs = view.program.rungs(&window.element).unwrap_or_default();
     let executes = view.executes(power);
-    let of_rung = |rung: &RungPicture| {
-        let symbols = rung.grid.contacts.iter().map(|contact| &contact.symbol);
-        let values = symbols.filter_map(|symbol| {
+    let mut all = Map::new();
+    for KeyedRungs { element, rungs, prefix } in window.shown(&view.program) {
+        for rung in rungs {
             let number = rung.number as u32;
-            let text = view.compared(power, &window.element, number, symbol);
-            let place = format!("{}.{}", symbol.branch.unwrap_or(0), symbol.leaf);
-            Some((place, Value::from(text.filter(|_| executes)?)))
-        });
-        (rung.number.to_string(), Value::Object(values.collect()))
-    };
-    window.shown(rungs).map(of_rung).collect()
+            let symbols = rung.grid.contacts.iter().map(|contact| &contact.symbol);
+            let values = symbols.filter_map(|symbol| {
+                let text = view.compared(power, element, number, symbol);
+                let place = format!("{}.{}", symbol.branch.unwrap_or(0), symbol.leaf);
+                Some((place, Value::from(text.filter(|_| executes)?)))
+            });
+            all.insert(format!("{prefix}{number}"), Value::Object(values.collect()));
+        }
+    }
+    all
 }
 
 /// The Stages that are ON, and the running blocks.

@@ -92,7 +92,7 @@ function clockOf(ms, digits) {
 
 // --- What comes in -----------------------------------------------------------------------------
 
-const view = { element: "", from: 1, to: 0, tags: [] };
+const view = { element: "", from: 1, to: 0, within: "", tags: [] };
 
 function listen() {
   if (source) source.close();
@@ -116,7 +116,7 @@ function shownOf() {
 }
 
 function windowOf() {
-  return { element: view.element, from: view.from, to: view.to, tags: view.tags.join(",") };
+  return { element: view.element, from: view.from, to: view.to, within: view.within, tags: view.tags.join(",") };
 }
 
 function take(event) {
@@ -167,8 +167,10 @@ function head() {
   if (forces) place.textContent += forces === 1 ? ", 1 force" : `, ${forces} forces`;
 }
 
-function watch(tags, element, from, to) {
-  const next = { element: element || "", from: from || 1, to: to || 0, tags: [...new Set(tags)] };
+// `rungs`: the rungs of a ladder's page that are shown (`element`, `from`, `to`), and those of the
+// subroutines within it (`within`: "Dose:1-4,Rinse:1-2").
+function watch(tags, rungs) {
+  const next = { element: "", from: 1, to: 0, within: "", ...rungs, tags: [...new Set(tags)] };
   if (source && JSON.stringify(next) === JSON.stringify(view)) return;
   Object.assign(view, next);
   if (state.hold) { heldScan(state.scan); return; }
@@ -432,10 +434,7 @@ function ladder(name) {
   const all = elements();
   const element = all.find((of) => of.name === name) || all.find((of) => of.rows.length) || all[0];
   if (!element) { $("content").replaceChildren(h("p", {}, "the ladder has no block")); return {}; }
-  const tops = [0];
-  element.rows.forEach((rows) => tops.push(tops[tops.length - 1] + rows * ROW + AROUND));
   const rungs = h("div", { class: "rungs" });
-  rungs.style.height = tops[tops.length - 1] + "px";
   const menu = h("ul", {}, ...all.map((of) => h("li", {}, h("a", {
     href: "#ladder/" + encodeURIComponent(of.name), "data-element": of.name,
     "aria-current": of === element ? "true" : false }, (of.of ? "– " : "") + of.label))));
@@ -445,7 +444,8 @@ function ladder(name) {
     element.ways.length ? h("details", {}, h("summary", {}, "The ways between the Stages"),
       h("ul", {}, ...element.ways.map((way) => h("li", {}, way)))) : null,
     stepper(), rungs)));
-  const shown = { element, tops, rungs, places: new Map(), asked: new Set(), words: new Map() };
+  const shown = { element, rungs, lines: linesOf(element, null), tops: [], places: new Map(), asked: new Set() };
+  layOut(shown);
   const scroll = () => look(shown);
   window.addEventListener("scroll", scroll, { passive: true });
   window.addEventListener("resize", scroll);
@@ -464,67 +464,131 @@ function marks(menu) {
   }
 }
 
-// Shows the rungs that are in the window, and asks for their power alone.
-function look(shown) {
+// The lines of an element: one for each rung. `of`: the line and the CALL below which the rungs of a
+// subroutine are folded out. The key is that of the rung in the events.
+function linesOf(element, of) {
+  return element.rows.map((rows, at) => ({ element: element.name, number: at + 1, rows, of,
+    depth: of ? of.line.depth + 1 : 0, key: of ? `${element.name}:${at + 1}` : String(at + 1), open: new Set() }));
+}
+
+// Gives each line its place in the page.
+function layOut(shown) {
+  shown.tops = [0];
+  shown.lines.forEach((line, at) => {
+    line.at = at;
+    shown.tops.push(shown.tops[at] + line.rows * ROW + AROUND);
+    const place = shown.places.get(line);
+    if (place) place.root.style.top = shown.tops[at] + "px";
+  });
+  shown.rungs.style.height = shown.tops[shown.lines.length] + "px";
+}
+
+// The first and the last line in the window.
+function inWindow(shown) {
   const top = -shown.rungs.getBoundingClientRect().top, bottom = top + window.innerHeight;
   const at = (y) => {
     let low = 0, high = shown.tops.length - 1;
     while (low < high) { const mid = (low + high) >> 1; if (shown.tops[mid + 1] <= y) low = mid + 1; else high = mid; }
     return low;
   };
-  const count = shown.element.rows.length;
-  const first = Math.max(0, at(top) - 2), last = Math.min(count - 1, at(bottom) + 2);
-  for (const [number, place] of shown.places) {
-    if (number - 1 < first - 20 || number - 1 > last + 20) { place.root.remove(); shown.places.delete(number); }
+  return { first: Math.max(0, at(top) - 2), last: Math.min(shown.lines.length - 1, at(bottom) + 2) };
+}
+
+// Shows the rungs that are in the window, and asks for their power alone.
+function look(shown) {
+  const { first, last } = inWindow(shown);
+  for (const [line, place] of shown.places) {
+    if (line.at < first - 20 || line.at > last + 20) { place.root.remove(); shown.places.delete(line); }
   }
-  for (let chunk = Math.floor(first / CHUNK); chunk <= Math.floor(last / CHUNK); chunk++) fetchChunk(shown, chunk, first, last);
+  for (const line of shown.lines.slice(first, last + 1)) if (!shown.places.has(line)) fetchChunk(shown, line);
   clearTimeout(shown.timer);
   shown.timer = setTimeout(() => {
-    const words = [];
-    for (let n = first + 1; n <= last + 1; n++) words.push(...(shown.words.get(n) || []));
-    if (page && page.shown === shown) watch(words.slice(0, 250), shown.element.name, first + 1, last + 1);
+    if (!page || page.shown !== shown) return;
+    const lines = shown.lines.slice(first, last + 1);
+    const words = lines.flatMap((line) => (shown.places.get(line) || { words: [] }).words);
+    watch(words.slice(0, 250), rungsOf(shown, lines));
   }, shown.begun ? 120 : 0);
   shown.begun = true;
 }
 
-async function fetchChunk(shown, chunk, first, last) {
-  const from = chunk * CHUNK + 1, to = Math.min(from + CHUNK - 1, shown.element.rows.length);
-  let missing = false;
-  for (let n = Math.max(from, first + 1); n <= Math.min(to, last + 1); n++) missing ||= !shown.places.has(n);
-  if (!missing || shown.asked.has(chunk)) return;
-  shown.asked.add(chunk);
+// The rungs of some lines, as `watch` takes them.
+function rungsOf(shown, lines) {
+  const ranges = new Map();
+  for (const { element, number, depth } of lines) {
+    const name = depth ? element : "", range = ranges.get(name) || { from: number, to: number };
+    ranges.set(name, { from: Math.min(range.from, number), to: Math.max(range.to, number) });
+  }
+  const own = ranges.get("") || {};
+  ranges.delete("");
+  const within = [...ranges].map(([name, { from, to }]) => `${name}:${from}-${to}`).join(",");
+  return { element: shown.element.name, ...own, within };
+}
+
+async function fetchChunk(shown, { element, number }) {
+  const from = Math.floor((number - 1) / CHUNK) * CHUNK + 1, asked = `${element}:${from}`;
+  if (shown.asked.has(asked)) return;
+  shown.asked.add(asked);
   try {
-    const answer = await get("/api/rungs", { element: shown.element.name, from, to });
-    for (const rung of answer.rungs) if (!shown.places.has(rung.number)) place(shown, rung);
+    const answer = await get("/api/rungs", { element, from, to: from + CHUNK - 1 });
+    const { first, last } = inWindow(shown), near = shown.lines.slice(Math.max(0, first - 20), last + 21);
+    for (const rung of answer.rungs) {
+      for (const line of near) {
+        if (line.element === element && line.number === rung.number && !shown.places.has(line)) place(shown, line, rung);
+      }
+    }
     compare(shown, state.compared);
     light(shown, state.power);
+    shown.asked.delete(asked);
     look(shown);
   } catch (error) {
+    shown.asked.delete(asked);
     link(error.message, true);
     setTimeout(() => { if (page && page.shown === shown) look(shown); }, AGAIN);
   }
-  shown.asked.delete(chunk);
 }
 
-// A CALL opens the rungs of its subroutine.
-function callLink(box) {
+// A press on a CALL folds the rungs of its subroutine out below its rung, and back.
+function callBox(shown, line, box) {
   const name = box.dataset.name.replace(/^CALL /, "");
-  const open = () => { location.hash = "#ladder/" + encodeURIComponent(name); };
+  const said = () => box.setAttribute("aria-expanded", String(line.open.has(name)));
+  const turn = () => { fold(shown, line, name); said(); };
   box.setAttribute("tabindex", "0");
-  box.setAttribute("role", "link");
+  box.setAttribute("role", "button");
   box.setAttribute("aria-label", "the rungs of " + name);
-  box.addEventListener("click", open);
-  box.addEventListener("keydown", (event) => { if (event.key === "Enter") open(); });
+  said();
+  box.addEventListener("click", turn);
+  box.addEventListener("keydown", (event) => { if (event.key === "Enter" || event.key === " ") { event.preventDefault(); turn(); } });
 }
 
-function place(shown, rung) {
-  const root = h("article", { class: "rung", "data-rung": rung.number });
-  root.style.top = shown.tops[rung.number - 1] + "px";
+function fold(shown, line, name) {
+  if (line.open.delete(name)) {
+    const isWithin = (one) => one.of && (one.of.line === line && one.of.name === name || isWithin(one.of.line));
+    for (const one of shown.lines.filter(isWithin)) {
+      const place = shown.places.get(one);
+      if (place) place.root.remove();
+      shown.places.delete(one);
+    }
+    shown.lines = shown.lines.filter((one) => !isWithin(one));
+  } else {
+    const element = elements().find((of) => of.name === name);
+    if (!element) return;
+    line.open.add(name);
+    shown.lines.splice(line.at + 1, 0, ...linesOf(element, { line, name }));
+  }
+  layOut(shown);
+  look(shown);
+}
+
+function place(shown, line, rung) {
+  const root = h("article", { class: line.depth ? "rung within" : "rung", "data-rung": line.key });
+  root.style.top = shown.tops[line.at] + "px";
+  root.style.left = line.depth * 1.5 + "rem";
   const words = h("div", { class: "words" }, ...rung.words.map((name) =>
     h("span", {}, whyButton(name), " = ", valueOf(name))), ...rung.outputs.map((name) =>
     h("span", { "data-output": name, hidden: true }, "output ", whyButton(name), " is ", valueOf(name))));
   const at = `${rung.file}:${rung.line}`, title = rung.title.replace(at, "").trim();
-  root.append(h("p", { title: `${title} ${rung.doc || ""} ${at}` }, h("strong", {}, title), " ", h("span", { class: "state" }),
+  root.append(h("p", { title: `${title} ${rung.doc || ""} ${at}` }, line.depth ? h("span", { class: "soft" }, line.element + " ") : null,
+    h("strong", {}, title), " ", h("span", { class: "state" }),
     rung.use ? h("span", { class: "soft" }, "of " + rung.use + " ") : null,
     rung.doc || "", " ", h("span", { class: "soft" }, at)));
   const drawing = new DOMParser().parseFromString(rung.svg, "image/svg+xml").documentElement;
@@ -538,14 +602,13 @@ function place(shown, rung) {
     symbol.addEventListener("click", ask);
     symbol.addEventListener("keydown", (event) => { if (event.key === "Enter" || event.key === " ") { event.preventDefault(); ask(); } });
   }
-  for (const box of root.querySelectorAll("g.box[data-mnemonic=CALL]")) callLink(box);
-  // In the order of the rungs, which is the one of the keyboard.
-  const behind = [...shown.places].filter(([number]) => number > rung.number);
-  const next = behind.reduce((least, one) => !least || one[0] < least[0] ? one : least, null);
+  for (const box of root.querySelectorAll("g.box[data-mnemonic=CALL]")) callBox(shown, line, box);
+  // In the order of the lines, which is the one of the keyboard.
+  const behind = [...shown.places].filter(([other]) => other.at > line.at);
+  const next = behind.reduce((least, one) => !least || one[0].at < least[0].at ? one : least, null);
   shown.rungs.insertBefore(root, next && next[1].root);
-  shown.words.set(rung.number, [...rung.words, ...rung.outputs]);
   for (const box of root.querySelectorAll("g.boxed, g.not-boxed")) sidesBelow(box);
-  shown.places.set(rung.number, { root, lit: [...root.querySelectorAll("[data-p]")], power: undefined });
+  shown.places.set(line, { root, words: [...rung.words, ...rung.outputs], lit: [...root.querySelectorAll("[data-p]")], power: undefined });
 }
 
 // The place for the values of a compare's sides, below its box.
@@ -558,18 +621,18 @@ function sidesBelow(box) {
 
 // Shows the values of the compares, as they were when their rung was executed.
 function compare(shown, compared) {
-  for (const [number, values] of Object.entries(compared || {})) {
-    const place = shown.places.get(Number(number));
-    if (!place) continue;
+  for (const [line, place] of shown.places) {
+    const values = (compared || {})[line.key];
+    if (!values) continue;
     for (const sides of place.root.querySelectorAll(".sides")) sides.textContent = values[sides.parentNode.dataset.leaf] || "";
   }
 }
 
 // Lights the wires that have power.
 function light(shown, powers) {
-  for (const [number, power] of Object.entries(powers || {})) {
-    const place = shown.places.get(Number(number));
-    if (!place || place.power === power) continue;
+  for (const [line, place] of shown.places) {
+    const power = (powers || {})[line.key];
+    if (power === undefined || place.power === power) continue;
     place.root.classList.toggle("idle", power === null);
     const before = place.power || "";
     place.lit.forEach((element, at) => {
