@@ -325,3 +325,48 @@ fn how_begins_with_a_scan_of_a_recording() {
     assert_eq!(code(&how(&["nothing"])), Some(78));
     assert_eq!(code(&how(&["up", "--at", "scan 400"])), Some(78));
 }
+
+#[test]
+fn a_line_about_the_memory_of_a_plant_is_not_decided_and_the_other_lines_are() {
+    let plant = "[tags]\nlevel = { type = \"real\" }\nmotor = { at = \"X0\" }\n\
+                 [[program]]\nname = \"Main\"\nrung = [{ when = [\"motor\"], \
+                 do = [\"MATH level = level + 1.0\"] }]\n";
+    let controller = "ladder = [\"ladder.toml\"]\n[[device]]\nname = \"lift\"\n\
+                      driver = \"ladder\"\nladder = [\"plant.toml\"]\npoll = \"10ms\"\n\
+                      map = [{ from = \"up\", to = \"lift.motor\" }, \
+                      { from = \"lift.level\", to = \"D9\" }]\n";
+    let test = |rest: &str| format!("controller = \"controller.toml\"\n{rest}\n");
+    let always = "always = [\"lift.level < 3.0 | up\", \"!(up & down)\", \"!lift.X1\", \
+                  \"!was(lift.motor) | D9 > 3\"]";
+    let files = Files::new(
+        "plant",
+        &[
+            ("plant.toml", plant),
+            ("controller.toml", controller),
+            ("lift.test.toml", &test(always)),
+            ("wrong.test.toml", &test("[prove]\nassume = [\"lift.level < 3.0\"]")),
+        ],
+    );
+    let output = files.run(&["lift.test.toml", "--json", "--certificate", "for-others"]);
+    assert_eq!(code(&output), Some(2), "{output:?}");
+    let answers = lines(&output);
+    let verdicts: Vec<&str> = answers.iter().filter_map(|one| one["answer"].as_str()).collect();
+    assert_eq!(verdicts, ["not decided", "proved", "not decided", "not decided"]);
+    let cause = |at: usize| answers[at]["cause"].as_str().unwrap_or_default().to_owned();
+    assert_eq!(
+        cause(0),
+        "`lift.level` is memory of a field device: a proof has none; name the controller's side \
+         of its row of the map: `D9`"
+    );
+    assert_eq!(
+        cause(2),
+        "`lift.X1` is memory of a field device: a proof has none; connect it with memory of the \
+         controller by a row of the device's map, and name that"
+    );
+    assert!(cause(3).ends_with("of the map: `up`"), "{}", cause(3));
+    let question = fs::read_to_string(files.path().join("for-others/lift/question.aag"));
+    let question = question.expect("a question");
+    assert_eq!(question.lines().filter(|line| line.starts_with('b')).count(), 1, "{question}");
+    let refused = files.run(&["wrong.test.toml"]);
+    assert_eq!(code(&refused), Some(78), "{refused:?}");
+}

@@ -33,6 +33,10 @@ pub fn certificate(questions: &Questions, patience: impl Fn() -> Patience) -> Ve
     let mut files = names.question(&gates);
     let mut told = String::new();
     for (number, line) in (1..).zip(&questions.lines) {
+        if let Some(cause) = &line.outside {
+            let _ = writeln!(told, "{number}. {}\n   {cause}", line.text);
+            continue;
+        }
         let at = questions.model.judged.iter().position(|bit| *bit == line.target.bit);
         let at = at.unwrap_or_default();
         let part = gates.reduced(&[at]);
@@ -91,7 +95,7 @@ impl Names<'_> {
         };
         let inputs = gates.inputs.iter();
         let latches = gates.latches.iter();
-        let lines = self.questions.lines.iter();
+        let lines = self.questions.lines.iter().filter(|line| line.outside.is_none());
         let bad = lines.map(|line| {
             let judged = &self.questions.model.judged;
             let at = judged.iter().position(|bit| *bit == line.target.bit).unwrap_or_default();

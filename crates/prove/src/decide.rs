@@ -124,6 +124,10 @@ struct Asked<'q> {
 
 impl Asked<'_> {
     fn line(&self, line: &AlwaysLine, answer: &mut Answer) {
+        if let Some(cause) = line.outside.clone() {
+            answer.verdict = AnswerVerdict::NotDecided { covered: Vec::new(), cause };
+            return;
+        }
         let cone = cone(&self.questions.model, &[line.target.bit]);
         answer.depends_on = Some(DependsOn { operations: cone.operations, inputs: cone.inputs });
         answer.cuts = self.questions.named_cuts(&cone);

@@ -80,6 +80,8 @@ pub struct AlwaysLine {
     pub text: String,
     /// Where it is broken.
     pub target: Target,
+    /// Why no proof is about it.
+    pub outside: Option<String>,
     /// What may not be all at once, each with where it is so.
     pub sides: Vec<(Condition, Target)>,
 }
@@ -143,6 +145,7 @@ impl Questions {
             number,
             text,
             target: target(false),
+            outside: suite.proof.outside.get(number).cloned().flatten(),
             sides: sides.into_iter().map(|side| (side, target(true))).collect(),
         });
         let lines = lines.collect();

@@ -11,6 +11,7 @@ mod condition_sides;
 #[cfg(test)]
 mod condition_tests;
 mod coverage;
+mod device_names;
 mod failure;
 mod formats;
 mod given;

@@ -5,10 +5,11 @@
 //! may write the same operands as the simulator ([`StimulusTarget::at`]), and force the same bits
 //! as an operator ([`rungd_engine::isa::Bit::forcible`]).
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use super::condition::Condition;
+use super::device_names::DeviceNames;
 use super::step_words::StepWord;
 use super::suite::{TestOperand, TestProgram};
 use super::view::{View, ViewDraft};
@@ -21,7 +22,7 @@ use rungd_language::check::{CheckInputs, check_partial, silence};
 use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::LoadOptions;
 use rungd_language::resolve::condition::{ConditionNames, not_in_ladder};
-use rungd_language::resolve::observed::{ObservedProgram, lies_within};
+use rungd_language::resolve::observed::{ObservedProgram, ShownOperand, lies_within};
 use rungd_language::resolve::observer::{ObserverText, observed};
 use rungd_language::resolve::program::Program;
 use rungd_language::resolve::scope::{LookUp, NamedThing};
@@ -30,7 +31,7 @@ use rungd_language::source::finding::{Code, Finding, Severity};
 use rungd_language::source::fix::{advise, one_of, pair, possible, proposed};
 use rungd_language::source::nearest::KnownNames;
 use rungd_language::source::observer;
-use rungd_language::source::span::{FileId, SourceFile, Span};
+use rungd_language::source::span::{FileId, Located, SourceFile, Span};
 use rungd_language::source::was;
 
 /// What the conditions of a test file see beside the memory of the controller.
@@ -40,12 +41,29 @@ pub(super) struct Observation {
     pub observer: Option<SourceFile>,
     /// The names `was(x)`, each once.
     pub was: Vec<String>,
+    /// The operands of the own ladders of field devices, each once.
+    pub shown: Vec<ShownOperand>,
+    /// The findings about names in conditions that no ladder of their device has.
+    pub unknown: Vec<Finding>,
 }
 
 /// The number of the test file in the findings about its observer.
 pub(super) const OBSERVER: FileId = FileId(u32::MAX >> 2);
 
 impl Observation {
+    /// Adds the operands of the own ladders of field devices in a condition.
+    pub fn show(&mut self, written: &WrittenCondition, ladders: &[DeviceNames]) {
+        for Located { value, span } in was::all_names(&written.contact) {
+            let Some(ladder) = ladders.iter().find(|ladder| ladder.has(&value)) else { continue };
+            match ladder.shown(&value, was::place_of_name(written.text_of(span), span)) {
+                Ok(shown) => self.shown.push(shown),
+                Err(unknown) => self.unknown.push(unknown),
+            }
+        }
+        let mut seen = HashSet::new();
+        self.shown.retain(|shown| seen.insert(shown.name.clone()));
+    }
+
     /// Adds the names `was(x)` of a condition.
     pub fn remember(&mut self, written: &WrittenCondition) {
         was::add_names(&written.contact, &mut self.was);
@@ -53,7 +71,7 @@ impl Observation {
 
     /// A program as the conditions see it, and the findings about the observer.
     fn of(&self, test_program: &TestProgram) -> Option<(ObservedProgram, Vec<Finding>)> {
-        if self.was.is_empty() && self.observer.is_none() {
+        if self.was.is_empty() && self.shown.is_empty() && self.observer.is_none() {
             return None;
         }
         let mut files = test_program.files.clone();
@@ -70,6 +88,7 @@ impl Observation {
                 (bare, Vec::new())
             }
         };
+        observed.show(&self.shown);
         observed.remember(&self.was);
         if !findings.iter().any(|finding| finding.severity() == Severity::Error) {
             findings.extend(doubts(&observed.program, file));
@@ -104,6 +123,10 @@ pub(super) struct TestNames<'a> {
     devices: KnownNames,
     /// The device in whose ladder the names are; `None`: they are the controller's.
     device: Option<DeviceId>,
+    /// What stands before its names in a test: `tank.`, or nothing.
+    prefix: String,
+    /// The findings about names in conditions that no ladder of their device has.
+    unknown: Vec<Finding>,
 }
 
 /// An operand that a test writes or forces, and the values that it takes.
@@ -139,12 +162,14 @@ impl<'a> TestNames<'a> {
             moved: controller.simulated(),
             devices: KnownNames::new(program.devices.iter().map(String::as_str)),
             device: None,
+            prefix: String::new(),
+            unknown: observation.unknown.clone(),
         }
     }
 
     /// The same names, in the ladder of a device.
-    pub fn of_device(self, device: DeviceId) -> TestNames<'a> {
-        TestNames { device: Some(device), ..self }
+    pub fn of_device(self, device: &Device) -> TestNames<'a> {
+        TestNames { device: Some(device.id), prefix: format!("{}.", device.name), ..self }
     }
 
     /// Adds addresses that a device writes in every scan.
@@ -164,6 +189,14 @@ impl<'a> TestNames<'a> {
     /// # Errors
     /// The findings about it.
     pub fn condition(&mut self, written: &WrittenCondition) -> Result<Condition, Vec<Finding>> {
+        let place = written.span;
+        let is_here = |found: &&Finding| {
+            found.span.file == place.file && (place.start..=place.end).contains(&found.span.start)
+        };
+        let unknown: Vec<Finding> = self.unknown.iter().filter(is_here).cloned().collect();
+        if !unknown.is_empty() {
+            return Err(unknown);
+        }
         let resolved = self.conditions.resolve(written)?;
         let layout = match &mut self.view {
             Some(view) => {
@@ -239,8 +272,9 @@ impl<'a> TestNames<'a> {
         let address = self.address(name, span)?;
         let finding = |message: String| Finding::new(Code::TestStep, span, message);
         if let Some(mover) = self.moved.get(&address) {
-            let finding = finding(format!("`{name}` is moved by {mover} at every scan"));
-            let force = [proposed(format!("force {name} 1"))];
+            let whole = format!("{}{name}", self.prefix);
+            let finding = finding(format!("`{whole}` is moved by {mover} at every scan"));
+            let force = [proposed(format!("force {whole} 1"))];
             return Err(finding.help(advise("force it, `{}`, or use a fault of the plant", force)));
         }
         if let Address::Bit(Bit::Device(id, _)) = address {

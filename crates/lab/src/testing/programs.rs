@@ -171,7 +171,7 @@ impl<'a> Programs<'a> {
         let mut names = TestNames::of(&ladder, &Observation::default(), self.options);
         moved(&mut names);
         self.devices.retain(|(known, _)| *known != device.name);
-        self.devices.push((device.name.clone(), names.of_device(device.id)));
+        self.devices.push((device.name.clone(), names.of_device(device)));
     }
 
     /// An operand that a test may set: of a program, or of the ladder of a field device

@@ -2,6 +2,7 @@
 //!
 //! Called by `reading`; `rungd-prove` makes its questions of it. Nothing is proved here.
 
+use super::device_names::{DeviceNames, OutsideProof, outside};
 use super::names::TestTarget;
 use super::programs::Programs;
 use super::suite::{FreeOperand, ProgramId, ProofSettings};
@@ -14,10 +15,34 @@ use rungd_language::source::reader::Text;
 use rungd_language::source::span::Span;
 
 /// The conditions of `[prove]`, as written.
-#[derive(Debug, Default)]
 pub(super) struct ProofConditions {
     pub assume: Vec<(Span, WrittenCondition)>,
     pub can: Vec<(Span, WrittenCondition)>,
+    /// The own ladders of field devices: no proof is about their memory.
+    ladders: Vec<DeviceNames>,
+    /// Of each line of `always`, why no proof is about it.
+    outside: Vec<Option<String>>,
+}
+
+impl ProofConditions {
+    /// The conditions, without field devices.
+    pub fn new(
+        assume: Vec<(Span, WrittenCondition)>,
+        can: Vec<(Span, WrittenCondition)>,
+    ) -> ProofConditions {
+        ProofConditions { assume, can, ladders: Vec::new(), outside: Vec::new() }
+    }
+
+    /// Takes the own ladders of field devices, about whose memory there is no proof.
+    pub fn know_devices(&mut self, always: &[(Span, WrittenCondition)], ladders: Vec<DeviceNames>) {
+        let outside = always.iter().map(|(_, line)| {
+            let outside = OutsideProof::of(line, &ladders)?;
+            let OutsideProof { message, help, .. } = outside;
+            Some(format!("{message}; {help}"))
+        });
+        self.outside = outside.collect();
+        self.ladders = ladders;
+    }
 }
 
 /// Resolves `[prove]`. Adds findings about it.
@@ -30,6 +55,12 @@ pub(super) fn settings(
     let mut resolved = |all: &[(Span, WrittenCondition)]| {
         let mut found = Vec::new();
         for (_, condition) in all {
+            if let Some(OutsideProof { span, message, help }) =
+                OutsideProof::of(condition, &conditions.ladders)
+            {
+                findings.push(Finding::new(Code::TestFile, span, message).help(help));
+                continue;
+            }
             match programs.names[0].condition(condition) {
                 Ok(condition) => found.push(condition),
                 Err(mistakes) => findings.extend(mistakes),
@@ -43,6 +74,7 @@ pub(super) fn settings(
         inputs: written.inputs.as_deref().map(&mut operands),
         assume,
         can,
+        outside: conditions.outside.clone(),
         late_max: written.late_max,
         from_retained: written.from_retained,
         events: written.events.clone(),
@@ -72,8 +104,7 @@ pub(super) fn limited(target: TestTarget, name: &str, span: Span) -> Result<Free
     let refused = |message: String| Finding::new(Code::TestFile, span, message).or_omit();
     let TestTarget { operand, takes } = target;
     if operand.device.is_some() {
-        let message = format!("`{name}` is memory of a field device: a proof has none");
-        return Err(refused(message));
+        return Err(refused(outside(name)));
     }
     let (low, high) = match takes {
         StimulusTarget::Input(_) | StimulusTarget::Bit(Cell::Bit(_)) => (0, 1),

@@ -11,6 +11,7 @@ use std::sync::Arc;
 use anyhow::{Context, Result};
 
 use super::condition::Condition;
+use super::device_names::DeviceNames;
 use super::names::{OBSERVER, Observation};
 use super::programs::{BenchSettings, NamedProgram, Programs, TestFile, test_program};
 use super::proving::{self, ProofConditions};
@@ -20,8 +21,9 @@ use super::steps::StepResolver;
 use super::suite::{RandomTest, Scenario, Suite, TestOperand, TestProgram};
 use super::written::{self, WrittenBench, WrittenRandom, WrittenScenario, WrittenSuite};
 use crate::rig::SimulatedDevice;
+use rungd_config::controller::Controller;
 use rungd_config::controller::side_ladder::WrittenSideLadder;
-use rungd_config::controller::simulated_side::WrittenSimulated;
+use rungd_config::controller::simulated_side::{SimulatedSide, WrittenSimulated};
 use rungd_config::load::side_ladders;
 pub use rungd_config::load::test_ladders::{InputKind, SettingsFile, bench};
 pub use rungd_config::load::{self, Loaded, OpenTexts, decode, read_bytes};
@@ -132,26 +134,30 @@ impl SuiteReading {
         self.names(&scenarios, &randoms);
         let always = self.conditions(always);
         let prove = prove.unwrap_or_default();
-        let asked = ProofConditions {
-            assume: self.conditions(prove.assume.clone()),
-            can: self.conditions(prove.can.clone()),
-        };
+        let (assume, can) = (prove.assume.clone(), prove.can.clone());
+        let mut asked = ProofConditions::new(self.conditions(assume), self.conditions(can));
         let scenarios: Vec<ReadScenario> =
             scenarios.into_iter().map(|scenario| self.read_steps(scenario)).collect();
         let (settings, first, names) = self.bench(path, bench?)?;
         let (options, texts) = (LoadOptions::default(), self.texts.clone());
         let first = NamedProgram { program: first, files: &names };
         let observer = has_observer.then(|| self.files[0].clone());
-        let mut observation = Observation { observer, was: Vec::new() };
+        let sides = self.sides(path, &simulated, &first.program.controller);
+        let ladders = DeviceNames::of(&first.program, &sides);
+        let mut observation = Observation { observer, ..Observation::default() };
         let of_file = always.iter().chain(&asked.assume).chain(&asked.can);
-        of_file.for_each(|(_, condition)| observation.remember(condition));
         let steps = scenarios.iter().flat_map(|scenario| &scenario.steps);
         let of_steps = steps.filter_map(|step| step.value.condition());
-        of_steps.for_each(|condition| observation.remember(condition));
+        for condition in of_file.map(|(_, condition)| condition).chain(of_steps) {
+            observation.remember(condition);
+            observation.show(condition, &ladders);
+        }
+        asked.know_devices(&always, ladders);
         let file = TestFile { path, texts: &texts, observation };
         let shift = shift_of(&settings);
         let mut programs = Programs::new(file, settings, first, &options);
-        let devices = self.devices(path, &simulated, &mut programs);
+        sides.iter().for_each(|side| programs.add_side(side));
+        let devices = sides.iter().map(SimulatedDevice::of).collect();
         let mistakes = std::mem::take(&mut programs.names[0].mistakes);
         self.findings.extend(mistakes.into_iter().map(|finding| shifted(finding, shift)));
         let resolved = Resolution::of(&mut programs, &always, scenarios, randoms);
@@ -250,22 +256,19 @@ impl SuiteReading {
         Some((settings, test_program(loaded).ok()?, names))
     }
 
-    /// The Modbus devices whose own side is a ladder by this test file. Adds their names to the
-    /// programs.
-    fn devices(
+    /// The Modbus devices whose own side is a ladder by this test file.
+    fn sides(
         &mut self,
         path: &Path,
         simulated: &[WrittenSimulated],
-        programs: &mut Programs<'_>,
-    ) -> Vec<SimulatedDevice> {
-        let controller = Arc::clone(&programs.programs[0].controller);
+        controller: &Controller,
+    ) -> Vec<SimulatedSide> {
         let loaded: Vec<_> =
             simulated.iter().map(|one| self.device_ladder(path, &one.side)).collect();
         let (devices, code) = (&controller.devices, Code::TestFile);
         let (sides, found) = WrittenSimulated::resolve(simulated, &loaded, devices, code);
         self.findings.extend(found);
-        sides.iter().for_each(|side| programs.add_side(side));
-        sides.iter().map(SimulatedDevice::of).collect()
+        sides
     }
 
     /// Loads the ladder of a field device.

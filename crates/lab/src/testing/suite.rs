@@ -329,6 +329,8 @@ pub struct ProofSettings {
     pub inputs: Option<Vec<FreeOperand>>,
     /// `assume`: what is ON in every scan, before its rungs.
     pub assume: Vec<Condition>,
+    /// Of each line of `always` of the first program: why no proof is about it, with a remedy.
+    pub outside: Vec<Option<String>>,
     /// `can`: what some sequence of inputs turns ON, from every state that can be reached.
     pub can: Vec<Condition>,
     /// The maximum number of periods from one scan to the next; 1: exactly a period.

@@ -1,5 +1,5 @@
 //! Memory as the conditions of a test see it, if they see more than the memory of the controller:
-//! with the tags of the observer, and the values of `was(x)`.
+//! with the tags of the observer, the values of `was(x)`, and the memory of field devices.
 //!
 //! `names` makes a [`View`], one for each program of a test file that needs one; `judge` keeps a
 //! [`ViewMemory`] while a test is played. Its memory is that of a second engine: at the end of each
@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use crate::rig::{Rig, RigTape};
 use rungd_base::calendar::LocalTime;
-use rungd_engine::isa::Address;
+use rungd_engine::isa::{Address, DeviceId};
 use rungd_engine::{BitCell, Cell, Engine, EngineProgram, Image, Layout, ScanTimes, WordCell};
 use rungd_history::observe::Subject;
 use rungd_language::lower::{Symbols, lower};
@@ -38,6 +38,16 @@ pub struct View {
     words: Vec<(WordCell, WordCell)>,
     /// The cells of the places that are remembered.
     was: Vec<RememberedCells>,
+    /// The memory of field devices that is shown.
+    shown: Vec<ShownCells>,
+}
+
+/// A bit or word of a field device, and its cell in the view.
+#[derive(Clone, Copy, Debug)]
+struct ShownCells {
+    device: DeviceId,
+    from: Cell,
+    to: Cell,
 }
 
 /// The cells of a `was(x)`, in the view.
@@ -69,12 +79,17 @@ impl ViewDraft {
             Some(RememberedCells { name: remembered.name.clone(), place, kept })
         });
         let (was, ladder) = (was.collect(), ladder.clone());
+        let shown = observed.shown.iter().filter_map(|shown| {
+            let to = cells(shown.address)?;
+            Some(ShownCells { device: shown.device, from: shown.cell, to })
+        });
+        let shown = shown.collect();
         let mut places: Vec<Address> =
             observed.was.iter().map(|remembered| remembered.place).collect();
         places.extend(observed.operands.iter().map(|operand| operand.address));
         places.extend(observed.arrays.iter().flat_map(|named| named.array.addresses()));
         let (bits, words) = (Vec::new(), Vec::new());
-        let view = View { code, symbols, ladder, observed, bits, words, was };
+        let view = View { code, symbols, ladder, observed, bits, words, was, shown };
         let mut draft = ViewDraft { view, seen: HashSet::new() };
         places.into_iter().for_each(|place| draft.take(place));
         draft
@@ -224,8 +239,12 @@ impl View {
         Taped::new(Engine::new(self.code.clone()))
     }
 
-    /// What a cell of a condition is; `None`: a cell that no condition can name.
+    /// What a cell of a condition is; `None`: a cell that no condition can name, or memory of a
+    /// field device.
     pub(super) fn seen(&self, cell: Cell) -> Option<SeenCell<'_>> {
+        if self.shown.iter().any(|shown| shown.to == cell) {
+            return None;
+        }
         let kept = self.was.iter().find(|remembered| remembered.kept == cell);
         let of_ladder = || self.of_ladder(cell).map(SeenCell::Ladder);
         kept.map(SeenCell::Was)
@@ -341,6 +360,9 @@ impl ViewMemory {
     /// Takes the memory of the controller as it now is.
     pub fn look(&mut self, rig: &Rig) {
         self.view.look(rig.image(), &mut self.machine);
+        for ShownCells { device, from, to } in &self.view.shown {
+            self.machine.write(*to, rig.device_value(*device, *from));
+        }
     }
 
     fn remember(&mut self) {

@@ -45,8 +45,10 @@ impl<'a> ConditionNames<'a> {
         let mut names = ConditionNames::of(&observed.program, options);
         let resolver = &mut names.resolver;
         resolver.scope = Scope::within(&observed.program, observed.sizes.clone());
-        for Remembered { name, kept, .. } in &observed.was {
-            let meaning = Some(TagMeaning::Address(*kept));
+        let was = observed.was.iter().map(|Remembered { name, kept, .. }| (name, kept));
+        let shown = observed.shown.iter().map(|shown| (&shown.name, &shown.address));
+        for (name, place) in was.chain(shown) {
+            let meaning = Some(TagMeaning::Address(*place));
             resolver.scope.add_tag(name, resolver.used.len(), meaning);
             resolver.used.push(false);
         }

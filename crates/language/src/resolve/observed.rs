@@ -12,7 +12,8 @@ use crate::source::finding::{Code, Finding};
 use crate::source::fix::{Help, advise, possible};
 use crate::source::span::Span;
 use crate::source::was;
-use rungd_engine::isa::{Address, Bit, BitSpace, BlockId, MemorySizes, Space, WordSpace};
+use rungd_engine::Cell;
+use rungd_engine::isa::{Address, Bit, BitSpace, BlockId, DeviceId, MemorySizes, Space, WordSpace};
 
 /// A program with what the conditions of its tests add.
 #[derive(Clone, Debug)]
@@ -29,6 +30,21 @@ pub struct ObservedProgram {
     pub arrays: Vec<NamedArray>,
     /// The values that are remembered.
     pub was: Vec<Remembered>,
+    /// The memory of field devices that is shown.
+    pub shown: Vec<ShownOperand>,
+}
+
+/// A bit or word of a field device's own ladder, which conditions name: `tank.level`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ShownOperand {
+    /// Its name in conditions.
+    pub name: String,
+    /// The device.
+    pub device: DeviceId,
+    /// Its place in the device's ladder, by address and by cell.
+    pub address: Address,
+    /// The cell.
+    pub cell: Cell,
 }
 
 /// A place whose value at the end of the scan before is remembered.
@@ -45,15 +61,30 @@ pub struct Remembered {
 impl ObservedProgram {
     /// A program to which nothing is added yet. `sizes`: the memory sizes without what is added.
     pub fn bare(program: Program, sizes: MemorySizes) -> ObservedProgram {
-        let (operands, arrays, was) = (Vec::new(), Vec::new(), Vec::new());
-        ObservedProgram { program, sizes, observer: None, operands, arrays, was }
+        let (operands, arrays, was, shown) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        ObservedProgram { program, sizes, observer: None, operands, arrays, was, shown }
     }
 
-    /// Adds a place for each of the names `was(x)`; a name with a mistake has none.
+    /// Adds a place for each operand of a device's ladder: the address of it here.
+    pub fn show(&mut self, operands: &[ShownOperand]) {
+        for operand in operands {
+            let address = self.added(operand.address);
+            self.shown.push(ShownOperand { address, ..operand.clone() });
+        }
+    }
+
+    /// Adds a place for each of the names `was(x)`; a name with a mistake has none. What field
+    /// devices show is there already.
     pub fn remember(&mut self, names: &[String]) {
         let scope = Scope::of(&self.program);
         for name in names {
-            if let Ok(place) = remembered(&scope, name, Span::default()) {
+            let of_device =
+                self.shown.iter().find(|shown| was::place_in(name) == Some(&shown.name));
+            let place = match of_device {
+                Some(shown) => Ok(shown.address),
+                None => remembered(&scope, name, Span::default()),
+            };
+            if let Ok(place) = place {
                 let kept = self.added(place);
                 self.was.push(Remembered { name: name.clone(), place, kept });
             }

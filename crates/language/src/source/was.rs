@@ -56,6 +56,11 @@ pub fn place_of_x(text: &str, span: Span) -> Span {
     span.part(begin, begin + inner.trim().len())
 }
 
+/// The place of the name of a bit or word: that of x for `was(x)`, else its own.
+pub fn place_of_name(text: &str, span: Span) -> Span {
+    place_in(text).map_or(span, |_| place_of_x(text, span))
+}
+
 /// Whether a text without spaces may be the name of a place.
 fn is_place(text: &str) -> bool {
     let is_letter = |c: char| c.is_ascii_alphanumeric() || "_.$-[]".contains(c);
@@ -70,6 +75,13 @@ pub fn place_in(name: &str) -> Option<&str> {
 
 /// The names `was(x)` in a contact, in order of their places, each with its place.
 pub fn names(contact: &WrittenContact) -> Vec<Located<String>> {
+    let mut found = all_names(contact);
+    found.retain(|name| place_in(&name.value).is_some());
+    found
+}
+
+/// All names in a contact, in order of their places, each with its place.
+pub fn all_names(contact: &WrittenContact) -> Vec<Located<String>> {
     let mut found = Vec::new();
     collect(contact, &mut found);
     found
@@ -85,11 +97,7 @@ pub fn add_names(contact: &WrittenContact, to: &mut Vec<String>) {
 }
 
 fn collect(contact: &WrittenContact, found: &mut Vec<Located<String>>) {
-    let mut add = |name: &str, span: Span| {
-        if place_in(name).is_some() {
-            found.push(Located { value: name.to_owned(), span });
-        }
-    };
+    let mut add = |name: &str, span: Span| found.push(Located { value: name.to_owned(), span });
     match contact {
         WrittenContact::Bit(name) => add(&name.value, name.span),
         WrittenContact::Indexed(computed) => of_expression(&computed.expression, &mut add),
